@@ -1,0 +1,2 @@
+#![no_std]
+//! Firmware logic, generic over the bus traits.

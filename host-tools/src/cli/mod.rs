@@ -1,0 +1,38 @@
+//! The command line: one file a subcommand. Figures go to standard output, all else to standard error.
+
+mod simulate;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::error::Result;
+
+/// How much power does a wheeled robot draw, when nobody told it what it carries?
+#[derive(Parser)]
+#[command(name = "gmr", version, about, max_term_width = 110)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Write logs from the simulated plant
+    Simulate(simulate::Arguments),
+}
+
+/// Parses the command line and runs it. Exit codes: 0 done, 1 failed, 2 wrong usage.
+pub fn run() -> ExitCode {
+    let cli = Cli::parse();
+    let result: Result<()> = match cli.command {
+        Command::Simulate(arguments) => simulate::run(&arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("gmr: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! The one error of `gmr`: where, what was found, what was expected.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// Result with the error of `gmr`.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// Something the user can mend. Printed as `file:line:column: what was found; what was expected`, on one line.
+#[derive(Debug)]
+pub struct Error {
+    /// Wrong usage ends with exit code 2, everything else with 1.
+    kind: Kind,
+    file: Option<PathBuf>,
+    line: Option<u64>,
+    column: Option<String>,
+    message: String,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Usage,
+    Failed,
+}
+
+impl Error {
+    /// The command could not do its work (exit code 1).
+    pub fn failed(message: impl Into<String>) -> Self {
+        Self { kind: Kind::Failed, file: None, line: None, column: None, message: message.into() }
+    }
+
+    /// The command line asks for something that does not exist or does not fit together (exit code 2).
+    pub fn usage(message: impl Into<String>) -> Self {
+        Self { kind: Kind::Usage, ..Self::failed(message) }
+    }
+
+    /// Names the file.
+    #[must_use]
+    pub fn in_file(mut self, file: impl AsRef<Path>) -> Self {
+        self.file.get_or_insert_with(|| file.as_ref().to_owned());
+        self
+    }
+
+    /// Names the line, counted from 1 with the header.
+    #[must_use]
+    pub fn at_line(mut self, line: u64) -> Self {
+        self.line.get_or_insert(line);
+        self
+    }
+
+    /// Names the column as the header does.
+    #[must_use]
+    pub fn in_column(mut self, column: impl Into<String>) -> Self {
+        self.column.get_or_insert_with(|| column.into());
+        self
+    }
+
+    /// A file operation that the operating system refused.
+    pub fn io(file: impl AsRef<Path>, error: &std::io::Error) -> Self {
+        Self::failed(error.to_string()).in_file(file)
+    }
+
+    /// The documented exit code: 1 failed, 2 wrong usage.
+    pub fn exit_code(&self) -> u8 {
+        match self.kind {
+            Kind::Failed => 1,
+            Kind::Usage => 2,
+        }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(file) = &self.file {
+            write!(f, "{}", file.display())?;
+            if let Some(line) = self.line {
+                write!(f, ":{line}")?;
+            }
+            if let Some(column) = &self.column {
+                write!(f, ":{column}")?;
+            }
+            write!(f, ": ")?;
+        }
+        write!(f, "{}", self.message)
+    }
+}
+
+impl std::error::Error for Error {}

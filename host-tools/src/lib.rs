@@ -1,0 +1,10 @@
+//! The library behind `gmr`: logs, the simulated plant, fits, baselines and reports.
+//!
+//! What the board computes as well (filters, models, payload estimators) is not here but in `model-core`.
+
+pub mod cli;
+pub mod error;
+pub mod log;
+pub mod output;
+pub mod plant;
+pub mod robot;

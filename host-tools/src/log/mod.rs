@@ -1,0 +1,1 @@
+//! Run logs: CSV with a header, read as a stream.

@@ -1,0 +1,7 @@
+//! `gmr`: reads the command line, runs one subcommand, ends with its exit code.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    host_tools::cli::run()
+}

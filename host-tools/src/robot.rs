@@ -1,0 +1,1 @@
+//! robot.toml: what is known of a robot beforehand.
