@@ -11,6 +11,7 @@ use serde::Serialize;
 use crate::error::{Error, Result};
 use crate::output::write_whole;
 use crate::plant::encoder::SpeedSource;
+use crate::plant::scenario::duration_allowed;
 use crate::plant::sensors::PowerSource;
 use crate::plant::{
     Geometry, Kinematics, PayloadSchedule, PlantSet, Profile, ProfileKind, Sample, Scenario, Sensors,
@@ -197,8 +198,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 fn scenario(arguments: &Arguments) -> Result<Scenario> {
     let kind = ProfileKind::from_str(&arguments.profile, false).ok();
     // Checked before any profile of that length is drawn.
-    if !(arguments.duration.is_finite() && arguments.duration > 0.0) {
-        return Err(Error::usage(format!("duration {}; allowed: s, above 0", arguments.duration)));
+    if !duration_allowed(arguments.duration) {
+        return Err(Error::usage(format!("duration {}; allowed: s, above 0 to 1e7", arguments.duration)));
     }
     let mut scenario = Scenario::new(
         arguments.plant,

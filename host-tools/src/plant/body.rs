@@ -99,6 +99,12 @@ impl Body {
         self.twist
     }
 
+    /// Sets a moving start.
+    #[cfg(test)]
+    pub(super) fn set_twist(&mut self, twist: Twist) {
+        self.twist = twist;
+    }
+
     /// Wheel speeds, rad/s.
     pub fn wheel_speeds(&self) -> [f64; MAX_WHEELS] {
         self.wheel_per_twist.map(|row| dot(row, self.twist))

@@ -19,6 +19,8 @@ pub mod scenario;
 pub mod sensors;
 pub mod sets;
 mod simulation;
+#[cfg(test)]
+mod tests;
 
 pub use kinematics::{Geometry, Kinematics, MAX_WHEELS};
 pub use payload::PayloadSchedule;
