@@ -2,6 +2,7 @@
 //!
 //! What the board computes as well (filters, models, payload estimators) is not here but in `model-core`.
 
+pub mod baselines;
 pub mod cli;
 pub mod error;
 pub mod estimate;
