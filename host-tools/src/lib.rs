@@ -7,4 +7,5 @@ pub mod error;
 pub mod log;
 pub mod output;
 pub mod plant;
+pub mod report;
 pub mod robot;
