@@ -4,6 +4,7 @@
 
 pub mod cli;
 pub mod error;
+pub mod inspect;
 pub mod log;
 pub mod output;
 pub mod plant;

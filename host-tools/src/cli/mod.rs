@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand. Figures go to standard output, all else to standard error.
 
+mod inspect;
 mod simulate;
 
 use std::process::ExitCode;
@@ -18,6 +19,8 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Say what a log is worth: data quality, excitation, static power
+    Inspect(inspect::Arguments),
     /// Write logs from the simulated plant
     Simulate(simulate::Arguments),
 }
@@ -26,6 +29,7 @@ enum Command {
 pub fn run() -> ExitCode {
     let cli = Cli::parse();
     let result: Result<()> = match cli.command {
+        Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
     };
     match result {
