@@ -114,7 +114,7 @@ fn summary(report: &Report) -> String {
         lines.push(state(standing, if standing.moving == Moving::Unknown { ", perhaps moving" } else { "" }));
     }
     for moving in &report.moving_levels {
-        lines.push(state(moving, ", probably moving: recurs above its surroundings"));
+        lines.push(state(moving, ", probably motion"));
     }
     if report.static_states.is_empty() && report.moving_levels.is_empty() {
         lines.push("  none found".to_owned());

@@ -33,7 +33,7 @@ pub struct Excitation {
     pub share_turning: f64,
     /// Share of moving rows with power near 0: a drive that cannot feed back hides what happens there.
     pub share_power_near_zero: f64,
-    /// Share of all rows with negative power.
+    /// Share of all rows whose power is negative by more than noise about 0: by 2 % of the greatest.
     pub share_power_negative: f64,
     /// Total masses in the log, kg, and the share of rows with each; rows without a mass are left out.
     pub payloads: Vec<PayloadShare>,
@@ -64,7 +64,7 @@ pub(super) struct Watch<'a> {
     turning: u64,
     power: Sketch,
     moving_power: Sketch,
-    negative: u64,
+    negative: Sketch,
     masses: BTreeMap<i64, u64>,
 }
 
@@ -84,7 +84,7 @@ impl<'a> Watch<'a> {
             turning: 0,
             power: Sketch::new(),
             moving_power: Sketch::new(),
-            negative: 0,
+            negative: Sketch::new(),
             masses: BTreeMap::new(),
         }
     }
@@ -96,7 +96,9 @@ impl<'a> Watch<'a> {
     pub(super) fn add(&mut self, time_s: f64, wheels: &[f64], power_w: f64, mass_kg: f64) {
         self.rows += 1;
         self.power.add(power_w);
-        self.negative += u64::from(power_w < 0.0);
+        if power_w < 0.0 {
+            self.negative.add(power_w);
+        }
         if mass_kg.is_finite() && self.masses.len() <= MOST_PAYLOADS {
             *self.masses.entry((mass_kg * 1000.0).round() as i64).or_default() += 1;
         }
@@ -149,7 +151,7 @@ impl<'a> Watch<'a> {
             share_straight: of_moving(self.straight),
             share_turning: of_moving(self.turning),
             share_power_near_zero: of_moving(near),
-            share_power_negative: of_rows(self.negative),
+            share_power_negative: of_rows(self.negative.above(2.0 * NEAR_ZERO * power_high_w)),
             payloads: self
                 .masses
                 .iter()

@@ -141,6 +141,7 @@ impl Standing {
     fn close(&mut self) {
         let seconds = self.to_s - self.from_s;
         let stuck = seconds >= STUCK_S && self.rows >= STUCK_ROWS && 2 * self.others_changed >= self.rows;
+        self.rows = 0;
         if !stuck {
             return;
         }

@@ -18,7 +18,7 @@ pub enum Moving {
     No,
     /// The log does not tell.
     Unknown,
-    /// Without wheels: the level occurs again and again, and always above what surrounds it.
+    /// Without wheels: the level recurs, and always above what surrounds it or as a short passage.
     Yes,
 }
 
@@ -54,6 +54,8 @@ pub struct StaticPower {
 
 /// Fewest blocks of a piece: shorter ones cannot be told from outliers.
 const SHORTEST: usize = 3;
+/// Fewest blocks at standstill for a figure at all.
+const FEWEST: usize = 2;
 /// Fewest blocks of all the visits of a state.
 const FEWEST_OF_STATE: usize = 4;
 /// Blocks on either side of a boundary that tell a step from a drift.
@@ -77,7 +79,7 @@ impl StaticPower {
     /// The levels of the blocks in which the robot stands. `has_wheels` says whether the log itself tells standstill.
     pub fn of(blocks: &[Block], has_wheels: bool) -> Self {
         let blocks: Vec<Block> = blocks.iter().copied().filter(|block| block.still).collect();
-        if blocks.is_empty() {
+        if blocks.len() < FEWEST {
             return Self::default();
         }
         let noise = Noise::of(&blocks);
@@ -264,19 +266,32 @@ fn describe(
     power
 }
 
-/// Whether a level above the lowest looks like motion in a log that does not tell.
+/// Whether a level above the lowest looks like motion in a log that does not tell: it recurs, and every time it either
+/// rises above what surrounds it or is passed through quickly.
 fn moving(pieces: &[Piece], level: usize) -> Moving {
-    let visits: Vec<usize> = pieces.chunk_by(|a, b| a.level == b.level).map(|visit| visit[0].level).collect();
-    let mut excursions = 0;
-    for (index, _) in visits.iter().enumerate().filter(|(_, visit)| **visit == level) {
+    let visits: Vec<(usize, usize)> = pieces
+        .chunk_by(|a, b| a.level == b.level)
+        .map(|visit| (visit[0].level, visit[visit.len() - 1].to - visit[0].from))
+        .collect();
+    // How long the robot stays at a level, when it does: single visits may be cut off by the ends of the log.
+    let stay =
+        |level: usize| visits.iter().filter(|visit| visit.0 == level).map(|visit| visit.1).max().unwrap_or(0);
+    let mut signs = 0;
+    for (index, &(_, length)) in visits.iter().enumerate().filter(|(_, visit)| visit.0 == level) {
         let before = index.checked_sub(1).map(|before| visits[before]);
-        let after = visits.get(index + 1).copied();
-        // On the way up or down through this level nothing is learnt.
-        match (before, after) {
-            (Some(before), Some(after)) if before < level && after < level => excursions += 1,
-            (Some(before), Some(after)) if (before < level) != (after < level) => {}
+        let (before, after) = match (before, visits.get(index + 1)) {
+            (Some(before), Some(after)) => (before, after),
+            // Cut off by an end of the log: no sign, unless it stands below its one neighbour.
+            (Some((beside, _)), None) | (None, Some(&(beside, _))) if beside < level => continue,
             _ => return Moving::Unknown,
+        };
+        let above = before.0 < level && after.0 < level;
+        let passage =
+            (before.0 < level) != (after.0 < level) && 2 * length <= stay(before.0).min(stay(after.0));
+        if !above && !passage {
+            return Moving::Unknown;
         }
+        signs += 1;
     }
-    if excursions >= 2 { Moving::Yes } else { Moving::Unknown }
+    if signs >= 2 { Moving::Yes } else { Moving::Unknown }
 }
