@@ -228,6 +228,19 @@ fn gaps_jitter_spikes_and_stuck_sensors_are_found() {
 }
 
 #[test]
+fn steps_of_quantisation_are_no_outliers() {
+    let mut text = HEADER.to_owned();
+    for row in 0..5000 {
+        let speed = 5.0 + (0.002 * f64::from(row)).sin();
+        writeln!(text, "{:.2},{speed:.3},{speed:.3},{:.2}", f64::from(row) * 0.02, 0.5 * speed).unwrap();
+    }
+    let report = json("burger", &log(&text).path);
+    for outliers in report["outliers"].as_array().unwrap() {
+        assert_eq!(outliers["count"], 0, "{outliers}");
+    }
+}
+
+#[test]
 fn figures_are_drawn_and_people_get_one_screen() {
     let log = log(&drive(60.0, |_| Some(1.0)));
     for name in ["figure.svg", "figure.png"] {

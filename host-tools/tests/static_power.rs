@@ -47,9 +47,10 @@ fn means(power: &StaticPower) -> Vec<f64> {
 
 #[test]
 fn noise_alone_is_one_state() {
-    // Lag-1 correlations from white to a time constant of 0.25 s at 200 Hz (1 s at 20 Hz would be 0.95).
+    // Lag-1 correlations from white to a time constant of 1 s: twice the length of a block.
     let mut worst = 0;
-    for (rate_hz, rho) in [(200.0, 0.0), (200.0, 0.21), (200.0, 0.9), (200.0, 0.98), (20.0, 0.0), (20.0, 0.8)]
+    for (rate_hz, rho) in
+        [(200.0, 0.0), (200.0, 0.21), (200.0, 0.9), (200.0, 0.98), (200.0, 0.995), (20.0, 0.0), (20.0, 0.8)]
     {
         for heavy in [false, true] {
             let mut wrong = 0;
@@ -163,7 +164,7 @@ fn without_wheels_recurring_excursions_are_motion() {
 #[test]
 fn the_stated_error_of_the_mean_is_honest() {
     // 95 % of means within two standard errors; 200 trials, so between 90 and 99 %.
-    for rho in [0.0, 0.21, 0.9, 0.98] {
+    for rho in [0.0, 0.21, 0.9, 0.98, 0.995] {
         let inside = (0..200)
             .filter(|&seed| {
                 let mut noise = Noise::new(1000 + seed, rho, 0.5);

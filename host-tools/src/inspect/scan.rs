@@ -16,6 +16,10 @@ use crate::robot::Robot;
 /// After a stop, power has settled this much later, s.
 const SETTLING_S: f64 = 1.0;
 
+/// A jump of speed from row to row by less than this share of the usual speed is a step of quantisation, say, but no
+/// outlier of acceleration.
+const SPEED_STEP: f64 = 0.02;
+
 /// Rows between two reports of progress.
 const PROGRESS_ROWS: u64 = 1 << 16;
 
@@ -144,15 +148,20 @@ pub(super) fn scan(path: &Path, robot: &Robot, mut progress: impl FnMut(u64, Opt
             || wheel(acceleration_column)
     };
     let (period_s, timing) = steps.finish();
+    let excitation = watch.map(Watch::finish);
+    let usual_speed = excitation.as_ref().map_or(0.0, |drive| drive.speed_quantiles_rad_s[2]);
+    let speed_step = SPEED_STEP * usual_speed;
     Ok(Scan {
         rows: reader.rows(),
         duration_s,
         period_s,
         timing,
         exclusions: reader.exclusions(),
-        outliers: std::iter::once(power_spikes).chain(wheel_spikes).map(Spikes::finish).collect(),
+        outliers: std::iter::once(power_spikes.finish(0.0))
+            .chain(wheel_spikes.into_iter().map(|spikes| spikes.finish(speed_step / period_s)))
+            .collect(),
         stuck: std::iter::once(power_standing).chain(wheel_standing).filter_map(Standing::finish).collect(),
-        excitation: watch.map(Watch::finish),
+        excitation,
         blocks: blocks.finish(),
         has_mass: reader.has(MASS_SLOT),
         other_columns: reader.columns().iter().filter(|column| !known(column)).cloned().collect(),

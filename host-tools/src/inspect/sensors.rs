@@ -10,12 +10,17 @@ const AROUND: usize = 7;
 /// Robust standard deviations beyond which a value is an outlier: a Gaussian passes it once in 10⁹.
 const OUTLIER_Z: f64 = 6.0;
 
+/// Deviations below this share of the usual greatest value are no outliers, however quiet the rest is: steps of
+/// quantisation, say.
+const OUTLIER_SHARE: f64 = 0.05;
+
 /// Spikes of one quantity.
 #[derive(Debug, Clone, Serialize)]
 pub struct Outliers {
     /// Column, or `acceleration` of the wheel.
     pub quantity: String,
-    /// Values more than six robust standard deviations from the median of the seven rows around them.
+    /// Values more than six robust standard deviations, and 5 % of the usual greatest value, from the median of the
+    /// seven rows around them.
     pub count: u64,
     /// That limit, in the unit of the quantity.
     pub limit: f64,
@@ -30,12 +35,19 @@ pub(super) struct Spikes {
     quantity: String,
     recent: Vec<(u64, f64)>,
     deviations: Sketch,
+    values: Sketch,
     greatest: (f64, u64),
 }
 
 impl Spikes {
     pub(super) fn new(quantity: String) -> Self {
-        Self { quantity, recent: Vec::with_capacity(AROUND), deviations: Sketch::new(), greatest: (0.0, 0) }
+        Self {
+            quantity,
+            recent: Vec::with_capacity(AROUND),
+            deviations: Sketch::new(),
+            values: Sketch::new(),
+            greatest: (0.0, 0),
+        }
     }
 
     pub(super) fn add(&mut self, line: u64, value: f64) {
@@ -48,6 +60,7 @@ impl Spikes {
             let (line, value) = self.recent[AROUND / 2];
             let deviation = (value - median(&mut values)).abs();
             self.deviations.add(deviation);
+            self.values.add(value);
             if deviation > self.greatest.0 {
                 self.greatest = (deviation, line);
             }
@@ -59,11 +72,13 @@ impl Spikes {
         self.recent.clear();
     }
 
-    pub(super) fn finish(self) -> Outliers {
+    /// Deviations up to `floor` are no outliers.
+    pub(super) fn finish(self, floor: f64) -> Outliers {
         // Where most values repeat, the median deviation is 0 and says nothing about the noise of those that do not.
         let scale = [0.5, 0.9, 0.99].iter().zip([SIGMA_PER_MAD, 1.0 / 1.645, 1.0 / 2.576]);
         let sigma = scale.map(|(&share, factor)| self.deviations.quantile(share) * factor).find(|&s| s > 0.0);
-        let limit = OUTLIER_Z * sigma.unwrap_or(0.0);
+        let least = floor.max(OUTLIER_SHARE * self.values.quantile(0.99));
+        let limit = least.max(OUTLIER_Z * sigma.unwrap_or(0.0));
         Outliers {
             quantity: self.quantity,
             count: if limit > 0.0 { self.deviations.above(limit) } else { 0 },
