@@ -4,9 +4,12 @@
 
 pub mod cli;
 pub mod error;
+pub mod fit;
 pub mod inspect;
 pub mod log;
+pub mod metrics;
 pub mod output;
 pub mod plant;
+pub mod progress;
 pub mod report;
 pub mod robot;

@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand. Figures go to standard output, all else to standard error.
 
+mod fit;
 mod inspect;
 mod simulate;
 
@@ -7,7 +8,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// How much power does a wheeled robot draw, when nobody told it what it carries?
 #[derive(Parser)]
@@ -23,6 +24,8 @@ enum Command {
     Inspect(inspect::Arguments),
     /// Write logs from the simulated plant
     Simulate(simulate::Arguments),
+    /// Fit coefficients to logs with known payload
+    Fit(fit::Arguments),
 }
 
 /// Parses the command line and runs it. Exit codes: 0 done, 1 failed, 2 wrong usage.
@@ -31,6 +34,7 @@ pub fn run() -> ExitCode {
     let result: Result<()> = match cli.command {
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Fit(arguments) => fit::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -39,4 +43,11 @@ pub fn run() -> ExitCode {
             ExitCode::from(error.exit_code())
         }
     }
+}
+
+/// Figures for scripts, on standard output.
+fn print_json(report: &impl serde::Serialize) -> Result<()> {
+    let text = serde_json::to_string_pretty(report).map_err(|error| Error::failed(error.to_string()))?;
+    println!("{text}");
+    Ok(())
 }
