@@ -3,10 +3,9 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use indicatif::{ProgressBar, ProgressStyle};
-
 use crate::error::{Error, Result};
 use crate::inspect::{Moving, Report, Severity, StaticState};
+use crate::progress::FileProgress;
 use crate::report;
 use crate::robot::Robot;
 
@@ -32,13 +31,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         report::check_extension(file)?;
     }
     let robot = Robot::load(&arguments.robot)?;
-    let bar = progress_bar();
-    let report = Report::of(&arguments.run, &robot, |read, size| {
-        bar.set_length(size.unwrap_or(0));
-        bar.set_position(read);
-    });
-    bar.finish_and_clear();
-    let report = report?;
+    let mut progress = FileProgress::new(std::slice::from_ref(&arguments.run));
+    let report = Report::of(&arguments.run, &robot, |read, size| progress.at((read, size)))?;
+    progress.finish();
     if let Some(file) = &arguments.plot {
         report.save_figure(file)?;
     }
@@ -48,12 +43,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         summary(&report)
     };
     std::io::stdout().write_all(text.as_bytes()).map_err(|error| Error::io("standard output", &error))
-}
-
-/// A bar on standard error; hidden where that is no terminal.
-fn progress_bar() -> ProgressBar {
-    let style = ProgressStyle::with_template("reading {wide_bar} {bytes}/{total_bytes} {eta}");
-    ProgressBar::no_length().with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// One screen for people.
