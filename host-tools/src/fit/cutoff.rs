@@ -5,6 +5,7 @@
 //! so it is measured: each candidate filters the first rows of the logs, the signed model is fitted, and the residual's
 //! means over a second, which every cutoff passes alike, are compared.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use model_core::coefficients::Robot as CoreRobot;
@@ -52,24 +53,30 @@ pub(super) fn choose<const N: usize>(robot: &Robot, files: &[PathBuf], mass_kg: 
     }
     let slowest = pilots.iter().map(|pilot| pilot.period_s).fold(0.0, f64::max);
     let highest = HIGHEST_SHARE / slowest;
-    let mut best: Option<(f64, f64)> = None;
+    let mut tried = Vec::new();
     for cutoff_hz in CANDIDATES.into_iter().filter(|cutoff| *cutoff <= highest) {
         let core = robot.core::<N>(cutoff_hz)?;
-        let Some(residual) = residual(robot, &core, &pilots, mass_kg) else { continue };
-        if best.is_none_or(|(least, _)| residual < least) {
-            best = Some((residual, cutoff_hz));
+        if let Some(seconds) = residual(robot, &core, &pilots, mass_kg) {
+            tried.push((cutoff_hz, seconds));
         }
     }
-    Ok(best.map_or(highest.min(CANDIDATES[0]), |(_, cutoff_hz)| cutoff_hz))
+    Ok(lowest_good_enough(&tried).unwrap_or(highest.min(CANDIDATES[0])))
 }
 
-/// Mean square of the residual's means over a second, W².
+/// The lowest cutoff that is not worse than the best by more than one standard error of their difference: the less passes
+/// the filter, the less noise the predicted power is compared with.
+fn lowest_good_enough(tried: &[(f64, Seconds)]) -> Option<f64> {
+    let (_, best) = tried.iter().min_by(|(_, a), (_, b)| a.mean_square().total_cmp(&b.mean_square()))?;
+    tried.iter().find(|(_, seconds)| seconds.not_worse_than(best)).map(|(cutoff_hz, _)| *cutoff_hz)
+}
+
+/// The residual's means over each second.
 fn residual<const N: usize>(
     robot: &Robot,
     core: &CoreRobot<f64, N>,
     pilots: &[Pilot<N>],
     mass_kg: f64,
-) -> Option<f64> {
+) -> Option<Seconds> {
     let mut dataset = Dataset::empty(*core, Gate::Signed);
     for (log, pilot) in pilots.iter().enumerate() {
         let mut conditioner = Conditioner::new(core, pilot.period_s).ok()?;
@@ -86,17 +93,17 @@ fn residual<const N: usize>(
     for row in &dataset.store {
         seconds.add((row.run, row.time.floor() as i64), row.power - model.power(&row.motion, row.mass)?);
     }
-    seconds.mean_square()
+    seconds.close();
+    (!seconds.squares.is_empty()).then_some(seconds)
 }
 
-/// Means over seconds, squared and averaged by their rows.
+/// Squared means of a residual over seconds, W².
 #[derive(Default)]
 struct Seconds {
     current: Option<(u32, i64)>,
     sum: f64,
     rows: f64,
-    squares: f64,
-    all_rows: f64,
+    squares: BTreeMap<(u32, i64), f64>,
 }
 
 impl Seconds {
@@ -110,15 +117,26 @@ impl Seconds {
     }
 
     fn close(&mut self) {
-        if self.rows > 0.0 {
-            self.squares += self.sum * self.sum / self.rows;
-            self.all_rows += self.rows;
+        if let Some(second) = self.current.take() {
+            self.squares.insert(second, (self.sum / self.rows).powi(2));
         }
         (self.sum, self.rows) = (0.0, 0.0);
     }
 
-    fn mean_square(mut self) -> Option<f64> {
-        self.close();
-        (self.all_rows > 0.0).then(|| self.squares / self.all_rows)
+    fn mean_square(&self) -> f64 {
+        self.squares.values().sum::<f64>() / self.squares.len() as f64
+    }
+
+    /// Compared second by second.
+    fn not_worse_than(&self, best: &Self) -> bool {
+        let worse: Vec<f64> = self
+            .squares
+            .iter()
+            .filter_map(|(second, square)| Some(square - best.squares.get(second)?))
+            .collect();
+        let count = worse.len() as f64;
+        let mean = worse.iter().sum::<f64>() / count;
+        let variance = worse.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        mean <= (variance / count).sqrt()
     }
 }

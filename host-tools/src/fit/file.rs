@@ -136,7 +136,7 @@ pub fn read<const N: usize>(file: &Path, robot: &Robot) -> Result<Coefficients<f
     }
     let model = model(&document).map_err(|message| wrong(message).in_column("parameters"))?;
     let noise = Noise { density: document.noise.density_w2_s, model_std: document.noise.model_std_w };
-    if !model.is_sound() || !(noise.density >= 0.0 && noise.model_std >= 0.0) {
+    if !(model.is_sound() && noise.density >= 0.0 && noise.model_std >= 0.0) {
         return Err(wrong("a coefficient is negative or not finite; expected at least 0".to_owned())
             .in_column("parameters"));
     }

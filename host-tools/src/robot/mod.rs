@@ -12,9 +12,9 @@ use crate::error::{Error, Result};
 
 /// Robots that need no file: their names, and the content of the file they were read from.
 const BUILT_IN: [(&[&str], &str); 3] = [
-    (&["burger", "turtlebot3burger", "turtlebot3"], include_str!("../../../robots/burger.toml")),
-    (&["warthog"], include_str!("../../../robots/warthog.toml")),
-    (&["husky", "huskya200"], include_str!("../../../robots/husky.toml")),
+    (&["burger", "turtlebot3burger", "turtlebot3"], include_str!("../../robots/burger.toml")),
+    (&["warthog"], include_str!("../../robots/warthog.toml")),
+    (&["husky", "huskya200"], include_str!("../../robots/husky.toml")),
 ];
 
 /// Mean absolute percentage errors leave out samples below this power unless the robot's file says otherwise, W.
