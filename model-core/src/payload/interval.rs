@@ -108,11 +108,18 @@ pub(super) fn within<T: Real>(range: &MassRange<T>, d: T, half_width: T) -> Payl
     if !d.is_finite() {
         return Payload::Unknown(Unknown::NotFinite);
     }
+    // As far as an estimate lies beyond the range, it is wrong.
+    let half_width = half_width.at_least(d.abs() - reach);
     if half_width > reach || !half_width.is_finite() {
         return Payload::Unknown(Unknown::TooWide);
     }
-    let cut = |x: T| middle + x.at_least(-reach).at_most(reach);
-    Payload::Known(Mass { mass: cut(d), low: cut(d - half_width), high: cut(d + half_width) })
+    let cut = |x: T| x.at_least(-reach).at_most(reach);
+    let d = cut(d);
+    Payload::Known(Mass {
+        mass: middle + d,
+        low: middle + cut(d - half_width),
+        high: middle + cut(d + half_width),
+    })
 }
 
 #[cfg(test)]
