@@ -55,6 +55,8 @@ pub struct Conditioner<T, const N: usize> {
     power: Channel<T>,
     /// Samples since the start or the last gap.
     age: u32,
+    /// Since the last finite sample, s.
+    waited: T,
 }
 
 /// Steps beyond this many sample periods are gaps: the filter starts anew behind them.
@@ -76,17 +78,21 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
             accelerations: [Channel::default(); N],
             power: Channel::default(),
             age: 0,
+            waited: T::ZERO,
         })
     }
 
     /// Takes one sample, `elapsed` (s) after the one before. `None` where it holds a value that is not finite: the
-    /// filter then stays as it was.
+    /// filter then stays as it was. Time that runs backwards or is not finite is a gap.
     #[inline]
     pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Option<Conditioned<T, N>> {
+        self.waited += elapsed;
         if !sample.is_finite() {
             return None;
         }
-        if self.age == 0 || elapsed > self.longest_step {
+        let follows = elapsed >= T::ZERO && self.waited <= self.longest_step;
+        self.waited = T::ZERO;
+        if self.age == 0 || !follows {
             self.settle(sample);
         }
         self.age = self.age.saturating_add(1);
@@ -203,10 +209,12 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         })
     }
 
-    /// Takes one sample, `elapsed` (s) after the one before.
+    /// Takes one sample, `elapsed` (s) after the one before. Time that runs backwards or is not finite is a gap of
+    /// unknown length: the buckets take it as none.
     #[inline]
     pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Estimate<T, N> {
         let conditioned = self.conditioner.push(sample, elapsed);
+        let elapsed = if elapsed.is_finite() { elapsed.at_least(T::ZERO) } else { T::ZERO };
         let mut power = None;
         if let Some(now) = &conditioned
             && now.settled
@@ -222,12 +230,15 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         let mut changed = None;
         // A gap closes empty buckets, so that old samples leave the window; never more of them than the ring holds.
         for _ in 0..B {
-            if self.phase + self.half_period < self.bucket_length {
+            if !self.is_bucket_full() {
                 break;
             }
             self.phase -= self.bucket_length;
             changed = self.close_bucket().or(changed);
             closed = true;
+        }
+        if self.is_bucket_full() {
+            self.phase = T::ZERO;
         }
         Estimate { conditioned, payload: self.payload, power, closed, changed }
     }
@@ -246,6 +257,10 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     /// Energy measured and predicted since the start (Eq. 9), J.
     pub fn energy(&self) -> (T, T) {
         (self.measured.joules(), self.predicted.joules())
+    }
+
+    fn is_bucket_full(&self) -> bool {
+        self.phase + self.half_period >= self.bucket_length
     }
 
     fn restart(&mut self, ago: usize) {
