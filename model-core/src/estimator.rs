@@ -246,6 +246,8 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     /// The payload is another from now on (Algorithm 2 with the change time known).
     pub fn payload_changed(&mut self) {
         self.restart(0);
+        // What it holds so far was carried by the payload before.
+        self.bucket = M::Sums::default();
         self.payload = Payload::Unknown(Unknown::NoSamples);
     }
 
