@@ -280,11 +280,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
             self.restart(ago.saturating_sub(1));
         }
         if self.timeline.schedule() == Schedule::Cumulative && self.buckets.len() == B {
-            self.buckets.halve(|mut earlier, later| {
-                earlier.merge(&later);
-                earlier
-            });
-            self.timeline.restart(self.buckets.len());
+            self.make_room();
         }
         self.buckets.push(self.bucket);
         self.bucket = M::Sums::default();
@@ -292,6 +288,19 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
             self.payload = self.method.estimate(self.buckets.latest(count));
         }
         changed
+    }
+
+    /// For one more bucket in a full ring whose buckets all count: those before the last change go, and only where
+    /// that frees none are neighbours merged.
+    fn make_room(&mut self) {
+        self.buckets.keep_latest(self.timeline.age());
+        if self.buckets.len() == B {
+            self.buckets.halve(|mut earlier, later| {
+                earlier.merge(&later);
+                earlier
+            });
+            self.timeline.restart(self.buckets.len());
+        }
     }
 
     fn notice_change(&mut self) -> Option<usize> {
