@@ -83,7 +83,7 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
     }
 
     /// Takes one sample, `elapsed` (s) after the one before. `None` where it holds a value that is not finite: the
-    /// filter then stays as it was. Time that runs backwards or is not finite is a gap.
+    /// filter then stays as it was. Time that runs backwards or is no number is a gap.
     #[inline]
     pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Option<Conditioned<T, N>> {
         self.waited += elapsed;
@@ -209,12 +209,13 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         })
     }
 
-    /// Takes one sample, `elapsed` (s) after the one before. Time that runs backwards or is not finite is a gap of
+    /// Takes one sample, `elapsed` (s) after the one before. Time that runs backwards or is no number is a gap of
     /// unknown length: the buckets take it as none.
     #[inline]
     pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Estimate<T, N> {
         let conditioned = self.conditioner.push(sample, elapsed);
-        let elapsed = if elapsed.is_finite() { elapsed.at_least(T::ZERO) } else { T::ZERO };
+        // In this order NaN counts as none.
+        let elapsed = T::ZERO.at_least(elapsed);
         let mut power = None;
         if let Some(now) = &conditioned
             && now.settled
