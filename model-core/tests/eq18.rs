@@ -155,6 +155,8 @@ proptest! {
                 + p.inertia_gain * mass * wheel.inertial_torque;
             tau * wheel.speed + p.winding_loss * tau * tau
         }).sum();
+        let direct: f64 = motion.wheels.iter().map(|wheel| p.wheel_power(wheel, mass)).sum();
+        prop_assert!(close(direct, expected, scale(&p, &motion, mass), ROUNDING), "{} {}", direct, expected);
         let found = regress(Gate::Signed, &p.expand(), &motion, mass);
         prop_assert!(close(found, expected, scale(&p, &motion, mass), ROUNDING), "{} {}", found, expected);
     }

@@ -306,3 +306,36 @@ fn scatter_widens_the_interval() {
     };
     assert!(width(0.05) > 5.0 * width(0.005));
 }
+
+/// One bucket has no scatter to show, so its interval is the fit's noise alone: Student's t for the prior's six buckets
+/// times √(density / (Σ g² Δt) + (model error · Σ g / Σ g²)²), with g = dP/dm.
+#[test]
+fn one_bucket_has_the_fits_interval() {
+    let samples: Vec<Seen> = (0..50)
+        .map(|i| {
+            let polynomial = Polynomial { a: 0.0, b: 0.1 + 0.002 * f64::from(i), c: 1.0 };
+            (1.0, Response { polynomial, may_clamp: false })
+        })
+        .collect();
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for (_, response) in &samples {
+        sum += response.polynomial.b;
+        squares += response.polynomial.b.powi(2);
+    }
+    for (density, model_std) in [(1e-3, 0.0), (0.0, 0.02), (2e-3, 0.03)] {
+        let window = Window { noise: Noise { density, model_std }, ..window() };
+        let found = window.estimate(buckets(&window, &samples, &[]).iter()).mass().unwrap();
+        let variance: f64 = density / (squares * window.period) + (model_std * sum / squares).powi(2);
+        // t.ppf(0.975, 6) of SciPy; the estimator's expansion of it is good to 1 %.
+        let expected = 2.446_912 * variance.sqrt();
+        let half_width = (found.high - found.low) / 2.0;
+        assert!((half_width / expected - 1.0).abs() < 0.01, "{half_width} {expected}");
+        // The surprise of a bucket is its error in units of the same two.
+        let off = 1.5 * variance.sqrt();
+        let mut sums = buckets(&window, &samples, &[])[0];
+        let surprise = window.surprise(&sums, found.mass - off).unwrap();
+        assert!((surprise - 1.5).abs() < 1e-9, "{surprise}");
+        window.add(&mut sums, f64::NAN, &samples[0].1, 1.0);
+        assert_eq!(window.surprise(&sums, 3.0), None);
+    }
+}
