@@ -1,6 +1,6 @@
 //! The one pipeline that board and host run: sample → filter → motion → model → payload → estimate.
 
-use crate::coefficients::Coefficients;
+use crate::coefficients::{Coefficients, Robot};
 use crate::energy::Energy;
 use crate::filter::{Channel, InvalidCutoff, LowPass};
 use crate::kinematics::MassMatrix;
@@ -63,12 +63,11 @@ pub struct Conditioner<T, const N: usize> {
 const GAP_PERIODS: f64 = 5.0;
 
 impl<T: Real, const N: usize> Conditioner<T, N> {
-    /// For samples `period_s` apart, with the filter and the geometry of `coefficients`.
+    /// For samples `period_s` apart of this robot.
     ///
     /// # Errors
     /// A filter cutoff that this sample rate cannot have.
-    pub fn new(coefficients: &Coefficients<T, N>, period_s: f64) -> Result<Self, InvalidCutoff> {
-        let robot = &coefficients.robot;
+    pub fn new(robot: &Robot<T, N>, period_s: f64) -> Result<Self, InvalidCutoff> {
         Ok(Self {
             filter: LowPass::new(robot.cutoff_hz.to_f64(), period_s)?,
             mass_matrix: robot.mass_matrix,
@@ -192,7 +191,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     /// A filter cutoff that this sample rate cannot have.
     pub fn new(coefficients: &Coefficients<T, N>, method: M, timing: &Timing) -> Result<Self, InvalidCutoff> {
         Ok(Self {
-            conditioner: Conditioner::new(coefficients, timing.period_s)?,
+            conditioner: Conditioner::new(&coefficients.robot, timing.period_s)?,
             model: coefficients.model,
             range: coefficients.robot.range,
             method,
@@ -217,13 +216,15 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         // In this order NaN counts as none.
         let elapsed = T::ZERO.at_least(elapsed);
         let mut power = None;
+        if let Some(now) = &conditioned {
+            self.measured.add(now.power, elapsed.at_most(self.conditioner.longest_step));
+        }
         if let Some(now) = &conditioned
             && now.settled
         {
             let response = self.model.response(&now.motion, &self.range);
             self.method.add(&mut self.bucket, now.power, &response, now.motion.mean_speed());
             power = self.payload.mass().and_then(|known| self.model.power(&now.motion, known.mass));
-            self.measured.add(now.power, elapsed);
             self.predicted.add(power.unwrap_or(T::ZERO), elapsed);
         }
         self.phase += elapsed;
@@ -239,6 +240,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
             closed = true;
         }
         if self.is_bucket_full() {
+            // The gap outlasted the ring: nothing older is left to push out.
             self.phase = T::ZERO;
         }
         Estimate { conditioned, payload: self.payload, power, closed, changed }
@@ -257,7 +259,8 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         (self.buckets.len() >= count && count > 0).then(|| self.method.estimate(self.buckets.latest(count)))
     }
 
-    /// Energy measured and predicted since the start (Eq. 9), J.
+    /// Actuation energy measured, and predicted while the mass was known, since the start (Eq. 9), J. A gap counts as one
+    /// longest step: nobody measured it.
     pub fn energy(&self) -> (T, T) {
         (self.measured.joules(), self.predicted.joules())
     }

@@ -11,7 +11,7 @@ use proptest::prelude::*;
 const PERIOD: f64 = 0.005;
 
 fn conditioner() -> Conditioner<f64, 2> {
-    Conditioner::new(&coefficients(), PERIOD).unwrap()
+    Conditioner::new(&coefficients().robot, PERIOD).unwrap()
 }
 
 fn sample(i: usize) -> Sample<f64, 2> {

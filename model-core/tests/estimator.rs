@@ -88,7 +88,7 @@ impl Driver {
 }
 
 fn conditioner() -> Conditioner<f64, 2> {
-    Conditioner::new(&robot(), PERIOD).unwrap()
+    Conditioner::new(&robot().robot, PERIOD).unwrap()
 }
 
 fn mass(payload: &Payload<f64>) -> f64 {
@@ -325,8 +325,8 @@ fn energy_is_the_integral_of_the_power() {
         let sample = driver.sample(3.0);
         let out = pipeline.push(&sample, PERIOD);
         let now = out.conditioned.unwrap();
+        measured += now.power.max(0.0) * PERIOD;
         if now.settled {
-            measured += now.power.max(0.0) * PERIOD;
             predicted += out.power.unwrap_or(0.0).max(0.0) * PERIOD;
         }
     }

@@ -1,0 +1,239 @@
+//! Logs, read once: Gram matrices of every row, and a thinned store of conditioned rows.
+//!
+//! The store keeps every k-th row, k doubling whenever it is full: memory is bounded, and since speed and power have
+//! passed a low-pass filter, neighbouring rows of a long log repeat each other. What needs single rows (which wheels are
+//! clamped, errors in percent, block-wise standard errors) looks at the store; sums over all rows come from the stream.
+
+use std::path::{Path, PathBuf};
+
+use model_core::coefficients::Robot as CoreRobot;
+use model_core::eq18::{self, Gate};
+use model_core::estimator::Conditioner;
+use model_core::motion::Motion;
+
+use super::cutoff;
+use super::gram::Gram;
+use crate::error::{Error, Result};
+use crate::log::{RawRow, SampleReader};
+use crate::progress::FileProgress;
+use crate::robot::Robot;
+
+/// Most rows in the store.
+pub const STORE_ROWS: usize = 1 << 18;
+
+/// One conditioned row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row<const N: usize> {
+    /// Speeds and accelerations behind the filter.
+    pub motion: Motion<f64, N>,
+    /// Actuation power behind the filter, W.
+    pub power: f64,
+    /// Total mass, kg.
+    pub mass: f64,
+    /// Which run: files and values of their `run` column are counted through.
+    pub run: u32,
+    /// Time within its log, s.
+    pub time: f64,
+}
+
+/// One run of a log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// Its log.
+    pub file: PathBuf,
+    /// Sums over all its rows.
+    pub gram: Gram,
+}
+
+/// What the logs hold.
+#[derive(Debug, Clone)]
+pub struct Dataset<const N: usize> {
+    /// The robot, with the filter's cutoff.
+    pub robot: CoreRobot<f64, N>,
+    /// The gate that the Gram matrices are formed with.
+    pub gate: Gate,
+    /// One entry a run.
+    pub runs: Vec<Run>,
+    /// The thinned rows, in the order of the logs.
+    pub store: Vec<Row<N>>,
+    /// Every how many rows one is in the store.
+    pub stride: u32,
+    /// Median sample period of the first log, s.
+    pub period_s: f64,
+    /// Rows read.
+    pub rows: u64,
+    /// Rows used: behind the filter's settling.
+    pub used: u64,
+    /// Rows left out as unusable, over all logs.
+    pub excluded: u64,
+    /// Payloads met, kg, to the gram, at most [`MOST_MASSES`].
+    pub masses: Vec<f64>,
+}
+
+/// Payloads told apart.
+pub const MOST_MASSES: usize = 16;
+
+/// What to read logs for.
+#[derive(Debug, Clone, Copy)]
+pub struct Reading {
+    /// Products of which model.
+    pub gate: Gate,
+    /// Cutoff of the filter, Hz; the robot's, or chosen by the data, unless given.
+    pub cutoff_hz: Option<f64>,
+    /// Total mass where a log has no `mass_kg`, kg.
+    pub mass_kg: f64,
+}
+
+impl<const N: usize> Dataset<N> {
+    /// Reads the logs: the first rows of each to choose the filter's cutoff unless it is given, then each once.
+    ///
+    /// # Errors
+    /// A log that cannot be read or is not one of this robot; no usable row in any.
+    pub fn read(robot: &Robot, files: &[PathBuf], reading: &Reading) -> Result<Self> {
+        let Some(first) = files.first() else { return Err(Error::usage("no log was given")) };
+        let given = reading.cutoff_hz.or(robot.filter_cutoff_hz());
+        let cutoff_hz = given.map_or_else(|| cutoff::choose::<N>(robot, files, reading.mass_kg), Ok)?;
+        let mut dataset = Self::empty(robot.core(cutoff_hz)?, reading.gate);
+        let mut progress = FileProgress::new(files);
+        for file in files {
+            let mut reader = SampleReader::open(file, robot)?;
+            dataset.read_log(file, &mut reader, reading.mass_kg, &mut progress)?;
+            progress.done_with_file();
+            let exclusions = reader.exclusions();
+            dataset.excluded += exclusions.total();
+            if exclusions.total() > 0 {
+                progress.note(&format!("{}: {exclusions}", file.display()));
+            }
+        }
+        progress.finish();
+        if dataset.store.is_empty() {
+            return Err(Error::failed(format!(
+                "no usable row: the filter (cutoff {cutoff_hz} Hz) needs {:.1} s to settle after each start and gap; \
+                 expected a longer log",
+                2.0 / cutoff_hz
+            ))
+            .in_file(first));
+        }
+        Ok(dataset)
+    }
+
+    pub(super) fn empty(robot: CoreRobot<f64, N>, gate: Gate) -> Self {
+        Self {
+            robot,
+            gate,
+            runs: Vec::new(),
+            store: Vec::new(),
+            stride: 1,
+            period_s: f64::NAN,
+            rows: 0,
+            used: 0,
+            excluded: 0,
+            masses: Vec::new(),
+        }
+    }
+
+    fn read_log(
+        &mut self,
+        file: &Path,
+        reader: &mut SampleReader<N>,
+        mass_kg: f64,
+        progress: &mut FileProgress,
+    ) -> Result<()> {
+        let mut conditioner = conditioner(&self.robot, file, reader.period_s())?;
+        if self.period_s.is_nan() {
+            self.period_s = reader.period_s();
+        }
+        let first_run = self.runs.len();
+        while let Some(raw) = reader.next_row()? {
+            self.rows += 1;
+            if self.rows.is_multiple_of(1 << 16) {
+                progress.at(reader.progress());
+            }
+            let run = first_run + raw.run as usize;
+            while self.runs.len() <= run {
+                self.runs.push(Run { file: file.to_owned(), gram: Gram::default() });
+            }
+            if let Some(row) = condition(&mut conditioner, &raw, mass_kg) {
+                self.push(Row { run: run as u32, ..row });
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes a conditioned row: into its run's sums, and into the store if it is its turn.
+    fn push(&mut self, row: Row<N>) {
+        if let Some(run) = self.runs.get_mut(row.run as usize) {
+            let products = eq18::products(self.gate, &row.motion);
+            run.gram.add(&eq18::regressors(self.gate, &products, row.mass), row.power);
+        }
+        if self.used.is_multiple_of(u64::from(self.stride)) {
+            self.keep(row);
+        }
+        self.used += 1;
+        let known = self.masses.iter().any(|known| (known - row.mass).abs() < 1e-3);
+        if !known && self.masses.len() < MOST_MASSES {
+            self.masses.push(row.mass);
+        }
+    }
+
+    pub(super) fn keep(&mut self, row: Row<N>) {
+        if self.store.len() == STORE_ROWS {
+            let mut index = 0_usize;
+            self.store.retain(|_| {
+                index += 1;
+                index % 2 == 1
+            });
+            self.stride *= 2;
+            if !self.used.is_multiple_of(u64::from(self.stride)) {
+                return;
+            }
+        }
+        self.store.push(row);
+    }
+
+    /// Sums over all rows of all runs.
+    pub fn gram(&self) -> Gram {
+        let mut total = Gram::default();
+        for run in &self.runs {
+            total.merge(&run.gram);
+        }
+        total
+    }
+
+    /// Time between rows of the store, s.
+    pub fn store_period_s(&self) -> f64 {
+        self.period_s * f64::from(self.stride)
+    }
+}
+
+/// A raw row behind the filter; `None` while that settles. A log without masses is at `mass_kg`.
+pub(super) fn condition<const N: usize>(
+    conditioner: &mut Conditioner<f64, N>,
+    raw: &RawRow<N>,
+    mass_kg: f64,
+) -> Option<Row<N>> {
+    let now = conditioner.push(&raw.sample, raw.elapsed).filter(|now| now.settled)?;
+    let mass = raw.mass.unwrap_or(mass_kg);
+    Some(Row { motion: now.motion, power: now.power, mass, run: raw.run, time: raw.time })
+}
+
+/// The conditioner for a log of this robot.
+///
+/// # Errors
+/// The log is too slow for the filter.
+pub fn conditioner<const N: usize>(
+    robot: &CoreRobot<f64, N>,
+    file: &Path,
+    period_s: f64,
+) -> Result<Conditioner<f64, N>> {
+    Conditioner::new(robot, period_s).map_err(|error| {
+        Error::failed(format!(
+            "sampled at {:.2} Hz, too slow for the filter's cutoff of {} Hz; expected a cutoff below {:.2} Hz \
+             (filter_cutoff_hz in robot.toml)",
+            1.0 / period_s,
+            error.cutoff_hz,
+            error.below_hz
+        ))
+        .in_file(file)
+    })
+}
