@@ -339,3 +339,21 @@ fn one_bucket_has_the_fits_interval() {
         assert_eq!(window.surprise(&sums, 3.0), None);
     }
 }
+
+/// A step too small to move the estimate ends the search: it once threw it to the middle of the bracket and left the
+/// estimate wherever the last iteration then was.
+#[test]
+fn the_search_ends_at_the_minimum() {
+    let samples = drive(&models()[0], 5.166250240976489, 0.02, 300, 11584987153609022412);
+    let window = window();
+    for cuts in [even_cuts(300, 30), vec![54, 88, 92, 107, 123, 133, 210]] {
+        let buckets = buckets(&window, &samples, &cuts);
+        let mut total = Sums::default();
+        for bucket in &buckets {
+            total.merge(bucket);
+        }
+        let d = window.estimate(buckets.iter()).mass().unwrap().mass - range().middle();
+        let off = total.score(d) / total.information(d);
+        assert!(off.abs() < 1e-12, "{off} kg from the minimum");
+    }
+}

@@ -121,7 +121,8 @@ impl<T: Real> Window<T> {
             }
             let step = score / total.information(d);
             let newton = d + step;
-            let next = if newton > low && newton < high { newton } else { (low + high) * T::HALF };
+            // A step below the last digit ends on the bracket's end: that is the minimum, not a way out.
+            let next = if newton >= low && newton <= high { newton } else { (low + high) * T::HALF };
             if (next - d).abs() <= T::TWO * T::EPSILON * reach {
                 return next;
             }
