@@ -200,14 +200,17 @@ impl Reader<'_> {
 }
 
 impl<T: Real, const N: usize> Coefficients<T, N> {
-    /// The image, in single precision. `None` for more than [`MOST_WHEELS`] wheels.
+    /// The image, in single precision. `None` for more than [`MOST_WHEELS`] wheels, and for what has no model id:
+    /// ungated products with coefficients of their own.
     pub fn encode(&self) -> Option<Image> {
         let length = HEAD + 12 * N + 4;
         if N > MOST_WHEELS {
             return None;
         }
         let (model, drive, values) = match &self.model {
-            Model::Eq18 { gate, beta } => (u8::from(*gate != Gate::Published), 0, *beta),
+            Model::Eq18 { gate: Gate::Published, beta } => (0, 0, *beta),
+            Model::Eq18 { gate: Gate::Corrected, beta } => (1, 0, *beta),
+            Model::Eq18 { gate: Gate::Signed, .. } => return None,
             Model::Signed { torque, drive } => {
                 let mut values = [T::ZERO; REGRESSORS];
                 for (place, value) in values.iter_mut().zip(torque.to_array()) {

@@ -11,11 +11,12 @@ pub struct Energy<T> {
 }
 
 impl<T: Real> Energy<T> {
-    /// Adds `power` (W) held for `duration` (s). What is not finite adds nothing.
+    /// Adds `power` (W) held for `duration` (s). What is not finite adds nothing, nor does time that runs
+    /// backwards.
     #[inline]
     pub fn add(&mut self, power: T, duration: T) {
         let joules = power.at_least(T::ZERO) * duration;
-        if !joules.is_finite() {
+        if !(joules.is_finite() && joules > T::ZERO) {
             return;
         }
         let term = joules - self.owed;

@@ -55,6 +55,8 @@ pub struct Conditioner<T, const N: usize> {
     power: Channel<T>,
     /// Samples since the start or the last gap.
     age: u32,
+    /// Since the last finite sample, s.
+    waited: T,
 }
 
 /// Steps beyond this many sample periods are gaps: the filter starts anew behind them.
@@ -75,17 +77,21 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
             accelerations: [Channel::default(); N],
             power: Channel::default(),
             age: 0,
+            waited: T::ZERO,
         })
     }
 
     /// Takes one sample, `elapsed` (s) after the one before. `None` where it holds a value that is not finite: the
-    /// filter then stays as it was.
+    /// filter then stays as it was. Time that runs backwards or is no number is a gap.
     #[inline]
     pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Option<Conditioned<T, N>> {
+        self.waited += elapsed;
         if !sample.is_finite() {
             return None;
         }
-        if self.age == 0 || elapsed > self.longest_step {
+        let follows = elapsed >= T::ZERO && self.waited <= self.longest_step;
+        self.waited = T::ZERO;
+        if self.age == 0 || !follows {
             self.settle(sample);
         }
         self.age = self.age.saturating_add(1);
@@ -202,10 +208,13 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         })
     }
 
-    /// Takes one sample, `elapsed` (s) after the one before.
+    /// Takes one sample, `elapsed` (s) after the one before. Time that runs backwards or is no number is a gap of
+    /// unknown length: the buckets take it as none.
     #[inline]
     pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Estimate<T, N> {
         let conditioned = self.conditioner.push(sample, elapsed);
+        // In this order NaN counts as none.
+        let elapsed = T::ZERO.at_least(elapsed);
         let mut power = None;
         if let Some(now) = &conditioned {
             self.measured.add(now.power, elapsed.at_most(self.conditioner.longest_step));
@@ -223,14 +232,14 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         let mut changed = None;
         // A gap closes empty buckets, so that old samples leave the window; never more of them than the ring holds.
         for _ in 0..B {
-            if self.phase + self.half_period < self.bucket_length {
+            if !self.is_bucket_full() {
                 break;
             }
             self.phase -= self.bucket_length;
             changed = self.close_bucket().or(changed);
             closed = true;
         }
-        if self.phase > self.bucket_length {
+        if self.is_bucket_full() {
             // The gap outlasted the ring: nothing older is left to push out.
             self.phase = T::ZERO;
         }
@@ -240,6 +249,8 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     /// The payload is another from now on (Algorithm 2 with the change time known).
     pub fn payload_changed(&mut self) {
         self.restart(0);
+        // What it holds so far was carried by the payload before.
+        self.bucket = M::Sums::default();
         self.payload = Payload::Unknown(Unknown::NoSamples);
     }
 
@@ -252,6 +263,10 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     /// longest step: nobody measured it.
     pub fn energy(&self) -> (T, T) {
         (self.measured.joules(), self.predicted.joules())
+    }
+
+    fn is_bucket_full(&self) -> bool {
+        self.phase + self.half_period >= self.bucket_length
     }
 
     fn restart(&mut self, ago: usize) {
@@ -269,11 +284,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
             self.restart(ago.saturating_sub(1));
         }
         if self.timeline.schedule() == Schedule::Cumulative && self.buckets.len() == B {
-            self.buckets.halve(|mut earlier, later| {
-                earlier.merge(&later);
-                earlier
-            });
-            self.timeline.restart(self.buckets.len());
+            self.make_room();
         }
         self.buckets.push(self.bucket);
         self.bucket = M::Sums::default();
@@ -281,6 +292,19 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
             self.payload = self.method.estimate(self.buckets.latest(count));
         }
         changed
+    }
+
+    /// For one more bucket in a full ring whose buckets all count: those before the last change go, and only where
+    /// that frees none are neighbours merged.
+    fn make_room(&mut self) {
+        self.buckets.keep_latest(self.timeline.age());
+        if self.buckets.len() == B {
+            self.buckets.halve(|mut earlier, later| {
+                earlier.merge(&later);
+                earlier
+            });
+            self.timeline.restart(self.buckets.len());
+        }
     }
 
     fn notice_change(&mut self) -> Option<usize> {

@@ -35,7 +35,9 @@ impl<T: Real, const N: usize> Motion<T, N> {
         let mut wheels = [Wheel::default(); N];
         let inputs = speed.iter().zip(acceleration).zip(&torque);
         for (wheel, ((&speed, &acceleration), &inertial_torque)) in wheels.iter_mut().zip(inputs) {
-            if speed.abs() > dead_band {
+            let at_rest = speed.abs() <= dead_band;
+            // What is not a number is not at rest: it stays in, so that no model makes a power of it.
+            if !at_rest {
                 *wheel = Wheel { speed, acceleration, inertial_torque, direction: speed.sign() };
             }
         }

@@ -5,28 +5,60 @@ use crate::real::Real;
 use super::{Mass, Payload, Unknown};
 use crate::model::MassRange;
 
+/// The longest distance, in buckets, at which products of scores count.
+const LAGS: usize = 3;
+
+/// Buckets from which on the products 1, 2 and 3 apart count: fewer cannot tell them from chance.
+const BUCKETS_FOR_LAG: [f64; LAGS] = [0.0, 12.0, 24.0];
+
+/// What a bucket says: its score and its information.
+#[derive(Debug, Clone, Copy, Default)]
+struct Evidence<T> {
+    score: T,
+    information: T,
+}
+
+/// Σ x_b y_{b+lag} of scores and of information.
+#[derive(Debug, Clone, Copy, Default)]
+struct Products<T> {
+    scores: T,
+    information: T,
+}
+
+impl<T: Real> Products<T> {
+    #[inline]
+    fn add(&mut self, now: &Evidence<T>, earlier: &Evidence<T>) {
+        self.scores += now.score * earlier.score;
+        self.information += now.information * earlier.information;
+    }
+}
+
 /// Sums over the buckets of a window that the variance of a weighted estimate needs.
 ///
 /// With scores s_b (the sum of weight times residual in a bucket) and information i_b, the estimate errs by
-/// Σ s_b / Σ i_b. Neighbouring buckets are correlated through the filter, so the variance of Σ s_b counts their
-/// products once more (Newey and West's estimator with one lag, without its taper).
+/// Σ s_b / Σ i_b. Neighbouring buckets are correlated through the filter and through what the model lacks, so the
+/// variance of Σ s_b counts their products twice (Newey and West's estimator, without its taper), up to a lag that
+/// grows with the window: for an error that lasts two buckets, one lag would see half of its variance.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Scatter<T> {
-    squares: T,
-    neighbours: T,
     information: T,
-    information_squares: T,
-    last_score: T,
+    squares: Products<T>,
+    lagged: [Products<T>; LAGS],
+    /// Latest first.
+    last: [Evidence<T>; LAGS],
 }
 
 impl<T: Real> Scatter<T> {
     #[inline]
     pub(super) fn add(&mut self, score: T, information: T) {
-        self.squares += score * score;
-        self.neighbours += score * self.last_score;
-        self.last_score = score;
+        let now = Evidence { score, information };
         self.information += information;
-        self.information_squares += information * information;
+        self.squares.add(&now, &now);
+        for (products, earlier) in self.lagged.iter_mut().zip(&self.last) {
+            products.add(&now, earlier);
+        }
+        let [first, second, _] = self.last;
+        self.last = [now, first, second];
     }
 
     pub(super) fn information(&self) -> T {
@@ -38,14 +70,23 @@ impl<T: Real> Scatter<T> {
     /// `expected` is the variance of Σ s_b by the fit's noise, which counts as `prior` buckets' worth of evidence beside
     /// the scatter seen; `lasting` is the variance of the estimate from errors that outlast the window.
     pub(super) fn half_width(&self, prior: T, expected: T, lasting: T) -> T {
+        let total = self.information * self.information;
         // Buckets without information tell nothing: this many alike would scatter as these do.
-        let buckets = self.information * self.information / self.information_squares;
-        let freedom = (buckets - T::ONE).at_least(T::ZERO);
-        // One degree of freedom went into the estimate.
-        let bias = if freedom > T::HALF { buckets / freedom } else { T::ZERO };
-        let seen = (self.squares + T::TWO * self.neighbours).at_least(self.squares * T::HALF) * bias;
+        let buckets = total / self.squares.information;
+        let mut sums = self.squares;
+        for (products, least) in self.lagged.iter().zip(BUCKETS_FOR_LAG) {
+            if buckets >= T::from_f64(least) {
+                sums.scores += T::TWO * products.scores;
+                sums.information += T::TWO * products.information;
+            }
+        }
+        // The estimate took its part of the scatter out of every product: for white noise what is left is this share.
+        let left = (T::ONE - sums.information / total).at_least(T::ZERO);
+        let freedom = buckets * left;
+        let bias = if freedom > T::HALF { T::ONE / left } else { T::ZERO };
+        let seen = sums.scores.at_least(self.squares.scores * T::HALF) * bias;
         let pooled = (prior * expected + freedom * seen) / (prior + freedom);
-        let variance = pooled / (self.information * self.information);
+        let variance = pooled / total;
         student_95(prior + freedom) * (variance + lasting).sqrt()
     }
 }
@@ -67,11 +108,18 @@ pub(super) fn within<T: Real>(range: &MassRange<T>, d: T, half_width: T) -> Payl
     if !d.is_finite() {
         return Payload::Unknown(Unknown::NotFinite);
     }
+    // As far as an estimate lies beyond the range, it is wrong.
+    let half_width = half_width.at_least(d.abs() - reach);
     if half_width > reach || !half_width.is_finite() {
         return Payload::Unknown(Unknown::TooWide);
     }
-    let cut = |x: T| middle + x.at_least(-reach).at_most(reach);
-    Payload::Known(Mass { mass: cut(d), low: cut(d - half_width), high: cut(d + half_width) })
+    let cut = |x: T| x.at_least(-reach).at_most(reach);
+    let d = cut(d);
+    Payload::Known(Mass {
+        mass: middle + d,
+        low: middle + cut(d - half_width),
+        high: middle + cut(d + half_width),
+    })
 }
 
 #[cfg(test)]

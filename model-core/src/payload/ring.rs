@@ -47,6 +47,15 @@ impl<S: Copy + Default, const B: usize> Ring<S, B> {
         older.iter().chain(recent)
     }
 
+    /// Forgets all but the latest `count`.
+    pub fn keep_latest(&mut self, count: usize) {
+        let mut kept = Self::default();
+        for bucket in self.latest(count) {
+            kept.push(*bucket);
+        }
+        *self = kept;
+    }
+
     /// Replaces every two neighbours by one, so that there is room for as many again.
     pub fn halve(&mut self, mut merge: impl FnMut(S, S) -> S) {
         let mut halved = Self::default();

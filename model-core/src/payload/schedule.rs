@@ -43,6 +43,11 @@ impl Timeline {
         self.schedule
     }
 
+    /// Buckets counted since the start, the last change or the start of the round.
+    pub fn age(&self) -> usize {
+        self.age
+    }
+
     /// The payload is another since `ago` buckets.
     pub fn restart(&mut self, ago: usize) {
         self.age = ago;

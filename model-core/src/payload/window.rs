@@ -121,7 +121,8 @@ impl<T: Real> Window<T> {
             }
             let step = score / total.information(d);
             let newton = d + step;
-            let next = if newton > low && newton < high { newton } else { (low + high) * T::HALF };
+            // A step below the last digit ends on the bracket's end: that is the minimum, not a way out.
+            let next = if newton >= low && newton <= high { newton } else { (low + high) * T::HALF };
             if (next - d).abs() <= T::TWO * T::EPSILON * reach {
                 return next;
             }
@@ -135,8 +136,12 @@ impl<T: Real> Method<T> for Window<T> {
     type Sums = Sums<T>;
 
     #[inline]
-    fn add(&self, sums: &mut Sums<T>, power: T, response: &Response<T>, _mean_speed: T) {
-        sums.add(power, response);
+    fn add(&self, sums: &mut Sums<T>, power: T, response: &Response<T>, mean_speed: T) {
+        // Eq. 18's β1 and β2 act at rest too, where no payload can be told from the standing robot's other losses.
+        let at_rest = mean_speed <= T::ZERO;
+        if !at_rest {
+            sums.add(power, response);
+        }
     }
 
     fn estimate<'a>(&self, buckets: impl Iterator<Item = &'a Sums<T>> + Clone) -> Payload<T> {

@@ -1,0 +1,260 @@
+//! The coefficient image: what goes in comes out, and what is wrong is named.
+#![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
+
+mod common;
+
+use common::{coefficients, servo};
+use crc::{CRC_32_ISO_HDLC, Crc};
+use model_core::coefficients::{Coefficients, DecodeError, LONGEST_IMAGE, NAME_BYTES, Name, Robot, VERSION};
+use model_core::eq18::Gate;
+use model_core::kinematics::Kinematics;
+use model_core::model::{MassRange, Model};
+use model_core::payload::Noise;
+use model_core::torque::{Drive, PARAMETERS, TorqueModel};
+use proptest::prelude::*;
+
+type Two = Coefficients<f64, 2>;
+
+fn bytes() -> Vec<u8> {
+    coefficients().encode().unwrap().as_bytes().to_vec()
+}
+
+/// The image with other bytes and the checksum that belongs to them.
+fn forged(change: impl FnOnce(&mut [u8])) -> Vec<u8> {
+    let mut bytes = bytes();
+    change(&mut bytes);
+    let body = bytes.len() - 4;
+    let checksum = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&bytes[..body]);
+    bytes[body..].copy_from_slice(&checksum.to_le_bytes());
+    bytes
+}
+
+fn with_number(offset: usize, value: f32) -> Vec<u8> {
+    forged(|bytes| bytes[offset..offset + 4].copy_from_slice(&value.to_le_bytes()))
+}
+
+/// Numbers that single precision holds.
+fn number() -> impl Strategy<Value = f32> {
+    prop_oneof![Just(0.0_f32), 1e-20..1e9_f32, 1e-3..1e3_f32]
+}
+
+fn model() -> impl Strategy<Value = Model<f32>> {
+    let beta = || proptest::array::uniform15(number());
+    let torque = || proptest::array::uniform::<_, PARAMETERS>(number()).prop_map(TorqueModel::from_array);
+    prop_oneof![
+        beta().prop_map(|beta| Model::Eq18 { gate: Gate::Published, beta }),
+        beta().prop_map(|beta| Model::Eq18 { gate: Gate::Corrected, beta }),
+        torque().prop_map(|torque| Model::Signed { torque, drive: Drive::Dissipative }),
+        torque().prop_map(|torque| Model::Signed { torque, drive: Drive::Regenerative }),
+    ]
+}
+
+fn any_coefficients<const N: usize>() -> impl Strategy<Value = Coefficients<f32, N>> {
+    let rows = proptest::array::uniform3(proptest::array::uniform::<_, N>(-2.0..2.0_f32));
+    let robot = (
+        ".{0,30}",
+        rows,
+        0.01..2.0_f32,
+        0.0..0.1_f32,
+        0.1..50.0_f32,
+        0.1..100.0_f32,
+        0.1..100.0_f32,
+        -9.0..99.0_f32,
+    );
+    (robot, model(), number(), number()).prop_map(
+        |(
+            (name, rows, gyration_radius, dead_band, cutoff_hz, empty, payload, static_power),
+            model,
+            density,
+            model_std,
+        )| {
+            let kinematics = Kinematics::from_rows(rows).unwrap();
+            Coefficients {
+                robot: Robot {
+                    name: Name::new(&name),
+                    kinematics,
+                    gyration_radius,
+                    mass_matrix: kinematics.mass_matrix(gyration_radius).unwrap(),
+                    dead_band,
+                    cutoff_hz,
+                    range: MassRange::new(empty, empty + payload).unwrap(),
+                    static_power,
+                },
+                model,
+                noise: Noise { density, model_std },
+            }
+        },
+    )
+}
+
+fn assert_round_trip<const N: usize>(single: &Coefficients<f32, N>) -> Result<(), TestCaseError> {
+    let image = single.encode().unwrap();
+    prop_assert!(image.as_bytes().len() <= LONGEST_IMAGE);
+    prop_assert_eq!(image.as_bytes().len(), 132 + 12 * N);
+    prop_assert_eq!(&Coefficients::decode(image.as_bytes()).unwrap(), single);
+    // Flash behind the image is erased, not part of it.
+    let mut flash = image.as_bytes().to_vec();
+    flash.extend([0xff; 100]);
+    prop_assert_eq!(&Coefficients::decode(&flash).unwrap(), single);
+    // In double precision the numbers are the same; M'' is computed from them and may be more exact.
+    let double = Coefficients::<f64, N>::decode(image.as_bytes()).unwrap();
+    prop_assert_eq!(&double, &single.convert::<f64>().unwrap());
+    prop_assert_eq!(&double.convert::<f32>().unwrap(), single);
+    prop_assert_eq!(double.encode().unwrap(), image);
+    Ok(())
+}
+
+proptest! {
+    #[test]
+    fn decode_of_encode_is_the_same(
+        two in any_coefficients::<2>(), three in any_coefficients::<3>(), six in any_coefficients::<6>(),
+    ) {
+        assert_round_trip(&two)?;
+        assert_round_trip(&three)?;
+        assert_round_trip(&six)?;
+    }
+
+    #[test]
+    fn any_bytes_are_no_panic(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
+        prop_assert!(Two::decode(&bytes).is_err());
+    }
+
+    /// With a true header and checksum around whatever else.
+    #[test]
+    fn any_fields_are_no_panic(fields in proptest::array::uniform::<_, 144>(any::<u8>())) {
+        let bytes = forged(|bytes| bytes[8..152].copy_from_slice(&fields));
+        if let Ok(found) = Two::decode(&bytes) {
+            prop_assert!(found.model.is_sound());
+        }
+        let mut bytes = bytes;
+        bytes[10] = 2;
+        let bytes = forged(|forged| forged[8..152].copy_from_slice(&bytes[8..152]));
+        if let Ok(found) = Two::decode(&bytes) {
+            prop_assert!(found.model.is_sound() && found.robot.cutoff_hz > 0.0);
+        }
+    }
+
+    /// A name is the longest part of it that fits and ends with a character.
+    #[test]
+    fn names_end_with_a_character(name in "[a-zäß€𝄞]{0,30}") {
+        let kept = Name::new(&name).as_str().to_owned();
+        prop_assert!(name.starts_with(&kept) && kept.len() <= NAME_BYTES);
+        if let Some(next) = name[kept.len()..].chars().next() {
+            prop_assert!(kept.len() + next.len_utf8() > NAME_BYTES);
+        }
+    }
+}
+
+#[test]
+fn every_flipped_bit_is_noticed() {
+    let good = bytes();
+    for bit in 0..good.len() * 8 {
+        let mut bad = good.clone();
+        bad[bit / 8] ^= 1 << (bit % 8);
+        assert!(Two::decode(&bad).is_err(), "bit {bit}");
+        // In flash, where the image's length may point behind it.
+        bad.extend([0xff; 70_000]);
+        assert!(Two::decode(&bad).is_err(), "bit {bit} in flash");
+    }
+}
+
+#[test]
+fn every_truncation_is_noticed() {
+    let good = bytes();
+    for length in 0..good.len() {
+        assert_eq!(Two::decode(&good[..length]), Err(DecodeError::Truncated), "{length}");
+        // Cut in flash: zeros or ones behind it.
+        for fill in [0x00, 0xff] {
+            let mut cut = good[..length].to_vec();
+            cut.resize(good.len(), fill);
+            assert!(cut == good || Two::decode(&cut).is_err(), "{length} {fill}");
+        }
+    }
+    assert!(Two::decode(&good).is_ok());
+}
+
+#[test]
+fn what_is_wrong_is_named() {
+    assert_eq!(Two::decode(b"GMRX and more"), Err(DecodeError::NotAnImage));
+    assert_eq!(Two::decode(&forged(|b| b[4] = 9)), Err(DecodeError::Version { found: 9 }));
+    assert_ne!(VERSION, 9);
+    assert_eq!(Two::decode(&forged(|b| b[8] = 7)), Err(DecodeError::UnknownModel { found: 7 }));
+    assert_eq!(Two::decode(&forged(|b| b[9] = 2)), Err(DecodeError::Field("drive")));
+    assert_eq!(Two::decode(&forged(|b| b[10] = 5)), Err(DecodeError::WheelCount { found: 5 }));
+    assert_eq!(Coefficients::<f64, 4>::decode(&bytes()), Err(DecodeError::WheelCount { found: 2 }));
+    let mut bad = bytes();
+    bad[60] ^= 0x10;
+    assert_eq!(Two::decode(&bad), Err(DecodeError::Checksum));
+}
+
+#[test]
+fn impossible_numbers_are_refused() {
+    let fields: [(usize, &str, &[f32]); 9] = [
+        (36, "gyration_radius_m", &[0.0, -1.0]),
+        (40, "speed_dead_band_rad_s", &[-1.0]),
+        (44, "filter_cutoff_hz", &[0.0, -1.0]),
+        (48, "mass_no_load_kg", &[0.0, -1.0, 100.0]),
+        (52, "mass_full_load_kg", &[]),
+        (56, "static_power_w", &[]),
+        (60, "noise", &[-1.0]),
+        (64, "noise", &[-1.0]),
+        (128, "kinematics", &[]),
+    ];
+    for (offset, name, values) in fields {
+        for value in values.iter().chain(&[f32::NAN, f32::INFINITY, f32::NEG_INFINITY]) {
+            let found = Two::decode(&with_number(offset, *value));
+            assert_eq!(found, Err(DecodeError::Field(name)), "{value} at {offset}");
+        }
+    }
+    for coefficient in 0..PARAMETERS {
+        for value in [-1e-6, f32::NAN, f32::INFINITY] {
+            let found = Two::decode(&with_number(68 + 4 * coefficient, value));
+            assert_eq!(
+                found,
+                Err(DecodeError::Field("coefficients")),
+                "{value} as coefficient {coefficient}"
+            );
+        }
+    }
+    let no_wheels = forged(|bytes| bytes[128..152].fill(0));
+    assert_eq!(Two::decode(&no_wheels), Err(DecodeError::Field("kinematics")));
+}
+
+/// What is not finite in single precision, or not allowed, does not survive the round trip as something else.
+#[test]
+fn what_no_board_could_run_does_not_come_back() {
+    let with = |torque| Two { model: Model::Signed { torque, drive: Drive::Dissipative }, ..coefficients() };
+    for value in [-1.0, f64::NAN, f64::INFINITY, 1e300] {
+        let image = with(TorqueModel { viscous: value, ..servo() }).encode().unwrap();
+        assert_eq!(Two::decode(image.as_bytes()), Err(DecodeError::Field("coefficients")), "{value}");
+    }
+    let ungated = Two { model: Model::Eq18 { gate: Gate::Signed, beta: servo().expand() }, ..coefficients() };
+    assert_eq!(ungated.encode(), None);
+    let kinematics = Kinematics::<f64, 7>::from_rows([[1.0; 7]; 3]).unwrap();
+    let two = coefficients();
+    let seven = Coefficients {
+        robot: Robot {
+            name: two.robot.name,
+            kinematics,
+            gyration_radius: 1.0,
+            mass_matrix: kinematics.mass_matrix(1.0).unwrap(),
+            dead_band: 0.0,
+            cutoff_hz: 1.0,
+            range: two.robot.range,
+            static_power: 0.0,
+        },
+        model: two.model,
+        noise: two.noise,
+    };
+    assert_eq!(seven.encode(), None);
+}
+
+#[test]
+fn names_that_are_no_text_are_empty() {
+    let found = Two::decode(&forged(|bytes| bytes[12..36].fill(0xff))).unwrap();
+    assert_eq!(found.robot.name.as_str(), "");
+    assert_eq!(Name::new("Burger").as_str(), "Burger");
+    assert_eq!(Name::new("").as_str(), "");
+    // 23 bytes and a character of two.
+    assert_eq!(Name::new("abcdefghijklmnopqrstuvwä").as_str(), "abcdefghijklmnopqrstuvw");
+}

@@ -1,0 +1,370 @@
+//! The whole pipeline on synthetic drives: schedules, changes, gaps and energy.
+#![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
+
+mod common;
+
+use common::{Rng, burger, coefficients, range, servo};
+use model_core::coefficients::{Coefficients, Robot};
+use model_core::eq18::Gate;
+use model_core::estimator::{Conditioner, Estimate, Estimator, Sample, Timing};
+use model_core::model::Model;
+use model_core::motion::Motion;
+use model_core::payload::schedule::Schedule;
+use model_core::payload::window::{Sums, Window};
+use model_core::payload::{Bucket, Method, Noise, Payload, Unknown};
+use model_core::torque::Drive;
+
+const PERIOD: f64 = 0.01;
+const PER_BUCKET: usize = 100;
+const RING: usize = 8;
+/// Standard deviation of the measured power, W; it is white, so its density is σ² Δt.
+const SIGMA: f64 = 0.03;
+
+type Pipeline = Estimator<f64, Window<f64>, 2, RING>;
+
+fn robot() -> Coefficients<f64, 2> {
+    let found = coefficients();
+    // Little delay, so that P(filtered speed) and filtered P(speed) are the same to a mW.
+    let robot = Robot { cutoff_hz: 20.0, ..found.robot };
+    Coefficients { robot, noise: Noise { density: SIGMA * SIGMA * PERIOD, model_std: 0.0 }, ..found }
+}
+
+fn method() -> Window<f64> {
+    Window { range: range(), noise: robot().noise, period: PERIOD }
+}
+
+fn pipeline(schedule: Schedule, detect_changes: bool) -> Pipeline {
+    let timing = Timing { period_s: PERIOD, bucket_s: 1.0, schedule, detect_changes };
+    Estimator::new(&robot(), method(), &timing).unwrap()
+}
+
+/// A drive that never stands still: speed changes smoothly, power follows the model at `mass` with white noise.
+struct Driver {
+    rng: Rng,
+    time: f64,
+}
+
+impl Driver {
+    fn new(seed: u64) -> Self {
+        Self { rng: Rng::new(seed), time: 0.0 }
+    }
+
+    fn sample(&mut self, mass: f64) -> Sample<f64, 2> {
+        let t = self.time;
+        self.time += PERIOD;
+        let speed = [4.0 + 1.5 * (0.9 * t).sin(), 4.0 + 1.5 * (0.7 * t).cos()];
+        let acceleration = [1.5 * 0.9 * (0.9 * t).cos(), -1.5 * 0.7 * (0.7 * t).sin()];
+        let (_, matrix) = burger();
+        let power = robot().model.power(&Motion::new(&speed, &acceleration, &matrix, 0.02), mass).unwrap();
+        Sample { wheel_speed: speed, wheel_acceleration: None, power: power + SIGMA * self.rng.normal() }
+    }
+
+    /// Drives for so many buckets; what came of the last sample of each.
+    fn run(&mut self, pipeline: &mut Pipeline, mass: f64, buckets: usize) -> Vec<Estimate<f64, 2>> {
+        let mut closed = vec![];
+        for _ in 0..buckets * PER_BUCKET {
+            let sample = self.sample(mass);
+            let out = pipeline.push(&sample, PERIOD);
+            if out.closed {
+                closed.push(out);
+            }
+        }
+        closed
+    }
+
+    /// The same drive cut into buckets by hand.
+    fn buckets(&mut self, conditioner: &mut Conditioner<f64, 2>, mass: f64, count: usize) -> Vec<Sums<f64>> {
+        let model = robot().model;
+        let mut buckets = vec![Sums::default(); count];
+        for i in 0..count * PER_BUCKET {
+            let out = conditioner.push(&self.sample(mass), PERIOD).unwrap();
+            if out.settled {
+                let response = model.response(&out.motion, &range());
+                method().add(&mut buckets[i / PER_BUCKET], out.power, &response, out.motion.mean_speed());
+            }
+        }
+        buckets
+    }
+}
+
+fn conditioner() -> Conditioner<f64, 2> {
+    Conditioner::new(&robot().robot, PERIOD).unwrap()
+}
+
+fn mass(payload: &Payload<f64>) -> f64 {
+    payload.mass().unwrap().mass
+}
+
+#[test]
+fn moving_window_is_the_method_over_the_latest_buckets() {
+    let window = 5;
+    let mut pipeline = pipeline(Schedule::Moving { window }, false);
+    let outputs = Driver::new(1).run(&mut pipeline, 3.3, 30);
+    let buckets = Driver::new(1).buckets(&mut conditioner(), 3.3, 30);
+    assert_eq!(outputs.len(), 30);
+    for (i, out) in outputs.iter().enumerate() {
+        let from = (i + 1).saturating_sub(window);
+        assert_eq!(out.payload, method().estimate(buckets[from..=i].iter()), "bucket {i}");
+        assert!(i < 2 || (mass(&out.payload) - 3.3).abs() < 0.2, "{:?}", out.payload);
+        assert_eq!(out.power.is_some(), i > 0 && outputs[i - 1].payload.mass().is_some());
+    }
+    // Whatever the schedule, any number of the latest that the ring still has.
+    for count in 1..=RING {
+        let expected = method().estimate(buckets[30 - count..].iter());
+        assert_eq!(pipeline.over_latest(count), Some(expected), "{count}");
+    }
+    assert_eq!(pipeline.over_latest(0), None);
+    assert_eq!(pipeline.over_latest(RING + 1), None);
+}
+
+#[test]
+fn over_latest_waits_for_its_buckets() {
+    let mut pipeline = pipeline(Schedule::Cumulative, false);
+    let mut driver = Driver::new(2);
+    assert_eq!(pipeline.over_latest(1), None);
+    driver.run(&mut pipeline, 3.0, 3);
+    assert!(pipeline.over_latest(3).is_some());
+    assert_eq!(pipeline.over_latest(4), None);
+}
+
+/// A hundred buckets in a ring of eight: merged, they still hold every sample.
+#[test]
+fn cumulative_beyond_the_ring_is_the_plain_sum() {
+    let mut pipeline = pipeline(Schedule::Cumulative, false);
+    let outputs = Driver::new(3).run(&mut pipeline, 4.4, 100);
+    let buckets = Driver::new(3).buckets(&mut conditioner(), 4.4, 100);
+    let mut narrowing = f64::INFINITY;
+    for (i, out) in outputs.iter().enumerate() {
+        let plain = method().estimate(buckets[..=i].iter());
+        let (found, expected) = (out.payload.mass().unwrap(), plain.mass().unwrap());
+        // The same sums in another order: some hundred roundings.
+        assert!((found.mass - expected.mass).abs() < 1e-10, "bucket {i}: {found:?} {expected:?}");
+        if i % 25 == 24 {
+            assert!(found.high - found.low < narrowing, "bucket {i}");
+            narrowing = found.high - found.low;
+        }
+    }
+    assert!((mass(&outputs[99].payload) - 4.4).abs() < 0.03);
+}
+
+/// After a known change nothing of what was before counts, even when the ring has to make room.
+#[test]
+fn known_change_forgets() {
+    for before in [3, 7, 8, 9, 20] {
+        let mut pipeline = pipeline(Schedule::Cumulative, false);
+        let mut driver = Driver::new(4);
+        driver.run(&mut pipeline, 1.5, before);
+        // Half a bucket more: it belongs to neither.
+        for _ in 0..PER_BUCKET / 2 {
+            let sample = driver.sample(1.5);
+            pipeline.push(&sample, PERIOD);
+        }
+        pipeline.payload_changed();
+        let first = {
+            let sample = driver.sample(5.0);
+            pipeline.push(&sample, PERIOD)
+        };
+        assert_eq!(first.payload, Payload::Unknown(Unknown::NoSamples));
+        assert_eq!(first.power, None);
+        let outputs = driver.run(&mut pipeline, 5.0, 40);
+        for (i, out) in outputs.iter().enumerate() {
+            // The filter's memory of the old power, a tenth of a second, weighs most in the first half bucket.
+            let tolerance = if i < 2 { 0.6 } else { 0.15 };
+            assert!((mass(&out.payload) - 5.0).abs() < tolerance, "{before}, bucket {i}: {:?}", out.payload);
+        }
+    }
+}
+
+#[test]
+fn known_change_schedule_holds_its_first_window() {
+    let mut pipeline = pipeline(Schedule::KnownChange { window: 4 }, false);
+    let mut driver = Driver::new(5);
+    let outputs = driver.run(&mut pipeline, 2.0, 20);
+    let held = outputs[3].payload;
+    assert!((mass(&held) - 2.0).abs() < 0.15);
+    assert!(outputs[4..].iter().all(|out| out.payload == held));
+    pipeline.payload_changed();
+    let outputs = driver.run(&mut pipeline, 4.0, 20);
+    assert!((mass(&outputs[3].payload) - 4.0).abs() < 0.15, "{:?}", outputs[3].payload);
+    assert!(outputs[4..].iter().all(|out| out.payload == outputs[3].payload));
+}
+
+#[test]
+fn periodic_schedule_estimates_anew_every_round() {
+    let mut pipeline = pipeline(Schedule::Periodic { window: 3, every: 6 }, false);
+    let mut driver = Driver::new(6);
+    let mut outputs = driver.run(&mut pipeline, 2.0, 6);
+    outputs.extend(driver.run(&mut pipeline, 5.0, 12));
+    for (i, out) in outputs.iter().enumerate() {
+        if i % 6 >= 3 {
+            assert_eq!(out.payload, outputs[i - i % 6 + 2].payload, "bucket {i}");
+        }
+    }
+    assert!((mass(&outputs[5].payload) - 2.0).abs() < 0.2);
+    assert!((mass(&outputs[17].payload) - 5.0).abs() < 0.2);
+}
+
+/// Every change is noticed within four buckets; nine in ten are dated to the bucket. (Where the noise leaned the same way
+/// just before, the sum had begun, and the change is dated too early.)
+#[test]
+fn unannounced_changes_are_noticed() {
+    for schedule in [Schedule::Moving { window: 8 }, Schedule::Cumulative] {
+        let mut well_dated = 0;
+        for seed in 0..40 {
+            let mut pipeline = pipeline(schedule, true);
+            let mut driver = Driver::new(100 + seed);
+            let quiet = driver.run(&mut pipeline, 2.5, 60);
+            assert!(quiet.iter().all(|out| out.changed.is_none()), "seed {seed}: false alarm");
+            let after = driver.run(&mut pipeline, 4.0, 10);
+            let at = after.iter().position(|out| out.changed.is_some()).expect("the change is noticed");
+            assert!(at < 4, "seed {seed}: after {at} buckets");
+            if after[at].changed.unwrap().abs_diff(at + 1) <= 1 {
+                well_dated += 1;
+                // From then on the old load is gone but for one bucket: eight buckets of a moving window alone would
+                // still hold five old ones and say 3.1.
+                assert!((mass(&after[at + 2].payload) - 4.0).abs() < 0.6, "{:?}", after[at + 2].payload);
+                assert!((mass(&after[9].payload) - 4.0).abs() < 0.3, "{:?}", after[9].payload);
+            }
+        }
+        assert!(well_dated >= 36, "{schedule:?}: {well_dated} of 40");
+    }
+}
+
+#[test]
+fn no_false_alarm_in_an_hour_of_driving() {
+    for seed in 0..4 {
+        let mut pipeline = pipeline(Schedule::Moving { window: 8 }, true);
+        let alarms = Driver::new(200 + seed).run(&mut pipeline, 3.0, 900);
+        assert_eq!(alarms.iter().filter(|out| out.changed.is_some()).count(), 0, "seed {seed}");
+    }
+}
+
+/// Standing still, in every model: unknown, and no prediction, and a payload once known is let go.
+#[test]
+fn standing_still_is_unknown() {
+    let beta = servo().expand();
+    for model in [
+        Model::Signed { torque: servo(), drive: Drive::Dissipative },
+        Model::Eq18 { gate: Gate::Corrected, beta },
+        Model::Eq18 { gate: Gate::Published, beta },
+    ] {
+        let robot = Coefficients { model, ..robot() };
+        let timing = Timing {
+            period_s: PERIOD,
+            bucket_s: 1.0,
+            schedule: Schedule::Moving { window: 5 },
+            detect_changes: true,
+        };
+        let mut pipeline: Pipeline = Estimator::new(&robot, method(), &timing).unwrap();
+        let mut rng = Rng::new(7);
+        let mut still = |pipeline: &mut Pipeline| {
+            let noise = [1e-3 * rng.normal(), 1e-3 * rng.normal()];
+            let sample = Sample { wheel_speed: noise, wheel_acceleration: None, power: 0.01 * rng.normal() };
+            pipeline.push(&sample, PERIOD)
+        };
+        for _ in 0..3000 {
+            let out = still(&mut pipeline);
+            assert_eq!((out.payload.mass(), out.power), (None, None), "{model:?}");
+        }
+        assert!(Driver::new(8).run(&mut pipeline, 3.0, 5)[4].payload.mass().is_some());
+        let mut last = None;
+        for _ in 0..3000 {
+            last = Some(still(&mut pipeline));
+        }
+        assert_eq!(last.unwrap().payload, Payload::Unknown(Unknown::NoMotion), "{model:?}");
+    }
+}
+
+/// A gap empties the window; however long or odd it is, a window's worth of samples later all is well again.
+#[test]
+fn gaps_of_any_kind_are_survived() {
+    for elapsed in [30.0, 3600.0, 1e12, f64::INFINITY, f64::NAN, f64::NEG_INFINITY, -5.0, -1e9] {
+        let mut pipeline = pipeline(Schedule::Moving { window: 5 }, false);
+        let mut driver = Driver::new(9);
+        driver.run(&mut pipeline, 2.0, 10);
+        let sample = driver.sample(5.0);
+        let behind = pipeline.push(&sample, elapsed);
+        if elapsed > 20.0 {
+            assert_eq!(behind.payload, Payload::Unknown(Unknown::NoMotion), "{elapsed}");
+        }
+        let outputs = driver.run(&mut pipeline, 5.0, 12);
+        assert!((11..=13).contains(&outputs.len()), "{elapsed}: {} buckets in 12 s", outputs.len());
+        assert!((mass(&outputs.last().unwrap().payload) - 5.0).abs() < 0.2, "{elapsed}");
+    }
+}
+
+/// Samples that are not finite are left out; a bucket of nothing else says nothing.
+#[test]
+fn not_finite_samples_are_left_out() {
+    let mut pipeline = pipeline(Schedule::Moving { window: 4 }, true);
+    let mut driver = Driver::new(10);
+    driver.run(&mut pipeline, 3.0, 4);
+    for i in 0..PER_BUCKET * 4 {
+        let good = driver.sample(3.0);
+        let bad = Sample { power: f64::NAN, ..good };
+        let out = pipeline.push(if i % 3 == 0 { &bad } else { &good }, PERIOD);
+        assert_eq!(out.conditioned.is_none(), i % 3 == 0);
+        assert!(out.payload.mass().is_some());
+    }
+    for _ in 0..PER_BUCKET * 5 {
+        let bad = Sample { power: f64::INFINITY, ..driver.sample(3.0) };
+        let out = pipeline.push(&bad, PERIOD);
+        assert_eq!((out.conditioned, out.power), (None, None));
+    }
+    assert_eq!(pipeline.over_latest(4), Some(Payload::Unknown(Unknown::NoMotion)));
+    assert!(driver.run(&mut pipeline, 3.0, 6)[5].payload.mass().is_some());
+}
+
+/// Eq. 9 over the filtered power; what is predicted with the right mass agrees.
+#[test]
+fn energy_is_the_integral_of_the_power() {
+    let mut pipeline = pipeline(Schedule::Moving { window: 5 }, false);
+    let mut driver = Driver::new(11);
+    let (mut measured, mut predicted) = (0.0, 0.0);
+    for _ in 0..60 * PER_BUCKET {
+        let sample = driver.sample(3.0);
+        let out = pipeline.push(&sample, PERIOD);
+        let now = out.conditioned.unwrap();
+        measured += now.power.max(0.0) * PERIOD;
+        if now.settled {
+            predicted += out.power.unwrap_or(0.0).max(0.0) * PERIOD;
+        }
+    }
+    let (found_measured, found_predicted) = pipeline.energy();
+    assert!((found_measured - measured).abs() < 1e-9 * measured, "{found_measured} {measured}");
+    assert!((found_predicted - predicted).abs() < 1e-9 * predicted, "{found_predicted} {predicted}");
+    // Nothing is predicted in the first second of the 60, in which the mass is unknown.
+    assert!((found_predicted / found_measured - 59.0 / 60.0).abs() < 0.01);
+}
+
+/// The state does not grow: it is plain data of one size, and a copy of it goes on as the original does.
+#[test]
+fn memory_is_constant() {
+    let mut pipeline = pipeline(Schedule::Cumulative, true);
+    let mut driver = Driver::new(12);
+    driver.run(&mut pipeline, 3.0, 50);
+    let mut copy = pipeline;
+    for _ in 0..500 {
+        let sample = driver.sample(3.0);
+        assert_eq!(pipeline.push(&sample, PERIOD), copy.push(&sample, PERIOD));
+    }
+    fn sums<const B: usize>() -> usize {
+        size_of::<Estimator<f32, Window<f32>, 2, B>>()
+    }
+    // A second more of window costs seven sums; two of them, so that no padding counts.
+    assert_eq!(sums::<26>() - sums::<24>(), 2 * 7 * size_of::<f32>());
+}
+
+#[test]
+fn sums_of_buckets_add_up() {
+    let buckets = Driver::new(13).buckets(&mut conditioner(), 3.0, 6);
+    let mut merged = buckets[2];
+    merged.merge(&buckets[3]);
+    for d in [-2.0, 0.0, 1.5] {
+        let apart = buckets[2].score(d) + buckets[3].score(d);
+        assert!((merged.score(d) - apart).abs() < 1e-12 * (1.0 + apart.abs()));
+        assert!(
+            (merged.information(d) - buckets[2].information(d) - buckets[3].information(d)).abs() < 1e-12
+        );
+    }
+}

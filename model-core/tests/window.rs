@@ -1,0 +1,359 @@
+//! The window estimator against brute force, its indifference to the buckets' borders, and its refusals.
+#![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
+
+mod common;
+
+use common::{Rng, burger, range, servo};
+use model_core::eq18::Gate;
+use model_core::model::{MassRange, Model, Response};
+use model_core::motion::Motion;
+use model_core::payload::roots::RootMean;
+use model_core::payload::window::{Sums, Window};
+use model_core::payload::{Bucket, Mass, Method, Noise, Payload, Unknown};
+use model_core::polynomial::Polynomial;
+use model_core::torque::Drive;
+use proptest::prelude::*;
+
+fn window() -> Window<f64> {
+    Window { range: range(), noise: Noise { density: 1e-6, model_std: 0.0 }, period: 0.02 }
+}
+
+/// A sample: power and the response of the model.
+type Seen = (f64, Response<f64>);
+
+fn buckets(window: &Window<f64>, samples: &[Seen], cuts: &[usize]) -> Vec<Sums<f64>> {
+    let mut buckets = vec![];
+    let mut from = 0;
+    for to in cuts.iter().copied().chain([samples.len()]) {
+        let mut sums = Sums::default();
+        for (power, response) in &samples[from..to] {
+            window.add(&mut sums, *power, response, 1.0);
+        }
+        buckets.push(sums);
+        from = to;
+    }
+    buckets
+}
+
+fn even_cuts(count: usize, per_bucket: usize) -> Vec<usize> {
+    (1..).map(|i| i * per_bucket).take_while(|cut| *cut < count).collect()
+}
+
+fn models() -> [Model<f64>; 3] {
+    [
+        Model::Signed { torque: servo(), drive: Drive::Dissipative },
+        Model::Eq18 { gate: Gate::Corrected, beta: servo().expand() },
+        Model::Eq18 { gate: Gate::Published, beta: servo().expand() },
+    ]
+}
+
+/// Drives at random speeds and accelerations; measured power has noise of `sigma` W.
+fn drive(model: &Model<f64>, mass: f64, sigma: f64, count: usize, seed: u64) -> Vec<Seen> {
+    let mut rng = Rng::new(seed);
+    let (_, matrix) = burger();
+    (0..count)
+        .map(|_| {
+            let (v, a) = (rng.uniform(-6.0, 6.0), rng.uniform(-40.0, 40.0));
+            let motion = Motion::new(
+                &[v + rng.uniform(-1.0, 1.0), v],
+                &[a, a + rng.uniform(-1.0, 1.0)],
+                &matrix,
+                0.02,
+            );
+            (model.power(&motion, mass).unwrap() + sigma * rng.normal(), model.response(&motion, &range()))
+        })
+        .collect()
+}
+
+/// Σ (P − P(m))² over the samples that count, by definition.
+fn sum_of_squares(samples: &[Seen], mass: f64) -> f64 {
+    let counted = samples.iter().filter(|(_, response)| !response.may_clamp);
+    counted.map(|(power, response)| (power - response.polynomial.at(mass - range().middle())).powi(2)).sum()
+}
+
+fn brute_force(samples: &[Seen]) -> f64 {
+    let masses = (0..=5000).map(|i| 1.0 + f64::from(i) * 1e-3);
+    let least = |x: &f64, y: &f64| sum_of_squares(samples, *x).total_cmp(&sum_of_squares(samples, *y));
+    masses.min_by(least).unwrap()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// The least sum of squares lies within a step of 1 g of the grid's best.
+    #[test]
+    fn finds_the_least_sum_of_squares(mass in 1.0..6.0_f64, sigma in 0.0..0.05_f64, seed in any::<u64>()) {
+        for model in models() {
+            let samples = drive(&model, mass, sigma, 200, seed);
+            let window = window();
+            let found = window.estimate(buckets(&window, &samples, &even_cuts(200, 10)).iter());
+            let Payload::Known(Mass { mass: found, low, high }) = found else {
+                return Err(TestCaseError::fail(format!("{found:?}")));
+            };
+            let best = brute_force(&samples);
+            prop_assert!((found - best).abs() <= 1e-3, "{:?}: {} by brute force {}", model, found, best);
+            prop_assert!(1.0 <= low && low <= found && found <= high && high <= 6.0);
+            if sigma == 0.0 {
+                prop_assert!((found - mass).abs() < 1e-9);
+            }
+        }
+    }
+
+    /// Where the samples are cut into buckets changes what is known of their scatter, not the mass.
+    #[test]
+    fn cuts_do_not_move_the_estimate(
+        mass in 1.0..6.0_f64, seed in any::<u64>(), cuts in proptest::collection::btree_set(1..300_usize, 7..40),
+    ) {
+        let model = models()[0];
+        let samples = drive(&model, mass, 0.02, 300, seed);
+        let window = window();
+        let cuts: Vec<_> = cuts.into_iter().collect();
+        let estimate = |cuts: &[usize]| {
+            window.estimate(buckets(&window, &samples, cuts).iter()).mass().map(|found| found.mass)
+        };
+        let (even, uneven) = (estimate(&even_cuts(300, 30)).unwrap(), estimate(&cuts));
+        // Fewer effective buckets than three besides the prior's do not occur with seven cuts and more.
+        prop_assert!((even - uneven.unwrap()).abs() < 1e-9, "{} {:?}", even, uneven);
+    }
+
+    /// Any coefficients that a fit can give (not negative, about a mass of nought) have one minimum.
+    #[test]
+    fn any_parabola(
+        seed in any::<u64>(), mass in 1.0..6.0_f64, size in 0.0..1.0_f64,
+    ) {
+        let mut rng = Rng::new(seed);
+        let samples: Vec<Seen> = (0..100).map(|_| {
+            let a = size * rng.uniform(0.0, 1.0);
+            let about_nought = Polynomial { a, b: rng.uniform(0.0, 1.0), c: rng.uniform(0.0, 1.0) };
+            let polynomial = about_nought.about(range().middle());
+            (about_nought.at(mass) + 0.1 * rng.normal(), Response { polynomial, may_clamp: false })
+        }).collect();
+        let window = window();
+        let found = window.estimate(buckets(&window, &samples, &even_cuts(100, 5)).iter());
+        let found = found.mass().unwrap().mass;
+        prop_assert!((found - brute_force(&samples)).abs() <= 1e-3, "{}", found);
+    }
+
+    /// Nothing that a sample can hold makes a panic or a mass outside the range, or one that is not a number.
+    #[test]
+    fn any_numbers(
+        values in proptest::collection::vec(proptest::array::uniform4(any::<f32>()), 1..30), speed in any::<f32>(),
+    ) {
+        let range = MassRange::new(1.0_f32, 6.0).unwrap();
+        let window = Window { range, noise: Noise { density: 1e-4, model_std: 0.1 }, period: 0.02 };
+        let roots = RootMean { range };
+        let mut sums = (vec![], vec![]);
+        for [power, a, b, c] in values {
+            let response = Response { polynomial: Polynomial { a, b, c }, may_clamp: false };
+            let (mut of_window, mut of_roots) = Default::default();
+            window.add(&mut of_window, power, &response, speed);
+            roots.add(&mut of_roots, power, &response, speed);
+            sums.0.push(of_window);
+            sums.1.push(of_roots);
+        }
+        for found in [window.estimate(sums.0.iter()), roots.estimate(sums.1.iter())] {
+            if let Payload::Known(Mass { mass, low, high }) = found {
+                prop_assert!(1.0 <= low && low <= mass && mass <= high && high <= 6.0, "{:?}", found);
+            }
+        }
+    }
+}
+
+fn estimate(samples: &[Seen]) -> Payload<f64> {
+    let window = window();
+    window.estimate(buckets(&window, samples, &even_cuts(samples.len(), 10)).iter())
+}
+
+#[test]
+fn not_finite_is_unknown() {
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e200] {
+        for place in 0..4 {
+            let mut samples = drive(&models()[0], 3.0, 0.01, 100, 1);
+            let (power, response) = &mut samples[42];
+            response.may_clamp = false;
+            // A slope and a curvature that reach every sum.
+            response.polynomial.b = 0.1;
+            match place {
+                0 => *power = bad,
+                1 => response.polynomial.a = bad,
+                2 => response.polynomial.b = bad,
+                _ => response.polynomial.c = bad,
+            }
+            let found = estimate(&samples);
+            assert!(matches!(found, Payload::Unknown(_)), "{bad} at {place}: {found:?}");
+        }
+    }
+    let mut samples = drive(&models()[0], 3.0, 0.01, 100, 1);
+    samples[42] = (f64::NAN, Response { may_clamp: false, ..samples[42].1 });
+    samples[42].1.polynomial.b = 0.1;
+    assert_eq!(estimate(&samples), Payload::Unknown(Unknown::NotFinite));
+}
+
+/// Standing still says nothing about the mass, in any model: Eq. 18's constants for the mass included.
+#[test]
+fn standing_still_is_unknown() {
+    let (_, matrix) = burger();
+    let rest = Motion::new(&[0.01, -0.01], &[0.5, 0.3], &matrix, 0.02);
+    let range = range();
+    for model in models() {
+        for power in [0.0, 0.3] {
+            let response = model.response(&rest, &range);
+            let (window, roots) = (window(), RootMean { range });
+            let (mut of_window, mut of_roots) = Default::default();
+            for _ in 0..1000 {
+                window.add(&mut of_window, power, &response, rest.mean_speed());
+                roots.add(&mut of_roots, power, &response, rest.mean_speed());
+            }
+            assert_eq!(
+                window.estimate([of_window; 20].iter()),
+                Payload::Unknown(Unknown::NoMotion),
+                "{model:?}"
+            );
+            assert_eq!(
+                roots.estimate([of_roots; 20].iter()),
+                Payload::Unknown(Unknown::NoMotion),
+                "{model:?}"
+            );
+        }
+    }
+    let window = window();
+    assert_eq!(window.estimate([].iter()), Payload::Unknown(Unknown::NoMotion));
+}
+
+/// A wheel that may be clamped hides the mass: such samples count for nothing, whatever they hold.
+#[test]
+fn clamped_samples_do_not_count() {
+    let mut samples = drive(&models()[0], 3.0, 0.01, 100, 2);
+    assert!(samples.iter().any(|(_, response)| response.may_clamp));
+    let before = estimate(&samples);
+    for (power, response) in &mut samples {
+        if response.may_clamp {
+            *power = f64::NAN;
+        }
+    }
+    assert_eq!(estimate(&samples), before);
+    for (_, response) in &mut samples {
+        response.may_clamp = true;
+    }
+    assert_eq!(estimate(&samples), Payload::Unknown(Unknown::NoMotion));
+}
+
+/// Noise that drowns the mass, of either kind, is admitted.
+#[test]
+fn too_much_noise_is_unknown() {
+    let samples = drive(&models()[0], 3.0, 0.01, 100, 3);
+    let with = |noise| {
+        let window = Window { noise, ..window() };
+        window.estimate(buckets(&window, &samples, &even_cuts(100, 10)).iter())
+    };
+    assert!(with(Noise { density: 1e-6, model_std: 1e-3 }).mass().is_some());
+    assert_eq!(with(Noise { density: 10.0, model_std: 0.0 }), Payload::Unknown(Unknown::TooWide));
+    assert_eq!(with(Noise { density: 1e-6, model_std: 10.0 }), Payload::Unknown(Unknown::TooWide));
+    assert_eq!(with(Noise { density: f64::NAN, model_std: 0.0 }), Payload::Unknown(Unknown::TooWide));
+}
+
+/// A robot of 60 kg that may weigh 6 is not said to weigh 6 ± 0.01: the interval is as wide as the disagreement.
+#[test]
+fn a_mass_beyond_the_range_is_not_certain() {
+    for (mass, bound) in [(60.0, 6.0), (6.5, 6.0), (0.5, 1.0)] {
+        let samples = drive(&models()[0], mass, 0.001, 300, 4);
+        if let Payload::Known(found) = estimate(&samples) {
+            assert!((found.mass - bound).abs() < 1e-12, "{found:?}");
+            let beyond = (mass - bound).abs().min(1.25);
+            assert!(found.high - found.low >= 0.9 * beyond, "{mass}: {found:?}");
+            assert!(found.low <= bound && bound <= found.high);
+        }
+    }
+    // Inside, nothing of this.
+    let found = estimate(&drive(&models()[0], 5.9, 0.001, 300, 4)).mass().unwrap();
+    assert!(found.high - found.low < 0.1);
+}
+
+/// Score and information are the first and second derivatives of the sum of squares, but for residual times curvature.
+#[test]
+fn sums_are_derivatives() {
+    let samples = drive(&models()[0], 3.0, 0.0, 50, 5);
+    let window = window();
+    let mut total = Sums::default();
+    for bucket in buckets(&window, &samples, &even_cuts(50, 10)) {
+        total.merge(&bucket);
+    }
+    let step = 1e-4;
+    for d in [-2.0, -0.5, 0.0, 1.7] {
+        let at = |d: f64| sum_of_squares(&samples, d + range().middle());
+        // A quartic: the central difference errs by step² f'''/6, a few 1e-8 of the slope here.
+        let slope = (at(d + step) - at(d - step)) / (2.0 * step);
+        assert!((total.score(d) + slope / 2.0).abs() < 1e-6 * (1.0 + slope.abs()), "{d}");
+    }
+    // At the truth no residual is left, so the curvature is twice the information.
+    let truth = 3.0 - range().middle();
+    let second = (total.score(truth + step) - total.score(truth - step)) / (2.0 * step);
+    assert!((total.information(truth) + second).abs() < 1e-6 * total.information(truth));
+    let slope: f64 = samples
+        .iter()
+        .filter(|(_, response)| !response.may_clamp)
+        .map(|(_, response)| response.polynomial.slope(truth))
+        .sum();
+    assert!((total.slope_sum(truth) - slope).abs() < 1e-12 * slope.abs());
+}
+
+/// The interval takes the bucket's own scatter: noise ten times the fit's is seen.
+#[test]
+fn scatter_widens_the_interval() {
+    let width = |sigma| {
+        let found = estimate(&drive(&models()[0], 3.0, sigma, 300, 6)).mass().unwrap();
+        found.high - found.low
+    };
+    assert!(width(0.05) > 5.0 * width(0.005));
+}
+
+/// One bucket has no scatter to show, so its interval is the fit's noise alone: Student's t for the prior's six buckets
+/// times √(density / (Σ g² Δt) + (model error · Σ g / Σ g²)²), with g = dP/dm.
+#[test]
+fn one_bucket_has_the_fits_interval() {
+    let samples: Vec<Seen> = (0..50)
+        .map(|i| {
+            let polynomial = Polynomial { a: 0.0, b: 0.1 + 0.002 * f64::from(i), c: 1.0 };
+            (1.0, Response { polynomial, may_clamp: false })
+        })
+        .collect();
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for (_, response) in &samples {
+        sum += response.polynomial.b;
+        squares += response.polynomial.b.powi(2);
+    }
+    for (density, model_std) in [(1e-3, 0.0), (0.0, 0.02), (2e-3, 0.03)] {
+        let window = Window { noise: Noise { density, model_std }, ..window() };
+        let found = window.estimate(buckets(&window, &samples, &[]).iter()).mass().unwrap();
+        let variance: f64 = density / (squares * window.period) + (model_std * sum / squares).powi(2);
+        // t.ppf(0.975, 6) of SciPy; the estimator's expansion of it is good to 1 %.
+        let expected = 2.446_912 * variance.sqrt();
+        let half_width = (found.high - found.low) / 2.0;
+        assert!((half_width / expected - 1.0).abs() < 0.01, "{half_width} {expected}");
+        // The surprise of a bucket is its error in units of the same two.
+        let off = 1.5 * variance.sqrt();
+        let mut sums = buckets(&window, &samples, &[])[0];
+        let surprise = window.surprise(&sums, found.mass - off).unwrap();
+        assert!((surprise - 1.5).abs() < 1e-9, "{surprise}");
+        window.add(&mut sums, f64::NAN, &samples[0].1, 1.0);
+        assert_eq!(window.surprise(&sums, 3.0), None);
+    }
+}
+
+/// A step too small to move the estimate ends the search: it once threw it to the middle of the bracket and left the
+/// estimate wherever the last iteration then was.
+#[test]
+fn the_search_ends_at_the_minimum() {
+    let samples = drive(&models()[0], 5.166250240976489, 0.02, 300, 11584987153609022412);
+    let window = window();
+    for cuts in [even_cuts(300, 30), vec![54, 88, 92, 107, 123, 133, 210]] {
+        let buckets = buckets(&window, &samples, &cuts);
+        let mut total = Sums::default();
+        for bucket in &buckets {
+            total.merge(bucket);
+        }
+        let d = window.estimate(buckets.iter()).mass().unwrap().mass - range().middle();
+        let off = total.score(d) / total.information(d);
+        assert!(off.abs() < 1e-12, "{off} kg from the minimum");
+    }
+}
