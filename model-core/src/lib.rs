@@ -1,2 +1,26 @@
+//! Power and payload models of wheeled robots.
+//!
+//! What the controller board computes and what the host fits and replays, once: `no_std`, no allocation, no
+//! `unsafe`, no panics. Everything is generic over the number of wheels `N` and over the scalar (`f32` on the board,
+//! `f64` on the host). Units are SI throughout. "Eq. n" cites the paper named in the README.
+//!
+//! The way of a sample: [`estimator`] filters speed and power with one [`filter`], forms the wheels' [`motion`],
+//! asks the [`model`] for the power as a polynomial of the mass, and hands that to a [`payload`] estimator.
 #![no_std]
-//! Power and payload models.
+
+#[cfg(test)]
+extern crate std;
+
+pub mod coefficients;
+pub mod energy;
+pub mod eq18;
+pub mod estimator;
+pub mod filter;
+pub mod kinematics;
+pub mod model;
+pub mod motion;
+pub mod payload;
+pub mod polynomial;
+pub mod quadratic;
+pub mod real;
+pub mod torque;

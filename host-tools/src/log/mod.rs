@@ -1,1 +1,35 @@
 //! Run logs: CSV with a header, read as a stream.
+//!
+//! [`Header`] and [`LogReader`] know files, lines and columns; [`DriveReader`] knows what a drive is: wheels, power,
+//! payload, runs and gaps.
+
+mod drive;
+mod exclusions;
+mod header;
+mod reader;
+mod scan;
+mod source;
+
+pub use drive::{DriveReader, Gap, MIN_GAP_FACTOR, Record, wheel_columns};
+pub use exclusions::Exclusions;
+pub use header::Header;
+pub use reader::{ColumnRequest, LogReader, Role};
+
+/// Name of the time column, s.
+pub const TIME: &str = "time_s";
+/// Name of the power column, W.
+pub const POWER: &str = "power_w";
+/// Name of the optional total mass column, kg.
+pub const MASS: &str = "mass_kg";
+/// Name of the optional column that tells runs apart; time may restart where it changes.
+pub const RUN: &str = "run";
+
+/// Name of the speed column of wheel `wheel`, counted from 0: `wheel1_rad_s` for wheel 0.
+pub fn speed_column(wheel: usize) -> String {
+    format!("wheel{}_rad_s", wheel + 1)
+}
+
+/// Name of the acceleration column of wheel `wheel`, counted from 0.
+pub fn acceleration_column(wheel: usize) -> String {
+    format!("wheel{}_rad_s2", wheel + 1)
+}

@@ -1,0 +1,313 @@
+//! A log as a drive: wheels, power, payload, runs and gaps.
+
+use std::collections::VecDeque;
+use std::path::Path;
+
+use super::exclusions::Exclusions;
+use super::header::Header;
+use super::reader::{ColumnRequest, LogReader, Role};
+use super::{MASS, POWER, RUN, TIME, acceleration_column, speed_column};
+use crate::error::{Error, Result};
+use crate::robot::Robot;
+
+/// A step longer than this many median sample periods is a gap: derivatives and filters start afresh behind it.
+pub const MIN_GAP_FACTOR: f64 = 3.0;
+
+/// Rows looked at for the median sample period before the first one is handed out.
+const PEEKED: usize = 4096;
+
+/// A longer median step is taken for another unit than seconds.
+const LONGEST_STEP_S: f64 = 10.0;
+
+/// One row of a drive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Record<const N: usize> {
+    /// Line of the log, the header being line 1.
+    pub line: u64,
+    /// Run: 0, 1, … in order of appearance; 0 without a `run` column.
+    pub run: usize,
+    /// Whether this row does not continue the one before: the first row, a new run, or behind a gap.
+    pub starts_segment: bool,
+    /// Time, s.
+    pub time_s: f64,
+    /// Wheel speeds, rad/s.
+    pub wheel_speed: [f64; N],
+    /// Wheel accelerations, rad/s², if the log has them for all wheels.
+    pub wheel_acceleration: Option<[f64; N]>,
+    /// Power, W: actuation or total, as [`Robot::power_is_total`] says.
+    pub power_w: f64,
+    /// Total mass, kg, where the log tells it.
+    pub mass_kg: Option<f64>,
+}
+
+/// A hole in a log.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Gap {
+    /// First line behind the gap.
+    pub line: u64,
+    /// Time of the row before, s.
+    pub from_s: f64,
+    /// Time of the row behind, s.
+    pub to_s: f64,
+}
+
+/// Wheel speed columns of a log: `wheel1_rad_s`, `wheel2_rad_s`, … without a hole.
+pub fn wheel_columns(columns: &[String]) -> usize {
+    (0..).take_while(|&wheel| columns.contains(&speed_column(wheel))).count()
+}
+
+/// Reads the log of a robot with `N` wheels row by row.
+pub struct DriveReader<const N: usize> {
+    reader: LogReader,
+    slots: Slots<N>,
+    values: Vec<f64>,
+    extras: Vec<f64>,
+    peeked: VecDeque<(Record<N>, Vec<f64>)>,
+    failed: Option<Error>,
+    period_s: f64,
+    last: Option<(usize, f64)>,
+    gaps: u64,
+    longest_gap: Option<Gap>,
+}
+
+/// Positions in the requested row.
+struct Slots<const N: usize> {
+    acceleration: Option<usize>,
+    mass: usize,
+    run: Option<usize>,
+    extras: usize,
+}
+
+const TIME_SLOT: usize = 0;
+const POWER_SLOT: usize = 1;
+const SPEED_SLOT: usize = 2;
+
+impl<const N: usize> DriveReader<N> {
+    /// Opens the log of a run of `robot`.
+    ///
+    /// # Errors
+    /// As [`LogReader::open`]; the log has more or fewer wheels than the robot; accelerations of some wheels only; steps
+    /// of time that cannot be seconds.
+    pub fn open(path: impl AsRef<Path>, robot: &Robot) -> Result<Self> {
+        Self::open_with(path, robot, &[])
+    }
+
+    /// As [`open`](Self::open), with further columns (candidate drivers), handed out by [`extras`](Self::extras).
+    ///
+    /// # Errors
+    /// As [`open`](Self::open); an extra column is missing.
+    pub fn open_with(path: impl AsRef<Path>, robot: &Robot, extra: &[&str]) -> Result<Self> {
+        let header = Header::open(path)?;
+        check_wheels(&header, robot, N)?;
+        let mut requests =
+            vec![ColumnRequest::required(TIME, Role::Time), ColumnRequest::required(POWER, Role::Number)];
+        requests.extend((0..N).map(|wheel| ColumnRequest::required(speed_column(wheel), Role::Number)));
+        let mut slots = Slots { acceleration: None, mass: requests.len(), run: None, extras: 0 };
+        requests.push(ColumnRequest::optional(MASS, Role::MaybeNumber));
+        if (0..N).any(|wheel| header.has(&acceleration_column(wheel))) {
+            slots.acceleration = Some(requests.len());
+            requests.extend(
+                (0..N).map(|wheel| ColumnRequest::required(acceleration_column(wheel), Role::Number)),
+            );
+        }
+        if header.has(RUN) {
+            slots.run = Some(requests.len());
+            requests.push(ColumnRequest::required(RUN, Role::Run));
+        }
+        slots.extras = requests.len();
+        requests.extend(extra.iter().map(|name| ColumnRequest::required(*name, Role::MaybeNumber)));
+
+        let mut drive = Self {
+            values: vec![0.0; requests.len()],
+            reader: header.read(&requests)?,
+            extras: vec![f64::NAN; extra.len()],
+            slots,
+            peeked: VecDeque::new(),
+            failed: None,
+            period_s: f64::NAN,
+            last: None,
+            gaps: 0,
+            longest_gap: None,
+        };
+        drive.peek()?;
+        Ok(drive)
+    }
+
+    /// Reads ahead for the median sample period; a fault found there is reported when its row is asked for, unless no
+    /// row comes before it.
+    fn peek(&mut self) -> Result<()> {
+        let mut steps = Vec::with_capacity(PEEKED);
+        let mut last: Option<(usize, f64)> = None;
+        while self.peeked.len() < PEEKED {
+            match self.read_record() {
+                Ok(Some(record)) => {
+                    if let Some((run, time)) = last
+                        && run == record.run
+                    {
+                        steps.push(record.time_s - time);
+                    }
+                    last = Some((record.run, record.time_s));
+                    let extras = self.values[self.slots.extras..].to_vec();
+                    self.peeked.push_back((record, extras));
+                }
+                Ok(None) => break,
+                Err(error) if self.peeked.is_empty() || self.reader.rows() < 2 => return Err(error),
+                Err(error) => {
+                    self.failed = Some(error);
+                    break;
+                }
+            }
+        }
+        if steps.is_empty() {
+            return Ok(());
+        }
+        let middle = steps.len() / 2;
+        self.period_s = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+        if self.period_s > LONGEST_STEP_S {
+            let message = format!(
+                "the median step is {} s; expected seconds, at most {LONGEST_STEP_S} s a step (is this milliseconds or \
+                 nanoseconds?)",
+                self.period_s
+            );
+            return Err(Error::failed(message).in_file(self.reader.path()).at_line(2).in_column(TIME));
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn read_record(&mut self) -> Result<Option<Record<N>>> {
+        let Some(line) = self.reader.next_row(&mut self.values)? else { return Ok(None) };
+        let wheels = |slot: usize| std::array::from_fn(|wheel| self.values[slot + wheel]);
+        let mass = self.values[self.slots.mass];
+        Ok(Some(Record {
+            line,
+            run: self.slots.run.map_or(0, |slot| self.values[slot] as usize),
+            starts_segment: false,
+            time_s: self.values[TIME_SLOT],
+            wheel_speed: wheels(SPEED_SLOT),
+            wheel_acceleration: self.slots.acceleration.map(wheels),
+            power_w: self.values[POWER_SLOT],
+            mass_kg: mass.is_finite().then_some(mass),
+        }))
+    }
+
+    /// The next row, or `None` at the end.
+    ///
+    /// # Errors
+    /// As [`LogReader::next_row`].
+    #[inline]
+    pub fn next_record(&mut self) -> Result<Option<Record<N>>> {
+        let mut record = if let Some((record, extras)) = self.peeked.pop_front() {
+            self.extras.copy_from_slice(&extras);
+            record
+        } else {
+            if let Some(error) = self.failed.take() {
+                return Err(error);
+            }
+            let Some(record) = self.read_record()? else { return Ok(None) };
+            self.extras.copy_from_slice(&self.values[self.slots.extras..]);
+            record
+        };
+        record.starts_segment = match self.last {
+            Some((run, time)) if run == record.run => {
+                let gap = record.time_s - time > MIN_GAP_FACTOR * self.period_s;
+                if gap {
+                    self.add_gap(Gap { line: record.line, from_s: time, to_s: record.time_s });
+                }
+                gap
+            }
+            _ => true,
+        };
+        self.last = Some((record.run, record.time_s));
+        Ok(Some(record))
+    }
+
+    #[cold]
+    fn add_gap(&mut self, gap: Gap) {
+        self.gaps += 1;
+        if self.longest_gap.is_none_or(|longest| gap.to_s - gap.from_s > longest.to_s - longest.from_s) {
+            self.longest_gap = Some(gap);
+        }
+    }
+
+    /// Values of the extra columns in the row handed out last; NaN where a field was empty.
+    pub fn extras(&self) -> &[f64] {
+        &self.extras
+    }
+
+    /// Median sample period of the first rows, s; NaN if no two rows belong to one run.
+    pub fn period_s(&self) -> f64 {
+        self.period_s
+    }
+
+    /// Gaps met so far and the longest of them.
+    pub fn gaps(&self) -> (u64, Option<Gap>) {
+        (self.gaps, self.longest_gap)
+    }
+
+    /// Rows left out so far. While rows are peeked this runs ahead of the rows handed out.
+    pub fn exclusions(&self) -> Exclusions {
+        self.reader.exclusions()
+    }
+
+    /// Whether the log tells the mass.
+    pub fn has_mass(&self) -> bool {
+        self.reader.has(self.slots.mass)
+    }
+
+    /// Whether the log has wheel accelerations.
+    pub fn has_acceleration(&self) -> bool {
+        self.slots.acceleration.is_some()
+    }
+
+    /// Names of the runs seen so far, indexed by [`Record::run`].
+    pub fn run_names(&self) -> &[String] {
+        self.reader.run_names()
+    }
+
+    /// All column names of the log.
+    pub fn columns(&self) -> &[String] {
+        self.reader.columns()
+    }
+
+    /// Path of the log.
+    pub fn path(&self) -> &Path {
+        self.reader.path()
+    }
+
+    /// Bytes read and the size of the file, where it has one: for a progress bar.
+    pub fn progress(&self) -> (u64, Option<u64>) {
+        self.reader.progress()
+    }
+}
+
+/// Whether log and robot have the same wheels.
+///
+/// # Errors
+/// They have not.
+///
+/// # Panics
+/// If `N` is not the number of wheels of the robot.
+fn check_wheels(header: &Header, robot: &Robot, wheels: usize) -> Result<()> {
+    assert_eq!(robot.wheels(), wheels, "the reader's wheels are the robot's");
+    let highest = header.columns().iter().filter_map(|column| wheel_number(column)).max().unwrap_or(0);
+    if highest == 0 && !header.has(&speed_column(0)) {
+        // The missing column itself says it best.
+        return Ok(());
+    }
+    let found = wheel_columns(header.columns());
+    if found == highest && found != wheels {
+        let message = format!(
+            "the log has {found} wheel speed column{}, but robot {} has {wheels} wheels: wrong robot?",
+            if found == 1 { "" } else { "s" },
+            robot.name()
+        );
+        return Err(Error::failed(message).in_file(header.path()).at_line(1));
+    }
+    Ok(())
+}
+
+/// `k` of `wheel{k}_rad_s`.
+fn wheel_number(column: &str) -> Option<usize> {
+    column.strip_prefix("wheel")?.strip_suffix("_rad_s")?.parse().ok()
+}

@@ -1,0 +1,98 @@
+//! The first line of a log: its columns.
+
+use std::path::Path;
+
+use super::reader::{ColumnRequest, LogReader};
+use super::scan;
+use super::source::{Line, Source};
+use crate::error::{Error, Result};
+
+/// An opened log of which only the header was read.
+pub struct Header {
+    source: Source,
+    columns: Vec<String>,
+}
+
+impl Header {
+    /// Opens a log and reads its header.
+    ///
+    /// # Errors
+    /// The file does not exist or is a folder, is empty, is no UTF-8 text, has no comma-separated header or names a
+    /// column twice.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self> {
+        let mut source = Source::open(path.as_ref())?;
+        let columns = match source.next_line()? {
+            Line::End => {
+                Err(Error::failed("is empty; expected a run log: a CSV header and at least two rows"))
+            }
+            Line::Whole(start, end) => parse(source.bytes(start, end)),
+            Line::Cut(start, end) => parse(source.bytes(start, end)).and_then(|_| {
+                Err(Error::failed("ends within its header; expected a CSV header and at least two rows")
+                    .at_line(1))
+            }),
+        }
+        .map_err(|error| error.in_file(source.path()))?;
+        Ok(Self { source, columns })
+    }
+
+    /// All column names, in the order of the file.
+    pub fn columns(&self) -> &[String] {
+        &self.columns
+    }
+
+    /// Whether the log has the column `name`.
+    pub fn has(&self, name: &str) -> bool {
+        self.columns.iter().any(|column| column == name)
+    }
+
+    /// Path of the log.
+    pub fn path(&self) -> &Path {
+        self.source.path()
+    }
+
+    /// Goes on to the rows.
+    ///
+    /// # Errors
+    /// A required column is missing.
+    pub fn read(self, requests: &[ColumnRequest]) -> Result<LogReader> {
+        LogReader::new(self.source, self.columns, requests)
+    }
+}
+
+fn parse(line: &[u8]) -> Result<Vec<String>> {
+    let not_text = |what: &str| {
+        Error::failed(format!(
+            "is {what}; expected a run log: CSV text with a header such as time_s,wheel1_rad_s,power_w"
+        ))
+    };
+    if line.starts_with(&[0xFF, 0xFE]) || line.starts_with(&[0xFE, 0xFF]) {
+        return Err(not_text("UTF-16 text: save it as UTF-8"));
+    }
+    if line.contains(&0) {
+        return Err(not_text("not text"));
+    }
+    let text = std::str::from_utf8(line).map_err(|_| not_text("not UTF-8 text"))?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let columns: Vec<String> = scan::Fields::new(text.as_bytes())
+        .map(|field| String::from_utf8_lossy(&scan::unquote(field)).into_owned())
+        .collect();
+    if let [only] = &columns[..]
+        && let Some(separator) = only.chars().find(|c| matches!(c, ';' | '\t' | '|'))
+    {
+        let message = format!("fields are separated by {separator:?}; expected commas");
+        return Err(Error::failed(message).at_line(1));
+    }
+    if let Some(number) = columns.iter().find(|column| fast_float2::parse::<f64, _>(column.as_str()).is_ok())
+    {
+        let message =
+            format!("the first line holds the number {number}; expected a header with the columns' names");
+        return Err(Error::failed(message).at_line(1));
+    }
+    for (index, column) in columns.iter().enumerate() {
+        if !column.is_empty() && columns[..index].contains(column) {
+            let message = "the header names this column twice; expected every name once";
+            return Err(Error::failed(message).at_line(1).in_column(column));
+        }
+    }
+    Ok(columns)
+}

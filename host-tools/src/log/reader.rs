@@ -1,0 +1,341 @@
+//! Rows of a log as numbers, in the columns asked for.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use super::exclusions::Exclusions;
+use super::header::Header;
+use super::scan;
+use super::source::{Line, Source};
+use crate::error::{Error, Result};
+
+/// What a column holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// A number that every row needs: rows without a finite one are excluded.
+    Number,
+    /// A number that may be missing: NaN then.
+    MaybeNumber,
+    /// Time in seconds; as `Number`, and it must increase within a run.
+    Time,
+    /// Number or text that names the run: handed out as 0, 1, … in order of appearance.
+    Run,
+}
+
+/// A column to read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ColumnRequest {
+    name: String,
+    role: Role,
+    required: bool,
+}
+
+impl ColumnRequest {
+    /// A column that the log must have.
+    pub fn required(name: impl Into<String>, role: Role) -> Self {
+        Self { name: name.into(), role, required: true }
+    }
+
+    /// A column whose value is NaN in every row if the log does not have it.
+    pub fn optional(name: impl Into<String>, role: Role) -> Self {
+        Self { name: name.into(), role, required: false }
+    }
+}
+
+/// What to do with the field at one position of a line.
+#[derive(Clone, Copy)]
+struct Wanted {
+    slot: usize,
+    role: Role,
+}
+
+/// Reads a log row by row; memory does not grow with the file.
+pub struct LogReader {
+    source: Source,
+    columns: Vec<String>,
+    /// One entry a column, up to the last one that is wanted.
+    wanted: Vec<Option<Wanted>>,
+    present: Vec<bool>,
+    time_slot: Option<usize>,
+    run_slot: Option<usize>,
+    runs: Runs,
+    last: Option<(f64, f64)>,
+    rows: u64,
+    exclusions: Exclusions,
+}
+
+/// Names of the runs seen; the one of the row before is found by comparing bytes only.
+#[derive(Default)]
+struct Runs {
+    ids: HashMap<Vec<u8>, usize>,
+    names: Vec<String>,
+    current: Vec<u8>,
+    current_id: usize,
+}
+
+impl Runs {
+    fn id(&mut self, name: &[u8]) -> usize {
+        if self.names.is_empty() || self.current != name {
+            let next = self.names.len();
+            self.current_id = *self.ids.entry(name.to_owned()).or_insert(next);
+            if self.current_id == next {
+                self.names.push(String::from_utf8_lossy(name).into_owned());
+            }
+            name.clone_into(&mut self.current);
+        }
+        self.current_id
+    }
+}
+
+impl LogReader {
+    /// Opens a log for the columns asked for.
+    ///
+    /// # Errors
+    /// As [`Header::open`] and [`Header::read`].
+    pub fn open(path: impl AsRef<Path>, requests: &[ColumnRequest]) -> Result<Self> {
+        Header::open(path)?.read(requests)
+    }
+
+    pub(super) fn new(source: Source, columns: Vec<String>, requests: &[ColumnRequest]) -> Result<Self> {
+        let mut wanted = vec![None; columns.len()];
+        let mut present = vec![false; requests.len()];
+        let slot_of = |role| requests.iter().position(|request| request.role == role);
+        for (slot, request) in requests.iter().enumerate() {
+            match columns.iter().position(|column| *column == request.name) {
+                Some(position) => {
+                    wanted[position] = Some(Wanted { slot, role: request.role });
+                    present[slot] = true;
+                }
+                None if request.required => {
+                    let message =
+                        format!("column {} is missing; the log has: {}", request.name, columns.join(", "));
+                    return Err(Error::failed(message).in_file(source.path()).at_line(1));
+                }
+                None => {}
+            }
+        }
+        while let Some(None) = wanted.last() {
+            wanted.pop();
+        }
+        Ok(Self {
+            time_slot: slot_of(Role::Time).filter(|&slot| present[slot]),
+            run_slot: slot_of(Role::Run).filter(|&slot| present[slot]),
+            source,
+            columns,
+            wanted,
+            present,
+            runs: Runs::default(),
+            last: None,
+            rows: 0,
+            exclusions: Exclusions::default(),
+        })
+    }
+
+    /// All column names of the log, wanted or not.
+    pub fn columns(&self) -> &[String] {
+        &self.columns
+    }
+
+    /// Whether the log has the column of the request at `slot`.
+    pub fn has(&self, slot: usize) -> bool {
+        self.present[slot]
+    }
+
+    /// Path of the log.
+    pub fn path(&self) -> &Path {
+        self.source.path()
+    }
+
+    /// Rows handed out so far.
+    pub fn rows(&self) -> u64 {
+        self.rows
+    }
+
+    /// What was left out so far.
+    pub fn exclusions(&self) -> Exclusions {
+        self.exclusions
+    }
+
+    /// Names of the runs seen so far, indexed by the value of the run column.
+    pub fn run_names(&self) -> &[String] {
+        &self.runs.names
+    }
+
+    /// Bytes read and the size of the file, where it has one: for a progress bar.
+    pub fn progress(&self) -> (u64, Option<u64>) {
+        (self.source.consumed(), self.source.size())
+    }
+
+    /// The next row into `values`, in the order of the requests; its line number, or `None` at the end.
+    ///
+    /// # Errors
+    /// Text in a number, too few or too many fields, time that does not increase, or fewer than two rows in all.
+    ///
+    /// # Panics
+    /// If `values` is shorter than the requests.
+    #[inline]
+    pub fn next_row(&mut self, values: &mut [f64]) -> Result<Option<u64>> {
+        loop {
+            let (start, end) = match self.source.next_line()? {
+                Line::Whole(start, end) => (start, end),
+                Line::Cut(start, end) => {
+                    if !self.source.bytes(start, end).trim_ascii().is_empty() {
+                        self.exclusions.cut_line = 1;
+                    }
+                    continue;
+                }
+                Line::End => return self.finish(),
+            };
+            let line = self.source.bytes(start, end);
+            let line = line.strip_suffix(b"\r").unwrap_or(line);
+            values[..self.present.len()].fill(f64::NAN);
+            match parse_row(line, &self.wanted, self.columns.len(), &mut self.runs, values) {
+                Ok(finite) => {
+                    let accepted = self.check_time(values)?;
+                    if finite && accepted {
+                        self.rows += 1;
+                        return Ok(Some(self.source.line_number()));
+                    }
+                    self.exclusions.add_non_finite(self.source.line_number());
+                }
+                Err(fault) => {
+                    if line.trim_ascii().is_empty() {
+                        self.blank_line()?;
+                        continue;
+                    }
+                    return Err(self.fault(line, fault));
+                }
+            }
+        }
+    }
+
+    /// Blank lines are fine at the end only.
+    fn blank_line(&mut self) -> Result<()> {
+        let blank = self.source.line_number();
+        loop {
+            match self.source.next_line()? {
+                Line::Whole(start, end) | Line::Cut(start, end) => {
+                    if !self.source.bytes(start, end).trim_ascii().is_empty() {
+                        let message = "blank line in the middle of the log; expected a row";
+                        return Err(Error::failed(message).in_file(self.path()).at_line(blank));
+                    }
+                }
+                Line::End => return Ok(()),
+            }
+        }
+    }
+
+    fn check_time(&mut self, values: &[f64]) -> Result<bool> {
+        let Some(slot) = self.time_slot else { return Ok(true) };
+        let time = values[slot];
+        if !time.is_finite() {
+            return Ok(false);
+        }
+        let run = self.run_slot.map_or(0.0, |slot| values[slot]);
+        if let Some((last_run, last_time)) = self.last
+            && last_run == run
+            && time <= last_time
+        {
+            let message =
+                format!("time {time} follows {last_time}; expected time to increase from row to row");
+            return Err(self.here(message).in_column(super::TIME));
+        }
+        self.last = Some((run, time));
+        Ok(true)
+    }
+
+    fn finish(&mut self) -> Result<Option<u64>> {
+        if self.rows >= 2 {
+            return Ok(None);
+        }
+        let excluded = match self.exclusions.total() {
+            0 => String::new(),
+            _ => format!(" ({})", self.exclusions),
+        };
+        let found = match self.rows {
+            0 => "no row",
+            _ => "only one row",
+        };
+        let message = format!("the log has {found} to use{excluded}; expected at least two");
+        Err(Error::failed(message).in_file(self.path()))
+    }
+
+    fn here(&self, message: impl Into<String>) -> Error {
+        Error::failed(message).in_file(self.path()).at_line(self.source.line_number())
+    }
+
+    #[cold]
+    fn fault(&self, line: &[u8], fault: Fault) -> Error {
+        match fault {
+            Fault::Text { field } => {
+                let text = scan::Fields::new(line).nth(field).unwrap_or_default();
+                let expected = "expected a number";
+                self.here(format!("{:?} is not a number; {expected}", shortened(text)))
+                    .in_column(&self.columns[field])
+            }
+            Fault::FieldCount => {
+                let found = scan::Fields::new(line).count();
+                let expected = self.columns.len();
+                let s = if found == 1 { "" } else { "s" };
+                self.here(format!("{found} field{s}; expected {expected} as in the header"))
+            }
+        }
+    }
+}
+
+enum Fault {
+    Text { field: usize },
+    FieldCount,
+}
+
+/// Parses the wanted fields of a line; whether all that are needed are finite.
+#[inline]
+fn parse_row(
+    line: &[u8],
+    wanted: &[Option<Wanted>],
+    columns: usize,
+    runs: &mut Runs,
+    values: &mut [f64],
+) -> std::result::Result<bool, Fault> {
+    let mut finite = true;
+    let mut rest = line;
+    for (field, wanted) in wanted.iter().enumerate() {
+        let length = match wanted {
+            None => scan::field_length(rest),
+            Some(Wanted { slot, role: Role::Run }) => {
+                let length = scan::field_length(rest);
+                values[*slot] = runs.id(&scan::unquote(rest[..length].trim_ascii())) as f64;
+                length
+            }
+            Some(Wanted { slot, role }) => {
+                let (value, length) = match scan::plain_number(rest) {
+                    Some(number) => number,
+                    None => {
+                        let length = scan::field_length(rest);
+                        let value = scan::number_in_field(&rest[..length]).ok_or(Fault::Text { field })?;
+                        (value, length)
+                    }
+                };
+                finite &= value.is_finite() || *role == Role::MaybeNumber;
+                values[*slot] = value;
+                length
+            }
+        };
+        if length == rest.len() {
+            return if field + 1 == columns { Ok(finite) } else { Err(Fault::FieldCount) };
+        }
+        rest = &rest[length + 1..];
+    }
+    let unread = columns - wanted.len();
+    if unread > 0 && scan::Fields::new(rest).count() == unread { Ok(finite) } else { Err(Fault::FieldCount) }
+}
+
+/// Text for a message: printable and short.
+fn shortened(text: &[u8]) -> String {
+    const LONGEST: usize = 24;
+    let text = String::from_utf8_lossy(text);
+    match text.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.into_owned(),
+    }
+}

@@ -1,0 +1,128 @@
+//! Lines of a file through one large buffer: memory does not grow with the file.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+
+/// Bytes read at once, and the longest line accepted.
+const BUFFER: usize = 1 << 20;
+
+/// One line of a file, as a range of the buffer of [`Source`].
+pub(super) enum Line {
+    /// A line that ends with a line feed, which is not part of it.
+    Whole(usize, usize),
+    /// The last bytes of a file that does not end with a line feed.
+    Cut(usize, usize),
+    End,
+}
+
+pub(super) struct Source {
+    path: PathBuf,
+    file: File,
+    size: Option<u64>,
+    buffer: Vec<u8>,
+    start: usize,
+    end: usize,
+    read: u64,
+    exhausted: bool,
+    line: u64,
+}
+
+impl Source {
+    pub(super) fn open(path: &Path) -> Result<Self> {
+        let file = File::open(path).map_err(|error| Error::io(path, &error))?;
+        let metadata = file.metadata().map_err(|error| Error::io(path, &error))?;
+        if metadata.is_dir() {
+            return Err(Error::failed("is a folder; expected a run log (CSV file)").in_file(path));
+        }
+        let size = metadata.is_file().then_some(metadata.len());
+        Ok(Self {
+            path: path.to_owned(),
+            file,
+            size,
+            buffer: vec![0; BUFFER],
+            start: 0,
+            end: 0,
+            read: 0,
+            exhausted: false,
+            line: 0,
+        })
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Size of the file; `None` for a pipe.
+    pub(super) fn size(&self) -> Option<u64> {
+        self.size
+    }
+
+    /// Bytes whose lines were handed out.
+    pub(super) fn consumed(&self) -> u64 {
+        self.read - (self.end - self.start) as u64
+    }
+
+    /// Number of the line handed out last, counted from 1.
+    pub(super) fn line_number(&self) -> u64 {
+        self.line
+    }
+
+    pub(super) fn bytes(&self, start: usize, end: usize) -> &[u8] {
+        &self.buffer[start..end]
+    }
+
+    pub(super) fn next_line(&mut self) -> Result<Line> {
+        let mut searched = 0;
+        loop {
+            if let Some(length) = memchr::memchr(b'\n', &self.buffer[self.start + searched..self.end]) {
+                let start = self.start;
+                let end = start + searched + length;
+                self.start = end + 1;
+                self.line += 1;
+                return Ok(Line::Whole(start, end));
+            }
+            searched = self.end - self.start;
+            if self.exhausted {
+                let (start, end) = (self.start, self.end);
+                self.start = end;
+                if start == end {
+                    return Ok(Line::End);
+                }
+                self.line += 1;
+                return Ok(Line::Cut(start, end));
+            }
+            self.refill()?;
+        }
+    }
+
+    fn refill(&mut self) -> Result<()> {
+        self.buffer.copy_within(self.start..self.end, 0);
+        self.end -= self.start;
+        self.start = 0;
+        if self.end == self.buffer.len() {
+            return Err(Error::failed(format!(
+                "no line end within {BUFFER} bytes; expected a run log (CSV text, one row a line)"
+            ))
+            .in_file(&self.path)
+            .at_line(self.line + 1));
+        }
+        loop {
+            match self.file.read(&mut self.buffer[self.end..]) {
+                Ok(0) => {
+                    self.exhausted = true;
+                    return Ok(());
+                }
+                Ok(count) => {
+                    self.end += count;
+                    self.read += count as u64;
+                    return Ok(());
+                }
+                Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
+                Err(error) => return Err(Error::io(&self.path, &error)),
+            }
+        }
+    }
+}

@@ -1,1 +1,0 @@
-//! robot.toml: what is known of a robot beforehand.

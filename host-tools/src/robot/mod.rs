@@ -1,0 +1,165 @@
+//! robot.toml: what is known of a robot beforehand.
+
+mod geometry;
+mod parse;
+
+use std::path::Path;
+
+pub use geometry::Geometry;
+
+use crate::error::{Error, Result};
+
+/// Robots that need no file: their names, and the content of the file they were read from.
+const BUILT_IN: [(&[&str], &str); 3] = [
+    (&["burger", "turtlebot3burger", "turtlebot3"], include_str!("../../../robots/burger.toml")),
+    (&["warthog"], include_str!("../../../robots/warthog.toml")),
+    (&["husky", "huskya200"], include_str!("../../../robots/husky.toml")),
+];
+
+/// Mean absolute percentage errors leave out samples below this power unless the robot's file says otherwise, W.
+pub const DEFAULT_MAPE_FLOOR_W: f64 = 0.1;
+/// Wheel speeds below this count as standing unless the robot's file says otherwise, rad/s.
+pub const DEFAULT_SPEED_DEAD_BAND_RAD_S: f64 = 0.02;
+/// Radius of gyration as a share of the width across the wheels where the robot's file does not give it: that of a
+/// square plate as wide as the robot, side/√6.
+pub const DEFAULT_GYRATION_SHARE: f64 = 0.4;
+
+/// A robot as its file describes it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Robot {
+    pub(crate) name: String,
+    pub(crate) geometry: Geometry,
+    pub(crate) gyration_radius_m: f64,
+    pub(crate) gyration_is_estimated: bool,
+    pub(crate) mass_no_load_kg: f64,
+    pub(crate) mass_full_load_kg: f64,
+    pub(crate) static_power_w: Option<f64>,
+    pub(crate) mape_floor_w: f64,
+    pub(crate) regeneration: bool,
+    pub(crate) filter_cutoff_hz: Option<f64>,
+    pub(crate) speed_dead_band_rad_s: f64,
+    pub(crate) sensors: Option<toml::Value>,
+    pub(crate) unknown_keys: Vec<String>,
+}
+
+impl Robot {
+    /// A built-in robot by its name (`burger`, …) or the robot of a file. Upper case, `-`, `_` and spaces do not matter
+    /// in names. Keys of the file that are not known are named on standard error.
+    ///
+    /// # Errors
+    /// The name is not known (wrong usage), the file cannot be read, or its content is not a robot: with line and column.
+    pub fn load(name_or_path: impl AsRef<Path>) -> Result<Self> {
+        let path = name_or_path.as_ref();
+        let name = path.to_str().map(lenient).unwrap_or_default();
+        if let Some((_, text)) = BUILT_IN.iter().find(|(names, _)| names.contains(&name.as_str())) {
+            return Self::parse(text).map_err(|error| error.in_file(path));
+        }
+        let is_name = path.extension().is_none() && path.components().count() == 1;
+        if is_name && !path.exists() {
+            let message = format!(
+                "no robot is called {}; expected burger, warthog, husky or the path of a robot.toml",
+                path.display()
+            );
+            return Err(Error::usage(message));
+        }
+        let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, &error))?;
+        let robot = Self::parse(&text).map_err(|error| error.in_file(path))?;
+        for unknown in &robot.unknown_keys {
+            eprintln!("gmr: {}:{unknown}", path.display());
+        }
+        Ok(robot)
+    }
+
+    /// The robot that a text in the form of robot.toml describes.
+    ///
+    /// # Errors
+    /// A key is missing, or a value is of another type or outside what is allowed: with line and column.
+    pub fn parse(text: &str) -> Result<Self> {
+        parse::robot(text)
+    }
+
+    /// Name for people.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// How the wheels move the robot.
+    pub fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+
+    /// Number of driven wheels N, as the logs have them.
+    pub fn wheels(&self) -> usize {
+        self.geometry.wheels()
+    }
+
+    /// Wheel radius, m, where the geometry has one.
+    pub fn wheel_radius_m(&self) -> Option<f64> {
+        self.geometry.wheel_radius_m()
+    }
+
+    /// Radius of gyration about the vertical axis, m.
+    pub fn gyration_radius_m(&self) -> f64 {
+        self.gyration_radius_m
+    }
+
+    /// Whether the radius of gyration was not given, but estimated from the width.
+    pub fn gyration_is_estimated(&self) -> bool {
+        self.gyration_is_estimated
+    }
+
+    /// Mass without payload, kg (Eq. 25).
+    pub fn mass_no_load_kg(&self) -> f64 {
+        self.mass_no_load_kg
+    }
+
+    /// Mass with the greatest payload, kg (Eq. 25).
+    pub fn mass_full_load_kg(&self) -> f64 {
+        self.mass_full_load_kg
+    }
+
+    /// Static power, W, if the file gives it.
+    pub fn static_power_w(&self) -> Option<f64> {
+        self.static_power_w
+    }
+
+    /// Whether `power_w` of the logs is total power, the static power included.
+    pub fn power_is_total(&self) -> bool {
+        self.static_power_w.is_some()
+    }
+
+    /// Power below which a sample is left out of mean absolute percentage errors, W.
+    pub fn mape_floor_w(&self) -> f64 {
+        self.mape_floor_w
+    }
+
+    /// Whether the drive feeds braking power back, so that negative power is real.
+    pub fn regeneration(&self) -> bool {
+        self.regeneration
+    }
+
+    /// Cut-off of the low-pass filter on speed and power, Hz, if the file gives it.
+    pub fn filter_cutoff_hz(&self) -> Option<f64> {
+        self.filter_cutoff_hz
+    }
+
+    /// Wheel speed below which a wheel stands, rad/s.
+    pub fn speed_dead_band_rad_s(&self) -> f64 {
+        self.speed_dead_band_rad_s
+    }
+
+    /// What the file says about sensors, as it says it.
+    pub fn sensors(&self) -> Option<&toml::Value> {
+        self.sensors.as_ref()
+    }
+
+    /// Keys of the file that mean nothing here: `line:column: …`.
+    pub fn unknown_keys(&self) -> &[String] {
+        &self.unknown_keys
+    }
+}
+
+/// A name without case, `-`, `_` and spaces.
+pub(crate) fn lenient(name: &str) -> String {
+    name.chars().filter(|c| !matches!(c, '-' | '_' | ' ')).flat_map(char::to_lowercase).collect()
+}

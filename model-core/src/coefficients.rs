@@ -1,0 +1,351 @@
+//! What a fit found, and the image in which the board stores it.
+//!
+//! Little-endian, all numbers in single precision:
+//!
+//! | offset | bytes | what |
+//! |---|---|---|
+//! | 0 | 4 | magic `GMRC` |
+//! | 4 | 2 | format version |
+//! | 6 | 2 | length of the image, checksum included |
+//! | 8 | 1 | model id: 0 Eq. 18 published, 1 Eq. 18 corrected, 2 signed torque |
+//! | 9 | 1 | drive: 0 dissipative, 1 regenerative |
+//! | 10 | 1 | wheels N |
+//! | 11 | 1 | 0 |
+//! | 12 | 24 | robot name, UTF-8, padded with zeros |
+//! | 36 | 24 | gyration radius, dead band, filter cutoff, mass without and with full load, static power |
+//! | 60 | 8 | noise: density, lasting error |
+//! | 68 | 60 | 15 coefficients, or 6 and zeros |
+//! | 128 | 12 N | R, rows vx, vy, ω |
+//! | 128 + 12 N | 4 | CRC-32 (ISO-HDLC) of all before |
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+
+use crate::eq18::{Gate, REGRESSORS};
+use crate::kinematics::{Kinematics, MassMatrix};
+use crate::model::{MassRange, Model};
+use crate::payload::Noise;
+use crate::real::Real;
+use crate::torque::{Drive, PARAMETERS, TorqueModel};
+
+/// Longest robot name in bytes.
+pub const NAME_BYTES: usize = 24;
+
+/// Version of the image's layout.
+pub const VERSION: u16 = 1;
+
+/// Most wheels that an image can hold.
+pub const MOST_WHEELS: usize = 6;
+
+/// Bytes of the longest image.
+pub const LONGEST_IMAGE: usize = HEAD + 12 * MOST_WHEELS + 4;
+
+const MAGIC: [u8; 4] = *b"GMRC";
+const HEAD: usize = 128;
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+/// A robot's name, cut to [`NAME_BYTES`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Name([u8; NAME_BYTES]);
+
+impl Name {
+    /// Cut to [`NAME_BYTES`] at a character's end.
+    pub fn new(name: &str) -> Self {
+        let mut bytes = [0; NAME_BYTES];
+        let mut rest = &mut bytes[..];
+        for character in name.chars() {
+            let mut buffer = [0; 4];
+            let encoded = character.encode_utf8(&mut buffer).as_bytes();
+            let Some((head, tail)) = rest.split_at_mut_checked(encoded.len()) else { break };
+            head.copy_from_slice(encoded);
+            rest = tail;
+        }
+        Self(bytes)
+    }
+
+    /// Without the padding; empty where the bytes are no UTF-8.
+    pub fn as_str(&self) -> &str {
+        let length = self.0.iter().position(|byte| *byte == 0).unwrap_or(NAME_BYTES);
+        self.0.get(..length).and_then(|bytes| core::str::from_utf8(bytes).ok()).unwrap_or("")
+    }
+}
+
+/// The robot that the coefficients are for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Robot<T, const N: usize> {
+    /// Its name.
+    pub name: Name,
+    /// R.
+    pub kinematics: Kinematics<T, N>,
+    /// k, m.
+    pub gyration_radius: T,
+    /// M'' for both, m².
+    pub mass_matrix: MassMatrix<T, N>,
+    /// Wheels slower than this are at rest, rad/s.
+    pub dead_band: T,
+    /// Low-pass cutoff for speed and power, Hz.
+    pub cutoff_hz: T,
+    /// Total masses without and with full payload, kg.
+    pub range: MassRange<T>,
+    /// What the robot draws apart from its drives, W; 0 where actuation power is measured on its own.
+    pub static_power: T,
+}
+
+impl<T: Real, const N: usize> Robot<T, N> {
+    /// The same robot in another precision.
+    pub fn convert<U: Real>(&self) -> Option<Robot<U, N>> {
+        let number = |value: T| U::from_f64(value.to_f64());
+        let kinematics = Kinematics::from_rows(self.kinematics.rows().map(|row| row.map(number))).ok()?;
+        let gyration_radius = number(self.gyration_radius);
+        Some(Robot {
+            name: self.name,
+            kinematics,
+            gyration_radius,
+            mass_matrix: kinematics.mass_matrix(gyration_radius).ok()?,
+            dead_band: number(self.dead_band),
+            cutoff_hz: number(self.cutoff_hz),
+            range: MassRange::new(number(self.range.no_load()), number(self.range.full_load()))?,
+            static_power: number(self.static_power),
+        })
+    }
+}
+
+/// A fitted model with all that running it needs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Coefficients<T, const N: usize> {
+    /// Geometry and conditioning.
+    pub robot: Robot<T, N>,
+    /// The model.
+    pub model: Model<T>,
+    /// Its residuals.
+    pub noise: Noise<T>,
+}
+
+/// Why bytes are no coefficients.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DecodeError {
+    /// Fewer bytes than the image says, or than any image has.
+    Truncated,
+    /// They do not begin with `GMRC`.
+    NotAnImage,
+    /// Another layout.
+    Version {
+        /// The version found.
+        found: u16,
+    },
+    /// The checksum does not match: a bit has flipped.
+    Checksum,
+    /// The model id is none of those known.
+    UnknownModel {
+        /// The id found.
+        found: u8,
+    },
+    /// For a robot with another number of wheels.
+    WheelCount {
+        /// The number found.
+        found: u8,
+    },
+    /// A field holds what it cannot; its name.
+    Field(&'static str),
+}
+
+/// An encoded image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Image {
+    bytes: [u8; LONGEST_IMAGE],
+    length: usize,
+}
+
+impl Image {
+    /// The image's bytes.
+    pub fn as_bytes(&self) -> &[u8] {
+        self.bytes.get(..self.length).unwrap_or(&[])
+    }
+
+    fn put(&mut self, bytes: &[u8]) {
+        let end = self.length + bytes.len();
+        if let Some(place) = self.bytes.get_mut(self.length..end) {
+            place.copy_from_slice(bytes);
+            self.length = end;
+        }
+    }
+
+    fn put_number<T: Real>(&mut self, value: T) {
+        self.put(&(value.to_f64() as f32).to_le_bytes());
+    }
+}
+
+/// Reads fields one after the other.
+struct Reader<'a>(&'a [u8]);
+
+impl Reader<'_> {
+    fn take<const L: usize>(&mut self) -> Result<[u8; L], DecodeError> {
+        let (head, tail) = self.0.split_first_chunk::<L>().ok_or(DecodeError::Truncated)?;
+        self.0 = tail;
+        Ok(*head)
+    }
+
+    fn half_word(&mut self) -> Result<u16, DecodeError> {
+        self.take().map(u16::from_le_bytes)
+    }
+
+    fn number<T: Real>(&mut self, field: &'static str) -> Result<T, DecodeError> {
+        let value = f32::from_le_bytes(self.take()?);
+        if value.is_finite() { Ok(T::from_f64(f64::from(value))) } else { Err(DecodeError::Field(field)) }
+    }
+
+    fn not_negative<T: Real>(&mut self, field: &'static str) -> Result<T, DecodeError> {
+        let value: T = self.number(field)?;
+        if value >= T::ZERO { Ok(value) } else { Err(DecodeError::Field(field)) }
+    }
+}
+
+impl<T: Real, const N: usize> Coefficients<T, N> {
+    /// The image, in single precision. `None` for more than [`MOST_WHEELS`] wheels.
+    pub fn encode(&self) -> Option<Image> {
+        let length = HEAD + 12 * N + 4;
+        if N > MOST_WHEELS {
+            return None;
+        }
+        let (model, drive, values) = match &self.model {
+            Model::Eq18 { gate, beta } => (u8::from(*gate != Gate::Published), 0, *beta),
+            Model::Signed { torque, drive } => {
+                let mut values = [T::ZERO; REGRESSORS];
+                for (place, value) in values.iter_mut().zip(torque.to_array()) {
+                    *place = value;
+                }
+                (2, u8::from(*drive == Drive::Regenerative), values)
+            }
+        };
+        let mut image = Image { bytes: [0; LONGEST_IMAGE], length: 0 };
+        image.put(&MAGIC);
+        image.put(&VERSION.to_le_bytes());
+        image.put(&(length as u16).to_le_bytes());
+        image.put(&[model, drive, N as u8, 0]);
+        let robot = &self.robot;
+        image.put(&robot.name.0);
+        for value in [
+            robot.gyration_radius,
+            robot.dead_band,
+            robot.cutoff_hz,
+            robot.range.no_load(),
+            robot.range.full_load(),
+            robot.static_power,
+            self.noise.density,
+            self.noise.model_std,
+        ] {
+            image.put_number(value);
+        }
+        for value in values {
+            image.put_number(value);
+        }
+        for value in robot.kinematics.rows().iter().flatten() {
+            image.put_number(*value);
+        }
+        let checksum = CRC.checksum(image.as_bytes());
+        image.put(&checksum.to_le_bytes());
+        Some(image)
+    }
+
+    /// Reads an image back.
+    ///
+    /// # Errors
+    /// The first thing that is wrong with it. Bytes behind the image's length are ignored: flash is longer.
+    pub fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
+        let mut reader = Reader(bytes);
+        if reader.take::<4>()? != MAGIC {
+            return Err(DecodeError::NotAnImage);
+        }
+        let version = reader.half_word()?;
+        if version != VERSION {
+            return Err(DecodeError::Version { found: version });
+        }
+        let length = usize::from(reader.half_word()?);
+        let body_length = length.checked_sub(4).ok_or(DecodeError::Truncated)?;
+        let (body, rest) = bytes.split_at_checked(body_length).ok_or(DecodeError::Truncated)?;
+        let checksum = Reader(rest).take().map(u32::from_le_bytes)?;
+        if CRC.checksum(body) != checksum {
+            return Err(DecodeError::Checksum);
+        }
+        let [model, drive, wheels, _] = reader.take::<4>()?;
+        if usize::from(wheels) != N {
+            return Err(DecodeError::WheelCount { found: wheels });
+        }
+        if length != HEAD + 12 * N + 4 {
+            return Err(DecodeError::Truncated);
+        }
+        let name = Name(reader.take()?);
+        let gyration_radius = reader.number("gyration_radius_m")?;
+        let dead_band = reader.not_negative("speed_dead_band_rad_s")?;
+        let cutoff_hz: T = reader.number("filter_cutoff_hz")?;
+        if cutoff_hz <= T::ZERO {
+            return Err(DecodeError::Field("filter_cutoff_hz"));
+        }
+        let (no_load, full_load) = (reader.number("mass_no_load_kg")?, reader.number("mass_full_load_kg")?);
+        let range = MassRange::new(no_load, full_load).ok_or(DecodeError::Field("mass_no_load_kg"))?;
+        let static_power = reader.number("static_power_w")?;
+        let density = reader.not_negative("noise")?;
+        let model_std = reader.not_negative("noise")?;
+        let mut values = [T::ZERO; REGRESSORS];
+        for value in &mut values {
+            *value = reader.number("coefficients")?;
+        }
+        let model = match model {
+            0 => Model::Eq18 { gate: Gate::Published, beta: values },
+            1 => Model::Eq18 { gate: Gate::Corrected, beta: values },
+            2 => {
+                let mut parameters = [T::ZERO; PARAMETERS];
+                for (place, value) in parameters.iter_mut().zip(values) {
+                    *place = value;
+                }
+                let drive = match drive {
+                    0 => Drive::Dissipative,
+                    1 => Drive::Regenerative,
+                    _ => return Err(DecodeError::Field("drive")),
+                };
+                Model::Signed { torque: TorqueModel::from_array(parameters), drive }
+            }
+            found => return Err(DecodeError::UnknownModel { found }),
+        };
+        if !model.is_sound() {
+            return Err(DecodeError::Field("coefficients"));
+        }
+        let mut rows = [[T::ZERO; N]; 3];
+        for value in rows.iter_mut().flatten() {
+            *value = reader.number("kinematics")?;
+        }
+        let kinematics = Kinematics::from_rows(rows).map_err(|_| DecodeError::Field("kinematics"))?;
+        let mass_matrix =
+            kinematics.mass_matrix(gyration_radius).map_err(|_| DecodeError::Field("gyration_radius_m"))?;
+        Ok(Self {
+            robot: Robot {
+                name,
+                kinematics,
+                gyration_radius,
+                mass_matrix,
+                dead_band,
+                cutoff_hz,
+                range,
+                static_power,
+            },
+            model,
+            noise: Noise { density, model_std },
+        })
+    }
+
+    /// The same coefficients in another precision.
+    pub fn convert<U: Real>(&self) -> Option<Coefficients<U, N>> {
+        let number = |value: T| U::from_f64(value.to_f64());
+        let model = match &self.model {
+            Model::Eq18 { gate, beta } => Model::Eq18 { gate: *gate, beta: beta.map(number) },
+            Model::Signed { torque, drive } => Model::Signed {
+                torque: TorqueModel::from_array(torque.to_array().map(number)),
+                drive: *drive,
+            },
+        };
+        Some(Coefficients {
+            robot: self.robot.convert()?,
+            model,
+            noise: Noise { density: number(self.noise.density), model_std: number(self.noise.model_std) },
+        })
+    }
+}

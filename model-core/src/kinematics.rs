@@ -1,0 +1,167 @@
+//! Wheel speeds to body motion: ζ = R w (Section 4.4), and the mass matrix at the wheels, M'' of Eq. 18.
+
+use crate::real::Real;
+
+/// Motion of the body in its own frame.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Twist<T> {
+    /// Forward speed, m/s.
+    pub vx: T,
+    /// Speed to the left, m/s; 0 where the wheels cannot move the robot sideways.
+    pub vy: T,
+    /// Turn rate, counter-clockwise from above, rad/s.
+    pub omega: T,
+}
+
+/// A length that no robot can have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct InvalidLength {
+    /// Which one; it has to be finite and above zero.
+    pub name: &'static str,
+}
+
+/// The matrix R, rows vx, vy (m) and ω (dimensionless), one column a wheel. Positive wheel speed drives forward.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Kinematics<T, const N: usize> {
+    rows: [[T; N]; 3],
+}
+
+fn length<T: Real>(name: &'static str, value: T) -> Result<T, InvalidLength> {
+    if value.is_finite() && value > T::ZERO { Ok(value) } else { Err(InvalidLength { name }) }
+}
+
+impl<T: Real> Kinematics<T, 2> {
+    /// Differential drive, wheels left and right, `track` apart (m). Also skid steer with one wheel speed a side and
+    /// the effective track.
+    ///
+    /// # Errors
+    /// Names a length that is not finite and positive.
+    pub fn differential(wheel_radius: T, track: T) -> Result<Self, InvalidLength> {
+        let r = length("wheel_radius_m", wheel_radius)?;
+        let track = length("track_m", track)?;
+        let v = r * T::HALF;
+        let o = r / track;
+        Ok(Self { rows: [[v, v], [T::ZERO; 2], [-o, o]] })
+    }
+}
+
+impl<T: Real> Kinematics<T, 4> {
+    /// Skid steer with four driven wheels: front left, front right, rear left, rear right; effective track in m.
+    ///
+    /// # Errors
+    /// Names a length that is not finite and positive.
+    pub fn skid_steer(wheel_radius: T, track: T) -> Result<Self, InvalidLength> {
+        let r = length("wheel_radius_m", wheel_radius)?;
+        let track = length("track_m", track)?;
+        let v = r * T::HALF * T::HALF;
+        let o = r * T::HALF / track;
+        Ok(Self { rows: [[v; 4], [T::ZERO; 4], [-o, o, -o, o]] })
+    }
+
+    /// Four mecanum wheels (rollers at 45°, seen from above forming an X): front left, front right, rear left, rear
+    /// right, at `half_length` ahead and `half_width` aside of the centre (m).
+    ///
+    /// # Errors
+    /// Names a length that is not finite and positive.
+    pub fn mecanum(wheel_radius: T, half_length: T, half_width: T) -> Result<Self, InvalidLength> {
+        let r = length("wheel_radius_m", wheel_radius)?;
+        let arm = length("half_length_m", half_length)? + length("half_width_m", half_width)?;
+        let v = r * T::HALF * T::HALF;
+        let o = v / arm;
+        Ok(Self { rows: [[v; 4], [-v, v, v, -v], [-o, o, -o, o]] })
+    }
+}
+
+impl<T: Real> Kinematics<T, 3> {
+    /// Three omni wheels, 120° apart, each `arm` (m) from the centre: the first drives to the left in front of the
+    /// centre, the others follow counter-clockwise; all positive turns the robot counter-clockwise.
+    ///
+    /// # Errors
+    /// Names a length that is not finite and positive.
+    pub fn omni(wheel_radius: T, arm: T) -> Result<Self, InvalidLength> {
+        let r = length("wheel_radius_m", wheel_radius)?;
+        let arm = length("arm_m", arm)?;
+        let third = r / T::from_f64(3.0);
+        let side = r / T::from_f64(3.0).sqrt();
+        let o = third / arm;
+        Ok(Self { rows: [[T::ZERO, -side, side], [T::TWO * third, -third, -third], [o; 3]] })
+    }
+}
+
+impl<T: Real, const N: usize> Kinematics<T, N> {
+    /// A given matrix, rows vx, vy (m) and ω (dimensionless).
+    ///
+    /// # Errors
+    /// An entry that is not finite, or a matrix of zeros.
+    pub fn from_rows(rows: [[T; N]; 3]) -> Result<Self, InvalidLength> {
+        let mut any = false;
+        for entry in rows.iter().flatten() {
+            if !entry.is_finite() {
+                return Err(InvalidLength { name: "matrix" });
+            }
+            any |= *entry != T::ZERO;
+        }
+        if any { Ok(Self { rows }) } else { Err(InvalidLength { name: "matrix" }) }
+    }
+
+    /// The matrix R, rows vx, vy (m) and ω (dimensionless).
+    pub fn rows(&self) -> &[[T; N]; 3] {
+        &self.rows
+    }
+
+    /// ζ = R w for wheel speeds in rad/s.
+    #[inline]
+    pub fn twist(&self, wheel_speed: &[T; N]) -> Twist<T> {
+        let [vx, vy, omega] = self.rows.map(|row| dot(&row, wheel_speed));
+        Twist { vx, vy, omega }
+    }
+
+    /// M'' = Rᵀ diag(1, 1, k²) R (m²) for the radius of gyration k (m) about the vertical axis.
+    ///
+    /// # Errors
+    /// A radius that is not finite and positive.
+    pub fn mass_matrix(&self, gyration_radius: T) -> Result<MassMatrix<T, N>, InvalidLength> {
+        let k = length("gyration_radius_m", gyration_radius)?;
+        let [vx, vy, omega] = &self.rows;
+        let mut rows = [[T::ZERO; N]; N];
+        let columns = vx.iter().zip(vy).zip(omega);
+        for (row, ((xi, yi), oi)) in rows.iter_mut().zip(columns.clone()) {
+            for (entry, ((xj, yj), oj)) in row.iter_mut().zip(columns.clone()) {
+                *entry = *xi * *xj + *yi * *yj + *oi * *oj * (k * k);
+            }
+        }
+        Ok(MassMatrix { rows })
+    }
+}
+
+/// M'' of Eq. 18: inertia at the wheels per kilogram of robot, m².
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MassMatrix<T, const N: usize> {
+    rows: [[T; N]; N],
+}
+
+impl<T: Real, const N: usize> MassMatrix<T, N> {
+    /// K = M'' a: inertial torque at each wheel per kilogram (N·m/kg) for wheel accelerations in rad/s².
+    #[inline]
+    pub fn torque_per_kg(&self, wheel_acceleration: &[T; N]) -> [T; N] {
+        let mut torque = [T::ZERO; N];
+        for (out, row) in torque.iter_mut().zip(&self.rows) {
+            *out = dot(row, wheel_acceleration);
+        }
+        torque
+    }
+
+    /// The rows, m².
+    pub fn rows(&self) -> &[[T; N]; N] {
+        &self.rows
+    }
+}
+
+#[inline]
+fn dot<T: Real, const N: usize>(left: &[T; N], right: &[T; N]) -> T {
+    let mut sum = T::ZERO;
+    for (l, r) in left.iter().zip(right) {
+        sum += *l * *r;
+    }
+    sum
+}

@@ -1,0 +1,128 @@
+//! One model of the actuation power, whichever was fitted.
+
+use crate::eq18::{self, Gate, REGRESSORS};
+use crate::motion::Motion;
+use crate::polynomial::Polynomial;
+use crate::real::Real;
+use crate::torque::{Drive, TorqueModel};
+
+/// The masses that the robot can have.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MassRange<T> {
+    no_load: T,
+    full_load: T,
+}
+
+impl<T: Real> MassRange<T> {
+    /// From the total mass without payload to that with the full one, kg. `None` unless 0 < no load < full load and
+    /// both are finite.
+    pub fn new(no_load: T, full_load: T) -> Option<Self> {
+        let valid = no_load > T::ZERO && full_load > no_load && full_load.is_finite();
+        valid.then_some(Self { no_load, full_load })
+    }
+
+    /// Total mass without payload, kg.
+    pub fn no_load(&self) -> T {
+        self.no_load
+    }
+
+    /// Total mass with full payload, kg.
+    pub fn full_load(&self) -> T {
+        self.full_load
+    }
+
+    /// The middle of the range, kg: the reference about which powers are expanded.
+    #[inline]
+    pub fn middle(&self) -> T {
+        (self.no_load + self.full_load) * T::HALF
+    }
+
+    /// Half the range, kg.
+    #[inline]
+    pub fn reach(&self) -> T {
+        (self.full_load - self.no_load) * T::HALF
+    }
+}
+
+/// The fitted model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Model<T> {
+    /// Eq. 18 with its 15 mass-decoupled coefficients.
+    Eq18 {
+        /// As printed, or corrected.
+        gate: Gate,
+        /// β_0 … β_14.
+        beta: [T; REGRESSORS],
+    },
+    /// The signed torque model: the default.
+    Signed {
+        /// Its six parameters.
+        torque: TorqueModel<T>,
+        /// Whether braking power is clamped.
+        drive: Drive,
+    },
+}
+
+/// The power as a function of the mass at one instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Response<T> {
+    /// About the middle of the mass range.
+    pub polynomial: Polynomial<T>,
+    /// Some wheel may be clamped for some mass of the range: the polynomial says nothing reliable about the mass.
+    pub may_clamp: bool,
+}
+
+impl<T: Real> Model<T> {
+    /// P(m) about the middle of `range` (Eq. 24 for Eq. 18's models).
+    #[inline]
+    pub fn response<const N: usize>(&self, motion: &Motion<T, N>, range: &MassRange<T>) -> Response<T> {
+        match self {
+            Model::Eq18 { gate, beta } => {
+                let products = eq18::products(*gate, motion);
+                let polynomial = eq18::polynomial(*gate, &products, beta).about(range.middle());
+                Response { polynomial, may_clamp: false }
+            }
+            Model::Signed { torque, drive } => {
+                let mut response = Response { polynomial: Polynomial::default(), may_clamp: false };
+                for wheel in &motion.wheels {
+                    let power = torque.polynomial(wheel, range.middle(), range.reach());
+                    response.polynomial += power.polynomial;
+                    response.may_clamp |= power.may_clamp;
+                }
+                response.may_clamp &= matches!(drive, Drive::Dissipative);
+                response
+            }
+        }
+    }
+
+    /// Step three of the paper: P_act in W at a total mass in kg. `None` where mass or motion give no finite power.
+    #[inline]
+    pub fn power<const N: usize>(&self, motion: &Motion<T, N>, mass: T) -> Option<T> {
+        let power = match self {
+            Model::Eq18 { gate, beta } => {
+                eq18::polynomial(*gate, &eq18::products(*gate, motion), beta).at(mass)
+            }
+            Model::Signed { torque, drive } => {
+                let mut sum = T::ZERO;
+                for wheel in &motion.wheels {
+                    let power = torque.wheel_power(wheel, mass);
+                    sum += match drive {
+                        Drive::Dissipative => power.at_least(T::ZERO),
+                        Drive::Regenerative => power,
+                    };
+                }
+                sum
+            }
+        };
+        (mass > T::ZERO && power.is_finite()).then_some(power)
+    }
+
+    /// Whether every coefficient is finite and, as Eq. 20 demands, not negative.
+    pub fn is_sound(&self) -> bool {
+        let sound = |values: &[T]| values.iter().all(|value| value.is_finite() && *value >= T::ZERO);
+        match self {
+            Model::Eq18 { beta, .. } => sound(beta),
+            Model::Signed { torque, .. } => sound(&torque.to_array()),
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! What the models need to know of each wheel at one instant.
+
+use crate::kinematics::MassMatrix;
+use crate::real::Real;
+
+/// One wheel, after filtering.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Wheel<T> {
+    /// w: speed, rad/s; 0 within the dead band.
+    pub speed: T,
+    /// a: acceleration, rad/s²; 0 within the dead band.
+    pub acceleration: T,
+    /// K = (M'' a): inertial torque per kilogram, N·m/kg; 0 within the dead band.
+    pub inertial_torque: T,
+    /// h: −1, 0 (within the dead band) or 1.
+    pub direction: T,
+}
+
+/// All wheels of a robot at one instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion<T, const N: usize> {
+    /// One entry a wheel.
+    pub wheels: [Wheel<T>; N],
+}
+
+impl<T: Real, const N: usize> Motion<T, N> {
+    /// From filtered speeds (rad/s) and accelerations (rad/s²).
+    ///
+    /// A wheel slower than `dead_band` (rad/s) is at rest: friction has no sign there, and its power is taken as
+    /// nought. Without the band the sign of friction follows the noise of a standing wheel, which biases the winding
+    /// loss and Coulomb friction of a fit.
+    #[inline]
+    pub fn new(speed: &[T; N], acceleration: &[T; N], mass_matrix: &MassMatrix<T, N>, dead_band: T) -> Self {
+        let torque = mass_matrix.torque_per_kg(acceleration);
+        let mut wheels = [Wheel::default(); N];
+        let inputs = speed.iter().zip(acceleration).zip(&torque);
+        for (wheel, ((&speed, &acceleration), &inertial_torque)) in wheels.iter_mut().zip(inputs) {
+            if speed.abs() > dead_band {
+                *wheel = Wheel { speed, acceleration, inertial_torque, direction: speed.sign() };
+            }
+        }
+        Self { wheels }
+    }
+
+    /// Whether any wheel turns faster than the dead band.
+    #[inline]
+    pub fn is_moving(&self) -> bool {
+        self.wheels.iter().any(|wheel| wheel.direction != T::ZERO)
+    }
+
+    /// W̄ of Eq. 26: mean of the wheels' absolute speeds, rad/s.
+    #[inline]
+    pub fn mean_speed(&self) -> T {
+        let mut sum = T::ZERO;
+        let mut count = T::ZERO;
+        for wheel in &self.wheels {
+            sum += wheel.speed.abs();
+            count += T::ONE;
+        }
+        if count > T::ZERO { sum / count } else { T::ZERO }
+    }
+}

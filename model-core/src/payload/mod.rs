@@ -1,0 +1,91 @@
+//! Step two of the paper: the unknown mass, from what the samples say about it.
+//!
+//! Samples are summed into buckets (a second, say); a [`schedule::Schedule`] decides which buckets count; an
+//! estimator turns them into a mass with an interval, or says that it is unknown. [`roots`] is the paper's weighted
+//! mean of Eq. 24's roots, [`window`] least squares over all samples of the window. [`change`] notices a new payload.
+
+pub mod change;
+mod interval;
+pub mod ring;
+pub mod roots;
+pub mod schedule;
+pub mod window;
+
+use crate::model::Response;
+use crate::real::Real;
+
+/// A mass, or the reason why there is none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Payload<T> {
+    /// The samples determine the mass.
+    Known(Mass<T>),
+    /// They do not.
+    Unknown(Unknown),
+}
+
+impl<T: Copy> Payload<T> {
+    /// The mass, where it is known.
+    pub fn mass(&self) -> Option<Mass<T>> {
+        match self {
+            Payload::Known(mass) => Some(*mass),
+            Payload::Unknown(_) => None,
+        }
+    }
+}
+
+/// A total mass with its 95 % interval, all in kg and within the robot's range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mass<T> {
+    /// The estimate.
+    pub mass: T,
+    /// Lower end of the interval.
+    pub low: T,
+    /// Upper end of the interval.
+    pub high: T,
+}
+
+/// Why the mass is unknown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unknown {
+    /// No samples yet, or no coefficients.
+    NoSamples,
+    /// The robot stood still, or its drives were clamped: nothing in the samples depends on the mass.
+    NoMotion,
+    /// The interval would be wider than half the mass range.
+    TooWide,
+    /// A sum is not finite.
+    NotFinite,
+}
+
+/// How far measured power strays from the model's, as the fit found it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Noise<T> {
+    /// Residual's spectral density at frequency 0, W²·s: its variance times twice its correlation time.
+    pub density: T,
+    /// Standard deviation of the error that lasts longer than a window, W: what the coefficients' own uncertainty
+    /// does to the predicted power.
+    pub model_std: T,
+}
+
+/// Sums over the samples of a bucket.
+pub trait Bucket<T>: Copy + Default {
+    /// Adds the other's sums.
+    fn merge(&mut self, other: &Self);
+}
+
+/// A way to turn samples into a mass.
+pub trait Method<T: Real> {
+    /// Its sums over the samples of a bucket.
+    type Sums: Bucket<T>;
+
+    /// Adds one sample: filtered power in W, the model's response, and the wheels' mean absolute speed in rad/s.
+    fn add(&self, sums: &mut Self::Sums, power: T, response: &Response<T>, mean_speed: T);
+
+    /// The mass that these buckets, oldest first, say.
+    fn estimate<'a>(&self, buckets: impl Iterator<Item = &'a Self::Sums> + Clone) -> Payload<T>
+    where
+        Self::Sums: 'a;
+
+    /// How many standard deviations this bucket lies above what `mass` (kg) makes expect; `None` where it says nothing.
+    fn surprise(&self, sums: &Self::Sums, mass: T) -> Option<T>;
+}

@@ -1,0 +1,86 @@
+//! The paper's estimator: the root of Eq. 24 at every sample, averaged (Eq. 25 and 26).
+
+use crate::model::{MassRange, Response};
+use crate::quadratic::{self, Roots};
+use crate::real::Real;
+
+use super::interval::{Scatter, within};
+use super::{Bucket, Method, Payload, Unknown};
+
+/// Sums over the samples of a bucket.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sums<T> {
+    weight: T,
+    weighted: T,
+}
+
+impl<T: Real> Sums<T> {
+    /// The root within the mass range, if there is one (Eq. 25), weighted by the wheels' mean absolute
+    /// speed in rad/s (Eq. 26).
+    #[inline]
+    fn add(&mut self, power: T, response: &Response<T>, range: &MassRange<T>, weight: T) {
+        if response.may_clamp || weight <= T::ZERO {
+            return;
+        }
+        let p = &response.polynomial;
+        let reach = range.reach();
+        let inside = |d: T| d >= -reach && d <= reach;
+        let root = match quadratic::roots(p.a, p.b, p.c - power) {
+            Roots::One(d) if inside(d) => d,
+            // Power grows with mass between the two: with both inside, the higher is the one on that branch.
+            Roots::Two(_, d) if inside(d) => d,
+            Roots::Two(d, _) if inside(d) => d,
+            _ => return,
+        };
+        self.weight += weight;
+        self.weighted += weight * root;
+    }
+}
+
+impl<T: Real> Bucket<T> for Sums<T> {
+    fn merge(&mut self, other: &Self) {
+        self.weight += other.weight;
+        self.weighted += other.weighted;
+    }
+}
+
+/// The averaged-roots estimator. Its interval is that of a weighted mean: it knows the roots' scatter, but not that roots
+/// cut to the range lean towards its middle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RootMean<T> {
+    /// The masses in question.
+    pub range: MassRange<T>,
+}
+
+impl<T: Real> Method<T> for RootMean<T> {
+    type Sums = Sums<T>;
+
+    #[inline]
+    fn add(&self, sums: &mut Sums<T>, power: T, response: &Response<T>, mean_speed: T) {
+        sums.add(power, response, &self.range, mean_speed);
+    }
+
+    fn estimate<'a>(&self, buckets: impl Iterator<Item = &'a Sums<T>> + Clone) -> Payload<T> {
+        let mut total = Sums::default();
+        for bucket in buckets.clone() {
+            total.merge(bucket);
+        }
+        if !(total.weight.is_finite() && total.weighted.is_finite()) {
+            return Payload::Unknown(Unknown::NotFinite);
+        }
+        if total.weight <= T::ZERO {
+            return Payload::Unknown(Unknown::NoMotion);
+        }
+        let d = total.weighted / total.weight;
+        let mut scatter = Scatter::default();
+        for bucket in buckets {
+            scatter.add(bucket.weighted - bucket.weight * d, bucket.weight);
+        }
+        within(&self.range, d, scatter.half_width(T::ZERO, T::ZERO, T::ZERO))
+    }
+
+    /// The paper restarts at known times or periodically; roots have no scale to be surprised on.
+    fn surprise(&self, _sums: &Sums<T>, _mass: T) -> Option<T> {
+        None
+    }
+}

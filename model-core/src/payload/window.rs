@@ -1,0 +1,181 @@
+//! The default estimator: least squares of power over the mass, on all samples of the window at once.
+//!
+//! Minimises Σ (P_k − a_k d² − b_k d − c_k)² over d = m − m₀ within the robot's masses. The sum is a quartic in d
+//! whose coefficients are sums over samples, so a window of any length is a few sums per second of it: constant
+//! memory, no samples kept. Each sample weighs by how much it says about the mass, and the curvature gives an interval.
+
+use crate::model::{MassRange, Response};
+use crate::real::Real;
+
+use super::interval::{Scatter, within};
+use super::{Bucket, Method, Noise, Payload, Unknown};
+
+/// Sums over the samples of a bucket, r being measured power minus c.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sums<T> {
+    rb: T,
+    ra: T,
+    bb: T,
+    ab: T,
+    aa: T,
+    b: T,
+    a: T,
+}
+
+impl<T: Real> Sums<T> {
+    #[inline]
+    fn add(&mut self, power: T, response: &Response<T>) {
+        if response.may_clamp {
+            return;
+        }
+        let p = &response.polynomial;
+        let r = power - p.c;
+        self.rb += r * p.b;
+        self.ra += r * p.a;
+        self.bb += p.b * p.b;
+        self.ab += p.a * p.b;
+        self.aa += p.a * p.a;
+        self.b += p.b;
+        self.a += p.a;
+    }
+
+    /// Σ g e: minus half the slope of the sum of squares at d, W²/kg, with g = 2 a d + b and e the residual.
+    #[inline]
+    pub fn score(&self, d: T) -> T {
+        let three = T::from_f64(3.0);
+        self.rb + d * (T::TWO * self.ra - self.bb - d * (three * self.ab + d * T::TWO * self.aa))
+    }
+
+    /// Σ g²: how much the samples say about the mass at d, W²/kg².
+    #[inline]
+    pub fn information(&self, d: T) -> T {
+        let four = T::from_f64(4.0);
+        self.bb + four * d * (self.ab + d * self.aa)
+    }
+
+    /// Σ g, W/kg: what an error of 1 W that lasts adds to the score.
+    #[inline]
+    pub fn slope_sum(&self, d: T) -> T {
+        self.b + T::TWO * d * self.a
+    }
+}
+
+impl<T: Real> Bucket<T> for Sums<T> {
+    #[inline]
+    fn merge(&mut self, other: &Self) {
+        self.rb += other.rb;
+        self.ra += other.ra;
+        self.bb += other.bb;
+        self.ab += other.ab;
+        self.aa += other.aa;
+        self.b += other.b;
+        self.a += other.a;
+    }
+}
+
+/// The windowed least-squares estimator.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Window<T> {
+    /// The masses in question.
+    pub range: MassRange<T>,
+    /// The fit's residuals.
+    pub noise: Noise<T>,
+    /// Time between samples, s.
+    pub period: T,
+}
+
+/// How many buckets of scatter the fit's own noise level counts for.
+const PRIOR_BUCKETS: f64 = 6.0;
+
+/// How far beyond the range the minimum is sought, in units of the range's half: an estimate that strays a little
+/// beyond a bound is cut to it, with the interval that it had.
+const BEYOND: f64 = 1.5;
+
+/// Enough to halve the bracket below single precision's last digit.
+const BISECTIONS: u32 = 30;
+
+impl<T: Real> Window<T> {
+    /// Variance of the score of samples that hold this much information, (W²/kg)².
+    fn expected_scatter(&self, information: T) -> T {
+        self.noise.density / self.period * information
+    }
+
+    /// Where Σ e² is least, in kg about the middle of the range.
+    fn minimum(&self, total: &Sums<T>) -> T {
+        let reach = self.range.reach() * T::from_f64(BEYOND);
+        let (mut low, mut high) = (-reach, reach);
+        if total.score(low) <= T::ZERO {
+            return low;
+        }
+        if total.score(high) >= T::ZERO {
+            return high;
+        }
+        // Newton's step from the current point, or the middle of the bracket where that would leave it.
+        let mut d = T::ZERO;
+        for _ in 0..BISECTIONS {
+            let score = total.score(d);
+            if score > T::ZERO {
+                low = d;
+            } else {
+                high = d;
+            }
+            let step = score / total.information(d);
+            let newton = d + step;
+            let next = if newton > low && newton < high { newton } else { (low + high) * T::HALF };
+            if (next - d).abs() <= T::TWO * T::EPSILON * reach {
+                return next;
+            }
+            d = next;
+        }
+        d
+    }
+}
+
+impl<T: Real> Method<T> for Window<T> {
+    type Sums = Sums<T>;
+
+    #[inline]
+    fn add(&self, sums: &mut Sums<T>, power: T, response: &Response<T>, _mean_speed: T) {
+        sums.add(power, response);
+    }
+
+    fn estimate<'a>(&self, buckets: impl Iterator<Item = &'a Sums<T>> + Clone) -> Payload<T> {
+        let mut total = Sums::default();
+        for bucket in buckets.clone() {
+            total.merge(bucket);
+        }
+        if !(total.rb.is_finite() && total.bb.is_finite() && total.aa.is_finite()) {
+            return Payload::Unknown(Unknown::NotFinite);
+        }
+        if total.bb <= T::ZERO {
+            return Payload::Unknown(Unknown::NoMotion);
+        }
+        let d = self.minimum(&total);
+        let mut scatter = Scatter::default();
+        for bucket in buckets {
+            scatter.add(bucket.score(d), bucket.information(d));
+        }
+        let information = scatter.information();
+        if information <= T::ZERO {
+            return Payload::Unknown(Unknown::NoMotion);
+        }
+        let lasting = self.noise.model_std * total.slope_sum(d) / information;
+        within(
+            &self.range,
+            d,
+            scatter.half_width(
+                T::from_f64(PRIOR_BUCKETS),
+                self.expected_scatter(information),
+                lasting * lasting,
+            ),
+        )
+    }
+
+    fn surprise(&self, sums: &Sums<T>, mass: T) -> Option<T> {
+        let d = mass - self.range.middle();
+        let lasting = self.noise.model_std * sums.slope_sum(d);
+        let variance = self.expected_scatter(sums.information(d)) + lasting * lasting;
+        let surprise = sums.score(d) / variance.sqrt();
+        surprise.is_finite().then_some(surprise)
+    }
+}
