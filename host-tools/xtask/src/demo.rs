@@ -53,7 +53,7 @@ fn all(steps: &mut Steps) -> Result<(), Stop> {
 }
 
 fn gmr(arguments: &str) -> Command {
-    let mut command = Command::new("target/release/gmr");
+    let mut command = Command::new(crate::target_folder().join("release/gmr"));
     command.args(arguments.split_whitespace().map(in_folder));
     command
 }

@@ -94,25 +94,27 @@ pub(crate) fn qemu() -> Result<(), Stop> {
     if is_there() { Ok(()) } else { Err(Stop::new(missing)) }
 }
 
-/// cargo-deny: the installed one, or one built into target/tools.
+/// cargo-deny: the installed one, or one built into the target folder.
 pub(crate) fn cargo_deny() -> Result<PathBuf, Stop> {
     if answer("cargo-deny --version").is_some() {
         return Ok("cargo-deny".into());
     }
-    let folder = crate::root().join("target/tools");
+    let folder = crate::target_folder().join("tools");
     let program = folder.join("bin/cargo-deny");
     if Command::new(&program).arg("--version").output().is_ok_and(|output| output.status.success()) {
         return Ok(program);
     }
     let mut install =
         command("cargo install --quiet cargo-deny --version ^0.20 --locked --no-default-features");
-    install.arg("--root").arg("target/tools").arg("--target-dir").arg("target/tools/build");
+    install.arg("--root").arg(&folder).arg("--target-dir").arg(folder.join("build"));
     // It runs for a second: compiling it without optimisation is what costs least in all.
     install.env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "0");
     install.env("CARGO_PROFILE_RELEASE_LTO", "off");
     install.env("CARGO_PROFILE_RELEASE_CODEGEN_UNITS", "16");
     install.env("CARGO_PROFILE_RELEASE_DEBUG", "0");
     obtain(install)?;
+    // Half a gigabyte that nobody needs again.
+    let _ = std::fs::remove_dir_all(folder.join("build"));
     Ok(program)
 }
 
