@@ -4,7 +4,10 @@
 
 pub mod cli;
 pub mod error;
+pub mod fit;
 pub mod log;
+pub mod metrics;
 pub mod output;
 pub mod plant;
+pub mod progress;
 pub mod robot;

@@ -1,6 +1,6 @@
 //! The one pipeline that board and host run: sample → filter → motion → model → payload → estimate.
 
-use crate::coefficients::Coefficients;
+use crate::coefficients::{Coefficients, Robot};
 use crate::energy::Energy;
 use crate::filter::{Channel, InvalidCutoff, LowPass};
 use crate::kinematics::MassMatrix;
@@ -61,12 +61,11 @@ pub struct Conditioner<T, const N: usize> {
 const GAP_PERIODS: f64 = 5.0;
 
 impl<T: Real, const N: usize> Conditioner<T, N> {
-    /// For samples `period_s` apart, with the filter and the geometry of `coefficients`.
+    /// For samples `period_s` apart of this robot.
     ///
     /// # Errors
     /// A filter cutoff that this sample rate cannot have.
-    pub fn new(coefficients: &Coefficients<T, N>, period_s: f64) -> Result<Self, InvalidCutoff> {
-        let robot = &coefficients.robot;
+    pub fn new(robot: &Robot<T, N>, period_s: f64) -> Result<Self, InvalidCutoff> {
         Ok(Self {
             filter: LowPass::new(robot.cutoff_hz.to_f64(), period_s)?,
             mass_matrix: robot.mass_matrix,
@@ -186,7 +185,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     /// A filter cutoff that this sample rate cannot have.
     pub fn new(coefficients: &Coefficients<T, N>, method: M, timing: &Timing) -> Result<Self, InvalidCutoff> {
         Ok(Self {
-            conditioner: Conditioner::new(coefficients, timing.period_s)?,
+            conditioner: Conditioner::new(&coefficients.robot, timing.period_s)?,
             model: coefficients.model,
             range: coefficients.robot.range,
             method,

@@ -1,12 +1,13 @@
 //! The command line: one file a subcommand. Figures go to standard output, all else to standard error.
 
+mod fit;
 mod simulate;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// How much power does a wheeled robot draw, when nobody told it what it carries?
 #[derive(Parser)]
@@ -20,6 +21,8 @@ struct Cli {
 enum Command {
     /// Write logs from the simulated plant
     Simulate(simulate::Arguments),
+    /// Fit coefficients to logs with known payload
+    Fit(fit::Arguments),
 }
 
 /// Parses the command line and runs it. Exit codes: 0 done, 1 failed, 2 wrong usage.
@@ -27,6 +30,7 @@ pub fn run() -> ExitCode {
     let cli = Cli::parse();
     let result: Result<()> = match cli.command {
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Fit(arguments) => fit::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -35,4 +39,11 @@ pub fn run() -> ExitCode {
             ExitCode::from(error.exit_code())
         }
     }
+}
+
+/// Figures for scripts, on standard output.
+fn print_json(report: &impl serde::Serialize) -> Result<()> {
+    let text = serde_json::to_string_pretty(report).map_err(|error| Error::failed(error.to_string()))?;
+    println!("{text}");
+    Ok(())
 }

@@ -1,11 +1,337 @@
 //! `gmr simulate`: logs from the plant.
 
-use crate::error::Result;
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use clap::ValueEnum;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::output::write_whole;
+use crate::plant::encoder::SpeedSource;
+use crate::plant::scenario::duration_allowed;
+use crate::plant::sensors::PowerSource;
+use crate::plant::{
+    Geometry, Kinematics, PayloadSchedule, PlantSet, Profile, ProfileKind, Sample, Scenario, Sensors,
+    Simulation, profile,
+};
 
 /// Arguments of `gmr simulate`.
 #[derive(clap::Args)]
-pub(crate) struct Arguments {}
+pub(crate) struct Arguments {
+    /// Motors: the paper's Table 3, or a servo like the XL430-W250
+    #[arg(long, value_enum, default_value = "servo")]
+    plant: PlantSet,
+    /// Wheel layout
+    #[arg(long, value_enum, default_value = "differential")]
+    kinematics: Kinematics,
+    /// training, test, constant, standstill, or a CSV file with time_s and v_m_s, omega_rad_s (vx_m_s, vy_m_s,
+    /// omega_rad_s for omni and mecanum) or wheel1_rad_s …
+    #[arg(long, default_value = "training", value_name = "KIND|FILE")]
+    profile: String,
+    /// Forward speed of the constant profile, m/s [default: 0.9 of the robot's limit]
+    #[arg(long, allow_negative_numbers = true)]
+    speed: Option<f64>,
+    /// Turn rate of the constant profile, rad/s
+    #[arg(long, allow_negative_numbers = true)]
+    turn: Option<f64>,
+    /// Length of the run, s
+    #[arg(long, default_value_t = 200.0, allow_negative_numbers = true)]
+    duration: f64,
+    /// Samples per second, Hz [default: 100 exact, 200 servo, 20 paper20]
+    #[arg(long, allow_negative_numbers = true)]
+    rate: Option<f64>,
+    /// Measuring chain: none; encoder ticks and INA219 with 0.1 W noise; the paper's experiment
+    #[arg(long, value_enum, default_value = "exact")]
+    sensors: Chain,
+    /// Wheel speed: true, from encoder ticks between samples, or the servo's register (overrides the chain's)
+    #[arg(long, value_enum)]
+    speed_source: Option<SpeedSource>,
+    /// Power: true, or through an INA219 (overrides the chain's)
+    #[arg(long, value_enum)]
+    power_source: Option<PowerSource>,
+    /// Standard deviation of the power noise, W (overrides the chain's)
+    #[arg(long, allow_negative_numbers = true)]
+    power_noise: Option<f64>,
+    /// Correlation of the power noise from sample to sample, above -1, below 1
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    power_autocorrelation: f64,
+    /// INA219 conversions averaged in a reading: 1, 2, 4, … 128 (overrides the chain's)
+    #[arg(long)]
+    averages: Option<u32>,
+    /// Standard deviation of the sampling instants, s
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    jitter: f64,
+    /// Total mass, kg, or steps of KG@SECONDS: `1@0,6@100`
+    #[arg(long, default_value = "1", allow_hyphen_values = true)]
+    mass: String,
+    /// Leave the mass out of the log: unknown to the estimator
+    #[arg(long)]
+    no_mass: bool,
+    /// Power added to the log, W: a log of total power
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    static_power: f64,
+    /// Bounded noise on the speed loop's measurement, rad/s at the wheel [default: 0.0002 table3, 0.002 servo]
+    #[arg(long, allow_negative_numbers = true)]
+    loop_noise: Option<f64>,
+    /// Efficiency of the motor drives
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
+    drive_efficiency: f64,
+    /// Let the drives return braking power to the supply
+    #[arg(long)]
+    regeneration: bool,
+    /// Add a column true_power_w: the supply power before sensors and noise, without static power
+    #[arg(long)]
+    truth: bool,
+    /// Seed of profile and noise: same seed, same bytes
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// The log to write; `-` for standard output
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Print what was written as JSON
+    #[arg(long)]
+    json: bool,
+}
 
-pub(crate) fn run(_arguments: &Arguments) -> Result<()> {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+enum Chain {
+    Exact,
+    Servo,
+    Paper20,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Summary<'a> {
+    file: &'a Path,
+    rows: u64,
+    duration_s: f64,
+    rate_hz: f64,
+    seed: u64,
+    plant: PlantSet,
+    profile: &'a str,
+    sensors: Chain,
+    mass: &'a str,
+    geometry: Geometry,
+    gyration_radius_m: f64,
+    supply_v: f64,
+    energy_j: f64,
+    mean_power_w: f64,
+    peak_power_w: f64,
+}
+
+/// Sums over the rows.
+#[derive(Default)]
+struct Totals {
+    rows: u64,
+    power_w: f64,
+    peak_w: f64,
+}
+
+impl Totals {
+    fn add(&mut self, sample: &Sample) {
+        self.rows += 1;
+        self.power_w += sample.true_power_w;
+        self.peak_w = self.peak_w.max(sample.true_power_w);
+    }
+
+    fn mean_w(&self) -> f64 {
+        self.power_w / self.rows.max(1) as f64
+    }
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let to_stdout = arguments.out.as_os_str() == "-";
+    if to_stdout && arguments.json {
+        return Err(Error::usage("--out - and --json both write to standard output; allowed: one of them"));
+    }
+    let scenario = scenario(arguments)?;
+    let simulation = Simulation::new(&scenario)?;
+    let mut totals = Totals::default();
+    if to_stdout {
+        let mut stdout = std::io::BufWriter::new(std::io::stdout().lock());
+        write_log(&mut stdout, arguments, simulation, &mut totals)?;
+        stdout.flush().map_err(|error| Error::io(&arguments.out, &error))?;
+    } else {
+        write_whole(&arguments.out, |file| write_log(file, arguments, simulation, &mut totals))?;
+    }
+    if arguments.json {
+        let summary = Summary {
+            file: &arguments.out,
+            rows: totals.rows,
+            duration_s: scenario.duration_s,
+            rate_hz: scenario.rate_hz,
+            seed: scenario.seed,
+            plant: arguments.plant,
+            profile: &arguments.profile,
+            sensors: arguments.sensors,
+            mass: &arguments.mass,
+            geometry: scenario.robot.geometry,
+            gyration_radius_m: scenario.robot.gyration_radius_m,
+            supply_v: scenario.robot.supply_v,
+            energy_j: totals.mean_w() * scenario.duration_s,
+            mean_power_w: totals.mean_w(),
+            peak_power_w: totals.peak_w,
+        };
+        let json =
+            serde_json::to_string_pretty(&summary).map_err(|error| Error::failed(error.to_string()))?;
+        println!("{json}");
+    } else if !to_stdout {
+        eprintln!(
+            "{}: {} rows, {} s at {} Hz, {:.3} W on average, {:.3} W at most",
+            arguments.out.display(),
+            totals.rows,
+            scenario.duration_s,
+            scenario.rate_hz,
+            totals.mean_w(),
+            totals.peak_w
+        );
+    }
     Ok(())
+}
+
+/// The scenario that the arguments ask for.
+fn scenario(arguments: &Arguments) -> Result<Scenario> {
+    let kind = ProfileKind::from_str(&arguments.profile, false).ok();
+    // Checked before any profile of that length is drawn.
+    if !duration_allowed(arguments.duration) {
+        return Err(Error::usage(format!("duration {}; allowed: s, above 0 to 1e7", arguments.duration)));
+    }
+    let mut scenario = Scenario::new(
+        arguments.plant,
+        arguments.kinematics,
+        kind.unwrap_or(ProfileKind::Standstill),
+        arguments.duration,
+        arguments.seed,
+    );
+    let constant = arguments.speed.is_some() || arguments.turn.is_some();
+    if constant && kind != Some(ProfileKind::Constant) {
+        return Err(Error::usage("--speed and --turn go with --profile constant only"));
+    }
+    if kind.is_none() {
+        scenario.profile = read_profile(&arguments.profile, &scenario.robot.geometry)?;
+    } else if constant {
+        scenario.profile = constant_profile(arguments, &scenario)?;
+    }
+    let preset_rate = match arguments.sensors {
+        Chain::Exact => 100.0,
+        Chain::Servo => 200.0,
+        Chain::Paper20 => 20.0,
+    };
+    scenario.rate_hz = arguments.rate.unwrap_or(preset_rate);
+    scenario.sensors = sensors(arguments, scenario.rate_hz);
+    scenario.payload = PayloadSchedule::parse(&arguments.mass)?;
+    scenario.static_power_w = arguments.static_power;
+    scenario.drive.efficiency = arguments.drive_efficiency;
+    scenario.drive.regeneration = arguments.regeneration;
+    if let Some(noise) = arguments.loop_noise {
+        scenario.robot.loop_noise_rad_s = noise;
+    }
+    Ok(scenario)
+}
+
+fn sensors(arguments: &Arguments, rate_hz: f64) -> Sensors {
+    let mut sensors = match arguments.sensors {
+        Chain::Exact => Sensors::exact(),
+        Chain::Servo => Sensors::servo(rate_hz),
+        Chain::Paper20 => Sensors::paper20(),
+    };
+    sensors.speed = arguments.speed_source.unwrap_or(sensors.speed);
+    sensors.power = arguments.power_source.unwrap_or(sensors.power);
+    sensors.power_noise_w = arguments.power_noise.unwrap_or(sensors.power_noise_w);
+    sensors.ina219.averages = arguments.averages.unwrap_or(sensors.ina219.averages);
+    sensors.power_autocorrelation = arguments.power_autocorrelation;
+    sensors.jitter_s = arguments.jitter;
+    sensors
+}
+
+fn read_profile(name: &str, geometry: &Geometry) -> Result<Profile> {
+    let file = Path::new(name);
+    // A bare word that is no file is more likely a misspelt kind than a lost file.
+    if !file.exists() && file.extension().is_none() && !name.contains(std::path::MAIN_SEPARATOR) {
+        let allowed = "training, test, constant, standstill or a CSV file";
+        return Err(Error::usage(format!("profile `{name}`; allowed: {allowed}")));
+    }
+    profile::read(file, geometry)
+}
+
+fn constant_profile(arguments: &Arguments, scenario: &Scenario) -> Result<Profile> {
+    let (robot, limits) = (&scenario.robot, &scenario.robot.limits);
+    let twist = [arguments.speed.unwrap_or(0.0), 0.0, arguments.turn.unwrap_or(0.0)];
+    if !limits.allow(twist, &robot.geometry) {
+        let (speed, turn) = (limits.speed_m_s, limits.turn_rad_s);
+        return Err(Error::usage(format!(
+            "speed {} m/s with turn {} rad/s; allowed: up to {speed} m/s (at every wheel) and {turn} rad/s",
+            twist[0], twist[2]
+        )));
+    }
+    Ok(Profile::constant(&robot.geometry, limits, twist))
+}
+
+fn write_log(
+    out: &mut dyn Write,
+    arguments: &Arguments,
+    run: Simulation<'_>,
+    totals: &mut Totals,
+) -> Result<()> {
+    let failed = |error: std::io::Error| Error::io(&arguments.out, &error);
+    let wheels = run.wheels();
+    let (bar, begun) = (progress(run.rows()), Instant::now());
+    let mut line = String::from("time_s");
+    for i in 1..=wheels {
+        line += &format!(",wheel{i}_rad_s");
+    }
+    line += ",power_w";
+    line += if arguments.no_mass { "" } else { ",mass_kg" };
+    line += if arguments.truth { ",true_power_w" } else { "" };
+    for sample in run {
+        line.push('\n');
+        out.write_all(line.as_bytes()).map_err(failed)?;
+        line.clear();
+        push_row(&mut line, &sample, wheels, arguments);
+        totals.add(&sample);
+        if totals.rows.is_multiple_of(1000) && begun.elapsed() > Duration::from_secs(1) {
+            bar.set_position(totals.rows);
+        }
+    }
+    bar.finish_and_clear();
+    line.push('\n');
+    out.write_all(line.as_bytes()).map_err(failed)
+}
+
+/// Time to a microsecond, speeds to 1e-7 rad/s, power to a microwatt; mass as short as it is exact.
+fn push_row(line: &mut String, sample: &Sample, wheels: usize, arguments: &Arguments) {
+    use std::fmt::Write;
+    // Writing to a String cannot fail.
+    let _ = write!(line, "{:.6}", sample.time_s);
+    for speed in &sample.wheel_rad_s[..wheels] {
+        let _ = write!(line, ",{:.7}", unsigned_zero(*speed, 1e7));
+    }
+    let _ = write!(line, ",{:.6}", unsigned_zero(sample.power_w, 1e6));
+    if !arguments.no_mass {
+        let _ = write!(line, ",{}", sample.mass_kg);
+    }
+    if arguments.truth {
+        let _ = write!(line, ",{:.6}", unsigned_zero(sample.true_power_w, 1e6));
+    }
+}
+
+/// Zero instead of what would be written as `-0.000000`.
+fn unsigned_zero(x: f64, scale: f64) -> f64 {
+    if (x * scale).abs() <= 0.5 { 0.0 } else { x }
+}
+
+/// A bar on standard error, not yet drawn; none when that is no terminal.
+fn progress(rows: u64) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("simulating {wide_bar} {percent} % {eta}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    let target = indicatif::ProgressDrawTarget::stderr();
+    ProgressBar::with_draw_target(Some(rows), target).with_style(style)
 }

@@ -1,1 +1,31 @@
-//! The simulated robot: a forward simulation that shares no formula with model-core.
+//! The simulated robot: a forward simulation that shares no formula and no code with `model-core`.
+//!
+//! A wheel speed loop sets voltages ([`controller`]), windings and rotors answer ([`motor`]), gears pass torque with
+//! a loss ([`gear`]), and one rigid body couples the wheels that roll on the floor ([`body`]). Sensors turn what is
+//! true into what a log shows ([`sensors`]). Which robot: [`sets`]; what it does: [`profile`], [`payload`].
+
+pub mod body;
+pub mod controller;
+pub mod drive;
+pub mod encoder;
+pub mod gear;
+pub mod ina219;
+pub mod kinematics;
+pub mod motor;
+mod noise;
+pub mod payload;
+pub mod profile;
+pub mod scenario;
+pub mod sensors;
+pub mod sets;
+mod simulation;
+#[cfg(test)]
+mod tests;
+
+pub use kinematics::{Geometry, Kinematics, MAX_WHEELS};
+pub use payload::PayloadSchedule;
+pub use profile::{Profile, ProfileKind};
+pub use scenario::Scenario;
+pub use sensors::Sensors;
+pub use sets::{PlantSet, Robot};
+pub use simulation::{Record, Sample, Simulation, simulate};

@@ -1,5 +1,6 @@
 //! robot.toml: what is known of a robot beforehand.
 
+mod core;
 mod geometry;
 mod parse;
 

@@ -1,0 +1,182 @@
+//! `gmr fit`: logs to coefficients.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::fit::verdict::{Parameter, Verdict};
+use crate::fit::{self, Fit, Method, ModelKind, gram::Vector, linear::Certificate, pgd};
+use crate::metrics::Quality;
+use crate::robot::Robot;
+use crate::with_wheels;
+
+/// Arguments of `gmr fit`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Logs of drives with known payload: two of them, empty and fully loaded, at least
+    #[arg(required = true, value_name = "RUN.csv")]
+    runs: Vec<PathBuf>,
+    /// The robot: a robot.toml, or burger, warthog, husky
+    #[arg(long, default_value = "burger")]
+    robot: PathBuf,
+    /// Where the coefficients go
+    #[arg(long, value_name = "C.toml")]
+    out: Option<PathBuf>,
+    /// Which model
+    #[arg(long, value_enum, default_value = "signed")]
+    model: ModelKind,
+    /// How to fit it [default: physical for signed, nnls for eq18, pgd for eq18-published]
+    #[arg(long, value_enum)]
+    method: Option<Method>,
+    /// Total mass of logs without a mass_kg column, kg [default: the robot's mass without payload]
+    #[arg(long, value_name = "KG")]
+    mass: Option<f64>,
+    /// Learning rate α of pgd, on columns scaled to unit root mean square
+    #[arg(long, default_value_t = 0.001)]
+    learning_rate: f64,
+    /// Momentum coefficient c of pgd
+    #[arg(long, default_value_t = 0.9)]
+    momentum: f64,
+    /// Most iterations of pgd
+    #[arg(long, default_value_t = pgd::Settings::default().most_iterations)]
+    iterations: u64,
+    /// Figures as JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    robot: &'a str,
+    model: ModelKind,
+    method: Method,
+    #[serde(flatten)]
+    quality: Quality,
+    rows: u64,
+    masses_kg: &'a [f64],
+    filter_cutoff_hz: f64,
+    clamped_share: f64,
+    condition: Option<f64>,
+    ending: &'a str,
+    iterations: u64,
+    fit_s: f64,
+    pgd: Option<Certificate>,
+    noise_density_w2_s: f64,
+    prediction_std_w: f64,
+    parameters: &'a [Parameter],
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let robot = Robot::load(&arguments.robot)?;
+    with_wheels!(robot, run_with(&robot, arguments))
+}
+
+fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
+    let method = arguments.method.unwrap_or(Method::default_for(arguments.model)).check(arguments.model)?;
+    let mass = arguments.mass.unwrap_or(robot.mass_no_load_kg());
+    if !(mass > 0.0 && mass.is_finite()) {
+        return Err(Error::usage(format!("--mass {mass}: expected a mass above 0 kg")));
+    }
+    let fit =
+        fit::fit_logs::<N>(robot, &arguments.runs, mass, arguments.model, method, &settings(arguments)?)?;
+    if fit.masses.len() == 1 {
+        eprintln!(
+            "gmr: {}: one payload only ({} kg): what depends on the mass cannot be told from what does not, so payload \
+             estimates with these coefficients will be unknown; add a run with another payload",
+            arguments.runs[0].display(),
+            fit.masses[0]
+        );
+    }
+    if let Some(out) = &arguments.out {
+        fit::file::write(out, &fit)?;
+    }
+    if arguments.json { print_json(robot, &fit) } else { print_text(robot, &fit, arguments) }
+}
+
+fn settings(arguments: &Arguments) -> Result<pgd::Settings> {
+    let positive = |name: &str, value: f64| {
+        if value > 0.0 && value.is_finite() {
+            Ok(value)
+        } else {
+            Err(Error::usage(format!("--{name} {value}: expected a number above 0")))
+        }
+    };
+    if !(0.0..1.0).contains(&arguments.momentum) {
+        return Err(Error::usage(format!("--momentum {}: expected 0 to below 1", arguments.momentum)));
+    }
+    Ok(pgd::Settings {
+        learning_rate: Vector::repeat(positive("learning-rate", arguments.learning_rate)?),
+        momentum: arguments.momentum,
+        most_iterations: arguments.iterations,
+        ..pgd::Settings::default()
+    })
+}
+
+fn print_json<const N: usize>(robot: &Robot, fit: &Fit<N>) -> Result<()> {
+    super::print_json(&Report {
+        robot: robot.name(),
+        model: fit.kind,
+        method: fit.method,
+        quality: fit.quality,
+        rows: fit.rows,
+        masses_kg: &fit.masses,
+        filter_cutoff_hz: fit.coefficients.robot.cutoff_hz,
+        clamped_share: fit.clamped_share,
+        condition: fit.uncertainty.condition.is_finite().then_some(fit.uncertainty.condition),
+        ending: &fit.ending,
+        iterations: fit.iterations,
+        fit_s: fit.solve_s,
+        pgd: fit.certificate,
+        noise_density_w2_s: fit.coefficients.noise.density,
+        prediction_std_w: fit.uncertainty.prediction_std_w,
+        parameters: &fit.parameters,
+    })
+}
+
+fn print_text<const N: usize>(robot: &Robot, fit: &Fit<N>, arguments: &Arguments) -> Result<()> {
+    let quality = &fit.quality;
+    let masses: Vec<String> = fit.masses.iter().map(|mass| format!("{mass:.3}")).collect();
+    println!("{}: {} rows at {} kg", robot.name(), fit.rows, masses.join(", "));
+    println!(
+        "R² {}, MAPE {} (of {:.0} % of the samples, above {} W), RMSE {:.4} W",
+        quality.r2.map_or("–".to_owned(), |r2| format!("{r2:.5}")),
+        quality.mape_percent.map_or("–".to_owned(), |mape| format!("{mape:.2} %")),
+        100.0 * quality.mape_share,
+        quality.mape_floor_w,
+        quality.rmse_w
+    );
+    println!(
+        "filter {:.2} Hz; {:.1} % of the rows may be clamped and were left out; condition {:.1e}; {} after {} steps in {:.3} s",
+        fit.coefficients.robot.cutoff_hz,
+        100.0 * fit.clamped_share,
+        fit.uncertainty.condition,
+        fit.ending,
+        fit.iterations,
+        fit.solve_s
+    );
+    if let Some(found) = &fit.certificate {
+        println!("pgd: {:.4} % above the exact optimum's cost", 100.0 * found.excess_cost);
+    }
+    for parameter in &fit.parameters {
+        let error = parameter.std_err.map_or("–".to_owned(), |error| format!("{error:.2e}"));
+        let verdict = match parameter.verdict {
+            Verdict::Determined => "determined",
+            Verdict::Weak => "weak",
+            Verdict::Undetermined => "undetermined",
+        };
+        println!(
+            "  {:<14} {:>12.5e} ± {:<9} {:<10} {}{}",
+            parameter.name,
+            parameter.value,
+            error,
+            parameter.unit,
+            verdict,
+            parameter.advice.as_ref().map_or(String::new(), |advice| format!(" ({advice})"))
+        );
+    }
+    if let Some(out) = &arguments.out {
+        println!("wrote {}", out.display());
+    }
+    Ok(())
+}

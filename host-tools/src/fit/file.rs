@@ -1,0 +1,214 @@
+//! coefficients.toml: what `gmr fit` writes and every other command reads.
+
+use std::path::Path;
+
+use model_core::coefficients::{Coefficients, Name, Robot as CoreRobot};
+use model_core::eq18::REGRESSORS;
+use model_core::kinematics::Kinematics;
+use model_core::model::{MassRange, Model};
+use model_core::payload::Noise;
+use model_core::torque::{Drive, TorqueModel};
+use serde::{Deserialize, Serialize};
+
+use super::{Fit, Method, ModelKind, verdict};
+use crate::error::{Error, Result};
+use crate::output::write_whole;
+use crate::robot::Robot;
+
+/// Version of the file's layout.
+const FORMAT: u32 = 1;
+
+#[derive(Debug, Serialize, Deserialize)]
+struct Document {
+    format: u32,
+    model: ModelKind,
+    method: Method,
+    robot: RobotSection,
+    parameters: toml::Table,
+    noise: NoiseSection,
+    fit: FitSection,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct RobotSection {
+    name: String,
+    /// Rows vx, vy (m) and ω of R, one column a wheel.
+    kinematics: Vec<Vec<f64>>,
+    gyration_radius_m: f64,
+    mass_no_load_kg: f64,
+    mass_full_load_kg: f64,
+    speed_dead_band_rad_s: f64,
+    filter_cutoff_hz: f64,
+    static_power_w: f64,
+    regeneration: bool,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct NoiseSection {
+    density_w2_s: f64,
+    model_std_w: f64,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct FitSection {
+    rows: u64,
+    masses_kg: Vec<f64>,
+    r2: f64,
+    rmse_w: f64,
+    /// Covariance of the parameters in the order above.
+    covariance: Vec<Vec<f64>>,
+}
+
+/// Writes a fit, whole or not at all.
+///
+/// # Errors
+/// What the operating system refuses.
+pub fn write<const N: usize>(file: &Path, fit: &Fit<N>) -> Result<()> {
+    let robot = &fit.coefficients.robot;
+    let drive = match &fit.coefficients.model {
+        Model::Signed { drive, .. } => *drive,
+        Model::Eq18 { .. } => Drive::Dissipative,
+    };
+    let document = Document {
+        format: FORMAT,
+        model: fit.kind,
+        method: fit.method,
+        robot: RobotSection {
+            name: robot.name.as_str().to_owned(),
+            kinematics: robot.kinematics.rows().iter().map(|row| row.to_vec()).collect(),
+            gyration_radius_m: robot.gyration_radius,
+            mass_no_load_kg: robot.range.no_load(),
+            mass_full_load_kg: robot.range.full_load(),
+            speed_dead_band_rad_s: robot.dead_band,
+            filter_cutoff_hz: robot.cutoff_hz,
+            static_power_w: robot.static_power,
+            regeneration: drive == Drive::Regenerative,
+        },
+        parameters: fit.parameters.iter().map(|p| (p.name.clone(), toml::Value::Float(p.value))).collect(),
+        noise: NoiseSection {
+            density_w2_s: fit.coefficients.noise.density,
+            model_std_w: fit.coefficients.noise.model_std,
+        },
+        fit: FitSection {
+            rows: fit.rows,
+            masses_kg: fit.masses.clone(),
+            r2: fit.quality.r2.unwrap_or(f64::NAN),
+            rmse_w: fit.quality.rmse_w,
+            covariance: fit
+                .uncertainty
+                .covariance
+                .row_iter()
+                .map(|row| row.iter().copied().collect())
+                .collect(),
+        },
+    };
+    let text = toml::to_string(&document).map_err(|error| Error::failed(error.to_string()).in_file(file))?;
+    write_whole(file, |out| out.write_all(text.as_bytes()).map_err(|error| Error::io(file, &error)))
+}
+
+/// Reads coefficients and checks that they are for this robot.
+///
+/// # Errors
+/// The file cannot be read, is of another format, is for another robot, or holds what no model can have.
+pub fn read<const N: usize>(file: &Path, robot: &Robot) -> Result<Coefficients<f64, N>> {
+    let text = std::fs::read_to_string(file).map_err(|error| Error::io(file, &error))?;
+    let wrong = |message: String| Error::failed(message).in_file(file);
+    let document: Document = toml::from_str(&text).map_err(|error| {
+        let line = error.span().map(|span| 1 + text[..span.start].matches('\n').count() as u64);
+        let wrong = wrong(format!("{}; expected coefficients as gmr fit writes them", error.message()));
+        match line {
+            Some(line) => wrong.at_line(line),
+            None => wrong,
+        }
+    })?;
+    if document.format != FORMAT {
+        return Err(wrong(format!("format {}; expected {FORMAT}", document.format)).in_column("format"));
+    }
+    let found = core_robot::<N>(&document.robot).map_err(|message| wrong(message).in_column("robot"))?;
+    let expected = robot.core::<N>(found.cutoff_hz)?;
+    if let Some(difference) = difference(&found, &expected) {
+        return Err(wrong(format!(
+            "these coefficients are for another robot: {difference} of {} (fitted for {}) differ",
+            robot.name(),
+            found.name.as_str()
+        ))
+        .in_column("robot"));
+    }
+    let model = model(&document).map_err(|message| wrong(message).in_column("parameters"))?;
+    let noise = Noise { density: document.noise.density_w2_s, model_std: document.noise.model_std_w };
+    if !model.is_sound() || !(noise.density >= 0.0 && noise.model_std >= 0.0) {
+        return Err(wrong("a coefficient is negative or not finite; expected at least 0".to_owned())
+            .in_column("parameters"));
+    }
+    // The file's static power is what the fit took off; the robot's file says what is to be taken off now.
+    Ok(Coefficients { robot: expected, model, noise })
+}
+
+fn core_robot<const N: usize>(section: &RobotSection) -> std::result::Result<CoreRobot<f64, N>, String> {
+    let rows = section.kinematics.iter().map(|row| <[f64; N]>::try_from(row.as_slice()));
+    let rows: Vec<[f64; N]> = rows.collect::<std::result::Result<_, _>>().map_err(|_| {
+        let found = section.kinematics.first().map_or(0, Vec::len);
+        format!("fitted for a robot with {found} wheels; expected {N}: wrong robot?")
+    })?;
+    let rows: [[f64; N]; 3] = rows.try_into().map_err(|_| "kinematics: expected three rows".to_owned())?;
+    let kinematics = Kinematics::from_rows(rows).map_err(|error| format!("{} is not finite", error.name))?;
+    let mass_matrix = kinematics
+        .mass_matrix(section.gyration_radius_m)
+        .map_err(|error| format!("{} is wrong", error.name))?;
+    let range = MassRange::new(section.mass_no_load_kg, section.mass_full_load_kg)
+        .ok_or_else(|| "expected 0 < mass_no_load_kg < mass_full_load_kg".to_owned())?;
+    Ok(CoreRobot {
+        name: Name::new(&section.name),
+        kinematics,
+        gyration_radius: section.gyration_radius_m,
+        mass_matrix,
+        dead_band: section.speed_dead_band_rad_s,
+        cutoff_hz: section.filter_cutoff_hz,
+        range,
+        static_power: section.static_power_w,
+    })
+}
+
+/// What makes two robots different, if anything does.
+fn difference<const N: usize>(left: &CoreRobot<f64, N>, right: &CoreRobot<f64, N>) -> Option<&'static str> {
+    let close = |a: f64, b: f64| (a - b).abs() <= 1e-6 * a.abs().max(b.abs());
+    let entries = left.kinematics.rows().iter().flatten().zip(right.kinematics.rows().iter().flatten());
+    if left.name != right.name {
+        Some("the name")
+    } else if !entries.into_iter().all(|(a, b)| close(*a, *b)) {
+        Some("the wheels' geometry")
+    } else if !close(left.gyration_radius, right.gyration_radius) {
+        Some("the gyration radius")
+    } else if !close(left.range.no_load(), right.range.no_load())
+        || !close(left.range.full_load(), right.range.full_load())
+    {
+        Some("the masses")
+    } else {
+        None
+    }
+}
+
+fn model(document: &Document) -> std::result::Result<Model<f64>, String> {
+    let value = |name: &str| match document.parameters.get(name) {
+        Some(toml::Value::Float(value)) => Ok(*value),
+        Some(toml::Value::Integer(value)) => Ok(*value as f64),
+        _ => Err(format!("{name} is missing or not a number")),
+    };
+    match document.model {
+        ModelKind::Signed => {
+            let mut parameters = [0.0; verdict::TORQUE.len()];
+            for (place, description) in parameters.iter_mut().zip(&verdict::TORQUE) {
+                *place = value(description.name)?;
+            }
+            let drive = if document.robot.regeneration { Drive::Regenerative } else { Drive::Dissipative };
+            Ok(Model::Signed { torque: TorqueModel::from_array(parameters), drive })
+        }
+        ModelKind::Eq18 | ModelKind::Eq18Published => {
+            let mut beta = [0.0; REGRESSORS];
+            for (place, description) in beta.iter_mut().zip(&verdict::EQ18) {
+                *place = value(description.name)?;
+            }
+            Ok(Model::Eq18 { gate: document.model.gate(), beta })
+        }
+    }
+}

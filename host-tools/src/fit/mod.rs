@@ -1,0 +1,273 @@
+//! Step one of the paper: coefficients from logs whose payload is known.
+
+pub mod assess;
+pub mod dataset;
+pub mod file;
+pub mod gram;
+pub mod linear;
+pub mod nnls;
+pub mod pgd;
+pub mod physical;
+pub mod verdict;
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use model_core::coefficients::Coefficients;
+use model_core::eq18::{self, Gate};
+use model_core::model::Model;
+use nalgebra::DVector;
+use serde::{Deserialize, Serialize};
+
+use self::assess::Uncertainty;
+use self::dataset::{Dataset, Reading};
+use self::verdict::Parameter;
+use crate::error::{Error, Result};
+use crate::metrics::Quality;
+use crate::robot::Robot;
+
+/// Which model to fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum ModelKind {
+    /// The signed torque model: six physical parameters
+    Signed,
+    /// Eq. 18 as it follows from its derivation
+    Eq18,
+    /// Eq. 18 as printed
+    Eq18Published,
+}
+
+impl ModelKind {
+    /// The products that its Gram matrix is formed from.
+    pub fn gate(self) -> Gate {
+        match self {
+            Self::Signed => Gate::Signed,
+            Self::Eq18 => Gate::Corrected,
+            Self::Eq18Published => Gate::Published,
+        }
+    }
+}
+
+/// How to fit it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Levenberg–Marquardt with bounds on the six parameters (signed model)
+    Physical,
+    /// Exact non-negative least squares (Eq. 18)
+    Nnls,
+    /// Algorithm 1 of the paper (Eq. 18)
+    Pgd,
+}
+
+impl Method {
+    /// What a model is fitted with unless told otherwise.
+    pub fn default_for(model: ModelKind) -> Self {
+        match model {
+            ModelKind::Signed => Self::Physical,
+            ModelKind::Eq18 => Self::Nnls,
+            ModelKind::Eq18Published => Self::Pgd,
+        }
+    }
+
+    /// # Errors
+    /// The method cannot fit this model.
+    pub fn check(self, model: ModelKind) -> Result<Self> {
+        match (model, self) {
+            (ModelKind::Signed, Self::Physical)
+            | (ModelKind::Eq18 | ModelKind::Eq18Published, Self::Nnls | Self::Pgd) => Ok(self),
+            (ModelKind::Signed, _) => Err(Error::usage("--model signed is fitted with --method physical")),
+            (_, Self::Physical) => {
+                Err(Error::usage("--method physical fits --model signed; eq18 is fitted with nnls or pgd"))
+            }
+        }
+    }
+}
+
+/// A model, what it is worth, and how it was found.
+#[derive(Debug, Clone)]
+pub struct Fit<const N: usize> {
+    /// What `gmr estimate` and the board run.
+    pub coefficients: Coefficients<f64, N>,
+    /// Which model.
+    pub kind: ModelKind,
+    /// Which method.
+    pub method: Method,
+    /// Errors on the fitted rows.
+    pub quality: Quality,
+    /// The parameters one by one.
+    pub parameters: Vec<Parameter>,
+    /// Their covariance and what is undetermined.
+    pub uncertainty: Uncertainty,
+    /// How the solver ended.
+    pub ending: String,
+    /// Steps that it took.
+    pub iterations: u64,
+    /// Algorithm 1's distance from the optimum.
+    pub certificate: Option<linear::Certificate>,
+    /// Rows of the store in which some wheel may be clamped: left out of the fit.
+    pub clamped_share: f64,
+    /// Payloads met, kg.
+    pub masses: Vec<f64>,
+    /// Rows read.
+    pub rows: u64,
+    /// Time for the solver alone, without reading, s.
+    pub solve_s: f64,
+}
+
+/// Reads the logs and fits the model.
+///
+/// # Errors
+/// As [`Dataset::read`] and [`fit`].
+pub fn fit_logs<const N: usize>(
+    robot: &Robot,
+    files: &[PathBuf],
+    mass_kg: f64,
+    kind: ModelKind,
+    method: Method,
+    pgd: &pgd::Settings,
+) -> Result<Fit<N>> {
+    let reading = Reading { gate: kind.gate(), cutoff_hz: None, mass_kg };
+    let dataset = Dataset::<N>::read(robot, files, &reading)?;
+    fit(robot, &dataset, kind, method, pgd)
+}
+
+/// Fits the model to what was read.
+///
+/// # Errors
+/// The data cannot determine a model: the robot stood still or its wheels never changed their speed.
+pub fn fit<const N: usize>(
+    robot: &Robot,
+    dataset: &Dataset<N>,
+    kind: ModelKind,
+    method: Method,
+    pgd: &pgd::Settings,
+) -> Result<Fit<N>> {
+    let method = method.check(kind)?;
+    excitation(dataset)?;
+    let started = Instant::now();
+    let everything = vec![true; dataset.store.len()];
+    let mut certificate = None;
+    let (model, ending, iterations, used) = match kind {
+        ModelKind::Signed => {
+            let solution = physical::solve(dataset, robot.drive());
+            let model = Model::Signed { torque: solution.torque, drive: robot.drive() };
+            (model, ending_name(&solution.ending), u64::from(solution.iterations), solution.used)
+        }
+        ModelKind::Eq18 | ModelKind::Eq18Published => {
+            let gram = dataset.gram();
+            let (beta, ending, iterations) = if method == Method::Pgd {
+                let (beta, found) = linear::by_pgd(&gram, pgd);
+                certificate = Some(found);
+                (beta, ending_name(&found.ending), found.iterations)
+            } else {
+                let (beta, solution) = linear::by_nnls(&gram);
+                (beta, ending_name(&solution.ending), u64::from(solution.iterations))
+            };
+            (Model::Eq18 { gate: kind.gate(), beta: beta.into() }, ending, iterations, everything)
+        }
+    };
+    let solve_s = started.elapsed().as_secs_f64();
+    let (uncertainty, parameters) = judge(dataset, &model, &used);
+    let quality = assess::quality(dataset, &model, robot.mape_floor_w())
+        .ok_or_else(|| Error::failed("the fitted model predicts no finite power for any row"))?;
+    // With one payload the model's dependence on the mass is a guess: no window says anything about it.
+    let lasting = if dataset.masses.len() < 2 { NO_PAYLOAD_W } else { uncertainty.prediction_std_w };
+    let noise = assess::noise(dataset, &model, lasting);
+    let unused = used.iter().filter(|used| !**used).count();
+    Ok(Fit {
+        coefficients: Coefficients { robot: dataset.robot, model, noise },
+        kind,
+        method,
+        quality,
+        parameters,
+        uncertainty,
+        ending,
+        iterations,
+        certificate,
+        clamped_share: unused as f64 / used.len().max(1) as f64,
+        masses: dataset.masses.clone(),
+        rows: dataset.rows,
+        solve_s,
+    })
+}
+
+/// Lasting error of a model that has seen one payload only, W: beyond any robot's power, so that its mass is unknown.
+pub const NO_PAYLOAD_W: f64 = 1e6;
+
+fn ending_name(ending: &impl Serialize) -> String {
+    match serde_json::to_value(ending) {
+        Ok(serde_json::Value::String(name)) => name,
+        _ => "unknown".to_owned(),
+    }
+}
+
+fn judge<const N: usize>(
+    dataset: &Dataset<N>,
+    model: &Model<f64>,
+    used: &[bool],
+) -> (Uncertainty, Vec<Parameter>) {
+    match model {
+        Model::Signed { torque, .. } => {
+            let values = torque.to_array();
+            let slopes = physical::jacobian(&values.into()).transpose();
+            let uncertainty = assess::uncertainty(
+                dataset,
+                used,
+                |row| row.motion.wheels.iter().map(|wheel| torque.wheel_power(wheel, row.mass)).sum(),
+                |row| {
+                    let slope = slopes * gram::Vector::from(physical::regressors(row));
+                    DVector::from_column_slice(slope.as_slice())
+                },
+                values.len(),
+            );
+            let parameters = verdict::judge(&verdict::TORQUE, &values, &uncertainty);
+            (uncertainty, parameters)
+        }
+        Model::Eq18 { gate, beta } => {
+            let regressors = |row: &dataset::Row<N>| {
+                eq18::regressors(*gate, &eq18::products(*gate, &row.motion), row.mass)
+            };
+            let uncertainty = assess::uncertainty(
+                dataset,
+                used,
+                |row| regressors(row).iter().zip(beta).map(|(x, b)| x * b).sum(),
+                |row| DVector::from_column_slice(&regressors(row)),
+                beta.len(),
+            );
+            let parameters = verdict::judge(&verdict::EQ18, beta, &uncertainty);
+            (uncertainty, parameters)
+        }
+    }
+}
+
+/// Speeds closer than this share of the fastest are one and the same.
+const SAME_SPEED: f64 = 0.02;
+
+/// # Errors
+/// The robot never moved, or at one speed only: nothing could be told apart.
+fn excitation<const N: usize>(dataset: &Dataset<N>) -> Result<()> {
+    let speeds =
+        || dataset.store.iter().flat_map(|row| &row.motion.wheels).filter(|wheel| wheel.direction != 0.0);
+    let file = &dataset.runs[0].file;
+    let fastest = speeds().map(|wheel| wheel.speed.abs()).fold(0.0, f64::max);
+    if fastest == 0.0 {
+        return Err(Error::failed(format!(
+            "the robot never moves (no wheel above the dead band of {} rad/s); expected a drive at several speeds",
+            dataset.robot.dead_band
+        ))
+        .in_file(file)
+        .in_column(crate::log::speed_column(0)));
+    }
+    let slowest = speeds().map(|wheel| wheel.speed.abs()).fold(f64::INFINITY, f64::min);
+    if fastest - slowest <= SAME_SPEED * fastest {
+        return Err(Error::failed(format!(
+            "constant speed only ({slowest:.3} to {fastest:.3} rad/s): friction, inertia and losses cannot be told apart; \
+             expected a drive that accelerates, at several speeds"
+        ))
+        .in_file(file)
+        .in_column(crate::log::speed_column(0)));
+    }
+    Ok(())
+}

@@ -1,0 +1,141 @@
+//! Whether the data determine a parameter, and what to drive if they do not.
+
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+
+use super::assess::Uncertainty;
+
+/// One fitted parameter.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Parameter {
+    /// Its name in files and reports.
+    pub name: String,
+    /// The estimate.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+    /// Standard error, robust to autocorrelation; null where the data say nothing.
+    pub std_err: Option<f64>,
+    /// `determined`, `weak` or `undetermined`.
+    pub verdict: Verdict,
+    /// Why, with the parameters it is confused with, and the manoeuvre or payload that would settle it.
+    pub advice: Option<String>,
+}
+
+/// How well the data determine a parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// Its 95 % interval is within ± 20 % of it.
+    Determined,
+    /// Its 95 % interval does not reach 0.
+    Weak,
+    /// It could as well be 0, or anything.
+    Undetermined,
+}
+
+/// Name, unit and remedy of a parameter.
+#[derive(Debug, Clone, Copy)]
+pub struct Description {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What would determine it.
+    pub remedy: &'static str,
+}
+
+/// Undetermined directions with at least this share of a parameter make it undetermined.
+const NOTABLE_SHARE: f64 = 0.05;
+
+/// Correlations beyond this are named.
+const CONFUSED: f64 = 0.95;
+
+/// Judges every parameter.
+pub fn judge(descriptions: &[Description], values: &[f64], uncertainty: &Uncertainty) -> Vec<Parameter> {
+    descriptions
+        .iter()
+        .zip(values)
+        .enumerate()
+        .map(|(index, (description, &value))| {
+            let variance = uncertainty.covariance[(index, index)];
+            let lost = uncertainty.undetermined.iter().any(|d| d[index].abs() > NOTABLE_SHARE);
+            let std_err = (!lost && variance.is_finite()).then(|| variance.max(0.0).sqrt());
+            let verdict = match std_err {
+                Some(error) if 1.96 * error <= 0.2 * value => Verdict::Determined,
+                Some(error) if 1.96 * error < value => Verdict::Weak,
+                _ => Verdict::Undetermined,
+            };
+            let advice = (verdict != Verdict::Determined).then(|| {
+                let partners = partners(index, descriptions, uncertainty);
+                let why = if partners.is_empty() {
+                    "too little in these runs depends on it".to_owned()
+                } else {
+                    format!("cannot be told from {}", partners.join(", "))
+                };
+                format!("{why}: {}", description.remedy)
+            });
+            Parameter {
+                name: description.name.to_owned(),
+                value,
+                unit: description.unit.to_owned(),
+                std_err,
+                verdict,
+                advice,
+            }
+        })
+        .collect()
+}
+
+/// Parameters that trade against this one.
+fn partners(index: usize, descriptions: &[Description], uncertainty: &Uncertainty) -> Vec<&'static str> {
+    let shared = |other: usize, direction: &DVector<f64>| {
+        direction[index].abs() > NOTABLE_SHARE && direction[other].abs() > NOTABLE_SHARE
+    };
+    let correlation = |covariance: &DMatrix<f64>, other: usize| {
+        covariance[(index, other)] / (covariance[(index, index)] * covariance[(other, other)]).sqrt()
+    };
+    (0..descriptions.len())
+        .filter(|&other| other != index)
+        .filter(|&other| {
+            uncertainty.undetermined.iter().any(|direction| shared(other, direction))
+                || correlation(&uncertainty.covariance, other).abs() > CONFUSED
+        })
+        .map(|other| descriptions[other].name)
+        .collect()
+}
+
+const PAYLOADS: &str = "add a run with another payload, empty and full at best";
+const THREE_PAYLOADS: &str = "constant, linear and quadratic mass terms need at least three payloads";
+const SPEEDS: &str = "drive at more speeds, from slow to full, each for some seconds";
+const ACCELERATE: &str = "accelerate and brake harder and more often";
+const ACCELERATE_LOADED: &str = "accelerate hard with full payload as well as empty, straight and turning";
+
+/// The six parameters of the signed torque model, in their order.
+pub const TORQUE: [Description; 6] = [
+    Description { name: "coulomb", unit: "N·m", remedy: PAYLOADS },
+    Description { name: "rolling", unit: "N·m/kg", remedy: PAYLOADS },
+    Description { name: "viscous", unit: "N·m·s/rad", remedy: SPEEDS },
+    Description { name: "rotor_inertia", unit: "kg·m²", remedy: ACCELERATE },
+    Description { name: "inertia_gain", unit: "1", remedy: ACCELERATE_LOADED },
+    Description { name: "winding_loss", unit: "W/(N·m)²", remedy: ACCELERATE_LOADED },
+];
+
+/// β_0 … β_14 of Eq. 18.
+pub const EQ18: [Description; 15] = [
+    Description { name: "beta0", unit: "W", remedy: THREE_PAYLOADS },
+    Description { name: "beta1", unit: "W/kg", remedy: THREE_PAYLOADS },
+    Description { name: "beta2", unit: "W/kg²", remedy: THREE_PAYLOADS },
+    Description { name: "beta3", unit: "W·s²/rad²", remedy: SPEEDS },
+    Description { name: "beta4", unit: "W·s⁴/rad²", remedy: ACCELERATE },
+    Description { name: "beta5", unit: "W/(N·m)²", remedy: ACCELERATE_LOADED },
+    Description { name: "beta6", unit: "N·m", remedy: PAYLOADS },
+    Description { name: "beta7", unit: "N·m/kg", remedy: PAYLOADS },
+    Description { name: "beta8", unit: "W·s²/rad", remedy: ACCELERATE },
+    Description { name: "beta9", unit: "W·s²/(rad·kg)", remedy: ACCELERATE_LOADED },
+    Description { name: "beta10", unit: "W/(N·m)", remedy: ACCELERATE_LOADED },
+    Description { name: "beta11", unit: "W/(N·m·kg)", remedy: ACCELERATE_LOADED },
+    Description { name: "beta12", unit: "kg·m²", remedy: ACCELERATE },
+    Description { name: "beta13", unit: "1", remedy: ACCELERATE_LOADED },
+    Description { name: "beta14", unit: "s²/rad", remedy: ACCELERATE_LOADED },
+];

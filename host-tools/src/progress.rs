@@ -1,0 +1,61 @@
+//! A progress bar over files, on standard error, only on a terminal and only after a second.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// Bytes read of a list of files.
+pub struct FileProgress {
+    bar: Option<ProgressBar>,
+    started: Instant,
+    total: u64,
+    done: u64,
+    current: u64,
+}
+
+impl FileProgress {
+    /// Over these files; those whose size is not known count as empty.
+    pub fn new(files: &[PathBuf]) -> Self {
+        let size = |file: &PathBuf| std::fs::metadata(file).map_or(0, |metadata| metadata.len());
+        Self { bar: None, started: Instant::now(), total: files.iter().map(size).sum(), done: 0, current: 0 }
+    }
+
+    /// So many bytes of the current file are read.
+    pub fn at(&mut self, (bytes, _): (u64, Option<u64>)) {
+        self.current = bytes;
+        if self.bar.is_none() && self.started.elapsed() > Duration::from_secs(1) {
+            let bar = ProgressBar::new(self.total);
+            if let Ok(style) =
+                ProgressStyle::with_template("reading {bar:40} {bytes}/{total_bytes}, {eta} left")
+            {
+                bar.set_style(style);
+            }
+            self.bar = Some(bar);
+        }
+        if let Some(bar) = &self.bar {
+            bar.set_position(self.done + bytes);
+        }
+    }
+
+    /// The current file is read.
+    pub fn done_with_file(&mut self) {
+        self.done += self.current;
+        self.current = 0;
+    }
+
+    /// A line on standard error that does not tear the bar.
+    pub fn note(&self, text: &str) {
+        match &self.bar {
+            Some(bar) if !bar.is_hidden() => bar.println(format!("gmr: {text}")),
+            _ => eprintln!("gmr: {text}"),
+        }
+    }
+
+    /// Takes the bar away.
+    pub fn finish(&mut self) {
+        if let Some(bar) = self.bar.take() {
+            bar.finish_and_clear();
+        }
+    }
+}

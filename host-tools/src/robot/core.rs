@@ -1,0 +1,109 @@
+//! From robot.toml to what model-core computes with.
+
+use model_core::coefficients::{Name, Robot as CoreRobot};
+use model_core::kinematics::{InvalidLength, Kinematics};
+use model_core::model::MassRange;
+use model_core::torque::Drive;
+
+use super::{Geometry, Robot};
+use crate::error::{Error, Result};
+
+/// Cutoff of the low-pass filter unless the robot's file gives one, Hz.
+pub const DEFAULT_CUTOFF_HZ: f64 = 2.0;
+
+/// The default cutoff is at most this share of the sample rate, so that slow logs keep a margin to their Nyquist rate.
+pub const MOST_CUTOFF_SHARE: f64 = 0.2;
+
+/// Calls a generic function with the robot's number of wheels as its const argument.
+///
+/// # Errors
+/// More wheels than the coefficient image holds.
+#[macro_export]
+macro_rules! with_wheels {
+    ($robot:expr, $function:ident ( $($argument:expr),* $(,)? )) => {
+        match $robot.wheels() {
+            1 => $function::<1>($($argument),*),
+            2 => $function::<2>($($argument),*),
+            3 => $function::<3>($($argument),*),
+            4 => $function::<4>($($argument),*),
+            5 => $function::<5>($($argument),*),
+            6 => $function::<6>($($argument),*),
+            found => Err($crate::error::Error::failed(format!(
+                "robot {} has {found} wheels; expected 1 to 6",
+                $robot.name()
+            ))),
+        }
+    };
+}
+
+impl Robot {
+    /// Whether its drives clamp braking power.
+    pub fn drive(&self) -> Drive {
+        if self.regeneration { Drive::Regenerative } else { Drive::Dissipative }
+    }
+
+    /// The filter's cutoff for logs with this sample period, Hz.
+    pub fn cutoff_hz(&self, period_s: f64) -> f64 {
+        self.filter_cutoff_hz.unwrap_or_else(|| DEFAULT_CUTOFF_HZ.min(MOST_CUTOFF_SHARE / period_s))
+    }
+
+    /// The robot as model-core knows it.
+    ///
+    /// # Errors
+    /// A dimension that no robot can have.
+    ///
+    /// # Panics
+    /// If `N` is not its number of wheels.
+    pub fn core<const N: usize>(&self, cutoff_hz: f64) -> Result<CoreRobot<f64, N>> {
+        assert_eq!(self.wheels(), N, "as many wheels as the robot has");
+        let invalid = |error: InvalidLength| {
+            Error::failed(format!("robot {}: {} has to be finite and above zero", self.name(), error.name))
+        };
+        let kinematics = self.kinematics::<N>().map_err(invalid)?;
+        let range = MassRange::new(self.mass_no_load_kg, self.mass_full_load_kg).ok_or_else(|| {
+            Error::failed(format!(
+                "robot {}: expected 0 < mass_no_load_kg < mass_full_load_kg, found {} and {}",
+                self.name(),
+                self.mass_no_load_kg,
+                self.mass_full_load_kg
+            ))
+        })?;
+        Ok(CoreRobot {
+            name: Name::new(self.name()),
+            kinematics,
+            gyration_radius: self.gyration_radius_m,
+            mass_matrix: kinematics.mass_matrix(self.gyration_radius_m).map_err(invalid)?,
+            dead_band: self.speed_dead_band_rad_s,
+            cutoff_hz,
+            range,
+            static_power: self.static_power_w.unwrap_or(0.0),
+        })
+    }
+
+    fn kinematics<const N: usize>(&self) -> std::result::Result<Kinematics<f64, N>, InvalidLength> {
+        // Rows of the fixed-size kinematics, given back as those of N wheels: the sizes are equal, or `core` has panicked.
+        fn rows<const M: usize, const N: usize>(kinematics: &Kinematics<f64, M>) -> [[f64; N]; 3] {
+            kinematics.rows().map(|row| std::array::from_fn(|wheel| row[wheel]))
+        }
+        let rows = match &self.geometry {
+            Geometry::DifferentialDrive { wheel_radius_m, track_m }
+            | Geometry::SkidSteer { wheel_radius_m, track_m, wheels: 2 } => {
+                rows(&Kinematics::differential(*wheel_radius_m, *track_m)?)
+            }
+            Geometry::SkidSteer { wheel_radius_m, track_m, .. } => {
+                rows(&Kinematics::skid_steer(*wheel_radius_m, *track_m)?)
+            }
+            Geometry::ThreeWheelOmni { wheel_radius_m, arm_m } => {
+                rows(&Kinematics::omni(*wheel_radius_m, *arm_m)?)
+            }
+            Geometry::FourMecanum { wheel_radius_m, half_length_m, half_width_m } => {
+                rows(&Kinematics::mecanum(*wheel_radius_m, *half_length_m, *half_width_m)?)
+            }
+            Geometry::Matrix { rows: given, .. } => {
+                let row = |index: usize| std::array::from_fn(|wheel| given[index][wheel]);
+                if given.len() == 2 { [row(0), [0.0; N], row(1)] } else { [row(0), row(1), row(2)] }
+            }
+        };
+        Kinematics::from_rows(rows)
+    }
+}

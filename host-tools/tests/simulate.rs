@@ -1,0 +1,180 @@
+//! `gmr simulate` from the outside: what it writes, what it refuses.
+
+use std::path::Path;
+
+use assert_cmd::Command;
+
+fn gmr(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::cargo_bin("gmr").expect("gmr is built with its tests");
+    command.current_dir(folder).arg("simulate").args(arguments);
+    command
+}
+
+fn write(folder: &Path, name: &str, arguments: &[&str]) -> String {
+    gmr(folder, arguments).args(["--out", name]).assert().success();
+    std::fs::read_to_string(folder.join(name)).expect("the log was written")
+}
+
+/// The columns of a log without its header.
+fn columns(log: &str) -> Vec<Vec<f64>> {
+    let rows: Vec<Vec<f64>> = log
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').map(|cell| cell.parse().expect("every cell is a number")).collect())
+        .collect();
+    (0..rows[0].len()).map(|c| rows.iter().map(|row| row[c]).collect()).collect()
+}
+
+#[test]
+fn the_header_and_rows_are_those_of_a_run_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = write(folder.path(), "a.csv", &["--duration", "5", "--mass", "1@0,6@2", "--rate", "50"]);
+    assert!(log.starts_with("time_s,wheel1_rad_s,wheel2_rad_s,power_w,mass_kg\n0.000000,0.0000000,"));
+    assert!(log.ends_with('\n'));
+    let columns = columns(&log);
+    // One row at 0 s and 50 in each of 5 s.
+    assert_eq!(columns[0].len(), 251);
+    assert_eq!((columns[4][99], columns[4][100]), (1.0, 6.0));
+    for (kinematics, wheels) in [("skid", 4), ("omni", 3), ("mecanum", 4)] {
+        let options = ["--kinematics", kinematics, "--no-mass", "--truth", "--duration", "5"];
+        let log = write(folder.path(), "b.csv", &options);
+        let header = log.lines().next().unwrap();
+        assert_eq!(header.split(',').filter(|name| name.starts_with("wheel")).count(), wheels);
+        assert!(header.ends_with(",power_w,true_power_w"), "{header}");
+    }
+}
+
+#[test]
+fn the_same_seed_writes_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = |name: &str, seed: &str| {
+        let options = ["--sensors", "servo", "--power-autocorrelation", "0.2", "--jitter", "0.0002"];
+        write(folder.path(), name, &[&options[..], &["--duration", "20", "--seed", seed]].concat())
+    };
+    let first = log("a.csv", "7");
+    assert_eq!(first, log("b.csv", "7"));
+    assert_ne!(first, log("c.csv", "8"));
+}
+
+#[test]
+fn the_log_has_the_resolution_of_its_sensors() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = ["--sensors", "servo", "--duration", "20", "--truth"];
+    let columns = columns(&write(folder.path(), "a.csv", &options));
+    for k in 0..columns[0].len() {
+        // INA219 at 12 V: 0.1 mA codes are 1.2 mW. Encoder: whole ticks of 2π/4096 in 5 ms; the log has 1e-7 rad/s.
+        let codes = columns[3][k] / 1.2e-3;
+        assert!((codes - codes.round()).abs() < 1e-3, "{}", columns[3][k]);
+        let ticks = columns[1][k] * 4096.0 / std::f64::consts::TAU * 0.005;
+        assert!((ticks - ticks.round()).abs() < 1e-6, "{}", columns[1][k]);
+    }
+    let noise: Vec<f64> = columns[3].iter().zip(&columns[5]).map(|(a, b)| a - b).collect();
+    let rms = (noise.iter().map(|x| x * x).sum::<f64>() / noise.len() as f64).sqrt();
+    // 0.1 W over 4001 samples: 1.1 % standard error; averaging over 2 ms, 3 ms ago, adds some mW.
+    assert!((rms / 0.1 - 1.0).abs() < 0.06, "{rms}");
+}
+
+#[test]
+fn the_noise_has_the_autocorrelation_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = ["--profile", "standstill", "--power-noise", "0.1", "--power-autocorrelation", "0.6"];
+    let noise = &columns(&write(folder.path(), "a.csv", &options))[3];
+    let square: f64 = noise.iter().map(|x| x * x).sum();
+    let lagged: f64 = noise.windows(2).map(|x| x[0] * x[1]).sum();
+    // 20 001 samples: √((1 − 0.36)/n) = 0.0057; four of them.
+    assert!((lagged / square - 0.6).abs() < 0.023, "{}", lagged / square);
+}
+
+#[test]
+fn static_power_is_added_to_the_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = ["--profile", "standstill", "--static-power", "6.4", "--duration", "2"];
+    assert!(columns(&write(folder.path(), "a.csv", &options))[3].iter().all(|&p| p == 6.4));
+}
+
+#[test]
+fn a_profile_file_is_driven() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("p.csv"), "time_s,v_m_s,omega_rad_s\n0,0,0\n1,0.1,0\n9,0.1,0\n")
+        .unwrap();
+    let columns = columns(&write(folder.path(), "a.csv", &["--profile", "p.csv", "--duration", "5"]));
+    // 0.1 m/s on wheels of 33 mm.
+    assert!((columns[1][400] - 0.1 / 0.033).abs() < 0.01, "{}", columns[1][400]);
+}
+
+#[test]
+fn standard_output_takes_the_log_or_the_summary() {
+    let folder = tempfile::tempdir().unwrap();
+    let to_file = write(folder.path(), "a.csv", &["--duration", "3"]);
+    let output = gmr(folder.path(), &["--duration", "3", "--out", "-"]).output().unwrap();
+    assert_eq!(String::from_utf8(output.stdout).unwrap(), to_file);
+    let output = gmr(folder.path(), &["--duration", "3", "--json", "--out", "a.csv"]).output().unwrap();
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(summary["rows"], 301);
+    assert_eq!((&summary["file"], &summary["seed"]), (&"a.csv".into(), &1.into()));
+    assert_eq!(summary["geometry"]["wheel_radius_m"], 0.033);
+    assert!(output.stderr.is_empty(), "no progress bar where no terminal is");
+}
+
+/// Exit code 2 and one line that names what was allowed.
+#[test]
+fn wrong_usage_is_named_and_writes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let cases: [(&[&str], &str); 15] = [
+        (&["--rate", "0"], "rate 0; allowed: Hz, above 0"),
+        (&["--rate", "-5"], "rate -5; allowed"),
+        (&["--rate", "nan"], "rate NaN; allowed"),
+        (&["--rate", "1e9"], "above 0 to 4000"),
+        (&["--duration", "0"], "duration 0; allowed"),
+        (&["--duration", "inf"], "duration inf; allowed"),
+        (&["--mass", "1@0,6"], "allowed: KG or KG@SECONDS"),
+        (&["--mass", "-1"], "mass -1 kg"),
+        (&["--power-autocorrelation", "1"], "above -1, below 1"),
+        (&["--power-noise", "-0.1"], "power noise -0.1; allowed: W, 0 or more"),
+        (&["--averages", "3"], "allowed: 1, 2, 4, 8"),
+        (&["--jitter", "0.1"], "jitter 0.1; allowed"),
+        (&["--profile", "trainig"], "allowed: training, test, constant, standstill"),
+        (&["--speed", "0.1"], "--profile constant only"),
+        (&["--profile", "constant", "--speed", "5"], "allowed: up to 0.2 m/s"),
+    ];
+    for (arguments, expected) in cases {
+        let output = gmr(folder.path(), arguments).args(["--out", "x.csv"]).output().unwrap();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+        assert!(message.contains(expected) && message.lines().count() == 1, "{arguments:?}: {message}");
+    }
+    // clap's own refusals.
+    for arguments in
+        [&["--plant", "rocket", "--out", "x.csv"][..], &["--rate", "fast", "--out", "x.csv"], &[]]
+    {
+        gmr(folder.path(), arguments).assert().code(2);
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn a_failure_leaves_the_old_log_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("x.csv"), "old").unwrap();
+    std::fs::write(folder.path().join("p.csv"), "time_s,v_m_s,omega_rad_s\n0,0,0\n1,fast,0\n").unwrap();
+    let output = gmr(folder.path(), &["--profile", "p.csv", "--out", "x.csv"]).output().unwrap();
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert_eq!(message, "gmr: p.csv:3:v_m_s: found `fast`; expected a number\n");
+    assert_eq!(std::fs::read_to_string(folder.path().join("x.csv")).unwrap(), "old");
+    let output = gmr(folder.path(), &["--profile", "lost.csv", "--out", "y.csv"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8(output.stderr).unwrap().starts_with("gmr: lost.csv: "));
+    let output = gmr(folder.path(), &["--duration", "2", "--out", "nowhere/y.csv"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    // Killed in the middle of a long run: the name is not taken.
+    let mut long = std::process::Command::new(assert_cmd::cargo::cargo_bin!("gmr"))
+        .current_dir(folder.path())
+        .args(["simulate", "--duration", "1000000", "--out", "x.csv"])
+        .spawn()
+        .unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    long.kill().unwrap();
+    long.wait().unwrap();
+    assert_eq!(std::fs::read_to_string(folder.path().join("x.csv")).unwrap(), "old");
+}
