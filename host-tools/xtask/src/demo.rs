@@ -16,7 +16,7 @@ const STEPS: [(&str, &str); 5] = [
     ),
     (
         "simulate the test run: 3 kg, then 4 kg, unknown to the estimator",
-        "simulate --plant servo --profile training --duration 200 --rate 200 --sensors servo --mass 3@0,4@100 \
+        "simulate --plant servo --profile test --duration 200 --rate 200 --sensors servo --mass 3@0,4@100 \
          --seed 2 --out @/test.csv",
     ),
     ("fit the power model", "fit --robot burger --out @/coefficients.toml @/training.csv"),

@@ -90,7 +90,8 @@ pub(crate) fn qemu() -> Result<(), Stop> {
     }
     // A fresh machine has no package lists yet; one without network may still have the package.
     let _ = obtain(command(&format!("{sudo}apt-get -qq update")));
-    obtain(command(&format!("{sudo}apt-get -qq install --yes --no-install-recommends qemu-system-arm")))?;
+    obtain(command(&format!("{sudo}apt-get -qq install --yes --no-install-recommends qemu-system-arm")))
+        .map_err(|stop| Stop::new(format!("{stop}\n   {missing}")))?;
     if is_there() { Ok(()) } else { Err(Stop::new(missing)) }
 }
 
