@@ -61,13 +61,11 @@ fn the_log_has_the_resolution_of_its_sensors() {
     let folder = tempfile::tempdir().unwrap();
     let options = ["--sensors", "servo", "--duration", "20", "--truth"];
     let columns = columns(&write(folder.path(), "a.csv", &options));
-    for k in 0..columns[0].len() {
-        // INA219 at 12 V: 0.1 mA codes are 1.2 mW. Encoder: whole ticks of 2π/4096 in 5 ms; the log has 1e-7 rad/s.
-        let codes = columns[3][k] / 1.2e-3;
-        assert!((codes - codes.round()).abs() < 1e-3, "{}", columns[3][k]);
-        let ticks = columns[1][k] * 4096.0 / std::f64::consts::TAU * 0.005;
-        assert!((ticks - ticks.round()).abs() < 1e-6, "{}", columns[1][k]);
-    }
+    // INA219 at 12 V: 0.1 mA codes are 1.2 mW. Encoder: whole ticks of 2π/4096 in 5 ms; the log has 1e-7 rad/s.
+    let whole =
+        |values: &[f64], step: f64| values.iter().all(|x| (x / step - (x / step).round()).abs() < 1e-3);
+    assert!(whole(&columns[3], 1.2e-3), "no whole codes of power");
+    assert!(whole(&columns[1], std::f64::consts::TAU / 4096.0 / 0.005), "no whole ticks of speed");
     let noise: Vec<f64> = columns[3].iter().zip(&columns[5]).map(|(a, b)| a - b).collect();
     let rms = (noise.iter().map(|x| x * x).sum::<f64>() / noise.len() as f64).sqrt();
     // 0.1 W over 4001 samples: 1.1 % standard error; averaging over 2 ms, 3 ms ago, adds some mW.

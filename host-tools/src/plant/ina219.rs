@@ -43,9 +43,7 @@ pub struct Registers {
 impl Ina219 {
     /// The calibration register: trunc(0.04096 / (current LSB · shunt)), bit 0 void (datasheet Eq. 1).
     pub fn calibration(&self) -> u16 {
-        let exact = 0.04096 / (self.current_lsb_a * self.shunt_ohm);
-        // The tiny summand keeps 4096 from becoming 4095 by rounding of the decimal fractions.
-        ((exact + 1e-6) as u16) & !1
+        ((0.04096 / (self.current_lsb_a * self.shunt_ohm)) as u16) & !1
     }
 
     /// The most averages of which shunt and bus conversion, one after the other, fit into a period, s.

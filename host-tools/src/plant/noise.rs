@@ -79,6 +79,13 @@ mod tests {
     }
 
     #[test]
+    fn purposes_do_not_share_a_stream() {
+        let first = |purpose| bounded(&mut stream(1, purpose));
+        assert_ne!(first(Stream::Power), first(Stream::SpeedLoop));
+        assert_ne!(first(Stream::Training), first(Stream::Test));
+    }
+
+    #[test]
     fn bounded_noise_stays_within_three_sigma() {
         let mut rng = stream(1, Stream::SpeedLoop);
         let extreme = (0..100_000).map(|_| bounded(&mut rng).abs()).fold(0.0, f64::max);

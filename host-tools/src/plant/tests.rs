@@ -276,9 +276,9 @@ fn redundant_wheels_stay_coupled() {
     let skid = run(Kinematics::Skid).wheel_rad_s;
     assert!(skid[0] == skid[2] && skid[1] == skid[3]);
     let mecanum = run(Kinematics::Mecanum).wheel_rad_s;
-    for k in 0..mecanum[0].len() {
-        // Front left + front right = rear left + rear right for every twist.
-        let [fl, fr, rl, rr] = std::array::from_fn(|i| mecanum[i][k]);
-        assert!((fl + fr - rl - rr).abs() < 1e-9);
-    }
+    let [front_left, front_right, rear_left, rear_right] = &mecanum[..] else { panic!("four wheels") };
+    let front = front_left.iter().zip(front_right).map(|(l, r)| l + r);
+    let rear = rear_left.iter().zip(rear_right).map(|(l, r)| l + r);
+    // The sums agree for every twist.
+    assert!(front.zip(rear).all(|(front, rear)| (front - rear).abs() < 1e-9));
 }

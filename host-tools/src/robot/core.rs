@@ -9,10 +9,10 @@ use super::{Geometry, Robot};
 use crate::error::{Error, Result};
 
 /// Cutoff of the low-pass filter unless the robot's file gives one, Hz.
-pub const DEFAULT_CUTOFF_HZ: f64 = 2.0;
+const DEFAULT_CUTOFF_HZ: f64 = 2.0;
 
 /// The default cutoff is at most this share of the sample rate, so that slow logs keep a margin to their Nyquist rate.
-pub const MOST_CUTOFF_SHARE: f64 = 0.2;
+const MOST_CUTOFF_SHARE: f64 = 0.2;
 
 /// Calls a generic function with the robot's number of wheels as its const argument.
 ///
