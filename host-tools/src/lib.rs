@@ -4,6 +4,7 @@
 
 pub mod cli;
 pub mod error;
+pub mod estimate;
 pub mod fit;
 pub mod log;
 pub mod metrics;

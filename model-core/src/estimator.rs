@@ -207,13 +207,15 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Estimate<T, N> {
         let conditioned = self.conditioner.push(sample, elapsed);
         let mut power = None;
+        if let Some(now) = &conditioned {
+            self.measured.add(now.power, elapsed.at_most(self.conditioner.longest_step));
+        }
         if let Some(now) = &conditioned
             && now.settled
         {
             let response = self.model.response(&now.motion, &self.range);
             self.method.add(&mut self.bucket, now.power, &response, now.motion.mean_speed());
             power = self.payload.mass().and_then(|known| self.model.power(&now.motion, known.mass));
-            self.measured.add(now.power, elapsed);
             self.predicted.add(power.unwrap_or(T::ZERO), elapsed);
         }
         self.phase += elapsed;
@@ -227,6 +229,10 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
             self.phase -= self.bucket_length;
             changed = self.close_bucket().or(changed);
             closed = true;
+        }
+        if self.phase > self.bucket_length {
+            // The gap outlasted the ring: nothing older is left to push out.
+            self.phase = T::ZERO;
         }
         Estimate { conditioned, payload: self.payload, power, closed, changed }
     }
@@ -242,7 +248,8 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         (self.buckets.len() >= count && count > 0).then(|| self.method.estimate(self.buckets.latest(count)))
     }
 
-    /// Energy measured and predicted since the start (Eq. 9), J.
+    /// Actuation energy measured, and predicted while the mass was known, since the start (Eq. 9), J. A gap counts as one
+    /// longest step: nobody measured it.
     pub fn energy(&self) -> (T, T) {
         (self.measured.joules(), self.predicted.joules())
     }

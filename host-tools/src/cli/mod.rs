@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand. Figures go to standard output, all else to standard error.
 
+mod estimate;
 mod fit;
 mod simulate;
 
@@ -23,6 +24,8 @@ enum Command {
     Simulate(simulate::Arguments),
     /// Fit coefficients to logs with known payload
     Fit(fit::Arguments),
+    /// Replay a log: payload windows, power, energy
+    Estimate(estimate::Arguments),
 }
 
 /// Parses the command line and runs it. Exit codes: 0 done, 1 failed, 2 wrong usage.
@@ -31,6 +34,7 @@ pub fn run() -> ExitCode {
     let result: Result<()> = match cli.command {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Fit(arguments) => fit::run(&arguments),
+        Command::Estimate(arguments) => estimate::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

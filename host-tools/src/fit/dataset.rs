@@ -8,12 +8,13 @@ use std::path::{Path, PathBuf};
 
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::{self, Gate};
-use model_core::estimator::{Conditioner, Sample};
+use model_core::estimator::Conditioner;
 use model_core::motion::Motion;
 
+use super::cutoff;
 use super::gram::Gram;
 use crate::error::{Error, Result};
-use crate::log::{DriveReader, Exclusions};
+use crate::log::{RawRow, SampleReader};
 use crate::progress::FileProgress;
 use crate::robot::Robot;
 
@@ -77,56 +78,53 @@ pub const MOST_MASSES: usize = 16;
 pub struct Reading {
     /// Products of which model.
     pub gate: Gate,
-    /// Cutoff of the filter, Hz; by the first log's sample rate unless given.
+    /// Cutoff of the filter, Hz; the robot's, or chosen by the data, unless given.
     pub cutoff_hz: Option<f64>,
     /// Total mass where a log has no `mass_kg`, kg.
     pub mass_kg: f64,
 }
 
 impl<const N: usize> Dataset<N> {
-    /// Reads the logs, each once.
+    /// Reads the logs: the first rows of each to choose the filter's cutoff unless it is given, then each once.
     ///
     /// # Errors
     /// A log that cannot be read or is not one of this robot; no usable row in any.
     pub fn read(robot: &Robot, files: &[PathBuf], reading: &Reading) -> Result<Self> {
-        let mut dataset: Option<Self> = None;
+        let Some(first) = files.first() else { return Err(Error::usage("no log was given")) };
+        let given = reading.cutoff_hz.or(robot.filter_cutoff_hz());
+        let cutoff_hz = given.map_or_else(|| cutoff::choose::<N>(robot, files, reading.mass_kg), Ok)?;
+        let mut dataset = Self::empty(robot.core(cutoff_hz)?, reading.gate);
         let mut progress = FileProgress::new(files);
         for file in files {
-            let mut reader = DriveReader::<N>::open(file, robot)?;
-            let period_s = reader.period_s();
-            let dataset = match &mut dataset {
-                Some(dataset) => dataset,
-                none => {
-                    let cutoff_hz = reading.cutoff_hz.unwrap_or_else(|| robot.cutoff_hz(period_s));
-                    none.insert(Self::empty(robot.core(cutoff_hz)?, reading.gate, period_s))
-                }
-            };
-            let exclusions = dataset.read_log(robot, file, &mut reader, reading, &mut progress)?;
+            let mut reader = SampleReader::open(file, robot)?;
+            dataset.read_log(file, &mut reader, reading.mass_kg, &mut progress)?;
+            progress.done_with_file();
+            let exclusions = reader.exclusions();
+            dataset.excluded += exclusions.total();
             if exclusions.total() > 0 {
                 progress.note(&format!("{}: {exclusions}", file.display()));
             }
         }
         progress.finish();
-        let dataset = dataset.ok_or_else(|| Error::usage("no log was given"))?;
         if dataset.store.is_empty() {
             return Err(Error::failed(format!(
-                "no usable row: the filter (cutoff {:.2} Hz) needs {:.1} s to settle after each start and gap",
-                dataset.robot.cutoff_hz,
-                2.0 / dataset.robot.cutoff_hz
+                "no usable row: the filter (cutoff {cutoff_hz} Hz) needs {:.1} s to settle after each start and gap; \
+                 expected a longer log",
+                2.0 / cutoff_hz
             ))
-            .in_file(&files[0]));
+            .in_file(first));
         }
         Ok(dataset)
     }
 
-    fn empty(robot: CoreRobot<f64, N>, gate: Gate, period_s: f64) -> Self {
+    pub(super) fn empty(robot: CoreRobot<f64, N>, gate: Gate) -> Self {
         Self {
             robot,
             gate,
             runs: Vec::new(),
             store: Vec::new(),
             stride: 1,
-            period_s,
+            period_s: f64::NAN,
             rows: 0,
             used: 0,
             excluded: 0,
@@ -136,77 +134,49 @@ impl<const N: usize> Dataset<N> {
 
     fn read_log(
         &mut self,
-        robot: &Robot,
         file: &Path,
-        reader: &mut DriveReader<N>,
-        reading: &Reading,
+        reader: &mut SampleReader<N>,
+        mass_kg: f64,
         progress: &mut FileProgress,
-    ) -> Result<Exclusions> {
+    ) -> Result<()> {
         let mut conditioner = conditioner(&self.robot, file, reader.period_s())?;
-        let static_power = robot.static_power_w().unwrap_or(0.0);
+        if self.period_s.is_nan() {
+            self.period_s = reader.period_s();
+        }
         let first_run = self.runs.len();
-        let mut last_time = f64::NAN;
-        let mut last_mass = f64::NAN;
-        while let Some(record) = reader.next_record()? {
+        while let Some(raw) = reader.next_row()? {
             self.rows += 1;
             if self.rows.is_multiple_of(1 << 16) {
                 progress.at(reader.progress());
             }
-            let run = first_run + record.run;
+            let run = first_run + raw.run as usize;
             while self.runs.len() <= run {
                 self.runs.push(Run { file: file.to_owned(), gram: Gram::default() });
             }
-            let sample = Sample {
-                wheel_speed: record.wheel_speed,
-                wheel_acceleration: record.wheel_acceleration,
-                power: record.power_w - static_power,
-            };
-            // A new run starts the filter anew, as a gap does.
-            let elapsed = if record.starts_segment { f64::INFINITY } else { record.time_s - last_time };
-            last_time = record.time_s;
-            let Some(now) = conditioner.push(&sample, elapsed) else { continue };
-            if !now.settled {
-                continue;
+            if let Some(row) = condition(&mut conditioner, &raw, mass_kg) {
+                self.push(Row { run: run as u32, ..row });
             }
-            let mass = record.mass_kg.unwrap_or(reading.mass_kg);
-            if mass.to_bits() != f64::to_bits(last_mass) {
-                self.note_mass(mass, file, record.line)?;
-                last_mass = mass;
-            }
-            let products = eq18::products(self.gate, &now.motion);
-            self.runs[run].gram.add(&eq18::regressors(self.gate, &products, mass), now.power);
-            if self.used.is_multiple_of(u64::from(self.stride)) {
-                self.keep(Row {
-                    motion: now.motion,
-                    power: now.power,
-                    mass,
-                    run: run as u32,
-                    time: record.time_s,
-                });
-            }
-            self.used += 1;
-        }
-        progress.done_with_file();
-        let exclusions = reader.exclusions();
-        self.excluded += exclusions.total();
-        Ok(exclusions)
-    }
-
-    fn note_mass(&mut self, mass: f64, file: &Path, line: u64) -> Result<()> {
-        if mass <= 0.0 {
-            return Err(Error::failed(format!("a total mass of {mass} kg; expected above 0"))
-                .in_file(file)
-                .at_line(line)
-                .in_column(crate::log::MASS));
-        }
-        let known = self.masses.iter().any(|known| (known - mass).abs() < 1e-3);
-        if !known && self.masses.len() < MOST_MASSES {
-            self.masses.push(mass);
         }
         Ok(())
     }
 
-    fn keep(&mut self, row: Row<N>) {
+    /// Takes a conditioned row: into its run's sums, and into the store if it is its turn.
+    fn push(&mut self, row: Row<N>) {
+        if let Some(run) = self.runs.get_mut(row.run as usize) {
+            let products = eq18::products(self.gate, &row.motion);
+            run.gram.add(&eq18::regressors(self.gate, &products, row.mass), row.power);
+        }
+        if self.used.is_multiple_of(u64::from(self.stride)) {
+            self.keep(row);
+        }
+        self.used += 1;
+        let known = self.masses.iter().any(|known| (known - row.mass).abs() < 1e-3);
+        if !known && self.masses.len() < MOST_MASSES {
+            self.masses.push(row.mass);
+        }
+    }
+
+    pub(super) fn keep(&mut self, row: Row<N>) {
         if self.store.len() == STORE_ROWS {
             let mut index = 0_usize;
             self.store.retain(|_| {
@@ -234,6 +204,17 @@ impl<const N: usize> Dataset<N> {
     pub fn store_period_s(&self) -> f64 {
         self.period_s * f64::from(self.stride)
     }
+}
+
+/// A raw row behind the filter; `None` while that settles. A log without masses is at `mass_kg`.
+pub(super) fn condition<const N: usize>(
+    conditioner: &mut Conditioner<f64, N>,
+    raw: &RawRow<N>,
+    mass_kg: f64,
+) -> Option<Row<N>> {
+    let now = conditioner.push(&raw.sample, raw.elapsed).filter(|now| now.settled)?;
+    let mass = raw.mass.unwrap_or(mass_kg);
+    Some(Row { motion: now.motion, power: now.power, mass, run: raw.run, time: raw.time })
 }
 
 /// The conditioner for a log of this robot.

@@ -1,6 +1,7 @@
 //! Step one of the paper: coefficients from logs whose payload is known.
 
 pub mod assess;
+mod cutoff;
 pub mod dataset;
 pub mod file;
 pub mod gram;

@@ -7,6 +7,7 @@ mod drive;
 mod exclusions;
 mod header;
 mod reader;
+mod samples;
 mod scan;
 mod source;
 
@@ -14,6 +15,7 @@ pub use drive::{DriveReader, Gap, MIN_GAP_FACTOR, Record, wheel_columns};
 pub use exclusions::Exclusions;
 pub use header::Header;
 pub use reader::{ColumnRequest, LogReader, Role};
+pub use samples::{RawRow, SampleReader};
 
 /// Name of the time column, s.
 pub const TIME: &str = "time_s";

@@ -8,12 +8,6 @@ use model_core::torque::Drive;
 use super::{Geometry, Robot};
 use crate::error::{Error, Result};
 
-/// Cutoff of the low-pass filter unless the robot's file gives one, Hz.
-const DEFAULT_CUTOFF_HZ: f64 = 2.0;
-
-/// The default cutoff is at most this share of the sample rate, so that slow logs keep a margin to their Nyquist rate.
-const MOST_CUTOFF_SHARE: f64 = 0.2;
-
 /// Calls a generic function with the robot's number of wheels as its const argument.
 ///
 /// # Errors
@@ -40,11 +34,6 @@ impl Robot {
     /// Whether its drives clamp braking power.
     pub fn drive(&self) -> Drive {
         if self.regeneration { Drive::Regenerative } else { Drive::Dissipative }
-    }
-
-    /// The filter's cutoff for logs with this sample period, Hz.
-    pub fn cutoff_hz(&self, period_s: f64) -> f64 {
-        self.filter_cutoff_hz.unwrap_or_else(|| DEFAULT_CUTOFF_HZ.min(MOST_CUTOFF_SHARE / period_s))
     }
 
     /// The robot as model-core knows it.

@@ -1,0 +1,202 @@
+//! `gmr estimate`: replays a log through the pipeline that the board runs.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::estimate::{Change, Payloads, Policy, PolicyKind, Replay, WindowMass, replay};
+use crate::fit::file;
+use crate::metrics::Quality;
+use crate::robot::Robot;
+use crate::with_wheels;
+
+/// Arguments of `gmr estimate`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// The log
+    #[arg(value_name = "RUN.csv")]
+    run: PathBuf,
+    /// The robot: a robot.toml, or burger, warthog, husky
+    #[arg(long, default_value = "burger")]
+    robot: PathBuf,
+    /// Coefficients as gmr fit writes them
+    #[arg(long, value_name = "C.toml")]
+    coeffs: PathBuf,
+    /// Length of the window, s
+    #[arg(long, default_value_t = 25.0, value_name = "S")]
+    window: f64,
+    /// How the mass is found [default: window for the signed model, roots for eq18]
+    #[arg(long, value_enum)]
+    payload: Option<Payloads>,
+    /// When the mass is found (Algorithm 2)
+    #[arg(long, value_enum, default_value = "moving")]
+    schedule: ScheduleName,
+    /// Length of a round of the periodic schedule, s
+    #[arg(long, value_name = "S", default_value_t = 60.0)]
+    every: f64,
+    /// Known times of payload changes since the start of the log, s
+    #[arg(long, value_name = "S,…", value_delimiter = ',')]
+    changes: Vec<f64>,
+    /// Do not watch for payload changes
+    #[arg(long)]
+    no_detection: bool,
+    /// Figures as JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum ScheduleName {
+    /// The latest window, every second
+    Moving,
+    /// Everything since the last known change
+    Cumulative,
+    /// The first window after each known change
+    Known,
+    /// The first window of every round
+    Periodic,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    r2: Option<f64>,
+    mape_percent: Option<f64>,
+    mape_floor_w: f64,
+    mape_share: Option<f64>,
+    rmse_w: Option<f64>,
+    known_share: f64,
+    energy_j: f64,
+    predicted_actuation_j: f64,
+    rows: u64,
+    changes: &'a [Change],
+    windows: &'a [WindowMass],
+    mass_error: Option<MassError>,
+}
+
+/// Errors of the windows whose true mass the log tells.
+#[derive(Debug, Clone, Copy, Serialize)]
+struct MassError {
+    windows: usize,
+    mean_percent: f64,
+    worst_percent: f64,
+    interval_contains_truth: f64,
+}
+
+impl MassError {
+    fn of(windows: &[WindowMass]) -> Option<Self> {
+        let known: Vec<(f64, bool)> = windows
+            .iter()
+            .filter_map(|window| {
+                let (mass, truth) = (window.mass_kg?, window.truth_kg?);
+                let inside = window.low_kg? <= truth + 1e-9 && truth - 1e-9 <= window.high_kg?;
+                Some((100.0 * (mass / truth - 1.0).abs(), inside))
+            })
+            .collect();
+        if known.is_empty() {
+            return None;
+        }
+        let count = known.len() as f64;
+        Some(Self {
+            windows: known.len(),
+            mean_percent: known.iter().map(|(error, _)| error).sum::<f64>() / count,
+            worst_percent: known.iter().map(|(error, _)| *error).fold(0.0, f64::max),
+            interval_contains_truth: known.iter().filter(|(_, inside)| *inside).count() as f64 / count,
+        })
+    }
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let robot = Robot::load(&arguments.robot)?;
+    with_wheels!(robot, run_with(&robot, arguments))
+}
+
+fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
+    let coefficients = file::read::<N>(&arguments.coeffs, robot)?;
+    let payloads = arguments.payload.unwrap_or(Payloads::default_for(&coefficients.model));
+    let policy = policy(arguments)?;
+    let replay = replay(robot, &coefficients, &arguments.run, payloads, &policy, |_| {})?;
+    if arguments.json { print_json(robot, &replay) } else { print_text(robot, &replay) }
+}
+
+fn policy(arguments: &Arguments) -> Result<Policy> {
+    let kind = match arguments.schedule {
+        ScheduleName::Moving => PolicyKind::Moving,
+        ScheduleName::Cumulative => PolicyKind::Cumulative,
+        ScheduleName::Known => PolicyKind::Known,
+        ScheduleName::Periodic => PolicyKind::Periodic(arguments.every),
+    };
+    if let Some(wrong) = arguments.changes.iter().find(|change| !(change.is_finite() && **change >= 0.0)) {
+        return Err(Error::usage(format!(
+            "--changes {wrong}: expected times in s since the start of the log"
+        )));
+    }
+    // The paper's fixed policies run as the paper has them.
+    let detect = !arguments.no_detection && kind == PolicyKind::Moving;
+    Ok(Policy { window_s: arguments.window, kind, changes_s: arguments.changes.clone(), detect })
+}
+
+fn print_json(robot: &Robot, replay: &Replay) -> Result<()> {
+    let quality = replay.quality;
+    super::print_json(&Report {
+        r2: quality.and_then(|q| q.r2),
+        mape_percent: quality.and_then(|q| q.mape_percent),
+        mape_floor_w: robot.mape_floor_w(),
+        mape_share: quality.map(|q| q.mape_share),
+        rmse_w: quality.map(|q| q.rmse_w),
+        known_share: replay.known_share,
+        energy_j: replay.energy_j,
+        predicted_actuation_j: replay.predicted_j,
+        rows: replay.rows,
+        changes: &replay.changes,
+        windows: &replay.windows,
+        mass_error: MassError::of(&replay.windows),
+    })
+}
+
+fn print_text(robot: &Robot, replay: &Replay) -> Result<()> {
+    println!("{}: {} rows, {:.1} s", robot.name(), replay.rows, replay.duration_s);
+    match replay.quality {
+        Some(Quality { r2, mape_percent, mape_share, rmse_w, .. }) => println!(
+            "power: R² {}, MAPE {} (of {:.0} % of the samples, above {} W), RMSE {rmse_w:.4} W; mass known for {:.0} % of the time",
+            r2.map_or("–".to_owned(), |r2| format!("{r2:.5}")),
+            mape_percent.map_or("–".to_owned(), |mape| format!("{mape:.2} %")),
+            100.0 * mape_share,
+            robot.mape_floor_w(),
+            100.0 * replay.known_share
+        ),
+        None => println!("power: unknown, because the mass never was known"),
+    }
+    println!("energy: {:.1} J, of actuation {:.1} J by the model", replay.energy_j, replay.predicted_j);
+    for change in &replay.changes {
+        println!("payload changed at {:.1} s, noticed at {:.1} s", change.time_s, change.noticed_s);
+    }
+    let known: Vec<&WindowMass> = replay.windows.iter().filter(|window| window.mass_kg.is_some()).collect();
+    println!("mass: known in {} of {} windows", known.len(), replay.windows.len());
+    // About ten lines, evenly spread.
+    for window in replay.windows.iter().step_by(replay.windows.len().div_ceil(10).max(1)) {
+        match (window.mass_kg, window.low_kg, window.high_kg) {
+            (Some(mass), Some(low), Some(high)) => println!(
+                "  {:>7.1} … {:>7.1} s  {mass:.3} kg  (95 %: {low:.3} … {high:.3})",
+                window.t0_s, window.t1_s
+            ),
+            _ => println!(
+                "  {:>7.1} … {:>7.1} s  unknown: {}",
+                window.t0_s,
+                window.t1_s,
+                window.unknown.unwrap_or("no reason")
+            ),
+        }
+    }
+    if let Some(error) = MassError::of(&replay.windows) {
+        println!(
+            "against the logged mass, {} windows: mean error {:.2} %, worst {:.2} %, interval contains it in {:.1} %",
+            error.windows,
+            error.mean_percent,
+            error.worst_percent,
+            100.0 * error.interval_contains_truth
+        );
+    }
+    Ok(())
+}

@@ -1,0 +1,379 @@
+//! Replays a log through model-core's estimator, as the board would run it.
+
+use std::path::Path;
+
+use model_core::coefficients::Coefficients;
+use model_core::estimator::{Estimate, Estimator, Timing};
+use model_core::model::Model;
+use model_core::payload::roots::RootMean;
+use model_core::payload::schedule::Schedule;
+use model_core::payload::window::Window;
+use model_core::payload::{Method, Payload, Unknown};
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+use crate::log::{RawRow, SampleReader};
+use crate::metrics::{Metrics, Quality};
+use crate::progress::FileProgress;
+use crate::robot::Robot;
+
+/// Most buckets in a window.
+const BUCKETS: usize = 512;
+
+/// How the mass is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Payloads {
+    /// Least squares over all samples of the window
+    Window,
+    /// The paper's weighted mean of Eq. 24's roots
+    Roots,
+}
+
+impl Payloads {
+    /// The paper's estimator for the paper's model, least squares for the default one.
+    pub fn default_for(model: &Model<f64>) -> Self {
+        match model {
+            Model::Signed { .. } => Self::Window,
+            Model::Eq18 { .. } => Self::Roots,
+        }
+    }
+}
+
+/// When the mass is found (Algorithm 2), lengths in s.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Policy {
+    /// Length of the window, s.
+    pub window_s: f64,
+    /// Moving, cumulative, periodic or after known changes.
+    pub kind: PolicyKind,
+    /// Known times of payload changes, s since the first row.
+    pub changes_s: Vec<f64>,
+    /// Restart when the payload seems to have changed.
+    pub detect: bool,
+}
+
+/// Which of Algorithm 2's policies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PolicyKind {
+    /// The latest window, at every second.
+    Moving,
+    /// All since the last known change.
+    Cumulative,
+    /// The first window after a known change.
+    Known,
+    /// The first window of every round of so many seconds.
+    Periodic(f64),
+}
+
+/// The mass over one window.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct WindowMass {
+    /// Start and end since the log's time 0, s.
+    pub t0_s: f64,
+    /// Start and end since the log's time 0, s.
+    pub t1_s: f64,
+    /// Total mass, kg; null where it is unknown.
+    pub mass_kg: Option<f64>,
+    /// 95 % interval, kg.
+    pub low_kg: Option<f64>,
+    /// 95 % interval, kg.
+    pub high_kg: Option<f64>,
+    /// Why the mass is unknown.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unknown: Option<&'static str>,
+    /// True mass over the whole window, where the log tells it and it stays the same, kg.
+    #[serde(skip)]
+    pub truth_kg: Option<f64>,
+}
+
+/// A noticed change of payload.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Change {
+    /// When it happened, by the estimator, s.
+    pub time_s: f64,
+    /// When it was noticed, s.
+    pub noticed_s: f64,
+}
+
+/// What was known after one sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Instant {
+    /// Time, s.
+    pub time_s: f64,
+    /// Filtered actuation power, W.
+    pub measured_w: f64,
+    /// P̂_act, W, while the mass is known.
+    pub predicted_w: Option<f64>,
+    /// The estimator's mass, kg.
+    pub mass_kg: Option<f64>,
+    /// Its interval, kg.
+    pub interval_kg: Option<(f64, f64)>,
+    /// True mass, where the log tells it, kg.
+    pub truth_kg: Option<f64>,
+}
+
+/// A replayed log.
+#[derive(Debug, Clone)]
+pub struct Replay {
+    /// One entry a second from the first full window on.
+    pub windows: Vec<WindowMass>,
+    /// Payload changes noticed.
+    pub changes: Vec<Change>,
+    /// P̂ with the estimator's own mass against the measured power.
+    pub quality: Option<Quality>,
+    /// Share of the settled samples for which the mass was known.
+    pub known_share: f64,
+    /// Energy drawn, static power included (Eq. 9), J.
+    pub energy_j: f64,
+    /// Actuation energy by the model while the mass was known, J.
+    pub predicted_j: f64,
+    /// Length of the log, s.
+    pub duration_s: f64,
+    /// Rows read.
+    pub rows: u64,
+}
+
+/// Buckets are at most this long, s, and divide a second.
+const BUCKET_LENGTHS_S: [f64; 5] = [1.0, 0.5, 0.25, 0.2, 0.1];
+
+/// Fewest buckets in a window: fewer leave no scatter to judge the error by.
+const FEWEST_BUCKETS: f64 = 8.0;
+
+/// The longest bucket that divides the window.
+///
+/// # Errors
+/// No bucket does, or the window would have more of them than there is room for.
+fn bucket_length(window_s: f64) -> Result<f64> {
+    let divides = |bucket: f64| ((window_s / bucket).round() - window_s / bucket).abs() < 1e-9;
+    let fits = |bucket: &f64| divides(*bucket) && window_s / bucket >= FEWEST_BUCKETS - 1e-9;
+    let found = BUCKET_LENGTHS_S.into_iter().find(fits).filter(|bucket| window_s / bucket <= BUCKETS as f64);
+    found.ok_or_else(|| {
+        Error::usage(format!(
+            "--window {window_s}: expected 0.8 s to {} s, a multiple of 0.1 s (of 1 s above {} s)",
+            BUCKETS,
+            BUCKETS / 2
+        ))
+    })
+}
+
+/// Replays a log. `watch` sees every settled sample.
+///
+/// # Errors
+/// The log cannot be read or is not one of this robot; the policy's lengths do not fit.
+pub fn replay<const N: usize>(
+    robot: &Robot,
+    coefficients: &Coefficients<f64, N>,
+    file: &Path,
+    payloads: Payloads,
+    policy: &Policy,
+    watch: impl FnMut(&Instant),
+) -> Result<Replay> {
+    let reader = SampleReader::<N>::open(file, robot)?;
+    let range = coefficients.robot.range;
+    match payloads {
+        Payloads::Window => {
+            let method = Window { range, noise: coefficients.noise, period: reader.period_s() };
+            Run::new(coefficients, file, reader, method, policy)?.finish(robot, watch)
+        }
+        Payloads::Roots => {
+            Run::new(coefficients, file, reader, RootMean { range }, policy)?.finish(robot, watch)
+        }
+    }
+}
+
+struct Run<'a, M: Method<f64>, const N: usize> {
+    file: &'a Path,
+    reader: SampleReader<N>,
+    estimator: Estimator<f64, M, N, BUCKETS>,
+    policy: &'a Policy,
+    bucket_s: f64,
+    window_buckets: usize,
+}
+
+impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
+    fn new(
+        coefficients: &Coefficients<f64, N>,
+        file: &'a Path,
+        reader: SampleReader<N>,
+        method: M,
+        policy: &'a Policy,
+    ) -> Result<Self> {
+        let bucket_s = bucket_length(policy.window_s)?;
+        let buckets = |seconds: f64| (seconds / bucket_s).round() as usize;
+        let window = buckets(policy.window_s);
+        let schedule = match policy.kind {
+            PolicyKind::Moving => Schedule::Moving { window },
+            PolicyKind::Cumulative => Schedule::Cumulative,
+            PolicyKind::Known => Schedule::KnownChange { window },
+            PolicyKind::Periodic(every) if every >= policy.window_s => {
+                Schedule::Periodic { window, every: buckets(every) }
+            }
+            PolicyKind::Periodic(every) => {
+                return Err(Error::usage(format!(
+                    "--every {every}: expected at least the window of {} s",
+                    policy.window_s
+                )));
+            }
+        };
+        let timing =
+            Timing { period_s: reader.period_s(), bucket_s, schedule, detect_changes: policy.detect };
+        // The conditioner's message names file and rate better than the estimator's error could.
+        crate::fit::dataset::conditioner(&coefficients.robot, file, timing.period_s)?;
+        let estimator = Estimator::new(coefficients, method, &timing)
+            .map_err(|error| Error::failed(format!("cutoff {} Hz", error.cutoff_hz)).in_file(file))?;
+        Ok(Self { file, reader, estimator, policy, bucket_s, window_buckets: window })
+    }
+
+    fn finish(mut self, robot: &Robot, mut watch: impl FnMut(&Instant)) -> Result<Replay> {
+        let mut progress = FileProgress::new(&[self.file.to_owned()]);
+        let mut metrics = Metrics::new(robot.mape_floor_w());
+        let mut windows = Vec::new();
+        let mut changes = Vec::new();
+        let mut truth = Truth::default();
+        let (mut settled, mut known) = (0_u64, 0_u64);
+        let (mut start, mut last, mut clock) = (f64::NAN, f64::NAN, 0.0);
+        let mut pending: Vec<f64> = self.policy.changes_s.clone();
+        pending.sort_by(f64::total_cmp);
+        let mut pending = pending.into_iter().peekable();
+        let mut energy = 0.0;
+        while let Some(row) = self.reader.next_row()? {
+            if self.reader.rows().is_multiple_of(1 << 16) {
+                progress.at(self.reader.progress());
+            }
+            if start.is_nan() {
+                start = row.time;
+            }
+            if row.elapsed.is_infinite() && row.run > 0 {
+                // Another run: nothing is known of its payload.
+                self.estimator.payload_changed();
+            }
+            while pending.peek().is_some_and(|change| row.time - start >= *change) {
+                pending.next();
+                self.estimator.payload_changed();
+            }
+            // The first row of a run has no step before it.
+            let step = if row.elapsed.is_finite() { row.elapsed } else { 0.0 };
+            let elapsed = if row.elapsed.is_finite() || row.run == 0 { step } else { f64::MAX };
+            let estimate = self.estimator.push(&row.sample, elapsed);
+            clock += step;
+            energy += robot.static_power_w().unwrap_or(0.0) * step;
+            truth.note(clock, row.mass);
+            if let Some(ago) = estimate.changed {
+                changes.push(Change {
+                    time_s: (row.time - ago as f64 * self.bucket_s).max(start),
+                    noticed_s: row.time,
+                });
+            }
+            if let Some(instant) = instant(&row, &estimate) {
+                settled += 1;
+                if let Some(predicted) = instant.predicted_w {
+                    known += 1;
+                    metrics.add(instant.measured_w, predicted);
+                }
+                watch(&instant);
+            }
+            last = row.time;
+            if estimate.closed && at_second(clock, self.reader.period_s()) {
+                self.close(clock, start, &truth, &mut windows);
+            }
+        }
+        progress.finish();
+        let exclusions = self.reader.exclusions();
+        if exclusions.total() > 0 {
+            eprintln!("gmr: {}: {exclusions}", self.file.display());
+        }
+        blank_straddling(&mut windows, &changes);
+        let (measured, predicted) = self.estimator.energy();
+        Ok(Replay {
+            windows,
+            changes,
+            quality: metrics.quality(),
+            known_share: known as f64 / settled.max(1) as f64,
+            energy_j: measured + energy,
+            predicted_j: predicted,
+            duration_s: last - start,
+            rows: self.reader.rows(),
+        })
+    }
+
+    fn close(&self, clock: f64, start: f64, truth: &Truth, windows: &mut Vec<WindowMass>) {
+        let Some(payload) = self.estimator.over_latest(self.window_buckets) else { return };
+        let end = clock.round();
+        let begin = end - self.policy.window_s;
+        let mass = payload.mass();
+        windows.push(WindowMass {
+            t0_s: start + begin,
+            t1_s: start + end,
+            mass_kg: mass.map(|mass| mass.mass),
+            low_kg: mass.map(|mass| mass.low),
+            high_kg: mass.map(|mass| mass.high),
+            unknown: match payload {
+                Payload::Known(_) => None,
+                Payload::Unknown(reason) => Some(reason_text(reason)),
+            },
+            truth_kg: truth.over(begin),
+        });
+    }
+}
+
+/// Whether the bucket that ends here ends a second.
+fn at_second(clock: f64, period_s: f64) -> bool {
+    (clock - clock.round()).abs() <= period_s
+}
+
+fn instant<const N: usize>(row: &RawRow<N>, estimate: &Estimate<f64, N>) -> Option<Instant> {
+    let now = estimate.conditioned.filter(|now| now.settled)?;
+    let mass = estimate.payload.mass();
+    Some(Instant {
+        time_s: row.time,
+        measured_w: now.power,
+        predicted_w: estimate.power,
+        mass_kg: mass.map(|mass| mass.mass),
+        interval_kg: mass.map(|mass| (mass.low, mass.high)),
+        truth_kg: row.mass,
+    })
+}
+
+/// A window in which the payload changed has no one mass.
+fn blank_straddling(windows: &mut [WindowMass], changes: &[Change]) {
+    for window in windows {
+        if changes.iter().any(|change| change.time_s > window.t0_s && change.time_s < window.t1_s) {
+            window.mass_kg = None;
+            window.low_kg = None;
+            window.high_kg = None;
+            window.unknown = Some("the payload changed within this window");
+        }
+    }
+}
+
+/// Why a mass is unknown, for people.
+pub fn reason_text(reason: Unknown) -> &'static str {
+    match reason {
+        Unknown::NoSamples => "no samples yet",
+        Unknown::NoMotion => "the robot stood still or its drives were clamped",
+        Unknown::TooWide => "these samples say too little about the mass",
+        Unknown::NotFinite => "a sum is not finite",
+    }
+}
+
+/// Since when the logged mass has been what it is.
+#[derive(Default)]
+struct Truth {
+    since: f64,
+    mass: Option<f64>,
+}
+
+impl Truth {
+    fn note(&mut self, clock: f64, mass: Option<f64>) {
+        if mass != self.mass {
+            *self = Self { since: clock, mass };
+        }
+    }
+
+    /// The mass, if it has not changed since `begin` (s on the replay's clock).
+    fn over(&self, begin: f64) -> Option<f64> {
+        // The mass of the first row counts from the start.
+        self.mass.filter(|_| self.since <= begin + 1e-9)
+    }
+}

@@ -1,0 +1,124 @@
+//! Which filter a robot's sensors need.
+//!
+//! A high cutoff lets the noise of speeds and their derivatives through, which the squares in the model turn into bias; a
+//! low one smears short accelerations and clamps that the model could have followed. The right one depends on the sensors,
+//! so it is measured: each candidate filters the first rows of the logs, the signed model is fitted, and the residual's
+//! means over a second, which every cutoff passes alike, are compared.
+
+use std::path::PathBuf;
+
+use model_core::coefficients::Robot as CoreRobot;
+use model_core::eq18::Gate;
+use model_core::estimator::Conditioner;
+use model_core::model::Model;
+
+use super::dataset::{Dataset, Row, condition};
+use super::physical;
+use crate::error::Result;
+use crate::log::{RawRow, SampleReader};
+use crate::robot::Robot;
+
+/// Candidates, Hz: half-octaves.
+const CANDIDATES: [f64; 14] = [0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0, 32.0];
+
+/// Highest candidate as a share of the sample rate.
+const HIGHEST_SHARE: f64 = 0.3;
+
+/// Rows that take part, over all logs.
+const MOST_ROWS: usize = 400_000;
+
+/// The first rows of a log.
+struct Pilot<const N: usize> {
+    rows: Vec<RawRow<N>>,
+    period_s: f64,
+}
+
+/// The cutoff with the least residual over a second, Hz.
+///
+/// # Errors
+/// A log that cannot be read, or a robot with impossible dimensions.
+pub(super) fn choose<const N: usize>(robot: &Robot, files: &[PathBuf], mass_kg: f64) -> Result<f64> {
+    let share = MOST_ROWS / files.len().max(1);
+    let mut pilots = Vec::new();
+    for file in files {
+        let mut reader = SampleReader::<N>::open(file, robot)?;
+        let mut rows = Vec::new();
+        while rows.len() < share
+            && let Some(row) = reader.next_row()?
+        {
+            rows.push(row);
+        }
+        pilots.push(Pilot { rows, period_s: reader.period_s() });
+    }
+    let slowest = pilots.iter().map(|pilot| pilot.period_s).fold(0.0, f64::max);
+    let highest = HIGHEST_SHARE / slowest;
+    let mut best: Option<(f64, f64)> = None;
+    for cutoff_hz in CANDIDATES.into_iter().filter(|cutoff| *cutoff <= highest) {
+        let core = robot.core::<N>(cutoff_hz)?;
+        let Some(residual) = residual(robot, &core, &pilots, mass_kg) else { continue };
+        if best.is_none_or(|(least, _)| residual < least) {
+            best = Some((residual, cutoff_hz));
+        }
+    }
+    Ok(best.map_or(highest.min(CANDIDATES[0]), |(_, cutoff_hz)| cutoff_hz))
+}
+
+/// Mean square of the residual's means over a second, W².
+fn residual<const N: usize>(
+    robot: &Robot,
+    core: &CoreRobot<f64, N>,
+    pilots: &[Pilot<N>],
+    mass_kg: f64,
+) -> Option<f64> {
+    let mut dataset = Dataset::empty(*core, Gate::Signed);
+    for (log, pilot) in pilots.iter().enumerate() {
+        let mut conditioner = Conditioner::new(core, pilot.period_s).ok()?;
+        for raw in &pilot.rows {
+            if let Some(row) = condition(&mut conditioner, raw, mass_kg) {
+                // Logs and their runs are told apart by one number.
+                dataset.keep(Row { run: row.run * pilots.len() as u32 + log as u32, ..row });
+            }
+        }
+    }
+    let model =
+        Model::Signed { torque: physical::solve(&dataset, robot.drive()).torque, drive: robot.drive() };
+    let mut seconds = Seconds::default();
+    for row in &dataset.store {
+        seconds.add((row.run, row.time.floor() as i64), row.power - model.power(&row.motion, row.mass)?);
+    }
+    seconds.mean_square()
+}
+
+/// Means over seconds, squared and averaged by their rows.
+#[derive(Default)]
+struct Seconds {
+    current: Option<(u32, i64)>,
+    sum: f64,
+    rows: f64,
+    squares: f64,
+    all_rows: f64,
+}
+
+impl Seconds {
+    fn add(&mut self, second: (u32, i64), residual: f64) {
+        if self.current != Some(second) {
+            self.close();
+            self.current = Some(second);
+        }
+        self.sum += residual;
+        self.rows += 1.0;
+    }
+
+    fn close(&mut self) {
+        if self.rows > 0.0 {
+            self.squares += self.sum * self.sum / self.rows;
+            self.all_rows += self.rows;
+        }
+        (self.sum, self.rows) = (0.0, 0.0);
+    }
+
+    fn mean_square(mut self) -> Option<f64> {
+        self.close();
+        (self.all_rows > 0.0).then(|| self.squares / self.all_rows)
+    }
+}

@@ -1,0 +1,105 @@
+//! A log as samples of the estimator: static power taken off, time as steps, mass filled in.
+
+use std::path::Path;
+
+use model_core::estimator::Sample;
+
+use super::drive::DriveReader;
+use super::{Exclusions, MASS};
+use crate::error::{Error, Result};
+use crate::robot::Robot;
+
+/// A row before the filter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RawRow<const N: usize> {
+    /// Speeds and actuation power.
+    pub sample: Sample<f64, N>,
+    /// Time since the row before, s; infinite where this row does not continue it.
+    pub elapsed: f64,
+    /// Total mass, kg, where the log tells it.
+    pub mass: Option<f64>,
+    /// Run of this log, from 0.
+    pub run: u32,
+    /// Time within the log, s.
+    pub time: f64,
+}
+
+/// Reads a log row by row.
+pub struct SampleReader<const N: usize> {
+    reader: DriveReader<N>,
+    static_power: f64,
+    last: Option<(u32, f64)>,
+    rows: u64,
+}
+
+impl<const N: usize> SampleReader<N> {
+    /// Opens the log of a run of `robot`.
+    ///
+    /// # Errors
+    /// As [`DriveReader::open`].
+    pub fn open(path: impl AsRef<Path>, robot: &Robot) -> Result<Self> {
+        let reader = DriveReader::open(path, robot)?;
+        let static_power = robot.static_power_w().unwrap_or(0.0);
+        Ok(Self { reader, static_power, last: None, rows: 0 })
+    }
+
+    /// The next row, or `None` at the end.
+    ///
+    /// # Errors
+    /// As [`DriveReader::next_record`]; a mass that is not above 0.
+    #[inline]
+    pub fn next_row(&mut self) -> Result<Option<RawRow<N>>> {
+        let Some(record) = self.reader.next_record()? else { return Ok(None) };
+        self.rows += 1;
+        if let Some(mass) = record.mass_kg
+            && mass <= 0.0
+        {
+            return Err(Error::failed(format!("a total mass of {mass} kg; expected above 0"))
+                .in_file(self.reader.path())
+                .at_line(record.line)
+                .in_column(MASS));
+        }
+        let run = record.run as u32;
+        let elapsed = match self.last {
+            Some((last_run, last_time)) if last_run == run => record.time_s - last_time,
+            _ => f64::INFINITY,
+        };
+        self.last = Some((run, record.time_s));
+        Ok(Some(RawRow {
+            sample: Sample {
+                wheel_speed: record.wheel_speed,
+                wheel_acceleration: record.wheel_acceleration,
+                power: record.power_w - self.static_power,
+            },
+            elapsed,
+            mass: record.mass_kg,
+            run,
+            time: record.time_s,
+        }))
+    }
+
+    /// Median sample period, s.
+    pub fn period_s(&self) -> f64 {
+        self.reader.period_s()
+    }
+
+    /// Rows left out so far.
+    pub fn exclusions(&self) -> Exclusions {
+        self.reader.exclusions()
+    }
+
+    /// Bytes read and the size of the file.
+    pub fn progress(&self) -> (u64, Option<u64>) {
+        self.reader.progress()
+    }
+
+    /// Whether the log tells the mass.
+    pub fn has_mass(&self) -> bool {
+        self.reader.has_mass()
+    }
+
+    /// Rows handed out.
+    pub fn rows(&self) -> u64 {
+        self.rows
+    }
+}
