@@ -54,7 +54,7 @@ def make():
 
     fit = optimize.least_squares(residuals, [3.5], bounds=([LIGHT], [HEAVY]), xtol=1e-15, ftol=1e-15, gtol=1e-15)
     sensitivity = np.sqrt(np.mean(fit.jac**2))
-    energy = np.maximum(smooth[settled], 0.0).sum() / RATE_HZ
+    energy = np.maximum(smooth, 0.0).sum() / RATE_HZ
     print(f"estimator: mass {fit.x[0]:.6f} kg of {TRUE_MASS}, {len(used)} of {settled.sum()} samples used, "
           f"dP/dm {sensitivity:.3f} W/kg rms, residual {np.std(fit.fun):.3f} W rms")
 
@@ -65,7 +65,7 @@ def make():
     out.constant("MASSES", "[f32; 2]", [LIGHT, HEAVY], "No load and full load, kg.")
     out.constant("NOISE_STD", "f32", NOISE_W, "Of the power before the filter, W.")
     out.constant("MASS", "f64", fit.x[0], "Where the sum of squares is least, kg.")
-    out.constant("ENERGY", "f64", energy, "Of the settled samples, J.")
+    out.constant("ENERGY", "f64", energy, "Integral of the positive part of the filtered power, J.")
     out.cases(
         "Sample",
         [("speed", "[f32; 2]", "rad/s"), ("power", "f32", "W")],

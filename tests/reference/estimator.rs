@@ -18,8 +18,8 @@ pub(crate) const NOISE_STD: f32 = 0.05;
 /// Where the sum of squares is least, kg.
 pub(crate) const MASS: f64 = 4.693903936321669;
 
-/// Of the settled samples, J.
-pub(crate) const ENERGY: f64 = 18.18831041499872;
+/// Integral of the positive part of the filtered power, J.
+pub(crate) const ENERGY: f64 = 18.717972065505887;
 
 pub(crate) struct Sample {
     /// rad/s
