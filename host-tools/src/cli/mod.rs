@@ -2,6 +2,7 @@
 
 mod estimate;
 mod fit;
+mod inspect;
 mod simulate;
 
 use std::process::ExitCode;
@@ -20,6 +21,8 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Say what a log is worth: data quality, excitation, static power
+    Inspect(inspect::Arguments),
     /// Write logs from the simulated plant
     Simulate(simulate::Arguments),
     /// Fit coefficients to logs with known payload
@@ -32,6 +35,7 @@ enum Command {
 pub fn run() -> ExitCode {
     let cli = Cli::parse();
     let result: Result<()> = match cli.command {
+        Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Estimate(arguments) => estimate::run(&arguments),

@@ -44,10 +44,10 @@ pub fn quality<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, floor_w
 /// Standard errors that hold for autocorrelated residuals: scores are summed over blocks of time, and the scatter of the
 /// sums is what counts (the sandwich estimator, clustered by block).
 ///
-/// `gradient` gives ∂P/∂θ of a row, `used` the rows that the fit used.
+/// `gradient` gives ∂P/∂θ of a row, `weights` what each row of the store counted for.
 pub fn uncertainty<const N: usize>(
     dataset: &Dataset<N>,
-    used: &[bool],
+    weights: &[f64],
     predict: impl Fn(&Row<N>) -> f64,
     gradient: impl Fn(&Row<N>) -> DVector<f64>,
     parameters: usize,
@@ -57,16 +57,16 @@ pub fn uncertainty<const N: usize>(
     let mut scores: Vec<DVector<f64>> = Vec::new();
     let mut current: Option<(u32, i64)> = None;
     let mut rows = 0_usize;
-    for (row, _) in dataset.store.iter().zip(used).filter(|(_, used)| **used) {
+    for (row, &weight) in dataset.store.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
         let key = (row.run, (row.time / block_s).floor() as i64);
         if current != Some(key) {
             current = Some(key);
             scores.push(DVector::zeros(parameters));
         }
         let slope = gradient(row);
-        normal.ger(1.0, &slope, &slope, 1.0);
+        normal.ger(weight, &slope, &slope, 1.0);
         if let Some(score) = scores.last_mut() {
-            score.axpy(row.power - predict(row), &slope, 1.0);
+            score.axpy(weight * (row.power - predict(row)), &slope, 1.0);
         }
         rows += 1;
     }

@@ -148,13 +148,13 @@ pub fn fit<const N: usize>(
     let method = method.check(kind)?;
     excitation(dataset)?;
     let started = Instant::now();
-    let everything = vec![true; dataset.store.len()];
+    let everything = vec![1.0; dataset.store.len()];
     let mut certificate = None;
-    let (model, ending, iterations, used) = match kind {
+    let (model, ending, iterations, weights) = match kind {
         ModelKind::Signed => {
             let solution = physical::solve(dataset, robot.drive());
             let model = Model::Signed { torque: solution.torque, drive: robot.drive() };
-            (model, ending_name(&solution.ending), u64::from(solution.iterations), solution.used)
+            (model, ending_name(&solution.ending), u64::from(solution.iterations), solution.weights)
         }
         ModelKind::Eq18 | ModelKind::Eq18Published => {
             let gram = dataset.gram();
@@ -170,13 +170,13 @@ pub fn fit<const N: usize>(
         }
     };
     let solve_s = started.elapsed().as_secs_f64();
-    let (uncertainty, parameters) = judge(dataset, &model, &used);
+    let (uncertainty, parameters) = judge(dataset, &model, &weights);
     let quality = assess::quality(dataset, &model, robot.mape_floor_w())
         .ok_or_else(|| Error::failed("the fitted model predicts no finite power for any row"))?;
     // With one payload the model's dependence on the mass is a guess: no window says anything about it.
     let lasting = if dataset.masses.len() < 2 { NO_PAYLOAD_W } else { uncertainty.prediction_std_w };
     let noise = assess::noise(dataset, &model, lasting);
-    let unused = used.iter().filter(|used| !**used).count();
+    let unused = weights.iter().filter(|weight| **weight == 0.0).count();
     Ok(Fit {
         coefficients: Coefficients { robot: dataset.robot, model, noise },
         kind,
@@ -187,7 +187,7 @@ pub fn fit<const N: usize>(
         ending,
         iterations,
         certificate,
-        clamped_share: unused as f64 / used.len().max(1) as f64,
+        clamped_share: unused as f64 / weights.len().max(1) as f64,
         masses: dataset.masses.clone(),
         rows: dataset.rows,
         solve_s,
@@ -207,7 +207,7 @@ fn ending_name(ending: &impl Serialize) -> String {
 fn judge<const N: usize>(
     dataset: &Dataset<N>,
     model: &Model<f64>,
-    used: &[bool],
+    weights: &[f64],
 ) -> (Uncertainty, Vec<Parameter>) {
     match model {
         Model::Signed { torque, .. } => {
@@ -215,7 +215,7 @@ fn judge<const N: usize>(
             let slopes = physical::jacobian(&values.into()).transpose();
             let uncertainty = assess::uncertainty(
                 dataset,
-                used,
+                weights,
                 |row| row.motion.wheels.iter().map(|wheel| torque.wheel_power(wheel, row.mass)).sum(),
                 |row| {
                     let slope = slopes * gram::Vector::from(physical::regressors(row));
@@ -232,7 +232,7 @@ fn judge<const N: usize>(
             };
             let uncertainty = assess::uncertainty(
                 dataset,
-                used,
+                weights,
                 |row| regressors(row).iter().zip(beta).map(|(x, b)| x * b).sum(),
                 |row| DVector::from_column_slice(&regressors(row)),
                 beta.len(),

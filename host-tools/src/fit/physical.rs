@@ -2,7 +2,7 @@
 //!
 //! Away from the clamp the power is linear in 15 products of the six parameters ([`TorqueModel::expand`]), so a Gram matrix
 //! of the rows in which no wheel is clamped holds the whole problem. Which rows those are depends on the parameters:
-//! fit, mark, fit again, until the marks stay.
+//! fit, weigh, fit again, until the weights stay.
 
 use model_core::motion::Motion;
 use model_core::torque::{Drive, PARAMETERS, TorqueModel};
@@ -21,12 +21,12 @@ pub type Covariance = SMatrix<f64, PARAMETERS, PARAMETERS>;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Ending {
-    /// No step within the bounds lowers the cost, and the marks of clamped rows stay.
+    /// No step within the bounds lowers the cost, and the weights of rows stay.
     Converged,
     /// Steps were still being found when their number was used up.
     IterationLimit,
-    /// The marks of clamped rows kept changing; the last fit is returned.
-    MaskLimit,
+    /// The weights of rows kept changing; the last fit is returned.
+    WeightLimit,
 }
 
 /// A fitted torque model.
@@ -38,50 +38,90 @@ pub struct Solution {
     pub ending: Ending,
     /// Steps taken, over all masks.
     pub iterations: u32,
-    /// Which rows of the store were used.
-    pub used: Vec<bool>,
+    /// Weight of each row of the store: 0 where a wheel may be clamped, 1 as a rule.
+    pub weights: Vec<f64>,
 }
 
 const MOST_STEPS: u32 = 500;
-const MOST_MASKS: u32 = 30;
+const MOST_ROUNDS: u32 = 40;
 /// Cost reductions below this share of the cost end the search.
 const SMALLEST_GAIN: f64 = 1e-13;
 
 /// Fits the rows of the store.
+///
+/// Rows weigh by Huber's rule: residuals far beyond the usual count linearly, not squared. Where acceleration starts or
+/// a clamp lets go within the filter's memory no model of filtered signals is right, and on clean data those few rows would
+/// decide the fit.
 pub fn solve<const N: usize>(dataset: &Dataset<N>, drive: Drive) -> Solution {
     let store = &dataset.store;
-    let mut used: Vec<bool> = match drive {
-        Drive::Regenerative => vec![true; store.len()],
+    let mut weights: Vec<f64> = match drive {
+        Drive::Regenerative => vec![1.0; store.len()],
         Drive::Dissipative => {
             let limit = 0.1 * acceleration_rms(store);
-            store.iter().map(|row| !brakes(&row.motion, limit)).collect()
+            store.iter().map(|row| f64::from(u8::from(!brakes(&row.motion, limit)))).collect()
         }
     };
-    let mut iterations = 0;
-    let mut best = {
-        let problem = Problem::new(&masked_gram(store, &used));
-        let ends = starts(&problem).into_iter().map(|start| problem.descend(start));
-        ends.min_by(|a, b| a.cost.total_cmp(&b.cost)).unwrap_or_else(|| problem.descend(Parameters::zeros()))
-    };
-    iterations += best.steps;
-    let mut ending = best.ending;
-    if drive == Drive::Dissipative {
-        ending = Ending::MaskLimit;
-        for _ in 0..MOST_MASKS {
-            let torque = TorqueModel::from_array(best.parameters.into());
-            let next: Vec<bool> = store.iter().map(|row| !is_clamped(&torque, row)).collect();
-            let changed = next.iter().zip(&used).filter(|(a, b)| a != b).count();
-            used = next;
-            // One row in ten thousand moves the parameters by far less than their errors.
-            if changed * 10_000 <= store.len() {
-                ending = best.ending;
-                break;
-            }
-            best = Problem::new(&masked_gram(store, &used)).descend(best.parameters);
-            iterations += best.steps;
+    let problem = Problem::new(&weighted_gram(store, &weights));
+    let ends = starts(&problem).into_iter().map(|start| problem.descend(start));
+    let mut best =
+        ends.min_by(|a, b| a.cost.total_cmp(&b.cost)).unwrap_or_else(|| problem.descend(Parameters::zeros()));
+    let mut iterations = best.steps;
+    let mut ending = Ending::WeightLimit;
+    for _ in 0..MOST_ROUNDS {
+        let torque = TorqueModel::from_array(best.parameters.into());
+        weigh(store, &torque, drive, &mut weights);
+        let next = Problem::new(&weighted_gram(store, &weights)).descend(best.parameters);
+        iterations += next.steps;
+        let moved = (next.parameters - best.parameters).abs();
+        let still = moved.iter().zip(&next.parameters).all(|(moved, value)| *moved <= STILL * value.abs());
+        best = next;
+        if still {
+            ending = best.ending;
+            break;
         }
     }
-    Solution { torque: TorqueModel::from_array(best.parameters.into()), ending, iterations, used }
+    Solution { torque: TorqueModel::from_array(best.parameters.into()), ending, iterations, weights }
+}
+
+/// Parameters that move by less than this share from round to round stay.
+const STILL: f64 = 1e-4;
+
+/// Residuals beyond this many standard deviations count linearly.
+const HUBER: f64 = 4.0;
+
+/// 0 for rows that may be clamped, Huber's weight for the others.
+fn weigh<const N: usize>(rows: &[Row<N>], torque: &TorqueModel<f64>, drive: Drive, weights: &mut [f64]) {
+    let mut sizes = Vec::with_capacity(rows.len());
+    for (row, weight) in rows.iter().zip(weights.iter_mut()) {
+        if drive == Drive::Dissipative && is_clamped(torque, row) {
+            *weight = 0.0;
+            continue;
+        }
+        let predicted: f64 = row.motion.wheels.iter().map(|wheel| torque.wheel_power(wheel, row.mass)).sum();
+        *weight = (row.power - predicted).abs();
+        // Rows at rest fit any parameters and say nothing about the usual residual.
+        if row.motion.is_moving() {
+            sizes.push(*weight);
+        }
+    }
+    if sizes.is_empty() {
+        weights.fill(0.0);
+        return;
+    }
+    let middle = sizes.len() / 2;
+    // Median absolute deviation to standard deviation.
+    let usual = 1.4826 * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
+    for (row, weight) in rows.iter().zip(weights.iter_mut()) {
+        let clamped = drive == Drive::Dissipative && is_clamped(torque, row);
+        let far = *weight > HUBER * usual;
+        *weight = if clamped {
+            0.0
+        } else if far {
+            HUBER * usual / *weight
+        } else {
+            1.0
+        };
+    }
 }
 
 /// A wheel decelerates by more than `limit`, rad/s².
@@ -105,10 +145,11 @@ pub fn regressors<const N: usize>(row: &Row<N>) -> [f64; REGRESSORS] {
     eq18::regressors(Gate::Signed, &eq18::products(Gate::Signed, &row.motion), row.mass)
 }
 
-fn masked_gram<const N: usize>(rows: &[Row<N>], used: &[bool]) -> Gram {
+fn weighted_gram<const N: usize>(rows: &[Row<N>], weights: &[f64]) -> Gram {
     let mut gram = Gram::default();
-    for (row, _) in rows.iter().zip(used).filter(|(_, used)| **used) {
-        gram.add(&regressors(row), row.power);
+    for (row, weight) in rows.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
+        let root = weight.sqrt();
+        gram.add(&regressors(row).map(|x| x * root), row.power * root);
     }
     gram
 }

@@ -88,6 +88,9 @@ impl<const N: usize> DriveReader<N> {
     /// # Errors
     /// As [`LogReader::open`]; the log has more or fewer wheels than the robot; accelerations of some wheels only; steps
     /// of time that cannot be seconds.
+    ///
+    /// # Panics
+    /// If `N` is not the number of wheels of the robot.
     pub fn open(path: impl AsRef<Path>, robot: &Robot) -> Result<Self> {
         Self::open_with(path, robot, &[])
     }
@@ -98,7 +101,8 @@ impl<const N: usize> DriveReader<N> {
     /// As [`open`](Self::open); an extra column is missing.
     pub fn open_with(path: impl AsRef<Path>, robot: &Robot, extra: &[&str]) -> Result<Self> {
         let header = Header::open(path)?;
-        check_wheels(&header, robot, N)?;
+        assert_eq!(robot.wheels(), N, "the reader's wheels are the robot's");
+        check_wheels(&header, robot)?;
         let mut requests =
             vec![ColumnRequest::required(TIME, Role::Time), ColumnRequest::required(POWER, Role::Number)];
         requests.extend((0..N).map(|wheel| ColumnRequest::required(speed_column(wheel), Role::Number)));
@@ -285,11 +289,8 @@ impl<const N: usize> DriveReader<N> {
 ///
 /// # Errors
 /// They have not.
-///
-/// # Panics
-/// If `N` is not the number of wheels of the robot.
-fn check_wheels(header: &Header, robot: &Robot, wheels: usize) -> Result<()> {
-    assert_eq!(robot.wheels(), wheels, "the reader's wheels are the robot's");
+pub(crate) fn check_wheels(header: &Header, robot: &Robot) -> Result<()> {
+    let wheels = robot.wheels();
     let highest = header.columns().iter().filter_map(|column| wheel_number(column)).max().unwrap_or(0);
     if highest == 0 && !header.has(&speed_column(0)) {
         // The missing column itself says it best.

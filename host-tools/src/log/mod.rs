@@ -11,6 +11,7 @@ mod samples;
 mod scan;
 mod source;
 
+pub(crate) use drive::check_wheels;
 pub use drive::{DriveReader, Gap, MIN_GAP_FACTOR, Record, wheel_columns};
 pub use exclusions::Exclusions;
 pub use header::Header;

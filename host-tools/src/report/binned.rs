@@ -1,0 +1,131 @@
+//! Predicted against measured power, binned by what was measured (Fig. 15 of the paper).
+
+use std::collections::BTreeMap;
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+use super::page::{Drawn, legend, range, tick};
+use super::style::{FONT, GRID, INK, LABEL_SIZE, TITLE_SIZE, palette};
+
+/// Mean prediction and its spread for every bin of measured power, one curve a model; the diagonal is the truth. Holds
+/// one sum a bin, however many samples are added.
+#[derive(Debug, Clone)]
+pub struct Binned {
+    title: String,
+    bin_w: f64,
+    models: Vec<(String, BTreeMap<i64, Bin>)>,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Bin {
+    count: f64,
+    mean: f64,
+    squares: f64,
+}
+
+impl Bin {
+    /// Welford's update.
+    fn add(&mut self, value: f64) {
+        self.count += 1.0;
+        let step = value - self.mean;
+        self.mean += step / self.count;
+        self.squares += step * (value - self.mean);
+    }
+
+    fn std(self) -> f64 {
+        (self.squares / self.count).sqrt()
+    }
+}
+
+/// Bins with fewer samples say nothing about a mean.
+const FEWEST: f64 = 5.0;
+
+impl Binned {
+    /// An empty figure with bins `bin_w` W wide; the paper's are 0.5 W.
+    ///
+    /// # Panics
+    /// If `bin_w` is not above 0.
+    pub fn new(title: impl Into<String>, bin_w: f64) -> Self {
+        assert!(bin_w > 0.0, "a bin has a width");
+        Self { title: title.into(), bin_w, models: Vec::new() }
+    }
+
+    /// Adds one sample of the model `model`, which appears in the legend in order of first use.
+    pub fn add(&mut self, model: &str, measured_w: f64, predicted_w: f64) {
+        if !measured_w.is_finite() || !predicted_w.is_finite() {
+            return;
+        }
+        let index = match self.models.iter().position(|(name, _)| name == model) {
+            Some(index) => index,
+            None => {
+                self.models.push((model.to_owned(), BTreeMap::new()));
+                self.models.len() - 1
+            }
+        };
+        let bin = (measured_w / self.bin_w).round() as i64;
+        self.models[index].1.entry(bin).or_default().add(predicted_w);
+    }
+
+    pub(super) fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB> {
+        let filled = |bins: &BTreeMap<i64, Bin>| -> Vec<(f64, Bin)> {
+            let filled = bins.iter().filter(|(_, bin)| bin.count >= FEWEST);
+            filled.map(|(&bin, sums)| (bin as f64 * self.bin_w, *sums)).collect()
+        };
+        let curves: Vec<_> = self.models.iter().map(|(name, bins)| (name, filled(bins))).collect();
+        let points = || curves.iter().flat_map(|(_, curve)| curve.iter());
+        let x = range(points().map(|point| point.0), 0.06);
+        let ends = |point: &(f64, Bin)| [point.1.mean - point.1.std(), point.1.mean + point.1.std(), point.0];
+        let y = range(points().flat_map(ends), 0.06);
+
+        let mut chart = ChartBuilder::on(area)
+            .caption(&self.title, (FONT, TITLE_SIZE, &INK))
+            .margin(12)
+            .margin_right(24)
+            .x_label_area_size(44)
+            .y_label_area_size(64)
+            .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
+        chart
+            .configure_mesh()
+            .x_desc(format!("measured power (W), bins of {} W", self.bin_w))
+            .y_desc("predicted power (W): mean ± standard deviation")
+            .label_style((FONT, LABEL_SIZE, &INK))
+            .x_label_formatter(&tick)
+            .y_label_formatter(&tick)
+            .axis_style(INK)
+            .bold_line_style(GRID)
+            .light_line_style(TRANSPARENT)
+            .draw()?;
+
+        let (low, high) = (x.0.max(y.0), x.1.min(y.1));
+        let grey = INK.mix(0.6).stroke_width(2);
+        chart
+            .draw_series(DashedLineSeries::new([(low, low), (high, high)], 8, 6, grey))?
+            .label("perfect")
+            .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 22, y)], grey));
+        for (index, (name, curve)) in curves.iter().enumerate() {
+            let colour = palette(index);
+            // Side by side, so that the bars of several models do not hide each other.
+            let shift = (index as f64 - (curves.len() as f64 - 1.0) / 2.0) * self.bin_w * 0.12;
+            let bars = curve.iter().map(|(x, bin)| {
+                let (x, std) = (x + shift, bin.std());
+                PathElement::new(
+                    vec![(x, bin.mean - std), (x, bin.mean + std)],
+                    colour.mix(0.6).stroke_width(1),
+                )
+            });
+            chart.draw_series(bars)?;
+            let means = curve.iter().map(|(x, bin)| (x + shift, bin.mean));
+            chart.draw_series(LineSeries::new(means.clone(), colour.stroke_width(2)))?;
+            chart
+                .draw_series(means.map(|point| Circle::new(point, 3, colour.filled())))?
+                .label(*name)
+                .legend(move |at| {
+                    EmptyElement::at(at)
+                        + PathElement::new(vec![(0, 0), (22, 0)], colour.stroke_width(2))
+                        + Circle::new((11, 0), 3, colour.filled())
+                });
+        }
+        legend(&mut chart, SeriesLabelPosition::UpperLeft, curves.len())
+    }
+}
