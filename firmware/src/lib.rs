@@ -1,2 +1,6 @@
-#![no_std]
-//! Firmware logic, generic over the bus traits.
+//! What the robot's controller board does, generic over the bus traits of `embedded-hal-async`: it compiles for the
+//! board and is tested on the host.
+#![cfg_attr(not(test), no_std)]
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
+
+pub mod power_sensors;

@@ -1,0 +1,169 @@
+//! A list of commands: each is announced, timed and, when it fails, the last.
+
+use std::fmt;
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Why the list ended early, in one line or two.
+#[derive(Debug)]
+pub(crate) struct Stop(String);
+
+impl Stop {
+    pub(crate) fn new(why: impl Into<String>) -> Self {
+        Self(why.into())
+    }
+}
+
+impl fmt::Display for Stop {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.0)
+    }
+}
+
+/// The steps done so far, and the sum of the `test result:` lines they printed.
+#[derive(Default)]
+pub(crate) struct Steps {
+    done: Vec<(String, Duration)>,
+    tests: Tally,
+}
+
+/// How many tests ran.
+#[derive(Default, Debug, PartialEq, Eq, Clone, Copy)]
+pub(crate) struct Tally {
+    pub(crate) passed: u64,
+    pub(crate) failed: u64,
+}
+
+impl Tally {
+    /// Adds `test result: ok. 3 passed; 0 failed; …`, the summary of libtest and of our images. Other lines count nothing.
+    fn add_line(&mut self, line: &str) {
+        let Some(result) = line.strip_prefix("test result: ") else { return };
+        let words: Vec<&str> = result.split([' ', ';', '.']).filter(|word| !word.is_empty()).collect();
+        for pair in words.windows(2) {
+            let [number, what] = pair else { continue };
+            let Ok(number) = number.parse::<u64>() else { continue };
+            match *what {
+                "passed" => self.passed += number,
+                "failed" => self.failed += number,
+                _ => {}
+            }
+        }
+    }
+}
+
+impl Steps {
+    /// Runs `command` as the step `name` in the workspace's directory.
+    pub(crate) fn run(&mut self, name: &str, mut command: Command) -> Result<(), Stop> {
+        let started = announce(name);
+        let line = command_line(&command);
+        println!("   {line}");
+        command.current_dir(crate::root()).stdout(Stdio::piped());
+        let mut child = command.spawn().map_err(|error| Stop::new(format!("{line}\n   {error}")))?;
+        self.echo(&mut child);
+        let status = child.wait().map_err(|error| Stop::new(format!("{line}\n   {error}")))?;
+        self.finish(name, started);
+        if status.success() { Ok(()) } else { Err(Stop::new(format!("{line}\n   {status}"))) }
+    }
+
+    /// Runs what is more than one command as the step `name`.
+    pub(crate) fn work(&mut self, name: &str, work: impl FnOnce() -> Result<(), Stop>) -> Result<(), Stop> {
+        let started = announce(name);
+        let result = work();
+        self.finish(name, started);
+        result
+    }
+
+    pub(crate) fn tests(&self) -> Tally {
+        self.tests
+    }
+
+    /// One line a step, with its time.
+    pub(crate) fn print_summary(&self) {
+        println!();
+        for (name, time) in &self.done {
+            println!("{:7.1} s  {name}", time.as_secs_f64());
+        }
+        let total: Duration = self.done.iter().map(|(_, time)| *time).sum();
+        println!("{:7.1} s  in all", total.as_secs_f64());
+    }
+
+    fn echo(&mut self, child: &mut Child) {
+        let Some(output) = child.stdout.take() else { return };
+        for line in BufReader::new(output).split(b'\n').map_while(Result::ok) {
+            let line = String::from_utf8_lossy(&line);
+            self.tests.add_line(&line);
+            println!("{line}");
+        }
+    }
+
+    fn finish(&mut self, name: &str, started: Instant) {
+        let time = started.elapsed();
+        println!("   {name}: {:.1} s", time.as_secs_f64());
+        self.done.push((name.to_owned(), time));
+    }
+}
+
+fn announce(name: &str) -> Instant {
+    println!("\n── {name}");
+    Instant::now()
+}
+
+/// As one would type it.
+pub(crate) fn command_line(command: &Command) -> String {
+    let variables = command.get_envs().filter_map(|(name, value)| {
+        Some(format!("{}={:?} ", name.to_string_lossy(), value?.to_string_lossy()))
+    });
+    let words = std::iter::once(command.get_program()).chain(command.get_args()).map(|word| {
+        let word = word.to_string_lossy();
+        if word.contains(' ') { format!("'{word}'") } else { word.into_owned() }
+    });
+    variables.collect::<String>() + &words.collect::<Vec<_>>().join(" ")
+}
+
+/// `program` with its arguments, as one would type them; no argument may contain a space.
+pub(crate) fn command(line: &str) -> Command {
+    let mut words = line.split_whitespace();
+    let mut command = Command::new(words.next().unwrap_or_default());
+    command.args(words);
+    command
+}
+
+/// What `command` says on standard output, or nothing when it cannot run or fails.
+pub(crate) fn answer(line: &str) -> Option<String> {
+    let output = command(line).current_dir(crate::root()).stderr(Stdio::null()).output().ok()?;
+    output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tally_adds_libtest_and_image_summaries() {
+        let mut tally = Tally::default();
+        tally.add_line(
+            "test result: ok. 17 passed; 0 failed; 3 ignored; 0 measured; 0 filtered out; finished in 0.00s",
+        );
+        tally.add_line("test result: FAILED. 2 passed; 1 failed");
+        tally.add_line("test numbers::failed ... ok");
+        assert_eq!(tally, Tally { passed: 19, failed: 1 });
+    }
+
+    #[test]
+    fn a_failing_command_stops_and_says_its_line() {
+        let mut steps = Steps::default();
+        assert!(steps.run("works", command("true")).is_ok());
+        let stop = steps.run("fails", command("false --now")).unwrap_err();
+        assert!(stop.to_string().starts_with("false --now\n"), "{stop}");
+        let stop = steps.run("is missing", command("no-such-program-here")).unwrap_err();
+        assert!(stop.to_string().starts_with("no-such-program-here\n"), "{stop}");
+    }
+
+    #[test]
+    fn command_lines_can_be_pasted() {
+        let mut command = command("cargo doc");
+        command.env("RUSTDOCFLAGS", "-D warnings").arg("two words");
+        assert_eq!(command_line(&command), "RUSTDOCFLAGS=\"-D warnings\" cargo doc 'two words'");
+    }
+}

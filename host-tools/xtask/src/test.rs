@@ -1,0 +1,138 @@
+//! `cargo xtask test`: everything a change has to pass.
+
+use std::process::Command;
+
+use crate::set_up::{self, TARGET, TargetCargo};
+use crate::steps::{Steps, Stop, command, command_line};
+
+/// Images that must not pass, and what each has to say.
+const MUST_NOT_PASS: [(&str, &str); 4] = [
+    ("must-fail", "test result: FAILED. 2 passed; 2 failed"),
+    ("must-panic", "on purpose"),
+    ("must-time-out", "no end after"),
+    ("must-overflow-stack", "Lockup"),
+];
+
+/// True when everything passed.
+pub(crate) fn run() -> bool {
+    let mut steps = Steps::default();
+    let result = all(&mut steps);
+    steps.print_summary();
+    let tests = steps.tests();
+    match result {
+        Ok(()) => println!("\ntest result: ok. {} passed; {} failed", tests.passed, tests.failed),
+        Err(ref stop) => println!(
+            "\nstopped: {stop}\n\ntest result: FAILED. {} passed; {} failed",
+            tests.passed,
+            tests.failed.max(1)
+        ),
+    }
+    result.is_ok()
+}
+
+fn all(steps: &mut Steps) -> Result<(), Stop> {
+    let mut target = None;
+    steps.work("set-up", || {
+        set_up::components()?;
+        target = Some(set_up::target()?);
+        set_up::qemu()
+    })?;
+    let target = target.ok_or_else(|| Stop::new("no target"))?;
+
+    steps.run("format", command("cargo fmt --all --check"))?;
+    // One set of features on the host: a second one would build the neural network's library again.
+    steps.run(
+        "lints, host",
+        command("cargo clippy --workspace --all-targets --all-features -- -D warnings"),
+    )?;
+    steps.run(
+        "lints, board",
+        target.command(&format!(
+            "clippy --package model-core --package firmware --lib --target {TARGET} -- -D warnings"
+        )),
+    )?;
+    steps.run(
+        "lints, images",
+        target.command(&format!(
+            "clippy --package on-target-tests --lib --bins --tests --target {TARGET} -- -D warnings"
+        )),
+    )?;
+    let mut documentation = command("cargo doc --workspace --no-deps --all-features");
+    documentation.env("RUSTDOCFLAGS", "-D warnings");
+    steps.run("documentation", documentation)?;
+    steps.run("tests, host", command("cargo test --workspace --all-features --no-fail-fast"))?;
+    steps.run(
+        "tests, emulated board",
+        target.command(&format!("test --package on-target-tests --target {TARGET} --no-fail-fast")),
+    )?;
+    steps.work("the harness can fail", || harness_can_fail(&target))?;
+    steps.run("no panics on the board", target.command(&panic_probe("no-panic")))?;
+    steps.work("no double precision on the board", no_double_precision)?;
+    steps.work("the panic probe can fail", || {
+        fails_with(&target, &panic_probe("must-not-link"), "undefined symbol")
+    })?;
+
+    let mut deny = None;
+    steps.work("set-up of cargo-deny", || {
+        deny = Some(set_up::cargo_deny()?);
+        Ok(())
+    })?;
+    let mut licences = Command::new(deny.ok_or_else(|| Stop::new("no cargo-deny"))?);
+    licences.args(["--all-features", "check", "--hide-inclusion-graph", "licenses", "bans", "sources"]);
+    steps.run("licences and sources", licences)
+}
+
+fn panic_probe(image: &str) -> String {
+    format!(
+        "build --release --package on-target-tests --features panic-probe --bin {image} --target {TARGET}"
+    )
+}
+
+/// Each of [`MUST_NOT_PASS`] ends with a failure, and for its own reason.
+fn harness_can_fail(target: &TargetCargo) -> Result<(), Stop> {
+    MUST_NOT_PASS.into_iter().try_for_each(|(image, expected)| {
+        fails_with(
+            target,
+            &format!("run --package on-target-tests --bin {image} --target {TARGET}"),
+            expected,
+        )
+    })
+}
+
+/// cargo with `arguments` fails and says `expected`.
+fn fails_with(target: &TargetCargo, arguments: &str, expected: &str) -> Result<(), Stop> {
+    let mut command = target.command(arguments);
+    let line = command_line(&command);
+    println!("   {line}");
+    let output = command
+        .current_dir(crate::root())
+        .output()
+        .map_err(|error| Stop::new(format!("{line}\n   {error}")))?;
+    let said = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
+    if output.status.success() {
+        return Err(Stop::new(format!("{line}\n   ended with success, which it must not")));
+    }
+    if !said.contains(expected) {
+        return Err(Stop::new(format!("{line}\n   failed without saying `{expected}`:\n{said}")));
+    }
+    println!("   fails as it should: {expected}");
+    Ok(())
+}
+
+/// The compiler knows that the board's core computes in single precision only: arithmetic in f64 calls a function.
+///
+/// The emulated core has both and would not show the fault that a board reports (.cargo/config.toml, -fp64).
+fn no_double_precision() -> Result<(), Stop> {
+    let image = crate::target_folder().join(TARGET).join("release/no-panic");
+    let bytes = std::fs::read(&image).map_err(|error| Stop::new(format!("{}: {error}", image.display())))?;
+    let multiplication = b"__aeabi_dmul";
+    if bytes.windows(multiplication.len()).any(|window| window == multiplication) {
+        Ok(())
+    } else {
+        Err(Stop::new(format!(
+            "{} has no __aeabi_dmul: double precision was compiled to instructions that the board's core lacks; \
+             does RUSTFLAGS replace the flags of .cargo/config.toml?",
+            image.display()
+        )))
+    }
+}

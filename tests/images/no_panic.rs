@@ -1,0 +1,76 @@
+//! Everything that the board calls of model-core, in an image that links only without panics: see panic_probe.
+//!
+//! Never run; building it in release is the test. It says nothing of debug builds, which check for overflow.
+//!
+//! The filter is designed in double precision, so the image also shows whether the compiler knows that the board's core
+//! has none: it then calls __aeabi_dmul.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+mod panic_probe;
+
+use core::hint::black_box;
+
+use model_core::coefficients::{Coefficients, Name};
+use model_core::estimator::{Estimator, Sample, Timing};
+use model_core::payload::Method;
+use model_core::payload::roots::RootMean;
+use model_core::payload::schedule::Schedule;
+use model_core::payload::window::Window;
+
+const WHEELS: usize = 2;
+const BUCKETS: usize = 60;
+
+/// Anything at all: [`black_box`] keeps the compiler from knowing more.
+fn timing() -> Timing {
+    black_box(Timing {
+        period_s: 0.005,
+        bucket_s: 1.0,
+        schedule: Schedule::Moving { window: 25 },
+        detect_changes: true,
+    })
+}
+
+fn estimate<M: Method<f32>>(coefficients: &Coefficients<f32, WHEELS>, method: M) {
+    let estimator = Estimator::<f32, M, WHEELS, BUCKETS>::new(coefficients, method, &timing());
+    let Ok(mut estimator) = estimator else { return };
+    loop {
+        let sample = Sample {
+            wheel_speed: [black_box(0.0); WHEELS],
+            wheel_acceleration: black_box(None),
+            power: black_box(0.0),
+        };
+        black_box(estimator.push(&sample, black_box(0.005)));
+        black_box(estimator.over_latest(black_box(10)));
+        black_box(estimator.energy());
+        if black_box(false) {
+            estimator.payload_changed();
+        }
+        if black_box(true) {
+            return;
+        }
+    }
+}
+
+fn everything() {
+    let image = [0; 256];
+    let Ok(coefficients) = Coefficients::<f32, WHEELS>::decode(black_box(&image)) else { return };
+    let (range, noise) = (coefficients.robot.range, coefficients.noise);
+    estimate(&coefficients, Window { range, noise, period: black_box(0.005) });
+    estimate(&coefficients, RootMean { range });
+    black_box(Name::new(black_box("burger")).as_str());
+    black_box(coefficients.encode());
+}
+
+#[cfg(target_os = "none")]
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    loop {
+        everything();
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    everything();
+}
