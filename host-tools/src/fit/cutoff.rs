@@ -1,6 +1,6 @@
 //! Which filter a robot's sensors need.
 //!
-//! A high cutoff lets the noise of speeds and their derivatives through, which the squares in the model turn into bias; a
+//! A high cutoff lets the noise of speeds and their derivatives through, which the sizes in the model turn into bias; a
 //! low one smears short accelerations and clamps that the model could have followed. The right one depends on the sensors,
 //! so it is measured: each candidate filters the first rows of the logs, the signed model is fitted, and the residual's
 //! means over a second, which every cutoff passes alike, are compared.
@@ -66,7 +66,7 @@ pub(super) fn choose<const N: usize>(robot: &Robot, files: &[PathBuf], mass_kg: 
 /// The lowest cutoff that is not worse than the best by more than one standard error of their difference: the less passes
 /// the filter, the less noise the predicted power is compared with.
 fn lowest_good_enough(tried: &[(f64, Seconds)]) -> Option<f64> {
-    let (_, best) = tried.iter().min_by(|(_, a), (_, b)| a.mean_square().total_cmp(&b.mean_square()))?;
+    let (_, best) = tried.iter().min_by(|(_, a), (_, b)| a.mean_size().total_cmp(&b.mean_size()))?;
     tried.iter().find(|(_, seconds)| seconds.not_worse_than(best)).map(|(cutoff_hz, _)| *cutoff_hz)
 }
 
@@ -94,16 +94,17 @@ fn residual<const N: usize>(
         seconds.add((row.run, row.time.floor() as i64), row.power - model.power(&row.motion, row.mass)?);
     }
     seconds.close();
-    (!seconds.squares.is_empty()).then_some(seconds)
+    (!seconds.sizes.is_empty()).then_some(seconds)
 }
 
-/// Squared means of a residual over seconds, W².
+/// Sizes of a residual's means over seconds, W. Sizes, not squares: the few seconds with the hardest starts and stops must
+/// not decide alone.
 #[derive(Default)]
 struct Seconds {
     current: Option<(u32, i64)>,
     sum: f64,
     rows: f64,
-    squares: BTreeMap<(u32, i64), f64>,
+    sizes: BTreeMap<(u32, i64), f64>,
 }
 
 impl Seconds {
@@ -118,22 +119,19 @@ impl Seconds {
 
     fn close(&mut self) {
         if let Some(second) = self.current.take() {
-            self.squares.insert(second, (self.sum / self.rows).powi(2));
+            self.sizes.insert(second, (self.sum / self.rows).abs());
         }
         (self.sum, self.rows) = (0.0, 0.0);
     }
 
-    fn mean_square(&self) -> f64 {
-        self.squares.values().sum::<f64>() / self.squares.len() as f64
+    fn mean_size(&self) -> f64 {
+        self.sizes.values().sum::<f64>() / self.sizes.len() as f64
     }
 
     /// Compared second by second.
     fn not_worse_than(&self, best: &Self) -> bool {
-        let worse: Vec<f64> = self
-            .squares
-            .iter()
-            .filter_map(|(second, square)| Some(square - best.squares.get(second)?))
-            .collect();
+        let worse: Vec<f64> =
+            self.sizes.iter().filter_map(|(second, size)| Some(size - best.sizes.get(second)?)).collect();
         let count = worse.len() as f64;
         let mean = worse.iter().sum::<f64>() / count;
         let variance = worse.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
