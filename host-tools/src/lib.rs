@@ -4,6 +4,7 @@
 
 pub mod baselines;
 pub mod cli;
+pub mod compare;
 pub mod error;
 pub mod estimate;
 pub mod fit;

@@ -10,11 +10,11 @@
 //! | 8 | 1 | model id: 0 Eq. 18 published, 1 Eq. 18 corrected, 2 signed torque |
 //! | 9 | 1 | drive: 0 dissipative, 1 regenerative |
 //! | 10 | 1 | wheels N |
-//! | 11 | 1 | 0 |
+//! | 11 | 1 | 1 where the wheels scrub in turns, 0 where not |
 //! | 12 | 24 | robot name, UTF-8, padded with zeros |
 //! | 36 | 24 | gyration radius, dead band, filter cutoff, mass without and with full load, static power |
 //! | 60 | 8 | noise: density, lasting error |
-//! | 68 | 60 | 15 coefficients, or 6 and zeros |
+//! | 68 | 60 | 15 coefficients, or the torque model's 7 and zeros |
 //! | 128 | 12 N | R, rows vx, vy, ω |
 //! | 128 + 12 N | 4 | CRC-32 (ISO-HDLC) of all before |
 
@@ -94,7 +94,8 @@ impl<T: Real, const N: usize> Robot<T, N> {
     /// The same robot in another precision.
     pub fn convert<U: Real>(&self) -> Option<Robot<U, N>> {
         let number = |value: T| U::from_f64(value.to_f64());
-        let kinematics = Kinematics::from_rows(self.kinematics.rows().map(|row| row.map(number))).ok()?;
+        let rows = self.kinematics.rows().map(|row| row.map(number));
+        let kinematics = Kinematics::from_rows(rows).ok()?.with_scrub(self.kinematics.scrubs());
         let gyration_radius = number(self.gyration_radius);
         Some(Robot {
             name: self.name,
@@ -223,7 +224,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         image.put(&MAGIC);
         image.put(&VERSION.to_le_bytes());
         image.put(&(length as u16).to_le_bytes());
-        image.put(&[model, drive, N as u8, 0]);
+        image.put(&[model, drive, N as u8, u8::from(self.robot.kinematics.scrubs())]);
         let robot = &self.robot;
         image.put(&robot.name.0);
         for value in [
@@ -269,7 +270,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         if CRC.checksum(body) != checksum {
             return Err(DecodeError::Checksum);
         }
-        let [model, drive, wheels, _] = reader.take::<4>()?;
+        let [model, drive, wheels, scrubs] = reader.take::<4>()?;
         if usize::from(wheels) != N {
             return Err(DecodeError::WheelCount { found: wheels });
         }
@@ -316,7 +317,13 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         for value in rows.iter_mut().flatten() {
             *value = reader.number("kinematics")?;
         }
-        let kinematics = Kinematics::from_rows(rows).map_err(|_| DecodeError::Field("kinematics"))?;
+        let kinematics = Kinematics::from_rows(rows)
+            .map_err(|_| DecodeError::Field("kinematics"))?
+            .with_scrub(match scrubs {
+                0 => false,
+                1 => true,
+                _ => return Err(DecodeError::Field("kinematics")),
+            });
         let mass_matrix =
             kinematics.mass_matrix(gyration_radius).map_err(|_| DecodeError::Field("gyration_radius_m"))?;
         Ok(Self {

@@ -24,6 +24,7 @@ pub struct InvalidLength {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kinematics<T, const N: usize> {
     rows: [[T; N]; 3],
+    scrubs: bool,
 }
 
 fn length<T: Real>(name: &'static str, value: T) -> Result<T, InvalidLength> {
@@ -41,7 +42,7 @@ impl<T: Real> Kinematics<T, 2> {
         let track = length("track_m", track)?;
         let v = r * T::HALF;
         let o = r / track;
-        Ok(Self { rows: [[v, v], [T::ZERO; 2], [-o, o]] })
+        Ok(Self { rows: [[v, v], [T::ZERO; 2], [-o, o]], scrubs: false })
     }
 }
 
@@ -55,7 +56,7 @@ impl<T: Real> Kinematics<T, 4> {
         let track = length("track_m", track)?;
         let v = r * T::HALF * T::HALF;
         let o = r * T::HALF / track;
-        Ok(Self { rows: [[v; 4], [T::ZERO; 4], [-o, o, -o, o]] })
+        Ok(Self { rows: [[v; 4], [T::ZERO; 4], [-o, o, -o, o]], scrubs: true })
     }
 
     /// Four mecanum wheels (rollers at 45°, seen from above forming an X): front left, front right, rear left, rear
@@ -68,7 +69,7 @@ impl<T: Real> Kinematics<T, 4> {
         let arm = length("half_length_m", half_length)? + length("half_width_m", half_width)?;
         let v = r * T::HALF * T::HALF;
         let o = v / arm;
-        Ok(Self { rows: [[v; 4], [-v, v, v, -v], [-o, o, -o, o]] })
+        Ok(Self { rows: [[v; 4], [-v, v, v, -v], [-o, o, -o, o]], scrubs: false })
     }
 }
 
@@ -84,7 +85,7 @@ impl<T: Real> Kinematics<T, 3> {
         let third = r / T::from_f64(3.0);
         let side = r / T::from_f64(3.0).sqrt();
         let o = third / arm;
-        Ok(Self { rows: [[T::ZERO, -side, side], [T::TWO * third, -third, -third], [o; 3]] })
+        Ok(Self { rows: [[T::ZERO, -side, side], [T::TWO * third, -third, -third], [o; 3]], scrubs: false })
     }
 }
 
@@ -101,7 +102,18 @@ impl<T: Real, const N: usize> Kinematics<T, N> {
             }
             any |= *entry != T::ZERO;
         }
-        if any { Ok(Self { rows }) } else { Err(InvalidLength { name: "matrix" }) }
+        if any { Ok(Self { rows, scrubs: false }) } else { Err(InvalidLength { name: "matrix" }) }
+    }
+
+    /// The same wheels, whether or not they are dragged sideways in turns, as those of skid steer are.
+    #[must_use]
+    pub fn with_scrub(self, scrubs: bool) -> Self {
+        Self { scrubs, ..self }
+    }
+
+    /// Whether the wheels are dragged sideways in turns.
+    pub fn scrubs(&self) -> bool {
+        self.scrubs
     }
 
     /// The matrix R, rows vx, vy (m) and ω (dimensionless).
@@ -130,7 +142,9 @@ impl<T: Real, const N: usize> Kinematics<T, N> {
                 *entry = *xi * *xj + *yi * *yj + *oi * *oj * (k * k);
             }
         }
-        Ok(MassMatrix { rows })
+        let most = omega.iter().fold(T::ZERO, |most, entry| most.at_least(entry.abs()));
+        let turn = omega.map(|entry| if self.scrubs && most > T::ZERO { entry / most } else { T::ZERO });
+        Ok(MassMatrix { rows, turn })
     }
 }
 
@@ -138,6 +152,8 @@ impl<T: Real, const N: usize> Kinematics<T, N> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MassMatrix<T, const N: usize> {
     rows: [[T; N]; N],
+    /// Row ω of R over its largest entry where the wheels scrub; zeros where they do not.
+    turn: [T; N],
 }
 
 impl<T: Real, const N: usize> MassMatrix<T, N> {
@@ -149,6 +165,15 @@ impl<T: Real, const N: usize> MassMatrix<T, N> {
             *out = dot(row, wheel_acceleration);
         }
         torque
+    }
+
+    /// σ: the share of each wheel in overcoming the scrub of a turn, signed so that σ_i w_i is work done; zeros where the
+    /// wheels do not scrub or the robot turns by less than `dead_band` (rad/s at the outermost wheels).
+    #[inline]
+    pub fn scrub(&self, wheel_speed: &[T; N], dead_band: T) -> [T; N] {
+        let turning = dot(&self.turn, wheel_speed);
+        let sign = if turning.abs() > dead_band { turning.sign() } else { T::ZERO };
+        self.turn.map(|share| share * sign)
     }
 
     /// The rows, m².

@@ -14,6 +14,8 @@ pub struct Wheel<T> {
     pub inertial_torque: T,
     /// h: −1, 0 (within the dead band) or 1.
     pub direction: T,
+    /// σ: share of the turn's scrub, −1 … 1; 0 where the wheels do not scrub, within the dead band, and straight ahead.
+    pub scrub: T,
 }
 
 /// All wheels of a robot at one instant.
@@ -32,13 +34,14 @@ impl<T: Real, const N: usize> Motion<T, N> {
     #[inline]
     pub fn new(speed: &[T; N], acceleration: &[T; N], mass_matrix: &MassMatrix<T, N>, dead_band: T) -> Self {
         let torque = mass_matrix.torque_per_kg(acceleration);
+        let scrub = mass_matrix.scrub(speed, dead_band);
         let mut wheels = [Wheel::default(); N];
-        let inputs = speed.iter().zip(acceleration).zip(&torque);
-        for (wheel, ((&speed, &acceleration), &inertial_torque)) in wheels.iter_mut().zip(inputs) {
+        let inputs = speed.iter().zip(acceleration).zip(&torque).zip(&scrub);
+        for (wheel, (((&speed, &acceleration), &inertial_torque), &scrub)) in wheels.iter_mut().zip(inputs) {
             let at_rest = speed.abs() <= dead_band;
             // What is not a number is not at rest: it stays in, so that no model makes a power of it.
             if !at_rest {
-                *wheel = Wheel { speed, acceleration, inertial_torque, direction: speed.sign() };
+                *wheel = Wheel { speed, acceleration, inertial_torque, direction: speed.sign(), scrub };
             }
         }
         Self { wheels }

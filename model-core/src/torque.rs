@@ -2,16 +2,26 @@
 //!
 //! τ_i = (a0 + a1 m) h_i + g2 w_i + g3 a_i + g4 m K_i in N·m, drive efficiency folded in, and
 //! P_act = Σ_i max(0, τ_i w_i + κ τ_i²). A drive that feeds braking power back has no max.
+//!
+//! Robots whose wheels are dragged sideways in turns (skid steer) have a seventh parameter: τ_i gains b m σ_i, σ_i being the
+//! wheel's share in the turn ([`crate::kinematics::MassMatrix::scrub`]). The power Σ τ_i w_i then holds b m |ω|, and the
+//! winding losses of a spin on the spot, which speeds alone do not explain.
 
 use crate::eq18::REGRESSORS;
-use crate::motion::Wheel;
+use crate::motion::{Motion, Wheel};
 use crate::polynomial::Polynomial;
 use crate::real::Real;
 
-/// How many physical parameters there are.
-pub const PARAMETERS: usize = 6;
+/// How many physical parameters there are: six, and the scrub of skid-steered wheels.
+pub const PARAMETERS: usize = 7;
 
-/// The six physical parameters, all at least 0.
+/// How many products the scrub adds to the 15 of Eq. 18.
+pub const SCRUB_PRODUCTS: usize = 6;
+
+/// The powers of the mass that multiply them.
+pub const SCRUB_POWERS: [u8; SCRUB_PRODUCTS] = [1, 1, 2, 2, 1, 2];
+
+/// The physical parameters, all at least 0.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct TorqueModel<T> {
     /// a0: Coulomb torque of motor and gear, N·m.
@@ -26,6 +36,8 @@ pub struct TorqueModel<T> {
     pub inertia_gain: T,
     /// κ: winding loss, W/(N·m)².
     pub winding_loss: T,
+    /// b: torque at the outermost wheels that a turn takes, per kilogram, N·m/kg; 0 for wheels that do not scrub.
+    pub scrub: T,
 }
 
 /// Name, unit and meaning of each parameter in the order of [`TorqueModel::to_array`].
@@ -36,6 +48,7 @@ pub const PARAMETER_NAMES: [(&str, &str); PARAMETERS] = [
     ("rotor_inertia", "kg·m²"),
     ("inertia_gain", "1"),
     ("winding_loss", "W/(N·m)²"),
+    ("scrub", "N·m/kg"),
 ];
 
 /// Whether the drive can feed power back into the supply.
@@ -59,13 +72,21 @@ pub struct WheelPower<T> {
 impl<T: Real> TorqueModel<T> {
     /// In the order of [`PARAMETER_NAMES`].
     pub fn from_array(values: [T; PARAMETERS]) -> Self {
-        let [coulomb, rolling, viscous, rotor_inertia, inertia_gain, winding_loss] = values;
-        Self { coulomb, rolling, viscous, rotor_inertia, inertia_gain, winding_loss }
+        let [coulomb, rolling, viscous, rotor_inertia, inertia_gain, winding_loss, scrub] = values;
+        Self { coulomb, rolling, viscous, rotor_inertia, inertia_gain, winding_loss, scrub }
     }
 
     /// In the order of [`PARAMETER_NAMES`].
     pub fn to_array(self) -> [T; PARAMETERS] {
-        [self.coulomb, self.rolling, self.viscous, self.rotor_inertia, self.inertia_gain, self.winding_loss]
+        [
+            self.coulomb,
+            self.rolling,
+            self.viscous,
+            self.rotor_inertia,
+            self.inertia_gain,
+            self.winding_loss,
+            self.scrub,
+        ]
     }
 
     /// The torque of one wheel in N·m at a total mass in kg.
@@ -74,7 +95,7 @@ impl<T: Real> TorqueModel<T> {
         (self.coulomb + self.rolling * mass) * wheel.direction
             + self.viscous * wheel.speed
             + self.rotor_inertia * wheel.acceleration
-            + self.inertia_gain * mass * wheel.inertial_torque
+            + mass * (self.inertia_gain * wheel.inertial_torque + self.scrub * wheel.scrub)
     }
 
     /// The power of one wheel in W at a total mass in kg, before any clamp.
@@ -88,7 +109,9 @@ impl<T: Real> TorqueModel<T> {
     #[inline]
     pub fn polynomial(&self, wheel: &Wheel<T>, reference: T, reach: T) -> WheelPower<T> {
         let torque = self.torque(wheel, reference);
-        let per_kg = self.rolling * wheel.direction + self.inertia_gain * wheel.inertial_torque;
+        let per_kg = self.rolling * wheel.direction
+            + self.inertia_gain * wheel.inertial_torque
+            + self.scrub * wheel.scrub;
         let loss = self.winding_loss * torque;
         let polynomial = Polynomial {
             a: self.winding_loss * per_kg * per_kg,
@@ -100,9 +123,10 @@ impl<T: Real> TorqueModel<T> {
         WheelPower { polynomial, may_clamp: least < T::ZERO }
     }
 
-    /// β_0 … β_14 of the ungated Eq. 18 ([`crate::eq18::Gate::Signed`]) that equal this model away from the clamp.
+    /// β_0 … β_14 of the ungated Eq. 18 ([`crate::eq18::Gate::Signed`]) that equal this model
+    /// away from the clamp, scrub apart.
     pub fn expand(&self) -> [T; REGRESSORS] {
-        let [a0, a1, g2, g3, g4, k] = self.to_array();
+        let [a0, a1, g2, g3, g4, k, _] = self.to_array();
         let two = T::TWO;
         let lift = T::ONE + two * k * g2;
         [
@@ -126,25 +150,64 @@ impl<T: Real> TorqueModel<T> {
 
     /// ∂β_j/∂θ_p of [`Self::expand`]: one row a product, one column a parameter.
     pub fn expansion_jacobian(&self) -> [[T; PARAMETERS]; REGRESSORS] {
-        let [a0, a1, g2, g3, g4, k] = self.to_array();
+        let [a0, a1, g2, g3, g4, k, _] = self.to_array();
         let (o, two) = (T::ZERO, T::TWO);
         let lift = T::ONE + two * k * g2;
         [
-            [two * k * a0, o, o, o, o, a0 * a0],
-            [two * k * a1, two * k * a0, o, o, o, two * a0 * a1],
-            [o, two * k * a1, o, o, o, a1 * a1],
-            [o, o, lift, o, o, g2 * g2],
-            [o, o, o, two * k * g3, o, g3 * g3],
-            [o, o, o, o, two * k * g4, g4 * g4],
-            [lift, o, two * k * a0, o, o, two * g2 * a0],
-            [o, lift, two * k * a1, o, o, two * g2 * a1],
-            [two * k * g3, o, o, two * k * a0, o, two * a0 * g3],
-            [o, two * k * g3, o, two * k * a1, o, two * a1 * g3],
-            [two * k * g4, o, o, o, two * k * a0, two * a0 * g4],
-            [o, two * k * g4, o, o, two * k * a1, two * a1 * g4],
-            [o, o, two * k * g3, lift, o, two * g2 * g3],
-            [o, o, two * k * g4, o, lift, two * g2 * g4],
-            [o, o, o, two * k * g4, two * k * g3, two * g3 * g4],
+            [two * k * a0, o, o, o, o, a0 * a0, o],
+            [two * k * a1, two * k * a0, o, o, o, two * a0 * a1, o],
+            [o, two * k * a1, o, o, o, a1 * a1, o],
+            [o, o, lift, o, o, g2 * g2, o],
+            [o, o, o, two * k * g3, o, g3 * g3, o],
+            [o, o, o, o, two * k * g4, g4 * g4, o],
+            [lift, o, two * k * a0, o, o, two * g2 * a0, o],
+            [o, lift, two * k * a1, o, o, two * g2 * a1, o],
+            [two * k * g3, o, o, two * k * a0, o, two * a0 * g3, o],
+            [o, two * k * g3, o, two * k * a1, o, two * a1 * g3, o],
+            [two * k * g4, o, o, o, two * k * a0, two * a0 * g4, o],
+            [o, two * k * g4, o, o, two * k * a1, two * a1 * g4, o],
+            [o, o, two * k * g3, lift, o, two * g2 * g3, o],
+            [o, o, two * k * g4, o, lift, two * g2 * g4, o],
+            [o, o, o, two * k * g4, two * k * g3, two * g3 * g4, o],
         ]
     }
+
+    /// Coefficients of [`scrub_products`] that add the scrub to [`Self::expand`].
+    pub fn expand_scrub(&self) -> [T; SCRUB_PRODUCTS] {
+        let [a0, a1, g2, g3, g4, k, b] = self.to_array();
+        let two = T::TWO;
+        let cross = two * k * b;
+        [b * (T::ONE + two * k * g2), cross * a0, cross * a1, k * b * b, cross * g3, cross * g4]
+    }
+
+    /// Derivatives of [`Self::expand_scrub`]: one row a product, one column a parameter.
+    pub fn scrub_jacobian(&self) -> [[T; PARAMETERS]; SCRUB_PRODUCTS] {
+        let [a0, a1, g2, g3, g4, k, b] = self.to_array();
+        let (o, two) = (T::ZERO, T::TWO);
+        let (loss, cross) = (two * k, two * k * b);
+        [
+            [o, o, cross, o, o, two * g2 * b, T::ONE + loss * g2],
+            [cross, o, o, o, o, two * a0 * b, loss * a0],
+            [o, cross, o, o, o, two * a1 * b, loss * a1],
+            [o, o, o, o, o, b * b, loss * b],
+            [o, o, o, cross, o, two * g3 * b, loss * g3],
+            [o, o, o, o, cross, two * g4 * b, loss * g4],
+        ]
+    }
+}
+
+/// σ w, h σ (twice: for m and m²), σ², a σ and K σ, summed over the wheels, without the powers of the mass.
+#[inline]
+pub fn scrub_products<T: Real, const N: usize>(motion: &Motion<T, N>) -> [T; SCRUB_PRODUCTS] {
+    let mut sums = [T::ZERO; SCRUB_PRODUCTS];
+    for wheel in &motion.wheels {
+        let s = wheel.scrub;
+        let turned = s * wheel.direction;
+        let products =
+            [s * wheel.speed, turned, turned, s * s, s * wheel.acceleration, s * wheel.inertial_torque];
+        for (sum, product) in sums.iter_mut().zip(products) {
+            *sum += product;
+        }
+    }
+    sums
 }

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::fit::verdict::{Parameter, Verdict};
-use crate::fit::{self, Fit, Method, ModelKind, gram::Vector, linear::Certificate, pgd};
+use crate::fit::{self, Fit, Method, ModelKind, linear::Certificate, pgd};
 use crate::metrics::Quality;
 use crate::robot::Robot;
 use crate::with_wheels;
@@ -106,7 +106,7 @@ fn settings(arguments: &Arguments) -> Result<pgd::Settings> {
         return Err(Error::usage(format!("--momentum {}: expected 0 to below 1", arguments.momentum)));
     }
     Ok(pgd::Settings {
-        learning_rate: Vector::repeat(positive("learning-rate", arguments.learning_rate)?),
+        learning_rate: pgd::Vector::repeat(positive("learning-rate", arguments.learning_rate)?),
         momentum: arguments.momentum,
         most_iterations: arguments.iterations,
         ..pgd::Settings::default()

@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand. Figures go to standard output, all else to standard error.
 
+mod compare;
 mod estimate;
 mod fit;
 mod inspect;
@@ -29,6 +30,8 @@ enum Command {
     Fit(fit::Arguments),
     /// Replay a log: payload windows, power, energy
     Estimate(estimate::Arguments),
+    /// Every model and baseline on the same split, in one table
+    Compare(compare::Arguments),
 }
 
 /// Parses the command line and runs it. Exit codes: 0 done, 1 failed, 2 wrong usage.
@@ -39,6 +42,7 @@ pub fn run() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Estimate(arguments) => estimate::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -7,7 +7,7 @@
 use std::path::{Path, PathBuf};
 
 use model_core::coefficients::Robot as CoreRobot;
-use model_core::eq18::{self, Gate};
+use model_core::eq18::{self, Gate, REGRESSORS};
 use model_core::estimator::Conditioner;
 use model_core::motion::Motion;
 
@@ -42,7 +42,7 @@ pub struct Run {
     /// Its log.
     pub file: PathBuf,
     /// Sums over all its rows.
-    pub gram: Gram,
+    pub gram: Gram<REGRESSORS>,
 }
 
 /// What the logs hold.
@@ -162,10 +162,7 @@ impl<const N: usize> Dataset<N> {
 
     /// Takes a conditioned row: into its run's sums, and into the store if it is its turn.
     fn push(&mut self, row: Row<N>) {
-        if let Some(run) = self.runs.get_mut(row.run as usize) {
-            let products = eq18::products(self.gate, &row.motion);
-            run.gram.add(&eq18::regressors(self.gate, &products, row.mass), row.power);
-        }
+        self.add_to_gram(&row);
         if self.used.is_multiple_of(u64::from(self.stride)) {
             self.keep(row);
         }
@@ -191,8 +188,27 @@ impl<const N: usize> Dataset<N> {
         self.store.push(row);
     }
 
+    /// The stored rows with the sums of another model. What a split has held out is then in neither.
+    pub fn with_gate(&self, gate: Gate) -> Self {
+        let mut other = Self { gate, ..self.clone() };
+        for run in &mut other.runs {
+            run.gram = Gram::default();
+        }
+        for row in &self.store {
+            other.add_to_gram(row);
+        }
+        other
+    }
+
+    fn add_to_gram(&mut self, row: &Row<N>) {
+        if let Some(run) = self.runs.get_mut(row.run as usize) {
+            let products = eq18::products(self.gate, &row.motion);
+            run.gram.add(&eq18::regressors(self.gate, &products, row.mass), row.power);
+        }
+    }
+
     /// Sums over all rows of all runs.
-    pub fn gram(&self) -> Gram {
+    pub fn gram(&self) -> Gram<REGRESSORS> {
         let mut total = Gram::default();
         for run in &self.runs {
             total.merge(&run.gram);
@@ -207,7 +223,7 @@ impl<const N: usize> Dataset<N> {
 }
 
 /// A raw row behind the filter; `None` while that settles. A log without masses is at `mass_kg`.
-pub(super) fn condition<const N: usize>(
+pub(crate) fn condition<const N: usize>(
     conditioner: &mut Conditioner<f64, N>,
     raw: &RawRow<N>,
     mass_kg: f64,

@@ -41,6 +41,8 @@ struct RobotSection {
     filter_cutoff_hz: f64,
     static_power_w: f64,
     regeneration: bool,
+    /// Whether the wheels are dragged sideways in turns.
+    scrubs: bool,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -83,6 +85,7 @@ pub fn write<const N: usize>(file: &Path, fit: &Fit<N>) -> Result<()> {
             filter_cutoff_hz: robot.cutoff_hz,
             static_power_w: robot.static_power,
             regeneration: drive == Drive::Regenerative,
+            scrubs: robot.kinematics.scrubs(),
         },
         parameters: fit.parameters.iter().map(|p| (p.name.clone(), toml::Value::Float(p.value))).collect(),
         noise: NoiseSection {
@@ -151,7 +154,9 @@ fn core_robot<const N: usize>(section: &RobotSection) -> std::result::Result<Cor
         format!("fitted for a robot with {found} wheels; expected {N}: wrong robot?")
     })?;
     let rows: [[f64; N]; 3] = rows.try_into().map_err(|_| "kinematics: expected three rows".to_owned())?;
-    let kinematics = Kinematics::from_rows(rows).map_err(|error| format!("{} is not finite", error.name))?;
+    let kinematics = Kinematics::from_rows(rows)
+        .map_err(|error| format!("{} is not finite", error.name))?
+        .with_scrub(section.scrubs);
     let mass_matrix = kinematics
         .mass_matrix(section.gyration_radius_m)
         .map_err(|error| format!("{} is wrong", error.name))?;
@@ -173,7 +178,9 @@ fn core_robot<const N: usize>(section: &RobotSection) -> std::result::Result<Cor
 fn difference<const N: usize>(left: &CoreRobot<f64, N>, right: &CoreRobot<f64, N>) -> Option<&'static str> {
     let close = |a: f64, b: f64| (a - b).abs() <= 1e-6 * a.abs().max(b.abs());
     let entries = left.kinematics.rows().iter().flatten().zip(right.kinematics.rows().iter().flatten());
-    if left.name != right.name {
+    if left.kinematics.scrubs() != right.kinematics.scrubs() {
+        Some("the kind of steering")
+    } else if left.name != right.name {
         Some("the name")
     } else if !entries.into_iter().all(|(a, b)| close(*a, *b)) {
         Some("the wheels' geometry")
@@ -198,7 +205,11 @@ fn model(document: &Document) -> std::result::Result<Model<f64>, String> {
         ModelKind::Signed => {
             let mut parameters = [0.0; verdict::TORQUE.len()];
             for (place, description) in parameters.iter_mut().zip(&verdict::TORQUE) {
-                *place = value(description.name)?;
+                // A robot without scrub has no such entry.
+                *place = match description.name {
+                    "scrub" if !document.robot.scrubs => 0.0,
+                    name => value(name)?,
+                };
             }
             let drive = if document.robot.regeneration { Drive::Regenerative } else { Drive::Dissipative };
             Ok(Model::Signed { torque: TorqueModel::from_array(parameters), drive })

@@ -2,8 +2,13 @@
 
 use std::time::Instant;
 
-use super::gram::{Gram, Vector};
-use super::{nnls, pgd};
+use model_core::eq18::REGRESSORS;
+
+use super::pgd::Vector;
+use super::{gram, nnls, pgd};
+
+/// Sums over the regressors of Eq. 18.
+type Gram = gram::Gram<REGRESSORS>;
 
 /// What Algorithm 1 did, judged by the exact optimum.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]

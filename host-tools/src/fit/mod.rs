@@ -218,12 +218,14 @@ fn judge<const N: usize>(
                 weights,
                 |row| row.motion.wheels.iter().map(|wheel| torque.wheel_power(wheel, row.mass)).sum(),
                 |row| {
-                    let slope = slopes * gram::Vector::from(physical::regressors(row));
+                    let slope = slopes * nalgebra::SVector::from(physical::regressors(row));
                     DVector::from_column_slice(slope.as_slice())
                 },
                 values.len(),
             );
-            let parameters = verdict::judge(&verdict::TORQUE, &values, &uncertainty);
+            // Wheels that do not scrub have no such parameter.
+            let parameters = if dataset.robot.kinematics.scrubs() { values.len() } else { values.len() - 1 };
+            let parameters = verdict::judge(&verdict::TORQUE[..parameters], &values, &uncertainty);
             (uncertainty, parameters)
         }
         Model::Eq18 { gate, beta } => {

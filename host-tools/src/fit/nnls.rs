@@ -3,7 +3,12 @@
 use model_core::eq18::REGRESSORS;
 use nalgebra::{DMatrix, DVector};
 
-use super::gram::{Scaled, Vector};
+use super::gram;
+
+/// The problem of Eq. 18.
+type Scaled = gram::Scaled<REGRESSORS>;
+/// Its coefficients.
+type Vector = gram::Vector<REGRESSORS>;
 
 /// How the search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]

@@ -4,7 +4,14 @@
 //! scaled to unit root mean square first, so one learning rate can serve all coefficients. An iteration costs a
 //! 15 × 15 product, whatever the number of samples behind the matrix.
 
-use super::gram::{Scaled, Vector};
+use model_core::eq18::REGRESSORS;
+
+use super::gram;
+
+/// The problem of Eq. 18.
+type Scaled = gram::Scaled<REGRESSORS>;
+/// Its coefficients.
+pub type Vector = gram::Vector<REGRESSORS>;
 
 /// Settings of Algorithm 1, for the scaled problem.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,15 +4,21 @@
 //! of the rows in which no wheel is clamped holds the whole problem. Which rows those are depends on the parameters:
 //! fit, weigh, fit again, until the weights stay.
 
+use model_core::eq18::{self, Gate, REGRESSORS};
 use model_core::motion::Motion;
-use model_core::torque::{Drive, PARAMETERS, TorqueModel};
+use model_core::torque::{self, Drive, PARAMETERS, SCRUB_PRODUCTS, TorqueModel};
 use nalgebra::{SMatrix, SVector};
 
 use super::dataset::{Dataset, Row};
-use super::gram::{Gram, Matrix, Vector};
-use model_core::eq18::{self, Gate, REGRESSORS};
+use super::gram::{self, Gram};
 
-/// The six parameters in the order of [`TorqueModel::to_array`].
+/// Products that the parameters multiply: the 15 of Eq. 18 without gates, and those of the scrub.
+pub const PRODUCTS: usize = REGRESSORS + SCRUB_PRODUCTS;
+
+type Matrix = gram::Matrix<PRODUCTS>;
+type Vector = gram::Vector<PRODUCTS>;
+
+/// The parameters in the order of [`TorqueModel::to_array`].
 pub type Parameters = SVector<f64, PARAMETERS>;
 /// A covariance of the six.
 pub type Covariance = SMatrix<f64, PARAMETERS, PARAMETERS>;
@@ -141,11 +147,19 @@ fn is_clamped<const N: usize>(torque: &TorqueModel<f64>, row: &Row<N>) -> bool {
 }
 
 /// The ungated regressors of a row.
-pub fn regressors<const N: usize>(row: &Row<N>) -> [f64; REGRESSORS] {
-    eq18::regressors(Gate::Signed, &eq18::products(Gate::Signed, &row.motion), row.mass)
+pub fn regressors<const N: usize>(row: &Row<N>) -> [f64; PRODUCTS] {
+    let base = eq18::regressors(Gate::Signed, &eq18::products(Gate::Signed, &row.motion), row.mass);
+    let scrub = torque::scrub_products(&row.motion);
+    let mut all = [0.0; PRODUCTS];
+    let (first, last) = all.split_at_mut(REGRESSORS);
+    first.copy_from_slice(&base);
+    for ((place, product), power) in last.iter_mut().zip(scrub).zip(torque::SCRUB_POWERS) {
+        *place = product * row.mass.powi(i32::from(power));
+    }
+    all
 }
 
-fn weighted_gram<const N: usize>(rows: &[Row<N>], weights: &[f64]) -> Gram {
+fn weighted_gram<const N: usize>(rows: &[Row<N>], weights: &[f64]) -> Gram<PRODUCTS> {
     let mut gram = Gram::default();
     for (row, weight) in rows.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
         let root = weight.sqrt();
@@ -163,6 +177,7 @@ fn starts(problem: &Problem) -> Vec<Parameters> {
     };
     let (coulomb, rolling, viscous) = (alone(6), alone(7), alone(3));
     let (rotor, gain) = (alone(12), alone(13));
+    let scrub = alone(REGRESSORS);
     let torque_scale = coulomb.max(1e-9);
     // Speed per torque: there κ τ² equals τ w.
     let speed = if problem.xx[(6, 6)] > 0.0 { (problem.xx[(6, 6)] / problem.rows).sqrt() } else { 1.0 };
@@ -177,6 +192,7 @@ fn starts(problem: &Problem) -> Vec<Parameters> {
                 share * rotor,
                 share * gain,
                 loss * speed / torque_scale,
+                scale * scrub,
             ]));
         }
     }
@@ -199,7 +215,7 @@ struct Descent {
 }
 
 impl Problem {
-    fn new(gram: &Gram) -> Self {
+    fn new(gram: &Gram<PRODUCTS>) -> Self {
         let zero = Vector::zeros();
         let rows = gram.rows().max(1) as f64;
         Self { xx: gram.xx(), xp: gram.xp(), pp: gram.cost(&zero) * rows, rows }
@@ -285,11 +301,13 @@ fn step(
 }
 
 fn expand(parameters: &Parameters) -> Vector {
-    Vector::from(TorqueModel::from_array((*parameters).into()).expand())
+    let torque = TorqueModel::from_array((*parameters).into());
+    Vector::from_iterator(torque.expand().into_iter().chain(torque.expand_scrub()))
 }
 
-/// ∂β/∂θ, 15 × 6.
-pub fn jacobian(parameters: &Parameters) -> SMatrix<f64, REGRESSORS, PARAMETERS> {
-    let rows = TorqueModel::from_array((*parameters).into()).expansion_jacobian();
-    SMatrix::from_fn(|i, j| rows[i][j])
+/// ∂β/∂θ, one row a product, one column a parameter.
+pub fn jacobian(parameters: &Parameters) -> SMatrix<f64, PRODUCTS, PARAMETERS> {
+    let torque = TorqueModel::from_array((*parameters).into());
+    let (base, scrub) = (torque.expansion_jacobian(), torque.scrub_jacobian());
+    SMatrix::from_fn(|i, j| if i < REGRESSORS { base[i][j] } else { scrub[i - REGRESSORS][j] })
 }

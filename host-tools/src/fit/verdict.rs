@@ -109,16 +109,18 @@ const PAYLOADS: &str = "add a run with another payload, empty and full at best";
 const THREE_PAYLOADS: &str = "constant, linear and quadratic mass terms need at least three payloads";
 const SPEEDS: &str = "drive at more speeds, from slow to full, each for some seconds";
 const ACCELERATE: &str = "accelerate and brake harder and more often";
+const TURN: &str = "turn on the spot and in wide and narrow curves, both ways";
 const ACCELERATE_LOADED: &str = "accelerate hard with full payload as well as empty, straight and turning";
 
-/// The six parameters of the signed torque model, in their order.
-pub const TORQUE: [Description; 6] = [
+/// The parameters of the signed torque model, in their order.
+pub const TORQUE: [Description; 7] = [
     Description { name: "coulomb", unit: "N·m", remedy: PAYLOADS },
     Description { name: "rolling", unit: "N·m/kg", remedy: PAYLOADS },
     Description { name: "viscous", unit: "N·m·s/rad", remedy: SPEEDS },
     Description { name: "rotor_inertia", unit: "kg·m²", remedy: ACCELERATE },
     Description { name: "inertia_gain", unit: "1", remedy: ACCELERATE_LOADED },
     Description { name: "winding_loss", unit: "W/(N·m)²", remedy: ACCELERATE_LOADED },
+    Description { name: "scrub", unit: "N·m/kg", remedy: TURN },
 ];
 
 /// β_0 … β_14 of Eq. 18.

@@ -93,6 +93,7 @@ impl Robot {
                 if given.len() == 2 { [row(0), [0.0; N], row(1)] } else { [row(0), row(1), row(2)] }
             }
         };
-        Kinematics::from_rows(rows)
+        let scrubs = matches!(self.geometry, Geometry::SkidSteer { .. });
+        Ok(Kinematics::from_rows(rows)?.with_scrub(scrubs))
     }
 }
