@@ -56,7 +56,7 @@ struct Report<'a> {
     rows: u64,
     masses_kg: &'a [f64],
     filter_cutoff_hz: f64,
-    clamped_share: f64,
+    idle_share: f64,
     condition: Option<f64>,
     ending: &'a str,
     iterations: u64,
@@ -122,7 +122,7 @@ fn print_json<const N: usize>(robot: &Robot, fit: &Fit<N>) -> Result<()> {
         rows: fit.rows,
         masses_kg: &fit.masses,
         filter_cutoff_hz: fit.coefficients.robot.cutoff_hz,
-        clamped_share: fit.clamped_share,
+        idle_share: fit.idle_share,
         condition: fit.uncertainty.condition.is_finite().then_some(fit.uncertainty.condition),
         ending: &fit.ending,
         iterations: fit.iterations,
@@ -147,9 +147,9 @@ fn print_text<const N: usize>(robot: &Robot, fit: &Fit<N>, arguments: &Arguments
         quality.rmse_w
     );
     println!(
-        "filter {:.2} Hz; {:.1} % of the rows may be clamped and were left out; condition {:.1e}; {} after {} steps in {:.3} s",
+        "filter {:.2} Hz; at rest or clamped in {:.1} % of the rows; condition {:.1e}; {} after {} steps in {:.3} s",
         fit.coefficients.robot.cutoff_hz,
-        100.0 * fit.clamped_share,
+        100.0 * fit.idle_share,
         fit.uncertainty.condition,
         fit.ending,
         fit.iterations,

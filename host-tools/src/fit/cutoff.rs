@@ -19,8 +19,8 @@ use crate::error::Result;
 use crate::log::{RawRow, SampleReader};
 use crate::robot::Robot;
 
-/// Candidates, Hz: half-octaves.
-const CANDIDATES: [f64; 14] = [0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0, 32.0];
+/// Candidates, Hz: half-octaves from where means over a second pass unchanged.
+const CANDIDATES: [f64; 11] = [1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0, 32.0];
 
 /// Highest candidate as a share of the sample rate.
 const HIGHEST_SHARE: f64 = 0.3;

@@ -107,8 +107,8 @@ pub struct Fit<const N: usize> {
     pub iterations: u64,
     /// Algorithm 1's distance from the optimum.
     pub certificate: Option<linear::Certificate>,
-    /// Rows of the store in which some wheel may be clamped: left out of the fit.
-    pub clamped_share: f64,
+    /// Share of the rows in which no wheel draws power, by the model: at rest or clamped.
+    pub idle_share: f64,
     /// Payloads met, kg.
     pub masses: Vec<f64>,
     /// Rows read.
@@ -187,7 +187,7 @@ pub fn fit<const N: usize>(
         ending,
         iterations,
         certificate,
-        clamped_share: unused as f64 / weights.len().max(1) as f64,
+        idle_share: unused as f64 / weights.len().max(1) as f64,
         masses: dataset.masses.clone(),
         rows: dataset.rows,
         solve_s,
@@ -210,15 +210,19 @@ fn judge<const N: usize>(
     weights: &[f64],
 ) -> (Uncertainty, Vec<Parameter>) {
     match model {
-        Model::Signed { torque, .. } => {
+        Model::Signed { torque, drive } => {
             let values = torque.to_array();
             let slopes = physical::jacobian(&values.into()).transpose();
             let uncertainty = assess::uncertainty(
                 dataset,
                 weights,
-                |row| row.motion.wheels.iter().map(|wheel| torque.wheel_power(wheel, row.mass)).sum(),
+                |row| model.power(&row.motion, row.mass).unwrap_or(f64::NAN),
                 |row| {
-                    let slope = slopes * nalgebra::SVector::from(physical::regressors(row));
+                    let slope = slopes
+                        * nalgebra::SVector::from(physical::regressors(
+                            &physical::driving(torque, row, *drive),
+                            row.mass,
+                        ));
                     DVector::from_column_slice(slope.as_slice())
                 },
                 values.len(),

@@ -1,11 +1,11 @@
 //! The six parameters of the signed torque model: Levenberg–Marquardt with bounds, on a Gram matrix.
 //!
 //! Away from the clamp the power is linear in 15 products of the six parameters ([`TorqueModel::expand`]), so a Gram matrix
-//! of the rows in which no wheel is clamped holds the whole problem. Which rows those are depends on the parameters:
-//! fit, weigh, fit again, until the weights stay.
+//! over the wheels that are not clamped holds the whole problem. Which wheels those are depends on the parameters: fit, mark,
+//! fit again, until the parameters stay.
 
 use model_core::eq18::{self, Gate, REGRESSORS};
-use model_core::motion::Motion;
+use model_core::motion::{Motion, Wheel};
 use model_core::torque::{self, Drive, PARAMETERS, SCRUB_PRODUCTS, TorqueModel};
 use nalgebra::{SMatrix, SVector};
 
@@ -44,7 +44,7 @@ pub struct Solution {
     pub ending: Ending,
     /// Steps taken, over all masks.
     pub iterations: u32,
-    /// Weight of each row of the store: 0 where a wheel may be clamped, 1 as a rule.
+    /// Weight of each row of the store: 0 where no wheel draws power, 1 as a rule.
     pub weights: Vec<f64>,
 }
 
@@ -55,28 +55,34 @@ const SMALLEST_GAIN: f64 = 1e-13;
 
 /// Fits the rows of the store.
 ///
-/// Rows weigh by Huber's rule: residuals far beyond the usual count linearly, not squared. Where acceleration starts or
-/// a clamp lets go within the filter's memory no model of filtered signals is right, and on clean data those few rows would
-/// decide the fit.
+/// A clamped wheel draws nothing, so a row's products are summed over the other wheels only. Rows weigh by Huber's rule:
+/// residuals far beyond the usual count linearly, not squared. Where acceleration starts or a clamp lets go within the
+/// filter's memory no model of filtered signals is right, and on clean data those few rows would decide the fit.
 pub fn solve<const N: usize>(dataset: &Dataset<N>, drive: Drive) -> Solution {
     let store = &dataset.store;
-    let mut weights: Vec<f64> = match drive {
-        Drive::Regenerative => vec![1.0; store.len()],
-        Drive::Dissipative => {
-            let limit = 0.1 * acceleration_rms(store);
-            store.iter().map(|row| f64::from(u8::from(!brakes(&row.motion, limit)))).collect()
-        }
-    };
-    let problem = Problem::new(&weighted_gram(store, &weights));
+    let limit = 0.1 * acceleration_rms(store);
+    // Before anything is known of the torques, rows in which a wheel brakes are left out.
+    let mut gram = Gram::default();
+    for row in store.iter().filter(|row| drive == Drive::Regenerative || !brakes(&row.motion, limit)) {
+        gram.add(&regressors(&row.motion, row.mass), row.power);
+    }
+    let problem = Problem::new(&gram);
     let ends = starts(&problem).into_iter().map(|start| problem.descend(start));
     let mut best =
         ends.min_by(|a, b| a.cost.total_cmp(&b.cost)).unwrap_or_else(|| problem.descend(Parameters::zeros()));
     let mut iterations = best.steps;
     let mut ending = Ending::WeightLimit;
+    let mut weights = Vec::new();
     for _ in 0..MOST_ROUNDS {
         let torque = TorqueModel::from_array(best.parameters.into());
-        weigh(store, &torque, drive, &mut weights);
-        let next = Problem::new(&weighted_gram(store, &weights)).descend(best.parameters);
+        weights = weigh(store, &torque, drive);
+        let mut gram = Gram::default();
+        for (row, weight) in store.iter().zip(&weights).filter(|(_, weight)| **weight > 0.0) {
+            let root = weight.sqrt();
+            let products = regressors(&driving(&torque, row, drive), row.mass);
+            gram.add(&products.map(|x| x * root), row.power * root);
+        }
+        let next = Problem::new(&gram).descend(best.parameters);
         iterations += next.steps;
         let moved = (next.parameters - best.parameters).abs();
         let still = moved.iter().zip(&next.parameters).all(|(moved, value)| *moved <= STILL * value.abs());
@@ -95,39 +101,37 @@ const STILL: f64 = 1e-4;
 /// Residuals beyond this many standard deviations count linearly.
 const HUBER: f64 = 4.0;
 
-/// 0 for rows that may be clamped, Huber's weight for the others.
-fn weigh<const N: usize>(rows: &[Row<N>], torque: &TorqueModel<f64>, drive: Drive, weights: &mut [f64]) {
-    let mut sizes = Vec::with_capacity(rows.len());
-    for (row, weight) in rows.iter().zip(weights.iter_mut()) {
-        if drive == Drive::Dissipative && is_clamped(torque, row) {
-            *weight = 0.0;
-            continue;
-        }
-        let predicted: f64 = row.motion.wheels.iter().map(|wheel| torque.wheel_power(wheel, row.mass)).sum();
-        *weight = (row.power - predicted).abs();
-        // Rows at rest fit any parameters and say nothing about the usual residual.
-        if row.motion.is_moving() {
-            sizes.push(*weight);
+/// The motion of the wheels that draw power; those that the drive clamps are put at rest.
+pub fn driving<const N: usize>(torque: &TorqueModel<f64>, row: &Row<N>, drive: Drive) -> Motion<f64, N> {
+    let mut motion = row.motion;
+    if drive == Drive::Dissipative {
+        for wheel in &mut motion.wheels {
+            if torque.wheel_power(wheel, row.mass) < 0.0 {
+                *wheel = Wheel::default();
+            }
         }
     }
+    motion
+}
+
+/// 0 for rows in which no wheel draws power, Huber's weight for the others.
+fn weigh<const N: usize>(rows: &[Row<N>], torque: &TorqueModel<f64>, drive: Drive) -> Vec<f64> {
+    let residual = |row: &Row<N>| {
+        let motion = driving(torque, row, drive);
+        motion.is_moving().then(|| {
+            let predicted: f64 = motion.wheels.iter().map(|wheel| torque.wheel_power(wheel, row.mass)).sum();
+            (row.power - predicted).abs()
+        })
+    };
+    let residuals: Vec<Option<f64>> = rows.iter().map(residual).collect();
+    let mut sizes: Vec<f64> = residuals.iter().flatten().copied().collect();
     if sizes.is_empty() {
-        weights.fill(0.0);
-        return;
+        return vec![0.0; rows.len()];
     }
     let middle = sizes.len() / 2;
-    // Median absolute deviation to standard deviation.
+    // Median of sizes to standard deviation.
     let usual = 1.4826 * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
-    for (row, weight) in rows.iter().zip(weights.iter_mut()) {
-        let clamped = drive == Drive::Dissipative && is_clamped(torque, row);
-        let far = *weight > HUBER * usual;
-        *weight = if clamped {
-            0.0
-        } else if far {
-            HUBER * usual / *weight
-        } else {
-            1.0
-        };
-    }
+    residuals.iter().map(|size| size.map_or(0.0, |size| (HUBER * usual / size).min(1.0))).collect()
 }
 
 /// A wheel decelerates by more than `limit`, rad/s².
@@ -141,31 +145,17 @@ fn acceleration_rms<const N: usize>(rows: &[Row<N>]) -> f64 {
     (squares / (rows.len() * N).max(1) as f64).sqrt()
 }
 
-/// A wheel's torque opposes its motion at the row's mass: the drive may clamp it.
-fn is_clamped<const N: usize>(torque: &TorqueModel<f64>, row: &Row<N>) -> bool {
-    row.motion.wheels.iter().any(|wheel| torque.torque(wheel, row.mass) * wheel.direction < 0.0)
-}
-
-/// The ungated regressors of a row.
-pub fn regressors<const N: usize>(row: &Row<N>) -> [f64; PRODUCTS] {
-    let base = eq18::regressors(Gate::Signed, &eq18::products(Gate::Signed, &row.motion), row.mass);
-    let scrub = torque::scrub_products(&row.motion);
+/// The ungated regressors of a motion at a total mass in kg.
+pub fn regressors<const N: usize>(motion: &Motion<f64, N>, mass: f64) -> [f64; PRODUCTS] {
+    let base = eq18::regressors(Gate::Signed, &eq18::products(Gate::Signed, motion), mass);
+    let scrub = torque::scrub_products(motion);
     let mut all = [0.0; PRODUCTS];
     let (first, last) = all.split_at_mut(REGRESSORS);
     first.copy_from_slice(&base);
     for ((place, product), power) in last.iter_mut().zip(scrub).zip(torque::SCRUB_POWERS) {
-        *place = product * row.mass.powi(i32::from(power));
+        *place = product * mass.powi(i32::from(power));
     }
     all
-}
-
-fn weighted_gram<const N: usize>(rows: &[Row<N>], weights: &[f64]) -> Gram<PRODUCTS> {
-    let mut gram = Gram::default();
-    for (row, weight) in rows.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
-        let root = weight.sqrt();
-        gram.add(&regressors(row).map(|x| x * root), row.power * root);
-    }
-    gram
 }
 
 /// Start values: linear terms from power over speed, for several shares of winding loss.
