@@ -23,6 +23,7 @@ fn single(wheel: Wheel<f64>) -> Wheel<f32> {
         acceleration: wheel.acceleration as f32,
         inertial_torque: wheel.inertial_torque as f32,
         direction: wheel.direction as f32,
+        scrub: 0.0,
     }
 }
 
@@ -32,6 +33,7 @@ fn double(wheel: Wheel<f32>) -> Wheel<f64> {
         acceleration: wheel.acceleration.into(),
         inertial_torque: wheel.inertial_torque.into(),
         direction: wheel.direction.into(),
+        scrub: 0.0,
     }
 }
 
@@ -41,6 +43,7 @@ fn positive(wheel: Wheel<f64>) -> Wheel<f64> {
         acceleration: wheel.acceleration.abs(),
         inertial_torque: wheel.inertial_torque.abs(),
         direction: 1.0,
+        scrub: 0.0,
     }
 }
 

@@ -21,6 +21,7 @@ fn scale(torque: &TorqueModel<f64>, wheel: &Wheel<f64>, mass: f64) -> f64 {
         acceleration: wheel.acceleration.abs(),
         inertial_torque: wheel.inertial_torque.abs(),
         direction: 1.0,
+        scrub: 0.0,
     };
     torque.wheel_power(&positive, mass)
 }
@@ -38,13 +39,13 @@ proptest! {
             viscous: torque.viscous / (c * c),
             rotor_inertia: torque.rotor_inertia / (c * c),
             inertia_gain: torque.inertia_gain / (c * c),
-            winding_loss: torque.winding_loss * c * c,
+            winding_loss: torque.winding_loss * c * c, scrub: 0.0
         };
         let rescaled = Wheel {
             speed: c * wheel.speed,
             acceleration: c * wheel.acceleration,
             inertial_torque: c * wheel.inertial_torque,
-            direction: wheel.direction,
+            direction: wheel.direction, scrub: 0.0
         };
         let (here, there_power) = (torque.wheel_power(&wheel, mass), there.wheel_power(&rescaled, mass));
         prop_assert!(close(here, there_power, scale(&torque, &wheel, mass), ROUNDING), "{} {}", here, there_power);
@@ -88,8 +89,8 @@ proptest! {
     /// All torques times c, with a motor of c times the torque at the same loss per watt: power times c.
     #[test]
     fn more_torque_is_more_power(torque in torque_model(), wheel in wheel(), mass in 0.5..50.0_f64, c in 0.1..10.0_f64) {
-        let [a0, a1, g2, g3, g4, loss] = torque.to_array();
-        let stronger = TorqueModel::from_array([c * a0, c * a1, c * g2, c * g3, c * g4, loss / c]);
+        let [a0, a1, g2, g3, g4, loss, b] = torque.to_array();
+        let stronger = TorqueModel::from_array([c * a0, c * a1, c * g2, c * g3, c * g4, loss / c, c * b]);
         let (once, more) = (torque.wheel_power(&wheel, mass), stronger.wheel_power(&wheel, mass));
         prop_assert!(close(c * once, more, c * scale(&torque, &wheel, mass), ROUNDING));
         for (once, more) in torque.expand().iter().zip(stronger.expand()) {

@@ -81,6 +81,7 @@ pub(crate) fn servo() -> TorqueModel<f64> {
         rotor_inertia: 0.003,
         inertia_gain: 1.3,
         winding_loss: 3.0,
+        scrub: 0.0,
     }
 }
 
@@ -108,7 +109,7 @@ pub(crate) fn wheel() -> impl Strategy<Value = Wheel<f64>> {
     (0.05..10.0_f64, any::<bool>(), -30.0..30.0_f64, -0.1..0.1_f64).prop_map(
         |(speed, forward, acceleration, inertial_torque)| {
             let direction = if forward { 1.0 } else { -1.0 };
-            Wheel { speed: direction * speed, acceleration, inertial_torque, direction }
+            Wheel { speed: direction * speed, acceleration, inertial_torque, direction, scrub: 0.0 }
         },
     )
 }
@@ -123,6 +124,7 @@ pub(crate) fn torque_model() -> impl Strategy<Value = TorqueModel<f64>> {
             rotor_inertia,
             inertia_gain,
             winding_loss,
+            scrub: 0.0,
         },
     )
 }
