@@ -16,7 +16,7 @@ NUMBERS = {
 def make():
     r, o = WHEEL_RADIUS / 2, WHEEL_RADIUS / TRACK
     head = struct.pack("<4sHHBBBB24s", b"GMRC", 1, 128 + 24 + 4, 2, 1, 2, 0, NAME.encode())
-    numbers = struct.pack("<8f", *NUMBERS.values()) + struct.pack("<15f", *TORQUE, *[0.0] * 9)
+    numbers = struct.pack("<8f", *NUMBERS.values()) + struct.pack("<15f", *TORQUE, *[0.0] * 8)
     rows = struct.pack("<6f", r, r, 0.0, 0.0, -o, o)
     body = head + numbers + rows
     assert len(head) == 36 and len(body) == 152
@@ -26,7 +26,7 @@ def make():
     out.constant("NAME", "&str", f'"{NAME}"', "The robot's.")
     for name, value in NUMBERS.items():
         out.constant(name, "f32", float(f32(value)), "SI units.")
-    out.constant("TORQUE", "[f32; 6]", TORQUE, "The signed torque model's parameters; the drive is regenerative.")
+    out.constant("TORQUE", "[f32; 7]", TORQUE, "The signed torque model's parameters; the drive is regenerative.")
     out.constant("ROWS", "[[f32; 2]; 3]", f32([[r, r], [0.0, 0.0], [-o, o]]), "R.")
     out.constant("IMAGE", f"[u8; {len(image)}]", list(image), "All of that, encoded.")
     out.write()

@@ -7,7 +7,7 @@ from emit import File, f32
 WHEEL_RADIUS, TRACK, GYRATION_RADIUS = 0.033, 0.16, 0.09
 DEAD_BAND = 0.02
 # coulomb, rolling, viscous, rotor inertia, inertia gain, winding loss of a small servo
-TORQUE = f32([0.04, 0.012, 0.006, 0.0081, 1.33, 6.5])
+TORQUE = f32([0.04, 0.012, 0.006, 0.0081, 1.33, 6.5, 0.0])
 
 
 def mass_matrix():
@@ -36,7 +36,7 @@ def regressors(w, a, inertial, mass, published):
 
 def gated_law(w, a, inertial, mass):
     """Eq. 15 with the torque of Eq. 16, nothing expanded: T w + kappa T^2 over the wheels."""
-    p0, p1, viscous, rotor, gain, loss = TORQUE
+    p0, p1, viscous, rotor, gain, loss, _ = TORQUE
     gate_a, gate_k = 1.0 + np.sign(a * w), 1.0 + np.sign(inertial * w)
     torque = (p0 + p1 * mass) * np.sign(w) + viscous * w + rotor * gate_a * a + gain * mass * gate_k * inertial
     return np.sum(torque * w + loss * torque**2)
@@ -44,7 +44,7 @@ def gated_law(w, a, inertial, mass):
 
 def expansion():
     """beta of the corrected Eq. 18 that follow from the gated law with (1 + s)^2 = 2 (1 + s)."""
-    p0, p1, q, g, n, k = TORQUE
+    p0, p1, q, g, n, k, _ = TORQUE
     lift = 1 + 2 * k * q
     return np.array([
         k * p0**2, 2 * k * p0 * p1, k * p1**2, q + k * q**2, 2 * k * g**2, 2 * k * n**2, p0 * lift, p1 * lift,
@@ -53,7 +53,7 @@ def expansion():
 
 
 def signed_torque(w, a, inertial, mass):
-    coulomb, rolling, viscous, rotor, gain, _ = TORQUE
+    coulomb, rolling, viscous, rotor, gain, _, _ = TORQUE
     return (coulomb + rolling * mass) * np.sign(w) + viscous * w + rotor * a + gain * mass * inertial
 
 
@@ -92,7 +92,7 @@ def make():
         ("DEAD_BAND", DEAD_BAND, "rad/s"),
     ):
         out.constant(name, "f32", value, meaning)
-    out.constant("TORQUE", "[f32; 6]", TORQUE, "The six parameters, in the model's order.")
+    out.constant("TORQUE", "[f32; 7]", TORQUE, "The parameters, in the model's order.")
     out.constant("BETA", "[f64; 15]", expansion(), "Coefficients of the corrected Eq. 18 that follow from them.")
     out.cases(
         "Case",
