@@ -14,11 +14,12 @@ pub fn write_whole(file: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
-    let mut temporary = tempfile::Builder::new()
-        .prefix(".gmr-")
-        .suffix(".tmp")
-        .tempfile_in(folder)
-        .map_err(|error| Error::io(file, &error))?;
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".gmr-").suffix(".tmp");
+    // A temporary file is private unless told otherwise; an output is as readable as the user's umask says.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut temporary = builder.tempfile_in(folder).map_err(|error| Error::io(file, &error))?;
     {
         let mut buffered = std::io::BufWriter::new(temporary.as_file_mut());
         write(&mut buffered)?;

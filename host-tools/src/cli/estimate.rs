@@ -6,9 +6,11 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use crate::error::{Error, Result};
+use crate::estimate::plot::Track;
 use crate::estimate::{Change, Payloads, Policy, PolicyKind, Replay, WindowMass, replay};
 use crate::fit::file;
 use crate::metrics::Quality;
+use crate::report::check_extension;
 use crate::robot::Robot;
 use crate::with_wheels;
 
@@ -42,6 +44,9 @@ pub(crate) struct Arguments {
     /// Do not watch for payload changes
     #[arg(long)]
     no_detection: bool,
+    /// Draw power and mass over time
+    #[arg(long, value_name = "FILE.svg|png")]
+    plot: Option<PathBuf>,
     /// Figures as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -109,6 +114,9 @@ impl MassError {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let robot = Robot::load(&arguments.robot)?;
+    if let Some(plot) = &arguments.plot {
+        check_extension(plot)?;
+    }
     with_wheels!(robot, run_with(&robot, arguments))
 }
 
@@ -116,7 +124,12 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     let coefficients = file::read::<N>(&arguments.coeffs, robot)?;
     let payloads = arguments.payload.unwrap_or(Payloads::default_for(&coefficients.model));
     let policy = policy(arguments)?;
-    let replay = replay(robot, &coefficients, &arguments.run, payloads, &policy, |_| {})?;
+    let mut track = Track::default();
+    let replay =
+        replay(robot, &coefficients, &arguments.run, payloads, &policy, |instant| track.add(instant))?;
+    if let Some(plot) = &arguments.plot {
+        track.page(robot.name()).save(plot)?;
+    }
     if arguments.json { print_json(robot, &replay) } else { print_text(robot, &replay) }
 }
 

@@ -1,5 +1,7 @@
 //! Replays a log through model-core's estimator, as the board would run it.
 
+pub mod plot;
+
 use std::path::Path;
 
 use model_core::coefficients::Coefficients;
