@@ -1,6 +1,5 @@
 //! What a fit is worth: errors on its own rows, standard errors, and the noise that payload estimates have to expect.
 
-use model_core::coefficients::Robot as CoreRobot;
 use model_core::model::Model;
 use model_core::payload::Noise;
 use nalgebra::{DMatrix, DVector};
@@ -14,8 +13,9 @@ const MOST_BLOCKS: usize = 64;
 /// Shortest block, s: several correlation times of power behind the filter.
 const SHORTEST_BLOCK_S: f64 = 2.0;
 
-/// Buckets in which the scatter of mass scores is measured, s: those of the payload estimators.
-const BUCKET_S: f64 = 1.0;
+/// Blocks in which the scatter of mass scores is measured, s: two buckets of a payload estimator, to see the correlation of
+/// neighbours.
+const BLOCK_S: f64 = 2.0;
 
 /// A covariance, with the directions in which the data say nothing.
 #[derive(Debug, Clone)]
@@ -109,36 +109,88 @@ fn block_length<const N: usize>(dataset: &Dataset<N>) -> f64 {
     (duration / MOST_BLOCKS as f64).max(SHORTEST_BLOCK_S)
 }
 
-/// How far the residuals stray as a payload estimator sees them: the scatter of Σ g e over a second, per Σ g², g = ∂P/∂m.
-pub fn noise<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, model_std: f64) -> Noise<f64> {
-    let robot: &CoreRobot<f64, N> = &dataset.robot;
-    let middle = robot.range.middle();
-    let (mut squares, mut neighbours, mut information) = (0.0, 0.0, 0.0);
-    let mut current: Option<(u32, i64)> = None;
-    let (mut score, mut last_score) = (0.0, 0.0);
-    let mut close = |score: f64, last: f64| {
-        squares += score * score;
-        neighbours += score * last;
+/// Windows over which an error that lasts is judged, s.
+const WINDOW_S: f64 = 10.0;
+
+/// The constant error in W that would disturb mass estimates over ten seconds as the coefficients' uncertainty does.
+///
+/// A coefficient's error δ adds Σ g xᵀδ to the score of a window, a constant error e adds e Σ g (g = ∂P/∂m, x = ∂P/∂θ); their
+/// standard deviations are equated window by window, and the median taken.
+pub fn lasting_error<const N: usize>(
+    dataset: &Dataset<N>,
+    model: &Model<f64>,
+    gradient: impl Fn(&Row<N>) -> DVector<f64>,
+    covariance: &DMatrix<f64>,
+) -> f64 {
+    let range = &dataset.robot.range;
+    let mut errors = Vec::new();
+    let mut close = |score: &DVector<f64>, slope: f64| {
+        if slope != 0.0 {
+            errors.push((covariance * score).dot(score).max(0.0).sqrt() / slope.abs());
+        }
     };
+    let mut current: Option<(u32, i64)> = None;
+    let (mut score, mut slope_sum) = (DVector::zeros(covariance.nrows()), 0.0);
     for row in &dataset.store {
-        let key = (row.run, (row.time / BUCKET_S).floor() as i64);
+        let key = (row.run, (row.time / WINDOW_S).floor() as i64);
         if current != Some(key) {
-            close(score, last_score);
-            let follows = current.is_some_and(|(run, second)| key == (run, second + 1));
-            last_score = if follows { score } else { 0.0 };
-            score = 0.0;
+            close(&score, slope_sum);
+            score.fill(0.0);
+            slope_sum = 0.0;
             current = Some(key);
         }
-        let response = model.response(&row.motion, &robot.range);
-        if response.may_clamp {
-            continue;
+        let response = model.response(&row.motion, range);
+        if !response.may_clamp {
+            let slope = response.polynomial.slope(row.mass - range.middle());
+            score.axpy(slope, &gradient(row), 1.0);
+            slope_sum += slope;
         }
-        let slope = response.polynomial.slope(row.mass - middle);
-        score += slope * (row.power - response.polynomial.at(row.mass - middle));
-        information += slope * slope;
     }
-    close(score, last_score);
-    let scatter = (squares + 2.0 * neighbours).max(squares / 2.0);
-    let density = if information > 0.0 { dataset.store_period_s() * scatter / information } else { 0.0 };
-    Noise { density, model_std }
+    close(&score, slope_sum);
+    if errors.is_empty() {
+        return 0.0;
+    }
+    let middle = errors.len() / 2;
+    *errors.select_nth_unstable_by(middle, f64::total_cmp).1
 }
+
+/// How far the residuals stray as a payload estimator sees them: the usual scatter of Σ g e over [`BLOCK_S`], per Σ g²,
+/// g = ∂P/∂m. The usual one, by the median: the few blocks in which no model of filtered signals is right show in the
+/// estimator's own windows.
+pub fn noise<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, model_std: f64) -> Noise<f64> {
+    let range = &dataset.robot.range;
+    // Score and information of each block.
+    let mut blocks: Vec<(f64, f64)> = Vec::new();
+    let mut current: Option<(u32, i64)> = None;
+    for row in &dataset.store {
+        let key = (row.run, (row.time / BLOCK_S).floor() as i64);
+        if current != Some(key) {
+            blocks.push((0.0, 0.0));
+            current = Some(key);
+        }
+        let response = model.response(&row.motion, range);
+        if let Some((score, information)) = blocks.last_mut()
+            && !response.may_clamp
+        {
+            let beyond = row.mass - range.middle();
+            let slope = response.polynomial.slope(beyond);
+            *score += slope * (row.power - response.polynomial.at(beyond));
+            *information += slope * slope;
+        }
+    }
+    let most = blocks.iter().map(|(_, information)| *information).fold(0.0, f64::max);
+    let told = blocks.iter().filter(|(_, information)| *information > LEAST_SHARE * most);
+    let mut sizes: Vec<f64> = told.map(|(score, information)| score.abs() / information.sqrt()).collect();
+    if sizes.is_empty() {
+        return Noise { density: 0.0, model_std };
+    }
+    let middle = sizes.len() / 2;
+    let usual = MEDIAN_TO_STD * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
+    Noise { density: dataset.store_period_s() * usual * usual, model_std }
+}
+
+/// Blocks with less than this share of the most informative one's information are left out.
+const LEAST_SHARE: f64 = 0.01;
+
+/// Standard deviation of a normal variable over the median of its size.
+pub(super) const MEDIAN_TO_STD: f64 = 1.4826;

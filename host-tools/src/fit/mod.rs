@@ -21,7 +21,7 @@ use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 
 use self::assess::Uncertainty;
-use self::dataset::{Dataset, Reading};
+use self::dataset::{Dataset, Reading, Row};
 use self::verdict::Parameter;
 use crate::error::{Error, Result};
 use crate::metrics::Quality;
@@ -170,11 +170,11 @@ pub fn fit<const N: usize>(
         }
     };
     let solve_s = started.elapsed().as_secs_f64();
-    let (uncertainty, parameters) = judge(dataset, &model, &weights);
+    let Judgement { uncertainty, parameters, lasting_error } = judge(dataset, &model, &weights);
     let quality = assess::quality(dataset, &model, robot.mape_floor_w())
         .ok_or_else(|| Error::failed("the fitted model predicts no finite power for any row"))?;
     // With one payload the model's dependence on the mass is a guess: no window says anything about it.
-    let lasting = if dataset.masses.len() < 2 { NO_PAYLOAD_W } else { uncertainty.prediction_std_w };
+    let lasting = if dataset.masses.len() < 2 { NO_PAYLOAD_W } else { lasting_error };
     let noise = assess::noise(dataset, &model, lasting);
     let unused = weights.iter().filter(|weight| **weight == 0.0).count();
     Ok(Fit {
@@ -204,47 +204,42 @@ fn ending_name(ending: &impl Serialize) -> String {
     }
 }
 
-fn judge<const N: usize>(
-    dataset: &Dataset<N>,
-    model: &Model<f64>,
-    weights: &[f64],
-) -> (Uncertainty, Vec<Parameter>) {
+/// What the data say about a fitted model.
+struct Judgement {
+    uncertainty: Uncertainty,
+    parameters: Vec<Parameter>,
+    /// As [`assess::lasting_error`], W.
+    lasting_error: f64,
+}
+
+fn judge<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, weights: &[f64]) -> Judgement {
     match model {
         Model::Signed { torque, drive } => {
             let values = torque.to_array();
             let slopes = physical::jacobian(&values.into()).transpose();
-            let uncertainty = assess::uncertainty(
-                dataset,
-                weights,
-                |row| model.power(&row.motion, row.mass).unwrap_or(f64::NAN),
-                |row| {
-                    let slope = slopes
-                        * nalgebra::SVector::from(physical::regressors(
-                            &physical::driving(torque, row, *drive),
-                            row.mass,
-                        ));
-                    DVector::from_column_slice(slope.as_slice())
-                },
-                values.len(),
-            );
+            let predict = |row: &Row<N>| model.power(&row.motion, row.mass).unwrap_or(f64::NAN);
+            let gradient = |row: &Row<N>| {
+                let motion = physical::driving(torque, row, *drive);
+                let slope = slopes * nalgebra::SVector::from(physical::regressors(&motion, row.mass));
+                DVector::from_column_slice(slope.as_slice())
+            };
+            let uncertainty = assess::uncertainty(dataset, weights, predict, gradient, values.len());
+            let lasting_error = assess::lasting_error(dataset, model, gradient, &uncertainty.covariance);
             // Wheels that do not scrub have no such parameter.
-            let parameters = if dataset.robot.kinematics.scrubs() { values.len() } else { values.len() - 1 };
-            let parameters = verdict::judge(&verdict::TORQUE[..parameters], &values, &uncertainty);
-            (uncertainty, parameters)
+            let known = if dataset.robot.kinematics.scrubs() { values.len() } else { values.len() - 1 };
+            let parameters = verdict::judge(&verdict::TORQUE[..known], &values, &uncertainty);
+            Judgement { uncertainty, parameters, lasting_error }
         }
         Model::Eq18 { gate, beta } => {
-            let regressors = |row: &dataset::Row<N>| {
-                eq18::regressors(*gate, &eq18::products(*gate, &row.motion), row.mass)
+            let gradient = |row: &Row<N>| {
+                let products = eq18::products(*gate, &row.motion);
+                DVector::from_column_slice(&eq18::regressors(*gate, &products, row.mass))
             };
-            let uncertainty = assess::uncertainty(
-                dataset,
-                weights,
-                |row| regressors(row).iter().zip(beta).map(|(x, b)| x * b).sum(),
-                |row| DVector::from_column_slice(&regressors(row)),
-                beta.len(),
-            );
+            let predict = |row: &Row<N>| gradient(row).iter().zip(beta).map(|(x, b)| x * b).sum();
+            let uncertainty = assess::uncertainty(dataset, weights, predict, gradient, beta.len());
+            let lasting_error = assess::lasting_error(dataset, model, gradient, &uncertainty.covariance);
             let parameters = verdict::judge(&verdict::EQ18, beta, &uncertainty);
-            (uncertainty, parameters)
+            Judgement { uncertainty, parameters, lasting_error }
         }
     }
 }

@@ -9,6 +9,7 @@ use model_core::motion::{Motion, Wheel};
 use model_core::torque::{self, Drive, PARAMETERS, SCRUB_PRODUCTS, TorqueModel};
 use nalgebra::{SMatrix, SVector};
 
+use super::assess::MEDIAN_TO_STD;
 use super::dataset::{Dataset, Row};
 use super::gram::{self, Gram};
 
@@ -129,8 +130,7 @@ fn weigh<const N: usize>(rows: &[Row<N>], torque: &TorqueModel<f64>, drive: Driv
         return vec![0.0; rows.len()];
     }
     let middle = sizes.len() / 2;
-    // Median of sizes to standard deviation.
-    let usual = 1.4826 * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let usual = MEDIAN_TO_STD * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
     residuals.iter().map(|size| size.map_or(0.0, |size| (HUBER * usual / size).min(1.0))).collect()
 }
 

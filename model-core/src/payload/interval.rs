@@ -68,7 +68,9 @@ impl<T: Real> Scatter<T> {
     /// Half-width of the 95 % interval.
     ///
     /// `expected` is the variance of Σ s_b by the fit's noise, which counts as `prior` buckets' worth of evidence beside
-    /// the scatter seen; `lasting` is the variance of the estimate from errors that outlast the window.
+    /// the scatter seen; `lasting` is the variance of the estimate from errors that outlast the window. Such errors show in
+    /// the scatter too as soon as the robot drives at several speeds, so scatter and expectation are not added: the larger
+    /// of the two counts.
     pub(super) fn half_width(&self, prior: T, expected: T, lasting: T) -> T {
         let total = self.information * self.information;
         // Buckets without information tell nothing: this many alike would scatter as these do.
@@ -86,8 +88,8 @@ impl<T: Real> Scatter<T> {
         let bias = if freedom > T::HALF { T::ONE / left } else { T::ZERO };
         let seen = sums.scores.at_least(self.squares.scores * T::HALF) * bias;
         let pooled = (prior * expected + freedom * seen) / (prior + freedom);
-        let variance = pooled / total;
-        student_95(prior + freedom) * (variance + lasting).sqrt()
+        let variance = (pooled / total).at_least(expected / total + lasting);
+        student_95(prior + freedom) * variance.sqrt()
     }
 }
 
