@@ -1,5 +1,10 @@
 //! A multilayer perceptron on the body's motion and the mass: Section 7.2 of the paper, after Liu 2023.
+//!
+//! What the paper leaves open is scikit-learn's: Adam, mini-batches of 200, weights within Glorot's bound, the last
+//! epoch's weights kept. Not scikit-learn's: no penalty on weights, and the tolerance is in variances of the power (the
+//! paper does not say what unit its loss has). `tests/mlp_seeds.rs` trains at the published learning rate with ten seeds.
 
+mod dense;
 mod network;
 
 use candle_core::{Device, Tensor};
@@ -29,7 +34,7 @@ pub struct Settings {
     pub patience: u32,
     /// Most epochs; published: 1000.
     pub most_epochs: u32,
-    /// More training points than these are thinned evenly.
+    /// More training points than these are thinned evenly: time grows with them, and filtered neighbours repeat each other.
     pub most_points: usize,
     /// Same seed, same weights (on the same kind of processor: sums are vectorised differently on others).
     pub seed: u64,
