@@ -1,6 +1,8 @@
 //! Models of the literature, to compare with: each fitted and evaluated through one trait.
 
 pub mod linear;
+#[cfg(feature = "mlp")]
+pub mod mlp;
 
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::kinematics::Twist;
