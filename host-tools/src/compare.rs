@@ -161,8 +161,17 @@ pub fn compare<const N: usize>(robot: &Robot, split: &Split, settings: &Settings
     Ok(comparison)
 }
 
-fn baselines(_settings: &Settings) -> Vec<Box<dyn Baseline>> {
-    vec![Box::new(crate::baselines::linear::Linear::default())]
+fn baselines(settings: &Settings) -> Vec<Box<dyn Baseline>> {
+    let mut baselines: Vec<Box<dyn Baseline>> = vec![Box::new(crate::baselines::linear::Linear::default())];
+    #[cfg(feature = "mlp")]
+    if settings.perceptron {
+        baselines.push(Box::new(crate::baselines::mlp::Mlp::default()));
+    }
+    #[cfg(not(feature = "mlp"))]
+    if settings.perceptron {
+        eprintln!("gmr: built without the perceptron (feature mlp): it is left out of the table");
+    }
+    baselines
 }
 
 impl Comparison {

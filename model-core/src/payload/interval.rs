@@ -69,8 +69,8 @@ impl<T: Real> Scatter<T> {
     ///
     /// `expected` is the variance of Σ s_b by the fit's noise, which counts as `prior` buckets' worth of evidence beside
     /// the scatter seen; `lasting` is the variance of the estimate from errors that outlast the window. Such errors show in
-    /// the scatter too as soon as the robot drives at several speeds, so scatter and expectation are not added: the larger
-    /// of the two counts.
+    /// the scatter too as soon as the robot drives at several speeds, so they are expected beside the noise, not added to
+    /// the scatter; at one speed they do not show, and the variance is at least theirs.
     pub(super) fn half_width(&self, prior: T, expected: T, lasting: T) -> T {
         let total = self.information * self.information;
         // Buckets without information tell nothing: this many alike would scatter as these do.
@@ -87,8 +87,9 @@ impl<T: Real> Scatter<T> {
         let freedom = buckets * left;
         let bias = if freedom > T::HALF { T::ONE / left } else { T::ZERO };
         let seen = sums.scores.at_least(self.squares.scores * T::HALF) * bias;
+        let expected = expected + lasting * total;
         let pooled = (prior * expected + freedom * seen) / (prior + freedom);
-        let variance = (pooled / total).at_least(expected / total + lasting);
+        let variance = (pooled / total).at_least(lasting);
         student_95(prior + freedom) * variance.sqrt()
     }
 }
