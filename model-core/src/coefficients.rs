@@ -13,10 +13,10 @@
 //! | 11 | 1 | 1 where the wheels scrub in turns, 0 where not |
 //! | 12 | 24 | robot name, UTF-8, padded with zeros |
 //! | 36 | 24 | gyration radius, dead band, filter cutoff, mass without and with full load, static power |
-//! | 60 | 8 | noise: density, lasting error |
-//! | 68 | 60 | 15 coefficients, or the torque model's 7 and zeros |
-//! | 128 | 12 N | R, rows vx, vy, ω |
-//! | 128 + 12 N | 4 | CRC-32 (ISO-HDLC) of all before |
+//! | 60 | 12 | noise: density, lasting error, power scale |
+//! | 72 | 60 | 15 coefficients, or the torque model's 7 and zeros |
+//! | 132 | 12 N | R, rows vx, vy, ω |
+//! | 132 + 12 N | 4 | CRC-32 (ISO-HDLC) of all before |
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 
@@ -40,7 +40,7 @@ pub const MOST_WHEELS: usize = 6;
 pub const LONGEST_IMAGE: usize = HEAD + 12 * MOST_WHEELS + 4;
 
 const MAGIC: [u8; 4] = *b"GMRC";
-const HEAD: usize = 128;
+const HEAD: usize = 132;
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// A robot's name, cut to [`NAME_BYTES`].
@@ -236,6 +236,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
             robot.static_power,
             self.noise.density,
             self.noise.model_std,
+            self.noise.power_scale,
         ] {
             image.put_number(value);
         }
@@ -289,6 +290,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         let static_power = reader.number("static_power_w")?;
         let density = reader.not_negative("noise")?;
         let model_std = reader.not_negative("noise")?;
+        let power_scale = reader.not_negative("noise")?;
         let mut values = [T::ZERO; REGRESSORS];
         for value in &mut values {
             *value = reader.number("coefficients")?;
@@ -338,7 +340,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
                 static_power,
             },
             model,
-            noise: Noise { density, model_std },
+            noise: Noise { density, model_std, power_scale },
         })
     }
 
@@ -355,7 +357,11 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         Some(Coefficients {
             robot: self.robot.convert()?,
             model,
-            noise: Noise { density: number(self.noise.density), model_std: number(self.noise.model_std) },
+            noise: Noise {
+                density: number(self.noise.density),
+                model_std: number(self.noise.model_std),
+                power_scale: number(self.noise.power_scale),
+            },
         })
     }
 }

@@ -26,7 +26,11 @@ fn robot() -> Coefficients<f64, 2> {
     let found = coefficients();
     // Little delay, so that P(filtered speed) and filtered P(speed) are the same to a mW.
     let robot = Robot { cutoff_hz: 20.0, ..found.robot };
-    Coefficients { robot, noise: Noise { density: SIGMA * SIGMA * PERIOD, model_std: 0.0 }, ..found }
+    Coefficients {
+        robot,
+        noise: Noise { density: SIGMA * SIGMA * PERIOD, model_std: 0.0, power_scale: 0.0 },
+        ..found
+    }
 }
 
 fn method() -> Window<f64> {

@@ -123,6 +123,7 @@ pub fn lasting_error<const N: usize>(
     covariance: &DMatrix<f64>,
 ) -> f64 {
     let range = &dataset.robot.range;
+    let noise = Noise { density: 0.0, model_std: 0.0, power_scale: power_scale(dataset, model) };
     let mut errors = Vec::new();
     let mut close = |score: &DVector<f64>, slope: f64| {
         if slope != 0.0 {
@@ -141,7 +142,8 @@ pub fn lasting_error<const N: usize>(
         }
         let response = model.response(&row.motion, range);
         if !response.may_clamp {
-            let slope = response.polynomial.slope(row.mass - range.middle());
+            let weight = noise.weight(response.polynomial.c);
+            let slope = weight * response.polynomial.slope(row.mass - range.middle());
             score.axpy(slope, &gradient(row), 1.0);
             slope_sum += slope;
         }
@@ -159,6 +161,7 @@ pub fn lasting_error<const N: usize>(
 /// estimator's own windows.
 pub fn noise<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, model_std: f64) -> Noise<f64> {
     let range = &dataset.robot.range;
+    let mut noise = Noise { density: 0.0, model_std, power_scale: power_scale(dataset, model) };
     // Score and information of each block.
     let mut blocks: Vec<(f64, f64)> = Vec::new();
     let mut current: Option<(u32, i64)> = None;
@@ -174,19 +177,50 @@ pub fn noise<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, model_std
         {
             let beyond = row.mass - range.middle();
             let slope = response.polynomial.slope(beyond);
-            *score += slope * (row.power - response.polynomial.at(beyond));
-            *information += slope * slope;
+            let weighted = noise.weight(response.polynomial.c) * slope;
+            *score += weighted * (row.power - response.polynomial.at(beyond));
+            *information += weighted * slope;
         }
     }
     let most = blocks.iter().map(|(_, information)| *information).fold(0.0, f64::max);
     let told = blocks.iter().filter(|(_, information)| *information > LEAST_SHARE * most);
     let mut sizes: Vec<f64> = told.map(|(score, information)| score.abs() / information.sqrt()).collect();
     if sizes.is_empty() {
-        return Noise { density: 0.0, model_std };
+        return noise;
     }
     let middle = sizes.len() / 2;
     let usual = MEDIAN_TO_STD * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
-    Noise { density: dataset.store_period_s() * usual * usual, model_std }
+    noise.density = dataset.store_period_s() * usual * usual;
+    noise
+}
+
+/// Where the residual begins to grow with the power: from what is usual below the middle of the power to the root
+/// mean square in the topmost tenth, where rare large errors are what weighs.
+fn power_scale<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>) -> f64 {
+    let mut rows: Vec<(f64, f64)> = dataset
+        .store
+        .iter()
+        .filter_map(|row| {
+            let predicted = model.power(&row.motion, row.mass)?;
+            (predicted > 0.0).then(|| (predicted, (row.power - predicted).abs()))
+        })
+        .collect();
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (low, high) = (rows.len() / 2, rows.len() * 9 / 10);
+    let power = rows.get((high + rows.len()) / 2).map_or(0.0, |(power, _)| *power);
+    if low == 0 {
+        return 0.0;
+    }
+    let (below, above) = (&mut rows[..low].to_vec(), &rows[high..]);
+    let middle = low / 2;
+    let usual = MEDIAN_TO_STD * below.select_nth_unstable_by(middle, |a, b| a.1.total_cmp(&b.1)).1.1;
+    let at_power = (above.iter().map(|(_, size)| size * size).sum::<f64>() / above.len() as f64).sqrt();
+    if usual > 0.0 && at_power > usual {
+        // Cruising at the usual power always counts.
+        (power / ((at_power / usual).powi(2) - 1.0).sqrt()).max(rows[low].0)
+    } else {
+        0.0
+    }
 }
 
 /// Blocks with less than this share of the most informative one's information are left out.

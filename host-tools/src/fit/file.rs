@@ -49,6 +49,7 @@ struct RobotSection {
 struct NoiseSection {
     density_w2_s: f64,
     model_std_w: f64,
+    power_scale_w: f64,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -91,6 +92,7 @@ pub fn write<const N: usize>(file: &Path, fit: &Fit<N>) -> Result<()> {
         noise: NoiseSection {
             density_w2_s: fit.coefficients.noise.density,
             model_std_w: fit.coefficients.noise.model_std,
+            power_scale_w: fit.coefficients.noise.power_scale,
         },
         fit: FitSection {
             rows: fit.rows,
@@ -138,8 +140,13 @@ pub fn read<const N: usize>(file: &Path, robot: &Robot) -> Result<Coefficients<f
         .in_column("robot"));
     }
     let model = model(&document).map_err(|message| wrong(message).in_column("parameters"))?;
-    let noise = Noise { density: document.noise.density_w2_s, model_std: document.noise.model_std_w };
-    if !(model.is_sound() && noise.density >= 0.0 && noise.model_std >= 0.0) {
+    let noise = Noise {
+        density: document.noise.density_w2_s,
+        model_std: document.noise.model_std_w,
+        power_scale: document.noise.power_scale_w,
+    };
+    let numbers = [noise.density, noise.model_std, noise.power_scale];
+    if !(model.is_sound() && numbers.iter().all(|value| value.is_finite() && *value >= 0.0)) {
         return Err(wrong("a coefficient is negative or not finite; expected at least 0".to_owned())
             .in_column("parameters"));
     }

@@ -65,6 +65,22 @@ pub struct Noise<T> {
     /// Standard deviation of the error that lasts longer than a window, W: what the coefficients' own uncertainty
     /// does to the predicted power.
     pub model_std: T,
+    /// Power at which the residual has grown to √2 of what it is at low power, W; 0 where it does not grow. Hard starts and
+    /// stops are the model's weak side, and draw the most.
+    pub power_scale: T,
+}
+
+impl<T: Real> Noise<T> {
+    /// What a sample counts for at this predicted power in W: the inverse of its residual's variance, 1 at low power.
+    #[inline]
+    pub fn weight(&self, power: T) -> T {
+        if self.power_scale > T::ZERO {
+            let share = power / self.power_scale;
+            T::ONE / (T::ONE + share * share)
+        } else {
+            T::ONE
+        }
+    }
 }
 
 /// Sums over the samples of a bucket.

@@ -24,19 +24,22 @@ pub struct Sums<T> {
 
 impl<T: Real> Sums<T> {
     #[inline]
-    fn add(&mut self, power: T, response: &Response<T>) {
+    fn add(&mut self, power: T, response: &Response<T>, noise: &Noise<T>) {
         if response.may_clamp {
             return;
         }
         let p = &response.polynomial;
+        // By the predicted power, not the measured one: a weight that knew the error would bias the mass.
+        let weight = noise.weight(p.c);
         let r = power - p.c;
-        self.rb += r * p.b;
-        self.ra += r * p.a;
-        self.bb += p.b * p.b;
-        self.ab += p.a * p.b;
-        self.aa += p.a * p.a;
-        self.b += p.b;
-        self.a += p.a;
+        let (weighted_a, weighted_b) = (weight * p.a, weight * p.b);
+        self.rb += r * weighted_b;
+        self.ra += r * weighted_a;
+        self.bb += p.b * weighted_b;
+        self.ab += p.a * weighted_b;
+        self.aa += p.a * weighted_a;
+        self.b += weighted_b;
+        self.a += weighted_a;
     }
 
     /// Σ g e: minus half the slope of the sum of squares at d, W²/kg, with g = 2 a d + b and e the residual.
@@ -140,7 +143,7 @@ impl<T: Real> Method<T> for Window<T> {
         // Eq. 18's β1 and β2 act at rest too, where no payload can be told from the standing robot's other losses.
         let at_rest = mean_speed <= T::ZERO;
         if !at_rest {
-            sums.add(power, response);
+            sums.add(power, response, &self.noise);
         }
     }
 
