@@ -48,6 +48,9 @@ struct Outcome {
     contains: bool,
 }
 
+/// Which plant, which window length, which method.
+type Key = (usize, usize, usize);
+
 /// One method on one plant with one window length, over all seeds and masses.
 #[derive(Default, Clone)]
 struct Row {
@@ -82,7 +85,7 @@ fn main() -> ExitCode {
     let folder = tempfile::tempdir().expect("a folder for the logs");
     let jobs: Vec<(usize, u64)> =
         (0..PLANTS.len()).flat_map(|plant| (1..=seeds).map(move |seed| (plant, seed))).collect();
-    let results: Mutex<Vec<((usize, usize, usize), Row)>> = Mutex::new(Vec::new());
+    let results: Mutex<Vec<(Key, Row)>> = Mutex::new(Vec::new());
     let next = AtomicUsize::new(0);
     let workers = std::thread::available_parallelism().map_or(1, usize::from);
     std::thread::scope(|scope| {
@@ -116,7 +119,7 @@ fn simulate(plant: &Plant, profile: &str, duration: &str, mass: &str, seed: u64,
     gmr(&arguments);
 }
 
-fn run_seed(folder: &Path, plant_index: usize, seed: u64) -> Vec<((usize, usize, usize), Row)> {
+fn run_seed(folder: &Path, plant_index: usize, seed: u64) -> Vec<(Key, Row)> {
     let plant = &PLANTS[plant_index];
     let file = |name: &str| folder.join(format!("{plant_index}-{seed}-{name}"));
     let train = file("train.csv");
@@ -232,7 +235,7 @@ fn goal(plant: usize, window: usize) -> Goal {
     }
 }
 
-fn report(results: &[((usize, usize, usize), Row)], seeds: u64) -> ExitCode {
+fn report(results: &[(Key, Row)], seeds: u64) -> ExitCode {
     let mut failures = Vec::new();
     println!("{seeds} seeds, test masses {MASSES:?} kg, mean ± standard deviation over drives\n");
     println!(

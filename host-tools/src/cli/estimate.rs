@@ -130,6 +130,9 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     if let Some(plot) = &arguments.plot {
         track.page(robot.name()).save(plot)?;
     }
+    if replay.exclusions.total() > 0 {
+        eprintln!("gmr: {}: {}", arguments.run.display(), replay.exclusions);
+    }
     if arguments.json { print_json(robot, &replay) } else { print_text(robot, &replay) }
 }
 

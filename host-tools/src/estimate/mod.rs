@@ -14,7 +14,7 @@ use model_core::payload::{Method, Payload, Unknown};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::log::{RawRow, SampleReader};
+use crate::log::{Exclusions, RawRow, SampleReader};
 use crate::metrics::{Metrics, Quality};
 use crate::progress::FileProgress;
 use crate::robot::Robot;
@@ -134,6 +134,8 @@ pub struct Replay {
     pub duration_s: f64,
     /// Rows read.
     pub rows: u64,
+    /// Rows left out.
+    pub exclusions: Exclusions,
 }
 
 /// Buckets are at most this long, s, and divide a second.
@@ -142,11 +144,11 @@ const BUCKET_LENGTHS_S: [f64; 5] = [1.0, 0.5, 0.25, 0.2, 0.1];
 /// Fewest buckets in a window: fewer leave no scatter to judge the error by.
 const FEWEST_BUCKETS: f64 = 8.0;
 
-/// The longest bucket that divides the window.
+/// The longest bucket that divides the window, s.
 ///
 /// # Errors
 /// No bucket does, or the window would have more of them than there is room for.
-fn bucket_length(window_s: f64) -> Result<f64> {
+pub fn bucket_length(window_s: f64) -> Result<f64> {
     let divides = |bucket: f64| ((window_s / bucket).round() - window_s / bucket).abs() < 1e-9;
     let fits = |bucket: &f64| divides(*bucket) && window_s / bucket >= FEWEST_BUCKETS - 1e-9;
     let found = BUCKET_LENGTHS_S.into_iter().find(fits).filter(|bucket| window_s / bucket <= BUCKETS as f64);
@@ -281,11 +283,9 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
             }
         }
         progress.finish();
-        let exclusions = self.reader.exclusions();
-        if exclusions.total() > 0 {
-            eprintln!("gmr: {}: {exclusions}", self.file.display());
-        }
-        blank_straddling(&mut windows, &changes);
+        let told = self.policy.changes_s.iter().map(|change| start + change);
+        let times: Vec<f64> = changes.iter().map(|change| change.time_s).chain(told).collect();
+        blank_straddling(&mut windows, &times);
         let (measured, predicted) = self.estimator.energy();
         Ok(Replay {
             windows,
@@ -296,6 +296,7 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
             predicted_j: predicted,
             duration_s: last - start,
             rows: self.reader.rows(),
+            exclusions: self.reader.exclusions(),
         })
     }
 
@@ -338,9 +339,9 @@ fn instant<const N: usize>(row: &RawRow<N>, estimate: &Estimate<f64, N>) -> Opti
 }
 
 /// A window in which the payload changed has no one mass.
-fn blank_straddling(windows: &mut [WindowMass], changes: &[Change]) {
+fn blank_straddling(windows: &mut [WindowMass], changes: &[f64]) {
     for window in windows {
-        if changes.iter().any(|change| change.time_s > window.t0_s && change.time_s < window.t1_s) {
+        if changes.iter().any(|change| *change > window.t0_s && *change < window.t1_s) {
             window.mass_kg = None;
             window.low_kg = None;
             window.high_kg = None;

@@ -215,19 +215,20 @@ struct Judgement {
 fn judge<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, weights: &[f64]) -> Judgement {
     match model {
         Model::Signed { torque, drive } => {
-            let values = torque.to_array();
-            let slopes = physical::jacobian(&values.into()).transpose();
+            // Wheels that do not scrub have no such parameter: it is the last.
+            let all = torque.to_array();
+            let scrubs = dataset.robot.kinematics.scrubs();
+            let values = if scrubs { &all[..] } else { &all[..all.len() - 1] };
+            let slopes = physical::jacobian(&all.into()).transpose();
             let predict = |row: &Row<N>| model.power(&row.motion, row.mass).unwrap_or(f64::NAN);
             let gradient = |row: &Row<N>| {
                 let motion = physical::driving(torque, row, *drive);
                 let slope = slopes * nalgebra::SVector::from(physical::regressors(&motion, row.mass));
-                DVector::from_column_slice(slope.as_slice())
+                DVector::from_column_slice(&slope.as_slice()[..values.len()])
             };
             let uncertainty = assess::uncertainty(dataset, weights, predict, gradient, values.len());
             let lasting_error = assess::lasting_error(dataset, model, gradient, &uncertainty.covariance);
-            // Wheels that do not scrub have no such parameter.
-            let known = if dataset.robot.kinematics.scrubs() { values.len() } else { values.len() - 1 };
-            let parameters = verdict::judge(&verdict::TORQUE[..known], &values, &uncertainty);
+            let parameters = verdict::judge(&verdict::TORQUE[..values.len()], values, &uncertainty);
             Judgement { uncertainty, parameters, lasting_error }
         }
         Model::Eq18 { gate, beta } => {
