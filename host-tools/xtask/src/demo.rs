@@ -8,7 +8,7 @@ use crate::steps::{Steps, Stop, command};
 const FOLDER: &str = "demo-output";
 
 /// Name and arguments of `gmr`; `@` stands for [`FOLDER`].
-const STEPS: [(&str, &str); 5] = [
+const STEPS: [(&str, &str); 6] = [
     (
         "simulate the training runs: 1 kg, then 6 kg",
         "simulate --plant servo --profile training --duration 200 --rate 200 --sensors servo --mass 1@0,6@100 \
@@ -19,14 +19,15 @@ const STEPS: [(&str, &str); 5] = [
         "simulate --plant servo --profile test --duration 200 --rate 200 --sensors servo --mass 3@0,4@100 \
          --seed 2 --out @/test.csv",
     ),
+    ("look at the training runs", "inspect --robot burger --plot @/inspect.png @/training.csv"),
     ("fit the power model", "fit --robot burger --out @/coefficients.toml @/training.csv"),
     (
         "estimate the payload",
-        "estimate --robot burger --coeffs @/coefficients.toml --window 25 --plot @/estimate.svg @/test.csv",
+        "estimate --robot burger --coeffs @/coefficients.toml --window 25 --plot @/estimate.png @/test.csv",
     ),
     (
         "compare the models",
-        "compare --robot burger --train @/training.csv --test @/test.csv --plot @/compare.svg",
+        "compare --robot burger --train @/training.csv --test @/test.csv --plot @/compare.png",
     ),
 ];
 

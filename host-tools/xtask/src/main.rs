@@ -1,5 +1,6 @@
-//! `cargo xtask demo | test`: sets up what it needs, then runs a list of commands.
+//! `cargo xtask demo | test | bench`: sets up what it needs, then runs a list of commands.
 
+mod bench;
 mod demo;
 mod set_up;
 mod steps;
@@ -13,14 +14,24 @@ usage: cargo xtask <command>
 
   test   formatting, lints, documentation, tests on the host and on an emulated Cortex-M7, licences
   demo   simulate, fit, estimate and compare; plots go to demo-output/
+  bench [accuracy | fit-speed]
+         the figures of the README, measured again; minutes
 
-Both add the Rust target and QEMU when they are missing.";
+The first two add the Rust target and QEMU when they are missing.";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let done = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["test"] => test::run(),
         ["demo"] => demo::run(),
+        ["bench"] => bench::run(None).unwrap_or(false),
+        ["bench", name] => {
+            let Some(reached) = bench::run(Some(name)) else {
+                eprintln!("there is no bench {name}\n\n{USAGE}");
+                return ExitCode::from(2);
+            };
+            reached
+        }
         ["help" | "--help" | "-h"] => {
             println!("{USAGE}");
             true
