@@ -74,8 +74,8 @@ impl<T: Real> Kinematics<T, 4> {
 }
 
 impl<T: Real> Kinematics<T, 3> {
-    /// Three omni wheels, 120° apart, each `arm` (m) from the centre: the first drives to the left in front of the
-    /// centre, the others follow counter-clockwise; all positive turns the robot counter-clockwise.
+    /// Three omni wheels at 60°, 180° and 300° from the front, counter-clockwise (front left, rear, front right), each
+    /// `arm` (m) from the centre; all positive turns the robot counter-clockwise.
     ///
     /// # Errors
     /// Names a length that is not finite and positive.
@@ -85,7 +85,7 @@ impl<T: Real> Kinematics<T, 3> {
         let third = r / T::from_f64(3.0);
         let side = r / T::from_f64(3.0).sqrt();
         let o = third / arm;
-        Ok(Self { rows: [[T::ZERO, -side, side], [T::TWO * third, -third, -third], [o; 3]], scrubs: false })
+        Ok(Self { rows: [[-side, T::ZERO, side], [third, -(T::TWO * third), third], [o; 3]], scrubs: false })
     }
 }
 

@@ -36,14 +36,14 @@ fn skid_steer_by_hand() {
     assert_twist(&robot, [-5.0, 5.0, -5.0, 5.0], 0.0, 0.0, 2.0);
 }
 
-/// Forward is between the wheels at ±120°, whose rims then run at cos 30° = √3/2 of the speed, the front wheel's at
-/// none; to the left the front wheel's rim runs at the speed, the others' at −1/2 of it.
+/// Forward is between the wheels at ±60°, whose rims then run at cos 30° = √3/2 of the speed, the left one's backwards,
+/// the rear wheel's at none; to the left the rear wheel's rim runs at −1 of the speed, the others' at 1/2 of it.
 #[test]
 fn omni_by_hand() {
     let robot = Kinematics::omni(0.1, 0.2).unwrap();
     let half_root = 3.0_f64.sqrt() / 2.0;
-    assert_twist(&robot, [0.0, -10.0 * half_root, 10.0 * half_root], 1.0, 0.0, 0.0);
-    assert_twist(&robot, [10.0, -5.0, -5.0], 0.0, 1.0, 0.0);
+    assert_twist(&robot, [-10.0 * half_root, 0.0, 10.0 * half_root], 1.0, 0.0, 0.0);
+    assert_twist(&robot, [5.0, -10.0, 5.0], 0.0, 1.0, 0.0);
     assert_twist(&robot, [4.0; 3], 0.0, 0.0, 2.0);
 }
 
@@ -123,7 +123,7 @@ proptest! {
     fn omni_inverts_the_geometry(
         vx in -2.0..2.0_f64, vy in -2.0..2.0_f64, omega in -3.0..3.0_f64, r in 0.02..0.2_f64, arm in 0.1..0.5_f64,
     ) {
-        let wheels = [0.0, 120.0, 240.0_f64].map(|degrees| {
+        let wheels = [60.0, 180.0, 300.0_f64].map(|degrees| {
             let (sin, cos) = degrees.to_radians().sin_cos();
             (-sin * vx + cos * vy + arm * omega) / r
         });

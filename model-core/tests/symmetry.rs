@@ -88,7 +88,7 @@ proptest! {
         assert_mirror(&Kinematics::skid_steer(0.1, 0.4).unwrap(), torque, four, mass, pairs)?;
         assert_mirror(&Kinematics::mecanum(0.1, 0.2, 0.2).unwrap(), torque, four, mass, pairs)?;
         // In the mirror, wheels that drove counter-clockwise drive clockwise.
-        let turned = |[front, left, right]: [f64; 3]| [-front, -right, -left];
+        let turned = |[left, rear, right]: [f64; 3]| [-right, -rear, -left];
         assert_mirror(&Kinematics::omni(0.1, 0.2).unwrap(), torque, three, mass, turned)?;
     }
 

@@ -19,7 +19,8 @@ pub enum Geometry {
         /// 2: one log column a side (left, right); 4: one a wheel (front left, front right, rear left, rear right).
         wheels: usize,
     },
-    /// Three omnidirectional wheels 120° apart.
+    /// Three omnidirectional wheels at 60°, 180° and 300° from the front, counter-clockwise: front left, rear, front
+    /// right.
     ThreeWheelOmni {
         /// Wheel radius, m.
         wheel_radius_m: f64,
