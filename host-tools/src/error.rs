@@ -9,7 +9,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 /// Something the user can mend. Printed as `file:line:column: what was found; what was expected`, on one line.
 #[derive(Debug)]
 pub struct Error {
-    /// Wrong usage ends with exit code 2, everything else with 1.
+    /// Wrong usage ends with exit code 2, a reader that has left with 0, everything else with 1.
     kind: Kind,
     file: Option<PathBuf>,
     line: Option<u64>,
@@ -21,6 +21,7 @@ pub struct Error {
 enum Kind {
     Usage,
     Failed,
+    Left,
 }
 
 impl Error {
@@ -60,9 +61,21 @@ impl Error {
         Self::failed(error.to_string()).in_file(file)
     }
 
-    /// The documented exit code: 1 failed, 2 wrong usage.
+    /// Standard output that could not be written.
+    pub fn stdout(error: &std::io::Error) -> Self {
+        let kind = if error.kind() == std::io::ErrorKind::BrokenPipe { Kind::Left } else { Kind::Failed };
+        Self { kind, ..Self::io("standard output", error) }
+    }
+
+    /// Whoever read standard output has seen enough (`gmr … | head`): nothing to complain about.
+    pub fn is_quiet(&self) -> bool {
+        self.kind == Kind::Left
+    }
+
+    /// The documented exit code: 0 done, 1 failed, 2 wrong usage.
     pub fn exit_code(&self) -> u8 {
         match self.kind {
+            Kind::Left => 0,
             Kind::Failed => 1,
             Kind::Usage => 2,
         }

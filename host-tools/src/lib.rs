@@ -2,6 +2,18 @@
 //!
 //! What the board computes as well (filters, models, payload estimators) is not here but in `model-core`.
 
+/// As std's, but without a panic where standard output is closed: `cli::run` ends with what went wrong.
+macro_rules! println {
+    ($($text:tt)*) => { $crate::output::print(format_args!("{}\n", format_args!($($text)*))) };
+}
+
+/// As std's, but without a panic where standard error is closed: there is nobody left to tell.
+macro_rules! eprintln {
+    ($($text:tt)*) => {{
+        let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("{}\n", format_args!($($text)*)));
+    }};
+}
+
 pub mod baselines;
 pub mod cli;
 pub mod compare;

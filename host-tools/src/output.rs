@@ -1,7 +1,9 @@
-//! Files are written whole or not at all.
+//! Files are written whole or not at all; whoever reads standard output may leave at any time.
 
-use std::io::Write;
+use std::fmt;
+use std::io::{self, Write};
 use std::path::Path;
+use std::sync::Mutex;
 
 use crate::error::{Error, Result};
 
@@ -10,20 +12,65 @@ use crate::error::{Error, Result};
 /// # Errors
 /// What `write` or the operating system reports; the old file, if any, is then still there.
 pub fn write_whole(file: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
-    let folder = match file.parent() {
+    let refused = |error: io::Error| Error::io(file, &error);
+    // A link keeps pointing at its file. A device or a pipe has no content to keep, and no file may take its place.
+    let target = std::fs::canonicalize(file).unwrap_or_else(|_| file.to_owned());
+    if std::fs::metadata(&target).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
+        let mut device = std::fs::File::options().write(true).open(&target).map_err(refused)?;
+        return write(&mut device);
+    }
+    let folder = match target.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
-    let mut temporary = tempfile::Builder::new()
-        .prefix(".gmr-")
-        .suffix(".tmp")
-        .tempfile_in(folder)
-        .map_err(|error| Error::io(file, &error))?;
-    {
-        let mut buffered = std::io::BufWriter::new(temporary.as_file_mut());
-        write(&mut buffered)?;
-        buffered.flush().map_err(|error| Error::io(file, &error))?;
+    if !folder.is_dir() {
+        let message = format!("the folder {} does not exist; expected one to write into", folder.display());
+        return Err(Error::failed(message).in_file(file));
     }
-    temporary.persist(file).map_err(|error| Error::io(file, &error.error))?;
+    let mut temporary = temporary(folder).map_err(refused)?;
+    {
+        let mut buffered = io::BufWriter::new(temporary.as_file_mut());
+        write(&mut buffered)?;
+        buffered.flush().map_err(refused)?;
+    }
+    temporary.persist(&target).map_err(|error| refused(error.error))?;
     Ok(())
+}
+
+fn temporary(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".gmr-").suffix(".tmp");
+    // As readable as any other new file: what the umask leaves of it.
+    #[cfg(unix)]
+    let builder = {
+        use std::os::unix::fs::PermissionsExt as _;
+        builder.permissions(std::fs::Permissions::from_mode(0o666))
+    };
+    builder.tempfile_in(folder)
+}
+
+/// The first text that standard output did not take.
+static UNPRINTED: Mutex<Option<io::Error>> = Mutex::new(None);
+
+/// Prints to standard output; that it could not is told by [`finish`].
+pub fn print(text: fmt::Arguments<'_>) {
+    note(io::stdout().write_fmt(text));
+}
+
+/// Ends standard output.
+///
+/// # Errors
+/// Some text was not printed. [`Error::is_quiet`] where its reader has just left.
+pub fn finish() -> Result<()> {
+    note(io::stdout().flush());
+    match UNPRINTED.lock().ok().and_then(|mut first| first.take()) {
+        Some(error) => Err(Error::stdout(&error)),
+        None => Ok(()),
+    }
+}
+
+fn note(printed: io::Result<()>) {
+    if let (Err(error), Ok(mut first)) = (printed, UNPRINTED.lock()) {
+        first.get_or_insert(error);
+    }
 }

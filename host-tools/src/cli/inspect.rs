@@ -1,10 +1,10 @@
 //! `gmr inspect`: what a log is worth before anything is fitted.
 
-use std::io::Write;
 use std::path::PathBuf;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::inspect::{Moving, Report, Severity, StaticState};
+use crate::output;
 use crate::progress::FileProgress;
 use crate::report;
 use crate::robot::Robot;
@@ -37,12 +37,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if let Some(file) = &arguments.plot {
         report.save_figure(file)?;
     }
-    let text = if arguments.json {
-        serde_json::to_string_pretty(&report).map_err(|error| Error::failed(error.to_string()))? + "\n"
-    } else {
-        summary(&report)
-    };
-    std::io::stdout().write_all(text.as_bytes()).map_err(|error| Error::io("standard output", &error))
+    if arguments.json {
+        return super::print_json(&report);
+    }
+    output::print(format_args!("{}", summary(&report)));
+    Ok(())
 }
 
 /// One screen for people.

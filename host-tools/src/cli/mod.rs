@@ -8,9 +8,11 @@ mod simulate;
 
 use std::process::ExitCode;
 
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
 use crate::error::{Error, Result};
+use crate::output;
 
 /// How much power does a wheeled robot draw, when nobody told it what it carries?
 #[derive(Parser)]
@@ -36,20 +38,43 @@ enum Command {
 
 /// Parses the command line and runs it. Exit codes: 0 done, 1 failed, 2 wrong usage.
 pub fn run() -> ExitCode {
-    let cli = Cli::parse();
-    let result: Result<()> = match cli.command {
+    let result = parse().and_then(execute).and_then(|()| output::finish());
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            if !error.is_quiet() {
+                eprintln!("gmr: {error}");
+            }
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+/// The command line. Help and version are printed, and end the command, here.
+fn parse() -> Result<Cli> {
+    Cli::try_parse().map_err(|refusal| match refusal.kind() {
+        ErrorKind::DisplayHelp
+        | ErrorKind::DisplayVersion
+        | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => refusal.exit(),
+        _ => Error::usage(one_line(&refusal.to_string())),
+    })
+}
+
+/// clap's refusal without its usage, on one line.
+fn one_line(refusal: &str) -> String {
+    let refusal = refusal.strip_prefix("error: ").unwrap_or(refusal);
+    let said =
+        refusal.lines().take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more"));
+    said.map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
+}
+
+fn execute(cli: Cli) -> Result<()> {
+    match cli.command {
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Estimate(arguments) => estimate::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
-    };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("gmr: {error}");
-            ExitCode::from(error.exit_code())
-        }
     }
 }
 

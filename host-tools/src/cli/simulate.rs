@@ -155,7 +155,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if to_stdout {
         let mut stdout = std::io::BufWriter::new(std::io::stdout().lock());
         write_log(&mut stdout, arguments, simulation, &mut totals)?;
-        stdout.flush().map_err(|error| Error::io(&arguments.out, &error))?;
+        stdout.flush().map_err(|error| Error::stdout(&error))?;
     } else {
         write_whole(&arguments.out, |file| write_log(file, arguments, simulation, &mut totals))?;
     }
@@ -278,7 +278,13 @@ fn write_log(
     run: Simulation<'_>,
     totals: &mut Totals,
 ) -> Result<()> {
-    let failed = |error: std::io::Error| Error::io(&arguments.out, &error);
+    let failed = |error: std::io::Error| {
+        if arguments.out.as_os_str() == "-" {
+            Error::stdout(&error)
+        } else {
+            Error::io(&arguments.out, &error)
+        }
+    };
     let wheels = run.wheels();
     let (bar, begun) = (progress(run.rows()), Instant::now());
     let mut line = String::from("time_s");
