@@ -118,7 +118,10 @@ pub fn read<const N: usize>(file: &Path, robot: &Robot) -> Result<Coefficients<f
     let wrong = |message: String| Error::failed(message).in_file(file);
     let document: Document = toml::from_str(&text).map_err(|error| {
         let line = error.span().map(|span| 1 + text[..span.start].matches('\n').count() as u64);
-        let wrong = wrong(format!("{}; expected coefficients as gmr fit writes them", error.message()));
+        let wrong = wrong(format!(
+            "{}; expected coefficients as gmr fit writes them",
+            error.message().replace('\n', " ")
+        ));
         match line {
             Some(line) => wrong.at_line(line),
             None => wrong,
@@ -137,14 +140,41 @@ pub fn read<const N: usize>(file: &Path, robot: &Robot) -> Result<Coefficients<f
         ))
         .in_column("robot"));
     }
+    check_numbers(&document).map_err(|(name, message)| {
+        let wrong = wrong(message).in_column(name);
+        match line_of(&text, name) {
+            Some(line) => wrong.at_line(line),
+            None => wrong,
+        }
+    })?;
     let model = model(&document).map_err(|message| wrong(message).in_column("parameters"))?;
     let noise = Noise { density: document.noise.density_w2_s, model_std: document.noise.model_std_w };
-    if !(model.is_sound() && noise.density >= 0.0 && noise.model_std >= 0.0) {
-        return Err(wrong("a coefficient is negative or not finite; expected at least 0".to_owned())
-            .in_column("parameters"));
-    }
     // The file's static power is what the fit took off; the robot's file says what is to be taken off now.
     Ok(Coefficients { robot: expected, model, noise })
+}
+
+/// # Errors
+/// Names a number that no fit can give, and says what was expected (Eq. 20 for the coefficients).
+fn check_numbers(document: &Document) -> std::result::Result<(), (&str, String)> {
+    let parameters = document.parameters.iter().filter_map(|(name, value)| {
+        let number = value.as_float().or_else(|| Some(value.as_integer()? as f64))?;
+        Some((name.as_str(), number))
+    });
+    let noise = [
+        ("density_w2_s", document.noise.density_w2_s),
+        ("model_std_w", document.noise.model_std_w),
+        ("filter_cutoff_hz", document.robot.filter_cutoff_hz),
+    ];
+    match parameters.chain(noise).find(|(_, value)| !(value.is_finite() && *value >= 0.0)) {
+        Some((name, value)) => Err((name, format!("found {value}; expected a finite number not below 0"))),
+        None => Ok(()),
+    }
+}
+
+/// The line on which a key stands, counted from 1.
+fn line_of(text: &str, key: &str) -> Option<u64> {
+    let holds = |line: &str| line.split_once('=').is_some_and(|(name, _)| name.trim() == key);
+    text.lines().position(holds).map(|index| index as u64 + 1)
 }
 
 fn core_robot<const N: usize>(section: &RobotSection) -> std::result::Result<CoreRobot<f64, N>, String> {

@@ -211,8 +211,11 @@ fn judge<const N: usize>(
 ) -> (Uncertainty, Vec<Parameter>) {
     match model {
         Model::Signed { torque, drive } => {
-            let values = torque.to_array();
-            let slopes = physical::jacobian(&values.into()).transpose();
+            // Wheels that do not scrub have no such parameter: it is the last.
+            let all = torque.to_array();
+            let scrubs = dataset.robot.kinematics.scrubs();
+            let values = if scrubs { &all[..] } else { &all[..all.len() - 1] };
+            let slopes = physical::jacobian(&all.into()).transpose();
             let uncertainty = assess::uncertainty(
                 dataset,
                 weights,
@@ -223,13 +226,11 @@ fn judge<const N: usize>(
                             &physical::driving(torque, row, *drive),
                             row.mass,
                         ));
-                    DVector::from_column_slice(slope.as_slice())
+                    DVector::from_column_slice(&slope.as_slice()[..values.len()])
                 },
                 values.len(),
             );
-            // Wheels that do not scrub have no such parameter.
-            let parameters = if dataset.robot.kinematics.scrubs() { values.len() } else { values.len() - 1 };
-            let parameters = verdict::judge(&verdict::TORQUE[..parameters], &values, &uncertainty);
+            let parameters = verdict::judge(&verdict::TORQUE[..values.len()], values, &uncertainty);
             (uncertainty, parameters)
         }
         Model::Eq18 { gate, beta } => {
