@@ -242,6 +242,10 @@ pub fn conditioner<const N: usize>(
     file: &Path,
     period_s: f64,
 ) -> Result<Conditioner<f64, N>> {
+    if period_s.is_nan() {
+        let message = "no two rows belong to one run; expected runs of many rows";
+        return Err(Error::failed(message).in_file(file).in_column(crate::log::RUN));
+    }
     Conditioner::new(robot, period_s).map_err(|error| {
         Error::failed(format!(
             "sampled at {:.2} Hz, too slow for the filter's cutoff of {} Hz; expected a cutoff below {:.2} Hz \
