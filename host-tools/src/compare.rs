@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::baselines::{Baseline, Point};
 use crate::error::{Error, Result};
-use crate::estimate::{Payloads, Policy, PolicyKind, replay};
+use crate::estimate::{Payloads, Policy, PolicyKind, bucket_length, replay};
 use crate::fit::dataset::{Dataset, Reading, Row, condition};
 use crate::fit::{self, Method, ModelKind, pgd};
 use crate::log::SampleReader;
@@ -110,6 +110,8 @@ const MODELS: [(&str, &str, ModelKind, Method); 3] = [
 /// # Errors
 /// A log that cannot be read, or data that determine no model.
 pub fn compare<const N: usize>(robot: &Robot, split: &Split, settings: &Settings) -> Result<Comparison> {
+    // Wrong usage even where this split has no use for a window.
+    bucket_length(settings.window_s)?;
     let data = Data::<N>::read(robot, split, settings)?;
     let mut comparison = Comparison {
         entries: Vec::new(),
@@ -249,6 +251,9 @@ fn test_rows<const N: usize>(
             fit::dataset::conditioner(&train.robot, file, reader.period_s())?;
         while let Some(raw) = reader.next_row()? {
             rows.extend(condition(&mut conditioner, &raw, mass_kg));
+        }
+        if reader.exclusions().total() > 0 {
+            eprintln!("gmr: {}: {}", file.display(), reader.exclusions());
         }
     }
     if rows.is_empty() {

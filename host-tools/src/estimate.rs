@@ -12,7 +12,7 @@ use model_core::payload::{Method, Payload, Unknown};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::log::{RawRow, SampleReader};
+use crate::log::{Exclusions, RawRow, SampleReader};
 use crate::metrics::{Metrics, Quality};
 use crate::progress::FileProgress;
 use crate::robot::Robot;
@@ -132,6 +132,8 @@ pub struct Replay {
     pub duration_s: f64,
     /// Rows read.
     pub rows: u64,
+    /// Rows left out.
+    pub exclusions: Exclusions,
 }
 
 /// Buckets are at most this long, s, and divide a second.
@@ -140,11 +142,11 @@ const BUCKET_LENGTHS_S: [f64; 5] = [1.0, 0.5, 0.25, 0.2, 0.1];
 /// Fewest buckets in a window: fewer leave no scatter to judge the error by.
 const FEWEST_BUCKETS: f64 = 8.0;
 
-/// The longest bucket that divides the window.
+/// The longest bucket that divides the window, s.
 ///
 /// # Errors
 /// No bucket does, or the window would have more of them than there is room for.
-fn bucket_length(window_s: f64) -> Result<f64> {
+pub fn bucket_length(window_s: f64) -> Result<f64> {
     let divides = |bucket: f64| ((window_s / bucket).round() - window_s / bucket).abs() < 1e-9;
     let fits = |bucket: &f64| divides(*bucket) && window_s / bucket >= FEWEST_BUCKETS - 1e-9;
     let found = BUCKET_LENGTHS_S.into_iter().find(fits).filter(|bucket| window_s / bucket <= BUCKETS as f64);
@@ -279,10 +281,6 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
             }
         }
         progress.finish();
-        let exclusions = self.reader.exclusions();
-        if exclusions.total() > 0 {
-            eprintln!("gmr: {}: {exclusions}", self.file.display());
-        }
         blank_straddling(&mut windows, &changes);
         let (measured, predicted) = self.estimator.energy();
         Ok(Replay {
@@ -294,6 +292,7 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
             predicted_j: predicted,
             duration_s: last - start,
             rows: self.reader.rows(),
+            exclusions: self.reader.exclusions(),
         })
     }
 

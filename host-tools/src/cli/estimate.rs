@@ -117,6 +117,9 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     let payloads = arguments.payload.unwrap_or(Payloads::default_for(&coefficients.model));
     let policy = policy(arguments)?;
     let replay = replay(robot, &coefficients, &arguments.run, payloads, &policy, |_| {})?;
+    if replay.exclusions.total() > 0 {
+        eprintln!("gmr: {}: {}", arguments.run.display(), replay.exclusions);
+    }
     if arguments.json { print_json(robot, &replay) } else { print_text(robot, &replay) }
 }
 
