@@ -1,0 +1,139 @@
+//! `gmr compare` from the outside, on the plant and on measured data.
+
+mod common;
+
+use std::path::{Path, PathBuf};
+
+use common::{Bench, keys, measured, number};
+use serde_json::Value;
+
+fn compare(bench: &Bench, rest: &[&str]) -> Value {
+    bench.json(&[&["compare", "--no-perceptron"], rest].concat())
+}
+
+fn entry<'a>(report: &'a Value, name: &str) -> &'a Value {
+    let models = report["models"].as_array().unwrap();
+    models.iter().find(|model| model["name"] == name).unwrap_or_else(|| panic!("no {name} in {models:?}"))
+}
+
+fn r2(report: &Value, name: &str) -> f64 {
+    number(&entry(report, name)["r2"])
+}
+
+/// Training at 1 and 6 kg, test at 3 and 4 kg, by the plant with servo motors.
+fn plant() -> Bench {
+    let bench = Bench::new();
+    bench.simulate("train.csv", &["--mass", "1@0,6@60", "--duration", "120"]);
+    bench.simulate(
+        "test.csv",
+        &["--mass", "3@0,4@30", "--duration", "60", "--profile", "test", "--seed", "2"],
+    );
+    bench
+}
+
+#[test]
+fn the_json_has_the_documented_keys_for_every_model() {
+    let bench = plant();
+    let blocks = compare(&bench, &["--train", "train.csv"]);
+    let files = compare(&bench, &["--train", "train.csv", "--test", "test.csv", "--window", "10"]);
+    assert_eq!((&blocks["held_out_blocks"], &files["held_out_blocks"]), (&true.into(), &false.into()));
+    for report in [&blocks, &files] {
+        for model in report["models"].as_array().unwrap() {
+            for key in
+                ["name", "source", "mass", "r2", "mape_percent", "rmse_w", "mape_share", "samples", "fit_s"]
+            {
+                assert!(keys(model).contains(&key), "{key} in {model}");
+            }
+            assert!(number(&model["fit_s"]) >= 0.0 && number(&model["rmse_w"]) >= 0.0);
+        }
+        for name in ["signed", "eq18", "eq18-published", "linear"] {
+            entry(report, name);
+        }
+    }
+    // Where models find the mass themselves, the table says so, and has them with the mass given beside.
+    for name in ["signed", "eq18", "eq18-published"] {
+        assert_eq!(entry(&files, name)["mass"], "estimated");
+        assert_eq!(entry(&files, &format!("{name}, mass given"))["mass"], "given");
+    }
+    assert_eq!(entry(&blocks, "signed")["mass"], "given");
+    assert_eq!(number(&files["train_rows"]) + 19.0, 12_001.0, "all rows but those the filter settles in");
+}
+
+#[test]
+fn the_signed_model_is_ahead_of_the_regression_on_the_plant() {
+    let bench = plant();
+    let blocks = compare(&bench, &["--train", "train.csv"]);
+    let files = compare(&bench, &["--train", "train.csv", "--test", "test.csv", "--window", "10"]);
+    for report in [&blocks, &files] {
+        assert!(r2(report, "signed") > 0.99, "{report}");
+        assert!(r2(report, "signed") > r2(report, "linear") + 0.1, "{report}");
+        let rmse = |name: &str| number(&entry(report, name)["rmse_w"]);
+        assert!(rmse("signed") < rmse("linear"), "{report}");
+    }
+}
+
+/// A third of the time is held out, in blocks of the length asked for, and nothing of it is fitted.
+#[test]
+fn held_out_blocks_are_a_third() {
+    let bench = plant();
+    let report = compare(&bench, &["--train", "train.csv", "--block", "4"]);
+    let (train, test) = (number(&report["train_rows"]), number(&report["test_rows"]));
+    assert!((test / (train + test) - 1.0 / 3.0).abs() < 0.01, "{train} {test}");
+    assert_eq!(number(&entry(&report, "linear")["samples"]), test);
+}
+
+fn csv_files(folder: &Path, prefix: &str) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut files: Vec<PathBuf> =
+        entries.filter(|path| path.file_name().unwrap().to_str().unwrap().starts_with(prefix)).collect();
+    files.sort();
+    files
+}
+
+/// Runs of the Husky on sandy loam in which it kept one speed from before the log began: nothing to fit alone.
+const ONE_SPEED: [&str; 9] = ["00", "01", "02", "03", "05", "07", "10", "11", "12"];
+
+#[test]
+fn every_measured_run_is_fitted_or_says_why_not() {
+    let bench = Bench::new();
+    let fit = |robot: &str, path: &Path| {
+        bench.gmr(&["fit", "--robot", robot, "--json", "--out", "c.toml", path.to_str().unwrap()])
+    };
+    if let Some(warthog) = measured("warthog/drive.csv") {
+        let ran = fit("warthog", &warthog);
+        let report: Value = serde_json::from_str(&ran.stdout).unwrap();
+        assert!(number(&report["r2"]) > 0.8, "{}", report["r2"]);
+    }
+    let Some(husky) = measured("husky") else { return };
+    for path in csv_files(&husky, "") {
+        let name = path.file_stem().unwrap().to_str().unwrap();
+        let ran = fit("husky", &path);
+        if ONE_SPEED.iter().any(|run| name == format!("sandy_loam_{run}")) {
+            assert_eq!(ran.code, Some(1), "{name}");
+            assert!(ran.stderr.contains(":wheel1_rad_s: constant speed only ("), "{name}: {}", ran.stderr);
+            assert!(ran.stderr.lines().count() == 1 && ran.stdout.is_empty(), "{name}: {}", ran.stderr);
+            continue;
+        }
+        assert_eq!(ran.code, Some(0), "{name}: {}", ran.stderr);
+        let report: Value = serde_json::from_str(&ran.stdout).unwrap();
+        assert!(number(&report["r2"]).is_finite() && number(&report["rmse_w"]) > 0.0, "{name}");
+        assert_eq!(report["parameters"].as_array().unwrap().len(), 7, "{name}: skid steer has scrub");
+    }
+}
+
+#[test]
+fn the_signed_model_is_ahead_of_the_regression_on_measured_data() {
+    let bench = Bench::new();
+    let cases =
+        [("warthog", "warthog", "drive"), ("husky", "husky", "flooring"), ("husky", "husky", "sandy_loam")];
+    for (robot, folder, prefix) in cases {
+        let Some(folder) = measured(folder) else { continue };
+        let files = csv_files(&folder, prefix);
+        let files: Vec<&str> = files.iter().map(|path| path.to_str().unwrap()).collect();
+        let report = compare(&bench, &[&["--robot", robot, "--train"], &files[..]].concat());
+        let (signed, linear) = (r2(&report, "signed"), r2(&report, "linear"));
+        println!("{prefix}: R² signed {signed:.3}, linear {linear:.3}");
+        assert!(signed > linear, "{prefix}: {signed} {linear}");
+        assert!(signed > 0.5, "{prefix}: {signed}");
+    }
+}
