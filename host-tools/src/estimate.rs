@@ -281,7 +281,9 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
             }
         }
         progress.finish();
-        blank_straddling(&mut windows, &changes);
+        let told = self.policy.changes_s.iter().map(|change| start + change);
+        let times: Vec<f64> = changes.iter().map(|change| change.time_s).chain(told).collect();
+        blank_straddling(&mut windows, &times);
         let (measured, predicted) = self.estimator.energy();
         Ok(Replay {
             windows,
@@ -335,9 +337,9 @@ fn instant<const N: usize>(row: &RawRow<N>, estimate: &Estimate<f64, N>) -> Opti
 }
 
 /// A window in which the payload changed has no one mass.
-fn blank_straddling(windows: &mut [WindowMass], changes: &[Change]) {
+fn blank_straddling(windows: &mut [WindowMass], changes: &[f64]) {
     for window in windows {
-        if changes.iter().any(|change| change.time_s > window.t0_s && change.time_s < window.t1_s) {
+        if changes.iter().any(|change| *change > window.t0_s && *change < window.t1_s) {
             window.mass_kg = None;
             window.low_kg = None;
             window.high_kg = None;
