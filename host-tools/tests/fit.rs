@@ -142,8 +142,29 @@ fn the_covariance_is_in_the_order_of_the_parameters() {
     }
 }
 
-/// Every kinematics against the plant, which shares no formula with it: were a wheel counted elsewhere, the body's
-/// accelerations would be wrong, and the fit and the masses with them.
+/// The plant's wheel speeds of a twist give the twist back: both count the wheels alike. (A fit alone would not tell for the
+/// omni robot, whose mass matrix is the same in every order.)
+#[test]
+fn plant_and_model_count_the_wheels_alike() {
+    use host_tools::plant::{Geometry, Kinematics as Layout};
+    use model_core::kinematics::Kinematics;
+    fn check<const N: usize>(layout: Layout, model: &Kinematics<f64, N>, twist: [f64; 3]) {
+        let geometry = Geometry { kinematics: layout, wheel_radius_m: 0.05, track_m: 0.4, wheelbase_m: 0.3 };
+        let all = geometry.wheel_speeds(twist);
+        let found = model.twist(&std::array::from_fn(|wheel| all[wheel]));
+        for (found, expected) in [found.vx, found.vy, found.omega].into_iter().zip(twist) {
+            // A dozen roundings of numbers near 1.
+            assert!((found - expected).abs() < 1e-14, "{layout:?}: {found} {expected}");
+        }
+    }
+    check(Layout::Differential, &Kinematics::differential(0.05, 0.4).unwrap(), [0.3, 0.0, 0.7]);
+    check(Layout::Skid, &Kinematics::skid_steer(0.05, 0.4).unwrap(), [0.3, 0.0, 0.7]);
+    check(Layout::Omni, &Kinematics::omni(0.05, 0.2).unwrap(), [0.3, -0.2, 0.7]);
+    check(Layout::Mecanum, &Kinematics::mecanum(0.05, 0.15, 0.2).unwrap(), [0.3, -0.2, 0.7]);
+}
+
+/// Every kinematics from the plant's logs to a mass: the plant shares no formula with the model. 10 % is no test of the
+/// wheels' order (see above), but of the whole way.
 #[test]
 fn every_kinematics_fits_the_plant_and_finds_the_payload() {
     let lengths =

@@ -12,9 +12,9 @@ pub struct Threshold<T> {
 }
 
 impl<T: Real> Default for Threshold<T> {
-    /// k = 1, h = 10: a false alarm in some 10⁸ buckets if the fit's noise holds, and room for it to be half of the truth.
+    /// k = 1, h = 15: no false alarm to speak of if the fit's noise holds, and room for it to be half of the truth.
     fn default() -> Self {
-        Self { drift: T::ONE, level: T::from_f64(10.0) }
+        Self { drift: T::ONE, level: T::from_f64(15.0) }
     }
 }
 
