@@ -80,13 +80,8 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     }
     let fit =
         fit::fit_logs::<N>(robot, &arguments.runs, mass, arguments.model, method, &settings(arguments)?)?;
-    if fit.masses.len() == 1 {
-        eprintln!(
-            "gmr: {}: one payload only ({} kg): what depends on the mass cannot be told from what does not, so payload \
-             estimates with these coefficients will be unknown; add a run with another payload",
-            arguments.runs[0].display(),
-            fit.masses[0]
-        );
+    if let Some(shortcoming) = &fit.shortcoming {
+        eprintln!("gmr: {shortcoming}");
     }
     if let Some(out) = &arguments.out {
         fit::file::write(out, &fit)?;

@@ -115,6 +115,8 @@ pub struct Fit<const N: usize> {
     pub rows: u64,
     /// Time for the solver alone, without reading, s.
     pub solve_s: f64,
+    /// Why payloads estimated with these coefficients are unknown, in one line; `None` where they are not.
+    pub shortcoming: Option<String>,
 }
 
 /// Reads the logs and fits the model.
@@ -137,7 +139,7 @@ pub fn fit_logs<const N: usize>(
 /// Fits the model to what was read.
 ///
 /// # Errors
-/// The data cannot determine a model: the robot stood still or its wheels never changed their speed.
+/// The data cannot determine a model: the robot stood still.
 pub fn fit<const N: usize>(
     robot: &Robot,
     dataset: &Dataset<N>,
@@ -146,7 +148,7 @@ pub fn fit<const N: usize>(
     pgd: &pgd::Settings,
 ) -> Result<Fit<N>> {
     let method = method.check(kind)?;
-    excitation(dataset)?;
+    let shortcoming = shortcoming(dataset)?;
     let started = Instant::now();
     let everything = vec![1.0; dataset.store.len()];
     let mut certificate = None;
@@ -173,8 +175,8 @@ pub fn fit<const N: usize>(
     let Judgement { uncertainty, parameters, lasting_error } = judge(dataset, &model, &weights);
     let quality = assess::quality(dataset, &model, robot.mape_floor_w())
         .ok_or_else(|| Error::failed("the fitted model predicts no finite power for any row"))?;
-    // With one payload the model's dependence on the mass is a guess: no window says anything about it.
-    let lasting = if dataset.masses.len() < 2 { NO_PAYLOAD_W } else { lasting_error };
+    // With one payload or speed the model's dependence on the mass is a guess: no window says anything about it.
+    let lasting = if shortcoming.is_some() { NO_PAYLOAD_W } else { lasting_error };
     let noise = assess::noise(dataset, &model, lasting);
     let unused = weights.iter().filter(|weight| **weight == 0.0).count();
     Ok(Fit {
@@ -191,10 +193,11 @@ pub fn fit<const N: usize>(
         masses: dataset.masses.clone(),
         rows: dataset.rows,
         solve_s,
+        shortcoming,
     })
 }
 
-/// Lasting error of a model that has seen one payload only, W: beyond any robot's power, so that its mass is unknown.
+/// Lasting error of a model that has seen one payload or one speed only, W: beyond any robot's power, so that its mass is unknown.
 pub const NO_PAYLOAD_W: f64 = 1e6;
 
 fn ending_name(ending: &impl Serialize) -> String {
@@ -248,9 +251,11 @@ fn judge<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, weights: &[f6
 /// Speeds closer than this share of the fastest are one and the same.
 const SAME_SPEED: f64 = 0.02;
 
+/// What keeps a model of these rows from telling payloads: they were recorded at one speed, or with one payload.
+///
 /// # Errors
-/// The robot never moved, or at one speed only: nothing could be told apart.
-fn excitation<const N: usize>(dataset: &Dataset<N>) -> Result<()> {
+/// The robot never moved: there is nothing to fit.
+fn shortcoming<const N: usize>(dataset: &Dataset<N>) -> Result<Option<String>> {
     let speeds =
         || dataset.store.iter().flat_map(|row| &row.motion.wheels).filter(|wheel| wheel.direction != 0.0);
     let file = &dataset.runs[0].file;
@@ -265,12 +270,19 @@ fn excitation<const N: usize>(dataset: &Dataset<N>) -> Result<()> {
     }
     let slowest = speeds().map(|wheel| wheel.speed.abs()).fold(f64::INFINITY, f64::min);
     if fastest - slowest <= SAME_SPEED * fastest {
-        return Err(Error::failed(format!(
-            "constant speed only ({slowest:.3} to {fastest:.3} rad/s): friction, inertia and losses cannot be told apart; \
-             expected a drive that accelerates, at several speeds"
-        ))
-        .in_file(file)
-        .in_column(crate::log::speed_column(0)));
+        return Ok(Some(format!(
+            "{}:{}: constant speed only ({slowest:.3} to {fastest:.3} rad/s): friction, inertia and losses cannot be told \
+             apart, so payload estimates with these coefficients will be unknown; drive at several speeds, and accelerate",
+            file.display(),
+            crate::log::speed_column(0)
+        )));
     }
-    Ok(())
+    if let [mass] = dataset.masses[..] {
+        return Ok(Some(format!(
+            "{}: one payload only ({mass} kg): what depends on the mass cannot be told from what does not, so payload \
+             estimates with these coefficients will be unknown; add a run with another payload",
+            file.display()
+        )));
+    }
+    Ok(None)
 }
