@@ -13,10 +13,10 @@
 //! | 11 | 1 | 1 where the wheels scrub in turns, 0 where not |
 //! | 12 | 24 | robot name, UTF-8, padded with zeros |
 //! | 36 | 24 | gyration radius, dead band, filter cutoff, mass without and with full load, static power |
-//! | 60 | 12 | noise: density, lasting error, power scale |
-//! | 72 | 60 | 15 coefficients, or the torque model's 7 and zeros |
-//! | 132 | 12 N | R, rows vx, vy, ω |
-//! | 132 + 12 N | 4 | CRC-32 (ISO-HDLC) of all before |
+//! | 60 | 16 | noise: density, lasting error, power scale, tail |
+//! | 76 | 60 | 15 coefficients, or the torque model's 7 and zeros |
+//! | 136 | 12 N | R, rows vx, vy, ω |
+//! | 136 + 12 N | 4 | CRC-32 (ISO-HDLC) of all before |
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 
@@ -40,7 +40,7 @@ pub const MOST_WHEELS: usize = 6;
 pub const LONGEST_IMAGE: usize = HEAD + 12 * MOST_WHEELS + 4;
 
 const MAGIC: [u8; 4] = *b"GMRC";
-const HEAD: usize = 132;
+const HEAD: usize = 136;
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// A robot's name, cut to [`NAME_BYTES`].
@@ -237,6 +237,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
             self.noise.density,
             self.noise.model_std,
             self.noise.power_scale,
+            self.noise.tail,
         ] {
             image.put_number(value);
         }
@@ -291,6 +292,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         let density = reader.not_negative("noise")?;
         let model_std = reader.not_negative("noise")?;
         let power_scale = reader.not_negative("noise")?;
+        let tail = reader.not_negative("noise")?;
         let mut values = [T::ZERO; REGRESSORS];
         for value in &mut values {
             *value = reader.number("coefficients")?;
@@ -340,7 +342,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
                 static_power,
             },
             model,
-            noise: Noise { density, model_std, power_scale },
+            noise: Noise { density, model_std, power_scale, tail },
         })
     }
 
@@ -361,6 +363,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
                 density: number(self.noise.density),
                 model_std: number(self.noise.model_std),
                 power_scale: number(self.noise.power_scale),
+                tail: number(self.noise.tail),
             },
         })
     }

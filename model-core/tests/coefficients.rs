@@ -61,13 +61,14 @@ fn any_coefficients<const N: usize>() -> impl Strategy<Value = Coefficients<f32,
         0.1..100.0_f32,
         -9.0..99.0_f32,
     );
-    (robot, model(), number(), number(), number()).prop_map(
+    (robot, model(), number(), number(), number(), number()).prop_map(
         |(
             (name, rows, gyration_radius, dead_band, cutoff_hz, empty, payload, static_power),
             model,
             density,
             model_std,
             power_scale,
+            tail,
         )| {
             let kinematics = Kinematics::from_rows(rows).unwrap();
             Coefficients {
@@ -82,7 +83,7 @@ fn any_coefficients<const N: usize>() -> impl Strategy<Value = Coefficients<f32,
                     static_power,
                 },
                 model,
-                noise: Noise { density, model_std, power_scale },
+                noise: Noise { density, model_std, power_scale, tail },
             }
         },
     )
@@ -91,7 +92,7 @@ fn any_coefficients<const N: usize>() -> impl Strategy<Value = Coefficients<f32,
 fn assert_round_trip<const N: usize>(single: &Coefficients<f32, N>) -> Result<(), TestCaseError> {
     let image = single.encode().unwrap();
     prop_assert!(image.as_bytes().len() <= LONGEST_IMAGE);
-    prop_assert_eq!(image.as_bytes().len(), 136 + 12 * N);
+    prop_assert_eq!(image.as_bytes().len(), 140 + 12 * N);
     prop_assert_eq!(&Coefficients::decode(image.as_bytes()).unwrap(), single);
     // Flash behind the image is erased, not part of it.
     let mut flash = image.as_bytes().to_vec();
@@ -190,7 +191,7 @@ fn what_is_wrong_is_named() {
 
 #[test]
 fn impossible_numbers_are_refused() {
-    let fields: [(usize, &str, &[f32]); 10] = [
+    let fields: [(usize, &str, &[f32]); 11] = [
         (36, "gyration_radius_m", &[0.0, -1.0]),
         (40, "speed_dead_band_rad_s", &[-1.0]),
         (44, "filter_cutoff_hz", &[0.0, -1.0]),
@@ -200,7 +201,8 @@ fn impossible_numbers_are_refused() {
         (60, "noise", &[-1.0]),
         (64, "noise", &[-1.0]),
         (68, "noise", &[-1.0]),
-        (132, "kinematics", &[]),
+        (72, "noise", &[-1.0]),
+        (136, "kinematics", &[]),
     ];
     for (offset, name, values) in fields {
         for value in values.iter().chain(&[f32::NAN, f32::INFINITY, f32::NEG_INFINITY]) {
@@ -210,7 +212,7 @@ fn impossible_numbers_are_refused() {
     }
     for coefficient in 0..PARAMETERS {
         for value in [-1e-6, f32::NAN, f32::INFINITY] {
-            let found = Two::decode(&with_number(72 + 4 * coefficient, value));
+            let found = Two::decode(&with_number(76 + 4 * coefficient, value));
             assert_eq!(
                 found,
                 Err(DecodeError::Field("coefficients")),
@@ -218,7 +220,7 @@ fn impossible_numbers_are_refused() {
             );
         }
     }
-    let no_wheels = forged(|bytes| bytes[132..156].fill(0));
+    let no_wheels = forged(|bytes| bytes[136..160].fill(0));
     assert_eq!(Two::decode(&no_wheels), Err(DecodeError::Field("kinematics")));
 }
 

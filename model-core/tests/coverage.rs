@@ -52,6 +52,7 @@ fn coverage(correlation: f64, seconds: usize, stated_over_true: f64) -> Coverage
                 density: sigma * sigma * noise.density(PERIOD) * stated_over_true,
                 model_std: 0.0,
                 power_scale: 0.0,
+                tail: 1.0,
             },
             period: PERIOD,
         };

@@ -28,7 +28,7 @@ fn robot() -> Coefficients<f64, 2> {
     let robot = Robot { cutoff_hz: 20.0, ..found.robot };
     Coefficients {
         robot,
-        noise: Noise { density: SIGMA * SIGMA * PERIOD, model_std: 0.0, power_scale: 0.0 },
+        noise: Noise { density: SIGMA * SIGMA * PERIOD, model_std: 0.0, power_scale: 0.0, tail: 1.0 },
         ..found
     }
 }

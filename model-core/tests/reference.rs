@@ -93,7 +93,7 @@ fn products_are_numpys() {
 /// worst, beside the few ε of the inputs.
 fn assert_masses<T: Real>() {
     let range = MassRange::new(T::from_f64(1.0), T::from_f64(6.0)).unwrap();
-    let noise = Noise { density: T::from_f64(1e-4), model_std: T::ZERO, power_scale: T::ZERO };
+    let noise = Noise { density: T::from_f64(1e-4), model_std: T::ZERO, power_scale: T::ZERO, tail: T::ONE };
     let window = Window { range, noise, period: T::from_f64(0.1) };
     let samples = table(include_str!("reference/window_samples.csv"));
     let mut worst = 0.0_f64;

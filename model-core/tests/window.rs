@@ -15,7 +15,11 @@ use model_core::torque::Drive;
 use proptest::prelude::*;
 
 fn window() -> Window<f64> {
-    Window { range: range(), noise: Noise { density: 1e-6, model_std: 0.0, power_scale: 0.0 }, period: 0.02 }
+    Window {
+        range: range(),
+        noise: Noise { density: 1e-6, model_std: 0.0, power_scale: 0.0, tail: 1.0 },
+        period: 0.02,
+    }
 }
 
 /// A sample: power and the response of the model.
@@ -140,7 +144,7 @@ proptest! {
         values in proptest::collection::vec(proptest::array::uniform4(any::<f32>()), 1..30), speed in any::<f32>(),
     ) {
         let range = MassRange::new(1.0_f32, 6.0).unwrap();
-        let window = Window { range, noise: Noise { density: 1e-4, model_std: 0.1, power_scale: 0.0 }, period: 0.02 };
+        let window = Window { range, noise: Noise { density: 1e-4, model_std: 0.1, power_scale: 0.0, tail: 1.0 }, period: 0.02 };
         let roots = RootMean { range };
         let mut sums = (vec![], vec![]);
         for [power, a, b, c] in values {
@@ -246,17 +250,17 @@ fn too_much_noise_is_unknown() {
         let window = Window { noise, ..window() };
         window.estimate(buckets(&window, &samples, &even_cuts(100, 10)).iter())
     };
-    assert!(with(Noise { density: 1e-6, model_std: 1e-3, power_scale: 0.0 }).mass().is_some());
+    assert!(with(Noise { density: 1e-6, model_std: 1e-3, power_scale: 0.0, tail: 1.0 }).mass().is_some());
     assert_eq!(
-        with(Noise { density: 10.0, model_std: 0.0, power_scale: 0.0 }),
+        with(Noise { density: 10.0, model_std: 0.0, power_scale: 0.0, tail: 1.0 }),
         Payload::Unknown(Unknown::TooWide)
     );
     assert_eq!(
-        with(Noise { density: 1e-6, model_std: 10.0, power_scale: 0.0 }),
+        with(Noise { density: 1e-6, model_std: 10.0, power_scale: 0.0, tail: 1.0 }),
         Payload::Unknown(Unknown::TooWide)
     );
     assert_eq!(
-        with(Noise { density: f64::NAN, model_std: 0.0, power_scale: 0.0 }),
+        with(Noise { density: f64::NAN, model_std: 0.0, power_scale: 0.0, tail: 1.0 }),
         Payload::Unknown(Unknown::TooWide)
     );
 }
@@ -332,7 +336,7 @@ fn one_bucket_has_the_fits_interval() {
         squares += response.polynomial.b.powi(2);
     }
     for (density, model_std) in [(1e-3, 0.0), (0.0, 0.02), (2e-3, 0.03)] {
-        let window = Window { noise: Noise { density, model_std, power_scale: 0.0 }, ..window() };
+        let window = Window { noise: Noise { density, model_std, power_scale: 0.0, tail: 1.0 }, ..window() };
         let found = window.estimate(buckets(&window, &samples, &[]).iter()).mass().unwrap();
         let variance: f64 = density / (squares * window.period) + (model_std * sum / squares).powi(2);
         // t.ppf(0.975, 6) of SciPy; the estimator's expansion of it is good to 1 %.

@@ -14,7 +14,7 @@ mod reference {
 }
 use reference::{
     CUTOFF_HZ, DEAD_BAND, FULL_LOAD, GYRATION_RADIUS, IMAGE, NAME, NO_LOAD, NOISE_DENSITY, NOISE_MODEL_STD,
-    NOISE_POWER_SCALE, ROWS, STATIC_POWER, TORQUE,
+    NOISE_POWER_SCALE, NOISE_TAIL, ROWS, STATIC_POWER, TORQUE,
 };
 
 tests!(
@@ -38,7 +38,12 @@ fn coefficients() -> Option<Coefficients<f32, 2>> {
             static_power: STATIC_POWER,
         },
         model: Model::Signed { torque: TorqueModel::from_array(TORQUE), drive: Drive::Regenerative },
-        noise: Noise { density: NOISE_DENSITY, model_std: NOISE_MODEL_STD, power_scale: NOISE_POWER_SCALE },
+        noise: Noise {
+            density: NOISE_DENSITY,
+            model_std: NOISE_MODEL_STD,
+            power_scale: NOISE_POWER_SCALE,
+            tail: NOISE_TAIL,
+        },
     })
 }
 

@@ -123,7 +123,7 @@ pub fn lasting_error<const N: usize>(
     covariance: &DMatrix<f64>,
 ) -> f64 {
     let range = &dataset.robot.range;
-    let noise = Noise { density: 0.0, model_std: 0.0, power_scale: power_scale(dataset, model) };
+    let noise = Noise { density: 0.0, model_std: 0.0, power_scale: power_scale(dataset, model), tail: 1.0 };
     let mut errors = Vec::new();
     let mut close = |score: &DVector<f64>, slope: f64| {
         if slope != 0.0 {
@@ -161,7 +161,7 @@ pub fn lasting_error<const N: usize>(
 /// estimator's own windows.
 pub fn noise<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, model_std: f64) -> Noise<f64> {
     let range = &dataset.robot.range;
-    let mut noise = Noise { density: 0.0, model_std, power_scale: power_scale(dataset, model) };
+    let mut noise = Noise { density: 0.0, model_std, power_scale: power_scale(dataset, model), tail: 1.0 };
     // Score and information of each block.
     let mut blocks: Vec<(f64, f64)> = Vec::new();
     let mut current: Option<(u32, i64)> = None;
@@ -191,6 +191,8 @@ pub fn noise<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, model_std
     let middle = sizes.len() / 2;
     let usual = MEDIAN_TO_STD * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
     noise.density = dataset.store_period_s() * usual * usual;
+    let rare = sizes.len() * 19 / 20;
+    noise.tail = (*sizes.select_nth_unstable_by(rare, f64::total_cmp).1 / (NORMAL_95 * usual)).max(1.0);
     noise
 }
 
@@ -222,6 +224,9 @@ fn power_scale<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>) -> f64 
         0.0
     }
 }
+
+/// Size that a standard normal variable exceeds once in twenty.
+const NORMAL_95: f64 = 1.960;
 
 /// Blocks with less than this share of the most informative one's information are left out.
 const LEAST_SHARE: f64 = 0.01;

@@ -50,6 +50,7 @@ struct NoiseSection {
     density_w2_s: f64,
     model_std_w: f64,
     power_scale_w: f64,
+    tail: f64,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -93,6 +94,7 @@ pub fn write<const N: usize>(file: &Path, fit: &Fit<N>) -> Result<()> {
             density_w2_s: fit.coefficients.noise.density,
             model_std_w: fit.coefficients.noise.model_std,
             power_scale_w: fit.coefficients.noise.power_scale,
+            tail: fit.coefficients.noise.tail,
         },
         fit: FitSection {
             rows: fit.rows,
@@ -154,6 +156,7 @@ pub fn read<const N: usize>(file: &Path, robot: &Robot) -> Result<Coefficients<f
         density: document.noise.density_w2_s,
         model_std: document.noise.model_std_w,
         power_scale: document.noise.power_scale_w,
+        tail: document.noise.tail,
     };
     // The file's static power is what the fit took off; the robot's file says what is to be taken off now.
     Ok(Coefficients { robot: expected, model, noise })
@@ -170,6 +173,7 @@ fn check_numbers(document: &Document) -> std::result::Result<(), (&str, String)>
         ("density_w2_s", document.noise.density_w2_s),
         ("model_std_w", document.noise.model_std_w),
         ("power_scale_w", document.noise.power_scale_w),
+        ("tail", document.noise.tail),
         ("filter_cutoff_hz", document.robot.filter_cutoff_hz),
     ];
     match parameters.chain(noise).find(|(_, value)| !(value.is_finite() && *value >= 0.0)) {

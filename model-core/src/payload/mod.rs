@@ -68,6 +68,9 @@ pub struct Noise<T> {
     /// Power at which the residual has grown to √2 of what it is at low power, W; 0 where it does not grow. Hard starts and
     /// stops are the model's weak side, and draw the most.
     pub power_scale: T,
+    /// How much larger than by the density the rare scatter of a few seconds is, at least 1: a change of payload has to stand
+    /// out of that.
+    pub tail: T,
 }
 
 impl<T: Real> Noise<T> {

@@ -183,7 +183,7 @@ impl<T: Real> Method<T> for Window<T> {
         let d = mass - self.range.middle();
         let lasting = self.noise.model_std * sums.slope_sum(d);
         let variance = self.expected_scatter(sums.information(d)) + lasting * lasting;
-        let surprise = sums.score(d) / variance.sqrt();
+        let surprise = sums.score(d) / (variance.sqrt() * self.noise.tail.at_least(T::ONE));
         surprise.is_finite().then_some(surprise)
     }
 }
