@@ -6,7 +6,9 @@
 //! means over a second, which every cutoff passes alike, are compared.
 
 use std::collections::BTreeMap;
+use std::panic::resume_unwind;
 use std::path::PathBuf;
+use std::thread;
 
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;
@@ -53,13 +55,24 @@ pub(super) fn choose<const N: usize>(robot: &Robot, files: &[PathBuf], mass_kg: 
     }
     let slowest = pilots.iter().map(|pilot| pilot.period_s).fold(0.0, f64::max);
     let highest = HIGHEST_SHARE / slowest;
-    let mut tried = Vec::new();
+    let mut candidates = Vec::new();
     for cutoff_hz in CANDIDATES.into_iter().filter(|cutoff| *cutoff <= highest) {
-        let core = robot.core::<N>(cutoff_hz)?;
-        if let Some(seconds) = residual(robot, &core, &pilots, mass_kg) {
-            tried.push((cutoff_hz, seconds));
-        }
+        candidates.push((cutoff_hz, robot.core::<N>(cutoff_hz)?));
     }
+    let (even, odd): (Vec<_>, Vec<_>) =
+        candidates.into_iter().enumerate().partition(|(index, _)| index % 2 == 0);
+    let attempt = |half: Vec<(usize, (f64, CoreRobot<f64, N>))>| -> Vec<(f64, Seconds)> {
+        let one = |(_, (cutoff_hz, core))| Some((cutoff_hz, residual(robot, &core, &pilots, mass_kg)?));
+        half.into_iter().filter_map(one).collect()
+    };
+    // Two threads, not one a candidate: each holds as many rows as a whole store.
+    let mut tried = thread::scope(|scope| {
+        let other = scope.spawn(|| attempt(odd));
+        let mut tried = attempt(even);
+        tried.extend(other.join().unwrap_or_else(|panic| resume_unwind(panic)));
+        tried
+    });
+    tried.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     Ok(lowest_good_enough(&tried).unwrap_or(highest.min(CANDIDATES[0])))
 }
 

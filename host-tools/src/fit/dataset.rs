@@ -4,7 +4,10 @@
 //! passed a low-pass filter, neighbouring rows of a long log repeat each other. What needs single rows (which wheels are
 //! clamped, errors in percent, block-wise standard errors) looks at the store; sums over all rows come from the stream.
 
+use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::thread;
 
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::{self, Gate, REGRESSORS};
@@ -41,7 +44,7 @@ pub struct Row<const N: usize> {
 pub struct Run {
     /// Its log.
     pub file: PathBuf,
-    /// Sums over all its rows.
+    /// Sums over all its rows; none for [`Gate::Signed`], whose fit needs single rows.
     pub gram: Gram<REGRESSORS>,
 }
 
@@ -144,25 +147,37 @@ impl<const N: usize> Dataset<N> {
             self.period_s = reader.period_s();
         }
         let first_run = self.runs.len();
-        while let Some(raw) = reader.next_row()? {
-            self.rows += 1;
-            if self.rows.is_multiple_of(1 << 16) {
-                progress.at(reader.progress());
+        let (out, blocks) = sync_channel(BLOCKS_AHEAD);
+        thread::scope(|scope| {
+            // Text to numbers is half of the work: on another core, if there is one.
+            let parser = scope.spawn(move || parse(reader, &out));
+            let mut rows = Vec::with_capacity(BLOCK_ROWS);
+            for Block { raw_rows, bytes } in blocks {
+                self.rows += raw_rows.len() as u64;
+                progress.at(bytes);
+                for raw in &raw_rows {
+                    let run = first_run + raw.run as usize;
+                    while self.runs.len() <= run {
+                        self.runs.push(Run { file: file.to_owned(), gram: Gram::default() });
+                    }
+                    if let Some(row) = condition(&mut conditioner, raw, mass_kg) {
+                        let row = Row { run: run as u32, ..row };
+                        self.take(row);
+                        rows.push(row);
+                    }
+                }
+                // The signed model's fit looks at the store only.
+                if self.gate != Gate::Signed {
+                    self.add_to_grams(&rows);
+                }
+                rows.clear();
             }
-            let run = first_run + raw.run as usize;
-            while self.runs.len() <= run {
-                self.runs.push(Run { file: file.to_owned(), gram: Gram::default() });
-            }
-            if let Some(row) = condition(&mut conditioner, &raw, mass_kg) {
-                self.push(Row { run: run as u32, ..row });
-            }
-        }
-        Ok(())
+            parser.join().unwrap_or_else(|panic| resume_unwind(panic))
+        })
     }
 
-    /// Takes a conditioned row: into its run's sums, and into the store if it is its turn.
-    fn push(&mut self, row: Row<N>) {
-        self.add_to_gram(&row);
+    /// Takes a conditioned row into the store, if it is its turn.
+    fn take(&mut self, row: Row<N>) {
         if self.used.is_multiple_of(u64::from(self.stride)) {
             self.keep(row);
         }
@@ -194,16 +209,20 @@ impl<const N: usize> Dataset<N> {
         for run in &mut other.runs {
             run.gram = Gram::default();
         }
-        for row in &self.store {
-            other.add_to_gram(row);
-        }
+        other.add_to_grams(&self.store);
         other
     }
 
-    fn add_to_gram(&mut self, row: &Row<N>) {
-        if let Some(run) = self.runs.get_mut(row.run as usize) {
-            let products = eq18::products(self.gate, &row.motion);
-            run.gram.add(&eq18::regressors(self.gate, &products, row.mass), row.power);
+    /// Takes conditioned rows into the sums of their runs.
+    fn add_to_grams(&mut self, rows: &[Row<N>]) {
+        // With the gate known where it is compiled, the products stay in registers.
+        for rows in rows.chunk_by(|a, b| a.run == b.run) {
+            let Some(run) = self.runs.get_mut(rows[0].run as usize) else { continue };
+            match self.gate {
+                Gate::Published => run.gram.extend(rows.iter().map(|row| summand(Gate::Published, row))),
+                Gate::Corrected => run.gram.extend(rows.iter().map(|row| summand(Gate::Corrected, row))),
+                Gate::Signed => run.gram.extend(rows.iter().map(|row| summand(Gate::Signed, row))),
+            }
         }
     }
 
@@ -219,6 +238,36 @@ impl<const N: usize> Dataset<N> {
     /// Time between rows of the store, s.
     pub fn store_period_s(&self) -> f64 {
         self.period_s * f64::from(self.stride)
+    }
+}
+
+/// Regressors and power of a row.
+#[inline(always)]
+fn summand<const N: usize>(gate: Gate, row: &Row<N>) -> ([f64; REGRESSORS], f64) {
+    (eq18::regressors(gate, &eq18::products(gate, &row.motion), row.mass), row.power)
+}
+
+/// Rows that are handed from thread to thread at a time.
+const BLOCK_ROWS: usize = 1024;
+
+/// Blocks that wait for the conditioning thread at most.
+const BLOCKS_AHEAD: usize = 4;
+
+/// Rows as read.
+struct Block<const N: usize> {
+    raw_rows: Vec<RawRow<N>>,
+    /// Bytes read and the size of the file.
+    bytes: (u64, Option<u64>),
+}
+
+/// Reads a log to its end, or until nobody listens any more.
+fn parse<const N: usize>(reader: &mut SampleReader<N>, out: &SyncSender<Block<N>>) -> Result<()> {
+    loop {
+        let raw_rows = reader.next_block(BLOCK_ROWS)?;
+        let block = Block { raw_rows, bytes: reader.progress() };
+        if block.raw_rows.is_empty() || out.send(block).is_err() {
+            return Ok(());
+        }
     }
 }
 

@@ -64,9 +64,8 @@ pub fn solve<const N: usize>(dataset: &Dataset<N>, drive: Drive) -> Solution {
     let limit = 0.1 * acceleration_rms(store);
     // Before anything is known of the torques, rows in which a wheel brakes are left out.
     let mut gram = Gram::default();
-    for row in store.iter().filter(|row| drive == Drive::Regenerative || !brakes(&row.motion, limit)) {
-        gram.add(&regressors(&row.motion, row.mass), row.power);
-    }
+    let first = store.iter().filter(|row| drive == Drive::Regenerative || !brakes(&row.motion, limit));
+    gram.extend(first.map(|row| (regressors(&row.motion, row.mass), row.power)));
     let problem = Problem::new(&gram);
     let ends = starts(&problem).into_iter().map(|start| problem.descend(start));
     let mut best =
@@ -78,11 +77,12 @@ pub fn solve<const N: usize>(dataset: &Dataset<N>, drive: Drive) -> Solution {
         let torque = TorqueModel::from_array(best.parameters.into());
         weights = weigh(store, &torque, drive);
         let mut gram = Gram::default();
-        for (row, weight) in store.iter().zip(&weights).filter(|(_, weight)| **weight > 0.0) {
+        let weighted = store.iter().zip(&weights).filter(|(_, weight)| **weight > 0.0);
+        gram.extend(weighted.map(|(row, weight)| {
             let root = weight.sqrt();
             let products = regressors(&driving(&torque, row, drive), row.mass);
-            gram.add(&products.map(|x| x * root), row.power * root);
-        }
+            (products.map(|x| x * root), row.power * root)
+        }));
         let next = Problem::new(&gram).descend(best.parameters);
         iterations += next.steps;
         let moved = (next.parameters - best.parameters).abs();

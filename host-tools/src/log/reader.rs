@@ -55,6 +55,8 @@ pub struct LogReader {
     columns: Vec<String>,
     /// One entry a column, up to the last one that is wanted.
     wanted: Vec<Option<Wanted>>,
+    /// The slot of each column, if all are wanted and hold numbers: rows of plain numbers are then read in one go.
+    plain: Option<Vec<usize>>,
     present: Vec<bool>,
     time_slot: Option<usize>,
     run_slot: Option<usize>,
@@ -117,7 +119,10 @@ impl LogReader {
         while let Some(None) = wanted.last() {
             wanted.pop();
         }
+        let plain = wanted.iter().map(|wanted| wanted.filter(|column| column.role != Role::Run));
+        let plain: Option<Vec<usize>> = plain.map(|wanted| Some(wanted?.slot)).collect();
         Ok(Self {
+            plain: plain.filter(|slots| slots.len() == columns.len()),
             time_slot: slot_of(Role::Time).filter(|&slot| present[slot]),
             run_slot: slot_of(Role::Run).filter(|&slot| present[slot]),
             source,
@@ -176,6 +181,15 @@ impl LogReader {
     #[inline]
     pub fn next_row(&mut self, values: &mut [f64]) -> Result<Option<u64>> {
         loop {
+            values[..self.present.len()].fill(f64::NAN);
+            if let Some(slots) = &self.plain
+                && let Some(length) = plain_row(self.source.unread(), slots, values)
+            {
+                self.source.skip_line(length);
+                self.check_time(values)?;
+                self.rows += 1;
+                return Ok(Some(self.source.line_number()));
+            }
             let (start, end) = match self.source.next_line()? {
                 Line::Whole(start, end) => (start, end),
                 Line::Cut(start, end) => {
@@ -188,7 +202,6 @@ impl LogReader {
             };
             let line = self.source.bytes(start, end);
             let line = line.strip_suffix(b"\r").unwrap_or(line);
-            values[..self.present.len()].fill(f64::NAN);
             match parse_row(line, &self.wanted, self.columns.len(), &mut self.runs, values) {
                 Ok(finite) => {
                     let accepted = self.check_time(values)?;
@@ -288,6 +301,23 @@ enum Fault {
     FieldCount,
 }
 
+/// Reads a line of plain numbers into the slots of its columns; its length with the line feed. `None` for any other line,
+/// faulty or not: [`parse_row`] knows what to do with it.
+#[inline]
+fn plain_row(text: &[u8], slots: &[usize], values: &mut [f64]) -> Option<usize> {
+    let mut rest = text;
+    let (last, others) = slots.split_last()?;
+    for (slot, end) in others.iter().map(|slot| (slot, b',')).chain([(last, b'\n')]) {
+        let (value, length) = scan::plain_number(rest)?;
+        if rest.get(length) != Some(&end) {
+            return None;
+        }
+        values[*slot] = value;
+        rest = &rest[length + 1..];
+    }
+    Some(text.len() - rest.len())
+}
+
 /// Parses the wanted fields of a line; whether all that are needed are finite.
 #[inline]
 fn parse_row(
@@ -308,7 +338,7 @@ fn parse_row(
                 length
             }
             Some(Wanted { slot, role }) => {
-                let (value, length) = match scan::plain_number(rest) {
+                let (value, length) = match scan::plain_field(rest) {
                     Some(number) => number,
                     None => {
                         let length = scan::field_length(rest);

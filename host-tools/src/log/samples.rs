@@ -78,6 +78,20 @@ impl<const N: usize> SampleReader<N> {
         }))
     }
 
+    /// Up to `most` of the next rows; none at the end.
+    ///
+    /// # Errors
+    /// As [`next_row`](Self::next_row).
+    pub fn next_block(&mut self, most: usize) -> Result<Vec<RawRow<N>>> {
+        let mut block = Vec::with_capacity(most);
+        while block.len() < most
+            && let Some(row) = self.next_row()?
+        {
+            block.push(row);
+        }
+        Ok(block)
+    }
+
     /// Median sample period, s.
     pub fn period_s(&self) -> f64 {
         self.reader.period_s()

@@ -74,6 +74,17 @@ impl Source {
         &self.buffer[start..end]
     }
 
+    /// What is in the buffer behind the line handed out last.
+    pub(super) fn unread(&self) -> &[u8] {
+        &self.buffer[self.start..self.end]
+    }
+
+    /// Takes the first bytes of [`unread`](Self::unread) for a line, the line feed included.
+    pub(super) fn skip_line(&mut self, length: usize) {
+        self.start += length;
+        self.line += 1;
+    }
+
     pub(super) fn next_line(&mut self) -> Result<Line> {
         let mut searched = 0;
         loop {
