@@ -164,16 +164,19 @@ pub fn compare<const N: usize>(robot: &Robot, split: &Split, settings: &Settings
 }
 
 fn baselines(settings: &Settings) -> Vec<Box<dyn Baseline>> {
-    let mut baselines: Vec<Box<dyn Baseline>> = vec![Box::new(crate::baselines::linear::Linear::default())];
-    #[cfg(feature = "mlp")]
-    if settings.perceptron {
-        baselines.push(Box::new(crate::baselines::mlp::Mlp::default()));
-    }
-    #[cfg(not(feature = "mlp"))]
-    if settings.perceptron {
-        eprintln!("gmr: built without the perceptron (feature mlp): it is left out of the table");
-    }
-    baselines
+    let linear: Box<dyn Baseline> = Box::new(crate::baselines::linear::Linear::default());
+    std::iter::once(linear).chain(settings.perceptron.then(perceptron).flatten()).collect()
+}
+
+#[cfg(feature = "mlp")]
+fn perceptron() -> Option<Box<dyn Baseline>> {
+    Some(Box::new(crate::baselines::mlp::Mlp::default()))
+}
+
+#[cfg(not(feature = "mlp"))]
+fn perceptron() -> Option<Box<dyn Baseline>> {
+    eprintln!("gmr: built without the perceptron (feature mlp): it is left out of the table");
+    None
 }
 
 impl Comparison {

@@ -40,17 +40,6 @@ pub struct TorqueModel<T> {
     pub scrub: T,
 }
 
-/// Name, unit and meaning of each parameter in the order of [`TorqueModel::to_array`].
-pub const PARAMETER_NAMES: [(&str, &str); PARAMETERS] = [
-    ("coulomb", "N·m"),
-    ("rolling", "N·m/kg"),
-    ("viscous", "N·m·s/rad"),
-    ("rotor_inertia", "kg·m²"),
-    ("inertia_gain", "1"),
-    ("winding_loss", "W/(N·m)²"),
-    ("scrub", "N·m/kg"),
-];
-
 /// Whether the drive can feed power back into the supply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Drive {
@@ -70,13 +59,13 @@ pub struct WheelPower<T> {
 }
 
 impl<T: Real> TorqueModel<T> {
-    /// In the order of [`PARAMETER_NAMES`].
+    /// In the order of the fields.
     pub fn from_array(values: [T; PARAMETERS]) -> Self {
         let [coulomb, rolling, viscous, rotor_inertia, inertia_gain, winding_loss, scrub] = values;
         Self { coulomb, rolling, viscous, rotor_inertia, inertia_gain, winding_loss, scrub }
     }
 
-    /// In the order of [`PARAMETER_NAMES`].
+    /// In the order of the fields.
     pub fn to_array(self) -> [T; PARAMETERS] {
         [
             self.coulomb,

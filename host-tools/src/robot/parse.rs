@@ -12,7 +12,7 @@ use super::{
 use crate::error::{Error, Result};
 
 /// Most wheels that the tools are compiled for.
-const MOST_WHEELS: usize = 8;
+const MOST_WHEELS: usize = model_core::coefficients::MOST_WHEELS;
 
 const KINEMATICS: &str = "differential, skid-steer, omni3, mecanum or matrix";
 
