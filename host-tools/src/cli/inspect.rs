@@ -13,7 +13,7 @@ use crate::robot::Robot;
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Robot: a built-in name (burger, warthog, husky) or a robot.toml
-    #[arg(long, value_name = "R.toml")]
+    #[arg(long, value_name = "R.toml", default_value = "burger")]
     robot: PathBuf,
     /// Answer as JSON
     #[arg(long)]

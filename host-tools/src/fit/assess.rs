@@ -156,7 +156,7 @@ pub fn lasting_error<const N: usize>(
     *errors.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
-/// How far the residuals stray as a payload estimator sees them: the usual scatter of Σ g e over [`BLOCK_S`], per Σ g²,
+/// How far the residuals stray as a payload estimator sees them: the usual scatter of Σ g e over two seconds, per Σ g²,
 /// g = ∂P/∂m. The usual one, by the median: the few blocks in which no model of filtered signals is right show in the
 /// estimator's own windows.
 pub fn noise<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, model_std: f64) -> Noise<f64> {

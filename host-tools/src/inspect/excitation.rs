@@ -33,7 +33,7 @@ pub struct Excitation {
     pub share_turning: f64,
     /// Share of moving rows with power near 0: a drive that cannot feed back hides what happens there.
     pub share_power_near_zero: f64,
-    /// Share of all rows whose power is negative by more than noise about 0: by 2 % of the greatest.
+    /// Share of moving rows whose power is negative by more than noise about 0: by 2 % of the greatest.
     pub share_power_negative: f64,
     /// Total masses in the log, kg, and the share of rows with each; rows without a mass are left out.
     pub payloads: Vec<PayloadShare>,
@@ -96,9 +96,6 @@ impl<'a> Watch<'a> {
     pub(super) fn add(&mut self, time_s: f64, wheels: &[f64], power_w: f64, mass_kg: f64) {
         self.rows += 1;
         self.power.add(power_w);
-        if power_w < 0.0 {
-            self.negative.add(power_w);
-        }
         if mass_kg.is_finite() && self.masses.len() <= MOST_PAYLOADS {
             *self.masses.entry((mass_kg * 1000.0).round() as i64).or_default() += 1;
         }
@@ -115,6 +112,9 @@ impl<'a> Watch<'a> {
         let fastest = wheels.iter().fold(0.0, |fastest: f64, speed| fastest.max(speed.abs()));
         if fastest > self.robot.speed_dead_band_rad_s() {
             self.moving += 1;
+            if power_w < 0.0 {
+                self.negative.add(power_w);
+            }
             self.speeds.add(fastest);
             self.moving_power.add(power_w);
             if let Some((from_s, before)) = self.recent.front() {
@@ -151,7 +151,7 @@ impl<'a> Watch<'a> {
             share_straight: of_moving(self.straight),
             share_turning: of_moving(self.turning),
             share_power_near_zero: of_moving(near),
-            share_power_negative: of_rows(self.negative.above(2.0 * NEAR_ZERO * power_high_w)),
+            share_power_negative: of_moving(self.negative.above(2.0 * NEAR_ZERO * power_high_w)),
             payloads: self
                 .masses
                 .iter()

@@ -11,6 +11,9 @@ use super::static_power::{Moving, StaticPower};
 use crate::log::MIN_GAP_FACTOR;
 use crate::robot::Robot;
 
+/// Noise alone makes the power of slow drives negative now and then: up to this share of the moving rows.
+const NEGATIVE: f64 = 0.05;
+
 /// How much a finding matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -177,9 +180,9 @@ impl Findings {
         if drive.share_straight < 0.02 && drive.share_turning > 0.5 {
             self.add(Warning, "hardly any straight driving", "add straight drives with ramps");
         }
-        if drive.share_power_negative > 0.01 && !robot.regeneration() {
+        if drive.share_power_negative > NEGATIVE && !robot.regeneration() {
             let text = format!(
-                "{:.0} % of rows have negative power, but {} does not feed power back",
+                "{:.0} % of moving rows have negative power, but {} does not feed power back",
                 100.0 * drive.share_power_negative,
                 robot.name()
             );
