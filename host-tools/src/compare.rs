@@ -29,10 +29,13 @@ pub enum Split {
     Blocks {
         /// The logs.
         files: Vec<PathBuf>,
-        /// Length of a block, s.
-        block_s: f64,
+        /// Length of a block, s; at most [`BLOCK_S`], and a sixth of the longest run, unless given.
+        block_s: Option<f64>,
     },
 }
+
+/// Length of held-out blocks, s: longer than any correlation of filtered power, short enough for several kinds of driving.
+pub const BLOCK_S: f64 = 5.0;
 
 /// One in this many blocks is held out.
 pub const HOLD_OUT: i64 = 3;
@@ -233,6 +236,7 @@ impl<const N: usize> Data<N> {
             }
             Split::Blocks { files, block_s } => {
                 let mut train = Dataset::read(robot, files, &reading(None))?;
+                let block_s = block_s.unwrap_or_else(|| BLOCK_S.min(longest_run(&train.store) / 6.0));
                 let held_out = |row: &Row<N>| (row.time / block_s).floor() as i64 % HOLD_OUT == HOLD_OUT - 1;
                 let (test, kept) = train.store.drain(..).partition(held_out);
                 train.store = kept;
@@ -248,6 +252,13 @@ impl<const N: usize> Data<N> {
             }
         }
     }
+}
+
+/// Duration of the longest run, s.
+fn longest_run<const N: usize>(rows: &[Row<N>]) -> f64 {
+    let durations =
+        rows.chunk_by(|a, b| a.run == b.run).filter_map(|run| Some(run.last()?.time - run.first()?.time));
+    durations.fold(0.0, f64::max)
 }
 
 fn test_rows<const N: usize>(

@@ -281,7 +281,7 @@ fn too_short_a_log_says_how_long_it_has_to_be() {
     let report = bench.json(COMMANDS[1].1);
     assert_eq!(report["windows"].as_array().unwrap().len(), 0);
     bench.put("run.csv", format!("{HEADER}{}", rows(900)));
-    let found = refusal(&bench, COMMANDS[2].1, 1);
+    let found = refusal(&bench, &[COMMANDS[2].1, &["--block", "5"]].concat(), 1);
     assert_eq!(found, "run.csv: the log is too short to hold out blocks of 5 s; expected at least 15 s");
 }
 

@@ -32,7 +32,7 @@ fn no_false_alarm_on_correlated_noise() {
     }
 }
 
-/// A shift of δ gains δ − 1 a bucket, at most 5: 10 is passed after 10 / (δ − 1) buckets on average, and the alarm
+/// A shift of δ gains δ − 1 a bucket, at most 7.5: 15 is passed after 15 / (δ − 1) buckets on average, and the alarm
 /// dates the change to within the few buckets in which noise hides it.
 #[test]
 fn shifts_are_noticed_and_dated() {
@@ -51,7 +51,7 @@ fn shifts_are_noticed_and_dated() {
             worst = worst.max(delay);
         }
         // The sum passes the level by part of a step.
-        let expected = 10.0 / (f64::abs(shift) - 1.0).min(5.0) + 1.0;
+        let expected = 15.0 / (f64::abs(shift) - 1.0).min(7.5) + 1.0;
         assert!(delays <= expected + 0.5 && worst as f64 <= 3.0 * expected, "{shift}: {delays} {worst}");
         assert!(errors < 0.5, "{shift}: dated {errors} buckets off");
     }
@@ -91,7 +91,7 @@ proptest! {
             }
             high = (high + surprise - 1.0).max(0.0);
             low = (low - surprise - 1.0).max(0.0);
-            let alarm = high > 10.0 || low > 10.0;
+            let alarm = high > 15.0 || low > 15.0;
             prop_assert_eq!(detector.push(surprise).is_some(), alarm);
             if alarm {
                 (high, low) = (0.0, 0.0);

@@ -22,9 +22,9 @@ pub(crate) struct Arguments {
     /// The robot: a robot.toml, or burger, warthog, husky
     #[arg(long, default_value = "burger")]
     robot: PathBuf,
-    /// Length of held-out blocks, s
-    #[arg(long, default_value_t = 5.0, value_name = "S")]
-    block: f64,
+    /// Length of held-out blocks, s [default: 5, or a sixth of the longest log if that is less]
+    #[arg(long, value_name = "S")]
+    block: Option<f64>,
     /// Payload window of the models that estimate the mass, s
     #[arg(long, default_value_t = 25.0, value_name = "S")]
     window: f64,
@@ -69,8 +69,10 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     if !(mass_kg > 0.0 && mass_kg.is_finite()) {
         return Err(Error::usage(format!("--mass {mass_kg}: expected a mass above 0 kg")));
     }
-    if !(arguments.block > 0.0 && arguments.block.is_finite()) {
-        return Err(Error::usage(format!("--block {}: expected a length above 0 s", arguments.block)));
+    if let Some(block) = arguments.block
+        && !(block > 0.0 && block.is_finite())
+    {
+        return Err(Error::usage(format!("--block {block}: expected a length above 0 s")));
     }
     let split = if arguments.test.is_empty() {
         Split::Blocks { files: arguments.train.clone(), block_s: arguments.block }
@@ -118,7 +120,7 @@ fn nice(width: f64) -> f64 {
 
 fn print_text(robot: &Robot, arguments: &Arguments, comparison: &Comparison) {
     let split = if arguments.test.is_empty() {
-        format!("one in {HOLD_OUT} blocks of {} s held out", arguments.block)
+        format!("one in {HOLD_OUT} blocks held out")
     } else {
         format!("payload window {} s", comparison.window_s)
     };

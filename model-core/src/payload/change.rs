@@ -83,9 +83,9 @@ mod tests {
             assert_eq!(detector.push(if i % 2 == 0 { 1.5 } else { -1.5 }), None);
         }
         assert_eq!(detector.push(0.0), None);
-        // Shift of 4: the sum reaches 10 with the fourth bucket.
-        let alarms: std::vec::Vec<_> = (0..4).map(|_| detector.push(-4.0)).collect();
-        assert_eq!(alarms.iter().flatten().next(), Some(&4));
+        // Shift of 4: the sum passes 15 with the sixth bucket.
+        let alarms: std::vec::Vec<_> = (0..6).map(|_| detector.push(-4.0)).collect();
+        assert_eq!(alarms.iter().flatten().next(), Some(&6));
     }
 
     #[test]
