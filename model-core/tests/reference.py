@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Writes the reference numbers of `reference.rs` into the folder `reference`.
 
-    python3 -m venv /tmp/venv && /tmp/venv/bin/pip install numpy scipy
-    /tmp/venv/bin/python model-core/tests/reference.py
+    python3 -m venv venv && venv/bin/pip install numpy scipy
+    venv/bin/python model-core/tests/reference.py
 
 Made with Python 3.11, NumPy 2.4, SciPy 1.17. Nothing here is taken from model-core: the filter is scipy.signal's, Eq. 18
 is written with the paper's matrices, the mass is found by scipy.optimize.
