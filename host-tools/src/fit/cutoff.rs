@@ -28,7 +28,7 @@ const CANDIDATES: [f64; 11] = [1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22
 const HIGHEST_SHARE: f64 = 0.3;
 
 /// Rows that take part, over all logs.
-const MOST_ROWS: usize = 120_000;
+const MOST_ROWS: usize = 50_000;
 
 /// The first rows of a log.
 struct Pilot<const N: usize> {
