@@ -44,6 +44,7 @@ const METHODS: [(&str, &[&str], &[&str]); 3] = [
 /// What one window says.
 #[derive(Clone, Copy)]
 struct Outcome {
+    mass: f64,
     error_percent: f64,
     contains: bool,
 }
@@ -200,6 +201,7 @@ fn add(row: &mut Row, estimate: &Value, mass: f64, moving: &[f64], window_s: f64
         }
         match (number("mass_kg"), number("low_kg"), number("high_kg")) {
             (Some(found), Some(low), Some(high)) => row.windows.push(Outcome {
+                mass,
                 error_percent: 100.0 * (found / mass - 1.0).abs(),
                 contains: low <= mass + 1e-9 && mass - 1e-9 <= high,
             }),
@@ -249,6 +251,8 @@ fn report(results: &[(Key, Row)], seeds: u64) -> ExitCode {
                 for (_, part) in results.iter().filter(|(key, _)| *key == (plant, window, method)) {
                     row.merge(part.clone());
                 }
+                let at = row.windows.iter().max_by(|a, b| a.error_percent.total_cmp(&b.error_percent));
+                let worst_mass = at.map_or(f64::NAN, |outcome| outcome.mass);
                 let mut errors: Vec<f64> = row.windows.iter().map(|outcome| outcome.error_percent).collect();
                 errors.sort_by(f64::total_cmp);
                 let average = mean(errors.iter().copied());
@@ -257,7 +261,7 @@ fn report(results: &[(Key, Row)], seeds: u64) -> ExitCode {
                 let inside = mean(row.windows.iter().map(|outcome| f64::from(u8::from(outcome.contains))));
                 let (r2, mape) = (mean(row.r2.iter().copied()), mean(row.mape.iter().copied()));
                 println!(
-                    "| {} | {window_s} s | {name} | {average:.2} % | {high:.2} % | {worst:.2} % | {:.1} % | {} of {} | {r2:.5} ± {:.5} | {mape:.2} ± {:.2} % |",
+                    "| {} | {window_s} s | {name} | {average:.2} % | {high:.2} % | {worst:.2} % (at {worst_mass} kg) | {:.1} % | {} of {} | {r2:.5} ± {:.5} | {mape:.2} ± {:.2} % |",
                     settings.name,
                     100.0 * inside,
                     row.unknown,

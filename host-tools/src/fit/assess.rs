@@ -121,9 +121,10 @@ pub fn lasting_error<const N: usize>(
     model: &Model<f64>,
     gradient: impl Fn(&Row<N>) -> DVector<f64>,
     covariance: &DMatrix<f64>,
+    power_scale: f64,
 ) -> f64 {
     let range = &dataset.robot.range;
-    let noise = Noise { density: 0.0, model_std: 0.0, power_scale: power_scale(dataset, model), tail: 1.0 };
+    let noise = Noise { density: 0.0, model_std: 0.0, power_scale, tail: 1.0 };
     let mut errors = Vec::new();
     let mut close = |score: &DVector<f64>, slope: f64| {
         if slope != 0.0 {
@@ -149,19 +150,20 @@ pub fn lasting_error<const N: usize>(
         }
     }
     close(&score, slope_sum);
-    if errors.is_empty() {
-        return 0.0;
-    }
-    let middle = errors.len() / 2;
-    *errors.select_nth_unstable_by(middle, f64::total_cmp).1
+    median(&mut errors).unwrap_or(0.0)
 }
 
 /// How far the residuals stray as a payload estimator sees them: the usual scatter of Σ g e over two seconds, per Σ g²,
 /// g = ∂P/∂m. The usual one, by the median: the few blocks in which no model of filtered signals is right show in the
 /// estimator's own windows.
-pub fn noise<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, model_std: f64) -> Noise<f64> {
+pub fn noise<const N: usize>(
+    dataset: &Dataset<N>,
+    model: &Model<f64>,
+    model_std: f64,
+    power_scale: f64,
+) -> Noise<f64> {
     let range = &dataset.robot.range;
-    let mut noise = Noise { density: 0.0, model_std, power_scale: power_scale(dataset, model), tail: 1.0 };
+    let mut noise = Noise { density: 0.0, model_std, power_scale, tail: 1.0 };
     // Score and information of each block.
     let mut blocks: Vec<(f64, f64)> = Vec::new();
     let mut current: Option<(u32, i64)> = None;
@@ -185,11 +187,8 @@ pub fn noise<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, model_std
     let most = blocks.iter().map(|(_, information)| *information).fold(0.0, f64::max);
     let told = blocks.iter().filter(|(_, information)| *information > LEAST_SHARE * most);
     let mut sizes: Vec<f64> = told.map(|(score, information)| score.abs() / information.sqrt()).collect();
-    if sizes.is_empty() {
-        return noise;
-    }
-    let middle = sizes.len() / 2;
-    let usual = MEDIAN_TO_STD * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let Some(middle) = median(&mut sizes) else { return noise };
+    let usual = MEDIAN_TO_STD * middle;
     noise.density = dataset.store_period_s() * usual * usual;
     let rare = sizes.len() * 19 / 20;
     noise.tail = (*sizes.select_nth_unstable_by(rare, f64::total_cmp).1 / (NORMAL_95 * usual)).max(1.0);
@@ -198,7 +197,7 @@ pub fn noise<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, model_std
 
 /// Where the residual begins to grow with the power: from what is usual below the middle of the power to the root
 /// mean square in the topmost tenth, where rare large errors are what weighs.
-fn power_scale<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>) -> f64 {
+pub fn power_scale<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>) -> f64 {
     let mut rows: Vec<(f64, f64)> = dataset
         .store
         .iter()
@@ -213,9 +212,9 @@ fn power_scale<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>) -> f64 
     if low == 0 {
         return 0.0;
     }
-    let (below, above) = (&mut rows[..low].to_vec(), &rows[high..]);
-    let middle = low / 2;
-    let usual = MEDIAN_TO_STD * below.select_nth_unstable_by(middle, |a, b| a.1.total_cmp(&b.1)).1.1;
+    let above = &rows[high..];
+    let mut below: Vec<f64> = rows[..low].iter().map(|(_, size)| *size).collect();
+    let usual = MEDIAN_TO_STD * median(&mut below).unwrap_or(0.0);
     let at_power = (above.iter().map(|(_, size)| size * size).sum::<f64>() / above.len() as f64).sqrt();
     if usual > 0.0 && at_power > usual {
         // Cruising at the usual power always counts.
@@ -230,6 +229,12 @@ const NORMAL_95: f64 = 1.960;
 
 /// Blocks with less than this share of the most informative one's information are left out.
 const LEAST_SHARE: f64 = 0.01;
+
+/// The middle value, the upper one of two; `None` of none.
+pub(super) fn median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
 
 /// Standard deviation of a normal variable over the median of its size.
 pub(super) const MEDIAN_TO_STD: f64 = 1.4826;

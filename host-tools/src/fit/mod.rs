@@ -172,12 +172,13 @@ pub fn fit<const N: usize>(
         }
     };
     let solve_s = started.elapsed().as_secs_f64();
-    let Judgement { uncertainty, parameters, lasting_error } = judge(dataset, &model, &weights);
+    let power_scale = assess::power_scale(dataset, &model);
+    let Judgement { uncertainty, parameters, lasting_error } = judge(dataset, &model, &weights, power_scale);
     let quality = assess::quality(dataset, &model, robot.mape_floor_w())
         .ok_or_else(|| Error::failed("the fitted model predicts no finite power for any row"))?;
     // With one payload or speed the model's dependence on the mass is a guess: no window says anything about it.
     let lasting = if shortcoming.is_some() { NO_PAYLOAD_W } else { lasting_error };
-    let noise = assess::noise(dataset, &model, lasting);
+    let noise = assess::noise(dataset, &model, lasting, power_scale);
     let unused = weights.iter().filter(|weight| **weight == 0.0).count();
     Ok(Fit {
         coefficients: Coefficients { robot: dataset.robot, model, noise },
@@ -215,7 +216,12 @@ struct Judgement {
     lasting_error: f64,
 }
 
-fn judge<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, weights: &[f64]) -> Judgement {
+fn judge<const N: usize>(
+    dataset: &Dataset<N>,
+    model: &Model<f64>,
+    weights: &[f64],
+    power_scale: f64,
+) -> Judgement {
     match model {
         Model::Signed { torque, drive } => {
             // Wheels that do not scrub have no such parameter: it is the last.
@@ -230,7 +236,8 @@ fn judge<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, weights: &[f6
                 DVector::from_column_slice(&slope.as_slice()[..values.len()])
             };
             let uncertainty = assess::uncertainty(dataset, weights, predict, gradient, values.len());
-            let lasting_error = assess::lasting_error(dataset, model, gradient, &uncertainty.covariance);
+            let lasting_error =
+                assess::lasting_error(dataset, model, gradient, &uncertainty.covariance, power_scale);
             let parameters = verdict::judge(&verdict::TORQUE[..values.len()], values, &uncertainty);
             Judgement { uncertainty, parameters, lasting_error }
         }
@@ -241,7 +248,8 @@ fn judge<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, weights: &[f6
             };
             let predict = |row: &Row<N>| gradient(row).iter().zip(beta).map(|(x, b)| x * b).sum();
             let uncertainty = assess::uncertainty(dataset, weights, predict, gradient, beta.len());
-            let lasting_error = assess::lasting_error(dataset, model, gradient, &uncertainty.covariance);
+            let lasting_error =
+                assess::lasting_error(dataset, model, gradient, &uncertainty.covariance, power_scale);
             let parameters = verdict::judge(&verdict::EQ18, beta, &uncertainty);
             Judgement { uncertainty, parameters, lasting_error }
         }

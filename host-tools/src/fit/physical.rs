@@ -9,7 +9,7 @@ use model_core::motion::{Motion, Wheel};
 use model_core::torque::{self, Drive, PARAMETERS, SCRUB_PRODUCTS, TorqueModel};
 use nalgebra::{SMatrix, SVector};
 
-use super::assess::MEDIAN_TO_STD;
+use super::assess::{MEDIAN_TO_STD, median};
 use super::dataset::{Dataset, Row};
 use super::gram::{self, Gram};
 
@@ -126,11 +126,8 @@ fn weigh<const N: usize>(rows: &[Row<N>], torque: &TorqueModel<f64>, drive: Driv
     };
     let residuals: Vec<Option<f64>> = rows.iter().map(residual).collect();
     let mut sizes: Vec<f64> = residuals.iter().flatten().copied().collect();
-    if sizes.is_empty() {
-        return vec![0.0; rows.len()];
-    }
-    let middle = sizes.len() / 2;
-    let usual = MEDIAN_TO_STD * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let Some(middle) = median(&mut sizes) else { return vec![0.0; rows.len()] };
+    let usual = MEDIAN_TO_STD * middle;
     residuals.iter().map(|size| size.map_or(0.0, |size| (HUBER * usual / size).min(1.0))).collect()
 }
 

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::page::{Drawn, legend, range, tick};
-use super::style::{FONT, GRID, INK, LABEL_SIZE, TITLE_SIZE, palette};
+use super::page::{Drawn, axes, legend, range};
+use super::style::{INK, palette};
 
 /// Mean prediction and its spread for every bin of measured power, one curve a model; the diagonal is the truth. Holds
 /// one sum a bin, however many samples are added.
@@ -78,24 +78,16 @@ impl Binned {
         let ends = |point: &(f64, Bin)| [point.1.mean - point.1.std(), point.1.mean + point.1.std(), point.0];
         let y = range(points().flat_map(ends), 0.06);
 
-        let mut chart = ChartBuilder::on(area)
-            .caption(&self.title, (FONT, TITLE_SIZE, &INK))
-            .margin(12)
-            .margin_right(24)
-            .x_label_area_size(44)
-            .y_label_area_size(64)
-            .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
-        chart
-            .configure_mesh()
-            .x_desc(format!("measured power (W), bins of {} W", self.bin_w))
-            .y_desc("predicted power (W): mean ± standard deviation")
-            .label_style((FONT, LABEL_SIZE, &INK))
-            .x_label_formatter(&tick)
-            .y_label_formatter(&tick)
-            .axis_style(INK)
-            .bold_line_style(GRID)
-            .light_line_style(TRANSPARENT)
-            .draw()?;
+        let mut chart = axes(
+            area,
+            &self.title,
+            [
+                &format!("measured power (W), bins of {} W", self.bin_w),
+                "predicted power (W): mean ± standard deviation",
+            ],
+            x.0..x.1,
+            y.0..y.1,
+        )?;
 
         let (low, high) = (x.0.max(y.0), x.1.min(y.1));
         let grey = INK.mix(0.6).stroke_width(2);

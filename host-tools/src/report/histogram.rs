@@ -3,8 +3,8 @@
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::page::{Drawn, legend, range, tick};
-use super::style::{Colour, FONT, GRID, INK, LABEL_SIZE, TITLE_SIZE};
+use super::page::{Drawn, axes, legend, range};
+use super::style::Colour;
 
 /// One bell over the histogram.
 #[derive(Debug, Clone)]
@@ -76,24 +76,7 @@ impl Histogram {
         let peaks = self.gaussians.iter().map(|gaussian| bell(gaussian, gaussian.mean));
         let top = 1.08 * peaks.fold(highest_bin, f64::max).min(1.6 * highest_bin).max(f64::MIN_POSITIVE);
 
-        let mut chart = ChartBuilder::on(area)
-            .caption(&self.title, (FONT, TITLE_SIZE, &INK))
-            .margin(12)
-            .margin_right(24)
-            .x_label_area_size(44)
-            .y_label_area_size(64)
-            .build_cartesian_2d(self.low..high, 0.0..top)?;
-        chart
-            .configure_mesh()
-            .x_desc(&self.x_label)
-            .y_desc("density (1/W)")
-            .label_style((FONT, LABEL_SIZE, &INK))
-            .x_label_formatter(&tick)
-            .y_label_formatter(&tick)
-            .axis_style(INK)
-            .bold_line_style(GRID)
-            .light_line_style(TRANSPARENT)
-            .draw()?;
+        let mut chart = axes(area, &self.title, [&self.x_label, "density (1/W)"], self.low..high, 0.0..top)?;
         chart.draw_series(self.density.iter().enumerate().map(|(bin, &density)| {
             let left = self.low + bin as f64 * self.width;
             Rectangle::new([(left, 0.0), (left + self.width, density)], RGBColor(190, 190, 190).filled())

@@ -6,13 +6,16 @@ use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
-use super::style;
+use super::style::{self, FONT, GRID, INK, LABEL_SIZE, TITLE_SIZE};
 use super::{Binned, Histogram, TimeSeries};
 use crate::error::{Error, Result};
 use crate::output;
 
 /// What a backend may report.
 pub(super) type Drawn<DB> = std::result::Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
+
+/// A chart over two linear axes.
+pub(super) type Chart<'a, DB> = ChartContext<'a, DB, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 /// One figure of a page.
 pub enum Panel {
@@ -136,8 +139,8 @@ pub(super) fn legend<'a, DB: DrawingBackend + 'a>(
         .position(position)
         .legend_area_size(34)
         .background_style(WHITE.mix(0.85))
-        .border_style(style::GRID)
-        .label_font((style::FONT, style::LABEL_SIZE, &style::INK))
+        .border_style(GRID)
+        .label_font((FONT, LABEL_SIZE, &INK))
         .draw()
 }
 
@@ -158,4 +161,33 @@ pub(super) fn range(values: impl IntoIterator<Item = f64>, margin: f64) -> (f64,
     }
     let span = if high > low { high - low } else { high.abs().max(1.0) };
     (low - margin * span, high + margin * span)
+}
+
+/// A chart with the axes that all figures have: title, what x and y show, and their ranges.
+pub(super) fn axes<'a, DB: DrawingBackend>(
+    area: &DrawingArea<DB, Shift>,
+    title: &str,
+    [x_label, y_label]: [&str; 2],
+    x: std::ops::Range<f64>,
+    y: std::ops::Range<f64>,
+) -> std::result::Result<Chart<'a, DB>, DrawingAreaErrorKind<DB::ErrorType>> {
+    let mut chart = ChartBuilder::on(area)
+        .caption(title, (FONT, TITLE_SIZE, &INK))
+        .margin(12)
+        .margin_right(24)
+        .x_label_area_size(44)
+        .y_label_area_size(64)
+        .build_cartesian_2d(x, y)?;
+    chart
+        .configure_mesh()
+        .x_desc(x_label)
+        .y_desc(y_label)
+        .label_style((FONT, LABEL_SIZE, &INK))
+        .x_label_formatter(&tick)
+        .y_label_formatter(&tick)
+        .axis_style(INK)
+        .bold_line_style(GRID)
+        .light_line_style(TRANSPARENT)
+        .draw()?;
+    Ok(chart)
 }

@@ -4,8 +4,8 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::decimate;
-use super::page::{Drawn, legend, range, tick};
-use super::style::{Colour, FONT, GRID, INK, LABEL_SIZE, TITLE_SIZE};
+use super::page::{Drawn, axes, legend, range};
+use super::style::Colour;
 
 /// How a line looks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,24 +69,7 @@ impl TimeSeries {
         let ends = self.bands.iter().flat_map(|band| band.points.iter().flat_map(|point| [point.1, point.2]));
         let y = self.y_range.unwrap_or_else(|| range(values.chain(ends), 0.05));
 
-        let mut chart = ChartBuilder::on(area)
-            .caption(&self.title, (FONT, TITLE_SIZE, &INK))
-            .margin(12)
-            .margin_right(24)
-            .x_label_area_size(44)
-            .y_label_area_size(64)
-            .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
-        chart
-            .configure_mesh()
-            .x_desc("time (s)")
-            .y_desc(&self.y_label)
-            .label_style((FONT, LABEL_SIZE, &INK))
-            .x_label_formatter(&tick)
-            .y_label_formatter(&tick)
-            .axis_style(INK)
-            .bold_line_style(GRID)
-            .light_line_style(TRANSPARENT)
-            .draw()?;
+        let mut chart = axes(area, &self.title, ["time (s)", &self.y_label], x.0..x.1, y.0..y.1)?;
 
         let (width, _) = chart.plotting_area().dim_in_pixel();
         for band in &self.bands {
