@@ -3,4 +3,9 @@
 #![cfg_attr(not(test), no_std)]
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
+pub mod control_table;
+pub mod dynamixel;
+pub mod exchange;
 pub mod power_sensors;
+pub mod record;
+pub mod wheels;

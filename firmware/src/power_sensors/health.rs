@@ -7,18 +7,41 @@ const STALE_AFTER: u8 = 3;
 const ABSENT_AFTER: u8 = 3;
 
 /// The verdict on a sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(u8)]
 pub enum Health {
     /// Its readings count.
-    Ok,
+    Ok = 0,
     /// It answers but converts nothing new.
-    Stale,
+    Stale = 1,
     /// Its amplifier clips: the rail carries more than it can show.
-    Overflow,
+    Overflow = 2,
     /// It does not answer.
-    Absent,
+    #[default]
+    Absent = 3,
     /// It answers, but no longer has the set-up it was given: its supply broke down. It is set up again.
-    LostCalibration,
+    LostCalibration = 4,
+}
+
+impl Health {
+    /// As the control table shows it.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        self as u8
+    }
+
+    /// `None` for a code that this version does not know.
+    #[must_use]
+    pub const fn from_code(code: u8) -> Option<Self> {
+        Some(match code {
+            0 => Self::Ok,
+            1 => Self::Stale,
+            2 => Self::Overflow,
+            3 => Self::Absent,
+            4 => Self::LostCalibration,
+            _ => return None,
+        })
+    }
 }
 
 /// What a poll of a sensor found.

@@ -9,5 +9,5 @@ mod sensor;
 
 pub use conversion::{Reading, Shunt};
 pub use health::{Counters, Event, Health, Status};
-pub use rails::{RAILS, Rail, RailName};
+pub use rails::{RAIL_COUNT, RAILS, Rail, RailName};
 pub use sensor::{CONFIGURATION, PowerSensor};

@@ -31,8 +31,11 @@ pub struct Rail {
 /// As fitted to common INA219 modules: 0.1 Ω, so the sensor saturates at 3.2 A. Two stalled wheel servos draw 2.6 A.
 const MODULE_SHUNT: Shunt = Shunt { ohm: 0.1, power_factor: 1.0 };
 
+/// How many rails there are.
+pub const RAIL_COUNT: usize = 4;
+
 /// The four sensors of the robot, in the order of the control table. All differ in the module's two solder pads.
-pub const RAILS: [Rail; 4] = [
+pub const RAILS: [Rail; RAIL_COUNT] = [
     Rail { name: RailName::Battery, address: Address::from_pins(Pin::Gnd, Pin::Gnd), shunt: MODULE_SHUNT },
     Rail { name: RailName::Motors, address: Address::from_pins(Pin::Vcc, Pin::Gnd), shunt: MODULE_SHUNT },
     Rail { name: RailName::Computer, address: Address::from_pins(Pin::Gnd, Pin::Vcc), shunt: MODULE_SHUNT },
