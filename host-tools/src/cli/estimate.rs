@@ -6,6 +6,7 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use crate::error::{Error, Result};
+use crate::estimate::board::{self, BoardReport, BoardTrack, Delay};
 use crate::estimate::plot::Track;
 use crate::estimate::{Change, Payloads, Policy, PolicyKind, Replay, WindowMass, replay};
 use crate::fit::file;
@@ -44,6 +45,9 @@ pub(crate) struct Arguments {
     /// Do not watch for payload changes
     #[arg(long)]
     no_detection: bool,
+    /// What was true, as gmr board --truth writes it: reported against, never used
+    #[arg(long, value_name = "TRUTH.csv")]
+    truth: Option<PathBuf>,
     /// Draw power and mass over time
     #[arg(long, value_name = "FILE.svg|png")]
     plot: Option<PathBuf>,
@@ -78,6 +82,16 @@ struct Report<'a> {
     changes: &'a [Change],
     windows: &'a [WindowMass],
     mass_error: Option<MassError>,
+    /// The estimates that the board made of the same samples, where the log holds them.
+    board: Option<BoardReport>,
+    /// Changes of the true mass, where the truth is given.
+    true_changes: Vec<Delay>,
+}
+
+/// What there is beside the replay.
+struct Beside {
+    board: Option<BoardReport>,
+    true_changes: Vec<Delay>,
 }
 
 /// Errors of the windows whose true mass the log tells.
@@ -125,15 +139,31 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     let payloads = arguments.payload.unwrap_or(Payloads::default_for(&coefficients.model));
     let policy = policy(arguments)?;
     let mut track = Track::default();
-    let replay =
-        replay(robot, &coefficients, &arguments.run, payloads, &policy, |instant| track.add(instant))?;
+    let mut board = BoardTrack::open(&arguments.run, arguments.truth.as_deref(), robot.mape_floor_w())?;
+    let mut broken = None;
+    let replay = replay(robot, &coefficients, &arguments.run, payloads, &policy, |instant| {
+        match board.add(instant) {
+            Ok(instant) => track.add(&instant),
+            Err(error) => broken = broken.take().or(Some(error)),
+        }
+    })?;
+    if let Some(error) = broken {
+        return Err(error);
+    }
+    let true_changes = match &arguments.truth {
+        Some(truth) => {
+            board::delays(truth, replay.start_s, replay.start_s + replay.duration_s, &replay.changes)?
+        }
+        None => Vec::new(),
+    };
+    let beside = Beside { board: board.report(), true_changes };
     if let Some(plot) = &arguments.plot {
         track.page(robot.name()).save(plot)?;
     }
     if replay.exclusions.total() > 0 {
         eprintln!("gmr: {}: {}", arguments.run.display(), replay.exclusions);
     }
-    if arguments.json { print_json(robot, &replay) } else { print_text(robot, &replay) }
+    if arguments.json { print_json(robot, &replay, beside) } else { print_text(robot, &replay, &beside) }
 }
 
 fn policy(arguments: &Arguments) -> Result<Policy> {
@@ -153,7 +183,7 @@ fn policy(arguments: &Arguments) -> Result<Policy> {
     Ok(Policy { window_s: arguments.window, kind, changes_s: arguments.changes.clone(), detect })
 }
 
-fn print_json(robot: &Robot, replay: &Replay) -> Result<()> {
+fn print_json(robot: &Robot, replay: &Replay, beside: Beside) -> Result<()> {
     let quality = replay.quality;
     super::print_json(&Report {
         r2: quality.and_then(|q| q.r2),
@@ -168,10 +198,12 @@ fn print_json(robot: &Robot, replay: &Replay) -> Result<()> {
         changes: &replay.changes,
         windows: &replay.windows,
         mass_error: MassError::of(&replay.windows),
+        board: beside.board,
+        true_changes: beside.true_changes,
     })
 }
 
-fn print_text(robot: &Robot, replay: &Replay) -> Result<()> {
+fn print_text(robot: &Robot, replay: &Replay, beside: &Beside) -> Result<()> {
     println!("{}: {} rows, {:.1} s", robot.name(), replay.rows, replay.duration_s);
     match replay.quality {
         Some(Quality { r2, mape_percent, mape_share, rmse_w, .. }) => println!(
@@ -214,5 +246,39 @@ fn print_text(robot: &Robot, replay: &Replay) -> Result<()> {
             100.0 * error.interval_contains_truth
         );
     }
+    print_beside(beside);
     Ok(())
+}
+
+fn print_beside(beside: &Beside) {
+    if let Some(board) = &beside.board {
+        print!("the board's own estimates: ");
+        match board.quality {
+            Some(Quality { mape_percent: Some(mape), .. }) => print!("power MAPE {mape:.2} %, "),
+            _ => print!("power unknown, "),
+        }
+        println!(
+            "the replay differs by at most {:.2} % in mass and {:.2} mW in power ({} samples)",
+            100.0 * board.mass_difference,
+            1e3 * board.power_difference_w,
+            board.samples
+        );
+        if board.disagreements > 0 {
+            println!("  in {} samples only one of the two knew the mass", board.disagreements);
+        }
+        if let Some(mass) = board.mass {
+            println!(
+                "  against the true mass, 25 s after each change: mean error {:.2} %, worst {:.2} %, interval contains it in {:.1} %",
+                mass.mean_percent,
+                mass.worst_percent,
+                100.0 * mass.interval_contains_truth
+            );
+        }
+    }
+    for change in &beside.true_changes {
+        match change.delay_s {
+            Some(delay) => println!("true change at {:.1} s: noticed after {delay:.1} s", change.time_s),
+            None => println!("true change at {:.1} s: not noticed", change.time_s),
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! Replays a log through model-core's estimator, as the board would run it.
 
+pub mod board;
 pub mod plot;
 
 use std::path::Path;
@@ -130,6 +131,8 @@ pub struct Replay {
     pub energy_j: f64,
     /// Actuation energy by the model while the mass was known, J.
     pub predicted_j: f64,
+    /// Time of the first row, s.
+    pub start_s: f64,
     /// Length of the log, s.
     pub duration_s: f64,
     /// Rows read.
@@ -294,6 +297,7 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
             known_share: known as f64 / settled.max(1) as f64,
             energy_j: measured + energy,
             predicted_j: predicted,
+            start_s: start,
             duration_s: last - start,
             rows: self.reader.rows(),
             exclusions: self.reader.exclusions(),

@@ -63,7 +63,7 @@ impl Track {
         });
         let mut lines = vec![line("estimate", 1, Stroke::Solid, &|instant| or_gap(instant.mass_kg))];
         if self.instants.iter().any(|instant| instant.truth_kg.is_some()) {
-            lines.push(line("truth (from the log)", 2, Stroke::Dashed, &|instant| or_gap(instant.truth_kg)));
+            lines.push(line("truth", 2, Stroke::Dashed, &|instant| or_gap(instant.truth_kg)));
         }
         let mass = TimeSeries {
             title: "Total mass".to_owned(),
