@@ -6,6 +6,10 @@
 pub mod control_table;
 pub mod dynamixel;
 pub mod exchange;
+pub mod parameters;
 pub mod power_sensors;
 pub mod record;
+#[cfg(test)]
+mod testing;
+mod time;
 pub mod wheels;
