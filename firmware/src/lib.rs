@@ -5,6 +5,7 @@
 
 pub mod control_table;
 pub mod dynamixel;
+pub mod estimation;
 pub mod exchange;
 pub mod parameters;
 pub mod power_sensors;
