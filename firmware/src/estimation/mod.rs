@@ -7,7 +7,7 @@
 mod clock;
 mod pipeline;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use model_core::coefficients::Coefficients;
 use model_core::eq18::Gate;

@@ -37,11 +37,11 @@ const BETA: [f32; 15] = [
 const STATIC_W: f32 = 1.25;
 const NOISE_W: f64 = 0.1;
 
-fn signed() -> Model<f32> {
+pub(crate) fn signed() -> Model<f32> {
     Model::Signed { torque: TorqueModel::from_array(TORQUE), drive: Drive::Dissipative }
 }
 
-fn coefficients(model: Model<f32>) -> Coefficients<f32, WHEELS> {
+pub(crate) fn coefficients(model: Model<f32>) -> Coefficients<f32, WHEELS> {
     let kinematics = Kinematics::differential(0.033, 0.16).unwrap();
     Coefficients {
         robot: Robot {
