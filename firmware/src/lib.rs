@@ -5,7 +5,13 @@
 
 pub mod control_table;
 pub mod dynamixel;
+pub mod estimation;
 pub mod exchange;
+pub mod measurement;
+pub mod parameters;
 pub mod power_sensors;
 pub mod record;
+#[cfg(test)]
+mod testing;
+mod time;
 pub mod wheels;
