@@ -3,6 +3,8 @@
 #![cfg_attr(not(test), no_std)]
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
+#[cfg(target_os = "none")]
+pub mod boards;
 pub mod control_table;
 pub mod dynamixel;
 pub mod exchange;
