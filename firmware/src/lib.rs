@@ -8,6 +8,11 @@ pub mod boards;
 pub mod control_table;
 pub mod dynamixel;
 pub mod exchange;
+pub mod parameters;
 pub mod power_sensors;
 pub mod record;
+pub mod tasks;
+#[cfg(test)]
+mod testing;
+mod time;
 pub mod wheels;

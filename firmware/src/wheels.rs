@@ -2,3 +2,12 @@
 
 /// Driven wheels of the boards here: left and right.
 pub const WHEELS: usize = 2;
+
+/// A wheel's servo.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Servo {
+    /// On the servo bus.
+    pub id: u8,
+    /// It counts backwards when the robot drives forward, whatever its own drive mode makes of that.
+    pub reversed: bool,
+}

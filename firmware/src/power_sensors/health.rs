@@ -99,6 +99,12 @@ impl Status {
         self.health
     }
 
+    /// It has not answered so many polls in a row that it counts as absent, whatever it was before. Not so before the first poll.
+    #[must_use]
+    pub const fn is_silent(&self) -> bool {
+        self.no_answer >= ABSENT_AFTER
+    }
+
     /// What happened so far.
     #[must_use]
     pub const fn counters(&self) -> Counters {
@@ -152,6 +158,19 @@ mod tests {
     fn absent_until_heard() {
         assert_eq!(after(&[]), Health::Absent);
         assert_eq!(after(&[Event::Fresh]), Health::Ok);
+    }
+
+    #[test]
+    fn silent_after_three_polls_without_an_answer() {
+        let mut status = Status::new();
+        let silence = [false, false, true].map(|expected| {
+            status.observe(Event::NoAnswer);
+            status.is_silent() == expected
+        });
+        assert!(!Status::new().is_silent());
+        assert_eq!(silence, [true; 3]);
+        status.observe(Event::NotReady);
+        assert!(!status.is_silent());
     }
 
     #[test]

@@ -3,41 +3,22 @@
 use embedded_hal_async::i2c::I2c;
 use ina219::AsyncIna219;
 use ina219::calibration::UnCalibrated;
-use ina219::configuration::{
-    BusVoltageRange, Configuration, MeasuredSignals, OperatingMode, Reset, Resolution, ShuntVoltageRange,
-};
 use ina219::errors::{BusVoltageReadError, ConfigurationReadError, ShuntVoltageReadError};
 
 use super::{Event, Rail, Reading, Status};
-
-/// What every sensor is set to: 32 V, which no rail reaches, ±320 mV, both voltages continuously as means of four 12-bit
-/// conversions.
-///
-/// The two means take 2 × 2.13 ms, at most 2 × 2.34 ms (7.5, 8.6.2.1), so each poll of a 5 ms period finds one
-/// it has not seen. It differs from what the chip starts with, so that a supply that broke down shows.
-pub const CONFIGURATION: Configuration = Configuration {
-    reset: Reset::Run,
-    bus_voltage_range: BusVoltageRange::Fsr32v,
-    shunt_voltage_range: ShuntVoltageRange::Fsr320mv,
-    bus_resolution: Resolution::Avg4,
-    shunt_resolution: Resolution::Avg4,
-    operating_mode: OperatingMode::Continous(MeasuredSignals::ShutAndBusVoltage),
-};
-
-/// The last code of the shunt register's ±320 mV range, in 10 µV: a reading there is clipped (8.6.3.1).
-const SHUNT_FULL_SCALE_10UV: u16 = 32_000;
 
 /// The configuration is read back once in so many polls: ten times a second at 200 Hz.
 const POLLS_PER_CHECK: u8 = 20;
 
 /// The sensor of one rail. Owns its handle of the bus; a shared bus hands out one for each.
 ///
-/// The chip's calibration register stays 0: power is computed here, from the two voltages.
+/// The chip's calibration register stays 0: power is computed here, from the two voltages. What a supply that broke down loses, and
+/// what is read back, is therefore the configuration.
 pub struct PowerSensor<I> {
     rail: Rail,
     chip: AsyncIna219<I, UnCalibrated>,
     status: Status,
-    /// Whether the chip has [`CONFIGURATION`], as far as is known.
+    /// Whether the chip has the rail's set-up, as far as is known.
     is_set_up: bool,
     polls_to_check: u8,
 }
@@ -53,6 +34,11 @@ impl<I: I2c> PowerSensor<I> {
     #[must_use]
     pub fn rail(&self) -> Rail {
         self.rail
+    }
+
+    /// From now on true power is measured power times `factor`: a calibration from the store.
+    pub fn set_power_factor(&mut self, factor: f32) {
+        self.rail.shunt.power_factor = factor;
     }
 
     /// Whether it can be believed, and its counters.
@@ -82,7 +68,7 @@ impl<I: I2c> PowerSensor<I> {
 
     async fn ask(&mut self) -> (Event, Option<Reading>) {
         if !self.is_set_up {
-            if self.chip.set_configuration(CONFIGURATION).await.is_err() {
+            if self.chip.set_configuration(self.rail.set_up).await.is_err() {
                 return (Event::NoAnswer, None);
             }
             self.is_set_up = true;
@@ -93,7 +79,7 @@ impl<I: I2c> PowerSensor<I> {
         if self.polls_to_check == 0 {
             self.polls_to_check = POLLS_PER_CHECK;
             match self.chip.configuration().await {
-                Ok(found) if found == CONFIGURATION => {}
+                Ok(found) if found == self.rail.set_up => {}
                 Ok(_) | Err(ConfigurationReadError::ConfigurationMismatch { .. }) => {
                     return (Event::SetUpLost, None);
                 }
@@ -119,26 +105,29 @@ impl<I: I2c> PowerSensor<I> {
             Err(ShuntVoltageReadError::ShuntVoltageOutOfRange { .. }) => (Event::Clipped, None),
             Ok(shunt)
                 if bus.has_math_overflowed()
-                    || shunt.shunt_voltage_10uv().unsigned_abs() >= SHUNT_FULL_SCALE_10UV =>
+                    || shunt.shunt_voltage_10uv().unsigned_abs() >= self.full_scale_10uv() =>
             {
                 (Event::Clipped, None)
             }
             Ok(shunt) => (Event::Fresh, Some(Reading { shunt, bus })),
         }
     }
+
+    /// The last code of the shunt register in the range that is set, in 10 µV: a reading there is clipped (8.6.3.1).
+    fn full_scale_10uv(&self) -> u16 {
+        self.rail.set_up.shunt_voltage_range.range_mv().end().unsigned_abs().saturating_mul(100)
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use core::future::Future;
-    use core::pin::pin;
-    use core::task::{Context, Poll, Waker};
-
     use embedded_hal::i2c::{ErrorKind, NoAcknowledgeSource};
     use embedded_hal_mock::eh1::i2c::{Mock, Transaction};
 
     use super::*;
-    use crate::power_sensors::{Health, RAILS};
+    use crate::parameters::RAILS;
+    use crate::power_sensors::Health;
+    use crate::testing::now;
 
     const ADDRESS: u8 = 0x41;
     const CONFIGURED: u16 = 0x3D57;
@@ -170,14 +159,6 @@ mod tests {
 
     fn conversion() -> [Transaction; 3] {
         [read(0x02, BUS), read(0x01, SHUNT), read(0x03, 0)]
-    }
-
-    /// The mock answers at once, so a poll that is not ready is a bug.
-    fn now<T>(future: impl Future<Output = T>) -> T {
-        match pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
-            Poll::Ready(value) => value,
-            Poll::Pending => panic!("the mock bus never waits"),
-        }
     }
 
     /// Polls until the transcript is used up: (shunt in 10 µV, bus in mV) and health after each poll.

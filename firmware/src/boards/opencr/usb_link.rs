@@ -10,6 +10,7 @@ use embedded_io_async::{ErrorKind, ErrorType, Read, Write};
 use static_cell::StaticCell;
 
 use super::Irqs;
+use crate::tasks::Connection;
 
 /// STMicroelectronics, virtual COM port: what the udev rule of the TurtleBot3 looks for.
 const VENDOR: u16 = 0x0483;
@@ -32,7 +33,7 @@ impl UsbDevice {
 /// Bytes from and to the host.
 ///
 /// Where no host has set the port up, or it was pulled, reading and writing fail at once:
-/// [`UsbLink::wait_connection`] waits for one.
+/// [`Connection::wait_connection`] waits for one.
 pub struct UsbLink {
     sender: Sender<'static, Otg>,
     receiver: BufferedReceiver<'static, Otg>,
@@ -86,9 +87,9 @@ pub(super) fn new(
     (UsbLink { sender, receiver, is_open_ended: false }, UsbDevice(device))
 }
 
-impl UsbLink {
+impl Connection for UsbLink {
     /// Waits until a host has set the port up.
-    pub async fn wait_connection(&mut self) {
+    async fn wait_connection(&mut self) {
         self.is_open_ended = false;
         self.receiver.wait_connection().await;
     }

@@ -7,6 +7,7 @@ use embedded_io_async::{ErrorType, Read, Write};
 use super::Robot;
 use super::queue::Queue;
 use crate::exchange::Kind;
+use crate::tasks::Connection;
 
 /// Either way: the longest status, with stuffing, fits.
 const BYTES: usize = 2048;
@@ -31,7 +32,7 @@ impl Link {
     }
 }
 
-impl crate::tasks::Connection for Link {
+impl Connection for Link {
     async fn wait_connection(&mut self) {}
 }
 
