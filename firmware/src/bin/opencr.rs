@@ -10,6 +10,7 @@ mod image {
     use embedded_io_async::{Read, Write};
     use firmware::boards::opencr::{self, SensorBus, ServoPort, UsbDevice, UsbLink};
     use firmware::dynamixel::packet::{Instruction, Parser, encode};
+    use firmware::tasks::Connection;
 
     #[embassy_executor::main]
     async fn main(spawner: Spawner) {
