@@ -7,7 +7,9 @@
 pub mod boards;
 pub mod control_table;
 pub mod dynamixel;
+pub mod estimation;
 pub mod exchange;
+pub mod measurement;
 pub mod parameters;
 pub mod power_sensors;
 pub mod record;

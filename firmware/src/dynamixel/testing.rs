@@ -122,7 +122,7 @@ impl Servos {
         }
     }
 
-    /// Turns them at these speeds, in velocity codes, for a time.
+    /// Turns them by these angles, in position codes, and leaves them at these speeds, in velocity codes.
     pub(crate) fn advance(&self, velocities: [i32; 2], angles: [i32; 2]) {
         for ((servo, velocity), angle) in self.servos.borrow_mut().iter_mut().zip(velocities).zip(angles) {
             servo.velocity = velocity;
@@ -207,11 +207,10 @@ impl Write for &Servos {
 
 impl Read for &Servos {
     async fn read(&mut self, space: &mut [u8]) -> Result<usize, ErrorKind> {
-        let mut coming = self.coming.borrow_mut();
-        if coming.is_empty() {
-            drop(coming);
+        if self.coming.borrow().is_empty() {
             return pending().await;
         }
+        let mut coming = self.coming.borrow_mut();
         let count = coming.len().min(space.len());
         for (place, byte) in space.iter_mut().zip(coming.drain(..count)) {
             *place = byte;

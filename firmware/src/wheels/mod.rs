@@ -1,4 +1,14 @@
-//! The wheel servos.
+//! The wheel servos: how fast they turn, and whether they can be believed.
+
+mod health;
+mod poll;
+mod speed;
+mod standstill;
+
+pub use health::{ServoCounters, WheelHealth};
+pub use poll::{WheelReading, WheelStatus, Wheels};
+pub use speed::Speedometer;
+pub use standstill::Standstill;
 
 /// Driven wheels of the boards here: left and right.
 pub const WHEELS: usize = 2;

@@ -1,0 +1,65 @@
+//! The estimator that belongs to a model.
+
+use model_core::coefficients::Coefficients;
+use model_core::estimator::{Estimate, Estimator, Sample, Timing};
+use model_core::filter::InvalidCutoff;
+use model_core::model::Model;
+use model_core::payload::roots::RootMean;
+use model_core::payload::schedule::Schedule;
+use model_core::payload::window::Window;
+
+use crate::parameters::{BUCKET_S, MOST_BUCKETS, SAMPLE_RATE_HZ, WINDOW_S};
+use crate::wheels::WHEELS;
+
+const PERIOD_S: f64 = 1.0 / SAMPLE_RATE_HZ as f64;
+
+/// As `gmr estimate` replays by default.
+const TIMING: Timing = Timing {
+    period_s: PERIOD_S,
+    bucket_s: BUCKET_S as f64,
+    schedule: Schedule::Moving { window: WINDOW_S / BUCKET_S },
+    detect_changes: true,
+};
+
+/// One of the two.
+#[derive(Debug, Clone, Copy)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no heap, and room for the larger one has to be anyway"
+)]
+pub(super) enum Pipeline {
+    /// The default: least squares over the window.
+    Window(Estimator<f32, Window<f32>, WHEELS, MOST_BUCKETS>),
+    /// The paper's: the weighted mean of Eq. 24's roots.
+    Roots(Estimator<f32, RootMean<f32>, WHEELS, MOST_BUCKETS>),
+}
+
+impl Pipeline {
+    /// # Errors
+    /// A filter cutoff that the sample rate cannot have.
+    pub(super) fn new(coefficients: &Coefficients<f32, WHEELS>) -> Result<Self, InvalidCutoff> {
+        let range = coefficients.robot.range;
+        Ok(match coefficients.model {
+            Model::Signed { .. } => {
+                let method = Window { range, noise: coefficients.noise, period: PERIOD_S as f32 };
+                Self::Window(Estimator::new(coefficients, method, &TIMING)?)
+            }
+            Model::Eq18 { .. } => Self::Roots(Estimator::new(coefficients, RootMean { range }, &TIMING)?),
+        })
+    }
+
+    pub(super) fn push(&mut self, sample: &Sample<f32, WHEELS>, elapsed: f32) -> Estimate<f32, WHEELS> {
+        match self {
+            Self::Window(estimator) => estimator.push(sample, elapsed),
+            Self::Roots(estimator) => estimator.push(sample, elapsed),
+        }
+    }
+
+    /// Actuation energy measured, and predicted while the mass was known, J.
+    pub(super) fn energy(&self) -> (f32, f32) {
+        match self {
+            Self::Window(estimator) => estimator.energy(),
+            Self::Roots(estimator) => estimator.energy(),
+        }
+    }
+}

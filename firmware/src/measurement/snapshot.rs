@@ -1,0 +1,93 @@
+//! What is known now, beyond the record of the sample: for the control table. `None` where a register has to say that it knows nothing.
+
+use model_core::payload::{Payload, Unknown};
+
+use crate::estimation::{Changes, NO_MODEL};
+use crate::power_sensors::{Counters, Health, RAIL_COUNT};
+use crate::wheels::{ServoCounters, WHEELS, WheelHealth};
+
+/// Of a rail.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct RailSnapshot {
+    /// At the consumer, V, by the latest reading of a sensor that can be believed.
+    pub voltage: Option<f32>,
+    /// A, likewise.
+    pub current: Option<f32>,
+    /// W, calibrated, likewise.
+    pub power: Option<f32>,
+    /// Delivered since start, J, by Eq. 9: what is fed back is not taken off.
+    pub energy: f32,
+    /// Of its sensor.
+    pub health: Health,
+    /// What happened to its sensor.
+    pub counters: Counters,
+    /// True power over measured power, in use.
+    pub power_factor: f32,
+}
+
+/// Of a wheel.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct WheelSnapshot {
+    /// Of its servo.
+    pub health: WheelHealth,
+    /// Register 70 of its servo, while that has an alert.
+    pub hardware_error: u8,
+    /// rad/s, positive forward: behind the filter where that has settled, otherwise as measured.
+    pub speed: Option<f32>,
+    /// rad/s², behind the filter.
+    pub acceleration: Option<f32>,
+    /// Register 132 of its servo: 1/4096 turn, in the servo's direction.
+    pub position: Option<i32>,
+}
+
+/// Of the estimator.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EstimateSnapshot {
+    /// As the control table's `MODEL`; [`NO_MODEL`] without coefficients.
+    pub model: u8,
+    /// Total mass, or why it is unknown; [`crate::estimation::payload_code`] is its code.
+    pub payload: Payload<f32>,
+    /// Actuation power, W, behind the filter.
+    pub measured_power: Option<f32>,
+    /// The same by model and mass.
+    pub predicted_power: Option<f32>,
+    /// Actuation energy since start, J.
+    pub measured_energy: Option<f32>,
+    /// The same by the model, while the mass was known.
+    pub predicted_energy: Option<f32>,
+    /// Payload changes noticed.
+    pub changes: Changes,
+}
+
+impl Default for EstimateSnapshot {
+    fn default() -> Self {
+        Self {
+            model: NO_MODEL,
+            payload: Payload::Unknown(Unknown::NoSamples),
+            measured_power: None,
+            predicted_power: None,
+            measured_energy: None,
+            predicted_energy: None,
+            changes: Changes::default(),
+        }
+    }
+}
+
+/// Of everything.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Snapshot {
+    /// When the last sample was taken, µs since start.
+    pub time_us: u64,
+    /// Samples taken.
+    pub samples: u32,
+    /// In the order of [`crate::power_sensors::RAILS`].
+    pub rails: [RailSnapshot; RAIL_COUNT],
+    /// Left, right.
+    pub wheels: [WheelSnapshot; WHEELS],
+    /// What went wrong on the servo bus.
+    pub servo_bus: ServoCounters,
+    /// What the estimator says.
+    pub estimate: EstimateSnapshot,
+    /// The wheels have stood still long enough for the flash to be written.
+    pub is_standing: bool,
+}
