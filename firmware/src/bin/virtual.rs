@@ -1,54 +1,63 @@
-//! The image for the emulator.
+//! The image for the emulator: the same tasks, with a virtual robot at the end of every bus.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
 mod image {
-    use embassy_sync::blocking_mutex::raw::NoopRawMutex;
     use embassy_sync::mutex::Mutex;
-    use embassy_time::{Duration, Ticker,Delay, Instant};
-    use firmware::boards::virtual_board::*;
-    use firmware::power_sensors::PowerSensors;
-    use firmware::dynamixel::bus::*;
-    use embassy_embedded_hal::shared_bus::asynch::i2c::I2cDevice;
-    use embedded_io_async::{Read,Write};
+    use firmware::boards::virtual_board::{Board, Link, SensorBus, ServoPort, StoreFlash, init, run};
+    use firmware::boards::{SharedSensorBus, sampler, watch_stack};
+    use firmware::tasks::{self, BusCounters, Buffers, CountedBus, Shared};
+    use static_cell::{ConstStaticCell, StaticCell};
 
+    type Sensors = SharedSensorBus<SensorBus>;
+
+    #[expect(clippy::unwrap_used, reason = "each task is spawned once: there is room for it")]
     #[cortex_m_rt::entry]
     fn main() -> ! {
-        let b = init();
+        static SHARED: StaticCell<Shared> = StaticCell::new();
+        static COUNTERS: ConstStaticCell<BusCounters> = ConstStaticCell::new(BusCounters::new());
+        static SENSORS: StaticCell<Sensors> = StaticCell::new();
+
+        let (shared, counters) = (&*SHARED.init_with(Shared::new), &*COUNTERS.take());
+        let Board { sensors, servos, link, store } = init();
+        let sensors = &*SENSORS.init(Mutex::new(CountedBus::new(sensors, counters)));
         run(|spawner| {
-            spawner.spawn(measure(b.sensors, b.servos).unwrap());
-            spawner.spawn(link(b.link).unwrap());
+            spawner.spawn(keep(store, shared).unwrap());
+            spawner.spawn(measure(sensors, servos, counters, shared).unwrap());
+            spawner.spawn(serve(link, shared).unwrap());
+            spawner.spawn(stack().unwrap());
         })
     }
 
     #[embassy_executor::task]
-    async fn measure(sensors: SensorBus, servos: ServoPort) {
-        let m = Mutex::<NoopRawMutex,_>::new(sensors);
-        let mut p = PowerSensors::new([I2cDevice::new(&m),I2cDevice::new(&m),I2cDevice::new(&m),I2cDevice::new(&m)]);
-        let mut s = Bus::new(servos, Delay, Timing { baud: 1_000_000, return_delay_us: 500, margin_us: 500});
-        let mut ticker = Ticker::every(Duration::from_millis(5));
-        let mut n=0;
-        loop {
-            ticker.next().await;
-            let r = p.poll(Instant::now().as_micros()).await;
-            let a = s.sync_read::<2,21>(126,[Some(1),Some(2)]).await;
-            n+=1;
-let _ = (r, a); if n == 400 { panic!("{} {:?} {:?}", n, r.map(|r|r.is_some()), a) }
-        }
+    async fn keep(store: StoreFlash, shared: &'static Shared) {
+        tasks::keep(store, shared).await
     }
+
     #[embassy_executor::task]
-    async fn link(mut link: Link) {
-        loop {
-            let mut buffer = [0; 64];
-            while let Ok(count) = link.read(&mut buffer).await {
-                let _ = link.write(&buffer[..count]).await;
-                link.flush().await;
-            }
-        }
+    async fn measure(
+        sensors: &'static Sensors,
+        servos: ServoPort,
+        counters: &'static BusCounters,
+        shared: &'static Shared,
+    ) {
+        tasks::measure(sampler(sensors, servos), counters, shared).await
+    }
+
+    #[embassy_executor::task]
+    async fn serve(link: Link, shared: &'static Shared) {
+        static BUFFERS: ConstStaticCell<Buffers> = ConstStaticCell::new(Buffers::new());
+        tasks::serve(link, BUFFERS.take(), shared).await
+    }
+
+    #[embassy_executor::task]
+    async fn stack() {
+        watch_stack().await
     }
 }
 
+/// A host has no such board.
 #[cfg(not(target_os = "none"))]
 fn main() {
-    eprintln!("this image runs in an emulator");
+    eprintln!("an image for the emulator: `gmr board` runs it, see docs/board.md");
 }

@@ -6,7 +6,7 @@ use super::{Fifo, Settings, Upload};
 use crate::control_table::{Item, Reason};
 use crate::items::ItemBytes;
 use crate::power_sensors::{self, Health, RAIL_COUNT};
-use crate::wheels::WHEELS;
+use crate::wheels::{WHEELS, WheelHealth};
 
 /// The board as the link shows it. `RECORDS` is the size of its [`Fifo`].
 #[derive(Debug, Clone, PartialEq)]
@@ -46,17 +46,6 @@ pub struct Rail {
     pub health: Health,
     /// Of its sensor.
     pub counters: power_sensors::Counters,
-}
-
-/// A wheel servo.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum WheelHealth {
-    /// It answers.
-    Ok = 0,
-    /// It answers with an alert: see [`Wheel::hardware_error`].
-    Alert = 1,
-    /// It does not answer.
-    Absent = 3,
 }
 
 /// A wheel.

@@ -1,11 +1,8 @@
 //! The registers' values, one line each.
 
-use model_core::eq18::Gate;
-use model_core::model::Model;
-use model_core::payload::{Payload, Unknown};
-
 use super::{Rail, State, Wheel};
 use crate::control_table::{self as table, BOARD_ID, BOARD_MODEL, Item, Kind, Reason, Register};
+use crate::estimation::{NO_MODEL, model_code, payload_code};
 use crate::items::{ItemBytes, checksum};
 use crate::record::RECORD_BYTES;
 
@@ -113,7 +110,7 @@ fn show_board<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) 
     to.value(table::TABLE_VERSION, table::VERSION);
     to.value(table::SAMPLE_RATE, settings.sample_rate_hz());
     to.value(table::WINDOW, state.window_s);
-    to.value(table::MODEL, coefficients.map_or(255, |coefficients| model_code(&coefficients.model)));
+    to.value(table::MODEL, coefficients.map_or(NO_MODEL, |coefficients| model_code(&coefficients.model)));
     to.value(table::COEFFICIENTS_STATE, coefficients.map_or_else(|reason| reason, |_| Reason::None) as u8);
     let image = settings.stored(Item::Coefficients).as_slice();
     to.value(table::COEFFICIENTS_CRC, coefficients.map_or(0, |_| checksum(image)));
@@ -194,26 +191,6 @@ fn show_fifo<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
 fn rail_counters(rail: &Rail) -> [u32; 5] {
     let counters = rail.counters;
     [counters.fresh, counters.not_ready, counters.clipped, counters.no_answer, counters.set_up_lost]
-}
-
-fn model_code(model: &Model<f32>) -> u8 {
-    match model {
-        Model::Eq18 { gate: Gate::Published, .. } => 0,
-        Model::Eq18 { gate: Gate::Corrected, .. } => 1,
-        Model::Signed { .. } => 2,
-        // Has no image: it cannot have come from the store.
-        Model::Eq18 { gate: Gate::Signed, .. } => 255,
-    }
-}
-
-fn payload_code(payload: &Payload<f32>) -> u8 {
-    match payload {
-        Payload::Known(_) => 0,
-        Payload::Unknown(Unknown::NoSamples) => 1,
-        Payload::Unknown(Unknown::NoMotion) => 2,
-        Payload::Unknown(Unknown::TooWide) => 3,
-        Payload::Unknown(Unknown::NotFinite) => 4,
-    }
 }
 
 #[cfg(test)]

@@ -12,7 +12,11 @@ use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::peripherals::PG9;
 use embassy_stm32::{bind_interrupts, dma, i2c, peripherals, usart, usb};
-use {defmt_rtt as _, embassy_stm32 as _};
+use embassy_time::{Duration, Timer};
+
+use defmt_rtt as _;
+
+use crate::tasks::BusCounters;
 
 pub use sensor_bus::SensorBus;
 pub use servo_port::ServoPort;
@@ -54,19 +58,23 @@ impl StatusLed {
         Self(Output::new(pin, Level::High, Speed::Low))
     }
 
-    /// Lit or dark.
-    pub fn set(&mut self, is_lit: bool) {
-        self.0.set_level(if is_lit { Level::Low } else { Level::High });
+    /// Blinks once a second for as long as the tasks run.
+    pub async fn blink(&mut self) -> ! {
+        loop {
+            self.0.toggle();
+            Timer::after(Duration::from_millis(500)).await;
+        }
     }
 }
 
-/// Sets up clocks, pins and drivers. To be called once.
-pub fn init() -> Board {
+/// Sets up clocks, pins and drivers. To be called once. What happens on the sensors' bus is counted in `counters`.
+pub fn init(counters: &'static BusCounters) -> Board {
     let p = embassy_stm32::init(clock::config());
     clock::enable_instruction_cache();
+    defmt::info!("OpenCR: up");
     let (link, usb) = usb_link::new(p.USB_OTG_FS, p.PA12, p.PA11);
     Board {
-        sensors: SensorBus::new(p.I2C1, p.PB8, p.PB7, p.DMA1_CH6, p.DMA1_CH0),
+        sensors: SensorBus::new(p.I2C1, p.PB8, p.PB7, p.DMA1_CH6, p.DMA1_CH0, counters),
         servos: ServoPort::new(servo_port::Parts {
             usart: p.USART3,
             rx: p.PC11,

@@ -9,9 +9,7 @@ use embedded_io_async::{ErrorType, Read, Write};
 use static_cell::StaticCell;
 
 use super::Irqs;
-
-/// Of servos and board: what the TurtleBot3's are set to.
-const BAUD: u32 = 1_000_000;
+use crate::parameters::SERVO_BAUD;
 
 /// Bytes that may arrive while nobody reads: 2.5 ms at full speed, more than a sync read's two answers.
 const RING_BYTES: usize = 256;
@@ -45,7 +43,7 @@ impl ServoPort {
     pub(super) fn new(parts: Parts) -> Self {
         static RING: StaticCell<[u8; RING_BYTES]> = StaticCell::new();
         let mut config = usart::Config::default();
-        config.baudrate = BAUD;
+        config.baudrate = SERVO_BAUD;
         let uart = Uart::new(parts.usart, parts.rx, parts.tx, parts.tx_dma, parts.rx_dma, Irqs, config);
         #[expect(clippy::unwrap_used, reason = "fails only for a rate that the clock above cannot divide to: never")]
         let (tx, rx) = uart.unwrap().split();

@@ -46,6 +46,7 @@ pub fn init() -> Board {
         ExitCode::FAILURE.exit_process()
     };
     let robot = ROBOT.init(robot);
+    defmt::info!("virtual board: up");
     Board {
         sensors: SensorBus(robot),
         servos: ServoPort::new(robot),

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::control_table::{END, REGISTERS, UPLOAD_BYTES};
-use crate::link::WheelHealth;
+use crate::wheels::WheelHealth;
 use crate::power_sensors::{self, Health};
 use crate::record::Record;
 
