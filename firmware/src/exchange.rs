@@ -13,13 +13,21 @@
 //! |---|---|---|
 //! | [`Kind::I2c`] | address u8, bytes to read u8, bytes to write | [`BusAnswer`] u8, bytes read |
 //! | [`Kind::Servo`] | bytes sent on the servo bus | delay until the first answering byte, µs u32; bytes received |
-//! | [`Kind::Link`] | bytes sent to the host | bytes received from the host |
+//! | [`Kind::Link`] | most bytes to answer u16, bytes sent to the host | bytes received from the host |
 //! | [`Kind::FlashRead`] | offset u32, count u16 | bytes |
 //! | [`Kind::FlashWrite`] | offset u32, bytes | u8: 0 done, 1 refused |
 //! | [`Kind::FlashErase`] | from u32, to u32 | u8: 0 done, 1 refused |
 //!
 //! Every answer begins with one byte of notices: bit 0 is set while bytes from the host wait for a [`Kind::Link`]. An answer of length 0
 //! ends the board.
+
+use core::ffi::CStr;
+
+/// Where the board writes its requests: a FIFO in the emulator's folder. The board opens this one first.
+pub const REQUESTS: &CStr = c"board-to-robot";
+
+/// Where it reads the answers.
+pub const ANSWERS: &CStr = c"robot-to-board";
 
 /// Longest frame, without its length.
 pub const LONGEST_FRAME: usize = 4096;

@@ -3,14 +3,22 @@
 #![cfg_attr(not(test), no_std)]
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
+#[cfg(target_os = "none")]
+pub mod boards;
+mod bytes;
 pub mod control_table;
 pub mod dynamixel;
 pub mod estimation;
 pub mod exchange;
+pub mod items;
+pub mod link;
+mod log;
 pub mod measurement;
 pub mod parameters;
 pub mod power_sensors;
 pub mod record;
+pub mod store;
+pub mod tasks;
 #[cfg(test)]
 mod testing;
 mod time;

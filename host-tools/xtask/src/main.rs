@@ -1,8 +1,9 @@
-//! `cargo xtask demo | test | bench`: sets up what it needs, then runs a list of commands.
+//! `cargo xtask demo | test | bench | size`: sets up what it needs, then runs a list of commands.
 
 mod bench;
 mod demo;
 mod set_up;
+mod size;
 mod steps;
 mod test;
 
@@ -16,8 +17,10 @@ usage: cargo xtask <command>
   demo   simulate, fit, estimate and compare; plots go to demo-output/
   bench [accuracy | fit-speed]
          the figures of the README, measured again; minutes
+  size [--json]
+         flash, static RAM and stack of the firmware's images, against their limits
 
-The first two add the Rust target and QEMU when they are missing.";
+All but bench add the Rust target and QEMU when they are missing.";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -32,6 +35,8 @@ fn main() -> ExitCode {
             };
             reached
         }
+        ["size"] => size::run(false),
+        ["size", "--json"] => size::run(true),
         ["help" | "--help" | "-h"] => {
             println!("{USAGE}");
             true

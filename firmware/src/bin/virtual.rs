@@ -1,0 +1,63 @@
+//! The image for the emulator: the same tasks, with a virtual robot at the end of every bus.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+mod image {
+    use embassy_sync::mutex::Mutex;
+    use firmware::boards::virtual_board::{Board, Link, SensorBus, ServoPort, StoreFlash, init, run};
+    use firmware::boards::{SharedSensorBus, sampler, watch_stack};
+    use firmware::tasks::{self, BusCounters, Buffers, CountedBus, Shared};
+    use static_cell::{ConstStaticCell, StaticCell};
+
+    type Sensors = SharedSensorBus<SensorBus>;
+
+    #[expect(clippy::unwrap_used, reason = "each task is spawned once: there is room for it")]
+    #[cortex_m_rt::entry]
+    fn main() -> ! {
+        static SHARED: StaticCell<Shared> = StaticCell::new();
+        static COUNTERS: ConstStaticCell<BusCounters> = ConstStaticCell::new(BusCounters::new());
+        static SENSORS: StaticCell<Sensors> = StaticCell::new();
+
+        let (shared, counters) = (&*SHARED.init_with(Shared::new), &*COUNTERS.take());
+        let Board { sensors, servos, link, store } = init();
+        let sensors = &*SENSORS.init(Mutex::new(CountedBus::new(sensors, counters)));
+        run(|spawner| {
+            spawner.spawn(keep(store, shared).unwrap());
+            spawner.spawn(measure(sensors, servos, counters, shared).unwrap());
+            spawner.spawn(serve(link, shared).unwrap());
+            spawner.spawn(stack().unwrap());
+        })
+    }
+
+    #[embassy_executor::task]
+    async fn keep(store: StoreFlash, shared: &'static Shared) {
+        tasks::keep(store, shared).await
+    }
+
+    #[embassy_executor::task]
+    async fn measure(
+        sensors: &'static Sensors,
+        servos: ServoPort,
+        counters: &'static BusCounters,
+        shared: &'static Shared,
+    ) {
+        tasks::measure(sampler(sensors, servos), counters, shared).await
+    }
+
+    #[embassy_executor::task]
+    async fn serve(link: Link, shared: &'static Shared) {
+        static BUFFERS: ConstStaticCell<Buffers> = ConstStaticCell::new(Buffers::new());
+        tasks::serve(link, BUFFERS.take(), shared).await
+    }
+
+    #[embassy_executor::task]
+    async fn stack() {
+        watch_stack().await
+    }
+}
+
+/// A host has no such board.
+#[cfg(not(target_os = "none"))]
+fn main() {
+    eprintln!("an image for the emulator: `gmr board` runs it, see docs/board.md");
+}

@@ -1,0 +1,20 @@
+//! The two boards that the same tasks run on: what differs between them ends here.
+
+#[cfg(feature = "opencr")]
+pub mod opencr;
+#[cfg(any(feature = "opencr", feature = "virtual"))]
+mod stack;
+#[cfg(feature = "virtual")]
+pub mod virtual_board;
+#[cfg(any(feature = "opencr", feature = "virtual"))]
+mod wiring;
+
+#[cfg(any(feature = "opencr", feature = "virtual"))]
+pub use {
+    stack::watch_stack,
+    wiring::{SensorHandle, SharedSensorBus, sampler},
+};
+
+// What stands before every line of the log.
+#[cfg(any(feature = "opencr", feature = "virtual"))]
+defmt::timestamp!("{=u64:us}", embassy_time::Instant::now().as_micros());

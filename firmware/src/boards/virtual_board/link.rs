@@ -1,0 +1,67 @@
+//! The link to the host. Bytes take no board time; that some wait, the answer to any other request says.
+
+use core::convert::Infallible;
+
+use embedded_io_async::{ErrorType, Read, Write};
+
+use super::Robot;
+use super::queue::Queue;
+use crate::exchange::Kind;
+use crate::tasks::Connection;
+
+/// Either way: the longest status, with stuffing, fits.
+const BYTES: usize = 2048;
+
+/// Bytes from and to the host; what is written goes out with [`Write::flush`]. There is always a host.
+pub struct Link {
+    robot: &'static Robot,
+    sent: Queue<BYTES>,
+    received: Queue<BYTES>,
+}
+
+impl Link {
+    pub(super) fn new(robot: &'static Robot) -> Self {
+        Self { robot, sent: Queue::new(), received: Queue::new() }
+    }
+
+    fn exchange(&mut self) {
+        let Self { robot, sent, received } = self;
+        let room = (received.room() as u16).to_le_bytes();
+        robot.exchange(Kind::Link, &[&room, sent.as_slice()], |answer| received.put(answer));
+        sent.clear();
+    }
+}
+
+impl Connection for Link {
+    async fn wait_connection(&mut self) {}
+}
+
+impl ErrorType for Link {
+    type Error = Infallible;
+}
+
+impl Read for Link {
+    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
+        while self.received.is_empty() {
+            self.robot.host_has_sent.wait().await;
+            self.exchange();
+        }
+        Ok(self.received.take(buffer))
+    }
+}
+
+impl Write for Link {
+    async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        if self.sent.room() == 0 {
+            self.exchange();
+        }
+        Ok(self.sent.put(bytes))
+    }
+
+    async fn flush(&mut self) -> Result<(), Infallible> {
+        if !self.sent.is_empty() {
+            self.exchange();
+        }
+        Ok(())
+    }
+}

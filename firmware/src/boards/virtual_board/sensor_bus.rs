@@ -1,0 +1,38 @@
+//! The power sensors' bus. A transaction takes no board time.
+
+use embedded_hal_async::i2c::{ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
+
+use super::Robot;
+use crate::exchange::{BusAnswer, Kind};
+
+/// The sensors' bus.
+pub struct SensorBus(pub(super) &'static Robot);
+
+impl ErrorType for SensorBus {
+    type Error = ErrorKind;
+}
+
+impl I2c for SensorBus {
+    /// The shapes that a register device knows: a write, a read, or a write and a read.
+    async fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), ErrorKind> {
+        let (sent, received): (&[u8], &mut [u8]) = match operations {
+            [Operation::Write(sent)] => (sent, &mut []),
+            [Operation::Read(received)] => (&[], received),
+            [Operation::Write(sent), Operation::Read(received)] => (sent, received),
+            _ => return Err(ErrorKind::Other),
+        };
+        let count = u8::try_from(received.len()).map_err(|_| ErrorKind::Other)?;
+        self.0.exchange(Kind::I2c, &[&[address, count], sent], |answer| {
+            let (code, bytes) = answer.split_first().ok_or(ErrorKind::Other)?;
+            match BusAnswer::from_code(*code) {
+                Some(BusAnswer::Done) if bytes.len() == received.len() => {
+                    received.copy_from_slice(bytes);
+                    Ok(())
+                }
+                Some(BusAnswer::NoAcknowledge) => Err(ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address)),
+                Some(BusAnswer::Stuck) => Err(ErrorKind::Bus),
+                Some(BusAnswer::Done) | None => Err(ErrorKind::Other),
+            }
+        })
+    }
+}

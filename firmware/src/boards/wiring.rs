@@ -1,0 +1,28 @@
+//! From a board's drivers to a sampler.
+
+use embassy_embedded_hal::shared_bus::asynch::i2c::I2cDevice;
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use embassy_sync::mutex::Mutex;
+use embassy_time::Delay;
+use embedded_hal_async::i2c::I2c;
+use embedded_io_async::{Read, Write};
+
+use crate::measurement::Sampler;
+use crate::power_sensors::{PowerSensors, RAILS};
+use crate::tasks::CountedBus;
+use crate::wheels::Wheels;
+
+/// The sensors' bus, for the tasks of one executor.
+pub type SharedSensorBus<B> = Mutex<NoopRawMutex, CountedBus<B>>;
+
+/// One sensor's handle of it.
+pub type SensorHandle<B> = I2cDevice<'static, NoopRawMutex, CountedBus<B>>;
+
+/// Samples on these buses.
+pub fn sampler<B: I2c + 'static, P: Read + Write>(
+    sensors: &'static SharedSensorBus<B>,
+    servos: P,
+) -> Sampler<SensorHandle<B>, P, Delay> {
+    let handles = RAILS.map(|_| I2cDevice::new(sensors));
+    Sampler::new(PowerSensors::new(handles), Wheels::new(servos, Delay))
+}

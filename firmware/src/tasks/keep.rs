@@ -1,0 +1,50 @@
+//! Reads the store at start and writes what the host uploads, when the robot stands.
+
+use embassy_time::{Duration, Timer};
+use embedded_storage_async::nor_flash::NorFlash;
+
+use super::shared::Shared;
+use crate::control_table::Reason;
+use crate::items::ITEMS;
+use crate::log::{info, warning};
+use crate::store::{BYTES, Store};
+
+/// How often somebody looks whether there is something to write.
+const PERIOD: Duration = Duration::from_millis(100);
+
+/// Keeps the items in a flash that is the store's, from its beginning to its end.
+pub async fn keep(flash: impl NorFlash, shared: &Shared) -> ! {
+    let mut store = match Store::new(flash, 0..BYTES as u32) {
+        Ok(store) => store,
+        Err(error) => {
+            // A flash of another geometry: nothing is stored, and every upload is refused.
+            let reason = Reason::from(error);
+            ITEMS.into_iter().for_each(|item| shared.with(|state| state.load(item, Err(reason))));
+            loop {
+                Timer::after(PERIOD).await;
+                if let Some((item, _)) = shared.with(|state| state.take_pending()) {
+                    shared.with(|state| state.stored(item, Err(reason)));
+                }
+            }
+        }
+    };
+    for item in ITEMS {
+        let found = store.get(item).await.map_err(Reason::from);
+        shared.with(|state| state.load(item, found));
+    }
+    loop {
+        Timer::after(PERIOD).await;
+        let Some((item, bytes)) = shared.with(|state| state.take_pending()) else { continue };
+        shared.stall();
+        let result = store.put(item, bytes.as_slice()).await.map_err(Reason::from);
+        shared.with(|state| state.stored(item, result));
+        match result {
+            Ok(()) => {
+                info!("item {=u8} stored", item as u8);
+            }
+            Err(_reason) => {
+                warning!("item {=u8} not stored: {=str}", item as u8, _reason.text());
+            }
+        }
+    }
+}

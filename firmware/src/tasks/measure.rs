@@ -1,0 +1,116 @@
+//! Takes the samples, on time.
+
+use embassy_time::{Instant, Timer};
+use embedded_hal_async::delay::DelayNs;
+use embedded_hal_async::i2c::I2c;
+use embedded_io_async::{Read, Write};
+
+use super::deadline::Schedule;
+use super::sensor_bus::BusCounters;
+use super::shared::Shared;
+use super::show::show;
+use crate::control_table::Reason;
+use crate::log::{info, warning};
+use crate::measurement::{Sampler, Snapshot};
+use crate::parameters::SAMPLE_RATE_HZ;
+
+/// Missed deadlines are logged once in so many samples: ten seconds.
+const SAMPLES_PER_REPORT: u32 = 10 * SAMPLE_RATE_HZ;
+
+/// Samples at the rate of the parameters file, for good.
+pub async fn measure<I, P, D>(mut sampler: Sampler<I, P, D>, bus: &BusCounters, shared: &Shared) -> !
+where
+    I: I2c,
+    P: Read + Write,
+    D: DelayNs,
+{
+    let mut schedule = Schedule::new(Instant::now().as_micros());
+    let mut settings = None;
+    let mut report = Report::default();
+    loop {
+        Timer::at(Instant::from_micros(schedule.next_us())).await;
+        let now_us = Instant::now().as_micros();
+        let missed = schedule.begin(now_us);
+        // The flash was written: nothing could be on time.
+        let missed = if shared.take_stall() { 0 } else { missed };
+
+        let changes = shared.with(|state| state.settings().changes());
+        if settings != Some(changes) {
+            settings = Some(changes);
+            use_settings(&mut sampler, shared);
+        }
+
+        let record = sampler.sample(now_us).await;
+        let snapshot = sampler.snapshot();
+        shared.with(|state| {
+            state.fifo.push(record);
+            show(&snapshot, state);
+            state.counters.missed_deadlines = state.counters.missed_deadlines.saturating_add(missed);
+            state.counters.bus_errors = bus.errors();
+            state.counters.bus_recoveries = bus.recoveries();
+        });
+        report.add(&snapshot, missed);
+    }
+}
+
+/// Estimates with what is stored now, or not at all.
+fn use_settings<I, P, D>(sampler: &mut Sampler<I, P, D>, shared: &Shared)
+where
+    I: I2c,
+    P: Read + Write,
+    D: DelayNs,
+{
+    shared.with(|state| {
+        let settings = state.settings();
+        sampler.set_power_factors(settings.calibration().power_factors);
+        // Cannot fail: coefficients whose cutoff the sample rate cannot have are not in use.
+        let _ = sampler.set_coefficients(settings.coefficients().ok());
+        log_coefficients(settings.coefficients().err());
+    });
+}
+
+fn log_coefficients(reason: Option<Reason>) {
+    match reason {
+        None => {
+            info!("coefficients: in use");
+        }
+        Some(_reason) => {
+            warning!("coefficients: none, {=str}", _reason.text());
+        }
+    }
+}
+
+/// What was logged, so that only news is.
+#[derive(Default)]
+struct Report {
+    last: Snapshot,
+    samples: u32,
+    missed: u32,
+}
+
+impl Report {
+    fn add(&mut self, snapshot: &Snapshot, missed: u32) {
+        for (_index, (before, now)) in self.last.rails.iter().zip(&snapshot.rails).enumerate() {
+            if before.health != now.health {
+                info!("rail {=usize}: {}", _index, defmt::Debug2Format(&now.health));
+            }
+        }
+        for (_index, (before, now)) in self.last.wheels.iter().zip(&snapshot.wheels).enumerate() {
+            if before.health != now.health {
+                info!("wheel {=usize}: {}", _index, defmt::Debug2Format(&now.health));
+            }
+        }
+        if self.last.estimate.changes != snapshot.estimate.changes {
+            info!("the payload has changed: {=u32}", snapshot.estimate.changes.count);
+        }
+        self.last = *snapshot;
+        self.missed = self.missed.saturating_add(missed);
+        self.samples += 1;
+        if self.samples >= SAMPLES_PER_REPORT {
+            if self.missed > 0 {
+                warning!("{=u32} deadlines missed in {=u32} samples", self.missed, self.samples);
+            }
+            (self.samples, self.missed) = (0, 0);
+        }
+    }
+}

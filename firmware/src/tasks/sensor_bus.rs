@@ -1,0 +1,79 @@
+//! Counts what goes wrong on the power sensors' bus.
+
+use core::cell::Cell;
+
+use embedded_hal_async::i2c::{ErrorType, I2c, Operation};
+
+/// What happened on the bus since start. Stops at its maximum.
+#[derive(Debug, Default)]
+pub struct BusCounters {
+    errors: Cell<u32>,
+    recoveries: Cell<u32>,
+}
+
+impl BusCounters {
+    /// Nothing yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { errors: Cell::new(0), recoveries: Cell::new(0) }
+    }
+
+    /// Transactions that failed, for whatever reason.
+    #[must_use]
+    pub fn errors(&self) -> u32 {
+        self.errors.get()
+    }
+
+    /// Times that the bus was set up again.
+    #[must_use]
+    pub fn recoveries(&self) -> u32 {
+        self.recoveries.get()
+    }
+
+    /// The bus was set up again.
+    pub fn count_recovery(&self) {
+        self.recoveries.set(self.recoveries.get().saturating_add(1));
+    }
+
+    fn count<T, E>(&self, result: Result<T, E>) -> Result<T, E> {
+        if result.is_err() {
+            self.errors.set(self.errors.get().saturating_add(1));
+        }
+        result
+    }
+}
+
+/// A bus whose failed transactions are counted.
+pub struct CountedBus<I> {
+    bus: I,
+    counters: &'static BusCounters,
+}
+
+impl<I> CountedBus<I> {
+    /// Counts in `counters` what fails on `bus`.
+    pub fn new(bus: I, counters: &'static BusCounters) -> Self {
+        Self { bus, counters }
+    }
+}
+
+impl<I: ErrorType> ErrorType for CountedBus<I> {
+    type Error = I::Error;
+}
+
+impl<I: I2c> I2c for CountedBus<I> {
+    async fn read(&mut self, address: u8, bytes: &mut [u8]) -> Result<(), I::Error> {
+        self.counters.count(self.bus.read(address, bytes).await)
+    }
+
+    async fn write(&mut self, address: u8, bytes: &[u8]) -> Result<(), I::Error> {
+        self.counters.count(self.bus.write(address, bytes).await)
+    }
+
+    async fn write_read(&mut self, address: u8, sent: &[u8], received: &mut [u8]) -> Result<(), I::Error> {
+        self.counters.count(self.bus.write_read(address, sent, received).await)
+    }
+
+    async fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), I::Error> {
+        self.counters.count(self.bus.transaction(address, operations).await)
+    }
+}

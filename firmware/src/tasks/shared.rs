@@ -1,0 +1,48 @@
+//! What the tasks have in common.
+
+use core::cell::{Cell, RefCell};
+
+use crate::link::State;
+use crate::parameters::{SAMPLE_RATE_HZ, WINDOW_S};
+
+/// Records that wait for the host: 5 s of them. They are most of the board's static memory.
+pub const FIFO_RECORDS: usize = 1000;
+
+/// The state that the link shows. Not [`Sync`]: for the tasks of one executor.
+pub struct Shared {
+    state: RefCell<State<FIFO_RECORDS>>,
+    /// The flash was written since the last sample: that one may be late.
+    has_stalled: Cell<bool>,
+}
+
+impl Default for Shared {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Shared {
+    /// Nothing measured yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            state: RefCell::new(State::new(SAMPLE_RATE_HZ as u16, WINDOW_S as u16)),
+            has_stalled: Cell::new(false),
+        }
+    }
+
+    /// Uses the state. `work` cannot wait, and must not come here again.
+    pub(super) fn with<T>(&self, work: impl FnOnce(&mut State<FIFO_RECORDS>) -> T) -> T {
+        work(&mut self.state.borrow_mut())
+    }
+
+    /// The processor is about to stand still, for longer than a sample's period.
+    pub(super) fn stall(&self) {
+        self.has_stalled.set(true);
+    }
+
+    /// Whether it did since the last time somebody asked.
+    pub(super) fn take_stall(&self) -> bool {
+        self.has_stalled.take()
+    }
+}

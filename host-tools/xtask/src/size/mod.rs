@@ -1,0 +1,127 @@
+//! `cargo xtask size`: what the images need of the board's memories, against limits.
+
+mod image;
+mod stack;
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::set_up::{self, TARGET, TargetCargo};
+use crate::steps::{Stop, command_line};
+use image::Usage;
+use stack::Depth;
+
+/// Of the 768 KB that the application has.
+const MOST_FLASH: u64 = 200 * 1024;
+/// Of 256 KB.
+const MOST_RAM: u64 = 96 * 1024;
+
+/// The board's image, which has limits, and the emulator's.
+const IMAGES: [&str; 2] = ["opencr", "virtual"];
+
+/// What is known of an image.
+struct Report {
+    name: &'static str,
+    usage: Usage,
+    /// Where it could be measured.
+    stack: Option<Depth>,
+}
+
+impl Report {
+    fn is_within(&self) -> bool {
+        self.usage.flash <= MOST_FLASH && self.usage.ram <= MOST_RAM
+    }
+}
+
+/// True when every image is within the limits.
+pub(crate) fn run(as_json: bool) -> bool {
+    match IMAGES.into_iter().map(report).collect::<Result<Vec<_>, _>>() {
+        Ok(reports) => {
+            print!("{}", if as_json { json(&reports) } else { table(&reports) });
+            reports.iter().all(Report::is_within)
+        }
+        Err(stop) => {
+            eprintln!("size: {stop}");
+            false
+        }
+    }
+}
+
+fn report(name: &'static str) -> Result<Report, Stop> {
+    let target = set_up::target()?;
+    build(&target, name)?;
+    let path = crate::target_folder().join(TARGET).join("release").join(name);
+    let elf = std::fs::read(&path).map_err(|error| Stop::new(format!("{}: {error}", path.display())))?;
+    let usage =
+        image::usage(&elf).map_err(|error| Stop::new(format!("{}: {error}", path.display())))?;
+    let stack = if name == "opencr" { stack::measure(&path)? } else { None };
+    Ok(Report { name, usage, stack })
+}
+
+/// Standard output is for the figures: cargo's own goes to standard error.
+fn build(target: &TargetCargo, name: &str) -> Result<(), Stop> {
+    let mut command: Command = target.command(&format!(
+        "build --quiet --release --package firmware --features {name} --bin {name} --target {TARGET}"
+    ));
+    let line = command_line(&command);
+    let status = command.current_dir(crate::root()).status();
+    match status {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(Stop::new(format!("{line}\n   {status}"))),
+        Err(error) => Err(Stop::new(format!("{line}\n   {error}"))),
+    }
+}
+
+fn table(reports: &[Report]) -> String {
+    let mut text = String::from("image      flash, B  of 204800   static RAM, B  of 98304   worst stack, B\n");
+    for Report { name, usage, stack } in reports {
+        let stack = stack.map_or("-".to_owned(), |depth| depth.bytes.to_string());
+        let share = |part: u64, whole: u64| 100.0 * part as f64 / whole as f64;
+        text += &format!(
+            "{name:8} {:10}  {:7.1} %  {:14}  {:6.1} %  {stack:>15}\n",
+            usage.flash,
+            share(usage.flash, MOST_FLASH),
+            usage.ram,
+            share(usage.ram, MOST_RAM),
+        );
+    }
+    text += &match reports.iter().find_map(|report| report.stack) {
+        Some(depth) => format!(
+            "\nStack: painted at start, deepest use in {} s in the emulated STM32F746: four sensors, two servos, a host\n\
+             that reads and uploads. It has 65536 B to itself (DTCM); an overflow leaves mapped memory and faults.\n",
+            depth.seconds
+        ),
+        None => "\nStack: not measured, the emulated STM32F746 is not here (docs/board.md).\n".to_owned(),
+    };
+    for report in reports.iter().filter(|report| !report.is_within()) {
+        text += &format!("\n{}: more than the limit\n", report.name);
+    }
+    text
+}
+
+fn json(reports: &[Report]) -> String {
+    let image = |Report { name, usage, stack }: &Report| {
+        let stack = stack.map_or("null".to_owned(), |depth| depth.bytes.to_string());
+        format!(
+            "{{\"name\":\"{name}\",\"flash_bytes\":{},\"ram_bytes\":{},\"stack_bytes\":{stack}}}",
+            usage.flash, usage.ram
+        )
+    };
+    format!(
+        "{{\"limits\":{{\"flash_bytes\":{MOST_FLASH},\"ram_bytes\":{MOST_RAM}}},\"images\":[{}]}}\n",
+        reports.iter().map(image).collect::<Vec<_>>().join(",")
+    )
+}
+
+/// The emulator of the board's chip: beside the project, not part of it.
+pub(crate) const EMULATOR: &str = "../shared/tools/stm32emu/emu";
+
+/// The script that runs an image there.
+pub(crate) fn emulated(image: &Path) -> Option<Command> {
+    let emulator = crate::root().join(EMULATOR);
+    emulator.exists().then(|| {
+        let mut command = Command::new(emulator);
+        command.arg(crate::root().join("tests/system/opencr_emulated.py")).arg(image);
+        command
+    })
+}

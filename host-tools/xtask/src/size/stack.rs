@@ -1,0 +1,49 @@
+//! How deep the stack gets, measured.
+
+use std::path::Path;
+use std::process::Stdio;
+
+use crate::steps::{Stop, command_line};
+
+/// Robot's seconds to run the image for.
+const SECONDS: u32 = 10;
+
+/// The deepest use seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Depth {
+    pub(super) bytes: u64,
+    /// For how long the image ran.
+    pub(super) seconds: u32,
+}
+
+/// Runs the image in the emulated chip and looks how much paint is left; `None` where there is no emulator.
+pub(super) fn measure(image: &Path) -> Result<Option<Depth>, Stop> {
+    let Some(mut command) = super::emulated(image) else { return Ok(None) };
+    command.args(["--seconds", &SECONDS.to_string(), "--json"]).stderr(Stdio::inherit());
+    let line = command_line(&command);
+    let output = command.output().map_err(|error| Stop::new(format!("{line}\n   {error}")))?;
+    let said = String::from_utf8_lossy(&output.stdout);
+    match stack_bytes(&said) {
+        Some(bytes) => Ok(Some(Depth { bytes, seconds: SECONDS })),
+        None => Err(Stop::new(format!("{line}\n   {}: no stack depth in what it says:\n{said}", output.status))),
+    }
+}
+
+/// The number behind `"stack_bytes":`.
+fn stack_bytes(json: &str) -> Option<u64> {
+    let (_, rest) = json.split_once("\"stack_bytes\":")?;
+    let digits = rest.trim_start();
+    let end = digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len());
+    digits.get(..end)?.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn finds_the_depth_in_the_scripts_answer() {
+        assert_eq!(stack_bytes("{\"samples\": 1, \"stack_bytes\": 4096}"), Some(4096));
+        assert_eq!(stack_bytes("{\"samples\": 1}"), None);
+    }
+}

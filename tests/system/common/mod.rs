@@ -1,0 +1,26 @@
+//! The image that is flashed on the board.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// The workspace's directory.
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the tests are in the workspace")
+}
+
+/// The `opencr` image as users flash it, built if it is not there or not from these sources.
+pub fn opencr() -> PathBuf {
+    // Where rustup has no core for the board, xtask names the toolchain that has.
+    let mut cargo = Command::new("cargo");
+    if let Ok(toolchain) = std::env::var("BOARD_TOOLCHAIN") {
+        cargo.env_remove("RUSTUP_TOOLCHAIN").arg(format!("+{toolchain}"));
+    }
+    cargo.args(["build", "--quiet", "--release", "--package", "firmware", "--features", "opencr"]);
+    cargo.args(["--bin", "opencr", "--target", TARGET]);
+    let status = cargo.current_dir(root()).status().expect("cargo runs");
+    assert!(status.success(), "the image does not build");
+    let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
+    root().join(target).join(TARGET).join("release/opencr")
+}

@@ -1,0 +1,51 @@
+//! The very image that is flashed, in an emulated STM32F746 with its buses, started as the bootloader leaves the chip.
+//!
+//! The emulator is beside the project, not part of it: where it is not, these tests say so and pass.
+
+mod common;
+
+use std::process::Command;
+
+/// Runs the script with these arguments. `None` where there is no emulator.
+fn emulate(arguments: &[&str]) -> Option<(bool, String)> {
+    let emulator = common::root().join("../shared/tools/stm32emu/emu");
+    if !emulator.exists() {
+        println!("skipped: there is no {}", emulator.display());
+        return None;
+    }
+    let script = common::root().join("tests/system/opencr_emulated.py");
+    let output = Command::new(emulator)
+        .arg(script)
+        .arg(common::opencr())
+        .args(arguments)
+        .output()
+        .expect("the emulator starts");
+    let said = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
+    Some((output.status.success(), said.into_owned()))
+}
+
+fn passes(arguments: &[&str]) {
+    if let Some((is_good, said)) = emulate(arguments) {
+        assert!(is_good, "{said}");
+    }
+}
+
+/// 60 s: no deadline missed, no bus error, 200 samples a second with four sensors and two servos in each.
+#[test]
+fn samples_at_200_hz_for_a_minute() {
+    passes(&["--seconds", "60"]);
+}
+
+/// A sensor that is not there costs its own rail only.
+#[test]
+fn an_absent_sensor_costs_its_own_rail() {
+    passes(&["--seconds", "5", "--absent", "0x44"]);
+}
+
+/// Half of a minute's expectations cannot hold when a servo does not answer: the script must say so.
+#[test]
+fn the_check_can_fail() {
+    if let Some((is_good, said)) = emulate(&["--seconds", "2", "--silent-servo", "2"]) {
+        assert!(!is_good && said.contains("wheels"), "{said}");
+    }
+}

@@ -1,0 +1,244 @@
+"""Boots the OpenCR image in the emulated STM32F746, reads it over its USB link and checks what it says.
+
+    emu opencr_emulated.py IMAGE [--seconds S] [--absent ADDRESS] [--silent-servo ID] [--json]
+
+The registers and packets are written here from docs/link.md and the e-manual's Protocol 2.0, not taken from the firmware.
+"""
+import argparse
+import json
+import math
+import struct
+import sys
+
+from board import MS, PS, Fault, make, run
+import devices
+
+BOARD = 200
+RECORD = struct.Struct("<IQ2f4ffHHf3f")
+WINDOW = 16
+# Registers: address, format.
+REGISTERS = {
+    "table_version": (512, "H"),
+    "uptime_us": (548, "Q"),
+    "rail_power": (556, "4f"),
+    "rail_health": (620, "4B"),
+    "rail_counters": (624, "20I"),
+    "wheel_health": (720, "2B"),
+    "samples": (792, "I"),
+    "missed_deadlines": (796, "I"),
+    "servo_timeouts": (800, "I"),
+    "servo_broken": (804, "I"),
+    "bus_errors": (808, "I"),
+    "bus_recoveries": (812, "I"),
+    "link_broken": (820, "I"),
+    "fifo_lost": (824, "I"),
+}
+FIFO_ACKNOWLEDGE = 1352
+# Of each rail: INA219 address, shunt voltage in 10 uV over 0.1 ohm, bus voltage in 4 mV.
+RAILS = {0x40: (8000, 2775), 0x41: (2500, 2770), 0x44: (9000, 1265), 0x45: (3500, 1260)}
+RATE = 200
+PAINT = 0xCCCCCCCC
+STACK = (0x20000000, 0x10000)
+# The board says what it is; servos are found with the first samples.
+SETTLED_S = 1.0
+
+
+def checksum(data):
+    """CRC-16, polynomial 8005h, initial value 0, not reflected."""
+    crc = 0
+    for byte in data:
+        crc ^= byte << 8
+        for _ in range(8):
+            crc = (crc << 1 ^ (0x8005 if crc & 0x8000 else 0)) & 0xFFFF
+    return crc
+
+
+def packet(instruction, parameters):
+    body = bytes([instruction]) + parameters
+    body = body.replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
+    head = b"\xff\xff\xfd\x00" + bytes([BOARD]) + struct.pack("<H", len(body) + 2)
+    return head + body + struct.pack("<H", checksum(head + body))
+
+
+class Host:
+    """Asks one thing after the other; each answer goes to whoever asked."""
+
+    def __init__(self, machine):
+        self.machine, self.bytes, self.waiting, self.broken = machine, bytearray(), [], 0
+        machine.host.on_rx = self.receive
+
+    def read(self, address, length, then):
+        self.ask(packet(2, struct.pack("<HH", address, length)), then)
+
+    def write(self, address, data):
+        self.ask(packet(3, struct.pack("<H", address) + data), lambda _: None)
+
+    def ask(self, request, then):
+        self.waiting.append((request, then))
+        if len(self.waiting) == 1:
+            self.machine.host.write(request)
+
+    def receive(self, data):
+        self.bytes += data
+        while True:
+            start = self.bytes.find(b"\xff\xff\xfd\x00")
+            if start < 0 or len(self.bytes) < start + 7:
+                return
+            end = start + 7 + struct.unpack_from("<H", self.bytes, start + 5)[0]
+            if len(self.bytes) < end:
+                return
+            found, self.bytes = bytes(self.bytes[start:end]), self.bytes[end:]
+            body = found[7:-2].replace(b"\xff\xff\xfd\xfd", b"\xff\xff\xfd")
+            is_good = checksum(found[:-2]) == struct.unpack("<H", found[-2:])[0]
+            if not is_good or found[4] != BOARD or body[:2] != b"\x55\x00" or not self.waiting:
+                self.broken += 1
+                continue
+            _, then = self.waiting.pop(0)
+            if self.waiting:
+                self.machine.host.write(self.waiting[0][0])
+            then(body[2:])
+
+
+class Recorder:
+    """Fetches every record, 25 times a second."""
+
+    def __init__(self, machine, host):
+        self.machine, self.host, self.records, self.window = machine, host, [], b""
+        machine.after(int(SETTLED_S * PS), self.poll, keep=True)
+
+    def poll(self):
+        self.host.read(FIFO_ACKNOWLEDGE, 16, self.header)
+        self.machine.after(40 * MS, self.poll, keep=True)
+
+    def header(self, data):
+        count, size = struct.unpack_from("<HH", data, 12)
+        if size != RECORD.size:
+            raise SystemExit(f"records of {size} bytes")
+        if count:
+            # What follows the count belongs to the window as it is when it is read: at least as many.
+            self.host.read(FIFO_ACKNOWLEDGE + 16, count * size, self.take)
+
+    def take(self, data):
+        new = list(RECORD.iter_unpack(data))
+        self.records += new
+        self.host.write(FIFO_ACKNOWLEDGE, struct.pack("<I", (new[-1][0] + 1) & 0xFFFFFFFF))
+
+
+def registers(machine, host):
+    found = {}
+    first, last = 512, 840
+
+    def take(data):
+        for name, (address, form) in REGISTERS.items():
+            values = struct.unpack_from("<" + form, data, address - first)
+            found[name] = values if len(values) > 1 else values[0]
+
+    host.read(first, last - first, take)
+    run(machine, 0.2)
+    if not found:
+        raise SystemExit("the board does not answer on its link")
+    return found
+
+
+def stack_bytes(machine):
+    words = struct.unpack(f"<{STACK[1] // 4}I", machine.uc.mem_read(*STACK))
+    untouched = next((i for i, word in enumerate(words) if word != PAINT), len(words))
+    return STACK[1] - 4 * untouched
+
+
+def set_up(arguments):
+    machine = make(elf=arguments.image, dirty=True, log=lambda *_: None)
+    for address, (shunt, bus) in RAILS.items():
+        sensor = devices.INA219(machine, shunt=lambda t, v=shunt: v, bus=lambda t, v=bus: v)
+        sensor.present = address not in arguments.absent
+        machine.i2c[1].devs[address] = sensor
+    for servo, goal in zip(machine.servos, (100, 60)):
+        # Torque on and a goal velocity: they turn.
+        servo.t[64] = 1
+        servo.t[104:108] = struct.pack("<i", goal)
+        servo.alive = servo.id not in arguments.silent_servo
+    return machine
+
+
+def check(arguments, machine, before, after, recorder, host):
+    """What does not hold, in words."""
+    wrong = []
+
+    def expect(holds, what):
+        if not holds:
+            wrong.append(what)
+
+    expect(after["table_version"] == 1, f"table version {after['table_version']}")
+    seconds = (after["uptime_us"] - before["uptime_us"]) / 1e6
+    rate = (after["samples"] - before["samples"]) / seconds
+    # One sample more or less at the ends.
+    expect(abs(rate - RATE) * seconds <= 1.01, f"{rate:.3f} samples a second")
+    absent = [i for i, address in enumerate(RAILS) if address in arguments.absent]
+    for name in ("missed_deadlines", "servo_timeouts", "servo_broken", "bus_recoveries", "link_broken", "fifo_lost"):
+        expect(after[name] == 0, f"{name}: {after[name]}")
+    silent = sum(after["rail_counters"][5 * i + 3] for i in absent)
+    expect(after["bus_errors"] == silent, f"bus_errors: {after['bus_errors']}, {silent} of them absent sensors")
+    expect(host.broken == 0, f"{host.broken} broken answers")
+    expect(list(after["rail_health"]) == [3 if i in absent else 0 for i in range(4)], f"rails: {after['rail_health']}")
+    expect(after["wheel_health"] == (0, 0), f"wheels: {after['wheel_health']}")
+    for i, (shunt, bus) in enumerate(RAILS.values()):
+        power = shunt * 10e-6 / 0.1 * bus * 4e-3
+        found = after["rail_power"][i]
+        expect(math.isnan(found) if i in absent else abs(found / power - 1) < 1e-5, f"rail {i}: {found} W for {power}")
+    stats = {k: machine.dxl.stats[k] for k in ("bad", "dir_low", "wrong_baud", "unpowered")}
+    expect(not any(stats.values()), f"servo bus: {stats}")
+    expect(not machine.resets, f"resets: {machine.resets}")
+
+    records = recorder.records
+    expect(len(records) > RATE * (arguments.seconds - SETTLED_S - 0.2), f"{len(records)} records")
+    whole = 1 | sum(2 << i for i in range(4) if i not in absent)
+    for last, now in zip(records, records[1:]):
+        if now[0] != last[0] + 1 or not 4000 < now[1] - last[1] < 6000:
+            wrong.append(f"record {now[0]} at {now[1]} us after {last[0]} at {last[1]} us")
+            break
+    # A sensor's set-up is read back ten times a second, and never costs a reading.
+    incomplete = [r[0] for r in records if r[9] & whole != whole]
+    expect(not incomplete, f"{len(incomplete)} records without wheels or rails, the first {incomplete[:1]}")
+    unit = 0.229 * 2 * math.pi / 60
+    if records and not arguments.silent_servo:
+        mean = [sum(r[2 + w] for r in records[20:]) / max(1, len(records) - 20) for w in range(2)]
+        expect(all(abs(m / (g * unit) - 1) < 0.01 for m, g in zip(mean, (100, 60))), f"wheels at {mean} rad/s")
+    return wrong
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("image")
+    parser.add_argument("--seconds", type=float, default=10.0)
+    parser.add_argument("--absent", type=lambda text: int(text, 0), action="append", default=[])
+    parser.add_argument("--silent-servo", type=int, action="append", default=[])
+    parser.add_argument("--json", action="store_true")
+    arguments = parser.parse_args()
+
+    machine = set_up(arguments)
+    host = Host(machine)
+    recorder = Recorder(machine, host)
+    try:
+        run(machine, SETTLED_S)
+        before = registers(machine, host)
+        run(machine, arguments.seconds - SETTLED_S)
+        after = registers(machine, host)
+    except Fault as fault:
+        print(machine.backtrace())
+        raise SystemExit(f"the core faulted: {fault}")
+    wrong = check(arguments, machine, before, after, recorder, host)
+    figures = {
+        "seconds": arguments.seconds,
+        "samples": after["samples"],
+        "records": len(recorder.records),
+        "missed_deadlines": after["missed_deadlines"],
+        "bus_errors": after["bus_errors"],
+        "idle_percent": round(100 * machine.sleep_ps / machine.now(), 1),
+        "stack_bytes": stack_bytes(machine),
+        "wrong": wrong,
+    }
+    print(json.dumps(figures) if arguments.json else "\n".join(f"{k}: {v}" for k, v in figures.items()))
+    sys.exit(1 if wrong else 0)
+
+
+main()
