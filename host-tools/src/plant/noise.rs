@@ -13,6 +13,8 @@ pub(super) enum Stream {
     Power = 4,
     Jitter = 5,
     EncoderPhase = 6,
+    Computer = 7,
+    RailNoise = 8,
 }
 
 /// The generator of a stream. ChaCha8 is specified, so the same seed gives the same bytes on every machine.
