@@ -17,7 +17,7 @@ pub mod kinematics;
 pub mod lockstep;
 mod motion;
 pub mod motor;
-mod noise;
+pub(crate) mod noise;
 pub mod payload;
 pub mod profile;
 pub mod rails;
