@@ -57,6 +57,11 @@ impl ExchangeServer {
         self.truths = Some(Truths { period_us, next_us, taken: Vec::new() });
     }
 
+    /// Whether something has been noted since the last time.
+    pub fn has_truths(&self) -> bool {
+        self.truths.as_ref().is_some_and(|truths| !truths.taken.is_empty())
+    }
+
     /// What has been noted since the last time.
     pub fn take_truths(&mut self) -> Vec<Truth> {
         self.truths.as_mut().map_or_else(Vec::new, |truths| std::mem::take(&mut truths.taken))
