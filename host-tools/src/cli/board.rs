@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
-use super::drive;
+use super::drive::DriveArguments;
 use crate::board::qemu::BoardLog;
 use crate::board::transport::Transport as _;
 use crate::board::virtual_board::{BoardOptions, VirtualBoard};
@@ -38,7 +38,7 @@ const LOOK: Duration = Duration::from_millis(20);
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
-    drive: drive::Arguments,
+    drive: DriveArguments,
     /// Board seconds per second: a number, or max
     #[arg(long, default_value = "1", value_name = "N|max")]
     speed: String,

@@ -12,7 +12,7 @@ use crate::plant::{
 
 /// Arguments about robot and drive.
 #[derive(clap::Args)]
-pub(super) struct Arguments {
+pub(super) struct DriveArguments {
     /// Motors: the paper's Table 3, or a servo like the XL430-W250
     #[arg(long, value_enum, default_value = "servo")]
     pub(super) plant: PlantSet,
@@ -40,7 +40,7 @@ pub(super) struct Arguments {
     pub(super) seed: u64,
 }
 
-impl Arguments {
+impl DriveArguments {
     /// The profile's kind; `None` for a file.
     pub(super) fn kind(&self) -> Option<ProfileKind> {
         ProfileKind::from_str(&self.profile, false).ok()

@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use super::drive;
+use super::drive::DriveArguments;
 use crate::error::{Error, Result};
 use crate::output::write_whole;
 use crate::plant::encoder::SpeedSource;
@@ -21,7 +21,7 @@ use crate::plant::{
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
-    drive: drive::Arguments,
+    drive: DriveArguments,
     /// Wheel layout
     #[arg(long, value_enum, default_value = "differential")]
     kinematics: Kinematics,
