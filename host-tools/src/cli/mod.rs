@@ -4,6 +4,7 @@ mod compare;
 mod estimate;
 mod fit;
 mod inspect;
+mod record;
 mod simulate;
 
 use std::process::ExitCode;
@@ -34,6 +35,8 @@ enum Command {
     Estimate(estimate::Arguments),
     /// Every model and baseline on the same split, in one table
     Compare(compare::Arguments),
+    /// Write a log from a board, live
+    Record(record::Arguments),
 }
 
 /// Parses the command line and runs it. Exit codes: 0 done, 1 failed, 2 wrong usage.
@@ -75,6 +78,7 @@ fn execute(cli: Cli) -> Result<()> {
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Estimate(arguments) => estimate::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Record(arguments) => record::run(&arguments),
     }
 }
 
