@@ -12,9 +12,11 @@ use crate::error::{Error, Result};
 /// The longest packet there is: a status with the whole table, every three bytes of which may need a fourth.
 const LONGEST: usize = OVERHEAD + (1 + table::END as usize) * 4 / 3 + 4;
 
-/// How long one answer is waited for. A board answers within a sample period or two, but its processor stands still while
-/// it erases flash, for half a second and more.
-const ANSWER_TIMEOUT: Duration = Duration::from_millis(250);
+/// How long the first answer is waited for. A board answers within a sample period or two; what an operating system adds
+/// is less than this.
+const ANSWER_TIMEOUT: Duration = Duration::from_millis(50);
+/// Each further one is waited for twice as long, up to this: while it erases flash the board's processor stands still.
+const LONGEST_TIMEOUT: Duration = Duration::from_millis(800);
 /// After so long without an answer the board counts as gone: longer than erasing both sectors of its store.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// Broken answers come at once: a line on which so many in a row are broken is of no use.
@@ -303,11 +305,11 @@ impl<T: Transport> Client<T> {
         let packet = packet::encode(BOARD_ID, request.instruction, parameters, &mut buffer)
             .map_err(|_| Error::failed("a packet that is too long"))?;
         let begun = self.transport.now();
-        let mut attempts = 1;
+        let (mut attempts, mut timeout) = (1, ANSWER_TIMEOUT);
         loop {
             self.discard_stale()?;
             self.transport.send(packet)?;
-            let answer = self.answer(expected)?;
+            let answer = self.answer(expected, timeout)?;
             let is_answer = match answer {
                 Answer::Data(_) => true,
                 Answer::Refused(error) => Refusal::from_error(error) != Some(Refusal::Checksum),
@@ -319,13 +321,14 @@ impl<T: Transport> Client<T> {
                 return Ok(answer);
             }
             attempts += 1;
+            timeout = (2 * timeout).min(LONGEST_TIMEOUT);
             self.retries += 1;
         }
     }
 
     /// The answer to what was just sent.
-    fn answer(&mut self, expected: usize) -> Result<Answer> {
-        let deadline = self.transport.now() + ANSWER_TIMEOUT;
+    fn answer(&mut self, expected: usize, timeout: Duration) -> Result<Answer> {
+        let deadline = self.transport.now() + timeout;
         loop {
             while let Some(found) = self.parser.next_packet() {
                 let Ok(packet) = found else { return Ok(Answer::Broken) };

@@ -24,6 +24,9 @@ use crate::log::{MASS, POWER, TIME, speed_column};
 /// A board that answers but has taken no sample for so long takes none.
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 
+/// Windows that are read before one that does not begin where it was asked to is believed.
+const MOST_ATTEMPTS: u32 = 3;
+
 /// What to record.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Options {
@@ -185,7 +188,7 @@ impl Run {
         }
         for record in &window.records {
             if is_before(record.sequence, self.next) {
-                // An answer to an earlier question: these are in the log.
+                // It is in the log already.
                 continue;
             }
             if self.last.as_ref().is_some_and(|last| record.time_us <= last.time_us) {
@@ -236,8 +239,17 @@ struct Window {
 impl Window {
     /// The records from `from` on, all before which have arrived.
     fn read<T: Transport>(client: &mut Client<T>, from: u32) -> Result<Self> {
-        client.set(&table::FIFO_ACKNOWLEDGE, from)?;
-        let block = client.block(&table::FIFO_NEXT, &table::FIFO_WINDOW)?;
+        let mut attempts = 1;
+        let block = loop {
+            client.set(&table::FIFO_ACKNOWLEDGE, from)?;
+            let block = client.block(&table::FIFO_ACKNOWLEDGE, &table::FIFO_WINDOW)?;
+            // Another number stands in an answer to an earlier question, or in those of a board that has started again.
+            let is_ours = block.get::<u32>(&table::FIFO_ACKNOWLEDGE)? == from;
+            if is_ours || attempts == MOST_ATTEMPTS {
+                break block;
+            }
+            attempts += 1;
+        };
         let count = usize::from(block.get::<u16>(&table::FIFO_COUNT)?);
         let (records, _) = block.bytes(&table::FIFO_WINDOW)?.as_chunks::<RECORD_BYTES>();
         let records = records.iter().take(count).map(|bytes| {
