@@ -295,9 +295,9 @@ impl Reason {
 pub enum Item {
     /// The image of `model_core::coefficients`.
     Coefficients = 1,
-    /// [`crate::store::Calibration`].
+    /// [`crate::items::Calibration`].
     Calibration = 2,
-    /// [`crate::store::RobotIdentity`].
+    /// [`crate::items::RobotIdentity`].
     Robot = 3,
 }
 

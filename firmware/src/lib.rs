@@ -3,9 +3,13 @@
 #![cfg_attr(not(test), no_std)]
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
+mod bytes;
 pub mod control_table;
 pub mod dynamixel;
 pub mod exchange;
+pub mod items;
+pub mod link;
 pub mod power_sensors;
 pub mod record;
+pub mod store;
 pub mod wheels;

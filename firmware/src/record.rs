@@ -18,6 +18,7 @@
 
 use model_core::payload::Mass;
 
+use crate::bytes::{Reader, Writer};
 use crate::power_sensors::{Health, RAIL_COUNT};
 use crate::wheels::WHEELS;
 
@@ -203,30 +204,6 @@ impl Record {
 
 fn number(value: Option<f32>) -> [u8; 4] {
     value.unwrap_or(f32::NAN).to_le_bytes()
-}
-
-/// Writes one after the other what fits.
-struct Writer<'a>(&'a mut [u8]);
-
-impl Writer<'_> {
-    fn put<const N: usize>(&mut self, value: [u8; N]) {
-        let rest = core::mem::take(&mut self.0);
-        if let Some((place, rest)) = rest.split_first_chunk_mut::<N>() {
-            *place = value;
-            self.0 = rest;
-        }
-    }
-}
-
-/// Takes one after the other while there are enough.
-struct Reader<'a>(&'a [u8]);
-
-impl Reader<'_> {
-    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
-        let (value, rest) = self.0.split_first_chunk::<N>()?;
-        self.0 = rest;
-        Some(*value)
-    }
 }
 
 #[cfg(test)]

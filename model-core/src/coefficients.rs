@@ -62,6 +62,17 @@ impl Name {
         Self(bytes)
     }
 
+    /// As stored. `None` unless they are UTF-8, padded with zeros.
+    pub fn from_bytes(bytes: [u8; NAME_BYTES]) -> Option<Self> {
+        let padded = Self(bytes);
+        (Self::new(padded.as_str()) == padded).then_some(padded)
+    }
+
+    /// UTF-8, padded with zeros.
+    pub fn as_bytes(&self) -> &[u8; NAME_BYTES] {
+        &self.0
+    }
+
     /// Without the padding; empty where the bytes are no UTF-8.
     pub fn as_str(&self) -> &str {
         let length = self.0.iter().position(|byte| *byte == 0).unwrap_or(NAME_BYTES);

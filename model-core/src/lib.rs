@@ -20,6 +20,7 @@ pub mod kinematics;
 pub mod model;
 pub mod motion;
 pub mod payload;
+pub mod plausibility;
 pub mod polynomial;
 pub mod quadratic;
 pub mod real;

@@ -1,0 +1,82 @@
+//! Whether coefficients can be those of a robot at all: a valid checksum says only that they arrived as they were sent.
+
+use crate::coefficients::{Coefficients, Robot};
+use crate::motion::Motion;
+use crate::payload::Noise;
+use crate::real::Real;
+
+/// More than any robot on wheels draws at ordinary speed, W.
+pub const MOST_POWER: f64 = 1e5;
+/// No robot is heavier, kg.
+pub const MOST_MASS: f64 = 1e5;
+/// Nor lighter, kg. It also keeps the polynomials of the mass within single precision.
+pub const LEAST_MASS: f64 = 1e-3;
+/// Wheels that turn this fast are in motion whatever the robot, rad/s: dead bands are below.
+pub const MOST_DEAD_BAND: f64 = 1.0;
+/// No wheel's radius, nor radius of gyration, is longer, m.
+pub const MOST_LENGTH: f64 = 100.0;
+
+/// Wheel speeds at which the power is asked for, rad/s.
+const SPEEDS: [f64; 2] = [1.0, 10.0];
+/// Wheel accelerations at which it is, rad/s².
+const ACCELERATIONS: [f64; 3] = [-1.0, 0.0, 1.0];
+
+impl<T: Real, const N: usize> Coefficients<T, N> {
+    /// Whether lengths, masses and noise are those of some robot, and so are the powers that the model gives for slow and
+    /// fast wheels, straight and on the spot, at both ends of the mass range. Overflow is not plausible.
+    #[must_use]
+    pub fn is_plausible(&self) -> bool {
+        self.robot.is_plausible() && self.noise.is_plausible() && self.has_plausible_powers()
+    }
+
+    fn has_plausible_powers(&self) -> bool {
+        let [_, _, turn] = self.robot.kinematics.rows();
+        let straight = [T::ONE; N];
+        let spin = turn.map(T::sign);
+        let masses = [self.robot.range.no_load(), self.robot.range.full_load()];
+        [straight, spin].iter().all(|pattern| {
+            SPEEDS.iter().all(|speed| {
+                ACCELERATIONS.iter().all(|acceleration| {
+                    let motion = Motion::new(
+                        &pattern.map(|sign| sign * T::from_f64(*speed)),
+                        &pattern.map(|sign| sign * T::from_f64(*acceleration)),
+                        &self.robot.mass_matrix,
+                        self.robot.dead_band,
+                    );
+                    masses.iter().all(|mass| {
+                        let power = self.model.power(&motion, *mass);
+                        power.is_some_and(|power| is_within(power, MOST_POWER))
+                    })
+                })
+            })
+        })
+    }
+}
+
+impl<T: Real, const N: usize> Robot<T, N> {
+    fn is_plausible(&self) -> bool {
+        let lengths = self.kinematics.rows().iter().flatten();
+        lengths.copied().all(|entry| is_within(entry, MOST_LENGTH))
+            && is_within(self.gyration_radius, MOST_LENGTH)
+            && self.dead_band < T::from_f64(MOST_DEAD_BAND)
+            && self.range.no_load() >= T::from_f64(LEAST_MASS)
+            && self.range.full_load() <= T::from_f64(MOST_MASS)
+            && is_within(self.static_power, MOST_POWER)
+    }
+}
+
+impl<T: Real> Noise<T> {
+    /// A residual as large as the largest power, for as long as a window may be, is no model's.
+    fn is_plausible(&self) -> bool {
+        let largest = MOST_POWER * MOST_POWER;
+        is_within(self.density, largest)
+            && is_within(self.model_std, MOST_POWER)
+            && is_within(self.power_scale, largest)
+            && is_within(self.tail, MOST_POWER)
+    }
+}
+
+/// |value| ≤ most; false for NaN.
+fn is_within<T: Real>(value: T, most: f64) -> bool {
+    value.abs() <= T::from_f64(most)
+}
