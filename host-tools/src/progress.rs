@@ -142,3 +142,32 @@ impl RecordProgress {
         self.bar.finish_and_clear();
     }
 }
+
+/// Waiting for something that may take up to a limit.
+pub(crate) struct WaitProgress {
+    bar: ProgressBar,
+}
+
+impl WaitProgress {
+    /// For what, and how long at most.
+    pub(crate) fn new(what: &'static str, limit: Duration) -> Self {
+        let bar = ProgressBar::new(limit.as_millis().try_into().unwrap_or(u64::MAX));
+        if let Ok(style) = ProgressStyle::with_template("{prefix} {bar:40} {msg}") {
+            bar.set_style(style);
+        }
+        bar.set_prefix(what);
+        Self { bar }
+    }
+
+    /// So long already.
+    pub(crate) fn at(&self, waited: Duration) {
+        self.bar.set_message(format!("{:.0} s", waited.as_secs_f64()));
+        self.bar.set_position(waited.as_millis().try_into().unwrap_or(u64::MAX));
+    }
+}
+
+impl Drop for WaitProgress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}

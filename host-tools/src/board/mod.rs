@@ -1,8 +1,13 @@
 //! The controller board as the host sees it: its link, what is recorded from it and what is stored on it.
 
 pub mod client;
+pub mod dfu;
+pub mod flasher;
+pub mod image_file;
+pub mod probe;
 pub mod recorder;
 pub mod serial;
+pub mod store_image;
 pub mod transport;
 
 use firmware::power_sensors::{Health, RAIL_COUNT, RAILS, RailName};

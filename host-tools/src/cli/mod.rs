@@ -3,6 +3,7 @@
 mod compare;
 mod estimate;
 mod fit;
+mod flash;
 mod inspect;
 mod record;
 mod simulate;
@@ -37,6 +38,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Write a log from a board, live
     Record(record::Arguments),
+    /// Store coefficients on a board
+    Flash(flash::Arguments),
 }
 
 /// Parses the command line and runs it. Exit codes: 0 done, 1 failed, 2 wrong usage.
@@ -79,6 +82,7 @@ fn execute(cli: Cli) -> Result<()> {
         Command::Estimate(arguments) => estimate::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Record(arguments) => record::run(&arguments),
+        Command::Flash(arguments) => flash::run(&arguments),
     }
 }
 
