@@ -224,3 +224,172 @@ fn whoever_watches_may_stop() {
     assert!(matches!(recording.ending, Ending::Stopped));
     assert!((100..116).contains(&recording.rows), "{}", recording.rows);
 }
+
+/// The command, on a serial port.
+#[cfg(unix)]
+mod command {
+    use std::process::Stdio;
+    use std::time::{Duration, Instant};
+
+    use super::board::TestBoard;
+    use super::board::terminal::Terminal;
+    use super::common::{Bench, Ran, number};
+    use super::{assert_continuous, assert_samples};
+
+    #[test]
+    fn the_log_and_the_figures() {
+        let (bench, terminal) = (Bench::new(), Terminal::new(TestBoard::new()));
+        let report = bench.json(&[
+            "record",
+            "--port",
+            terminal.name(),
+            "--out",
+            "run.csv",
+            "--duration",
+            "2",
+            "--mass",
+            "2.5",
+        ]);
+        assert_eq!(report["rows"], 400, "{report}");
+        assert_eq!((&report["lost"], &report["ended"]), (&0.into(), &"complete".into()), "{report}");
+        assert!((number(&report["rate_hz"]) - 200.0).abs() < 0.01, "{report}");
+        assert_eq!(report["board"]["robot"], "Test");
+        let text = bench.text("run.csv");
+        assert_eq!(text.lines().count(), 401);
+        assert_continuous(&text);
+        assert_samples(&text);
+    }
+
+    /// The log is one that the other commands read: rows with an empty column that is not needed count.
+    #[test]
+    fn other_commands_read_the_log() {
+        let (bench, terminal) = (Bench::new(), Terminal::new(TestBoard::new()));
+        bench.done(&[
+            "record",
+            "--port",
+            terminal.name(),
+            "--out",
+            "run.csv",
+            "--duration",
+            "2",
+            "--mass",
+            "1",
+        ]);
+        let report = bench.json(&["inspect", "--robot", "burger", "run.csv"]);
+        assert_eq!(report["rows"], 400, "{report}");
+        assert!((number(&report["rate_hz"]) - 200.0).abs() < 0.01, "{report}");
+    }
+
+    #[test]
+    fn a_pulled_cable_is_a_failure_that_says_what_was_saved() {
+        let mut pulled = TestBoard::new();
+        pulled.pulled_at = Some(Duration::from_secs(2));
+        let (bench, terminal) = (Bench::new(), Terminal::new(pulled));
+        let Ran { code, stderr, .. } = bench.gmr(&["record", "--port", terminal.name(), "--out", "run.csv"]);
+        assert_eq!(code, Some(1), "{stderr}");
+        assert!(
+            stderr.contains("the port is gone") && stderr.contains("saved up to then: run.csv: "),
+            "{stderr}"
+        );
+        assert_eq!(stderr.lines().count(), 1, "{stderr}");
+        let text = bench.text("run.csv");
+        assert!(text.ends_with('\n') && text.lines().count() > 200, "{}", text.lines().count());
+        assert_continuous(&text);
+    }
+
+    /// Starts a recording without an end, and does something to it after a second.
+    fn interrupted(
+        bench: &Bench,
+        terminal: &Terminal,
+        signal: rustix::process::Signal,
+    ) -> std::process::Output {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_gmr"));
+        command.args(["record", "--port", terminal.name(), "--out"]).arg(bench.path("run.csv"));
+        let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let begun = Instant::now();
+        while !bench.path("run.csv").exists() && begun.elapsed() < Duration::from_secs(20) {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        std::thread::sleep(Duration::from_secs(1));
+        let pid = rustix::process::Pid::from_child(&child);
+        rustix::process::kill_process(pid, signal).unwrap();
+        child.wait_with_output().unwrap()
+    }
+
+    #[test]
+    fn ctrl_c_ends_a_recording_well() {
+        let (bench, terminal) = (Bench::new(), Terminal::new(TestBoard::new()));
+        let output = interrupted(&bench, &terminal, rustix::process::Signal::INT);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{stderr}");
+        assert!(stderr.contains("samples"), "{stderr}");
+        assert_continuous(&bench.text("run.csv"));
+    }
+
+    #[test]
+    fn a_kill_leaves_whole_lines() {
+        let (bench, terminal) = (Bench::new(), Terminal::new(TestBoard::new()));
+        interrupted(&bench, &terminal, rustix::process::Signal::KILL);
+        let text = bench.text("run.csv");
+        assert!(text.ends_with('\n'));
+        // What was taken within a second; some may not have been asked for yet.
+        assert!(text.lines().count() > 150, "{}", text.lines().count());
+        assert_continuous(&text);
+        assert_samples(&text);
+    }
+
+    #[test]
+    fn an_existing_log_stays_unless_forced() {
+        let (bench, terminal) = (Bench::new(), Terminal::new(TestBoard::new()));
+        bench.put("run.csv", "precious");
+        let arguments = ["record", "--port", terminal.name(), "--out", "run.csv", "--duration", "0.5"];
+        let ran = bench.gmr(&arguments);
+        assert_eq!(ran.code, Some(1));
+        assert!(ran.stderr.contains("--force"), "{}", ran.stderr);
+        assert_eq!(bench.text("run.csv"), "precious");
+        bench.done(&[&arguments[..], &["--force"]].concat());
+        assert_eq!(bench.text("run.csv").lines().count(), 101);
+    }
+
+    /// Also with --force: the old log goes when there is something new.
+    #[test]
+    fn a_board_that_is_not_there_costs_no_log() {
+        let bench = Bench::new();
+        bench.put("run.csv", "precious");
+        let ran = bench.gmr(&["record", "--port", "no-such-port", "--out", "run.csv", "--force"]);
+        assert_eq!(ran.code, Some(1));
+        assert!(
+            ran.stderr.contains("no-such-port: there is no such port; this machine has"),
+            "{}",
+            ran.stderr
+        );
+        assert_eq!(bench.text("run.csv"), "precious");
+    }
+
+    #[test]
+    fn a_port_is_for_one() {
+        let (bench, terminal) = (Bench::new(), Terminal::new(TestBoard::new()));
+        let _first = host_tools::board::serial::Serial::open(&terminal.path).unwrap();
+        let ran = bench.gmr(&["record", "--port", terminal.name(), "--out", "run.csv"]);
+        assert_eq!(ran.code, Some(1));
+        assert!(ran.stderr.contains("is in use by another program"), "{}", ran.stderr);
+    }
+
+    #[test]
+    fn a_file_is_no_port() {
+        let bench = Bench::new();
+        bench.put("file", "text");
+        let ran = bench.gmr(&["record", "--port", "file", "--out", "run.csv"]);
+        assert_eq!(ran.code, Some(1));
+        assert!(ran.stderr.contains("file: is no serial port"), "{}", ran.stderr);
+    }
+
+    #[test]
+    fn lengths_and_masses_are_positive() {
+        let bench = Bench::new();
+        for wrong in [["--mass", "-1"], ["--mass", "NaN"], ["--duration", "0"], ["--duration", "-3"]] {
+            let ran = bench.gmr(&[&["record", "--port", "p", "--out", "run.csv"], &wrong[..]].concat());
+            assert_eq!(ran.code, Some(2), "{wrong:?}: {}", ran.stderr);
+        }
+    }
+}

@@ -184,7 +184,7 @@ impl Transport for TestBoard {
 
     fn receive(&mut self, buffer: &mut [u8], limit: Duration) -> Result<usize> {
         self.check_cable()?;
-        if self.outbox.is_empty() {
+        if self.outbox.is_empty() || buffer.is_empty() {
             self.advance(limit);
             self.check_cable()?;
         }
@@ -307,5 +307,80 @@ impl<T: Transport> Transport for BadLine<T> {
 
     fn now(&self) -> Duration {
         self.inner.now()
+    }
+}
+
+/// A board at the other end of a pseudo terminal, in real time.
+#[cfg(unix)]
+pub(crate) mod terminal {
+    use std::io::{Read as _, Write as _};
+    use std::path::PathBuf;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicBool, Ordering};
+    use std::thread::JoinHandle;
+    use std::time::{Duration, Instant};
+
+    use host_tools::board::transport::Transport;
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+
+    /// Ends the board when dropped.
+    pub(crate) struct Terminal {
+        pub(crate) path: PathBuf,
+        is_pulled: Arc<AtomicBool>,
+        thread: Option<JoinHandle<()>>,
+    }
+
+    impl Terminal {
+        /// Plugs a board in. An error of its transport pulls the cable.
+        pub(crate) fn new(mut board: impl Transport + Send + 'static) -> Self {
+            let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
+            grantpt(&master).unwrap();
+            unlockpt(&master).unwrap();
+            let path = PathBuf::from(ptsname(&master, Vec::new()).unwrap().into_string().unwrap());
+            let flags = rustix::fs::fcntl_getfl(&master).unwrap();
+            rustix::fs::fcntl_setfl(&master, flags | rustix::fs::OFlags::NONBLOCK).unwrap();
+            let mut master = std::fs::File::from(master);
+            let is_pulled = Arc::new(AtomicBool::new(false));
+            let pulled = is_pulled.clone();
+            let thread = std::thread::spawn(move || {
+                let mut last = Instant::now();
+                let mut buffer = [0; 4096];
+                while !pulled.load(Ordering::Relaxed) {
+                    // Nobody there yet is an error too.
+                    let count = master.read(&mut buffer).unwrap_or(0);
+                    if count > 0 && board.send(&buffer[..count]).is_err() {
+                        return;
+                    }
+                    let elapsed = last.elapsed();
+                    last = Instant::now();
+                    // With an empty buffer time passes, and nothing is taken.
+                    let Ok(count) = board
+                        .receive(&mut [], elapsed)
+                        .and_then(|_| board.receive(&mut buffer, Duration::ZERO))
+                    else {
+                        return;
+                    };
+                    let mut rest = &buffer[..count];
+                    while !rest.is_empty() && !pulled.load(Ordering::Relaxed) {
+                        rest = &rest[master.write(rest).unwrap_or(0)..];
+                    }
+                    if count == 0 {
+                        std::thread::sleep(Duration::from_micros(500));
+                    }
+                }
+            });
+            Self { path, is_pulled, thread: Some(thread) }
+        }
+
+        pub(crate) fn name(&self) -> &str {
+            self.path.to_str().unwrap()
+        }
+    }
+
+    impl Drop for Terminal {
+        fn drop(&mut self) {
+            self.is_pulled.store(true, Ordering::Relaxed);
+            let _ = self.thread.take().map(JoinHandle::join);
+        }
     }
 }
