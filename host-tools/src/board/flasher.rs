@@ -23,6 +23,8 @@ use crate::robot::Robot;
 const USUAL_RATE_HZ: u16 = 200;
 /// How often a waiting upload is looked at.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
+/// Erasing and writing the store takes less, even where both sectors are erased.
+const WRITTEN_WITHIN: Duration = Duration::from_secs(5);
 /// A board takes new coefficients into use within a sample or two.
 const IN_USE_WITHIN: Duration = Duration::from_secs(2);
 /// Filter cutoff of a robot that is asked only for what it is, Hz.
@@ -75,6 +77,7 @@ pub struct Running<'a, T> {
 
 impl<T: Transport> Target for Running<'_, T> {
     fn stored(&mut self, item: Item) -> Result<Vec<u8>> {
+        self.settle()?;
         self.client.set(&table::UPLOAD_ITEM, item as u8)?;
         let block = self.client.block(&table::STORED_LENGTH, &table::STORED_WINDOW)?;
         let length = usize::from(block.get::<u16>(&table::STORED_LENGTH)?);
@@ -84,13 +87,12 @@ impl<T: Transport> Target for Running<'_, T> {
     }
 
     fn put(&mut self, item: Item, bytes: &[u8]) -> Result<()> {
-        // What somebody before us left waiting.
-        self.client.set(&table::UPLOAD_COMMAND, FORGET)?;
+        self.settle()?;
         self.client.set(&table::UPLOAD_ITEM, item as u8)?;
         self.client.set(&table::UPLOAD_LENGTH, bytes.len() as u16)?;
         self.client.set_bytes(&table::UPLOAD_WINDOW, bytes)?;
         self.client.set(&table::UPLOAD_COMMAND, STORE)?;
-        self.await_stored(item)?;
+        self.await_stored(item, bytes)?;
         compare(item, bytes, &self.stored(item)?)?;
         if item == Item::Coefficients { self.await_use(bytes) } else { Ok(()) }
     }
@@ -106,36 +108,48 @@ const STORE: u8 = 1;
 const FORGET: u8 = 2;
 
 impl<T: Transport> Running<'_, T> {
-    fn await_stored(&mut self, item: Item) -> Result<()> {
+    /// Makes the board forget what somebody before us left waiting: until then it takes nothing else.
+    fn settle(&mut self) -> Result<()> {
         let begun = self.client.now();
-        let mut is_given_up = false;
+        loop {
+            match self.client.set(&table::UPLOAD_COMMAND, FORGET) {
+                // It is being written just now.
+                Err(_) if self.client.now().saturating_sub(begun) < WRITTEN_WITHIN => {
+                    self.client.wait(LOOK_EVERY)?;
+                }
+                settled => return settled,
+            }
+        }
+    }
+
+    fn await_stored(&mut self, item: Item, bytes: &[u8]) -> Result<()> {
+        let begun = self.client.now();
         loop {
             let block = self.client.block(&table::UPLOAD_STATE, &table::UPLOAD_REASON)?;
-            let waited = self.client.now().saturating_sub(begun);
             match UploadState::from_code(block.get(&table::UPLOAD_STATE)?) {
                 Some(UploadState::Stored) => return Ok(()),
                 Some(UploadState::Refused) => {
                     return Err(refused(item, block.get(&table::UPLOAD_REASON)?));
                 }
-                Some(UploadState::Waiting) if waited < self.timeout => {
-                    (self.waiting)(waited);
-                    self.client.wait(LOOK_EVERY)?;
-                }
-                // It may be stored after all before it is forgotten.
-                Some(UploadState::Waiting) if !is_given_up => {
-                    self.client.set(&table::UPLOAD_COMMAND, FORGET)?;
-                    is_given_up = true;
-                }
-                _ if is_given_up => {
-                    return Err(Error::failed(format!(
-                        "the wheels did not stand still within {} s, and only then is the flash written; the board keeps \
-                         the {} it had",
-                        self.timeout.as_secs_f64(),
-                        item_text(item)
-                    )));
-                }
+                Some(UploadState::Waiting) => {}
                 _ => return Err(Error::failed("the board forgot the upload: has it started again?")),
             }
+            let waited = self.client.now().saturating_sub(begun);
+            if waited >= self.timeout {
+                self.settle()?;
+                // At the last moment they may have stood still after all.
+                if self.stored(item)? == bytes {
+                    return Ok(());
+                }
+                return Err(Error::failed(format!(
+                    "the wheels did not stand still within {} s, and only then is the flash written; the board keeps the {} \
+                     it had",
+                    self.timeout.as_secs_f64(),
+                    item_text(item)
+                )));
+            }
+            (self.waiting)(waited);
+            self.client.wait(LOOK_EVERY)?;
         }
     }
 

@@ -241,11 +241,15 @@ impl Window {
     fn read<T: Transport>(client: &mut Client<T>, from: u32) -> Result<Self> {
         let mut attempts = 1;
         let block = loop {
-            client.set(&table::FIFO_ACKNOWLEDGE, from)?;
+            // A board that has started again refuses a number that it has not come to.
+            let acknowledged = client.set(&table::FIFO_ACKNOWLEDGE, from);
             let block = client.block(&table::FIFO_ACKNOWLEDGE, &table::FIFO_WINDOW)?;
-            // Another number stands in an answer to an earlier question, or in those of a board that has started again.
-            let is_ours = block.get::<u32>(&table::FIFO_ACKNOWLEDGE)? == from;
-            if is_ours || attempts == MOST_ATTEMPTS {
+            if is_before(block.get(&table::FIFO_NEXT)?, from) && attempts == MOST_ATTEMPTS {
+                break block;
+            }
+            acknowledged?;
+            // Another number stands in an answer to an earlier question.
+            if block.get::<u32>(&table::FIFO_ACKNOWLEDGE)? == from || attempts == MOST_ATTEMPTS {
                 break block;
             }
             attempts += 1;
