@@ -62,6 +62,15 @@ impl Name {
         Self(bytes)
     }
 
+    /// One that is known at compile time; empty where it is longer than [`NAME_BYTES`].
+    pub const fn literal(name: &'static str) -> Self {
+        let mut bytes = [0; NAME_BYTES];
+        if let Some((head, _)) = bytes.split_at_mut_checked(name.len()) {
+            head.copy_from_slice(name.as_bytes());
+        }
+        Self(bytes)
+    }
+
     /// As stored. `None` unless they are UTF-8, padded with zeros.
     pub fn from_bytes(bytes: [u8; NAME_BYTES]) -> Option<Self> {
         let padded = Self(bytes);

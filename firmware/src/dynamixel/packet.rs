@@ -125,7 +125,7 @@ pub enum Broken {
 /// Finds packets in a stream. `N` is the longest packet, stuffing included, that it takes.
 ///
 /// It looks for the header at every byte: what is lost in a broken packet is that packet. The one that follows is found even if
-/// the broken one's length pointed beyond it.
+/// the broken one's length pointed beyond it, and as soon as its header is there: stuffing keeps headers out of packets.
 #[derive(Debug, Clone)]
 pub struct Parser<const N: usize> {
     buffer: [u8; N],
@@ -136,11 +136,17 @@ pub struct Parser<const N: usize> {
 
 impl<const N: usize> Default for Parser<N> {
     fn default() -> Self {
-        Self { buffer: [0; N], filled: 0, consumed: 0 }
+        Self::new()
     }
 }
 
 impl<const N: usize> Parser<N> {
+    /// Has received nothing.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { buffer: [0; N], filled: 0, consumed: 0 }
+    }
+
     /// Forgets what it has.
     pub fn clear(&mut self) {
         self.filled = 0;
@@ -188,7 +194,9 @@ impl<const N: usize> Parser<N> {
             return Some(Err(Broken::Length));
         }
         if self.filled < end {
-            return None;
+            // Another header before its end: what began here was cut short. Waiting for the rest would hold up the next packet.
+            self.consumed = self.next_header()?;
+            return Some(Err(Broken::Length));
         }
         let (body, checksum) = self.buffer.get(..end)?.split_last_chunk::<2>()?;
         if CRC.checksum(body) != u16::from_le_bytes(*checksum) {
@@ -212,6 +220,12 @@ impl<const N: usize> Parser<N> {
             rest.iter().zip(&HEADER).all(|(found, expected)| found == expected)
         };
         (0..bytes.len()).find(begins).unwrap_or(bytes.len())
+    }
+
+    /// Where behind the first header a whole one begins.
+    fn next_header(&self) -> Option<usize> {
+        let bytes = self.buffer.get(HEADER.len()..self.filled)?;
+        bytes.windows(HEADER.len()).position(|window| window == HEADER).map(|at| at + HEADER.len())
     }
 
     /// Moves what follows the consumed bytes and `more` to the front.
@@ -244,3 +258,6 @@ fn unstuff(bytes: &mut [u8]) -> usize {
     }
     kept
 }
+
+#[cfg(test)]
+mod tests;

@@ -29,13 +29,16 @@ pub struct Calibration {
 }
 
 impl Default for Calibration {
-    /// Measured power is taken as it is.
+    /// [`Self::NONE`]
     fn default() -> Self {
-        Self { power_factors: [1.0; RAIL_COUNT] }
+        Self::NONE
     }
 }
 
 impl Calibration {
+    /// Measured power is taken as it is.
+    pub const NONE: Self = Self { power_factors: [1.0; RAIL_COUNT] };
+
     /// The image.
     #[must_use]
     pub fn encode(&self) -> [u8; CALIBRATION_BYTES] {

@@ -41,21 +41,27 @@ pub struct RobotIdentity {
 }
 
 impl Default for RobotIdentity {
-    /// TurtleBot3 Burger: wheels of 0.033 m, 0.160 m apart (ROBOTIS specification); radius of gyration as in `gmr`'s built-in
-    /// description.
+    /// [`Self::BURGER`]
     fn default() -> Self {
-        const WHEEL_RADIUS: f32 = 0.033;
-        const TRACK: f32 = 0.160;
-        let (forward, turn) = (WHEEL_RADIUS / 2.0, WHEEL_RADIUS / TRACK);
-        Self {
-            name: Name::new("TurtleBot3 Burger"),
-            gyration_radius: 0.064,
-            rows: [[forward, forward], [0.0, 0.0], [-turn, turn]],
-        }
+        Self::BURGER
     }
 }
 
 impl RobotIdentity {
+    /// TurtleBot3 Burger: wheels of 0.033 m, 0.160 m apart (ROBOTIS specification); radius of gyration as in `gmr`'s built-in
+    /// description.
+    pub const BURGER: Self = {
+        const WHEEL_RADIUS: f32 = 0.033;
+        const TRACK: f32 = 0.160;
+        const FORWARD: f32 = WHEEL_RADIUS / 2.0;
+        const TURN: f32 = WHEEL_RADIUS / TRACK;
+        Self {
+            name: Name::literal("TurtleBot3 Burger"),
+            gyration_radius: 0.064,
+            rows: [[FORWARD, FORWARD], [0.0, 0.0], [-TURN, TURN]],
+        }
+    };
+
     /// Of the robot that these coefficients are for.
     #[must_use]
     pub fn of(robot: &Robot<f32, WHEELS>) -> Self {

@@ -1,0 +1,124 @@
+//! From the host's bytes to the board's answers.
+
+use super::{FIRMWARE, State, render, write};
+use crate::control_table::{BOARD_ID, BOARD_MODEL, END};
+use crate::dynamixel::packet::{BROADCAST, Instruction, OVERHEAD, Packet, Parser, encode};
+use crate::dynamixel::status::Refusal;
+
+/// Bytes of the longest answer: a read of the whole table, with an error byte and all the stuffing there can be.
+pub const LONGEST_ANSWER: usize = OVERHEAD + stuffed(1 + 1 + END as usize);
+
+/// Bytes of the longest instruction that a host needs: a write of the upload window.
+pub const LONGEST_INSTRUCTION: usize = 512;
+
+/// One more byte for every three.
+const fn stuffed(bytes: usize) -> usize {
+    bytes + bytes.div_ceil(3)
+}
+
+/// The device side of the link.
+///
+/// Answers complete instructions for its ID, and pings for any; a write for any ID is carried out without an answer.
+pub struct Device {
+    parser: Parser<LONGEST_INSTRUCTION>,
+    /// Where registers are read to before they are stuffed.
+    data: [u8; END as usize],
+}
+
+impl Default for Device {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Device {
+    /// Has received nothing.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { parser: Parser::new(), data: [0; END as usize] }
+    }
+
+    /// Takes as many of the received bytes as fit and says how many; the rest does after [`Self::answer`] gave `None`.
+    pub fn feed(&mut self, bytes: &[u8]) -> usize {
+        self.parser.feed(bytes)
+    }
+
+    /// The cable was pulled: forgets a packet that had begun.
+    pub fn clear(&mut self) {
+        self.parser.clear();
+    }
+
+    /// Carries out what was received, up to the first instruction that is answered: the answer stands at the front of `buffer`, so
+    /// many bytes. `None` when more has to be received. A `buffer` of [`LONGEST_ANSWER`] suffices; an answer that does not fit
+    /// becomes a refusal.
+    pub fn answer<const RECORDS: usize>(
+        &mut self,
+        state: &mut State<RECORDS>,
+        buffer: &mut [u8],
+    ) -> Option<usize> {
+        loop {
+            let Ok(packet) = self.parser.next_packet()? else {
+                state.counters.link_broken = state.counters.link_broken.saturating_add(1);
+                continue;
+            };
+            let is_for_all = packet.id == BROADCAST;
+            if (packet.id != BOARD_ID && !is_for_all) || packet.instruction == Instruction::Status as u8 {
+                continue;
+            }
+            state.counters.link_packets = state.counters.link_packets.saturating_add(1);
+            let result = execute(state, &packet, &mut self.data);
+            if is_for_all && packet.instruction != Instruction::Ping as u8 {
+                continue;
+            }
+            let result = result.and_then(|length| self.data.get(..length).ok_or(Refusal::Limit));
+            return status(result, buffer).or_else(|| status(Err(Refusal::Limit), buffer));
+        }
+    }
+}
+
+/// Does what the packet asks for; the answer's data are the first bytes of `data`, so many.
+fn execute<const RECORDS: usize>(
+    state: &mut State<RECORDS>,
+    packet: &Packet<'_>,
+    data: &mut [u8],
+) -> Result<usize, Refusal> {
+    match Instruction::from_code(packet.instruction) {
+        Some(Instruction::Ping) => {
+            if !packet.parameters.is_empty() {
+                return Err(Refusal::Length);
+            }
+            let [low, high] = BOARD_MODEL.to_le_bytes();
+            let place = data.first_chunk_mut().ok_or(Refusal::Limit)?;
+            *place = [low, high, FIRMWARE];
+            Ok(place.len())
+        }
+        Some(Instruction::Read) => {
+            let [a, b, c, d] = packet.parameters.try_into().map_err(|_| Refusal::Length)?;
+            let (address, length) = (u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]));
+            if length == 0 {
+                return Err(Refusal::Length);
+            }
+            if address.checked_add(length).is_none_or(|end| end > END) {
+                return Err(Refusal::Range);
+            }
+            render(state, address, data.get_mut(..usize::from(length)).ok_or(Refusal::Limit)?);
+            Ok(usize::from(length))
+        }
+        Some(Instruction::Write) => {
+            let (address, data) = packet.parameters.split_first_chunk().ok_or(Refusal::Length)?;
+            write(state, u16::from_le_bytes(*address), data).map(|()| 0)
+        }
+        _ => Err(Refusal::Instruction),
+    }
+}
+
+fn status(result: Result<&[u8], Refusal>, buffer: &mut [u8]) -> Option<usize> {
+    let (error, data) = match result {
+        Ok(data) => (0, data),
+        Err(refusal) => (refusal as u8, &[] as &[u8]),
+    };
+    encode(BOARD_ID, Instruction::Status, &[&[error], data], buffer).ok().map(<[u8]>::len)
+}
+
+#[cfg(test)]
+mod tests;

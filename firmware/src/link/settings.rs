@@ -1,0 +1,109 @@
+//! What the flash holds, and what follows from it for estimating.
+
+use model_core::coefficients::Coefficients;
+
+use crate::control_table::{Item, Reason};
+use crate::items::{self, Calibration, ItemBytes, RobotIdentity, check_coefficients};
+use crate::wheels::WHEELS;
+
+/// Coefficients, calibration and robot in use: those stored, as far as they are valid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    sample_rate_hz: u16,
+    coefficients_bytes: ItemBytes,
+    calibration_bytes: ItemBytes,
+    robot_bytes: ItemBytes,
+    coefficients: Result<Coefficients<f32, WHEELS>, Reason>,
+    calibration: Calibration,
+    robot: RobotIdentity,
+    changes: u32,
+}
+
+impl Settings {
+    /// Nothing stored: no coefficients, no calibration, and the robot is a TurtleBot3 Burger.
+    #[must_use]
+    pub const fn new(sample_rate_hz: u16) -> Self {
+        Self {
+            sample_rate_hz,
+            coefficients_bytes: ItemBytes::EMPTY,
+            calibration_bytes: ItemBytes::EMPTY,
+            robot_bytes: ItemBytes::EMPTY,
+            coefficients: Err(Reason::Empty),
+            calibration: Calibration::NONE,
+            robot: RobotIdentity::BURGER,
+            changes: 0,
+        }
+    }
+
+    /// The coefficients, or why there are none.
+    pub const fn coefficients(&self) -> Result<&Coefficients<f32, WHEELS>, Reason> {
+        match &self.coefficients {
+            Ok(coefficients) => Ok(coefficients),
+            Err(reason) => Err(*reason),
+        }
+    }
+
+    /// The calibration.
+    #[must_use]
+    pub const fn calibration(&self) -> &Calibration {
+        &self.calibration
+    }
+
+    /// The robot that the board is set up for.
+    #[must_use]
+    pub const fn robot(&self) -> &RobotIdentity {
+        &self.robot
+    }
+
+    /// Grows with every change: who computes with the settings takes them anew.
+    #[must_use]
+    pub const fn changes(&self) -> u32 {
+        self.changes
+    }
+
+    /// Hz
+    #[must_use]
+    pub const fn sample_rate_hz(&self) -> u16 {
+        self.sample_rate_hz
+    }
+
+    /// What the flash holds of an item, valid or not.
+    #[must_use]
+    pub const fn stored(&self, item: Item) -> &ItemBytes {
+        match item {
+            Item::Coefficients => &self.coefficients_bytes,
+            Item::Calibration => &self.calibration_bytes,
+            Item::Robot => &self.robot_bytes,
+        }
+    }
+
+    /// Whether the board would use these bytes.
+    ///
+    /// # Errors
+    /// The first thing that is wrong with them.
+    pub fn check(&self, item: Item, bytes: &[u8]) -> Result<(), Reason> {
+        items::check(item, bytes, &self.robot, self.sample_rate_hz)
+    }
+
+    /// Takes what the flash holds of an item, or why that is not known.
+    pub fn load(&mut self, item: Item, stored: Result<ItemBytes, Reason>) {
+        let bytes = stored.unwrap_or(ItemBytes::EMPTY);
+        match item {
+            Item::Coefficients => self.coefficients_bytes = bytes,
+            Item::Calibration => {
+                self.calibration_bytes = bytes;
+                self.calibration = Calibration::decode(bytes.as_slice()).unwrap_or_default();
+            }
+            Item::Robot => {
+                self.robot_bytes = bytes;
+                self.robot = RobotIdentity::decode(bytes.as_slice()).unwrap_or_default();
+            }
+        }
+        // For another robot the same coefficients are others'.
+        self.coefficients = match (item, stored) {
+            (Item::Coefficients, Err(reason)) => Err(reason),
+            _ => check_coefficients(self.coefficients_bytes.as_slice(), &self.robot, self.sample_rate_hz),
+        };
+        self.changes = self.changes.wrapping_add(1);
+    }
+}

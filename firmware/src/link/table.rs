@@ -1,0 +1,220 @@
+//! The registers' values, one line each.
+
+use model_core::eq18::Gate;
+use model_core::model::Model;
+use model_core::payload::{Payload, Unknown};
+
+use super::{Rail, State, Wheel};
+use crate::control_table::{self as table, BOARD_ID, BOARD_MODEL, Item, Kind, Reason, Register};
+use crate::items::{ItemBytes, checksum};
+use crate::record::RECORD_BYTES;
+
+/// Version of this firmware, as the link shows it.
+pub const FIRMWARE: u8 = 1;
+
+/// The bytes of the addresses from `address` on. Between registers, and beyond the table, they are 0.
+pub fn render<const RECORDS: usize>(state: &State<RECORDS>, address: u16, out: &mut [u8]) {
+    out.fill(0);
+    show(state, &mut Window { address, out });
+}
+
+/// A value of a register.
+trait Value {
+    const KIND: Kind;
+    fn bytes(self) -> impl AsRef<[u8]>;
+}
+
+macro_rules! values {
+    ($($number:ty: $kind:ident),+) => {
+        $(impl Value for $number {
+            const KIND: Kind = Kind::$kind;
+            fn bytes(self) -> impl AsRef<[u8]> {
+                self.to_le_bytes()
+            }
+        })+
+    };
+}
+
+values!(u8: U8, u16: U16, u32: U32, u64: U64, i32: I32, f32: F32);
+
+/// What is not known is NaN.
+impl Value for Option<f32> {
+    const KIND: Kind = Kind::F32;
+    fn bytes(self) -> impl AsRef<[u8]> {
+        self.unwrap_or(f32::NAN).to_le_bytes()
+    }
+}
+
+/// Takes the registers one after the other.
+trait Sink {
+    /// Pieces of a register's bytes, of values of this kind.
+    fn put(&mut self, register: Register, kind: Kind, pieces: impl Iterator<Item = impl AsRef<[u8]>>);
+
+    fn values<V: Value>(&mut self, register: Register, values: impl IntoIterator<Item = V>) {
+        self.put(register, V::KIND, values.into_iter().map(V::bytes));
+    }
+
+    fn value(&mut self, register: Register, value: impl Value) {
+        self.values(register, [value]);
+    }
+
+    fn bytes(&mut self, register: Register, bytes: &[u8]) {
+        self.put(register, Kind::U8, core::iter::once(bytes));
+    }
+}
+
+/// Some addresses: what lies outside is left out, before it is computed where that takes long.
+struct Window<'a> {
+    address: u16,
+    out: &'a mut [u8],
+}
+
+impl Sink for Window<'_> {
+    fn put(&mut self, register: Register, _: Kind, pieces: impl Iterator<Item = impl AsRef<[u8]>>) {
+        let first = usize::from(self.address);
+        let end = first + self.out.len();
+        if usize::from(register.end()) <= first || usize::from(register.address) >= end {
+            return;
+        }
+        let mut at = usize::from(register.address);
+        for piece in pieces {
+            let piece = piece.as_ref();
+            // What of the piece lies before the window, and where in the window it begins.
+            let (before, offset) = (first.saturating_sub(at), at.saturating_sub(first));
+            if let (Some(bytes), Some(place)) = (piece.get(before..), self.out.get_mut(offset..)) {
+                for (place, byte) in place.iter_mut().zip(bytes) {
+                    *place = *byte;
+                }
+            }
+            at += piece.len();
+        }
+    }
+}
+
+fn show<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
+    show_board(state, to);
+    show_measurements(state, to);
+    show_estimate(state, to);
+    show_counters(state, to);
+    show_upload(state, to);
+    show_fifo(state, to);
+}
+
+fn show_board<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
+    let settings = &state.settings;
+    let coefficients = settings.coefficients();
+    to.value(table::MODEL_NUMBER, BOARD_MODEL);
+    to.value(table::MODEL_INFORMATION, 1_u32);
+    to.value(table::FIRMWARE_VERSION, FIRMWARE);
+    to.value(table::DEVICE_ID, BOARD_ID);
+    // Both wrap, as counters of such clocks do.
+    to.value(table::MILLIS, (state.time_us / 1000) as u32);
+    to.value(table::MICROS, state.time_us as u32);
+    to.value(table::TABLE_VERSION, table::VERSION);
+    to.value(table::SAMPLE_RATE, settings.sample_rate_hz());
+    to.value(table::WINDOW, state.window_s);
+    to.value(table::MODEL, coefficients.map_or(255, |coefficients| model_code(&coefficients.model)));
+    to.value(table::COEFFICIENTS_STATE, coefficients.map_or_else(|reason| reason, |_| Reason::None) as u8);
+    let image = settings.stored(Item::Coefficients).as_slice();
+    to.value(table::COEFFICIENTS_CRC, coefficients.map_or(0, |_| checksum(image)));
+    to.bytes(table::ROBOT_NAME, settings.robot().name.as_bytes());
+    to.value(table::UPTIME, state.time_us);
+}
+
+fn show_measurements<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
+    let rails = || state.rails.iter();
+    to.values(table::RAIL_POWER, rails().map(|rail| rail.power));
+    to.values(table::RAIL_VOLTAGE, rails().map(|rail| rail.voltage));
+    to.values(table::RAIL_CURRENT, rails().map(|rail| rail.current));
+    to.values(table::RAIL_ENERGY, rails().map(|rail| rail.energy));
+    to.values(table::RAIL_HEALTH, rails().map(|rail| rail.health.code()));
+    to.values(table::RAIL_COUNTERS, rails().flat_map(rail_counters));
+    to.values(table::RAIL_CALIBRATION, state.settings.calibration().power_factors);
+    let wheels = || state.wheels.iter();
+    to.values(table::WHEEL_HEALTH, wheels().map(|wheel| wheel.health as u8));
+    to.values(table::WHEEL_HARDWARE_ERROR, wheels().map(|wheel| wheel.hardware_error));
+    to.values(table::WHEEL_SPEED, wheels().map(|wheel| wheel.speed));
+    to.values(table::WHEEL_ACCELERATION, wheels().map(|wheel: &Wheel| wheel.acceleration));
+    to.values(table::WHEEL_POSITION, wheels().map(|wheel| wheel.position));
+}
+
+fn show_estimate<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
+    let estimate = &state.estimate;
+    let mass = estimate.payload.mass();
+    to.value(table::PAYLOAD_STATE, payload_code(&estimate.payload));
+    to.value(table::STANDSTILL, u8::from(state.is_standing));
+    to.value(table::MASS, mass.map(|mass| mass.mass));
+    to.value(table::MASS_LOW, mass.map(|mass| mass.low));
+    to.value(table::MASS_HIGH, mass.map(|mass| mass.high));
+    to.value(table::MEASURED_POWER, estimate.measured_power);
+    to.value(table::PREDICTED_POWER, estimate.predicted_power);
+    to.value(table::MEASURED_ENERGY, estimate.measured_energy);
+    to.value(table::PREDICTED_ENERGY, estimate.predicted_energy);
+    to.value(table::PAYLOAD_CHANGES, estimate.changes);
+    to.value(table::LAST_CHANGE, estimate.last_change_us);
+}
+
+fn show_counters<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
+    let counters = &state.counters;
+    to.value(table::SAMPLES, counters.samples);
+    to.value(table::MISSED_DEADLINES, counters.missed_deadlines);
+    to.value(table::SERVO_TIMEOUTS, counters.servo_timeouts);
+    to.value(table::SERVO_BROKEN, counters.servo_broken);
+    to.value(table::BUS_ERRORS, counters.bus_errors);
+    to.value(table::BUS_RECOVERIES, counters.bus_recoveries);
+    to.value(table::LINK_PACKETS, counters.link_packets);
+    to.value(table::LINK_BROKEN, counters.link_broken);
+    to.value(table::FIFO_LOST, state.fifo.lost());
+    to.value(table::STORE_WRITES, counters.store_writes);
+}
+
+fn show_upload<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
+    let upload = &state.upload;
+    let stored = Item::from_code(upload.item).map_or(&ItemBytes::EMPTY, |item| state.settings.stored(item));
+    to.value(table::UPLOAD_ITEM, upload.item);
+    to.value(table::UPLOAD_COMMAND, 0_u8);
+    to.value(table::UPLOAD_LENGTH, upload.length);
+    to.value(table::UPLOAD_STATE, upload.state() as u8);
+    to.value(table::UPLOAD_REASON, upload.reason() as u8);
+    to.value(table::STORED_LENGTH, stored.as_slice().len() as u16);
+    to.bytes(table::UPLOAD_WINDOW, &upload.window);
+    to.bytes(table::STORED_WINDOW, stored.as_slice());
+}
+
+fn show_fifo<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
+    let fifo = &state.fifo;
+    to.value(table::FIFO_ACKNOWLEDGE, fifo.acknowledged());
+    to.value(table::FIFO_OLDEST, fifo.oldest());
+    to.value(table::FIFO_NEXT, fifo.next());
+    to.value(table::FIFO_COUNT, fifo.window_count() as u16);
+    to.value(table::RECORD_SIZE, RECORD_BYTES as u16);
+    to.put(table::FIFO_WINDOW, Kind::U8, fifo.window());
+}
+
+fn rail_counters(rail: &Rail) -> [u32; 5] {
+    let counters = rail.counters;
+    [counters.fresh, counters.not_ready, counters.clipped, counters.no_answer, counters.set_up_lost]
+}
+
+fn model_code(model: &Model<f32>) -> u8 {
+    match model {
+        Model::Eq18 { gate: Gate::Published, .. } => 0,
+        Model::Eq18 { gate: Gate::Corrected, .. } => 1,
+        Model::Signed { .. } => 2,
+        // Has no image: it cannot have come from the store.
+        Model::Eq18 { gate: Gate::Signed, .. } => 255,
+    }
+}
+
+fn payload_code(payload: &Payload<f32>) -> u8 {
+    match payload {
+        Payload::Known(_) => 0,
+        Payload::Unknown(Unknown::NoSamples) => 1,
+        Payload::Unknown(Unknown::NoMotion) => 2,
+        Payload::Unknown(Unknown::TooWide) => 3,
+        Payload::Unknown(Unknown::NotFinite) => 4,
+    }
+}
+
+#[cfg(test)]
+mod tests;

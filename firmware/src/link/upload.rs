@@ -1,0 +1,109 @@
+//! An item on its way into the flash: checked at once, written when the robot stands still.
+
+use crate::control_table::{Item, Reason, UPLOAD_BYTES, UploadState};
+use crate::items::ItemBytes;
+
+use super::Settings;
+
+/// The upload window and how far it is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Upload {
+    pub(super) item: u8,
+    pub(super) length: u16,
+    pub(super) window: [u8; UPLOAD_BYTES],
+    state: UploadState,
+    reason: Reason,
+    is_being_written: bool,
+}
+
+impl Upload {
+    pub(super) const fn new() -> Self {
+        Self {
+            item: 0,
+            length: 0,
+            window: [0; UPLOAD_BYTES],
+            state: UploadState::Idle,
+            reason: Reason::None,
+            is_being_written: false,
+        }
+    }
+
+    /// How far it is.
+    #[must_use]
+    pub const fn state(&self) -> UploadState {
+        self.state
+    }
+
+    /// Why it was refused; [`Reason::None`] unless it was.
+    #[must_use]
+    pub const fn reason(&self) -> Reason {
+        self.reason
+    }
+
+    /// Whether the flash is being written, or about to be: item, length and window then stay as they were checked.
+    pub(super) const fn is_waiting(&self) -> bool {
+        matches!(self.state, UploadState::Waiting)
+    }
+
+    /// Whether it is too late to forget it.
+    pub(super) const fn is_being_written(&self) -> bool {
+        self.is_being_written
+    }
+
+    /// The host has uploaded all of it.
+    pub(super) fn submit(&mut self, settings: &Settings) {
+        if self.is_waiting() {
+            // Said twice: an answer got lost.
+            return;
+        }
+        match self.check(settings) {
+            // Flash wears: what it holds already is not written again.
+            Ok((item, bytes)) if settings.stored(item) == &bytes => self.end(Ok(())),
+            Ok(_) => (self.state, self.reason) = (UploadState::Waiting, Reason::None),
+            Err(reason) => self.end(Err(reason)),
+        }
+    }
+
+    /// The host wants nothing written.
+    pub(super) fn forget(&mut self) {
+        if !self.is_being_written {
+            (self.state, self.reason) = (UploadState::Idle, Reason::None);
+        }
+    }
+
+    /// What waits, for the one that writes it; [`Self::end`] has to follow.
+    pub(super) fn take(&mut self) -> Option<(Item, ItemBytes)> {
+        if !self.is_waiting() || self.is_being_written {
+            return None;
+        }
+        let pending = self.pending().ok()?;
+        self.is_being_written = true;
+        Some(pending)
+    }
+
+    /// What [`Self::take`] gave.
+    pub(super) fn being_written(&self, item: Item) -> Option<ItemBytes> {
+        let (taken, bytes) = self.pending().ok()?;
+        (self.is_being_written && taken == item).then_some(bytes)
+    }
+
+    pub(super) fn end(&mut self, result: Result<(), Reason>) {
+        self.is_being_written = false;
+        (self.state, self.reason) = match result {
+            Ok(()) => (UploadState::Stored, Reason::None),
+            Err(reason) => (UploadState::Refused, reason),
+        };
+    }
+
+    fn check(&self, settings: &Settings) -> Result<(Item, ItemBytes), Reason> {
+        let (item, bytes) = self.pending()?;
+        settings.check(item, bytes.as_slice())?;
+        Ok((item, bytes))
+    }
+
+    fn pending(&self) -> Result<(Item, ItemBytes), Reason> {
+        let item = Item::from_code(self.item).ok_or(Reason::Item)?;
+        let bytes = self.window.get(..usize::from(self.length)).ok_or(Reason::Length)?;
+        ItemBytes::new(bytes).map(|bytes| (item, bytes)).ok_or(Reason::Length)
+    }
+}

@@ -1,0 +1,106 @@
+//! What the host may change: all of a write is done, or nothing of it.
+
+use super::State;
+use crate::control_table::{
+    Access, END, FIFO_ACKNOWLEDGE, REGISTERS, Register, UPLOAD_COMMAND, UPLOAD_ITEM, UPLOAD_LENGTH,
+    UPLOAD_WINDOW,
+};
+use crate::dynamixel::status::Refusal;
+
+const SUBMIT: u8 = 1;
+const FORGET: u8 = 2;
+
+/// Writes `data` to the addresses from `address` on. What lies between registers is ignored.
+///
+/// # Errors
+/// Nothing was changed: [`Refusal::Length`] for no data or a part of a number; [`Refusal::Range`] beyond the table, for unknown commands
+/// and for acknowledging what is yet to come; [`Refusal::Access`] for registers that only the board changes, and for the upload while it
+/// is waiting to be written.
+pub fn write<const RECORDS: usize>(
+    state: &mut State<RECORDS>,
+    address: u16,
+    data: &[u8],
+) -> Result<(), Refusal> {
+    let request = Request::new(address, data)?;
+    let command = request.value(UPLOAD_COMMAND).map(u8::from_le_bytes);
+    let item = request.value(UPLOAD_ITEM).map(u8::from_le_bytes);
+    let length = request.value(UPLOAD_LENGTH).map(u16::from_le_bytes);
+    let window = request.part(UPLOAD_WINDOW);
+    let acknowledged = request.value(FIFO_ACKNOWLEDGE).map(u32::from_le_bytes);
+
+    if command.is_some_and(|command| command > FORGET)
+        || acknowledged.is_some_and(|sequence| !state.fifo.can_acknowledge(sequence))
+    {
+        return Err(Refusal::Range);
+    }
+    let changes_upload = item.is_some() || length.is_some() || window.is_some();
+    if (changes_upload && state.upload.is_waiting())
+        || (command == Some(FORGET) && state.upload.is_being_written())
+    {
+        return Err(Refusal::Access);
+    }
+
+    state.upload.item = item.unwrap_or(state.upload.item);
+    state.upload.length = length.unwrap_or(state.upload.length);
+    if let Some((offset, bytes)) = window {
+        let place = state.upload.window.iter_mut().skip(offset);
+        place.zip(bytes).for_each(|(place, byte)| *place = *byte);
+    }
+    if let Some(sequence) = acknowledged {
+        state.fifo.acknowledge(sequence);
+    }
+    match command {
+        Some(SUBMIT) => state.upload.submit(&state.settings),
+        Some(FORGET) => state.upload.forget(),
+        _ => {}
+    }
+    Ok(())
+}
+
+/// Data for addresses that may be written.
+struct Request<'a> {
+    address: u16,
+    data: &'a [u8],
+}
+
+impl<'a> Request<'a> {
+    fn new(address: u16, data: &'a [u8]) -> Result<Self, Refusal> {
+        if data.is_empty() {
+            return Err(Refusal::Length);
+        }
+        let (first, end) = (usize::from(address), usize::from(address) + data.len());
+        if end > usize::from(END) {
+            return Err(Refusal::Range);
+        }
+        for register in REGISTERS {
+            let (start, stop) = (usize::from(register.address), usize::from(register.end()));
+            if stop <= first || start >= end {
+                continue;
+            }
+            if register.access == Access::Read {
+                return Err(Refusal::Access);
+            }
+            let size = usize::from(register.kind.size());
+            let cut = |at: usize| at > start && at < stop && !(at - start).is_multiple_of(size);
+            if cut(first) || cut(end) {
+                return Err(Refusal::Length);
+            }
+        }
+        Ok(Self { address, data })
+    }
+
+    /// The data for a register of one value.
+    fn value<const N: usize>(&self, register: Register) -> Option<[u8; N]> {
+        let at = register.address.checked_sub(self.address)?;
+        self.data.get(usize::from(at)..)?.first_chunk().copied()
+    }
+
+    /// The data for a part of an array of bytes, and where in the array it begins.
+    fn part(&self, register: Register) -> Option<(usize, &'a [u8])> {
+        let before = usize::from(register.address.saturating_sub(self.address));
+        let offset = usize::from(self.address.saturating_sub(register.address));
+        let data = self.data.get(before..)?;
+        let length = data.len().min(usize::from(register.size()).checked_sub(offset)?);
+        data.get(..length).filter(|part| !part.is_empty()).map(|part| (offset, part))
+    }
+}
