@@ -1,5 +1,7 @@
 //! Flashing: what is refused and why, images, and the bootloader.
 
+#[path = "common/board.rs"]
+mod board;
 mod common;
 
 use common::{Bench, ROBOT, number};
@@ -292,5 +294,214 @@ esac
             .unwrap();
         assert_eq!(output.status.code(), Some(1));
         assert!(stderr(&output).contains("sudo apt install dfu-util"), "{}", stderr(&output));
+    }
+}
+
+/// A board that runs, without a serial port.
+mod running {
+    use std::time::Duration;
+
+    use firmware::control_table::{self as table, Reason, UploadState};
+    use host_tools::board::client::Client;
+    use host_tools::board::flasher::{Outcome, Request, Running, Target as _, flash};
+    use host_tools::board::transport::Transport;
+    use host_tools::error::Result;
+
+    use super::board::{BadLine, Fault, TestBoard, WRITING, burger_coefficients};
+    use super::*;
+
+    /// Flashes; how often it was waited, too.
+    fn flashed<T: Transport>(line: T, request: &Request, timeout_s: u64) -> (Result<Vec<Outcome>>, u32, T) {
+        let (mut client, board) = Client::connect(line).unwrap();
+        let mut waits = 0;
+        let waiting = &mut |_| waits += 1;
+        let timeout = Duration::from_secs(timeout_s);
+        let result = flash(&mut Running { client: &mut client, board: &board, timeout, waiting }, request);
+        (result, waits, client.into_transport())
+    }
+
+    fn coefficients() -> Request {
+        Request { coefficients: Some(burger_coefficients()), ..Request::default() }
+    }
+
+    /// A TurtleBot3 with a wider track.
+    fn wider() -> RobotIdentity {
+        let mut identity = RobotIdentity::default();
+        identity.rows[2] = identity.rows[2].map(|entry| entry * 0.9);
+        identity
+    }
+
+    #[test]
+    fn coefficients_are_stored_and_in_use() {
+        let (result, _, board) = flashed(TestBoard::new(), &coefficients(), 60);
+        let outcomes = result.unwrap();
+        assert_eq!((outcomes.len(), outcomes[0].item, outcomes[0].unchanged), (1, "coefficients", false));
+        let mut flash = board.flash.clone();
+        assert_eq!(flash.stored(Item::Coefficients).unwrap(), burger_coefficients());
+        assert!(board.state.settings().coefficients().is_ok());
+        // The second time nothing is written.
+        let writes = board.state.counters.store_writes;
+        let (result, _, board) = flashed(board, &coefficients(), 60);
+        assert!(result.unwrap()[0].unchanged);
+        assert_eq!(board.state.counters.store_writes, writes);
+    }
+
+    #[test]
+    fn it_waits_for_standstill() {
+        let mut board = TestBoard::new();
+        board.stands_at = Duration::from_secs(12);
+        let (result, waits, board) = flashed(board, &coefficients(), 60);
+        result.unwrap();
+        // Every 0.1 s.
+        assert!((100..120).contains(&waits), "{waits}");
+        assert!(board.now() < Duration::from_secs(12) + WRITING + Duration::from_secs(1));
+    }
+
+    #[test]
+    fn it_gives_up_in_time_and_leaves_nothing_behind() {
+        let mut board = TestBoard::new();
+        board.stands_at = Duration::from_secs(100);
+        let (result, _, mut board) = flashed(board, &coefficients(), 5);
+        let error = result.unwrap_err().to_string();
+        assert!(error.contains("did not stand still within 5 s"), "{error}");
+        assert!(board.now() < Duration::from_secs(7));
+        assert_eq!(board.state.upload().state(), UploadState::Idle);
+        board.advance(Duration::from_secs(200));
+        assert!(board.flash.stored(Item::Coefficients).unwrap().is_empty());
+    }
+
+    /// A host that was killed left an upload that waits: it is not in the way.
+    #[test]
+    fn an_abandoned_upload_is_forgotten() {
+        let mut board = TestBoard::new();
+        board.stands_at = Duration::from_secs(3);
+        let (mut client, _) = Client::connect(board).unwrap();
+        let calibration = Calibration { power_factors: [0.75; 4] }.encode();
+        client.set(&table::UPLOAD_ITEM, Item::Calibration as u8).unwrap();
+        client.set(&table::UPLOAD_LENGTH, calibration.len() as u16).unwrap();
+        client.set_bytes(&table::UPLOAD_WINDOW, &calibration).unwrap();
+        client.set(&table::UPLOAD_COMMAND, 1_u8).unwrap();
+        let (result, _, mut board) = flashed(client.into_transport(), &coefficients(), 60);
+        result.unwrap();
+        assert!(board.flash.stored(Item::Calibration).unwrap().is_empty());
+    }
+
+    #[test]
+    fn coefficients_of_another_robot_are_not_even_sent() {
+        let board = TestBoard::new().holding(Item::Robot, &wider().encode());
+        let (result, _, board) = flashed(board, &coefficients(), 60);
+        let error = result.unwrap_err().to_string();
+        assert!(error.contains("TurtleBot3 Burger of another geometry; nothing was stored"), "{error}");
+        assert_eq!(board.state.upload().state(), UploadState::Idle);
+        // And with the robot they are taken: it is set first.
+        let request = Request { identity: Some(RobotIdentity::default()), ..coefficients() };
+        let (result, _, board) = flashed(board, &request, 60);
+        let items: Vec<&str> = result.unwrap().iter().map(|outcome| outcome.item).collect();
+        assert_eq!(items, ["robot", "coefficients"]);
+        assert!(board.state.settings().coefficients().is_ok());
+    }
+
+    /// Every reason of the board comes out in words: here past the check at home, by an upload of its own.
+    #[test]
+    fn a_refusal_says_why_and_the_old_set_stays() {
+        let good = burger_coefficients();
+        let spoilt = |at: usize, value: u8| {
+            let mut image = good.clone();
+            image[at] = value;
+            image
+        };
+        for (image, reason) in [
+            (spoilt(0, b'X'), Reason::NotAnImage),
+            (spoilt(4, 9), Reason::Version),
+            (spoilt(90, good[90] ^ 1), Reason::Checksum),
+            (good[..100].to_vec(), Reason::Length),
+        ] {
+            let board = TestBoard::new().holding(Item::Coefficients, &good);
+            let (mut client, found) = Client::connect(board).unwrap();
+            let timeout = Duration::from_secs(60);
+            let mut running = Running { client: &mut client, board: &found, timeout, waiting: &mut |_| {} };
+            let error = running.put(Item::Coefficients, &image).unwrap_err().to_string();
+            assert!(error.contains(reason.text()) && error.contains("keeps the coefficients"), "{error}");
+            assert_eq!(running.stored(Item::Coefficients).unwrap(), good);
+            assert!(client.into_transport().state.settings().coefficients().is_ok());
+        }
+    }
+
+    #[test]
+    fn a_worn_flash_is_said() {
+        let mut board = TestBoard::new();
+        board.is_worn = true;
+        let (result, _, _) = flashed(board, &coefficients(), 60);
+        let error = result.unwrap_err().to_string();
+        assert!(error.contains(Reason::ReadBack.text()), "{error}");
+    }
+
+    #[test]
+    fn a_calibration_keeps_the_other_rails() {
+        let old = Calibration { power_factors: [1.25, 1.0, 0.75, 1.0] };
+        let board = TestBoard::new().holding(Item::Calibration, &old.encode());
+        let request = Request { calibration: Some([None, Some(0.998), None, None]), ..Request::default() };
+        let (result, _, board) = flashed(board, &request, 60);
+        result.unwrap();
+        assert_eq!(board.state.settings().calibration().power_factors, [1.25, 0.998, 0.75, 1.0]);
+        assert_eq!(board.state.counters.store_writes, 1);
+    }
+
+    #[test]
+    fn bad_lines_store_the_same() {
+        for fault in [
+            Fault::LostRequest(4),
+            Fault::BrokenRequest(4),
+            Fault::LostAnswer(3),
+            Fault::ShortAnswer(3),
+            Fault::BrokenAnswer(3),
+            Fault::DoubledAnswer(2),
+            Fault::LateAnswer(4, Duration::from_millis(120)),
+        ] {
+            let request = Request {
+                identity: Some(RobotIdentity::default()),
+                calibration: Some([Some(1.002); 4]),
+                ..coefficients()
+            };
+            let (result, _, line) = flashed(BadLine::new(TestBoard::new(), fault), &request, 60);
+            let outcomes = result.unwrap_or_else(|error| panic!("{fault:?}: {error}"));
+            assert_eq!(outcomes.len(), 3);
+            let mut flash = line.inner.flash.clone();
+            assert_eq!(flash.stored(Item::Coefficients).unwrap(), burger_coefficients(), "{fault:?}");
+        }
+    }
+
+    #[test]
+    fn a_board_that_starts_again_meanwhile_is_said() {
+        let mut board = TestBoard::new();
+        board.stands_at = Duration::from_secs(100);
+        board.restart_at = Some(Duration::from_secs(3));
+        let (result, _, _) = flashed(board, &coefficients(), 60);
+        let error = result.unwrap_err().to_string();
+        assert!(error.contains("forgot the upload: has it started again?"), "{error}");
+    }
+
+    /// The command, on a serial port.
+    #[cfg(unix)]
+    #[test]
+    fn the_command_flashes_by_port() {
+        let bench = bench();
+        let terminal = super::board::terminal::Terminal::new(TestBoard::new());
+        let ran = bench.gmr(&with(&["--port", terminal.name()]));
+        assert_eq!(ran.code, Some(1));
+        let said = "set up for TurtleBot3 Burger, these coefficients are for exact; nothing was stored";
+        assert!(ran.stderr.contains(said) && ran.stderr.contains(terminal.name()), "{}", ran.stderr);
+        let report =
+            bench.json(&with(&["--port", terminal.name(), "--set-robot", "--calibrate", "lidar=0.99"]));
+        assert_eq!((&report["target"], &report["robot"]), (&"port".into(), &"exact".into()), "{report}");
+        let items: Vec<_> =
+            report["items"].as_array().unwrap().iter().map(|item| item["item"].clone()).collect();
+        assert_eq!(items, ["robot", "calibration", "coefficients"]);
+        let held = bench.json(&["flash", "--read", "--port", terminal.name()]);
+        assert_eq!(held["coefficients"]["crc"], report["items"][2]["crc"]);
+        assert_eq!(
+            (&held["coefficients"]["refused"], &held["calibration"]["lidar"]),
+            (&serde_json::Value::Null, &0.99.into())
+        );
     }
 }

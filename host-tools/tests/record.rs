@@ -8,12 +8,17 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 
 use board::{BadLine, Fault, TestBoard, sample};
-use firmware::control_table as table;
+use firmware::control_table::Item;
 use firmware::record::Record;
 use host_tools::board::client::Client;
 use host_tools::board::recorder::{Ending, Options, Recording, record};
 use host_tools::board::transport::Transport;
 use host_tools::error::Result;
+
+/// A board that estimates.
+fn with_coefficients() -> TestBoard {
+    TestBoard::new().holding(Item::Coefficients, &board::burger_coefficients())
+}
 
 /// Records into a text.
 fn recorded<T: Transport>(line: T, options: &Options) -> (Result<Recording>, String, Client<T>) {
@@ -75,7 +80,7 @@ fn assert_continuous(text: &str) {
 
 #[test]
 fn every_sample_of_the_duration_is_in_the_log() {
-    let (recording, text, client) = recorded(TestBoard::new(), &seconds(10));
+    let (recording, text, client) = recorded(with_coefficients(), &seconds(10));
     let recording = recording.unwrap();
     assert!(matches!(recording.ending, Ending::Complete));
     assert_eq!((recording.rows, recording.lost, recording.incomplete, client.retries()), (2000, 0, 0, 0));
@@ -99,7 +104,7 @@ fn the_log_begins_when_it_is_asked_for() {
 
 #[test]
 fn what_is_unknown_is_empty() {
-    let (_, text, _) = recorded(TestBoard::new(), &seconds(1));
+    let (_, text, _) = recorded(with_coefficients(), &seconds(1));
     for line in text.lines().skip(1) {
         let fields = fields(line);
         // No lidar; no mass before sample 100.
@@ -111,11 +116,8 @@ fn what_is_unknown_is_empty() {
 
 #[test]
 fn the_columns_are_those_there_is_something_for() {
-    let mut without = TestBoard::new();
-    // None stored.
-    without.put(&table::COEFFICIENTS_STATE, &[1]);
     let options = Options { mass_kg: Some(2.5), ..seconds(1) };
-    let (_, text, _) = recorded(without, &options);
+    let (_, text, _) = recorded(TestBoard::new(), &options);
     assert!(text.lines().next().unwrap().ends_with(",lidar_w,mass_kg"), "{text}");
     assert!(text.lines().skip(1).all(|line| line.ends_with(",2.5")));
 }
@@ -146,8 +148,7 @@ fn bad_lines_lose_no_sample() {
 /// A board that remembers 12 samples: a lost answer, noticed after 50 ms, costs some.
 #[test]
 fn lost_samples_are_counted() {
-    let mut small = TestBoard::new();
-    small.capacity = 12;
+    let small = TestBoard::<12>::with_memory();
     let (recording, text, _) = recorded(BadLine::new(small, Fault::LostAnswer(40)), &seconds(20));
     let recording = recording.unwrap();
     assert!(recording.lost > 0);
@@ -253,7 +254,7 @@ mod command {
         assert_eq!(report["rows"], 400, "{report}");
         assert_eq!((&report["lost"], &report["ended"]), (&0.into(), &"complete".into()), "{report}");
         assert!((number(&report["rate_hz"]) - 200.0).abs() < 0.01, "{report}");
-        assert_eq!(report["board"]["robot"], "Test");
+        assert_eq!(report["board"]["robot"], "TurtleBot3 Burger");
         let text = bench.text("run.csv");
         assert_eq!(text.lines().count(), 401);
         assert_continuous(&text);

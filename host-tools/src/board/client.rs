@@ -290,6 +290,11 @@ impl<T: Transport> Client<T> {
         &mut self.transport
     }
 
+    /// Gives the link back.
+    pub fn into_transport(self) -> T {
+        self.transport
+    }
+
     /// Data of the answer. Only for instructions that may be carried out twice, as reading and writing registers.
     fn exchange(&mut self, request: &Request, expected: usize) -> Result<Vec<u8>> {
         match self.attempt(request, expected)? {

@@ -244,7 +244,7 @@ impl Window {
             // A board that has started again refuses a number that it has not come to.
             let acknowledged = client.set(&table::FIFO_ACKNOWLEDGE, from);
             let block = client.block(&table::FIFO_ACKNOWLEDGE, &table::FIFO_WINDOW)?;
-            if is_before(block.get(&table::FIFO_NEXT)?, from) && attempts == MOST_ATTEMPTS {
+            if acknowledged.is_err() && is_before(block.get(&table::FIFO_NEXT)?, from) {
                 break block;
             }
             acknowledged?;

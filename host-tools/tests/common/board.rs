@@ -4,34 +4,45 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use firmware::control_table::{self as table, BOARD_ID, Register};
-use firmware::dynamixel::packet::{Instruction, Parser, encode};
+use firmware::control_table::{Item, Reason};
+use firmware::items::{ITEMS, ItemBytes};
+use firmware::link::{Device, LONGEST_ANSWER, State};
 use firmware::power_sensors::Health;
 use firmware::record::Record;
+use host_tools::board::store_image::StoreImage;
 use host_tools::board::transport::Transport;
 use host_tools::error::{Error, Result};
-use model_core::payload::Mass;
+use host_tools::robot::Robot;
+use model_core::coefficients::Coefficients;
+use model_core::model::Model;
+use model_core::payload::{Mass, Noise};
+use model_core::torque::{Drive, TorqueModel};
 
 /// Samples per second.
 pub(crate) const RATE_HZ: u64 = 200;
+/// Samples that the board remembers.
+pub(crate) const MEMORY: usize = 512;
+/// How long its processor stands still while it writes its flash.
+pub(crate) const WRITING: Duration = Duration::from_millis(700);
 
-/// A board that answers reads and writes, and takes samples. Its time passes while somebody waits for it, and a little with
-/// every packet.
-pub(crate) struct TestBoard {
-    memory: Vec<u8>,
-    fifo: VecDeque<Record>,
-    parser: Parser<4096>,
+/// The firmware's link and store, with samples that are made up. Its time passes while somebody waits for it, and a little
+/// with every packet.
+pub(crate) struct TestBoard<const RECORDS: usize = MEMORY> {
+    pub(crate) state: State<RECORDS>,
+    pub(crate) flash: StoreImage,
+    device: Device,
     outbox: VecDeque<u8>,
     now: Duration,
     /// When it was switched on.
     started: Duration,
-    taken: u32,
     /// From when on the cable is not plugged in any more.
     pub(crate) pulled_at: Option<Duration>,
     /// When it starts again.
     pub(crate) restart_at: Option<Duration>,
-    /// Samples that its memory holds.
-    pub(crate) capacity: usize,
+    /// From when on its wheels stand still.
+    pub(crate) stands_at: Duration,
+    /// Whether its flash does not hold what is written.
+    pub(crate) is_worn: bool,
     /// Whether samples are taken at all.
     pub(crate) is_sampling: bool,
 }
@@ -55,46 +66,54 @@ pub(crate) fn sample(sequence: u32) -> Record {
     }
 }
 
+/// Coefficients that a board takes whose robot was never set: of a signed torque model, as `common::TRUTH` has it.
+pub(crate) fn burger_coefficients() -> Vec<u8> {
+    let robot = Robot::load("burger").unwrap().core::<2>(2.0).unwrap();
+    let [a0, a1, g2, g3, g4, kappa] = super::common::TRUTH;
+    let torque = TorqueModel::from_array([a0, a1, g2, g3, g4, kappa, 0.0]);
+    let model = Model::Signed { torque, drive: Drive::Dissipative };
+    let noise = Noise { density: 1e-4, model_std: 0.01, power_scale: 0.01, tail: 0.0 };
+    Coefficients { robot, model, noise }.encode().unwrap().as_bytes().to_vec()
+}
+
 impl TestBoard {
     pub(crate) fn new() -> Self {
+        Self::with_memory()
+    }
+}
+
+impl<const RECORDS: usize> TestBoard<RECORDS> {
+    /// One that has run for 0.4 s before anybody asks.
+    pub(crate) fn with_memory() -> Self {
         let mut board = Self {
-            memory: vec![0; usize::from(table::END)],
-            fifo: VecDeque::new(),
-            parser: Parser::default(),
+            state: State::new(RATE_HZ as u16, 25),
+            flash: StoreImage::erased(),
+            device: Device::new(),
             outbox: VecDeque::new(),
             now: Duration::ZERO,
             started: Duration::ZERO,
-            taken: 0,
             pulled_at: None,
             restart_at: None,
-            capacity: 512,
+            stands_at: Duration::ZERO,
+            is_worn: false,
             is_sampling: true,
         };
-        board.put(&table::MODEL_NUMBER, &table::BOARD_MODEL.to_le_bytes());
-        board.put(&table::FIRMWARE_VERSION, &[7]);
-        board.put(&table::TABLE_VERSION, &table::VERSION.to_le_bytes());
-        board.put(&table::SAMPLE_RATE, &(RATE_HZ as u16).to_le_bytes());
-        board.put(&table::RECORD_SIZE, &(firmware::record::RECORD_BYTES as u16).to_le_bytes());
-        board.put(&table::ROBOT_NAME, b"Test");
-        // It ran for a while before anybody asked.
         board.advance(Duration::from_millis(400));
         board
     }
 
-    /// Sets a register, read-only or not.
-    pub(crate) fn put(&mut self, register: &Register, bytes: &[u8]) {
-        let start = usize::from(register.address);
-        self.memory[start..start + bytes.len()].copy_from_slice(bytes);
+    /// Puts an item into its flash before it is switched on.
+    pub(crate) fn holding(mut self, item: Item, bytes: &[u8]) -> Self {
+        self.flash.put(item, bytes).unwrap();
+        self.load();
+        self
     }
 
-    fn word(&self, register: &Register) -> u32 {
-        let start = usize::from(register.address);
-        u32::from_le_bytes(self.memory[start..start + 4].try_into().unwrap())
-    }
-
-    /// Samples taken since it was switched on.
-    pub(crate) fn taken(&self) -> u32 {
-        self.taken
+    fn load(&mut self) {
+        for item in ITEMS {
+            let bytes = ItemBytes::new(&self.flash.stored(item).unwrap()).unwrap();
+            self.state.load(item, Ok(bytes));
+        }
     }
 
     /// Lets time pass.
@@ -103,52 +122,28 @@ impl TestBoard {
         if self.restart_at.is_some_and(|restart| self.now >= restart) {
             self.restart_at = None;
             self.started = self.now;
-            self.taken = 0;
-            self.fifo.clear();
+            self.state = State::new(RATE_HZ as u16, 25);
+            self.load();
         }
-        while self.is_sampling && sample(self.taken).time_us <= (self.now - self.started).as_micros() as u64 {
-            self.fifo.push_back(sample(self.taken));
-            self.taken += 1;
-            while self.fifo.len() > self.capacity {
-                self.fifo.pop_front();
-            }
+        let uptime = self.now - self.started;
+        self.state.time_us = uptime.as_micros() as u64;
+        while self.is_sampling && sample(self.state.fifo.next()).time_us <= self.state.time_us {
+            self.state.fifo.push(sample(self.state.fifo.next()));
         }
-    }
-
-    fn execute(&mut self, instruction: u8, parameters: &[u8]) -> (u8, Vec<u8>) {
-        let address = |bytes: &[u8]| usize::from(u16::from_le_bytes([bytes[0], bytes[1]]));
-        match Instruction::from_code(instruction) {
-            Some(Instruction::Ping) => (0, [&self.memory[..2], &self.memory[6..7]].concat()),
-            Some(Instruction::Read) => {
-                self.show_records();
-                let (start, length) = (address(parameters), address(&parameters[2..]));
-                match self.memory.get(start..start + length) {
-                    Some(bytes) => (0, bytes.to_vec()),
-                    None => (4, Vec::new()),
-                }
-            }
-            Some(Instruction::Write) => {
-                let start = address(parameters);
-                self.memory[start..start + parameters.len() - 2].copy_from_slice(&parameters[2..]);
-                (0, Vec::new())
-            }
-            _ => (2, Vec::new()),
+        self.state.is_standing = self.now >= self.stands_at;
+        if let Some((item, bytes)) = self.state.take_pending() {
+            let written = self.write(item, bytes.as_slice());
+            self.state.stored(item, written);
+            self.now += WRITING;
         }
     }
 
-    fn show_records(&mut self) {
-        let acknowledged = self.word(&table::FIFO_ACKNOWLEDGE);
-        let window: Vec<Record> = self
-            .fifo
-            .iter()
-            .filter(|record| record.sequence >= acknowledged)
-            .take(table::FIFO_WINDOW_RECORDS)
-            .copied()
-            .collect();
-        self.put(&table::FIFO_NEXT, &self.taken.to_le_bytes());
-        self.put(&table::FIFO_COUNT, &(window.len() as u16).to_le_bytes());
-        let bytes: Vec<u8> = window.iter().flat_map(Record::encode).collect();
-        self.put(&table::FIFO_WINDOW, &bytes);
+    fn write(&mut self, item: Item, bytes: &[u8]) -> std::result::Result<(), Reason> {
+        if self.is_worn {
+            Err(Reason::ReadBack)
+        } else {
+            self.flash.put(item, bytes).map_err(|_| Reason::Flash)
+        }
     }
 
     fn check_cable(&self) -> Result<()> {
@@ -159,24 +154,17 @@ impl TestBoard {
     }
 }
 
-impl Transport for TestBoard {
+impl<const RECORDS: usize> Transport for TestBoard<RECORDS> {
     fn send(&mut self, bytes: &[u8]) -> Result<()> {
         self.advance(Duration::from_micros(500));
         self.check_cable()?;
         let mut rest = bytes;
         while !rest.is_empty() {
-            let taken = self.parser.feed(rest);
+            let taken = self.device.feed(rest);
             rest = &rest[taken..];
-            while let Some(found) = self.parser.next_packet() {
-                let Ok(packet) = found else { continue };
-                if packet.id != BOARD_ID {
-                    continue;
-                }
-                let (instruction, parameters) = (packet.instruction, packet.parameters.to_vec());
-                let (error, data) = self.execute(instruction, &parameters);
-                let mut buffer = [0; 4096];
-                let status = encode(BOARD_ID, Instruction::Status, &[&[error], &data], &mut buffer).unwrap();
-                self.outbox.extend(status);
+            let mut buffer = [0; LONGEST_ANSWER];
+            while let Some(length) = self.device.answer(&mut self.state, &mut buffer) {
+                self.outbox.extend(&buffer[..length]);
             }
         }
         Ok(())
