@@ -486,7 +486,7 @@ mod running {
     #[test]
     fn the_command_flashes_by_port() {
         let bench = bench();
-        let terminal = super::board::terminal::Terminal::new(TestBoard::new());
+        let terminal = board::terminal::Terminal::new(TestBoard::new());
         let ran = bench.gmr(&with(&["--port", terminal.name()]));
         assert_eq!(ran.code, Some(1));
         let said = "set up for TurtleBot3 Burger, these coefficients are for exact; nothing was stored";
