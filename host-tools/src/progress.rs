@@ -103,3 +103,71 @@ impl Drop for EpochProgress {
         }
     }
 }
+
+/// A recording: a bar where its length is known, a spinner where not, and what the board says.
+pub(crate) struct RecordProgress {
+    bar: ProgressBar,
+    drawn: Option<Instant>,
+}
+
+impl RecordProgress {
+    /// So long, where that is known.
+    pub(crate) fn new(length: Option<Duration>) -> Self {
+        let bar = match length {
+            Some(length) => ProgressBar::new(length.as_millis().try_into().unwrap_or(u64::MAX)),
+            None => ProgressBar::no_length(),
+        };
+        let template =
+            if length.is_some() { "{bar:20} {prefix} {wide_msg}" } else { "{spinner} {prefix} {wide_msg}" };
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        Self { bar, drawn: None }
+    }
+
+    /// So much is recorded. The text is asked for only when there is somebody to read it.
+    pub(crate) fn at(&mut self, elapsed: Duration, text: impl FnOnce() -> String) {
+        let is_due = self.drawn.is_none_or(|drawn| drawn.elapsed() > Duration::from_millis(100));
+        if self.bar.is_hidden() || !is_due {
+            return;
+        }
+        self.drawn = Some(Instant::now());
+        self.bar.set_prefix(format!("{:.1} s", elapsed.as_secs_f64()));
+        self.bar.set_message(text());
+        self.bar.set_position(elapsed.as_millis().try_into().unwrap_or(u64::MAX));
+    }
+
+    /// Takes the bar away.
+    pub(crate) fn finish(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// Waiting for something that may take up to a limit.
+pub(crate) struct WaitProgress {
+    bar: ProgressBar,
+}
+
+impl WaitProgress {
+    /// For what, and how long at most.
+    pub(crate) fn new(what: &'static str, limit: Duration) -> Self {
+        let bar = ProgressBar::new(limit.as_millis().try_into().unwrap_or(u64::MAX));
+        if let Ok(style) = ProgressStyle::with_template("{prefix} {bar:40} {msg}") {
+            bar.set_style(style);
+        }
+        bar.set_prefix(what);
+        Self { bar }
+    }
+
+    /// So long already.
+    pub(crate) fn at(&self, waited: Duration) {
+        self.bar.set_message(format!("{:.0} s", waited.as_secs_f64()));
+        self.bar.set_position(waited.as_millis().try_into().unwrap_or(u64::MAX));
+    }
+}
+
+impl Drop for WaitProgress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}

@@ -1,6 +1,15 @@
-//! Boards: how bytes get to one, and the virtual one.
+//! The controller board as the host sees it: its link, what is recorded from it and what is
+//! stored on it; and the virtual one with its robot.
 
+pub mod client;
+pub mod dfu;
+pub mod flasher;
+pub mod image_file;
+pub mod probe;
 pub mod qemu;
+pub mod recorder;
+pub mod serial;
+pub mod store_image;
 pub mod transport;
 pub mod virtual_board;
 pub mod virtual_exchange;
@@ -12,3 +21,31 @@ pub mod virtual_servo;
 pub mod virtual_servo_bus;
 pub mod virtual_terminal;
 pub mod virtual_truth;
+
+use firmware::power_sensors::{Health, RAIL_COUNT, RAILS, RailName};
+
+/// Names of the rails, in the board's order: as columns and options have them.
+pub fn rail_names() -> [&'static str; RAIL_COUNT] {
+    RAILS.map(|rail| match rail.name {
+        RailName::Battery => "battery",
+        RailName::Motors => "motors",
+        RailName::Computer => "computer",
+        RailName::Lidar => "lidar",
+    })
+}
+
+/// Position of the motors among the rails.
+pub(crate) fn motors_rail() -> Option<usize> {
+    RAILS.iter().position(|rail| rail.name == RailName::Motors)
+}
+
+/// A sensor's health in words.
+pub fn health_text(health: Health) -> &'static str {
+    match health {
+        Health::Ok => "ok",
+        Health::Stale => "stale",
+        Health::Overflow => "overflow",
+        Health::Absent => "absent",
+        Health::LostCalibration => "lost calibration",
+    }
+}

@@ -5,7 +5,9 @@ mod compare;
 mod drive;
 mod estimate;
 mod fit;
+mod flash;
 mod inspect;
+mod record;
 mod simulate;
 
 use std::process::ExitCode;
@@ -38,6 +40,10 @@ enum Command {
     Compare(compare::Arguments),
     /// Run the virtual board and its robot, with the link as a pseudo terminal
     Board(board::Arguments),
+    /// Write a log from a board, live
+    Record(record::Arguments),
+    /// Store coefficients on a board
+    Flash(flash::Arguments),
 }
 
 /// Parses the command line and runs it. Exit codes: 0 done, 1 failed, 2 wrong usage.
@@ -80,6 +86,8 @@ fn execute(cli: Cli) -> Result<()> {
         Command::Estimate(arguments) => estimate::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Board(arguments) => board::run(&arguments),
+        Command::Record(arguments) => record::run(&arguments),
+        Command::Flash(arguments) => flash::run(&arguments),
     }
 }
 

@@ -1,0 +1,244 @@
+//! `gmr flash`: coefficients, calibration and robot to a board, checked, read back and compared.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use firmware::control_table::{Item, Reason};
+use firmware::items::{Calibration, check_coefficients, checksum};
+use firmware::power_sensors::RAIL_COUNT;
+use firmware::wheels::WHEELS;
+use model_core::coefficients::Coefficients;
+use serde::Serialize;
+
+use crate::board::client::Client;
+use crate::board::flasher::{self, Outcome, Request, Running, Target, flash};
+use crate::board::serial::Serial;
+use crate::board::store_image::StoreImage;
+use crate::board::{dfu, image_file, probe, rail_names};
+use crate::error::{Error, Result};
+use crate::progress::WaitProgress;
+use crate::robot::Robot;
+
+/// Arguments of `gmr flash`.
+#[derive(clap::Args)]
+#[command(group = clap::ArgGroup::new("target").required(true).multiple(false))]
+pub(crate) struct Arguments {
+    /// The robot: a robot.toml, or burger
+    #[arg(long, default_value = "burger")]
+    robot: PathBuf,
+    /// Coefficients as gmr fit writes them
+    #[arg(long, value_name = "C.toml")]
+    coeffs: Option<PathBuf>,
+    /// To a running board, by its serial port, for example /dev/ttyACM0
+    #[arg(long, group = "target")]
+    port: Option<PathBuf>,
+    /// To a board on a debug probe (SWD)
+    #[arg(long, group = "target")]
+    probe: bool,
+    /// To a board in its chip's bootloader, through dfu-util
+    #[arg(long, group = "target")]
+    dfu: bool,
+    /// To a file for any programmer: the whole store
+    #[arg(long, value_name = "FILE.bin|hex", group = "target")]
+    out: Option<PathBuf>,
+    /// True power over measured power of rails, for example battery=1.002,motors=0.998
+    #[arg(long, value_name = "RAIL=FACTOR,…", value_delimiter = ',')]
+    calibrate: Vec<String>,
+    /// Set the board up for this robot: coefficients for another are refused from then on
+    #[arg(long)]
+    set_robot: bool,
+    /// Show what the board holds, and write nothing
+    #[arg(long, conflicts_with_all = ["coeffs", "calibrate", "set_robot", "out"])]
+    read: bool,
+    /// How long the wheels may take to stand still, s: a running board writes its flash only then
+    #[arg(long, value_name = "S", default_value_t = 60.0, allow_negative_numbers = true)]
+    timeout: f64,
+    /// Figures as JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// What a command found or did.
+enum Done {
+    Stored { robot: String, items: Vec<Outcome> },
+    Held(Held),
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    target: &'static str,
+    robot: &'a str,
+    items: &'a [Outcome],
+    verified: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    file: Option<&'a Path>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    address: Option<u32>,
+}
+
+/// What a board holds.
+#[derive(Serialize)]
+struct Held {
+    robot: String,
+    coefficients: Option<HeldCoefficients>,
+    calibration: serde_json::Map<String, serde_json::Value>,
+}
+
+#[derive(Serialize)]
+struct HeldCoefficients {
+    model: Option<&'static str>,
+    robot: Option<String>,
+    crc: u32,
+    /// Why the board does not use them, if it does not.
+    refused: Option<&'static str>,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let request = if arguments.read { None } else { Some(request(arguments)?) };
+    let done = if let Some(port) = &arguments.port {
+        let timeout = Duration::try_from_secs_f64(arguments.timeout)
+            .map_err(|_| Error::usage(format!("--timeout {}: expected s, 0 or more", arguments.timeout)))?;
+        let at_port = |error: Error| error.in_file(port);
+        let (mut client, board) = Client::connect(Serial::open(port)?).map_err(at_port)?;
+        let bar = WaitProgress::new("waiting for the wheels to stand still", timeout);
+        let waiting = &mut |waited| bar.at(waited);
+        let mut target = Running { client: &mut client, board: &board, timeout, waiting };
+        work(&mut target, request.as_ref()).map_err(at_port)?
+    } else if let Some(file) = &arguments.out {
+        on_image(StoreImage::erased(), |image| image_file::write(file, image), request.as_ref())?
+    } else if arguments.dfu {
+        on_image(dfu::read()?, dfu::write, request.as_ref())?
+    } else {
+        on_image(probe::read()?, probe::write, request.as_ref())?
+    };
+    match done {
+        Done::Stored { robot, items } => report(arguments, &robot, &items),
+        Done::Held(held) => show(&held, arguments.json),
+    }
+}
+
+fn work(target: &mut dyn Target, request: Option<&Request>) -> Result<Done> {
+    match request {
+        Some(request) => {
+            let items = flash(target, request)?;
+            let robot = flasher::identity(target)?.name.as_str().to_owned();
+            Ok(Done::Stored { robot, items })
+        }
+        None => Ok(Done::Held(held(target)?)),
+    }
+}
+
+/// Works on a copy of the store, which is written back if anything in it is new.
+fn on_image(
+    mut image: StoreImage,
+    write: impl FnOnce(&StoreImage) -> Result<()>,
+    request: Option<&Request>,
+) -> Result<Done> {
+    let done = work(&mut image, request)?;
+    if let Done::Stored { items, .. } = &done
+        && items.iter().any(|item| !item.unchanged)
+    {
+        write(&image)?;
+    }
+    Ok(done)
+}
+
+/// What is asked for, checked as far as that goes without a board.
+fn request(arguments: &Arguments) -> Result<Request> {
+    let robot = Robot::load(&arguments.robot)?;
+    // A file replaces the whole store: it says itself for which robot.
+    let sets_robot = arguments.set_robot || arguments.out.is_some();
+    let coefficients = arguments.coeffs.as_ref().map(|file| flasher::coefficients_image(&robot, file));
+    let coefficients = coefficients.transpose()?;
+    let calibration = (!arguments.calibrate.is_empty()).then(|| factors(&arguments.calibrate)).transpose()?;
+    let is_nothing = coefficients.is_none() && calibration.is_none() && !arguments.set_robot;
+    let identity = sets_robot.then(|| flasher::robot_identity(&robot)).transpose()?;
+    if is_nothing {
+        return Err(Error::usage("nothing to flash; expected --coeffs, --calibrate, --set-robot or --read"));
+    }
+    Ok(Request { identity, coefficients, calibration })
+}
+
+/// `battery=1.002` and so on.
+fn factors(texts: &[String]) -> Result<[Option<f32>; RAIL_COUNT]> {
+    let mut factors = [None; RAIL_COUNT];
+    for text in texts {
+        let wrong = || {
+            let rails = rail_names().join(", ");
+            Error::usage(format!("--calibrate {text}: expected RAIL=FACTOR with a rail of {rails}"))
+        };
+        let (rail, factor) = text.split_once('=').ok_or_else(wrong)?;
+        let place = rail_names().iter().position(|name| *name == rail.trim()).ok_or_else(wrong)?;
+        let place = factors.get_mut(place).ok_or_else(wrong)?;
+        if place.replace(factor.trim().parse().map_err(|_| wrong())?).is_some() {
+            return Err(Error::usage(format!("--calibrate {text}: {rail} is given twice")));
+        }
+    }
+    Ok(factors)
+}
+
+fn held(target: &mut dyn Target) -> Result<Held> {
+    let identity = flasher::identity(target)?;
+    let image = target.stored(Item::Coefficients)?;
+    let decoded = Coefficients::<f32, WHEELS>::decode(&image).ok();
+    let coefficients = (!image.is_empty()).then(|| HeldCoefficients {
+        model: decoded.map(|coefficients| flasher::model_text(&coefficients.model)),
+        robot: decoded.map(|coefficients| coefficients.robot.name.as_str().to_owned()),
+        crc: checksum(&image),
+        refused: check_coefficients(&image, &identity, target.sample_rate_hz()).err().map(Reason::text),
+    });
+    let calibration = Calibration::decode(&target.stored(Item::Calibration)?).unwrap_or_default();
+    let factors = rail_names().into_iter().zip(calibration.power_factors);
+    // As many digits as single precision has.
+    let decimal = |factor: f32| factor.to_string().parse::<f64>().unwrap_or(f64::from(factor));
+    Ok(Held {
+        robot: identity.name.as_str().to_owned(),
+        coefficients,
+        calibration: factors.map(|(rail, factor)| (rail.to_owned(), decimal(factor).into())).collect(),
+    })
+}
+
+fn show(held: &Held, json: bool) -> Result<()> {
+    if json {
+        return super::print_json(held);
+    }
+    println!("robot: {}", held.robot);
+    match &held.coefficients {
+        None => println!("coefficients: none"),
+        Some(HeldCoefficients { model, robot, crc, refused }) => println!(
+            "coefficients: {} for {}, CRC {crc:08x}{}",
+            model.unwrap_or("unreadable"),
+            robot.as_deref().unwrap_or("no known robot"),
+            refused.map_or(String::new(), |why| format!("; not in use: {why}"))
+        ),
+    }
+    for (rail, factor) in &held.calibration {
+        println!("calibration of {rail}: {factor}");
+    }
+    Ok(())
+}
+
+fn report(arguments: &Arguments, robot: &str, items: &[Outcome]) -> Result<()> {
+    let target = match (&arguments.port, &arguments.out, arguments.dfu) {
+        (Some(_), _, _) => "port",
+        (_, Some(_), _) => "file",
+        (_, _, true) => "dfu",
+        _ => "probe",
+    };
+    let file = arguments.out.as_deref();
+    if arguments.json {
+        let address = file.map(|_| StoreImage::ADDRESS);
+        return super::print_json(&Report { target, robot, items, verified: true, file, address });
+    }
+    for Outcome { item, bytes, crc, unchanged } in items {
+        let what = if *unchanged { "was there already" } else { "stored, read back and compared" };
+        println!("{item} ({robot}): {bytes} bytes, CRC {crc:08x}: {what}");
+    }
+    if let Some(file) = file {
+        let (address, bytes) = (StoreImage::ADDRESS, StoreImage::BYTES);
+        println!("{}: {bytes} bytes, to be written to {address:#010x}", file.display());
+    } else if arguments.dfu {
+        println!("the board is still in its bootloader: press RESET");
+    }
+    Ok(())
+}
