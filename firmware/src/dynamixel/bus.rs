@@ -474,6 +474,13 @@ mod tests {
         let both =
             on(script, async |bus| [bus.read::<4>(1, POSITION).await, bus.read::<4>(1, POSITION).await]);
         assert_eq!(both.0, [Err(BusError::Timeout), answer(166)]);
+        // Nor a whole one that came in one piece with what was waited for.
+        let two = [FIRST, &status_of(1, 0, &[9; 4])].concat();
+        let two = [&two[..]];
+        let script = Script::new(&[(READ, &two), (READ, &[FIRST])]);
+        let both =
+            on(script, async |bus| [bus.read::<4>(1, POSITION).await, bus.read::<4>(1, POSITION).await]);
+        assert_eq!(both.0, [answer(166), answer(166)]);
         // Nor does an error that waited in the port concern it.
         let script = Script::new(&[(READ, &[FIRST])]).failing();
         assert_eq!(on(script, async |bus| bus.read::<4>(1, POSITION).await).0, answer(166));

@@ -290,6 +290,21 @@ mod tests {
         assert_eq!(wheels.statuses()[1].hardware_error, 0);
     }
 
+    /// The sync read and asking the other alone have taken the time.
+    #[test]
+    fn where_an_answer_is_missing_nothing_more_is_asked() {
+        let servos = Servos::new();
+        let mut wheels = wheels(&servos);
+        start(&mut wheels);
+        servos.servos.borrow_mut()[0].is_present = false;
+        servos.servos.borrow_mut()[1].hardware_error = 0x20;
+        servos.instructions.borrow_mut().clear();
+        assert_eq!(known(now(wheels.poll(STEP_US * 60))), [false, true]);
+        let sent = [Instruction::SyncRead, Instruction::Read].map(|instruction| instruction as u8);
+        assert_eq!(*servos.instructions.borrow(), sent);
+        assert_eq!(wheels.statuses()[1].hardware_error, 0);
+    }
+
     /// Another servo with the same ID has other registers.
     #[test]
     fn another_model_is_no_wheel() {
