@@ -13,8 +13,8 @@ use crate::power_sensors::{Health, PowerSensors, RAIL_COUNT, RailName};
 use crate::record::Record;
 use crate::wheels::{Standstill, WHEELS, Wheels};
 
-/// Everything that a sample goes through: `I` is a handle of the power sensors' bus, `P` the port of the servo bus, `D` limits the time
-/// that is waited there.
+/// Everything that a sample goes through: `I` is a handle of the power sensors' bus, `P` the port of the servo bus,
+/// `D` limits the time that is waited there.
 pub struct Sampler<I, P, D> {
     sensors: PowerSensors<I>,
     wheels: Wheels<P, D>,
@@ -47,8 +47,8 @@ impl<I: I2c, P: Read + Write, D: DelayNs> Sampler<I, P, D> {
         }
     }
 
-    /// Takes one sample, to be called once a period; `time_us` since start. Whatever fails costs its own part of the record and a
-    /// bounded time (see [`PowerSensors::poll`], [`Wheels::poll`]).
+    /// Takes one sample, to be called once a period; `time_us` since start. Whatever fails costs its own part of the
+    /// record and a bounded time (see [`PowerSensors::poll`], [`Wheels::poll`]).
     pub async fn sample(&mut self, time_us: u64) -> Record {
         let (rails, wheels) = join(self.sensors.poll(time_us), self.wheels.poll(time_us)).await;
         let speeds = wheels.map(|reading| reading.map(|reading| reading.speed));
@@ -247,7 +247,8 @@ mod tests {
         assert_eq!((rail.power_factor, snapshot.rails[3].power_factor), (1.0, 1.5));
     }
 
-    /// The filter at 2 Hz of 200 settles within 200 samples: until then speeds are as measured, and accelerations unknown.
+    /// The filter at 2 Hz of 200 settles within 200 samples: until then speeds are as measured, and accelerations
+    /// unknown.
     #[test]
     fn with_coefficients_it_estimates() {
         let robot = Robot::new();
