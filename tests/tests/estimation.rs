@@ -1,4 +1,5 @@
-//! The board's estimates in single precision against the same estimator in double, fed as the host replays a recorded log.
+//! The board's estimates in single precision against the same estimator in double, fed as the host replays a recorded
+//! log.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 use firmware::estimation::Estimation;
@@ -50,8 +51,8 @@ fn zigzag(t: f64, peak: f64, rate: f64) -> (f64, f64) {
     if phase < length / 2.0 { (rate * phase - peak, rate) } else { (3.0 * peak - rate * phase, -rate) }
 }
 
-/// What the sensors give at sample `i`: time in µs, speeds in rad/s, the motors' power in W with 0.1 W of scatter; `None` where a reading
-/// is missing.
+/// What the sensors give at sample `i`: time in µs, speeds in rad/s, the motors' power in W with 0.1 W of scatter;
+/// `None` where a reading is missing.
 fn measured(model: &Model<f64>, robot: &Robot<f64, 2>, i: u64) -> (u64, Option<[f32; 2]>, Option<f32>) {
     // A hash for jitter and scatter.
     let hash = (i.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40) as f64 / f64::from(1 << 24);
