@@ -5,14 +5,15 @@
 mod image {
     use embassy_executor::Spawner;
     use embassy_sync::mutex::Mutex;
-    use firmware::boards::opencr::{Board, SensorBus, ServoPort, StatusLed, StoreFlash, UsbDevice, UsbLink, init};
-    use firmware::boards::{SharedSensorBus, sampler, watch_stack};
-    use firmware::tasks::{self, BusCounters, Buffers, CountedBus, Shared};
+    use firmware::boards::opencr::{
+        Board, SensorBus, ServoPort, StatusLed, StoreFlash, UsbDevice, UsbLink, init,
+    };
+    use firmware::boards::{SharedSensorBus, sampler, start, watch_stack};
+    use firmware::tasks::{self, Buffers, BusCounters, CountedBus, Shared};
     use static_cell::{ConstStaticCell, StaticCell};
 
     type Sensors = SharedSensorBus<SensorBus>;
 
-    #[expect(clippy::unwrap_used, reason = "each task is spawned once: there is room for it")]
     #[embassy_executor::main]
     async fn main(spawner: Spawner) {
         static SHARED: StaticCell<Shared> = StaticCell::new();
@@ -22,12 +23,12 @@ mod image {
         let (shared, counters) = (&*SHARED.init_with(Shared::new), &*COUNTERS.take());
         let Board { sensors, servos, link, usb, store, status_led } = init(counters);
         let sensors = &*SENSORS.init(Mutex::new(CountedBus::new(sensors, counters)));
-        spawner.spawn(keep(store, shared).unwrap());
-        spawner.spawn(measure(sensors, servos, counters, shared).unwrap());
-        spawner.spawn(serve(link, shared).unwrap());
-        spawner.spawn(run_usb(usb).unwrap());
-        spawner.spawn(blink(status_led).unwrap());
-        spawner.spawn(stack().unwrap());
+        start(spawner, keep(store, shared));
+        start(spawner, measure(sensors, servos, counters, shared));
+        start(spawner, serve(link, shared));
+        start(spawner, run_usb(usb));
+        start(spawner, blink(status_led));
+        start(spawner, stack());
     }
 
     #[embassy_executor::task]

@@ -5,13 +5,12 @@
 mod image {
     use embassy_sync::mutex::Mutex;
     use firmware::boards::virtual_board::{Board, Link, SensorBus, ServoPort, StoreFlash, init, run};
-    use firmware::boards::{SharedSensorBus, sampler, watch_stack};
-    use firmware::tasks::{self, BusCounters, Buffers, CountedBus, Shared};
+    use firmware::boards::{SharedSensorBus, sampler, start, watch_stack};
+    use firmware::tasks::{self, Buffers, BusCounters, CountedBus, Shared};
     use static_cell::{ConstStaticCell, StaticCell};
 
     type Sensors = SharedSensorBus<SensorBus>;
 
-    #[expect(clippy::unwrap_used, reason = "each task is spawned once: there is room for it")]
     #[cortex_m_rt::entry]
     fn main() -> ! {
         static SHARED: StaticCell<Shared> = StaticCell::new();
@@ -22,10 +21,10 @@ mod image {
         let Board { sensors, servos, link, store } = init();
         let sensors = &*SENSORS.init(Mutex::new(CountedBus::new(sensors, counters)));
         run(|spawner| {
-            spawner.spawn(keep(store, shared).unwrap());
-            spawner.spawn(measure(sensors, servos, counters, shared).unwrap());
-            spawner.spawn(serve(link, shared).unwrap());
-            spawner.spawn(stack().unwrap());
+            start(spawner, keep(store, shared));
+            start(spawner, measure(sensors, servos, counters, shared));
+            start(spawner, serve(link, shared));
+            start(spawner, stack());
         })
     }
 

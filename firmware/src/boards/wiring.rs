@@ -1,6 +1,7 @@
-//! From a board's drivers to a sampler.
+//! From a board's drivers to a sampler and running tasks.
 
 use embassy_embedded_hal::shared_bus::asynch::i2c::I2cDevice;
+use embassy_executor::{SpawnError, SpawnToken, Spawner};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embassy_time::Delay;
@@ -25,4 +26,13 @@ pub fn sampler<B: I2c + 'static, P: Read + Write>(
 ) -> Sampler<SensorHandle<B>, P, Delay> {
     let handles = RAILS.map(|_| I2cDevice::new(sensors));
     Sampler::new(PowerSensors::new(handles), Wheels::new(servos, Delay))
+}
+
+/// Starts a task.
+pub fn start<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
+    match task {
+        Ok(task) => spawner.spawn(task),
+        // There is room for one of each: an image that starts one twice is wrong.
+        Err(_) => defmt::error!("a task was started twice"),
+    }
 }

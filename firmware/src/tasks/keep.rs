@@ -39,12 +39,8 @@ pub async fn keep(flash: impl NorFlash, shared: &Shared) -> ! {
         let result = store.put(item, bytes.as_slice()).await.map_err(Reason::from);
         shared.with(|state| state.stored(item, result));
         match result {
-            Ok(()) => {
-                info!("item {=u8} stored", item as u8);
-            }
-            Err(_reason) => {
-                warning!("item {=u8} not stored: {=str}", item as u8, _reason.text());
-            }
+            Ok(()) => info!("item {=u8} stored", item as u8),
+            Err(reason) => warning!("item {=u8} not stored: {=str}", item as u8, reason.text()),
         }
     }
 }

@@ -10,7 +10,7 @@ use super::sensor_bus::BusCounters;
 use super::shared::Shared;
 use super::show::show;
 use crate::control_table::Reason;
-use crate::log::{info, warning};
+use crate::log::{Shown, info, warning};
 use crate::measurement::{Sampler, Snapshot};
 use crate::parameters::SAMPLE_RATE_HZ;
 
@@ -71,12 +71,8 @@ where
 
 fn log_coefficients(reason: Option<Reason>) {
     match reason {
-        None => {
-            info!("coefficients: in use");
-        }
-        Some(_reason) => {
-            warning!("coefficients: none, {=str}", _reason.text());
-        }
+        None => info!("coefficients: in use"),
+        Some(reason) => warning!("coefficients: none, {=str}", reason.text()),
     }
 }
 
@@ -90,14 +86,14 @@ struct Report {
 
 impl Report {
     fn add(&mut self, snapshot: &Snapshot, missed: u32) {
-        for (_index, (before, now)) in self.last.rails.iter().zip(&snapshot.rails).enumerate() {
+        for (index, (before, now)) in self.last.rails.iter().zip(&snapshot.rails).enumerate() {
             if before.health != now.health {
-                info!("rail {=usize}: {}", _index, defmt::Debug2Format(&now.health));
+                info!("rail {=usize}: {}", index, Shown(&now.health));
             }
         }
-        for (_index, (before, now)) in self.last.wheels.iter().zip(&snapshot.wheels).enumerate() {
+        for (index, (before, now)) in self.last.wheels.iter().zip(&snapshot.wheels).enumerate() {
             if before.health != now.health {
-                info!("wheel {=usize}: {}", _index, defmt::Debug2Format(&now.health));
+                info!("wheel {=usize}: {}", index, Shown(&now.health));
             }
         }
         if self.last.estimate.changes != snapshot.estimate.changes {

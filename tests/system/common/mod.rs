@@ -6,12 +6,12 @@ use std::process::Command;
 const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// The workspace's directory.
-pub fn root() -> &'static Path {
+pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the tests are in the workspace")
 }
 
 /// The `opencr` image as users flash it, built if it is not there or not from these sources.
-pub fn opencr() -> PathBuf {
+pub(crate) fn opencr() -> PathBuf {
     // Where rustup has no core for the board, xtask names the toolchain that has.
     let mut cargo = Command::new("cargo");
     if let Ok(toolchain) = std::env::var("BOARD_TOOLCHAIN") {

@@ -1,17 +1,16 @@
-//! The power sensors' bus, I2C1 at 400 kHz, which comes back from what bus and driver can run into.
+//! The power sensors' bus, I2C1, which comes back from what bus and driver can run into.
 //!
-//! The driver waits for a free bus inside a poll and starves every other task meanwhile (embassy-rs/embassy#7052), and
-//! its peripheral does not come back by itself from a timeout. So: a timeout of one millisecond, eight times what the
-//! longest transaction here takes; after one, the pins are taken from the peripheral, the bus is cleared by clocking the
-//! device that holds it (UM10204, 3.1.16), and the driver is set up anew. While a line stays low there is no driver at all: a
-//! transaction then looks at the lines and fails at once.
+//! The driver waits for a free bus inside a poll and starves every other task meanwhile, up to its time limit
+//! (embassy-rs/embassy#7052): so it is only asked when the bus is free. And its peripheral does not come back by itself from a
+//! timeout: so it is taken down, the bus is cleared by clocking the device that holds it (UM10204, 3.1.16), and the driver is set
+//! up anew. While the bus is held there is no driver at all: a transaction then looks at the lines and fails.
 
-use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Flex, Pull, Speed};
 use embassy_stm32::i2c::{Config, Error, I2c, Master};
 use embassy_stm32::mode::Async;
 use embassy_stm32::peripherals::{DMA1_CH0, DMA1_CH6, I2C1, PB7, PB8};
 use embassy_stm32::time::Hertz;
+use embassy_stm32::{Peri, pac};
 use embassy_time::{Duration, Timer};
 use embedded_hal_async::i2c::{ErrorType, Operation};
 
@@ -21,6 +20,8 @@ use crate::tasks::BusCounters;
 
 /// A transaction of five bytes takes 0.12 ms.
 const TIMEOUT: Duration = Duration::from_millis(1);
+/// The stop that ends a transaction takes some 2 µs.
+const FREE_WITHIN: Duration = Duration::from_micros(20);
 /// Half a period of the clock that clears the bus: 100 kHz.
 const HALF_PERIOD: Duration = Duration::from_micros(5);
 /// A device that holds the data line has at most eight bits and an acknowledgement left to send.
@@ -73,6 +74,9 @@ impl SensorBus {
             }
             self.state = State::Running(self.parts.driver());
         }
+        if matches!(self.state, State::Running(_)) && !is_free().await {
+            self.state = State::Stuck;
+        }
         match &mut self.state {
             State::Running(driver) => Ok(driver),
             State::New | State::Stuck => Err(Error::Bus),
@@ -93,6 +97,15 @@ impl SensorBus {
         }
         result
     }
+}
+
+/// Whether nobody uses the bus any more.
+async fn is_free() -> bool {
+    let is_busy = || pac::I2C1.isr().read().busy();
+    if is_busy() {
+        Timer::after(FREE_WITHIN).await;
+    }
+    !is_busy()
 }
 
 impl Parts {

@@ -45,7 +45,10 @@ impl ServoPort {
         let mut config = usart::Config::default();
         config.baudrate = SERVO_BAUD;
         let uart = Uart::new(parts.usart, parts.rx, parts.tx, parts.tx_dma, parts.rx_dma, Irqs, config);
-        #[expect(clippy::unwrap_used, reason = "fails only for a rate that the clock above cannot divide to: never")]
+        #[expect(
+            clippy::unwrap_used,
+            reason = "fails only for a rate that the clock above cannot divide to: never"
+        )]
         let (tx, rx) = uart.unwrap().split();
         Self {
             tx,

@@ -5,7 +5,9 @@ use core::ops::Range;
 use embassy_stm32::Peri;
 use embassy_stm32::flash::{BANK1_REGION1, Bank1Region1, Blocking, Flash};
 use embassy_stm32::peripherals::FLASH;
-use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
+use embedded_storage_async::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
+};
 
 /// Where the store is in the first flash region, which begins with the bootloader.
 const STORE: Range<u32> = 0x1_0000..0x2_0000;

@@ -9,7 +9,7 @@ use semihosting::fs::File;
 use semihosting::io::{Read, Write};
 use semihosting::process::ExitCode;
 
-use crate::exchange::{Kind, LONGEST_FRAME, NOTICE_LINK, REQUESTS, ANSWERS};
+use crate::exchange::{ANSWERS, Kind, LONGEST_FRAME, NOTICE_LINK, REQUESTS};
 
 /// Bytes of a frame's length.
 const LENGTH: usize = 2;

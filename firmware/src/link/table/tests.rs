@@ -5,9 +5,9 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::control_table::{END, REGISTERS, UPLOAD_BYTES};
-use crate::wheels::WheelHealth;
 use crate::power_sensors::{self, Health};
 use crate::record::Record;
+use crate::wheels::WheelHealth;
 
 /// A state in which nothing is zero that can be something else.
 fn state() -> State<20> {

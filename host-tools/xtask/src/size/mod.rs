@@ -3,7 +3,6 @@
 mod image;
 mod stack;
 
-use std::path::Path;
 use std::process::Command;
 
 use crate::set_up::{self, TARGET, TargetCargo};
@@ -52,8 +51,7 @@ fn report(name: &'static str) -> Result<Report, Stop> {
     build(&target, name)?;
     let path = crate::target_folder().join(TARGET).join("release").join(name);
     let elf = std::fs::read(&path).map_err(|error| Stop::new(format!("{}: {error}", path.display())))?;
-    let usage =
-        image::usage(&elf).map_err(|error| Stop::new(format!("{}: {error}", path.display())))?;
+    let usage = image::usage(&elf).map_err(|error| Stop::new(format!("{}: {error}", path.display())))?;
     let stack = if name == "opencr" { stack::measure(&path)? } else { None };
     Ok(Report { name, usage, stack })
 }
@@ -73,7 +71,8 @@ fn build(target: &TargetCargo, name: &str) -> Result<(), Stop> {
 }
 
 fn table(reports: &[Report]) -> String {
-    let mut text = String::from("image      flash, B  of 204800   static RAM, B  of 98304   worst stack, B\n");
+    let mut text =
+        String::from("image      flash, B  of 204800   static RAM, B  of 98304   worst stack, B\n");
     for Report { name, usage, stack } in reports {
         let stack = stack.map_or("-".to_owned(), |depth| depth.bytes.to_string());
         let share = |part: u64, whole: u64| 100.0 * part as f64 / whole as f64;
@@ -111,17 +110,4 @@ fn json(reports: &[Report]) -> String {
         "{{\"limits\":{{\"flash_bytes\":{MOST_FLASH},\"ram_bytes\":{MOST_RAM}}},\"images\":[{}]}}\n",
         reports.iter().map(image).collect::<Vec<_>>().join(",")
     )
-}
-
-/// The emulator of the board's chip: beside the project, not part of it.
-pub(crate) const EMULATOR: &str = "../shared/tools/stm32emu/emu";
-
-/// The script that runs an image there.
-pub(crate) fn emulated(image: &Path) -> Option<Command> {
-    let emulator = crate::root().join(EMULATOR);
-    emulator.exists().then(|| {
-        let mut command = Command::new(emulator);
-        command.arg(crate::root().join("tests/system/opencr_emulated.py")).arg(image);
-        command
-    })
 }

@@ -1,9 +1,14 @@
 //! How deep the stack gets, measured.
 
 use std::path::Path;
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 
 use crate::steps::{Stop, command_line};
+
+/// The emulator of the board's chip: beside the project, not part of it.
+const EMULATOR: &str = "../shared/tools/stm32emu";
+/// Runs the image there, with all that the board does, and checks it.
+const SCRIPT: &str = "tests/system/opencr_emulated.py";
 
 /// Robot's seconds to run the image for.
 const SECONDS: u32 = 10;
@@ -18,14 +23,21 @@ pub(super) struct Depth {
 
 /// Runs the image in the emulated chip and looks how much paint is left; `None` where there is no emulator.
 pub(super) fn measure(image: &Path) -> Result<Option<Depth>, Stop> {
-    let Some(mut command) = super::emulated(image) else { return Ok(None) };
+    let emulator = crate::root().join(EMULATOR);
+    if !emulator.join("emu").exists() {
+        return Ok(None);
+    }
+    let mut command = Command::new(emulator.join("emu"));
+    command.env("PYTHONPATH", &emulator).arg(crate::root().join(SCRIPT)).arg(image);
     command.args(["--seconds", &SECONDS.to_string(), "--json"]).stderr(Stdio::inherit());
     let line = command_line(&command);
     let output = command.output().map_err(|error| Stop::new(format!("{line}\n   {error}")))?;
     let said = String::from_utf8_lossy(&output.stdout);
     match stack_bytes(&said) {
         Some(bytes) => Ok(Some(Depth { bytes, seconds: SECONDS })),
-        None => Err(Stop::new(format!("{line}\n   {}: no stack depth in what it says:\n{said}", output.status))),
+        None => {
+            Err(Stop::new(format!("{line}\n   {}: no stack depth in what it says:\n{said}", output.status)))
+        }
     }
 }
 
