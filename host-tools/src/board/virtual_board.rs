@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
+use super::one_core::OneCore;
 use super::qemu::{BoardLog, Qemu};
 use super::transport::Transport;
 use super::virtual_exchange::ExchangeServer;
@@ -67,12 +68,14 @@ impl Peer for Qemu {
     }
 }
 
-/// A board in lockstep with its robot. Dropped, it ends and leaves nothing behind but the flash's file.
+/// A board in lockstep with its robot. Dropped, it ends and leaves nothing behind but the flash's file. The thread that starts it
+/// should be the one that runs it: both stay on one processor core.
 pub struct VirtualBoard {
     // Dropped in this order: the process, its pipes, their folder.
     peer: Box<dyn Peer + Send>,
     pipes: VirtualPipes,
     _folder: TempDir,
+    _core: OneCore,
     server: ExchangeServer,
     frame: Vec<u8>,
     last_request: Instant,
@@ -105,11 +108,13 @@ impl VirtualBoard {
             .tempdir()
             .map_err(|error| Error::failed(format!("no temporary folder for the virtual board: {error}")))?;
         let pipes = VirtualPipes::create(folder.path())?;
+        let core = OneCore::choose();
         let peer = start(folder.path())?;
         Ok(Self {
             peer,
             pipes,
             _folder: folder,
+            _core: core,
             server: ExchangeServer::new(robot, flash),
             frame: Vec::new(),
             last_request: Instant::now(),

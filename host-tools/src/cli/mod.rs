@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand. Figures go to standard output, all else to standard error.
 
+#[cfg(target_os = "linux")]
 mod board;
 mod compare;
 mod drive;
@@ -36,6 +37,7 @@ enum Command {
     Estimate(estimate::Arguments),
     /// Every model and baseline on the same split, in one table
     Compare(compare::Arguments),
+    #[cfg(target_os = "linux")]
     /// Run the virtual board and its robot, with the link as a pseudo terminal
     Board(board::Arguments),
 }
@@ -79,6 +81,7 @@ fn execute(cli: Cli) -> Result<()> {
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Estimate(arguments) => estimate::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        #[cfg(target_os = "linux")]
         Command::Board(arguments) => board::run(&arguments),
     }
 }
