@@ -137,13 +137,6 @@ impl VirtualBoard {
         &mut self.server
     }
 
-    #[cfg(test)]
-    fn server_alone(mut self) -> ExchangeServer {
-        let robot = self.server.robot.clone();
-        self.end();
-        ExchangeServer::new(robot, VirtualFlash::default())
-    }
-
     /// Requests answered so far.
     pub fn exchanges(&self) -> u64 {
         self.server.exchanges()
@@ -404,18 +397,5 @@ mod tests {
         let wall = begun.elapsed().as_secs_f64();
         let each = wall / board.exchanges() as f64 * 1e6;
         println!("{:.1} × real time, {each:.1} µs an exchange", 60.0 / wall);
-
-        // The same without pipes.
-        let mut server = std::mem::replace(&mut board, self::board(0)).server_alone();
-        let (begun, mut frame) = (Instant::now(), Vec::new());
-        for sample in 1..=12_000_u64 {
-            let time = (60_000_000 + sample * 5000).to_le_bytes();
-            for exchange in 0..13_u8 {
-                let request =
-                    [&[1][..], &time, &[SENSOR_ADDRESSES[usize::from(exchange / 4)], 2, 1 + exchange % 3]];
-                server.answer(&request.concat(), &mut frame).unwrap();
-            }
-        }
-        println!("{:.1} × without pipes", 60.0 / begun.elapsed().as_secs_f64());
     }
 }
