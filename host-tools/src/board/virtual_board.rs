@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
+use super::one_core::OneCore;
 use super::qemu::{BoardLog, Qemu};
 use super::transport::Transport;
 use super::virtual_exchange::ExchangeServer;
@@ -67,12 +68,14 @@ impl Peer for Qemu {
     }
 }
 
-/// A board in lockstep with its robot. Dropped, it ends and leaves nothing behind but the flash's file.
+/// A board in lockstep with its robot. Dropped, it ends and leaves nothing behind but the flash's file. The thread that starts it
+/// should be the one that runs it: both stay on one processor core.
 pub struct VirtualBoard {
     // Dropped in this order: the process, its pipes, their folder.
     peer: Box<dyn Peer + Send>,
     pipes: VirtualPipes,
     _folder: TempDir,
+    _core: OneCore,
     server: ExchangeServer,
     frame: Vec<u8>,
     last_request: Instant,
@@ -105,11 +108,13 @@ impl VirtualBoard {
             .tempdir()
             .map_err(|error| Error::failed(format!("no temporary folder for the virtual board: {error}")))?;
         let pipes = VirtualPipes::create(folder.path())?;
+        let core = OneCore::choose();
         let peer = start(folder.path())?;
         Ok(Self {
             peer,
             pipes,
             _folder: folder,
+            _core: core,
             server: ExchangeServer::new(robot, flash),
             frame: Vec::new(),
             last_request: Instant::now(),
@@ -130,13 +135,6 @@ impl VirtualBoard {
     /// The same, to note truths or to look into the link.
     pub fn server_mut(&mut self) -> &mut ExchangeServer {
         &mut self.server
-    }
-
-    #[cfg(test)]
-    fn server_alone(mut self) -> ExchangeServer {
-        let robot = self.server.robot.clone();
-        self.end();
-        ExchangeServer::new(robot, VirtualFlash::default())
     }
 
     /// Requests answered so far.
@@ -399,18 +397,5 @@ mod tests {
         let wall = begun.elapsed().as_secs_f64();
         let each = wall / board.exchanges() as f64 * 1e6;
         println!("{:.1} × real time, {each:.1} µs an exchange", 60.0 / wall);
-
-        // The same without pipes.
-        let mut server = std::mem::replace(&mut board, self::board(0)).server_alone();
-        let (begun, mut frame) = (Instant::now(), Vec::new());
-        for sample in 1..=12_000_u64 {
-            let time = (60_000_000 + sample * 5000).to_le_bytes();
-            for exchange in 0..13_u8 {
-                let request =
-                    [&[1][..], &time, &[SENSOR_ADDRESSES[usize::from(exchange / 4)], 2, 1 + exchange % 3]];
-                server.answer(&request.concat(), &mut frame).unwrap();
-            }
-        }
-        println!("{:.1} × without pipes", 60.0 / begun.elapsed().as_secs_f64());
     }
 }

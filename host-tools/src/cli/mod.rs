@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand. Figures go to standard output, all else to standard error.
 
+#[cfg(target_os = "linux")]
 mod board;
 mod compare;
 mod drive;
@@ -38,6 +39,7 @@ enum Command {
     Estimate(estimate::Arguments),
     /// Every model and baseline on the same split, in one table
     Compare(compare::Arguments),
+    #[cfg(target_os = "linux")]
     /// Run the virtual board and its robot, with the link as a pseudo terminal
     Board(board::Arguments),
     /// Write a log from a board, live
@@ -85,6 +87,7 @@ fn execute(cli: Cli) -> Result<()> {
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Estimate(arguments) => estimate::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        #[cfg(target_os = "linux")]
         Command::Board(arguments) => board::run(&arguments),
         Command::Record(arguments) => record::run(&arguments),
         Command::Flash(arguments) => flash::run(&arguments),
