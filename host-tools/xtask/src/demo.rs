@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::images::{self, VIRTUAL};
 use crate::set_up;
 use crate::steps::{Steps, Stop, command};
 
@@ -71,7 +72,7 @@ fn all(steps: &mut Steps) -> Result<(), Stop> {
     })?;
     let target = target.ok_or_else(|| Stop::new("no target"))?;
     steps.run("build the command", command("cargo build --release --package host-tools"))?;
-    steps.run("build the board's image", target.command(&crate::images::virtual_board()))?;
+    steps.run("build the board's image", target.command(&images::build(VIRTUAL)))?;
     // Logs are not written over, and a flash from an older demo would already know the coefficients.
     let folder = crate::root().join(FOLDER);
     let _ = fs::remove_dir_all(&folder);
@@ -112,7 +113,10 @@ fn describe_robot() -> Result<(), Stop> {
         let robot = fs::read_to_string(&burger)?;
         // Before the first section.
         let line = format!("static_power_w = {static_w:.4}\n\n[");
-        fs::write(crate::root().join(FOLDER).join("robot.toml"), robot.replacen("\n[", &format!("\n{line}"), 1))
+        fs::write(
+            crate::root().join(FOLDER).join("robot.toml"),
+            robot.replacen("\n[", &format!("\n{line}"), 1),
+        )
     };
     write().map_err(|error| Stop::new(format!("{FOLDER}/robot.toml: {error}")))?;
     println!("   static_power_w = {static_w:.4}");
@@ -134,7 +138,8 @@ struct Board {
 
 impl Board {
     fn start(arguments: &str) -> Result<Self, Stop> {
-        let line = format!("board --speed max --wait --link @/link --flash @/flash.bin --image @image {arguments}");
+        let line =
+            format!("board --speed max --wait --link @/link --flash @/flash.bin --image @image {arguments}");
         let folder = crate::root().join(FOLDER);
         let said = folder.join("board.log");
         let link = folder.join("link");
@@ -191,7 +196,7 @@ fn gmr(arguments: &str) -> Command {
 fn in_folder(argument: &str) -> PathBuf {
     match argument.strip_prefix("@/") {
         Some(name) => Path::new(FOLDER).join(name),
-        None if argument == "@image" => crate::images::virtual_board_path(),
+        None if argument == "@image" => images::path(VIRTUAL),
         None => argument.into(),
     }
 }

@@ -2,6 +2,7 @@
 
 mod bench;
 mod demo;
+mod images;
 mod set_up;
 mod size;
 mod steps;
@@ -14,7 +15,7 @@ const USAGE: &str = "\
 usage: cargo xtask <command>
 
   test   formatting, lints, documentation, tests on the host and on an emulated Cortex-M7, licences
-  demo   simulate, fit, estimate and compare; plots go to demo-output/
+  demo   record, fit, flash and estimate on the virtual board; plots go to demo-output/
   bench [accuracy | fit-speed]
          the figures of the README, measured again; minutes
   size [--json]

@@ -19,6 +19,13 @@ pub(crate) struct TargetCargo {
 }
 
 impl TargetCargo {
+    /// For a command whose own children build for the board: they read the toolchain from here.
+    pub(crate) fn tell(&self, command: &mut Command) {
+        if let Some(toolchain) = self.toolchain {
+            command.env("BOARD_TOOLCHAIN", toolchain);
+        }
+    }
+
     /// `cargo` with the arguments of `line`.
     pub(crate) fn command(&self, line: &str) -> Command {
         match self.toolchain {

@@ -2,6 +2,7 @@
 
 use std::process::Command;
 
+use crate::images;
 use crate::set_up::{self, TARGET, TargetCargo};
 use crate::steps::{Steps, Stop, command, command_line};
 
@@ -51,6 +52,14 @@ fn all(steps: &mut Steps) -> Result<(), Stop> {
             "clippy --package model-core --package firmware --lib --target {TARGET} -- -D warnings"
         )),
     )?;
+    for image in [images::OPENCR, images::VIRTUAL] {
+        steps.run(
+            &format!("lints, {image}"),
+            target.command(&format!(
+                "clippy --package firmware --features {image} --bin {image} --target {TARGET} -- -D warnings"
+            )),
+        )?;
+    }
     steps.run(
         "lints, images",
         target.command(&format!(
@@ -60,7 +69,9 @@ fn all(steps: &mut Steps) -> Result<(), Stop> {
     let mut documentation = command("cargo doc --workspace --no-deps --all-features");
     documentation.env("RUSTDOCFLAGS", "-D warnings");
     steps.run("documentation", documentation)?;
-    steps.run("tests, host", command("cargo test --workspace --all-features --no-fail-fast"))?;
+    let mut tests = command("cargo test --workspace --all-features --no-fail-fast");
+    target.tell(&mut tests);
+    steps.run("tests, host", tests)?;
     steps.run(
         "tests, emulated board",
         target.command(&format!("test --package on-target-tests --target {TARGET} --no-fail-fast")),

@@ -5,7 +5,8 @@ mod stack;
 
 use std::process::Command;
 
-use crate::set_up::{self, TARGET, TargetCargo};
+use crate::images::{self, OPENCR, VIRTUAL};
+use crate::set_up::{self, TargetCargo};
 use crate::steps::{Stop, command_line};
 use image::Usage;
 use stack::Depth;
@@ -16,7 +17,7 @@ const MOST_FLASH: u64 = 200 * 1024;
 const MOST_RAM: u64 = 96 * 1024;
 
 /// The board's image, which has limits, and the emulator's.
-const IMAGES: [&str; 2] = ["opencr", "virtual"];
+const IMAGES: [&str; 2] = [OPENCR, VIRTUAL];
 
 /// What is known of an image.
 struct Report {
@@ -49,18 +50,16 @@ pub(crate) fn run(as_json: bool) -> bool {
 fn report(name: &'static str) -> Result<Report, Stop> {
     let target = set_up::target()?;
     build(&target, name)?;
-    let path = crate::target_folder().join(TARGET).join("release").join(name);
+    let path = images::path(name);
     let elf = std::fs::read(&path).map_err(|error| Stop::new(format!("{}: {error}", path.display())))?;
     let usage = image::usage(&elf).map_err(|error| Stop::new(format!("{}: {error}", path.display())))?;
-    let stack = if name == "opencr" { stack::measure(&path)? } else { None };
+    let stack = if name == OPENCR { stack::measure(&path)? } else { None };
     Ok(Report { name, usage, stack })
 }
 
 /// Standard output is for the figures: cargo's own goes to standard error.
 fn build(target: &TargetCargo, name: &str) -> Result<(), Stop> {
-    let mut command: Command = target.command(&format!(
-        "build --quiet --release --package firmware --features {name} --bin {name} --target {TARGET}"
-    ));
+    let mut command: Command = target.command(&format!("{} --quiet", images::build(name)));
     let line = command_line(&command);
     let status = command.current_dir(crate::root()).status();
     match status {

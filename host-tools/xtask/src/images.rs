@@ -1,0 +1,20 @@
+//! The firmware's images: how each is built, and where it is then.
+
+use std::path::PathBuf;
+
+use crate::set_up::TARGET;
+
+/// The board's image.
+pub(crate) const OPENCR: &str = "opencr";
+/// The emulator's.
+pub(crate) const VIRTUAL: &str = "virtual";
+
+/// Arguments of the cargo that builds one.
+pub(crate) fn build(name: &str) -> String {
+    format!("build --release --package firmware --features {name} --bin {name} --target {TARGET}")
+}
+
+/// Where it is.
+pub(crate) fn path(name: &str) -> PathBuf {
+    crate::target_folder().join(TARGET).join("release").join(name)
+}
