@@ -7,6 +7,7 @@ pub mod image_file;
 pub mod probe;
 pub mod recorder;
 pub mod serial;
+pub mod status;
 pub mod store_image;
 pub mod transport;
 

@@ -7,6 +7,7 @@ mod flash;
 mod inspect;
 mod record;
 mod simulate;
+mod watch;
 
 use std::process::ExitCode;
 
@@ -40,6 +41,8 @@ enum Command {
     Record(record::Arguments),
     /// Store coefficients on a board
     Flash(flash::Arguments),
+    /// Show what a board measures and estimates, live
+    Watch(watch::Arguments),
 }
 
 /// Parses the command line and runs it. Exit codes: 0 done, 1 failed, 2 wrong usage.
@@ -83,6 +86,7 @@ fn execute(cli: Cli) -> Result<()> {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Record(arguments) => record::run(&arguments),
         Command::Flash(arguments) => flash::run(&arguments),
+        Command::Watch(arguments) => watch::run(&arguments),
     }
 }
 
