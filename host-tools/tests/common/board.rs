@@ -43,6 +43,8 @@ pub(crate) struct TestBoard<const RECORDS: usize = MEMORY> {
     pub(crate) stands_at: Duration,
     /// Whether its flash does not hold what is written.
     pub(crate) is_worn: bool,
+    /// Whether it says that it has stored what it has not.
+    pub(crate) is_lying: bool,
     /// Whether samples are taken at all.
     pub(crate) is_sampling: bool,
 }
@@ -96,6 +98,7 @@ impl<const RECORDS: usize> TestBoard<RECORDS> {
             restart_at: None,
             stands_at: Duration::ZERO,
             is_worn: false,
+            is_lying: false,
             is_sampling: true,
         };
         board.advance(Duration::from_millis(400));
@@ -134,6 +137,9 @@ impl<const RECORDS: usize> TestBoard<RECORDS> {
         if let Some((item, bytes)) = self.state.take_pending() {
             let written = self.write(item, bytes.as_slice());
             self.state.stored(item, written);
+            if self.is_lying {
+                self.state.load(item, Ok(ItemBytes::EMPTY));
+            }
             self.now += WRITING;
         }
     }
