@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 
 use board::{BadLine, Fault, TestBoard, sample};
-use firmware::control_table::Item;
+use firmware::control_table::{self as table, Item};
 use firmware::dynamixel::packet::{Instruction, Parser, encode};
 use firmware::dynamixel::status::Refusal;
 use firmware::record::Record;
@@ -136,6 +136,7 @@ fn bad_lines_lose_no_sample() {
         Fault::BrokenAnswer(3),
         Fault::DoubledAnswer(2),
         Fault::LateAnswer(9, late),
+        Fault::Stale(11),
     ] {
         let (recording, text, client) = recorded(BadLine::new(TestBoard::new(), fault), &seconds(20));
         let recording = recording.unwrap_or_else(|error| panic!("{fault:?}: {error}"));
@@ -143,7 +144,8 @@ fn bad_lines_lose_no_sample() {
         assert_eq!((recording.rows, recording.lost), (4000, 0), "{fault:?}");
         assert_continuous(&text);
         assert_samples(&text);
-        assert_eq!(client.retries() > 0, !matches!(fault, Fault::DoubledAnswer(_)), "{fault:?}");
+        let is_noticed = !matches!(fault, Fault::DoubledAnswer(_) | Fault::Stale(_));
+        assert_eq!(client.retries() > 0, is_noticed, "{fault:?}");
     }
 }
 
@@ -277,6 +279,33 @@ fn other_boards_are_told_apart() {
         let error = Client::connect(Other { model, version, answer: Vec::new() }).err().unwrap().to_string();
         assert!(error.contains(said), "{error}");
     }
+}
+
+/// An answer that was left over is never taken for another's, of the same length or not.
+#[test]
+fn an_answer_belongs_to_its_question() {
+    let late = Fault::LateAnswer(5, Duration::from_millis(70));
+    for fault in [Fault::DoubledAnswer(1), late, Fault::Repeated] {
+        let (mut client, _) = Client::connect(BadLine::new(TestBoard::new(), fault)).unwrap();
+        for _ in 0..50 {
+            assert_eq!(client.get::<u16>(&table::SAMPLE_RATE).unwrap(), 200, "{fault:?}");
+            if !matches!(fault, Fault::Repeated) {
+                // In one go with the right answer, only its length tells it apart.
+                assert_eq!(client.get::<u16>(&table::RECORD_SIZE).unwrap(), 60, "{fault:?}");
+            }
+            assert_eq!(client.get::<u8>(&table::DEVICE_ID).unwrap(), 200, "{fault:?}");
+        }
+    }
+}
+
+/// A device may say that an instruction arrived broken (error 3): it is sent again, for a while.
+#[test]
+fn what_arrived_broken_is_sent_again() {
+    let mut client =
+        Client::new(Other { model: 0x5000, version: Err(Refusal::Checksum), answer: Vec::new() });
+    let error = client.get::<u16>(&table::TABLE_VERSION).unwrap_err().to_string();
+    assert!(error.contains("arrives broken each time"), "{error}");
+    assert!(client.retries() > 5);
 }
 
 /// Nobody: an answer to that within the client's patience of 5 s and the last attempt.
@@ -523,7 +552,7 @@ mod command {
     #[test]
     #[ignore = "a measurement"]
     fn throughput() {
-        use firmware::control_table as table;
+        use super::table;
         use host_tools::board::client::Client;
         use host_tools::board::serial::Serial;
 
