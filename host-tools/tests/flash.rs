@@ -437,6 +437,15 @@ mod running {
     }
 
     #[test]
+    fn what_a_board_says_is_compared() {
+        let mut board = TestBoard::new();
+        board.is_lying = true;
+        let (result, _, _) = flashed(board, &coefficients(), 60);
+        let error = result.unwrap_err().to_string();
+        assert!(error.contains("what was read back is not the coefficients"), "{error}");
+    }
+
+    #[test]
     fn a_calibration_keeps_the_other_rails() {
         let old = Calibration { power_factors: [1.25, 1.0, 0.75, 1.0] };
         let board = TestBoard::new().holding(Item::Calibration, &old.encode());

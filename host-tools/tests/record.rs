@@ -8,7 +8,9 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 
 use board::{BadLine, Fault, TestBoard, sample};
-use firmware::control_table::Item;
+use firmware::control_table::{self as table, Item};
+use firmware::dynamixel::packet::{Instruction, Parser, encode};
+use firmware::dynamixel::status::Refusal;
 use firmware::record::Record;
 use host_tools::board::client::Client;
 use host_tools::board::recorder::{Ending, Options, Recording, record};
@@ -134,6 +136,7 @@ fn bad_lines_lose_no_sample() {
         Fault::BrokenAnswer(3),
         Fault::DoubledAnswer(2),
         Fault::LateAnswer(9, late),
+        Fault::Stale(11),
     ] {
         let (recording, text, client) = recorded(BadLine::new(TestBoard::new(), fault), &seconds(20));
         let recording = recording.unwrap_or_else(|error| panic!("{fault:?}: {error}"));
@@ -141,7 +144,8 @@ fn bad_lines_lose_no_sample() {
         assert_eq!((recording.rows, recording.lost), (4000, 0), "{fault:?}");
         assert_continuous(&text);
         assert_samples(&text);
-        assert_eq!(client.retries() > 0, !matches!(fault, Fault::DoubledAnswer(_)), "{fault:?}");
+        let is_noticed = !matches!(fault, Fault::DoubledAnswer(_) | Fault::Stale(_));
+        assert_eq!(client.retries() > 0, is_noticed, "{fault:?}");
     }
 }
 
@@ -226,11 +230,137 @@ fn whoever_watches_may_stop() {
     assert!((100..116).contains(&recording.rows), "{}", recording.rows);
 }
 
+/// Something else that speaks the protocol: its model, and what it answers to a read of address 512.
+struct Other {
+    model: u16,
+    version: std::result::Result<u16, Refusal>,
+    answer: Vec<u8>,
+}
+
+impl Transport for Other {
+    fn send(&mut self, bytes: &[u8]) -> Result<()> {
+        let mut parser = Parser::<256>::default();
+        parser.feed(bytes);
+        let packet = parser.next_packet().unwrap().unwrap();
+        let (error, data) = match (Instruction::from_code(packet.instruction), self.version) {
+            (Some(Instruction::Ping), _) => (0, [&self.model.to_le_bytes()[..], &[5]].concat()),
+            (_, Ok(version)) => (0, version.to_le_bytes().to_vec()),
+            (_, Err(refusal)) => (refusal as u8, Vec::new()),
+        };
+        let mut buffer = [0; 256];
+        let id = firmware::control_table::BOARD_ID;
+        self.answer = encode(id, Instruction::Status, &[&[error], &data], &mut buffer).unwrap().to_vec();
+        Ok(())
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], _: Duration) -> Result<usize> {
+        let count = self.answer.len().min(buffer.len());
+        buffer[..count].copy_from_slice(&self.answer[..count]);
+        self.answer.drain(..count);
+        Ok(count)
+    }
+
+    fn now(&self) -> Duration {
+        Duration::ZERO
+    }
+}
+
+/// The stock firmware has the same model number, and nothing at 512: its library reads zeros there or refuses (fact sheet:
+/// D2A slave.cpp).
+#[test]
+fn other_boards_are_told_apart() {
+    let stock = "runs the stock firmware";
+    for (model, version, said) in [
+        (0x5000, Ok(0), stock),
+        (0x5000, Err(Refusal::Range), stock),
+        (0x5000, Ok(2), "is version 2; expected 1"),
+        (1060, Ok(1), "is of model 0x0424; expected 0x5000"),
+    ] {
+        let error = Client::connect(Other { model, version, answer: Vec::new() }).err().unwrap().to_string();
+        assert!(error.contains(said), "{error}");
+    }
+}
+
+/// An answer that was left over is never taken for another's, of the same length or not.
+#[test]
+fn an_answer_belongs_to_its_question() {
+    let late = Fault::LateAnswer(5, Duration::from_millis(70));
+    for fault in [Fault::DoubledAnswer(1), late, Fault::Repeated] {
+        let (mut client, _) = Client::connect(BadLine::new(TestBoard::new(), fault)).unwrap();
+        for _ in 0..50 {
+            assert_eq!(client.get::<u16>(&table::SAMPLE_RATE).unwrap(), 200, "{fault:?}");
+            if !matches!(fault, Fault::Repeated) {
+                // In one go with the right answer, only its length tells it apart.
+                assert_eq!(client.get::<u16>(&table::RECORD_SIZE).unwrap(), 60, "{fault:?}");
+            }
+            assert_eq!(client.get::<u8>(&table::DEVICE_ID).unwrap(), 200, "{fault:?}");
+        }
+    }
+}
+
+/// A device may say that an instruction arrived broken (error 3): it is sent again, for a while.
+#[test]
+fn what_arrived_broken_is_sent_again() {
+    let mut client =
+        Client::new(Other { model: 0x5000, version: Err(Refusal::Checksum), answer: Vec::new() });
+    let error = client.get::<u16>(&table::TABLE_VERSION).unwrap_err().to_string();
+    assert!(error.contains("arrives broken each time"), "{error}");
+    assert!(client.retries() > 5);
+}
+
+/// Nobody: an answer to that within the client's patience of 5 s and the last attempt.
+#[test]
+fn silence_is_no_wait_for_ever() {
+    struct Silence(Duration);
+    impl Transport for Silence {
+        fn send(&mut self, _: &[u8]) -> Result<()> {
+            Ok(())
+        }
+        fn receive(&mut self, _: &mut [u8], limit: Duration) -> Result<usize> {
+            self.0 += limit;
+            Ok(0)
+        }
+        fn now(&self) -> Duration {
+            self.0
+        }
+    }
+    let mut client = Client::new(Silence(Duration::ZERO));
+    let error = client.ping().unwrap_err().to_string();
+    assert!(error.contains("no answer for 5 s"), "{error}");
+    assert!(client.now() < Duration::from_secs(6), "{:?}", client.now());
+}
+
+/// Noise: other packets and bytes that are none are passed over, and end some time.
+#[test]
+fn noise_is_no_answer() {
+    struct Noise(u64);
+    impl Transport for Noise {
+        fn send(&mut self, _: &[u8]) -> Result<()> {
+            Ok(())
+        }
+        fn receive(&mut self, buffer: &mut [u8], limit: Duration) -> Result<usize> {
+            self.0 += 1 + limit.as_micros() as u64 / 10;
+            // Headers without end, and once in a while silence.
+            let noise = [0xFF, 0xFF, 0xFD, 0x00, BOARD, 0x04];
+            let count = if self.0.is_multiple_of(3) { 0 } else { buffer.len().min(noise.len()) };
+            buffer[..count].copy_from_slice(&noise[..count]);
+            Ok(count)
+        }
+        fn now(&self) -> Duration {
+            Duration::from_micros(self.0)
+        }
+    }
+    const BOARD: u8 = firmware::control_table::BOARD_ID;
+    assert!(Client::new(Noise(0)).ping().is_err());
+}
+
 /// The command, on a serial port.
 #[cfg(unix)]
 mod command {
     use std::process::Stdio;
     use std::time::{Duration, Instant};
+
+    use serde_json::Value;
 
     use super::board::TestBoard;
     use super::board::terminal::Terminal;
@@ -392,5 +522,49 @@ mod command {
             let ran = bench.gmr(&[&["record", "--port", "p", "--out", "run.csv"], &wrong[..]].concat());
             assert_eq!(ran.code, Some(2), "{wrong:?}: {}", ran.stderr);
         }
+    }
+
+    #[test]
+    fn watching_shows_what_the_board_knows() {
+        let mut board = TestBoard::new();
+        board.state.rails[1].power = Some(3.25);
+        board.state.rails[1].health = firmware::power_sensors::Health::Ok;
+        board.state.counters.bus_errors = 7;
+        let (bench, terminal) = (Bench::new(), Terminal::new(board));
+        let status = bench.json(&["watch", "--once", "--port", terminal.name()]);
+        assert_eq!(
+            (&status["rails"][1]["power_w"], &status["rails"][1]["health"]),
+            (&3.25.into(), &"ok".into())
+        );
+        assert_eq!(
+            (&status["rails"][0]["power_w"], &status["mass_kg"]),
+            (&Value::Null, &Value::Null),
+            "{status}"
+        );
+        assert_eq!(status["faults"], serde_json::json!([["I2C errors", 7]]));
+        let text = bench.done(&["watch", "--once", "--port", terminal.name()]).stdout;
+        for said in ["TurtleBot3 Burger", "motors     3.250 W", "nothing is stored", "I2C errors 7"] {
+            assert!(text.contains(said), "{said}: {text}");
+        }
+    }
+
+    /// Windows a second through a pseudo terminal, printed; run with `--release --ignored --nocapture`.
+    #[test]
+    #[ignore = "a measurement"]
+    fn throughput() {
+        use super::table;
+        use host_tools::board::client::Client;
+        use host_tools::board::serial::Serial;
+
+        let terminal = Terminal::new(TestBoard::new());
+        let (mut client, _) = Client::connect(Serial::open(&terminal.path).unwrap()).unwrap();
+        let begun = Instant::now();
+        let windows = 2000;
+        for _ in 0..windows {
+            client.set(&table::FIFO_ACKNOWLEDGE, 0_u32).unwrap();
+            client.block(&table::FIFO_ACKNOWLEDGE, &table::FIFO_WINDOW).unwrap();
+        }
+        let rate = f64::from(windows) / begun.elapsed().as_secs_f64();
+        println!("{rate:.0} windows a second: {:.0} records", rate * table::FIFO_WINDOW_RECORDS as f64);
     }
 }

@@ -175,7 +175,7 @@ impl<T: Transport> Client<T> {
         // The stock firmware answers with zeros or refuses, as its library's version has it.
         let version = match self.attempt(&read(table::TABLE_VERSION.range()), 2)? {
             Answer::Data(bytes) => u16::from_bytes(&bytes).unwrap_or(0),
-            Answer::Refused(_) => 0,
+            Answer::Refused(error) if Refusal::from_error(error) != Some(Refusal::Checksum) => 0,
             silence => return Err(silence.error()),
         };
         if version == 0 {

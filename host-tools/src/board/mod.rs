@@ -14,6 +14,7 @@ pub mod probe;
 pub mod qemu;
 pub mod recorder;
 pub mod serial;
+pub mod status;
 pub mod store_image;
 pub mod transport;
 #[cfg(target_os = "linux")]

@@ -24,7 +24,7 @@ use crate::log::{MASS, POWER, TIME, speed_column};
 /// A board that answers but has taken no sample for so long takes none.
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 
-/// Windows that are read before one that does not begin where it was asked to is believed.
+/// Windows that are read until one begins where it was asked to.
 const MOST_ATTEMPTS: u32 = 3;
 
 /// What to record.
@@ -187,10 +187,6 @@ impl Run {
             return Some(Ending::Restarted);
         }
         for record in &window.records {
-            if is_before(record.sequence, self.next) {
-                // It is in the log already.
-                continue;
-            }
             if self.last.as_ref().is_some_and(|last| record.time_us <= last.time_us) {
                 return Some(Ending::Restarted);
             }
@@ -249,8 +245,11 @@ impl Window {
             }
             acknowledged?;
             // Another number stands in an answer to an earlier question.
-            if block.get::<u32>(&table::FIFO_ACKNOWLEDGE)? == from || attempts == MOST_ATTEMPTS {
+            if block.get::<u32>(&table::FIFO_ACKNOWLEDGE)? == from {
                 break block;
+            }
+            if attempts == MOST_ATTEMPTS {
+                return Err(Error::failed("the board does not take what it is told"));
             }
             attempts += 1;
         };

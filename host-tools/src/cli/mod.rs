@@ -10,6 +10,7 @@ mod flash;
 mod inspect;
 mod record;
 mod simulate;
+mod watch;
 
 use std::process::ExitCode;
 
@@ -46,6 +47,8 @@ enum Command {
     Record(record::Arguments),
     /// Store coefficients on a board
     Flash(flash::Arguments),
+    /// Show what a board measures and estimates, live
+    Watch(watch::Arguments),
 }
 
 /// Parses the command line and runs it. Exit codes: 0 done, 1 failed, 2 wrong usage.
@@ -91,6 +94,7 @@ fn execute(cli: Cli) -> Result<()> {
         Command::Board(arguments) => board::run(&arguments),
         Command::Record(arguments) => record::run(&arguments),
         Command::Flash(arguments) => flash::run(&arguments),
+        Command::Watch(arguments) => watch::run(&arguments),
     }
 }
 

@@ -43,6 +43,8 @@ pub(crate) struct TestBoard<const RECORDS: usize = MEMORY> {
     pub(crate) stands_at: Duration,
     /// Whether its flash does not hold what is written.
     pub(crate) is_worn: bool,
+    /// Whether it says that it has stored what it has not.
+    pub(crate) is_lying: bool,
     /// Whether samples are taken at all.
     pub(crate) is_sampling: bool,
 }
@@ -96,6 +98,7 @@ impl<const RECORDS: usize> TestBoard<RECORDS> {
             restart_at: None,
             stands_at: Duration::ZERO,
             is_worn: false,
+            is_lying: false,
             is_sampling: true,
         };
         board.advance(Duration::from_millis(400));
@@ -134,6 +137,9 @@ impl<const RECORDS: usize> TestBoard<RECORDS> {
         if let Some((item, bytes)) = self.state.take_pending() {
             let written = self.write(item, bytes.as_slice());
             self.state.stored(item, written);
+            if self.is_lying {
+                self.state.load(item, Ok(ItemBytes::EMPTY));
+            }
             self.now += WRITING;
         }
     }
@@ -203,6 +209,10 @@ pub(crate) enum Fault {
     BrokenAnswer(u64),
     /// Every n-th answer comes twice.
     DoubledAnswer(u64),
+    /// Every answer is preceded by the one before.
+    Repeated,
+    /// Every n-th answer is that of three packets of its length before.
+    Stale(u64),
     /// Every n-th answer comes so much later.
     LateAnswer(u64, Duration),
 }
@@ -212,13 +222,15 @@ pub(crate) struct BadLine<T> {
     pub(crate) inner: T,
     pub(crate) fault: Fault,
     packets: u64,
+    /// What was answered.
+    answers: Vec<Vec<u8>>,
     /// Bytes on the way, with the time at which they arrive.
     on_the_way: VecDeque<(Duration, Vec<u8>)>,
 }
 
 impl<T: Transport> BadLine<T> {
     pub(crate) fn new(inner: T, fault: Fault) -> Self {
-        Self { inner, fault, packets: 0, on_the_way: VecDeque::new() }
+        Self { inner, fault, packets: 0, answers: Vec::new(), on_the_way: VecDeque::new() }
     }
 
     /// Takes what the board answered, and spoils it.
@@ -234,6 +246,8 @@ impl<T: Transport> BadLine<T> {
         if answer.is_empty() {
             return Ok(());
         }
+        self.answers.push(answer.clone());
+        let mut earlier = self.answers.iter().rev().skip(1);
         let now = self.inner.now();
         let turn = |every: u64| self.packets.is_multiple_of(every);
         match self.fault {
@@ -244,6 +258,12 @@ impl<T: Transport> BadLine<T> {
                 answer[middle] ^= 0x10;
             }
             Fault::DoubledAnswer(every) if turn(every) => answer = answer.repeat(2),
+            Fault::Repeated => answer = [earlier.next().cloned().unwrap_or_default(), answer].concat(),
+            Fault::Stale(every) if turn(every) => {
+                let length = answer.len();
+                let mut same = earlier.filter(|earlier| earlier.len() == length);
+                answer = same.nth(2).cloned().unwrap_or(answer);
+            }
             Fault::LateAnswer(every, delay) if turn(every) => {
                 self.on_the_way.push_back((now + delay, answer));
                 return Ok(());

@@ -1,0 +1,152 @@
+//! What a board measures and estimates just now.
+
+use std::time::Duration;
+
+use firmware::control_table::{self as table, Reason};
+use firmware::power_sensors::Health;
+use serde::Serialize;
+
+use super::client::{Block, Client};
+use super::transport::Transport;
+use super::{health_text, rail_names};
+use crate::error::Result;
+
+/// Registers of one instant. What the board does not know is `None`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Status {
+    /// Since the board's start, s.
+    pub uptime_s: f64,
+    /// Each rail.
+    pub rails: Vec<RailStatus>,
+    /// Left, right, rad/s.
+    pub wheel_rad_s: Vec<Option<f32>>,
+    /// Whether the wheels stand still.
+    pub is_standing: bool,
+    /// Total mass, kg, and its 95 % interval.
+    pub mass_kg: Option<f32>,
+    /// Lower end.
+    pub low_kg: Option<f32>,
+    /// Upper end.
+    pub high_kg: Option<f32>,
+    /// Why the mass is not known, if it is not.
+    pub unknown: Option<&'static str>,
+    /// Actuation power, W: filtered.
+    pub measured_w: Option<f32>,
+    /// Actuation power by the model, W.
+    pub predicted_w: Option<f32>,
+    /// Actuation energy since start, J.
+    pub measured_j: Option<f32>,
+    /// Payload changes noticed since start.
+    pub changes: u32,
+    /// Why the board uses no coefficients, if it does not.
+    pub no_coefficients: Option<&'static str>,
+    /// Faults counted since start, those that happened.
+    pub faults: Vec<(&'static str, u32)>,
+}
+
+/// A rail.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RailStatus {
+    /// Which.
+    pub name: &'static str,
+    /// W
+    pub power_w: Option<f32>,
+    /// V
+    pub voltage_v: Option<f32>,
+    /// A
+    pub current_a: Option<f32>,
+    /// Delivered since start, J.
+    pub energy_j: Option<f32>,
+    /// Of its sensor.
+    pub health: &'static str,
+}
+
+/// Counters of which any but 0 is worth a look.
+const FAULTS: [(&table::Register, &str); 8] = [
+    (&table::MISSED_DEADLINES, "missed deadlines"),
+    (&table::SERVO_TIMEOUTS, "servo timeouts"),
+    (&table::SERVO_BROKEN, "broken servo packets"),
+    (&table::BUS_ERRORS, "I2C errors"),
+    (&table::BUS_RECOVERIES, "I2C recoveries"),
+    (&table::LINK_BROKEN, "broken link packets"),
+    (&table::FIFO_LOST, "lost records"),
+    (&table::WHEEL_HARDWARE_ERROR, "servo hardware error"),
+];
+
+impl Status {
+    /// Reads them.
+    ///
+    /// # Errors
+    /// The board does not answer.
+    pub fn read<T: Transport>(client: &mut Client<T>) -> Result<Self> {
+        let block = client.block(&table::TABLE_VERSION, &table::STORE_WRITES)?;
+        let number = |register: &table::Register| Ok(known(block.get(register)?));
+        let state = block.get::<u8>(&table::PAYLOAD_STATE)?;
+        let coefficients = block.get::<u8>(&table::COEFFICIENTS_STATE)?;
+        Ok(Self {
+            uptime_s: Duration::from_micros(block.get(&table::UPTIME)?).as_secs_f64(),
+            rails: rails(&block)?,
+            wheel_rad_s: block.all(&table::WHEEL_SPEED)?.into_iter().map(known).collect(),
+            is_standing: block.get::<u8>(&table::STANDSTILL)? != 0,
+            mass_kg: number(&table::MASS)?,
+            low_kg: number(&table::MASS_LOW)?,
+            high_kg: number(&table::MASS_HIGH)?,
+            unknown: unknown_text(state),
+            measured_w: number(&table::MEASURED_POWER)?,
+            predicted_w: number(&table::PREDICTED_POWER)?,
+            measured_j: number(&table::MEASURED_ENERGY)?,
+            changes: block.get(&table::PAYLOAD_CHANGES)?,
+            no_coefficients: (coefficients != 0)
+                .then(|| Reason::from_code(coefficients).map_or("for an unknown reason", Reason::text)),
+            faults: faults(&block)?,
+        })
+    }
+}
+
+/// NaN is how the board says that it does not know.
+fn known(value: f32) -> Option<f32> {
+    value.is_finite().then_some(value)
+}
+
+fn rails(block: &Block) -> Result<Vec<RailStatus>> {
+    let read = |register: &table::Register| block.all::<f32>(register);
+    let (power, voltage) = (read(&table::RAIL_POWER)?, read(&table::RAIL_VOLTAGE)?);
+    let (current, energy) = (read(&table::RAIL_CURRENT)?, read(&table::RAIL_ENERGY)?);
+    let health = block.all::<u8>(&table::RAIL_HEALTH)?;
+    let at = |values: &[f32], rail: usize| values.get(rail).copied().and_then(known);
+    let rail = |(rail, name)| RailStatus {
+        name,
+        power_w: at(&power, rail),
+        voltage_v: at(&voltage, rail),
+        current_a: at(&current, rail),
+        energy_j: at(&energy, rail),
+        health: health.get(rail).copied().and_then(Health::from_code).map_or("unknown", health_text),
+    };
+    Ok(rail_names().into_iter().enumerate().map(rail).collect())
+}
+
+fn faults(block: &Block) -> Result<Vec<(&'static str, u32)>> {
+    let mut faults = Vec::new();
+    for (register, text) in FAULTS {
+        let count = match register.kind {
+            table::Kind::U8 => block.all::<u8>(register)?.into_iter().map(u32::from).max().unwrap_or(0),
+            _ => block.get(register)?,
+        };
+        if count > 0 {
+            faults.push((text, count));
+        }
+    }
+    Ok(faults)
+}
+
+/// [`table::PAYLOAD_STATE`] in words.
+fn unknown_text(state: u8) -> Option<&'static str> {
+    match state {
+        0 => None,
+        1 => Some("no samples or no coefficients"),
+        2 => Some("nothing in motion"),
+        3 => Some("the interval is too wide"),
+        4 => Some("not finite"),
+        _ => Some("a state that this version does not know"),
+    }
+}

@@ -1,0 +1,100 @@
+//! `gmr watch`: what a board measures and estimates, live.
+
+use std::fmt::Write as _;
+use std::io::IsTerminal as _;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use crate::board::client::{Board, Client};
+use crate::board::serial::Serial;
+use crate::board::status::Status;
+use crate::error::{Error, Result};
+
+/// Arguments of `gmr watch`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// The board's serial port, for example /dev/ttyACM0
+    #[arg(long)]
+    port: PathBuf,
+    /// Time between two looks, s
+    #[arg(long, value_name = "S", default_value_t = 0.5, allow_negative_numbers = true)]
+    every: f64,
+    /// Look once and end
+    #[arg(long)]
+    once: bool,
+    /// One line of JSON a look, on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let every = match Duration::try_from_secs_f64(arguments.every) {
+        Ok(every) if !every.is_zero() => every,
+        _ => return Err(Error::usage(format!("--every {}: expected a time above 0 s", arguments.every))),
+    };
+    let at_port = |error: Error| error.in_file(&arguments.port);
+    let (mut client, board) = Client::connect(Serial::open(&arguments.port)?).map_err(at_port)?;
+    let is_redrawn = std::io::stdout().is_terminal() && !arguments.json;
+    let mut drawn = 0;
+    loop {
+        let status = Status::read(&mut client).map_err(at_port)?;
+        if arguments.json {
+            let line = serde_json::to_string(&status).map_err(|error| Error::failed(error.to_string()))?;
+            println!("{line}");
+        } else {
+            let text = text(&board, &status);
+            // Over what was drawn before: that many lines up, and clear from there (ECMA-48 CPL and ED).
+            let up = if is_redrawn && drawn > 0 { format!("\x1b[{drawn}F\x1b[J") } else { String::new() };
+            drawn = text.lines().count();
+            println!("{up}{}", text.trim_end());
+        }
+        // Whoever reads this may have left.
+        crate::output::finish()?;
+        if arguments.once {
+            return Ok(());
+        }
+        client.wait(every).map_err(at_port)?;
+    }
+}
+
+fn text(board: &Board, status: &Status) -> String {
+    let number = |value: Option<f32>, unit: &str| match value {
+        Some(value) => format!("{value:>9.3} {unit}"),
+        None => format!("{:>9} {unit}", "–"),
+    };
+    let mut text = format!("{}, {:.1} s\n", board.robot, status.uptime_s);
+    // Writing to a String cannot fail.
+    for rail in &status.rails {
+        let _ = writeln!(
+            text,
+            "{:>9} {} {} {} {}  {}",
+            rail.name,
+            number(rail.power_w, "W"),
+            number(rail.voltage_v, "V"),
+            number(rail.current_a, "A"),
+            number(rail.energy_j, "J"),
+            rail.health
+        );
+    }
+    let wheels: Vec<String> = status.wheel_rad_s.iter().map(|speed| number(*speed, "rad/s")).collect();
+    let standing = if status.is_standing { "  standing" } else { "" };
+    let _ = writeln!(text, "{:>9} {}{standing}", "wheels", wheels.join(" "));
+    let _ = match (status.no_coefficients, status.mass_kg, status.low_kg, status.high_kg) {
+        (Some(why), ..) => writeln!(text, "{:>9} unknown: no coefficients ({why})", "mass"),
+        (None, Some(mass), Some(low), Some(high)) => {
+            writeln!(text, "{:>9} {mass:>9.3} kg  (95 %: {low:.3} … {high:.3})", "mass")
+        }
+        _ => writeln!(text, "{:>9} unknown: {}", "mass", status.unknown.unwrap_or("no reason")),
+    };
+    let (measured, predicted) = (number(status.measured_w, "W"), number(status.predicted_w, "W"));
+    let _ = writeln!(
+        text,
+        "{:>9} {measured} measured, {predicted} by the model, {} payload changes",
+        "actuation", status.changes
+    );
+    let faults: Vec<String> = status.faults.iter().map(|(what, count)| format!("{what} {count}")).collect();
+    if !faults.is_empty() {
+        let _ = writeln!(text, "{:>9} {}", "faults", faults.join(", "));
+    }
+    text
+}
