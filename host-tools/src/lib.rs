@@ -22,6 +22,7 @@ pub mod error;
 pub mod estimate;
 pub mod fit;
 pub mod inspect;
+pub mod interrupt;
 pub mod log;
 pub mod metrics;
 pub mod output;

@@ -41,7 +41,7 @@ fn recorded<T: Transport>(line: T, options: &Options) -> (Result<Recording>, Str
 }
 
 fn seconds(seconds: u64) -> Options {
-    Options { duration: Some(Duration::from_secs(seconds)), mass_kg: None }
+    Options { duration: Some(Duration::from_secs(seconds)), ..Options::default() }
 }
 
 /// The fields of a line; `None` where there is nothing.

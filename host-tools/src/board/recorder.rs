@@ -34,6 +34,9 @@ pub struct Options {
     pub duration: Option<Duration>,
     /// Total mass, kg, where it is known: for fits.
     pub mass_kg: Option<f64>,
+    /// Begin with the oldest sample that the board keeps. From its start on, a replay makes the very estimates that the
+    /// board made; from any other sample its seconds begin at another time.
+    pub backlog: bool,
 }
 
 /// How far a recording is.
@@ -93,8 +96,9 @@ pub fn record<T: Transport>(
     if size != RECORD_BYTES {
         return Err(Error::failed(format!("the board's records have {size} bytes; expected {RECORD_BYTES}")));
     }
-    // What the board kept before anybody asked is no part of this run.
-    let next = client.get::<u32>(&table::FIFO_NEXT)?;
+    // Unless asked for, what the board kept before is no part of this run.
+    let first = if options.backlog { &table::FIFO_OLDEST } else { &table::FIFO_NEXT };
+    let next = client.get::<u32>(first)?;
     let mut run = Run {
         columns: Columns { estimate: board.has_coefficients, mass_kg: options.mass_kg },
         duration: options.duration,

@@ -2,7 +2,6 @@
 
 use std::io::{IsTerminal as _, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -19,6 +18,7 @@ use crate::board::virtual_robot::{RobotOptions, VirtualRobot};
 use crate::board::virtual_terminal::{Heard, VirtualTerminal};
 use crate::board::virtual_truth::{HEADER, PERIOD_US, TruthRows};
 use crate::error::{Error, Result};
+use crate::interrupt;
 use crate::output::write_whole;
 use crate::plant::{Kinematics, ProfileKind};
 
@@ -88,11 +88,7 @@ struct Summary<'a> {
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let factor = speed(&arguments.speed)?;
     let robot = robot(arguments)?;
-    let interrupted = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&interrupted))
-            .map_err(|error| Error::failed(format!("Ctrl-C: {error}")))?;
-    }
+    let interrupted = interrupt::catch()?;
     let flash = arguments.flash.as_deref().map_or_else(|| Ok(VirtualFlash::default()), VirtualFlash::open)?;
     let terminal = VirtualTerminal::open(arguments.link.as_deref())?;
     let log = if arguments.log { BoardLog::Print } else { BoardLog::Discard };
@@ -148,7 +144,7 @@ struct Session {
     looked_at_link: Option<Duration>,
     /// From the client, to the client.
     bytes: [u64; 2],
-    interrupted: Arc<AtomicBool>,
+    interrupted: &'static AtomicBool,
 }
 
 impl Session {

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use firmware::power_sensors::Health;
@@ -15,6 +15,7 @@ use crate::board::recorder::{self, Ending, Options, Progress, Recording};
 use crate::board::serial::Serial;
 use crate::board::{health_text, rail_names};
 use crate::error::{Error, Result};
+use crate::interrupt;
 use crate::progress::RecordProgress;
 
 /// Arguments of `gmr record`.
@@ -32,6 +33,9 @@ pub(crate) struct Arguments {
     /// Total mass, kg, where it is known: for gmr fit
     #[arg(long, value_name = "KG", allow_negative_numbers = true)]
     mass: Option<f64>,
+    /// Begin with what the board still keeps of the time before: its last seconds
+    #[arg(long)]
+    backlog: bool,
     /// Write over an existing log
     #[arg(long)]
     force: bool,
@@ -61,7 +65,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     let at_port = |error: Error| error.in_file(&arguments.port);
     let (mut client, board) = Client::connect(Serial::open(&arguments.port)?).map_err(at_port)?;
-    let stopped = stop_on_signals()?;
+    let stopped = interrupt::catch()?;
     let mut log = Log { path: &arguments.out, force: arguments.force, file: None };
     let mut bar = RecordProgress::new(options.duration);
     let result =
@@ -112,15 +116,7 @@ fn options(arguments: &Arguments) -> Result<Options> {
         Ok(duration) if !duration.is_zero() => Ok(duration),
         _ => Err(Error::usage(format!("--duration {seconds}: expected a length above 0 s"))),
     });
-    Ok(Options { duration: duration.transpose()?, mass_kg: arguments.mass })
-}
-
-/// Set by Ctrl-C, and by what else asks a program to end.
-fn stop_on_signals() -> Result<&'static AtomicBool> {
-    static STOPPED: AtomicBool = AtomicBool::new(false);
-    ctrlc::set_handler(|| STOPPED.store(true, Ordering::Relaxed))
-        .map_err(|error| Error::failed(format!("Ctrl-C cannot be caught: {error}")))?;
-    Ok(&STOPPED)
+    Ok(Options { duration: duration.transpose()?, mass_kg: arguments.mass, backlog: arguments.backlog })
 }
 
 /// What a recording looks like just now.

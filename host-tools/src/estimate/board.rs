@@ -15,6 +15,9 @@ const COLUMNS: [&str; 4] = ["board_power_w", "board_mass_kg", "board_mass_low_kg
 /// A mass counts as settled so long after it changed, s: the window that the board estimates over.
 const SETTLED_S: f64 = 25.0;
 
+/// Times this close are the same: logs have microseconds.
+const SAME_S: f64 = 1e-7;
+
 /// How far the board's numbers stray from the replay's, and how good they are.
 #[derive(Debug, Clone, Copy, Default, Serialize)]
 pub struct BoardReport {
@@ -85,7 +88,7 @@ impl BoardTrack {
     pub fn add(&mut self, instant: &Instant) -> Result<Instant> {
         let mut instant = *instant;
         if let Some(truth) = &mut self.truth
-            && let Some([mass]) = truth.at(instant.time_s)?
+            && let Some([mass]) = truth.as_of(instant.time_s)?
         {
             instant.truth_kg = Some(mass);
             if self.mass_since.is_none_or(|(before, _)| before != mass) {
@@ -178,6 +181,9 @@ pub fn delays(truth: &Path, from_s: f64, to_s: f64, noticed: &[Change]) -> Resul
 /// Some columns of a log by time.
 struct Columns<const K: usize> {
     reader: LogReader,
+    /// The row reached.
+    row: Option<(f64, [f64; K])>,
+    /// The one behind it, where it has been read.
     ahead: Option<(f64, [f64; K])>,
 }
 
@@ -191,7 +197,9 @@ impl<const K: usize> Columns<K> {
                 ColumnRequest::optional(name, Role::MaybeNumber)
             }
         }));
-        Ok(Self { reader: LogReader::open(path, &requests)?, ahead: None })
+        let mut columns = Self { reader: LogReader::open(path, &requests)?, row: None, ahead: None };
+        columns.ahead = columns.next()?;
+        Ok(columns)
     }
 
     fn next(&mut self) -> Result<Option<(f64, [f64; K])>> {
@@ -202,20 +210,21 @@ impl<const K: usize> Columns<K> {
         Ok(Some((row[0], std::array::from_fn(|index| row[index + 1]))))
     }
 
-    /// The row of this time, to a tenth of a microsecond; times have to increase.
-    fn at(&mut self, time: f64) -> Result<Option<[f64; K]>> {
-        const SAME_S: f64 = 1e-7;
-        loop {
-            match self.ahead {
-                Some((ahead, row)) if (ahead - time).abs() <= SAME_S => return Ok(Some(row)),
-                Some((ahead, _)) if ahead > time => return Ok(None),
-                _ => {}
-            }
+    /// The last row not later than this; times have to increase.
+    fn as_of(&mut self, time: f64) -> Result<Option<[f64; K]>> {
+        while let Some((ahead, _)) = self.ahead
+            && ahead <= time + SAME_S
+        {
+            self.row = self.ahead;
             self.ahead = self.next()?;
-            if self.ahead.is_none() {
-                return Ok(None);
-            }
         }
+        Ok(self.row.map(|(_, row)| row))
+    }
+
+    /// The row of this very time.
+    fn at(&mut self, time: f64) -> Result<Option<[f64; K]>> {
+        let row = self.as_of(time)?;
+        Ok(row.filter(|_| self.row.is_some_and(|(found, _)| (found - time).abs() <= SAME_S)))
     }
 }
 
@@ -245,7 +254,7 @@ mod tests {
         let header = "time_s,board_power_w,board_mass_kg,board_mass_low_kg,board_mass_high_kg";
         let rows = "0.5,,,,\n1,2,3,2,4\n26,2.5,4.1,3.9,4.3\n27,2,3.9,4.05,4.1\n";
         write(&log, format!("{header}\n{rows}")).unwrap();
-        write(&truth, "time_s,mass_kg\n0.5,3\n1,4\n2,4\n26,4\n27,4\n").unwrap();
+        write(&truth, "time_s,mass_kg\n0.4,3\n1,4\n2,4\n25.9,4\n").unwrap();
         let mut track = BoardTrack::open(&log, Some(&truth), 0.1).unwrap();
         // A sample that the replay has and the board has not changes nothing.
         for (time, mass) in
