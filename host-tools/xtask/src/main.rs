@@ -2,6 +2,7 @@
 
 mod bench;
 mod demo;
+mod instructions;
 mod set_up;
 mod steps;
 mod test;
@@ -14,10 +15,10 @@ usage: cargo xtask <command>
 
   test   formatting, lints, documentation, tests on the host and on an emulated Cortex-M7, licences
   demo   simulate, fit, estimate and compare; plots go to demo-output/
-  bench [accuracy | fit-speed]
+  bench [accuracy | fit-speed | instructions]
          the figures of the README, measured again; minutes
 
-The first two add the Rust target and QEMU when they are missing.";
+All add the Rust target and QEMU when they are missing.";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
