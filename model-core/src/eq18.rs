@@ -50,63 +50,66 @@ impl Gate {
         }
     }
 
-    /// Factors of (a², K², a, K, aK) products and of the constant.
-    #[inline]
-    fn factors<T: Real>(self, wheel: &Wheel<T>) -> Factors<T> {
-        let s = (wheel.acceleration * wheel.speed).sign();
-        let r = (wheel.inertial_torque * wheel.speed).sign();
-        let (gs, gr) = (T::ONE + s, T::ONE + r);
+    /// The wheel's quantities along its motion.
+    ///
+    /// Times h, the features lose their signs: s = sgn(a w) is the sign of h a, so that (1 + s) h a = h a + |h a|, and
+    /// the other gated products follow from that and from h K likewise. No comparison is needed.
+    #[inline(always)]
+    fn along<T: Real>(self, wheel: &Wheel<T>) -> Along<T> {
+        let h = wheel.direction;
+        let (speed, a, k) = (h * wheel.speed, h * wheel.acceleration, h * wheel.inertial_torque);
         match self {
-            Gate::Published => {
-                Factors { square_a: T::TWO + s, square_k: T::TWO + r, a: gs, k: gr, constant: T::ONE }
+            Gate::Published | Gate::Corrected => {
+                Along { one: T::ONE, speed, a, k, gated_a: a + a.abs(), gated_k: k + k.abs() }
             }
-            Gate::Corrected => Factors { square_a: gs, square_k: gr, a: gs, k: gr, constant: T::ONE },
-            Gate::Signed => Factors {
-                square_a: T::ONE,
-                square_k: T::ONE,
-                a: T::ONE,
-                k: T::ONE,
-                constant: wheel.direction * wheel.direction,
-            },
+            Gate::Signed => Along { one: h * h, speed, a, k, gated_a: a, gated_k: k },
         }
     }
 }
 
-struct Factors<T> {
-    square_a: T,
-    square_k: T,
+struct Along<T> {
+    /// 1, or h²
+    one: T,
+    /// |w|
+    speed: T,
+    /// h a
     a: T,
+    /// h K
     k: T,
-    constant: T,
+    /// (1 + s) h a
+    gated_a: T,
+    /// (1 + r) h K
+    gated_k: T,
 }
 
 /// φ_0 … φ_14 of one instant, summed over the wheels, without the powers of the mass.
-#[inline]
+#[inline(always)]
 pub fn products<T: Real, const N: usize>(gate: Gate, motion: &Motion<T, N>) -> [T; REGRESSORS] {
-    let mut sums = [T::ZERO; REGRESSORS];
+    let mut sums = [T::NOTHING; REGRESSORS];
     for wheel in &motion.wheels {
-        let f = gate.factors(wheel);
-        let (w, a, k, h) = (wheel.speed, wheel.acceleration, wheel.inertial_torque, wheel.direction);
-        let one = f.constant;
-        let speed = h * w;
-        let ha = f.a * h * a;
-        let hk = f.k * h * k;
+        let Along { one, speed, a, k, gated_a, gated_k } = gate.along(wheel);
+        let (mut square_a, mut square_k) = (gated_a * a, gated_k * k);
+        if gate == Gate::Published {
+            // 2 + s = 1 + (1 + s)
+            square_a += a * a;
+            square_k += k * k;
+        }
         let wheel_products = [
             one,
             one,
             one,
-            w * w,
-            f.square_a * a * a,
-            f.square_k * k * k,
+            speed * speed,
+            square_a,
+            square_k,
             speed,
             speed,
-            ha,
-            ha,
-            hk,
-            hk,
-            f.a * a * w,
-            f.k * k * w,
-            f.a * f.k * k * a,
+            gated_a,
+            gated_a,
+            gated_k,
+            gated_k,
+            gated_a * speed,
+            gated_k * speed,
+            gated_a * gated_k,
         ];
         for (sum, product) in sums.iter_mut().zip(wheel_products) {
             *sum += product;
@@ -127,9 +130,9 @@ pub fn regressors<T: Real>(gate: Gate, products: &[T; REGRESSORS], mass: T) -> [
 }
 
 /// Eq. 24: the power as a polynomial of the total mass (reference 0 kg), without the static power.
-#[inline]
+#[inline(always)]
 pub fn polynomial<T: Real>(gate: Gate, products: &[T; REGRESSORS], beta: &[T; REGRESSORS]) -> Polynomial<T> {
-    let mut sums = [T::ZERO; 3];
+    let mut sums = [T::NOTHING; 3];
     for ((product, coefficient), power) in products.iter().zip(beta).zip(gate.mass_powers()) {
         if let Some(sum) = sums.get_mut(usize::from(*power)) {
             *sum += *product * *coefficient;
@@ -137,4 +140,19 @@ pub fn polynomial<T: Real>(gate: Gate, products: &[T; REGRESSORS], beta: &[T; RE
     }
     let [c, b, a] = sums;
     Polynomial { a, b, c }
+}
+
+/// Eq. 24 of one instant: [`polynomial`] of its [`products`].
+#[inline(always)]
+pub fn power<T: Real, const N: usize>(
+    gate: Gate,
+    motion: &Motion<T, N>,
+    beta: &[T; REGRESSORS],
+) -> Polynomial<T> {
+    // Which gate is asked once a sample, not once a wheel and product; what is equal of the products is computed once.
+    match gate {
+        Gate::Published => polynomial(Gate::Published, &products(Gate::Published, motion), beta),
+        Gate::Corrected => polynomial(Gate::Corrected, &products(Gate::Corrected, motion), beta),
+        Gate::Signed => polynomial(Gate::Signed, &products(Gate::Signed, motion), beta),
+    }
 }

@@ -9,7 +9,7 @@ use crate::motion::Motion;
 use crate::payload::change::{Cusum, Threshold};
 use crate::payload::ring::Ring;
 use crate::payload::schedule::{Schedule, Timeline};
-use crate::payload::{Bucket, Method, Payload, Unknown};
+use crate::payload::{Bucket, Method, Payload, Unknown, total};
 use crate::real::Real;
 
 /// One measurement.
@@ -24,10 +24,19 @@ pub struct Sample<T, const N: usize> {
 }
 
 impl<T: Real, const N: usize> Sample<T, N> {
-    fn is_finite(&self) -> bool {
-        self.power.is_finite()
-            && self.wheel_speed.iter().all(|w| w.is_finite())
-            && self.wheel_acceleration.iter().flatten().all(|a| a.is_finite())
+    /// 0 where every value is finite; otherwise no number, as zero times what is not finite is.
+    #[inline]
+    fn nought(&self) -> T {
+        let mut nought = self.power * T::ZERO;
+        for speed in &self.wheel_speed {
+            nought += *speed * T::ZERO;
+        }
+        if let Some(measured) = &self.wheel_acceleration {
+            for acceleration in measured {
+                nought += *acceleration * T::ZERO;
+            }
+        }
+        nought
     }
 }
 
@@ -53,9 +62,9 @@ pub struct Conditioner<T, const N: usize> {
     speeds: [Channel<T>; N],
     accelerations: [Channel<T>; N],
     power: Channel<T>,
-    /// Samples since the start or the last gap.
+    /// Samples since the start or the last gap; no longer counted once the filter has settled.
     age: u32,
-    /// Since the last finite sample, s.
+    /// Since the last finite sample, s; for ever where there was none.
     waited: T,
 }
 
@@ -77,7 +86,7 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
             accelerations: [Channel::default(); N],
             power: Channel::default(),
             age: 0,
-            waited: T::ZERO,
+            waited: T::INFINITY,
         })
     }
 
@@ -85,16 +94,31 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
     /// filter then stays as it was. Time that runs backwards or is no number is a gap.
     #[inline]
     pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Option<Conditioned<T, N>> {
-        self.waited += elapsed;
-        if !sample.is_finite() {
-            return None;
-        }
-        let follows = elapsed >= T::ZERO && self.waited <= self.longest_step;
-        self.waited = T::ZERO;
-        if self.age == 0 || !follows {
+        self.condition(sample, elapsed).map(|(conditioned, _)| conditioned)
+    }
+
+    /// [`Self::push`], and how long the sample stands for, s: the time since the one before, but behind a gap, which nobody
+    /// measured, at most a longest step.
+    #[inline(always)]
+    fn condition(&mut self, sample: &Sample<T, N>, elapsed: T) -> Option<(Conditioned<T, N>, T)> {
+        let waited = self.waited + elapsed;
+        let nought = sample.nought();
+        let mut held = elapsed;
+        // One comparison for two questions: with what is no number it fails as well.
+        let follows = elapsed >= T::ZERO && waited + nought <= self.longest_step;
+        if !follows {
+            if nought != T::ZERO {
+                self.waited = waited;
+                return None;
+            }
             self.settle(sample);
+            held = T::ZERO.at_least(elapsed).at_most(self.longest_step);
         }
-        self.age = self.age.saturating_add(1);
+        self.waited = T::ZERO;
+        let settled = self.age >= self.filter.settling_samples();
+        if !settled {
+            self.age += 1;
+        }
         let power = self.filter.step(&mut self.power, sample.power).value;
         let mut speed = [T::ZERO; N];
         let mut acceleration = [T::ZERO; N];
@@ -113,13 +137,15 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
                 *value = self.filter.step(channel, *input).value;
             }
         }
-        Some(Conditioned {
+        let conditioned = Conditioned {
             motion: Motion::new(&speed, &acceleration, &self.mass_matrix, self.dead_band),
             power,
-            settled: self.age > self.filter.settling_samples(),
-        })
+            settled,
+        };
+        Some((conditioned, held))
     }
 
+    #[cold]
     fn settle(&mut self, sample: &Sample<T, N>) {
         self.age = 0;
         self.filter.settle(&mut self.power, sample.power);
@@ -177,13 +203,22 @@ where
     detector: Option<Cusum<T>>,
     bucket: M::Sums,
     buckets: Ring<M::Sums, B>,
+    /// The sums of the closed buckets that the next estimate will take in, added up while there is time for it.
+    ahead: Option<M::Sums>,
+    /// A bucket is full this long after it was opened, half a period before its time, s.
+    full_at: T,
     bucket_length: T,
-    half_period: T,
     /// Time into the open bucket, s.
     phase: T,
     payload: Payload<T>,
+    /// The payload's mass beyond the middle of the range, kg; 0 while it is unknown.
+    d: T,
     measured: Energy<T>,
     predicted: Energy<T>,
+    /// What the samples of the bucket in hand add to both, J. So few can be summed without compensation: single precision
+    /// loses some 10⁻⁶ of 200.
+    bucket_measured: T,
+    bucket_predicted: T,
 }
 
 impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B> {
@@ -199,51 +234,51 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
             detector: timing.detect_changes.then(|| Cusum::new(Threshold::default())),
             bucket: M::Sums::default(),
             buckets: Ring::default(),
+            ahead: None,
             bucket_length: T::from_f64(timing.bucket_s),
-            half_period: T::from_f64(timing.period_s / 2.0),
+            full_at: T::from_f64(timing.bucket_s - timing.period_s / 2.0),
             phase: T::ZERO,
             payload: Payload::Unknown(Unknown::NoSamples),
             measured: Energy::default(),
             predicted: Energy::default(),
+            d: T::ZERO,
+            bucket_measured: T::ZERO,
+            bucket_predicted: T::ZERO,
         })
     }
 
     /// Takes one sample, `elapsed` (s) after the one before. Time that runs backwards or is no number is a gap of
     /// unknown length: the buckets take it as none.
-    #[inline]
+    #[inline(always)]
     pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Estimate<T, N> {
-        let conditioned = self.conditioner.push(sample, elapsed);
+        let conditioned = self.conditioner.condition(sample, elapsed);
         // In this order NaN counts as none.
         let elapsed = T::ZERO.at_least(elapsed);
         let mut power = None;
-        if let Some(now) = &conditioned {
-            self.measured.add(now.power, elapsed.at_most(self.conditioner.longest_step));
+        if let Some((now, held)) = &conditioned {
+            self.bucket_measured += T::ZERO.at_least(now.power) * *held;
         }
-        if let Some(now) = &conditioned
+        if let Some((now, held)) = &conditioned
             && now.settled
         {
-            let response = self.model.response(&now.motion, &self.range);
+            let (response, expected) = self.model.response_and_power(&now.motion, &self.range, self.d);
             self.method.add(&mut self.bucket, now.power, &response, now.motion.mean_speed());
-            power = self.payload.mass().and_then(|known| self.model.power(&now.motion, known.mass));
-            self.predicted.add(power.unwrap_or(T::ZERO), elapsed);
-        }
-        self.phase += elapsed;
-        let mut closed = false;
-        let mut changed = None;
-        // A gap closes empty buckets, so that old samples leave the window; never more of them than the ring holds.
-        for _ in 0..B {
-            if !self.is_bucket_full() {
-                break;
+            // Zero times what is not finite is no number.
+            if matches!(self.payload, Payload::Known(_)) && expected * T::ZERO == T::ZERO {
+                self.bucket_predicted += T::ZERO.at_least(expected) * *held;
+                power = Some(expected);
             }
-            self.phase -= self.bucket_length;
-            changed = self.close_bucket().or(changed);
-            closed = true;
         }
+        let conditioned = conditioned.map(|(conditioned, _)| conditioned);
+        self.phase += elapsed;
         if self.is_bucket_full() {
-            // The gap outlasted the ring: nothing older is left to push out.
-            self.phase = T::ZERO;
+            let changed = self.close_buckets();
+            return Estimate { conditioned, payload: self.payload, power, closed: true, changed };
         }
-        Estimate { conditioned, payload: self.payload, power, closed, changed }
+        if self.ahead.is_none() {
+            self.look_ahead();
+        }
+        Estimate { conditioned, payload: self.payload, power, closed: false, changed: None }
     }
 
     /// The payload is another from now on (Algorithm 2 with the change time known).
@@ -251,7 +286,12 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         self.restart(0);
         // What it holds so far was carried by the payload before.
         self.bucket = M::Sums::default();
-        self.payload = Payload::Unknown(Unknown::NoSamples);
+        self.learn(Payload::Unknown(Unknown::NoSamples));
+    }
+
+    fn learn(&mut self, payload: Payload<T>) {
+        self.payload = payload;
+        self.d = payload.mass().map_or(T::ZERO, |known| known.mass - self.range.middle());
     }
 
     /// The mass over exactly the latest `count` buckets, whatever the schedule; `None` while there are fewer.
@@ -262,21 +302,50 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     /// Actuation energy measured, and predicted while the mass was known, since the start (Eq. 9), J. A gap counts as one
     /// longest step: nobody measured it.
     pub fn energy(&self) -> (T, T) {
-        (self.measured.joules(), self.predicted.joules())
+        (self.measured.joules() + self.bucket_measured, self.predicted.joules() + self.bucket_predicted)
     }
 
     fn is_bucket_full(&self) -> bool {
-        self.phase + self.half_period >= self.bucket_length
+        self.phase >= self.full_at
     }
 
     fn restart(&mut self, ago: usize) {
+        self.ahead = None;
         self.timeline.restart(ago);
         if let Some(detector) = &mut self.detector {
             detector.reset();
         }
     }
 
+    /// The bucket in hand is full. A gap closes empty buckets behind it, so that old samples leave the window; never more
+    /// of them than the ring holds.
     #[inline(never)]
+    fn close_buckets(&mut self) -> Option<usize> {
+        let mut changed = None;
+        for _ in 0..B {
+            self.phase -= self.bucket_length;
+            changed = self.close_bucket().or(changed);
+            if !self.is_bucket_full() {
+                return changed;
+            }
+        }
+        // The gap outlasted the ring: nothing older is left to push out.
+        self.phase = T::ZERO;
+        changed
+    }
+
+    /// What closing a bucket leaves to the sample behind it, so that no sample takes much longer than the others: the books
+    /// of the energy, and the sums of what stays in the window when the next bucket closes.
+    #[inline(never)]
+    fn look_ahead(&mut self) {
+        self.measured.add(self.bucket_measured, T::ONE);
+        self.predicted.add(self.bucket_predicted, T::ONE);
+        (self.bucket_measured, self.bucket_predicted) = (T::ZERO, T::ZERO);
+        let stay = self.timeline.next().map_or(0, |count| count.min(B).saturating_sub(1));
+        self.ahead = Some(total(self.buckets.latest_parts(stay)));
+    }
+
+    #[inline]
     fn close_bucket(&mut self) -> Option<usize> {
         let changed = self.notice_change();
         if let Some(ago) = changed {
@@ -286,17 +355,26 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         if self.timeline.schedule() == Schedule::Cumulative && self.buckets.len() == B {
             self.make_room();
         }
-        self.buckets.push(self.bucket);
-        self.bucket = M::Sums::default();
-        if let Some(count) = self.timeline.advance() {
-            self.payload = self.method.estimate(self.buckets.latest(count));
+        if self.ahead.is_none() {
+            self.look_ahead();
         }
+        self.buckets.push(self.bucket);
+        if let (Some(count), Some(total)) = (self.timeline.advance(), &mut self.ahead) {
+            total.merge(&self.bucket);
+            let payload = self.method.estimate_of(total, self.buckets.latest_parts(count));
+            self.learn(payload);
+        }
+        self.ahead = None;
+        self.bucket = M::Sums::default();
         changed
     }
 
     /// For one more bucket in a full ring whose buckets all count: those before the last change go, and only where
     /// that frees none are neighbours merged.
+    #[cold]
+    #[inline(never)]
     fn make_room(&mut self) {
+        self.ahead = None;
         self.buckets.keep_latest(self.timeline.age());
         if self.buckets.len() == B {
             self.buckets.halve(|mut earlier, later| {

@@ -14,9 +14,11 @@ pub struct InvalidCutoff {
     pub below_hz: f64,
 }
 
-/// One second-order section, transposed direct form II. The numerator is (1 + z⁻¹)² times the gain.
+/// One second-order section, transposed direct form II. Its numerator is (1 + z⁻¹)², which takes sums only: the gain that
+/// lets a constant pass unchanged is the business of [`LowPass`], once for all sections.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Section<T> {
+    /// Of a section that lets a constant pass unchanged.
     gain: T,
     a1: T,
     a2: T,
@@ -35,17 +37,17 @@ impl<T: Real> Section<T> {
 
     #[inline]
     fn step(&self, state: &mut [T; 2], input: T) -> T {
-        let x = self.gain * input;
         let [s1, s2] = *state;
-        let y = x + s1;
-        *state = [x + x - self.a1 * y + s2, x - self.a2 * y];
-        y
+        let output = input + s1;
+        *state = [input + input + s2 - self.a1 * output, input - self.a2 * output];
+        output
     }
 
-    fn settle(&self, state: &mut [T; 2], level: T) {
-        let x = self.gain * level;
-        let s2 = x - self.a2 * level;
-        *state = [x + x - self.a1 * level + s2, s2];
+    /// As if `input` had come for ever; the output that is then.
+    fn settle(&self, state: &mut [T; 2], input: T) -> T {
+        let output = input / self.gain;
+        *state = [output - input, input - self.a2 * output];
+        output
     }
 }
 
@@ -53,8 +55,12 @@ impl<T: Real> Section<T> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LowPass<T> {
     sections: [Section<T>; 2],
-    gain: T,
+    /// Of the first-order section behind them.
     a1: T,
+    last_gain: T,
+    /// Of all sections together: what a sample is multiplied by as it comes in.
+    gain: T,
+    /// Factor of the derivative, for an input of the last section that lacks that section's gain, 1/s.
     rate: T,
     settling_samples: u32,
 }
@@ -91,13 +97,16 @@ impl<T: Real> LowPass<T> {
         let k = libm::tan(core::f64::consts::PI * cutoff_hz * period_s);
         let [q1, q2] = QUALITY;
         let a1 = T::from_f64((k - 1.0) / (k + 1.0));
-        let gain = (1.0 + a1.to_f64()) / 2.0;
+        let last_gain = (1.0 + a1.to_f64()) / 2.0;
+        let sections = [Section::<T>::new(k, q1), Section::new(k, q2)];
+        let sections_gain: f64 = sections.iter().map(|section| section.gain.to_f64()).product();
         Ok(Self {
-            sections: [Section::new(k, q1), Section::new(k, q2)],
-            gain: T::from_f64(gain),
+            sections,
             a1,
+            last_gain: T::from_f64(last_gain),
+            gain: T::from_f64(sections_gain * last_gain),
             // Tustin: D H = (2 k / T) (1 − H) for H = k (1 + z⁻¹) / ((k + 1) + (k − 1) z⁻¹).
-            rate: T::from_f64(2.0 * k / period_s),
+            rate: T::from_f64(2.0 * k / period_s / last_gain),
             settling_samples: libm::ceil(2.0 / (cutoff_hz * period_s)) as u32,
         })
     }
@@ -110,23 +119,23 @@ impl<T: Real> LowPass<T> {
 
     /// Sets a channel as if `level` had been its input for ever.
     pub fn settle(&self, channel: &mut Channel<T>, level: T) {
+        let mut x = self.gain * level;
         for (section, state) in self.sections.iter().zip(&mut channel.sections) {
-            section.settle(state, level);
+            x = section.settle(state, x);
         }
-        channel.last = self.gain * level - self.a1 * level;
+        channel.last = x / self.last_gain - x;
     }
 
     /// Filters one sample.
     #[inline]
     pub fn step(&self, channel: &mut Channel<T>, input: T) -> Filtered<T> {
-        let mut x = input;
+        let mut x = self.gain * input;
         for (section, state) in self.sections.iter().zip(&mut channel.sections) {
             x = section.step(state, x);
         }
-        let scaled = self.gain * x;
-        let value = scaled + channel.last;
-        channel.last = scaled - self.a1 * value;
-        Filtered { value, derivative: self.rate * (x - value) }
+        let value = x + channel.last;
+        channel.last = x - self.a1 * value;
+        Filtered { value, derivative: self.rate * (x - self.last_gain * value) }
     }
 }
 

@@ -144,7 +144,7 @@ impl<T: Real, const N: usize> Kinematics<T, N> {
         }
         let most = omega.iter().fold(T::ZERO, |most, entry| most.at_least(entry.abs()));
         let turn = omega.map(|entry| if self.scrubs && most > T::ZERO { entry / most } else { T::ZERO });
-        Ok(MassMatrix { rows, turn })
+        Ok(MassMatrix { rows, turn, scrubs: self.scrubs })
     }
 }
 
@@ -154,6 +154,7 @@ pub struct MassMatrix<T, const N: usize> {
     rows: [[T; N]; N],
     /// Row ω of R over its largest entry where the wheels scrub; zeros where they do not.
     turn: [T; N],
+    scrubs: bool,
 }
 
 impl<T: Real, const N: usize> MassMatrix<T, N> {
@@ -171,6 +172,9 @@ impl<T: Real, const N: usize> MassMatrix<T, N> {
     /// wheels do not scrub or the robot turns by less than `dead_band` (rad/s at the outermost wheels).
     #[inline]
     pub fn scrub(&self, wheel_speed: &[T; N], dead_band: T) -> [T; N] {
+        if !self.scrubs {
+            return [T::ZERO; N];
+        }
         let turning = dot(&self.turn, wheel_speed);
         let sign = if turning.abs() > dead_band { turning.sign() } else { T::ZERO };
         self.turn.map(|share| share * sign)
@@ -184,7 +188,7 @@ impl<T: Real, const N: usize> MassMatrix<T, N> {
 
 #[inline]
 fn dot<T: Real, const N: usize>(left: &[T; N], right: &[T; N]) -> T {
-    let mut sum = T::ZERO;
+    let mut sum = T::NOTHING;
     for (l, r) in left.iter().zip(right) {
         sum += *l * *r;
     }

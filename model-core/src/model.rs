@@ -4,13 +4,15 @@ use crate::eq18::{self, Gate, REGRESSORS};
 use crate::motion::Motion;
 use crate::polynomial::Polynomial;
 use crate::real::Real;
-use crate::torque::{Drive, TorqueModel};
+use crate::torque::{Drive, TorqueModel, WheelPower};
 
 /// The masses that the robot can have.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MassRange<T> {
     no_load: T,
     full_load: T,
+    middle: T,
+    reach: T,
 }
 
 impl<T: Real> MassRange<T> {
@@ -18,7 +20,8 @@ impl<T: Real> MassRange<T> {
     /// both are finite.
     pub fn new(no_load: T, full_load: T) -> Option<Self> {
         let valid = no_load > T::ZERO && full_load > no_load && full_load.is_finite();
-        valid.then_some(Self { no_load, full_load })
+        let (middle, reach) = ((no_load + full_load) * T::HALF, (full_load - no_load) * T::HALF);
+        valid.then_some(Self { no_load, full_load, middle, reach })
     }
 
     /// Total mass without payload, kg.
@@ -34,13 +37,13 @@ impl<T: Real> MassRange<T> {
     /// The middle of the range, kg: the reference about which powers are expanded.
     #[inline]
     pub fn middle(&self) -> T {
-        (self.no_load + self.full_load) * T::HALF
+        self.middle
     }
 
     /// Half the range, kg.
     #[inline]
     pub fn reach(&self) -> T {
-        (self.full_load - self.no_load) * T::HALF
+        self.reach
     }
 }
 
@@ -76,21 +79,42 @@ impl<T: Real> Model<T> {
     /// P(m) about the middle of `range` (Eq. 24 for Eq. 18's models).
     #[inline]
     pub fn response<const N: usize>(&self, motion: &Motion<T, N>, range: &MassRange<T>) -> Response<T> {
+        self.response_and_power(motion, range, T::ZERO).0
+    }
+
+    /// [`Self::response`], and with it [`Self::power`] at `d` kg beyond the middle of `range`: what the board computes for
+    /// every sample. Only the caller knows what to do with a power that is not finite.
+    #[inline(always)]
+    pub fn response_and_power<const N: usize>(
+        &self,
+        motion: &Motion<T, N>,
+        range: &MassRange<T>,
+        d: T,
+    ) -> (Response<T>, T) {
         match self {
             Model::Eq18 { gate, beta } => {
-                let products = eq18::products(*gate, motion);
-                let polynomial = eq18::polynomial(*gate, &products, beta).about(range.middle());
-                Response { polynomial, may_clamp: false }
+                let polynomial = eq18::power(*gate, motion, beta).about(range.middle());
+                (Response { polynomial, may_clamp: false }, polynomial.at(d))
             }
             Model::Signed { torque, drive } => {
-                let mut response = Response { polynomial: Polynomial::default(), may_clamp: false };
-                for wheel in &motion.wheels {
-                    let power = torque.polynomial(wheel, range.middle(), range.reach());
-                    response.polynomial += power.polynomial;
-                    response.may_clamp |= power.may_clamp;
+                let mut response = Response { polynomial: Polynomial::NOTHING, may_clamp: false };
+                let mut powers = [Polynomial::NOTHING; N];
+                for (power, wheel) in powers.iter_mut().zip(&motion.wheels) {
+                    let WheelPower { polynomial, may_clamp } =
+                        torque.polynomial(wheel, range.middle(), range.reach());
+                    *power = polynomial;
+                    response.polynomial += polynomial;
+                    response.may_clamp |= may_clamp;
                 }
                 response.may_clamp &= matches!(drive, Drive::Dissipative);
-                response
+                if !response.may_clamp {
+                    return (response, response.polynomial.at(d));
+                }
+                let mut clamped = T::NOTHING;
+                for power in &powers {
+                    clamped += power.at(d).at_least(T::ZERO);
+                }
+                (response, clamped)
             }
         }
     }
@@ -99,9 +123,7 @@ impl<T: Real> Model<T> {
     #[inline]
     pub fn power<const N: usize>(&self, motion: &Motion<T, N>, mass: T) -> Option<T> {
         let power = match self {
-            Model::Eq18 { gate, beta } => {
-                eq18::polynomial(*gate, &eq18::products(*gate, motion), beta).at(mass)
-            }
+            Model::Eq18 { gate, beta } => eq18::power(*gate, motion, beta).at(mass),
             Model::Signed { torque, drive } => {
                 let mut sum = T::ZERO;
                 for wheel in &motion.wheels {

@@ -38,10 +38,12 @@ impl<T: Real, const N: usize> Motion<T, N> {
         let mut wheels = [Wheel::default(); N];
         let inputs = speed.iter().zip(acceleration).zip(&torque).zip(&scrub);
         for (wheel, (((&speed, &acceleration), &inertial_torque), &scrub)) in wheels.iter_mut().zip(inputs) {
+            let direction = if speed > T::ZERO { T::ONE } else { -T::ONE };
+            *wheel = Wheel { speed, acceleration, inertial_torque, direction, scrub };
             let at_rest = speed.abs() <= dead_band;
             // What is not a number is not at rest: it stays in, so that no model makes a power of it.
-            if !at_rest {
-                *wheel = Wheel { speed, acceleration, inertial_torque, direction: speed.sign(), scrub };
+            if at_rest {
+                *wheel = Wheel::default();
             }
         }
         Self { wheels }
@@ -56,7 +58,7 @@ impl<T: Real, const N: usize> Motion<T, N> {
     /// W̄ of Eq. 26: mean of the wheels' absolute speeds, rad/s.
     #[inline]
     pub fn mean_speed(&self) -> T {
-        let mut sum = T::ZERO;
+        let mut sum = T::NOTHING;
         let mut count = T::ZERO;
         for wheel in &self.wheels {
             sum += wheel.speed.abs();

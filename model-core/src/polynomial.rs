@@ -18,6 +18,9 @@ pub struct Polynomial<T> {
 }
 
 impl<T: Real> Polynomial<T> {
+    /// What sums begin with. Zeros below zero: those plus x is x even where x is −0, so that the first sum costs nothing.
+    pub(crate) const NOTHING: Self = Self { a: T::NOTHING, b: T::NOTHING, c: T::NOTHING };
+
     /// The power in W at `d` kg beyond the reference.
     #[inline]
     pub fn at(&self, d: T) -> T {

@@ -50,13 +50,37 @@ pub fn roots<T: Real>(a: T, b: T, c: T) -> Roots<T> {
     }
 }
 
+/// The real root of a x² + b x + c = 0 within ±`reach`; of two, the upper. `None` too where a square would overflow.
+///
+/// The same formula as in [`roots`] without its scaling and its cases, for what runs at every sample: a quotient by zero lies
+/// beyond any reach, and no number is within it.
+#[inline]
+pub fn root_within<T: Real>(a: T, b: T, c: T, reach: T) -> Option<T> {
+    let half = b * T::HALF;
+    let discriminant = half * half - a * c;
+    if !(discriminant >= T::ZERO && discriminant.is_finite()) {
+        return None;
+    }
+    let root = discriminant.sqrt();
+    let q = if half < T::ZERO { root - half } else { -(half + root) };
+    let (far, near) = (q / a, c / q);
+    let (upper, lower) = if far > near { (far, near) } else { (near, far) };
+    if upper.abs() <= reach {
+        Some(upper)
+    } else if lower.abs() <= reach {
+        Some(lower)
+    } else {
+        None
+    }
+}
+
 fn finite<T: Real>(root: T) -> Roots<T> {
     if root.is_finite() { Roots::One(root) } else { Roots::None }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Roots, roots};
+    use super::{Roots, root_within, roots};
     use proptest::prelude::*;
 
     #[test]
@@ -102,8 +126,30 @@ mod tests {
             }
         }
 
+        /// The same root as by way of [`roots`], but for those that rounding takes over the edge.
+        #[test]
+        fn root_within_is_the_upper_root_inside(
+            a in prop_oneof![Just(0.0), -2.0..2.0_f64], b in -5.0..5.0_f64, c in -5.0..5.0_f64, reach in 0.1..5.0_f64,
+        ) {
+            let inside = |x: &f64| x.abs() <= reach;
+            let expected = match roots(a, b, c) {
+                Roots::None => None,
+                Roots::One(x) => Some(x).filter(inside),
+                Roots::Two(low, high) => Some(high).filter(inside).or(Some(low).filter(inside)),
+            };
+            let found = root_within(a, b, c, reach);
+            let discriminant = b * b - 4.0 * a * c;
+            let near_edge = |x: f64| (x.abs() - reach).abs() < 1e-9;
+            match (expected, found) {
+                (Some(x), Some(y)) => prop_assert!((x - y).abs() < 1e-9 || near_edge(x) || near_edge(y)),
+                (Some(x), None) | (None, Some(x)) => prop_assert!(near_edge(x) || discriminant.abs() < 1e-9),
+                (None, None) => {}
+            }
+        }
+
         #[test]
         fn never_panics(a in any::<f32>(), b in any::<f32>(), c in any::<f32>()) {
+            prop_assert!(root_within(a, b, c, 5.0).is_none_or(|x| x.abs() <= 5.0));
             match roots(a, b, c) {
                 Roots::None => {}
                 Roots::One(x) => prop_assert!(x.is_finite()),

@@ -31,12 +31,16 @@ pub trait Real:
 {
     /// 0
     const ZERO: Self;
+    /// −0: plus x it is x, whatever x is, so that a sum which begins with it costs no addition more.
+    const NOTHING: Self;
     /// 1
     const ONE: Self;
     /// ½
     const HALF: Self;
     /// 2
     const TWO: Self;
+    /// ∞
+    const INFINITY: Self;
     /// Machine epsilon.
     const EPSILON: Self;
 
@@ -76,13 +80,38 @@ pub trait Real:
     }
 }
 
+/// √x in single precision, correctly rounded both ways: by the FPU where the target is sure to have one, since core has no
+/// square root and libm's takes some fifty instructions of integer arithmetic; by libm elsewhere.
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+#[inline]
+#[expect(unsafe_code, reason = "core offers no square root, and the FPU has it in one instruction")]
+fn sqrt_single(x: f32) -> f32 {
+    let root;
+    // SAFETY: the instruction reads one register and writes one; it touches neither memory nor stack. Of the FPU's state it
+    // changes only the exception flags, which is why `preserves_flags` is not among the options.
+    unsafe {
+        core::arch::asm!(
+            "vsqrt.f32 {root}, {x}",
+            x = in(sreg) x,
+            root = lateout(sreg) root,
+            options(pure, nomem, nostack),
+        );
+    }
+    root
+}
+
+#[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
+use libm::sqrtf as sqrt_single;
+
 macro_rules! real {
     ($scalar:ty, $sqrt:path) => {
         impl Real for $scalar {
             const ZERO: Self = 0.0;
+            const NOTHING: Self = -0.0;
             const ONE: Self = 1.0;
             const HALF: Self = 0.5;
             const TWO: Self = 2.0;
+            const INFINITY: Self = <$scalar>::INFINITY;
             const EPSILON: Self = <$scalar>::EPSILON;
 
             #[inline]
@@ -109,5 +138,5 @@ macro_rules! real {
     };
 }
 
-real!(f32, libm::sqrtf);
+real!(f32, sqrt_single);
 real!(f64, libm::sqrt);

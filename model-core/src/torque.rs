@@ -95,12 +95,16 @@ impl<T: Real> TorqueModel<T> {
     }
 
     /// The power of one wheel as a polynomial of d = m − `reference`, |d| ≤ `reach` being the masses in question.
-    #[inline]
+    #[inline(always)]
     pub fn polynomial(&self, wheel: &Wheel<T>, reference: T, reach: T) -> WheelPower<T> {
-        let torque = self.torque(wheel, reference);
         let per_kg = self.rolling * wheel.direction
             + self.inertia_gain * wheel.inertial_torque
             + self.scrub * wheel.scrub;
+        // [`Self::torque`] with what multiplies the mass taken from above.
+        let torque = self.coulomb * wheel.direction
+            + self.viscous * wheel.speed
+            + self.rotor_inertia * wheel.acceleration
+            + reference * per_kg;
         let loss = self.winding_loss * torque;
         let polynomial = Polynomial {
             a: self.winding_loss * per_kg * per_kg,

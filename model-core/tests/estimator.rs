@@ -151,6 +151,17 @@ fn cumulative_beyond_the_ring_is_the_plain_sum() {
     assert!((mass(&outputs[99].payload) - 4.4).abs() < 0.03);
 }
 
+/// A window that the ring cannot hold is as long as the ring.
+#[test]
+fn window_beyond_the_ring_is_the_ring() {
+    let mut pipeline = pipeline(Schedule::Moving { window: RING + 5 }, false);
+    let mut driver = Driver::new(14);
+    for i in 0..3 * RING {
+        let outputs = driver.run(&mut pipeline, 3.0, 1);
+        assert_eq!(Some(outputs[0].payload), pipeline.over_latest(RING.min(i + 1)), "bucket {i}");
+    }
+}
+
 /// After a known change nothing of what was before counts, even when the ring has to make room.
 #[test]
 fn known_change_forgets() {

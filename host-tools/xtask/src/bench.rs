@@ -1,9 +1,16 @@
 //! `cargo xtask bench`: the figures of the README, measured again.
 
-use crate::steps::{Steps, command};
+use crate::instructions;
+use crate::steps::{Steps, Stop, command};
 
-/// What can be measured: its name, and the bench of host-tools that does it.
-const BENCHES: [(&str, &str); 2] = [("accuracy", "accuracy"), ("fit-speed", "fit_speed")];
+type Measure = fn(&mut Steps) -> Result<(), Stop>;
+
+/// What can be measured.
+const BENCHES: [(&str, Measure); 3] = [
+    ("accuracy", |steps| host_bench(steps, "accuracy", "accuracy")),
+    ("fit-speed", |steps| host_bench(steps, "fit-speed", "fit_speed")),
+    ("instructions", instructions::run),
+];
 
 /// Measures one of them, or all. True when every figure was reached; `None` for a name that there is not.
 pub(crate) fn run(name: Option<&str>) -> Option<bool> {
@@ -13,13 +20,17 @@ pub(crate) fn run(name: Option<&str>) -> Option<bool> {
     }
     let mut steps = Steps::default();
     let mut reached = true;
-    for (name, bench) in chosen {
-        let result = steps.run(name, command(&format!("cargo bench --package host-tools --bench {bench}")));
-        if let Err(stop) = result {
+    for (name, measure) in chosen {
+        if let Err(stop) = measure(&mut steps) {
             println!("{name}: {stop}");
             reached = false;
         }
     }
     steps.print_summary();
     Some(reached)
+}
+
+/// A bench of host-tools.
+fn host_bench(steps: &mut Steps, name: &str, bench: &str) -> Result<(), Stop> {
+    steps.run(name, command(&format!("cargo bench --package host-tools --bench {bench}")))
 }

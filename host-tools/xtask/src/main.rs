@@ -3,6 +3,7 @@
 mod bench;
 mod demo;
 mod images;
+mod instructions;
 mod set_up;
 mod size;
 mod steps;
@@ -16,12 +17,12 @@ usage: cargo xtask <command>
 
   test   formatting, lints, documentation, tests on the host and on an emulated Cortex-M7, licences
   demo   record, fit, flash and estimate on the virtual board; plots go to demo-output/
-  bench [accuracy | fit-speed]
+  bench [accuracy | fit-speed | instructions]
          the figures of the README, measured again; minutes
   size [--json]
          flash, static RAM and stack of the firmware's images, against their limits
 
-All but bench add the Rust target and QEMU when they are missing.";
+All add the Rust target and QEMU when they are missing.";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

@@ -26,7 +26,7 @@ struct Products<T> {
 }
 
 impl<T: Real> Products<T> {
-    #[inline]
+    #[inline(always)]
     fn add(&mut self, now: &Evidence<T>, earlier: &Evidence<T>) {
         self.scores += now.score * earlier.score;
         self.information += now.information * earlier.information;
@@ -49,7 +49,7 @@ pub(super) struct Scatter<T> {
 }
 
 impl<T: Real> Scatter<T> {
-    #[inline]
+    #[inline(always)]
     pub(super) fn add(&mut self, score: T, information: T) {
         let now = Evidence { score, information };
         self.information += information;
@@ -98,7 +98,7 @@ impl<T: Real> Scatter<T> {
 /// freedom. Infinite below 3, where an interval from so little scatter means nothing.
 fn student_95<T: Real>(freedom: T) -> T {
     if freedom < T::from_f64(3.0) {
-        return T::ONE / T::ZERO;
+        return T::INFINITY;
     }
     let inverse = T::ONE / freedom;
     T::from_f64(1.960) + inverse * (T::from_f64(2.37) + T::from_f64(2.8) * inverse)

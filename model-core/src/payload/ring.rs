@@ -37,6 +37,12 @@ impl<S: Copy + Default, const B: usize> Ring<S, B> {
 
     /// The latest `count` buckets, or all if there are fewer, oldest first.
     pub fn latest(&self, count: usize) -> impl Iterator<Item = &S> + Clone {
+        let [older, recent] = self.latest_parts(count);
+        older.iter().chain(recent)
+    }
+
+    /// The same in the two parts that they are stored in.
+    pub fn latest_parts(&self, count: usize) -> [&[S]; 2] {
         let count = count.min(self.filled);
         // The slots up to `next` are the latest; what is missing stands at the end.
         let (recent, older) = self.slots.split_at_checked(self.next).unwrap_or((&[], &[]));
@@ -44,7 +50,7 @@ impl<S: Copy + Default, const B: usize> Ring<S, B> {
         let from_recent = recent.len().saturating_sub(count);
         let older = older.get(from_older..).unwrap_or(&[]);
         let recent = recent.get(from_recent..).unwrap_or(&[]);
-        older.iter().chain(recent)
+        [older, recent]
     }
 
     /// Forgets all but the latest `count`.

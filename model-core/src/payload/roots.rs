@@ -1,7 +1,7 @@
 //! The paper's estimator: the root of Eq. 24 at every sample, averaged (Eq. 25 and 26).
 
 use crate::model::{MassRange, Response};
-use crate::quadratic::{self, Roots};
+use crate::quadratic;
 use crate::real::Real;
 
 use super::interval::{Scatter, within};
@@ -23,17 +23,12 @@ impl<T: Real> Sums<T> {
             return;
         }
         let p = &response.polynomial;
-        let reach = range.reach();
-        let inside = |d: T| d >= -reach && d <= reach;
-        let root = match quadratic::roots(p.a, p.b, p.c - power) {
-            Roots::One(d) if inside(d) => d,
-            // Power grows with mass between the two: with both inside, the higher is the one on that branch.
-            Roots::Two(_, d) if inside(d) => d,
-            Roots::Two(d, _) if inside(d) => d,
-            _ => return,
-        };
-        self.weight += weight;
-        self.weighted += weight * root;
+        // Power grows with mass between the two roots of a parabola: with both inside, the upper is on that branch.
+        let root = quadratic::root_within(p.a, p.b, p.c - power, range.reach());
+        if let Some(root) = root {
+            self.weight += weight;
+            self.weighted += weight * root;
+        }
     }
 }
 
@@ -60,11 +55,12 @@ impl<T: Real> Method<T> for RootMean<T> {
         sums.add(power, response, &self.range, mean_speed);
     }
 
-    fn estimate<'a>(&self, buckets: impl Iterator<Item = &'a Sums<T>> + Clone) -> Payload<T> {
-        let mut total = Sums::default();
-        for bucket in buckets.clone() {
-            total.merge(bucket);
-        }
+    // A function of its own, so that its loop over the buckets is compiled alone: inlined, it has too few registers.
+    #[inline(never)]
+    fn estimate_of<'a, P>(&self, total: &Sums<T>, parts: impl IntoIterator<Item = P>) -> Payload<T>
+    where
+        P: IntoIterator<Item = &'a Sums<T>>,
+    {
         if !(total.weight.is_finite() && total.weighted.is_finite()) {
             return Payload::Unknown(Unknown::NotFinite);
         }
@@ -73,8 +69,10 @@ impl<T: Real> Method<T> for RootMean<T> {
         }
         let d = total.weighted / total.weight;
         let mut scatter = Scatter::default();
-        for bucket in buckets {
-            scatter.add(bucket.weighted - bucket.weight * d, bucket.weight);
+        for part in parts {
+            for bucket in part {
+                scatter.add(bucket.weighted - bucket.weight * d, bucket.weight);
+            }
         }
         within(&self.range, d, scatter.half_width(T::ZERO, T::ZERO, T::ZERO))
     }

@@ -53,20 +53,29 @@ impl Timeline {
         self.age = ago;
     }
 
+    /// What [`Self::advance`] will say.
+    pub fn next(&self) -> Option<usize> {
+        let age = self.age_with_one_more();
+        match self.schedule {
+            Schedule::Moving { window } => Some(age.min(window)),
+            Schedule::Cumulative => Some(age),
+            Schedule::KnownChange { window } | Schedule::Periodic { window, .. } => {
+                (age <= window).then_some(age)
+            }
+        }
+    }
+
     /// Counts one more bucket. `Some(n)`: estimate from the latest `n`; `None`: hold what was estimated.
     pub fn advance(&mut self) -> Option<usize> {
-        if let Schedule::Periodic { every, .. } = self.schedule
-            && self.age >= every
-        {
-            self.age = 0;
-        }
-        self.age = self.age.saturating_add(1);
+        let count = self.next();
+        self.age = self.age_with_one_more();
+        count
+    }
+
+    fn age_with_one_more(&self) -> usize {
         match self.schedule {
-            Schedule::Moving { window } => Some(self.age.min(window)),
-            Schedule::Cumulative => Some(self.age),
-            Schedule::KnownChange { window } | Schedule::Periodic { window, .. } => {
-                (self.age <= window).then_some(self.age)
-            }
+            Schedule::Periodic { every, .. } if self.age >= every => 1,
+            _ => self.age.saturating_add(1),
         }
     }
 }

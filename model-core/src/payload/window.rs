@@ -45,15 +45,17 @@ impl<T: Real> Sums<T> {
     /// Σ g e: minus half the slope of the sum of squares at d, W²/kg, with g = 2 a d + b and e the residual.
     #[inline]
     pub fn score(&self, d: T) -> T {
+        // Powers of d first: they are the same for all buckets.
+        let (twice, square) = (T::TWO * d, d * d);
         let three = T::from_f64(3.0);
-        self.rb + d * (T::TWO * self.ra - self.bb - d * (three * self.ab + d * T::TWO * self.aa))
+        self.rb + twice * self.ra - d * self.bb - three * square * self.ab - twice * square * self.aa
     }
 
     /// Σ g²: how much the samples say about the mass at d, W²/kg².
     #[inline]
     pub fn information(&self, d: T) -> T {
-        let four = T::from_f64(4.0);
-        self.bb + four * d * (self.ab + d * self.aa)
+        let twice = T::TWO * d;
+        self.bb + T::TWO * twice * self.ab + twice * twice * self.aa
     }
 
     /// Σ g, W/kg: what an error of 1 W that lasts adds to the score.
@@ -147,21 +149,25 @@ impl<T: Real> Method<T> for Window<T> {
         }
     }
 
-    fn estimate<'a>(&self, buckets: impl Iterator<Item = &'a Sums<T>> + Clone) -> Payload<T> {
-        let mut total = Sums::default();
-        for bucket in buckets.clone() {
-            total.merge(bucket);
-        }
-        if !(total.rb.is_finite() && total.bb.is_finite() && total.aa.is_finite()) {
+    // A function of its own, so that its loop over the buckets is compiled alone: inlined, it has too few registers.
+    #[inline(never)]
+    fn estimate_of<'a, P>(&self, total: &Sums<T>, parts: impl IntoIterator<Item = P>) -> Payload<T>
+    where
+        P: IntoIterator<Item = &'a Sums<T>>,
+    {
+        // Zero times what is not finite is no number.
+        if T::ZERO * total.rb + T::ZERO * total.bb + T::ZERO * total.aa != T::ZERO {
             return Payload::Unknown(Unknown::NotFinite);
         }
         if total.bb <= T::ZERO {
             return Payload::Unknown(Unknown::NoMotion);
         }
-        let d = self.minimum(&total);
+        let d = self.minimum(total);
         let mut scatter = Scatter::default();
-        for bucket in buckets {
-            scatter.add(bucket.score(d), bucket.information(d));
+        for part in parts {
+            for bucket in part {
+                scatter.add(bucket.score(d), bucket.information(d));
+            }
         }
         let information = scatter.information();
         if information <= T::ZERO {
