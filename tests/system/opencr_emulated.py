@@ -1,6 +1,9 @@
 """Boots the OpenCR image in the emulated STM32F746, reads it over its USB link and checks what it says.
 
     PYTHONPATH=folder/of/emu emu opencr_emulated.py IMAGE [--seconds S] [--absent ADDRESS] [--silent-servo ID] [--bus-faults] [--json]
+    PYTHONPATH=folder/of/emu emu opencr_emulated.py IMAGE [--seconds S] --terminal LINK
+
+The second form checks nothing: the link is a pseudo terminal for another program, in real time, and the robot stops and goes.
 
 The registers and packets are written here from docs/link.md and the e-manual's Protocol 2.0, not taken from the firmware.
 """
@@ -12,6 +15,7 @@ import sys
 
 from board import MS, PS, Fault, make, run
 import devices
+import ptylink
 
 BOARD = 200
 RECORD = struct.Struct("<IQ2f4ffHHf3f")
@@ -160,6 +164,23 @@ def set_up(arguments):
     return machine
 
 
+# Of each drive, and of the rest before it.
+STOP_AND_GO_S = 12.0
+
+
+def stop_and_go(machine):
+    """Stands, drives with changing speed, stands; the motors' rail carries more the faster the wheels turn."""
+    def drive():
+        phase = machine.now() / PS % (2 * STOP_AND_GO_S)
+        goal = 0 if phase < STOP_AND_GO_S else int(150 + 80 * math.sin(2 * phase))
+        for servo in machine.servos:
+            servo.t[104:108] = struct.pack("<i", goal)
+        machine.after(20 * MS, drive, keep=True)
+
+    drive()
+    machine.i2c[1].devs[0x41].shunt = lambda t: 1000 + 10 * sum(abs(servo.vel) for servo in machine.servos)
+
+
 def disturb(machine, host):
     """Every fault of the sensors' bus for half a second, each followed by half a second without: what does not hold."""
     wrong = []
@@ -238,9 +259,14 @@ def main():
     parser.add_argument("--silent-servo", type=int, action="append", default=[])
     parser.add_argument("--bus-faults", action="store_true")
     parser.add_argument("--json", action="store_true")
+    parser.add_argument("--terminal", metavar="LINK")
     arguments = parser.parse_args()
 
     machine = set_up(arguments)
+    if arguments.terminal:
+        stop_and_go(machine)
+        ptylink.serve(machine, arguments.seconds, link=arguments.terminal)
+        return
     host = Host(machine)
     recorder = Recorder(machine, host)
     try:
