@@ -11,6 +11,8 @@ use crate::wheels::WHEELS;
 pub struct Settings {
     sample_rate_hz: u16,
     coefficients_bytes: ItemBytes,
+    /// The flash could not be read: it is not known whether there are coefficients.
+    unread: Option<Reason>,
     calibration_bytes: ItemBytes,
     robot_bytes: ItemBytes,
     coefficients: Result<Coefficients<f32, WHEELS>, Reason>,
@@ -26,6 +28,7 @@ impl Settings {
         Self {
             sample_rate_hz,
             coefficients_bytes: ItemBytes::EMPTY,
+            unread: None,
             calibration_bytes: ItemBytes::EMPTY,
             robot_bytes: ItemBytes::EMPTY,
             coefficients: Err(Reason::Empty),
@@ -89,7 +92,10 @@ impl Settings {
     pub fn load(&mut self, item: Item, stored: Result<ItemBytes, Reason>) {
         let bytes = stored.unwrap_or(ItemBytes::EMPTY);
         match item {
-            Item::Coefficients => self.coefficients_bytes = bytes,
+            Item::Coefficients => {
+                self.coefficients_bytes = bytes;
+                self.unread = stored.err();
+            }
             Item::Calibration => {
                 self.calibration_bytes = bytes;
                 self.calibration = Calibration::decode(bytes.as_slice()).unwrap_or_default();
@@ -100,9 +106,10 @@ impl Settings {
             }
         }
         // For another robot the same coefficients are others'.
-        self.coefficients = match (item, stored) {
-            (Item::Coefficients, Err(reason)) => Err(reason),
-            _ => check_coefficients(self.coefficients_bytes.as_slice(), &self.robot, self.sample_rate_hz),
+        let bytes = self.coefficients_bytes.as_slice();
+        self.coefficients = match self.unread {
+            Some(reason) => Err(reason),
+            None => check_coefficients(bytes, &self.robot, self.sample_rate_hz),
         };
         self.changes = self.changes.wrapping_add(1);
     }

@@ -1,1 +1,175 @@
+//! Every register is shown, where and as the table says.
 
+use model_core::payload::Mass;
+use proptest::prelude::*;
+
+use super::*;
+use crate::control_table::{END, REGISTERS, UPLOAD_BYTES};
+use crate::link::WheelHealth;
+use crate::power_sensors::{self, Health};
+use crate::record::Record;
+
+/// A state in which nothing is zero that can be something else.
+fn state() -> State<20> {
+    let mut state = State::<20>::new(200, 25);
+    state.time_us = 0x0001_0203_0405_0607;
+    for (i, rail) in (1_u8..).zip(&mut state.rails) {
+        let value = f32::from(i);
+        let count = u32::from(i);
+        *rail = Rail {
+            power: Some(value),
+            voltage: Some(10.0 * value),
+            current: Some(100.0 * value),
+            energy: 1000.0 * value,
+            health: [Health::Stale, Health::Overflow, Health::Absent, Health::LostCalibration]
+                [usize::from(i) - 1],
+            counters: power_sensors::Counters {
+                fresh: count,
+                not_ready: 10 + count,
+                clipped: 20 + count,
+                no_answer: 30 + count,
+                set_up_lost: 40 + count,
+            },
+        };
+    }
+    state.wheels = [
+        Wheel {
+            health: WheelHealth::Alert,
+            hardware_error: 0x20,
+            speed: Some(1.5),
+            acceleration: Some(-2.5),
+            position: -4096,
+        },
+        Wheel { health: WheelHealth::Absent, hardware_error: 4, ..Wheel::UNKNOWN },
+    ];
+    state.estimate.payload = Payload::Known(Mass { mass: 3.0, low: 2.5, high: 3.5 });
+    state.estimate.measured_power = Some(4.5);
+    state.estimate.predicted_power = Some(5.5);
+    state.estimate.measured_energy = 6.5;
+    state.estimate.predicted_energy = 7.5;
+    state.estimate.changes = 2;
+    state.estimate.last_change_us = 0x0807_0605_0403_0201;
+    state.is_standing = true;
+    let counters = &mut state.counters;
+    (counters.samples, counters.missed_deadlines) = (11, 12);
+    (counters.servo_timeouts, counters.servo_broken) = (13, 14);
+    (counters.bus_errors, counters.bus_recoveries) = (15, 16);
+    (counters.link_packets, counters.link_broken, counters.store_writes) = (17, 18, 19);
+    state.settings.load(Item::Robot, Ok(ItemBytes::new(&[0xA1, 0xA2]).unwrap()));
+    state.upload.item = Item::Robot as u8;
+    state.upload.length = 0x0102;
+    state.upload.window = core::array::from_fn(|i| i as u8);
+    (0..25).for_each(|time_us| _ = state.fifo.push(Record { time_us, ..Record::default() }));
+    state.fifo.acknowledge(7);
+    state
+}
+
+fn whole(state: &State<20>) -> Vec<u8> {
+    let mut bytes = vec![0x55; usize::from(END)];
+    render(state, 0, &mut bytes);
+    bytes
+}
+
+/// Collects what is shown.
+#[derive(Default)]
+struct Shown(Vec<(Register, Kind, usize)>);
+
+impl Sink for Shown {
+    fn put(&mut self, register: Register, kind: Kind, pieces: impl Iterator<Item = impl AsRef<[u8]>>) {
+        self.0.push((register, kind, pieces.map(|piece| piece.as_ref().len()).sum()));
+    }
+}
+
+/// All of them once, of the type and with as many values as declared; only what is stored, and records, may be fewer.
+#[test]
+fn every_register_is_shown_as_declared() {
+    let mut shown = Shown::default();
+    show(&state(), &mut shown);
+    shown.0.sort_by_key(|(register, ..)| register.address);
+    let registers: Vec<Register> = shown.0.iter().map(|(register, ..)| *register).collect();
+    assert_eq!(registers, REGISTERS);
+    for (register, kind, length) in shown.0 {
+        assert_eq!(kind, register.kind, "{}", register.name);
+        let may_be_shorter = [table::STORED_WINDOW, table::FIFO_WINDOW].contains(&register);
+        assert!(length == register.size().into() || may_be_shorter, "{}: {length}", register.name);
+    }
+}
+
+/// Addresses as docs/link.md gives them, not as the code does.
+#[test]
+fn values_stand_at_their_addresses() {
+    let bytes = whole(&state());
+    let half = |at: usize| u16::from_le_bytes(bytes[at..at + 2].try_into().unwrap());
+    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+    let float = |at: usize| f32::from_bits(word(at));
+    let long = |at: usize| u64::from(word(at)) | u64::from(word(at + 4)) << 32;
+    assert_eq!((half(0), word(2), bytes[6], bytes[7]), (0x5000, 1, 1, 200));
+    let time = 0x0001_0203_0405_0607_u64;
+    assert_eq!((word(10), word(14)), ((time / 1000) as u32, time as u32));
+    assert_eq!((half(512), half(514), half(516)), (1, 200, 25));
+    // No coefficients: model 255, state 1 "none stored".
+    assert_eq!((bytes[518], bytes[519], word(520)), (255, 1, 0));
+    assert_eq!(bytes[524..548], *b"TurtleBot3 Burger\0\0\0\0\0\0\0");
+    assert_eq!(long(548), time);
+    assert_eq!([float(556), float(568), float(572), float(584), float(600)], [1.0, 4.0, 10.0, 40.0, 400.0]);
+    assert_eq!((float(604), float(616)), (1000.0, 4000.0));
+    assert_eq!(bytes[620..624], [1, 2, 3, 4]);
+    assert_eq!([word(624), word(628), word(632), word(636), word(640), word(644)], [1, 11, 21, 31, 41, 2]);
+    assert_eq!(word(700), 44);
+    assert_eq!([float(704), float(716)], [1.0, 1.0]);
+    assert_eq!(bytes[720..724], [1, 3, 0x20, 4]);
+    assert_eq!([float(724), float(732)], [1.5, -2.5]);
+    assert!(float(728).is_nan() && float(736).is_nan());
+    assert_eq!((word(740) as i32, word(744)), (-4096, 0));
+    assert_eq!((bytes[748], bytes[749]), (0, 1));
+    assert_eq!([float(752), float(756), float(760)], [3.0, 2.5, 3.5]);
+    assert_eq!([float(764), float(768), float(772), float(776)], [4.5, 5.5, 6.5, 7.5]);
+    assert_eq!((word(780), long(784)), (2, 0x0807_0605_0403_0201));
+    let counters = [792, 796, 800, 804, 808, 812, 816, 820].map(word);
+    assert_eq!(counters, [11, 12, 13, 14, 15, 16, 17, 18]);
+    assert_eq!((word(824), word(828)), (0, 19));
+    assert_eq!((bytes[832], bytes[833], half(834)), (3, 0, 0x0102));
+    assert_eq!((bytes[836], bytes[837], half(838)), (0, 0, 2));
+    assert!(bytes[840..1096].iter().zip(0..).all(|(byte, i)| *byte == i as u8));
+    assert_eq!(bytes[1096..1100], [0xA1, 0xA2, 0, 0]);
+    // Twenty of 25 records are left, and number 7 is the first that is not acknowledged.
+    assert_eq!([word(1352), word(1356), word(1360)], [7, 5, 25]);
+    assert_eq!((half(1364), half(1366)), (16, 60));
+    assert_eq!((word(1368), word(1368 + 15 * 60)), (7, 22));
+    assert_eq!(bytes.len(), 1368 + 16 * 60);
+    // Between registers.
+    assert_eq!((bytes[8], bytes[18], bytes[500], bytes[750]), (0, 0, 0, 0));
+    assert_eq!(UPLOAD_BYTES, 256);
+}
+
+#[test]
+fn what_is_unknown_is_no_number() {
+    let bytes = whole(&State::new(200, 25));
+    for at in [556, 560, 564, 568, 572, 588, 724, 728, 732, 752, 756, 760, 764, 768] {
+        let value = f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+        assert!(value.is_nan(), "{at}: {value}");
+    }
+    // No samples.
+    assert_eq!(bytes[748], 1);
+    // No item, so nothing stored of it.
+    assert_eq!(bytes[838..840], [0, 0]);
+}
+
+#[test]
+fn payload_states_have_codes() {
+    let codes = [Unknown::NoSamples, Unknown::NoMotion, Unknown::TooWide, Unknown::NotFinite]
+        .map(|unknown| payload_code(&Payload::Unknown(unknown)));
+    assert_eq!(codes, [1, 2, 3, 4]);
+}
+
+proptest! {
+    /// Whatever part is read, it is that part of the whole; beyond the table there are zeros.
+    #[test]
+    fn any_part_is_that_of_the_whole(address in 0..END + 10, length in 0..2400_usize) {
+        let state = state();
+        let mut part = vec![0x55; length];
+        render(&state, address, &mut part);
+        let expected = whole(&state).into_iter().chain(core::iter::repeat(0));
+        prop_assert!(part.into_iter().eq(expected.skip(address.into()).take(length)));
+    }
+}
