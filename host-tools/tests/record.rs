@@ -416,7 +416,8 @@ mod command {
         let mut pulled = TestBoard::new();
         pulled.pulled_at = Some(Duration::from_secs(2));
         let (bench, terminal) = (Bench::new(), Terminal::new(pulled));
-        let Ran { code, stderr, .. } = bench.gmr(&["record", "--port", terminal.name(), "--out", "run.csv"]);
+        let Ran { code, stderr, .. } =
+            bench.gmr(&["record", "--port", terminal.name(), "--out", "run.csv", "--duration", "20"]);
         assert_eq!(code, Some(1), "{stderr}");
         assert!(
             stderr.contains("the port is gone") && stderr.contains("saved up to then: run.csv: "),
@@ -501,7 +502,7 @@ mod command {
     fn a_port_is_for_one() {
         let (bench, terminal) = (Bench::new(), Terminal::new(TestBoard::new()));
         let _first = host_tools::board::serial::Serial::open(&terminal.path).unwrap();
-        let ran = bench.gmr(&["record", "--port", terminal.name(), "--out", "run.csv"]);
+        let ran = bench.gmr(&["record", "--port", terminal.name(), "--out", "run.csv", "--duration", "0.2"]);
         assert_eq!(ran.code, Some(1));
         assert!(ran.stderr.contains("is in use by another program"), "{}", ran.stderr);
     }
