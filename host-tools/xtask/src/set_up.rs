@@ -19,6 +19,13 @@ pub(crate) struct TargetCargo {
 }
 
 impl TargetCargo {
+    /// Tells the tests that build images themselves which toolchain to use.
+    pub(crate) fn tell(&self, tests: &mut Command) {
+        if let Some(toolchain) = self.toolchain {
+            tests.env("BOARD_TOOLCHAIN", toolchain);
+        }
+    }
+
     /// `cargo` with the arguments of `line`.
     pub(crate) fn command(&self, line: &str) -> Command {
         match self.toolchain {
