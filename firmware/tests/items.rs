@@ -107,6 +107,9 @@ fn what_no_robot_has_is_refused() {
     // Both wheels at 10 rad/s and 6 kg, all torques Coulomb's: 2 (10 τ + 6.5 τ²) is 100 kW at τ = 86.95 N·m.
     assert_eq!(refusal(&with_torque([86.9, 0.0, 0.0, 0.0, 0.0, 6.5, 0.0])), None);
     assert_eq!(refusal(&with_torque([87.0, 0.0, 0.0, 0.0, 0.0, 6.5, 0.0])), Some(Reason::Value));
+    // The same torque from rolling under 6 kg.
+    assert_eq!(refusal(&with_torque([0.0, 14.48, 0.0, 0.0, 0.0, 6.5, 0.0])), None);
+    assert_eq!(refusal(&with_torque([0.0, 14.5, 0.0, 0.0, 0.0, 6.5, 0.0])), Some(Reason::Value));
 
     let bytes = image(&good);
     for (what, offset, value) in [

@@ -306,7 +306,7 @@ fn survives_a_restart() {
     let mut state = board();
     state.is_standing = true;
     for (item, bytes) in good() {
-        let mut store = Store::new(RamFlash(&mut flash), 0..BYTES as u32).unwrap();
+        let mut store = Store::new(RamFlash::new(&mut flash), 0..BYTES as u32).unwrap();
         upload(&mut state, item as u8, &bytes);
         let (item, pending) = state.take_pending().unwrap();
         let result = block_on(store.put(item, pending.as_slice()));
@@ -314,7 +314,7 @@ fn survives_a_restart() {
         assert_eq!(outcome(&state), STORED);
     }
     let mut restarted = board();
-    let mut store = Store::new(RamFlash(&mut flash), 0..BYTES as u32).unwrap();
+    let mut store = Store::new(RamFlash::new(&mut flash), 0..BYTES as u32).unwrap();
     for item in ITEMS {
         restarted.load(item, block_on(store.get(item)).map_err(Reason::from));
     }

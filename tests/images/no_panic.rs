@@ -1,4 +1,4 @@
-//! Everything that the board calls of model-core, in an image that links only without panics: see panic_probe.
+//! Everything that the board calls of model-core, and the link, in an image that links only without panics: see panic_probe.
 //!
 //! Never run; building it in release is the test. It says nothing of debug builds, which check for overflow.
 //!
@@ -11,6 +11,10 @@ mod panic_probe;
 
 use core::hint::black_box;
 
+use firmware::control_table::Item;
+use firmware::items::ItemBytes;
+use firmware::link::{Device, LONGEST_ANSWER, State};
+use firmware::record::Record;
 use model_core::coefficients::{Coefficients, Name};
 use model_core::estimator::{Estimator, Sample, Timing};
 use model_core::payload::Method;
@@ -52,7 +56,32 @@ fn estimate<M: Method<f32>>(coefficients: &Coefficients<f32, WHEELS>, method: M)
     }
 }
 
+/// Any bytes from the host, any items from the flash.
+fn serve() {
+    let (mut device, mut state) = (Device::new(), State::<64>::new(black_box(200), 25));
+    let mut answer = [0; LONGEST_ANSWER];
+    loop {
+        state.fifo.push(Record { time_us: black_box(0), ..Record::default() });
+        let received = black_box([0; 64]);
+        device.feed(black_box(&received));
+        while let Some(length) = device.answer(&mut state, &mut answer) {
+            black_box(answer.get(..length));
+        }
+        if let Some((item, bytes)) = state.take_pending() {
+            black_box(bytes.as_slice());
+            state.stored(item, black_box(Ok(())));
+        }
+        if let Some(bytes) = ItemBytes::new(black_box(&received)) {
+            state.load(black_box(Item::Robot), Ok(bytes));
+        }
+        if black_box(true) {
+            return;
+        }
+    }
+}
+
 fn everything() {
+    serve();
     let image = [0; 256];
     let Ok(coefficients) = Coefficients::<f32, WHEELS>::decode(black_box(&image)) else { return };
     let (range, noise) = (coefficients.robot.range, coefficients.noise);

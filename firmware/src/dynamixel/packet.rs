@@ -230,10 +230,12 @@ impl<const N: usize> Parser<N> {
 
     /// Moves what follows the consumed bytes and `more` to the front.
     fn discard(&mut self, more: usize) {
-        let count = (self.consumed + more).min(self.filled);
+        // Always the filled part: said so that the compiler sees that nothing here can panic.
+        let filled = self.buffer.get_mut(..self.filled).unwrap_or_default();
+        let count = self.consumed.saturating_add(more).min(filled.len());
         self.consumed = 0;
         if count > 0 {
-            self.buffer.copy_within(count..self.filled, 0);
+            filled.copy_within(count.., 0);
             self.filled -= count;
         }
     }

@@ -206,12 +206,12 @@ mod tests {
         assert_eq!(window(&fifo), [(0, 3), (1, 4)]);
     }
 
-    /// After 2³¹ records that nobody acknowledged the window still begins with the oldest.
+    /// After 2³² records of which none was acknowledged the window still begins with the oldest.
     #[test]
     fn an_old_acknowledgement_does_not_come_true_again() {
-        let mut fifo = Small { next: i32::MAX as u32 - 5, ..Small::new() };
-        (0..40).for_each(|time| _ = fifo.push(record(time)));
-        assert_eq!(window(&fifo)[0], (fifo.oldest(), 20));
+        let mut fifo = Small { next: u32::MAX - 5, ..Small::new() };
+        (0..15).for_each(|time| _ = fifo.push(record(time)));
+        assert_eq!(window(&fifo)[0], (u32::MAX - 5, 0));
     }
 
     proptest! {

@@ -16,11 +16,24 @@ impl NorFlashError for OutOfReach {
     }
 }
 
-/// Memory with the sectors and words of the chip's flash: writing only clears bits, erasing sets them.
+/// Memory with the words of the chip's flash, and its sectors unless given: writing only clears bits, erasing sets them.
 #[derive(Debug)]
-pub struct RamFlash<'a>(pub &'a mut [u8]);
+pub struct RamFlash<'a, const SECTOR: usize = SECTOR_BYTES>(pub &'a mut [u8]);
 
-impl RamFlash<'_> {
+impl<'a> RamFlash<'a> {
+    /// A copy of the chip's flash, or of a part of it.
+    pub fn new(memory: &'a mut [u8]) -> Self {
+        Self(memory)
+    }
+}
+
+impl<'a, const SECTOR: usize> From<&'a mut [u8]> for RamFlash<'a, SECTOR> {
+    fn from(memory: &'a mut [u8]) -> Self {
+        Self(memory)
+    }
+}
+
+impl<const SECTOR: usize> RamFlash<'_, SECTOR> {
     fn range(&mut self, from: u32, to: u32, unit: usize) -> Result<&mut [u8], OutOfReach> {
         let (from, to) = (from as usize, to as usize);
         if !from.is_multiple_of(unit) || !to.is_multiple_of(unit) {
@@ -35,11 +48,11 @@ fn end(offset: u32, length: usize) -> Result<u32, OutOfReach> {
     u32::try_from(length).ok().and_then(|length| offset.checked_add(length)).ok_or(OutOfReach)
 }
 
-impl ErrorType for RamFlash<'_> {
+impl<const SECTOR: usize> ErrorType for RamFlash<'_, SECTOR> {
     type Error = OutOfReach;
 }
 
-impl ReadNorFlash for RamFlash<'_> {
+impl<const SECTOR: usize> ReadNorFlash for RamFlash<'_, SECTOR> {
     const READ_SIZE: usize = 1;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), OutOfReach> {
@@ -53,9 +66,9 @@ impl ReadNorFlash for RamFlash<'_> {
     }
 }
 
-impl NorFlash for RamFlash<'_> {
+impl<const SECTOR: usize> NorFlash for RamFlash<'_, SECTOR> {
     const WRITE_SIZE: usize = WORD_BYTES;
-    const ERASE_SIZE: usize = SECTOR_BYTES;
+    const ERASE_SIZE: usize = SECTOR;
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), OutOfReach> {
         self.range(from, to, Self::ERASE_SIZE)?.fill(0xFF);

@@ -55,7 +55,7 @@ fn what_was_put_is_there() {
 #[test]
 fn fetch_copies_to_the_front() {
     let mut memory = vec![0xFF; BYTES];
-    let mut store = Store::new(RamFlash(&mut memory), 0..BYTES as u32).unwrap();
+    let mut store = Store::new(RamFlash::new(&mut memory), 0..BYTES as u32).unwrap();
     let mut into = [7; UPLOAD_BYTES];
     assert_eq!(block_on(store.fetch(Item::Robot, &mut into)), Ok(None));
     assert_eq!(block_on(store.put(Item::Robot, &[1, 2, 3])), Ok(()));
@@ -66,7 +66,7 @@ fn fetch_copies_to_the_front() {
 #[test]
 fn items_have_a_length() {
     let mut memory = vec![0xFF; BYTES];
-    let mut store = Store::new(RamFlash(&mut memory), 0..BYTES as u32).unwrap();
+    let mut store = Store::new(RamFlash::new(&mut memory), 0..BYTES as u32).unwrap();
     assert_eq!(block_on(store.put(Item::Robot, &[])), Err(StoreError::Length));
     assert_eq!(block_on(store.put(Item::Robot, &[0; UPLOAD_BYTES + 1])), Err(StoreError::Length));
     assert_eq!(block_on(store.put(Item::Robot, &[0; UPLOAD_BYTES])), Ok(()));
@@ -80,14 +80,14 @@ fn stays_within_its_range() {
     let mut memory = vec![0x5A; 4 * SECTOR_BYTES];
     let (range, sector) = (OFFSET..OFFSET + BYTES as u32, SECTOR_BYTES as u32);
     {
-        let mut store = Store::new(RamFlash(&mut memory), range.clone()).unwrap();
+        let mut store = Store::new(RamFlash::new(&mut memory), range.clone()).unwrap();
         for version in 0..250 {
             block_on(store.put(Item::Coefficients, &image(Item::Coefficients, version))).unwrap();
         }
     }
     assert!(memory[..OFFSET as usize].iter().all(|byte| *byte == 0x5A));
     for wrong in [0..sector, 1..2 * sector, 0..2 * sector + 1, sector..0] {
-        assert_eq!(Store::new(RamFlash(&mut memory), wrong).err(), Some(StoreError::Range));
+        assert_eq!(Store::new(RamFlash::new(&mut memory), wrong).err(), Some(StoreError::Range));
     }
     assert_eq!(ADDRESS - 0x0800_0000, OFFSET);
 }
@@ -102,7 +102,7 @@ fn cut_everywhere(rewriting: Rewriting) -> u32 {
         for item in ITEMS {
             let mut expected = old.clone();
             expected[item as usize - 1] = image(item, 777);
-            for (cut, seed) in (0..40).flat_map(|cut| (0..10).map(move |seed| (cut, seed))) {
+            for (cut, seed) in (0..40).flat_map(|cut| (0..4).map(move |seed| (cut, seed))) {
                 let mut flash = before.clone();
                 flash.power_up(Some(cut), seed);
                 let result = put(&mut flash, item, &image(item, 777));
@@ -125,12 +125,12 @@ fn cut_everywhere(rewriting: Rewriting) -> u32 {
 
 #[test]
 fn a_power_cut_leaves_old_or_new() {
-    assert!(cut_everywhere(Rewriting::Clears) > 5000);
+    assert!(cut_everywhere(Rewriting::Clears) > 2500);
 }
 
 #[test]
 fn a_power_cut_leaves_old_or_new_where_words_are_written_once() {
-    assert!(cut_everywhere(Rewriting::Fails) > 5000);
+    assert!(cut_everywhere(Rewriting::Fails) > 2500);
 }
 
 proptest! {
@@ -196,7 +196,7 @@ fn settings_of_the_stock_firmware_are_no_items() {
         entry[..2].copy_from_slice(&address.wrapping_mul(257).to_le_bytes());
         entry[2..].copy_from_slice(&(address % 1024).to_le_bytes());
     }
-    let mut store = Store::new(RamFlash(&mut memory), 0..BYTES as u32).unwrap();
+    let mut store = Store::new(RamFlash::new(&mut memory), 0..BYTES as u32).unwrap();
     for item in ITEMS {
         assert_eq!(block_on(store.get(item)), Ok(ItemBytes::EMPTY));
         assert_eq!(block_on(store.put(item, &image(item, 1))), Ok(()));

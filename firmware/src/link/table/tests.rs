@@ -1,6 +1,6 @@
 //! Every register is shown, where and as the table says.
 
-use model_core::payload::Mass;
+use model_core::payload::{Mass, Payload, Unknown};
 use proptest::prelude::*;
 
 use super::*;
