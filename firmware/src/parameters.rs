@@ -28,8 +28,9 @@ pub const SENSOR_BUS_HZ: u32 = 400_000;
 /// What each power sensor is set to: 32 V, which no rail reaches, ±320 mV, both voltages continuously as means of four
 /// 12-bit conversions.
 ///
-/// The two means take 2 × 2.13 ms, at most 2 × 2.34 ms (INA219 datasheet 7.5, 8.6.2.1), so each poll of a 5 ms period finds
-/// one it has not seen. It has to differ from what the chip starts with, so that a supply that broke down shows.
+/// The two means take 2 × 2.13 ms, at most 2 × 2.34 ms (INA219 datasheet 7.5, 8.6.2.1), so each poll of a 5 ms period
+/// finds one it has not seen. It has to differ from what the chip starts with, so that a supply that broke down
+/// shows.
 pub const SENSOR_SET_UP: Configuration = Configuration {
     reset: Reset::Run,
     bus_voltage_range: BusVoltageRange::Fsr32v,
@@ -42,7 +43,8 @@ pub const SENSOR_SET_UP: Configuration = Configuration {
 /// As fitted to common INA219 modules: 0.1 Ω, so the sensor saturates at 3.2 A. Two stalled wheel servos draw 2.6 A.
 const MODULE_SHUNT: Shunt = Shunt { ohm: 0.1, power_factor: 1.0 };
 
-/// The four sensors, in the order of the control table. Their addresses differ in the module's two solder pads, A1 and A0.
+/// The four sensors, in the order of the control table. Their addresses differ in the module's two solder pads, A1
+/// and A0.
 pub const RAILS: [Rail; RAIL_COUNT] = [
     rail(RailName::Battery, Address::from_pins(Pin::Gnd, Pin::Gnd)),
     rail(RailName::Motors, Address::from_pins(Pin::Vcc, Pin::Gnd)),
@@ -54,8 +56,8 @@ const fn rail(name: RailName, address: Address) -> Rail {
     Rail { name, address, shunt: MODULE_SHUNT, set_up: SENSOR_SET_UP }
 }
 
-/// A rail whose sensor has gone is asked again once in so many samples: a bus that has to time out first would cost the other
-/// rails theirs. Divisible by the number of rails, whose turns are spread over it.
+/// A rail whose sensor has gone is asked again once in so many samples: a bus that has to time out first would cost
+/// the other rails theirs. Divisible by the number of rails, whose turns are spread over it.
 pub const SENSOR_PROBE_SAMPLES: u32 = 20;
 
 /// The wheels' servos, left and right. The factory's set-up of a TurtleBot3 reverses the right one in the servo itself.
@@ -69,8 +71,8 @@ pub const SERVO_MARGIN_US: u32 = 500;
 /// A servo that has gone is sought again after this time, µs.
 pub const SERVO_PROBE_US: u64 = 100_000;
 
-/// No wheel accelerates faster, rad/s²: half of what a servo's stall torque (1.4 N·m) does to a wheel that carries nothing (some
-/// 0.0035 kg·m² with the gear's rotor).
+/// No wheel accelerates faster, rad/s²: half of what a servo's stall torque (1.4 N·m) does to a wheel that carries
+/// nothing (some 0.0035 kg·m² with the gear's rotor).
 pub const WHEEL_ACCELERATION_RAD_S2: f32 = 200.0;
 /// How much the servo's own velocity register may lag, s. Not documented: an assumption.
 pub const SERVO_VELOCITY_LAG_S: f32 = 0.02;

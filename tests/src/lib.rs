@@ -6,11 +6,13 @@
 #![cfg_attr(target_os = "none", no_std)]
 
 mod failure;
+mod now;
 mod run;
 #[cfg(target_os = "none")]
 mod target;
 
 pub use failure::{Failed, Outcome, close, ensure, within};
+pub use now::now;
 pub use run::{Test, run};
 
 /// What [`tests!`] expands to needs these names.

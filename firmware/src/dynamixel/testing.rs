@@ -1,5 +1,5 @@
-//! Servo buses for tests: one that follows a script, and one with servos on it. Nothing waits: when a port has no more to say, the
-//! time for saying it is over.
+//! Servo buses for tests: one that follows a script, and one with servos on it. Nothing waits: when a port has no
+//! more to say, the time for saying it is over.
 
 use core::cell::{Cell, RefCell};
 use core::future::pending;

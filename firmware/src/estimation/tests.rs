@@ -89,7 +89,8 @@ impl Noisy {
     }
 }
 
-/// 300 s of winding forward and back with 3 kg, and with 4.5 kg from 120 s on, with 0.1 W of noise and jitter of up to 0.4 ms.
+/// 300 s of winding forward and back with 3 kg, and with 4.5 kg from 120 s on, with 0.1 W of noise and jitter of up
+/// to 0.4 ms.
 fn drive(model: &Model<f32>) -> Vec<Measured> {
     let truth: Coefficients<f64, WHEELS> = coefficients(*model).convert().unwrap();
     let mut noise = Noisy(3);
@@ -114,7 +115,8 @@ fn drive(model: &Model<f32>) -> Vec<Measured> {
         .collect()
 }
 
-/// The same with what goes wrong: readings that did not come, alone and for a while, and gaps up to beyond the buckets' ring.
+/// The same with what goes wrong: readings that did not come, alone and for a while, and gaps up to beyond the
+/// buckets' ring.
 fn disturbed(model: &Model<f32>) -> Vec<Measured> {
     let mut drive = drive(model);
     for (i, sample) in drive.iter_mut().enumerate() {
@@ -138,8 +140,8 @@ struct Known {
     changed: Option<usize>,
 }
 
-/// As `host_tools::estimate` replays a recorded log: rows that lack something are not there, steps are differences of times, and the
-/// ring has room for 512 buckets.
+/// As `host_tools::estimate` replays a recorded log: rows that lack something are not there, steps are differences of
+/// times, and the ring has room for 512 buckets.
 fn replay<M: Method<f64>>(
     coefficients: &Coefficients<f64, WHEELS>,
     method: M,
@@ -173,9 +175,9 @@ fn replay<M: Method<f64>>(
 
 /// What single precision may lose of a mass, kg, and of a power, W: five times the largest difference found.
 ///
-/// It could be more. Were all roundings of the sign that hurts, the filter at 2 Hz of 200 would lose 5e-4 of the largest value
-/// (tests/tests/filter.rs): some 3 mW of 6 W. A wrong sample, in contrast, is seen: its noise alone is 0.1 W, and one of 200 that falls into
-/// another bucket moves the mass by some 1e-3 kg.
+/// It could be more. Were all roundings of the sign that hurts, the filter at 2 Hz of 200 would lose 5e-4 of the
+/// largest value (tests/tests/filter.rs): some 3 mW of 6 W. What is wrong by more than rounding is seen: a window of 24
+/// buckets instead of 25, or steps that are off by a sample.
 const MASS_KG: f64 = 5e-4;
 const POWER_W: f64 = 1e-3;
 /// Of an energy: the same loss, of a sum of one sign.

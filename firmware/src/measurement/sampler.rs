@@ -13,8 +13,8 @@ use crate::power_sensors::{Health, PowerSensors, RAIL_COUNT, RailName};
 use crate::record::Record;
 use crate::wheels::{Standstill, WHEELS, Wheels};
 
-/// Everything that a sample goes through: `I` is a handle of the power sensors' bus, `P` the port of the servo bus, `D` limits the time
-/// that is waited there.
+/// Everything that a sample goes through: `I` is a handle of the power sensors' bus, `P` the port of the servo bus,
+/// `D` limits the time that is waited there.
 pub struct Sampler<I, P, D> {
     sensors: PowerSensors<I>,
     wheels: Wheels<P, D>,
@@ -47,8 +47,8 @@ impl<I: I2c, P: Read + Write, D: DelayNs> Sampler<I, P, D> {
         }
     }
 
-    /// Takes one sample, to be called once a period; `time_us` since start. Whatever fails costs its own part of the record and a
-    /// bounded time (see [`PowerSensors::poll`], [`Wheels::poll`]).
+    /// Takes one sample, to be called once a period; `time_us` since start. Whatever fails costs its own part of the
+    /// record and a bounded time (see [`PowerSensors::poll`], [`Wheels::poll`]).
     pub async fn sample(&mut self, time_us: u64) -> Record {
         let (rails, wheels) = join(self.sensors.poll(time_us), self.wheels.poll(time_us)).await;
         let speeds = wheels.map(|reading| reading.map(|reading| reading.speed));
@@ -197,7 +197,16 @@ mod tests {
 
         /// The `i`th sample, the wheels having turned by 8 counts (2.4 rad/s) and back by 4.
         fn sample(&self, board: &mut Board<'_>, i: u64) -> Record {
-            self.servos.advance([100, -50], [8, -4]);
+            self.turn(board, i, 0)
+        }
+
+        /// The same with one count more, or less, in turn.
+        fn rough_sample(&self, board: &mut Board<'_>, i: u64) -> Record {
+            self.turn(board, i, if i.is_multiple_of(2) { 1 } else { -1 })
+        }
+
+        fn turn(&self, board: &mut Board<'_>, i: u64, more: i32) -> Record {
+            self.servos.advance([100, -50], [8 + more, -4 - more]);
             now(board.sample(SAMPLE_PERIOD_US * i))
         }
     }
@@ -238,14 +247,20 @@ mod tests {
         assert_eq!((rail.power_factor, snapshot.rails[3].power_factor), (1.0, 1.5));
     }
 
-    /// The filter at 2 Hz of 200 settles within 200 samples.
+    /// The filter at 2 Hz of 200 settles within 200 samples: until then speeds are as measured, and accelerations
+    /// unknown.
     #[test]
     fn with_coefficients_it_estimates() {
         let robot = Robot::new();
         let mut board = robot.board();
         robot.chips.chips.borrow_mut()[1].shunt_10uv = 1390;
         board.set_coefficients(Some(&coefficients(signed()))).unwrap();
-        let records: Vec<Record> = (0..6000).map(|i| robot.sample(&mut board, i)).collect();
+        let mut records: Vec<Record> = (0..200).map(|i| robot.rough_sample(&mut board, i)).collect();
+        let unsettled = board.snapshot();
+        assert_eq!(unsettled.wheels.map(|wheel| wheel.speed.map(count)), [Some(7.0), Some(-3.0)]);
+        assert_eq!(unsettled.wheels.map(|wheel| wheel.acceleration), [None; WHEELS]);
+        assert_eq!(unsettled.estimate.measured_power, None);
+        records.extend((200..6000).map(|i| robot.rough_sample(&mut board, i)));
         assert!(records.iter().all(|record| record.has_coefficients));
         // The servos were found with the third sample.
         let first = records.iter().position(|record| record.is_estimated);
@@ -261,7 +276,7 @@ mod tests {
         // 1.668 W at the rail, 1.25 W of it static: as much as some 3 kg draw at these speeds.
         assert!((snapshot.estimate.measured_power.unwrap() - 0.418).abs() < 1e-3);
         assert!((snapshot.estimate.measured_energy.unwrap() - 0.418 * 5997.0 * 0.005).abs() < 1e-2);
-        // Behind the filter the counts are the speed: 8 of them 2.4544 rad/s.
+        // Behind the filter 7 and 9 counts are 8, 2.4544 rad/s.
         assert!((snapshot.wheels[0].speed.unwrap() - 2.4544).abs() < 1e-3);
         assert!(snapshot.wheels[0].acceleration.unwrap().abs() < 1e-2);
     }

@@ -1,4 +1,5 @@
-//! What is known now, beyond the record of the sample: for the control table. `None` where a register has to say that it knows nothing.
+//! What is known now, beyond the record of the sample: for the control table. `None` where a register has to say that
+//! it knows nothing.
 
 use model_core::payload::{Payload, Unknown};
 

@@ -34,8 +34,8 @@ impl<I: I2c> PowerSensors<I> {
 
     /// Asks the sensors one after the other: what is new of each. `time_us` since start.
     ///
-    /// A sensor that has gone costs its own rail, and the bus the time in which that finds out: at every poll until it counts as
-    /// silent, then once in [`SENSOR_PROBE_SAMPLES`] polls, and never two silent ones in the same poll.
+    /// A sensor that has gone costs its own rail, and the bus the time in which that finds out: at every poll until
+    /// it counts as silent, then once in [`SENSOR_PROBE_SAMPLES`] polls, and never two silent ones in the same poll.
     pub async fn poll(&mut self, time_us: u64) -> [Option<RailReading>; RAIL_COUNT] {
         let mut readings = [None; RAIL_COUNT];
         let places = self.sensors.iter_mut().zip(&mut self.meters).zip(&mut self.latest).zip(&mut readings);
@@ -118,7 +118,8 @@ mod tests {
         assert_eq!(powers(now(sensors.poll(5_000))), [Some(1.2), Some(-1.2), Some(1.2), Some(5.4)]);
     }
 
-    /// One sensor is gone: the others go on with every poll, and the bus is asked for the lost one 3 times, then ten times a second.
+    /// One sensor is gone: the others go on with every poll, and the bus is asked for the lost one 3 times, then ten
+    /// times a second.
     #[test]
     fn a_dead_sensor_costs_its_own_rail() {
         let chips = Chips::new();

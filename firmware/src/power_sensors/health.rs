@@ -99,7 +99,8 @@ impl Status {
         self.health
     }
 
-    /// It has not answered so many polls in a row that it counts as absent, whatever it was before. Not so before the first poll.
+    /// It has not answered so many polls in a row that it counts as absent, whatever it was before. Not so before the
+    /// first poll.
     #[must_use]
     pub const fn is_silent(&self) -> bool {
         self.no_answer >= ABSENT_AFTER

@@ -12,8 +12,8 @@ const POLLS_PER_CHECK: u8 = 20;
 
 /// The sensor of one rail. Owns its handle of the bus; a shared bus hands out one for each.
 ///
-/// The chip's calibration register stays 0: power is computed here, from the two voltages. What a supply that broke down loses, and
-/// what is read back, is therefore the configuration.
+/// The chip's calibration register stays 0: power is computed here, from the two voltages. What a supply that broke
+/// down loses, and what is read back, is therefore the configuration.
 pub struct PowerSensor<I> {
     rail: Rail,
     chip: AsyncIna219<I, UnCalibrated>,

@@ -98,11 +98,12 @@ impl<P: Read + Write, D: DelayNs> Wheels<P, D> {
         }
     }
 
-    /// Reads what the servos measure, `time_us` since start. One that gives no answer, or no valid one, costs its own place.
+    /// Reads what the servos measure, `time_us` since start. One that gives no answer, or no valid one, costs its own
+    /// place.
     ///
-    /// A servo that is absent is not waited for; it is sought with a ping ten times a second, and belongs to the robot if it is
-    /// of the right model. That, and asking for the cause of an alert, are the one packet more that a poll may send; where an
-    /// answer was missing there is none.
+    /// A servo that is absent is not waited for; it is sought with a ping ten times a second, and belongs to the
+    /// robot if it is of the right model. That, and asking for the cause of an alert, are the one packet more that a
+    /// poll may send; where an answer was missing there is none.
     pub async fn poll(&mut self, time_us: u64) -> [Option<WheelReading>; WHEELS] {
         let ids = self.wheels.map(|wheel| (!wheel.presence.is_absent()).then_some(wheel.servo.id));
         let answers = self.bus.sync_read(PRESENT, ids).await;
@@ -213,7 +214,8 @@ mod tests {
         assert!(now(wheels.poll(STEP_US * 100))[1].unwrap().speed > 2.4);
     }
 
-    /// The left servo, which the right one waits for, is unplugged: it costs itself, three time limits, and a ping in 100 ms.
+    /// The left servo, which the right one waits for, is unplugged: it costs itself, three time limits, and a ping in
+    /// 100 ms.
     #[test]
     fn an_unplugged_servo_costs_its_own_wheel() {
         let servos = Servos::new();
@@ -287,6 +289,21 @@ mod tests {
         servos.servos.borrow_mut()[1].hardware_error = 0;
         now(wheels.poll(STEP_US * 100));
         assert_eq!(health(&wheels), [WheelHealth::Ok; 2]);
+        assert_eq!(wheels.statuses()[1].hardware_error, 0);
+    }
+
+    /// The sync read and asking the other alone have taken the time.
+    #[test]
+    fn where_an_answer_is_missing_nothing_more_is_asked() {
+        let servos = Servos::new();
+        let mut wheels = wheels(&servos);
+        start(&mut wheels);
+        servos.servos.borrow_mut()[0].is_present = false;
+        servos.servos.borrow_mut()[1].hardware_error = 0x20;
+        servos.instructions.borrow_mut().clear();
+        assert_eq!(known(now(wheels.poll(STEP_US * 60))), [false, true]);
+        let sent = [Instruction::SyncRead, Instruction::Read].map(|instruction| instruction as u8);
+        assert_eq!(*servos.instructions.borrow(), sent);
         assert_eq!(wheels.statuses()[1].hardware_error, 0);
     }
 
