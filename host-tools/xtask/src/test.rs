@@ -59,9 +59,8 @@ fn all(steps: &mut Steps) -> Result<(), Stop> {
             )),
         )?;
         // Its modules are not there on the host, whose documentation is checked below.
-        let mut documentation = target.command(&format!(
-            "doc --package firmware --no-deps --lib --features {board} --target {TARGET}"
-        ));
+        let mut documentation = target
+            .command(&format!("doc --package firmware --no-deps --lib --features {board} --target {TARGET}"));
         documentation.env("RUSTDOCFLAGS", "-D warnings");
         steps.run(&format!("documentation, {board}"), documentation)?;
     }
