@@ -7,10 +7,15 @@ use super::shared::Shared;
 use crate::control_table::Reason;
 use crate::items::ITEMS;
 use crate::log::{info, warning};
+use crate::parameters::SAMPLE_PERIOD_US;
 use crate::store::{BYTES, Store};
 
 /// How often somebody looks whether there is something to write.
 const PERIOD: Duration = Duration::from_millis(100);
+/// How often somebody looks whether the sample is over: a few times between two of them.
+const LOOK: Duration = Duration::from_micros(SAMPLE_PERIOD_US / 10);
+/// After two periods it is written anyway.
+const MOST_LOOKS: usize = 20;
 
 /// Keeps the items in a flash that is the store's, from its beginning to its end.
 pub async fn keep(flash: impl NorFlash, shared: &Shared) -> ! {
@@ -35,6 +40,7 @@ pub async fn keep(flash: impl NorFlash, shared: &Shared) -> ! {
     loop {
         Timer::after(PERIOD).await;
         let Some((item, bytes)) = shared.with(|state| state.take_pending()) else { continue };
+        between_samples(shared).await;
         shared.stall();
         let result = store.put(item, bytes.as_slice()).await.map_err(Reason::from);
         shared.with(|state| state.stored(item, result));
@@ -42,5 +48,15 @@ pub async fn keep(flash: impl NorFlash, shared: &Shared) -> ! {
             Ok(()) => info!("item {=u8} stored", item as u8),
             Err(reason) => warning!("item {=u8} not stored: {=str}", item as u8, reason.text()),
         }
+    }
+}
+
+/// Waits until no transaction is on a bus: one that stands still with the processor would fail.
+async fn between_samples(shared: &Shared) {
+    for _ in 0..MOST_LOOKS {
+        if !shared.is_sampling() {
+            return;
+        }
+        Timer::after(LOOK).await;
     }
 }
