@@ -19,32 +19,27 @@ const MOST_LOOKS: usize = 20;
 
 /// Keeps the items in a flash that is the store's, from its beginning to its end.
 pub async fn keep(flash: impl NorFlash, shared: &Shared) -> ! {
-    let mut store = match Store::new(flash, 0..BYTES as u32) {
-        Ok(store) => store,
-        Err(error) => {
-            // A flash of another geometry: nothing is stored, and every upload is refused.
-            let reason = Reason::from(error);
-            ITEMS.into_iter().for_each(|item| shared.with(|state| state.load(item, Err(reason))));
-            loop {
-                Timer::after(PERIOD).await;
-                if let Some((item, _)) = shared.with(|state| state.take_pending()) {
-                    shared.with(|state| state.stored(item, Err(reason)));
-                }
-            }
-        }
-    };
+    // Refused where the flash has another geometry: then nothing is stored, and no upload is taken.
+    let mut store = Store::new(flash, 0..BYTES as u32);
     for item in ITEMS {
-        let found = store.get(item).await.map_err(Reason::from);
-        shared.with(|state| state.load(item, found));
+        let found = match &mut store {
+            Ok(store) => store.get(item).await,
+            Err(error) => Err(*error),
+        };
+        shared.with(|state| state.load(item, found.map_err(Reason::from)));
     }
     loop {
         Timer::after(PERIOD).await;
         let Some((item, bytes)) = shared.with(|state| state.take_pending()) else { continue };
         between_samples(shared).await;
         shared.stall();
-        let result = store.put(item, bytes.as_slice()).await.map_err(Reason::from);
-        shared.with(|state| state.stored(item, result));
-        match result {
+        let stored = match &mut store {
+            Ok(store) => store.put(item, bytes.as_slice()).await,
+            Err(error) => Err(*error),
+        };
+        let stored = stored.map_err(Reason::from);
+        shared.with(|state| state.stored(item, stored));
+        match stored {
             Ok(()) => info!("item {=u8} stored", item as u8),
             Err(reason) => warning!("item {=u8} not stored: {=str}", item as u8, reason.text()),
         }
