@@ -1,7 +1,7 @@
 //! What the image puts where: the OpenCR's bootloader starts whatever stands at 0x0804_0000, and a wrong address would
 //! overwrite it or the store.
 //!
-//! Sources: stock linker script and bootloader (ROBOTIS-GIT/OpenCR), RM0385 section 2.2.2 (memory map).
+//! Sources: stock linker script and bootloader (ROBOTIS-GIT/OpenCR), RM0385 (memory map, vector table).
 
 mod common;
 
@@ -16,7 +16,7 @@ const APPLICATION: Range<u32> = 0x0804_0000..0x0810_0000;
 const DTCM: Range<u32> = 0x2000_0000..0x2001_0000;
 /// SRAM1 and SRAM2.
 const SRAM: Range<u32> = 0x2001_0000..0x2005_0000;
-/// Core exceptions and 98 interrupts (RM0385, table 46).
+/// Core exceptions and 98 interrupts.
 const VECTORS: usize = 16 + 98;
 
 type Elf<'data> = ElfFile32<'data, LittleEndian>;
@@ -119,7 +119,7 @@ fn what_the_bootloader_left_running_is_stopped_first() {
 /// Every interrupt that a driver enables has its handler in the table.
 #[test]
 fn the_drivers_interrupts_have_handlers() {
-    // RM0385, table 46: DMA1 streams 0, 1, 3, 6; I2C1 event and error; USART3; TIM5; OTG_FS.
+    // DMA1 streams 0, 1, 3, 6; I2C1 event and error; USART3; TIM5; OTG_FS.
     const USED: [usize; 9] = [11, 12, 14, 17, 31, 32, 39, 50, 67];
     with_image(|elf| {
         let (_, vectors) = vectors(elf);

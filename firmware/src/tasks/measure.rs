@@ -40,7 +40,9 @@ where
             use_settings(&mut sampler, shared);
         }
 
+        shared.set_sampling(true);
         let record = sampler.sample(now_us).await;
+        shared.set_sampling(false);
         let snapshot = sampler.snapshot();
         shared.with(|state| {
             state.fifo.push(record);

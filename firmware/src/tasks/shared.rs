@@ -11,6 +11,8 @@ pub const FIFO_RECORDS: usize = 1000;
 /// The state that the link shows. Not [`Sync`]: for the tasks of one executor.
 pub struct Shared {
     state: RefCell<State<FIFO_RECORDS>>,
+    /// A sample is being taken: the buses are busy.
+    is_sampling: Cell<bool>,
     /// The flash was written since the last sample: that one may be late.
     has_stalled: Cell<bool>,
 }
@@ -27,6 +29,7 @@ impl Shared {
     pub const fn new() -> Self {
         Self {
             state: RefCell::new(State::new(SAMPLE_RATE_HZ as u16, WINDOW_S as u16)),
+            is_sampling: Cell::new(false),
             has_stalled: Cell::new(false),
         }
     }
@@ -34,6 +37,16 @@ impl Shared {
     /// Uses the state. `work` cannot wait, and must not come here again.
     pub(super) fn with<T>(&self, work: impl FnOnce(&mut State<FIFO_RECORDS>) -> T) -> T {
         work(&mut self.state.borrow_mut())
+    }
+
+    /// A sample begins or ends.
+    pub(super) fn set_sampling(&self, is_sampling: bool) {
+        self.is_sampling.set(is_sampling);
+    }
+
+    /// Whether one is being taken.
+    pub(super) fn is_sampling(&self) -> bool {
+        self.is_sampling.get()
     }
 
     /// The processor is about to stand still, for longer than a sample's period.

@@ -19,10 +19,10 @@ pub(crate) struct TargetCargo {
 }
 
 impl TargetCargo {
-    /// For a command whose own children build for the board: they read the toolchain from here.
-    pub(crate) fn tell(&self, command: &mut Command) {
+    /// Tells the tests that build images themselves which toolchain to use.
+    pub(crate) fn tell(&self, tests: &mut Command) {
         if let Some(toolchain) = self.toolchain {
-            command.env("BOARD_TOOLCHAIN", toolchain);
+            tests.env("BOARD_TOOLCHAIN", toolchain);
         }
     }
 

@@ -52,13 +52,18 @@ fn all(steps: &mut Steps) -> Result<(), Stop> {
             "clippy --package model-core --package firmware --lib --target {TARGET} -- -D warnings"
         )),
     )?;
-    for image in [images::OPENCR, images::VIRTUAL] {
+    for board in [images::OPENCR, images::VIRTUAL] {
         steps.run(
-            &format!("lints, {image}"),
+            &format!("lints, {board}"),
             target.command(&format!(
-                "clippy --package firmware --features {image} --bin {image} --target {TARGET} -- -D warnings"
+                "clippy --package firmware --features {board} --lib --bin {board} --target {TARGET} -- -D warnings"
             )),
         )?;
+        // Its modules are not there on the host, whose documentation is checked below.
+        let mut documentation = target
+            .command(&format!("doc --package firmware --no-deps --lib --features {board} --target {TARGET}"));
+        documentation.env("RUSTDOCFLAGS", "-D warnings");
+        steps.run(&format!("documentation, {board}"), documentation)?;
     }
     steps.run(
         "lints, images",
@@ -69,9 +74,9 @@ fn all(steps: &mut Steps) -> Result<(), Stop> {
     let mut documentation = command("cargo doc --workspace --no-deps --all-features");
     documentation.env("RUSTDOCFLAGS", "-D warnings");
     steps.run("documentation", documentation)?;
-    let mut tests = command("cargo test --workspace --all-features --no-fail-fast");
-    target.tell(&mut tests);
-    steps.run("tests, host", tests)?;
+    let mut host_tests = command("cargo test --workspace --all-features --no-fail-fast");
+    target.tell(&mut host_tests);
+    steps.run("tests, host", host_tests)?;
     steps.run(
         "tests, emulated board",
         target.command(&format!("test --package on-target-tests --target {TARGET} --no-fail-fast")),

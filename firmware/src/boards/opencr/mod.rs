@@ -28,7 +28,7 @@ bind_interrupts!(struct Irqs {
     I2C1_ER => i2c::ErrorInterruptHandler<peripherals::I2C1>;
     DMA1_STREAM6 => dma::InterruptHandler<peripherals::DMA1_CH6>;
     DMA1_STREAM0 => dma::InterruptHandler<peripherals::DMA1_CH0>;
-    USART3 => usart::InterruptHandler<peripherals::USART3>;
+    USART3 => usart::InterruptHandler<peripherals::USART3>, servo_port::TurnAround;
     DMA1_STREAM3 => dma::InterruptHandler<peripherals::DMA1_CH3>;
     DMA1_STREAM1 => dma::InterruptHandler<peripherals::DMA1_CH1>;
     OTG_FS => usb::InterruptHandler<peripherals::USB_OTG_FS>;

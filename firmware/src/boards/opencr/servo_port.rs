@@ -1,10 +1,14 @@
 //! The servos' bus: one wire that both sides drive in turn, behind a buffer whose direction is a pin.
+//!
+//! A servo may be set to answer at once, which is sooner than a busy task comes to turn the buffer: the interrupt at the end of the
+//! last bit does ([`TurnAround`]).
 
-use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Level, Output, Speed};
+use embassy_stm32::interrupt::typelevel;
 use embassy_stm32::mode::Async;
 use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH3, PC9, PC10, PC11, PF15, USART3};
 use embassy_stm32::usart::{self, RingBufferedUartRx, Uart, UartTx};
+use embassy_stm32::{Peri, pac};
 use embedded_io_async::{ErrorType, Read, Write};
 use static_cell::StaticCell;
 
@@ -13,6 +17,9 @@ use crate::parameters::SERVO_BAUD;
 
 /// Bytes that may arrive while nobody reads: 2.5 ms at full speed, more than a sync read's two answers.
 const RING_BYTES: usize = 256;
+
+/// The direction's pin of port C.
+const DIRECTION: usize = 9;
 
 /// What the port is made of.
 pub(super) struct Parts {
@@ -27,8 +34,8 @@ pub(super) struct Parts {
 
 /// Sends and receives on the servos' bus.
 ///
-/// [`Write::write`] takes the bus, [`Write::flush`] waits for the last bit and gives it back: the buffer's direction follows. The
-/// receiver runs all the time, into a ring that DMA fills.
+/// [`Write::write`] takes the bus until its last bit is sent, for which [`Write::flush`] waits. The receiver runs all the time, into a
+/// ring that DMA fills.
 pub struct ServoPort {
     tx: UartTx<'static, Async>,
     rx: RingBufferedUartRx<'static>,
@@ -73,14 +80,30 @@ impl Read for ServoPort {
 
 impl Write for ServoPort {
     async fn write(&mut self, bytes: &[u8]) -> Result<usize, Self::Error> {
+        if bytes.is_empty() {
+            return Ok(0);
+        }
+        // From here on the flag means the end of these bytes.
+        pac::USART3.icr().write(|register| register.set_tc(true));
         self.direction.set_high();
+        critical_section::with(|_| pac::USART3.cr1().modify(|register| register.set_tcie(true)));
         self.tx.write(bytes).await?;
         Ok(bytes.len())
     }
 
     async fn flush(&mut self) -> Result<(), Self::Error> {
-        let result = self.tx.flush().await;
-        self.direction.set_low();
-        result
+        self.tx.flush().await
+    }
+}
+
+/// Gives the bus to the servos as soon as nothing is being sent.
+pub(super) struct TurnAround;
+
+#[expect(unsafe_code, reason = "the HAL declares handlers unsafe; this one is called for its interrupt only")]
+impl typelevel::Handler<typelevel::USART3> for TurnAround {
+    unsafe fn on_interrupt() {
+        if pac::USART3.isr().read().tc() {
+            pac::GPIOC.bsrr().write(|register| register.set_br(DIRECTION, true));
+        }
     }
 }

@@ -6,14 +6,14 @@
 //! In assembly, because Rust has no meaning yet: statics are not initialised. `cortex-m-rt` calls `__pre_init` first of all.
 #![expect(unsafe_code, reason = "assembly: it writes core registers and touches no memory")]
 
-/// Registers of every Cortex-M7 (ARMv7-M, B3.2.2, B3.3.2 and B3.4.3).
+/// Registers of every Cortex-M7 (ARMv7-M Architecture Reference Manual, B3).
 const SYST_CSR: u32 = 0xE000_E010;
 const ICSR: u32 = 0xE000_ED04;
 const ICSR_PENDSTCLR: u32 = 1 << 25;
 /// One bit an interrupt, a word for every 32. The ICPR, which clears those pending, follows at [`ICER_TO_ICPR`].
 const NVIC_ICER: u32 = 0xE000_E180;
 const ICER_TO_ICPR: u32 = 0x100;
-/// For 98 interrupts (RM0385, table 46).
+/// For 98 interrupts (RM0385, vector table).
 const NVIC_WORDS: u32 = 4;
 
 core::arch::global_asm!(

@@ -14,8 +14,8 @@ const STORE: Range<u32> = 0x1_0000..0x2_0000;
 
 /// The store's flash, counted from its own beginning.
 ///
-/// The chip has one bank: while it erases or writes, nothing runs from flash, interrupts included. Erasing a sector of
-/// 32 KB takes 250 ms, at worst 1 s (STM32F746 datasheet, table 48: 32-bit parallelism).
+/// The chip has one bank: while it erases or writes, which the driver does with interrupts masked, nothing else runs.
+/// Erasing a sector of 32 KB takes a good part of a second.
 pub struct StoreFlash(Bank1Region1<'static, Blocking>);
 
 /// Beyond the store, not aligned, or refused by the flash.

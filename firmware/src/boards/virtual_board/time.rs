@@ -13,10 +13,10 @@ use embassy_sync::blocking_mutex::CriticalSectionMutex;
 use embassy_time_driver::Driver;
 use embassy_time_queue_utils::Queue;
 
-/// Both timers count down at the machine's 25 MHz (Arm DAI0386, application note AN500).
+/// Both timers count down at the machine's 25 MHz (Arm application note AN500).
 const COUNTS_PER_US: u64 = 25;
 
-/// A CMSDK APB timer (Arm DDI0479, section 4.3).
+/// An APB timer of the Cortex-M System Design Kit (Arm DDI0479).
 #[derive(Clone, Copy)]
 struct Timer(usize);
 
