@@ -101,6 +101,7 @@ fn table3_motor() -> Motor {
         electrical_constant: 0.0072,
         rotor_inertia: 1.2182e-5,
         viscous: 2e-7,
+        windage: 0.0,
         coulomb: 0.0,
     }
 }
@@ -141,6 +142,7 @@ fn servo_motor() -> (Motor, Gear) {
         // Not published; 16 mm coreless rotors have about 1 g·cm². Reflected: 258.5² · 1e-7 = 6.7e-3 kg·m².
         rotor_inertia: 1e-7,
         viscous: 0.5 * friction / shaft_speed,
+        windage: 0.0,
         coulomb,
     };
     (motor, Gear { ratio: GEAR_RATIO, efficiency: xl430::STALL_TORQUE / (GEAR_RATIO * shaft_stall) })
