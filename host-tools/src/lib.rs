@@ -15,6 +15,7 @@ macro_rules! eprintln {
 }
 
 pub mod baselines;
+pub mod board;
 pub mod cli;
 pub mod compare;
 pub mod error;

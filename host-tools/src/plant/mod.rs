@@ -3,6 +3,8 @@
 //! A wheel speed loop sets voltages ([`controller`]), windings and rotors answer ([`motor`]), gears pass torque with
 //! a loss ([`gear`]), and one rigid body couples the wheels that roll on the floor ([`body`]). Sensors turn what is
 //! true into what a log shows ([`sensors`]). Which robot: [`sets`]; what it does: [`profile`], [`payload`].
+//! For a board that asks when it likes: any time ([`lockstep`]), every supply ([`rails`]), the chips themselves
+//! ([`ina219_chip`]).
 
 pub mod body;
 pub mod controller;
@@ -10,11 +12,15 @@ pub mod drive;
 pub mod encoder;
 pub mod gear;
 pub mod ina219;
+pub mod ina219_chip;
 pub mod kinematics;
+pub mod lockstep;
+mod motion;
 pub mod motor;
-mod noise;
+pub(crate) mod noise;
 pub mod payload;
 pub mod profile;
+pub mod rails;
 pub mod scenario;
 pub mod sensors;
 pub mod sets;
@@ -22,7 +28,9 @@ mod simulation;
 #[cfg(test)]
 mod tests;
 
+pub use ina219_chip::Ina219Chip;
 pub use kinematics::{Geometry, Kinematics, MAX_WHEELS};
+pub use lockstep::{Lockstep, Truth};
 pub use payload::PayloadSchedule;
 pub use profile::{Profile, ProfileKind};
 pub use scenario::Scenario;

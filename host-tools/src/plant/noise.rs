@@ -6,17 +6,19 @@ use rand_distr::{Distribution, StandardNormal};
 
 /// What a stream of random numbers is for.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Stream {
+pub(crate) enum Stream {
     Training = 1,
     Test = 2,
     SpeedLoop = 3,
     Power = 4,
     Jitter = 5,
     EncoderPhase = 6,
+    Computer = 7,
+    RailNoise = 8,
 }
 
 /// The generator of a stream. ChaCha8 is specified, so the same seed gives the same bytes on every machine.
-pub(super) fn stream(seed: u64, purpose: Stream) -> ChaCha8Rng {
+pub(crate) fn stream(seed: u64, purpose: Stream) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(purpose as u64);
     rng

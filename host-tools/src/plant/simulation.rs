@@ -1,12 +1,11 @@
-//! The run itself: loop, motors, body and sensors in step.
+//! The run itself: motion and sensors in step.
 
 use rand_chacha::ChaCha8Rng;
 
-use super::body::Body;
-use super::controller::Controller;
 use super::kinematics::MAX_WHEELS;
+use super::motion::{Command, Motion};
 use super::noise::{Stream, bounded, stream};
-use super::scenario::{LOOP_PERIOD_S, Scenario};
+use super::scenario::Scenario;
 use super::sensors::{PowerReader, SpeedReader};
 use crate::error::Result;
 
@@ -44,18 +43,11 @@ pub struct Record {
 #[derive(Debug, Clone)]
 pub struct Simulation<'a> {
     scenario: &'a Scenario,
-    body: Body,
-    controllers: [Controller; MAX_WHEELS],
-    voltage: [f64; MAX_WHEELS],
-    /// Steps done.
-    step: u64,
-    steps_per_loop: u64,
+    motion: Motion,
     /// Samples given.
     sample: u64,
-    cursor: usize,
     speed_reader: SpeedReader,
     power_reader: PowerReader,
-    loop_noise: ChaCha8Rng,
     jitter: ChaCha8Rng,
     power_w: f64,
 }
@@ -67,19 +59,13 @@ impl<'a> Simulation<'a> {
     /// What [`Scenario::check`] finds.
     pub fn new(scenario: &'a Scenario) -> Result<Self> {
         scenario.check()?;
-        let Scenario { robot, sensors, seed, step_s, .. } = scenario;
+        let Scenario { sensors, seed, step_s, .. } = scenario;
         Ok(Self {
             scenario,
-            body: Body::new(robot.geometry, robot.gyration_radius_m, robot.wheels),
-            controllers: [Controller::default(); MAX_WHEELS],
-            voltage: [0.0; MAX_WHEELS],
-            step: 0,
-            steps_per_loop: (LOOP_PERIOD_S / step_s).round() as u64,
+            motion: Motion::new(scenario),
             sample: 0,
-            cursor: 0,
             speed_reader: SpeedReader::new(sensors.speed, *seed),
             power_reader: PowerReader::new(sensors, *step_s, *seed),
-            loop_noise: stream(*seed, Stream::SpeedLoop),
             jitter: stream(*seed, Stream::Jitter),
             power_w: 0.0,
         })
@@ -97,35 +83,14 @@ impl<'a> Simulation<'a> {
     }
 
     fn now(&self) -> f64 {
-        self.step as f64 * self.scenario.step_s
-    }
-
-    fn control(&mut self) {
-        let robot = &self.scenario.robot;
-        let target = self.scenario.profile.wheel_speeds_at(&robot.geometry, self.now(), &mut self.cursor);
-        let speeds = self.body.wheel_speeds();
-        for i in 0..robot.geometry.wheels() {
-            let measured = speeds[i] + robot.loop_noise_rad_s * bounded(&mut self.loop_noise);
-            self.voltage[i] =
-                self.controllers[i].update(&robot.gains, target[i], measured, robot.supply_v, LOOP_PERIOD_S);
-        }
+        self.motion.steps() as f64 * self.scenario.step_s
     }
 
     fn advance(&mut self) {
-        if self.step.is_multiple_of(self.steps_per_loop) {
-            self.control();
-        }
-        let Scenario { robot, drive, payload, step_s, .. } = self.scenario;
-        let before = self.body.wheel_speeds();
-        let steps = self.body.step(&self.voltage, payload.mass_at(self.now()), *step_s);
-        let after = self.body.wheel_speeds();
-        self.power_w = steps[..robot.geometry.wheels()]
-            .iter()
-            .map(|wheel| drive.supply_power(wheel.voltage, wheel.current.mean))
-            .sum();
+        let moved = self.motion.advance(self.scenario, Command::Profile, self.scenario.robot.supply_v);
+        self.power_w = moved.power_w;
         self.power_reader.observe(self.power_w);
-        self.speed_reader.observe(std::array::from_fn(|i| 0.5 * step_s * (before[i] + after[i])));
-        self.step += 1;
+        self.speed_reader.observe(moved.turned_rad);
     }
 }
 
@@ -142,14 +107,14 @@ impl Iterator for Simulation<'_> {
             due += sensors.jitter_s * bounded(&mut self.jitter);
         }
         let due = (due / step_s).round() as u64;
-        while self.step < due {
+        while self.motion.steps() < due {
             self.advance();
         }
         self.sample += 1;
         let time_s = self.now();
         Some(Sample {
             time_s,
-            wheel_rad_s: self.speed_reader.read(time_s, self.body.wheel_speeds()),
+            wheel_rad_s: self.speed_reader.read(time_s, self.motion.wheel_speeds()),
             power_w: self.power_reader.read(robot.supply_v) + static_power_w,
             true_power_w: self.power_w,
             mass_kg: payload.mass_at(time_s),

@@ -1,0 +1,106 @@
+//! Wheels in motion: speed loop, windings and body, one integration step after the other.
+
+use rand_chacha::ChaCha8Rng;
+
+use super::body::Body;
+use super::controller::Controller;
+use super::kinematics::MAX_WHEELS;
+use super::noise::{Stream, bounded, stream};
+use super::scenario::{LOOP_PERIOD_S, Scenario};
+
+/// Who says how fast the wheels should turn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Command {
+    /// The scenario's profile.
+    Profile,
+    /// These wheel speeds, rad/s.
+    Wheels([f64; MAX_WHEELS]),
+}
+
+/// What happened in one step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Moved {
+    /// By how much each wheel has turned, rad.
+    pub(super) turned_rad: [f64; MAX_WHEELS],
+    /// Mean power that the drives drew from the supply, W.
+    pub(super) power_w: f64,
+    /// Winding voltage of each wheel, V.
+    pub(super) voltage: [f64; MAX_WHEELS],
+    /// Mean winding current of each wheel, A.
+    pub(super) current: [f64; MAX_WHEELS],
+}
+
+/// The moving part of a run. The same scenario has to be given to every step.
+#[derive(Debug, Clone)]
+pub(super) struct Motion {
+    body: Body,
+    controllers: [Controller; MAX_WHEELS],
+    voltage: [f64; MAX_WHEELS],
+    /// Steps done.
+    step: u64,
+    steps_per_loop: u64,
+    cursor: usize,
+    loop_noise: ChaCha8Rng,
+}
+
+impl Motion {
+    /// At rest.
+    pub(super) fn new(scenario: &Scenario) -> Self {
+        let Scenario { robot, seed, step_s, .. } = scenario;
+        Self {
+            body: Body::new(robot.geometry, robot.gyration_radius_m, robot.wheels),
+            controllers: [Controller::default(); MAX_WHEELS],
+            voltage: [0.0; MAX_WHEELS],
+            step: 0,
+            steps_per_loop: (LOOP_PERIOD_S / step_s).round() as u64,
+            cursor: 0,
+            loop_noise: stream(*seed, Stream::SpeedLoop),
+        }
+    }
+
+    /// Steps done.
+    pub(super) fn steps(&self) -> u64 {
+        self.step
+    }
+
+    /// Wheel speeds, rad/s.
+    pub(super) fn wheel_speeds(&self) -> [f64; MAX_WHEELS] {
+        self.body.wheel_speeds()
+    }
+
+    /// One step, the loop's output limited by a supply of `supply_v`.
+    pub(super) fn advance(&mut self, scenario: &Scenario, command: Command, supply_v: f64) -> Moved {
+        let Scenario { robot, drive, payload, step_s, .. } = scenario;
+        let time_s = self.step as f64 * step_s;
+        if self.step.is_multiple_of(self.steps_per_loop) {
+            self.control(scenario, command, time_s, supply_v);
+        }
+        let before = self.body.wheel_speeds();
+        let steps = self.body.step(&self.voltage, payload.mass_at(time_s), *step_s);
+        let after = self.body.wheel_speeds();
+        self.step += 1;
+        Moved {
+            turned_rad: std::array::from_fn(|i| 0.5 * step_s * (before[i] + after[i])),
+            power_w: steps[..robot.geometry.wheels()]
+                .iter()
+                .map(|wheel| drive.supply_power(wheel.voltage, wheel.current.mean))
+                .sum(),
+            voltage: steps.map(|wheel| wheel.voltage),
+            current: steps.map(|wheel| wheel.current.mean),
+        }
+    }
+
+    fn control(&mut self, scenario: &Scenario, command: Command, time_s: f64, supply_v: f64) {
+        let robot = &scenario.robot;
+        let target = match command {
+            Command::Profile => scenario.profile.wheel_speeds_at(&robot.geometry, time_s, &mut self.cursor),
+            Command::Wheels(speeds) => speeds,
+        };
+        let speeds = self.body.wheel_speeds();
+        for i in 0..robot.geometry.wheels() {
+            let measured = speeds[i] + robot.loop_noise_rad_s * bounded(&mut self.loop_noise);
+            self.voltage[i] =
+                self.controllers[i].update(&robot.gains, target[i], measured, supply_v, LOOP_PERIOD_S);
+        }
+    }
+}

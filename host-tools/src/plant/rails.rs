@@ -1,0 +1,186 @@
+//! The power tree: what each supply rail gives, by the state of what hangs on it.
+//!
+//! ```text
+//! battery ─┬─ motors: both servos, electronics and drives
+//!          └─ 5 V converter ─┬─ computer
+//!                            ├─ lidar
+//!                            └─ the controller board itself, which no sensor sees alone
+//! ```
+//!
+//! Source of the layout: OpenCR schematic (motors straight from the battery, a step-down converter for 5 V).
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use super::noise::{Stream, stream};
+
+/// Rails with a sensor: battery, motors, computer, lidar.
+pub const RAILS: usize = 4;
+
+/// Servos of the robots that have such a board.
+pub const SERVOS: usize = 2;
+
+/// Current of a servo's electronics without torque, A (XL430-W250 e-manual, Specifications: standby current).
+pub const SERVO_STANDBY_A: f64 = 0.052;
+
+/// What a servo's electronics take more with torque on, A: a standing TurtleBot3 drew 1.12 W more once its motors had been
+/// switched on (INA219 at its battery; S2-group's MSR 2021 replication package), two servos, at about 12 V.
+pub const SERVO_TORQUE_A: f64 = 1.12 / 2.0 / 12.0;
+
+/// Power of a Raspberry Pi 3 B+ that waits, W. Published measurements lie between 1.9 and 2.5 W; with a network and a few ROS
+/// nodes the upper end.
+pub const COMPUTER_IDLE_W: f64 = 2.5;
+
+/// The same at work on one or two of its four cores, W (all four: about 5 W).
+pub const COMPUTER_BUSY_W: f64 = 3.5;
+
+/// Mean time that the computer waits, and then works, s. An assumption: navigation goals come every half a minute.
+const COMPUTER_DWELL_S: [f64; 2] = [20.0, 8.0];
+
+/// Power of the laser scanner LDS-01 while it turns, W (e-manual: 400 mA at 5 V or less).
+pub const LIDAR_W: f64 = 2.0;
+
+/// Power of the controller board itself, W: an STM32F746 at 216 MHz with its peripherals takes about 100 mA at 5 V.
+pub const BOARD_W: f64 = 0.5;
+
+/// Efficiency of the 5 V converter: an XL4005 from 12 V at 1 A, after its data sheet's curve.
+pub const CONVERTER_EFFICIENCY: f64 = 0.9;
+
+/// Its output, V.
+pub const CONVERTER_V: f64 = 5.0;
+
+/// Inner resistance of the battery with its leads, Ω: three lithium cells of 1.8 Ah with some 30 mΩ each.
+pub const BATTERY_OHM: f64 = 0.1;
+
+/// Power and voltage of one rail.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Supply {
+    /// W
+    pub power_w: f64,
+    /// At the consumer's side of the shunt, V.
+    pub voltage_v: f64,
+}
+
+impl Supply {
+    /// A
+    pub fn current_a(self) -> f64 {
+        self.power_w / self.voltage_v
+    }
+}
+
+/// What hangs on the rails, and in which state.
+#[derive(Debug, Clone)]
+pub struct PowerTree {
+    /// Voltage of the battery without load, V.
+    battery_v: f64,
+    /// The scanner turns.
+    pub lidar: bool,
+    /// The servos' torque is switched on.
+    pub torque: [bool; SERVOS],
+    computer: Computer,
+}
+
+impl PowerTree {
+    /// A battery of `battery_v` without load; the scanner turns, the servos' torque is off.
+    pub fn new(battery_v: f64, seed: u64) -> Self {
+        Self { battery_v, lidar: true, torque: [false; SERVOS], computer: Computer::new(seed) }
+    }
+
+    /// Whether the computer is at work.
+    pub fn is_computer_busy(&self) -> bool {
+        self.computer.busy
+    }
+
+    /// The rails' powers and voltages at a time, s, that never goes back, while the drives draw `actuation_w`.
+    pub fn supply(&mut self, time_s: f64, actuation_w: f64) -> [Supply; RAILS] {
+        let computer = if self.computer.is_busy_at(time_s) { COMPUTER_BUSY_W } else { COMPUTER_IDLE_W };
+        let lidar = if self.lidar { LIDAR_W } else { 0.0 };
+        let converter = (computer + lidar + BOARD_W) / CONVERTER_EFFICIENCY;
+        let servos_a: f64 =
+            self.torque.iter().map(|&on| SERVO_STANDBY_A + if on { SERVO_TORQUE_A } else { 0.0 }).sum();
+        // Drives and converter take power, whatever the voltage, the servos' electronics a current: V = E − R (I + P / V).
+        let open = self.battery_v - BATTERY_OHM * servos_a;
+        let power = actuation_w + converter;
+        let voltage = 0.5 * (open + (open * open - 4.0 * BATTERY_OHM * power).max(0.0).sqrt());
+        let motors = actuation_w + servos_a * voltage;
+        [
+            Supply { power_w: motors + converter, voltage_v: voltage },
+            Supply { power_w: motors, voltage_v: voltage },
+            Supply { power_w: computer, voltage_v: CONVERTER_V },
+            Supply { power_w: lidar, voltage_v: CONVERTER_V },
+        ]
+    }
+}
+
+/// A computer that waits and works by turns, each for an exponentially distributed time.
+#[derive(Debug, Clone)]
+struct Computer {
+    rng: ChaCha8Rng,
+    busy: bool,
+    until_s: f64,
+}
+
+impl Computer {
+    fn new(seed: u64) -> Self {
+        let mut computer = Self { rng: stream(seed, Stream::Computer), busy: false, until_s: 0.0 };
+        computer.until_s = computer.dwell();
+        computer
+    }
+
+    fn dwell(&mut self) -> f64 {
+        let uniform: f64 = self.rng.random_range(f64::MIN_POSITIVE..1.0);
+        -COMPUTER_DWELL_S[usize::from(self.busy)] * uniform.ln()
+    }
+
+    fn is_busy_at(&mut self, time_s: f64) -> bool {
+        while time_s >= self.until_s {
+            self.busy = !self.busy;
+            self.until_s += self.dwell();
+        }
+        self.busy
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the battery gives is what rails and board take, and its voltage falls by R I.
+    #[test]
+    fn the_rails_sum_to_the_battery() {
+        let mut tree = PowerTree::new(12.0, 1);
+        for (torque, lidar, actuation) in [(false, true, 0.0), (true, true, 3.0), (true, false, 25.0)] {
+            tree.torque = [torque; SERVOS];
+            tree.lidar = lidar;
+            let [battery, motors, computer, scanner] = tree.supply(0.0, actuation);
+            let converter = (computer.power_w + scanner.power_w + 0.5) / 0.9;
+            assert!((battery.power_w - motors.power_w - converter).abs() < 1e-12);
+            assert!((battery.voltage_v - (12.0 - 0.1 * battery.current_a())).abs() < 1e-12);
+            assert_eq!((motors.voltage_v, scanner.voltage_v), (battery.voltage_v, 5.0));
+        }
+    }
+
+    /// By hand, at a battery of 12 V: the converter gives (2.5 + 2 + 0.5) W / 0.9 = 5.5556 W, the servos take 0.104 A. The voltage
+    /// solves V² − (12 − 0.0104) V + 0.55556 = 0: 11.94308 V. Motors 1.24208 W; with torque 1.12 W / 12 V more current: 2.3556 W.
+    #[test]
+    fn a_standing_robot_draws_what_its_data_sheets_say() {
+        let mut tree = PowerTree::new(12.0, 1);
+        let [battery, motors, computer, lidar] = tree.supply(0.0, 0.0);
+        assert!((battery.voltage_v - 11.943_08).abs() < 1e-5, "{}", battery.voltage_v);
+        assert!((motors.power_w - 1.242_08).abs() < 1e-5, "{}", motors.power_w);
+        assert_eq!((computer.power_w, lidar.power_w), (2.5, 2.0));
+        tree.torque = [true; SERVOS];
+        let more = tree.supply(0.0, 0.0)[1].power_w - motors.power_w;
+        // 93.33 mA at 11.9337 V, and 9.3 mV less for the 104 mA.
+        assert!((more - 1.1129).abs() < 1e-3, "{more}");
+    }
+
+    /// Exponential dwells of 20 and 8 s: at work for 2/7 of the time. Over 100 000 s, 3571 cycles, the share's standard
+    /// deviation is √(2 (2/7)² (5/7)² / 3571) = 0.0048; four of them.
+    #[test]
+    fn the_computer_works_for_its_share_of_the_time() {
+        let mut tree = PowerTree::new(12.0, 3);
+        let busy = (0..100_000).filter(|&s| tree.supply(f64::from(s), 0.0)[2].power_w > 3.0).count();
+        assert!((busy as f64 / 1e5 - 2.0 / 7.0).abs() < 0.02, "{busy}");
+    }
+}
