@@ -14,8 +14,8 @@ use crate::plant::encoder::SpeedSource;
 use crate::plant::scenario::duration_allowed;
 use crate::plant::sensors::PowerSource;
 use crate::plant::{
-    Geometry, Kinematics, PayloadSchedule, PlantSet, Profile, ProfileKind, Sample, Scenario, Sensors,
-    Simulation, profile,
+    Effect, Geometry, Kinematics, PayloadSchedule, PlantSet, Profile, ProfileKind, Sample, Scenario, Sensors,
+    Simulation, effects, profile,
 };
 
 /// Arguments of `gmr simulate`.
@@ -82,6 +82,16 @@ pub(crate) struct Arguments {
     /// Let the drives return braking power to the supply
     #[arg(long)]
     regeneration: bool,
+    /// What is not as a fit knew it: ID=SIZE, with options ID=SIZE:OPTION=VALUE:…, e.g. `grade=0.03:heading=1.57`;
+    /// may be given several times
+    #[arg(long = "effect", value_name = "ID=SIZE", allow_hyphen_values = true)]
+    effect: Vec<String>,
+    /// List the effects with their units, ranges and options, and end
+    #[arg(long)]
+    effects: bool,
+    /// Add columns: pitch_rad, motor1_temp_c …, bus_v, cpu_percent
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "NAME,…")]
+    columns: Vec<Column>,
     /// Add a column true_power_w: the supply power before sensors and noise, without static power
     #[arg(long)]
     truth: bool,
@@ -89,8 +99,8 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// The log to write; `-` for standard output
-    #[arg(long, value_name = "FILE")]
-    out: PathBuf,
+    #[arg(long, value_name = "FILE", required_unless_present = "effects")]
+    out: Option<PathBuf>,
     /// Print what was written as JSON
     #[arg(long)]
     json: bool,
@@ -102,6 +112,20 @@ enum Chain {
     Exact,
     Servo,
     Paper20,
+}
+
+/// A column that a log need not have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[value(rename_all = "snake_case")]
+enum Column {
+    /// Slope under the robot, nose up, rad
+    Pitch,
+    /// Temperatures of the windings, °C
+    Temps,
+    /// Voltage at the drives, V
+    BusV,
+    /// Load of the computer, percent
+    Cpu,
 }
 
 /// What `--json` prints.
@@ -116,6 +140,7 @@ struct Summary<'a> {
     profile: &'a str,
     sensors: Chain,
     mass: &'a str,
+    effects: &'a [String],
     geometry: Geometry,
     gyration_radius_m: f64,
     supply_v: f64,
@@ -145,7 +170,13 @@ impl Totals {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let to_stdout = arguments.out.as_os_str() == "-";
+    if arguments.effects {
+        crate::output::print(format_args!("{}", effects::list()));
+        return Ok(());
+    }
+    // clap has asked for it.
+    let out = arguments.out.as_deref().unwrap_or(Path::new("-"));
+    let to_stdout = out.as_os_str() == "-";
     if to_stdout && arguments.json {
         return Err(Error::usage("--out - and --json both write to standard output; allowed: one of them"));
     }
@@ -154,14 +185,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut totals = Totals::default();
     if to_stdout {
         let mut stdout = std::io::BufWriter::new(std::io::stdout().lock());
-        write_log(&mut stdout, arguments, simulation, &mut totals)?;
+        write_log(&mut stdout, out, arguments, simulation, &mut totals)?;
         stdout.flush().map_err(|error| Error::stdout(&error))?;
     } else {
-        write_whole(&arguments.out, |file| write_log(file, arguments, simulation, &mut totals))?;
+        write_whole(out, |file| write_log(file, out, arguments, simulation, &mut totals))?;
     }
     if arguments.json {
         let summary = Summary {
-            file: &arguments.out,
+            file: out,
             rows: totals.rows,
             duration_s: scenario.duration_s,
             rate_hz: scenario.rate_hz,
@@ -170,6 +201,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             profile: &arguments.profile,
             sensors: arguments.sensors,
             mass: &arguments.mass,
+            effects: &arguments.effect,
             geometry: scenario.robot.geometry,
             gyration_radius_m: scenario.robot.gyration_radius_m,
             supply_v: scenario.robot.supply_v,
@@ -183,7 +215,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     } else if !to_stdout {
         eprintln!(
             "{}: {} rows, {} s at {} Hz, {:.3} W on average, {:.3} W at most",
-            arguments.out.display(),
+            out.display(),
             totals.rows,
             scenario.duration_s,
             scenario.rate_hz,
@@ -225,6 +257,7 @@ fn scenario(arguments: &Arguments) -> Result<Scenario> {
     scenario.rate_hz = arguments.rate.unwrap_or(preset_rate);
     scenario.sensors = sensors(arguments, scenario.rate_hz);
     scenario.payload = PayloadSchedule::parse(&arguments.mass)?;
+    scenario.effects = arguments.effect.iter().map(|text| Effect::parse(text)).collect::<Result<_>>()?;
     scenario.static_power_w = arguments.static_power;
     scenario.drive.efficiency = arguments.drive_efficiency;
     scenario.drive.regeneration = arguments.regeneration;
@@ -273,17 +306,14 @@ fn constant_profile(arguments: &Arguments, scenario: &Scenario) -> Result<Profil
 }
 
 fn write_log(
-    out: &mut dyn Write,
+    log: &mut dyn Write,
+    out: &Path,
     arguments: &Arguments,
     run: Simulation<'_>,
     totals: &mut Totals,
 ) -> Result<()> {
     let failed = |error: std::io::Error| {
-        if arguments.out.as_os_str() == "-" {
-            Error::stdout(&error)
-        } else {
-            Error::io(&arguments.out, &error)
-        }
+        if out.as_os_str() == "-" { Error::stdout(&error) } else { Error::io(out, &error) }
     };
     let wheels = run.wheels();
     let (bar, begun) = (progress(run.rows()), Instant::now());
@@ -294,9 +324,17 @@ fn write_log(
     line += ",power_w";
     line += if arguments.no_mass { "" } else { ",mass_kg" };
     line += if arguments.truth { ",true_power_w" } else { "" };
+    for column in &arguments.columns {
+        match column {
+            Column::Pitch => line += ",pitch_rad",
+            Column::Temps => (1..=wheels).for_each(|i| line += &format!(",motor{i}_temp_c")),
+            Column::BusV => line += ",bus_v",
+            Column::Cpu => line += ",cpu_percent",
+        }
+    }
     for sample in run {
         line.push('\n');
-        out.write_all(line.as_bytes()).map_err(failed)?;
+        log.write_all(line.as_bytes()).map_err(failed)?;
         line.clear();
         push_row(&mut line, &sample, wheels, arguments);
         totals.add(&sample);
@@ -306,7 +344,7 @@ fn write_log(
     }
     bar.finish_and_clear();
     line.push('\n');
-    out.write_all(line.as_bytes()).map_err(failed)
+    log.write_all(line.as_bytes()).map_err(failed)
 }
 
 /// Time to a microsecond, speeds to 1e-7 rad/s, power to a microwatt; mass as short as it is exact.
@@ -323,6 +361,17 @@ fn push_row(line: &mut String, sample: &Sample, wheels: usize, arguments: &Argum
     }
     if arguments.truth {
         let _ = write!(line, ",{:.6}", unsigned_zero(sample.true_power_w, 1e6));
+    }
+    for column in &arguments.columns {
+        // Writing to a String cannot fail.
+        let _ = match column {
+            Column::Pitch => write!(line, ",{:.6}", unsigned_zero(sample.pitch_rad, 1e6)),
+            Column::Temps => {
+                sample.motor_temp_c[..wheels].iter().try_for_each(|temp| write!(line, ",{temp:.2}"))
+            }
+            Column::BusV => write!(line, ",{:.3}", sample.bus_v),
+            Column::Cpu => write!(line, ",{:.1}", sample.cpu_percent),
+        };
     }
 }
 

@@ -94,7 +94,7 @@ impl Lockstep {
         let mut power = PowerTree::new(supply_v, scenario.seed);
         let mut phase = stream(scenario.seed, Stream::EncoderPhase);
         Ok(Self {
-            motion: Motion::new(&scenario),
+            motion: Motion::new(&scenario)?,
             rails: power.supply(0.0, 0.0),
             power,
             command: None,
@@ -103,6 +103,7 @@ impl Lockstep {
             moved: Moved {
                 turned_rad: [0.0; MAX_WHEELS],
                 power_w: 0.0,
+                drive_v: supply_v,
                 voltage: [0.0; MAX_WHEELS],
                 current: [0.0; MAX_WHEELS],
             },

@@ -15,6 +15,8 @@ pub(crate) enum Stream {
     EncoderPhase = 6,
     Computer = 7,
     RailNoise = 8,
+    Processor = 9,
+    Onset = 10,
 }
 
 /// The generator of a stream. ChaCha8 is specified, so the same seed gives the same bytes on every machine.

@@ -1,6 +1,7 @@
 //! One simulated run, as a value.
 
 use super::drive::Drive;
+use super::effects::Effect;
 use super::kinematics::Kinematics;
 use super::payload::PayloadSchedule;
 use super::profile::{Profile, ProfileKind};
@@ -40,6 +41,8 @@ pub struct Scenario {
     pub static_power_w: f64,
     /// Seed of every noise (the profile has been drawn already).
     pub seed: u64,
+    /// What is not as the fit knew it.
+    pub effects: Vec<Effect>,
     /// Integration step, s; the loop's period divided by a whole number.
     pub step_s: f64,
 }
@@ -65,6 +68,7 @@ impl Scenario {
             sensors: Sensors::exact(),
             static_power_w: 0.0,
             seed,
+            effects: Vec::new(),
             step_s: DEFAULT_STEP_S,
         }
     }

@@ -122,12 +122,13 @@ pub(super) struct PowerReader {
 }
 
 impl PowerReader {
-    pub(super) fn new(sensors: &Sensors, step_s: f64, seed: u64) -> Self {
+    /// A sensor that has read `level_w` all the time before.
+    pub(super) fn new(sensors: &Sensors, step_s: f64, seed: u64, level_w: f64) -> Self {
         let window = (2.0 * sensors.ina219.conversion_time_s() / step_s).ceil() as usize + 2;
         let noise =
             Ar1::new(stream(seed, Stream::Power), sensors.power_noise_w, sensors.power_autocorrelation);
-        let energy = VecDeque::from(vec![0.0; window]);
-        Self { source: sensors.power, ina219: sensors.ina219, noise, energy, step_s, last_power_w: 0.0 }
+        let energy = (0..window).map(|k| k as f64 * step_s * level_w).collect();
+        Self { source: sensors.power, ina219: sensors.ina219, noise, energy, step_s, last_power_w: level_w }
     }
 
     /// The supply gave `power_w` during one step.
@@ -174,7 +175,7 @@ mod tests {
     fn the_power_sensor_averages_and_quantises() {
         let sensors = Sensors { power_noise_w: 0.0, ..Sensors::paper20() };
         let h = 0.25e-3;
-        let mut reader = PowerReader::new(&sensors, h, 1);
+        let mut reader = PowerReader::new(&sensors, h, 1, 0.0);
         let mut readings = Vec::new();
         for step in 1..=200 {
             reader.observe(if step > 80 { 6.0 } else { 0.0 });
