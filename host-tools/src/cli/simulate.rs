@@ -21,7 +21,7 @@ use crate::plant::{
 /// Arguments of `gmr simulate`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Motors: the paper's Table 3, or a servo like the XL430-W250
+    /// Motors: the paper's Table 3, a servo like the XL430-W250, or a brisk gear motor
     #[arg(long, value_enum, default_value = "servo")]
     plant: PlantSet,
     /// Wheel layout
@@ -55,6 +55,12 @@ pub(crate) struct Arguments {
     /// Standard deviation of the power noise, W (overrides the chain's)
     #[arg(long, allow_negative_numbers = true)]
     power_noise: Option<f64>,
+    /// Power noise that grows with the power: standard deviation added for every watt, W/W
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    power_noise_per_watt: f64,
+    /// Heavy tails of the power noise: degrees of freedom of Student's t, above 2 [default: Gaussian]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
+    power_noise_tail: Option<f64>,
     /// Correlation of the power noise from sample to sample, above -1, below 1
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     power_autocorrelation: f64,
@@ -73,7 +79,7 @@ pub(crate) struct Arguments {
     /// Power added to the log, W: a log of total power
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     static_power: f64,
-    /// Bounded noise on the speed loop's measurement, rad/s at the wheel [default: 0.0002 table3, 0.002 servo]
+    /// Bounded noise on the speed loop's measurement, rad/s at the wheel [default: 0.0002 table3, 0.002 servo, 0.01 gearmotor]
     #[arg(long, allow_negative_numbers = true)]
     loop_noise: Option<f64>,
     /// Efficiency of the motor drives
@@ -277,6 +283,8 @@ fn sensors(arguments: &Arguments, rate_hz: f64) -> Sensors {
     sensors.power = arguments.power_source.unwrap_or(sensors.power);
     sensors.power_noise_w = arguments.power_noise.unwrap_or(sensors.power_noise_w);
     sensors.ina219.averages = arguments.averages.unwrap_or(sensors.ina219.averages);
+    sensors.power_noise_per_w = arguments.power_noise_per_watt;
+    sensors.power_noise_tail = arguments.power_noise_tail;
     sensors.power_autocorrelation = arguments.power_autocorrelation;
     sensors.jitter_s = arguments.jitter;
     sensors

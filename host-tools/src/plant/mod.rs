@@ -12,6 +12,7 @@ pub mod controller;
 pub mod drive;
 pub mod effects;
 pub mod encoder;
+pub mod field;
 pub mod gear;
 pub mod ina219;
 pub mod ina219_chip;
@@ -31,6 +32,7 @@ mod simulation;
 mod tests;
 
 pub use effects::Effect;
+pub use field::Field;
 pub use ina219_chip::Ina219Chip;
 pub use kinematics::{Geometry, Kinematics, MAX_WHEELS};
 pub use lockstep::{Lockstep, Truth};

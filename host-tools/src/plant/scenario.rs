@@ -92,6 +92,19 @@ impl Scenario {
             ),
             ("power noise", sensors.power_noise_w, "W, 0 or more", sensors.power_noise_w >= 0.0),
             (
+                "power noise per watt",
+                sensors.power_noise_per_w,
+                "0 or more",
+                sensors.power_noise_per_w >= 0.0,
+            ),
+            (
+                "power noise tail",
+                // None passes as the limit of many degrees of freedom.
+                sensors.power_noise_tail.unwrap_or(1e9),
+                "degrees of freedom, above 2",
+                sensors.power_noise_tail.is_none_or(|degrees| degrees > 2.0),
+            ),
+            (
                 "power autocorrelation",
                 sensors.power_autocorrelation,
                 "above -1, below 1",

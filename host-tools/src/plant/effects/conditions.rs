@@ -62,10 +62,14 @@ impl Conditions {
 
     /// Current, A, that the drives draw through the leads from a supply of `supply_v` to get `power_w`.
     ///
-    /// The smaller solution of (E − R I) I = P; where the leads cannot carry P, the current of the greatest power.
+    /// The smaller solution of (E − R I) I = P. Where the leads cannot carry P, the current at which they carry most,
+    /// E/(2R): the drives' voltage is then half of E, and the loop has to do with that from its next period on.
     pub(in super::super) fn lead_current(&self, power_w: f64, supply_v: f64) -> f64 {
         let rest = supply_v * supply_v - 4.0 * self.lead_ohm * power_w;
-        2.0 * power_w / (supply_v + rest.max(0.0).sqrt())
+        if rest < 0.0 {
+            return 0.5 * supply_v / self.lead_ohm;
+        }
+        2.0 * power_w / (supply_v + rest.sqrt())
     }
 
     /// What the power sensor makes of a true power, W.

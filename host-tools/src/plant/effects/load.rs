@@ -3,15 +3,23 @@
 use super::super::kinematics::{Geometry, Kinematics, MAX_WHEELS};
 use super::causes::{Cause, Onset};
 use super::conditions::{Conditions, Now};
-use super::entry::Entry;
+use super::entry::{Choice, Entry, Values};
 use super::{AT, onset};
 
 pub(super) const OFFSET: Entry = Entry {
     id: "payload-offset",
-    meaning: "The load lies off centre: the wheels of one side carry more, and turns move the load's mass.",
+    meaning: "The load lies off centre: the wheels of one side carry more of it.",
     unit: "how far the centre of the total mass lies to the left, m",
     range: (-0.1, 0.1),
-    options: &[AT],
+    options: &[
+        Choice {
+            name: "inertia",
+            values: Values::Word(&["no", "yes"]),
+            default: Some(0.0),
+            meaning: "whether turning also moves the load's mass forward and back",
+        },
+        AT,
+    ],
     build: |effect, setting| {
         let geometry = setting.scenario.robot.geometry;
         let lever = levers(&geometry);
@@ -20,7 +28,8 @@ pub(super) const OFFSET: Entry = Entry {
         if lifted {
             return Err(effect.refuse("a wheel would lift off; allowed: a centre between the wheels"));
         }
-        Ok(Box::new(Offset { offset: onset(effect), lever }))
+        let inertia = effect.number("inertia") == 1.0;
+        Ok(Box::new(Offset { offset: onset(effect), lever, inertia }))
     },
 };
 
@@ -28,12 +37,15 @@ pub(super) const OFFSET: Entry = Entry {
 struct Offset {
     offset: Onset,
     lever: [f64; MAX_WHEELS],
+    inertia: bool,
 }
 
 impl Cause for Offset {
     fn act(&mut self, now: &Now, conditions: &mut Conditions) {
         let offset = self.offset.at(now.time_s);
-        conditions.loads.offset_m += offset;
+        if self.inertia {
+            conditions.loads.offset_m += offset;
+        }
         for (wheel, lever) in conditions.wheels.iter_mut().zip(self.lever) {
             wheel.load_share += offset * lever;
         }

@@ -13,6 +13,7 @@ mod load;
 mod processor;
 mod road;
 mod sensing;
+pub mod size;
 mod statics;
 mod supply;
 #[cfg(test)]

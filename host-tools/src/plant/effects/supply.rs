@@ -10,7 +10,7 @@ pub(super) const SAG: Entry = Entry {
     meaning: "Leads and connectors between power sensor and drives have a resistance: the drives' voltage sags with \
               the current, and the sensor sees the loss.",
     unit: "resistance, Ω",
-    range: (0.0, 5.0),
+    range: (0.0, 2.0),
     options: &[AT],
     build: |effect, _| Ok(Box::new(Sag { resistance: onset(effect) })),
 };
