@@ -300,15 +300,13 @@ impl Body {
         if self.response.key == Some((mass_kg, offset, gains)) {
             return;
         }
-        let count = self.geometry.wheels();
         // A mass beside the middle resists turning more, and turning moves it forward or back (Steiner).
         let turning = mass_kg * (self.gyration_radius_m * self.gyration_radius_m + offset * offset);
         let coupling = -mass_kg * offset;
         let mut inertia = [[mass_kg, 0.0, coupling], [0.0, mass_kg, 0.0], [coupling, 0.0, turning]];
-        for i in 0..count {
-            let Wheel { motor, gear, .. } = &self.wheels[i];
-            let reflected = gains[i] * gear.ratio * motor.rotor_inertia;
-            let row = self.wheel_per_twist[i];
+        let wheels = self.wheels.iter().zip(self.wheel_per_twist).zip(gains);
+        for ((Wheel { motor, gear, .. }, row), gain) in wheels.take(self.geometry.wheels()) {
+            let reflected = gain * gear.ratio * motor.rotor_inertia;
             for a in 0..3 {
                 for b in 0..3 {
                     inertia[a][b] += row[a] * reflected * row[b];
