@@ -71,6 +71,9 @@ impl Noise {
 
 impl Default for Field {
     /// 6 clean runs and 12 in the field, 60 s at 20 Hz, 1 to 6 kg, 0.05 W of white noise, nothing hidden.
+    ///
+    /// Gear motors, because every effect of the dictionary can be as large as that noise and still be plausible. On the
+    /// servo copper, leads and braking cannot: it is slow, and most of what it draws turns its own gears.
     fn default() -> Self {
         Self {
             plant: PlantSet::Gearmotor,
@@ -151,6 +154,8 @@ impl Field {
 
 #[cfg(test)]
 mod tests {
+    use super::super::effects::DICTIONARY;
+    use super::super::effects::size::added;
     use super::super::simulate;
     use super::*;
 
@@ -182,6 +187,26 @@ mod tests {
         assert!(masses.windows(2).all(|pair| pair[1] - pair[0] <= 2.0 * stratum), "{masses:?}");
         let base: Vec<f64> = Field::default().base(3).iter().map(|run| run.payload.mass_at(0.0)).collect();
         assert_eq!(base, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+    }
+
+    /// Half the noise, the least size that a comparison has to find, is within the plausible range of every effect.
+    #[test]
+    fn every_effect_can_be_seen_in_the_field() {
+        let field = Field::default();
+        for entry in &DICTIONARY {
+            let size = match entry.id {
+                // More, and a wheel lifts off.
+                "payload-offset" => 0.07,
+                _ => entry.range.1,
+            };
+            let effects = vec![Effect::new(entry.id, size).unwrap()];
+            let runs: Vec<Scenario> = field.field(1)[..3]
+                .iter()
+                .map(|run| Scenario { effects: effects.clone(), ..run.clone() })
+                .collect();
+            let rms_w = added(&runs).unwrap().rms_w;
+            assert!(rms_w > 0.5 * field.noise.std_w, "{}: {rms_w} W", entry.id);
+        }
     }
 
     #[test]

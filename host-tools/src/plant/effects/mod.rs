@@ -31,6 +31,16 @@ pub use entry::{Choice, Effect, Entry, Values, list};
 use sensing::SIDE_CHOICE as SIDE;
 pub(super) use sensing::{DelayLine, power_delay_s};
 
+/// Effects of what `gmr simulate` writes, beside the moving robot: static power, and sensors of a log.
+const OF_LOGS: [&str; 6] =
+    ["static-step", "compute-load", "sensor-gain", "sensor-offset", "sensor-delay", "speed-scale"];
+
+/// The first of these effects that only a log can show, not a robot in lockstep with a board: that has rails and
+/// sensors of its own.
+pub(super) fn of_logs(effects: &[Effect]) -> Option<&Effect> {
+    effects.iter().find(|effect| OF_LOGS.contains(&effect.id()))
+}
+
 /// All effects, in the order of the documentation.
 pub static DICTIONARY: [Entry; 21] = [
     road::GRADE,
