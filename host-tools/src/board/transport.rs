@@ -1,23 +1,23 @@
-//! A way for bytes to a board and back.
+//! Bytes to a board and back: over a serial port, or to a board that is only emulated.
 
 use std::time::Duration;
 
 use crate::error::Result;
 
-/// Bytes both ways.
+/// The host's end of a link.
 pub trait Transport {
-    /// Sends all of `bytes`.
+    /// Sends all of them.
     ///
     /// # Errors
-    /// The board is gone.
+    /// The other side is gone.
     fn send(&mut self, bytes: &[u8]) -> Result<()>;
 
     /// Waits at most `limit` for something; 0 bytes when nothing came.
     ///
     /// # Errors
-    /// The board is gone.
+    /// The other side is gone.
     fn receive(&mut self, buffer: &mut [u8], limit: Duration) -> Result<usize>;
 
-    /// Time as the other side counts it.
+    /// Time as the other side counts it: a real board's passes by itself, an emulated one's only while somebody receives.
     fn now(&self) -> Duration;
 }

@@ -1,6 +1,9 @@
 //! The command line: one file a subcommand. Figures go to standard output, all else to standard error.
 
+#[cfg(target_os = "linux")]
+mod board;
 mod compare;
+mod drive;
 mod estimate;
 mod fit;
 mod inspect;
@@ -34,6 +37,9 @@ enum Command {
     Estimate(estimate::Arguments),
     /// Every model and baseline on the same split, in one table
     Compare(compare::Arguments),
+    #[cfg(target_os = "linux")]
+    /// Run the virtual board and its robot, with the link as a pseudo terminal
+    Board(board::Arguments),
 }
 
 /// Parses the command line and runs it. Exit codes: 0 done, 1 failed, 2 wrong usage.
@@ -75,6 +81,8 @@ fn execute(cli: Cli) -> Result<()> {
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Estimate(arguments) => estimate::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        #[cfg(target_os = "linux")]
+        Command::Board(arguments) => board::run(&arguments),
     }
 }
 

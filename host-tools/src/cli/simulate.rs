@@ -8,38 +8,29 @@ use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
+use super::drive::DriveArguments;
 use crate::error::{Error, Result};
 use crate::output::write_whole;
 use crate::plant::encoder::SpeedSource;
-use crate::plant::scenario::duration_allowed;
 use crate::plant::sensors::PowerSource;
 use crate::plant::{
-    Effect, Geometry, Kinematics, PayloadSchedule, PlantSet, Profile, ProfileKind, Sample, Scenario, Sensors,
-    Simulation, effects, profile,
+    Geometry, Kinematics, PlantSet, Profile, ProfileKind, Sample, Scenario, Sensors, Simulation, effects,
 };
 
 /// Arguments of `gmr simulate`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Motors: the paper's Table 3, a servo like the XL430-W250, or a brisk gear motor
-    #[arg(long, value_enum, default_value = "servo")]
-    plant: PlantSet,
+    #[command(flatten)]
+    drive: DriveArguments,
     /// Wheel layout
     #[arg(long, value_enum, default_value = "differential")]
     kinematics: Kinematics,
-    /// training, test, constant, standstill, or a CSV file with time_s and v_m_s, omega_rad_s (vx_m_s, vy_m_s,
-    /// omega_rad_s for omni and mecanum) or wheel1_rad_s …
-    #[arg(long, default_value = "training", value_name = "KIND|FILE")]
-    profile: String,
     /// Forward speed of the constant profile, m/s [default: 0.9 of the robot's limit]
     #[arg(long, allow_negative_numbers = true)]
     speed: Option<f64>,
     /// Turn rate of the constant profile, rad/s
     #[arg(long, allow_negative_numbers = true)]
     turn: Option<f64>,
-    /// Length of the run, s
-    #[arg(long, default_value_t = 200.0, allow_negative_numbers = true)]
-    duration: f64,
     /// Samples per second, Hz [default: 100 exact, 200 servo, 20 paper20]
     #[arg(long, allow_negative_numbers = true)]
     rate: Option<f64>,
@@ -70,28 +61,12 @@ pub(crate) struct Arguments {
     /// Standard deviation of the sampling instants, s
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     jitter: f64,
-    /// Total mass, kg, or steps of KG@SECONDS: `1@0,6@100`
-    #[arg(long, default_value = "1", allow_hyphen_values = true)]
-    mass: String,
     /// Leave the mass out of the log: unknown to the estimator
     #[arg(long)]
     no_mass: bool,
     /// Power added to the log, W: a log of total power
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     static_power: f64,
-    /// Bounded noise on the speed loop's measurement, rad/s at the wheel [default: 0.0002 table3, 0.002 servo, 0.01 gearmotor]
-    #[arg(long, allow_negative_numbers = true)]
-    loop_noise: Option<f64>,
-    /// Efficiency of the motor drives
-    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
-    drive_efficiency: f64,
-    /// Let the drives return braking power to the supply
-    #[arg(long)]
-    regeneration: bool,
-    /// What is not as a fit knew it: ID=SIZE, with options ID=SIZE:OPTION=VALUE:…, e.g. `grade=0.03:heading=1.57`;
-    /// may be given several times
-    #[arg(long = "effect", value_name = "ID=SIZE", allow_hyphen_values = true)]
-    effect: Vec<String>,
     /// List the effects with their units, ranges and options, and end
     #[arg(long)]
     effects: bool,
@@ -101,9 +76,6 @@ pub(crate) struct Arguments {
     /// Add a column true_power_w: the supply power before sensors and noise, without static power
     #[arg(long)]
     truth: bool,
-    /// Seed of profile and noise: same seed, same bytes
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
     /// The log to write; `-` for standard output
     #[arg(long, value_name = "FILE", required_unless_present = "effects")]
     out: Option<PathBuf>,
@@ -203,11 +175,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             duration_s: scenario.duration_s,
             rate_hz: scenario.rate_hz,
             seed: scenario.seed,
-            plant: arguments.plant,
-            profile: &arguments.profile,
+            plant: arguments.drive.plant,
+            profile: &arguments.drive.profile,
             sensors: arguments.sensors,
-            mass: &arguments.mass,
-            effects: &arguments.effect,
+            mass: &arguments.drive.mass,
+            effects: &arguments.drive.effect,
             geometry: scenario.robot.geometry,
             gyration_radius_m: scenario.robot.gyration_radius_m,
             supply_v: scenario.robot.supply_v,
@@ -234,25 +206,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 
 /// The scenario that the arguments ask for.
 fn scenario(arguments: &Arguments) -> Result<Scenario> {
-    let kind = ProfileKind::from_str(&arguments.profile, false).ok();
-    // Checked before any profile of that length is drawn.
-    if !duration_allowed(arguments.duration) {
-        return Err(Error::usage(format!("duration {}; allowed: s, above 0 to 1e7", arguments.duration)));
-    }
-    let mut scenario = Scenario::new(
-        arguments.plant,
-        arguments.kinematics,
-        kind.unwrap_or(ProfileKind::Standstill),
-        arguments.duration,
-        arguments.seed,
-    );
+    let drive = &arguments.drive;
     let constant = arguments.speed.is_some() || arguments.turn.is_some();
-    if constant && kind != Some(ProfileKind::Constant) {
+    let mut scenario = drive.scenario(arguments.kinematics)?;
+    if constant && drive.kind() != Some(ProfileKind::Constant) {
         return Err(Error::usage("--speed and --turn go with --profile constant only"));
     }
-    if kind.is_none() {
-        scenario.profile = read_profile(&arguments.profile, &scenario.robot.geometry)?;
-    } else if constant {
+    if constant {
         scenario.profile = constant_profile(arguments, &scenario)?;
     }
     let preset_rate = match arguments.sensors {
@@ -262,14 +222,7 @@ fn scenario(arguments: &Arguments) -> Result<Scenario> {
     };
     scenario.rate_hz = arguments.rate.unwrap_or(preset_rate);
     scenario.sensors = sensors(arguments, scenario.rate_hz);
-    scenario.payload = PayloadSchedule::parse(&arguments.mass)?;
-    scenario.effects = arguments.effect.iter().map(|text| Effect::parse(text)).collect::<Result<_>>()?;
     scenario.static_power_w = arguments.static_power;
-    scenario.drive.efficiency = arguments.drive_efficiency;
-    scenario.drive.regeneration = arguments.regeneration;
-    if let Some(noise) = arguments.loop_noise {
-        scenario.robot.loop_noise_rad_s = noise;
-    }
     Ok(scenario)
 }
 
@@ -288,16 +241,6 @@ fn sensors(arguments: &Arguments, rate_hz: f64) -> Sensors {
     sensors.power_autocorrelation = arguments.power_autocorrelation;
     sensors.jitter_s = arguments.jitter;
     sensors
-}
-
-fn read_profile(name: &str, geometry: &Geometry) -> Result<Profile> {
-    let file = Path::new(name);
-    // A bare word that is no file is more likely a misspelt kind than a lost file.
-    if !file.exists() && file.extension().is_none() && !name.contains(std::path::MAIN_SEPARATOR) {
-        let allowed = "training, test, constant, standstill or a CSV file";
-        return Err(Error::usage(format!("profile `{name}`; allowed: {allowed}")));
-    }
-    profile::read(file, geometry)
 }
 
 fn constant_profile(arguments: &Arguments, scenario: &Scenario) -> Result<Profile> {

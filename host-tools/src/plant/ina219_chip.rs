@@ -403,6 +403,20 @@ mod tests {
         }
     }
 
+    /// Modes 5 and 6 convert one of the two, over and over; 0 and 4 none (Table 6).
+    #[test]
+    fn modes_of_one_voltage_and_of_none() {
+        for (mode, first, second, bus) in [(5, 1000, 2000, 0), (6, 0, 0, 2750), (4, 0, 0, 0), (0, 0, 0, 0)] {
+            let mut chip = Ina219Chip::new(0.1);
+            write(&mut chip, 0, 0x3998 | mode);
+            pass(&mut chip, 532, 0.1, 12.0);
+            assert_eq!(read(&mut chip, 1), first, "mode {mode}");
+            assert_eq!(read(&mut chip, 2) & CNVR != 0, mode == 5 || mode == 6, "mode {mode}");
+            pass(&mut chip, 532, 0.2, 11.0);
+            assert_eq!((read(&mut chip, 1), read(&mut chip, 2) >> 3), (second, bus), "mode {mode}");
+        }
+    }
+
     /// Full scale by PG (8.6.3.1, Figures 20 to 23): ±40, 80, 160, 320 mV are 0FA0h to 7D00h, negative F060h to 8300h. BRNG: 16 or
     /// 32 V.
     #[test]

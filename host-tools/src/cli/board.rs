@@ -1,0 +1,280 @@
+//! `gmr board`: the virtual board and its robot, for whoever opens the link.
+
+use std::io::{IsTerminal as _, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
+
+use super::drive::DriveArguments;
+use crate::board::qemu::BoardLog;
+use crate::board::transport::Transport as _;
+use crate::board::virtual_board::{BoardOptions, VirtualBoard};
+use crate::board::virtual_flash::VirtualFlash;
+use crate::board::virtual_pace::Pace;
+use crate::board::virtual_robot::{RobotOptions, VirtualRobot};
+use crate::board::virtual_terminal::{Heard, VirtualTerminal};
+use crate::board::virtual_truth::{HEADER, PERIOD_US, TruthRows};
+use crate::error::{Error, Result};
+use crate::output::write_whole;
+use crate::plant::{Kinematics, ProfileKind};
+
+/// Where cargo puts the image.
+const IMAGE: &str = "target/thumbv7em-none-eabihf/release/virtual";
+
+/// The profile that lets the board drive.
+const DRIVEN_BY_BOARD: &str = "none";
+
+/// Board time between two looks at the link: a tenth of a sample.
+const LINK_PERIOD: Duration = Duration::from_micros(500);
+
+/// Longest wait for anything, so that Ctrl-C is heard.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// Arguments of `gmr board`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    drive: DriveArguments,
+    /// Board seconds per second: a number, or max
+    #[arg(long, default_value = "1", value_name = "N|max")]
+    speed: String,
+    /// Stand still until a client has sent its first byte
+    #[arg(long)]
+    wait: bool,
+    /// Standard deviation of a power reading of motors and battery, W
+    #[arg(long, default_value_t = 0.1, allow_negative_numbers = true)]
+    power_noise: f64,
+    /// The laser scanner stands still
+    #[arg(long)]
+    no_lidar: bool,
+    /// Make a symbolic link to the pseudo terminal
+    #[arg(long, value_name = "PATH")]
+    link: Option<PathBuf>,
+    /// Keep the board's flash in a file
+    #[arg(long, value_name = "FILE")]
+    flash: Option<PathBuf>,
+    /// Write what was true, 200 times a second: speeds, mass, power of drives and rails
+    #[arg(long, value_name = "FILE.csv")]
+    truth: Option<PathBuf>,
+    /// The board's image
+    #[arg(long, value_name = "ELF", default_value = IMAGE)]
+    image: PathBuf,
+    /// Show the board's log (needs defmt-print)
+    #[arg(long)]
+    log: bool,
+    /// Print what was run as JSON, at the end
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Summary<'a> {
+    board_s: f64,
+    wall_s: f64,
+    speed: f64,
+    exchanges: u64,
+    link: &'a Path,
+    received_bytes: u64,
+    sent_bytes: u64,
+    actuation_j: f64,
+    mass_kg: f64,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let factor = speed(&arguments.speed)?;
+    let robot = robot(arguments)?;
+    let interrupted = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&interrupted))
+            .map_err(|error| Error::failed(format!("Ctrl-C: {error}")))?;
+    }
+    let flash = arguments.flash.as_deref().map_or_else(|| Ok(VirtualFlash::default()), VirtualFlash::open)?;
+    let terminal = VirtualTerminal::open(arguments.link.as_deref())?;
+    let log = if arguments.log { BoardLog::Print } else { BoardLog::Discard };
+    let options = BoardOptions { flash, log, ..BoardOptions::default() };
+    let board = VirtualBoard::start(&arguments.image, robot, options)?;
+    eprintln!("link: {}", arguments.link.as_deref().unwrap_or(terminal.path()).display());
+
+    let mut session = Session {
+        board,
+        terminal,
+        pace: Pace::new(factor, Instant::now()),
+        begun: Instant::now(),
+        looked_at_link: None,
+        bytes: [0; 2],
+        interrupted,
+    };
+    match &arguments.truth {
+        None => session.run(arguments, None)?,
+        Some(path) => write_whole(path, |file| session.run(arguments, Some((file, path))))?,
+    }
+    session.report(arguments)
+}
+
+fn speed(text: &str) -> Result<Option<f64>> {
+    if text == "max" {
+        return Ok(None);
+    }
+    let factor = text.parse().ok().filter(|factor: &f64| (1e-3..=1e6).contains(factor));
+    factor.map(Some).ok_or_else(|| {
+        Error::usage(format!("speed `{text}`; allowed: times real time, 0.001 to 1e6, or max"))
+    })
+}
+
+fn robot(arguments: &Arguments) -> Result<VirtualRobot> {
+    let driven_by_board = arguments.drive.profile == DRIVEN_BY_BOARD;
+    let scenario = if driven_by_board {
+        arguments.drive.scenario_of(ProfileKind::Standstill, Kinematics::Differential)?
+    } else {
+        arguments.drive.scenario(Kinematics::Differential)?
+    };
+    let options =
+        RobotOptions { power_noise_w: arguments.power_noise, lidar: !arguments.no_lidar, driven_by_board };
+    VirtualRobot::new(scenario, options)
+}
+
+/// A board, its link, and who keeps the time.
+struct Session {
+    board: VirtualBoard,
+    terminal: VirtualTerminal,
+    pace: Pace,
+    begun: Instant,
+    /// The board's time then.
+    looked_at_link: Option<Duration>,
+    /// From the client, to the client.
+    bytes: [u64; 2],
+    interrupted: Arc<AtomicBool>,
+}
+
+impl Session {
+    /// Until the run is over, or somebody ends it.
+    fn run(&mut self, arguments: &Arguments, mut truth: Option<(&mut dyn Write, &Path)>) -> Result<()> {
+        let end = Duration::from_secs_f64(arguments.drive.duration);
+        let (mut rows, mut text) = (TruthRows::default(), String::from(HEADER));
+        if truth.is_some() {
+            self.board.server_mut().note_truths(PERIOD_US);
+        }
+        if arguments.wait {
+            while self.bytes == [0; 2] && !self.interrupted.load(Ordering::Relaxed) {
+                self.terminal.wait(LOOK);
+                self.look_at_link()?;
+            }
+            self.begun = Instant::now();
+            self.pace.restart(self.begun, Duration::ZERO);
+        }
+        let bar = status_line();
+        let mut shown = Instant::now();
+        while self.board.now() < end && !self.interrupted.load(Ordering::Relaxed) {
+            self.step()?;
+            if let Some((file, path)) = &mut truth
+                && self.board.server().has_truths()
+            {
+                for truth in self.board.server_mut().take_truths() {
+                    rows.push(&mut text, &truth);
+                }
+                file.write_all(text.as_bytes()).map_err(|error| Error::io(path, &error))?;
+                text.clear();
+            }
+            if !bar.is_hidden() && shown.elapsed() > Duration::from_millis(500) {
+                shown = Instant::now();
+                self.show(&bar);
+            }
+        }
+        bar.finish_and_clear();
+        Ok(())
+    }
+
+    /// One request of the board, or a wait for the client or the clock.
+    fn step(&mut self) -> Result<()> {
+        let wait = self.pace.wait(Instant::now(), self.board.now());
+        if !wait.is_zero() {
+            self.terminal.wait(wait.min(LOOK));
+            return self.look_at_link();
+        }
+        self.board.try_exchange(LOOK)?;
+        let due = self.looked_at_link.is_none_or(|at| self.board.now() >= at + LINK_PERIOD);
+        if due { self.look_at_link() } else { Ok(()) }
+    }
+
+    /// Bytes both ways between terminal and board.
+    fn look_at_link(&mut self) -> Result<()> {
+        let now = self.board.now();
+        self.looked_at_link = Some(now);
+        let mut buffer = [0; 4096];
+        let server = self.board.server_mut();
+        match self.terminal.receive(&mut buffer)? {
+            Heard::Bytes(count) => {
+                server.to_board.extend(&buffer[..count]);
+                self.bytes[0] += count as u64;
+                self.pace.hear(Instant::now(), now);
+            }
+            Heard::Nothing => {}
+            Heard::HungUp => {
+                // As over USB: what nobody reads is gone.
+                server.from_board.clear();
+                self.pace.hang_up();
+            }
+        }
+        while !server.from_board.is_empty() {
+            let (front, _) = server.from_board.as_slices();
+            let count = self.terminal.send(front)?;
+            if count == 0 {
+                break;
+            }
+            server.from_board.drain(..count);
+            self.bytes[1] += count as u64;
+        }
+        Ok(())
+    }
+
+    fn show(&mut self, bar: &ProgressBar) {
+        let (board_s, speed) = (self.board.now().as_secs_f64(), self.speed());
+        let truth = self.board.robot_mut().truth();
+        let [battery, motors, ..] = truth.rails;
+        bar.set_message(format!(
+            "{board_s:.1} s, {speed:.1} × real time, {} kg, motors {:.2} W, battery {:.2} W",
+            truth.mass_kg, motors.power_w, battery.power_w
+        ));
+        bar.tick();
+    }
+
+    fn speed(&self) -> f64 {
+        self.board.now().as_secs_f64() / self.begun.elapsed().as_secs_f64().max(1e-9)
+    }
+
+    fn report(mut self, arguments: &Arguments) -> Result<()> {
+        let (board_s, wall_s) = (self.board.now().as_secs_f64(), self.begun.elapsed().as_secs_f64());
+        let (exchanges, speed) = (self.board.exchanges(), self.speed());
+        if !arguments.json {
+            eprintln!("{board_s:.3} s in {wall_s:.3} s: {speed:.1} × real time, {exchanges} exchanges");
+            return Ok(());
+        }
+        let truth = self.board.robot_mut().truth();
+        super::print_json(&Summary {
+            board_s,
+            wall_s,
+            speed,
+            exchanges,
+            link: self.terminal.path(),
+            received_bytes: self.bytes[0],
+            sent_bytes: self.bytes[1],
+            actuation_j: truth.actuation_j,
+            mass_kg: truth.mass_kg,
+        })
+    }
+}
+
+/// A line on standard error; none when that is no terminal.
+fn status_line() -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style =
+        ProgressStyle::with_template("{spinner} {msg}").unwrap_or_else(|_| ProgressStyle::default_spinner());
+    ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()).with_style(style)
+}
