@@ -176,3 +176,67 @@ fn a_failure_leaves_the_old_log_as_it_was() {
     long.wait().unwrap();
     assert_eq!(std::fs::read_to_string(folder.path().join("x.csv")).unwrap(), "old");
 }
+
+#[test]
+fn effects_are_listed_and_act_on_the_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let list = gmr(folder.path(), &["--effects"]).assert().success();
+    let list = String::from_utf8(list.get_output().stdout.clone()).unwrap();
+    assert!(list.starts_with("grade\n") && list.contains("size: slope angle, rad, -0.3 to 0.3\n"), "{list}");
+    assert_eq!(list.lines().filter(|line| !line.starts_with(' ')).count(), 21);
+
+    let log = |name: &str, effects: &[&str]| {
+        let options = ["--sensors", "servo", "--duration", "5", "--columns", "pitch,temps,bus_v,cpu"];
+        let effects: Vec<&str> = effects.iter().flat_map(|effect| ["--effect", effect]).collect();
+        write(folder.path(), name, &[&options[..], &effects].concat())
+    };
+    let (clean, nothing) = (log("a.csv", &[]), log("b.csv", &["grade=0", "supply-sag=0", "speed-scale=0"]));
+    assert_eq!(clean, nothing);
+    let effects = ["grade=0.05:along=travel", "winding-temperature=30:heat=room:tau=1", "supply-sag=1"];
+    let with = log("c.csv", &effects);
+    assert_eq!(with, log("d.csv", &effects));
+    let header = "power_w,mass_kg,pitch_rad,motor1_temp_c,motor2_temp_c,bus_v,cpu_percent";
+    assert!(with.lines().next().unwrap().ends_with(header), "{with}");
+    let columns = columns(&with);
+    assert!(columns[5].iter().all(|&pitch| pitch == 0.05));
+    // 30 K but for e⁻⁵ of it.
+    assert!((columns[7].last().unwrap() - 25.0 - 30.0 * (1.0 - (-5.0_f64).exp())).abs() < 0.02);
+    // Voltage at the drives: never above the supply's 12 V, below it as soon as something moves.
+    assert!(columns[8].iter().all(|&v| v <= 12.0) && columns[8].iter().any(|&v| v < 11.98));
+}
+
+#[test]
+fn effects_that_do_not_exist_or_are_too_large_are_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    for (effect, named) in [
+        ("slope=0.1", "effect `slope`; allowed: grade, winding-temperature"),
+        ("grade=2", "effect grade=2; allowed: -0.3 to 0.3 (slope angle, rad)"),
+        ("wheel-drag=0.1:wheel=3", "effect wheel-drag=0.1: wheel=3; allowed: 1 to 2"),
+    ] {
+        let refused = gmr(folder.path(), &["--effect", effect, "--out", "x.csv"]).assert().code(2);
+        let text = String::from_utf8(refused.get_output().stderr.clone()).unwrap();
+        assert!(text.contains(named) && text.lines().count() == 1, "{text}");
+        assert!(!folder.path().join("x.csv").exists());
+    }
+}
+
+#[test]
+fn noise_may_have_heavy_tails_and_grow_with_the_power() {
+    let folder = tempfile::tempdir().unwrap();
+    let extreme = |options: &[&str]| {
+        let still = ["--profile", "standstill", "--power-noise", "0.1", "--duration", "100"];
+        let columns = columns(&write(folder.path(), "a.csv", &[&still[..], options].concat()));
+        columns[3].iter().fold(0.0_f64, |most, noise| most.max(noise.abs()))
+    };
+    // 10 001 samples: the largest is at 3.9 σ, seldom above 4.9 (1 %); of t with 3 degrees at √(1/3)·22 = 13 σ.
+    assert!(extreme(&[]) < 0.5);
+    assert!(extreme(&["--power-noise-tail", "3"]) > 0.7);
+    gmr(folder.path(), &["--power-noise-tail", "2", "--out", "x.csv"]).assert().code(2);
+    let moving = ["--profile", "constant", "--truth", "--power-noise-per-watt", "0.2", "--duration", "60"];
+    let columns = columns(&write(folder.path(), "a.csv", &moving));
+    let noise: Vec<f64> =
+        columns[3].iter().zip(&columns[5]).skip(1000).map(|(read, truth)| read / truth - 1.0).collect();
+    let rms = (noise.iter().map(|x| x * x).sum::<f64>() / noise.len() as f64).sqrt();
+    // A fifth of the power, over 5001 samples: 1 % standard error.
+    assert!((rms / 0.2 - 1.0).abs() < 0.04, "{rms}");
+}

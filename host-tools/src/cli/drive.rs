@@ -7,13 +7,13 @@ use clap::ValueEnum;
 use crate::error::{Error, Result};
 use crate::plant::scenario::duration_allowed;
 use crate::plant::{
-    Geometry, Kinematics, PayloadSchedule, PlantSet, Profile, ProfileKind, Scenario, profile,
+    Effect, Geometry, Kinematics, PayloadSchedule, PlantSet, Profile, ProfileKind, Scenario, profile,
 };
 
 /// Arguments about robot and drive.
 #[derive(clap::Args)]
 pub(super) struct DriveArguments {
-    /// Motors: the paper's Table 3, or a servo like the XL430-W250
+    /// Motors: the paper's Table 3, a servo like the XL430-W250, or a brisk gear motor
     #[arg(long, value_enum, default_value = "servo")]
     pub(super) plant: PlantSet,
     /// training, test, constant, standstill, or a CSV file with time_s and v_m_s, omega_rad_s (vx_m_s, vy_m_s,
@@ -26,7 +26,8 @@ pub(super) struct DriveArguments {
     /// Total mass, kg, or steps of KG@SECONDS: `1@0,6@100`
     #[arg(long, default_value = "1", allow_hyphen_values = true)]
     pub(super) mass: String,
-    /// Bounded noise on the speed loop's measurement, rad/s at the wheel [default: 0.0002 table3, 0.002 servo]
+    /// Bounded noise on the speed loop's measurement, rad/s at the wheel [default: 0.0002 table3, 0.002 servo, 0.01
+    /// gearmotor]
     #[arg(long, allow_negative_numbers = true)]
     loop_noise: Option<f64>,
     /// Efficiency of the motor drives
@@ -35,6 +36,10 @@ pub(super) struct DriveArguments {
     /// Let the drives return braking power to the supply
     #[arg(long)]
     regeneration: bool,
+    /// What is not as a fit knew it: ID=SIZE, with options ID=SIZE:OPTION=VALUE:…, e.g. `grade=0.03:heading=1.57`;
+    /// may be given several times (`gmr simulate --effects` lists them)
+    #[arg(long, value_name = "ID=SIZE", allow_hyphen_values = true)]
+    pub(super) effect: Vec<String>,
     /// Seed of profile and noise: same seed, same bytes
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
@@ -64,6 +69,7 @@ impl DriveArguments {
         }
         let mut scenario = Scenario::new(self.plant, kinematics, kind, self.duration, self.seed);
         scenario.payload = PayloadSchedule::parse(&self.mass)?;
+        scenario.effects = self.effect.iter().map(|text| Effect::parse(text)).collect::<Result<_>>()?;
         scenario.drive.efficiency = self.drive_efficiency;
         scenario.drive.regeneration = self.regeneration;
         if let Some(noise) = self.loop_noise {

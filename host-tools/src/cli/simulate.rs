@@ -14,7 +14,7 @@ use crate::output::write_whole;
 use crate::plant::encoder::SpeedSource;
 use crate::plant::sensors::PowerSource;
 use crate::plant::{
-    Geometry, Kinematics, PlantSet, Profile, ProfileKind, Sample, Scenario, Sensors, Simulation,
+    Geometry, Kinematics, PlantSet, Profile, ProfileKind, Sample, Scenario, Sensors, Simulation, effects,
 };
 
 /// Arguments of `gmr simulate`.
@@ -46,6 +46,12 @@ pub(crate) struct Arguments {
     /// Standard deviation of the power noise, W (overrides the chain's)
     #[arg(long, allow_negative_numbers = true)]
     power_noise: Option<f64>,
+    /// Power noise that grows with the power: standard deviation added for every watt, W/W
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    power_noise_per_watt: f64,
+    /// Heavy tails of the power noise: degrees of freedom of Student's t, above 2 [default: Gaussian]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
+    power_noise_tail: Option<f64>,
     /// Correlation of the power noise from sample to sample, above -1, below 1
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     power_autocorrelation: f64,
@@ -61,12 +67,18 @@ pub(crate) struct Arguments {
     /// Power added to the log, W: a log of total power
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     static_power: f64,
+    /// List the effects with their units, ranges and options, and end
+    #[arg(long)]
+    effects: bool,
+    /// Add columns: pitch_rad, motor1_temp_c …, bus_v, cpu_percent
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "NAME,…")]
+    columns: Vec<Column>,
     /// Add a column true_power_w: the supply power before sensors and noise, without static power
     #[arg(long)]
     truth: bool,
     /// The log to write; `-` for standard output
-    #[arg(long, value_name = "FILE")]
-    out: PathBuf,
+    #[arg(long, value_name = "FILE", required_unless_present = "effects")]
+    out: Option<PathBuf>,
     /// Print what was written as JSON
     #[arg(long)]
     json: bool,
@@ -78,6 +90,20 @@ enum Chain {
     Exact,
     Servo,
     Paper20,
+}
+
+/// A column that a log need not have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[value(rename_all = "snake_case")]
+enum Column {
+    /// Slope under the robot, nose up, rad
+    Pitch,
+    /// Temperatures of the windings, °C
+    Temps,
+    /// Voltage at the drives, V
+    BusV,
+    /// Load of the computer, percent
+    Cpu,
 }
 
 /// What `--json` prints.
@@ -92,6 +118,7 @@ struct Summary<'a> {
     profile: &'a str,
     sensors: Chain,
     mass: &'a str,
+    effects: &'a [String],
     geometry: Geometry,
     gyration_radius_m: f64,
     supply_v: f64,
@@ -121,7 +148,13 @@ impl Totals {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let to_stdout = arguments.out.as_os_str() == "-";
+    if arguments.effects {
+        crate::output::print(format_args!("{}", effects::list()));
+        return Ok(());
+    }
+    // clap has asked for it.
+    let out = arguments.out.as_deref().unwrap_or(Path::new("-"));
+    let to_stdout = out.as_os_str() == "-";
     if to_stdout && arguments.json {
         return Err(Error::usage("--out - and --json both write to standard output; allowed: one of them"));
     }
@@ -130,14 +163,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut totals = Totals::default();
     if to_stdout {
         let mut stdout = std::io::BufWriter::new(std::io::stdout().lock());
-        write_log(&mut stdout, arguments, simulation, &mut totals)?;
+        write_log(&mut stdout, out, arguments, simulation, &mut totals)?;
         stdout.flush().map_err(|error| Error::stdout(&error))?;
     } else {
-        write_whole(&arguments.out, |file| write_log(file, arguments, simulation, &mut totals))?;
+        write_whole(out, |file| write_log(file, out, arguments, simulation, &mut totals))?;
     }
     if arguments.json {
         let summary = Summary {
-            file: &arguments.out,
+            file: out,
             rows: totals.rows,
             duration_s: scenario.duration_s,
             rate_hz: scenario.rate_hz,
@@ -146,6 +179,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             profile: &arguments.drive.profile,
             sensors: arguments.sensors,
             mass: &arguments.drive.mass,
+            effects: &arguments.drive.effect,
             geometry: scenario.robot.geometry,
             gyration_radius_m: scenario.robot.gyration_radius_m,
             supply_v: scenario.robot.supply_v,
@@ -159,7 +193,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     } else if !to_stdout {
         eprintln!(
             "{}: {} rows, {} s at {} Hz, {:.3} W on average, {:.3} W at most",
-            arguments.out.display(),
+            out.display(),
             totals.rows,
             scenario.duration_s,
             scenario.rate_hz,
@@ -202,6 +236,8 @@ fn sensors(arguments: &Arguments, rate_hz: f64) -> Sensors {
     sensors.power = arguments.power_source.unwrap_or(sensors.power);
     sensors.power_noise_w = arguments.power_noise.unwrap_or(sensors.power_noise_w);
     sensors.ina219.averages = arguments.averages.unwrap_or(sensors.ina219.averages);
+    sensors.power_noise_per_w = arguments.power_noise_per_watt;
+    sensors.power_noise_tail = arguments.power_noise_tail;
     sensors.power_autocorrelation = arguments.power_autocorrelation;
     sensors.jitter_s = arguments.jitter;
     sensors
@@ -221,17 +257,14 @@ fn constant_profile(arguments: &Arguments, scenario: &Scenario) -> Result<Profil
 }
 
 fn write_log(
-    out: &mut dyn Write,
+    log: &mut dyn Write,
+    out: &Path,
     arguments: &Arguments,
     run: Simulation<'_>,
     totals: &mut Totals,
 ) -> Result<()> {
     let failed = |error: std::io::Error| {
-        if arguments.out.as_os_str() == "-" {
-            Error::stdout(&error)
-        } else {
-            Error::io(&arguments.out, &error)
-        }
+        if out.as_os_str() == "-" { Error::stdout(&error) } else { Error::io(out, &error) }
     };
     let wheels = run.wheels();
     let (bar, begun) = (progress(run.rows()), Instant::now());
@@ -242,9 +275,17 @@ fn write_log(
     line += ",power_w";
     line += if arguments.no_mass { "" } else { ",mass_kg" };
     line += if arguments.truth { ",true_power_w" } else { "" };
+    for column in &arguments.columns {
+        match column {
+            Column::Pitch => line += ",pitch_rad",
+            Column::Temps => (1..=wheels).for_each(|i| line += &format!(",motor{i}_temp_c")),
+            Column::BusV => line += ",bus_v",
+            Column::Cpu => line += ",cpu_percent",
+        }
+    }
     for sample in run {
         line.push('\n');
-        out.write_all(line.as_bytes()).map_err(failed)?;
+        log.write_all(line.as_bytes()).map_err(failed)?;
         line.clear();
         push_row(&mut line, &sample, wheels, arguments);
         totals.add(&sample);
@@ -254,7 +295,7 @@ fn write_log(
     }
     bar.finish_and_clear();
     line.push('\n');
-    out.write_all(line.as_bytes()).map_err(failed)
+    log.write_all(line.as_bytes()).map_err(failed)
 }
 
 /// Time to a microsecond, speeds to 1e-7 rad/s, power to a microwatt; mass as short as it is exact.
@@ -271,6 +312,17 @@ fn push_row(line: &mut String, sample: &Sample, wheels: usize, arguments: &Argum
     }
     if arguments.truth {
         let _ = write!(line, ",{:.6}", unsigned_zero(sample.true_power_w, 1e6));
+    }
+    for column in &arguments.columns {
+        // Writing to a String cannot fail.
+        let _ = match column {
+            Column::Pitch => write!(line, ",{:.6}", unsigned_zero(sample.pitch_rad, 1e6)),
+            Column::Temps => {
+                sample.motor_temp_c[..wheels].iter().try_for_each(|temp| write!(line, ",{temp:.2}"))
+            }
+            Column::BusV => write!(line, ",{:.3}", sample.bus_v),
+            Column::Cpu => write!(line, ",{:.1}", sample.cpu_percent),
+        };
     }
 }
 

@@ -9,14 +9,21 @@
 //! where gain_i is the gear's wheel torque per motor torque in the direction in which power passes it, τ_i the
 //! smooth wheel torques, and λ_i the dry friction, an element of F_i·Sgn(w_i): exactly F_i against the motion,
 //! anything within ±F_i at rest. It is found at the end of the step (time stepping after Moreau), so a robot
-//! at rest rests, without a smoothed sign and without chatter.
+//! at rest rests, without a smoothed sign and without chatter. Tyres that scrub in turns are one contact more, whose
+//! speed is the turn rate.
 
 use super::gear::{Flow, Gear};
 use super::kinematics::{Geometry, MAX_WHEELS, Twist, dot};
 use super::motor::{Current, Motor};
 
 /// Standard gravity, m/s².
-const GRAVITY: f64 = 9.80665;
+pub(super) const GRAVITY: f64 = 9.80665;
+
+/// Places where dry friction acts: every wheel, and the floor against turning.
+const CONTACTS: usize = MAX_WHEELS + 1;
+
+/// Index of the contact that resists turning.
+const TURNING: usize = MAX_WHEELS;
 
 /// One driven wheel with all that belongs to it. A cause that concerns one wheel changes its values alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,6 +38,33 @@ pub struct Wheel {
     pub load_share: f64,
     /// Viscous friction of the wheel's bearing, N·m/(rad/s) at the wheel.
     pub viscous: f64,
+}
+
+/// What acts on the robot beside its motors. The default is a level floor, the load in the middle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Loads {
+    /// Smooth force on the body: forward N, leftward N, counter-clockwise N·m.
+    pub force: Twist,
+    /// Dry friction at each wheel beside that of its motor and its rolling, N·m.
+    pub wheel_friction: [f64; MAX_WHEELS],
+    /// Dry friction of the floor against turning, N·m.
+    pub turning_friction: f64,
+    /// Acceleration that presses the robot to the floor, m/s².
+    pub normal_gravity: f64,
+    /// How far the centre of mass lies to the left of the middle, m.
+    pub offset_m: f64,
+}
+
+impl Default for Loads {
+    fn default() -> Self {
+        Self {
+            force: [0.0; 3],
+            wheel_friction: [0.0; MAX_WHEELS],
+            turning_friction: 0.0,
+            normal_gravity: GRAVITY,
+            offset_m: 0.0,
+        }
+    }
 }
 
 /// What happened at one wheel during one step, mean values over the step.
@@ -56,6 +90,7 @@ pub struct Body {
     geometry: Geometry,
     gyration_radius_m: f64,
     wheels: [Wheel; MAX_WHEELS],
+    loads: Loads,
     wheel_per_twist: [Twist; MAX_WHEELS],
     twist: Twist,
     /// Change of twist per second in the last step.
@@ -63,18 +98,19 @@ pub struct Body {
     current: [f64; MAX_WHEELS],
     flow: [Flow; MAX_WHEELS],
     /// Dry friction of the last step, N·m: where the next search starts.
-    friction: [f64; MAX_WHEELS],
+    friction: [f64; CONTACTS],
     response: Response,
 }
 
-/// How the body answers to wheel torques, for one mass and one set of power flows.
+/// How the body answers to wheel torques, for one mass and one set of gears.
 #[derive(Debug, Clone, Default)]
 struct Response {
-    key: Option<(f64, [Flow; MAX_WHEELS])>,
+    /// Mass, offset of its centre, torque gains.
+    key: Option<(f64, f64, [f64; MAX_WHEELS])>,
     /// Inverse of the mass matrix.
     inverse: [Twist; 3],
-    /// Wheel acceleration per wheel torque, J M⁻¹ Jᵀ.
-    wheel: [[f64; MAX_WHEELS]; MAX_WHEELS],
+    /// Acceleration per torque of every contact, C M⁻¹ Cᵀ with C the wheels' rows of J and (0, 0, 1).
+    contact: [[f64; CONTACTS]; CONTACTS],
 }
 
 impl Body {
@@ -84,12 +120,13 @@ impl Body {
             geometry,
             gyration_radius_m,
             wheels,
+            loads: Loads::default(),
             wheel_per_twist: geometry.wheel_per_twist(),
             twist: [0.0; 3],
             acceleration: [0.0; 3],
             current: [0.0; MAX_WHEELS],
             flow: [Flow::default(); MAX_WHEELS],
-            friction: [0.0; MAX_WHEELS],
+            friction: [0.0; CONTACTS],
             response: Response::default(),
         }
     }
@@ -97,6 +134,12 @@ impl Body {
     /// Body twist: forward m/s, leftward m/s, turn rate rad/s.
     pub fn twist(&self) -> Twist {
         self.twist
+    }
+
+    /// From the next step on the wheels have these values, and these loads act.
+    pub(super) fn meet(&mut self, wheels: &[Wheel; MAX_WHEELS], loads: &Loads) {
+        self.wheels = *wheels;
+        self.loads = *loads;
     }
 
     /// Sets a moving start.
@@ -140,7 +183,7 @@ impl Body {
                 let step = &mut steps[i];
                 let shaft_acceleration = gear.ratio * (speeds[i] - before[i]) / h;
                 step.shaft_torque = motor.torque_constant * step.current.mean
-                    - motor.viscous * gear.ratio * step.predicted_speed
+                    - motor.drag(gear.ratio * step.predicted_speed)
                     - motor.coulomb * step.friction_share
                     - motor.rotor_inertia * shaft_acceleration;
                 let flow = Gear::flow(step.shaft_torque, speeds[i]);
@@ -159,27 +202,34 @@ impl Body {
     }
 
     /// The twist after `h` seconds from `start`, with the power flows as assumed in `self.flow`.
-    fn solve(&mut self, start: Twist, steps: &mut [WheelStep], mass_kg: f64, h: f64) -> Twist {
+    fn solve(&mut self, start: Twist, steps: &mut [WheelStep; MAX_WHEELS], mass_kg: f64, h: f64) -> Twist {
         let count = self.geometry.wheels();
-        self.prepare_response(mass_kg);
-        let mut force: Twist = [0.0; 3];
+        for (step, (wheel, flow)) in steps[..count].iter_mut().zip(self.wheels.iter().zip(self.flow)) {
+            step.torque_gain = wheel.gear.torque_gain(flow);
+        }
+        self.prepare_response(mass_kg, steps.map(|step| step.torque_gain));
+        let Loads { mut force, wheel_friction, turning_friction, offset_m, .. } = self.loads;
         if self.geometry.holonomic() {
             // The body frame turns with the robot. (Wheels that cannot roll sideways take this force themselves.)
             let [vx, vy, omega] = start;
-            force = [mass_kg * omega * vy, -mass_kg * omega * vx, 0.0];
+            force[0] += mass_kg * omega * vy;
+            force[1] -= mass_kg * omega * (vx - omega * offset_m);
+            force[2] -= mass_kg * offset_m * omega * vy;
+        } else {
+            force[1] = 0.0;
         }
-        let mut limit = [0.0; MAX_WHEELS];
+        let mut limit = [0.0; CONTACTS];
+        limit[TURNING] = turning_friction;
         for i in 0..count {
             let Wheel { motor, gear, .. } = &self.wheels[i];
             let step = &mut steps[i];
-            step.torque_gain = gear.torque_gain(self.flow[i]);
             let shaft =
-                motor.torque_constant * step.current.mean - motor.viscous * gear.ratio * step.predicted_speed;
+                motor.torque_constant * step.current.mean - motor.drag(gear.ratio * step.predicted_speed);
             let torque = step.torque_gain * shaft - self.wheels[i].viscous * step.predicted_speed;
             for (f, j) in force.iter_mut().zip(self.wheel_per_twist[i]) {
                 *f += j * torque;
             }
-            limit[i] = step.torque_gain * motor.coulomb + self.rolling_torque(i, mass_kg);
+            limit[i] = step.torque_gain * motor.coulomb + self.rolling_torque(i, mass_kg) + wheel_friction[i];
         }
         let free = self.advance(start, force, h);
         self.find_friction(free, &limit, h);
@@ -189,13 +239,14 @@ impl Body {
                 *f -= j * self.friction[i];
             }
         }
+        force[2] -= self.friction[TURNING];
         self.advance(start, force, h)
     }
 
     /// Rolling resistance of a wheel as a torque, N·m: μ_r times its share of the weight times the radius.
     pub(super) fn rolling_torque(&self, wheel: usize, mass_kg: f64) -> f64 {
         let Wheel { rolling_resistance, load_share, .. } = self.wheels[wheel];
-        rolling_resistance * mass_kg * load_share * GRAVITY * self.geometry.wheel_radius_m
+        rolling_resistance * mass_kg * load_share * self.loads.normal_gravity * self.geometry.wheel_radius_m
     }
 
     fn advance(&self, start: Twist, force: Twist, h: f64) -> Twist {
@@ -206,23 +257,31 @@ impl Body {
         end
     }
 
-    /// Dry friction that brings each wheel's speed to zero where the limit allows it (projected Gauss–Seidel).
-    fn find_friction(&mut self, free: Twist, limit: &[f64; MAX_WHEELS], h: f64) {
-        let count = self.geometry.wheels();
-        // Row i: what torque at wheel i does to every wheel's speed within the step (symmetric).
-        let reach = self.response.wheel.map(|row| row.map(|x| h * x));
-        let mut speed = self.wheel_per_twist.map(|row| dot(row, free));
-        let brake = |speed: &mut [f64; MAX_WHEELS], i: usize, torque: f64| {
+    /// Dry friction that brings each contact's speed to zero where the limit allows it (projected Gauss–Seidel).
+    fn find_friction(&mut self, free: Twist, limit: &[f64; CONTACTS], h: f64) {
+        // Row i: what torque at contact i does to the speed of every contact within the step (symmetric).
+        let reach = self.response.contact.map(|row| row.map(|x| h * x));
+        let mut speed = [0.0; CONTACTS];
+        for (s, row) in speed.iter_mut().zip(self.wheel_per_twist) {
+            *s = dot(row, free);
+        }
+        speed[TURNING] = free[2];
+        let brake = |speed: &mut [f64; CONTACTS], i: usize, torque: f64| {
             for (s, r) in speed.iter_mut().zip(reach[i]) {
                 *s -= r * torque;
             }
         };
-        for i in 0..count {
+        let wheels = self.geometry.wheels();
+        let contacts = || (0..wheels).chain((limit[TURNING] > 0.0).then_some(TURNING));
+        if limit[TURNING] <= 0.0 {
+            self.friction[TURNING] = 0.0;
+        }
+        for i in contacts() {
             brake(&mut speed, i, self.friction[i]);
         }
         for _ in 0..60 {
             let mut largest = 0.0_f64;
-            for i in 0..count {
+            for i in contacts() {
                 let wanted = self.friction[i] + speed[i] / reach[i][i];
                 let change = wanted.clamp(-limit[i], limit[i]) - self.friction[i];
                 self.friction[i] += change;
@@ -236,17 +295,18 @@ impl Body {
         }
     }
 
-    fn prepare_response(&mut self, mass_kg: f64) {
-        if self.response.key == Some((mass_kg, self.flow)) {
+    fn prepare_response(&mut self, mass_kg: f64, gains: [f64; MAX_WHEELS]) {
+        let offset = self.loads.offset_m;
+        if self.response.key == Some((mass_kg, offset, gains)) {
             return;
         }
-        let count = self.geometry.wheels();
-        let turning = mass_kg * self.gyration_radius_m * self.gyration_radius_m;
-        let mut inertia = [[mass_kg, 0.0, 0.0], [0.0, mass_kg, 0.0], [0.0, 0.0, turning]];
-        for i in 0..count {
-            let Wheel { motor, gear, .. } = &self.wheels[i];
-            let reflected = gear.torque_gain(self.flow[i]) * gear.ratio * motor.rotor_inertia;
-            let row = self.wheel_per_twist[i];
+        // A mass beside the middle resists turning more, and turning moves it forward or back (Steiner).
+        let turning = mass_kg * (self.gyration_radius_m * self.gyration_radius_m + offset * offset);
+        let coupling = -mass_kg * offset;
+        let mut inertia = [[mass_kg, 0.0, coupling], [0.0, mass_kg, 0.0], [coupling, 0.0, turning]];
+        let wheels = self.wheels.iter().zip(self.wheel_per_twist).zip(gains);
+        for ((Wheel { motor, gear, .. }, row), gain) in wheels.take(self.geometry.wheels()) {
+            let reflected = gain * gear.ratio * motor.rotor_inertia;
             for a in 0..3 {
                 for b in 0..3 {
                     inertia[a][b] += row[a] * reflected * row[b];
@@ -254,14 +314,13 @@ impl Body {
             }
         }
         let inverse = invert(&inertia);
-        let mut wheel = [[0.0; MAX_WHEELS]; MAX_WHEELS];
-        for (i, row) in wheel.iter_mut().enumerate() {
-            let reach = inverse.map(|r| dot(r, self.wheel_per_twist[i]));
-            for (k, w) in row.iter_mut().enumerate() {
-                *w = dot(reach, self.wheel_per_twist[k]);
-            }
-        }
-        self.response = Response { key: Some((mass_kg, self.flow)), inverse, wheel };
+        let mut rows = [[0.0, 0.0, 1.0]; CONTACTS];
+        rows[..MAX_WHEELS].copy_from_slice(&self.wheel_per_twist);
+        let contact = rows.map(|row| {
+            let reach = inverse.map(|r| dot(r, row));
+            rows.map(|other| dot(reach, other))
+        });
+        self.response = Response { key: Some((mass_kg, offset, gains)), inverse, contact };
     }
 }
 

@@ -3,13 +3,16 @@
 //! A wheel speed loop sets voltages ([`controller`]), windings and rotors answer ([`motor`]), gears pass torque with
 //! a loss ([`gear`]), and one rigid body couples the wheels that roll on the floor ([`body`]). Sensors turn what is
 //! true into what a log shows ([`sensors`]). Which robot: [`sets`]; what it does: [`profile`], [`payload`].
+//! What may be otherwise than a fit knew it, from a slope to a sensor that is wrong: [`effects`].
 //! For a board that asks when it likes: any time ([`lockstep`]), every supply ([`rails`]), the chips themselves
 //! ([`ina219_chip`]).
 
 pub mod body;
 pub mod controller;
 pub mod drive;
+pub mod effects;
 pub mod encoder;
+pub mod field;
 pub mod gear;
 pub mod ina219;
 pub mod ina219_chip;
@@ -28,6 +31,8 @@ mod simulation;
 #[cfg(test)]
 mod tests;
 
+pub use effects::Effect;
+pub use field::Field;
 pub use ina219_chip::Ina219Chip;
 pub use kinematics::{Geometry, Kinematics, MAX_WHEELS};
 pub use lockstep::{Lockstep, Truth};

@@ -4,9 +4,11 @@ use rand_chacha::ChaCha8Rng;
 
 use super::body::Body;
 use super::controller::Controller;
+use super::effects::{Causes, Conditions};
 use super::kinematics::MAX_WHEELS;
 use super::noise::{Stream, bounded, stream};
 use super::scenario::{LOOP_PERIOD_S, Scenario};
+use crate::error::Result;
 
 /// Who says how fast the wheels should turn.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,6 +26,8 @@ pub(super) struct Moved {
     pub(super) turned_rad: [f64; MAX_WHEELS],
     /// Mean power that the drives drew from the supply, W.
     pub(super) power_w: f64,
+    /// Voltage at the drives, V.
+    pub(super) drive_v: f64,
     /// Winding voltage of each wheel, V.
     pub(super) voltage: [f64; MAX_WHEELS],
     /// Mean winding current of each wheel, A.
@@ -41,13 +45,21 @@ pub(super) struct Motion {
     steps_per_loop: u64,
     cursor: usize,
     loop_noise: ChaCha8Rng,
+    causes: Causes,
+    /// Voltage that the leads took in the last step, V.
+    lead_v: f64,
 }
 
 impl Motion {
     /// At rest.
-    pub(super) fn new(scenario: &Scenario) -> Self {
+    ///
+    /// # Errors
+    /// Usage: an effect that makes no sense for this robot.
+    pub(super) fn new(scenario: &Scenario) -> Result<Self> {
         let Scenario { robot, seed, step_s, .. } = scenario;
-        Self {
+        let mut causes = Causes::new(scenario)?;
+        causes.begin(0.0, scenario.payload.mass_at(0.0));
+        Ok(Self {
             body: Body::new(robot.geometry, robot.gyration_radius_m, robot.wheels),
             controllers: [Controller::default(); MAX_WHEELS],
             voltage: [0.0; MAX_WHEELS],
@@ -55,7 +67,9 @@ impl Motion {
             steps_per_loop: (LOOP_PERIOD_S / step_s).round() as u64,
             cursor: 0,
             loop_noise: stream(*seed, Stream::SpeedLoop),
-        }
+            causes,
+            lead_v: 0.0,
+        })
     }
 
     /// Steps done.
@@ -68,23 +82,47 @@ impl Motion {
         self.body.wheel_speeds()
     }
 
+    /// What held in the last step.
+    pub(super) fn conditions(&self) -> &Conditions {
+        self.causes.conditions()
+    }
+
+    /// Load of the computer at a time that never goes back, percent.
+    pub(super) fn cpu_percent_at(&mut self, time_s: f64) -> f64 {
+        self.causes.cpu_percent_at(time_s)
+    }
+
     /// One step, the loop's output limited by a supply of `supply_v`.
     pub(super) fn advance(&mut self, scenario: &Scenario, command: Command, supply_v: f64) -> Moved {
         let Scenario { robot, drive, payload, step_s, .. } = scenario;
         let time_s = self.step as f64 * step_s;
+        let noted_kg = payload.mass_at(time_s);
+        self.causes.begin(time_s, noted_kg);
         if self.step.is_multiple_of(self.steps_per_loop) {
-            self.control(scenario, command, time_s, supply_v);
+            self.control(scenario, command, time_s, supply_v - self.lead_v);
+        }
+        let conditions = self.causes.conditions();
+        if !self.causes.is_empty() {
+            self.body.meet(&conditions.wheels, &conditions.loads);
         }
         let before = self.body.wheel_speeds();
-        let steps = self.body.step(&self.voltage, payload.mass_at(time_s), *step_s);
+        let steps = self.body.step(&self.voltage, noted_kg + conditions.unnoted_kg, *step_s);
         let after = self.body.wheel_speeds();
+        let mut power_w = steps[..robot.geometry.wheels()]
+            .iter()
+            .map(|wheel| conditions.drive_power(drive, wheel.voltage, wheel.current.mean))
+            .sum();
+        if conditions.lead_ohm > 0.0 {
+            let current = conditions.lead_current(power_w, supply_v);
+            self.lead_v = conditions.lead_ohm * current;
+            power_w = supply_v * current;
+        }
+        self.causes.end(&steps, self.body.twist(), after);
         self.step += 1;
         Moved {
             turned_rad: std::array::from_fn(|i| 0.5 * step_s * (before[i] + after[i])),
-            power_w: steps[..robot.geometry.wheels()]
-                .iter()
-                .map(|wheel| drive.supply_power(wheel.voltage, wheel.current.mean))
-                .sum(),
+            power_w,
+            drive_v: supply_v - self.lead_v,
             voltage: steps.map(|wheel| wheel.voltage),
             current: steps.map(|wheel| wheel.current.mean),
         }
@@ -97,8 +135,9 @@ impl Motion {
             Command::Wheels(speeds) => speeds,
         };
         let speeds = self.body.wheel_speeds();
+        let scale = self.causes.conditions().speed_scale;
         for i in 0..robot.geometry.wheels() {
-            let measured = speeds[i] + robot.loop_noise_rad_s * bounded(&mut self.loop_noise);
+            let measured = scale[i] * speeds[i] + robot.loop_noise_rad_s * bounded(&mut self.loop_noise);
             self.voltage[i] =
                 self.controllers[i].update(&robot.gains, target[i], measured, supply_v, LOOP_PERIOD_S);
         }

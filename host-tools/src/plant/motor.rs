@@ -15,6 +15,8 @@ pub struct Motor {
     pub rotor_inertia: f64,
     /// Viscous friction of rotor and first gear stages, N·m/(rad/s).
     pub viscous: f64,
+    /// Drag of the air that rotor or fan stir, N·m/(rad/s)².
+    pub windage: f64,
     /// Coulomb friction of brushes, bearings and first gear stages, N·m.
     pub coulomb: f64,
 }
@@ -31,6 +33,11 @@ pub struct Current {
 }
 
 impl Motor {
+    /// Torque, N·m, that grease and air take from a shaft of this speed, rad/s.
+    pub fn drag(&self, shaft_speed: f64) -> f64 {
+        self.viscous * shaft_speed + self.windage * shaft_speed * shaft_speed.abs()
+    }
+
     /// Solves L di/dt + R i = V − Ke w over one step of `h` seconds with voltage and shaft speed held.
     ///
     /// The solution is exact, so that L/R may be shorter than the step (it is for small coreless motors).
@@ -65,6 +72,7 @@ mod tests {
             electrical_constant: 0.0072,
             rotor_inertia: 0.0,
             viscous: 0.0,
+            windage: 0.0,
             coulomb: 0.0,
         };
         let (mut current, mut sum, mut sum_square) = (-0.5, 0.0, 0.0);

@@ -57,6 +57,11 @@ impl PayloadSchedule {
         Self::steps(steps)
     }
 
+    /// The least mass of the schedule, kg.
+    pub(super) fn least_kg(&self) -> f64 {
+        self.steps.iter().map(|&(_, mass)| mass).fold(f64::INFINITY, f64::min)
+    }
+
     /// Total mass, kg, at a time, s.
     pub fn mass_at(&self, time_s: f64) -> f64 {
         // Half a nanosecond of slack: the step belongs to the sample at its very time despite rounding.

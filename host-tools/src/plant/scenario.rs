@@ -1,6 +1,7 @@
 //! One simulated run, as a value.
 
 use super::drive::Drive;
+use super::effects::Effect;
 use super::kinematics::Kinematics;
 use super::payload::PayloadSchedule;
 use super::profile::{Profile, ProfileKind};
@@ -40,6 +41,8 @@ pub struct Scenario {
     pub static_power_w: f64,
     /// Seed of every noise (the profile has been drawn already).
     pub seed: u64,
+    /// What is not as the fit knew it.
+    pub effects: Vec<Effect>,
     /// Integration step, s; the loop's period divided by a whole number.
     pub step_s: f64,
 }
@@ -65,6 +68,7 @@ impl Scenario {
             sensors: Sensors::exact(),
             static_power_w: 0.0,
             seed,
+            effects: Vec::new(),
             step_s: DEFAULT_STEP_S,
         }
     }
@@ -87,6 +91,19 @@ impl Scenario {
                 self.rate_hz > 0.0 && self.rate_hz <= top_rate,
             ),
             ("power noise", sensors.power_noise_w, "W, 0 or more", sensors.power_noise_w >= 0.0),
+            (
+                "power noise per watt",
+                sensors.power_noise_per_w,
+                "0 or more",
+                sensors.power_noise_per_w >= 0.0,
+            ),
+            (
+                "power noise tail",
+                // None passes as the limit of many degrees of freedom.
+                sensors.power_noise_tail.unwrap_or(1e9),
+                "degrees of freedom, above 2",
+                sensors.power_noise_tail.is_none_or(|degrees| degrees > 2.0),
+            ),
             (
                 "power autocorrelation",
                 sensors.power_autocorrelation,

@@ -31,6 +31,10 @@ pub struct Sensors {
     pub ina219: Ina219,
     /// Standard deviation of the noise added to the power before quantisation, W.
     pub power_noise_w: f64,
+    /// What is added to that standard deviation for every watt read: noise that grows with the power.
+    pub power_noise_per_w: f64,
+    /// Degrees of freedom of Student's t, above 2, whose heavy tails that noise has; none for Gaussian noise.
+    pub power_noise_tail: Option<f64>,
     /// Correlation of that noise from one sample to the next, −1 to 1.
     pub power_autocorrelation: f64,
     /// Standard deviation of the sampling instants, s, clipped at ±3; the log's time stays true.
@@ -45,6 +49,8 @@ impl Sensors {
             power: PowerSource::Exact,
             ina219: Ina219::default(),
             power_noise_w: 0.0,
+            power_noise_per_w: 0.0,
+            power_noise_tail: None,
             power_autocorrelation: 0.0,
             jitter_s: 0.0,
         }
@@ -115,6 +121,8 @@ pub(super) struct PowerReader {
     source: PowerSource,
     ina219: Ina219,
     noise: Ar1,
+    noise_w: f64,
+    noise_per_w: f64,
     /// Supply energy, J, at the end of each of the last steps; oldest first.
     energy: VecDeque<f64>,
     step_s: f64,
@@ -122,12 +130,22 @@ pub(super) struct PowerReader {
 }
 
 impl PowerReader {
-    pub(super) fn new(sensors: &Sensors, step_s: f64, seed: u64) -> Self {
+    /// A sensor that has read `level_w` all the time before.
+    pub(super) fn new(sensors: &Sensors, step_s: f64, seed: u64, level_w: f64) -> Self {
         let window = (2.0 * sensors.ina219.conversion_time_s() / step_s).ceil() as usize + 2;
         let noise =
-            Ar1::new(stream(seed, Stream::Power), sensors.power_noise_w, sensors.power_autocorrelation);
-        let energy = VecDeque::from(vec![0.0; window]);
-        Self { source: sensors.power, ina219: sensors.ina219, noise, energy, step_s, last_power_w: 0.0 }
+            Ar1::new(stream(seed, Stream::Power), sensors.power_autocorrelation, sensors.power_noise_tail);
+        let energy = (0..window).map(|k| k as f64 * step_s * level_w).collect();
+        Self {
+            source: sensors.power,
+            ina219: sensors.ina219,
+            noise,
+            noise_w: sensors.power_noise_w,
+            noise_per_w: sensors.power_noise_per_w,
+            energy,
+            step_s,
+            last_power_w: level_w,
+        }
     }
 
     /// The supply gave `power_w` during one step.
@@ -150,14 +168,16 @@ impl PowerReader {
     }
 
     pub(super) fn read(&mut self, supply_v: f64) -> f64 {
-        let noise = self.noise.next();
+        let noise = |power: f64, unit: f64| (self.noise_w + self.noise_per_w * power.abs()) * unit;
+        let unit = self.noise.next();
         match self.source {
-            PowerSource::Exact => self.last_power_w + noise,
+            PowerSource::Exact => self.last_power_w + noise(self.last_power_w, unit),
             PowerSource::Ina219 => {
                 // The shunt is converted first, then the bus: the current is older than the reading by a conversion.
                 let conversion = self.ina219.conversion_time_s();
                 let energy = self.energy_before(conversion) - self.energy_before(2.0 * conversion);
-                let current = (energy / conversion + noise) / supply_v;
+                let power = energy / conversion;
+                let current = (power + noise(power, unit)) / supply_v;
                 self.ina219.power_w(self.ina219.convert(current, supply_v))
             }
         }
@@ -174,7 +194,7 @@ mod tests {
     fn the_power_sensor_averages_and_quantises() {
         let sensors = Sensors { power_noise_w: 0.0, ..Sensors::paper20() };
         let h = 0.25e-3;
-        let mut reader = PowerReader::new(&sensors, h, 1);
+        let mut reader = PowerReader::new(&sensors, h, 1, 0.0);
         let mut readings = Vec::new();
         for step in 1..=200 {
             reader.observe(if step > 80 { 6.0 } else { 0.0 });

@@ -2,6 +2,7 @@
 
 use rand_chacha::ChaCha8Rng;
 
+use super::effects::{DelayLine, power_delay_s};
 use super::kinematics::MAX_WHEELS;
 use super::motion::{Command, Motion};
 use super::noise::{Stream, bounded, stream};
@@ -20,8 +21,16 @@ pub struct Sample {
     pub power_w: f64,
     /// Actuation power as it truly was in the last integration step, W.
     pub true_power_w: f64,
-    /// True total mass, kg.
+    /// Total mass as the log notes it, kg.
     pub mass_kg: f64,
+    /// Slope under the robot, nose up, rad.
+    pub pitch_rad: f64,
+    /// Temperatures of the windings, °C; only the robot's wheels count.
+    pub motor_temp_c: [f64; MAX_WHEELS],
+    /// Voltage at the drives, V.
+    pub bus_v: f64,
+    /// Load of the computer, percent.
+    pub cpu_percent: f64,
 }
 
 /// A run in memory, column by column.
@@ -35,9 +44,20 @@ pub struct Record {
     pub power_w: Vec<f64>,
     /// True actuation power, W.
     pub true_power_w: Vec<f64>,
-    /// True total mass, kg.
+    /// Total mass as the log notes it, kg.
     pub mass_kg: Vec<f64>,
+    /// Slope under the robot, nose up, rad.
+    pub pitch_rad: Vec<f64>,
+    /// Temperatures per winding, °C.
+    pub motor_temp_c: Vec<Vec<f64>>,
+    /// Voltage at the drives, V.
+    pub bus_v: Vec<f64>,
+    /// Load of the computer, percent.
+    pub cpu_percent: Vec<f64>,
 }
+
+/// Temperature of windings that are no hotter than in the fit, °C.
+const REFERENCE_C: f64 = 25.0;
 
 /// A run in progress: an iterator over its samples, constant in memory.
 #[derive(Debug, Clone)]
@@ -50,6 +70,11 @@ pub struct Simulation<'a> {
     power_reader: PowerReader,
     jitter: ChaCha8Rng,
     power_w: f64,
+    drive_v: f64,
+    power_line: DelayLine<f64>,
+    /// Speeds and angles, where they are late.
+    speed_line: DelayLine<[[f64; MAX_WHEELS]; 2]>,
+    seen_rad_s: [f64; MAX_WHEELS],
 }
 
 impl<'a> Simulation<'a> {
@@ -59,15 +84,21 @@ impl<'a> Simulation<'a> {
     /// What [`Scenario::check`] finds.
     pub fn new(scenario: &'a Scenario) -> Result<Self> {
         scenario.check()?;
-        let Scenario { sensors, seed, step_s, .. } = scenario;
+        let Scenario { sensors, seed, step_s, robot, effects, .. } = scenario;
+        let motion = Motion::new(scenario)?;
+        let (delay_s, at_rest_w) = (power_delay_s(effects), motion.conditions().reading(0.0));
         Ok(Self {
             scenario,
-            motion: Motion::new(scenario),
+            motion,
             sample: 0,
             speed_reader: SpeedReader::new(sensors.speed, *seed),
-            power_reader: PowerReader::new(sensors, *step_s, *seed),
+            power_reader: PowerReader::new(sensors, *step_s, *seed, at_rest_w),
             jitter: stream(*seed, Stream::Jitter),
             power_w: 0.0,
+            drive_v: robot.supply_v,
+            power_line: DelayLine::new(delay_s, *step_s, at_rest_w),
+            speed_line: DelayLine::new(-delay_s, *step_s, [[0.0; MAX_WHEELS]; 2]),
+            seen_rad_s: [0.0; MAX_WHEELS],
         })
     }
 
@@ -88,9 +119,15 @@ impl<'a> Simulation<'a> {
 
     fn advance(&mut self) {
         let moved = self.motion.advance(self.scenario, Command::Profile, self.scenario.robot.supply_v);
-        self.power_w = moved.power_w;
-        self.power_reader.observe(self.power_w);
-        self.speed_reader.observe(moved.turned_rad);
+        (self.power_w, self.drive_v) = (moved.power_w, moved.drive_v);
+        let conditions = self.motion.conditions();
+        self.power_reader.observe(self.power_line.pass(conditions.reading(self.power_w)));
+        let scaled =
+            |values: [f64; MAX_WHEELS]| std::array::from_fn(|i| conditions.speed_scale[i] * values[i]);
+        let speeds = [scaled(self.motion.wheel_speeds()), scaled(moved.turned_rad)];
+        let [seen, turned] = self.speed_line.pass(speeds);
+        self.seen_rad_s = seen;
+        self.speed_reader.observe(turned);
     }
 }
 
@@ -112,12 +149,18 @@ impl Iterator for Simulation<'_> {
         }
         self.sample += 1;
         let time_s = self.now();
+        let cpu_percent = self.motion.cpu_percent_at(time_s);
+        let conditions = self.motion.conditions();
         Some(Sample {
             time_s,
-            wheel_rad_s: self.speed_reader.read(time_s, self.motion.wheel_speeds()),
-            power_w: self.power_reader.read(robot.supply_v) + static_power_w,
+            wheel_rad_s: self.speed_reader.read(time_s, self.seen_rad_s),
+            power_w: self.power_reader.read(robot.supply_v) + conditions.power_gain * static_power_w,
             true_power_w: self.power_w,
             mass_kg: payload.mass_at(time_s),
+            pitch_rad: conditions.pitch_rad,
+            motor_temp_c: conditions.winding_rise_k.map(|rise| REFERENCE_C + rise),
+            bus_v: self.drive_v,
+            cpu_percent,
         })
     }
 }
@@ -128,8 +171,8 @@ impl Iterator for Simulation<'_> {
 /// What [`Scenario::check`] finds.
 pub fn simulate(scenario: &Scenario) -> Result<Record> {
     let simulation = Simulation::new(scenario)?;
-    let mut record =
-        Record { wheel_rad_s: vec![Vec::new(); scenario.robot.geometry.wheels()], ..Record::default() };
+    let per_wheel = vec![Vec::new(); scenario.robot.geometry.wheels()];
+    let mut record = Record { wheel_rad_s: per_wheel.clone(), motor_temp_c: per_wheel, ..Record::default() };
     for sample in simulation {
         record.time_s.push(sample.time_s);
         for (column, speed) in record.wheel_rad_s.iter_mut().zip(sample.wheel_rad_s) {
@@ -138,6 +181,12 @@ pub fn simulate(scenario: &Scenario) -> Result<Record> {
         record.power_w.push(sample.power_w);
         record.true_power_w.push(sample.true_power_w);
         record.mass_kg.push(sample.mass_kg);
+        record.pitch_rad.push(sample.pitch_rad);
+        for (column, temperature) in record.motor_temp_c.iter_mut().zip(sample.motor_temp_c) {
+            column.push(temperature);
+        }
+        record.bus_v.push(sample.bus_v);
+        record.cpu_percent.push(sample.cpu_percent);
     }
     Ok(record)
 }

@@ -95,7 +95,7 @@ fn no_energy_is_lost_or_made_in_the_servo_plant() {
                 let middle = 0.5 * (before[i] + after[i]);
                 input += step.voltage * step.current.mean * h;
                 let copper = motor.resistance_ohm * step.current.mean_square;
-                let viscous = motor.viscous * gear.ratio * step.predicted_speed * gear.ratio * middle;
+                let viscous = motor.drag(gear.ratio * step.predicted_speed) * gear.ratio * middle;
                 let shaft_friction = step.friction_share * motor.coulomb * gear.ratio * middle;
                 let gear_loss = step.shaft_torque * (gear.ratio - step.torque_gain) * middle;
                 let rolling = step.friction_share * body.rolling_torque(i, mass) * middle;

@@ -8,9 +8,6 @@ use super::super::kinematics::{Geometry, Twist};
 use super::super::noise::{Stream, stream};
 use super::{Limits, Profile};
 
-/// Accelerations at the fastest changing wheel's rim, m/s²: from a gentle start to a brisk one of a small robot.
-const ACCELERATION_M_S2: (f64, f64) = (0.05, 0.5);
-
 /// A drive in the making.
 struct Path<'a> {
     geometry: &'a Geometry,
@@ -74,7 +71,8 @@ impl<'a> Path<'a> {
     }
 
     fn acceleration(&mut self) -> f64 {
-        self.log_uniform(ACCELERATION_M_S2.0, ACCELERATION_M_S2.1)
+        let (gentlest, briskest) = self.limits.acceleration_m_s2;
+        self.log_uniform(gentlest, briskest)
     }
 
     fn sign(&mut self) -> f64 {

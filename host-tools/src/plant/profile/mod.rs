@@ -16,6 +16,8 @@ pub struct Limits {
     pub speed_m_s: f64,
     /// Largest turn rate, rad/s.
     pub turn_rad_s: f64,
+    /// The gentlest and the briskest acceleration at the fastest changing wheel's rim, m/s².
+    pub acceleration_m_s2: (f64, f64),
 }
 
 impl Limits {
@@ -151,7 +153,7 @@ mod tests {
     use super::super::kinematics::Kinematics;
     use super::*;
 
-    const LIMITS: Limits = Limits { speed_m_s: 0.22, turn_rad_s: 2.84 };
+    const LIMITS: Limits = Limits { speed_m_s: 0.22, turn_rad_s: 2.84, acceleration_m_s2: (0.05, 0.5) };
 
     fn geometry(kinematics: Kinematics) -> Geometry {
         Geometry { kinematics, wheel_radius_m: 0.033, track_m: 0.16, wheelbase_m: 0.16 }
