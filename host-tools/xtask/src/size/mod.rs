@@ -15,8 +15,10 @@ const MOST_FLASH: u64 = 200 * 1024;
 /// Of 256 KB.
 const MOST_RAM: u64 = 96 * 1024;
 
-/// The board's image, which has limits, and the emulator's.
-const IMAGES: [&str; 2] = ["opencr", "virtual"];
+/// The board's image, which has the limits.
+const BOARD: &str = "opencr";
+/// And the emulator's, which has room for more.
+const IMAGES: [&str; 2] = [BOARD, "virtual"];
 
 /// What is known of an image.
 struct Report {
@@ -28,11 +30,11 @@ struct Report {
 
 impl Report {
     fn is_within(&self) -> bool {
-        self.usage.flash <= MOST_FLASH && self.usage.ram <= MOST_RAM
+        self.name != BOARD || (self.usage.flash <= MOST_FLASH && self.usage.ram <= MOST_RAM)
     }
 }
 
-/// True when every image is within the limits.
+/// True when the board's image is within the limits.
 pub(crate) fn run(as_json: bool) -> bool {
     match IMAGES.into_iter().map(report).collect::<Result<Vec<_>, _>>() {
         Ok(reports) => {
@@ -52,7 +54,7 @@ fn report(name: &'static str) -> Result<Report, Stop> {
     let path = crate::target_folder().join(TARGET).join("release").join(name);
     let elf = std::fs::read(&path).map_err(|error| Stop::new(format!("{}: {error}", path.display())))?;
     let usage = image::usage(&elf).map_err(|error| Stop::new(format!("{}: {error}", path.display())))?;
-    let stack = if name == "opencr" { stack::measure(&path)? } else { None };
+    let stack = if name == BOARD { stack::measure(&path)? } else { None };
     Ok(Report { name, usage, stack })
 }
 
