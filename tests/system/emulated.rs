@@ -1,6 +1,7 @@
 //! The very image that is flashed, in an emulated STM32F746 with its buses, started as the bootloader leaves the chip.
 //!
 //! The emulator is beside the project, not part of it: where it is not, these tests say so and pass.
+//! The variable STM32EMU names another folder for it.
 
 mod common;
 
@@ -8,7 +9,8 @@ use std::process::Command;
 
 /// Runs the script with these arguments. `None` where there is no emulator.
 fn emulate(arguments: &[&str]) -> Option<(bool, String)> {
-    let folder = common::root().join("../shared/tools/stm32emu");
+    let elsewhere = std::env::var_os("STM32EMU");
+    let folder = common::root().join(elsewhere.unwrap_or_else(|| "../shared/tools/stm32emu".into()));
     if !folder.join("emu").exists() {
         println!("skipped: there is no emulator in {}", folder.display());
         return None;

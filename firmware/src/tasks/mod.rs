@@ -1,7 +1,7 @@
 //! What the board does all the time, over the drivers of any board: [`measure`], [`serve`] the host, [`keep`] what it uploads.
 //!
-//! One executor polls them all, on one core, and none is interrupted by another: what they share needs no critical section
-//! ([`Shared`]). What no interrupt may delay beyond its time is short: a sample's arithmetic, an answer on the link.
+//! One executor polls them all, and none interrupts another: what they share needs no critical section ([`Shared`]). What one
+//! does between two awaits delays the others: at most some tenths of a millisecond, an answer on the link being the longest.
 
 mod deadline;
 mod keep;

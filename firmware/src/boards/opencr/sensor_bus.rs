@@ -132,10 +132,11 @@ impl Parts {
     async fn clear_lines(&mut self) -> bool {
         let mut scl = Flex::new(self.scl.reborrow());
         let mut sda = Flex::new(self.sda.reborrow());
-        scl.set_as_input_output_pull(Speed::Low, Pull::None);
-        sda.set_as_input_output_pull(Speed::Low, Pull::None);
-        scl.set_high();
-        sda.set_high();
+        // First the level, then the mode: nothing is pulled low in between.
+        for line in [&mut scl, &mut sda] {
+            line.set_high();
+            line.set_as_input_output_pull(Speed::Low, Pull::None);
+        }
         Timer::after(HALF_PERIOD).await;
         for _ in 0..CLEARING_CLOCKS {
             if sda.is_high() || scl.is_low() {

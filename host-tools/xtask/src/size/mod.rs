@@ -29,11 +29,11 @@ struct Report {
 
 impl Report {
     fn is_within(&self) -> bool {
-        self.usage.flash <= MOST_FLASH && self.usage.ram <= MOST_RAM
+        self.name != OPENCR || (self.usage.flash <= MOST_FLASH && self.usage.ram <= MOST_RAM)
     }
 }
 
-/// True when every image is within the limits.
+/// True when the board's image is within the limits.
 pub(crate) fn run(as_json: bool) -> bool {
     match IMAGES.into_iter().map(report).collect::<Result<Vec<_>, _>>() {
         Ok(reports) => {
@@ -86,7 +86,7 @@ fn table(reports: &[Report]) -> String {
     text += &match reports.iter().find_map(|report| report.stack) {
         Some(depth) => format!(
             "\nStack: painted at start, deepest use in {} s in the emulated STM32F746: four sensors, two servos, a host\n\
-             that reads and uploads. It has 65536 B to itself (DTCM); an overflow leaves mapped memory and faults.\n",
+             that uploads coefficients and reads every record. It has 65536 B to itself (DTCM); an overflow leaves mapped memory and faults.\n",
             depth.seconds
         ),
         None => "\nStack: not measured, the emulated STM32F746 is not here (docs/board.md).\n".to_owned(),

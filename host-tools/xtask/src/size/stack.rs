@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 
 use crate::steps::{Stop, command_line};
 
-/// The emulator of the board's chip: beside the project, not part of it.
+/// The emulator of the board's chip: beside the project, not part of it. The variable STM32EMU names another folder.
 const EMULATOR: &str = "../shared/tools/stm32emu";
 /// Runs the image there, with all that the board does, and checks it.
 const SCRIPT: &str = "tests/system/opencr_emulated.py";
@@ -23,7 +23,8 @@ pub(super) struct Depth {
 
 /// Runs the image in the emulated chip and looks how much paint is left; `None` where there is no emulator.
 pub(super) fn measure(image: &Path) -> Result<Option<Depth>, Stop> {
-    let emulator = crate::root().join(EMULATOR);
+    let elsewhere = std::env::var_os("STM32EMU");
+    let emulator = crate::root().join(elsewhere.unwrap_or_else(|| EMULATOR.into()));
     if !emulator.join("emu").exists() {
         return Ok(None);
     }
