@@ -41,6 +41,8 @@ pub trait Real:
     const TWO: Self;
     /// ∞
     const INFINITY: Self;
+    /// Not a number.
+    const NAN: Self;
     /// Machine epsilon.
     const EPSILON: Self;
 
@@ -66,6 +68,9 @@ pub trait Real:
     fn at_most(self, other: Self) -> Self {
         if other < self { other } else { self }
     }
+
+    /// The smaller of the two; the other one where one is NaN. Not [`Self::at_most`], where NaN stays: one instruction.
+    fn least(self, other: Self) -> Self;
 
     /// −1, 0 or 1: the sign, with sgn 0 = 0 as in the paper, and 0 for NaN.
     #[inline]
@@ -112,6 +117,7 @@ macro_rules! real {
             const HALF: Self = 0.5;
             const TWO: Self = 2.0;
             const INFINITY: Self = <$scalar>::INFINITY;
+            const NAN: Self = <$scalar>::NAN;
             const EPSILON: Self = <$scalar>::EPSILON;
 
             #[inline]
@@ -133,6 +139,10 @@ macro_rules! real {
             #[inline]
             fn is_finite(self) -> bool {
                 <$scalar>::is_finite(self)
+            }
+            #[inline]
+            fn least(self, other: Self) -> Self {
+                <$scalar>::min(self, other)
             }
         }
     };

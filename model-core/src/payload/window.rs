@@ -141,9 +141,9 @@ impl<T: Real> Method<T> for Window<T> {
     type Sums = Sums<T>;
 
     #[inline]
-    fn add(&self, sums: &mut Sums<T>, power: T, response: &Response<T>, mean_speed: T) {
+    fn add(&self, sums: &mut Sums<T>, power: T, response: &Response<T>, speed: T) {
         // Eq. 18's β1 and β2 act at rest too, where no payload can be told from the standing robot's other losses.
-        let at_rest = mean_speed <= T::ZERO;
+        let at_rest = speed <= T::ZERO;
         if !at_rest {
             sums.add(power, response, &self.noise);
         }
