@@ -169,7 +169,7 @@ impl<T: Real> Method<T> for Window<T> {
                 scatter.add(bucket.score(d), bucket.information(d));
             }
         }
-        let information = scatter.information();
+        let information = total.information(d);
         if information <= T::ZERO {
             return Payload::Unknown(Unknown::NoMotion);
         }
@@ -178,6 +178,7 @@ impl<T: Real> Method<T> for Window<T> {
             &self.range,
             d,
             scatter.half_width(
+                information,
                 T::from_f64(PRIOR_BUCKETS),
                 self.expected_scatter(information),
                 lasting * lasting,
