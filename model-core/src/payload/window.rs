@@ -109,22 +109,28 @@ impl<T: Real> Window<T> {
     fn minimum(&self, total: &Sums<T>) -> T {
         let reach = self.range.reach() * T::from_f64(BEYOND);
         let (mut low, mut high) = (-reach, reach);
-        if total.score(low) <= T::ZERO {
+        // [`Sums::score`] and [`Sums::information`] in powers of d: their coefficients are the same at every step.
+        let (linear, square, cube) =
+            (T::TWO * total.ra - total.bb, T::from_f64(-3.0) * total.ab, -T::TWO * total.aa);
+        let score = |d: T| ((cube * d + square) * d + linear) * d + total.rb;
+        let (by_d, by_square) = (T::from_f64(4.0) * total.ab, T::from_f64(4.0) * total.aa);
+        let information = |d: T| (by_square * d + by_d) * d + total.bb;
+        if score(low) <= T::ZERO {
             return low;
         }
-        if total.score(high) >= T::ZERO {
+        if score(high) >= T::ZERO {
             return high;
         }
         // Newton's step from the current point, or the middle of the bracket where that would leave it.
         let mut d = T::ZERO;
         for _ in 0..BISECTIONS {
-            let score = total.score(d);
+            let score = score(d);
             if score > T::ZERO {
                 low = d;
             } else {
                 high = d;
             }
-            let step = score / total.information(d);
+            let step = score / information(d);
             let newton = d + step;
             // A step below the last digit ends on the bracket's end: that is the minimum, not a way out.
             let next = if newton >= low && newton <= high { newton } else { (low + high) * T::HALF };
