@@ -62,10 +62,12 @@ pub struct Conditioner<T, const N: usize> {
     speeds: [Channel<T>; N],
     accelerations: [Channel<T>; N],
     power: Channel<T>,
-    /// Samples since the start or the last gap; no longer counted once the filter has settled.
-    age: u32,
+    /// Samples until the filter has settled.
+    unsettled: u32,
     /// Since the last finite sample, s; for ever where there was none.
     waited: T,
+    /// Steps up to this one follow the sample before, s: the longest step; none do while `waited` has to be asked.
+    follows_within: T,
 }
 
 /// Steps beyond this many sample periods are gaps: the filter starts anew behind them.
@@ -85,8 +87,9 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
             speeds: [Channel::default(); N],
             accelerations: [Channel::default(); N],
             power: Channel::default(),
-            age: 0,
+            unsettled: 0,
             waited: T::INFINITY,
+            follows_within: -T::ONE,
         })
     }
 
@@ -101,23 +104,27 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
     /// measured, at most a longest step.
     #[inline(always)]
     fn condition(&mut self, sample: &Sample<T, N>, elapsed: T) -> Option<(Conditioned<T, N>, T)> {
-        let waited = self.waited + elapsed;
         let nought = sample.nought();
         let mut held = elapsed;
         // One comparison for two questions: with what is no number it fails as well.
-        let follows = elapsed >= T::ZERO && waited + nought <= self.longest_step;
+        let follows = elapsed >= T::ZERO && elapsed + nought <= self.follows_within;
         if !follows {
+            self.waited += elapsed;
+            self.follows_within = -T::ONE;
             if nought != T::ZERO {
-                self.waited = waited;
                 return None;
             }
-            self.settle(sample);
-            held = T::ZERO.at_least(elapsed).at_most(self.longest_step);
+            let is_gap = !(elapsed >= T::ZERO && self.waited <= self.longest_step);
+            if is_gap {
+                self.settle(sample);
+                held = T::ZERO.at_least(elapsed).at_most(self.longest_step);
+            }
+            self.waited = T::ZERO;
+            self.follows_within = self.longest_step;
         }
-        self.waited = T::ZERO;
-        let settled = self.age >= self.filter.settling_samples();
+        let settled = self.unsettled == 0;
         if !settled {
-            self.age += 1;
+            self.unsettled -= 1;
         }
         let power = self.filter.step(&mut self.power, sample.power).value;
         let mut speed = [T::ZERO; N];
@@ -147,7 +154,7 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
 
     #[cold]
     fn settle(&mut self, sample: &Sample<T, N>) {
-        self.age = 0;
+        self.unsettled = self.filter.settling_samples();
         self.filter.settle(&mut self.power, sample.power);
         for (channel, level) in self.speeds.iter_mut().zip(&sample.wheel_speed) {
             self.filter.settle(channel, *level);
@@ -211,7 +218,7 @@ where
     /// Time into the open bucket, s.
     phase: T,
     payload: Payload<T>,
-    /// The payload's mass beyond the middle of the range, kg; 0 while it is unknown.
+    /// The payload's mass beyond the middle of the range, kg; no number while it is unknown.
     d: T,
     measured: Energy<T>,
     predicted: Energy<T>,
@@ -241,7 +248,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
             payload: Payload::Unknown(Unknown::NoSamples),
             measured: Energy::default(),
             predicted: Energy::default(),
-            d: T::ZERO,
+            d: T::NAN,
             bucket_measured: T::ZERO,
             bucket_predicted: T::ZERO,
         })
@@ -262,9 +269,9 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
             && now.settled
         {
             let (response, expected) = self.model.response_and_power(&now.motion, &self.range, self.d);
-            self.method.add(&mut self.bucket, now.power, &response, now.motion.mean_speed());
-            // Zero times what is not finite is no number.
-            if matches!(self.payload, Payload::Known(_)) && expected * T::ZERO == T::ZERO {
+            self.method.add(&mut self.bucket, now.power, &response, now.motion.summed_speed());
+            // Zero times what is not finite is no number; neither is what an unknown mass makes expect.
+            if expected * T::ZERO == T::ZERO {
                 self.bucket_predicted += T::ZERO.at_least(expected) * *held;
                 power = Some(expected);
             }
@@ -291,7 +298,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
 
     fn learn(&mut self, payload: Payload<T>) {
         self.payload = payload;
-        self.d = payload.mass().map_or(T::ZERO, |known| known.mass - self.range.middle());
+        self.d = payload.mass().map_or(T::NAN, |known| known.mass - self.range.middle());
     }
 
     /// The mass over exactly the latest `count` buckets, whatever the schedule; `None` while there are fewer.

@@ -60,7 +60,7 @@ pub struct LowPass<T> {
     last_gain: T,
     /// Of all sections together: what a sample is multiplied by as it comes in.
     gain: T,
-    /// Factor of the derivative, for an input of the last section that lacks that section's gain, 1/s.
+    /// Factor of the derivative, for the change of the last section's state, 1/s.
     rate: T,
     settling_samples: u32,
 }
@@ -105,8 +105,10 @@ impl<T: Real> LowPass<T> {
             a1,
             last_gain: T::from_f64(last_gain),
             gain: T::from_f64(sections_gain * last_gain),
-            // Tustin: D H = (2 k / T) (1 − H) for H = k (1 + z⁻¹) / ((k + 1) + (k − 1) z⁻¹).
-            rate: T::from_f64(2.0 * k / period_s / last_gain),
+            // Tustin: D H = (2 k / T) (1 − H) for H = k (1 + z⁻¹) / ((k + 1) + (k − 1) z⁻¹) = g (1 + z⁻¹) / (1 + a1 z⁻¹).
+            // With y the output of an input x / g, D y = (2 k / T) (x − g y) / g, and with g = (1 + a1) / 2 that
+            // difference is half of (x − a1 y) − (y − x): of the section's state behind the sample and before it.
+            rate: T::from_f64(k / period_s / last_gain),
             settling_samples: libm::ceil(2.0 / (cutoff_hz * period_s)) as u32,
         })
     }
@@ -133,9 +135,10 @@ impl<T: Real> LowPass<T> {
         for (section, state) in self.sections.iter().zip(&mut channel.sections) {
             x = section.step(state, x);
         }
-        let value = x + channel.last;
+        let before = channel.last;
+        let value = x + before;
         channel.last = x - self.a1 * value;
-        Filtered { value, derivative: self.rate * (x - self.last_gain * value) }
+        Filtered { value, derivative: self.rate * (channel.last - before) }
     }
 }
 

@@ -99,17 +99,19 @@ impl<T: Real> Model<T> {
             Model::Signed { torque, drive } => {
                 let mut response = Response { polynomial: Polynomial::NOTHING, may_clamp: false };
                 let mut powers = [Polynomial::NOTHING; N];
+                let mut least_of_all = T::INFINITY;
                 for (power, wheel) in powers.iter_mut().zip(&motion.wheels) {
-                    let WheelPower { polynomial, may_clamp } =
+                    let WheelPower { polynomial, least } =
                         torque.polynomial(wheel, range.middle(), range.reach());
                     *power = polynomial;
                     response.polynomial += polynomial;
-                    response.may_clamp |= may_clamp;
+                    least_of_all = least_of_all.least(least);
                 }
-                response.may_clamp &= matches!(drive, Drive::Dissipative);
-                if !response.may_clamp {
+                let may_clamp = least_of_all < T::ZERO && matches!(drive, Drive::Dissipative);
+                if !may_clamp {
                     return (response, response.polynomial.at(d));
                 }
+                response.may_clamp = true;
                 let mut clamped = T::NOTHING;
                 for power in &powers {
                     clamped += power.at(d).at_least(T::ZERO);

@@ -36,14 +36,20 @@ impl<T: Real, const N: usize> Motion<T, N> {
         let torque = mass_matrix.torque_per_kg(acceleration);
         let scrub = mass_matrix.scrub(speed, dead_band);
         let mut wheels = [Wheel::default(); N];
+        let mut slowest = T::INFINITY;
         let inputs = speed.iter().zip(acceleration).zip(&torque).zip(&scrub);
         for (wheel, (((&speed, &acceleration), &inertial_torque), &scrub)) in wheels.iter_mut().zip(inputs) {
             let direction = if speed > T::ZERO { T::ONE } else { -T::ONE };
             *wheel = Wheel { speed, acceleration, inertial_torque, direction, scrub };
-            let at_rest = speed.abs() <= dead_band;
-            // What is not a number is not at rest: it stays in, so that no model makes a power of it.
-            if at_rest {
-                *wheel = Wheel::default();
+            slowest = slowest.least(speed.abs());
+        }
+        // Most of the time every wheel turns: one question for all.
+        if slowest <= dead_band {
+            for wheel in &mut wheels {
+                // What is not a number is not at rest: it stays in, so that no model makes a power of it.
+                if wheel.speed.abs() <= dead_band {
+                    *wheel = Wheel::default();
+                }
             }
         }
         Self { wheels }
@@ -58,12 +64,20 @@ impl<T: Real, const N: usize> Motion<T, N> {
     /// W̄ of Eq. 26: mean of the wheels' absolute speeds, rad/s.
     #[inline]
     pub fn mean_speed(&self) -> T {
-        let mut sum = T::NOTHING;
         let mut count = T::ZERO;
-        for wheel in &self.wheels {
-            sum += wheel.speed.abs();
+        for _ in &self.wheels {
             count += T::ONE;
         }
-        if count > T::ZERO { sum / count } else { T::ZERO }
+        if count > T::ZERO { self.summed_speed() / count } else { T::ZERO }
+    }
+
+    /// N W̄: sum of the wheels' absolute speeds, rad/s.
+    #[inline]
+    pub fn summed_speed(&self) -> T {
+        let mut sum = T::NOTHING;
+        for wheel in &self.wheels {
+            sum += wheel.speed.abs();
+        }
+        sum
     }
 }

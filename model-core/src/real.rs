@@ -41,6 +41,8 @@ pub trait Real:
     const TWO: Self;
     /// ∞
     const INFINITY: Self;
+    /// Not a number.
+    const NAN: Self;
     /// Machine epsilon.
     const EPSILON: Self;
 
@@ -66,6 +68,9 @@ pub trait Real:
     fn at_most(self, other: Self) -> Self {
         if other < self { other } else { self }
     }
+
+    /// [`Self::at_most`] for whoever knows that `self` is a number: one instruction.
+    fn least(self, other: Self) -> Self;
 
     /// −1, 0 or 1: the sign, with sgn 0 = 0 as in the paper, and 0 for NaN.
     #[inline]
@@ -104,7 +109,7 @@ fn sqrt_single(x: f32) -> f32 {
 use libm::sqrtf as sqrt_single;
 
 macro_rules! real {
-    ($scalar:ty, $sqrt:path) => {
+    ($scalar:ty, $sqrt:path, $least:path) => {
         impl Real for $scalar {
             const ZERO: Self = 0.0;
             const NOTHING: Self = -0.0;
@@ -112,6 +117,7 @@ macro_rules! real {
             const HALF: Self = 0.5;
             const TWO: Self = 2.0;
             const INFINITY: Self = <$scalar>::INFINITY;
+            const NAN: Self = <$scalar>::NAN;
             const EPSILON: Self = <$scalar>::EPSILON;
 
             #[inline]
@@ -134,9 +140,14 @@ macro_rules! real {
             fn is_finite(self) -> bool {
                 <$scalar>::is_finite(self)
             }
+            #[inline]
+            fn least(self, other: Self) -> Self {
+                $least(self, other)
+            }
         }
     };
 }
 
-real!(f32, sqrt_single);
-real!(f64, libm::sqrt);
+// The FPU of the board has minNum, which leaves NaN out; a host's processor has the comparison.
+real!(f32, sqrt_single, f32::min);
+real!(f64, libm::sqrt, Real::at_most);

@@ -54,8 +54,16 @@ pub enum Drive {
 pub struct WheelPower<T> {
     /// Power about the reference mass, before any clamp.
     pub polynomial: Polynomial<T>,
+    /// Least torque along the motion at any mass of the range, N·m.
+    pub least: T,
+}
+
+impl<T: Real> WheelPower<T> {
     /// The torque opposes the motion at some mass of the range: the drive may clamp.
-    pub may_clamp: bool,
+    #[inline]
+    pub fn may_clamp(&self) -> bool {
+        self.least < T::ZERO
+    }
 }
 
 impl<T: Real> TorqueModel<T> {
@@ -113,7 +121,7 @@ impl<T: Real> TorqueModel<T> {
         };
         // Torque is linear in the mass: its least along the motion is at one end of the range.
         let least = torque * wheel.direction - (per_kg * reach).abs();
-        WheelPower { polynomial, may_clamp: least < T::ZERO }
+        WheelPower { polynomial, least }
     }
 
     /// β_0 … β_14 of the ungated Eq. 18 ([`crate::eq18::Gate::Signed`]) that equal this model

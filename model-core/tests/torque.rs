@@ -58,7 +58,7 @@ proptest! {
     #[test]
     fn clamping_is_foreseen(torque in torque_model(), wheel in wheel(), low in 0.1..20.0_f64, span in 0.1..30.0_f64) {
         let range = MassRange::new(low, low + span).unwrap();
-        let flag = torque.polynomial(&wheel, range.middle(), range.reach()).may_clamp;
+        let flag = torque.polynomial(&wheel, range.middle(), range.reach()).may_clamp();
         let masses = (0..=200).map(|i| low + span * f64::from(i) / 200.0);
         let rounding = 1e-13 * scale(&torque, &wheel, low + span);
         let mut opposed = false;

@@ -41,7 +41,6 @@ impl<T: Real> Products<T> {
 /// grows with the window: for an error that lasts two buckets, one lag would see half of its variance.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Scatter<T> {
-    information: T,
     squares: Products<T>,
     lagged: [Products<T>; LAGS],
     /// Latest first.
@@ -52,7 +51,6 @@ impl<T: Real> Scatter<T> {
     #[inline(always)]
     pub(super) fn add(&mut self, score: T, information: T) {
         let now = Evidence { score, information };
-        self.information += information;
         self.squares.add(&now, &now);
         for (products, earlier) in self.lagged.iter_mut().zip(&self.last) {
             products.add(&now, earlier);
@@ -61,18 +59,14 @@ impl<T: Real> Scatter<T> {
         self.last = [now, first, second];
     }
 
-    pub(super) fn information(&self) -> T {
-        self.information
-    }
-
     /// Half-width of the 95 % interval.
     ///
-    /// `expected` is the variance of Σ s_b by the fit's noise, which counts as `prior` buckets' worth of evidence beside
+    /// `information` is that of all buckets. `expected` is the variance of Σ s_b by the fit's noise, which counts as `prior` buckets' worth of evidence beside
     /// the scatter seen; `lasting` is the variance of the estimate from errors that outlast the window. Such errors show in
     /// the scatter too as soon as the robot drives at several speeds, so they are expected beside the noise, not added to
     /// the scatter; at one speed they do not show, and the variance is at least theirs.
-    pub(super) fn half_width(&self, prior: T, expected: T, lasting: T) -> T {
-        let total = self.information * self.information;
+    pub(super) fn half_width(&self, information: T, prior: T, expected: T, lasting: T) -> T {
+        let total = information * information;
         // Buckets without information tell nothing: this many alike would scatter as these do.
         let buckets = total / self.squares.information;
         let mut sums = self.squares;

@@ -109,8 +109,9 @@ pub trait Method<T: Real> {
     /// Its sums over the samples of a bucket.
     type Sums: Bucket<T>;
 
-    /// Adds one sample: filtered power in W, the model's response, and the wheels' mean absolute speed in rad/s.
-    fn add(&self, sums: &mut Self::Sums, power: T, response: &Response<T>, mean_speed: T);
+    /// Adds one sample: filtered power in W, the model's response, and the wheels' absolute speeds in rad/s, their mean or
+    /// their sum: what they are divided by is divided out again (Eq. 26).
+    fn add(&self, sums: &mut Self::Sums, power: T, response: &Response<T>, speed: T);
 
     /// The mass that these buckets, oldest first, say.
     fn estimate<'a>(&self, buckets: impl Iterator<Item = &'a Self::Sums> + Clone) -> Payload<T>

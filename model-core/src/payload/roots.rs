@@ -15,7 +15,7 @@ pub struct Sums<T> {
 }
 
 impl<T: Real> Sums<T> {
-    /// The root within the mass range, if there is one (Eq. 25), weighted by the wheels' mean absolute
+    /// The root within the mass range, if there is one (Eq. 25), weighted by the wheels' absolute
     /// speed in rad/s (Eq. 26).
     #[inline]
     fn add(&mut self, power: T, response: &Response<T>, range: &MassRange<T>, weight: T) {
@@ -51,8 +51,8 @@ impl<T: Real> Method<T> for RootMean<T> {
     type Sums = Sums<T>;
 
     #[inline]
-    fn add(&self, sums: &mut Sums<T>, power: T, response: &Response<T>, mean_speed: T) {
-        sums.add(power, response, &self.range, mean_speed);
+    fn add(&self, sums: &mut Sums<T>, power: T, response: &Response<T>, speed: T) {
+        sums.add(power, response, &self.range, speed);
     }
 
     // A function of its own, so that its loop over the buckets is compiled alone: inlined, it has too few registers.
@@ -74,7 +74,7 @@ impl<T: Real> Method<T> for RootMean<T> {
                 scatter.add(bucket.weighted - bucket.weight * d, bucket.weight);
             }
         }
-        within(&self.range, d, scatter.half_width(T::ZERO, T::ZERO, T::ZERO))
+        within(&self.range, d, scatter.half_width(total.weight, T::ZERO, T::ZERO, T::ZERO))
     }
 
     /// The paper restarts at known times or periodically; roots have no scale to be surprised on.

@@ -109,22 +109,28 @@ impl<T: Real> Window<T> {
     fn minimum(&self, total: &Sums<T>) -> T {
         let reach = self.range.reach() * T::from_f64(BEYOND);
         let (mut low, mut high) = (-reach, reach);
-        if total.score(low) <= T::ZERO {
+        // [`Sums::score`] and [`Sums::information`] in powers of d: their coefficients are the same at every step.
+        let (linear, square, cube) =
+            (T::TWO * total.ra - total.bb, T::from_f64(-3.0) * total.ab, -T::TWO * total.aa);
+        let score = |d: T| ((cube * d + square) * d + linear) * d + total.rb;
+        let (by_d, by_square) = (T::from_f64(4.0) * total.ab, T::from_f64(4.0) * total.aa);
+        let information = |d: T| (by_square * d + by_d) * d + total.bb;
+        if score(low) <= T::ZERO {
             return low;
         }
-        if total.score(high) >= T::ZERO {
+        if score(high) >= T::ZERO {
             return high;
         }
         // Newton's step from the current point, or the middle of the bracket where that would leave it.
         let mut d = T::ZERO;
         for _ in 0..BISECTIONS {
-            let score = total.score(d);
+            let score = score(d);
             if score > T::ZERO {
                 low = d;
             } else {
                 high = d;
             }
-            let step = score / total.information(d);
+            let step = score / information(d);
             let newton = d + step;
             // A step below the last digit ends on the bracket's end: that is the minimum, not a way out.
             let next = if newton >= low && newton <= high { newton } else { (low + high) * T::HALF };
@@ -141,9 +147,9 @@ impl<T: Real> Method<T> for Window<T> {
     type Sums = Sums<T>;
 
     #[inline]
-    fn add(&self, sums: &mut Sums<T>, power: T, response: &Response<T>, mean_speed: T) {
+    fn add(&self, sums: &mut Sums<T>, power: T, response: &Response<T>, speed: T) {
         // Eq. 18's β1 and β2 act at rest too, where no payload can be told from the standing robot's other losses.
-        let at_rest = mean_speed <= T::ZERO;
+        let at_rest = speed <= T::ZERO;
         if !at_rest {
             sums.add(power, response, &self.noise);
         }
@@ -169,7 +175,7 @@ impl<T: Real> Method<T> for Window<T> {
                 scatter.add(bucket.score(d), bucket.information(d));
             }
         }
-        let information = scatter.information();
+        let information = total.information(d);
         if information <= T::ZERO {
             return Payload::Unknown(Unknown::NoMotion);
         }
@@ -178,6 +184,7 @@ impl<T: Real> Method<T> for Window<T> {
             &self.range,
             d,
             scatter.half_width(
+                information,
                 T::from_f64(PRIOR_BUCKETS),
                 self.expected_scatter(information),
                 lasting * lasting,
