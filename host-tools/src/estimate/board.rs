@@ -164,7 +164,7 @@ pub fn delays(truth: &Path, from_s: f64, to_s: f64, noticed: &[Change]) -> Resul
     let mut columns = Columns::open(truth, [crate::log::MASS], true)?;
     let mut before = None;
     let mut times = Vec::new();
-    while let Some((time, [mass])) = columns.next()? {
+    while let Some((time, [mass])) = columns.advance()? {
         let changed = before.replace(mass).is_some_and(|before| before != mass);
         if changed && time > from_s && time < to_s {
             times.push(time);
@@ -198,11 +198,20 @@ impl<const K: usize> Columns<K> {
             }
         }));
         let mut columns = Self { reader: LogReader::open(path, &requests)?, row: None, ahead: None };
-        columns.ahead = columns.next()?;
+        columns.ahead = columns.read()?;
         Ok(columns)
     }
 
-    fn next(&mut self) -> Result<Option<(f64, [f64; K])>> {
+    /// The next row, in order.
+    fn advance(&mut self) -> Result<Option<(f64, [f64; K])>> {
+        let row = self.ahead.take();
+        if row.is_some() {
+            self.ahead = self.read()?;
+        }
+        Ok(row)
+    }
+
+    fn read(&mut self) -> Result<Option<(f64, [f64; K])>> {
         let mut row = vec![0.0; K + 1];
         if self.reader.next_row(&mut row)?.is_none() {
             return Ok(None);
@@ -215,8 +224,7 @@ impl<const K: usize> Columns<K> {
         while let Some((ahead, _)) = self.ahead
             && ahead <= time + SAME_S
         {
-            self.row = self.ahead;
-            self.ahead = self.next()?;
+            self.row = self.advance()?;
         }
         Ok(self.row.map(|(_, row)| row))
     }
