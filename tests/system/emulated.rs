@@ -9,12 +9,7 @@ use std::process::Command;
 
 /// Runs the script with these arguments. `None` where there is no emulator.
 fn emulate(arguments: &[&str]) -> Option<(bool, String)> {
-    let elsewhere = std::env::var_os("STM32EMU");
-    let folder = common::root().join(elsewhere.unwrap_or_else(|| "../shared/tools/stm32emu".into()));
-    if !folder.join("emu").exists() {
-        println!("skipped: there is no emulator in {}", folder.display());
-        return None;
-    }
+    let folder = common::emulator()?;
     let output = Command::new(folder.join("emu"))
         .env("PYTHONPATH", &folder)
         .arg(common::root().join("tests/system/opencr_emulated.py"))

@@ -6,6 +6,10 @@ use crate::images;
 use crate::set_up::{self, TARGET, TargetCargo};
 use crate::steps::{Steps, Stop, command, command_line};
 
+/// One set for all that is about the host: a second one would compile large libraries again. Not --all-features: what talks to a
+/// debug probe has no test without one, and its library takes minutes (`cargo clippy -p host-tools --features probe`).
+const HOST_FEATURES: &str = "--features on-target-tests/system";
+
 /// Images that must not pass, and what each has to say.
 const MUST_NOT_PASS: [(&str, &str); 4] = [
     ("must-fail", "test result: FAILED. 2 passed; 2 failed"),
@@ -43,7 +47,7 @@ fn all(steps: &mut Steps) -> Result<(), Stop> {
     steps.run("format", command("cargo fmt --all --check"))?;
     steps.run(
         "lints, host",
-        command("cargo clippy --workspace --all-targets --all-features -- -D warnings"),
+        command(&format!("cargo clippy --workspace --all-targets {HOST_FEATURES} -- -D warnings")),
     )?;
     steps.run(
         "lints, board",
@@ -70,11 +74,10 @@ fn all(steps: &mut Steps) -> Result<(), Stop> {
             "clippy --package on-target-tests --lib --bins --tests --target {TARGET} -- -D warnings"
         )),
     )?;
-    let mut documentation = command("cargo doc --workspace --no-deps --all-features");
+    let mut documentation = command(&format!("cargo doc --workspace --no-deps {HOST_FEATURES}"));
     documentation.env("RUSTDOCFLAGS", "-D warnings");
     steps.run("documentation", documentation)?;
-    // Not --all-features: what talks to a debug probe has no test without one, and takes minutes to compile.
-    let mut host_tests = command("cargo test --workspace --features on-target-tests/system --no-fail-fast");
+    let mut host_tests = command(&format!("cargo test --workspace {HOST_FEATURES} --no-fail-fast"));
     target.tell(&mut host_tests);
     steps.run("tests, host", host_tests)?;
     steps.run(

@@ -2,12 +2,30 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::Once;
 
 const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// The workspace's directory.
 pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the tests are in the workspace")
+}
+
+/// The emulated STM32F746: beside the project, not part of it, or where the variable STM32EMU says. `None`, said so, where it is not.
+#[allow(dead_code, reason = "not every test that shares this file needs it")]
+pub(crate) fn emulator() -> Option<PathBuf> {
+    static READY: Once = Once::new();
+    let elsewhere = std::env::var_os("STM32EMU");
+    let folder = root().join(elsewhere.unwrap_or_else(|| "../shared/tools/stm32emu".into()));
+    if !folder.join("emu").exists() {
+        println!("skipped: there is no emulator in {}", folder.display());
+        return None;
+    }
+    // It sets itself up at its first start: not by several tests at once.
+    READY.call_once(|| {
+        let _ = Command::new(folder.join("emu")).arg("--help").output();
+    });
+    Some(folder)
 }
 
 /// The `opencr` image as users flash it, built if it is not there or not from these sources.
