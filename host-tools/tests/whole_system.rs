@@ -96,6 +96,12 @@ impl System {
         }
     }
 
+    /// Of the rails' sensors.
+    fn health(&mut self) -> Vec<u8> {
+        let block = self.client.block(&table::RAIL_HEALTH, &table::RAIL_HEALTH).unwrap();
+        block.all(&table::RAIL_HEALTH).unwrap()
+    }
+
     fn upload(&mut self, item: Item, bytes: &[u8]) {
         let board = self.board.clone();
         let timeout = Duration::from_secs(20);
@@ -234,25 +240,13 @@ fn one_dead_sensor_costs_its_own_rail() {
     const COMPUTER: usize = 2;
     system.client.transport().robot_mut().sensors[COMPUTER].absent = true;
     system.client.wait(Duration::from_secs(2)).unwrap();
-    let health: Vec<u8> = system
-        .client
-        .block(&table::RAIL_HEALTH, &table::RAIL_HEALTH)
-        .unwrap()
-        .all(&table::RAIL_HEALTH)
-        .unwrap();
-    assert_eq!(health, [0, 0, 3, 0]);
+    assert_eq!(system.health(), [0, 0, 3, 0]);
     let power: Vec<f32> =
         system.client.block(&table::RAIL_POWER, &table::RAIL_POWER).unwrap().all(&table::RAIL_POWER).unwrap();
     assert!(power[COMPUTER].is_nan() && power[0] > 1.0 && power[1] > 0.5 && power[3] > 0.5, "{power:?}");
     assert_eq!(system.client.get::<u32>(&table::MISSED_DEADLINES).unwrap(), 0);
     system.client.transport().robot_mut().sensors[COMPUTER].absent = false;
     system.client.wait(Duration::from_secs(2)).unwrap();
-    let health: Vec<u8> = system
-        .client
-        .block(&table::RAIL_HEALTH, &table::RAIL_HEALTH)
-        .unwrap()
-        .all(&table::RAIL_HEALTH)
-        .unwrap();
-    assert_eq!(health, [0, 0, 0, 0]);
+    assert_eq!(system.health(), [0, 0, 0, 0]);
     assert_eq!(system.client.get::<u16>(&table::RECORD_SIZE).unwrap(), RECORD_BYTES as u16);
 }
