@@ -21,6 +21,7 @@ pub mod compare;
 pub mod error;
 pub mod estimate;
 pub mod fit;
+pub mod gap;
 pub mod inspect;
 pub mod interrupt;
 pub mod log;

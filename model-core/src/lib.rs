@@ -12,6 +12,7 @@
 extern crate std;
 
 pub mod coefficients;
+pub mod effects;
 pub mod energy;
 pub mod eq18;
 pub mod estimator;

@@ -52,6 +52,8 @@ pub trait Real:
     fn to_f64(self) -> f64;
     /// √x; NaN below zero.
     fn sqrt(self) -> Self;
+    /// eˣ
+    fn exp(self) -> Self;
     /// |x|
     fn abs(self) -> Self;
     /// Neither infinite nor NaN.
@@ -109,7 +111,7 @@ fn sqrt_single(x: f32) -> f32 {
 use libm::sqrtf as sqrt_single;
 
 macro_rules! real {
-    ($scalar:ty, $sqrt:path, $least:path) => {
+    ($scalar:ty, $sqrt:path, $least:path, $exp:path) => {
         impl Real for $scalar {
             const ZERO: Self = 0.0;
             const NOTHING: Self = -0.0;
@@ -133,6 +135,10 @@ macro_rules! real {
                 $sqrt(self)
             }
             #[inline]
+            fn exp(self) -> Self {
+                $exp(self)
+            }
+            #[inline]
             fn abs(self) -> Self {
                 <$scalar>::abs(self)
             }
@@ -149,5 +155,5 @@ macro_rules! real {
 }
 
 // The FPU of the board has minNum, which leaves NaN out; a host's processor has the comparison.
-real!(f32, sqrt_single, f32::min);
-real!(f64, libm::sqrt, Real::at_most);
+real!(f32, sqrt_single, f32::min, libm::expf);
+real!(f64, libm::sqrt, Real::at_most, libm::exp);

@@ -95,6 +95,14 @@ impl<T: Real> TorqueModel<T> {
             + mass * (self.inertia_gain * wheel.inertial_torque + self.scrub * wheel.scrub)
     }
 
+    /// The part of the torque that passes the gear, N·m: what moves the body, without the rotor and the motor's own friction.
+    #[inline]
+    pub fn load(&self, wheel: &Wheel<T>, mass: T) -> T {
+        mass * (self.rolling * wheel.direction
+            + self.inertia_gain * wheel.inertial_torque
+            + self.scrub * wheel.scrub)
+    }
+
     /// The power of one wheel in W at a total mass in kg, before any clamp.
     #[inline]
     pub fn wheel_power(&self, wheel: &Wheel<T>, mass: T) -> T {

@@ -7,6 +7,8 @@ mod drive;
 mod estimate;
 mod fit;
 mod flash;
+mod gap;
+mod gap_bench;
 mod inspect;
 mod record;
 mod simulate;
@@ -40,6 +42,10 @@ enum Command {
     Estimate(estimate::Arguments),
     /// Every model and baseline on the same split, in one table
     Compare(compare::Arguments),
+    /// Find where model and measurement disagree, and name the missing effect
+    Gap(gap::Arguments),
+    /// Hide effects in simulated runs, and count what the gap workflow makes of them
+    GapBench(gap_bench::Arguments),
     #[cfg(target_os = "linux")]
     /// Run the virtual board and its robot, with the link as a pseudo terminal
     Board(board::Arguments),
@@ -90,6 +96,8 @@ fn execute(cli: Cli) -> Result<()> {
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Estimate(arguments) => estimate::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Gap(arguments) => gap::run(&arguments),
+        Command::GapBench(arguments) => gap_bench::run(&arguments),
         #[cfg(target_os = "linux")]
         Command::Board(arguments) => board::run(&arguments),
         Command::Record(arguments) => record::run(&arguments),

@@ -1,6 +1,6 @@
 //! coefficients.toml: what `gmr fit` writes and every other command reads.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use model_core::coefficients::{Coefficients, Name, Robot as CoreRobot};
 use model_core::eq18::REGRESSORS;
@@ -8,6 +8,7 @@ use model_core::kinematics::Kinematics;
 use model_core::model::{MassRange, Model};
 use model_core::payload::Noise;
 use model_core::torque::{Drive, TorqueModel};
+use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use super::{Fit, Method, ModelKind, verdict};
@@ -56,6 +57,9 @@ struct NoiseSection {
 #[derive(Debug, Serialize, Deserialize)]
 struct FitSection {
     rows: u64,
+    /// The logs, from the folder of this file: `gmr gap` asks them what the model gets wrong without any effect.
+    #[serde(default)]
+    logs: Vec<PathBuf>,
     masses_kg: Vec<f64>,
     r2: f64,
     rmse_w: f64,
@@ -98,6 +102,7 @@ pub fn write<const N: usize>(file: &Path, fit: &Fit<N>) -> Result<()> {
         },
         fit: FitSection {
             rows: fit.rows,
+            logs: fit.files.iter().map(|log| seen_from(file, log)).collect(),
             masses_kg: fit.masses.clone(),
             r2: fit.quality.r2.unwrap_or(f64::NAN),
             rmse_w: fit.quality.rmse_w,
@@ -160,6 +165,48 @@ pub fn read<const N: usize>(file: &Path, robot: &Robot) -> Result<Coefficients<f
     };
     // The file's static power is what the fit took off; the robot's file says what is to be taken off now.
     Ok(Coefficients { robot: expected, model, noise })
+}
+
+/// The path of a log as seen from the folder of the coefficients, so that both can move together; absolute where they share none.
+fn seen_from(coefficients: &Path, log: &Path) -> PathBuf {
+    let folder = folder_of(coefficients);
+    match (std::fs::canonicalize(log), std::fs::canonicalize(folder)) {
+        (Ok(log), Ok(folder)) => log.strip_prefix(&folder).map(Path::to_owned).unwrap_or(log),
+        _ => log.to_owned(),
+    }
+}
+
+fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// The logs that coefficients were fitted to, as far as they are still there, for coefficients that [`read`] has accepted.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn read_logs(file: &Path) -> Result<Vec<PathBuf>> {
+    let text = std::fs::read_to_string(file).map_err(|error| Error::io(file, &error))?;
+    let document: Document = toml::from_str(&text)
+        .map_err(|error| Error::failed(error.message().replace('\n', " ")).in_file(file))?;
+    let logs = document.fit.logs.into_iter().map(|log| folder_of(file).join(log));
+    Ok(logs.filter(|log| log.exists()).collect())
+}
+
+/// The covariance of the parameters as the fit stated it, for coefficients that [`read`] has accepted.
+///
+/// # Errors
+/// The file cannot be read, or its covariance is no square matrix of finite numbers.
+pub fn read_covariance(file: &Path) -> Result<DMatrix<f64>> {
+    let text = std::fs::read_to_string(file).map_err(|error| Error::io(file, &error))?;
+    let wrong = |message: &str| Error::failed(message).in_file(file).in_column("covariance");
+    let document: Document =
+        toml::from_str(&text).map_err(|error| wrong(&error.message().replace('\n', " ")))?;
+    let rows = document.fit.covariance;
+    let size = document.parameters.len();
+    if rows.len() != size || rows.iter().any(|row| row.len() != size || row.iter().any(|x| !x.is_finite())) {
+        return Err(wrong(&format!("expected {size} rows of {size} finite numbers, one a parameter")));
+    }
+    Ok(DMatrix::from_fn(size, size, |i, j| rows[i][j]))
 }
 
 /// # Errors

@@ -109,6 +109,8 @@ pub struct Fit<const N: usize> {
     pub certificate: Option<linear::Certificate>,
     /// Share of the rows in which no wheel draws power, by the model: at rest or clamped.
     pub idle_share: f64,
+    /// The logs that it was fitted to.
+    pub files: Vec<PathBuf>,
     /// Payloads met, kg.
     pub masses: Vec<f64>,
     /// Rows read.
@@ -179,6 +181,8 @@ pub fn fit<const N: usize>(
     // With one payload or speed the model's dependence on the mass is a guess: no window says anything about it.
     let lasting = if shortcoming.is_some() { NO_PAYLOAD_W } else { lasting_error };
     let noise = assess::noise(dataset, &model, lasting, power_scale);
+    let mut files: Vec<PathBuf> = dataset.runs.iter().map(|run| run.file.clone()).collect();
+    files.dedup();
     let unused = weights.iter().filter(|weight| **weight == 0.0).count();
     Ok(Fit {
         coefficients: Coefficients { robot: dataset.robot, model, noise },
@@ -191,6 +195,7 @@ pub fn fit<const N: usize>(
         iterations,
         certificate,
         idle_share: unused as f64 / weights.len().max(1) as f64,
+        files,
         masses: dataset.masses.clone(),
         rows: dataset.rows,
         solve_s,

@@ -1,0 +1,190 @@
+//! `gmr gap-bench`: what the gap workflow finds of effects hidden in simulated runs.
+
+use std::collections::BTreeMap;
+use std::io::IsTerminal;
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::error::{Error, Result};
+use crate::gap::bench::sets::noises;
+use crate::gap::bench::{self, Case, Outcome};
+use crate::gap::investigate::Verdict;
+use crate::robot::Robot;
+
+/// Arguments of `gmr gap-bench`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Seeds of every effect and size
+    #[arg(long, default_value_t = 3)]
+    seeds: u64,
+    /// The first seed
+    #[arg(long, default_value_t = 1)]
+    first_seed: u64,
+    /// Sizes: RMS of what an effect adds to the power, in standard deviations of its noise
+    #[arg(long, value_delimiter = ',', default_value = "0.5,1,2")]
+    sizes: Vec<f64>,
+    /// Effect-free sets
+    #[arg(long, default_value_t = 20)]
+    free: u64,
+    /// Only these effects
+    #[arg(long, value_delimiter = ',')]
+    only: Vec<String>,
+    /// Sets whose effect is taken out of the dictionary, per effect
+    #[arg(long, default_value_t = 0)]
+    removed: u64,
+    /// Sets with two effects
+    #[arg(long, default_value_t = 0)]
+    pairs: usize,
+    /// Print every set
+    #[arg(long)]
+    all: bool,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let robot = Robot::load("burger")?;
+    let effects: Vec<_> = bench::typical()?
+        .into_iter()
+        .filter(|effect| arguments.only.is_empty() || arguments.only.iter().any(|only| only == effect.id()))
+        .collect();
+    let last = arguments.first_seed + arguments.seeds;
+    let case =
+        |effects: Vec<_>, size, seed| Case { effects, size, seed, noise: noises()[0], removed: Vec::new() };
+    let mut cases = Vec::new();
+    for effect in &effects {
+        for &size in &arguments.sizes {
+            for seed in arguments.first_seed..last {
+                cases.push(case(vec![effect.clone()], size, seed));
+            }
+        }
+        for seed in arguments.first_seed..arguments.first_seed + arguments.removed {
+            let removed = vec![effect.id().to_owned()];
+            cases.push(Case { removed, ..case(vec![effect.clone()], 1.0, seed) });
+        }
+    }
+    for pair in 0..arguments.pairs {
+        let (first, step) = (pair % effects.len(), 1 + pair / effects.len() * 3 % (effects.len() - 1).max(1));
+        let second = (first + step) % effects.len();
+        if effects[first].id() != effects[second].id() {
+            let both = vec![effects[first].clone(), effects[second].clone()];
+            cases.push(case(both, 1.0, arguments.first_seed + pair as u64));
+        }
+    }
+    cases.extend((0..arguments.free).map(|k| bench::effect_free(1000 * arguments.first_seed + k)));
+    if cases.is_empty() {
+        return Err(Error::usage("no set is asked for"));
+    }
+    let bar = if std::io::stderr().is_terminal() {
+        ProgressBar::new(cases.len() as u64)
+    } else {
+        ProgressBar::hidden()
+    };
+    bar.set_style(
+        ProgressStyle::with_template("{wide_bar} {pos}/{len} {eta}")
+            .unwrap_or_else(|_| ProgressStyle::default_bar()),
+    );
+    let mut outcomes = bench::run(&robot, cases, &bar)?;
+    bar.finish_and_clear();
+    outcomes.sort_by_key(|outcome| (label(outcome), outcome.case.size.to_bits(), outcome.case.seed));
+    print(&outcomes, arguments.all);
+    Ok(())
+}
+
+fn label(outcome: &Outcome) -> String {
+    let case = &outcome.case;
+    let ids: Vec<&str> = case.effects.iter().map(|effect| effect.id()).collect();
+    let kind = if case.removed.is_empty() { "" } else { " (removed)" };
+    if ids.is_empty() { format!("none, {}", case.noise.name) } else { ids.join(" + ") + kind }
+}
+
+/// Effects that no drive on level ground tells apart within a minute: a tie between them is the right answer.
+const TWINS: [[&str; 2]; 5] = [
+    ["viscous-change", "lubricant-warm-up"],
+    ["viscous-change", "windage"],
+    ["lubricant-warm-up", "windage"],
+    ["supply-sag", "gear-load-loss"],
+    ["wheel-drag", "sensor-gain"],
+];
+
+/// How an outcome is counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Count {
+    Right,
+    TwinTie,
+    InTie,
+    Wrong,
+    Abstained,
+    Missed,
+}
+
+fn count(outcome: &Outcome) -> Count {
+    let truth: Vec<&str> = outcome.case.effects.iter().map(|effect| effect.id()).collect();
+    let has = |list: &[String], id: &str| list.iter().any(|own| own == id);
+    match outcome.verdict {
+        Verdict::None => Count::Missed,
+        Verdict::Unexplained => Count::Abstained,
+        Verdict::Named | Verdict::Ambiguous => {
+            let all = outcome.named.iter().chain(&outcome.ties).cloned().collect::<Vec<_>>();
+            let named = truth.iter().filter(|id| has(&outcome.named, id)).count();
+            let covered = truth.iter().filter(|id| has(&all, id)).count();
+            let wrong = outcome.named.iter().any(|id| !truth.contains(&id.as_str()));
+            if !outcome.case.removed.is_empty() {
+                return if outcome.verdict == Verdict::Named { Count::Wrong } else { Count::InTie };
+            }
+            if outcome.ties.is_empty() {
+                return if named == truth.len() && !wrong { Count::Right } else { Count::Wrong };
+            }
+            let twins = truth.len() == 1
+                && all.iter().all(|id| {
+                    id == truth[0] || TWINS.iter().any(|t| t.contains(&id.as_str()) && t.contains(&truth[0]))
+                });
+            match (covered == truth.len(), twins) {
+                (true, true) => Count::TwinTie,
+                (true, false) => Count::InTie,
+                _ => Count::Wrong,
+            }
+        }
+    }
+}
+
+fn print(outcomes: &[Outcome], all: bool) {
+    let mut table: BTreeMap<String, Vec<&Outcome>> = BTreeMap::new();
+    for outcome in outcomes {
+        table.entry(label(outcome)).or_default().push(outcome);
+    }
+    println!("{:<40} sets right twins tie wrong abst none  closed", "hidden");
+    for (label, outcomes) in &table {
+        let number = |wanted: Count| outcomes.iter().filter(|outcome| count(outcome) == wanted).count();
+        let mut closed: Vec<f64> = outcomes.iter().filter_map(|outcome| outcome.closed).collect();
+        closed.sort_by(f64::total_cmp);
+        let middle =
+            closed.get(closed.len() / 2).map_or("    –".to_owned(), |c| format!("{:>4.0} %", 100.0 * c));
+        println!(
+            "{label:<40} {:>4} {:>5} {:>5} {:>3} {:>5} {:>4} {:>4}  {middle}",
+            outcomes.len(),
+            number(Count::Right),
+            number(Count::TwinTie),
+            number(Count::InTie),
+            number(Count::Wrong),
+            number(Count::Abstained),
+            number(Count::Missed)
+        );
+    }
+    for outcome in outcomes.iter().filter(|outcome| all || count(outcome) == Count::Wrong) {
+        let sizes: Vec<String> = outcome.case.effects.iter().map(|e| format!("{:.3e}", e.size())).collect();
+        println!(
+            "{} ({}) size {} seed {}: {:?} {} tie [{}] closed {:?} {:.2} s: {}",
+            label(outcome),
+            sizes.join(", "),
+            outcome.case.size,
+            outcome.case.seed,
+            outcome.verdict,
+            outcome.named.join(", "),
+            outcome.ties.join(", "),
+            outcome.closed.map(|c| (100.0 * c).round()),
+            outcome.seconds,
+            outcome.note
+        );
+    }
+    let slowest = outcomes.iter().map(|outcome| outcome.seconds).fold(0.0, f64::max);
+    println!("slowest set: {slowest:.2} s");
+}

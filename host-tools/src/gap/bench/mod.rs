@@ -1,0 +1,158 @@
+//! `gmr gap-bench`: hidden effects from the plant, and what the workflow makes of them.
+
+pub mod sets;
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+use std::time::Instant;
+
+use indicatif::ProgressBar;
+
+use self::sets::{NoiseKind, noises};
+use super::investigate::{Options, Verdict, investigate};
+use super::runs::Runs;
+use crate::error::Result;
+use crate::plant::effects::Effect;
+use crate::robot::Robot;
+
+/// What is hidden, and in how large a set.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case {
+    /// Effects before scaling.
+    pub effects: Vec<Effect>,
+    /// RMS of what each adds, in standard deviations of the noise.
+    pub size: f64,
+    /// Seed of the set.
+    pub seed: u64,
+    /// Noise of the power.
+    pub noise: NoiseKind,
+    /// Ids that are taken out of the dictionary.
+    pub removed: Vec<String>,
+}
+
+/// What became of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// The case.
+    pub case: Case,
+    /// The answer.
+    pub verdict: Verdict,
+    /// Names given.
+    pub named: Vec<String>,
+    /// Rivals in a tie.
+    pub ties: Vec<String>,
+    /// Gap closed on locked runs.
+    pub closed: Option<f64>,
+    /// Time for the workflow alone, s.
+    pub seconds: f64,
+    /// How the last round ended.
+    pub note: String,
+}
+
+/// Effects of a case in a typical strength: sizes are then scaled.
+///
+/// # Errors
+/// An id that the plant does not know.
+pub fn typical() -> Result<Vec<Effect>> {
+    [
+        "grade=0.03",
+        "grade=0.03:along=travel",
+        "winding-temperature=60:loss=0.05",
+        "windage=0.0005",
+        "stribeck=0.05",
+        "viscous-change=0.5",
+        "lubricant-warm-up=0.5:tau=30",
+        "rolling-resistance-change=0.01",
+        "surface-switch=0.01",
+        "payload-offset=0.03",
+        "wheel-drag=0.03",
+        "turning-scrub=0.05",
+        "gear-load-loss=1",
+        "supply-sag=1",
+        "regeneration=0.5",
+        "payload-mislabel=0.7",
+        "static-step=0.1",
+        "static-step=0.1:on=motion",
+        "compute-load=0.2",
+        "sensor-gain=0.05",
+        "sensor-offset=0.05",
+        "sensor-delay=0.1",
+        "speed-scale=0.05",
+    ]
+    .into_iter()
+    .map(Effect::parse)
+    .collect()
+}
+
+/// Runs the cases on two threads.
+///
+/// # Errors
+/// What plant, fit and workflow refuse.
+pub fn run(robot: &Robot, cases: Vec<Case>, bar: &ProgressBar) -> Result<Vec<Outcome>> {
+    let next = AtomicUsize::new(0);
+    let outcomes = Mutex::new(Vec::new());
+    let failed = Mutex::new(None);
+    thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                while let Some(case) = cases.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let result = one(robot, case);
+                    bar.inc(1);
+                    match (result, outcomes.lock(), failed.lock()) {
+                        (Ok(outcome), Ok(mut all), _) => all.push(outcome),
+                        (Err(error), _, Ok(mut first)) => {
+                            first.get_or_insert(error);
+                        }
+                        _ => return,
+                    }
+                }
+            });
+        }
+    });
+    if let Ok(Some(error)) = failed.into_inner() {
+        return Err(error);
+    }
+    Ok(outcomes.into_inner().unwrap_or_default())
+}
+
+/// One case.
+///
+/// # Errors
+/// As [`run`].
+pub fn one(robot: &Robot, case: &Case) -> Result<Outcome> {
+    let needs_processor = case.effects.iter().any(|effect| effect.id() == "compute-load");
+    let columns: &[&str] = if needs_processor { &["cpu_percent"] } else { &[] };
+    let clean = sets::clean(robot, case.seed, case.noise.noise, columns)?;
+    let mut effects = Vec::new();
+    for effect in &case.effects {
+        effects.push(sets::scaled(effect, case.size, case.seed)?);
+    }
+    let raw = sets::record(&sets::field(&effects, case.noise.noise).field(case.seed), columns)?;
+    let runs = Runs::condition(&clean.core, raw)?;
+    let options = Options { removed: case.removed.clone(), ..Options::default() };
+    let started = Instant::now();
+    let report = investigate(&runs, Some(&clean.runs), &clean.base, &options)?;
+    let seconds = started.elapsed().as_secs_f64();
+    if std::env::var_os("GAP_BENCH_TRACE").is_some() {
+        let name: Vec<String> =
+            effects.iter().map(|effect| format!("{} {:.4}", effect.id(), effect.size())).collect();
+        eprintln!("== {} size {} seed {}", name.join(" + "), case.size, case.seed);
+        eprintln!("{}", super::summary::text(&report));
+    }
+    Ok(Outcome {
+        case: Case { effects, ..case.clone() },
+        verdict: report.verdict,
+        named: report.effects.iter().map(|effect| effect.candidate.id.clone()).collect(),
+        ties: report.ambiguous_with.clone(),
+        closed: report.confirmed.closed,
+        seconds,
+        note: report.rounds.last().map_or(String::new(), |round| round.outcome.clone()),
+    })
+}
+
+/// A case without effects, one noise after the other.
+pub fn effect_free(seed: u64) -> Case {
+    let noise = noises()[seed as usize % noises().len()];
+    Case { effects: Vec::new(), size: 0.0, seed, noise, removed: Vec::new() }
+}

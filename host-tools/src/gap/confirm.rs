@@ -1,0 +1,139 @@
+//! The gap on the locked runs, before and after.
+
+use std::sync::Arc;
+
+use model_core::torque::TorqueModel;
+
+use super::investigate::{Base, LEAST_CLOSED};
+use super::noise::Noise;
+use super::panel::residual;
+use super::runs::Runs;
+use super::smooth;
+use super::split::Split;
+use super::twin::{Cause, State, Twin};
+
+/// What the locked runs say.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Confirmed {
+    /// Names of the locked runs.
+    pub runs: Vec<String>,
+    /// RMS of measured less predicted power before, W.
+    pub before_w: f64,
+    /// After.
+    pub after_w: f64,
+    /// What no effect can remove, W: what is left of the locked runs when everything that varies smoothly is taken out, and what
+    /// the base gets wrong on its own clean runs.
+    pub floor_w: f64,
+    /// Share of the gap that is closed; `None` where nothing was to be closed, or no locked run has the effect.
+    pub closed: Option<f64>,
+    /// 95 % interval of the mean square gain per run, W²: paired by run.
+    pub gain_w2: (f64, f64),
+    /// Mean square before and after, run by run, W².
+    pub by_run: Vec<(f64, f64)>,
+}
+
+impl Confirmed {
+    /// The locked runs speak against what was added.
+    pub fn refuted(&self) -> bool {
+        self.closed.is_some_and(|closed| closed < LEAST_CLOSED)
+    }
+}
+
+/// Predicts the locked runs before and after.
+pub fn on_locked<const N: usize>(
+    runs: &Runs<N>,
+    split: &Split,
+    clean: Option<&Runs<N>>,
+    base: &Base,
+    state: &State,
+    open: &Noise,
+    parameters: usize,
+) -> Confirmed {
+    let locked = runs.subset(&split.locked);
+    let twin = Twin { runs: &locked, drive: base.drive, lag: 0.0, formulas: &[] };
+    let start = State { torque: base.torque, effects: Vec::new() };
+    let before = residual(&twin, &start);
+    // Effects of single runs are those of the runs they were found in: none of these.
+    let common: Vec<(Cause, f64)> =
+        state.effects.iter().filter(|(cause, _)| cause.run().is_none()).cloned().collect();
+    let common = with_own_times(&twin, state.torque, common);
+    let after = residual(&twin, &State { torque: state.torque, effects: common.clone() });
+    let square = |run: &Vec<f64>| run.iter().map(|x| x * x).sum::<f64>() / run.len() as f64;
+    let by_run: Vec<(f64, f64)> = before.iter().zip(&after).map(|(b, a)| (square(b), square(a))).collect();
+    let rows = before.iter().map(Vec::len).sum::<usize>() as f64;
+    let mean = |all: &[Vec<f64>]| all.iter().flatten().map(|x| x * x).sum::<f64>() / rows;
+    let (before_w2, after_w2) = (mean(&before), mean(&after));
+    let functions = smooth::functions(&locked);
+    let causes: Vec<Cause> = common.iter().map(|(cause, _)| cause.clone()).collect();
+    let own = Noise::estimate(
+        &twin,
+        &State { torque: state.torque, effects: common.clone() },
+        parameters,
+        &causes,
+        &functions,
+        Some(&open.whitener),
+    );
+    let floor_w2 =
+        (own.floor_w2 + clean.map_or(0.0, |clean| misfit_w2(clean, base, parameters))).min(after_w2);
+    let only_single = !state.effects.is_empty() && common.is_empty();
+    let gap = before_w2 - floor_w2;
+    let closed =
+        (!state.effects.is_empty() && !only_single && gap > 0.0).then(|| (before_w2 - after_w2) / gap);
+    let gains: Vec<f64> = by_run.iter().map(|(b, a)| b - a).collect();
+    let count = gains.len() as f64;
+    let average = gains.iter().sum::<f64>() / count;
+    let variance = gains.iter().map(|g| (g - average).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+    let error = 1.96 * (variance / count).sqrt();
+    Confirmed {
+        runs: locked.runs.iter().map(|run| run.name.clone()).collect(),
+        before_w: before_w2.sqrt(),
+        after_w: after_w2.sqrt(),
+        floor_w: floor_w2.sqrt(),
+        closed,
+        gain_w2: (average - error, average + error),
+        by_run,
+    }
+}
+
+/// What the base gets wrong on its own runs beyond their noise, W²: no effect explains that.
+fn misfit_w2<const N: usize>(clean: &Runs<N>, base: &Base, parameters: usize) -> f64 {
+    let twin = Twin { runs: clean, drive: base.drive, lag: 0.0, formulas: &[] };
+    let state = State { torque: base.torque, effects: Vec::new() };
+    let left = residual(&twin, &state);
+    let rows = left.iter().map(Vec::len).sum::<usize>() as f64;
+    let whole = left.iter().flatten().map(|x| x * x).sum::<f64>() / rows;
+    let noise = Noise::estimate(&twin, &state, parameters, &[], &smooth::functions(clean), None);
+    (whole - noise.floor_w2).max(0.0)
+}
+
+/// Steps come at a time of their own in each run: in locked runs, too, it has to be looked for. Their size is not.
+fn with_own_times<const N: usize>(
+    twin: &Twin<'_, N>,
+    torque: TorqueModel<f64>,
+    mut effects: Vec<(Cause, f64)>,
+) -> Vec<(Cause, f64)> {
+    for place in 0..effects.len() {
+        let (Cause::Switch(what, _), coefficient) = &effects[place] else { continue };
+        let (what, coefficient) = (*what, *coefficient);
+        let mut others = effects.clone();
+        others.remove(place);
+        let times = (0..twin.runs.runs.len()).map(|run| {
+            let rows = &twin.runs.runs[run].rows;
+            let error = |at: f64| {
+                let mut state = State { torque, effects: others.clone() };
+                state.effects.push((Cause::InRun(run, what.from(at)), coefficient));
+                let predicted = twin.predict(run, &state);
+                rows.iter().zip(predicted).map(|(row, p)| (row.power - p).powi(2)).sum::<f64>()
+            };
+            let end = rows.last().map_or(0.0, |row| row.time);
+            let candidates = (0..240).map(|k| end * f64::from(k) / 240.0).chain([f64::INFINITY]);
+            candidates
+                .map(|at| (at, error(at)))
+                .min_by(|a, b| a.1.total_cmp(&b.1))
+                .map_or(f64::INFINITY, |best| best.0)
+        });
+        let times: Arc<[f64]> = times.collect();
+        effects[place].0 = Cause::Switch(what, times);
+    }
+    effects
+}

@@ -1,0 +1,334 @@
+//! The dictionary of effects: what each means, in which unit, with which sign and range, and what it needs.
+//!
+//! The ids are the public interface. One entry may stand for several [`Candidate`]s: other shapes, wheels or sides.
+
+use model_core::effects::Term;
+use model_core::torque::TorqueModel;
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+use super::runs::Runs;
+use super::twin::Cause;
+
+/// Column with the pitch, nose up, rad.
+pub const PITCH: &str = "pitch_rad";
+/// Column with the processor's load, percent.
+pub const PROCESSOR: &str = "cpu_percent";
+
+/// An entry.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Entry {
+    /// Its name in JSON, files and docs.
+    pub id: &'static str,
+    /// Its physical meaning, one sentence.
+    pub meaning: &'static str,
+    /// Unit of its coefficient.
+    pub unit: &'static str,
+    /// The signs that its coefficient can have.
+    pub sign: Sign,
+    /// What a log has to have for it, beyond speeds and power.
+    pub needs: &'static str,
+    /// Whether it may concern single runs.
+    pub single_runs: bool,
+}
+
+/// The signs that a coefficient can have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sign {
+    /// Above 0.
+    Positive,
+    /// Either.
+    Either,
+}
+
+const fn entry(
+    id: &'static str,
+    unit: &'static str,
+    sign: Sign,
+    needs: &'static str,
+    meaning: &'static str,
+) -> Entry {
+    Entry { id, meaning, unit, sign, needs, single_runs: false }
+}
+
+const fn in_runs(entry: Entry) -> Entry {
+    Entry { single_runs: true, ..entry }
+}
+
+/// All effects, in the order of the documentation.
+pub const ENTRIES: [Entry; 21] = [
+    entry("grade", "1", Sign::Either, "", "the road slopes: gravity pulls along the way"),
+    entry("winding-temperature", "1", Sign::Positive, "", "copper heats, and its resistance rises"),
+    entry("windage", "N·m·s²/rad²", Sign::Positive, "", "air or a fan brakes with the square of the speed"),
+    entry("stribeck", "N·m", Sign::Positive, "", "friction is greater near standstill"),
+    entry(
+        "viscous-change",
+        "N·m·s/rad",
+        Sign::Either,
+        "",
+        "the grease is thicker or thinner than in the fit",
+    ),
+    entry("lubricant-warm-up", "N·m·s/rad", Sign::Positive, "", "viscous friction falls as the gears warm"),
+    entry("rolling-resistance-change", "N·m/kg", Sign::Either, "", "the floor is another than in the fit"),
+    in_runs(entry("surface-switch", "N·m/kg", Sign::Either, "", "the floor changes within a run")),
+    entry("payload-offset", "N·m/kg", Sign::Either, "", "the load is off centre: one side carries more"),
+    entry("wheel-drag", "N·m", Sign::Positive, "", "one wheel drags: brake, hair or bearing"),
+    entry("turning-scrub", "N·m", Sign::Positive, "", "tyres scrub in turns"),
+    entry(
+        "gear-load-loss",
+        "1/(N·m)",
+        Sign::Positive,
+        "",
+        "gears lose more than in proportion to their torque",
+    ),
+    entry("supply-sag", "1/W", Sign::Positive, "", "battery and leads have a resistance"),
+    entry("regeneration", "1", Sign::Positive, "", "braking energy returns to the supply"),
+    in_runs(entry("payload-mislabel", "kg", Sign::Either, "2 runs", "the mass noted for a run is wrong")),
+    in_runs(entry("static-step", "W", Sign::Either, "", "the static power changes its state")),
+    entry("compute-load", "W/%", Sign::Positive, PROCESSOR, "the static power follows the processor's load"),
+    entry("sensor-gain", "1", Sign::Either, "", "the power sensor reads a factor off"),
+    entry("sensor-offset", "W", Sign::Either, "", "the power sensor reads a constant off"),
+    entry("sensor-delay", "s", Sign::Either, "", "power and speed are shifted in time"),
+    entry("speed-scale", "1", Sign::Either, "", "wheel radius or encoder scale is off"),
+];
+
+/// The entry of an id.
+pub fn find(id: &str) -> Option<&'static Entry> {
+    ENTRIES.iter().find(|entry| entry.id == id)
+}
+
+/// One way in which an effect may show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// Its entry's id, or the name that a user gave it.
+    pub id: String,
+    /// Its columns.
+    pub causes: Vec<Cause>,
+    /// Unit of the coefficients.
+    pub unit: String,
+    /// The least and greatest value of the first coefficient.
+    pub range: (f64, f64),
+    /// What is special about it.
+    pub detail: Map<String, Value>,
+    /// Name of the shape parameter in `detail`, where it may be searched.
+    pub shape: Option<&'static str>,
+    /// What the search for its shape, times or runs costs, in χ²: the best of many is better than the right one.
+    pub search: f64,
+}
+
+/// An effect that these runs cannot show, and why.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NotTestable {
+    /// Its id.
+    pub id: String,
+    /// What it needs.
+    pub reason: String,
+}
+
+/// Sizes that make a coefficient plausible.
+#[derive(Debug, Clone, Copy)]
+struct Scale {
+    /// Wheel speed that is rarely exceeded, rad/s.
+    speed: f64,
+    /// Torque of the base at that speed and the middle mass, N·m.
+    torque: f64,
+    /// Middle mass, kg.
+    mass: f64,
+    /// Length of the longest run, s.
+    duration: f64,
+    /// Usual power in motion, W.
+    power: f64,
+}
+
+impl Scale {
+    fn of<const N: usize>(runs: &Runs<N>, base: &TorqueModel<f64>) -> Self {
+        let rows = || runs.runs.iter().flat_map(|run| &run.rows);
+        let mut speeds: Vec<f64> = rows()
+            .flat_map(|row| row.motion.wheels.iter().map(|wheel| wheel.speed.abs()))
+            .filter(|speed| *speed > 0.0)
+            .collect();
+        let rank = speeds.len() * 95 / 100;
+        let speed = match speeds.len() {
+            0 => 1.0,
+            _ => *speeds.select_nth_unstable_by(rank, f64::total_cmp).1,
+        };
+        let count = rows().count().max(1) as f64;
+        let mass = rows().map(|row| row.mass).sum::<f64>() / count;
+        let moving: Vec<f64> =
+            rows().filter(|row| row.motion.is_moving()).map(|row| row.power.abs()).collect();
+        let torque = (base.coulomb + base.rolling * mass + base.viscous * speed) * (1.0 + f64::EPSILON);
+        Self {
+            speed,
+            torque: torque.max(1e-6),
+            mass,
+            duration: runs
+                .runs
+                .iter()
+                .filter_map(|run| run.rows.last())
+                .map(|row| row.time)
+                .fold(1.0, f64::max),
+            power: moving.iter().sum::<f64>() / moving.len().max(1) as f64,
+        }
+    }
+}
+
+/// Shape parameters that may be searched, as `detail` calls them.
+pub const SHAPES: [&str; 4] = ["speed_rad_s", "time_constant_s", "hold_s", "at_s"];
+
+/// What the choice among a few shapes costs, in χ².
+pub const SHAPE: f64 = 2.0;
+
+/// Every candidate that these runs can show, and the effects that they cannot.
+pub fn candidates<const N: usize>(
+    runs: &Runs<N>,
+    base: &TorqueModel<f64>,
+    regenerative: bool,
+) -> (Vec<Candidate>, Vec<NotTestable>) {
+    let scale = Scale::of(runs, base);
+    let mut found = Vec::new();
+    let mut missing = Vec::new();
+    let mut skip = |id: &str, reason: &str| {
+        missing.push(NotTestable { id: id.to_owned(), reason: reason.to_owned() });
+    };
+    let mut add = |id: &str, causes: Vec<Cause>, range: (f64, f64), shapes: u32, detail: Value| {
+        let unit = find(id).map_or("", |entry| entry.unit).to_owned();
+        let detail = match detail {
+            Value::Object(map) => map,
+            _ => Map::new(),
+        };
+        let shape = SHAPES.into_iter().find(|key| detail.contains_key(*key));
+        found.push(Candidate {
+            id: id.to_owned(),
+            causes,
+            unit,
+            range,
+            detail,
+            search: f64::from(shapes) * SHAPE,
+            shape,
+        });
+    };
+    let term = |term| vec![Cause::Term(term)];
+    let none = Value::Null;
+    let torque = scale.torque;
+
+    // A slope of 0.35 rad is a steep ramp; drives pass a third of the torque at worst.
+    let steep = 0.35 * 3.0;
+    if runs.column(PITCH).is_some() {
+        add("grade", term(Term::GradeByPitch), (0.2, 5.0), 0, json!({"by": PITCH}));
+    } else {
+        add("grade", term(Term::GradeAhead), (-steep, steep), 0, json!({"along": "the way ahead"}));
+        let along =
+            vec![Cause::Term(Term::GradeAlong([1.0, 0.0])), Cause::Term(Term::GradeAlong([0.0, 1.0]))];
+        add("grade", along, (-steep, steep), 0, json!({"along": "a direction of the world"}));
+    }
+    let temperatures: Option<Vec<usize>> =
+        (1..=N).map(|wheel| runs.column(&format!("motor{wheel}_temp_c"))).collect();
+    match temperatures {
+        Some(places) if places.windows(2).all(|pair| pair[1] == pair[0] + 1) => {
+            let coldest = runs
+                .runs
+                .iter()
+                .flat_map(|run| places.iter().flat_map(|&place| run.extras[place].iter().copied()))
+                .fold(f64::INFINITY, f64::min);
+            add(
+                "winding-temperature",
+                vec![Cause::Temperature(places[0], coldest)],
+                (0.0, 0.02),
+                0,
+                json!({"by": "motor temperatures", "from_c": coldest}),
+            );
+        }
+        _ => {
+            add("winding-temperature", vec![Cause::Hot], (0.0, 1.0), 1, json!({"from": "the start"}));
+            for share in [0.15, 0.5, 1.5] {
+                let time = share * scale.duration;
+                add(
+                    "winding-temperature",
+                    vec![Cause::Heat(time)],
+                    (0.0, f64::INFINITY),
+                    1,
+                    json!({"time_constant_s": time}),
+                );
+            }
+        }
+    }
+    let much = 20.0 * torque;
+    add("windage", term(Term::Windage), (0.0, much / scale.speed.powi(2)), 0, none.clone());
+    for share in [0.05, 0.1, 0.2, 0.35] {
+        let speed = share * scale.speed;
+        add("stribeck", term(Term::Stribeck(speed)), (0.0, much), 1, json!({"speed_rad_s": speed}));
+    }
+    add("viscous-change", term(Term::Viscous), (-base.viscous, much / scale.speed), 0, none.clone());
+    for share in [0.25, 0.75, 2.0] {
+        let time = share * scale.duration;
+        add(
+            "lubricant-warm-up",
+            term(Term::WarmUp(time)),
+            (0.0, much / scale.speed),
+            1,
+            json!({"time_constant_s": time}),
+        );
+    }
+    let per_kg = much / scale.mass;
+    add("rolling-resistance-change", term(Term::Rolling), (-base.rolling, per_kg), 0, none.clone());
+    let right = (0..N).any(|wheel| runs.layout.side[wheel] > 0.0);
+    let left = (0..N).any(|wheel| runs.layout.side[wheel] < 0.0);
+    let sides = right && left;
+    if sides {
+        add("payload-offset", term(Term::Offset), (-per_kg, per_kg), 0, none.clone());
+    } else {
+        skip("payload-offset", "needs wheels on two sides");
+    }
+    for wheel in 0..N {
+        let side = match runs.layout.side[wheel] {
+            side if side < 0.0 => "left",
+            side if side > 0.0 => "right",
+            _ => "centre",
+        };
+        add(
+            "wheel-drag",
+            term(Term::Drag(wheel as u8)),
+            (0.0, much),
+            0,
+            json!({"wheel": wheel + 1, "side": side}),
+        );
+    }
+    if runs.robot.kinematics.scrubs() {
+        add("turning-scrub", term(Term::Scrub), (0.0, much), 0, json!({"depends_on_mass": false}));
+    } else {
+        add("turning-scrub", term(Term::Scrub), (0.0, much), 1, json!({"depends_on_mass": false}));
+        add("turning-scrub", term(Term::ScrubPerKg), (0.0, per_kg), 1, json!({"depends_on_mass": true}));
+    }
+    add("gear-load-loss", term(Term::GearLoad), (0.0, 20.0 / torque), 0, none.clone());
+    add("supply-sag", term(Term::Sag), (0.0, 2.0 / scale.power.max(1e-9)), 0, none.clone());
+    if regenerative {
+        skip("regeneration", "the robot's file says that the drives feed back already");
+    } else {
+        add("regeneration", term(Term::Return), (0.0, 1.0), 0, none.clone());
+    }
+    for hold in [0.0, 1.0, 4.0, f64::INFINITY] {
+        let with = if hold.is_finite() {
+            json!({"with": "motion", "hold_s": hold})
+        } else {
+            json!({"from": "the first motion on"})
+        };
+        add("static-step", term(Term::WithMotion(hold)), (-f64::INFINITY, f64::INFINITY), 1, with);
+    }
+    let light = runs.runs.iter().flat_map(|run| &run.rows).map(|row| row.mass).fold(f64::INFINITY, f64::min);
+    add("payload-mislabel", vec![Cause::Masses], (-light, 20.0 * scale.mass), 0, json!({"runs": "all"}));
+    match runs.column(PROCESSOR) {
+        Some(column) => {
+            add("compute-load", vec![Cause::Column(column)], (0.0, f64::INFINITY), 0, none.clone())
+        }
+        None => skip("compute-load", "needs cpu_percent"),
+    }
+    add("sensor-gain", term(Term::Gain), (-0.9, 4.0), 0, none.clone());
+    add("sensor-offset", term(Term::Constant), (-f64::INFINITY, f64::INFINITY), 0, none.clone());
+    add("sensor-delay", vec![Cause::Delay], (-1.0, 1.0), 0, none);
+    let both = if sides { vec![("left", -1.0), ("right", 1.0), ("both", 0.0)] } else { vec![("both", 0.0)] };
+    for (name, side) in both {
+        add("speed-scale", vec![Cause::Scale(side)], (-0.5, 1.0), 0, json!({"side": name}));
+    }
+    (found, missing)
+}

@@ -1,0 +1,291 @@
+//! One state of knowledge about some runs: how far a column, or an added effect, explains what is left.
+
+use model_core::torque::TorqueModel;
+use nalgebra::linalg::Cholesky;
+use nalgebra::{DMatrix, DVector, Dyn};
+
+use super::dictionary::Candidate;
+use super::joint::{Prior, Products, solve};
+use super::noise::Noise;
+use super::panel::{Fixed, Panel, residual};
+use super::twin::{Cause, State, Twin};
+use super::whiten::Signal;
+
+/// Columns of which base and effects leave less than this share are no columns of their own.
+pub const LEAST_SHARE: f64 = 1e-3;
+
+/// Steps in which times between those that were tried are looked for, s.
+const TIME_STEPS: [f64; 6] = [-0.5, 0.5, -0.25, 0.25, -0.12, 0.12];
+
+/// The runs under inquiry, and what is known of base and noise.
+#[derive(Debug)]
+pub struct Inquiry<'a, const N: usize> {
+    /// Model and runs.
+    pub twin: Twin<'a, N>,
+    /// The base as its own fit left it.
+    pub centre: TorqueModel<f64>,
+    /// How many parameters it has.
+    pub base: usize,
+    /// How far it may be off.
+    pub prior: Prior,
+    /// The noise.
+    pub noise: Noise,
+    /// What the base gets wrong on clean runs too.
+    pub discrepancy: Fixed,
+    /// Cholesky factor of its products over all runs.
+    pub factor: Option<Cholesky<f64, Dyn>>,
+    /// Smooth functions in the runs under inquiry, whitened; 0 in clean runs.
+    pub smooth: Vec<Signal>,
+}
+
+/// What a column says about the residual when base and effects may move along.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Score {
+    /// Its coefficient per standard error.
+    pub z: f64,
+    /// Share of the column that base and effects leave.
+    pub share: f64,
+    /// 1 where what is left scatters along the column as noise does, less where it scatters more: there a gain in χ² means less.
+    pub caution: f64,
+}
+
+/// A state fitted with all its effects.
+#[derive(Debug, Clone)]
+pub struct Fitted {
+    /// Base and effects.
+    pub state: State,
+    /// Sum of squares, the prior's charge included.
+    pub loss: f64,
+    /// Sum of squares of each run, without the charge.
+    pub run_losses: Vec<f64>,
+    /// About this state; columns of base, discrepancy, then effects.
+    pub products: Products,
+    /// Of base, discrepancy, then effects.
+    pub covariance: DMatrix<f64>,
+}
+
+impl<const N: usize> Inquiry<'_, N> {
+    /// How far a state's base is from where its own fit left it.
+    pub fn offset(&self, state: &State) -> DVector<f64> {
+        let (now, then) = (state.torque.to_array(), self.centre.to_array());
+        DVector::from_fn(self.base, |i, _| now[i] - then[i])
+    }
+
+    /// The base as its own fit left it.
+    pub fn start(&self) -> State {
+        State { torque: self.centre, effects: Vec::new() }
+    }
+
+    /// Columns that always move along with the base: the discrepancy, and the effects of a state.
+    pub fn active(&self, state: &State) -> Vec<usize> {
+        (self.base..self.first_further(state)).collect()
+    }
+
+    /// The first column behind base, discrepancy and effects.
+    pub fn first_further(&self, state: &State) -> usize {
+        self.base + self.discrepancy.len() + state.effects.len()
+    }
+
+    /// The problem about a state: columns of the base, its effects, further causes, and smooth functions if wanted.
+    pub fn panel(&self, state: &State, further: &[Cause], smooth: bool) -> Panel<'_> {
+        let mut causes: Vec<Cause> = state.effects.iter().map(|(cause, _)| cause.clone()).collect();
+        causes.extend_from_slice(further);
+        let signals: &[Signal] = if smooth { &self.smooth } else { &[] };
+        Panel::new(&self.twin, state, &self.noise, self.base, &self.discrepancy, &causes, signals)
+    }
+
+    /// The score of a column of a panel, base and the columns in `active` moving along.
+    pub fn score(
+        &self,
+        panel: &Panel,
+        total: &DMatrix<f64>,
+        state: &State,
+        active: &[usize],
+        column: usize,
+    ) -> Option<Score> {
+        let places: Vec<usize> = (0..self.base).chain(active.iter().copied()).collect();
+        let residual = total.ncols() - 1;
+        let offset = self.offset(state);
+        let pull = &self.prior.precision * &offset;
+        let size = places.len();
+        let mut matrix = DMatrix::from_fn(size, size, |i, j| total[(places[i], places[j])]);
+        for i in 0..self.base {
+            for j in 0..self.base {
+                matrix[(i, j)] += self.prior.precision[(i, j)];
+            }
+        }
+        let scale = DVector::from_fn(size, |i, _| 1.0 / matrix[(i, i)].max(1e-300).sqrt());
+        let scaled = DMatrix::from_fn(size, size, |i, j| {
+            matrix[(i, j)] * scale[i] * scale[j] + if i == j { 1e-10 } else { 0.0 }
+        });
+        let along = DVector::from_fn(size, |i, _| total[(places[i], column)] * scale[i]);
+        let by = scaled.cholesky()?.solve(&along).component_mul(&scale);
+        let mut score = total[(column, residual)];
+        let mut variance = total[(column, column)];
+        for (index, &place) in places.iter().enumerate() {
+            let pulled = if index < self.base { pull[index] } else { 0.0 };
+            score -= by[index] * (total[(place, residual)] - pulled);
+            variance -= by[index] * total[(place, column)];
+        }
+        let own = total[(column, column)];
+        if own <= 0.0 || variance <= LEAST_SHARE * own {
+            return None;
+        }
+        let scattered =
+            self.noise.score_variance(self.twin.runs.period_s, &panel.projected(column, &places, &by));
+        let cautious = variance.max(scattered);
+        Some(Score { z: score / cautious.sqrt(), share: variance / own, caution: variance / cautious })
+    }
+
+    /// The least [`Score::caution`] of causes that may be added to a state; 1 where there is none.
+    pub fn caution(&self, state: &State, causes: &[Cause]) -> f64 {
+        let panel = self.panel(state, causes, false);
+        let total = panel.products().total(None);
+        let first = self.first_further(state);
+        let active = self.active(state);
+        (first..first + causes.len())
+            .filter_map(|column| self.score(&panel, &total, state, &active, column))
+            .map(|score| score.caution)
+            .fold(1.0, f64::min)
+    }
+
+    /// Adds causes to a state and fits all that is in it, the model made linear anew at each step.
+    pub fn fit(&self, state: &State, causes: &[(Cause, f64)], steps: usize) -> Option<Fitted> {
+        let mut state = state.clone();
+        state.effects.extend_from_slice(causes);
+        let mut best = self.losses(&state);
+        let mut solved = None;
+        for _ in 0..steps {
+            let panel = self.panel(&state, &[], false);
+            let products = panel.products();
+            let active = self.active(&state);
+            let step = solve(&products.total(None), self.base, &self.prior, &self.offset(&state), &active)?;
+            let mut share = 1.0;
+            let mut moved = None;
+            for _ in 0..5 {
+                let next = self.step(&state, &step.values, share);
+                let losses = self.losses(&next);
+                if losses.0 <= best.0 {
+                    moved = Some((next, losses));
+                    break;
+                }
+                share *= 0.4;
+            }
+            let covariance = step.covariance;
+            solved = Some((products, covariance));
+            let Some((next, losses)) = moved else { break };
+            let gained = best.0 - losses.0;
+            state = next;
+            best = losses;
+            if gained < 0.1 {
+                break;
+            }
+        }
+        let panel = self.panel(&state, &[], false);
+        let covariance = solved?.1;
+        Some(Fitted { state, loss: best.0, run_losses: best.1, products: panel.products(), covariance })
+    }
+
+    fn step(&self, state: &State, values: &DVector<f64>, share: f64) -> State {
+        let mut base = state.torque.to_array();
+        for (value, step) in base.iter_mut().zip(values.iter()).take(self.base) {
+            *value = (*value + share * step).max(0.0);
+        }
+        let mut next = State { torque: TorqueModel::from_array(base), ..state.clone() };
+        for ((_, coefficient), step) in
+            next.effects.iter_mut().zip(values.iter().skip(self.base + self.discrepancy.len()))
+        {
+            *coefficient += share * step;
+        }
+        next
+    }
+
+    /// Sum of squares with the prior's charge, and that of each run without it.
+    fn losses(&self, state: &State) -> (f64, Vec<f64>) {
+        let left = residual(&self.twin, state);
+        let mut white: Vec<DVector<f64>> = left
+            .iter()
+            .enumerate()
+            .map(|(place, left)| DVector::from_vec(self.noise.whiten(self.twin.runs, place, left)))
+            .collect();
+        if let Some(factor) = &self.factor {
+            let mut right = DVector::zeros(self.discrepancy.len());
+            for (signals, white) in self.discrepancy.runs.iter().zip(&white) {
+                right += signals.tr_mul(white);
+            }
+            factor.solve_mut(&mut right);
+            for (signals, white) in self.discrepancy.runs.iter().zip(&mut white) {
+                white.gemv(-1.0, signals, &right, 1.0);
+            }
+        }
+        let runs: Vec<f64> = white.iter().map(DVector::norm_squared).collect();
+        let offset = self.offset(state);
+        let charge = offset.dot(&(&self.prior.precision * &offset));
+        let total = runs.iter().sum::<f64>() + charge;
+        (if total.is_finite() { total } else { f64::INFINITY }, runs)
+    }
+
+    /// Looks for the times of the last effect's steps between those that were tried, run by run.
+    pub fn sharpen_times(&self, fitted: &mut Fitted) {
+        let Some((Cause::Switch(what, times), coefficient)) = fitted.state.effects.last().cloned() else {
+            return;
+        };
+        let mut times = times.to_vec();
+        let mut moved = false;
+        for run in 0..times.len() {
+            for by in TIME_STEPS {
+                let mut tried = times.clone();
+                tried[run] += by;
+                let mut state = fitted.state.clone();
+                if let Some(last) = state.effects.last_mut() {
+                    *last = (Cause::Switch(what, tried.clone().into()), coefficient);
+                }
+                let (loss, run_losses) = self.losses(&state);
+                if loss < fitted.loss {
+                    (times, moved) = (tried, true);
+                    (fitted.loss, fitted.run_losses, fitted.state) = (loss, run_losses, state);
+                }
+            }
+        }
+        if moved && let Some(again) = self.fit(&fitted.state, &[], 2) {
+            *fitted = again;
+        }
+    }
+
+    /// As [`Fitted::loss`] with a run left out, to first order.
+    pub fn loss_without(&self, fitted: &Fitted, run: usize) -> f64 {
+        let active = self.active(&fitted.state);
+        let offset = self.offset(&fitted.state);
+        solve(&fitted.products.total(Some(run)), self.base, &self.prior, &offset, &active)
+            .map_or(f64::INFINITY, |solved| solved.loss)
+    }
+}
+
+/// A candidate with its fit.
+#[derive(Debug, Clone)]
+pub struct Rival {
+    /// What was added.
+    pub candidate: Candidate,
+    /// The fit with it.
+    pub fitted: Fitted,
+    /// Loss with what its search costs.
+    pub charged: f64,
+}
+
+impl Rival {
+    /// Coefficients of what was added.
+    pub fn coefficients(&self) -> Vec<f64> {
+        let effects = &self.fitted.state.effects;
+        let from = effects.len() - self.candidate.causes.len();
+        effects[from..].iter().map(|(_, coefficient)| *coefficient).collect()
+    }
+
+    /// Whether sign and size of the coefficients are those that the effect can have. Of several columns only the size counts.
+    pub fn is_plausible(&self) -> bool {
+        let (low, high) = self.candidate.range;
+        match self.coefficients()[..] {
+            [only] => only >= low && only <= high,
+            ref several => several.iter().map(|c| c * c).sum::<f64>().sqrt() <= high,
+        }
+    }
+}

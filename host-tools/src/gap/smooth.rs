@@ -1,0 +1,106 @@
+//! Some forty smooth functions of what a drive does: structure in the residual shows against them, whatever its cause.
+
+use super::runs::Runs;
+use super::whiten::Signal;
+
+/// The functions, one signal each. All vary about as gently as an effect would, and none asks for the model.
+pub fn functions<const N: usize>(runs: &Runs<N>) -> Vec<Signal> {
+    let rows = || runs.runs.iter().flat_map(|run| &run.rows);
+    let most = |values: &dyn Fn(&super::runs::Row<N>) -> f64| rows().map(values).fold(1e-9, f64::max);
+    let wheels = |row: &super::runs::Row<N>| {
+        row.motion.wheels.iter().map(|wheel| wheel.speed.abs()).sum::<f64>() / N as f64
+    };
+    let gain = |row: &super::runs::Row<N>| {
+        row.motion.wheels.iter().map(|wheel| wheel.speed * wheel.acceleration).sum::<f64>() / N as f64
+    };
+    let (top, top_turn) = (most(&wheels), most(&|row| row.turn_rate.abs()));
+    let top_gain = most(&|row| gain(row).abs());
+    let (heaviest, longest) = (most(&|row| row.mass), most(&|row| row.time));
+    let lightest = rows().map(|row| row.mass).fold(f64::INFINITY, f64::min);
+    let middle = 0.5 * (heaviest + lightest);
+    let reach = (0.5 * (heaviest - lightest)).max(1e-9);
+    let mut values: Vec<Vec<Vec<f64>>> = Vec::new();
+    for run in &runs.runs {
+        let mut columns: Vec<Vec<f64>> = Vec::new();
+        for row in &run.rows {
+            let s = wheels(row) / top;
+            let moving = f64::from(u8::from(row.motion.is_moving()));
+            let o = row.turn_rate.abs() / top_turn;
+            let signed_turn = row.turn_rate / top_turn;
+            let g = gain(row) / top_gain;
+            let m = (row.mass - middle) / reach;
+            let t = row.time / longest - 0.5;
+            let direction =
+                row.speed / (runs.robot.kinematics.rows()[0].iter().map(|r| r.abs()).sum::<f64>() * top);
+            let side: f64 = row
+                .motion
+                .wheels
+                .iter()
+                .zip(runs.layout.side)
+                .map(|(wheel, side)| side * wheel.speed.abs())
+                .sum::<f64>()
+                / (N as f64 * top);
+            let slow = |share: f64| moving * (-(s / share).powi(2)).exp();
+            let [cos, sin] = row.heading;
+            let braking = g.min(0.0);
+            let all = [
+                1.0,
+                moving,
+                f64::from(u8::from(row.still.is_finite())),
+                s,
+                s * s,
+                s * s * s,
+                slow(0.08),
+                slow(0.2),
+                slow(0.4),
+                o,
+                o * o,
+                signed_turn,
+                side,
+                side * m,
+                direction,
+                direction * direction.abs(),
+                direction * m,
+                direction * cos,
+                direction * sin,
+                direction * cos * m,
+                direction * sin * m,
+                g,
+                g.abs(),
+                braking,
+                braking * m,
+                g * m,
+                m * s,
+                m * s * s,
+                m * moving,
+                m * o,
+                t,
+                t * moving,
+                t * s,
+                t * m * s,
+                t * t,
+                t * t * s,
+                (-8.0 * (t + 0.5)).exp() * s,
+                (-3.0 * (t + 0.5)).exp() * s * s,
+                o * s,
+                g * s,
+            ];
+            if columns.is_empty() {
+                columns = vec![Vec::with_capacity(run.rows.len()); all.len()];
+            }
+            for (column, value) in columns.iter_mut().zip(all) {
+                column.push(value);
+            }
+        }
+        values.push(columns);
+    }
+    let count = values.first().map_or(0, Vec::len);
+    let mut functions: Vec<Signal> =
+        (0..count).map(|function| values.iter().map(|run| run[function].clone()).collect()).collect();
+    for place in 0..runs.columns.len() {
+        if runs.runs.iter().all(|run| !run.extras[place].is_empty()) {
+            functions.push(runs.runs.iter().map(|run| run.extras[place].clone()).collect());
+        }
+    }
+    functions
+}

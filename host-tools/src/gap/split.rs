@@ -1,0 +1,46 @@
+//! Runs that are looked at, and runs that stay locked until the end.
+
+use super::runs::Runs;
+use crate::error::{Error, Result};
+
+/// Fewest runs with which an effect can be named and chosen again with each left out.
+pub const LEAST_OPEN: usize = 3;
+
+/// Places of runs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Split {
+    /// Explored, and left out one by one to select.
+    pub open: Vec<usize>,
+    /// Locked.
+    pub locked: Vec<usize>,
+}
+
+/// Every third run in the order of payloads is locked, so that both parts meet light and heavy ones.
+///
+/// # Errors
+/// Fewer runs than naming and confirming need.
+pub fn by_run<const N: usize>(runs: &Runs<N>) -> Result<Split> {
+    let found = runs.runs.len();
+    if found < LEAST_OPEN + 1 {
+        let s = if found == 1 { "" } else { "s" };
+        return Err(Error::failed(format!(
+            "{found} run{s}; expected at least {}: {LEAST_OPEN} to name an effect and 1 to confirm it. Record {} more",
+            LEAST_OPEN + 1,
+            LEAST_OPEN + 1 - found
+        )));
+    }
+    let mut order: Vec<(f64, usize)> = runs
+        .runs
+        .iter()
+        .enumerate()
+        .map(|(place, run)| (run.rows.iter().map(|row| row.mass).sum::<f64>() / run.rows.len() as f64, place))
+        .collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (mut open, mut locked) = (Vec::new(), Vec::new());
+    for (rank, (_, place)) in order.into_iter().enumerate() {
+        if rank % 3 == 1 { locked.push(place) } else { open.push(place) }
+    }
+    open.sort_unstable();
+    locked.sort_unstable();
+    Ok(Split { open, locked })
+}

@@ -1,0 +1,320 @@
+//! The digital twin: the fitted model, extended by effects, along the wheel speeds of a run.
+
+use std::sync::Arc;
+
+use model_core::effects::{Effect, Extended, Scene, Term};
+use model_core::motion::{Motion, Wheel};
+use model_core::torque::{Drive, PARAMETERS, TorqueModel};
+
+use super::runs::{Row, Run, Runs};
+
+/// What steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Switched {
+    /// The static power, W.
+    Static,
+    /// Rolling resistance, N·m/kg.
+    Rolling,
+}
+
+impl Switched {
+    /// The term from a time on.
+    pub fn from(self, time: f64) -> Term<f64> {
+        match self {
+            Self::Static => Term::StepAt(time),
+            Self::Rolling => Term::RollingFrom(time),
+        }
+    }
+}
+
+/// One thing that a coefficient multiplies.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cause {
+    /// A term of the board's model, in all runs.
+    Term(Term<f64>),
+    /// A term of the board's model in one run.
+    InRun(usize, Term<f64>),
+    /// Winding loss that follows a thermal state with this time constant, s; per watt of mean heat.
+    Heat(f64),
+    /// Winding loss that is greater throughout, as a share.
+    Hot,
+    /// Winding loss by the columns of motor temperatures, from this place on; per kelvin above `1` (°C).
+    Temperature(usize, f64),
+    /// A step of power, W, or of rolling torque, N·m/kg, of one size at a time of its own in each run; infinite where there is none.
+    Switch(Switched, Arc<[f64]>),
+    /// The mass of one run is off, kg.
+    Mass(usize),
+    /// The masses of all runs are off, kg.
+    Masses,
+    /// The power comes later than the speed, s.
+    Delay,
+    /// Speeds of one side (−1 left, 1 right, 0 both) are off, as a share.
+    Scale(f64),
+    /// A further column, W per its unit.
+    Column(usize),
+    /// A formula of the user, by its place in the list: W per its unit.
+    Formula(usize),
+}
+
+impl Cause {
+    /// Its shape parameter, if it has one that may be searched, with the function that changes it.
+    pub fn shape(&self) -> Option<f64> {
+        match self {
+            Self::Term(
+                Term::Stribeck(shape) | Term::WarmUp(shape) | Term::RollingFrom(shape) | Term::StepAt(shape),
+            )
+            | Self::Heat(shape) => Some(*shape),
+            Self::Term(Term::WithMotion(shape)) if *shape > 0.0 && shape.is_finite() => Some(*shape),
+            _ => None,
+        }
+    }
+
+    /// The same with another shape parameter.
+    #[must_use]
+    pub fn with_shape(&self, shape: f64) -> Self {
+        match self {
+            Self::Term(Term::Stribeck(_)) => Self::Term(Term::Stribeck(shape)),
+            Self::Term(Term::WarmUp(_)) => Self::Term(Term::WarmUp(shape)),
+            Self::Term(Term::RollingFrom(_)) => Self::Term(Term::RollingFrom(shape)),
+            Self::Term(Term::StepAt(_)) => Self::Term(Term::StepAt(shape)),
+            Self::Term(Term::WithMotion(_)) => Self::Term(Term::WithMotion(shape)),
+            Self::Heat(_) => Self::Heat(shape),
+            other => other.clone(),
+        }
+    }
+
+    /// The one run that it concerns.
+    pub fn run(&self) -> Option<usize> {
+        match self {
+            Self::InRun(run, _) | Self::Mass(run) => Some(*run),
+            _ => None,
+        }
+    }
+}
+
+/// Parameters of base and effects.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// The base.
+    pub torque: TorqueModel<f64>,
+    /// Causes and their coefficients.
+    pub effects: Vec<(Cause, f64)>,
+}
+
+/// Predicts power, W.
+#[derive(Debug, Clone, Copy)]
+pub struct Twin<'a, const N: usize> {
+    /// The runs.
+    pub runs: &'a Runs<N>,
+    /// Whether the drives clamp.
+    pub drive: Drive,
+    /// By how much power is later than speed in clean runs already, s: sensors average over the time before a sample.
+    pub lag: f64,
+    /// Values of the users' formulas: formula, run, row.
+    pub formulas: &'a [Vec<Vec<f64>>],
+}
+
+impl<const N: usize> Twin<'_, N> {
+    fn scene(row: &Row<N>, mass: f64, pitch: f64, warmth: [f64; N]) -> Scene<f64, N> {
+        Scene { mass, time: row.time, pitch, heading: row.heading, warmth, still: row.still, driver: 0.0 }
+    }
+
+    /// Power of one run, W, one value a row.
+    pub fn predict(&self, place: usize, state: &State) -> Vec<f64> {
+        let run = &self.runs.runs[place];
+        let mut effects: Vec<Effect<f64>> = Vec::new();
+        let (mut shift, mut delay, mut scales) = (0.0, self.lag, Vec::new());
+        let mut warm = None;
+        let present: &[(Cause, f64)] = if run.clean { &[] } else { &state.effects };
+        for (cause, coefficient) in present {
+            let coefficient = *coefficient;
+            match cause {
+                Cause::Term(term) => effects.push(Effect { term: *term, coefficient }),
+                Cause::InRun(at, term) if *at == place => effects.push(Effect { term: *term, coefficient }),
+                Cause::Switch(what, times) => {
+                    let at = times.get(place).copied().unwrap_or(f64::INFINITY);
+                    effects.push(Effect { term: what.from(at), coefficient });
+                }
+                Cause::Mass(at) if *at == place => shift += coefficient,
+                Cause::Masses => shift += coefficient,
+                Cause::Delay => delay += coefficient,
+                Cause::Scale(side) => scales.push((*side, coefficient)),
+                Cause::Heat(_) | Cause::Temperature(..) | Cause::Hot => {
+                    warm = Some(cause);
+                    effects.push(Effect { term: Term::Winding, coefficient });
+                }
+                _ => {}
+            }
+        }
+        let extended = Extended {
+            torque: state.torque,
+            drive: self.drive,
+            layout: self.runs.layout,
+            dead_band: self.runs.robot.dead_band,
+            effects: &effects,
+        };
+        let pitch = self.runs.column(super::dictionary::PITCH).map(|column| &run.extras[column]);
+        let mut heat = [0.0; N];
+        let mut last = 0.0;
+        let mut power: Vec<f64> = Vec::with_capacity(run.rows.len());
+        for (index, row) in run.rows.iter().enumerate() {
+            let mass = row.mass + shift;
+            let motion = if scales.is_empty() { row.motion } else { self.scaled(&row.motion, &scales) };
+            let warmth = match warm {
+                Some(Cause::Heat(time)) => {
+                    let share = 1.0 - (-(row.time - last) / *time).exp();
+                    last = row.time;
+                    for (heat, wheel) in heat.iter_mut().zip(&motion.wheels) {
+                        let torque = state.torque.torque(wheel, mass);
+                        *heat += share * (state.torque.winding_loss * torque * torque - *heat);
+                    }
+                    heat
+                }
+                Some(Cause::Temperature(column, cold)) => {
+                    std::array::from_fn(|wheel| run.extras[*column + wheel][index] - *cold)
+                }
+                _ => [1.0; N],
+            };
+            let pitch = pitch.map_or(0.0, |pitch| pitch[index]);
+            power.push(extended.power(&motion, &Self::scene(row, mass, pitch, warmth)));
+        }
+        for (cause, coefficient) in present {
+            match cause {
+                Cause::Column(column) => add(&mut power, &run.extras[*column], *coefficient),
+                Cause::Formula(formula) => add(&mut power, &self.formulas[*formula][place], *coefficient),
+                _ => {}
+            }
+        }
+        if delay == 0.0 { power } else { delayed(run, &power, delay) }
+    }
+
+    /// The motion when the encoders of a side show more than there is.
+    fn scaled(&self, motion: &Motion<f64, N>, scales: &[(f64, f64)]) -> Motion<f64, N> {
+        let mut factors = [1.0; N];
+        for &(side, share) in scales {
+            for (factor, own) in factors.iter_mut().zip(self.runs.layout.side) {
+                if side == 0.0 || side == own {
+                    *factor += share;
+                }
+            }
+        }
+        let accelerations = std::array::from_fn(|i| motion.wheels[i].acceleration * factors[i]);
+        let torques = self.runs.robot.mass_matrix.torque_per_kg(&accelerations);
+        let wheels = std::array::from_fn(|i| {
+            let wheel = motion.wheels[i];
+            let inertial_torque = if wheel.direction == 0.0 { 0.0 } else { torques[i] };
+            Wheel {
+                speed: wheel.speed * factors[i],
+                acceleration: accelerations[i],
+                inertial_torque,
+                ..wheel
+            }
+        });
+        Motion { wheels }
+    }
+
+    /// ∂P/∂θ of one run: one vector a parameter of the base. Effects shift the torque about which the base is linear, too.
+    pub fn base_slopes(&self, place: usize, state: &State, at: &[f64], parameters: usize) -> Vec<Vec<f64>> {
+        let values = state.torque.to_array();
+        (0..parameters.min(PARAMETERS))
+            .map(|parameter| {
+                let step = self.base_step(parameter, values[parameter]);
+                let mut moved = values;
+                moved[parameter] += step;
+                let state = State { torque: TorqueModel::from_array(moved), ..state.clone() };
+                slope(&self.predict(place, &state), at, step)
+            })
+            .collect()
+    }
+
+    /// ∂P/∂coefficient of an effect that is in the state already (`index`), or of a further one.
+    pub fn effect_slope(&self, place: usize, state: &State, cause: &Cause, at: &[f64]) -> Vec<f64> {
+        if self.runs.runs[place].clean || cause.run().is_some_and(|run| run != place) {
+            return vec![0.0; at.len()];
+        }
+        let mut step = step_of(cause);
+        let most = |values: &[f64]| values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        let small = LINEAR * most(at).max(1e-9);
+        for _ in 0..STEP_TRIALS {
+            let mut moved = state.clone();
+            match moved.effects.iter_mut().find(|(own, _)| own == cause) {
+                Some((_, coefficient)) => *coefficient += step,
+                None => moved.effects.push((cause.clone(), step)),
+            }
+            let slope = slope(&self.predict(place, &moved), at, step);
+            let change = step * most(&slope);
+            if change <= small {
+                return slope;
+            }
+            // A robot whose torques are tiny: so has the step to be.
+            step *= 0.5 * small / change;
+        }
+        vec![0.0; at.len()]
+    }
+
+    fn base_step(&self, parameter: usize, value: f64) -> f64 {
+        // Typical sizes where a parameter is nought: N·m, N·m/kg, N·m·s/rad, kg·m², 1, W/(N·m)², N·m/kg.
+        let typical = [1e-2, 1e-2, 1e-3, 1e-3, 1.0, 1.0, 1e-2][parameter];
+        1e-4 * value.abs().max(1e-2 * typical)
+    }
+}
+
+/// Changes of the power below this share of its greatest are taken for linear.
+const LINEAR: f64 = 0.01;
+
+/// Steps that are tried.
+const STEP_TRIALS: usize = 6;
+
+/// Steps of a numerical derivative, small against any plausible coefficient and large against rounding.
+fn step_of(cause: &Cause) -> f64 {
+    match cause {
+        Cause::Heat(_) | Cause::Hot => 1e-4,
+        Cause::Temperature(..) => 1e-6,
+        Cause::Mass(_) | Cause::Masses => 1e-3,
+        Cause::Delay => 1e-3,
+        Cause::Scale(_) => 1e-4,
+        _ => 1e-5,
+    }
+}
+
+fn slope(moved: &[f64], at: &[f64], step: f64) -> Vec<f64> {
+    moved.iter().zip(at).map(|(moved, at)| (moved - at) / step).collect()
+}
+
+fn add(power: &mut [f64], column: &[f64], coefficient: f64) {
+    for (power, value) in power.iter_mut().zip(column) {
+        *power += coefficient * value;
+    }
+}
+
+/// The power as it would be seen later by `delay` s: cubics through four rows, held at the ends of a run. Straight lines would
+/// smooth the power more the farther they are from a row, which looks like an effect.
+fn delayed<const N: usize>(run: &Run<N>, power: &[f64], delay: f64) -> Vec<f64> {
+    let rows = &run.rows;
+    let last = rows.len() - 1;
+    let mut from = 0;
+    rows.iter()
+        .map(|row| {
+            let wanted = row.time - delay;
+            while from + 1 < last && rows[from + 1].time <= wanted {
+                from += 1;
+            }
+            while from > 0 && rows[from].time > wanted {
+                from -= 1;
+            }
+            let next = (from + 1).min(last);
+            let span = rows[next].time - rows[from].time;
+            let share = if span > 0.0 { ((wanted - rows[from].time) / span).clamp(0.0, 1.0) } else { 0.0 };
+            let (before, behind) = (power[from.saturating_sub(1)], power[(next + 1).min(last)]);
+            cubic([before, power[from], power[next], behind], share)
+        })
+        .collect()
+}
+
+/// Lagrange's cubic through values at −1, 0, 1 and 2.
+fn cubic([a, b, c, d]: [f64; 4], x: f64) -> f64 {
+    let (below, above) = (x + 1.0, x - 1.0);
+    let far = x - 2.0;
+    -a * x * above * far / 6.0 + b * below * above * far / 2.0 - c * below * x * far / 2.0
+        + d * below * x * above / 6.0
+}
