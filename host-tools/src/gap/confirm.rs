@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use model_core::torque::TorqueModel;
 
-use super::investigate::{Base, LEAST_CLOSED};
+use super::investigate::{Base, LEAST_SEEN};
 use super::noise::Noise;
 use super::panel::residual;
 use super::runs::Runs;
@@ -26,6 +26,9 @@ pub struct Confirmed {
     pub floor_w: f64,
     /// Share of the gap that is closed; `None` where nothing was to be closed, or no locked run has the effect.
     pub closed: Option<f64>,
+    /// What the mean square shrank by, per mean square of what the effects add: about 1 where the effects are there as found, whatever
+    /// the base gets wrong besides. `None` as above.
+    pub seen: Option<f64>,
     /// 95 % interval of the mean square gain per run, W²: paired by run.
     pub gain_w2: (f64, f64),
     /// Mean square before and after, run by run, W².
@@ -35,7 +38,7 @@ pub struct Confirmed {
 impl Confirmed {
     /// The locked runs speak against what was added.
     pub fn refuted(&self) -> bool {
-        self.closed.is_some_and(|closed| closed < LEAST_CLOSED)
+        self.seen.is_some_and(|seen| seen < LEAST_SEEN)
     }
 }
 
@@ -73,9 +76,10 @@ pub fn on_locked<const N: usize>(
         &functions,
         Some(&open.whitener),
     );
-    let floor_w2 =
-        (own.floor_w2 + clean.map_or(0.0, |clean| misfit_w2(clean, base, parameters))).min(after_w2);
+    let floor_w2 = (own.floor_w2 * clean.map_or(1.0, |clean| misfit(clean, base, parameters))).min(after_w2);
     let only_single = !state.effects.is_empty() && common.is_empty();
+    let added = before.iter().zip(&after).map(|(b, a)| b.iter().zip(a).map(|(b, a)| b - a).collect());
+    let added_w2 = mean(&added.collect::<Vec<Vec<f64>>>());
     let gap = before_w2 - floor_w2;
     let closed =
         (!state.effects.is_empty() && !only_single && gap > 0.0).then(|| (before_w2 - after_w2) / gap);
@@ -90,20 +94,22 @@ pub fn on_locked<const N: usize>(
         after_w: after_w2.sqrt(),
         floor_w: floor_w2.sqrt(),
         closed,
+        seen: closed.and((added_w2 > 0.0).then(|| (before_w2 - after_w2) / added_w2)),
         gain_w2: (average - error, average + error),
         by_run,
     }
 }
 
-/// What the base gets wrong on its own runs beyond their noise, W²: no effect explains that.
-fn misfit_w2<const N: usize>(clean: &Runs<N>, base: &Base, parameters: usize) -> f64 {
+/// What is left of the clean runs by their own base, per what is left when everything that varies smoothly is taken out: no effect
+/// explains what the base gets wrong without any.
+fn misfit<const N: usize>(clean: &Runs<N>, base: &Base, parameters: usize) -> f64 {
     let twin = Twin { runs: clean, drive: base.drive, lag: 0.0, formulas: &[] };
     let state = State { torque: base.torque, effects: Vec::new() };
     let left = residual(&twin, &state);
     let rows = left.iter().map(Vec::len).sum::<usize>() as f64;
     let whole = left.iter().flatten().map(|x| x * x).sum::<f64>() / rows;
     let noise = Noise::estimate(&twin, &state, parameters, &[], &smooth::functions(clean), None);
-    (whole - noise.floor_w2).max(0.0)
+    if noise.floor_w2 > 0.0 { (whole / noise.floor_w2).max(1.0) } else { 1.0 }
 }
 
 /// Steps come at a time of their own in each run: in locked runs, too, it has to be looked for. Their size is not.

@@ -8,14 +8,21 @@ use super::dictionary::Candidate;
 use super::joint::{Prior, Products, solve};
 use super::noise::Noise;
 use super::panel::{Fixed, Panel, residual};
-use super::twin::{Cause, State, Twin};
+use super::twin::{Cause, State, Switched, Twin};
 use super::whiten::Signal;
 
 /// Columns of which base and effects leave less than this share are no columns of their own.
 pub const LEAST_SHARE: f64 = 1e-3;
 
-/// Steps in which times between those that were tried are looked for, s.
-const TIME_STEPS: [f64; 6] = [-0.5, 0.5, -0.25, 0.25, -0.12, 0.12];
+/// Steps in which times are looked for, s. They are long at first: the time at which a step explains most of a single run is drawn
+/// towards that of the others' while these have none.
+const TIME_STEPS: [f64; 7] = [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.12];
+
+/// Rounds over the runs: the time of one depends on those of the others.
+const TIME_ROUNDS: usize = 3;
+
+/// A round that gains less, in χ², was the last.
+const LEAST_ROUND: f64 = 1.0;
 
 /// The runs under inquiry, and what is known of base and noise.
 #[derive(Debug)]
@@ -88,9 +95,13 @@ impl<const N: usize> Inquiry<'_, N> {
 
     /// The problem about a state: columns of the base, its effects, further causes, and smooth functions if wanted.
     pub fn panel(&self, state: &State, further: &[Cause], smooth: bool) -> Panel<'_> {
+        self.panel_with(state, further, if smooth { &self.smooth } else { &[] })
+    }
+
+    /// As [`panel`](Self::panel) with any whitened signals behind the causes.
+    pub fn panel_with(&self, state: &State, further: &[Cause], signals: &[Signal]) -> Panel<'_> {
         let mut causes: Vec<Cause> = state.effects.iter().map(|(cause, _)| cause.clone()).collect();
         causes.extend_from_slice(further);
-        let signals: &[Signal] = if smooth { &self.smooth } else { &[] };
         Panel::new(&self.twin, state, &self.noise, self.base, &self.discrepancy, &causes, signals)
     }
 
@@ -227,29 +238,65 @@ impl<const N: usize> Inquiry<'_, N> {
 
     /// Looks for the times of the last effect's steps between those that were tried, run by run.
     pub fn sharpen_times(&self, fitted: &mut Fitted) {
-        let Some((Cause::Switch(what, times), coefficient)) = fitted.state.effects.last().cloned() else {
+        let Some((Cause::Switch(what, times), _)) = fitted.state.effects.last().cloned() else {
             return;
         };
         let mut times = times.to_vec();
-        let mut moved = false;
-        for run in 0..times.len() {
-            for by in TIME_STEPS {
-                let mut tried = times.clone();
-                tried[run] += by;
-                let mut state = fitted.state.clone();
-                if let Some(last) = state.effects.last_mut() {
-                    *last = (Cause::Switch(what, tried.clone().into()), coefficient);
-                }
-                let (loss, run_losses) = self.losses(&state);
-                if loss < fitted.loss {
-                    (times, moved) = (tried, true);
-                    (fitted.loss, fitted.run_losses, fitted.state) = (loss, run_losses, state);
+        for _ in 0..TIME_ROUNDS {
+            let before = fitted.loss;
+            let mut parts: Vec<Part> = (0..times.len())
+                .map(|run| self.part(&with_times(&fitted.state, what, &times), run))
+                .collect();
+            let mut loss = self.joint_loss(&parts);
+            let mut moved = false;
+            for run in (0..times.len()).filter(|&run| !self.twin.runs.runs[run].clean) {
+                let end = self.twin.runs.runs[run].rows.last().map_or(0.0, |row| row.time);
+                for by in TIME_STEPS.into_iter().flat_map(|step| [-step, step]) {
+                    let at = times[run] + by;
+                    if !(0.0..end).contains(&at) {
+                        continue;
+                    }
+                    let kept = std::mem::replace(&mut times[run], at);
+                    let part = self.part(&with_times(&fitted.state, what, &times), run);
+                    let part = std::mem::replace(&mut parts[run], part);
+                    let tried = self.joint_loss(&parts);
+                    if tried < loss {
+                        (loss, moved) = (tried, true);
+                    } else {
+                        times[run] = kept;
+                        parts[run] = part;
+                    }
                 }
             }
+            if moved && let Some(again) = self.fit(&with_times(&fitted.state, what, &times), &[], 2) {
+                *fitted = again;
+            }
+            if before - fitted.loss < LEAST_ROUND {
+                break;
+            }
         }
-        if moved && let Some(again) = self.fit(&fitted.state, &[], 2) {
-            *fitted = again;
+    }
+
+    /// What one run adds to the sum of squares.
+    fn part(&self, state: &State, run: usize) -> Part {
+        let predicted = self.twin.predict(run, state);
+        let rows = &self.twin.runs.runs[run].rows;
+        let left: Vec<f64> = rows.iter().zip(predicted).map(|(row, p)| row.power - p).collect();
+        let white = DVector::from_vec(self.noise.whiten(self.twin.runs, run, &left));
+        let along =
+            self.discrepancy.runs.get(run).map_or(DVector::zeros(0), |signals| signals.tr_mul(&white));
+        Part { square: white.norm_squared(), along }
+    }
+
+    /// Sum of squares of all runs, the discrepancy taken out; without the prior's charge.
+    fn joint_loss(&self, parts: &[Part]) -> f64 {
+        let square: f64 = parts.iter().map(|part| part.square).sum();
+        let Some(factor) = &self.factor else { return square };
+        let mut along = DVector::zeros(self.discrepancy.len());
+        for part in parts {
+            along += &part.along;
         }
+        square - along.dot(&factor.solve(&along))
     }
 
     /// As [`Fitted::loss`] with a run left out, to first order.
@@ -259,6 +306,21 @@ impl<const N: usize> Inquiry<'_, N> {
         solve(&fitted.products.total(Some(run)), self.base, &self.prior, &offset, &active)
             .map_or(f64::INFINITY, |solved| solved.loss)
     }
+}
+
+/// Of one run: its sum of squares, and its products with the discrepancy.
+struct Part {
+    square: f64,
+    along: DVector<f64>,
+}
+
+/// The state with other times of its last effect's steps.
+fn with_times(state: &State, what: Switched, times: &[f64]) -> State {
+    let mut state = state.clone();
+    if let Some((cause, _)) = state.effects.last_mut() {
+        *cause = Cause::Switch(what, times.into());
+    }
+    state
 }
 
 /// A candidate with its fit.

@@ -18,6 +18,7 @@ use super::noise::Noise;
 use super::panel::Fixed;
 use super::runs::Runs;
 use super::scan;
+use super::shape;
 use super::smooth;
 use super::split::{self, Split};
 use super::twin::{Cause, State, Twin};
@@ -158,11 +159,16 @@ const TIE_ERRORS: f64 = 1.64;
 /// Least gain of a further effect, as a share of what those before it gained.
 const LEAST_FURTHER: f64 = 0.1;
 
+/// |z| of an effect's column times something else beyond which the effect has not the shape of what is there, and the share of
+/// the gain in χ² that comes on top: no term of the model is exact.
+const SHAPE: f64 = 4.8;
+const SHAPE_TOLERANCE: f64 = 0.004;
+
 /// Candidates that are fitted with their non-linearity.
 const REFINED: usize = 40;
 
-/// A named effect has to close at least this share of the gap.
-pub const LEAST_CLOSED: f64 = 0.5;
+/// A named effect has to show on the locked runs with at least this share of what it adds.
+pub const LEAST_SEEN: f64 = 0.5;
 
 /// Runs the workflow.
 ///
@@ -188,6 +194,30 @@ pub fn investigate<const N: usize>(
     list.retain(|candidate| !options.removed.contains(&candidate.id));
     let inquiry = open_inquiry(twin, base, parameters, &list, options);
     let mut state = inquiry.start();
+    if std::env::var_os("GAP_DUMP").is_some() {
+        for (place, run) in inquiry.twin.runs.runs.iter().enumerate() {
+            for (k, row) in run.rows.iter().enumerate() {
+                let acceleration: f64 = row.motion.wheels.iter().map(|w| w.acceleration.abs()).sum();
+                let before: f64 = if k > 0 {
+                    run.rows[k - 1].motion.wheels.iter().map(|w| w.acceleration.abs()).sum()
+                } else {
+                    0.0
+                };
+                let speed: f64 = row.motion.wheels.iter().map(|w| w.speed.abs()).sum();
+                println!(
+                    "DUMP {place} {} {} {} {} {} {} {}",
+                    run.clean,
+                    acceleration,
+                    acceleration - before,
+                    speed,
+                    inquiry.noise.left[place][k],
+                    inquiry.noise.left_w[place][k],
+                    inquiry.noise.weights[place][k]
+                );
+            }
+        }
+        println!("DUMPW {:?} {}", inquiry.noise.whitener, inquiry.noise.std_w);
+    }
     let mut lies = super::panel::residual(&inquiry.twin, &state);
     lies.truncate(field.runs.len());
     let localisation = localise::cells(&field, &lies);
@@ -200,8 +230,18 @@ pub fn investigate<const N: usize>(
     let mut verdict = Verdict::None;
     while named.len() <= options.most_effects {
         let structure = structure(&inquiry, &state, &list, &named);
+        let misshape = misshape(&inquiry, &state);
+        if std::env::var_os("GAP_BENCH_TRACE").is_some() {
+            eprintln!(
+                "SHAPE {:.2} {:.1} {:?}",
+                misshape,
+                gained,
+                named.iter().map(|c| c.id.clone()).collect::<Vec<_>>()
+            );
+        }
         let allowed = (options.threshold.powi(2) + options.tolerance * gained).sqrt();
-        if structure.greatest <= allowed {
+        let in_shape = misshape.powi(2) <= SHAPE.powi(2) + SHAPE_TOLERANCE * gained;
+        if structure.greatest <= allowed && in_shape {
             rounds.push(Round {
                 structure: structure.greatest,
                 allowed,
@@ -477,6 +517,17 @@ fn structure<const N: usize>(
     Structure { greatest, scored, order, further }
 }
 
+/// Greatest |z| of the effects' own columns times something else; 0 without effects.
+fn misshape<const N: usize>(inquiry: &Inquiry<'_, N>, state: &State) -> f64 {
+    let signals = shape::deformations(inquiry, state);
+    let panel = inquiry.panel_with(state, &[], &signals);
+    let total = panel.products().total(None);
+    let (first, active) = (inquiry.first_further(state), inquiry.active(state));
+    (first..first + signals.len())
+        .filter_map(|column| inquiry.score(&panel, &total, state, &active, column))
+        .fold(0.0, |most, score| most.max(score.z.abs()))
+}
+
 /// What a candidate's search and its further columns cost, in χ².
 fn charge(candidate: &Candidate) -> f64 {
     let single = candidate.causes.iter().any(|cause| cause.run().is_some());
@@ -677,9 +728,11 @@ fn sharpen<const N: usize>(inquiry: &Inquiry<'_, N>, state: &State, rivals: &mut
         let coefficient = rival.coefficients()[0];
         let cause = cause.clone();
         // Times are known to their grid, the others to a factor of two.
-        let (mut low, mut high) =
-            if key == "at_s" { (shape - 1.5, shape + 1.5) } else { (0.5 * shape, 2.0 * shape) };
-        low = low.max(1e-3 * shape);
+        let (mut low, mut high) = match key {
+            "at_s" => (shape - 1.5, shape + 1.5),
+            "hold_s" => (0.5 * shape - 0.5, 2.0 * shape + 0.5),
+            _ => (0.5 * shape, 2.0 * shape),
+        };
         let mut best: Option<(f64, Fitted)> = None;
         for _ in 0..SEARCH_STEPS {
             let (left, right) = ((2.0 * low + high) / 3.0, (low + 2.0 * high) / 3.0);

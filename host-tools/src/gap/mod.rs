@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod confirm;
 pub mod dictionary;
+pub mod edges;
 pub mod inquiry;
 pub mod investigate;
 pub mod joint;
@@ -13,8 +14,10 @@ pub mod output;
 pub mod panel;
 pub mod runs;
 pub mod scan;
+pub mod shape;
 pub mod smooth;
 pub mod split;
+pub mod spread;
 pub mod summary;
 pub mod twin;
 pub mod whiten;

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::panel::raw_columns;
 use super::runs::Runs;
+use super::spread;
 use super::twin::{Cause, State, Twin};
 use super::whiten::{Signal, Whitener};
 
@@ -95,7 +96,7 @@ impl Noise {
                         left
                     })
                     .collect();
-                noise.weigh();
+                noise.weigh(runs);
             }
         }
         let rows = left_w.iter().map(Vec::len).sum::<usize>() as f64;
@@ -118,22 +119,31 @@ impl Noise {
     }
 
     /// Weights and standard deviation anew, from what is left.
-    fn weigh(&mut self) {
+    fn weigh<const N: usize>(&mut self, runs: &Runs<N>) {
+        let plain: Signal = self
+            .left
+            .iter()
+            .zip(&self.weights)
+            .map(|(left, weights)| {
+                left.iter().zip(weights).map(|(x, w)| if *w > 0.0 { x / w } else { 0.0 }).collect()
+            })
+            .collect();
+        let spread = spread::relative(runs, &plain, &self.weights);
         let mut sizes: Vec<f64> = Vec::new();
-        let mut plain: Signal = Vec::new();
-        for (left, weights) in self.left.iter().zip(&self.weights) {
-            plain.push(left.iter().zip(weights).map(|(x, w)| if *w > 0.0 { x / w } else { 0.0 }).collect());
-            sizes.extend(left.iter().zip(weights).filter(|(_, w)| **w > 0.0).map(|(x, w)| (x / w).abs()));
+        for ((plain, spread), weights) in plain.iter().zip(&spread).zip(&self.weights) {
+            let known = plain.iter().zip(spread).zip(weights).filter(|(_, w)| **w > 0.0);
+            sizes.extend(known.map(|((x, spread), _)| (x / spread).abs()));
         }
-        let middle = sizes.len() / 2;
         if sizes.is_empty() {
             return;
         }
+        let middle = sizes.len() / 2;
         let usual = MEDIAN_TO_STD * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
         let (mut sum, mut count) = (0.0, 0.0);
-        for (plain, weights) in plain.iter().zip(&mut self.weights) {
-            for (x, weight) in plain.iter().zip(weights.iter_mut()).filter(|(_, weight)| **weight > 0.0) {
-                *weight = (HUBER * usual / x.abs().max(1e-300)).min(1.0).sqrt();
+        for ((plain, spread), weights) in plain.iter().zip(&spread).zip(&mut self.weights) {
+            let rows = plain.iter().zip(spread).zip(weights.iter_mut());
+            for ((x, spread), weight) in rows.filter(|(_, weight)| **weight > 0.0) {
+                *weight = (HUBER * usual * spread / x.abs().max(1e-300)).min(1.0).sqrt() / spread;
                 sum += (*weight * x).powi(2);
                 count += 1.0;
             }

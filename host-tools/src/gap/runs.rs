@@ -10,6 +10,7 @@ use model_core::estimator::{Conditioner, Sample};
 use model_core::filter::{Channel, LowPass};
 use model_core::motion::Motion;
 
+use super::edges::{Motions, Step};
 use crate::error::{Error, Result};
 use crate::fit::dataset::conditioner;
 use crate::log::{DriveReader, Header, MASS, POWER, RUN, TIME, acceleration_column, speed_column};
@@ -60,6 +61,8 @@ pub struct Run<const N: usize> {
     pub rows: Vec<Row<N>>,
     /// Further columns behind the filter, in the order of [`Runs::columns`]; empty where this run lacks one.
     pub extras: Vec<Vec<f64>>,
+    /// When the robot moved.
+    pub motions: Motions,
     /// One of those that the base was fitted to: without any effect.
     pub clean: bool,
 }
@@ -77,6 +80,8 @@ pub struct Runs<const N: usize> {
     pub runs: Vec<Run<N>>,
     /// Time between rows, s.
     pub period_s: f64,
+    /// How the filter shows what is switched.
+    pub step: Step,
 }
 
 /// A run as recorded.
@@ -138,6 +143,7 @@ impl<const N: usize> Runs<N> {
             columns,
             runs,
             period_s: period * stride,
+            step: Step::new(&filter(core, period, &first_name)?, period),
         })
     }
 
@@ -151,6 +157,7 @@ impl<const N: usize> Runs<N> {
             columns: self.columns.clone(),
             runs,
             period_s: self.period_s,
+            step: self.step.clone(),
         }
     }
 
@@ -175,6 +182,13 @@ impl<const N: usize> Runs<N> {
     }
 }
 
+fn filter<const N: usize>(core: &CoreRobot<f64, N>, period_s: f64, run: &str) -> Result<LowPass<f64>> {
+    LowPass::new(core.cutoff_hz, period_s).map_err(|_| Error::failed("too slow for the filter").in_file(run))
+}
+
+/// Where samples before the filter move this often while those behind it stand, they are noise.
+const RESTLESS: f64 = 0.1;
+
 fn condition_run<const N: usize>(
     core: &CoreRobot<f64, N>,
     run: RawRun<N>,
@@ -182,8 +196,7 @@ fn condition_run<const N: usize>(
     stride: usize,
 ) -> Result<Run<N>> {
     let mut conditioner: Conditioner<f64, N> = conditioner(core, Path::new(&run.name), run.period_s)?;
-    let filter = LowPass::new(core.cutoff_hz, run.period_s)
-        .map_err(|_| Error::failed("too slow for the filter").in_file(&run.name))?;
+    let filter = filter(core, run.period_s, &run.name)?;
     let places: Vec<Option<usize>> =
         columns.iter().map(|name| run.columns.iter().position(|own| own == name)).collect();
     let mut channels = vec![Channel::default(); columns.len()];
@@ -194,6 +207,8 @@ fn condition_run<const N: usize>(
     let start = run.rows.first().map_or(0.0, |row| row.0);
     let mut last = f64::NEG_INFINITY;
     let mut since = 0_usize;
+    // Whether a wheel moves, before and behind the filter.
+    let mut moves: Vec<(f64, bool, bool)> = Vec::new();
     for (time, sample, mass, further) in &run.rows {
         let elapsed = time - last;
         last = *time;
@@ -207,6 +222,8 @@ fn condition_run<const N: usize>(
             }
         }
         let Some(now) = conditioner.push(sample, elapsed) else { continue };
+        let raw = sample.wheel_speed.iter().any(|speed| speed.abs() > core.dead_band);
+        moves.push((time - start, raw, now.motion.is_moving()));
         let speeds = now.motion.wheels.map(|wheel| wheel.speed);
         let twist = core.kinematics.twist(&speeds);
         if elapsed.is_finite() && elapsed < 1.0 {
@@ -257,7 +274,13 @@ fn condition_run<const N: usize>(
             column.clear();
         }
     }
-    Ok(Run { name: run.name, rows, extras, clean: false })
+    let standing = moves.iter().filter(|(_, _, behind)| !behind).count() as f64;
+    let restless = moves.iter().filter(|(_, before, behind)| *before && !behind).count() as f64;
+    let by_raw = restless <= RESTLESS * standing;
+    let motions = Motions::new(
+        moves.iter().map(|&(time, before, behind)| (time, if by_raw { before } else { behind })),
+    );
+    Ok(Run { name: run.name, rows, extras, motions, clean: false })
 }
 
 /// Reads a log whole: its runs as recorded, static power taken off.

@@ -89,7 +89,8 @@ pub fn candidates<const N: usize>(inquiry: &Inquiry<'_, N>, state: &State) -> Ve
             && sum > RUN_THRESHOLD
         {
             let detail = json!({"runs": "all", "at_s": at});
-            let search = TIME * at.iter().flatten().count() as f64;
+            // Which runs have one was chosen, too.
+            let search = (TIME + 2.0 * (runs as f64).ln()) * at.iter().flatten().count() as f64;
             let at: Arc<[f64]> = at.iter().map(|at| at.unwrap_or(f64::INFINITY)).collect();
             found.push((candidate(id, vec![Cause::Switch(what, at)], limit, detail, search), sum));
         }

@@ -64,7 +64,7 @@ impl Cause {
                 Term::Stribeck(shape) | Term::WarmUp(shape) | Term::RollingFrom(shape) | Term::StepAt(shape),
             )
             | Self::Heat(shape) => Some(*shape),
-            Self::Term(Term::WithMotion(shape)) if *shape > 0.0 && shape.is_finite() => Some(*shape),
+            Self::Term(Term::WithMotion(shape)) if shape.is_finite() => Some(*shape),
             _ => None,
         }
     }
@@ -89,6 +89,36 @@ impl Cause {
             Self::InRun(run, _) | Self::Mass(run) => Some(*run),
             _ => None,
         }
+    }
+}
+
+/// When something is on.
+#[derive(Debug, Clone, Copy)]
+enum When {
+    /// From a time on.
+    From(Switched, f64),
+    /// While the robot moves, and some seconds longer.
+    Moving(f64),
+}
+
+/// What is on and off at once, but shows behind the filter bit by bit.
+struct Switching {
+    when: When,
+    coefficient: f64,
+}
+
+impl Switching {
+    fn is_rolling(&self) -> bool {
+        matches!(self.when, When::From(Switched::Rolling, _))
+    }
+}
+
+fn switching(term: &Term<f64>) -> Option<When> {
+    match term {
+        Term::StepAt(from) => Some(When::From(Switched::Static, *from)),
+        Term::RollingFrom(from) => Some(When::From(Switched::Rolling, *from)),
+        Term::WithMotion(hold) => Some(When::Moving(*hold)),
+        _ => None,
     }
 }
 
@@ -125,15 +155,19 @@ impl<const N: usize> Twin<'_, N> {
         let mut effects: Vec<Effect<f64>> = Vec::new();
         let (mut shift, mut delay, mut scales) = (0.0, self.lag, Vec::new());
         let mut warm = None;
+        let mut switched: Vec<Switching> = Vec::new();
         let present: &[(Cause, f64)] = if run.clean { &[] } else { &state.effects };
         for (cause, coefficient) in present {
             let coefficient = *coefficient;
             match cause {
-                Cause::Term(term) => effects.push(Effect { term: *term, coefficient }),
-                Cause::InRun(at, term) if *at == place => effects.push(Effect { term: *term, coefficient }),
+                Cause::InRun(at, _) if *at != place => {}
+                Cause::Term(term) | Cause::InRun(_, term) => match switching(term) {
+                    Some(when) => switched.push(Switching { when, coefficient }),
+                    None => effects.push(Effect { term: *term, coefficient }),
+                },
                 Cause::Switch(what, times) => {
-                    let at = times.get(place).copied().unwrap_or(f64::INFINITY);
-                    effects.push(Effect { term: what.from(at), coefficient });
+                    let when = When::From(*what, times.get(place).copied().unwrap_or(f64::INFINITY));
+                    switched.push(Switching { when, coefficient });
                 }
                 Cause::Mass(at) if *at == place => shift += coefficient,
                 Cause::Masses => shift += coefficient,
@@ -146,13 +180,10 @@ impl<const N: usize> Twin<'_, N> {
                 _ => {}
             }
         }
-        let extended = Extended {
-            torque: state.torque,
-            drive: self.drive,
-            layout: self.runs.layout,
-            dead_band: self.runs.robot.dead_band,
-            effects: &effects,
-        };
+        let steady = effects.len();
+        // What a switch adds to rolling resistance: as much of it as the filter shows at each row.
+        let rolling = switched.iter().filter(|own| own.is_rolling());
+        effects.extend(rolling.map(|_| Effect { term: Term::Rolling, coefficient: 0.0 }));
         let pitch = self.runs.column(super::dictionary::PITCH).map(|column| &run.extras[column]);
         let mut heat = [0.0; N];
         let mut last = 0.0;
@@ -176,7 +207,22 @@ impl<const N: usize> Twin<'_, N> {
                 _ => [1.0; N],
             };
             let pitch = pitch.map_or(0.0, |pitch| pitch[index]);
-            power.push(extended.power(&motion, &Self::scene(row, mass, pitch, warmth)));
+            let rolling = switched.iter().filter(|own| own.is_rolling());
+            for (effect, own) in effects[steady..].iter_mut().zip(rolling) {
+                effect.coefficient = own.coefficient * self.shown(run, own.when, row.time);
+            }
+            let extended = Extended {
+                torque: state.torque,
+                drive: self.drive,
+                layout: self.runs.layout,
+                dead_band: self.runs.robot.dead_band,
+                effects: &effects,
+            };
+            let mut sum = extended.power(&motion, &Self::scene(row, mass, pitch, warmth));
+            for own in switched.iter().filter(|own| !own.is_rolling()) {
+                sum += own.coefficient * self.shown(run, own.when, row.time);
+            }
+            power.push(sum);
         }
         for (cause, coefficient) in present {
             match cause {
@@ -186,6 +232,14 @@ impl<const N: usize> Twin<'_, N> {
             }
         }
         if delay == 0.0 { power } else { delayed(run, &power, delay) }
+    }
+
+    /// How much of what is switched the filter shows at a time.
+    fn shown(&self, run: &Run<N>, when: When, time: f64) -> f64 {
+        match when {
+            When::From(_, from) => self.runs.step.at(time - from),
+            When::Moving(hold) => run.motions.shown(&self.runs.step, hold, time),
+        }
     }
 
     /// The motion when the encoders of a side show more than there is.
