@@ -211,8 +211,26 @@ impl<const N: usize> Inquiry<'_, N> {
         next
     }
 
+    /// What is left at a state, whitened, the discrepancy taken out, without the weights.
+    pub fn plain(&self, state: &State) -> Signal {
+        let runs = self.left(state).into_iter().zip(&self.noise.weights);
+        runs.map(|(left, weights)| {
+            left.iter().zip(weights).map(|(x, w)| if *w > 0.0 { x / w } else { 0.0 }).collect()
+        })
+        .collect()
+    }
+
     /// Sum of squares with the prior's charge, and that of each run without it.
     fn losses(&self, state: &State) -> (f64, Vec<f64>) {
+        let runs: Vec<f64> = self.left(state).iter().map(DVector::norm_squared).collect();
+        let offset = self.offset(state);
+        let charge = offset.dot(&(&self.prior.precision * &offset));
+        let total = runs.iter().sum::<f64>() + charge;
+        (if total.is_finite() { total } else { f64::INFINITY }, runs)
+    }
+
+    /// What is left at a state, whitened and weighted, the discrepancy taken out.
+    fn left(&self, state: &State) -> Vec<DVector<f64>> {
         let left = residual(&self.twin, state);
         let mut white: Vec<DVector<f64>> = left
             .iter()
@@ -229,11 +247,7 @@ impl<const N: usize> Inquiry<'_, N> {
                 white.gemv(-1.0, signals, &right, 1.0);
             }
         }
-        let runs: Vec<f64> = white.iter().map(DVector::norm_squared).collect();
-        let offset = self.offset(state);
-        let charge = offset.dot(&(&self.prior.precision * &offset));
-        let total = runs.iter().sum::<f64>() + charge;
-        (if total.is_finite() { total } else { f64::INFINITY }, runs)
+        white
     }
 
     /// Looks for the times of the last effect's steps between those that were tried, run by run.

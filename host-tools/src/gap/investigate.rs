@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use super::confirm::{self, Confirmed};
 use super::dictionary::{Candidate, NotTestable, candidates};
+use super::excess::Excess;
 use super::inquiry::{Fitted, Inquiry, Rival};
 use super::joint::{Prior, solve};
 use super::lag;
@@ -146,6 +147,8 @@ pub struct Report {
     pub state: State,
     /// The split.
     pub split: Split,
+    /// The scatter of what is left against that of clean runs.
+    pub excess: Option<Excess>,
     /// Base before, and after.
     pub base: [TorqueModel<f64>; 2],
 }
@@ -270,6 +273,13 @@ pub fn investigate<const N: usize>(
     }
     ambiguous.sort();
     ambiguous.dedup();
+    let excess = Excess::of(&inquiry, &state);
+    if std::env::var_os("GAP_BENCH_TRACE").is_some() {
+        eprintln!("EXCESS {excess:?}");
+    }
+    if excess.is_some_and(|excess| excess.is_beyond_chance()) {
+        verdict = Verdict::Unexplained;
+    }
     let confirmed = confirm::on_locked(runs, &split, clean, base, &state, &inquiry.noise, parameters);
     if matches!(verdict, Verdict::Named | Verdict::Ambiguous) && confirmed.refuted() {
         verdict = Verdict::Unexplained;
@@ -294,6 +304,7 @@ pub fn investigate<const N: usize>(
         base: [base.torque, state.torque],
         state,
         split,
+        excess,
     })
 }
 

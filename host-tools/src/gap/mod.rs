@@ -4,6 +4,7 @@ pub mod bench;
 pub mod confirm;
 pub mod dictionary;
 pub mod edges;
+pub mod excess;
 pub mod inquiry;
 pub mod investigate;
 pub mod joint;

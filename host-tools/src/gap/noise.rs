@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::panel::raw_columns;
 use super::runs::Runs;
-use super::spread;
+use super::spread::Spread;
 use super::twin::{Cause, State, Twin};
 use super::whiten::{Signal, Whitener};
 
@@ -128,7 +128,7 @@ impl Noise {
                 left.iter().zip(weights).map(|(x, w)| if *w > 0.0 { x / w } else { 0.0 }).collect()
             })
             .collect();
-        let spread = spread::relative(runs, &plain, &self.weights);
+        let spread = Spread::fit(runs, &plain, &self.weights, |_| true).of(runs);
         let mut sizes: Vec<f64> = Vec::new();
         for ((plain, spread), weights) in plain.iter().zip(&spread).zip(&self.weights) {
             let known = plain.iter().zip(spread).zip(weights).filter(|(_, w)| **w > 0.0);

@@ -36,6 +36,8 @@ struct Times {
     runs: Vec<Option<(f64, f64)>>,
     /// Of all runs.
     common: Option<(f64, f64)>,
+    /// How many times were tried in a run.
+    looks: usize,
 }
 
 /// Candidates for steps and for masses that were noted wrongly, as far as they stand out of the noise.
@@ -115,15 +117,18 @@ pub fn candidates<const N: usize>(inquiry: &Inquiry<'_, N>, state: &State) -> Ve
     found
 }
 
-/// Times of steps of one sign, the likelier one, in runs that show any, and what they come to: Σ|z| per root of the runs.
+/// Times of steps of one sign, the likelier one, in runs that show any, and what they come to: the root of what each z² has beyond
+/// the greatest of as many times in noise, which is 2 ln(times).
 fn one_size(times: &Times) -> Option<(Vec<Option<f64>>, f64)> {
     let all: Vec<(f64, f64)> = times.runs.iter().flatten().copied().collect();
     let sign = all.iter().map(|(_, z)| z * z.abs()).sum::<f64>().signum();
     let of_sign = |best: &Option<(f64, f64)>| best.filter(|(_, z)| z * sign > LEAST_STEP).map(|(at, _)| at);
     let at: Vec<Option<f64>> = times.runs.iter().map(of_sign).collect();
-    let sum: f64 = all.iter().map(|(_, z)| z * sign).filter(|z| *z > LEAST_STEP).sum();
+    let chance = 2.0 * (times.looks as f64).max(1.0).ln();
+    let sum: f64 =
+        all.iter().filter(|(_, z)| z * sign > LEAST_STEP).map(|(_, z)| (z * z - chance).max(0.0)).sum();
     let count = at.iter().flatten().count();
-    (count >= 2).then(|| (at, sum / (count as f64).sqrt()))
+    (count >= 2).then(|| (at, sum.sqrt()))
 }
 
 /// Steps of single runs below this are taken for none.
@@ -260,5 +265,5 @@ fn times<const N: usize>(
             all = Some((at, z));
         }
     }
-    Times { runs: best, common: all }
+    Times { runs: best, common: all, looks: count }
 }

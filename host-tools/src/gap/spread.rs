@@ -19,33 +19,82 @@ const ROUNDS: usize = 4;
 /// Rows before and behind that share in the jerk of a row: the filter's memory.
 const REACH: usize = 2;
 
-/// Standard deviation of each row's scatter relative to the usual. `None` rows (of no weight) have 1.
-pub fn relative<const N: usize>(runs: &Runs<N>, left: &Signal, known: &Signal) -> Signal {
-    let measures = [jerk(runs), acceleration(runs), power(runs)];
-    let levels: Vec<Vec<Vec<usize>>> = measures.iter().map(ranked).collect();
-    let mut variance: Signal = left.iter().map(|run| vec![1.0; run.len()]).collect();
-    for _ in 0..ROUNDS {
-        for level in &levels {
-            let mut squares: Vec<Vec<f64>> = vec![Vec::new(); LEVELS];
-            for (run, own) in level.iter().enumerate() {
-                for (row, &bin) in own.iter().enumerate() {
-                    if known[run][row] > 0.0 {
-                        squares[bin].push(left[run][row].powi(2) / variance[run][row]);
-                    }
+/// How the scatter depends on the three measures, as factors of the variance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spread {
+    /// Where the levels of each measure end.
+    edges: [Vec<f64>; 3],
+    /// The factor of each level.
+    factors: [Vec<f64>; 3],
+}
+
+impl Spread {
+    /// Of the rows of some runs whose weight is not 0.
+    pub fn fit<const N: usize>(
+        runs: &Runs<N>,
+        left: &Signal,
+        known: &Signal,
+        of: impl Fn(usize) -> bool,
+    ) -> Self {
+        let places: Vec<usize> = (0..runs.runs.len()).filter(|&place| of(place)).collect();
+        let rows = || {
+            let known = move |place: usize, row: usize| known[place][row] > 0.0;
+            places.iter().flat_map(move |&place| {
+                (0..left[place].len()).filter(move |&row| known(place, row)).map(move |row| (place, row))
+            })
+        };
+        let measures = measures(runs);
+        let edges = std::array::from_fn(|m| {
+            let values: Vec<f64> = rows().map(|(place, row)| measures[m][place][row]).collect();
+            edges_of(values)
+        });
+        let mut spread = Self { edges, factors: std::array::from_fn(|_| vec![1.0; LEVELS]) };
+        for _ in 0..ROUNDS {
+            for m in 0..3 {
+                let mut squares: Vec<Vec<f64>> = vec![Vec::new(); LEVELS];
+                for (place, row) in rows() {
+                    let at = std::array::from_fn(|m| measures[m][place][row]);
+                    squares[level(&spread.edges[m], at[m])]
+                        .push(left[place][row].powi(2) / spread.variance(&at));
                 }
-            }
-            let factors = squares.into_iter().map(scatter).collect::<Vec<_>>();
-            for (own, variance) in level.iter().zip(&mut variance) {
-                for (&bin, variance) in own.iter().zip(variance) {
-                    *variance *= factors[bin];
+                for (factor, squares) in spread.factors[m].iter_mut().zip(squares) {
+                    *factor *= scatter(squares);
                 }
             }
         }
+        spread
     }
-    for value in variance.iter_mut().flatten() {
-        *value = value.sqrt();
+
+    /// Standard deviation of each row's scatter.
+    pub fn of<const N: usize>(&self, runs: &Runs<N>) -> Signal {
+        let measures = measures(runs);
+        let row = |place: usize, row: usize| {
+            self.variance(&std::array::from_fn(|m| measures[m][place][row])).sqrt()
+        };
+        let runs = runs.runs.iter().enumerate();
+        runs.map(|(place, run)| (0..run.rows.len()).map(|k| row(place, k)).collect()).collect()
     }
-    variance
+
+    fn variance(&self, at: &[f64; 3]) -> f64 {
+        let factors = self.edges.iter().zip(&self.factors).zip(at);
+        factors.map(|((edges, factors), value)| factors[level(edges, *value)]).product()
+    }
+}
+
+fn level(edges: &[f64], value: f64) -> usize {
+    edges.iter().filter(|edge| value >= **edge).count()
+}
+
+fn edges_of(mut values: Vec<f64>) -> Vec<f64> {
+    if values.is_empty() {
+        return Vec::new();
+    }
+    values.sort_by(f64::total_cmp);
+    (1..LEVELS).map(|level| values[level * values.len() / LEVELS]).collect()
+}
+
+fn measures<const N: usize>(runs: &Runs<N>) -> [Signal; 3] {
+    [jerk(runs), acceleration(runs), power(runs)]
 }
 
 /// Mean square without the stray tenth, which the weights deal with.
@@ -104,13 +153,4 @@ fn jerk<const N: usize>(runs: &Runs<N>) -> Signal {
                 .collect()
         })
         .collect()
-}
-
-/// The level of each row.
-fn ranked(values: &Signal) -> Vec<Vec<usize>> {
-    let mut sorted: Vec<f64> = values.iter().flatten().copied().collect();
-    sorted.sort_by(f64::total_cmp);
-    let edges: Vec<f64> = (1..LEVELS).map(|level| sorted[level * sorted.len() / LEVELS]).collect();
-    let level = |value: &f64| edges.iter().filter(|edge| value >= edge).count();
-    values.iter().map(|run| run.iter().map(level).collect()).collect()
 }
