@@ -10,6 +10,7 @@ use crate::fit::dataset::{Dataset, Reading};
 use crate::fit::{file, physical};
 use crate::gap::investigate::{Base, Options, investigate};
 use crate::gap::runs::Runs;
+use crate::gap::user::{self, UserCandidates};
 use crate::gap::{output, summary};
 use crate::robot::Robot;
 use crate::with_wheels;
@@ -33,6 +34,10 @@ pub(crate) struct Arguments {
     /// Total mass of logs without a mass_kg column, kg [default: the robot's mass without payload]
     #[arg(long, value_name = "KG")]
     mass: Option<f64>,
+    /// Effects of your own beside those of the dictionary, as formulas over the logs' columns: [[effect]] entries with id, formula,
+    /// unit, sign, range = [least, greatest] and meaning
+    #[arg(long, value_name = "MINE.toml")]
+    effects: Option<PathBuf>,
     /// Figures as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -48,6 +53,10 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     if !(mass > 0.0 && mass.is_finite()) {
         return Err(Error::usage(format!("--mass {mass}: expected a mass above 0 kg")));
     }
+    let own = match &arguments.effects {
+        Some(file) => user::read(file)?,
+        None => Vec::new(),
+    };
     let (core, base) = match &arguments.coeffs {
         Some(coefficients) => {
             let read = file::read::<N>(coefficients, robot)?;
@@ -66,14 +75,15 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
             (dataset.robot, Base { torque, covariance: None, drive: robot.drive() })
         }
     };
-    let runs = Runs::<N>::read(robot, &core, &arguments.runs, mass)?;
+    let named: Vec<String> = own.iter().flat_map(|effect| effect.formula.variables()).cloned().collect();
+    let mut runs = Runs::<N>::read_with(robot, &core, &arguments.runs, mass, &named)?;
     let clean_logs = match (&arguments.base[..], &arguments.coeffs) {
         ([], Some(coefficients)) => file::read_logs(coefficients)?,
         (given, _) => given.to_owned(),
     };
-    let clean = match &clean_logs[..] {
+    let mut clean = match &clean_logs[..] {
         [] => None,
-        files => Some(Runs::<N>::read(robot, &core, files, mass)?),
+        files => Some(Runs::<N>::read_with(robot, &core, files, mass, &named)?),
     };
     if clean.is_none() && arguments.coeffs.is_some() {
         eprintln!(
@@ -81,7 +91,14 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
              known, so only large effects are named; give the runs with --base"
         );
     }
-    let report = investigate(&runs, clean.as_ref(), &base, &Options::default())?;
+    let mut options = Options::default();
+    if let Some(file) = &arguments.effects {
+        options.user = UserCandidates::add(&own, file, &mut runs, clean.as_mut())?;
+        for effect in &options.user.not_testable {
+            eprintln!("gmr: {}: {}: not testable: {}", file.display(), effect.id, effect.reason);
+        }
+    }
+    let report = investigate(&runs, clean.as_ref(), &base, &options)?;
     if arguments.json {
         super::print_json(&output::json(&report, None))
     } else {

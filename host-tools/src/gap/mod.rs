@@ -17,4 +17,5 @@ pub mod smooth;
 pub mod split;
 pub mod summary;
 pub mod twin;
+pub mod user;
 pub mod whiten;
