@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod confirm;
 pub mod dictionary;
+pub mod input;
 pub mod inquiry;
 pub mod investigate;
 pub mod joint;
@@ -11,6 +12,7 @@ pub mod localise;
 pub mod noise;
 pub mod output;
 pub mod panel;
+pub mod power_only;
 pub mod runs;
 pub mod scan;
 pub mod smooth;

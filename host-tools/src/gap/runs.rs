@@ -10,6 +10,7 @@ use model_core::estimator::{Conditioner, Sample};
 use model_core::filter::{Channel, LowPass};
 use model_core::motion::Motion;
 
+use super::input;
 use crate::error::{Error, Result};
 use crate::fit::dataset::conditioner;
 use crate::log::{DriveReader, Header, MASS, POWER, RUN, TIME, acceleration_column, speed_column};
@@ -287,13 +288,8 @@ fn read_log<const N: usize>(
     let static_power = robot.static_power_w().unwrap_or(0.0);
     let mut runs: Vec<RawRun<N>> = Vec::new();
     while let Some(record) = reader.next_record()? {
-        if let Some(mass) = record.mass_kg
-            && mass <= 0.0
-        {
-            return Err(Error::failed(format!("a total mass of {mass} kg; expected above 0"))
-                .in_file(file)
-                .at_line(record.line)
-                .in_column(MASS));
+        if let Some(mass) = record.mass_kg {
+            input::check_mass(robot, mass).map_err(|error| error.in_file(file).at_line(record.line))?;
         }
         while runs.len() <= record.run {
             runs.push(RawRun { columns: columns.clone(), period_s: reader.period_s(), ..RawRun::default() });
