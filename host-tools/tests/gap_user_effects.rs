@@ -56,8 +56,11 @@ fn with_column(text: &str, name: &str, of: impl Fn(f64, f64) -> (f64, f64)) -> S
     out
 }
 
+/// A further column and the power that comes with it, from time and speed of the left wheel.
+type More = fn(f64, f64) -> (f64, f64);
+
 /// A folder with the runs; what their further column holds is given for clean runs and for those of the field.
-fn set(name: &str, clean: Option<fn(f64, f64) -> (f64, f64)>, field: fn(f64, f64) -> (f64, f64)) -> Bench {
+fn set(name: &str, clean: Option<More>, field: More) -> Bench {
     let bench = Bench::new();
     for file in plain().files() {
         let text = plain().text(&file);
