@@ -56,6 +56,11 @@ impl Error {
         self
     }
 
+    /// What was found and expected, without its place.
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+
     /// A file operation that the operating system refused.
     pub fn io(file: impl AsRef<Path>, error: &std::io::Error) -> Self {
         Self::failed(error.to_string()).in_file(file)

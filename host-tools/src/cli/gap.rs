@@ -8,9 +8,14 @@ use model_core::model::Model;
 use crate::error::{Error, Result};
 use crate::fit::dataset::{Dataset, Reading};
 use crate::fit::{file, physical};
-use crate::gap::investigate::{Base, Options, investigate};
+use crate::gap::dictionary::NotTestable;
+use crate::gap::input;
+use crate::gap::investigate::{Base, Options, Report, investigate};
+use crate::gap::power_only;
 use crate::gap::runs::Runs;
+use crate::gap::user::{self, UserCandidates};
 use crate::gap::{output, summary};
+use crate::log::speed_column;
 use crate::robot::Robot;
 use crate::with_wheels;
 
@@ -33,6 +38,10 @@ pub(crate) struct Arguments {
     /// Total mass of logs without a mass_kg column, kg [default: the robot's mass without payload]
     #[arg(long, value_name = "KG")]
     mass: Option<f64>,
+    /// Effects of your own beside those of the dictionary, as formulas over the logs' columns: [[effect]] entries with id, formula,
+    /// unit, sign, range = [least, greatest] and meaning
+    #[arg(long, value_name = "MINE.toml")]
+    effects: Option<PathBuf>,
     /// Figures as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -40,14 +49,58 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let robot = Robot::load(&arguments.robot)?;
-    with_wheels!(robot, run_with(&robot, arguments))
+    if power_only::is_power_only(&arguments.runs)? {
+        return show(&run_power_only(arguments)?, arguments);
+    }
+    let report = with_wheels!(robot, run_with(&robot, arguments))?;
+    show(&report, arguments)
 }
 
-fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
-    let mass = arguments.mass.unwrap_or(robot.mass_no_load_kg());
-    if !(mass > 0.0 && mass.is_finite()) {
-        return Err(Error::usage(format!("--mass {mass}: expected a mass above 0 kg")));
+/// Logs that do not say how the robot moved.
+fn run_power_only(arguments: &Arguments) -> Result<Report> {
+    for (given, flag) in [(arguments.coeffs.is_some(), "--coeffs"), (!arguments.base.is_empty(), "--base")] {
+        if given {
+            return Err(Error::usage(format!(
+                "{flag} with logs without wheel speeds: nothing can be predicted; expected logs with {}, or no {flag}",
+                speed_column(0)
+            )));
+        }
     }
+    input::each_once(&arguments.runs, &[])?;
+    let mut report = power_only::investigate(&power_only::read(&arguments.runs)?)?;
+    if let Some(file) = &arguments.effects {
+        let own = user::read(file)?.into_iter();
+        let needs = || format!("needs {}", speed_column(0));
+        report.not_testable.extend(own.map(|effect| NotTestable { id: effect.id, reason: needs() }));
+    }
+    Ok(report)
+}
+
+fn show(report: &Report, arguments: &Arguments) -> Result<()> {
+    if arguments.json {
+        super::print_json(&output::json(report, None))
+    } else {
+        println!("{}", summary::text(report).trim_end());
+        Ok(())
+    }
+}
+
+fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Report> {
+    let mass = arguments.mass.unwrap_or(robot.mass_no_load_kg());
+    input::check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
+    let own = match &arguments.effects {
+        Some(file) => user::read(file)?,
+        None => Vec::new(),
+    };
+    // Before the long work, and before the clean logs are asked whether they have changed.
+    if let Some(coefficients) = &arguments.coeffs {
+        file::read::<N>(coefficients, robot)?;
+    }
+    let clean_logs = match (&arguments.base[..], &arguments.coeffs) {
+        ([], Some(coefficients)) => file::read_logs(coefficients)?,
+        (given, _) => given.to_owned(),
+    };
+    input::each_once(&arguments.runs, &clean_logs)?;
     let (core, base) = match &arguments.coeffs {
         Some(coefficients) => {
             let read = file::read::<N>(coefficients, robot)?;
@@ -66,14 +119,11 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
             (dataset.robot, Base { torque, covariance: None, drive: robot.drive() })
         }
     };
-    let runs = Runs::<N>::read(robot, &core, &arguments.runs, mass)?;
-    let clean_logs = match (&arguments.base[..], &arguments.coeffs) {
-        ([], Some(coefficients)) => file::read_logs(coefficients)?,
-        (given, _) => given.to_owned(),
-    };
-    let clean = match &clean_logs[..] {
+    let named: Vec<String> = own.iter().flat_map(|effect| effect.formula.variables()).cloned().collect();
+    let mut runs = Runs::<N>::read_with(robot, &core, &arguments.runs, mass, &named)?;
+    let mut clean = match &clean_logs[..] {
         [] => None,
-        files => Some(Runs::<N>::read(robot, &core, files, mass)?),
+        files => Some(Runs::<N>::read_with(robot, &core, files, mass, &named)?),
     };
     if clean.is_none() && arguments.coeffs.is_some() {
         eprintln!(
@@ -81,11 +131,14 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
              known, so only large effects are named; give the runs with --base"
         );
     }
-    let report = investigate(&runs, clean.as_ref(), &base, &Options::default())?;
-    if arguments.json {
-        super::print_json(&output::json(&report, None))
-    } else {
-        println!("{}", summary::text(&report).trim_end());
-        Ok(())
+    input::check_power(&runs)?;
+    clean.as_ref().map_or(Ok(()), input::check_power)?;
+    let mut options = Options::default();
+    if let Some(file) = &arguments.effects {
+        options.user = UserCandidates::add(&own, file, &mut runs, clean.as_mut())?;
+        for effect in &options.user.not_testable {
+            eprintln!("gmr: {}: {}: not testable: {}", file.display(), effect.id, effect.reason);
+        }
     }
+    investigate(&runs, clean.as_ref(), &base, &options)
 }

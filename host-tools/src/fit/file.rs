@@ -11,7 +11,7 @@ use model_core::torque::{Drive, TorqueModel};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
-use super::{Fit, Method, ModelKind, verdict};
+use super::{Fit, Method, ModelKind, fingerprint, verdict};
 use crate::error::{Error, Result};
 use crate::output::write_whole;
 use crate::robot::Robot;
@@ -60,6 +60,9 @@ struct FitSection {
     /// The logs, from the folder of this file: `gmr gap` asks them what the model gets wrong without any effect.
     #[serde(default)]
     logs: Vec<PathBuf>,
+    /// Size and checksum of each, empty where it was no file: whether they are still what was fitted.
+    #[serde(default)]
+    fingerprints: Vec<String>,
     masses_kg: Vec<f64>,
     r2: f64,
     rmse_w: f64,
@@ -103,6 +106,14 @@ pub fn write<const N: usize>(file: &Path, fit: &Fit<N>) -> Result<()> {
         fit: FitSection {
             rows: fit.rows,
             logs: fit.files.iter().map(|log| seen_from(file, log)).collect(),
+            fingerprints: fit
+                .files
+                .iter()
+                .map(|log| {
+                    let found = fingerprint::of(log).map_err(|error| Error::io(log, &error))?;
+                    Ok(found.unwrap_or_default())
+                })
+                .collect::<Result<_>>()?,
             masses_kg: fit.masses.clone(),
             r2: fit.quality.r2.unwrap_or(f64::NAN),
             rmse_w: fit.quality.rmse_w,
@@ -183,13 +194,40 @@ fn folder_of(file: &Path) -> &Path {
 /// The logs that coefficients were fitted to, as far as they are still there, for coefficients that [`read`] has accepted.
 ///
 /// # Errors
-/// The file cannot be read.
+/// The file cannot be read; a log is no longer what was fitted.
 pub fn read_logs(file: &Path) -> Result<Vec<PathBuf>> {
     let text = std::fs::read_to_string(file).map_err(|error| Error::io(file, &error))?;
     let document: Document = toml::from_str(&text)
         .map_err(|error| Error::failed(error.message().replace('\n', " ")).in_file(file))?;
-    let logs = document.fit.logs.into_iter().map(|log| folder_of(file).join(log));
-    Ok(logs.filter(|log| log.exists()).collect())
+    let all = document.fit.logs.len();
+    let mut logs = Vec::new();
+    for (place, log) in document.fit.logs.into_iter().enumerate() {
+        let log = folder_of(file).join(log);
+        if !log.exists() {
+            continue;
+        }
+        let then = document.fit.fingerprints.get(place).filter(|fingerprint| !fingerprint.is_empty());
+        let now = fingerprint::of(&log).map_err(|error| Error::io(&log, &error))?;
+        if let (Some(then), Some(now)) = (then, now)
+            && *then != now
+        {
+            let message = format!(
+                "has changed since the coefficients of {} were fitted to it; expected the log as it was, or the clean runs \
+                 with --base",
+                file.display()
+            );
+            return Err(Error::failed(message).in_file(log));
+        }
+        logs.push(log);
+    }
+    if !logs.is_empty() && logs.len() < all {
+        eprintln!(
+            "gmr: {}: {} of the {all} clean runs are no longer where they were, and are done without",
+            file.display(),
+            all - logs.len()
+        );
+    }
+    Ok(logs)
 }
 
 /// The covariance of the parameters as the fit stated it, for coefficients that [`read`] has accepted.

@@ -4,6 +4,7 @@ pub mod assess;
 mod cutoff;
 pub mod dataset;
 pub mod file;
+mod fingerprint;
 pub mod gram;
 pub mod linear;
 pub mod nnls;

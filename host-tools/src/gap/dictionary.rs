@@ -4,7 +4,7 @@
 
 use model_core::effects::Term;
 use model_core::torque::TorqueModel;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
 use super::runs::Runs;
@@ -33,11 +33,13 @@ pub struct Entry {
 }
 
 /// The signs that a coefficient can have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sign {
     /// Above 0.
     Positive,
+    /// Below 0.
+    Negative,
     /// Either.
     Either,
 }

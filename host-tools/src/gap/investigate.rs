@@ -23,6 +23,7 @@ use super::shape;
 use super::smooth;
 use super::split::{self, Split};
 use super::twin::{Cause, State, Twin};
+use super::user::UserCandidates;
 use super::whiten::{Signal, Whitener};
 use crate::error::Result;
 
@@ -57,6 +58,8 @@ pub struct Options {
     pub whitener: Option<Whitener>,
     /// Relative uncertainty of every base parameter beyond its covariance.
     pub slack: f64,
+    /// Effects of the user's own.
+    pub user: UserCandidates,
 }
 
 impl Default for Options {
@@ -69,6 +72,7 @@ impl Default for Options {
             removed: Vec::new(),
             whitener: None,
             slack: 0.01,
+            user: UserCandidates::default(),
         }
     }
 }
@@ -193,7 +197,9 @@ pub fn investigate<const N: usize>(
         twin.lag = lag::of_clean(clean, base);
     }
     let parameters = base.torque.to_array().len() - usize::from(!runs.robot.kinematics.scrubs());
-    let (mut list, not_testable) = candidates(&field, &base.torque, base.drive == Drive::Regenerative);
+    let (mut list, mut not_testable) = candidates(&field, &base.torque, base.drive == Drive::Regenerative);
+    list.extend_from_slice(&options.user.candidates);
+    not_testable.extend_from_slice(&options.user.not_testable);
     list.retain(|candidate| !options.removed.contains(&candidate.id));
     let inquiry = open_inquiry(twin, base, parameters, &list, options);
     let mut state = inquiry.start();
@@ -369,6 +375,7 @@ fn shared<const N: usize>(
     causes: &[Cause],
     smooth: &[Signal],
 ) -> Vec<Signal> {
+    let mut shared: Vec<Signal> = smooth::shown_by_clean(twin.runs, smooth);
     let mut field = twin.runs.clone();
     for run in &mut field.runs {
         run.clean = false;
@@ -376,7 +383,6 @@ fn shared<const N: usize>(
     let twin = Twin { runs: &field, ..*twin };
     let usable =
         |cause: &&Cause| !matches!(cause, Cause::Column(_) | Cause::Temperature(..) | Cause::Formula(_));
-    let mut shared: Vec<Signal> = smooth.to_vec();
     let runs: Vec<Vec<f64>> = (0..field.runs.len()).map(|place| twin.predict(place, start)).collect();
     let slopes: Vec<Vec<Vec<f64>>> =
         runs.iter().enumerate().map(|(place, at)| twin.base_slopes(place, start, at, parameters)).collect();

@@ -11,6 +11,7 @@ use model_core::filter::{Channel, LowPass};
 use model_core::motion::Motion;
 
 use super::edges::{Motions, Step};
+use super::input;
 use crate::error::{Error, Result};
 use crate::fit::dataset::conditioner;
 use crate::log::{DriveReader, Header, MASS, POWER, RUN, TIME, acceleration_column, speed_column};
@@ -103,9 +104,23 @@ impl<const N: usize> Runs<N> {
     /// # Errors
     /// A log that cannot be read or is not one of this robot; runs of different sample rates; a run too short for the filter.
     pub fn read(robot: &Robot, core: &CoreRobot<f64, N>, files: &[PathBuf], mass_kg: f64) -> Result<Self> {
+        Self::read_with(robot, core, files, mass_kg, &[])
+    }
+
+    /// As [`read`](Self::read), with further columns that are powers (`…_w`), where a log has them.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn read_with(
+        robot: &Robot,
+        core: &CoreRobot<f64, N>,
+        files: &[PathBuf],
+        mass_kg: f64,
+        powers: &[String],
+    ) -> Result<Self> {
         let mut raw = Vec::new();
         for file in files {
-            raw.extend(read_log::<N>(robot, file, mass_kg)?);
+            raw.extend(read_log::<N>(robot, file, mass_kg, powers)?);
         }
         Self::condition(core, raw)
     }
@@ -284,20 +299,20 @@ fn condition_run<const N: usize>(
 }
 
 /// Reads a log whole: its runs as recorded, static power taken off.
-fn read_log<const N: usize>(robot: &Robot, file: &Path, mass_kg: f64) -> Result<Vec<RawRun<N>>> {
-    let columns = further_columns::<N>(file)?;
+fn read_log<const N: usize>(
+    robot: &Robot,
+    file: &Path,
+    mass_kg: f64,
+    powers: &[String],
+) -> Result<Vec<RawRun<N>>> {
+    let columns = further_columns::<N>(file, powers)?;
     let names: Vec<&str> = columns.iter().map(String::as_str).collect();
     let mut reader = DriveReader::<N>::open_with(file, robot, &names)?;
     let static_power = robot.static_power_w().unwrap_or(0.0);
     let mut runs: Vec<RawRun<N>> = Vec::new();
     while let Some(record) = reader.next_record()? {
-        if let Some(mass) = record.mass_kg
-            && mass <= 0.0
-        {
-            return Err(Error::failed(format!("a total mass of {mass} kg; expected above 0"))
-                .in_file(file)
-                .at_line(record.line)
-                .in_column(MASS));
+        if let Some(mass) = record.mass_kg {
+            input::check_mass(robot, mass).map_err(|error| error.in_file(file).at_line(record.line))?;
         }
         while runs.len() <= record.run {
             runs.push(RawRun { columns: columns.clone(), period_s: reader.period_s(), ..RawRun::default() });
@@ -326,12 +341,13 @@ fn read_log<const N: usize>(robot: &Robot, file: &Path, mass_kg: f64) -> Result<
     Ok(runs)
 }
 
-/// Columns beyond those of a drive that hold numbers. Powers (`…_w`) are left out: they are what is to be explained.
-fn further_columns<const N: usize>(file: &Path) -> Result<Vec<String>> {
+/// Columns beyond those of a drive that hold numbers. Powers (`…_w`) are left out, but for those asked for: they are what is to be
+/// explained.
+fn further_columns<const N: usize>(file: &Path, powers: &[String]) -> Result<Vec<String>> {
     let header = Header::open(file)?;
     let known = |name: &str| {
         [TIME, POWER, MASS, RUN, ""].contains(&name)
-            || name.ends_with("_w")
+            || (name.ends_with("_w") && !powers.iter().any(|power| power == name))
             || (0..N).any(|wheel| name == speed_column(wheel) || name == acceleration_column(wheel))
     };
     let text = File::open(file).map_err(|error| Error::io(file, &error))?;

@@ -104,3 +104,26 @@ pub fn functions<const N: usize>(runs: &Runs<N>) -> Vec<Signal> {
     }
     functions
 }
+
+/// Share of a further column's variance in the field that clean runs have to have for them to say something about it.
+const LEAST_SHOWN: f64 = 0.01;
+
+/// Those of the [`functions`] of field and clean runs that clean runs say something about. A further column which hardly varies in
+/// them (a door that was shut) would else be taken for what the base gets wrong anyway, whatever it does in the field.
+pub fn shown_by_clean<const N: usize>(runs: &Runs<N>, functions: &[Signal]) -> Vec<Signal> {
+    let further = (0..runs.columns.len())
+        .filter(|&place| runs.runs.iter().all(|run| !run.extras[place].is_empty()))
+        .count();
+    let own = functions.len() - further;
+    let variance = |signal: &Signal, clean: bool| {
+        let values = || {
+            let runs = runs.runs.iter().zip(signal).filter(move |(run, _)| run.clean == clean);
+            runs.flat_map(|(_, values)| values)
+        };
+        let count = values().count().max(1) as f64;
+        let mean = values().sum::<f64>() / count;
+        values().map(|x| (x - mean).powi(2)).sum::<f64>() / count
+    };
+    let is_shown = |signal: &&Signal| variance(signal, true) >= LEAST_SHOWN * variance(signal, false);
+    functions[..own].iter().chain(functions[own..].iter().filter(is_shown)).cloned().collect()
+}

@@ -20,7 +20,22 @@ pub struct Split {
 /// # Errors
 /// Fewer runs than naming and confirming need.
 pub fn by_run<const N: usize>(runs: &Runs<N>) -> Result<Split> {
-    let found = runs.runs.len();
+    let mut order: Vec<(f64, usize)> = runs
+        .runs
+        .iter()
+        .enumerate()
+        .map(|(place, run)| (run.rows.iter().map(|row| row.mass).sum::<f64>() / run.rows.len() as f64, place))
+        .collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0));
+    in_order(&order.iter().map(|(_, place)| *place).collect::<Vec<_>>())
+}
+
+/// Every third run of these places is locked.
+///
+/// # Errors
+/// As [`by_run`].
+pub fn in_order(order: &[usize]) -> Result<Split> {
+    let found = order.len();
     if found < LEAST_OPEN + 1 {
         let s = if found == 1 { "" } else { "s" };
         return Err(Error::failed(format!(
@@ -29,15 +44,8 @@ pub fn by_run<const N: usize>(runs: &Runs<N>) -> Result<Split> {
             LEAST_OPEN + 1 - found
         )));
     }
-    let mut order: Vec<(f64, usize)> = runs
-        .runs
-        .iter()
-        .enumerate()
-        .map(|(place, run)| (run.rows.iter().map(|row| row.mass).sum::<f64>() / run.rows.len() as f64, place))
-        .collect();
-    order.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (mut open, mut locked) = (Vec::new(), Vec::new());
-    for (rank, (_, place)) in order.into_iter().enumerate() {
+    for (rank, &place) in order.iter().enumerate() {
         if rank % 3 == 1 { locked.push(place) } else { open.push(place) }
     }
     open.sort_unstable();

@@ -52,6 +52,8 @@ pub struct StaticPower {
     pub brief_share: f64,
 }
 
+/// Powers beyond this are none, and their squares would be no numbers.
+const LARGEST_W: f64 = 1e100;
 /// Fewest blocks of a piece: shorter ones cannot be told from outliers.
 const SHORTEST: usize = 3;
 /// Fewest blocks at standstill for a figure at all.
@@ -78,7 +80,8 @@ struct Piece {
 impl StaticPower {
     /// The levels of the blocks in which the robot stands. `has_wheels` says whether the log itself tells standstill.
     pub fn of(blocks: &[Block], has_wheels: bool) -> Self {
-        let blocks: Vec<Block> = blocks.iter().copied().filter(|block| block.still).collect();
+        let usable = |block: &Block| block.still && block.mean.abs() < LARGEST_W && block.squares.is_finite();
+        let blocks: Vec<Block> = blocks.iter().copied().filter(usable).collect();
         if blocks.len() < FEWEST {
             return Self::default();
         }

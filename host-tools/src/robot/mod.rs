@@ -7,6 +7,7 @@ mod parse;
 use std::path::Path;
 
 pub use geometry::Geometry;
+pub(crate) use parse::position;
 
 use crate::error::{Error, Result};
 

@@ -1,0 +1,323 @@
+//! Steps that runs have in common, and what the locked runs say of them.
+
+use model_core::torque::{PARAMETERS, TorqueModel};
+use serde_json::{Map, Value, json};
+
+use super::gap::{Squares, at_rest};
+use super::{PowerRun, Rests, Step};
+use crate::error::Result;
+use crate::gap::confirm::Confirmed;
+use crate::gap::dictionary::{Candidate, ENTRIES, NotTestable, find};
+use crate::gap::investigate::{Named, Report, Round, Scored, Verdict};
+use crate::gap::localise::Cell;
+use crate::gap::split::{self, Split};
+use crate::gap::twin::State;
+use crate::log::speed_column;
+
+/// The one effect that shows.
+const STEP: &str = "static-step";
+
+/// Standard errors that a step has to exceed.
+const THRESHOLD: f64 = 5.0;
+
+/// Steps of runs are one and the same if they differ by no more than so many standard errors …
+const SAME_ERRORS: f64 = 3.0;
+
+/// … or by no more than this share.
+const SAME_SHARE: f64 = 0.25;
+
+/// Open runs that have to show a step.
+const LEAST_RUNS: usize = 2;
+
+/// Cells over time.
+const CELLS: usize = 6;
+
+/// Blocks of a run in a cell that say something about it.
+const LEAST_BLOCKS: usize = 6;
+
+/// What these logs never tell.
+const CANNOT_KNOW: &str =
+    "what switched, and whether it moves anything: a slow motion for the rest of the run looks the same";
+
+/// A step that several runs have.
+struct Kind {
+    size_w: f64,
+    std_err_w: f64,
+    /// Run and step.
+    members: Vec<(usize, Step)>,
+}
+
+impl Kind {
+    fn has(&self, step: &Step) -> bool {
+        is_same((self.size_w, self.std_err_w), (step.size_w(), step.std_err_w()))
+    }
+
+    /// When, and between which levels, run by run.
+    fn detail(&self, runs: &[PowerRun]) -> Map<String, Value> {
+        let of = |value: &dyn Fn(&Step) -> f64| -> Vec<f64> {
+            self.members.iter().map(|(_, step)| value(step)).collect()
+        };
+        let names: Vec<&String> = self.members.iter().map(|(run, _)| &runs[*run].name).collect();
+        let mut detail = Map::new();
+        detail.insert("runs".to_owned(), json!(names));
+        detail.insert("after_s".to_owned(), json!(of(&|step| step.between_s.0)));
+        detail.insert("before_s".to_owned(), json!(of(&|step| step.between_s.1)));
+        detail.insert("from_w".to_owned(), json!(of(&|step| step.from.level_w)));
+        detail.insert("to_w".to_owned(), json!(of(&|step| step.to.level_w)));
+        detail.insert("sizes_w".to_owned(), json!(of(&Step::size_w)));
+        detail.insert("size_std_errs_w".to_owned(), json!(of(&Step::std_err_w)));
+        detail.insert("not_known".to_owned(), json!(CANNOT_KNOW));
+        detail
+    }
+}
+
+fn is_same(one: (f64, f64), other: (f64, f64)) -> bool {
+    let difference = (one.0 - other.0).abs();
+    one.0 * other.0 > 0.0
+        && (difference <= SAME_ERRORS * one.1.hypot(other.1) || difference <= SAME_SHARE * one.0.abs())
+}
+
+/// Looks for changes of the static power in logs of power only.
+///
+/// # Errors
+/// Fewer runs than naming and confirming need.
+pub fn investigate(runs: &[PowerRun]) -> Result<Report> {
+    let split = split::in_order(&(0..runs.len()).collect::<Vec<_>>())?;
+    let rests: Vec<Rests> = runs.iter().map(Rests::of).collect();
+    let steps: Vec<(usize, Step)> = split
+        .open
+        .iter()
+        .flat_map(|&run| rests[run].steps.iter().map(move |step| (run, step.clone())))
+        .filter(|(_, step)| step.size_w().abs() > THRESHOLD * step.std_err_w())
+        .collect();
+    let greatest = steps.iter().map(|(_, step)| step.size_w().abs() / step.std_err_w()).fold(0.0, f64::max);
+    let found = !steps.is_empty();
+    let (kinds, lone) = kinds(steps);
+    let confirmed = confirm(runs, &rests, &split, &kinds);
+    let refuted = confirmed.refuted();
+    let verdict = match (kinds.is_empty(), found) {
+        (true, false) => Verdict::None,
+        (true, true) => Verdict::Unexplained,
+        (false, _) if refuted => Verdict::Unexplained,
+        (false, _) => Verdict::Named,
+    };
+    let mut effects: Vec<Named> = Vec::new();
+    if verdict == Verdict::Named {
+        effects.extend(kinds.iter().map(|kind| named(kind.size_w, kind.std_err_w, kind.detail(runs))));
+        effects.extend(kinds.first().and_then(|kind| between_runs(runs, kind)));
+    }
+    let outcome = match verdict {
+        Verdict::None => "no step between levels that the power returns to; what lifts it in between is motion for all that \
+                          these logs tell"
+            .to_owned(),
+        Verdict::Named => format!("added {STEP}"),
+        _ if refuted => "the locked runs do not confirm the step".to_owned(),
+        _ => format!(
+            "{} in one run only; expected at least {LEAST_RUNS} open runs with the same step: record more",
+            if lone == 1 { "a step".to_owned() } else { format!("{lone} steps") }
+        ),
+    };
+    let candidates = kinds.iter().map(|kind| Scored {
+        id: STEP.to_owned(),
+        detail: Value::Object(kind.detail(runs)),
+        gain: (kind.size_w / kind.std_err_w).powi(2),
+        coefficients: vec![kind.size_w],
+        status: if verdict == Verdict::Named { "winner" } else { "worse" },
+    });
+    let round = Round { structure: greatest, allowed: THRESHOLD, candidates: candidates.collect(), outcome };
+    let unknown = TorqueModel::from_array([f64::NAN; PARAMETERS]);
+    Ok(Report {
+        verdict,
+        effects,
+        ambiguous_with: Vec::new(),
+        not_testable: not_testable(),
+        rounds: vec![round],
+        localisation: cells(runs, &rests, &split.open),
+        confirmed,
+        state: State { torque: unknown, effects: Vec::new() },
+        split,
+        base: [unknown, unknown],
+    })
+}
+
+/// Everything but a step asks for the wheels' speeds.
+fn not_testable() -> Vec<NotTestable> {
+    let wheels = speed_column(0);
+    let others = ENTRIES.iter().filter(|entry| entry.id != STEP);
+    others
+        .map(|entry| NotTestable {
+            id: entry.id.to_owned(),
+            reason: match entry.needs {
+                "" => format!("needs {wheels}"),
+                more => format!("needs {wheels}, {more}"),
+            },
+        })
+        .collect()
+}
+
+/// Steps that at least two runs have in common, those of most runs first, and how many are left.
+fn kinds(mut steps: Vec<(usize, Step)>) -> (Vec<Kind>, usize) {
+    let mut kinds = Vec::new();
+    loop {
+        let alike = |centre: &Step| -> Vec<usize> {
+            let centre = (centre.size_w(), centre.std_err_w());
+            let same =
+                |(_, (_, step)): &(usize, &(usize, Step))| is_same(centre, (step.size_w(), step.std_err_w()));
+            steps.iter().enumerate().filter(same).map(|(place, _)| place).collect()
+        };
+        let runs_of = |places: &[usize]| {
+            let mut runs: Vec<usize> = places.iter().map(|&place| steps[place].0).collect();
+            runs.dedup();
+            runs.len()
+        };
+        let best = steps.iter().map(|(_, step)| alike(step)).max_by_key(|places| runs_of(places));
+        match best {
+            Some(places) if runs_of(&places) >= LEAST_RUNS => {
+                let members: Vec<(usize, Step)> = places.iter().map(|&place| steps[place].clone()).collect();
+                kinds.push(kind(members));
+                let mut place = 0;
+                steps.retain(|_| {
+                    place += 1;
+                    !places.contains(&(place - 1))
+                });
+            }
+            _ => return (kinds, steps.len()),
+        }
+    }
+}
+
+fn kind(members: Vec<(usize, Step)>) -> Kind {
+    let weight = |step: &Step| step.std_err_w().powi(-2);
+    let weights: f64 = members.iter().map(|(_, step)| weight(step)).sum();
+    let size_w = members.iter().map(|(_, step)| weight(step) * step.size_w()).sum::<f64>() / weights;
+    let count = members.len() as f64;
+    let scatter = members.iter().map(|(_, step)| (step.size_w() - size_w).powi(2)).sum::<f64>()
+        / (count - 1.0).max(1.0);
+    Kind { size_w, std_err_w: weights.powf(-0.5).max((scatter / count).sqrt()), members }
+}
+
+fn named(size_w: f64, std_err_w: f64, detail: Map<String, Value>) -> Named {
+    let candidate = Candidate {
+        id: STEP.to_owned(),
+        causes: Vec::new(),
+        unit: find(STEP).map_or("W", |entry| entry.unit).to_owned(),
+        range: (f64::NEG_INFINITY, f64::INFINITY),
+        detail,
+        shape: None,
+        search: 0.0,
+    };
+    Named { candidate, coefficients: vec![size_w], std_errs: vec![std_err_w] }
+}
+
+/// Runs that lie lower than others by the same power before and behind the step: a state that does not change within a run.
+fn between_runs(runs: &[PowerRun], kind: &Kind) -> Option<Named> {
+    let mut levels: Vec<(usize, f64, f64, f64)> = kind
+        .members
+        .iter()
+        .map(|(run, step)| {
+            let (from, to) = (&step.from, &step.to);
+            // Of the mean of both.
+            (*run, from.level_w, to.level_w, 0.5 * from.std_err_w.hypot(to.std_err_w))
+        })
+        .collect();
+    levels.sort_by(|a, b| (a.1 + a.2).total_cmp(&(b.1 + b.2)));
+    let gap = |place: usize| levels[place + 1].1 + levels[place + 1].2 - levels[place].1 - levels[place].2;
+    let cut = (0..levels.len().checked_sub(1)?).max_by(|&a, &b| gap(a).total_cmp(&gap(b)))?;
+    let (low, high) = levels.split_at(cut + 1);
+    let mean = |group: &[(usize, f64, f64, f64)], level: fn(&(usize, f64, f64, f64)) -> f64| {
+        group.iter().map(level).sum::<f64>() / group.len() as f64
+    };
+    let before = mean(low, |run| run.1) - mean(high, |run| run.1);
+    let behind = mean(low, |run| run.2) - mean(high, |run| run.2);
+    let error = mean(low, |run| run.3).hypot(mean(high, |run| run.3));
+    let size = 0.5 * (before + behind);
+    let stands_out = size.abs() > THRESHOLD * error && (before - behind).abs() < 2.0 * SAME_ERRORS * error;
+    stands_out.then(|| {
+        let names = |group: &[(usize, f64, f64, f64)]| -> Vec<&String> {
+            group.iter().map(|run| &runs[run.0].name).collect()
+        };
+        let detail = json!({
+            "between": "runs",
+            "runs": names(low),
+            "against": names(high),
+            "sizes_w": [before, behind],
+            "not_known": "what differs between these runs",
+        });
+        let Value::Object(detail) = detail else { return named(size, error, Map::new()) };
+        named(size, error, detail)
+    })
+}
+
+/// The gap at rest of the locked runs; the size of a step is that of the open ones, its time their own.
+fn confirm(runs: &[PowerRun], rests: &[Rests], split: &Split, kinds: &[Kind]) -> Confirmed {
+    let mut all = Squares::default();
+    let mut by_run = Vec::new();
+    let mut shows = false;
+    for &place in &split.locked {
+        let steps: Vec<(f64, f64)> = rests[place]
+            .steps
+            .iter()
+            .filter_map(|step| {
+                let kind = kinds.iter().find(|kind| kind.has(step))?;
+                Some((step.between_s.1, kind.size_w))
+            })
+            .collect();
+        shows |= !steps.is_empty();
+        let shift = |time: f64| steps.iter().filter(|(at, _)| time >= *at).map(|(_, size)| size).sum();
+        let own = Squares::of(&runs[place], &rests[place], shift);
+        by_run.push((own.mean(own.before), own.mean(own.after)));
+        all.add(&own);
+    }
+    let open = all.before - all.floor;
+    let closed = (shows && open > 0.0).then(|| (all.before - all.after) / open);
+    let gains: Vec<f64> = by_run.iter().map(|(before, after)| before - after).collect();
+    let count = gains.len() as f64;
+    let average = gains.iter().sum::<f64>() / count;
+    let variance = gains.iter().map(|gain| (gain - average).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+    // One run alone has no scatter, and no interval.
+    let error = if count > 1.0 { 1.96 * (variance / count).sqrt() } else { f64::INFINITY };
+    Confirmed {
+        runs: split.locked.iter().map(|&place| runs[place].name.clone()).collect(),
+        before_w: all.mean(all.before).sqrt(),
+        after_w: all.mean(all.after).sqrt(),
+        floor_w: all.mean(all.floor).sqrt(),
+        closed,
+        gain_w2: (average - error, average + error),
+        by_run,
+    }
+}
+
+/// Power at rest less its mean over the run, by time.
+fn cells(runs: &[PowerRun], rests: &[Rests], open: &[usize]) -> Vec<Cell> {
+    let residuals: Vec<Vec<(f64, f64)>> = open
+        .iter()
+        .map(|&place| {
+            let start = runs[place].blocks.first().map_or(0.0, |block| block.from_s);
+            let rest = at_rest(&runs[place], &rests[place]);
+            let mean = rest.iter().map(|rest| rest.power_w).sum::<f64>() / rest.len().max(1) as f64;
+            rest.iter().map(|rest| (rest.time_s - start, rest.power_w - mean)).collect()
+        })
+        .collect();
+    let longest = residuals.iter().flatten().map(|(time, _)| *time).fold(0.0, f64::max);
+    let edge = |cell: usize| longest * cell as f64 / CELLS as f64;
+    let cell = |place: usize| {
+        let (from, to) = (edge(place), edge(place + 1));
+        let means: Vec<f64> = residuals
+            .iter()
+            .filter_map(|run| {
+                let inside = run.iter().filter(|(time, _)| *time >= from && *time <= to).map(|(_, r)| *r);
+                let own: Vec<f64> = inside.collect();
+                (own.len() >= LEAST_BLOCKS).then(|| own.iter().sum::<f64>() / own.len() as f64)
+            })
+            .collect();
+        let count = means.len() as f64;
+        if means.len() < 2 {
+            return None;
+        }
+        let mean = means.iter().sum::<f64>() / count;
+        let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        let band_w = 1.96 * (variance / count).sqrt();
+        Some(Cell { axis: "time".to_owned(), from, to, mean_residual_w: mean, band_w })
+    };
+    (0..CELLS).filter_map(cell).collect()
+}
