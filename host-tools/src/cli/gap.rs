@@ -10,12 +10,14 @@ use crate::fit::dataset::{Dataset, Reading};
 use crate::fit::{file, physical};
 use crate::gap::investigate::{Base, Options, investigate};
 use crate::gap::runs::Runs;
-use crate::gap::{output, summary};
+use crate::gap::{output, page, summary};
+use crate::progress::StageProgress;
 use crate::robot::Robot;
 use crate::with_wheels;
 
 /// Arguments of `gmr gap`.
 #[derive(clap::Args)]
+#[command(after_long_help = output::KEYS)]
 pub(crate) struct Arguments {
     /// Logs: four runs at least, one or several a file
     #[arg(required = true, value_name = "RUN.csv")]
@@ -33,6 +35,9 @@ pub(crate) struct Arguments {
     /// Total mass of logs without a mass_kg column, kg [default: the robot's mass without payload]
     #[arg(long, value_name = "KG")]
     mass: Option<f64>,
+    /// Everything that was found, with plots, as one HTML page that needs nothing else
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
     /// Figures as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -40,6 +45,9 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let robot = Robot::load(&arguments.robot)?;
+    if let Some(file) = &arguments.report {
+        page::check(file)?;
+    }
     with_wheels!(robot, run_with(&robot, arguments))
 }
 
@@ -81,7 +89,27 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
              known, so only large effects are named; give the runs with --base"
         );
     }
-    let report = investigate(&runs, clean.as_ref(), &base, &Options::default())?;
+    let progress = StageProgress::new("looking for what the model lacks");
+    let options = Options::default();
+    let report = investigate(&runs, clean.as_ref(), &base, &options)?;
+    if let Some(file) = &arguments.report {
+        progress.at("drawing");
+        let threshold = if clean.is_some() { options.threshold } else { options.threshold_alone };
+        let inputs = page::Inputs {
+            robot: robot.name().to_owned(),
+            coefficients: arguments.coeffs.clone(),
+            logs: arguments.runs.clone(),
+            clean: clean_logs,
+            options: vec![
+                ("mass of logs without one".to_owned(), format!("{mass} kg")),
+                ("filter".to_owned(), format!("{} Hz", core.cutoff_hz)),
+                ("threshold of structure".to_owned(), threshold.to_string()),
+                ("most effects".to_owned(), options.most_effects.to_string()),
+            ],
+        };
+        page::save(file, &report, &page::Picture::of(&runs, &report), &inputs, None)?;
+    }
+    drop(progress);
     if arguments.json {
         super::print_json(&output::json(&report, None))
     } else {

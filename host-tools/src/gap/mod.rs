@@ -1,8 +1,11 @@
 //! The gap workflow: where model and measurement disagree, which effect is missing, and what is left when it is added.
 
+pub mod advice;
 pub mod bench;
 pub mod confirm;
 pub mod dictionary;
+#[cfg(test)]
+mod example;
 pub mod inquiry;
 pub mod investigate;
 pub mod joint;
@@ -10,6 +13,7 @@ pub mod lag;
 pub mod localise;
 pub mod noise;
 pub mod output;
+pub mod page;
 pub mod panel;
 pub mod runs;
 pub mod scan;
@@ -18,3 +22,4 @@ pub mod split;
 pub mod summary;
 pub mod twin;
 pub mod whiten;
+pub mod words;
