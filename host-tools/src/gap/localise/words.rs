@@ -32,7 +32,7 @@ fn span(what: &str, unit: &str, (from, to): (f64, f64), (open_below, open_above)
     let scale = from.abs().max(to.abs());
     let (low, high) = (plain(from, scale), plain(to, scale));
     let text = match (open_below || from == 0.0, open_above) {
-        (true, true) => format!("{what} up to {high} {unit}"),
+        (true, true) => format!("{what}, at most {high} {unit}"),
         (true, false) => format!("{what} below {high} {unit}"),
         (false, true) => format!("{what} above {low} {unit}"),
         (false, false) => format!("{what} at {low} to {high} {unit}"),
