@@ -19,15 +19,8 @@ pub fn write_whole(file: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>
         let mut device = std::fs::File::options().write(true).open(&target).map_err(refused)?;
         return write(&mut device);
     }
-    let folder = match target.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    if !folder.is_dir() {
-        let message = format!("the folder {} does not exist; expected one to write into", folder.display());
-        return Err(Error::failed(message).in_file(file));
-    }
-    let mut temporary = temporary(folder).map_err(refused)?;
+    let mut temporary =
+        temporary(folder_of(&target).map_err(|error| error.in_file(file))?).map_err(refused)?;
     {
         let mut buffered = io::BufWriter::new(temporary.as_file_mut());
         write(&mut buffered)?;
@@ -35,6 +28,22 @@ pub fn write_whole(file: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>
     }
     temporary.persist(&target).map_err(|error| refused(error.error))?;
     Ok(())
+}
+
+/// The folder that a file is written into: commands ask before they start long work.
+///
+/// # Errors
+/// There is no such folder.
+pub fn folder_of(file: &Path) -> Result<&Path> {
+    let folder = match file.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    if folder.is_dir() {
+        return Ok(folder);
+    }
+    let message = format!("the folder {} does not exist; expected one to write into", folder.display());
+    Err(Error::failed(message).in_file(file))
 }
 
 fn temporary(folder: &Path) -> io::Result<tempfile::NamedTempFile> {

@@ -104,6 +104,35 @@ impl Drop for EpochProgress {
     }
 }
 
+/// Work in stages of unknown length: a spinner that says which one, on a terminal only.
+pub(crate) struct StageProgress {
+    bar: ProgressBar,
+}
+
+impl StageProgress {
+    /// With the first one.
+    pub(crate) fn new(stage: &'static str) -> Self {
+        let bar = ProgressBar::no_length();
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {wide_msg} {elapsed}") {
+            bar.set_style(style);
+        }
+        bar.set_message(stage);
+        bar.enable_steady_tick(Duration::from_millis(120));
+        Self { bar }
+    }
+
+    /// Now this one.
+    pub(crate) fn at(&self, stage: &'static str) {
+        self.bar.set_message(stage);
+    }
+}
+
+impl Drop for StageProgress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
 /// A recording: a bar where its length is known, a spinner where not, and what the board says.
 pub(crate) struct RecordProgress {
     bar: ProgressBar,

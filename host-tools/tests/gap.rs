@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use common::{Bench, keys, number};
 use serde_json::Value;
 
-const KEYS: [&str; 11] = [
+const KEYS: [&str; 15] = [
     "verdict",
     "effects",
     "ambiguous_with",
@@ -20,6 +20,10 @@ const KEYS: [&str; 11] = [
     "confirm_runs",
     "localisation",
     "rounds",
+    "noise_floor_how",
+    "base_moves",
+    "not_testable",
+    "next_steps",
 ];
 
 /// Field runs of a set: enough for four to stay locked.
@@ -76,7 +80,7 @@ fn a_hidden_slope_is_named_and_the_locked_runs_confirm_it() {
     assert_eq!(found["verdict"], "named", "{found:#}");
     assert_eq!(found["effects"].as_array().unwrap().len(), 1);
     let effect = &found["effects"][0];
-    assert_eq!(keys(effect), ["id", "coefficient", "unit", "std_err", "detail"]);
+    assert_eq!(keys(effect), ["id", "coefficient", "unit", "std_err", "detail", "meaning", "sign"]);
     assert_eq!(effect["id"], "grade");
     // The drive folds its efficiency in: the base's inertia gain, 1.34 here, multiplies the weight as it does the mass.
     let slope = number(&effect["coefficient"]) / 1.34;
@@ -89,7 +93,7 @@ fn a_hidden_slope_is_named_and_the_locked_runs_confirm_it() {
     // Locked runs are a third of them, and take no part in naming.
     assert_eq!(found["confirm_runs"].as_array().unwrap().len(), 3);
     let cell = &found["localisation"][0];
-    assert_eq!(keys(cell), ["axis", "from", "to", "mean_residual_w", "band_w"]);
+    assert_eq!(keys(cell)[..5], ["axis", "from", "to", "mean_residual_w", "band_w"]);
     // Driving backwards is downhill: the slowest cell of speed has less power than the fastest.
     let speed: Vec<f64> = found["localisation"]
         .as_array()
@@ -108,7 +112,7 @@ fn a_hidden_slope_is_named_and_the_locked_runs_confirm_it() {
         "field_3.csv",
         "field_4.csv",
     ]);
-    assert!(summary.stdout.lines().count() < 40, "{}", summary.stdout);
+    assert!(summary.stdout.lines().count() < 24, "{}", summary.stdout);
 }
 
 #[test]
@@ -120,7 +124,7 @@ fn nothing_is_named_where_nothing_hides() {
     assert_eq!(found["effects"], Value::Array(Vec::new()));
     assert!(found["gap_closed"].is_null() && found["suggested_profile"].is_null());
     // What needs a column that no log has is said to be so.
-    let missing = found["rounds"][0]["not_testable"].as_array().unwrap();
+    let missing = found["not_testable"].as_array().unwrap();
     let load = missing.iter().find(|entry| entry["id"] == "compute-load").unwrap();
     assert_eq!(load["reason"], "needs cpu_percent");
 }

@@ -14,13 +14,15 @@ use crate::gap::investigate::{Base, Options, Report, investigate};
 use crate::gap::power_only;
 use crate::gap::runs::Runs;
 use crate::gap::user::{self, UserCandidates};
-use crate::gap::{output, summary};
+use crate::gap::{output, page, summary};
 use crate::log::speed_column;
+use crate::progress::StageProgress;
 use crate::robot::Robot;
 use crate::with_wheels;
 
 /// Arguments of `gmr gap`.
 #[derive(clap::Args)]
+#[command(after_long_help = output::KEYS)]
 pub(crate) struct Arguments {
     /// Logs: four runs at least, one or several a file
     #[arg(required = true, value_name = "RUN.csv")]
@@ -42,6 +44,9 @@ pub(crate) struct Arguments {
     /// unit, sign, range = [least, greatest] and meaning
     #[arg(long, value_name = "MINE.toml")]
     effects: Option<PathBuf>,
+    /// Everything that was found, with plots, as one HTML page that needs nothing else
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
     /// Figures as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -49,16 +54,25 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let robot = Robot::load(&arguments.robot)?;
-    if power_only::is_power_only(&arguments.runs)? {
-        return show(&run_power_only(arguments)?, arguments);
+    if let Some(file) = &arguments.report {
+        page::check(file)?;
     }
-    let report = with_wheels!(robot, run_with(&robot, arguments))?;
+    let report = if power_only::is_power_only(&arguments.runs)? {
+        run_power_only(arguments)?
+    } else {
+        with_wheels!(robot, run_with(&robot, arguments))?
+    };
     show(&report, arguments)
 }
 
 /// Logs that do not say how the robot moved.
 fn run_power_only(arguments: &Arguments) -> Result<Report> {
-    for (given, flag) in [(arguments.coeffs.is_some(), "--coeffs"), (!arguments.base.is_empty(), "--base")] {
+    let given = [
+        (arguments.coeffs.is_some(), "--coeffs"),
+        (!arguments.base.is_empty(), "--base"),
+        (arguments.report.is_some(), "--report"),
+    ];
+    for (given, flag) in given {
         if given {
             return Err(Error::usage(format!(
                 "{flag} with logs without wheel speeds: nothing can be predicted; expected logs with {}, or no {flag}",
@@ -140,5 +154,24 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Repo
             eprintln!("gmr: {}: {}: not testable: {}", file.display(), effect.id, effect.reason);
         }
     }
-    investigate(&runs, clean.as_ref(), &base, &options)
+    let progress = StageProgress::new("looking for what the model lacks");
+    let report = investigate(&runs, clean.as_ref(), &base, &options)?;
+    if let Some(file) = &arguments.report {
+        progress.at("drawing");
+        let threshold = if clean.is_some() { options.threshold } else { options.threshold_alone };
+        let inputs = page::Inputs {
+            robot: robot.name().to_owned(),
+            coefficients: arguments.coeffs.clone(),
+            logs: arguments.runs.clone(),
+            clean: clean_logs,
+            options: vec![
+                ("mass of logs without one".to_owned(), format!("{mass} kg")),
+                ("filter".to_owned(), format!("{} Hz", core.cutoff_hz)),
+                ("threshold of structure".to_owned(), threshold.to_string()),
+                ("most effects".to_owned(), options.most_effects.to_string()),
+            ],
+        };
+        page::save(file, &report, &page::Picture::of(&runs, &report), &inputs, None)?;
+    }
+    Ok(report)
 }

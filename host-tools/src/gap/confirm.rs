@@ -11,6 +11,7 @@ use super::runs::Runs;
 use super::smooth;
 use super::split::Split;
 use super::twin::{Cause, State, Twin};
+use super::whiten::Signal;
 
 /// What the locked runs say.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,6 +25,8 @@ pub struct Confirmed {
     /// What no effect can remove, W: what is left of the locked runs when everything that varies smoothly is taken out, and what
     /// the base gets wrong on its own clean runs.
     pub floor_w: f64,
+    /// How the floor was estimated, for users.
+    pub floor_how: &'static str,
     /// Share of the gap that is closed; `None` where nothing was to be closed, or no locked run has the effect.
     pub closed: Option<f64>,
     /// What the mean square shrank by, per mean square of what the effects add: about 1 where the effects are there as found, whatever
@@ -33,7 +36,17 @@ pub struct Confirmed {
     pub gain_w2: (f64, f64),
     /// Mean square before and after, run by run, W².
     pub by_run: Vec<(f64, f64)>,
+    /// Measured less predicted power before and after, run by run, W.
+    pub residuals: [Signal; 2],
 }
+
+/// How the noise floor is estimated with the clean runs of the base.
+const FLOOR_WITH_CLEAN: &str = "RMS left on the locked runs when all that varies smoothly with the drive is regressed out, \
+                                and what the base gets wrong on its own clean runs";
+
+/// The same without.
+const FLOOR_ALONE: &str = "RMS left on the locked runs when all that varies smoothly with the drive is regressed out; what \
+                           the base gets wrong on clean runs is not known";
 
 impl Confirmed {
     /// The locked runs speak against what was added.
@@ -93,10 +106,12 @@ pub fn on_locked<const N: usize>(
         before_w: before_w2.sqrt(),
         after_w: after_w2.sqrt(),
         floor_w: floor_w2.sqrt(),
+        floor_how: if clean.is_some() { FLOOR_WITH_CLEAN } else { FLOOR_ALONE },
         closed,
         seen: closed.and((added_w2 > 0.0).then(|| (before_w2 - after_w2) / added_w2)),
         gain_w2: (average - error, average + error),
         by_run,
+        residuals: [before, after],
     }
 }
 

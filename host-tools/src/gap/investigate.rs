@@ -16,7 +16,7 @@ use super::joint::{Prior, solve};
 use super::lag;
 use super::localise::{self, Cell};
 use super::noise::Noise;
-use super::panel::Fixed;
+use super::panel::{Fixed, residual};
 use super::runs::Runs;
 use super::scan;
 use super::shape;
@@ -143,8 +143,11 @@ pub struct Report {
     pub not_testable: Vec<NotTestable>,
     /// Round by round.
     pub rounds: Vec<Round>,
-    /// Where the residual lies, before anything is added.
+    /// Where the residual lies before anything is added, and after: open and locked runs together.
     pub localisation: Vec<Cell>,
+    /// Measured less predicted power, W, of every run before, and after where effects stand: of open runs as they were fitted, of
+    /// locked runs as they were confirmed.
+    pub residuals: (Signal, Option<Signal>),
     /// On the locked runs.
     pub confirmed: Confirmed,
     /// Base and effects at the end.
@@ -203,33 +206,7 @@ pub fn investigate<const N: usize>(
     list.retain(|candidate| !options.removed.contains(&candidate.id));
     let inquiry = open_inquiry(twin, base, parameters, &list, options);
     let mut state = inquiry.start();
-    if std::env::var_os("GAP_DUMP").is_some() {
-        for (place, run) in inquiry.twin.runs.runs.iter().enumerate() {
-            for (k, row) in run.rows.iter().enumerate() {
-                let acceleration: f64 = row.motion.wheels.iter().map(|w| w.acceleration.abs()).sum();
-                let before: f64 = if k > 0 {
-                    run.rows[k - 1].motion.wheels.iter().map(|w| w.acceleration.abs()).sum()
-                } else {
-                    0.0
-                };
-                let speed: f64 = row.motion.wheels.iter().map(|w| w.speed.abs()).sum();
-                println!(
-                    "DUMP {place} {} {} {} {} {} {} {}",
-                    run.clean,
-                    acceleration,
-                    acceleration - before,
-                    speed,
-                    inquiry.noise.left[place][k],
-                    inquiry.noise.left_w[place][k],
-                    inquiry.noise.weights[place][k]
-                );
-            }
-        }
-        println!("DUMPW {:?} {}", inquiry.noise.whitener, inquiry.noise.std_w);
-    }
-    let mut lies = super::panel::residual(&inquiry.twin, &state);
-    lies.truncate(field.runs.len());
-    let localisation = localise::cells(&field, &lies);
+    let before = residual(&inquiry.twin, &state);
 
     let mut rounds = Vec::new();
     let mut named: Vec<Candidate> = Vec::new();
@@ -290,6 +267,14 @@ pub fn investigate<const N: usize>(
     if matches!(verdict, Verdict::Named | Verdict::Ambiguous) && confirmed.refuted() {
         verdict = Verdict::Unexplained;
     }
+    let after = residual(&inquiry.twin, &state);
+    let [before, after] =
+        [(&before, 0), (&after, 1)].map(|(open, side)| split.in_order(open, &confirmed.residuals[side]));
+    let stands = matches!(verdict, Verdict::Named | Verdict::Ambiguous);
+    let mut localisation = localise::cells(runs, &before);
+    if stands {
+        localise::fill_after(runs, &mut localisation, &after);
+    }
     let effects = match (&fitted, verdict) {
         (Some(fitted), Verdict::Named | Verdict::Ambiguous) => {
             list_effects(&named, fitted, inquiry.base + inquiry.discrepancy.len())
@@ -306,6 +291,7 @@ pub fn investigate<const N: usize>(
         not_testable,
         rounds,
         localisation,
+        residuals: (before, stands.then_some(after)),
         confirmed,
         base: [base.torque, state.torque],
         state,

@@ -1,11 +1,14 @@
 //! The gap workflow: where model and measurement disagree, which effect is missing, and what is left when it is added.
 
+pub mod advice;
 pub mod bench;
 pub mod confirm;
 pub mod dictionary;
 pub mod edges;
 pub mod excess;
 pub mod input;
+#[cfg(test)]
+mod example;
 pub mod inquiry;
 pub mod investigate;
 pub mod joint;
@@ -13,6 +16,7 @@ pub mod lag;
 pub mod localise;
 pub mod noise;
 pub mod output;
+pub mod page;
 pub mod panel;
 pub mod power_only;
 pub mod runs;
@@ -25,3 +29,4 @@ pub mod summary;
 pub mod twin;
 pub mod user;
 pub mod whiten;
+pub mod words;

@@ -1,6 +1,7 @@
 //! Runs that are looked at, and runs that stay locked until the end.
 
 use super::runs::Runs;
+use super::whiten::Signal;
 use crate::error::{Error, Result};
 
 /// Fewest runs with which an effect can be named and chosen again with each left out.
@@ -13,6 +14,16 @@ pub struct Split {
     pub open: Vec<usize>,
     /// Locked.
     pub locked: Vec<usize>,
+}
+
+impl Split {
+    /// Signals of open and of locked runs, put in the order of all runs. What follows the open runs is left out.
+    pub fn in_order(&self, open: &Signal, locked: &Signal) -> Signal {
+        let mut all: Vec<(usize, &Vec<f64>)> = self.open.iter().copied().zip(open).collect();
+        all.extend(self.locked.iter().copied().zip(locked));
+        all.sort_by_key(|(place, _)| *place);
+        all.into_iter().map(|(_, values)| values.clone()).collect()
+    }
 }
 
 /// Every third run in the order of payloads is locked, so that both parts meet light and heavy ones.

@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
+use plotters::chart::MeshStyle;
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
 use super::style::{self, FONT, GRID, INK, LABEL_SIZE, TITLE_SIZE};
-use super::{Binned, Histogram, TimeSeries};
+use super::{Bars, Binned, Cells, Heat, Histogram, TimeSeries};
 use crate::error::{Error, Result};
 use crate::output;
 
@@ -25,6 +26,12 @@ pub enum Panel {
     Binned(Binned),
     /// Histogram with Gaussians.
     Histogram(Histogram),
+    /// Bars with names.
+    Bars(Bars),
+    /// Means over cells of an axis.
+    Cells(Cells),
+    /// Squares over two axes.
+    Heat(Heat),
 }
 
 impl From<TimeSeries> for Panel {
@@ -45,9 +52,37 @@ impl From<Histogram> for Panel {
     }
 }
 
+impl From<Bars> for Panel {
+    fn from(panel: Bars) -> Self {
+        Self::Bars(panel)
+    }
+}
+
+impl From<Cells> for Panel {
+    fn from(panel: Cells) -> Self {
+        Self::Cells(panel)
+    }
+}
+
+impl From<Heat> for Panel {
+    fn from(panel: Heat) -> Self {
+        Self::Heat(panel)
+    }
+}
+
 /// Panels below each other.
 pub struct Page {
     panels: Vec<Panel>,
+    panel: (u32, u32),
+}
+
+/// A drawing to stand in a page of text: what is inside its `<svg>`, which is the page's to open.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Inline {
+    /// Width and height, pixels.
+    pub size: (u32, u32),
+    /// Elements; texts are escaped.
+    pub content: String,
 }
 
 const WIDTH: u32 = 1000;
@@ -56,7 +91,37 @@ const PANEL_HEIGHT: u32 = 420;
 impl Page {
     /// A page of panels, the first one on top.
     pub fn new(panels: impl IntoIterator<Item = Panel>) -> Self {
-        Self { panels: panels.into_iter().collect() }
+        Self { panels: panels.into_iter().collect(), panel: (WIDTH, PANEL_HEIGHT) }
+    }
+
+    /// The same with panels of another width and height, pixels.
+    #[must_use]
+    pub fn with_panels_of(self, width: u32, height: u32) -> Self {
+        Self { panel: (width, height), ..self }
+    }
+
+    /// Draws the page to stand in a page of text.
+    ///
+    /// # Errors
+    /// plotters cannot draw it.
+    pub fn inline(&self) -> Result<Inline> {
+        let text = self.svg().map_err(|error| Error::failed(undrawn(&error)))?;
+        // plotters opens `<svg …>` first and closes it last.
+        let content = text.split_once('>').and_then(|(_, inside)| inside.rsplit_once("</svg>"));
+        let content = content.map_or(String::new(), |(content, _)| content.to_owned());
+        Ok(Inline { size: self.size(), content })
+    }
+
+    fn size(&self) -> (u32, u32) {
+        (self.panel.0, self.panel.1 * self.panels.len().max(1) as u32)
+    }
+
+    fn svg(&self) -> std::result::Result<String, String> {
+        style::register();
+        let mut text = String::new();
+        self.draw(&SVGBackend::with_string(&mut text, self.size()).into_drawing_area())
+            .map_err(|error| error.to_string())?;
+        Ok(text)
     }
 
     /// Draws the page into `file`: SVG or PNG, as the extension says. The file is written whole or not at all.
@@ -65,24 +130,17 @@ impl Page {
     /// Another extension (wrong usage), or the file cannot be written.
     pub fn save(&self, file: &Path) -> Result<()> {
         let format = check_extension(file)?;
-        style::register();
-        let size = (WIDTH, PANEL_HEIGHT * self.panels.len().max(1) as u32);
-        let failed =
-            |error: String| Error::failed(format!("the figure could not be drawn: {error}")).in_file(file);
+        let failed = |error: String| Error::failed(undrawn(&error)).in_file(file);
         let bytes = match format {
-            Format::Svg => {
-                let mut text = String::new();
-                self.draw(&SVGBackend::with_string(&mut text, size).into_drawing_area())
-                    .map_err(|error| failed(error.to_string()))?;
-                text.into_bytes()
-            }
+            Format::Svg => self.svg().map_err(failed)?.into_bytes(),
             Format::Png => {
+                style::register();
                 // plotters encodes into a path only.
                 let drawn = tempfile::Builder::new()
                     .suffix(".png")
                     .tempfile()
                     .map_err(|error| failed(error.to_string()))?;
-                self.draw(&BitMapBackend::new(drawn.path(), size).into_drawing_area())
+                self.draw(&BitMapBackend::new(drawn.path(), self.size()).into_drawing_area())
                     .map_err(|error| failed(error.to_string()))?;
                 std::fs::read(drawn.path()).map_err(|error| Error::io(drawn.path(), &error))?
             }
@@ -98,10 +156,17 @@ impl Page {
                 Panel::TimeSeries(panel) => panel.draw(area)?,
                 Panel::Binned(panel) => panel.draw(area)?,
                 Panel::Histogram(panel) => panel.draw(area)?,
+                Panel::Bars(panel) => panel.draw(area)?,
+                Panel::Cells(panel) => panel.draw(area)?,
+                Panel::Heat(panel) => panel.draw(area)?,
             }
         }
         root.present()
     }
+}
+
+fn undrawn(error: &str) -> String {
+    format!("the figure could not be drawn: {error}")
 }
 
 /// File formats of figures.
@@ -167,27 +232,69 @@ pub(super) fn range(values: impl IntoIterator<Item = f64>, margin: f64) -> (f64,
 pub(super) fn axes<'a, DB: DrawingBackend>(
     area: &DrawingArea<DB, Shift>,
     title: &str,
-    [x_label, y_label]: [&str; 2],
+    labels: [&str; 2],
     x: std::ops::Range<f64>,
     y: std::ops::Range<f64>,
 ) -> std::result::Result<Chart<'a, DB>, DrawingAreaErrorKind<DB::ErrorType>> {
-    let mut chart = ChartBuilder::on(area)
+    let mut chart = start(area, title, 64, x, y)?;
+    mesh(&mut chart, labels).draw()?;
+    Ok(chart)
+}
+
+/// As [`axes`], with so many pixels for what stands left of the y axis, and with grid lines at x and y, or without: without any at
+/// y its numbers are left out where there is no label.
+pub(super) fn bare_axes<'a, DB: DrawingBackend>(
+    area: &DrawingArea<DB, Shift>,
+    title: &str,
+    labels: [&str; 2],
+    x: std::ops::Range<f64>,
+    y: std::ops::Range<f64>,
+    left: u32,
+    grid: [bool; 2],
+) -> std::result::Result<Chart<'a, DB>, DrawingAreaErrorKind<DB::ErrorType>> {
+    let mut chart = start(area, title, left, x, y)?;
+    let mut mesh = mesh(&mut chart, labels);
+    if !grid[0] {
+        mesh.disable_x_mesh();
+    }
+    if !grid[1] {
+        mesh.disable_y_mesh();
+    }
+    if labels[1].is_empty() {
+        mesh.y_labels(0);
+    }
+    mesh.draw()?;
+    Ok(chart)
+}
+
+fn start<'a, DB: DrawingBackend>(
+    area: &DrawingArea<DB, Shift>,
+    title: &str,
+    left: u32,
+    x: std::ops::Range<f64>,
+    y: std::ops::Range<f64>,
+) -> std::result::Result<Chart<'a, DB>, DrawingAreaErrorKind<DB::ErrorType>> {
+    ChartBuilder::on(area)
         .caption(title, (FONT, TITLE_SIZE, &INK))
         .margin(12)
         .margin_right(24)
         .x_label_area_size(44)
-        .y_label_area_size(64)
-        .build_cartesian_2d(x, y)?;
-    chart
-        .configure_mesh()
-        .x_desc(x_label)
+        .y_label_area_size(left)
+        .build_cartesian_2d(x, y)
+}
+
+fn mesh<'a, 'b, DB: DrawingBackend>(
+    chart: &'b mut Chart<'a, DB>,
+    [x_label, y_label]: [&str; 2],
+) -> MeshStyle<'a, 'b, RangedCoordf64, RangedCoordf64, DB> {
+    let mut mesh = chart.configure_mesh();
+    mesh.x_desc(x_label)
         .y_desc(y_label)
         .label_style((FONT, LABEL_SIZE, &INK))
         .x_label_formatter(&tick)
         .y_label_formatter(&tick)
         .axis_style(INK)
         .bold_line_style(GRID)
-        .light_line_style(TRANSPARENT)
-        .draw()?;
-    Ok(chart)
+        .light_line_style(TRANSPARENT);
+    mesh
 }

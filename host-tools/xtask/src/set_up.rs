@@ -79,12 +79,30 @@ fn has_core(rustc: &str) -> bool {
 
 /// The emulator: installed where that needs no password, named where it does.
 pub(crate) fn qemu() -> Result<(), Stop> {
-    let is_there = || answer("qemu-system-arm --version").is_some();
+    package(
+        "qemu-system-arm",
+        "qemu-system-arm is missing: `apt install qemu-system-arm` (Debian, Ubuntu), \
+         `dnf install qemu-system-arm-core` (Fedora), `brew install qemu` (macOS), then again",
+    )
+}
+
+/// A browser without a screen, for the page of `gmr gap --report`. Without one its test skips: nothing else needs it.
+pub(crate) fn browser() {
+    let names = ["chromium", "chromium-browser", "google-chrome", "chrome"];
+    if names.iter().any(|name| answer(&format!("{name} --version")).is_some()) {
+        return;
+    }
+    if let Err(stop) = package("chromium", "no browser: the test that opens a page in one will skip") {
+        println!("   {stop}");
+    }
+}
+
+/// A program by Debian's package of its name; `missing` says what to do where that cannot be had.
+fn package(name: &str, missing: &str) -> Result<(), Stop> {
+    let is_there = || answer(&format!("{name} --version")).is_some();
     if is_there() {
         return Ok(());
     }
-    let missing = "qemu-system-arm is missing: `apt install qemu-system-arm` (Debian, Ubuntu), \
-                   `dnf install qemu-system-arm-core` (Fedora), `brew install qemu` (macOS), then again";
     let sudo = if answer("id -u").as_deref() == Some("0") {
         ""
     } else if answer("sudo -n true").is_some() {
@@ -97,7 +115,7 @@ pub(crate) fn qemu() -> Result<(), Stop> {
     }
     // A fresh machine has no package lists yet; one without network may still have the package.
     let _ = obtain(command(&format!("{sudo}apt-get -qq update")));
-    obtain(command(&format!("{sudo}apt-get -qq install --yes --no-install-recommends qemu-system-arm")))
+    obtain(command(&format!("{sudo}apt-get -qq install --yes --no-install-recommends {name}")))
         .map_err(|stop| Stop::new(format!("{stop}\n   {missing}")))?;
     if is_there() { Ok(()) } else { Err(Stop::new(missing)) }
 }

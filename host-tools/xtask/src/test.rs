@@ -40,6 +40,7 @@ fn all(steps: &mut Steps) -> Result<(), Stop> {
     steps.work("set-up", || {
         set_up::components()?;
         target = Some(set_up::target()?);
+        set_up::browser();
         set_up::qemu()
     })?;
     let target = target.ok_or_else(|| Stop::new("no target"))?;

@@ -136,6 +136,8 @@ pub fn investigate(runs: &[PowerRun]) -> Result<Report> {
         confirmed,
         state: State { torque: unknown, effects: Vec::new() },
         split,
+        excess: None,
+        residuals: (Vec::new(), None),
         base: [unknown, unknown],
     })
 }
@@ -282,6 +284,9 @@ fn confirm(runs: &[PowerRun], rests: &[Rests], split: &Split, kinds: &[Kind]) ->
         after_w: all.mean(all.after).sqrt(),
         floor_w: all.mean(all.floor).sqrt(),
         closed,
+        seen: None,
+        floor_how: "RMS of the power at rest about the levels that it keeps returning to on the locked runs",
+        residuals: [Vec::new(), Vec::new()],
         gain_w2: (average - error, average + error),
         by_run,
     }
@@ -317,7 +322,17 @@ fn cells(runs: &[PowerRun], rests: &[Rests], open: &[usize]) -> Vec<Cell> {
         let mean = means.iter().sum::<f64>() / count;
         let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (count - 1.0);
         let band_w = 1.96 * (variance / count).sqrt();
-        Some(Cell { axis: "time".to_owned(), from, to, mean_residual_w: mean, band_w })
+        Some(Cell {
+            axis: "time".to_owned(),
+            from,
+            to,
+            mean_residual_w: mean,
+            band_w,
+            mean_after_w: None,
+            band_after_w: None,
+            runs: means.len(),
+            words: format!("at rest, {from:.0} to {to:.0} s after the start"),
+        })
     };
     (0..CELLS).filter_map(cell).collect()
 }
