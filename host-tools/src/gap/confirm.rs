@@ -5,6 +5,7 @@ use std::sync::Arc;
 use model_core::torque::TorqueModel;
 
 use super::investigate::{Base, LEAST_SEEN};
+use super::lag;
 use super::noise::Noise;
 use super::panel::residual;
 use super::runs::Runs;
@@ -66,7 +67,8 @@ pub fn on_locked<const N: usize>(
     parameters: usize,
 ) -> Confirmed {
     let locked = runs.subset(&split.locked);
-    let twin = Twin { runs: &locked, drive: base.drive, lag: 0.0, formulas: &[] };
+    let lag = clean.map_or(0.0, |clean| lag::of_clean(clean, base));
+    let twin = Twin { runs: &locked, drive: base.drive, lag, formulas: &[] };
     let start = State { torque: base.torque, effects: Vec::new() };
     let before = residual(&twin, &start);
     // Effects of single runs are those of the runs they were found in: none of these.
@@ -89,7 +91,7 @@ pub fn on_locked<const N: usize>(
         &functions,
         Some(&open.whitener),
     );
-    let floor_w2 = (own.floor_w2 * clean.map_or(1.0, |clean| misfit(clean, base, parameters))).min(after_w2);
+    let floor_w2 = (own.floor_w2 * clean.map_or(1.0, |clean| misfit(clean, base, lag, parameters))).min(after_w2);
     let only_single = !state.effects.is_empty() && common.is_empty();
     let added = before.iter().zip(&after).map(|(b, a)| b.iter().zip(a).map(|(b, a)| b - a).collect());
     let added_w2 = mean(&added.collect::<Vec<Vec<f64>>>());
@@ -117,8 +119,8 @@ pub fn on_locked<const N: usize>(
 
 /// What is left of the clean runs by their own base, per what is left when everything that varies smoothly is taken out: no effect
 /// explains what the base gets wrong without any.
-fn misfit<const N: usize>(clean: &Runs<N>, base: &Base, parameters: usize) -> f64 {
-    let twin = Twin { runs: clean, drive: base.drive, lag: 0.0, formulas: &[] };
+fn misfit<const N: usize>(clean: &Runs<N>, base: &Base, lag: f64, parameters: usize) -> f64 {
+    let twin = Twin { runs: clean, drive: base.drive, lag, formulas: &[] };
     let state = State { torque: base.torque, effects: Vec::new() };
     let left = residual(&twin, &state);
     let rows = left.iter().map(Vec::len).sum::<usize>() as f64;
