@@ -10,7 +10,7 @@ use crate::fit::dataset::{Dataset, Reading};
 use crate::fit::{file, physical};
 use crate::gap::investigate::{Base, Options, investigate};
 use crate::gap::runs::Runs;
-use crate::gap::{output, summary};
+use crate::gap::{extended, output, summary};
 use crate::robot::Robot;
 use crate::with_wheels;
 
@@ -33,6 +33,9 @@ pub(crate) struct Arguments {
     /// Total mass of logs without a mass_kg column, kg [default: the robot's mass without payload]
     #[arg(long, value_name = "KG")]
     mass: Option<f64>,
+    /// Write the coefficients with the named effects, for gmr estimate, gmr flash and the board
+    #[arg(long, value_name = "FILE.toml", requires = "coeffs")]
+    out: Option<PathBuf>,
     /// Figures as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -56,6 +59,14 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
                     .in_file(coefficients)
                     .in_column("model"));
             };
+            if let Some(effect) = read.columns.iter().next() {
+                let message = format!(
+                    "they hold the effect {} already; expected the coefficients as gmr fit wrote them, from which all \
+                     effects are looked for together",
+                    extended::id_of(&effect.cause).0
+                );
+                return Err(Error::failed(message).in_file(coefficients).in_column("effects"));
+            }
             let covariance = Some(file::read_covariance(coefficients)?);
             (read.robot, Base { torque, covariance, drive })
         }
@@ -82,6 +93,9 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
         );
     }
     let report = investigate(&runs, clean.as_ref(), &base, &Options::default())?;
+    if let (Some(out), Some(base)) = (&arguments.out, &arguments.coeffs) {
+        extended::write(&report, base, out)?;
+    }
     if arguments.json {
         super::print_json(&output::json(&report, None))
     } else {

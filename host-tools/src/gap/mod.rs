@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod confirm;
 pub mod dictionary;
+pub mod extended;
 pub mod inquiry;
 pub mod investigate;
 pub mod joint;
