@@ -242,6 +242,12 @@ pub enum Reason {
     Flash = 12,
     /// What was read back is not what was written.
     ReadBack = 13,
+    /// An effect that this firmware does not have.
+    Effect = 14,
+    /// An effect by something that the board does not measure.
+    Input = 15,
+    /// A delay that reaches back farther than the samples that the board keeps.
+    Delay = 16,
 }
 
 impl Reason {
@@ -263,6 +269,9 @@ impl Reason {
             11 => Self::Item,
             12 => Self::Flash,
             13 => Self::ReadBack,
+            14 => Self::Effect,
+            15 => Self::Input,
+            16 => Self::Delay,
             _ => return None,
         })
     }
@@ -285,6 +294,11 @@ impl Reason {
             Self::Item => "no such item",
             Self::Flash => "the flash cannot be read or written",
             Self::ReadBack => "the flash does not hold what was written",
+            Self::Effect => "an effect that the firmware does not have",
+            Self::Input => {
+                "an effect by what the board does not measure: pitch, temperature or processor load"
+            }
+            Self::Delay => "a delay longer than the board keeps samples for",
         }
     }
 }

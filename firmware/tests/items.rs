@@ -7,6 +7,7 @@ use common::{SAMPLE_RATE_HZ, burger, image, sealed, with_number};
 use firmware::control_table::Reason;
 use firmware::items::{CALIBRATION_BYTES, Calibration, ROBOT_BYTES, RobotIdentity, check_coefficients};
 use model_core::coefficients::{Coefficients, Name};
+use model_core::effects::{Cause, Column, Columns, Side, Term};
 use model_core::eq18::Gate;
 use model_core::kinematics::Kinematics;
 use model_core::model::{MassRange, Model};
@@ -161,7 +162,9 @@ fn other_kinds_of_image_are_refused() {
         check(&sealed(image)).err()
     };
     assert_eq!(with_byte(0, b'X'), Some(Reason::NotAnImage));
-    assert_eq!(with_byte(4, 2), Some(Reason::Version));
+    // 2 is with effects, and longer.
+    assert_eq!(with_byte(4, 2), Some(Reason::Length));
+    assert_eq!(with_byte(4, 3), Some(Reason::Version));
     assert_eq!(with_byte(5, 1), Some(Reason::Version));
     assert_eq!(with_byte(8, 3), Some(Reason::Model));
     assert_eq!(with_byte(9, 2), Some(Reason::Value));
@@ -177,7 +180,7 @@ fn other_kinds_of_image_are_refused() {
         range: MassRange::new(1.0, 6.0).unwrap(),
         static_power: 0.0,
     };
-    let three = Coefficients { robot, model: burger().model, noise: burger().noise };
+    let three = Coefficients { robot, model: burger().model, noise: burger().noise, columns: Columns::NONE };
     assert_eq!(check(three.encode().unwrap().as_bytes()).err(), Some(Reason::Wheels));
     // Other items are none either.
     assert_eq!(check(&Calibration::default().encode()).err(), Some(Reason::NotAnImage));
@@ -259,7 +262,9 @@ fn robots_have_lengths_and_a_name() {
         image[at] = byte;
         RobotIdentity::decode(&sealed(image)).err()
     };
-    assert_eq!(with_byte(4, 2), Some(Reason::Version));
+    // 2 is with effects, and longer.
+    assert_eq!(with_byte(4, 2), Some(Reason::Length));
+    assert_eq!(with_byte(4, 3), Some(Reason::Version));
     assert_eq!(with_byte(8, 3), Some(Reason::Wheels));
     assert_eq!(with_byte(9, 1), Some(Reason::Value));
     // No UTF-8, and something behind the end of the name.
@@ -325,5 +330,37 @@ proptest! {
             let power = coefficients.model.power(&motion, coefficients.robot.range.middle());
             prop_assert!(power.is_some_and(|power| power.abs() <= 1e5));
         }
+    }
+}
+
+fn with_effect(cause: Cause<f32>, coefficient: f32) -> Coefficients<f32, 2> {
+    Coefficients { columns: Columns::new(&[Column { cause, coefficient }], 2).unwrap(), ..burger() }
+}
+
+/// What the board can run it takes; what needs a column of a log, reaches back too far or draws more than any robot it does not.
+#[test]
+fn effects_are_taken_as_far_as_the_board_can_run_them() {
+    for (cause, coefficient, expected) in [
+        (Cause::Term(Term::GradeAhead), 0.03, None),
+        (Cause::Heat(120.0), 0.5, None),
+        (Cause::Scale(Side::Right), -0.02, None),
+        (Cause::Delay, 0.62, None),
+        (Cause::Delay, -0.63, Some(Reason::Delay)),
+        (Cause::Term(Term::GradeByPitch), 1.3, Some(Reason::Input)),
+        (Cause::Temperature(20.0), 0.004, Some(Reason::Input)),
+        (Cause::Term(Term::Driver), 0.01, Some(Reason::Input)),
+        (Cause::Term(Term::Windage), 1e30, Some(Reason::Value)),
+        (Cause::Term(Term::Constant), 1e6, Some(Reason::Value)),
+    ] {
+        assert_eq!(refusal(&with_effect(cause, coefficient)), expected, "{cause:?}");
+    }
+    // Columns begin at 136 + 24; the first one's id stands behind their number and three zeros.
+    let good = image(&with_effect(Cause::Term(Term::GradeAhead), 0.03));
+    for (offset, byte, expected) in
+        [(164, 99, Reason::Effect), (160, 2, Reason::Length), (160, 0, Reason::Value)]
+    {
+        let mut bytes = good.clone();
+        bytes[offset] = byte;
+        assert_eq!(check(&sealed(bytes)).err(), Some(expected), "{offset}");
     }
 }

@@ -17,9 +17,37 @@
 //! | 76 | 60 | 15 coefficients, or the torque model's 7 and zeros |
 //! | 136 | 12 N | R, rows vx, vy, ω |
 //! | 136 + 12 N | 4 | CRC-32 (ISO-HDLC) of all before |
+//!
+//! That is version 1. With effects ([`crate::effects::Columns`]) it is version 2, in which these stand before the checksum:
+//!
+//! | offset | bytes | what |
+//! |---|---|---|
+//! | 136 + 12 N | 1 | columns E, 1 … 4 |
+//! | 137 + 12 N | 3 | 0 |
+//! | 140 + 12 N | 10 E | a column each: id, which, coefficient, shape |
+//!
+//! A column's id and "which" are a byte each, its coefficient and shape in single precision. Ids never change their meaning; "which"
+//! and shape are 0 where nothing is said of them:
+//!
+//! | id | what is multiplied | which, shape |
+//! |---|---|---|
+//! | 1, 2, 3 | slope by pitch, ahead, in the world | 3: which 0 along the heading at the start, 1 across |
+//! | 4, 5, 6 | winding loss: throughout, by heat, by temperature | 5: time constant, s; 6: cold, °C |
+//! | 7, 8, 9 | windage, Stribeck, viscous | 8: speed, rad/s |
+//! | 10 | viscous, falling with time | time constant, s |
+//! | 11, 12 | rolling resistance, from a time on | 12: time, s |
+//! | 13, 14 | load off centre, drag of one wheel | 14: which wheel, from 0 |
+//! | 15, 16, 17 | scrub, scrub per kilogram, gear loss by load | |
+//! | 18, 19 | supply's sag, share of braking power that returns | |
+//! | 20, 21 | power sensor's gain, offset | |
+//! | 22 | static power from a time on | time, s |
+//! | 23 | static power with motion, and so long after | time, s; which 1: for ever |
+//! | 24 | static power by a driver | |
+//! | 25, 26 | delay of the power, scale of speeds | 26: which 0 both sides, 1 left, 2 right |
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 
+use crate::effects::{Cause, Column, Columns, Encoded, MOST_COLUMNS};
 use crate::eq18::{Gate, REGRESSORS};
 use crate::kinematics::{Kinematics, MassMatrix};
 use crate::model::{MassRange, Model};
@@ -30,17 +58,23 @@ use crate::torque::{Drive, PARAMETERS, TorqueModel};
 /// Longest robot name in bytes.
 pub const NAME_BYTES: usize = 24;
 
-/// Version of the image's layout.
+/// Version of the layout of images without effects.
 pub const VERSION: u16 = 1;
+
+/// Version of the layout of images with effects.
+pub const VERSION_WITH_EFFECTS: u16 = 2;
 
 /// Most wheels that an image can hold.
 pub const MOST_WHEELS: usize = 6;
 
 /// Bytes of the longest image.
-pub const LONGEST_IMAGE: usize = HEAD + 12 * MOST_WHEELS + 4;
+pub const LONGEST_IMAGE: usize = HEAD + 12 * MOST_WHEELS + COLUMNS_HEAD + COLUMN * MOST_COLUMNS + 4;
 
 const MAGIC: [u8; 4] = *b"GMRC";
 const HEAD: usize = 136;
+/// Number of columns, and zeros.
+const COLUMNS_HEAD: usize = 4;
+const COLUMN: usize = 10;
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// A robot's name, cut to [`NAME_BYTES`].
@@ -139,6 +173,8 @@ pub struct Coefficients<T, const N: usize> {
     pub model: Model<T>,
     /// Its residuals.
     pub noise: Noise<T>,
+    /// Effects that it lacks.
+    pub columns: Columns<T>,
 }
 
 /// Why bytes are no coefficients.
@@ -157,6 +193,11 @@ pub enum DecodeError {
     Checksum,
     /// The model id is none of those known.
     UnknownModel {
+        /// The id found.
+        found: u8,
+    },
+    /// An effect that this version does not know.
+    UnknownEffect {
         /// The id found.
         found: u8,
     },
@@ -218,16 +259,48 @@ impl Reader<'_> {
         let value: T = self.number(field)?;
         if value >= T::ZERO { Ok(value) } else { Err(DecodeError::Field(field)) }
     }
+
+    /// The effects of a robot with so many wheels, in an image of this length.
+    fn columns<T: Real>(&mut self, wheels: usize, length: usize) -> Result<Columns<T>, DecodeError> {
+        let wrong = DecodeError::Field("effects");
+        let [count, zeros @ ..] = self.take::<COLUMNS_HEAD>()?;
+        let count = usize::from(count);
+        if !(1..=MOST_COLUMNS).contains(&count) || zeros != [0; COLUMNS_HEAD - 1] {
+            return Err(wrong);
+        }
+        if length != length_with_effects(wheels, count) {
+            return Err(DecodeError::Truncated);
+        }
+        let mut list = [Column { cause: Cause::Hot, coefficient: T::ZERO }; MOST_COLUMNS];
+        for place in list.iter_mut().take(count) {
+            let [id, which] = self.take()?;
+            let coefficient = self.number("effects")?;
+            let shape: f32 = self.number("effects")?;
+            let cause = Cause::decode(Encoded { id, which, shape });
+            let cause = cause.ok_or(DecodeError::UnknownEffect { found: id })?;
+            *place = Column { cause, coefficient };
+        }
+        Columns::new(list.get(..count).unwrap_or(&[]), wheels).map_err(|_| wrong)
+    }
+}
+
+const fn length_with_effects(wheels: usize, columns: usize) -> usize {
+    HEAD + 12 * wheels + COLUMNS_HEAD + COLUMN * columns + 4
 }
 
 impl<T: Real, const N: usize> Coefficients<T, N> {
-    /// The image, in single precision. `None` for more than [`MOST_WHEELS`] wheels, and for what has no model id:
-    /// ungated products with coefficients of their own.
+    /// The image, in single precision. `None` for more than [`MOST_WHEELS`] wheels, for what has no model id (ungated products
+    /// with coefficients of their own), and for effects of another model than the signed one.
     pub fn encode(&self) -> Option<Image> {
-        let length = HEAD + 12 * N + 4;
-        if N > MOST_WHEELS {
+        let plain = self.columns.is_empty();
+        if N > MOST_WHEELS || !(plain || matches!(self.model, Model::Signed { .. })) {
             return None;
         }
+        let (version, length) = if plain {
+            (VERSION, HEAD + 12 * N + 4)
+        } else {
+            (VERSION_WITH_EFFECTS, length_with_effects(N, self.columns.len()))
+        };
         let (model, drive, values) = match &self.model {
             Model::Eq18 { gate: Gate::Published, beta } => (0, 0, *beta),
             Model::Eq18 { gate: Gate::Corrected, beta } => (1, 0, *beta),
@@ -242,7 +315,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         };
         let mut image = Image { bytes: [0; LONGEST_IMAGE], length: 0 };
         image.put(&MAGIC);
-        image.put(&VERSION.to_le_bytes());
+        image.put(&version.to_le_bytes());
         image.put(&(length as u16).to_le_bytes());
         image.put(&[model, drive, N as u8, u8::from(self.robot.kinematics.scrubs())]);
         let robot = &self.robot;
@@ -267,6 +340,15 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         for value in robot.kinematics.rows().iter().flatten() {
             image.put_number(*value);
         }
+        if !plain {
+            image.put(&[self.columns.len() as u8, 0, 0, 0]);
+        }
+        for column in self.columns.iter() {
+            let Encoded { id, which, shape } = column.cause.encode()?;
+            image.put(&[id, which]);
+            image.put_number(column.coefficient);
+            image.put(&shape.to_le_bytes());
+        }
         let checksum = CRC.checksum(image.as_bytes());
         image.put(&checksum.to_le_bytes());
         Some(image)
@@ -282,7 +364,8 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
             return Err(DecodeError::NotAnImage);
         }
         let version = reader.half_word()?;
-        if version != VERSION {
+        let has_effects = version == VERSION_WITH_EFFECTS;
+        if version != VERSION && !has_effects {
             return Err(DecodeError::Version { found: version });
         }
         let length = usize::from(reader.half_word()?);
@@ -296,7 +379,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         if usize::from(wheels) != N {
             return Err(DecodeError::WheelCount { found: wheels });
         }
-        if length != HEAD + 12 * N + 4 {
+        if !has_effects && length != HEAD + 12 * N + 4 {
             return Err(DecodeError::Truncated);
         }
         let name = Name(reader.take()?);
@@ -350,6 +433,10 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
             });
         let mass_matrix =
             kinematics.mass_matrix(gyration_radius).map_err(|_| DecodeError::Field("gyration_radius_m"))?;
+        let columns = if has_effects { reader.columns(N, length)? } else { Columns::NONE };
+        if has_effects && !matches!(model, Model::Signed { .. }) {
+            return Err(DecodeError::Field("effects"));
+        }
         Ok(Self {
             robot: Robot {
                 name,
@@ -363,6 +450,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
             },
             model,
             noise: Noise { density, model_std, power_scale, tail },
+            columns,
         })
     }
 
@@ -385,6 +473,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
                 power_scale: number(self.noise.power_scale),
                 tail: number(self.noise.tail),
             },
+            columns: self.columns.convert(),
         })
     }
 }

@@ -1,6 +1,7 @@
 //! The one pipeline that board and host run: sample → filter → motion → model → payload → estimate.
 
 use crate::coefficients::{Coefficients, Robot};
+use crate::effects::live::{Additions, Answer, Live, Outside, Unfit};
 use crate::energy::Energy;
 use crate::filter::{Channel, InvalidCutoff, LowPass};
 use crate::kinematics::MassMatrix;
@@ -24,6 +25,11 @@ pub struct Sample<T, const N: usize> {
 }
 
 impl<T: Real, const N: usize> Sample<T, N> {
+    /// Every value is a finite number.
+    pub fn is_finite(&self) -> bool {
+        self.nought() == T::ZERO
+    }
+
     /// 0 where every value is finite; otherwise no number, as zero times what is not finite is.
     #[inline]
     fn nought(&self) -> T {
@@ -71,7 +77,7 @@ pub struct Conditioner<T, const N: usize> {
 }
 
 /// Steps beyond this many sample periods are gaps: the filter starts anew behind them.
-const GAP_PERIODS: f64 = 5.0;
+pub(crate) const GAP_PERIODS: f64 = 5.0;
 
 impl<T: Real, const N: usize> Conditioner<T, N> {
     /// For samples `period_s` apart of this robot.
@@ -195,14 +201,16 @@ pub struct Timing {
     pub detect_changes: bool,
 }
 
-/// Model, payload and energy of one robot, from its samples. `B` is the most buckets that a window can have.
+/// Model, payload and energy of one robot, from its samples. `B` is the most buckets that a window can have, `E` what effects add:
+/// nothing, or a [`Live`] list.
 #[derive(Debug, Clone, Copy)]
-pub struct Estimator<T, M, const N: usize, const B: usize>
+pub struct Estimator<T, M, const N: usize, const B: usize, E = ()>
 where
     T: Real,
     M: Method<T>,
 {
     conditioner: Conditioner<T, N>,
+    additions: E,
     model: Model<T>,
     range: MassRange<T>,
     method: M,
@@ -229,11 +237,46 @@ where
 }
 
 impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B> {
+    /// The fitted model as it is: effects that the coefficients hold are left out.
+    ///
     /// # Errors
     /// A filter cutoff that this sample rate cannot have.
     pub fn new(coefficients: &Coefficients<T, N>, method: M, timing: &Timing) -> Result<Self, InvalidCutoff> {
+        Self::adding((), coefficients, method, timing)
+    }
+}
+
+impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B, Live<T, N>> {
+    /// The fitted model with the coefficients' effects.
+    ///
+    /// # Errors
+    /// A filter cutoff that this sample rate cannot have, effects that this model or this rate cannot have.
+    pub fn with_effects(
+        coefficients: &Coefficients<T, N>,
+        method: M,
+        timing: &Timing,
+    ) -> Result<Self, Unfit> {
+        let live = Live::new(coefficients, timing.period_s)?;
+        Self::adding(live, coefficients, method, timing).map_err(Unfit::Cutoff)
+    }
+}
+
+impl<T, M, const N: usize, const B: usize, E> Estimator<T, M, N, B, E>
+where
+    T: Real,
+    M: Method<T>,
+    E: Additions<T, N>,
+{
+    #[inline(always)]
+    fn adding(
+        additions: E,
+        coefficients: &Coefficients<T, N>,
+        method: M,
+        timing: &Timing,
+    ) -> Result<Self, InvalidCutoff> {
         Ok(Self {
             conditioner: Conditioner::new(&coefficients.robot, timing.period_s)?,
+            additions,
             model: coefficients.model,
             range: coefficients.robot.range,
             method,
@@ -258,18 +301,32 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     /// unknown length: the buckets take it as none.
     #[inline(always)]
     pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Estimate<T, N> {
+        self.push_amid(sample, &Outside::UNKNOWN, elapsed)
+    }
+
+    /// [`Self::push`] with what is measured beside speeds and power, for effects that need it.
+    #[inline(always)]
+    pub fn push_amid(
+        &mut self,
+        sample: &Sample<T, N>,
+        outside: &Outside<T, N>,
+        elapsed: T,
+    ) -> Estimate<T, N> {
+        let sample = self.additions.correct(sample, outside, elapsed);
         let conditioned = self.conditioner.condition(sample, elapsed);
         // In this order NaN counts as none.
         let elapsed = T::ZERO.at_least(elapsed);
         let mut power = None;
         if let Some((now, held)) = &conditioned {
             self.bucket_measured += T::ZERO.at_least(now.power) * *held;
+            self.additions.follow(&now.motion, &self.range, self.d);
         }
         if let Some((now, held)) = &conditioned
             && now.settled
         {
-            let (response, expected) = self.model.response_and_power(&now.motion, &self.range, self.d);
-            self.method.add(&mut self.bucket, now.power, &response, now.motion.summed_speed());
+            let Answer { response, power: expected, drawn } =
+                self.additions.respond(&self.model, now, &self.range, self.d);
+            self.method.add(&mut self.bucket, drawn, &response, now.motion.summed_speed());
             // Zero times what is not finite is no number; neither is what an unknown mass makes expect.
             if expected * T::ZERO == T::ZERO {
                 self.bucket_predicted += T::ZERO.at_least(expected) * *held;
@@ -294,6 +351,17 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         // What it holds so far was carried by the payload before.
         self.bucket = M::Sums::default();
         self.learn(Payload::Unknown(Unknown::NoSamples));
+    }
+
+    /// Another run begins: nothing is known of its payload, and its time, heading and warmth start anew.
+    pub fn run_begins(&mut self) {
+        self.payload_changed();
+        self.additions.restart();
+    }
+
+    /// So much more time (s) has passed since the last sample than the next one's step will say: effects of time count it.
+    pub fn pass(&mut self, time: T) {
+        self.additions.pass(time);
     }
 
     fn learn(&mut self, payload: Payload<T>) {

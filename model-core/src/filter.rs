@@ -72,6 +72,11 @@ pub struct Channel<T> {
     last: T,
 }
 
+impl<T: Real> Channel<T> {
+    /// Nothing came yet.
+    pub(crate) const NOTHING: Self = Self { sections: [[T::ZERO; 2]; 2], last: T::ZERO };
+}
+
 /// A filtered value and its derivative.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Filtered<T> {

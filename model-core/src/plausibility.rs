@@ -1,6 +1,7 @@
 //! Whether coefficients can be those of a robot at all: a valid checksum says only that they arrived as they were sent.
 
 use crate::coefficients::{Coefficients, Robot};
+use crate::model::Model;
 use crate::motion::Motion;
 use crate::payload::Noise;
 use crate::real::Real;
@@ -46,10 +47,24 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
                     masses.iter().all(|mass| {
                         let power = self.model.power(&motion, *mass);
                         power.is_some_and(|power| is_within(power, MOST_POWER))
+                            && self.has_plausible_effects(&motion, *mass)
                     })
                 })
             })
         })
+    }
+}
+
+impl<T: Real, const N: usize> Coefficients<T, N> {
+    /// The same with effects, steep uphill, hot and late.
+    fn has_plausible_effects(&self, motion: &Motion<T, N>, mass: T) -> bool {
+        match self.model {
+            Model::Signed { torque, drive } => {
+                let worst = self.robot.powers_at_worst(torque, drive, &self.columns, motion, mass);
+                self.columns.is_empty() || worst.iter().all(|power| is_within(*power, MOST_POWER))
+            }
+            Model::Eq18 { .. } => self.columns.is_empty(),
+        }
     }
 }
 

@@ -59,6 +59,21 @@ pub struct WheelPower<T> {
 }
 
 impl<T: Real> WheelPower<T> {
+    /// Of a wheel whose torque is `torque` (N·m) at the reference mass and grows by `per_kg` (N·m/kg), its winding loss being
+    /// `winding_loss` (W/(N·m)²), for masses up to `reach` (kg) from the reference.
+    #[inline(always)]
+    pub(crate) fn new(wheel: &Wheel<T>, torque: T, per_kg: T, winding_loss: T, reach: T) -> Self {
+        let loss = winding_loss * torque;
+        let polynomial = Polynomial {
+            a: winding_loss * per_kg * per_kg,
+            b: per_kg * (wheel.speed + loss + loss),
+            c: torque * (wheel.speed + loss),
+        };
+        // Torque is linear in the mass: its least along the motion is at one end of the range.
+        let least = torque * wheel.direction - (per_kg * reach).abs();
+        Self { polynomial, least }
+    }
+
     /// The torque opposes the motion at some mass of the range: the drive may clamp.
     #[inline]
     pub fn may_clamp(&self) -> bool {
@@ -95,12 +110,19 @@ impl<T: Real> TorqueModel<T> {
             + mass * (self.inertia_gain * wheel.inertial_torque + self.scrub * wheel.scrub)
     }
 
-    /// The part of the torque that passes the gear, N·m: what moves the body, without the rotor and the motor's own friction.
-    #[inline]
-    pub fn load(&self, wheel: &Wheel<T>, mass: T) -> T {
-        mass * (self.rolling * wheel.direction
-            + self.inertia_gain * wheel.inertial_torque
-            + self.scrub * wheel.scrub)
+    /// The part of the torque that passes the gear, N·m/kg: what moves the body, without the rotor and the motor's own friction.
+    #[inline(always)]
+    pub fn load_per_kg(&self, wheel: &Wheel<T>) -> T {
+        self.rolling * wheel.direction + self.inertia_gain * wheel.inertial_torque + self.scrub * wheel.scrub
+    }
+
+    /// [`Self::torque`] as what does not depend on the mass, N·m, and what multiplies it, N·m/kg.
+    #[inline(always)]
+    pub(crate) fn parts(&self, wheel: &Wheel<T>) -> [T; 2] {
+        let fixed = self.coulomb * wheel.direction
+            + self.viscous * wheel.speed
+            + self.rotor_inertia * wheel.acceleration;
+        [fixed, self.load_per_kg(wheel)]
     }
 
     /// The power of one wheel in W at a total mass in kg, before any clamp.
@@ -113,23 +135,9 @@ impl<T: Real> TorqueModel<T> {
     /// The power of one wheel as a polynomial of d = m − `reference`, |d| ≤ `reach` being the masses in question.
     #[inline(always)]
     pub fn polynomial(&self, wheel: &Wheel<T>, reference: T, reach: T) -> WheelPower<T> {
-        let per_kg = self.rolling * wheel.direction
-            + self.inertia_gain * wheel.inertial_torque
-            + self.scrub * wheel.scrub;
-        // [`Self::torque`] with what multiplies the mass taken from above.
-        let torque = self.coulomb * wheel.direction
-            + self.viscous * wheel.speed
-            + self.rotor_inertia * wheel.acceleration
-            + reference * per_kg;
-        let loss = self.winding_loss * torque;
-        let polynomial = Polynomial {
-            a: self.winding_loss * per_kg * per_kg,
-            b: per_kg * (wheel.speed + loss + loss),
-            c: torque * (wheel.speed + loss),
-        };
-        // Torque is linear in the mass: its least along the motion is at one end of the range.
-        let least = torque * wheel.direction - (per_kg * reach).abs();
-        WheelPower { polynomial, least }
+        let [fixed, per_kg] = self.parts(wheel);
+        let torque = fixed + reference * per_kg;
+        WheelPower::new(wheel, torque, per_kg, self.winding_loss, reach)
     }
 
     /// β_0 … β_14 of the ungated Eq. 18 ([`crate::eq18::Gate::Signed`]) that equal this model

@@ -5,7 +5,10 @@ mod common;
 
 use common::{coefficients, servo};
 use crc::{CRC_32_ISO_HDLC, Crc};
-use model_core::coefficients::{Coefficients, DecodeError, LONGEST_IMAGE, NAME_BYTES, Name, Robot, VERSION};
+use model_core::coefficients::{
+    Coefficients, DecodeError, LONGEST_IMAGE, NAME_BYTES, Name, Robot, VERSION, VERSION_WITH_EFFECTS,
+};
+use model_core::effects::{Cause, Column, Columns, InvalidColumns, MOST_COLUMNS, Side, Term};
 use model_core::eq18::Gate;
 use model_core::kinematics::Kinematics;
 use model_core::model::{MassRange, Model};
@@ -84,6 +87,7 @@ fn any_coefficients<const N: usize>() -> impl Strategy<Value = Coefficients<f32,
                 },
                 model,
                 noise: Noise { density, model_std, power_scale, tail },
+                columns: Columns::NONE,
             }
         },
     )
@@ -249,6 +253,7 @@ fn what_no_board_could_run_does_not_come_back() {
         },
         model: two.model,
         noise: two.noise,
+        columns: Columns::NONE,
     };
     assert_eq!(seven.encode(), None);
 }
@@ -261,4 +266,193 @@ fn names_that_are_no_text_are_empty() {
     assert_eq!(Name::new("").as_str(), "");
     // 23 bytes and a character of two.
     assert_eq!(Name::new("abcdefghijklmnopqrstuvwä").as_str(), "abcdefghijklmnopqrstuvw");
+}
+
+/// One of each kind.
+fn causes() -> Vec<Cause<f32>> {
+    let terms = [
+        Term::GradeByPitch,
+        Term::GradeAhead,
+        Term::GradeAlong([1.0, 0.0]),
+        Term::GradeAlong([0.0, 1.0]),
+        Term::Windage,
+        Term::Stribeck(0.25),
+        Term::Viscous,
+        Term::WarmUp(60.0),
+        Term::Rolling,
+        Term::RollingFrom(12.5),
+        Term::Offset,
+        Term::Drag(1),
+        Term::Scrub,
+        Term::ScrubPerKg,
+        Term::GearLoad,
+        Term::Sag,
+        Term::Return,
+        Term::Gain,
+        Term::Constant,
+        Term::StepAt(0.0),
+        Term::WithMotion(1.5),
+        Term::WithMotion(f32::INFINITY),
+        Term::Driver,
+    ];
+    let others = [Cause::Hot, Cause::Heat(90.0), Cause::Temperature(-5.0), Cause::Delay];
+    let sides = [Side::Both, Side::Left, Side::Right].map(Cause::Scale);
+    terms.into_iter().map(Cause::Term).chain(others).chain(sides).collect()
+}
+
+fn with_columns<const N: usize>(columns: &[Column<f32>]) -> Coefficients<f32, N> {
+    let two: Coefficients<f32, 2> = coefficients().convert().unwrap();
+    let kinematics = Kinematics::from_rows([[0.01; N], [0.0; N], [0.2; N]]).unwrap();
+    let robot = Robot {
+        name: two.robot.name,
+        kinematics,
+        gyration_radius: two.robot.gyration_radius,
+        mass_matrix: kinematics.mass_matrix(two.robot.gyration_radius).unwrap(),
+        dead_band: two.robot.dead_band,
+        cutoff_hz: two.robot.cutoff_hz,
+        range: two.robot.range,
+        static_power: two.robot.static_power,
+    };
+    let columns = Columns::new(columns, N).unwrap();
+    Coefficients { robot, model: two.model, noise: two.noise, columns }
+}
+
+fn columns_of(causes: &[Cause<f32>]) -> Vec<Column<f32>> {
+    causes.iter().map(|cause| Column { cause: *cause, coefficient: 0.25 }).collect()
+}
+
+#[test]
+fn every_effect_comes_back() {
+    for cause in causes() {
+        let single = with_columns::<2>(&columns_of(&[cause]));
+        let image = single.encode().unwrap();
+        assert_eq!(image.as_bytes()[4], 2);
+        assert_eq!(image.as_bytes().len(), 140 + 24 + 4 + 10, "{cause:?}");
+        assert_eq!(Coefficients::decode(image.as_bytes()).unwrap(), single, "{cause:?}");
+        let double = Coefficients::<f64, 2>::decode(image.as_bytes()).unwrap();
+        assert_eq!(double, single.convert::<f64>().unwrap());
+        assert_eq!(double.encode().unwrap(), image);
+    }
+    // Ids are for good: what was flashed keeps its meaning.
+    let ids: Vec<u8> = causes()
+        .into_iter()
+        .map(|cause| with_columns::<2>(&columns_of(&[cause])).encode().unwrap().as_bytes()[164])
+        .collect();
+    let expected = [
+        1, 2, 3, 3, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 23, 24, 4, 5, 6, 25, 26,
+        26, 26,
+    ];
+    assert_eq!(ids, expected);
+}
+
+/// The board's upload window has 256 bytes: all columns fit with all wheels.
+#[test]
+fn the_longest_image_fits_the_upload_window() {
+    let four =
+        columns_of(&[Cause::Hot, Cause::Delay, Cause::Term(Term::Sag), Cause::Term(Term::StepAt(7.5))]);
+    assert_eq!(four.len(), MOST_COLUMNS);
+    let six = with_columns::<6>(&four);
+    let image = six.encode().unwrap();
+    assert_eq!(image.as_bytes().len(), LONGEST_IMAGE);
+    assert_eq!(LONGEST_IMAGE, 256);
+    assert_eq!(Coefficients::decode(image.as_bytes()).unwrap(), six);
+}
+
+/// Robots in the field have images of the first version: without effects nothing else is written.
+#[test]
+fn without_effects_the_image_is_what_it_was() {
+    assert_eq!(bytes()[4], VERSION as u8);
+    assert_ne!(VERSION, VERSION_WITH_EFFECTS);
+    assert!(Two::decode(&bytes()).unwrap().columns.is_empty());
+}
+
+#[test]
+fn effects_that_are_wrong_are_named() {
+    let column = |cause, coefficient| Column { cause, coefficient };
+    let good =
+        with_columns::<2>(&[column(Cause::Term(Term::Stribeck(0.25)), 0.1), column(Cause::Delay, 0.02)]);
+    let good = good.encode().unwrap().as_bytes().to_vec();
+    let forged = |change: &dyn Fn(&mut Vec<u8>)| {
+        let mut bytes = good.clone();
+        change(&mut bytes);
+        let body = bytes.len() - 4;
+        let checksum = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&bytes[..body]);
+        bytes[body..].copy_from_slice(&checksum.to_le_bytes());
+        Two::decode(&bytes)
+    };
+    // Columns begin at 136 + 24: their number, three zeros, then ten bytes each.
+    assert!(forged(&|_| ()).is_ok());
+    assert_eq!(forged(&|b| b[164] = 77), Err(DecodeError::UnknownEffect { found: 77 }));
+    assert_eq!(forged(&|b| b[165] = 1), Err(DecodeError::UnknownEffect { found: 8 }));
+    for count in [0, 5, 255] {
+        assert_eq!(forged(&|b| b[160] = count), Err(DecodeError::Field("effects")));
+    }
+    assert_eq!(forged(&|b| b[161] = 1), Err(DecodeError::Field("effects")));
+    assert_eq!(forged(&|b| b[160] = 1), Err(DecodeError::Truncated));
+    assert_eq!(forged(&|b| b[160] = 3), Err(DecodeError::Truncated));
+    for value in [f32::NAN, f32::INFINITY] {
+        for offset in [166, 170, 176, 180] {
+            let put = |b: &mut Vec<u8>| b[offset..offset + 4].copy_from_slice(&value.to_le_bytes());
+            assert_eq!(forged(&put), Err(DecodeError::Field("effects")), "{offset}");
+        }
+    }
+    // A width of nothing, and the same column twice.
+    assert_eq!(forged(&|b| b[170..174].fill(0)), Err(DecodeError::Field("effects")));
+    assert_eq!(forged(&|b| b[164] = 25), Err(DecodeError::Field("effects")));
+    // Effects act on torques: the paper's models have none.
+    assert_eq!(forged(&|b| b[8] = 1), Err(DecodeError::Field("effects")));
+    for bit in 0..good.len() * 8 {
+        let mut bad = good.clone();
+        bad[bit / 8] ^= 1 << (bit % 8);
+        assert!(Two::decode(&bad).is_err(), "bit {bit}");
+    }
+    for length in 0..good.len() {
+        assert!(Two::decode(&good[..length]).is_err(), "{length}");
+    }
+}
+
+#[test]
+fn columns_that_mean_nothing_are_none() {
+    let refused = |cause: Cause<f64>, coefficient| Columns::new(&[Column { cause, coefficient }], 2).err();
+    let value = Some(InvalidColumns::Value(0));
+    for cause in causes().iter().map(Cause::convert::<f64>) {
+        assert_eq!(refused(cause, 0.1), None, "{cause:?}");
+        assert_eq!(refused(cause, f64::NAN), value, "{cause:?}");
+    }
+    for (cause, coefficient) in [
+        (Cause::Term(Term::Sag), -0.1),
+        (Cause::Term(Term::GearLoad), -0.1),
+        (Cause::Term(Term::Gain), -1.0),
+        (Cause::Term(Term::Return), 1.1),
+        (Cause::Term(Term::Drag(2)), 0.1),
+        (Cause::Term(Term::Winding), 0.1),
+        (Cause::Term(Term::GradeAlong([0.6, 0.8])), 0.1),
+        (Cause::Term(Term::WarmUp(0.0)), 0.1),
+        (Cause::Term(Term::StepAt(-1.0)), 0.1),
+        (Cause::Heat(-3.0), 0.1),
+        (Cause::Hot, -0.1),
+        (Cause::Scale(Side::Left), -1.0),
+    ] {
+        assert_eq!(refused(cause, coefficient), value, "{cause:?}");
+    }
+    let one = Column { cause: Cause::Term(Term::Drag(0)), coefficient: 0.1 };
+    let other = Column { cause: Cause::Term(Term::Drag(1)), coefficient: 0.1 };
+    assert!(Columns::new(&[one, other], 2).is_ok());
+    assert_eq!(Columns::new(&[one, other, one], 2), Err(InvalidColumns::Twice(2)));
+    assert_eq!(Columns::new(&[one; 5], 2), Err(InvalidColumns::TooMany));
+}
+
+/// An effect is as absurd as the power that it makes.
+#[test]
+fn absurd_effects_are_not_plausible() {
+    for cause in causes() {
+        let of = |coefficient| {
+            let columns = Columns::new(&[Column { cause, coefficient }], 2).unwrap();
+            let robot = Coefficients::<f32, 2> { columns, ..coefficients().convert().unwrap() };
+            robot.is_plausible()
+        };
+        assert!(of(0.01), "{cause:?}");
+        let is_share = matches!(cause, Cause::Term(Term::Return) | Cause::Delay | Cause::Scale(_));
+        assert!(is_share || !of(1e30), "{cause:?}");
+    }
 }

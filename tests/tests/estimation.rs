@@ -5,6 +5,7 @@
 use firmware::estimation::Estimation;
 use firmware::parameters::{SAMPLE_PERIOD_US, WINDOW_S};
 use model_core::coefficients::{Coefficients, Name, Robot};
+use model_core::effects::Columns;
 use model_core::estimator::{Estimator, Sample, Timing};
 use model_core::kinematics::Kinematics;
 use model_core::model::{MassRange, Model};
@@ -41,6 +42,7 @@ fn coefficients() -> Option<Coefficients<f32, 2>> {
         },
         model: Model::Signed { torque: TorqueModel::from_array(power::TORQUE), drive: Drive::Dissipative },
         noise: Noise { density: 5e-5, model_std: 0.01, power_scale: 0.0, tail: 1.0 },
+        columns: Columns::NONE,
     })
 }
 

@@ -2,6 +2,7 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 use model_core::coefficients::{Coefficients, Name, Robot};
+use model_core::effects::Columns;
 use model_core::estimator::{Estimator, Sample, Timing};
 use model_core::kinematics::Kinematics;
 use model_core::model::{MassRange, Model};
@@ -54,6 +55,7 @@ fn coefficients() -> Option<Coefficients<f32, 2>> {
         },
         model: Model::Signed { torque: TorqueModel::from_array(power::TORQUE), drive: Drive::Dissipative },
         noise,
+        columns: Columns::NONE,
     })
 }
 

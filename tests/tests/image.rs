@@ -2,6 +2,7 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 use model_core::coefficients::{Coefficients, DecodeError, Name, Robot};
+use model_core::effects::Columns;
 use model_core::kinematics::Kinematics;
 use model_core::model::{MassRange, Model};
 use model_core::payload::Noise;
@@ -44,6 +45,7 @@ fn coefficients() -> Option<Coefficients<f32, 2>> {
             power_scale: NOISE_POWER_SCALE,
             tail: NOISE_TAIL,
         },
+        columns: Columns::NONE,
     })
 }
 

@@ -20,13 +20,15 @@ impl Clock {
     /// Time since the last sample, s: 0 for the first.
     ///
     /// A gap that the buckets' ring cannot hold is cut by whole buckets: what was known is forgotten all the same,
-    /// and the buckets behind it end when they would have, as with the host's longer ring.
-    pub(super) fn advance(&mut self, time_us: u64) -> f32 {
+    /// and the buckets behind it end when they would have, as with the host's longer ring. The second number is what was cut, s:
+    /// effects of time count it.
+    pub(super) fn advance(&mut self, time_us: u64) -> (f32, f32) {
         let elapsed = self.last_us.map_or(0, |last| ticks(time_us).saturating_sub(ticks(last)));
         self.last_us = Some(time_us);
         let most = BUCKET * MOST_BUCKETS as u64;
-        let elapsed = if elapsed < most { elapsed } else { most - BUCKET + elapsed % BUCKET };
-        elapsed as f32 / PER_SECOND as f32
+        let kept = if elapsed < most { elapsed } else { most - BUCKET + elapsed % BUCKET };
+        let seconds = |ticks: u64| ticks as f32 / PER_SECOND as f32;
+        (seconds(kept), seconds(elapsed.saturating_sub(kept)))
     }
 
     /// Time since the last sample, µs.
@@ -51,7 +53,7 @@ mod tests {
         clock.advance(0);
         let mut phase = 0.0_f32;
         for sample in 1..=3600 * 200_u64 {
-            phase += clock.advance(5_000 * sample);
+            phase += clock.advance(5_000 * sample).0;
             if sample.is_multiple_of(200) {
                 assert_eq!(phase, 1.0, "sample {sample}");
                 phase -= 1.0;
@@ -62,15 +64,17 @@ mod tests {
     #[test]
     fn one_step_is_the_time_that_passed() {
         let mut clock = Clock::default();
-        assert_eq!(clock.advance(7), 0.0);
+        assert_eq!(clock.advance(7), (0.0, 0.0));
         for step in [1_000, 5_000, 25_000, 12_000_000] {
             let start = clock.last_us.unwrap();
             assert_eq!(clock.since_us(start + step), step);
-            let elapsed = f64::from(clock.advance(start + step));
+            let (elapsed, cut) = clock.advance(start + step);
+            assert_eq!(cut, 0.0);
+            let elapsed = f64::from(elapsed);
             assert!((elapsed - step as f64 * 1e-6).abs() < 1e-6, "{step}: {elapsed}");
         }
         // Backwards is no time.
-        assert_eq!(clock.advance(3), 0.0);
+        assert_eq!(clock.advance(3), (0.0, 0.0));
     }
 
     /// 100.25 s are 31.25 s to a ring of 32 buckets.
@@ -78,7 +82,7 @@ mod tests {
     fn long_gaps_keep_their_fraction() {
         let mut clock = Clock::default();
         clock.advance(0);
-        assert_eq!(clock.advance(100_250_000), (MOST_BUCKETS - 1) as f32 + 0.25);
-        assert_eq!(clock.advance(100_250_000 + 31_500_000), 31.5);
+        assert_eq!(clock.advance(100_250_000), ((MOST_BUCKETS - 1) as f32 + 0.25, 69.0));
+        assert_eq!(clock.advance(100_250_000 + 31_500_000), (31.5, 0.0));
     }
 }

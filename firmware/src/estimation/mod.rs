@@ -1,7 +1,7 @@
 //! What the board makes of its samples: model-core's estimator, whichever model the coefficients hold.
 //!
 //! Set up as `gmr estimate` replays a log unless told otherwise, so that the two agree: least squares over the window
-//! for the signed torque model, the paper's averages of roots for Eq. 18; a moving window; watching for changes. A
+//! for the signed torque model, with its effects where the coefficients hold any, the paper's averages of roots for Eq. 18; a moving window; watching for changes. A
 //! sample that lacks the power or a wheel is left out, as the log's reader leaves out such a row, and the next one's
 //! step reaches back to the last that counted.
 
@@ -11,9 +11,9 @@ mod pipeline;
 pub(crate) mod tests;
 
 use model_core::coefficients::Coefficients;
+use model_core::effects::live::Unfit;
 use model_core::eq18::Gate;
 use model_core::estimator::{Estimate, Sample};
-use model_core::filter::InvalidCutoff;
 use model_core::model::Model;
 use model_core::payload::{Payload, Unknown};
 
@@ -119,11 +119,11 @@ impl Estimation {
     /// go on.
     ///
     /// # Errors
-    /// A filter cutoff that the sample rate cannot have. Everything stays as it was.
+    /// A filter cutoff or effects that the sample rate cannot have. Everything stays as it was.
     pub fn set_coefficients(
         &mut self,
         coefficients: Option<&Coefficients<f32, WHEELS>>,
-    ) -> Result<(), InvalidCutoff> {
+    ) -> Result<(), Unfit> {
         let running = coefficients.map(Running::new).transpose()?;
         self.energy_before = self.energy();
         self.running = running;
@@ -197,7 +197,7 @@ impl Estimation {
 }
 
 impl Running {
-    fn new(coefficients: &Coefficients<f32, WHEELS>) -> Result<Self, InvalidCutoff> {
+    fn new(coefficients: &Coefficients<f32, WHEELS>) -> Result<Self, Unfit> {
         Ok(Self {
             pipeline: Pipeline::new(coefficients)?,
             clock: Clock::default(),

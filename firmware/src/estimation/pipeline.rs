@@ -1,8 +1,8 @@
 //! The estimator that belongs to a model.
 
 use model_core::coefficients::Coefficients;
+use model_core::effects::live::{Live, Unfit};
 use model_core::estimator::{Estimate, Estimator, Sample, Timing};
-use model_core::filter::InvalidCutoff;
 use model_core::model::Model;
 use model_core::payload::roots::RootMean;
 use model_core::payload::schedule::Schedule;
@@ -21,7 +21,7 @@ const TIMING: Timing = Timing {
     detect_changes: true,
 };
 
-/// One of the two.
+/// One of them.
 #[derive(Debug, Clone, Copy)]
 #[expect(
     clippy::large_enum_variant,
@@ -30,27 +30,42 @@ const TIMING: Timing = Timing {
 pub(super) enum Pipeline {
     /// The default: least squares over the window.
     Window(Estimator<f32, Window<f32>, WHEELS, MOST_BUCKETS>),
+    /// The default with effects.
+    Extended(Estimator<f32, Window<f32>, WHEELS, MOST_BUCKETS, Live<f32, WHEELS>>),
     /// The paper's: the weighted mean of Eq. 24's roots.
     Roots(Estimator<f32, RootMean<f32>, WHEELS, MOST_BUCKETS>),
 }
 
 impl Pipeline {
     /// # Errors
-    /// A filter cutoff that the sample rate cannot have.
-    pub(super) fn new(coefficients: &Coefficients<f32, WHEELS>) -> Result<Self, InvalidCutoff> {
+    /// A filter cutoff or effects that the sample rate cannot have.
+    pub(super) fn new(coefficients: &Coefficients<f32, WHEELS>) -> Result<Self, Unfit> {
         let range = coefficients.robot.range;
+        let window = Window { range, noise: coefficients.noise, period: PERIOD_S as f32 };
         Ok(match coefficients.model {
-            Model::Signed { .. } => {
-                let method = Window { range, noise: coefficients.noise, period: PERIOD_S as f32 };
-                Self::Window(Estimator::new(coefficients, method, &TIMING)?)
+            Model::Signed { .. } if coefficients.columns.is_empty() => {
+                Self::Window(Estimator::new(coefficients, window, &TIMING).map_err(Unfit::Cutoff)?)
             }
-            Model::Eq18 { .. } => Self::Roots(Estimator::new(coefficients, RootMean { range }, &TIMING)?),
+            Model::Signed { .. } => Self::Extended(Estimator::with_effects(coefficients, window, &TIMING)?),
+            Model::Eq18 { .. } => {
+                let roots = RootMean { range };
+                Self::Roots(Estimator::new(coefficients, roots, &TIMING).map_err(Unfit::Cutoff)?)
+            }
         })
     }
 
-    pub(super) fn push(&mut self, sample: &Sample<f32, WHEELS>, elapsed: f32) -> Estimate<f32, WHEELS> {
+    /// Takes a sample, `elapsed` (s) after the one before by the buckets' count, and `beyond` (s) more by the clock.
+    pub(super) fn push(
+        &mut self,
+        sample: &Sample<f32, WHEELS>,
+        (elapsed, beyond): (f32, f32),
+    ) -> Estimate<f32, WHEELS> {
         match self {
             Self::Window(estimator) => estimator.push(sample, elapsed),
+            Self::Extended(estimator) => {
+                estimator.pass(beyond);
+                estimator.push(sample, elapsed)
+            }
             Self::Roots(estimator) => estimator.push(sample, elapsed),
         }
     }
@@ -59,6 +74,7 @@ impl Pipeline {
     pub(super) fn energy(&self) -> (f32, f32) {
         match self {
             Self::Window(estimator) => estimator.energy(),
+            Self::Extended(estimator) => estimator.energy(),
             Self::Roots(estimator) => estimator.energy(),
         }
     }

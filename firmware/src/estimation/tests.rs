@@ -1,6 +1,8 @@
 //! The board's estimates against model-core's double precision, fed as the host's replay feeds it.
 
 use model_core::coefficients::{Name, Robot};
+use model_core::effects::live::Additions;
+use model_core::effects::{Cause, Column, Columns, Side, Term};
 use model_core::estimator::{Estimator, Timing};
 use model_core::kinematics::Kinematics;
 use model_core::model::MassRange;
@@ -61,6 +63,7 @@ pub(crate) fn coefficients(model: Model<f32>) -> Coefficients<f32, WHEELS> {
             power_scale: 4.0,
             tail: 1.0,
         },
+        columns: Columns::NONE,
     }
 }
 
@@ -142,18 +145,11 @@ struct Known {
 
 /// As `host_tools::estimate` replays a recorded log: rows that lack something are not there, steps are differences of
 /// times, and the ring has room for 512 buckets.
-fn replay<M: Method<f64>>(
-    coefficients: &Coefficients<f64, WHEELS>,
-    method: M,
+fn replay<M: Method<f64>, E: Additions<f64, WHEELS>>(
+    mut estimator: Estimator<f64, M, WHEELS, 512, E>,
+    static_power: f64,
     samples: &[Measured],
 ) -> (Vec<Option<Known>>, (f64, f64)) {
-    let timing = Timing {
-        period_s: 0.005,
-        bucket_s: 1.0,
-        schedule: Schedule::Moving { window: 25 },
-        detect_changes: true,
-    };
-    let mut estimator = Estimator::<f64, M, WHEELS, 512>::new(coefficients, method, &timing).unwrap();
     let mut last = None;
     let known = samples.iter().map(|sample| {
         let (speed, power) = (sample.wheel_speed?, sample.power?);
@@ -164,7 +160,7 @@ fn replay<M: Method<f64>>(
             &Sample {
                 wheel_speed: speed.map(f64::from),
                 wheel_acceleration: None,
-                power: f64::from(power) - coefficients.robot.static_power,
+                power: f64::from(power) - static_power,
             },
             elapsed,
         );
@@ -183,6 +179,13 @@ const POWER_W: f64 = 1e-3;
 /// Of an energy: the same loss, of a sum of one sign.
 const ENERGY: f64 = 1e-5;
 
+const TIMING: Timing = Timing {
+    period_s: 0.005,
+    bucket_s: 1.0,
+    schedule: Schedule::Moving { window: 25 },
+    detect_changes: true,
+};
+
 fn compare<M: Method<f64>>(
     model: Model<f32>,
     method: impl Fn(&Coefficients<f64, WHEELS>) -> M,
@@ -190,9 +193,18 @@ fn compare<M: Method<f64>>(
 ) -> u32 {
     let coefficients = coefficients(model);
     let double = coefficients.convert().unwrap();
-    let (replayed, energy) = replay(&double, method(&double), samples);
+    let estimator = Estimator::new(&double, method(&double), &TIMING).unwrap();
+    compare_with(&coefficients, estimator, samples)
+}
+
+fn compare_with<M: Method<f64>, E: Additions<f64, WHEELS>>(
+    coefficients: &Coefficients<f32, WHEELS>,
+    estimator: Estimator<f64, M, WHEELS, 512, E>,
+    samples: &[Measured],
+) -> u32 {
+    let (replayed, energy) = replay(estimator, f64::from(coefficients.robot.static_power), samples);
     let mut board = Estimation::default();
-    board.set_coefficients(Some(&coefficients)).unwrap();
+    board.set_coefficients(Some(coefficients)).unwrap();
     let (mut worst_kg, mut worst_w, mut known) = (0.0_f64, 0.0_f64, 0);
     for (sample, replayed) in samples.iter().zip(&replayed) {
         let found = board.sample(sample.wheel_speed, sample.power, sample.time_us);
@@ -254,6 +266,45 @@ fn equals_the_host_on_what_is_left_of_a_disturbed_drive() {
     compare(signed(), window, &disturbed(&signed()));
     let model = Model::Eq18 { gate: Gate::Corrected, beta: BETA };
     compare(model, roots, &disturbed(&model));
+}
+
+/// Every kind of effect that a board can have, four at a time, on a drive with gaps up to beyond the buckets' ring.
+#[test]
+fn equals_the_host_with_effects() {
+    let samples = disturbed(&signed());
+    let sets: [&[(Cause<f32>, f32)]; 7] = [
+        &[(Cause::Term(Term::GradeAhead), 0.002), (Cause::Heat(90.0), 0.3), (Cause::Delay, 0.0437)],
+        &[
+            (Cause::Term(Term::GradeAlong([1.0, 0.0])), 0.003),
+            (Cause::Term(Term::GradeAlong([0.0, 1.0])), -0.002),
+            (Cause::Term(Term::Sag), 0.01),
+            (Cause::Scale(Side::Left), 0.01),
+        ],
+        &[(Cause::Hot, 0.1), (Cause::Term(Term::Windage), 1e-4), (Cause::Term(Term::Stribeck(0.4)), 0.004)],
+        &[(Cause::Term(Term::WarmUp(60.0)), 1e-3), (Cause::Term(Term::RollingFrom(130.0)), 5e-4)],
+        &[
+            (Cause::Term(Term::StepAt(50.0)), 0.05),
+            (Cause::Term(Term::WithMotion(1.0)), 0.02),
+            (Cause::Term(Term::Gain), 0.01),
+            (Cause::Term(Term::Constant), -0.01),
+        ],
+        &[(Cause::Term(Term::GearLoad), 0.2), (Cause::Term(Term::Return), 0.3), (Cause::Delay, -0.081)],
+        &[
+            (Cause::Term(Term::Offset), 1e-3),
+            (Cause::Term(Term::Drag(1)), 2e-3),
+            // Where the turn rate is at the dead band's edge, rounding decides whether they act: a mW is 2 κ τ times their sum.
+            (Cause::Term(Term::Scrub), 3e-4),
+            (Cause::Term(Term::ScrubPerKg), 1e-4),
+        ],
+    ];
+    for set in sets {
+        let list: Vec<_> = set.iter().map(|&(cause, coefficient)| Column { cause, coefficient }).collect();
+        let columns = Columns::new(&list, WHEELS).unwrap();
+        let coefficients = Coefficients { columns, ..coefficients(signed()) };
+        let double: Coefficients<f64, WHEELS> = coefficients.convert().unwrap();
+        let estimator = Estimator::with_effects(&double, window(&double), &TIMING).unwrap();
+        compare_with(&coefficients, estimator, &samples);
+    }
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Whether a board of this robot can use an image of coefficients.
 
 use model_core::coefficients::{Coefficients, DecodeError};
+use model_core::effects::delay::DelayLine;
 use model_core::filter::LowPass;
 
 use super::RobotIdentity;
@@ -30,8 +31,15 @@ pub fn check_coefficients(
     if !coefficients.is_plausible() {
         return Err(Reason::Value);
     }
+    if !coefficients.columns.needs().nothing() {
+        return Err(Reason::Input);
+    }
+    let period_s = 1.0 / f64::from(sample_rate_hz);
+    if !DelayLine::<f32, WHEELS>::reaches(coefficients.columns.delay(), period_s) {
+        return Err(Reason::Delay);
+    }
     let cutoff_hz = f64::from(coefficients.robot.cutoff_hz);
-    match LowPass::<f32>::new(cutoff_hz, 1.0 / f64::from(sample_rate_hz)) {
+    match LowPass::<f32>::new(cutoff_hz, period_s) {
         Ok(_) => Ok(coefficients),
         Err(_) => Err(Reason::Cutoff),
     }
@@ -50,6 +58,7 @@ fn reason(error: DecodeError) -> Reason {
         DecodeError::Version { .. } => Reason::Version,
         DecodeError::Checksum => Reason::Checksum,
         DecodeError::UnknownModel { .. } => Reason::Model,
+        DecodeError::UnknownEffect { .. } => Reason::Effect,
         DecodeError::WheelCount { .. } => Reason::Wheels,
         DecodeError::Field(_) => Reason::Value,
     }

@@ -5,7 +5,7 @@ use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::i2c::I2c;
 use embedded_io_async::{Read, Write};
 use model_core::coefficients::Coefficients;
-use model_core::filter::InvalidCutoff;
+use model_core::effects::live::Unfit;
 
 use super::{EstimateSnapshot, RailSnapshot, Snapshot, WheelSnapshot};
 use crate::estimation::{Estimated, Estimation};
@@ -84,7 +84,7 @@ impl<I: I2c, P: Read + Write, D: DelayNs> Sampler<I, P, D> {
     pub fn set_coefficients(
         &mut self,
         coefficients: Option<&Coefficients<f32, WHEELS>>,
-    ) -> Result<(), InvalidCutoff> {
+    ) -> Result<(), Unfit> {
         self.estimation.set_coefficients(coefficients)
     }
 

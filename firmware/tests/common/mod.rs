@@ -4,6 +4,7 @@
 use crc::{CRC_32_ISO_HDLC, Crc};
 use firmware::items::RobotIdentity;
 use model_core::coefficients::{Coefficients, Robot};
+use model_core::effects::Columns;
 use model_core::kinematics::Kinematics;
 use model_core::model::{MassRange, Model};
 use model_core::payload::Noise;
@@ -31,6 +32,7 @@ pub(crate) fn burger() -> Coefficients<f32, 2> {
             drive: Drive::Dissipative,
         },
         noise: Noise { density: 0.0031, model_std: 0.012, power_scale: 1.75, tail: 1.25 },
+        columns: Columns::NONE,
     }
 }
 

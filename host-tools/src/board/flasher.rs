@@ -8,6 +8,7 @@ use firmware::items::{Calibration, RobotIdentity, check_coefficients, checksum};
 use firmware::power_sensors::RAIL_COUNT;
 use firmware::wheels::WHEELS;
 use model_core::coefficients::Coefficients;
+use model_core::effects::Cause;
 use model_core::eq18::Gate;
 use model_core::model::Model;
 
@@ -17,6 +18,7 @@ use super::store_image::StoreImage;
 use super::transport::Transport;
 use crate::error::{Error, Result};
 use crate::fit::file;
+use crate::gap::extended::id_of;
 use crate::robot::Robot;
 
 /// Samples per second of a board that cannot be asked.
@@ -333,9 +335,27 @@ pub fn coefficients_image(robot: &Robot, coefficients: &Path) -> Result<Vec<u8>>
         .ok_or_else(|| Error::failed("this model is not one that boards have").in_file(coefficients))?;
     let identity = robot_identity(robot)?;
     check_coefficients(image.as_bytes(), &identity, USUAL_RATE_HZ).map_err(|reason| {
-        Error::failed(format!("no board would use them: {}", reason.text())).in_file(coefficients)
+        let effects = culprits(reason, &coefficients_read);
+        Error::failed(format!("no board would use them: {}{effects}", reason.text())).in_file(coefficients)
     })?;
     Ok(image.as_bytes().to_vec())
+}
+
+/// The effects for which a board refuses coefficients, by name: behind the reason, where it is about effects.
+fn culprits(reason: Reason, coefficients: &Coefficients<f64, WHEELS>) -> String {
+    let is_culprit = |cause: &Cause<f64>| match reason {
+        Reason::Input => !cause.needs().nothing(),
+        Reason::Delay => *cause == Cause::Delay,
+        _ => false,
+    };
+    let effects = coefficients.columns.iter().filter(|column| is_culprit(&column.cause));
+    let named: Vec<String> = effects
+        .map(|column| match id_of(&column.cause) {
+            (id, "") => format!("{id} of {}", column.coefficient),
+            (id, needed) => format!("{id} by {needed}"),
+        })
+        .collect();
+    if named.is_empty() { String::new() } else { format!(": {}", named.join(", ")) }
 }
 
 /// What the board is told to be built into.

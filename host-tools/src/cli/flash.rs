@@ -16,6 +16,7 @@ use crate::board::serial::Serial;
 use crate::board::store_image::StoreImage;
 use crate::board::{dfu, image_file, probe, rail_names};
 use crate::error::{Error, Result};
+use crate::gap::extended::id_of;
 use crate::progress::WaitProgress;
 use crate::robot::Robot;
 
@@ -88,6 +89,9 @@ struct Held {
 struct HeldCoefficients {
     model: Option<&'static str>,
     robot: Option<String>,
+    /// Effects beyond the fitted model, by the dictionary's ids.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    effects: Vec<&'static str>,
     crc: u32,
     /// Why the board does not use them, if it does not.
     refused: Option<&'static str>,
@@ -184,6 +188,9 @@ fn held(target: &mut dyn Target) -> Result<Held> {
     let coefficients = (!image.is_empty()).then(|| HeldCoefficients {
         model: decoded.map(|coefficients| flasher::model_text(&coefficients.model)),
         robot: decoded.map(|coefficients| coefficients.robot.name.as_str().to_owned()),
+        effects: decoded.map_or_else(Vec::new, |coefficients| {
+            coefficients.columns.iter().map(|column| id_of(&column.cause).0).collect()
+        }),
         crc: checksum(&image),
         refused: check_coefficients(&image, &identity, target.sample_rate_hz()).err().map(Reason::text),
     });
@@ -205,9 +212,10 @@ fn show(held: &Held, json: bool) -> Result<()> {
     println!("robot: {}", held.robot);
     match &held.coefficients {
         None => println!("coefficients: none"),
-        Some(HeldCoefficients { model, robot, crc, refused }) => println!(
-            "coefficients: {} for {}, CRC {crc:08x}{}",
+        Some(HeldCoefficients { model, robot, effects, crc, refused }) => println!(
+            "coefficients: {}{} for {}, CRC {crc:08x}{}",
             model.unwrap_or("unreadable"),
+            effects.iter().map(|id| format!(" + {id}")).collect::<String>(),
             robot.as_deref().unwrap_or("no known robot"),
             refused.map_or(String::new(), |why| format!("; not in use: {why}"))
         ),

@@ -14,7 +14,7 @@ use crate::gap::investigate::{Base, Options, Report, investigate};
 use crate::gap::power_only;
 use crate::gap::runs::Runs;
 use crate::gap::user::{self, UserCandidates};
-use crate::gap::{output, page, summary};
+use crate::gap::{extended, output, page, summary};
 use crate::log::speed_column;
 use crate::progress::StageProgress;
 use crate::robot::Robot;
@@ -47,6 +47,9 @@ pub(crate) struct Arguments {
     /// Everything that was found, with plots, as one HTML page that needs nothing else
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
+    /// Write the coefficients with the named effects, for gmr estimate, gmr flash and the board
+    #[arg(long, value_name = "FILE.toml", requires = "coeffs")]
+    out: Option<PathBuf>,
     /// Figures as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -123,6 +126,14 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Repo
                     .in_file(coefficients)
                     .in_column("model"));
             };
+            if let Some(effect) = read.columns.iter().next() {
+                let message = format!(
+                    "they hold the effect {} already; expected the coefficients as gmr fit wrote them, from which all \
+                     effects are looked for together",
+                    extended::id_of(&effect.cause).0
+                );
+                return Err(Error::failed(message).in_file(coefficients).in_column("effects"));
+            }
             let covariance = Some(file::read_covariance(coefficients)?);
             (read.robot, Base { torque, covariance, drive })
         }
@@ -172,6 +183,9 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Repo
             ],
         };
         page::save(file, &report, &page::Picture::of(&runs, &report), &inputs, None)?;
+    }
+    if let (Some(out), Some(base)) = (&arguments.out, &arguments.coeffs) {
+        extended::write(&report, base, out)?;
     }
     Ok(report)
 }

@@ -1,11 +1,13 @@
 //! Replays a log through model-core's estimator, as the board would run it.
 
 pub mod board;
+mod outside;
 pub mod plot;
 
 use std::path::Path;
 
 use model_core::coefficients::Coefficients;
+use model_core::effects::live::{Additions, Unfit};
 use model_core::estimator::{Estimate, Estimator, Timing};
 use model_core::model::Model;
 use model_core::payload::roots::RootMean;
@@ -13,6 +15,8 @@ use model_core::payload::schedule::Schedule;
 use model_core::payload::window::Window;
 use model_core::payload::{Method, Payload, Unknown};
 use serde::{Deserialize, Serialize};
+
+use outside::Columns;
 
 use crate::error::{Error, Result};
 use crate::log::{Exclusions, RawRow, SampleReader};
@@ -176,34 +180,74 @@ pub fn replay<const N: usize>(
     policy: &Policy,
     watch: impl FnMut(&Instant),
 ) -> Result<Replay> {
-    let reader = SampleReader::<N>::open(file, robot)?;
+    let columns = Columns::of(coefficients, file)?;
+    let reader = SampleReader::<N>::open_with(file, robot, &columns.names())?;
+    let log = Log { file, reader, columns };
     let range = coefficients.robot.range;
     match payloads {
         Payloads::Window => {
-            let method = Window { range, noise: coefficients.noise, period: reader.period_s() };
-            Run::new(coefficients, file, reader, method, policy)?.finish(robot, watch)
+            let method = Window { range, noise: coefficients.noise, period: log.reader.period_s() };
+            run(robot, coefficients, log, method, policy, watch)
         }
-        Payloads::Roots => {
-            Run::new(coefficients, file, reader, RootMean { range }, policy)?.finish(robot, watch)
-        }
+        Payloads::Roots => run(robot, coefficients, log, RootMean { range }, policy, watch),
     }
 }
 
-struct Run<'a, M: Method<f64>, const N: usize> {
+/// As the board does: with effects only where the coefficients hold any.
+fn run<M: Method<f64>, const N: usize>(
+    robot: &Robot,
+    coefficients: &Coefficients<f64, N>,
+    log: Log<'_, N>,
+    method: M,
+    policy: &Policy,
+    watch: impl FnMut(&Instant),
+) -> Result<Replay> {
+    let file = log.file;
+    let unfit = |why| Error::failed(unfit_text(why, coefficients)).in_file(file);
+    if coefficients.columns.is_empty() {
+        let estimator = |timing: &Timing| Estimator::new(coefficients, method, timing).map_err(Unfit::Cutoff);
+        Run::new(coefficients, log, |timing| estimator(timing).map_err(unfit), policy)?.finish(robot, watch)
+    } else {
+        let estimator = |timing: &Timing| Estimator::with_effects(coefficients, method, timing);
+        Run::new(coefficients, log, |timing| estimator(timing).map_err(unfit), policy)?.finish(robot, watch)
+    }
+}
+
+/// Why this log cannot be replayed with these coefficients.
+fn unfit_text<const N: usize>(why: Unfit, coefficients: &Coefficients<f64, N>) -> String {
+    match why {
+        Unfit::Cutoff(cutoff) => {
+            format!("cutoff {} Hz; expected below {} Hz", cutoff.cutoff_hz, cutoff.below_hz)
+        }
+        Unfit::Model => "effects beside model eq18; expected model signed".to_owned(),
+        Unfit::Delay => format!(
+            "sensor-delay of {} s; expected at most {} sample periods, as many as a board keeps",
+            coefficients.columns.delay(),
+            model_core::effects::delay::FRAMES
+        ),
+    }
+}
+
+/// A log that is replayed.
+struct Log<'a, const N: usize> {
     file: &'a Path,
     reader: SampleReader<N>,
-    estimator: Estimator<f64, M, N, BUCKETS>,
+    columns: Columns<N>,
+}
+
+struct Run<'a, M: Method<f64>, E, const N: usize> {
+    log: Log<'a, N>,
+    estimator: Estimator<f64, M, N, BUCKETS, E>,
     policy: &'a Policy,
     bucket_s: f64,
     window_buckets: usize,
 }
 
-impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
+impl<'a, M: Method<f64>, E: Additions<f64, N>, const N: usize> Run<'a, M, E, N> {
     fn new(
         coefficients: &Coefficients<f64, N>,
-        file: &'a Path,
-        reader: SampleReader<N>,
-        method: M,
+        log: Log<'a, N>,
+        estimator: impl FnOnce(&Timing) -> Result<Estimator<f64, M, N, BUCKETS, E>>,
         policy: &'a Policy,
     ) -> Result<Self> {
         let bucket_s = bucket_length(policy.window_s)?;
@@ -224,16 +268,15 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
             }
         };
         let timing =
-            Timing { period_s: reader.period_s(), bucket_s, schedule, detect_changes: policy.detect };
+            Timing { period_s: log.reader.period_s(), bucket_s, schedule, detect_changes: policy.detect };
         // The conditioner's message names file and rate better than the estimator's error could.
-        crate::fit::dataset::conditioner(&coefficients.robot, file, timing.period_s)?;
-        let estimator = Estimator::new(coefficients, method, &timing)
-            .map_err(|error| Error::failed(format!("cutoff {} Hz", error.cutoff_hz)).in_file(file))?;
-        Ok(Self { file, reader, estimator, policy, bucket_s, window_buckets: window })
+        crate::fit::dataset::conditioner(&coefficients.robot, log.file, timing.period_s)?;
+        let estimator = estimator(&timing)?;
+        Ok(Self { log, estimator, policy, bucket_s, window_buckets: window })
     }
 
     fn finish(mut self, robot: &Robot, mut watch: impl FnMut(&Instant)) -> Result<Replay> {
-        let mut progress = FileProgress::new(&[self.file.to_owned()]);
+        let mut progress = FileProgress::new(&[self.log.file.to_owned()]);
         let mut metrics = Metrics::new(robot.mape_floor_w());
         let mut windows = Vec::new();
         let mut changes = Vec::new();
@@ -244,16 +287,16 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
         pending.sort_by(f64::total_cmp);
         let mut pending = pending.into_iter().peekable();
         let mut energy = 0.0;
-        while let Some(row) = self.reader.next_row()? {
-            if self.reader.rows().is_multiple_of(1 << 16) {
-                progress.at(self.reader.progress());
+        while let Some(row) = self.log.reader.next_row()? {
+            if self.log.reader.rows().is_multiple_of(1 << 16) {
+                progress.at(self.log.reader.progress());
             }
             if start.is_nan() {
                 start = row.time;
             }
             if row.elapsed.is_infinite() && row.run > 0 {
                 // Another run: nothing is known of its payload.
-                self.estimator.payload_changed();
+                self.estimator.run_begins();
             }
             while pending.peek().is_some_and(|change| row.time - start >= *change) {
                 pending.next();
@@ -262,7 +305,8 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
             // The first row of a run has no step before it.
             let step = if row.elapsed.is_finite() { row.elapsed } else { 0.0 };
             let elapsed = if row.elapsed.is_finite() || row.run == 0 { step } else { f64::MAX };
-            let estimate = self.estimator.push(&row.sample, elapsed);
+            let outside = self.log.columns.outside(self.log.reader.extras());
+            let estimate = self.estimator.push_amid(&row.sample, &outside, elapsed);
             clock += step;
             energy += robot.static_power_w().unwrap_or(0.0) * step;
             truth.note(clock, row.mass);
@@ -281,7 +325,7 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
                 watch(&instant);
             }
             last = row.time;
-            if estimate.closed && at_second(clock, self.reader.period_s()) {
+            if estimate.closed && at_second(clock, self.log.reader.period_s()) {
                 self.close(clock, start, &truth, &mut windows);
             }
         }
@@ -299,8 +343,8 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
             predicted_j: predicted,
             start_s: start,
             duration_s: last - start,
-            rows: self.reader.rows(),
-            exclusions: self.reader.exclusions(),
+            rows: self.log.reader.rows(),
+            exclusions: self.log.reader.exclusions(),
         })
     }
 

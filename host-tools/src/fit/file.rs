@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use model_core::coefficients::{Coefficients, Name, Robot as CoreRobot};
+use model_core::effects::Columns;
 use model_core::eq18::REGRESSORS;
 use model_core::kinematics::Kinematics;
 use model_core::model::{MassRange, Model};
@@ -13,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Fit, Method, ModelKind, fingerprint, verdict};
 use crate::error::{Error, Result};
+use crate::gap::extended::{self, Written, Wrong};
 use crate::output::write_whole;
 use crate::robot::Robot;
 
@@ -28,6 +30,9 @@ struct Document {
     parameters: toml::Table,
     noise: NoiseSection,
     fit: FitSection,
+    /// What `gmr gap --out` added.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    effects: Vec<Written>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -124,9 +129,38 @@ pub fn write<const N: usize>(file: &Path, fit: &Fit<N>) -> Result<()> {
                 .map(|row| row.iter().copied().collect())
                 .collect(),
         },
+        effects: Vec::new(),
     };
-    let text = toml::to_string(&document).map_err(|error| Error::failed(error.to_string()).in_file(file))?;
+    write_document(file, &document)
+}
+
+fn write_document(file: &Path, document: &Document) -> Result<()> {
+    let text = toml::to_string(document).map_err(|error| Error::failed(error.to_string()).in_file(file))?;
     write_whole(file, |out| out.write_all(text.as_bytes()).map_err(|error| Error::io(file, &error)))
+}
+
+/// Writes coefficients that [`read`] has accepted anew, whole or not at all: with the torque model as it moved, and effects.
+///
+/// # Errors
+/// What the operating system refuses; more effects than coefficients can hold.
+pub fn extend(base: &Path, torque: &TorqueModel<f64>, effects: &[Written], file: &Path) -> Result<()> {
+    let mut document = parse(base, &read_text(base)?)?;
+    let wheels = document.robot.kinematics.first().map_or(0, Vec::len);
+    extended::columns(effects, wheels).map_err(|wrong| Error::failed(wrong.message).in_file(file))?;
+    for (description, value) in verdict::TORQUE.iter().zip(torque.to_array()) {
+        if let Some(place) = document.parameters.get_mut(description.name) {
+            // A little below nought is nought: no robot has less (Eq. 20).
+            *place = toml::Value::Float(value.max(0.0));
+        }
+    }
+    let logs = document.fit.logs.iter().map(|log| seen_from(file, &folder_of(base).join(log)));
+    document.fit.logs = logs.collect();
+    document.effects = effects.to_vec();
+    write_document(file, &document)
+}
+
+fn read_text(file: &Path) -> Result<String> {
+    std::fs::read_to_string(file).map_err(|error| Error::io(file, &error))
 }
 
 /// Reads coefficients and checks that they are for this robot.
@@ -134,19 +168,9 @@ pub fn write<const N: usize>(file: &Path, fit: &Fit<N>) -> Result<()> {
 /// # Errors
 /// The file cannot be read, is of another format, is for another robot, or holds what no model can have.
 pub fn read<const N: usize>(file: &Path, robot: &Robot) -> Result<Coefficients<f64, N>> {
-    let text = std::fs::read_to_string(file).map_err(|error| Error::io(file, &error))?;
+    let text = read_text(file)?;
     let wrong = |message: String| Error::failed(message).in_file(file);
-    let document: Document = toml::from_str(&text).map_err(|error| {
-        let line = error.span().map(|span| 1 + text[..span.start].matches('\n').count() as u64);
-        let wrong = wrong(format!(
-            "{}; expected coefficients as gmr fit writes them",
-            error.message().replace('\n', " ")
-        ));
-        match line {
-            Some(line) => wrong.at_line(line),
-            None => wrong,
-        }
-    })?;
+    let document = parse(file, &text)?;
     if document.format != FORMAT {
         return Err(wrong(format!("format {}; expected {FORMAT}", document.format)).in_column("format"));
     }
@@ -175,7 +199,62 @@ pub fn read<const N: usize>(file: &Path, robot: &Robot) -> Result<Coefficients<f
         tail: document.noise.tail,
     };
     // The file's static power is what the fit took off; the robot's file says what is to be taken off now.
-    Ok(Coefficients { robot: expected, model, noise })
+    let coefficients = Coefficients { robot: expected, model, noise, columns: Columns::NONE };
+    with_effects(coefficients, &document.effects).map_err(|Wrong { place, key, message }| {
+        let wrong = wrong(message).in_column(key);
+        match line_of_effect(&text, place, key) {
+            Some(line) => wrong.at_line(line),
+            None => wrong,
+        }
+    })
+}
+
+fn parse(file: &Path, text: &str) -> Result<Document> {
+    toml::from_str(text).map_err(|error| {
+        let message =
+            format!("{}; expected coefficients as gmr fit writes them", error.message().replace('\n', " "));
+        let wrong = Error::failed(message).in_file(file);
+        match error.span() {
+            Some(span) => wrong.at_line(1 + text[..span.start].matches('\n').count() as u64),
+            None => wrong,
+        }
+    })
+}
+
+/// The effects that coefficients hold beyond the fitted model, for coefficients that [`read`] has accepted.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn read_effects(file: &Path) -> Result<Vec<Written>> {
+    Ok(parse(file, &read_text(file)?)?.effects)
+}
+
+/// # Errors
+/// The effect that is unknown, lacks something, or makes powers that no robot draws.
+fn with_effects<const N: usize>(
+    coefficients: Coefficients<f64, N>,
+    effects: &[Written],
+) -> std::result::Result<Coefficients<f64, N>, Wrong> {
+    let columns = extended::columns(effects, N)?;
+    let has_torques = matches!(coefficients.model, Model::Signed { .. });
+    for (place, effect) in effects.iter().enumerate() {
+        let wrong = |key, message| Wrong { place, key, message };
+        if !has_torques {
+            let message =
+                format!("{} beside model eq18; expected model signed: effects act on its torques", effect.id);
+            return Err(wrong("id", message));
+        }
+        let alone =
+            Coefficients { columns: extended::columns(std::slice::from_ref(effect), N)?, ..coefficients };
+        if !alone.is_plausible() {
+            let message = format!(
+                "{} with coefficient {} makes powers that no robot draws",
+                effect.id, effect.coefficient
+            );
+            return Err(wrong("coefficient", message));
+        }
+    }
+    Ok(Coefficients { columns, ..coefficients })
 }
 
 /// The path of a log as seen from the folder of the coefficients, so that both can move together; absolute where they share none.
@@ -196,9 +275,7 @@ fn folder_of(file: &Path) -> &Path {
 /// # Errors
 /// The file cannot be read; a log is no longer what was fitted.
 pub fn read_logs(file: &Path) -> Result<Vec<PathBuf>> {
-    let text = std::fs::read_to_string(file).map_err(|error| Error::io(file, &error))?;
-    let document: Document = toml::from_str(&text)
-        .map_err(|error| Error::failed(error.message().replace('\n', " ")).in_file(file))?;
+    let document = parse(file, &read_text(file)?)?;
     let all = document.fit.logs.len();
     let mut logs = Vec::new();
     for (place, log) in document.fit.logs.into_iter().enumerate() {
@@ -235,10 +312,8 @@ pub fn read_logs(file: &Path) -> Result<Vec<PathBuf>> {
 /// # Errors
 /// The file cannot be read, or its covariance is no square matrix of finite numbers.
 pub fn read_covariance(file: &Path) -> Result<DMatrix<f64>> {
-    let text = std::fs::read_to_string(file).map_err(|error| Error::io(file, &error))?;
     let wrong = |message: &str| Error::failed(message).in_file(file).in_column("covariance");
-    let document: Document =
-        toml::from_str(&text).map_err(|error| wrong(&error.message().replace('\n', " ")))?;
+    let document = parse(file, &read_text(file)?)?;
     let rows = document.fit.covariance;
     let size = document.parameters.len();
     if rows.len() != size || rows.iter().any(|row| row.len() != size || row.iter().any(|x| !x.is_finite())) {
@@ -271,6 +346,17 @@ fn check_numbers(document: &Document) -> std::result::Result<(), (&str, String)>
 fn line_of(text: &str, key: &str) -> Option<u64> {
     let holds = |line: &str| line.split_once('=').is_some_and(|(name, _)| name.trim() == key);
     text.lines().position(holds).map(|index| index as u64 + 1)
+}
+
+/// The line of a key within the effect at this place, or of the effect where it has no such key; counted from 1.
+fn line_of_effect(text: &str, place: usize, key: &str) -> Option<u64> {
+    let lines: Vec<&str> = text.lines().map(str::trim).collect();
+    let mut starts = lines.iter().enumerate().filter(|(_, line)| **line == "[[effects]]").map(|(at, _)| at);
+    let start = starts.nth(place)?;
+    let end = starts.next().unwrap_or(lines.len());
+    let holds = |line: &&str| line.split_once('=').is_some_and(|(name, _)| name.trim() == key);
+    let within = lines[start..end].iter().position(holds).unwrap_or(0);
+    Some((start + within) as u64 + 1)
 }
 
 fn core_robot<const N: usize>(section: &RobotSection) -> std::result::Result<CoreRobot<f64, N>, String> {

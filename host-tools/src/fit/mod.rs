@@ -16,6 +16,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use model_core::coefficients::Coefficients;
+use model_core::effects::Columns;
 use model_core::eq18::{self, Gate};
 use model_core::model::Model;
 use nalgebra::DVector;
@@ -186,7 +187,7 @@ pub fn fit<const N: usize>(
     files.dedup();
     let unused = weights.iter().filter(|weight| **weight == 0.0).count();
     Ok(Fit {
-        coefficients: Coefficients { robot: dataset.robot, model, noise },
+        coefficients: Coefficients { robot: dataset.robot, model, noise, columns: Columns::NONE },
         kind,
         method,
         quality,

@@ -9,6 +9,7 @@ pub mod excess;
 pub mod input;
 #[cfg(test)]
 mod example;
+pub mod extended;
 pub mod inquiry;
 pub mod investigate;
 pub mod joint;

@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use model_core::coefficients::Robot as CoreRobot;
-use model_core::effects::Layout;
+use model_core::effects::{Course, Layout};
 use model_core::estimator::{Conditioner, Sample};
 use model_core::filter::{Channel, LowPass};
 use model_core::motion::Motion;
@@ -218,8 +218,7 @@ fn condition_run<const N: usize>(
     let mut held = vec![f64::NAN; columns.len()];
     let mut extras: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
     let mut rows = Vec::new();
-    let (mut angle, mut still, mut starts) = (0.0_f64, f64::INFINITY, true);
-    let start = run.rows.first().map_or(0.0, |row| row.0);
+    let (mut course, mut starts) = (Course::default(), true);
     let mut last = f64::NEG_INFINITY;
     let mut since = 0_usize;
     // Whether a wheel moves, before and behind the filter.
@@ -227,6 +226,7 @@ fn condition_run<const N: usize>(
     for (time, sample, mass, further) in &run.rows {
         let elapsed = time - last;
         last = *time;
+        course.pass(elapsed);
         for (((place, channel), held), _) in places.iter().zip(&mut channels).zip(&mut held).zip(columns) {
             let Some(value) = place.map(|place| further[place]) else { continue };
             if value.is_finite() {
@@ -238,17 +238,10 @@ fn condition_run<const N: usize>(
         }
         let Some(now) = conditioner.push(sample, elapsed) else { continue };
         let raw = sample.wheel_speed.iter().any(|speed| speed.abs() > core.dead_band);
-        moves.push((time - start, raw, now.motion.is_moving()));
+        moves.push((course.time(), raw, now.motion.is_moving()));
         let speeds = now.motion.wheels.map(|wheel| wheel.speed);
         let twist = core.kinematics.twist(&speeds);
-        if elapsed.is_finite() && elapsed < 1.0 {
-            angle += twist.omega * elapsed;
-        }
-        still = match now.motion.is_moving() {
-            true => 0.0,
-            false if elapsed.is_finite() => still + elapsed,
-            false => still,
-        };
+        course.see(twist.omega, now.motion.is_moving());
         if !now.settled {
             starts = true;
             since = 0;
@@ -259,11 +252,11 @@ fn condition_run<const N: usize>(
                 motion: now.motion,
                 power: now.power,
                 mass: *mass,
-                time: time - start,
+                time: course.time(),
                 turn_rate: twist.omega,
                 speed: twist.vx,
-                heading: [angle.cos(), angle.sin()],
-                still,
+                heading: course.heading(),
+                still: course.still(),
                 starts,
             });
             starts = false;

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use model_core::effects::{Effect, Extended, Scene, Term};
+use model_core::effects::delay::cubic;
+use model_core::effects::{Effect, Extended, Heat, Scene, Side, Term};
 use model_core::motion::{Motion, Wheel};
 use model_core::torque::{Drive, PARAMETERS, TorqueModel};
 
@@ -185,7 +186,7 @@ impl<const N: usize> Twin<'_, N> {
         let rolling = switched.iter().filter(|own| own.is_rolling());
         effects.extend(rolling.map(|_| Effect { term: Term::Rolling, coefficient: 0.0 }));
         let pitch = self.runs.column(super::dictionary::PITCH).map(|column| &run.extras[column]);
-        let mut heat = [0.0; N];
+        let mut heat = [Heat::default(); N];
         let mut last = 0.0;
         let mut power: Vec<f64> = Vec::with_capacity(run.rows.len());
         for (index, row) in run.rows.iter().enumerate() {
@@ -193,13 +194,12 @@ impl<const N: usize> Twin<'_, N> {
             let motion = if scales.is_empty() { row.motion } else { self.scaled(&row.motion, &scales) };
             let warmth = match warm {
                 Some(Cause::Heat(time)) => {
-                    let share = 1.0 - (-(row.time - last) / *time).exp();
-                    last = row.time;
                     for (heat, wheel) in heat.iter_mut().zip(&motion.wheels) {
                         let torque = state.torque.torque(wheel, mass);
-                        *heat += share * (state.torque.winding_loss * torque * torque - *heat);
+                        heat.take(state.torque.winding_loss * torque * torque, row.time - last, *time);
                     }
-                    heat
+                    last = row.time;
+                    heat.map(|heat| heat.level())
                 }
                 Some(Cause::Temperature(column, cold)) => {
                     std::array::from_fn(|wheel| run.extras[*column + wheel][index] - *cold)
@@ -246,11 +246,7 @@ impl<const N: usize> Twin<'_, N> {
     fn scaled(&self, motion: &Motion<f64, N>, scales: &[(f64, f64)]) -> Motion<f64, N> {
         let mut factors = [1.0; N];
         for &(side, share) in scales {
-            for (factor, own) in factors.iter_mut().zip(self.runs.layout.side) {
-                if side == 0.0 || side == own {
-                    *factor += share;
-                }
-            }
+            self.runs.layout.scale(&mut factors, side_of(side), share);
         }
         let accelerations = std::array::from_fn(|i| motion.wheels[i].acceleration * factors[i]);
         let torques = self.runs.robot.mass_matrix.torque_per_kg(&accelerations);
@@ -313,6 +309,15 @@ impl<const N: usize> Twin<'_, N> {
     }
 }
 
+/// −1 left, 1 right, 0 both.
+pub fn side_of(side: f64) -> Side {
+    match side {
+        side if side < 0.0 => Side::Left,
+        side if side > 0.0 => Side::Right,
+        _ => Side::Both,
+    }
+}
+
 /// Changes of the power below this share of its greatest are taken for linear.
 const LINEAR: f64 = 0.01;
 
@@ -363,12 +368,4 @@ fn delayed<const N: usize>(run: &Run<N>, power: &[f64], delay: f64) -> Vec<f64> 
             cubic([before, power[from], power[next], behind], share)
         })
         .collect()
-}
-
-/// Lagrange's cubic through values at −1, 0, 1 and 2.
-fn cubic([a, b, c, d]: [f64; 4], x: f64) -> f64 {
-    let (below, above) = (x + 1.0, x - 1.0);
-    let far = x - 2.0;
-    -a * x * above * far / 6.0 + b * below * above * far / 2.0 - c * below * x * far / 2.0
-        + d * below * x * above / 6.0
 }

@@ -38,7 +38,15 @@ impl<const N: usize> SampleReader<N> {
     /// # Errors
     /// As [`DriveReader::open`].
     pub fn open(path: impl AsRef<Path>, robot: &Robot) -> Result<Self> {
-        let reader = DriveReader::open(path, robot)?;
+        Self::open_with(path, robot, &[])
+    }
+
+    /// As [`open`](Self::open), with further columns, handed out by [`extras`](Self::extras).
+    ///
+    /// # Errors
+    /// As [`DriveReader::open_with`].
+    pub fn open_with(path: impl AsRef<Path>, robot: &Robot, columns: &[&str]) -> Result<Self> {
+        let reader = DriveReader::open_with(path, robot, columns)?;
         let static_power = robot.static_power_w().unwrap_or(0.0);
         Ok(Self { reader, static_power, last: None, rows: 0 })
     }
@@ -90,6 +98,11 @@ impl<const N: usize> SampleReader<N> {
             block.push(row);
         }
         Ok(block)
+    }
+
+    /// The further columns of the row handed out last, in the order asked for; NaN where a field is empty.
+    pub fn extras(&self) -> &[f64] {
+        self.reader.extras()
     }
 
     /// Median sample period, s.

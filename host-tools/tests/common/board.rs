@@ -14,6 +14,7 @@ use host_tools::board::transport::Transport;
 use host_tools::error::{Error, Result};
 use host_tools::robot::Robot;
 use model_core::coefficients::Coefficients;
+use model_core::effects::Columns;
 use model_core::model::Model;
 use model_core::payload::{Mass, Noise};
 use model_core::torque::{Drive, TorqueModel};
@@ -75,7 +76,7 @@ pub(crate) fn burger_coefficients() -> Vec<u8> {
     let torque = TorqueModel::from_array([a0, a1, g2, g3, g4, kappa, 0.0]);
     let model = Model::Signed { torque, drive: Drive::Dissipative };
     let noise = Noise { density: 1e-4, model_std: 0.01, power_scale: 0.01, tail: 0.0 };
-    Coefficients { robot, model, noise }.encode().unwrap().as_bytes().to_vec()
+    Coefficients { robot, model, noise, columns: Columns::NONE }.encode().unwrap().as_bytes().to_vec()
 }
 
 impl TestBoard {

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "every test crate uses its own part")]
 
 use model_core::coefficients::{Coefficients, Name, Robot};
+use model_core::effects::Columns;
 use model_core::kinematics::{Kinematics, MassMatrix};
 use model_core::model::{MassRange, Model};
 use model_core::motion::Wheel;
@@ -101,6 +102,7 @@ pub(crate) fn coefficients() -> Coefficients<f64, 2> {
         },
         model: Model::Signed { torque: servo(), drive: Drive::Dissipative },
         noise: Noise { density: 1e-4, model_std: 0.0, power_scale: 0.0, tail: 1.0 },
+        columns: Columns::NONE,
     }
 }
 

@@ -6,6 +6,7 @@ mod drive;
 use core::hint::black_box;
 
 use model_core::coefficients::{Coefficients, Name, Robot};
+use model_core::effects::Columns;
 use model_core::eq18::Gate;
 use model_core::estimator::{Estimator, Sample, Timing};
 use model_core::kinematics::Kinematics;
@@ -160,6 +161,7 @@ fn coefficients() -> Option<Coefficients<f32, WHEELS>> {
         },
         model: Model::Signed { torque, drive: Drive::Dissipative },
         noise: Noise { density: 5e-5, model_std: 2e-3, power_scale: 4.0, tail: 1.2 },
+        columns: Columns::NONE,
     })
 }
 

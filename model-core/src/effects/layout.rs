@@ -1,0 +1,47 @@
+//! Where the wheels are, as far as effects care.
+
+use super::columns::Side;
+use crate::kinematics::Kinematics;
+use crate::real::Real;
+
+/// Where the wheels are, as far as effects care.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Layout<T, const N: usize> {
+    /// Row vx of R, m: what a wheel's speed adds to the forward speed.
+    pub forward: [T; N],
+    /// −1 for wheels left of the centre, 1 for those right of it, 0 where a wheel is on neither side.
+    pub side: [T; N],
+    /// Row ω of R over its largest entry.
+    pub turn: [T; N],
+}
+
+impl<T: Real, const N: usize> Layout<T, N> {
+    /// From R.
+    pub fn new(kinematics: &Kinematics<T, N>) -> Self {
+        let [forward, _, turn] = *kinematics.rows();
+        let most = turn.iter().fold(T::ZERO, |most, entry| most.at_least(entry.abs()));
+        let turn = turn.map(|entry| if most > T::ZERO { entry / most } else { T::ZERO });
+        // Forward turning wheels on the left turn the robot clockwise: their entry is negative.
+        let mut side = [T::ZERO; N];
+        for ((side, turn), forward) in side.iter_mut().zip(&turn).zip(&forward) {
+            if *forward != T::ZERO {
+                *side = (*turn * *forward).sign();
+            }
+        }
+        Self { forward, side, turn }
+    }
+
+    /// Adds `share` to the factors of the wheels on a side.
+    pub fn scale(&self, factors: &mut [T; N], side: Side, share: T) {
+        for (factor, own) in factors.iter_mut().zip(&self.side) {
+            let is_there = match side {
+                Side::Both => true,
+                Side::Left => *own < T::ZERO,
+                Side::Right => *own > T::ZERO,
+            };
+            if is_there {
+                *factor += share;
+            }
+        }
+    }
+}

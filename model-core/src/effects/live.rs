@@ -1,0 +1,340 @@
+//! Effects in real time: the list of the coefficients along with the estimator, on the board and in the host's replay alike.
+//!
+//! A sample is first [corrected](Additions::correct) for what its sensors get wrong; behind the filter the run is
+//! [followed](Additions::follow); then the model [answers](Additions::respond) with what the wheels draw as a polynomial of the mass,
+//! the power with all effects at the mass in hand, and what the wheels draw by the measured power.
+
+use super::columns::{Cause, Columns, Terms};
+use super::course::{Course, Heat};
+use super::delay::DelayLine;
+use super::extended::Extended;
+use super::layout::Layout;
+use super::term::Scene;
+use crate::coefficients::{Coefficients, Robot};
+use crate::estimator::{Conditioned, GAP_PERIODS, Sample};
+use crate::filter::{Channel, InvalidCutoff, LowPass};
+use crate::model::{MassRange, Model, Response};
+use crate::motion::Motion;
+use crate::real::Real;
+use crate::torque::{Drive, TorqueModel};
+
+/// What is measured beside speeds and power. What is not finite is not known: the last known value holds, 0 before there is one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outside<T, const N: usize> {
+    /// Nose up, rad.
+    pub pitch: T,
+    /// Of each motor, °C.
+    pub temperature: [T; N],
+    /// What [`crate::effects::Term::Driver`] multiplies.
+    pub driver: T,
+}
+
+impl<T: Real, const N: usize> Outside<T, N> {
+    /// Nothing is measured.
+    pub const UNKNOWN: Self = Self { pitch: T::NAN, temperature: [T::NAN; N], driver: T::NAN };
+}
+
+/// What the model says of a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Answer<T> {
+    /// What the wheels draw as a function of the mass.
+    pub response: Response<T>,
+    /// P̂ at the mass in hand with all effects, W.
+    pub power: T,
+    /// What the wheels draw by the measured power, W.
+    pub drawn: T,
+}
+
+/// What stands between samples and model.
+pub trait Additions<T: Real, const N: usize> {
+    /// The sample as it would be if its sensors were right; `elapsed` (s) after the one before.
+    fn correct<'a>(
+        &'a mut self,
+        sample: &'a Sample<T, N>,
+        outside: &Outside<T, N>,
+        elapsed: T,
+    ) -> &'a Sample<T, N>;
+
+    /// A sample has passed the filter, settled or not; the mass in hand is `d` kg beyond the middle of `range`, no number while
+    /// it is unknown.
+    fn follow(&mut self, motion: &Motion<T, N>, range: &MassRange<T>, d: T);
+
+    /// The model's answer to a sample behind the filter.
+    fn respond(&self, model: &Model<T>, now: &Conditioned<T, N>, range: &MassRange<T>, d: T) -> Answer<T>;
+
+    /// So much time (s) has passed beyond what the samples say.
+    fn pass(&mut self, time: T);
+
+    /// Another run begins: the next sample is its first.
+    fn restart(&mut self);
+}
+
+/// No effects: nothing is added, at no cost.
+impl<T: Real, const N: usize> Additions<T, N> for () {
+    #[inline(always)]
+    fn correct<'a>(&'a mut self, sample: &'a Sample<T, N>, _: &Outside<T, N>, _: T) -> &'a Sample<T, N> {
+        sample
+    }
+
+    #[inline(always)]
+    fn follow(&mut self, _: &Motion<T, N>, _: &MassRange<T>, _: T) {}
+
+    #[inline(always)]
+    fn respond(&self, model: &Model<T>, now: &Conditioned<T, N>, range: &MassRange<T>, d: T) -> Answer<T> {
+        let (response, power) = model.response_and_power(&now.motion, range, d);
+        Answer { response, power, drawn: now.power }
+    }
+
+    #[inline(always)]
+    fn pass(&mut self, _: T) {}
+
+    #[inline(always)]
+    fn restart(&mut self) {}
+}
+
+/// Why coefficients with effects cannot run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Unfit {
+    /// The filter's cutoff is none at this sample rate.
+    Cutoff(InvalidCutoff),
+    /// Effects act on the torques of the signed model: this one has none.
+    Model,
+    /// A delay that the samples kept do not reach.
+    Delay,
+}
+
+/// A column of the log behind the filter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Track<T> {
+    channel: Channel<T>,
+    /// No number while nothing was measured.
+    level: T,
+}
+
+impl<T: Real> Track<T> {
+    const UNKNOWN: Self = Self { channel: Channel::NOTHING, level: T::NAN };
+
+    fn take(&mut self, filter: &LowPass<T>, value: T) {
+        if !value.is_finite() {
+            return;
+        }
+        if !self.level.is_finite() {
+            filter.settle(&mut self.channel, value);
+        }
+        self.level = filter.step(&mut self.channel, value).value;
+    }
+
+    fn or(&self, unknown: T) -> T {
+        if self.level.is_finite() { self.level } else { unknown }
+    }
+}
+
+/// The effects of some coefficients, and what of the run they have to remember.
+#[derive(Debug, Clone, Copy)]
+pub struct Live<T, const N: usize> {
+    columns: Columns<T>,
+    terms: Terms<T>,
+    torque: TorqueModel<T>,
+    drive: Drive,
+    layout: Layout<T, N>,
+    turn_row: [T; N],
+    dead_band: T,
+    /// Time constant of the windings' heat, s; no number where nobody asks for it.
+    heat_time: T,
+    heat: [Heat<T>; N],
+    course: Course<T>,
+    /// What readings of the wheels' speeds are multiplied by.
+    scales: [T; N],
+    delay: Option<DelayLine<T, N>>,
+    filter: LowPass<T>,
+    pitch: Track<T>,
+    temperature: [Track<T>; N],
+    driver: Track<T>,
+    corrected: Sample<T, N>,
+    /// Since the last sample that passed the filter, s.
+    passed: T,
+}
+
+impl<T: Real, const N: usize> Live<T, N> {
+    /// Of coefficients, for samples `period_s` apart.
+    ///
+    /// # Errors
+    /// They have another model than the signed one, or a delay that is too long at this rate.
+    pub fn new(coefficients: &Coefficients<T, N>, period_s: f64) -> Result<Self, Unfit> {
+        let Coefficients { robot, model, columns, .. } = coefficients;
+        let Model::Signed { torque, drive } = model else { return Err(Unfit::Model) };
+        let layout = Layout::new(&robot.kinematics);
+        let mut scales = [T::ONE; N];
+        for column in columns.iter() {
+            if let Cause::Scale(side) = column.cause {
+                layout.scale(&mut scales, side, column.coefficient);
+            }
+        }
+        let delay = columns.delay();
+        let delay = if delay == T::ZERO {
+            None
+        } else {
+            let longest_step = T::from_f64(GAP_PERIODS * period_s);
+            Some(DelayLine::new(delay, period_s, longest_step).ok_or(Unfit::Delay)?)
+        };
+        let heat_time = columns.iter().find_map(|column| match column.cause {
+            Cause::Heat(time) => Some(time),
+            _ => None,
+        });
+        let [_, _, turn_row] = *robot.kinematics.rows();
+        Ok(Self {
+            columns: *columns,
+            terms: columns.terms(),
+            torque: *torque,
+            drive: *drive,
+            layout,
+            turn_row,
+            dead_band: robot.dead_band,
+            heat_time: heat_time.unwrap_or(T::NAN),
+            heat: [Heat::default(); N],
+            course: Course::default(),
+            scales,
+            delay,
+            filter: LowPass::new(robot.cutoff_hz.to_f64(), period_s).map_err(Unfit::Cutoff)?,
+            pitch: Track::UNKNOWN,
+            temperature: [Track::UNKNOWN; N],
+            driver: Track::UNKNOWN,
+            corrected: Sample { wheel_speed: [T::ZERO; N], wheel_acceleration: None, power: T::ZERO },
+            passed: T::ZERO,
+        })
+    }
+
+    fn extended(&self) -> Extended<'_, T, N> {
+        let Self { torque, drive, layout, dead_band, .. } = *self;
+        Extended { torque, drive, layout, dead_band, effects: self.terms.as_slice() }
+    }
+
+    fn scene(&self, mass: T) -> Scene<T, N> {
+        let mut warmth = [T::ZERO; N];
+        for ((warmth, heat), temperature) in warmth.iter_mut().zip(&self.heat).zip(&self.temperature) {
+            // As cold as in the fit, while nobody knows.
+            let known = temperature.level.is_finite() || !self.columns.needs().temperatures;
+            *warmth =
+                if known { self.columns.warmth(heat.level(), temperature.or(T::ZERO)) } else { T::ZERO };
+        }
+        Scene {
+            mass,
+            time: self.course.time(),
+            pitch: self.pitch.or(T::ZERO),
+            heading: self.course.heading(),
+            warmth,
+            still: self.course.still(),
+            driver: self.driver.or(T::ZERO),
+        }
+    }
+}
+
+/// The mass in hand, kg; the middle of the range while it is unknown.
+#[inline]
+fn in_hand<T: Real>(range: &MassRange<T>, d: T) -> T {
+    if d.is_finite() { range.middle() + d } else { range.middle() }
+}
+
+impl<T: Real, const N: usize> Additions<T, N> for Live<T, N> {
+    fn correct<'a>(
+        &'a mut self,
+        sample: &'a Sample<T, N>,
+        outside: &Outside<T, N>,
+        elapsed: T,
+    ) -> &'a Sample<T, N> {
+        self.pass(elapsed);
+        self.pitch.take(&self.filter, outside.pitch);
+        self.driver.take(&self.filter, outside.driver);
+        for (track, value) in self.temperature.iter_mut().zip(&outside.temperature) {
+            track.take(&self.filter, *value);
+        }
+        self.corrected = *sample;
+        for (speed, scale) in self.corrected.wheel_speed.iter_mut().zip(&self.scales) {
+            *speed = *speed * *scale;
+        }
+        for (acceleration, scale) in self.corrected.wheel_acceleration.iter_mut().flatten().zip(&self.scales)
+        {
+            *acceleration = *acceleration * *scale;
+        }
+        if let Some(line) = &mut self.delay {
+            self.corrected = line.push(&self.corrected, elapsed);
+        }
+        &self.corrected
+    }
+
+    fn follow(&mut self, motion: &Motion<T, N>, range: &MassRange<T>, d: T) {
+        let mut turn_rate = T::ZERO;
+        for (share, wheel) in self.turn_row.iter().zip(&motion.wheels) {
+            turn_rate += *share * wheel.speed;
+        }
+        self.course.see(turn_rate, motion.is_moving());
+        let passed = self.passed;
+        self.passed = T::ZERO;
+        if self.heat_time.is_finite() {
+            let mass = in_hand(range, d);
+            for (heat, wheel) in self.heat.iter_mut().zip(&motion.wheels) {
+                let torque = self.torque.torque(wheel, mass);
+                heat.take(self.torque.winding_loss * torque * torque, passed, self.heat_time);
+            }
+        }
+    }
+
+    fn respond(&self, _: &Model<T>, now: &Conditioned<T, N>, range: &MassRange<T>, d: T) -> Answer<T> {
+        let (extended, scene) = (self.extended(), self.scene(in_hand(range, d)));
+        let (response, power) = extended.response_and_power(&now.motion, &scene, range, d);
+        Answer { response, power, drawn: extended.drawn_of(now.power, &scene) }
+    }
+
+    fn pass(&mut self, time: T) {
+        self.course.pass(time);
+        if time > T::ZERO && time.is_finite() {
+            self.passed += time;
+        }
+    }
+
+    fn restart(&mut self) {
+        self.course = Course::default();
+        self.heat = [Heat::default(); N];
+        self.passed = T::ZERO;
+    }
+}
+
+impl<T: Real, const N: usize> Robot<T, N> {
+    /// The powers that the coefficients' effects make of a motion at a mass, early and late, in a scene that is at the far end of
+    /// what they may meet; for [`crate::plausibility`].
+    pub(crate) fn powers_at_worst(
+        &self,
+        torque: TorqueModel<T>,
+        drive: Drive,
+        columns: &Columns<T>,
+        motion: &Motion<T, N>,
+        mass: T,
+    ) -> [T; 2] {
+        let terms = columns.terms();
+        let extended = Extended {
+            torque,
+            drive,
+            layout: Layout::new(&self.kinematics),
+            dead_band: self.dead_band,
+            effects: terms.as_slice(),
+        };
+        let mut scene = Scene::at_start(mass);
+        scene.pitch = T::from_f64(STEEPEST);
+        scene.heading = [T::from_f64(core::f64::consts::FRAC_1_SQRT_2); 2];
+        scene.driver = T::from_f64(HARDEST);
+        for (warmth, wheel) in scene.warmth.iter_mut().zip(&motion.wheels) {
+            let alone = torque.torque(wheel, mass);
+            *warmth = columns.warmth(torque.winding_loss * alone * alone, T::from_f64(HOTTEST));
+        }
+        [T::ZERO, T::from_f64(LATEST)].map(|time| extended.power(motion, &Scene { time, ..scene }))
+    }
+}
+
+/// A slope that wheels do not climb, rad.
+const STEEPEST: f64 = 0.7;
+/// A processor's load, percent.
+const HARDEST: f64 = 100.0;
+/// Windings burn here, °C.
+const HOTTEST: f64 = 200.0;
+/// A week, s: later than any step of a run.
+const LATEST: f64 = 604_800.0;
