@@ -286,9 +286,9 @@ fn causes() -> Vec<Cause<f32>> {
         Term::Scrub,
         Term::ScrubPerKg,
         Term::GearLoad,
-        Term::Sag,
+        Term::Sag(0.0),
         Term::Return,
-        Term::Gain,
+        Term::Gain(0.0),
         Term::Constant,
         Term::StepAt(0.0),
         Term::WithMotion(1.5),
@@ -349,7 +349,7 @@ fn every_effect_comes_back() {
 #[test]
 fn the_longest_image_fits_the_upload_window() {
     let four =
-        columns_of(&[Cause::Hot, Cause::Delay, Cause::Term(Term::Sag), Cause::Term(Term::StepAt(7.5))]);
+        columns_of(&[Cause::Hot, Cause::Delay, Cause::Term(Term::Sag(0.0)), Cause::Term(Term::StepAt(7.5))]);
     assert_eq!(four.len(), MOST_COLUMNS);
     let six = with_columns::<6>(&four);
     let image = six.encode().unwrap();
@@ -420,9 +420,9 @@ fn columns_that_mean_nothing_are_none() {
         assert_eq!(refused(cause, f64::NAN), value, "{cause:?}");
     }
     for (cause, coefficient) in [
-        (Cause::Term(Term::Sag), -0.1),
+        (Cause::Term(Term::Sag(0.0)), -0.1),
         (Cause::Term(Term::GearLoad), -0.1),
-        (Cause::Term(Term::Gain), -1.0),
+        (Cause::Term(Term::Gain(0.0)), -1.0),
         (Cause::Term(Term::Return), 1.1),
         (Cause::Term(Term::Drag(2)), 0.1),
         (Cause::Term(Term::Winding), 0.1),

@@ -57,9 +57,9 @@ fn all_terms() -> [Term<f64>; 22] {
         Term::Scrub,
         Term::ScrubPerKg,
         Term::GearLoad,
-        Term::Sag,
+        Term::Sag(0.0),
         Term::Return,
-        Term::Gain,
+        Term::Gain(0.0),
         Term::Constant,
         Term::StepAt(30.0),
         Term::WithMotion(1.0),
@@ -108,9 +108,9 @@ fn size(term: Term<f64>) -> f64 {
         Term::GradeAhead | Term::GradeAlong(_) => 0.03,
         Term::Winding => 0.0039,
         Term::GearLoad => 2.0,
-        Term::Sag => 0.05,
+        Term::Sag(0.0) => 0.05,
         Term::Return => 0.4,
-        Term::Gain => -0.1,
+        Term::Gain(0.0) => -0.1,
         Term::Constant | Term::StepAt(_) | Term::WithMotion(_) => 0.3,
         Term::Driver => 0.005,
         _ => 0.004,
@@ -161,7 +161,7 @@ proptest! {
     #[test]
     fn the_supply_is_inverted(wheels in proptest::array::uniform2(wheel()), sag in 0.0..0.1_f64, gain in -0.5..0.5_f64) {
         let motion = Motion { wheels };
-        let pairs = [(Term::Sag, sag), (Term::Gain, gain), (Term::Constant, 0.7), (Term::Driver, 0.004)];
+        let pairs = [(Term::Sag(0.0), sag), (Term::Gain(0.0), gain), (Term::Constant, 0.7), (Term::Driver, 0.004)];
         let effects = pairs.map(|(term, coefficient)| effect(term, coefficient));
         let (with, without) = (extended(&effects), extended(&[]));
         let (measured, drawn) = (with.power(&motion, &scene()), without.power(&motion, &scene()));
@@ -214,8 +214,8 @@ fn each_term_is_what_a_calculation_by_hand_gives() {
         (Term::Drag(1), 0.1, 0.4),
         (Term::Scrub, 0.1, 0.0),
         (Term::GearLoad, 0.5, 2.0 * 0.5 * one_wheel * one_wheel * 4.0),
-        (Term::Sag, 0.1, 0.1 * alone * alone),
-        (Term::Gain, 0.1, 0.1 * alone),
+        (Term::Sag(0.0), 0.1, 0.1 * alone * alone),
+        (Term::Gain(0.0), 0.1, 0.1 * alone),
         (Term::Constant, 0.1, 0.1),
         (Term::StepAt(40.0), 0.1, 0.1),
         (Term::StepAt(40.1), 0.1, 0.0),

@@ -277,7 +277,7 @@ fn equals_the_host_with_effects() {
         &[
             (Cause::Term(Term::GradeAlong([1.0, 0.0])), 0.003),
             (Cause::Term(Term::GradeAlong([0.0, 1.0])), -0.002),
-            (Cause::Term(Term::Sag), 0.01),
+            (Cause::Term(Term::Sag(0.0)), 0.01),
             (Cause::Scale(Side::Left), 0.01),
         ],
         &[(Cause::Hot, 0.1), (Cause::Term(Term::Windage), 1e-4), (Cause::Term(Term::Stribeck(0.4)), 0.004)],
@@ -285,7 +285,7 @@ fn equals_the_host_with_effects() {
         &[
             (Cause::Term(Term::StepAt(50.0)), 0.05),
             (Cause::Term(Term::WithMotion(1.0)), 0.02),
-            (Cause::Term(Term::Gain), 0.01),
+            (Cause::Term(Term::Gain(0.0)), 0.01),
             (Cause::Term(Term::Constant), -0.01),
         ],
         &[(Cause::Term(Term::GearLoad), 0.2), (Cause::Term(Term::Return), 0.3), (Cause::Delay, -0.081)],

@@ -91,7 +91,8 @@ pub fn on_locked<const N: usize>(
         &functions,
         Some(&open.whitener),
     );
-    let floor_w2 = (own.floor_w2 * clean.map_or(1.0, |clean| misfit(clean, base, lag, parameters))).min(after_w2);
+    let floor_w2 =
+        (own.floor_w2 * clean.map_or(1.0, |clean| misfit(clean, base, lag, parameters))).min(after_w2);
     let only_single = !state.effects.is_empty() && common.is_empty();
     let added = before.iter().zip(&after).map(|(b, a)| b.iter().zip(a).map(|(b, a)| b - a).collect());
     let added_w2 = mean(&added.collect::<Vec<Vec<f64>>>());

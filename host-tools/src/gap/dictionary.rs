@@ -303,7 +303,16 @@ pub fn candidates<const N: usize>(
         add("turning-scrub", term(Term::ScrubPerKg), (0.0, per_kg), 1, json!({"depends_on_mass": true}));
     }
     add("gear-load-loss", term(Term::GearLoad), (0.0, 20.0 / torque), 0, none.clone());
-    add("supply-sag", term(Term::Sag), (0.0, 2.0 / scale.power.max(1e-9)), 0, none.clone());
+    // Leads and sensor see the whole power, the part that was calibrated away as static included: unless it was calibrated anew.
+    let with_static: Vec<f64> = match runs.robot.static_power {
+        with if with > 0.0 => vec![with, 0.0],
+        _ => vec![0.0],
+    };
+    for &with in &with_static {
+        let most = 2.0 / (scale.power + with).max(1e-9);
+        let detail = if with > 0.0 { json!({"with_static_w": with}) } else { Value::Null };
+        add("supply-sag", term(Term::Sag(with)), (0.0, most), with_static.len() as u32 - 1, detail);
+    }
     if regenerative {
         skip("regeneration", "the robot's file says that the drives feed back already");
     } else {
@@ -325,7 +334,10 @@ pub fn candidates<const N: usize>(
         }
         None => skip("compute-load", "needs cpu_percent"),
     }
-    add("sensor-gain", term(Term::Gain), (-0.9, 4.0), 0, none.clone());
+    for &with in &with_static {
+        let detail = if with > 0.0 { json!({"with_static_w": with}) } else { Value::Null };
+        add("sensor-gain", term(Term::Gain(with)), (-0.9, 4.0), with_static.len() as u32 - 1, detail);
+    }
     add("sensor-offset", term(Term::Constant), (-f64::INFINITY, f64::INFINITY), 0, none.clone());
     add("sensor-delay", vec![Cause::Delay], (-1.0, 1.0), 0, none);
     let both = if sides { vec![("left", -1.0), ("right", 1.0), ("both", 0.0)] } else { vec![("both", 0.0)] };

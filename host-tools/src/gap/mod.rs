@@ -5,11 +5,11 @@ pub mod bench;
 pub mod confirm;
 pub mod dictionary;
 pub mod edges;
-pub mod excess;
-pub mod input;
 #[cfg(test)]
 mod example;
+pub mod excess;
 pub mod extended;
+pub mod input;
 pub mod inquiry;
 pub mod investigate;
 pub mod joint;

@@ -57,12 +57,12 @@ pub enum Term<T> {
     /// Torque T² sgn w, 1/(N·m), T being what passes the gear: the body's share of τ, without that of rotor and motor friction.
     /// A loss that grows with the torque, whichever way the power goes.
     GearLoad,
-    /// Power P², 1/W: current through a resistance in the supply.
-    Sag,
+    /// Power (P + s)², 1/W: current through a resistance in the supply, s being the static power (W) that passes it, too.
+    Sag(T),
     /// Share of braking power that returns.
     Return,
-    /// Power P, dimensionless.
-    Gain,
+    /// Power P + s, dimensionless, s being the static power (W) that the sensor measures, too.
+    Gain(T),
     /// Power 1, W.
     Constant,
     /// Power from a time in s on, W.
@@ -185,8 +185,9 @@ impl<T: Real> Term<T> {
     pub(super) fn supply<const N: usize>(&self, scene: &Scene<T, N>) -> Supply<T> {
         let constant = |constant| Supply { constant, ..Supply::default() };
         match *self {
-            Term::Sag => Supply { square: T::ONE, ..Supply::default() },
-            Term::Gain => Supply { gain: T::ONE, ..Supply::default() },
+            // (P + s)², and P + s.
+            Term::Sag(with) => Supply { square: T::ONE, gain: T::TWO * with, constant: with * with },
+            Term::Gain(with) => Supply { gain: T::ONE, constant: with, ..Supply::default() },
             Term::Constant => constant(T::ONE),
             Term::StepAt(from) if scene.time >= from => constant(T::ONE),
             Term::WithMotion(hold) if scene.still <= hold => constant(T::ONE),
