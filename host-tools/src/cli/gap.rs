@@ -9,8 +9,10 @@ use crate::error::{Error, Result};
 use crate::fit::dataset::{Dataset, Reading};
 use crate::fit::{file, physical};
 use crate::gap::investigate::{Base, Options, investigate};
+use crate::gap::output::Beside;
 use crate::gap::runs::Runs;
-use crate::gap::{output, summary};
+use crate::gap::{manoeuvre, output, simulation, summary};
+use crate::plant::PlantSet;
 use crate::robot::Robot;
 use crate::with_wheels;
 
@@ -33,6 +35,13 @@ pub(crate) struct Arguments {
     /// Total mass of logs without a mass_kg column, kg [default: the robot's mass without payload]
     #[arg(long, value_name = "KG")]
     mass: Option<f64>,
+    /// Drive a simulated robot with these motors along the recorded wheel speeds as well: calibrated on the clean runs, without the
+    /// named effects and with them
+    #[arg(long, value_enum)]
+    plant: Option<PlantSet>,
+    /// Where the speed profile that parts the rivals of a tie is written
+    #[arg(long, value_name = "FILE", default_value = "gap_profile.csv")]
+    profile: PathBuf,
     /// Figures as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -66,15 +75,17 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
             (dataset.robot, Base { torque, covariance: None, drive: robot.drive() })
         }
     };
-    let runs = Runs::<N>::read(robot, &core, &arguments.runs, mass)?;
+    let raw = Runs::<N>::raw(robot, &arguments.runs, mass)?;
+    let runs = Runs::condition(&core, raw.clone())?;
     let clean_logs = match (&arguments.base[..], &arguments.coeffs) {
         ([], Some(coefficients)) => file::read_logs(coefficients)?,
         (given, _) => given.to_owned(),
     };
-    let clean = match &clean_logs[..] {
+    let raw_clean = match &clean_logs[..] {
         [] => None,
-        files => Some(Runs::<N>::read(robot, &core, files, mass)?),
+        files => Some(Runs::<N>::raw(robot, files, mass)?),
     };
+    let clean = raw_clean.clone().map(|raw| Runs::condition(&core, raw)).transpose()?;
     if clean.is_none() && arguments.coeffs.is_some() {
         eprintln!(
             "gmr: the clean runs of these coefficients are not there: what the model gets wrong without any effect is not \
@@ -82,10 +93,31 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
         );
     }
     let report = investigate(&runs, clean.as_ref(), &base, &Options::default())?;
-    if arguments.json {
-        super::print_json(&output::json(&report, None))
-    } else {
-        println!("{}", summary::text(&report).trim_end());
-        Ok(())
+    let simulated = arguments
+        .plant
+        .map(|plant| simulation::simulate(plant, robot, &core, &raw, raw_clean.as_deref(), &report))
+        .transpose()?;
+    let suggestion = manoeuvre::suggest(robot, &runs, clean.as_ref(), &report)?;
+    let file = arguments.profile.as_path();
+    let written = suggestion.as_ref().filter(|suggestion| suggestion.knots.is_some());
+    if let Some(suggestion) = written {
+        suggestion.write(file)?;
     }
+    if arguments.json {
+        let profile = written.map(|_| file.display().to_string());
+        let beside = Beside {
+            simulated: simulated.as_ref(),
+            suggestion: suggestion.as_ref(),
+            profile: profile.as_deref(),
+        };
+        return super::print_json(&output::json(&report, beside));
+    }
+    println!("{}", summary::text(&report).trim_end());
+    if let Some(simulated) = &simulated {
+        println!("{}", simulated.line());
+    }
+    if let Some(suggestion) = &suggestion {
+        println!("{}", suggestion.lines(file).trim_end());
+    }
+    Ok(())
 }

@@ -107,7 +107,7 @@ fn misfit_w2<const N: usize>(clean: &Runs<N>, base: &Base, parameters: usize) ->
 }
 
 /// Steps come at a time of their own in each run: in locked runs, too, it has to be looked for. Their size is not.
-fn with_own_times<const N: usize>(
+pub(super) fn with_own_times<const N: usize>(
     twin: &Twin<'_, N>,
     torque: TorqueModel<f64>,
     mut effects: Vec<(Cause, f64)>,

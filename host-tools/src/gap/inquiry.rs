@@ -50,7 +50,7 @@ pub struct Score {
 }
 
 /// A state fitted with all its effects.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Fitted {
     /// Base and effects.
     pub state: State,
@@ -262,7 +262,7 @@ impl<const N: usize> Inquiry<'_, N> {
 }
 
 /// A candidate with its fit.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Rival {
     /// What was added.
     pub candidate: Candidate,

@@ -3,9 +3,22 @@
 use serde_json::{Map, Value, json};
 
 use super::investigate::{Report, Verdict};
+use super::manoeuvre::Suggestion;
+use super::simulation::Simulated;
+
+/// What goes beside the report.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Beside<'a> {
+    /// The simulation's side.
+    pub simulated: Option<&'a Simulated>,
+    /// What to drive where there is a tie.
+    pub suggestion: Option<&'a Suggestion>,
+    /// The file that its profile was written to.
+    pub profile: Option<&'a str>,
+}
 
 /// The report, for scripts.
-pub fn json(report: &Report, profile: Option<&str>) -> Value {
+pub fn json(report: &Report, beside: Beside<'_>) -> Value {
     let effects: Vec<Value> = report
         .effects
         .iter()
@@ -36,12 +49,14 @@ pub fn json(report: &Report, profile: Option<&str>) -> Value {
     out.insert("verdict".to_owned(), json!(report.verdict));
     out.insert("effects".to_owned(), Value::Array(effects));
     out.insert("ambiguous_with".to_owned(), json!(report.ambiguous_with));
-    out.insert("suggested_profile".to_owned(), json!(profile));
+    out.insert("suggested_profile".to_owned(), json!(beside.profile));
+    out.insert("manoeuvre".to_owned(), beside.suggestion.map_or(Value::Null, Suggestion::json));
     out.insert("gap_before_w".to_owned(), json!(confirmed.before_w));
     let stands = matches!(report.verdict, Verdict::Named | Verdict::Ambiguous);
     out.insert("gap_after_w".to_owned(), json!(if stands { confirmed.after_w } else { confirmed.before_w }));
     out.insert("noise_floor_w".to_owned(), json!(confirmed.floor_w));
     out.insert("gap_closed".to_owned(), json!(confirmed.closed.filter(|_| stands)));
+    out.insert("simulation".to_owned(), beside.simulated.map_or(Value::Null, Simulated::json));
     out.insert("confirm_runs".to_owned(), json!(confirmed.runs));
     out.insert("localisation".to_owned(), json!(report.localisation));
     out.insert("rounds".to_owned(), Value::Array(rounds));

@@ -98,11 +98,19 @@ impl<const N: usize> Runs<N> {
     /// # Errors
     /// A log that cannot be read or is not one of this robot; runs of different sample rates; a run too short for the filter.
     pub fn read(robot: &Robot, core: &CoreRobot<f64, N>, files: &[PathBuf], mass_kg: f64) -> Result<Self> {
+        Self::condition(core, Self::raw(robot, files, mass_kg)?)
+    }
+
+    /// The logs as recorded, before any filter.
+    ///
+    /// # Errors
+    /// A log that cannot be read or is not one of this robot.
+    pub fn raw(robot: &Robot, files: &[PathBuf], mass_kg: f64) -> Result<Vec<RawRun<N>>> {
         let mut raw = Vec::new();
         for file in files {
             raw.extend(read_log::<N>(robot, file, mass_kg)?);
         }
-        Self::condition(core, raw)
+        Ok(raw)
     }
 
     /// Conditions runs as recorded.
