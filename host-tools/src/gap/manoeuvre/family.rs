@@ -148,3 +148,49 @@ pub fn at(knots: &Knots, time: f64) -> [f64; 2] {
     let share = if to > from { ((time - from) / (to - from)).clamp(0.0, 1.0) } else { 1.0 };
     [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::bench::sets::CUTOFF_HZ;
+    use super::super::super::runs::Runs;
+    use super::*;
+    use crate::robot::Robot;
+
+    const ROBOT: &str = "kinematics = \"differential\"\nwheel_radius_m = 0.033\ntrack_m = 0.16\nmass_no_load_kg = 1\n\
+                         mass_full_load_kg = 6\nmax_speed_m_s = 0.5\nmax_turn_rad_s = 2.0\nmax_acceleration_m_s2 = 0.8\n";
+
+    /// Limits of a robot whose file gives them all: the runs, of which there are none, do not matter.
+    fn limits() -> Limits {
+        let robot = Robot::parse(ROBOT).unwrap();
+        let core = robot.core::<2>(CUTOFF_HZ).unwrap();
+        let layout = model_core::effects::Layout::new(&core.kinematics);
+        let runs = Runs { robot: core, layout, columns: Vec::new(), runs: Vec::new(), period_s: 0.1 };
+        Limits::new(&robot, &runs)
+    }
+
+    #[test]
+    fn profiles_keep_the_limits_of_the_robots_file_and_begin_and_end_at_rest() {
+        let (limits, all) = (limits(), blocks());
+        for block in 0..all.len() {
+            let recipe = Recipe { lead_s: 2.0, duration_s: 60.0, blocks: vec![block, 3] };
+            let knots = recipe.knots(&all, &limits);
+            assert_eq!((knots[0].1, knots[knots.len() - 1].1), ([0.0; 2], [0.0; 2]), "{}", all[block].name);
+            assert!(knots.windows(2).all(|pair| pair[1].0 > pair[0].0), "{}", all[block].name);
+            let mut last: Option<Vec<f64>> = None;
+            for k in 0..=600 {
+                let [speed, turn] = at(&knots, f64::from(k) * 0.1);
+                assert!(speed.abs() <= 0.5 + 1e-9 && turn.abs() <= 2.0 + 1e-9, "{}", all[block].name);
+                // Wheels by hand: (v ∓ ω 0.08 m) / 0.033 m.
+                let rims = vec![speed - 0.08 * turn, speed + 0.08 * turn];
+                for (place, rim) in rims.iter().enumerate() {
+                    assert!(rim.abs() <= 0.5 + 1e-9);
+                    let before = last.as_ref().map_or(0.0, |last| last[place]);
+                    assert!((rim - before).abs() <= 0.08 + 1e-9, "{} {k} {rim} {before}", all[block].name);
+                }
+                last = Some(rims);
+            }
+            let end = knots[knots.len() - 1].0;
+            assert!((end - 60.0).abs() < 1e-9, "{} {end}", all[block].name);
+        }
+    }
+}

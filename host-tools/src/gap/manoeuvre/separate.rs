@@ -96,6 +96,14 @@ fn to_come<const N: usize>(state: &State, runs: &Runs<N>) -> State {
     coming
 }
 
+/// A shape that a rival may adapt. Times of steps are not: each run has its own.
+fn width(cause: &Cause) -> Option<f64> {
+    match cause {
+        Cause::Term(Term::StepAt(_) | Term::RollingFrom(_)) => None,
+        other => other.shape(),
+    }
+}
+
 /// What is known already: the open runs of the field and the clean ones, and the rivals that explain them.
 pub struct Ground<'a, const N: usize> {
     /// Open runs, then clean ones.
@@ -200,7 +208,7 @@ impl<const N: usize> Ground<'_, N> {
                 );
                 let effects = columns.len() - from;
                 for (effect, (cause, _)) in state.effects.iter().enumerate() {
-                    let Some(shape) = cause.shape() else { continue };
+                    let Some(shape) = width(cause) else { continue };
                     let mut moved = state.clone();
                     moved.effects[effect].0 = cause.with_shape(shape * (1.0 + SHAPE_STEP));
                     let there = twin.predict(place, &moved);
