@@ -176,6 +176,9 @@ impl Scale {
 /// Shape parameters that may be searched, as `detail` calls them.
 pub const SHAPES: [&str; 4] = ["speed_rad_s", "time_constant_s", "hold_s", "at_s"];
 
+/// Longer than any rest, but not as long as that before the first motion, s: with that one a step would be on from the start.
+const FOR_EVER_S: f64 = 1e9;
+
 /// What the choice among a few shapes costs, in χ².
 pub const SHAPE: f64 = 2.0;
 
@@ -307,8 +310,8 @@ pub fn candidates<const N: usize>(
     } else {
         add("regeneration", term(Term::Return), (0.0, 1.0), 0, none.clone());
     }
-    for hold in [0.0, 1.0, 4.0, f64::INFINITY] {
-        let with = if hold.is_finite() {
+    for hold in [0.0, 1.0, 4.0, FOR_EVER_S] {
+        let with = if hold < FOR_EVER_S {
             json!({"with": "motion", "hold_s": hold})
         } else {
             json!({"from": "the first motion on"})

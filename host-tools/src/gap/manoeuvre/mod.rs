@@ -27,8 +27,11 @@ pub const RUNS: usize = 4;
 /// Share of them that is not locked when the workflow splits.
 const OPEN: f64 = 2.0 / 3.0;
 
-/// Rivals that would differ by less than this many standard errors are not parted: three is what a tie is short of, and what the
-/// model gets wrong where no run has been yet takes as much again.
+/// Rivals that would differ by less than this many standard errors are not worth a drive: three is what a tie is short of.
+const WORTH: f64 = 3.0;
+
+/// Rivals that would differ by less than this may stay in their tie: what the model gets wrong where no run has been yet takes as much
+/// again.
 const PARTED: f64 = 6.0;
 
 /// Rivals that would differ by more than this are parted for sure: a longer drive is not worth its time.
@@ -128,7 +131,7 @@ pub fn suggest<const N: usize>(
     }
     record.sort();
     record.dedup();
-    let parts = pairs.iter().any(|pair| pair.z >= PARTED);
+    let parts = pairs.iter().any(|pair| pair.z >= WORTH);
     let suggestion = match best.filter(|_| parts) {
         Some((recipe, masses)) => Suggestion {
             knots: Some(recipe.knots(&search.blocks, &search.limits)),

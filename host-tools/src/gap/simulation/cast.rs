@@ -199,3 +199,63 @@ impl Part {
         self.effects.iter().map(part).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::super::super::dictionary::Candidate;
+    use super::super::super::twin::Switched;
+    use super::*;
+
+    fn named(id: &str, causes: Vec<Cause>, coefficients: Vec<f64>, detail: Value) -> Named {
+        let detail = detail.as_object().cloned().unwrap_or_default();
+        let (unit, range, shape, search) = (String::new(), (0.0, 1.0), None, 0.0);
+        let candidate = Candidate { id: id.to_owned(), causes, unit, range, detail, shape, search };
+        Named { candidate, std_errs: coefficients.clone(), coefficients }
+    }
+
+    fn part(named: &Named) -> std::result::Result<Part, String> {
+        let scene = Scene {
+            open: &[0, 2],
+            locked: &[1],
+            runs: 3,
+            locked_times: Some(&[7.0]),
+            rolling: 0.02,
+            lightest_kg: 1.0,
+        };
+        cast(named, &scene).unwrap()
+    }
+
+    #[test]
+    fn the_details_of_an_effect_are_the_options_of_its_cause() {
+        let slope = part(&named("grade", vec![], vec![0.0, 0.02], json!({"along": "a direction"}))).unwrap();
+        // Uphill at a right angle to the left of the start.
+        assert_eq!(slope.effects[0].option("heading"), Some(std::f64::consts::FRAC_PI_2));
+        assert_eq!(slope.range.0, 0.0);
+        let drag =
+            part(&named("wheel-drag", vec![], vec![0.1], json!({"wheel": 2, "side": "right"}))).unwrap();
+        assert_eq!(drag.in_run(0.1, 0).unwrap()[0].option("wheel"), Some(2.0));
+        let both = part(&named("speed-scale", vec![], vec![0.1], json!({"side": "both"}))).unwrap();
+        let sides: Vec<_> = both.in_run(0.1, 0).unwrap().iter().map(|effect| effect.option("side")).collect();
+        assert_eq!(sides, [Some(1.0), Some(0.0)]);
+        // Open runs have the times of the fit, locked runs those that were looked for there.
+        let times = Cause::Switch(Switched::Static, [3.0, f64::INFINITY].into());
+        let step = part(&named("static-step", vec![times], vec![0.1], json!({"runs": "all"}))).unwrap();
+        assert_eq!(step.place, Where::From(vec![3.0, 7.0, f64::INFINITY]));
+        assert_eq!(step.in_run(0.1, 1).unwrap()[0].option("at"), Some(7.0));
+        assert!(step.in_run(0.1, 2).unwrap().is_empty());
+    }
+
+    #[test]
+    fn what_the_plant_has_no_cause_for_is_not_simulated() {
+        for (id, detail) in [
+            ("my-formula", json!({})),
+            ("compute-load", json!({})),
+            ("grade", json!({"by": "pitch_rad"})),
+            ("winding-temperature", json!({"by": "motor temperatures"})),
+        ] {
+            assert!(part(&named(id, vec![Cause::Column(0)], vec![1.0], detail)).is_err(), "{id}");
+        }
+    }
+}
