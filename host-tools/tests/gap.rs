@@ -8,15 +8,17 @@ use std::sync::OnceLock;
 use common::{Bench, keys, number};
 use serde_json::Value;
 
-const KEYS: [&str; 15] = [
+const KEYS: [&str; 17] = [
     "verdict",
     "effects",
     "ambiguous_with",
     "suggested_profile",
+    "manoeuvre",
     "gap_before_w",
     "gap_after_w",
     "noise_floor_w",
     "gap_closed",
+    "simulation",
     "confirm_runs",
     "localisation",
     "rounds",

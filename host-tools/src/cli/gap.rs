@@ -10,12 +10,16 @@ use crate::fit::dataset::{Dataset, Reading};
 use crate::fit::{file, physical};
 use crate::gap::dictionary::NotTestable;
 use crate::gap::input;
-use crate::gap::investigate::{Base, Options, Report, investigate};
+use crate::gap::investigate::{Base, Options, Report, Verdict, investigate};
+use crate::gap::manoeuvre::Suggestion;
+use crate::gap::output::Beside;
 use crate::gap::power_only;
 use crate::gap::runs::Runs;
+use crate::gap::simulation::Simulated;
 use crate::gap::user::{self, UserCandidates};
-use crate::gap::{extended, output, page, summary};
+use crate::gap::{extended, manoeuvre, output, page, simulation, summary};
 use crate::log::speed_column;
+use crate::plant::PlantSet;
 use crate::progress::StageProgress;
 use crate::robot::Robot;
 use crate::with_wheels;
@@ -50,6 +54,13 @@ pub(crate) struct Arguments {
     /// Write the coefficients with the named effects, for gmr estimate, gmr flash and the board
     #[arg(long, value_name = "FILE.toml", requires = "coeffs")]
     out: Option<PathBuf>,
+    /// Drive a simulated robot with these motors along the recorded wheel speeds as well: calibrated on the clean runs, without the
+    /// named effects and with them
+    #[arg(long, value_enum)]
+    plant: Option<PlantSet>,
+    /// Where the speed profile that parts the rivals of a tie is written
+    #[arg(long, value_name = "FILE", default_value = "gap_profile.csv")]
+    profile: PathBuf,
     /// Figures as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -60,12 +71,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if let Some(file) = &arguments.report {
         page::check(file)?;
     }
-    let report = if power_only::is_power_only(&arguments.runs)? {
-        run_power_only(arguments)?
+    let found = if power_only::is_power_only(&arguments.runs)? {
+        Found { report: run_power_only(arguments)?, simulated: None, suggestion: None }
     } else {
         with_wheels!(robot, run_with(&robot, arguments))?
     };
-    show(&report, arguments)
+    show(&found, arguments)
 }
 
 /// Logs that do not say how the robot moved.
@@ -74,6 +85,7 @@ fn run_power_only(arguments: &Arguments) -> Result<Report> {
         (arguments.coeffs.is_some(), "--coeffs"),
         (!arguments.base.is_empty(), "--base"),
         (arguments.report.is_some(), "--report"),
+        (arguments.plant.is_some(), "--plant"),
     ];
     for (given, flag) in given {
         if given {
@@ -93,16 +105,41 @@ fn run_power_only(arguments: &Arguments) -> Result<Report> {
     Ok(report)
 }
 
-fn show(report: &Report, arguments: &Arguments) -> Result<()> {
-    if arguments.json {
-        super::print_json(&output::json(report, None))
-    } else {
-        println!("{}", summary::text(report).trim_end());
-        Ok(())
+/// All that is shown.
+struct Found {
+    report: Report,
+    simulated: Option<Simulated>,
+    suggestion: Option<Suggestion>,
+}
+
+impl Found {
+    /// What is suggested, where it is a drive.
+    fn drive(&self) -> Option<&Suggestion> {
+        self.suggestion.as_ref().filter(|suggestion| suggestion.knots.is_some())
     }
 }
 
-fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Report> {
+fn show(found: &Found, arguments: &Arguments) -> Result<()> {
+    if arguments.json {
+        let profile = found.drive().map(|_| arguments.profile.display().to_string());
+        let beside = Beside {
+            simulated: found.simulated.as_ref(),
+            suggestion: found.suggestion.as_ref(),
+            profile: profile.as_deref(),
+        };
+        return super::print_json(&output::json(&found.report, beside));
+    }
+    println!("{}", summary::text(&found.report).trim_end());
+    if let Some(simulated) = &found.simulated {
+        println!("{}", simulated.line());
+    }
+    if let Some(suggestion) = &found.suggestion {
+        println!("{}", suggestion.lines(&arguments.profile).trim_end());
+    }
+    Ok(())
+}
+
+fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Found> {
     let mass = arguments.mass.unwrap_or(robot.mass_no_load_kg());
     input::check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
     let own = match &arguments.effects {
@@ -145,11 +182,13 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Repo
         }
     };
     let named: Vec<String> = own.iter().flat_map(|effect| effect.formula.variables()).cloned().collect();
-    let mut runs = Runs::<N>::read_with(robot, &core, &arguments.runs, mass, &named)?;
-    let mut clean = match &clean_logs[..] {
+    let raw = Runs::<N>::raw(robot, &arguments.runs, mass, &named)?;
+    let mut runs = Runs::condition(&core, raw.clone())?;
+    let raw_clean = match &clean_logs[..] {
         [] => None,
-        files => Some(Runs::<N>::read_with(robot, &core, files, mass, &named)?),
+        files => Some(Runs::<N>::raw(robot, files, mass, &named)?),
     };
+    let mut clean = raw_clean.clone().map(|raw| Runs::condition(&core, raw)).transpose()?;
     if clean.is_none() && arguments.coeffs.is_some() {
         eprintln!(
             "gmr: the clean runs of these coefficients are not there: what the model gets wrong without any effect is not \
@@ -167,6 +206,17 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Repo
     }
     let progress = StageProgress::new("looking for what the model lacks");
     let report = investigate(&runs, clean.as_ref(), &base, &options)?;
+    let simulated = match arguments.plant {
+        Some(plant) => {
+            progress.at("driving the simulated robot");
+            Some(simulation::simulate(plant, robot, &core, &raw, raw_clean.as_deref(), &report)?)
+        }
+        None => None,
+    };
+    if report.verdict == Verdict::Ambiguous {
+        progress.at("looking for a drive that parts the rivals");
+    }
+    let suggestion = manoeuvre::suggest(robot, &runs, clean.as_ref(), &report)?;
     if let Some(file) = &arguments.report {
         progress.at("drawing");
         let threshold = if clean.is_some() { options.threshold } else { options.threshold_alone };
@@ -182,10 +232,21 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Repo
                 ("most effects".to_owned(), options.most_effects.to_string()),
             ],
         };
-        page::save(file, &report, &page::Picture::of(&runs, &report), &inputs, None)?;
+        page::save(
+            file,
+            &report,
+            &page::Picture::of(&runs, &report),
+            &inputs,
+            simulated.as_ref().map(Simulated::picture).as_ref(),
+        )?;
     }
     if let (Some(out), Some(base)) = (&arguments.out, &arguments.coeffs) {
         extended::write(&report, base, out)?;
     }
-    Ok(report)
+    drop(progress);
+    let found = Found { report, simulated, suggestion };
+    if let Some(suggestion) = found.drive() {
+        suggestion.write(&arguments.profile)?;
+    }
+    Ok(found)
 }

@@ -6,6 +6,7 @@ use std::io::IsTerminal;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::error::{Error, Result};
+use crate::gap::bench::manoeuvre::{self, Ending, Parted};
 use crate::gap::bench::sets::noises;
 use crate::gap::bench::{self, Case, Outcome};
 use crate::gap::investigate::Verdict;
@@ -35,6 +36,9 @@ pub(crate) struct Arguments {
     /// Sets with two effects
     #[arg(long, default_value_t = 0)]
     pairs: usize,
+    /// Of sets that end in a tie: drive the suggested manoeuvre, look again, and count what is then told apart
+    #[arg(long)]
+    manoeuvre: bool,
     /// Print every set
     #[arg(long)]
     all: bool,
@@ -82,11 +86,61 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         ProgressStyle::with_template("{wide_bar} {pos}/{len} {eta}")
             .unwrap_or_else(|_| ProgressStyle::default_bar()),
     );
+    if arguments.manoeuvre {
+        let parted = manoeuvre::run(&robot, &cases, &bar)?;
+        bar.finish_and_clear();
+        print_parted(&parted, cases.len());
+        return Ok(());
+    }
     let mut outcomes = bench::run(&robot, cases, &bar)?;
     bar.finish_and_clear();
     outcomes.sort_by_key(|outcome| (label(outcome), outcome.case.size.to_bits(), outcome.case.seed));
     print(&outcomes, arguments.all);
     Ok(())
+}
+
+/// A line a tie, and how many were told apart.
+fn print_parted(parted: &[Parted], sets: usize) {
+    for tie in parted {
+        let case = &tie.case;
+        let hidden: Vec<&str> = case.effects.iter().map(|effect| effect.id()).collect();
+        let z: Vec<String> = tie
+            .suggestion
+            .pairs
+            .iter()
+            .map(|pair| format!("{}: {:.1}", pair.ids.join("/"), pair.z))
+            .collect();
+        println!(
+            "{:?}: {} size {} seed {}: tie [{}] then [{}]; expected z {}; {} for {:.0} s at {:?} kg, {} clean",
+            tie.ending,
+            hidden.join(" + "),
+            case.size,
+            case.seed,
+            tie.tie.join(", "),
+            tie.names.join(", "),
+            z.join(", "),
+            tie.suggestion.words,
+            tie.suggestion.duration_s().unwrap_or(0.0),
+            tie.suggestion.masses_kg,
+            tie.suggestion.reference_runs
+        );
+    }
+    let number = |ending| parted.iter().filter(|tie| tie.ending == ending).count();
+    let alone =
+        parted.iter().filter(|tie| tie.suggestion.knots.is_some() && tie.suggestion.reference_runs == 0);
+    println!(
+        "{} ties were driven in the field alone, the others with clean runs of the profile, too",
+        alone.count()
+    );
+    println!(
+        "{sets} sets, {} ties: {} resolved to the truth, {} still tied, {} to another effect, {} lost, {} without a profile",
+        parted.len(),
+        number(Ending::Resolved),
+        number(Ending::Tied),
+        number(Ending::Wrong),
+        number(Ending::Lost),
+        number(Ending::NoProfile)
+    );
 }
 
 fn label(outcome: &Outcome) -> String {

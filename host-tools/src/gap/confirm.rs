@@ -68,7 +68,7 @@ pub fn on_locked<const N: usize>(
 ) -> Confirmed {
     let locked = runs.subset(&split.locked);
     let lag = clean.map_or(0.0, |clean| lag::of_clean(clean, base));
-    let twin = Twin { runs: &locked, drive: base.drive, lag, formulas: &[] };
+    let twin = Twin { runs: &locked, drive: base.drive, lag };
     let start = State { torque: base.torque, effects: Vec::new() };
     let before = residual(&twin, &start);
     // Effects of single runs are those of the runs they were found in: none of these.
@@ -121,7 +121,7 @@ pub fn on_locked<const N: usize>(
 /// What is left of the clean runs by their own base, per what is left when everything that varies smoothly is taken out: no effect
 /// explains what the base gets wrong without any.
 fn misfit<const N: usize>(clean: &Runs<N>, base: &Base, lag: f64, parameters: usize) -> f64 {
-    let twin = Twin { runs: clean, drive: base.drive, lag, formulas: &[] };
+    let twin = Twin { runs: clean, drive: base.drive, lag };
     let state = State { torque: base.torque, effects: Vec::new() };
     let left = residual(&twin, &state);
     let rows = left.iter().map(Vec::len).sum::<usize>() as f64;
@@ -131,7 +131,7 @@ fn misfit<const N: usize>(clean: &Runs<N>, base: &Base, lag: f64, parameters: us
 }
 
 /// Steps come at a time of their own in each run: in locked runs, too, it has to be looked for. Their size is not.
-fn with_own_times<const N: usize>(
+pub(super) fn with_own_times<const N: usize>(
     twin: &Twin<'_, N>,
     torque: TorqueModel<f64>,
     mut effects: Vec<(Cause, f64)>,

@@ -58,7 +58,11 @@ pub(super) fn report(verdict: Verdict) -> Report {
         }],
         localisation: (0..8).map(|k| cell(k, stands)).collect(),
         residuals: (residual.clone(), stands.then_some(residual)),
+        excess: None,
+        ties: Vec::new(),
+        basis: None,
         confirmed: Confirmed {
+            seen: None,
             runs: (0..4).map(|k| format!("a/rather/long/folder/for/runs/with_a_long_name_{k}.csv")).collect(),
             before_w: 0.31,
             after_w: if stands { 0.11 } else { 0.31 },

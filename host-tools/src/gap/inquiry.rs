@@ -57,7 +57,7 @@ pub struct Score {
 }
 
 /// A state fitted with all its effects.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Fitted {
     /// Base and effects.
     pub state: State,
@@ -338,7 +338,7 @@ fn with_times(state: &State, what: Switched, times: &[f64]) -> State {
 }
 
 /// A candidate with its fit.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Rival {
     /// What was added.
     pub candidate: Candidate,

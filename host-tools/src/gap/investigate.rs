@@ -158,10 +158,32 @@ pub struct Report {
     pub excess: Option<Excess>,
     /// Base before, and after.
     pub base: [TorqueModel<f64>; 2],
+    /// Rivals of each round that ended in a tie, the winner first, each in all ways in which it may show.
+    pub ties: Vec<Vec<Rival>>,
+    /// What predictions rest on.
+    pub basis: Option<Basis>,
+}
+
+/// What predictions of other runs rest on, beside a state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Basis {
+    /// Whether the drives clamp.
+    pub drive: Drive,
+    /// By how much power is later than speed in clean runs already, s.
+    pub lag: f64,
+    /// Takes the memory of the noise away.
+    pub whitener: Whitener,
+    /// Standard deviation of the whitened noise, W.
+    pub std_w: f64,
+    /// What is known of the base.
+    pub prior: Prior,
 }
 
 /// Losses closer than this are no difference: χ² of three standard errors.
 const TIE_LOSS: f64 = 9.0;
+
+/// Ways of a tied effect that are further behind than this in χ² are not to be parted by a manoeuvre: they are already.
+const WAYS_LOSS: f64 = 25.0;
 
 /// One-sided 95 % of a normal variable.
 const TIE_ERRORS: f64 = 1.64;
@@ -195,7 +217,7 @@ pub fn investigate<const N: usize>(
     let split = split::by_run(runs)?;
     let field = runs.subset(&split.open);
     let open = field.with_clean(clean);
-    let mut twin = Twin { runs: &open, drive: base.drive, lag: 0.0, formulas: &[] };
+    let mut twin = Twin { runs: &open, drive: base.drive, lag: 0.0 };
     if let Some(clean) = clean {
         twin.lag = lag::of_clean(clean, base);
     }
@@ -212,6 +234,7 @@ pub fn investigate<const N: usize>(
     let mut named: Vec<Candidate> = Vec::new();
     let mut fitted: Option<Fitted> = None;
     let mut ambiguous: Vec<String> = Vec::new();
+    let mut ties = Vec::new();
     let mut gained = 0.0;
     let mut verdict = Verdict::None;
     while named.len() <= options.most_effects {
@@ -244,6 +267,14 @@ pub fn investigate<const N: usize>(
                 gained += choice.gain;
                 state = choice.rival.fitted.state.clone();
                 named.push(choice.rival.candidate.clone());
+                if !choice.ties.is_empty() {
+                    let own = choice.rival.candidate.id.clone();
+                    let tied = |rival: &Rival| {
+                        rival.candidate.id == own || choice.ties.contains(&rival.candidate.id)
+                    };
+                    let others = choice.others.into_iter().filter(tied);
+                    ties.push([choice.rival.clone()].into_iter().chain(others).collect());
+                }
                 ambiguous.extend(choice.ties);
                 fitted = Some(choice.rival.fitted);
                 verdict = if ambiguous.is_empty() { Verdict::Named } else { Verdict::Ambiguous };
@@ -297,6 +328,14 @@ pub fn investigate<const N: usize>(
         state,
         split,
         excess,
+        ties,
+        basis: Some(Basis {
+            drive: base.drive,
+            lag: inquiry.twin.lag,
+            whitener: inquiry.noise.whitener.clone(),
+            std_w: inquiry.noise.usual_w(),
+            prior: prior(base, parameters, options.slack),
+        }),
     })
 }
 
@@ -367,8 +406,7 @@ fn shared<const N: usize>(
         run.clean = false;
     }
     let twin = Twin { runs: &field, ..*twin };
-    let usable =
-        |cause: &&Cause| !matches!(cause, Cause::Column(_) | Cause::Temperature(..) | Cause::Formula(_));
+    let usable = |cause: &&Cause| !matches!(cause, Cause::Column(_) | Cause::Temperature(..));
     let runs: Vec<Vec<f64>> = (0..field.runs.len()).map(|place| twin.predict(place, start)).collect();
     let slopes: Vec<Vec<Vec<f64>>> =
         runs.iter().enumerate().map(|(place, at)| twin.base_slopes(place, start, at, parameters)).collect();
@@ -542,6 +580,8 @@ struct Choice {
     rival: Rival,
     gain: f64,
     ties: Vec<String>,
+    /// All other fits that are not much worse, in several ways of one effect also.
+    others: Vec<Rival>,
 }
 
 struct Naming {
@@ -654,7 +694,10 @@ fn name<const N: usize>(
             format!("added {}, which some runs alone decide against {}", winner.candidate.id, ties.join(", "))
         }
     };
-    Naming { choice: Some(Choice { rival: winner, gain, ties }), record }
+    let close = |rival: &&Rival| rival.charged < winner.charged + WAYS_LOSS;
+    let others = plausible.iter().filter(|&&place| place != first).map(|&place| &rivals[place]);
+    let others = others.filter(close).cloned().collect();
+    Naming { choice: Some(Choice { rival: winner, gain, ties, others }), record }
 }
 
 /// Coefficients of single runs below this many standard errors are taken for none, when others of the candidate are not.
@@ -699,10 +742,13 @@ fn fit_rival<const N: usize>(
         }
     }
     inquiry.sharpen_times(&mut fitted);
+    let runs = inquiry.twin.runs.runs.iter().filter(|run| !run.clean).count();
     if let Some((cause, _)) = fitted.state.effects.last()
         && let [own] = &mut candidate.causes[..]
-        && let (Cause::Switch(..), Cause::Switch(..)) = (&*own, cause)
+        && let (Cause::Switch(..), Cause::Switch(_, times)) = (&*own, cause)
     {
+        let at: Vec<_> = times.iter().take(runs).map(|at| at.is_finite().then_some(at)).collect();
+        candidate.detail.insert("at_s".to_owned(), json!(at));
         *own = cause.clone();
     }
     let charged = fitted.loss + charge(&candidate);

@@ -16,7 +16,7 @@ const MOST_ROWS: f64 = 2.0;
 /// residual that looks like a derivative, of the base and of every effect alike.
 pub fn of_clean<const N: usize>(clean: &Runs<N>, base: &Base) -> f64 {
     let cost = |torque: TorqueModel<f64>, lag: f64| {
-        let twin = Twin { runs: clean, drive: base.drive, lag, formulas: &[] };
+        let twin = Twin { runs: clean, drive: base.drive, lag };
         let left = residual(&twin, &State { torque, effects: Vec::new() });
         left.iter().flatten().map(|x| x * x).sum::<f64>()
     };

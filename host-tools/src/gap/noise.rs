@@ -109,6 +109,13 @@ impl Noise {
         noise
     }
 
+    /// Standard deviation of the whitened noise of the rows that count, W: as if all scattered alike.
+    pub fn usual_w(&self) -> f64 {
+        let known = || self.weights.iter().flatten().filter(|weight| **weight > 0.0);
+        let square: f64 = known().map(|weight| weight * weight).sum();
+        self.std_w / (square / known().count().max(1) as f64).sqrt().max(1e-300)
+    }
+
     /// Whitened, weighted, per standard deviation.
     pub fn whiten<const N: usize>(&self, runs: &Runs<N>, place: usize, values: &[f64]) -> Vec<f64> {
         let mut white = self.whitener.apply_run(runs, place, values);

@@ -4,6 +4,8 @@ use serde_json::{Map, Value, json};
 
 use super::dictionary::Sign;
 use super::investigate::{Named, Report, Round, Verdict};
+use super::manoeuvre::Suggestion;
+use super::simulation::Simulated;
 use super::{advice, dictionary, words};
 
 /// What the keys hold: shown by `gmr gap --help`.
@@ -15,10 +17,12 @@ Keys of --json, always all there; watts and SI units; null where something is no
                      detail has all as coefficients and std_errs, in the order of detail.runs where they belong to runs
   ambiguous_with     ids of effects that explain as much
   suggested_profile  file with a drive that parts them, or null
+  manoeuvre          what to drive where there is a tie, and what is expected of it; null without one
   gap_before_w       RMS of measured less predicted power over the locked runs, behind the filter
   gap_after_w        the same with the effects added; the same number as before where none stands
   noise_floor_w      the part of the gap that no effect removes
   gap_closed         (before² - after²) / (before² - floor²); null where nothing was to be closed, or no locked run has the effect
+  simulation         the same gap of the simulated robot (--plant): before, after, closed, effects and their sizes
   confirm_runs       the locked runs
   localisation       cells: axis, from, to, mean_residual_w, band_w (half the 95 % interval over runs), mean_after_w,
                      band_after_w, runs, words
@@ -28,19 +32,32 @@ Keys of --json, always all there; watts and SI units; null where something is no
   not_testable       effects that these runs cannot show: id, reason
   next_steps         what to do next, sentences";
 
+/// What goes beside the report.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Beside<'a> {
+    /// The simulation's side.
+    pub simulated: Option<&'a Simulated>,
+    /// What to drive where there is a tie.
+    pub suggestion: Option<&'a Suggestion>,
+    /// The file that its profile was written to.
+    pub profile: Option<&'a str>,
+}
+
 /// The report, for scripts; [`KEYS`] says what it holds.
-pub fn json(report: &Report, profile: Option<&str>) -> Value {
+pub fn json(report: &Report, beside: Beside<'_>) -> Value {
     let confirmed = &report.confirmed;
     let stands = matches!(report.verdict, Verdict::Named | Verdict::Ambiguous);
     let mut out = Map::new();
     out.insert("verdict".to_owned(), json!(report.verdict));
     out.insert("effects".to_owned(), report.effects.iter().map(effect).collect());
     out.insert("ambiguous_with".to_owned(), json!(report.ambiguous_with));
-    out.insert("suggested_profile".to_owned(), json!(profile));
+    out.insert("suggested_profile".to_owned(), json!(beside.profile));
+    out.insert("manoeuvre".to_owned(), beside.suggestion.map_or(Value::Null, Suggestion::json));
     out.insert("gap_before_w".to_owned(), json!(confirmed.before_w));
     out.insert("gap_after_w".to_owned(), json!(if stands { confirmed.after_w } else { confirmed.before_w }));
     out.insert("noise_floor_w".to_owned(), json!(confirmed.floor_w));
     out.insert("gap_closed".to_owned(), json!(confirmed.closed.filter(|_| stands)));
+    out.insert("simulation".to_owned(), beside.simulated.map_or(Value::Null, Simulated::json));
     out.insert("confirm_runs".to_owned(), json!(confirmed.runs));
     out.insert("localisation".to_owned(), json!(report.localisation));
     out.insert("rounds".to_owned(), report.rounds.iter().map(round).collect());
@@ -97,7 +114,7 @@ fn round(round: &Round) -> Value {
 
 #[cfg(test)]
 mod tests {
-    use super::{KEYS, json};
+    use super::{Beside, KEYS, json};
     use crate::gap::example::report;
     use crate::gap::investigate::Verdict;
 
@@ -109,7 +126,7 @@ mod tests {
             .filter_map(|line| line.split(' ').next())
             .collect();
         for verdict in [Verdict::None, Verdict::Named, Verdict::Ambiguous, Verdict::Unexplained] {
-            let found = json(&report(verdict), None);
+            let found = json(&report(verdict), Beside::default());
             let keys: Vec<&str> = found.as_object().unwrap().keys().map(String::as_str).collect();
             assert_eq!(keys, documented);
         }
@@ -117,7 +134,7 @@ mod tests {
 
     #[test]
     fn coefficients_are_numbers_and_what_is_not_finite_is_null() {
-        let found = json(&report(Verdict::Named), None);
+        let found = json(&report(Verdict::Named), Beside::default());
         for effect in found["effects"].as_array().unwrap() {
             assert!(effect["coefficient"].is_f64() && effect["std_err"].is_f64(), "{effect}");
             assert!(effect["meaning"].as_str().unwrap().contains(' '), "{effect}");
@@ -126,6 +143,6 @@ mod tests {
         assert_eq!(found["effects"][2]["coefficient"], 0.12);
         assert_eq!(found["effects"][2]["detail"]["coefficients"].as_array().unwrap().len(), 4);
         assert!(found["rounds"][0]["candidates"][0]["coefficients"][0].is_null());
-        assert!(json(&report(Verdict::Unexplained), None)["gap_closed"].is_null());
+        assert!(json(&report(Verdict::Unexplained), Beside::default())["gap_closed"].is_null());
     }
 }

@@ -118,11 +118,19 @@ impl<const N: usize> Runs<N> {
         mass_kg: f64,
         powers: &[String],
     ) -> Result<Self> {
+        Self::condition(core, Self::raw(robot, files, mass_kg, powers)?)
+    }
+
+    /// The logs as recorded, before any filter.
+    ///
+    /// # Errors
+    /// A log that cannot be read or is not one of this robot.
+    pub fn raw(robot: &Robot, files: &[PathBuf], mass_kg: f64, powers: &[String]) -> Result<Vec<RawRun<N>>> {
         let mut raw = Vec::new();
         for file in files {
             raw.extend(read_log::<N>(robot, file, mass_kg, powers)?);
         }
-        Self::condition(core, raw)
+        Ok(raw)
     }
 
     /// Conditions runs as recorded.

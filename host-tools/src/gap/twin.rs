@@ -53,8 +53,6 @@ pub enum Cause {
     Scale(f64),
     /// A further column, W per its unit.
     Column(usize),
-    /// A formula of the user, by its place in the list: W per its unit.
-    Formula(usize),
 }
 
 impl Cause {
@@ -141,8 +139,6 @@ pub struct Twin<'a, const N: usize> {
     pub drive: Drive,
     /// By how much power is later than speed in clean runs already, s: sensors average over the time before a sample.
     pub lag: f64,
-    /// Values of the users' formulas: formula, run, row.
-    pub formulas: &'a [Vec<Vec<f64>>],
 }
 
 impl<const N: usize> Twin<'_, N> {
@@ -225,10 +221,8 @@ impl<const N: usize> Twin<'_, N> {
             power.push(sum);
         }
         for (cause, coefficient) in present {
-            match cause {
-                Cause::Column(column) => add(&mut power, &run.extras[*column], *coefficient),
-                Cause::Formula(formula) => add(&mut power, &self.formulas[*formula][place], *coefficient),
-                _ => {}
+            if let Cause::Column(column) = cause {
+                add(&mut power, &run.extras[*column], *coefficient);
             }
         }
         if delay == 0.0 { power } else { delayed(run, &power, delay) }

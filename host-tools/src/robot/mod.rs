@@ -26,6 +26,17 @@ pub const DEFAULT_SPEED_DEAD_BAND_RAD_S: f64 = 0.02;
 /// square plate as wide as the robot, side/√6.
 pub const DEFAULT_GYRATION_SHARE: f64 = 0.4;
 
+/// How far a robot may be driven, as far as its file says.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Limits {
+    /// Forward speed, m/s.
+    pub speed_m_s: Option<f64>,
+    /// Turn rate, rad/s.
+    pub turn_rad_s: Option<f64>,
+    /// Acceleration of the wheels' rims, m/s².
+    pub acceleration_m_s2: Option<f64>,
+}
+
 /// A robot as its file describes it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Robot {
@@ -40,6 +51,7 @@ pub struct Robot {
     pub(crate) regeneration: bool,
     pub(crate) filter_cutoff_hz: Option<f64>,
     pub(crate) speed_dead_band_rad_s: f64,
+    pub(crate) limits: Limits,
     pub(crate) sensors: Option<toml::Value>,
     pub(crate) unknown_keys: Vec<String>,
 }
@@ -148,6 +160,11 @@ impl Robot {
     /// Wheel speed below which a wheel stands, rad/s.
     pub fn speed_dead_band_rad_s(&self) -> f64 {
         self.speed_dead_band_rad_s
+    }
+
+    /// How far profiles may go.
+    pub fn limits(&self) -> Limits {
+        self.limits
     }
 
     /// What the file says about sensors, as it says it.

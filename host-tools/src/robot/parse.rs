@@ -7,7 +7,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::{
-    DEFAULT_GYRATION_SHARE, DEFAULT_MAPE_FLOOR_W, DEFAULT_SPEED_DEAD_BAND_RAD_S, Geometry, Robot, lenient,
+    DEFAULT_GYRATION_SHARE, DEFAULT_MAPE_FLOOR_W, DEFAULT_SPEED_DEAD_BAND_RAD_S, Geometry, Limits, Robot,
+    lenient,
 };
 use crate::error::{Error, Result};
 
@@ -17,7 +18,7 @@ const MOST_WHEELS: usize = model_core::coefficients::MOST_WHEELS;
 const KINEMATICS: &str = "differential, skid-steer, omni3, mecanum or matrix";
 
 /// Every key that means something.
-const KEYS: [&str; 19] = [
+const KEYS: [&str; 22] = [
     "name",
     "kinematics",
     "wheels",
@@ -35,6 +36,9 @@ const KEYS: [&str; 19] = [
     "regeneration",
     "filter_cutoff_hz",
     "speed_dead_band_rad_s",
+    "max_speed_m_s",
+    "max_turn_rad_s",
+    "max_acceleration_m_s2",
     "sensors",
     "description",
 ];
@@ -78,6 +82,11 @@ pub(super) fn robot(text: &str) -> Result<Robot> {
         speed_dead_band_rad_s: file
             .number("speed_dead_band_rad_s")?
             .map_or(Ok(DEFAULT_SPEED_DEAD_BAND_RAD_S), not_negative)?,
+        limits: Limits {
+            speed_m_s: file.number("max_speed_m_s")?.map(positive).transpose()?,
+            turn_rad_s: file.number("max_turn_rad_s")?.map(positive).transpose()?,
+            acceleration_m_s2: file.number("max_acceleration_m_s2")?.map(positive).transpose()?,
+        },
         sensors: file.any("sensors"),
         unknown_keys: file.unknown_keys(),
     })

@@ -190,7 +190,8 @@ impl<T: Real> Term<T> {
             Term::Gain(with) => Supply { gain: T::ONE, constant: with, ..Supply::default() },
             Term::Constant => constant(T::ONE),
             Term::StepAt(from) if scene.time >= from => constant(T::ONE),
-            Term::WithMotion(hold) if scene.still <= hold => constant(T::ONE),
+            // For ever counts from the first motion on, too: before it the robot has stood still for ever.
+            Term::WithMotion(hold) if scene.still.is_finite() && scene.still <= hold => constant(T::ONE),
             Term::Driver => constant(scene.driver),
             _ => Supply::default(),
         }

@@ -1,5 +1,6 @@
 //! `gmr gap-bench`: hidden effects from the plant, and what the workflow makes of them.
 
+pub mod manoeuvre;
 pub mod sets;
 
 use std::sync::Mutex;
@@ -90,6 +91,15 @@ pub fn typical() -> Result<Vec<Effect>> {
 /// # Errors
 /// What plant, fit and workflow refuse.
 pub fn run(robot: &Robot, cases: Vec<Case>, bar: &ProgressBar) -> Result<Vec<Outcome>> {
+    all(&cases, bar, |case| one(robot, case))
+}
+
+/// Works on the cases on two threads.
+fn all<T: Send>(
+    cases: &[Case],
+    bar: &ProgressBar,
+    work: impl Fn(&Case) -> Result<T> + Sync,
+) -> Result<Vec<T>> {
     let next = AtomicUsize::new(0);
     let outcomes = Mutex::new(Vec::new());
     let failed = Mutex::new(None);
@@ -97,7 +107,7 @@ pub fn run(robot: &Robot, cases: Vec<Case>, bar: &ProgressBar) -> Result<Vec<Out
         for _ in 0..2 {
             scope.spawn(|| {
                 while let Some(case) = cases.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let result = one(robot, case);
+                    let result = work(case);
                     bar.inc(1);
                     match (result, outcomes.lock(), failed.lock()) {
                         (Ok(outcome), Ok(mut all), _) => all.push(outcome),
@@ -121,8 +131,7 @@ pub fn run(robot: &Robot, cases: Vec<Case>, bar: &ProgressBar) -> Result<Vec<Out
 /// # Errors
 /// As [`run`].
 pub fn one(robot: &Robot, case: &Case) -> Result<Outcome> {
-    let needs_processor = case.effects.iter().any(|effect| effect.id() == "compute-load");
-    let columns: &[&str] = if needs_processor { &["cpu_percent"] } else { &[] };
+    let columns = columns(case);
     let clean = sets::clean(robot, case.seed, case.noise.noise, columns)?;
     let mut effects = Vec::new();
     for effect in &case.effects {
@@ -149,6 +158,12 @@ pub fn one(robot: &Robot, case: &Case) -> Result<Outcome> {
         seconds,
         note: report.rounds.last().map_or(String::new(), |round| round.outcome.clone()),
     })
+}
+
+/// The columns that a case's logs have beside speed, power and mass.
+fn columns(case: &Case) -> &'static [&'static str] {
+    let needs_processor = case.effects.iter().any(|effect| effect.id() == "compute-load");
+    if needs_processor { &["cpu_percent"] } else { &[] }
 }
 
 /// A case without effects, one noise after the other.

@@ -139,6 +139,8 @@ pub fn investigate(runs: &[PowerRun]) -> Result<Report> {
         excess: None,
         residuals: (Vec::new(), None),
         base: [unknown, unknown],
+        ties: Vec::new(),
+        basis: None,
     })
 }
 

@@ -1,0 +1,337 @@
+//! The manoeuvre that parts rivals: a speed profile within the robot's limits along which they would disagree most.
+
+pub mod advice;
+pub mod family;
+pub mod limits;
+pub mod separate;
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+pub use family::Knots;
+
+use self::family::{Block, Recipe, blocks};
+use self::limits::Limits;
+use self::separate::{Ground, Products};
+use super::inquiry::Rival;
+use super::investigate::{Report, Verdict};
+use super::runs::Runs;
+use crate::error::{Error, Result};
+use crate::output::write_whole;
+use crate::robot::Robot;
+
+/// Runs of the profile that are asked for.
+pub const RUNS: usize = 4;
+
+/// Share of them that is not locked when the workflow splits.
+const OPEN: f64 = 2.0 / 3.0;
+
+/// Rivals that would differ by less than this many standard errors are not worth a drive: three is what a tie is short of.
+const WORTH: f64 = 3.0;
+
+/// Rivals that would differ by less than this may stay in their tie: what the model gets wrong where no run has been yet takes as much
+/// again.
+const PARTED: f64 = 6.0;
+
+/// Rivals that would differ by more than this are parted for sure: a longer drive is not worth its time.
+const SURE: f64 = 8.0;
+
+/// Lengths that are tried, s; the first with which all are parted for sure, or the last.
+const DURATIONS_S: [f64; 3] = [60.0, 120.0, 240.0];
+
+/// Length at which blocks are chosen, s.
+const CHOICE_S: f64 = 60.0;
+
+/// Rests before the first motion that are tried, s.
+const LEADS_S: [f64; 2] = [2.0, 15.0];
+
+/// Most blocks that take turns.
+const MOST_BLOCKS: usize = 4;
+
+/// A load alone is recommended if it parts so many times better than light and heavy runs by turns.
+const ONE_LOAD: f64 = 1.25;
+
+/// Two rivals, and by how many standard errors they would differ.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pair {
+    /// Their ids.
+    pub ids: [String; 2],
+    /// Expected difference.
+    pub z: f64,
+}
+
+/// What to drive.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Suggestion {
+    /// The profile; none where no drive parts any of the rivals.
+    pub knots: Option<Knots>,
+    /// What it does, in words.
+    pub words: String,
+    /// Total masses to drive it with, by turns, kg.
+    pub masses_kg: Vec<f64>,
+    /// Rivals, and how well the profile parts them.
+    pub pairs: Vec<Pair>,
+    /// Runs of the same profile that are needed without the effect, with the robot as it was in the fit: the model gets too much wrong
+    /// along it, and no run says what. 0 where the field's are enough.
+    pub reference_runs: usize,
+    /// What else to record for those that it does not part.
+    pub record: Vec<String>,
+}
+
+/// Looks for the profile that parts the rivals of an ambiguous report best: the least parted pair counts. `None` where there is
+/// no tie.
+///
+/// # Errors
+/// As [`Runs::condition`].
+pub fn suggest<const N: usize>(
+    robot: &Robot,
+    runs: &Runs<N>,
+    clean: Option<&Runs<N>>,
+    report: &Report,
+) -> Result<Option<Suggestion>> {
+    let (Verdict::Ambiguous, Some(basis)) = (report.verdict, &report.basis) else { return Ok(None) };
+    let rivals =
+        (0..).zip(&report.ties).flat_map(|(round, tie)| tie.iter().map(move |rival| (round, rival.clone())));
+    let (seen, unseen): (Vec<_>, Vec<_>) = rivals.partition(|(_, rival)| separate::foreseen(rival));
+    let (rounds, seen): (Vec<usize>, Vec<Rival>) = seen.into_iter().unzip();
+    let known = runs.subset(&report.split.open).with_clean(clean);
+    let search = Search {
+        field: runs,
+        limits: Limits::new(robot, &known),
+        blocks: blocks(),
+        ground: Ground { runs: known, basis, rivals: &seen, has_clean: clean.is_some() },
+        rounds,
+        loads: [robot.mass_no_load_kg(), robot.mass_full_load_kg()],
+    };
+    let mut pairs = Vec::new();
+    let mut best = None;
+    let mut reference_runs = 0;
+    if search.ground.rivals.iter().any(|rival| rival.candidate.id != search.ground.rivals[0].candidate.id) {
+        let mut recipe = search.best(0)?;
+        let mut loaded = search.loaded(&recipe, 0)?;
+        if worst(&loaded.1) < PARTED && clean.is_some() {
+            let other = search.best(RUNS)?;
+            let with_clean = search.loaded(&other, RUNS)?;
+            // Nobody records what helps little.
+            if worst(&with_clean.1) > worst(&loaded.1) + 1.0 {
+                (recipe, loaded, reference_runs) = (other, with_clean, RUNS);
+            }
+        }
+        let masses;
+        (masses, pairs) = loaded;
+        best = Some((recipe, masses));
+    }
+    let mut record: Vec<String> =
+        unseen.iter().map(|(_, rival)| advice::to_record(&rival.candidate.id)).collect();
+    for pair in pairs.iter().filter(|pair| pair.z < PARTED) {
+        record.extend(pair.ids.iter().map(|id| advice::to_record(id)));
+    }
+    record.sort();
+    record.dedup();
+    let parts = pairs.iter().any(|pair| pair.z >= WORTH);
+    let suggestion = match best.filter(|_| parts) {
+        Some((recipe, masses)) => Suggestion {
+            knots: Some(recipe.knots(&search.blocks, &search.limits)),
+            words: recipe.words(&search.blocks),
+            masses_kg: masses,
+            pairs,
+            reference_runs,
+            record,
+        },
+        None => Suggestion {
+            knots: None,
+            words: String::new(),
+            masses_kg: Vec::new(),
+            pairs,
+            reference_runs: 0,
+            record,
+        },
+    };
+    Ok(Some(suggestion))
+}
+
+/// The search over the family.
+struct Search<'a, const N: usize> {
+    field: &'a Runs<N>,
+    ground: Ground<'a, N>,
+    limits: Limits,
+    blocks: Vec<Block>,
+    /// The round in which each rival tied: only those of one round are rivals.
+    rounds: Vec<usize>,
+    /// The lightest and the heaviest total mass, kg.
+    loads: [f64; 2],
+}
+
+impl<const N: usize> Search<'_, N> {
+    fn planned(&self, recipe: &Recipe, masses: &[f64]) -> Result<Runs<N>> {
+        let knots = recipe.knots(&self.blocks, &self.limits);
+        separate::planned(self.field, &knots, &self.limits, masses)
+    }
+
+    /// How well each pair of ids is parted: of the ways in which their effects may show the two that are closest.
+    fn separations(
+        &self,
+        known: &Products,
+        recipe: &Recipe,
+        masses: &[f64],
+        reference: usize,
+    ) -> Result<Vec<Pair>> {
+        let weight = OPEN * RUNS as f64 / masses.len() as f64;
+        let planned = self.ground.of(&self.planned(recipe, masses)?);
+        let mut pairs: Vec<Pair> = Vec::new();
+        let clean = reference as f64 / masses.len() as f64;
+        for (i, j, z) in self.ground.separations(known, &planned, weight, clean) {
+            let ids = [i, j].map(|place| self.ground.rivals[place].candidate.id.clone());
+            if self.rounds[i] != self.rounds[j] || ids[0] == ids[1] {
+                continue;
+            }
+            let swapped = [ids[1].clone(), ids[0].clone()];
+            match pairs.iter_mut().find(|pair| pair.ids == ids || pair.ids == swapped) {
+                Some(pair) => pair.z = pair.z.min(z),
+                None => pairs.push(Pair { ids, z }),
+            }
+        }
+        Ok(pairs)
+    }
+
+    /// What counts: the least parted pair, and a little of all pairs, so that those that nothing parts do not hide the others.
+    fn score(&self, known: &Products, recipe: &Recipe, reference: usize) -> Result<f64> {
+        let found = self.separations(known, recipe, &self.loads, reference)?;
+        let mean = found.iter().map(|pair| pair.z.min(SURE)).sum::<f64>() / found.len().max(1) as f64;
+        Ok(worst(&found) + 0.1 * mean)
+    }
+
+    /// Products of what is known, at the scale of recipes of that length.
+    fn known(&self, duration_s: f64) -> Result<Products> {
+        let recipe = Recipe { lead_s: 0.0, duration_s, blocks: vec![0] };
+        Ok(self.ground.known(&self.planned(&recipe, &self.loads)?))
+    }
+
+    /// Blocks one after the other, each the best beside those chosen before; then rest and length.
+    fn best(&self, reference: usize) -> Result<Recipe> {
+        let known = self.known(CHOICE_S)?;
+        let mut best: Option<(f64, Recipe)> = None;
+        let mut tail: Vec<usize> = Vec::new();
+        while tail.len() < MOST_BLOCKS {
+            let mut further: Option<(f64, Recipe)> = None;
+            for block in 0..self.blocks.len() {
+                for lead_s in LEADS_S {
+                    // The rest is chosen with the first block, and kept.
+                    if best.as_ref().is_some_and(|(_, best)| best.lead_s != lead_s) {
+                        continue;
+                    }
+                    let blocks = tail.iter().copied().chain([block]).collect();
+                    let recipe = Recipe { lead_s, duration_s: CHOICE_S, blocks };
+                    let score = self.score(&known, &recipe, reference)?;
+                    if further.as_ref().is_none_or(|(most, _)| score > *most) {
+                        further = Some((score, recipe));
+                    }
+                }
+            }
+            match (further, &best) {
+                (Some(found), Some((most, _))) if found.0 <= 1.02 * most => break,
+                (Some(found), _) => {
+                    tail.clone_from(&found.1.blocks);
+                    best = Some(found);
+                }
+                (None, _) => break,
+            }
+        }
+        let (_, mut recipe) = best.ok_or_else(|| Error::failed("no profile can be tried"))?;
+        for duration_s in DURATIONS_S {
+            recipe.duration_s = duration_s;
+            let found = self.separations(&self.known(duration_s)?, &recipe, &self.loads, reference)?;
+            if worst(&found) >= SURE {
+                break;
+            }
+        }
+        Ok(recipe)
+    }
+
+    /// The loads to drive it with, and what they part.
+    fn loaded(&self, recipe: &Recipe, reference: usize) -> Result<(Vec<f64>, Vec<Pair>)> {
+        let known = self.known(recipe.duration_s)?;
+        let mut best = (self.loads.to_vec(), self.separations(&known, recipe, &self.loads, reference)?);
+        for load in self.loads {
+            let found = self.separations(&known, recipe, &[load], reference)?;
+            if worst(&found) > ONE_LOAD * worst(&best.1) {
+                best = (vec![load], found);
+            }
+        }
+        Ok(best)
+    }
+}
+
+/// The least parted pair's z.
+fn worst(pairs: &[Pair]) -> f64 {
+    pairs.iter().map(|pair| pair.z).fold(f64::INFINITY, f64::min)
+}
+
+impl Suggestion {
+    /// Writes the profile as `gmr simulate --profile` takes it; whole or not at all.
+    ///
+    /// # Errors
+    /// What the operating system reports.
+    pub fn write(&self, file: &Path) -> Result<()> {
+        let Some(knots) = &self.knots else { return Ok(()) };
+        write_whole(file, |out| {
+            let refused = |error: std::io::Error| Error::io(file, &error);
+            writeln!(out, "time_s,v_m_s,omega_rad_s").map_err(refused)?;
+            for (time, [speed, turn]) in knots {
+                writeln!(out, "{time:.4},{speed:.6},{turn:.6}").map_err(refused)?;
+            }
+            Ok(())
+        })
+    }
+
+    /// Length of the profile, s.
+    pub fn duration_s(&self) -> Option<f64> {
+        self.knots.as_ref()?.last().map(|(time, _)| *time)
+    }
+
+    /// For scripts.
+    pub fn json(&self) -> Value {
+        let pairs: Vec<Value> =
+            self.pairs.iter().map(|pair| json!({"rivals": pair.ids, "expected_z": pair.z})).collect();
+        json!({
+            "duration_s": self.duration_s(),
+            "does": self.words,
+            "runs": self.knots.as_ref().map(|_| RUNS),
+            "reference_runs": self.reference_runs,
+            "masses_kg": self.masses_kg,
+            "separates": pairs,
+            "record": self.record,
+        })
+    }
+
+    /// Lines for the terminal.
+    pub fn lines(&self, file: &Path) -> String {
+        let mut out = String::new();
+        if let Some(duration) = self.duration_s() {
+            let masses: Vec<String> = self.masses_kg.iter().map(|mass| format!("{mass}")).collect();
+            out += &format!(
+                "to tell them apart: drive {} ({duration:.0} s) {RUNS} times, with {} kg in all\n  {}\n",
+                file.display(),
+                masses.join(" and "),
+                self.words
+            );
+            if self.reference_runs > 0 {
+                out += &format!(
+                    "  and {} times more with the robot as it was in the fit, added to the clean runs (--base): what the model gets \
+                     wrong along it is not known yet\n",
+                    self.reference_runs
+                );
+            }
+            let pairs: Vec<String> =
+                self.pairs.iter().map(|pair| format!("{} z = {:.1}", pair.ids.join(" / "), pair.z)).collect();
+            out += &format!("  expected: {}\n", pairs.join("; "));
+        } else {
+            out += "no drive tells them apart\n";
+        }
+        if !self.record.is_empty() {
+            out += &format!("  record as well: {}\n", self.record.join("; "));
+        }
+        out
+    }
+}

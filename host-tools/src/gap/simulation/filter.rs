@@ -1,0 +1,50 @@
+//! Measured and simulated power behind the same filter.
+
+use model_core::coefficients::Robot as CoreRobot;
+
+use super::super::runs::{RawRun, Runs};
+use crate::error::Result;
+
+/// Runs as measured, with all that is needed to put another power in place of the measured one.
+#[derive(Debug)]
+pub struct Behind<'a, const N: usize> {
+    core: &'a CoreRobot<f64, N>,
+    raw: &'a [RawRun<N>],
+    /// As measured.
+    pub measured: Runs<N>,
+}
+
+impl<'a, const N: usize> Behind<'a, N> {
+    /// Conditions runs.
+    ///
+    /// # Errors
+    /// As [`Runs::condition`].
+    pub fn new(core: &'a CoreRobot<f64, N>, raw: &'a [RawRun<N>]) -> Result<Self> {
+        Ok(Self { core, raw, measured: Runs::condition(core, raw.to_vec())? })
+    }
+
+    /// Another power, W, one vector a run and a value a row of the log, as the filter passes it: a value a row of
+    /// [`measured`](Self::measured).
+    ///
+    /// # Errors
+    /// As [`Runs::condition`].
+    pub fn filtered(&self, power: &[Vec<f64>]) -> Result<Vec<Vec<f64>>> {
+        let mut raw = self.raw.to_vec();
+        for (run, power) in raw.iter_mut().zip(power) {
+            for ((_, sample, ..), power) in run.rows.iter_mut().zip(power) {
+                sample.power = *power;
+            }
+        }
+        let runs = Runs::condition(self.core, raw)?;
+        Ok(runs.runs.iter().map(|run| run.rows.iter().map(|row| row.power).collect()).collect())
+    }
+
+    /// Measured less that power, all runs in a row, W.
+    ///
+    /// # Errors
+    /// As [`Runs::condition`].
+    pub fn residual(&self, power: &[Vec<f64>]) -> Result<Vec<f64>> {
+        let rows = self.measured.runs.iter().flat_map(|run| &run.rows).map(|row| row.power);
+        Ok(rows.zip(self.filtered(power)?.into_iter().flatten()).map(|(m, s)| m - s).collect())
+    }
+}
