@@ -384,14 +384,14 @@ proptest! {
         let core = robot.core::<2>(5.0).unwrap();
         match Runs::<2>::read(&robot, &core, &files, 2.0).and_then(|runs| investigate(&runs, None, &base, &Options::default())) {
             Ok(report) => {
-                let json = host_tools::gap::output::json(&report, None);
+                let json = host_tools::gap::output::json(&report, host_tools::gap::output::Beside::default());
                 assert!(json["verdict"].is_string());
                 host_tools::gap::summary::text(&report);
             }
             Err(error) => assert!(!error.to_string().is_empty() && !error.to_string().contains('\n'), "{error}"),
         }
         match power_only::read(&files).and_then(|runs| power_only::investigate(&runs)) {
-            Ok(report) => drop(host_tools::gap::output::json(&report, None)),
+            Ok(report) => drop(host_tools::gap::output::json(&report, host_tools::gap::output::Beside::default())),
             Err(error) => assert!(!error.to_string().contains('\n'), "{error}"),
         }
     }
