@@ -1,7 +1,7 @@
 //! The one pipeline that board and host run: sample → filter → motion → model → payload → estimate.
 
 use crate::coefficients::{Coefficients, Robot};
-use crate::effects::live::{Additions, Answer, Live, Outside, Unfit};
+use crate::effects::live::{Additions, Answer, Outside};
 use crate::energy::Energy;
 use crate::filter::{Channel, InvalidCutoff, LowPass};
 use crate::kinematics::MassMatrix;
@@ -201,16 +201,14 @@ pub struct Timing {
     pub detect_changes: bool,
 }
 
-/// Model, payload and energy of one robot, from its samples. `B` is the most buckets that a window can have, `E` what effects add:
-/// nothing, or a [`Live`] list.
+/// Model, payload and energy of one robot, from its samples. `B` is the most buckets that a window can have.
 #[derive(Debug, Clone, Copy)]
-pub struct Estimator<T, M, const N: usize, const B: usize, E = ()>
+pub struct Estimator<T, M, const N: usize, const B: usize>
 where
     T: Real,
     M: Method<T>,
 {
     conditioner: Conditioner<T, N>,
-    additions: E,
     model: Model<T>,
     range: MassRange<T>,
     method: M,
@@ -237,46 +235,13 @@ where
 }
 
 impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B> {
-    /// The fitted model as it is: effects that the coefficients hold are left out.
+    /// Of coefficients; their effects are to be given with every sample ([`Self::push_with`]).
     ///
     /// # Errors
     /// A filter cutoff that this sample rate cannot have.
     pub fn new(coefficients: &Coefficients<T, N>, method: M, timing: &Timing) -> Result<Self, InvalidCutoff> {
-        Self::adding((), coefficients, method, timing)
-    }
-}
-
-impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B, Live<T, N>> {
-    /// The fitted model with the coefficients' effects.
-    ///
-    /// # Errors
-    /// A filter cutoff that this sample rate cannot have, effects that this model or this rate cannot have.
-    pub fn with_effects(
-        coefficients: &Coefficients<T, N>,
-        method: M,
-        timing: &Timing,
-    ) -> Result<Self, Unfit> {
-        let live = Live::new(coefficients, timing.period_s)?;
-        Self::adding(live, coefficients, method, timing).map_err(Unfit::Cutoff)
-    }
-}
-
-impl<T, M, const N: usize, const B: usize, E> Estimator<T, M, N, B, E>
-where
-    T: Real,
-    M: Method<T>,
-    E: Additions<T, N>,
-{
-    #[inline(always)]
-    fn adding(
-        additions: E,
-        coefficients: &Coefficients<T, N>,
-        method: M,
-        timing: &Timing,
-    ) -> Result<Self, InvalidCutoff> {
         Ok(Self {
             conditioner: Conditioner::new(&coefficients.robot, timing.period_s)?,
-            additions,
             model: coefficients.model,
             range: coefficients.robot.range,
             method,
@@ -301,31 +266,34 @@ where
     /// unknown length: the buckets take it as none.
     #[inline(always)]
     pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Estimate<T, N> {
-        self.push_amid(sample, &Outside::UNKNOWN, elapsed)
+        self.push_with(&mut (), sample, &Outside::UNKNOWN, elapsed)
     }
 
-    /// [`Self::push`] with what is measured beside speeds and power, for effects that need it.
+    /// [`Self::push`] with the coefficients' effects, [`crate::effects::live::Live`], and what is measured beside speeds and power
+    /// for those that need it.
     #[inline(always)]
-    pub fn push_amid(
+    pub fn push_with<E: Additions<T, N>>(
         &mut self,
+        additions: &mut E,
         sample: &Sample<T, N>,
         outside: &Outside<T, N>,
         elapsed: T,
     ) -> Estimate<T, N> {
-        let sample = self.additions.correct(sample, outside, elapsed);
+        additions.correct(sample, outside, elapsed);
+        let sample = additions.corrected(sample);
         let conditioned = self.conditioner.condition(sample, elapsed);
         // In this order NaN counts as none.
         let elapsed = T::ZERO.at_least(elapsed);
         let mut power = None;
         if let Some((now, held)) = &conditioned {
             self.bucket_measured += T::ZERO.at_least(now.power) * *held;
-            self.additions.follow(&now.motion, &self.range, self.d);
+            additions.follow(&now.motion, &self.range, self.d);
         }
         if let Some((now, held)) = &conditioned
             && now.settled
         {
             let Answer { response, power: expected, drawn } =
-                self.additions.respond(&self.model, now, &self.range, self.d);
+                additions.respond(&self.model, now, &self.range, self.d);
             self.method.add(&mut self.bucket, drawn, &response, now.motion.summed_speed());
             // Zero times what is not finite is no number; neither is what an unknown mass makes expect.
             if expected * T::ZERO == T::ZERO {
@@ -351,17 +319,6 @@ where
         // What it holds so far was carried by the payload before.
         self.bucket = M::Sums::default();
         self.learn(Payload::Unknown(Unknown::NoSamples));
-    }
-
-    /// Another run begins: nothing is known of its payload, and its time, heading and warmth start anew.
-    pub fn run_begins(&mut self) {
-        self.payload_changed();
-        self.additions.restart();
-    }
-
-    /// So much more time (s) has passed since the last sample than the next one's step will say: effects of time count it.
-    pub fn pass(&mut self, time: T) {
-        self.additions.pass(time);
     }
 
     fn learn(&mut self, payload: Payload<T>) {

@@ -94,6 +94,7 @@ impl<T: Real> LowPass<T> {
     ///
     /// # Errors
     /// A cutoff outside 0 … 0.45 of the sample rate, or a period that is not positive.
+    #[inline(never)]
     pub fn new(cutoff_hz: f64, period_s: f64) -> Result<Self, InvalidCutoff> {
         let below_hz = if period_s > 0.0 && period_s.is_finite() { 0.45 / period_s } else { 0.0 };
         if !(cutoff_hz > 0.0 && cutoff_hz < below_hz) {

@@ -22,7 +22,10 @@ const SECONDS: usize = 60;
 const MASS: f64 = 3.3;
 
 type Plain = Estimator<f64, Window<f64>, 2, 32>;
-type Extending = Estimator<f64, Window<f64>, 2, 32, Live<f64, 2>>;
+
+fn pipeline(robot: &Coefficients<f64, 2>) -> (Plain, Live<f64, 2>) {
+    (Plain::new(robot, method(), &TIMING).unwrap(), Live::new(robot, PERIOD).unwrap())
+}
 
 fn robot(columns: &[Column<f64>]) -> Coefficients<f64, 2> {
     let found = coefficients();
@@ -131,10 +134,10 @@ fn drive(column: Option<Column<f64>>) -> Vec<(Sample<f64, 2>, Outside<f64, 2>)> 
 
 /// Error of the last mass, kg, and RMS of measured less predicted power over the last half, W.
 fn errors(known: &[Column<f64>], samples: &[(Sample<f64, 2>, Outside<f64, 2>)]) -> (f64, f64) {
-    let mut pipeline = Extending::with_effects(&robot(known), method(), &TIMING).unwrap();
+    let (mut pipeline, mut live) = pipeline(&robot(known));
     let (mut error, mut squares, mut count) = (f64::INFINITY, 0.0, 0.0);
     for (i, (sample, outside)) in samples.iter().enumerate() {
-        let out = pipeline.push_amid(sample, outside, if i == 0 { 0.0 } else { PERIOD });
+        let out = pipeline.push_with(&mut live, sample, outside, if i == 0 { 0.0 } else { PERIOD });
         if let Some(mass) = out.payload.mass() {
             error = (mass.mass - MASS).abs();
         }
@@ -202,9 +205,10 @@ fn known_effects_are_taken_off() {
 fn without_effects_both_ways_are_one() {
     let robot = robot(&[]);
     let mut plain = Plain::new(&robot, method(), &TIMING).unwrap();
-    let mut extending = Extending::with_effects(&robot, method(), &TIMING).unwrap();
+    let (mut extending, mut live) = pipeline(&robot);
     for (sample, _) in drive(None) {
-        let (left, right) = (plain.push(&sample, PERIOD), extending.push(&sample, PERIOD));
+        let (left, right) =
+            (plain.push(&sample, PERIOD), extending.push_with(&mut live, &sample, &Outside::UNKNOWN, PERIOD));
         assert_eq!(left.conditioned, right.conditioned);
         assert_eq!(left.power.is_some(), right.power.is_some());
         if let (Some(left), Some(right)) = (left.power, right.power) {
@@ -223,12 +227,13 @@ fn without_effects_both_ways_are_one() {
 fn the_next_run_begins_anew() {
     let column = Column { cause: Cause::Term(Term::StepAt(20.0)), coefficient: 0.5 };
     let samples = drive(Some(column));
-    let mut pipeline = Extending::with_effects(&robot(&[column]), method(), &TIMING).unwrap();
+    let (mut pipeline, mut live) = pipeline(&robot(&[column]));
     for _ in 0..2 {
-        pipeline.run_begins();
+        pipeline.payload_changed();
+        live.restart();
         let mut worst = 0.0_f64;
         for (i, (sample, outside)) in samples.iter().enumerate() {
-            let out = pipeline.push_amid(sample, outside, if i == 0 { f64::MAX } else { PERIOD });
+            let out = pipeline.push_with(&mut live, sample, outside, if i == 0 { f64::MAX } else { PERIOD });
             let step = (1990..2020).contains(&i);
             if let (Some(power), Some(now)) = (out.power, out.conditioned)
                 && !step
@@ -242,10 +247,10 @@ fn the_next_run_begins_anew() {
 
 #[test]
 fn what_cannot_run_is_refused() {
-    let refused = |robot: &Coefficients<f64, 2>| Extending::with_effects(robot, method(), &TIMING).err();
+    let refused = |robot: &Coefficients<f64, 2>| Live::new(robot, PERIOD).err();
     let delay = |seconds| robot(&[Column { cause: Cause::Delay, coefficient: seconds }]);
-    assert_eq!(refused(&delay(1.25)), None);
-    assert_eq!(refused(&delay(-1.26)), Some(Unfit::Delay));
+    assert_eq!(refused(&delay(0.61)), None);
+    assert_eq!(refused(&delay(-0.62)), Some(Unfit::Delay));
     let eq18 = Coefficients { model: Model::Eq18 { gate: Gate::Corrected, beta: [0.1; 15] }, ..robot(&[]) };
     assert_eq!(refused(&eq18), Some(Unfit::Model));
     let found = robot(&[]);

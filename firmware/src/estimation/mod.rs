@@ -124,9 +124,13 @@ impl Estimation {
         &mut self,
         coefficients: Option<&Coefficients<f32, WHEELS>>,
     ) -> Result<(), Unfit> {
-        let running = coefficients.map(Running::new).transpose()?;
-        self.energy_before = self.energy();
-        self.running = running;
+        let energy = self.energy();
+        // Set where it is to be: an estimator is large, and every hand that passes it on has a copy on the stack.
+        match coefficients {
+            None => self.running = None,
+            Some(coefficients) => self.running = Some(Running::new(coefficients)?),
+        }
+        self.energy_before = energy;
         Ok(())
     }
 

@@ -1,7 +1,7 @@
 //! The estimator that belongs to a model.
 
 use model_core::coefficients::Coefficients;
-use model_core::effects::live::{Live, Unfit};
+use model_core::effects::live::{Live, Outside, Unfit};
 use model_core::estimator::{Estimate, Estimator, Sample, Timing};
 use model_core::model::Model;
 use model_core::payload::roots::RootMean;
@@ -31,7 +31,7 @@ pub(super) enum Pipeline {
     /// The default: least squares over the window.
     Window(Estimator<f32, Window<f32>, WHEELS, MOST_BUCKETS>),
     /// The default with effects.
-    Extended(Estimator<f32, Window<f32>, WHEELS, MOST_BUCKETS, Live<f32, WHEELS>>),
+    Extended(Estimator<f32, Window<f32>, WHEELS, MOST_BUCKETS>, Live<f32, WHEELS>),
     /// The paper's: the weighted mean of Eq. 24's roots.
     Roots(Estimator<f32, RootMean<f32>, WHEELS, MOST_BUCKETS>),
 }
@@ -43,10 +43,14 @@ impl Pipeline {
         let range = coefficients.robot.range;
         let window = Window { range, noise: coefficients.noise, period: PERIOD_S as f32 };
         Ok(match coefficients.model {
-            Model::Signed { .. } if coefficients.columns.is_empty() => {
-                Self::Window(Estimator::new(coefficients, window, &TIMING).map_err(Unfit::Cutoff)?)
+            Model::Signed { .. } => {
+                let estimator = Estimator::new(coefficients, window, &TIMING).map_err(Unfit::Cutoff)?;
+                if coefficients.columns.is_empty() {
+                    Self::Window(estimator)
+                } else {
+                    Self::Extended(estimator, Live::new(coefficients, PERIOD_S)?)
+                }
             }
-            Model::Signed { .. } => Self::Extended(Estimator::with_effects(coefficients, window, &TIMING)?),
             Model::Eq18 { .. } => {
                 let roots = RootMean { range };
                 Self::Roots(Estimator::new(coefficients, roots, &TIMING).map_err(Unfit::Cutoff)?)
@@ -62,9 +66,9 @@ impl Pipeline {
     ) -> Estimate<f32, WHEELS> {
         match self {
             Self::Window(estimator) => estimator.push(sample, elapsed),
-            Self::Extended(estimator) => {
-                estimator.pass(beyond);
-                estimator.push(sample, elapsed)
+            Self::Extended(estimator, live) => {
+                live.pass(beyond);
+                estimator.push_with(live, sample, &Outside::UNKNOWN, elapsed)
             }
             Self::Roots(estimator) => estimator.push(sample, elapsed),
         }
@@ -74,7 +78,7 @@ impl Pipeline {
     pub(super) fn energy(&self) -> (f32, f32) {
         match self {
             Self::Window(estimator) => estimator.energy(),
-            Self::Extended(estimator) => estimator.energy(),
+            Self::Extended(estimator, _) => estimator.energy(),
             Self::Roots(estimator) => estimator.energy(),
         }
     }

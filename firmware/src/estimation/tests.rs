@@ -1,7 +1,7 @@
 //! The board's estimates against model-core's double precision, fed as the host's replay feeds it.
 
 use model_core::coefficients::{Name, Robot};
-use model_core::effects::live::Additions;
+use model_core::effects::live::{Live, Outside};
 use model_core::effects::{Cause, Column, Columns, Side, Term};
 use model_core::estimator::{Estimator, Timing};
 use model_core::kinematics::Kinematics;
@@ -145,8 +145,9 @@ struct Known {
 
 /// As `host_tools::estimate` replays a recorded log: rows that lack something are not there, steps are differences of
 /// times, and the ring has room for 512 buckets.
-fn replay<M: Method<f64>, E: Additions<f64, WHEELS>>(
-    mut estimator: Estimator<f64, M, WHEELS, 512, E>,
+fn replay<M: Method<f64>>(
+    mut estimator: Estimator<f64, M, WHEELS, 512>,
+    mut live: Option<Live<f64, WHEELS>>,
     static_power: f64,
     samples: &[Measured],
 ) -> (Vec<Option<Known>>, (f64, f64)) {
@@ -156,14 +157,15 @@ fn replay<M: Method<f64>, E: Additions<f64, WHEELS>>(
         let time = sample.time_us as f64 * 1e-6;
         let elapsed = time - last.unwrap_or(time);
         last = Some(time);
-        let estimate = estimator.push(
-            &Sample {
-                wheel_speed: speed.map(f64::from),
-                wheel_acceleration: None,
-                power: f64::from(power) - static_power,
-            },
-            elapsed,
-        );
+        let sample = Sample {
+            wheel_speed: speed.map(f64::from),
+            wheel_acceleration: None,
+            power: f64::from(power) - static_power,
+        };
+        let estimate = match &mut live {
+            None => estimator.push(&sample, elapsed),
+            Some(live) => estimator.push_with(live, &sample, &Outside::UNKNOWN, elapsed),
+        };
         Some(Known { payload: estimate.payload, power: estimate.power, changed: estimate.changed })
     });
     (known.collect(), estimator.energy())
@@ -194,15 +196,16 @@ fn compare<M: Method<f64>>(
     let coefficients = coefficients(model);
     let double = coefficients.convert().unwrap();
     let estimator = Estimator::new(&double, method(&double), &TIMING).unwrap();
-    compare_with(&coefficients, estimator, samples)
+    compare_with(&coefficients, estimator, None, samples)
 }
 
-fn compare_with<M: Method<f64>, E: Additions<f64, WHEELS>>(
+fn compare_with<M: Method<f64>>(
     coefficients: &Coefficients<f32, WHEELS>,
-    estimator: Estimator<f64, M, WHEELS, 512, E>,
+    estimator: Estimator<f64, M, WHEELS, 512>,
+    live: Option<Live<f64, WHEELS>>,
     samples: &[Measured],
 ) -> u32 {
-    let (replayed, energy) = replay(estimator, f64::from(coefficients.robot.static_power), samples);
+    let (replayed, energy) = replay(estimator, live, f64::from(coefficients.robot.static_power), samples);
     let mut board = Estimation::default();
     board.set_coefficients(Some(coefficients)).unwrap();
     let (mut worst_kg, mut worst_w, mut known) = (0.0_f64, 0.0_f64, 0);
@@ -302,8 +305,9 @@ fn equals_the_host_with_effects() {
         let columns = Columns::new(&list, WHEELS).unwrap();
         let coefficients = Coefficients { columns, ..coefficients(signed()) };
         let double: Coefficients<f64, WHEELS> = coefficients.convert().unwrap();
-        let estimator = Estimator::with_effects(&double, window(&double), &TIMING).unwrap();
-        compare_with(&coefficients, estimator, &samples);
+        let estimator = Estimator::new(&double, window(&double), &TIMING).unwrap();
+        let live = Live::new(&double, TIMING.period_s).unwrap();
+        compare_with(&coefficients, estimator, Some(live), &samples);
     }
 }
 

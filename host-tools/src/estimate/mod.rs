@@ -7,7 +7,7 @@ pub mod plot;
 use std::path::Path;
 
 use model_core::coefficients::Coefficients;
-use model_core::effects::live::{Additions, Unfit};
+use model_core::effects::live::{Live, Unfit};
 use model_core::estimator::{Estimate, Estimator, Timing};
 use model_core::model::Model;
 use model_core::payload::roots::RootMean;
@@ -187,29 +187,9 @@ pub fn replay<const N: usize>(
     match payloads {
         Payloads::Window => {
             let method = Window { range, noise: coefficients.noise, period: log.reader.period_s() };
-            run(robot, coefficients, log, method, policy, watch)
+            Run::new(coefficients, log, method, policy)?.finish(robot, watch)
         }
-        Payloads::Roots => run(robot, coefficients, log, RootMean { range }, policy, watch),
-    }
-}
-
-/// As the board does: with effects only where the coefficients hold any.
-fn run<M: Method<f64>, const N: usize>(
-    robot: &Robot,
-    coefficients: &Coefficients<f64, N>,
-    log: Log<'_, N>,
-    method: M,
-    policy: &Policy,
-    watch: impl FnMut(&Instant),
-) -> Result<Replay> {
-    let file = log.file;
-    let unfit = |why| Error::failed(unfit_text(why, coefficients)).in_file(file);
-    if coefficients.columns.is_empty() {
-        let estimator = |timing: &Timing| Estimator::new(coefficients, method, timing).map_err(Unfit::Cutoff);
-        Run::new(coefficients, log, |timing| estimator(timing).map_err(unfit), policy)?.finish(robot, watch)
-    } else {
-        let estimator = |timing: &Timing| Estimator::with_effects(coefficients, method, timing);
-        Run::new(coefficients, log, |timing| estimator(timing).map_err(unfit), policy)?.finish(robot, watch)
+        Payloads::Roots => Run::new(coefficients, log, RootMean { range }, policy)?.finish(robot, watch),
     }
 }
 
@@ -235,19 +215,21 @@ struct Log<'a, const N: usize> {
     columns: Columns<N>,
 }
 
-struct Run<'a, M: Method<f64>, E, const N: usize> {
+struct Run<'a, M: Method<f64>, const N: usize> {
     log: Log<'a, N>,
-    estimator: Estimator<f64, M, N, BUCKETS, E>,
+    estimator: Estimator<f64, M, N, BUCKETS>,
+    /// As the board does: with effects only where the coefficients hold any.
+    live: Option<Live<f64, N>>,
     policy: &'a Policy,
     bucket_s: f64,
     window_buckets: usize,
 }
 
-impl<'a, M: Method<f64>, E: Additions<f64, N>, const N: usize> Run<'a, M, E, N> {
+impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
     fn new(
         coefficients: &Coefficients<f64, N>,
         log: Log<'a, N>,
-        estimator: impl FnOnce(&Timing) -> Result<Estimator<f64, M, N, BUCKETS, E>>,
+        method: M,
         policy: &'a Policy,
     ) -> Result<Self> {
         let bucket_s = bucket_length(policy.window_s)?;
@@ -271,8 +253,12 @@ impl<'a, M: Method<f64>, E: Additions<f64, N>, const N: usize> Run<'a, M, E, N> 
             Timing { period_s: log.reader.period_s(), bucket_s, schedule, detect_changes: policy.detect };
         // The conditioner's message names file and rate better than the estimator's error could.
         crate::fit::dataset::conditioner(&coefficients.robot, log.file, timing.period_s)?;
-        let estimator = estimator(&timing)?;
-        Ok(Self { log, estimator, policy, bucket_s, window_buckets: window })
+        let unfit = |why| Error::failed(unfit_text(why, coefficients)).in_file(log.file);
+        let estimator =
+            Estimator::new(coefficients, method, &timing).map_err(|error| unfit(Unfit::Cutoff(error)))?;
+        let live = (!coefficients.columns.is_empty()).then(|| Live::new(coefficients, timing.period_s));
+        let live = live.transpose().map_err(unfit)?;
+        Ok(Self { log, estimator, live, policy, bucket_s, window_buckets: window })
     }
 
     fn finish(mut self, robot: &Robot, mut watch: impl FnMut(&Instant)) -> Result<Replay> {
@@ -296,7 +282,10 @@ impl<'a, M: Method<f64>, E: Additions<f64, N>, const N: usize> Run<'a, M, E, N> 
             }
             if row.elapsed.is_infinite() && row.run > 0 {
                 // Another run: nothing is known of its payload.
-                self.estimator.run_begins();
+                self.estimator.payload_changed();
+                if let Some(live) = &mut self.live {
+                    live.restart();
+                }
             }
             while pending.peek().is_some_and(|change| row.time - start >= *change) {
                 pending.next();
@@ -305,8 +294,13 @@ impl<'a, M: Method<f64>, E: Additions<f64, N>, const N: usize> Run<'a, M, E, N> 
             // The first row of a run has no step before it.
             let step = if row.elapsed.is_finite() { row.elapsed } else { 0.0 };
             let elapsed = if row.elapsed.is_finite() || row.run == 0 { step } else { f64::MAX };
-            let outside = self.log.columns.outside(self.log.reader.extras());
-            let estimate = self.estimator.push_amid(&row.sample, &outside, elapsed);
+            let estimate = match &mut self.live {
+                None => self.estimator.push(&row.sample, elapsed),
+                Some(live) => {
+                    let outside = self.log.columns.outside(self.log.reader.extras());
+                    self.estimator.push_with(live, &row.sample, &outside, elapsed)
+                }
+            };
             clock += step;
             energy += robot.static_power_w().unwrap_or(0.0) * step;
             truth.note(clock, row.mass);

@@ -120,6 +120,7 @@ impl<T: Real> Cause<T> {
 
     /// Its id in the image. `None` for what no image can hold: a bare [`Term::Winding`], and slopes along other directions than
     /// the two of the start.
+    #[inline(never)]
     pub(crate) fn encode(&self) -> Option<Encoded> {
         let plain = |id| Encoded { id, which: 0, shape: 0.0 };
         let which = |id, which| Encoded { which, ..plain(id) };

@@ -47,13 +47,11 @@ pub struct Answer<T> {
 
 /// What stands between samples and model.
 pub trait Additions<T: Real, const N: usize> {
-    /// The sample as it would be if its sensors were right; `elapsed` (s) after the one before.
-    fn correct<'a>(
-        &'a mut self,
-        sample: &'a Sample<T, N>,
-        outside: &Outside<T, N>,
-        elapsed: T,
-    ) -> &'a Sample<T, N>;
+    /// Takes a sample, `elapsed` (s) after the one before, before it passes the filter.
+    fn correct(&mut self, sample: &Sample<T, N>, outside: &Outside<T, N>, elapsed: T);
+
+    /// That sample as it would be if its sensors were right.
+    fn corrected<'a>(&'a self, sample: &'a Sample<T, N>) -> &'a Sample<T, N>;
 
     /// A sample has passed the filter, settled or not; the mass in hand is `d` kg beyond the middle of `range`, no number while
     /// it is unknown.
@@ -61,18 +59,15 @@ pub trait Additions<T: Real, const N: usize> {
 
     /// The model's answer to a sample behind the filter.
     fn respond(&self, model: &Model<T>, now: &Conditioned<T, N>, range: &MassRange<T>, d: T) -> Answer<T>;
-
-    /// So much time (s) has passed beyond what the samples say.
-    fn pass(&mut self, time: T);
-
-    /// Another run begins: the next sample is its first.
-    fn restart(&mut self);
 }
 
 /// No effects: nothing is added, at no cost.
 impl<T: Real, const N: usize> Additions<T, N> for () {
     #[inline(always)]
-    fn correct<'a>(&'a mut self, sample: &'a Sample<T, N>, _: &Outside<T, N>, _: T) -> &'a Sample<T, N> {
+    fn correct(&mut self, _: &Sample<T, N>, _: &Outside<T, N>, _: T) {}
+
+    #[inline(always)]
+    fn corrected<'a>(&'a self, sample: &'a Sample<T, N>) -> &'a Sample<T, N> {
         sample
     }
 
@@ -84,12 +79,6 @@ impl<T: Real, const N: usize> Additions<T, N> for () {
         let (response, power) = model.response_and_power(&now.motion, range, d);
         Answer { response, power, drawn: now.power }
     }
-
-    #[inline(always)]
-    fn pass(&mut self, _: T) {}
-
-    #[inline(always)]
-    fn restart(&mut self) {}
 }
 
 /// Why coefficients with effects cannot run.
@@ -114,6 +103,7 @@ struct Track<T> {
 impl<T: Real> Track<T> {
     const UNKNOWN: Self = Self { channel: Channel::NOTHING, level: T::NAN };
 
+    #[inline(never)]
     fn take(&mut self, filter: &LowPass<T>, value: T) {
         if !value.is_finite() {
             return;
@@ -145,7 +135,7 @@ pub struct Live<T, const N: usize> {
     course: Course<T>,
     /// What readings of the wheels' speeds are multiplied by.
     scales: [T; N],
-    delay: Option<DelayLine<T, N>>,
+    line: DelayLine<T, N>,
     filter: LowPass<T>,
     pitch: Track<T>,
     temperature: [Track<T>; N],
@@ -170,13 +160,8 @@ impl<T: Real, const N: usize> Live<T, N> {
                 layout.scale(&mut scales, side, column.coefficient);
             }
         }
-        let delay = columns.delay();
-        let delay = if delay == T::ZERO {
-            None
-        } else {
-            let longest_step = T::from_f64(GAP_PERIODS * period_s);
-            Some(DelayLine::new(delay, period_s, longest_step).ok_or(Unfit::Delay)?)
-        };
+        let longest_step = T::from_f64(GAP_PERIODS * period_s);
+        let line = DelayLine::new(columns.delay(), period_s, longest_step).ok_or(Unfit::Delay)?;
         let heat_time = columns.iter().find_map(|column| match column.cause {
             Cause::Heat(time) => Some(time),
             _ => None,
@@ -194,7 +179,7 @@ impl<T: Real, const N: usize> Live<T, N> {
             heat: [Heat::default(); N],
             course: Course::default(),
             scales,
-            delay,
+            line,
             filter: LowPass::new(robot.cutoff_hz.to_f64(), period_s).map_err(Unfit::Cutoff)?,
             pitch: Track::UNKNOWN,
             temperature: [Track::UNKNOWN; N],
@@ -204,11 +189,27 @@ impl<T: Real, const N: usize> Live<T, N> {
         })
     }
 
+    /// So much time (s) has passed beyond what the samples' steps say: effects of time count it.
+    pub fn pass(&mut self, time: T) {
+        self.course.pass(time);
+        if time > T::ZERO && time.is_finite() {
+            self.passed += time;
+        }
+    }
+
+    /// Another run begins: its time, heading and warmth start anew with the next sample.
+    pub fn restart(&mut self) {
+        self.course = Course::default();
+        self.heat = [Heat::default(); N];
+        self.passed = T::ZERO;
+    }
+
     fn extended(&self) -> Extended<'_, T, N> {
         let Self { torque, drive, layout, dead_band, .. } = *self;
         Extended { torque, drive, layout, dead_band, effects: self.terms.as_slice() }
     }
 
+    #[inline(never)]
     fn scene(&self, mass: T) -> Scene<T, N> {
         let mut warmth = [T::ZERO; N];
         for ((warmth, heat), temperature) in warmth.iter_mut().zip(&self.heat).zip(&self.temperature) {
@@ -235,13 +236,10 @@ fn in_hand<T: Real>(range: &MassRange<T>, d: T) -> T {
     if d.is_finite() { range.middle() + d } else { range.middle() }
 }
 
+// Once a sample, and nothing without effects: functions of their own, for the board's flash.
 impl<T: Real, const N: usize> Additions<T, N> for Live<T, N> {
-    fn correct<'a>(
-        &'a mut self,
-        sample: &'a Sample<T, N>,
-        outside: &Outside<T, N>,
-        elapsed: T,
-    ) -> &'a Sample<T, N> {
+    #[inline(never)]
+    fn correct(&mut self, sample: &Sample<T, N>, outside: &Outside<T, N>, elapsed: T) {
         self.pass(elapsed);
         self.pitch.take(&self.filter, outside.pitch);
         self.driver.take(&self.filter, outside.driver);
@@ -256,12 +254,14 @@ impl<T: Real, const N: usize> Additions<T, N> for Live<T, N> {
         {
             *acceleration = *acceleration * *scale;
         }
-        if let Some(line) = &mut self.delay {
-            self.corrected = line.push(&self.corrected, elapsed);
-        }
+        self.corrected = self.line.push(&self.corrected, elapsed);
+    }
+
+    fn corrected<'a>(&'a self, _: &'a Sample<T, N>) -> &'a Sample<T, N> {
         &self.corrected
     }
 
+    #[inline(never)]
     fn follow(&mut self, motion: &Motion<T, N>, range: &MassRange<T>, d: T) {
         let mut turn_rate = T::ZERO;
         for (share, wheel) in self.turn_row.iter().zip(&motion.wheels) {
@@ -279,29 +279,18 @@ impl<T: Real, const N: usize> Additions<T, N> for Live<T, N> {
         }
     }
 
+    #[inline(never)]
     fn respond(&self, _: &Model<T>, now: &Conditioned<T, N>, range: &MassRange<T>, d: T) -> Answer<T> {
         let (extended, scene) = (self.extended(), self.scene(in_hand(range, d)));
         let (response, power) = extended.response_and_power(&now.motion, &scene, range, d);
         Answer { response, power, drawn: extended.drawn_of(now.power, &scene) }
-    }
-
-    fn pass(&mut self, time: T) {
-        self.course.pass(time);
-        if time > T::ZERO && time.is_finite() {
-            self.passed += time;
-        }
-    }
-
-    fn restart(&mut self) {
-        self.course = Course::default();
-        self.heat = [Heat::default(); N];
-        self.passed = T::ZERO;
     }
 }
 
 impl<T: Real, const N: usize> Robot<T, N> {
     /// The powers that the coefficients' effects make of a motion at a mass, early and late, in a scene that is at the far end of
     /// what they may meet; for [`crate::plausibility`].
+    #[inline(never)]
     pub(crate) fn powers_at_worst(
         &self,
         torque: TorqueModel<T>,
