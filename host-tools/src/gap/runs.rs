@@ -296,12 +296,17 @@ fn read_log<const N: usize>(robot: &Robot, file: &Path, mass_kg: f64) -> Result<
     Ok(runs)
 }
 
-/// Columns beyond those of a drive that hold numbers. Powers (`…_w`) are left out: they are what is to be explained.
+/// Columns of what a board estimated while it was recorded.
+const BOARD: &str = "board_";
+
+/// Columns beyond those of a drive that hold numbers. Powers (`…_w`) are left out: they are what is to be explained; and what a board
+/// made of them, its mass above all: a gap moves it.
 fn further_columns<const N: usize>(file: &Path) -> Result<Vec<String>> {
     let header = Header::open(file)?;
     let known = |name: &str| {
         [TIME, POWER, MASS, RUN, ""].contains(&name)
             || name.ends_with("_w")
+            || name.starts_with(BOARD)
             || (0..N).any(|wheel| name == speed_column(wheel) || name == acceleration_column(wheel))
     };
     let text = File::open(file).map_err(|error| Error::io(file, &error))?;
