@@ -153,19 +153,22 @@ fn what_no_robot_has_is_refused_by_name_and_line() {
 #[test]
 fn what_a_board_does_not_measure_stays_on_the_host() {
     let bench = extended();
-    let slope = ["--effect", "grade=0.05:heading=0.4", "--columns", "pitch"];
-    let names: Vec<String> = (0..FIELD.len()).map(|k| format!("pitched_{k}.csv")).collect();
-    for (k, name) in names.iter().enumerate() {
-        simulate(&bench, name, k, FIELD[k], 300 + k, &slope);
-    }
-    let found = bench.json(&with_files(&["gap", "--coeffs", "base.toml", "--out", "pitch.toml"], &names));
-    assert_eq!(
-        (&found["verdict"], &found["effects"][0]["id"]),
-        (&"named".into(), &"grade".into()),
-        "{found:#}"
+    simulate(
+        &bench,
+        "pitched.csv",
+        1,
+        "3.3",
+        300,
+        &["--effect", "grade=0.03:heading=0.4", "--columns", "pitch"],
     );
+    // The weight is multiplied by what multiplies the inertia.
+    let text = bench.text("extended.toml");
+    let gain = text.lines().find_map(|line| line.strip_prefix("inertia_gain = ")).unwrap().to_owned();
+    let coefficient = text.lines().find(|line| line.starts_with("coefficient = ")).unwrap().to_owned();
+    let text = text.replace("along = \"the way ahead\"", "by = \"pitch_rad\"");
+    bench.put("pitch.toml", text.replace(&coefficient, &format!("coefficient = {gain}")));
     let [before, after] =
-        ["base.toml", "pitch.toml"].map(|file| number(&estimate(&bench, file, &names[1])["rmse_w"]));
+        ["base.toml", "pitch.toml"].map(|file| number(&estimate(&bench, file, "pitched.csv")["rmse_w"]));
     assert!(after < 0.5 * before, "{before} {after}");
     let missing = refusal(&bench, &["estimate", "--coeffs", "pitch.toml", &field(0)]);
     assert_eq!(

@@ -84,6 +84,8 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
     ///
     /// # Errors
     /// A filter cutoff that this sample rate cannot have.
+    // Set up once: inlined into every estimator of a board it takes six kilobytes of its flash.
+    #[inline(never)]
     pub fn new(robot: &Robot<T, N>, period_s: f64) -> Result<Self, InvalidCutoff> {
         Ok(Self {
             filter: LowPass::new(robot.cutoff_hz.to_f64(), period_s)?,

@@ -16,6 +16,7 @@ use firmware::items::ItemBytes;
 use firmware::link::{Device, LONGEST_ANSWER, State};
 use firmware::record::Record;
 use model_core::coefficients::{Coefficients, Name};
+use model_core::effects::live::{Live, Outside};
 use model_core::estimator::{Estimator, Sample, Timing};
 use model_core::payload::Method;
 use model_core::payload::roots::RootMean;
@@ -38,6 +39,7 @@ fn timing() -> Timing {
 fn estimate<M: Method<f32>>(coefficients: &Coefficients<f32, WHEELS>, method: M) {
     let estimator = Estimator::<f32, M, WHEELS, BUCKETS>::new(coefficients, method, &timing());
     let Ok(mut estimator) = estimator else { return };
+    let Ok(mut live) = Live::new(coefficients, timing().period_s) else { return };
     loop {
         let sample = Sample {
             wheel_speed: [black_box(0.0); WHEELS],
@@ -45,6 +47,8 @@ fn estimate<M: Method<f32>>(coefficients: &Coefficients<f32, WHEELS>, method: M)
             power: black_box(0.0),
         };
         black_box(estimator.push(&sample, black_box(0.005)));
+        live.pass(black_box(0.0));
+        black_box(estimator.push_with(&mut live, &sample, &black_box(Outside::UNKNOWN), black_box(0.005)));
         black_box(estimator.over_latest(black_box(10)));
         black_box(estimator.energy());
         if black_box(false) {

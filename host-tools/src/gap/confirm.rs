@@ -30,9 +30,8 @@ pub struct Confirmed {
     pub floor_how: &'static str,
     /// Share of the gap that is closed; `None` where nothing was to be closed, or no locked run has the effect.
     pub closed: Option<f64>,
-    /// What the mean square shrank by, per mean square of what the effects add: about 1 where the effects are there as found, whatever
-    /// the base gets wrong besides. `None` as above.
-    pub seen: Option<f64>,
+    /// How much of what was added the locked runs show. `None` as above.
+    pub seen: Option<Seen>,
     /// 95 % interval of the mean square gain per run, W²: paired by run.
     pub gain_w2: (f64, f64),
     /// Mean square before and after, run by run, W².
@@ -49,10 +48,45 @@ const FLOOR_WITH_CLEAN: &str = "RMS left on the locked runs when all that varies
 const FLOOR_ALONE: &str = "RMS left on the locked runs when all that varies smoothly with the drive is regressed out; what \
                            the base gets wrong on clean runs is not known";
 
+/// How much of what was added is there: what the whitened residual shrank by, per square of what was added. 1 where the effects are
+/// there as found, whatever the base gets wrong besides; -1 where nothing of them is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// The share.
+    pub share: f64,
+    /// Its standard error, by white noise or by the scatter of the runs, whichever is greater.
+    pub std_err: f64,
+}
+
+/// One-sided 95 % of a normal variable.
+const ONE_SIDED: f64 = 1.64;
+
+impl Seen {
+    fn of<const N: usize>(locked: &Runs<N>, noise: &Noise, before: &Signal, after: &Signal) -> Option<Self> {
+        let runs: Vec<(f64, f64)> = (0..locked.runs.len())
+            .map(|place| {
+                let before = noise.whiten(locked, place, &before[place]);
+                let after = noise.whiten(locked, place, &after[place]);
+                before.iter().zip(&after).fold((0.0, 0.0), |(shrunk, added), (b, a)| {
+                    (shrunk + b * b - a * a, added + (b - a).powi(2))
+                })
+            })
+            .collect();
+        let (shrunk, added) = runs.iter().fold((0.0, 0.0), |sum, run| (sum.0 + run.0, sum.1 + run.1));
+        if added <= 0.0 {
+            return None;
+        }
+        let (share, count) = (shrunk / added, runs.len() as f64);
+        let scatter: f64 = runs.iter().map(|(shrunk, added)| (shrunk - share * added).powi(2)).sum();
+        let by_runs = (scatter * count / (count - 1.0).max(1.0)).sqrt() / added;
+        Some(Self { share, std_err: by_runs.max(2.0 / added.sqrt()) })
+    }
+}
+
 impl Confirmed {
     /// The locked runs speak against what was added.
     pub fn refuted(&self) -> bool {
-        self.seen.is_some_and(|seen| seen < LEAST_SEEN)
+        self.seen.is_some_and(|seen| seen.share < LEAST_SEEN && seen.share + ONE_SIDED * seen.std_err < 1.0)
     }
 }
 
@@ -94,8 +128,6 @@ pub fn on_locked<const N: usize>(
     let floor_w2 =
         (own.floor_w2 * clean.map_or(1.0, |clean| misfit(clean, base, lag, parameters))).min(after_w2);
     let only_single = !state.effects.is_empty() && common.is_empty();
-    let added = before.iter().zip(&after).map(|(b, a)| b.iter().zip(a).map(|(b, a)| b - a).collect());
-    let added_w2 = mean(&added.collect::<Vec<Vec<f64>>>());
     let gap = before_w2 - floor_w2;
     let closed =
         (!state.effects.is_empty() && !only_single && gap > 0.0).then(|| (before_w2 - after_w2) / gap);
@@ -111,7 +143,7 @@ pub fn on_locked<const N: usize>(
         floor_w: floor_w2.sqrt(),
         floor_how: if clean.is_some() { FLOOR_WITH_CLEAN } else { FLOOR_ALONE },
         closed,
-        seen: closed.and((added_w2 > 0.0).then(|| (before_w2 - after_w2) / added_w2)),
+        seen: closed.and(Seen::of(&locked, &own, &before, &after)),
         gain_w2: (average - error, average + error),
         by_run,
         residuals: [before, after],

@@ -65,7 +65,7 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
-            threshold: 5.0,
+            threshold: 5.3,
             threshold_alone: 20.0,
             tolerance: 0.015,
             most_effects: 3,

@@ -342,13 +342,17 @@ fn read_log<const N: usize>(
     Ok(runs)
 }
 
+/// Columns of what a board estimated while it was recorded.
+const BOARD: &str = "board_";
+
 /// Columns beyond those of a drive that hold numbers. Powers (`…_w`) are left out, but for those asked for: they are what is to be
-/// explained.
+/// explained; and what a board made of them, its mass above all: a gap moves it.
 fn further_columns<const N: usize>(file: &Path, powers: &[String]) -> Result<Vec<String>> {
     let header = Header::open(file)?;
     let known = |name: &str| {
         [TIME, POWER, MASS, RUN, ""].contains(&name)
             || (name.ends_with("_w") && !powers.iter().any(|power| power == name))
+            || name.starts_with(BOARD)
             || (0..N).any(|wheel| name == speed_column(wheel) || name == acceleration_column(wheel))
     };
     let text = File::open(file).map_err(|error| Error::io(file, &error))?;

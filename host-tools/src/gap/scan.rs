@@ -19,7 +19,7 @@ const RUN_THRESHOLD: f64 = 5.5;
 const LEAST_WRONG: f64 = 3.2;
 
 /// By how much scores of single runs and times have to be higher than those of smooth functions to be as rare.
-pub const MORE_LOOKS: f64 = 0.7;
+pub const MORE_LOOKS: f64 = 1.2;
 
 /// What the search for a time costs, in χ²: the best of some fifty.
 const TIME: f64 = 8.0;

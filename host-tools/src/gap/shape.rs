@@ -3,9 +3,11 @@
 //! An effect that is not in the dictionary is often nearly another one: w³ is w² times the speed. What is left is then small, and
 //! spread over many smooth functions, but all of it lies along the winner's column times the speed.
 
+use model_core::effects::Term;
+
 use super::inquiry::Inquiry;
 use super::runs::Row;
-use super::twin::State;
+use super::twin::{Cause, State};
 use super::whiten::Signal;
 
 /// Columns of the state's effects times speed, time, mass, turn rate and acceleration, whitened. 0 in clean runs.
@@ -19,7 +21,11 @@ pub fn deformations<const N: usize>(inquiry: &Inquiry<'_, N>, state: &State) -> 
         |row| row.motion.wheels.iter().map(|wheel| wheel.acceleration * wheel.direction).sum(),
     ];
     let mut found = Vec::new();
-    for (cause, _) in state.effects.iter().filter(|(cause, _)| cause.run().is_none()) {
+    // What passes the filter at another time, or is cut off before it, is exact to first order only.
+    let has_shape = |cause: &Cause| {
+        cause.run().is_none() && !matches!(cause, Cause::Delay | Cause::Term(Term::Return))
+    };
+    for (cause, _) in state.effects.iter().filter(|(cause, _)| has_shape(cause)) {
         let column: Signal = (0..runs.runs.len())
             .map(|place| inquiry.twin.effect_slope(place, state, cause, &inquiry.twin.predict(place, state)))
             .collect();

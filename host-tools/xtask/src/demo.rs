@@ -1,7 +1,8 @@
 //! `cargo xtask demo`: the whole story on the virtual board, in one folder of results.
 //!
 //! Drive empty and fully loaded, record, fit, flash; then drive with a payload that nobody tells the board and that changes,
-//! and hold the board's own estimates against the truth.
+//! and hold the board's own estimates against the truth. Then let the road slope and tell nobody: the gap between model and
+//! measurement is named, the effect flashed, and the same drive again has none.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -14,6 +15,9 @@ use crate::steps::{Steps, Stop, command};
 
 /// Where everything goes, in the workspace's directory.
 const FOLDER: &str = "demo-output";
+
+/// Board seconds per second: about half of what the emulator reaches, so that a busy machine, too, fetches every sample in time.
+const SPEED: u32 = 8;
 
 /// Longest that a board may take to show its link, and to end after its drive.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -50,6 +54,42 @@ const UNKNOWN: Drive = Drive {
     name: "drive with 3 kg, then 4 kg, and tell nobody",
     board: "--profile test --mass 3@0,4@100 --seed 3 --duration 201 --truth @/truth.csv",
     client: "record --port @/link --backlog --duration 200 --out @/unknown.csv",
+};
+
+/// Four drives on a road that rises ahead by 0.02, with payloads that are noted: one stays locked to confirm what the others name. The
+/// last is driven again, with the effect flashed, and its payload noted by nobody.
+const SLOPES: [Drive; 5] = [
+    Drive {
+        name: "the road slopes, and nobody is told: drive empty",
+        board: "--profile training --mass 1 --seed 11 --duration 61 --effect grade=0.02:along=travel",
+        client: "record --port @/link --mass 1 --duration 60 --out @/slope_1.csv",
+    },
+    Drive {
+        name: "drive with 4.5 kg",
+        board: "--profile training --mass 4.5 --seed 13 --duration 61 --effect grade=0.02:along=travel",
+        client: "record --port @/link --mass 4.5 --duration 60 --out @/slope_2.csv",
+    },
+    Drive {
+        name: "drive fully loaded",
+        board: "--profile test --mass 6 --seed 14 --duration 61 --effect grade=0.02:along=travel",
+        client: "record --port @/link --mass 6 --duration 60 --out @/slope_3.csv",
+    },
+    Drive {
+        name: "drive with 3 kg",
+        board: "--profile test --mass 3 --seed 12 --duration 61 --effect grade=0.02:along=travel --truth @/slope_4_truth.csv",
+        client: "record --port @/link --mass 3 --backlog --duration 60 --out @/slope_4.csv",
+    },
+    Drive {
+        name: "the same drive again, its payload told to nobody",
+        board: "--profile test --mass 3 --seed 12 --duration 61 --effect grade=0.02:along=travel --truth @/again_truth.csv",
+        client: "record --port @/link --backlog --duration 60 --out @/again.csv",
+    },
+];
+
+const FLASH_EXTENDED: Drive = Drive {
+    name: "flash the coefficients with the effect",
+    board: "--profile standstill --duration 20",
+    client: "flash --robot @/robot.toml --coeffs @/extended.toml --port @/link",
 };
 
 /// True when every step ended well.
@@ -93,18 +133,71 @@ fn all(steps: &mut Steps) -> Result<(), Stop> {
         "hold the board's estimates against the truth",
         gmr("estimate --robot @/robot.toml --coeffs @/coefficients.toml --truth @/truth.csv \
              --plot @/estimate.png @/unknown.csv"),
-    )
+    )?;
+    slope(steps)
+}
+
+/// The chapter of the gap.
+fn slope(steps: &mut Steps) -> Result<(), Stop> {
+    let [recorded @ .., again] = &SLOPES;
+    for drive in recorded {
+        run_drive(steps, drive)?;
+    }
+    steps.run(
+        "name what the model lacks, and add it",
+        gmr("gap --robot @/robot.toml --coeffs @/coefficients.toml --out @/extended.toml \
+             @/slope_1.csv @/slope_2.csv @/slope_3.csv @/slope_4.csv"),
+    )?;
+    run_drive(steps, &FLASH_EXTENDED)?;
+    run_drive(steps, again)?;
+    steps.work("the board's own estimates, without the effect and with it", || {
+        let before = Errors::of("coefficients", "slope_4")?;
+        let after = Errors::of("extended", "again")?;
+        for (what, Errors { rmse_w, mass_percent }) in [("without", &before), ("with", &after)] {
+            println!("   {what:7} power off by {rmse_w:.3} W (RMS), mass by {mass_percent:.1} % on average");
+        }
+        if after.rmse_w < before.rmse_w && after.mass_percent < before.mass_percent {
+            Ok(())
+        } else {
+            Err(Stop::new("the gap did not shrink"))
+        }
+    })
+}
+
+/// How far the board's own estimates are off.
+struct Errors {
+    rmse_w: f64,
+    mass_percent: f64,
+}
+
+impl Errors {
+    /// Of a recorded drive, while these coefficients were in use.
+    fn of(coefficients: &str, drive: &str) -> Result<Self, Stop> {
+        let line = format!(
+            "estimate --json --robot @/robot.toml --coeffs @/{coefficients}.toml --truth @/{drive}_truth.csv @/{drive}.csv"
+        );
+        let found = json(&line)?;
+        let board = &found["board"];
+        match (board["quality"]["rmse_w"].as_f64(), board["mass"]["mean_percent"].as_f64()) {
+            (Some(rmse_w), Some(mass_percent)) => Ok(Self { rmse_w, mass_percent }),
+            _ => Err(Stop::new(format!("gmr {line}: the board estimated nothing"))),
+        }
+    }
+}
+
+/// What a `gmr` with `--json` says.
+fn json(line: &str) -> Result<serde_json::Value, Stop> {
+    let output = gmr(line)
+        .current_dir(crate::root())
+        .stderr(Stdio::inherit())
+        .output()
+        .map_err(|error| Stop::new(format!("gmr {line}: {error}")))?;
+    serde_json::from_slice(&output.stdout).map_err(|error| Stop::new(format!("gmr {line}: {error}")))
 }
 
 /// The built-in Burger with the static power that `gmr inspect` finds: the servos' electronics are on the motors' rail.
 fn describe_robot() -> Result<(), Stop> {
-    let mut inspect = gmr("inspect --json @/empty.csv");
-    let output = inspect
-        .current_dir(crate::root())
-        .output()
-        .map_err(|error| Stop::new(format!("gmr inspect: {error}")))?;
-    let found: serde_json::Value = serde_json::from_slice(&output.stdout)
-        .map_err(|error| Stop::new(format!("gmr inspect --json: {error}")))?;
+    let found = json("inspect --json @/empty.csv")?;
     let static_w = found["static_states"][0]["mean_w"]
         .as_f64()
         .ok_or_else(|| Stop::new("gmr inspect found no standstill in the recorded drive"))?;
@@ -138,8 +231,9 @@ struct Board {
 
 impl Board {
     fn start(arguments: &str) -> Result<Self, Stop> {
-        let line =
-            format!("board --speed max --wait --link @/link --flash @/flash.bin --image @image {arguments}");
+        let line = format!(
+            "board --speed {SPEED} --wait --link @/link --flash @/flash.bin --image @image {arguments}"
+        );
         let folder = crate::root().join(FOLDER);
         let said = folder.join("board.log");
         let link = folder.join("link");
