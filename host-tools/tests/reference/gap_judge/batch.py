@@ -1,10 +1,12 @@
 """Makes sets, lets gmr judge them, keeps what it said: one line of JSON a set.
 
     python batch.py OUT.jsonl --gmr PATH [--kind effects|free|foreign|pairs] [--robots servo brisk] [--sizes 0.5 1 2]
-                    [--seeds 0 4] [--names …] [--mode coeffs|alone|lost] [--jobs 2] [--keep FOLDER]
+                    [--seeds 0 4] [--names …] [--mode coeffs|alone|lost] [--jobs 2] [--keep FOLDER] [--minutes M]
+                    [--known EARLIER.jsonl …]
 
 `coeffs`: with base.toml of six clean runs; `alone`: no coefficients; `lost`: base.toml, but the clean runs are gone.
-Sets that were answered wrongly are kept in --keep.
+Sets that were answered wrongly are kept in --keep. The order is shuffled, so that what is done after --minutes is a fair sample.
+Earlier results spare the search for the magnitudes.
 """
 
 import argparse
@@ -22,7 +24,8 @@ from pathlib import Path
 import numpy as np
 
 import sets
-from effects import DICTIONARY, FOREIGN
+from effects import DICTIONARY, FOREIGN, limit
+from robots import ROBOTS
 from sensors import NOISES
 from verdicts import judge
 
@@ -56,7 +59,7 @@ def run(t):
     folder = Path(tempfile.mkdtemp(prefix="judge_"))
     try:
         truth = sets.make(folder, t["robot"], t["seed"], t["effect"], t["size"], t["kind"], t["memory"],
-                          clean=t["mode"] != "alone")
+                          clean=t["mode"] != "alone", known=t["known"])
         robot = "burger" if t["robot"] == "servo" else "robot.toml"
         logs = sorted(str(p.relative_to(folder)) for p in (folder / "field").glob("*.csv"))
         command = [t["gmr"], "gap", "--robot", robot, "--json"]
@@ -113,14 +116,29 @@ def main():
     parser.add_argument("--mode", choices=["coeffs", "alone", "lost"], default="coeffs")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--keep")
+    parser.add_argument("--known", nargs="*", default=[])
+    parser.add_argument("--minutes", type=float)
     a = parser.parse_args()
     a.gmr = os.path.abspath(a.gmr)
+    known = {}
+    for name in a.known:
+        for line in map(json.loads, open(name)):
+            for effect, x, got in zip(line.get("effect", []), line.get("magnitude", []), line.get("reached", [])):
+                if x <= limit(effect, ROBOTS[line["robot"]]):
+                    known[line["robot"], line["seed"], effect, line["size"]] = (x, got)
     todo = list(tasks(a))
+    for t in todo:
+        found = [known.get((t["robot"], t["seed"], name, t["size"])) for name in t["effect"]]
+        t["known"] = found if all(found) else None
+    np.random.default_rng(0).shuffle(todo)
     start = time.time()
     with Pool(a.jobs) as pool, open(a.out, "a") as out:
         for count, line in enumerate(pool.imap_unordered(run, todo), 1):
             out.write(json.dumps(line) + "\n")
             out.flush()
+            if a.minutes and time.time() - start > 60.0 * a.minutes:
+                pool.terminate()
+                break
             if count % 20 == 0:
                 print(f"{count} of {len(todo)} sets, {time.time() - start:.0f} s", file=sys.stderr, flush=True)
 

@@ -275,6 +275,11 @@ def fridge(s, x):
     s.static += x * piecewise(s, 5.0, 20.0, lambda: float(s.rng.random() < 0.4))
 
 
+def hardest(r):
+    """Torque that a gear passes when the loaded robot speeds up as hard as it may, N·m."""
+    return 0.5 * r.full * (9.81 * r.rolling + r.a_max) * r.radius
+
+
 # id -> (cause, greatest magnitude by robot or for both); magnitudes in SI, temperatures in K, factors as such.
 DICTIONARY = {
     "grade": (grade, 0.15),
@@ -285,10 +290,10 @@ DICTIONARY = {
     "lubricant-warm-up": (lubricant_warm_up, 15.0),
     "rolling-resistance-change": (rolling_resistance_change, 0.12),
     "surface-switch": (surface_switch, 0.15),
-    "payload-offset": (payload_offset, 0.45),
+    "payload-offset": (payload_offset, 0.35),
     "wheel-drag": (wheel_drag, lambda r: 6.0 * r.gear * r.coulomb),
     "turning-scrub": (turning_scrub, lambda r: 0.6 * r.full * 9.81 * r.track / 4.0),
-    "gear-load-loss": (gear_load_loss, lambda r: 0.5 / (0.5 * r.gear * r.coulomb)),
+    "gear-load-loss": (gear_load_loss, lambda r: 0.5 / hardest(r)),
     "supply-sag": (supply_sag, lambda r: 3.0 if r.volts < 15.0 else 1.2),
     "regeneration": (regeneration, 0.95),
     "payload-mislabel": (payload_mislabel, lambda r: 0.9 * (r.full - r.empty)),

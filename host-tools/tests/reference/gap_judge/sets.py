@@ -97,8 +97,9 @@ def write(path, robot, s, kind, memory, rng):
     np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="", fmt=formats)
 
 
-def make(folder, robot_name, seed, effect=(), size=0.0, kind="ar", memory=0.9, clean=True):
-    """Writes a set: clean/*.csv, field/*.csv, robot.toml, truth.json. `effect` is a tuple of names."""
+def make(folder, robot_name, seed, effect=(), size=0.0, kind="ar", memory=0.9, clean=True, known=None):
+    """Writes a set: clean/*.csv, field/*.csv, robot.toml, truth.json. `effect` is a tuple of names; `known` their magnitudes
+    and sizes from an earlier search."""
     robot = ROBOTS[robot_name]
     folder = Path(folder)
     (folder / "field").mkdir(parents=True, exist_ok=True)
@@ -107,8 +108,8 @@ def make(folder, robot_name, seed, effect=(), size=0.0, kind="ar", memory=0.9, c
     variant = int(np.random.default_rng([seed, 3]).integers(12))
     runs = plan(robot, seed, FIELD, True)
     magnitude, reached = [], []
-    for name in effect:
-        x, got = calibrate(robot, runs, seed, name, size, variant)
+    for place, name in enumerate(effect):
+        x, got = known[place] if known else calibrate(robot, runs, seed, name, size, variant)
         magnitude.append(x)
         reached.append(got)
     details = []
