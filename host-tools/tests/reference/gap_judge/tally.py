@@ -1,0 +1,103 @@
+"""Tables of what batch.py kept:  python tally.py RESULT.jsonl [--failures FILE]"""
+
+import argparse
+import json
+from collections import Counter
+
+import numpy as np
+
+from effects import DICTIONARY
+
+ORDER = ["right", "twins", "tie", "extra", "WRONG", "false-tie", "unexplained", "none"]
+
+
+def share(lines, *what):
+    return f"{100.0 * sum(l['judged'] in what for l in lines) / max(len(lines), 1):5.1f} %"
+
+
+def figures(lines):
+    print(f"  sets                                  {len(lines)}")
+    print(f"  right single name                     {share(lines, 'right')}  (with true twins in a tie {share(lines, 'right', 'twins')})")
+    print(f"  truth is the name or in the tie set   {share(lines, 'right', 'twins', 'tie', 'extra')}")
+    print(f"  truth and something else              {share(lines, 'extra')}")
+    print(f"  wrong single name                     {share(lines, 'WRONG')}  ({sum(l['judged'] == 'WRONG' for l in lines)})")
+    print(f"  in doubt, truth not among it          {share(lines, 'false-tie')}")
+    print(f"  unexplained                           {share(lines, 'unexplained')}")
+    print(f"  none                                  {share(lines, 'none')}")
+    closed = [l["closed"] for l in lines if l["closed"] is not None and l["judged"] in ("right", "twins", "tie", "extra")]
+    if closed:
+        worst = {}
+        for l in lines:
+            if l["closed"] is not None and l["judged"] in ("right", "twins", "tie"):
+                worst.setdefault(l["effect"][0], []).append(l["closed"])
+        least = min(worst.items(), key=lambda p: np.median(p[1]), default=("-", [np.nan]))
+        print(f"  gap closed                            median {np.median(closed):.2f}, 10th percentile {np.quantile(closed, 0.1):.2f};"
+              f" worst effect's median {np.median(least[1]):.2f} ({least[0]})")
+    print(f"  seconds a set                         median {np.median([l['seconds'] for l in lines]):.2f}")
+
+
+def confusion(lines, order=ORDER):
+    print("  " + "effect".ljust(27) + "".join(w.rjust(12) for w in order) + "   named instead (or with it)")
+    for name in dict.fromkeys(l["effect"][0] for l in lines):
+        own = [l for l in lines if l["effect"][0] == name]
+        count = Counter(l["judged"] for l in own)
+        instead = Counter(n for l in own if l["judged"] in ("WRONG", "extra", "false-tie") for n in l["named"] if n != name)
+        ties = Counter(n for l in own if l["judged"] == "tie" for n in l["named"] + l["ties"] if n != name)
+        text = ", ".join(f"{n} {k}" for n, k in instead.most_common(4))
+        if ties:
+            text += "  | tied with " + ", ".join(f"{n} {k}" for n, k in ties.most_common(4))
+        print("  " + name.ljust(27) + "".join((str(count[w]) if count[w] else ".").rjust(12) for w in order) + "   " + text)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("result", nargs="+")
+    parser.add_argument("--failures")
+    a = parser.parse_args()
+    lines = [json.loads(line) for name in a.result for line in open(name)]
+    errors = [l for l in lines if "error" in l]
+    lines = [l for l in lines if "error" not in l]
+    for mode in dict.fromkeys(l["mode"] for l in lines):
+        here = [l for l in lines if l["mode"] == mode]
+        print(f"==== mode {mode} ====")
+        known = [l for l in here if len(l["effect"]) == 1 and l["effect"][0] in DICTIONARY]
+        # A limit of physics keeps some below the wanted size: they are judged at what they reached.
+        for title, some in [("size reached 0.45 and more", [l for l in known if l["reached"][0] >= 0.45]),
+                            *[(f"wanted size {s}, reached within 10 %", [l for l in known if l["size"] == s and l["reached"][0] >= 0.9 * s])
+                              for s in sorted({l["size"] for l in known})],
+                            ("below size 0.45", [l for l in known if l["reached"][0] < 0.45])]:
+            for robot in ["both", *dict.fromkeys(l["robot"] for l in some)]:
+                own = [l for l in some if robot in ("both", l["robot"])]
+                if own:
+                    print(f"effects, {title}, robot {robot}")
+                    figures(own)
+        if known:
+            print("by effect, size reached 0.45 and more")
+            confusion([l for l in known if l["reached"][0] >= 0.45])
+        free = [l for l in here if not l["effect"]]
+        for robot in dict.fromkeys(l["robot"] for l in free):
+            own = [l for l in free if l["robot"] == robot]
+            by = {k: [l for l in own if l["kind"] == k] for k in dict.fromkeys(l["kind"] for l in own)}
+            print(f"effect-free, {robot}: {len(own)} sets, alarms {share(own, 'alarm')} "
+                  + str(Counter(l["verdict"] for l in own if l["judged"] == "alarm"))
+                  + " by noise: " + ", ".join(f"{k} {share(v, 'alarm').strip()} of {len(v)}" for k, v in by.items()))
+        foreign = [l for l in here if len(l["effect"]) == 1 and l["effect"][0] not in DICTIONARY]
+        if foreign:
+            print(f"foreign effects: {len(foreign)} sets, wrong single name {share(foreign, 'WRONG')}, kin named {share(foreign, 'kin')},"
+                  f" in doubt {share(foreign, 'false-tie', 'kin-tie')}, unexplained {share(foreign, 'unexplained')}, none {share(foreign, 'none')}")
+            confusion(foreign, ["kin", "kin-tie", "WRONG", "false-tie", "unexplained", "none"])
+        pairs = [l for l in here if len(l["effect"]) == 2]
+        if pairs:
+            print(f"pairs: {len(pairs)} sets", dict(Counter(l["judged"] for l in pairs)))
+    print(f"errors: {len(errors)}", *[e["error"] for e in errors[:5]])
+    if a.failures:
+        with open(a.failures, "w") as out:
+            for l in lines:
+                if l["judged"] in ("WRONG", "extra", "false-tie", "alarm", "none", "unexplained") and not (l["judged"] in ("none", "unexplained") and (not l["effect"] or l["effect"][0] not in DICTIONARY)):
+                    out.write(f"{l['judged']:11} {l['mode']} {l['robot']} {'+'.join(l['effect']) or 'free'} size {l['size']} (reached {[round(x, 2) for x in l['reached']]}, "
+                              f"magnitude {[float(f'{x:.3g}') for x in l['magnitude']]}) variant {l['variant']} seed {l['seed']} noise {l['kind']} {l['memory']}: {l['verdict']} {l['named']} "
+                              f"ties {l['ties']} closed {l['closed'] if l['closed'] is None else round(l['closed'], 2)} | {[[round(o[0], 1), round(o[1], 1), o[2]] for o in l['outcome']]} | best {l.get('best')}\n")
+
+
+if __name__ == "__main__":
+    main()
