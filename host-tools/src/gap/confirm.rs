@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use model_core::torque::TorqueModel;
 
+use super::inquiry::Inquiry;
 use super::investigate::{Base, LEAST_SEEN};
 use super::lag;
 use super::noise::Noise;
@@ -30,7 +31,7 @@ pub struct Confirmed {
     pub floor_how: &'static str,
     /// Share of the gap that is closed; `None` where nothing was to be closed, or no locked run has the effect.
     pub closed: Option<f64>,
-    /// How much of what was added the locked runs show. `None` as above.
+    /// How much of what was added the locked runs show. `None` as above, and where nothing was added.
     pub seen: Option<Seen>,
     /// 95 % interval of the mean square gain per run, W²: paired by run.
     pub gain_w2: (f64, f64),
@@ -48,13 +49,13 @@ const FLOOR_WITH_CLEAN: &str = "RMS left on the locked runs when all that varies
 const FLOOR_ALONE: &str = "RMS left on the locked runs when all that varies smoothly with the drive is regressed out; what \
                            the base gets wrong on clean runs is not known";
 
-/// How much of what was added is there: what the whitened residual shrank by, per square of what was added. 1 where the effects are
-/// there as found, whatever the base gets wrong besides; -1 where nothing of them is.
+/// How much of what was added is there, by the locked runs and the clean ones alone: 1 where the effects are as found, 0 where nothing
+/// of them is. What the base gets wrong on any run is fitted along, as it was when they were named.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seen {
     /// The share.
     pub share: f64,
-    /// Its standard error, by white noise or by the scatter of the runs, whichever is greater.
+    /// Its standard error.
     pub std_err: f64,
 }
 
@@ -62,24 +63,24 @@ pub struct Seen {
 const ONE_SIDED: f64 = 1.64;
 
 impl Seen {
-    fn of<const N: usize>(locked: &Runs<N>, noise: &Noise, before: &Signal, after: &Signal) -> Option<Self> {
-        let runs: Vec<(f64, f64)> = (0..locked.runs.len())
-            .map(|place| {
-                let before = noise.whiten(locked, place, &before[place]);
-                let after = noise.whiten(locked, place, &after[place]);
-                before.iter().zip(&after).fold((0.0, 0.0), |(shrunk, added), (b, a)| {
-                    (shrunk + b * b - a * a, added + (b - a).powi(2))
-                })
-            })
-            .collect();
-        let (shrunk, added) = runs.iter().fold((0.0, 0.0), |sum, run| (sum.0 + run.0, sum.1 + run.1));
-        if added <= 0.0 {
-            return None;
-        }
-        let (share, count) = (shrunk / added, runs.len() as f64);
-        let scatter: f64 = runs.iter().map(|(shrunk, added)| (shrunk - share * added).powi(2)).sum();
-        let by_runs = (scatter * count / (count - 1.0).max(1.0)).sqrt() / added;
-        Some(Self { share, std_err: by_runs.max(2.0 / added.sqrt()) })
+    /// By an inquiry into locked runs, then clean ones, and what the locked ones leave before and after.
+    pub fn of<const N: usize>(locked: &Inquiry<'_, N>, residuals: &[Signal; 2]) -> Option<Self> {
+        let runs = &locked.twin.runs.runs;
+        let [before, after] = residuals;
+        let added = (0..runs.len()).map(|place| match (before.get(place), after.get(place)) {
+            (Some(before), Some(after)) if !runs[place].clean => {
+                let added: Vec<f64> =
+                    before.iter().zip(after).map(|(before, after)| before - after).collect();
+                locked.noise.whiten(locked.twin.runs, place, &added)
+            }
+            _ => vec![0.0; runs[place].rows.len()],
+        });
+        let start = locked.start();
+        let panel = locked.panel_with(&start, &[], &[added.collect()]);
+        let total = panel.products().total(None);
+        let column = locked.first_further(&start);
+        let score = locked.score(&panel, &total, &start, &locked.active(&start), column)?;
+        Some(Self { share: score.value, std_err: score.std_err })
     }
 }
 
@@ -143,7 +144,7 @@ pub fn on_locked<const N: usize>(
         floor_w: floor_w2.sqrt(),
         floor_how: if clean.is_some() { FLOOR_WITH_CLEAN } else { FLOOR_ALONE },
         closed,
-        seen: closed.and(Seen::of(&locked, &own, &before, &after)),
+        seen: None,
         gain_w2: (average - error, average + error),
         by_run,
         residuals: [before, after],

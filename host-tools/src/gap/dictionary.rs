@@ -318,7 +318,8 @@ pub fn candidates<const N: usize>(
     } else {
         add("regeneration", term(Term::Return), (0.0, 1.0), 0, none.clone());
     }
-    for hold in [0.0, 1.0, 4.0, f64::INFINITY] {
+    // With the command the power goes before the wheel stands: a negative hold.
+    for hold in [-0.3, 0.0, 1.0, 4.0, f64::INFINITY] {
         let with = if hold.is_finite() {
             json!({"with": "motion", "hold_s": hold})
         } else {

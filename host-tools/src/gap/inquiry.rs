@@ -48,6 +48,10 @@ pub struct Inquiry<'a, const N: usize> {
 /// What a column says about the residual when base and effects may move along.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Score {
+    /// Its coefficient.
+    pub value: f64,
+    /// Its standard error, by the scatter of what is left.
+    pub std_err: f64,
     /// Its coefficient per standard error.
     pub z: f64,
     /// Share of the column that base and effects leave.
@@ -145,7 +149,14 @@ impl<const N: usize> Inquiry<'_, N> {
         let scattered =
             self.noise.score_variance(self.twin.runs.period_s, &panel.projected(column, &places, &by));
         let cautious = variance.max(scattered);
-        Some(Score { z: score / cautious.sqrt(), share: variance / own, caution: variance / cautious })
+        let (value, std_err) = (score / variance, cautious.sqrt() / variance);
+        Some(Score {
+            value,
+            std_err,
+            z: score / cautious.sqrt(),
+            share: variance / own,
+            caution: variance / cautious,
+        })
     }
 
     /// The least [`Score::caution`] of causes that may be added to a state; 1 where there is none.
@@ -361,6 +372,10 @@ impl Rival {
         let (low, high) = self.candidate.range;
         match self.coefficients()[..] {
             [only] => only >= low && only <= high,
+            // Of single runs each is one of its own, of one run its own; the parts of a direction make up one.
+            ref several if self.candidate.causes.iter().all(|cause| cause.run().is_some()) => {
+                several.iter().all(|c| *c >= low && *c <= high)
+            }
             ref several => several.iter().map(|c| c * c).sum::<f64>().sqrt() <= high,
         }
     }

@@ -8,7 +8,7 @@ use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector, Dyn};
 use serde_json::{Value, json};
 
-use super::confirm::{self, Confirmed};
+use super::confirm::{self, Confirmed, Seen};
 use super::dictionary::{Candidate, NotTestable, candidates};
 use super::excess::Excess;
 use super::inquiry::{Fitted, Inquiry, Rival};
@@ -185,6 +185,9 @@ const TIE_LOSS: f64 = 9.0;
 /// Ways of a tied effect that are further behind than this in χ² are not to be parted by a manoeuvre: they are already.
 const WAYS_LOSS: f64 = 25.0;
 
+/// What comes on top, as a share of the winner's gain: no term of the model is exact.
+const TIE_SHARE: f64 = 0.01;
+
 /// One-sided 95 % of a normal variable.
 const TIE_ERRORS: f64 = 1.64;
 
@@ -193,8 +196,8 @@ const LEAST_FURTHER: f64 = 0.1;
 
 /// |z| of an effect's column times something else beyond which the effect has not the shape of what is there, and the share of
 /// the gain in χ² that comes on top: no term of the model is exact.
-const SHAPE: f64 = 4.8;
-const SHAPE_TOLERANCE: f64 = 0.004;
+const SHAPE: f64 = 5.5;
+const SHAPE_TOLERANCE: f64 = 0.006;
 
 /// Candidates that are fitted with their non-linearity.
 const REFINED: usize = 40;
@@ -240,14 +243,6 @@ pub fn investigate<const N: usize>(
     while named.len() <= options.most_effects {
         let structure = structure(&inquiry, &state, &list, &named);
         let misshape = misshape(&inquiry, &state);
-        if std::env::var_os("GAP_BENCH_TRACE").is_some() {
-            eprintln!(
-                "SHAPE {:.2} {:.1} {:?}",
-                misshape,
-                gained,
-                named.iter().map(|c| c.id.clone()).collect::<Vec<_>>()
-            );
-        }
         let allowed = (options.threshold.powi(2) + options.tolerance * gained).sqrt();
         let in_shape = misshape.powi(2) <= SHAPE.powi(2) + SHAPE_TOLERANCE * gained;
         if structure.greatest <= allowed && in_shape {
@@ -285,16 +280,24 @@ pub fn investigate<const N: usize>(
             }
         }
     }
+    // What a later round named besides is in doubt no longer.
+    ambiguous.retain(|id| named.iter().all(|own| own.id != *id));
     ambiguous.sort();
     ambiguous.dedup();
-    let excess = Excess::of(&inquiry, &state);
-    if std::env::var_os("GAP_BENCH_TRACE").is_some() {
-        eprintln!("EXCESS {excess:?}");
+    if verdict == Verdict::Ambiguous && ambiguous.is_empty() {
+        verdict = Verdict::Named;
     }
+    let excess = Excess::of(&inquiry, &state);
     if excess.is_some_and(|excess| excess.is_beyond_chance()) {
         verdict = Verdict::Unexplained;
     }
-    let confirmed = confirm::on_locked(runs, &split, clean, base, &state, &inquiry.noise, parameters);
+    let mut confirmed = confirm::on_locked(runs, &split, clean, base, &state, &inquiry.noise, parameters);
+    if matches!(verdict, Verdict::Named | Verdict::Ambiguous) && confirmed.closed.is_some() {
+        let locked = runs.subset(&split.locked).with_clean(clean);
+        let twin = Twin { runs: &locked, ..inquiry.twin };
+        let asked = open_inquiry(twin, base, parameters, &list, options);
+        confirmed.seen = Seen::of(&asked, &confirmed.residuals);
+    }
     if matches!(verdict, Verdict::Named | Verdict::Ambiguous) && confirmed.refuted() {
         verdict = Verdict::Unexplained;
     }
@@ -660,10 +663,13 @@ fn name<const N: usize>(
         if rival.candidate.id == winner.candidate.id || named.iter().any(|own| own.id == rival.candidate.id) {
             continue;
         }
-        if is_tie(&winner, rival) && null.loss - rival.charged > 0.0 {
+        if is_tie(&winner, rival, gain) && null.loss - rival.charged > 0.0 {
             ties.push(rival.candidate.id.clone());
             record.candidates[place].status = "tie";
         }
+    }
+    if shows_no_shape(inquiry, state, &winner, gain) && ties.is_empty() {
+        return refuse(record, "of what explains most the runs show the limit only, which is another effect");
     }
     // The winner, or one of its ties, has to win again with each run left out.
     let runs = inquiry.twin.runs.runs.iter().filter(|run| !run.clean).count();
@@ -698,6 +704,20 @@ fn name<const N: usize>(
     let others = plausible.iter().filter(|&&place| place != first).map(|&place| &rivals[place]);
     let others = others.filter(close).cloned().collect();
     Naming { choice: Some(Choice { rival: winner, gain, ties, others }), record }
+}
+
+/// Whether a candidate is no better than its own limit, see [`Cause::limit`]: what makes it this effect does not show then. Where the
+/// dictionary has the limit as an effect it is a rival, and in a tie.
+fn shows_no_shape<const N: usize>(
+    inquiry: &Inquiry<'_, N>,
+    state: &State,
+    winner: &Rival,
+    gain: f64,
+) -> bool {
+    let [cause] = &winner.candidate.causes[..] else { return false };
+    let Some(limit) = cause.limit() else { return false };
+    let candidate = Candidate { causes: vec![limit], search: 0.0, shape: None, ..winner.candidate.clone() };
+    fit_rival(inquiry, state, &candidate).is_some_and(|limit| is_tie(winner, &limit, gain))
 }
 
 /// Coefficients of single runs below this many standard errors are taken for none, when others of the candidate are not.
@@ -814,7 +834,7 @@ fn sharpen<const N: usize>(inquiry: &Inquiry<'_, N>, state: &State, rivals: &mut
 const SEARCH_STEPS: usize = 5;
 
 /// Whether a rival is not significantly worse.
-fn is_tie(winner: &Rival, rival: &Rival) -> bool {
+fn is_tie(winner: &Rival, rival: &Rival, gain: f64) -> bool {
     let differences: Vec<f64> =
         rival.fitted.run_losses.iter().zip(&winner.fitted.run_losses).map(|(r, w)| r - w).collect();
     let count = differences.len() as f64;
@@ -822,7 +842,7 @@ fn is_tie(winner: &Rival, rival: &Rival) -> bool {
     let variance = differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
     let error = (count * variance).sqrt();
     let worse = rival.charged - winner.charged;
-    worse < TIE_LOSS && worse < TIE_ERRORS * error.max(1e-9)
+    worse < TIE_LOSS + TIE_SHARE * gain && worse < TIE_ERRORS * error.max(1e-9)
 }
 
 impl Report {

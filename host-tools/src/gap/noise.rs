@@ -14,8 +14,8 @@ const HUBER: f64 = 3.5;
 /// Standard deviation of a normal variable over the median of its size.
 const MEDIAN_TO_STD: f64 = 1.4826;
 
-/// Length of the blocks whose scores are taken for independent, s.
-const BLOCK_S: f64 = 4.0;
+/// Lengths of the blocks whose scores are taken for independent, s: noise with a long memory scatters more over long ones.
+const BLOCKS_S: [f64; 2] = [4.0, 15.0];
 
 /// The noise of the residual.
 #[derive(Debug, Clone, PartialEq)]
@@ -170,13 +170,15 @@ impl Noise {
     /// whichever is greater. 1 per Σ x² if model and normality were right.
     pub fn score_variance(&self, period_s: f64, column: &Signal) -> f64 {
         let along = along(column.iter().flatten(), self.left.iter().flatten());
-        let (mut blocks, mut runs) = (0.0, 0.0);
+        let (mut blocks, mut runs) = ([0.0; BLOCKS_S.len()], 0.0);
         for (x, e) in column.iter().zip(&self.left) {
             let (square, sum) = block_scores(period_s, x, e, along);
-            blocks += square;
+            for (blocks, square) in blocks.iter_mut().zip(square) {
+                *blocks += square;
+            }
             runs += sum * sum;
         }
-        blocks.max(runs)
+        blocks.into_iter().fold(runs, f64::max)
     }
 
     /// As [`score_variance`](Self::score_variance) for a column that lives in one run.
@@ -186,7 +188,7 @@ impl Noise {
         let variance = column.iter().zip(own).map(|(x, e)| (e - along * x).powi(2)).sum::<f64>()
             / own.len().max(1) as f64;
         let square = column.iter().map(|x| x * x).sum::<f64>();
-        block_scores(period_s, column, own, along).0.max(variance * square)
+        block_scores(period_s, column, own, along).0.into_iter().fold(variance * square, f64::max)
     }
 }
 
@@ -196,16 +198,14 @@ fn along<'a>(column: impl Iterator<Item = &'a f64>, left: impl Iterator<Item = &
     if own > 0.0 { with / own } else { 0.0 }
 }
 
-/// Σ (Σ x e)² over blocks, and Σ x e, with e less `along` times x.
-fn block_scores(period_s: f64, x: &[f64], e: &[f64], along: f64) -> (f64, f64) {
-    let block = (BLOCK_S / period_s).round().max(1.0) as usize;
-    let (mut square, mut sum) = (0.0, 0.0);
-    for (x, e) in x.chunks(block).zip(e.chunks(block)) {
-        let score = x.iter().zip(e).map(|(x, e)| x * (e - along * x)).sum::<f64>();
-        square += score * score;
-        sum += score;
-    }
-    (square, sum)
+/// Σ (Σ x e)² over blocks of each length, and Σ x e, with e less `along` times x.
+fn block_scores(period_s: f64, x: &[f64], e: &[f64], along: f64) -> ([f64; BLOCKS_S.len()], f64) {
+    let score = |x: &[f64], e: &[f64]| x.iter().zip(e).map(|(x, e)| x * (e - along * x)).sum::<f64>();
+    let squares = BLOCKS_S.map(|length| {
+        let rows = (length / period_s).round().max(1.0) as usize;
+        x.chunks(rows).zip(e.chunks(rows)).map(|(x, e)| score(x, e).powi(2)).sum()
+    });
+    (squares, score(x, e))
 }
 
 /// Added to the diagonal of scaled products.

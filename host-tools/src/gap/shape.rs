@@ -22,9 +22,8 @@ pub fn deformations<const N: usize>(inquiry: &Inquiry<'_, N>, state: &State) -> 
     ];
     let mut found = Vec::new();
     // What passes the filter at another time, or is cut off before it, is exact to first order only.
-    let has_shape = |cause: &Cause| {
-        cause.run().is_none() && !matches!(cause, Cause::Delay | Cause::Term(Term::Return))
-    };
+    let has_shape =
+        |cause: &Cause| cause.run().is_none() && !matches!(cause, Cause::Delay | Cause::Term(Term::Return));
     for (cause, _) in state.effects.iter().filter(|(cause, _)| has_shape(cause)) {
         let column: Signal = (0..runs.runs.len())
             .map(|place| inquiry.twin.effect_slope(place, state, cause, &inquiry.twin.predict(place, state)))

@@ -82,6 +82,21 @@ impl Cause {
         }
     }
 
+    /// What it comes to at the end of its shape's range, where nothing of its shape shows: a warm-up that takes longer than the runs is
+    /// grease that is thicker, a switch at the start is none.
+    pub fn limit(&self) -> Option<Self> {
+        match self {
+            Self::Term(Term::WarmUp(_)) => Some(Self::Term(Term::Viscous)),
+            Self::Term(Term::RollingFrom(_)) | Self::Switch(Switched::Rolling, _) => {
+                Some(Self::Term(Term::Rolling))
+            }
+            Self::Term(Term::StepAt(_) | Term::WithMotion(_)) | Self::Switch(Switched::Static, _) => {
+                Some(Self::Term(Term::Constant))
+            }
+            _ => None,
+        }
+    }
+
     /// The one run that it concerns.
     pub fn run(&self) -> Option<usize> {
         match self {

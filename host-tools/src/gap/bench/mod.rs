@@ -143,12 +143,6 @@ pub fn one(robot: &Robot, case: &Case) -> Result<Outcome> {
     let started = Instant::now();
     let report = investigate(&runs, Some(&clean.runs), &clean.base, &options)?;
     let seconds = started.elapsed().as_secs_f64();
-    if std::env::var_os("GAP_BENCH_TRACE").is_some() {
-        let name: Vec<String> =
-            effects.iter().map(|effect| format!("{} {:.4}", effect.id(), effect.size())).collect();
-        eprintln!("== {} size {} seed {}", name.join(" + "), case.size, case.seed);
-        eprintln!("{}", super::summary::text(&report));
-    }
     Ok(Outcome {
         case: Case { effects, ..case.clone() },
         verdict: report.verdict,
