@@ -239,6 +239,71 @@ fn print(outcomes: &[Outcome], all: bool) {
             outcome.note
         );
     }
-    let slowest = outcomes.iter().map(|outcome| outcome.seconds).fold(0.0, f64::max);
-    println!("slowest set: {slowest:.2} s");
+    figures(outcomes);
+}
+
+/// A figure of the bench: how many sets of a kind ended so, of how many.
+fn figure(name: &str, of: &[&Outcome], wanted: impl Fn(&Outcome) -> bool) {
+    if of.is_empty() {
+        return;
+    }
+    let count = of.iter().filter(|outcome| wanted(outcome)).count();
+    let share = 100.0 * count as f64 / of.len() as f64;
+    println!("{name:<62} {share:>6.1} %  {count} of {}", of.len());
+}
+
+fn figures(outcomes: &[Outcome]) {
+    let of = |wanted: &dyn Fn(&Case) -> bool| -> Vec<&Outcome> {
+        outcomes.iter().filter(|outcome| wanted(&outcome.case)).collect()
+    };
+    let alone = of(&|case| case.effects.len() == 1 && case.removed.is_empty());
+    let free = of(&|case| case.effects.is_empty());
+    let removed = of(&|case| !case.removed.is_empty());
+    let pairs = of(&|case| case.effects.len() == 2);
+    println!("figures");
+    figure("alone: right single name, true twins in a tie counted", &alone, |outcome| {
+        matches!(count(outcome), Count::Right | Count::TwinTie)
+    });
+    figure("alone: truth is the name or in the tie set", &alone, |outcome| {
+        matches!(count(outcome), Count::Right | Count::TwinTie | Count::InTie)
+    });
+    figure("alone: wrong single name", &alone, |outcome| {
+        count(outcome) == Count::Wrong && outcome.ties.is_empty()
+    });
+    figure("no effect: an alarm", &free, |outcome| outcome.verdict != Verdict::None);
+    figure("effect removed from the dictionary: a single name", &removed, |outcome| {
+        count(outcome) == Count::Wrong
+    });
+    figure("pairs: both named, or one named and the other in a tie", &pairs, |outcome| {
+        matches!(count(outcome), Count::Right | Count::InTie)
+    });
+    let mut closed: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+    for outcome in alone.iter().filter(|outcome| matches!(count(outcome), Count::Right | Count::TwinTie)) {
+        if let Some(share) = outcome.closed {
+            closed.entry(label(outcome)).or_default().push(share);
+        }
+    }
+    let middle = |mut shares: Vec<f64>| {
+        shares.sort_by(f64::total_cmp);
+        100.0 * shares[shares.len() / 2]
+    };
+    let worst =
+        closed.iter().map(|(id, shares)| (middle(shares.clone()), id)).min_by(|a, b| a.0.total_cmp(&b.0));
+    if let Some((worst, id)) = worst {
+        let all: Vec<f64> = closed.values().flatten().copied().collect();
+        println!(
+            "{:<62} {:>6.1} %  worst effect {worst:.1} % ({id})",
+            "gap closed on locked runs where rightly named, median",
+            middle(all)
+        );
+    }
+    let mut seconds: Vec<f64> = outcomes.iter().map(|outcome| outcome.seconds).collect();
+    seconds.sort_by(f64::total_cmp);
+    if let Some(slowest) = seconds.last() {
+        println!(
+            "{:<62} {:>6.2} s  slowest {slowest:.2} s",
+            "time for one set, two at a time, median",
+            seconds[seconds.len() / 2]
+        );
+    }
 }

@@ -67,10 +67,9 @@ pub fn why_unexplained(report: &Report) -> String {
     let last = report.rounds.last().map_or("", |round| round.outcome.as_str());
     let closest = winners.join(" + ");
     match (report.confirmed.closed, winners.is_empty()) {
-        (Some(closed), false) if report.confirmed.refuted() => format!(
-            "{closest} fits the open runs, but closes {} of the gap on the locked runs",
-            words::percent(closed.max(0.0))
-        ),
+        (Some(_), false) if report.confirmed.refuted() => {
+            format!("{closest} fits the open runs, but the locked runs do not confirm it")
+        }
         (_, true) => last.to_owned(),
         (Some(closed), false) => format!(
             "{closest} comes closest and would close {}, but leaves structure that nothing explains",

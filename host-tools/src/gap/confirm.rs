@@ -27,6 +27,8 @@ pub struct Confirmed {
     /// What no effect can remove, W: what is left of the locked runs when everything that varies smoothly is taken out, and what
     /// the base gets wrong on its own clean runs.
     pub floor_w: f64,
+    /// RMS of measured less predicted power on the clean runs, W.
+    pub clean_w: Option<f64>,
     /// How the floor was estimated, for users.
     pub floor_how: &'static str,
     /// Share of the gap that is closed; `None` where nothing was to be closed, or no locked run has the effect.
@@ -87,7 +89,20 @@ impl Seen {
 impl Confirmed {
     /// The locked runs speak against what was added.
     pub fn refuted(&self) -> bool {
-        self.seen.is_some_and(|seen| seen.share < LEAST_SEEN && seen.share + ONE_SIDED * seen.std_err < 1.0)
+        let (shrunk, grown) = self.by_run.iter().fold((0, 0), |(shrunk, grown), (before, after)| {
+            (shrunk + usize::from(after < before), grown + usize::from(after > before))
+        });
+        let unseen = self
+            .seen
+            .is_some_and(|seen| seen.share < LEAST_SEEN && seen.share + ONE_SIDED * seen.std_err < 1.0);
+        unseen || (self.closed.is_some() && shrunk <= grown)
+    }
+
+    /// Share of what the locked runs have beyond clean ones that is closed; `None` without clean runs, or where they have nothing more.
+    pub fn closed_to_clean(&self) -> Option<f64> {
+        let [before, after] = [self.before_w, self.after_w].map(|gap| gap * gap);
+        let open = before - self.clean_w?.powi(2);
+        (open > 0.0).then(|| (before - after) / open)
     }
 }
 
@@ -126,8 +141,8 @@ pub fn on_locked<const N: usize>(
         &functions,
         Some(&open.whitener),
     );
-    let floor_w2 =
-        (own.floor_w2 * clean.map_or(1.0, |clean| misfit(clean, base, lag, parameters))).min(after_w2);
+    let misfit = clean.map(|clean| Misfit::of(clean, base, lag, parameters));
+    let floor_w2 = (own.floor_w2 * misfit.map_or(1.0, |misfit| misfit.factor)).min(after_w2);
     let only_single = !state.effects.is_empty() && common.is_empty();
     let gap = before_w2 - floor_w2;
     let closed =
@@ -142,6 +157,7 @@ pub fn on_locked<const N: usize>(
         before_w: before_w2.sqrt(),
         after_w: after_w2.sqrt(),
         floor_w: floor_w2.sqrt(),
+        clean_w: misfit.map(|misfit| misfit.whole_w2.sqrt()),
         floor_how: if clean.is_some() { FLOOR_WITH_CLEAN } else { FLOOR_ALONE },
         closed,
         seen: None,
@@ -151,16 +167,26 @@ pub fn on_locked<const N: usize>(
     }
 }
 
-/// What is left of the clean runs by their own base, per what is left when everything that varies smoothly is taken out: no effect
-/// explains what the base gets wrong without any.
-fn misfit<const N: usize>(clean: &Runs<N>, base: &Base, lag: f64, parameters: usize) -> f64 {
-    let twin = Twin { runs: clean, drive: base.drive, lag };
-    let state = State { torque: base.torque, effects: Vec::new() };
-    let left = residual(&twin, &state);
-    let rows = left.iter().map(Vec::len).sum::<usize>() as f64;
-    let whole = left.iter().flatten().map(|x| x * x).sum::<f64>() / rows;
-    let noise = Noise::estimate(&twin, &state, parameters, &[], &smooth::functions(clean), None);
-    if noise.floor_w2 > 0.0 { (whole / noise.floor_w2).max(1.0) } else { 1.0 }
+/// What the base gets wrong without any effect.
+#[derive(Debug, Clone, Copy)]
+struct Misfit {
+    /// Mean square of what is left of the clean runs, W².
+    whole_w2: f64,
+    /// The same per what is left when everything that varies smoothly is taken out, at least 1: no effect explains that.
+    factor: f64,
+}
+
+impl Misfit {
+    fn of<const N: usize>(clean: &Runs<N>, base: &Base, lag: f64, parameters: usize) -> Self {
+        let twin = Twin { runs: clean, drive: base.drive, lag };
+        let state = State { torque: base.torque, effects: Vec::new() };
+        let left = residual(&twin, &state);
+        let rows = left.iter().map(Vec::len).sum::<usize>() as f64;
+        let whole_w2 = left.iter().flatten().map(|x| x * x).sum::<f64>() / rows;
+        let noise = Noise::estimate(&twin, &state, parameters, &[], &smooth::functions(clean), None);
+        let factor = if noise.floor_w2 > 0.0 { (whole_w2 / noise.floor_w2).max(1.0) } else { 1.0 };
+        Self { whole_w2, factor }
+    }
 }
 
 /// Steps come at a time of their own in each run: in locked runs, too, it has to be looked for. Their size is not.

@@ -63,6 +63,7 @@ pub(super) fn report(verdict: Verdict) -> Report {
         basis: None,
         confirmed: Confirmed {
             seen: None,
+            clean_w: None,
             runs: (0..4).map(|k| format!("a/rather/long/folder/for/runs/with_a_long_name_{k}.csv")).collect(),
             before_w: 0.31,
             after_w: if stands { 0.11 } else { 0.31 },

@@ -202,6 +202,9 @@ const SHAPE_TOLERANCE: f64 = 0.006;
 /// Candidates that are fitted with their non-linearity.
 const REFINED: usize = 40;
 
+/// Share of what field runs have beyond clean ones that names have to close where the rest scatters more than in clean runs.
+const LEAST_CLOSED: f64 = 0.5;
+
 /// A named effect has to show on the locked runs with at least this share of what it adds.
 pub const LEAST_SEEN: f64 = 0.5;
 
@@ -288,10 +291,13 @@ pub fn investigate<const N: usize>(
         verdict = Verdict::Named;
     }
     let excess = Excess::of(&inquiry, &state);
-    if excess.is_some_and(|excess| excess.is_beyond_chance()) {
+    let mut confirmed = confirm::on_locked(runs, &split, clean, base, &state, &inquiry.noise, parameters);
+    // What scatters more than clean runs do is not explained by a name that leaves most of it.
+    if excess.is_some_and(|excess| excess.is_beyond_chance())
+        && (named.is_empty() || confirmed.closed_to_clean().is_none_or(|closed| closed < LEAST_CLOSED))
+    {
         verdict = Verdict::Unexplained;
     }
-    let mut confirmed = confirm::on_locked(runs, &split, clean, base, &state, &inquiry.noise, parameters);
     if matches!(verdict, Verdict::Named | Verdict::Ambiguous) && confirmed.closed.is_some() {
         let locked = runs.subset(&split.locked).with_clean(clean);
         let twin = Twin { runs: &locked, ..inquiry.twin };

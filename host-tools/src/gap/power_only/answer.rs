@@ -287,6 +287,7 @@ fn confirm(runs: &[PowerRun], rests: &[Rests], split: &Split, kinds: &[Kind]) ->
         floor_w: all.mean(all.floor).sqrt(),
         closed,
         seen: None,
+        clean_w: None,
         floor_how: "RMS of the power at rest about the levels that it keeps returning to on the locked runs",
         residuals: [Vec::new(), Vec::new()],
         gain_w2: (average - error, average + error),
