@@ -3,6 +3,7 @@
 pub mod advice;
 pub mod bench;
 pub mod confirm;
+mod detect;
 pub mod dictionary;
 pub mod edges;
 #[cfg(test)]
@@ -16,11 +17,14 @@ pub mod joint;
 pub mod lag;
 pub mod localise;
 pub mod manoeuvre;
+mod naming;
 pub mod noise;
+mod opening;
 pub mod output;
 pub mod page;
 pub mod panel;
 pub mod power_only;
+mod rivals;
 pub mod runs;
 pub mod scan;
 pub mod shape;

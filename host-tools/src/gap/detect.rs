@@ -1,0 +1,101 @@
+//! Whether there is structure in what is left, and which candidates see it.
+
+use super::dictionary::Candidate;
+use super::inquiry::Inquiry;
+use super::investigate::Scored;
+use super::joint::solve;
+use super::rivals::charge;
+use super::scan;
+use super::shape;
+use super::twin::State;
+use serde_json::Value;
+
+/// What the detector sees.
+pub(super) struct Structure {
+    pub(super) greatest: f64,
+    /// Scores of all candidates, made linear at the state.
+    pub(super) scored: Vec<Scored>,
+    /// Their places in the list with their gains, best first.
+    pub(super) order: Vec<(usize, f64)>,
+    /// Of single runs and unknown times.
+    pub(super) further: Vec<Candidate>,
+}
+
+pub(super) fn structure<const N: usize>(
+    inquiry: &Inquiry<'_, N>,
+    state: &State,
+    list: &[Candidate],
+    named: &[Candidate],
+) -> Structure {
+    let causes: Vec<_> = list
+        .iter()
+        .flat_map(|candidate| candidate.causes.iter().cloned())
+        .filter(|cause| state.effects.iter().all(|(own, _)| own != cause))
+        .collect();
+    let panel = inquiry.panel(state, &causes, true);
+    let total = panel.products().total(None);
+    let base = inquiry.base;
+    let active = inquiry.active(state);
+    let first = inquiry.first_further(state);
+    let offset = inquiry.offset(state);
+    let alone = solve(&total, base, &inquiry.prior, &offset, &active);
+    let null = alone.as_ref().map_or(f64::INFINITY, |solved| solved.loss);
+    let mut greatest = 0.0_f64;
+    let smooth_from = first + causes.len();
+    for column in smooth_from..total.ncols() - 1 {
+        if let Some(score) = inquiry.score(&panel, &total, state, &active, column) {
+            greatest = greatest.max(score.z.abs());
+        }
+    }
+    let mut scored = Vec::new();
+    let mut order = Vec::new();
+    for (place, candidate) in list.iter().enumerate() {
+        if named.iter().any(|own| own.id == candidate.id) {
+            continue;
+        }
+        let own: Vec<usize> = candidate
+            .causes
+            .iter()
+            .filter_map(|cause| causes.iter().position(|other| other == cause))
+            .map(|at| first + at)
+            .collect();
+        let scores: Vec<_> =
+            own.iter().map(|&column| inquiry.score(&panel, &total, state, &active, column)).collect();
+        let all: Vec<usize> = active.iter().chain(&own).copied().collect();
+        let solved = solve(&total, base, &inquiry.prior, &offset, &all);
+        let (gain, coefficients, status) = match solved {
+            Some(solved) if scores.iter().any(Option::is_some) => {
+                let values: Vec<f64> = solved.values.iter().skip(base + active.len()).copied().collect();
+                (null - solved.loss - charge(candidate), values, "")
+            }
+            _ => (0.0, Vec::new(), "unidentifiable here"),
+        };
+        if let [Some(score)] = scores[..] {
+            greatest = greatest.max(score.z.abs());
+        }
+        order.push((place, gain));
+        let detail = Value::Object(candidate.detail.clone());
+        scored.push(Scored { id: candidate.id.clone(), detail, gain, coefficients, status });
+    }
+    order.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let mut further = Vec::new();
+    for (candidate, z) in scan::candidates(inquiry, state) {
+        if named.iter().all(|own| own.id != candidate.id) {
+            // More times and runs were looked at than smooth functions: their scores count for less.
+            greatest = greatest.max(z - scan::MORE_LOOKS);
+            further.push(candidate);
+        }
+    }
+    Structure { greatest, scored, order, further }
+}
+
+/// Greatest |z| of the effects' own columns times something else; 0 without effects.
+pub(super) fn misshape<const N: usize>(inquiry: &Inquiry<'_, N>, state: &State) -> f64 {
+    let signals = shape::deformations(inquiry, state);
+    let panel = inquiry.panel_with(state, &[], &signals);
+    let total = panel.products().total(None);
+    let (first, active) = (inquiry.first_further(state), inquiry.active(state));
+    (first..first + signals.len())
+        .filter_map(|column| inquiry.score(&panel, &total, state, &active, column))
+        .fold(0.0, |most, score| most.max(score.z.abs()))
+}
