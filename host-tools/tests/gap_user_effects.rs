@@ -171,7 +171,7 @@ fn a_formula_over_a_column_that_runs_lack_is_not_testable() {
     bench.put("field_3.csv", plain().text("field_3.csv"));
     let found = gap(&bench, &["--effects", "arm.toml"]);
     let reason = |id: &str| {
-        let missing = found["rounds"][0]["not_testable"].as_array().unwrap();
+        let missing = found["not_testable"].as_array().unwrap();
         missing.iter().find(|entry| entry["id"] == id).unwrap()["reason"].clone()
     };
     assert_eq!(reason("arm"), "needs arm_a, which field_3.csv lacks");

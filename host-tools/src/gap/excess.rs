@@ -36,7 +36,9 @@ impl Excess {
         let logarithms = |clean: bool| -> Vec<f64> {
             let places = (0..runs.runs.len()).filter(|&place| runs.runs[place].clean == clean);
             let square = |place: usize| {
-                let rows = (0..white[place].len()).filter(|&row| known[place][row] > 0.0);
+                // At rest there is nothing to scatter, and clean runs hardly rest.
+                let moves = |row: usize| runs.runs[place].rows[row].motion.is_moving();
+                let rows = (0..white[place].len()).filter(|&row| known[place][row] > 0.0 && moves(row));
                 let squares: Vec<f64> = rows
                     .map(|row| (white[place][row] / usual[place][row]).abs().min(MOST_SIGMAS).powi(2))
                     .collect();

@@ -376,6 +376,8 @@ mod tests {
     /// By the causes themselves, not by the words about them.
     fn in_core(cause: &twin::Cause) -> Option<Cause<f64>> {
         Some(match cause {
+            // A board is not ahead of its time.
+            twin::Cause::Term(Term::WithMotion(hold)) => Cause::Term(Term::WithMotion(hold.max(0.0))),
             twin::Cause::Term(term) => Cause::Term(*term),
             twin::Cause::Heat(time) => Cause::Heat(*time),
             twin::Cause::Hot => Cause::Hot,
