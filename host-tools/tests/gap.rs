@@ -117,6 +117,17 @@ fn a_hidden_slope_is_named_and_the_locked_runs_confirm_it() {
     assert!(summary.stdout.lines().count() < 24, "{}", summary.stdout);
 }
 
+/// A slope that the pitch shows, while the clean runs were level and did not measure it.
+#[test]
+fn a_slope_that_only_the_field_runs_measure_is_named_by_its_pitch() {
+    let (bench, names) = field(&["--effect", "grade=0.02:heading=0.4", "--columns", "pitch"]);
+    let found = gap(&bench, &names, &["--coeffs", "base.toml"]);
+    assert_eq!(found["verdict"], "named", "{found:#}");
+    assert_eq!(found["effects"][0]["id"], "grade");
+    assert_eq!(found["effects"][0]["detail"]["by"], "pitch_rad");
+    assert!(number(&found["gap_closed"]) > 0.9, "{found:#}");
+}
+
 #[test]
 fn nothing_is_named_where_nothing_hides() {
     let (bench, names) = field(&[]);

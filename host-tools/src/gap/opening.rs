@@ -59,8 +59,9 @@ fn shared<const N: usize>(
     causes: &[Cause],
     smooth: &[Signal],
 ) -> Vec<Signal> {
-    let mut shared: Vec<Signal> = smooth::shown_by_clean(twin.runs, smooth);
-    let mut field = twin.runs.clone();
+    let mut shared: Vec<Signal> = smooth.to_vec();
+    let all = twin.runs;
+    let mut field = all.clone();
     for run in &mut field.runs {
         run.clean = false;
     }
@@ -76,7 +77,7 @@ fn shared<const N: usize>(
         let signal = runs.iter().enumerate().map(|(place, at)| twin.effect_slope(place, start, cause, at));
         shared.push(signal.collect());
     }
-    shared
+    smooth::shown_by_clean(all, shared)
 }
 
 /// Signals scaled to unit length.

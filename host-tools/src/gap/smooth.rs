@@ -105,16 +105,12 @@ pub fn functions<const N: usize>(runs: &Runs<N>) -> Vec<Signal> {
     functions
 }
 
-/// Share of a further column's variance in the field that clean runs have to have for them to say something about it.
-const LEAST_SHOWN: f64 = 0.01;
+/// Share of a signal's variance in the field that clean runs have to have for them to say something about it.
+const LEAST_SHOWN: f64 = 0.1;
 
-/// Those of the [`functions`] of field and clean runs that clean runs say something about. A further column which hardly varies in
-/// them (a door that was shut) would else be taken for what the base gets wrong anyway, whatever it does in the field.
-pub fn shown_by_clean<const N: usize>(runs: &Runs<N>, functions: &[Signal]) -> Vec<Signal> {
-    let further = (0..runs.columns.len())
-        .filter(|&place| runs.runs.iter().all(|run| !run.extras[place].is_empty()))
-        .count();
-    let own = functions.len() - further;
+/// Those of some signals of field and clean runs that clean runs say something about. What hardly varies in them (a door that was shut,
+/// a slope on level ground) would else be taken for what the base gets wrong anyway, whatever it does in the field.
+pub fn shown_by_clean<const N: usize>(runs: &Runs<N>, signals: Vec<Signal>) -> Vec<Signal> {
     let variance = |signal: &Signal, clean: bool| {
         let values = || {
             let runs = runs.runs.iter().zip(signal).filter(move |(run, _)| run.clean == clean);
@@ -124,6 +120,6 @@ pub fn shown_by_clean<const N: usize>(runs: &Runs<N>, functions: &[Signal]) -> V
         let mean = values().sum::<f64>() / count;
         values().map(|x| (x - mean).powi(2)).sum::<f64>() / count
     };
-    let is_shown = |signal: &&Signal| variance(signal, true) >= LEAST_SHOWN * variance(signal, false);
-    functions[..own].iter().chain(functions[own..].iter().filter(is_shown)).cloned().collect()
+    let is_shown = |signal: &Signal| variance(signal, true) >= LEAST_SHOWN * variance(signal, false);
+    signals.into_iter().filter(is_shown).collect()
 }

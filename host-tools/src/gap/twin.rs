@@ -196,7 +196,9 @@ impl<const N: usize> Twin<'_, N> {
         // What a switch adds to rolling resistance: as much of it as the filter shows at each row.
         let rolling = switched.iter().filter(|own| own.is_rolling());
         effects.extend(rolling.map(|_| Effect { term: Term::Rolling, coefficient: 0.0 }));
-        let pitch = self.runs.column(super::dictionary::PITCH).map(|column| &run.extras[column]);
+        // Clean runs may lack it: they are level.
+        let pitch = self.runs.columns.iter().position(|name| name == super::dictionary::PITCH);
+        let pitch = pitch.map(|column| &run.extras[column]).filter(|pitch| !pitch.is_empty());
         let mut heat = [Heat::default(); N];
         let mut last = 0.0;
         let mut power: Vec<f64> = Vec::with_capacity(run.rows.len());
