@@ -10,6 +10,7 @@ use super::runs::Runs;
 use super::smooth;
 use super::twin::{Cause, State, Twin};
 use super::whiten::Signal;
+use model_core::effects::Term;
 use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector, Dyn};
 
@@ -59,7 +60,8 @@ fn shared<const N: usize>(
     causes: &[Cause],
     smooth: &[Signal],
 ) -> Vec<Signal> {
-    let mut shared: Vec<Signal> = smooth.to_vec();
+    let (own, further) = smooth.split_at(smooth::count_own(twin.runs, smooth));
+    let mut shared = [own.to_vec(), smooth::shown_by_clean(twin.runs, further.to_vec())].concat();
     let all = twin.runs;
     let mut field = all.clone();
     for run in &mut field.runs {
@@ -75,9 +77,14 @@ fn shared<const N: usize>(
     }
     for cause in causes.iter().filter(usable) {
         let signal = runs.iter().enumerate().map(|(place, at)| twin.effect_slope(place, start, cause, at));
-        shared.push(signal.collect());
+        let signal: Signal = signal.collect();
+        match cause {
+            // By a further column, too.
+            Cause::Term(Term::GradeByPitch) => shared.extend(smooth::shown_by_clean(all, vec![signal])),
+            _ => shared.push(signal),
+        }
     }
-    smooth::shown_by_clean(all, shared)
+    shared
 }
 
 /// Signals scaled to unit length.

@@ -105,6 +105,12 @@ pub fn functions<const N: usize>(runs: &Runs<N>) -> Vec<Signal> {
     functions
 }
 
+/// How many of the [`functions`] ask for no further column.
+pub fn count_own<const N: usize>(runs: &Runs<N>, functions: &[Signal]) -> usize {
+    let is_there = |place: &usize| runs.runs.iter().all(|run| !run.extras[*place].is_empty());
+    functions.len() - (0..runs.columns.len()).filter(is_there).count()
+}
+
 /// Share of a signal's variance in the field that clean runs have to have for them to say something about it.
 const LEAST_SHOWN: f64 = 0.1;
 
