@@ -6,7 +6,6 @@ use model_core::torque::TorqueModel;
 
 use super::inquiry::Inquiry;
 use super::investigate::{Base, LEAST_SEEN};
-use super::lag;
 use super::noise::Noise;
 use super::panel::residual;
 use super::runs::Runs;
@@ -106,18 +105,18 @@ impl Confirmed {
     }
 }
 
-/// Predicts the locked runs before and after.
+/// Predicts the locked runs before and after, by what the open ones told.
 pub fn on_locked<const N: usize>(
     runs: &Runs<N>,
     split: &Split,
     clean: Option<&Runs<N>>,
     base: &Base,
     state: &State,
-    open: &Noise,
+    open: &Inquiry<'_, N>,
     parameters: usize,
 ) -> Confirmed {
     let locked = runs.subset(&split.locked);
-    let lag = clean.map_or(0.0, |clean| lag::of_clean(clean, base));
+    let lag = open.twin.lag;
     let twin = Twin { runs: &locked, drive: base.drive, lag };
     let start = State { torque: base.torque, effects: Vec::new() };
     let before = residual(&twin, &start);
@@ -139,7 +138,7 @@ pub fn on_locked<const N: usize>(
         parameters,
         &causes,
         &functions,
-        Some(&open.whitener),
+        Some(&open.noise.whitener),
     );
     let misfit = clean.map(|clean| Misfit::of(clean, base, lag, parameters));
     let floor_w2 = (own.floor_w2 * misfit.map_or(1.0, |misfit| misfit.factor)).min(after_w2);

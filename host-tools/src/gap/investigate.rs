@@ -270,7 +270,7 @@ pub fn investigate<const N: usize>(
         verdict = Verdict::Named;
     }
     let excess = Excess::of(&inquiry, &state);
-    let mut confirmed = confirm::on_locked(runs, &split, clean, base, &state, &inquiry.noise, parameters);
+    let mut confirmed = confirm::on_locked(runs, &split, clean, base, &state, &inquiry, parameters);
     // What scatters more than clean runs do is not explained by a name that leaves most of it.
     if excess.is_some_and(|excess| excess.is_beyond_chance())
         && (named.is_empty() || confirmed.closed_to_clean().is_none_or(|closed| closed < LEAST_CLOSED))

@@ -102,7 +102,6 @@ impl Noise {
         let rows = left_w.iter().map(Vec::len).sum::<usize>() as f64;
         // What the fit takes along of coloured noise grows with its memory: the rows that the noise is worth.
         let worth = rows * (1.0 - noise.whitener.coefficients.iter().sum::<f64>()).powi(2).clamp(0.05, 1.0);
-        let _ = fitted;
         noise.floor_w2 = left_w.iter().flatten().map(|x| x * x).sum::<f64>() / rows
             * (1.0 + 0.5 * fitted / worth).min(1.2);
         noise.left_w = left_w;

@@ -96,9 +96,6 @@ fn look(clean: &Clean, raw: &[RawRun<2>], case: &Case) -> Result<(Runs<2>, Repor
     let runs = Runs::condition(&clean.core, raw.to_vec())?;
     let options = Options { removed: case.removed.clone(), ..Options::default() };
     let report = investigate(&runs, Some(&clean.runs), &clean.base, &options)?;
-    if std::env::var_os("GAP_BENCH_TRACE").is_some() {
-        eprintln!("== {:?} seed {}\n{}", case.effects, case.seed, super::super::summary::text(&report));
-    }
     Ok((runs, report))
 }
 
