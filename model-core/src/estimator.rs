@@ -77,7 +77,7 @@ pub struct Conditioner<T, const N: usize> {
 }
 
 /// Steps beyond this many sample periods are gaps: the filter starts anew behind them.
-pub(crate) const GAP_PERIODS: f64 = 5.0;
+pub const GAP_PERIODS: f64 = 5.0;
 
 impl<T: Real, const N: usize> Conditioner<T, N> {
     /// For samples `period_s` apart of this robot.

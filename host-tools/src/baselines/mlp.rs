@@ -13,11 +13,23 @@ use rand_chacha::rand_core::SeedableRng;
 use serde::Serialize;
 
 use self::network::Network;
-use super::{Baseline, Point};
+use super::{Baseline, Card, Point};
 use crate::error::{Error, Result};
 
 /// As published.
 pub const HIDDEN_LAYERS: usize = 7;
+
+/// The network that the paper compares itself with.
+pub const PERCEPTRON: Card = Card {
+    name: "mlp",
+    source: "multilayer perceptron of Section 7.2, seven hidden ReLU layers on motion and mass, after Liu 2023 (Eq. 32)",
+    assumes: "test drives resemble the training",
+    takes_mass: true,
+    network: true,
+    needs: &[],
+    layouts: &[],
+    make: |_| Box::new(Mlp::default()),
+};
 
 /// How it is built and trained.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -116,14 +128,6 @@ impl Mlp {
 }
 
 impl Baseline for Mlp {
-    fn name(&self) -> &'static str {
-        "mlp"
-    }
-
-    fn source(&self) -> &'static str {
-        "multilayer perceptron, seven hidden ReLU layers, Liu 2023 (Eq. 32)"
-    }
-
     /// Trains from new weights; the last epoch's are kept.
     fn fit(&mut self, training: &[Point]) -> Result<()> {
         (self.training, self.fitted) = (None, None);
@@ -290,7 +294,7 @@ mod tests {
                 + 0.5 * speed.omega.powi(2)
                 + 0.5 * mass * acceleration.vx * speed.vx
                 + 0.05 * acceleration.omega * speed.omega;
-            Point { speed, acceleration, mass, power }
+            Point { speed, acceleration, mass, power, ..crate::baselines::testing::still() }
         };
         (first..first + count).map(point).collect()
     }

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use crate::compare::{Comparison, Entry, HOLD_OUT, MassSource, Settings, Split, compare};
+use crate::baselines;
+use crate::compare::{self, Comparison, Entry, HOLD_OUT, LeftOut, MassSource, Settings, Split, compare};
 use crate::error::{Error, Result};
 use crate::report::{Binned, Page, check_extension};
 use crate::robot::Robot;
@@ -14,7 +15,7 @@ use crate::with_wheels;
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Logs to fit
-    #[arg(long, value_name = "RUN.csv", num_args = 1.., required = true)]
+    #[arg(long, value_name = "RUN.csv", num_args = 1.., required_unless_present = "list")]
     train: Vec<PathBuf>,
     /// Logs to evaluate [default: one in three blocks of time of the training logs, held out]
     #[arg(long, value_name = "RUN.csv", num_args = 1..)]
@@ -31,7 +32,13 @@ pub(crate) struct Arguments {
     /// Total mass of logs without a mass_kg column, kg [default: the robot's mass without payload]
     #[arg(long, value_name = "KG")]
     mass: Option<f64>,
-    /// Leave out the perceptron
+    /// Models to compare [default: all that robot and logs allow; `--list` describes them]
+    #[arg(long, value_delimiter = ',', num_args = 1.., value_name = "NAME,…")]
+    models: Vec<String>,
+    /// List the models with their sources, assumptions and needs, and end
+    #[arg(long)]
+    list: bool,
+    /// Leave out the neural networks
     #[arg(long)]
     no_perceptron: bool,
     /// Draw predicted against measured power, binned as in the paper's Fig. 15
@@ -51,12 +58,17 @@ struct Report<'a> {
     mape_floor_w: f64,
     held_out_blocks: bool,
     models: &'a [Entry],
+    left_out: &'a [LeftOut],
 }
 
 /// Bins of the figure over the range of the measured power.
 const BINS: f64 = 30.0;
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    if arguments.list {
+        print_list();
+        return Ok(());
+    }
     let robot = Robot::load(&arguments.robot)?;
     if let Some(plot) = &arguments.plot {
         check_extension(plot)?;
@@ -79,7 +91,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     } else {
         Split::Files { train: arguments.train.clone(), test: arguments.test.clone() }
     };
-    let settings = Settings { mass_kg, window_s: arguments.window, perceptron: !arguments.no_perceptron };
+    let settings = Settings { mass_kg, window_s: arguments.window, models: chosen(arguments)? };
     let comparison = compare::<N>(robot, &split, &settings)?;
     if let Some(plot) = &arguments.plot {
         draw(&comparison)?.save(plot)?;
@@ -93,10 +105,34 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
             mape_floor_w: robot.mape_floor_w(),
             held_out_blocks: arguments.test.is_empty(),
             models: &comparison.entries,
+            left_out: &comparison.left_out,
         });
     }
     print_text(robot, arguments, &comparison);
     Ok(())
+}
+
+/// The models that the arguments ask for.
+fn chosen(arguments: &Arguments) -> Result<Vec<&'static str>> {
+    let network = |name: &str| baselines::ALL.iter().any(|card| card.network && card.name == name);
+    if arguments.models.is_empty() {
+        return Ok(compare::names().filter(|name| !(arguments.no_perceptron && network(name))).collect());
+    }
+    let known = |asked: &String| {
+        compare::names().find(|name| name == asked).ok_or_else(|| {
+            let names: Vec<&str> = compare::names().collect();
+            Error::usage(format!("--models {asked}: expected some of {}", names.join(", ")))
+        })
+    };
+    arguments.models.iter().map(known).collect()
+}
+
+fn print_list() {
+    for name in compare::names() {
+        let Some(card) = baselines::ALL.iter().find(|card| card.name == name) else { continue };
+        println!("{name}: {}", card.source);
+        println!("    assumes: {}", card.assumes);
+    }
 }
 
 fn draw(comparison: &Comparison) -> Result<Page> {
@@ -144,8 +180,12 @@ fn print_text(robot: &Robot, arguments: &Arguments, comparison: &Comparison) {
             match entry.mass {
                 MassSource::Given => "given",
                 MassSource::Estimated => "estimated",
+                MassSource::Unused => "unused",
             }
         );
+    }
+    for LeftOut { name, reason } in &comparison.left_out {
+        println!("  {name:<28} left out: {reason}");
     }
     if let Some(entry) = comparison.entries.first() {
         println!(

@@ -1,17 +1,18 @@
 //! Every model and baseline on the same split.
 
+pub mod points;
+
 use std::path::PathBuf;
 use std::time::Instant as Clock;
 
-use model_core::estimator::Conditioner;
 use serde::Serialize;
 
-use crate::baselines::{Baseline, Point};
+use self::points::Wanted;
+use crate::baselines::{self, Card, Layout, Parameter, Point};
 use crate::error::{Error, Result};
 use crate::estimate::{Payloads, Policy, PolicyKind, bucket_length, replay};
-use crate::fit::dataset::{Dataset, Reading, Row, condition};
+use crate::fit::dataset::{Dataset, Reading, Row};
 use crate::fit::{self, Method, ModelKind, pgd};
-use crate::log::SampleReader;
 use crate::metrics::{Metrics, Quality};
 use crate::robot::Robot;
 
@@ -48,6 +49,8 @@ pub enum MassSource {
     Given,
     /// It found it itself, from speed and power.
     Estimated,
+    /// It has no use for it.
+    Unused,
 }
 
 /// One row of the table.
@@ -71,6 +74,18 @@ pub struct Entry {
     pub samples: u64,
     /// Time to fit, reading not included, s.
     pub fit_s: f64,
+    /// What a baseline has learned, where that has names.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub parameters: Vec<Parameter>,
+}
+
+/// A model that is not in the table.
+#[derive(Debug, Clone, Serialize)]
+pub struct LeftOut {
+    /// The model.
+    pub name: String,
+    /// Why.
+    pub reason: String,
 }
 
 /// Measured and predicted power of one test row, W.
@@ -82,6 +97,8 @@ pub struct Comparison {
     pub entries: Vec<Entry>,
     /// For each entry measured and predicted power.
     pub pairs: Vec<Vec<Pair>>,
+    /// Models that were asked for and cannot be had.
+    pub left_out: Vec<LeftOut>,
     /// Length of the payload window, s.
     pub window_s: f64,
     /// Rows to fit and to evaluate.
@@ -97,8 +114,13 @@ pub struct Settings {
     pub mass_kg: f64,
     /// Payload window, s.
     pub window_s: f64,
-    /// Also train the perceptron.
-    pub perceptron: bool,
+    /// Names of the models to compare.
+    pub models: Vec<&'static str>,
+}
+
+/// Every model's name: those of this project and the paper, then the baselines.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    MODELS.iter().map(|(name, ..)| *name).chain(baselines::ALL.iter().map(|card| card.name))
 }
 
 /// The models of this project and the paper, in the order of the table.
@@ -119,6 +141,7 @@ pub fn compare<const N: usize>(robot: &Robot, split: &Split, settings: &Settings
     let mut comparison = Comparison {
         entries: Vec::new(),
         pairs: Vec::new(),
+        left_out: Vec::new(),
         window_s: settings.window_s,
         train_rows: data.train.store.len(),
         test_rows: data.test.len(),
@@ -126,6 +149,9 @@ pub fn compare<const N: usize>(robot: &Robot, split: &Split, settings: &Settings
     // Without at least two payloads to learn from and logs to replay, the mass cannot be estimated.
     let estimates = data.train.masses.len() > 1 && matches!(split, Split::Files { .. });
     for (name, source, kind, method) in MODELS {
+        if !settings.models.contains(&name) {
+            continue;
+        }
         let training = data.train.with_gate(kind.gate());
         let fit = fit::fit(robot, &training, kind, method, &pgd::Settings::default())?;
         if let (true, Split::Files { test, .. }) = (estimates, split) {
@@ -144,52 +170,79 @@ pub fn compare<const N: usize>(robot: &Robot, split: &Split, settings: &Settings
                     }
                 })?;
             }
-            comparison.push(robot, name, source, MassSource::Estimated, fit.solve_s, pairs);
+            comparison.push(robot, (name, source), MassSource::Estimated, fit.solve_s, Vec::new(), pairs);
         }
         let model = &fit.coefficients.model;
         let predict = |row: &Row<N>| Some((row.power, model.power(&row.motion, row.mass)?));
-        let pairs = data.test.iter().filter_map(predict).collect();
+        let pairs = data.test.iter().filter_map(|(row, _)| predict(row)).collect();
         let name = if estimates { format!("{name}, mass given") } else { name.to_owned() };
-        comparison.push(robot, &name, source, MassSource::Given, fit.solve_s, pairs);
+        comparison.push(robot, (&name, source), MassSource::Given, fit.solve_s, Vec::new(), pairs);
     }
-    let point = |row: &Row<N>| Point::new(&data.train.robot, row);
-    let training: Vec<Point> = data.train.store.iter().map(point).collect();
-    let test: Vec<Point> = data.test.iter().map(point).collect();
-    for mut baseline in baselines(settings) {
-        let started = Clock::now();
-        baseline.fit(&training)?;
-        let fit_s = started.elapsed().as_secs_f64();
-        let predicted = baseline.predict(&test)?;
-        let pairs = test.iter().map(|point| point.power).zip(predicted).collect();
-        comparison.push(robot, baseline.name(), baseline.source(), MassSource::Given, fit_s, pairs);
+    let test: Vec<Point> = data.test.iter().map(|(_, point)| *point).collect();
+    for card in baselines::ALL.iter().filter(|card| settings.models.contains(&card.name)) {
+        match evaluate(robot, card, &data.wanted, &data.training, &test) {
+            Err(error) => comparison.leave_out(card.name, error.to_string()),
+            Ok(Evaluation { fit_s, parameters, pairs }) => {
+                let mass = if card.takes_mass { MassSource::Given } else { MassSource::Unused };
+                comparison.push(robot, (card.name, card.source), mass, fit_s, parameters, pairs);
+            }
+        }
     }
     Ok(comparison)
 }
 
-fn baselines(settings: &Settings) -> Vec<Box<dyn Baseline>> {
-    let linear: Box<dyn Baseline> = Box::new(crate::baselines::linear::Linear::default());
-    std::iter::once(linear).chain(settings.perceptron.then(perceptron).flatten()).collect()
+/// What came of one baseline.
+pub struct Evaluation {
+    /// Time to fit, s.
+    pub fit_s: f64,
+    /// What it learned.
+    pub parameters: Vec<Parameter>,
+    /// Measured and predicted power of the test points.
+    pub pairs: Vec<Pair>,
 }
 
-#[cfg(feature = "mlp")]
-fn perceptron() -> Option<Box<dyn Baseline>> {
-    Some(Box::new(crate::baselines::mlp::Mlp::default()))
-}
-
-#[cfg(not(feature = "mlp"))]
-fn perceptron() -> Option<Box<dyn Baseline>> {
-    eprintln!("gmr: built without the perceptron (feature mlp): it is left out of the table");
-    None
+/// Fits a baseline and predicts the test points.
+///
+/// # Errors
+/// Why it cannot be had for this robot and these logs.
+pub fn evaluate(
+    robot: &Robot,
+    card: &Card,
+    wanted: &Wanted,
+    training: &[Point],
+    test: &[Point],
+) -> Result<Evaluation> {
+    if !(card.layouts.is_empty() || card.layouts.contains(&Layout::of(robot))) {
+        let layouts: Vec<&str> = card.layouts.iter().map(|layout| layout.name()).collect();
+        return Err(Error::failed(format!("it is a model of {}", layouts.join(" or "))));
+    }
+    let lacking: Vec<&str> = card
+        .needs
+        .iter()
+        .filter(|need| !wanted.has(**need))
+        .flat_map(|need| need.columns(robot))
+        .copied()
+        .collect();
+    if !lacking.is_empty() {
+        return Err(Error::failed(format!("the logs have no {}", lacking.join(", "))));
+    }
+    let mut baseline = (card.make)(robot);
+    let started = Clock::now();
+    baseline.fit(training)?;
+    let fit_s = started.elapsed().as_secs_f64();
+    let predicted = baseline.predict(test)?;
+    let pairs = test.iter().map(|point| point.power).zip(predicted).collect();
+    Ok(Evaluation { fit_s, parameters: baseline.parameters(), pairs })
 }
 
 impl Comparison {
     fn push(
         &mut self,
         robot: &Robot,
-        name: &str,
-        source: &str,
+        (name, source): (&str, &str),
         mass: MassSource,
         fit_s: f64,
+        parameters: Vec<Parameter>,
         pairs: Vec<Pair>,
     ) {
         let mut metrics = Metrics::new(robot.mape_floor_w());
@@ -197,7 +250,7 @@ impl Comparison {
             metrics.add(*measured, *predicted);
         }
         let Some(Quality { r2, mape_percent, mape_share, rmse_w, samples, .. }) = metrics.quality() else {
-            eprintln!("gmr: {name} is left out: it predicts no test sample (its mass was never known)");
+            self.leave_out(name, "it predicts no test sample (its mass was never known)".to_owned());
             return;
         };
         self.entries.push(Entry {
@@ -210,47 +263,64 @@ impl Comparison {
             mape_share,
             samples,
             fit_s,
+            parameters,
         });
         self.pairs.push(pairs);
     }
+
+    fn leave_out(&mut self, name: &str, reason: String) {
+        self.left_out.push(LeftOut { name: name.to_owned(), reason });
+    }
 }
 
-/// Training rows as a dataset, test rows behind the same filter.
+/// Training rows as a dataset and as points, test rows behind the same filter.
 struct Data<const N: usize> {
+    wanted: Wanted,
     train: Dataset<N>,
-    test: Vec<Row<N>>,
+    training: Vec<Point>,
+    test: Vec<(Row<N>, Point)>,
 }
 
 impl<const N: usize> Data<N> {
     fn read(robot: &Robot, split: &Split, settings: &Settings) -> Result<Self> {
-        let reading = |cutoff_hz| Reading {
-            gate: model_core::eq18::Gate::Signed,
-            cutoff_hz,
-            mass_kg: settings.mass_kg,
+        let reading =
+            Reading { gate: model_core::eq18::Gate::Signed, cutoff_hz: None, mass_kg: settings.mass_kg };
+        let (files, others): (&[PathBuf], &[PathBuf]) = match split {
+            Split::Files { train, test } => (train, test),
+            Split::Blocks { files, .. } => (files, &[]),
         };
-        match split {
-            Split::Files { train, test } => {
-                let train = Dataset::read(robot, train, &reading(None))?;
-                let test = test_rows(robot, &train, test, settings.mass_kg)?;
-                Ok(Self { train, test })
+        let wanted = Wanted::of(robot, &[files, others].concat())?;
+        let mut train = Dataset::<N>::read(robot, files, &reading)?;
+        let points = |files: &[PathBuf], stride| {
+            points::read(robot, &train.robot, files, settings.mass_kg, &wanted, stride)
+        };
+        let read = points(files, train.stride)?;
+        let (training, test) = match split {
+            Split::Files { test, .. } => {
+                let test = points(test, 1)?;
+                if test.is_empty() {
+                    return Err(Error::failed("no usable row to evaluate on").in_file(&others[0]));
+                }
+                (read, test)
             }
-            Split::Blocks { files, block_s } => {
-                let mut train = Dataset::read(robot, files, &reading(None))?;
+            Split::Blocks { block_s, .. } => {
                 let block_s = block_s.unwrap_or_else(|| BLOCK_S.min(longest_run(&train.store) / 6.0));
-                let held_out = |row: &Row<N>| (row.time / block_s).floor() as i64 % HOLD_OUT == HOLD_OUT - 1;
-                let (test, kept) = train.store.drain(..).partition(held_out);
-                train.store = kept;
-                let data = Self { train, test };
-                if data.test.is_empty() || data.train.store.is_empty() {
+                let held_out = |time: f64| (time / block_s).floor() as i64 % HOLD_OUT == HOLD_OUT - 1;
+                train.store.retain(|row| !held_out(row.time));
+                let (test, training): (Vec<_>, Vec<_>) =
+                    read.into_iter().partition(|(row, _)| held_out(row.time));
+                if test.is_empty() || training.is_empty() {
                     return Err(Error::failed(format!(
                         "the log is too short to hold out blocks of {block_s} s; expected at least {} s",
                         HOLD_OUT as f64 * block_s
                     ))
                     .in_file(&files[0]));
                 }
-                Ok(data)
+                (training, test)
             }
-        }
+        };
+        let training = training.into_iter().map(|(_, point)| point).collect();
+        Ok(Self { wanted, train, training, test })
     }
 }
 
@@ -259,28 +329,4 @@ fn longest_run<const N: usize>(rows: &[Row<N>]) -> f64 {
     let durations =
         rows.chunk_by(|a, b| a.run == b.run).filter_map(|run| Some(run.last()?.time - run.first()?.time));
     durations.fold(0.0, f64::max)
-}
-
-fn test_rows<const N: usize>(
-    robot: &Robot,
-    train: &Dataset<N>,
-    files: &[PathBuf],
-    mass_kg: f64,
-) -> Result<Vec<Row<N>>> {
-    let mut rows = Vec::new();
-    for file in files {
-        let mut reader = SampleReader::<N>::open(file, robot)?;
-        let mut conditioner: Conditioner<f64, N> =
-            fit::dataset::conditioner(&train.robot, file, reader.period_s())?;
-        while let Some(raw) = reader.next_row()? {
-            rows.extend(condition(&mut conditioner, &raw, mass_kg));
-        }
-        if reader.exclusions().total() > 0 {
-            eprintln!("gmr: {}: {}", file.display(), reader.exclusions());
-        }
-    }
-    if rows.is_empty() {
-        return Err(Error::failed("no usable row to evaluate on").in_file(&files[0]));
-    }
-    Ok(rows)
 }

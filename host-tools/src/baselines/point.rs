@@ -1,0 +1,108 @@
+//! One conditioned row of a log, as baselines see it.
+
+use model_core::coefficients::Robot as CoreRobot;
+use model_core::kinematics::Twist;
+use model_core::motion::Wheel;
+
+use crate::fit::dataset::Row;
+
+/// Most wheels of a robot.
+pub const MOST_WHEELS: usize = 6;
+
+/// The wheels of one instant, in the order of the log.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wheels {
+    all: [Wheel<f64>; MOST_WHEELS],
+    count: usize,
+}
+
+impl Wheels {
+    /// These wheels.
+    pub fn new<const N: usize>(wheels: &[Wheel<f64>; N]) -> Self {
+        const { assert!(N <= MOST_WHEELS) };
+        let mut all = [Wheel::default(); MOST_WHEELS];
+        all[..N].copy_from_slice(wheels);
+        Self { all, count: N }
+    }
+}
+
+impl std::ops::Deref for Wheels {
+    type Target = [Wheel<f64>];
+
+    fn deref(&self) -> &Self::Target {
+        &self.all[..self.count]
+    }
+}
+
+/// What only some logs tell, behind the same filter as speed and power. NaN where the log does not.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Readings {
+    /// Commanded motion of the body, m/s and rad/s.
+    pub command: Twist<f64>,
+    /// Road grade, nose up, rad.
+    pub pitch: f64,
+    /// Heading on the slope, from straight uphill, rad.
+    pub slope_heading: f64,
+    /// Acceleration along X, Y and Z as an IMU feels it, m/s².
+    pub vibration: [f64; 3],
+    /// Coefficient of rolling friction.
+    pub rolling_friction: f64,
+    /// Coefficient of static friction.
+    pub static_friction: f64,
+}
+
+impl Readings {
+    /// Of a log that tells speeds and power only.
+    pub const NONE: Self = Self {
+        command: Twist { vx: f64::NAN, vy: f64::NAN, omega: f64::NAN },
+        pitch: f64::NAN,
+        slope_heading: f64::NAN,
+        vibration: [f64::NAN; 3],
+        rolling_friction: f64::NAN,
+        static_friction: f64::NAN,
+    };
+}
+
+/// One conditioned row as baselines see it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// Which run: files and values of their `run` column are counted through.
+    pub run: u32,
+    /// Time within its log, s.
+    pub time: f64,
+    /// Motion of the body: m/s and rad/s.
+    pub speed: Twist<f64>,
+    /// Its derivative: m/s² and rad/s².
+    pub acceleration: Twist<f64>,
+    /// Motion of the wheels.
+    pub wheels: Wheels,
+    /// True total mass, kg: some baselines are given what our models have to find.
+    pub mass: f64,
+    /// Measured actuation power, W.
+    pub power: f64,
+    /// What only some logs tell.
+    pub readings: Readings,
+}
+
+impl Point {
+    /// From wheels to the body, by the robot's R.
+    pub fn new<const N: usize>(robot: &CoreRobot<f64, N>, row: &Row<N>) -> Self {
+        let speed = row.motion.wheels.map(|wheel| wheel.speed);
+        let acceleration = row.motion.wheels.map(|wheel| wheel.acceleration);
+        Self {
+            run: row.run,
+            time: row.time,
+            speed: robot.kinematics.twist(&speed),
+            acceleration: robot.kinematics.twist(&acceleration),
+            wheels: Wheels::new(&row.motion.wheels),
+            mass: row.mass,
+            power: row.power,
+            readings: Readings::NONE,
+        }
+    }
+
+    /// Road grade, nose up, rad; level where the log does not tell.
+    pub fn grade(&self) -> f64 {
+        if self.readings.pitch.is_nan() { 0.0 } else { self.readings.pitch }
+    }
+}

@@ -1,0 +1,79 @@
+//! Data made by a baseline's own assumptions, for its test.
+
+use model_core::kinematics::{Kinematics, Twist};
+use model_core::motion::{Motion, Wheel};
+
+use super::{Baseline, Card, Point, Readings, Wheels};
+use crate::robot::Robot;
+
+/// Period of [`drive`]'s points, s.
+pub(crate) const PERIOD_S: f64 = 0.05;
+
+/// A robot for tests: the Burger.
+pub(crate) fn burger() -> Robot {
+    Robot::load("burger").expect("built in")
+}
+
+/// A drive of the Burger of so many points at 20 Hz: speeds, turn rates and accelerations wander independently, forwards
+/// and backwards, at 1 to 3 kg; every reading is there and wanders, too. The power is what `power` says.
+pub(crate) fn drive(count: usize, power: impl Fn(&Point) -> f64) -> Vec<Point> {
+    let kinematics = Kinematics::<f64, 2>::differential(0.033, 0.16).expect("lengths");
+    let matrix = kinematics.mass_matrix(0.06).expect("length");
+    let wave = |i: usize, k: f64| (i as f64 * k).sin();
+    let point = |i: usize| {
+        let speed = Twist { vx: 0.2 * wave(i, 0.11), vy: 0.0, omega: 2.0 * wave(i, 0.17) };
+        let acceleration = Twist { vx: 0.5 * wave(i, 0.23), vy: 0.0, omega: 4.0 * wave(i, 0.31) };
+        let wheels = |twist: Twist<f64>| {
+            [(twist.vx - 0.08 * twist.omega) / 0.033, (twist.vx + 0.08 * twist.omega) / 0.033]
+        };
+        let motion: Motion<f64, 2> = Motion::new(&wheels(speed), &wheels(acceleration), &matrix, 0.0);
+        let wheels: &[Wheel<f64>; 2] = &motion.wheels;
+        let mut point = Point {
+            run: 0,
+            time: PERIOD_S * i as f64,
+            speed,
+            acceleration,
+            wheels: Wheels::new(wheels),
+            mass: 1.0 + (i % 3) as f64,
+            power: 0.0,
+            readings: Readings {
+                command: Twist {
+                    vx: speed.vx + 0.02 * wave(i, 0.41),
+                    vy: 0.0,
+                    omega: speed.omega + 0.2 * wave(i, 0.43),
+                },
+                pitch: 0.1 * wave(i, 0.0131),
+                slope_heading: std::f64::consts::PI * wave(i, 0.0171),
+                vibration: [0.5, 0.6, 0.7].map(|k| wave(i, k)),
+                rolling_friction: 0.03 + 0.01 * wave(i, 0.019),
+                static_friction: 0.05 + 0.02 * wave(i, 0.023),
+            },
+        };
+        point.power = power(&point);
+        point
+    };
+    (0..count).map(point).collect()
+}
+
+/// A point of a robot that stands, without power.
+pub(crate) fn still() -> Point {
+    Point { readings: Readings::NONE, ..drive(1, |_| 0.0)[0] }
+}
+
+/// Fitted to these points, the baseline has these parameters (each to `within` of the larger of itself and 1e-3), and it
+/// predicts the points as exactly.
+pub(crate) fn recovers(card: &Card, points: &[Point], truth: &[f64], within: f64) {
+    let mut model = (card.make)(&burger());
+    model.fit(points).expect("its own data");
+    let found = model.parameters();
+    assert_eq!(found.len(), truth.len(), "{found:?}");
+    for (found, truth) in found.iter().zip(truth) {
+        let allowed = within * truth.abs().max(1e-3);
+        assert!((found.value - truth).abs() <= allowed, "{found:?} {truth}");
+    }
+    let predicted = model.predict(points).expect("fitted");
+    let peak = points.iter().map(|point| point.power.abs()).fold(0.0, f64::max);
+    for (predicted, point) in predicted.iter().zip(points) {
+        assert!((predicted - point.power).abs() <= 10.0 * within * peak, "{predicted} {}", point.power);
+    }
+}

@@ -1,0 +1,130 @@
+//! Logs as baselines read them: the rows of the fit, and what only some logs tell, behind the same filter.
+
+use std::path::PathBuf;
+
+use model_core::coefficients::Robot as CoreRobot;
+use model_core::estimator::GAP_PERIODS;
+use model_core::filter::{Channel, LowPass};
+
+use crate::baselines::{Need, Point, Readings};
+use crate::error::{Error, Result};
+use crate::fit::dataset::{Row, condition, conditioner};
+use crate::log::{Header, SampleReader};
+use crate::robot::Robot;
+
+/// What is wanted of a log beside speeds and power, and in which columns it is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Wanted {
+    needs: Vec<Need>,
+    columns: Vec<&'static str>,
+}
+
+impl Wanted {
+    /// What all of these logs tell.
+    ///
+    /// # Errors
+    /// A log cannot be read.
+    pub fn of(robot: &Robot, files: &[PathBuf]) -> Result<Self> {
+        let headers = files.iter().map(Header::open).collect::<Result<Vec<_>>>()?;
+        let has = |column: &&str| headers.iter().all(|header| header.has(column));
+        let needs: Vec<Need> = Need::ALL
+            .into_iter()
+            .filter(|need| need.columns(robot).iter().all(|column| has(&column)))
+            .collect();
+        let columns = needs.iter().flat_map(|need| need.columns(robot)).copied().collect();
+        Ok(Self { needs, columns })
+    }
+
+    /// Whether the logs tell this.
+    pub fn has(&self, need: Need) -> bool {
+        self.needs.contains(&need)
+    }
+
+    /// From the values of the columns, in their order.
+    fn readings(&self, values: &[f64]) -> Readings {
+        let mut readings = Readings::NONE;
+        let mut values = values.iter().copied();
+        let mut next = || values.next().unwrap_or(f64::NAN);
+        for need in &self.needs {
+            match need {
+                Need::Command => {
+                    readings.command.vx = next();
+                    readings.command.vy = if self.columns.contains(&"cmd_vy_m_s") { next() } else { 0.0 };
+                    readings.command.omega = next();
+                }
+                Need::Pitch => readings.pitch = next(),
+                Need::SlopeHeading => readings.slope_heading = next(),
+                Need::Vibration => readings.vibration = [next(), next(), next()],
+                Need::RollingFriction => readings.rolling_friction = next(),
+                Need::StaticFriction => readings.static_friction = next(),
+            }
+        }
+        readings
+    }
+}
+
+/// Every `stride`-th usable row of these logs, in their order.
+///
+/// # Errors
+/// A log that cannot be read or is not one of this robot.
+pub fn read<const N: usize>(
+    robot: &Robot,
+    core: &CoreRobot<f64, N>,
+    files: &[PathBuf],
+    mass_kg: f64,
+    wanted: &Wanted,
+    stride: u32,
+) -> Result<Vec<(Row<N>, Point)>> {
+    let mut points = Vec::new();
+    let (mut runs, mut used) = (0, 0_u64);
+    for file in files {
+        let mut reader = SampleReader::<N>::open_with(file, robot, &wanted.columns)?;
+        let period = reader.period_s();
+        let mut conditioner = conditioner(core, file, period)?;
+        let filter = LowPass::new(core.cutoff_hz, period).map_err(|_| {
+            Error::failed(format!("sampled too slowly for a cutoff of {} Hz", core.cutoff_hz)).in_file(file)
+        })?;
+        let mut channels: Vec<Reading> = wanted.columns.iter().map(|_| Reading::default()).collect();
+        let (first_run, mut last_run) = (runs, 0);
+        while let Some(raw) = reader.next_row()? {
+            last_run = raw.run;
+            let follows = raw.elapsed >= 0.0 && raw.elapsed <= GAP_PERIODS * period;
+            let values: Vec<f64> = channels
+                .iter_mut()
+                .zip(reader.extras())
+                .map(|(channel, value)| channel.step(&filter, *value, follows))
+                .collect();
+            let Some(mut row) = condition(&mut conditioner, &raw, mass_kg) else { continue };
+            row.run = first_run + raw.run;
+            if used.is_multiple_of(u64::from(stride)) {
+                points.push((row, Point { readings: wanted.readings(&values), ..Point::new(core, &row) }));
+            }
+            used += 1;
+        }
+        runs = first_run + last_run + 1;
+    }
+    Ok(points)
+}
+
+/// One column behind the filter.
+#[derive(Default)]
+struct Reading {
+    channel: Channel<f64>,
+    value: Option<f64>,
+}
+
+impl Reading {
+    /// The filtered value; an empty field leaves it as it was.
+    fn step(&mut self, filter: &LowPass<f64>, value: f64, follows: bool) -> f64 {
+        if !follows {
+            self.value = None;
+        }
+        if value.is_finite() {
+            if self.value.is_none() {
+                filter.settle(&mut self.channel, value);
+            }
+            self.value = Some(filter.step(&mut self.channel, value).value);
+        }
+        self.value.unwrap_or(f64::NAN)
+    }
+}
