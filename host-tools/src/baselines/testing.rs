@@ -3,7 +3,7 @@
 use model_core::kinematics::{Kinematics, Twist};
 use model_core::motion::{Motion, Wheel};
 
-use super::{Baseline, Card, Point, Readings, Wheels};
+use super::{Card, Point, Readings, Wheels};
 use crate::robot::Robot;
 
 /// Period of [`drive`]'s points, s.

@@ -18,6 +18,7 @@ pub(crate) enum Stream {
     Processor = 9,
     Onset = 10,
     Field = 11,
+    Imu = 12,
 }
 
 /// The generator of a stream. ChaCha8 is specified, so the same seed gives the same bytes on every machine.

@@ -126,16 +126,31 @@ impl Profile {
         time_s: f64,
         cursor: &mut usize,
     ) -> [f64; MAX_WHEELS] {
+        let (from, to, share) = self.place(time_s, cursor);
+        match &self.command {
+            Commands::Twist(twists) => geometry.wheel_speeds(between(twists[from], twists[to], share)),
+            Commands::Wheels(wheels) => between(wheels[from], wheels[to], share),
+        }
+    }
+
+    /// Body twist asked for at a time (m/s, m/s, rad/s). `cursor` as in [`Self::wheel_speeds_at`].
+    pub(super) fn twist_at(&self, geometry: &Geometry, time_s: f64, cursor: &mut usize) -> Twist {
+        let (from, to, share) = self.place(time_s, cursor);
+        match &self.command {
+            Commands::Twist(twists) => between(twists[from], twists[to], share),
+            Commands::Wheels(wheels) => geometry.twist(between(wheels[from], wheels[to], share)),
+        }
+    }
+
+    /// The knots around a time, and the share of the way from one to the other.
+    fn place(&self, time_s: f64, cursor: &mut usize) -> (usize, usize, f64) {
         while *cursor + 1 < self.time_s.len() && self.time_s[*cursor + 1] <= time_s {
             *cursor += 1;
         }
         let (from, to) = (*cursor, (*cursor + 1).min(self.time_s.len().saturating_sub(1)));
         let span = self.time_s[to] - self.time_s[from];
         let share = if span > 0.0 { ((time_s - self.time_s[from]) / span).max(0.0) } else { 0.0 };
-        match &self.command {
-            Commands::Twist(twists) => geometry.wheel_speeds(between(twists[from], twists[to], share)),
-            Commands::Wheels(wheels) => between(wheels[from], wheels[to], share),
-        }
+        (from, to, share)
     }
 
     /// Time of the last knot, s.
