@@ -16,6 +16,7 @@ use crate::error::Result;
 
 /// Every baseline, in the order of lists and tables.
 pub const ALL: &[&Card] = &[
+    &leng::ROAD_GRADE,
     &leng::WITH_MASS,
     #[cfg(feature = "mlp")]
     &mlp::PERCEPTRON,
