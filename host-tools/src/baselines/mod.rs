@@ -1,9 +1,12 @@
 //! Power models of the literature (the paper's Table 1), to compare with: each fitted and evaluated through one trait.
 
 pub mod card;
+pub mod jaiem;
 pub mod leng;
+pub mod mei;
 #[cfg(feature = "mlp")]
 pub mod mlp;
+pub mod parasuraman;
 mod point;
 pub mod regression;
 #[cfg(test)]
@@ -16,6 +19,9 @@ use crate::error::Result;
 
 /// Every baseline, in the order of lists and tables.
 pub const ALL: &[&Card] = &[
+    &mei::FIRST_ORDER,
+    &jaiem::SECOND_ORDER,
+    &parasuraman::SPEED_AND_MASS,
     &leng::ROAD_GRADE,
     &leng::WITH_MASS,
     #[cfg(feature = "mlp")]
