@@ -3,6 +3,7 @@
 pub mod card;
 pub mod jaiem;
 pub mod leng;
+pub mod liu;
 pub mod mei;
 #[cfg(feature = "mlp")]
 pub mod mlp;
@@ -24,6 +25,8 @@ pub const ALL: &[&Card] = &[
     &parasuraman::SPEED_AND_MASS,
     &leng::ROAD_GRADE,
     &leng::WITH_MASS,
+    &liu::LINEAR,
+    &liu::POLYNOMIAL,
     #[cfg(feature = "mlp")]
     &mlp::PERCEPTRON,
 ];
