@@ -4,12 +4,16 @@ pub mod card;
 pub mod jaiem;
 pub mod leng;
 pub mod liu;
+pub mod longitudinal;
 pub mod mei;
 #[cfg(feature = "mlp")]
 pub mod mlp;
+pub mod online;
 pub mod parasuraman;
 mod point;
+pub mod recursive;
 pub mod regression;
+pub mod sadrpour;
 #[cfg(test)]
 pub(crate) mod testing;
 
@@ -20,6 +24,8 @@ use crate::error::Result;
 
 /// Every baseline, in the order of lists and tables.
 pub const ALL: &[&Card] = &[
+    &sadrpour::RECURSIVE,
+    &sadrpour::BAYESIAN,
     &mei::FIRST_ORDER,
     &jaiem::SECOND_ORDER,
     &parasuraman::SPEED_AND_MASS,
