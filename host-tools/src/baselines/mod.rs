@@ -1,6 +1,7 @@
 //! Power models of the literature (the paper's Table 1), to compare with: each fitted and evaluated through one trait.
 
 pub mod card;
+pub mod effati;
 pub mod jaiem;
 pub mod leng;
 pub mod liu;
@@ -10,10 +11,12 @@ pub mod mei;
 pub mod mlp;
 pub mod online;
 pub mod parasuraman;
+pub mod pentzer;
 mod point;
 pub mod recursive;
 pub mod regression;
 pub mod sadrpour;
+pub mod skid;
 #[cfg(test)]
 pub(crate) mod testing;
 
@@ -26,6 +29,8 @@ use crate::error::Result;
 pub const ALL: &[&Card] = &[
     &sadrpour::RECURSIVE,
     &sadrpour::BAYESIAN,
+    &pentzer::RECURSIVE,
+    &effati::KNOWN_CENTRES,
     &mei::FIRST_ORDER,
     &jaiem::SECOND_ORDER,
     &parasuraman::SPEED_AND_MASS,
