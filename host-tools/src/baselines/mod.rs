@@ -13,6 +13,7 @@ pub mod online;
 pub mod parasuraman;
 pub mod pentzer;
 mod point;
+pub mod quann;
 pub mod recursive;
 pub mod regression;
 pub mod sadrpour;
@@ -29,6 +30,7 @@ use crate::error::Result;
 pub const ALL: &[&Card] = &[
     &sadrpour::RECURSIVE,
     &sadrpour::BAYESIAN,
+    &quann::GAUSSIAN_PROCESS,
     &pentzer::RECURSIVE,
     &effati::KNOWN_CENTRES,
     &mei::FIRST_ORDER,
