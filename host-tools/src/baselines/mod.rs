@@ -16,6 +16,8 @@ mod point;
 pub mod quann;
 pub mod recursive;
 pub mod regression;
+#[cfg(test)]
+mod robustness;
 pub mod sadrpour;
 pub mod skid;
 #[cfg(test)]
