@@ -41,34 +41,31 @@ pub struct Regime {
     pub rate_hz: f64,
     /// White noise of the wheel speeds, rad/s.
     pub speed_noise_rad_s: f64,
-    /// Noise of the power, W.
+    /// White noise of the power, W.
     pub power_noise_w: f64,
-    /// Its correlation from sample to sample.
-    pub power_autocorrelation: f64,
 }
 
 /// As set.
 pub const REGIME: Regime = Regime {
-    rolling_resistance: 0.032,
+    rolling_resistance: 0.014,
     training: Rounds {
         speed: (0.1, 1.0),
-        curve: 1.0,
-        hold_s: (0.5, 4.0),
-        acceleration_m_s2: (0.1, 0.5),
-        shares: [0.1, 0.1, 0.1],
+        curve: 0.4,
+        hold_s: (0.6, 3.0),
+        acceleration_m_s2: (0.05, 0.5),
+        shares: [0.01, 0.0, 0.03],
     },
     test: Rounds {
-        speed: (0.6, 1.0),
+        speed: (0.69, 0.99),
         curve: 0.8,
-        hold_s: (0.1, 0.5),
-        acceleration_m_s2: (0.05, 0.3),
+        hold_s: (0.1, 2.0),
+        acceleration_m_s2: (0.18, 0.5),
         shares: [0.0; 3],
     },
     duration_s: 200.0,
     rate_hz: 20.0,
-    speed_noise_rad_s: 0.05,
+    speed_noise_rad_s: 0.02,
     power_noise_w: 0.03,
-    power_autocorrelation: 0.0,
 };
 
 /// Voltage of the drives' supply, V.
@@ -112,7 +109,6 @@ pub fn scenario(drive: Drive, seed: u64) -> Result<Scenario> {
     scenario.sensors = Sensors {
         speed_noise_rad_s: regime.speed_noise_rad_s,
         power_noise_w: regime.power_noise_w,
-        power_autocorrelation: regime.power_autocorrelation,
         ..Sensors::paper20()
     };
     Ok(scenario)
