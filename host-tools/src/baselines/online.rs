@@ -1,7 +1,7 @@
 //! A baseline whose parameters recursive least squares follow while it drives.
 
 use super::recursive::Recursive;
-use super::regression::{Symbol, named, rows, unfitted};
+use super::regression::{Symbol, Terms, named, rows, unfitted};
 use super::{Baseline, Parameter, Point};
 use crate::error::Result;
 
@@ -15,7 +15,7 @@ pub struct Online<const TERMS: usize> {
     /// In refusals.
     name: &'static str,
     symbols: [Symbol; TERMS],
-    terms: Box<dyn Fn(&Point) -> [f64; TERMS]>,
+    terms: Terms<[f64; TERMS]>,
     known: Option<Recursive<TERMS>>,
 }
 
