@@ -8,14 +8,16 @@ use crate::error::{Error, Result};
 /// Symbol and unit of a coefficient.
 pub type Symbol = (&'static str, &'static str);
 
+/// What coefficients multiply: as many for every point.
+pub type Terms<T> = Box<dyn Fn(&Point) -> T>;
+
 /// A regression of the power on terms of a point.
 pub struct Regression {
     /// In refusals.
     name: &'static str,
     /// Of every coefficient, or of none.
     symbols: Vec<Symbol>,
-    /// What each coefficient multiplies: as many for every point.
-    terms: Box<dyn Fn(&Point) -> Vec<f64>>,
+    terms: Terms<Vec<f64>>,
     coefficients: Option<Vec<f64>>,
 }
 
@@ -65,17 +67,17 @@ impl Baseline for Regression {
 }
 
 /// Terms of a point, and its power.
-pub type Observation<Terms> = (Terms, f64);
+pub type Observation<T> = (T, f64);
 
 /// The terms and the power of every training point.
 ///
 /// # Errors
 /// Fewer points than terms, or a point whose terms or power are not finite.
-pub fn rows<Terms: AsRef<[f64]>>(
+pub fn rows<T: AsRef<[f64]>>(
     name: &str,
     training: &[Point],
-    terms: impl Fn(&Point) -> Terms,
-) -> Result<Vec<Observation<Terms>>> {
+    terms: impl Fn(&Point) -> T,
+) -> Result<Vec<Observation<T>>> {
     let rows: Vec<_> = training.iter().map(|point| (terms(point), point.power)).collect();
     let expected = rows.first().map_or(1, |(terms, _)| terms.as_ref().len());
     if rows.len() < expected {
@@ -84,7 +86,7 @@ pub fn rows<Terms: AsRef<[f64]>>(
             rows.len()
         )));
     }
-    let broken = |(terms, power): &Observation<Terms>| {
+    let broken = |(terms, power): &Observation<T>| {
         !(power.is_finite() && terms.as_ref().iter().all(|term| term.is_finite()))
     };
     if let Some(index) = rows.iter().position(broken) {
@@ -99,7 +101,7 @@ pub fn rows<Terms: AsRef<[f64]>>(
 
 /// The coefficients that lower the sum of squared residuals most, the smallest where several do. `None` without rows, and if
 /// a sum is not finite.
-pub fn least_squares<Terms: AsRef<[f64]>>(rows: &[Observation<Terms>]) -> Option<Vec<f64>> {
+pub fn least_squares<T: AsRef<[f64]>>(rows: &[Observation<T>]) -> Option<Vec<f64>> {
     let count = rows.first()?.0.as_ref().len();
     let mut normal = DMatrix::<f64>::zeros(count, count);
     let mut right = DVector::<f64>::zeros(count);

@@ -11,7 +11,7 @@ const NOISE: (f64, f64) = (1e-6, 1e2);
 
 /// First and last step, as factors; a step is the square root of that before.
 const FIRST_STEP: f64 = 8.0;
-const LAST_STEP: f64 = 1.2;
+const LAST_STEP: f64 = 1.1;
 
 /// Sweeps over all coordinates with one step: a ridge may take many small ones.
 const MOST_SWEEPS: usize = 4;

@@ -61,7 +61,7 @@ fn segment(point: &Point) -> i64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Bayes, SEGMENT_S};
+    use super::{Bayes, Prior, SEGMENT_S, rows, terms};
     use crate::baselines::testing::{PERIOD_S, drive};
     use crate::baselines::{Baseline, Point};
 
@@ -71,7 +71,7 @@ mod tests {
     /// variance of 1 · 2n/(2n - 1) N².
     fn patchwork(point: &Point) -> f64 {
         let force = if (point.time / SEGMENT_S).floor() as i64 % 2 == 0 { 2.0 } else { 4.0 };
-        1.0 + force * point.speed.vx.abs()
+        1.0 + force * terms(point)[1]
     }
 
     /// Mean and variance of the parameters that the training was made with: exact but for the leaning of each segment's
@@ -80,10 +80,9 @@ mod tests {
     #[test]
     fn the_prior_is_the_distribution_of_the_training() {
         let points = drive(10 * PER_SEGMENT, patchwork);
-        let rows = crate::baselines::regression::rows("", &points, crate::baselines::longitudinal::terms);
-        let rows = rows.unwrap();
+        let rows = rows("", &points, terms).unwrap();
         let segments: Vec<_> = rows.chunks(PER_SEGMENT).collect();
-        let prior = super::Prior::of(&segments).unwrap();
+        let prior = Prior::of(&segments).unwrap();
         for (mean, truth) in prior.mean.iter().zip([1.0, 3.0, 0.0]) {
             assert!((mean - truth).abs() < 0.03, "{:?}", prior.mean);
         }
@@ -101,9 +100,9 @@ mod tests {
     fn the_drive_updates_the_prior() {
         let mut model = Bayes::default();
         model.fit(&drive(10 * PER_SEGMENT, patchwork)).unwrap();
-        let points = drive(PER_SEGMENT, |point| 1.0 + 4.0 * point.speed.vx.abs());
+        let points = drive(PER_SEGMENT, |point| 1.0 + 4.0 * terms(point)[1]);
         let predicted = model.predict(&points).unwrap();
-        let error = |i: usize| (predicted[i] - points[i].power) / points[i].speed.vx.abs();
+        let error = |i: usize| (predicted[i] - points[i].power) / terms(&points[i])[1];
         assert!((error(1) + 1.0).abs() < 0.3, "first {}", error(1));
         let last = (0..PER_SEGMENT).rfind(|i| points[*i].speed.vx.abs() > 0.1).unwrap();
         assert!(error(last).abs() < 0.05, "last {}", error(last));
