@@ -9,12 +9,26 @@
 
 pub mod card;
 pub mod dynamics;
+pub mod effati;
+pub mod jaiem;
 pub mod leng;
+pub mod liu;
+pub mod longitudinal;
+pub mod mei;
 #[cfg(feature = "mlp")]
 pub mod mlp;
+pub mod online;
+pub mod parasuraman;
+pub mod pentzer;
 pub mod physics;
 mod point;
+pub mod quann;
+pub mod recursive;
 pub mod regression;
+#[cfg(test)]
+mod robustness;
+pub mod sadrpour;
+pub mod skid;
 #[cfg(test)]
 pub(crate) mod testing;
 mod training;
@@ -31,13 +45,24 @@ pub const ALL: &[&Card] = &[
     &dynamics::cards::MORALES,
     &dynamics::cards::YACOUB,
     &dynamics::cards::YAO,
+    &sadrpour::RECURSIVE,
+    &sadrpour::BAYESIAN,
+    &quann::GAUSSIAN_PROCESS,
     &physics::cards::WAHAB,
-    &physics::cards::DATOUO,
     &physics::cards::TOUZOUT,
     &physics::cards::ANJUM,
+    &physics::cards::DATOUO,
     &physics::cards::HOU,
     &physics::cards::DOGRU,
+    &pentzer::RECURSIVE,
+    &effati::KNOWN_CENTRES,
+    &mei::FIRST_ORDER,
+    &jaiem::SECOND_ORDER,
+    &parasuraman::SPEED_AND_MASS,
+    &leng::ROAD_GRADE,
     &leng::WITH_MASS,
+    &liu::LINEAR,
+    &liu::POLYNOMIAL,
     #[cfg(feature = "mlp")]
     &mlp::PERCEPTRON,
 ];

@@ -45,3 +45,27 @@ pub(super) fn thin<T: Copy>(points: &[T], most: usize) -> Vec<T> {
 pub(super) fn positive_part(value: f64) -> f64 {
     if value < 0.0 { 0.0 } else { value }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{LEAST, check};
+    use crate::baselines::testing::{drive, still};
+
+    #[test]
+    fn counts_the_points_that_move() {
+        let moving = drive(LEAST + 1, |_| 1.0);
+        let enough = [vec![still(); 100], moving[1..].to_vec()].concat();
+        assert!(check("x", &enough).is_ok());
+        let error = check("x", &enough[..enough.len() - 1]).unwrap_err().to_string();
+        assert_eq!(error, "x: a wheel turns in 19 training points; expected at least 20");
+    }
+
+    #[test]
+    fn names_the_first_point_that_is_not_finite() {
+        let mut points = drive(50, |_| 1.0);
+        points[7].acceleration.omega = f64::NAN;
+        points[9].mass = f64::INFINITY;
+        let error = check("x", &points).unwrap_err().to_string();
+        assert!(error.starts_with("x: training point 7 is not finite"), "{error}");
+    }
+}

@@ -1,11 +1,11 @@
-//! Data made by each source's own assumptions give its constants back, and bad data give errors.
+//! Data made by each source's own assumptions give its constants back.
 
 use model_core::effects::GRAVITY;
 use model_core::motion::Wheel;
 
 use super::cards::{JARAMILLO, KIM, MORALES, YACOUB, YAO};
-use crate::baselines::testing::{burger, drive, recovers, still};
-use crate::baselines::{Baseline, Card, Point};
+use crate::baselines::testing::{burger, drive, recovers};
+use crate::baselines::{Card, Point};
 
 const RESISTANCE: f64 = 2.0;
 /// n Kt = n Ke, N m/A.
@@ -87,12 +87,6 @@ fn yao_recovers_its_constants() {
 
 const ALL: [&Card; 5] = [&KIM, &JARAMILLO, &MORALES, &YACOUB, &YAO];
 
-fn fitted(card: &Card, points: &[Point]) -> Box<dyn Baseline> {
-    let mut model = (card.make)(&burger());
-    model.fit(points).unwrap_or_else(|error| panic!("{}: {error}", card.name));
-    model
-}
-
 /// One mass, one speed, no turns: constants that the drive does not determine, but no power that is not a number.
 #[test]
 fn poor_drives_give_finite_powers() {
@@ -100,37 +94,10 @@ fn poor_drives_give_finite_powers() {
     let one_speed: Vec<Point> =
         (0..200).map(|i| Point { power: 2.0 + 0.1 * f64::from(i % 3), ..moving }).collect();
     for card in ALL {
-        let predicted = fitted(card, &one_speed).predict(&one_speed).unwrap();
+        let mut model = (card.make)(&burger());
+        model.fit(&one_speed).unwrap();
+        let predicted = model.predict(&one_speed).unwrap();
         // The mean of the data: all that one speed tells.
         assert!(predicted.iter().all(|power| (power - 2.1).abs() < 0.01), "{}: {predicted:?}", card.name);
-    }
-}
-
-#[test]
-fn standing_robots_and_missing_numbers_are_refused_by_name() {
-    let points = drive(100, |point| point.speed.vx.abs());
-    for card in ALL {
-        let mut model = (card.make)(&burger());
-        let refusal = |model: &mut dyn Baseline, points: &[Point]| model.fit(points).unwrap_err().to_string();
-        let text = refusal(model.as_mut(), &[still(); 100]);
-        assert!(text.contains(card.name) && text.contains("0 training points"), "{text}");
-        let mut broken = points.clone();
-        broken[7].power = f64::NAN;
-        let text = refusal(model.as_mut(), &broken);
-        assert!(text.contains("training point 7 is not finite"), "{text}");
-        assert!(model.predict(&points).is_err(), "not fitted");
-    }
-}
-
-/// A wheel speed that is not a number gives a power that is not one, clamped or not.
-#[test]
-fn unknown_speeds_give_unknown_powers() {
-    let points = drive(300, |point| point.speed.vx.abs());
-    let mut unknown = points[5];
-    let wheel = Wheel { speed: f64::NAN, ..unknown.wheels[0] };
-    unknown.wheels = crate::baselines::Wheels::new(&[wheel, unknown.wheels[1]]);
-    for card in ALL {
-        let predicted = fitted(card, &points).predict(&[unknown, points[6]]).unwrap();
-        assert!(predicted[0].is_nan() && predicted[1].is_finite(), "{}: {predicted:?}", card.name);
     }
 }
