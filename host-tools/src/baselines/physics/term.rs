@@ -1,9 +1,10 @@
 //! Powers that a moving robot may need, each linear in one constant.
 
 use model_core::effects::GRAVITY;
+use model_core::motion::Wheel;
 
 use crate::baselines::training::positive_part;
-use crate::baselines::{Point, Wheels};
+use crate::baselines::{MOST_WHEELS, Point, Wheels};
 
 /// One share of the power; its constant is at least 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,7 +39,7 @@ impl Term {
     pub(super) fn power(self, point: &Point, bristle: &Bristles, stribeck: f64) -> f64 {
         let wheels = &point.wheels;
         let Point { speed, acceleration, .. } = point;
-        let sum = |each: fn(&model_core::motion::Wheel<f64>) -> f64| wheels.iter().map(each).sum();
+        let sum = |each: fn(&Wheel<f64>) -> f64| wheels.iter().map(each).sum();
         match self {
             Self::Translation => positive_part(speed.vx * acceleration.vx + speed.vy * acceleration.vy),
             Self::Rotation => positive_part(speed.omega * acceleration.omega),
@@ -77,7 +78,7 @@ impl Term {
 }
 
 /// Friction of each wheel, as a share of its steady size at that speed, −1 to 1 at constant speed.
-pub(super) type Bristles = [f64; crate::baselines::MOST_WHEELS];
+pub(super) type Bristles = [f64; MOST_WHEELS];
 
 /// Friction without bristles: the direction of each wheel.
 pub(super) fn rigid(wheels: &Wheels) -> Bristles {
