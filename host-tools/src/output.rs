@@ -7,11 +7,11 @@ use std::sync::Mutex;
 
 use crate::error::{Error, Result};
 
-/// Writes `file` through a temporary file in the same folder that takes its name only when complete.
+/// Writes `file` through a temporary file in the same folder that takes its name only when complete. Gives what `write` gives.
 ///
 /// # Errors
 /// What `write` or the operating system reports; the old file, if any, is then still there.
-pub fn write_whole(file: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
+pub fn write_whole<T>(file: &Path, write: impl FnOnce(&mut dyn Write) -> Result<T>) -> Result<T> {
     let refused = |error: io::Error| Error::io(file, &error);
     // A link keeps pointing at its file. A device or a pipe has no content to keep, and no file may take its place.
     let target = std::fs::canonicalize(file).unwrap_or_else(|_| file.to_owned());
@@ -21,13 +21,14 @@ pub fn write_whole(file: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>
     }
     let mut temporary =
         temporary(folder_of(&target).map_err(|error| error.in_file(file))?).map_err(refused)?;
-    {
+    let written = {
         let mut buffered = io::BufWriter::new(temporary.as_file_mut());
-        write(&mut buffered)?;
+        let written = write(&mut buffered)?;
         buffered.flush().map_err(refused)?;
-    }
+        written
+    };
     temporary.persist(&target).map_err(|error| refused(error.error))?;
-    Ok(())
+    Ok(written)
 }
 
 /// The folder that a file is written into: commands ask before they start long work.

@@ -1,11 +1,25 @@
 //! Power models of the literature (the paper's Table 1), to compare with: each fitted and evaluated through one trait.
 
 pub mod card;
+pub mod effati;
+pub mod jaiem;
 pub mod leng;
+pub mod liu;
+pub mod longitudinal;
+pub mod mei;
 #[cfg(feature = "mlp")]
 pub mod mlp;
+pub mod online;
+pub mod parasuraman;
+pub mod pentzer;
 mod point;
+pub mod quann;
+pub mod recursive;
 pub mod regression;
+#[cfg(test)]
+mod robustness;
+pub mod sadrpour;
+pub mod skid;
 #[cfg(test)]
 pub(crate) mod testing;
 
@@ -16,7 +30,18 @@ use crate::error::Result;
 
 /// Every baseline, in the order of lists and tables.
 pub const ALL: &[&Card] = &[
+    &sadrpour::RECURSIVE,
+    &sadrpour::BAYESIAN,
+    &quann::GAUSSIAN_PROCESS,
+    &pentzer::RECURSIVE,
+    &effati::KNOWN_CENTRES,
+    &mei::FIRST_ORDER,
+    &jaiem::SECOND_ORDER,
+    &parasuraman::SPEED_AND_MASS,
+    &leng::ROAD_GRADE,
     &leng::WITH_MASS,
+    &liu::LINEAR,
+    &liu::POLYNOMIAL,
     #[cfg(feature = "mlp")]
     &mlp::PERCEPTRON,
 ];

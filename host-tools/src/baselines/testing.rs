@@ -1,9 +1,9 @@
 //! Data made by a baseline's own assumptions, for its test.
 
 use model_core::kinematics::{Kinematics, Twist};
-use model_core::motion::{Motion, Wheel};
+use model_core::motion::Motion;
 
-use super::{Baseline, Card, Point, Readings, Wheels};
+use super::{Card, Point, Readings, Wheels};
 use crate::robot::Robot;
 
 /// Period of [`drive`]'s points, s.
@@ -17,23 +17,16 @@ pub(crate) fn burger() -> Robot {
 /// A drive of the Burger of so many points at 20 Hz: speeds, turn rates and accelerations wander independently, forwards
 /// and backwards, at 1 to 3 kg; every reading is there and wanders, too. The power is what `power` says.
 pub(crate) fn drive(count: usize, power: impl Fn(&Point) -> f64) -> Vec<Point> {
-    let kinematics = Kinematics::<f64, 2>::differential(0.033, 0.16).expect("lengths");
-    let matrix = kinematics.mass_matrix(0.06).expect("length");
     let wave = |i: usize, k: f64| (i as f64 * k).sin();
     let point = |i: usize| {
         let speed = Twist { vx: 0.2 * wave(i, 0.11), vy: 0.0, omega: 2.0 * wave(i, 0.17) };
         let acceleration = Twist { vx: 0.5 * wave(i, 0.23), vy: 0.0, omega: 4.0 * wave(i, 0.31) };
-        let wheels = |twist: Twist<f64>| {
-            [(twist.vx - 0.08 * twist.omega) / 0.033, (twist.vx + 0.08 * twist.omega) / 0.033]
-        };
-        let motion: Motion<f64, 2> = Motion::new(&wheels(speed), &wheels(acceleration), &matrix, 0.0);
-        let wheels: &[Wheel<f64>; 2] = &motion.wheels;
         let mut point = Point {
             run: 0,
             time: PERIOD_S * i as f64,
             speed,
             acceleration,
-            wheels: Wheels::new(wheels),
+            wheels: wheels(speed, acceleration),
             mass: 1.0 + (i % 3) as f64,
             power: 0.0,
             readings: Readings {
@@ -53,6 +46,15 @@ pub(crate) fn drive(count: usize, power: impl Fn(&Point) -> f64) -> Vec<Point> {
         point
     };
     (0..count).map(point).collect()
+}
+
+/// The wheels of the Burger in such a motion of its body.
+pub(crate) fn wheels(speed: Twist<f64>, acceleration: Twist<f64>) -> Wheels {
+    let kinematics = Kinematics::<f64, 2>::differential(0.033, 0.16).expect("lengths");
+    let matrix = kinematics.mass_matrix(0.06).expect("length");
+    let turn = |twist: Twist<f64>| [-0.08, 0.08].map(|arm| (twist.vx + arm * twist.omega) / 0.033);
+    let motion: Motion<f64, 2> = Motion::new(&turn(speed), &turn(acceleration), &matrix, 0.0);
+    Wheels::new(&motion.wheels)
 }
 
 /// A point of a robot that stands, without power.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::baselines;
 use crate::error::{Error, Result};
-use crate::progress::StageProgress;
+use crate::progress::CountProgress;
 use crate::reproduce::study::Settings;
 use crate::reproduce::{output, run as reproduce, table};
 
@@ -44,8 +44,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let settings = settings(arguments)?;
     output::check(&arguments.out)?;
     let study = {
-        let progress = StageProgress::new("simulating");
-        reproduce(&settings, &|stage| progress.at(stage))?
+        let progress = CountProgress::new("seeds", settings.seeds);
+        reproduce(&settings, || progress.one_more())?
     };
     output::save(&study, &arguments.out)?;
     if arguments.json {

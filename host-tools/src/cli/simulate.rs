@@ -12,9 +12,11 @@ use super::drive::DriveArguments;
 use crate::error::{Error, Result};
 use crate::output::write_whole;
 use crate::plant::encoder::SpeedSource;
+use crate::plant::log::Totals;
 use crate::plant::sensors::PowerSource;
 use crate::plant::{
-    Geometry, Kinematics, PlantSet, Profile, ProfileKind, Sample, Scenario, Sensors, Simulation, effects,
+    Column, Columns, Geometry, Kinematics, PlantSet, Profile, ProfileKind, Scenario, Sensors, Simulation,
+    effects, log,
 };
 
 /// Arguments of `gmr simulate`.
@@ -70,7 +72,8 @@ pub(crate) struct Arguments {
     /// List the effects with their units, ranges and options, and end
     #[arg(long)]
     effects: bool,
-    /// Add columns: pitch_rad, motor1_temp_c …, bus_v, cpu_percent
+    /// Add columns: pitch_rad, slope_heading_rad, cmd_v_m_s …, accel_x_m_s2 …, rolling_friction and static_friction,
+    /// motor1_temp_c …, bus_v, cpu_percent
     #[arg(long, value_enum, value_delimiter = ',', value_name = "NAME,…")]
     columns: Vec<Column>,
     /// Add a column true_power_w: the supply power before sensors and noise, without static power
@@ -90,20 +93,6 @@ enum Chain {
     Exact,
     Servo,
     Paper20,
-}
-
-/// A column that a log need not have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-#[value(rename_all = "snake_case")]
-enum Column {
-    /// Slope under the robot, nose up, rad
-    Pitch,
-    /// Temperatures of the windings, °C
-    Temps,
-    /// Voltage at the drives, V
-    BusV,
-    /// Load of the computer, percent
-    Cpu,
 }
 
 /// What `--json` prints.
@@ -127,26 +116,6 @@ struct Summary<'a> {
     peak_power_w: f64,
 }
 
-/// Sums over the rows.
-#[derive(Default)]
-struct Totals {
-    rows: u64,
-    power_w: f64,
-    peak_w: f64,
-}
-
-impl Totals {
-    fn add(&mut self, sample: &Sample) {
-        self.rows += 1;
-        self.power_w += sample.true_power_w;
-        self.peak_w = self.peak_w.max(sample.true_power_w);
-    }
-
-    fn mean_w(&self) -> f64 {
-        self.power_w / self.rows.max(1) as f64
-    }
-}
-
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if arguments.effects {
         crate::output::print(format_args!("{}", effects::list()));
@@ -160,14 +129,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     let scenario = scenario(arguments)?;
     let simulation = Simulation::new(&scenario)?;
-    let mut totals = Totals::default();
-    if to_stdout {
+    let totals = if to_stdout {
         let mut stdout = std::io::BufWriter::new(std::io::stdout().lock());
-        write_log(&mut stdout, out, arguments, simulation, &mut totals)?;
+        let totals = write_rows(&mut stdout, out, arguments, simulation)?;
         stdout.flush().map_err(|error| Error::stdout(&error))?;
+        totals
     } else {
-        write_whole(out, |file| write_log(file, out, arguments, simulation, &mut totals))?;
-    }
+        write_whole(out, |file| write_rows(file, out, arguments, simulation))?
+    };
     if arguments.json {
         let summary = Summary {
             file: out,
@@ -256,79 +225,20 @@ fn constant_profile(arguments: &Arguments, scenario: &Scenario) -> Result<Profil
     Ok(Profile::constant(&robot.geometry, limits, twist))
 }
 
-fn write_log(
-    log: &mut dyn Write,
-    out: &Path,
-    arguments: &Arguments,
-    run: Simulation<'_>,
-    totals: &mut Totals,
-) -> Result<()> {
+fn write_rows(log: &mut dyn Write, out: &Path, arguments: &Arguments, run: Simulation<'_>) -> Result<Totals> {
     let failed = |error: std::io::Error| {
         if out.as_os_str() == "-" { Error::stdout(&error) } else { Error::io(out, &error) }
     };
-    let wheels = run.wheels();
+    let columns =
+        Columns { mass: !arguments.no_mass, truth: arguments.truth, further: arguments.columns.clone() };
     let (bar, begun) = (progress(run.rows()), Instant::now());
-    let mut line = String::from("time_s");
-    for i in 1..=wheels {
-        line += &format!(",wheel{i}_rad_s");
-    }
-    line += ",power_w";
-    line += if arguments.no_mass { "" } else { ",mass_kg" };
-    line += if arguments.truth { ",true_power_w" } else { "" };
-    for column in &arguments.columns {
-        match column {
-            Column::Pitch => line += ",pitch_rad",
-            Column::Temps => (1..=wheels).for_each(|i| line += &format!(",motor{i}_temp_c")),
-            Column::BusV => line += ",bus_v",
-            Column::Cpu => line += ",cpu_percent",
+    let totals = log::write_rows(log, failed, run, &columns, |rows| {
+        if rows.is_multiple_of(1000) && begun.elapsed() > Duration::from_secs(1) {
+            bar.set_position(rows);
         }
-    }
-    for sample in run {
-        line.push('\n');
-        log.write_all(line.as_bytes()).map_err(failed)?;
-        line.clear();
-        push_row(&mut line, &sample, wheels, arguments);
-        totals.add(&sample);
-        if totals.rows.is_multiple_of(1000) && begun.elapsed() > Duration::from_secs(1) {
-            bar.set_position(totals.rows);
-        }
-    }
+    })?;
     bar.finish_and_clear();
-    line.push('\n');
-    log.write_all(line.as_bytes()).map_err(failed)
-}
-
-/// Time to a microsecond, speeds to 1e-7 rad/s, power to a microwatt; mass as short as it is exact.
-fn push_row(line: &mut String, sample: &Sample, wheels: usize, arguments: &Arguments) {
-    use std::fmt::Write;
-    // Writing to a String cannot fail.
-    let _ = write!(line, "{:.6}", sample.time_s);
-    for speed in &sample.wheel_rad_s[..wheels] {
-        let _ = write!(line, ",{:.7}", unsigned_zero(*speed, 1e7));
-    }
-    let _ = write!(line, ",{:.6}", unsigned_zero(sample.power_w, 1e6));
-    if !arguments.no_mass {
-        let _ = write!(line, ",{}", sample.mass_kg);
-    }
-    if arguments.truth {
-        let _ = write!(line, ",{:.6}", unsigned_zero(sample.true_power_w, 1e6));
-    }
-    for column in &arguments.columns {
-        // Writing to a String cannot fail.
-        let _ = match column {
-            Column::Pitch => write!(line, ",{:.6}", unsigned_zero(sample.pitch_rad, 1e6)),
-            Column::Temps => {
-                sample.motor_temp_c[..wheels].iter().try_for_each(|temp| write!(line, ",{temp:.2}"))
-            }
-            Column::BusV => write!(line, ",{:.3}", sample.bus_v),
-            Column::Cpu => write!(line, ",{:.1}", sample.cpu_percent),
-        };
-    }
-}
-
-/// Zero instead of what would be written as `-0.000000`.
-fn unsigned_zero(x: f64, scale: f64) -> f64 {
-    if (x * scale).abs() <= 0.5 { 0.0 } else { x }
+    Ok(totals)
 }
 
 /// A bar on standard error, not yet drawn; none when that is no terminal.

@@ -26,10 +26,10 @@ impl Wanted {
     /// A log cannot be read.
     pub fn of(robot: &Robot, files: &[PathBuf]) -> Result<Self> {
         let headers = files.iter().map(Header::open).collect::<Result<Vec<_>>>()?;
-        let has = |column: &&str| headers.iter().all(|header| header.has(column));
+        let has = |column: &str| headers.iter().all(|header| header.has(column));
         let needs: Vec<Need> = Need::ALL
             .into_iter()
-            .filter(|need| need.columns(robot).iter().all(|column| has(&column)))
+            .filter(|need| need.columns(robot).iter().all(|column| has(column)))
             .collect();
         let columns = needs.iter().flat_map(|need| need.columns(robot)).copied().collect();
         Ok(Self { needs, columns })

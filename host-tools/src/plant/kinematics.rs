@@ -92,6 +92,17 @@ impl Geometry {
     pub fn wheel_speeds(&self, twist: Twist) -> [f64; MAX_WHEELS] {
         self.wheel_per_twist().map(|row| dot(row, twist))
     }
+
+    /// The twist whose wheel speeds come nearest to these, rad/s. The columns of the matrix are orthogonal in every
+    /// layout, so each is projected on alone.
+    pub fn twist(&self, wheels: [f64; MAX_WHEELS]) -> Twist {
+        let rows = self.wheel_per_twist();
+        std::array::from_fn(|k| {
+            let square: f64 = rows.iter().map(|row| row[k] * row[k]).sum();
+            let along: f64 = rows.iter().zip(wheels).map(|(row, wheel)| row[k] * wheel).sum();
+            if square > 0.0 { along / square } else { 0.0 }
+        })
+    }
 }
 
 pub(super) fn dot(a: Twist, b: Twist) -> f64 {
@@ -104,6 +115,18 @@ mod tests {
 
     fn geometry(kinematics: Kinematics) -> Geometry {
         Geometry { kinematics, wheel_radius_m: 0.05, track_m: 0.4, wheelbase_m: 0.3 }
+    }
+
+    /// Back from the wheels to the body, in every layout; what wheels cannot do is no motion.
+    #[test]
+    fn wheels_tell_the_twist() {
+        for kinematics in [Kinematics::Differential, Kinematics::Skid, Kinematics::Omni, Kinematics::Mecanum]
+        {
+            let geometry = geometry(kinematics);
+            let twist = [0.3, if geometry.holonomic() { -0.2 } else { 0.0 }, 0.7];
+            let found = geometry.twist(geometry.wheel_speeds(twist));
+            assert!(twist.iter().zip(found).all(|(a, b)| (a - b).abs() < 1e-12), "{kinematics:?} {found:?}");
+        }
     }
 
     /// The contact point of every wheel, from rigid-body motion: v + ω × p, along the wheel's own

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use super::body::Body;
 use super::controller::Controller;
 use super::effects::{Causes, Conditions};
-use super::kinematics::MAX_WHEELS;
+use super::kinematics::{MAX_WHEELS, Twist};
 use super::noise::{Stream, bounded, stream};
 use super::scenario::{LOOP_PERIOD_S, Scenario};
 use crate::error::Result;
@@ -80,6 +80,11 @@ impl Motion {
     /// Wheel speeds, rad/s.
     pub(super) fn wheel_speeds(&self) -> [f64; MAX_WHEELS] {
         self.body.wheel_speeds()
+    }
+
+    /// Body twist: forward m/s, leftward m/s, turn rate rad/s.
+    pub(super) fn twist(&self) -> Twist {
+        self.body.twist()
     }
 
     /// What held in the last step.

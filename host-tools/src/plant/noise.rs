@@ -18,6 +18,10 @@ pub(crate) enum Stream {
     Processor = 9,
     Onset = 10,
     Field = 11,
+    Imu = 12,
+    Rounds = 13,
+    Speed = 14,
+    Errands = 15,
 }
 
 /// The generator of a stream. ChaCha8 is specified, so the same seed gives the same bytes on every machine.

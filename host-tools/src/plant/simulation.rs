@@ -3,7 +3,8 @@
 use rand_chacha::ChaCha8Rng;
 
 use super::effects::{DelayLine, power_delay_s};
-use super::kinematics::MAX_WHEELS;
+use super::imu::{Ground, Imu};
+use super::kinematics::{Geometry, MAX_WHEELS, Twist};
 use super::motion::{Command, Motion};
 use super::noise::{Stream, bounded, stream};
 use super::scenario::Scenario;
@@ -25,6 +26,16 @@ pub struct Sample {
     pub mass_kg: f64,
     /// Slope under the robot, nose up, rad.
     pub pitch_rad: f64,
+    /// Heading counter-clockwise from straight uphill, rad within ±π; 0 on level ground.
+    pub slope_heading_rad: f64,
+    /// Commanded motion of the body: forward m/s, leftward m/s, turn rate rad/s.
+    pub command: Twist,
+    /// Specific force at an IMU with noise and the floor's roughness: forward, left, up, m/s².
+    pub imu_m_s2: [f64; 3],
+    /// Coefficient of rolling friction (force per normal force).
+    pub rolling_friction: f64,
+    /// Coefficient of friction of tyres that slide over the floor; 0 where none does.
+    pub static_friction: f64,
     /// Temperatures of the windings, °C; only the robot's wheels count.
     pub motor_temp_c: [f64; MAX_WHEELS],
     /// Voltage at the drives, V.
@@ -69,6 +80,9 @@ pub struct Simulation<'a> {
     speed_reader: SpeedReader,
     power_reader: PowerReader,
     jitter: ChaCha8Rng,
+    imu: Imu,
+    /// Place in the profile of the last sample.
+    cursor: usize,
     power_w: f64,
     drive_v: f64,
     power_line: DelayLine<f64>,
@@ -91,9 +105,11 @@ impl<'a> Simulation<'a> {
             scenario,
             motion,
             sample: 0,
-            speed_reader: SpeedReader::new(sensors.speed, *seed),
+            speed_reader: SpeedReader::new(sensors, *seed),
             power_reader: PowerReader::new(sensors, *step_s, *seed, at_rest_w),
             jitter: stream(*seed, Stream::Jitter),
+            imu: Imu::new(*seed),
+            cursor: 0,
             power_w: 0.0,
             drive_v: robot.supply_v,
             power_line: DelayLine::new(delay_s, *step_s, at_rest_w),
@@ -108,9 +124,9 @@ impl<'a> Simulation<'a> {
         (self.scenario.duration_s * self.scenario.rate_hz + 1e-6).floor() as u64 + 1
     }
 
-    /// Number of wheels in every sample.
-    pub fn wheels(&self) -> usize {
-        self.scenario.robot.geometry.wheels()
+    /// The robot's layout: it says how many wheels of every sample count.
+    pub fn geometry(&self) -> Geometry {
+        self.scenario.robot.geometry
     }
 
     fn now(&self) -> f64 {
@@ -138,7 +154,8 @@ impl Iterator for Simulation<'_> {
         if self.sample >= self.rows() {
             return None;
         }
-        let Scenario { rate_hz, sensors, robot, static_power_w, payload, step_s, .. } = self.scenario;
+        let Scenario { rate_hz, sensors, robot, static_power_w, payload, step_s, profile, .. } =
+            self.scenario;
         let mut due = self.sample as f64 / rate_hz;
         if self.sample > 0 && sensors.jitter_s > 0.0 {
             due += sensors.jitter_s * bounded(&mut self.jitter);
@@ -151,13 +168,19 @@ impl Iterator for Simulation<'_> {
         let time_s = self.now();
         let cpu_percent = self.motion.cpu_percent_at(time_s);
         let conditions = self.motion.conditions();
+        let ground = Ground { rise: conditions.rise, normal_gravity: conditions.loads.normal_gravity };
         Some(Sample {
             time_s,
             wheel_rad_s: self.speed_reader.read(time_s, self.seen_rad_s),
             power_w: self.power_reader.read(robot.supply_v) + conditions.power_gain * static_power_w,
             true_power_w: self.power_w,
             mass_kg: payload.mass_at(time_s),
-            pitch_rad: conditions.pitch_rad,
+            pitch_rad: conditions.pitch_rad(),
+            slope_heading_rad: conditions.slope_heading_rad(),
+            command: profile.twist_at(&robot.geometry, time_s, &mut self.cursor),
+            imu_m_s2: self.imu.read(time_s, self.motion.twist(), ground),
+            rolling_friction: conditions.rolling_friction(),
+            static_friction: conditions.sliding_friction,
             motor_temp_c: conditions.winding_rise_k.map(|rise| REFERENCE_C + rise),
             bus_v: self.drive_v,
             cpu_percent,

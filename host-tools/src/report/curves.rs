@@ -40,6 +40,8 @@ pub struct Curves {
     pub log: bool,
     /// Lower end of the y axis, where it is to be this one.
     pub from: Option<f64>,
+    /// Share of the values' span that stays free above them, for the legend.
+    pub headroom: f64,
     /// The curves, drawn in order.
     pub curves: Vec<Curve>,
     /// Drawn over them.
@@ -60,7 +62,8 @@ impl Curves {
         let marks = || self.marks.iter().flat_map(|marks| &marks.points);
         let x = range(all().map(|point| point.0).chain(marks().map(|point| point.0)), 0.03);
         let values = all().flat_map(|point| [point.1, point.2, point.3]).chain(marks().map(|point| point.1));
-        let found = range(values.map(scaled), 0.06);
+        let (low, high) = range(values.map(scaled), 0.06);
+        let found = (low, high + self.headroom * (high - low));
         let y = match self.from {
             Some(from) if scaled(from) < found.1 => (scaled(from), found.1),
             _ => found,

@@ -1,50 +1,56 @@
-//! Figures over seeds: mean, interval, extremes.
+//! A figure over seeds, with the interval of its mean.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::study::Spread;
 
 impl Spread {
-    /// Of one value a seed; values that are not finite are left out, and without any all is NaN.
-    ///
-    /// The interval is mean ± t₀.₉₇₅(n − 1) s ∕ √n: seeds are independent, and their means nearly normal.
-    pub fn of(values: &[f64]) -> Self {
-        let finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
-        let count = finite.len() as f64;
-        let mean = finite.iter().sum::<f64>() / count;
-        let squares: f64 = finite.iter().map(|value| (value - mean).powi(2)).sum();
-        let half = match StudentsT::new(0.0, 1.0, count - 1.0) {
-            Ok(student) => student.inverse_cdf(0.975) * (squares / (count - 1.0) / count).sqrt(),
-            Err(_) => f64::NAN,
-        };
-        let extreme = |pick: fn(f64, f64) -> f64| finite.iter().copied().reduce(pick).unwrap_or(f64::NAN);
+    /// Over one value a seed; seeds without one (NaN) do not count.
+    pub fn over(values: &[f64]) -> Self {
+        let known: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+        let count = known.len();
+        let mean = known.iter().sum::<f64>() / count as f64;
+        let half = half_width(&known, mean);
         Self {
             mean,
             low: mean - half,
             high: mean + half,
-            least: extreme(f64::min),
-            greatest: extreme(f64::max),
+            least: known.iter().copied().fold(f64::NAN, f64::min),
+            greatest: known.iter().copied().fold(f64::NAN, f64::max),
+            count,
         }
     }
+}
+
+/// Half the 95 % interval of the mean; NaN below two values.
+fn half_width(values: &[f64], mean: f64) -> f64 {
+    let degrees = values.len() as f64 - 1.0;
+    let Ok(student) = StudentsT::new(0.0, 1.0, degrees) else { return f64::NAN };
+    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / degrees;
+    student.inverse_cdf(0.975) * (variance / values.len() as f64).sqrt()
 }
 
 #[cfg(test)]
 mod tests {
     use super::Spread;
 
-    /// By hand: mean 2, s = 1, t₀.₉₇₅ of two degrees of freedom 4.302653, so ± 4.302653 ∕ √3 = 2.484138.
+    /// By hand: 1, 2, 3, 4 have the mean 2.5 and the standard deviation 1.29099; t(3 degrees, 97.5 %) = 3.18245.
     #[test]
-    fn three_seeds_by_hand() {
-        let spread = Spread::of(&[1.0, 3.0, f64::NAN, 2.0]);
-        assert_eq!([spread.mean, spread.least, spread.greatest], [2.0, 1.0, 3.0]);
-        assert!((spread.low + 0.484138).abs() < 1e-6 && (spread.high - 4.484138).abs() < 1e-6, "{spread:?}");
+    fn the_interval_is_students() {
+        let spread = Spread::over(&[1.0, f64::NAN, 2.0, 3.0, 4.0]);
+        let half = 3.182_45 * 1.290_99 / 2.0;
+        assert!((spread.mean - 2.5).abs() < 1e-12 && spread.count == 4);
+        assert!(
+            (spread.high - 2.5 - half).abs() < 1e-4 && (2.5 - spread.low - half).abs() < 1e-4,
+            "{spread:?}"
+        );
+        assert_eq!((spread.least, spread.greatest), (1.0, 4.0));
     }
 
     #[test]
-    fn one_seed_has_no_interval_and_none_has_nothing() {
-        let one = Spread::of(&[5.0]);
-        assert!(one.mean == 5.0 && one.low.is_nan() && one.high.is_nan(), "{one:?}");
-        let none = Spread::of(&[f64::NAN]);
-        assert!(none.mean.is_nan() && none.least.is_nan(), "{none:?}");
+    fn one_seed_has_no_interval() {
+        let spread = Spread::over(&[7.0]);
+        assert!(spread.mean == 7.0 && spread.low.is_nan() && spread.high.is_nan());
+        assert!(Spread::over(&[]).mean.is_nan());
     }
 }

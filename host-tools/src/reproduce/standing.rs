@@ -140,7 +140,7 @@ mod tests {
     use crate::reproduce::study::Spread;
 
     fn spread(low: f64, high: f64) -> Spread {
-        Spread { mean: (low + high) / 2.0, low, high, least: low, greatest: high }
+        Spread { mean: (low + high) / 2.0, low, high, least: low, greatest: high, count: 20 }
     }
 
     #[test]

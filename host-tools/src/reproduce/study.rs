@@ -47,6 +47,8 @@ pub struct Spread {
     pub least: f64,
     /// The greatest of a seed.
     pub greatest: f64,
+    /// Seeds that have a value.
+    pub count: usize,
 }
 
 /// One log behind the filter.
@@ -156,7 +158,8 @@ pub struct Experiment {
     pub models: Vec<ModelRow>,
     /// Baselines that these logs do not allow.
     pub left_out: Vec<LeftOut>,
-    /// Masses and moments that ours and the paper's have to find, over seeds.
+    /// Share of the samples behind the first window in which every model is judged, %: where the mass is known to those
+    /// that have to find it.
     pub share_known: Spread,
 }
 
@@ -175,7 +178,7 @@ pub struct Knob {
 #[derive(Debug, Clone, Serialize)]
 pub struct Nearness {
     /// Which figure.
-    pub what: &'static str,
+    pub what: String,
     /// As published.
     pub published: f64,
     /// As measured here.
@@ -218,6 +221,8 @@ pub struct WindowRow {
     pub mape_percent: Spread,
     /// Of the power predicted with the worst window's mass.
     pub r2: Spread,
+    /// Share of the windows in which the mass is known, %.
+    pub known_percent: Spread,
 }
 
 /// One model's power at a moving window of 25 s, over seeds.

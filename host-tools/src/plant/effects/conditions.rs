@@ -26,8 +26,10 @@ pub(in super::super) struct Conditions {
     pub(in super::super) power_offset_w: f64,
     /// Speed as every encoder gives it per true speed; loop and log have the same encoder.
     pub(in super::super) speed_scale: [f64; MAX_WHEELS],
-    /// Slope under the robot, nose up, rad.
-    pub(in super::super) pitch_rad: f64,
+    /// How far the ground rises per length ahead of the robot and to its left.
+    pub(in super::super) rise: [f64; 2],
+    /// Coefficient of friction of tyres that slide over the floor; 0 where none does.
+    pub(in super::super) sliding_friction: f64,
     /// Windings hotter than those of `wheels` were measured at, K.
     pub(in super::super) winding_rise_k: [f64; MAX_WHEELS],
 }
@@ -45,9 +47,29 @@ impl Conditions {
             power_gain: 1.0,
             power_offset_w: 0.0,
             speed_scale: [1.0; MAX_WHEELS],
-            pitch_rad: 0.0,
+            rise: [0.0; 2],
+            sliding_friction: 0.0,
             winding_rise_k: [0.0; MAX_WHEELS],
         }
+    }
+
+    /// Slope under the robot, nose up, rad.
+    pub(in super::super) fn pitch_rad(&self) -> f64 {
+        self.rise[0].asin()
+    }
+
+    /// Heading counter-clockwise from straight uphill, rad within ±π; 0 on level ground.
+    pub(in super::super) fn slope_heading_rad(&self) -> f64 {
+        let [ahead, left] = self.rise;
+        (-left).atan2(ahead)
+    }
+
+    /// Coefficient of rolling friction, as the wheels share the weight.
+    pub(in super::super) fn rolling_friction(&self) -> f64 {
+        let carrying = self.wheels.iter().map(|wheel| (wheel.rolling_resistance, wheel.load_share));
+        let (sum, shares) =
+            carrying.fold((0.0, 0.0), |(sum, all), (mu, share)| (sum + mu * share, all + share));
+        sum / shares
     }
 
     /// Power that one motor takes from the leads, W.

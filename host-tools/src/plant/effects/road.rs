@@ -58,8 +58,8 @@ impl Cause for Grade {
             conditions.loads.force[1] += weight * sin * across;
         }
         conditions.loads.normal_gravity *= cos;
-        // The nose's height per length, as an angle.
-        conditions.pitch_rad += (sin * ahead).asin();
+        conditions.rise[0] += sin * ahead;
+        conditions.rise[1] -= sin * across;
     }
 }
 
@@ -135,6 +135,8 @@ struct Scrub {
 impl Cause for Scrub {
     fn act(&mut self, now: &Now, conditions: &mut Conditions) {
         let weight = (now.mass_kg + conditions.unnoted_kg) * conditions.loads.normal_gravity;
-        conditions.loads.turning_friction += self.friction.at(now.time_s) * weight * self.arm_m;
+        let friction = self.friction.at(now.time_s);
+        conditions.sliding_friction += friction;
+        conditions.loads.turning_friction += friction * weight * self.arm_m;
     }
 }

@@ -58,6 +58,21 @@ pub enum ProfileKind {
     Standstill,
 }
 
+/// Rounds of a robot that was told a linear and an angular velocity at a time (the paper's Section 7.1).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Rounds {
+    /// The slowest and the fastest leg, share of the limit.
+    pub speed: (f64, f64),
+    /// The sharpest curve: track width over radius of the path.
+    pub curve: f64,
+    /// The shortest and the longest time at one speed, s.
+    pub hold_s: (f64, f64),
+    /// The gentlest and the briskest change of speed at the fastest changing rim, m/s².
+    pub acceleration_m_s2: (f64, f64),
+    /// Shares of turns on the spot, stops and legs in reverse.
+    pub shares: [f64; 3],
+}
+
 /// A commanded motion as straight lines between knots in time; held after the last knot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
@@ -100,6 +115,11 @@ impl Profile {
         }
     }
 
+    /// Rounds of at least so many seconds.
+    pub fn rounds(geometry: &Geometry, limits: &Limits, duration_s: f64, rounds: &Rounds, seed: u64) -> Self {
+        generate::rounds(geometry, limits, duration_s, rounds, seed)
+    }
+
     /// One second of rest, a ramp of 0.2 m/s² (at the fastest wheel) to the twist, then constant.
     pub fn constant(geometry: &Geometry, limits: &Limits, twist: Twist) -> Self {
         generate::constant(geometry, limits, twist)
@@ -126,16 +146,31 @@ impl Profile {
         time_s: f64,
         cursor: &mut usize,
     ) -> [f64; MAX_WHEELS] {
+        let (from, to, share) = self.place(time_s, cursor);
+        match &self.command {
+            Commands::Twist(twists) => geometry.wheel_speeds(between(twists[from], twists[to], share)),
+            Commands::Wheels(wheels) => between(wheels[from], wheels[to], share),
+        }
+    }
+
+    /// Body twist asked for at a time (m/s, m/s, rad/s). `cursor` as in [`Self::wheel_speeds_at`].
+    pub(super) fn twist_at(&self, geometry: &Geometry, time_s: f64, cursor: &mut usize) -> Twist {
+        let (from, to, share) = self.place(time_s, cursor);
+        match &self.command {
+            Commands::Twist(twists) => between(twists[from], twists[to], share),
+            Commands::Wheels(wheels) => geometry.twist(between(wheels[from], wheels[to], share)),
+        }
+    }
+
+    /// The knots around a time, and the share of the way from one to the other.
+    fn place(&self, time_s: f64, cursor: &mut usize) -> (usize, usize, f64) {
         while *cursor + 1 < self.time_s.len() && self.time_s[*cursor + 1] <= time_s {
             *cursor += 1;
         }
         let (from, to) = (*cursor, (*cursor + 1).min(self.time_s.len().saturating_sub(1)));
         let span = self.time_s[to] - self.time_s[from];
         let share = if span > 0.0 { ((time_s - self.time_s[from]) / span).max(0.0) } else { 0.0 };
-        match &self.command {
-            Commands::Twist(twists) => geometry.wheel_speeds(between(twists[from], twists[to], share)),
-            Commands::Wheels(wheels) => between(wheels[from], wheels[to], share),
-        }
+        (from, to, share)
     }
 
     /// Time of the last knot, s.

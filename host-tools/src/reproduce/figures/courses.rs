@@ -12,6 +12,18 @@ fn points(time_s: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
     time_s.iter().copied().zip(values.iter().copied()).collect()
 }
 
+/// Share of a panel that legends of so many names take.
+const A_NAME: f64 = 0.15;
+
+/// Over these values, with room for a legend above them.
+pub(super) fn with_room<'a>(values: impl Iterator<Item = &'a f64>, names: usize) -> Option<(f64, f64)> {
+    let finite = values.filter(|value| value.is_finite());
+    let (low, high) = finite
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| (low.min(value), high.max(value)));
+    let span = (high - low).max(1e-3);
+    (low <= high).then_some((low - 0.05 * span, high + (0.05 + A_NAME * names as f64) * span))
+}
+
 /// Wheel speeds.
 pub(super) fn speeds(title: &str, trace: &Trace) -> TimeSeries {
     let [left, right] = &trace.wheel_rad_s;
@@ -24,6 +36,7 @@ pub(super) fn speeds(title: &str, trace: &Trace) -> TimeSeries {
     TimeSeries {
         title: title.to_owned(),
         y_label: "wheel speed (rad/s)".to_owned(),
+        y_range: with_room(left.iter().chain(right), 2),
         // Sky blue and purple: no method's among the first three.
         lines: vec![line("left", left, 5), line("right", right, 3)],
         ..TimeSeries::default()
@@ -39,7 +52,10 @@ pub(super) fn powers(title: &str, course: &Course, colours: &Colours, most: usiz
         colour: black(),
         stroke: Stroke::Faint,
     };
-    let predicted = course.methods.iter().take(most.min(DRAWN)).rev().map(|method| Line {
+    let drawn = || course.methods.iter().take(most.min(DRAWN));
+    let values = drawn().flat_map(|method| &method.predicted_w).chain(&trace.measured_w);
+    let y_range = with_room(values, 1 + drawn().count());
+    let predicted = drawn().rev().map(|method| Line {
         name: method.method.clone(),
         points: points(&trace.time_s, &method.predicted_w),
         colour: colours.get(&method.method),
@@ -48,6 +64,7 @@ pub(super) fn powers(title: &str, course: &Course, colours: &Colours, most: usiz
     TimeSeries {
         title: title.to_owned(),
         y_label: "actuation power (W)".to_owned(),
+        y_range,
         lines: std::iter::once(measured).chain(predicted).collect(),
         ..TimeSeries::default()
     }
@@ -81,20 +98,14 @@ pub(super) fn masses(title: &str, course: &Course, colours: &Colours) -> TimeSer
     TimeSeries {
         title: title.to_owned(),
         y_label: "total mass (kg)".to_owned(),
-        y_range: range(course, &known),
+        // Of the masses themselves: the interval of a window that has just begun would leave nothing else to see.
+        y_range: with_room(
+            known.iter().flat_map(|method| &method.mass_kg).chain(&trace.truth_kg),
+            known.len() + 2,
+        ),
         bands: bands.collect(),
         lines: found.chain([truth]).collect(),
     }
-}
-
-/// Of the masses themselves: the interval of a window that has just begun would leave nothing else to see.
-fn range(course: &Course, known: &[&Followed]) -> Option<(f64, f64)> {
-    let masses = known.iter().flat_map(|method| &method.mass_kg).chain(&course.trace.truth_kg);
-    let (low, high) = masses
-        .filter(|mass| mass.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &mass| (low.min(mass), high.max(mass)));
-    let margin = 0.15 * (high - low).max(0.5);
-    (low <= high).then_some((low - margin, high + margin))
 }
 
 /// Predicted over measured power of the first methods, ours on top.

@@ -5,11 +5,14 @@ use crate::report::{
     Bars, Binned, Curve, Curves, Gaussian, Histogram, Line, Marks, Page, Stroke, TimeSeries, palette,
 };
 
-use super::courses::{masses, powers, speeds, validation};
+use super::courses::{masses, powers, speeds, validation, with_room};
 use super::{Colours, Figure, black};
-use crate::reproduce::published::{self, STATIC_W, WINDOWS};
+use crate::reproduce::section7::PUBLISHED_WORST;
 use crate::reproduce::study::{Experiment, Rails, Spread, WindowRow};
 use crate::reproduce::table::number;
+
+/// Mean and standard deviation of the static power as published (Section 7.1), W.
+const STATIC_W: (f64, f64) = (6.393, 0.29);
 
 pub(super) fn fig09(rails: &Rails) -> Figure {
     let line = |name: &str, values: &[f64], colour| Line {
@@ -21,6 +24,7 @@ pub(super) fn fig09(rails: &Rails) -> Figure {
     let powers = TimeSeries {
         title: "(a) Power of the rails, mean of 20 samples".to_owned(),
         y_label: "power (W)".to_owned(),
+        y_range: with_room(rails.battery_w.iter().chain(&rails.actuation_w).chain(&rails.static_w), 3),
         lines: vec![
             line("battery", &rails.battery_w, 6),
             line("actuation", &rails.actuation_w, 4),
@@ -49,8 +53,7 @@ pub(super) fn fig09(rails: &Rails) -> Figure {
         title: "Fig. 9: rails, and the static power".to_owned(),
         caption: format!(
             "The paper: battery, actuation and all else while the robot moves without and with full load, and a Gaussian of 6.393 W and \
-             0.29 W for the static power. Here: the static power is drawn from that Gaussian, and {} W and {} W come back through the \
-             sensors.",
+             0.29 W for the static power. Here: INA219s in the simulated rails read {} W and {} W.",
             number(mean, 3),
             number(std, 2)
         ),
@@ -104,7 +107,7 @@ pub(super) fn fig12(experiment: &Experiment, colours: &Colours) -> Figure {
         };
         methods.iter().map(curve).collect()
     };
-    let panel = |title: &str, y: &str, pick, published: fn(&published::Window) -> f64| Curves {
+    let panel = |title: &str, y: &str, pick, published: fn(&(f64, f64, f64, f64)) -> f64| Curves {
         title: title.to_owned(),
         labels: ["window (s)".to_owned(), y.to_owned()],
         from: Some(0.0),
@@ -112,7 +115,7 @@ pub(super) fn fig12(experiment: &Experiment, colours: &Colours) -> Figure {
         marks: vec![Marks {
             name: "published".to_owned(),
             colour: black(),
-            points: WINDOWS.iter().map(|point| (point.window_s, published(point))).collect(),
+            points: PUBLISHED_WORST.iter().map(|point| (point.0, published(point))).collect(),
         }],
         ..Curves::default()
     };
@@ -121,14 +124,9 @@ pub(super) fn fig12(experiment: &Experiment, colours: &Colours) -> Figure {
             "(a) Mass error, worst window",
             "mass error (%)",
             |row| row.worst_mass_percent,
-            |point| point.mass_percent,
+            |point| point.1,
         ),
-        panel(
-            "(b) MAPE with the worst window's mass",
-            "MAPE (%)",
-            |row| row.mape_percent,
-            |point| point.mape_percent,
-        ),
+        panel("(b) MAPE with the worst window's mass", "MAPE (%)", |row| row.mape_percent, |point| point.2),
     ];
     Figure {
         name: "fig12",
@@ -210,7 +208,10 @@ pub(super) fn models(experiment: &Experiment) -> Figure {
         let place = sources.iter().position(|source| *source == row.mass).unwrap_or(0);
         (row.name.clone(), vec![(place, row.mape_percent.mean.min(MOST_MAPE))])
     });
-    let rows: Vec<_> = rows.collect();
+    // The worst on top: the legend stands where the bars are short.
+    let mut rows: Vec<(String, Vec<(usize, f64)>)> = rows.collect();
+    let error = |row: &(String, Vec<(usize, f64)>)| row.1.first().map_or(f64::NAN, |bar| bar.1);
+    rows.sort_by(|a, b| error(b).total_cmp(&error(a)));
     let ours = experiment.models.first().map(|row| ("ours".to_owned(), row.mape_percent.mean));
     let height = 130 + 24 * rows.len() as u32;
     let bars = Bars {

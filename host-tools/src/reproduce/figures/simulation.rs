@@ -52,8 +52,7 @@ pub(super) fn fig07(simulation: &Simulation, colours: &Colours) -> Figure {
         name: "fig07",
         title: "Fig. 7: validation of the predicted power, simulation".to_owned(),
         caption: format!(
-            "The paper: predictions about the diagonal with bounded residuals, R² 0.973. Here: {}. The print's gates cost power where \
-             the wheels brake, which shows as a cloud beside the diagonal.",
+            "The paper: predictions about the diagonal with bounded residuals, R² 0.973. Here, over all seeds: {}; drawn is the first seed.",
             r2.join(", ")
         ),
         page: Page::new([validation(&simulation.test, colours).into()]).with_panels_of(1000, 440),

@@ -62,6 +62,7 @@ pub(super) fn price(price: &Price, colours: &Colours) -> Figure {
         title: format!("(b) Its parts, {first}"),
         labels: ["window (s)".to_owned(), "cost (J)".to_owned()],
         log: true,
+        headroom: 0.6,
         curves: parts.to_vec(),
         ..Curves::default()
     };

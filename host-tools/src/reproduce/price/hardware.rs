@@ -1,7 +1,10 @@
 //! What the board's parts draw, from their data sheets.
 //!
 //! I²C traffic is left out: a sample reads two registers of a sensor, 90 bits or 0.23 ms at 400 kHz, during half of which a line is
-//! low and its pull-up of 4.7 kΩ draws 2.3 mW. At 200 Hz and for two lines that is 0.1 mW, a thirtieth of what the sensor draws.
+//! low and its pull-up of 4.7 kΩ draws 2.3 mW. At 200 Hz and for two lines that is 0.1 mW, a thirtieth of what
+//! the sensor draws, and at 20 Hz a tenth of that.
+
+use crate::plant::experiment;
 
 /// Supply of sensors and core, V.
 pub const SUPPLY_V: f64 = 3.3;
@@ -10,7 +13,7 @@ pub const SUPPLY_V: f64 = 3.3;
 pub const SENSOR_SUPPLY_A: f64 = 0.7e-3;
 
 /// Rail that the sensor's inputs hang on, V: the motors'.
-pub const RAIL_V: f64 = 12.0;
+pub const RAIL_V: f64 = experiment::SUPPLY_V;
 
 /// Current into the inputs of an INA219 that converts, A (SBOS448G, Section 7.5): 20 µA into IN+, and 20 µA beside 320 kΩ into IN−.
 pub const SENSOR_INPUT_A: f64 = 20e-6 + 20e-6 + RAIL_V / 320e3;

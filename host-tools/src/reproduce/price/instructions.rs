@@ -1,12 +1,14 @@
 //! Instructions that a sample takes on the board's core, as `cargo xtask bench instructions` counts them.
 
+use serde::Serialize;
+
 use crate::error::{Error, Result};
 
 /// What the bench has found, committed: it says where it finds otherwise.
 const COUNTED: &str = include_str!("../../../../docs/instructions.txt");
 
 /// Instructions of one estimator.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Counts {
     /// Of a sample, the median.
     pub sample: u32,
@@ -64,16 +66,6 @@ mod tests {
         for name in ["other", "signed window"] {
             let error = Counts::read(TEXT, name).unwrap_err().to_string();
             assert!(error.contains(&format!("`{name}`")), "{error}");
-        }
-    }
-
-    #[test]
-    fn the_committed_counts_are_complete() {
-        for name in
-            ["signed window, 32 buckets", "eq18-published roots, 32 buckets", "eq18 roots, 32 buckets"]
-        {
-            let counts = Counts::of(name).unwrap();
-            assert!(counts.closing > counts.sample && counts.sample > 0, "{name}: {counts:?}");
         }
     }
 }

@@ -12,6 +12,9 @@ pub mod instructions;
 
 use serde::Serialize;
 
+use self::instructions::Counts;
+use crate::plant::experiment;
+
 /// What prices are computed from.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Input {
@@ -21,6 +24,31 @@ pub struct Input {
     pub points: Vec<PricePoint>,
     /// Samples per second, Hz.
     pub rate_hz: f64,
+    /// What a sample takes, method by method; one that is not here is priced NaN.
+    pub instructions: Vec<(&'static str, Counts)>,
+}
+
+/// Lengths of the tasks unless told otherwise, s: a minute, five and thirty.
+const TASKS_S: [f64; 3] = [60.0, 300.0, 1800.0];
+
+/// What the bench calls the estimators of the methods that find the mass. Windows of up to 32 s; longer rings cost the same.
+const COUNTED: [(&str, &str); 3] = [
+    ("signed", "signed window, 32 buckets"),
+    ("eq18-published", "eq18-published roots, 32 buckets"),
+    ("eq18", "eq18 roots, 32 buckets"),
+];
+
+/// No points yet; everything else as the experiment and the bench have it.
+impl Default for Input {
+    fn default() -> Self {
+        let counted = COUNTED.iter().filter_map(|(method, name)| Some((*method, Counts::of(name).ok()?)));
+        Self {
+            tasks_s: TASKS_S.to_vec(),
+            points: Vec::new(),
+            rate_hz: experiment::REGIME.rate_hz,
+            instructions: counted.collect(),
+        }
+    }
 }
 
 /// What a window of one length is worth to one method.
@@ -36,8 +64,6 @@ pub struct PricePoint {
     pub new_mass_w: f64,
     /// Root mean square of the motors' current, A.
     pub actuation_a: f64,
-    /// Instructions that a sample takes on average ([`instructions::Counts::per_sample`]).
-    pub instructions_per_sample: f64,
 }
 
 /// What a task costs, split, J.
@@ -145,7 +171,7 @@ pub fn price(input: &Input) -> Price {
     for &task_s in &input.tasks_s {
         let first = price.priced.len();
         let fitting = input.points.iter().filter(|point| point.window_s < task_s);
-        price.priced.extend(fitting.map(|point| priced(task_s, point, input.rate_hz)));
+        price.priced.extend(fitting.map(|point| priced(task_s, point, input)));
         let mut methods: Vec<&str> = Vec::new();
         for priced in &price.priced[first..] {
             if !methods.contains(&priced.method.as_str()) {
@@ -160,12 +186,14 @@ pub fn price(input: &Input) -> Price {
     price
 }
 
-fn priced(task_s: f64, point: &PricePoint, rate_hz: f64) -> Priced {
+fn priced(task_s: f64, point: &PricePoint, input: &Input) -> Priced {
+    let counts = input.instructions.iter().find(|(method, _)| *method == point.method);
+    let per_sample = counts.map_or(f64::NAN, |(_, counts)| counts.per_sample(input.rate_hz));
     let window_s = point.window_s;
     let split = Split {
         sensors_j: hardware::sensors_w() * window_s,
         shunt_j: hardware::SHUNT_OHM * point.actuation_a.powi(2) * task_s,
-        computing_j: point.instructions_per_sample * hardware::INSTRUCTION_J * rate_hz * window_s,
+        computing_j: per_sample * hardware::INSTRUCTION_J * input.rate_hz * window_s,
         before_j: point.old_mass_w * window_s,
         after_j: point.new_mass_w * (task_s - window_s),
     };

@@ -1,16 +1,16 @@
 //! Prices by hand.
 
-use super::{Input, PricePoint, hardware, price};
+use super::instructions::Counts;
+use super::{COUNTED, Input, PricePoint, hardware, price};
 
 fn point(window_s: f64, method: &str, new_mass_w: f64) -> PricePoint {
-    PricePoint {
-        window_s,
-        method: method.to_owned(),
-        old_mass_w: 0.5,
-        new_mass_w,
-        actuation_a: 0.4,
-        instructions_per_sample: 300.0,
-    }
+    PricePoint { window_s, method: method.to_owned(), old_mass_w: 0.5, new_mass_w, actuation_a: 0.4 }
+}
+
+/// Samples that all take 300 instructions, 200 of them a second.
+fn input(tasks_s: Vec<f64>, points: Vec<PricePoint>) -> Input {
+    let counts = Counts { sample: 300, closing: 300 };
+    Input { tasks_s, points, rate_hz: 200.0, instructions: vec![("ours", counts), ("paper", counts)] }
 }
 
 /// By hand: 3.3 V · 0.7 mA + 12 V · 77.5 µA = 2.31 + 0.93 mW; 3.3 V · 102 mA ∕ 216 MHz = 1.55833 nJ.
@@ -25,8 +25,7 @@ fn the_parts_draw_what_their_data_sheets_say() {
 /// leaves is far below a nanojoule but for computing's constant, whose sixth digit is 5e-9 J here.
 #[test]
 fn a_task_is_priced_part_by_part() {
-    let input = Input { tasks_s: vec![60.0], points: vec![point(10.0, "ours", 0.1)], rate_hz: 200.0 };
-    let price = price(&input);
+    let price = price(&input(vec![60.0], vec![point(10.0, "ours", 0.1)]));
     let split = price.priced[0].split;
     let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-8, "{found} {expected}");
     near(split.sensors_j, 0.0324);
@@ -43,7 +42,7 @@ fn a_task_is_priced_part_by_part() {
 fn the_best_window_is_the_cheapest_of_its_task_and_method() {
     let points = [10.0, 20.0, 40.0].map(|t| point(t, "ours", 2.0 / t)).to_vec();
     let points = [points, vec![point(10.0, "paper", 0.3), point(40.0, "paper", f64::NAN)]].concat();
-    let price = price(&Input { tasks_s: vec![60.0, 15.0], points, rate_hz: 200.0 });
+    let price = price(&input(vec![60.0, 15.0], points));
     let best: Vec<_> = price.best.iter().map(|best| (best.task_s, &*best.method, best.window_s)).collect();
     assert_eq!(
         best,
@@ -53,4 +52,20 @@ fn the_best_window_is_the_cheapest_of_its_task_and_method() {
     assert_eq!(price.best[0].dominant, "error before the estimate");
     // Windows of 20 and 40 s do not fit into 15 s.
     assert_eq!(price.priced.iter().filter(|priced| priced.task_s == 15.0).count(), 2);
+}
+
+#[test]
+fn the_bench_has_counted_every_method() {
+    let default = Input::default();
+    assert_eq!(default.instructions.len(), COUNTED.len());
+    assert!(
+        default.instructions.iter().all(|(_, counts)| counts.closing > counts.sample && counts.sample > 0)
+    );
+}
+
+/// A method that nobody has counted has no price, rather than that of free computing.
+#[test]
+fn a_method_without_a_count_has_no_price() {
+    let price = price(&input(vec![60.0], vec![point(10.0, "other", 0.1)]));
+    assert!(price.priced[0].total_j.is_nan() && price.best.is_empty());
 }

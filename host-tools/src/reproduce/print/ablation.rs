@@ -2,8 +2,8 @@
 
 use model_core::eq18::{self, Gate, REGRESSORS};
 use model_core::model::Response;
-use model_core::payload::Method;
-use model_core::payload::roots::RootMean;
+use model_core::payload::roots::{RootMean, Sums};
+use model_core::payload::{self, Method};
 
 use super::Pair;
 use crate::error::{Error, Result};
@@ -85,14 +85,14 @@ impl Variant {
         let window = |row: &Row<N>| (row.run, (row.time / WINDOW_S).floor() as i64);
         let (mut sum, mut count) = (0.0, 0.0);
         for rows in pair.test.store.chunk_by(|a, b| window(a) == window(b)) {
-            let mut sums = <RootMean<f64> as Method<f64>>::Sums::default();
-            for row in rows {
-                let products = eq18::products(self.gates, &row.motion);
-                let polynomial = eq18::polynomial(self.powers, &products, beta).about(range.middle());
-                let response = Response { polynomial, may_clamp: false };
-                roots.add(&mut sums, row.power, &response, row.motion.mean_speed());
-            }
-            let (Some(first), Some(found)) = (rows.first(), roots.estimate_of(&sums, [[&sums]]).mass())
+            // Buckets of a second, as on the board: their scatter is what tells whether the mean is known.
+            let second = |row: &Row<N>| row.time.floor() as i64;
+            let buckets: Vec<_> = rows
+                .chunk_by(|a, b| second(a) == second(b))
+                .map(|rows| self.bucket(&roots, rows, beta))
+                .collect();
+            let total = payload::total::<f64, _, _>([&buckets]);
+            let (Some(first), Some(found)) = (rows.first(), roots.estimate_of(&total, [&buckets]).mass())
             else {
                 continue;
             };
@@ -102,5 +102,22 @@ impl Variant {
             }
         }
         sum / count
+    }
+
+    /// Sums over the roots of some rows.
+    fn bucket<const N: usize>(
+        self,
+        roots: &RootMean<f64>,
+        rows: &[Row<N>],
+        beta: &[f64; REGRESSORS],
+    ) -> Sums<f64> {
+        let mut sums = Sums::default();
+        for row in rows {
+            let products = eq18::products(self.gates, &row.motion);
+            let polynomial = eq18::polynomial(self.powers, &products, beta).about(roots.range.middle());
+            let response = Response { polynomial, may_clamp: false };
+            roots.add(&mut sums, row.power, &response, row.motion.mean_speed());
+        }
+        sums
     }
 }

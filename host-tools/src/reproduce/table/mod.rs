@@ -130,8 +130,8 @@ mod tests {
         assert_eq!(number(-0.001, 2), "0.00");
         assert_eq!(number(-0.005_1, 2), "-0.01");
         assert_eq!(number(f64::NAN, 2), "–");
-        assert_eq!(spread(&Spread::of(&[1.0]), 1), "1.0");
+        assert_eq!(spread(&Spread::over(&[1.0]), 1), "1.0");
         // Mean 1.5, s = 0.7071, t₀.₉₇₅(1) = 12.7062: ± 12.7062 · 0.5.
-        assert_eq!(spread(&Spread::of(&[1.0, 2.0]), 2), "1.50 [-4.85, 7.85]");
+        assert_eq!(spread(&Spread::over(&[1.0, 2.0]), 2), "1.50 [-4.85, 7.85]");
     }
 }
