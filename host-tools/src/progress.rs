@@ -133,6 +133,34 @@ impl Drop for StageProgress {
     }
 }
 
+/// So many pieces of work of one kind: a bar, on a terminal only. Pieces may end on any thread.
+pub(crate) struct CountProgress {
+    bar: ProgressBar,
+}
+
+impl CountProgress {
+    /// None is done.
+    pub(crate) fn new(what: &'static str, count: u64) -> Self {
+        let bar = ProgressBar::new(count).with_prefix(what);
+        if let Ok(style) = ProgressStyle::with_template("{prefix} {bar:40} {pos} of {len}, {elapsed}") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(250));
+        Self { bar }
+    }
+
+    /// One more is done.
+    pub(crate) fn one_more(&self) {
+        self.bar.inc(1);
+    }
+}
+
+impl Drop for CountProgress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
 /// A recording: a bar where its length is known, a spinner where not, and what the board says.
 pub(crate) struct RecordProgress {
     bar: ProgressBar,

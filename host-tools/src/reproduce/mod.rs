@@ -3,6 +3,8 @@
 //! What is found is a value ([`study`]); what people look at is made from it ([`page`], [`table`]).
 
 mod contender;
+pub mod figures;
+pub mod output;
 pub mod page;
 pub mod price;
 pub mod print;
@@ -11,8 +13,13 @@ mod recalibration;
 mod section6;
 mod section7;
 mod spread;
+pub mod standing;
 pub mod study;
 pub mod table;
+#[cfg(test)]
+mod testing;
+#[cfg(test)]
+mod tests;
 mod windows;
 
 use std::path::Path;

@@ -10,7 +10,8 @@ const AVERAGED: usize = 20;
 /// The training drive's rails, as INA219s in each of them would read it.
 pub(super) fn measure(seed: u64) -> Result<Rails> {
     let readings = experiment::rails(seed)?;
-    let power = |value: fn(&experiment::RailReading) -> f64| -> Vec<f64> { readings.iter().map(value).collect() };
+    let power =
+        |value: fn(&experiment::RailReading) -> f64| -> Vec<f64> { readings.iter().map(value).collect() };
     let idle = power(|reading| reading.static_w);
     let count = idle.len() as f64;
     let mean = idle.iter().sum::<f64>() / count;

@@ -192,7 +192,8 @@ fn misprediction(fitted: &Fitted<'_>, log: &Log, window_s: f64) -> Result<(f64, 
         let Some(start_s) = rows.first().map(|row| row.time) else { continue };
         let own = replayed.windows.iter().find(|window| window.t0_s >= start_s && window.mass_kg.is_some());
         let Some(found) = own.and_then(|window| window.mass_kg) else { continue };
-        let mean = |mass: f64| rows.iter().map(|row| fitted.power(row, mass)).sum::<f64>() / rows.len() as f64;
+        let mean =
+            |mass: f64| rows.iter().map(|row| fitted.power(row, mass)).sum::<f64>() / rows.len() as f64;
         let truth = mean(task.mass_kg);
         old += (mean(before.mass_kg) - truth).abs();
         new += (mean(found) - truth).abs();
@@ -204,9 +205,8 @@ fn misprediction(fitted: &Fitted<'_>, log: &Log, window_s: f64) -> Result<(f64, 
 /// Over all seeds.
 pub(super) fn gather(seeds: &[Seed]) -> Vec<Recalibration> {
     let row = |(index, (policy, _, contender)): (usize, &(&str, Again, usize))| {
-        let spread = |value: fn(&Outcome) -> f64| {
-            spread_of(seeds, |seed| seed.outcomes.get(index).map(value))
-        };
+        let spread =
+            |value: fn(&Outcome) -> f64| spread_of(seeds, |seed| seed.outcomes.get(index).map(value));
         let total = |value: fn(&Outcome) -> u64| -> u64 {
             seeds.iter().filter_map(|seed| seed.outcomes.get(index)).map(value).sum()
         };

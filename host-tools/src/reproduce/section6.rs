@@ -34,7 +34,7 @@ struct Outcome {
 }
 
 /// The logs of a seed: training from 1 to 6 kg, test from 3 to 4 kg, exact sensors as in the paper's Simulink.
-fn scenarios(seed: u64) -> Result<[Scenario; 2]> {
+pub(super) fn scenarios(seed: u64) -> Result<[Scenario; 2]> {
     let scenario = |profile, change_s: f64, masses: [f64; 2], seed| {
         let duration_s = 2.0 * change_s;
         let scenario = Scenario::new(PlantSet::Table3, Kinematics::Differential, profile, duration_s, seed);

@@ -48,13 +48,7 @@ struct Figures {
 }
 
 /// Drives, fits and judges one seed. `draw` keeps what figures need.
-pub(super) fn seed(
-    folder: &Path,
-    robot: &Robot,
-    settings: &Settings,
-    seed: u64,
-    draw: bool,
-) -> Result<Seed> {
+pub(super) fn seed(folder: &Path, robot: &Robot, settings: &Settings, seed: u64, draw: bool) -> Result<Seed> {
     let columns = Columns {
         further: vec![Column::Command, Column::Imu, Column::Friction, Column::Pitch, Column::Slope],
         ..Columns::default()
@@ -233,7 +227,8 @@ fn window_rows(seeds: &[Seed]) -> Vec<WindowRow> {
         for contender in &CONTENDERS {
             let spread = |value: fn(&AtWindow) -> f64| {
                 spread_of(seeds, |seed| {
-                    let is_it = |entry: &&(f64, &str, AtWindow)| entry.0 == window_s && entry.1 == contender.name;
+                    let is_it =
+                        |entry: &&(f64, &str, AtWindow)| entry.0 == window_s && entry.1 == contender.name;
                     seed.windows.iter().find(is_it).map(|(.., found)| value(found))
                 })
             };
@@ -256,7 +251,9 @@ fn model_rows(seeds: &[Seed]) -> Vec<ModelRow> {
     let Some(first) = seeds.first() else { return Vec::new() };
     let row = |model: &Judged| {
         let spread = |value: fn(&Quality) -> Option<f64>| {
-            spread_of(seeds, |seed| value(&seed.models.iter().find(|other| other.name == model.name)?.quality))
+            spread_of(seeds, |seed| {
+                value(&seed.models.iter().find(|other| other.name == model.name)?.quality)
+            })
         };
         ModelRow {
             name: model.name.to_owned(),
@@ -265,7 +262,10 @@ fn model_rows(seeds: &[Seed]) -> Vec<ModelRow> {
             mape_percent: spread(|quality| quality.mape_percent),
             r2: spread(|quality| quality.r2),
             rmse_w: spread(|quality| Some(quality.rmse_w)),
-            published: PUBLISHED.iter().find(|(name, ..)| *name == model.name).map(|(_, mape, r2)| (*mape, *r2)),
+            published: PUBLISHED
+                .iter()
+                .find(|(name, ..)| *name == model.name)
+                .map(|(_, mape, r2)| (*mape, *r2)),
         }
     };
     first.models.iter().map(row).collect()
@@ -276,7 +276,8 @@ const PUBLISHED: [(&str, f64, f64); 3] =
     [("eq18-published", 9.12, 0.78), ("linear", 12.7, 0.44), ("mlp", 10.2, 0.69)];
 
 /// Worst-case windows (Section 8): length in s, mass error and MAPE in %, R².
-pub(super) const PUBLISHED_WORST: [(f64, f64, f64, f64); 2] = [(12.5, 19.8, 11.1, 0.68), (50.0, 11.6, 8.6, 0.79)];
+pub(super) const PUBLISHED_WORST: [(f64, f64, f64, f64); 2] =
+    [(12.5, 19.8, 11.1, 0.68), (50.0, 11.6, 8.6, 0.79)];
 
 fn nearness(windows: &[WindowRow], models: &[ModelRow]) -> Vec<Nearness> {
     let mut near = Vec::new();
@@ -296,9 +297,7 @@ fn nearness(windows: &[WindowRow], models: &[ModelRow]) -> Vec<Nearness> {
         }
     }
     for (window_s, mass, mape, r2) in PUBLISHED_WORST {
-        let row = |method: &str| {
-            windows.iter().find(|row| row.window_s == window_s && row.method == method)
-        };
+        let row = |method: &str| windows.iter().find(|row| row.window_s == window_s && row.method == method);
         if let (Some(here), Some(ours)) = (row("eq18-published"), row("signed")) {
             let what = |of: &str| format!("worst window of {window_s} s: {of}");
             let (here_mass, ours_mass) = (here.worst_mass_percent, ours.worst_mass_percent);

@@ -40,7 +40,10 @@ mod tests {
         let spread = Spread::over(&[1.0, f64::NAN, 2.0, 3.0, 4.0]);
         let half = 3.182_45 * 1.290_99 / 2.0;
         assert!((spread.mean - 2.5).abs() < 1e-12 && spread.count == 4);
-        assert!((spread.high - 2.5 - half).abs() < 1e-4 && (2.5 - spread.low - half).abs() < 1e-4, "{spread:?}");
+        assert!(
+            (spread.high - 2.5 - half).abs() < 1e-4 && (2.5 - spread.low - half).abs() < 1e-4,
+            "{spread:?}"
+        );
         assert_eq!((spread.least, spread.greatest), (1.0, 4.0));
     }
 

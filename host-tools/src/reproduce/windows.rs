@@ -54,5 +54,11 @@ pub(super) fn at_window(fitted: &Fitted<'_>, log: &Log, window_s: f64, floor_w: 
 }
 
 /// Of a method that never knew.
-pub(super) const NO_QUALITY: Quality =
-    Quality { r2: None, mape_percent: None, mape_floor_w: 0.0, mape_share: 0.0, rmse_w: f64::NAN, samples: 0 };
+pub(super) const NO_QUALITY: Quality = Quality {
+    r2: None,
+    mape_percent: None,
+    mape_floor_w: 0.0,
+    mape_share: 0.0,
+    rmse_w: f64::NAN,
+    samples: 0,
+};
