@@ -16,8 +16,11 @@ pub trait LeastSquares<const P: usize> {
 pub struct Limits {
     /// Most steps, those that were taken back included.
     pub steps: u32,
-    /// A step that lowers the cost by no more than this is the last.
+    /// A step that lowers the cost by no more than this is the last,
     pub smallest_gain: f64,
+    /// and one that lowers it by no more than this share of what is left: where the cost falls without end towards a
+    /// limit, no step is the last otherwise.
+    pub smallest_share: f64,
 }
 
 /// Where a search ended.
@@ -54,7 +57,7 @@ pub fn descend<const P: usize>(
         };
         let next_cost = problem.cost(&next);
         if next_cost < cost {
-            converged = cost - next_cost <= limits.smallest_gain;
+            converged = cost - next_cost <= limits.smallest_gain.max(limits.smallest_share * next_cost);
             parameters = next;
             cost = next_cost;
             damping = (damping / 5.0).max(1e-12);

@@ -204,7 +204,8 @@ impl Problem {
     }
 
     fn descend(&self, start: Parameters) -> Descent {
-        let limits = Limits { steps: MOST_STEPS, smallest_gain: SMALLEST_GAIN * self.pp };
+        let limits =
+            Limits { steps: MOST_STEPS, smallest_gain: SMALLEST_GAIN * self.pp, smallest_share: 0.0 };
         levenberg::descend(self, start, limits)
     }
 }

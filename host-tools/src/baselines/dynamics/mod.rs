@@ -40,8 +40,12 @@ const MOST_STEPS: u32 = 300;
 /// A step that lowers the cost by less than this share of Σ P² is the last.
 const SMALLEST_GAIN: f64 = 1e-12;
 
+/// So is one that lowers it by less than this share of it. Where a log's power does not grow with the speed, the winding
+/// loss takes all of it: κ grows and the torques shrink without end, while the power of the model stays.
+const SMALLEST_SHARE: f64 = 1e-5;
+
 /// Shares of the power that are mechanical, from which the search for κ starts.
-const MECHANICAL_SHARES: [f64; 4] = [1.0, 0.7, 0.4, 0.1];
+const MECHANICAL_SHARES: [f64; 5] = [1.0, 0.7, 0.4, 0.1, 0.01];
 
 /// Where the power of a braking wheel goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -142,7 +146,12 @@ struct Problem<'a> {
 impl Problem<'_> {
     fn descend(&self, start: Constants) -> Descent<MOST> {
         let squares: f64 = self.points.iter().map(|point| point.power.powi(2)).sum();
-        levenberg::descend(self, start, Limits { steps: MOST_STEPS, smallest_gain: SMALLEST_GAIN * squares })
+        let limits = Limits {
+            steps: MOST_STEPS,
+            smallest_gain: SMALLEST_GAIN * squares,
+            smallest_share: SMALLEST_SHARE,
+        };
+        levenberg::descend(self, start, limits)
     }
 
     /// Without winding loss the power is linear in the constants; with it they are smaller, and κ carries the rest.
