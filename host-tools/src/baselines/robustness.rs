@@ -93,7 +93,11 @@ fn tests_that_are_not_finite() {
     unknown_power(&mut points[78]);
     for card in cards() {
         let mut model = (card.make)(&burger());
-        model.fit(&changed(|_| {})).unwrap();
+        // This power follows no model of theirs: one may refuse it, and has a test on data of its own.
+        if let Err(error) = model.fit(&changed(|_| {})) {
+            assert!(error.to_string().contains(card.name), "{error}");
+            continue;
+        }
         for (index, power) in model.predict(&points).unwrap().iter().enumerate() {
             assert_eq!(power.is_nan(), index == 77, "{} says {power} W of point {index}", card.name);
         }

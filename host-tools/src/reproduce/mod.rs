@@ -10,6 +10,7 @@ pub mod price;
 pub mod print;
 mod rails;
 mod recalibration;
+mod regime;
 mod section6;
 mod section7;
 mod spread;

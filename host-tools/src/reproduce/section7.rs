@@ -203,7 +203,7 @@ pub(super) fn gather(seeds: Vec<Seed>, rails: super::study::Rails) -> Experiment
         moving: Vec::new(),
     });
     Experiment {
-        knobs: experiment::knobs(),
+        knobs: super::regime::knobs(),
         nearness,
         rails,
         training,
