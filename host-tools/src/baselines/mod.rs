@@ -2,8 +2,7 @@
 
 pub mod card;
 pub mod leng;
-#[cfg(feature = "mlp")]
-pub mod mlp;
+pub mod network;
 mod point;
 pub mod regression;
 #[cfg(test)]
@@ -17,8 +16,11 @@ use crate::error::Result;
 /// Every baseline, in the order of lists and tables.
 pub const ALL: &[&Card] = &[
     &leng::WITH_MASS,
-    #[cfg(feature = "mlp")]
-    &mlp::PERCEPTRON,
+    &network::PERCEPTRON,
+    &network::LIU,
+    &network::GORA,
+    &network::SAKAYORI,
+    &network::CHIKUSHI,
 ];
 
 /// A model that learns power from points.
