@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Bytes read of a list of files.
 pub struct FileProgress {
@@ -57,6 +57,40 @@ impl FileProgress {
         if let Some(bar) = self.bar.take() {
             bar.finish_and_clear();
         }
+    }
+}
+
+/// Things of which so many are to be done: a bar on a terminal, after a second.
+pub(crate) struct CountProgress {
+    bar: ProgressBar,
+    started: Instant,
+    what: &'static str,
+    things: &'static str,
+}
+
+impl CountProgress {
+    /// What is done, to how many of what.
+    pub(crate) fn new(what: &'static str, things: &'static str, count: usize) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(count as u64), ProgressDrawTarget::hidden());
+        Self { bar, started: Instant::now(), what, things }
+    }
+
+    /// One more is done.
+    pub(crate) fn one_more(&mut self) {
+        if self.bar.is_hidden() && self.started.elapsed() > Duration::from_secs(1) {
+            let template = format!("{} {{bar:40}} {{pos}} of {{len}} {}", self.what, self.things);
+            if let Ok(style) = ProgressStyle::with_template(&template) {
+                self.bar.set_style(style);
+            }
+            self.bar.set_draw_target(ProgressDrawTarget::stderr());
+        }
+        self.bar.inc(1);
+    }
+}
+
+impl Drop for CountProgress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
     }
 }
 
