@@ -140,7 +140,7 @@ pub const OWN: [Own; 3] = [
 /// Fits everything and evaluates it.
 ///
 /// # Errors
-/// A log that cannot be read, or no model that can be had for this robot and these logs.
+/// A log that cannot be read, data that determine no model, or no model that can be had for this robot and these logs.
 pub fn compare<const N: usize>(robot: &Robot, split: &Split, settings: &Settings) -> Result<Comparison> {
     // Wrong usage even where this split has no use for a window.
     bucket_length(settings.window_s)?;
@@ -154,9 +154,7 @@ pub fn compare<const N: usize>(robot: &Robot, split: &Split, settings: &Settings
         test_rows: data.test.len(),
     };
     for own in OWN.iter().filter(|own| settings.models.contains(&own.name)) {
-        if let Err(error) = comparison.add_own(robot, own, &data, split, settings) {
-            comparison.leave_out(own.name, error.to_string());
-        }
+        comparison.add_own(robot, own, &data, split, settings)?;
     }
     let test: Vec<Point> = data.test.iter().map(|(_, point)| *point).collect();
     let cards: Vec<&Card> =
