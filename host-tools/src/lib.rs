@@ -30,4 +30,5 @@ pub mod output;
 pub mod plant;
 pub mod progress;
 pub mod report;
+pub mod reproduce;
 pub mod robot;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressStyle};
 
 /// Bytes read of a list of files.
 pub struct FileProgress {
@@ -60,40 +60,6 @@ impl FileProgress {
     }
 }
 
-/// Things of which so many are to be done: a bar on a terminal, after a second.
-pub(crate) struct CountProgress {
-    bar: ProgressBar,
-    started: Instant,
-    what: &'static str,
-    things: &'static str,
-}
-
-impl CountProgress {
-    /// What is done, to how many of what.
-    pub(crate) fn new(what: &'static str, things: &'static str, count: usize) -> Self {
-        let bar = ProgressBar::with_draw_target(Some(count as u64), ProgressDrawTarget::hidden());
-        Self { bar, started: Instant::now(), what, things }
-    }
-
-    /// One more is done.
-    pub(crate) fn one_more(&mut self) {
-        if self.bar.is_hidden() && self.started.elapsed() > Duration::from_secs(1) {
-            let template = format!("{} {{bar:40}} {{pos}} of {{len}} {}", self.what, self.things);
-            if let Ok(style) = ProgressStyle::with_template(&template) {
-                self.bar.set_style(style);
-            }
-            self.bar.set_draw_target(ProgressDrawTarget::stderr());
-        }
-        self.bar.inc(1);
-    }
-}
-
-impl Drop for CountProgress {
-    fn drop(&mut self) {
-        self.bar.finish_and_clear();
-    }
-}
-
 /// Work in stages of unknown length: a spinner that says which one, on a terminal only.
 pub(crate) struct StageProgress {
     bar: ProgressBar,
@@ -118,6 +84,34 @@ impl StageProgress {
 }
 
 impl Drop for StageProgress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// So many pieces of work of one kind: a bar, on a terminal only. Pieces may end on any thread.
+pub(crate) struct CountProgress {
+    bar: ProgressBar,
+}
+
+impl CountProgress {
+    /// None is done.
+    pub(crate) fn new(what: &'static str, count: u64) -> Self {
+        let bar = ProgressBar::new(count).with_prefix(what);
+        if let Ok(style) = ProgressStyle::with_template("{prefix} {bar:40} {pos} of {len}, {elapsed}") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(250));
+        Self { bar }
+    }
+
+    /// One more is done.
+    pub(crate) fn one_more(&self) {
+        self.bar.inc(1);
+    }
+}
+
+impl Drop for CountProgress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }

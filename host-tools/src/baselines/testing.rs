@@ -1,7 +1,7 @@
 //! Data made by a baseline's own assumptions, for its test.
 
 use model_core::kinematics::{Kinematics, Twist};
-use model_core::motion::{Motion, Wheel};
+use model_core::motion::Motion;
 
 use super::{Card, Point, Readings, Wheels};
 use crate::robot::Robot;
@@ -14,32 +14,58 @@ pub(crate) fn burger() -> Robot {
     Robot::load("burger").expect("built in")
 }
 
+fn wave(i: usize, k: f64) -> f64 {
+    (i as f64 * k).sin()
+}
+
 /// A drive of the Burger of so many points at 20 Hz: speeds, turn rates and accelerations wander independently, forwards
 /// and backwards, at 1 to 3 kg; every reading is there and wanders, too. The power is what `power` says.
 pub(crate) fn drive(count: usize, power: impl Fn(&Point) -> f64) -> Vec<Point> {
-    let kinematics = Kinematics::<f64, 2>::differential(0.033, 0.16).expect("lengths");
-    let matrix = kinematics.mass_matrix(0.06).expect("length");
-    let wave = |i: usize, k: f64| (i as f64 * k).sin();
-    let point = |i: usize| {
+    let motion = |i: usize| {
         let speed = Twist { vx: 0.2 * wave(i, 0.11), vy: 0.0, omega: 2.0 * wave(i, 0.17) };
         let acceleration = Twist { vx: 0.5 * wave(i, 0.23), vy: 0.0, omega: 4.0 * wave(i, 0.31) };
-        let wheels = |twist: Twist<f64>| {
-            [(twist.vx - 0.08 * twist.omega) / 0.033, (twist.vx + 0.08 * twist.omega) / 0.033]
-        };
-        let motion: Motion<f64, 2> = Motion::new(&wheels(speed), &wheels(acceleration), &matrix, 0.0);
-        let wheels: &[Wheel<f64>; 2] = &motion.wheels;
+        (speed, acceleration, wheels(speed, acceleration))
+    };
+    points(count, motion, power)
+}
+
+/// A drive as [`drive`]'s of any robot: the wheels wander each on its own, and every other second all turn alike.
+pub(crate) fn drive_on<const N: usize>(
+    kinematics: &Kinematics<f64, N>,
+    count: usize,
+    power: impl Fn(&Point) -> f64,
+) -> Vec<Point> {
+    let matrix = kinematics.mass_matrix(0.06).expect("length");
+    let motion = |i: usize| {
+        let own = |wheel: usize| if i / 20 % 2 == 0 { wheel as f64 } else { 0.0 };
+        let speed = std::array::from_fn(|wheel| 6.0 * wave(i, 0.11 + 0.06 * own(wheel)));
+        let acceleration = std::array::from_fn(|wheel| 12.0 * wave(i, 0.23 + 0.08 * own(wheel)));
+        let motion: Motion<f64, N> = Motion::new(&speed, &acceleration, &matrix, 0.0);
+        (kinematics.twist(&speed), kinematics.twist(&acceleration), Wheels::new(&motion.wheels))
+    };
+    points(count, motion, power)
+}
+
+/// Points of such speeds and accelerations of the body, and wheels.
+fn points(
+    count: usize,
+    motion: impl Fn(usize) -> (Twist<f64>, Twist<f64>, Wheels),
+    power: impl Fn(&Point) -> f64,
+) -> Vec<Point> {
+    let point = |i: usize| {
+        let (speed, acceleration, wheels) = motion(i);
         let mut point = Point {
             run: 0,
             time: PERIOD_S * i as f64,
             speed,
             acceleration,
-            wheels: Wheels::new(wheels),
+            wheels,
             mass: 1.0 + (i % 3) as f64,
             power: 0.0,
             readings: Readings {
                 command: Twist {
                     vx: speed.vx + 0.02 * wave(i, 0.41),
-                    vy: 0.0,
+                    vy: speed.vy,
                     omega: speed.omega + 0.2 * wave(i, 0.43),
                 },
                 pitch: 0.1 * wave(i, 0.0131),
@@ -53,6 +79,15 @@ pub(crate) fn drive(count: usize, power: impl Fn(&Point) -> f64) -> Vec<Point> {
         point
     };
     (0..count).map(point).collect()
+}
+
+/// The wheels of the Burger in such a motion of its body.
+pub(crate) fn wheels(speed: Twist<f64>, acceleration: Twist<f64>) -> Wheels {
+    let kinematics = Kinematics::<f64, 2>::differential(0.033, 0.16).expect("lengths");
+    let matrix = kinematics.mass_matrix(0.06).expect("length");
+    let turn = |twist: Twist<f64>| [-0.08, 0.08].map(|arm| (twist.vx + arm * twist.omega) / 0.033);
+    let motion: Motion<f64, 2> = Motion::new(&turn(speed), &turn(acceleration), &matrix, 0.0);
+    Wheels::new(&motion.wheels)
 }
 
 /// A point of a robot that stands, without power.

@@ -12,6 +12,7 @@ mod gap;
 mod gap_bench;
 mod inspect;
 mod record;
+mod reproduce;
 mod simulate;
 mod watch;
 
@@ -47,6 +48,8 @@ enum Command {
     Gap(gap::Arguments),
     /// Hide effects in simulated runs, and count what the gap workflow makes of them
     GapBench(gap_bench::Arguments),
+    /// Regenerate the paper's figures and tables, ours beside them
+    Reproduce(reproduce::Arguments),
     #[cfg(target_os = "linux")]
     /// Run the virtual board and its robot, with the link as a pseudo terminal
     Board(board::Arguments),
@@ -99,6 +102,7 @@ fn execute(cli: Cli) -> Result<()> {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Gap(arguments) => gap::run(&arguments),
         Command::GapBench(arguments) => gap_bench::run(&arguments),
+        Command::Reproduce(arguments) => reproduce::run(&arguments),
         #[cfg(target_os = "linux")]
         Command::Board(arguments) => board::run(&arguments),
         Command::Record(arguments) => record::run(&arguments),

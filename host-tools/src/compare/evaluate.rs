@@ -73,7 +73,7 @@ pub fn evaluate_all(
     order.sort_by_key(|&index| !cards[index].network);
     let next = AtomicUsize::new(0);
     let workers = thread::available_parallelism().map_or(1, usize::from).min(cards.len());
-    let mut progress = CountProgress::new("fitting", "models", cards.len());
+    let progress = CountProgress::new("fitting models", cards.len() as u64);
     let mut found = thread::scope(|scope| {
         let (send, receive) = mpsc::channel();
         for _ in 0..workers {

@@ -1,7 +1,7 @@
 //! Logs as baselines read them: the rows of the fit, and what only some logs tell, behind the same filter.
 
 use std::f64::consts::TAU;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::estimator::GAP_PERIODS;
@@ -10,7 +10,7 @@ use model_core::filter::{Channel, LowPass};
 use crate::baselines::{Need, Point, Readings};
 use crate::error::{Error, Result};
 use crate::fit::dataset::{Row, condition, conditioner};
-use crate::log::{Header, SampleReader};
+use crate::log::{Exclusions, Header, SampleReader};
 use crate::robot::Robot;
 
 /// What is wanted of a log beside speeds and power, and in which columns it is.
@@ -76,6 +76,18 @@ pub fn read<const N: usize>(
     wanted: &Wanted,
     stride: u32,
 ) -> Result<Vec<(Row<N>, Point)>> {
+    read_telling(robot, core, files, mass_kg, (wanted, stride), |_, _| ())
+}
+
+/// The same; `excluded` is told of every log what of it cannot be used.
+pub(super) fn read_telling<const N: usize>(
+    robot: &Robot,
+    core: &CoreRobot<f64, N>,
+    files: &[PathBuf],
+    mass_kg: f64,
+    (wanted, stride): (&Wanted, u32),
+    excluded: impl Fn(&Path, Exclusions),
+) -> Result<Vec<(Row<N>, Point)>> {
     let mut points = Vec::new();
     let (mut runs, mut used) = (0, 0_u64);
     for file in files {
@@ -104,6 +116,7 @@ pub fn read<const N: usize>(
             used += 1;
         }
         runs = first_run + last_run + 1;
+        excluded(file, reader.exclusions());
     }
     Ok(points)
 }

@@ -1,12 +1,13 @@
 //! Logs divided into what is fitted and what is evaluated.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::Settings;
 use super::points::{self, Wanted};
 use crate::baselines::Point;
 use crate::error::{Error, Result};
 use crate::fit::dataset::{Dataset, Reading, Row};
+use crate::log::Exclusions;
 use crate::robot::Robot;
 
 /// Where training ends and testing begins.
@@ -52,13 +53,17 @@ impl<const N: usize> Data<N> {
         };
         let wanted = Wanted::of(robot, &[files, others].concat())?;
         let mut train = Dataset::<N>::read(robot, files, &reading)?;
-        let points = |files: &[PathBuf], stride| {
-            points::read(robot, &train.robot, files, settings.mass_kg, &wanted, stride)
-        };
-        let read = points(files, train.stride)?;
+        let core = train.robot;
+        // The fit has told already what it excluded.
+        let read = points::read(robot, &core, files, settings.mass_kg, &wanted, train.stride)?;
         let (training, test) = match split {
             Split::Files { test, .. } => {
-                let test = points(test, 1)?;
+                let tell = |file: &Path, exclusions: Exclusions| {
+                    if exclusions.total() > 0 {
+                        eprintln!("gmr: {}: {exclusions}", file.display());
+                    }
+                };
+                let test = points::read_telling(robot, &core, test, settings.mass_kg, (&wanted, 1), tell)?;
                 if test.is_empty() {
                     return Err(Error::failed("no usable row to evaluate on").in_file(&others[0]));
                 }

@@ -120,7 +120,7 @@ impl<const N: usize> Dataset<N> {
         Ok(dataset)
     }
 
-    pub(super) fn empty(robot: CoreRobot<f64, N>, gate: Gate) -> Self {
+    pub(crate) fn empty(robot: CoreRobot<f64, N>, gate: Gate) -> Self {
         Self {
             robot,
             gate,
@@ -188,7 +188,7 @@ impl<const N: usize> Dataset<N> {
         }
     }
 
-    pub(super) fn keep(&mut self, row: Row<N>) {
+    pub(crate) fn keep(&mut self, row: Row<N>) {
         if self.store.len() == STORE_ROWS {
             let mut index = 0_usize;
             self.store.retain(|_| {

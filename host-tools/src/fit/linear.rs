@@ -24,7 +24,7 @@ pub struct Certificate {
 }
 
 /// Coefficients by the exact method.
-pub fn by_nnls(gram: &Gram) -> (Vector, nnls::Solution) {
+pub fn by_nnls(gram: &Gram) -> (Vector, nnls::Solution<REGRESSORS>) {
     let problem = gram.scaled();
     let solution = nnls::solve(&problem);
     (problem.unscale(&solution.beta), solution)

@@ -6,6 +6,7 @@ pub mod dataset;
 pub mod file;
 mod fingerprint;
 pub mod gram;
+pub mod levenberg;
 pub mod linear;
 pub mod nnls;
 pub mod pgd;

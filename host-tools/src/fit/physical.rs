@@ -12,12 +12,14 @@ use nalgebra::{SMatrix, SVector};
 use super::assess::{MEDIAN_TO_STD, median};
 use super::dataset::{Dataset, Row};
 use super::gram::{self, Gram};
+use super::levenberg::{self, LeastSquares, Limits};
 
 /// Products that the parameters multiply: the 15 of Eq. 18 without gates, and those of the scrub.
 pub const PRODUCTS: usize = REGRESSORS + SCRUB_PRODUCTS;
 
 type Matrix = gram::Matrix<PRODUCTS>;
 type Vector = gram::Vector<PRODUCTS>;
+type Descent = levenberg::Descent<PARAMETERS>;
 
 /// The parameters in the order of [`TorqueModel::to_array`].
 pub type Parameters = SVector<f64, PARAMETERS>;
@@ -89,7 +91,7 @@ pub fn solve<const N: usize>(dataset: &Dataset<N>, drive: Drive) -> Solution {
         let still = moved.iter().zip(&next.parameters).all(|(moved, value)| *moved <= STILL * value.abs());
         best = next;
         if still {
-            ending = best.ending;
+            ending = if best.converged { Ending::Converged } else { Ending::IterationLimit };
             break;
         }
     }
@@ -194,13 +196,6 @@ struct Problem {
     rows: f64,
 }
 
-struct Descent {
-    parameters: Parameters,
-    cost: f64,
-    steps: u32,
-    ending: Ending,
-}
-
 impl Problem {
     fn new(gram: &Gram<PRODUCTS>) -> Self {
         let zero = Vector::zeros();
@@ -208,83 +203,24 @@ impl Problem {
         Self { xx: gram.xx(), xp: gram.xp(), pp: gram.cost(&zero) * rows, rows }
     }
 
+    fn descend(&self, start: Parameters) -> Descent {
+        let limits = Limits { steps: MOST_STEPS, smallest_gain: SMALLEST_GAIN * self.pp };
+        levenberg::descend(self, start, limits)
+    }
+}
+
+impl LeastSquares<PARAMETERS> for Problem {
     fn cost(&self, parameters: &Parameters) -> f64 {
         let beta = expand(parameters);
         self.pp - 2.0 * beta.dot(&self.xp) + beta.dot(&(self.xx * beta))
     }
 
-    /// ½ ∂cost/∂θ and the Gauss–Newton matrix.
     fn derivatives(&self, parameters: &Parameters) -> (Parameters, Covariance) {
         let beta = expand(parameters);
         let jacobian = jacobian(parameters);
         let gradient = jacobian.transpose() * (self.xx * beta - self.xp);
         (gradient, jacobian.transpose() * self.xx * jacobian)
     }
-
-    fn descend(&self, start: Parameters) -> Descent {
-        let mut parameters = start.map(|value| value.max(0.0));
-        let mut cost = self.cost(&parameters);
-        let mut damping = 1e-3;
-        let mut ending = Ending::IterationLimit;
-        let mut steps = 0;
-        while steps < MOST_STEPS {
-            steps += 1;
-            let (gradient, hessian) = self.derivatives(&parameters);
-            let Some(next) = step(&parameters, &gradient, &hessian, damping) else {
-                ending = Ending::Converged;
-                break;
-            };
-            let next_cost = self.cost(&next);
-            if next_cost < cost {
-                let gain = cost - next_cost;
-                parameters = next;
-                cost = next_cost;
-                damping = (damping / 5.0).max(1e-12);
-                if gain <= SMALLEST_GAIN * self.pp {
-                    ending = Ending::Converged;
-                    break;
-                }
-            } else {
-                damping *= 4.0;
-                if damping > 1e12 {
-                    ending = Ending::Converged;
-                    break;
-                }
-            }
-        }
-        Descent { parameters, cost, steps, ending }
-    }
-}
-
-/// One damped step, projected on θ ≥ 0. Parameters at 0 that the gradient pushes outwards stay there. `None` where none is
-/// left to move.
-fn step(
-    parameters: &Parameters,
-    gradient: &Parameters,
-    hessian: &Covariance,
-    damping: f64,
-) -> Option<Parameters> {
-    let free: Vec<usize> = (0..PARAMETERS)
-        .filter(|&i| hessian[(i, i)] > 0.0 && (parameters[i] > 0.0 || gradient[i] < 0.0))
-        .collect();
-    if free.is_empty() {
-        return None;
-    }
-    // In units of each column's length, so that damping and Cholesky see no units.
-    let scale: Vec<f64> = free.iter().map(|&i| hessian[(i, i)].sqrt()).collect();
-    let mut matrix = nalgebra::DMatrix::from_fn(free.len(), free.len(), |i, j| {
-        hessian[(free[i], free[j])] / (scale[i] * scale[j])
-    });
-    for i in 0..free.len() {
-        matrix[(i, i)] += damping;
-    }
-    let right = nalgebra::DVector::from_fn(free.len(), |i, _| -gradient[free[i]] / scale[i]);
-    let move_by = matrix.cholesky()?.solve(&right);
-    let mut next = *parameters;
-    for ((&index, delta), scale) in free.iter().zip(move_by.iter()).zip(&scale) {
-        next[index] = (next[index] + delta / scale).max(0.0);
-    }
-    Some(next)
 }
 
 fn expand(parameters: &Parameters) -> Vector {

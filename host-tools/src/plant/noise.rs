@@ -19,6 +19,9 @@ pub(crate) enum Stream {
     Onset = 10,
     Field = 11,
     Imu = 12,
+    Rounds = 13,
+    Speed = 14,
+    Errands = 15,
 }
 
 /// The generator of a stream. ChaCha8 is specified, so the same seed gives the same bytes on every machine.

@@ -90,6 +90,7 @@ impl Scenario {
                 &format!("Hz, above 0 to {top_rate}"),
                 self.rate_hz > 0.0 && self.rate_hz <= top_rate,
             ),
+            ("speed noise", sensors.speed_noise_rad_s, "rad/s, 0 or more", sensors.speed_noise_rad_s >= 0.0),
             ("power noise", sensors.power_noise_w, "W, 0 or more", sensors.power_noise_w >= 0.0),
             (
                 "power noise per watt",

@@ -25,6 +25,8 @@ pub enum PowerSource {
 pub struct Sensors {
     /// How wheel speeds are read.
     pub speed: SpeedSource,
+    /// Standard deviation of white noise on the speeds as read, rad/s.
+    pub speed_noise_rad_s: f64,
     /// How power is read.
     pub power: PowerSource,
     /// The power sensor where one is used.
@@ -46,6 +48,7 @@ impl Sensors {
     pub fn exact() -> Self {
         Self {
             speed: SpeedSource::Exact,
+            speed_noise_rad_s: 0.0,
             power: PowerSource::Exact,
             ina219: Ina219::default(),
             power_noise_w: 0.0,
@@ -79,16 +82,26 @@ impl Sensors {
 #[derive(Debug, Clone)]
 pub(super) struct SpeedReader {
     source: SpeedSource,
+    noise: Ar1,
+    noise_rad_s: f64,
     angle: [f64; MAX_WHEELS],
     last_ticks: [i64; MAX_WHEELS],
     last_time_s: f64,
 }
 
 impl SpeedReader {
-    pub(super) fn new(source: SpeedSource, seed: u64) -> Self {
+    pub(super) fn new(sensors: &Sensors, seed: u64) -> Self {
+        let noise = Ar1::new(stream(seed, Stream::Speed), 0.0, None);
         let mut rng = stream(seed, Stream::EncoderPhase);
         let angle = [(); MAX_WHEELS].map(|()| rng.random_range(0.0..std::f64::consts::TAU));
-        Self { source, angle, last_ticks: angle.map(ticks), last_time_s: 0.0 }
+        Self {
+            source: sensors.speed,
+            noise,
+            noise_rad_s: sensors.speed_noise_rad_s,
+            angle,
+            last_ticks: angle.map(ticks),
+            last_time_s: 0.0,
+        }
     }
 
     /// The wheels have turned by `turned`, rad.
@@ -99,7 +112,7 @@ impl SpeedReader {
     }
 
     pub(super) fn read(&mut self, time_s: f64, speed: [f64; MAX_WHEELS]) -> [f64; MAX_WHEELS] {
-        match self.source {
+        let read = match self.source {
             SpeedSource::Exact => speed,
             SpeedSource::Register => speed.map(register_speed),
             SpeedSource::Encoder => {
@@ -111,7 +124,11 @@ impl SpeedReader {
                     |i| if span > 0.0 { speed_from_ticks(now[i] - before[i], span) } else { 0.0 },
                 )
             }
+        };
+        if self.noise_rad_s == 0.0 {
+            return read;
         }
+        read.map(|speed| speed + self.noise_rad_s * self.noise.next())
     }
 }
 
@@ -213,7 +230,7 @@ mod tests {
 
     #[test]
     fn the_encoder_loses_no_tick() {
-        let mut reader = SpeedReader::new(SpeedSource::Encoder, 3);
+        let mut reader = SpeedReader::new(&Sensors { speed: SpeedSource::Encoder, ..Sensors::exact() }, 3);
         let start = reader.last_ticks[0];
         let mut sum = 0.0;
         for k in 1..=1000 {

@@ -105,7 +105,7 @@ impl<'a> Simulation<'a> {
             scenario,
             motion,
             sample: 0,
-            speed_reader: SpeedReader::new(sensors.speed, *seed),
+            speed_reader: SpeedReader::new(sensors, *seed),
             power_reader: PowerReader::new(sensors, *step_s, *seed, at_rest_w),
             jitter: stream(*seed, Stream::Jitter),
             imu: Imu::new(*seed),

@@ -6,7 +6,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::page::{Drawn, axes, legend, range};
-use super::style::{INK, palette};
+use super::style::{Colour, INK, palette};
 
 /// Mean prediction and its spread for every bin of measured power, one curve a model; the diagonal is the truth. Holds
 /// one sum a bin, however many samples are added.
@@ -14,7 +14,14 @@ use super::style::{INK, palette};
 pub struct Binned {
     title: String,
     bin_w: f64,
-    models: Vec<(String, BTreeMap<i64, Bin>)>,
+    models: Vec<Model>,
+}
+
+#[derive(Debug, Clone)]
+struct Model {
+    name: String,
+    colour: Colour,
+    bins: BTreeMap<i64, Bin>,
 }
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -51,20 +58,28 @@ impl Binned {
         Self { title: title.into(), bin_w, models: Vec::new() }
     }
 
-    /// Adds one sample of the model `model`, which appears in the legend in order of first use.
+    /// A model in this colour, at its place in the legend. Those that are not told get the palette's, in order of first use.
+    #[must_use]
+    pub fn with_model(mut self, name: impl Into<String>, colour: Colour) -> Self {
+        self.models.push(Model { name: name.into(), colour, bins: BTreeMap::new() });
+        self
+    }
+
+    /// Adds one sample of the model `model`.
     pub fn add(&mut self, model: &str, measured_w: f64, predicted_w: f64) {
         if !measured_w.is_finite() || !predicted_w.is_finite() {
             return;
         }
-        let index = match self.models.iter().position(|(name, _)| name == model) {
+        let index = match self.models.iter().position(|known| known.name == model) {
             Some(index) => index,
             None => {
-                self.models.push((model.to_owned(), BTreeMap::new()));
+                let colour = palette(self.models.len());
+                self.models.push(Model { name: model.to_owned(), colour, bins: BTreeMap::new() });
                 self.models.len() - 1
             }
         };
         let bin = (measured_w / self.bin_w).round() as i64;
-        self.models[index].1.entry(bin).or_default().add(predicted_w);
+        self.models[index].bins.entry(bin).or_default().add(predicted_w);
     }
 
     pub(super) fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB> {
@@ -72,8 +87,9 @@ impl Binned {
             let filled = bins.iter().filter(|(_, bin)| bin.count >= FEWEST);
             filled.map(|(&bin, sums)| (bin as f64 * self.bin_w, *sums)).collect()
         };
-        let curves: Vec<_> = self.models.iter().map(|(name, bins)| (name, filled(bins))).collect();
-        let points = || curves.iter().flat_map(|(_, curve)| curve.iter());
+        let curves: Vec<_> =
+            self.models.iter().map(|model| (&model.name, model.colour, filled(&model.bins))).collect();
+        let points = || curves.iter().flat_map(|(_, _, curve)| curve.iter());
         let x = range(points().map(|point| point.0), 0.06);
         let ends = |point: &(f64, Bin)| [point.1.mean - point.1.std(), point.1.mean + point.1.std(), point.0];
         let y = range(points().flat_map(ends), 0.06);
@@ -95,8 +111,8 @@ impl Binned {
             .draw_series(DashedLineSeries::new([(low, low), (high, high)], 8, 6, grey))?
             .label("perfect")
             .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 22, y)], grey));
-        for (index, (name, curve)) in curves.iter().enumerate() {
-            let colour = palette(index);
+        for (index, (name, colour, curve)) in curves.iter().enumerate() {
+            let colour = *colour;
             // Side by side, so that the bars of several models do not hide each other.
             let shift = (index as f64 - (curves.len() as f64 - 1.0) / 2.0) * self.bin_w * 0.12;
             let bars = curve.iter().map(|(x, bin)| {

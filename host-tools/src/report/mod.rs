@@ -5,18 +5,23 @@
 mod bars;
 mod binned;
 mod cells;
+mod curves;
 mod decimate;
 mod heat;
 mod histogram;
+pub(crate) mod html;
 mod page;
 mod series;
 mod style;
+mod validation;
 
 pub use bars::Bars;
 pub use binned::Binned;
 pub use cells::{CellSeries, Cells};
+pub use curves::{Curve, Curves, Marks};
 pub use heat::{Heat, HeatSquare};
 pub use histogram::{Gaussian, Histogram};
 pub use page::{Inline, Page, Panel, check_extension};
 pub use series::{Band, Line, Stroke, TimeSeries};
 pub use style::{Colour, palette};
+pub use validation::{Validated, Validation};

@@ -8,7 +8,7 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
 use super::style::{self, FONT, GRID, INK, LABEL_SIZE, TITLE_SIZE};
-use super::{Bars, Binned, Cells, Heat, Histogram, TimeSeries};
+use super::{Bars, Binned, Cells, Curves, Heat, Histogram, TimeSeries, Validation};
 use crate::error::{Error, Result};
 use crate::output;
 
@@ -32,6 +32,10 @@ pub enum Panel {
     Cells(Cells),
     /// Squares over two axes.
     Heat(Heat),
+    /// Curves over any axis.
+    Curves(Curves),
+    /// Predicted over measured, and residuals.
+    Validation(Validation),
 }
 
 impl From<TimeSeries> for Panel {
@@ -67,6 +71,18 @@ impl From<Cells> for Panel {
 impl From<Heat> for Panel {
     fn from(panel: Heat) -> Self {
         Self::Heat(panel)
+    }
+}
+
+impl From<Curves> for Panel {
+    fn from(panel: Curves) -> Self {
+        Self::Curves(panel)
+    }
+}
+
+impl From<Validation> for Panel {
+    fn from(panel: Validation) -> Self {
+        Self::Validation(panel)
     }
 }
 
@@ -159,6 +175,8 @@ impl Page {
                 Panel::Bars(panel) => panel.draw(area)?,
                 Panel::Cells(panel) => panel.draw(area)?,
                 Panel::Heat(panel) => panel.draw(area)?,
+                Panel::Curves(panel) => panel.draw(area)?,
+                Panel::Validation(panel) => panel.draw(area)?,
             }
         }
         root.present()
@@ -238,6 +256,21 @@ pub(super) fn axes<'a, DB: DrawingBackend>(
 ) -> std::result::Result<Chart<'a, DB>, DrawingAreaErrorKind<DB::ErrorType>> {
     let mut chart = start(area, title, 64, x, y)?;
     mesh(&mut chart, labels).draw()?;
+    Ok(chart)
+}
+
+/// As [`axes`], with the powers of ten that the values of y are.
+pub(super) fn decades<'a, DB: DrawingBackend>(
+    area: &DrawingArea<DB, Shift>,
+    title: &str,
+    labels: [&str; 2],
+    x: std::ops::Range<f64>,
+    y: std::ops::Range<f64>,
+) -> std::result::Result<Chart<'a, DB>, DrawingAreaErrorKind<DB::ErrorType>> {
+    let ticks = (y.end.floor() - y.start.ceil()).max(1.0) as usize + 1;
+    let mut chart = start(area, title, 64, x, y)?;
+    let power = |exponent: &f64| format!("{:e}", (10_f64.powf(*exponent) * 1e9).round() / 1e9);
+    mesh(&mut chart, labels).y_labels(ticks).y_label_formatter(&power).draw()?;
     Ok(chart)
 }
 

@@ -49,6 +49,14 @@ impl Measured {
         })
     }
 
+    /// As the committed file has it.
+    fn to_line(&self) -> String {
+        let Self { what, median, p95, closing_median, closing_worst, worst } = self;
+        format!(
+            "{what}: median {median} p95 {p95} closing {closing_median} closing-worst {closing_worst} worst {worst}"
+        )
+    }
+
     fn reaches_the_goal(&self) -> bool {
         self.median <= GOAL.median && self.closing_worst <= GOAL.closing
     }
@@ -84,6 +92,7 @@ fn count() -> Result<(), Stop> {
         return Err(Stop::new(format!("{line}\n   {}\n{said}", output.status)));
     }
     print_table(&measured);
+    compare_with_committed(&measured)?;
     let missed = measured.iter().filter(|figures| !figures.reaches_the_goal()).count();
     if missed == 0 { Ok(()) } else { Err(Stop::new(format!("the goal is missed {missed} times"))) }
 }
@@ -103,6 +112,40 @@ fn print_table(measured: &[Measured]) {
     }
 }
 
+/// Figures that other parts of the project reckon with, of the workspace's directory.
+const COMMITTED: &str = "docs/instructions.txt";
+
+/// Lines of that file that are no figures.
+const HEAD: &str = "\
+# Instructions a sample takes on the board's core, as `cargo xtask bench instructions` counts them on the emulated one.
+# The bench says where it finds otherwise; GMR_BLESS=1 writes this file anew. `gmr reproduce` reckons with it.
+";
+
+/// Says which figures are not the committed ones, or commits these. Another compiler may well find others: that is no failure.
+fn compare_with_committed(measured: &[Measured]) -> Result<(), Stop> {
+    let file = crate::root().join(COMMITTED);
+    let refused = |error: std::io::Error| Stop::new(format!("{COMMITTED}: {error}"));
+    if std::env::var_os("GMR_BLESS").is_some() {
+        let lines: String = measured.iter().map(|figures| figures.to_line() + "\n").collect();
+        return std::fs::write(file, format!("{HEAD}{lines}")).map_err(refused);
+    }
+    for line in differing(&std::fs::read_to_string(file).map_err(refused)?, measured) {
+        println!("{line}");
+    }
+    Ok(())
+}
+
+/// What is found otherwise than in the file `text`.
+fn differing(text: &str, measured: &[Measured]) -> Vec<String> {
+    let committed: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).collect();
+    let found: Vec<String> = measured.iter().map(Measured::to_line).collect();
+    let new = found.iter().filter(|line| !committed.contains(&line.as_str()));
+    let old = committed.iter().filter(|line| !found.iter().any(|found| found == *line));
+    old.map(|line| format!("not found again: {line}"))
+        .chain(new.map(|line| format!("found instead:   {line}")))
+        .collect()
+}
+
 /// An image with an allocator has the functions that call it.
 fn no_heap(image: &std::path::Path) -> Result<(), Stop> {
     let bytes = std::fs::read(image).map_err(|error| Stop::new(format!("{}: {error}", image.display())))?;
@@ -115,7 +158,7 @@ fn no_heap(image: &std::path::Path) -> Result<(), Stop> {
 
 #[cfg(test)]
 mod tests {
-    use super::Measured;
+    use super::{HEAD, Measured, differing};
 
     #[test]
     fn reads_the_figures() {
@@ -125,5 +168,21 @@ mod tests {
         assert_eq!([figures.median, figures.p95, figures.closing_median], [1, 2, 3]);
         assert_eq!([figures.closing_worst, figures.worst], [4, 5]);
         assert_eq!(Measured::from_line("    at the end 4.4 … 4.5 kg"), None);
+    }
+
+    #[test]
+    fn what_differs_from_the_committed_figures_is_said() {
+        let line = "cost: eq18 roots, 32 buckets: median 1 p95 2 closing 3 closing-worst 4 worst 5";
+        let figures = [Measured::from_line(line).expect("figures")];
+        let committed = format!("{HEAD}{}\n", figures[0].to_line());
+        assert_eq!(differing(&committed, &figures), [""; 0]);
+        let other = committed.replace("median 1", "median 9");
+        assert_eq!(
+            differing(&other, &figures),
+            [
+                "not found again: eq18 roots, 32 buckets: median 9 p95 2 closing 3 closing-worst 4 worst 5",
+                "found instead:   eq18 roots, 32 buckets: median 1 p95 2 closing 3 closing-worst 4 worst 5",
+            ]
+        );
     }
 }

@@ -3,11 +3,11 @@
 use maud::Markup;
 
 use super::course::Course;
-use super::figure::{HALF, WHOLE, figure};
 use crate::error::Result;
 use crate::gap::investigate::{Report, Round};
 use crate::gap::localise::{Cell, Map, Square};
 use crate::gap::{summary, words};
+use crate::report::html::{HALF, WHOLE, figure};
 use crate::report::{Bars, CellSeries, Cells, Colour, Heat, HeatSquare, Line, Stroke, TimeSeries, palette};
 
 /// Before: what the model lacks shows in orange. After: blue.

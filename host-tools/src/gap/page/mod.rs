@@ -1,15 +1,12 @@
-//! The answer as one self-contained HTML page: no network, no scripts, plots inline.
-//!
-//! It is well-formed XML, too, so that a test can read it strictly. Every text goes through maud, which escapes it.
+//! The answer as one self-contained HTML page.
 
 mod course;
-mod figure;
 mod figures;
 mod sections;
 
 use std::path::{Path, PathBuf};
 
-use maud::{Markup, PreEscaped, html};
+use maud::html;
 
 pub use self::course::{Course, Picture};
 use super::investigate::Report;
@@ -17,6 +14,7 @@ use super::localise::Cell;
 use super::summary;
 use crate::error::{Error, Result};
 use crate::output;
+use crate::report::html::document;
 
 /// What was asked for: shown, so that it can be asked again.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -96,24 +94,5 @@ pub fn text(
         (sections::not_testable(report))
         (sections::inputs(inputs, &report.confirmed.runs))
     };
-    Ok(document(&summary::headline(report), body))
-}
-
-/// Void elements are closed as in XML, which HTML allows.
-const HEAD: &str = "<meta charset=\"utf-8\"/>\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
-                    <meta name=\"color-scheme\" content=\"light dark\"/>";
-
-fn document(title: &str, body: Markup) -> String {
-    let page = html! {
-        (PreEscaped("<!DOCTYPE html>\n"))
-        html lang="en" {
-            head {
-                (PreEscaped(HEAD))
-                title { "gmr gap: " (title) }
-                style { (PreEscaped(include_str!("style.css"))) }
-            }
-            body { main { (body) } }
-        }
-    };
-    page.into_string()
+    Ok(document(&format!("gmr gap: {}", summary::headline(report)), body))
 }

@@ -11,6 +11,7 @@ use crate::error::Result;
 use crate::gap::investigate::{Report, Verdict};
 use crate::gap::localise::{Cell, LEAST_ROWS, LEAST_RUNS, Map};
 use crate::gap::{advice, summary, words};
+use crate::report::html::tile;
 
 /// Runs that are drawn over time.
 const DRAWN: usize = 8;
@@ -49,10 +50,6 @@ pub(super) fn verdict(report: &Report, inputs: &Inputs) -> Markup {
             }
         }
     }
-}
-
-fn tile(figure: &str, what: &str, class: &str) -> Markup {
-    html! { div class="tile" { b class=(class) { (figure) } span { (what) } } }
 }
 
 fn count(number: usize, what: &str) -> String {

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::super::kinematics::{Geometry, Twist};
 use super::super::noise::{Stream, stream};
-use super::{Limits, Profile};
+use super::{Limits, Profile, Rounds};
 
 /// A drive in the making.
 struct Path<'a> {
@@ -64,6 +64,10 @@ impl<'a> Path<'a> {
 
     fn uniform(&mut self, from: f64, to: f64) -> f64 {
         self.rng.random_range(from..to)
+    }
+
+    fn between(&mut self, (low, high): (f64, f64)) -> f64 {
+        low + (high - low) * self.uniform(0.0, 1.0)
     }
 
     fn log_uniform(&mut self, from: f64, to: f64) -> f64 {
@@ -185,6 +189,44 @@ pub(super) fn test(geometry: &Geometry, limits: &Limits, duration_s: f64, seed: 
     }
     path.finish()
 }
+
+/// Legs of a round, each with a speed and a curve of its own; turns on the spot, legs in reverse and stops among them.
+pub(super) fn rounds(
+    geometry: &Geometry,
+    limits: &Limits,
+    duration_s: f64,
+    rounds: &Rounds,
+    seed: u64,
+) -> Profile {
+    let mut path = Path::new(geometry, limits, stream(seed, Stream::Rounds));
+    path.hold(1.0);
+    while path.now_s < duration_s {
+        let speed = path.between(rounds.speed) * limits.speed_m_s;
+        let curve = path.between((-rounds.curve, rounds.curve));
+        let side = path.sign();
+        let kind = path.uniform(0.0, 1.0);
+        let [spin, stop, reverse] = rounds.shares;
+        let target = if kind < spin {
+            [0.0, 0.0, side * path.spin(SPIN_SHARE * speed)]
+        } else if kind < spin + stop {
+            [0.0; 3]
+        } else if kind < spin + stop + reverse {
+            [-speed, 0.0, 0.0]
+        } else {
+            // The outer wheel has the leg's speed.
+            [speed * (1.0 - 0.5 * curve.abs()), 0.0, curve * speed / geometry.track_m]
+        };
+        let (gentlest, briskest) = rounds.acceleration_m_s2;
+        let acceleration = path.log_uniform(gentlest, briskest);
+        path.ramp(target, acceleration);
+        let hold = path.between(rounds.hold_s);
+        path.hold(hold);
+    }
+    path.finish()
+}
+
+/// Wheels turn slower on the spot than on a leg, by this factor.
+const SPIN_SHARE: f64 = 0.8;
 
 pub(super) fn constant(geometry: &Geometry, limits: &Limits, twist: Twist) -> Profile {
     let mut path = Path::new(geometry, limits, stream(0, Stream::Training));

@@ -58,6 +58,21 @@ pub enum ProfileKind {
     Standstill,
 }
 
+/// Rounds of a robot that was told a linear and an angular velocity at a time (the paper's Section 7.1).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Rounds {
+    /// The slowest and the fastest leg, share of the limit.
+    pub speed: (f64, f64),
+    /// The sharpest curve: track width over radius of the path.
+    pub curve: f64,
+    /// The shortest and the longest time at one speed, s.
+    pub hold_s: (f64, f64),
+    /// The gentlest and the briskest change of speed at the fastest changing rim, m/s².
+    pub acceleration_m_s2: (f64, f64),
+    /// Shares of turns on the spot, stops and legs in reverse.
+    pub shares: [f64; 3],
+}
+
 /// A commanded motion as straight lines between knots in time; held after the last knot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
@@ -98,6 +113,11 @@ impl Profile {
             ProfileKind::Constant => Self::constant(geometry, limits, [0.9 * limits.speed_m_s, 0.0, 0.0]),
             ProfileKind::Standstill => Self::from_twists([(0.0, [0.0; 3])]),
         }
+    }
+
+    /// Rounds of at least so many seconds.
+    pub fn rounds(geometry: &Geometry, limits: &Limits, duration_s: f64, rounds: &Rounds, seed: u64) -> Self {
+        generate::rounds(geometry, limits, duration_s, rounds, seed)
     }
 
     /// One second of rest, a ramp of 0.2 m/s² (at the fastest wheel) to the twist, then constant.

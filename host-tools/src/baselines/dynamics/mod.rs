@@ -1,0 +1,200 @@
+//! Known dynamics of the robot and its DC motors: one model, of which each source takes a part.
+//!
+//! A wheel's torque τ is a sum of [`Term`]s, its motor's current i = τ/(n Kt) with the gear ratio n, its voltage
+//! V = R i + Ke n w, and the power P = Σ V i over the wheels (Kim and Kim 2012, Morales and Mendoza 2018). With
+//! Ke = Kt, as energy asks for, that is
+//!
+//! ```text
+//! P = Σ τ w + κ τ²,   κ = R/(n Kt)²
+//! ```
+//!
+//! The sources read κ and the constants of τ from data sheets. A log has none, so they are found by least squares from
+//! the training points, each at least 0; losses of gears and drives are part of what is found. A source that has no
+//! payload treats the mass as one constant, so it is found with the others and the mass of a point is not looked at.
+//! The inductance is left out: its time constant is a millisecond, far below the filter of the logs.
+
+pub mod cards;
+mod term;
+#[cfg(test)]
+mod tests;
+
+use nalgebra::{SMatrix, SVector};
+
+pub use self::term::Term;
+use super::{Baseline, Parameter, Point, training};
+use crate::error::{Error, Result};
+use crate::fit::gram::Gram;
+use crate::fit::levenberg::{self, Descent, LeastSquares, Limits};
+use crate::fit::nnls;
+
+/// Most constants: κ, then those of the terms.
+const MOST: usize = 6;
+
+type Constants = SVector<f64, MOST>;
+
+/// More training points than these are thinned evenly: time grows with them, and filtered neighbours repeat each other.
+const MOST_POINTS: usize = 20_000;
+/// From these the starts are tried.
+const TRIAL_POINTS: usize = 1_000;
+const MOST_STEPS: u32 = 300;
+/// A step that lowers the cost by less than this share of Σ P² is the last.
+const SMALLEST_GAIN: f64 = 1e-12;
+
+/// Shares of the power that are mechanical, from which the search for κ starts.
+const MECHANICAL_SHARES: [f64; 4] = [1.0, 0.7, 0.4, 0.1];
+
+/// Where the power of a braking wheel goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Braking {
+    /// Back to the battery: it counts, with its sign.
+    Regenerates,
+    /// It is lost: no wheel's power is below 0.
+    Dissipates,
+}
+
+/// The model with the terms of one source.
+pub struct Dynamics {
+    name: &'static str,
+    terms: &'static [Term],
+    braking: Braking,
+    constants: Option<Constants>,
+}
+
+impl Dynamics {
+    /// Not fitted.
+    pub fn new<const K: usize>(name: &'static str, terms: &'static [Term; K], braking: Braking) -> Self {
+        const { assert!(K < MOST) };
+        Self { name, terms, braking, constants: None }
+    }
+
+    /// Power of a point, W; `each` is told the torque of every wheel that draws or returns power.
+    fn power(&self, constants: &Constants, point: &Point, mut each: impl FnMut(&Torque)) -> f64 {
+        let mut sum = 0.0;
+        for wheel in point.wheels.iter() {
+            let mut torque = Torque { speed: wheel.speed, ..Torque::default() };
+            for ((term, per_unit), constant) in
+                self.terms.iter().zip(&mut torque.per_unit).zip(constants.iter().skip(1))
+            {
+                *per_unit = term.torque(wheel, point);
+                torque.sum += constant * *per_unit;
+            }
+            let power = torque.sum * torque.speed + constants[0] * torque.sum * torque.sum;
+            if power < 0.0 && self.braking == Braking::Dissipates {
+                continue;
+            }
+            each(&torque);
+            sum += power;
+        }
+        sum
+    }
+}
+
+/// One wheel's torque, N m.
+#[derive(Default)]
+struct Torque {
+    /// Of each term, for a constant of 1.
+    per_unit: [f64; MOST - 1],
+    sum: f64,
+    /// Of the wheel, rad/s.
+    speed: f64,
+}
+
+impl Baseline for Dynamics {
+    /// The best end of a search from several shares of winding loss.
+    fn fit(&mut self, training: &[Point]) -> Result<()> {
+        self.constants = None;
+        training::check(self.name, training)?;
+        let trial = Problem { model: self, points: training::thin(training, TRIAL_POINTS) };
+        let ends = trial.starts().into_iter().map(|start| trial.descend(start));
+        let best = ends.min_by(|a, b| a.cost.total_cmp(&b.cost)).map(|end| end.parameters);
+        let all = Problem { model: self, points: training::thin(training, MOST_POINTS) };
+        let end = all.descend(best.unwrap_or_default());
+        if !end.converged {
+            return Err(Error::failed(format!(
+                "{}: the search for its constants had not ended after {MOST_STEPS} steps",
+                self.name
+            )));
+        }
+        self.constants = Some(end.parameters);
+        Ok(())
+    }
+
+    fn predict(&self, points: &[Point]) -> Result<Vec<f64>> {
+        let unfitted = || Error::failed(format!("{}: not fitted", self.name));
+        let constants = self.constants.ok_or_else(unfitted)?;
+        Ok(points.iter().map(|point| self.power(&constants, point, |_| ())).collect())
+    }
+
+    /// κ, then the constants of the terms.
+    fn parameters(&self) -> Vec<Parameter> {
+        let Some(constants) = &self.constants else { return Vec::new() };
+        let symbols = std::iter::once(("κ", "W/(N m)²")).chain(self.terms.iter().map(|term| term.symbol()));
+        symbols.zip(constants).map(|((name, unit), &value)| Parameter { name, value, unit }).collect()
+    }
+}
+
+/// The squared residuals of training points.
+struct Problem<'a> {
+    model: &'a Dynamics,
+    points: Vec<Point>,
+}
+
+impl Problem<'_> {
+    fn descend(&self, start: Constants) -> Descent<MOST> {
+        let squares: f64 = self.points.iter().map(|point| point.power.powi(2)).sum();
+        levenberg::descend(self, start, Limits { steps: MOST_STEPS, smallest_gain: SMALLEST_GAIN * squares })
+    }
+
+    /// Without winding loss the power is linear in the constants; with it they are smaller, and κ carries the rest.
+    fn starts(&self) -> Vec<Constants> {
+        let mut gram = Gram::<MOST>::default();
+        gram.extend(self.points.iter().map(|point| {
+            let mut row = [0.0; MOST];
+            self.model.power(&Constants::zeros(), point, |torque| {
+                for (x, per_unit) in row.iter_mut().skip(1).zip(torque.per_unit) {
+                    *x += per_unit * torque.speed;
+                }
+            });
+            (row, point.power)
+        }));
+        let problem = gram.scaled();
+        let linear = problem.unscale(&nnls::solve(&problem).beta);
+        let (mut power, mut squares) = (0.0, 0.0);
+        for point in &self.points {
+            power += self.model.power(&linear, point, |torque| squares += torque.sum * torque.sum);
+        }
+        let start = |share: f64| {
+            let mut start = share * linear;
+            if squares > 0.0 {
+                start[0] = training::positive_part((1.0 - share) * power / (share * share * squares));
+            }
+            start
+        };
+        MECHANICAL_SHARES.map(start).to_vec()
+    }
+}
+
+impl LeastSquares<MOST> for Problem<'_> {
+    fn cost(&self, constants: &Constants) -> f64 {
+        let residual = |point: &Point| point.power - self.model.power(constants, point, |_| ());
+        self.points.iter().map(|point| residual(point).powi(2)).sum()
+    }
+
+    fn derivatives(&self, constants: &Constants) -> (Constants, SMatrix<f64, MOST, MOST>) {
+        let mut gradient = Constants::zeros();
+        let mut hessian = SMatrix::<f64, MOST, MOST>::zeros();
+        for point in &self.points {
+            let mut slope = Constants::zeros();
+            let power = self.model.power(constants, point, |torque| {
+                slope[0] += torque.sum * torque.sum;
+                let per_torque = torque.speed + 2.0 * constants[0] * torque.sum;
+                for (slope, per_unit) in slope.iter_mut().skip(1).zip(torque.per_unit) {
+                    *slope += per_torque * per_unit;
+                }
+            });
+            gradient.axpy(power - point.power, &slope, 1.0);
+            hessian.ger(1.0, &slope, &slope, 1.0);
+        }
+        (gradient, hessian)
+    }
+}

@@ -1,0 +1,158 @@
+//! Physics-based power from outside: what the motion of the body and the resistance of the ground ask for, with or
+//! without the losses of the motors.
+//!
+//! ```text
+//! P = m max(v·v̇, 0) + I max(ω ω̇, 0)      growth of the kinetic energy
+//!   + Fc Σ |w|                             traction resistance of each wheel
+//!   + b Σ w² + R Σ (i_f sgn w + i_K K)²    losses of the motors
+//! ```
+//!
+//! The split into kinetic, traction and motor energy is that of Wahab, Rios-Gutierrez and El Shahat (2015), with the
+//! resistance μ m g r at every wheel. The sources measure the constants one by one; a log has none of these measurements,
+//! so they are found together by least squares, each at least 0, with the mass as one of them: no source has a payload.
+//!
+//! Chosen here: what motion gives up in braking is lost, as in the paper's Eq. 8. The motors' winding loss is that of a
+//! current of friction i_f and one of inertia i_K K, where K = (M'' a) is the inertial torque of a wheel per kilogram,
+//! multiplied out, so that the power is linear in all constants. The constant power of electronics is left out: it is not
+//! part of a log's actuation power.
+
+pub mod cards;
+mod golden;
+mod lugre;
+mod term;
+#[cfg(test)]
+mod tests;
+
+use self::term::{Bristles, rigid};
+use super::{Baseline, Parameter, Point, training};
+use crate::error::{Error, Result};
+use crate::fit::gram::Gram;
+use crate::fit::nnls;
+use crate::robot::Robot;
+
+pub use self::term::Term;
+
+/// The model with the terms of one source.
+pub struct Physics<const P: usize> {
+    name: &'static str,
+    terms: [Term; P],
+    friction: Friction,
+    fitted: Option<Fitted<P>>,
+}
+
+/// What opposes a wheel that turns.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Friction {
+    /// The same torque at any speed.
+    Constant,
+    /// The bristles of LuGre under a wheel of this radius, m; `None` where the robot's file does not tell.
+    LuGre(Option<f64>),
+}
+
+/// Constants, and the Stribeck speed vs in rad/s; infinite without bristles.
+type Fitted<const P: usize> = ([f64; P], f64);
+
+impl<const P: usize> Physics<P> {
+    /// Not fitted, with constant friction.
+    pub fn new(name: &'static str, terms: [Term; P]) -> Self {
+        Self { name, terms, friction: Friction::Constant, fitted: None }
+    }
+
+    /// Not fitted, with LuGre friction.
+    pub fn with_bristles(name: &'static str, terms: [Term; P], robot: &Robot) -> Self {
+        Self { friction: Friction::LuGre(robot.wheel_radius_m()), ..Self::new(name, terms) }
+    }
+
+    /// The share of its steady friction that acts at each wheel of each point.
+    fn bristles(&self, points: &[Point]) -> Result<Vec<Bristles>> {
+        match self.friction {
+            Friction::Constant => Ok(points.iter().map(|point| rigid(&point.wheels)).collect()),
+            Friction::LuGre(Some(radius)) => Ok(lugre::shares(points, radius)),
+            Friction::LuGre(None) => {
+                Err(Error::failed(format!("{}: the robot's file has no wheel_radius_m", self.name)))
+            }
+        }
+    }
+
+    fn powers(&self, point: &Point, bristles: &Bristles, stribeck: f64) -> [f64; P] {
+        self.terms.map(|term| term.power(point, bristles, stribeck))
+    }
+
+    /// The best constants at a Stribeck speed, and their mean squared error, W².
+    fn solve(&self, points: &[Point], bristles: &[Bristles], stribeck: f64) -> ([f64; P], f64) {
+        let mut gram = Gram::<P>::default();
+        let rows = points.iter().zip(bristles);
+        gram.extend(rows.map(|(point, bristles)| (self.powers(point, bristles, stribeck), point.power)));
+        let problem = gram.scaled();
+        let constants = problem.unscale(&nnls::solve(&problem).beta);
+        (constants.into(), gram.cost(&constants))
+    }
+
+    /// The Stribeck speed with the least error: the best of a grid over the speeds of the points, then between its
+    /// neighbours.
+    fn stribeck(&self, points: &[Point], bristles: &[Bristles]) -> f64 {
+        let speeds = points.iter().flat_map(|point| point.wheels.iter()).map(|wheel| wheel.speed.abs());
+        let fastest = speeds.fold(0.0, f64::max);
+        let ratio = SLOWEST_SHARE.powf(1.0 / f64::from(GRID));
+        let at = |place: f64| fastest * ratio.powf(place);
+        let cost = |place: f64| self.solve(points, bristles, at(place)).1;
+        let grid = (0..=GRID).map(|place| (f64::from(place), cost(f64::from(place))));
+        let best = grid.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0.0, |(place, _)| place);
+        at(golden::section(best - 1.0, best + 1.0, cost))
+    }
+}
+
+/// Steps of the grid of Stribeck speeds, from the fastest wheel's speed to this share of it.
+const GRID: u32 = 16;
+const SLOWEST_SHARE: f64 = 1e-3;
+/// The Stribeck speed is searched on so many points, evenly over the whole.
+const SEARCH_POINTS: usize = 4_000;
+
+impl<const P: usize> Baseline for Physics<P> {
+    fn fit(&mut self, training: &[Point]) -> Result<()> {
+        self.fitted = None;
+        training::check(self.name, training)?;
+        let bristles = self.bristles(training)?;
+        let stribeck = match self.friction {
+            Friction::Constant => f64::INFINITY,
+            Friction::LuGre(_) => {
+                let (points, bristles) =
+                    (training::thin(training, SEARCH_POINTS), training::thin(&bristles, SEARCH_POINTS));
+                self.stribeck(&points, &bristles)
+            }
+        };
+        let (constants, cost) = self.solve(training, &bristles, stribeck);
+        if !cost.is_finite() {
+            return Err(Error::failed(format!("{}: the constants have no finite solution", self.name)));
+        }
+        self.fitted = Some((constants, stribeck));
+        Ok(())
+    }
+
+    fn predict(&self, points: &[Point]) -> Result<Vec<f64>> {
+        let unfitted = || Error::failed(format!("{}: not fitted", self.name));
+        let (constants, stribeck) = self.fitted.ok_or_else(unfitted)?;
+        let bristles = self.bristles(points)?;
+        let predict = |(point, bristles)| {
+            let powers = self.powers(point, bristles, stribeck);
+            powers.iter().zip(&constants).map(|(power, constant)| power * constant).sum()
+        };
+        Ok(points.iter().zip(&bristles).map(predict).collect())
+    }
+
+    /// The constants, and vs where there are bristles: NaN where friction does not fall with the speed.
+    fn parameters(&self) -> Vec<Parameter> {
+        let Some((constants, stribeck)) = &self.fitted else { return Vec::new() };
+        let named = |(term, &value): (&Term, &f64)| {
+            let (name, unit) = term.symbol();
+            Parameter { name, value, unit }
+        };
+        let mut parameters: Vec<Parameter> = self.terms.iter().zip(constants).map(named).collect();
+        if self.friction != Friction::Constant {
+            let falls = self.terms.iter().zip(constants).any(|(term, c)| *term == Term::Stribeck && *c > 0.0);
+            let value = if falls { *stribeck } else { f64::NAN };
+            parameters.push(Parameter { name: "vs", value, unit: "rad/s" });
+        }
+        parameters
+    }
+}

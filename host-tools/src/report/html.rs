@@ -1,0 +1,65 @@
+//! What the pages of text share: the document around them, plots inside them, tiles.
+//!
+//! A page is self-contained (no network, no scripts, plots inline) and well-formed XML, too, so that a test can read it strictly.
+//! Every text goes through maud, which escapes it.
+
+use maud::{Markup, PreEscaped, html};
+
+use super::{Page, Panel};
+use crate::error::Result;
+
+/// Width and height of a plot that takes the whole page.
+pub(crate) const WHOLE: (u32, u32) = (1000, 340);
+
+/// Of one that shares the page with another.
+pub(crate) const HALF: (u32, u32) = (560, 330);
+
+/// One plot. `about` says what it shows, and what one sees there.
+pub(crate) fn figure(
+    panel: impl Into<Panel>,
+    (width, height): (u32, u32),
+    title: &str,
+    about: &str,
+) -> Result<Markup> {
+    drawing(&Page::new([panel.into()]).with_panels_of(width, height), title, about)
+}
+
+/// A stack of plots, drawn by plotters, titled and described for those who do not see it.
+pub(crate) fn drawing(page: &Page, title: &str, about: &str) -> Result<Markup> {
+    let drawn = page.inline()?;
+    let view = format!("0 0 {} {}", drawn.size.0, drawn.size.1);
+    Ok(html! {
+        figure {
+            svg viewBox=(view) role="img" aria-label=(format!("{title}. {about}")) {
+                title { (title) }
+                (PreEscaped(drawn.content))
+            }
+            figcaption { (about) }
+        }
+    })
+}
+
+/// A figure in large letters, and what it is.
+pub(crate) fn tile(figure: &str, what: &str, class: &str) -> Markup {
+    html! { div class="tile" { b class=(class) { (figure) } span { (what) } } }
+}
+
+/// Void elements are closed as in XML, which HTML allows.
+const HEAD: &str = "<meta charset=\"utf-8\"/>\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+                    <meta name=\"color-scheme\" content=\"light dark\"/>";
+
+/// The page around `body`.
+pub(crate) fn document(title: &str, body: Markup) -> String {
+    let page = html! {
+        (PreEscaped("<!DOCTYPE html>\n"))
+        html lang="en" {
+            head {
+                (PreEscaped(HEAD))
+                title { (title) }
+                style { (PreEscaped(include_str!("style.css"))) }
+            }
+            body { main { (body) } }
+        }
+    };
+    page.into_string()
+}

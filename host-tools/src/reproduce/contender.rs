@@ -1,0 +1,178 @@
+//! The models that find the mass themselves: ours, the paper's as printed, and the paper's as derived.
+
+use std::path::{Path, PathBuf};
+
+use model_core::coefficients::Coefficients;
+
+use super::study::{Followed, Trace};
+use crate::baselines::Point;
+use crate::compare::points::{self, Wanted};
+use crate::error::{Error, Result};
+use crate::estimate::{Instant, Payloads, Policy, PolicyKind, Replay, replay};
+use crate::fit::dataset::{Dataset, Reading, Row};
+use crate::fit::{self, Method, ModelKind, pgd};
+use crate::robot::Robot;
+
+/// Wheels of the robot of both studies.
+pub(super) const WHEELS: usize = 2;
+
+/// A model with its way to the mass.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Contender {
+    /// As in `gmr compare`.
+    pub(super) name: &'static str,
+    /// What it is.
+    pub(super) source: &'static str,
+    kind: ModelKind,
+    method: Method,
+    /// It notices payload changes by itself.
+    detects: bool,
+}
+
+/// Ours, the paper's, the paper's without its misprints.
+pub(super) const CONTENDERS: [Contender; 3] = [
+    Contender {
+        name: "signed",
+        source: "ours: signed torque model, least squares over the window",
+        kind: ModelKind::Signed,
+        method: Method::Physical,
+        detects: true,
+    },
+    Contender {
+        name: "eq18-published",
+        source: "the paper's: Eq. 18 as printed, Algorithm 1, averaged roots of Eq. 24",
+        kind: ModelKind::Eq18Published,
+        method: Method::Pgd,
+        detects: false,
+    },
+    Contender {
+        name: "eq18",
+        source: "Eq. 18 as derived, exact non-negative least squares, averaged roots",
+        kind: ModelKind::Eq18,
+        method: Method::Nnls,
+        detects: false,
+    },
+];
+
+impl Contender {
+    /// Fits the training rows.
+    pub(super) fn fit<'a>(&self, robot: &'a Robot, training: &Dataset<WHEELS>) -> Result<Fitted<'a>> {
+        let settings = pgd::Settings::default();
+        let training = training.with_gate(self.kind.gate());
+        let fit = fit::fit(robot, &training, self.kind, self.method, &settings)?;
+        Ok(Fitted { contender: *self, robot, coefficients: fit.coefficients })
+    }
+}
+
+/// A fitted contender.
+pub(super) struct Fitted<'a> {
+    /// Which.
+    pub(super) contender: Contender,
+    robot: &'a Robot,
+    coefficients: Coefficients<f64, WHEELS>,
+}
+
+impl Fitted<'_> {
+    /// P̂ at a mass, W.
+    pub(super) fn power(&self, row: &Row<WHEELS>, mass_kg: f64) -> f64 {
+        self.coefficients.model.power(&row.motion, mass_kg).unwrap_or(f64::NAN)
+    }
+
+    /// Replays a log under a policy. One instant a row of the log.
+    pub(super) fn follow(&self, log: &Log, policy: &Policy) -> Result<(Replay, Vec<Instant>)> {
+        let mut instants = Vec::with_capacity(log.rows.len());
+        let payloads = Payloads::default_for(&self.coefficients.model);
+        let replayed =
+            replay(self.robot, &self.coefficients, &log.file, payloads, policy, |now| instants.push(*now))?;
+        if instants.len() != log.rows.len() {
+            let (found, expected) = (instants.len(), log.rows.len());
+            return Err(Error::failed(format!("{found} estimates for {expected} rows")).in_file(&log.file));
+        }
+        Ok((replayed, instants))
+    }
+
+    /// Under a moving window of so many seconds; ours restarts it when the payload seems to have changed.
+    pub(super) fn follow_moving(&self, log: &Log, window_s: f64) -> Result<(Replay, Vec<Instant>)> {
+        self.follow(log, &moving(window_s, self.contender.detects))
+    }
+
+    /// As curves.
+    pub(super) fn followed(&self, instants: &[Instant]) -> Followed {
+        let known = |value: Option<f64>| value.unwrap_or(f64::NAN);
+        Followed {
+            method: self.contender.name.to_owned(),
+            predicted_w: instants.iter().map(|now| known(now.predicted_w)).collect(),
+            mass_kg: instants.iter().map(|now| known(now.mass_kg)).collect(),
+            low_kg: instants.iter().map(|now| known(now.interval_kg.map(|(low, _)| low))).collect(),
+            high_kg: instants.iter().map(|now| known(now.interval_kg.map(|(_, high)| high))).collect(),
+        }
+    }
+}
+
+/// The latest window, at every second.
+pub(super) fn moving(window_s: f64, detect: bool) -> Policy {
+    Policy { window_s, kind: PolicyKind::Moving, changes_s: Vec::new(), detect }
+}
+
+/// A log with its rows behind the filter.
+pub(super) struct Log {
+    pub(super) file: PathBuf,
+    pub(super) rows: Vec<Row<WHEELS>>,
+    pub(super) points: Vec<Point>,
+}
+
+impl Log {
+    /// Behind the filter of a fit.
+    pub(super) fn read(
+        robot: &Robot,
+        training: &Dataset<WHEELS>,
+        file: &Path,
+        wanted: &Wanted,
+    ) -> Result<Self> {
+        let files = [file.to_owned()];
+        let read = points::read(robot, &training.robot, &files, robot.mass_no_load_kg(), wanted, 1)?;
+        let (rows, points) = read.into_iter().unzip();
+        Ok(Self { file: file.to_owned(), rows, points })
+    }
+
+    /// Its masses in order, kg, each with the first and behind the last of its rows.
+    pub(super) fn tasks(&self) -> Vec<Task> {
+        let mut tasks: Vec<Task> = Vec::new();
+        for (index, row) in self.rows.iter().enumerate() {
+            match tasks.last_mut() {
+                Some(task) if task.mass_kg == row.mass => task.to = index + 1,
+                _ => tasks.push(Task { mass_kg: row.mass, from: index, to: index + 1 }),
+            }
+        }
+        tasks
+    }
+
+    /// As curves.
+    pub(super) fn trace(&self) -> Trace {
+        let wheel = |side: usize| self.rows.iter().map(|row| row.motion.wheels[side].speed).collect();
+        Trace {
+            time_s: self.rows.iter().map(|row| row.time).collect(),
+            wheel_rad_s: [wheel(0), wheel(1)],
+            measured_w: self.rows.iter().map(|row| row.power).collect(),
+            truth_kg: self.rows.iter().map(|row| row.mass).collect(),
+        }
+    }
+}
+
+/// Rows with one payload.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Task {
+    /// Total mass, kg.
+    pub(super) mass_kg: f64,
+    /// The first row.
+    pub(super) from: usize,
+    /// Behind the last row.
+    pub(super) to: usize,
+}
+
+/// Reads the log to fit.
+pub(super) fn training(robot: &Robot, file: &Path) -> Result<Dataset<WHEELS>> {
+    let gate = ModelKind::Signed.gate();
+    let reading = Reading { gate, cutoff_hz: None, mass_kg: robot.mass_no_load_kg() };
+    Dataset::read(robot, &[file.to_owned()], &reading)
+}

@@ -1,0 +1,252 @@
+//! When to look for the mass again: Fig. 4's policies and the change detector, on the same logs.
+
+use std::path::Path;
+
+use super::contender::{CONTENDERS, Fitted, Log, WHEELS, training};
+use super::price::PricePoint;
+use super::spread_of;
+use super::study::Recalibration;
+use crate::compare::points::Wanted;
+use crate::error::Result;
+use crate::estimate::{Change, Instant, Policy, PolicyKind};
+use crate::fit::dataset::Row;
+use crate::plant::experiment::{self, Drive};
+use crate::plant::log::{Columns, write};
+use crate::robot::Robot;
+
+/// Length of every window, s.
+const WINDOW_S: f64 = 25.0;
+
+/// Interval of the periodic policy, s: about half of a task.
+const EVERY_S: f64 = 50.0;
+
+/// A mass this near the truth counts as found.
+const FOUND: f64 = 0.1;
+
+/// A restart up to this long after a payload change, and no other before it, is that change's, s.
+const NOTICED_WITHIN_S: f64 = 30.0;
+
+/// How the mass is looked for again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Again {
+    Known,
+    Periodic,
+    Moving,
+    Detected,
+}
+
+/// What is compared: a policy under a contender's estimator.
+const COMPARED: [(&str, Again, usize); 7] = [
+    ("known time (Fig. 4a)", Again::Known, 1),
+    ("periodic (Fig. 4b)", Again::Periodic, 1),
+    ("moving window (Fig. 11)", Again::Moving, 1),
+    ("known time (Fig. 4a)", Again::Known, 0),
+    ("periodic (Fig. 4b)", Again::Periodic, 0),
+    ("moving window (Fig. 11)", Again::Moving, 0),
+    ("change detector", Again::Detected, 0),
+];
+
+/// What one seed gives, an outcome a comparison.
+pub(super) struct Seed {
+    outcomes: Vec<Outcome>,
+    /// Window, contender, misprediction with the old and with the new mass, W.
+    prices: Vec<(f64, usize, f64, f64)>,
+    rms_current_a: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Outcome {
+    /// Mean over the changes after which the mass was found.
+    delay_s: f64,
+    changes: u64,
+    never: u64,
+    false_restarts_per_hour: f64,
+    energy_error_percent: f64,
+    absolute_energy_error_percent: f64,
+    unknown_percent: f64,
+}
+
+/// Drives and judges one seed.
+pub(super) fn seed(folder: &Path, robot: &Robot, windows_s: &[u32], seed: u64) -> Result<Seed> {
+    let file = |name: &str| folder.join(format!("{name}-{seed}.csv"));
+    let (train, errands) = (file("recalibration-training"), file("errands"));
+    write(&train, &experiment::scenario(Drive::Training, seed)?, &Columns::default())?;
+    write(&errands, &experiment::scenario(Drive::Errands, seed)?, &Columns::default())?;
+    let dataset = training(robot, &train)?;
+    let wanted = Wanted::of(robot, &[train, errands.clone()])?;
+    let log = Log::read(robot, &dataset, &errands, &wanted)?;
+    let fitted =
+        CONTENDERS.iter().map(|contender| contender.fit(robot, &dataset)).collect::<Result<Vec<_>>>()?;
+    let outcomes = COMPARED
+        .iter()
+        .map(|(_, again, contender)| outcome(&fitted[*contender], &log, *again))
+        .collect::<Result<Vec<_>>>()?;
+    let mut prices = Vec::new();
+    for window_s in windows_s.iter().map(|window| f64::from(*window)) {
+        for (index, fitted) in fitted.iter().enumerate().take(2) {
+            let (old, new) = misprediction(fitted, &log, window_s)?;
+            prices.push((window_s, index, old, new));
+        }
+    }
+    let square = |row: &Row<WHEELS>| (row.power / experiment::SUPPLY_V).powi(2);
+    let mean_square = log.rows.iter().map(square).sum::<f64>() / log.rows.len() as f64;
+    Ok(Seed { outcomes, prices, rms_current_a: mean_square.sqrt() })
+}
+
+fn outcome(fitted: &Fitted<'_>, log: &Log, again: Again) -> Result<Outcome> {
+    let tasks = log.tasks();
+    let changes_s: Vec<f64> = tasks.iter().skip(1).map(|task| log.rows[task.from].time).collect();
+    let (kind, told, detect) = match again {
+        Again::Known => (PolicyKind::Known, changes_s.clone(), false),
+        Again::Periodic => (PolicyKind::Periodic(EVERY_S), Vec::new(), false),
+        Again::Moving => (PolicyKind::Moving, Vec::new(), false),
+        Again::Detected => (PolicyKind::Moving, Vec::new(), true),
+    };
+    let policy = Policy { window_s: WINDOW_S, kind, changes_s: told, detect };
+    let (replayed, instants) = fitted.follow(log, &policy)?;
+    let delays: Vec<Option<f64>> = tasks
+        .iter()
+        .skip(1)
+        .map(|task| delay(&instants[task.from..task.to], &log.rows[task.from..task.to], task.mass_kg))
+        .collect();
+    let found: Vec<f64> = delays.iter().flatten().copied().collect();
+    let hours = replayed.duration_s / 3600.0;
+    let false_restarts = match again {
+        Again::Known | Again::Moving => 0,
+        Again::Periodic => needless(&periodic_restarts(replayed.duration_s), &changes_s),
+        Again::Detected => needless(&noticed(&replayed.changes), &changes_s),
+    };
+    let energy = Energy::of(fitted, log, &instants);
+    Ok(Outcome {
+        delay_s: found.iter().sum::<f64>() / found.len() as f64,
+        changes: delays.len() as u64,
+        never: (delays.len() - found.len()) as u64,
+        false_restarts_per_hour: false_restarts as f64 / hours,
+        energy_error_percent: 100.0 * (energy.predicted_j / energy.measured_j - 1.0).abs(),
+        absolute_energy_error_percent: 100.0 * energy.apart_j / energy.measured_j,
+        unknown_percent: 100.0 * energy.unknown_share,
+    })
+}
+
+/// Time from the start of a task until its mass is found, and stays so to its end, s.
+fn delay(instants: &[Instant], rows: &[Row<WHEELS>], mass_kg: f64) -> Option<f64> {
+    let is_found = |now: &Instant| now.mass_kg.is_some_and(|mass| (mass / mass_kg - 1.0).abs() <= FOUND);
+    let behind = instants.iter().rposition(|now| !is_found(now)).map_or(0, |last| last + 1);
+    Some(rows.get(behind)?.time - rows.first()?.time)
+}
+
+fn periodic_restarts(duration_s: f64) -> Vec<f64> {
+    (1..).map(|round| f64::from(round) * EVERY_S).take_while(|time| *time < duration_s).collect()
+}
+
+fn noticed(changes: &[Change]) -> Vec<f64> {
+    changes.iter().map(|change| change.noticed_s).collect()
+}
+
+/// Restarts that no payload change asked for: each change asks for the first one within [`NOTICED_WITHIN_S`] behind it.
+fn needless(restarts_s: &[f64], changes_s: &[f64]) -> usize {
+    let asked = changes_s.iter().filter(|change| {
+        restarts_s.iter().any(|restart| (0.0..=NOTICED_WITHIN_S).contains(&(restart - **change)))
+    });
+    restarts_s.len() - asked.count().min(restarts_s.len())
+}
+
+/// Energies of a log, J. Where the mass is unknown the last known one is taken, as one would who has to plan.
+struct Energy {
+    measured_j: f64,
+    predicted_j: f64,
+    apart_j: f64,
+    unknown_share: f64,
+}
+
+impl Energy {
+    fn of(fitted: &Fitted<'_>, log: &Log, instants: &[Instant]) -> Self {
+        let mut energy = Self { measured_j: 0.0, predicted_j: 0.0, apart_j: 0.0, unknown_share: 0.0 };
+        let (mut last, mut unknown, mut counted) = (None, 0_u64, 0_u64);
+        for ((row, now), before) in log.rows.iter().zip(instants).skip(1).zip(&log.rows) {
+            unknown += u64::from(now.mass_kg.is_none());
+            counted += 1;
+            last = now.mass_kg.or(last);
+            // Before the first estimate nobody predicts anything.
+            let Some(mass) = last else { continue };
+            let step_s = row.time - before.time;
+            let predicted = fitted.power(row, mass);
+            energy.measured_j += row.power * step_s;
+            energy.predicted_j += predicted * step_s;
+            energy.apart_j += (predicted - row.power).abs() * step_s;
+        }
+        energy.unknown_share = unknown as f64 / counted as f64;
+        energy
+    }
+}
+
+/// By how much the mean power of a task is mispredicted with the mass of the task before, and with that of the task's own
+/// first window: mean over tasks of |mean P̂(m) − mean P̂(truth)|, W.
+fn misprediction(fitted: &Fitted<'_>, log: &Log, window_s: f64) -> Result<(f64, f64)> {
+    let (replayed, _) = fitted.follow(log, &super::contender::moving(window_s, false))?;
+    let tasks = log.tasks();
+    let (mut old, mut new, mut count) = (0.0, 0.0, 0.0);
+    for pair in tasks.windows(2) {
+        let [before, task] = pair else { continue };
+        let rows = &log.rows[task.from..task.to];
+        let Some(start_s) = rows.first().map(|row| row.time) else { continue };
+        let own = replayed.windows.iter().find(|window| window.t0_s >= start_s && window.mass_kg.is_some());
+        let Some(found) = own.and_then(|window| window.mass_kg) else { continue };
+        let mean =
+            |mass: f64| rows.iter().map(|row| fitted.power(row, mass)).sum::<f64>() / rows.len() as f64;
+        let truth = mean(task.mass_kg);
+        old += (mean(before.mass_kg) - truth).abs();
+        new += (mean(found) - truth).abs();
+        count += 1.0;
+    }
+    Ok((old / count, new / count))
+}
+
+/// Over all seeds.
+pub(super) fn gather(seeds: &[Seed]) -> Vec<Recalibration> {
+    let row = |(index, (policy, _, contender)): (usize, &(&str, Again, usize))| {
+        let spread =
+            |value: fn(&Outcome) -> f64| spread_of(seeds, |seed| seed.outcomes.get(index).map(value));
+        let total = |value: fn(&Outcome) -> u64| -> u64 {
+            seeds.iter().filter_map(|seed| seed.outcomes.get(index)).map(value).sum()
+        };
+        Recalibration {
+            policy: (*policy).to_owned(),
+            method: CONTENDERS[*contender].name.to_owned(),
+            delay_s: spread(|outcome| outcome.delay_s),
+            never: (total(|outcome| outcome.never), total(|outcome| outcome.changes)),
+            false_restarts_per_hour: spread(|outcome| outcome.false_restarts_per_hour),
+            energy_error_percent: spread(|outcome| outcome.energy_error_percent),
+            absolute_energy_error_percent: spread(|outcome| outcome.absolute_energy_error_percent),
+            unknown_percent: spread(|outcome| outcome.unknown_percent),
+        }
+    };
+    COMPARED.iter().enumerate().map(row).collect()
+}
+
+/// What the price of sensing is weighed against, by window and contender.
+pub(super) fn prices(seeds: &[Seed]) -> Vec<PricePoint> {
+    let Some(first) = seeds.first() else { return Vec::new() };
+    let actuation_a = spread_of(seeds, |seed| Some(seed.rms_current_a)).mean;
+    let point = |(index, (window_s, contender, ..)): (usize, &(f64, usize, f64, f64))| PricePoint {
+        window_s: *window_s,
+        method: CONTENDERS[*contender].name.to_owned(),
+        old_mass_w: spread_of(seeds, |seed| seed.prices.get(index).map(|price| price.2)).mean,
+        new_mass_w: spread_of(seeds, |seed| seed.prices.get(index).map(|price| price.3)).mean,
+        actuation_a,
+    };
+    first.prices.iter().enumerate().map(point).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::needless;
+
+    #[test]
+    fn a_change_asks_for_one_restart() {
+        // Changes at 100 and 200 s; the restart at 105 s is the first one's, those at 20, 110 and 290 s nobody's.
+        assert_eq!(needless(&[20.0, 105.0, 110.0, 290.0], &[100.0, 200.0]), 3);
+        assert_eq!(needless(&[], &[100.0]), 0);
+        assert_eq!(needless(&[99.0], &[100.0]), 1);
+    }
+}

@@ -1,0 +1,56 @@
+//! A figure over seeds, with the interval of its mean.
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use super::study::Spread;
+
+impl Spread {
+    /// Over one value a seed; seeds without one (NaN) do not count.
+    pub fn over(values: &[f64]) -> Self {
+        let known: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+        let count = known.len();
+        let mean = known.iter().sum::<f64>() / count as f64;
+        let half = half_width(&known, mean);
+        Self {
+            mean,
+            low: mean - half,
+            high: mean + half,
+            least: known.iter().copied().fold(f64::NAN, f64::min),
+            greatest: known.iter().copied().fold(f64::NAN, f64::max),
+            count,
+        }
+    }
+}
+
+/// Half the 95 % interval of the mean; NaN below two values.
+fn half_width(values: &[f64], mean: f64) -> f64 {
+    let degrees = values.len() as f64 - 1.0;
+    let Ok(student) = StudentsT::new(0.0, 1.0, degrees) else { return f64::NAN };
+    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / degrees;
+    student.inverse_cdf(0.975) * (variance / values.len() as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Spread;
+
+    /// By hand: 1, 2, 3, 4 have the mean 2.5 and the standard deviation 1.29099; t(3 degrees, 97.5 %) = 3.18245.
+    #[test]
+    fn the_interval_is_students() {
+        let spread = Spread::over(&[1.0, f64::NAN, 2.0, 3.0, 4.0]);
+        let half = 3.182_45 * 1.290_99 / 2.0;
+        assert!((spread.mean - 2.5).abs() < 1e-12 && spread.count == 4);
+        assert!(
+            (spread.high - 2.5 - half).abs() < 1e-4 && (2.5 - spread.low - half).abs() < 1e-4,
+            "{spread:?}"
+        );
+        assert_eq!((spread.least, spread.greatest), (1.0, 4.0));
+    }
+
+    #[test]
+    fn one_seed_has_no_interval() {
+        let spread = Spread::over(&[7.0]);
+        assert!(spread.mean == 7.0 && spread.low.is_nan() && spread.high.is_nan());
+        assert!(Spread::over(&[]).mean.is_nan());
+    }
+}

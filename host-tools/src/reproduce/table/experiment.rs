@@ -1,0 +1,160 @@
+//! Section 7's tables.
+
+use super::{Mark, Row, Table, number, plain, spread, with_unit};
+use crate::compare::MassSource;
+use crate::reproduce::section7::PUBLISHED_WORST;
+use crate::reproduce::standing::{self, Standing};
+use crate::reproduce::study::{Experiment, ModelRow};
+
+pub(super) fn goals(experiment: &Experiment) -> Table {
+    let rows = standing::goals(experiment).into_iter().map(|goal| {
+        let reached = goal.is_reached();
+        let limit = format!("{} {}", if goal.at_least { "≥" } else { "≤" }, number(goal.limit, 2));
+        let found = goal.found.map_or("–".to_owned(), |found| spread(&found, 3));
+        let verdict = match reached {
+            Some(true) => "reached",
+            Some(false) => "missed",
+            None => "not measured",
+        };
+        Row {
+            cells: vec![
+                goal.what.to_owned(),
+                with_unit(limit, goal.unit),
+                with_unit(found, goal.unit),
+                verdict.to_owned(),
+            ],
+            mark: if reached == Some(false) { Mark::Against } else { Mark::None },
+        }
+    });
+    Table {
+        name: "goals",
+        title: "What is asked of ours in the experiment's regime".to_owned(),
+        head: vec!["figure", "#goal", "#ours", "verdict"],
+        rows: rows.collect(),
+        note: "by the mean over seeds".to_owned(),
+    }
+}
+
+pub(super) fn knobs(experiment: &Experiment) -> Table {
+    let rows = experiment
+        .knobs
+        .iter()
+        .map(|knob| plain(vec![knob.name.to_owned(), knob.value.clone(), knob.reason.to_owned()]));
+    Table {
+        name: "knobs",
+        title: "Section 7: how the experiment's regime was set".to_owned(),
+        head: vec!["knob", "value", "why"],
+        rows: rows.collect(),
+        note: "set so that the paper's method and its two comparisons land near their published figures; ours had no say".to_owned(),
+    }
+}
+
+pub(super) fn nearness(experiment: &Experiment) -> Table {
+    let rows = experiment.nearness.iter().map(|near| {
+        let digits = if near.unit.is_empty() { 3 } else { 2 };
+        plain(vec![
+            near.what.clone(),
+            with_unit(number(near.published, digits), near.unit),
+            with_unit(spread(&near.here, digits), near.unit),
+            with_unit(spread(&near.ours, digits), near.unit),
+        ])
+    });
+    Table {
+        name: "nearness",
+        title: "Section 7: how near the regime comes to what was published".to_owned(),
+        head: vec!["figure", "#published", "#the same method here", "#ours on the same logs"],
+        rows: rows.collect(),
+        note: format!(
+            "models are judged over {} % of the samples behind the first window: those at which all that have to find the mass know it",
+            spread(&experiment.share_known, 1)
+        ),
+    }
+}
+
+pub(super) fn windows(experiment: &Experiment) -> Table {
+    let ours = experiment.windows.first().map(|row| row.method.as_str());
+    let rows = experiment.windows.iter().map(|row| Row {
+        cells: vec![
+            number(row.window_s, 1),
+            row.method.clone(),
+            spread(&row.worst_mass_percent, 2),
+            spread(&row.mean_mass_percent, 2),
+            spread(&row.known_percent, 1),
+            spread(&row.mape_percent, 2),
+            spread(&row.r2, 3),
+        ],
+        mark: if Some(row.method.as_str()) == ours { Mark::Ours } else { Mark::None },
+    });
+    let published = PUBLISHED_WORST.map(|(window_s, mass, mape, r2)| {
+        format!("at {window_s} s the paper has {mass} %, {mape} % and {r2}")
+    });
+    Table {
+        name: "windows",
+        title: "Fig. 12: error against window, worst-case start".to_owned(),
+        head: vec!["#window s", "method", "#mass error, worst %", "#mean %", "#known %", "#MAPE %", "#R²"],
+        rows: rows.collect(),
+        note: format!(
+            "MAPE and R² with the worst window's mass; worst mass error, MAPE and R²: {}",
+            published.join(", ")
+        ),
+    }
+}
+
+pub(super) fn models(experiment: &Experiment) -> Table {
+    let Some((ours, others)) = experiment.models.split_first() else {
+        return Table { rows: Vec::new(), ..models_table() };
+    };
+    let cells = |row: &ModelRow, standing: &str| {
+        let published = row
+            .published
+            .map_or(String::new(), |(mape, r2)| format!("{} / {}", number(mape, 2), number(r2, 2)));
+        vec![
+            row.name.clone(),
+            mass(row.mass).to_owned(),
+            spread(&row.mape_percent, 2),
+            spread(&row.r2, 3),
+            spread(&row.rmse_w, 3),
+            published,
+            standing.to_owned(),
+        ]
+    };
+    let others = others.iter().map(|row| {
+        let standing = Standing::of_models(ours, row);
+        let mark = if standing == Standing::Behind { Mark::Against } else { Mark::None };
+        Row { cells: cells(row, standing.words()), mark }
+    });
+    let first = Row { cells: cells(ours, ""), mark: Mark::Ours };
+    Table { rows: std::iter::once(first).chain(others).collect(), ..models_table() }
+}
+
+fn models_table() -> Table {
+    Table {
+        name: "models",
+        title: "Section 7.2: power of the test logs, moving window of 25 s, every earlier method".to_owned(),
+        head: vec!["model", "mass", "#MAPE %", "#R²", "#RMSE W", "#published", "standing"],
+        rows: Vec::new(),
+        note: "mass: given = the true mass is an input, estimated = found from speed and power, unused = the model has none; \
+               published: MAPE % / R²; ahead or beaten where neither pair of intervals of MAPE and R² meets"
+            .to_owned(),
+    }
+}
+
+/// For tables.
+pub(in crate::reproduce) fn mass(source: MassSource) -> &'static str {
+    match source {
+        MassSource::Given => "given",
+        MassSource::Estimated => "estimated",
+        MassSource::Unused => "unused",
+    }
+}
+
+pub(super) fn left_out(experiment: &Experiment) -> Table {
+    let rows = experiment.left_out.iter().map(|left| plain(vec![left.name.clone(), left.reason.clone()]));
+    Table {
+        name: "left-out",
+        title: "Baselines that these logs do not allow".to_owned(),
+        head: vec!["model", "why"],
+        rows: rows.collect(),
+        note: String::new(),
+    }
+}
