@@ -60,50 +60,6 @@ impl FileProgress {
     }
 }
 
-/// Epochs of a training that may end early.
-#[cfg(feature = "mlp")]
-pub(crate) struct EpochProgress {
-    bar: Option<ProgressBar>,
-    started: Instant,
-    what: &'static str,
-    most: u32,
-}
-
-#[cfg(feature = "mlp")]
-impl EpochProgress {
-    /// With the most epochs that there may be.
-    pub(crate) fn new(what: &'static str, most: u32) -> Self {
-        Self { bar: None, started: Instant::now(), what, most }
-    }
-
-    /// So many epochs are done, the last with this loss.
-    pub(crate) fn at(&mut self, epochs: u32, loss: f64) {
-        if self.bar.is_none() && self.started.elapsed() > Duration::from_secs(1) {
-            let bar = ProgressBar::new(u64::from(self.most));
-            if let Ok(style) =
-                ProgressStyle::with_template("{prefix} {bar:40} epoch {pos} of at most {len}, {msg}")
-            {
-                bar.set_style(style);
-            }
-            bar.set_prefix(self.what);
-            self.bar = Some(bar);
-        }
-        if let Some(bar) = &self.bar {
-            bar.set_message(format!("loss {loss:.5}"));
-            bar.set_position(u64::from(epochs));
-        }
-    }
-}
-
-#[cfg(feature = "mlp")]
-impl Drop for EpochProgress {
-    fn drop(&mut self) {
-        if let Some(bar) = self.bar.take() {
-            bar.finish_and_clear();
-        }
-    }
-}
-
 /// Work in stages of unknown length: a spinner that says which one, on a terminal only.
 pub(crate) struct StageProgress {
     bar: ProgressBar,

@@ -15,8 +15,7 @@ pub mod leng;
 pub mod liu;
 pub mod longitudinal;
 pub mod mei;
-#[cfg(feature = "mlp")]
-pub mod mlp;
+pub mod network;
 pub mod online;
 pub mod parasuraman;
 pub mod pentzer;
@@ -63,8 +62,11 @@ pub const ALL: &[&Card] = &[
     &leng::WITH_MASS,
     &liu::LINEAR,
     &liu::POLYNOMIAL,
-    #[cfg(feature = "mlp")]
-    &mlp::PERCEPTRON,
+    &network::PERCEPTRON,
+    &network::LIU,
+    &network::GORA,
+    &network::SAKAYORI,
+    &network::CHIKUSHI,
 ];
 
 /// A model that learns power from points.

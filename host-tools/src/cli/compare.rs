@@ -5,11 +5,13 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use crate::baselines;
-use crate::compare::{self, Comparison, Entry, HOLD_OUT, LeftOut, MassSource, Settings, Split, compare};
+use crate::compare::{self, Comparison, Entry, LeftOut, MassSource, Settings, Split, compare};
 use crate::error::{Error, Result};
 use crate::report::{Binned, Page, check_extension};
 use crate::robot::Robot;
 use crate::with_wheels;
+
+use super::compare_text::{print_list, print_table};
 
 /// Arguments of `gmr compare`.
 #[derive(clap::Args)]
@@ -32,16 +34,17 @@ pub(crate) struct Arguments {
     /// Total mass of logs without a mass_kg column, kg [default: the robot's mass without payload]
     #[arg(long, value_name = "KG")]
     mass: Option<f64>,
-    /// Models to compare [default: all that robot and logs allow; `--list` describes them]
+    /// Models to compare; those that robot or logs do not allow are named and left out [default: all; `--list`
+    /// describes them]
     #[arg(long, value_delimiter = ',', num_args = 1.., value_name = "NAME,…")]
     models: Vec<String>,
-    /// List the models with their sources, assumptions and needs, and end
+    /// List the models with their sources and assumptions, and what each needs of this robot's logs, and end
     #[arg(long)]
     list: bool,
     /// Leave out the neural networks
-    #[arg(long)]
+    #[arg(long, conflicts_with = "models")]
     no_perceptron: bool,
-    /// Draw predicted against measured power, binned as in the paper's Fig. 15
+    /// Draw predicted against measured power, binned as in the paper's Fig. 15: the models asked for, or the best few
     #[arg(long, value_name = "FILE.svg|png")]
     plot: Option<PathBuf>,
     /// Figures as JSON on standard output
@@ -65,11 +68,10 @@ struct Report<'a> {
 const BINS: f64 = 30.0;
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    if arguments.list {
-        print_list();
-        return Ok(());
-    }
     let robot = Robot::load(&arguments.robot)?;
+    if arguments.list {
+        return print_list(&robot, arguments.json);
+    }
     if let Some(plot) = &arguments.plot {
         check_extension(plot)?;
     }
@@ -94,7 +96,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     let settings = Settings { mass_kg, window_s: arguments.window, models: chosen(arguments)? };
     let comparison = compare::<N>(robot, &split, &settings)?;
     if let Some(plot) = &arguments.plot {
-        draw(&comparison)?.save(plot)?;
+        draw(&comparison, arguments.models.is_empty())?.save(plot)?;
     }
     if arguments.json {
         return super::print_json(&Report {
@@ -108,7 +110,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
             left_out: &comparison.left_out,
         });
     }
-    print_text(robot, arguments, &comparison);
+    print_table(robot, arguments.test.is_empty(), &comparison);
     Ok(())
 }
 
@@ -127,22 +129,34 @@ fn chosen(arguments: &Arguments) -> Result<Vec<&'static str>> {
     arguments.models.iter().map(known).collect()
 }
 
-fn print_list() {
-    for name in compare::names() {
-        let Some(card) = baselines::ALL.iter().find(|card| card.name == name) else { continue };
-        println!("{name}: {}", card.source);
-        println!("    assumes: {}", card.assumes);
-    }
-}
+/// Most curves that a figure takes: as many as there are colours that everybody tells apart.
+const MOST_CURVES: usize = 7;
 
-fn draw(comparison: &Comparison) -> Result<Page> {
+/// The figure; where nobody chose the models, of the best and ours only.
+fn draw(comparison: &Comparison, choose: bool) -> Result<Page> {
     let highest = comparison.pairs.iter().flatten().map(|(measured, _)| *measured).fold(0.0, f64::max);
-    let mut figure = Binned::new("Predicted against measured power", nice(highest / BINS));
-    for (entry, pairs) in comparison.entries.iter().zip(&comparison.pairs) {
-        if entry.mass == MassSource::Estimated || !entry.name.contains("mass given") {
-            for (measured, predicted) in pairs {
-                figure.add(&entry.name, *measured, *predicted);
-            }
+    let mut drawn: Vec<usize> = (0..comparison.entries.len())
+        .filter(|&index| {
+            let entry = &comparison.entries[index];
+            entry.mass == MassSource::Estimated || !entry.name.contains("mass given")
+        })
+        .collect();
+    let all = drawn.len();
+    let mut title = "Predicted against measured power".to_owned();
+    if choose && all > MOST_CURVES {
+        // The default model first, whatever its place.
+        let place = |&index: &usize| (index > 0, comparison.entries[index].rmse_w);
+        drawn.sort_by(|a, b| {
+            let ((late, error), (other_late, other_error)) = (place(a), place(b));
+            late.cmp(&other_late).then(error.total_cmp(&other_error))
+        });
+        drawn.truncate(MOST_CURVES);
+        title = format!("{title}: the best {MOST_CURVES} of {all} models");
+    }
+    let mut figure = Binned::new(title, nice(highest / BINS));
+    for index in drawn {
+        for (measured, predicted) in &comparison.pairs[index] {
+            figure.add(&comparison.entries[index].name, *measured, *predicted);
         }
     }
     Ok(Page::new([figure.into()]))
@@ -152,46 +166,4 @@ fn draw(comparison: &Comparison) -> Result<Page> {
 fn nice(width: f64) -> f64 {
     let decade = 10_f64.powf(width.max(1e-6).log10().floor());
     [1.0, 2.0, 5.0, 10.0].into_iter().map(|step| step * decade).find(|step| *step >= width).unwrap_or(width)
-}
-
-fn print_text(robot: &Robot, arguments: &Arguments, comparison: &Comparison) {
-    let split = if arguments.test.is_empty() {
-        format!("one in {HOLD_OUT} blocks held out")
-    } else {
-        format!("payload window {} s", comparison.window_s)
-    };
-    println!(
-        "{}: {} rows to fit, {} to evaluate ({split})",
-        robot.name(),
-        comparison.train_rows,
-        comparison.test_rows
-    );
-    println!("  {:<28} {:>9} {:>9} {:>10} {:>9}  mass", "model", "R²", "MAPE %", "RMSE W", "fit s");
-    let number =
-        |value: Option<f64>, digits: usize| value.map_or("–".to_owned(), |v| format!("{v:.digits$}"));
-    for entry in &comparison.entries {
-        println!(
-            "  {:<28} {:>9} {:>9} {:>10.4} {:>9.3}  {}",
-            entry.name,
-            number(entry.r2, 5),
-            number(entry.mape_percent, 2),
-            entry.rmse_w,
-            entry.fit_s,
-            match entry.mass {
-                MassSource::Given => "given",
-                MassSource::Estimated => "estimated",
-                MassSource::Unused => "unused",
-            }
-        );
-    }
-    for LeftOut { name, reason } in &comparison.left_out {
-        println!("  {name:<28} left out: {reason}");
-    }
-    if let Some(entry) = comparison.entries.first() {
-        println!(
-            "MAPE over the {:.0} % of the samples with at least {} W",
-            100.0 * entry.mape_share,
-            robot.mape_floor_w()
-        );
-    }
 }

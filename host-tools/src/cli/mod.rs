@@ -3,6 +3,7 @@
 #[cfg(target_os = "linux")]
 mod board;
 mod compare;
+mod compare_text;
 mod drive;
 mod estimate;
 mod fit;

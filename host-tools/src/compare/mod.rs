@@ -1,45 +1,21 @@
 //! Every model and baseline on the same split.
 
+mod evaluate;
 pub mod points;
-
-use std::path::PathBuf;
-use std::time::Instant as Clock;
+mod split;
 
 use serde::Serialize;
 
-use self::points::Wanted;
-use crate::baselines::{self, Card, Layout, Parameter, Point};
+pub use self::evaluate::{Evaluation, allowed, evaluate, evaluate_all};
+use self::split::Data;
+pub use self::split::{BLOCK_S, HOLD_OUT, Split};
+use crate::baselines::{self, Card, Parameter, Point};
 use crate::error::{Error, Result};
 use crate::estimate::{Payloads, Policy, PolicyKind, bucket_length, replay};
-use crate::fit::dataset::{Dataset, Reading, Row};
+use crate::fit::dataset::Row;
 use crate::fit::{self, Method, ModelKind, pgd};
 use crate::metrics::{Metrics, Quality};
 use crate::robot::Robot;
-
-/// Where training ends and testing begins.
-#[derive(Debug, Clone)]
-pub enum Split {
-    /// Logs of their own for both.
-    Files {
-        /// Logs to fit.
-        train: Vec<PathBuf>,
-        /// Logs to evaluate.
-        test: Vec<PathBuf>,
-    },
-    /// Blocks of time of the same logs, every so many a test block.
-    Blocks {
-        /// The logs.
-        files: Vec<PathBuf>,
-        /// Length of a block, s; at most [`BLOCK_S`], and a sixth of the longest run, unless given.
-        block_s: Option<f64>,
-    },
-}
-
-/// Length of held-out blocks, s: longer than any correlation of filtered power, short enough for several kinds of driving.
-pub const BLOCK_S: f64 = 5.0;
-
-/// One in this many blocks is held out.
-pub const HOLD_OUT: i64 = 3;
 
 /// How a model got the mass of the test rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -120,20 +96,51 @@ pub struct Settings {
 
 /// Every model's name: those of this project and the paper, then the baselines.
 pub fn names() -> impl Iterator<Item = &'static str> {
-    MODELS.iter().map(|(name, ..)| *name).chain(baselines::ALL.iter().map(|card| card.name))
+    OWN.iter().map(|own| own.name).chain(baselines::ALL.iter().map(|card| card.name))
+}
+
+/// A model of this project or the paper: it can find the mass itself.
+#[derive(Debug, Clone, Copy)]
+pub struct Own {
+    /// Its name in tables and in `gmr compare --models`.
+    pub name: &'static str,
+    /// What it is, in one line.
+    pub source: &'static str,
+    /// What it assumes beyond that, in one line.
+    pub assumes: &'static str,
+    kind: ModelKind,
+    method: Method,
 }
 
 /// The models of this project and the paper, in the order of the table.
-const MODELS: [(&str, &str, ModelKind, Method); 3] = [
-    ("signed", "signed torque model (default)", ModelKind::Signed, Method::Physical),
-    ("eq18", "Eq. 18, corrected", ModelKind::Eq18, Method::Nnls),
-    ("eq18-published", "Eq. 18 as printed, Algorithm 1", ModelKind::Eq18Published, Method::Pgd),
+pub const OWN: [Own; 3] = [
+    Own {
+        name: "signed",
+        source: "signed torque model (default)",
+        assumes: "motors of one kind, wheels that roll without slipping",
+        kind: ModelKind::Signed,
+        method: Method::Physical,
+    },
+    Own {
+        name: "eq18",
+        source: "Eq. 18, corrected",
+        assumes: "as the signed model, and inertial torque only where it speeds a wheel up",
+        kind: ModelKind::Eq18,
+        method: Method::Nnls,
+    },
+    Own {
+        name: "eq18-published",
+        source: "Eq. 18 as printed, Algorithm 1",
+        assumes: "as eq18, with the derivation's slips: the squared inertial torque counts in braking, too, and goes with m, not m²",
+        kind: ModelKind::Eq18Published,
+        method: Method::Pgd,
+    },
 ];
 
 /// Fits everything and evaluates it.
 ///
 /// # Errors
-/// A log that cannot be read, or data that determine no model.
+/// A log that cannot be read, data that determine no model, or no model that can be had for this robot and these logs.
 pub fn compare<const N: usize>(robot: &Robot, split: &Split, settings: &Settings) -> Result<Comparison> {
     // Wrong usage even where this split has no use for a window.
     bucket_length(settings.window_s)?;
@@ -146,15 +153,49 @@ pub fn compare<const N: usize>(robot: &Robot, split: &Split, settings: &Settings
         train_rows: data.train.store.len(),
         test_rows: data.test.len(),
     };
-    // Without at least two payloads to learn from and logs to replay, the mass cannot be estimated.
-    let estimates = data.train.masses.len() > 1 && matches!(split, Split::Files { .. });
-    for (name, source, kind, method) in MODELS {
-        if !settings.models.contains(&name) {
-            continue;
+    for own in OWN.iter().filter(|own| settings.models.contains(&own.name)) {
+        comparison.add_own(robot, own, &data, split, settings)?;
+    }
+    let test: Vec<Point> = data.test.iter().map(|(_, point)| *point).collect();
+    let cards: Vec<&Card> =
+        baselines::ALL.iter().filter(|card| settings.models.contains(&card.name)).copied().collect();
+    let evaluations = evaluate_all(robot, &cards, &data.wanted, &data.training, &test);
+    for (card, evaluation) in cards.into_iter().zip(evaluations) {
+        match evaluation {
+            Err(error) => comparison.leave_out(card.name, error.to_string()),
+            Ok(Evaluation { fit_s, parameters, pairs }) => {
+                let mass = if card.takes_mass { MassSource::Given } else { MassSource::Unused };
+                comparison.push(robot, (card.name, card.source), mass, fit_s, parameters, pairs);
+            }
         }
-        let training = data.train.with_gate(kind.gate());
-        let fit = fit::fit(robot, &training, kind, method, &pgd::Settings::default())?;
-        if let (true, Split::Files { test, .. }) = (estimates, split) {
+    }
+    if comparison.entries.is_empty() {
+        let why = |out: &LeftOut| format!("{}: {}", out.name, out.reason);
+        let why: Vec<String> = comparison.left_out.iter().map(why).collect();
+        return Err(Error::failed(format!("no model is left to compare ({})", why.join("; "))));
+    }
+    Ok(comparison)
+}
+
+impl Comparison {
+    /// Fits a model of ours; where it can find the mass, with and without it.
+    fn add_own<const N: usize>(
+        &mut self,
+        robot: &Robot,
+        own: &Own,
+        data: &Data<N>,
+        split: &Split,
+        settings: &Settings,
+    ) -> Result<()> {
+        let Own { name, source, kind, method, .. } = *own;
+        let fit =
+            fit::fit(robot, &data.train.with_gate(kind.gate()), kind, method, &pgd::Settings::default())?;
+        // Without at least two payloads to learn from and logs to replay, the mass cannot be estimated.
+        let replayed = match split {
+            Split::Files { test, .. } if data.train.masses.len() > 1 => Some(test),
+            _ => None,
+        };
+        if let Some(test) = replayed {
             let mut pairs = Vec::new();
             let policy = Policy {
                 window_s: settings.window_s,
@@ -170,72 +211,16 @@ pub fn compare<const N: usize>(robot: &Robot, split: &Split, settings: &Settings
                     }
                 })?;
             }
-            comparison.push(robot, (name, source), MassSource::Estimated, fit.solve_s, Vec::new(), pairs);
+            self.push(robot, (name, source), MassSource::Estimated, fit.solve_s, Vec::new(), pairs);
         }
         let model = &fit.coefficients.model;
         let predict = |row: &Row<N>| Some((row.power, model.power(&row.motion, row.mass)?));
         let pairs = data.test.iter().filter_map(|(row, _)| predict(row)).collect();
-        let name = if estimates { format!("{name}, mass given") } else { name.to_owned() };
-        comparison.push(robot, (&name, source), MassSource::Given, fit.solve_s, Vec::new(), pairs);
+        let name = if replayed.is_some() { format!("{name}, mass given") } else { name.to_owned() };
+        self.push(robot, (&name, source), MassSource::Given, fit.solve_s, Vec::new(), pairs);
+        Ok(())
     }
-    let test: Vec<Point> = data.test.iter().map(|(_, point)| *point).collect();
-    for card in baselines::ALL.iter().filter(|card| settings.models.contains(&card.name)) {
-        match evaluate(robot, card, &data.wanted, &data.training, &test) {
-            Err(error) => comparison.leave_out(card.name, error.to_string()),
-            Ok(Evaluation { fit_s, parameters, pairs }) => {
-                let mass = if card.takes_mass { MassSource::Given } else { MassSource::Unused };
-                comparison.push(robot, (card.name, card.source), mass, fit_s, parameters, pairs);
-            }
-        }
-    }
-    Ok(comparison)
-}
 
-/// What came of one baseline.
-pub struct Evaluation {
-    /// Time to fit, s.
-    pub fit_s: f64,
-    /// What it learned.
-    pub parameters: Vec<Parameter>,
-    /// Measured and predicted power of the test points.
-    pub pairs: Vec<Pair>,
-}
-
-/// Fits a baseline and predicts the test points.
-///
-/// # Errors
-/// Why it cannot be had for this robot and these logs.
-pub fn evaluate(
-    robot: &Robot,
-    card: &Card,
-    wanted: &Wanted,
-    training: &[Point],
-    test: &[Point],
-) -> Result<Evaluation> {
-    if !(card.layouts.is_empty() || card.layouts.contains(&Layout::of(robot))) {
-        let layouts: Vec<&str> = card.layouts.iter().map(|layout| layout.name()).collect();
-        return Err(Error::failed(format!("it is a model of {}", layouts.join(" or "))));
-    }
-    let lacking: Vec<&str> = card
-        .needs
-        .iter()
-        .filter(|need| !wanted.has(**need))
-        .flat_map(|need| need.columns(robot))
-        .copied()
-        .collect();
-    if !lacking.is_empty() {
-        return Err(Error::failed(format!("the logs have no {}", lacking.join(", "))));
-    }
-    let mut baseline = (card.make)(robot);
-    let started = Clock::now();
-    baseline.fit(training)?;
-    let fit_s = started.elapsed().as_secs_f64();
-    let predicted = baseline.predict(test)?;
-    let pairs = test.iter().map(|point| point.power).zip(predicted).collect();
-    Ok(Evaluation { fit_s, parameters: baseline.parameters(), pairs })
-}
-
-impl Comparison {
     fn push(
         &mut self,
         robot: &Robot,
@@ -243,14 +228,16 @@ impl Comparison {
         mass: MassSource,
         fit_s: f64,
         parameters: Vec<Parameter>,
-        pairs: Vec<Pair>,
+        mut pairs: Vec<Pair>,
     ) {
+        // No prediction, no sample: the entry tells how many there are.
+        pairs.retain(|(_, predicted)| !predicted.is_nan());
         let mut metrics = Metrics::new(robot.mape_floor_w());
         for (measured, predicted) in &pairs {
             metrics.add(*measured, *predicted);
         }
         let Some(Quality { r2, mape_percent, mape_share, rmse_w, samples, .. }) = metrics.quality() else {
-            self.leave_out(name, "it predicts no test sample (its mass was never known)".to_owned());
+            self.leave_out(name, "it predicts no test sample".to_owned());
             return;
         };
         self.entries.push(Entry {
@@ -271,62 +258,4 @@ impl Comparison {
     fn leave_out(&mut self, name: &str, reason: String) {
         self.left_out.push(LeftOut { name: name.to_owned(), reason });
     }
-}
-
-/// Training rows as a dataset and as points, test rows behind the same filter.
-struct Data<const N: usize> {
-    wanted: Wanted,
-    train: Dataset<N>,
-    training: Vec<Point>,
-    test: Vec<(Row<N>, Point)>,
-}
-
-impl<const N: usize> Data<N> {
-    fn read(robot: &Robot, split: &Split, settings: &Settings) -> Result<Self> {
-        let reading =
-            Reading { gate: model_core::eq18::Gate::Signed, cutoff_hz: None, mass_kg: settings.mass_kg };
-        let (files, others): (&[PathBuf], &[PathBuf]) = match split {
-            Split::Files { train, test } => (train, test),
-            Split::Blocks { files, .. } => (files, &[]),
-        };
-        let wanted = Wanted::of(robot, &[files, others].concat())?;
-        let mut train = Dataset::<N>::read(robot, files, &reading)?;
-        let points = |files: &[PathBuf], stride| {
-            points::read(robot, &train.robot, files, settings.mass_kg, &wanted, stride)
-        };
-        let read = points(files, train.stride)?;
-        let (training, test) = match split {
-            Split::Files { test, .. } => {
-                let test = points(test, 1)?;
-                if test.is_empty() {
-                    return Err(Error::failed("no usable row to evaluate on").in_file(&others[0]));
-                }
-                (read, test)
-            }
-            Split::Blocks { block_s, .. } => {
-                let block_s = block_s.unwrap_or_else(|| BLOCK_S.min(longest_run(&train.store) / 6.0));
-                let held_out = |time: f64| (time / block_s).floor() as i64 % HOLD_OUT == HOLD_OUT - 1;
-                train.store.retain(|row| !held_out(row.time));
-                let (test, training): (Vec<_>, Vec<_>) =
-                    read.into_iter().partition(|(row, _)| held_out(row.time));
-                if test.is_empty() || training.is_empty() {
-                    return Err(Error::failed(format!(
-                        "the log is too short to hold out blocks of {block_s} s; expected at least {} s",
-                        HOLD_OUT as f64 * block_s
-                    ))
-                    .in_file(&files[0]));
-                }
-                (training, test)
-            }
-        };
-        let training = training.into_iter().map(|(_, point)| point).collect();
-        Ok(Self { wanted, train, training, test })
-    }
-}
-
-/// Duration of the longest run, s.
-fn longest_run<const N: usize>(rows: &[Row<N>]) -> f64 {
-    let durations =
-        rows.chunk_by(|a, b| a.run == b.run).filter_map(|run| Some(run.last()?.time - run.first()?.time));
-    durations.fold(0.0, f64::max)
 }

@@ -1,6 +1,7 @@
 //! Logs as baselines read them: the rows of the fit, and what only some logs tell, behind the same filter.
 
-use std::path::PathBuf;
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
 
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::estimator::GAP_PERIODS;
@@ -9,7 +10,7 @@ use model_core::filter::{Channel, LowPass};
 use crate::baselines::{Need, Point, Readings};
 use crate::error::{Error, Result};
 use crate::fit::dataset::{Row, condition, conditioner};
-use crate::log::{Header, SampleReader};
+use crate::log::{Exclusions, Header, SampleReader};
 use crate::robot::Robot;
 
 /// What is wanted of a log beside speeds and power, and in which columns it is.
@@ -75,6 +76,18 @@ pub fn read<const N: usize>(
     wanted: &Wanted,
     stride: u32,
 ) -> Result<Vec<(Row<N>, Point)>> {
+    read_telling(robot, core, files, mass_kg, (wanted, stride), |_, _| ())
+}
+
+/// The same; `excluded` is told of every log what of it cannot be used.
+pub(super) fn read_telling<const N: usize>(
+    robot: &Robot,
+    core: &CoreRobot<f64, N>,
+    files: &[PathBuf],
+    mass_kg: f64,
+    (wanted, stride): (&Wanted, u32),
+    excluded: impl Fn(&Path, Exclusions),
+) -> Result<Vec<(Row<N>, Point)>> {
     let mut points = Vec::new();
     let (mut runs, mut used) = (0, 0_u64);
     for file in files {
@@ -84,7 +97,8 @@ pub fn read<const N: usize>(
         let filter = LowPass::new(core.cutoff_hz, period).map_err(|_| {
             Error::failed(format!("sampled too slowly for a cutoff of {} Hz", core.cutoff_hz)).in_file(file)
         })?;
-        let mut channels: Vec<Reading> = wanted.columns.iter().map(|_| Reading::default()).collect();
+        let reading = |column: &&str| Reading { turns: HEADINGS.contains(column), ..Reading::default() };
+        let mut channels: Vec<Reading> = wanted.columns.iter().map(reading).collect();
         let (first_run, mut last_run) = (runs, 0);
         while let Some(raw) = reader.next_row()? {
             last_run = raw.run;
@@ -102,6 +116,7 @@ pub fn read<const N: usize>(
             used += 1;
         }
         runs = first_run + last_run + 1;
+        excluded(file, reader.exclusions());
     }
     Ok(points)
 }
@@ -111,7 +126,13 @@ pub fn read<const N: usize>(
 struct Reading {
     channel: Channel<f64>,
     value: Option<f64>,
+    /// An angle that jumps by a turn where it has gone around: the filter has to see it go on.
+    turns: bool,
+    last: f64,
 }
+
+/// Columns that jump at ±π.
+const HEADINGS: [&str; 1] = ["slope_heading_rad"];
 
 impl Reading {
     /// The filtered value; an empty field leaves it as it was.
@@ -120,11 +141,35 @@ impl Reading {
             self.value = None;
         }
         if value.is_finite() {
+            let value = match self.value {
+                Some(_) if self.turns => value + TAU * ((self.last - value) / TAU).round(),
+                _ => value,
+            };
             if self.value.is_none() {
                 filter.settle(&mut self.channel, value);
             }
+            self.last = value;
             self.value = Some(filter.step(&mut self.channel, value).value);
         }
         self.value.unwrap_or(f64::NAN)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// From 3.1 to −3.1 is 0.083 rad on, not 6.2 back: the filter ends at 2π − 3.1, having stayed between the two. After
+    /// a gap it begins anew where the log says.
+    #[test]
+    fn a_heading_goes_on_past_half_a_turn() {
+        let filter = LowPass::new(1.0, 0.05).unwrap();
+        let mut reading = Reading { turns: true, ..Reading::default() };
+        assert!((reading.step(&filter, 3.1, false) - 3.1).abs() < 1e-9);
+        let passed: Vec<f64> = (0..200).map(|_| reading.step(&filter, -3.1, true)).collect();
+        // A second-order filter may overshoot its step of 0.083 by a few percent.
+        assert!(passed.iter().all(|value| (3.09..3.19).contains(value)), "{passed:?}");
+        assert!((passed[199] - (TAU - 3.1)).abs() < 1e-6);
+        assert!((reading.step(&filter, -3.1, false) + 3.1).abs() < 1e-9);
     }
 }

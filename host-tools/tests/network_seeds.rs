@@ -1,14 +1,12 @@
 //! Does the published learning rate train seven layers reliably? Ten seeds on simulated logs; minutes, so on demand:
 //!
-//! `cargo test --release -p host-tools --test mlp_seeds -- --ignored --nocapture`
-
-#![cfg(feature = "mlp")]
+//! `cargo test --release -p host-tools --test network_seeds -- --ignored --nocapture`
 
 use std::path::Path;
 use std::time::Instant;
 
 use assert_cmd::Command;
-use host_tools::baselines::mlp::{Ending, Mlp, Settings};
+use host_tools::baselines::network::{Ending, Network, Settings, perceptron};
 use host_tools::baselines::{Baseline, Point};
 use host_tools::fit::dataset::{Dataset, Reading};
 use host_tools::metrics::{Metrics, Quality};
@@ -25,7 +23,7 @@ fn simulated(folder: &Path, arguments: &str) -> Vec<Point> {
     dataset.store.iter().map(|row| Point::new(&dataset.robot, row)).collect()
 }
 
-fn quality(model: &Mlp, points: &[Point]) -> Quality {
+fn quality(model: &Network, points: &[Point]) -> Quality {
     let mut metrics = Metrics::new(0.1);
     for (point, predicted) in points.iter().zip(model.predict(points).expect("fitted")) {
         metrics.add(point.power, predicted);
@@ -38,7 +36,7 @@ fn trains_with_ten_seeds(training: &str, test: &str) {
     let folder = tempfile::tempdir().unwrap();
     let (training, test) = (simulated(folder.path(), training), simulated(folder.path(), test));
     for seed in 1..=10 {
-        let mut model = Mlp::new(Settings { seed, ..Settings::default() });
+        let mut model = perceptron(Settings { seed, ..Settings::PERCEPTRON });
         let started = Instant::now();
         model.fit(&training).unwrap();
         let time = started.elapsed().as_secs_f64();

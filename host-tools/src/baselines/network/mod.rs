@@ -1,0 +1,140 @@
+//! Feed-forward neural networks: the paper's own perceptron (Section 7.2) and those of its Table 1.
+//!
+//! What the sources leave open is scikit-learn's `MLPRegressor`: Adam, mini-batches of 200, weights within Glorot's bound,
+//! the last epoch's weights kept. Not scikit-learn's: no penalty on weights, and the tolerance is in variances of the
+//! power (the paper does not say what unit its loss has). `tests/network_seeds.rs` trains the perceptron at the published
+//! learning rate with ten seeds.
+
+mod adam;
+mod cards;
+mod layers;
+mod scaling;
+mod settings;
+#[cfg(test)]
+mod tests;
+mod training;
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+pub use self::cards::{CHIKUSHI, GORA, LIU, PERCEPTRON, SAKAYORI, perceptron};
+use self::layers::Layers;
+use self::scaling::Scaling;
+pub use self::settings::Settings;
+pub use self::training::{Ending, Training};
+use super::{Baseline, Point};
+use crate::error::{Error, Result};
+
+/// What a network sees of a point: as many numbers for every point of a robot.
+pub type Inputs = fn(&Point) -> Vec<f64>;
+
+/// A network that learns the power from some of what a point tells.
+#[derive(Debug, Clone)]
+pub struct Network {
+    /// In refusals.
+    name: &'static str,
+    inputs: Inputs,
+    settings: Settings,
+    training: Option<Training>,
+    fitted: Option<(Scaling, Layers)>,
+}
+
+impl Network {
+    /// Not trained.
+    pub fn new(name: &'static str, inputs: Inputs, settings: Settings) -> Self {
+        Self { name, inputs, settings, training: None, fitted: None }
+    }
+
+    /// How the last training went, even where it failed.
+    pub fn training(&self) -> Option<&Training> {
+        self.training.as_ref()
+    }
+
+    fn failed(&self, what: impl std::fmt::Display) -> Error {
+        Error::failed(format!("{}: {what}", self.name))
+    }
+
+    /// What it sees of every point.
+    ///
+    /// # Errors
+    /// Too few points, or one that is not finite.
+    fn see(&self, points: &[Point]) -> Result<Vec<Vec<f64>>> {
+        let (found, batch) = (points.len(), self.settings.batch);
+        if found < batch {
+            let message = format!("{found} training points; expected at least one mini-batch of {batch}");
+            return Err(self.failed(message));
+        }
+        let see = |(index, point): (usize, &Point)| {
+            let inputs = (self.inputs)(point);
+            if point.power.is_finite() && is_finite(&inputs) {
+                return Ok(inputs);
+            }
+            Err(self.failed(format!(
+                "training point {index} is not finite: inputs {inputs:?}, power {} W; expected finite numbers",
+                point.power
+            )))
+        };
+        points.iter().enumerate().map(see).collect()
+    }
+}
+
+impl Baseline for Network {
+    /// Trains from new weights; the last epoch's are kept.
+    fn fit(&mut self, training: &[Point]) -> Result<()> {
+        (self.training, self.fitted) = (None, None);
+        let settings = &self.settings;
+        settings.check().map_err(|error| self.failed(error))?;
+        let (seen, powers) = (self.see(training)?, training.iter().map(|point| point.power));
+        let seen = thin(seen, settings.most_points.max(settings.batch));
+        let powers = thin(powers.collect(), settings.most_points.max(settings.batch));
+        let scaling = Scaling::new(&seen, &powers, settings.rectified).ok_or_else(|| {
+            self.failed("the inputs or the power never change; expected a drive at several speeds")
+        })?;
+        let (inputs, outputs) = (scaling.inputs(&seen), scaling.outputs(&powers));
+        let mut rng = ChaCha8Rng::seed_from_u64(settings.seed);
+        let mut layers = Layers::new(inputs.nrows(), settings, &mut rng);
+        if settings.rectified {
+            layers.lift(outputs.mean());
+        }
+        let course = training::train(&mut layers, &inputs, &outputs, settings, &mut rng);
+        self.training = Some(course);
+        if course.ending == Ending::Diverged {
+            return Err(self.failed(format!(
+                "the training diverged in epoch {}; expected a learning rate below {}",
+                course.epochs, settings.learning_rate
+            )));
+        }
+        self.fitted = Some((scaling, layers));
+        Ok(())
+    }
+
+    fn predict(&self, points: &[Point]) -> Result<Vec<f64>> {
+        let (scaling, layers) = self.fitted.as_ref().ok_or_else(|| self.failed("not fitted"))?;
+        let mut powers = Vec::with_capacity(points.len());
+        for chunk in points.chunks(PREDICTED_AT_ONCE) {
+            let seen: Vec<Vec<f64>> = chunk.iter().map(self.inputs).collect();
+            let outputs = layers.output(&scaling.inputs(&seen));
+            let power = |(inputs, output): (&Vec<f64>, &f32)| {
+                // ReLU would make a sound number of NaN.
+                if is_finite(inputs) { scaling.power(*output) } else { f64::NAN }
+            };
+            powers.extend(seen.iter().zip(&outputs).map(power));
+        }
+        Ok(powers)
+    }
+}
+
+/// Bounds the memory of a prediction.
+const PREDICTED_AT_ONCE: usize = 8192;
+
+fn is_finite(values: &[f64]) -> bool {
+    values.iter().all(|value| value.is_finite())
+}
+
+/// At most so many, evenly over the whole.
+fn thin<T: Clone>(all: Vec<T>, most: usize) -> Vec<T> {
+    if all.len() <= most {
+        return all;
+    }
+    (0..most).map(|index| all[index * all.len() / most].clone()).collect()
+}

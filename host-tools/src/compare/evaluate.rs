@@ -1,0 +1,94 @@
+//! Baselines fitted and evaluated, as many at a time as there are cores.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc;
+use std::thread;
+use std::time::Instant;
+
+use super::Pair;
+use super::points::Wanted;
+use crate::baselines::{Card, Layout, Parameter, Point};
+use crate::error::{Error, Result};
+use crate::progress::CountProgress;
+use crate::robot::Robot;
+
+/// What came of one baseline.
+pub struct Evaluation {
+    /// Time to fit, s.
+    pub fit_s: f64,
+    /// What it learned.
+    pub parameters: Vec<Parameter>,
+    /// Measured and predicted power of the test points.
+    pub pairs: Vec<Pair>,
+}
+
+/// Fits a baseline and predicts the test points.
+///
+/// # Errors
+/// Why it cannot be had for this robot and these logs.
+pub fn evaluate(
+    robot: &Robot,
+    card: &Card,
+    wanted: &Wanted,
+    training: &[Point],
+    test: &[Point],
+) -> Result<Evaluation> {
+    allowed(robot, card, wanted)?;
+    let mut baseline = (card.make)(robot);
+    let started = Instant::now();
+    baseline.fit(training)?;
+    let fit_s = started.elapsed().as_secs_f64();
+    let predicted = baseline.predict(test)?;
+    let pairs = test.iter().map(|point| point.power).zip(predicted).collect();
+    Ok(Evaluation { fit_s, parameters: baseline.parameters(), pairs })
+}
+
+/// Whether a baseline can be had for this robot and these logs.
+///
+/// # Errors
+/// Why not: the wheels' layout, or the columns that the logs lack.
+pub fn allowed(robot: &Robot, card: &Card, wanted: &Wanted) -> Result<()> {
+    if !(card.layouts.is_empty() || card.layouts.contains(&Layout::of(robot))) {
+        let layouts: Vec<&str> = card.layouts.iter().map(|layout| layout.name()).collect();
+        return Err(Error::failed(format!("it is a model of {}", layouts.join(" or "))));
+    }
+    let lacking = card.needs.iter().filter(|need| !wanted.has(**need));
+    let lacking: Vec<&str> = lacking.flat_map(|need| need.columns(robot)).copied().collect();
+    if lacking.is_empty() {
+        return Ok(());
+    }
+    Err(Error::failed(format!("the logs have no {}", lacking.join(", "))))
+}
+
+/// [`evaluate`] of every card, in their order. Nothing of it depends on the number of cores but the time.
+pub fn evaluate_all(
+    robot: &Robot,
+    cards: &[&Card],
+    wanted: &Wanted,
+    training: &[Point],
+    test: &[Point],
+) -> Vec<Result<Evaluation>> {
+    // Networks take the longest: whoever begins with them ends sooner.
+    let mut order: Vec<usize> = (0..cards.len()).collect();
+    order.sort_by_key(|&index| !cards[index].network);
+    let next = AtomicUsize::new(0);
+    let workers = thread::available_parallelism().map_or(1, usize::from).min(cards.len());
+    let progress = CountProgress::new("fitting models", cards.len() as u64);
+    let mut found = thread::scope(|scope| {
+        let (send, receive) = mpsc::channel();
+        for _ in 0..workers {
+            let (send, order, next) = (send.clone(), &order, &next);
+            scope.spawn(move || {
+                while let Some(&index) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let evaluation = evaluate(robot, cards[index], wanted, training, test);
+                    // The receiver waits for every worker.
+                    let _ = send.send((index, evaluation));
+                }
+            });
+        }
+        drop(send);
+        receive.iter().inspect(|_| progress.one_more()).collect::<Vec<_>>()
+    });
+    found.sort_by_key(|(index, _)| *index);
+    found.into_iter().map(|(_, evaluation)| evaluation).collect()
+}
