@@ -85,7 +85,7 @@ pub(super) fn fig11(experiment: &Experiment, colours: &Colours) -> Figure {
         caption: "The paper: 12.5 s follow the change soon and scatter, 50 s are calm and late. Here: the same trade; the band is our \
                   interval, cut where it leaves the range of the estimates."
             .to_owned(),
-        page: Page::new(panels).with_panels_of(1000, 320),
+        page: Page::new(panels).with_panels_of(1000, 380),
     }
 }
 

@@ -33,6 +33,7 @@ pub(super) fn price(price: &Price, colours: &Colours) -> Figure {
     let total = Curves {
         title: format!("(a) Cost of a task of {middle} s"),
         labels: ["window (s)".to_owned(), "cost (J)".to_owned()],
+        headroom: 0.35,
         curves: totals.collect(),
         marks: vec![Marks {
             name: "least".to_owned(),
