@@ -45,7 +45,7 @@ struct Seed {
 /// A log cannot be written, or a contender cannot be fitted.
 pub fn run(settings: &Settings, done: impl Fn() + Sync) -> Result<Study> {
     let robot = Robot::load("burger")?;
-    let folder = tempfile::tempdir().map_err(|error| Error::io(&std::env::temp_dir(), &error))?;
+    let folder = tempfile::tempdir().map_err(|error| Error::io(std::env::temp_dir(), &error))?;
     let seeds = on_all_cores(settings.seeds, |index| {
         let seed = one(folder.path(), &robot, settings, settings.first_seed + index, index == 0);
         done();

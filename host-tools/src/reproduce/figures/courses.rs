@@ -12,8 +12,8 @@ fn points(time_s: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
     time_s.iter().copied().zip(values.iter().copied()).collect()
 }
 
-/// Share of a panel that legends of so many names take.
-const A_NAME: f64 = 0.15;
+/// What a name in the legend takes, as a share of the span of the values.
+const A_NAME: f64 = 0.18;
 
 /// Over these values, with room for a legend above them.
 pub(super) fn with_room<'a>(values: impl Iterator<Item = &'a f64>, names: usize) -> Option<(f64, f64)> {

@@ -33,6 +33,7 @@ pub(super) fn price(price: &Price, colours: &Colours) -> Figure {
     let total = Curves {
         title: format!("(a) Cost of a task of {middle} s"),
         labels: ["window (s)".to_owned(), "cost (J)".to_owned()],
+        headroom: 0.35,
         curves: totals.collect(),
         marks: vec![Marks {
             name: "least".to_owned(),
@@ -42,7 +43,8 @@ pub(super) fn price(price: &Price, colours: &Colours) -> Figure {
         ..Curves::default()
     };
     let first = methods.first().copied().unwrap_or("");
-    let parts: [(&str, usize, fn(&Split) -> f64); 5] = [
+    type Part = fn(&Split) -> f64;
+    let parts: [(&str, usize, Part); 5] = [
         ("error before the estimate", 1, |split| split.before_j),
         ("error behind the estimate", 4, |split| split.after_j),
         ("shunt", 3, |split| split.shunt_j),
