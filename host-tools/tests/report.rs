@@ -1,6 +1,9 @@
 //! Figures are drawn in both formats, without fonts of the system.
 
-use host_tools::report::{Band, Binned, Gaussian, Histogram, Line, Page, Stroke, TimeSeries, palette};
+use host_tools::report::{
+    Band, Binned, Curve, Curves, Gaussian, Histogram, Line, Page, Stroke, TimeSeries, Validated, Validation,
+    palette,
+};
 
 /// A page with every panel, on invented data.
 fn page() -> Page {
@@ -87,7 +90,21 @@ fn empty_panels_and_lone_points_are_drawn_too() {
         }],
         ..TimeSeries::default()
     };
-    let page = Page::new([empty.into(), lone.into(), Binned::new("", 0.5).into()]);
+    let none = f64::NAN;
+    let curve = |points| Curve { name: "method".to_owned(), colour: palette(0), points };
+    // Of these only the last but one has a place on an axis of powers of ten.
+    let points =
+        vec![(5.0, none, none, none), (10.0, -1.0, none, 2.0), (20.0, 0.1, 0.05, 0.2), (40.0, 0.0, 0.0, 0.0)];
+    let decades = Curves { log: true, from: Some(0.0), curves: vec![curve(points)], ..Curves::default() };
+    let unknown = Validated { name: "method".to_owned(), colour: palette(0), pairs: vec![(1.0, none)] };
+    let page = Page::new([
+        empty.into(),
+        lone.into(),
+        Binned::new("", 0.5).into(),
+        Curves::default().into(),
+        decades.into(),
+        Validation { quantity: String::new(), methods: vec![unknown] }.into(),
+    ]);
     page.save(&folder.path().join("empty.svg")).unwrap();
     page.save(&folder.path().join("empty.png")).unwrap();
 }
