@@ -12,6 +12,7 @@ use super::drive::DriveArguments;
 use crate::error::{Error, Result};
 use crate::output::write_whole;
 use crate::plant::encoder::SpeedSource;
+use crate::plant::experiment::{self, Drive};
 use crate::plant::log::Totals;
 use crate::plant::sensors::PowerSource;
 use crate::plant::{
@@ -24,6 +25,9 @@ use crate::plant::{
 pub(crate) struct Arguments {
     #[command(flatten)]
     drive: DriveArguments,
+    /// A drive of the paper's experiment as `gmr reproduce` has it, whole: motors, floor, sensors, profile and payload
+    #[arg(long, value_enum, value_name = "DRIVE", conflicts_with_all = SETTINGS)]
+    experiment: Option<Drive>,
     /// Wheel layout
     #[arg(long, value_enum, default_value = "differential")]
     kinematics: Kinematics,
@@ -87,6 +91,36 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
+/// Arguments that a preset leaves no room for.
+const SETTINGS: [&str; 23] = [
+    "plant",
+    "profile",
+    "duration",
+    "mass",
+    "loop_noise",
+    "drive_efficiency",
+    "regeneration",
+    "effect",
+    "kinematics",
+    "speed",
+    "turn",
+    "rate",
+    "sensors",
+    "speed_source",
+    "power_source",
+    "power_noise",
+    "power_noise_per_watt",
+    "power_noise_tail",
+    "power_autocorrelation",
+    "averages",
+    "jitter",
+    "static_power",
+    "effects",
+];
+
+/// Instead of a profile or a payload schedule that the preset has.
+const PRESET: &str = "experiment";
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 enum Chain {
@@ -99,6 +133,8 @@ enum Chain {
 #[derive(Serialize)]
 struct Summary<'a> {
     file: &'a Path,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    experiment: Option<Drive>,
     rows: u64,
     duration_s: f64,
     rate_hz: f64,
@@ -138,16 +174,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         write_whole(out, |file| write_rows(file, out, arguments, simulation))?
     };
     if arguments.json {
+        let preset = arguments.experiment.is_some();
         let summary = Summary {
             file: out,
+            experiment: arguments.experiment,
             rows: totals.rows,
             duration_s: scenario.duration_s,
             rate_hz: scenario.rate_hz,
-            seed: scenario.seed,
+            seed: arguments.drive.seed,
             plant: arguments.drive.plant,
-            profile: &arguments.drive.profile,
-            sensors: arguments.sensors,
-            mass: &arguments.drive.mass,
+            profile: if preset { PRESET } else { &arguments.drive.profile },
+            sensors: if preset { Chain::Paper20 } else { arguments.sensors },
+            mass: if preset { PRESET } else { &arguments.drive.mass },
             effects: &arguments.drive.effect,
             geometry: scenario.robot.geometry,
             gyration_radius_m: scenario.robot.gyration_radius_m,
@@ -176,6 +214,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 /// The scenario that the arguments ask for.
 fn scenario(arguments: &Arguments) -> Result<Scenario> {
     let drive = &arguments.drive;
+    if let Some(experiment) = arguments.experiment {
+        return experiment::scenario(experiment, drive.seed);
+    }
     let constant = arguments.speed.is_some() || arguments.turn.is_some();
     let mut scenario = drive.scenario(arguments.kinematics)?;
     if constant && drive.kind() != Some(ProfileKind::Constant) {

@@ -7,6 +7,7 @@
 
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
+use serde::Serialize;
 
 use super::ina219::Ina219;
 use super::kinematics::Kinematics;
@@ -16,7 +17,8 @@ use super::{PayloadSchedule, PlantSet, Profile, ProfileKind, Rounds, Scenario, S
 use crate::error::Result;
 
 /// Which drive.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub enum Drive {
     /// 1 kg, then 6 kg.
     Training,
@@ -50,10 +52,10 @@ pub const REGIME: Regime = Regime {
     rolling_resistance: 0.014,
     training: Rounds {
         speed: (0.1, 1.0),
-        curve: 0.4,
+        curve: 0.25,
         hold_s: (0.6, 3.0),
         acceleration_m_s2: (0.05, 0.5),
-        shares: [0.01, 0.0, 0.03],
+        shares: [0.02, 0.0, 0.025],
     },
     test: Rounds {
         speed: (0.69, 0.99),

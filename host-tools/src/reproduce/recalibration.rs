@@ -20,6 +20,9 @@ const WINDOW_S: f64 = 25.0;
 /// Interval of the periodic policy, s: about half of a task.
 const EVERY_S: f64 = 50.0;
 
+/// Windows that are priced beside those of the sweep, s.
+const SHORT_S: [u32; 3] = [1, 2, 3];
+
 /// A mass this near the truth counts as found.
 const FOUND: f64 = 0.1;
 
@@ -82,7 +85,8 @@ pub(super) fn seed(folder: &Path, robot: &Robot, windows_s: &[u32], seed: u64) -
         .map(|(_, again, contender)| outcome(&fitted[*contender], &log, *again))
         .collect::<Result<Vec<_>>>()?;
     let mut prices = Vec::new();
-    for window_s in windows_s.iter().map(|window| f64::from(*window)) {
+    // A sensor may run for less than the shortest window of Fig. 12.
+    for window_s in SHORT_S.iter().chain(windows_s).map(|window| f64::from(*window)) {
         for (index, fitted) in fitted.iter().enumerate().take(2) {
             let (old, new) = misprediction(fitted, &log, window_s)?;
             prices.push((window_s, index, old, new));
