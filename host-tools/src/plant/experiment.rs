@@ -52,10 +52,10 @@ pub const REGIME: Regime = Regime {
     rolling_resistance: 0.014,
     training: Rounds {
         speed: (0.1, 1.0),
-        curve: 0.25,
+        curve: 0.3,
         hold_s: (0.6, 3.0),
         acceleration_m_s2: (0.05, 0.5),
-        shares: [0.02, 0.0, 0.025],
+        shares: [0.025, 0.0, 0.02],
     },
     test: Rounds {
         speed: (0.69, 0.99),
@@ -144,9 +144,9 @@ pub struct RailReading {
     pub time_s: f64,
     /// W
     pub battery_w: f64,
-    /// The drives alone: without what their electronics take at rest, W.
+    /// Of the drives: the motors' rail without what the servos' electronics take at rest (P_stdby of Eq. 2), W.
     pub actuation_w: f64,
-    /// All else, W.
+    /// Of all but the motors' rail: sensing, computing, communication, W.
     pub static_w: f64,
 }
 
@@ -164,7 +164,7 @@ pub fn rails(seed: u64) -> Result<Vec<RailReading>> {
     let mut readings = Vec::new();
     for sample in Simulation::new(&scenario)? {
         let rails = tree.supply(sample.time_s, sample.true_power_w);
-        let [battery, ..] = rails.map(|supply| {
+        let [battery, motors, ..] = rails.map(|supply| {
             let unit: f64 = StandardNormal.sample(&mut rng);
             let current_a = (supply.power_w + noise_w * unit) / supply.voltage_v;
             sensor.power_w(sensor.convert(current_a, supply.voltage_v))
@@ -173,7 +173,7 @@ pub fn rails(seed: u64) -> Result<Vec<RailReading>> {
             time_s: sample.time_s,
             battery_w: battery,
             actuation_w: sample.power_w,
-            static_w: battery - sample.power_w,
+            static_w: battery - motors,
         });
     }
     Ok(readings)
