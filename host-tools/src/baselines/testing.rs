@@ -14,6 +14,13 @@ pub(crate) fn burger() -> Robot {
     Robot::load("burger").expect("built in")
 }
 
+/// Numbers of NumPy and scikit-learn, by their name in `tests/reference/baselines/reference.json`.
+pub(crate) fn reference(name: &str) -> serde_json::Value {
+    let text = include_str!("../../tests/reference/baselines/reference.json");
+    let all: serde_json::Value = serde_json::from_str(text).expect("made by make.py");
+    all[name].clone()
+}
+
 fn wave(i: usize, k: f64) -> f64 {
     (i as f64 * k).sin()
 }
