@@ -3,6 +3,7 @@
 //! What is found is a value ([`study`]); what people look at is made from it ([`page`], [`table`]).
 
 mod contender;
+mod experiment;
 pub mod figures;
 pub mod output;
 pub mod page;
@@ -71,10 +72,11 @@ pub fn run(settings: &Settings, done: impl Fn() + Sync) -> Result<Study> {
 }
 
 fn one(folder: &Path, robot: &Robot, settings: &Settings, seed: u64, draw: bool) -> Result<Seed> {
+    let learned = experiment::learn(folder, robot, seed)?;
     Ok(Seed {
         section6: section6::seed(folder, robot, seed, draw)?,
-        section7: section7::seed(folder, robot, settings, seed, draw)?,
-        recalibration: recalibration::seed(folder, robot, &settings.windows_s, seed)?,
+        section7: section7::seed(&learned, settings, draw)?,
+        recalibration: recalibration::seed(&learned, &settings.windows_s)?,
     })
 }
 

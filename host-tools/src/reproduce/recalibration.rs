@@ -1,18 +1,14 @@
 //! When to look for the mass again: Fig. 4's policies and the change detector, on the same logs.
 
-use std::path::Path;
-
-use super::contender::{CONTENDERS, Fitted, Log, WHEELS, training};
+use super::contender::{CONTENDERS, Fitted, Log, WHEELS};
+use super::experiment::Learned;
 use super::price::PricePoint;
 use super::spread_of;
 use super::study::Recalibration;
-use crate::compare::points::Wanted;
 use crate::error::Result;
 use crate::estimate::{Change, Instant, Policy, PolicyKind};
 use crate::fit::dataset::Row;
-use crate::plant::experiment::{self, Drive};
-use crate::plant::log::{Columns, write};
-use crate::robot::Robot;
+use crate::plant::experiment::{Drive, SUPPLY_V};
 
 /// Length of every window, s.
 const WINDOW_S: f64 = 25.0;
@@ -70,16 +66,9 @@ struct Outcome {
 }
 
 /// Drives and judges one seed.
-pub(super) fn seed(folder: &Path, robot: &Robot, windows_s: &[u32], seed: u64) -> Result<Seed> {
-    let file = |name: &str| folder.join(format!("{name}-{seed}.csv"));
-    let (train, errands) = (file("recalibration-training"), file("errands"));
-    write(&train, &experiment::scenario(Drive::Training, seed)?, &Columns::default())?;
-    write(&errands, &experiment::scenario(Drive::Errands, seed)?, &Columns::default())?;
-    let dataset = training(robot, &train)?;
-    let wanted = Wanted::of(robot, &[train, errands.clone()])?;
-    let log = Log::read(robot, &dataset, &errands, &wanted)?;
-    let fitted =
-        CONTENDERS.iter().map(|contender| contender.fit(robot, &dataset)).collect::<Result<Vec<_>>>()?;
+pub(super) fn seed(learned: &Learned<'_>, windows_s: &[u32]) -> Result<Seed> {
+    let fitted = &learned.fitted;
+    let (log, ..) = learned.drive(Drive::Errands)?;
     let outcomes = COMPARED
         .iter()
         .map(|(_, again, contender)| outcome(&fitted[*contender], &log, *again))
@@ -92,7 +81,7 @@ pub(super) fn seed(folder: &Path, robot: &Robot, windows_s: &[u32], seed: u64) -
             prices.push((window_s, index, old, new));
         }
     }
-    let square = |row: &Row<WHEELS>| (row.power / experiment::SUPPLY_V).powi(2);
+    let square = |row: &Row<WHEELS>| (row.power / SUPPLY_V).powi(2);
     let mean_square = log.rows.iter().map(square).sum::<f64>() / log.rows.len() as f64;
     Ok(Seed { outcomes, prices, rms_current_a: mean_square.sqrt() })
 }

@@ -1,26 +1,23 @@
 //! Section 7: the experiment's regime, seed by seed.
 
-use std::path::Path;
-
-use super::contender::{CONTENDERS, Fitted, Log, training};
+use super::contender::{CONTENDERS, Fitted, Log};
+use super::experiment::Learned;
 use super::spread_of;
 use super::study::{Course, Experiment, Followed, ModelRow, Nearness, Settings, WindowRow};
 use super::windows::{AtWindow, at_window};
 use crate::baselines::{self, Card};
-use crate::compare::points::Wanted;
 use crate::compare::{LeftOut, MassSource, Pair, evaluate};
 use crate::error::Result;
 use crate::estimate::{Instant, Policy, PolicyKind};
 use crate::metrics::{Metrics, Quality};
-use crate::plant::experiment::{self, Drive};
-use crate::plant::log::{Column, Columns, write};
+use crate::plant::experiment::Drive;
 use crate::robot::Robot;
 
 /// The window of Fig. 13 to 15, s.
 pub(super) const WINDOW_S: f64 = 25.0;
 
 /// The windows of Fig. 11 and of the published worst cases, s.
-const SHORT_AND_LONG_S: [f64; 2] = [12.5, 50.0];
+const SHORT_AND_LONG_S: [f64; 2] = [PUBLISHED_WORST[0].0, PUBLISHED_WORST[1].0];
 
 /// What one seed gives.
 pub(super) struct Seed {
@@ -47,27 +44,14 @@ struct Figures {
     moving: Vec<(f64, Course)>,
 }
 
-/// Drives, fits and judges one seed. `draw` keeps what figures need.
-pub(super) fn seed(folder: &Path, robot: &Robot, settings: &Settings, seed: u64, draw: bool) -> Result<Seed> {
-    let columns = Columns {
-        further: vec![Column::Command, Column::Imu, Column::Friction, Column::Pitch, Column::Slope],
-        ..Columns::default()
-    };
-    let file = |name: &str| folder.join(format!("{name}-{seed}.csv"));
-    let (train, test) = (file("training"), file("test"));
-    write(&train, &experiment::scenario(Drive::Training, seed)?, &columns)?;
-    write(&test, &experiment::scenario(Drive::Test, seed)?, &columns)?;
-    let dataset = training(robot, &train)?;
-    let wanted = Wanted::of(robot, &[train.clone(), test.clone()])?;
-    let known = Log::read(robot, &dataset, &train, &wanted)?;
-    let log = Log::read(robot, &dataset, &test, &wanted)?;
-    let fitted =
-        CONTENDERS.iter().map(|contender| contender.fit(robot, &dataset)).collect::<Result<Vec<_>>>()?;
-
+/// Drives and judges one seed. `draw` keeps what figures need.
+pub(super) fn seed(learned: &Learned<'_>, settings: &Settings, draw: bool) -> Result<Seed> {
+    let Learned { robot, fitted, .. } = learned;
+    let (log, known, wanted) = learned.drive(Drive::Test)?;
     let mut windows = Vec::new();
     let lengths = settings.windows_s.iter().map(|length| f64::from(*length)).chain(SHORT_AND_LONG_S);
     for window_s in lengths {
-        for fitted in &fitted {
+        for fitted in fitted {
             let found = at_window(fitted, &log, window_s, robot.mape_floor_w())?;
             windows.push((window_s, fitted.contender.name, found));
         }
@@ -110,7 +94,7 @@ pub(super) fn seed(folder: &Path, robot: &Robot, settings: &Settings, seed: u64,
             }
         }
     }
-    let figures = if draw { Some(figures(&fitted, &followed, &known, &log, curves)?) } else { None };
+    let figures = if draw { Some(figures(fitted, &followed, &known, &log, curves)?) } else { None };
     let known_share = judged.samples as f64 / judged.settled as f64;
     Ok(Seed { models, windows, left_out, known_share, figures })
 }
@@ -296,21 +280,21 @@ fn nearness(windows: &[WindowRow], models: &[ModelRow]) -> Vec<Nearness> {
             near.push(Nearness { what: what("R²"), published: r2, here: here.r2, ours: ours.r2, unit: "" });
         }
     }
-    for (window_s, mass, mape, r2) in PUBLISHED_WORST {
+    for (window_s, mass_percent, mape_percent, r2) in PUBLISHED_WORST {
         let row = |method: &str| windows.iter().find(|row| row.window_s == window_s && row.method == method);
         if let (Some(here), Some(ours)) = (row("eq18-published"), row("signed")) {
             let what = |of: &str| format!("worst window of {window_s} s: {of}");
             let (here_mass, ours_mass) = (here.worst_mass_percent, ours.worst_mass_percent);
             near.push(Nearness {
                 what: what("mass error"),
-                published: mass,
+                published: mass_percent,
                 here: here_mass,
                 ours: ours_mass,
                 unit: "%",
             });
             near.push(Nearness {
                 what: what("MAPE"),
-                published: mape,
+                published: mape_percent,
                 here: here.mape_percent,
                 ours: ours.mape_percent,
                 unit: "%",
