@@ -15,7 +15,8 @@ TRAINING = 3 * ROWS
 RADIUS, TRACK, GYRATION = 0.033, 0.160, 0.064
 # The built-in robot `husky`: effective track.
 SKID_RADIUS, SKID_TRACK, SKID_GYRATION = 0.165, 1.07, 0.21
-NOISE_W = 0.02
+# Of road_w, level_w, physics_w and skid_w.
+NOISE_W = [0.02, 0.001, 0.02, 0.1]
 
 COLUMNS = ["time_s", "run", "wl", "wr", "al", "ar", "pitch_rad", "mass_kg", "cmd_v", "cmd_omega", "road_w", "level_w",
            "physics_w", "skid_w"]
@@ -40,13 +41,21 @@ def motor(torque, speed, resistance, constant):
     return np.maximum(voltage * current, 0.0)
 
 
-def burger(w, a, pitch, mass):
+# Coulomb, rolling and viscous friction, and resistance and constant of the motors: on a road, where weight brakes the wheels; and
+# with so little friction on level ground that inertia does.
+ROUGH = (0.02, 0.006, 2e-3, 2.0, 0.6)
+SMOOTH = (0.002, 0.0005, 2e-4, 2.0, 0.1)
+ROTOR, LOAD = 8e-4, 1.3
+
+
+def burger(w, a, pitch, mass, robot):
     """Electrical power of both motors, against inertia, friction, and weight on the slope."""
+    coulomb, rolling, viscous, resistance, constant = robot
     power = 0.0
     for speed, acceleration, k in zip(w, a, inertial(*a, RADIUS, TRACK, GYRATION)):
-        friction = (0.02 + 0.006 * mass) * np.sign(speed) + 2e-3 * speed
-        torque = friction + 8e-4 * acceleration + 1.3 * mass * k + mass * G * np.sin(pitch) * RADIUS / 2
-        power = power + motor(torque, speed, 2.0, 0.6)
+        friction = (coulomb + rolling * mass) * np.sign(speed) + viscous * speed
+        torque = friction + ROTOR * acceleration + LOAD * mass * k + mass * G * np.sin(pitch) * RADIUS / 2
+        power = power + motor(torque, speed, resistance, constant)
     return power
 
 
@@ -84,12 +93,12 @@ def make():
         w, a = (left, right), (al, ar)
         v, omega = body(left, right, RADIUS, TRACK)
         powers = [
-            burger(w, a, pitch, mass),
-            burger(w, a, 0 * pitch, mass),
+            burger(w, a, pitch, mass, ROUGH),
+            burger(w, a, 0 * pitch, mass, SMOOTH),
             outside(w, a, RADIUS, TRACK, GYRATION, 8.0, 0.1, 0.06, 0 * pitch, 0.0),
             outside(w, a, SKID_RADIUS, SKID_TRACK, SKID_GYRATION, 40.0, 8.0, 1.5, pitch, 2.0),
         ]
-        noise = rng.normal(0, [[NOISE_W], [NOISE_W], [NOISE_W], [0.1]], (4, ROWS))
+        noise = rng.normal(0, NOISE_W, (ROWS, 4)).T
         command = [v + 0.01 * np.sin(1.9 * t), omega + 0.15 * np.sin(2.7 * t + 1)]
         parts.append([t, 0 * t + run, *w, *a, pitch, 0 * t + mass, *command, *(np.array(powers) + noise)])
     rows = np.concatenate([np.array(part).T for part in parts])

@@ -111,7 +111,8 @@ def known_dynamics(c):
             total = total + drive.motor(torque, w, heat, 1.0)
         return total
 
-    truth = np.array([2.0 / 0.6**2, 0.02, 0.006, 2e-3, 8e-4, 1.3])
+    coulomb, rolling, viscous, resistance, constant = drive.SMOOTH
+    truth = np.array([resistance / constant**2, coulomb, rolling, viscous, drive.ROTOR, drive.LOAD])
     # From elsewhere than the truth, and every constant in units of its own size.
     fit = least_squares(lambda theta: power(theta) - c["level_w"], 1.5 * truth, bounds=(0, np.inf), x_scale=truth, xtol=1e-15,
                         ftol=1e-15, gtol=1e-15, max_nfev=10000)
