@@ -104,8 +104,8 @@ fn apart(found: &[f64], expected: &[f64]) -> f64 {
 
 /// Regressions by `numpy.linalg.lstsq`, which solves the rows where ours solves the Gram matrix: that squares the condition of
 /// the columns, at most 21 for all but the polynomial, and loses 21² · 360 roundings of 1e-16: 2e-11. The polynomial's has
-/// 800² · 360 · 1e-16 = 3e-8, if all roundings add up. That is of the largest share of the power: of a coefficient whose share is a
-/// hundredth, it is a hundred times as much.
+/// 800² · 360 · 1e-16 = 3e-8, if all roundings add up. That is of the largest share of the power: of a coefficient whose
+/// share is a hundredth, it is a hundred times as much.
 #[test]
 fn regressions_are_numpys_least_squares() {
     let (robot, reference) = (robot("burger"), reference());
@@ -166,9 +166,9 @@ fn the_bayesian_update_is_the_closed_form() {
     assert!(prior < 2e-11 && found < 1e-10, "{prior} {found}");
 }
 
-/// Nonlinear least squares with bounds. Ours ends when a step gains less than 1e-5 of the cost; were that still to be gained, the
-/// constants would be off by √(1e-5 · 354) = 0.06 of their standard errors. That step is taken, and Gauss and Newton leave a tenth of it
-/// at most where residuals are a hundredth of the power.
+/// Nonlinear least squares with bounds. Ours ends when a step gains less than 1e-5 of the cost; were that still to be gained,
+/// the constants would be off by √(1e-5 · 354) = 0.06 of their standard errors. That step is taken, and Gauss and Newton leave
+/// a tenth of it at most where residuals are some hundredths of the power.
 #[test]
 fn known_dynamics_are_scipys_least_squares() {
     let (robot, reference) = (robot("burger"), reference());
@@ -189,8 +189,8 @@ fn known_dynamics_are_scipys_least_squares() {
 }
 
 /// Bounded linear least squares by an active set on the rows, where ours has their Gram matrix: with columns of unit size
-/// and a condition below 24, 24² · 360 roundings of 1e-16, 2e-11 of the largest share of the power; the smallest is a hundredth of
-/// it. What is 0 is exactly 0.
+/// and a condition below 24, 24² · 360 roundings of 1e-16, 2e-11 of the largest share of the power; the smallest is a
+/// hundredth of it. What is 0 is exactly 0.
 #[test]
 fn physics_based_models_are_scipys_bounded_least_squares() {
     let reference = reference();
@@ -251,8 +251,8 @@ fn bristles_bend_as_in_scipys_stiff_solver() {
     assert!(found < 3e-6, "{found}");
 }
 
-/// Seven layers of 32, trained by us and by scikit-learn with eight seeds each, on a run that none has seen. Of the 64 pairs of one
-/// of ours and one of theirs, ours is ahead in 8 to 56 for 99 of 100 draws from one distribution (Mann and Whitney 1947).
+/// Seven layers of 32, trained by us and by scikit-learn with eight seeds each, on a run that none has seen. Of the 64 pairs of
+/// one of ours and one of theirs, ours is ahead in 8 to 56 for 99 of 100 draws from one distribution (Mann and Whitney 1947).
 #[test]
 fn perceptrons_learn_as_well_as_scikit_learns() {
     let (robot, reference) = (robot("burger"), reference());

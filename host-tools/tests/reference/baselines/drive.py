@@ -41,8 +41,8 @@ def motor(torque, speed, resistance, constant):
     return np.maximum(voltage * current, 0.0)
 
 
-# Coulomb, rolling and viscous friction, and resistance and constant of the motors: on a road, where weight brakes the wheels; and
-# with so little friction on level ground that inertia does.
+# Coulomb, rolling and viscous friction, and resistance and constant of the motors: for a road, where weight brakes the
+# wheels, and with so little friction for level ground that inertia does.
 ROUGH = (0.02, 0.006, 2e-3, 2.0, 0.6)
 SMOOTH = (0.002, 0.0005, 2e-4, 2.0, 0.1)
 ROTOR, LOAD = 8e-4, 1.3
