@@ -144,7 +144,7 @@ fn listed(bench: &Bench, robot: &str) -> Vec<Value> {
     bench.json(&["compare", "--list", "--robot", robot]).as_array().unwrap().clone()
 }
 
-fn names<'a>(list: &'a Value) -> Vec<&'a str> {
+fn names(list: &Value) -> Vec<&str> {
     list.as_array().unwrap().iter().map(|model| model["name"].as_str().unwrap()).collect()
 }
 

@@ -44,7 +44,7 @@ pub(crate) fn drive_on<const N: usize>(
 ) -> Vec<Point> {
     let matrix = kinematics.mass_matrix(0.06).expect("length");
     let motion = |i: usize| {
-        let own = |wheel: usize| if i / 20 % 2 == 0 { wheel as f64 } else { 0.0 };
+        let own = |wheel: usize| if (i / 20).is_multiple_of(2) { wheel as f64 } else { 0.0 };
         let speed = std::array::from_fn(|wheel| 6.0 * wave(i, 0.11 + 0.06 * own(wheel)));
         let acceleration = std::array::from_fn(|wheel| 12.0 * wave(i, 0.23 + 0.08 * own(wheel)));
         let motion: Motion<f64, N> = Motion::new(&speed, &acceleration, &matrix, 0.0);
