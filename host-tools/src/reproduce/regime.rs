@@ -18,17 +18,10 @@ pub(super) fn knobs() -> Vec<Knob> {
             format!("{} Hz, {} s a drive", REGIME.rate_hz, REGIME.duration_s),
             "Section 7: about 20 Hz; the length is not stated",
         ),
-        knob(
-            "payload",
-            "training 1 kg, then 6 kg; test 3 kg, then 4 kg (total)".to_owned(),
-            "Section 7.1",
-        ),
+        knob("payload", "training 1 kg, then 6 kg; test 3 kg, then 4 kg (total)".to_owned(), "Section 7.1"),
         knob(
             "speeds as read",
-            format!(
-                "servo register of 0.229 rev/min, white noise of {} rad/s",
-                REGIME.speed_noise_rad_s
-            ),
+            format!("servo register of 0.229 rev/min, white noise of {} rad/s", REGIME.speed_noise_rad_s),
             "from odometry messages; their noise is not stated",
         ),
         knob(
@@ -41,7 +34,11 @@ pub(super) fn knobs() -> Vec<Knob> {
             format!("{}", REGIME.rolling_resistance),
             "sets how much a kilogram shows at constant speed, and with it the mass errors",
         ),
-        knob("training drive", rounds(&REGIME.training), "legs in reverse and on the spot set the regression's error"),
+        knob(
+            "training drive",
+            rounds(&REGIME.training),
+            "legs in reverse and on the spot set the regression's error",
+        ),
         knob(
             "test drive",
             rounds(&REGIME.test),

@@ -239,7 +239,10 @@ fn model_rows(seeds: &[Seed]) -> Vec<ModelRow> {
                 value(&seed.models.iter().find(|other| other.name == model.name)?.quality)
             })
         };
+        let (ours_ahead, ours_behind) = duels(seeds, model.name);
         ModelRow {
+            ours_ahead,
+            ours_behind,
             name: model.name.to_owned(),
             source: model.source.to_owned(),
             mass: model.mass,
@@ -253,6 +256,24 @@ fn model_rows(seeds: &[Seed]) -> Vec<ModelRow> {
         }
     };
     first.models.iter().map(row).collect()
+}
+
+/// Seeds in which ours is better than a model by MAPE and by R², and those in which it is worse by either.
+fn duels(seeds: &[Seed], name: &str) -> (u64, u64) {
+    let (mut ahead, mut behind) = (0, 0);
+    for seed in seeds {
+        let (Some(ours), Some(theirs)) =
+            (seed.models.first(), seed.models.iter().find(|model| model.name == name))
+        else {
+            continue;
+        };
+        let figures = |model: &Judged| Some((model.quality.mape_percent?, model.quality.r2?));
+        if let (Some((our_mape, our_r2)), Some((their_mape, their_r2))) = (figures(ours), figures(theirs)) {
+            ahead += u64::from(our_mape < their_mape && our_r2 > their_r2);
+            behind += u64::from(our_mape > their_mape || our_r2 < their_r2);
+        }
+    }
+    (ahead, behind)
 }
 
 /// MAPE (%) and R² at 25 s (Section 8): the paper's method, its regression, its perceptron.

@@ -1,54 +1,37 @@
 //! Whether ours is ahead, and whether what was asked of it is reached.
 
 use serde::Serialize;
+use statrs::distribution::{Binomial, DiscreteCDF};
 
 use super::study::{Experiment, ModelRow, Spread};
 use crate::compare::MassSource;
 
-/// Ours against another, by one figure.
+/// Ours against another model, on the same logs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Standing {
-    /// Ours is better, and the intervals do not meet.
+    /// Ours is better by MAPE and by R² in more seeds than chance would have.
     Ahead,
-    /// The intervals meet, or there are none: so many seeds cannot tell them apart.
+    /// So many seeds cannot tell them apart.
     Level,
-    /// Ours is worse, and the intervals do not meet.
+    /// Ours is worse by MAPE or by R² in more seeds than chance would have.
     Behind,
 }
 
-/// Which way a figure is better.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Better {
-    /// Errors.
-    Less,
-    /// R².
-    More,
-}
+/// Chance of as many seeds or more, where both were equally good, below which chance is not believed (two-sided: 5 %).
+const BELIEVED: f64 = 0.025;
 
 impl Standing {
-    /// Of ours against theirs. Meeting intervals are stricter than a test of the difference: both come from the same logs.
-    pub fn of(ours: &Spread, theirs: &Spread, better: Better) -> Self {
-        let (below, above) = (ours.high < theirs.low, ours.low > theirs.high);
-        match (better, below, above) {
-            (Better::Less, true, _) | (Better::More, _, true) => Self::Ahead,
-            (Better::Less, _, true) | (Better::More, true, _) => Self::Behind,
-            _ => Self::Level,
-        }
-    }
-
-    /// By MAPE and by R²: ahead in both, behind in any, level otherwise.
-    pub fn of_models(ours: &ModelRow, theirs: &ModelRow) -> Self {
-        let both = [
-            Self::of(&ours.mape_percent, &theirs.mape_percent, Better::Less),
-            Self::of(&ours.r2, &theirs.r2, Better::More),
-        ];
-        if both.contains(&Self::Behind) {
-            Self::Behind
-        } else if both.contains(&Self::Level) {
-            Self::Level
-        } else {
+    /// The sign test: seeds are independent, and within one both models see the same log. It asks for no distribution, so that one
+    /// seed in which a network went astray does not hide the others.
+    pub fn of(row: &ModelRow) -> Self {
+        let seeds = row.ours_ahead + row.ours_behind;
+        if is_more_than_chance(row.ours_ahead, seeds) {
             Self::Ahead
+        } else if is_more_than_chance(row.ours_behind, seeds) {
+            Self::Behind
+        } else {
+            Self::Level
         }
     }
 
@@ -60,6 +43,12 @@ impl Standing {
             Self::Behind => "beats ours",
         }
     }
+}
+
+/// Whether a fair coin falls on one side so often in so many throws with a probability below [`BELIEVED`].
+fn is_more_than_chance(often: u64, throws: u64) -> bool {
+    let Ok(coin) = Binomial::new(0.5, throws) else { return false };
+    often > 0 && coin.sf(often - 1) < BELIEVED
 }
 
 /// Baselines that do not get the true mass, by how ours stands against them.
@@ -79,9 +68,9 @@ impl Standings {
     /// Of the first row against the others; nothing without rows.
     pub fn of(models: &[ModelRow]) -> Self {
         let mut standings = Self::default();
-        let Some((ours, others)) = models.split_first() else { return standings };
+        let Some((_, others)) = models.split_first() else { return standings };
         for theirs in others {
-            let standing = Standing::of_models(ours, theirs);
+            let standing = Standing::of(theirs);
             match (theirs.mass == MassSource::Given, standing) {
                 (false, Standing::Ahead) => standings.ahead += 1,
                 (false, Standing::Level) => standings.level.push(theirs.name.clone()),
@@ -136,22 +125,35 @@ pub fn goals(experiment: &Experiment) -> Vec<Goal> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Better, Goal, Standing};
+    use super::{Goal, Standing, is_more_than_chance};
     use crate::reproduce::study::Spread;
+    use crate::reproduce::testing;
 
     fn spread(low: f64, high: f64) -> Spread {
         Spread { mean: (low + high) / 2.0, low, high, least: low, greatest: high, count: 20 }
     }
 
+    /// Of 20 throws of a fair coin 15 or more fall on one side with a probability of 21700/2²⁰ = 2.07 %, 14 or more with 5.77 %.
+    /// Six of six: 1.6 %; five of five: 3.1 %.
     #[test]
-    fn only_intervals_that_do_not_meet_decide() {
-        let (small, wide, great) = (spread(1.0, 2.0), spread(1.5, 4.0), spread(3.0, 4.0));
-        assert_eq!(Standing::of(&small, &great, Better::Less), Standing::Ahead);
-        assert_eq!(Standing::of(&small, &great, Better::More), Standing::Behind);
-        assert_eq!(Standing::of(&great, &small, Better::Less), Standing::Behind);
-        assert_eq!(Standing::of(&small, &wide, Better::Less), Standing::Level);
-        let one_seed = Spread { low: f64::NAN, high: f64::NAN, ..small };
-        assert_eq!(Standing::of(&one_seed, &great, Better::Less), Standing::Level);
+    fn chance_is_believed_up_to_a_fortieth() {
+        let decided = [(15, 20), (14, 20), (6, 6), (5, 5), (0, 0)];
+        assert_eq!(
+            decided.map(|(often, throws)| is_more_than_chance(often, throws)),
+            [true, false, true, false, false]
+        );
+    }
+
+    #[test]
+    fn the_seeds_decide() {
+        let standing = |ours_ahead, ours_behind| {
+            let row = testing::study(2).experiment.models.remove(1);
+            Standing::of(&crate::reproduce::study::ModelRow { ours_ahead, ours_behind, ..row })
+        };
+        assert_eq!(standing(20, 0), Standing::Ahead);
+        assert_eq!(standing(2, 18), Standing::Behind);
+        assert_eq!(standing(12, 8), Standing::Level);
+        assert_eq!(standing(2, 0), Standing::Level, "two seeds decide nothing");
     }
 
     #[test]

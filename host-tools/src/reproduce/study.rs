@@ -240,6 +240,10 @@ pub struct ModelRow {
     pub r2: Spread,
     /// W
     pub rmse_w: Spread,
+    /// Seeds in which ours has the lower MAPE and the higher R² on the same log.
+    pub ours_ahead: u64,
+    /// Seeds in which ours has the higher MAPE or the lower R².
+    pub ours_behind: u64,
     /// As published, where it is: MAPE in % and R².
     pub published: Option<(f64, f64)>,
 }
