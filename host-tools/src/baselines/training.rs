@@ -37,8 +37,13 @@ fn is_finite(point: &Point) -> bool {
 
 /// At most so many points, evenly over the whole.
 pub(super) fn thin<T: Copy>(points: &[T], most: usize) -> Vec<T> {
-    let kept = most.min(points.len());
-    (0..kept).map(|index| points[index * points.len() / kept]).collect()
+    evenly(points.len(), most).map(|index| points[index]).collect()
+}
+
+/// At most so many indices of `count`, evenly over the whole.
+pub(super) fn evenly(count: usize, most: usize) -> impl Iterator<Item = usize> {
+    let kept = most.min(count);
+    (0..kept).map(move |index| index * count / kept)
 }
 
 /// What is above 0; NaN stays, where `f64::max` would make a 0 of it.
@@ -48,7 +53,7 @@ pub(super) fn positive_part(value: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{LEAST, check};
+    use super::{LEAST, check, evenly};
     use crate::baselines::testing::{drive, still};
 
     #[test]
@@ -67,5 +72,13 @@ mod tests {
         points[9].mass = f64::INFINITY;
         let error = check("x", &points).unwrap_err().to_string();
         assert!(error.starts_with("x: training point 7 is not finite"), "{error}");
+    }
+
+    /// Neighbours of 10 in 35 are 3 or 4 apart, and the first is kept.
+    #[test]
+    fn thins_evenly() {
+        assert_eq!(evenly(35, 10).collect::<Vec<_>>(), [0, 3, 7, 10, 14, 17, 21, 24, 28, 31]);
+        assert_eq!(evenly(3, 10).collect::<Vec<_>>(), [0, 1, 2]);
+        assert_eq!(evenly(0, 10).count(), 0);
     }
 }

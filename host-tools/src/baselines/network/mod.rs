@@ -22,6 +22,7 @@ use self::layers::Layers;
 use self::scaling::Scaling;
 pub use self::settings::Settings;
 pub use self::training::{Ending, Training};
+use super::training::evenly;
 use super::{Baseline, Point};
 use crate::error::{Error, Result};
 
@@ -84,9 +85,10 @@ impl Baseline for Network {
         (self.training, self.fitted) = (None, None);
         let settings = &self.settings;
         settings.check().map_err(|error| self.failed(error))?;
-        let (seen, powers) = (self.see(training)?, training.iter().map(|point| point.power));
-        let seen = thin(seen, settings.most_points.max(settings.batch));
-        let powers = thin(powers.collect(), settings.most_points.max(settings.batch));
+        let all = self.see(training)?;
+        let kept = || evenly(all.len(), settings.most_points.max(settings.batch));
+        let seen: Vec<_> = kept().map(|index| all[index].clone()).collect();
+        let powers: Vec<f64> = kept().map(|index| training[index].power).collect();
         let scaling = Scaling::new(&seen, &powers, settings.rectified).ok_or_else(|| {
             self.failed("the inputs or the power never change; expected a drive at several speeds")
         })?;
@@ -129,12 +131,4 @@ const PREDICTED_AT_ONCE: usize = 8192;
 
 fn is_finite(values: &[f64]) -> bool {
     values.iter().all(|value| value.is_finite())
-}
-
-/// At most so many, evenly over the whole.
-fn thin<T: Clone>(all: Vec<T>, most: usize) -> Vec<T> {
-    if all.len() <= most {
-        return all;
-    }
-    (0..most).map(|index| all[index * all.len() / most].clone()).collect()
 }

@@ -2,7 +2,7 @@
 
 use model_core::kinematics::Twist;
 
-use super::{Baseline, Ending, Network, Point, Settings, perceptron, thin};
+use super::{Baseline, Ending, Network, Point, Settings, perceptron};
 use crate::baselines::testing::still;
 use crate::metrics::Metrics;
 
@@ -134,12 +134,4 @@ fn predicts_nothing_for_what_is_not_finite() {
     let predicted = model.predict(&test).unwrap();
     assert_eq!(predicted.iter().map(|power| power.is_nan()).collect::<Vec<_>>(), [false, true, false]);
     assert!(model.predict(&[]).unwrap().is_empty());
-}
-
-/// Evenly: neighbours in the thinned rows are 3 or 4 apart in 10 of 35, and the first is kept.
-#[test]
-fn thins_evenly() {
-    let all: Vec<usize> = (0..35).collect();
-    assert_eq!(thin(all.clone(), 10), [0, 3, 7, 10, 14, 17, 21, 24, 28, 31]);
-    assert_eq!(thin(all.clone(), 100), all);
 }

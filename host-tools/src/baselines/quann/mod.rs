@@ -11,6 +11,7 @@ mod search;
 use self::process::{Hyper, INPUTS, Process};
 use super::longitudinal::{SYMBOLS, TERMS, terms};
 use super::regression::{least_squares, named, rows, unfitted, weigh};
+use super::training::evenly;
 use super::{Baseline, Card, Parameter, Point};
 use crate::error::{Error, Result};
 
@@ -65,7 +66,7 @@ impl Baseline for Quann {
             .and_then(|found| found.try_into().ok())
             .ok_or_else(|| failed("the regression of the mean"))?;
         let scaling = Scaling::new(training);
-        let samples: Vec<_> = thin(training.len(), MOST_POINTS)
+        let samples: Vec<_> = evenly(training.len(), MOST_POINTS)
             .map(|index| (scaling.apply(&training[index]), rows[index].1 - weigh(&rows[index].0, &mean)))
             .collect();
         let square = |values: &mut dyn Iterator<Item = f64>| values.map(|value| value * value).sum::<f64>();
@@ -73,7 +74,8 @@ impl Baseline for Quann {
         let power = square(&mut rows.iter().map(|(_, power)| *power)) / rows.len() as f64;
         // A millionth of the power: rounding of a mean that explains all.
         let process = if left > 1e-12 * power {
-            let searched: Vec<_> = thin(samples.len(), SEARCHED_POINTS).map(|index| samples[index]).collect();
+            let searched: Vec<_> =
+                evenly(samples.len(), SEARCHED_POINTS).map(|index| samples[index]).collect();
             let hyper = search::most_likely(&searched, scaling.changing());
             Some(Process::new(&samples, hyper).ok_or_else(|| failed("the covariance of the points"))?)
         } else {
@@ -122,12 +124,6 @@ const LENGTHS: [(&str, &str); INPUTS] =
 /// v, ω, v̇, road grade.
 fn quantities(point: &Point) -> [f64; INPUTS] {
     [point.speed.vx, point.speed.omega, point.acceleration.vx, point.grade()]
-}
-
-/// So many indices of `count`, evenly over the whole.
-fn thin(count: usize, most: usize) -> impl Iterator<Item = usize> {
-    let kept = most.min(count);
-    (0..kept).map(move |index| index * count / kept)
 }
 
 /// Inputs in standard deviations, so that one search fits robots of any size.

@@ -4,7 +4,7 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::process::{Hyper, INPUTS, Process, Sample, log_likelihood};
-use super::{Quann, search, thin};
+use super::{Quann, search};
 use crate::baselines::testing::{drive, reference};
 use crate::baselines::{Baseline, Point};
 use crate::metrics::Metrics;
@@ -118,13 +118,6 @@ fn refuses_and_leaves_out_what_is_not_finite() {
     broken[6].acceleration.vx = f64::INFINITY;
     let unknown: Vec<bool> = model.predict(&broken).unwrap().iter().map(|power| power.is_nan()).collect();
     assert_eq!(unknown[4..8], [false, true, true, false]);
-}
-
-/// Evenly: neighbours of 10 in 35 are 3 or 4 apart, and the first is kept.
-#[test]
-fn thins_evenly() {
-    assert_eq!(thin(35, 10).collect::<Vec<_>>(), [0, 3, 7, 10, 14, 17, 21, 24, 28, 31]);
-    assert_eq!(thin(3, 10).collect::<Vec<_>>(), [0, 1, 2]);
 }
 
 /// Samples of `make.py`, and the points at which it predicts.
