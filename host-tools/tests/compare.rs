@@ -254,3 +254,53 @@ fn every_baseline_is_in_the_table_or_left_out_by_name() {
         }
     }
 }
+
+/// The log without the values of a column in rows whose time passes; header and rows keep their fields.
+fn emptied(log: &str, column: &str, empty: impl Fn(f64) -> bool) -> String {
+    let header = log.lines().next().unwrap();
+    let at = header.split(',').position(|name| name == column).unwrap();
+    let row = |line: &str| {
+        let mut fields: Vec<&str> = line.split(',').collect();
+        if fields[0].parse().is_ok_and(&empty) {
+            fields[at] = "";
+        }
+        fields.join(",") + "\n"
+    };
+    log.lines().map(row).collect()
+}
+
+/// Rows without a reading are left out for the models that need it, and for those only; where they are most, so is the
+/// model.
+#[test]
+fn empty_fields_of_a_column_cost_their_rows_only() {
+    let bench = Bench::new();
+    let columns = ["--columns", "command", "--rate", "20", "--duration", "60"];
+    bench.simulate("train.csv", &[&columns[..], &["--mass", "1@0,6@30"]].concat());
+    bench
+        .simulate("test.csv", &[&columns[..], &["--mass", "3", "--profile", "test", "--seed", "2"]].concat());
+    let run = |train: &str, test: &str| {
+        bench.json(&["compare", "--train", train, "--test", test, "--models", "linear,liu-linear"])
+    };
+    let whole = run("train.csv", "test.csv");
+    // Empty from 20 s to 40 s, known over the first five rows of it: 395 rows of 20 Hz are left out.
+    bench.put("gap.csv", emptied(&bench.text("test.csv"), "cmd_v_m_s", |time| (20.0..39.99).contains(&time)));
+    let part = run("train.csv", "gap.csv");
+    let samples = |report: &Value, name: &str| number(&entry(report, name)["samples"]);
+    assert_eq!(samples(&whole, "liu-linear") - samples(&part, "liu-linear"), 395.0);
+    assert_eq!(entry(&part, "linear")["rmse_w"], entry(&whole, "linear")["rmse_w"]);
+    assert_eq!(names(&part["left_out"]).len(), 0, "{part}");
+    // The same in training: 395 of some 1180 rows are not fitted, and the model stays near what it was.
+    bench.put(
+        "half.csv",
+        emptied(&bench.text("train.csv"), "cmd_v_m_s", |time| (20.0..39.99).contains(&time)),
+    );
+    let half = run("half.csv", "test.csv");
+    let rmse = |report: &Value| number(&entry(report, "liu-linear")["rmse_w"]);
+    assert!(rmse(&half) != rmse(&whole) && rmse(&half) < 2.0 * rmse(&whole), "{half}");
+    // Known in 10 s of 60: refused by name.
+    bench.put("most.csv", emptied(&bench.text("train.csv"), "cmd_v_m_s", |time| time > 10.0));
+    let most = run("most.csv", "test.csv");
+    let rows = number(&most["train_rows"]);
+    let reason = format!("cmd_v_m_s has no value in 995 of {rows} training rows");
+    assert_eq!(most["left_out"][0], serde_json::json!({ "name": "liu-linear", "reason": reason }));
+}

@@ -1,6 +1,6 @@
 //! What a baseline is, takes and assumes: shown in lists, tables and refusals.
 
-use super::Baseline;
+use super::{Baseline, Readings};
 use crate::robot::{Geometry, Robot};
 
 /// One baseline's description.
@@ -63,6 +63,22 @@ impl Need {
             Self::Vibration => &["accel_x_m_s2", "accel_y_m_s2", "accel_z_m_s2"],
             Self::RollingFriction => &["rolling_friction"],
             Self::StaticFriction => &["static_friction"],
+        }
+    }
+
+    /// What its columns tell, in their order; 0 behind the last of them.
+    pub fn values(self, robot: &Robot, readings: &Readings) -> [f64; 3] {
+        let command = readings.command;
+        match self {
+            Self::Command if robot.geometry().twist_components() == 3 => {
+                [command.vx, command.vy, command.omega]
+            }
+            Self::Command => [command.vx, command.omega, 0.0],
+            Self::Pitch => [readings.pitch, 0.0, 0.0],
+            Self::SlopeHeading => [readings.slope_heading, 0.0, 0.0],
+            Self::Vibration => readings.vibration,
+            Self::RollingFriction => [readings.rolling_friction, 0.0, 0.0],
+            Self::StaticFriction => [readings.static_friction, 0.0, 0.0],
         }
     }
 }

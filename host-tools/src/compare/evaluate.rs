@@ -1,5 +1,6 @@
 //! Baselines fitted and evaluated, as many at a time as there are cores.
 
+use std::borrow::Cow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread;
@@ -7,7 +8,7 @@ use std::time::Instant;
 
 use super::Pair;
 use super::points::Wanted;
-use crate::baselines::{Card, Layout, Parameter, Point};
+use crate::baselines::{Card, Layout, Need, Parameter, Point};
 use crate::error::{Error, Result};
 use crate::progress::CountProgress;
 use crate::robot::Robot;
@@ -18,11 +19,11 @@ pub struct Evaluation {
     pub fit_s: f64,
     /// What it learned.
     pub parameters: Vec<Parameter>,
-    /// Measured and predicted power of the test points.
+    /// Measured and predicted power of every test point; NaN predicted where a reading that it needs has no value.
     pub pairs: Vec<Pair>,
 }
 
-/// Fits a baseline and predicts the test points.
+/// Fits a baseline and predicts the test points. Points in which a reading that it needs has no value are left out.
 ///
 /// # Errors
 /// Why it cannot be had for this robot and these logs.
@@ -34,13 +35,44 @@ pub fn evaluate(
     test: &[Point],
 ) -> Result<Evaluation> {
     allowed(robot, card, wanted)?;
+    let training = told(robot, card, training, "training")?;
+    let told_test = told(robot, card, test, "test")?;
     let mut baseline = (card.make)(robot);
     let started = Instant::now();
-    baseline.fit(training)?;
+    baseline.fit(&training)?;
     let fit_s = started.elapsed().as_secs_f64();
-    let predicted = baseline.predict(test)?;
-    let pairs = test.iter().map(|point| point.power).zip(predicted).collect();
+    let mut predicted = baseline.predict(&told_test)?.into_iter();
+    let mut next = |point: &Point| {
+        if is_told(robot, card, point) { predicted.next().unwrap_or(f64::NAN) } else { f64::NAN }
+    };
+    let pairs = test.iter().map(|point| (point.power, next(point))).collect();
     Ok(Evaluation { fit_s, parameters: baseline.parameters(), pairs })
+}
+
+/// Whether the log tells everything at this point that the baseline needs.
+fn is_told(robot: &Robot, card: &Card, point: &Point) -> bool {
+    card.needs.iter().all(|need| need.values(robot, &point.readings).into_iter().all(f64::is_finite))
+}
+
+/// The points that tell everything; at least half of them have to.
+fn told<'a>(robot: &Robot, card: &Card, points: &'a [Point], what: &str) -> Result<Cow<'a, [Point]>> {
+    if points.iter().all(|point| is_told(robot, card, point)) {
+        return Ok(Cow::Borrowed(points));
+    }
+    let told: Vec<Point> = points.iter().copied().filter(|point| is_told(robot, card, point)).collect();
+    if 2 * told.len() >= points.len() {
+        return Ok(Cow::Owned(told));
+    }
+    let empty = |need: &Need, index: usize| {
+        points.iter().any(|point| !need.values(robot, &point.readings)[index].is_finite())
+    };
+    let named = card.needs.iter().flat_map(|need| {
+        let columns = need.columns(robot).iter().enumerate();
+        columns.filter(|(index, _)| empty(need, *index)).map(|(_, column)| *column)
+    });
+    let named = named.collect::<Vec<_>>().join(" or ");
+    let (missing, all) = (points.len() - told.len(), points.len());
+    Err(Error::failed(format!("{named} has no value in {missing} of {all} {what} rows")))
 }
 
 /// Whether a baseline can be had for this robot and these logs.

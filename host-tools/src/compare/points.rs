@@ -103,10 +103,11 @@ pub(super) fn read_telling<const N: usize>(
         while let Some(raw) = reader.next_row()? {
             last_run = raw.run;
             let follows = raw.elapsed >= 0.0 && raw.elapsed <= GAP_PERIODS * period;
+            let elapsed = if follows { raw.elapsed / period } else { f64::INFINITY };
             let values: Vec<f64> = channels
                 .iter_mut()
                 .zip(reader.extras())
-                .map(|(channel, value)| channel.step(&filter, *value, follows))
+                .map(|(channel, value)| channel.step(&filter, *value, elapsed))
                 .collect();
             let Some(mut row) = condition(&mut conditioner, &raw, mass_kg) else { continue };
             row.run = first_run + raw.run;
@@ -126,6 +127,8 @@ pub(super) fn read_telling<const N: usize>(
 struct Reading {
     channel: Channel<f64>,
     value: Option<f64>,
+    /// Since its last value, sample periods.
+    age: f64,
     /// An angle that jumps by a turn where it has gone around: the filter has to see it go on.
     turns: bool,
     last: f64,
@@ -135,9 +138,11 @@ struct Reading {
 const HEADINGS: [&str; 1] = ["slope_heading_rad"];
 
 impl Reading {
-    /// The filtered value; an empty field leaves it as it was.
-    fn step(&mut self, filter: &LowPass<f64>, value: f64, follows: bool) -> f64 {
-        if !follows {
+    /// The filtered value, so many sample periods after the row before. An empty field leaves it as it was for as long as
+    /// a hole in the log would; then nothing is known until the column goes on, and the filter starts afresh there.
+    fn step(&mut self, filter: &LowPass<f64>, value: f64, elapsed: f64) -> f64 {
+        self.age += elapsed;
+        if self.age > GAP_PERIODS {
             self.value = None;
         }
         if value.is_finite() {
@@ -149,6 +154,7 @@ impl Reading {
                 filter.settle(&mut self.channel, value);
             }
             self.last = value;
+            self.age = 0.0;
             self.value = Some(filter.step(&mut self.channel, value).value);
         }
         self.value.unwrap_or(f64::NAN)
@@ -165,11 +171,23 @@ mod tests {
     fn a_heading_goes_on_past_half_a_turn() {
         let filter = LowPass::new(1.0, 0.05).unwrap();
         let mut reading = Reading { turns: true, ..Reading::default() };
-        assert!((reading.step(&filter, 3.1, false) - 3.1).abs() < 1e-9);
-        let passed: Vec<f64> = (0..200).map(|_| reading.step(&filter, -3.1, true)).collect();
+        assert!((reading.step(&filter, 3.1, f64::INFINITY) - 3.1).abs() < 1e-9);
+        let passed: Vec<f64> = (0..200).map(|_| reading.step(&filter, -3.1, 1.0)).collect();
         // A second-order filter may overshoot its step of 0.083 by a few percent.
         assert!(passed.iter().all(|value| (3.09..3.19).contains(value)), "{passed:?}");
         assert!((passed[199] - (TAU - 3.1)).abs() < 1e-6);
-        assert!((reading.step(&filter, -3.1, false) + 3.1).abs() < 1e-9);
+        assert!((reading.step(&filter, -3.1, f64::INFINITY) + 3.1).abs() < 1e-9);
+    }
+
+    /// Held over five empty rows, unknown from the sixth on; then anew from what the log says, with nothing of before.
+    #[test]
+    fn an_empty_column_is_held_no_longer_than_a_gap() {
+        let filter = LowPass::new(1.0, 0.05).unwrap();
+        let mut reading = Reading::default();
+        assert!((reading.step(&filter, 2.0, f64::INFINITY) - 2.0).abs() < 1e-9);
+        let empty: Vec<f64> = (0..7).map(|_| reading.step(&filter, f64::NAN, 1.0)).collect();
+        assert!(empty[..5].iter().all(|value| (value - 2.0).abs() < 1e-9), "{empty:?}");
+        assert!(empty[5..].iter().all(|value| value.is_nan()), "{empty:?}");
+        assert!((reading.step(&filter, -1.0, 1.0) + 1.0).abs() < 1e-9);
     }
 }
