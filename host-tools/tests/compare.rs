@@ -304,3 +304,24 @@ fn empty_fields_of_a_column_cost_their_rows_only() {
     let reason = format!("cmd_v_m_s has no value in 995 of {rows} training rows");
     assert_eq!(most["left_out"][0], serde_json::json!({ "name": "liu-linear", "reason": reason }));
 }
+
+/// A mass that nobody told, and one that no training log knows, are named; the figures are there all the same.
+#[test]
+fn masses_that_are_taken_or_extrapolated_are_said() {
+    let bench = Bench::new();
+    let short = ["--rate", "20", "--duration", "30"];
+    bench.simulate("blind.csv", &[&short[..], &["--no-mass"]].concat());
+    bench.simulate("two.csv", &[&short[..], &["--mass", "2.5", "--seed", "2"]].concat());
+    let said = |rest: &[&str]| bench.done(&[&["compare", "--json"], rest].concat()).stderr;
+    let pair = ["--train", "blind.csv", "--test", "two.csv"];
+    let taken = "gmr: blind.csv: no mass_kg: 1.5 kg taken (--mass)\n";
+    let extrapolated =
+        "gmr: training at 1.5 kg only, test at 2.5 kg: models that take the mass extrapolate\n";
+    let with = |models: &str| said(&[&pair[..], &["--mass", "1.5", "--models", models]].concat());
+    for takes in ["linear", "signed", "mei,signed"] {
+        assert_eq!(with(takes), [taken, extrapolated].concat());
+    }
+    assert_eq!(with("mei"), taken, "it has no use for the mass");
+    assert_eq!(said(&["--train", "two.csv", "--models", "linear"]), "");
+    assert_eq!(said(&["--train", "two.csv", "--test", "two.csv", "--models", "linear"]), "");
+}

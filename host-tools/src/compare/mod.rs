@@ -1,6 +1,7 @@
 //! Every model and baseline on the same split.
 
 mod evaluate;
+mod mass;
 pub mod points;
 mod split;
 
@@ -157,6 +158,7 @@ pub fn compare<const N: usize>(robot: &Robot, split: &Split, settings: &Settings
         comparison.add_own(robot, own, &data, split, settings)?;
     }
     let test: Vec<Point> = data.test.iter().map(|(_, point)| *point).collect();
+    mass::tell_extrapolation(settings, data.training.iter(), test.iter());
     let cards: Vec<&Card> =
         baselines::ALL.iter().filter(|card| settings.models.contains(&card.name)).copied().collect();
     let evaluations = evaluate_all(robot, &cards, &data.wanted, &data.training, &test);

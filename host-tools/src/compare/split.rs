@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::Settings;
 use super::points::{self, Wanted};
+use super::{Settings, mass};
 use crate::baselines::Point;
 use crate::error::{Error, Result};
 use crate::fit::dataset::{Dataset, Reading, Row};
@@ -51,7 +51,9 @@ impl<const N: usize> Data<N> {
             Split::Files { train, test } => (train, test),
             Split::Blocks { files, .. } => (files, &[]),
         };
-        let wanted = Wanted::of(robot, &[files, others].concat())?;
+        let all = [files, others].concat();
+        let wanted = Wanted::of(robot, &all)?;
+        mass::tell_taken(&all, settings.mass_kg)?;
         let mut train = Dataset::<N>::read(robot, files, &reading)?;
         let core = train.robot;
         // The fit has told already what it excluded.

@@ -1,0 +1,59 @@
+//! What has to be said of masses before a table of models can be read.
+
+use std::path::PathBuf;
+
+use super::{OWN, Settings};
+use crate::baselines::{self, Point};
+use crate::error::Result;
+use crate::log::{Header, MASS};
+
+/// Names each log that does not tell its mass, and the mass that is taken for it.
+///
+/// # Errors
+/// A log cannot be read.
+pub(super) fn tell_taken(files: &[PathBuf], mass_kg: f64) -> Result<()> {
+    for (index, file) in files.iter().enumerate() {
+        if !files[..index].contains(file) && !Header::open(file)?.has(MASS) {
+            eprintln!("gmr: {}: no {MASS}: {mass_kg} kg taken (--mass)", file.display());
+        }
+    }
+    Ok(())
+}
+
+/// Says so where models take a mass that all training was at one other value of: what they say of it, no data have told.
+pub(super) fn tell_extrapolation<'a>(
+    settings: &Settings,
+    training: impl Iterator<Item = &'a Point>,
+    test: impl Iterator<Item = &'a Point>,
+) {
+    let takes = |name: &&str| {
+        OWN.iter().any(|own| own.name == *name)
+            || baselines::ALL.iter().any(|card| card.takes_mass && card.name == *name)
+    };
+    let [only] = masses(training)[..] else { return };
+    let others: Vec<String> =
+        masses(test).iter().filter(|mass| !same(**mass, only)).map(f64::to_string).collect();
+    if !others.is_empty() && settings.models.iter().any(takes) {
+        let others = others.join(", ");
+        eprintln!(
+            "gmr: training at {only} kg only, test at {others} kg: models that take the mass extrapolate"
+        );
+    }
+}
+
+/// To the gram, as a fit tells payloads apart.
+fn same(one: f64, other: f64) -> bool {
+    (one - other).abs() < 1e-3
+}
+
+/// Masses in order of appearance, at most [`MOST_MASSES`](crate::fit::dataset::MOST_MASSES).
+fn masses<'a>(points: impl Iterator<Item = &'a Point>) -> Vec<f64> {
+    let mut known: Vec<f64> = Vec::new();
+    for point in points {
+        if known.len() < crate::fit::dataset::MOST_MASSES && !known.iter().any(|mass| same(*mass, point.mass))
+        {
+            known.push(point.mass);
+        }
+    }
+    known
+}
