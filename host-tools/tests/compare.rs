@@ -325,3 +325,23 @@ fn masses_that_are_taken_or_extrapolated_are_said() {
     assert_eq!(said(&["--train", "two.csv", "--models", "linear"]), "");
     assert_eq!(said(&["--train", "two.csv", "--test", "two.csv", "--models", "linear"]), "");
 }
+
+/// A power and a speed that no robot has are refused where they stand, not fitted.
+#[test]
+fn values_beyond_any_robot_are_refused_by_line_and_column() {
+    let bench = Bench::new();
+    bench.simulate("a.csv", &["--duration", "5"]);
+    let log = bench.text("a.csv");
+    for (column, position, value, expected) in [
+        ("power_w", 3, "-1e9", "-1e9 is beyond any robot; expected below 1e9"),
+        ("wheel2_rad_s", 2, "2e6", "2e6 is beyond any robot; expected below 1e6"),
+    ] {
+        let mut lines: Vec<String> = log.lines().map(str::to_owned).collect();
+        let mut fields: Vec<&str> = lines[99].split(',').collect();
+        fields[position] = value;
+        lines[99] = fields.join(",");
+        bench.put("b.csv", lines.join("\n") + "\n");
+        let ran = bench.gmr(&["compare", "--train", "b.csv", "--models", "linear"]);
+        assert_eq!((ran.code, ran.stderr), (Some(1), format!("gmr: b.csv:100:{column}: {expected}\n")));
+    }
+}

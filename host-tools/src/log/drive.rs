@@ -19,6 +19,12 @@ const PEEKED: usize = 4096;
 /// A longer median step is taken for another unit than seconds.
 const LONGEST_STEP_S: f64 = 10.0;
 
+/// No robot draws or returns so much power, W: such a number is a fault, and its squares would drown the others.
+const MOST_W: f64 = 1e9;
+
+/// No wheel turns so fast, rad/s.
+const MOST_RAD_S: f64 = 1e6;
+
 /// One row of a drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Record<const N: usize> {
@@ -181,6 +187,12 @@ impl<const N: usize> DriveReader<N> {
     #[inline]
     fn read_record(&mut self) -> Result<Option<Record<N>>> {
         let Some(line) = self.reader.next_row(&mut self.values)? else { return Ok(None) };
+        let mut limits = (0..N).map(|wheel| (SPEED_SLOT + wheel, MOST_RAD_S)).chain([(POWER_SLOT, MOST_W)]);
+        if let Some((slot, most)) = limits.find(|(slot, most)| self.values[*slot].abs() >= *most) {
+            let column = if slot == POWER_SLOT { POWER.to_owned() } else { speed_column(slot - SPEED_SLOT) };
+            let message = format!("{:e} is beyond any robot; expected below {most:e}", self.values[slot]);
+            return Err(Error::failed(message).in_file(self.reader.path()).at_line(line).in_column(&column));
+        }
         let wheels = |slot: usize| std::array::from_fn(|wheel| self.values[slot + wheel]);
         let mass = self.values[self.slots.mass];
         Ok(Some(Record {
@@ -198,7 +210,7 @@ impl<const N: usize> DriveReader<N> {
     /// The next row, or `None` at the end.
     ///
     /// # Errors
-    /// As [`LogReader::next_row`].
+    /// As [`LogReader::next_row`]; a power or a speed beyond any robot.
     #[inline]
     pub fn next_record(&mut self) -> Result<Option<Record<N>>> {
         let mut record = if let Some((record, extras)) = self.peeked.pop_front() {
