@@ -118,7 +118,7 @@ fn standard_output_takes_the_log_or_the_summary() {
 #[test]
 fn wrong_usage_is_named_and_writes_nothing() {
     let folder = tempfile::tempdir().unwrap();
-    let cases: [(&[&str], &str); 15] = [
+    let cases: [(&[&str], &str); 16] = [
         (&["--rate", "0"], "rate 0; allowed: Hz, above 0"),
         (&["--rate", "-5"], "rate -5; allowed"),
         (&["--rate", "nan"], "rate NaN; allowed"),
@@ -134,6 +134,7 @@ fn wrong_usage_is_named_and_writes_nothing() {
         (&["--profile", "trainig"], "allowed: training, test, constant, standstill"),
         (&["--speed", "0.1"], "--profile constant only"),
         (&["--profile", "constant", "--speed", "5"], "allowed: up to 0.2 m/s"),
+        (&["--columns", "pitch,imu,pitch"], "--columns names pitch twice; expected every name once"),
     ];
     for (arguments, expected) in cases {
         let output = gmr(folder.path(), arguments).args(["--out", "x.csv"]).output().unwrap();
@@ -294,4 +295,18 @@ fn noise_may_have_heavy_tails_and_grow_with_the_power() {
     let rms = (noise.iter().map(|x| x * x).sum::<f64>() / noise.len() as f64).sqrt();
     // A fifth of the power, over 5001 samples: 1 % standard error.
     assert!((rms / 0.2 - 1.0).abs() < 0.04, "{rms}");
+}
+
+/// The largest seed has its own drives, which repeat.
+#[test]
+fn the_largest_seed_drives() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = |name: &str, drive: &str, seed: &str| {
+        write(folder.path(), name, &["--experiment", drive, "--seed", seed])
+    };
+    let largest = u64::MAX.to_string();
+    let training = log("a.csv", "training", &largest);
+    assert_eq!(training, log("b.csv", "training", &largest));
+    assert_ne!(training, log("c.csv", "training", "1"));
+    assert_ne!(training, log("d.csv", "test", &largest));
 }

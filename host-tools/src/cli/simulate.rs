@@ -163,6 +163,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if to_stdout && arguments.json {
         return Err(Error::usage("--out - and --json both write to standard output; allowed: one of them"));
     }
+    check_columns(&arguments.columns)?;
     let scenario = scenario(arguments)?;
     let simulation = Simulation::new(&scenario)?;
     let totals = if to_stdout {
@@ -209,6 +210,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         );
     }
     Ok(())
+}
+
+/// A log names every column once.
+fn check_columns(columns: &[Column]) -> Result<()> {
+    let repeated = (1..columns.len()).find(|&index| columns[..index].contains(&columns[index]));
+    let Some(name) = repeated.and_then(|index| columns[index].to_possible_value()) else { return Ok(()) };
+    Err(Error::usage(format!("--columns names {} twice; expected every name once", name.get_name())))
 }
 
 /// The scenario that the arguments ask for.
