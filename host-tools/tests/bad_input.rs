@@ -395,6 +395,10 @@ fn wrong_usage_is_one_line_and_exit_code_2() {
         (compare(&["--window", "0"]), allowed),
         (compare(&["--block", "0"]), "--block 0: expected a length above 0 s"),
         (compare(&["--mass", "0"]), "--mass 0: expected a mass above 0 kg"),
+        (compare(&["--window", "-5"]), "--window -5: expected 0.8 s"),
+        (compare(&["--block", "-1"]), "--block -1: expected a length above 0 s"),
+        (compare(&["--mass", "-1"]), "--mass -1: expected a mass above 0 kg"),
+        (compare(&["--block", "4", "--test", "good.csv"]), "'--block <S>' cannot be used with '--test"),
         (compare(&["--plot", "out.pdf"]), "out.pdf"),
         (
             fit(&["--model", "newton"]),

@@ -326,6 +326,24 @@ fn masses_that_are_taken_or_extrapolated_are_said() {
     assert_eq!(said(&["--train", "two.csv", "--test", "two.csv", "--models", "linear"]), "");
 }
 
+/// The list holds those asked for; numbers below 0 are refused by value, and blocks where no block is held out.
+#[test]
+fn arguments_that_do_not_go_together_are_refused() {
+    let bench = Bench::new();
+    let asked = bench.json(&["compare", "--list", "--models", "mei,signed"]);
+    assert_eq!(names(&asked), ["signed", "mei"]);
+    let refused = |rest: &[&str], expected: &str| {
+        let ran = bench.gmr(&[&["compare", "--train", "a.csv"], rest].concat());
+        assert_eq!((ran.code, ran.stdout.as_str()), (Some(2), ""), "{rest:?}: {}", ran.stderr);
+        assert!(ran.stderr.contains(expected), "{rest:?}: {}", ran.stderr);
+    };
+    refused(&["--block", "4", "--test", "b.csv"], "cannot be used with");
+    refused(&["--block", "-4"], "--block -4: expected a length above 0 s");
+    refused(&["--mass", "-1"], "--mass -1: expected a mass above 0 kg");
+    bench.simulate("a.csv", &["--duration", "5"]);
+    refused(&["--window", "-5"], "--window -5: expected 0.8 s");
+}
+
 /// A power and a speed that no robot has are refused where they stand, not fitted.
 #[test]
 fn values_beyond_any_robot_are_refused_by_line_and_column() {

@@ -26,19 +26,19 @@ pub(crate) struct Arguments {
     #[arg(long, default_value = "burger")]
     robot: PathBuf,
     /// Length of held-out blocks, s [default: 5, or a sixth of the longest log if that is less]
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", conflicts_with = "test", allow_negative_numbers = true)]
     block: Option<f64>,
     /// Payload window of the models that estimate the mass, s
-    #[arg(long, default_value_t = 25.0, value_name = "S")]
+    #[arg(long, default_value_t = 25.0, value_name = "S", allow_negative_numbers = true)]
     window: f64,
     /// Total mass of logs without a mass_kg column, kg [default: the robot's mass without payload]
-    #[arg(long, value_name = "KG")]
+    #[arg(long, value_name = "KG", allow_negative_numbers = true)]
     mass: Option<f64>,
     /// Models to compare; those that robot or logs do not allow are named and left out [default: all; `--list`
     /// describes them]
     #[arg(long, value_delimiter = ',', num_args = 1.., value_name = "NAME,…")]
     models: Vec<String>,
-    /// List the models with their sources and assumptions, and what each needs of this robot's logs, and end
+    /// List the models (all, or those asked for) with their sources and assumptions, and what each needs of this robot's logs, and end
     #[arg(long)]
     list: bool,
     /// Leave out the neural networks
@@ -70,7 +70,7 @@ const BINS: f64 = 30.0;
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let robot = Robot::load(&arguments.robot)?;
     if arguments.list {
-        return print_list(&robot, arguments.json);
+        return print_list(&robot, &chosen(arguments)?, arguments.json);
     }
     if let Some(plot) = &arguments.plot {
         check_extension(plot)?;

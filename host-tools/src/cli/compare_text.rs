@@ -54,9 +54,10 @@ fn mass_text(mass: MassSource) -> &'static str {
     }
 }
 
-/// Every model: where it comes from, what it assumes and needs.
-pub(super) fn print_list(robot: &Robot, json: bool) -> Result<()> {
-    let models = Listed::all(robot);
+/// The models of these names: where each comes from, what it assumes and needs.
+pub(super) fn print_list(robot: &Robot, names: &[&str], json: bool) -> Result<()> {
+    let mut models = Listed::all(robot);
+    models.retain(|model| names.contains(&model.name));
     if json {
         return super::print_json(&models);
     }
