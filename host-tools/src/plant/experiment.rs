@@ -85,8 +85,8 @@ const LEAST_CHANGE_KG: f64 = 0.5;
 /// A payload schedule that cannot be.
 pub fn scenario(drive: Drive, seed: u64) -> Result<Scenario> {
     let regime = &REGIME;
-    // Every drive is another one: seeds of drives do not meet.
-    let seed = 3 * seed + drive as u64;
+    // Every drive is another one: seeds of drives do not meet, but for those so large that they wrap.
+    let seed = seed.wrapping_mul(3).wrapping_add(drive as u64);
     let (rounds, duration_s) = match drive {
         Drive::Training => (&regime.training, regime.duration_s),
         Drive::Test => (&regime.test, regime.duration_s),
