@@ -289,7 +289,7 @@ fn empty_fields_of_a_column_cost_their_rows_only() {
     assert_eq!(samples(&whole, "liu-linear") - samples(&part, "liu-linear"), 395.0);
     assert_eq!(entry(&part, "linear")["rmse_w"], entry(&whole, "linear")["rmse_w"]);
     assert_eq!(names(&part["left_out"]).len(), 0, "{part}");
-    // The same in training: 395 of some 1180 rows are not fitted, and the model stays near what it was.
+    // The same in training: 395 of 1193 rows are not fitted, and the model stays near what it was.
     bench.put(
         "half.csv",
         emptied(&bench.text("train.csv"), "cmd_v_m_s", |time| (20.0..39.99).contains(&time)),
