@@ -53,7 +53,8 @@ pub(super) fn fig09(rails: &Rails) -> Figure {
         title: "Fig. 9: rails, and the static power".to_owned(),
         caption: format!(
             "The paper: battery, actuation and all else while the robot moves without and with full load, and a Gaussian of 6.393 W and \
-             0.29 W for the static power. Here: INA219s in the simulated rails read {} W and {} W.",
+             0.29 W for the static power. Here: INA219s in the simulated rails read {} W and {} W. The \
+             simulated computer either waits or works, so its power has two states, and one Gaussian is a poor summary of it.",
             number(mean, 3),
             number(std, 2)
         ),
@@ -83,7 +84,8 @@ pub(super) fn fig11(experiment: &Experiment, colours: &Colours) -> Figure {
         name: "fig11",
         title: "Fig. 11: mass over moving windows".to_owned(),
         caption: "The paper: 12.5 s follow the change soon and scatter, 50 s are calm and late. Here: the same trade; the band is our \
-                  interval, cut where it leaves the range of the estimates."
+                  interval, cut where it leaves the range of the estimates. Ours restarts its window when it notices a change of payload, the others have \
+                  no such detector."
             .to_owned(),
         page: Page::new(panels).with_panels_of(1000, 380),
     }
@@ -132,7 +134,8 @@ pub(super) fn fig12(experiment: &Experiment, colours: &Colours) -> Figure {
         name: "fig12",
         title: "Fig. 12: error against window, worst-case start".to_owned(),
         caption: "The paper: mass error and MAPE fall with the window, the MAPE hardly beyond 30 s; its two stated windows are the \
-                  crosses. Here: means over seeds with the 95 % intervals of the means as bands."
+                  crosses. Here: means over seeds with the 95 % intervals of the means as bands, cut at 0; the mass error is the mean of the worst starts \
+                  of the two payloads."
             .to_owned(),
         page: Page::new(panels.map(Into::into)).with_panels_of(1000, 340),
     }
@@ -147,7 +150,7 @@ pub(super) fn fig13(experiment: &Experiment, colours: &Colours) -> Figure {
         name: "fig13",
         title: "Fig. 13: power of the test log".to_owned(),
         caption: "The paper: velocities with much noise, and its estimate through a change from 3 to 4 kg. Here: the first seed; ours and \
-                  the paper's method see the same samples."
+                  the paper's method see the same samples. Ours restarts its window when it notices the change, the paper's has no such detector."
             .to_owned(),
         page: Page::new(panels).with_panels_of(1000, 320),
     }
@@ -225,7 +228,8 @@ pub(super) fn models(experiment: &Experiment) -> Figure {
         name: "models",
         title: "Every model's MAPE on the test logs".to_owned(),
         caption: "Beyond the paper: means over seeds. Models with light blue bars are told the true mass, which ours has to find; whatever \
-                  ends left of the dashed line is ahead of ours in MAPE."
+                  ends left of the dashed line is ahead of ours in MAPE. Networks are trained once with one seed of their weights, and have to extrapolate: the test turns \
+                  faster than the training does."
             .to_owned(),
         page: Page::new([bars.into()]).with_panels_of(1000, height),
     }
