@@ -61,6 +61,7 @@ fn the_page_is_well_formed_and_shows_every_figure_and_table() {
 fn a_baseline_that_beats_ours_is_shown() {
     let mut lost = study(6);
     lost.experiment.models[2].mape_percent = spread(2.0, 0.3);
+    (lost.experiment.models[2].ours_ahead, lost.experiment.models[2].ours_behind) = (1, 19);
     lost.experiment.models[0].r2 = spread(0.90, 0.005);
     let drawn = page::of(&lost).unwrap();
     let page = parsed(&drawn);
@@ -70,12 +71,27 @@ fn a_baseline_that_beats_ours_is_shown() {
     let marked = page.descendants().filter(|node| node.attribute("class") == Some("against")).map(text);
     let marked: Vec<String> = marked.collect();
     assert!(
-        marked.iter().any(|row| row.starts_with("perceptron") && row.ends_with("beats ours")),
+        marked.iter().any(|row| row.starts_with("perceptron") && row.ends_with("beats ours (1 of 20)")),
         "{marked:?}"
     );
     let lines = table::text(&lost);
     assert!(lines.lines().any(|line| line.starts_with("! perceptron")), "{lines}");
     assert!(!table::text(&study(6)).contains("! perceptron"));
+}
+
+#[test]
+fn one_seed_tells_nothing_apart() {
+    let mut one = study(6);
+    one.settings.seeds = 1;
+    let drawn = page::of(&one).unwrap();
+    let page = text(parsed(&drawn).root());
+    assert!(
+        page.contains("One seed: no intervals, nothing can be told apart; 4 of 4 goals reached"),
+        "{page}"
+    );
+    assert!(!page.contains("Ours is ahead of") && page.contains("Seed 1. "), "{page}");
+    assert!(table::text(&one).starts_with("Seed 1. "));
+    assert!(table::text(&study(6)).starts_with("Seeds 1 to 20. "));
 }
 
 #[test]
