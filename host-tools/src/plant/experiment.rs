@@ -1,8 +1,8 @@
 //! The regime of the paper's experiment (Section 7): one robot, its drives and its sensors, as a preset.
 //!
 //! The paper publishes no log. What it says is kept: the servos of a TurtleBot3, wheel speeds that come as messages at about
-//! 20 Hz, an INA219, one floor, training without and with full load over the whole range of speeds, a test from 2 kg to 3 kg
-//! of payload on another profile. What it does not say, how briskly and how noisily, is [`REGIME`], set so that its own method, its
+//! 20 Hz, an INA219, one floor, training without and with full load over the whole range of speeds (not of turns), a test from
+//! 2 kg to 3 kg of payload on another profile. What it does not say, how briskly and how noisily, is [`REGIME`], set so that its own method, its
 //! regression and its perceptron come near the figures that it states for them. How near: `gmr reproduce`.
 
 use rand::RngExt;

@@ -173,8 +173,9 @@ impl Energy {
     }
 }
 
-/// By how much the mean power of a task is mispredicted with the mass of the task before, and with that of the task's own
-/// first window: mean over tasks of |mean P̂(m) − mean P̂(truth)|, W.
+/// By how much the power of a task is mispredicted with the mass of the task before, and with that of the task's own first
+/// window: mean over its rows of |P̂(m) − P̂(truth)|, then over tasks, W. Where that window says nothing, the mass of the task
+/// before stays.
 fn misprediction(fitted: &Fitted<'_>, log: &Log, window_s: f64) -> Result<(f64, f64)> {
     let (replayed, _) = fitted.follow(log, &super::contender::moving(window_s, false))?;
     let tasks = log.tasks();
@@ -183,13 +184,14 @@ fn misprediction(fitted: &Fitted<'_>, log: &Log, window_s: f64) -> Result<(f64, 
         let [before, task] = pair else { continue };
         let rows = &log.rows[task.from..task.to];
         let Some(start_s) = rows.first().map(|row| row.time) else { continue };
-        let own = replayed.windows.iter().find(|window| window.t0_s >= start_s && window.mass_kg.is_some());
-        let Some(found) = own.and_then(|window| window.mass_kg) else { continue };
-        let mean =
-            |mass: f64| rows.iter().map(|row| fitted.power(row, mass)).sum::<f64>() / rows.len() as f64;
-        let truth = mean(task.mass_kg);
-        old += (mean(before.mass_kg) - truth).abs();
-        new += (mean(found) - truth).abs();
+        // The last errand may be shorter than the window.
+        let Some(own) = replayed.windows.iter().find(|window| window.t0_s >= start_s) else { continue };
+        let mean = |mass: f64| {
+            let apart = |row: &Row<WHEELS>| (fitted.power(row, mass) - fitted.power(row, task.mass_kg)).abs();
+            rows.iter().map(apart).sum::<f64>() / rows.len() as f64
+        };
+        old += mean(before.mass_kg);
+        new += mean(own.mass_kg.unwrap_or(before.mass_kg));
         count += 1.0;
     }
     Ok((old / count, new / count))

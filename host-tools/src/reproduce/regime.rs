@@ -49,7 +49,8 @@ pub(super) fn knobs() -> Vec<Knob> {
 
 fn rounds(rounds: &Rounds) -> String {
     let Rounds { speed, curve, hold_s, acceleration_m_s2, shares } = rounds;
-    let percent = |share: f64| format!("{:.0}", 100.0 * share);
+    // To a tenth of a percent, without what rounding leaves behind.
+    let percent = |share: f64| format!("{}", (1000.0 * share).round() / 10.0);
     let [spin, stop, reverse] = shares.map(percent);
     format!(
         "legs at {} to {} % of the top speed for {} to {} s, curves up to {} track widths⁻¹, changes at {} to {} m/s², on the \

@@ -22,7 +22,7 @@ pub struct Bayes {
 }
 
 impl Baseline for Bayes {
-    /// The prior: mean and covariance of the parameters between segments of [`SEGMENT_S`] of the training runs.
+    /// The prior: mean and covariance of the parameters between segments of ten seconds of the training runs.
     fn fit(&mut self, training: &[Point]) -> Result<()> {
         self.prior = None;
         let rows = rows(NAME, training, terms)?;

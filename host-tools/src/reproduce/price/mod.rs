@@ -58,9 +58,9 @@ pub struct PricePoint {
     pub window_s: f64,
     /// The method.
     pub method: String,
-    /// Mean |P̂ − P| with the mass of the task before, beyond what the true mass leaves, W.
+    /// Mean |P̂(m) − P̂(truth)| with the mass of the task before, W.
     pub old_mass_w: f64,
-    /// Mean |P̂ − P| with m̂(T), beyond what the true mass leaves, W; below 0 where a wrong mass makes up for a wrong model.
+    /// The same with m̂(T); with the mass before where T says nothing, W.
     pub new_mass_w: f64,
     /// Root mean square of the motors' current, A.
     pub actuation_a: f64,
