@@ -35,7 +35,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 
 #[test]
 fn the_page_is_well_formed_and_shows_every_figure_and_table() {
-    let study = study(35);
+    let study = study(40);
     let drawn = page::of(&study).unwrap();
     let page = parsed(&drawn);
     let ids: Vec<&str> = page.descendants().filter_map(|node| node.attribute("id")).collect();
@@ -51,6 +51,7 @@ fn the_page_is_well_formed_and_shows_every_figure_and_table() {
         assert!(count > 8, "{:?}: {count}", svg.attribute("aria-label"));
     }
     assert!(text(page.root()).contains(METHODS[2]), "a name with markup is text");
+    assert!(text(page.root()).contains("cut, ends at "), "bars that are cut say so");
     for outside in ["http:", "https:", "<script", "<link", "@import", "url(", "<corrected>"] {
         assert!(!drawn.contains(outside), "{outside}");
     }
@@ -98,7 +99,7 @@ fn one_seed_tells_nothing_apart() {
 fn the_folder_holds_everything_and_the_same_study_gives_the_same_bytes() {
     let place = tempfile::tempdir().unwrap();
     let folder = place.path().join("out");
-    let study = study(35);
+    let study = study(40);
     output::save(&study, &folder).unwrap();
     let first = files(&folder);
     for figure in figures::all(&study) {
@@ -110,7 +111,7 @@ fn the_folder_holds_everything_and_the_same_study_gives_the_same_bytes() {
     let tables = String::from_utf8(first["tables.txt"].clone()).unwrap();
     assert!(tables.contains("Section 6") && tables.contains("baseline-34"), "{tables}");
     let json: serde_json::Value = serde_json::from_slice(&first["study.json"]).unwrap();
-    assert_eq!(json["models"].as_array().unwrap().len(), 35);
+    assert_eq!(json["models"].as_array().unwrap().len(), 40);
     assert_eq!(json["goals"][0]["reached"], true);
     assert!(first["study.json"].len() < 200_000, "no traces");
     assert_eq!(first.len(), 3 + 2 * figures::all(&study).len());
