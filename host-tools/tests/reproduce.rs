@@ -15,7 +15,7 @@ fn a_folder_of_something_else_is_left_alone() {
     assert_eq!(ran.code, Some(1));
     assert_eq!(
         ran.stderr,
-        "gmr: .: holds something else; expected a new or empty folder, or an earlier reproduction\n"
+        "gmr: .: holds thesis.tex, which is not of a reproduction; expected a new or empty folder, or an earlier reproduction\n"
     );
     let ran = bench.gmr(&["reproduce", "--out", "nowhere/out"]);
     assert_eq!(ran.code, Some(1));
@@ -34,6 +34,32 @@ fn seeds_that_there_are_not_are_wrong_usage() {
         assert!(ran.stderr.contains("expected at least one seed"), "{}", ran.stderr);
     }
     assert!(bench.files().is_empty());
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_nothing_behind() {
+    let bench = Bench::new();
+    let temporary = bench.path("temporary");
+    std::fs::create_dir(&temporary).unwrap();
+    let left = || std::fs::read_dir(&temporary).unwrap().count();
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_gmr"));
+    command.args(["reproduce", "--reduced", "--seeds", "100", "--out"]).arg(bench.path("out"));
+    let piped = std::process::Stdio::piped;
+    let child = command.env("TMPDIR", &temporary).stdout(piped()).stderr(piped()).spawn().unwrap();
+    let begun = std::time::Instant::now();
+    while left() == 0 && begun.elapsed() < std::time::Duration::from_secs(20) {
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    assert_eq!(left(), 1, "logs go to a temporary folder");
+    rustix::process::kill_process(rustix::process::Pid::from_child(&child), rustix::process::Signal::INT)
+        .unwrap();
+    let output = child.wait_with_output().unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains("stopped before the last seed was done; nothing was written"), "{stderr}");
+    assert_eq!(bench.files(), ["temporary"]);
+    assert_eq!(left(), 0);
 }
 
 /// A reduced reproduction against the committed one, and against itself: every byte of every file. No neural network is in it:

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::baselines;
 use crate::error::{Error, Result};
+use crate::interrupt;
 use crate::progress::CountProgress;
 use crate::reproduce::study::Settings;
 use crate::reproduce::{output, run as reproduce, table};
@@ -43,9 +44,10 @@ const REDUCED_SEEDS: u64 = 2;
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let settings = settings(arguments)?;
     output::check(&arguments.out)?;
+    let stopped = interrupt::catch()?;
     let study = {
         let progress = CountProgress::new("seeds", settings.seeds);
-        reproduce(&settings, || progress.one_more())?
+        reproduce(&settings, stopped, || progress.one_more())?
     };
     output::save(&study, &arguments.out)?;
     if arguments.json {

@@ -4,7 +4,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::page::{Drawn, bare_axes, legend, range};
+use super::page::{Drawn, bare_axes, legend, range, tick};
 use super::style::{Colour, FONT, INK, LABEL_SIZE};
 
 /// Horizontal bars, the first row on top.
@@ -20,6 +20,8 @@ pub struct Bars {
     pub rows: Vec<(String, Vec<(usize, f64)>)>,
     /// A value that all rows are held against, with its name.
     pub line: Option<(String, f64)>,
+    /// Bars end here at the latest; those that are cut say their value.
+    pub most: Option<f64>,
 }
 
 /// Share of a row that its bars fill.
@@ -33,7 +35,8 @@ const LETTERS: usize = 40;
 
 impl Bars {
     pub(super) fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB> {
-        let values = self.rows.iter().flat_map(|(_, bars)| bars.iter().map(|bar| bar.1));
+        let most = self.most.unwrap_or(f64::INFINITY);
+        let values = self.rows.iter().flat_map(|(_, bars)| bars.iter().map(|bar| bar.1.min(most)));
         let values = values.chain(self.line.iter().map(|line| line.1)).chain([0.0]);
         let (low, high) = range(values, 0.05);
         let low = if low < 0.0 && high > 0.0 && low > -0.06 * high { 0.0 } else { low };
@@ -47,8 +50,16 @@ impl Bars {
                 let top = middle + 0.5 * FILLED - place as f64 * height;
                 let colour = self.series.get(series).map_or(INK, |series| series.1);
                 if value.is_finite() {
-                    let bar = Rectangle::new([(0.0, top - height), (value, top)], colour.filled());
+                    let end = value.min(most);
+                    let bar = Rectangle::new([(0.0, top - height), (end, top)], colour.filled());
                     chart.draw_series([bar])?;
+                    if value > most {
+                        let style = (FONT, LABEL_SIZE, &INK).into_text_style(area);
+                        let style = style.pos(Pos::new(HPos::Right, VPos::Center));
+                        let said =
+                            Text::new(format!("cut, ends at {} →", tick(&value.round())), (-6, 0), style);
+                        chart.draw_series([EmptyElement::at((end, top - 0.5 * height)) + said])?;
+                    }
                 }
             }
             let style =
@@ -68,7 +79,11 @@ impl Bars {
             chart
                 .draw_series(DashedLineSeries::new([(*value, 0.0), (*value, count)], 8, 6, style))?
                 .label(name)
-                .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 22, y)], style));
+                .legend(move |at| {
+                    EmptyElement::at(at)
+                        + PathElement::new(vec![(0, 0), (8, 0)], style)
+                        + PathElement::new(vec![(14, 0), (22, 0)], style)
+                });
         }
         legend(
             &mut chart,

@@ -3,8 +3,7 @@
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::page::legend;
-use super::page::{Drawn, axes, decades, range};
+use super::page::{Drawn, axes, decades, legend, legend_room, range};
 use super::style::Colour;
 
 /// One curve with a mark at every point.
@@ -40,8 +39,6 @@ pub struct Curves {
     pub log: bool,
     /// Lower end of the y axis, where it is to be this one.
     pub from: Option<f64>,
-    /// Share of the values' span that stays free above them, for the legend.
-    pub headroom: f64,
     /// The curves, drawn in order.
     pub curves: Vec<Curve>,
     /// Drawn over them.
@@ -63,11 +60,14 @@ impl Curves {
         let x = range(all().map(|point| point.0).chain(marks().map(|point| point.0)), 0.03);
         let values = all().flat_map(|point| [point.1, point.2, point.3]).chain(marks().map(|point| point.1));
         let (low, high) = range(values.map(scaled), 0.06);
-        let found = (low, high + self.headroom * (high - low));
-        let y = match self.from {
-            Some(from) if scaled(from) < found.1 => (scaled(from), found.1),
-            _ => found,
+        let low = match self.from.map(scaled) {
+            Some(from) if from < high => from,
+            _ => low,
         };
+        // Above all values: curves may rise towards the legend as well as fall.
+        let (_, height) = area.dim_in_pixel();
+        let room = legend_room(self.curves.len() + self.marks.len(), height);
+        let y = (low, high + room * (high - low));
         let [x_label, y_label] = &self.labels;
         let labels = [x_label.as_str(), y_label.as_str()];
         let mut chart = if self.log {

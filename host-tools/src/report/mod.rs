@@ -22,6 +22,7 @@ pub use cells::{CellSeries, Cells};
 pub use curves::{Curve, Curves, Marks};
 pub use heat::{Heat, HeatSquare};
 pub use histogram::{Gaussian, Histogram};
+pub(crate) use page::legend_room;
 pub use page::{Inline, Page, check_extension};
 pub use panel::Panel;
 pub use series::{Band, Line, Stroke, TimeSeries};

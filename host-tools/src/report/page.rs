@@ -159,6 +159,25 @@ pub(super) fn legend<'a, DB: DrawingBackend + 'a>(
         .draw()
 }
 
+/// Pixels that a legend takes: its frame, and its names.
+const LEGEND: u32 = 24;
+const LEGEND_NAME: u32 = 20;
+
+/// Pixels of a panel's height that are title, axis and margins.
+const AROUND: u32 = 84;
+
+/// By what share of the span of its values an axis has to be longer, so that a legend of so many names stands above all of them in a
+/// panel of this height, pixels.
+pub(crate) fn legend_room(names: usize, panel_height: u32) -> f64 {
+    let plot = f64::from(panel_height.saturating_sub(AROUND).max(1));
+    let share = f64::from(LEGEND + LEGEND_NAME * names as u32) / plot;
+    let share = share.min(MOST_LEGEND);
+    share / (1.0 - share)
+}
+
+/// A legend that would take more of a plot than this may cover values.
+const MOST_LEGEND: f64 = 0.6;
+
 /// A number at an axis, without zeros at its end.
 pub(super) fn tick(value: &f64) -> String {
     let text = format!("{value:.4}");

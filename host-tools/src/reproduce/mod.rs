@@ -26,9 +26,10 @@ mod windows;
 
 use std::path::Path;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 pub use study::{Settings, Study};
+use tempfile::TempDir;
 
 use crate::error::{Error, Result};
 use crate::robot::Robot;
@@ -43,12 +44,13 @@ struct Seed {
 /// Does all of it, seeds on all cores. `done` hears of every seed that is.
 ///
 /// # Errors
-/// A log cannot be written, or a contender cannot be fitted.
-pub fn run(settings: &Settings, done: impl Fn() + Sync) -> Result<Study> {
+/// A log cannot be written, a contender cannot be fitted, or `stopped` was set meanwhile.
+pub fn run(settings: &Settings, stopped: &AtomicBool, done: impl Fn() + Sync) -> Result<Study> {
     let robot = Robot::load("burger")?;
-    let folder = tempfile::tempdir().map_err(|error| Error::io(std::env::temp_dir(), &error))?;
-    let seeds = on_all_cores(settings.seeds, |index| {
-        let seed = one(folder.path(), &robot, settings, settings.first_seed + index, index == 0);
+    let folder = temporary_folder()?;
+    let seeds = on_all_cores(settings.seeds, stopped, |index| {
+        let draw = index == 0;
+        let seed = one(folder.path(), &robot, settings, stopped, settings.first_seed + index, draw);
         done();
         seed
     })?;
@@ -67,21 +69,47 @@ pub fn run(settings: &Settings, done: impl Fn() + Sync) -> Result<Study> {
             ..price::Input::default()
         }),
         recalibration: recalibration::gather(&recalibration),
-        print: print::differences(&robot, settings)?,
+        print: print::differences(&robot, settings, stopped)?,
     })
 }
 
-fn one(folder: &Path, robot: &Robot, settings: &Settings, seed: u64, draw: bool) -> Result<Seed> {
+fn one(
+    folder: &Path,
+    robot: &Robot,
+    settings: &Settings,
+    stopped: &AtomicBool,
+    seed: u64,
+    draw: bool,
+) -> Result<Seed> {
     let learned = experiment::learn(folder, robot, seed)?;
-    Ok(Seed {
-        section6: section6::seed(folder, robot, seed, draw)?,
-        section7: section7::seed(&learned, settings, draw)?,
-        recalibration: recalibration::seed(&learned, &settings.windows_s)?,
-    })
+    let section6 = section6::seed(folder, robot, seed, draw)?;
+    go_on(stopped)?;
+    let section7 = section7::seed(&learned, settings, draw)?;
+    go_on(stopped)?;
+    Ok(Seed { section6, section7, recalibration: recalibration::seed(&learned, &settings.windows_s)? })
 }
 
-/// `work` for 0 … `count`, as many at a time as there are cores; the results in order, or the first failure.
-fn on_all_cores<T: Send>(count: u64, work: impl Fn(u64) -> Result<T> + Sync) -> Result<Vec<T>> {
+/// For the logs of the work; goes with it, whatever its end.
+fn temporary_folder() -> Result<TempDir> {
+    let folder = tempfile::Builder::new().prefix("gmr-").tempdir();
+    folder.map_err(|error| Error::io(std::env::temp_dir(), &error))
+}
+
+/// Ends the work between two of its parts.
+fn go_on(stopped: &AtomicBool) -> Result<()> {
+    if stopped.load(Ordering::Relaxed) {
+        return Err(Error::failed("stopped before the last seed was done; nothing was written"));
+    }
+    Ok(())
+}
+
+/// `work` for 0 … `count`, as many at a time as there are cores; the results in order, or the first failure. Once `stopped` is set
+/// no more is begun.
+fn on_all_cores<T: Send>(
+    count: u64,
+    stopped: &AtomicBool,
+    work: impl Fn(u64) -> Result<T> + Sync,
+) -> Result<Vec<T>> {
     let next = AtomicU64::new(0);
     let results = Mutex::new(Vec::new());
     let workers = std::thread::available_parallelism().map_or(1, usize::from);
@@ -93,7 +121,7 @@ fn on_all_cores<T: Send>(count: u64, work: impl Fn(u64) -> Result<T> + Sync) -> 
                     if index >= count {
                         break;
                     }
-                    let result = work(index);
+                    let result = go_on(stopped).and_then(|()| work(index));
                     // Another worker's panic has been reported by the scope already.
                     if let Ok(mut results) = results.lock() {
                         results.push((index, result));

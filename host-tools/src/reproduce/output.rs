@@ -19,11 +19,21 @@ use crate::output::write_whole;
 /// Only a reproduction has this file.
 const STUDY: &str = "study.json";
 
+const INDEX: &str = "index.html";
+
+const TABLES: &str = "tables.txt";
+
+/// The folder of the drawings.
+const FIGURES: &str = "figures";
+
+/// Each is drawn in all of them.
+const FORMATS: [&str; 2] = ["svg", "png"];
+
 /// The study's figures without its traces.
 #[derive(Serialize)]
 pub struct Figures<'a> {
     settings: &'a Settings,
-    goals: Vec<Goal>,
+    goals: Vec<Judged>,
     standings: Standings,
     published_simulation: &'a PublishedSimulation,
     simulation: &'a [SimulationRow],
@@ -39,13 +49,27 @@ pub struct Figures<'a> {
     print: &'a [Difference],
 }
 
+/// A goal and its verdict.
+#[derive(Serialize)]
+struct Judged {
+    #[serde(flatten)]
+    goal: Goal,
+    reached: Option<bool>,
+}
+
+impl Judged {
+    fn of(goal: Goal) -> Self {
+        Self { reached: goal.is_reached(), goal }
+    }
+}
+
 impl<'a> Figures<'a> {
     /// Of a study.
     pub fn of(study: &'a Study) -> Self {
         let (simulation, experiment) = (&study.simulation, &study.experiment);
         Self {
             settings: &study.settings,
-            goals: goals(experiment),
+            goals: goals(experiment).into_iter().map(Judged::of).collect(),
             standings: Standings::of(&experiment.models),
             published_simulation: &simulation.published,
             simulation: &simulation.rows,
@@ -63,23 +87,64 @@ impl<'a> Figures<'a> {
     }
 }
 
+/// What may stand in a folder's place.
+const EXPECTED: &str = "expected a new or empty folder, or an earlier reproduction";
+
 /// Refuses a place that is taken by anything but an earlier reproduction: asked before the long work.
 ///
 /// # Errors
-/// A file, a folder of something else, or no folder to put it into.
+/// A file, a folder with anything in it that no reproduction writes, or no folder to put it into.
 pub fn check(folder: &Path) -> Result<()> {
-    crate::output::folder_of(folder)?;
-    let refused = |what: &str| Err(Error::failed(what.to_owned()).in_file(folder));
-    match std::fs::read_dir(folder) {
-        Ok(entries) => {
-            if entries.count() == 0 || folder.join(STUDY).is_file() {
-                return Ok(());
-            }
-            refused("holds something else; expected a new or empty folder, or an earlier reproduction")
+    place(folder).map(|_| ())
+}
+
+/// Where the reproduction goes: behind a link, which stays.
+fn place(folder: &Path) -> Result<PathBuf> {
+    let refused = |what: String| Err(Error::failed(format!("{what}; {EXPECTED}")).in_file(folder));
+    let Ok(found) = std::fs::canonicalize(folder) else {
+        if folder.is_symlink() {
+            return refused("is a link to nothing".to_owned());
         }
-        Err(_) if std::fs::symlink_metadata(folder).is_err() => Ok(()),
-        Err(error) => Err(Error::io(folder, &error)),
+        crate::output::folder_of(folder)?;
+        return Ok(folder.to_owned());
+    };
+    if !found.is_dir() {
+        return refused("is not a folder".to_owned());
     }
+    let failed = |error: std::io::Error| Error::io(folder, &error);
+    if let Some(foreign) = foreign(&found).map_err(failed)? {
+        return refused(format!("holds {foreign}, which is not of a reproduction"));
+    }
+    if !found.join(STUDY).is_file() && std::fs::read_dir(&found).map_err(failed)?.next().is_some() {
+        return refused(format!("holds no {STUDY}"));
+    }
+    Ok(found)
+}
+
+/// The first name in the folder, or in its figures, that [`write`] does not give a file.
+fn foreign(folder: &Path) -> std::io::Result<Option<String>> {
+    let is_file = |path: &Path| std::fs::symlink_metadata(path).is_ok_and(|found| found.is_file());
+    let ours = [INDEX, TABLES, STUDY];
+    let mut foreign = Vec::new();
+    for (name, path) in entries(folder)? {
+        if name == FIGURES && path.is_dir() && !path.is_symlink() {
+            let figure = |name: &str| {
+                let stem = FORMATS.iter().find_map(|format| name.strip_suffix(format)?.strip_suffix('.'));
+                stem.is_some_and(|stem| figures::NAMES.contains(&stem))
+            };
+            let others = entries(&path)?.into_iter().filter(|(name, path)| !(figure(name) && is_file(path)));
+            foreign.extend(others.map(|(inner, _)| format!("{name}/{inner}")));
+        } else if !(ours.contains(&name.as_str()) && is_file(&path)) {
+            foreign.push(name);
+        }
+    }
+    Ok(foreign.into_iter().min())
+}
+
+/// Names and paths of what is in a folder.
+fn entries(folder: &Path) -> std::io::Result<Vec<(String, PathBuf)>> {
+    let named = |entry: std::fs::DirEntry| (entry.file_name().to_string_lossy().into_owned(), entry.path());
+    std::fs::read_dir(folder)?.map(|entry| entry.map(named)).collect()
 }
 
 /// Writes page, tables, figures and `study.json`; what an earlier reproduction left is replaced.
@@ -87,8 +152,8 @@ pub fn check(folder: &Path) -> Result<()> {
 /// # Errors
 /// As [`check`]; a figure cannot be drawn or a file not written: then the place is as it was.
 pub fn save(study: &Study, folder: &Path) -> Result<()> {
-    check(folder)?;
-    let beside = crate::output::folder_of(folder)?;
+    let place = place(folder)?;
+    let beside = crate::output::folder_of(&place)?;
     let refused = |error: std::io::Error| Error::io(folder, &error);
     let new = tempfile::Builder::new().prefix(".gmr-").tempdir_in(beside).map_err(refused)?;
     write(study, new.path())?;
@@ -96,13 +161,13 @@ pub fn save(study: &Study, folder: &Path) -> Result<()> {
     // The earlier one goes only when the new one is complete, and comes back if that cannot take its place.
     let old = tempfile::Builder::new().prefix(".gmr-").tempdir_in(beside).map_err(refused)?;
     let kept = old.path().join("earlier");
-    let had = folder.exists();
+    let had = place.exists();
     if had {
-        std::fs::rename(folder, &kept).map_err(refused)?;
+        std::fs::rename(&place, &kept).map_err(refused)?;
     }
-    let moved = std::fs::rename(new.path(), folder);
+    let moved = std::fs::rename(new.path(), &place);
     if moved.is_err() && had {
-        std::fs::rename(&kept, folder).map_err(refused)?;
+        std::fs::rename(&kept, &place).map_err(refused)?;
     }
     moved.map_err(refused)
 }
@@ -112,19 +177,19 @@ fn write(study: &Study, folder: &Path) -> Result<()> {
         let file = folder.join(name);
         write_whole(&file, |write| write.write_all(text.as_bytes()).map_err(|error| Error::io(&file, &error)))
     };
-    put("tables.txt", &table::text(study))?;
+    put(TABLES, &table::text(study))?;
     let json = serde_json::to_string_pretty(&Figures::of(study))
         .map_err(|error| Error::failed(error.to_string()))?;
     put(STUDY, &(json + "\n"))?;
-    let drawings: PathBuf = folder.join("figures");
+    let drawings: PathBuf = folder.join(FIGURES);
     std::fs::create_dir(&drawings).map_err(|error| Error::io(&drawings, &error))?;
     let figures = figures::all(study);
     for figure in &figures {
-        for format in ["svg", "png"] {
+        for format in FORMATS {
             figure.page.save(&drawings.join(figure.name).with_extension(format))?;
         }
     }
-    put("index.html", &page::text(study, figures)?)
+    put(INDEX, &page::text(study, figures)?)
 }
 
 /// A temporary folder is its owner's alone; this one is to be like any other.

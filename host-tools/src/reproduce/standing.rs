@@ -35,6 +35,11 @@ impl Standing {
         }
     }
 
+    /// Whether so many seeds can tell models apart at all, all of them on one side.
+    pub fn can_be_told(seeds: u64) -> bool {
+        is_more_than_chance(seeds, seeds)
+    }
+
     /// For tables.
     pub fn words(self) -> &'static str {
         match self {

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use roxmltree::{Document, ParsingOptions};
 
 use super::testing::{METHODS, spread, study};
-use super::{figures, output, page, table};
+use super::{figures, on_all_cores, output, page, table};
 
 fn parsed(page: &str) -> Document<'_> {
     Document::parse_with_options(page, ParsingOptions { allow_dtd: true, ..ParsingOptions::default() })
@@ -34,7 +35,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 
 #[test]
 fn the_page_is_well_formed_and_shows_every_figure_and_table() {
-    let study = study(35);
+    let study = study(40);
     let drawn = page::of(&study).unwrap();
     let page = parsed(&drawn);
     let ids: Vec<&str> = page.descendants().filter_map(|node| node.attribute("id")).collect();
@@ -50,6 +51,7 @@ fn the_page_is_well_formed_and_shows_every_figure_and_table() {
         assert!(count > 8, "{:?}: {count}", svg.attribute("aria-label"));
     }
     assert!(text(page.root()).contains(METHODS[2]), "a name with markup is text");
+    assert!(text(page.root()).contains("cut, ends at "), "bars that are cut say so");
     for outside in ["http:", "https:", "<script", "<link", "@import", "url(", "<corrected>"] {
         assert!(!drawn.contains(outside), "{outside}");
     }
@@ -60,6 +62,7 @@ fn the_page_is_well_formed_and_shows_every_figure_and_table() {
 fn a_baseline_that_beats_ours_is_shown() {
     let mut lost = study(6);
     lost.experiment.models[2].mape_percent = spread(2.0, 0.3);
+    (lost.experiment.models[2].ours_ahead, lost.experiment.models[2].ours_behind) = (1, 19);
     lost.experiment.models[0].r2 = spread(0.90, 0.005);
     let drawn = page::of(&lost).unwrap();
     let page = parsed(&drawn);
@@ -69,7 +72,7 @@ fn a_baseline_that_beats_ours_is_shown() {
     let marked = page.descendants().filter(|node| node.attribute("class") == Some("against")).map(text);
     let marked: Vec<String> = marked.collect();
     assert!(
-        marked.iter().any(|row| row.starts_with("perceptron") && row.ends_with("beats ours")),
+        marked.iter().any(|row| row.starts_with("perceptron") && row.ends_with("beats ours (1 of 20)")),
         "{marked:?}"
     );
     let lines = table::text(&lost);
@@ -78,10 +81,25 @@ fn a_baseline_that_beats_ours_is_shown() {
 }
 
 #[test]
+fn one_seed_tells_nothing_apart() {
+    let mut one = study(6);
+    one.settings.seeds = 1;
+    let drawn = page::of(&one).unwrap();
+    let page = text(parsed(&drawn).root());
+    assert!(
+        page.contains("One seed: no intervals, nothing can be told apart; 4 of 4 goals reached"),
+        "{page}"
+    );
+    assert!(!page.contains("Ours is ahead of") && page.contains("Seed 1. "), "{page}");
+    assert!(table::text(&one).starts_with("Seed 1. "));
+    assert!(table::text(&study(6)).starts_with("Seeds 1 to 20. "));
+}
+
+#[test]
 fn the_folder_holds_everything_and_the_same_study_gives_the_same_bytes() {
     let place = tempfile::tempdir().unwrap();
     let folder = place.path().join("out");
-    let study = study(35);
+    let study = study(40);
     output::save(&study, &folder).unwrap();
     let first = files(&folder);
     for figure in figures::all(&study) {
@@ -93,7 +111,8 @@ fn the_folder_holds_everything_and_the_same_study_gives_the_same_bytes() {
     let tables = String::from_utf8(first["tables.txt"].clone()).unwrap();
     assert!(tables.contains("Section 6") && tables.contains("baseline-34"), "{tables}");
     let json: serde_json::Value = serde_json::from_slice(&first["study.json"]).unwrap();
-    assert_eq!(json["models"].as_array().unwrap().len(), 35);
+    assert_eq!(json["models"].as_array().unwrap().len(), 40);
+    assert_eq!(json["goals"][0]["reached"], true);
     assert!(first["study.json"].len() < 200_000, "no traces");
     assert_eq!(first.len(), 3 + 2 * figures::all(&study).len());
     // An earlier reproduction is replaced, and nothing is left beside it.
@@ -111,9 +130,67 @@ fn another_folder_is_left_alone() {
     let place = tempfile::tempdir().unwrap();
     std::fs::write(place.path().join("thesis.tex"), "years of work").unwrap();
     let error = output::save(&study(4), place.path()).unwrap_err().to_string();
-    assert!(error.contains("holds something else"), "{error}");
+    assert!(error.contains("holds thesis.tex, which is not of a reproduction; expected"), "{error}");
     assert_eq!(files(place.path()).len(), 1);
-    assert!(output::check(&place.path().join("thesis.tex")).is_err());
+    let error = output::check(&place.path().join("thesis.tex")).unwrap_err().to_string();
+    assert!(error.contains("is not a folder; expected"), "{error}");
     assert!(output::check(&place.path().join("nowhere/out")).is_err());
     assert!(output::check(&place.path().join("new")).is_ok());
+    // A site's folder may have our names, but none of our figures.
+    let site = place.path().join("site");
+    std::fs::create_dir(&site).unwrap();
+    assert!(output::check(&site).is_ok(), "empty");
+    std::fs::write(site.join("index.html"), "welcome").unwrap();
+    let error = output::check(&site).unwrap_err().to_string();
+    assert!(error.contains("holds no study.json; expected"), "{error}");
+}
+
+#[test]
+fn an_earlier_reproduction_with_other_files_in_it_is_left_alone() {
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path().join("out");
+    output::save(&study(4), &folder).unwrap();
+    for name in ["mine.txt", "figures/mine.svg", "figures/fig05.txt"] {
+        std::fs::write(folder.join(name), "mine").unwrap();
+        let before = files(&folder);
+        let error = output::save(&study(4), &folder).unwrap_err().to_string();
+        assert!(error.contains(&format!("holds {name}, which is not of a reproduction")), "{error}");
+        assert_eq!(files(&folder), before);
+        std::fs::remove_file(folder.join(name)).unwrap();
+    }
+    output::check(&folder).unwrap();
+    assert_eq!(figures::all(&study(4)).iter().map(|figure| figure.name).collect::<Vec<_>>(), figures::NAMES);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_stays_and_the_folder_behind_it_is_replaced() {
+    use std::os::unix::fs::symlink;
+    let place = tempfile::tempdir().unwrap();
+    let [folder, link] = ["real", "link"].map(|name| place.path().join(name));
+    output::save(&study(4), &folder).unwrap();
+    let before = files(&folder);
+    symlink(&folder, &link).unwrap();
+    output::save(&study(6), &link).unwrap();
+    assert!(link.is_symlink() && files(&folder) != before);
+    assert_eq!(std::fs::read_dir(place.path()).unwrap().count(), 2);
+    symlink(place.path().join("gone"), place.path().join("dangling")).unwrap();
+    let error = output::check(&place.path().join("dangling")).unwrap_err().to_string();
+    assert!(error.contains("is a link to nothing; expected"), "{error}");
+}
+
+#[test]
+fn nothing_is_begun_once_stopped() {
+    let (stopped, begun) = (AtomicBool::new(false), AtomicU64::new(0));
+    let work = |index| {
+        begun.fetch_add(1, Ordering::Relaxed);
+        stopped.store(true, Ordering::Relaxed);
+        Ok(index)
+    };
+    let error = on_all_cores(1000, &stopped, work).unwrap_err().to_string();
+    assert!(error.contains("stopped"), "{error}");
+    // One a core at most was under way.
+    let cores = std::thread::available_parallelism().unwrap().get() as u64;
+    assert!(begun.into_inner() <= cores);
+    assert_eq!(on_all_cores(3, &AtomicBool::new(false), Ok).unwrap(), [0, 1, 2]);
 }

@@ -43,6 +43,7 @@ pub(super) fn gaps(report: &Report) -> Result<Markup> {
         series,
         rows,
         line: Some(("noise floor".to_owned(), confirmed.floor_w)),
+        most: None,
     };
     let about = format!(
         "Each locked run's gap; what lies beyond the noise floor ({}) could be explained.",
@@ -213,6 +214,7 @@ pub(super) fn scores(number: usize, round: &Round) -> Result<Option<Markup>> {
         series: used.iter().map(|&place| (KINDS[place].to_owned(), shades[place])).collect(),
         rows,
         line: Some(("structure allowed".to_owned(), round.allowed)),
+        most: None,
     };
     let about = format!(
         "Structure {:.1}, allowed {:.1}: {}. {} effects in {} shapes, the best of each.",

@@ -1,6 +1,6 @@
 //! Panels over time that several figures share.
 
-use crate::report::{Band, Line, Stroke, TimeSeries, Validated, Validation, palette};
+use crate::report::{Band, Line, Stroke, TimeSeries, Validated, Validation, legend_room, palette};
 
 use super::{Colours, black};
 use crate::reproduce::study::{Course, Followed, Trace};
@@ -12,20 +12,21 @@ fn points(time_s: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
     time_s.iter().copied().zip(values.iter().copied()).collect()
 }
 
-/// What a name in the legend takes, as a share of the span of the values.
-const A_NAME: f64 = 0.18;
-
-/// Over these values, with room for a legend above them.
-pub(super) fn with_room<'a>(values: impl Iterator<Item = &'a f64>, names: usize) -> Option<(f64, f64)> {
+/// Over these values, with room for a legend above them in a panel of this height, pixels.
+pub(super) fn with_room<'a>(
+    values: impl Iterator<Item = &'a f64>,
+    names: usize,
+    height: u32,
+) -> Option<(f64, f64)> {
     let finite = values.filter(|value| value.is_finite());
     let (low, high) = finite
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| (low.min(value), high.max(value)));
     let span = (high - low).max(1e-3);
-    (low <= high).then_some((low - 0.05 * span, high + (0.05 + A_NAME * names as f64) * span))
+    (low <= high).then_some((low - 0.05 * span, high + legend_room(names, height) * 1.05 * span))
 }
 
 /// Wheel speeds.
-pub(super) fn speeds(title: &str, trace: &Trace) -> TimeSeries {
+pub(super) fn speeds(title: &str, trace: &Trace, height: u32) -> TimeSeries {
     let [left, right] = &trace.wheel_rad_s;
     let line = |name: &str, values: &[f64], colour| Line {
         name: name.to_owned(),
@@ -36,15 +37,21 @@ pub(super) fn speeds(title: &str, trace: &Trace) -> TimeSeries {
     TimeSeries {
         title: title.to_owned(),
         y_label: "wheel speed (rad/s)".to_owned(),
-        y_range: with_room(left.iter().chain(right), 2),
+        y_range: with_room(left.iter().chain(right), 2, height),
         // Sky blue and purple: no method's among the first three.
         lines: vec![line("left", left, 5), line("right", right, 3)],
         ..TimeSeries::default()
     }
 }
 
-/// Measured power and what the first methods predict, the last on top.
-pub(super) fn powers(title: &str, course: &Course, colours: &Colours, most: usize) -> TimeSeries {
+/// What the first methods predict, the first of them on top, and thinly over it the measured power.
+pub(super) fn powers(
+    title: &str,
+    course: &Course,
+    colours: &Colours,
+    most: usize,
+    height: u32,
+) -> TimeSeries {
     let trace = &course.trace;
     let measured = Line {
         name: "measured".to_owned(),
@@ -54,7 +61,7 @@ pub(super) fn powers(title: &str, course: &Course, colours: &Colours, most: usiz
     };
     let drawn = || course.methods.iter().take(most.min(DRAWN));
     let values = drawn().flat_map(|method| &method.predicted_w).chain(&trace.measured_w);
-    let y_range = with_room(values, 1 + drawn().count());
+    let y_range = with_room(values, 1 + drawn().count(), height);
     let predicted = drawn().rev().map(|method| Line {
         name: method.method.clone(),
         points: points(&trace.time_s, &method.predicted_w),
@@ -65,13 +72,13 @@ pub(super) fn powers(title: &str, course: &Course, colours: &Colours, most: usiz
         title: title.to_owned(),
         y_label: "actuation power (W)".to_owned(),
         y_range,
-        lines: std::iter::once(measured).chain(predicted).collect(),
+        lines: predicted.chain([measured]).collect(),
         ..TimeSeries::default()
     }
 }
 
 /// True and estimated mass with its interval.
-pub(super) fn masses(title: &str, course: &Course, colours: &Colours) -> TimeSeries {
+pub(super) fn masses(title: &str, course: &Course, colours: &Colours, height: u32) -> TimeSeries {
     let trace = &course.trace;
     let known: Vec<&Followed> =
         course.methods.iter().filter(|method| !method.mass_kg.is_empty()).take(DRAWN).collect();
@@ -102,6 +109,7 @@ pub(super) fn masses(title: &str, course: &Course, colours: &Colours) -> TimeSer
         y_range: with_room(
             known.iter().flat_map(|method| &method.mass_kg).chain(&trace.truth_kg),
             known.len() + 2,
+            height,
         ),
         bands: bands.collect(),
         lines: found.chain([truth]).collect(),

@@ -21,7 +21,13 @@ pub struct Figure {
     pub page: Page,
 }
 
-/// Every figure, in the paper's order.
+/// Names of all figures, in the paper's order.
+pub const NAMES: [&str; 12] = [
+    "fig05", "fig06", "fig07", "fig09", "fig10", "fig11", "fig12", "fig13", "fig14", "fig15", "models",
+    "price",
+];
+
+/// Every figure, in the order of [`NAMES`].
 pub fn all(study: &Study) -> Vec<Figure> {
     let colours = Colours::of(study);
     let (section6, section7) = (&study.simulation, &study.experiment);

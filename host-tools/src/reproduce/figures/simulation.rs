@@ -8,12 +8,13 @@ use crate::reproduce::study::Simulation;
 use crate::reproduce::table::number;
 
 pub(super) fn fig05(simulation: &Simulation, colours: &Colours) -> Figure {
+    const HEIGHT: u32 = 280;
     let (training, test) = (&simulation.training, &simulation.test);
     let panels = [
-        speeds("(a) Wheel speeds, training", &training.trace).into(),
-        powers("(b) Power, training, payload known", training, colours, 2).into(),
-        speeds("(c) Wheel speeds, test", &test.trace).into(),
-        powers("(d) Power, test, payload from 10 s", test, colours, 2).into(),
+        speeds("(a) Wheel speeds, training", &training.trace, HEIGHT).into(),
+        powers("(b) Power, training, payload known", training, colours, 2, HEIGHT).into(),
+        speeds("(c) Wheel speeds, test", &test.trace, HEIGHT).into(),
+        powers("(d) Power, test, payload from 10 s", test, colours, 2, HEIGHT).into(),
     ];
     Figure {
         name: "fig05",
@@ -22,11 +23,12 @@ pub(super) fn fig05(simulation: &Simulation, colours: &Colours) -> Figure {
                   its estimate over the latter. Here: the same payloads on profiles drawn anew, as the paper's are not given. Before a \
                   task's first 10 s are over there is no estimate of the mass, and no line."
             .to_owned(),
-        page: Page::new(panels).with_panels_of(1000, 280),
+        page: Page::new(panels).with_panels_of(1000, HEIGHT),
     }
 }
 
 pub(super) fn fig06(simulation: &Simulation, colours: &Colours) -> Figure {
+    const HEIGHT: u32 = 380;
     let worst: Vec<String> = simulation
         .rows
         .iter()
@@ -40,8 +42,8 @@ pub(super) fn fig06(simulation: &Simulation, colours: &Colours) -> Figure {
              moment, over all seeds, {}. The window still holds the old payload for 10 s behind the change at 50 s.",
             worst.join(", ")
         ),
-        page: Page::new([masses("Estimated mass", &simulation.moving, colours).into()])
-            .with_panels_of(1000, 380),
+        page: Page::new([masses("Estimated mass", &simulation.moving, colours, HEIGHT).into()])
+            .with_panels_of(1000, HEIGHT),
     }
 }
 

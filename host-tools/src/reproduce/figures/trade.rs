@@ -33,7 +33,6 @@ pub(super) fn price(price: &Price, colours: &Colours) -> Figure {
     let total = Curves {
         title: format!("(a) Cost of a task of {middle} s"),
         labels: ["window (s)".to_owned(), "cost (J)".to_owned()],
-        headroom: 0.35,
         curves: totals.collect(),
         marks: vec![Marks {
             name: "least".to_owned(),
@@ -64,7 +63,6 @@ pub(super) fn price(price: &Price, colours: &Colours) -> Figure {
         title: format!("(b) Its parts, {first}"),
         labels: ["window (s)".to_owned(), "cost (J)".to_owned()],
         log: true,
-        headroom: 0.6,
         curves: parts.to_vec(),
         ..Curves::default()
     };

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::report::html::drawing;
 use crate::reproduce::price::Best;
 use crate::reproduce::study::Study;
-use crate::reproduce::table::{Mark, Table, number};
+use crate::reproduce::table::{INTERVALS, Mark, Table, number, seeds};
 
 impl Content {
     /// The figures of these names, below each other.
@@ -61,9 +61,7 @@ pub(super) fn settings(study: &Study) -> Markup {
     html! {
         h2 { "Settings" }
         p {
-            "Seeds " (settings.first_seed) " to " (settings.first_seed + settings.seeds.saturating_sub(1))
-            ": figures over time show the first, tables the mean over all with its 95 % interval [low, high]. Windows of the sweep: "
-            (windows.join(", ")) " s. Baselines: " (settings.baselines.len()) "."
+            (seeds(settings)) ". Figures over time show the first, tables " (INTERVALS) ". Windows of the sweep: " (windows.join(", ")) " s. Baselines: " (settings.baselines.len()) "."
         }
         p class="soft" { "gmr " (env!("CARGO_PKG_VERSION")) ". The same seeds give the same page, byte for byte, on the same machine." }
     }

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use crate::report::html::tile;
-use crate::reproduce::standing::{Goal, Standings, goals};
+use crate::reproduce::standing::{Goal, Standing, Standings, goals};
 use crate::reproduce::study::Study;
 use crate::reproduce::table::{number, with_unit};
 
@@ -13,8 +13,10 @@ pub(super) fn header(study: &Study) -> Markup {
     html! {
         header {
             p class="kind" { "gmr reproduce" }
-            h1 id="verdict" { (headline(&standings, &goals)) }
-            @for sentence in sentences(&standings) { p { (sentence) } }
+            h1 id="verdict" { (headline(&standings, &goals, study.settings.seeds)) }
+            @if Standing::can_be_told(study.settings.seeds) {
+                @for sentence in sentences(&standings) { p { (sentence) } }
+            }
             div class="tiles" {
                 @for goal in &goals { (goal_tile(goal)) }
             }
@@ -39,9 +41,11 @@ fn goal_tile(goal: &Goal) -> Markup {
     tile(&with_unit(found, goal.unit), &format!("{}; {sign} {limit}: {verdict}", goal.what), class)
 }
 
-pub(super) fn headline(standings: &Standings, goals: &[Goal]) -> String {
+pub(super) fn headline(standings: &Standings, goals: &[Goal], seeds: u64) -> String {
     let reached = goals.iter().filter(|goal| goal.is_reached() == Some(true)).count();
     let order = match (standings.behind.len(), standings.level.len()) {
+        _ if seeds == 1 => "One seed: no intervals, nothing can be told apart".to_owned(),
+        _ if !Standing::can_be_told(seeds) => format!("{seeds} seeds are too few to tell models apart"),
         (0, 0) if standings.ahead == 0 => "No baseline was run".to_owned(),
         (0, 0) => format!("Ours is ahead of all {} models that are not told the mass", standings.ahead),
         (behind, level) => format!(
@@ -73,14 +77,18 @@ mod tests {
     fn the_headline_does_not_hide_a_loss() {
         let all = Standings { ahead: 3, ..Standings::default() };
         assert_eq!(
-            headline(&all, &[]),
+            headline(&all, &[], 20),
             "Ours is ahead of all 3 models that are not told the mass; 0 of 0 goals reached"
         );
         let lost = Standings { ahead: 3, behind: vec!["quann".to_owned()], ..Standings::default() };
         assert!(
-            headline(&lost, &[]).starts_with("Ours is ahead of 3 of 4 models"),
+            headline(&lost, &[], 20).starts_with("Ours is ahead of 3 of 4 models"),
             "{}",
-            headline(&lost, &[])
+            headline(&lost, &[], 20)
         );
+        let said = [1, 5, 6].map(|seeds| headline(&all, &[], seeds));
+        assert_eq!(said[0], "One seed: no intervals, nothing can be told apart; 0 of 0 goals reached");
+        assert_eq!(said[1], "5 seeds are too few to tell models apart; 0 of 0 goals reached");
+        assert!(said[2].starts_with("Ours is ahead of all"), "{}", said[2]);
     }
 }

@@ -7,11 +7,13 @@
 mod ablation;
 mod logs;
 
+use std::sync::atomic::AtomicBool;
+
 use serde::Serialize;
 
-use super::on_all_cores;
 use super::study::{Settings, Spread};
-use crate::error::{Error, Result};
+use super::{on_all_cores, temporary_folder};
+use crate::error::Result;
 use crate::fit::dataset::Dataset;
 use crate::robot::Robot;
 use ablation::{Figures, Variant};
@@ -67,10 +69,10 @@ const MOST_SEEDS: u64 = 5;
 /// Every difference, with what it costs on the logs of Section 6 and of the experiment's regime.
 ///
 /// # Errors
-/// A log cannot be written or read, or determines no coefficients.
-pub fn differences(robot: &Robot, settings: &Settings) -> Result<Vec<Difference>> {
-    let folder = tempfile::tempdir().map_err(|error| Error::io(std::env::temp_dir(), &error))?;
-    let seeds = on_all_cores(settings.seeds.min(MOST_SEEDS), |index| {
+/// A log cannot be written or read, or determines no coefficients; `stopped` was set meanwhile.
+pub fn differences(robot: &Robot, settings: &Settings, stopped: &AtomicBool) -> Result<Vec<Difference>> {
+    let folder = temporary_folder()?;
+    let seeds = on_all_cores(settings.seeds.min(MOST_SEEDS), stopped, |index| {
         measure(&logs::pairs(folder.path(), robot, settings.first_seed + index)?)
     })?;
     Ok(list(&seeds.concat()))

@@ -1,6 +1,6 @@
 //! Section 7's tables.
 
-use super::{Mark, Row, Table, number, plain, spread, with_unit};
+use super::{Mark, Row, Table, error, figure, number, plain, r2, share, with_unit};
 use crate::compare::MassSource;
 use crate::reproduce::section7::PUBLISHED_WORST;
 use crate::reproduce::standing::{self, Standing};
@@ -10,7 +10,7 @@ pub(super) fn goals(experiment: &Experiment) -> Table {
     let rows = standing::goals(experiment).into_iter().map(|goal| {
         let reached = goal.is_reached();
         let limit = format!("{} {}", if goal.at_least { "≥" } else { "≤" }, number(goal.limit, 2));
-        let found = goal.found.map_or("–".to_owned(), |found| spread(&found, 3));
+        let found = goal.found.map_or("–".to_owned(), |found| figure(&found, goal.unit, 3));
         let verdict = match reached {
             Some(true) => "reached",
             Some(false) => "missed",
@@ -31,7 +31,7 @@ pub(super) fn goals(experiment: &Experiment) -> Table {
         title: "What is asked of ours in the experiment's regime".to_owned(),
         head: vec!["figure", "#goal", "#ours", "verdict"],
         rows: rows.collect(),
-        note: "by the mean over seeds".to_owned(),
+        note: format!("by the mean over seeds; mass error, worst window: {WORST_MASS}"),
     }
 }
 
@@ -55,8 +55,8 @@ pub(super) fn nearness(experiment: &Experiment) -> Table {
         plain(vec![
             near.what.clone(),
             with_unit(number(near.published, digits), near.unit),
-            with_unit(spread(&near.here, digits), near.unit),
-            with_unit(spread(&near.ours, digits), near.unit),
+            with_unit(figure(&near.here, near.unit, digits), near.unit),
+            with_unit(figure(&near.ours, near.unit, digits), near.unit),
         ])
     });
     Table {
@@ -66,10 +66,14 @@ pub(super) fn nearness(experiment: &Experiment) -> Table {
         rows: rows.collect(),
         note: format!(
             "models are judged over {} % of the samples behind the first window: those at which all that have to find the mass know it",
-            spread(&experiment.share_known, 1)
+            share(&experiment.share_known, 1)
         ),
     }
 }
+
+/// What the worst window's mass error is (Section 8 words the published ones as averages).
+const WORST_MASS: &str = "of each of the two payloads the worst start, the mean of both (an average, as Section 8 words it; the worst start of Section 6's \
+                          table is the worst of both)";
 
 pub(super) fn windows(experiment: &Experiment) -> Table {
     let ours = experiment.windows.first().map(|row| row.method.as_str());
@@ -77,11 +81,11 @@ pub(super) fn windows(experiment: &Experiment) -> Table {
         cells: vec![
             number(row.window_s, 1),
             row.method.clone(),
-            spread(&row.worst_mass_percent, 2),
-            spread(&row.mean_mass_percent, 2),
-            spread(&row.known_percent, 1),
-            spread(&row.mape_percent, 2),
-            spread(&row.r2, 3),
+            error(&row.worst_mass_percent, 2),
+            error(&row.mean_mass_percent, 2),
+            share(&row.known_percent, 1),
+            error(&row.mape_percent, 2),
+            r2(&row.r2, 3),
         ],
         mark: if Some(row.method.as_str()) == ours { Mark::Ours } else { Mark::None },
     });
@@ -94,7 +98,7 @@ pub(super) fn windows(experiment: &Experiment) -> Table {
         head: vec!["#window s", "method", "#mass error, worst %", "#mean %", "#known %", "#MAPE %", "#R²"],
         rows: rows.collect(),
         note: format!(
-            "MAPE and R² with the worst window's mass; worst mass error, MAPE and R²: {}",
+            "mass error, worst: {WORST_MASS}; MAPE and R² with the worst window's mass; worst mass error, MAPE and R²: {}",
             published.join(", ")
         ),
     }
@@ -111,9 +115,9 @@ pub(super) fn models(experiment: &Experiment) -> Table {
         vec![
             row.name.clone(),
             mass(row.mass).to_owned(),
-            spread(&row.mape_percent, 2),
-            spread(&row.r2, 3),
-            spread(&row.rmse_w, 3),
+            error(&row.mape_percent, 2),
+            r2(&row.r2, 3),
+            error(&row.rmse_w, 3),
             published,
             standing.to_owned(),
         ]
@@ -135,7 +139,9 @@ fn models_table() -> Table {
         head: vec!["model", "mass", "#MAPE %", "#R²", "#RMSE W", "#published", "standing"],
         rows: Vec::new(),
         note: "mass: given = the true mass is an input, estimated = found from speed and power, unused = the model has none; \
-               published: MAPE % / R²; standing: by the sign test at 5 %, in brackets the seeds in which ours is better by both MAPE and R²"
+               published: MAPE % / R²; standing: by the sign test at 5 %, in brackets the seeds in which ours is better by both MAPE and R²; \
+               ours restarts its window when it notices a change of payload, the others have no such detector; networks are trained once, \
+               with one seed of their weights, and the test turns faster than the training does, where they extrapolate"
             .to_owned(),
     }
 }

@@ -7,7 +7,7 @@ mod trade;
 
 use std::fmt;
 
-use super::study::{Spread, Study};
+use super::study::{Settings, Spread, Study};
 
 /// One table.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -73,13 +73,20 @@ impl Table {
 /// All tables as text.
 pub fn text(study: &Study) -> String {
     let tables: Vec<String> = Table::all(study).iter().map(ToString::to_string).collect();
-    let settings = &study.settings;
-    format!(
-        "Seeds {} … {}. Figures are means over seeds with their 95 % intervals.\n\n{}",
-        settings.first_seed,
-        settings.first_seed + settings.seeds.saturating_sub(1),
-        tables.join("\n")
-    )
+    format!("{}. Figures are {INTERVALS}.\n\n{}", seeds(&study.settings), tables.join("\n"))
+}
+
+/// How to read a figure with an interval.
+pub(super) const INTERVALS: &str = "means over seeds with the 95 % intervals of the means [low, high]; an end that few seeds would put \
+                                    beyond what a figure can be (an error below 0, R² above 1) is shown at that limit";
+
+/// Which seeds.
+pub(super) fn seeds(settings: &Settings) -> String {
+    let first = settings.first_seed;
+    match settings.seeds {
+        1 => format!("Seed {first}"),
+        count => format!("Seeds {first} to {}", first + count.saturating_sub(1)),
+    }
 }
 
 impl fmt::Display for Table {
@@ -102,6 +109,26 @@ pub(super) fn spread(spread: &Spread, digits: usize) -> String {
     number(spread.mean, digits)
 }
 
+/// As [`spread`], of what is not below 0: errors, times, rates.
+fn error(error: &Spread, digits: usize) -> String {
+    spread(&Spread { low: error.low.clamp(0.0, f64::INFINITY), ..*error }, digits)
+}
+
+/// As [`error`], of a share in %.
+fn share(share: &Spread, digits: usize) -> String {
+    error(&Spread { high: share.high.clamp(f64::NEG_INFINITY, 100.0), ..*share }, digits)
+}
+
+/// As [`spread`], of R²: not above 1.
+fn r2(r2: &Spread, digits: usize) -> String {
+    spread(&Spread { high: r2.high.clamp(f64::NEG_INFINITY, 1.0), ..*r2 }, digits)
+}
+
+/// Of an error in its unit, or of R², which has none.
+fn figure(figure: &Spread, unit: &str, digits: usize) -> String {
+    if unit.is_empty() { r2(figure, digits) } else { error(figure, digits) }
+}
+
 /// A number with so many digits; a dash where it is none.
 pub(super) fn number(value: f64, digits: usize) -> String {
     if !value.is_finite() {
@@ -122,8 +149,19 @@ pub(super) fn with_unit(text: String, unit: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{number, spread};
+    use super::{error, number, r2, share, spread};
     use crate::reproduce::study::Spread;
+
+    /// Two values: ± 12.7062 · half their distance. 1 and 2: −4.85 … 7.85; 60 and 100: −174 … 334; 0.9 and 1.0: 0.315 … 1.585.
+    #[test]
+    fn an_interval_is_shown_as_far_as_its_figure_can_be() {
+        assert_eq!(error(&Spread::over(&[1.0, 2.0]), 2), "1.50 [0.00, 7.85]");
+        assert_eq!(share(&Spread::over(&[60.0, 100.0]), 0), "80 [0, 100]");
+        assert_eq!(r2(&Spread::over(&[0.9, 1.0]), 3), "0.950 [0.315, 1.000]");
+        assert_eq!(r2(&Spread::over(&[-1.0, -2.0]), 2), "-1.50 [-7.85, 1.00]");
+        assert_eq!(error(&Spread::over(&[1.0]), 1), "1.0", "one seed has no interval");
+        assert_eq!(r2(&Spread::over(&[1.0]), 1), "1.0", "one seed has no interval");
+    }
 
     #[test]
     fn numbers_have_fixed_digits_and_no_negative_nought() {

@@ -1,7 +1,7 @@
 //! Section 6's table.
 
-use super::{Mark, Row, Table, number, spread};
-use crate::reproduce::study::{PublishedSimulation, Simulation, SimulationRow, Spread};
+use super::{Mark, Row, Table, error, number, r2};
+use crate::reproduce::study::{PublishedSimulation, Simulation, SimulationRow};
 
 pub(super) fn table(simulation: &Simulation) -> Table {
     let PublishedSimulation {
@@ -24,7 +24,7 @@ pub(super) fn table(simulation: &Simulation) -> Table {
     };
     let rows = simulation.rows.iter().enumerate().map(|(place, row)| {
         let mut cells = vec![row.method.clone()];
-        cells.extend(figures(row).map(|(figure, digits)| spread(figure, digits)));
+        cells.extend(figures(row));
         Row { cells, mark: if place == 0 { Mark::Ours } else { Mark::None } }
     });
     Table {
@@ -39,16 +39,16 @@ pub(super) fn table(simulation: &Simulation) -> Table {
             "#worst start %",
         ],
         rows: std::iter::once(published).chain(rows).collect(),
-        note: "power with the mass of each task's first 10 s; published: Section 6 and Section 8".to_owned(),
+        note: "power with the mass of each task's first 10 s; worst start: the worst of both payloads; published: Section 6 and Section 8".to_owned(),
     }
 }
 
-fn figures(row: &SimulationRow) -> [(&Spread, usize); 5] {
+fn figures(row: &SimulationRow) -> [String; 5] {
     [
-        (&row.mape_percent, 2),
-        (&row.r2, 4),
-        (&row.after_start_percent, 2),
-        (&row.after_change_percent, 2),
-        (&row.worst_start_percent, 2),
+        error(&row.mape_percent, 2),
+        r2(&row.r2, 4),
+        error(&row.after_start_percent, 2),
+        error(&row.after_change_percent, 2),
+        error(&row.worst_start_percent, 2),
     ]
 }

@@ -1,6 +1,6 @@
 //! Tables of what the paper only mentions: recalibration, price, print.
 
-use super::{Mark, Row, Table, number, plain, spread, with_unit};
+use super::{Mark, Row, Table, error, figure, number, plain, share, spread, with_unit};
 use crate::reproduce::price::Price;
 use crate::reproduce::print::Difference;
 use crate::reproduce::study::Recalibration;
@@ -10,12 +10,12 @@ pub(super) fn recalibration(policies: &[Recalibration]) -> Table {
         plain(vec![
             row.policy.clone(),
             row.method.clone(),
-            spread(&row.delay_s, 1),
+            error(&row.delay_s, 1),
             format!("{} of {}", row.never.0, row.never.1),
-            spread(&row.false_restarts_per_hour, 1),
-            spread(&row.energy_error_percent, 2),
-            spread(&row.absolute_energy_error_percent, 2),
-            spread(&row.unknown_percent, 1),
+            error(&row.false_restarts_per_hour, 1),
+            error(&row.energy_error_percent, 2),
+            error(&row.absolute_energy_error_percent, 2),
+            share(&row.unknown_percent, 1),
         ])
     });
     Table {
@@ -26,13 +26,14 @@ pub(super) fn recalibration(policies: &[Recalibration]) -> Table {
             "estimator",
             "#delay s",
             "#never",
-            "#false restarts 1/h",
+            "#needless restarts 1/h",
             "#energy error %",
             "#absolute %",
             "#unknown %",
         ],
         rows: rows.collect(),
-        note: "delay: until the mass is within 10 % for good; energy error: of the total, absolute: errors of both signs added up"
+        note: "delay: from a change until the mass is within 10 % for good, mean over the changes after which it ever is; never: changes \
+               after which it is not; needless restarts: those that no change asked for, of the periodic policy its rounds without one; energy error: of the total, absolute: errors of both signs added up"
             .to_owned(),
     }
 }
@@ -102,8 +103,8 @@ pub(super) fn print(differences: &[Difference]) -> Table {
                 cells: vec![
                     what.to_owned(),
                     format!("{}, {}", cost.plant, with_unit(cost.figure.to_owned(), cost.unit)),
-                    spread(&cost.derivation, digits),
-                    spread(&cost.print, digits),
+                    figure(&cost.derivation, cost.unit, digits),
+                    figure(&cost.print, cost.unit, digits),
                     spread(&cost.difference, digits),
                 ],
                 mark: if worse { Mark::Against } else { Mark::None },
