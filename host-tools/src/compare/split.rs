@@ -53,7 +53,6 @@ impl<const N: usize> Data<N> {
         };
         let all = [files, others].concat();
         let wanted = Wanted::of(robot, &all)?;
-        mass::tell_taken(&all, settings.mass_kg)?;
         let mut train = Dataset::<N>::read(robot, files, &reading)?;
         let core = train.robot;
         // The fit has told already what it excluded.
@@ -88,6 +87,8 @@ impl<const N: usize> Data<N> {
             }
         };
         let training = training.into_iter().map(|(_, point)| point).collect();
+        // A log that is refused says no more than why.
+        mass::tell_taken(&all, settings.mass_kg)?;
         Ok(Self { wanted, train, training, test })
     }
 }
