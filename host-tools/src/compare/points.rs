@@ -173,8 +173,8 @@ mod tests {
         let mut reading = Reading { turns: true, ..Reading::default() };
         assert!((reading.step(&filter, 3.1, f64::INFINITY) - 3.1).abs() < 1e-9);
         let passed: Vec<f64> = (0..200).map(|_| reading.step(&filter, -3.1, 1.0)).collect();
-        // A second-order filter may overshoot its step of 0.083 by a few percent.
-        assert!(passed.iter().all(|value| (3.09..3.19).contains(value)), "{passed:?}");
+        // A Butterworth filter of fifth order overshoots a step by 12.8 %, here by 0.0107 of 0.0832: to 3.1939.
+        assert!(passed.iter().all(|value| (3.1..3.1945).contains(value)), "{passed:?}");
         assert!((passed[199] - (TAU - 3.1)).abs() < 1e-6);
         assert!((reading.step(&filter, -3.1, f64::INFINITY) + 3.1).abs() < 1e-9);
     }
