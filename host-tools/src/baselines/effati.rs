@@ -1,6 +1,8 @@
 //! Effati 2023: the power of a skid steer by [`super::skid`], its centres of rotation known.
 //!
-//!     P = G (|V_l| + |V_r|) + μ m g a |ω|
+//! ```text
+//! P = G (|V_l| + |V_r|) + μ m g a |ω|
+//! ```
 //!
 //! without an offset, so that the energy of a path does not depend on the speed at which it is driven: what the source builds its
 //! energy-optimal paths on. The centres are known from the slip-track B. Robot files do not tell where the wheels stand, so the

@@ -2,12 +2,16 @@
 //!
 //! The wheels push against inertia, grade and rolling resistance (aerodynamic drag is negligible at the speeds of robots):
 //!
-//!     P = b + F v / η,   F = m v̇ + m g sin γ + C m g cos γ sgn v
+//! ```text
+//! P = b + F v / η,   F = m v̇ + m g sin γ + C m g cos γ sgn v
+//! ```
 //!
 //! with the grade γ, nose up, and the drive's efficiency η. Where neither m nor η is an input, three lumped constants remain,
 //! in which P is linear:
 //!
-//!     P = b + f |v| cos γ + M (v̇ + g sin γ) v,   f = C m g / η,   M = m / η
+//! ```text
+//! P = b + f |v| cos γ + M (v̇ + g sin γ) v,   f = C m g / η,   M = m / η
+//! ```
 //!
 //! A turn costs nothing in it. Robots that can move sideways have |v| and v̇ v of their path.
 

@@ -1,6 +1,8 @@
 //! Pentzer 2022: the power of a skid steer by [`super::skid`], its three unknowns learned by recursive least squares.
 //!
-//!     P = g + G (|V_l| + |V_r|) + F |V_r - V_l|
+//! ```text
+//! P = g + G (|V_l| + |V_r|) + F |V_r - V_l|
+//! ```
 //!
 //! with a gain constant g, taken as an offset, the resistance G of a side, and friction. The source learns the centres of
 //! rotation from the robot's track over the ground by an extended Kalman filter. Logs of wheel speeds and power do not hold that

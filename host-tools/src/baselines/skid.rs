@@ -4,7 +4,9 @@
 //! turning radius at which the inner wheels stand. The sides' speeds are V = v ∓ ω B / 2, and a contact at the distance a from the
 //! centre of its side slides over the ground at a |ω|. Two resistances follow, each a force times a speed:
 //!
-//!     P = G (|V_l| + |V_r|) + μ m g a |ω|
+//! ```text
+//! P = G (|V_l| + |V_r|) + μ m g a |ω|
+//! ```
 //!
 //! with the rolling resistance and internal friction G of a side (N) and the friction μ of sliding under the weight m g. Neither
 //! inertia nor braking is in it: a first-order model of longitudinal and angular speed, as Table 1 puts it. The form follows from
