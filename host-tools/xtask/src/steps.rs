@@ -66,6 +66,32 @@ impl Steps {
         if status.success() { Ok(()) } else { Err(Stop::new(format!("{line}\n   {status}"))) }
     }
 
+    /// Runs `command` as the step `name` while `beside` runs on another core; what that says is shown behind.
+    pub(crate) fn run_beside(
+        &mut self,
+        name: &str,
+        command: Command,
+        mut beside: Command,
+    ) -> Result<(), Stop> {
+        let line = command_line(&beside);
+        println!("\n── beside\n   {line}");
+        beside.current_dir(crate::root()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let child = beside.spawn().map_err(|error| Stop::new(format!("{line}\n   {error}")))?;
+        // Read to its end all the time: a pipe that nobody empties would stop it.
+        let reader = std::thread::spawn(|| child.wait_with_output());
+        let result = self.run(name, command);
+        let failed = |why: String| Stop::new(format!("{line}\n   {why}"));
+        let output = reader.join().map_err(|_| failed("was not waited for".to_owned()))?;
+        let output = output.map_err(|error| failed(error.to_string()))?;
+        println!("   {line}");
+        for text in [&output.stderr, &output.stdout] {
+            print!("{}", String::from_utf8_lossy(text));
+        }
+        String::from_utf8_lossy(&output.stdout).lines().for_each(|line| self.tests.add_line(line));
+        result?;
+        if output.status.success() { Ok(()) } else { Err(failed(output.status.to_string())) }
+    }
+
     /// Runs what is more than one command as the step `name`.
     pub(crate) fn work(&mut self, name: &str, work: impl FnOnce() -> Result<(), Stop>) -> Result<(), Stop> {
         let started = announce(name);
@@ -158,6 +184,23 @@ mod tests {
         assert!(stop.to_string().starts_with("false --now\n"), "{stop}");
         let stop = steps.run("is missing", command("no-such-program-here")).unwrap_err();
         assert!(stop.to_string().starts_with("no-such-program-here\n"), "{stop}");
+    }
+
+    #[test]
+    fn what_runs_beside_counts_and_can_fail() {
+        let mut steps = Steps::default();
+        let says = |what: &str| {
+            let mut echo = command("echo");
+            echo.arg(what);
+            echo
+        };
+        let both =
+            steps.run_beside("both", says("test result: ok. 2 passed;"), says("test result: ok. 3 passed;"));
+        assert!(both.is_ok());
+        assert_eq!(steps.tests(), Tally { passed: 5, failed: 0 });
+        let stop = steps.run_beside("one fails", command("true"), command("false --now")).unwrap_err();
+        assert!(stop.to_string().starts_with("false --now\n"), "{stop}");
+        assert!(steps.run_beside("the other fails", command("false"), command("true")).is_err());
     }
 
     #[test]

@@ -6,6 +6,9 @@ use crate::images;
 use crate::set_up::{self, TARGET, TargetCargo};
 use crate::steps::{Steps, Stop, command, command_line};
 
+/// A minute of the emulated chip takes two to five, on one core.
+const LONGEST_TEST: &str = "samples_at_200_hz_for_a_minute";
+
 /// One set for all that is about the host: a second one would compile large libraries again. Not --all-features: what talks to a
 /// debug probe has no test without one, and its library takes minutes (`cargo clippy -p host-tools --features probe`).
 const HOST_FEATURES: &str = "--features on-target-tests/system";
@@ -78,9 +81,17 @@ fn all(steps: &mut Steps) -> Result<(), Stop> {
     let mut documentation = command(&format!("cargo doc --workspace --no-deps {HOST_FEATURES}"));
     documentation.env("RUSTDOCFLAGS", "-D warnings");
     steps.run("documentation", documentation)?;
-    let mut host_tests = command(&format!("cargo test --workspace {HOST_FEATURES} --no-fail-fast"));
-    target.tell(&mut host_tests);
-    steps.run("tests, host", host_tests)?;
+    let host_tests = |which: &str| {
+        let mut tests = command(&format!("cargo test --workspace {HOST_FEATURES} {which}"));
+        target.tell(&mut tests);
+        tests
+    };
+    steps.run("tests, host: build", host_tests("--no-run"))?;
+    steps.run_beside(
+        "tests, host",
+        host_tests(&format!("--no-fail-fast -- --skip {LONGEST_TEST}")),
+        host_tests(&format!("--test emulated -- {LONGEST_TEST}")),
+    )?;
     steps.run(
         "tests, emulated board",
         target.command(&format!("test --package on-target-tests --target {TARGET} --no-fail-fast")),
