@@ -30,6 +30,13 @@ pub enum MassSource {
     Unused,
 }
 
+impl MassSource {
+    /// That of a baseline.
+    pub fn of(card: &Card) -> Self {
+        if card.takes_mass { Self::Given } else { Self::Unused }
+    }
+}
+
 /// One row of the table.
 #[derive(Debug, Clone, Serialize)]
 pub struct Entry {
@@ -166,7 +173,7 @@ pub fn compare<const N: usize>(robot: &Robot, split: &Split, settings: &Settings
         match evaluation {
             Err(error) => comparison.leave_out(card.name, error.to_string()),
             Ok(Evaluation { fit_s, parameters, pairs }) => {
-                let mass = if card.takes_mass { MassSource::Given } else { MassSource::Unused };
+                let mass = MassSource::of(card);
                 comparison.push(robot, (card.name, card.source), mass, fit_s, parameters, pairs);
             }
         }

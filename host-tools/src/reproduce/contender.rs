@@ -78,6 +78,15 @@ impl Fitted<'_> {
         self.coefficients.model.power(&row.motion, mass_kg).unwrap_or(f64::NAN)
     }
 
+    /// P̂ of a log whose mass it is told, as a curve.
+    pub(super) fn told(&self, log: &Log) -> Followed {
+        Followed {
+            method: self.contender.name.to_owned(),
+            predicted_w: log.rows.iter().map(|row| self.power(row, row.mass)).collect(),
+            ..Followed::default()
+        }
+    }
+
     /// Replays a log under a policy. One instant a row of the log.
     pub(super) fn follow(&self, log: &Log, policy: &Policy) -> Result<(Replay, Vec<Instant>)> {
         let mut instants = Vec::with_capacity(log.rows.len());

@@ -31,12 +31,16 @@ pub(super) fn learn<'a>(folder: &'a Path, robot: &'a Robot, seed: u64) -> Result
 }
 
 impl Learned<'_> {
-    /// Another drive of the seed, the training, and what baselines may read of both.
-    pub(super) fn drive(&self, which: Drive) -> Result<(Log, Log, Wanted)> {
+    /// Another drive of the seed, and what baselines may read of it and of the training.
+    pub(super) fn drive(&self, which: Drive) -> Result<(Log, Wanted)> {
         let file = drive(self.folder, which, self.seed)?;
         let wanted = Wanted::of(self.robot, &[self.file.clone(), file.clone()])?;
-        let read = |file: &Path| Log::read(self.robot, &self.dataset, file, &wanted);
-        Ok((read(&file)?, read(&self.file)?, wanted))
+        Ok((Log::read(self.robot, &self.dataset, &file, &wanted)?, wanted))
+    }
+
+    /// The training drive itself.
+    pub(super) fn training(&self, wanted: &Wanted) -> Result<Log> {
+        Log::read(self.robot, &self.dataset, &self.file, wanted)
     }
 }
 

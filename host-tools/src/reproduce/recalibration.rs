@@ -68,7 +68,7 @@ struct Outcome {
 /// Drives and judges one seed.
 pub(super) fn seed(learned: &Learned<'_>, windows_s: &[u32]) -> Result<Seed> {
     let fitted = &learned.fitted;
-    let (log, ..) = learned.drive(Drive::Errands)?;
+    let (log, _) = learned.drive(Drive::Errands)?;
     let outcomes = COMPARED
         .iter()
         .map(|(_, again, contender)| outcome(&fitted[*contender], &log, *again))

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::contender::{CONTENDERS, Fitted, Log, training};
 use super::spread_of;
-use super::study::{Course, Followed, PublishedSimulation, Simulation, SimulationRow};
+use super::study::{Course, PublishedSimulation, Simulation, SimulationRow};
 use crate::compare::points::Wanted;
 use crate::error::Result;
 use crate::estimate::{Policy, PolicyKind, Replay, WindowMass};
@@ -93,11 +93,6 @@ fn of_task(replayed: &Replay, mass_kg: f64) -> impl Iterator<Item = &WindowMass>
 }
 
 fn figures(fitted: &[Fitted<'_>], known: &Log, log: &Log) -> Result<[Course; 3]> {
-    let learned = |fitted: &Fitted<'_>| Followed {
-        method: fitted.contender.name.to_owned(),
-        predicted_w: known.rows.iter().map(|row| fitted.power(row, row.mass)).collect(),
-        ..Followed::default()
-    };
     let follow = |policy: &Policy| -> Result<Course> {
         let methods = fitted
             .iter()
@@ -109,7 +104,7 @@ fn figures(fitted: &[Fitted<'_>], known: &Log, log: &Log) -> Result<[Course; 3]>
     let known_change =
         Policy { window_s: WINDOW_S, kind: PolicyKind::Known, changes_s: vec![change_s], detect: false };
     Ok([
-        Course { trace: known.trace(), methods: fitted.iter().map(learned).collect() },
+        Course { trace: known.trace(), methods: fitted.iter().map(|fitted| fitted.told(known)).collect() },
         follow(&known_change)?,
         follow(&super::contender::moving(WINDOW_S, false))?,
     ])

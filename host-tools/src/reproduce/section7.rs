@@ -47,7 +47,8 @@ struct Figures {
 /// Drives and judges one seed. `draw` keeps what figures need.
 pub(super) fn seed(learned: &Learned<'_>, settings: &Settings, draw: bool) -> Result<Seed> {
     let Learned { robot, fitted, .. } = learned;
-    let (log, known, wanted) = learned.drive(Drive::Test)?;
+    let (log, wanted) = learned.drive(Drive::Test)?;
+    let known = learned.training(&wanted)?;
     let mut windows = Vec::new();
     let lengths = settings.windows_s.iter().map(|length| f64::from(*length)).chain(SHORT_AND_LONG_S);
     for window_s in lengths {
@@ -83,7 +84,7 @@ pub(super) fn seed(learned: &Learned<'_>, settings: &Settings, draw: bool) -> Re
                 models.push(Judged {
                     name: card.name,
                     source: card.source,
-                    mass: if card.takes_mass { MassSource::Given } else { MassSource::Unused },
+                    mass: MassSource::of(card),
                     quality: judged.quality(predicted()),
                 });
                 curves.push(Followed {
@@ -140,11 +141,6 @@ fn figures(
     log: &Log,
     baselines: Vec<Followed>,
 ) -> Result<Figures> {
-    let learned = |fitted: &Fitted<'_>| Followed {
-        method: fitted.contender.name.to_owned(),
-        predicted_w: known.rows.iter().map(|row| fitted.power(row, row.mass)).collect(),
-        ..Followed::default()
-    };
     let trace = log.trace();
     let course = |methods: Vec<Followed>| Course { trace: trace.clone(), methods };
     let tested = fitted.iter().zip(followed).map(|(fitted, instants)| fitted.followed(instants));
@@ -165,7 +161,10 @@ fn figures(
         })
         .collect::<Result<Vec<_>>>()?;
     Ok(Figures {
-        training: Course { trace: known.trace(), methods: fitted.iter().map(learned).collect() },
+        training: Course {
+            trace: known.trace(),
+            methods: fitted.iter().map(|fitted| fitted.told(known)).collect(),
+        },
         test: course(tested.chain(baselines).collect()),
         cumulative: course(cumulative),
         moving,
