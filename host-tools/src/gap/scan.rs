@@ -5,12 +5,11 @@ use std::sync::Arc;
 use model_core::effects::Term;
 use nalgebra::{DMatrix, DVector};
 
-use super::dictionary::find;
 use super::inquiry::Inquiry;
 use super::joint::Prior;
 use super::panel::{Panel, raw_columns};
 use super::twin::State;
-use crate::effects::{Candidate, Regressor, Switched};
+use crate::effects::{Candidate, Regressor, Switched, find};
 use serde_json::{Map, json};
 
 /// Scores of single runs below this are chance: some hundred times and runs are looked at.

@@ -4,9 +4,8 @@ use std::path::Path;
 
 use serde_json::{Map, Value};
 
-use super::dictionary::find;
 use super::investigate::Named;
-use crate::effects::{Candidate, Regressor};
+use crate::effects::{Candidate, Regressor, find};
 use model_core::effects::Term;
 use model_core::torque::TorqueModel;
 

@@ -5,10 +5,9 @@ use serde_json::{Map, Value, json};
 
 use super::gap::{Squares, at_rest};
 use super::{PowerRun, Rests, Step};
-use crate::effects::{Candidate, NotTestable};
+use crate::effects::{Candidate, ENTRIES, NotTestable, find};
 use crate::error::Result;
 use crate::gap::confirm::Confirmed;
-use crate::gap::dictionary::{ENTRIES, find};
 use crate::gap::investigate::{Named, Report, Round, Scored, Verdict};
 use crate::gap::localise::Cell;
 use crate::gap::split::{self, Split};
