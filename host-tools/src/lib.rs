@@ -18,6 +18,7 @@ pub mod baselines;
 pub mod board;
 pub mod cli;
 pub mod compare;
+pub mod effects;
 pub mod error;
 pub mod estimate;
 pub mod fit;

@@ -1,7 +1,7 @@
 //! What is known now, beyond the record of the sample: what the sampler measured is what the link shows. `None` where nothing
 //! is known.
 
-use model_core::payload::{Payload, Unknown};
+use model_core::payload::{MassEstimate, Unknown};
 
 use crate::estimation::{Changes, NO_MODEL};
 use crate::power_sensors::{Counters, Health, RAIL_COUNT};
@@ -70,8 +70,8 @@ impl WheelSnapshot {
 pub struct EstimateSnapshot {
     /// As the control table's `MODEL`; [`NO_MODEL`] without coefficients.
     pub model: u8,
-    /// Total mass, or why it is unknown; [`crate::estimation::payload_code`] is its code.
-    pub payload: Payload<f32>,
+    /// Total mass, or why it is unknown; [`crate::estimation::mass_code`] is its code.
+    pub mass: MassEstimate<f32>,
     /// Actuation power, W, behind the filter.
     pub measured_power: Option<f32>,
     /// The same by model and mass.
@@ -88,7 +88,7 @@ impl EstimateSnapshot {
     /// Before the first sample.
     pub const UNKNOWN: Self = Self {
         model: NO_MODEL,
-        payload: Payload::Unknown(Unknown::NoSamples),
+        mass: MassEstimate::Unknown(Unknown::NoSamples),
         measured_power: None,
         predicted_power: None,
         measured_energy: None,

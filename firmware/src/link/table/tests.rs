@@ -1,6 +1,6 @@
 //! Every register is shown, where and as the table says.
 
-use model_core::payload::{Mass, Payload, Unknown};
+use model_core::payload::{Mass, MassEstimate, Unknown};
 use proptest::prelude::*;
 
 use super::*;
@@ -46,7 +46,7 @@ fn state() -> State<20> {
         WheelSnapshot { health: WheelHealth::Absent, hardware_error: 4, ..WheelSnapshot::UNKNOWN },
     ];
     let estimate = &mut state.snapshot.estimate;
-    estimate.payload = Payload::Known(Mass { mass: 3.0, low: 2.5, high: 3.5 });
+    estimate.mass = MassEstimate::Known(Mass { mass: 3.0, low: 2.5, high: 3.5 });
     estimate.measured_power = Some(4.5);
     estimate.predicted_power = Some(5.5);
     estimate.measured_energy = Some(6.5);
@@ -175,7 +175,7 @@ fn a_silent_wheel_stays_where_it_was() {
 #[test]
 fn payload_states_have_codes() {
     let codes = [Unknown::NoSamples, Unknown::NoMotion, Unknown::TooWide, Unknown::NotFinite]
-        .map(|unknown| payload_code(&Payload::Unknown(unknown)));
+        .map(|unknown| mass_code(&MassEstimate::Unknown(unknown)));
     assert_eq!(codes, [1, 2, 3, 4]);
 }
 
