@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use model_core::eq18::Gate;
 use model_core::model::Model;
 
+use crate::effects::NotTestable;
 use crate::error::{Error, Result};
 use crate::fit::dataset::{Dataset, Reading};
 use crate::fit::{file, physical};
-use crate::gap::dictionary::NotTestable;
 use crate::gap::input;
 use crate::gap::investigate::{Base, Options, Report, Verdict, investigate};
 use crate::gap::manoeuvre::Suggestion;

@@ -5,8 +5,8 @@ use std::path::Path;
 use model_core::coefficients::Coefficients;
 use model_core::effects::live::Outside;
 
+use crate::effects::{PITCH, PROCESSOR};
 use crate::error::{Error, Result};
-use crate::gap::dictionary::{PITCH, PROCESSOR};
 use crate::gap::extended::id_of;
 use crate::log::Header;
 

@@ -1,8 +1,7 @@
 //! What to do next: what tells an effect from its rivals, and what to record where none explains what is seen.
-
-use super::dictionary::{PITCH, PROCESSOR};
 use super::investigate::{Report, Verdict};
 use super::words;
+use crate::effects::{PITCH, PROCESSOR};
 
 /// Drives or columns in which an effect shows as no other does; `None` for an effect of the user.
 pub fn shows_in(id: &str) -> Option<&'static str> {

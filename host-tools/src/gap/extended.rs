@@ -26,9 +26,9 @@ use model_core::effects::{Cause, Column, Columns, InvalidColumns, Side, Term};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
-use super::dictionary::{self, ENTRIES, PITCH, PROCESSOR};
+use super::dictionary::{self, ENTRIES};
 use super::investigate::{Named, Report};
-use super::twin;
+use crate::effects::{PITCH, PROCESSOR, Regressor};
 use crate::fit::file;
 
 /// An effect as a file holds it.
@@ -246,13 +246,13 @@ pub fn id_of<T>(cause: &Cause<T>) -> (&'static str, &'static str) {
 pub fn written(named: &Named) -> Result<Written, String> {
     let candidate = &named.candidate;
     let id = &candidate.id;
-    let of_runs = |cause: &twin::Cause| {
+    let of_runs = |regressor: &Regressor| {
         matches!(
-            cause,
-            twin::Cause::InRun(..) | twin::Cause::Switch(..) | twin::Cause::Mass(_) | twin::Cause::Masses
+            regressor,
+            Regressor::InRun(..) | Regressor::Switch(..) | Regressor::Mass(_) | Regressor::Masses
         )
     };
-    if candidate.causes.iter().any(of_runs) {
+    if candidate.regressors.iter().any(of_runs) {
         return Err(format!(
             "{id} is a finding about runs, not about the robot: coefficients do not hold it"
         ));
@@ -312,6 +312,7 @@ mod tests {
     use model_core::torque::TorqueModel;
 
     use super::*;
+    use crate::effects::Candidate;
     use crate::gap::dictionary::candidates;
     use crate::gap::runs::RawRun;
     use crate::gap::runs::Runs;
@@ -328,8 +329,8 @@ mod tests {
         for (runs, place) in [(&runs, 0), (&warm, 1)] {
             let (list, _) = candidates(runs, &base, false);
             for candidate in list {
-                let coefficients = vec![0.001; candidate.causes.len()];
-                let expected: Vec<Option<Cause<f64>>> = candidate.causes.iter().map(in_core).collect();
+                let coefficients = vec![0.001; candidate.regressors.len()];
+                let expected: Vec<Option<Cause<f64>>> = candidate.regressors.iter().map(in_core).collect();
                 let named = Named { candidate, std_errs: coefficients.clone(), coefficients };
                 let Ok(written) = written(&named) else {
                     assert_eq!(named.candidate.id, "payload-mislabel", "{place}");
@@ -373,18 +374,18 @@ mod tests {
         Runs::condition(&core, vec![raw]).unwrap()
     }
 
-    /// By the causes themselves, not by the words about them.
-    fn in_core(cause: &twin::Cause) -> Option<Cause<f64>> {
-        Some(match cause {
+    /// By the regressors themselves, not by the words about them.
+    fn in_core(regressor: &Regressor) -> Option<Cause<f64>> {
+        Some(match regressor {
             // A board is not ahead of its time.
-            twin::Cause::Term(Term::WithMotion(hold)) => Cause::Term(Term::WithMotion(hold.max(0.0))),
-            twin::Cause::Term(term) => Cause::Term(*term),
-            twin::Cause::Heat(time) => Cause::Heat(*time),
-            twin::Cause::Hot => Cause::Hot,
-            twin::Cause::Temperature(_, cold) => Cause::Temperature(*cold),
-            twin::Cause::Delay => Cause::Delay,
-            twin::Cause::Scale(side) => Cause::Scale(twin::side_of(*side)),
-            twin::Cause::Column(_) => Cause::Term(Term::Driver),
+            Regressor::Term(Term::WithMotion(hold)) => Cause::Term(Term::WithMotion(hold.max(0.0))),
+            Regressor::Term(term) => Cause::Term(*term),
+            Regressor::Heat(time) => Cause::Heat(*time),
+            Regressor::Hot => Cause::Hot,
+            Regressor::Temperature(_, cold) => Cause::Temperature(*cold),
+            Regressor::Delay => Cause::Delay,
+            Regressor::Scale(side) => Cause::Scale(crate::gap::twin::side_of(*side)),
+            Regressor::Column(_) => Cause::Term(Term::Driver),
             _ => return None,
         })
     }
@@ -430,9 +431,9 @@ mod tests {
 
     #[test]
     fn findings_about_runs_are_not_written() {
-        let candidate = dictionary::Candidate {
+        let candidate = Candidate {
             id: "static-step".to_owned(),
-            causes: vec![twin::Cause::InRun(2, Term::StepAt(20.0))],
+            regressors: vec![Regressor::InRun(2, Term::StepAt(20.0))],
             unit: "W".to_owned(),
             range: (0.0, 1.0),
             detail: Map::new(),

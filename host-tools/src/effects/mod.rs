@@ -1,0 +1,12 @@
+//! Effects that a fitted model may lack.
+
+mod candidate;
+mod regressor;
+
+pub use candidate::{Candidate, NotTestable};
+pub use regressor::{Regressor, Switched};
+
+/// Column with the pitch, nose up, rad.
+pub const PITCH: &str = "pitch_rad";
+/// Column with the processor's load, percent.
+pub const PROCESSOR: &str = "cpu_percent";
