@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 /// One problem.
-pub struct Problem {
+pub(super) struct Problem {
     pub name: &'static str,
     pub residuals: fn(&[f64]) -> Vec<f64>,
     pub start: &'static [f64],
@@ -23,7 +23,7 @@ const fn problem(
     Problem { name, residuals, start, minima, far }
 }
 
-pub const PROBLEMS: &[Problem] = &[
+pub(super) const PROBLEMS: &[Problem] = &[
     problem("1 Rosenbrock", rosenbrock, &[-1.2, 1.0], &[0.0], true),
     problem("2 Freudenstein and Roth", freudenstein_roth, &[0.5, -2.0], &[0.0, 48.9842], true),
     problem("3 Powell, badly scaled", powell_badly_scaled, &[0.0, 1.0], &[0.0], false),
