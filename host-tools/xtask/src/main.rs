@@ -3,6 +3,7 @@
 mod bench;
 mod circles;
 mod demo;
+mod fuzz;
 mod images;
 mod instructions;
 mod paths;
@@ -26,6 +27,8 @@ usage: cargo xtask <command>
          the figures of the README, measured again; minutes
   circles
          files of a crate that need each other, and rooms that need those above them: part of test
+  fuzz [log | robot | coefficients | effects | image | link | servo] [--runs N]
+         libFuzzer over the readers of files and packets; a C++ compiler is needed
   size [--json]
          flash, static RAM and stack of the firmware's images, against their limits
 
@@ -53,6 +56,7 @@ fn main() -> ExitCode {
             }
             result.is_ok()
         }
+        ["fuzz", ref rest @ ..] if let Some(request) = fuzz::Request::parse(rest) => fuzz::run(&request),
         ["size"] => size::run(false),
         ["size", "--json"] => size::run(true),
         ["help" | "--help" | "-h"] => {
