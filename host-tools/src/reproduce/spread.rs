@@ -1,12 +1,28 @@
 //! A figure over seeds, with the interval of its mean.
 
+use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::study::Spread;
+/// A figure over seeds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(super) struct Spread {
+    /// Mean over seeds.
+    pub(super) mean: f64,
+    /// 95 % interval of the mean (Student's t over seeds); NaN with one seed.
+    pub(super) low: f64,
+    /// 95 % interval of the mean (Student's t over seeds); NaN with one seed.
+    pub(super) high: f64,
+    /// The least of a seed.
+    pub(super) least: f64,
+    /// The greatest of a seed.
+    pub(super) greatest: f64,
+    /// Seeds that have a value.
+    pub(super) count: usize,
+}
 
 impl Spread {
     /// Over one value a seed; seeds without one (NaN) do not count.
-    pub fn over(values: &[f64]) -> Self {
+    pub(super) fn over(values: &[f64]) -> Self {
         let known: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
         let count = known.len();
         let mean = known.iter().sum::<f64>() / count as f64;
@@ -19,6 +35,12 @@ impl Spread {
             greatest: known.iter().copied().fold(f64::NAN, f64::max),
             count,
         }
+    }
+
+    /// Of several figures of each seed, each over all seeds.
+    pub(super) fn of_each<const N: usize>(seeds: impl Iterator<Item = [f64; N]>) -> [Self; N] {
+        let seeds: Vec<[f64; N]> = seeds.collect();
+        std::array::from_fn(|place| Self::over(&seeds.iter().map(|seed| seed[place]).collect::<Vec<_>>()))
     }
 }
 

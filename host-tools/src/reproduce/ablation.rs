@@ -5,7 +5,7 @@ use model_core::model::Response;
 use model_core::payload::roots::{RootMean, Sums};
 use model_core::payload::{self, Method};
 
-use super::Pair;
+use super::print::Pair;
 use crate::error::{Error, Result};
 use crate::fit::dataset::Row;
 use crate::fit::gram::Gram;
