@@ -27,9 +27,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
 use super::dictionary::{self, ENTRIES};
-use super::investigate::{Named, Report};
 use crate::effects::{PITCH, PROCESSOR, Regressor};
 use crate::fit::file;
+use crate::gap::report::Report;
+use crate::gap::types::Named;
 
 /// An effect as a file holds it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

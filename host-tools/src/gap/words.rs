@@ -5,8 +5,8 @@ use std::path::Path;
 use serde_json::{Map, Value};
 
 use super::dictionary::find;
-use super::investigate::Named;
 use crate::effects::{Candidate, Regressor};
+use crate::gap::types::Named;
 use model_core::effects::Term;
 use model_core::torque::TorqueModel;
 
