@@ -33,3 +33,4 @@ pub mod progress;
 pub mod report;
 pub mod reproduce;
 pub mod robot;
+pub mod virtual_board;
