@@ -111,8 +111,8 @@ fn cells_of(axis: &Axis, residual: &Signal) -> Vec<Cell> {
 mod tests {
     use super::band::band;
     use super::{cells_of, spread};
-    use crate::gap::thresholds::localise::LEAST_ROWS;
     use crate::gap::report::localise::axes::Axis;
+    use crate::gap::thresholds::localise::LEAST_ROWS;
 
     fn axis(values: Vec<Vec<f64>>) -> Axis {
         Axis { name: "mass".to_owned(), values, signed: false, joins: true, edges: None }
