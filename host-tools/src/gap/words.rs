@@ -4,8 +4,7 @@ use std::path::Path;
 
 use serde_json::{Map, Value};
 
-use super::dictionary::find;
-use crate::effects::{Candidate, Regressor};
+use crate::effects::{Candidate, Regressor, find};
 use crate::gap::types::Named;
 use model_core::effects::Term;
 use model_core::torque::TorqueModel;

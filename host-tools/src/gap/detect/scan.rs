@@ -5,8 +5,7 @@ use std::sync::Arc;
 use model_core::effects::Term;
 use nalgebra::{DMatrix, DVector};
 
-use crate::effects::{Candidate, Regressor, Switched};
-use crate::gap::dictionary::find;
+use crate::effects::{Candidate, Regressor, Switched, find};
 use crate::gap::problem::Problem;
 use crate::gap::problem::panel::Panel;
 use crate::gap::problem::solve::Prior;

@@ -119,7 +119,7 @@ fn missing_columns(report: &Report) -> Vec<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::shows_in;
-    use crate::gap::dictionary::ENTRIES;
+    use crate::effects::ENTRIES;
 
     #[test]
     fn every_effect_of_the_dictionary_shows_somewhere() {

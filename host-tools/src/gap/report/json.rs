@@ -3,8 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::advice;
-use crate::gap::dictionary;
-use crate::gap::dictionary::Sign;
+use crate::effects::{Sign, find};
 use crate::gap::manoeuvre::Suggestion;
 use crate::gap::report::Report;
 use crate::gap::simulation::Simulated;
@@ -89,7 +88,7 @@ fn effect(named: &Named) -> Value {
         "std_err": std_err,
         "detail": detail,
         "meaning": words::meaning(candidate),
-        "sign": dictionary::find(&candidate.id).map_or(Sign::Either, |entry| entry.sign),
+        "sign": find(&candidate.id).map_or(Sign::Either, |entry| entry.sign),
     })
 }
 

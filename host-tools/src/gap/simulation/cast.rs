@@ -62,7 +62,7 @@ pub fn cast(named: &Named, scene: &Scene<'_>) -> Result<std::result::Result<Part
     let candidate = &named.candidate;
     let detail = &candidate.detail;
     let id = candidate.id.as_str();
-    if super::super::dictionary::find(id).is_none() {
+    if crate::effects::find(id).is_none() {
         return Ok(Err("the plant knows no cause for a formula".to_owned()));
     }
     let number = |key: &str| detail.get(key).and_then(Value::as_f64);
