@@ -5,19 +5,22 @@ use std::path::PathBuf;
 use model_core::eq18::Gate;
 use model_core::model::Model;
 
+use crate::effects::{NotTestable, written};
 use crate::error::{Error, Result};
 use crate::fit::dataset::{Dataset, Reading};
 use crate::fit::{file, physical};
-use crate::gap::dictionary::NotTestable;
 use crate::gap::input;
-use crate::gap::investigate::{Base, Options, Report, Verdict, investigate};
+use crate::gap::investigate::investigate;
 use crate::gap::manoeuvre::Suggestion;
-use crate::gap::output::Beside;
 use crate::gap::power_only;
+use crate::gap::report::Report;
+use crate::gap::report::json::Beside;
+use crate::gap::report::{json as output, page, summary};
 use crate::gap::runs::Runs;
 use crate::gap::simulation::Simulated;
+use crate::gap::types::{Base, Options, Verdict};
 use crate::gap::user::{self, UserCandidates};
-use crate::gap::{extended, manoeuvre, output, page, simulation, summary};
+use crate::gap::{extended, manoeuvre, simulation};
 use crate::log::speed_column;
 use crate::plant::PlantSet;
 use crate::progress::StageProgress;
@@ -167,7 +170,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
                 let message = format!(
                     "they hold the effect {} already; expected the coefficients as gmr fit wrote them, from which all \
                      effects are looked for together",
-                    extended::id_of(&effect.cause).0
+                    written::id_of(&effect.cause).0
                 );
                 return Err(Error::failed(message).in_file(coefficients).in_column("effects"));
             }
