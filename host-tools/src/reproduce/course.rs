@@ -2,7 +2,7 @@
 
 use crate::report::{Band, Colour, Line, Stroke, TimeSeries, Validated, Validation, palette};
 
-use super::figures::{Colours, black};
+use super::colours::{Colours, black};
 
 /// One log behind the filter.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -2,16 +2,16 @@
 
 use crate::compare::MassSource;
 use crate::report::{
-    Bars, Binned, Colour, Curve, Curves, Gaussian, Histogram, Line, Marks, Page, Panel, Stroke, TimeSeries,
-    palette,
+    Bars, Binned, Curve, Curves, Gaussian, Histogram, Line, Marks, Page, Panel, Stroke, TimeSeries, palette,
 };
 
+use super::colours::{Colours, black};
 use super::course::{Course, masses, powers, speeds, validation};
-use super::price::{Price, Priced, Split, distinct};
+use super::price::{Price, Priced, Split};
 use super::regime::Rails;
 use super::section7::{Courses, ModelRow};
 use super::spread::Spread;
-use super::table::number;
+use super::table::{distinct, number};
 use super::windows::{PUBLISHED_WORST, WindowRow};
 
 /// One figure of the paper, or one that it lacks.
@@ -48,7 +48,7 @@ pub(super) const NAMES: [&str; 12] = [
 pub(super) fn all(sources: &Sources<'_>) -> Vec<Figure> {
     let Sources { simulation, section6, rails, section7, windows, models, price } = *sources;
     let [training, test, moving] = section6;
-    let colours = &Colours::of(sources);
+    let colours = &colours(sources);
     let figure = |name, title, caption: String, height, panels: Vec<Panel>| Figure {
         name,
         title,
@@ -202,34 +202,13 @@ pub(super) fn all(sources: &Sources<'_>) -> Vec<Figure> {
     ]
 }
 
-/// A method's colour: the same in every figure.
-pub(super) struct Colours {
-    methods: Vec<String>,
-}
-
-/// The palette's black is for what was measured.
-const METHODS: usize = 6;
-
-impl Colours {
-    /// Contenders and models with published figures come first, then the others.
-    fn of(sources: &Sources<'_>) -> Self {
-        let names = sources.simulation.iter().map(|(name, _)| *name);
-        let published = sources.models.iter().filter(|row| row.published.is_some()).map(|row| row.name);
-        let courses = [&sources.section6[1], &sources.section6[2], &sources.section7.test];
-        let others =
-            courses.into_iter().flat_map(|course| course.methods.iter().map(|method| &*method.method));
-        Self { methods: distinct(names.chain(published).chain(others).map(str::to_owned)) }
-    }
-
-    pub(super) fn get(&self, method: &str) -> Colour {
-        let place = self.methods.iter().position(|known| known == method);
-        palette(place.unwrap_or(METHODS - 1) % METHODS)
-    }
-}
-
-/// What was measured, and truths.
-pub(super) fn black() -> Colour {
-    palette(METHODS)
+/// Contenders and models with published figures come first, then the others.
+fn colours(sources: &Sources<'_>) -> Colours {
+    let names = sources.simulation.iter().map(|(name, _)| *name);
+    let published = sources.models.iter().filter(|row| row.published.is_some()).map(|row| row.name);
+    let courses = [&sources.section6[1], &sources.section6[2], &sources.section7.test];
+    let others = courses.into_iter().flat_map(|course| course.methods.iter().map(|method| &*method.method));
+    Colours::of(distinct(names.chain(published).chain(others).map(str::to_owned)))
 }
 
 fn rail_powers(rails: &Rails) -> TimeSeries {

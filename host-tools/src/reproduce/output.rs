@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Study, figures, page};
+use super::study::Study;
+use super::{figures, page};
 use crate::error::{Error, Result};
 use crate::output::write_whole;
 

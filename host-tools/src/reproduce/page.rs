@@ -5,8 +5,9 @@ use maud::{Markup, html};
 use super::figures::Figure;
 use super::price::Best;
 use super::standing::{Goal, Standing, Standings};
+use super::study::{INTERVALS, Study};
 use super::table::{Mark, Table, number, with_unit};
-use super::{INTERVALS, Study, seeds};
+
 use crate::error::Result;
 use crate::report::html::{document, drawing, tile};
 
@@ -66,7 +67,7 @@ pub(super) fn text(study: &Study) -> Result<String> {
         (header(study))
         h2 { "Settings" }
         p {
-            (seeds(settings)) ". Figures over time show the first, tables " (INTERVALS) ". Windows of the sweep: " (windows.join(", ")) " s. Baselines: " (settings.baselines.len()) "."
+            (settings.words()) ". Figures over time show the first, tables " (INTERVALS) ". Windows of the sweep: " (windows.join(", ")) " s. Baselines: " (settings.baselines.len()) "."
         }
         p class="soft" { "gmr " (env!("CARGO_PKG_VERSION")) ". The same seeds give the same page, byte for byte, on the same machine." }
         @for section in sections { (section) }

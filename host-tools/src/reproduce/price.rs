@@ -10,7 +10,7 @@
 use serde::Serialize;
 
 use super::parts::{Counts, INSTRUCTION_J, SHUNT_OHM, sensors_w};
-use super::table::{Cell, Column, Format, Mark, Row, Table, column, number};
+use super::table::{Cell, Column, Format, Mark, Row, Table, column, distinct, number};
 use crate::plant::experiment;
 
 /// What prices are computed from.
@@ -157,16 +157,6 @@ pub(super) struct Price {
     pub(super) sensors_w: f64,
     /// Energy of an instruction, J.
     pub(super) instruction_j: f64,
-}
-
-/// Each value once, in order of appearance.
-pub(super) fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
-    values.fold(Vec::new(), |mut known, value| {
-        if !known.contains(&value) {
-            known.push(value);
-        }
-        known
-    })
 }
 
 /// Prices of every task with every window that fits into it. A point that is not finite is priced NaN and is never the best.

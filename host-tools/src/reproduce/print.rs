@@ -9,31 +9,19 @@ use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 
-use super::ablation::{Figures, Variant};
+use super::ablation::{Figures, Pair, Variant};
 use super::contender::{WHEELS, training};
-use super::price::distinct;
+use super::section6;
+use super::settings::Settings;
 use super::spread::Spread;
-use super::table::{Cell, Column, Format, Mark, Row, Table, column, with_unit};
-use super::{Settings, on_all_cores, section6, temporary_folder};
+use super::table::{Cell, Column, Format, Mark, Row, Table, column, distinct, with_unit};
+use super::work::{on_all_cores, temporary_folder};
 use crate::error::Result;
 use crate::fit::dataset::{Dataset, Reading};
 use crate::plant::Scenario;
 use crate::plant::experiment::{self, Drive};
 use crate::plant::log::{Columns, write};
 use crate::robot::Robot;
-
-/// One training log and one test log of a plant, as one seed drew them.
-#[derive(Debug, Clone)]
-pub(super) struct Pair<const N: usize> {
-    /// The plant, as tables name it.
-    pub(super) plant: &'static str,
-    /// Payload known.
-    pub(super) training: Dataset<N>,
-    /// Payload to be found.
-    pub(super) test: Dataset<N>,
-    /// Power below which relative errors mean nothing, W.
-    pub(super) floor_w: f64,
-}
 
 /// Where print and derivation differ.
 #[derive(Debug, Clone, PartialEq, Serialize)]

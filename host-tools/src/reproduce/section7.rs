@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::Settings;
 use super::contender::{CONTENDERS, Fitted, Log, WHEELS, moving, training};
 use super::course::{Course, Followed};
+use super::settings::Settings;
 use super::spread::Spread;
-use super::windows::{self, AtWindow, PUBLISHED_WORST, at_window};
+use super::windows::{PUBLISHED_WORST, Swept, at_window, lengths};
 use crate::baselines;
 use crate::compare::points::Wanted;
 use crate::compare::{LeftOut, MassSource, evaluate};
@@ -65,8 +65,7 @@ fn drive(folder: &Path, which: Drive, seed: u64) -> Result<PathBuf> {
 pub(super) struct Seed {
     /// Ours, the paper's, then every baseline.
     pub(super) models: Vec<Judged>,
-    /// Length in s, method.
-    pub(super) windows: Vec<(f64, &'static str, AtWindow<f64>)>,
+    pub(super) windows: Vec<Swept>,
     pub(super) left_out: Vec<LeftOut>,
     /// Share of the samples behind the first window in which every model is judged.
     pub(super) known_share: f64,
@@ -101,7 +100,7 @@ pub(super) fn seed(learned: &Learned<'_>, settings: &Settings, draw: bool) -> Re
     let (log, wanted) = learned.drive(Drive::Test)?;
     let known = Log::read(robot, &learned.dataset, &learned.file, &wanted)?;
     let mut windows = Vec::new();
-    for window_s in windows::lengths(settings) {
+    for window_s in lengths(settings) {
         for fitted in fitted {
             let found = at_window(fitted, &log, window_s, robot.mape_floor_w())?;
             windows.push((window_s, fitted.contender.name, found));

@@ -1,7 +1,8 @@
 //! A figure over seeds, with the interval of its mean.
 
 use serde::Serialize;
-use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use crate::numerics::intervals::mean_interval;
 
 /// A figure over seeds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -24,16 +25,15 @@ impl Spread {
     /// Over one value a seed; seeds without one (NaN) do not count.
     pub(super) fn over(values: &[f64]) -> Self {
         let known: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
-        let count = known.len();
-        let mean = known.iter().sum::<f64>() / count as f64;
-        let half = half_width(&known, mean);
+        let interval = mean_interval(&known);
+        let (low, high) = interval.ends().unwrap_or((f64::NAN, f64::NAN));
         Self {
-            mean,
-            low: mean - half,
-            high: mean + half,
+            mean: interval.mean,
+            low,
+            high,
             least: known.iter().copied().fold(f64::NAN, f64::min),
             greatest: known.iter().copied().fold(f64::NAN, f64::max),
-            count,
+            count: interval.count,
         }
     }
 
@@ -42,14 +42,6 @@ impl Spread {
         let seeds: Vec<[f64; N]> = seeds.collect();
         std::array::from_fn(|place| Self::over(&seeds.iter().map(|seed| seed[place]).collect::<Vec<_>>()))
     }
-}
-
-/// Half the 95 % interval of the mean; NaN below two values.
-fn half_width(values: &[f64], mean: f64) -> f64 {
-    let degrees = values.len() as f64 - 1.0;
-    let Ok(student) = StudentsT::new(0.0, 1.0, degrees) else { return f64::NAN };
-    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / degrees;
-    student.inverse_cdf(0.975) * (variance / values.len() as f64).sqrt()
 }
 
 #[cfg(test)]

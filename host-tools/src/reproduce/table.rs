@@ -233,6 +233,16 @@ impl fmt::Display for Table {
     }
 }
 
+/// Each value once, in order of appearance.
+pub(super) fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
+    values.fold(Vec::new(), |mut known, value| {
+        if !known.contains(&value) {
+            known.push(value);
+        }
+        known
+    })
+}
+
 /// A number with so many digits; a dash where it is none.
 pub(super) fn number(value: f64, digits: usize) -> String {
     if !value.is_finite() {

@@ -4,8 +4,10 @@ use super::course::{Course, Followed, Trace};
 use super::print::{Cost, Difference};
 use super::regime::Rails;
 use super::section7::{Courses, Judged};
+use super::settings::Settings;
 use super::spread::Spread;
-use super::{Found, Settings, Study, recalibration, section6, section7};
+use super::study::{Found, Study};
+use super::{recalibration, section6, section7};
 use crate::compare::{LeftOut, MassSource};
 
 /// Names that tables have, the last of them markup if it were not escaped.
@@ -88,7 +90,7 @@ fn experiment(seed: u64, count: usize, better: usize) -> section7::Seed {
         _ => Box::leak(format!("baseline-{}", place - 1).into_boxed_str()),
     };
     let model = |place: usize| {
-        let worse = if (2..2 + better).contains(&place) { -0.5 } else { 0.4 * place as f64 };
+        let worse = if (2..2 + better).contains(&place) { -0.5 } else { 0.8 * place as f64 };
         let mass = [MassSource::Unused, MassSource::Given][place % 2];
         Judged {
             name: name(place),

@@ -7,7 +7,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use roxmltree::{Document, ParsingOptions};
 
 use super::testing::{METHODS, study, study_with};
-use super::{figures, on_all_cores, output, page};
+use super::work::on_all_cores;
+use super::{figures, output, page};
 
 fn parsed(page: &str) -> Document<'_> {
     Document::parse_with_options(page, ParsingOptions { allow_dtd: true, ..ParsingOptions::default() })

@@ -1,8 +1,7 @@
 //! What a payload window of a given length is worth: its worst start, as Fig. 12 of the paper has it, and all of them.
 
-use super::Settings;
 use super::contender::{CONTENDERS, Fitted, Log, moving};
-use super::section7::Seed;
+use super::settings::Settings;
 use super::spread::Spread;
 use super::table::{Cell, Column, Format, Mark, Row, Table, column};
 use crate::error::Result;
@@ -71,18 +70,20 @@ pub(super) struct WindowRow {
     pub(super) figures: AtWindow<Spread>,
 }
 
+/// What a seed gives: length in s, method.
+pub(super) type Swept = (f64, &'static str, AtWindow<f64>);
+
 /// By window, then in the order of the contenders.
-pub(super) fn rows(seeds: &[Seed]) -> Vec<WindowRow> {
-    let mut lengths: Vec<f64> =
-        seeds.iter().flat_map(|seed| &seed.windows).map(|(length, ..)| *length).collect();
+pub(super) fn rows<'a>(seeds: impl Iterator<Item = &'a [Swept]> + Clone) -> Vec<WindowRow> {
+    let mut lengths: Vec<f64> = seeds.clone().flatten().map(|(length, ..)| *length).collect();
     lengths.sort_by(f64::total_cmp);
     lengths.dedup();
     let row = |window_s: f64, method| {
-        let of = |seed: &Seed| {
-            let own = seed.windows.iter().find(|(length, name, _)| *length == window_s && *name == method);
+        let of = |seed: &[Swept]| {
+            let own = seed.iter().find(|(length, name, _)| *length == window_s && *name == method);
             own.map_or([f64::NAN; 5], |(.., found)| *found)
         };
-        WindowRow { window_s, method, figures: Spread::of_each(seeds.iter().map(of)) }
+        WindowRow { window_s, method, figures: Spread::of_each(seeds.clone().map(of)) }
     };
     lengths
         .iter()
