@@ -16,9 +16,9 @@ use super::client::{Board, Client};
 use super::rail_names;
 use super::store_image::StoreImage;
 use super::transport::Transport;
+use crate::effects::written::id_of;
 use crate::error::{Error, Result};
 use crate::fit::file;
-use crate::gap::extended::id_of;
 use crate::robot::Robot;
 
 /// Samples per second of a board that cannot be asked.

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use model_core::eq18::Gate;
 use model_core::model::Model;
 
+use crate::effects::{NotTestable, written};
 use crate::error::{Error, Result};
 use crate::fit::dataset::{Dataset, Reading};
 use crate::fit::{file, physical};
-use crate::gap::dictionary::NotTestable;
 use crate::gap::input;
 use crate::gap::investigate::{Base, Options, Report, Verdict, investigate};
 use crate::gap::manoeuvre::Suggestion;
@@ -167,7 +167,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
                 let message = format!(
                     "they hold the effect {} already; expected the coefficients as gmr fit wrote them, from which all \
                      effects are looked for together",
-                    extended::id_of(&effect.cause).0
+                    written::id_of(&effect.cause).0
                 );
                 return Err(Error::failed(message).in_file(coefficients).in_column("effects"));
             }

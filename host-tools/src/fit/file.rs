@@ -14,8 +14,8 @@ use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use super::{Fit, Method, ModelKind, fingerprint, verdict};
+use crate::effects::written::{self, Written, Wrong};
 use crate::error::{Error, Result};
-use crate::gap::extended::{self, Written, Wrong};
 use crate::output::write_whole;
 use crate::robot::Robot;
 
@@ -147,7 +147,7 @@ fn write_document(file: &Path, document: &Document) -> Result<()> {
 pub fn extend(base: &Path, torque: &TorqueModel<f64>, effects: &[Written], file: &Path) -> Result<()> {
     let mut document = parse(base, &read_text(base)?)?;
     let wheels = document.robot.kinematics.first().map_or(0, Vec::len);
-    extended::columns(effects, wheels).map_err(|wrong| Error::failed(wrong.message).in_file(file))?;
+    written::columns(effects, wheels).map_err(|wrong| Error::failed(wrong.message).in_file(file))?;
     for (description, value) in verdict::TORQUE.iter().zip(torque.to_array()) {
         if let Some(place) = document.parameters.get_mut(description.name) {
             // A little below nought is nought: no robot has less (Eq. 20).
@@ -236,7 +236,7 @@ fn with_effects<const N: usize>(
     coefficients: Coefficients<f64, N>,
     effects: &[Written],
 ) -> std::result::Result<Coefficients<f64, N>, Wrong> {
-    let columns = extended::columns(effects, N)?;
+    let columns = written::columns(effects, N)?;
     let has_torques = matches!(coefficients.model, Model::Signed { .. });
     for (place, effect) in effects.iter().enumerate() {
         let wrong = |key, message| Wrong { place, key, message };
@@ -246,7 +246,7 @@ fn with_effects<const N: usize>(
             return Err(wrong("id", message));
         }
         let alone =
-            Coefficients { columns: extended::columns(std::slice::from_ref(effect), N)?, ..coefficients };
+            Coefficients { columns: written::columns(std::slice::from_ref(effect), N)?, ..coefficients };
         if !alone.is_plausible() {
             let message = format!(
                 "{} with coefficient {} makes powers that no robot draws",
