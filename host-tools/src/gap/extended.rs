@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::investigate::Report;
+use super::report::Report;
 use crate::effects::written::Written;
 use crate::fit::file;
 
