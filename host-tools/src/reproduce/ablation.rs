@@ -5,12 +5,24 @@ use model_core::model::Response;
 use model_core::payload::roots::{RootMean, Sums};
 use model_core::payload::{self, Method};
 
-use super::Pair;
 use crate::error::{Error, Result};
-use crate::fit::dataset::Row;
+use crate::fit::dataset::{Dataset, Row};
 use crate::fit::gram::Gram;
 use crate::fit::linear;
 use crate::metrics::Metrics;
+
+/// One training log and one test log of a plant, as one seed drew them.
+#[derive(Debug, Clone)]
+pub(super) struct Pair<const N: usize> {
+    /// The plant, as tables name it.
+    pub(super) plant: &'static str,
+    /// Payload known.
+    pub(super) training: Dataset<N>,
+    /// Payload to be found.
+    pub(super) test: Dataset<N>,
+    /// Power below which relative errors mean nothing, W.
+    pub(super) floor_w: f64,
+}
 
 /// Which places are as printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
