@@ -248,8 +248,10 @@ fn coefficients_that_do_not_fit_are_refused() {
         negative.starts_with("c.toml:") && negative.contains("expected a finite number not below 0"),
         "{negative}"
     );
+    let line = 1 + base.lines().position(|line| line.starts_with("covariance = ")).unwrap();
     let covariance = with(base.replace("covariance = [[", "covariance = [[1.0, "));
-    assert!(covariance.starts_with("c.toml:covariance: expected 6 rows of 6 finite numbers"), "{covariance}");
+    let expected = format!("c.toml:{line}:covariance: expected 6 rows of 6 finite numbers");
+    assert!(covariance.starts_with(&expected), "{covariance}");
     bench.done(
         &[&["fit", "--robot", "robot.toml", "--model", "eq18", "--out", "eq18.toml"], &BASE[..]].concat(),
     );

@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use model_core::eq18::Gate;
 use model_core::model::Model;
 
+use crate::coefficients::CoefficientsFile;
 use crate::error::{Error, Result};
 use crate::fit::dataset::{Dataset, Reading};
-use crate::fit::{file, physical};
+use crate::fit::physical;
 use crate::gap::dictionary::NotTestable;
 use crate::gap::input;
 use crate::gap::investigate::{Base, Options, Report, Verdict, investigate};
@@ -147,20 +148,21 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
         None => Vec::new(),
     };
     // Before the long work, and before the clean logs are asked whether they have changed.
-    if let Some(coefficients) = &arguments.coeffs {
-        file::read::<N>(coefficients, robot)?;
-    }
-    let clean_logs = match (&arguments.base[..], &arguments.coeffs) {
-        ([], Some(coefficients)) => file::read_logs(coefficients)?,
+    let fitted = match &arguments.coeffs {
+        Some(file) => Some((file, CoefficientsFile::<N>::read(file, robot)?)),
+        None => None,
+    };
+    let clean_logs = match (&arguments.base[..], &fitted) {
+        ([], Some((file, fitted))) => fitted.logs_still_there(file)?,
         (given, _) => given.to_owned(),
     };
     input::each_once(&arguments.runs, &clean_logs)?;
-    let (core, base) = match &arguments.coeffs {
-        Some(coefficients) => {
-            let read = file::read::<N>(coefficients, robot)?;
+    let (core, base) = match &fitted {
+        Some((file, fitted)) => {
+            let read = &fitted.coefficients;
             let Model::Signed { torque, drive } = read.model else {
                 return Err(Error::failed("model eq18; expected signed: effects act on its torques")
-                    .in_file(coefficients)
+                    .in_file(file)
                     .in_column("model"));
             };
             if let Some(effect) = read.columns.iter().next() {
@@ -169,9 +171,9 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
                      effects are looked for together",
                     extended::id_of(&effect.cause).0
                 );
-                return Err(Error::failed(message).in_file(coefficients).in_column("effects"));
+                return Err(Error::failed(message).in_file(file).in_column("effects"));
             }
-            let covariance = Some(file::read_covariance(coefficients)?);
+            let covariance = Some(fitted.covariance.clone());
             (read.robot, Base { torque, covariance, drive })
         }
         None => {
@@ -240,7 +242,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
             simulated.as_ref().map(Simulated::picture).as_ref(),
         )?;
     }
-    if let (Some(out), Some(base)) = (&arguments.out, &arguments.coeffs) {
+    if let (Some(out), Some((_, base))) = (&arguments.out, &fitted) {
         extended::write(&report, base, out)?;
     }
     drop(progress);

@@ -29,7 +29,8 @@ use serde_json::{Map, Value, json};
 use super::dictionary::{self, ENTRIES, PITCH, PROCESSOR};
 use super::investigate::{Named, Report};
 use super::twin;
-use crate::fit::file;
+use crate::coefficients::{CoefficientsFile, InvalidCoefficients};
+use crate::error::Error;
 
 /// An effect as a file holds it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -285,7 +286,11 @@ pub fn written(named: &Named) -> Result<Written, String> {
 ///
 /// # Errors
 /// The file cannot be written; the effects are more than a board holds.
-pub fn write(report: &Report, base: &Path, out: &Path) -> crate::error::Result<()> {
+pub fn write<const N: usize>(
+    report: &Report,
+    base: &CoefficientsFile<N>,
+    out: &Path,
+) -> crate::error::Result<()> {
     let mut effects = Vec::new();
     for named in &report.effects {
         match written(named) {
@@ -304,7 +309,8 @@ pub fn write(report: &Report, base: &Path, out: &Path) -> crate::error::Result<(
             report.ambiguous_with.join(", ")
         );
     }
-    file::extend(base, &report.state.torque, &effects, out)
+    let extended = base.clone().with_torque(&report.state.torque).with_effects(effects);
+    extended.map_err(|wrong| Error::of(InvalidCoefficients::Effect(wrong)).in_file(out))?.write(out)
 }
 
 #[cfg(test)]
