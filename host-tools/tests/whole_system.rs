@@ -18,13 +18,13 @@ use firmware::record::RECORD_BYTES;
 use host_tools::board::client::{Board, Client};
 use host_tools::board::flasher::{Running, Target as _};
 use host_tools::board::recorder::{self, Ending, Options};
-use host_tools::board::virtual_board::{BoardOptions, VirtualBoard};
-use host_tools::board::virtual_flash::VirtualFlash;
-use host_tools::board::virtual_robot::{RobotOptions, VirtualRobot};
-use host_tools::board::virtual_truth::{self, TruthRows};
 use host_tools::coefficients::CoefficientsFile;
 use host_tools::plant::{Effect, Kinematics, PayloadSchedule, PlantSet, ProfileKind, Scenario};
 use host_tools::robot::Robot;
+use host_tools::virtual_board::board::{BoardOptions, VirtualBoard};
+use host_tools::virtual_board::flash::VirtualFlash;
+use host_tools::virtual_board::robot::{RobotOptions, VirtualRobot};
+use host_tools::virtual_board::truth::{self, TruthRows};
 use model_core::coefficients::{Coefficients, Name};
 use model_core::model::Model;
 use serde_json::Value;
@@ -60,7 +60,7 @@ impl System {
         let robot = VirtualRobot::new(scenario, robot).unwrap();
         let options = BoardOptions { flash: VirtualFlash::open(flash).unwrap(), ..BoardOptions::default() };
         let mut board = VirtualBoard::start(&images::virtual_board(), robot, options).unwrap();
-        board.server_mut().note_truths(virtual_truth::PERIOD_US);
+        board.server_mut().note_truths(truth::PERIOD_US);
         let (client, board) = Client::connect(board).unwrap();
         Self { client, board }
     }
@@ -85,7 +85,7 @@ impl System {
         // Before their first conversion, and before the servos are known.
         assert!(recording.incomplete <= 3, "{recording:?}");
         fs::write(log, text).unwrap();
-        let mut text = virtual_truth::HEADER.to_owned();
+        let mut text = truth::HEADER.to_owned();
         let mut rows = TruthRows::default();
         for row in self.client.transport().server_mut().take_truths() {
             rows.push(&mut text, &row);

@@ -10,7 +10,7 @@ use crate::motion::Motion;
 use crate::payload::change::{Cusum, Threshold};
 use crate::payload::ring::Ring;
 use crate::payload::schedule::{Schedule, Timeline};
-use crate::payload::{Bucket, Method, Payload, Unknown, total};
+use crate::payload::{Bucket, MassEstimate, Method, Unknown, total};
 use crate::real::Real;
 
 /// One measurement.
@@ -180,8 +180,8 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
 pub struct Estimate<T, const N: usize> {
     /// The sample behind the filter; `None` where it was not finite.
     pub conditioned: Option<Conditioned<T, N>>,
-    /// The payload as of the last closed bucket.
-    pub payload: Payload<T>,
+    /// The total mass as of the last closed bucket.
+    pub mass: MassEstimate<T>,
     /// P̂_act in W, step three of the paper; `None` while the mass is unknown or the filter unsettled.
     pub power: Option<T>,
     /// This sample closed a bucket, and with it a new estimate.
@@ -225,8 +225,8 @@ where
     bucket_length: T,
     /// Time into the open bucket, s.
     phase: T,
-    payload: Payload<T>,
-    /// The payload's mass beyond the middle of the range, kg; no number while it is unknown.
+    mass: MassEstimate<T>,
+    /// The mass beyond the middle of the range, kg; no number while it is unknown.
     d: T,
     measured: Energy<T>,
     predicted: Energy<T>,
@@ -255,7 +255,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
             bucket_length: T::from_f64(timing.bucket_s),
             full_at: T::from_f64(timing.bucket_s - timing.period_s / 2.0),
             phase: T::ZERO,
-            payload: Payload::Unknown(Unknown::NoSamples),
+            mass: MassEstimate::Unknown(Unknown::NoSamples),
             measured: Energy::default(),
             predicted: Energy::default(),
             d: T::NAN,
@@ -307,12 +307,12 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         self.phase += elapsed;
         if self.is_bucket_full() {
             let changed = self.close_buckets();
-            return Estimate { conditioned, payload: self.payload, power, closed: true, changed };
+            return Estimate { conditioned, mass: self.mass, power, closed: true, changed };
         }
         if self.ahead.is_none() {
             self.look_ahead();
         }
-        Estimate { conditioned, payload: self.payload, power, closed: false, changed: None }
+        Estimate { conditioned, mass: self.mass, power, closed: false, changed: None }
     }
 
     /// The payload is another from now on (Algorithm 2 with the change time known).
@@ -320,16 +320,16 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         self.restart(0);
         // What it holds so far was carried by the payload before.
         self.bucket = M::Sums::default();
-        self.learn(Payload::Unknown(Unknown::NoSamples));
+        self.learn(MassEstimate::Unknown(Unknown::NoSamples));
     }
 
-    fn learn(&mut self, payload: Payload<T>) {
-        self.payload = payload;
-        self.d = payload.mass().map_or(T::NAN, |known| known.mass - self.range.middle());
+    fn learn(&mut self, mass: MassEstimate<T>) {
+        self.mass = mass;
+        self.d = mass.known().map_or(T::NAN, |known| known.mass - self.range.middle());
     }
 
     /// The mass over exactly the latest `count` buckets, whatever the schedule; `None` while there are fewer.
-    pub fn over_latest(&self, count: usize) -> Option<Payload<T>> {
+    pub fn over_latest(&self, count: usize) -> Option<MassEstimate<T>> {
         (self.buckets.len() >= count && count > 0).then(|| self.method.estimate(self.buckets.latest(count)))
     }
 
@@ -395,8 +395,8 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         self.buckets.push(self.bucket);
         if let (Some(count), Some(total)) = (self.timeline.advance(), &mut self.ahead) {
             total.merge(&self.bucket);
-            let payload = self.method.estimate_of(total, self.buckets.latest_parts(count));
-            self.learn(payload);
+            let mass = self.method.estimate_of(total, self.buckets.latest_parts(count));
+            self.learn(mass);
         }
         self.ahead = None;
         self.bucket = M::Sums::default();
@@ -421,7 +421,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
 
     fn notice_change(&mut self) -> Option<usize> {
         let detector = self.detector.as_mut()?;
-        let mass = self.payload.mass()?.mass;
+        let mass = self.mass.known()?.mass;
         detector.push(self.method.surprise(&self.bucket, mass)?)
     }
 }

@@ -9,7 +9,7 @@ mod common;
 use common::{Ar1, Rng, range};
 use model_core::model::Response;
 use model_core::payload::window::{Sums, Window};
-use model_core::payload::{Method, Noise, Payload};
+use model_core::payload::{MassEstimate, Method, Noise};
 use model_core::polynomial::Polynomial;
 
 const PERIOD: f64 = 0.02;
@@ -65,7 +65,7 @@ fn coverage(correlation: f64, seconds: usize, stated_over_true: f64) -> Coverage
             let power = 1.0 + b * (mass - range.middle()) + sigma * noise.step(&mut rng);
             window.add(&mut buckets[i / PER_BUCKET], power, &response, 1.0);
         }
-        if let Payload::Known(found) = window.estimate(buckets.iter()) {
+        if let MassEstimate::Known(found) = window.estimate(buckets.iter()) {
             known += 1;
             inside += usize::from(found.low <= mass && mass <= found.high);
             squares += (found.mass - mass).powi(2);

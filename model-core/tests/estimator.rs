@@ -11,7 +11,7 @@ use model_core::model::Model;
 use model_core::motion::Motion;
 use model_core::payload::schedule::Schedule;
 use model_core::payload::window::{Sums, Window};
-use model_core::payload::{Bucket, Method, Noise, Payload, Unknown};
+use model_core::payload::{Bucket, MassEstimate, Method, Noise, Unknown};
 use model_core::torque::Drive;
 
 const PERIOD: f64 = 0.01;
@@ -95,8 +95,8 @@ fn conditioner() -> Conditioner<f64, 2> {
     Conditioner::new(&robot().robot, PERIOD).unwrap()
 }
 
-fn mass(payload: &Payload<f64>) -> f64 {
-    payload.mass().unwrap().mass
+fn mass(estimate: &MassEstimate<f64>) -> f64 {
+    estimate.known().unwrap().mass
 }
 
 #[test]
@@ -108,9 +108,9 @@ fn moving_window_is_the_method_over_the_latest_buckets() {
     assert_eq!(outputs.len(), 30);
     for (i, out) in outputs.iter().enumerate() {
         let from = (i + 1).saturating_sub(window);
-        assert_eq!(out.payload, method().estimate(buckets[from..=i].iter()), "bucket {i}");
-        assert!(i < 2 || (mass(&out.payload) - 3.3).abs() < 0.2, "{:?}", out.payload);
-        assert_eq!(out.power.is_some(), i > 0 && outputs[i - 1].payload.mass().is_some());
+        assert_eq!(out.mass, method().estimate(buckets[from..=i].iter()), "bucket {i}");
+        assert!(i < 2 || (mass(&out.mass) - 3.3).abs() < 0.2, "{:?}", out.mass);
+        assert_eq!(out.power.is_some(), i > 0 && outputs[i - 1].mass.known().is_some());
     }
     // Whatever the schedule, any number of the latest that the ring still has.
     for count in 1..=RING {
@@ -140,7 +140,7 @@ fn cumulative_beyond_the_ring_is_the_plain_sum() {
     let mut narrowing = f64::INFINITY;
     for (i, out) in outputs.iter().enumerate() {
         let plain = method().estimate(buckets[..=i].iter());
-        let (found, expected) = (out.payload.mass().unwrap(), plain.mass().unwrap());
+        let (found, expected) = (out.mass.known().unwrap(), plain.known().unwrap());
         // The same sums in another order: some hundred roundings.
         assert!((found.mass - expected.mass).abs() < 1e-10, "bucket {i}: {found:?} {expected:?}");
         if i % 25 == 24 {
@@ -148,7 +148,7 @@ fn cumulative_beyond_the_ring_is_the_plain_sum() {
             narrowing = found.high - found.low;
         }
     }
-    assert!((mass(&outputs[99].payload) - 4.4).abs() < 0.03);
+    assert!((mass(&outputs[99].mass) - 4.4).abs() < 0.03);
 }
 
 /// A window that the ring cannot hold is as long as the ring.
@@ -158,7 +158,7 @@ fn window_beyond_the_ring_is_the_ring() {
     let mut driver = Driver::new(14);
     for i in 0..3 * RING {
         let outputs = driver.run(&mut pipeline, 3.0, 1);
-        assert_eq!(Some(outputs[0].payload), pipeline.over_latest(RING.min(i + 1)), "bucket {i}");
+        assert_eq!(Some(outputs[0].mass), pipeline.over_latest(RING.min(i + 1)), "bucket {i}");
     }
 }
 
@@ -179,13 +179,13 @@ fn known_change_forgets() {
             let sample = driver.sample(5.0);
             pipeline.push(&sample, PERIOD)
         };
-        assert_eq!(first.payload, Payload::Unknown(Unknown::NoSamples));
+        assert_eq!(first.mass, MassEstimate::Unknown(Unknown::NoSamples));
         assert_eq!(first.power, None);
         let outputs = driver.run(&mut pipeline, 5.0, 40);
         for (i, out) in outputs.iter().enumerate() {
             // The filter's memory of the old power, a tenth of a second, weighs most in the first half bucket.
             let tolerance = if i < 2 { 0.6 } else { 0.15 };
-            assert!((mass(&out.payload) - 5.0).abs() < tolerance, "{before}, bucket {i}: {:?}", out.payload);
+            assert!((mass(&out.mass) - 5.0).abs() < tolerance, "{before}, bucket {i}: {:?}", out.mass);
         }
     }
 }
@@ -195,13 +195,13 @@ fn known_change_schedule_holds_its_first_window() {
     let mut pipeline = pipeline(Schedule::KnownChange { window: 4 }, false);
     let mut driver = Driver::new(5);
     let outputs = driver.run(&mut pipeline, 2.0, 20);
-    let held = outputs[3].payload;
+    let held = outputs[3].mass;
     assert!((mass(&held) - 2.0).abs() < 0.15);
-    assert!(outputs[4..].iter().all(|out| out.payload == held));
+    assert!(outputs[4..].iter().all(|out| out.mass == held));
     pipeline.payload_changed();
     let outputs = driver.run(&mut pipeline, 4.0, 20);
-    assert!((mass(&outputs[3].payload) - 4.0).abs() < 0.15, "{:?}", outputs[3].payload);
-    assert!(outputs[4..].iter().all(|out| out.payload == outputs[3].payload));
+    assert!((mass(&outputs[3].mass) - 4.0).abs() < 0.15, "{:?}", outputs[3].mass);
+    assert!(outputs[4..].iter().all(|out| out.mass == outputs[3].mass));
 }
 
 #[test]
@@ -212,11 +212,11 @@ fn periodic_schedule_estimates_anew_every_round() {
     outputs.extend(driver.run(&mut pipeline, 5.0, 12));
     for (i, out) in outputs.iter().enumerate() {
         if i % 6 >= 3 {
-            assert_eq!(out.payload, outputs[i - i % 6 + 2].payload, "bucket {i}");
+            assert_eq!(out.mass, outputs[i - i % 6 + 2].mass, "bucket {i}");
         }
     }
-    assert!((mass(&outputs[5].payload) - 2.0).abs() < 0.2);
-    assert!((mass(&outputs[17].payload) - 5.0).abs() < 0.2);
+    assert!((mass(&outputs[5].mass) - 2.0).abs() < 0.2);
+    assert!((mass(&outputs[17].mass) - 5.0).abs() < 0.2);
 }
 
 /// Every change is noticed within four buckets; nine in ten are dated to the bucket. (Where the noise leaned the same way
@@ -237,8 +237,8 @@ fn unannounced_changes_are_noticed() {
                 well_dated += 1;
                 // From then on the old load is gone but for one bucket: eight buckets of a moving window alone would
                 // still hold five old ones and say 3.1.
-                assert!((mass(&after[at + 2].payload) - 4.0).abs() < 0.6, "{:?}", after[at + 2].payload);
-                assert!((mass(&after[9].payload) - 4.0).abs() < 0.3, "{:?}", after[9].payload);
+                assert!((mass(&after[at + 2].mass) - 4.0).abs() < 0.6, "{:?}", after[at + 2].mass);
+                assert!((mass(&after[9].mass) - 4.0).abs() < 0.3, "{:?}", after[9].mass);
             }
         }
         assert!(well_dated >= 36, "{schedule:?}: {well_dated} of 40");
@@ -279,14 +279,14 @@ fn standing_still_is_unknown() {
         };
         for _ in 0..3000 {
             let out = still(&mut pipeline);
-            assert_eq!((out.payload.mass(), out.power), (None, None), "{model:?}");
+            assert_eq!((out.mass.known(), out.power), (None, None), "{model:?}");
         }
-        assert!(Driver::new(8).run(&mut pipeline, 3.0, 5)[4].payload.mass().is_some());
+        assert!(Driver::new(8).run(&mut pipeline, 3.0, 5)[4].mass.known().is_some());
         let mut last = None;
         for _ in 0..3000 {
             last = Some(still(&mut pipeline));
         }
-        assert_eq!(last.unwrap().payload, Payload::Unknown(Unknown::NoMotion), "{model:?}");
+        assert_eq!(last.unwrap().mass, MassEstimate::Unknown(Unknown::NoMotion), "{model:?}");
     }
 }
 
@@ -300,11 +300,11 @@ fn gaps_of_any_kind_are_survived() {
         let sample = driver.sample(5.0);
         let behind = pipeline.push(&sample, elapsed);
         if elapsed > 20.0 {
-            assert_eq!(behind.payload, Payload::Unknown(Unknown::NoMotion), "{elapsed}");
+            assert_eq!(behind.mass, MassEstimate::Unknown(Unknown::NoMotion), "{elapsed}");
         }
         let outputs = driver.run(&mut pipeline, 5.0, 12);
         assert!((11..=13).contains(&outputs.len()), "{elapsed}: {} buckets in 12 s", outputs.len());
-        assert!((mass(&outputs.last().unwrap().payload) - 5.0).abs() < 0.2, "{elapsed}");
+        assert!((mass(&outputs.last().unwrap().mass) - 5.0).abs() < 0.2, "{elapsed}");
     }
 }
 
@@ -319,15 +319,15 @@ fn not_finite_samples_are_left_out() {
         let bad = Sample { power: f64::NAN, ..good };
         let out = pipeline.push(if i % 3 == 0 { &bad } else { &good }, PERIOD);
         assert_eq!(out.conditioned.is_none(), i % 3 == 0);
-        assert!(out.payload.mass().is_some());
+        assert!(out.mass.known().is_some());
     }
     for _ in 0..PER_BUCKET * 5 {
         let bad = Sample { power: f64::INFINITY, ..driver.sample(3.0) };
         let out = pipeline.push(&bad, PERIOD);
         assert_eq!((out.conditioned, out.power), (None, None));
     }
-    assert_eq!(pipeline.over_latest(4), Some(Payload::Unknown(Unknown::NoMotion)));
-    assert!(driver.run(&mut pipeline, 3.0, 6)[5].payload.mass().is_some());
+    assert_eq!(pipeline.over_latest(4), Some(MassEstimate::Unknown(Unknown::NoMotion)));
+    assert!(driver.run(&mut pipeline, 3.0, 6)[5].mass.known().is_some());
 }
 
 /// Eq. 9 over the filtered power; what is predicted with the right mass agrees.

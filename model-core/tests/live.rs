@@ -138,7 +138,7 @@ fn errors(known: &[Column<f64>], samples: &[(Sample<f64, 2>, Outside<f64, 2>)]) 
     let (mut error, mut squares, mut count) = (f64::INFINITY, 0.0, 0.0);
     for (i, (sample, outside)) in samples.iter().enumerate() {
         let out = pipeline.push_with(&mut live, sample, outside, if i == 0 { 0.0 } else { PERIOD });
-        if let Some(mass) = out.payload.mass() {
+        if let Some(mass) = out.mass.known() {
             error = (mass.mass - MASS).abs();
         }
         if i > samples.len() / 2
@@ -214,7 +214,7 @@ fn without_effects_both_ways_are_one() {
         if let (Some(left), Some(right)) = (left.power, right.power) {
             assert!((left - right).abs() < 1e-9, "{left} {right}");
         }
-        if let (Some(left), Some(right)) = (left.payload.mass(), right.payload.mass()) {
+        if let (Some(left), Some(right)) = (left.mass.known(), right.mass.known()) {
             assert!((left.mass - right.mass).abs() < 1e-9 && (left.high - right.high).abs() < 1e-9);
         }
     }

@@ -110,7 +110,7 @@ fn assert_masses<T: Real>() {
             }
             buckets.push(sums);
         }
-        let found = window.estimate(buckets.iter()).mass().unwrap();
+        let found = window.estimate(buckets.iter()).known().unwrap();
         worst = worst.max((found.mass.to_f64() - 3.5 - row[1]).abs());
     }
     let bound = 360.0 * T::EPSILON.to_f64();

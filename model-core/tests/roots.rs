@@ -8,7 +8,7 @@ use model_core::eq18::{self, Gate};
 use model_core::model::Model;
 use model_core::motion::Motion;
 use model_core::payload::roots::{RootMean, Sums};
-use model_core::payload::{Method, Payload, Unknown};
+use model_core::payload::{MassEstimate, Method, Unknown};
 
 struct Seen {
     power: f64,
@@ -71,7 +71,7 @@ fn weighted_mean_of_accepted_roots() {
                 assert!(count > 50, "{count}");
                 rejected += 400 - count;
                 let found = RootMean { range: range() }.estimate(sums(gate, &samples).iter());
-                let found = found.mass().unwrap();
+                let found = found.known().unwrap();
                 // The schoolbook formula loses some digits where 4 a c is small beside b².
                 assert!((found.mass - expected).abs() < 1e-8, "{found:?} {expected}");
                 assert!(found.low <= found.mass && found.mass <= found.high);
@@ -85,7 +85,7 @@ fn weighted_mean_of_accepted_roots() {
 #[test]
 fn exact_samples_give_the_mass() {
     let samples = drive(Gate::Corrected, 4.2, 0.0, 1);
-    let found = RootMean { range: range() }.estimate(sums(Gate::Corrected, &samples).iter()).mass().unwrap();
+    let found = RootMean { range: range() }.estimate(sums(Gate::Corrected, &samples).iter()).known().unwrap();
     assert!((found.mass - 4.2).abs() < 1e-9 && found.high - found.low < 1e-6, "{found:?}");
 }
 
@@ -95,10 +95,10 @@ fn too_little_is_unknown() {
     let method = RootMean { range: range() };
     let samples = drive(Gate::Corrected, 3.0, 0.05, 1);
     let buckets = sums(Gate::Corrected, &samples);
-    assert_eq!(method.estimate(buckets[..2].iter()), Payload::Unknown(Unknown::TooWide));
+    assert_eq!(method.estimate(buckets[..2].iter()), MassEstimate::Unknown(Unknown::TooWide));
     let hopeless: Vec<_> = samples.into_iter().map(|seen| Seen { power: -1.0, ..seen }).collect();
     let rootless = sums(Gate::Corrected, &hopeless);
-    assert_eq!(method.estimate(rootless.iter()), Payload::Unknown(Unknown::NoMotion));
-    assert_eq!(method.estimate([].iter()), Payload::Unknown(Unknown::NoMotion));
+    assert_eq!(method.estimate(rootless.iter()), MassEstimate::Unknown(Unknown::NoMotion));
+    assert_eq!(method.estimate([].iter()), MassEstimate::Unknown(Unknown::NoMotion));
     assert_eq!(method.surprise(&buckets[0], 3.0), None);
 }

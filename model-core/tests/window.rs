@@ -9,7 +9,7 @@ use model_core::model::{MassRange, Model, Response};
 use model_core::motion::Motion;
 use model_core::payload::roots::RootMean;
 use model_core::payload::window::{Sums, Window};
-use model_core::payload::{Bucket, Mass, Method, Noise, Payload, Unknown};
+use model_core::payload::{Bucket, Mass, MassEstimate, Method, Noise, Unknown};
 use model_core::polynomial::Polynomial;
 use model_core::torque::Drive;
 use proptest::prelude::*;
@@ -91,7 +91,7 @@ proptest! {
             let samples = drive(&model, mass, sigma, 200, seed);
             let window = window();
             let found = window.estimate(buckets(&window, &samples, &even_cuts(200, 10)).iter());
-            let Payload::Known(Mass { mass: found, low, high }) = found else {
+            let MassEstimate::Known(Mass { mass: found, low, high }) = found else {
                 return Err(TestCaseError::fail(format!("{found:?}")));
             };
             let best = brute_force(&samples);
@@ -113,7 +113,7 @@ proptest! {
         let window = window();
         let cuts: Vec<_> = cuts.into_iter().collect();
         let estimate = |cuts: &[usize]| {
-            window.estimate(buckets(&window, &samples, cuts).iter()).mass().map(|found| found.mass)
+            window.estimate(buckets(&window, &samples, cuts).iter()).known().map(|found| found.mass)
         };
         let (even, uneven) = (estimate(&even_cuts(300, 30)).unwrap(), estimate(&cuts));
         // Fewer effective buckets than three besides the prior's do not occur with seven cuts and more.
@@ -134,7 +134,7 @@ proptest! {
         }).collect();
         let window = window();
         let found = window.estimate(buckets(&window, &samples, &even_cuts(100, 5)).iter());
-        let found = found.mass().unwrap().mass;
+        let found = found.known().unwrap().mass;
         prop_assert!((found - brute_force(&samples)).abs() <= 1e-3, "{}", found);
     }
 
@@ -156,14 +156,14 @@ proptest! {
             sums.1.push(of_roots);
         }
         for found in [window.estimate(sums.0.iter()), roots.estimate(sums.1.iter())] {
-            if let Payload::Known(Mass { mass, low, high }) = found {
+            if let MassEstimate::Known(Mass { mass, low, high }) = found {
                 prop_assert!(1.0 <= low && low <= mass && mass <= high && high <= 6.0, "{:?}", found);
             }
         }
     }
 }
 
-fn estimate(samples: &[Seen]) -> Payload<f64> {
+fn estimate(samples: &[Seen]) -> MassEstimate<f64> {
     let window = window();
     window.estimate(buckets(&window, samples, &even_cuts(samples.len(), 10)).iter())
 }
@@ -184,13 +184,13 @@ fn not_finite_is_unknown() {
                 _ => response.polynomial.c = bad,
             }
             let found = estimate(&samples);
-            assert!(matches!(found, Payload::Unknown(_)), "{bad} at {place}: {found:?}");
+            assert!(matches!(found, MassEstimate::Unknown(_)), "{bad} at {place}: {found:?}");
         }
     }
     let mut samples = drive(&models()[0], 3.0, 0.01, 100, 1);
     samples[42] = (f64::NAN, Response { may_clamp: false, ..samples[42].1 });
     samples[42].1.polynomial.b = 0.1;
-    assert_eq!(estimate(&samples), Payload::Unknown(Unknown::NotFinite));
+    assert_eq!(estimate(&samples), MassEstimate::Unknown(Unknown::NotFinite));
 }
 
 /// Standing still says nothing about the mass, in any model: Eq. 18's constants for the mass included.
@@ -210,18 +210,18 @@ fn standing_still_is_unknown() {
             }
             assert_eq!(
                 window.estimate([of_window; 20].iter()),
-                Payload::Unknown(Unknown::NoMotion),
+                MassEstimate::Unknown(Unknown::NoMotion),
                 "{model:?}"
             );
             assert_eq!(
                 roots.estimate([of_roots; 20].iter()),
-                Payload::Unknown(Unknown::NoMotion),
+                MassEstimate::Unknown(Unknown::NoMotion),
                 "{model:?}"
             );
         }
     }
     let window = window();
-    assert_eq!(window.estimate([].iter()), Payload::Unknown(Unknown::NoMotion));
+    assert_eq!(window.estimate([].iter()), MassEstimate::Unknown(Unknown::NoMotion));
 }
 
 /// A wheel that may be clamped hides the mass: such samples count for nothing, whatever they hold.
@@ -239,7 +239,7 @@ fn clamped_samples_do_not_count() {
     for (_, response) in &mut samples {
         response.may_clamp = true;
     }
-    assert_eq!(estimate(&samples), Payload::Unknown(Unknown::NoMotion));
+    assert_eq!(estimate(&samples), MassEstimate::Unknown(Unknown::NoMotion));
 }
 
 /// Noise that drowns the mass, of either kind, is admitted.
@@ -250,18 +250,18 @@ fn too_much_noise_is_unknown() {
         let window = Window { noise, ..window() };
         window.estimate(buckets(&window, &samples, &even_cuts(100, 10)).iter())
     };
-    assert!(with(Noise { density: 1e-6, model_std: 1e-3, power_scale: 0.0, tail: 1.0 }).mass().is_some());
+    assert!(with(Noise { density: 1e-6, model_std: 1e-3, power_scale: 0.0, tail: 1.0 }).known().is_some());
     assert_eq!(
         with(Noise { density: 10.0, model_std: 0.0, power_scale: 0.0, tail: 1.0 }),
-        Payload::Unknown(Unknown::TooWide)
+        MassEstimate::Unknown(Unknown::TooWide)
     );
     assert_eq!(
         with(Noise { density: 1e-6, model_std: 10.0, power_scale: 0.0, tail: 1.0 }),
-        Payload::Unknown(Unknown::TooWide)
+        MassEstimate::Unknown(Unknown::TooWide)
     );
     assert_eq!(
         with(Noise { density: f64::NAN, model_std: 0.0, power_scale: 0.0, tail: 1.0 }),
-        Payload::Unknown(Unknown::TooWide)
+        MassEstimate::Unknown(Unknown::TooWide)
     );
 }
 
@@ -270,7 +270,7 @@ fn too_much_noise_is_unknown() {
 fn a_mass_beyond_the_range_is_not_certain() {
     for (mass, bound) in [(60.0, 6.0), (6.5, 6.0), (0.5, 1.0)] {
         let samples = drive(&models()[0], mass, 0.001, 300, 4);
-        if let Payload::Known(found) = estimate(&samples) {
+        if let MassEstimate::Known(found) = estimate(&samples) {
             assert!((found.mass - bound).abs() < 1e-12, "{found:?}");
             let beyond = (mass - bound).abs().min(1.25);
             assert!(found.high - found.low >= 0.9 * beyond, "{mass}: {found:?}");
@@ -278,7 +278,7 @@ fn a_mass_beyond_the_range_is_not_certain() {
         }
     }
     // Inside, nothing of this.
-    let found = estimate(&drive(&models()[0], 5.9, 0.001, 300, 4)).mass().unwrap();
+    let found = estimate(&drive(&models()[0], 5.9, 0.001, 300, 4)).known().unwrap();
     assert!(found.high - found.low < 0.1);
 }
 
@@ -314,7 +314,7 @@ fn sums_are_derivatives() {
 #[test]
 fn scatter_widens_the_interval() {
     let width = |sigma| {
-        let found = estimate(&drive(&models()[0], 3.0, sigma, 300, 6)).mass().unwrap();
+        let found = estimate(&drive(&models()[0], 3.0, sigma, 300, 6)).known().unwrap();
         found.high - found.low
     };
     assert!(width(0.05) > 5.0 * width(0.005));
@@ -337,7 +337,7 @@ fn one_bucket_has_the_fits_interval() {
     }
     for (density, model_std) in [(1e-3, 0.0), (0.0, 0.02), (2e-3, 0.03)] {
         let window = Window { noise: Noise { density, model_std, power_scale: 0.0, tail: 1.0 }, ..window() };
-        let found = window.estimate(buckets(&window, &samples, &[]).iter()).mass().unwrap();
+        let found = window.estimate(buckets(&window, &samples, &[]).iter()).known().unwrap();
         let variance: f64 = density / (squares * window.period) + (model_std * sum / squares).powi(2);
         // t.ppf(0.975, 6) of SciPy; the estimator's expansion of it is good to 1 %.
         let expected = 2.446_912 * variance.sqrt();
@@ -365,7 +365,7 @@ fn the_search_ends_at_the_minimum() {
         for bucket in &buckets {
             total.merge(bucket);
         }
-        let d = window.estimate(buckets.iter()).mass().unwrap().mass - range().middle();
+        let d = window.estimate(buckets.iter()).known().unwrap().mass - range().middle();
         let off = total.score(d) / total.information(d);
         assert!(off.abs() < 1e-12, "{off} kg from the minimum");
     }

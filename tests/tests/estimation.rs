@@ -12,7 +12,7 @@ use model_core::model::{MassRange, Model};
 use model_core::motion::Motion;
 use model_core::payload::schedule::Schedule;
 use model_core::payload::window::Window;
-use model_core::payload::{Noise, Payload};
+use model_core::payload::{MassEstimate, Noise};
 use model_core::torque::{Drive, TorqueModel};
 use on_target_tests::{Failed, Outcome, close, ensure, tests};
 
@@ -99,14 +99,14 @@ fn equals_double_precision() -> Outcome {
         let power = f64::from(power) - double.robot.static_power;
         let sample = Sample { wheel_speed: speed.map(f64::from), wheel_acceleration: None, power };
         let expected = host.push(&sample, elapsed);
-        match (found.payload, expected.payload) {
-            (Payload::Known(found), Payload::Known(expected)) => {
+        match (found.mass, expected.mass) {
+            (MassEstimate::Known(found), MassEstimate::Known(expected)) => {
                 known += 1;
                 close(format_args!("mass at {i}"), found.mass, expected.mass, MASS_TOLERANCE_KG)?;
                 close(format_args!("low at {i}"), found.low, expected.low, MASS_TOLERANCE_KG)?;
                 close(format_args!("high at {i}"), found.high, expected.high, MASS_TOLERANCE_KG)?;
             }
-            (Payload::Unknown(found), Payload::Unknown(expected)) if found == expected => {}
+            (MassEstimate::Unknown(found), MassEstimate::Unknown(expected)) if found == expected => {}
             (found, expected) => return ensure(false, format_args!("{found:?} for {expected:?} at {i}")),
         }
         match (found.predicted_power, expected.power) {
@@ -118,7 +118,7 @@ fn equals_double_precision() -> Outcome {
         }
     }
     ensure(known > 150 * SECONDS, format_args!("known for {known} samples only"))?;
-    let mass = host.over_latest(WINDOW_S).and_then(|payload| payload.mass()).ok_or(Failed)?;
+    let mass = host.over_latest(WINDOW_S).and_then(|payload| payload.known()).ok_or(Failed)?;
     close(format_args!("mass"), mass.mass, MASS, 0.1)?;
     let (measured, predicted) = board.energy().ok_or(Failed)?;
     let (expected_measured, expected_predicted) = host.energy();
@@ -130,7 +130,7 @@ fn says_nothing_without_coefficients() -> Outcome {
     let mut board = Estimation::default();
     for i in 0..1000 {
         let found = board.sample(Some([3.0, 2.0]), Some(2.0), 5_000 * i);
-        ensure(!found.taken && found.payload.mass().is_none(), format_args!("{found:?}"))?;
+        ensure(!found.taken && found.mass.known().is_none(), format_args!("{found:?}"))?;
     }
     ensure(board.energy().is_none(), format_args!("{:?}", board.energy()))
 }

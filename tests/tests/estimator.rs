@@ -8,7 +8,7 @@ use model_core::kinematics::Kinematics;
 use model_core::model::{MassRange, Model};
 use model_core::payload::schedule::Schedule;
 use model_core::payload::window::Window;
-use model_core::payload::{Noise, Payload, Unknown};
+use model_core::payload::{MassEstimate, Noise, Unknown};
 use model_core::real::Real;
 use model_core::torque::{Drive, TorqueModel};
 use on_target_tests::{Failed, Outcome, close, ensure, tests, within};
@@ -89,14 +89,14 @@ const ENERGY_TOLERANCE: f64 = 2e-5;
 fn finds_the_mass() -> Outcome {
     let mut pipeline = pipeline::<f32>().ok_or(Failed)?;
     let mut closed = 0;
-    let mut payload = Payload::Unknown(Unknown::NoSamples);
+    let mut payload = MassEstimate::Unknown(Unknown::NoSamples);
     for recorded in &SAMPLES {
         let estimate = pipeline.push(&sample(recorded), PERIOD_S as f32);
         closed += usize::from(estimate.closed);
-        payload = estimate.payload;
+        payload = estimate.mass;
     }
     ensure(closed == BUCKETS, format_args!("{closed} buckets closed"))?;
-    let Payload::Known(mass) = payload else { return ensure(false, format_args!("{payload:?}")) };
+    let MassEstimate::Known(mass) = payload else { return ensure(false, format_args!("{payload:?}")) };
     close(format_args!("mass"), mass.mass, MASS, MASS_TOLERANCE_KG)?;
     ensure(
         mass.low < mass.mass && mass.mass < mass.high && f64::from(mass.high - mass.low) < 1.0,
@@ -109,8 +109,8 @@ fn standing_still_is_unknown() -> Outcome {
     let mut pipeline = pipeline::<f32>().ok_or(Failed)?;
     for _ in 0..SAMPLES.len() {
         let still = Sample { wheel_speed: [0.0; 2], wheel_acceleration: None, power: 0.01 };
-        let payload = pipeline.push(&still, PERIOD_S as f32).payload;
-        ensure(payload.mass().is_none(), format_args!("{payload:?}"))?;
+        let payload = pipeline.push(&still, PERIOD_S as f32).mass;
+        ensure(payload.known().is_none(), format_args!("{payload:?}"))?;
     }
     Ok(())
 }
@@ -130,7 +130,7 @@ fn survives_what_is_not_a_number() -> Outcome {
 
 fn mass_of_broken<T: Real>() -> Option<f64> {
     let mut pipeline = pipeline::<T>()?;
-    let mut last = Payload::Unknown(Unknown::NoSamples);
+    let mut last = MassEstimate::Unknown(Unknown::NoSamples);
     for (i, recorded) in SAMPLES.iter().enumerate() {
         let mut sample = sample(recorded);
         match i % 50 {
@@ -138,7 +138,7 @@ fn mass_of_broken<T: Real>() -> Option<f64> {
             29 => sample.wheel_speed = [T::from_f64(f64::INFINITY), T::ZERO],
             _ => {}
         }
-        last = pipeline.push(&sample, T::from_f64(PERIOD_S)).payload;
+        last = pipeline.push(&sample, T::from_f64(PERIOD_S)).mass;
     }
-    last.mass().map(|mass| mass.mass.to_f64())
+    last.known().map(|mass| mass.mass.to_f64())
 }

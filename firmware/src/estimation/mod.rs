@@ -15,7 +15,7 @@ use model_core::effects::live::Unfit;
 use model_core::eq18::Gate;
 use model_core::estimator::{Estimate, Sample};
 use model_core::model::Model;
-use model_core::payload::{Payload, Unknown};
+use model_core::payload::{MassEstimate, Unknown};
 
 use crate::parameters::{BUCKET_S, DEAD_BAND_RAD_S, WINDOW_S};
 use crate::wheels::WHEELS;
@@ -43,7 +43,7 @@ pub struct Estimated {
     /// P̂_act, W.
     pub predicted_power: Option<f32>,
     /// Total mass, or why it is unknown.
-    pub payload: Payload<f32>,
+    pub mass: MassEstimate<f32>,
     /// With this sample a payload change was noticed.
     pub changed: bool,
 }
@@ -54,7 +54,7 @@ impl Default for Estimated {
             taken: false,
             filtered: None,
             predicted_power: None,
-            payload: Payload::Unknown(Unknown::NoSamples),
+            mass: MassEstimate::Unknown(Unknown::NoSamples),
             changed: false,
         }
     }
@@ -62,13 +62,13 @@ impl Default for Estimated {
 
 /// The payload as the control table's `PAYLOAD_STATE` shows it.
 #[must_use]
-pub const fn payload_code(payload: &Payload<f32>) -> u8 {
-    match payload {
-        Payload::Known(_) => 0,
-        Payload::Unknown(Unknown::NoSamples) => 1,
-        Payload::Unknown(Unknown::NoMotion) => 2,
-        Payload::Unknown(Unknown::TooWide) => 3,
-        Payload::Unknown(Unknown::NotFinite) => 4,
+pub const fn mass_code(mass: &MassEstimate<f32>) -> u8 {
+    match mass {
+        MassEstimate::Known(_) => 0,
+        MassEstimate::Unknown(Unknown::NoSamples) => 1,
+        MassEstimate::Unknown(Unknown::NoMotion) => 2,
+        MassEstimate::Unknown(Unknown::TooWide) => 3,
+        MassEstimate::Unknown(Unknown::NotFinite) => 4,
     }
 }
 
@@ -111,7 +111,7 @@ struct Running {
     model: u8,
     static_power: f32,
     dead_band: f32,
-    payload: Payload<f32>,
+    mass: MassEstimate<f32>,
 }
 
 impl Estimation {
@@ -184,7 +184,7 @@ impl Estimation {
         let sample =
             Sample { wheel_speed, wheel_acceleration: None, power: motors_power - running.static_power };
         let estimate = running.pipeline.push(&sample, running.clock.advance(time_us));
-        running.payload = estimate.payload;
+        running.mass = estimate.mass;
         if let Some(ago) = estimate.changed {
             let length_us = (ago as u64).saturating_mul(BUCKET_S as u64 * 1_000_000);
             self.changes.count = self.changes.count.saturating_add(1);
@@ -194,7 +194,7 @@ impl Estimation {
             taken: true,
             filtered: filtered(&estimate),
             predicted_power: estimate.power,
-            payload: estimate.payload,
+            mass: estimate.mass,
             changed: estimate.changed.is_some(),
         }
     }
@@ -208,18 +208,18 @@ impl Running {
             model: model_code(&coefficients.model),
             static_power: coefficients.robot.static_power,
             dead_band: coefficients.robot.dead_band,
-            payload: Payload::Unknown(Unknown::NoSamples),
+            mass: MassEstimate::Unknown(Unknown::NoSamples),
         })
     }
 
     /// Without a new sample the mass is what it was, until no sample of its window is left.
     fn hold(&self, time_us: u64) -> Estimated {
-        let payload = if self.clock.since_us(time_us) < WINDOW_S as u64 * 1_000_000 {
-            self.payload
+        let mass = if self.clock.since_us(time_us) < WINDOW_S as u64 * 1_000_000 {
+            self.mass
         } else {
-            Payload::Unknown(Unknown::NoSamples)
+            MassEstimate::Unknown(Unknown::NoSamples)
         };
-        Estimated { payload, ..Estimated::default() }
+        Estimated { mass, ..Estimated::default() }
     }
 }
 

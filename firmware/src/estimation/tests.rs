@@ -138,7 +138,7 @@ fn disturbed(model: &Model<f32>) -> Vec<Measured> {
 
 /// What both sides know after a sample.
 struct Known {
-    payload: Payload<f64>,
+    mass: MassEstimate<f64>,
     power: Option<f64>,
     changed: Option<usize>,
 }
@@ -166,7 +166,7 @@ fn replay<M: Method<f64>>(
             None => estimator.push(&sample, elapsed),
             Some(live) => estimator.push_with(live, &sample, &Outside::UNKNOWN, elapsed),
         };
-        Some(Known { payload: estimate.payload, power: estimate.power, changed: estimate.changed })
+        Some(Known { mass: estimate.mass, power: estimate.power, changed: estimate.changed })
     });
     (known.collect(), estimator.energy())
 }
@@ -214,8 +214,8 @@ fn compare_with<M: Method<f64>>(
         assert_eq!(found.taken, replayed.is_some());
         let Some(replayed) = replayed else { continue };
         assert_eq!(found.changed, replayed.changed.is_some(), "{} µs", sample.time_us);
-        match (found.payload, replayed.payload) {
-            (Payload::Known(found), Payload::Known(expected)) => {
+        match (found.mass, replayed.mass) {
+            (MassEstimate::Known(found), MassEstimate::Known(expected)) => {
                 for (found, expected) in
                     [(found.mass, expected.mass), (found.low, expected.low), (found.high, expected.high)]
                 {
@@ -223,7 +223,7 @@ fn compare_with<M: Method<f64>>(
                 }
                 known += 1;
             }
-            (Payload::Unknown(found), Payload::Unknown(expected)) => assert_eq!(found, expected),
+            (MassEstimate::Unknown(found), MassEstimate::Unknown(expected)) => assert_eq!(found, expected),
             (found, expected) => panic!("{} µs: {found:?} for {expected:?}", sample.time_us),
         }
         match (found.predicted_power, replayed.power) {
@@ -319,7 +319,7 @@ fn without_coefficients_nothing_is_estimated() {
     for sample in &drive(&signed())[..1000] {
         let found = board.sample(sample.wheel_speed, sample.power, sample.time_us);
         assert_eq!(found, Estimated::default());
-        assert_eq!(payload_code(&found.payload), 1);
+        assert_eq!(mass_code(&found.mass), 1);
     }
 }
 
@@ -351,8 +351,8 @@ fn a_mass_outlives_its_samples_by_a_window_at_most() {
     }
     let end = samples[7999].time_us;
     let held = board.sample(None, Some(5.0), end + 24_999_999);
-    assert_eq!((held.payload, held.taken), (last.payload, false));
-    assert!(held.payload.mass().is_some() && held.predicted_power.is_none());
+    assert_eq!((held.mass, held.taken), (last.mass, false));
+    assert!(held.mass.known().is_some() && held.predicted_power.is_none());
     let gone = board.sample(Some([1.0; 2]), None, end + 25_000_000);
     assert_eq!(gone, Estimated::default());
 }
@@ -377,8 +377,8 @@ fn coefficients_can_be_replaced() {
     let eq18 = Model::Eq18 { gate: Gate::Published, beta: BETA };
     board.set_coefficients(Some(&coefficients(eq18))).unwrap();
     assert_eq!((board.model(), board.energy()), (0, Some((measured, predicted))));
-    assert!(board.sample(None, None, 0).payload.mass().is_none());
-    assert!(run(&mut board).payload.mass().is_some());
+    assert!(board.sample(None, None, 0).mass.known().is_none());
+    assert!(run(&mut board).mass.known().is_some());
     let both = board.energy().unwrap();
     assert!((both.0 / measured - 2.0).abs() < 1e-5 && both.1 > predicted);
 

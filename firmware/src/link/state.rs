@@ -1,6 +1,6 @@
 //! All that the link shows: the board's tasks fill it in, [`super::render`] makes registers of it.
 
-use model_core::payload::{Payload, Unknown};
+use model_core::payload::{MassEstimate, Unknown};
 
 use super::{Fifo, Settings, Upload};
 use crate::control_table::{Item, Reason};
@@ -67,7 +67,7 @@ pub struct Wheel {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// Total mass, kg.
-    pub payload: Payload<f32>,
+    pub mass: MassEstimate<f32>,
     /// Actuation power behind the filter, W.
     pub measured_power: Option<f32>,
     /// Actuation power by model and mass, W.
@@ -132,7 +132,7 @@ impl Wheel {
 impl Estimate {
     /// Before the first sample.
     pub const UNKNOWN: Self = Self {
-        payload: Payload::Unknown(Unknown::NoSamples),
+        mass: MassEstimate::Unknown(Unknown::NoSamples),
         measured_power: None,
         predicted_power: None,
         measured_energy: 0.0,

@@ -2,7 +2,7 @@
 
 use super::{Rail, State, Wheel};
 use crate::control_table::{self as table, BOARD_ID, BOARD_MODEL, Item, Kind, Reason, Register};
-use crate::estimation::{NO_MODEL, model_code, payload_code};
+use crate::estimation::{NO_MODEL, mass_code, model_code};
 use crate::items::{ItemBytes, checksum};
 use crate::record::RECORD_BYTES;
 
@@ -137,8 +137,8 @@ fn show_measurements<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl
 
 fn show_estimate<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
     let estimate = &state.estimate;
-    let mass = estimate.payload.mass();
-    to.value(table::PAYLOAD_STATE, payload_code(&estimate.payload));
+    let mass = estimate.mass.known();
+    to.value(table::PAYLOAD_STATE, mass_code(&estimate.mass));
     to.value(table::STANDSTILL, u8::from(state.is_standing));
     to.value(table::MASS, mass.map(|mass| mass.mass));
     to.value(table::MASS_LOW, mass.map(|mass| mass.low));

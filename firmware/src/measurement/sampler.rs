@@ -70,7 +70,7 @@ impl<I: I2c, P: Read + Write, D: DelayNs> Sampler<I, P, D> {
             has_changed: estimated.changed,
             is_standing,
             predicted_power: estimated.predicted_power,
-            mass: estimated.payload.mass(),
+            mass: estimated.mass.known(),
         };
         self.samples = self.samples.wrapping_add(1);
         self.latest = Latest { time_us, speeds, estimated, is_standing };
@@ -145,11 +145,11 @@ impl<I: I2c, P: Read + Write, D: DelayNs> Sampler<I, P, D> {
     }
 
     fn estimate(&self) -> EstimateSnapshot {
-        let Estimated { filtered, predicted_power, payload, .. } = self.latest.estimated;
+        let Estimated { filtered, predicted_power, mass, .. } = self.latest.estimated;
         let energy = self.estimation.energy();
         EstimateSnapshot {
             model: self.estimation.model(),
-            payload,
+            mass,
             measured_power: filtered.map(|filtered| filtered.power),
             predicted_power,
             measured_energy: energy.map(|(measured, _)| measured),
@@ -167,7 +167,7 @@ fn both(speeds: [Option<f32>; WHEELS]) -> Option<[f32; WHEELS]> {
 
 #[cfg(test)]
 mod tests {
-    use model_core::payload::{Payload, Unknown};
+    use model_core::payload::{MassEstimate, Unknown};
 
     use super::*;
     use crate::dynamixel::testing::{Patience, Servos};
@@ -270,7 +270,7 @@ mod tests {
         assert!(record.predicted_power.is_some() && record.mass.is_some(), "{record:?}");
         assert!((record.mass.unwrap().mass - 3.0).abs() < 0.2, "{record:?}");
         let snapshot = board.snapshot();
-        assert_eq!(snapshot.estimate.payload.mass(), record.mass);
+        assert_eq!(snapshot.estimate.mass.known(), record.mass);
         assert_eq!(snapshot.estimate.predicted_power, record.predicted_power);
         assert_eq!(snapshot.estimate.model, 2);
         // 1.668 W at the rail, 1.25 W of it static: as much as some 3 kg draw at these speeds.
@@ -311,7 +311,7 @@ mod tests {
         assert_eq!(snapshot.rails[2].health, Health::Absent);
         assert_eq!((snapshot.rails[2].power, snapshot.rails[2].voltage), (None, None));
         assert!(snapshot.rails[1].power.is_some());
-        assert_eq!(snapshot.estimate.payload, Payload::Unknown(Unknown::NoSamples));
+        assert_eq!(snapshot.estimate.mass, MassEstimate::Unknown(Unknown::NoSamples));
     }
 
     /// What is not new is not in the record; the control table shows the last of a sensor that can be believed.

@@ -1,7 +1,7 @@
 //! What is known now, beyond the record of the sample: for the control table. `None` where a register has to say that
 //! it knows nothing.
 
-use model_core::payload::{Payload, Unknown};
+use model_core::payload::{MassEstimate, Unknown};
 
 use crate::estimation::{Changes, NO_MODEL};
 use crate::power_sensors::{Counters, Health, RAIL_COUNT};
@@ -46,8 +46,8 @@ pub struct WheelSnapshot {
 pub struct EstimateSnapshot {
     /// As the control table's `MODEL`; [`NO_MODEL`] without coefficients.
     pub model: u8,
-    /// Total mass, or why it is unknown; [`crate::estimation::payload_code`] is its code.
-    pub payload: Payload<f32>,
+    /// Total mass, or why it is unknown; [`crate::estimation::mass_code`] is its code.
+    pub mass: MassEstimate<f32>,
     /// Actuation power, W, behind the filter.
     pub measured_power: Option<f32>,
     /// The same by model and mass.
@@ -64,7 +64,7 @@ impl Default for EstimateSnapshot {
     fn default() -> Self {
         Self {
             model: NO_MODEL,
-            payload: Payload::Unknown(Unknown::NoSamples),
+            mass: MassEstimate::Unknown(Unknown::NoSamples),
             measured_power: None,
             predicted_power: None,
             measured_energy: None,

@@ -31,7 +31,7 @@ fn wheel_of(snapshot: &WheelSnapshot, position_before: i32) -> Wheel {
 
 fn estimate_of(snapshot: &EstimateSnapshot) -> Estimate {
     Estimate {
-        payload: snapshot.payload,
+        mass: snapshot.mass,
         measured_power: snapshot.measured_power,
         predicted_power: snapshot.predicted_power,
         measured_energy: snapshot.measured_energy.unwrap_or(0.0),

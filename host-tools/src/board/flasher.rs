@@ -17,8 +17,8 @@ use super::rail_names;
 use super::store_image::StoreImage;
 use super::transport::Transport;
 use crate::coefficients::CoefficientsFile;
+use crate::effects::written::id_of;
 use crate::error::{Error, Result};
-use crate::gap::extended::id_of;
 use crate::robot::Robot;
 
 /// Samples per second of a board that cannot be asked.

@@ -1,35 +1,16 @@
-//! The controller board as the host sees it: its link, what is recorded from it and what is stored on it; and the
-//! virtual one with its robot.
-//!
-//! The virtual board runs on Linux; everything that needs no emulator, no FIFO and no pseudo terminal runs anywhere.
+//! The controller board as the host sees it: its link, what is recorded from it and what is stored on it. Any board: the
+//! virtual one is a room of its own ([`crate::virtual_board`]).
 
 pub mod client;
 pub mod dfu;
 pub mod flasher;
 pub mod image_file;
-#[cfg(target_os = "linux")]
-mod one_core;
 pub mod probe;
-#[cfg(target_os = "linux")]
-pub mod qemu;
 pub mod recorder;
 pub mod serial;
 pub mod status;
 pub mod store_image;
 pub mod transport;
-#[cfg(target_os = "linux")]
-pub mod virtual_board;
-pub mod virtual_exchange;
-pub mod virtual_flash;
-pub mod virtual_pace;
-#[cfg(target_os = "linux")]
-pub mod virtual_pipes;
-pub mod virtual_robot;
-pub mod virtual_servo;
-pub mod virtual_servo_bus;
-#[cfg(target_os = "linux")]
-pub mod virtual_terminal;
-pub mod virtual_truth;
 
 use firmware::power_sensors::{Health, RAIL_COUNT, RAILS, RailName};
 

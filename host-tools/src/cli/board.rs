@@ -9,18 +9,18 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
 use super::drive::DriveArguments;
-use crate::board::qemu::BoardLog;
 use crate::board::transport::Transport as _;
-use crate::board::virtual_board::{BoardOptions, VirtualBoard};
-use crate::board::virtual_flash::VirtualFlash;
-use crate::board::virtual_pace::Pace;
-use crate::board::virtual_robot::{RobotOptions, VirtualRobot};
-use crate::board::virtual_terminal::{Heard, VirtualTerminal};
-use crate::board::virtual_truth::{HEADER, PERIOD_US, TruthRows};
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::output::write_whole;
 use crate::plant::{Kinematics, ProfileKind};
+use crate::virtual_board::board::{BoardOptions, VirtualBoard};
+use crate::virtual_board::flash::VirtualFlash;
+use crate::virtual_board::pace::Pace;
+use crate::virtual_board::qemu::BoardLog;
+use crate::virtual_board::robot::{RobotOptions, VirtualRobot};
+use crate::virtual_board::terminal::{Heard, VirtualTerminal};
+use crate::virtual_board::truth::{HEADER, PERIOD_US, TruthRows};
 
 /// Where cargo puts the image.
 const IMAGE: &str = "target/thumbv7em-none-eabihf/release/virtual";

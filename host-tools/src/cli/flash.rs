@@ -15,8 +15,8 @@ use crate::board::flasher::{self, Outcome, Request, Running, Target, flash};
 use crate::board::serial::Serial;
 use crate::board::store_image::StoreImage;
 use crate::board::{dfu, image_file, probe, rail_names};
+use crate::effects::written::id_of;
 use crate::error::{Error, Result};
-use crate::gap::extended::id_of;
 use crate::progress::WaitProgress;
 use crate::robot::Robot;
 

@@ -6,10 +6,10 @@ use model_core::eq18::Gate;
 use model_core::model::Model;
 
 use crate::coefficients::CoefficientsFile;
+use crate::effects::{NotTestable, written};
 use crate::error::{Error, Result};
 use crate::fit::dataset::{Dataset, Reading};
 use crate::fit::physical;
-use crate::gap::dictionary::NotTestable;
 use crate::gap::input;
 use crate::gap::investigate::{Base, Options, Report, Verdict, investigate};
 use crate::gap::manoeuvre::Suggestion;
@@ -169,7 +169,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
                 let message = format!(
                     "they hold the effect {} already; expected the coefficients as gmr fit wrote them, from which all \
                      effects are looked for together",
-                    extended::id_of(&effect.cause).0
+                    written::id_of(&effect.cause).0
                 );
                 return Err(Error::failed(message).in_file(file).in_column("effects"));
             }

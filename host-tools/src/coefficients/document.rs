@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::error::InvalidCoefficients;
 use super::kind::{Method, ModelKind};
 use super::parameters::number;
-use crate::gap::extended::Written;
+use crate::effects::written::Written;
 
 /// Version of the file's layout.
 pub(super) const FORMAT: u32 = 1;

@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use super::document::FORMAT;
 use super::robot::Difference;
-use crate::gap::extended::Wrong;
+use crate::effects::written::Wrong;
 
 /// Why a text is no coefficients, or none for this robot.
 #[derive(Debug, Clone, PartialEq, Error)]

@@ -26,8 +26,8 @@ pub use self::parameters::{EQ18, Quantity, TORQUE};
 pub use self::robot::Difference;
 
 use self::document::{Document, FORMAT, FitSection, NoiseSection};
+use crate::effects::written::{self, Written, Wrong};
 use crate::error::{Error, Result};
-use crate::gap::extended::{self, Written, Wrong};
 use crate::output::write_whole;
 use crate::robot::Robot;
 
@@ -203,7 +203,7 @@ impl<const N: usize> CoefficientsFile<N> {
     /// # Errors
     /// The effect that is unknown, lacks something, or makes powers that no robot draws.
     pub fn with_effects(mut self, effects: Vec<Written>) -> std::result::Result<Self, Wrong> {
-        let columns = extended::columns(&effects, N)?;
+        let columns = written::columns(&effects, N)?;
         let has_torques = matches!(self.coefficients.model, Model::Signed { .. });
         for (place, effect) in effects.iter().enumerate() {
             let wrong = |key, message| Wrong { place, key, message };
@@ -214,7 +214,7 @@ impl<const N: usize> CoefficientsFile<N> {
                 );
                 return Err(wrong("id", message));
             }
-            let columns = extended::columns(std::slice::from_ref(effect), N)?;
+            let columns = written::columns(std::slice::from_ref(effect), N)?;
             if !(Coefficients { columns, ..self.coefficients }).is_plausible() {
                 let message = format!(
                     "{} with coefficient {} makes powers that no robot draws",

@@ -13,7 +13,7 @@ use model_core::model::Model;
 use model_core::payload::roots::RootMean;
 use model_core::payload::schedule::Schedule;
 use model_core::payload::window::Window;
-use model_core::payload::{Method, Payload, Unknown};
+use model_core::payload::{MassEstimate, Method, Unknown};
 use serde::{Deserialize, Serialize};
 
 use outside::Columns;
@@ -346,7 +346,7 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
         let Some(payload) = self.estimator.over_latest(self.window_buckets) else { return };
         let end = clock.round();
         let begin = end - self.policy.window_s;
-        let mass = payload.mass();
+        let mass = payload.known();
         windows.push(WindowMass {
             t0_s: start + begin,
             t1_s: start + end,
@@ -354,8 +354,8 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
             low_kg: mass.map(|mass| mass.low),
             high_kg: mass.map(|mass| mass.high),
             unknown: match payload {
-                Payload::Known(_) => None,
-                Payload::Unknown(reason) => Some(reason_text(reason)),
+                MassEstimate::Known(_) => None,
+                MassEstimate::Unknown(reason) => Some(reason_text(reason)),
             },
             truth_kg: truth.over(begin),
         });
@@ -369,7 +369,7 @@ fn at_second(clock: f64, period_s: f64) -> bool {
 
 fn instant<const N: usize>(row: &RawRow<N>, estimate: &Estimate<f64, N>) -> Option<Instant> {
     let now = estimate.conditioned.filter(|now| now.settled)?;
-    let mass = estimate.payload.mass();
+    let mass = estimate.mass.known();
     Some(Instant {
         time_s: row.time,
         measured_w: now.power,

@@ -1,8 +1,7 @@
 //! What to do next: what tells an effect from its rivals, and what to record where none explains what is seen.
-
-use super::dictionary::{PITCH, PROCESSOR};
 use super::investigate::{Report, Verdict};
 use super::words;
+use crate::effects::{PITCH, PROCESSOR};
 
 /// Drives or columns in which an effect shows as no other does; `None` for an effect of the user.
 pub fn shows_in(id: &str) -> Option<&'static str> {
@@ -119,7 +118,7 @@ fn missing_columns(report: &Report) -> Vec<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::shows_in;
-    use crate::gap::dictionary::ENTRIES;
+    use crate::effects::ENTRIES;
 
     #[test]
     fn every_effect_of_the_dictionary_shows_somewhere() {

@@ -11,8 +11,9 @@ use super::panel::residual;
 use super::runs::Runs;
 use super::smooth;
 use super::split::Split;
-use super::twin::{Cause, State, Twin};
+use super::twin::{State, Twin};
 use super::whiten::Signal;
+use crate::effects::Regressor;
 
 /// What the locked runs say.
 #[derive(Debug, Clone, PartialEq)]
@@ -121,8 +122,8 @@ pub fn on_locked<const N: usize>(
     let start = State { torque: base.torque, effects: Vec::new() };
     let before = residual(&twin, &start);
     // Effects of single runs are those of the runs they were found in: none of these.
-    let common: Vec<(Cause, f64)> =
-        state.effects.iter().filter(|(cause, _)| cause.run().is_none()).cloned().collect();
+    let common: Vec<(Regressor, f64)> =
+        state.effects.iter().filter(|(regressor, _)| regressor.run().is_none()).cloned().collect();
     let common = with_own_times(&twin, state.torque, common);
     let after = residual(&twin, &State { torque: state.torque, effects: common.clone() });
     let square = |run: &Vec<f64>| run.iter().map(|x| x * x).sum::<f64>() / run.len() as f64;
@@ -131,12 +132,12 @@ pub fn on_locked<const N: usize>(
     let mean = |all: &[Vec<f64>]| all.iter().flatten().map(|x| x * x).sum::<f64>() / rows;
     let (before_w2, after_w2) = (mean(&before), mean(&after));
     let functions = smooth::functions(&locked);
-    let causes: Vec<Cause> = common.iter().map(|(cause, _)| cause.clone()).collect();
+    let regressors: Vec<Regressor> = common.iter().map(|(regressor, _)| regressor.clone()).collect();
     let own = Noise::estimate(
         &twin,
         &State { torque: state.torque, effects: common.clone() },
         parameters,
-        &causes,
+        &regressors,
         &functions,
         Some(&open.noise.whitener),
     );
@@ -192,10 +193,10 @@ impl Misfit {
 pub(super) fn with_own_times<const N: usize>(
     twin: &Twin<'_, N>,
     torque: TorqueModel<f64>,
-    mut effects: Vec<(Cause, f64)>,
-) -> Vec<(Cause, f64)> {
+    mut effects: Vec<(Regressor, f64)>,
+) -> Vec<(Regressor, f64)> {
     for place in 0..effects.len() {
-        let (Cause::Switch(what, _), coefficient) = &effects[place] else { continue };
+        let (Regressor::Switch(what, _), coefficient) = &effects[place] else { continue };
         let (what, coefficient) = (*what, *coefficient);
         let mut others = effects.clone();
         others.remove(place);
@@ -203,7 +204,7 @@ pub(super) fn with_own_times<const N: usize>(
             let rows = &twin.runs.runs[run].rows;
             let error = |at: f64| {
                 let mut state = State { torque, effects: others.clone() };
-                state.effects.push((Cause::InRun(run, what.from(at)), coefficient));
+                state.effects.push((Regressor::InRun(run, what.from(at)), coefficient));
                 let predicted = twin.predict(run, &state);
                 rows.iter().zip(predicted).map(|(row, p)| (row.power - p).powi(2)).sum::<f64>()
             };
@@ -215,7 +216,7 @@ pub(super) fn with_own_times<const N: usize>(
                 .map_or(f64::INFINITY, |best| best.0)
         });
         let times: Arc<[f64]> = times.collect();
-        effects[place].0 = Cause::Switch(what, times);
+        effects[place].0 = Regressor::Switch(what, times);
     }
     effects
 }

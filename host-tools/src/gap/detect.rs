@@ -1,6 +1,4 @@
 //! Whether there is structure in what is left, and which candidates see it.
-
-use super::dictionary::Candidate;
 use super::inquiry::Inquiry;
 use super::investigate::Scored;
 use super::joint::solve;
@@ -8,6 +6,7 @@ use super::rivals::charge;
 use super::scan;
 use super::shape;
 use super::twin::State;
+use crate::effects::Candidate;
 use serde_json::Value;
 
 /// What the detector sees.
@@ -27,12 +26,12 @@ pub(super) fn structure<const N: usize>(
     list: &[Candidate],
     named: &[Candidate],
 ) -> Structure {
-    let causes: Vec<_> = list
+    let regressors: Vec<_> = list
         .iter()
-        .flat_map(|candidate| candidate.causes.iter().cloned())
-        .filter(|cause| state.effects.iter().all(|(own, _)| own != cause))
+        .flat_map(|candidate| candidate.regressors.iter().cloned())
+        .filter(|regressor| state.effects.iter().all(|(own, _)| own != regressor))
         .collect();
-    let panel = inquiry.panel(state, &causes, true);
+    let panel = inquiry.panel(state, &regressors, true);
     let total = panel.products().total(None);
     let base = inquiry.base;
     let active = inquiry.active(state);
@@ -41,7 +40,7 @@ pub(super) fn structure<const N: usize>(
     let alone = solve(&total, base, &inquiry.prior, &offset, &active);
     let null = alone.as_ref().map_or(f64::INFINITY, |solved| solved.loss);
     let mut greatest = 0.0_f64;
-    let smooth_from = first + causes.len();
+    let smooth_from = first + regressors.len();
     for column in smooth_from..total.ncols() - 1 {
         if let Some(score) = inquiry.score(&panel, &total, state, &active, column) {
             greatest = greatest.max(score.z.abs());
@@ -54,9 +53,9 @@ pub(super) fn structure<const N: usize>(
             continue;
         }
         let own: Vec<usize> = candidate
-            .causes
+            .regressors
             .iter()
-            .filter_map(|cause| causes.iter().position(|other| other == cause))
+            .filter_map(|regressor| regressors.iter().position(|other| other == regressor))
             .map(|at| first + at)
             .collect();
         let scores: Vec<_> =

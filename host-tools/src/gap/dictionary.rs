@@ -1,132 +1,13 @@
-//! The dictionary of effects: what each means, in which unit, with which sign and range, and what it needs.
+//! The candidates that some runs can show: with which range, and in which shapes.
 //!
 //! The ids are the public interface. One entry may stand for several [`Candidate`]s: other shapes, wheels or sides.
 
 use model_core::effects::Term;
 use model_core::torque::TorqueModel;
-use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
 use super::runs::Runs;
-use super::twin::Cause;
-
-/// Column with the pitch, nose up, rad.
-pub const PITCH: &str = "pitch_rad";
-/// Column with the processor's load, percent.
-pub const PROCESSOR: &str = "cpu_percent";
-
-/// An entry.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Entry {
-    /// Its name in JSON, files and docs.
-    pub id: &'static str,
-    /// Its physical meaning, one sentence.
-    pub meaning: &'static str,
-    /// Unit of its coefficient.
-    pub unit: &'static str,
-    /// The signs that its coefficient can have.
-    pub sign: Sign,
-    /// What a log has to have for it, beyond speeds and power.
-    pub needs: &'static str,
-    /// Whether it may concern single runs.
-    pub single_runs: bool,
-}
-
-/// The signs that a coefficient can have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Sign {
-    /// Above 0.
-    Positive,
-    /// Below 0.
-    Negative,
-    /// Either.
-    Either,
-}
-
-const fn entry(
-    id: &'static str,
-    unit: &'static str,
-    sign: Sign,
-    needs: &'static str,
-    meaning: &'static str,
-) -> Entry {
-    Entry { id, meaning, unit, sign, needs, single_runs: false }
-}
-
-const fn in_runs(entry: Entry) -> Entry {
-    Entry { single_runs: true, ..entry }
-}
-
-/// All effects, in the order of the documentation.
-pub const ENTRIES: [Entry; 21] = [
-    entry("grade", "1", Sign::Either, "", "the road slopes: gravity pulls along the way"),
-    entry("winding-temperature", "1", Sign::Positive, "", "copper heats, and its resistance rises"),
-    entry("windage", "N·m·s²/rad²", Sign::Positive, "", "air or a fan brakes with the square of the speed"),
-    entry("stribeck", "N·m", Sign::Positive, "", "friction is greater near standstill"),
-    entry(
-        "viscous-change",
-        "N·m·s/rad",
-        Sign::Either,
-        "",
-        "the grease is thicker or thinner than in the fit",
-    ),
-    entry("lubricant-warm-up", "N·m·s/rad", Sign::Positive, "", "viscous friction falls as the gears warm"),
-    entry("rolling-resistance-change", "N·m/kg", Sign::Either, "", "the floor is another than in the fit"),
-    in_runs(entry("surface-switch", "N·m/kg", Sign::Either, "", "the floor changes within a run")),
-    entry("payload-offset", "N·m/kg", Sign::Either, "", "the load is off centre: one side carries more"),
-    entry("wheel-drag", "N·m", Sign::Positive, "", "one wheel drags: brake, hair or bearing"),
-    entry("turning-scrub", "N·m", Sign::Positive, "", "tyres scrub in turns"),
-    entry(
-        "gear-load-loss",
-        "1/(N·m)",
-        Sign::Positive,
-        "",
-        "gears lose more than in proportion to their torque",
-    ),
-    entry("supply-sag", "1/W", Sign::Positive, "", "battery and leads have a resistance"),
-    entry("regeneration", "1", Sign::Positive, "", "braking energy returns to the supply"),
-    in_runs(entry("payload-mislabel", "kg", Sign::Either, "2 runs", "the mass noted for a run is wrong")),
-    in_runs(entry("static-step", "W", Sign::Either, "", "the static power changes its state")),
-    entry("compute-load", "W/%", Sign::Positive, PROCESSOR, "the static power follows the processor's load"),
-    entry("sensor-gain", "1", Sign::Either, "", "the power sensor reads a factor off"),
-    entry("sensor-offset", "W", Sign::Either, "", "the power sensor reads a constant off"),
-    entry("sensor-delay", "s", Sign::Either, "", "power and speed are shifted in time"),
-    entry("speed-scale", "1", Sign::Either, "", "wheel radius or encoder scale is off"),
-];
-
-/// The entry of an id.
-pub fn find(id: &str) -> Option<&'static Entry> {
-    ENTRIES.iter().find(|entry| entry.id == id)
-}
-
-/// One way in which an effect may show.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Candidate {
-    /// Its entry's id, or the name that a user gave it.
-    pub id: String,
-    /// Its columns.
-    pub causes: Vec<Cause>,
-    /// Unit of the coefficients.
-    pub unit: String,
-    /// The least and greatest value of the first coefficient.
-    pub range: (f64, f64),
-    /// What is special about it.
-    pub detail: Map<String, Value>,
-    /// Name of the shape parameter in `detail`, where it may be searched.
-    pub shape: Option<&'static str>,
-    /// What the search for its shape, times or runs costs, in χ²: the best of many is better than the right one.
-    pub search: f64,
-}
-
-/// An effect that these runs cannot show, and why.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct NotTestable {
-    /// Its id.
-    pub id: String,
-    /// What it needs.
-    pub reason: String,
-}
+use crate::effects::{Candidate, NotTestable, PITCH, PROCESSOR, Regressor, find};
 
 /// Sizes that make a coefficient plausible.
 #[derive(Debug, Clone, Copy)]
@@ -193,7 +74,7 @@ pub fn candidates<const N: usize>(
     let mut skip = |id: &str, reason: &str| {
         missing.push(NotTestable { id: id.to_owned(), reason: reason.to_owned() });
     };
-    let mut add = |id: &str, causes: Vec<Cause>, range: (f64, f64), shapes: u32, detail: Value| {
+    let mut add = |id: &str, regressors: Vec<Regressor>, range: (f64, f64), shapes: u32, detail: Value| {
         let unit = find(id).map_or("", |entry| entry.unit).to_owned();
         let detail = match detail {
             Value::Object(map) => map,
@@ -202,7 +83,7 @@ pub fn candidates<const N: usize>(
         let shape = SHAPES.into_iter().find(|key| detail.contains_key(*key));
         found.push(Candidate {
             id: id.to_owned(),
-            causes,
+            regressors,
             unit,
             range,
             detail,
@@ -210,7 +91,7 @@ pub fn candidates<const N: usize>(
             shape,
         });
     };
-    let term = |term| vec![Cause::Term(term)];
+    let term = |term| vec![Regressor::Term(term)];
     let none = Value::Null;
     let torque = scale.torque;
 
@@ -220,8 +101,10 @@ pub fn candidates<const N: usize>(
         add("grade", term(Term::GradeByPitch), (0.2, 5.0), 0, json!({"by": PITCH}));
     } else {
         add("grade", term(Term::GradeAhead), (-steep, steep), 0, json!({"along": "the way ahead"}));
-        let along =
-            vec![Cause::Term(Term::GradeAlong([1.0, 0.0])), Cause::Term(Term::GradeAlong([0.0, 1.0]))];
+        let along = vec![
+            Regressor::Term(Term::GradeAlong([1.0, 0.0])),
+            Regressor::Term(Term::GradeAlong([0.0, 1.0])),
+        ];
         add("grade", along, (-steep, steep), 0, json!({"along": "a direction of the world"}));
     }
     let temperatures: Option<Vec<usize>> =
@@ -235,19 +118,19 @@ pub fn candidates<const N: usize>(
                 .fold(f64::INFINITY, f64::min);
             add(
                 "winding-temperature",
-                vec![Cause::Temperature(places[0], coldest)],
+                vec![Regressor::Temperature(places[0], coldest)],
                 (0.0, 0.02),
                 0,
                 json!({"by": "motor temperatures", "from_c": coldest}),
             );
         }
         _ => {
-            add("winding-temperature", vec![Cause::Hot], (0.0, 1.0), 1, json!({"from": "the start"}));
+            add("winding-temperature", vec![Regressor::Hot], (0.0, 1.0), 1, json!({"from": "the start"}));
             for share in [0.15, 0.5, 1.5] {
                 let time = share * scale.duration;
                 add(
                     "winding-temperature",
-                    vec![Cause::Heat(time)],
+                    vec![Regressor::Heat(time)],
                     (0.0, f64::INFINITY),
                     1,
                     json!({"time_constant_s": time}),
@@ -328,10 +211,10 @@ pub fn candidates<const N: usize>(
         add("static-step", term(Term::WithMotion(hold)), (-f64::INFINITY, f64::INFINITY), 1, with);
     }
     let light = runs.runs.iter().flat_map(|run| &run.rows).map(|row| row.mass).fold(f64::INFINITY, f64::min);
-    add("payload-mislabel", vec![Cause::Masses], (-light, 20.0 * scale.mass), 0, json!({"runs": "all"}));
+    add("payload-mislabel", vec![Regressor::Masses], (-light, 20.0 * scale.mass), 0, json!({"runs": "all"}));
     match runs.column(PROCESSOR) {
         Some(column) => {
-            add("compute-load", vec![Cause::Column(column)], (0.0, f64::INFINITY), 0, none.clone())
+            add("compute-load", vec![Regressor::Column(column)], (0.0, f64::INFINITY), 0, none.clone())
         }
         None => skip("compute-load", "needs cpu_percent"),
     }
@@ -340,10 +223,10 @@ pub fn candidates<const N: usize>(
         add("sensor-gain", term(Term::Gain(with)), (-0.9, 4.0), with_static.len() as u32 - 1, detail);
     }
     add("sensor-offset", term(Term::Constant), (-f64::INFINITY, f64::INFINITY), 0, none.clone());
-    add("sensor-delay", vec![Cause::Delay], (-1.0, 1.0), 0, none);
+    add("sensor-delay", vec![Regressor::Delay], (-1.0, 1.0), 0, none);
     let both = if sides { vec![("left", -1.0), ("right", 1.0), ("both", 0.0)] } else { vec![("both", 0.0)] };
     for (name, side) in both {
-        add("speed-scale", vec![Cause::Scale(side)], (-0.5, 1.0), 0, json!({"side": name}));
+        add("speed-scale", vec![Regressor::Scale(side)], (-0.5, 1.0), 0, json!({"side": name}));
     }
     (found, missing)
 }

@@ -5,11 +5,11 @@ use model_core::torque::TorqueModel;
 use serde_json::json;
 
 use super::confirm::Confirmed;
-use super::dictionary::{Candidate, NotTestable};
 use super::investigate::{Named, Report, Round, Scored, Verdict};
 use super::localise::Cell;
 use super::split::Split;
-use super::twin::{Cause, State};
+use super::twin::State;
+use crate::effects::{Candidate, NotTestable, Regressor};
 
 /// As full as a report may be: twelve runs with long names, three effects, many ties and cells.
 pub(super) fn report(verdict: Verdict) -> Report {
@@ -17,11 +17,14 @@ pub(super) fn report(verdict: Verdict) -> Report {
     let effects = [
         named(
             "grade",
-            vec![Cause::Term(Term::GradeAlong([1.0, 0.0])), Cause::Term(Term::GradeAlong([0.0, 1.0]))],
+            vec![
+                Regressor::Term(Term::GradeAlong([1.0, 0.0])),
+                Regressor::Term(Term::GradeAlong([0.0, 1.0])),
+            ],
             "1",
         ),
-        named("viscous-change", vec![Cause::Term(Term::Viscous)], "N·m·s/rad"),
-        named("payload-mislabel", (0..4).map(Cause::Mass).collect(), "kg"),
+        named("viscous-change", vec![Regressor::Term(Term::Viscous)], "N·m·s/rad"),
+        named("payload-mislabel", (0..4).map(Regressor::Mass).collect(), "kg"),
     ];
     let scored = |id: &str, status| Scored {
         id: id.to_owned(),
@@ -80,12 +83,12 @@ pub(super) fn report(verdict: Verdict) -> Report {
     }
 }
 
-fn named(id: &str, causes: Vec<Cause>, unit: &str) -> Named {
-    let count = causes.len();
+fn named(id: &str, regressors: Vec<Regressor>, unit: &str) -> Named {
+    let count = regressors.len();
     Named {
         candidate: Candidate {
             id: id.to_owned(),
-            causes,
+            regressors,
             unit: unit.to_owned(),
             range: (-1.0, 1.0),
             detail: json!({"runs": ["x/one.csv", "x/two.csv"]}).as_object().unwrap().clone(),

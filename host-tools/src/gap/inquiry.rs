@@ -1,15 +1,14 @@
 //! One state of knowledge about some runs: how far a column, or an added effect, explains what is left.
 
-use model_core::torque::TorqueModel;
-use nalgebra::linalg::Cholesky;
-use nalgebra::{DMatrix, DVector, Dyn};
-
-use super::dictionary::Candidate;
 use super::joint::{Prior, Products, solve};
 use super::noise::Noise;
 use super::panel::{Fixed, Panel, residual};
-use super::twin::{Cause, State, Switched, Twin};
+use super::twin::{State, Twin};
 use super::whiten::Signal;
+use crate::effects::{Candidate, Regressor, Switched};
+use model_core::torque::TorqueModel;
+use nalgebra::linalg::Cholesky;
+use nalgebra::{DMatrix, DVector, Dyn};
 
 /// Columns of which base and effects leave less than this share are no columns of their own.
 pub const LEAST_SHARE: f64 = 1e-3;
@@ -97,16 +96,17 @@ impl<const N: usize> Inquiry<'_, N> {
         self.base + self.discrepancy.len() + state.effects.len()
     }
 
-    /// The problem about a state: columns of the base, its effects, further causes, and smooth functions if wanted.
-    pub fn panel(&self, state: &State, further: &[Cause], smooth: bool) -> Panel<'_> {
+    /// The problem about a state: columns of the base, its effects, further regressors, and smooth functions if wanted.
+    pub fn panel(&self, state: &State, further: &[Regressor], smooth: bool) -> Panel<'_> {
         self.panel_with(state, further, if smooth { &self.smooth } else { &[] })
     }
 
-    /// As [`panel`](Self::panel) with any whitened signals behind the causes.
-    pub fn panel_with(&self, state: &State, further: &[Cause], signals: &[Signal]) -> Panel<'_> {
-        let mut causes: Vec<Cause> = state.effects.iter().map(|(cause, _)| cause.clone()).collect();
-        causes.extend_from_slice(further);
-        Panel::new(&self.twin, state, &self.noise, self.base, &self.discrepancy, &causes, signals)
+    /// As [`panel`](Self::panel) with any whitened signals behind the regressors.
+    pub fn panel_with(&self, state: &State, further: &[Regressor], signals: &[Signal]) -> Panel<'_> {
+        let mut regressors: Vec<Regressor> =
+            state.effects.iter().map(|(regressor, _)| regressor.clone()).collect();
+        regressors.extend_from_slice(further);
+        Panel::new(&self.twin, state, &self.noise, self.base, &self.discrepancy, &regressors, signals)
     }
 
     /// The score of a column of a panel, base and the columns in `active` moving along.
@@ -159,22 +159,22 @@ impl<const N: usize> Inquiry<'_, N> {
         })
     }
 
-    /// The least [`Score::caution`] of causes that may be added to a state; 1 where there is none.
-    pub fn caution(&self, state: &State, causes: &[Cause]) -> f64 {
-        let panel = self.panel(state, causes, false);
+    /// The least [`Score::caution`] of regressors that may be added to a state; 1 where there is none.
+    pub fn caution(&self, state: &State, regressors: &[Regressor]) -> f64 {
+        let panel = self.panel(state, regressors, false);
         let total = panel.products().total(None);
         let first = self.first_further(state);
         let active = self.active(state);
-        (first..first + causes.len())
+        (first..first + regressors.len())
             .filter_map(|column| self.score(&panel, &total, state, &active, column))
             .map(|score| score.caution)
             .fold(1.0, f64::min)
     }
 
-    /// Adds causes to a state and fits all that is in it, the model made linear anew at each step.
-    pub fn fit(&self, state: &State, causes: &[(Cause, f64)], steps: usize) -> Option<Fitted> {
+    /// Adds regressors to a state and fits all that is in it, the model made linear anew at each step.
+    pub fn fit(&self, state: &State, regressors: &[(Regressor, f64)], steps: usize) -> Option<Fitted> {
         let mut state = state.clone();
-        state.effects.extend_from_slice(causes);
+        state.effects.extend_from_slice(regressors);
         let mut best = self.losses(&state);
         let mut solved = None;
         for _ in 0..steps {
@@ -263,7 +263,7 @@ impl<const N: usize> Inquiry<'_, N> {
 
     /// Looks for the times of the last effect's steps between those that were tried, run by run.
     pub fn sharpen_times(&self, fitted: &mut Fitted) {
-        let Some((Cause::Switch(what, times), _)) = fitted.state.effects.last().cloned() else {
+        let Some((Regressor::Switch(what, times), _)) = fitted.state.effects.last().cloned() else {
             return;
         };
         let mut times = times.to_vec();
@@ -342,8 +342,8 @@ struct Part {
 /// The state with other times of its last effect's steps.
 fn with_times(state: &State, what: Switched, times: &[f64]) -> State {
     let mut state = state.clone();
-    if let Some((cause, _)) = state.effects.last_mut() {
-        *cause = Cause::Switch(what, times.into());
+    if let Some((regressor, _)) = state.effects.last_mut() {
+        *regressor = Regressor::Switch(what, times.into());
     }
     state
 }
@@ -363,7 +363,7 @@ impl Rival {
     /// Coefficients of what was added.
     pub fn coefficients(&self) -> Vec<f64> {
         let effects = &self.fitted.state.effects;
-        let from = effects.len() - self.candidate.causes.len();
+        let from = effects.len() - self.candidate.regressors.len();
         effects[from..].iter().map(|(_, coefficient)| *coefficient).collect()
     }
 
@@ -373,7 +373,7 @@ impl Rival {
         match self.coefficients()[..] {
             [only] => only >= low && only <= high,
             // Of single runs each is one of its own, of one run its own; the parts of a direction make up one.
-            ref several if self.candidate.causes.iter().all(|cause| cause.run().is_some()) => {
+            ref several if self.candidate.regressors.iter().all(|regressor| regressor.run().is_some()) => {
                 several.iter().all(|c| *c >= low && *c <= high)
             }
             ref several => several.iter().map(|c| c * c).sum::<f64>().sqrt() <= high,

@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 use serde_json::{Value, json};
 
 use super::confirm::{self, Confirmed, Seen};
-use super::dictionary::{Candidate, NotTestable, candidates};
+use super::dictionary::candidates;
 use super::excess::Excess;
 use super::inquiry::{Fitted, Rival};
 use super::joint::Prior;
@@ -21,6 +21,7 @@ use super::split::{self, Split};
 use super::twin::{State, Twin};
 use super::user::UserCandidates;
 use super::whiten::{Signal, Whitener};
+use crate::effects::{Candidate, NotTestable};
 use crate::error::Result;
 
 /// Where the base comes from.
@@ -332,7 +333,7 @@ fn list_effects(named: &[Candidate], fitted: &Fitted, base: usize) -> Vec<Named>
     named
         .iter()
         .map(|candidate| {
-            let range = from..from + candidate.causes.len();
+            let range = from..from + candidate.regressors.len();
             from = range.end;
             Named {
                 candidate: candidate.clone(),

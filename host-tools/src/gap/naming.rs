@@ -1,11 +1,11 @@
 //! One round: who explains most of what is left, and is it the only one?
 
 use super::detect::Structure;
-use super::dictionary::Candidate;
 use super::inquiry::{Inquiry, Rival};
 use super::investigate::{Options, Round, Scored};
 use super::rivals::{TIE_LOSS, charge, charge_without, fit_rival, is_tie, sharpen, shows_no_shape};
 use super::twin::State;
+use crate::effects::Candidate;
 use serde_json::Value;
 use std::panic::resume_unwind;
 use std::thread;
@@ -84,7 +84,7 @@ pub(super) fn name<const N: usize>(
     };
     let winner = rivals[first].clone();
     let gain = null.loss - winner.charged;
-    let caution = inquiry.caution(state, &winner.candidate.causes);
+    let caution = inquiry.caution(state, &winner.candidate.regressors);
     if caution * (null.loss - winner.fitted.loss) - charge(&winner.candidate) < options.threshold.powi(2) {
         return refuse(record, "what explains most does not stand out of the noise");
     }

@@ -5,8 +5,9 @@ use nalgebra::{DMatrix, DVector};
 use super::panel::raw_columns;
 use super::runs::Runs;
 use super::spread::Spread;
-use super::twin::{Cause, State, Twin};
+use super::twin::{State, Twin};
 use super::whiten::{Signal, Whitener};
+use crate::effects::Regressor;
 
 /// Whitened residuals beyond this many standard deviations count linearly: bursts and the kinks of starts and stops.
 const HUBER: f64 = 3.5;
@@ -35,19 +36,19 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// From the residual at `state` less its regression on base, causes and smooth functions, before and after whitening.
+    /// From the residual at `state` less its regression on base, regressors and smooth functions, before and after whitening.
     pub fn estimate<const N: usize>(
         twin: &Twin<'_, N>,
         state: &State,
         base: usize,
-        causes: &[Cause],
+        regressors: &[Regressor],
         smooth: &[Signal],
         whitener: Option<&Whitener>,
     ) -> Self {
         let runs = twin.runs;
         let raw: Vec<Vec<Vec<f64>>> = (0..runs.runs.len())
             .map(|place| {
-                let mut columns = raw_columns(twin, place, state, base, causes);
+                let mut columns = raw_columns(twin, place, state, base, regressors);
                 let residual = columns.pop().unwrap_or_default();
                 columns.extend(smooth.iter().map(|signal| signal[place].clone()));
                 columns.push(residual);

@@ -1,6 +1,4 @@
 //! Opens an inquiry: the noise, what the base gets wrong on any run, and how far it may be off.
-
-use super::dictionary::Candidate;
 use super::inquiry::Inquiry;
 use super::investigate::{Base, Options};
 use super::joint::Prior;
@@ -8,8 +6,9 @@ use super::noise::Noise;
 use super::panel::Fixed;
 use super::runs::Runs;
 use super::smooth;
-use super::twin::{Cause, State, Twin};
+use super::twin::{State, Twin};
 use super::whiten::Signal;
+use crate::effects::{Candidate, Regressor};
 use model_core::effects::Term;
 use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector, Dyn};
@@ -26,12 +25,12 @@ pub(super) fn open_inquiry<'a, const N: usize>(
 ) -> Inquiry<'a, N> {
     let smooth = smooth::functions(twin.runs);
     let start = State { torque: base.torque, effects: Vec::new() };
-    let causes: Vec<_> = list.iter().flat_map(|candidate| candidate.causes.iter().cloned()).collect();
+    let regressors: Vec<_> = list.iter().flat_map(|candidate| candidate.regressors.iter().cloned()).collect();
     let has_clean = twin.runs.runs.iter().any(|run| run.clean);
     let field: Vec<Signal> = smooth.iter().map(|signal| only_field(twin.runs, signal)).collect();
-    let shared = if has_clean { shared(&twin, &start, parameters, &causes, &smooth) } else { Vec::new() };
+    let shared = if has_clean { shared(&twin, &start, parameters, &regressors, &smooth) } else { Vec::new() };
     let signals: Vec<Signal> = shared.iter().chain(&field).cloned().collect();
-    let noise = Noise::estimate(&twin, &start, parameters, &causes, &signals, options.whitener.as_ref());
+    let noise = Noise::estimate(&twin, &start, parameters, &regressors, &signals, options.whitener.as_ref());
     let whiten = |signals: &[Signal]| -> Vec<Signal> {
         let run = |(place, values): (usize, &Vec<f64>)| noise.whiten(twin.runs, place, values);
         signals.iter().map(|signal| signal.iter().enumerate().map(run).collect()).collect()
@@ -57,7 +56,7 @@ fn shared<const N: usize>(
     twin: &Twin<'_, N>,
     start: &State,
     parameters: usize,
-    causes: &[Cause],
+    regressors: &[Regressor],
     smooth: &[Signal],
 ) -> Vec<Signal> {
     let (own, further) = smooth.split_at(smooth::count_own(twin.runs, smooth));
@@ -68,19 +67,21 @@ fn shared<const N: usize>(
         run.clean = false;
     }
     let twin = Twin { runs: &field, ..*twin };
-    let usable = |cause: &&Cause| !matches!(cause, Cause::Column(_) | Cause::Temperature(..));
+    let usable =
+        |regressor: &&Regressor| !matches!(regressor, Regressor::Column(_) | Regressor::Temperature(..));
     let runs: Vec<Vec<f64>> = (0..field.runs.len()).map(|place| twin.predict(place, start)).collect();
     let slopes: Vec<Vec<Vec<f64>>> =
         runs.iter().enumerate().map(|(place, at)| twin.base_slopes(place, start, at, parameters)).collect();
     for parameter in 0..parameters {
         shared.push(slopes.iter().map(|slopes| slopes[parameter].clone()).collect());
     }
-    for cause in causes.iter().filter(usable) {
-        let signal = runs.iter().enumerate().map(|(place, at)| twin.effect_slope(place, start, cause, at));
+    for regressor in regressors.iter().filter(usable) {
+        let signal =
+            runs.iter().enumerate().map(|(place, at)| twin.effect_slope(place, start, regressor, at));
         let signal: Signal = signal.collect();
-        match cause {
+        match regressor {
             // By a further column, too.
-            Cause::Term(Term::GradeByPitch) => shared.extend(smooth::shown_by_clean(all, vec![signal])),
+            Regressor::Term(Term::GradeByPitch) => shared.extend(smooth::shown_by_clean(all, vec![signal])),
             _ => shared.push(signal),
         }
     }

@@ -2,11 +2,11 @@
 
 use serde_json::{Map, Value, json};
 
-use super::dictionary::Sign;
 use super::investigate::{Named, Report, Round, Verdict};
 use super::manoeuvre::Suggestion;
 use super::simulation::Simulated;
-use super::{advice, dictionary, words};
+use super::{advice, words};
+use crate::effects::{Sign, find};
 
 /// What the keys hold: shown by `gmr gap --help`.
 pub const KEYS: &str = "\
@@ -86,7 +86,7 @@ fn effect(named: &Named) -> Value {
         "std_err": std_err,
         "detail": detail,
         "meaning": words::meaning(candidate),
-        "sign": dictionary::find(&candidate.id).map_or(Sign::Either, |entry| entry.sign),
+        "sign": find(&candidate.id).map_or(Sign::Either, |entry| entry.sign),
     })
 }
 

@@ -4,8 +4,9 @@ use nalgebra::{DMatrix, DVector, DVectorView};
 
 use super::joint::Products;
 use super::noise::Noise;
-use super::twin::{Cause, State, Twin};
+use super::twin::{State, Twin};
 use super::whiten::Signal;
+use crate::effects::Regressor;
 
 /// Signals that are the same at every state, whitened, with their sums of products: what the base gets wrong on clean runs too.
 #[derive(Debug, Clone, Default)]
@@ -64,35 +65,35 @@ pub fn residual<const N: usize>(twin: &Twin<'_, N>, state: &State) -> Signal {
     .collect()
 }
 
-/// Columns of one run before whitening: base, causes, residual.
+/// Columns of one run before whitening: base, regressors, residual.
 pub fn raw_columns<const N: usize>(
     twin: &Twin<'_, N>,
     place: usize,
     state: &State,
     base: usize,
-    causes: &[Cause],
+    regressors: &[Regressor],
 ) -> Vec<Vec<f64>> {
     let at = twin.predict(place, state);
     let mut columns: Vec<Vec<f64>> = twin.base_slopes(place, state, &at, base);
-    columns.extend(causes.iter().map(|cause| twin.effect_slope(place, state, cause, &at)));
+    columns.extend(regressors.iter().map(|regressor| twin.effect_slope(place, state, regressor, &at)));
     let rows = &twin.runs.runs[place].rows;
     columns.push(rows.iter().zip(&at).map(|(row, at)| row.power - at).collect());
     columns
 }
 
 impl<'a> Panel<'a> {
-    /// About `state`: base, causes, and signals that are whitened already.
+    /// About `state`: base, regressors, and signals that are whitened already.
     pub fn new<const N: usize>(
         twin: &Twin<'_, N>,
         state: &State,
         noise: &Noise,
         base: usize,
         fixed: &'a Fixed,
-        causes: &[Cause],
+        regressors: &[Regressor],
         signals: &[Signal],
     ) -> Self {
         let moving = (0..twin.runs.runs.len()).map(|place| {
-            let mut columns = raw_columns(twin, place, state, base, causes);
+            let mut columns = raw_columns(twin, place, state, base, regressors);
             for column in &mut columns {
                 *column = noise.whiten(twin.runs, place, column);
             }

@@ -1,8 +1,7 @@
 //! Candidates fitted with all that they bend, their shapes searched, and when two of them are no different.
-
-use super::dictionary::Candidate;
 use super::inquiry::{Fitted, Inquiry, Rival};
-use super::twin::{Cause, State};
+use super::twin::State;
+use crate::effects::{Candidate, Regressor};
 use serde_json::{Value, json};
 
 /// Losses closer than this are no difference: χ² of three standard errors.
@@ -16,15 +15,15 @@ const TIE_ERRORS: f64 = 1.64;
 
 /// What a candidate's search and its further columns cost, in χ².
 pub(super) fn charge(candidate: &Candidate) -> f64 {
-    let single = candidate.causes.iter().any(|cause| cause.run().is_some());
-    let further = candidate.causes.len().saturating_sub(1) as f64;
+    let single = candidate.regressors.iter().any(|regressor| regressor.run().is_some());
+    let further = candidate.regressors.len().saturating_sub(1) as f64;
     candidate.search + if single { 0.0 } else { 2.0 * further }
 }
 
 /// As [`charge`] when a run is left out: what it was searched for in that run costs nothing.
 pub(super) fn charge_without(candidate: &Candidate, run: usize) -> f64 {
-    let there = candidate.causes.iter().filter(|cause| cause.run() == Some(run)).count() as f64;
-    charge(candidate) * (1.0 - there / candidate.causes.len().max(1) as f64)
+    let there = candidate.regressors.iter().filter(|regressor| regressor.run() == Some(run)).count() as f64;
+    charge(candidate) * (1.0 - there / candidate.regressors.len().max(1) as f64)
 }
 
 /// Coefficients of single runs below this many standard errors are taken for none, when others of the candidate are not.
@@ -37,14 +36,14 @@ pub(super) fn fit_rival<const N: usize>(
     candidate: &Candidate,
 ) -> Option<Rival> {
     let fit = |candidate: &Candidate| {
-        let zeros: Vec<_> = candidate.causes.iter().map(|cause| (cause.clone(), 0.0)).collect();
+        let zeros: Vec<_> = candidate.regressors.iter().map(|regressor| (regressor.clone(), 0.0)).collect();
         inquiry.fit(state, &zeros, 3)
     };
     let mut candidate = candidate.clone();
     let mut fitted = fit(&candidate)?;
-    if candidate.causes.iter().any(|cause| cause.run().is_some()) {
+    if candidate.regressors.iter().any(|regressor| regressor.run().is_some()) {
         let first = inquiry.first_further(state);
-        let shows: Vec<bool> = (0..candidate.causes.len())
+        let shows: Vec<bool> = (0..candidate.regressors.len())
             .map(|place| {
                 let (_, coefficient) = fitted.state.effects[state.effects.len() + place];
                 let error = fitted.covariance[(first + place, first + place)].max(0.0).sqrt();
@@ -55,7 +54,7 @@ pub(super) fn fit_rival<const N: usize>(
         let kept = shows.iter().filter(|shows| **shows).count();
         if kept > 0 && kept < all {
             let mut shown = shows.iter();
-            candidate.causes.retain(|_| shown.next().copied().unwrap_or(true));
+            candidate.regressors.retain(|_| shown.next().copied().unwrap_or(true));
             for value in candidate.detail.values_mut() {
                 if let Value::Array(entries) = value
                     && entries.len() == all
@@ -70,13 +69,13 @@ pub(super) fn fit_rival<const N: usize>(
     }
     inquiry.sharpen_times(&mut fitted);
     let runs = inquiry.twin.runs.runs.iter().filter(|run| !run.clean).count();
-    if let Some((cause, _)) = fitted.state.effects.last()
-        && let [own] = &mut candidate.causes[..]
-        && let (Cause::Switch(..), Cause::Switch(_, times)) = (&*own, cause)
+    if let Some((regressor, _)) = fitted.state.effects.last()
+        && let [own] = &mut candidate.regressors[..]
+        && let (Regressor::Switch(..), Regressor::Switch(_, times)) = (&*own, regressor)
     {
         let at: Vec<_> = times.iter().take(runs).map(|at| at.is_finite().then_some(at)).collect();
         candidate.detail.insert("at_s".to_owned(), json!(at));
-        *own = cause.clone();
+        *own = regressor.clone();
     }
     let charged = fitted.loss + charge(&candidate);
     Some(Rival { candidate, fitted, charged })
@@ -92,14 +91,16 @@ const SEARCH_STEPS: usize = 5;
 pub(super) fn sharpen<const N: usize>(inquiry: &Inquiry<'_, N>, state: &State, rivals: &mut [Rival]) {
     let mut seen: Vec<String> = Vec::new();
     for rival in rivals.iter_mut() {
-        let ([cause], Some(key)) = (&rival.candidate.causes[..], rival.candidate.shape) else { continue };
-        let Some(shape) = cause.shape() else { continue };
+        let ([regressor], Some(key)) = (&rival.candidate.regressors[..], rival.candidate.shape) else {
+            continue;
+        };
+        let Some(shape) = regressor.shape() else { continue };
         if seen.len() >= SHARPENED || seen.contains(&rival.candidate.id) {
             continue;
         }
         seen.push(rival.candidate.id.clone());
         let coefficient = rival.coefficients()[0];
-        let cause = cause.clone();
+        let regressor = regressor.clone();
         // Times are known to their grid, the others to a factor of two.
         let (mut low, mut high) = match key {
             "at_s" => (shape - 1.5, shape + 1.5),
@@ -109,7 +110,7 @@ pub(super) fn sharpen<const N: usize>(inquiry: &Inquiry<'_, N>, state: &State, r
         let mut best: Option<(f64, Fitted)> = None;
         for _ in 0..SEARCH_STEPS {
             let (left, right) = ((2.0 * low + high) / 3.0, (low + 2.0 * high) / 3.0);
-            let at = |shape: f64| inquiry.fit(state, &[(cause.with_shape(shape), coefficient)], 2);
+            let at = |shape: f64| inquiry.fit(state, &[(regressor.with_shape(shape), coefficient)], 2);
             let (Some(at_left), Some(at_right)) = (at(left), at(right)) else { break };
             if at_left.loss < at_right.loss {
                 high = right
@@ -125,7 +126,7 @@ pub(super) fn sharpen<const N: usize>(inquiry: &Inquiry<'_, N>, state: &State, r
         if let Some((shape, fitted)) = best
             && fitted.loss < rival.fitted.loss
         {
-            rival.candidate.causes = vec![cause.with_shape(shape)];
+            rival.candidate.regressors = vec![regressor.with_shape(shape)];
             rival.candidate.detail.insert(key.to_owned(), json!(shape));
             rival.charged = fitted.loss + charge(&rival.candidate);
             rival.fitted = fitted;
@@ -146,7 +147,7 @@ pub(super) fn is_tie(winner: &Rival, rival: &Rival, gain: f64) -> bool {
     worse < TIE_LOSS + TIE_SHARE * gain && worse < TIE_ERRORS * error.max(1e-9)
 }
 
-/// Whether a candidate is no better than its own limit, see [`Cause::limit`]: what makes it this effect does not show then. Where the
+/// Whether a candidate is no better than its own limit, see [`Regressor::limit`]: what makes it this effect does not show then. Where the
 /// dictionary has the limit as an effect it is a rival, and in a tie.
 pub(super) fn shows_no_shape<const N: usize>(
     inquiry: &Inquiry<'_, N>,
@@ -154,8 +155,9 @@ pub(super) fn shows_no_shape<const N: usize>(
     winner: &Rival,
     gain: f64,
 ) -> bool {
-    let [cause] = &winner.candidate.causes[..] else { return false };
-    let Some(limit) = cause.limit() else { return false };
-    let candidate = Candidate { causes: vec![limit], search: 0.0, shape: None, ..winner.candidate.clone() };
+    let [regressor] = &winner.candidate.regressors[..] else { return false };
+    let Some(limit) = regressor.limit() else { return false };
+    let candidate =
+        Candidate { regressors: vec![limit], search: 0.0, shape: None, ..winner.candidate.clone() };
     fit_rival(inquiry, state, &candidate).is_some_and(|limit| is_tie(winner, &limit, gain))
 }

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use model_core::effects::Term;
 use nalgebra::{DMatrix, DVector};
 
-use super::dictionary::{Candidate, find};
 use super::inquiry::Inquiry;
 use super::joint::Prior;
 use super::panel::{Panel, raw_columns};
-use super::twin::{Cause, State, Switched};
+use super::twin::State;
+use crate::effects::{Candidate, Regressor, Switched, find};
 use serde_json::{Map, json};
 
 /// Scores of single runs below this are chance: some hundred times and runs are looked at.
@@ -57,19 +57,19 @@ pub fn candidates<const N: usize>(inquiry: &Inquiry<'_, N>, state: &State) -> Ve
     let mut wrong = Vec::new();
     let mut most = 0.0_f64;
     for run in (0..runs).filter(|&run| !inquiry.twin.runs.runs[run].clean) {
-        let raw = raw_columns(&inquiry.twin, run, state, 0, &[Cause::Mass(run)]);
+        let raw = raw_columns(&inquiry.twin, run, state, 0, &[Regressor::Mass(run)]);
         let column = inquiry.noise.whiten(inquiry.twin.runs, run, &raw[0]);
         let Some(z) = projector.score(&panel, run, &column) else { continue };
         let z = z * projector.caution(inquiry, run, &column);
         if z.abs() > LEAST_WRONG {
-            wrong.push(Cause::Mass(run));
+            wrong.push(Regressor::Mass(run));
             most = most.max(z.abs());
         }
     }
     let masses = inquiry.twin.runs.runs.iter().flat_map(|run| &run.rows).map(|row| row.mass);
     let heaviest = masses.fold(0.0, f64::max);
     if !wrong.is_empty() {
-        let names: Vec<&str> = wrong.iter().map(|cause| run_name(inquiry, cause)).collect();
+        let names: Vec<&str> = wrong.iter().map(|regressor| run_name(inquiry, regressor)).collect();
         let detail = json!({"runs": names});
         let search = chance * wrong.len() as f64;
         found.push((candidate("payload-mislabel", wrong, heaviest, detail, search), most));
@@ -85,7 +85,7 @@ pub fn candidates<const N: usize>(inquiry: &Inquiry<'_, N>, state: &State) -> Ve
             && z.abs() > RUN_THRESHOLD
         {
             let detail = json!({"at_s": at, "runs": "all"});
-            found.push((candidate(id, vec![Cause::Term(what.from(at))], limit, detail, TIME), z.abs()));
+            found.push((candidate(id, vec![Regressor::Term(what.from(at))], limit, detail, TIME), z.abs()));
         }
         if let Some((at, sum)) = one_size(&times)
             && sum > RUN_THRESHOLD
@@ -94,7 +94,7 @@ pub fn candidates<const N: usize>(inquiry: &Inquiry<'_, N>, state: &State) -> Ve
             // Which runs have one was chosen, too.
             let search = (TIME + 2.0 * (runs as f64).ln()) * at.iter().flatten().count() as f64;
             let at: Arc<[f64]> = at.iter().map(|at| at.unwrap_or(f64::INFINITY)).collect();
-            found.push((candidate(id, vec![Cause::Switch(what, at)], limit, detail, search), sum));
+            found.push((candidate(id, vec![Regressor::Switch(what, at)], limit, detail, search), sum));
         }
         let single: Vec<(usize, f64)> = times
             .runs
@@ -107,11 +107,11 @@ pub fn candidates<const N: usize>(inquiry: &Inquiry<'_, N>, state: &State) -> Ve
                 single.iter().map(|(run, _)| &inquiry.twin.runs.runs[*run].name).collect();
             let at: Vec<f64> = single.iter().map(|(_, at)| *at).collect();
             let detail = json!({"runs": names, "at_s": at});
-            let causes: Vec<Cause> =
-                single.iter().map(|(run, at)| Cause::InRun(*run, what.from(*at))).collect();
-            let search = (TIME + chance) * causes.len() as f64;
+            let regressors: Vec<Regressor> =
+                single.iter().map(|(run, at)| Regressor::InRun(*run, what.from(*at))).collect();
+            let search = (TIME + chance) * regressors.len() as f64;
             let most = times.runs.iter().flatten().map(|(_, z)| z.abs()).fold(0.0, f64::max);
-            found.push((candidate(id, causes, limit, detail, search), most));
+            found.push((candidate(id, regressors, limit, detail, search), most));
         }
     }
     found
@@ -134,19 +134,25 @@ fn one_size(times: &Times) -> Option<(Vec<Option<f64>>, f64)> {
 /// Steps of single runs below this are taken for none.
 const LEAST_STEP: f64 = 3.0;
 
-fn candidate(id: &str, causes: Vec<Cause>, most: f64, detail: serde_json::Value, search: f64) -> Candidate {
+fn candidate(
+    id: &str,
+    regressors: Vec<Regressor>,
+    most: f64,
+    detail: serde_json::Value,
+    search: f64,
+) -> Candidate {
     let unit = find(id).map_or("", |entry| entry.unit).to_owned();
     let detail = match detail {
         serde_json::Value::Object(map) => map,
         _ => Map::new(),
     };
-    let shape = causes.iter().all(|cause| cause.shape().is_some()).then_some("at_s");
-    Candidate { id: id.to_owned(), causes, unit, range: (-most, most), detail, search, shape }
+    let shape = regressors.iter().all(|regressor| regressor.shape().is_some()).then_some("at_s");
+    Candidate { id: id.to_owned(), regressors, unit, range: (-most, most), detail, search, shape }
 }
 
-fn run_name<'a, const N: usize>(inquiry: &'a Inquiry<'_, N>, cause: &Cause) -> &'a str {
-    match cause {
-        Cause::Mass(run) | Cause::InRun(run, _) => &inquiry.twin.runs.runs[*run].name,
+fn run_name<'a, const N: usize>(inquiry: &'a Inquiry<'_, N>, regressor: &Regressor) -> &'a str {
+    match regressor {
+        Regressor::Mass(run) | Regressor::InRun(run, _) => &inquiry.twin.runs.runs[*run].name,
         _ => "",
     }
 }
@@ -228,7 +234,7 @@ fn times<const N: usize>(
             continue;
         }
         let whole = if what == Switched::Rolling {
-            raw_columns(&inquiry.twin, place, state, 0, &[Cause::Term(Term::Rolling)]).swap_remove(0)
+            raw_columns(&inquiry.twin, place, state, 0, &[Regressor::Term(Term::Rolling)]).swap_remove(0)
         } else {
             vec![1.0; run.rows.len()]
         };

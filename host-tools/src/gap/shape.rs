@@ -7,8 +7,9 @@ use model_core::effects::Term;
 
 use super::inquiry::Inquiry;
 use super::runs::Row;
-use super::twin::{Cause, State};
+use super::twin::State;
 use super::whiten::Signal;
+use crate::effects::Regressor;
 
 /// Columns of the state's effects times speed, time, mass, turn rate and acceleration, whitened. 0 in clean runs.
 pub fn deformations<const N: usize>(inquiry: &Inquiry<'_, N>, state: &State) -> Vec<Signal> {
@@ -22,11 +23,14 @@ pub fn deformations<const N: usize>(inquiry: &Inquiry<'_, N>, state: &State) -> 
     ];
     let mut found = Vec::new();
     // What passes the filter at another time, or is cut off before it, is exact to first order only.
-    let has_shape =
-        |cause: &Cause| cause.run().is_none() && !matches!(cause, Cause::Delay | Cause::Term(Term::Return));
-    for (cause, _) in state.effects.iter().filter(|(cause, _)| has_shape(cause)) {
+    let has_shape = |regressor: &Regressor| {
+        regressor.run().is_none() && !matches!(regressor, Regressor::Delay | Regressor::Term(Term::Return))
+    };
+    for (regressor, _) in state.effects.iter().filter(|(regressor, _)| has_shape(regressor)) {
         let column: Signal = (0..runs.runs.len())
-            .map(|place| inquiry.twin.effect_slope(place, state, cause, &inquiry.twin.predict(place, state)))
+            .map(|place| {
+                inquiry.twin.effect_slope(place, state, regressor, &inquiry.twin.predict(place, state))
+            })
             .collect();
         for value in along {
             let (mut weight, mut sum) = (0.0, 0.0);

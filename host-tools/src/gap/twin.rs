@@ -1,110 +1,12 @@
 //! The digital twin: the fitted model, extended by effects, along the wheel speeds of a run.
 
-use std::sync::Arc;
-
 use model_core::effects::delay::cubic;
 use model_core::effects::{Effect, Extended, Heat, Scene, Side, Term};
 use model_core::motion::{Motion, Wheel};
 use model_core::torque::{Drive, PARAMETERS, TorqueModel};
 
 use super::runs::{Row, Run, Runs};
-
-/// What steps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Switched {
-    /// The static power, W.
-    Static,
-    /// Rolling resistance, N·m/kg.
-    Rolling,
-}
-
-impl Switched {
-    /// The term from a time on.
-    pub fn from(self, time: f64) -> Term<f64> {
-        match self {
-            Self::Static => Term::StepAt(time),
-            Self::Rolling => Term::RollingFrom(time),
-        }
-    }
-}
-
-/// One thing that a coefficient multiplies.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Cause {
-    /// A term of the board's model, in all runs.
-    Term(Term<f64>),
-    /// A term of the board's model in one run.
-    InRun(usize, Term<f64>),
-    /// Winding loss that follows a thermal state with this time constant, s; per watt of mean heat.
-    Heat(f64),
-    /// Winding loss that is greater throughout, as a share.
-    Hot,
-    /// Winding loss by the columns of motor temperatures, from this place on; per kelvin above `1` (°C).
-    Temperature(usize, f64),
-    /// A step of power, W, or of rolling torque, N·m/kg, of one size at a time of its own in each run; infinite where there is none.
-    Switch(Switched, Arc<[f64]>),
-    /// The mass of one run is off, kg.
-    Mass(usize),
-    /// The masses of all runs are off, kg.
-    Masses,
-    /// The power comes later than the speed, s.
-    Delay,
-    /// Speeds of one side (−1 left, 1 right, 0 both) are off, as a share.
-    Scale(f64),
-    /// A further column, W per its unit.
-    Column(usize),
-}
-
-impl Cause {
-    /// Its shape parameter, if it has one that may be searched, with the function that changes it.
-    pub fn shape(&self) -> Option<f64> {
-        match self {
-            Self::Term(
-                Term::Stribeck(shape) | Term::WarmUp(shape) | Term::RollingFrom(shape) | Term::StepAt(shape),
-            )
-            | Self::Heat(shape) => Some(*shape),
-            Self::Term(Term::WithMotion(shape)) if shape.is_finite() => Some(*shape),
-            _ => None,
-        }
-    }
-
-    /// The same with another shape parameter.
-    #[must_use]
-    pub fn with_shape(&self, shape: f64) -> Self {
-        match self {
-            Self::Term(Term::Stribeck(_)) => Self::Term(Term::Stribeck(shape)),
-            Self::Term(Term::WarmUp(_)) => Self::Term(Term::WarmUp(shape)),
-            Self::Term(Term::RollingFrom(_)) => Self::Term(Term::RollingFrom(shape)),
-            Self::Term(Term::StepAt(_)) => Self::Term(Term::StepAt(shape)),
-            Self::Term(Term::WithMotion(_)) => Self::Term(Term::WithMotion(shape)),
-            Self::Heat(_) => Self::Heat(shape),
-            other => other.clone(),
-        }
-    }
-
-    /// What it comes to at the end of its shape's range, where nothing of its shape shows: a warm-up that takes longer than the runs is
-    /// grease that is thicker, a switch at the start is none.
-    pub fn limit(&self) -> Option<Self> {
-        match self {
-            Self::Term(Term::WarmUp(_)) => Some(Self::Term(Term::Viscous)),
-            Self::Term(Term::RollingFrom(_)) | Self::Switch(Switched::Rolling, _) => {
-                Some(Self::Term(Term::Rolling))
-            }
-            Self::Term(Term::StepAt(_) | Term::WithMotion(_)) | Self::Switch(Switched::Static, _) => {
-                Some(Self::Term(Term::Constant))
-            }
-            _ => None,
-        }
-    }
-
-    /// The one run that it concerns.
-    pub fn run(&self) -> Option<usize> {
-        match self {
-            Self::InRun(run, _) | Self::Mass(run) => Some(*run),
-            _ => None,
-        }
-    }
-}
+use crate::effects::{Regressor, Switched};
 
 /// When something is on.
 #[derive(Debug, Clone, Copy)]
@@ -141,8 +43,8 @@ fn switching(term: &Term<f64>) -> Option<When> {
 pub struct State {
     /// The base.
     pub torque: TorqueModel<f64>,
-    /// Causes and their coefficients.
-    pub effects: Vec<(Cause, f64)>,
+    /// Regressors and their coefficients.
+    pub effects: Vec<(Regressor, f64)>,
 }
 
 /// Predicts power, W.
@@ -168,25 +70,25 @@ impl<const N: usize> Twin<'_, N> {
         let (mut shift, mut delay, mut scales) = (0.0, self.lag, Vec::new());
         let mut warm = None;
         let mut switched: Vec<Switching> = Vec::new();
-        let present: &[(Cause, f64)] = if run.clean { &[] } else { &state.effects };
-        for (cause, coefficient) in present {
+        let present: &[(Regressor, f64)] = if run.clean { &[] } else { &state.effects };
+        for (regressor, coefficient) in present {
             let coefficient = *coefficient;
-            match cause {
-                Cause::InRun(at, _) if *at != place => {}
-                Cause::Term(term) | Cause::InRun(_, term) => match switching(term) {
+            match regressor {
+                Regressor::InRun(at, _) if *at != place => {}
+                Regressor::Term(term) | Regressor::InRun(_, term) => match switching(term) {
                     Some(when) => switched.push(Switching { when, coefficient }),
                     None => effects.push(Effect { term: *term, coefficient }),
                 },
-                Cause::Switch(what, times) => {
+                Regressor::Switch(what, times) => {
                     let when = When::From(*what, times.get(place).copied().unwrap_or(f64::INFINITY));
                     switched.push(Switching { when, coefficient });
                 }
-                Cause::Mass(at) if *at == place => shift += coefficient,
-                Cause::Masses => shift += coefficient,
-                Cause::Delay => delay += coefficient,
-                Cause::Scale(side) => scales.push((*side, coefficient)),
-                Cause::Heat(_) | Cause::Temperature(..) | Cause::Hot => {
-                    warm = Some(cause);
+                Regressor::Mass(at) if *at == place => shift += coefficient,
+                Regressor::Masses => shift += coefficient,
+                Regressor::Delay => delay += coefficient,
+                Regressor::Scale(side) => scales.push((*side, coefficient)),
+                Regressor::Heat(_) | Regressor::Temperature(..) | Regressor::Hot => {
+                    warm = Some(regressor);
                     effects.push(Effect { term: Term::Winding, coefficient });
                 }
                 _ => {}
@@ -197,7 +99,7 @@ impl<const N: usize> Twin<'_, N> {
         let rolling = switched.iter().filter(|own| own.is_rolling());
         effects.extend(rolling.map(|_| Effect { term: Term::Rolling, coefficient: 0.0 }));
         // Clean runs may lack it: they are level.
-        let pitch = self.runs.columns.iter().position(|name| name == super::dictionary::PITCH);
+        let pitch = self.runs.columns.iter().position(|name| name == crate::effects::PITCH);
         let pitch = pitch.map(|column| &run.extras[column]).filter(|pitch| !pitch.is_empty());
         let mut heat = [Heat::default(); N];
         let mut last = 0.0;
@@ -206,7 +108,7 @@ impl<const N: usize> Twin<'_, N> {
             let mass = row.mass + shift;
             let motion = if scales.is_empty() { row.motion } else { self.scaled(&row.motion, &scales) };
             let warmth = match warm {
-                Some(Cause::Heat(time)) => {
+                Some(Regressor::Heat(time)) => {
                     for (heat, wheel) in heat.iter_mut().zip(&motion.wheels) {
                         let torque = state.torque.torque(wheel, mass);
                         heat.take(state.torque.winding_loss * torque * torque, row.time - last, *time);
@@ -214,7 +116,7 @@ impl<const N: usize> Twin<'_, N> {
                     last = row.time;
                     heat.map(|heat| heat.level())
                 }
-                Some(Cause::Temperature(column, cold)) => {
+                Some(Regressor::Temperature(column, cold)) => {
                     std::array::from_fn(|wheel| run.extras[*column + wheel][index] - *cold)
                 }
                 _ => [1.0; N],
@@ -237,8 +139,8 @@ impl<const N: usize> Twin<'_, N> {
             }
             power.push(sum);
         }
-        for (cause, coefficient) in present {
-            if let Cause::Column(column) = cause {
+        for (regressor, coefficient) in present {
+            if let Regressor::Column(column) = regressor {
                 add(&mut power, &run.extras[*column], *coefficient);
             }
         }
@@ -289,18 +191,18 @@ impl<const N: usize> Twin<'_, N> {
     }
 
     /// ∂P/∂coefficient of an effect that is in the state already (`index`), or of a further one.
-    pub fn effect_slope(&self, place: usize, state: &State, cause: &Cause, at: &[f64]) -> Vec<f64> {
-        if self.runs.runs[place].clean || cause.run().is_some_and(|run| run != place) {
+    pub fn effect_slope(&self, place: usize, state: &State, regressor: &Regressor, at: &[f64]) -> Vec<f64> {
+        if self.runs.runs[place].clean || regressor.run().is_some_and(|run| run != place) {
             return vec![0.0; at.len()];
         }
-        let mut step = step_of(cause);
+        let mut step = step_of(regressor);
         let most = |values: &[f64]| values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         let small = LINEAR * most(at).max(1e-9);
         for _ in 0..STEP_TRIALS {
             let mut moved = state.clone();
-            match moved.effects.iter_mut().find(|(own, _)| own == cause) {
+            match moved.effects.iter_mut().find(|(own, _)| own == regressor) {
                 Some((_, coefficient)) => *coefficient += step,
-                None => moved.effects.push((cause.clone(), step)),
+                None => moved.effects.push((regressor.clone(), step)),
             }
             let slope = slope(&self.predict(place, &moved), at, step);
             let change = step * most(&slope);
@@ -336,13 +238,13 @@ const LINEAR: f64 = 0.01;
 const STEP_TRIALS: usize = 6;
 
 /// Steps of a numerical derivative, small against any plausible coefficient and large against rounding.
-fn step_of(cause: &Cause) -> f64 {
-    match cause {
-        Cause::Heat(_) | Cause::Hot => 1e-4,
-        Cause::Temperature(..) => 1e-6,
-        Cause::Mass(_) | Cause::Masses => 1e-3,
-        Cause::Delay => 1e-3,
-        Cause::Scale(_) => 1e-4,
+fn step_of(regressor: &Regressor) -> f64 {
+    match regressor {
+        Regressor::Heat(_) | Regressor::Hot => 1e-4,
+        Regressor::Temperature(..) => 1e-6,
+        Regressor::Mass(_) | Regressor::Masses => 1e-3,
+        Regressor::Delay => 1e-3,
+        Regressor::Scale(_) => 1e-4,
         _ => 1e-5,
     }
 }

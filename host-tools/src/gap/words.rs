@@ -4,9 +4,8 @@ use std::path::Path;
 
 use serde_json::{Map, Value};
 
-use super::dictionary::{Candidate, find};
 use super::investigate::Named;
-use super::twin::Cause;
+use crate::effects::{Candidate, Regressor, find};
 use model_core::effects::Term;
 use model_core::torque::TorqueModel;
 
@@ -30,8 +29,8 @@ pub fn headline(named: &Named) -> (f64, f64) {
 
 /// Where a slope along a direction of the world rises, rad counter-clockwise from the heading at the start.
 pub fn direction(named: &Named) -> Option<f64> {
-    let along = |cause: &Cause| matches!(cause, Cause::Term(Term::GradeAlong(_)));
-    match (&named.candidate.causes[..], &named.coefficients[..]) {
+    let along = |regressor: &Regressor| matches!(regressor, Regressor::Term(Term::GradeAlong(_)));
+    match (&named.candidate.regressors[..], &named.coefficients[..]) {
         ([a, b], [x, y]) if along(a) && along(b) => Some(y.atan2(*x)),
         _ => None,
     }
@@ -39,9 +38,10 @@ pub fn direction(named: &Named) -> Option<f64> {
 
 /// A slope, rad: the drive's efficiency is folded into the torques, so the base's inertia gain multiplies weights as it does masses.
 pub fn slope(named: &Named, base: &TorqueModel<f64>) -> Option<f64> {
-    let is_slope = |cause: &Cause| matches!(cause, Cause::Term(Term::GradeAlong(_) | Term::GradeAhead));
+    let is_slope =
+        |regressor: &Regressor| matches!(regressor, Regressor::Term(Term::GradeAlong(_) | Term::GradeAhead));
     let sine = headline(named).0 / base.inertia_gain;
-    (named.candidate.causes.iter().all(is_slope) && sine.abs() < 1.0).then(|| sine.asin())
+    (named.candidate.regressors.iter().all(is_slope) && sine.abs() < 1.0).then(|| sine.asin())
 }
 
 /// `0.0266 ± 0.0004 N·m`: as many digits as the error has sense for.

@@ -4,8 +4,7 @@
 //! a loss ([`gear`]), and one rigid body couples the wheels that roll on the floor ([`body`]). Sensors turn what is
 //! true into what a log shows ([`sensors`]). Which robot: [`sets`]; what it does: [`profile`], [`payload`].
 //! What may be otherwise than a fit knew it, from a slope to a sensor that is wrong: [`effects`].
-//! For a board that asks when it likes: any time ([`lockstep`]), every supply ([`rails`]), the chips themselves
-//! ([`ina219_chip`]).
+//! Every supply of a robot that has such a board: [`rails`].
 
 pub mod body;
 pub mod controller;
@@ -17,11 +16,9 @@ pub mod field;
 pub mod gear;
 mod imu;
 pub mod ina219;
-pub mod ina219_chip;
 pub mod kinematics;
-pub mod lockstep;
 pub mod log;
-mod motion;
+pub(crate) mod motion;
 pub mod motor;
 pub(crate) mod noise;
 pub mod payload;
@@ -36,9 +33,7 @@ mod tests;
 
 pub use effects::Effect;
 pub use field::Field;
-pub use ina219_chip::Ina219Chip;
 pub use kinematics::{Geometry, Kinematics, MAX_WHEELS};
-pub use lockstep::{Lockstep, Truth};
 pub use log::{Column, Columns};
 pub use payload::PayloadSchedule;
 pub use profile::{Profile, ProfileKind, Rounds};

@@ -2,7 +2,7 @@
 
 use crate::real::Real;
 
-use super::{Mass, Payload, Unknown};
+use super::{Mass, MassEstimate, Unknown};
 use crate::model::MassRange;
 
 /// The longest distance, in buckets, at which products of scores count.
@@ -100,19 +100,19 @@ fn student_95<T: Real>(freedom: T) -> T {
 
 /// The estimate `d` ± `half_width` (kg about the middle of the range) cut to the range; unknown where it says too
 /// little.
-pub(super) fn within<T: Real>(range: &MassRange<T>, d: T, half_width: T) -> Payload<T> {
+pub(super) fn within<T: Real>(range: &MassRange<T>, d: T, half_width: T) -> MassEstimate<T> {
     let (middle, reach) = (range.middle(), range.reach());
     if !d.is_finite() {
-        return Payload::Unknown(Unknown::NotFinite);
+        return MassEstimate::Unknown(Unknown::NotFinite);
     }
     // As far as an estimate lies beyond the range, it is wrong.
     let half_width = half_width.at_least(d.abs() - reach);
     if half_width > reach || !half_width.is_finite() {
-        return Payload::Unknown(Unknown::TooWide);
+        return MassEstimate::Unknown(Unknown::TooWide);
     }
     let cut = |x: T| x.at_least(-reach).at_most(reach);
     let d = cut(d);
-    Payload::Known(Mass {
+    MassEstimate::Known(Mass {
         mass: middle + d,
         low: middle + cut(d - half_width),
         high: middle + cut(d + half_width),

@@ -14,21 +14,21 @@ pub mod window;
 use crate::model::Response;
 use crate::real::Real;
 
-/// A mass, or the reason why there is none.
+/// The total mass, robot and payload, or the reason why there is none.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Payload<T> {
+pub enum MassEstimate<T> {
     /// The samples determine the mass.
     Known(Mass<T>),
     /// They do not.
     Unknown(Unknown),
 }
 
-impl<T: Copy> Payload<T> {
+impl<T: Copy> MassEstimate<T> {
     /// The mass, where it is known.
-    pub fn mass(&self) -> Option<Mass<T>> {
+    pub fn known(&self) -> Option<Mass<T>> {
         match self {
-            Payload::Known(mass) => Some(*mass),
-            Payload::Unknown(_) => None,
+            MassEstimate::Known(mass) => Some(*mass),
+            MassEstimate::Unknown(_) => None,
         }
     }
 }
@@ -114,7 +114,7 @@ pub trait Method<T: Real> {
     fn add(&self, sums: &mut Self::Sums, power: T, response: &Response<T>, speed: T);
 
     /// The mass that these buckets, oldest first, say.
-    fn estimate<'a>(&self, buckets: impl Iterator<Item = &'a Self::Sums> + Clone) -> Payload<T>
+    fn estimate<'a>(&self, buckets: impl Iterator<Item = &'a Self::Sums> + Clone) -> MassEstimate<T>
     where
         Self::Sums: 'a,
     {
@@ -123,7 +123,7 @@ pub trait Method<T: Real> {
 
     /// The same for whoever has the buckets' [`total`] already, and the buckets in parts, one behind the other: a loop over
     /// a slice costs less than one over two that are chained.
-    fn estimate_of<'a, P>(&self, total: &Self::Sums, parts: impl IntoIterator<Item = P>) -> Payload<T>
+    fn estimate_of<'a, P>(&self, total: &Self::Sums, parts: impl IntoIterator<Item = P>) -> MassEstimate<T>
     where
         P: IntoIterator<Item = &'a Self::Sums>,
         Self::Sums: 'a;

@@ -5,7 +5,7 @@ use crate::quadratic;
 use crate::real::Real;
 
 use super::interval::{Scatter, within};
-use super::{Bucket, Method, Payload, Unknown};
+use super::{Bucket, MassEstimate, Method, Unknown};
 
 /// Sums over the samples of a bucket.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -57,15 +57,15 @@ impl<T: Real> Method<T> for RootMean<T> {
 
     // A function of its own, so that its loop over the buckets is compiled alone: inlined, it has too few registers.
     #[inline(never)]
-    fn estimate_of<'a, P>(&self, total: &Sums<T>, parts: impl IntoIterator<Item = P>) -> Payload<T>
+    fn estimate_of<'a, P>(&self, total: &Sums<T>, parts: impl IntoIterator<Item = P>) -> MassEstimate<T>
     where
         P: IntoIterator<Item = &'a Sums<T>>,
     {
         if !(total.weight.is_finite() && total.weighted.is_finite()) {
-            return Payload::Unknown(Unknown::NotFinite);
+            return MassEstimate::Unknown(Unknown::NotFinite);
         }
         if total.weight <= T::ZERO {
-            return Payload::Unknown(Unknown::NoMotion);
+            return MassEstimate::Unknown(Unknown::NoMotion);
         }
         let d = total.weighted / total.weight;
         let mut scatter = Scatter::default();

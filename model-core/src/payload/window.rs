@@ -8,7 +8,7 @@ use crate::model::{MassRange, Response};
 use crate::real::Real;
 
 use super::interval::{Scatter, within};
-use super::{Bucket, Method, Noise, Payload, Unknown};
+use super::{Bucket, MassEstimate, Method, Noise, Unknown};
 
 /// Sums over the samples of a bucket, r being measured power minus c.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -157,16 +157,16 @@ impl<T: Real> Method<T> for Window<T> {
 
     // A function of its own, so that its loop over the buckets is compiled alone: inlined, it has too few registers.
     #[inline(never)]
-    fn estimate_of<'a, P>(&self, total: &Sums<T>, parts: impl IntoIterator<Item = P>) -> Payload<T>
+    fn estimate_of<'a, P>(&self, total: &Sums<T>, parts: impl IntoIterator<Item = P>) -> MassEstimate<T>
     where
         P: IntoIterator<Item = &'a Sums<T>>,
     {
         // Zero times what is not finite is no number.
         if T::ZERO * total.rb + T::ZERO * total.bb + T::ZERO * total.aa != T::ZERO {
-            return Payload::Unknown(Unknown::NotFinite);
+            return MassEstimate::Unknown(Unknown::NotFinite);
         }
         if total.bb <= T::ZERO {
-            return Payload::Unknown(Unknown::NoMotion);
+            return MassEstimate::Unknown(Unknown::NoMotion);
         }
         let d = self.minimum(total);
         let mut scatter = Scatter::default();
@@ -177,7 +177,7 @@ impl<T: Real> Method<T> for Window<T> {
         }
         let information = total.information(d);
         if information <= T::ZERO {
-            return Payload::Unknown(Unknown::NoMotion);
+            return MassEstimate::Unknown(Unknown::NoMotion);
         }
         let lasting = self.noise.model_std * total.slope_sum(d) / information;
         within(

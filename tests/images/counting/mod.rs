@@ -120,7 +120,7 @@ fn push<M: Method<f32>, const B: usize>(
     let estimate = estimator.push(sample, elapsed);
     registers.power = estimate.power.unwrap_or(f32::NAN);
     if estimate.closed {
-        let mass = estimate.payload.mass();
+        let mass = estimate.mass.known();
         registers.mass = mass.map_or(f32::NAN, |mass| mass.mass);
         registers.low = mass.map_or(f32::NAN, |mass| mass.low);
         registers.high = mass.map_or(f32::NAN, |mass| mass.high);

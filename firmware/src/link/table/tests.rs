@@ -1,6 +1,6 @@
 //! Every register is shown, where and as the table says.
 
-use model_core::payload::{Mass, Payload, Unknown};
+use model_core::payload::{Mass, MassEstimate, Unknown};
 use proptest::prelude::*;
 
 use super::*;
@@ -42,7 +42,7 @@ fn state() -> State<20> {
         },
         Wheel { health: WheelHealth::Absent, hardware_error: 4, ..Wheel::UNKNOWN },
     ];
-    state.estimate.payload = Payload::Known(Mass { mass: 3.0, low: 2.5, high: 3.5 });
+    state.estimate.mass = MassEstimate::Known(Mass { mass: 3.0, low: 2.5, high: 3.5 });
     state.estimate.measured_power = Some(4.5);
     state.estimate.predicted_power = Some(5.5);
     state.estimate.measured_energy = 6.5;
@@ -158,7 +158,7 @@ fn what_is_unknown_is_no_number() {
 #[test]
 fn payload_states_have_codes() {
     let codes = [Unknown::NoSamples, Unknown::NoMotion, Unknown::TooWide, Unknown::NotFinite]
-        .map(|unknown| payload_code(&Payload::Unknown(unknown)));
+        .map(|unknown| mass_code(&MassEstimate::Unknown(unknown)));
     assert_eq!(codes, [1, 2, 3, 4]);
 }
 

@@ -14,10 +14,11 @@ use super::super::inquiry::Rival;
 use super::super::investigate::Basis;
 use super::super::runs::{RawRun, Row, Run, Runs};
 use super::super::smooth;
-use super::super::twin::{Cause, State, Twin};
+use super::super::twin::{State, Twin};
 use super::super::whiten::Signal;
 use super::family::{Knots, at};
 use super::limits::Limits;
+use crate::effects::Regressor;
 use crate::error::Result;
 
 /// How uncertain a shape parameter is, as a share of it: a rival may take another width or time constant.
@@ -62,9 +63,9 @@ pub fn planned<const N: usize>(
 
 /// Whether a drive can show what this rival says: nobody can foresee what other columns will hold.
 pub fn foreseen(rival: &Rival) -> bool {
-    rival.candidate.causes.iter().all(|cause| match cause {
-        Cause::Column(_) | Cause::Temperature(..) => false,
-        Cause::Term(term) => !matches!(term, Term::GradeByPitch),
+    rival.candidate.regressors.iter().all(|regressor| match regressor {
+        Regressor::Column(_) | Regressor::Temperature(..) => false,
+        Regressor::Term(term) => !matches!(term, Term::GradeByPitch),
         _ => true,
     })
 }
@@ -75,22 +76,21 @@ fn to_come<const N: usize>(state: &State, runs: &Runs<N>) -> State {
     let longest = runs.runs.iter().filter_map(|run| run.rows.last()).map(|row| row.time).fold(0.0, f64::max);
     let mut coming = state.clone();
     let single = |of: &Term<f64>| {
-        let same =
-            |cause: &Cause| matches!(cause, Cause::InRun(_, own) if discriminant(own) == discriminant(of));
+        let same = |regressor: &Regressor| matches!(regressor, Regressor::InRun(_, own) if discriminant(own) == discriminant(of));
         let sizes: Vec<f64> =
-            state.effects.iter().filter(|(cause, _)| same(cause)).map(|(_, c)| *c).collect();
+            state.effects.iter().filter(|(regressor, _)| same(regressor)).map(|(_, c)| *c).collect();
         sizes.iter().sum::<f64>() / sizes.len().max(1) as f64
     };
     let mut seen = Vec::new();
-    for (cause, coefficient) in &mut coming.effects {
-        match cause {
-            Cause::Switch(what, _) => *cause = Cause::Term(what.from(0.5 * longest)),
-            Cause::InRun(_, term) if !seen.contains(&discriminant(term)) => {
+    for (regressor, coefficient) in &mut coming.effects {
+        match regressor {
+            Regressor::Switch(what, _) => *regressor = Regressor::Term(what.from(0.5 * longest)),
+            Regressor::InRun(_, term) if !seen.contains(&discriminant(term)) => {
                 seen.push(discriminant(term));
                 *coefficient = single(term);
-                *cause = Cause::Term(*term).with_shape(0.5 * longest);
+                *regressor = Regressor::Term(*term).with_shape(0.5 * longest);
             }
-            Cause::InRun(run, _) | Cause::Mass(run) => *run = usize::MAX,
+            Regressor::InRun(run, _) | Regressor::Mass(run) => *run = usize::MAX,
             _ => {}
         }
     }
@@ -98,9 +98,9 @@ fn to_come<const N: usize>(state: &State, runs: &Runs<N>) -> State {
 }
 
 /// A shape that a rival may adapt. Times of steps are not: each run has its own.
-fn width(cause: &Cause) -> Option<f64> {
-    match cause {
-        Cause::Term(Term::StepAt(_) | Term::RollingFrom(_)) => None,
+fn width(regressor: &Regressor) -> Option<f64> {
+    match regressor {
+        Regressor::Term(Term::StepAt(_) | Term::RollingFrom(_)) => None,
         other => other.shape(),
     }
 }
@@ -195,8 +195,8 @@ impl<const N: usize> Ground<'_, N> {
             columns.extend(field.base_slopes(place, &start, &at, base));
             if self.has_clean {
                 columns.extend(smooth.iter().map(|signal| signal[place].clone()));
-                for (cause, _) in states.iter().flat_map(|state| &state.effects) {
-                    columns.push(field.effect_slope(place, &start, cause, &at));
+                for (regressor, _) in states.iter().flat_map(|state| &state.effects) {
+                    columns.push(field.effect_slope(place, &start, regressor, &at));
                 }
             }
             discrepancy = columns.len();
@@ -206,13 +206,16 @@ impl<const N: usize> Ground<'_, N> {
                 let at = twin.predict(place, state);
                 let from = columns.len();
                 columns.extend(
-                    state.effects.iter().map(|(cause, _)| twin.effect_slope(place, state, cause, &at)),
+                    state
+                        .effects
+                        .iter()
+                        .map(|(regressor, _)| twin.effect_slope(place, state, regressor, &at)),
                 );
                 let effects = columns.len() - from;
-                for (effect, (cause, _)) in state.effects.iter().enumerate() {
-                    let Some(shape) = width(cause) else { continue };
+                for (effect, (regressor, _)) in state.effects.iter().enumerate() {
+                    let Some(shape) = width(regressor) else { continue };
                     let mut moved = state.clone();
-                    moved.effects[effect].0 = cause.with_shape(shape * (1.0 + SHAPE_STEP));
+                    moved.effects[effect].0 = regressor.with_shape(shape * (1.0 + SHAPE_STEP));
                     let there = twin.predict(place, &moved);
                     columns
                         .push(there.iter().zip(&at).map(|(there, at)| (there - at) / SHAPE_STEP).collect());

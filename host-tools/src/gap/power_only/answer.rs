@@ -5,9 +5,9 @@ use serde_json::{Map, Value, json};
 
 use super::gap::{Squares, at_rest};
 use super::{PowerRun, Rests, Step};
+use crate::effects::{Candidate, ENTRIES, NotTestable, find};
 use crate::error::Result;
 use crate::gap::confirm::Confirmed;
-use crate::gap::dictionary::{Candidate, ENTRIES, NotTestable, find};
 use crate::gap::investigate::{Named, Report, Round, Scored, Verdict};
 use crate::gap::localise::Cell;
 use crate::gap::split::{self, Split};
@@ -203,7 +203,7 @@ fn kind(members: Vec<(usize, Step)>) -> Kind {
 fn named(size_w: f64, std_err_w: f64, detail: Map<String, Value>) -> Named {
     let candidate = Candidate {
         id: STEP.to_owned(),
-        causes: Vec::new(),
+        regressors: Vec::new(),
         unit: find(STEP).map_or("W", |entry| entry.unit).to_owned(),
         range: (f64::NEG_INFINITY, f64::INFINITY),
         detail,

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value};
 
 use super::super::investigate::Named;
-use super::super::twin::Cause;
+use crate::effects::Regressor;
 use crate::error::Result;
 use crate::plant::Effect;
 
@@ -62,7 +62,7 @@ pub fn cast(named: &Named, scene: &Scene<'_>) -> Result<std::result::Result<Part
     let candidate = &named.candidate;
     let detail = &candidate.detail;
     let id = candidate.id.as_str();
-    if super::super::dictionary::find(id).is_none() {
+    if crate::effects::find(id).is_none() {
         return Ok(Err("the plant knows no cause for a formula".to_owned()));
     }
     let number = |key: &str| detail.get(key).and_then(Value::as_f64);
@@ -84,12 +84,12 @@ pub fn cast(named: &Named, scene: &Scene<'_>) -> Result<std::result::Result<Part
             }
             _ => effect = effect.with("along", 1.0)?,
         },
-        "winding-temperature" => match candidate.causes[..] {
-            [Cause::Heat(time)] => {
+        "winding-temperature" => match candidate.regressors[..] {
+            [Regressor::Heat(time)] => {
                 effect = effect.with("loss", SETTLED_LOSS_W)?.with("tau", time.clamp(1.0, 3600.0))?;
                 range = (0.0, high);
             }
-            [Cause::Hot] => effect = effect.with("heat", 1.0)?.with("tau", 1.0)?,
+            [Regressor::Hot] => effect = effect.with("heat", 1.0)?.with("tau", 1.0)?,
             _ => {
                 return Ok(Err("temperatures were measured along the way; the plant has its own".to_owned()));
             }
@@ -124,7 +124,7 @@ pub fn cast(named: &Named, scene: &Scene<'_>) -> Result<std::result::Result<Part
         },
         _ => {}
     }
-    if let Some(found) = scene.places(&candidate.causes) {
+    if let Some(found) = scene.places(&candidate.regressors) {
         place = found;
     } else if let Some(at) = number("at_s") {
         place = Where::From(vec![at; scene.runs]);
@@ -138,14 +138,14 @@ fn steps_with_motion(detail: &Map<String, Value>) -> bool {
 }
 
 impl Scene<'_> {
-    /// Where causes of single runs, or of times of their own, act; `None` for those of all runs.
-    fn places(&self, causes: &[Cause]) -> Option<Where> {
+    /// Where regressors of single runs, or of times of their own, act; `None` for those of all runs.
+    fn places(&self, regressors: &[Regressor]) -> Option<Where> {
         let mut times = vec![f64::INFINITY; self.runs];
         let mut masses = vec![false; self.runs];
         let (mut any_time, mut any_mass) = (false, false);
-        for cause in causes {
-            match cause {
-                Cause::Switch(_, own) => {
+        for regressor in regressors {
+            match regressor {
+                Regressor::Switch(_, own) => {
                     any_time = true;
                     for (&run, at) in self.open.iter().zip(own.iter()) {
                         times[run] = *at;
@@ -154,13 +154,13 @@ impl Scene<'_> {
                         times[run] = *at;
                     }
                 }
-                Cause::InRun(run, term) => {
+                Regressor::InRun(run, term) => {
                     any_time = true;
-                    if let (Some(&run), Some(at)) = (self.open.get(*run), Cause::Term(*term).shape()) {
+                    if let (Some(&run), Some(at)) = (self.open.get(*run), Regressor::Term(*term).shape()) {
                         times[run] = at;
                     }
                 }
-                Cause::Mass(run) => {
+                Regressor::Mass(run) => {
                     any_mass = true;
                     if let Some(&run) = self.open.get(*run) {
                         masses[run] = true;
@@ -202,16 +202,14 @@ impl Part {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
+    use crate::effects::{Candidate, Switched};
     use serde_json::json;
 
-    use super::super::super::dictionary::Candidate;
-    use super::super::super::twin::Switched;
-    use super::*;
-
-    fn named(id: &str, causes: Vec<Cause>, coefficients: Vec<f64>, detail: Value) -> Named {
+    fn named(id: &str, regressors: Vec<Regressor>, coefficients: Vec<f64>, detail: Value) -> Named {
         let detail = detail.as_object().cloned().unwrap_or_default();
         let (unit, range, shape, search) = (String::new(), (0.0, 1.0), None, 0.0);
-        let candidate = Candidate { id: id.to_owned(), causes, unit, range, detail, shape, search };
+        let candidate = Candidate { id: id.to_owned(), regressors, unit, range, detail, shape, search };
         Named { candidate, std_errs: coefficients.clone(), coefficients }
     }
 
@@ -240,7 +238,7 @@ mod tests {
         let sides: Vec<_> = both.in_run(0.1, 0).unwrap().iter().map(|effect| effect.option("side")).collect();
         assert_eq!(sides, [Some(1.0), Some(0.0)]);
         // Open runs have the times of the fit, locked runs those that were looked for there.
-        let times = Cause::Switch(Switched::Static, [3.0, f64::INFINITY].into());
+        let times = Regressor::Switch(Switched::Static, [3.0, f64::INFINITY].into());
         let step = part(&named("static-step", vec![times], vec![0.1], json!({"runs": "all"}))).unwrap();
         assert_eq!(step.place, Where::From(vec![3.0, 7.0, f64::INFINITY]));
         assert_eq!(step.in_run(0.1, 1).unwrap()[0].option("at"), Some(7.0));
@@ -255,7 +253,7 @@ mod tests {
             ("grade", json!({"by": "pitch_rad"})),
             ("winding-temperature", json!({"by": "motor temperatures"})),
         ] {
-            assert!(part(&named(id, vec![Cause::Column(0)], vec![1.0], detail)).is_err(), "{id}");
+            assert!(part(&named(id, vec![Regressor::Column(0)], vec![1.0], detail)).is_err(), "{id}");
         }
     }
 }

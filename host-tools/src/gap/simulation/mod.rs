@@ -24,7 +24,8 @@ use super::investigate::{Report, Verdict};
 use super::localise::{self, Cell};
 use super::page::{self, Course};
 use super::runs::RawRun;
-use super::twin::{Cause, Twin};
+use super::twin::Twin;
+use crate::effects::{Regressor, Switched};
 use crate::error::Result;
 use crate::plant::PlantSet;
 use crate::robot::Robot;
@@ -139,8 +140,8 @@ pub fn simulate<const N: usize>(
     let locked_times = locked_times(&behind, report);
     let mut ids = Vec::new();
     for named in report.effects.iter().filter(|_| stands) {
-        let own = named.candidate.causes.iter().find_map(|cause| match cause {
-            Cause::Switch(what, _) => locked_times.iter().find(|(other, _)| other == what),
+        let own = named.candidate.regressors.iter().find_map(|regressor| match regressor {
+            Regressor::Switch(what, _) => locked_times.iter().find(|(other, _)| other == what),
             _ => None,
         });
         let scene = Scene {
@@ -260,18 +261,16 @@ fn find_sizes<const N: usize>(
 }
 
 /// Times of steps in the locked runs, where they are the runs' own.
-fn locked_times<const N: usize>(
-    behind: &Behind<'_, N>,
-    report: &Report,
-) -> Vec<(super::twin::Switched, Arc<[f64]>)> {
+fn locked_times<const N: usize>(behind: &Behind<'_, N>, report: &Report) -> Vec<(Switched, Arc<[f64]>)> {
     let locked = behind.measured.subset(&report.split.locked);
     let Some(basis) = &report.basis else { return Vec::new() };
     let twin = Twin { runs: &locked, drive: basis.drive, lag: basis.lag };
-    let common = report.state.effects.iter().filter(|(cause, _)| matches!(cause, Cause::Switch(..)));
-    let switches: Vec<(Cause, f64)> = common.cloned().collect();
+    let common =
+        report.state.effects.iter().filter(|(regressor, _)| matches!(regressor, Regressor::Switch(..)));
+    let switches: Vec<(Regressor, f64)> = common.cloned().collect();
     let timed = confirm::with_own_times(&twin, report.state.torque, switches);
-    let times = timed.into_iter().filter_map(|(cause, _)| match cause {
-        Cause::Switch(what, times) => Some((what, times)),
+    let times = timed.into_iter().filter_map(|(regressor, _)| match regressor {
+        Regressor::Switch(what, times) => Some((what, times)),
         _ => None,
     });
     times.collect()

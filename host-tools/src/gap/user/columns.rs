@@ -5,10 +5,9 @@ use std::path::Path;
 use serde_json::{Map, json};
 
 use super::{Signals, UserEffect};
+use crate::effects::{Candidate, NotTestable, Regressor};
 use crate::error::{Error, Result};
-use crate::gap::dictionary::{Candidate, NotTestable};
 use crate::gap::runs::Runs;
-use crate::gap::twin::Cause;
 
 /// What the runs can show of a user's effects.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -34,7 +33,7 @@ impl UserEffect {
         detail.insert("range".to_owned(), json!([least, most]));
         Candidate {
             id: self.id.clone(),
-            causes: vec![Cause::Column(place)],
+            regressors: vec![Regressor::Column(place)],
             unit: self.unit.clone(),
             range: self.range,
             detail,

@@ -7,8 +7,8 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::Formula;
+use crate::effects::{ENTRIES, Sign, find};
 use crate::error::{Error, Result};
-use crate::gap::dictionary::{ENTRIES, Sign, find};
 use crate::log::POWER;
 use crate::robot::position;
 

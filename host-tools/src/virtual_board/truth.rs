@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::plant::Truth;
+use super::lockstep::Truth;
 
 /// Time between rows, µs: that of the board's samples.
 pub const PERIOD_US: u64 = 5000;

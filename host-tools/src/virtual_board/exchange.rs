@@ -4,10 +4,10 @@ use std::collections::VecDeque;
 
 use firmware::exchange::{Kind, LONGEST_FRAME, NOTICE_LINK};
 
-use super::virtual_flash::{Refused, VirtualFlash};
-use super::virtual_robot::VirtualRobot;
+use super::flash::{Refused, VirtualFlash};
+use super::lockstep::Truth;
+use super::robot::VirtualRobot;
 use crate::error::{Error, Result};
-use crate::plant::Truth;
 
 /// Bytes before the body of a request: kind and time.
 const REQUEST_HEAD: usize = 1 + 8;
@@ -160,8 +160,8 @@ impl ExchangeServer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::board::virtual_robot::RobotOptions;
     use crate::plant::{Kinematics, PlantSet, ProfileKind, Scenario};
+    use crate::virtual_board::robot::RobotOptions;
 
     fn server() -> ExchangeServer {
         let scenario =

@@ -1,13 +1,13 @@
 //! A run that goes as far as it is told: to any microsecond, for a board that asks when it likes.
 
-use super::effects;
-use super::kinematics::Kinematics;
-use super::motion::{Command, Motion, Moved};
-use super::noise::{Stream, stream};
-use super::rails::{PowerTree, RAILS, SERVOS, Supply};
-use super::scenario::{DEFAULT_STEP_S, Scenario};
-use super::{MAX_WHEELS, Robot};
 use crate::error::{Error, Result};
+use crate::plant::effects;
+use crate::plant::kinematics::Kinematics;
+use crate::plant::motion::{Command, Motion, Moved};
+use crate::plant::noise::{Stream, stream};
+use crate::plant::rails::{PowerTree, RAILS, SERVOS, Supply};
+use crate::plant::scenario::{DEFAULT_STEP_S, Scenario};
+use crate::plant::{MAX_WHEELS, Robot};
 
 use rand::RngExt;
 
@@ -203,8 +203,8 @@ impl Lockstep {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Effect, PlantSet, Profile, ProfileKind, simulate};
     use super::*;
+    use crate::plant::{Effect, PlantSet, Profile, ProfileKind, simulate};
 
     fn scenario() -> Scenario {
         Scenario::new(PlantSet::Servo, Kinematics::Differential, ProfileKind::Training, 20.0, 5)

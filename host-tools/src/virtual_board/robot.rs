@@ -4,13 +4,15 @@ use firmware::exchange::BusAnswer;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::virtual_servo_bus::{ServoAnswer, ServoBus};
+use super::ina219_chip::Ina219Chip;
+use super::ina219_chip::Seen;
+use super::lockstep::Span;
+use super::lockstep::{Lockstep, Truth};
+use super::servo_bus::{ServoAnswer, ServoBus};
 use crate::error::{Error, Result};
-use crate::plant::ina219_chip::Seen;
-use crate::plant::lockstep::Span;
+use crate::plant::Scenario;
 use crate::plant::noise::{Stream, stream};
 use crate::plant::rails::{RAILS, Supply};
-use crate::plant::{Ina219Chip, Lockstep, Scenario, Truth};
 
 /// Addresses of the sensors of battery, motors, computer and lidar, as soldered.
 pub const SENSOR_ADDRESSES: [u8; RAILS] = [0x40, 0x41, 0x44, 0x45];

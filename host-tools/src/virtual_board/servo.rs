@@ -6,8 +6,8 @@ use std::f64::consts::TAU;
 
 use firmware::dynamixel::status::{ALERT, Refusal};
 
+use super::lockstep::WheelState;
 use crate::plant::encoder::{VELOCITY_COUNT, ticks};
-use crate::plant::lockstep::WheelState;
 
 /// Model number of the XL430-W250.
 pub const MODEL: u16 = 1060;

@@ -8,13 +8,13 @@ use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
+use super::exchange::ExchangeServer;
+use super::flash::VirtualFlash;
 use super::one_core::OneCore;
+use super::pipes::{VirtualPipes, Waited};
 use super::qemu::{BoardLog, Qemu};
-use super::transport::Transport;
-use super::virtual_exchange::ExchangeServer;
-use super::virtual_flash::VirtualFlash;
-use super::virtual_pipes::{VirtualPipes, Waited};
-use super::virtual_robot::VirtualRobot;
+use super::robot::VirtualRobot;
+use crate::board::transport::Transport;
 use crate::error::{Error, Result};
 
 /// Instructions of the emulated core take 8 ns: 125 million a second, somewhat less than the real core does.
@@ -255,9 +255,9 @@ mod tests {
     use firmware::exchange::{Kind, NOTICE_LINK};
 
     use super::*;
-    use crate::board::virtual_pipes::{ANSWERS, REQUESTS};
-    use crate::board::virtual_robot::{RobotOptions, SENSOR_ADDRESSES};
     use crate::plant::{Kinematics, PlantSet, ProfileKind, Scenario};
+    use crate::virtual_board::pipes::{ANSWERS, REQUESTS};
+    use crate::virtual_board::robot::{RobotOptions, SENSOR_ADDRESSES};
 
     /// A board on a thread: samples four sensors and both servos at 200 Hz, sends what comes on the link back, and ends after so many
     /// samples, or when told to.

@@ -7,8 +7,8 @@ use crc::{CRC_16_UMTS, Crc};
 use firmware::dynamixel::packet::{BROADCAST, Instruction, OVERHEAD, Packet, Parser, encode};
 use firmware::dynamixel::status::Refusal;
 
-use super::virtual_servo::{FIRMWARE, MODEL, VirtualServo};
-use crate::plant::lockstep::WheelState;
+use super::lockstep::WheelState;
+use super::servo::{FIRMWARE, MODEL, VirtualServo};
 use crate::plant::rails::SERVOS;
 
 /// Time of a byte at 1 Mbit/s, ten bits, µs.
@@ -322,7 +322,7 @@ mod tests {
         assert_eq!(read(&mut broken), []);
         broken.servos[0].corrupt_next = 1;
         assert_eq!(read(&mut broken), [(2, 0)]);
-        broken.servos[1].fail(super::super::virtual_servo::OVERLOAD);
+        broken.servos[1].fail(super::super::servo::OVERLOAD);
         assert_eq!(read(&mut broken), [(1, 0), (2, 0x80)]);
         assert_eq!(statuses(&send(&mut broken, 2, Instruction::Reboot, &[]).bytes), [(2, 0, vec![])]);
         assert_eq!(read(&mut broken), [(1, 0), (2, 0)]);

@@ -1,0 +1,102 @@
+//! What a coefficient of an effect multiplies in the regression.
+
+use std::sync::Arc;
+
+use model_core::effects::Term;
+
+/// What steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Switched {
+    /// The static power, W.
+    Static,
+    /// Rolling resistance, N·m/kg.
+    Rolling,
+}
+
+impl Switched {
+    /// The term from a time on.
+    pub fn from(self, time: f64) -> Term<f64> {
+        match self {
+            Self::Static => Term::StepAt(time),
+            Self::Rolling => Term::RollingFrom(time),
+        }
+    }
+}
+
+/// One thing that a coefficient multiplies.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Regressor {
+    /// A term of the board's model, in all runs.
+    Term(Term<f64>),
+    /// A term of the board's model in one run.
+    InRun(usize, Term<f64>),
+    /// Winding loss that follows a thermal state with this time constant, s; per watt of mean heat.
+    Heat(f64),
+    /// Winding loss that is greater throughout, as a share.
+    Hot,
+    /// Winding loss by the columns of motor temperatures, from this place on; per kelvin above `1` (°C).
+    Temperature(usize, f64),
+    /// A step of power, W, or of rolling torque, N·m/kg, of one size at a time of its own in each run; infinite where there is none.
+    Switch(Switched, Arc<[f64]>),
+    /// The mass of one run is off, kg.
+    Mass(usize),
+    /// The masses of all runs are off, kg.
+    Masses,
+    /// The power comes later than the speed, s.
+    Delay,
+    /// Speeds of one side (−1 left, 1 right, 0 both) are off, as a share.
+    Scale(f64),
+    /// A further column, W per its unit.
+    Column(usize),
+}
+
+impl Regressor {
+    /// Its shape parameter, if it has one that may be searched, with the function that changes it.
+    pub fn shape(&self) -> Option<f64> {
+        match self {
+            Self::Term(
+                Term::Stribeck(shape) | Term::WarmUp(shape) | Term::RollingFrom(shape) | Term::StepAt(shape),
+            )
+            | Self::Heat(shape) => Some(*shape),
+            Self::Term(Term::WithMotion(shape)) if shape.is_finite() => Some(*shape),
+            _ => None,
+        }
+    }
+
+    /// The same with another shape parameter.
+    #[must_use]
+    pub fn with_shape(&self, shape: f64) -> Self {
+        match self {
+            Self::Term(Term::Stribeck(_)) => Self::Term(Term::Stribeck(shape)),
+            Self::Term(Term::WarmUp(_)) => Self::Term(Term::WarmUp(shape)),
+            Self::Term(Term::RollingFrom(_)) => Self::Term(Term::RollingFrom(shape)),
+            Self::Term(Term::StepAt(_)) => Self::Term(Term::StepAt(shape)),
+            Self::Term(Term::WithMotion(_)) => Self::Term(Term::WithMotion(shape)),
+            Self::Heat(_) => Self::Heat(shape),
+            other => other.clone(),
+        }
+    }
+
+    /// What it comes to at the end of its shape's range, where nothing of its shape shows: a warm-up that takes longer than the runs is
+    /// grease that is thicker, a switch at the start is none.
+    pub fn limit(&self) -> Option<Self> {
+        match self {
+            Self::Term(Term::WarmUp(_)) => Some(Self::Term(Term::Viscous)),
+            Self::Term(Term::RollingFrom(_)) | Self::Switch(Switched::Rolling, _) => {
+                Some(Self::Term(Term::Rolling))
+            }
+            Self::Term(Term::StepAt(_) | Term::WithMotion(_)) | Self::Switch(Switched::Static, _) => {
+                Some(Self::Term(Term::Constant))
+            }
+            _ => None,
+        }
+    }
+
+    /// The one run that it concerns.
+    pub fn run(&self) -> Option<usize> {
+        match self {
+            Self::InRun(run, _) | Self::Mass(run) => Some(*run),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,32 @@
+//! The virtual board: the firmware on an emulated core, and around it the simulated robot with the chips that the firmware
+//! talks to.
+//!
+//! ```text
+//! board ── qemu, pipes ── exchange ─┬─ robot ─┬─ ina219_chip  power sensors, register by register
+//!   │                               │         ├─ servo_bus, servo  wheels, packet by packet
+//!   └─ terminal, pace               │         └─ lockstep  the plant, to any microsecond
+//!                                   └─ flash  the store's sectors
+//! ```
+//!
+//! It runs on Linux; everything that needs no emulator, no FIFO and no pseudo terminal runs anywhere. The plant itself and its
+//! power tree stay in [`crate::plant`]: the paper's experiment reads the same rails without a board.
+
+#[cfg(target_os = "linux")]
+pub mod board;
+pub mod exchange;
+pub mod flash;
+pub mod ina219_chip;
+pub mod lockstep;
+#[cfg(target_os = "linux")]
+mod one_core;
+pub mod pace;
+#[cfg(target_os = "linux")]
+pub mod pipes;
+#[cfg(target_os = "linux")]
+pub mod qemu;
+pub mod robot;
+pub mod servo;
+pub mod servo_bus;
+#[cfg(target_os = "linux")]
+pub mod terminal;
+pub mod truth;
