@@ -5,12 +5,10 @@ pub mod bench;
 pub mod confirm;
 mod detect;
 pub mod dictionary;
-pub mod edges;
 #[cfg(test)]
 mod example;
 pub mod excess;
 pub mod extended;
-pub mod input;
 pub mod inquiry;
 pub mod investigate;
 pub mod joint;
@@ -25,7 +23,6 @@ pub mod page;
 pub mod panel;
 pub mod power_only;
 mod rivals;
-pub mod runs;
 pub mod scan;
 pub mod shape;
 pub mod simulation;
@@ -37,3 +34,5 @@ pub mod twin;
 pub mod user;
 pub mod whiten;
 pub mod words;
+
+pub use crate::log::{checks as input, motions as edges, runs};

@@ -99,7 +99,7 @@ pub fn functions<const N: usize>(runs: &Runs<N>) -> Vec<Signal> {
         (0..count).map(|function| values.iter().map(|run| run[function].clone()).collect()).collect();
     for place in 0..runs.columns.len() {
         if runs.runs.iter().all(|run| !run.extras[place].is_empty()) {
-            functions.push(runs.runs.iter().map(|run| run.extras[place].clone()).collect());
+            functions.push(runs.runs.iter().map(|run| run.extras[place].to_vec()).collect());
         }
     }
     functions

@@ -68,7 +68,7 @@ pub(super) fn axes<const N: usize>(runs: &Runs<N>) -> Vec<Axis> {
     ];
     for (place, name) in runs.columns.iter().enumerate() {
         if runs.runs.iter().all(|run| !run.extras[place].is_empty()) {
-            axes.push(axis(name, runs.runs.iter().map(|run| run.extras[place].clone()).collect(), false));
+            axes.push(axis(name, runs.runs.iter().map(|run| run.extras[place].to_vec()).collect(), false));
         }
     }
     axes

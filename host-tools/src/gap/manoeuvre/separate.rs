@@ -20,6 +20,7 @@ use super::family::{Knots, at};
 use super::limits::Limits;
 use crate::effects::Regressor;
 use crate::error::Result;
+use crate::log::Shared;
 
 /// How uncertain a shape parameter is, as a share of it: a rival may take another width or time constant.
 const SHAPE_UNCERTAINTY: f64 = 0.7;
@@ -160,9 +161,9 @@ impl<const N: usize> Ground<'_, N> {
             most(&|row| -row.mass),
             most(&|row| row.time),
         ];
-        let extras = vec![Vec::new(); self.runs.columns.len()];
+        let extras = vec![Shared::default(); self.runs.columns.len()];
         let rows = kept.into_iter().flatten().collect();
-        Run { name: "anchor".to_owned(), rows, extras, motions: Motions::default(), clean: false }
+        Run { name: "anchor".to_owned(), rows, extras, motions: Motions::default().into(), clean: false }
     }
 
     fn products(

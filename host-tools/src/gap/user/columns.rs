@@ -116,7 +116,7 @@ fn add_column<const N: usize>(
     }
     runs.columns.push(effect.column());
     for (run, column) in runs.runs.iter_mut().zip(columns) {
-        run.extras.push(column);
+        run.extras.push(column.into());
     }
     Ok(Ok(runs.columns.len() - 1))
 }
