@@ -28,6 +28,7 @@ pub mod inspect;
 pub mod interrupt;
 pub mod log;
 pub mod metrics;
+pub mod numerics;
 pub mod output;
 pub mod plant;
 pub mod progress;

@@ -10,15 +10,18 @@ use crate::effects::{NotTestable, written};
 use crate::error::{Error, Result};
 use crate::fit::dataset::{Dataset, Reading};
 use crate::fit::physical;
-use crate::gap::input;
-use crate::gap::investigate::{Base, Options, Report, Verdict, investigate};
+use crate::gap::investigate::investigate;
 use crate::gap::manoeuvre::Suggestion;
-use crate::gap::output::Beside;
 use crate::gap::power_only;
-use crate::gap::runs::Runs;
+use crate::gap::report::Report;
+use crate::gap::report::json::Beside;
+use crate::gap::report::{json as output, page, summary};
 use crate::gap::simulation::Simulated;
+use crate::gap::types::{Base, Options, Verdict};
 use crate::gap::user::{self, UserCandidates};
-use crate::gap::{extended, manoeuvre, output, page, simulation, summary};
+use crate::gap::{extended, manoeuvre, simulation};
+use crate::log::checks;
+use crate::log::runs::Runs;
 use crate::log::speed_column;
 use crate::plant::PlantSet;
 use crate::progress::StageProgress;
@@ -96,7 +99,7 @@ fn run_power_only(arguments: &Arguments) -> Result<Report> {
             )));
         }
     }
-    input::each_once(&arguments.runs, &[])?;
+    checks::each_once(&arguments.runs, &[])?;
     let mut report = power_only::investigate(&power_only::read(&arguments.runs)?)?;
     if let Some(file) = &arguments.effects {
         let own = user::read(file)?.into_iter();
@@ -142,7 +145,7 @@ fn show(found: &Found, arguments: &Arguments) -> Result<()> {
 
 fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Found> {
     let mass = arguments.mass.unwrap_or(robot.mass_no_load_kg());
-    input::check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
+    checks::check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
     let own = match &arguments.effects {
         Some(file) => user::read(file)?,
         None => Vec::new(),
@@ -156,7 +159,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
         ([], Some((file, fitted))) => fitted.logs_still_there(file)?,
         (given, _) => given.to_owned(),
     };
-    input::each_once(&arguments.runs, &clean_logs)?;
+    checks::each_once(&arguments.runs, &clean_logs)?;
     let (core, base) = match &fitted {
         Some((file, fitted)) => {
             let read = &fitted.coefficients;
@@ -197,8 +200,8 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
              known, so only large effects are named; give the runs with --base"
         );
     }
-    input::check_power(&runs)?;
-    clean.as_ref().map_or(Ok(()), input::check_power)?;
+    checks::check_power(&runs)?;
+    clean.as_ref().map_or(Ok(()), checks::check_power)?;
     let mut options = Options::default();
     if let Some(file) = &arguments.effects {
         options.user = UserCandidates::add(&own, file, &mut runs, clean.as_mut())?;

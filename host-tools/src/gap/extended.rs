@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::investigate::Report;
+use super::report::Report;
 use crate::coefficients::{CoefficientsFile, InvalidCoefficients};
 use crate::effects::written::Written;
 use crate::error::Error;
@@ -48,7 +48,7 @@ mod tests {
     use crate::effects::written::{Written, columns, id_of};
     use crate::effects::{ENTRIES, PITCH, PROCESSOR, Regressor};
     use crate::gap::dictionary::candidates;
-    use crate::gap::runs::{RawRun, Runs};
+    use crate::log::runs::{RawRun, Runs};
     use crate::robot::Robot;
 
     /// What the file's words mean is what the workflow fitted, for every candidate of the dictionary.

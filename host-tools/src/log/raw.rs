@@ -27,7 +27,7 @@ pub struct RawRun<const N: usize> {
 ///
 /// # Errors
 /// A log that cannot be read or is not one of this robot.
-pub fn read<const N: usize>(
+pub(super) fn read<const N: usize>(
     robot: &Robot,
     files: &[PathBuf],
     mass_kg: f64,

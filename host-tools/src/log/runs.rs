@@ -67,6 +67,13 @@ pub struct Run<const N: usize> {
     pub clean: bool,
 }
 
+impl<const N: usize> Run<N> {
+    /// The further column at this place; empty where the run lacks it.
+    pub fn extra(&self, place: usize) -> &[f64] {
+        self.extras.get(place).map_or(&[], |column| column)
+    }
+}
+
 /// All runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Runs<const N: usize> {
@@ -169,13 +176,24 @@ impl<const N: usize> Runs<N> {
     /// A view of these runs, and behind them the clean ones of the base.
     #[must_use]
     pub fn with_clean(&self, clean: Option<&Self>) -> Self {
+        let Some(clean) = clean else { return self.clone() };
+        let mut all = self.followed_by(clean);
+        for run in &mut all.runs[self.runs.len()..] {
+            run.clean = true;
+        }
+        all
+    }
+
+    /// A view of these runs, and behind them others with the same columns: empty where those lack one.
+    #[must_use]
+    pub fn followed_by(&self, others: &Self) -> Self {
         let mut all = self.clone();
-        for run in clean.iter().flat_map(|clean| &clean.runs) {
+        for run in &others.runs {
             let extras = self.columns.iter().map(|name| {
-                let place = clean.and_then(|clean| clean.columns.iter().position(|own| own == name));
+                let place = others.columns.iter().position(|own| own == name);
                 place.map_or_else(Shared::default, |place| run.extras[place].clone())
             });
-            all.runs.push(Run { clean: true, extras: extras.collect(), ..run.clone() });
+            all.runs.push(Run { extras: extras.collect(), ..run.clone() });
         }
         all
     }
@@ -184,5 +202,48 @@ impl<const N: usize> Runs<N> {
     pub fn column(&self, name: &str) -> Option<usize> {
         let place = self.columns.iter().position(|column| column == name)?;
         self.runs.iter().all(|run| !run.extras[place].is_empty()).then_some(place)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use model_core::estimator::Sample;
+
+    use super::*;
+
+    fn runs(columns: &[&str]) -> Runs<2> {
+        let core = Robot::load("burger").unwrap().core::<2>(2.0).unwrap();
+        let sample = |i: usize| Sample {
+            wheel_speed: [3.0 + (0.05 * i as f64).sin(), 2.0],
+            wheel_acceleration: None,
+            power: 1.0,
+        };
+        let row =
+            |i: usize| (0.05 * i as f64, sample(i), 2.0, (1..=columns.len()).map(|k| k as f64).collect());
+        let raw = RawRun {
+            name: "run".to_owned(),
+            rows: (0..400).map(row).collect(),
+            columns: columns.iter().map(|name| (*name).to_owned()).collect(),
+            period_s: 0.05,
+        };
+        Runs::condition(&core, vec![raw]).unwrap()
+    }
+
+    /// Runs that follow keep the columns that the first have, at their places, and lack the others; nothing is copied.
+    #[test]
+    fn what_follows_has_the_columns_of_what_goes_before() {
+        let (field, other) = (runs(&["a", "b"]), runs(&["c", "b"]));
+        let all = field.followed_by(&other).followed_by(&runs(&[]));
+        assert!(all.runs.iter().all(|run| run.extras.len() == 2));
+        assert!(all.runs[1].extra(0).is_empty() && !all.runs[1].clean);
+        assert_eq!(all.runs[1].extra(1)[0], 2.0);
+        assert!(all.runs[2].extra(0).is_empty() && all.runs[2].extra(1).is_empty());
+        assert_eq!(
+            (all.column("a"), all.column("b"), all.subset(&[0, 1]).column("b")),
+            (None, None, Some(1))
+        );
+        let view = field.subset(&[0]).with_clean(Some(&other));
+        assert!(view.runs[1].clean && !view.runs[0].clean);
+        assert!(std::ptr::eq(&raw const view.runs[1].rows[0], &raw const other.runs[0].rows[0]));
     }
 }
