@@ -11,7 +11,6 @@ use super::problem::lag;
 use super::problem::open::{open_problem, prior};
 use super::report::localise;
 use super::report::{Basis, Report};
-use super::runs::Runs;
 use super::split;
 use super::thresholds::confirm::LEAST_CLOSED;
 use super::thresholds::detect::{SHAPE, SHAPE_TOLERANCE};
@@ -20,6 +19,7 @@ use super::twin::Twin;
 use super::types::{Base, Named, Options, Round, Verdict};
 use crate::effects::Candidate;
 use crate::error::Result;
+use crate::log::runs::Runs;
 use model_core::torque::Drive;
 
 /// Runs the workflow.

@@ -11,10 +11,10 @@ use std::time::Instant;
 use indicatif::ProgressBar;
 
 use self::sets::{NoiseKind, noises};
-use super::runs::Runs;
 use crate::error::Result;
 use crate::gap::investigate::investigate;
 use crate::gap::types::{Options, Verdict};
+use crate::log::runs::Runs;
 use crate::plant::effects::Effect;
 use crate::robot::Robot;
 

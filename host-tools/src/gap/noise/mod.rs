@@ -7,10 +7,10 @@ use nalgebra::{DMatrix, DVector};
 
 use self::spread::Spread;
 use self::whiten::{Signal, Whitener};
-use super::runs::Runs;
 use super::thresholds::noise::{BLOCKS_S, HUBER, LEAST_WORTH, MOST_TAKEN, PASSES, RIDGE};
 use super::twin::{State, Twin};
 use crate::effects::Regressor;
+use crate::log::runs::Runs;
 
 /// Standard deviation of a normal variable over the median of its size.
 const MEDIAN_TO_STD: f64 = 1.4826;
