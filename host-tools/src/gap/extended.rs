@@ -2,16 +2,21 @@
 
 use std::path::Path;
 
-use super::investigate::Report;
+use super::report::Report;
+use crate::coefficients::{CoefficientsFile, InvalidCoefficients};
 use crate::effects::written::Written;
-use crate::fit::file;
+use crate::error::Error;
 
 /// Writes the coefficients with the effects that were named, and the base as it moved. What is not written is said in a line each on
 /// standard error; where nothing is left, so is the file.
 ///
 /// # Errors
 /// The file cannot be written; the effects are more than a board holds.
-pub fn write(report: &Report, base: &Path, out: &Path) -> crate::error::Result<()> {
+pub fn write<const N: usize>(
+    report: &Report,
+    base: &CoefficientsFile<N>,
+    out: &Path,
+) -> crate::error::Result<()> {
     let mut effects = Vec::new();
     for named in &report.effects {
         match Written::of(&named.candidate, &named.coefficients, &named.std_errs) {
@@ -30,7 +35,8 @@ pub fn write(report: &Report, base: &Path, out: &Path) -> crate::error::Result<(
             report.ambiguous_with.join(", ")
         );
     }
-    file::extend(base, &report.state.torque, &effects, out)
+    let extended = base.clone().with_torque(&report.state.torque).with_effects(effects);
+    extended.map_err(|wrong| Error::of(InvalidCoefficients::Effect(wrong)).in_file(out))?.write(out)
 }
 
 #[cfg(test)]
@@ -42,7 +48,7 @@ mod tests {
     use crate::effects::written::{Written, columns, id_of};
     use crate::effects::{ENTRIES, PITCH, PROCESSOR, Regressor};
     use crate::gap::dictionary::candidates;
-    use crate::gap::runs::{RawRun, Runs};
+    use crate::log::runs::{RawRun, Runs};
     use crate::robot::Robot;
 
     /// What the file's words mean is what the workflow fitted, for every candidate of the dictionary.

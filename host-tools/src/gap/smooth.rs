@@ -1,16 +1,17 @@
 //! Some forty smooth functions of what a drive does: structure in the residual shows against them, whatever its cause.
 
-use super::runs::Runs;
-use super::whiten::Signal;
+use super::thresholds::problem::LEAST_SHOWN;
+use crate::gap::noise::whiten::Signal;
+use crate::log::runs::Runs;
 
 /// The functions, one signal each. All vary about as gently as an effect would, and none asks for the model.
 pub fn functions<const N: usize>(runs: &Runs<N>) -> Vec<Signal> {
     let rows = || runs.runs.iter().flat_map(|run| &run.rows);
-    let most = |values: &dyn Fn(&super::runs::Row<N>) -> f64| rows().map(values).fold(1e-9, f64::max);
-    let wheels = |row: &super::runs::Row<N>| {
+    let most = |values: &dyn Fn(&crate::log::runs::Row<N>) -> f64| rows().map(values).fold(1e-9, f64::max);
+    let wheels = |row: &crate::log::runs::Row<N>| {
         row.motion.wheels.iter().map(|wheel| wheel.speed.abs()).sum::<f64>() / N as f64
     };
-    let gain = |row: &super::runs::Row<N>| {
+    let gain = |row: &crate::log::runs::Row<N>| {
         row.motion.wheels.iter().map(|wheel| wheel.speed * wheel.acceleration).sum::<f64>() / N as f64
     };
     let (top, top_turn) = (most(&wheels), most(&|row| row.turn_rate.abs()));
@@ -98,8 +99,8 @@ pub fn functions<const N: usize>(runs: &Runs<N>) -> Vec<Signal> {
     let mut functions: Vec<Signal> =
         (0..count).map(|function| values.iter().map(|run| run[function].clone()).collect()).collect();
     for place in 0..runs.columns.len() {
-        if runs.runs.iter().all(|run| !run.extras[place].is_empty()) {
-            functions.push(runs.runs.iter().map(|run| run.extras[place].clone()).collect());
+        if runs.runs.iter().all(|run| !run.extra(place).is_empty()) {
+            functions.push(runs.runs.iter().map(|run| run.extra(place).to_vec()).collect());
         }
     }
     functions
@@ -107,12 +108,9 @@ pub fn functions<const N: usize>(runs: &Runs<N>) -> Vec<Signal> {
 
 /// How many of the [`functions`] ask for no further column.
 pub fn count_own<const N: usize>(runs: &Runs<N>, functions: &[Signal]) -> usize {
-    let is_there = |place: &usize| runs.runs.iter().all(|run| !run.extras[*place].is_empty());
+    let is_there = |place: &usize| runs.runs.iter().all(|run| !run.extra(*place).is_empty());
     functions.len() - (0..runs.columns.len()).filter(is_there).count()
 }
-
-/// Share of a signal's variance in the field that clean runs have to have for them to say something about it.
-const LEAST_SHOWN: f64 = 0.1;
 
 /// Those of some signals of field and clean runs that clean runs say something about. What hardly varies in them (a door that was shut,
 /// a slope on level ground) would else be taken for what the base gets wrong anyway, whatever it does in the field.

@@ -1,12 +1,14 @@
 //! The digital twin: the fitted model, extended by effects, along the wheel speeds of a run.
 
-use model_core::effects::delay::cubic;
+use model_core::delay::cubic;
 use model_core::effects::{Effect, Extended, Heat, Scene, Side, Term};
 use model_core::motion::{Motion, Wheel};
 use model_core::torque::{Drive, PARAMETERS, TorqueModel};
 
-use super::runs::{Row, Run, Runs};
+use super::noise::whiten::Signal;
+use super::thresholds::problem::{LINEAR, SLOPE_TRIALS};
 use crate::effects::{Regressor, Switched};
+use crate::log::runs::{Row, Run, Runs};
 
 /// When something is on.
 #[derive(Debug, Clone, Copy)]
@@ -100,7 +102,7 @@ impl<const N: usize> Twin<'_, N> {
         effects.extend(rolling.map(|_| Effect { term: Term::Rolling, coefficient: 0.0 }));
         // Clean runs may lack it: they are level.
         let pitch = self.runs.columns.iter().position(|name| name == crate::effects::PITCH);
-        let pitch = pitch.map(|column| &run.extras[column]).filter(|pitch| !pitch.is_empty());
+        let pitch = pitch.map(|column| run.extra(column)).filter(|pitch| !pitch.is_empty());
         let mut heat = [Heat::default(); N];
         let mut last = 0.0;
         let mut power: Vec<f64> = Vec::with_capacity(run.rows.len());
@@ -117,7 +119,10 @@ impl<const N: usize> Twin<'_, N> {
                     heat.map(|heat| heat.level())
                 }
                 Some(Regressor::Temperature(column, cold)) => {
-                    std::array::from_fn(|wheel| run.extras[*column + wheel][index] - *cold)
+                    // Of a drive that is only planned, nobody knows how warm its motors are: as warm as when cold.
+                    std::array::from_fn(|wheel| {
+                        run.extra(*column + wheel).get(index).map_or(0.0, |temperature| *temperature - *cold)
+                    })
                 }
                 _ => [1.0; N],
             };
@@ -141,7 +146,7 @@ impl<const N: usize> Twin<'_, N> {
         }
         for (regressor, coefficient) in present {
             if let Regressor::Column(column) = regressor {
-                add(&mut power, &run.extras[*column], *coefficient);
+                add(&mut power, run.extra(*column), *coefficient);
             }
         }
         if delay == 0.0 { power } else { delayed(run, &power, delay) }
@@ -184,7 +189,7 @@ impl<const N: usize> Twin<'_, N> {
                 let step = self.base_step(parameter, values[parameter]);
                 let mut moved = values;
                 moved[parameter] += step;
-                let state = State { torque: TorqueModel::from_array(moved), ..state.clone() };
+                let state = State { torque: state.torque.with_array(moved), ..state.clone() };
                 slope(&self.predict(place, &state), at, step)
             })
             .collect()
@@ -198,7 +203,7 @@ impl<const N: usize> Twin<'_, N> {
         let mut step = step_of(regressor);
         let most = |values: &[f64]| values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         let small = LINEAR * most(at).max(1e-9);
-        for _ in 0..STEP_TRIALS {
+        for _ in 0..SLOPE_TRIALS {
             let mut moved = state.clone();
             match moved.effects.iter_mut().find(|(own, _)| own == regressor) {
                 Some((_, coefficient)) => *coefficient += step,
@@ -213,6 +218,32 @@ impl<const N: usize> Twin<'_, N> {
             step *= 0.5 * small / change;
         }
         vec![0.0; at.len()]
+    }
+
+    /// Measured less predicted power of each run, W.
+    pub fn residual(&self, state: &State) -> Signal {
+        let runs = self.runs.runs.iter().enumerate();
+        runs.map(|(place, run)| {
+            let predicted = self.predict(place, state);
+            run.rows.iter().zip(predicted).map(|(row, predicted)| row.power - predicted).collect()
+        })
+        .collect()
+    }
+
+    /// Columns of one run before whitening: ∂P/∂ the first `base` parameters, ∂P/∂ the regressors' coefficients, and the residual.
+    pub fn columns(
+        &self,
+        place: usize,
+        state: &State,
+        base: usize,
+        regressors: &[Regressor],
+    ) -> Vec<Vec<f64>> {
+        let at = self.predict(place, state);
+        let mut columns: Vec<Vec<f64>> = self.base_slopes(place, state, &at, base);
+        columns.extend(regressors.iter().map(|regressor| self.effect_slope(place, state, regressor, &at)));
+        let rows = &self.runs.runs[place].rows;
+        columns.push(rows.iter().zip(&at).map(|(row, at)| row.power - at).collect());
+        columns
     }
 
     fn base_step(&self, parameter: usize, value: f64) -> f64 {
@@ -230,12 +261,6 @@ pub fn side_of(side: f64) -> Side {
         _ => Side::Both,
     }
 }
-
-/// Changes of the power below this share of its greatest are taken for linear.
-const LINEAR: f64 = 0.01;
-
-/// Steps that are tried.
-const STEP_TRIALS: usize = 6;
 
 /// Steps of a numerical derivative, small against any plausible coefficient and large against rounding.
 fn step_of(regressor: &Regressor) -> f64 {

@@ -9,7 +9,7 @@ use firmware::control_table::{Item, UPLOAD_BYTES};
 use firmware::dynamixel::packet::Parser;
 use firmware::items::{self, ItemBytes, RobotIdentity};
 use firmware::link::{Device, LONGEST_ANSWER, State};
-use host_tools::fit::file;
+use host_tools::coefficients::CoefficientsFile;
 use host_tools::log::SampleReader;
 use host_tools::robot::Robot;
 use host_tools::virtual_board::servo_bus::ServoBus;
@@ -49,11 +49,10 @@ fn robot(data: &[u8], _: &Path) {
 fn coefficients(data: &[u8], path: &Path) {
     std::fs::write(path, data).expect("the folder is there");
     let robot = Robot::load("burger").expect("it is built in");
-    if let Ok(read) = file::read::<2>(path, &robot) {
-        // Every file that is taken can be flashed, or the board says why not.
-        let _ = read.convert::<f32>().and_then(|single| single.encode());
+    if let Ok(read) = CoefficientsFile::<2>::read(path, &robot) {
+        // As `flash` does.
+        let _ = read.coefficients.convert::<f32>().and_then(|single| single.encode());
     }
-    let _ = (file::read_effects(path), file::read_logs(path), file::read_covariance(path));
 }
 
 /// A file of one's own effects.

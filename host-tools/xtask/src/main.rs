@@ -7,6 +7,7 @@ mod fuzz;
 mod images;
 mod instructions;
 mod paths;
+mod robots;
 mod set_up;
 mod size;
 mod steps;
@@ -23,8 +24,10 @@ usage: cargo xtask <command>
          formatting, lints, documentation, tests on the host and on an emulated Cortex-M7, licences
   demo [--yes]
          record, fit, flash and estimate on the virtual board; plots go to demo-output/
-  bench [accuracy | fit-speed | instructions]
+  bench [accuracy | fit-speed | instructions | robots]
          the figures of the README, measured again; minutes
+  bench robots --json
+         the figures of docs/robots.txt
   circles
          files of a crate that need each other, and rooms that need those above them: part of test
   fuzz [log | robot | coefficients | effects | image | link | servo] [--runs N]
@@ -57,6 +60,7 @@ fn main() -> ExitCode {
             result.is_ok()
         }
         ["fuzz", ref rest @ ..] if let Some(request) = fuzz::Request::parse(rest) => fuzz::run(&request),
+        ["bench", "robots", "--json"] => bench::robots_json(),
         ["size"] => size::run(false),
         ["size", "--json"] => size::run(true),
         ["help" | "--help" | "-h"] => {

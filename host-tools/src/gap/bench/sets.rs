@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use super::super::investigate::Base;
-use super::super::runs::{RawRun, Runs};
 use crate::error::{Error, Result};
 use crate::fit::dataset::{Dataset, Row, Run};
 use crate::fit::{self, Method, ModelKind, pgd};
+use crate::gap::types::Base;
+use crate::log::runs::{RawRun, Runs};
 use crate::plant::effects::Effect;
 use crate::plant::effects::size::scale_to;
 use crate::plant::field::{Field, Noise};
@@ -117,8 +117,8 @@ pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str]) -> Result
     };
     for (place, run) in raw.iter().enumerate() {
         dataset.runs.push(Run { file: PathBuf::from(&run.name), gram: fit::gram::Gram::default() });
-        let mut conditioner = Conditioner::new(&core, run.period_s)
-            .map_err(|error| Error::failed(format!("cutoff {} Hz", error.cutoff_hz)))?;
+        let mut conditioner =
+            Conditioner::new(&core, run.period_s).map_err(|error| Error::failed(format!("{error:?}")))?;
         for (time, sample, mass, _) in &run.rows {
             let Some(now) = conditioner.push(sample, run.period_s) else { continue };
             if now.settled {

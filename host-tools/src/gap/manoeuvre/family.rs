@@ -1,6 +1,7 @@
 //! The profiles that are tried: short blocks, each from rest to rest, repeated in turn behind a rest.
 
 use super::limits::Limits;
+use crate::gap::thresholds::manoeuvre::EASY;
 
 /// A stretch of a profile: a ramp to a twist, and the time that it is held.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,9 +41,6 @@ pub struct Recipe {
 
 /// A commanded motion: time, s, forward speed, m/s, and turn rate, rad/s; straight lines between.
 pub type Knots = Vec<(f64, [f64; 2])>;
-
-/// How brisk the ramps are where a block is about something else.
-const EASY: f64 = 0.5;
 
 /// All blocks.
 pub fn blocks() -> Vec<Block> {
@@ -152,9 +150,9 @@ pub fn at(knots: &Knots, time: f64) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::super::super::bench::sets::CUTOFF_HZ;
-    use super::super::super::edges::Step;
-    use super::super::super::runs::Runs;
     use super::*;
+    use crate::log::motions::Step;
+    use crate::log::runs::Runs;
     use crate::robot::Robot;
 
     const ROBOT: &str = "kinematics = \"differential\"\nwheel_radius_m = 0.033\ntrack_m = 0.16\nmass_no_load_kg = 1\n\

@@ -38,14 +38,13 @@ const BELOW: &[(&str, &[&str])] = &[
 const KNOWN: &[&str] = &[
     "host-tools/src/baselines",
     "host-tools/src/cli",
+    "host-tools/src/coefficients",
     "host-tools/src/compare",
     "host-tools/src/fit",
     "host-tools/src/gap",
     "host-tools/src/inspect",
     "host-tools/src/log",
     "host-tools/src/plant",
-    "host-tools/src/report",
-    "host-tools/src/reproduce",
     "host-tools/src/robot",
     "model-core/src",
 ];

@@ -1,0 +1,166 @@
+//! What logs that are looked at whole have to be, before any long work: each once, and of a size that the robot can have.
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use super::runs::{Run, Runs};
+use super::{MASS, POWER};
+use crate::error::{Error, Result};
+use crate::robot::Robot;
+
+/// Masses below the robot's least by more than this factor, or above its greatest, are of another unit.
+const FAR: f64 = 5.0;
+
+/// Power per weight and speed, W/(N·m/s), that a robot on wheels can take: one of the most frugal needs 0.02, a small one with idle
+/// electronics in its power some tens.
+const PLAUSIBLE: (f64, f64) = (0.002, 200.0);
+
+/// Standard gravity, m/s².
+const GRAVITY: f64 = 9.80665;
+
+/// Refuses logs that are there twice: a run that is open and locked, or clean and in the field, confirms itself.
+///
+/// # Errors
+/// Names the log and its double; a log cannot be read.
+pub fn each_once(field: &[PathBuf], clean: &[PathBuf]) -> Result<()> {
+    let sized = |files: &[PathBuf]| -> Result<Vec<(PathBuf, Option<u64>)>> {
+        let size = |file: &PathBuf| {
+            let metadata = std::fs::metadata(file).map_err(|error| Error::io(file, &error))?;
+            Ok((file.clone(), metadata.is_file().then_some(metadata.len())))
+        };
+        files.iter().map(size).collect()
+    };
+    let (field, clean) = (sized(field)?, sized(clean)?);
+    for (place, (file, size)) in field.iter().enumerate() {
+        if let Some((other, _)) = double(file, *size, &field[..place])? {
+            let message = format!("the same log as {}; expected every run once", other.display());
+            return Err(Error::usage(message).in_file(file));
+        }
+        if let Some((other, _)) = double(file, *size, &clean)? {
+            let message = format!(
+                "the same log as {}, to which the coefficients were fitted; expected runs of the field that they have not seen",
+                other.display()
+            );
+            return Err(Error::usage(message).in_file(file));
+        }
+    }
+    for (place, (file, size)) in clean.iter().enumerate() {
+        if let Some((other, _)) = double(file, *size, &clean[..place])? {
+            let message = format!("the same clean log as {}; expected every run once", other.display());
+            return Err(Error::usage(message).in_file(file));
+        }
+    }
+    Ok(())
+}
+
+/// The first of some files with the content of this one.
+fn double<'a>(
+    file: &Path,
+    size: Option<u64>,
+    others: &'a [(PathBuf, Option<u64>)],
+) -> Result<Option<&'a (PathBuf, Option<u64>)>> {
+    for other in others {
+        // What is no file cannot be read twice.
+        if size.is_some() && size == other.1 && is_same(file, &other.0)? {
+            return Ok(Some(other));
+        }
+    }
+    Ok(None)
+}
+
+fn is_same(one: &Path, other: &Path) -> Result<bool> {
+    let open = |file: &Path| -> Result<BufReader<File>> {
+        Ok(BufReader::new(File::open(file).map_err(|error| Error::io(file, &error))?))
+    };
+    let (mut left, mut right) = (open(one)?, open(other)?);
+    let (mut a, mut b) = ([0; 8192], [0; 8192]);
+    loop {
+        let read = |reader: &mut BufReader<File>, file: &Path, buffer: &mut [u8]| -> Result<usize> {
+            let mut filled = 0;
+            while filled < buffer.len() {
+                match reader.read(&mut buffer[filled..]).map_err(|error| Error::io(file, &error))? {
+                    0 => break,
+                    count => filled += count,
+                }
+            }
+            Ok(filled)
+        };
+        let (first, second) = (read(&mut left, one, &mut a)?, read(&mut right, other, &mut b)?);
+        if a[..first] != b[..second] {
+            return Ok(false);
+        }
+        if first == 0 {
+            return Ok(true);
+        }
+    }
+}
+
+/// The masses that a log of a robot can have, kg.
+pub fn masses(robot: &Robot) -> (f64, f64) {
+    (robot.mass_no_load_kg() / FAR, robot.mass_full_load_kg() * FAR)
+}
+
+/// Refuses a total mass that is none, or none of this robot.
+///
+/// # Errors
+/// Says what was allowed.
+pub fn check_mass(robot: &Robot, mass_kg: f64) -> Result<()> {
+    let (least, most) = masses(robot);
+    if mass_kg >= least && mass_kg <= most {
+        return Ok(());
+    }
+    let expected = if mass_kg > 0.0 && mass_kg.is_finite() {
+        format!("from {least} to {most} kg for robot {} (is this another unit?)", robot.name())
+    } else {
+        "above 0".to_owned()
+    };
+    Err(Error::failed(format!("a total mass of {mass_kg} kg; expected {expected}")).in_column(MASS))
+}
+
+/// Refuses powers of another unit, and says where no run moves.
+///
+/// # Errors
+/// A run whose power is far from what moving the robot can take.
+pub fn check_power<const N: usize>(runs: &Runs<N>) -> Result<()> {
+    let mut moves = false;
+    for run in &runs.runs {
+        let Some((ratio, power)) = transport(runs, run) else { continue };
+        moves = true;
+        if !(PLAUSIBLE.0..=PLAUSIBLE.1).contains(&ratio) {
+            let message = format!(
+                "{power:.3} W in motion is {ratio:.2e} times weight and speed; expected {} to {} times (are these watts?)",
+                PLAUSIBLE.0, PLAUSIBLE.1
+            );
+            return Err(Error::failed(message).in_file(&run.name).in_column(POWER));
+        }
+    }
+    if !moves {
+        eprintln!("gmr: the robot moves in none of these runs: effects of motion cannot be seen");
+    }
+    Ok(())
+}
+
+/// Median power of a run in motion, per median of weight times the wheels' speed on the ground, and that power, W.
+fn transport<const N: usize>(runs: &Runs<N>, run: &Run<N>) -> Option<(f64, f64)> {
+    // What all wheels add to the speed, at equal speeds: their radius.
+    let radius = runs.robot.kinematics.rows()[..2]
+        .iter()
+        .map(|row| row.iter().map(|share| share.abs()).sum::<f64>())
+        .fold(0.0, f64::max);
+    let moving = || run.rows.iter().filter(|row| row.motion.is_moving());
+    let mut power: Vec<f64> = moving().map(|row| row.power.abs()).collect();
+    let mut carried: Vec<f64> = moving()
+        .map(|row| {
+            let speed = row.motion.wheels.iter().map(|wheel| wheel.speed.abs()).sum::<f64>() / N as f64;
+            GRAVITY * row.mass * speed * radius
+        })
+        .collect();
+    let (power, carried) = (middle(&mut power)?, middle(&mut carried)?);
+    (carried > 0.0).then_some((power / carried, power))
+}
+
+fn middle(values: &mut [f64]) -> Option<f64> {
+    let place = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(place, f64::total_cmp).1)
+}
