@@ -14,6 +14,7 @@ use super::twin::{State, Twin};
 use crate::effects::Regressor;
 use crate::gap::noise::whiten::Signal;
 use crate::gap::types::Base;
+use crate::numerics::intervals::{MeanInterval, mean_interval};
 
 /// What the locked runs say.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,6 +28,8 @@ pub struct Confirmed {
     /// What no effect can remove, W: what is left of the locked runs when everything that varies smoothly is taken out, and what
     /// the base gets wrong on its own clean runs.
     pub floor_w: f64,
+    /// The same before it was held at `after_w`: a floor above what is left says that the estimate is too high there, W.
+    pub floor_unclipped_w: f64,
     /// RMS of measured less predicted power on the clean runs, W.
     pub clean_w: Option<f64>,
     /// How the floor was estimated, for users.
@@ -35,8 +38,8 @@ pub struct Confirmed {
     pub closed: Option<f64>,
     /// How much of what was added the locked runs show. `None` as above, and where nothing was added.
     pub share: Option<ConfirmedShare>,
-    /// 95 % interval of the mean square gain per run, W²: paired by run.
-    pub gain_w2: (f64, f64),
+    /// Mean square before less after, W²: mean over the runs, with its 95 % interval.
+    pub gain_w2: MeanInterval,
     /// Mean square before and after, run by run, W².
     pub by_run: Vec<(f64, f64)>,
     /// Measured less predicted power before and after, run by run, W.
@@ -75,10 +78,8 @@ impl ConfirmedShare {
             _ => vec![0.0; runs[place].rows.len()],
         });
         let start = locked.start();
-        let panel = locked.panel_with(&start, &[], &[added.collect()]);
-        let total = panel.products().total(None);
-        let column = locked.first_further(&start);
-        let score = locked.score(&panel, &total, &start, &locked.active(&start), column)?;
+        let linear = locked.linear(&start, &[], &[added.collect()])?;
+        let score = linear.score(0)?;
         Some(Self { share: score.value, std_err: score.std_err })
     }
 }
@@ -139,26 +140,24 @@ pub fn on_locked<const N: usize>(
         Some(&open.noise.whitener),
     );
     let misfit = clean.map(|clean| Misfit::of(clean, base, lag, parameters));
-    let floor_w2 = (own.floor_w2 * misfit.map_or(1.0, |misfit| misfit.factor)).min(after_w2);
+    let floor_unclipped_w2 = own.floor_w2 * misfit.map_or(1.0, |misfit| misfit.factor);
+    let floor_w2 = floor_unclipped_w2.min(after_w2);
     let only_single = !state.effects.is_empty() && common.is_empty();
     let gap = before_w2 - floor_w2;
     let closed =
         (!state.effects.is_empty() && !only_single && gap > 0.0).then(|| (before_w2 - after_w2) / gap);
     let gains: Vec<f64> = by_run.iter().map(|(b, a)| b - a).collect();
-    let count = gains.len() as f64;
-    let average = gains.iter().sum::<f64>() / count;
-    let variance = gains.iter().map(|g| (g - average).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-    let error = 1.96 * (variance / count).sqrt();
     Confirmed {
         runs: locked.runs.iter().map(|run| run.name.clone()).collect(),
         before_w: before_w2.sqrt(),
         after_w: after_w2.sqrt(),
         floor_w: floor_w2.sqrt(),
+        floor_unclipped_w: floor_unclipped_w2.sqrt(),
         clean_w: misfit.map(|misfit| misfit.whole_w2.sqrt()),
         floor_how: if clean.is_some() { FLOOR_WITH_CLEAN } else { FLOOR_ALONE },
         closed,
         share: None,
-        gain_w2: (average - error, average + error),
+        gain_w2: mean_interval(&gains),
         by_run,
         residuals: [before, after],
     }

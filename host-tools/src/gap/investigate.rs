@@ -8,7 +8,7 @@ use super::name::hypothesis::Hypothesis;
 use super::name::name;
 use super::problem::fit::Fitted;
 use super::problem::lag;
-use super::problem::open::{open_problem, prior};
+use super::problem::open::{open_problem, precision};
 use super::report::localise;
 use super::report::{Basis, Report};
 use super::runs::Runs;
@@ -157,7 +157,7 @@ pub fn investigate<const N: usize>(
             lag: problem.twin.lag,
             whitener: problem.noise.whitener.clone(),
             std_w: problem.noise.usual_w(),
-            prior: prior(base, parameters, options.slack),
+            precision: precision(base, parameters, options.slack),
         }),
     })
 }

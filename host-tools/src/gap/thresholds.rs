@@ -158,8 +158,8 @@ pub mod name {
     pub const IN_RUN_ERRORS: f64 = 2.5;
     /// Hypotheses whose shape is searched between those of the dictionary. Chosen for time.
     pub const SHARPENED: usize = 3;
-    /// Steps of that search: each leaves two thirds of the interval. Derived: an eighth of a factor of two.
-    pub const SEARCH_STEPS: usize = 5;
+    /// It ends at this share of the interval. Derived: an eighth of a factor of four moves no loss by as much as a tie.
+    pub const SEARCH_TOLERANCE: f64 = 0.125;
     /// Steps in which times are looked for, s. They are long at first: the time at which a step explains most of a single run is drawn
     /// towards that of the others' while these have none. Chosen: halves of 8 s down to the filter's memory.
     pub const TIME_STEPS_S: [f64; 7] = [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.12];

@@ -2,9 +2,11 @@
 use crate::effects::{Candidate, Regressor};
 use crate::gap::problem::Problem;
 use crate::gap::problem::fit::Fitted;
-use crate::gap::thresholds::name::{IN_RUN_ERRORS, SEARCH_STEPS, SHARPENED, TIE, TIE_ERRORS, TIE_SHARE};
+use crate::gap::thresholds::name::{IN_RUN_ERRORS, SEARCH_TOLERANCE, SHARPENED, TIE, TIE_ERRORS, TIE_SHARE};
 use crate::gap::twin::State;
 use crate::gap::types::penalty;
+use crate::numerics::intervals::mean_interval;
+use crate::numerics::search::golden_section;
 use serde_json::{Value, json};
 
 /// A candidate with its fit.
@@ -112,27 +114,22 @@ pub(super) fn sharpen<const N: usize>(
         let coefficient = hypothesis.coefficients()[0];
         let regressor = regressor.clone();
         // Times are known to their grid, the others to a factor of two.
-        let (mut low, mut high) = match key {
+        let (low, high) = match key {
             "at_s" => (shape - 1.5, shape + 1.5),
             "hold_s" => (0.5 * shape - 0.5, 2.0 * shape + 0.5),
             _ => (0.5 * shape, 2.0 * shape),
         };
         let mut best: Option<(f64, Fitted)> = None;
-        for _ in 0..SEARCH_STEPS {
-            let (left, right) = ((2.0 * low + high) / 3.0, (low + 2.0 * high) / 3.0);
-            let at = |shape: f64| problem.fit(state, &[(regressor.with_shape(shape), coefficient)], 2);
-            let (Some(at_left), Some(at_right)) = (at(left), at(right)) else { break };
-            if at_left.loss < at_right.loss {
-                high = right
-            } else {
-                low = left
+        golden_section(low, high, SEARCH_TOLERANCE, |shape| {
+            let tried = problem.fit(state, &[(regressor.with_shape(shape), coefficient)], 2);
+            let loss = tried.as_ref().map_or(f64::INFINITY, |tried| tried.loss);
+            if let Some(tried) = tried
+                && best.as_ref().is_none_or(|(_, best)| tried.loss < best.loss)
+            {
+                best = Some((shape, tried));
             }
-            for (shape, fitted) in [(left, at_left), (right, at_right)] {
-                if best.as_ref().is_none_or(|(_, best)| fitted.loss < best.loss) {
-                    best = Some((shape, fitted));
-                }
-            }
-        }
+            loss
+        });
         if let Some((shape, fitted)) = best
             && fitted.loss < hypothesis.fitted.loss
         {
@@ -149,10 +146,7 @@ pub(super) fn sharpen<const N: usize>(
 pub(super) fn is_tie(winner: &Hypothesis, hypothesis: &Hypothesis, gain: f64) -> bool {
     let differences: Vec<f64> =
         hypothesis.fitted.run_losses.iter().zip(&winner.fitted.run_losses).map(|(r, w)| r - w).collect();
-    let count = differences.len() as f64;
-    let mean = differences.iter().sum::<f64>() / count;
-    let variance = differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-    let error = (count * variance).sqrt();
+    let error = mean_interval(&differences).std_err().unwrap_or(0.0) * differences.len() as f64;
     let worse = hypothesis.penalised - winner.penalised;
     worse < TIE + TIE_SHARE * gain && worse < TIE_ERRORS * error.max(1e-9)
 }

@@ -9,9 +9,8 @@ use super::thresholds::name::{IMPLAUSIBLE_SHARE, REFINED, REFINED_SHARE, TIE, WA
 use super::twin::State;
 use super::types::{Options, Round, Scored, Status, penalty, penalty_without};
 use crate::effects::Candidate;
+use rayon::prelude::*;
 use serde_json::Value;
-use std::panic::resume_unwind;
-use std::thread;
 
 pub(super) struct Choice {
     pub(super) hypothesis: Hypothesis,
@@ -52,14 +51,13 @@ pub(super) fn name<const N: usize>(
     let chosen = structure.order.iter().enumerate().filter(close).map(|(_, (place, _))| &list[*place]);
     let further = structure.further.iter().filter(|candidate| !options.removed.contains(&candidate.id));
     let all: Vec<&Candidate> = chosen.chain(further).collect();
-    let hypothesis = |candidate: &Candidate| fit_hypothesis(problem, state, candidate);
-    let (left, right) = all.split_at(all.len() / 2);
-    let mut hypotheses: Vec<Hypothesis> = thread::scope(|scope| {
-        let other =
-            scope.spawn(|| left.iter().filter_map(|candidate| hypothesis(candidate)).collect::<Vec<_>>());
-        let own: Vec<Hypothesis> = right.iter().filter_map(|candidate| hypothesis(candidate)).collect();
-        other.join().unwrap_or_else(|panic| resume_unwind(panic)).into_iter().chain(own).collect()
-    });
+    let mut hypotheses: Vec<Hypothesis> = all
+        .par_iter()
+        .map(|candidate| fit_hypothesis(problem, state, candidate))
+        .collect::<Vec<_>>()
+        .into_iter()
+        .flatten()
+        .collect();
     hypotheses.sort_by(|a, b| a.penalised.total_cmp(&b.penalised));
     sharpen(problem, state, &mut hypotheses);
     record.candidates = hypotheses

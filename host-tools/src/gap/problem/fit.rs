@@ -4,7 +4,7 @@ use model_core::torque::TorqueModel;
 use nalgebra::{DMatrix, DVector};
 
 use super::Problem;
-use super::solve::{Products, solve};
+use super::panel::Products;
 use crate::effects::Regressor;
 use crate::gap::noise::whiten::Signal;
 use crate::gap::thresholds::problem::{HALVINGS, LEAST_STEP_GAIN, SHORTER};
@@ -33,14 +33,13 @@ impl<const N: usize> Problem<'_, N> {
         let mut best = self.losses(&state);
         let mut solved = None;
         for _ in 0..steps {
-            let panel = self.panel(&state, &[], false);
-            let products = panel.products();
-            let active = self.active(&state);
-            let step = solve(&products.total(None), self.base, &self.prior, &self.offset(&state), &active)?;
+            let products = self.panel(&state, &[], &[]).products();
+            let step = self.factored(&products.total(None), &state, self.active(&state))?;
+            let values = step.solution();
             let mut share = 1.0;
             let mut moved = None;
             for _ in 0..HALVINGS {
-                let next = self.step(&state, &step.values, share);
+                let next = self.step(&state, &values, share);
                 let losses = self.losses(&next);
                 if losses.0 <= best.0 {
                     moved = Some((next, losses));
@@ -48,8 +47,7 @@ impl<const N: usize> Problem<'_, N> {
                 }
                 share *= SHORTER;
             }
-            let covariance = step.covariance;
-            solved = Some((products, covariance));
+            solved = Some(step);
             let Some((next, losses)) = moved else { break };
             let gained = best.0 - losses.0;
             state = next;
@@ -58,9 +56,8 @@ impl<const N: usize> Problem<'_, N> {
                 break;
             }
         }
-        let panel = self.panel(&state, &[], false);
-        let covariance = solved?.1;
-        Some(Fitted { state, loss: best.0, run_losses: best.1, products: panel.products(), covariance })
+        let products = self.panel(&state, &[], &[]).products();
+        Some(Fitted { state, loss: best.0, run_losses: best.1, products, covariance: solved?.covariance() })
     }
 
     fn step(&self, state: &State, values: &DVector<f64>, share: f64) -> State {
@@ -90,7 +87,7 @@ impl<const N: usize> Problem<'_, N> {
     fn losses(&self, state: &State) -> (f64, Vec<f64>) {
         let runs: Vec<f64> = self.left(state).iter().map(DVector::norm_squared).collect();
         let offset = self.offset(state);
-        let penalty = offset.dot(&(&self.prior.precision * &offset));
+        let penalty = offset.dot(&(&self.precision * &offset));
         let total = runs.iter().sum::<f64>() + penalty;
         (if total.is_finite() { total } else { f64::INFINITY }, runs)
     }
@@ -108,7 +105,7 @@ impl<const N: usize> Problem<'_, N> {
             for (signals, white) in self.discrepancy.runs.iter().zip(&white) {
                 right += signals.tr_mul(white);
             }
-            factor.solve_mut(&mut right);
+            let right = factor.solve(&right);
             for (signals, white) in self.discrepancy.runs.iter().zip(&mut white) {
                 white.gemv(-1.0, signals, &right, 1.0);
             }
@@ -118,9 +115,8 @@ impl<const N: usize> Problem<'_, N> {
 
     /// As [`Fitted::loss`] with a run left out, to first order.
     pub fn loss_without(&self, fitted: &Fitted, run: usize) -> f64 {
-        let active = self.active(&fitted.state);
-        let offset = self.offset(&fitted.state);
-        solve(&fitted.products.total(Some(run)), self.base, &self.prior, &offset, &active)
-            .map_or(f64::INFINITY, |solved| solved.loss)
+        let state = &fitted.state;
+        self.factored(&fitted.products.total(Some(run)), state, self.active(state))
+            .map_or(f64::INFINITY, |solved| solved.loss())
     }
 }

@@ -11,6 +11,7 @@ use crate::gap::report::Report;
 use crate::gap::split::Split;
 use crate::gap::twin::State;
 use crate::gap::types::{Named, Round, Scored, Status, Verdict};
+use crate::numerics::intervals::mean_interval;
 
 /// As full as a report may be: twelve runs with long names, three effects, many ties and cells.
 pub(super) fn report(verdict: Verdict) -> Report {
@@ -72,9 +73,10 @@ pub(super) fn report(verdict: Verdict) -> Report {
             before_w: 0.31,
             after_w: if stands { 0.11 } else { 0.31 },
             floor_w: 0.1,
+            floor_unclipped_w: 0.12,
             floor_how: "so and so",
             closed: stands.then_some(0.96),
-            gain_w2: (0.05, 0.09),
+            gain_w2: mean_interval(&[0.05, 0.09, 0.07, 0.07]),
             by_run: vec![(0.09, 0.012); 4],
             residuals: [vec![vec![0.3; 4]; 4], vec![vec![0.1; 4]; 4]],
         },
