@@ -144,9 +144,23 @@ fn digits(value: f64) -> String {
 
 /// The noise floor; where it was held at what is left, what was estimated, too.
 pub(super) fn floor(report: &Report) -> String {
-    let confirmed = &report.confirmed;
-    let [floor, estimated] = [confirmed.floor_w, confirmed.floor_unclipped_w].map(words::watts);
-    if floor == estimated { floor } else { format!("{floor} (estimated {estimated}, held at what is left)") }
+    let floor = words::watts(report.confirmed.floor_w);
+    estimated(report).map_or_else(
+        || floor.clone(),
+        |estimated| format!("{floor} (estimated {estimated}, held at what is left)"),
+    )
+}
+
+/// What a tile with the noise floor says below it.
+pub(super) fn floor_label(report: &Report) -> String {
+    estimated(report)
+        .map_or("noise floor".to_owned(), |estimated| format!("noise floor (estimated {estimated})"))
+}
+
+/// The noise floor as it was estimated, if that is not what counts.
+fn estimated(report: &Report) -> Option<String> {
+    let [floor, estimated] = [report.confirmed.floor_w, report.confirmed.floor_unclipped_w].map(words::watts);
+    (floor != estimated).then_some(estimated)
 }
 
 /// A cell with its mean before and after.

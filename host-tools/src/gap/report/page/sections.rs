@@ -39,7 +39,7 @@ pub(super) fn verdict(report: &Report, inputs: &Inputs) -> Markup {
             div class="tiles" {
                 (tile(&words::watts(confirmed.before_w), "gap before (RMS)", ""))
                 @if stands { (tile(&words::watts(confirmed.after_w), "gap after", "")) }
-                (tile(&summary::floor(report), "noise floor", ""))
+                (tile(&words::watts(confirmed.floor_w), &summary::floor_label(report), ""))
                 @if stands {
                     @match confirmed.closed {
                         Some(closed) => (tile(&words::percent(closed), "of the gap closed", "closed")),
