@@ -73,6 +73,13 @@ pub enum Verdict {
     Unexplained,
 }
 
+impl Verdict {
+    /// Whether effects were added that the locked runs do not speak against.
+    pub fn stands(self) -> bool {
+        matches!(self, Self::Named | Self::Ambiguous)
+    }
+}
+
 /// An effect that was added.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Named {

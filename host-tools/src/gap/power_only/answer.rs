@@ -124,6 +124,7 @@ pub fn investigate(runs: &[PowerRun]) -> Result<Report> {
         localisation: cells(runs, &rests, &split.open),
         confirmed,
         state: State { torque: unknown, effects: Vec::new() },
+        covariance: None,
         split,
         over_dispersion: None,
         residuals: (Vec::new(), None),

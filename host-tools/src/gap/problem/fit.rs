@@ -113,6 +113,35 @@ impl<const N: usize> Problem<'_, N> {
         white
     }
 
+    /// Covariance of base and effects: as the equations say, or as large as runs disagree, each left out in turn (the jackknife of
+    /// Quenouille and Tukey, field and clean runs apart), whichever is greater for each coefficient.
+    pub(crate) fn covariance(&self, fitted: &Fitted) -> DMatrix<f64> {
+        let wanted: Vec<usize> =
+            (0..self.base).chain(self.base + self.discrepancy.len()..fitted.covariance.nrows()).collect();
+        let size = wanted.len();
+        let mut variances = DVector::<f64>::zeros(size);
+        for clean in [false, true] {
+            let runs = (0..fitted.products.runs.len()).filter(|&run| self.twin.runs.runs[run].clean == clean);
+            let moves: Vec<DVector<f64>> = runs
+                .filter_map(|run| {
+                    let (state, without) = (&fitted.state, fitted.products.total(Some(run)));
+                    let solved = self.factored(&without, state, self.active(state))?.solution();
+                    Some(DVector::from_fn(size, |i, _| solved[wanted[i]]))
+                })
+                .collect();
+            let count = moves.len() as f64;
+            if moves.len() > 1 {
+                let mean = moves.iter().sum::<DVector<f64>>() / count;
+                let squares = moves.iter().map(|own| (own - &mean).map(|x| x * x)).sum::<DVector<f64>>();
+                variances += squares * ((count - 1.0) / count);
+            }
+        }
+        let formal = |i: usize, j: usize| fitted.covariance[(wanted[i], wanted[j])];
+        let inflation =
+            DVector::from_fn(size, |i, _| (variances[i] / formal(i, i).max(1e-300)).max(1.0).sqrt());
+        DMatrix::from_fn(size, size, |i, j| formal(i, j) * inflation[i] * inflation[j])
+    }
+
     /// As [`Fitted::loss`] with a run left out, to first order.
     pub fn loss_without(&self, fitted: &Fitted, run: usize) -> f64 {
         let state = &fitted.state;

@@ -81,6 +81,7 @@ pub(super) fn report(verdict: Verdict) -> Report {
             residuals: [vec![vec![0.3; 4]; 4], vec![vec![0.1; 4]; 4]],
         },
         state: State { torque, effects: Vec::new() },
+        covariance: None,
         split: Split { open: (0..8).collect(), locked: (8..12).collect() },
         base: [torque, torque],
     }

@@ -44,6 +44,9 @@ pub struct Report {
     pub confirmed: Confirmed,
     /// Base and effects at the end.
     pub state: State,
+    /// Of the base's parameters, then the effects' coefficients as in `state`; `None` where nothing was added, or nothing is known of
+    /// the base.
+    pub covariance: Option<DMatrix<f64>>,
     /// The split.
     pub split: Split,
     /// The scatter of what is left against that of clean runs.
