@@ -17,6 +17,7 @@ use model_core::motion::Motion;
 use super::cutoff;
 use super::gram::Gram;
 use crate::error::{Error, Result};
+pub use crate::log::conditioner;
 use crate::log::{RawRow, SampleReader};
 use crate::progress::FileProgress;
 use crate::robot::Robot;
@@ -280,29 +281,4 @@ pub(crate) fn condition<const N: usize>(
     let now = conditioner.push(&raw.sample, raw.elapsed).filter(|now| now.settled)?;
     let mass = raw.mass.unwrap_or(mass_kg);
     Some(Row { motion: now.motion, power: now.power, mass, run: raw.run, time: raw.time })
-}
-
-/// The conditioner for a log of this robot.
-///
-/// # Errors
-/// The log is too slow for the filter.
-pub fn conditioner<const N: usize>(
-    robot: &CoreRobot<f64, N>,
-    file: &Path,
-    period_s: f64,
-) -> Result<Conditioner<f64, N>> {
-    if period_s.is_nan() {
-        let message = "no two rows belong to one run; expected runs of many rows";
-        return Err(Error::failed(message).in_file(file).in_column(crate::log::RUN));
-    }
-    Conditioner::new(robot, period_s).map_err(|error| {
-        Error::failed(format!(
-            "sampled at {:.2} Hz, too slow for the filter's cutoff of {} Hz; expected a cutoff below {:.2} Hz \
-             (filter_cutoff_hz in robot.toml)",
-            1.0 / period_s,
-            error.cutoff_hz,
-            error.below_hz
-        ))
-        .in_file(file)
-    })
 }

@@ -6,7 +6,6 @@ use model_core::torque::TorqueModel;
 
 use super::noise::Noise;
 use super::problem::Problem;
-use super::runs::Runs;
 use super::smooth;
 use super::split::Split;
 use super::thresholds::confirm::{LEAST_SHARE, ONE_SIDED, TIMES};
@@ -14,6 +13,7 @@ use super::twin::{State, Twin};
 use crate::effects::Regressor;
 use crate::gap::noise::whiten::Signal;
 use crate::gap::types::Base;
+use crate::log::runs::Runs;
 use crate::numerics::intervals::{MeanInterval, mean_interval};
 
 /// What the locked runs say.

@@ -6,8 +6,8 @@ use model_core::effects::Term;
 use model_core::torque::TorqueModel;
 use serde_json::{Map, Value, json};
 
-use super::runs::Runs;
 use crate::effects::{Candidate, NotTestable, PITCH, PROCESSOR, Regressor, find};
+use crate::log::runs::Runs;
 
 /// Sizes that make a coefficient plausible.
 #[derive(Debug, Clone, Copy)]
@@ -114,7 +114,7 @@ pub fn candidates<const N: usize>(
             let coldest = runs
                 .runs
                 .iter()
-                .flat_map(|run| places.iter().flat_map(|&place| run.extras[place].iter().copied()))
+                .flat_map(|run| places.iter().flat_map(|&place| run.extra(place).iter().copied()))
                 .fold(f64::INFINITY, f64::min);
             add(
                 "winding-temperature",

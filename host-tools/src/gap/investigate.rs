@@ -12,7 +12,6 @@ use super::problem::lag;
 use super::problem::open::{open_problem, precision};
 use super::report::localise;
 use super::report::{Basis, Report};
-use super::runs::Runs;
 use super::split;
 use super::thresholds::confirm::LEAST_CLOSED;
 use super::thresholds::detect::{SHAPE, SHAPE_TOLERANCE};
@@ -21,6 +20,7 @@ use super::twin::{State, Twin};
 use super::types::{Base, Named, Options, Round, Verdict};
 use crate::effects::Candidate;
 use crate::error::Result;
+use crate::log::runs::Runs;
 use model_core::torque::Drive;
 use nalgebra::DMatrix;
 

@@ -9,10 +9,10 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 use self::sets::{NoiseKind, noises};
-use super::runs::Runs;
 use crate::error::Result;
 use crate::gap::investigate::investigate;
 use crate::gap::types::{Options, Verdict};
+use crate::log::runs::Runs;
 use crate::plant::effects::Effect;
 use crate::robot::Robot;
 

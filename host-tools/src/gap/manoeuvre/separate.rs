@@ -9,8 +9,6 @@ use model_core::effects::Term;
 use model_core::estimator::Sample;
 use nalgebra::{DMatrix, DVector};
 
-use super::super::edges::Motions;
-use super::super::runs::{RawRun, Row, Run, Runs};
 use super::super::smooth;
 use super::super::twin::{State, Twin};
 use super::family::{Knots, at};
@@ -22,6 +20,9 @@ use crate::gap::noise::whiten::Signal;
 use crate::gap::report::Basis;
 use crate::gap::thresholds::manoeuvre::{SAMPLES_PER_CUTOFF, SHAPE_STEP, SHAPE_UNCERTAINTY};
 use crate::gap::thresholds::problem::DISCREPANCY_RIDGE;
+use crate::log::Shared;
+use crate::log::motions::Motions;
+use crate::log::runs::{RawRun, Row, Run, Runs};
 use crate::numerics::least_squares::{NormalEquations, Prior};
 
 /// A drive as the filter would show it: rows without power.
@@ -123,9 +124,9 @@ pub struct Products {
 impl<const N: usize> Ground<'_, N> {
     /// Of the runs that there are, as they stand beside `planned` ones: smooth functions are scaled by the largest of all.
     pub fn known(&self, planned: &Runs<N>) -> Products {
-        let mut all = self.runs.clone();
-        let own = all.runs.len();
-        all.runs.extend(planned.runs.iter().cloned());
+        // A planned drive has none of the logs' further columns.
+        let all = self.runs.followed_by(planned);
+        let own = self.runs.runs.len();
         let smooth = smooth::functions(&all);
         self.products(&all, &smooth, 0..own, false)
     }
@@ -154,9 +155,9 @@ impl<const N: usize> Ground<'_, N> {
             most(&|row| -row.mass),
             most(&|row| row.time),
         ];
-        let extras = vec![Vec::new(); self.runs.columns.len()];
+        let extras = vec![Shared::default(); self.runs.columns.len()];
         let rows = kept.into_iter().flatten().collect();
-        Run { name: "anchor".to_owned(), rows, extras, motions: Motions::default(), clean: false }
+        Run { name: "anchor".to_owned(), rows, extras, motions: Motions::default().into(), clean: false }
     }
 
     fn products(

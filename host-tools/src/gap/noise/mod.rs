@@ -7,10 +7,10 @@ use nalgebra::{DMatrix, DVector};
 
 use self::spread::Spread;
 use self::whiten::{Signal, Whitener};
-use super::runs::Runs;
 use super::thresholds::noise::{BLOCKS_S, HUBER, LEAST_WORTH, MOST_TAKEN, PASSES, RIDGE};
 use super::twin::{State, Twin};
 use crate::effects::Regressor;
+use crate::log::runs::Runs;
 use crate::numerics::least_squares::NormalEquations;
 use crate::numerics::robust::scale_of_sizes;
 

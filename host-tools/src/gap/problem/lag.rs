@@ -4,10 +4,10 @@ use model_core::torque::TorqueModel;
 
 use crate::numerics::search::golden_section;
 
-use crate::gap::runs::Runs;
 use crate::gap::thresholds::problem::{LAG_ACCURACY_ROWS, MOST_LAG_ROWS};
 use crate::gap::twin::{State, Twin};
 use crate::gap::types::Base;
+use crate::log::runs::Runs;
 
 /// The lag with the least residual, s; to a hundredth of a row.
 ///

@@ -4,8 +4,8 @@ use nalgebra::DMatrix;
 
 use super::panel::Panel;
 use crate::gap::noise::Noise;
-use crate::gap::runs::Runs;
 use crate::gap::thresholds::problem::LEAST_SHARE;
+use crate::log::runs::Runs;
 use crate::numerics::least_squares::{Factored, FurtherColumn};
 
 /// What a column says about the residual when base and effects may move along.

@@ -4,11 +4,11 @@ use crate::effects::{Candidate, Regressor};
 use crate::gap::noise::Noise;
 use crate::gap::noise::whiten::Signal;
 use crate::gap::problem::Problem;
-use crate::gap::runs::Runs;
 use crate::gap::smooth;
 use crate::gap::thresholds::problem::{DISCREPANCY_RIDGE, UNKNOWN};
 use crate::gap::twin::{State, Twin};
 use crate::gap::types::{Base, Options};
+use crate::log::runs::Runs;
 use model_core::effects::Term;
 use nalgebra::{DMatrix, DVector};
 

@@ -82,7 +82,7 @@ impl Report {
 
     /// The base's parameters before and after.
     pub fn base_moves(&self) -> Value {
-        let names = crate::fit::verdict::TORQUE;
+        let names = crate::coefficients::TORQUE;
         let [before, after] = self.base.map(TorqueModel::to_array);
         let moves = names.iter().zip(before.iter().zip(after));
         Value::Object(

@@ -4,11 +4,11 @@ use model_core::coefficients::Robot as CoreRobot;
 use nalgebra::{DMatrix, DVector};
 use serde_json::{Map, Value, json};
 
-use super::super::runs::RawRun;
 use super::filter::Behind;
 use super::track::{Followed, Follower};
 use super::{in_parallel, squares};
 use crate::error::Result;
+use crate::log::runs::RawRun;
 use crate::plant::body::Wheel;
 
 /// A parameter that is fitted, the same for all wheels.

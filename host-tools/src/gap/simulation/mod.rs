@@ -20,7 +20,6 @@ use self::cast::{Part, Scene, cast};
 use self::filter::Behind;
 use self::track::Follower;
 use super::confirm;
-use super::runs::RawRun;
 use super::twin::Twin;
 use crate::effects::{Regressor, Switched};
 use crate::error::Result;
@@ -28,6 +27,7 @@ use crate::gap::report::Report;
 use crate::gap::report::localise::{self, Cell};
 use crate::gap::report::page::{self, Course};
 use crate::gap::types::Verdict;
+use crate::log::runs::RawRun;
 use crate::plant::PlantSet;
 use crate::robot::Robot;
 

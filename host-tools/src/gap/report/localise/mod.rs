@@ -14,7 +14,7 @@ use self::axes::{Axis, axes};
 use self::band::spread;
 pub use self::map::{Map, Square, map};
 use crate::gap::noise::whiten::Signal;
-use crate::gap::runs::Runs;
+use crate::log::runs::Runs;
 
 /// One cell of a map.
 #[derive(Debug, Clone, PartialEq, Serialize)]

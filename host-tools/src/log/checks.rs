@@ -1,12 +1,12 @@
-//! What logs have to be for the gap workflow, before any long work: each once, and of a size that the robot can have.
+//! What logs that are looked at whole have to be, before any long work: each once, and of a size that the robot can have.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use super::runs::{Run, Runs};
+use super::{MASS, POWER};
 use crate::error::{Error, Result};
-use crate::log::{MASS, POWER};
 use crate::robot::Robot;
 
 /// Masses below the robot's least by more than this factor, or above its greatest, are of another unit.
