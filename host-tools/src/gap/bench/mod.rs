@@ -1,5 +1,6 @@
 //! `gmr gap-bench`: hidden effects from the plant, and what the workflow makes of them.
 
+pub mod coverage;
 pub mod manoeuvre;
 pub mod sets;
 
