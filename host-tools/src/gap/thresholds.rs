@@ -146,9 +146,6 @@ pub mod name {
     pub const TIE_SHARE: f64 = 0.01;
     /// A rival is not worse if its losses are within so many standard errors over runs. Derived: one-sided 95 % of a normal variable.
     pub const TIE_ERRORS: f64 = 1.64;
-    /// An implausible hypothesis that is better by more than this share of the gain, and by [`TIE`], says that the cause is none of these.
-    /// Tuned on the own bench, run unknown.
-    pub const IMPLAUSIBLE_SHARE: f64 = 0.1;
     /// Ways of a tied effect that are further behind than this in χ² are not to be parted by a manoeuvre. Derived: five standard errors.
     pub const WAYS: f64 = 25.0;
     /// What each further column of a candidate costs, in χ². Derived: Akaike's criterion.

@@ -151,6 +151,19 @@ pub(super) fn is_tie(winner: &Hypothesis, hypothesis: &Hypothesis, gain: f64) ->
     worse < TIE + TIE_SHARE * gain && worse < TIE_ERRORS * error.max(1e-9)
 }
 
+/// An implausible hypothesis of another effect than the best plausible one's that explains more than a tie would: by more than
+/// [`TIE`] and a [share](TIE_SHARE) of the gain. `hypotheses` are sorted, the best first.
+pub(super) fn implausible_and_better<'a>(
+    hypotheses: &'a [Hypothesis],
+    null_loss: f64,
+) -> Option<&'a Hypothesis> {
+    let first = hypotheses.first().filter(|first| !first.is_plausible())?;
+    let winner = hypotheses.iter().find(|hypothesis| hypothesis.is_plausible())?;
+    let worse = winner.penalised - first.penalised;
+    let gain = null_loss - winner.penalised;
+    (first.candidate.id != winner.candidate.id && worse > TIE + TIE_SHARE * gain).then_some(first)
+}
+
 /// Whether a candidate is no better than its own limit, see [`Regressor::limit`]: what makes it this effect does not show then. Where the
 /// dictionary has the limit as an effect it is a hypothesis, and in a tie.
 pub(super) fn shows_no_shape<const N: usize>(
@@ -164,4 +177,60 @@ pub(super) fn shows_no_shape<const N: usize>(
     let candidate =
         Candidate { regressors: vec![limit], search: 0.0, shape: None, ..winner.candidate.clone() };
     fit_hypothesis(problem, state, &candidate).is_some_and(|limit| is_tie(winner, &limit, gain))
+}
+
+#[cfg(test)]
+mod tests {
+    use model_core::effects::Term;
+    use model_core::torque::TorqueModel;
+    use nalgebra::DMatrix;
+    use serde_json::Map;
+
+    use super::*;
+    use crate::gap::problem::panel::Products;
+
+    /// An effect with a loss, and a coefficient within its range of 0 to 1 or not.
+    fn hypothesis(id: &str, loss: f64, coefficient: f64) -> Hypothesis {
+        let regressor = Regressor::Term(Term::Rolling);
+        let torque = TorqueModel::from_array([0.01; 7]);
+        Hypothesis {
+            candidate: Candidate {
+                id: id.to_owned(),
+                regressors: vec![regressor.clone()],
+                unit: String::new(),
+                range: (0.0, 1.0),
+                detail: Map::new(),
+                shape: None,
+                search: 0.0,
+            },
+            fitted: Fitted {
+                state: State { torque, effects: vec![(regressor, coefficient)] },
+                loss,
+                run_losses: Vec::new(),
+                products: Products { runs: Vec::new() },
+                covariance: DMatrix::zeros(0, 0),
+            },
+            penalised: loss,
+        }
+    }
+
+    /// Gains of 2184 and 2126, as a Husky on another floor had them: the next best name was a wrong one. A tie would be within
+    /// 9 + 1 % of 2126 = 30.
+    #[test]
+    fn the_next_best_takes_no_name_that_an_implausible_one_explains_better() {
+        let null = 10_000.0;
+        let next = hypothesis("wheel-drag", null - 2126.0, 0.5);
+        let better = |gain: f64, coefficient: f64, id: &str| {
+            let all = [hypothesis(id, null - gain, coefficient), next.clone()];
+            implausible_and_better(&all, null).map(|found| found.candidate.id.clone())
+        };
+        assert_eq!(
+            better(2184.0, 1.5, "rolling-resistance-change"),
+            Some("rolling-resistance-change".to_owned())
+        );
+        // Within a tie; plausible; another way of the same effect.
+        assert_eq!(better(2150.0, 1.5, "rolling-resistance-change"), None);
+        assert_eq!(better(2184.0, 0.9, "rolling-resistance-change"), None);
+        assert_eq!(better(2184.0, 1.5, "wheel-drag"), None);
+    }
 }
