@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use common::{Bench, keys, number};
 use serde_json::Value;
 
-const KEYS: [&str; 19] = [
+const KEYS: [&str; 20] = [
     "verdict",
     "effects",
     "ambiguous_with",
@@ -20,6 +20,7 @@ const KEYS: [&str; 19] = [
     "noise_floor_unclipped_w",
     "gap_closed",
     "gain_w2",
+    "confirmed_share",
     "simulation",
     "confirm_runs",
     "localisation",

@@ -14,7 +14,7 @@ use crate::gap::types::{Named, Round, Scored, Status, Verdict};
 use crate::numerics::intervals::mean_interval;
 
 /// As full as a report may be: twelve runs with long names, three effects, many ties and cells.
-pub(super) fn report(verdict: Verdict) -> Report {
+pub(crate) fn report(verdict: Verdict) -> Report {
     let stands = matches!(verdict, Verdict::Named | Verdict::Ambiguous);
     let effects = [
         named(

@@ -2,7 +2,7 @@
 
 pub mod advice;
 #[cfg(test)]
-mod example;
+pub(crate) mod example;
 pub mod json;
 pub mod localise;
 pub mod page;
