@@ -4,6 +4,7 @@ use super::confirm::{self, ConfirmedShare};
 use super::detect::over_dispersion::OverDispersion;
 use super::detect::{shape_test, structure};
 use super::dictionary::candidates;
+use super::identifiable::unidentifiable;
 use super::name::hypothesis::Hypothesis;
 use super::name::{Choice, name};
 use super::problem::Problem;
@@ -44,6 +45,12 @@ pub fn investigate<const N: usize>(
     let (mut list, mut not_testable) = candidates(&field, &base.torque, base.drive == Drive::Regenerative);
     list.extend_from_slice(&options.user.candidates);
     not_testable.extend_from_slice(&options.user.not_testable);
+    let mut removed = options.removed.clone();
+    for missing in unidentifiable(&base.masses_kg, runs) {
+        removed.push(missing.id.clone());
+        not_testable.push(missing);
+    }
+    let options = &Options { removed, ..options.clone() };
     list.retain(|candidate| !options.removed.contains(&candidate.id));
     let twin = Twin { runs: &open, drive: base.drive, lag };
     let problem = open_problem(twin, base, parameters, &list, options);

@@ -7,6 +7,7 @@ pub mod confirm;
 pub mod detect;
 pub mod dictionary;
 pub mod extension;
+mod identifiable;
 pub mod investigate;
 pub mod manoeuvre;
 pub mod name;

@@ -58,6 +58,9 @@ pub mod problem {
     pub const RIDGE: f64 = 1e-10;
     /// The same for the discrepancy, whose columns of base and effects nearly repeat each other. Derived: rounding of some ninety columns.
     pub const DISCREPANCY_RIDGE: f64 = 1e-9;
+    /// Total masses that differ by less than this share are one: they do not tell what a mass does to the power. Chosen: a scale's error
+    /// and a battery's swap are below it, any payload worth an estimate above.
+    pub const ONE_MASS: f64 = 0.1;
     /// Share of a signal's variance in the field that clean runs have to have for them to say something about it. Tuned on a door that was
     /// shut in the clean runs (tests/gap_user_effects.rs) and a measured slope; no bench.
     pub const LEAST_SHOWN: f64 = 0.1;
@@ -112,6 +115,8 @@ pub mod detect {
     pub const IN_RUN: f64 = 5.5;
     /// Masses of single runs with lower scores are taken for right. Tuned on the own bench, run unknown.
     pub const WRONG_MASS: f64 = 3.2;
+    /// A mass below this share of the empty robot's is none. Chosen: an estimate's error, and a battery that was left out.
+    pub const LIGHTEST: f64 = 0.9;
     /// By how much scores of single runs and times have to be higher than those of smooth functions to be as rare. Tuned on the own bench,
     /// run unknown; derived from normal scores it would be about 1.
     pub const MORE_LOOKS: f64 = 1.2;

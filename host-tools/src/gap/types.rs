@@ -21,6 +21,8 @@ pub struct Base {
     pub covariance: Option<DMatrix<f64>>,
     /// Whether the drives clamp.
     pub drive: Drive,
+    /// Total masses that it was fitted to, kg; none where these are those of the runs in question.
+    pub masses_kg: Vec<f64>,
 }
 
 /// What may be set.

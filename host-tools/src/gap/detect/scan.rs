@@ -9,7 +9,7 @@ use crate::effects::{Candidate, Regressor, Switched, find};
 use crate::gap::problem::Problem;
 use crate::gap::problem::panel::Panel;
 use crate::gap::thresholds::detect::{
-    IN_RUN, LEAST_STEP, MOST_ROLLING, MOST_TIMES, RUN_ENDS, TIME_GRID_S, TIME_PENALTY, WRONG_MASS,
+    IN_RUN, LEAST_STEP, LIGHTEST, MOST_ROLLING, MOST_TIMES, RUN_ENDS, TIME_GRID_S, TIME_PENALTY, WRONG_MASS,
 };
 use crate::gap::thresholds::problem::LEAST_SHARE;
 use crate::gap::twin::State;
@@ -47,13 +47,13 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
             most = most.max(z.abs());
         }
     }
-    let masses = problem.twin.runs.runs.iter().flat_map(|run| &run.rows).map(|row| row.mass);
-    let heaviest = masses.fold(0.0, f64::max);
-    if !wrong.is_empty() {
+    // In every run at once it is no slip of the pen.
+    let open = problem.twin.runs.runs.iter().filter(|run| !run.clean).count();
+    if !wrong.is_empty() && wrong.len() < open {
         let names: Vec<&str> = wrong.iter().map(|regressor| run_name(problem, regressor)).collect();
         let detail = json!({"runs": names});
         let search = chance * wrong.len() as f64;
-        found.push((candidate("payload-mislabel", wrong, heaviest, detail, search), most));
+        found.push((mislabelled(problem, wrong, detail, search), most));
     }
 
     for (id, what) in [("static-step", Switched::Static), ("surface-switch", Switched::Rolling)] {
@@ -129,6 +129,21 @@ fn candidate(
     };
     let shape = regressors.iter().all(|regressor| regressor.shape().is_some()).then_some("at_s");
     Candidate { id: id.to_owned(), regressors, unit, range: (-most, most), detail, search, shape }
+}
+
+/// Masses of single runs: at least those of the empty robot, and not above the greatest noted by more than that.
+fn mislabelled<const N: usize>(
+    problem: &Problem<'_, N>,
+    wrong: Vec<Regressor>,
+    detail: serde_json::Value,
+    search: f64,
+) -> Candidate {
+    let masses = |run: usize| problem.twin.runs.runs[run].rows.iter().map(|row| row.mass);
+    let heaviest = (0..problem.twin.runs.runs.len()).flat_map(masses).fold(0.0, f64::max);
+    let lightest = wrong.iter().filter_map(Regressor::run).flat_map(masses).fold(f64::INFINITY, f64::min);
+    let empty = LIGHTEST * problem.twin.runs.robot.range.no_load();
+    let range = (-(lightest - empty).max(0.0), heaviest);
+    Candidate { range, ..candidate("payload-mislabel", wrong, heaviest, detail, search) }
 }
 
 fn run_name<'a, const N: usize>(problem: &'a Problem<'_, N>, regressor: &Regressor) -> &'a str {
