@@ -1,6 +1,7 @@
 //! The robot that coefficients were fitted for, and what makes another of it.
 
 use model_core::coefficients::{Name, Robot as CoreRobot};
+use model_core::conditioning::Conditioning;
 use model_core::kinematics::Kinematics;
 use model_core::model::MassRange;
 use thiserror::Error;
@@ -142,6 +143,7 @@ pub(super) fn of_section<const N: usize>(
         mass_matrix,
         dead_band: section.speed_dead_band_rad_s,
         cutoff_hz: section.filter_cutoff_hz,
+        conditioning: Conditioning::PLAIN,
         range,
         static_power: section.static_power_w,
     })
