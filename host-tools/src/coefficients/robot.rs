@@ -1,6 +1,7 @@
 //! The robot that coefficients were fitted for, and what makes another of it.
 
 use model_core::coefficients::{Name, Robot as CoreRobot};
+use model_core::conditioning::Conditioning;
 use model_core::kinematics::Kinematics;
 use model_core::model::MassRange;
 
@@ -108,5 +109,6 @@ pub(super) fn of_section<const N: usize>(
         cutoff_hz: section.filter_cutoff_hz,
         range,
         static_power: section.static_power_w,
+        conditioning: Conditioning::PLAIN,
     })
 }
