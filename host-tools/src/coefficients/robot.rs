@@ -107,6 +107,7 @@ pub(super) fn of_section<const N: usize>(
         mass_matrix,
         dead_band: section.speed_dead_band_rad_s,
         cutoff_hz: section.filter_cutoff_hz,
+        conditioning: Conditioning::PLAIN,
         range,
         static_power: section.static_power_w,
         conditioning: Conditioning::PLAIN,
