@@ -131,7 +131,7 @@ fn show(found: &Found, arguments: &Arguments) -> Result<()> {
             suggestion: found.suggestion.as_ref(),
             profile: profile.as_deref(),
         };
-        return super::print_json(&output::json(&found.report, beside));
+        return crate::output::print_json(&output::json(&found.report, beside));
     }
     println!("{}", summary::text(&found.report).trim_end());
     if let Some(simulated) = &found.simulated {

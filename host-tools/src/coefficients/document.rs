@@ -85,7 +85,7 @@ impl Document {
         })?;
         match document.format {
             FORMAT => Ok(document),
-            found => Err(InvalidCoefficients::Format { found }),
+            found => Err(InvalidCoefficients::Format { found, expected: FORMAT }),
         }
     }
 

@@ -19,11 +19,10 @@ use model_core::payload::Noise;
 use model_core::torque::{Drive, TorqueModel};
 use nalgebra::DMatrix;
 
-pub use self::error::{InvalidCoefficients, InvalidCovariance};
+pub use self::error::{Difference, InvalidCoefficients, InvalidCovariance};
 pub use self::kind::{Method, ModelKind};
 pub use self::logs::FittedLog;
 pub use self::parameters::{EQ18, Quantity, TORQUE};
-pub use self::robot::Difference;
 
 use self::document::{Document, FORMAT, FitSection, NoiseSection};
 use crate::effects::written::{self, Written, Wrong};
