@@ -110,6 +110,5 @@ pub(super) fn of_section<const N: usize>(
         conditioning: Conditioning::PLAIN,
         range,
         static_power: section.static_power_w,
-        conditioning: Conditioning::PLAIN,
     })
 }
