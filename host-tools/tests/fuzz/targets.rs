@@ -15,8 +15,11 @@ use host_tools::robot::Robot;
 use host_tools::virtual_board::servo_bus::ServoBus;
 use model_core::coefficients::Coefficients;
 
-/// By name. Those that read a file get a path to write it to.
-pub const TARGETS: [(&str, fn(&[u8], &Path)); 7] = [
+/// Gets the bytes, and a path to write them to where it reads a file.
+pub(crate) type Target = fn(&[u8], &Path);
+
+/// By name.
+pub(crate) const TARGETS: [(&str, Target); 7] = [
     ("log", log),
     ("robot", robot),
     ("coefficients", coefficients),
