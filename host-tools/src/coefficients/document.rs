@@ -70,6 +70,9 @@ pub(super) struct FitSection {
     pub(super) rmse_w: f64,
     /// Covariance of the parameters in the order above.
     pub(super) covariance: Vec<Vec<f64>>,
+    /// Of the parameters, then the effects' coefficients, where `gmr gap --out` added any.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) joint_covariance: Vec<Vec<f64>>,
 }
 
 impl Document {
@@ -82,7 +85,7 @@ impl Document {
         })?;
         match document.format {
             FORMAT => Ok(document),
-            found => Err(InvalidCoefficients::Format { found }),
+            found => Err(InvalidCoefficients::Format { found, expected: FORMAT }),
         }
     }
 

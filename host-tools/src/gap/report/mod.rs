@@ -2,13 +2,14 @@
 
 pub mod advice;
 #[cfg(test)]
-mod example;
+pub(crate) mod example;
 pub mod json;
 pub mod localise;
 pub mod page;
 pub mod summary;
 
 use model_core::torque::{Drive, TorqueModel};
+use nalgebra::DMatrix;
 use serde_json::{Value, json};
 
 use self::localise::Cell;
@@ -16,7 +17,6 @@ use super::confirm::Confirmed;
 use super::detect::over_dispersion::OverDispersion;
 use super::name::hypothesis::Hypothesis;
 use super::noise::whiten::{Signal, Whitener};
-use super::problem::solve::Prior;
 use super::split::Split;
 use super::twin::State;
 use super::types::{Named, Round, Verdict};
@@ -44,6 +44,9 @@ pub struct Report {
     pub confirmed: Confirmed,
     /// Base and effects at the end.
     pub state: State,
+    /// Of the base's parameters, then the effects' coefficients as in `state`; `None` where nothing was added, or nothing is known of
+    /// the base.
+    pub covariance: Option<DMatrix<f64>>,
     /// The split.
     pub split: Split,
     /// The scatter of what is left against that of clean runs.
@@ -67,8 +70,8 @@ pub struct Basis {
     pub whitener: Whitener,
     /// Standard deviation of the whitened noise, W.
     pub std_w: f64,
-    /// What is known of the base.
-    pub prior: Prior,
+    /// How surely the base's own fit knows it: the inverse of its covariance.
+    pub precision: DMatrix<f64>,
 }
 
 impl Report {

@@ -110,7 +110,7 @@ pub fn gap(report: &Report) -> String {
     let confirmed = &report.confirmed;
     let count = confirmed.runs.len();
     let s = if count == 1 { "" } else { "s" };
-    let floor = words::watts(confirmed.floor_w);
+    let floor = floor(report);
     let before = words::watts(confirmed.before_w);
     let stands = matches!(report.verdict, Verdict::Named | Verdict::Ambiguous);
     if !stands {
@@ -122,9 +122,45 @@ pub fn gap(report: &Report) -> String {
         None => "share closed not testable: no locked run has the effect".to_owned(),
     };
     format!(
-        "Gap (RMS) on {count} locked run{s}: {before} → {}, noise floor {floor}: {closed}; smaller in {better} of {count}.",
-        words::watts(confirmed.after_w)
+        "Gap (RMS) on {count} locked run{s}: {before} → {}, noise floor {floor}: {closed}; smaller in {better} of {count}, mean square by {}.",
+        words::watts(confirmed.after_w),
+        gain(report)
     )
+}
+
+/// By how much the mean square shrinks on the locked runs.
+pub(super) fn gain(report: &Report) -> String {
+    let gain = report.confirmed.gain_w2;
+    match gain.ends() {
+        Some((low, high)) => format!("{} W² (95 %: {} to {})", digits(gain.mean), digits(low), digits(high)),
+        None => format!("{} W² (one locked run: no interval)", digits(gain.mean)),
+    }
+}
+
+/// Three significant digits.
+fn digits(value: f64) -> String {
+    words::watts(value).trim_end_matches(" W").to_owned()
+}
+
+/// The noise floor; where it was held at what is left, what was estimated, too.
+pub(super) fn floor(report: &Report) -> String {
+    let floor = words::watts(report.confirmed.floor_w);
+    estimated(report).map_or_else(
+        || floor.clone(),
+        |estimated| format!("{floor} (estimated {estimated}, held at what is left)"),
+    )
+}
+
+/// What a tile with the noise floor says below it.
+pub(super) fn floor_label(report: &Report) -> String {
+    estimated(report)
+        .map_or("noise floor".to_owned(), |estimated| format!("noise floor (estimated {estimated})"))
+}
+
+/// The noise floor as it was estimated, if that is not what counts.
+fn estimated(report: &Report) -> Option<String> {
+    let [floor, estimated] = [report.confirmed.floor_w, report.confirmed.floor_unclipped_w].map(words::watts);
+    (floor != estimated).then_some(estimated)
 }
 
 /// A cell with its mean before and after.
