@@ -3,6 +3,7 @@
 mod bench;
 mod circles;
 mod demo;
+mod gap;
 mod images;
 mod instructions;
 mod paths;
@@ -19,8 +20,8 @@ usage: cargo xtask <command>
 
   test   formatting, lints, documentation, tests on the host and on an emulated Cortex-M7, licences
   demo   record, fit, flash and estimate on the virtual board; plots go to demo-output/
-  bench [accuracy | fit-speed | instructions | robots]
-         the figures of the README, measured again; minutes
+  bench [accuracy | fit-speed | gap | instructions | robots]
+         the figures of the README, measured again; minutes. gap: a night, only by name
   bench robots --json
          the figures of docs/robots.txt
   circles
