@@ -26,6 +26,9 @@ pub(super) struct Document {
     pub(super) parameters: toml::Table,
     pub(super) noise: NoiseSection,
     pub(super) fit: FitSection,
+    /// What is known of the model with its effects.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) extension: Option<ExtensionSection>,
     /// What `gmr gap --out` added.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) effects: Vec<Written>,
@@ -70,8 +73,11 @@ pub(super) struct FitSection {
     pub(super) rmse_w: f64,
     /// Covariance of the parameters in the order above.
     pub(super) covariance: Vec<Vec<f64>>,
-    /// Of the parameters, then the effects' coefficients, where `gmr gap --out` added any.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct ExtensionSection {
+    /// Of the parameters, then the coefficients of the effects in their order.
     pub(super) joint_covariance: Vec<Vec<f64>>,
 }
 

@@ -24,7 +24,7 @@ pub use self::kind::{Method, ModelKind};
 pub use self::logs::FittedLog;
 pub use self::parameters::{EQ18, Quantity, TORQUE};
 
-use self::document::{Document, FORMAT, FitSection, NoiseSection};
+use self::document::{Document, ExtensionSection, FORMAT, FitSection, NoiseSection};
 use crate::effects::written::{self, Written, Wrong};
 use crate::error::{Error, Result};
 use crate::output::write_whole;
@@ -113,8 +113,7 @@ impl<const N: usize> CoefficientsFile<N> {
         let size = parameters::named(&model, scrubs).len();
         let covariance =
             covariance::of_rows(&document.fit.covariance, size).map_err(InvalidCoefficients::Covariance)?;
-        let FitSection { rows, logs, fingerprints, masses_kg, r2, rmse_w, joint_covariance, .. } =
-            document.fit;
+        let FitSection { rows, logs, fingerprints, masses_kg, r2, rmse_w, .. } = document.fit;
         let fingerprints = fingerprints.into_iter().map(|text| (!text.is_empty()).then_some(text));
         let fingerprints = fingerprints.chain(std::iter::repeat(None));
         let logs = logs.into_iter().zip(fingerprints);
@@ -136,11 +135,10 @@ impl<const N: usize> CoefficientsFile<N> {
             },
         };
         let extended = plain.with_effects(document.effects).map_err(InvalidCoefficients::Effect)?;
-        if joint_covariance.is_empty() {
-            return Ok(extended);
-        }
-        let joint = covariance::of_rows(&joint_covariance, size + extended.coefficients.columns.len())
-            .map_err(InvalidCoefficients::Covariance)?;
+        let Some(extension) = document.extension else { return Ok(extended) };
+        let joint =
+            covariance::of_rows(&extension.joint_covariance, size + extended.coefficients.columns.len())
+                .map_err(InvalidCoefficients::Covariance)?;
         Ok(Self { joint_covariance: Some(joint), ..extended })
     }
 
@@ -196,8 +194,8 @@ impl<const N: usize> CoefficientsFile<N> {
                 r2: self.origin.r2.unwrap_or(f64::NAN),
                 rmse_w: self.origin.rmse_w,
                 covariance: rows(&covariance),
-                joint_covariance: joint.as_ref().map_or(Vec::new(), rows),
             },
+            extension: joint.map(|joint| ExtensionSection { joint_covariance: rows(&joint) }),
             effects: self.effects.clone(),
         })
     }

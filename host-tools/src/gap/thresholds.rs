@@ -178,6 +178,9 @@ pub mod confirm {
     pub const LEAST_CLOSED: f64 = 0.5;
     /// A named effect has to show on the locked runs with at least this share of what it adds. As above.
     pub const LEAST_SHARE: f64 = 0.5;
+    /// A gap of more than this many times the noise floor is more than noise, though nothing is named. Derived: a mean square that is half as
+    /// large again, as for [`super::detect::DISTURBANCE`].
+    pub const MUCH_MORE: f64 = 1.22;
     /// One-sided 95 % of a normal variable. Derived.
     pub const ONE_SIDED: f64 = 1.64;
     /// Times that are tried for a locked run's own step. Chosen for time: a quarter of a second in a run of a minute.

@@ -4,6 +4,7 @@ mod bench;
 mod circles;
 mod demo;
 mod fuzz;
+mod gap;
 mod images;
 mod instructions;
 mod paths;
@@ -24,8 +25,8 @@ usage: cargo xtask <command>
          formatting, lints, documentation, tests on the host and on an emulated Cortex-M7, licences
   demo [--yes]
          record, fit, flash and estimate on the virtual board; plots go to demo-output/
-  bench [accuracy | fit-speed | instructions | robots]
-         the figures of the README, measured again; minutes
+  bench [accuracy | fit-speed | gap | instructions | robots]
+         the figures of the README, measured again; minutes. gap: a night, only by name
   bench robots --json
          the figures of docs/robots.txt
   circles

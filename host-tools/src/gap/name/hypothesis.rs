@@ -153,10 +153,7 @@ pub(super) fn is_tie(winner: &Hypothesis, hypothesis: &Hypothesis, gain: f64) ->
 
 /// An implausible hypothesis of another effect than the best plausible one's that explains more than a tie would: by more than
 /// [`TIE`] and a [share](TIE_SHARE) of the gain. `hypotheses` are sorted, the best first.
-pub(super) fn implausible_and_better<'a>(
-    hypotheses: &'a [Hypothesis],
-    null_loss: f64,
-) -> Option<&'a Hypothesis> {
+pub(super) fn implausible_and_better(hypotheses: &[Hypothesis], null_loss: f64) -> Option<&Hypothesis> {
     let first = hypotheses.first().filter(|first| !first.is_plausible())?;
     let winner = hypotheses.iter().find(|hypothesis| hypothesis.is_plausible())?;
     let worse = winner.penalised - first.penalised;

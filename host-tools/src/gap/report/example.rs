@@ -1,13 +1,15 @@
 //! Invented reports, one of each verdict, for tests of what is shown.
 
 use model_core::effects::Term;
-use model_core::torque::TorqueModel;
+use model_core::torque::{Drive, TorqueModel};
+use nalgebra::DMatrix;
 use serde_json::json;
 
 use super::localise::Cell;
 use crate::effects::{Candidate, NotTestable, Regressor};
 use crate::gap::confirm::Confirmed;
-use crate::gap::report::Report;
+use crate::gap::noise::whiten::Whitener;
+use crate::gap::report::{Basis, Report};
 use crate::gap::split::Split;
 use crate::gap::twin::State;
 use crate::gap::types::{Named, Round, Scored, Status, Verdict};
@@ -65,7 +67,13 @@ pub(crate) fn report(verdict: Verdict) -> Report {
         residuals: (residual.clone(), stands.then_some(residual)),
         over_dispersion: None,
         ties: Vec::new(),
-        basis: None,
+        basis: Some(Basis {
+            drive: Drive::Dissipative,
+            lag: 0.0,
+            whitener: Whitener { coefficients: Vec::new() },
+            std_w: 1.0,
+            precision: DMatrix::zeros(0, 0),
+        }),
         confirmed: Confirmed {
             share: None,
             clean_w: None,

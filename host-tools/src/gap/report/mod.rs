@@ -18,6 +18,7 @@ use super::detect::over_dispersion::OverDispersion;
 use super::name::hypothesis::Hypothesis;
 use super::noise::whiten::{Signal, Whitener};
 use super::split::Split;
+use super::thresholds::confirm::MUCH_MORE;
 use super::twin::State;
 use super::types::{Named, Round, Verdict};
 use crate::effects::NotTestable;
@@ -75,6 +76,16 @@ pub struct Basis {
 }
 
 impl Report {
+    /// Whether it is about logs that do not say how the robot moved.
+    pub fn is_power_only(&self) -> bool {
+        self.basis.is_none()
+    }
+
+    /// Whether the model is off by more than the noise: no effect is named, but not all is explained.
+    pub fn is_off(&self) -> bool {
+        self.confirmed.before_w > MUCH_MORE * self.confirmed.floor_unclipped_w
+    }
+
     /// The gap that is closed on locked runs, if it could be tested.
     pub fn gap_closed(&self) -> Option<f64> {
         self.confirmed.closed

@@ -65,7 +65,10 @@ pub fn headline(report: &Report) -> String {
     let names =
         || report.effects.iter().map(|named| named.candidate.id.clone()).collect::<Vec<_>>().join(" + ");
     match report.verdict {
-        Verdict::None => "NONE: no gap beyond the noise; the model explains these runs.".to_owned(),
+        Verdict::None if report.is_power_only() => {
+            "NONE: no step of the power at rest; these logs cannot tell while driving: they lack the wheels' speeds.".to_owned()
+        }
+        Verdict::None => format!("NONE: nothing nameable; {}.", off_by(report)),
         Verdict::Named => format!("NAMED: the model lacks {}.", names()),
         Verdict::Ambiguous => format!(
             "AMBIGUOUS: the model lacks {}, or {}: these runs cannot tell them apart.",
@@ -79,6 +82,12 @@ pub fn headline(report: &Report) -> String {
             )
         }
     }
+}
+
+/// By how much the model is off, and how much of it is noise.
+fn off_by(report: &Report) -> String {
+    let [off, noise] = [report.confirmed.before_w, report.confirmed.floor_unclipped_w].map(words::watts);
+    format!("the model is off by {off}, the noise is {noise}")
 }
 
 /// An effect with its coefficient, its error, and its meaning.
@@ -212,7 +221,14 @@ mod tests {
     #[test]
     fn every_verdict_fits_on_one_screen_and_says_what_it_has_to() {
         for (verdict, said) in [
-            (Verdict::None, ["NONE", "noise floor 0.100 W", "Next: nothing"]),
+            (
+                Verdict::None,
+                [
+                    "NONE: nothing nameable; the model is off by 0.310 W, the noise is 0.120 W",
+                    "noise floor 0.100 W",
+                    "refit",
+                ],
+            ),
             (Verdict::Named, ["NAMED: the model lacks grade", "0.310 W → 0.110 W", "96 % of the gap closed"]),
             (Verdict::Ambiguous, ["cannot tell them apart", "windage: hold the top speed", "and 3 more"]),
             (Verdict::Unexplained, ["UNEXPLAINED", "with the number 7", "pitch_rad"]),
