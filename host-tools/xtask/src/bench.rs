@@ -6,8 +6,9 @@ use crate::steps::{Steps, Stop, command};
 type Measure = fn(&mut Steps) -> Result<(), Stop>;
 
 /// What can be measured.
-const BENCHES: [(&str, Measure); 3] = [
+const BENCHES: [(&str, Measure); 4] = [
     ("accuracy", |steps| host_bench(steps, "accuracy", "accuracy")),
+    ("coverage", |steps| host_bench(steps, "coverage", "coverage")),
     ("fit-speed", |steps| host_bench(steps, "fit-speed", "fit_speed")),
     ("instructions", instructions::run),
 ];

@@ -18,7 +18,7 @@ usage: cargo xtask <command>
 
   test   formatting, lints, documentation, tests on the host and on an emulated Cortex-M7, licences
   demo   record, fit, flash and estimate on the virtual board; plots go to demo-output/
-  bench [accuracy | fit-speed | instructions]
+  bench [accuracy | coverage | fit-speed | instructions]
          the figures of the README, measured again; minutes
   circles
          files of a crate that need each other, and rooms that need those above them: part of test
