@@ -7,11 +7,12 @@ use crate::steps::{Steps, Stop, command};
 type Measure = fn(&mut Steps) -> Result<(), Stop>;
 
 /// What can be measured.
-const BENCHES: [(&str, Measure); 4] = [
+const BENCHES: [(&str, Measure); 5] = [
     ("accuracy", |steps| host_bench(steps, "accuracy", "accuracy")),
     ("fit-speed", |steps| host_bench(steps, "fit-speed", "fit_speed")),
     ("instructions", instructions::run),
     ("robots", |steps| robots::run(steps, false)),
+    ("gap-mujoco", robots::gap),
 ];
 
 /// Measures one of them, or all. True when every figure was reached; `None` for a name that there is not.

@@ -19,8 +19,8 @@ usage: cargo xtask <command>
 
   test   formatting, lints, documentation, tests on the host and on an emulated Cortex-M7, licences
   demo   record, fit, flash and estimate on the virtual board; plots go to demo-output/
-  bench [accuracy | fit-speed | instructions | robots]
-         the figures of the README, measured again; minutes
+  bench [accuracy | fit-speed | instructions | robots | gap-mujoco]
+         the figures of the README, measured again; minutes, the last most of an hour
   bench robots --json
          the figures of docs/robots.txt
   circles
