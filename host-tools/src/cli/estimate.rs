@@ -185,7 +185,7 @@ fn policy(arguments: &Arguments) -> Result<Policy> {
 
 fn print_json(robot: &Robot, replay: &Replay, beside: Beside) -> Result<()> {
     let quality = replay.quality;
-    super::print_json(&Report {
+    crate::output::print_json(&Report {
         r2: quality.and_then(|q| q.r2),
         mape_percent: quality.and_then(|q| q.mape_percent),
         mape_floor_w: robot.mape_floor_w(),

@@ -109,7 +109,7 @@ fn settings(arguments: &Arguments) -> Result<pgd::Settings> {
 }
 
 fn print_json<const N: usize>(robot: &Robot, fit: &Fit<N>) -> Result<()> {
-    super::print_json(&Report {
+    crate::output::print_json(&Report {
         robot: robot.name(),
         model: fit.kind,
         method: fit.method,

@@ -19,7 +19,7 @@ use crate::gap::report::{json as output, page, summary};
 use crate::gap::simulation::Simulated;
 use crate::gap::types::{Base, Options, Verdict};
 use crate::gap::user::{self, UserCandidates};
-use crate::gap::{extended, manoeuvre, simulation};
+use crate::gap::{extension, manoeuvre, simulation};
 use crate::log::checks;
 use crate::log::runs::Runs;
 use crate::log::speed_column;
@@ -131,7 +131,7 @@ fn show(found: &Found, arguments: &Arguments) -> Result<()> {
             suggestion: found.suggestion.as_ref(),
             profile: profile.as_deref(),
         };
-        return super::print_json(&output::json(&found.report, beside));
+        return crate::output::print_json(&output::json(&found.report, beside));
     }
     println!("{}", summary::text(&found.report).trim_end());
     if let Some(simulated) = &found.simulated {
@@ -177,13 +177,16 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
                 return Err(Error::failed(message).in_file(file).in_column("effects"));
             }
             let covariance = Some(fitted.covariance.clone());
-            (read.robot, Base { torque, covariance, drive })
+            (read.robot, Base { torque, covariance, drive, masses_kg: fitted.origin.masses_kg.clone() })
         }
         None => {
             let reading = Reading { gate: Gate::Signed, cutoff_hz: None, mass_kg: mass };
             let dataset = Dataset::<N>::read(robot, &arguments.runs, &reading)?;
             let torque = physical::solve(&dataset, robot.drive()).torque;
-            (dataset.robot, Base { torque, covariance: None, drive: robot.drive() })
+            (
+                dataset.robot,
+                Base { torque, covariance: None, drive: robot.drive(), masses_kg: dataset.masses },
+            )
         }
     };
     let named: Vec<String> = own.iter().flat_map(|effect| effect.formula.variables()).cloned().collect();
@@ -246,7 +249,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
         )?;
     }
     if let (Some(out), Some((_, base))) = (&arguments.out, &fitted) {
-        extended::write(&report, base, out)?;
+        extension::write(&runs, &report, base, out)?;
     }
     drop(progress);
     let found = Found { report, simulated, suggestion };

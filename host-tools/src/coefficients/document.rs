@@ -26,6 +26,9 @@ pub(super) struct Document {
     pub(super) parameters: toml::Table,
     pub(super) noise: NoiseSection,
     pub(super) fit: FitSection,
+    /// What is known of the model with its effects.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) extension: Option<ExtensionSection>,
     /// What `gmr gap --out` added.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) effects: Vec<Written>,
@@ -72,6 +75,12 @@ pub(super) struct FitSection {
     pub(super) covariance: Vec<Vec<f64>>,
 }
 
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct ExtensionSection {
+    /// Of the parameters, then the coefficients of the effects in their order.
+    pub(super) joint_covariance: Vec<Vec<f64>>,
+}
+
 impl Document {
     /// # Errors
     /// Another layout or format.
@@ -82,7 +91,7 @@ impl Document {
         })?;
         match document.format {
             FORMAT => Ok(document),
-            found => Err(InvalidCoefficients::Format { found }),
+            found => Err(InvalidCoefficients::Format { found, expected: FORMAT }),
         }
     }
 

@@ -2,8 +2,6 @@
 
 use thiserror::Error;
 
-use super::document::FORMAT;
-use super::robot::Difference;
 use crate::effects::written::Wrong;
 
 /// Why a text is no coefficients, or none for this robot.
@@ -18,10 +16,12 @@ pub enum InvalidCoefficients {
         line: Option<u64>,
     },
     /// Of another version.
-    #[error("format {found}; expected {FORMAT}")]
+    #[error("format {found}; expected {expected}")]
     Format {
         /// The version found.
         found: u32,
+        /// The version known here.
+        expected: u32,
     },
     /// Fitted for another robot.
     #[error("{0}")]
@@ -49,6 +49,41 @@ pub enum InvalidCoefficients {
     /// An effect that is unknown, lacks something, or makes powers that no robot draws.
     #[error("{}", .0.message)]
     Effect(Wrong),
+}
+
+/// What makes another robot of one.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum Difference {
+    /// The number of wheels.
+    #[error("fitted for a robot with {found} wheels; expected {expected}: wrong robot?")]
+    Wheels {
+        /// As the file says.
+        found: usize,
+        /// As the robot has.
+        expected: usize,
+    },
+    /// What it is built like.
+    #[error("these coefficients are for another robot: {what} of {robot} (fitted for {fitted}) differ")]
+    Body {
+        /// Which part of it.
+        what: &'static str,
+        /// The robot's name.
+        robot: String,
+        /// The name in the file.
+        fitted: String,
+    },
+    /// A key of robot.toml that decides what the fit took for power and motion.
+    #[error("these coefficients are for another robot: {key} = {found} of {name}, but fitted with {fitted}")]
+    Setting {
+        /// The key.
+        key: &'static str,
+        /// The robot's name.
+        name: String,
+        /// What the robot's file says.
+        found: String,
+        /// What the coefficients say.
+        fitted: String,
+    },
 }
 
 /// Why a matrix is no covariance.

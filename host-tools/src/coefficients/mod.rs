@@ -19,13 +19,12 @@ use model_core::payload::Noise;
 use model_core::torque::{Drive, TorqueModel};
 use nalgebra::DMatrix;
 
-pub use self::error::{InvalidCoefficients, InvalidCovariance};
+pub use self::error::{Difference, InvalidCoefficients, InvalidCovariance};
 pub use self::kind::{Method, ModelKind};
 pub use self::logs::FittedLog;
 pub use self::parameters::{EQ18, Quantity, TORQUE};
-pub use self::robot::Difference;
 
-use self::document::{Document, FORMAT, FitSection, NoiseSection};
+use self::document::{Document, ExtensionSection, FORMAT, FitSection, NoiseSection};
 use crate::effects::written::{self, Written, Wrong};
 use crate::error::{Error, Result};
 use crate::output::write_whole;
@@ -42,6 +41,8 @@ pub struct CoefficientsFile<const N: usize> {
     pub method: Method,
     /// Covariance of the parameters, in the order of [`TORQUE`] or [`EQ18`]; no row for scrub where the wheels do not.
     pub covariance: DMatrix<f64>,
+    /// Of the parameters, then the coefficients of the effects' columns; `None` without effects, and of files that do not tell.
+    pub joint_covariance: Option<DMatrix<f64>>,
     /// What was added to the fitted model; [`Coefficients::columns`] is what estimators make of it.
     pub effects: Vec<Written>,
     /// What it was fitted to.
@@ -122,6 +123,7 @@ impl<const N: usize> CoefficientsFile<N> {
             kind: document.model,
             method: document.method,
             covariance,
+            joint_covariance: None,
             effects: Vec::new(),
             origin: Origin {
                 logs: logs.collect(),
@@ -132,7 +134,12 @@ impl<const N: usize> CoefficientsFile<N> {
                 rmse_w,
             },
         };
-        plain.with_effects(document.effects).map_err(InvalidCoefficients::Effect)
+        let extended = plain.with_effects(document.effects).map_err(InvalidCoefficients::Effect)?;
+        let Some(extension) = document.extension else { return Ok(extended) };
+        let joint =
+            covariance::of_rows(&extension.joint_covariance, size + extended.coefficients.columns.len())
+                .map_err(InvalidCoefficients::Covariance)?;
+        Ok(Self { joint_covariance: Some(joint), ..extended })
     }
 
     /// Writes them, whole or not at all.
@@ -154,6 +161,10 @@ impl<const N: usize> CoefficientsFile<N> {
         let regeneration = matches!(model, Model::Signed { drive: Drive::Regenerative, .. });
         let scrubs = robot.kinematics.scrubs();
         let covariance = covariance::rounded(&self.covariance)?;
+        let joint = self.joint_covariance.as_ref().map(covariance::rounded).transpose()?;
+        let rows = |matrix: &DMatrix<f64>| -> Vec<Vec<f64>> {
+            matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
+        };
         let parameters = parameters::named(model, scrubs);
         Ok(Document {
             format: FORMAT,
@@ -182,8 +193,9 @@ impl<const N: usize> CoefficientsFile<N> {
                 masses_kg: self.origin.masses_kg.clone(),
                 r2: self.origin.r2.unwrap_or(f64::NAN),
                 rmse_w: self.origin.rmse_w,
-                covariance: covariance.row_iter().map(|row| row.iter().copied().collect()).collect(),
+                covariance: rows(&covariance),
             },
+            extension: joint.map(|joint| ExtensionSection { joint_covariance: rows(&joint) }),
             effects: self.effects.clone(),
         })
     }
@@ -195,6 +207,15 @@ impl<const N: usize> CoefficientsFile<N> {
             // A little below nought is nought: no robot has less (Eq. 20).
             *torque = TorqueModel::from_array(moved.to_array().map(|value| value.max(0.0)));
         }
+        self
+    }
+
+    /// The same with what is known of the extended model: the covariance of parameters and effects, and the noise that mass estimates
+    /// have to expect.
+    #[must_use]
+    pub fn with_joint_covariance(mut self, joint: DMatrix<f64>, noise: Noise<f64>) -> Self {
+        self.joint_covariance = Some(joint);
+        self.coefficients.noise = noise;
         self
     }
 

@@ -4,49 +4,13 @@ use model_core::coefficients::{Name, Robot as CoreRobot};
 use model_core::conditioning::Conditioning;
 use model_core::kinematics::Kinematics;
 use model_core::model::MassRange;
-use thiserror::Error;
 
 use super::document::RobotSection;
-use super::error::InvalidCoefficients;
+use super::error::{Difference, InvalidCoefficients};
 use crate::robot::Robot;
 
 /// Numbers of two files that differ by no more than this share are one number, written with other digits.
 const SAME: f64 = 1e-6;
-
-/// What makes another robot of one.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum Difference {
-    /// The number of wheels.
-    #[error("fitted for a robot with {found} wheels; expected {expected}: wrong robot?")]
-    Wheels {
-        /// As the file says.
-        found: usize,
-        /// As the robot has.
-        expected: usize,
-    },
-    /// What it is built like.
-    #[error("these coefficients are for another robot: {what} of {robot} (fitted for {fitted}) differ")]
-    Body {
-        /// Which part of it.
-        what: &'static str,
-        /// The robot's name.
-        robot: String,
-        /// The name in the file.
-        fitted: String,
-    },
-    /// A key of robot.toml that decides what the fit took for power and motion.
-    #[error("these coefficients are for another robot: {key} = {found} of {name}, but fitted with {fitted}")]
-    Setting {
-        /// The key.
-        key: &'static str,
-        /// The robot's name.
-        name: String,
-        /// What the robot's file says.
-        found: String,
-        /// What the coefficients say.
-        fitted: String,
-    },
-}
 
 /// Refuses coefficients that were fitted for another robot than `now`, whose file is `robot`. Static power may differ: what was fitted to
 /// had its own taken off. Drives say whether braking power returns, where the model has them (`drives`).

@@ -14,6 +14,7 @@ impl<const N: usize> Fit<N> {
             coefficients: self.coefficients,
             kind: self.kind,
             method: self.method,
+            joint_covariance: None,
             covariance: self.uncertainty.covariance.clone(),
             effects: Vec::new(),
             origin: Origin {

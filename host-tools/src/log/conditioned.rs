@@ -10,7 +10,7 @@ use model_core::filter::{Channel, LowPass};
 use super::conditioner::conditioner;
 use super::motions::Motions;
 use super::raw::RawRun;
-use super::runs::{Row, Run};
+use super::row::{Row, Run};
 use super::shared::Shared;
 use crate::error::{Error, Result};
 

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use model_core::estimator::Sample;
 
-use super::{Header, MASS, POWER, RUN, SampleReader, TIME, acceleration_column, checks, speed_column};
+use super::masses::check_mass;
+use super::{Header, MASS, POWER, RUN, SampleReader, TIME, acceleration_column, speed_column};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 
@@ -53,7 +54,7 @@ fn read_log<const N: usize>(
     let mut runs: Vec<RawRun<N>> = Vec::new();
     while let Some(row) = reader.next_row()? {
         if let Some(mass) = row.mass {
-            checks::check_mass(robot, mass).map_err(|error| error.in_file(file).at_line(row.line))?;
+            check_mass(robot, mass).map_err(|error| error.in_file(file).at_line(row.line))?;
         }
         let run = row.run as usize;
         while runs.len() <= run {

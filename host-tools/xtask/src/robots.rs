@@ -53,7 +53,7 @@ pub(crate) fn gap(steps: &mut Steps) -> Result<(), Stop> {
 }
 
 /// What a command prints; its progress is shown meanwhile.
-fn text_of(mut bench: Command) -> Result<String, Stop> {
+pub(crate) fn text_of(mut bench: Command) -> Result<String, Stop> {
     let line = command_line(&bench);
     println!("   {line}");
     let output = bench.current_dir(root()).stderr(Stdio::inherit()).output();
@@ -65,7 +65,7 @@ fn text_of(mut bench: Command) -> Result<String, Stop> {
 }
 
 /// A Python with the packages, in a virtual environment below the target folder.
-fn python() -> Result<PathBuf, Stop> {
+pub(crate) fn python() -> Result<PathBuf, Stop> {
     let folder = target_folder().join("robots-python");
     let python = folder.join("bin/python");
     if has_packages(&python) {

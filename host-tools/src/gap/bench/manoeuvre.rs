@@ -45,7 +45,7 @@ pub struct Parted {
     pub ending: Ending,
 }
 
-/// Runs the cases on two threads; those that end in a tie are driven. One entry a tie.
+/// Runs the cases on all cores; those that end in a tie are driven. One entry a tie.
 ///
 /// # Errors
 /// What plant, fit and workflow refuse.
