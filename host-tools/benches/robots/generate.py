@@ -24,7 +24,7 @@ SETS = {
     "hard-1": (1, Ground(), 0.0),
     "hard-2": (2, Ground(), 0.0),
     "off-centre": (3, Ground(), 0.12),
-    "soft": (4, Ground(roll=2.5, stiff_s=0.04), 0.0),
+    "soft": (4, Ground(roll=2.5, soft=2.0), 0.0),
     "slippery": (5, Ground(slide=0.35), 0.0),
 }
 # What the power sensor sees: braking clamped at each bridge, or returned to the battery.

@@ -1,39 +1,53 @@
 """What the robots' sensors make of a simulated drive: encoder ticks, and a power sensor that averages over its interval."""
 
 import csv
+from dataclasses import dataclass
 
 import numpy as np
+from scipy.signal import lfilter
 
 from simulate import CONTROL_S
 
+# Memory of half of the current's noise, a sample of 5 ms: 50 ms, as amplifiers and switching leave it.
+KEEP = 0.9
 
-def log(path, plant, record, mass, rng, rate_hz=200, clamped=True, delay=0, more=()):
+
+@dataclass
+class Faults:
+    """What a sensor may get wrong."""
+    gain: float = 1.0
+    offset_w: float = 0.0
+    delay_s: float = 0.0
+    # Battery's resistance, Ω: the sensor knows the current and takes the voltage for what it is without load.
+    battery: float = 0.0
+    extra_w: object = None   # power at every 5 ms of something else on board
+
+
+def log(path, plant, record, mass, rng, rate_hz=200, clamped=True, faults=None):
     """Writes time, wheel speeds, power and mass; the same drive can be logged at several rates.
 
-    Noise of the current: white, and as much again with a memory of 50 ms, as amplifiers and switching leave it; then the
-    sensor's step. Speeds are differences of ticks.
+    Noise of the current: white, and half as much with a memory; then the sensor's step. Speeds are differences of ticks.
     """
-    power = record.power[:, 1 if clamped else 0]
-    n = len(power)
-    every = round(1.0 / (rate_hz * CONTROL_S))
-    white = rng.normal(0.0, plant.current_noise, n)
-    memory, keep = np.zeros(n), 0.9
-    drive = rng.normal(0.0, plant.current_noise * np.sqrt(1 - keep ** 2), n)
-    for k in range(1, n):
-        memory[k] = keep * memory[k - 1] + drive[k]
+    f = faults or Faults()
     volts = plant.drive.supply
-    amps = (power / volts + white + 0.5 * memory)[: n // every * every].reshape(-1, every).mean(axis=1)
+    power = record.power[:, 1 if clamped else 0]
+    power = power if f.extra_w is None else power + f.extra_w
+    if f.battery:
+        power = volts * 2.0 * power / (volts + np.sqrt(np.maximum(volts ** 2 - 4.0 * f.battery * power, 0.0)))
+    late = round(f.delay_s / CONTROL_S)
+    power = np.concatenate([np.full(late, power[0]), power[:len(power) - late]]) if late else power
+    count = len(power)
+    white = rng.normal(0.0, plant.current_noise, count)
+    slow = lfilter([1.0], [1.0, -KEEP], rng.normal(0.0, plant.current_noise * np.sqrt(1 - KEEP ** 2), count))
+    every = round(1.0 / (rate_hz * CONTROL_S))
+    amps = (f.gain * power + f.offset_w) / volts + white + 0.5 * slow
+    amps = amps[: count // every * every].reshape(-1, every).mean(axis=1)
     measured = np.round(amps / plant.current_step) * plant.current_step * volts
-    if delay:
-        measured = np.concatenate([np.full(delay, measured[0]), measured[:-delay]])
     turn = 2 * np.pi / plant.ticks
     ticks = np.floor(record.angle / turn)[every - 1 :: every]
-    before = np.vstack([np.zeros((1, 2)), ticks[:-1]])
-    speeds = (ticks - before) * turn * rate_hz
+    speeds = np.diff(ticks, axis=0, prepend=0.0) * turn * rate_hz
     with open(path, "w", newline="") as file:
         out = csv.writer(file, lineterminator="\n")
-        out.writerow(["time_s", "wheel1_rad_s", "wheel2_rad_s", "power_w", "mass_kg", *(name for name, _ in more)])
-        columns = [values[every - 1 :: every] for _, values in more]
-        for k in range(len(measured)):
-            extra = [f"{c[k]:.5f}" for c in columns]
-            out.writerow([f"{(k + 1) / rate_hz:.3f}", f"{speeds[k, 0]:.5f}", f"{speeds[k, 1]:.5f}", f"{measured[k]:.4f}", f"{mass:g}", *extra])
+        out.writerow(["time_s", "wheel1_rad_s", "wheel2_rad_s", "power_w", "mass_kg"])
+        for k, (speed, watts) in enumerate(zip(speeds, measured)):
+            out.writerow([f"{(k + 1) / rate_hz:.3f}", f"{speed[0]:.5f}", f"{speed[1]:.5f}", f"{watts:.4f}", f"{mass:g}"])

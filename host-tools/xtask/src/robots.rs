@@ -1,4 +1,5 @@
-//! `cargo xtask bench robots`: the models on robots that are not ours, by the scripts in host-tools/benches/robots.
+//! `cargo xtask bench robots` and `gap-mujoco`: the models and the gap workflow on robots that are not ours, by the scripts in
+//! host-tools/benches/robots.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -7,6 +8,8 @@ use crate::paths::{root, target_folder};
 use crate::steps::{Steps, Stop, answer, command, command_line};
 
 const SCRIPTS: &str = "host-tools/benches/robots";
+/// What an answer of `gmr gap` is worth.
+const JUDGE: &str = "host-tools/tests/reference/gap_judge";
 /// What the scripts need from PyPI.
 const PACKAGES: [&str; 4] = ["mujoco>=3.2", "numpy>=2", "scipy>=1.13", "numba>=0.61"];
 /// The table as it is committed.
@@ -31,6 +34,22 @@ pub(crate) fn run(steps: &mut Steps, json: bool) -> Result<(), Stop> {
         print!("{text}");
         std::fs::write(root().join(TABLE), text).map_err(|error| Stop::new(format!("{TABLE}: {error}")))
     })
+}
+
+/// Effects in the MuJoCo robots, hidden in sets of runs, and what `gmr gap` makes of them.
+pub(crate) fn gap(steps: &mut Steps) -> Result<(), Stop> {
+    let python = python()?;
+    steps.run("gmr", command("cargo build --quiet --release --package host-tools --bin gmr"))?;
+    let work = target_folder().join("gap-mujoco");
+    let answers = work.join("answers.jsonl");
+    std::fs::create_dir_all(&work).map_err(|error| Stop::new(format!("{}: {error}", work.display())))?;
+    let mut sets = Command::new(&python);
+    sets.arg(format!("{SCRIPTS}/gap_sets.py")).arg(&answers);
+    sets.arg("--gmr").arg(target_folder().join("release/gmr")).arg("--work").arg(&work);
+    steps.run("sets and answers", sets)?;
+    let mut score = Command::new(&python);
+    score.arg(format!("{SCRIPTS}/gap_score.py")).arg(JUDGE).arg(&answers);
+    steps.run("score", score)
 }
 
 /// What a command prints; its progress is shown meanwhile.
