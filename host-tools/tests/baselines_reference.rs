@@ -10,10 +10,7 @@ use std::path::{Path, PathBuf};
 
 use common::number;
 use host_tools::baselines::network::{Ending, Settings, perceptron};
-use host_tools::baselines::{
-    Baseline, Card, Point, Readings, Wheels, dynamics, effati, jaiem, leng, liu, mei, parasuraman, pentzer,
-    physics, sadrpour,
-};
+use host_tools::baselines::{Baseline, Card, Point, Readings, Wheels, cards};
 use host_tools::metrics::Metrics;
 use host_tools::robot::Robot;
 use model_core::kinematics::Twist;
@@ -79,7 +76,7 @@ fn log(robot: &Robot, power: &str) -> Vec<Point> {
 }
 
 fn fitted(card: &Card, robot: &Robot, training: &[Point]) -> Box<dyn Baseline> {
-    let mut model = (card.make)(robot);
+    let mut model = card.make(robot);
     model.fit(training).unwrap();
     model
 }
@@ -112,23 +109,23 @@ fn regressions_are_numpys_least_squares() {
     let points = log(&robot, "road_w");
     let (training, unseen) = points.split_at(TRAINING);
     let cards = [
-        &mei::FIRST_ORDER,
-        &jaiem::SECOND_ORDER,
-        &parasuraman::SPEED_AND_MASS,
-        &leng::ROAD_GRADE,
-        &leng::WITH_MASS,
-        &effati::KNOWN_CENTRES,
-        &liu::LINEAR,
-        &liu::POLYNOMIAL,
+        &cards::MEI,
+        &cards::JAIEM,
+        &cards::PARASURAMAN,
+        &cards::LENG,
+        &cards::LINEAR,
+        &cards::EFFATI,
+        &cards::LIU_LINEAR,
+        &cards::LIU_POLYNOMIAL,
     ];
     for card in cards {
         let expected = &reference["regressions"][card.name];
         let model = fitted(card, &robot, training);
-        let within = if card.name == liu::POLYNOMIAL.name { 3e-8 } else { 2e-11 };
+        let within = if card.name == cards::LIU_POLYNOMIAL.name { 3e-8 } else { 2e-11 };
         let found = apart(&model.predict(unseen).unwrap(), &numbers(&expected["predicted"]));
         println!("{}: predictions {found:.1e} apart", card.name);
         assert!(found < within, "{}: {found}", card.name);
-        if card.name != liu::POLYNOMIAL.name {
+        if card.name != cards::LIU_POLYNOMIAL.name {
             for (found, expected) in values(&*model).iter().zip(numbers(&expected["coefficients"])) {
                 assert!((found / expected - 1.0).abs() < 100.0 * within, "{}: {found} {expected}", card.name);
             }
@@ -143,7 +140,7 @@ fn recursive_least_squares_are_the_batch_of_what_was_seen() {
     let (robot, reference) = (robot("burger"), reference());
     let points = log(&robot, "road_w");
     let (training, unseen) = points.split_at(TRAINING);
-    for card in [&sadrpour::RECURSIVE, &pentzer::RECURSIVE] {
+    for card in [&cards::SADRPOUR, &cards::PENTZER] {
         let predicted = fitted(card, &robot, training).predict(unseen).unwrap();
         let found = apart(&predicted, &numbers(&reference[card.name]));
         println!("{}: {found:.1e} apart", card.name);
@@ -159,7 +156,7 @@ fn the_bayesian_update_is_the_closed_form() {
     let points = log(&robot, "road_w");
     let (training, unseen) = points.split_at(TRAINING);
     let expected = &reference["sadrpour-bayes"];
-    let model = fitted(&sadrpour::BAYESIAN, &robot, training);
+    let model = fitted(&cards::SADRPOUR_BAYES, &robot, training);
     let prior = apart(&values(&*model), &numbers(&expected["prior_mean"]));
     let found = apart(&model.predict(unseen).unwrap(), &numbers(&expected["predicted"]));
     println!("prior {prior:.1e}, predictions {found:.1e} apart");
@@ -174,7 +171,7 @@ fn known_dynamics_are_scipys_least_squares() {
     let (robot, reference) = (robot("burger"), reference());
     let points = log(&robot, "level_w");
     let training = &points[..TRAINING];
-    let model = fitted(&dynamics::cards::JARAMILLO, &robot, training);
+    let model = fitted(&cards::JARAMILLO, &robot, training);
     let expected = &reference["jaramillo"];
     let [constants, errors] = ["constants", "standard_errors"].map(|name| numbers(&expected[name]));
     for ((found, expected), error) in model.parameters().iter().zip(constants).zip(errors) {
@@ -197,9 +194,9 @@ fn physics_based_models_are_scipys_bounded_least_squares() {
     let (burger, husky) = (robot("burger"), robot("husky"));
     let (burgers, huskys) = (log(&burger, "physics_w"), log(&husky, "skid_w"));
     let cases = [
-        (&physics::cards::WAHAB, &burger, &burgers),
-        (&physics::cards::TOUZOUT, &burger, &burgers),
-        (&physics::cards::DOGRU, &husky, &huskys),
+        (&cards::WAHAB, &burger, &burgers),
+        (&cards::TOUZOUT, &burger, &burgers),
+        (&cards::DOGRU, &husky, &huskys),
     ];
     for (card, robot, points) in cases {
         let model = fitted(card, robot, &points[..TRAINING]);
@@ -235,7 +232,7 @@ fn straight(robot: &Robot, of: &Value) -> Vec<Point> {
 fn bristles_bend_as_in_scipys_stiff_solver() {
     let (robot, reference) = (robot("burger"), &reference()["lugre"]);
     let curve = straight(&robot, &reference["stribeck"]);
-    let model = fitted(&physics::cards::ANJUM, &robot, &curve);
+    let model = fitted(&cards::ANJUM, &robot, &curve);
     let [_, _, found @ ..] = &values(&*model)[..] else { panic!("m and I first") };
     for (found, expected) in
         [found[0], found[1], found[2], found[3]].iter().zip(numbers(&reference["constants"]))

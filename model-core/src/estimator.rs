@@ -11,6 +11,7 @@ use crate::motion::Motion;
 use crate::payload::change::{Cusum, Threshold};
 use crate::payload::ring::Ring;
 use crate::payload::schedule::{Schedule, Timeline};
+use crate::payload::spread::Spread;
 use crate::payload::{Bucket, MassEstimate, Method, Unknown, total};
 use crate::real::Real;
 use crate::slip::{Slip, SlipMemory};
@@ -263,6 +264,7 @@ where
     method: M,
     timeline: Timeline,
     detector: Option<Cusum<T>>,
+    spread: Spread<T>,
     bucket: M::Sums,
     buckets: Ring<M::Sums, B>,
     /// The sums of the closed buckets that the next estimate will take in, added up while there is time for it.
@@ -298,6 +300,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
             method,
             timeline: Timeline::new(timing.schedule),
             detector: timing.detect_changes.then(|| Cusum::new(Threshold::default())),
+            spread: Spread::default(),
             bucket: M::Sums::default(),
             buckets: Ring::default(),
             ahead: None,
@@ -374,12 +377,15 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
 
     fn learn(&mut self, mass: MassEstimate<T>) {
         self.mass = mass;
-        self.d = mass.known().map_or(T::NAN, |known| known.mass - self.range.middle());
+        self.d = mass.best().map_or(T::NAN, |best| best - self.range.middle());
     }
 
     /// The mass over exactly the latest `count` buckets, whatever the schedule; `None` while there are fewer.
     pub fn over_latest(&self, count: usize) -> Option<MassEstimate<T>> {
-        (self.buckets.len() >= count && count > 0).then(|| self.method.estimate(self.buckets.latest(count)))
+        (self.buckets.len() >= count && count > 0).then(|| {
+            let parts = self.buckets.latest_parts(count);
+            self.method.estimate_of(&total(parts), parts, self.spread.excess())
+        })
     }
 
     /// Actuation energy measured, and predicted while the mass was known, since the start (Eq. 9), J. A gap counts as one
@@ -395,6 +401,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     fn restart(&mut self, ago: usize) {
         self.ahead = None;
         self.timeline.restart(ago);
+        self.spread.part();
         if let Some(detector) = &mut self.detector {
             detector.reset();
         }
@@ -444,7 +451,8 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         self.buckets.push(self.bucket);
         if let (Some(count), Some(total)) = (self.timeline.advance(), &mut self.ahead) {
             total.merge(&self.bucket);
-            let mass = self.method.estimate_of(total, self.buckets.latest_parts(count));
+            let excess = self.spread.excess();
+            let mass = self.method.estimate_of(total, self.buckets.latest_parts(count), excess);
             self.learn(mass);
         }
         self.ahead = None;
@@ -469,8 +477,9 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     }
 
     fn notice_change(&mut self) -> Option<usize> {
-        let detector = self.detector.as_mut()?;
-        let mass = self.mass.known()?.mass;
-        detector.push(self.method.surprise(&self.bucket, mass)?)
+        let surprise = self.method.surprise(&self.bucket, self.mass.best()?)?;
+        self.spread.push(surprise);
+        let detector = self.detector.as_mut().filter(|_| self.spread.is_known())?;
+        detector.push(surprise / self.spread.excess().sqrt())
     }
 }

@@ -14,7 +14,7 @@ use model_core::coefficients::Coefficients;
 use model_core::eq18::Gate;
 use model_core::estimator::{Estimate, Sample, Unfit};
 use model_core::model::Model;
-use model_core::payload::{MassEstimate, Unknown};
+use model_core::payload::{Beyond, MassEstimate, Place, Unknown};
 
 use crate::parameters::{BUCKET_S, DEAD_BAND_RAD_S, WINDOW_S};
 use crate::wheels::WHEELS;
@@ -68,6 +68,9 @@ pub const fn mass_code(mass: &MassEstimate<f32>) -> u8 {
         MassEstimate::Unknown(Unknown::NoMotion) => 2,
         MassEstimate::Unknown(Unknown::TooWide) => 3,
         MassEstimate::Unknown(Unknown::NotFinite) => 4,
+        MassEstimate::Beyond(Beyond { place: Place::Below, .. }) => 5,
+        MassEstimate::Beyond(Beyond { place: Place::Above, .. }) => 6,
+        MassEstimate::Beyond(Beyond { place: Place::Within, .. }) => 0,
     }
 }
 

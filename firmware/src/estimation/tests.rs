@@ -225,6 +225,10 @@ fn compare_with<M: Method<f64>>(
                 }
                 known += 1;
             }
+            (MassEstimate::Beyond(found), MassEstimate::Beyond(expected)) => {
+                assert_eq!(found.place, expected.place);
+                worst_kg = worst_kg.max((f64::from(found.best) - expected.best).abs());
+            }
             (MassEstimate::Unknown(found), MassEstimate::Unknown(expected)) => assert_eq!(found, expected),
             (found, expected) => panic!("{} µs: {found:?} for {expected:?}", sample.time_us),
         }

@@ -1,6 +1,14 @@
 //! What a baseline is, takes and assumes: shown in lists, tables and refusals.
 
-use super::{Baseline, Readings};
+use super::baseline::Baseline;
+use super::dynamics::{self, Braking, Dynamics};
+use super::longitudinal::TERMS;
+use super::network::{Inputs, Network, Settings};
+use super::physics::{self, Physics};
+use super::point::Readings;
+use super::process::GaussianProcess;
+use super::recursive::{Bayes, Online};
+use super::regression::{Listed, Regression};
 use crate::robot::{Geometry, Robot};
 
 /// One baseline's description.
@@ -11,16 +19,112 @@ pub struct Card {
     pub source: &'static str,
     /// What it assumes beyond that, in one line.
     pub assumes: &'static str,
+    /// What of its source it leaves out or has otherwise; empty where it has all that logs allow.
+    pub reduced: &'static str,
+    /// What kind of equation it is: cards of one family differ in terms, not in method.
+    pub family: Family,
     /// The true mass is one of its inputs.
     pub takes_mass: bool,
-    /// It has a neural network.
-    pub network: bool,
     /// What a log has to tell beside speeds and power.
     pub needs: &'static [Need],
     /// Wheel layouts that it is for; any, where none is named.
     pub layouts: &'static [Layout],
+    /// Which engine it runs, and with what.
+    pub preset: Preset,
+}
+
+/// Kinds of equations among the baselines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Family {
+    /// Least squares on motion of body or wheels.
+    Regression,
+    /// Inertia, grade and rolling resistance along the way, learned while driving.
+    LongitudinalDynamics,
+    /// A Gaussian process about the longitudinal dynamics.
+    GaussianProcess,
+    /// Skid steer by instantaneous centres of rotation.
+    CentresOfRotation,
+    /// Dynamics of robot and DC motor: quadratic in the torque.
+    MotorDynamics,
+    /// Growth of kinetic energy, resistance and losses, looked at from outside.
+    EnergyBalance,
+    /// Neural network.
+    Network,
+}
+
+impl Family {
+    /// Its name for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Regression => "regression on motion",
+            Self::LongitudinalDynamics => "longitudinal dynamics",
+            Self::GaussianProcess => "Gaussian process",
+            Self::CentresOfRotation => "centres of rotation",
+            Self::MotorDynamics => "dynamics of robot and motor",
+            Self::EnergyBalance => "energy balance",
+            Self::Network => "neural network",
+        }
+    }
+}
+
+/// An engine, and what a source runs it with.
+#[derive(Debug, Clone, Copy)]
+pub enum Preset {
+    /// Least squares on these terms.
+    Regression(&'static [Listed]),
+    /// Least squares on commanded and measured speeds of the wheels, and on their products or not.
+    WheelSpeeds {
+        /// With all products of two.
+        products: bool,
+    },
+    /// Recursive least squares on these terms.
+    Recursive(&'static [Listed; TERMS]),
+    /// Recursive least squares with a prior from the training.
+    Bayes,
+    /// The Gaussian process.
+    Process,
+    /// Dynamics of robot and motor with these torques.
+    Dynamics(&'static [dynamics::Term], PowerOfBraking),
+    /// Energies and losses with these terms.
+    Physics(&'static [physics::Term]),
+    /// A network that sees this.
+    Network(Inputs, Settings),
+}
+
+/// Where braking power goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PowerOfBraking {
+    /// Back to the battery.
+    Regenerates,
+    /// Where the robot's own drives send it: the source does not say.
+    AsDriven,
+}
+
+impl Card {
     /// A new one for this robot, not fitted.
-    pub make: fn(&Robot) -> Box<dyn Baseline>,
+    pub fn make(&self, robot: &Robot) -> Box<dyn Baseline> {
+        let name = self.name;
+        match self.preset {
+            Preset::Regression(terms) => Box::new(Regression::new(name, terms, robot)),
+            Preset::WheelSpeeds { products } => Box::new(Regression::of_wheels(name, products, robot)),
+            Preset::Recursive(terms) => Box::new(Online::new(name, terms, robot)),
+            Preset::Bayes => Box::<Bayes>::default(),
+            Preset::Process => Box::<GaussianProcess>::default(),
+            Preset::Dynamics(terms, braking) => {
+                let loses = braking == PowerOfBraking::AsDriven && !robot.regeneration();
+                let braking = if loses { Braking::Dissipates } else { Braking::Regenerates };
+                Box::new(Dynamics::new(name, terms, braking))
+            }
+            Preset::Physics(terms) => Box::new(Physics::new(name, terms, robot)),
+            Preset::Network(inputs, settings) => Box::new(Network::new(name, inputs, settings)),
+        }
+    }
+
+    /// It has a neural network.
+    pub fn is_network(&self) -> bool {
+        self.family == Family::Network
+    }
 }
 
 /// Columns that a baseline cannot do without.

@@ -17,9 +17,8 @@
 
 use model_core::effects::GRAVITY;
 
-use super::Point;
-use super::mei::path_speed;
-use super::regression::Symbol;
+use super::baseline::Symbol;
+use super::point::Point;
 
 /// Number of lumped constants.
 pub const TERMS: usize = 3;
@@ -32,7 +31,7 @@ pub fn terms(point: &Point) -> [f64; TERMS] {
     let Point { speed, acceleration, .. } = point;
     let grade = point.grade();
     let inertial = speed.vx * acceleration.vx + speed.vy * acceleration.vy;
-    [1.0, path_speed(point) * grade.cos(), inertial + GRAVITY * grade.sin() * speed.vx]
+    [1.0, point.path_speed() * grade.cos(), inertial + GRAVITY * grade.sin() * speed.vx]
 }
 
 #[cfg(test)]

@@ -101,6 +101,11 @@ impl Point {
         }
     }
 
+    /// Speed along the path, m/s: of a robot that cannot move sideways |v|.
+    pub fn path_speed(&self) -> f64 {
+        self.speed.vx.hypot(self.speed.vy)
+    }
+
     /// Road grade, nose up, rad; level where the log does not tell.
     pub fn grade(&self) -> f64 {
         if self.readings.pitch.is_nan() { 0.0 } else { self.readings.pitch }

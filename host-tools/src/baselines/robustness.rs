@@ -9,7 +9,7 @@ use super::{ALL, Card, Layout, Point, Wheels};
 /// Every baseline that knows the Burger; without the networks, whose training takes long.
 fn cards() -> impl Iterator<Item = &'static Card> {
     let fits = |card: &&&Card| card.layouts.is_empty() || card.layouts.contains(&Layout::of(&burger()));
-    ALL.iter().copied().filter(|card| !card.network).filter(move |card| fits(&card))
+    ALL.iter().copied().filter(|card| !card.is_network()).filter(move |card| fits(&card))
 }
 
 fn power(point: &Point) -> f64 {
@@ -28,7 +28,7 @@ fn changed(change: impl Fn(&mut Point)) -> Vec<Point> {
 fn bears(what: &str, points: &[Point]) {
     let highest = points.iter().map(|point| point.power.abs()).fold(0.0, f64::max);
     for card in cards() {
-        let mut model = (card.make)(&burger());
+        let mut model = card.make(&burger());
         if let Err(error) = model.fit(points) {
             assert!(error.to_string().contains(card.name), "{what}: {error}");
             continue;
@@ -77,7 +77,7 @@ fn trainings_that_are_not_finite() {
         for hole in [unknown_power, unknown_motion] {
             let mut points = changed(|_| {});
             hole(&mut points[77]);
-            let mut model = (card.make)(&burger());
+            let mut model = card.make(&burger());
             let Err(error) = model.fit(&points) else { panic!("{} takes it", card.name) };
             assert!(error.to_string().contains(card.name), "{error}");
             assert!(model.predict(&points).is_err() && model.parameters().is_empty(), "{}", card.name);
@@ -92,7 +92,7 @@ fn tests_that_are_not_finite() {
     unknown_motion(&mut points[77]);
     unknown_power(&mut points[78]);
     for card in cards() {
-        let mut model = (card.make)(&burger());
+        let mut model = card.make(&burger());
         // This power follows no model of theirs: one may refuse it, and has a test on data of its own.
         if let Err(error) = model.fit(&changed(|_| {})) {
             assert!(error.to_string().contains(card.name), "{error}");

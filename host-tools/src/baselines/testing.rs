@@ -105,7 +105,7 @@ pub(crate) fn still() -> Point {
 /// Fitted to these points, the baseline has these parameters (each to `within` of the larger of itself and 1e-3), and it
 /// predicts the points as exactly.
 pub(crate) fn recovers(card: &Card, points: &[Point], truth: &[f64], within: f64) {
-    let mut model = (card.make)(&burger());
+    let mut model = card.make(&burger());
     model.fit(points).expect("its own data");
     let found = model.parameters();
     assert_eq!(found.len(), truth.len(), "{found:?}");

@@ -1,6 +1,6 @@
 //! What models of known form ask of their training points.
 
-use super::Point;
+use super::point::Point;
 use crate::error::{Error, Result};
 
 /// Fewest points in which a wheel turns: several for each constant.

@@ -28,6 +28,8 @@ pub struct Status {
     pub low_kg: Option<f32>,
     /// Upper end.
     pub high_kg: Option<f32>,
+    /// Beyond which end of the robot's range the mass lies, if it does.
+    pub beyond: Option<&'static str>,
     /// Why the mass is not known, if it is not.
     pub unknown: Option<&'static str>,
     /// Actuation power, W: filtered.
@@ -91,6 +93,7 @@ impl Status {
             mass_kg: number(&table::MASS)?,
             low_kg: number(&table::MASS_LOW)?,
             high_kg: number(&table::MASS_HIGH)?,
+            beyond: beyond_text(state),
             unknown: unknown_text(state),
             measured_w: number(&table::MEASURED_POWER)?,
             predicted_w: number(&table::PREDICTED_POWER)?,
@@ -139,10 +142,19 @@ fn faults(block: &Block) -> Result<Vec<(&'static str, u32)>> {
     Ok(faults)
 }
 
+/// [`table::PAYLOAD_STATE`] where the mass lies beyond the robot's range.
+fn beyond_text(state: u8) -> Option<&'static str> {
+    match state {
+        5 => Some("lighter than without payload"),
+        6 => Some("heavier than with the full payload"),
+        _ => None,
+    }
+}
+
 /// [`table::PAYLOAD_STATE`] in words.
 fn unknown_text(state: u8) -> Option<&'static str> {
     match state {
-        0 => None,
+        0 | 5 | 6 => None,
         1 => Some("no samples or no coefficients"),
         2 => Some("nothing in motion"),
         3 => Some("the interval is too wide"),

@@ -116,7 +116,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
 
 /// The models that the arguments ask for.
 fn chosen(arguments: &Arguments) -> Result<Vec<&'static str>> {
-    let network = |name: &str| baselines::ALL.iter().any(|card| card.network && card.name == name);
+    let network = |name: &str| baselines::ALL.iter().any(|card| card.is_network() && card.name == name);
     if arguments.models.is_empty() {
         return Ok(compare::names().filter(|name| !(arguments.no_perceptron && network(name))).collect());
     }

@@ -38,7 +38,7 @@ impl Listed {
             source: card.source,
             assumes: card.assumes,
             mass: if card.takes_mass { MassSource::Given } else { MassSource::Unused },
-            network: card.network,
+            network: card.is_network(),
             columns: card.needs.iter().flat_map(|need| need.columns(robot)).copied().collect(),
             layouts: card.layouts.iter().map(|layout| layout.name()).collect(),
         };

@@ -226,8 +226,14 @@ fn print_text(robot: &Robot, replay: &Replay, beside: &Beside) -> Result<()> {
     for window in replay.windows.iter().step_by(replay.windows.len().div_ceil(10).max(1)) {
         match (window.mass_kg, window.low_kg, window.high_kg) {
             (Some(mass), Some(low), Some(high)) => println!(
-                "  {:>7.1} … {:>7.1} s  {mass:.3} kg  (95 %: {low:.3} … {high:.3})",
-                window.t0_s, window.t1_s
+                "  {:>7.1} … {:>7.1} s  {mass:.3} kg  (95 %: {low:.3} … {high:.3}){}",
+                window.t0_s,
+                window.t1_s,
+                match window.range {
+                    Some("below") => ", lighter than the robot without payload",
+                    Some("above") => ", heavier than the robot with its full payload",
+                    _ => "",
+                }
             ),
             _ => println!(
                 "  {:>7.1} … {:>7.1} s  unknown: {}",

@@ -82,7 +82,8 @@ fn text(board: &Board, status: &Status) -> String {
     let _ = match (status.no_coefficients, status.mass_kg, status.low_kg, status.high_kg) {
         (Some(why), ..) => writeln!(text, "{:>9} unknown: no coefficients ({why})", "mass"),
         (None, Some(mass), Some(low), Some(high)) => {
-            writeln!(text, "{:>9} {mass:>9.3} kg  (95 %: {low:.3} … {high:.3})", "mass")
+            let beyond = status.beyond.map_or(String::new(), |beyond| format!(", {beyond}"));
+            writeln!(text, "{:>9} {mass:>9.3} kg  (95 %: {low:.3} … {high:.3}){beyond}", "mass")
         }
         _ => writeln!(text, "{:>9} unknown: {}", "mass", status.unknown.unwrap_or("no reason")),
     };

@@ -37,7 +37,7 @@ pub fn evaluate(
     allowed(robot, card, wanted)?;
     let training = told(robot, card, training, "training")?;
     let told_test = told(robot, card, test, "test")?;
-    let mut baseline = (card.make)(robot);
+    let mut baseline = card.make(robot);
     let started = Instant::now();
     baseline.fit(&training)?;
     let fit_s = started.elapsed().as_secs_f64();
@@ -102,7 +102,7 @@ pub fn evaluate_all(
 ) -> Vec<Result<Evaluation>> {
     // Networks take the longest: whoever begins with them ends sooner.
     let mut order: Vec<usize> = (0..cards.len()).collect();
-    order.sort_by_key(|&index| !cards[index].network);
+    order.sort_by_key(|&index| !cards[index].is_network());
     let next = AtomicUsize::new(0);
     let workers = thread::available_parallelism().map_or(1, usize::from).min(cards.len());
     let progress = CountProgress::new("fitting models", cards.len() as u64);

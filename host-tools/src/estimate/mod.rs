@@ -13,7 +13,7 @@ use model_core::model::Model;
 use model_core::payload::roots::RootMean;
 use model_core::payload::schedule::Schedule;
 use model_core::payload::window::Window;
-use model_core::payload::{MassEstimate, Method, Unknown};
+use model_core::payload::{MassEstimate, Method, Place, Unknown};
 use serde::{Deserialize, Serialize};
 
 use outside::Columns;
@@ -86,6 +86,8 @@ pub struct WindowMass {
     pub low_kg: Option<f64>,
     /// 95 % interval, kg.
     pub high_kg: Option<f64>,
+    /// Where the mass lies, seen from the robot's range: within, below or above; beyond it `mass_kg` is the nearest end.
+    pub range: Option<&'static str>,
     /// Why the mass is unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unknown: Option<&'static str>,
@@ -352,8 +354,9 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
             mass_kg: mass.map(|mass| mass.mass),
             low_kg: mass.map(|mass| mass.low),
             high_kg: mass.map(|mass| mass.high),
+            range: payload.place().map(place_name),
             unknown: match payload {
-                MassEstimate::Known(_) => None,
+                MassEstimate::Known(_) | MassEstimate::Beyond(_) => None,
                 MassEstimate::Unknown(reason) => Some(reason_text(reason)),
             },
             truth_kg: truth.over(begin),
@@ -386,8 +389,18 @@ fn blank_straddling(windows: &mut [WindowMass], changes: &[f64]) {
             window.mass_kg = None;
             window.low_kg = None;
             window.high_kg = None;
+            window.range = None;
             window.unknown = Some("the payload changed within this window");
         }
+    }
+}
+
+/// Where a mass lies, as `--json` names it.
+fn place_name(place: Place) -> &'static str {
+    match place {
+        Place::Within => "within",
+        Place::Below => "below",
+        Place::Above => "above",
     }
 }
 

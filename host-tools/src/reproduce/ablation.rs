@@ -104,7 +104,8 @@ impl Variant {
                 .map(|rows| self.bucket(&roots, rows, beta))
                 .collect();
             let total = payload::total::<f64, _, _>([&buckets]);
-            let (Some(first), Some(found)) = (rows.first(), roots.estimate_of(&total, [&buckets]).known())
+            let (Some(first), Some(found)) =
+                (rows.first(), roots.estimate_of(&total, [&buckets], 1.0).known())
             else {
                 continue;
             };

@@ -8,8 +8,9 @@ use crate::steps::{Steps, Stop, command};
 type Measure = fn(&mut Steps) -> Result<(), Stop>;
 
 /// What can be measured.
-const BENCHES: [(&str, Measure); 6] = [
+const BENCHES: [(&str, Measure); 7] = [
     ("accuracy", |steps| host_bench(steps, "accuracy", "accuracy")),
+    ("coverage", |steps| host_bench(steps, "coverage", "coverage")),
     ("fit-speed", |steps| host_bench(steps, "fit-speed", "fit_speed")),
     ("gap", gap::run),
     ("instructions", instructions::run),

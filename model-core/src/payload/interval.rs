@@ -2,7 +2,7 @@
 
 use crate::real::Real;
 
-use super::{Mass, MassEstimate, Unknown};
+use super::{Beyond, Mass, MassEstimate, Place, Unknown};
 use crate::model::MassRange;
 
 /// The longest distance, in buckets, at which products of scores count.
@@ -98,25 +98,28 @@ fn student_95<T: Real>(freedom: T) -> T {
     T::from_f64(1.960) + inverse * (T::from_f64(2.37) + T::from_f64(2.8) * inverse)
 }
 
-/// The estimate `d` ± `half_width` (kg about the middle of the range) cut to the range; unknown where it says too
-/// little.
+/// What the estimate `d` ± `half_width` (kg about the middle of the range) says of the mass.
+///
+/// Within the range the interval is cut to it. An interval that lies beyond the range altogether says that the mass does; one that
+/// reaches in from there leaves it open, and is not cut. Unknown where the interval says too little.
 pub(super) fn within<T: Real>(range: &MassRange<T>, d: T, half_width: T) -> MassEstimate<T> {
     let (middle, reach) = (range.middle(), range.reach());
     if !d.is_finite() {
         return MassEstimate::Unknown(Unknown::NotFinite);
     }
-    // As far as an estimate lies beyond the range, it is wrong.
-    let half_width = half_width.at_least(d.abs() - reach);
-    if half_width > reach || !half_width.is_finite() {
+    let cut = |x: T| x.at_least(-reach).at_most(reach);
+    let (end, low, high) = (cut(d), d - half_width, d + half_width);
+    // In this order no number is too wide.
+    if !(half_width <= reach) {
         return MassEstimate::Unknown(Unknown::TooWide);
     }
-    let cut = |x: T| x.at_least(-reach).at_most(reach);
-    let d = cut(d);
-    MassEstimate::Known(Mass {
-        mass: middle + d,
-        low: middle + cut(d - half_width),
-        high: middle + cut(d + half_width),
-    })
+    let (low, high) = if d == end { (cut(low), cut(high)) } else { (low.at_most(end), high.at_least(end)) };
+    let mass = Mass { mass: middle + end, low: middle + low, high: middle + high };
+    if (d - end).abs() <= half_width {
+        return MassEstimate::Known(mass);
+    }
+    let place = if d < end { Place::Below } else { Place::Above };
+    MassEstimate::Beyond(Beyond { place, mass, best: middle + d })
 }
 
 #[cfg(test)]

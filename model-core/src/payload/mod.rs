@@ -9,6 +9,7 @@ mod interval;
 pub mod ring;
 pub mod roots;
 pub mod schedule;
+pub mod spread;
 pub mod window;
 
 use crate::model::Response;
@@ -19,21 +20,65 @@ use crate::real::Real;
 pub enum MassEstimate<T> {
     /// The samples determine the mass.
     Known(Mass<T>),
+    /// They say that it lies beyond the robot's range.
+    Beyond(Beyond<T>),
     /// They do not.
     Unknown(Unknown),
 }
 
 impl<T: Copy> MassEstimate<T> {
-    /// The mass, where it is known.
+    /// The mass, where it is known; the nearest end of the range where it lies beyond.
     pub fn known(&self) -> Option<Mass<T>> {
         match self {
             MassEstimate::Known(mass) => Some(*mass),
+            MassEstimate::Beyond(beyond) => Some(beyond.mass),
+            MassEstimate::Unknown(_) => None,
+        }
+    }
+
+    /// What explains the samples best, kg: beyond the range where the mass lies there.
+    pub fn best(&self) -> Option<T> {
+        match self {
+            MassEstimate::Known(mass) => Some(mass.mass),
+            MassEstimate::Beyond(beyond) => Some(beyond.best),
+            MassEstimate::Unknown(_) => None,
+        }
+    }
+
+    /// Where the mass lies, where it is known.
+    pub fn place(&self) -> Option<Place> {
+        match self {
+            MassEstimate::Known(_) => Some(Place::Within),
+            MassEstimate::Beyond(beyond) => Some(beyond.place),
             MassEstimate::Unknown(_) => None,
         }
     }
 }
 
-/// A total mass with its 95 % interval, all in kg and within the robot's range.
+/// Where a mass lies, seen from the robot's range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// In it, as far as the samples can tell.
+    Within,
+    /// Lighter than without payload.
+    Below,
+    /// Heavier than with the full one.
+    Above,
+}
+
+/// A total mass beyond the robot's range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Beyond<T> {
+    /// On which side.
+    pub place: Place,
+    /// The nearest end of the range, kg, with an interval from there to as far as the mass may lie beyond it.
+    pub mass: Mass<T>,
+    /// What explains the samples best, kg.
+    pub best: T,
+}
+
+/// A total mass with its 95 % interval, all in kg. The mass is within the robot's range; its interval is, unless the samples are
+/// explained better by a mass beyond it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mass<T> {
     /// The estimate.
@@ -118,16 +163,23 @@ pub trait Method<T: Real> {
     where
         Self::Sums: 'a,
     {
-        self.estimate_of(&total([buckets.clone()]), [buckets])
+        self.estimate_of(&total([buckets.clone()]), [buckets], T::ONE)
     }
 
     /// The same for whoever has the buckets' [`total`] already, and the buckets in parts, one behind the other: a loop over
-    /// a slice costs less than one over two that are chained.
-    fn estimate_of<'a, P>(&self, total: &Self::Sums, parts: impl IntoIterator<Item = P>) -> MassEstimate<T>
+    /// a slice costs less than one over two that are chained. The residual is known to scatter so much more than the fit's noise
+    /// says, `excess` as a ratio of variances ([`spread::Spread`]).
+    fn estimate_of<'a, P>(
+        &self,
+        total: &Self::Sums,
+        parts: impl IntoIterator<Item = P>,
+        excess: T,
+    ) -> MassEstimate<T>
     where
         P: IntoIterator<Item = &'a Self::Sums>,
         Self::Sums: 'a;
 
-    /// How many standard deviations this bucket lies above what `mass` (kg) makes expect; `None` where it says nothing.
+    /// How many standard deviations of the fit's noise this bucket lies above what `mass` (kg) makes expect; `None` where it
+    /// says nothing.
     fn surprise(&self, sums: &Self::Sums, mass: T) -> Option<T>;
 }

@@ -57,7 +57,7 @@ impl<T: Real> Method<T> for RootMean<T> {
 
     // A function of its own, so that its loop over the buckets is compiled alone: inlined, it has too few registers.
     #[inline(never)]
-    fn estimate_of<'a, P>(&self, total: &Sums<T>, parts: impl IntoIterator<Item = P>) -> MassEstimate<T>
+    fn estimate_of<'a, P>(&self, total: &Sums<T>, parts: impl IntoIterator<Item = P>, _: T) -> MassEstimate<T>
     where
         P: IntoIterator<Item = &'a Sums<T>>,
     {

@@ -92,9 +92,12 @@ pub struct Window<T> {
 /// How many buckets of scatter the fit's own noise level counts for.
 const PRIOR_BUCKETS: f64 = 6.0;
 
-/// How far beyond the range the minimum is sought, in units of the range's half: an estimate that strays a little
-/// beyond a bound is cut to it, with the interval that it had.
-const BEYOND: f64 = 1.5;
+/// How far below the middle the minimum is sought, in units of the range's half: as far as to no mass at all, or this where that
+/// is farther. What strays a little beyond a bound is cut to it, with the interval that it had.
+const BELOW: f64 = 1.5;
+
+/// How far above the middle, in the same units: so far a robot is said to be overloaded by how much.
+const ABOVE: f64 = 16.0;
 
 /// Enough to halve the bracket below single precision's last digit.
 const BISECTIONS: u32 = 30;
@@ -107,8 +110,9 @@ impl<T: Real> Window<T> {
 
     /// Where Σ e² is least, in kg about the middle of the range.
     fn minimum(&self, total: &Sums<T>) -> T {
-        let reach = self.range.reach() * T::from_f64(BEYOND);
-        let (mut low, mut high) = (-reach, reach);
+        let reach = self.range.reach();
+        let least = self.range.middle().at_least(reach * T::from_f64(BELOW));
+        let (mut low, mut high) = (-least, reach * T::from_f64(ABOVE));
         // [`Sums::score`] and [`Sums::information`] in powers of d: their coefficients are the same at every step.
         let (linear, square, cube) =
             (T::TWO * total.ra - total.bb, T::from_f64(-3.0) * total.ab, -T::TWO * total.aa);
@@ -134,7 +138,7 @@ impl<T: Real> Window<T> {
             let newton = d + step;
             // A step below the last digit ends on the bracket's end: that is the minimum, not a way out.
             let next = if newton >= low && newton <= high { newton } else { (low + high) * T::HALF };
-            if (next - d).abs() <= T::TWO * T::EPSILON * reach {
+            if (next - d).abs() <= T::TWO * T::EPSILON * least {
                 return next;
             }
             d = next;
@@ -157,7 +161,12 @@ impl<T: Real> Method<T> for Window<T> {
 
     // A function of its own, so that its loop over the buckets is compiled alone: inlined, it has too few registers.
     #[inline(never)]
-    fn estimate_of<'a, P>(&self, total: &Sums<T>, parts: impl IntoIterator<Item = P>) -> MassEstimate<T>
+    fn estimate_of<'a, P>(
+        &self,
+        total: &Sums<T>,
+        parts: impl IntoIterator<Item = P>,
+        excess: T,
+    ) -> MassEstimate<T>
     where
         P: IntoIterator<Item = &'a Sums<T>>,
     {
@@ -186,7 +195,7 @@ impl<T: Real> Method<T> for Window<T> {
             scatter.half_width(
                 information,
                 T::from_f64(PRIOR_BUCKETS),
-                self.expected_scatter(information),
+                excess * self.expected_scatter(information),
                 lasting * lasting,
             ),
         )

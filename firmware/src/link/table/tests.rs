@@ -1,6 +1,6 @@
 //! Every register is shown, where and as the table says.
 
-use model_core::payload::{Mass, MassEstimate, Unknown};
+use model_core::payload::{Beyond, Mass, MassEstimate, Place, Unknown};
 use proptest::prelude::*;
 
 use super::*;
@@ -177,6 +177,10 @@ fn payload_states_have_codes() {
     let codes = [Unknown::NoSamples, Unknown::NoMotion, Unknown::TooWide, Unknown::NotFinite]
         .map(|unknown| mass_code(&MassEstimate::Unknown(unknown)));
     assert_eq!(codes, [1, 2, 3, 4]);
+    let mass = Mass { mass: 6.0, low: 6.0, high: 7.5 };
+    let codes = [Place::Below, Place::Above]
+        .map(|place| mass_code(&MassEstimate::Beyond(Beyond { place, mass, best: 7.0 })));
+    assert_eq!(codes, [5, 6]);
 }
 
 proptest! {

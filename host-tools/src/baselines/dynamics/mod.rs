@@ -13,7 +13,6 @@
 //! payload treats the mass as one constant, so it is found with the others and the mass of a point is not looked at.
 //! The inductance is left out: its time constant is a millisecond, far below the filter of the logs.
 
-pub mod cards;
 mod term;
 #[cfg(test)]
 mod tests;
@@ -21,7 +20,9 @@ mod tests;
 use nalgebra::{SMatrix, SVector};
 
 pub use self::term::Term;
-use super::{Baseline, Parameter, Point, training};
+use super::baseline::{Baseline, Parameter, named};
+use super::point::Point;
+use super::training;
 use crate::error::{Error, Result};
 use crate::fit::gram::Gram;
 use crate::fit::levenberg::{self, Descent, LeastSquares, Limits};
@@ -66,8 +67,11 @@ pub struct Dynamics {
 
 impl Dynamics {
     /// Not fitted.
-    pub fn new<const K: usize>(name: &'static str, terms: &'static [Term; K], braking: Braking) -> Self {
-        const { assert!(K < MOST) };
+    ///
+    /// # Panics
+    /// With more terms than the constants have places for.
+    pub fn new(name: &'static str, terms: &'static [Term], braking: Braking) -> Self {
+        assert!(terms.len() < MOST, "{name} has too many terms");
         Self { name, terms, braking, constants: None }
     }
 
@@ -133,7 +137,7 @@ impl Baseline for Dynamics {
     fn parameters(&self) -> Vec<Parameter> {
         let Some(constants) = &self.constants else { return Vec::new() };
         let symbols = std::iter::once(("κ", "W/(N m)²")).chain(self.terms.iter().map(|term| term.symbol()));
-        symbols.zip(constants).map(|((name, unit), &value)| Parameter { name, value, unit }).collect()
+        named(symbols, constants.as_slice())
     }
 }
 

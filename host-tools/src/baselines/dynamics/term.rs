@@ -3,7 +3,7 @@
 use model_core::effects::GRAVITY;
 use model_core::motion::Wheel;
 
-use crate::baselines::Point;
+use crate::baselines::point::Point;
 
 /// One torque of a wheel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

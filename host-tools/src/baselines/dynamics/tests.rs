@@ -3,7 +3,7 @@
 use model_core::effects::GRAVITY;
 use model_core::motion::Wheel;
 
-use super::cards::{JARAMILLO, KIM, MORALES, YACOUB, YAO};
+use crate::baselines::cards::{JARAMILLO, KIM, MORALES, YACOUB, YAO};
 use crate::baselines::testing::{burger, drive, recovers};
 use crate::baselines::{Card, Point};
 
@@ -94,7 +94,7 @@ fn poor_drives_give_finite_powers() {
     let one_speed: Vec<Point> =
         (0..200).map(|i| Point { power: 2.0 + 0.1 * f64::from(i % 3), ..moving }).collect();
     for card in ALL {
-        let mut model = (card.make)(&burger());
+        let mut model = card.make(&burger());
         model.fit(&one_speed).unwrap();
         let predicted = model.predict(&one_speed).unwrap();
         // The mean of the data: all that one speed tells.
@@ -107,7 +107,7 @@ fn poor_drives_give_finite_powers() {
 fn power_that_knows_no_speed_ends_the_search() {
     let points = drive(2000, |point| 2.0 + 0.3 * (91.0 * point.time).sin());
     for card in [&JARAMILLO, &MORALES, &YACOUB, &YAO] {
-        let mut model = (card.make)(&burger());
+        let mut model = card.make(&burger());
         model.fit(&points).unwrap();
         let moving = model.predict(&points[1..]).unwrap();
         let mean = moving.iter().sum::<f64>() / moving.len() as f64;

@@ -6,7 +6,7 @@
 //! learning rate with ten seeds.
 
 mod adam;
-mod cards;
+mod inputs;
 mod layers;
 mod scaling;
 mod settings;
@@ -17,17 +17,26 @@ mod training;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-pub use self::cards::{CHIKUSHI, GORA, LIU, PERCEPTRON, SAKAYORI, perceptron};
+pub use self::inputs::Input;
 use self::layers::Layers;
 use self::scaling::Scaling;
 pub use self::settings::Settings;
 pub use self::training::{Ending, Training};
+use super::baseline::Baseline;
+use super::point::Point;
 use super::training::evenly;
-use super::{Baseline, Point};
 use crate::error::{Error, Result};
 
-/// What a network sees of a point: as many numbers for every point of a robot.
-pub type Inputs = fn(&Point) -> Vec<f64>;
+/// What a network sees of a point.
+pub type Inputs = &'static [Input];
+
+/// What the perceptron of Section 7.2 sees.
+pub const MOTION_AND_MASS: Inputs = &[Input::Speed, Input::Acceleration, Input::Mass];
+
+/// The network of Section 7.2 with settings of one's own.
+pub fn perceptron(settings: Settings) -> Network {
+    Network::new("mlp", MOTION_AND_MASS, settings)
+}
 
 /// A network that learns the power from some of what a point tells.
 #[derive(Debug, Clone)]
@@ -51,6 +60,12 @@ impl Network {
         self.training.as_ref()
     }
 
+    fn seen(&self, point: &Point) -> Vec<f64> {
+        let mut seen = Vec::new();
+        self.inputs.iter().for_each(|input| input.see(point, &mut seen));
+        seen
+    }
+
     fn failed(&self, what: impl std::fmt::Display) -> Error {
         Error::failed(format!("{}: {what}", self.name))
     }
@@ -66,7 +81,7 @@ impl Network {
             return Err(self.failed(message));
         }
         let see = |(index, point): (usize, &Point)| {
-            let inputs = (self.inputs)(point);
+            let inputs = self.seen(point);
             if point.power.is_finite() && is_finite(&inputs) {
                 return Ok(inputs);
             }
@@ -114,7 +129,7 @@ impl Baseline for Network {
         let (scaling, layers) = self.fitted.as_ref().ok_or_else(|| self.failed("not fitted"))?;
         let mut powers = Vec::with_capacity(points.len());
         for chunk in points.chunks(PREDICTED_AT_ONCE) {
-            let seen: Vec<Vec<f64>> = chunk.iter().map(self.inputs).collect();
+            let seen: Vec<Vec<f64>> = chunk.iter().map(|point| self.seen(point)).collect();
             let outputs = layers.output(&scaling.inputs(&seen));
             let power = |(inputs, output): (&Vec<f64>, &f32)| {
                 // ReLU would make a sound number of NaN.

@@ -45,6 +45,9 @@ impl Settings {
     /// For sources that do not say how large their network is: two hidden layers of 16, trained alike.
     pub const SMALL: Self = Self { hidden_layers: 2, width: 16, ..Self::PERCEPTRON };
 
+    /// As [`SMALL`](Self::SMALL), with a ReLU at the output.
+    pub const RECTIFIED: Self = Self { rectified: true, ..Self::SMALL };
+
     /// # Errors
     /// The first that is not positive, as text.
     pub(super) fn check(&self) -> Result<(), String> {

@@ -15,7 +15,7 @@
 //! whose d follows g (`tests/reference/baselines/friction.py`).
 
 use super::term::{Bristles, rigid};
-use crate::baselines::Point;
+use crate::baselines::point::Point;
 
 /// d = Fc/σ0, m.
 pub(super) const SLIP_DEFLECTION_M: f64 = 1e-5;

@@ -16,28 +16,32 @@
 //! multiplied out, so that the power is linear in all constants. The constant power of electronics is left out: it is not
 //! part of a log's actuation power.
 
-pub mod cards;
-mod golden;
 mod lugre;
 mod term;
 #[cfg(test)]
 mod tests;
 
 use self::term::{Bristles, rigid};
-use super::{Baseline, Parameter, Point, training};
+use super::baseline::{Baseline, Parameter, named};
+use super::point::Point;
+use super::training;
 use crate::error::{Error, Result};
 use crate::fit::gram::Gram;
 use crate::fit::nnls;
+use crate::numerics::search::golden_section;
 use crate::robot::Robot;
 
 pub use self::term::Term;
 
+/// Most terms of a source.
+const MOST: usize = 12;
+
 /// The model with the terms of one source.
-pub struct Physics<const P: usize> {
+pub struct Physics {
     name: &'static str,
-    terms: [Term; P],
+    terms: &'static [Term],
     friction: Friction,
-    fitted: Option<Fitted<P>>,
+    fitted: Option<Fitted>,
 }
 
 /// What opposes a wheel that turns.
@@ -50,17 +54,18 @@ enum Friction {
 }
 
 /// Constants, and the Stribeck speed vs in rad/s; infinite without bristles.
-type Fitted<const P: usize> = ([f64; P], f64);
+type Fitted = ([f64; MOST], f64);
 
-impl<const P: usize> Physics<P> {
-    /// Not fitted, with constant friction.
-    pub fn new(name: &'static str, terms: [Term; P]) -> Self {
-        Self { name, terms, friction: Friction::Constant, fitted: None }
-    }
-
-    /// Not fitted, with LuGre friction.
-    pub fn with_bristles(name: &'static str, terms: [Term; P], robot: &Robot) -> Self {
-        Self { friction: Friction::LuGre(robot.wheel_radius_m()), ..Self::new(name, terms) }
+impl Physics {
+    /// Not fitted; with the bristles of LuGre where a term is theirs, else with constant friction.
+    ///
+    /// # Panics
+    /// With more terms than there are places for.
+    pub fn new(name: &'static str, terms: &'static [Term], robot: &Robot) -> Self {
+        assert!(terms.len() <= MOST, "{name} has too many terms");
+        let bristles = terms.contains(&Term::Stribeck);
+        let friction = if bristles { Friction::LuGre(robot.wheel_radius_m()) } else { Friction::Constant };
+        Self { name, terms, friction, fitted: None }
     }
 
     /// The share of its steady friction that acts at each wheel of each point.
@@ -74,13 +79,18 @@ impl<const P: usize> Physics<P> {
         }
     }
 
-    fn powers(&self, point: &Point, bristles: &Bristles, stribeck: f64) -> [f64; P] {
-        self.terms.map(|term| term.power(point, bristles, stribeck))
+    /// Of each term per unit of its constant; 0 behind the last.
+    fn powers(&self, point: &Point, bristles: &Bristles, stribeck: f64) -> [f64; MOST] {
+        let mut powers = [0.0; MOST];
+        for (power, term) in powers.iter_mut().zip(self.terms) {
+            *power = term.power(point, bristles, stribeck);
+        }
+        powers
     }
 
     /// The best constants at a Stribeck speed, and their mean squared error, W².
-    fn solve(&self, points: &[Point], bristles: &[Bristles], stribeck: f64) -> ([f64; P], f64) {
-        let mut gram = Gram::<P>::default();
+    fn solve(&self, points: &[Point], bristles: &[Bristles], stribeck: f64) -> Fitted {
+        let mut gram = Gram::<MOST>::default();
         let rows = points.iter().zip(bristles);
         gram.extend(rows.map(|(point, bristles)| (self.powers(point, bristles, stribeck), point.power)));
         let problem = gram.scaled();
@@ -98,7 +108,7 @@ impl<const P: usize> Physics<P> {
         let cost = |place: f64| self.solve(points, bristles, at(place)).1;
         let grid = (0..=GRID).map(|place| (f64::from(place), cost(f64::from(place))));
         let best = grid.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0.0, |(place, _)| place);
-        at(golden::section(best - 1.0, best + 1.0, cost))
+        at(golden_section(best - 1.0, best + 1.0, 1e-6, cost).map_or(best, |found| found.at))
     }
 }
 
@@ -108,7 +118,7 @@ const SLOWEST_SHARE: f64 = 1e-3;
 /// The Stribeck speed is searched on so many points, evenly over the whole.
 const SEARCH_POINTS: usize = 4_000;
 
-impl<const P: usize> Baseline for Physics<P> {
+impl Baseline for Physics {
     fn fit(&mut self, training: &[Point]) -> Result<()> {
         self.fitted = None;
         training::check(self.name, training)?;
@@ -143,11 +153,7 @@ impl<const P: usize> Baseline for Physics<P> {
     /// The constants, and vs where there are bristles: NaN where friction does not fall with the speed.
     fn parameters(&self) -> Vec<Parameter> {
         let Some((constants, stribeck)) = &self.fitted else { return Vec::new() };
-        let named = |(term, &value): (&Term, &f64)| {
-            let (name, unit) = term.symbol();
-            Parameter { name, value, unit }
-        };
-        let mut parameters: Vec<Parameter> = self.terms.iter().zip(constants).map(named).collect();
+        let mut parameters = named(self.terms.iter().map(|term| term.symbol()), constants);
         if self.friction != Friction::Constant {
             let falls = self.terms.iter().zip(constants).any(|(term, c)| *term == Term::Stribeck && *c > 0.0);
             let value = if falls { *stribeck } else { f64::NAN };

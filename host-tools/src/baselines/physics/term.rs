@@ -3,8 +3,8 @@
 use model_core::effects::GRAVITY;
 use model_core::motion::Wheel;
 
+use crate::baselines::point::{MOST_WHEELS, Point, Wheels};
 use crate::baselines::training::positive_part;
-use crate::baselines::{MOST_WHEELS, Point, Wheels};
 
 /// One share of the power; its constant is at least 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

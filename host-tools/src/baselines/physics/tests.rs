@@ -4,8 +4,8 @@ use model_core::effects::GRAVITY;
 use model_core::kinematics::Kinematics;
 use model_core::motion::Wheel;
 
-use super::cards::{ANJUM, DATOUO, DOGRU, HOU, TOUZOUT, WAHAB};
 use super::lugre::{DAMPING_TIME_S, SLIP_DEFLECTION_M};
+use crate::baselines::cards::{ANJUM, DATOUO, DOGRU, HOU, TOUZOUT, WAHAB};
 use crate::baselines::testing::{burger, drive, drive_on, recovers};
 use crate::baselines::{Card, Point};
 
@@ -130,7 +130,7 @@ fn poor_drives_give_finite_powers() {
     let at = |i: i32| Point { time: 0.05 * f64::from(i), power: 2.0 + 0.1 * f64::from(i % 3), ..moving };
     let one_speed: Vec<Point> = (0..200).map(at).collect();
     for card in ALL {
-        let mut model = (card.make)(&burger());
+        let mut model = card.make(&burger());
         model.fit(&one_speed).unwrap();
         let predicted = model.predict(&one_speed).unwrap();
         assert!(predicted.iter().all(|power| (power - 2.1).abs() < 0.01), "{}: {predicted:?}", card.name);

@@ -132,6 +132,21 @@ fn arrows_between_rooms_go_one_way() {
     );
 }
 
+/// docs/architecture.md draws the floors that are checked, the highest first.
+#[test]
+fn the_floors_are_those_of_the_documentation() {
+    let page = std::fs::read_to_string(crate::paths::root().join("docs/architecture.md")).unwrap();
+    let mut rest = page.as_str();
+    for floor in FLOORS.iter().rev() {
+        let line = format!("\n    {} ", floor.join(" · "));
+        let at = rest.find(&line).unwrap_or_else(|| panic!("not in its place: {line}"));
+        rest = &rest[at + line.len()..];
+    }
+    for room in FLOORS.concat() {
+        assert!(page.contains(&format!("`{room}/`")), "{room} is not explained");
+    }
+}
+
 /// What it says of a file that is not there, or not Rust.
 #[test]
 fn what_cannot_be_read_is_named() {

@@ -1,16 +1,17 @@
 //! Bayesian estimation of the longitudinal parameters: a normal prior, updated at every point of the drive.
 
+use super::estimator::Recursive;
 use super::prior::Prior;
+use crate::baselines::baseline::{Baseline, Parameter, named};
 use crate::baselines::longitudinal::{SYMBOLS, TERMS, terms};
-use crate::baselines::recursive::Recursive;
-use crate::baselines::regression::{named, rows, unfitted};
-use crate::baselines::{Baseline, Parameter, Point};
+use crate::baselines::point::Point;
+use crate::baselines::regression::{rows, unfitted};
 use crate::error::Result;
 
 const NAME: &str = "sadrpour-bayes";
 
 /// Length of a segment with an estimate of its own, s. The source has one a road segment; logs do not name roads.
-pub(super) const SEGMENT_S: f64 = 10.0;
+const SEGMENT_S: f64 = 10.0;
 
 /// Smallest share of the mean squared power that counts as noise: below it is the rounding of data without noise.
 const LEAST_NOISE: f64 = 1e-12;
@@ -51,7 +52,7 @@ impl Baseline for Bayes {
     }
 
     fn parameters(&self) -> Vec<Parameter> {
-        self.prior.map_or(Vec::new(), |prior| named(&SYMBOLS, &prior.estimate()))
+        self.prior.map_or(Vec::new(), |prior| named(SYMBOLS, &prior.estimate()))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Lengths and noise at which samples are most likely: coordinate search in their logarithms.
 
-use super::process::{Hyper, INPUTS, Sample, log_likelihood};
+use super::kernel::{Hyper, INPUTS, Sample, log_likelihood};
 
 /// Bounds of a length, in standard deviations of its input: a tenth of it is finer than thinned samples resolve, and
 /// from a hundred on the input has no influence.

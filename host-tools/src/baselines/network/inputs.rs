@@ -1,122 +1,67 @@
-//! The networks of the literature: what each sees, and how large it is.
+//! What networks see of a point.
 
-use super::super::{Card, Need, Point};
-use super::{Network, Settings};
+use crate::baselines::point::Point;
 
-/// The network that the paper compares itself with.
-pub const PERCEPTRON: Card = Card {
-    name: "mlp",
-    source: "multilayer perceptron of Section 7.2, seven hidden ReLU layers on motion and mass, after Liu 2023 (Eq. 32)",
-    assumes: "test drives resemble the training",
-    takes_mass: true,
-    network: true,
-    needs: &[],
-    layouts: &[],
-    make: |_| Box::new(perceptron(Settings::PERCEPTRON)),
-};
-
-/// The network of Section 7.2 with settings of one's own.
-pub fn perceptron(settings: Settings) -> Network {
-    Network::new(PERCEPTRON.name, motion_and_mass, settings)
+/// One or more numbers of a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Input {
+    /// vx, vy and ω.
+    Speed,
+    /// vx and vy.
+    PathSpeed,
+    /// Their derivatives, of ω too.
+    Acceleration,
+    /// True total mass.
+    Mass,
+    /// Commanded vx, vy and ω. They stand for the motors' commands: by the kinematics the ones follow from the others.
+    Command,
+    /// Measured speed of every wheel.
+    Wheels,
+    /// Coefficients of rolling and of static friction.
+    Friction,
+    /// Road grade.
+    Pitch,
+    /// Heading on the slope as cosine and sine: it has no jump at ±180°.
+    SlopeHeading,
+    /// Acceleration along X, Y and Z.
+    Vibration,
 }
 
-fn motion_and_mass(point: &Point) -> Vec<f64> {
-    let Point { speed, acceleration, mass, .. } = point;
-    vec![speed.vx, speed.vy, speed.omega, acceleration.vx, acceleration.vy, acceleration.omega, *mass]
-}
-
-/// Liu 2023 as Eq. 32 has it: the same network on what motors are told and what they report.
-pub const LIU: Card = Card {
-    name: "liu-perceptron",
-    source: "Liu 2023: multilayer perceptron on motor commands and feedback (Eq. 32), seven hidden ReLU layers",
-    assumes: "commands and wheel speeds tell the power; the payload of the training",
-    takes_mass: false,
-    network: true,
-    needs: &[Need::Command],
-    layouts: &[],
-    make: |_| Box::new(Network::new(LIU.name, commands_and_feedback, Settings::PERCEPTRON)),
-};
-
-/// Commands of the body stand for those of the motors: by the kinematics the ones follow from the others.
-fn commands_and_feedback(point: &Point) -> Vec<f64> {
-    let command = point.readings.command;
-    let feedback = point.wheels.iter().map(|wheel| wheel.speed);
-    [command.vx, command.vy, command.omega].into_iter().chain(feedback).collect()
-}
-
-/// Góra 2021.
-pub const GORA: Card = Card {
-    name: "gora",
-    source: "Góra 2021: neural network on v, ω, rolling friction, static friction and mass (two hidden layers of 16)",
-    assumes: "floor and mass are known; steady motion, no accelerations",
-    takes_mass: true,
-    network: true,
-    needs: &[Need::RollingFriction, Need::StaticFriction],
-    layouts: &[],
-    make: |_| Box::new(Network::new(GORA.name, motion_floor_and_mass, Settings::SMALL)),
-};
-
-fn motion_floor_and_mass(point: &Point) -> Vec<f64> {
-    let (speed, floor) = (point.speed, point.readings);
-    vec![speed.vx, speed.vy, speed.omega, floor.rolling_friction, floor.static_friction, point.mass]
-}
-
-/// Sakayori and Ishigami 2021. ReLU in middle and output layers: Section 2 of the paper.
-pub const SAKAYORI: Card = Card {
-    name: "sakayori",
-    source: "Sakayori 2021: feed-forward network with back-propagation on speed, slope and heading, ReLU output (two hidden layers of 16)",
-    assumes: "a rover in steady traverse of a slope; the payload of the training; no braking power",
-    takes_mass: false,
-    network: true,
-    needs: &[Need::Pitch, Need::SlopeHeading],
-    layouts: &[],
-    make: |_| {
-        Box::new(Network::new(
-            SAKAYORI.name,
-            speed_and_slope,
-            Settings { rectified: true, ..Settings::SMALL },
-        ))
-    },
-};
-
-/// The heading as cosine and sine: it has no jump at ±180°.
-fn speed_and_slope(point: &Point) -> Vec<f64> {
-    let (sin, cos) = point.readings.slope_heading.sin_cos();
-    vec![point.speed.vx, point.speed.vy, point.readings.pitch, cos, sin]
-}
-
-/// Chikushi 2024. ReLU in middle and output layers: Section 2 of the paper.
-pub const CHIKUSHI: Card = Card {
-    name: "chikushi",
-    source: "Chikushi 2024: network on commanded v and ω and the vibration along X, Y and Z, ReLU output (two hidden layers of 16)",
-    assumes: "the robot does as commanded, vibration tells the floor; the payload of the training; no braking power",
-    takes_mass: false,
-    network: true,
-    needs: &[Need::Command, Need::Vibration],
-    layouts: &[],
-    make: |_| {
-        let settings = Settings { rectified: true, ..Settings::SMALL };
-        Box::new(Network::new(CHIKUSHI.name, command_and_vibration, settings))
-    },
-};
-
-fn command_and_vibration(point: &Point) -> Vec<f64> {
-    let (command, [x, y, z]) = (point.readings.command, point.readings.vibration);
-    vec![command.vx, command.vy, command.omega, x, y, z]
+impl Input {
+    /// Adds its numbers: as many for every point of a robot.
+    pub(super) fn see(self, point: &Point, seen: &mut Vec<f64>) {
+        let Point { speed, acceleration, readings, .. } = point;
+        let command = readings.command;
+        match self {
+            Self::Speed => seen.extend([speed.vx, speed.vy, speed.omega]),
+            Self::PathSpeed => seen.extend([speed.vx, speed.vy]),
+            Self::Acceleration => seen.extend([acceleration.vx, acceleration.vy, acceleration.omega]),
+            Self::Mass => seen.push(point.mass),
+            Self::Command => seen.extend([command.vx, command.vy, command.omega]),
+            Self::Wheels => seen.extend(point.wheels.iter().map(|wheel| wheel.speed)),
+            Self::Friction => seen.extend([readings.rolling_friction, readings.static_friction]),
+            Self::Pitch => seen.push(readings.pitch),
+            Self::SlopeHeading => {
+                let (sin, cos) = readings.slope_heading.sin_cos();
+                seen.extend([cos, sin]);
+            }
+            Self::Vibration => seen.extend(readings.vibration),
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::baselines::Readings;
+    use crate::baselines::cards::{CHIKUSHI, GORA, LIU_PERCEPTRON, PERCEPTRON, SAKAYORI};
     use crate::baselines::testing::{burger, drive};
+    use crate::baselines::{Card, Point, Readings};
     use crate::metrics::Metrics;
 
     /// Trained on 2000 points of a power that its own inputs tell, it explains the next 1000 but for 3 %, and what it
     /// does not take makes no difference. (Waves are incommensurable: the next points are others.)
     fn learns_its_own(card: &Card, power: fn(&Point) -> f64, change_the_rest: fn(&mut Point)) {
         let mut points = drive(3000, power);
-        let mut model = (card.make)(&burger());
+        let mut model = card.make(&burger());
         model.fit(&points[..2000]).unwrap();
         let test = &mut points[2000..];
         let predicted = model.predict(test).unwrap();
@@ -147,7 +92,7 @@ mod tests {
     #[test]
     fn liu_learns_from_commands_and_feedback() {
         learns_its_own(
-            &LIU,
+            &LIU_PERCEPTRON,
             |point| {
                 let lag = point.readings.command.vx - point.speed.vx;
                 0.5 + 0.05 * point.wheels.iter().map(|wheel| wheel.speed.abs()).sum::<f64>() + 10.0 * lag
@@ -215,7 +160,7 @@ mod tests {
     fn a_rectified_output_is_never_negative() {
         let points = drive(2000, |point| 20.0 * point.readings.pitch * point.speed.vx.signum());
         for (card, rectified) in [(&SAKAYORI, true), (&PERCEPTRON, false)] {
-            let mut model = (card.make)(&burger());
+            let mut model = card.make(&burger());
             model.fit(&points).unwrap();
             let least = model.predict(&points).unwrap().into_iter().fold(f64::INFINITY, f64::min);
             assert_eq!(least >= 0.0, rectified, "{}: {least}", card.name);

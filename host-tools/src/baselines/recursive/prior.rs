@@ -2,8 +2,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use super::estimator::Recursive;
 use crate::baselines::longitudinal::TERMS;
-use crate::baselines::recursive::Recursive;
 use crate::baselines::regression::{Observation, least_squares};
 use crate::error::{Error, Result};
 
@@ -11,7 +11,7 @@ type Vector = SVector<f64, TERMS>;
 type Square = SMatrix<f64, TERMS, TERMS>;
 
 /// Fewest segments: fewer leave the covariance of the parameters singular.
-pub(super) const FEWEST_SEGMENTS: usize = TERMS + 1;
+const FEWEST_SEGMENTS: usize = TERMS + 1;
 
 /// How strongly a segment's estimate leans on that of all segments, in average segments: enough to hold the parameters that
 /// its own manoeuvres do not show.

@@ -3,8 +3,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::process::{Hyper, INPUTS, Process, Sample, log_likelihood};
-use super::{Quann, search};
+use super::kernel::{Hyper, INPUTS, Process, Sample, log_likelihood};
+use super::{GaussianProcess, search};
 use crate::baselines::testing::{drive, reference};
 use crate::baselines::{Baseline, Point};
 use crate::metrics::Metrics;
@@ -64,7 +64,7 @@ fn level(count: usize, power: fn(&Point) -> f64) -> Vec<Point> {
 fn learns_what_the_longitudinal_dynamics_leave() {
     let points = level(4000, power);
     let (training, test) = points.split_at(3000);
-    let mut model = Quann::default();
+    let mut model = GaussianProcess::default();
     model.fit(training).unwrap();
     let mut metrics = Metrics::new(0.0);
     for (point, predicted) in test.iter().zip(model.predict(test).unwrap()) {
@@ -85,7 +85,7 @@ fn learns_what_the_longitudinal_dynamics_leave() {
 fn recovers_its_mean() {
     let points =
         level(2000, |point| 0.6 + 1.5 * point.speed.vx.abs() + 4.0 * point.speed.vx * point.acceleration.vx);
-    let mut model = Quann::default();
+    let mut model = GaussianProcess::default();
     model.fit(&points).unwrap();
     let found: Vec<f64> = model.parameters().iter().map(|parameter| parameter.value).collect();
     assert!(found.len() == 3 && found.iter().zip([0.6, 1.5, 4.0]).all(|(a, b)| (a - b).abs() < 1e-9));
@@ -98,7 +98,7 @@ fn one_motion_gives_its_mean_power() {
     for point in &mut points {
         (point.speed, point.acceleration) = (Default::default(), Default::default());
     }
-    let mut model = Quann::default();
+    let mut model = GaussianProcess::default();
     model.fit(&points).unwrap();
     let mean = points.iter().map(|point| point.power).sum::<f64>() / 400.0;
     assert!(model.predict(&points).unwrap().iter().all(|power| (power - mean).abs() < 1e-6));
@@ -107,7 +107,7 @@ fn one_motion_gives_its_mean_power() {
 #[test]
 fn refuses_and_leaves_out_what_is_not_finite() {
     let good = level(400, power);
-    let mut model = Quann::default();
+    let mut model = GaussianProcess::default();
     assert!(model.predict(&good).unwrap_err().to_string().contains("not fitted"));
     assert!(model.fit(&good[..2]).unwrap_err().to_string().contains("2 training points"));
     let mut broken = good.clone();

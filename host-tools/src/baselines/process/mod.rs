@@ -5,27 +5,16 @@
 //! The source has place and terrain among the inputs, which logs do not tell. Lengths and noise maximise the log
 //! marginal likelihood of a part of the training; the process is exact, on at most 1000 points of it.
 
-mod process;
+mod kernel;
 mod search;
 
-use self::process::{Hyper, INPUTS, Process};
+use self::kernel::{Hyper, INPUTS, Process};
+use super::baseline::{Baseline, Parameter, named};
 use super::longitudinal::{SYMBOLS, TERMS, terms};
-use super::regression::{least_squares, named, rows, unfitted, weigh};
+use super::point::Point;
+use super::regression::{least_squares, rows, unfitted, weigh};
 use super::training::evenly;
-use super::{Baseline, Card, Parameter, Point};
 use crate::error::{Error, Result};
-
-/// The Gaussian process.
-pub const GAUSSIAN_PROCESS: Card = Card {
-    name: "quann",
-    source: "Quann 2020: Gaussian-process regression on v, ω, v̇ and grade about the longitudinal dynamics",
-    assumes: "one mass; test drives resemble the training; level ground where the log has no pitch_rad",
-    takes_mass: false,
-    network: false,
-    needs: &[],
-    layouts: &[],
-    make: |_| Box::<Quann>::default(),
-};
 
 const NAME: &str = "quann";
 
@@ -37,7 +26,7 @@ const SEARCHED_POINTS: usize = 200;
 
 /// Longitudinal dynamics and a Gaussian process about them.
 #[derive(Debug, Clone, Default)]
-pub struct Quann {
+pub struct GaussianProcess {
     fitted: Option<Fitted>,
 }
 
@@ -49,7 +38,7 @@ struct Fitted {
     process: Option<Process>,
 }
 
-impl Baseline for Quann {
+impl Baseline for GaussianProcess {
     fn fit(&mut self, training: &[Point]) -> Result<()> {
         self.fitted = None;
         let failed = |what: &str| Error::failed(format!("{NAME}: {what} has no finite solution"));
@@ -102,7 +91,7 @@ impl Baseline for Quann {
     /// Of the mean, then lengths of the inputs that change, and the spread of process and noise.
     fn parameters(&self) -> Vec<Parameter> {
         let Some(Fitted { mean, scaling, process }) = &self.fitted else { return Vec::new() };
-        let mut parameters = named(&SYMBOLS, mean);
+        let mut parameters = named(SYMBOLS, mean);
         if let Some(process) = process {
             let Hyper { lengths, .. } = process.hyper();
             for (place, (name, unit)) in LENGTHS.into_iter().enumerate() {

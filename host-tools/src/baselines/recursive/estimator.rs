@@ -2,8 +2,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::Point;
-use super::regression::weigh;
+use crate::baselines::point::Point;
+use crate::baselines::regression::weigh;
 
 /// Largest variance of a parameter, in variances of the power's noise per squared SI unit: the start where nothing is known, and
 /// what forgetting cannot exceed. Against the information of one minute of driving, at least about 1 in these units, it is
