@@ -7,9 +7,10 @@ use std::path::PathBuf;
 use std::sync::OnceLock;
 
 use common::{Bench, ROBOT, TRUTH, drive};
-use host_tools::gap::investigate::{Base, Options, investigate};
+use host_tools::gap::investigate::investigate;
 use host_tools::gap::power_only;
 use host_tools::gap::runs::Runs;
+use host_tools::gap::types::{Base, Options};
 use host_tools::robot::Robot;
 use model_core::torque::{Drive, TorqueModel};
 use proptest::prelude::{ProptestConfig, any, prop, proptest};
@@ -384,14 +385,14 @@ proptest! {
         let core = robot.core::<2>(5.0).unwrap();
         match Runs::<2>::read(&robot, &core, &files, 2.0).and_then(|runs| investigate(&runs, None, &base, &Options::default())) {
             Ok(report) => {
-                let json = host_tools::gap::output::json(&report, host_tools::gap::output::Beside::default());
+                let json = host_tools::gap::report::json::json(&report, host_tools::gap::report::json::Beside::default());
                 assert!(json["verdict"].is_string());
-                host_tools::gap::summary::text(&report);
+                host_tools::gap::report::summary::text(&report);
             }
             Err(error) => assert!(!error.to_string().is_empty() && !error.to_string().contains('\n'), "{error}"),
         }
         match power_only::read(&files).and_then(|runs| power_only::investigate(&runs)) {
-            Ok(report) => drop(host_tools::gap::output::json(&report, host_tools::gap::output::Beside::default())),
+            Ok(report) => drop(host_tools::gap::report::json::json(&report, host_tools::gap::report::json::Beside::default())),
             Err(error) => assert!(!error.to_string().contains('\n'), "{error}"),
         }
     }

@@ -3,8 +3,9 @@
 mod common;
 
 use common::{Bench, keys, measured, number};
-use host_tools::gap::investigate::{Report, Verdict};
 use host_tools::gap::power_only::{PowerRun, investigate};
+use host_tools::gap::report::Report;
+use host_tools::gap::types::Verdict;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal, StudentT};

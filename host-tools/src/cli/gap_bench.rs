@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::gap::bench::manoeuvre::{self, Ending, Parted};
 use crate::gap::bench::sets::noises;
 use crate::gap::bench::{self, Case, Outcome};
-use crate::gap::investigate::Verdict;
+use crate::gap::types::Verdict;
 use crate::robot::Robot;
 
 /// Arguments of `gmr gap-bench`.

@@ -4,16 +4,16 @@ use std::sync::Arc;
 
 use model_core::torque::TorqueModel;
 
-use super::inquiry::Inquiry;
-use super::investigate::{Base, LEAST_SEEN};
 use super::noise::Noise;
-use super::panel::residual;
+use super::problem::Problem;
 use super::runs::Runs;
 use super::smooth;
 use super::split::Split;
+use super::thresholds::confirm::{LEAST_SHARE, ONE_SIDED, TIMES};
 use super::twin::{State, Twin};
-use super::whiten::Signal;
 use crate::effects::Regressor;
+use crate::gap::noise::whiten::Signal;
+use crate::gap::types::Base;
 
 /// What the locked runs say.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,7 +34,7 @@ pub struct Confirmed {
     /// Share of the gap that is closed; `None` where nothing was to be closed, or no locked run has the effect.
     pub closed: Option<f64>,
     /// How much of what was added the locked runs show. `None` as above, and where nothing was added.
-    pub seen: Option<Seen>,
+    pub share: Option<ConfirmedShare>,
     /// 95 % interval of the mean square gain per run, W²: paired by run.
     pub gain_w2: (f64, f64),
     /// Mean square before and after, run by run, W².
@@ -54,19 +54,16 @@ const FLOOR_ALONE: &str = "RMS left on the locked runs when all that varies smoo
 /// How much of what was added is there, by the locked runs and the clean ones alone: 1 where the effects are as found, 0 where nothing
 /// of them is. What the base gets wrong on any run is fitted along, as it was when they were named.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Seen {
+pub struct ConfirmedShare {
     /// The share.
     pub share: f64,
     /// Its standard error.
     pub std_err: f64,
 }
 
-/// One-sided 95 % of a normal variable.
-const ONE_SIDED: f64 = 1.64;
-
-impl Seen {
-    /// By an inquiry into locked runs, then clean ones, and what the locked ones leave before and after.
-    pub fn of<const N: usize>(locked: &Inquiry<'_, N>, residuals: &[Signal; 2]) -> Option<Self> {
+impl ConfirmedShare {
+    /// By a problem posed of locked runs, then clean ones, and what the locked ones leave before and after.
+    pub fn of<const N: usize>(locked: &Problem<'_, N>, residuals: &[Signal; 2]) -> Option<Self> {
         let runs = &locked.twin.runs.runs;
         let [before, after] = residuals;
         let added = (0..runs.len()).map(|place| match (before.get(place), after.get(place)) {
@@ -92,10 +89,10 @@ impl Confirmed {
         let (shrunk, grown) = self.by_run.iter().fold((0, 0), |(shrunk, grown), (before, after)| {
             (shrunk + usize::from(after < before), grown + usize::from(after > before))
         });
-        let unseen = self
-            .seen
-            .is_some_and(|seen| seen.share < LEAST_SEEN && seen.share + ONE_SIDED * seen.std_err < 1.0);
-        unseen || (self.closed.is_some() && shrunk <= grown)
+        let missing = self
+            .share
+            .is_some_and(|own| own.share < LEAST_SHARE && own.share + ONE_SIDED * own.std_err < 1.0);
+        missing || (self.closed.is_some() && shrunk <= grown)
     }
 
     /// Share of what the locked runs have beyond clean ones that is closed; `None` without clean runs, or where they have nothing more.
@@ -113,19 +110,19 @@ pub fn on_locked<const N: usize>(
     clean: Option<&Runs<N>>,
     base: &Base,
     state: &State,
-    open: &Inquiry<'_, N>,
+    open: &Problem<'_, N>,
     parameters: usize,
 ) -> Confirmed {
     let locked = runs.subset(&split.locked);
     let lag = open.twin.lag;
     let twin = Twin { runs: &locked, drive: base.drive, lag };
     let start = State { torque: base.torque, effects: Vec::new() };
-    let before = residual(&twin, &start);
+    let before = twin.residual(&start);
     // Effects of single runs are those of the runs they were found in: none of these.
     let common: Vec<(Regressor, f64)> =
         state.effects.iter().filter(|(regressor, _)| regressor.run().is_none()).cloned().collect();
     let common = with_own_times(&twin, state.torque, common);
-    let after = residual(&twin, &State { torque: state.torque, effects: common.clone() });
+    let after = twin.residual(&State { torque: state.torque, effects: common.clone() });
     let square = |run: &Vec<f64>| run.iter().map(|x| x * x).sum::<f64>() / run.len() as f64;
     let by_run: Vec<(f64, f64)> = before.iter().zip(&after).map(|(b, a)| (square(b), square(a))).collect();
     let rows = before.iter().map(Vec::len).sum::<usize>() as f64;
@@ -160,7 +157,7 @@ pub fn on_locked<const N: usize>(
         clean_w: misfit.map(|misfit| misfit.whole_w2.sqrt()),
         floor_how: if clean.is_some() { FLOOR_WITH_CLEAN } else { FLOOR_ALONE },
         closed,
-        seen: None,
+        share: None,
         gain_w2: (average - error, average + error),
         by_run,
         residuals: [before, after],
@@ -180,7 +177,7 @@ impl Misfit {
     fn of<const N: usize>(clean: &Runs<N>, base: &Base, lag: f64, parameters: usize) -> Self {
         let twin = Twin { runs: clean, drive: base.drive, lag };
         let state = State { torque: base.torque, effects: Vec::new() };
-        let left = residual(&twin, &state);
+        let left = twin.residual(&state);
         let rows = left.iter().map(Vec::len).sum::<usize>() as f64;
         let whole_w2 = left.iter().flatten().map(|x| x * x).sum::<f64>() / rows;
         let noise = Noise::estimate(&twin, &state, parameters, &[], &smooth::functions(clean), None);
@@ -209,7 +206,7 @@ pub(super) fn with_own_times<const N: usize>(
                 rows.iter().zip(predicted).map(|(row, p)| (row.power - p).powi(2)).sum::<f64>()
             };
             let end = rows.last().map_or(0.0, |row| row.time);
-            let candidates = (0..240).map(|k| end * f64::from(k) / 240.0).chain([f64::INFINITY]);
+            let candidates = (0..TIMES).map(|k| end * f64::from(k) / f64::from(TIMES)).chain([f64::INFINITY]);
             candidates
                 .map(|at| (at, error(at)))
                 .min_by(|a, b| a.1.total_cmp(&b.1))

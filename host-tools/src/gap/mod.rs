@@ -1,39 +1,27 @@
 //! The gap workflow: where model and measurement disagree, which effect is missing, and what is left when it is added.
+//!
+//! Arrows go one way: types → problem (what is asked of which runs) → detect → name → confirm → report; [`investigate`] walks them.
 
-pub mod advice;
 pub mod bench;
 pub mod confirm;
-mod detect;
+pub mod detect;
 pub mod dictionary;
 pub mod edges;
-#[cfg(test)]
-mod example;
-pub mod excess;
 pub mod extended;
 pub mod input;
-pub mod inquiry;
 pub mod investigate;
-pub mod joint;
-pub mod lag;
-pub mod localise;
 pub mod manoeuvre;
-mod naming;
+pub mod name;
 pub mod noise;
-mod opening;
-pub mod output;
-pub mod page;
-pub mod panel;
 pub mod power_only;
-mod rivals;
+pub mod problem;
+pub mod report;
 pub mod runs;
-pub mod scan;
-pub mod shape;
 pub mod simulation;
 pub mod smooth;
 pub mod split;
-pub mod spread;
-pub mod summary;
+pub mod thresholds;
 pub mod twin;
+pub mod types;
 pub mod user;
-pub mod whiten;
 pub mod words;

@@ -1,7 +1,8 @@
 //! Some forty smooth functions of what a drive does: structure in the residual shows against them, whatever its cause.
 
 use super::runs::Runs;
-use super::whiten::Signal;
+use super::thresholds::problem::LEAST_SHOWN;
+use crate::gap::noise::whiten::Signal;
 
 /// The functions, one signal each. All vary about as gently as an effect would, and none asks for the model.
 pub fn functions<const N: usize>(runs: &Runs<N>) -> Vec<Signal> {
@@ -110,9 +111,6 @@ pub fn count_own<const N: usize>(runs: &Runs<N>, functions: &[Signal]) -> usize 
     let is_there = |place: &usize| runs.runs.iter().all(|run| !run.extras[*place].is_empty());
     functions.len() - (0..runs.columns.len()).filter(is_there).count()
 }
-
-/// Share of a signal's variance in the field that clean runs have to have for them to say something about it.
-const LEAST_SHOWN: f64 = 0.1;
 
 /// Those of some signals of field and clean runs that clean runs say something about. What hardly varies in them (a door that was shut,
 /// a slope on level ground) would else be taken for what the base gets wrong anyway, whatever it does in the field.

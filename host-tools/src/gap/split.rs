@@ -1,11 +1,9 @@
 //! Runs that are looked at, and runs that stay locked until the end.
 
 use super::runs::Runs;
-use super::whiten::Signal;
+use super::thresholds::split::{LEAST_OPEN, ONE_LOCKED_OF};
 use crate::error::{Error, Result};
-
-/// Fewest runs with which an effect can be named and chosen again with each left out.
-pub const LEAST_OPEN: usize = 3;
+use crate::gap::noise::whiten::Signal;
 
 /// Places of runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -57,7 +55,7 @@ pub fn in_order(order: &[usize]) -> Result<Split> {
     }
     let (mut open, mut locked) = (Vec::new(), Vec::new());
     for (rank, &place) in order.iter().enumerate() {
-        if rank % 3 == 1 { locked.push(place) } else { open.push(place) }
+        if rank % ONE_LOCKED_OF == 1 { locked.push(place) } else { open.push(place) }
     }
     open.sort_unstable();
     locked.sort_unstable();

@@ -5,7 +5,9 @@ use model_core::effects::{Effect, Extended, Heat, Scene, Side, Term};
 use model_core::motion::{Motion, Wheel};
 use model_core::torque::{Drive, PARAMETERS, TorqueModel};
 
+use super::noise::whiten::Signal;
 use super::runs::{Row, Run, Runs};
+use super::thresholds::problem::{LINEAR, SLOPE_TRIALS};
 use crate::effects::{Regressor, Switched};
 
 /// When something is on.
@@ -198,7 +200,7 @@ impl<const N: usize> Twin<'_, N> {
         let mut step = step_of(regressor);
         let most = |values: &[f64]| values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         let small = LINEAR * most(at).max(1e-9);
-        for _ in 0..STEP_TRIALS {
+        for _ in 0..SLOPE_TRIALS {
             let mut moved = state.clone();
             match moved.effects.iter_mut().find(|(own, _)| own == regressor) {
                 Some((_, coefficient)) => *coefficient += step,
@@ -213,6 +215,32 @@ impl<const N: usize> Twin<'_, N> {
             step *= 0.5 * small / change;
         }
         vec![0.0; at.len()]
+    }
+
+    /// Measured less predicted power of each run, W.
+    pub fn residual(&self, state: &State) -> Signal {
+        let runs = self.runs.runs.iter().enumerate();
+        runs.map(|(place, run)| {
+            let predicted = self.predict(place, state);
+            run.rows.iter().zip(predicted).map(|(row, predicted)| row.power - predicted).collect()
+        })
+        .collect()
+    }
+
+    /// Columns of one run before whitening: ∂P/∂ the first `base` parameters, ∂P/∂ the regressors' coefficients, and the residual.
+    pub fn columns(
+        &self,
+        place: usize,
+        state: &State,
+        base: usize,
+        regressors: &[Regressor],
+    ) -> Vec<Vec<f64>> {
+        let at = self.predict(place, state);
+        let mut columns: Vec<Vec<f64>> = self.base_slopes(place, state, &at, base);
+        columns.extend(regressors.iter().map(|regressor| self.effect_slope(place, state, regressor, &at)));
+        let rows = &self.runs.runs[place].rows;
+        columns.push(rows.iter().zip(&at).map(|(row, at)| row.power - at).collect());
+        columns
     }
 
     fn base_step(&self, parameter: usize, value: f64) -> f64 {
@@ -230,12 +258,6 @@ pub fn side_of(side: f64) -> Side {
         _ => Side::Both,
     }
 }
-
-/// Changes of the power below this share of its greatest are taken for linear.
-const LINEAR: f64 = 0.01;
-
-/// Steps that are tried.
-const STEP_TRIALS: usize = 6;
 
 /// Steps of a numerical derivative, small against any plausible coefficient and large against rounding.
 fn step_of(regressor: &Regressor) -> f64 {

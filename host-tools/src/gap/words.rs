@@ -4,8 +4,8 @@ use std::path::Path;
 
 use serde_json::{Map, Value};
 
-use super::investigate::Named;
 use crate::effects::{Candidate, Regressor, find};
+use crate::gap::types::Named;
 use model_core::effects::Term;
 use model_core::torque::TorqueModel;
 

@@ -2,12 +2,15 @@
 
 use indicatif::ProgressBar;
 
-use super::super::investigate::{Options, Report, Verdict, investigate};
-use super::super::manoeuvre::{RUNS, Suggestion, suggest};
+use super::super::manoeuvre::{Suggestion, suggest};
 use super::super::runs::{RawRun, Runs};
 use super::sets::{self, Clean};
 use super::{Case, columns};
 use crate::error::Result;
+use crate::gap::investigate::investigate;
+use crate::gap::report::Report;
+use crate::gap::thresholds::manoeuvre::RUNS;
+use crate::gap::types::{Options, Verdict};
 use crate::plant::effects::Effect;
 use crate::plant::{PayloadSchedule, Profile, Scenario};
 use crate::robot::Robot;

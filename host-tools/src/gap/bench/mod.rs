@@ -11,9 +11,10 @@ use std::time::Instant;
 use indicatif::ProgressBar;
 
 use self::sets::{NoiseKind, noises};
-use super::investigate::{Options, Verdict, investigate};
 use super::runs::Runs;
 use crate::error::Result;
+use crate::gap::investigate::investigate;
+use crate::gap::types::{Options, Verdict};
 use crate::plant::effects::Effect;
 use crate::robot::Robot;
 
@@ -41,7 +42,7 @@ pub struct Outcome {
     pub verdict: Verdict,
     /// Names given.
     pub named: Vec<String>,
-    /// Rivals in a tie.
+    /// Hypotheses in a tie.
     pub ties: Vec<String>,
     /// Gap closed on locked runs.
     pub closed: Option<f64>,

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use super::super::investigate::Base;
 use super::super::runs::{RawRun, Runs};
 use crate::error::{Error, Result};
 use crate::fit::dataset::{Dataset, Row, Run};
 use crate::fit::{self, Method, ModelKind, pgd};
+use crate::gap::types::Base;
 use crate::plant::effects::Effect;
 use crate::plant::effects::size::scale_to;
 use crate::plant::field::{Field, Noise};

@@ -1,6 +1,7 @@
 //! The profiles that are tried: short blocks, each from rest to rest, repeated in turn behind a rest.
 
 use super::limits::Limits;
+use crate::gap::thresholds::manoeuvre::EASY;
 
 /// A stretch of a profile: a ramp to a twist, and the time that it is held.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,9 +41,6 @@ pub struct Recipe {
 
 /// A commanded motion: time, s, forward speed, m/s, and turn rate, rad/s; straight lines between.
 pub type Knots = Vec<(f64, [f64; 2])>;
-
-/// How brisk the ramps are where a block is about something else.
-const EASY: f64 = 0.5;
 
 /// All blocks.
 pub fn blocks() -> Vec<Block> {

@@ -3,10 +3,8 @@
 use nalgebra::DMatrix;
 
 use super::super::runs::Runs;
+use crate::gap::thresholds::manoeuvre::USUAL;
 use crate::robot::Robot;
-
-/// Share of the rows whose speeds and accelerations are below what is taken for the robot's limit.
-const USUAL: f64 = 0.99;
 
 /// Limits, and the wheel speeds of a twist.
 #[derive(Debug, Clone, PartialEq)]

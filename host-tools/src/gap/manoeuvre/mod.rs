@@ -1,4 +1,4 @@
-//! The manoeuvre that parts rivals: a speed profile within the robot's limits along which they would disagree most.
+//! The manoeuvre that parts hypotheses: a speed profile within the robot's limits along which they would disagree most.
 
 pub mod advice;
 pub mod family;
@@ -14,45 +14,18 @@ pub use family::Knots;
 use self::family::{Block, Recipe, blocks};
 use self::limits::Limits;
 use self::separate::{Ground, Products};
-use super::inquiry::Rival;
-use super::investigate::{Report, Verdict};
+use super::name::hypothesis::Hypothesis;
 use super::runs::Runs;
 use crate::error::{Error, Result};
+use crate::gap::report::Report;
+use crate::gap::thresholds::manoeuvre::{
+    CHOICE_S, DURATIONS_S, LEADS_S, LEAST_RISE, MOST_BLOCKS, ONE_LOAD, OPEN, PARTED, RUNS, SURE, WORTH,
+};
+use crate::gap::types::Verdict;
 use crate::output::write_whole;
 use crate::robot::Robot;
 
-/// Runs of the profile that are asked for.
-pub const RUNS: usize = 4;
-
-/// Share of them that is not locked when the workflow splits.
-const OPEN: f64 = 2.0 / 3.0;
-
-/// Rivals that would differ by less than this many standard errors are not worth a drive: three is what a tie is short of.
-const WORTH: f64 = 3.0;
-
-/// Rivals that would differ by less than this may stay in their tie: what the model gets wrong where no run has been yet takes as much
-/// again.
-const PARTED: f64 = 6.0;
-
-/// Rivals that would differ by more than this are parted for sure: a longer drive is not worth its time.
-const SURE: f64 = 8.0;
-
-/// Lengths that are tried, s; the first with which all are parted for sure, or the last.
-const DURATIONS_S: [f64; 3] = [60.0, 120.0, 240.0];
-
-/// Length at which blocks are chosen, s.
-const CHOICE_S: f64 = 60.0;
-
-/// Rests before the first motion that are tried, s.
-const LEADS_S: [f64; 2] = [2.0, 15.0];
-
-/// Most blocks that take turns.
-const MOST_BLOCKS: usize = 4;
-
-/// A load alone is recommended if it parts so many times better than light and heavy runs by turns.
-const ONE_LOAD: f64 = 1.25;
-
-/// Two rivals, and by how many standard errors they would differ.
+/// Two hypotheses, and by how many standard errors they would differ.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pair {
     /// Their ids.
@@ -64,13 +37,13 @@ pub struct Pair {
 /// What to drive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Suggestion {
-    /// The profile; none where no drive parts any of the rivals.
+    /// The profile; none where no drive parts any of the hypotheses.
     pub knots: Option<Knots>,
     /// What it does, in words.
     pub words: String,
     /// Total masses to drive it with, by turns, kg.
     pub masses_kg: Vec<f64>,
-    /// Rivals, and how well the profile parts them.
+    /// Hypotheses, and how well the profile parts them.
     pub pairs: Vec<Pair>,
     /// Runs of the same profile that are needed without the effect, with the robot as it was in the fit: the model gets too much wrong
     /// along it, and no run says what. 0 where the field's are enough.
@@ -79,7 +52,7 @@ pub struct Suggestion {
     pub record: Vec<String>,
 }
 
-/// Looks for the profile that parts the rivals of an ambiguous report best: the least parted pair counts. `None` where there is
+/// Looks for the profile that parts the hypotheses of an ambiguous report best: the least parted pair counts. `None` where there is
 /// no tie.
 ///
 /// # Errors
@@ -91,23 +64,30 @@ pub fn suggest<const N: usize>(
     report: &Report,
 ) -> Result<Option<Suggestion>> {
     let (Verdict::Ambiguous, Some(basis)) = (report.verdict, &report.basis) else { return Ok(None) };
-    let rivals =
-        (0..).zip(&report.ties).flat_map(|(round, tie)| tie.iter().map(move |rival| (round, rival.clone())));
-    let (seen, unseen): (Vec<_>, Vec<_>) = rivals.partition(|(_, rival)| separate::foreseen(rival));
-    let (rounds, seen): (Vec<usize>, Vec<Rival>) = seen.into_iter().unzip();
+    let hypotheses = (0..)
+        .zip(&report.ties)
+        .flat_map(|(round, tie)| tie.iter().map(move |hypothesis| (round, hypothesis.clone())));
+    let (seen, unseen): (Vec<_>, Vec<_>) =
+        hypotheses.partition(|(_, hypothesis)| separate::foreseen(hypothesis));
+    let (rounds, seen): (Vec<usize>, Vec<Hypothesis>) = seen.into_iter().unzip();
     let known = runs.subset(&report.split.open).with_clean(clean);
     let search = Search {
         field: runs,
         limits: Limits::new(robot, &known),
         blocks: blocks(),
-        ground: Ground { runs: known, basis, rivals: &seen, has_clean: clean.is_some() },
+        ground: Ground { runs: known, basis, hypotheses: &seen, has_clean: clean.is_some() },
         rounds,
         loads: [robot.mass_no_load_kg(), robot.mass_full_load_kg()],
     };
     let mut pairs = Vec::new();
     let mut best = None;
     let mut reference_runs = 0;
-    if search.ground.rivals.iter().any(|rival| rival.candidate.id != search.ground.rivals[0].candidate.id) {
+    if search
+        .ground
+        .hypotheses
+        .iter()
+        .any(|hypothesis| hypothesis.candidate.id != search.ground.hypotheses[0].candidate.id)
+    {
         let mut recipe = search.best(0)?;
         let mut loaded = search.loaded(&recipe, 0)?;
         if worst(&loaded.1) < PARTED && clean.is_some() {
@@ -123,7 +103,7 @@ pub fn suggest<const N: usize>(
         best = Some((recipe, masses));
     }
     let mut record: Vec<String> =
-        unseen.iter().map(|(_, rival)| advice::to_record(&rival.candidate.id)).collect();
+        unseen.iter().map(|(_, hypothesis)| advice::to_record(&hypothesis.candidate.id)).collect();
     for pair in pairs.iter().filter(|pair| pair.z < PARTED) {
         record.extend(pair.ids.iter().map(|id| advice::to_record(id)));
     }
@@ -157,7 +137,7 @@ struct Search<'a, const N: usize> {
     ground: Ground<'a, N>,
     limits: Limits,
     blocks: Vec<Block>,
-    /// The round in which each rival tied: only those of one round are rivals.
+    /// The round in which each hypothesis tied: only those of one round are hypotheses.
     rounds: Vec<usize>,
     /// The lightest and the heaviest total mass, kg.
     loads: [f64; 2],
@@ -182,7 +162,7 @@ impl<const N: usize> Search<'_, N> {
         let mut pairs: Vec<Pair> = Vec::new();
         let clean = reference as f64 / masses.len() as f64;
         for (i, j, z) in self.ground.separations(known, &planned, weight, clean) {
-            let ids = [i, j].map(|place| self.ground.rivals[place].candidate.id.clone());
+            let ids = [i, j].map(|place| self.ground.hypotheses[place].candidate.id.clone());
             if self.rounds[i] != self.rounds[j] || ids[0] == ids[1] {
                 continue;
             }
@@ -230,7 +210,7 @@ impl<const N: usize> Search<'_, N> {
                 }
             }
             match (further, &best) {
-                (Some(found), Some((most, _))) if found.0 <= 1.02 * most => break,
+                (Some(found), Some((most, _))) if found.0 <= LEAST_RISE * most => break,
                 (Some(found), _) => {
                     tail.clone_from(&found.1.blocks);
                     best = Some(found);

@@ -1,4 +1,4 @@
-//! How well a drive would part two rivals: what is left of their difference when the worse one may adapt itself.
+//! How well a drive would part two hypotheses: what is left of their difference when the worse one may adapt itself.
 //!
 //! As in the workflow, the model may be wrong along smooth functions of the drive and along the effects in clean and field runs alike,
 //! which only the clean runs tell from an effect: where these have not been, no drive of the field parts anything.
@@ -10,25 +10,18 @@ use model_core::estimator::Sample;
 use nalgebra::{DMatrix, DVector};
 
 use super::super::edges::Motions;
-use super::super::inquiry::Rival;
-use super::super::investigate::Basis;
 use super::super::runs::{RawRun, Row, Run, Runs};
 use super::super::smooth;
 use super::super::twin::{State, Twin};
-use super::super::whiten::Signal;
 use super::family::{Knots, at};
 use super::limits::Limits;
 use crate::effects::Regressor;
 use crate::error::Result;
-
-/// How uncertain a shape parameter is, as a share of it: a rival may take another width or time constant.
-const SHAPE_UNCERTAINTY: f64 = 0.7;
-
-/// Relative step of a derivative by a shape parameter.
-const SHAPE_STEP: f64 = 0.1;
-
-/// Samples per period of the filter's cutoff.
-const SAMPLES_PER_CUTOFF: f64 = 5.0;
+use crate::gap::name::hypothesis::Hypothesis;
+use crate::gap::noise::whiten::Signal;
+use crate::gap::report::Basis;
+use crate::gap::thresholds::manoeuvre::{SAMPLES_PER_CUTOFF, SHAPE_STEP, SHAPE_UNCERTAINTY};
+use crate::gap::thresholds::problem::DISCREPANCY_RIDGE;
 
 /// A drive as the filter would show it: rows without power.
 ///
@@ -61,16 +54,16 @@ pub fn planned<const N: usize>(
     Runs::condition(&field.robot, masses.iter().map(run).collect())
 }
 
-/// Whether a drive can show what this rival says: nobody can foresee what other columns will hold.
-pub fn foreseen(rival: &Rival) -> bool {
-    rival.candidate.regressors.iter().all(|regressor| match regressor {
+/// Whether a drive can show what this hypothesis says: nobody can foresee what other columns will hold.
+pub fn foreseen(hypothesis: &Hypothesis) -> bool {
+    hypothesis.candidate.regressors.iter().all(|regressor| match regressor {
         Regressor::Column(_) | Regressor::Temperature(..) => false,
         Regressor::Term(term) => !matches!(term, Term::GradeByPitch),
         _ => true,
     })
 }
 
-/// A rival's state in runs to come: what steps does so in their middle, and by as much as it did on average in single runs; payloads
+/// A hypothesis's state in runs to come: what steps does so in their middle, and by as much as it did on average in single runs; payloads
 /// are put on scales.
 fn to_come<const N: usize>(state: &State, runs: &Runs<N>) -> State {
     let longest = runs.runs.iter().filter_map(|run| run.rows.last()).map(|row| row.time).fold(0.0, f64::max);
@@ -97,7 +90,7 @@ fn to_come<const N: usize>(state: &State, runs: &Runs<N>) -> State {
     coming
 }
 
-/// A shape that a rival may adapt. Times of steps are not: each run has its own.
+/// A shape that a hypothesis may adapt. Times of steps are not: each run has its own.
 fn width(regressor: &Regressor) -> Option<f64> {
     match regressor {
         Regressor::Term(Term::StepAt(_) | Term::RollingFrom(_)) => None,
@@ -105,24 +98,24 @@ fn width(regressor: &Regressor) -> Option<f64> {
     }
 }
 
-/// What is known already: the open runs of the field and the clean ones, and the rivals that explain them.
+/// What is known already: the open runs of the field and the clean ones, and the hypotheses that explain them.
 pub struct Ground<'a, const N: usize> {
     /// Open runs, then clean ones.
     pub runs: Runs<N>,
     /// What predictions rest on.
     pub basis: &'a Basis,
     /// Who is to be parted.
-    pub rivals: &'a [Rival],
+    pub hypotheses: &'a [Hypothesis],
     /// Whether there are clean runs: without, the base moves instead of the discrepancy.
     pub has_clean: bool,
 }
 
-/// Sums of products of all columns: discrepancy, each rival's effects and shapes, each rival's power.
+/// Sums of products of all columns: discrepancy, each hypothesis's effects and shapes, each hypothesis's power.
 #[derive(Debug, Clone)]
 pub struct Products {
     sums: DMatrix<f64>,
     discrepancy: usize,
-    /// First column and number of columns of each rival's effects, shapes behind them.
+    /// First column and number of columns of each hypothesis's effects, shapes behind them.
     blocks: Vec<(usize, usize, usize)>,
 }
 
@@ -178,11 +171,15 @@ impl<const N: usize> Ground<'_, N> {
         let twin = Twin { runs, drive: self.basis.drive, lag: self.basis.lag };
         let field = Twin { runs: &bare, ..twin };
         let states: Vec<State> = self
-            .rivals
+            .hypotheses
             .iter()
-            .map(
-                |rival| if planned { to_come(&rival.fitted.state, runs) } else { rival.fitted.state.clone() },
-            )
+            .map(|hypothesis| {
+                if planned {
+                    to_come(&hypothesis.fitted.state, runs)
+                } else {
+                    hypothesis.fitted.state.clone()
+                }
+            })
             .collect();
         let base = self.basis.prior.precision.nrows();
         let mut sums: Option<DMatrix<f64>> = None;
@@ -238,7 +235,7 @@ impl<const N: usize> Ground<'_, N> {
         Products { sums: sums.unwrap_or_else(|| DMatrix::zeros(0, 0)), discrepancy, blocks }
     }
 
-    /// Standard errors by which each pair of rivals would differ after `weight` runs for each of the planned ones, and `clean` of them
+    /// Standard errors by which each pair of hypotheses would differ after `weight` runs for each of the planned ones, and `clean` of them
     /// without the effect, all that is known taken together: places of the two, and z.
     pub fn separations(
         &self,
@@ -253,8 +250,8 @@ impl<const N: usize> Ground<'_, N> {
         let mut wrong = total.view_mut((0, 0), own);
         wrong += clean * planned.sums.view((0, 0), own);
         let mut pairs = Vec::new();
-        for i in 0..self.rivals.len() {
-            for j in i + 1..self.rivals.len() {
+        for i in 0..self.hypotheses.len() {
+            for j in i + 1..self.hypotheses.len() {
                 let z = self.left(&total, known, i, j).min(self.left(&total, known, j, i));
                 pairs.push((i, j, z.max(0.0).sqrt()));
             }
@@ -262,13 +259,13 @@ impl<const N: usize> Ground<'_, N> {
         pairs
     }
 
-    /// χ² that a rival has to leave where another is true.
-    fn left(&self, total: &DMatrix<f64>, of: &Products, truth: usize, rival: usize) -> f64 {
-        let powers = total.ncols() - self.rivals.len();
-        let (first, effects, shapes) = of.blocks[rival];
+    /// χ² that a hypothesis has to leave where another is true.
+    fn left(&self, total: &DMatrix<f64>, of: &Products, truth: usize, hypothesis: usize) -> f64 {
+        let powers = total.ncols() - self.hypotheses.len();
+        let (first, effects, shapes) = of.blocks[hypothesis];
         let places: Vec<usize> = (0..of.discrepancy).chain(first..first + effects + shapes).collect();
         let size = places.len();
-        let (a, b) = (powers + truth, powers + rival);
+        let (a, b) = (powers + truth, powers + hypothesis);
         let whole = total[(a, a)] - 2.0 * total[(a, b)] + total[(b, b)];
         let right = DVector::from_fn(size, |i, _| total[(places[i], a)] - total[(places[i], b)]);
         let mut matrix = DMatrix::from_fn(size, size, |i, j| total[(places[i], places[j])]);
@@ -282,12 +279,9 @@ impl<const N: usize> Ground<'_, N> {
         }
         let scale = DVector::from_fn(size, |i, _| 1.0 / matrix[(i, i)].max(1e-300).sqrt());
         let scaled = DMatrix::from_fn(size, size, |i, j| {
-            matrix[(i, j)] * scale[i] * scale[j] + if i == j { RIDGE } else { 0.0 }
+            matrix[(i, j)] * scale[i] * scale[j] + if i == j { DISCREPANCY_RIDGE } else { 0.0 }
         });
         let along = right.component_mul(&scale);
         scaled.cholesky().map_or(0.0, |factor| whole - along.dot(&factor.solve(&along)))
     }
 }
-
-/// As in the workflow.
-const RIDGE: f64 = 1e-9;

@@ -4,36 +4,23 @@ use model_core::torque::{PARAMETERS, TorqueModel};
 use serde_json::{Map, Value, json};
 
 use super::gap::{Squares, at_rest};
-use super::{PowerRun, Rests, Step};
+use super::read::PowerRun;
+use super::rests::{Rests, Step};
 use crate::effects::{Candidate, ENTRIES, NotTestable, find};
 use crate::error::Result;
 use crate::gap::confirm::Confirmed;
-use crate::gap::investigate::{Named, Report, Round, Scored, Verdict};
-use crate::gap::localise::Cell;
+use crate::gap::report::Report;
+use crate::gap::report::localise::Cell;
 use crate::gap::split::{self, Split};
+use crate::gap::thresholds::power_only::{
+    CELLS, LEAST_BLOCKS, LEAST_RUNS, SAME_ERRORS, SAME_SHARE, STEP_ERRORS,
+};
 use crate::gap::twin::State;
+use crate::gap::types::{Named, Round, Scored, Status, Verdict};
 use crate::log::speed_column;
 
 /// The one effect that shows.
 const STEP: &str = "static-step";
-
-/// Standard errors that a step has to exceed.
-const THRESHOLD: f64 = 5.0;
-
-/// Steps of runs are one and the same if they differ by no more than so many standard errors …
-const SAME_ERRORS: f64 = 3.0;
-
-/// … or by no more than this share.
-const SAME_SHARE: f64 = 0.25;
-
-/// Open runs that have to show a step.
-const LEAST_RUNS: usize = 2;
-
-/// Cells over time.
-const CELLS: usize = 6;
-
-/// Blocks of a run in a cell that say something about it.
-const LEAST_BLOCKS: usize = 6;
 
 /// What these logs never tell.
 const CANNOT_KNOW: &str =
@@ -88,7 +75,7 @@ pub fn investigate(runs: &[PowerRun]) -> Result<Report> {
         .open
         .iter()
         .flat_map(|&run| rests[run].steps.iter().map(move |step| (run, step.clone())))
-        .filter(|(_, step)| step.size_w().abs() > THRESHOLD * step.std_err_w())
+        .filter(|(_, step)| step.size_w().abs() > STEP_ERRORS * step.std_err_w())
         .collect();
     let greatest = steps.iter().map(|(_, step)| step.size_w().abs() / step.std_err_w()).fold(0.0, f64::max);
     let found = !steps.is_empty();
@@ -122,9 +109,10 @@ pub fn investigate(runs: &[PowerRun]) -> Result<Report> {
         detail: Value::Object(kind.detail(runs)),
         gain: (kind.size_w / kind.std_err_w).powi(2),
         coefficients: vec![kind.size_w],
-        status: if verdict == Verdict::Named { "winner" } else { "worse" },
+        status: if verdict == Verdict::Named { Status::Winner } else { Status::Worse },
     });
-    let round = Round { structure: greatest, allowed: THRESHOLD, candidates: candidates.collect(), outcome };
+    let round =
+        Round { structure: greatest, allowed: STEP_ERRORS, candidates: candidates.collect(), outcome };
     let unknown = TorqueModel::from_array([f64::NAN; PARAMETERS]);
     Ok(Report {
         verdict,
@@ -136,7 +124,7 @@ pub fn investigate(runs: &[PowerRun]) -> Result<Report> {
         confirmed,
         state: State { torque: unknown, effects: Vec::new() },
         split,
-        excess: None,
+        over_dispersion: None,
         residuals: (Vec::new(), None),
         base: [unknown, unknown],
         ties: Vec::new(),
@@ -235,7 +223,7 @@ fn between_runs(runs: &[PowerRun], kind: &Kind) -> Option<Named> {
     let behind = mean(low, |run| run.2) - mean(high, |run| run.2);
     let error = mean(low, |run| run.3).hypot(mean(high, |run| run.3));
     let size = 0.5 * (before + behind);
-    let stands_out = size.abs() > THRESHOLD * error && (before - behind).abs() < 2.0 * SAME_ERRORS * error;
+    let stands_out = size.abs() > STEP_ERRORS * error && (before - behind).abs() < 2.0 * SAME_ERRORS * error;
     stands_out.then(|| {
         let names = |group: &[(usize, f64, f64, f64)]| -> Vec<&String> {
             group.iter().map(|run| &runs[run.0].name).collect()
@@ -286,7 +274,7 @@ fn confirm(runs: &[PowerRun], rests: &[Rests], split: &Split, kinds: &[Kind]) ->
         after_w: all.mean(all.after).sqrt(),
         floor_w: all.mean(all.floor).sqrt(),
         closed,
-        seen: None,
+        share: None,
         clean_w: None,
         floor_how: "RMS of the power at rest about the levels that it keeps returning to on the locked runs",
         residuals: [Vec::new(), Vec::new()],

@@ -1,6 +1,7 @@
 //! How far the power at rest is from one level, and from levels that step: sums over runs.
 
-use super::{PowerRun, Rests};
+use super::read::PowerRun;
+use super::rests::Rests;
 
 /// Squares over the blocks at rest, W².
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

@@ -3,11 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
+use crate::gap::thresholds::power_only::ROWS_PER_S;
 use crate::inspect::{Block, Blocks};
 use crate::log::{ColumnRequest, Header, LogReader, MIN_GAP_FACTOR, POWER, RUN, Role, TIME, wheel_columns};
-
-/// Rows a second at most, about: levels closer than the scatter of rows are one.
-const ROWS_PER_S: f64 = 200.0;
 
 /// One run.
 #[derive(Debug, Clone)]

@@ -1,22 +1,8 @@
 //! The levels that the power of a run keeps returning to, and the times at which they change.
 
-use super::PowerRun;
+use super::read::PowerRun;
+use crate::gap::thresholds::power_only::{LEAST_REST_S, LEAST_RETURNS, LEAST_SHARE, ROUGHER, WANDER_S};
 use crate::inspect::{Block, StaticPower, StaticState};
-
-/// Time that a level has to be held for, in all, to be a rest, s.
-const LEAST_REST_S: f64 = 5.0;
-
-/// Share of what is left of a run behind a step that has to be spent at the new level.
-const LEAST_SHARE: f64 = 1.0 / 3.0;
-
-/// Returns to a level that tell a rest from a motion at constant speed.
-const LEAST_RETURNS: usize = 2;
-
-/// By how much the scatter within a rest may differ from that of another: motion is rougher than standing.
-const ROUGHER: f64 = 1.3;
-
-/// Length of the means whose scatter tells how far a rest wanders, s.
-const WANDER_S: f64 = 2.0;
 
 /// Standard deviation of a normal variable over the median of its size.
 const MEDIAN_TO_STD: f64 = 1.4826;

@@ -2,9 +2,9 @@
 
 use serde_json::{Map, Value};
 
-use super::super::investigate::Named;
 use crate::effects::Regressor;
 use crate::error::Result;
+use crate::gap::types::Named;
 use crate::plant::Effect;
 
 /// In which runs a cause acts, by their places among all runs of a set.

@@ -20,13 +20,14 @@ use self::cast::{Part, Scene, cast};
 use self::filter::Behind;
 use self::track::Follower;
 use super::confirm;
-use super::investigate::{Report, Verdict};
-use super::localise::{self, Cell};
-use super::page::{self, Course};
 use super::runs::RawRun;
 use super::twin::Twin;
 use crate::effects::{Regressor, Switched};
 use crate::error::Result;
+use crate::gap::report::Report;
+use crate::gap::report::localise::{self, Cell};
+use crate::gap::report::page::{self, Course};
+use crate::gap::types::Verdict;
 use crate::plant::PlantSet;
 use crate::robot::Robot;
 

@@ -1,0 +1,249 @@
+//! What no model explains: its autoregression, its variance, and the weight of each row.
+
+pub mod spread;
+pub mod whiten;
+
+use nalgebra::{DMatrix, DVector};
+
+use self::spread::Spread;
+use self::whiten::{Signal, Whitener};
+use super::runs::Runs;
+use super::thresholds::noise::{BLOCKS_S, HUBER, LEAST_WORTH, MOST_TAKEN, PASSES, RIDGE};
+use super::twin::{State, Twin};
+use crate::effects::Regressor;
+
+/// Standard deviation of a normal variable over the median of its size.
+const MEDIAN_TO_STD: f64 = 1.4826;
+
+/// The noise of the residual.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Noise {
+    /// Takes its memory away.
+    pub whitener: Whitener,
+    /// Standard deviation of the whitened noise, W.
+    pub std_w: f64,
+    /// Root of each row's weight; 0 where the past is not known.
+    pub weights: Signal,
+    /// What is left when everything that varies smoothly is taken out: whitened, weighted, per standard deviation.
+    pub left: Signal,
+    /// What is left, as it was before whitening, W.
+    pub left_w: Signal,
+    /// Mean square of what is left before whitening, corrected for what the fit took along, W².
+    pub floor_w2: f64,
+}
+
+impl Noise {
+    /// From the residual at `state` less its regression on base, regressors and smooth functions, before and after whitening.
+    pub fn estimate<const N: usize>(
+        twin: &Twin<'_, N>,
+        state: &State,
+        base: usize,
+        regressors: &[Regressor],
+        smooth: &[Signal],
+        whitener: Option<&Whitener>,
+    ) -> Self {
+        let runs = twin.runs;
+        let raw: Vec<Vec<Vec<f64>>> = (0..runs.runs.len())
+            .map(|place| {
+                let mut columns = twin.columns(place, state, base, regressors);
+                let residual = columns.pop().unwrap_or_default();
+                columns.extend(smooth.iter().map(|signal| signal[place].clone()));
+                columns.push(residual);
+                columns
+            })
+            .collect();
+        let everything: Signal = runs.runs.iter().map(|run| vec![1.0; run.rows.len()]).collect();
+        let mut left_w = regress(&matrices(&raw, &everything)).0;
+        let mut noise = Self {
+            whitener: Whitener { coefficients: Vec::new() },
+            std_w: 1.0,
+            weights: everything,
+            left: Signal::new(),
+            left_w: Signal::new(),
+            floor_w2: 0.0,
+        };
+        let mut fitted = 0.0;
+        // The whitener of the first residual shows a better one.
+        for _ in 0..PASSES {
+            noise.whitener = whitener.cloned().unwrap_or_else(|| Whitener::estimate(runs, &left_w));
+            let known = noise.whitener.known(runs);
+            noise.weights = known
+                .iter()
+                .map(|run| run.iter().map(|known| f64::from(u8::from(*known))).collect())
+                .collect();
+            noise.std_w = 1.0;
+            for _ in 0..PASSES {
+                let white: Vec<Vec<Vec<f64>>> = raw
+                    .iter()
+                    .enumerate()
+                    .map(|(place, columns)| columns.iter().map(|c| noise.whiten(runs, place, c)).collect())
+                    .collect();
+                let ones: Signal = noise.weights.iter().map(|run| vec![1.0; run.len()]).collect();
+                let (left, values, taken) = regress(&matrices(&white, &ones));
+                fitted = taken;
+                noise.left = left;
+                left_w = raw
+                    .iter()
+                    .map(|columns| {
+                        let mut left = columns.last().cloned().unwrap_or_default();
+                        for (column, value) in columns.iter().zip(values.iter()) {
+                            for (left, x) in left.iter_mut().zip(column) {
+                                *left -= value * x;
+                            }
+                        }
+                        left
+                    })
+                    .collect();
+                noise.weigh(runs);
+            }
+        }
+        let rows = left_w.iter().map(Vec::len).sum::<usize>() as f64;
+        // What the fit takes along of coloured noise grows with its memory: the rows that the noise is worth.
+        let worth =
+            rows * (1.0 - noise.whitener.coefficients.iter().sum::<f64>()).powi(2).clamp(LEAST_WORTH, 1.0);
+        noise.floor_w2 = left_w.iter().flatten().map(|x| x * x).sum::<f64>() / rows
+            * (1.0 + 0.5 * fitted / worth).min(MOST_TAKEN);
+        noise.left_w = left_w;
+        noise
+    }
+
+    /// Standard deviation of the whitened noise of the rows that count, W: as if all scattered alike.
+    pub fn usual_w(&self) -> f64 {
+        let known = || self.weights.iter().flatten().filter(|weight| **weight > 0.0);
+        let square: f64 = known().map(|weight| weight * weight).sum();
+        self.std_w / (square / known().count().max(1) as f64).sqrt().max(1e-300)
+    }
+
+    /// Whitened, weighted, per standard deviation.
+    pub fn whiten<const N: usize>(&self, runs: &Runs<N>, place: usize, values: &[f64]) -> Vec<f64> {
+        let mut white = self.whitener.apply_run(runs, place, values);
+        for (x, weight) in white.iter_mut().zip(&self.weights[place]) {
+            *x *= weight / self.std_w;
+        }
+        white
+    }
+
+    /// Weights and standard deviation anew, from what is left.
+    fn weigh<const N: usize>(&mut self, runs: &Runs<N>) {
+        let plain: Signal = self
+            .left
+            .iter()
+            .zip(&self.weights)
+            .map(|(left, weights)| {
+                left.iter().zip(weights).map(|(x, w)| if *w > 0.0 { x / w } else { 0.0 }).collect()
+            })
+            .collect();
+        let spread = Spread::fit(runs, &plain, &self.weights, |_| true).of(runs);
+        let mut sizes: Vec<f64> = Vec::new();
+        for ((plain, spread), weights) in plain.iter().zip(&spread).zip(&self.weights) {
+            let known = plain.iter().zip(spread).zip(weights).filter(|(_, w)| **w > 0.0);
+            sizes.extend(known.map(|((x, spread), _)| (x / spread).abs()));
+        }
+        if sizes.is_empty() {
+            return;
+        }
+        let middle = sizes.len() / 2;
+        let usual = MEDIAN_TO_STD * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let (mut sum, mut count) = (0.0, 0.0);
+        for ((plain, spread), weights) in plain.iter().zip(&spread).zip(&mut self.weights) {
+            let rows = plain.iter().zip(spread).zip(weights.iter_mut());
+            for ((x, spread), weight) in rows.filter(|(_, weight)| **weight > 0.0) {
+                *weight = (HUBER * usual * spread / x.abs().max(1e-300)).min(1.0).sqrt() / spread;
+                sum += (*weight * x).powi(2);
+                count += 1.0;
+            }
+        }
+        if sum > 0.0 {
+            let factor = (sum / count).sqrt();
+            self.std_w *= factor;
+            for ((left, plain), weights) in self.left.iter_mut().zip(&plain).zip(&self.weights) {
+                for ((left, x), weight) in left.iter_mut().zip(plain).zip(weights) {
+                    *left = x * weight / factor;
+                }
+            }
+        }
+    }
+
+    /// Variance of Σ x e, e being what is left, by the scatter of its parts: over blocks of some seconds or over whole runs,
+    /// whichever is greater. 1 per Σ x² if model and normality were right.
+    pub fn score_variance(&self, period_s: f64, column: &Signal) -> f64 {
+        let along = along(column.iter().flatten(), self.left.iter().flatten());
+        let (mut blocks, mut runs) = ([0.0; BLOCKS_S.len()], 0.0);
+        for (x, e) in column.iter().zip(&self.left) {
+            let (square, sum) = block_scores(period_s, x, e, along);
+            for (blocks, square) in blocks.iter_mut().zip(square) {
+                *blocks += square;
+            }
+            runs += sum * sum;
+        }
+        blocks.into_iter().fold(runs, f64::max)
+    }
+
+    /// As [`score_variance`](Self::score_variance) for a column that lives in one run.
+    pub fn run_score_variance(&self, period_s: f64, run: usize, column: &[f64]) -> f64 {
+        let own = &self.left[run];
+        let along = along(column.iter(), own.iter());
+        let variance = column.iter().zip(own).map(|(x, e)| (e - along * x).powi(2)).sum::<f64>()
+            / own.len().max(1) as f64;
+        let square = column.iter().map(|x| x * x).sum::<f64>();
+        block_scores(period_s, column, own, along).0.into_iter().fold(variance * square, f64::max)
+    }
+}
+
+/// How much of a column is in what is left: an effect of single runs, which no smooth function takes out, is no noise.
+fn along<'a>(column: impl Iterator<Item = &'a f64>, left: impl Iterator<Item = &'a f64>) -> f64 {
+    let (with, own) = column.zip(left).fold((0.0, 0.0), |(with, own), (x, e)| (with + x * e, own + x * x));
+    if own > 0.0 { with / own } else { 0.0 }
+}
+
+/// Σ (Σ x e)² over blocks of each length, and Σ x e, with e less `along` times x.
+fn block_scores(period_s: f64, x: &[f64], e: &[f64], along: f64) -> ([f64; BLOCKS_S.len()], f64) {
+    let score = |x: &[f64], e: &[f64]| x.iter().zip(e).map(|(x, e)| x * (e - along * x)).sum::<f64>();
+    let squares = BLOCKS_S.map(|length| {
+        let rows = (length / period_s).round().max(1.0) as usize;
+        x.chunks(rows).zip(e.chunks(rows)).map(|(x, e)| score(x, e).powi(2)).sum()
+    });
+    (squares, score(x, e))
+}
+
+fn matrices(columns: &[Vec<Vec<f64>>], weights: &Signal) -> Vec<DMatrix<f64>> {
+    columns
+        .iter()
+        .zip(weights)
+        .map(|(columns, weights)| {
+            DMatrix::from_fn(weights.len(), columns.len(), |i, j| columns[j][i] * weights[i])
+        })
+        .collect()
+}
+
+/// Least squares of the last column on the others, all runs together; directions that the rows do not hold are left out.
+/// What is left, the coefficients, and how many directions were fitted.
+fn regress(runs: &[DMatrix<f64>]) -> (Signal, DVector<f64>, f64) {
+    let columns = runs.first().map_or(0, |run| run.ncols().saturating_sub(1));
+    let mut gram = DMatrix::<f64>::zeros(columns + 1, columns + 1);
+    for run in runs {
+        gram += run.tr_mul(run);
+    }
+    let scale =
+        DVector::from_fn(columns, |i, _| if gram[(i, i)] > 0.0 { 1.0 / gram[(i, i)].sqrt() } else { 0.0 });
+    let scaled = DMatrix::from_fn(columns, columns, |i, j| gram[(i, j)] * scale[i] * scale[j]);
+    let right = DVector::from_fn(columns, |i, _| gram[(i, columns)] * scale[i]);
+    // Columns that repeat each other share what they explain: a ridge far below the noise of any.
+    let ridge = DMatrix::from_diagonal_element(columns, columns, RIDGE);
+    let (mut values, fitted) = match (scaled.clone() + ridge).cholesky() {
+        Some(factor) => {
+            let taken = (factor.inverse() * scaled).trace();
+            (factor.solve(&right), taken)
+        }
+        None => (DVector::zeros(columns), 0.0),
+    };
+    values.component_mul_assign(&scale);
+    let left = runs
+        .iter()
+        .map(|run| {
+            let fit = run.columns(0, columns) * &values;
+            (run.column(columns) - fit).as_slice().to_vec()
+        })
+        .collect();
+    (left, values, fitted)
+}

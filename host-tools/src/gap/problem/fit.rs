@@ -1,0 +1,126 @@
+//! A state fitted with all its effects, the model made linear anew at each step (Gauss and Newton).
+
+use model_core::torque::TorqueModel;
+use nalgebra::{DMatrix, DVector};
+
+use super::Problem;
+use super::solve::{Products, solve};
+use crate::effects::Regressor;
+use crate::gap::noise::whiten::Signal;
+use crate::gap::thresholds::problem::{HALVINGS, LEAST_STEP_GAIN, SHORTER};
+use crate::gap::twin::State;
+
+/// A state fitted with all its effects.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fitted {
+    /// Base and effects.
+    pub state: State,
+    /// Sum of squares, the prior's penalty included.
+    pub loss: f64,
+    /// Sum of squares of each run, without it.
+    pub run_losses: Vec<f64>,
+    /// About this state; columns of base, discrepancy, then effects.
+    pub products: Products,
+    /// Of base, discrepancy, then effects.
+    pub covariance: DMatrix<f64>,
+}
+
+impl<const N: usize> Problem<'_, N> {
+    /// Adds regressors to a state and fits all that is in it, the model made linear anew at each step.
+    pub fn fit(&self, state: &State, regressors: &[(Regressor, f64)], steps: usize) -> Option<Fitted> {
+        let mut state = state.clone();
+        state.effects.extend_from_slice(regressors);
+        let mut best = self.losses(&state);
+        let mut solved = None;
+        for _ in 0..steps {
+            let panel = self.panel(&state, &[], false);
+            let products = panel.products();
+            let active = self.active(&state);
+            let step = solve(&products.total(None), self.base, &self.prior, &self.offset(&state), &active)?;
+            let mut share = 1.0;
+            let mut moved = None;
+            for _ in 0..HALVINGS {
+                let next = self.step(&state, &step.values, share);
+                let losses = self.losses(&next);
+                if losses.0 <= best.0 {
+                    moved = Some((next, losses));
+                    break;
+                }
+                share *= SHORTER;
+            }
+            let covariance = step.covariance;
+            solved = Some((products, covariance));
+            let Some((next, losses)) = moved else { break };
+            let gained = best.0 - losses.0;
+            state = next;
+            best = losses;
+            if gained < LEAST_STEP_GAIN {
+                break;
+            }
+        }
+        let panel = self.panel(&state, &[], false);
+        let covariance = solved?.1;
+        Some(Fitted { state, loss: best.0, run_losses: best.1, products: panel.products(), covariance })
+    }
+
+    fn step(&self, state: &State, values: &DVector<f64>, share: f64) -> State {
+        let mut base = state.torque.to_array();
+        for (value, step) in base.iter_mut().zip(values.iter()).take(self.base) {
+            *value = (*value + share * step).max(0.0);
+        }
+        let mut next = State { torque: TorqueModel::from_array(base), ..state.clone() };
+        for ((_, coefficient), step) in
+            next.effects.iter_mut().zip(values.iter().skip(self.base + self.discrepancy.len()))
+        {
+            *coefficient += share * step;
+        }
+        next
+    }
+
+    /// What is left at a state, whitened, the discrepancy taken out, without the weights.
+    pub fn plain(&self, state: &State) -> Signal {
+        let runs = self.left(state).into_iter().zip(&self.noise.weights);
+        runs.map(|(left, weights)| {
+            left.iter().zip(weights).map(|(x, w)| if *w > 0.0 { x / w } else { 0.0 }).collect()
+        })
+        .collect()
+    }
+
+    /// Sum of squares with the prior's penalty, and that of each run without it.
+    fn losses(&self, state: &State) -> (f64, Vec<f64>) {
+        let runs: Vec<f64> = self.left(state).iter().map(DVector::norm_squared).collect();
+        let offset = self.offset(state);
+        let penalty = offset.dot(&(&self.prior.precision * &offset));
+        let total = runs.iter().sum::<f64>() + penalty;
+        (if total.is_finite() { total } else { f64::INFINITY }, runs)
+    }
+
+    /// What is left at a state, whitened and weighted, the discrepancy taken out.
+    fn left(&self, state: &State) -> Vec<DVector<f64>> {
+        let left = self.twin.residual(state);
+        let mut white: Vec<DVector<f64>> = left
+            .iter()
+            .enumerate()
+            .map(|(place, left)| DVector::from_vec(self.noise.whiten(self.twin.runs, place, left)))
+            .collect();
+        if let Some(factor) = &self.factor {
+            let mut right = DVector::zeros(self.discrepancy.len());
+            for (signals, white) in self.discrepancy.runs.iter().zip(&white) {
+                right += signals.tr_mul(white);
+            }
+            factor.solve_mut(&mut right);
+            for (signals, white) in self.discrepancy.runs.iter().zip(&mut white) {
+                white.gemv(-1.0, signals, &right, 1.0);
+            }
+        }
+        white
+    }
+
+    /// As [`Fitted::loss`] with a run left out, to first order.
+    pub fn loss_without(&self, fitted: &Fitted, run: usize) -> f64 {
+        let active = self.active(&fitted.state);
+        let offset = self.offset(&fitted.state);
+        solve(&fitted.products.total(Some(run)), self.base, &self.prior, &offset, &active)
+            .map_or(f64::INFINITY, |solved| solved.loss)
+    }
+}

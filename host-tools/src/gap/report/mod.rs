@@ -1,0 +1,91 @@
+//! What was found, for scripts, on one screen and as a page.
+
+pub mod advice;
+#[cfg(test)]
+mod example;
+pub mod json;
+pub mod localise;
+pub mod page;
+pub mod summary;
+
+use model_core::torque::{Drive, TorqueModel};
+use serde_json::{Value, json};
+
+use self::localise::Cell;
+use super::confirm::Confirmed;
+use super::detect::over_dispersion::OverDispersion;
+use super::name::hypothesis::Hypothesis;
+use super::noise::whiten::{Signal, Whitener};
+use super::problem::solve::Prior;
+use super::split::Split;
+use super::twin::State;
+use super::types::{Named, Round, Verdict};
+use crate::effects::NotTestable;
+
+/// All that was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// The answer.
+    pub verdict: Verdict,
+    /// Effects added.
+    pub effects: Vec<Named>,
+    /// Ids of hypotheses that explain as much.
+    pub ambiguous_with: Vec<String>,
+    /// Effects that these runs cannot show.
+    pub not_testable: Vec<NotTestable>,
+    /// Round by round.
+    pub rounds: Vec<Round>,
+    /// Where the residual lies before anything is added, and after: open and locked runs together.
+    pub localisation: Vec<Cell>,
+    /// Measured less predicted power, W, of every run before, and after where effects stand: of open runs as they were fitted, of
+    /// locked runs as they were confirmed.
+    pub residuals: (Signal, Option<Signal>),
+    /// On the locked runs.
+    pub confirmed: Confirmed,
+    /// Base and effects at the end.
+    pub state: State,
+    /// The split.
+    pub split: Split,
+    /// The scatter of what is left against that of clean runs.
+    pub over_dispersion: Option<OverDispersion>,
+    /// Base before, and after.
+    pub base: [TorqueModel<f64>; 2],
+    /// Hypotheses of each round that ended in a tie, the winner first, each in all ways in which it may show.
+    pub ties: Vec<Vec<Hypothesis>>,
+    /// What predictions rest on.
+    pub basis: Option<Basis>,
+}
+
+/// What predictions of other runs rest on, beside a state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Basis {
+    /// Whether the drives clamp.
+    pub drive: Drive,
+    /// By how much power is later than speed in clean runs already, s.
+    pub lag: f64,
+    /// Takes the memory of the noise away.
+    pub whitener: Whitener,
+    /// Standard deviation of the whitened noise, W.
+    pub std_w: f64,
+    /// What is known of the base.
+    pub prior: Prior,
+}
+
+impl Report {
+    /// The gap that is closed on locked runs, if it could be tested.
+    pub fn gap_closed(&self) -> Option<f64> {
+        self.confirmed.closed
+    }
+
+    /// The base's parameters before and after.
+    pub fn base_moves(&self) -> Value {
+        let names = crate::fit::verdict::TORQUE;
+        let [before, after] = self.base.map(TorqueModel::to_array);
+        let moves = names.iter().zip(before.iter().zip(after));
+        Value::Object(
+            moves
+                .map(|(d, (before, after))| (d.name.to_owned(), json!({"before": before, "after": after})))
+                .collect(),
+        )
+    }
+}

@@ -1,0 +1,98 @@
+//! The answer as one self-contained HTML page.
+
+mod course;
+mod figures;
+mod sections;
+
+use std::path::{Path, PathBuf};
+
+use maud::html;
+
+pub use self::course::{Course, Picture};
+use super::localise::Cell;
+use super::summary;
+use crate::error::{Error, Result};
+use crate::gap::report::Report;
+use crate::output;
+use crate::report::html::document;
+
+/// What was asked for: shown, so that it can be asked again.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Inputs {
+    /// Name of the robot.
+    pub robot: String,
+    /// Coefficients of the base.
+    pub coefficients: Option<PathBuf>,
+    /// Logs of the runs in question.
+    pub logs: Vec<PathBuf>,
+    /// Logs of the clean runs that were at hand.
+    pub clean: Vec<PathBuf>,
+    /// Further options and their values.
+    pub options: Vec<(String, String)>,
+}
+
+/// The same disagreement as another model of the robot sees it: the simulated plant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Simulated {
+    /// What was simulated and what came of it, sentences.
+    pub text: Vec<String>,
+    /// Run by run: measured, and simulated before and after.
+    pub courses: Vec<Course>,
+    /// Where the residual lies.
+    pub cells: Vec<Cell>,
+}
+
+/// Refuses a file that is no page, or has no folder: asked before the long work.
+///
+/// # Errors
+/// Another extension than `.html` (wrong usage), or no such folder.
+pub fn check(file: &Path) -> Result<()> {
+    let extension = file.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
+    if !matches!(extension.as_deref(), Some("html" | "htm")) {
+        return Err(Error::usage("reports are written as .html").in_file(file));
+    }
+    output::folder_of(file).map(|_| ())
+}
+
+/// Writes the page, whole or not at all.
+///
+/// # Errors
+/// It cannot be drawn or written.
+pub fn save(
+    file: &Path,
+    report: &Report,
+    picture: &Picture,
+    inputs: &Inputs,
+    simulated: Option<&Simulated>,
+) -> Result<()> {
+    let page = text(report, picture, inputs, simulated)?;
+    output::write_whole(file, |write| {
+        write.write_all(page.as_bytes()).map_err(|error| Error::io(file, &error))
+    })
+}
+
+/// The page.
+///
+/// # Errors
+/// A figure cannot be drawn.
+pub fn text(
+    report: &Report,
+    picture: &Picture,
+    inputs: &Inputs,
+    simulated: Option<&Simulated>,
+) -> Result<String> {
+    let body = html! {
+        (sections::verdict(report, inputs))
+        (sections::effects(report))
+        (sections::next(report))
+        (sections::gap(report)?)
+        (sections::maps(&report.localisation, &picture.map)?)
+        (sections::courses(&picture.courses)?)
+        @if let Some(simulated) = simulated { (sections::simulated(simulated)?) }
+        (sections::scores(report)?)
+        (sections::base(report, inputs))
+        (sections::not_testable(report))
+        (sections::inputs(inputs, &report.confirmed.runs))
+    };
+    Ok(document(&format!("gmr gap: {}", summary::headline(report)), body))
+}

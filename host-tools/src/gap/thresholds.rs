@@ -1,0 +1,265 @@
+//! Every constant that the workflow decides by: its value, its unit, and where it comes from.
+//!
+//! *Derived* says from what. *Tuned* says on what: the own bench is `gmr gap-bench` (one plant, 60 s runs at 20 Hz, 0.05 W of noise);
+//! where neither the history nor docs/gap.md say by which run of it, the run is unknown, and the value is to be read as that of one
+//! plant. What is only layout (cells of a map, lines of a screen) is marked so: no verdict depends on it.
+
+/// Splitting, and the least that each step needs.
+pub mod split {
+    /// Open runs, at least. Derived: with each run left out two have to remain, whose scatter can be told.
+    pub const LEAST_OPEN: usize = 3;
+    /// One run of so many, in the order of payloads, is locked. Chosen: two thirds explore, one third confirms.
+    pub const ONE_LOCKED_OF: usize = 3;
+}
+
+/// Whitening, weights and the variance of scores.
+pub mod noise {
+    /// Order of the autoregression, rows. Chosen by a prototype on its own 20 Hz sets ("about 8"); run unknown.
+    pub const ORDER: usize = 8;
+    /// White noise added to the autocovariance, as a share of the variance: behind a low-pass filter the noise has next to no power above
+    /// the cutoff, and without this floor the whitener would lift that band. Tuned on the own bench, run unknown.
+    pub const WHITE_FLOOR: f64 = 0.03;
+    /// Whitened residuals beyond this many standard deviations count linearly: bursts and the kinks of starts and stops. Tuned on the own
+    /// bench, run unknown; 1 of 2,000 normal rows is beyond it.
+    pub const HUBER: f64 = 3.5;
+    /// Lengths of the blocks whose scores are taken for independent, s: noise with a long memory scatters more over long ones. Tuned on the
+    /// own bench's autocorrelated and heteroscedastic sets, run unknown.
+    pub const BLOCKS_S: [f64; 2] = [4.0, 15.0];
+    /// Added to the diagonal of scaled products: columns that repeat each other share what they explain. Derived: far below the share of
+    /// any noise (1 per row), far above rounding.
+    pub const RIDGE: f64 = 1e-6;
+    /// The whitener of the first residual shows a better one; weights and regression settle in as many passes. Chosen for time; run unknown.
+    pub const PASSES: usize = 2;
+    /// The rows that coloured noise is worth, as a share of the rows: least. Guard against a pole at 1.
+    pub const LEAST_WORTH: f64 = 0.05;
+    /// What the fit takes along of the noise raises the floor by this factor at most. Guard; run unknown.
+    pub const MOST_TAKEN: f64 = 1.2;
+
+    /// Levels of jerk, acceleration and power at which scatter is told. Chosen; run unknown.
+    pub const LEVELS: usize = 8;
+    /// Rows of a level that tell its scatter. Derived: their mean square is then known to some 25 %.
+    pub const LEAST_ROWS: usize = 40;
+    /// Rounds that settle what each measure explains beyond the others. Chosen; run unknown.
+    pub const ROUNDS: usize = 4;
+    /// Rows before and behind that share in the jerk of a row. Derived: the filter's memory at some three rows per period of its cutoff.
+    pub const REACH: usize = 2;
+    /// Tenths of a level's rows that its scatter is told by: the stray one is left to the weights. Chosen.
+    pub const KEPT_TENTHS: usize = 9;
+    /// Mean of the lower nine tenths of the squares of a normal variable. Derived: (0.9 − 2 q φ(q)) / 0.9 at q = 1.645.
+    pub const KEPT_MEAN: f64 = 0.623;
+}
+
+/// Posing the problem: base, discrepancy, linearisation.
+pub mod problem {
+    /// Columns of which base and effects leave less than this share are no columns of their own. Derived: rounding of the numerical slopes
+    /// is about 1e-5 of a column, of which a thousandth is far.
+    pub const LEAST_SHARE: f64 = 1e-3;
+    /// Added to the diagonal of the scaled normal matrix. Derived: rounding.
+    pub const RIDGE: f64 = 1e-10;
+    /// The same for the discrepancy, whose columns of base and effects nearly repeat each other. Derived: rounding of some ninety columns.
+    pub const DISCREPANCY_RIDGE: f64 = 1e-9;
+    /// Share of a signal's variance in the field that clean runs have to have for them to say something about it. Tuned on a door that was
+    /// shut in the clean runs (tests/gap_user_effects.rs) and a measured slope; no bench.
+    pub const LEAST_SHOWN: f64 = 0.1;
+    /// Longest lag that a measuring chain has, rows. Chosen: an encoder's mean over a sample and a sensor's over another.
+    pub const MOST_LAG_ROWS: f64 = 2.0;
+    /// The lag is found to this share of a row. Derived: a hundredth of a row moves no score by a tenth.
+    pub const LAG_ACCURACY_ROWS: f64 = 0.01;
+    /// Changes of the power below this share of its greatest are taken for linear. Derived: second-order terms are then below 1e-4.
+    pub const LINEAR: f64 = 0.01;
+    /// Steps of a numerical slope that are tried.
+    pub const SLOPE_TRIALS: usize = 6;
+    /// Relative uncertainty of every base parameter beyond its covariance. Tuned on the own bench, run unknown.
+    pub const SLACK: f64 = 0.01;
+    /// How much less is known of a parameter of which the base's fit knew nothing, sizes. Chosen: an order of magnitude.
+    pub const UNKNOWN: f64 = 10.0;
+    /// A Gauss–Newton step is shortened so many times, at most …
+    pub const HALVINGS: usize = 5;
+    /// … to this share each time.
+    pub const SHORTER: f64 = 0.4;
+    /// A step that gains less in χ² was the last. Derived: a tenth of what one parameter gains by chance.
+    pub const LEAST_STEP_GAIN: f64 = 0.1;
+}
+
+/// Detection: whether there is structure.
+pub mod detect {
+    /// |z| of a smooth function or an effect beyond which there is structure. Tuned on the own bench's effect-free sets (0 alarms of 300 in
+    /// docs/gap-bench.txt, seeds from 101,000); some sixty columns of normal scores ask for 3.5 only: what is above it stands for scores
+    /// that are no normal variables.
+    pub const STRUCTURE: f64 = 5.3;
+    /// The same where no clean runs say what the model gets wrong without any effect. Tuned on the own bench without clean runs, run unknown.
+    pub const STRUCTURE_ALONE: f64 = 20.0;
+    /// Share of an effect's own gain in χ² that may be left as structure: no term of the model is exact. Tuned on the own bench, run unknown
+    /// (a prototype needed 0.04).
+    pub const TOLERANCE: f64 = 0.015;
+    /// |z| of an effect's column times something else beyond which the effect has not the shape of what is there. Tuned on the own bench's
+    /// sets whose effect the dictionary lacks, run unknown.
+    pub const SHAPE: f64 = 5.5;
+    /// Share of the gain in χ² that comes on top of it. As above.
+    pub const SHAPE_TOLERANCE: f64 = 0.006;
+
+    /// Mean squares that exceed those of clean runs by less than this factor are no disturbance: runs differ. Tuned on the own bench, run
+    /// unknown.
+    pub const DISTURBANCE: f64 = 1.5;
+    /// |z| of a difference between two handfuls of runs that chance does not make. Tuned on the own bench, run unknown; Student's t of some
+    /// twelve runs is beyond it once in 500.
+    pub const DISTURBANCE_Z: f64 = 4.0;
+    /// Residuals beyond this many standard deviations of clean runs count as this many: one stray row is no disturbance. Chosen.
+    pub const MOST_SIGMAS: f64 = 6.0;
+
+    /// Scores of single runs, or of a step's best time, below this are chance: some hundred times and runs are looked at. Derived: the
+    /// greatest of 1,000 normal scores is below 4.5 in 99 of 100 sets; tuned on the own bench to 5.5, run unknown.
+    pub const IN_RUN: f64 = 5.5;
+    /// Masses of single runs with lower scores are taken for right. Tuned on the own bench, run unknown.
+    pub const WRONG_MASS: f64 = 3.2;
+    /// By how much scores of single runs and times have to be higher than those of smooth functions to be as rare. Tuned on the own bench,
+    /// run unknown; derived from normal scores it would be about 1.
+    pub const MORE_LOOKS: f64 = 1.2;
+    /// What the search for a time costs, in χ²: the best of some fifty. Derived: 2 ln 50 = 7.8.
+    pub const TIME_PENALTY: f64 = 8.0;
+    /// Share of a run at its ends in which no step is looked for: one there is next to none, or next to always. Chosen.
+    pub const RUN_ENDS: f64 = 0.1;
+    /// Times that are tried lie this far apart at least, s. Derived: some two periods of the filter's cutoff.
+    pub const TIME_GRID_S: f64 = 1.0;
+    /// Times of a run, at most. Chosen for time.
+    pub const MOST_TIMES: f64 = 120.0;
+    /// Steps of single runs below this |z| are taken for none. Derived: 1 of 400 normal scores.
+    pub const LEAST_STEP: f64 = 3.0;
+    /// A floor's step is implausible beyond so many times the base's rolling resistance. Chosen: sand against tiles is some twenty.
+    pub const MOST_ROLLING: f64 = 20.0;
+}
+
+/// Naming: which hypothesis wins, and what is as good.
+pub mod name {
+    /// Effects that are added, at most. Chosen: what a dozen runs can tell apart.
+    pub const MOST_EFFECTS: usize = 3;
+    /// Candidates that are fitted with their non-linearity. Chosen for time …
+    pub const REFINED: usize = 40;
+    /// … and all whose linear gain is more than this share of the best one's.
+    pub const REFINED_SHARE: f64 = 0.6;
+    /// Least gain of a further effect, as a share of what those before it gained: less mops up after a wrong name. Tuned on the own bench's
+    /// pairs, run unknown.
+    pub const LEAST_FURTHER: f64 = 0.1;
+    /// Losses closer than this are no difference. Derived: χ² of three standard errors.
+    pub const TIE: f64 = 9.0;
+    /// What comes on top, as a share of the winner's gain: no term of the model is exact. Tuned on the own bench, run unknown.
+    pub const TIE_SHARE: f64 = 0.01;
+    /// A rival is not worse if its losses are within so many standard errors over runs. Derived: one-sided 95 % of a normal variable.
+    pub const TIE_ERRORS: f64 = 1.64;
+    /// An implausible hypothesis that is better by more than this share of the gain, and by [`TIE`], says that the cause is none of these.
+    /// Tuned on the own bench, run unknown.
+    pub const IMPLAUSIBLE_SHARE: f64 = 0.1;
+    /// Ways of a tied effect that are further behind than this in χ² are not to be parted by a manoeuvre. Derived: five standard errors.
+    pub const WAYS: f64 = 25.0;
+    /// What each further column of a candidate costs, in χ². Derived: Akaike's criterion.
+    pub const COLUMN_PENALTY: f64 = 2.0;
+    /// Coefficients of single runs below this many standard errors are taken for none, when others of the candidate are not. Tuned on the
+    /// own bench, run unknown.
+    pub const IN_RUN_ERRORS: f64 = 2.5;
+    /// Hypotheses whose shape is searched between those of the dictionary. Chosen for time.
+    pub const SHARPENED: usize = 3;
+    /// Steps of that search: each leaves two thirds of the interval. Derived: an eighth of a factor of two.
+    pub const SEARCH_STEPS: usize = 5;
+    /// Steps in which times are looked for, s. They are long at first: the time at which a step explains most of a single run is drawn
+    /// towards that of the others' while these have none. Chosen: halves of 8 s down to the filter's memory.
+    pub const TIME_STEPS_S: [f64; 7] = [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.12];
+    /// Rounds over the runs: the time of one depends on those of the others. Chosen; run unknown.
+    pub const TIME_ROUNDS: usize = 3;
+    /// A round that gains less, in χ², was the last. Derived: what one parameter gains by chance.
+    pub const LEAST_ROUND: f64 = 1.0;
+}
+
+/// Confirmation on the locked runs.
+pub mod confirm {
+    /// Share of what field runs have beyond clean ones that names have to close where the rest scatters more than in clean runs. Tuned on
+    /// the own bench; "naming something that closes less than half is usually a wrong name" by a prototype.
+    pub const LEAST_CLOSED: f64 = 0.5;
+    /// A named effect has to show on the locked runs with at least this share of what it adds. As above.
+    pub const LEAST_SHARE: f64 = 0.5;
+    /// One-sided 95 % of a normal variable. Derived.
+    pub const ONE_SIDED: f64 = 1.64;
+    /// Times that are tried for a locked run's own step. Chosen for time: a quarter of a second in a run of a minute.
+    pub const TIMES: u32 = 240;
+}
+
+/// Drives that part the rivals of a tie.
+pub mod manoeuvre {
+    /// Runs of the profile that are asked for. Chosen: with twelve field runs a fourth of all.
+    pub const RUNS: usize = 4;
+    /// Share of them that is not locked when the workflow splits. Derived from [`super::split`].
+    pub const OPEN: f64 = 2.0 / 3.0;
+    /// Rivals that would differ by less than this many standard errors are not worth a drive. Derived: what a tie is short of.
+    pub const WORTH: f64 = 3.0;
+    /// Rivals that would differ by less than this may stay in their tie: what the model gets wrong where no run has been yet takes as much
+    /// again. Tuned on `gmr gap-bench --manoeuvre` (27 sets of size 0.5), run unknown.
+    pub const PARTED: f64 = 6.0;
+    /// Rivals that would differ by more than this are parted for sure: a longer drive is not worth its time. As above.
+    pub const SURE: f64 = 8.0;
+    /// Lengths that are tried, s; the first with which all are parted for sure, or the last. Chosen: minutes that people drive.
+    pub const DURATIONS_S: [f64; 3] = [60.0, 120.0, 240.0];
+    /// Length at which blocks are chosen, s. Chosen for time.
+    pub const CHOICE_S: f64 = 60.0;
+    /// Rests before the first motion that are tried, s. Chosen: next to none, and one that offsets show in.
+    pub const LEADS_S: [f64; 2] = [2.0, 15.0];
+    /// Most blocks that take turns. Chosen for time.
+    pub const MOST_BLOCKS: usize = 4;
+    /// A further block has to raise the score by this factor. Chosen.
+    pub const LEAST_RISE: f64 = 1.02;
+    /// A load alone is recommended if it parts so many times better than light and heavy runs by turns. Chosen.
+    pub const ONE_LOAD: f64 = 1.25;
+    /// Share of the rows whose speeds and accelerations are below what is taken for the robot's limit. Chosen: the stray hundredth is noise.
+    pub const USUAL: f64 = 0.99;
+    /// How brisk ramps are where a block is about something else, share of the greatest acceleration. Chosen.
+    pub const EASY: f64 = 0.5;
+    /// How uncertain a shape parameter is, as a share of it: a rival may take another width or time constant. Derived: the dictionary's
+    /// shapes are a factor of two to three apart.
+    pub const SHAPE_UNCERTAINTY: f64 = 0.7;
+    /// Relative step of a slope by a shape parameter. Derived: small against that.
+    pub const SHAPE_STEP: f64 = 0.1;
+    /// Samples per period of the filter's cutoff of a planned drive. Derived: the filter's design needs two.
+    pub const SAMPLES_PER_CUTOFF: f64 = 5.0;
+}
+
+/// Logs of power only.
+pub mod power_only {
+    /// Rows a second at most, about: levels closer than the scatter of rows are one. Chosen.
+    pub const ROWS_PER_S: f64 = 200.0;
+    /// Standard errors that a step has to exceed. Tuned on the TurtleBot3's four logs and simulated drives of tests/gap_power_only.rs.
+    pub const STEP_ERRORS: f64 = 5.0;
+    /// Steps of runs are one and the same if they differ by no more than so many standard errors …
+    pub const SAME_ERRORS: f64 = 3.0;
+    /// … or by no more than this share. As above.
+    pub const SAME_SHARE: f64 = 0.25;
+    /// Open runs that have to show a step. Derived: once is no pattern.
+    pub const LEAST_RUNS: usize = 2;
+    /// Shortest rest that counts, s. As [`STEP_ERRORS`].
+    pub const LEAST_REST_S: f64 = 5.0;
+    /// Least share of the time that a rest is returned to. As [`STEP_ERRORS`].
+    pub const LEAST_SHARE: f64 = 1.0 / 3.0;
+    /// How often it has to be returned to. Derived: a level that is met once is no level that the power returns to.
+    pub const LEAST_RETURNS: usize = 2;
+    /// A rest scatters no more than this many times as much as any other: motion is rougher than standing. As [`STEP_ERRORS`].
+    pub const ROUGHER: f64 = 1.3;
+    /// Length of the means whose scatter tells how far a rest wanders, s. Chosen.
+    pub const WANDER_S: f64 = 2.0;
+    /// Cells over time. Layout.
+    pub const CELLS: usize = 6;
+    /// Blocks of a run in a cell that say something about it. Layout.
+    pub const LEAST_BLOCKS: usize = 6;
+}
+
+/// What is shown of the residual; no verdict depends on it.
+pub mod localise {
+    /// Rows of a run in a cell that say something about it. Layout.
+    pub const LEAST_ROWS: usize = 10;
+    /// Runs with a mean of their own that a band needs. Derived: Student's t of two is 12.7.
+    pub const LEAST_RUNS: usize = 3;
+    /// Cells of an axis, at most: about equal numbers of rows. Layout.
+    pub const CELLS: usize = 6;
+    /// Edges are multiples of a round step, at least so many of them over the axis. Layout.
+    pub const STEPS: f64 = 40.0;
+    /// Turn rates below this share of the greatest are straight ahead. Layout.
+    pub const STRAIGHT: f64 = 0.1;
+    /// Squares along an axis of the map, about. Layout.
+    pub const SQUARES: f64 = 8.0;
+}

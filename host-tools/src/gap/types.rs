@@ -1,0 +1,163 @@
+//! What the workflow is given, and what it says of effects: values that every step shares.
+
+use model_core::torque::{Drive, TorqueModel};
+use nalgebra::DMatrix;
+use serde::{Serialize, Serializer};
+use serde_json::Value;
+
+use super::noise::whiten::Whitener;
+use super::thresholds::detect::{STRUCTURE, STRUCTURE_ALONE, TOLERANCE};
+use super::thresholds::name::{COLUMN_PENALTY, MOST_EFFECTS};
+use super::thresholds::problem::SLACK;
+use super::user::UserCandidates;
+use crate::effects::Candidate;
+
+/// Where the base comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Base {
+    /// The torque model.
+    pub torque: TorqueModel<f64>,
+    /// Covariance of its parameters; `None` where the base was fitted to these very runs.
+    pub covariance: Option<DMatrix<f64>>,
+    /// Whether the drives clamp.
+    pub drive: Drive,
+}
+
+/// What may be set.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// |z| of a smooth function, or of an effect, beyond which there is structure.
+    pub threshold: f64,
+    /// The same where no clean runs say what the model gets wrong without any effect.
+    pub threshold_alone: f64,
+    /// Share of an effect's own gain in χ² that may be left as structure.
+    pub tolerance: f64,
+    /// Most effects that are added.
+    pub most_effects: usize,
+    /// Ids that are not in the dictionary (for benchmarks).
+    pub removed: Vec<String>,
+    /// The whitener of clean runs, if there are any.
+    pub whitener: Option<Whitener>,
+    /// Relative uncertainty of every base parameter beyond its covariance.
+    pub slack: f64,
+    /// Effects of the user's own.
+    pub user: UserCandidates,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            threshold: STRUCTURE,
+            threshold_alone: STRUCTURE_ALONE,
+            tolerance: TOLERANCE,
+            most_effects: MOST_EFFECTS,
+            removed: Vec::new(),
+            whitener: None,
+            slack: SLACK,
+            user: UserCandidates::default(),
+        }
+    }
+}
+
+/// The answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// No structure beyond the noise.
+    None,
+    /// Effects are named, and the locked runs confirm them.
+    Named,
+    /// Several effects explain what is seen.
+    Ambiguous,
+    /// There is structure, and no effect explains it.
+    Unexplained,
+}
+
+/// An effect that was added.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Named {
+    /// Which.
+    pub candidate: Candidate,
+    /// Coefficients of its columns.
+    pub coefficients: Vec<f64>,
+    /// Their standard errors.
+    pub std_errs: Vec<f64>,
+}
+
+/// What became of a candidate in a round.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Status {
+    /// It was added.
+    Winner,
+    /// It explains as much as the winner.
+    Tie,
+    /// Another explains more.
+    Worse,
+    /// Its sign or size is none that the effect can have.
+    Implausible,
+    /// Base and effects leave nothing of its column.
+    Unidentifiable,
+    /// There was nothing to be explained.
+    NotNeeded,
+}
+
+impl Status {
+    /// As JSON and pages say it; nothing where nothing was needed.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Winner => "winner",
+            Self::Tie => "tie",
+            Self::Worse => "worse",
+            Self::Implausible => "implausible",
+            Self::Unidentifiable => "unidentifiable here",
+            Self::NotNeeded => "",
+        }
+    }
+}
+
+impl Serialize for Status {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.text())
+    }
+}
+
+/// The score of a candidate in a round.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scored {
+    /// Its id.
+    pub id: String,
+    /// What is special about it.
+    pub detail: Value,
+    /// χ² that it gains over base and effects before, its search paid for.
+    pub gain: f64,
+    /// Coefficients of its columns.
+    pub coefficients: Vec<f64>,
+    /// What became of it.
+    pub status: Status,
+}
+
+/// One round.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Round {
+    /// Greatest |z| of smooth functions and effects.
+    pub structure: f64,
+    /// What was allowed.
+    pub allowed: f64,
+    /// Candidates, best first.
+    pub candidates: Vec<Scored>,
+    /// What the round ended with.
+    pub outcome: String,
+}
+
+/// What a candidate's search and its further columns cost, in χ².
+pub(crate) fn penalty(candidate: &Candidate) -> f64 {
+    let single = candidate.regressors.iter().any(|regressor| regressor.run().is_some());
+    let further = candidate.regressors.len().saturating_sub(1) as f64;
+    candidate.search + if single { 0.0 } else { COLUMN_PENALTY * further }
+}
+
+/// As [`penalty`] when a run is left out: what it was searched for in that run costs nothing.
+pub(crate) fn penalty_without(candidate: &Candidate, run: usize) -> f64 {
+    let there = candidate.regressors.iter().filter(|regressor| regressor.run() == Some(run)).count() as f64;
+    penalty(candidate) * (1.0 - there / candidate.regressors.len().max(1) as f64)
+}
