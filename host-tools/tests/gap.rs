@@ -82,7 +82,10 @@ fn a_hidden_slope_is_named_and_the_locked_runs_confirm_it() {
     assert_eq!(found["verdict"], "named", "{found:#}");
     assert_eq!(found["effects"].as_array().unwrap().len(), 1);
     let effect = &found["effects"][0];
-    assert_eq!(keys(effect), ["id", "coefficient", "unit", "std_err", "detail", "meaning", "sign"]);
+    assert_eq!(
+        keys(effect),
+        ["id", "coefficient", "unit", "std_err", "physical", "detail", "meaning", "sign"]
+    );
     assert_eq!(effect["id"], "grade");
     // The drive folds its efficiency in: the base's inertia gain, 1.34 here, multiplies the weight as it does the mass.
     let slope = number(&effect["coefficient"]) / 1.34;

@@ -3,7 +3,6 @@
 use super::confirm::{self, ConfirmedShare};
 use super::detect::over_dispersion::OverDispersion;
 use super::detect::{shape_test, structure};
-use super::dictionary::candidates;
 use super::name::hypothesis::Hypothesis;
 use super::name::name;
 use super::problem::fit::Fitted;
@@ -12,14 +11,17 @@ use super::problem::open::{open_problem, prior};
 use super::report::localise;
 use super::report::{Basis, Report};
 use super::runs::Runs;
+use super::scope::candidates;
 use super::split;
 use super::thresholds::confirm::LEAST_CLOSED;
 use super::thresholds::detect::{SHAPE, SHAPE_TOLERANCE};
 use super::thresholds::name::LEAST_FURTHER;
 use super::twin::Twin;
 use super::types::{Base, Named, Options, Round, Verdict};
-use crate::effects::Candidate;
+use crate::effects::{Candidate, Physical, World};
 use crate::error::Result;
+use crate::gap::problem::Problem;
+use crate::gap::words;
 use model_core::torque::Drive;
 
 /// Runs the workflow.
@@ -130,9 +132,7 @@ pub fn investigate<const N: usize>(
         localise::fill_after(runs, &mut localisation, &after);
     }
     let effects = match (&fitted, verdict) {
-        (Some(fitted), Verdict::Named | Verdict::Ambiguous) => {
-            list_effects(&named, fitted, problem.base + problem.discrepancy.len())
-        }
+        (Some(fitted), Verdict::Named | Verdict::Ambiguous) => list_effects(&named, fitted, &problem, base),
         _ => Vec::new(),
     };
     if verdict == Verdict::Unexplained {
@@ -162,20 +162,40 @@ pub fn investigate<const N: usize>(
     })
 }
 
-fn list_effects(named: &[Candidate], fitted: &Fitted, base: usize) -> Vec<Named> {
+fn list_effects<const N: usize>(
+    named: &[Candidate],
+    fitted: &Fitted,
+    problem: &Problem<'_, N>,
+    base: &Base,
+) -> Vec<Named> {
+    let first = problem.base + problem.discrepancy.len();
+    let covariance = &fitted.covariance;
+    // With clean runs the base stays as it was fitted to them, and as uncertain.
+    let known = match &base.covariance {
+        Some(own) if problem.base == 0 => own.clone(),
+        _ => covariance.view((0, 0), (problem.base, problem.base)).into_owned(),
+    };
+    let world = World::new(&problem.twin.runs.robot.kinematics, fitted.state.torque, known);
     let mut from = 0;
     named
         .iter()
         .map(|candidate| {
             let range = from..from + candidate.regressors.len();
             from = range.end;
-            Named {
+            let places = range.clone().map(|place| first + place);
+            let mut named = Named {
                 candidate: candidate.clone(),
-                coefficients: fitted.state.effects[range.clone()].iter().map(|(_, c)| *c).collect(),
-                std_errs: range
-                    .map(|place| fitted.covariance[(base + place, base + place)].max(0.0).sqrt())
-                    .collect(),
-            }
+                coefficients: fitted.state.effects[range].iter().map(|(_, c)| *c).collect(),
+                std_errs: places.clone().map(|own| covariance[(own, own)].max(0.0).sqrt()).collect(),
+                physical: None,
+            };
+            let weights = words::headline_weights(&named);
+            let with = |parameter: usize| -> f64 {
+                places.clone().zip(&weights).map(|(own, weight)| weight * covariance[(parameter, own)]).sum()
+            };
+            let with_base: Vec<f64> = (0..problem.base).map(with).collect();
+            named.physical = Physical::of(candidate, words::headline(&named), &with_base, &world);
+            named
         })
         .collect()
 }

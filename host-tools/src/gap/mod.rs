@@ -5,7 +5,6 @@
 pub mod bench;
 pub mod confirm;
 pub mod detect;
-pub mod dictionary;
 pub mod edges;
 pub mod extended;
 pub mod input;
@@ -17,6 +16,7 @@ pub mod power_only;
 pub mod problem;
 pub mod report;
 pub mod runs;
+mod scope;
 pub mod simulation;
 pub mod smooth;
 pub mod split;

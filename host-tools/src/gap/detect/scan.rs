@@ -5,7 +5,7 @@ use std::sync::Arc;
 use model_core::effects::Term;
 use nalgebra::{DMatrix, DVector};
 
-use crate::effects::{Candidate, Regressor, Switched, find};
+use crate::effects::{Candidate, Detail, Regressor, Runs, Switched};
 use crate::gap::problem::Problem;
 use crate::gap::problem::panel::Panel;
 use crate::gap::problem::solve::Prior;
@@ -14,7 +14,6 @@ use crate::gap::thresholds::detect::{
 };
 use crate::gap::thresholds::problem::{LEAST_SHARE, RIDGE};
 use crate::gap::twin::State;
-use serde_json::{Map, json};
 
 /// The best time of a step in each run, and in all runs together.
 struct Times {
@@ -55,10 +54,10 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
     let masses = problem.twin.runs.runs.iter().flat_map(|run| &run.rows).map(|row| row.mass);
     let heaviest = masses.fold(0.0, f64::max);
     if !wrong.is_empty() {
-        let names: Vec<&str> = wrong.iter().map(|regressor| run_name(problem, regressor)).collect();
-        let detail = json!({"runs": names});
+        let names = wrong.iter().map(|regressor| run_name(problem, regressor).to_owned()).collect();
+        let detail = Detail::InRuns { runs: Runs::Named(names), at_s: None };
         let search = chance * wrong.len() as f64;
-        found.push((candidate("payload-mislabel", wrong, heaviest, detail, search), most));
+        found.push((Candidate::of("payload-mislabel", wrong, (-heaviest, heaviest), detail, search), most));
     }
 
     for (id, what) in [("static-step", Switched::Static), ("surface-switch", Switched::Rolling)] {
@@ -70,20 +69,29 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
         if let Some((at, z)) = times.common
             && z.abs() > IN_RUN
         {
-            let detail = json!({"at_s": at, "runs": "all"});
+            let detail = Detail::At { at_s: at };
             found.push((
-                candidate(id, vec![Regressor::Term(what.from(at))], limit, detail, TIME_PENALTY),
+                Candidate::of(
+                    id,
+                    vec![Regressor::Term(what.from(at))],
+                    (-limit, limit),
+                    detail,
+                    TIME_PENALTY,
+                ),
                 z.abs(),
             ));
         }
         if let Some((at, sum)) = one_size(&times)
             && sum > IN_RUN
         {
-            let detail = json!({"runs": "all", "at_s": at});
+            let detail = Detail::InRuns { runs: Runs::All, at_s: Some(at.clone()) };
             // Which runs have one was chosen, too.
             let search = (TIME_PENALTY + 2.0 * (runs as f64).ln()) * at.iter().flatten().count() as f64;
             let at: Arc<[f64]> = at.iter().map(|at| at.unwrap_or(f64::INFINITY)).collect();
-            found.push((candidate(id, vec![Regressor::Switch(what, at)], limit, detail, search), sum));
+            found.push((
+                Candidate::of(id, vec![Regressor::Switch(what, at)], (-limit, limit), detail, search),
+                sum,
+            ));
         }
         let single: Vec<(usize, f64)> = times
             .runs
@@ -92,15 +100,14 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
             .filter_map(|(run, best)| best.filter(|(_, z)| z.abs() > IN_RUN).map(|(at, _)| (run, at)))
             .collect();
         if !single.is_empty() {
-            let names: Vec<&String> =
-                single.iter().map(|(run, _)| &problem.twin.runs.runs[*run].name).collect();
-            let at: Vec<f64> = single.iter().map(|(_, at)| *at).collect();
-            let detail = json!({"runs": names, "at_s": at});
+            let names = single.iter().map(|(run, _)| problem.twin.runs.runs[*run].name.clone()).collect();
+            let at = single.iter().map(|(_, at)| Some(*at)).collect();
+            let detail = Detail::InRuns { runs: Runs::Named(names), at_s: Some(at) };
             let regressors: Vec<Regressor> =
                 single.iter().map(|(run, at)| Regressor::InRun(*run, what.from(*at))).collect();
             let search = (TIME_PENALTY + chance) * regressors.len() as f64;
             let most = times.runs.iter().flatten().map(|(_, z)| z.abs()).fold(0.0, f64::max);
-            found.push((candidate(id, regressors, limit, detail, search), most));
+            found.push((Candidate::of(id, regressors, (-limit, limit), detail, search), most));
         }
     }
     found
@@ -118,22 +125,6 @@ fn one_size(times: &Times) -> Option<(Vec<Option<f64>>, f64)> {
         all.iter().filter(|(_, z)| z * sign > LEAST_STEP).map(|(_, z)| (z * z - chance).max(0.0)).sum();
     let count = at.iter().flatten().count();
     (count >= 2).then(|| (at, sum.sqrt()))
-}
-
-fn candidate(
-    id: &str,
-    regressors: Vec<Regressor>,
-    most: f64,
-    detail: serde_json::Value,
-    search: f64,
-) -> Candidate {
-    let unit = find(id).map_or("", |entry| entry.unit).to_owned();
-    let detail = match detail {
-        serde_json::Value::Object(map) => map,
-        _ => Map::new(),
-    };
-    let shape = regressors.iter().all(|regressor| regressor.shape().is_some()).then_some("at_s");
-    Candidate { id: id.to_owned(), regressors, unit, range: (-most, most), detail, search, shape }
 }
 
 fn run_name<'a, const N: usize>(problem: &'a Problem<'_, N>, regressor: &Regressor) -> &'a str {

@@ -9,7 +9,6 @@ use super::thresholds::name::{IMPLAUSIBLE_SHARE, REFINED, REFINED_SHARE, TIE, WA
 use super::twin::State;
 use super::types::{Options, Round, Scored, Status, penalty, penalty_without};
 use crate::effects::Candidate;
-use serde_json::Value;
 use std::panic::resume_unwind;
 use std::thread;
 
@@ -66,7 +65,7 @@ pub(super) fn name<const N: usize>(
         .iter()
         .map(|hypothesis| Scored {
             id: hypothesis.candidate.id.clone(),
-            detail: Value::Object(hypothesis.candidate.detail.clone()),
+            detail: hypothesis.candidate.detail.clone(),
             gain: null.loss - hypothesis.penalised,
             coefficients: hypothesis.coefficients(),
             status: if hypothesis.is_plausible() { Status::Worse } else { Status::Implausible },

@@ -4,7 +4,6 @@
 //! whose size is searched for on the open runs, and has to come closer to the locked ones.
 
 pub mod calibrate;
-pub mod cast;
 pub mod filter;
 pub mod search;
 pub mod track;
@@ -16,12 +15,12 @@ use std::thread;
 use model_core::coefficients::Robot as CoreRobot;
 use serde_json::{Map, Value, json};
 
-use self::cast::{Part, Scene, cast};
 use self::filter::Behind;
 use self::track::Follower;
 use super::confirm;
 use super::runs::RawRun;
 use super::twin::Twin;
+use crate::effects::plant::{Finding, Part, Scene};
 use crate::effects::{Regressor, Switched};
 use crate::error::Result;
 use crate::gap::report::Report;
@@ -153,7 +152,9 @@ pub fn simulate<const N: usize>(
             rolling: follower.machine.wheels[0].rolling_resistance,
             lightest_kg,
         };
-        match cast(named, &scene)? {
+        let finding =
+            Finding { candidate: &named.candidate, coefficients: &named.coefficients, scene: &scene };
+        match finding.part()? {
             Ok(part) => {
                 ids.push(named.candidate.id.clone());
                 parts.push((part, 0.0));
