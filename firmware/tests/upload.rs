@@ -58,7 +58,7 @@ fn keep(state: &mut State) -> Option<Item> {
 /// A board at a standstill with coefficients, calibration and robot stored.
 fn set_up() -> State {
     let mut state = board();
-    state.is_standing = true;
+    state.snapshot.is_standing = true;
     for (item, bytes) in good() {
         assert_eq!(upload(&mut state, item as u8, &bytes), (UploadState::Waiting, Reason::None));
         assert_eq!(keep(&mut state), Some(item));
@@ -101,7 +101,7 @@ fn a_good_upload_waits_for_standstill_and_is_in_use_when_it_is_stored() {
     assert_eq!(upload(&mut state, 1, &bytes), WAITING);
     assert_eq!(state.take_pending(), None, "in motion");
     assert!(state.settings().coefficients().is_err());
-    state.is_standing = true;
+    state.snapshot.is_standing = true;
     let (item, pending) = state.take_pending().unwrap();
     assert_eq!((item, pending.as_slice()), (Item::Coefficients, bytes.as_slice()));
     assert_eq!(state.take_pending(), None, "once only");
@@ -257,7 +257,7 @@ fn what_was_checked_is_what_is_written() {
     assert_eq!(write(&mut state, UPLOAD_LENGTH, &[1, 0]), Err(Refusal::Access));
     assert_eq!(write(&mut state, UPLOAD_COMMAND, &[1]), Ok(()));
     assert_eq!(write(&mut state, FIFO_ACKNOWLEDGE, &[0; 4]), Ok(()), "others go on");
-    state.is_standing = true;
+    state.snapshot.is_standing = true;
     let (_, pending) = state.take_pending().unwrap();
     assert_eq!(pending.as_slice(), bytes);
     assert_eq!(write(&mut state, UPLOAD_COMMAND, &[2]), Err(Refusal::Access), "too late");
@@ -271,7 +271,7 @@ fn an_upload_that_waits_can_be_forgotten() {
     assert_eq!(upload(&mut state, 1, &image(&burger())), WAITING);
     write(&mut state, UPLOAD_COMMAND, &[2]).unwrap();
     assert_eq!(outcome(&state), (UploadState::Idle, Reason::None));
-    state.is_standing = true;
+    state.snapshot.is_standing = true;
     assert_eq!(state.take_pending(), None);
 }
 
@@ -304,7 +304,7 @@ fn a_flash_that_fails_leaves_what_was() {
 fn survives_a_restart() {
     let mut flash = vec![0xFF; BYTES];
     let mut state = board();
-    state.is_standing = true;
+    state.snapshot.is_standing = true;
     for (item, bytes) in good() {
         let mut store = Store::new(RamFlash::new(&mut flash), 0..BYTES as u32).unwrap();
         upload(&mut state, item as u8, &bytes);

@@ -528,8 +528,8 @@ mod command {
     #[test]
     fn watching_shows_what_the_board_knows() {
         let mut board = TestBoard::new();
-        board.state.rails[1].power = Some(3.25);
-        board.state.rails[1].health = firmware::power_sensors::Health::Ok;
+        board.state.snapshot.rails[1].power = Some(3.25);
+        board.state.snapshot.rails[1].health = firmware::power_sensors::Health::Ok;
         board.state.counters.bus_errors = 7;
         let (bench, terminal) = (Bench::new(), Terminal::new(board));
         let status = bench.json(&["watch", "--once", "--port", terminal.name()]);

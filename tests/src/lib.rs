@@ -8,6 +8,7 @@
 mod failure;
 mod now;
 mod run;
+mod say;
 #[cfg(target_os = "none")]
 mod target;
 
@@ -22,18 +23,6 @@ pub mod expansion {
     pub use crate::target::exit;
     #[cfg(target_os = "none")]
     pub use cortex_m_rt;
-}
-
-/// Prints to the emulator's, or the host's, standard output.
-#[macro_export]
-#[doc(hidden)]
-macro_rules! say {
-    ($($argument:tt)*) => {{
-        #[cfg(target_os = "none")]
-        $crate::target::print(format_args!($($argument)*));
-        #[cfg(not(target_os = "none"))]
-        print!($($argument)*);
-    }};
 }
 
 /// The entry point of a test image, from the names of its test functions, each a `fn() -> Outcome`.

@@ -110,7 +110,7 @@ fn board() -> Result<State<1>, Failed> {
     let coefficients = Coefficients::<f32, 2>::decode(&IMAGE).map_err(|_| Failed)?;
     let robot = RobotIdentity::of(&coefficients.robot).encode();
     state.load(Item::Robot, Ok(ItemBytes::new(&robot).ok_or(Failed)?));
-    state.is_standing = true;
+    state.snapshot.is_standing = true;
     Ok(state)
 }
 

@@ -95,6 +95,11 @@ pub struct Changes {
     pub last_us: Option<u64>,
 }
 
+impl Changes {
+    /// None yet.
+    pub const NONE: Self = Self { count: 0, last_us: None };
+}
+
 /// The estimator with its coefficients, or without: then nothing is estimated.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Estimation {

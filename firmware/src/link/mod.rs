@@ -14,7 +14,7 @@ mod write;
 pub use device::{Device, LONGEST_ANSWER, LONGEST_INSTRUCTION};
 pub use fifo::Fifo;
 pub use settings::Settings;
-pub use state::{Counters, Estimate, Rail, State, Wheel};
+pub use state::{Counters, State};
 pub use table::{FIRMWARE, render};
 pub use upload::Upload;
 pub use write::write;

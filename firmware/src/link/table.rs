@@ -1,9 +1,10 @@
 //! The registers' values, one line each.
 
-use super::{Rail, State, Wheel};
+use super::State;
 use crate::control_table::{self as table, BOARD_ID, BOARD_MODEL, Item, Kind, Reason, Register};
 use crate::estimation::{NO_MODEL, mass_code, model_code};
 use crate::items::{ItemBytes, checksum};
+use crate::measurement::RailSnapshot;
 use crate::record::RECORD_BYTES;
 
 /// Version of this firmware, as the link shows it.
@@ -119,7 +120,7 @@ fn show_board<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) 
 }
 
 fn show_measurements<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
-    let rails = || state.rails.iter();
+    let rails = || state.snapshot.rails.iter();
     to.values(table::RAIL_POWER, rails().map(|rail| rail.power));
     to.values(table::RAIL_VOLTAGE, rails().map(|rail| rail.voltage));
     to.values(table::RAIL_CURRENT, rails().map(|rail| rail.current));
@@ -127,36 +128,36 @@ fn show_measurements<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl
     to.values(table::RAIL_HEALTH, rails().map(|rail| rail.health.code()));
     to.values(table::RAIL_COUNTERS, rails().flat_map(rail_counters));
     to.values(table::RAIL_CALIBRATION, state.settings.calibration().power_factors);
-    let wheels = || state.wheels.iter();
+    let wheels = || state.snapshot.wheels.iter();
     to.values(table::WHEEL_HEALTH, wheels().map(|wheel| wheel.health as u8));
     to.values(table::WHEEL_HARDWARE_ERROR, wheels().map(|wheel| wheel.hardware_error));
     to.values(table::WHEEL_SPEED, wheels().map(|wheel| wheel.speed));
-    to.values(table::WHEEL_ACCELERATION, wheels().map(|wheel: &Wheel| wheel.acceleration));
-    to.values(table::WHEEL_POSITION, wheels().map(|wheel| wheel.position));
+    to.values(table::WHEEL_ACCELERATION, wheels().map(|wheel| wheel.acceleration));
+    to.values(table::WHEEL_POSITION, wheels().map(|wheel| wheel.position.unwrap_or(0)));
 }
 
 fn show_estimate<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
-    let estimate = &state.estimate;
+    let estimate = &state.snapshot.estimate;
     let mass = estimate.mass.known();
     to.value(table::PAYLOAD_STATE, mass_code(&estimate.mass));
-    to.value(table::STANDSTILL, u8::from(state.is_standing));
+    to.value(table::STANDSTILL, u8::from(state.snapshot.is_standing));
     to.value(table::MASS, mass.map(|mass| mass.mass));
     to.value(table::MASS_LOW, mass.map(|mass| mass.low));
     to.value(table::MASS_HIGH, mass.map(|mass| mass.high));
     to.value(table::MEASURED_POWER, estimate.measured_power);
     to.value(table::PREDICTED_POWER, estimate.predicted_power);
-    to.value(table::MEASURED_ENERGY, estimate.measured_energy);
-    to.value(table::PREDICTED_ENERGY, estimate.predicted_energy);
-    to.value(table::PAYLOAD_CHANGES, estimate.changes);
-    to.value(table::LAST_CHANGE, estimate.last_change_us);
+    to.value(table::MEASURED_ENERGY, estimate.measured_energy.unwrap_or(0.0));
+    to.value(table::PREDICTED_ENERGY, estimate.predicted_energy.unwrap_or(0.0));
+    to.value(table::PAYLOAD_CHANGES, estimate.changes.count);
+    to.value(table::LAST_CHANGE, estimate.changes.last_us.unwrap_or(0));
 }
 
 fn show_counters<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
-    let counters = &state.counters;
-    to.value(table::SAMPLES, counters.samples);
+    let (counters, servo_bus) = (&state.counters, &state.snapshot.servo_bus);
+    to.value(table::SAMPLES, state.snapshot.samples);
     to.value(table::MISSED_DEADLINES, counters.missed_deadlines);
-    to.value(table::SERVO_TIMEOUTS, counters.servo_timeouts);
-    to.value(table::SERVO_BROKEN, counters.servo_broken);
+    to.value(table::SERVO_TIMEOUTS, servo_bus.timeouts);
+    to.value(table::SERVO_BROKEN, servo_bus.broken);
     to.value(table::BUS_ERRORS, counters.bus_errors);
     to.value(table::BUS_RECOVERIES, counters.bus_recoveries);
     to.value(table::LINK_PACKETS, counters.link_packets);
@@ -188,7 +189,7 @@ fn show_fifo<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
     to.put(table::FIFO_WINDOW, Kind::U8, fifo.window());
 }
 
-fn rail_counters(rail: &Rail) -> [u32; 5] {
+fn rail_counters(rail: &RailSnapshot) -> [u32; 5] {
     let counters = rail.counters;
     [counters.fresh, counters.not_ready, counters.clipped, counters.no_answer, counters.set_up_lost]
 }

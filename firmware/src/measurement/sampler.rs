@@ -108,7 +108,7 @@ impl<I: I2c, P: Read + Write, D: DelayNs> Sampler<I, P, D> {
     }
 
     fn rails(&self) -> [RailSnapshot; RAIL_COUNT] {
-        let mut rails = [RailSnapshot::default(); RAIL_COUNT];
+        let mut rails = [RailSnapshot::UNKNOWN; RAIL_COUNT];
         let sensors = self.sensors.statuses().into_iter().zip(self.sensors.latest());
         let figures = self.sensors.energies().into_iter().zip(self.sensors.power_factors());
         for ((rail, (status, latest)), (energy, power_factor)) in rails.iter_mut().zip(sensors).zip(figures) {
@@ -130,7 +130,7 @@ impl<I: I2c, P: Read + Write, D: DelayNs> Sampler<I, P, D> {
         let filtered = self.latest.estimated.filtered;
         let speeds = filtered.map_or(self.latest.speeds, |filtered| filtered.speed.map(Some));
         let accelerations = filtered.map_or([None; WHEELS], |filtered| filtered.acceleration.map(Some));
-        let mut wheels = [WheelSnapshot::default(); WHEELS];
+        let mut wheels = [WheelSnapshot::UNKNOWN; WHEELS];
         let figures = self.wheels.statuses().into_iter().zip(speeds).zip(accelerations);
         for (wheel, ((status, speed), acceleration)) in wheels.iter_mut().zip(figures) {
             *wheel = WheelSnapshot {
@@ -235,7 +235,7 @@ mod tests {
         assert_eq!((record.mass, record.predicted_power), (None, None));
         let snapshot = board.snapshot();
         assert_eq!((snapshot.samples, snapshot.time_us), (10, 45_000));
-        assert_eq!(snapshot.estimate, EstimateSnapshot::default());
+        assert_eq!(snapshot.estimate, EstimateSnapshot::UNKNOWN);
         assert_eq!(snapshot.wheels.map(|wheel| wheel.position), [Some(80), Some(-40)]);
         assert_eq!(snapshot.wheels.map(|wheel| wheel.speed.map(count)), [Some(8.0), Some(-4.0)]);
         assert_eq!(snapshot.wheels.map(|wheel| wheel.acceleration), [None; WHEELS]);

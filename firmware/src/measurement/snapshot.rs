@@ -1,5 +1,5 @@
-//! What is known now, beyond the record of the sample: for the control table. `None` where a register has to say that
-//! it knows nothing.
+//! What is known now, beyond the record of the sample: what the sampler measured is what the link shows. `None` where nothing
+//! is known.
 
 use model_core::payload::{MassEstimate, Unknown};
 
@@ -8,7 +8,7 @@ use crate::power_sensors::{Counters, Health, RAIL_COUNT};
 use crate::wheels::{ServoCounters, WHEELS, WheelHealth};
 
 /// Of a rail.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RailSnapshot {
     /// At the consumer, V, by the latest reading of a sensor that can be believed.
     pub voltage: Option<f32>,
@@ -26,8 +26,21 @@ pub struct RailSnapshot {
     pub power_factor: f32,
 }
 
+impl RailSnapshot {
+    /// Before the first poll.
+    pub const UNKNOWN: Self = Self {
+        voltage: None,
+        current: None,
+        power: None,
+        energy: 0.0,
+        health: Health::Absent,
+        counters: Counters::NONE,
+        power_factor: 1.0,
+    };
+}
+
 /// Of a wheel.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WheelSnapshot {
     /// Of its servo.
     pub health: WheelHealth,
@@ -39,6 +52,17 @@ pub struct WheelSnapshot {
     pub acceleration: Option<f32>,
     /// Register 132 of its servo: 1/4096 turn, in the servo's direction.
     pub position: Option<i32>,
+}
+
+impl WheelSnapshot {
+    /// Before the first answer.
+    pub const UNKNOWN: Self = Self {
+        health: WheelHealth::Absent,
+        hardware_error: 0,
+        speed: None,
+        acceleration: None,
+        position: None,
+    };
 }
 
 /// Of the estimator.
@@ -60,22 +84,21 @@ pub struct EstimateSnapshot {
     pub changes: Changes,
 }
 
-impl Default for EstimateSnapshot {
-    fn default() -> Self {
-        Self {
-            model: NO_MODEL,
-            mass: MassEstimate::Unknown(Unknown::NoSamples),
-            measured_power: None,
-            predicted_power: None,
-            measured_energy: None,
-            predicted_energy: None,
-            changes: Changes::default(),
-        }
-    }
+impl EstimateSnapshot {
+    /// Before the first sample.
+    pub const UNKNOWN: Self = Self {
+        model: NO_MODEL,
+        mass: MassEstimate::Unknown(Unknown::NoSamples),
+        measured_power: None,
+        predicted_power: None,
+        measured_energy: None,
+        predicted_energy: None,
+        changes: Changes::NONE,
+    };
 }
 
 /// Of everything.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Snapshot {
     /// When the last sample was taken, µs since start.
     pub time_us: u64,
@@ -91,4 +114,17 @@ pub struct Snapshot {
     pub estimate: EstimateSnapshot,
     /// The wheels have stood still long enough for the flash to be written.
     pub is_standing: bool,
+}
+
+impl Snapshot {
+    /// Before the first sample.
+    pub const UNKNOWN: Self = Self {
+        time_us: 0,
+        samples: 0,
+        rails: [RailSnapshot::UNKNOWN; RAIL_COUNT],
+        wheels: [WheelSnapshot::UNKNOWN; WHEELS],
+        servo_bus: ServoCounters::NONE,
+        estimate: EstimateSnapshot::UNKNOWN,
+        is_standing: false,
+    };
 }

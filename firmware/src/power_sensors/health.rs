@@ -74,6 +74,11 @@ pub struct Counters {
     pub set_up_lost: u32,
 }
 
+impl Counters {
+    /// Before the first poll.
+    pub const NONE: Self = Self { fresh: 0, not_ready: 0, clipped: 0, no_answer: 0, set_up_lost: 0 };
+}
+
 /// The state machine: a verdict and what led to it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Status {

@@ -8,7 +8,6 @@ use embedded_io_async::{Read, Write};
 use super::deadline::Schedule;
 use super::sensor_bus::BusCounters;
 use super::shared::Shared;
-use super::show::show;
 use crate::control_table::Reason;
 use crate::log::{Shown, info, warning};
 use crate::measurement::{Sampler, Snapshot};
@@ -46,12 +45,12 @@ where
         let snapshot = sampler.snapshot();
         shared.with(|state| {
             state.fifo.push(record);
-            show(&snapshot, state);
+            report.add(&state.snapshot, &snapshot, missed);
+            state.show(snapshot);
             state.counters.missed_deadlines = state.counters.missed_deadlines.saturating_add(missed);
             state.counters.bus_errors = bus.errors();
             state.counters.bus_recoveries = bus.recoveries();
         });
-        report.add(&snapshot, missed);
     }
 }
 
@@ -78,30 +77,28 @@ fn log_coefficients(reason: Option<Reason>) {
     }
 }
 
-/// What was logged, so that only news is.
+/// Logs what is news.
 #[derive(Default)]
 struct Report {
-    last: Snapshot,
     samples: u32,
     missed: u32,
 }
 
 impl Report {
-    fn add(&mut self, snapshot: &Snapshot, missed: u32) {
-        for (index, (before, now)) in self.last.rails.iter().zip(&snapshot.rails).enumerate() {
+    fn add(&mut self, before: &Snapshot, now: &Snapshot, missed: u32) {
+        for (index, (before, now)) in before.rails.iter().zip(&now.rails).enumerate() {
             if before.health != now.health {
                 info!("rail {=usize}: {}", index, Shown(&now.health));
             }
         }
-        for (index, (before, now)) in self.last.wheels.iter().zip(&snapshot.wheels).enumerate() {
+        for (index, (before, now)) in before.wheels.iter().zip(&now.wheels).enumerate() {
             if before.health != now.health {
                 info!("wheel {=usize}: {}", index, Shown(&now.health));
             }
         }
-        if self.last.estimate.changes != snapshot.estimate.changes {
-            info!("the payload has changed: {=u32}", snapshot.estimate.changes.count);
+        if before.estimate.changes != now.estimate.changes {
+            info!("the payload has changed: {=u32}", now.estimate.changes.count);
         }
-        self.last = *snapshot;
         self.missed = self.missed.saturating_add(missed);
         self.samples += 1;
         if self.samples >= SAMPLES_PER_REPORT {

@@ -9,7 +9,6 @@ mod measure;
 mod sensor_bus;
 mod serve;
 mod shared;
-mod show;
 
 pub use keep::keep;
 pub use measure::measure;

@@ -49,6 +49,9 @@ pub struct ServoCounters {
 }
 
 impl ServoCounters {
+    /// Before the first poll.
+    pub const NONE: Self = Self { timeouts: 0, broken: 0, refused: 0 };
+
     /// Counts an error.
     pub fn add(&mut self, error: BusError) {
         let counter = match error {

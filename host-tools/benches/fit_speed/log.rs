@@ -6,8 +6,8 @@ use std::io::{BufRead, BufReader, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use super::ROWS;
-
+/// Rows of the log.
+pub(crate) const ROWS: usize = 10_000_000;
 const RATE_HZ: usize = 200;
 /// Rows of the drive that is repeated.
 const DRIVE_ROWS: usize = 500_000;

@@ -13,10 +13,8 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use log::ROWS;
 use timed::Timed;
-
-/// Rows of the log.
-pub(crate) const ROWS: usize = 10_000_000;
 
 /// Filter's cutoff for both, Hz: what `gmr` chooses by itself on this plant.
 const CUTOFF_HZ: &str = "8.0";

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Detail, Entry, Regressor, Scope, find};
+use super::{Detail, Regressor, Scope};
 
 /// One way in which an effect may show.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,12 +31,6 @@ pub struct NotTestable {
 }
 
 impl Candidate {
-    /// An effect of the dictionary.
-    pub fn of(id: &str, regressors: Vec<Regressor>, range: (f64, f64), detail: Detail, search: f64) -> Self {
-        let unit = find(id).map_or("", |entry| entry.unit).to_owned();
-        Self { id: id.to_owned(), regressors, unit, range, detail, search }
-    }
-
     /// The same with another shape parameter, where its one regressor has any.
     pub fn set_shape(&mut self, shape: f64) {
         if let [regressor] = &mut self.regressors[..] {
@@ -59,10 +53,10 @@ const SHAPE: f64 = 2.0;
 /// A way in which an effect of the dictionary may show.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Way {
-    regressors: Vec<Regressor>,
-    range: (f64, f64),
-    detail: Detail,
-    search: f64,
+    pub(super) regressors: Vec<Regressor>,
+    pub(super) range: (f64, f64),
+    pub(super) detail: Detail,
+    pub(super) search: f64,
 }
 
 impl Way {
@@ -94,9 +88,5 @@ impl Way {
         } else {
             vec![way(0.0)]
         }
-    }
-
-    pub(super) fn of(self, entry: &Entry) -> Candidate {
-        Candidate::of(entry.id, self.regressors, self.range, self.detail, self.search)
     }
 }

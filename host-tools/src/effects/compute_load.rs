@@ -4,9 +4,10 @@ use model_core::effects::{Cause, Term};
 
 use super::candidate::Way;
 use super::column::PROCESSOR;
-use super::entry::{Entry, Sign};
+use super::entry::Entry;
 use super::regressor::Regressor;
 use super::scope::Scope;
+use super::sign::Sign;
 
 pub(super) const COMPUTE_LOAD: Entry = Entry {
     id: "compute-load",

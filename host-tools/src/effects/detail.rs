@@ -3,8 +3,7 @@
 use serde::{Serialize, Serializer};
 use serde_json::{Map, Value, json};
 
-use super::written::key;
-use super::{PITCH, Sign};
+use super::{PITCH, Sign, key};
 
 /// What is special about a candidate.
 #[derive(Debug, Clone, PartialEq, Default)]

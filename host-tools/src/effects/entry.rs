@@ -1,14 +1,15 @@
 //! What there is to say of an effect.
 
 use model_core::effects::Cause;
-use serde::{Deserialize, Serialize};
 
-use super::candidate::Way;
+use super::candidate::{Candidate, Way};
 use super::detail::Detail;
+use super::fields::{Fields, Read};
 use super::physical::Conversion;
 use super::plant::{Finding, Part};
+use super::regressor::Regressor;
 use super::scope::Scope;
-use super::written::{Fields, Unread};
+use super::sign::Sign;
 use crate::error;
 
 /// An effect.
@@ -37,19 +38,34 @@ pub struct Entry {
     /// Whether it is what estimator and board know as this.
     pub(super) owns: fn(&Cause<f64>) -> bool,
     /// What estimator and board make of an entry of a coefficients file, with the coefficient of each.
-    pub(super) read: fn(&Fields<'_>) -> Result<Vec<(Cause<f64>, f64)>, Unread>,
+    pub(super) read: fn(&Fields<'_>) -> Read,
     /// The plant's cause, or why there is none.
     pub(super) cause: fn(&Finding<'_>) -> error::Result<Result<Part, String>>,
 }
 
-/// The signs that a coefficient can have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Sign {
-    /// Above 0.
-    Positive,
-    /// Below 0.
-    Negative,
-    /// Either.
-    Either,
+impl Entry {
+    /// A way in which it may show.
+    pub fn candidate(
+        &self,
+        regressors: Vec<Regressor>,
+        range: (f64, f64),
+        detail: Detail,
+        search: f64,
+    ) -> Candidate {
+        Candidate { id: self.id.to_owned(), regressors, unit: self.unit.to_owned(), range, detail, search }
+    }
+
+    /// The ways in which it may show in some runs.
+    ///
+    /// # Errors
+    /// Why they cannot show it.
+    pub fn candidates(&self, scope: &Scope) -> Result<Vec<Candidate>, String> {
+        let ways = (self.candidates)(scope)?;
+        Ok(ways
+            .into_iter()
+            .map(|Way { regressors, range, detail, search }| {
+                self.candidate(regressors, range, detail, search)
+            })
+            .collect())
+    }
 }

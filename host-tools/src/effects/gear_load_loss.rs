@@ -3,9 +3,10 @@
 use model_core::effects::{Cause, Term};
 
 use super::candidate::Way;
-use super::entry::{Entry, Sign};
+use super::entry::Entry;
 use super::physical::Conversion;
 use super::regressor::Regressor;
+use super::sign::Sign;
 
 pub(super) const GEAR_LOAD_LOSS: Entry = Entry {
     id: "gear-load-loss",

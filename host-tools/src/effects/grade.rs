@@ -5,12 +5,14 @@ use model_core::effects::{Cause, Term};
 use super::candidate::Way;
 use super::column::PITCH;
 use super::detail::{Along, Detail};
-use super::entry::{Entry, Sign};
+use super::entry::Entry;
+use super::fields::{Fields, Read};
+use super::key;
 use super::physical::{Conversion, World};
 use super::plant::{Finding, Part};
 use super::regressor::Regressor;
 use super::scope::Scope;
-use super::written::{Fields, Unread, key};
+use super::sign::Sign;
 use crate::error;
 
 pub(super) const GRADE: Entry = Entry {
@@ -61,7 +63,7 @@ fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
     ])
 }
 
-fn read(fields: &Fields<'_>) -> Result<Vec<(Cause<f64>, f64)>, Unread> {
+fn read(fields: &Fields<'_>) -> Read {
     let (ahead, world) = (Along::Ahead.name(), Along::World.name());
     match (fields.text(key::BY), fields.text(key::ALONG)) {
         (Some(PITCH), None) => fields.term(Term::GradeByPitch),

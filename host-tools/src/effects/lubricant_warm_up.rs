@@ -4,11 +4,12 @@ use model_core::effects::{Cause, Term};
 
 use super::candidate::Way;
 use super::detail::Detail;
-use super::entry::{Entry, Sign};
+use super::entry::Entry;
+use super::key;
 use super::plant::{Finding, Part};
 use super::regressor::Regressor;
 use super::scope::Scope;
-use super::written::key;
+use super::sign::Sign;
 use crate::error;
 
 pub(super) const LUBRICANT_WARM_UP: Entry = Entry {

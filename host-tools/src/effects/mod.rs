@@ -14,10 +14,14 @@ mod candidate;
 mod column;
 mod detail;
 mod entry;
+mod fields;
+mod key;
+mod list;
 mod physical;
 pub mod plant;
 mod regressor;
 mod scope;
+mod sign;
 #[cfg(test)]
 mod tests;
 pub mod words;
@@ -48,50 +52,12 @@ mod winding_temperature;
 pub use candidate::{Candidate, NotTestable};
 pub use column::{PITCH, PROCESSOR, TEMPERATURES, temperature};
 pub use detail::{Along, Detail, Heated, Runs, WheelSide};
-pub use entry::{Entry, Sign};
+pub use entry::Entry;
+pub use list::{ENTRIES, candidates, cause, find, physical};
+pub use payload_mislabel::PAYLOAD_MISLABEL;
 pub use physical::{Physical, World};
 pub use regressor::{Regressor, Switched};
 pub use scope::{Scope, ScopeColumn};
-
-/// All effects, in the order of the documentation.
-pub static ENTRIES: [Entry; 21] = [
-    grade::GRADE,
-    winding_temperature::WINDING_TEMPERATURE,
-    windage::WINDAGE,
-    stribeck::STRIBECK,
-    viscous_change::VISCOUS_CHANGE,
-    lubricant_warm_up::LUBRICANT_WARM_UP,
-    rolling_resistance_change::ROLLING_RESISTANCE_CHANGE,
-    surface_switch::SURFACE_SWITCH,
-    payload_offset::PAYLOAD_OFFSET,
-    wheel_drag::WHEEL_DRAG,
-    turning_scrub::TURNING_SCRUB,
-    gear_load_loss::GEAR_LOAD_LOSS,
-    supply_sag::SUPPLY_SAG,
-    regeneration::REGENERATION,
-    payload_mislabel::PAYLOAD_MISLABEL,
-    static_step::STATIC_STEP,
-    compute_load::COMPUTE_LOAD,
-    sensor_gain::SENSOR_GAIN,
-    sensor_offset::SENSOR_OFFSET,
-    sensor_delay::SENSOR_DELAY,
-    speed_scale::SPEED_SCALE,
-];
-
-/// The entry of an id.
-pub fn find(id: &str) -> Option<&'static Entry> {
-    ENTRIES.iter().find(|entry| entry.id == id)
-}
-
-/// Every candidate that some runs can show, and the effects that they cannot.
-pub fn candidates(scope: &Scope) -> (Vec<Candidate>, Vec<NotTestable>) {
-    let mut found = Vec::new();
-    let mut missing = Vec::new();
-    for entry in &ENTRIES {
-        match (entry.candidates)(scope) {
-            Ok(ways) => found.extend(ways.into_iter().map(|way| way.of(entry))),
-            Err(reason) => missing.push(NotTestable { id: entry.id.to_owned(), reason }),
-        }
-    }
-    (found, missing)
-}
+pub use sign::Sign;
+pub use static_step::STATIC_STEP;
+pub use surface_switch::SURFACE_SWITCH;

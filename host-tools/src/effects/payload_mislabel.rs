@@ -2,13 +2,15 @@
 
 use super::candidate::Way;
 use super::detail::{Detail, Runs};
-use super::entry::{Entry, Sign};
+use super::entry::Entry;
 use super::plant::{Finding, LEAST_LEFT, Part};
 use super::regressor::Regressor;
 use super::scope::Scope;
+use super::sign::Sign;
 use crate::error;
 
-pub(super) const PAYLOAD_MISLABEL: Entry = Entry {
+/// See the file's head.
+pub const PAYLOAD_MISLABEL: Entry = Entry {
     id: "payload-mislabel",
     meaning: "the mass noted for a run is wrong",
     unit: "kg",

@@ -3,11 +3,12 @@
 use model_core::effects::{Cause, Term};
 
 use super::candidate::Way;
-use super::entry::{Entry, Sign};
+use super::entry::Entry;
 use super::physical::Conversion;
 use super::plant::{Finding, Part};
 use super::regressor::Regressor;
 use super::scope::Scope;
+use super::sign::Sign;
 use crate::error;
 
 pub(super) const PAYLOAD_OFFSET: Entry = Entry {

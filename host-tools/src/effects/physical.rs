@@ -9,8 +9,6 @@ use model_core::torque::{PARAMETERS, TorqueModel};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
-use super::{Candidate, find};
-
 /// A size in the world.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Physical {
@@ -111,21 +109,5 @@ impl Conversion {
             unit: self.unit.to_owned(),
             std_err: variance.max(0.0).sqrt(),
         })
-    }
-}
-
-impl Physical {
-    /// The size in the world of an effect's coefficient, `with_base` being its covariance with the base's parameters: where nothing is
-    /// folded in, and of users' effects, the coefficient itself. None where this robot does not let it be told.
-    pub fn of(
-        candidate: &Candidate,
-        (coefficient, std_err): (f64, f64),
-        with_base: &[f64],
-        world: &World,
-    ) -> Option<Self> {
-        match find(&candidate.id).and_then(|entry| (entry.physical)(&candidate.detail)) {
-            Some(conversion) => conversion.apply(coefficient, std_err, with_base, world),
-            None => Some(Self { value: coefficient, unit: candidate.unit.clone(), std_err }),
-        }
     }
 }

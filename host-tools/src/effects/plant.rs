@@ -1,6 +1,6 @@
 //! A named effect as the physical cause that the plant has for it.
 
-use super::{Candidate, Regressor, find};
+use super::{Candidate, Regressor};
 use crate::error::Result;
 use crate::plant::Effect;
 
@@ -58,21 +58,6 @@ pub struct Finding<'a> {
 }
 
 impl Finding<'_> {
-    /// The plant's cause, or why there is none.
-    ///
-    /// # Errors
-    /// An option out of the plant's range.
-    pub fn part(&self) -> Result<std::result::Result<Part, String>> {
-        let Some(entry) = find(&self.candidate.id) else {
-            return Ok(Err("the plant knows no cause for a formula".to_owned()));
-        };
-        let mut part = (entry.cause)(self)?;
-        if let Ok(part) = &mut part {
-            part.place = self.place();
-        }
-        Ok(part)
-    }
-
     /// The plant's effect of this name, as it is without options.
     pub(super) fn everywhere(&self) -> Result<std::result::Result<Part, String>> {
         self.acting(Ok)
@@ -106,7 +91,7 @@ impl Finding<'_> {
     }
 
     /// Where it acts: in single runs, at times of its own, or everywhere.
-    fn place(&self) -> Where {
+    pub(super) fn place(&self) -> Where {
         let scene = self.scene;
         let mut times = vec![f64::INFINITY; scene.runs];
         let mut masses = vec![false; scene.runs];
@@ -173,7 +158,7 @@ impl Part {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effects::{Along, Detail, Heated, Runs, Switched, WheelSide};
+    use crate::effects::{Along, Detail, Heated, Runs, Switched, WheelSide, cause};
 
     fn part(
         id: &str,
@@ -181,7 +166,8 @@ mod tests {
         coefficients: &[f64],
         detail: Detail,
     ) -> std::result::Result<Part, String> {
-        let candidate = Candidate::of(id, regressors, (0.0, 1.0), detail, 0.0);
+        let (id, unit, range, search) = (id.to_owned(), String::new(), (0.0, 1.0), 0.0);
+        let candidate = Candidate { id, regressors, unit, range, detail, search };
         let scene = Scene {
             open: &[0, 2],
             locked: &[1],
@@ -190,7 +176,7 @@ mod tests {
             rolling: 0.02,
             lightest_kg: 1.0,
         };
-        Finding { candidate: &candidate, coefficients, scene: &scene }.part().unwrap()
+        cause(&Finding { candidate: &candidate, coefficients, scene: &scene }).unwrap()
     }
 
     #[test]

@@ -3,10 +3,11 @@
 use model_core::effects::{Cause, GRAVITY, Term};
 
 use super::candidate::Way;
-use super::entry::{Entry, Sign};
+use super::entry::Entry;
 use super::physical::Conversion;
 use super::plant::{Finding, LEAST_LEFT, Part};
 use super::regressor::Regressor;
+use super::sign::Sign;
 use crate::error;
 
 pub(super) const ROLLING_RESISTANCE_CHANGE: Entry = Entry {

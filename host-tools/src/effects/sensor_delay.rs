@@ -3,8 +3,9 @@
 use model_core::effects::Cause;
 
 use super::candidate::Way;
-use super::entry::{Entry, Sign};
+use super::entry::Entry;
 use super::regressor::Regressor;
+use super::sign::Sign;
 
 pub(super) const SENSOR_DELAY: Entry = Entry {
     id: "sensor-delay",

@@ -4,11 +4,13 @@ use model_core::effects::{Cause, Side};
 
 use super::candidate::Way;
 use super::detail::{Detail, WheelSide};
-use super::entry::{Entry, Sign};
+use super::entry::Entry;
+use super::fields::{Fields, Read};
+use super::key;
 use super::plant::{Finding, Part};
 use super::regressor::Regressor;
 use super::scope::Scope;
-use super::written::{Fields, Unread, key};
+use super::sign::Sign;
 use crate::error;
 
 pub(super) const SPEED_SCALE: Entry = Entry {
@@ -41,7 +43,7 @@ fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
     Ok(sides.iter().map(way).collect())
 }
 
-fn read(fields: &Fields<'_>) -> Result<Vec<(Cause<f64>, f64)>, Unread> {
+fn read(fields: &Fields<'_>) -> Read {
     match fields.text(key::SIDE) {
         Some("left") => fields.one(Cause::Scale(Side::Left)),
         Some("right") => fields.one(Cause::Scale(Side::Right)),

@@ -4,14 +4,17 @@ use model_core::effects::{Cause, Term};
 
 use super::candidate::Way;
 use super::detail::{Detail, FROM_MOTION, MOTION};
-use super::entry::{Entry, Sign};
+use super::entry::Entry;
+use super::fields::{Fields, Read};
+use super::key;
 use super::plant::{Finding, Part};
 use super::regressor::Regressor;
 use super::scope::Scope;
-use super::written::{Fields, Unread, key};
+use super::sign::Sign;
 use crate::error;
 
-pub(super) const STATIC_STEP: Entry = Entry {
+/// See the file's head.
+pub const STATIC_STEP: Entry = Entry {
     id: "static-step",
     meaning: "the static power changes its state",
     unit: "W",
@@ -40,7 +43,7 @@ fn candidates(_: &Scope) -> Result<Vec<Way>, String> {
     Ok(HOLDS_S.map(way).into())
 }
 
-fn read(fields: &Fields<'_>) -> Result<Vec<(Cause<f64>, f64)>, Unread> {
+fn read(fields: &Fields<'_>) -> Read {
     if fields.text(key::FROM) == Some(FROM_MOTION) {
         return fields.term(Term::WithMotion(f64::INFINITY));
     }

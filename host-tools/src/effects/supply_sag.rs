@@ -3,9 +3,10 @@
 use model_core::effects::{Cause, Term};
 
 use super::candidate::Way;
-use super::entry::{Entry, Sign};
+use super::entry::Entry;
 use super::regressor::Regressor;
 use super::scope::Scope;
+use super::sign::Sign;
 
 pub(super) const SUPPLY_SAG: Entry = Entry {
     id: "supply-sag",

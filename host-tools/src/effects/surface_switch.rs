@@ -2,11 +2,13 @@
 
 use model_core::effects::{Cause, Term};
 
-use super::entry::{Entry, Sign};
+use super::entry::Entry;
+use super::key;
 use super::rolling_resistance_change::{FLOOR, change};
-use super::written::key;
+use super::sign::Sign;
 
-pub(super) const SURFACE_SWITCH: Entry = Entry {
+/// See the file's head.
+pub const SURFACE_SWITCH: Entry = Entry {
     id: "surface-switch",
     meaning: "the floor changes within a run",
     unit: "N·m/kg",

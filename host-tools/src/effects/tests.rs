@@ -111,9 +111,9 @@ fn every_candidate_is_written_as_what_it_was_fitted_as() {
 
 /// What only appears at times that were found in runs.
 fn at_times() -> [Candidate; 2] {
-    [("static-step", Switched::Static), ("surface-switch", Switched::Rolling)].map(|(id, what)| {
+    [(STATIC_STEP, Switched::Static), (SURFACE_SWITCH, Switched::Rolling)].map(|(entry, what)| {
         let at = Detail::At { at_s: 20.0 };
-        Candidate::of(id, vec![Regressor::Term(what.from(20.0))], (-1.0, 1.0), at, 0.0)
+        entry.candidate(vec![Regressor::Term(what.from(20.0))], (-1.0, 1.0), at, 0.0)
     })
 }
 
@@ -177,6 +177,10 @@ fn details_have_the_keys_that_scripts_know() {
     }
 }
 
+fn any(id: &str, detail: Detail) -> Candidate {
+    find(id).unwrap().candidate(Vec::new(), (-1.0, 1.0), detail, 0.0)
+}
+
 /// 0.04 of gravity's share with an inertia gain of 1.3333 ± 0.0133 is a slope of 0.03: 1 % of the coefficient's error and 1 % of the
 /// gain's are √2 % of the slope, and where both err alike nothing.
 #[test]
@@ -185,14 +189,14 @@ fn a_slope_is_what_the_world_has_whatever_the_drive_folds_in() {
     covariance[(4, 4)] = (0.01_f64 / 0.75).powi(2);
     let torque = TorqueModel { inertia_gain: 1.0 / 0.75, ..TorqueModel::default() };
     let world = World { torque, covariance, forward: Some(0.0165), turn: 0.2 };
-    let slope = Candidate::of("grade", Vec::new(), (-1.0, 1.0), Detail::Slope(Along::Ahead), 0.0);
-    let found = Physical::of(&slope, (0.04, 4e-4), &[], &world).unwrap();
+    let slope = any("grade", Detail::Slope(Along::Ahead));
+    let found = physical(&slope, (0.04, 4e-4), &[], &world).unwrap();
     assert!((found.value - 0.03_f64.asin()).abs() < 1e-9 && found.unit == "rad", "{found:?}");
     assert!((found.std_err / (0.03 * 0.01 * 2.0_f64.sqrt()) - 1.0).abs() < 2e-3, "{found:?}");
     let alike = [0.0, 0.0, 0.0, 0.0, 4e-4 * 0.01 / 0.75];
-    assert!(Physical::of(&slope, (0.04, 4e-4), &alike, &world).unwrap().std_err < 1e-6);
+    assert!(physical(&slope, (0.04, 4e-4), &alike, &world).unwrap().std_err < 1e-6);
     // A sensor's offset is what it is.
-    let offset = Candidate::of("sensor-offset", Vec::new(), (-1.0, 1.0), Detail::Plain, 0.0);
-    let found = Physical::of(&offset, (0.2, 0.01), &[], &world).unwrap();
+    let offset = any("sensor-offset", Detail::Plain);
+    let found = physical(&offset, (0.2, 0.01), &[], &world).unwrap();
     assert_eq!((found.value, found.std_err, found.unit.as_str()), (0.2, 0.01, "W"));
 }

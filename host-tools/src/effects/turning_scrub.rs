@@ -4,11 +4,13 @@ use model_core::effects::{Cause, Term};
 
 use super::candidate::Way;
 use super::detail::Detail;
-use super::entry::{Entry, Sign};
+use super::entry::Entry;
+use super::fields::{Fields, Read};
+use super::key;
 use super::physical::{Conversion, World};
 use super::regressor::Regressor;
 use super::scope::Scope;
-use super::written::{Fields, Unread, key};
+use super::sign::Sign;
 
 pub(super) const TURNING_SCRUB: Entry = Entry {
     id: "turning-scrub",
@@ -48,7 +50,7 @@ fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
     Ok(vec![constant.one_of_many(), per_kg.with(Detail::DependsOnMass(true)).one_of_many()])
 }
 
-fn read(fields: &Fields<'_>) -> Result<Vec<(Cause<f64>, f64)>, Unread> {
+fn read(fields: &Fields<'_>) -> Read {
     match fields.flag(key::DEPENDS_ON_MASS) {
         Some(true) => fields.term(Term::ScrubPerKg),
         Some(false) => fields.term(Term::Scrub),

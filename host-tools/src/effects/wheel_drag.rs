@@ -4,12 +4,14 @@ use model_core::effects::{Cause, Term};
 
 use super::candidate::Way;
 use super::detail::{Detail, WheelSide};
-use super::entry::{Entry, Sign};
+use super::entry::Entry;
+use super::fields::{Fields, Read};
+use super::key;
 use super::physical::Conversion;
 use super::plant::{Finding, Part};
 use super::regressor::Regressor;
 use super::scope::Scope;
-use super::written::{Fields, Unread, key};
+use super::sign::Sign;
 use crate::error;
 
 pub(super) const WHEEL_DRAG: Entry = Entry {
@@ -37,7 +39,7 @@ fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
     Ok(scope.sides.iter().enumerate().map(way).collect())
 }
 
-fn read(fields: &Fields<'_>) -> Result<Vec<(Cause<f64>, f64)>, Unread> {
+fn read(fields: &Fields<'_>) -> Read {
     match fields.number(key::WHEEL)? {
         wheel if (1.0..=255.0).contains(&wheel) && wheel.fract() == 0.0 => {
             fields.term(Term::Drag(wheel as u8 - 1))

@@ -3,8 +3,9 @@
 use model_core::effects::{Cause, Term};
 
 use super::candidate::Way;
-use super::entry::{Entry, Sign};
+use super::entry::Entry;
 use super::regressor::Regressor;
+use super::sign::Sign;
 
 pub(super) const WINDAGE: Entry = Entry {
     id: "windage",

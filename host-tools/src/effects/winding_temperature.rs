@@ -5,12 +5,14 @@ use model_core::effects::{Cause, Term};
 use super::candidate::Way;
 use super::column::temperature;
 use super::detail::{Detail, FROM_START, Heated};
-use super::entry::{Entry, Sign};
+use super::entry::Entry;
+use super::fields::{Fields, Read};
+use super::key;
 use super::physical::Conversion;
 use super::plant::{Finding, Part};
 use super::regressor::Regressor;
 use super::scope::{Scope, ScopeColumn};
-use super::written::{Fields, Unread, key};
+use super::sign::Sign;
 use crate::error;
 
 pub(super) const WINDING_TEMPERATURE: Entry = Entry {
@@ -63,7 +65,7 @@ fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
     Ok([hot.one_of_many()].into_iter().chain(TIMES.map(by_loss)).collect())
 }
 
-fn read(fields: &Fields<'_>) -> Result<Vec<(Cause<f64>, f64)>, Unread> {
+fn read(fields: &Fields<'_>) -> Read {
     if fields.text(key::FROM) == Some(FROM_START) {
         return fields.one(Cause::Hot);
     }

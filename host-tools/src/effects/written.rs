@@ -20,13 +20,14 @@
 //! The others have none. Further keys are for people. What concerns single runs (`payload-mislabel`, steps at a time of their own in
 //! each run) says something about those runs and nothing about the robot: no file holds it.
 
-use model_core::effects::{Cause, Column, Columns, InvalidColumns, Needs, Term};
+use model_core::effects::{Cause, Column, Columns, InvalidColumns, Needs};
 use model_core::real::Real;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
+use super::fields::{Fields, Unread};
 use super::payload_mislabel::PAYLOAD_MISLABEL;
-use super::{Candidate, Detail, ENTRIES, PITCH, PROCESSOR, Regressor, TEMPERATURES, find};
+use super::{Candidate, Detail, ENTRIES, PITCH, PROCESSOR, Regressor, TEMPERATURES, find, key};
 
 /// An effect as a file holds it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -55,77 +56,6 @@ pub struct Wrong {
     pub message: String,
 }
 
-/// Keys of details.
-pub(super) mod key {
-    pub const ALONG: &str = "along";
-    pub const AT: &str = "at_s";
-    pub const BY: &str = "by";
-    pub const COEFFICIENTS: &str = "coefficients";
-    pub const DEPENDS_ON_MASS: &str = "depends_on_mass";
-    pub const FROM: &str = "from";
-    pub const FROM_C: &str = "from_c";
-    pub const HOLD: &str = "hold_s";
-    pub const RUNS: &str = "runs";
-    pub const SIDE: &str = "side";
-    pub const SPEED: &str = "speed_rad_s";
-    pub const STD_ERRS: &str = "std_errs";
-    pub const TIME_CONSTANT: &str = "time_constant_s";
-    pub const WHEEL: &str = "wheel";
-    pub const WITH: &str = "with";
-    pub const WITH_STATIC: &str = "with_static_w";
-}
-
-/// Which key cannot be read, what was found and what was expected.
-pub(super) type Unread = (&'static str, String);
-
-/// An entry that is being read.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Fields<'a>(&'a Written);
-
-impl Fields<'_> {
-    pub(super) fn text(&self, key: &str) -> Option<&str> {
-        self.0.detail.get(key).and_then(Value::as_str)
-    }
-
-    pub(super) fn flag(&self, key: &str) -> Option<bool> {
-        self.0.detail.get(key).and_then(Value::as_bool)
-    }
-
-    pub(super) fn has(&self, key: &str) -> bool {
-        self.0.detail.contains_key(key)
-    }
-
-    pub(super) fn list(&self, key: &str) -> Option<Vec<f64>> {
-        self.0.detail.get(key)?.as_array()?.iter().map(Value::as_f64).collect()
-    }
-
-    pub(super) fn number(&self, key: &'static str) -> Result<f64, Unread> {
-        let found = self.0.detail.get(key).and_then(Value::as_f64);
-        let message = || format!("{} without {key}, or not a number; expected one in `detail`", self.0.id);
-        found.ok_or_else(|| (key, message()))
-    }
-
-    /// Static power that the sensor sees as well, W; none where only actuation is measured.
-    pub(super) fn static_power(&self) -> f64 {
-        self.number(key::WITH_STATIC).unwrap_or(0.0)
-    }
-
-    /// The one column that it is, by its coefficient.
-    pub(super) fn one(&self, cause: Cause<f64>) -> Result<Vec<(Cause<f64>, f64)>, Unread> {
-        Ok(vec![(cause, self.0.coefficient)])
-    }
-
-    /// The one term that it is.
-    pub(super) fn term(&self, term: Term<f64>) -> Result<Vec<(Cause<f64>, f64)>, Unread> {
-        self.one(Cause::Term(term))
-    }
-
-    /// Refuses an entry that lacks what tells one way from another.
-    pub(super) fn unclear<T>(&self, expected: &str) -> Result<T, Unread> {
-        Err(("detail", format!("{} without a detail; expected {expected}", self.0.id)))
-    }
-}
-
 /// Ids that files may hold.
 fn allowed() -> String {
     let ids: Vec<&str> =
@@ -138,7 +68,8 @@ impl Written {
     fn columns(&self) -> Result<Vec<Column<f64>>, Unread> {
         let entry = find(&self.id)
             .ok_or_else(|| ("id", format!("effect `{}`; expected one of {}", self.id, allowed())))?;
-        let columns = (entry.read)(&Fields(self))?;
+        let fields = Fields { id: &self.id, coefficient: self.coefficient, detail: &self.detail };
+        let columns = (entry.read)(&fields)?;
         Ok(columns.into_iter().map(|(cause, coefficient)| Column { cause, coefficient }).collect())
     }
 }
@@ -247,6 +178,7 @@ mod tests {
     use model_core::effects::Term;
 
     use super::*;
+    use crate::effects::STATIC_STEP;
 
     fn entry(id: &str, detail: Value) -> Written {
         let Value::Object(detail) = detail else { panic!("{detail}") };
@@ -290,7 +222,7 @@ mod tests {
     #[test]
     fn findings_about_runs_are_not_written() {
         let one = vec![Regressor::InRun(2, Term::StepAt(20.0))];
-        let candidate = Candidate::of("static-step", one, (0.0, 1.0), Detail::Plain, 0.0);
+        let candidate = STATIC_STEP.candidate(one, (0.0, 1.0), Detail::Plain, 0.0);
         assert!(Written::of(&candidate, &[0.3], &[0.01]).unwrap_err().contains("a finding about runs"));
     }
 }

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use super::report::Report;
 use crate::effects::written::Written;
 use crate::fit::file;
-use crate::gap::report::Report;
 
 /// Writes the coefficients with the effects that were named, and the base as it moved. What is not written is said in a line each on
 /// standard error; where nothing is left, so is the file.

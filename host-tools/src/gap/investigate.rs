@@ -18,7 +18,7 @@ use super::thresholds::detect::{SHAPE, SHAPE_TOLERANCE};
 use super::thresholds::name::LEAST_FURTHER;
 use super::twin::Twin;
 use super::types::{Base, Named, Options, Round, Verdict};
-use crate::effects::{Candidate, Physical, World};
+use crate::effects::{Candidate, World, physical};
 use crate::error::Result;
 use crate::gap::problem::Problem;
 use crate::gap::words;
@@ -194,7 +194,7 @@ fn list_effects<const N: usize>(
                 places.clone().zip(&weights).map(|(own, weight)| weight * covariance[(parameter, own)]).sum()
             };
             let with_base: Vec<f64> = (0..problem.base).map(with).collect();
-            named.physical = Physical::of(candidate, words::headline(&named), &with_base, &world);
+            named.physical = physical(candidate, words::headline(&named), &with_base, &world);
             named
         })
         .collect()

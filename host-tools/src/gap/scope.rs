@@ -6,7 +6,7 @@ use super::runs::Runs;
 use crate::effects::{self, Candidate, NotTestable, Scope, ScopeColumn};
 
 /// Every candidate that these runs can show, and the effects that they cannot.
-pub fn candidates<const N: usize>(
+pub(super) fn candidates<const N: usize>(
     runs: &Runs<N>,
     base: &TorqueModel<f64>,
     regenerative: bool,

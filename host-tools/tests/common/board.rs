@@ -134,7 +134,7 @@ impl<const RECORDS: usize> TestBoard<RECORDS> {
         while self.is_sampling && sample(self.state.fifo.next()).time_us <= self.state.time_us {
             self.state.fifo.push(sample(self.state.fifo.next()));
         }
-        self.state.is_standing = self.now >= self.stands_at;
+        self.state.snapshot.is_standing = self.now >= self.stands_at;
         if let Some((item, bytes)) = self.state.take_pending() {
             let written = self.write(item, bytes.as_slice());
             self.state.stored(item, written);

@@ -114,7 +114,7 @@ fn all(steps: &mut Steps) -> Result<(), Stop> {
     steps.run("build the command", command("cargo build --release --package host-tools"))?;
     steps.run("build the board's image", target.command(&images::build(VIRTUAL)))?;
     // Logs are not written over, and a flash from an older demo would already know the coefficients.
-    let folder = crate::root().join(FOLDER);
+    let folder = crate::paths::root().join(FOLDER);
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).map_err(|error| Stop::new(format!("{FOLDER}: {error}")))?;
 
@@ -188,7 +188,7 @@ impl Errors {
 /// What a `gmr` with `--json` says.
 fn json(line: &str) -> Result<serde_json::Value, Stop> {
     let output = gmr(line)
-        .current_dir(crate::root())
+        .current_dir(crate::paths::root())
         .stderr(Stdio::inherit())
         .output()
         .map_err(|error| Stop::new(format!("gmr {line}: {error}")))?;
@@ -201,13 +201,13 @@ fn describe_robot() -> Result<(), Stop> {
     let static_w = found["static_states"][0]["mean_w"]
         .as_f64()
         .ok_or_else(|| Stop::new("gmr inspect found no standstill in the recorded drive"))?;
-    let burger = crate::root().join("host-tools/robots/burger.toml");
+    let burger = crate::paths::root().join("host-tools/robots/burger.toml");
     let write = || -> std::io::Result<()> {
         let robot = fs::read_to_string(&burger)?;
         // Before the first section.
         let line = format!("static_power_w = {static_w:.4}\n\n[");
         fs::write(
-            crate::root().join(FOLDER).join("robot.toml"),
+            crate::paths::root().join(FOLDER).join("robot.toml"),
             robot.replacen("\n[", &format!("\n{line}"), 1),
         )
     };
@@ -234,13 +234,13 @@ impl Board {
         let line = format!(
             "board --speed {SPEED} --wait --link @/link --flash @/flash.bin --image @image {arguments}"
         );
-        let folder = crate::root().join(FOLDER);
+        let folder = crate::paths::root().join(FOLDER);
         let said = folder.join("board.log");
         let link = folder.join("link");
         let _ = fs::remove_file(&link);
         let log = File::create(&said).map_err(|error| Stop::new(format!("{}: {error}", said.display())))?;
         let mut board = gmr(&line);
-        board.current_dir(crate::root()).stdin(Stdio::null()).stdout(Stdio::null()).stderr(log);
+        board.current_dir(crate::paths::root()).stdin(Stdio::null()).stdout(Stdio::null()).stderr(log);
         println!("   gmr {line}");
         let process = board.spawn().map_err(|error| Stop::new(format!("gmr board: {error}")))?;
         let mut board = Self { process, said };
@@ -281,7 +281,7 @@ impl Drop for Board {
 }
 
 fn gmr(arguments: &str) -> Command {
-    let mut command = Command::new(crate::target_folder().join("release/gmr"));
+    let mut command = Command::new(crate::paths::target_folder().join("release/gmr"));
     command.args(arguments.split_whitespace().map(in_folder));
     command
 }

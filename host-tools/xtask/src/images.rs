@@ -16,5 +16,5 @@ pub(crate) fn build(name: &str) -> String {
 
 /// Where it is.
 pub(crate) fn path(name: &str) -> PathBuf {
-    crate::target_folder().join(TARGET).join("release").join(name)
+    crate::paths::target_folder().join(TARGET).join("release").join(name)
 }

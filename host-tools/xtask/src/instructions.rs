@@ -78,7 +78,7 @@ pub(crate) fn run(steps: &mut Steps) -> Result<(), Stop> {
 }
 
 fn count() -> Result<(), Stop> {
-    let image = crate::target_folder().join(TARGET).join("release/cost");
+    let image = crate::paths::target_folder().join(TARGET).join("release/cost");
     no_heap(&image)?;
     let mut words = EMULATOR.split_whitespace();
     let mut emulator = Command::new(words.next().unwrap_or_default());
@@ -123,7 +123,7 @@ const HEAD: &str = "\
 
 /// Says which figures are not the committed ones, or commits these. Another compiler may well find others: that is no failure.
 fn compare_with_committed(measured: &[Measured]) -> Result<(), Stop> {
-    let file = crate::root().join(COMMITTED);
+    let file = crate::paths::root().join(COMMITTED);
     let refused = |error: std::io::Error| Stop::new(format!("{COMMITTED}: {error}"));
     if std::env::var_os("GMR_BLESS").is_some() {
         let lines: String = measured.iter().map(|figures| figures.to_line() + "\n").collect();

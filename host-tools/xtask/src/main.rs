@@ -1,15 +1,16 @@
 //! `cargo xtask demo | test | bench | size`: sets up what it needs, then runs a list of commands.
 
 mod bench;
+mod circles;
 mod demo;
 mod images;
 mod instructions;
+mod paths;
 mod set_up;
 mod size;
 mod steps;
 mod test;
 
-use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 const USAGE: &str = "\
@@ -19,6 +20,8 @@ usage: cargo xtask <command>
   demo   record, fit, flash and estimate on the virtual board; plots go to demo-output/
   bench [accuracy | fit-speed | instructions]
          the figures of the README, measured again; minutes
+  circles
+         files of a crate that need each other, and rooms that need those above them: part of test
   size [--json]
          flash, static RAM and stack of the firmware's images, against their limits
 
@@ -37,6 +40,13 @@ fn main() -> ExitCode {
             };
             reached
         }
+        ["circles"] => {
+            let result = circles::check();
+            if let Err(stop) = &result {
+                println!("   {stop}");
+            }
+            result.is_ok()
+        }
         ["size"] => size::run(false),
         ["size", "--json"] => size::run(true),
         ["help" | "--help" | "-h"] => {
@@ -49,15 +59,4 @@ fn main() -> ExitCode {
         }
     };
     if done { ExitCode::SUCCESS } else { ExitCode::FAILURE }
-}
-
-/// The workspace's directory.
-fn root() -> PathBuf {
-    let manifest = Path::new(env!("CARGO_MANIFEST_DIR"));
-    manifest.ancestors().nth(2).unwrap_or(manifest).to_owned()
-}
-
-/// Where cargo puts what it builds.
-fn target_folder() -> PathBuf {
-    root().join(std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()))
 }

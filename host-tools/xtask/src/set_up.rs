@@ -57,7 +57,7 @@ pub(crate) fn target() -> Result<TargetCargo, Stop> {
         )),
         Err(stop) => stop,
     };
-    if !crate::root().join(FALLBACK).exists() {
+    if !crate::paths::root().join(FALLBACK).exists() {
         return Err(stop);
     }
     println!("   {stop}\n   building core from the distribution's sources instead");
@@ -125,7 +125,7 @@ pub(crate) fn cargo_deny() -> Result<PathBuf, Stop> {
     if answer("cargo-deny --version").is_some() {
         return Ok("cargo-deny".into());
     }
-    let folder = crate::target_folder().join("tools");
+    let folder = crate::paths::target_folder().join("tools");
     let program = folder.join("bin/cargo-deny");
     if Command::new(&program).arg("--version").output().is_ok_and(|output| output.status.success()) {
         return Ok(program);
@@ -147,7 +147,7 @@ pub(crate) fn cargo_deny() -> Result<PathBuf, Stop> {
 fn obtain(mut command: Command) -> Result<(), Stop> {
     let line = command_line(&command);
     println!("   {line}");
-    let status = command.env("DEBIAN_FRONTEND", "noninteractive").current_dir(crate::root()).status();
+    let status = command.env("DEBIAN_FRONTEND", "noninteractive").current_dir(crate::paths::root()).status();
     match status {
         Ok(status) if status.success() => Ok(()),
         Ok(status) => Err(Stop::new(format!("{line}\n   {status}"))),

@@ -58,7 +58,7 @@ impl Steps {
         let started = announce(name);
         let line = command_line(&command);
         println!("   {line}");
-        command.current_dir(crate::root()).stdout(Stdio::piped());
+        command.current_dir(crate::paths::root()).stdout(Stdio::piped());
         let mut child = command.spawn().map_err(|error| Stop::new(format!("{line}\n   {error}")))?;
         self.echo(&mut child);
         let status = child.wait().map_err(|error| Stop::new(format!("{line}\n   {error}")))?;
@@ -75,7 +75,7 @@ impl Steps {
     ) -> Result<(), Stop> {
         let line = command_line(&beside);
         println!("\n── beside\n   {line}");
-        beside.current_dir(crate::root()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        beside.current_dir(crate::paths::root()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let child = beside.spawn().map_err(|error| Stop::new(format!("{line}\n   {error}")))?;
         // Read to its end all the time: a pipe that nobody empties would stop it.
         let reader = std::thread::spawn(|| child.wait_with_output());
@@ -157,7 +157,7 @@ pub(crate) fn command(line: &str) -> Command {
 
 /// What `command` says on standard output, or nothing when it cannot run or fails.
 pub(crate) fn answer(line: &str) -> Option<String> {
-    let output = command(line).current_dir(crate::root()).stderr(Stdio::null()).output().ok()?;
+    let output = command(line).current_dir(crate::paths::root()).stderr(Stdio::null()).output().ok()?;
     output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 

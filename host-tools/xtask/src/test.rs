@@ -2,6 +2,7 @@
 
 use std::process::Command;
 
+use crate::circles;
 use crate::images;
 use crate::set_up::{self, TARGET, TargetCargo};
 use crate::steps::{Steps, Stop, command, command_line};
@@ -49,6 +50,7 @@ fn all(steps: &mut Steps) -> Result<(), Stop> {
     let target = target.ok_or_else(|| Stop::new("no target"))?;
 
     steps.run("format", command("cargo fmt --all --check"))?;
+    steps.work("no circles between files", circles::check)?;
     steps.run(
         "lints, host",
         command(&format!("cargo clippy --workspace --all-targets {HOST_FEATURES} -- -D warnings")),
@@ -136,7 +138,7 @@ fn fails_with(target: &TargetCargo, arguments: &str, expected: &str) -> Result<(
     let line = command_line(&command);
     println!("   {line}");
     let output = command
-        .current_dir(crate::root())
+        .current_dir(crate::paths::root())
         .output()
         .map_err(|error| Stop::new(format!("{line}\n   {error}")))?;
     let said = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
@@ -154,7 +156,7 @@ fn fails_with(target: &TargetCargo, arguments: &str, expected: &str) -> Result<(
 ///
 /// The emulated core has both and would not show the fault that a board reports (.cargo/config.toml, -fp64).
 fn no_double_precision() -> Result<(), Stop> {
-    let image = crate::target_folder().join(TARGET).join("release/no-panic");
+    let image = crate::paths::target_folder().join(TARGET).join("release/no-panic");
     let bytes = std::fs::read(&image).map_err(|error| Stop::new(format!("{}: {error}", image.display())))?;
     let multiplication = b"__aeabi_dmul";
     if bytes.windows(multiplication.len()).any(|window| window == multiplication) {

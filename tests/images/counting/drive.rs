@@ -3,7 +3,10 @@
 use model_core::estimator::Sample;
 use model_core::kinematics::MassMatrix;
 
-use super::{PERIOD_S, SAMPLES, WHEELS};
+pub(super) const WHEELS: usize = 2;
+pub(super) const PERIOD_S: f64 = 0.005;
+pub(super) const SECONDS: usize = 80;
+pub(super) const SAMPLES: usize = SECONDS * 200;
 
 /// Wheel speeds to reach one after the other, each held for [`LEG_SAMPLES`], rad/s.
 const LEGS: [[f32; WHEELS]; 10] = [

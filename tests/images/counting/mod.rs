@@ -19,13 +19,9 @@ use model_core::torque::{Drive, TorqueModel};
 use semihosting::println;
 
 use counter::Counter;
-use drive::Profile;
+use drive::{PERIOD_S, Profile, SAMPLES, SECONDS, WHEELS};
 
-const WHEELS: usize = 2;
-const PERIOD_S: f64 = 0.005;
 const WINDOW: usize = 25;
-const SECONDS: usize = 80;
-const SAMPLES: usize = SECONDS * 200;
 
 /// False where the counter does not count instructions.
 pub(crate) fn run() -> bool {

@@ -5,18 +5,20 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::control_table::{END, REGISTERS, UPLOAD_BYTES};
+use crate::estimation::Changes;
+use crate::measurement::{Snapshot, WheelSnapshot};
 use crate::power_sensors::{self, Health};
 use crate::record::Record;
-use crate::wheels::WheelHealth;
+use crate::wheels::{ServoCounters, WheelHealth};
 
 /// A state in which nothing is zero that can be something else.
 fn state() -> State<20> {
     let mut state = State::<20>::new(200, 25);
     state.time_us = 0x0001_0203_0405_0607;
-    for (i, rail) in (1_u8..).zip(&mut state.rails) {
+    for (i, rail) in (1_u8..).zip(&mut state.snapshot.rails) {
         let value = f32::from(i);
         let count = u32::from(i);
-        *rail = Rail {
+        *rail = RailSnapshot {
             power: Some(value),
             voltage: Some(10.0 * value),
             current: Some(100.0 * value),
@@ -30,29 +32,31 @@ fn state() -> State<20> {
                 no_answer: 30 + count,
                 set_up_lost: 40 + count,
             },
+            power_factor: 1.0,
         };
     }
-    state.wheels = [
-        Wheel {
+    state.snapshot.wheels = [
+        WheelSnapshot {
             health: WheelHealth::Alert,
             hardware_error: 0x20,
             speed: Some(1.5),
             acceleration: Some(-2.5),
-            position: -4096,
+            position: Some(-4096),
         },
-        Wheel { health: WheelHealth::Absent, hardware_error: 4, ..Wheel::UNKNOWN },
+        WheelSnapshot { health: WheelHealth::Absent, hardware_error: 4, ..WheelSnapshot::UNKNOWN },
     ];
-    state.estimate.mass = MassEstimate::Known(Mass { mass: 3.0, low: 2.5, high: 3.5 });
-    state.estimate.measured_power = Some(4.5);
-    state.estimate.predicted_power = Some(5.5);
-    state.estimate.measured_energy = 6.5;
-    state.estimate.predicted_energy = 7.5;
-    state.estimate.changes = 2;
-    state.estimate.last_change_us = 0x0807_0605_0403_0201;
-    state.is_standing = true;
+    let estimate = &mut state.snapshot.estimate;
+    estimate.mass = MassEstimate::Known(Mass { mass: 3.0, low: 2.5, high: 3.5 });
+    estimate.measured_power = Some(4.5);
+    estimate.predicted_power = Some(5.5);
+    estimate.measured_energy = Some(6.5);
+    estimate.predicted_energy = Some(7.5);
+    estimate.changes = Changes { count: 2, last_us: Some(0x0807_0605_0403_0201) };
+    state.snapshot.is_standing = true;
+    state.snapshot.samples = 11;
+    state.snapshot.servo_bus = ServoCounters { timeouts: 13, broken: 14, ..ServoCounters::NONE };
     let counters = &mut state.counters;
-    (counters.samples, counters.missed_deadlines) = (11, 12);
-    (counters.servo_timeouts, counters.servo_broken) = (13, 14);
+    counters.missed_deadlines = 12;
     (counters.bus_errors, counters.bus_recoveries) = (15, 16);
     (counters.link_packets, counters.link_broken, counters.store_writes) = (17, 18, 19);
     state.settings.load(Item::Robot, Ok(ItemBytes::new(&[0xA1, 0xA2]).unwrap()));
@@ -153,6 +157,19 @@ fn what_is_unknown_is_no_number() {
     assert_eq!(bytes[748], 1);
     // No item, so nothing stored of it.
     assert_eq!(bytes[838..840], [0, 0]);
+}
+
+/// Nobody knows where a silent servo is; what it said last is the best there is.
+#[test]
+fn a_silent_wheel_stays_where_it_was() {
+    let mut state = State::<1>::new(200, 25);
+    let mut snapshot = Snapshot::UNKNOWN;
+    snapshot.wheels[0].position = Some(7);
+    state.show(snapshot);
+    state.show(Snapshot { samples: 2, ..Snapshot::UNKNOWN });
+    let mut bytes = [0; 8];
+    render(&state, table::WHEEL_POSITION.address, &mut bytes);
+    assert_eq!((bytes[0], bytes[4], state.snapshot.samples), (7, 0, 2));
 }
 
 #[test]

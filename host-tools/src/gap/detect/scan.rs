@@ -5,7 +5,9 @@ use std::sync::Arc;
 use model_core::effects::Term;
 use nalgebra::{DMatrix, DVector};
 
-use crate::effects::{Candidate, Detail, Regressor, Runs, Switched};
+use crate::effects::{
+    Candidate, Detail, PAYLOAD_MISLABEL, Regressor, Runs, STATIC_STEP, SURFACE_SWITCH, Switched,
+};
 use crate::gap::problem::Problem;
 use crate::gap::problem::panel::Panel;
 use crate::gap::problem::solve::Prior;
@@ -57,10 +59,10 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
         let names = wrong.iter().map(|regressor| run_name(problem, regressor).to_owned()).collect();
         let detail = Detail::InRuns { runs: Runs::Named(names), at_s: None };
         let search = chance * wrong.len() as f64;
-        found.push((Candidate::of("payload-mislabel", wrong, (-heaviest, heaviest), detail, search), most));
+        found.push((PAYLOAD_MISLABEL.candidate(wrong, (-heaviest, heaviest), detail, search), most));
     }
 
-    for (id, what) in [("static-step", Switched::Static), ("surface-switch", Switched::Rolling)] {
+    for (entry, what) in [(&STATIC_STEP, Switched::Static), (&SURFACE_SWITCH, Switched::Rolling)] {
         let times = times(problem, state, &panel, &projector, what);
         let limit = match what {
             Switched::Static => f64::INFINITY,
@@ -71,13 +73,7 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
         {
             let detail = Detail::At { at_s: at };
             found.push((
-                Candidate::of(
-                    id,
-                    vec![Regressor::Term(what.from(at))],
-                    (-limit, limit),
-                    detail,
-                    TIME_PENALTY,
-                ),
+                entry.candidate(vec![Regressor::Term(what.from(at))], (-limit, limit), detail, TIME_PENALTY),
                 z.abs(),
             ));
         }
@@ -89,7 +85,7 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
             let search = (TIME_PENALTY + 2.0 * (runs as f64).ln()) * at.iter().flatten().count() as f64;
             let at: Arc<[f64]> = at.iter().map(|at| at.unwrap_or(f64::INFINITY)).collect();
             found.push((
-                Candidate::of(id, vec![Regressor::Switch(what, at)], (-limit, limit), detail, search),
+                entry.candidate(vec![Regressor::Switch(what, at)], (-limit, limit), detail, search),
                 sum,
             ));
         }
@@ -107,7 +103,7 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
                 single.iter().map(|(run, at)| Regressor::InRun(*run, what.from(*at))).collect();
             let search = (TIME_PENALTY + chance) * regressors.len() as f64;
             let most = times.runs.iter().flatten().map(|(_, z)| z.abs()).fold(0.0, f64::max);
-            found.push((Candidate::of(id, regressors, (-limit, limit), detail, search), most));
+            found.push((entry.candidate(regressors, (-limit, limit), detail, search), most));
         }
     }
     found

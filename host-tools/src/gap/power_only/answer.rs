@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::gap::{Squares, at_rest};
 use super::read::PowerRun;
 use super::rests::{Rests, Step};
-use crate::effects::{Candidate, Detail, ENTRIES, NotTestable, Physical};
+use crate::effects::{Detail, ENTRIES, NotTestable, Physical, STATIC_STEP};
 use crate::error::Result;
 use crate::gap::confirm::Confirmed;
 use crate::gap::report::Report;
@@ -20,7 +20,7 @@ use crate::gap::types::{Named, Round, Scored, Status, Verdict};
 use crate::log::speed_column;
 
 /// The one effect that shows.
-const STEP: &str = "static-step";
+const STEP: &str = STATIC_STEP.id;
 
 /// What these logs never tell.
 const CANNOT_KNOW: &str =
@@ -190,7 +190,7 @@ fn kind(members: Vec<(usize, Step)>) -> Kind {
 
 fn named(size_w: f64, std_err_w: f64, detail: Detail) -> Named {
     let any = (f64::NEG_INFINITY, f64::INFINITY);
-    let candidate = Candidate::of(STEP, Vec::new(), any, detail, 0.0);
+    let candidate = STATIC_STEP.candidate(Vec::new(), any, detail, 0.0);
     let physical = Physical { value: size_w, unit: candidate.unit.clone(), std_err: std_err_w };
     Named { candidate, coefficients: vec![size_w], std_errs: vec![std_err_w], physical: Some(physical) }
 }

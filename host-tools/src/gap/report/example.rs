@@ -4,7 +4,7 @@ use model_core::effects::Term;
 use model_core::torque::TorqueModel;
 
 use super::localise::Cell;
-use crate::effects::{Candidate, Detail, NotTestable, Physical, Regressor, Runs, World};
+use crate::effects::{Candidate, Detail, NotTestable, Regressor, Runs, World, physical};
 use crate::gap::confirm::Confirmed;
 use crate::gap::report::Report;
 use crate::gap::split::Split;
@@ -106,7 +106,7 @@ fn named(id: &str, regressors: Vec<Regressor>, unit: &str) -> Named {
     // Wheels of 33 mm, 160 mm apart, behind gears that pass three quarters.
     let torque = TorqueModel { inertia_gain: 4.0 / 3.0, ..TorqueModel::default() };
     let world = World { torque, covariance: DMatrix::zeros(0, 0), forward: Some(0.0165), turn: 0.2 };
-    named.physical = Physical::of(&named.candidate, words::headline(&named), &[], &world);
+    named.physical = physical(&named.candidate, words::headline(&named), &[], &world);
     named
 }
 

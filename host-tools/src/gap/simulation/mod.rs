@@ -21,7 +21,7 @@ use super::confirm;
 use super::runs::RawRun;
 use super::twin::Twin;
 use crate::effects::plant::{Finding, Part, Scene};
-use crate::effects::{Regressor, Switched};
+use crate::effects::{Regressor, Switched, cause};
 use crate::error::Result;
 use crate::gap::report::Report;
 use crate::gap::report::localise::{self, Cell};
@@ -154,7 +154,7 @@ pub fn simulate<const N: usize>(
         };
         let finding =
             Finding { candidate: &named.candidate, coefficients: &named.coefficients, scene: &scene };
-        match finding.part()? {
+        match cause(&finding)? {
             Ok(part) => {
                 ids.push(named.candidate.id.clone());
                 parts.push((part, 0.0));

@@ -61,7 +61,7 @@ fn report(name: &'static str) -> Result<Report, Stop> {
 fn build(target: &TargetCargo, name: &str) -> Result<(), Stop> {
     let mut command: Command = target.command(&format!("{} --quiet", images::build(name)));
     let line = command_line(&command);
-    let status = command.current_dir(crate::root()).status();
+    let status = command.current_dir(crate::paths::root()).status();
     match status {
         Ok(status) if status.success() => Ok(()),
         Ok(status) => Err(Stop::new(format!("{line}\n   {status}"))),

@@ -24,12 +24,12 @@ pub(super) struct Depth {
 /// Runs the image in the emulated chip and looks how much paint is left; `None` where there is no emulator.
 pub(super) fn measure(image: &Path) -> Result<Option<Depth>, Stop> {
     let elsewhere = std::env::var_os("STM32EMU");
-    let emulator = crate::root().join(elsewhere.unwrap_or_else(|| EMULATOR.into()));
+    let emulator = crate::paths::root().join(elsewhere.unwrap_or_else(|| EMULATOR.into()));
     if !emulator.join("emu").exists() {
         return Ok(None);
     }
     let mut command = Command::new(emulator.join("emu"));
-    command.env("PYTHONPATH", &emulator).arg(crate::root().join(SCRIPT)).arg(image);
+    command.env("PYTHONPATH", &emulator).arg(crate::paths::root().join(SCRIPT)).arg(image);
     command.args(["--seconds", &SECONDS.to_string(), "--json"]).stderr(Stdio::inherit());
     let line = command_line(&command);
     let output = command.output().map_err(|error| Stop::new(format!("{line}\n   {error}")))?;

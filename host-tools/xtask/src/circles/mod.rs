@@ -1,0 +1,146 @@
+//! No circle between files of a crate, and arrows between rooms one way.
+//!
+//! A file needs another when its code names something that the other defines, by an import, a path or a macro; what `mod.rs` only
+//! declares or hands on stands where it is defined. Code for tests may look anywhere: it is left out. Methods are found by the
+//! compiler, not by a path, so an `impl` in another file than its type ties only one way.
+
+mod graph;
+mod mentions;
+mod module;
+mod resolve;
+#[cfg(test)]
+mod tests;
+mod tree;
+
+use std::path::{Path, PathBuf};
+
+use crate::steps::Stop;
+use graph::{Arrows, arrows, circles};
+use tree::Tree;
+
+/// Packages, by their folders.
+const PACKAGES: [&str; 5] = ["model-core", "firmware", "host-tools", "host-tools/xtask", "tests"];
+
+/// Rooms of host-tools, and those above them, which they must not need.
+const BELOW: &[(&str, &[&str])] = &[
+    ("numerics", &["gap", "fit", "log", "estimate", "board", "coefficients", "effects", "plant", "cli"]),
+    ("log", &["gap", "fit", "estimate", "board", "virtual_board", "compare", "reproduce", "cli"]),
+    ("coefficients", &["gap", "fit", "estimate", "board", "virtual_board", "compare", "reproduce", "cli"]),
+    ("effects", &["gap", "fit", "estimate", "board", "virtual_board", "compare", "reproduce", "cli"]),
+    ("plant", &["gap", "fit", "estimate", "board", "virtual_board", "compare", "reproduce", "cli"]),
+    ("fit", &["gap", "estimate", "board", "virtual_board", "compare", "reproduce", "cli"]),
+    ("estimate", &["gap", "board", "virtual_board", "compare", "reproduce", "cli"]),
+    ("board", &["gap", "virtual_board", "compare", "reproduce", "cli"]),
+    ("virtual_board", &["gap", "fit", "compare", "reproduce", "cli"]),
+];
+
+/// Folders whose circles are known and still to be mended: said, and no error. One that has none left must go from here.
+const KNOWN: &[&str] = &[
+    "host-tools/src/baselines",
+    "host-tools/src/cli",
+    "host-tools/src/compare",
+    "host-tools/src/fit",
+    "host-tools/src/gap",
+    "host-tools/src/inspect",
+    "host-tools/src/log",
+    "host-tools/src/plant",
+    "host-tools/src/report",
+    "host-tools/src/reproduce",
+    "host-tools/src/robot",
+    "model-core/src",
+];
+
+/// A circle, or an arrow to a room above.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Fault {
+    /// The files that it starts from.
+    files: Vec<PathBuf>,
+    text: String,
+}
+
+/// Says every circle and every arrow that goes up; an error if there is one outside the known folders.
+pub(crate) fn check() -> Result<(), Stop> {
+    let read = |path: &Path| std::fs::read_to_string(crate::paths::root().join(path)).ok();
+    let mut faults = Vec::new();
+    let mut files = 0;
+    for root in PACKAGES.into_iter().flat_map(roots) {
+        let tree = Tree::read(&root, &read).map_err(Stop::new)?;
+        files += tree.files.len();
+        faults.extend(faults_of(&tree));
+    }
+    faults.iter().for_each(|fault| println!("   {}", fault.text));
+    println!("   {files} files, {} circles or arrows to a room above", faults.len());
+    let wrong = judge(&faults, KNOWN);
+    if wrong.is_empty() { Ok(()) } else { Err(Stop::new(wrong.join("\n   "))) }
+}
+
+/// What is wrong: faults outside the known folders, and folders that are known for none.
+fn judge(faults: &[Fault], known: &[&str]) -> Vec<String> {
+    let is_within = |fault: &Fault, folder: &str| fault.files.iter().any(|file| file.starts_with(folder));
+    let fresh = faults.iter().filter(|fault| !known.iter().any(|folder| is_within(fault, folder)));
+    let mended = known.iter().filter(|folder| !faults.iter().any(|fault| is_within(fault, folder)));
+    let fresh = fresh.map(|fault| fault.text.clone());
+    fresh
+        .chain(mended.map(|folder| format!("{folder} has no circle any more: take it from the list")))
+        .collect()
+}
+
+/// Roots of a package's library, programs, tests and benches.
+fn roots(package: &str) -> Vec<PathBuf> {
+    let package = Path::new(package);
+    let folders = ["src", "src/bin", "tests", "benches", "images"].map(|folder| package.join(folder));
+    let mut roots: Vec<PathBuf> = [package.join("src/lib.rs"), package.join("src/main.rs")].into();
+    for folder in &folders[1..] {
+        let Ok(entries) = crate::paths::root().join(folder).read_dir() else { continue };
+        for entry in entries.flatten() {
+            let path = folder.join(entry.file_name());
+            roots.push(if path.extension().is_some() { path } else { path.join("main.rs") });
+        }
+    }
+    roots.retain(|root| {
+        root.extension().is_some_and(|extension| extension == "rs")
+            && crate::paths::root().join(root).is_file()
+    });
+    roots.sort();
+    roots
+}
+
+fn faults_of(tree: &Tree) -> Vec<Fault> {
+    let arrows = arrows(tree);
+    let fault = |files: &[usize], text: String| Fault {
+        files: files.iter().map(|file| tree.files[*file].clone()).collect(),
+        text,
+    };
+    let circles = circles(tree.files.len(), &arrows);
+    let mut faults: Vec<Fault> =
+        circles.iter().map(|circle| fault(circle, circle_text(tree, &arrows, circle))).collect();
+    for (&(from, to), names) in &arrows {
+        let (Some(room), Some(above)) = (room(&tree.files[from]), room(&tree.files[to])) else { continue };
+        let is_above = |&(below, rooms): &(&str, &[&str])| below == room && rooms.contains(&above.as_str());
+        if BELOW.iter().any(is_above) {
+            let tie = arrow_text(tree, from, to, names.iter());
+            faults.push(fault(&[from], format!("{room} must not need {above}: {tie}")));
+        }
+    }
+    faults
+}
+
+fn circle_text(tree: &Tree, arrows: &Arrows, circle: &[usize]) -> String {
+    let within = |(from, to): &(usize, usize)| circle.contains(from) && circle.contains(to);
+    let ties = arrows.iter().filter(|(arrow, _)| within(arrow));
+    let ties =
+        ties.map(|(&(from, to), names)| format!("\n      {}", arrow_text(tree, from, to, names.iter())));
+    format!("a circle of {} files:{}", circle.len(), ties.collect::<String>())
+}
+
+fn arrow_text<'a>(tree: &Tree, from: usize, to: usize, names: impl Iterator<Item = &'a String>) -> String {
+    let names: Vec<&str> = names.map(String::as_str).collect();
+    format!("{} → {} ({})", tree.files[from].display(), tree.files[to].display(), names.join(", "))
+}
+
+/// The folder or file right below host-tools/src.
+fn room(file: &Path) -> Option<String> {
+    let inside = file.strip_prefix("host-tools/src").ok()?;
+    let first = Path::new(inside.components().next()?.as_os_str());
+    Some(first.with_extension("").to_string_lossy().into_owned())
+}
