@@ -7,6 +7,7 @@ use common::{SAMPLE_RATE_HZ, burger, image, sealed, with_number};
 use firmware::control_table::Reason;
 use firmware::items::{CALIBRATION_BYTES, Calibration, ROBOT_BYTES, RobotIdentity, check_coefficients};
 use model_core::coefficients::{Coefficients, Name};
+use model_core::conditioning::Conditioning;
 use model_core::effects::{Cause, Column, Columns, Side, Term};
 use model_core::eq18::Gate;
 use model_core::kinematics::Kinematics;
@@ -162,9 +163,10 @@ fn other_kinds_of_image_are_refused() {
         check(&sealed(image)).err()
     };
     assert_eq!(with_byte(0, b'X'), Some(Reason::NotAnImage));
-    // 2 is with effects: here the checksum stands where their number should.
+    // 2 is with effects: here the checksum stands where their number should. 3 is with traits: here are none.
     assert_eq!(with_byte(4, 2), Some(Reason::Value));
-    assert_eq!(with_byte(4, 3), Some(Reason::Version));
+    assert_eq!(with_byte(4, 3), Some(Reason::Value));
+    assert_eq!(with_byte(4, 4), Some(Reason::Version));
     assert_eq!(with_byte(5, 1), Some(Reason::Version));
     assert_eq!(with_byte(8, 3), Some(Reason::Model));
     assert_eq!(with_byte(9, 2), Some(Reason::Value));
@@ -177,6 +179,7 @@ fn other_kinds_of_image_are_refused() {
         mass_matrix: three.mass_matrix(0.064).unwrap(),
         dead_band: 0.02,
         cutoff_hz: 2.0,
+        conditioning: Conditioning::PLAIN,
         range: MassRange::new(1.0, 6.0).unwrap(),
         static_power: 0.0,
     };
@@ -342,8 +345,8 @@ fn effects_are_taken_as_far_as_the_board_can_run_them() {
         (Cause::Term(Term::GradeAhead), 0.03, None),
         (Cause::Heat(120.0), 0.5, None),
         (Cause::Scale(Side::Right), -0.02, None),
-        (Cause::Delay, 0.3, None),
-        (Cause::Delay, -0.31, Some(Reason::Delay)),
+        (Cause::Delay, 0.5, None),
+        (Cause::Delay, -0.51, Some(Reason::Delay)),
         (Cause::Term(Term::GradeByPitch), 1.3, Some(Reason::Input)),
         (Cause::Temperature(20.0), 0.004, Some(Reason::Input)),
         (Cause::Term(Term::Driver), 0.01, Some(Reason::Input)),

@@ -26,6 +26,16 @@
 //! | 137 + 12 N | 3 | 0 |
 //! | 140 + 12 N | 10 E | a column each: id, which, coefficient, shape |
 //!
+//! Where a torque model says more of the sides, of slip or of the delay ([`Conditioning`]), it is version 3: behind its 7 values
+//! stand these instead of zeros, and columns as in version 2, of which there may be none.
+//!
+//! | offset | what |
+//! |---|---|
+//! | 104 | imbalance of the sides, N·m |
+//! | 108, 112 | slip memory: slip at half of the scrub, relaxation in rad of the wheel |
+//! | 116 | delay of the power behind the speeds, s |
+//! | 120 | 16 bytes, 0 |
+//!
 //! A column's id and "which" are a byte each, its coefficient and shape in single precision. Ids never change their meaning; "which"
 //! and shape are 0 where nothing is said of them:
 //!
@@ -47,12 +57,14 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 
+use crate::conditioning::Conditioning;
 use crate::effects::{Cause, Column, Columns, Encoded, MOST_COLUMNS};
 use crate::eq18::{Gate, REGRESSORS};
 use crate::kinematics::{Kinematics, MassMatrix};
 use crate::model::{MassRange, Model};
 use crate::payload::Noise;
 use crate::real::Real;
+use crate::slip::SlipMemory;
 use crate::torque::{Drive, PARAMETERS, TorqueModel};
 
 /// Longest robot name in bytes.
@@ -63,6 +75,9 @@ pub const VERSION: u16 = 1;
 
 /// Version of the layout of images with effects.
 pub const VERSION_WITH_EFFECTS: u16 = 2;
+
+/// Version of the layout of images whose torque model has traits.
+pub const VERSION_WITH_TRAITS: u16 = 3;
 
 /// Most wheels that an image can hold.
 pub const MOST_WHEELS: usize = 6;
@@ -75,6 +90,8 @@ const HEAD: usize = 136;
 /// Number of columns, and zeros.
 const COLUMNS_HEAD: usize = 4;
 const COLUMN: usize = 10;
+/// Numbers behind a torque model's values that say more of it.
+const TRAITS: usize = REGRESSORS - PARAMETERS;
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// A robot's name, cut to [`NAME_BYTES`].
@@ -138,6 +155,8 @@ pub struct Robot<T, const N: usize> {
     pub dead_band: T,
     /// Low-pass cutoff for speed and power, Hz.
     pub cutoff_hz: T,
+    /// What else lies between samples and motion.
+    pub conditioning: Conditioning<T>,
     /// Total masses without and with full payload, kg.
     pub range: MassRange<T>,
     /// What the robot draws apart from its drives, W; 0 where actuation power is measured on its own.
@@ -158,6 +177,7 @@ impl<T: Real, const N: usize> Robot<T, N> {
             mass_matrix: kinematics.mass_matrix(gyration_radius).ok()?,
             dead_band: number(self.dead_band),
             cutoff_hz: number(self.cutoff_hz),
+            conditioning: self.conditioning.convert(),
             range: MassRange::new(number(self.range.no_load()), number(self.range.full_load()))?,
             static_power: number(self.static_power),
         })
@@ -261,14 +281,20 @@ impl Reader<'_> {
     }
 
     /// The effects of a robot with so many wheels, in an image of this length.
-    fn columns<T: Real>(&mut self, wheels: usize, length: usize) -> Result<Columns<T>, DecodeError> {
+    fn columns<T: Real>(
+        &mut self,
+        version: u16,
+        wheels: usize,
+        length: usize,
+    ) -> Result<Columns<T>, DecodeError> {
         let wrong = DecodeError::Field("effects");
         let [count, zeros @ ..] = self.take::<COLUMNS_HEAD>()?;
         let count = usize::from(count);
-        if !(1..=MOST_COLUMNS).contains(&count) || zeros != [0; COLUMNS_HEAD - 1] {
+        let fewest = if version == VERSION_WITH_EFFECTS { 1 } else { 0 };
+        if !(fewest..=MOST_COLUMNS).contains(&count) || zeros != [0; COLUMNS_HEAD - 1] {
             return Err(wrong);
         }
-        if length != length_with_effects(wheels, count) {
+        if length != length_of(version, wheels, count) {
             return Err(DecodeError::Truncated);
         }
         let mut list = [Column { cause: Cause::Hot, coefficient: T::ZERO }; MOST_COLUMNS];
@@ -284,30 +310,37 @@ impl Reader<'_> {
     }
 }
 
-const fn length_with_effects(wheels: usize, columns: usize) -> usize {
-    HEAD + 12 * wheels + COLUMNS_HEAD + COLUMN * columns + 4
+const fn length_of(version: u16, wheels: usize, columns: usize) -> usize {
+    let head = if version == VERSION { 0 } else { COLUMNS_HEAD };
+    HEAD + 12 * wheels + head + COLUMN * columns + 4
 }
 
 impl<T: Real, const N: usize> Coefficients<T, N> {
     /// The image, in single precision. `None` for more than [`MOST_WHEELS`] wheels, for what has no model id (ungated products
-    /// with coefficients of their own), and for effects of another model than the signed one.
+    /// with coefficients of their own), and for effects and traits of another model than the signed one. Of the versions that
+    /// have room for all it is the first: older firmware takes it.
     pub fn encode(&self) -> Option<Image> {
-        let plain = self.columns.is_empty();
-        if N > MOST_WHEELS || !(plain || matches!(self.model, Model::Signed { .. })) {
+        let columns = self.columns.len();
+        let traits = self.traits();
+        // As single precision has them.
+        let has_traits = traits.iter().any(|value| value.to_f64() as f32 != 0.0);
+        let is_signed = matches!(self.model, Model::Signed { .. });
+        if N > MOST_WHEELS || !(is_signed || columns == 0 && !has_traits) {
             return None;
         }
-        let (version, length) = if plain {
-            (VERSION, HEAD + 12 * N + 4)
-        } else {
-            (VERSION_WITH_EFFECTS, length_with_effects(N, self.columns.len()))
+        let version = match (has_traits, columns) {
+            (false, 0) => VERSION,
+            (false, _) => VERSION_WITH_EFFECTS,
+            (true, _) => VERSION_WITH_TRAITS,
         };
+        let length = length_of(version, N, columns);
         let (model, drive, values) = match &self.model {
             Model::Eq18 { gate: Gate::Published, beta } => (0, 0, *beta),
             Model::Eq18 { gate: Gate::Corrected, beta } => (1, 0, *beta),
             Model::Eq18 { gate: Gate::Signed, .. } => return None,
             Model::Signed { torque, drive } => {
                 let mut values = [T::ZERO; REGRESSORS];
-                for (place, value) in values.iter_mut().zip(torque.to_array()) {
+                for (place, value) in values.iter_mut().zip(torque.to_array().into_iter().chain(traits)) {
                     *place = value;
                 }
                 (2, u8::from(*drive == Drive::Regenerative), values)
@@ -340,8 +373,8 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         for value in robot.kinematics.rows().iter().flatten() {
             image.put_number(*value);
         }
-        if !plain {
-            image.put(&[self.columns.len() as u8, 0, 0, 0]);
+        if version != VERSION {
+            image.put(&[columns as u8, 0, 0, 0]);
         }
         for column in self.columns.iter() {
             let Encoded { id, which, shape } = column.cause.encode()?;
@@ -354,6 +387,17 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         Some(image)
     }
 
+    /// What version 3 has beyond the first, in its order.
+    fn traits(&self) -> [T; TRAITS] {
+        let Conditioning { slip, delay } = self.robot.conditioning;
+        let imbalance = match &self.model {
+            Model::Signed { torque, .. } => torque.imbalance,
+            Model::Eq18 { .. } => T::ZERO,
+        };
+        let zero = T::ZERO;
+        [imbalance, slip.half_slip, slip.relaxation, delay, zero, zero, zero, zero]
+    }
+
     /// Reads an image back.
     ///
     /// # Errors
@@ -364,8 +408,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
             return Err(DecodeError::NotAnImage);
         }
         let version = reader.half_word()?;
-        let has_effects = version == VERSION_WITH_EFFECTS;
-        if version != VERSION && !has_effects {
+        if !(VERSION..=VERSION_WITH_TRAITS).contains(&version) {
             return Err(DecodeError::Version { found: version });
         }
         let length = usize::from(reader.half_word()?);
@@ -379,7 +422,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         if usize::from(wheels) != N {
             return Err(DecodeError::WheelCount { found: wheels });
         }
-        if !has_effects && length != HEAD + 12 * N + 4 {
+        if version == VERSION && length != length_of(version, N, 0) {
             return Err(DecodeError::Truncated);
         }
         let name = Name(reader.take()?);
@@ -400,24 +443,38 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         for value in &mut values {
             *value = reader.number("coefficients")?;
         }
+        let mut traits = [T::ZERO; TRAITS];
         let model = match model {
             0 => Model::Eq18 { gate: Gate::Published, beta: values },
             1 => Model::Eq18 { gate: Gate::Corrected, beta: values },
             2 => {
                 let mut parameters = [T::ZERO; PARAMETERS];
-                for (place, value) in parameters.iter_mut().zip(values) {
+                let mut all = values.into_iter();
+                for (place, value) in parameters.iter_mut().zip(&mut all) {
                     *place = value;
+                }
+                if version == VERSION_WITH_TRAITS {
+                    for (place, value) in traits.iter_mut().zip(all) {
+                        *place = value;
+                    }
                 }
                 let drive = match drive {
                     0 => Drive::Dissipative,
                     1 => Drive::Regenerative,
                     _ => return Err(DecodeError::Field("drive")),
                 };
-                Model::Signed { torque: TorqueModel::from_array(parameters), drive }
+                let [imbalance, ..] = traits;
+                let torque = TorqueModel { imbalance, ..TorqueModel::from_array(parameters) };
+                Model::Signed { torque, drive }
             }
             found => return Err(DecodeError::UnknownModel { found }),
         };
-        if !model.is_sound() {
+        let [_, half_slip, relaxation, delay, rest @ ..] = traits;
+        let conditioning = Conditioning { slip: SlipMemory { half_slip, relaxation }, delay };
+        // One image for the same coefficients: without traits it is of an older version.
+        let is_canonical = version != VERSION_WITH_TRAITS || traits.iter().any(|value| *value != T::ZERO);
+        let is_known = rest.iter().all(|value| *value == T::ZERO);
+        if !(model.is_sound() && conditioning.is_sound() && is_canonical && is_known) {
             return Err(DecodeError::Field("coefficients"));
         }
         let mut rows = [[T::ZERO; N]; 3];
@@ -433,10 +490,14 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
             });
         let mass_matrix =
             kinematics.mass_matrix(gyration_radius).map_err(|_| DecodeError::Field("gyration_radius_m"))?;
-        let columns = if has_effects { reader.columns(N, length)? } else { Columns::NONE };
-        if has_effects && !matches!(model, Model::Signed { .. }) {
-            return Err(DecodeError::Field("effects"));
-        }
+        let columns = if version == VERSION {
+            Columns::NONE
+        } else {
+            if !matches!(model, Model::Signed { .. }) {
+                return Err(DecodeError::Field("effects"));
+            }
+            reader.columns(version, N, length)?
+        };
         Ok(Self {
             robot: Robot {
                 name,
@@ -445,6 +506,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
                 mass_matrix,
                 dead_band,
                 cutoff_hz,
+                conditioning,
                 range,
                 static_power,
             },
@@ -459,10 +521,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         let number = |value: T| U::from_f64(value.to_f64());
         let model = match &self.model {
             Model::Eq18 { gate, beta } => Model::Eq18 { gate: *gate, beta: beta.map(number) },
-            Model::Signed { torque, drive } => Model::Signed {
-                torque: TorqueModel::from_array(torque.to_array().map(number)),
-                drive: *drive,
-            },
+            Model::Signed { torque, drive } => Model::Signed { torque: torque.convert(), drive: *drive },
         };
         Some(Coefficients {
             robot: self.robot.convert()?,

@@ -1,6 +1,7 @@
 //! The one pipeline that board and host run: sample → filter → motion → model → payload → estimate.
 
 use crate::coefficients::{Coefficients, Robot};
+use crate::delay::DelayLine;
 use crate::effects::live::{Additions, Answer, Outside};
 use crate::energy::Energy;
 use crate::filter::{Channel, InvalidCutoff, LowPass};
@@ -12,6 +13,7 @@ use crate::payload::ring::Ring;
 use crate::payload::schedule::{Schedule, Timeline};
 use crate::payload::{Bucket, MassEstimate, Method, Unknown, total};
 use crate::real::Real;
+use crate::slip::{Slip, SlipMemory};
 
 /// One measurement.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,9 +59,21 @@ pub struct Conditioned<T, const N: usize> {
     pub settled: bool,
 }
 
+/// Why coefficients cannot run at a sample rate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Unfit {
+    /// The filter's cutoff is none at this sample rate.
+    Cutoff(InvalidCutoff),
+    /// Effects act on the torques of the signed model: this one has none.
+    Model,
+    /// A delay that the samples kept do not reach.
+    Delay,
+}
+
 /// Filters speed and power alike (Section 7.1) and forms the wheels' motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Conditioner<T, const N: usize> {
+    line: DelayLine<T, N>,
     filter: LowPass<T>,
     mass_matrix: MassMatrix<T, N>,
     dead_band: T,
@@ -68,6 +82,8 @@ pub struct Conditioner<T, const N: usize> {
     speeds: [Channel<T>; N],
     accelerations: [Channel<T>; N],
     power: Channel<T>,
+    memory: SlipMemory<T>,
+    slip: Slip<T>,
     /// Samples until the filter has settled.
     unsettled: u32,
     /// Since the last finite sample, s; for ever where there was none.
@@ -83,18 +99,27 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
     /// For samples `period_s` apart of this robot.
     ///
     /// # Errors
-    /// A filter cutoff that this sample rate cannot have.
+    /// A filter cutoff that this sample rate cannot have, or a delay that is too long for it.
+    pub fn new(robot: &Robot<T, N>, period_s: f64) -> Result<Self, Unfit> {
+        Self::with_delay(robot, robot.conditioning.delay, period_s)
+    }
+
+    /// The same with another delay of the power behind the speeds, s.
     // Set up once: inlined into every estimator of a board it takes six kilobytes of its flash.
     #[inline(never)]
-    pub fn new(robot: &Robot<T, N>, period_s: f64) -> Result<Self, InvalidCutoff> {
+    fn with_delay(robot: &Robot<T, N>, delay: T, period_s: f64) -> Result<Self, Unfit> {
+        let longest_step = T::from_f64(GAP_PERIODS * period_s);
         Ok(Self {
-            filter: LowPass::new(robot.cutoff_hz.to_f64(), period_s)?,
+            line: DelayLine::new(delay, period_s, longest_step).ok_or(Unfit::Delay)?,
+            filter: LowPass::new(robot.cutoff_hz.to_f64(), period_s).map_err(Unfit::Cutoff)?,
             mass_matrix: robot.mass_matrix,
             dead_band: robot.dead_band,
-            longest_step: T::from_f64(GAP_PERIODS * period_s),
+            longest_step,
             speeds: [Channel::default(); N],
             accelerations: [Channel::default(); N],
             power: Channel::default(),
+            memory: robot.conditioning.slip,
+            slip: Slip::default(),
             unsettled: 0,
             waited: T::INFINITY,
             follows_within: -T::ONE,
@@ -112,8 +137,15 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
     /// measured, at most a longest step.
     #[inline(always)]
     fn condition(&mut self, sample: &Sample<T, N>, elapsed: T) -> Option<(Conditioned<T, N>, T)> {
+        let aligned;
+        let sample = if self.line.is_off() {
+            sample
+        } else {
+            aligned = self.line.push(sample, elapsed);
+            &aligned
+        };
         let nought = sample.nought();
-        let mut held = elapsed;
+        let (mut held, mut since) = (elapsed, elapsed);
         // One comparison for two questions: with what is no number it fails as well.
         let follows = elapsed >= T::ZERO && elapsed + nought <= self.follows_within;
         if !follows {
@@ -127,6 +159,7 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
                 self.settle(sample);
                 held = T::ZERO.at_least(elapsed).at_most(self.longest_step);
             }
+            since = if is_gap { T::NAN } else { self.waited };
             self.waited = T::ZERO;
             self.follows_within = self.longest_step;
         }
@@ -152,12 +185,26 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
                 *value = self.filter.step(channel, *input).value;
             }
         }
-        let conditioned = Conditioned {
-            motion: Motion::new(&speed, &acceleration, &self.mass_matrix, self.dead_band),
-            power,
-            settled,
-        };
+        let conditioned = Conditioned { motion: self.motion(&speed, &acceleration, since), power, settled };
         Some((conditioned, held))
+    }
+
+    /// The wheels at these filtered speeds, `since` s after the sample before; no number behind a gap.
+    #[inline(always)]
+    fn motion(&mut self, speed: &[T; N], acceleration: &[T; N], since: T) -> Motion<T, N> {
+        match self.mass_matrix.sides() {
+            Some(sides) if !self.memory.is_off() => {
+                let rims = sides.rims(speed);
+                let slip = if since >= T::ZERO {
+                    self.memory.step(&mut self.slip, &rims, since)
+                } else {
+                    self.memory.settle(&mut self.slip, &rims)
+                };
+                let scrub = sides.scrub(slip);
+                Motion::with_scrub(speed, acceleration, &scrub, &self.mass_matrix, self.dead_band)
+            }
+            _ => Motion::new(speed, acceleration, &self.mass_matrix, self.dead_band),
+        }
     }
 
     #[cold]
@@ -240,10 +287,12 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     /// Of coefficients; their effects are to be given with every sample ([`Self::push_with`]).
     ///
     /// # Errors
-    /// A filter cutoff that this sample rate cannot have.
-    pub fn new(coefficients: &Coefficients<T, N>, method: M, timing: &Timing) -> Result<Self, InvalidCutoff> {
+    /// A filter cutoff that this sample rate cannot have, or a delay that is too long for it.
+    pub fn new(coefficients: &Coefficients<T, N>, method: M, timing: &Timing) -> Result<Self, Unfit> {
+        let Coefficients { robot, columns, .. } = coefficients;
+        let delay = robot.conditioning.delay + columns.delay();
         Ok(Self {
-            conditioner: Conditioner::new(&coefficients.robot, timing.period_s)?,
+            conditioner: Conditioner::with_delay(robot, delay, timing.period_s)?,
             model: coefficients.model,
             range: coefficients.robot.range,
             method,

@@ -1,6 +1,7 @@
 //! Wheel speeds to body motion: ζ = R w (Section 4.4), and the mass matrix at the wheels, M'' of Eq. 18.
 
 use crate::real::Real;
+use crate::slip::Rims;
 
 /// Motion of the body in its own frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -144,7 +145,73 @@ impl<T: Real, const N: usize> Kinematics<T, N> {
         }
         let most = omega.iter().fold(T::ZERO, |most, entry| most.at_least(entry.abs()));
         let turn = omega.map(|entry| if self.scrubs && most > T::ZERO { entry / most } else { T::ZERO });
-        Ok(MassMatrix { rows, turn, scrubs: self.scrubs })
+        let sides = self.sides();
+        Ok(MassMatrix {
+            rows,
+            turn,
+            scrubs: self.scrubs,
+            sides: sides.unwrap_or(Sides::NONE),
+            two_sided: sides.is_some(),
+        })
+    }
+
+    /// The two sides of differential drive and skid steer. `None` for wheels that move the robot sideways, for one that has no
+    /// part in driving ahead or in turning, and for wheels all on one side.
+    pub fn sides(&self) -> Option<Sides<T, N>> {
+        let [vx, vy, omega] = &self.rows;
+        let most = omega.iter().fold(T::ZERO, |most, entry| most.at_least(entry.abs()));
+        let (mut left, mut right) = (T::ZERO, T::ZERO);
+        let mut sides =
+            Sides { side: [T::ZERO; N], turn: omega.map(|entry| entry / most), weight: [T::ZERO; N] };
+        for (((side, forward), sideways), turn) in sides.side.iter_mut().zip(vx).zip(vy).zip(omega) {
+            // Forward turning wheels on the left turn the robot clockwise: their entry is negative.
+            *side = (*forward * *turn).sign();
+            if *sideways != T::ZERO || *side == T::ZERO {
+                return None;
+            }
+            let count = if *side > T::ZERO { &mut right } else { &mut left };
+            *count += T::ONE;
+        }
+        if left == T::ZERO || right == T::ZERO {
+            return None;
+        }
+        for ((weight, side), forward) in sides.weight.iter_mut().zip(&sides.side).zip(vx) {
+            *weight = forward.sign() / if *side > T::ZERO { right } else { left };
+        }
+        Some(sides)
+    }
+}
+
+/// The two sides of a robot that turns by a difference of their wheels' speeds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sides<T, const N: usize> {
+    /// −1 for wheels on the left, 1 for those on the right.
+    side: [T; N],
+    /// Row ω of R over its largest entry.
+    turn: [T; N],
+    /// What a wheel's speed adds to the mean of its side.
+    weight: [T; N],
+}
+
+impl<T: Real, const N: usize> Sides<T, N> {
+    const NONE: Self = Self { side: [T::ZERO; N], turn: [T::ZERO; N], weight: [T::ZERO; N] };
+
+    /// How both sides turn at these wheel speeds (rad/s).
+    #[inline]
+    pub fn rims(&self, wheel_speed: &[T; N]) -> Rims<T> {
+        let (mut difference, mut sum) = (T::NOTHING, T::NOTHING);
+        for ((side, weight), speed) in self.side.iter().zip(&self.weight).zip(wheel_speed) {
+            let part = *weight * *speed;
+            sum += part;
+            difference += *side * part;
+        }
+        Rims { difference, mean: (sum * T::HALF).abs() }
+    }
+
+    /// σ of each wheel where the share `slip` (−1 … 1) of the turn's scrub is there.
+    #[inline]
+    pub fn scrub(&self, slip: T) -> [T; N] {
+        self.turn.map(|share| share * slip)
     }
 }
 
@@ -155,9 +222,23 @@ pub struct MassMatrix<T, const N: usize> {
     /// Row ω of R over its largest entry where the wheels scrub; zeros where they do not.
     turn: [T; N],
     scrubs: bool,
+    sides: Sides<T, N>,
+    two_sided: bool,
 }
 
 impl<T: Real, const N: usize> MassMatrix<T, N> {
+    /// −1 for wheels on the left, 1 for those on the right; zeros where the robot has no two sides.
+    #[inline]
+    pub fn side(&self) -> &[T; N] {
+        &self.sides.side
+    }
+
+    /// The two sides, where the robot has two.
+    #[inline]
+    pub fn sides(&self) -> Option<&Sides<T, N>> {
+        self.two_sided.then_some(&self.sides)
+    }
+
     /// K = M'' a: inertial torque at each wheel per kilogram (N·m/kg) for wheel accelerations in rad/s².
     #[inline]
     pub fn torque_per_kg(&self, wheel_acceleration: &[T; N]) -> [T; N] {

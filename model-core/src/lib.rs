@@ -12,6 +12,8 @@
 extern crate std;
 
 pub mod coefficients;
+pub mod conditioning;
+pub mod delay;
 pub mod effects;
 pub mod energy;
 pub mod eq18;
@@ -25,4 +27,5 @@ pub mod plausibility;
 pub mod polynomial;
 pub mod quadratic;
 pub mod real;
+pub mod slip;
 pub mod torque;

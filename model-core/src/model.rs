@@ -141,12 +141,12 @@ impl<T: Real> Model<T> {
         (mass > T::ZERO && power.is_finite()).then_some(power)
     }
 
-    /// Whether every coefficient is finite and, as Eq. 20 demands, not negative.
+    /// Whether every coefficient is finite and, as Eq. 20 demands, not negative; the imbalance of the sides has either sign.
     pub fn is_sound(&self) -> bool {
         let sound = |values: &[T]| values.iter().all(|value| value.is_finite() && *value >= T::ZERO);
         match self {
             Model::Eq18 { beta, .. } => sound(beta),
-            Model::Signed { torque, .. } => sound(&torque.to_array()),
+            Model::Signed { torque, .. } => sound(&torque.to_array()) && torque.imbalance.is_finite(),
         }
     }
 }

@@ -16,6 +16,8 @@ pub struct Wheel<T> {
     pub direction: T,
     /// σ: share of the turn's scrub, −1 … 1; 0 where the wheels do not scrub, within the dead band, and straight ahead.
     pub scrub: T,
+    /// h of a wheel on the right, −h of one on the left; 0 where the robot has no two sides, and within the dead band.
+    pub side: T,
 }
 
 /// All wheels of a robot at one instant.
@@ -31,16 +33,32 @@ impl<T: Real, const N: usize> Motion<T, N> {
     /// A wheel slower than `dead_band` (rad/s) is at rest: friction has no sign there, and its power is taken as
     /// nought. Without the band the sign of friction follows the noise of a standing wheel, which biases the winding
     /// loss and Coulomb friction of a fit.
+    ///
+    /// The scrub follows the sign of the turn; where its memory is known, [`Self::with_scrub`] takes it.
     #[inline]
     pub fn new(speed: &[T; N], acceleration: &[T; N], mass_matrix: &MassMatrix<T, N>, dead_band: T) -> Self {
-        let torque = mass_matrix.torque_per_kg(acceleration);
         let scrub = mass_matrix.scrub(speed, dead_band);
+        Self::with_scrub(speed, acceleration, &scrub, mass_matrix, dead_band)
+    }
+
+    /// The same with σ of every wheel, as [`crate::kinematics::Sides::scrub`] gives it for a share that is there.
+    #[inline]
+    pub fn with_scrub(
+        speed: &[T; N],
+        acceleration: &[T; N],
+        scrub: &[T; N],
+        mass_matrix: &MassMatrix<T, N>,
+        dead_band: T,
+    ) -> Self {
+        let torque = mass_matrix.torque_per_kg(acceleration);
         let mut wheels = [Wheel::default(); N];
         let mut slowest = T::INFINITY;
-        let inputs = speed.iter().zip(acceleration).zip(&torque).zip(&scrub);
-        for (wheel, (((&speed, &acceleration), &inertial_torque), &scrub)) in wheels.iter_mut().zip(inputs) {
+        let inputs = speed.iter().zip(acceleration).zip(&torque).zip(scrub).zip(mass_matrix.side());
+        for (wheel, ((((&speed, &acceleration), &inertial_torque), &scrub), &side)) in
+            wheels.iter_mut().zip(inputs)
+        {
             let direction = if speed > T::ZERO { T::ONE } else { -T::ONE };
-            *wheel = Wheel { speed, acceleration, inertial_torque, direction, scrub };
+            *wheel = Wheel { speed, acceleration, inertial_torque, direction, scrub, side: side * direction };
             slowest = slowest.least(speed.abs());
         }
         // Most of the time every wheel turns: one question for all.

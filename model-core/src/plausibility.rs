@@ -5,6 +5,7 @@ use crate::model::Model;
 use crate::motion::Motion;
 use crate::payload::Noise;
 use crate::real::Real;
+use crate::slip::Slip;
 
 /// More than any robot on wheels draws at ordinary speed, W.
 pub const MOST_POWER: f64 = 1e5;
@@ -17,6 +18,13 @@ pub const MOST_DEAD_BAND: f64 = 1.0;
 /// No wheel's radius, nor radius of gyration, is longer, m.
 pub const MOST_LENGTH: f64 = 100.0;
 
+/// A turn on nearly the spot, dimensionless: scrub that is only half there at such a slip is none.
+pub const MOST_HALF_SLIP: f64 = 10.0;
+/// A tyre that rolls so far before its side force is there is none, rad of the wheel.
+pub const MOST_RELAXATION: f64 = 1e3;
+/// No sensor is later, s.
+pub const MOST_DELAY: f64 = 10.0;
+
 /// Wheel speeds at which the power is asked for, rad/s.
 const SPEEDS: [f64; 2] = [1.0, 10.0];
 /// Wheel accelerations at which it is, rad/s².
@@ -27,7 +35,22 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
     /// fast wheels, straight and on the spot, at both ends of the mass range. Overflow is not plausible.
     #[must_use]
     pub fn is_plausible(&self) -> bool {
-        self.robot.is_plausible() && self.noise.is_plausible() && self.has_plausible_powers()
+        self.robot.is_plausible()
+            && self.noise.is_plausible()
+            && self.has_plausible_sides()
+            && self.has_plausible_powers()
+    }
+
+    /// Friction drives no wheel on either side, whatever the robot carries.
+    fn has_plausible_sides(&self) -> bool {
+        match &self.model {
+            Model::Signed { torque, .. } => {
+                let least = torque.coulomb + torque.rolling * self.robot.range.no_load();
+                torque.imbalance == T::ZERO
+                    || (torque.imbalance.abs() <= least && self.robot.mass_matrix.sides().is_some())
+            }
+            Model::Eq18 { .. } => true,
+        }
     }
 
     fn has_plausible_powers(&self) -> bool {
@@ -38,11 +61,9 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         [straight, spin].iter().all(|pattern| {
             SPEEDS.iter().all(|speed| {
                 ACCELERATIONS.iter().all(|acceleration| {
-                    let motion = Motion::new(
+                    let motion = self.robot.settled_motion(
                         &pattern.map(|sign| sign * T::from_f64(*speed)),
                         &pattern.map(|sign| sign * T::from_f64(*acceleration)),
-                        &self.robot.mass_matrix,
-                        self.robot.dead_band,
                     );
                     masses.iter().all(|mass| {
                         let power = self.model.power(&motion, *mass);
@@ -69,7 +90,20 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
 }
 
 impl<T: Real, const N: usize> Robot<T, N> {
+    /// The motion where it has lasted: scrub is all there.
+    fn settled_motion(&self, speed: &[T; N], acceleration: &[T; N]) -> Motion<T, N> {
+        let memory = self.conditioning.slip;
+        match self.mass_matrix.sides() {
+            Some(sides) if !memory.is_off() => {
+                let scrub = sides.scrub(memory.settle(&mut Slip::default(), &sides.rims(speed)));
+                Motion::with_scrub(speed, acceleration, &scrub, &self.mass_matrix, self.dead_band)
+            }
+            _ => Motion::new(speed, acceleration, &self.mass_matrix, self.dead_band),
+        }
+    }
+
     fn is_plausible(&self) -> bool {
+        let slip = self.conditioning.slip;
         let lengths = self.kinematics.rows().iter().flatten();
         lengths.copied().all(|entry| is_within(entry, MOST_LENGTH))
             && is_within(self.gyration_radius, MOST_LENGTH)
@@ -77,6 +111,10 @@ impl<T: Real, const N: usize> Robot<T, N> {
             && self.range.no_load() >= T::from_f64(LEAST_MASS)
             && self.range.full_load() <= T::from_f64(MOST_MASS)
             && is_within(self.static_power, MOST_POWER)
+            && is_within(slip.half_slip, MOST_HALF_SLIP)
+            && is_within(slip.relaxation, MOST_RELAXATION)
+            && (slip.is_off() || self.mass_matrix.sides().is_some())
+            && is_within(self.conditioning.delay, MOST_DELAY)
     }
 }
 

@@ -5,14 +5,17 @@
 //!
 //! Robots whose wheels are dragged sideways in turns (skid steer) have a seventh parameter: τ_i gains b m σ_i, σ_i being the
 //! wheel's share in the turn ([`crate::kinematics::MassMatrix::scrub`]). The power Σ τ_i w_i then holds b m |ω|, and the
-//! winding losses of a spin on the spot, which speeds alone do not explain.
+//! winding losses of a spin on the spot, which speeds alone do not explain. σ follows the sign of the turn, or builds up with the
+//! distance rolled ([`crate::slip`]).
+//!
+//! Where the sides of a robot are not alike, Coulomb's torque is a0 − d on the left and a0 + d on the right.
 
 use crate::eq18::REGRESSORS;
 use crate::motion::{Motion, Wheel};
 use crate::polynomial::Polynomial;
 use crate::real::Real;
 
-/// How many physical parameters there are: six, and the scrub of skid-steered wheels.
+/// How many physical parameters there are that both sides share: six, and the scrub of skid-steered wheels.
 pub const PARAMETERS: usize = 7;
 
 /// How many products the scrub adds to the 15 of Eq. 18.
@@ -21,7 +24,7 @@ pub const SCRUB_PRODUCTS: usize = 6;
 /// The powers of the mass that multiply them.
 pub const SCRUB_POWERS: [u8; SCRUB_PRODUCTS] = [1, 1, 2, 2, 1, 2];
 
-/// The physical parameters, all at least 0.
+/// The physical parameters, all at least 0 but for the last.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct TorqueModel<T> {
     /// a0: Coulomb torque of motor and gear, N·m.
@@ -38,6 +41,8 @@ pub struct TorqueModel<T> {
     pub winding_loss: T,
     /// b: torque at the outermost wheels that a turn takes, per kilogram, N·m/kg; 0 for wheels that do not scrub.
     pub scrub: T,
+    /// d: how much Coulomb torque the right side's wheels have beyond a0, and the left side's lack, N·m; of either sign.
+    pub imbalance: T,
 }
 
 /// Whether the drive can feed power back into the supply.
@@ -82,13 +87,28 @@ impl<T: Real> WheelPower<T> {
 }
 
 impl<T: Real> TorqueModel<T> {
-    /// In the order of the fields.
+    /// In the order of the fields, both sides being alike.
     pub fn from_array(values: [T; PARAMETERS]) -> Self {
         let [coulomb, rolling, viscous, rotor_inertia, inertia_gain, winding_loss, scrub] = values;
-        Self { coulomb, rolling, viscous, rotor_inertia, inertia_gain, winding_loss, scrub }
+        Self {
+            coulomb,
+            rolling,
+            viscous,
+            rotor_inertia,
+            inertia_gain,
+            winding_loss,
+            scrub,
+            imbalance: T::ZERO,
+        }
     }
 
-    /// In the order of the fields.
+    /// The same imbalance of the sides with these values, in the order of the fields.
+    #[must_use]
+    pub fn with_array(self, values: [T; PARAMETERS]) -> Self {
+        Self { imbalance: self.imbalance, ..Self::from_array(values) }
+    }
+
+    /// What both sides share, in the order of the fields.
     pub fn to_array(self) -> [T; PARAMETERS] {
         [
             self.coulomb,
@@ -108,6 +128,7 @@ impl<T: Real> TorqueModel<T> {
             + self.viscous * wheel.speed
             + self.rotor_inertia * wheel.acceleration
             + mass * (self.inertia_gain * wheel.inertial_torque + self.scrub * wheel.scrub)
+            + self.imbalance * wheel.side
     }
 
     /// The part of the torque that passes the gear, N·m/kg: what moves the body, without the rotor and the motor's own friction.
@@ -121,7 +142,8 @@ impl<T: Real> TorqueModel<T> {
     pub(crate) fn parts(&self, wheel: &Wheel<T>) -> [T; 2] {
         let fixed = self.coulomb * wheel.direction
             + self.viscous * wheel.speed
-            + self.rotor_inertia * wheel.acceleration;
+            + self.rotor_inertia * wheel.acceleration
+            + self.imbalance * wheel.side;
         [fixed, self.load_per_kg(wheel)]
     }
 
@@ -141,7 +163,7 @@ impl<T: Real> TorqueModel<T> {
     }
 
     /// β_0 … β_14 of the ungated Eq. 18 ([`crate::eq18::Gate::Signed`]) that equal this model
-    /// away from the clamp, scrub apart.
+    /// away from the clamp, scrub and imbalance apart.
     pub fn expand(&self) -> [T; REGRESSORS] {
         let [a0, a1, g2, g3, g4, k, _] = self.to_array();
         let two = T::TWO;
@@ -187,6 +209,15 @@ impl<T: Real> TorqueModel<T> {
             [o, o, two * k * g4, o, lift, two * g2 * g4, o],
             [o, o, o, two * k * g4, two * k * g3, two * g3 * g4, o],
         ]
+    }
+
+    /// In another precision.
+    pub fn convert<U: Real>(&self) -> TorqueModel<U> {
+        let number = |value: T| U::from_f64(value.to_f64());
+        TorqueModel {
+            imbalance: number(self.imbalance),
+            ..TorqueModel::from_array(self.to_array().map(number))
+        }
     }
 
     /// Coefficients of [`scrub_products`] that add the scrub to [`Self::expand`].

@@ -1,5 +1,5 @@
 //! The coefficient image: what goes in comes out, and what is wrong is named.
-#![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
+#![allow(clippy::unwrap_used, clippy::indexing_slicing, clippy::panic, reason = "tests")]
 
 mod common;
 
@@ -8,11 +8,13 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use model_core::coefficients::{
     Coefficients, DecodeError, LONGEST_IMAGE, NAME_BYTES, Name, Robot, VERSION, VERSION_WITH_EFFECTS,
 };
+use model_core::conditioning::Conditioning;
 use model_core::effects::{Cause, Column, Columns, InvalidColumns, MOST_COLUMNS, Side, Term};
 use model_core::eq18::Gate;
 use model_core::kinematics::Kinematics;
 use model_core::model::{MassRange, Model};
 use model_core::payload::Noise;
+use model_core::slip::SlipMemory;
 use model_core::torque::{Drive, PARAMETERS, TorqueModel};
 use proptest::prelude::*;
 
@@ -82,6 +84,7 @@ fn any_coefficients<const N: usize>() -> impl Strategy<Value = Coefficients<f32,
                     mass_matrix: kinematics.mass_matrix(gyration_radius).unwrap(),
                     dead_band,
                     cutoff_hz,
+                    conditioning: Conditioning::PLAIN,
                     range: MassRange::new(empty, empty + payload).unwrap(),
                     static_power,
                 },
@@ -248,6 +251,7 @@ fn what_no_board_could_run_does_not_come_back() {
             mass_matrix: kinematics.mass_matrix(1.0).unwrap(),
             dead_band: 0.0,
             cutoff_hz: 1.0,
+            conditioning: Conditioning::PLAIN,
             range: two.robot.range,
             static_power: 0.0,
         },
@@ -310,6 +314,7 @@ fn with_columns<const N: usize>(columns: &[Column<f32>]) -> Coefficients<f32, N>
         mass_matrix: kinematics.mass_matrix(two.robot.gyration_radius).unwrap(),
         dead_band: two.robot.dead_band,
         cutoff_hz: two.robot.cutoff_hz,
+        conditioning: Conditioning::PLAIN,
         range: two.robot.range,
         static_power: two.robot.static_power,
     };
@@ -356,6 +361,105 @@ fn the_longest_image_fits_the_upload_window() {
     assert_eq!(image.as_bytes().len(), LONGEST_IMAGE);
     assert_eq!(LONGEST_IMAGE, 256);
     assert_eq!(Coefficients::decode(image.as_bytes()).unwrap(), six);
+}
+
+fn with_traits(columns: &[Column<f32>]) -> Coefficients<f32, 2> {
+    let found = with_columns::<2>(columns);
+    let Model::Signed { torque, drive } = found.model else { panic!("signed") };
+    let slip = SlipMemory { half_slip: 0.126, relaxation: 1.79 };
+    Coefficients {
+        robot: Robot { conditioning: Conditioning { slip, delay: -0.25 }, ..found.robot },
+        model: Model::Signed { torque: TorqueModel { imbalance: -0.02, ..torque }, drive },
+        ..found
+    }
+}
+
+/// Sides, slip memory and delay come back one by one and together, with effects and without; images without them stay what
+/// they were.
+#[test]
+fn every_trait_comes_back() {
+    let all = with_traits(&[]);
+    let with = |slip, delay, own| {
+        let Model::Signed { torque, drive } = all.model else { panic!("signed") };
+        let imbalance = if own { torque.imbalance } else { 0.0 };
+        Coefficients {
+            robot: Robot { conditioning: Conditioning { slip, delay }, ..all.robot },
+            model: Model::Signed { torque: TorqueModel { imbalance, ..torque }, drive },
+            ..all
+        }
+    };
+    let slip = |half_slip, relaxation| SlipMemory { half_slip, relaxation };
+    for single in [
+        with(SlipMemory::OFF, 0.0, true),
+        with(slip(0.5, 0.0), 0.0, false),
+        with(slip(0.0, 2.0), 0.0, false),
+        with(SlipMemory::OFF, 0.3, false),
+        all,
+        with_traits(&columns_of(&[Cause::Hot, Cause::Delay])),
+    ] {
+        let image = single.encode().unwrap();
+        assert_eq!(image.as_bytes()[4], 3);
+        assert_eq!(image.as_bytes().len(), 140 + 24 + 4 + 10 * single.columns.len());
+        assert_eq!(Coefficients::decode(image.as_bytes()).unwrap(), single);
+        let double = Coefficients::<f64, 2>::decode(image.as_bytes()).unwrap();
+        assert_eq!(double, single.convert::<f64>().unwrap());
+        assert_eq!(double.encode().unwrap(), image);
+    }
+    assert_eq!(with(SlipMemory::OFF, 0.0, false).encode().unwrap().as_bytes()[4], 1);
+    // Less than single precision holds is nothing.
+    let Model::Signed { torque, drive } = coefficients().model else { panic!("signed") };
+    let tiny = Model::Signed { torque: TorqueModel { imbalance: 1e-60, ..torque }, drive };
+    assert_eq!(Two { model: tiny, ..coefficients() }.encode().unwrap().as_bytes(), bytes());
+    // The paper's models have no room for them.
+    let beta = Model::Eq18 { gate: Gate::Corrected, beta: [0.1; 15] };
+    assert_eq!(Coefficients { model: beta, ..all }.encode(), None);
+}
+
+#[test]
+fn traits_that_are_wrong_are_named() {
+    let good = with_traits(&columns_of(&[Cause::Delay])).encode().unwrap().as_bytes().to_vec();
+    let forged = |change: &dyn Fn(&mut Vec<u8>)| {
+        let mut bytes = good.clone();
+        change(&mut bytes);
+        let body = bytes.len() - 4;
+        let checksum = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&bytes[..body]);
+        bytes[body..].copy_from_slice(&checksum.to_le_bytes());
+        Two::decode(&bytes)
+    };
+    assert!(forged(&|_| ()).is_ok());
+    let wrong = Err(DecodeError::Field("coefficients"));
+    let put =
+        |offset: usize, value: f32| forged(&|b| b[offset..offset + 4].copy_from_slice(&value.to_le_bytes()));
+    for offset in (104..136).step_by(4) {
+        for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            assert_eq!(put(offset, value), wrong, "{value} at {offset}");
+        }
+    }
+    // Slip and relaxation are not negative; what no version says anything of is 0; traits that are none are no traits.
+    for offset in [108, 112, 120, 124, 128, 132] {
+        assert_eq!(put(offset, -0.5), wrong, "{offset}");
+    }
+    assert!(put(104, -0.5).is_ok() && put(116, 0.5).is_ok());
+    assert_eq!(forged(&|b| b[104..136].fill(0)), wrong);
+    // Older versions say nothing there.
+    let plain = bytes();
+    let read = forged(&|b| b[4] = 2).unwrap();
+    assert_eq!(read.robot.conditioning, Conditioning::PLAIN);
+    assert!(Two::decode(&plain).unwrap().robot.conditioning == Conditioning::PLAIN);
+    // Of the paper's models they would be coefficients.
+    assert_eq!(forged(&|b| b[8] = 1), wrong);
+    for count in [0, 2] {
+        assert_eq!(forged(&|b| b[160] = count), Err(DecodeError::Truncated));
+    }
+    assert_eq!(forged(&|b| b[160] = 5), Err(DecodeError::Field("effects")));
+    for bit in 0..good.len() * 8 {
+        let mut bad = good.clone();
+        bad[bit / 8] ^= 1 << (bit % 8);
+        assert!(Two::decode(&bad).is_err(), "bit {bit}");
+    }
+    for length in 0..good.len() {
+        assert!(Two::decode(&good[..length]).is_err(), "{length}");
+    }
 }
 
 /// Robots in the field have images of the first version: without effects nothing else is written.

@@ -4,6 +4,8 @@
 mod common;
 
 use common::{Rng, coefficients};
+use model_core::coefficients::Robot;
+use model_core::conditioning::Conditioning;
 use model_core::estimator::{Conditioned, Conditioner, Sample};
 use model_core::filter::{Channel, LowPass};
 use proptest::prelude::*;
@@ -156,6 +158,40 @@ proptest! {
             // One rounding a step of a state near the level, amplified by 1/k² ≤ 1e5 at 0.2 Hz.
             prop_assert!((out.value - level).abs() <= 1e-10 * level.abs(), "{:?}", out);
             prop_assert!(out.derivative.abs() <= 1e-7 * level.abs(), "{:?}", out);
+        }
+    }
+}
+
+/// A delay of the power is taken out before the filter: a robot whose power comes later, or earlier, is conditioned as one whose
+/// power comes at once, but for what the cubic through four samples leaves (4 × 10⁻⁹ of these waves). Gaps start it anew.
+#[test]
+fn late_power_is_set_beside_its_speeds() {
+    let at = |time: f64| [3.0 * (1.3 * time).sin(), 2.0 + (0.7 * time).cos(), 1.0 + (2.1 * time).sin()];
+    for delay in [0.2345, -0.1017] {
+        let conditioning = Conditioning { delay, ..Conditioning::PLAIN };
+        let robot = Robot { conditioning, ..coefficients().robot };
+        let (mut late, mut plain) = (Conditioner::new(&robot, PERIOD).unwrap(), conditioner());
+        for i in 0..2600 {
+            let time = f64::from(i) * PERIOD;
+            let of = |speed, power| {
+                let [left, right, _] = at(speed);
+                let [_, _, power] = at(power);
+                Sample { wheel_speed: [left, right], wheel_acceleration: None, power }
+            };
+            let elapsed = if i == 1200 { 9.0 } else { PERIOD };
+            let found = late.push(&of(time, time - delay), elapsed).unwrap();
+            let then = time - delay.max(0.0);
+            let expected = plain.push(&of(then, then.min(time - delay)), elapsed).unwrap();
+            // What was before the first sample and before the gap is not known to the one that has to wait.
+            let is_known = |from: i32| i > from + 1000 && (from > 0 || i < 1200);
+            if is_known(0) || is_known(1200) {
+                let error = (found.power - expected.power).abs();
+                assert!(error < 1e-6, "{delay} {i}: {error}");
+                for (one, other) in found.motion.wheels.iter().zip(&expected.motion.wheels) {
+                    assert!((one.speed - other.speed).abs() < 1e-6, "{delay} {i}");
+                    assert!((one.acceleration - other.acceleration).abs() < 1e-4, "{delay} {i}");
+                }
+            }
         }
     }
 }

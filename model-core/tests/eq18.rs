@@ -78,6 +78,7 @@ fn scale(p: &TorqueModel<f64>, motion: &Motion<f64, 3>, mass: f64) -> f64 {
         inertial_torque: wheel.inertial_torque.abs(),
         direction: 1.0,
         scrub: 0.0,
+        side: 0.0,
     });
     gated_power(p, &positive, mass)
 }
@@ -167,7 +168,8 @@ proptest! {
 /// Where the sign is 0 (constant speed), the gated products vanish with their accelerations.
 #[test]
 fn constant_speed_has_no_inertial_products() {
-    let wheel = Wheel { speed: 2.0, acceleration: 0.0, inertial_torque: 0.0, direction: 1.0, scrub: 0.0 };
+    let wheel =
+        Wheel { speed: 2.0, acceleration: 0.0, inertial_torque: 0.0, direction: 1.0, scrub: 0.0, side: 0.0 };
     for gate in [Gate::Published, Gate::Corrected, Gate::Signed] {
         let products = eq18::products(gate, &Motion { wheels: [wheel] });
         assert_eq!(products, [1.0, 1.0, 1.0, 4.0, 0.0, 0.0, 2.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);

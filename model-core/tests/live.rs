@@ -5,10 +5,10 @@ mod common;
 
 use common::{Rng, burger, coefficients, range, servo};
 use model_core::coefficients::{Coefficients, Robot};
-use model_core::effects::live::{Live, Outside, Unfit};
+use model_core::effects::live::{Live, Outside};
 use model_core::effects::{Cause, Column, Columns, Effect, Extended, Layout, Scene, Side, Term};
 use model_core::eq18::Gate;
-use model_core::estimator::{Estimator, Sample, Timing};
+use model_core::estimator::{Estimator, Sample, Timing, Unfit};
 use model_core::model::Model;
 use model_core::motion::Motion;
 use model_core::payload::Noise;
@@ -247,10 +247,11 @@ fn the_next_run_begins_anew() {
 
 #[test]
 fn what_cannot_run_is_refused() {
-    let refused = |robot: &Coefficients<f64, 2>| Live::new(robot, PERIOD).err();
+    let live = |robot: &Coefficients<f64, 2>| Live::new(robot, PERIOD).err();
+    let refused = |robot: &Coefficients<f64, 2>| live(robot).or(Plain::new(robot, method(), &TIMING).err());
     let delay = |seconds| robot(&[Column { cause: Cause::Delay, coefficient: seconds }]);
-    assert_eq!(refused(&delay(0.61)), None);
-    assert_eq!(refused(&delay(-0.62)), Some(Unfit::Delay));
+    assert_eq!(refused(&delay(1.01)), None);
+    assert_eq!(refused(&delay(-1.02)), Some(Unfit::Delay));
     let eq18 = Coefficients { model: Model::Eq18 { gate: Gate::Corrected, beta: [0.1; 15] }, ..robot(&[]) };
     assert_eq!(refused(&eq18), Some(Unfit::Model));
     let found = robot(&[]);

@@ -24,6 +24,7 @@ fn single(wheel: Wheel<f64>) -> Wheel<f32> {
         inertial_torque: wheel.inertial_torque as f32,
         direction: wheel.direction as f32,
         scrub: 0.0,
+        side: 0.0,
     }
 }
 
@@ -34,6 +35,7 @@ fn double(wheel: Wheel<f32>) -> Wheel<f64> {
         inertial_torque: wheel.inertial_torque.into(),
         direction: wheel.direction.into(),
         scrub: 0.0,
+        side: 0.0,
     }
 }
 
@@ -44,6 +46,7 @@ fn positive(wheel: Wheel<f64>) -> Wheel<f64> {
         inertial_torque: wheel.inertial_torque.abs(),
         direction: 1.0,
         scrub: 0.0,
+        side: 0.0,
     }
 }
 

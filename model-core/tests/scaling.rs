@@ -22,6 +22,7 @@ fn scale(torque: &TorqueModel<f64>, wheel: &Wheel<f64>, mass: f64) -> f64 {
         inertial_torque: wheel.inertial_torque.abs(),
         direction: 1.0,
         scrub: 0.0,
+        side: 0.0,
     };
     torque.wheel_power(&positive, mass)
 }
@@ -39,13 +40,13 @@ proptest! {
             viscous: torque.viscous / (c * c),
             rotor_inertia: torque.rotor_inertia / (c * c),
             inertia_gain: torque.inertia_gain / (c * c),
-            winding_loss: torque.winding_loss * c * c, scrub: 0.0
+            winding_loss: torque.winding_loss * c * c, scrub: 0.0, imbalance: 0.0
         };
         let rescaled = Wheel {
             speed: c * wheel.speed,
             acceleration: c * wheel.acceleration,
             inertial_torque: c * wheel.inertial_torque,
-            direction: wheel.direction, scrub: 0.0
+            direction: wheel.direction, scrub: 0.0, side: 0.0
         };
         let (here, there_power) = (torque.wheel_power(&wheel, mass), there.wheel_power(&rescaled, mass));
         prop_assert!(close(here, there_power, scale(&torque, &wheel, mass), ROUNDING), "{} {}", here, there_power);

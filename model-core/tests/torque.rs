@@ -17,6 +17,7 @@ fn scale(torque: &TorqueModel<f64>, wheel: &Wheel<f64>, mass: f64) -> f64 {
         inertial_torque: wheel.inertial_torque.abs(),
         direction: 1.0,
         scrub: 0.0,
+        side: 0.0,
     };
     torque.wheel_power(&positive, mass)
 }

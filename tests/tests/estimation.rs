@@ -5,6 +5,7 @@
 use firmware::estimation::Estimation;
 use firmware::parameters::{SAMPLE_PERIOD_US, WINDOW_S};
 use model_core::coefficients::{Coefficients, Name, Robot};
+use model_core::conditioning::Conditioning;
 use model_core::effects::Columns;
 use model_core::estimator::{Estimator, Sample, Timing};
 use model_core::kinematics::Kinematics;
@@ -37,6 +38,7 @@ fn coefficients() -> Option<Coefficients<f32, 2>> {
             mass_matrix: kinematics.mass_matrix(power::GYRATION_RADIUS).ok()?,
             dead_band: power::DEAD_BAND,
             cutoff_hz: 2.0,
+            conditioning: Conditioning::PLAIN,
             range: MassRange::new(1.0, 6.0)?,
             static_power: STATIC_W,
         },

@@ -2,6 +2,7 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 use model_core::coefficients::{Coefficients, Name, Robot};
+use model_core::conditioning::Conditioning;
 use model_core::effects::Columns;
 use model_core::estimator::{Estimator, Sample, Timing};
 use model_core::kinematics::Kinematics;
@@ -50,6 +51,7 @@ fn coefficients() -> Option<Coefficients<f32, 2>> {
             mass_matrix: kinematics.mass_matrix(power::GYRATION_RADIUS).ok()?,
             dead_band: power::DEAD_BAND,
             cutoff_hz: CUTOFF_HZ,
+            conditioning: Conditioning::PLAIN,
             range,
             static_power: 0.0,
         },

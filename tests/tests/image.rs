@@ -2,6 +2,7 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 use model_core::coefficients::{Coefficients, DecodeError, Name, Robot};
+use model_core::conditioning::Conditioning;
 use model_core::effects::Columns;
 use model_core::kinematics::Kinematics;
 use model_core::model::{MassRange, Model};
@@ -35,6 +36,7 @@ fn coefficients() -> Option<Coefficients<f32, 2>> {
             mass_matrix: kinematics.mass_matrix(GYRATION_RADIUS).ok()?,
             dead_band: DEAD_BAND,
             cutoff_hz: CUTOFF_HZ,
+            conditioning: Conditioning::PLAIN,
             range: MassRange::new(NO_LOAD, FULL_LOAD)?,
             static_power: STATIC_POWER,
         },

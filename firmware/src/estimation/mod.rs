@@ -11,9 +11,8 @@ mod pipeline;
 pub(crate) mod tests;
 
 use model_core::coefficients::Coefficients;
-use model_core::effects::live::Unfit;
 use model_core::eq18::Gate;
-use model_core::estimator::{Estimate, Sample};
+use model_core::estimator::{Estimate, Sample, Unfit};
 use model_core::model::Model;
 use model_core::payload::{MassEstimate, Unknown};
 

@@ -1,8 +1,8 @@
 //! The estimator that belongs to a model.
 
 use model_core::coefficients::Coefficients;
-use model_core::effects::live::{Live, Outside, Unfit};
-use model_core::estimator::{Estimate, Estimator, Sample, Timing};
+use model_core::effects::live::{Live, Outside};
+use model_core::estimator::{Estimate, Estimator, Sample, Timing, Unfit};
 use model_core::model::Model;
 use model_core::payload::roots::RootMean;
 use model_core::payload::schedule::Schedule;
@@ -44,7 +44,7 @@ impl Pipeline {
         let window = Window { range, noise: coefficients.noise, period: PERIOD_S as f32 };
         Ok(match coefficients.model {
             Model::Signed { .. } => {
-                let estimator = Estimator::new(coefficients, window, &TIMING).map_err(Unfit::Cutoff)?;
+                let estimator = Estimator::new(coefficients, window, &TIMING)?;
                 if coefficients.columns.is_empty() {
                     Self::Window(estimator)
                 } else {
@@ -53,7 +53,7 @@ impl Pipeline {
             }
             Model::Eq18 { .. } => {
                 let roots = RootMean { range };
-                Self::Roots(Estimator::new(coefficients, roots, &TIMING).map_err(Unfit::Cutoff)?)
+                Self::Roots(Estimator::new(coefficients, roots, &TIMING)?)
             }
         })
     }

@@ -1,6 +1,7 @@
 //! The board's estimates against model-core's double precision, fed as the host's replay feeds it.
 
 use model_core::coefficients::{Name, Robot};
+use model_core::conditioning::Conditioning;
 use model_core::effects::live::{Live, Outside};
 use model_core::effects::{Cause, Column, Columns, Side, Term};
 use model_core::estimator::{Estimator, Timing};
@@ -53,6 +54,7 @@ pub(crate) fn coefficients(model: Model<f32>) -> Coefficients<f32, WHEELS> {
             mass_matrix: kinematics.mass_matrix(0.064).unwrap(),
             dead_band: 0.02,
             cutoff_hz: 2.0,
+            conditioning: Conditioning::PLAIN,
             range: MassRange::new(1.0, 6.0).unwrap(),
             static_power: STATIC_W,
         },

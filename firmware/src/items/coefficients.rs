@@ -1,7 +1,7 @@
 //! Whether a board of this robot can use an image of coefficients.
 
 use model_core::coefficients::{Coefficients, DecodeError};
-use model_core::effects::delay::DelayLine;
+use model_core::delay::DelayLine;
 use model_core::filter::LowPass;
 
 use super::RobotIdentity;
@@ -35,7 +35,8 @@ pub fn check_coefficients(
         return Err(Reason::Input);
     }
     let period_s = 1.0 / f64::from(sample_rate_hz);
-    if !DelayLine::<f32, WHEELS>::reaches(coefficients.columns.delay(), period_s) {
+    let delay = coefficients.robot.conditioning.delay + coefficients.columns.delay();
+    if !DelayLine::<f32, WHEELS>::reaches(delay, period_s) {
         return Err(Reason::Delay);
     }
     let cutoff_hz = f64::from(coefficients.robot.cutoff_hz);

@@ -5,7 +5,7 @@ use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::i2c::I2c;
 use embedded_io_async::{Read, Write};
 use model_core::coefficients::Coefficients;
-use model_core::effects::live::Unfit;
+use model_core::estimator::Unfit;
 
 use super::{EstimateSnapshot, RailSnapshot, Snapshot, WheelSnapshot};
 use crate::estimation::{Estimated, Estimation};

@@ -4,6 +4,7 @@
 use crc::{CRC_32_ISO_HDLC, Crc};
 use firmware::items::RobotIdentity;
 use model_core::coefficients::{Coefficients, Robot};
+use model_core::conditioning::Conditioning;
 use model_core::effects::Columns;
 use model_core::kinematics::Kinematics;
 use model_core::model::{MassRange, Model};
@@ -24,6 +25,7 @@ pub(crate) fn burger() -> Coefficients<f32, 2> {
             mass_matrix: kinematics.mass_matrix(identity.gyration_radius).unwrap(),
             dead_band: 0.02,
             cutoff_hz: 2.0,
+            conditioning: Conditioning::PLAIN,
             range: MassRange::new(1.0, 6.0).unwrap(),
             static_power: 0.0,
         },

@@ -46,14 +46,6 @@ impl Listed {
     }
 }
 
-fn mass_text(mass: MassSource) -> &'static str {
-    match mass {
-        MassSource::Given => "given",
-        MassSource::Estimated => "estimated",
-        MassSource::Unused => "unused",
-    }
-}
-
 /// The models of these names: where each comes from, what it assumes and needs.
 pub(super) fn print_list(robot: &Robot, names: &[&str], json: bool) -> Result<()> {
     let mut models = Listed::all(robot);
@@ -65,7 +57,7 @@ pub(super) fn print_list(robot: &Robot, names: &[&str], json: bool) -> Result<()
         println!("{}", model.name);
         println!("    {}", model.source);
         println!("    assumes: {}", model.assumes);
-        println!("    mass: {}", mass_text(model.mass));
+        println!("    mass: {}", model.mass.words());
         if !model.columns.is_empty() {
             println!("    needs: {}", model.columns.join(", "));
         }
@@ -101,7 +93,7 @@ pub(super) fn print_table(robot: &Robot, held_out: bool, comparison: &Comparison
             number(Some(entry.rmse_w), 4),
             entry.samples.to_string(),
             format!("{:.3}", entry.fit_s),
-            mass_text(entry.mass).to_owned(),
+            entry.mass.words().to_owned(),
         ]
     }));
     let widest = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);

@@ -6,8 +6,7 @@ use crate::baselines;
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::progress::CountProgress;
-use crate::reproduce::study::Settings;
-use crate::reproduce::{output, run as reproduce, table};
+use crate::reproduce::{Settings, output, run as reproduce};
 
 /// Arguments of `gmr reproduce`.
 #[derive(clap::Args)]
@@ -51,9 +50,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     };
     output::save(&study, &arguments.out)?;
     if arguments.json {
-        return super::print_json(&output::Figures::of(&study));
+        return super::print_json(&study.json());
     }
-    crate::output::print(format_args!("{}", table::text(&study)));
+    crate::output::print(format_args!("{}", study.text()));
     Ok(())
 }
 

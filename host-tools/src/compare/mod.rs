@@ -35,6 +35,15 @@ impl MassSource {
     pub fn of(card: &Card) -> Self {
         if card.takes_mass { Self::Given } else { Self::Unused }
     }
+
+    /// For tables.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Given => "given",
+            Self::Estimated => "estimated",
+            Self::Unused => "unused",
+        }
+    }
 }
 
 /// One row of the table.

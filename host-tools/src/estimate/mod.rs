@@ -7,8 +7,8 @@ pub mod plot;
 use std::path::Path;
 
 use model_core::coefficients::Coefficients;
-use model_core::effects::live::{Live, Unfit};
-use model_core::estimator::{Estimate, Estimator, Timing};
+use model_core::effects::live::Live;
+use model_core::estimator::{Estimate, Estimator, Timing, Unfit};
 use model_core::model::Model;
 use model_core::payload::roots::RootMean;
 use model_core::payload::schedule::Schedule;
@@ -201,9 +201,9 @@ fn unfit_text<const N: usize>(why: Unfit, coefficients: &Coefficients<f64, N>) -
         }
         Unfit::Model => "effects beside model eq18; expected model signed".to_owned(),
         Unfit::Delay => format!(
-            "sensor-delay of {} s; expected at most {} sample periods, as many as a board keeps",
-            coefficients.columns.delay(),
-            model_core::effects::delay::FRAMES
+            "delay of {} s; expected at most {} sample periods, as many as a board keeps",
+            coefficients.robot.conditioning.delay + coefficients.columns.delay(),
+            model_core::delay::FRAMES
         ),
     }
 }
@@ -254,8 +254,7 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
         // The conditioner's message names file and rate better than the estimator's error could.
         crate::fit::dataset::conditioner(&coefficients.robot, log.file, timing.period_s)?;
         let unfit = |why| Error::failed(unfit_text(why, coefficients)).in_file(log.file);
-        let estimator =
-            Estimator::new(coefficients, method, &timing).map_err(|error| unfit(Unfit::Cutoff(error)))?;
+        let estimator = Estimator::new(coefficients, method, &timing).map_err(unfit)?;
         let live = (!coefficients.columns.is_empty()).then(|| Live::new(coefficients, timing.period_s));
         let live = live.transpose().map_err(unfit)?;
         Ok(Self { log, estimator, live, policy, bucket_s, window_buckets: window })

@@ -10,8 +10,10 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread;
 
 use model_core::coefficients::Robot as CoreRobot;
+use model_core::delay::FRAMES;
 use model_core::eq18::{self, Gate, REGRESSORS};
-use model_core::estimator::Conditioner;
+use model_core::estimator::{Conditioner, Unfit};
+use model_core::filter::InvalidCutoff;
 use model_core::motion::Motion;
 
 use super::cutoff;
@@ -295,14 +297,20 @@ pub fn conditioner<const N: usize>(
         let message = "no two rows belong to one run; expected runs of many rows";
         return Err(Error::failed(message).in_file(file).in_column(crate::log::RUN));
     }
-    Conditioner::new(robot, period_s).map_err(|error| {
-        Error::failed(format!(
-            "sampled at {:.2} Hz, too slow for the filter's cutoff of {} Hz; expected a cutoff below {:.2} Hz \
-             (filter_cutoff_hz in robot.toml)",
-            1.0 / period_s,
-            error.cutoff_hz,
-            error.below_hz
-        ))
-        .in_file(file)
-    })
+    let unfit = |why| {
+        let message = match why {
+            Unfit::Cutoff(InvalidCutoff { cutoff_hz, below_hz }) => format!(
+                "sampled at {:.2} Hz, too slow for the filter's cutoff of {cutoff_hz} Hz; expected a cutoff below \
+                 {below_hz:.2} Hz (filter_cutoff_hz in robot.toml)",
+                1.0 / period_s,
+            ),
+            Unfit::Model | Unfit::Delay => format!(
+                "sampled at {:.2} Hz, too fast for a delay of {} s; expected at most {FRAMES} sample periods",
+                1.0 / period_s,
+                robot.conditioning.delay,
+            ),
+        };
+        Error::failed(message).in_file(file)
+    };
+    Conditioner::new(robot, period_s).map_err(unfit)
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use model_core::coefficients::{Coefficients, Name, Robot as CoreRobot};
+use model_core::conditioning::Conditioning;
 use model_core::effects::Columns;
 use model_core::eq18::REGRESSORS;
 use model_core::kinematics::Kinematics;
@@ -381,6 +382,7 @@ fn core_robot<const N: usize>(section: &RobotSection) -> std::result::Result<Cor
         mass_matrix,
         dead_band: section.speed_dead_band_rad_s,
         cutoff_hz: section.filter_cutoff_hz,
+        conditioning: Conditioning::PLAIN,
         range,
         static_power: section.static_power_w,
     })

@@ -1,6 +1,6 @@
 //! The digital twin: the fitted model, extended by effects, along the wheel speeds of a run.
 
-use model_core::effects::delay::cubic;
+use model_core::delay::cubic;
 use model_core::effects::{Effect, Extended, Heat, Scene, Side, Term};
 use model_core::motion::{Motion, Wheel};
 use model_core::torque::{Drive, PARAMETERS, TorqueModel};
@@ -186,7 +186,7 @@ impl<const N: usize> Twin<'_, N> {
                 let step = self.base_step(parameter, values[parameter]);
                 let mut moved = values;
                 moved[parameter] += step;
-                let state = State { torque: TorqueModel::from_array(moved), ..state.clone() };
+                let state = State { torque: state.torque.with_array(moved), ..state.clone() };
                 slope(&self.predict(place, &state), at, step)
             })
             .collect()

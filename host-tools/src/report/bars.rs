@@ -2,10 +2,11 @@
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::text_anchor::HPos;
 
-use super::page::{Drawn, bare_axes, legend, range, tick};
-use super::style::{Colour, FONT, INK, LABEL_SIZE};
+use super::axis::Axis;
+use super::chart::{Drawn, Frame, Key};
+use super::style::{Colour, INK, LABEL_SIZE};
 
 /// Horizontal bars, the first row on top.
 #[derive(Debug, Clone, Default)]
@@ -37,59 +38,36 @@ impl Bars {
     pub(super) fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB> {
         let most = self.most.unwrap_or(f64::INFINITY);
         let values = self.rows.iter().flat_map(|(_, bars)| bars.iter().map(|bar| bar.1.min(most)));
-        let values = values.chain(self.line.iter().map(|line| line.1)).chain([0.0]);
-        let (low, high) = range(values, 0.05);
-        let low = if low < 0.0 && high > 0.0 && low > -0.06 * high { 0.0 } else { low };
+        let x = Axis::over(values.chain(self.line.iter().map(|line| line.1)).chain([0.0]), 0.0);
+        let low = x.from;
         let count = self.rows.len().max(1) as f64;
+        let rule = INK.stroke_width(2);
+        let line = self.line.iter().map(|(name, _)| (name.as_str(), Key::Dashes(rule)));
+        let series = self.series.iter().map(|(name, colour)| (name.as_str(), Key::Patch(colour.filled())));
+        let keys = series.chain(line).collect();
+        let y = Axis::bare(0.0, count);
+        let labels = [self.x_label.as_str(), ""];
         let mut chart =
-            bare_axes(area, &self.title, [&self.x_label, ""], low..high, 0.0..count, NAMES, [true, false])?;
+            Frame { title: &self.title, labels, x, y, keys, left: NAMES, grid: true }.draw(area)?;
         for (row, (name, bars)) in self.rows.iter().enumerate() {
             let middle = count - row as f64 - 0.5;
             let height = FILLED / bars.len().max(1) as f64;
-            for (place, &(series, value)) in bars.iter().enumerate() {
+            for (place, &(series, value)) in bars.iter().enumerate().filter(|(_, bar)| bar.1.is_finite()) {
                 let top = middle + 0.5 * FILLED - place as f64 * height;
                 let colour = self.series.get(series).map_or(INK, |series| series.1);
-                if value.is_finite() {
-                    let end = value.min(most);
-                    let bar = Rectangle::new([(0.0, top - height), (end, top)], colour.filled());
-                    chart.draw_series([bar])?;
-                    if value > most {
-                        let style = (FONT, LABEL_SIZE, &INK).into_text_style(area);
-                        let style = style.pos(Pos::new(HPos::Right, VPos::Center));
-                        let said =
-                            Text::new(format!("cut, ends at {} →", tick(&value.round())), (-6, 0), style);
-                        chart.draw_series([EmptyElement::at((end, top - 0.5 * height)) + said])?;
-                    }
+                let end = value.min(most);
+                chart.bar((0.0, top - height), (end, top), colour.filled())?;
+                if value > most {
+                    let said = format!("cut, ends at {} →", value.round());
+                    chart.text((end, top - 0.5 * height), -6, HPos::Right, LABEL_SIZE, said)?;
                 }
             }
-            let style =
-                (FONT, LABEL_SIZE, &INK).into_text_style(area).pos(Pos::new(HPos::Right, VPos::Center));
-            let label = EmptyElement::at((low, middle)) + Text::new(shortened(name), (-8, 0), style);
-            chart.draw_series([label])?;
+            chart.text((low, middle), -8, HPos::Right, LABEL_SIZE, shortened(name))?;
         }
-        for (name, colour) in &self.series {
-            let fill = colour.filled();
-            chart
-                .draw_series(std::iter::empty::<Rectangle<(f64, f64)>>())?
-                .label(name)
-                .legend(move |(x, y)| Rectangle::new([(x, y - 5), (x + 22, y + 5)], fill));
+        match &self.line {
+            Some((_, value)) => chart.dashes(&[(*value, 0.0), (*value, count)], rule),
+            None => Ok(()),
         }
-        if let Some((name, value)) = &self.line {
-            let style = INK.stroke_width(2);
-            chart
-                .draw_series(DashedLineSeries::new([(*value, 0.0), (*value, count)], 8, 6, style))?
-                .label(name)
-                .legend(move |at| {
-                    EmptyElement::at(at)
-                        + PathElement::new(vec![(0, 0), (8, 0)], style)
-                        + PathElement::new(vec![(14, 0), (22, 0)], style)
-                });
-        }
-        legend(
-            &mut chart,
-            SeriesLabelPosition::LowerRight,
-            self.series.len() + usize::from(self.line.is_some()),
-        )
     }
 }
 

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::page::{Drawn, axes, legend, range};
+use super::axis::Axis;
+use super::chart::{Drawn, Frame, Key, NUMBERS};
 use super::style::{Colour, INK, palette};
 
 /// Mean prediction and its spread for every bin of measured power, one curve a model; the diagonal is the truth. Holds
@@ -90,50 +91,36 @@ impl Binned {
         let curves: Vec<_> =
             self.models.iter().map(|model| (&model.name, model.colour, filled(&model.bins))).collect();
         let points = || curves.iter().flat_map(|(_, _, curve)| curve.iter());
-        let x = range(points().map(|point| point.0), 0.06);
+        let x = Axis::over(points().map(|point| point.0), 0.06);
         let ends = |point: &(f64, Bin)| [point.1.mean - point.1.std(), point.1.mean + point.1.std(), point.0];
-        let y = range(points().flat_map(ends), 0.06);
-
-        let mut chart = axes(
-            area,
-            &self.title,
-            [
-                &format!("measured power (W), bins of {} W", self.bin_w),
-                "predicted power (W): mean ± standard deviation",
-            ],
-            x.0..x.1,
-            y.0..y.1,
-        )?;
-
-        let (low, high) = (x.0.max(y.0), x.1.min(y.1));
+        let y = Axis::over(points().flat_map(ends), 0.06);
+        let (low, high) = (x.from.max(y.from), x.to.min(y.to));
         let grey = INK.mix(0.6).stroke_width(2);
-        chart
-            .draw_series(DashedLineSeries::new([(low, low), (high, high)], 8, 6, grey))?
-            .label("perfect")
-            .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 22, y)], grey));
-        for (index, (name, colour, curve)) in curves.iter().enumerate() {
-            let colour = *colour;
+        let keys = curves.iter().map(|(name, colour, _)| (name.as_str(), Key::Marked(*colour)));
+        let x_label = format!("measured power (W), bins of {} W", self.bin_w);
+        let mut chart = Frame {
+            title: &self.title,
+            labels: [&x_label, "predicted power (W): mean ± standard deviation"],
+            x,
+            y,
+            keys: std::iter::once(("perfect", Key::Dashes(grey))).chain(keys).collect(),
+            left: NUMBERS,
+            grid: true,
+        }
+        .draw(area)?;
+
+        chart.dashes(&[(low, low), (high, high)], grey)?;
+        for (index, (_, colour, curve)) in curves.iter().enumerate() {
             // Side by side, so that the bars of several models do not hide each other.
             let shift = (index as f64 - (curves.len() as f64 - 1.0) / 2.0) * self.bin_w * 0.12;
-            let bars = curve.iter().map(|(x, bin)| {
+            for (x, bin) in curve {
                 let (x, std) = (x + shift, bin.std());
-                PathElement::new(
-                    vec![(x, bin.mean - std), (x, bin.mean + std)],
-                    colour.mix(0.6).stroke_width(1),
-                )
-            });
-            chart.draw_series(bars)?;
-            let means = curve.iter().map(|(x, bin)| (x + shift, bin.mean));
-            chart.draw_series(LineSeries::new(means.clone(), colour.stroke_width(2)))?;
-            chart
-                .draw_series(means.map(|point| Circle::new(point, 3, colour.filled())))?
-                .label(*name)
-                .legend(move |at| {
-                    EmptyElement::at(at)
-                        + PathElement::new(vec![(0, 0), (22, 0)], colour.stroke_width(2))
-                        + Circle::new((11, 0), 3, colour.filled())
-                });
+                chart.line(&[(x, bin.mean - std), (x, bin.mean + std)], colour.mix(0.6).stroke_width(1))?;
+            }
+            let means: Vec<_> = curve.iter().map(|(x, bin)| (x + shift, bin.mean)).collect();
+            chart.line(&means, colour.stroke_width(2))?;
+            chart.marks(means, *colour)?;
         }
-        legend(&mut chart, SeriesLabelPosition::UpperLeft, curves.len())
+        Ok(())
     }
 }

@@ -3,7 +3,8 @@
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::page::{Drawn, axes, legend, range};
+use super::axis::Axis;
+use super::chart::{Drawn, Frame, Key, NUMBERS};
 use super::style::{Colour, INK};
 
 /// One set of cells.
@@ -35,29 +36,30 @@ pub struct Cells {
 impl Cells {
     pub(super) fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB> {
         let cells = || self.series.iter().flat_map(|series| &series.cells);
-        let x = range(cells().flat_map(|cell| [cell.0, cell.1]), 0.0);
-        let y = self.y_range.unwrap_or_else(|| {
-            range(cells().flat_map(|cell| [cell.2 - cell.3, cell.2 + cell.3]).chain([0.0]), 0.08)
-        });
-        let mut chart = axes(area, &self.title, [&self.x_label, &self.y_label], x.0..x.1, y.0..y.1)?;
-        let nought = PathElement::new(vec![(x.0, 0.0), (x.1, 0.0)], INK.stroke_width(1));
-        chart.draw_series([nought])?;
-        let within = |value: f64| value.clamp(y.0, y.1);
+        let x = Axis::over(cells().flat_map(|cell| [cell.0, cell.1]), 0.0);
+        let y = match self.y_range {
+            Some((low, high)) => Axis::to_ticks(low, high),
+            None => {
+                Axis::over(cells().flat_map(|cell| [cell.2 - cell.3, cell.2 + cell.3]).chain([0.0]), 0.08)
+            }
+        };
+        let ends = (x.from, x.to);
+        let style = |series: &CellSeries| (series.colour.mix(0.22).filled(), series.colour.stroke_width(3));
+        let keys = self.series.iter().map(|series| (series.name.as_str(), Key::Line(style(series).1)));
+        let keys = keys.collect();
+        let labels = [self.x_label.as_str(), self.y_label.as_str()];
+        let mut chart =
+            Frame { title: &self.title, labels, x, y, keys, left: NUMBERS, grid: true }.draw(area)?;
+        chart.line(&[(ends.0, 0.0), (ends.1, 0.0)], INK.stroke_width(1))?;
         for series in &self.series {
-            let (fill, stroke) = (series.colour.mix(0.22).filled(), series.colour.stroke_width(3));
-            let band = |&(from, to, mean, band): &(f64, f64, f64, f64)| {
-                Rectangle::new([(from, within(mean - band)), (to, within(mean + band))], fill)
-            };
-            chart.draw_series(series.cells.iter().map(band))?;
-            let mean = |&(from, to, mean, _): &(f64, f64, f64, f64)| {
-                PathElement::new(vec![(from, within(mean)), (to, within(mean))], stroke)
-            };
-            chart.draw_series(series.cells.iter().map(mean))?.label(&series.name).legend(move |(x, y)| {
-                EmptyElement::at((x, y))
-                    + Rectangle::new([(0, -5), (22, 5)], fill)
-                    + PathElement::new(vec![(0, 0), (22, 0)], stroke)
-            });
+            let (fill, stroke) = style(series);
+            for &(from, to, mean, band) in &series.cells {
+                chart.bar((from, mean - band), (to, mean + band), fill)?;
+            }
+            for &(from, to, mean, _) in &series.cells {
+                chart.line(&[(from, mean), (to, mean)], stroke)?;
+            }
         }
-        legend(&mut chart, SeriesLabelPosition::UpperLeft, self.series.len())
+        Ok(())
     }
 }

@@ -3,7 +3,8 @@
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::page::{Drawn, axes, decades, legend, legend_room, range};
+use super::axis::{Axis, range};
+use super::chart::{Drawn, Frame, Key, NUMBERS};
 use super::style::Colour;
 
 /// One curve with a mark at every point.
@@ -45,9 +46,6 @@ pub struct Curves {
     pub marks: Vec<Marks>,
 }
 
-/// Half the size of a mark, pixels.
-const MARK: i32 = 5;
-
 impl Curves {
     pub(super) fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB> {
         let scaled = |value: f64| match self.log {
@@ -57,60 +55,34 @@ impl Curves {
         };
         let all = || self.curves.iter().flat_map(|curve| &curve.points);
         let marks = || self.marks.iter().flat_map(|marks| &marks.points);
-        let x = range(all().map(|point| point.0).chain(marks().map(|point| point.0)), 0.03);
+        let x = Axis::over(all().map(|point| point.0).chain(marks().map(|point| point.0)), 0.0);
         let values = all().flat_map(|point| [point.1, point.2, point.3]).chain(marks().map(|point| point.1));
-        let (low, high) = range(values.map(scaled), 0.06);
-        let low = match self.from.map(scaled) {
-            Some(from) if from < high => from,
-            _ => low,
+        let values = values.map(scaled);
+        let y = match self.from {
+            _ if self.log => Axis::decades(values),
+            Some(from) => Axis::to_ticks(from, range(values, 0.06).1.max(from + f64::MIN_POSITIVE.sqrt())),
+            None => Axis::over(values, 0.06),
         };
-        // Above all values: curves may rise towards the legend as well as fall.
-        let (_, height) = area.dim_in_pixel();
-        let room = legend_room(self.curves.len() + self.marks.len(), height);
-        let y = (low, high + room * (high - low));
-        let [x_label, y_label] = &self.labels;
-        let labels = [x_label.as_str(), y_label.as_str()];
-        let mut chart = if self.log {
-            decades(area, &self.title, labels, x.0..x.1, y.0..y.1)?
-        } else {
-            axes(area, &self.title, labels, x.0..x.1, y.0..y.1)?
-        };
+        let curves = self.curves.iter().map(|curve| (curve.name.as_str(), Key::Marked(curve.colour)));
+        let cross = |marks: &Marks| marks.colour.stroke_width(3);
+        let alone = self.marks.iter().map(|marks| (marks.name.as_str(), Key::Cross(cross(marks))));
+        let keys = curves.chain(alone).collect();
+        let labels = self.labels.each_ref().map(String::as_str);
+        let mut chart =
+            Frame { title: &self.title, labels, x, y, keys, left: NUMBERS, grid: true }.draw(area)?;
         for Curve { colour, points, .. } in &self.curves {
-            let fill = colour.mix(0.18).filled();
-            let within = |value: f64| scaled(value).clamp(y.0, y.1);
-            for piece in points.split(|point| !(within(point.2).is_finite() && within(point.3).is_finite())) {
-                let upper = piece.iter().map(|point| (point.0, within(point.3)));
-                let lower = piece.iter().rev().map(|point| (point.0, within(point.2)));
-                if piece.len() > 1 {
-                    chart.draw_series([Polygon::new(upper.chain(lower).collect::<Vec<_>>(), fill)])?;
-                }
-            }
+            let ends: Vec<_> =
+                points.iter().map(|point| (point.0, scaled(point.2), scaled(point.3))).collect();
+            chart.band(&ends, colour.mix(0.18).filled())?;
         }
-        for Curve { name, colour, points } in &self.curves {
-            let at: Vec<(f64, f64)> = points.iter().map(|point| (point.0, scaled(point.1))).collect();
-            let stroke = colour.stroke_width(2);
-            for piece in at.split(|point| !point.1.is_finite()) {
-                chart.draw_series(LineSeries::new(piece.iter().copied(), stroke))?;
-            }
-            let colour = *colour;
-            let known = at.into_iter().filter(|point| point.1.is_finite());
-            chart.draw_series(known.map(|point| Circle::new(point, 3, colour.filled())))?.label(name).legend(
-                move |at| {
-                    EmptyElement::at(at)
-                        + PathElement::new(vec![(0, 0), (22, 0)], colour.stroke_width(2))
-                        + Circle::new((11, 0), 3, colour.filled())
-                },
-            );
+        for Curve { colour, points, .. } in &self.curves {
+            let points: Vec<_> = points.iter().map(|point| (point.0, scaled(point.1))).collect();
+            chart.line(&points, colour.stroke_width(2))?;
+            chart.marks(points, *colour)?;
         }
-        for Marks { name, colour, points } in &self.marks {
-            let cross = colour.stroke_width(3);
-            let drawn = points.iter().map(|point| (point.0, scaled(point.1)));
-            let drawn = drawn.filter(|point| point.1.is_finite());
-            chart
-                .draw_series(drawn.map(|point| Cross::new(point, MARK, cross)))?
-                .label(name)
-                .legend(move |at| EmptyElement::at(at) + Cross::new((11, 0), MARK, cross));
+        for marks in &self.marks {
+            chart.crosses(marks.points.iter().map(|point| (point.0, scaled(point.1))), cross(marks))?;
         }
-        legend(&mut chart, SeriesLabelPosition::UpperRight, self.curves.len() + self.marks.len())
+        Ok(())
     }
 }

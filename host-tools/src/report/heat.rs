@@ -2,10 +2,11 @@
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::text_anchor::HPos;
 
-use super::page::{Drawn, bare_axes, range};
-use super::style::{Colour, FONT, INK, palette};
+use super::axis::{Axis, range};
+use super::chart::{Drawn, Frame, NUMBERS};
+use super::style::{Colour, palette};
 
 /// One square: ends on both axes, and its value.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,22 +42,29 @@ impl Heat {
     pub(super) fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB> {
         let x = range(self.squares.iter().flat_map(|square| [square.x.0, square.x.1]), 0.0);
         let y = range(self.squares.iter().flat_map(|square| [square.y.0, square.y.1]), 0.0);
-        let [x_label, y_label] = &self.labels;
-        let mut chart =
-            bare_axes(area, &self.title, [x_label, y_label], x.0..x.1, y.0..y.1, 64, [false, false])?;
-        chart.draw_series(self.squares.iter().map(|square| {
-            let ends = [(square.x.0, square.y.0), (square.x.1, square.y.1)];
-            Rectangle::new(ends, self.colour(square.value).filled())
-        }))?;
-        let style = (FONT, NUMBER_SIZE, &INK).into_text_style(area).pos(Pos::new(HPos::Center, VPos::Center));
+        let mut chart = Frame {
+            title: &self.title,
+            labels: self.labels.each_ref().map(String::as_str),
+            x: Axis::exact(x.0, x.1),
+            y: Axis::exact(y.0, y.1),
+            keys: Vec::new(),
+            left: NUMBERS,
+            grid: false,
+        }
+        .draw(area)?;
+        for square in &self.squares {
+            let colour = self.colour(square.value).filled();
+            chart.bar((square.x.0, square.y.0), (square.x.1, square.y.1), colour)?;
+        }
         // Where squares are narrower than their numbers, colours have to do.
         let narrowest = self.squares.iter().map(|s| s.x.1 - s.x.0).fold(f64::INFINITY, f64::min);
         let numbers = (x.1 - x.0) / narrowest <= MOST_NUMBERS;
         let digits = if self.most < 1.0 { 2 } else { usize::from(self.most < 10.0) };
-        chart.draw_series(self.squares.iter().filter(|_| numbers).map(|square| {
+        for square in self.squares.iter().filter(|_| numbers) {
             let middle = (0.5 * (square.x.0 + square.x.1), 0.5 * (square.y.0 + square.y.1));
-            Text::new(format!("{:+.digits$}", square.value), middle, style.clone())
-        }))?;
+            let number = format!("{:+.digits$}", square.value);
+            chart.text(middle, 0, HPos::Center, NUMBER_SIZE, number)?;
+        }
         Ok(())
     }
 

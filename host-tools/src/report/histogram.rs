@@ -3,7 +3,9 @@
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::page::{Drawn, axes, legend, range};
+use super::axis::{Axis, range};
+use super::chart::{Drawn, Frame, Key, NUMBERS};
+use super::clip::Window;
 use super::style::Colour;
 
 /// One bell over the histogram.
@@ -76,25 +78,27 @@ impl Histogram {
         let peaks = self.gaussians.iter().map(|gaussian| bell(gaussian, gaussian.mean));
         let top = 1.08 * peaks.fold(highest_bin, f64::max).min(1.6 * highest_bin).max(f64::MIN_POSITIVE);
 
-        let mut chart = axes(area, &self.title, [&self.x_label, "density (1/W)"], self.low..high, 0.0..top)?;
-        chart.draw_series(self.density.iter().enumerate().map(|(bin, &density)| {
+        let stroke = |gaussian: &Gaussian| gaussian.colour.stroke_width(3);
+        let keys = self.gaussians.iter().map(|one| (one.name.as_str(), Key::Line(stroke(one)))).collect();
+        let (x, y) = (Axis::to_ticks(self.low, high), Axis::to_ticks(0.0, top));
+        let labels = [self.x_label.as_str(), "density (1/W)"];
+        let mut chart =
+            Frame { title: &self.title, labels, x, y, keys, left: NUMBERS, grid: true }.draw(area)?;
+        for (bin, &density) in self.density.iter().enumerate() {
             let left = self.low + bin as f64 * self.width;
-            Rectangle::new([(left, 0.0), (left + self.width, density)], RGBColor(190, 190, 190).filled())
-        }))?;
+            chart.bar((left, 0.0), (left + self.width, density), RGBColor(190, 190, 190).filled())?;
+        }
+        let Window { x, .. } = chart.window();
         for gaussian in &self.gaussians {
             let (from, to) = (gaussian.mean - 5.0 * gaussian.std, gaussian.mean + 5.0 * gaussian.std);
-            let (from, to) = (from.max(self.low), to.min(high));
+            let (from, to) = (from.max(x.0), to.min(x.1));
             let steps = 200;
             let curve = (0..=steps).map(|step| {
                 let x = from + (to - from) * f64::from(step) / f64::from(steps);
-                (x, bell(gaussian, x).min(top))
+                (x, bell(gaussian, x))
             });
-            let stroke = gaussian.colour.stroke_width(3);
-            chart
-                .draw_series(LineSeries::new(curve, stroke))?
-                .label(&gaussian.name)
-                .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 22, y)], stroke));
+            chart.line(&curve.collect::<Vec<_>>(), stroke(gaussian))?;
         }
-        legend(&mut chart, SeriesLabelPosition::UpperRight, self.gaussians.len())
+        Ok(())
     }
 }

@@ -1,71 +1,51 @@
 //! What a page can be made of.
 
+use plotters::coord::Shift;
+use plotters::prelude::{DrawingArea, DrawingBackend};
+
+use super::chart::Drawn;
 use super::{Bars, Binned, Cells, Curves, Heat, Histogram, TimeSeries, Validation};
 
-/// One figure of a page.
-pub enum Panel {
+/// Each kind of figure, made of its value and drawn by it.
+macro_rules! panels {
+    ($($(#[$about:meta])* $panel:ident,)*) => {
+        /// One figure of a page.
+        #[derive(Debug, Clone)]
+        pub enum Panel {
+            $($(#[$about])* $panel($panel),)*
+        }
+
+        impl Panel {
+            pub(super) fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB> {
+                match self {
+                    $(Self::$panel(panel) => panel.draw(area),)*
+                }
+            }
+        }
+
+        $(impl From<$panel> for Panel {
+            fn from(panel: $panel) -> Self {
+                Self::$panel(panel)
+            }
+        })*
+    };
+}
+
+panels! {
     /// Curves over time.
-    TimeSeries(TimeSeries),
+    TimeSeries,
     /// Predicted against measured, binned.
-    Binned(Binned),
+    Binned,
     /// Histogram with Gaussians.
-    Histogram(Histogram),
+    Histogram,
     /// Bars with names.
-    Bars(Bars),
+    Bars,
     /// Means over cells of an axis.
-    Cells(Cells),
+    Cells,
     /// Squares over two axes.
-    Heat(Heat),
+    Heat,
     /// Curves over any axis.
-    Curves(Curves),
+    Curves,
     /// Predicted over measured, and residuals.
-    Validation(Validation),
-}
-
-impl From<TimeSeries> for Panel {
-    fn from(panel: TimeSeries) -> Self {
-        Self::TimeSeries(panel)
-    }
-}
-
-impl From<Binned> for Panel {
-    fn from(panel: Binned) -> Self {
-        Self::Binned(panel)
-    }
-}
-
-impl From<Histogram> for Panel {
-    fn from(panel: Histogram) -> Self {
-        Self::Histogram(panel)
-    }
-}
-
-impl From<Bars> for Panel {
-    fn from(panel: Bars) -> Self {
-        Self::Bars(panel)
-    }
-}
-
-impl From<Cells> for Panel {
-    fn from(panel: Cells) -> Self {
-        Self::Cells(panel)
-    }
-}
-
-impl From<Heat> for Panel {
-    fn from(panel: Heat) -> Self {
-        Self::Heat(panel)
-    }
-}
-
-impl From<Curves> for Panel {
-    fn from(panel: Curves) -> Self {
-        Self::Curves(panel)
-    }
-}
-
-impl From<Validation> for Panel {
-    fn from(panel: Validation) -> Self {
-        Self::Validation(panel)
-    }
+    Validation,
 }

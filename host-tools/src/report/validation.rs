@@ -3,7 +3,8 @@
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::page::{Drawn, axes, legend, range};
+use super::axis::Axis;
+use super::chart::{Drawn, Frame, Key, NUMBERS};
 use super::style::{Colour, INK};
 
 /// One method's samples.
@@ -36,40 +37,53 @@ impl Validation {
         let pairs = || thinned.iter().flat_map(|(_, pairs)| pairs.iter().copied());
         let [Some(left), Some(right)] = [halves.first(), halves.get(1)] else { return Ok(()) };
 
-        let x = range(pairs().map(|pair| pair.0), 0.04);
-        let y = range(pairs().map(|pair| pair.1), 0.04);
-        let labels = [format!("measured {}", self.quantity), format!("predicted {}", self.quantity)];
-        let mut chart =
-            axes(left, "Predicted over measured", labels.each_ref().map(String::as_str), x.0..x.1, y.0..y.1)?;
-        let (low, high) = (x.0.max(y.0), x.1.min(y.1));
+        let measured = Axis::over(pairs().map(|pair| pair.0), 0.02);
+        let predicted = Axis::over(pairs().map(|pair| pair.1), 0.02);
+        let residual = Axis::over(pairs().map(|pair| pair.0 - pair.1).chain([0.0]), 0.02);
+        let labels = ["measured", "predicted", "residual"].map(|what| format!("{what} {}", self.quantity));
         let grey = INK.mix(0.6).stroke_width(2);
-        for (Validated { name, colour, .. }, pairs) in &thinned {
-            let (dot, key) = (colour.mix(0.4).filled(), colour.filled());
-            let points = pairs.iter().map(|pair| Circle::new(*pair, 2, dot));
-            chart
-                .draw_series(points)?
-                .label(name)
-                .legend(move |at| EmptyElement::at(at) + Circle::new((11, 0), 4, key));
+        let names =
+            || thinned.iter().map(|(method, _)| (method.name.as_str(), Key::Dot(method.colour.filled())));
+        let ends = (measured.from.max(predicted.from), measured.to.min(predicted.to));
+        let mut chart = Frame {
+            title: "Predicted over measured",
+            labels: [&labels[0], &labels[1]],
+            x: measured,
+            y: predicted.clone(),
+            keys: names().chain([("perfect", Key::Dashes(grey))]).collect(),
+            left: NUMBERS,
+            grid: true,
         }
-        chart
-            .draw_series(DashedLineSeries::new([(low, low), (high, high)], 8, 6, grey))?
-            .label("perfect")
-            .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 22, y)], grey));
-        legend(&mut chart, SeriesLabelPosition::UpperLeft, thinned.len() + 1)?;
+        .draw(left)?;
+        for (method, pairs) in &thinned {
+            chart.dots(pairs.iter().copied(), DOT, method.colour.mix(0.4).filled())?;
+        }
+        chart.dashes(&[(ends.0, ends.0), (ends.1, ends.1)], grey)?;
 
-        let residuals = range(pairs().map(|pair| pair.0 - pair.1).chain([0.0]), 0.06);
-        let labels = [format!("predicted {}", self.quantity), format!("residual {}", self.quantity)];
-        let labels = labels.each_ref().map(String::as_str);
-        let mut chart = axes(right, "Residuals over predicted", labels, y.0..y.1, residuals.0..residuals.1)?;
-        for (Validated { colour, .. }, pairs) in &thinned {
-            let dot = colour.mix(0.4).filled();
-            let points = pairs.iter().map(|pair| Circle::new((pair.1, pair.0 - pair.1), 2, dot));
-            chart.draw_series(points)?;
+        let ends = (predicted.from, predicted.to);
+        let mut chart = Frame {
+            title: "Residuals over predicted",
+            labels: [&labels[1], &labels[2]],
+            x: predicted,
+            y: residual,
+            keys: names().collect(),
+            left: NUMBERS,
+            grid: true,
         }
-        chart.draw_series([PathElement::new(vec![(y.0, 0.0), (y.1, 0.0)], grey)])?;
-        Ok(())
+        .draw(right)?;
+        for (method, pairs) in &thinned {
+            chart.dots(
+                pairs.iter().map(|pair| (pair.1, pair.0 - pair.1)),
+                DOT,
+                method.colour.mix(0.4).filled(),
+            )?;
+        }
+        chart.line(&[(ends.0, 0.0), (ends.1, 0.0)], grey)
     }
 }
+
+/// Radius of a sample, pixels.
+const DOT: i32 = 2;
 
 /// Evenly spaced pairs that are finite, at most [`MOST_POINTS`].
 fn thinned(pairs: &[(f64, f64)]) -> Vec<(f64, f64)> {

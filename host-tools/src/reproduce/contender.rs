@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use model_core::coefficients::Coefficients;
 
-use super::study::{Followed, Trace};
+use super::course::{Course, Followed, Trace};
 use crate::baselines::Point;
 use crate::compare::points::{self, Wanted};
 use crate::error::{Error, Result};
@@ -26,7 +26,7 @@ pub(super) struct Contender {
     kind: ModelKind,
     method: Method,
     /// It notices payload changes by itself.
-    detects: bool,
+    pub(super) detects: bool,
 }
 
 /// Ours, the paper's, the paper's without its misprints.
@@ -100,11 +100,6 @@ impl Fitted<'_> {
         Ok((replayed, instants))
     }
 
-    /// Under a moving window of so many seconds; ours restarts it when the payload seems to have changed.
-    pub(super) fn follow_moving(&self, log: &Log, window_s: f64) -> Result<(Replay, Vec<Instant>)> {
-        self.follow(log, &moving(window_s, self.contender.detects))
-    }
-
     /// As curves.
     pub(super) fn followed(&self, instants: &[Instant]) -> Followed {
         let known = |value: Option<f64>| value.unwrap_or(f64::NAN);
@@ -112,8 +107,7 @@ impl Fitted<'_> {
             method: self.contender.name.to_owned(),
             predicted_w: instants.iter().map(|now| known(now.predicted_w)).collect(),
             mass_kg: instants.iter().map(|now| known(now.mass_kg)).collect(),
-            low_kg: instants.iter().map(|now| known(now.interval_kg.map(|(low, _)| low))).collect(),
-            high_kg: instants.iter().map(|now| known(now.interval_kg.map(|(_, high)| high))).collect(),
+            interval_kg: instants.iter().map(|now| now.interval_kg.unwrap_or((f64::NAN, f64::NAN))).collect(),
         }
     }
 }
@@ -154,6 +148,17 @@ impl Log {
             }
         }
         tasks
+    }
+
+    /// What fitted contenders make of it, each under a policy of its own.
+    pub(super) fn course(
+        &self,
+        fitted: &[Fitted<'_>],
+        policy: impl Fn(&Contender) -> Policy,
+    ) -> Result<Course> {
+        let follow =
+            |fitted: &Fitted<'_>| Ok(fitted.followed(&fitted.follow(self, &policy(&fitted.contender))?.1));
+        Ok(Course { trace: self.trace(), methods: fitted.iter().map(follow).collect::<Result<_>>()? })
     }
 
     /// As curves.

@@ -2,17 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
-
-use super::price::Price;
-use super::print::Difference;
-use super::standing::{Goal, Standings, goals};
-use super::study::{
-    Knob, ModelRow, Nearness, PublishedSimulation, Recalibration, Settings, SimulationRow, Spread, Study,
-    WindowRow,
-};
-use super::{figures, page, table};
-use crate::compare::LeftOut;
+use super::study::Study;
+use super::{figures, page};
 use crate::error::{Error, Result};
 use crate::output::write_whole;
 
@@ -28,64 +19,6 @@ const FIGURES: &str = "figures";
 
 /// Each is drawn in all of them.
 const FORMATS: [&str; 2] = ["svg", "png"];
-
-/// The study's figures without its traces.
-#[derive(Serialize)]
-pub struct Figures<'a> {
-    settings: &'a Settings,
-    goals: Vec<Judged>,
-    standings: Standings,
-    published_simulation: &'a PublishedSimulation,
-    simulation: &'a [SimulationRow],
-    knobs: &'a [Knob],
-    nearness: &'a [Nearness],
-    static_power_w: (f64, f64),
-    windows: &'a [WindowRow],
-    models: &'a [ModelRow],
-    left_out: &'a [LeftOut],
-    share_known: &'a Spread,
-    recalibration: &'a [Recalibration],
-    price: &'a Price,
-    print: &'a [Difference],
-}
-
-/// A goal and its verdict.
-#[derive(Serialize)]
-struct Judged {
-    #[serde(flatten)]
-    goal: Goal,
-    reached: Option<bool>,
-}
-
-impl Judged {
-    fn of(goal: Goal) -> Self {
-        Self { reached: goal.is_reached(), goal }
-    }
-}
-
-impl<'a> Figures<'a> {
-    /// Of a study.
-    pub fn of(study: &'a Study) -> Self {
-        let (simulation, experiment) = (&study.simulation, &study.experiment);
-        Self {
-            settings: &study.settings,
-            goals: goals(experiment).into_iter().map(Judged::of).collect(),
-            standings: Standings::of(&experiment.models),
-            published_simulation: &simulation.published,
-            simulation: &simulation.rows,
-            knobs: &experiment.knobs,
-            nearness: &experiment.nearness,
-            static_power_w: experiment.rails.gaussian_w,
-            windows: &experiment.windows,
-            models: &experiment.models,
-            left_out: &experiment.left_out,
-            share_known: &experiment.share_known,
-            recalibration: &study.recalibration,
-            price: &study.price,
-            print: &study.print,
-        }
-    }
-}
 
 /// What may stand in a folder's place.
 const EXPECTED: &str = "expected a new or empty folder, or an earlier reproduction";
@@ -177,19 +110,18 @@ fn write(study: &Study, folder: &Path) -> Result<()> {
         let file = folder.join(name);
         write_whole(&file, |write| write.write_all(text.as_bytes()).map_err(|error| Error::io(&file, &error)))
     };
-    put(TABLES, &table::text(study))?;
-    let json = serde_json::to_string_pretty(&Figures::of(study))
-        .map_err(|error| Error::failed(error.to_string()))?;
+    put(TABLES, &study.text())?;
+    let json =
+        serde_json::to_string_pretty(&study.json()).map_err(|error| Error::failed(error.to_string()))?;
     put(STUDY, &(json + "\n"))?;
     let drawings: PathBuf = folder.join(FIGURES);
     std::fs::create_dir(&drawings).map_err(|error| Error::io(&drawings, &error))?;
-    let figures = figures::all(study);
-    for figure in &figures {
+    for figure in &study.figures {
         for format in FORMATS {
             figure.page.save(&drawings.join(figure.name).with_extension(format))?;
         }
     }
-    put(INDEX, &page::text(study, figures)?)
+    put(INDEX, &page::text(study)?)
 }
 
 /// A temporary folder is its owner's alone; this one is to be like any other.

@@ -1,10 +1,10 @@
 //! When to look for the mass again: Fig. 4's policies and the change detector, on the same logs.
 
-use super::contender::{CONTENDERS, Fitted, Log, WHEELS};
-use super::experiment::Learned;
+use super::contender::{CONTENDERS, Fitted, Log, WHEELS, moving};
 use super::price::PricePoint;
-use super::spread_of;
-use super::study::Recalibration;
+use super::section7::Learned;
+use super::spread::Spread;
+use super::table::{Cell, Column, Format, Mark, Row as TableRow, Table, column};
 use crate::error::Result;
 use crate::estimate::{Change, Instant, Policy, PolicyKind};
 use crate::fit::dataset::Row;
@@ -45,24 +45,17 @@ const COMPARED: [(&str, Again, usize); 7] = [
     ("change detector", Again::Detected, 0),
 ];
 
-/// What one seed gives, an outcome a comparison.
-pub(super) struct Seed {
-    outcomes: Vec<Outcome>,
-    /// Window, contender, misprediction with the old and with the new mass, W.
-    prices: Vec<(f64, usize, f64, f64)>,
-    rms_current_a: f64,
-}
+/// Of one comparison and one seed: delay (s, mean over the changes after which the mass was found), false restarts an hour, energy error,
+/// the same of errors of both signs added up, share of the time without an estimate (%).
+type Figures<T> = [T; 5];
 
-#[derive(Debug, Clone, Copy)]
-struct Outcome {
-    /// Mean over the changes after which the mass was found.
-    delay_s: f64,
-    changes: u64,
-    never: u64,
-    false_restarts_per_hour: f64,
-    energy_error_percent: f64,
-    absolute_energy_error_percent: f64,
-    unknown_percent: f64,
+/// What one seed gives.
+pub(super) struct Seed {
+    /// A comparison each: figures, changes after which the mass was not found, changes.
+    pub(super) outcomes: Vec<(Figures<f64>, u64, u64)>,
+    /// Window, contender, misprediction with the old and with the new mass, W.
+    pub(super) prices: Vec<(f64, usize, f64, f64)>,
+    pub(super) rms_current_a: f64,
 }
 
 /// Drives and judges one seed.
@@ -86,7 +79,7 @@ pub(super) fn seed(learned: &Learned<'_>, windows_s: &[u32]) -> Result<Seed> {
     Ok(Seed { outcomes, prices, rms_current_a: mean_square.sqrt() })
 }
 
-fn outcome(fitted: &Fitted<'_>, log: &Log, again: Again) -> Result<Outcome> {
+fn outcome(fitted: &Fitted<'_>, log: &Log, again: Again) -> Result<(Figures<f64>, u64, u64)> {
     let tasks = log.tasks();
     let changes_s: Vec<f64> = tasks.iter().skip(1).map(|task| log.rows[task.from].time).collect();
     let (kind, told, detect) = match again {
@@ -110,15 +103,14 @@ fn outcome(fitted: &Fitted<'_>, log: &Log, again: Again) -> Result<Outcome> {
         Again::Detected => needless(&noticed(&replayed.changes), &changes_s),
     };
     let energy = Energy::of(fitted, log, &instants);
-    Ok(Outcome {
-        delay_s: found.iter().sum::<f64>() / found.len() as f64,
-        changes: delays.len() as u64,
-        never: (delays.len() - found.len()) as u64,
-        false_restarts_per_hour: false_restarts as f64 / hours,
-        energy_error_percent: 100.0 * (energy.predicted_j / energy.measured_j - 1.0).abs(),
-        absolute_energy_error_percent: 100.0 * energy.apart_j / energy.measured_j,
-        unknown_percent: 100.0 * energy.unknown_share,
-    })
+    let figures = [
+        found.iter().sum::<f64>() / found.len() as f64,
+        false_restarts as f64 / hours,
+        100.0 * (energy.predicted_j / energy.measured_j - 1.0).abs(),
+        100.0 * energy.apart_j / energy.measured_j,
+        100.0 * energy.unknown_share,
+    ];
+    Ok((figures, (delays.len() - found.len()) as u64, delays.len() as u64))
 }
 
 /// Time from the start of a task until its mass is found, and stays so to its end, s.
@@ -177,7 +169,7 @@ impl Energy {
 /// window: mean over its rows of |P̂(m) − P̂(truth)|, then over tasks, W. Where that window says nothing, the mass of the task
 /// before stays.
 fn misprediction(fitted: &Fitted<'_>, log: &Log, window_s: f64) -> Result<(f64, f64)> {
-    let (replayed, _) = fitted.follow(log, &super::contender::moving(window_s, false))?;
+    let (replayed, _) = fitted.follow(log, &moving(window_s, false))?;
     let tasks = log.tasks();
     let (mut old, mut new, mut count) = (0.0, 0.0, 0.0);
     for pair in tasks.windows(2) {
@@ -197,37 +189,55 @@ fn misprediction(fitted: &Fitted<'_>, log: &Log, window_s: f64) -> Result<(f64, 
     Ok((old / count, new / count))
 }
 
-/// Over all seeds.
-pub(super) fn gather(seeds: &[Seed]) -> Vec<Recalibration> {
+const COLUMNS: [Column; 8] = [
+    column("policy", "policy", Format::Words),
+    column("method", "estimator", Format::Words),
+    column("delay_s", "delay s", Format::Error(1)),
+    column("never", "never", Format::Own),
+    column("false_restarts_per_hour", "needless restarts 1/h", Format::Error(1)),
+    column("energy_error_percent", "energy error %", Format::Error(2)),
+    column("absolute_energy_error_percent", "absolute %", Format::Error(2)),
+    column("unknown_percent", "unknown %", Format::Share(1)),
+];
+
+/// Every comparison over all seeds.
+pub(super) fn table(seeds: &[Seed]) -> Table {
     let row = |(index, (policy, _, contender)): (usize, &(&str, Again, usize))| {
-        let spread =
-            |value: fn(&Outcome) -> f64| spread_of(seeds, |seed| seed.outcomes.get(index).map(value));
-        let total = |value: fn(&Outcome) -> u64| -> u64 {
-            seeds.iter().filter_map(|seed| seed.outcomes.get(index)).map(value).sum()
-        };
-        Recalibration {
-            policy: (*policy).to_owned(),
-            method: CONTENDERS[*contender].name.to_owned(),
-            delay_s: spread(|outcome| outcome.delay_s),
-            never: (total(|outcome| outcome.never), total(|outcome| outcome.changes)),
-            false_restarts_per_hour: spread(|outcome| outcome.false_restarts_per_hour),
-            energy_error_percent: spread(|outcome| outcome.energy_error_percent),
-            absolute_energy_error_percent: spread(|outcome| outcome.absolute_energy_error_percent),
-            unknown_percent: spread(|outcome| outcome.unknown_percent),
-        }
+        let outcomes = || seeds.iter().filter_map(|seed| seed.outcomes.get(index));
+        let [delay, restarts, error, absolute, unknown] =
+            Spread::of_each(outcomes().map(|outcome| outcome.0)).map(Cell::from);
+        let never: u64 = outcomes().map(|outcome| outcome.1).sum();
+        let changes: u64 = outcomes().map(|outcome| outcome.2).sum();
+        let never = Cell::shown(vec![never, changes], format!("{never} of {changes}"));
+        let method = CONTENDERS[*contender].name;
+        TableRow::new(
+            Mark::None,
+            [(*policy).into(), method.into(), delay, never, restarts, error, absolute, unknown],
+        )
     };
-    COMPARED.iter().enumerate().map(row).collect()
+    Table {
+        name: "recalibration",
+        title: "Fig. 4: policies of recalibration, and the change detector",
+        columns: &COLUMNS,
+        rows: COMPARED.iter().enumerate().map(row).collect(),
+        note: "delay: from a change until the mass is within 10 % for good, mean over the changes after which it ever is; never: changes \
+               after which it is not; needless restarts: those that no change asked for, of the periodic policy its rounds without one; energy error: of the total, absolute: errors of both signs added up"
+            .to_owned(),
+    }
 }
 
 /// What the price of sensing is weighed against, by window and contender.
 pub(super) fn prices(seeds: &[Seed]) -> Vec<PricePoint> {
     let Some(first) = seeds.first() else { return Vec::new() };
-    let actuation_a = spread_of(seeds, |seed| Some(seed.rms_current_a)).mean;
+    let mean = |value: &dyn Fn(&Seed) -> Option<f64>| {
+        Spread::over(&seeds.iter().filter_map(value).collect::<Vec<_>>()).mean
+    };
+    let actuation_a = mean(&|seed| Some(seed.rms_current_a));
     let point = |(index, (window_s, contender, ..)): (usize, &(f64, usize, f64, f64))| PricePoint {
         window_s: *window_s,
-        method: CONTENDERS[*contender].name.to_owned(),
-        old_mass_w: spread_of(seeds, |seed| seed.prices.get(index).map(|price| price.2)).mean,
-        new_mass_w: spread_of(seeds, |seed| seed.prices.get(index).map(|price| price.3)).mean,
+        method: CONTENDERS[*contender].name,
+        old_mass_w: mean(&|seed| Some(seed.prices.get(index)?.2)),
+        new_mass_w: mean(&|seed| Some(seed.prices.get(index)?.3)),
         actuation_a,
     };
     first.prices.iter().enumerate().map(point).collect()

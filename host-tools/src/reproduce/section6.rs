@@ -2,13 +2,16 @@
 
 use std::path::Path;
 
-use super::contender::{CONTENDERS, Fitted, Log, training};
-use super::spread_of;
-use super::study::{Course, PublishedSimulation, Simulation, SimulationRow};
+use serde_json::Value;
+
+use super::contender::{CONTENDERS, Fitted, Log, moving, training};
+use super::course::Course;
+use super::spread::Spread;
+use super::table::{Cell, Column, Format, Mark, Row, Table, column, number};
 use crate::compare::points::Wanted;
 use crate::error::Result;
-use crate::estimate::{Policy, PolicyKind, Replay, WindowMass};
-use crate::metrics::{Metrics, Quality};
+use crate::estimate::{Policy, PolicyKind};
+use crate::metrics::Metrics;
 use crate::plant::log::{Columns, write};
 use crate::plant::{Kinematics, PayloadSchedule, PlantSet, ProfileKind, Scenario};
 use crate::robot::Robot;
@@ -19,18 +22,16 @@ const WINDOW_S: f64 = 10.0;
 /// When the payload changes in training and in the test, s.
 const CHANGES_S: [f64; 2] = [100.0, 50.0];
 
-/// What one seed gives: a figure a contender.
-pub(super) struct Seed {
-    outcomes: Vec<Outcome>,
-    figures: Option<[Course; 3]>,
-}
+/// Figures of a method: MAPE (%) and R² of the predicted power; mass error of the first window, of the first one after the change, of the
+/// worst one (%).
+type Figures<T> = [T; 5];
 
-#[derive(Debug, Clone, Copy)]
-struct Outcome {
-    quality: Quality,
-    after_start_percent: f64,
-    after_change_percent: f64,
-    worst_start_percent: f64,
+/// What one seed gives.
+pub(super) struct Seed {
+    /// In the order of the contenders.
+    pub(super) outcomes: Vec<Figures<f64>>,
+    /// Training, payload known; test, payload from the first 10 s of each task; test, moving window of 10 s.
+    pub(super) courses: Option<[Course; 3]>,
 }
 
 /// The logs of a seed: training from 1 to 6 kg, test from 3 to 4 kg, exact sensors as in the paper's Simulink.
@@ -50,8 +51,7 @@ pub(super) fn scenarios(seed: u64) -> Result<[Scenario; 2]> {
 
 /// Drives, fits and judges one seed. `draw` keeps what figures need.
 pub(super) fn seed(folder: &Path, robot: &Robot, seed: u64, draw: bool) -> Result<Seed> {
-    let file = |name: &str| folder.join(format!("table3-{name}-{seed}.csv"));
-    let (train, test) = (file("training"), file("test"));
+    let [train, test] = ["training", "test"].map(|name| folder.join(format!("table3-{name}-{seed}.csv")));
     for (scenario, file) in scenarios(seed)?.iter().zip([&train, &test]) {
         write(file, scenario, &Columns::default())?;
     }
@@ -62,19 +62,20 @@ pub(super) fn seed(folder: &Path, robot: &Robot, seed: u64, draw: bool) -> Resul
     let fitted =
         CONTENDERS.iter().map(|contender| contender.fit(robot, &dataset)).collect::<Result<Vec<_>>>()?;
     let outcomes = fitted.iter().map(|one| judge(one, &log, robot.mape_floor_w())).collect::<Result<_>>()?;
-    let figures = if draw { Some(figures(&fitted, &known, &log)?) } else { None };
-    Ok(Seed { outcomes, figures })
+    let courses = if draw { Some(courses(&fitted, &known, &log)?) } else { None };
+    Ok(Seed { outcomes, courses })
 }
 
 /// Step two once a task, over its first ten seconds; step three with that mass.
-fn judge(fitted: &Fitted<'_>, log: &Log, floor_w: f64) -> Result<Outcome> {
-    let (replayed, _) = fitted.follow(log, &super::contender::moving(WINDOW_S, false))?;
+fn judge(fitted: &Fitted<'_>, log: &Log, floor_w: f64) -> Result<Figures<f64>> {
+    let (replayed, _) = fitted.follow(log, &moving(WINDOW_S, false))?;
     let mut metrics = Metrics::new(floor_w);
     let mut first_percent = [f64::NAN; 2];
     let mut worst = f64::NAN;
     for (task, first_percent) in log.tasks().iter().zip(&mut first_percent) {
         let error = |mass: f64| 100.0 * (mass / task.mass_kg - 1.0).abs();
-        let masses: Vec<f64> = of_task(&replayed, task.mass_kg).filter_map(|window| window.mass_kg).collect();
+        let own = replayed.windows.iter().filter(|window| window.truth_kg == Some(task.mass_kg));
+        let masses: Vec<f64> = own.filter_map(|window| window.mass_kg).collect();
         worst = masses.iter().map(|mass| error(*mass)).fold(worst, f64::max);
         // A window in which the robot stood says nothing: the next one is asked.
         let Some(mass) = masses.first() else { continue };
@@ -83,58 +84,63 @@ fn judge(fitted: &Fitted<'_>, log: &Log, floor_w: f64) -> Result<Outcome> {
             metrics.add(row.power, fitted.power(row, *mass));
         }
     }
-    let [after_start_percent, after_change_percent] = first_percent;
-    let quality = metrics.quality().unwrap_or(super::windows::NO_QUALITY);
-    Ok(Outcome { quality, after_start_percent, after_change_percent, worst_start_percent: worst })
+    let quality = metrics.quality();
+    let mape = quality.and_then(|quality| quality.mape_percent).unwrap_or(f64::NAN);
+    let r2 = quality.and_then(|quality| quality.r2).unwrap_or(f64::NAN);
+    Ok([mape, r2, first_percent[0], first_percent[1], worst])
 }
 
-fn of_task(replayed: &Replay, mass_kg: f64) -> impl Iterator<Item = &WindowMass> {
-    replayed.windows.iter().filter(move |window| window.truth_kg == Some(mass_kg))
-}
-
-fn figures(fitted: &[Fitted<'_>], known: &Log, log: &Log) -> Result<[Course; 3]> {
-    let follow = |policy: &Policy| -> Result<Course> {
-        let methods = fitted
-            .iter()
-            .map(|fitted| Ok(fitted.followed(&fitted.follow(log, policy)?.1)))
-            .collect::<Result<Vec<_>>>()?;
-        Ok(Course { trace: log.trace(), methods })
-    };
+fn courses(fitted: &[Fitted<'_>], known: &Log, log: &Log) -> Result<[Course; 3]> {
     let [_, change_s] = CHANGES_S;
     let known_change =
         Policy { window_s: WINDOW_S, kind: PolicyKind::Known, changes_s: vec![change_s], detect: false };
     Ok([
         Course { trace: known.trace(), methods: fitted.iter().map(|fitted| fitted.told(known)).collect() },
-        follow(&known_change)?,
-        follow(&super::contender::moving(WINDOW_S, false))?,
+        log.course(fitted, |_| known_change.clone())?,
+        log.course(fitted, |_| moving(WINDOW_S, false))?,
     ])
 }
 
-/// Section 6 as published.
-const PUBLISHED: PublishedSimulation = PublishedSimulation {
-    mape_percent: 4.3,
-    r2: 0.973,
-    after_start_percent: 5.6,
-    after_change_percent: 5.5,
-    worst_start_percent: 22.0,
-};
+const COLUMNS: [Column; 6] = [
+    column("method", "method", Format::Words),
+    column("mape_percent", "MAPE %", Format::Error(2)),
+    column("r2", "R²", Format::R2(4)),
+    column("after_start_percent", "mass error after start %", Format::Error(2)),
+    column("after_change_percent", "after change %", Format::Error(2)),
+    column("worst_start_percent", "worst start %", Format::Error(2)),
+];
 
-/// Over all seeds, in their order; the first one is drawn.
-pub(super) fn gather(seeds: Vec<Seed>) -> Simulation {
-    let rows = CONTENDERS.iter().enumerate().map(|(index, contender)| {
-        let spread =
-            |value: fn(&Outcome) -> Option<f64>| spread_of(&seeds, |seed| value(seed.outcomes.get(index)?));
-        SimulationRow {
-            method: contender.name.to_owned(),
-            mape_percent: spread(|outcome| outcome.quality.mape_percent),
-            r2: spread(|outcome| outcome.quality.r2),
-            after_start_percent: spread(|outcome| Some(outcome.after_start_percent)),
-            after_change_percent: spread(|outcome| Some(outcome.after_change_percent)),
-            worst_start_percent: spread(|outcome| Some(outcome.worst_start_percent)),
-        }
+/// As published, with the digits that it has.
+const PUBLISHED: Figures<(f64, usize)> = [(4.3, 1), (0.973, 3), (5.6, 1), (5.5, 1), (22.0, 1)];
+
+/// The published figures for scripts.
+pub(super) fn published() -> Value {
+    let named = COLUMNS[1..].iter().zip(PUBLISHED);
+    named.map(|(column, (value, _))| (column.key.to_owned(), Value::from(value))).collect()
+}
+
+/// Every contender's figures over all seeds.
+pub(super) fn rows(seeds: &[Seed]) -> Vec<(&'static str, Figures<Spread>)> {
+    let of = |place: usize| {
+        seeds.iter().map(move |seed| seed.outcomes.get(place).copied().unwrap_or([f64::NAN; 5]))
+    };
+    let row = |(place, name)| (name, Spread::of_each(of(place)));
+    CONTENDERS.iter().map(|contender| contender.name).enumerate().map(row).collect()
+}
+
+/// The section's table.
+pub(super) fn table(rows: &[(&'static str, Figures<Spread>)]) -> Table {
+    let published = PUBLISHED.map(|(value, digits)| Cell::shown(value, number(value, digits)));
+    let published = Row::new(Mark::Published, std::iter::once("published".into()).chain(published));
+    let ours = |place| if place == 0 { Mark::Ours } else { Mark::None };
+    let rows = rows.iter().enumerate().map(|(place, (name, figures))| {
+        Row::new(ours(place), std::iter::once((*name).into()).chain(figures.map(Cell::from)))
     });
-    let rows = rows.collect();
-    let drawn = seeds.into_iter().find_map(|seed| seed.figures);
-    let [training, test, moving] = drawn.unwrap_or_default();
-    Simulation { training, test, moving, rows, published: PUBLISHED }
+    Table {
+        name: "simulation",
+        title: "Section 6: simulation of Tables 2 and 3, windows of 10 s",
+        columns: &COLUMNS,
+        rows: std::iter::once(published).chain(rows).collect(),
+        note: "power with the mass of each task's first 10 s; worst start: the worst of both payloads; published: Section 6 and Section 8".to_owned(),
+    }
 }

@@ -1,326 +1,242 @@
 //! Section 7: the experiment's regime, seed by seed.
 
-use super::contender::{CONTENDERS, Fitted, Log};
-use super::experiment::Learned;
-use super::spread_of;
-use super::study::{Course, Experiment, Followed, ModelRow, Nearness, Settings, WindowRow};
-use super::windows::{AtWindow, at_window};
-use crate::baselines::{self, Card};
-use crate::compare::{LeftOut, MassSource, Pair, evaluate};
+use std::path::{Path, PathBuf};
+
+use super::contender::{CONTENDERS, Fitted, Log, WHEELS, moving, training};
+use super::course::{Course, Followed};
+use super::settings::Settings;
+use super::spread::Spread;
+use super::windows::{PUBLISHED_WORST, Swept, at_window, lengths};
+use crate::baselines;
+use crate::compare::points::Wanted;
+use crate::compare::{LeftOut, MassSource, evaluate};
 use crate::error::Result;
 use crate::estimate::{Instant, Policy, PolicyKind};
-use crate::metrics::{Metrics, Quality};
-use crate::plant::experiment::Drive;
+use crate::fit::dataset::Dataset;
+use crate::metrics::Metrics;
+use crate::plant::experiment::{Drive, scenario};
+use crate::plant::log::{Column, Columns, write};
 use crate::robot::Robot;
 
 /// The window of Fig. 13 to 15, s.
-pub(super) const WINDOW_S: f64 = 25.0;
+const WINDOW_S: f64 = 25.0;
 
-/// The windows of Fig. 11 and of the published worst cases, s.
-const SHORT_AND_LONG_S: [f64; 2] = [PUBLISHED_WORST[0].0, PUBLISHED_WORST[1].0];
+/// A training drive, and what was learned from it: once for all that is driven afterwards.
+pub(super) struct Learned<'a> {
+    /// The robot.
+    pub(super) robot: &'a Robot,
+    /// Ours, the paper's, the paper's without its misprints.
+    pub(super) fitted: Vec<Fitted<'a>>,
+    folder: &'a Path,
+    file: PathBuf,
+    dataset: Dataset<WHEELS>,
+    seed: u64,
+}
+
+/// Drives the training of a seed into the folder, and fits the contenders.
+pub(super) fn learn<'a>(folder: &'a Path, robot: &'a Robot, seed: u64) -> Result<Learned<'a>> {
+    let file = drive(folder, Drive::Training, seed)?;
+    let dataset = training(robot, &file)?;
+    let fitted = CONTENDERS.iter().map(|contender| contender.fit(robot, &dataset)).collect::<Result<_>>()?;
+    Ok(Learned { robot, fitted, folder, file, dataset, seed })
+}
+
+impl Learned<'_> {
+    /// Another drive of the seed, and what baselines may read of it and of the training.
+    pub(super) fn drive(&self, which: Drive) -> Result<(Log, Wanted)> {
+        let file = drive(self.folder, which, self.seed)?;
+        let wanted = Wanted::of(self.robot, &[self.file.clone(), file.clone()])?;
+        Ok((Log::read(self.robot, &self.dataset, &file, &wanted)?, wanted))
+    }
+}
+
+/// One drive as a log with every column that a baseline may need.
+fn drive(folder: &Path, which: Drive, seed: u64) -> Result<PathBuf> {
+    let columns = Columns {
+        further: vec![Column::Command, Column::Imu, Column::Friction, Column::Pitch, Column::Slope],
+        ..Columns::default()
+    };
+    let file = folder.join(format!("experiment-{}-{seed}.csv", which as u8));
+    write(&file, &scenario(which, seed)?, &columns)?;
+    Ok(file)
+}
 
 /// What one seed gives.
 pub(super) struct Seed {
-    models: Vec<Judged>,
-    windows: Vec<(f64, &'static str, AtWindow)>,
-    left_out: Vec<LeftOut>,
-    known_share: f64,
-    figures: Option<Figures>,
+    /// Ours, the paper's, then every baseline.
+    pub(super) models: Vec<Judged>,
+    pub(super) windows: Vec<Swept>,
+    pub(super) left_out: Vec<LeftOut>,
+    /// Share of the samples behind the first window in which every model is judged.
+    pub(super) known_share: f64,
+    pub(super) courses: Option<Courses>,
 }
 
 /// A model on the test log.
-struct Judged {
-    name: &'static str,
-    source: &'static str,
-    mass: MassSource,
-    quality: Quality,
+pub(super) struct Judged {
+    pub(super) name: &'static str,
+    pub(super) source: &'static str,
+    pub(super) mass: MassSource,
+    pub(super) quality: Quality<f64>,
 }
 
+/// MAPE (%), R² and RMSE (W) of the predicted power.
+type Quality<T> = [T; 3];
+
 /// What is drawn of the first seed.
-struct Figures {
-    training: Course,
-    test: Course,
-    cumulative: Course,
-    moving: Vec<(f64, Course)>,
+#[derive(Default)]
+pub(super) struct Courses {
+    /// Fig. 13 to 15: power of the test log with a moving window of 25 s; the baselines behind ours and the paper's.
+    pub(super) test: Course,
+    /// Fig. 10: the mass by all samples since a known change.
+    pub(super) cumulative: Course,
+    /// Fig. 11: the mass by moving windows of so many seconds.
+    pub(super) moving: Vec<(f64, Course)>,
 }
 
 /// Drives and judges one seed. `draw` keeps what figures need.
 pub(super) fn seed(learned: &Learned<'_>, settings: &Settings, draw: bool) -> Result<Seed> {
     let Learned { robot, fitted, .. } = learned;
     let (log, wanted) = learned.drive(Drive::Test)?;
-    let known = learned.training(&wanted)?;
+    let known = Log::read(robot, &learned.dataset, &learned.file, &wanted)?;
     let mut windows = Vec::new();
-    let lengths = settings.windows_s.iter().map(|length| f64::from(*length)).chain(SHORT_AND_LONG_S);
-    for window_s in lengths {
+    for window_s in lengths(settings) {
         for fitted in fitted {
             let found = at_window(fitted, &log, window_s, robot.mape_floor_w())?;
             windows.push((window_s, fitted.contender.name, found));
         }
     }
 
-    let followed = fitted
-        .iter()
-        .map(|fitted| Ok(fitted.follow_moving(&log, WINDOW_S)?.1))
-        .collect::<Result<Vec<_>>>()?;
-    let judged = judge(robot, &log, &followed);
-    let (mut models, mut left_out) = (Vec::new(), Vec::new());
+    let follow =
+        |fitted: &Fitted<'_>| Ok(fitted.follow(&log, &moving(WINDOW_S, fitted.contender.detects))?.1);
+    let followed = fitted.iter().map(follow).collect::<Result<Vec<_>>>()?;
+    let judge = Judge::new(robot, &log, &followed);
+    let (mut models, mut left_out, mut curves) = (Vec::new(), Vec::new(), Vec::new());
     for (contender, instants) in CONTENDERS.iter().zip(&followed) {
-        let predicted = instants.iter().map(|now| now.predicted_w.unwrap_or(f64::NAN));
-        models.push(Judged {
-            name: contender.name,
-            source: contender.source,
-            mass: MassSource::Estimated,
-            quality: judged.quality(predicted),
-        });
+        let quality = judge.quality(instants.iter().map(|now| now.predicted_w.unwrap_or(f64::NAN)));
+        let (name, source) = (contender.name, contender.source);
+        models.push(Judged { name, source, mass: MassSource::Estimated, quality });
     }
-    let mut curves = Vec::new();
-    for card in chosen(settings) {
+    let chosen = baselines::ALL.iter().filter(|card| settings.baselines.contains(&card.name));
+    for card in chosen {
         match evaluate(robot, card, &wanted, &known.points, &log.points) {
-            Err(error) => {
-                left_out.push(LeftOut { name: card.name.to_owned(), reason: error.to_string() });
-            }
+            Err(error) => left_out.push(LeftOut { name: card.name.to_owned(), reason: error.to_string() }),
             Ok(evaluation) => {
-                let predicted = || evaluation.pairs.iter().map(|(_, predicted): &Pair| *predicted);
-                models.push(Judged {
-                    name: card.name,
-                    source: card.source,
-                    mass: MassSource::of(card),
-                    quality: judged.quality(predicted()),
-                });
-                curves.push(Followed {
-                    method: card.name.to_owned(),
-                    predicted_w: predicted().collect(),
-                    ..Followed::default()
-                });
+                let predicted_w: Vec<f64> = evaluation.pairs.iter().map(|pair| pair.1).collect();
+                let quality = judge.quality(predicted_w.iter().copied());
+                let (name, source, mass) = (card.name, card.source, MassSource::of(card));
+                models.push(Judged { name, source, mass, quality });
+                curves.push(Followed { method: name.to_owned(), predicted_w, ..Followed::default() });
             }
         }
     }
-    let figures = if draw { Some(figures(fitted, &followed, &known, &log, curves)?) } else { None };
-    let known_share = judged.samples as f64 / judged.settled as f64;
-    Ok(Seed { models, windows, left_out, known_share, figures })
-}
-
-fn chosen(settings: &Settings) -> impl Iterator<Item = &'static Card> {
-    baselines::ALL.iter().copied().filter(|card| settings.baselines.contains(&card.name))
+    let courses = if draw { Some(courses(fitted, &followed, &log, curves)?) } else { None };
+    Ok(Seed { models, windows, left_out, known_share: judge.known_share(), courses })
 }
 
 /// The samples that every model is judged by: from the first full window on, where each contender knows the mass.
 struct Judge<'a> {
     log: &'a Log,
+    settled: Vec<bool>,
     counts: Vec<bool>,
-    samples: usize,
-    settled: usize,
     floor_w: f64,
 }
 
-fn judge<'a>(robot: &Robot, log: &'a Log, followed: &[Vec<Instant>]) -> Judge<'a> {
-    let full = |index: usize| log.rows[index].time >= WINDOW_S;
-    let known = |index: usize| followed.iter().all(|instants| instants[index].predicted_w.is_some());
-    let counts: Vec<bool> = (0..log.rows.len()).map(|index| full(index) && known(index)).collect();
-    let samples = counts.iter().filter(|counts| **counts).count();
-    let settled = (0..log.rows.len()).filter(|index| full(*index)).count();
-    Judge { log, counts, samples, settled, floor_w: robot.mape_floor_w() }
-}
+impl<'a> Judge<'a> {
+    fn new(robot: &Robot, log: &'a Log, followed: &[Vec<Instant>]) -> Self {
+        let settled: Vec<bool> = log.rows.iter().map(|row| row.time >= WINDOW_S).collect();
+        let known = |index: usize| followed.iter().all(|instants| instants[index].predicted_w.is_some());
+        let counts = settled.iter().enumerate().map(|(index, settled)| *settled && known(index)).collect();
+        Self { log, settled, counts, floor_w: robot.mape_floor_w() }
+    }
 
-impl Judge<'_> {
-    fn quality(&self, predicted: impl Iterator<Item = f64>) -> Quality {
+    fn known_share(&self) -> f64 {
+        let count = |which: &[bool]| which.iter().filter(|is| **is).count() as f64;
+        count(&self.counts) / count(&self.settled)
+    }
+
+    fn quality(&self, predicted: impl Iterator<Item = f64>) -> Quality<f64> {
         let mut metrics = Metrics::new(self.floor_w);
         for ((row, counts), predicted) in self.log.rows.iter().zip(&self.counts).zip(predicted) {
             if *counts {
                 metrics.add(row.power, predicted);
             }
         }
-        metrics.quality().unwrap_or(super::windows::NO_QUALITY)
+        let quality = metrics.quality();
+        let figure = |value: fn(&crate::metrics::Quality) -> Option<f64>| {
+            quality.as_ref().and_then(value).unwrap_or(f64::NAN)
+        };
+        [
+            figure(|quality| quality.mape_percent),
+            figure(|quality| quality.r2),
+            figure(|quality| Some(quality.rmse_w)),
+        ]
     }
 }
 
-fn figures(
+fn courses(
     fitted: &[Fitted<'_>],
     followed: &[Vec<Instant>],
-    known: &Log,
     log: &Log,
     baselines: Vec<Followed>,
-) -> Result<Figures> {
-    let trace = log.trace();
-    let course = |methods: Vec<Followed>| Course { trace: trace.clone(), methods };
+) -> Result<Courses> {
     let tested = fitted.iter().zip(followed).map(|(fitted, instants)| fitted.followed(instants));
+    let test = Course { trace: log.trace(), methods: tested.chain(baselines).collect() };
     let changes_s: Vec<f64> = log.tasks().iter().skip(1).map(|task| log.rows[task.from].time).collect();
     let since_change = Policy { window_s: WINDOW_S, kind: PolicyKind::Cumulative, changes_s, detect: false };
-    let cumulative = fitted
-        .iter()
-        .map(|fitted| Ok(fitted.followed(&fitted.follow(log, &since_change)?.1)))
-        .collect::<Result<Vec<_>>>()?;
-    let moving = SHORT_AND_LONG_S
-        .iter()
-        .map(|window_s| {
-            let methods = fitted
-                .iter()
-                .map(|fitted| Ok(fitted.followed(&fitted.follow_moving(log, *window_s)?.1)))
-                .collect::<Result<Vec<_>>>()?;
-            Ok((*window_s, course(methods)))
-        })
-        .collect::<Result<Vec<_>>>()?;
-    Ok(Figures {
-        training: Course {
-            trace: known.trace(),
-            methods: fitted.iter().map(|fitted| fitted.told(known)).collect(),
-        },
-        test: course(tested.chain(baselines).collect()),
-        cumulative: course(cumulative),
-        moving,
+    let moving = PUBLISHED_WORST.map(|published| {
+        let window_s = published[0];
+        Ok((window_s, log.course(fitted, |contender| moving(window_s, contender.detects))?))
+    });
+    Ok(Courses {
+        test,
+        cumulative: log.course(fitted, |_| since_change.clone())?,
+        moving: moving.into_iter().collect::<Result<_>>()?,
     })
 }
 
-/// Over all seeds, in their order; the first one is drawn.
-pub(super) fn gather(seeds: Vec<Seed>, rails: super::study::Rails) -> Experiment {
-    let windows = window_rows(&seeds);
-    let models = model_rows(&seeds);
-    let nearness = nearness(&windows, &models);
-    let share_known = spread_of(&seeds, |seed| Some(100.0 * seed.known_share));
-    let left_out = seeds.first().map_or(Vec::new(), |seed| seed.left_out.clone());
-    let drawn = seeds.into_iter().find_map(|seed| seed.figures);
-    let Figures { training, test, cumulative, moving } = drawn.unwrap_or_else(|| Figures {
-        training: Course::default(),
-        test: Course::default(),
-        cumulative: Course::default(),
-        moving: Vec::new(),
-    });
-    Experiment {
-        knobs: super::regime::knobs(),
-        nearness,
-        rails,
-        training,
-        test,
-        cumulative,
-        moving,
-        windows,
-        models,
-        left_out,
-        share_known,
-    }
-}
-
-fn window_rows(seeds: &[Seed]) -> Vec<WindowRow> {
-    let mut lengths: Vec<f64> =
-        seeds.iter().flat_map(|seed| seed.windows.iter().map(|(length, ..)| *length)).collect();
-    lengths.sort_by(f64::total_cmp);
-    lengths.dedup();
-    let mut rows = Vec::new();
-    for window_s in lengths {
-        for contender in &CONTENDERS {
-            let spread = |value: fn(&AtWindow) -> f64| {
-                spread_of(seeds, |seed| {
-                    let is_it =
-                        |entry: &&(f64, &str, AtWindow)| entry.0 == window_s && entry.1 == contender.name;
-                    seed.windows.iter().find(is_it).map(|(.., found)| value(found))
-                })
-            };
-            rows.push(WindowRow {
-                window_s,
-                method: contender.name.to_owned(),
-                worst_mass_percent: spread(|found| found.worst_mass_percent),
-                mean_mass_percent: spread(|found| found.mean_mass_percent),
-                mape_percent: spread(|found| found.mape_percent),
-                r2: spread(|found| found.r2),
-                known_percent: spread(|found| 100.0 * found.known_share),
-            });
-        }
-    }
-    rows
-}
-
-/// Models in the order of the first seed.
-fn model_rows(seeds: &[Seed]) -> Vec<ModelRow> {
-    let Some(first) = seeds.first() else { return Vec::new() };
-    let row = |model: &Judged| {
-        let spread = |value: fn(&Quality) -> Option<f64>| {
-            spread_of(seeds, |seed| {
-                value(&seed.models.iter().find(|other| other.name == model.name)?.quality)
-            })
-        };
-        let (ours_ahead, ours_behind) = duels(seeds, model.name);
-        ModelRow {
-            ours_ahead,
-            ours_behind,
-            name: model.name.to_owned(),
-            source: model.source.to_owned(),
-            mass: model.mass,
-            mape_percent: spread(|quality| quality.mape_percent),
-            r2: spread(|quality| quality.r2),
-            rmse_w: spread(|quality| Some(quality.rmse_w)),
-            published: PUBLISHED
-                .iter()
-                .find(|(name, ..)| *name == model.name)
-                .map(|(_, mape, r2)| (*mape, *r2)),
-        }
-    };
-    first.models.iter().map(row).collect()
-}
-
-/// Seeds in which ours is better than a model by MAPE and by R², and those in which it is worse by either.
-fn duels(seeds: &[Seed], name: &str) -> (u64, u64) {
-    let (mut ahead, mut behind) = (0, 0);
-    for seed in seeds {
-        let (Some(ours), Some(theirs)) =
-            (seed.models.first(), seed.models.iter().find(|model| model.name == name))
-        else {
-            continue;
-        };
-        let figures = |model: &Judged| Some((model.quality.mape_percent?, model.quality.r2?));
-        if let (Some((our_mape, our_r2)), Some((their_mape, their_r2))) = (figures(ours), figures(theirs)) {
-            ahead += u64::from(our_mape < their_mape && our_r2 > their_r2);
-            behind += u64::from(our_mape > their_mape || our_r2 < their_r2);
-        }
-    }
-    (ahead, behind)
+/// One model's power at a moving window of 25 s, over seeds.
+#[derive(Debug, Clone)]
+pub(super) struct ModelRow {
+    /// The model.
+    pub(super) name: &'static str,
+    /// What it is.
+    pub(super) source: &'static str,
+    /// Where the mass came from.
+    pub(super) mass: MassSource,
+    /// Over seeds.
+    pub(super) quality: Quality<Spread>,
+    /// Seeds in which ours has the lower MAPE and the higher R² on the same log.
+    pub(super) ours_ahead: u64,
+    /// Seeds in which ours has the higher MAPE or the lower R².
+    pub(super) ours_behind: u64,
+    /// As published, where it is: MAPE in % and R².
+    pub(super) published: Option<(f64, f64)>,
 }
 
 /// MAPE (%) and R² at 25 s (Section 8): the paper's method, its regression, its perceptron.
-const PUBLISHED: [(&str, f64, f64); 3] =
-    [("eq18-published", 9.12, 0.78), ("linear", 12.7, 0.44), ("mlp", 10.2, 0.69)];
+pub(super) const PUBLISHED: [(&str, (f64, f64)); 3] =
+    [("eq18-published", (9.12, 0.78)), ("linear", (12.7, 0.44)), ("mlp", (10.2, 0.69))];
 
-/// Worst-case windows (Section 8): length in s, mass error and MAPE in %, R².
-pub(super) const PUBLISHED_WORST: [(f64, f64, f64, f64); 2] =
-    [(12.5, 19.8, 11.1, 0.68), (50.0, 11.6, 8.6, 0.79)];
-
-fn nearness(windows: &[WindowRow], models: &[ModelRow]) -> Vec<Nearness> {
-    let mut near = Vec::new();
-    let ours = models.first();
-    for (name, mape, r2) in PUBLISHED {
-        let here = models.iter().find(|row| row.name == name);
-        if let (Some(here), Some(ours)) = (here, ours) {
-            let what = |of: &str| format!("{name}, 25 s: {of}");
-            near.push(Nearness {
-                what: what("MAPE"),
-                published: mape,
-                here: here.mape_percent,
-                ours: ours.mape_percent,
-                unit: "%",
-            });
-            near.push(Nearness { what: what("R²"), published: r2, here: here.r2, ours: ours.r2, unit: "" });
+/// Models in the order of the first seed.
+pub(super) fn models(seeds: &[Seed]) -> Vec<ModelRow> {
+    let Some(first) = seeds.first() else { return Vec::new() };
+    let row = |&Judged { name, source, mass, .. }: &Judged| {
+        let of = |seed: &Seed| seed.models.iter().find(|other| other.name == name).map(|model| model.quality);
+        let quality = Spread::of_each(seeds.iter().map(|seed| of(seed).unwrap_or([f64::NAN; 3])));
+        let (mut ours_ahead, mut ours_behind) = (0, 0);
+        for seed in seeds {
+            let (Some(ours), Some(theirs)) = (seed.models.first(), of(seed)) else { continue };
+            let ([mape, r2, _], [their_mape, their_r2, _]) = (ours.quality, theirs);
+            // A figure that is not known compares as neither.
+            ours_ahead += u64::from(mape < their_mape && r2 > their_r2);
+            ours_behind += u64::from(
+                [mape, r2, their_mape, their_r2].iter().all(|figure| figure.is_finite())
+                    && (mape > their_mape || r2 < their_r2),
+            );
         }
-    }
-    for (window_s, mass_percent, mape_percent, r2) in PUBLISHED_WORST {
-        let row = |method: &str| windows.iter().find(|row| row.window_s == window_s && row.method == method);
-        if let (Some(here), Some(ours)) = (row("eq18-published"), row("signed")) {
-            let what = |of: &str| format!("worst window of {window_s} s: {of}");
-            let (here_mass, ours_mass) = (here.worst_mass_percent, ours.worst_mass_percent);
-            near.push(Nearness {
-                what: what("mass error"),
-                published: mass_percent,
-                here: here_mass,
-                ours: ours_mass,
-                unit: "%",
-            });
-            near.push(Nearness {
-                what: what("MAPE"),
-                published: mape_percent,
-                here: here.mape_percent,
-                ours: ours.mape_percent,
-                unit: "%",
-            });
-            near.push(Nearness { what: what("R²"), published: r2, here: here.r2, ours: ours.r2, unit: "" });
-        }
-    }
-    near
+        let published = PUBLISHED.iter().find(|(known, _)| *known == name).map(|(_, figures)| *figures);
+        ModelRow { name, source, mass, quality, ours_ahead, ours_behind, published }
+    };
+    first.models.iter().map(row).collect()
 }

@@ -1,33 +1,47 @@
 //! A figure over seeds, with the interval of its mean.
 
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use serde::Serialize;
 
-use super::study::Spread;
+use crate::numerics::intervals::mean_interval;
+
+/// A figure over seeds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(super) struct Spread {
+    /// Mean over seeds.
+    pub(super) mean: f64,
+    /// 95 % interval of the mean (Student's t over seeds); NaN with one seed.
+    pub(super) low: f64,
+    /// 95 % interval of the mean (Student's t over seeds); NaN with one seed.
+    pub(super) high: f64,
+    /// The least of a seed.
+    pub(super) least: f64,
+    /// The greatest of a seed.
+    pub(super) greatest: f64,
+    /// Seeds that have a value.
+    pub(super) count: usize,
+}
 
 impl Spread {
     /// Over one value a seed; seeds without one (NaN) do not count.
-    pub fn over(values: &[f64]) -> Self {
+    pub(super) fn over(values: &[f64]) -> Self {
         let known: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
-        let count = known.len();
-        let mean = known.iter().sum::<f64>() / count as f64;
-        let half = half_width(&known, mean);
+        let interval = mean_interval(&known);
+        let (low, high) = interval.ends().unwrap_or((f64::NAN, f64::NAN));
         Self {
-            mean,
-            low: mean - half,
-            high: mean + half,
+            mean: interval.mean,
+            low,
+            high,
             least: known.iter().copied().fold(f64::NAN, f64::min),
             greatest: known.iter().copied().fold(f64::NAN, f64::max),
-            count,
+            count: interval.count,
         }
     }
-}
 
-/// Half the 95 % interval of the mean; NaN below two values.
-fn half_width(values: &[f64], mean: f64) -> f64 {
-    let degrees = values.len() as f64 - 1.0;
-    let Ok(student) = StudentsT::new(0.0, 1.0, degrees) else { return f64::NAN };
-    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / degrees;
-    student.inverse_cdf(0.975) * (variance / values.len() as f64).sqrt()
+    /// Of several figures of each seed, each over all seeds.
+    pub(super) fn of_each<const N: usize>(seeds: impl Iterator<Item = [f64; N]>) -> [Self; N] {
+        let seeds: Vec<[f64; N]> = seeds.collect();
+        std::array::from_fn(|place| Self::over(&seeds.iter().map(|seed| seed[place]).collect::<Vec<_>>()))
+    }
 }
 
 #[cfg(test)]

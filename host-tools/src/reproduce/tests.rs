@@ -6,8 +6,9 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use roxmltree::{Document, ParsingOptions};
 
-use super::testing::{METHODS, spread, study};
-use super::{figures, on_all_cores, output, page, table};
+use super::testing::{METHODS, study, study_with};
+use super::work::on_all_cores;
+use super::{figures, output, page};
 
 fn parsed(page: &str) -> Document<'_> {
     Document::parse_with_options(page, ParsingOptions { allow_dtd: true, ..ParsingOptions::default() })
@@ -36,13 +37,13 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 #[test]
 fn the_page_is_well_formed_and_shows_every_figure_and_table() {
     let study = study(40);
-    let drawn = page::of(&study).unwrap();
+    let drawn = page::text(&study).unwrap();
     let page = parsed(&drawn);
     let ids: Vec<&str> = page.descendants().filter_map(|node| node.attribute("id")).collect();
-    for figure in figures::all(&study) {
+    for figure in &study.figures {
         assert!(ids.contains(&figure.name), "{}", figure.name);
     }
-    for table in table::Table::all(&study) {
+    for table in &study.tables {
         assert!(ids.contains(&&*format!("table-{}", table.name)), "{}", table.name);
     }
     for svg in page.descendants().filter(|node| node.has_tag_name("svg")) {
@@ -60,39 +61,35 @@ fn the_page_is_well_formed_and_shows_every_figure_and_table() {
 /// What is lost is on top, in the table and in the marks.
 #[test]
 fn a_baseline_that_beats_ours_is_shown() {
-    let mut lost = study(6);
-    lost.experiment.models[2].mape_percent = spread(2.0, 0.3);
-    (lost.experiment.models[2].ours_ahead, lost.experiment.models[2].ours_behind) = (1, 19);
-    lost.experiment.models[0].r2 = spread(0.90, 0.005);
-    let drawn = page::of(&lost).unwrap();
+    let lost = study_with(20, 6, 1);
+    let drawn = page::text(&lost).unwrap();
     let page = parsed(&drawn);
     let header = page.descendants().find(|node| node.has_tag_name("header")).unwrap();
-    assert!(text(header).contains("Ahead of ours in MAPE or R²: perceptron"), "{}", text(header));
+    assert!(text(header).contains("Ahead of ours in MAPE or R²: linear"), "{}", text(header));
     assert!(text(header).contains("at least 0.93: missed"), "{}", text(header));
     let marked = page.descendants().filter(|node| node.attribute("class") == Some("against")).map(text);
     let marked: Vec<String> = marked.collect();
     assert!(
-        marked.iter().any(|row| row.starts_with("perceptron") && row.ends_with("beats ours (1 of 20)")),
+        marked.iter().any(|row| row.starts_with("linear") && row.ends_with("beats ours (0 of 20)")),
         "{marked:?}"
     );
-    let lines = table::text(&lost);
-    assert!(lines.lines().any(|line| line.starts_with("! perceptron")), "{lines}");
-    assert!(!table::text(&study(6)).contains("! perceptron"));
+    let lines = lost.text();
+    assert!(lines.lines().any(|line| line.starts_with("! linear")), "{lines}");
+    assert!(!study(6).text().contains("! linear"));
 }
 
 #[test]
 fn one_seed_tells_nothing_apart() {
-    let mut one = study(6);
-    one.settings.seeds = 1;
-    let drawn = page::of(&one).unwrap();
+    let one = study_with(1, 6, 0);
+    let drawn = page::text(&one).unwrap();
     let page = text(parsed(&drawn).root());
     assert!(
         page.contains("One seed: no intervals, nothing can be told apart; 4 of 4 goals reached"),
         "{page}"
     );
     assert!(!page.contains("Ours is ahead of") && page.contains("Seed 1. "), "{page}");
-    assert!(table::text(&one).starts_with("Seed 1. "));
-    assert!(table::text(&study(6)).starts_with("Seeds 1 to 20. "));
+    assert!(one.text().starts_with("Seed 1. "));
+    assert!(study(6).text().starts_with("Seeds 1 to 20. "));
 }
 
 #[test]
@@ -102,7 +99,7 @@ fn the_folder_holds_everything_and_the_same_study_gives_the_same_bytes() {
     let study = study(40);
     output::save(&study, &folder).unwrap();
     let first = files(&folder);
-    for figure in figures::all(&study) {
+    for figure in &study.figures {
         for format in ["svg", "png"] {
             let name = format!("figures/{}.{format}", figure.name);
             assert!(first.get(&name).is_some_and(|bytes| bytes.len() > 2000), "{name}");
@@ -114,7 +111,7 @@ fn the_folder_holds_everything_and_the_same_study_gives_the_same_bytes() {
     assert_eq!(json["models"].as_array().unwrap().len(), 40);
     assert_eq!(json["goals"][0]["reached"], true);
     assert!(first["study.json"].len() < 200_000, "no traces");
-    assert_eq!(first.len(), 3 + 2 * figures::all(&study).len());
+    assert_eq!(first.len(), 3 + 2 * study.figures.len());
     // An earlier reproduction is replaced, and nothing is left beside it.
     output::save(&study, &folder).unwrap();
     assert_eq!(files(&folder), first);
@@ -159,7 +156,7 @@ fn an_earlier_reproduction_with_other_files_in_it_is_left_alone() {
         std::fs::remove_file(folder.join(name)).unwrap();
     }
     output::check(&folder).unwrap();
-    assert_eq!(figures::all(&study(4)).iter().map(|figure| figure.name).collect::<Vec<_>>(), figures::NAMES);
+    assert_eq!(study(4).figures.iter().map(|figure| figure.name).collect::<Vec<_>>(), figures::NAMES);
 }
 
 #[cfg(unix)]

@@ -1,29 +1,35 @@
 //! What a payload window of a given length is worth: its worst start, as Fig. 12 of the paper has it, and all of them.
 
-use super::contender::{Fitted, Log};
+use super::contender::{CONTENDERS, Fitted, Log, moving};
+use super::settings::Settings;
+use super::spread::Spread;
+use super::table::{Cell, Column, Format, Mark, Row, Table, column};
 use crate::error::Result;
 use crate::estimate::WindowMass;
-use crate::metrics::{Metrics, Quality};
+use crate::metrics::Metrics;
 
-/// One method at one window on one log.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct AtWindow {
-    /// Mass error of the worst window of each payload, mean of the payloads, %.
-    pub(super) worst_mass_percent: f64,
-    /// Mass error of all windows, %.
-    pub(super) mean_mass_percent: f64,
-    /// Of the power predicted with the worst windows' masses, %.
-    pub(super) mape_percent: f64,
-    /// Of the power predicted with the worst windows' masses.
-    pub(super) r2: f64,
-    /// Share of windows whose mass is known.
-    pub(super) known_share: f64,
+/// Worst-case windows (Section 8): length in s, mass error and MAPE in %, R².
+pub(super) const PUBLISHED_WORST: [[f64; 4]; 2] = [[12.5, 19.8, 11.1, 0.68], [50.0, 11.6, 8.6, 0.79]];
+
+/// One method at one window: mass error of the worst window of each payload, mean of the payloads (%); that of all windows (%); MAPE (%) and R² of
+/// the power predicted with the worst windows' masses; share of the windows in which the mass is known (%).
+pub(super) type AtWindow<T> = [T; 5];
+
+/// The lengths of the sweep, and the published ones, s.
+pub(super) fn lengths(settings: &Settings) -> Vec<f64> {
+    let asked = settings.windows_s.iter().map(|length| f64::from(*length));
+    asked.chain(PUBLISHED_WORST.map(|published| published[0])).collect()
 }
 
 /// Step two done once a payload, at the worst moment; step three with that mass until the payload changes.
-pub(super) fn at_window(fitted: &Fitted<'_>, log: &Log, window_s: f64, floor_w: f64) -> Result<AtWindow> {
+pub(super) fn at_window(
+    fitted: &Fitted<'_>,
+    log: &Log,
+    window_s: f64,
+    floor_w: f64,
+) -> Result<AtWindow<f64>> {
     // Every window is judged by itself: nothing restarts it.
-    let (replayed, _) = fitted.follow(log, &super::contender::moving(window_s, false))?;
+    let (replayed, _) = fitted.follow(log, &moving(window_s, false))?;
     let mut metrics = Metrics::new(floor_w);
     let (mut worst_sum, mut all, mut inside) = (0.0, Vec::new(), 0);
     let tasks = log.tasks();
@@ -43,22 +49,81 @@ pub(super) fn at_window(fitted: &Fitted<'_>, log: &Log, window_s: f64, floor_w: 
             }
         }
     }
-    let Quality { r2, mape_percent, .. } = metrics.quality().unwrap_or(NO_QUALITY);
-    Ok(AtWindow {
-        worst_mass_percent: worst_sum / tasks.len() as f64,
-        mean_mass_percent: all.iter().sum::<f64>() / all.len() as f64,
-        mape_percent: mape_percent.unwrap_or(f64::NAN),
-        r2: r2.unwrap_or(f64::NAN),
-        known_share: all.len() as f64 / inside as f64,
-    })
+    let quality = metrics.quality();
+    Ok([
+        worst_sum / tasks.len() as f64,
+        all.iter().sum::<f64>() / all.len() as f64,
+        quality.and_then(|quality| quality.mape_percent).unwrap_or(f64::NAN),
+        quality.and_then(|quality| quality.r2).unwrap_or(f64::NAN),
+        100.0 * (all.len() as f64 / inside as f64),
+    ])
 }
 
-/// Of a method that never knew.
-pub(super) const NO_QUALITY: Quality = Quality {
-    r2: None,
-    mape_percent: None,
-    mape_floor_w: 0.0,
-    mape_share: 0.0,
-    rmse_w: f64::NAN,
-    samples: 0,
-};
+/// One method at one window, over seeds.
+#[derive(Debug, Clone)]
+pub(super) struct WindowRow {
+    /// s
+    pub(super) window_s: f64,
+    /// The method.
+    pub(super) method: &'static str,
+    /// Over seeds.
+    pub(super) figures: AtWindow<Spread>,
+}
+
+/// What a seed gives: length in s, method.
+pub(super) type Swept = (f64, &'static str, AtWindow<f64>);
+
+/// By window, then in the order of the contenders.
+pub(super) fn rows<'a>(seeds: impl Iterator<Item = &'a [Swept]> + Clone) -> Vec<WindowRow> {
+    let mut lengths: Vec<f64> = seeds.clone().flatten().map(|(length, ..)| *length).collect();
+    lengths.sort_by(f64::total_cmp);
+    lengths.dedup();
+    let row = |window_s: f64, method| {
+        let of = |seed: &[Swept]| {
+            let own = seed.iter().find(|(length, name, _)| *length == window_s && *name == method);
+            own.map_or([f64::NAN; 5], |(.., found)| *found)
+        };
+        WindowRow { window_s, method, figures: Spread::of_each(seeds.clone().map(of)) }
+    };
+    lengths
+        .iter()
+        .flat_map(|length| CONTENDERS.iter().map(|contender| row(*length, contender.name)))
+        .collect()
+}
+
+/// What the worst window's mass error is (Section 8 words the published ones as averages).
+pub(super) const WORST_MASS: &str = "of each of the two payloads the worst start, the mean of both (an average, as Section 8 words it; the worst start of Section 6's \
+                                     table is the worst of both)";
+
+const COLUMNS: [Column; 8] = [
+    column("window_s", "window s", Format::Number(1)),
+    column("method", "method", Format::Words),
+    column("worst_mass_percent", "mass error, worst %", Format::Error(2)),
+    column("mean_mass_percent", "mean %", Format::Error(2)),
+    column("", "known %", Format::Share(1)),
+    column("mape_percent", "MAPE %", Format::Error(2)),
+    column("r2", "R²", Format::R2(3)),
+    column("known_percent", "", Format::Share(1)),
+];
+
+/// Fig. 12 as a table.
+pub(super) fn table(rows: &[WindowRow]) -> Table {
+    let ours = |row: &WindowRow| if row.method == CONTENDERS[0].name { Mark::Ours } else { Mark::None };
+    let cells = |row: &WindowRow| -> [Cell; 8] {
+        let [worst, mean, mape, r2, known] = row.figures.map(Cell::from);
+        [row.window_s.into(), row.method.into(), worst, mean, known.clone(), mape, r2, known]
+    };
+    let published = PUBLISHED_WORST.map(|[window_s, mass, mape, r2]| {
+        format!("at {window_s} s the paper has {mass} %, {mape} % and {r2}")
+    });
+    Table {
+        name: "windows",
+        title: "Fig. 12: error against window, worst-case start",
+        columns: &COLUMNS,
+        rows: rows.iter().map(|row| Row::new(ours(row), cells(row))).collect(),
+        note: format!(
+            "mass error, worst: {WORST_MASS}; MAPE and R² with the worst window's mass; worst mass error, MAPE and R²: {}",
+            published.join(", ")
+        ),
+    }
+}

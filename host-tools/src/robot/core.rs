@@ -1,6 +1,7 @@
 //! From robot.toml to what model-core computes with.
 
 use model_core::coefficients::{Name, Robot as CoreRobot};
+use model_core::conditioning::Conditioning;
 use model_core::kinematics::{InvalidLength, Kinematics};
 use model_core::model::MassRange;
 use model_core::torque::Drive;
@@ -64,6 +65,7 @@ impl Robot {
             mass_matrix: kinematics.mass_matrix(self.gyration_radius_m).map_err(invalid)?,
             dead_band: self.speed_dead_band_rad_s,
             cutoff_hz,
+            conditioning: Conditioning::PLAIN,
             range,
             static_power: self.static_power_w.unwrap_or(0.0),
         })

@@ -1,15 +1,17 @@
 //! `cargo xtask bench`: the figures of the README, measured again.
 
 use crate::instructions;
+use crate::robots;
 use crate::steps::{Steps, Stop, command};
 
 type Measure = fn(&mut Steps) -> Result<(), Stop>;
 
 /// What can be measured.
-const BENCHES: [(&str, Measure); 3] = [
+const BENCHES: [(&str, Measure); 4] = [
     ("accuracy", |steps| host_bench(steps, "accuracy", "accuracy")),
     ("fit-speed", |steps| host_bench(steps, "fit-speed", "fit_speed")),
     ("instructions", instructions::run),
+    ("robots", |steps| robots::run(steps, false)),
 ];
 
 /// Measures one of them, or all. True when every figure was reached; `None` for a name that there is not.
@@ -28,6 +30,15 @@ pub(crate) fn run(name: Option<&str>) -> Option<bool> {
     }
     steps.print_summary();
     Some(reached)
+}
+
+/// The bench of robots as JSON. True when it ended well.
+pub(crate) fn robots_json() -> bool {
+    let done = robots::run(&mut Steps::default(), true);
+    if let Err(stop) = &done {
+        eprintln!("robots: {stop}");
+    }
+    done.is_ok()
 }
 
 /// A bench of host-tools.

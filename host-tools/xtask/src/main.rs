@@ -6,6 +6,7 @@ mod demo;
 mod images;
 mod instructions;
 mod paths;
+mod robots;
 mod set_up;
 mod size;
 mod steps;
@@ -18,8 +19,10 @@ usage: cargo xtask <command>
 
   test   formatting, lints, documentation, tests on the host and on an emulated Cortex-M7, licences
   demo   record, fit, flash and estimate on the virtual board; plots go to demo-output/
-  bench [accuracy | fit-speed | instructions]
+  bench [accuracy | fit-speed | instructions | robots]
          the figures of the README, measured again; minutes
+  bench robots --json
+         the figures of docs/robots.txt
   circles
          files of a crate that need each other, and rooms that need those above them: part of test
   size [--json]
@@ -47,6 +50,7 @@ fn main() -> ExitCode {
             }
             result.is_ok()
         }
+        ["bench", "robots", "--json"] => bench::robots_json(),
         ["size"] => size::run(false),
         ["size", "--json"] => size::run(true),
         ["help" | "--help" | "-h"] => {

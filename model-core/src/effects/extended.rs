@@ -8,11 +8,15 @@ use crate::polynomial::Polynomial;
 use crate::real::Real;
 use crate::torque::{Drive, TorqueModel, WheelPower};
 
-/// Sign of the turn, 0 straight ahead: where the outermost wheels' part in it is within the dead band (rad/s).
+/// Share of the turn's scrub that is there: as the motion has it where the wheels scrub, else the sign of the turn, 0 straight
+/// ahead, where the outermost wheels' part in it is within the dead band (rad/s).
 #[inline]
 fn turning<T: Real, const N: usize>(layout: &Layout<T, N>, motion: &Motion<T, N>, dead_band: T) -> T {
     let mut sum = T::ZERO;
     for (share, wheel) in layout.turn.iter().zip(&motion.wheels) {
+        if wheel.scrub != T::ZERO && *share != T::ZERO {
+            return wheel.scrub / *share;
+        }
         sum += *share * wheel.speed;
     }
     if sum.abs() > dead_band { sum.sign() } else { T::ZERO }

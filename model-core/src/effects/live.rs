@@ -1,18 +1,18 @@
 //! Effects in real time: the list of the coefficients along with the estimator, on the board and in the host's replay alike.
 //!
-//! A sample is first [corrected](Additions::correct) for what its sensors get wrong; behind the filter the run is
+//! A sample is first [corrected](Additions::correct) for what its sensors get wrong, but for their delay, which the estimator's
+//! conditioner takes care of; behind the filter the run is
 //! [followed](Additions::follow); then the model [answers](Additions::respond) with what the wheels draw as a polynomial of the mass,
 //! the power with all effects at the mass in hand, and what the wheels draw by the measured power.
 
 use super::columns::{Cause, Columns, Terms};
 use super::course::{Course, Heat};
-use super::delay::DelayLine;
 use super::extended::Extended;
 use super::layout::Layout;
 use super::term::Scene;
 use crate::coefficients::{Coefficients, Robot};
-use crate::estimator::{Conditioned, GAP_PERIODS, Sample};
-use crate::filter::{Channel, InvalidCutoff, LowPass};
+use crate::estimator::{Conditioned, Sample, Unfit};
+use crate::filter::{Channel, LowPass};
 use crate::model::{MassRange, Model, Response};
 use crate::motion::Motion;
 use crate::real::Real;
@@ -81,17 +81,6 @@ impl<T: Real, const N: usize> Additions<T, N> for () {
     }
 }
 
-/// Why coefficients with effects cannot run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Unfit {
-    /// The filter's cutoff is none at this sample rate.
-    Cutoff(InvalidCutoff),
-    /// Effects act on the torques of the signed model: this one has none.
-    Model,
-    /// A delay that the samples kept do not reach.
-    Delay,
-}
-
 /// A column of the log behind the filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Track<T> {
@@ -135,7 +124,6 @@ pub struct Live<T, const N: usize> {
     course: Course<T>,
     /// What readings of the wheels' speeds are multiplied by.
     scales: [T; N],
-    line: DelayLine<T, N>,
     filter: LowPass<T>,
     pitch: Track<T>,
     temperature: [Track<T>; N],
@@ -149,7 +137,7 @@ impl<T: Real, const N: usize> Live<T, N> {
     /// Of coefficients, for samples `period_s` apart.
     ///
     /// # Errors
-    /// They have another model than the signed one, or a delay that is too long at this rate.
+    /// They have another model than the signed one, or a filter cutoff that this sample rate cannot have.
     pub fn new(coefficients: &Coefficients<T, N>, period_s: f64) -> Result<Self, Unfit> {
         let Coefficients { robot, model, columns, .. } = coefficients;
         let Model::Signed { torque, drive } = model else { return Err(Unfit::Model) };
@@ -160,8 +148,6 @@ impl<T: Real, const N: usize> Live<T, N> {
                 layout.scale(&mut scales, side, column.coefficient);
             }
         }
-        let longest_step = T::from_f64(GAP_PERIODS * period_s);
-        let line = DelayLine::new(columns.delay(), period_s, longest_step).ok_or(Unfit::Delay)?;
         let heat_time = columns.iter().find_map(|column| match column.cause {
             Cause::Heat(time) => Some(time),
             _ => None,
@@ -179,7 +165,6 @@ impl<T: Real, const N: usize> Live<T, N> {
             heat: [Heat::default(); N],
             course: Course::default(),
             scales,
-            line,
             filter: LowPass::new(robot.cutoff_hz.to_f64(), period_s).map_err(Unfit::Cutoff)?,
             pitch: Track::UNKNOWN,
             temperature: [Track::UNKNOWN; N],
@@ -254,7 +239,6 @@ impl<T: Real, const N: usize> Additions<T, N> for Live<T, N> {
         {
             *acceleration = *acceleration * *scale;
         }
-        self.corrected = self.line.push(&self.corrected, elapsed);
     }
 
     fn corrected<'a>(&'a self, _: &'a Sample<T, N>) -> &'a Sample<T, N> {

@@ -10,7 +10,6 @@
 
 mod columns;
 mod course;
-pub mod delay;
 mod extended;
 mod layout;
 pub mod live;

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "every test crate uses its own part")]
 
 use model_core::coefficients::{Coefficients, Name, Robot};
+use model_core::conditioning::Conditioning;
 use model_core::effects::Columns;
 use model_core::kinematics::{Kinematics, MassMatrix};
 use model_core::model::{MassRange, Model};
@@ -83,6 +84,7 @@ pub(crate) fn servo() -> TorqueModel<f64> {
         inertia_gain: 1.3,
         winding_loss: 3.0,
         scrub: 0.0,
+        imbalance: 0.0,
     }
 }
 
@@ -97,6 +99,7 @@ pub(crate) fn coefficients() -> Coefficients<f64, 2> {
             mass_matrix,
             dead_band: 0.02,
             cutoff_hz: 2.0,
+            conditioning: Conditioning::PLAIN,
             range: range(),
             static_power: 6.4,
         },
@@ -111,7 +114,14 @@ pub(crate) fn wheel() -> impl Strategy<Value = Wheel<f64>> {
     (0.05..10.0_f64, any::<bool>(), -30.0..30.0_f64, -0.1..0.1_f64).prop_map(
         |(speed, forward, acceleration, inertial_torque)| {
             let direction = if forward { 1.0 } else { -1.0 };
-            Wheel { speed: direction * speed, acceleration, inertial_torque, direction, scrub: 0.0 }
+            Wheel {
+                speed: direction * speed,
+                acceleration,
+                inertial_torque,
+                direction,
+                scrub: 0.0,
+                side: 0.0,
+            }
         },
     )
 }
@@ -127,6 +137,7 @@ pub(crate) fn torque_model() -> impl Strategy<Value = TorqueModel<f64>> {
             inertia_gain,
             winding_loss,
             scrub: 0.0,
+            imbalance: 0.0,
         },
     )
 }

@@ -6,6 +6,7 @@ mod drive;
 use core::hint::black_box;
 
 use model_core::coefficients::{Coefficients, Name, Robot};
+use model_core::conditioning::Conditioning;
 use model_core::effects::Columns;
 use model_core::eq18::Gate;
 use model_core::estimator::{Estimator, Sample, Timing};
@@ -143,6 +144,7 @@ fn coefficients() -> Option<Coefficients<f32, WHEELS>> {
         inertia_gain: 1.3,
         winding_loss: 3.0,
         scrub: 0.0,
+        imbalance: 0.0,
     };
     Some(Coefficients {
         robot: Robot {
@@ -152,6 +154,7 @@ fn coefficients() -> Option<Coefficients<f32, WHEELS>> {
             mass_matrix: kinematics.mass_matrix(gyration_radius).ok()?,
             dead_band: 0.02,
             cutoff_hz: 2.0,
+            conditioning: Conditioning::PLAIN,
             range: MassRange::new(1.0, 6.0)?,
             static_power: 0.0,
         },

@@ -117,8 +117,8 @@ pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str]) -> Result
     };
     for (place, run) in raw.iter().enumerate() {
         dataset.runs.push(Run { file: PathBuf::from(&run.name), gram: fit::gram::Gram::default() });
-        let mut conditioner = Conditioner::new(&core, run.period_s)
-            .map_err(|error| Error::failed(format!("cutoff {} Hz", error.cutoff_hz)))?;
+        let mut conditioner =
+            Conditioner::new(&core, run.period_s).map_err(|error| Error::failed(format!("{error:?}")))?;
         for (time, sample, mass, _) in &run.rows {
             let Some(now) = conditioner.push(sample, run.period_s) else { continue };
             if now.settled {

@@ -1,6 +1,5 @@
 //! A state fitted with all its effects, the model made linear anew at each step (Gauss and Newton).
 
-use model_core::torque::TorqueModel;
 use nalgebra::{DMatrix, DVector};
 
 use super::Problem;
@@ -68,7 +67,7 @@ impl<const N: usize> Problem<'_, N> {
         for (value, step) in base.iter_mut().zip(values.iter()).take(self.base) {
             *value = (*value + share * step).max(0.0);
         }
-        let mut next = State { torque: TorqueModel::from_array(base), ..state.clone() };
+        let mut next = State { torque: state.torque.with_array(base), ..state.clone() };
         for ((_, coefficient), step) in
             next.effects.iter_mut().zip(values.iter().skip(self.base + self.discrepancy.len()))
         {

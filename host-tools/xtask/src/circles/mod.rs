@@ -44,8 +44,6 @@ const KNOWN: &[&str] = &[
     "host-tools/src/inspect",
     "host-tools/src/log",
     "host-tools/src/plant",
-    "host-tools/src/report",
-    "host-tools/src/reproduce",
     "host-tools/src/robot",
     "model-core/src",
 ];

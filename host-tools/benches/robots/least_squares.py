@@ -1,0 +1,187 @@
+"""An independent least squares of the signed torque model's form, in NumPy and SciPy: what `gmr fit` is judged by.
+
+    python least_squares.py COEFFICIENTS.toml LOG.csv ... [--starts 50]
+
+Reads the robot and the filter from what `gmr fit` wrote, and from there shares nothing with it: SciPy's Butterworth filter, plain
+sum of squares over all rows, trust-region steps from random starts. The form is that of the coefficients: terms that they lack are
+left out here, too.
+"""
+
+import argparse
+import json
+import tomllib
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.signal import butter, sosfilt, sosfilt_zi, zpk2sos
+
+STARTS = 50
+# Rows that take part; more are thinned out behind the filter.
+MOST_ROWS = 20_000
+
+
+@dataclass
+class Rows:
+    """Behind the filter; wheels by side or one by one. Shapes (n, wheels) but for power, mass and turn."""
+    speed: np.ndarray
+    acceleration: np.ndarray
+    inertial: np.ndarray     # torque per kilogram at the wheel, N·m/kg
+    direction: np.ndarray
+    power: np.ndarray
+    mass: np.ndarray
+    lateral: np.ndarray      # −1 left, +1 right
+    slip: "Slip"
+
+
+class Slip:
+    """The turn's state s, −1 to 1:  s ← (e s + T Δ) / (e + T √(Δ² + (c v)² + w0²)), e = c λ; at c = w0 = 0 the sign of the turn Δ."""
+
+    def __init__(self, difference, mean, period, starts, dead_band):
+        self.parts = (difference, mean, period, starts)
+        self.sign = np.where(np.abs(difference) > dead_band, np.sign(difference), 0.0)
+        self.kept, self.keep = {}, None
+
+    def at(self, e, c, w0):
+        if c == w0 == 0.0:
+            return self.sign
+        key = (e, c, w0)
+        if key not in self.kept:
+            if len(self.kept) > 8:
+                self.kept.clear()
+            self.kept[key] = self.walk(e, c, w0)
+        return self.kept[key]
+
+    def walk(self, e, c, w0):
+        difference, mean, period, starts = self.parts
+        push = (period * difference).tolist()
+        ease = (1.0 / (e + period * np.sqrt((c * mean) ** 2 + difference ** 2 + w0 ** 2) + 1e-12)).tolist()
+        first = set(np.flatnonzero(starts).tolist())
+        s, out = 0.0, [0.0] * len(push)
+        for k in range(len(push)):
+            if k in first:
+                s = 0.0
+            s = out[k] = (e * s + push[k]) * ease[k]
+        out = np.array(out)
+        return out if self.keep is None else out[self.keep]
+
+
+def low_pass(cutoff_hz, period):
+    """Butterworth of fifth order, and the derivative of its output: a zero at −1 becomes one at +1."""
+    zeros, poles, gain = butter(5, cutoff_hz, fs=1.0 / period, output="zpk")
+    rest = np.append(zeros[:-1], 1.0)
+    return zpk2sos(zeros, poles, gain), zpk2sos(rest, poles, gain * 2.0 / period)
+
+
+def settled(sos, x):
+    return sosfilt(sos, x, axis=0, zi=sosfilt_zi(sos)[:, :, None] * x[0] if x.ndim > 1 else sosfilt_zi(sos) * x[0])[0]
+
+
+def read(logs, robot, masses, default_mass=None):
+    """Rows of all logs behind the robot's filter, each log from its settled start."""
+    kinematics = np.array(robot["kinematics"])
+    gyration = robot["gyration_radius_m"]
+    matrix = kinematics.T @ np.diag([1.0] * (len(kinematics) - 1) + [gyration ** 2]) @ kinematics
+    lateral = np.sign(kinematics[-1])
+    parts = []
+    for log, mass in zip(logs, masses):
+        with open(log) as file:
+            names = file.readline().strip().split(",")
+        values = np.genfromtxt(log, delimiter=",", skip_header=1)
+        column = {n: values[:, k] for k, n in enumerate(names)}
+        raw = np.column_stack([column[f"wheel{k + 1}_rad_s"] for k in range(kinematics.shape[1])])
+        fine = np.isfinite(raw).all(axis=1) & np.isfinite(column["power_w"])
+        time, raw, power = column["time_s"][fine], raw[fine], column["power_w"][fine] - robot.get("static_power_w", 0.0)
+        period = float(np.median(np.diff(time)))
+        value, slope = low_pass(robot["filter_cutoff_hz"], period)
+        wait = int(np.ceil(2.0 / (robot["filter_cutoff_hz"] * period)))
+        if len(time) <= wait:
+            continue
+        own = column["mass_kg"][fine] if "mass_kg" in column else np.full(len(time), mass if mass is not None else default_mass)
+        starts = np.zeros(len(time), bool)
+        starts[0] = True
+        parts.append((settled(value, raw), settled(slope, raw), settled(value, power), own, starts, np.arange(len(time)) >= wait, period))
+    speed, acceleration, power, mass, starts, use = (np.concatenate([p[k] for p in parts]) for k in range(6))
+    band = robot["speed_dead_band_rad_s"]
+    rest = np.abs(speed) <= band
+    inertial = acceleration @ matrix.T
+    direction = np.sign(speed)
+    side = [speed[:, lateral == s].mean(axis=1) for s in (-1.0, 1.0)]
+    slip = Slip(side[1] - side[0], np.abs(side[0] + side[1]) / 2.0, parts[0][6], starts, band)
+    keep = np.flatnonzero(use)[:: max(1, int(np.ceil(use.sum() / MOST_ROWS)))]
+    slip.keep, slip.sign = keep, slip.sign[keep]
+    for array in (acceleration, inertial, direction, speed):
+        array[rest] = 0.0
+    return Rows(speed[keep], acceleration[keep], inertial[keep], direction[keep], power[keep], mass[keep], lateral, slip)
+
+
+# Name of a coefficient: scale of a random start.
+SCALES = {
+    "coulomb": 1.0, "rolling": 0.02, "viscous": 0.2, "rotor_inertia": 0.5, "inertia_gain": 1.0, "winding_loss": 0.03, "scrub": 0.5,
+}
+
+
+def model(q, rows, regenerates):
+    """Power, W, of coefficients by name."""
+    g = q.get
+    turn = rows.slip.at(g("slip_memory", 0.0), g("slip_rolling", 0.0), g("slip_creep", 0.0))
+    moving = rows.direction != 0.0
+    m = rows.mass[:, None]
+    torque = ((g("coulomb", 0.0) + g("unequal", 0.0) * rows.lateral + g("rolling", 0.0) * m) * rows.direction
+              + g("viscous", 0.0) * rows.speed + g("rotor_inertia", 0.0) * rows.acceleration
+              + m * (g("inertia_gain", 0.0) * rows.inertial + g("scrub", 0.0) * turn[:, None] * rows.lateral * moving))
+    power = torque * rows.speed + g("winding_loss", 0.0) * torque ** 2
+    if not regenerates:
+        power = np.maximum(power, 0.0)
+    return power.sum(axis=1)
+
+
+def solve(rows, names, regenerates, starts, seed=0):
+    """The least cost of many starts (sum of squares, W²), and where."""
+    rng = np.random.default_rng(seed)
+    scale = np.array([SCALES[n] for n in names])
+    low = np.array([-np.inf if n == "unequal" else 0.0 for n in names])
+
+    def residual(x):
+        return model(dict(zip(names, x * scale)), rows, regenerates) - rows.power
+
+    best = None
+    for _ in range(starts):
+        x = np.exp(rng.normal(0.0, 1.0, len(names)))
+        found = least_squares(residual, x, bounds=(low, np.inf), x_scale="jac", max_nfev=200)
+        if best is None or found.cost < best.cost:
+            best = found
+    return 2.0 * best.cost, dict(zip(names, (best.x * scale).tolist()))
+
+
+def beside(fit, coefficients, logs, starts=STARTS, default_mass=None):
+    """R² of the fit's parameters and of the best of many starts, on the same rows."""
+    with open(coefficients, "rb") as file:
+        written = tomllib.load(file)
+    values = written["parameters"]
+    if not values.keys() <= SCALES.keys():
+        return {"error": f"no independent form has {', '.join(sorted(values.keys() - SCALES.keys()))}"}
+    masses = written["fit"]["masses_kg"]
+    masses = masses if len(masses) == len(logs) else [masses[0]] * len(logs)
+    rows = read(logs, written["robot"], masses, default_mass)
+    regenerates = written["robot"]["regeneration"]
+    total = float(np.sum((rows.power - rows.power.mean()) ** 2))
+    own = float(np.sum((model(values, rows, regenerates) - rows.power) ** 2))
+    cost, best = solve(rows, list(values), regenerates, starts)
+    return {
+        "r2_told": fit["r2"] if fit else None, "r2_fit": 1.0 - own / total, "r2_independent": 1.0 - cost / total,
+        "cost_above_best": own / cost - 1.0, "fit": values, "independent": best, "starts": starts, "rows": len(rows.power),
+    }
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("coefficients")
+    parser.add_argument("logs", nargs="+")
+    parser.add_argument("--starts", type=int, default=STARTS)
+    a = parser.parse_args()
+    print(json.dumps(beside(None, a.coefficients, a.logs, a.starts), indent=2))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,135 @@
+//! Eq. 18 with some of its print and some of its derivation: fitted, and judged.
+
+use model_core::eq18::{self, Gate, REGRESSORS};
+use model_core::model::Response;
+use model_core::payload::roots::{RootMean, Sums};
+use model_core::payload::{self, Method};
+
+use crate::error::{Error, Result};
+use crate::fit::dataset::{Dataset, Row};
+use crate::fit::gram::Gram;
+use crate::fit::linear;
+use crate::metrics::Metrics;
+
+/// One training log and one test log of a plant, as one seed drew them.
+#[derive(Debug, Clone)]
+pub(super) struct Pair<const N: usize> {
+    /// The plant, as tables name it.
+    pub(super) plant: &'static str,
+    /// Payload known.
+    pub(super) training: Dataset<N>,
+    /// Payload to be found.
+    pub(super) test: Dataset<N>,
+    /// Power below which relative errors mean nothing, W.
+    pub(super) floor_w: f64,
+}
+
+/// Which places are as printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Variant {
+    /// (2 + s) and (2 + r), or (1 + s) and (1 + r).
+    gates: Gate,
+    /// Powers of the mass: β5's is 1 or 2.
+    powers: Gate,
+}
+
+/// How good a variant is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Figures {
+    /// At the true mass; NaN where the power never changes.
+    pub(super) r2: f64,
+    /// At the true mass; NaN without a sample above the floor.
+    pub(super) mape_percent: f64,
+    /// Mean over windows in which the mass does not change; NaN where no window knows it.
+    pub(super) mass_percent: f64,
+}
+
+/// Section 6's window, s.
+const WINDOW_S: f64 = 10.0;
+
+impl Variant {
+    /// As derived, the gates alone as printed, the power of the mass alone as printed, all as printed.
+    pub(super) const ALL: [Self; 4] = [
+        Self { gates: Gate::Corrected, powers: Gate::Corrected },
+        Self { gates: Gate::Published, powers: Gate::Corrected },
+        Self { gates: Gate::Corrected, powers: Gate::Published },
+        Self { gates: Gate::Published, powers: Gate::Published },
+    ];
+
+    fn regressors<const N: usize>(self, row: &Row<N>) -> [f64; REGRESSORS] {
+        eq18::regressors(self.powers, &eq18::products(self.gates, &row.motion), row.mass)
+    }
+
+    /// Fits the training log, and looks at the test log.
+    ///
+    /// # Errors
+    /// A log without rows, or a fit that is not finite.
+    pub(super) fn figures<const N: usize>(self, pair: &Pair<N>) -> Result<Figures> {
+        let refused = |what: &str| Error::failed(format!("{}: {what}", pair.plant));
+        if pair.training.store.is_empty() || pair.test.store.is_empty() {
+            return Err(refused("no row to fit or to judge; expected a training log and a test log"));
+        }
+        let mut gram = Gram::default();
+        gram.extend(pair.training.store.iter().map(|row| (self.regressors(row), row.power)));
+        let beta: [f64; REGRESSORS] = linear::by_nnls(&gram).0.into();
+        if !beta.iter().all(|beta| beta.is_finite()) {
+            return Err(refused(
+                "the coefficients of Eq. 18 are not finite; expected finite speeds and powers",
+            ));
+        }
+        let mut metrics = Metrics::new(pair.floor_w);
+        for row in &pair.test.store {
+            let predicted: f64 = self.regressors(row).iter().zip(&beta).map(|(x, beta)| x * beta).sum();
+            metrics.add(row.power, predicted);
+        }
+        let quality = metrics.quality();
+        Ok(Figures {
+            r2: quality.and_then(|quality| quality.r2).unwrap_or(f64::NAN),
+            mape_percent: quality.and_then(|quality| quality.mape_percent).unwrap_or(f64::NAN),
+            mass_percent: self.mass_error(pair, &beta),
+        })
+    }
+
+    /// Mean |m̂ − m| ∕ m over windows one behind the other, %.
+    fn mass_error<const N: usize>(self, pair: &Pair<N>, beta: &[f64; REGRESSORS]) -> f64 {
+        let range = pair.test.robot.range;
+        let roots = RootMean { range };
+        let window = |row: &Row<N>| (row.run, (row.time / WINDOW_S).floor() as i64);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for rows in pair.test.store.chunk_by(|a, b| window(a) == window(b)) {
+            // Buckets of a second, as on the board: their scatter is what tells whether the mean is known.
+            let second = |row: &Row<N>| row.time.floor() as i64;
+            let buckets: Vec<_> = rows
+                .chunk_by(|a, b| second(a) == second(b))
+                .map(|rows| self.bucket(&roots, rows, beta))
+                .collect();
+            let total = payload::total::<f64, _, _>([&buckets]);
+            let (Some(first), Some(found)) = (rows.first(), roots.estimate_of(&total, [&buckets]).known())
+            else {
+                continue;
+            };
+            if rows.iter().all(|row| row.mass == first.mass) {
+                sum += 100.0 * (found.mass / first.mass - 1.0).abs();
+                count += 1.0;
+            }
+        }
+        sum / count
+    }
+
+    /// Sums over the roots of some rows.
+    fn bucket<const N: usize>(
+        self,
+        roots: &RootMean<f64>,
+        rows: &[Row<N>],
+        beta: &[f64; REGRESSORS],
+    ) -> Sums<f64> {
+        let mut sums = Sums::default();
+        for row in rows {
+            let products = eq18::products(self.gates, &row.motion);
+            let polynomial = eq18::polynomial(self.powers, &products, beta).about(roots.range.middle());
+            let response = Response { polynomial, may_clamp: false };
+            roots.add(&mut sums, row.power, &response, row.motion.mean_speed());
+        }
+        sums
+    }
+}

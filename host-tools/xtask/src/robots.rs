@@ -1,0 +1,76 @@
+//! `cargo xtask bench robots`: the models on robots that are not ours, by the scripts in host-tools/benches/robots.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use crate::paths::{root, target_folder};
+use crate::steps::{Steps, Stop, answer, command, command_line};
+
+const SCRIPTS: &str = "host-tools/benches/robots";
+/// What the scripts need from PyPI.
+const PACKAGES: [&str; 4] = ["mujoco>=3.2", "numpy>=2", "scipy>=1.13", "numba>=0.61"];
+/// The table as it is committed.
+const TABLE: &str = "docs/robots.txt";
+/// Measured logs. Beside the project, not part of it.
+const DATA: &str = "../shared/data";
+
+/// Prints the table, or its figures as JSON.
+pub(crate) fn run(steps: &mut Steps, json: bool) -> Result<(), Stop> {
+    let python = python()?;
+    steps.run("gmr", command("cargo build --quiet --release --package host-tools --bin gmr"))?;
+    let mut bench = Command::new(python);
+    bench.arg(format!("{SCRIPTS}/bench.py"));
+    bench.arg("--gmr").arg(target_folder().join("release/gmr"));
+    bench.args(["--data", DATA, "--work"]).arg(target_folder().join("robots"));
+    if json {
+        bench.arg("--json");
+        return steps.run("robots", bench);
+    }
+    steps.work("robots", || {
+        let text = text_of(bench)?;
+        print!("{text}");
+        std::fs::write(root().join(TABLE), text).map_err(|error| Stop::new(format!("{TABLE}: {error}")))
+    })
+}
+
+/// What a command prints; its progress is shown meanwhile.
+fn text_of(mut bench: Command) -> Result<String, Stop> {
+    let line = command_line(&bench);
+    println!("   {line}");
+    let output = bench.current_dir(root()).stderr(Stdio::inherit()).output();
+    let output = output.map_err(|error| Stop::new(format!("{line}\n   {error}")))?;
+    if !output.status.success() {
+        return Err(Stop::new(format!("{line}\n   {}", output.status)));
+    }
+    String::from_utf8(output.stdout).map_err(|error| Stop::new(error.to_string()))
+}
+
+/// A Python with the packages, in a virtual environment below the target folder.
+fn python() -> Result<PathBuf, Stop> {
+    let folder = target_folder().join("robots-python");
+    let python = folder.join("bin/python");
+    if has_packages(&python) {
+        return Ok(python);
+    }
+    if answer("python3 --version").is_none() {
+        return Err(Stop::new("python3 is missing: nothing is measured without it"));
+    }
+    let mut install = Command::new(&python);
+    install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]).args(PACKAGES);
+    let mut environment = Command::new("python3");
+    environment.args(["-m", "venv"]).arg(&folder);
+    for mut command in [environment, install] {
+        let done = command.stderr(Stdio::null()).status();
+        if !done.is_ok_and(|status| status.success()) {
+            let why = format!("{} failed: no PyPI, no table", command_line(&command));
+            return Err(Stop::new(why));
+        }
+    }
+    Ok(python)
+}
+
+fn has_packages(python: &Path) -> bool {
+    let mut probe = Command::new(python);
+    probe.args(["-c", "import mujoco, numpy, scipy, numba"]).stderr(Stdio::null());
+    probe.status().is_ok_and(|status| status.success())
+}

@@ -1,0 +1,87 @@
+//! Slip memory: how far the side force of wheels that are dragged through a turn has built up.
+//!
+//! A tyre's side force grows with its slip angle, saturates, and follows over a distance rolled, the relaxation length. With
+//! w_l and w_r the mean speeds of the sides' wheels, Δ = w_r − w_l and v̄ = |w_l + w_r| / 2, one state s, |s| ≤ 1, does both:
+//!
+//! ```text
+//! ds/dt = (Δ − s (c v̄ + |Δ|)) / (c λ)
+//! ```
+//!
+//! At rest in a steady curve s = Δ / (c v̄ + |Δ|): one half where the slip |Δ| / v̄ is c, ±1 on the spot. The implicit step
+//! s ← (c λ s + T Δ) / (c λ + T (c v̄ + |Δ|)) is a mean of the state before and of that end, so it never leaves −1 … 1
+//! whatever the step. c → 0 is the sign of the turn; λ → 0 the steady curve at once.
+
+use crate::real::Real;
+
+/// The two parameters of the memory.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SlipMemory<T> {
+    /// c: the slip |Δ| / v̄ at which half of the scrub is there, dimensionless; 0 for the sign of the turn, without memory.
+    pub half_slip: T,
+    /// λ: how far a wheel turns while the scrub builds up by 1 − 1/e in a gentle curve, rad.
+    pub relaxation: T,
+}
+
+/// How both sides' wheels turn at one instant.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Rims<T> {
+    /// Δ: right less left, rad/s.
+    pub difference: T,
+    /// v̄: absolute value of their mean, rad/s.
+    pub mean: T,
+}
+
+/// s: the share of the scrub that is there, −1 … 1, positive to the left.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Slip<T>(T);
+
+impl<T: Real> SlipMemory<T> {
+    /// No memory: the sign of the turn.
+    pub const OFF: Self = Self { half_slip: T::ZERO, relaxation: T::ZERO };
+
+    /// The scrub follows the sign of the turn at once.
+    #[inline]
+    pub fn is_off(&self) -> bool {
+        self.half_slip == T::ZERO
+    }
+
+    /// Finite and not negative.
+    pub fn is_sound(&self) -> bool {
+        [self.half_slip, self.relaxation].iter().all(|value| value.is_finite() && *value >= T::ZERO)
+    }
+
+    /// s after `elapsed` s at these speeds. What is not finite changes nothing.
+    #[inline]
+    pub fn step(&self, slip: &mut Slip<T>, rims: &Rims<T>, elapsed: T) -> T {
+        let inertia = self.half_slip * self.relaxation;
+        let pull = self.half_slip * rims.mean + rims.difference.abs();
+        let next = (inertia * slip.0 + elapsed * rims.difference) / (inertia + elapsed * pull);
+        // 0 / 0 where nothing rolls, and whatever comes of no number: the tyres stay as they are.
+        if next * T::ZERO == T::ZERO {
+            slip.0 = next;
+        }
+        slip.0
+    }
+
+    /// s as if it had been at these speeds for ever; 0 at rest.
+    #[inline]
+    pub fn settle(&self, slip: &mut Slip<T>, rims: &Rims<T>) -> T {
+        let steady = rims.difference / (self.half_slip * rims.mean + rims.difference.abs());
+        slip.0 = if steady * T::ZERO == T::ZERO { steady } else { T::ZERO };
+        slip.0
+    }
+
+    /// In another precision.
+    pub fn convert<U: Real>(&self) -> SlipMemory<U> {
+        let number = |value: T| U::from_f64(value.to_f64());
+        SlipMemory { half_slip: number(self.half_slip), relaxation: number(self.relaxation) }
+    }
+}
+
+impl<T: Real> Slip<T> {
+    /// s.
+    #[inline]
+    pub fn share(&self) -> T {
+        self.0
+    }
+}

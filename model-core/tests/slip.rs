@@ -1,0 +1,305 @@
+//! Laws of the slip memory, and what it is in the torque model.
+#![allow(clippy::unwrap_used, clippy::indexing_slicing, clippy::panic, reason = "tests")]
+
+mod common;
+
+use common::{close, coefficients, torque_model};
+use model_core::coefficients::{Coefficients, Robot};
+use model_core::conditioning::Conditioning;
+use model_core::estimator::{Conditioned, Conditioner, Sample};
+use model_core::kinematics::Kinematics;
+use model_core::model::Model;
+use model_core::motion::Motion;
+use model_core::real::Real;
+use model_core::slip::{Rims, Slip, SlipMemory};
+use model_core::torque::{Drive, TorqueModel};
+use proptest::prelude::*;
+
+const PERIOD: f64 = 0.005;
+
+fn memory() -> impl Strategy<Value = SlipMemory<f64>> {
+    (0.01..2.0_f64, 0.0..30.0_f64).prop_map(|(half_slip, relaxation)| SlipMemory { half_slip, relaxation })
+}
+
+fn rims() -> impl Strategy<Value = Rims<f64>> {
+    (-10.0..10.0_f64, 0.0..10.0_f64).prop_map(|(difference, mean)| Rims { difference, mean })
+}
+
+fn steady(memory: &SlipMemory<f64>, rims: &Rims<f64>) -> f64 {
+    rims.difference / (memory.half_slip * rims.mean + rims.difference.abs())
+}
+
+proptest! {
+    /// A mean of the state before and of the steady curve: it moves towards that, never past it, whatever the step.
+    #[test]
+    fn moves_towards_the_steady_curve(
+        memory in memory(), first in rims(), then in rims(), elapsed in prop_oneof![0.0..0.1_f64, 0.0..1e6_f64],
+    ) {
+        let mut slip = Slip::default();
+        let before = memory.settle(&mut slip, &first);
+        prop_assert_eq!(before, steady(&memory, &first));
+        let after = memory.step(&mut slip, &then, elapsed);
+        let end = steady(&memory, &then);
+        let (low, high) = (before.min(end) - 1e-15, before.max(end) + 1e-15);
+        prop_assert!(after >= low && after <= high && after.abs() <= 1.0, "{} {} {}", before, after, end);
+        prop_assert_eq!(after, slip.share());
+    }
+
+    /// c → 0 is the sign of the turn at once, λ → 0 the steady curve at once.
+    #[test]
+    fn limits(memory in memory(), first in rims(), then in rims()) {
+        prop_assume!(then.difference.abs() > 1e-3);
+        for (limit, expected) in [
+            (SlipMemory { half_slip: 1e-12, ..memory }, then.difference.signum()),
+            (SlipMemory { relaxation: 0.0, ..memory }, steady(&memory, &then)),
+        ] {
+            let mut slip = Slip::default();
+            memory.settle(&mut slip, &first);
+            let found = limit.step(&mut slip, &then, PERIOD);
+            prop_assert!((found - expected).abs() < 1e-4, "{} {}", found, expected);
+        }
+    }
+
+    /// Left and right swapped, the share is the opposite; the unit of time does not matter.
+    #[test]
+    fn symmetries(memory in memory(), course in proptest::collection::vec(rims(), 1..20), scale in 0.1..10.0_f64) {
+        let run = |sign: f64, scale: f64| {
+            let mut slip = Slip::default();
+            for rims in &course {
+                let rims = Rims { difference: sign * scale * rims.difference, mean: scale * rims.mean };
+                memory.step(&mut slip, &rims, 0.02 / scale);
+            }
+            slip.share()
+        };
+        prop_assert_eq!(run(-1.0, 1.0), -run(1.0, 1.0));
+        prop_assert!(close(run(1.0, scale), run(1.0, 1.0), 1.0, 1e-12));
+    }
+
+    /// With mass m the power stays a polynomial of it: the share holds no mass. d is Coulomb torque on the right, less on the
+    /// left, whichever way the wheels turn.
+    #[test]
+    fn power_is_still_a_polynomial_of_the_mass(
+        torque in torque_model(), scrub in 0.0..0.5_f64, imbalance in -0.5..0.5_f64, share in -1.0..1.0_f64,
+        speed in proptest::array::uniform2(prop_oneof![-9.0..-0.1_f64, 0.1..9.0_f64]), mass in 1.0..6.0_f64,
+    ) {
+        let torque = TorqueModel { scrub, imbalance, ..torque };
+        let matrix = kinematics().mass_matrix(0.064).unwrap();
+        let shares = matrix.sides().unwrap().scrub(share);
+        let motion = Motion::with_scrub(&speed, &[0.3, -0.4], &shares, &matrix, 0.02);
+        let model = Model::Signed { torque, drive: Drive::Regenerative };
+        let expected: f64 = [-1.0, 1.0].iter().zip(&motion.wheels).map(|(side, wheel)| {
+            let h = wheel.speed.signum();
+            let friction = (torque.coulomb + side * imbalance + torque.rolling * mass) * h;
+            let inertia = torque.rotor_inertia * wheel.acceleration
+                + torque.inertia_gain * mass * wheel.inertial_torque;
+            let tau = friction + torque.viscous * wheel.speed + inertia + side * scrub * mass * share;
+            tau * wheel.speed + torque.winding_loss * tau * tau
+        }).sum();
+        let range = common::range();
+        let found = model.response(&motion, &range).polynomial.at(mass - range.middle());
+        let scale = 1e3 * (1.0 + expected.abs());
+        prop_assert!(close(found, expected, scale, 1e-13), "{} {}", found, expected);
+        prop_assert!(close(model.power(&motion, mass).unwrap(), expected, scale, 1e-13));
+    }
+}
+
+fn kinematics() -> Kinematics<f64, 2> {
+    Kinematics::differential(0.033, 0.16).unwrap()
+}
+
+/// Two sides are those of differential drive and skid steer, whatever the number of wheels; others have none.
+#[test]
+fn sides_come_from_the_matrix() {
+    let rims = |difference, mean| Rims { difference, mean };
+    let two = kinematics().sides().unwrap();
+    assert_eq!(two.rims(&[2.0, 5.0]), rims(3.0, 3.5));
+    assert_eq!(two.rims(&[-2.0, -5.0]), rims(-3.0, 3.5));
+    let four = Kinematics::<f64, 4>::skid_steer(0.165, 1.07).unwrap().sides().unwrap();
+    assert_eq!(four.rims(&[1.0, 4.0, 3.0, 6.0]), rims(3.0, 3.5));
+    assert_eq!(four.scrub(0.5), [-0.5, 0.5, -0.5, 0.5]);
+    // Three wheels on one side, one of them mounted the other way round.
+    let rows = [[0.1, 0.1, 0.1, -0.1], [0.0; 4], [-0.2, 0.2, 0.2, -0.2]];
+    let odd = Kinematics::from_rows(rows).unwrap().sides().unwrap();
+    let found = odd.rims(&[2.0, 4.0, 5.0, -6.0]);
+    assert!((found.difference - 3.0).abs() < 1e-12 && (found.mean - 3.5).abs() < 1e-12, "{found:?}");
+    assert!(Kinematics::<f64, 4>::mecanum(0.05, 0.2, 0.2).unwrap().sides().is_none());
+    assert!(Kinematics::<f64, 3>::omni(0.05, 0.2).unwrap().sides().is_none());
+    assert!(Kinematics::from_rows([[0.1, 0.1], [0.0; 2], [0.2, 0.3]]).unwrap().sides().is_none());
+}
+
+fn conditioned(
+    conditioner: &mut Conditioner<f64, 2>,
+    time: f64,
+    elapsed: f64,
+) -> Option<Conditioned<f64, 2>> {
+    let turn = if time < 1.0 { 0.0 } else { 0.4 };
+    let speed = 3.0 + (2.0 * time).sin();
+    let sample =
+        Sample { wheel_speed: [speed - turn, speed + turn], wheel_acceleration: None, power: 1.0 + time };
+    conditioner.push(&sample, elapsed)
+}
+
+fn robot(slip: SlipMemory<f64>) -> Robot<f64, 2> {
+    Robot { conditioning: Conditioning { slip, ..Conditioning::PLAIN }, ..coefficients().robot }
+}
+
+/// The conditioner runs the memory on filtered speeds, over the time that passed, and settles it behind gaps: whoever has
+/// speeds and times can do the same.
+#[test]
+fn conditioner_runs_the_memory() {
+    let memory = SlipMemory { half_slip: 0.13, relaxation: 1.8 };
+    let robot = robot(memory);
+    let mut conditioner = Conditioner::new(&robot, PERIOD).unwrap();
+    let sides = *robot.mass_matrix.sides().unwrap();
+    let mut slip = Slip::default();
+    let (mut time, mut least, mut most) = (0.0, 1.0_f64, 0.0_f64);
+    for i in 0..2000 {
+        let is_gap = i == 0 || i == 1500;
+        let elapsed = match i {
+            0 => 0.0,
+            1500 => 3.0,
+            _ => PERIOD * (1.0 + 0.3 * f64::from(i % 3 - 1)),
+        };
+        time += elapsed;
+        let now = conditioned(&mut conditioner, time, elapsed).unwrap();
+        let rims = sides.rims(&now.motion.wheels.map(|wheel| wheel.speed));
+        let expected =
+            if is_gap { memory.settle(&mut slip, &rims) } else { memory.step(&mut slip, &rims, elapsed) };
+        assert_eq!(now.motion.wheels.map(|wheel| wheel.scrub), [-expected, expected], "{i}");
+        if time > 1.2 && !is_gap {
+            (least, most) = (least.min(expected), most.max(expected));
+        }
+    }
+    assert!(least < 0.3 && most > 0.6, "{least} {most}");
+}
+
+/// A sample that is no number leaves no trace but its time.
+#[test]
+fn broken_samples_pass_their_time() {
+    let memory = SlipMemory { half_slip: 0.13, relaxation: 1.8 };
+    let robot = robot(memory);
+    let mut conditioner = Conditioner::new(&robot, PERIOD).unwrap();
+    let sides = robot.mass_matrix.sides().unwrap();
+    let turn = |power| Sample { wheel_speed: [2.0, 3.0], wheel_acceleration: None, power };
+    let straight = Sample { wheel_speed: [2.0; 2], wheel_acceleration: None, power: 1.0 };
+    conditioner.push(&straight, 0.0);
+    let mut slip = Slip::default();
+    for i in 0..60 {
+        let mut elapsed = PERIOD;
+        if i == 40 {
+            assert!(conditioner.push(&turn(f64::NAN), PERIOD).is_none());
+            elapsed += PERIOD;
+        }
+        let wheels = conditioner.push(&turn(1.0), PERIOD).unwrap().motion.wheels;
+        let expected = memory.step(&mut slip, &sides.rims(&wheels.map(|wheel| wheel.speed)), elapsed);
+        assert_eq!(wheels[1].scrub, expected, "{i}");
+    }
+    assert!(slip.share() > 0.1 && slip.share() < 0.7, "{slip:?}");
+}
+
+/// Off, the arithmetic is what it was: the sign of the turn, bit by bit, and for robots that do not scrub none.
+#[test]
+fn off_is_the_sign_of_the_turn() {
+    for scrubs in [false, true] {
+        let off = SlipMemory { half_slip: 0.0, relaxation: 1.8 };
+        let kinematics = kinematics().with_scrub(scrubs);
+        let mass_matrix = kinematics.mass_matrix(0.064).unwrap();
+        let robot = Robot { kinematics, mass_matrix, ..robot(off) };
+        let mut conditioner = Conditioner::new(&robot, PERIOD).unwrap();
+        let mut turned = false;
+        for i in 0..1000 {
+            let now = conditioned(&mut conditioner, f64::from(i) * PERIOD, PERIOD).unwrap();
+            let wheels = now.motion.wheels;
+            let expected = Motion::new(
+                &wheels.map(|wheel| wheel.speed),
+                &wheels.map(|wheel| wheel.acceleration),
+                &mass_matrix,
+                robot.dead_band,
+            );
+            assert_eq!(now.motion, expected);
+            turned |= wheels[1].scrub == 1.0;
+        }
+        assert_eq!(turned, scrubs);
+    }
+}
+
+/// Largest distance of s from SciPy's, over a course that stands, creeps, turns both ways and spins.
+fn worst<T: Real>() -> f64 {
+    let mut rows = include_str!("reference/slip.csv").lines();
+    let parameters: Vec<f64> = rows.next().unwrap().split(',').map(|cell| cell.parse().unwrap()).collect();
+    let [half_slip, relaxation, period] = parameters[..] else { panic!("{parameters:?}") };
+    let memory = SlipMemory { half_slip: T::from_f64(half_slip), relaxation: T::from_f64(relaxation) };
+    let sides = Kinematics::differential(T::from_f64(0.165), T::from_f64(1.07)).unwrap().sides().unwrap();
+    let (mut slip, mut worst, mut most) = (Slip::default(), 0.0_f64, 0.0_f64);
+    for row in rows {
+        let cells: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
+        let speed = [T::from_f64(cells[0]), T::from_f64(cells[1])];
+        let found = memory.step(&mut slip, &sides.rims(&speed), T::from_f64(period)).to_f64();
+        worst = worst.max((found - cells[2]).abs());
+        most = most.max(found.abs());
+    }
+    assert!(most > 0.9, "{most}");
+    worst
+}
+
+/// `reference_slip.py` solves the differential equation with SciPy's LSODA, speeds between rows straight lines. An implicit step of
+/// T errs by T s'' / 2 of the way, that is by T (pull / cλ) of how fast s changes: with 2 ms and |Δ| up to 4 rad/s
+/// some 1 % of a change.
+#[test]
+fn follows_the_differential_equation() {
+    let (single, double) = (worst::<f32>(), worst::<f64>());
+    assert!(double < 0.01 && single < 0.01, "{double} {single}");
+}
+
+/// What no robot has is refused, and the rest runs.
+#[test]
+fn plausibility() {
+    let with = |slip, imbalance, delay| {
+        let conditioning = Conditioning { slip, delay };
+        let found = coefficients();
+        let Model::Signed { torque, drive } = found.model else { panic!("signed") };
+        let robot = Robot { conditioning, ..found.robot };
+        Coefficients {
+            robot,
+            model: Model::Signed { torque: TorqueModel { imbalance, ..torque }, drive },
+            ..found
+        }
+    };
+    let slip = |half_slip, relaxation| SlipMemory { half_slip, relaxation };
+    assert!(with(slip(0.126, 1.79), -0.03, 0.25).is_plausible());
+    assert!(with(slip(0.0, 0.0), 0.04, -0.25).is_plausible());
+    for absurd in [
+        with(slip(11.0, 1.0), 0.0, 0.0),
+        with(slip(0.1, 2e3), 0.0, 0.0),
+        with(SlipMemory::OFF, 0.05, 0.0),
+        with(SlipMemory::OFF, -0.05, 0.0),
+        with(SlipMemory::OFF, 0.0, 11.0),
+    ] {
+        assert!(!absurd.is_plausible(), "{absurd:?}");
+    }
+    // Sides that are none.
+    let omni = Kinematics::<f64, 3>::omni(0.05, 0.2).unwrap();
+    let found = with(SlipMemory::OFF, 0.0, 0.0);
+    let Robot { name, gyration_radius, dead_band, cutoff_hz, range, static_power, .. } = found.robot;
+    let three = |slip, imbalance| {
+        let Model::Signed { torque, drive } = found.model else { panic!("signed") };
+        let mass_matrix = omni.mass_matrix(gyration_radius).unwrap();
+        let conditioning = Conditioning { slip, ..Conditioning::PLAIN };
+        let robot = Robot {
+            name,
+            kinematics: omni,
+            gyration_radius,
+            mass_matrix,
+            dead_band,
+            cutoff_hz,
+            conditioning,
+            range,
+            static_power,
+        };
+        let model = Model::Signed { torque: TorqueModel { imbalance, ..torque }, drive };
+        Coefficients { robot, model, noise: found.noise, columns: model_core::effects::Columns::NONE }
+    };
+    assert!(three(SlipMemory::OFF, 0.0).is_plausible());
+    assert!(!three(slip(0.1, 1.0), 0.0).is_plausible());
+    assert!(!three(SlipMemory::OFF, 0.01).is_plausible());
+}
