@@ -57,22 +57,29 @@ pub(super) struct Way {
     pub(super) range: (f64, f64),
     pub(super) detail: Detail,
     pub(super) search: f64,
+    /// Unit of the coefficient, where it is not the entry's.
+    pub(super) unit: Option<&'static str>,
 }
 
 impl Way {
     /// A way by one regressor, with the least and greatest coefficient.
     pub(super) fn new(regressor: Regressor, range: (f64, f64)) -> Self {
-        Self { regressors: vec![regressor], range, detail: Detail::Plain, search: 0.0 }
+        Self { regressors: vec![regressor], range, detail: Detail::Plain, search: 0.0, unit: None }
     }
 
     /// By several regressors, the range being that of their size.
     pub(super) fn of_several(regressors: Vec<Regressor>, range: (f64, f64)) -> Self {
-        Self { regressors, range, detail: Detail::Plain, search: 0.0 }
+        Self { regressors, range, detail: Detail::Plain, search: 0.0, unit: None }
     }
 
     /// What is special about it.
     pub(super) fn with(self, detail: Detail) -> Self {
         Self { detail, ..self }
+    }
+
+    /// In another unit than the entry's.
+    pub(super) fn in_unit(self, unit: &'static str) -> Self {
+        Self { unit: Some(unit), ..self }
     }
 
     /// One of several shapes.

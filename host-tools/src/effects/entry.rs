@@ -61,11 +61,10 @@ impl Entry {
     /// Why they cannot show it.
     pub fn candidates(&self, scope: &Scope) -> Result<Vec<Candidate>, String> {
         let ways = (self.candidates)(scope)?;
-        Ok(ways
-            .into_iter()
-            .map(|Way { regressors, range, detail, search }| {
-                self.candidate(regressors, range, detail, search)
-            })
-            .collect())
+        let of = |Way { regressors, range, detail, search, unit }: Way| {
+            let unit = unit.unwrap_or(self.unit).to_owned();
+            Candidate { unit, ..self.candidate(regressors, range, detail, search) }
+        };
+        Ok(ways.into_iter().map(of).collect())
     }
 }

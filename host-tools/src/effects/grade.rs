@@ -46,7 +46,7 @@ fn slope(detail: &Detail) -> Conversion {
 /// A slope of 0.35 rad is a steep ramp; drives pass a third of the torque at worst.
 const STEEP: f64 = 0.35 * 3.0;
 
-/// By the pitch: a robot that weighs nothing to one whose drive passes a fifth.
+/// Gravity's share that the drive may feel of a measured pitch: losses, and a mass or a pitch that is somewhat off.
 const BY_PITCH: (f64, f64) = (0.2, 5.0);
 
 fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {

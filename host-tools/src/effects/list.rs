@@ -1,54 +1,37 @@
 //! The list of all effects, and what is looked up in it.
 
-use super::compute_load::COMPUTE_LOAD;
-use super::gear_load_loss::GEAR_LOAD_LOSS;
-use super::grade::GRADE;
-use super::lubricant_warm_up::LUBRICANT_WARM_UP;
-use super::payload_mislabel::PAYLOAD_MISLABEL;
-use super::payload_offset::PAYLOAD_OFFSET;
-use super::regeneration::REGENERATION;
-use super::rolling_resistance_change::ROLLING_RESISTANCE_CHANGE;
-use super::sensor_delay::SENSOR_DELAY;
-use super::sensor_gain::SENSOR_GAIN;
-use super::sensor_offset::SENSOR_OFFSET;
-use super::speed_scale::SPEED_SCALE;
-use super::static_step::STATIC_STEP;
-use super::stribeck::STRIBECK;
-use super::supply_sag::SUPPLY_SAG;
-use super::surface_switch::SURFACE_SWITCH;
-use super::turning_scrub::TURNING_SCRUB;
-use super::viscous_change::VISCOUS_CHANGE;
-use super::wheel_drag::WHEEL_DRAG;
-use super::windage::WINDAGE;
-use super::winding_temperature::WINDING_TEMPERATURE;
-use super::{Candidate, Entry, NotTestable, Physical, Scope, World};
-use crate::error::Result;
-
 use super::plant::{Finding, Part};
+use super::{Candidate, Entry, NotTestable, Physical, Scope, World};
+use super::{
+    compute_load, gear_load_loss, grade, lubricant_warm_up, payload_mislabel, payload_offset, regeneration,
+    rolling_resistance_change, sensor_delay, sensor_gain, sensor_offset, speed_scale, static_step, stribeck,
+    supply_sag, surface_switch, turning_scrub, viscous_change, wheel_drag, windage, winding_temperature,
+};
+use crate::error::Result;
 
 /// All effects, in the order of the documentation.
 pub static ENTRIES: [Entry; 21] = [
-    GRADE,
-    WINDING_TEMPERATURE,
-    WINDAGE,
-    STRIBECK,
-    VISCOUS_CHANGE,
-    LUBRICANT_WARM_UP,
-    ROLLING_RESISTANCE_CHANGE,
-    SURFACE_SWITCH,
-    PAYLOAD_OFFSET,
-    WHEEL_DRAG,
-    TURNING_SCRUB,
-    GEAR_LOAD_LOSS,
-    SUPPLY_SAG,
-    REGENERATION,
-    PAYLOAD_MISLABEL,
-    STATIC_STEP,
-    COMPUTE_LOAD,
-    SENSOR_GAIN,
-    SENSOR_OFFSET,
-    SENSOR_DELAY,
-    SPEED_SCALE,
+    grade::GRADE,
+    winding_temperature::WINDING_TEMPERATURE,
+    windage::WINDAGE,
+    stribeck::STRIBECK,
+    viscous_change::VISCOUS_CHANGE,
+    lubricant_warm_up::LUBRICANT_WARM_UP,
+    rolling_resistance_change::ROLLING_RESISTANCE_CHANGE,
+    surface_switch::SURFACE_SWITCH,
+    payload_offset::PAYLOAD_OFFSET,
+    wheel_drag::WHEEL_DRAG,
+    turning_scrub::TURNING_SCRUB,
+    gear_load_loss::GEAR_LOAD_LOSS,
+    supply_sag::SUPPLY_SAG,
+    regeneration::REGENERATION,
+    payload_mislabel::PAYLOAD_MISLABEL,
+    static_step::STATIC_STEP,
+    compute_load::COMPUTE_LOAD,
+    sensor_gain::SENSOR_GAIN,
+    sensor_offset::SENSOR_OFFSET,
+    sensor_delay::SENSOR_DELAY,
+    speed_scale::SPEED_SCALE,
 ];
 
 /// The entry of an id.

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::written::{Written, columns, id_of};
 use super::*;
-use crate::plant::effects::{DICTIONARY, Effect};
+use crate::plant::effects::{Effect, entries};
 
 /// A robot with two wheels, its base, and columns without a plausible content.
 fn scope(columns: &[&str]) -> Scope {
@@ -42,7 +42,7 @@ fn ids() -> Vec<&'static str> {
 
 #[test]
 fn the_plant_has_a_cause_for_each_and_no_other() {
-    assert_eq!(DICTIONARY.iter().map(|cause| cause.id).collect::<Vec<_>>(), ids());
+    assert_eq!(entries().map(|cause| cause.id).collect::<Vec<_>>(), ids());
     for entry in &ENTRIES {
         assert!(!entry.typical.is_empty() && !entry.shows_in.is_empty(), "{}", entry.id);
         for typical in entry.typical {

@@ -47,7 +47,8 @@ fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
         return Ok(vec![constant]);
     }
     let per_kg = Way::new(Regressor::Term(Term::ScrubPerKg), (0.0, scope.much_per_kg()));
-    Ok(vec![constant.one_of_many(), per_kg.with(Detail::DependsOnMass(true)).one_of_many()])
+    let per_kg = per_kg.in_unit("N·m/kg").with(Detail::DependsOnMass(true));
+    Ok(vec![constant.one_of_many(), per_kg.one_of_many()])
 }
 
 fn read(fields: &Fields<'_>) -> Read {

@@ -6,8 +6,9 @@ use serde_json::{Map, Value, json};
 
 use super::super::runs::RawRun;
 use super::filter::Behind;
+use super::in_parallel;
+use super::search::squares;
 use super::track::{Followed, Follower};
-use super::{in_parallel, squares};
 use crate::error::Result;
 use crate::plant::body::Wheel;
 

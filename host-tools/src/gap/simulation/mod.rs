@@ -16,6 +16,7 @@ use model_core::coefficients::Robot as CoreRobot;
 use serde_json::{Map, Value, json};
 
 use self::filter::Behind;
+use self::search::squares;
 use self::track::Follower;
 use super::confirm;
 use super::runs::RawRun;
@@ -311,10 +312,6 @@ fn in_parallel<const N: usize, T: Send>(
         let own: Vec<_> = (half..).zip(right).map(|(k, run)| work(k, run)).collect();
         other.join().unwrap_or_else(|panic| resume_unwind(panic)).into_iter().chain(own).collect()
     })
-}
-
-fn squares(values: &[f64]) -> f64 {
-    values.iter().map(|x| x * x).sum()
 }
 
 impl Simulated {
