@@ -15,6 +15,8 @@ pub struct Error {
     line: Option<u64>,
     column: Option<String>,
     message: String,
+    /// What it comes from, for callers that act on it.
+    cause: Option<Box<dyn std::error::Error + Send + Sync>>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,7 +29,24 @@ enum Kind {
 impl Error {
     /// The command could not do its work (exit code 1).
     pub fn failed(message: impl Into<String>) -> Self {
-        Self { kind: Kind::Failed, file: None, line: None, column: None, message: message.into() }
+        Self {
+            kind: Kind::Failed,
+            file: None,
+            line: None,
+            column: None,
+            message: message.into(),
+            cause: None,
+        }
+    }
+
+    /// The command could not do its work, for a reason that is a value of its own (exit code 1).
+    pub fn of(cause: impl std::error::Error + Send + Sync + 'static) -> Self {
+        Self { message: cause.to_string(), cause: Some(Box::new(cause)), ..Self::failed("") }
+    }
+
+    /// The reason, where it is one of this kind.
+    pub fn cause<C: std::error::Error + 'static>(&self) -> Option<&C> {
+        self.cause.as_ref()?.downcast_ref()
     }
 
     /// The command line asks for something that does not exist or does not fit together (exit code 2).

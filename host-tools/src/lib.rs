@@ -17,6 +17,7 @@ macro_rules! eprintln {
 pub mod baselines;
 pub mod board;
 pub mod cli;
+pub mod coefficients;
 pub mod compare;
 pub mod effects;
 pub mod error;

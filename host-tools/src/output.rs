@@ -67,6 +67,16 @@ pub fn print(text: fmt::Arguments<'_>) {
     note(io::stdout().write_fmt(text));
 }
 
+/// Prints figures for scripts, on standard output.
+///
+/// # Errors
+/// A value that JSON does not have.
+pub fn print_json(report: &impl serde::Serialize) -> Result<()> {
+    let text = serde_json::to_string_pretty(report).map_err(|error| Error::failed(error.to_string()))?;
+    println!("{text}");
+    Ok(())
+}
+
 /// Ends standard output.
 ///
 /// # Errors

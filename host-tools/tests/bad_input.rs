@@ -332,6 +332,33 @@ fn wrong_coefficients_are_named_with_their_line() {
     );
 }
 
+/// A covariance that none can be is refused where it is read, whoever reads it.
+#[test]
+fn a_covariance_that_is_none_is_named() {
+    let bench = bench();
+    let text = coefficients();
+    let line = 1 + text.lines().position(|line| line.starts_with("covariance = ")).unwrap();
+    let document: toml::Table = text.parse().unwrap();
+    let rows = document["fit"]["covariance"].as_array().unwrap();
+    let entry = |row: usize, column: usize| rows[row].as_array().unwrap()[column].as_float().unwrap();
+    let with = |row: usize, column: usize, value: f64| {
+        let mut document = document.clone();
+        let fit = document["fit"].as_table_mut().unwrap();
+        let row = fit["covariance"].as_array_mut().unwrap()[row].as_array_mut().unwrap();
+        row[column] = toml::Value::Float(value);
+        estimate(&bench, &toml::to_string(&document).unwrap())
+    };
+    let first = |found: String, says: &str| {
+        let expected = format!("wrong.toml:{line}:covariance: {says}");
+        assert!(found.starts_with(&expected), "{found}");
+    };
+    first(with(1, 2, f64::NAN), "expected 6 rows of 6 finite numbers");
+    first(with(2, 2, -1.0), "the variance in row 3 is -1; expected 0 or more");
+    let skewed = entry(0, 1) + 0.1 * (entry(0, 0) * entry(1, 1)).sqrt();
+    first(with(0, 1, skewed), "");
+    assert!(with(0, 1, skewed).contains("in row 1, column 2, but "), "{}", with(0, 1, skewed));
+}
+
 /// However much of the file a copy lost, it is refused.
 #[test]
 fn coefficients_cut_anywhere_are_refused() {
@@ -362,6 +389,15 @@ fn coefficients_of_another_robot_are_refused() {
         let found = other(&ROBOT.replace(old, new));
         let expected = format!("c.toml:robot: these coefficients are for another robot: {difference} of ");
         assert!(found.starts_with(&expected) && found.ends_with("(fitted for exact) differ"), "{found}");
+    }
+    // What decides what counts as motion and as power says both values.
+    for (key, here) in [("regeneration", "true"), ("speed_dead_band_rad_s", "0.5")] {
+        let there = coefficients().lines().find_map(|line| line.strip_prefix(&format!("{key} = "))).unwrap();
+        let found = other(&format!("{key} = {here}\n{ROBOT}"));
+        let expected = format!(
+            "c.toml:robot: these coefficients are for another robot: {key} = {here} of exact, but fitted with {there}"
+        );
+        assert_eq!(found, expected);
     }
     let found = other(&ROBOT.replace("\"differential\"", "\"skid-steer\"\nwheels = 4"));
     assert_eq!(found, "c.toml:robot: fitted for a robot with 2 wheels; expected 4: wrong robot?");

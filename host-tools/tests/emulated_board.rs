@@ -1,6 +1,6 @@
 //! The commands that talk to a board, on the USB link of the very image that is flashed, in an emulated STM32F746.
 //!
-//! The emulator is beside the project, not part of it: where it is not, this says so and passes. It runs in real time.
+//! The emulator is no part of the project: the variable STM32EMU names its folder, and without this is skipped. It runs in real time.
 #![cfg(target_os = "linux")]
 
 use std::fs;

@@ -55,6 +55,10 @@ fn extended() -> Bench {
     bench
 }
 
+fn numbers(row: &toml::Value) -> Vec<f64> {
+    row.as_array().unwrap().iter().map(|value| value.as_float().unwrap()).collect()
+}
+
 fn estimate(bench: &Bench, coefficients: &str, log: &str) -> Value {
     bench.json(&["estimate", "--coeffs", coefficients, log])
 }
@@ -86,6 +90,23 @@ fn what_gap_writes_estimate_and_flash_take() {
         document["fit"].clone()
     };
     assert_eq!(fit(&base), fit(&written));
+    // What is known of base and slope jointly: eight rows of eight, the base's as they were. Masses are no surer than without a slope.
+    let document: toml::Table = toml::from_str(&written).unwrap();
+    let rows = |value: &toml::Value| value.as_array().unwrap().iter().map(numbers).collect::<Vec<_>>();
+    let joint = rows(&document["extension"]["joint_covariance"]);
+    let own = rows(&fit(&base)["covariance"]);
+    assert_eq!(joint.len(), own.len() + 1);
+    for (joint, own) in joint.iter().zip(&own) {
+        assert_eq!((&joint[..own.len()], joint[own.len()]), (&own[..], 0.0));
+    }
+    let std_err = document["effects"][0]["std_err"].as_float().unwrap();
+    let variance = joint[own.len()][own.len()];
+    assert!((variance / (std_err * std_err) - 1.0).abs() < 1e-9, "{variance} {std_err}");
+    let model_std = |text: &str| {
+        let document: toml::Table = toml::from_str(text).unwrap();
+        document["noise"]["model_std_w"].as_float().unwrap()
+    };
+    assert!(model_std(&written) >= model_std(&base), "{} {}", model_std(&written), model_std(&base));
     // On every field run the power's error shrinks by half at least, though its mass is unknown.
     for k in 0..FIELD.len() {
         let [before, after] =

@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use common::{Bench, keys, number};
 use serde_json::Value;
 
-const KEYS: [&str; 17] = [
+const KEYS: [&str; 20] = [
     "verdict",
     "effects",
     "ambiguous_with",
@@ -17,7 +17,10 @@ const KEYS: [&str; 17] = [
     "gap_before_w",
     "gap_after_w",
     "noise_floor_w",
+    "noise_floor_unclipped_w",
     "gap_closed",
+    "gain_w2",
+    "confirmed_share",
     "simulation",
     "confirm_runs",
     "localisation",

@@ -9,8 +9,8 @@ use std::sync::OnceLock;
 use common::{Bench, ROBOT, TRUTH, drive};
 use host_tools::gap::investigate::investigate;
 use host_tools::gap::power_only;
-use host_tools::gap::runs::Runs;
 use host_tools::gap::types::{Base, Options};
+use host_tools::log::runs::Runs;
 use host_tools::robot::Robot;
 use model_core::torque::{Drive, TorqueModel};
 use proptest::prelude::{ProptestConfig, any, prop, proptest};
@@ -249,8 +249,10 @@ fn coefficients_that_do_not_fit_are_refused() {
         negative.starts_with("c.toml:") && negative.contains("expected a finite number not below 0"),
         "{negative}"
     );
+    let line = 1 + base.lines().position(|line| line.starts_with("covariance = ")).unwrap();
     let covariance = with(base.replace("covariance = [[", "covariance = [[1.0, "));
-    assert!(covariance.starts_with("c.toml:covariance: expected 6 rows of 6 finite numbers"), "{covariance}");
+    let expected = format!("c.toml:{line}:covariance: expected 6 rows of 6 finite numbers");
+    assert!(covariance.starts_with(&expected), "{covariance}");
     bench.done(
         &[&["fit", "--robot", "robot.toml", "--model", "eq18", "--out", "eq18.toml"], &BASE[..]].concat(),
     );
@@ -381,7 +383,7 @@ proptest! {
         }
         let [coulomb, rolling, viscous, rotor, gain, loss] = TRUTH;
         let torque = TorqueModel::from_array([coulomb, rolling, viscous, rotor, gain, loss, 0.0]);
-        let base = Base { torque, covariance: None, drive: Drive::Dissipative };
+        let base = Base { torque, covariance: None, drive: Drive::Dissipative, masses_kg: Vec::new() };
         let core = robot.core::<2>(5.0).unwrap();
         match Runs::<2>::read(&robot, &core, &files, 2.0).and_then(|runs| investigate(&runs, None, &base, &Options::default())) {
             Ok(report) => {

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Bench, keys, measured, number};
+use common::{Bench, keys, number, whole_data};
 use host_tools::gap::power_only::{PowerRun, investigate};
 use host_tools::gap::report::Report;
 use host_tools::gap::types::Verdict;
@@ -189,9 +189,8 @@ fn too_few_runs_are_refused() {
 #[test]
 fn the_measured_steps_are_found() {
     let names = ["drive_baseline_1", "spin_baseline_1", "spin_baseline_2", "spin_camera_switched_1"];
-    let files: Option<Vec<_>> =
-        names.iter().map(|name| measured(&format!("turtlebot3/{name}.csv"))).collect();
-    let Some(files) = files else { return };
+    let Some(data) = whole_data() else { return };
+    let files = names.map(|name| data.join(format!("turtlebot3/{name}.csv")));
     let files: Vec<&str> = files.iter().map(|file| file.to_str().unwrap()).collect();
     let bench = Bench::new();
     let found = bench.json(&[&["gap"], &files[..]].concat());

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::OnceLock;
 
+use common::skipped::skipped;
 use common::{Bench, keys, number};
 use roxmltree::{Document, Node, ParsingOptions};
 use serde_json::Value;
@@ -231,7 +232,7 @@ fn a_browser_shows_the_plots_and_the_verdict() {
     let runs =
         |name: &&&str| Command::new(name).arg("--version").output().is_ok_and(|out| out.status.success());
     let Some(browser) = BROWSERS.iter().find(runs) else {
-        println!("skipped: no browser ({}) is installed", BROWSERS.join(", "));
+        skipped(&format!("no browser ({}) is installed", BROWSERS.join(", ")));
         return;
     };
     bench.put("probed.html", page.replace("</body>", PROBE));

@@ -1,11 +1,15 @@
 //! `gmr inspect` as users run it: figures, findings, bad input and exit codes.
 
+mod common;
+
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
 use assert_cmd::Command;
 use serde_json::Value;
+
+use common::{excerpt, whole_data};
 
 fn gmr(arguments: &[&str]) -> Output {
     Command::cargo_bin("gmr").unwrap().arg("inspect").args(arguments).output().unwrap()
@@ -255,55 +259,68 @@ fn figures_are_drawn_and_people_get_one_screen() {
     }
 }
 
-/// A measured log, or `None`, said so, where the data are not there.
-fn measured(name: &str) -> Option<PathBuf> {
-    // Beside the project, and beside a working copy that lies one folder deeper.
-    for shared in ["../../shared/data", "../../../shared/data"] {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(shared).join(name);
-        if path.exists() {
-            return Some(path);
-        }
-    }
-    println!("skipped: no measured data at ../shared/data/{name}");
-    None
+#[test]
+fn static_states_of_a_measured_turtlebot3_are_found() {
+    static_states(&excerpt("turtlebot3/spin_baseline_1.csv"), [8.62, 9.74], 10.73);
 }
 
 #[test]
-fn static_states_of_a_measured_turtlebot3_are_found() {
-    // Standby, standing with torque and spin of every log: means over ten runs in the data's own description, the
-    // camera off in the last one. Single runs differ by 0.1 W from those.
+fn static_states_of_whole_measured_logs_are_found() {
+    let Some(data) = whole_data() else { return };
     let cases = [
-        ("turtlebot3/spin_baseline_1.csv", [8.62, 9.74], 10.73),
-        ("turtlebot3/spin_baseline_2.csv", [8.62, 9.74], 10.73),
-        ("turtlebot3/spin_camera_switched_1.csv", [7.82, 8.95], 10.73),
+        ("spin_baseline_1.csv", [8.62, 9.74], 10.73),
+        ("spin_baseline_2.csv", [8.62, 9.74], 10.73),
+        ("spin_camera_switched_1.csv", [7.82, 8.95], 10.73),
     ];
     for (name, standing, spinning) in cases {
-        let Some(path) = measured(name) else { continue };
-        let report = json("burger", &path);
-        assert_eq!(report["standstill_from"], "power");
-        let means = |key: &str| -> Vec<f64> {
-            let states = report[key].as_array().unwrap();
-            states.iter().map(|state| state["mean_w"].as_f64().unwrap()).collect()
-        };
-        let found = means("static_states");
-        assert_eq!(found.len(), 2, "{name}: {found:?}");
-        for (mean, expected) in found.iter().zip(standing) {
-            assert!((mean - expected).abs() < 0.15, "{name}: {found:?}");
-        }
-        let moving = means("moving_levels");
-        assert!(moving.iter().any(|mean| (mean - spinning).abs() < 0.2), "{name}: {moving:?}");
-        let std = report["static_states"][0]["std_w"].as_f64().unwrap();
-        assert!((0.4..0.6).contains(&std), "{name}: {std}");
+        static_states(&data.join("turtlebot3").join(name), standing, spinning);
     }
+}
+
+/// Standby, standing with torque and spin: means over ten runs in the data's own description, the camera off in the one that switches
+/// it. Single runs differ by 0.1 W from those.
+fn static_states(path: &Path, standing: [f64; 2], spinning: f64) {
+    let name = path.display();
+    let report = json("burger", path);
+    assert_eq!(report["standstill_from"], "power");
+    let means = |key: &str| -> Vec<f64> {
+        let states = report[key].as_array().unwrap();
+        states.iter().map(|state| state["mean_w"].as_f64().unwrap()).collect()
+    };
+    let found = means("static_states");
+    assert_eq!(found.len(), 2, "{name}: {found:?}");
+    for (mean, expected) in found.iter().zip(standing) {
+        assert!((mean - expected).abs() < 0.15, "{name}: {found:?}");
+    }
+    let moving = means("moving_levels");
+    assert!(moving.iter().any(|mean| (mean - spinning).abs() < 0.2), "{name}: {moving:?}");
+    let std = report["static_states"][0]["std_w"].as_f64().unwrap();
+    assert!((0.4..0.6).contains(&std), "{name}: {std}");
+}
+
+#[test]
+fn pieces_of_measured_logs_are_inspected() {
+    inspect_all(&excerpt(""));
 }
 
 #[test]
 fn all_measured_logs_are_inspected() {
-    for (robot, folder) in [("burger", "turtlebot3"), ("warthog", "warthog"), ("husky", "husky")] {
-        let Some(folder) = measured(folder) else { continue };
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let report = json(robot, &entry.unwrap().path());
+    let Some(data) = whole_data() else { return };
+    inspect_all(&data);
+}
+
+fn inspect_all(data: &Path) {
+    let mut inspected = 0;
+    for (robot, folder) in [("burger", "turtlebot3"), ("warthog", "warthog"), ("husky", "husky-currents")] {
+        for entry in std::fs::read_dir(data.join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            if path.extension().is_none_or(|extension| extension != "csv") {
+                continue;
+            }
+            let report = json(robot, &path);
             assert!(report["rows"].as_u64().unwrap() > 50);
+            inspected += 1;
         }
     }
+    assert!(inspected >= 6, "{inspected}");
 }

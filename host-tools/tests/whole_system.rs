@@ -18,7 +18,7 @@ use firmware::record::RECORD_BYTES;
 use host_tools::board::client::{Board, Client};
 use host_tools::board::flasher::{Running, Target as _};
 use host_tools::board::recorder::{self, Ending, Options};
-use host_tools::fit::file;
+use host_tools::coefficients::CoefficientsFile;
 use host_tools::plant::{Effect, Kinematics, PayloadSchedule, PlantSet, ProfileKind, Scenario};
 use host_tools::robot::Robot;
 use host_tools::virtual_board::board::{BoardOptions, VirtualBoard};
@@ -186,7 +186,11 @@ fn train(folder: &TempDir) -> (String, String, Coefficients<f32, 2>) {
     let (empty, full) = (path(folder, "empty.csv"), path(folder, "full.csv"));
     gmr(&["fit", "--robot", &robot_file, "--out", &coefficients, &empty, &full]);
     let robot = Robot::load(Path::new(&robot_file)).unwrap();
-    let fitted = file::read::<2>(Path::new(&coefficients), &robot).unwrap().convert().unwrap();
+    let fitted = CoefficientsFile::<2>::read(Path::new(&coefficients), &robot)
+        .unwrap()
+        .coefficients
+        .convert()
+        .unwrap();
     (robot_file, coefficients, fitted)
 }
 
@@ -324,7 +328,7 @@ fn a_slope_that_nobody_told_is_named_flashed_and_gone() {
     assert!(found["gap_closed"].as_f64().unwrap() > 0.9, "{found:#}");
 
     let loaded = Robot::load(Path::new(robot)).unwrap();
-    let read: Coefficients<f64, 2> = file::read(Path::new(extended), &loaded).unwrap();
+    let read = CoefficientsFile::<2>::read(Path::new(extended), &loaded).unwrap().coefficients;
     upload(read.convert::<f32>().unwrap().encode().unwrap().as_bytes());
     let before = estimate(coefficients, &runs[1]);
     let again = record(SLOPES[1], None, "again");

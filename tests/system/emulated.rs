@@ -1,7 +1,6 @@
 //! The very image that is flashed, in an emulated STM32F746 with its buses, started as the bootloader leaves the chip.
 //!
-//! The emulator is beside the project, not part of it: where it is not, these tests say so and pass.
-//! The variable STM32EMU names another folder for it.
+//! The emulator is no part of the project: the variable STM32EMU names its folder. Without, these tests are skipped, and say so.
 
 mod common;
 

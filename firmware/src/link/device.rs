@@ -16,6 +16,15 @@ const fn stuffed(bytes: usize) -> usize {
     bytes + bytes.div_ceil(3)
 }
 
+/// What came of a packet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Step {
+    /// An answer stands at the front of the buffer, so many bytes.
+    Answer(usize),
+    /// None: it was broken, or for somebody else, or for everybody.
+    Silence,
+}
+
 /// The device side of the link.
 ///
 /// Answers complete instructions for its ID, and pings for any; a write for any ID is carried out without an answer.
@@ -57,22 +66,34 @@ impl Device {
         buffer: &mut [u8],
     ) -> Option<usize> {
         loop {
-            let Ok(packet) = self.parser.next_packet()? else {
-                state.counters.link_broken = state.counters.link_broken.saturating_add(1);
-                continue;
-            };
-            let is_for_all = packet.id == BROADCAST;
-            if (packet.id != BOARD_ID && !is_for_all) || packet.instruction == Instruction::Status as u8 {
-                continue;
+            if let Step::Answer(length) = self.step(state, buffer)? {
+                return Some(length);
             }
-            state.counters.link_packets = state.counters.link_packets.saturating_add(1);
-            let result = execute(state, &packet, &mut self.data);
-            if is_for_all && packet.instruction != Instruction::Ping as u8 {
-                continue;
-            }
-            let result = result.and_then(|length| self.data.get(..length).ok_or(Refusal::Limit));
-            return status(result, buffer).or_else(|| status(Err(Refusal::Limit), buffer));
         }
+    }
+
+    /// As [`Self::answer`], but of one packet, whole or broken: for who has other work to do between two of them.
+    pub fn step<const RECORDS: usize>(
+        &mut self,
+        state: &mut State<RECORDS>,
+        buffer: &mut [u8],
+    ) -> Option<Step> {
+        let Ok(packet) = self.parser.next_packet()? else {
+            state.counters.link_broken = state.counters.link_broken.saturating_add(1);
+            return Some(Step::Silence);
+        };
+        let is_for_all = packet.id == BROADCAST;
+        if (packet.id != BOARD_ID && !is_for_all) || packet.instruction == Instruction::Status as u8 {
+            return Some(Step::Silence);
+        }
+        state.counters.link_packets = state.counters.link_packets.saturating_add(1);
+        let result = execute(state, &packet, &mut self.data);
+        if is_for_all && packet.instruction != Instruction::Ping as u8 {
+            return Some(Step::Silence);
+        }
+        let result = result.and_then(|length| self.data.get(..length).ok_or(Refusal::Limit));
+        let length = status(result, buffer).or_else(|| status(Err(Refusal::Limit), buffer));
+        Some(length.map_or(Step::Silence, Step::Answer))
     }
 }
 

@@ -11,7 +11,7 @@ mod table;
 mod upload;
 mod write;
 
-pub use device::{Device, LONGEST_ANSWER, LONGEST_INSTRUCTION};
+pub use device::{Device, LONGEST_ANSWER, LONGEST_INSTRUCTION, Step};
 pub use fifo::Fifo;
 pub use settings::Settings;
 pub use state::{Counters, State};

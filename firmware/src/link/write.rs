@@ -10,12 +10,12 @@ use crate::dynamixel::status::Refusal;
 const SUBMIT: u8 = 1;
 const FORGET: u8 = 2;
 
-/// Writes `data` to the addresses from `address` on. What lies between registers is ignored.
+/// Writes `data` to the addresses from `address` on. What lies between registers is ignored, as long as there is a register at all.
 ///
 /// # Errors
 /// Nothing was changed: [`Refusal::Length`] for no data or a part of a number; [`Refusal::Range`] beyond the table, for unknown commands
-/// and for acknowledging what is yet to come; [`Refusal::Access`] for registers that only the board changes, and for the upload while it
-/// is waiting to be written.
+/// and for acknowledging what is yet to come; [`Refusal::Access`] for registers that only the board changes, where there is no
+/// register, and for the upload while it is waiting to be written.
 pub fn write<const RECORDS: usize>(
     state: &mut State<RECORDS>,
     address: u16,
@@ -72,11 +72,13 @@ impl<'a> Request<'a> {
         if end > usize::from(END) {
             return Err(Refusal::Range);
         }
+        let mut has_register = false;
         for register in REGISTERS {
             let (start, stop) = (usize::from(register.address), usize::from(register.end()));
             if stop <= first || start >= end {
                 continue;
             }
+            has_register = true;
             if register.access == Access::Read {
                 return Err(Refusal::Access);
             }
@@ -86,7 +88,8 @@ impl<'a> Request<'a> {
                 return Err(Refusal::Length);
             }
         }
-        Ok(Self { address, data })
+        // Somebody who drives by registers that other firmware has must not believe that it was done.
+        if has_register { Ok(Self { address, data }) } else { Err(Refusal::Access) }
     }
 
     /// The data for a register of one value.

@@ -1,10 +1,11 @@
 //! Answers the host.
 
+use embassy_futures::yield_now;
 use embassy_time::Instant;
 use embedded_io_async::{Read, Write};
 
 use super::shared::Shared;
-use crate::link::{Device, LONGEST_ANSWER};
+use crate::link::{Device, LONGEST_ANSWER, Step};
 use crate::log::info;
 
 /// Bytes read at once: a packet of the bus that the link may be on.
@@ -37,18 +38,28 @@ impl Buffers {
 }
 
 /// Serves one host after the other.
-pub async fn serve<L: Connection>(mut link: L, buffers: &mut Buffers, shared: &Shared) -> ! {
+pub async fn serve<L: Connection>(link: L, buffers: &mut Buffers, shared: &Shared) -> ! {
+    serve_by(link, buffers, shared, || Instant::now().as_micros()).await
+}
+
+/// By any clock, µs since start.
+async fn serve_by<L: Connection>(mut link: L, buffers: &mut Buffers, shared: &Shared, now: fn() -> u64) -> ! {
     loop {
         link.wait_connection().await;
         info!("link: a host");
         buffers.device.clear();
-        while answer(&mut link, buffers, shared).await.is_ok() {}
+        while answer(&mut link, buffers, shared, now).await.is_ok() {}
         info!("link: no host");
     }
 }
 
 /// Takes what the host has sent and answers it.
-async fn answer<L: Connection>(link: &mut L, buffers: &mut Buffers, shared: &Shared) -> Result<(), L::Error> {
+async fn answer<L: Connection>(
+    link: &mut L,
+    buffers: &mut Buffers,
+    shared: &Shared,
+    now: fn() -> u64,
+) -> Result<(), L::Error> {
     let Buffers { device, answer } = buffers;
     let mut received = [0; READ_BYTES];
     let count = link.read(&mut received).await?;
@@ -56,13 +67,84 @@ async fn answer<L: Connection>(link: &mut L, buffers: &mut Buffers, shared: &Sha
     while !rest.is_empty() {
         let taken = device.feed(rest);
         rest = rest.get(taken..).unwrap_or(&[]);
-        while let Some(length) = shared.with(|state| {
-            state.time_us = Instant::now().as_micros();
-            device.answer(state, answer)
+        while let Some(step) = shared.with(|state| {
+            state.time_us = now();
+            device.step(state, answer)
         }) {
-            link.write_all(answer.get(..length).unwrap_or(&[])).await?;
-            link.flush().await?;
+            if let Step::Answer(length) = step {
+                link.write_all(answer.get(..length).unwrap_or(&[])).await?;
+                link.flush().await?;
+            }
+            // A host that floods the link must not keep the samples from their time.
+            yield_now().await;
         }
     }
+    // Bytes of no packet are a flood too.
+    yield_now().await;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use core::cell::Cell;
+    use core::convert::Infallible;
+    use core::pin::pin;
+    use core::task::{Context, Waker};
+
+    use embedded_io_async::ErrorType;
+
+    use super::*;
+
+    /// A host that always has more of the same, and takes every answer.
+    struct Flood<'a> {
+        bytes: &'a [u8],
+        reads: &'a Cell<usize>,
+    }
+
+    impl ErrorType for Flood<'_> {
+        type Error = Infallible;
+    }
+
+    impl Read for Flood<'_> {
+        async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
+            self.reads.set(self.reads.get() + 1);
+            assert!(self.reads.get() < 1000, "nobody else has a turn");
+            let count = buffer.len().min(self.bytes.len());
+            buffer[..count].copy_from_slice(&self.bytes[..count]);
+            Ok(count)
+        }
+    }
+
+    impl Write for Flood<'_> {
+        async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+            Ok(bytes.len())
+        }
+
+        async fn flush(&mut self) -> Result<(), Infallible> {
+            Ok(())
+        }
+    }
+
+    impl Connection for Flood<'_> {
+        async fn wait_connection(&mut self) {}
+    }
+
+    /// One packet a turn, whole or broken: pings, headers that begin nothing, and noise.
+    #[test]
+    fn a_flood_leaves_turns_for_others() {
+        let ping: &[u8] = b"\xFF\xFF\xFD\x00\xC8\x03\x00\x01\x3B\xFA";
+        let pings = ping.repeat(6);
+        let headers = b"\xFF\xFF\xFD\x00\x01\xFF\xFF".repeat(9);
+        for bytes in [&pings[..], &headers[..], &[0x55; 64]] {
+            let (reads, shared, mut buffers) = (Cell::new(0), Shared::new(), Buffers::new());
+            let mut serving = pin!(serve_by(Flood { bytes, reads: &reads }, &mut buffers, &shared, || 0));
+            let mut turns = 0;
+            while reads.get() < 2 {
+                turns += 1;
+                assert!(serving.as_mut().poll(&mut Context::from_waker(Waker::noop())).is_pending());
+                let packets = shared.with(|state| state.counters.link_packets + state.counters.link_broken);
+                assert!(packets <= turns, "{packets} packets in {turns} turns");
+            }
+        }
+    }
 }

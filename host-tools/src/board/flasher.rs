@@ -16,9 +16,9 @@ use super::client::{Board, Client};
 use super::rail_names;
 use super::store_image::StoreImage;
 use super::transport::Transport;
+use crate::coefficients::CoefficientsFile;
 use crate::effects::written::id_of;
 use crate::error::{Error, Result};
-use crate::fit::file;
 use crate::robot::Robot;
 
 /// Samples per second of a board that cannot be asked.
@@ -326,10 +326,10 @@ fn calibration(target: &mut dyn Target, factors: [Option<f32>; RAIL_COUNT]) -> R
 /// The image of coefficients that are for `robot`.
 ///
 /// # Errors
-/// As [`file::read`]; the robot has more wheels than the board drives.
+/// As [`CoefficientsFile::read`]; the robot has more wheels than the board drives.
 pub fn coefficients_image(robot: &Robot, coefficients: &Path) -> Result<Vec<u8>> {
     check_wheels(robot)?;
-    let coefficients_read = file::read::<WHEELS>(coefficients, robot)?;
+    let coefficients_read = CoefficientsFile::<WHEELS>::read(coefficients, robot)?.coefficients;
     let image = coefficients_read
         .encode()
         .ok_or_else(|| Error::failed("this model is not one that boards have").in_file(coefficients))?;

@@ -251,7 +251,7 @@ impl Session {
             return Ok(());
         }
         let truth = self.board.robot_mut().truth();
-        super::print_json(&Summary {
+        crate::output::print_json(&Summary {
             board_s,
             wall_s,
             speed,

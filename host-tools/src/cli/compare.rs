@@ -99,7 +99,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
         draw(&comparison, arguments.models.is_empty())?.save(plot)?;
     }
     if arguments.json {
-        return super::print_json(&Report {
+        return crate::output::print_json(&Report {
             robot: robot.name(),
             train_rows: comparison.train_rows,
             test_rows: comparison.test_rows,

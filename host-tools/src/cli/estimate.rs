@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use serde::Serialize;
 
+use crate::coefficients::CoefficientsFile;
 use crate::error::{Error, Result};
 use crate::estimate::board::{self, BoardReport, BoardTrack, Delay};
 use crate::estimate::plot::Track;
 use crate::estimate::{Change, Payloads, Policy, PolicyKind, Replay, WindowMass, replay};
-use crate::fit::file;
 use crate::metrics::Quality;
 use crate::report::check_extension;
 use crate::robot::Robot;
@@ -135,7 +135,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
-    let coefficients = file::read::<N>(&arguments.coeffs, robot)?;
+    let coefficients = CoefficientsFile::<N>::read(&arguments.coeffs, robot)?.coefficients;
     let payloads = arguments.payload.unwrap_or(Payloads::default_for(&coefficients.model));
     let policy = policy(arguments)?;
     let mut track = Track::default();
@@ -185,7 +185,7 @@ fn policy(arguments: &Arguments) -> Result<Policy> {
 
 fn print_json(robot: &Robot, replay: &Replay, beside: Beside) -> Result<()> {
     let quality = replay.quality;
-    super::print_json(&Report {
+    crate::output::print_json(&Report {
         r2: quality.and_then(|q| q.r2),
         mape_percent: quality.and_then(|q| q.mape_percent),
         mape_floor_w: robot.mape_floor_w(),

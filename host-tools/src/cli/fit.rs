@@ -84,7 +84,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
         eprintln!("gmr: {shortcoming}");
     }
     if let Some(out) = &arguments.out {
-        fit::file::write(out, &fit)?;
+        fit.to_file()?.write(out)?;
     }
     if arguments.json { print_json(robot, &fit) } else { print_text(robot, &fit, arguments) }
 }
@@ -109,7 +109,7 @@ fn settings(arguments: &Arguments) -> Result<pgd::Settings> {
 }
 
 fn print_json<const N: usize>(robot: &Robot, fit: &Fit<N>) -> Result<()> {
-    super::print_json(&Report {
+    crate::output::print_json(&Report {
         robot: robot.name(),
         model: fit.kind,
         method: fit.method,

@@ -207,7 +207,7 @@ fn held(target: &mut dyn Target) -> Result<Held> {
 
 fn show(held: &Held, json: bool) -> Result<()> {
     if json {
-        return super::print_json(held);
+        return crate::output::print_json(held);
     }
     println!("robot: {}", held.robot);
     match &held.coefficients {
@@ -236,7 +236,7 @@ fn report(arguments: &Arguments, robot: &str, items: &[Outcome]) -> Result<()> {
     let file = arguments.out.as_deref();
     if arguments.json {
         let address = file.map(|_| StoreImage::ADDRESS);
-        return super::print_json(&Report { target, robot, items, verified: true, file, address });
+        return crate::output::print_json(&Report { target, robot, items, verified: true, file, address });
     }
     for Outcome { item, bytes, crc, unchanged } in items {
         let what = if *unchanged { "was there already" } else { "stored, read back and compared" };

@@ -5,22 +5,23 @@ use std::path::PathBuf;
 use model_core::eq18::Gate;
 use model_core::model::Model;
 
+use crate::coefficients::CoefficientsFile;
 use crate::effects::{NotTestable, written};
 use crate::error::{Error, Result};
 use crate::fit::dataset::{Dataset, Reading};
-use crate::fit::{file, physical};
-use crate::gap::input;
+use crate::fit::physical;
 use crate::gap::investigate::investigate;
 use crate::gap::manoeuvre::Suggestion;
 use crate::gap::power_only;
 use crate::gap::report::Report;
 use crate::gap::report::json::Beside;
 use crate::gap::report::{json as output, page, summary};
-use crate::gap::runs::Runs;
 use crate::gap::simulation::Simulated;
 use crate::gap::types::{Base, Options, Verdict};
 use crate::gap::user::{self, UserCandidates};
-use crate::gap::{extended, manoeuvre, simulation};
+use crate::gap::{extension, manoeuvre, simulation};
+use crate::log::checks;
+use crate::log::runs::Runs;
 use crate::log::speed_column;
 use crate::plant::PlantSet;
 use crate::progress::StageProgress;
@@ -98,7 +99,7 @@ fn run_power_only(arguments: &Arguments) -> Result<Report> {
             )));
         }
     }
-    input::each_once(&arguments.runs, &[])?;
+    checks::each_once(&arguments.runs, &[])?;
     let mut report = power_only::investigate(&power_only::read(&arguments.runs)?)?;
     if let Some(file) = &arguments.effects {
         let own = user::read(file)?.into_iter();
@@ -130,7 +131,7 @@ fn show(found: &Found, arguments: &Arguments) -> Result<()> {
             suggestion: found.suggestion.as_ref(),
             profile: profile.as_deref(),
         };
-        return super::print_json(&output::json(&found.report, beside));
+        return crate::output::print_json(&output::json(&found.report, beside));
     }
     println!("{}", summary::text(&found.report).trim_end());
     if let Some(simulated) = &found.simulated {
@@ -144,26 +145,27 @@ fn show(found: &Found, arguments: &Arguments) -> Result<()> {
 
 fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Found> {
     let mass = arguments.mass.unwrap_or(robot.mass_no_load_kg());
-    input::check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
+    checks::check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
     let own = match &arguments.effects {
         Some(file) => user::read(file)?,
         None => Vec::new(),
     };
     // Before the long work, and before the clean logs are asked whether they have changed.
-    if let Some(coefficients) = &arguments.coeffs {
-        file::read::<N>(coefficients, robot)?;
-    }
-    let clean_logs = match (&arguments.base[..], &arguments.coeffs) {
-        ([], Some(coefficients)) => file::read_logs(coefficients)?,
+    let fitted = match &arguments.coeffs {
+        Some(file) => Some((file, CoefficientsFile::<N>::read(file, robot)?)),
+        None => None,
+    };
+    let clean_logs = match (&arguments.base[..], &fitted) {
+        ([], Some((file, fitted))) => fitted.logs_still_there(file)?,
         (given, _) => given.to_owned(),
     };
-    input::each_once(&arguments.runs, &clean_logs)?;
-    let (core, base) = match &arguments.coeffs {
-        Some(coefficients) => {
-            let read = file::read::<N>(coefficients, robot)?;
+    checks::each_once(&arguments.runs, &clean_logs)?;
+    let (core, base) = match &fitted {
+        Some((file, fitted)) => {
+            let read = &fitted.coefficients;
             let Model::Signed { torque, drive } = read.model else {
                 return Err(Error::failed("model eq18; expected signed: effects act on its torques")
-                    .in_file(coefficients)
+                    .in_file(file)
                     .in_column("model"));
             };
             if let Some(effect) = read.columns.iter().next() {
@@ -172,16 +174,19 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
                      effects are looked for together",
                     written::id_of(&effect.cause).0
                 );
-                return Err(Error::failed(message).in_file(coefficients).in_column("effects"));
+                return Err(Error::failed(message).in_file(file).in_column("effects"));
             }
-            let covariance = Some(file::read_covariance(coefficients)?);
-            (read.robot, Base { torque, covariance, drive })
+            let covariance = Some(fitted.covariance.clone());
+            (read.robot, Base { torque, covariance, drive, masses_kg: fitted.origin.masses_kg.clone() })
         }
         None => {
             let reading = Reading { gate: Gate::Signed, cutoff_hz: None, mass_kg: mass };
             let dataset = Dataset::<N>::read(robot, &arguments.runs, &reading)?;
             let torque = physical::solve(&dataset, robot.drive()).torque;
-            (dataset.robot, Base { torque, covariance: None, drive: robot.drive() })
+            (
+                dataset.robot,
+                Base { torque, covariance: None, drive: robot.drive(), masses_kg: dataset.masses },
+            )
         }
     };
     let named: Vec<String> = own.iter().flat_map(|effect| effect.formula.variables()).cloned().collect();
@@ -198,8 +203,8 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
              known, so only large effects are named; give the runs with --base"
         );
     }
-    input::check_power(&runs)?;
-    clean.as_ref().map_or(Ok(()), input::check_power)?;
+    checks::check_power(&runs)?;
+    clean.as_ref().map_or(Ok(()), checks::check_power)?;
     let mut options = Options::default();
     if let Some(file) = &arguments.effects {
         options.user = UserCandidates::add(&own, file, &mut runs, clean.as_mut())?;
@@ -243,8 +248,8 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
             simulated.as_ref().map(Simulated::picture).as_ref(),
         )?;
     }
-    if let (Some(out), Some(base)) = (&arguments.out, &arguments.coeffs) {
-        extended::write(&report, base, out)?;
+    if let (Some(out), Some((_, base))) = (&arguments.out, &fitted) {
+        extension::write(&runs, &report, base, out)?;
     }
     drop(progress);
     let found = Found { report, simulated, suggestion };

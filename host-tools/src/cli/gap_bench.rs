@@ -6,10 +6,12 @@ use std::io::IsTerminal;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::error::{Error, Result};
+use crate::gap::bench::coverage::{self, Covered};
 use crate::gap::bench::manoeuvre::{self, Ending, Parted};
 use crate::gap::bench::sets::noises;
 use crate::gap::bench::{self, Case, Outcome};
 use crate::gap::types::Verdict;
+use crate::numerics::robust::median;
 use crate::robot::Robot;
 
 /// Arguments of `gmr gap-bench`.
@@ -39,6 +41,9 @@ pub(crate) struct Arguments {
     /// Of sets that end in a tie: drive the suggested manoeuvre, look again, and count what is then told apart
     #[arg(long)]
     manoeuvre: bool,
+    /// Of sets whose effect is named: add it, estimate masses in runs that nobody has seen, and count how often the 95 % interval holds
+    #[arg(long)]
+    coverage: bool,
     /// Print every set
     #[arg(long)]
     all: bool,
@@ -92,11 +97,47 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         print_parted(&parted, cases.len());
         return Ok(());
     }
+    if arguments.coverage {
+        let covered = coverage::run(&robot, &cases, &bar)?;
+        bar.finish_and_clear();
+        print_coverage(&covered, arguments.all);
+        return Ok(());
+    }
     let mut outcomes = bench::run(&robot, cases, &bar)?;
     bar.finish_and_clear();
     outcomes.sort_by_key(|outcome| (label(outcome), outcome.case.size.to_bits(), outcome.case.seed));
     print(&outcomes, arguments.all);
     Ok(())
+}
+
+/// How often the mass interval of an extended model holds the mass.
+fn print_coverage(covered: &[Covered], all: bool) {
+    let figure = |name: &str, windows: &[(bool, f64)]| {
+        let holds = windows.iter().filter(|(holds, _)| *holds).count();
+        let mut widths: Vec<f64> = windows.iter().map(|(_, width)| *width).collect();
+        let share = 100.0 * holds as f64 / windows.len() as f64;
+        let middle = median(&mut widths).unwrap_or(f64::NAN);
+        println!("{name:<62} {share:>6.1} %  {holds} of {} windows, median ± {middle:.3} kg", windows.len());
+    };
+    let label = |own: &Covered| {
+        let hidden: Vec<&str> = own.case.effects.iter().map(|effect| effect.id()).collect();
+        format!(
+            "{} size {} seed {}: {}",
+            hidden.join(" + "),
+            own.case.size,
+            own.case.seed,
+            own.named.join(" + ")
+        )
+    };
+    for own in covered.iter().filter(|_| all) {
+        figure(&label(own), &own.windows);
+    }
+    let of = |right: bool, windows: fn(&Covered) -> &Vec<(bool, f64)>| -> Vec<(bool, f64)> {
+        covered.iter().filter(|own| own.right || !right).flat_map(|own| windows(own).clone()).collect()
+    };
+    figure("95 % mass interval after an extension, rightly named", &of(true, |own| &own.windows));
+    figure("the same, by the noise of the base alone", &of(true, |own| &own.by_base));
+    figure("95 % mass interval after an extension, whatever was named", &of(false, |own| &own.windows));
 }
 
 /// A line a tie, and how many were told apart.

@@ -38,7 +38,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         report.save_figure(file)?;
     }
     if arguments.json {
-        return super::print_json(&report);
+        return output::print_json(&report);
     }
     output::print(format_args!("{}", summary(&report)));
     Ok(())

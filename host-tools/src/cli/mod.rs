@@ -110,10 +110,3 @@ fn execute(cli: Cli) -> Result<()> {
         Command::Watch(arguments) => watch::run(&arguments),
     }
 }
-
-/// Figures for scripts, on standard output.
-fn print_json(report: &impl serde::Serialize) -> Result<()> {
-    let text = serde_json::to_string_pretty(report).map_err(|error| Error::failed(error.to_string()))?;
-    println!("{text}");
-    Ok(())
-}

@@ -175,7 +175,7 @@ fn report(arguments: &Arguments, board: &Board, recording: Recording, resent: u6
         board,
     };
     if arguments.json {
-        super::print_json(&report)?;
+        crate::output::print_json(&report)?;
     }
     let saved =
         format!("{}: {} samples, {seconds:.2} s at {rate_hz:.1} Hz", arguments.out.display(), report.rows);

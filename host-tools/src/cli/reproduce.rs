@@ -50,7 +50,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     };
     output::save(&study, &arguments.out)?;
     if arguments.json {
-        return super::print_json(&study.json());
+        return crate::output::print_json(&study.json());
     }
     crate::output::print(format_args!("{}", study.text()));
     Ok(())

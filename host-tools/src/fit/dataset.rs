@@ -10,15 +10,14 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread;
 
 use model_core::coefficients::Robot as CoreRobot;
-use model_core::delay::FRAMES;
 use model_core::eq18::{self, Gate, REGRESSORS};
-use model_core::estimator::{Conditioner, Unfit};
-use model_core::filter::InvalidCutoff;
+use model_core::estimator::Conditioner;
 use model_core::motion::Motion;
 
 use super::cutoff;
 use super::gram::Gram;
 use crate::error::{Error, Result};
+pub use crate::log::conditioner;
 use crate::log::{RawRow, SampleReader};
 use crate::progress::FileProgress;
 use crate::robot::Robot;
@@ -282,35 +281,4 @@ pub(crate) fn condition<const N: usize>(
     let now = conditioner.push(&raw.sample, raw.elapsed).filter(|now| now.settled)?;
     let mass = raw.mass.unwrap_or(mass_kg);
     Some(Row { motion: now.motion, power: now.power, mass, run: raw.run, time: raw.time })
-}
-
-/// The conditioner for a log of this robot.
-///
-/// # Errors
-/// The log is too slow for the filter.
-pub fn conditioner<const N: usize>(
-    robot: &CoreRobot<f64, N>,
-    file: &Path,
-    period_s: f64,
-) -> Result<Conditioner<f64, N>> {
-    if period_s.is_nan() {
-        let message = "no two rows belong to one run; expected runs of many rows";
-        return Err(Error::failed(message).in_file(file).in_column(crate::log::RUN));
-    }
-    let unfit = |why| {
-        let message = match why {
-            Unfit::Cutoff(InvalidCutoff { cutoff_hz, below_hz }) => format!(
-                "sampled at {:.2} Hz, too slow for the filter's cutoff of {cutoff_hz} Hz; expected a cutoff below \
-                 {below_hz:.2} Hz (filter_cutoff_hz in robot.toml)",
-                1.0 / period_s,
-            ),
-            Unfit::Model | Unfit::Delay => format!(
-                "sampled at {:.2} Hz, too fast for a delay of {} s; expected at most {FRAMES} sample periods",
-                1.0 / period_s,
-                robot.conditioning.delay,
-            ),
-        };
-        Error::failed(message).in_file(file)
-    };
-    Conditioner::new(robot, period_s).map_err(unfit)
 }

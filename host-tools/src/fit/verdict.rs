@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::assess::Uncertainty;
+use crate::coefficients::{self, Quantity};
 
 /// One fitted parameter.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -112,32 +113,36 @@ const ACCELERATE: &str = "accelerate and brake harder and more often";
 const TURN: &str = "turn on the spot and in wide and narrow curves, both ways";
 const ACCELERATE_LOADED: &str = "accelerate hard with full payload as well as empty, straight and turning";
 
+const fn describe(quantity: Quantity, remedy: &'static str) -> Description {
+    Description { name: quantity.name, unit: quantity.unit, remedy }
+}
+
 /// The parameters of the signed torque model, in their order.
 pub const TORQUE: [Description; 7] = [
-    Description { name: "coulomb", unit: "N·m", remedy: PAYLOADS },
-    Description { name: "rolling", unit: "N·m/kg", remedy: PAYLOADS },
-    Description { name: "viscous", unit: "N·m·s/rad", remedy: SPEEDS },
-    Description { name: "rotor_inertia", unit: "kg·m²", remedy: ACCELERATE },
-    Description { name: "inertia_gain", unit: "1", remedy: ACCELERATE_LOADED },
-    Description { name: "winding_loss", unit: "W/(N·m)²", remedy: ACCELERATE_LOADED },
-    Description { name: "scrub", unit: "N·m/kg", remedy: TURN },
+    describe(coefficients::TORQUE[0], PAYLOADS),
+    describe(coefficients::TORQUE[1], PAYLOADS),
+    describe(coefficients::TORQUE[2], SPEEDS),
+    describe(coefficients::TORQUE[3], ACCELERATE),
+    describe(coefficients::TORQUE[4], ACCELERATE_LOADED),
+    describe(coefficients::TORQUE[5], ACCELERATE_LOADED),
+    describe(coefficients::TORQUE[6], TURN),
 ];
 
 /// β_0 … β_14 of Eq. 18.
 pub const EQ18: [Description; 15] = [
-    Description { name: "beta0", unit: "W", remedy: THREE_PAYLOADS },
-    Description { name: "beta1", unit: "W/kg", remedy: THREE_PAYLOADS },
-    Description { name: "beta2", unit: "W/kg²", remedy: THREE_PAYLOADS },
-    Description { name: "beta3", unit: "W·s²/rad²", remedy: SPEEDS },
-    Description { name: "beta4", unit: "W·s⁴/rad²", remedy: ACCELERATE },
-    Description { name: "beta5", unit: "W/(N·m)²", remedy: ACCELERATE_LOADED },
-    Description { name: "beta6", unit: "N·m", remedy: PAYLOADS },
-    Description { name: "beta7", unit: "N·m/kg", remedy: PAYLOADS },
-    Description { name: "beta8", unit: "W·s²/rad", remedy: ACCELERATE },
-    Description { name: "beta9", unit: "W·s²/(rad·kg)", remedy: ACCELERATE_LOADED },
-    Description { name: "beta10", unit: "W/(N·m)", remedy: ACCELERATE_LOADED },
-    Description { name: "beta11", unit: "W/(N·m·kg)", remedy: ACCELERATE_LOADED },
-    Description { name: "beta12", unit: "kg·m²", remedy: ACCELERATE },
-    Description { name: "beta13", unit: "1", remedy: ACCELERATE_LOADED },
-    Description { name: "beta14", unit: "s²/rad", remedy: ACCELERATE_LOADED },
+    describe(coefficients::EQ18[0], THREE_PAYLOADS),
+    describe(coefficients::EQ18[1], THREE_PAYLOADS),
+    describe(coefficients::EQ18[2], THREE_PAYLOADS),
+    describe(coefficients::EQ18[3], SPEEDS),
+    describe(coefficients::EQ18[4], ACCELERATE),
+    describe(coefficients::EQ18[5], ACCELERATE_LOADED),
+    describe(coefficients::EQ18[6], PAYLOADS),
+    describe(coefficients::EQ18[7], PAYLOADS),
+    describe(coefficients::EQ18[8], ACCELERATE),
+    describe(coefficients::EQ18[9], ACCELERATE_LOADED),
+    describe(coefficients::EQ18[10], ACCELERATE_LOADED),
+    describe(coefficients::EQ18[11], ACCELERATE_LOADED),
+    describe(coefficients::EQ18[12], ACCELERATE),
+    describe(coefficients::EQ18[13], ACCELERATE_LOADED),
+    describe(coefficients::EQ18[14], ACCELERATE_LOADED),
 ];

@@ -6,7 +6,6 @@ use model_core::torque::TorqueModel;
 
 use super::noise::Noise;
 use super::problem::Problem;
-use super::runs::Runs;
 use super::smooth;
 use super::split::Split;
 use super::thresholds::confirm::{LEAST_SHARE, ONE_SIDED, TIMES};
@@ -14,6 +13,9 @@ use super::twin::{State, Twin};
 use crate::effects::Regressor;
 use crate::gap::noise::whiten::Signal;
 use crate::gap::types::Base;
+use crate::log::runs::Runs;
+use crate::numerics::intervals::{MeanInterval, mean_interval, student_95};
+use crate::numerics::robust::NORMAL_95;
 
 /// What the locked runs say.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,6 +29,8 @@ pub struct Confirmed {
     /// What no effect can remove, W: what is left of the locked runs when everything that varies smoothly is taken out, and what
     /// the base gets wrong on its own clean runs.
     pub floor_w: f64,
+    /// The same before it was held at `after_w`: a floor above what is left says that the estimate is too high there, W.
+    pub floor_unclipped_w: f64,
     /// RMS of measured less predicted power on the clean runs, W.
     pub clean_w: Option<f64>,
     /// How the floor was estimated, for users.
@@ -35,8 +39,8 @@ pub struct Confirmed {
     pub closed: Option<f64>,
     /// How much of what was added the locked runs show. `None` as above, and where nothing was added.
     pub share: Option<ConfirmedShare>,
-    /// 95 % interval of the mean square gain per run, W²: paired by run.
-    pub gain_w2: (f64, f64),
+    /// Mean square before less after, W²: mean over the runs, with its 95 % interval.
+    pub gain_w2: MeanInterval,
     /// Mean square before and after, run by run, W².
     pub by_run: Vec<(f64, f64)>,
     /// Measured less predicted power before and after, run by run, W.
@@ -59,9 +63,23 @@ pub struct ConfirmedShare {
     pub share: f64,
     /// Its standard error.
     pub std_err: f64,
+    /// How many locked runs told.
+    pub runs: usize,
 }
 
 impl ConfirmedShare {
+    /// 95 % interval: by Student's t over the runs; of one run by the scatter within it.
+    pub fn interval(&self) -> (f64, f64) {
+        let half = student_95(self.runs as f64 - 1.0).unwrap_or(NORMAL_95) * self.std_err;
+        (self.share - half, self.share + half)
+    }
+
+    /// Less than half of it is there, or it might be none.
+    fn is_missing(&self) -> bool {
+        let too_small = self.share < LEAST_SHARE && self.share + ONE_SIDED * self.std_err < 1.0;
+        too_small || self.interval().0 <= 0.0
+    }
+
     /// By a problem posed of locked runs, then clean ones, and what the locked ones leave before and after.
     pub fn of<const N: usize>(locked: &Problem<'_, N>, residuals: &[Signal; 2]) -> Option<Self> {
         let runs = &locked.twin.runs.runs;
@@ -75,24 +93,25 @@ impl ConfirmedShare {
             _ => vec![0.0; runs[place].rows.len()],
         });
         let start = locked.start();
-        let panel = locked.panel_with(&start, &[], &[added.collect()]);
-        let total = panel.products().total(None);
-        let column = locked.first_further(&start);
-        let score = locked.score(&panel, &total, &start, &locked.active(&start), column)?;
-        Some(Self { share: score.value, std_err: score.std_err })
+        let linear = locked.linear(&start, &[], &[added.collect()])?;
+        let score = linear.score(0)?;
+        let count = runs.iter().filter(|run| !run.clean).count();
+        Some(Self { share: score.value, std_err: score.std_err, runs: count })
     }
 }
 
 impl Confirmed {
-    /// The locked runs speak against what was added.
+    /// The locked runs speak against what was added, or do not surely speak for it. Where the share of it that they show is known, it
+    /// decides: what the base gets wrong may be larger than the effect, and move single runs either way; but predictions that got worse
+    /// on the whole are no confirmation.
     pub fn refuted(&self) -> bool {
+        if let Some(share) = self.share {
+            return share.is_missing() || self.gain_w2.mean <= 0.0;
+        }
         let (shrunk, grown) = self.by_run.iter().fold((0, 0), |(shrunk, grown), (before, after)| {
             (shrunk + usize::from(after < before), grown + usize::from(after > before))
         });
-        let missing = self
-            .share
-            .is_some_and(|own| own.share < LEAST_SHARE && own.share + ONE_SIDED * own.std_err < 1.0);
-        missing || (self.closed.is_some() && shrunk <= grown)
+        self.closed.is_some() && shrunk <= grown
     }
 
     /// Share of what the locked runs have beyond clean ones that is closed; `None` without clean runs, or where they have nothing more.
@@ -139,26 +158,24 @@ pub fn on_locked<const N: usize>(
         Some(&open.noise.whitener),
     );
     let misfit = clean.map(|clean| Misfit::of(clean, base, lag, parameters));
-    let floor_w2 = (own.floor_w2 * misfit.map_or(1.0, |misfit| misfit.factor)).min(after_w2);
+    let floor_unclipped_w2 = own.floor_w2 * misfit.map_or(1.0, |misfit| misfit.factor);
+    let floor_w2 = floor_unclipped_w2.min(after_w2);
     let only_single = !state.effects.is_empty() && common.is_empty();
     let gap = before_w2 - floor_w2;
     let closed =
         (!state.effects.is_empty() && !only_single && gap > 0.0).then(|| (before_w2 - after_w2) / gap);
     let gains: Vec<f64> = by_run.iter().map(|(b, a)| b - a).collect();
-    let count = gains.len() as f64;
-    let average = gains.iter().sum::<f64>() / count;
-    let variance = gains.iter().map(|g| (g - average).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-    let error = 1.96 * (variance / count).sqrt();
     Confirmed {
         runs: locked.runs.iter().map(|run| run.name.clone()).collect(),
         before_w: before_w2.sqrt(),
         after_w: after_w2.sqrt(),
         floor_w: floor_w2.sqrt(),
+        floor_unclipped_w: floor_unclipped_w2.sqrt(),
         clean_w: misfit.map(|misfit| misfit.whole_w2.sqrt()),
         floor_how: if clean.is_some() { FLOOR_WITH_CLEAN } else { FLOOR_ALONE },
         closed,
         share: None,
-        gain_w2: (average - error, average + error),
+        gain_w2: mean_interval(&gains),
         by_run,
         residuals: [before, after],
     }
@@ -216,4 +233,35 @@ pub(super) fn with_own_times<const N: usize>(
         effects[place].0 = Regressor::Switch(what, times);
     }
     effects
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gap::report::example::report;
+    use crate::gap::types::Verdict;
+
+    /// Four locked runs that show a share of what was added, and whose mean square shrank by so much each.
+    fn confirmed(share: f64, std_err: f64, gains: [f64; 4]) -> Confirmed {
+        Confirmed {
+            share: Some(ConfirmedShare { share, std_err, runs: 4 }),
+            gain_w2: mean_interval(&gains),
+            ..report(Verdict::Named).confirmed
+        }
+    }
+
+    /// t(0.975, 3) = 3.182: 1 ± 0.3 leaves out zero, 1 ± 0.35 does not.
+    #[test]
+    fn a_name_needs_a_locked_gain_whose_interval_leaves_out_zero() {
+        assert!(!confirmed(1.0, 0.3, [0.1; 4]).refuted());
+        assert!(confirmed(1.0, 0.35, [0.1; 4]).refuted());
+        assert!(confirmed(0.3, 0.05, [0.1; 4]).refuted(), "surely less than half of it");
+        assert!(confirmed(1.0, 0.1, [-0.3, 0.1, 0.05, 0.1]).refuted(), "the locked runs got worse");
+    }
+
+    /// What the base gets wrong makes two of four runs worse, but the effect is there.
+    #[test]
+    fn what_the_base_gets_wrong_does_not_hide_what_the_effect_adds() {
+        assert!(!confirmed(1.0, 0.1, [-0.1, 0.5, -0.1, 0.5]).refuted());
+    }
 }

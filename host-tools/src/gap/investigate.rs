@@ -3,26 +3,29 @@
 use super::confirm::{self, ConfirmedShare};
 use super::detect::over_dispersion::OverDispersion;
 use super::detect::{shape_test, structure};
+use super::identifiable::unidentifiable;
 use super::name::hypothesis::Hypothesis;
-use super::name::name;
+use super::name::{Choice, name};
+use super::problem::Problem;
 use super::problem::fit::Fitted;
 use super::problem::lag;
-use super::problem::open::{open_problem, prior};
+use super::problem::open::{open_problem, precision};
 use super::report::localise;
 use super::report::{Basis, Report};
-use super::runs::Runs;
 use super::scope::candidates;
 use super::split;
 use super::thresholds::confirm::LEAST_CLOSED;
 use super::thresholds::detect::{SHAPE, SHAPE_TOLERANCE};
 use super::thresholds::name::LEAST_FURTHER;
-use super::twin::Twin;
+use super::twin::{State, Twin};
 use super::types::{Base, Named, Options, Round, Verdict};
+use super::words;
 use crate::effects::{Candidate, World, physical};
 use crate::error::Result;
-use crate::gap::problem::Problem;
-use crate::gap::words;
+use crate::log::runs::Runs;
+use model_core::kinematics::Kinematics;
 use model_core::torque::Drive;
+use nalgebra::DMatrix;
 
 /// Runs the workflow.
 ///
@@ -39,33 +42,105 @@ pub fn investigate<const N: usize>(
     let split = split::by_run(runs)?;
     let field = runs.subset(&split.open);
     let open = field.with_clean(clean);
-    let mut twin = Twin { runs: &open, drive: base.drive, lag: 0.0 };
-    if let Some(clean) = clean {
-        twin.lag = lag::of_clean(clean, base);
-    }
+    let lag = clean.map_or(0.0, |clean| lag::of_clean(clean, base));
     let parameters = base.torque.to_array().len() - usize::from(!runs.robot.kinematics.scrubs());
     let (mut list, mut not_testable) = candidates(&field, &base.torque, base.drive == Drive::Regenerative);
     list.extend_from_slice(&options.user.candidates);
     not_testable.extend_from_slice(&options.user.not_testable);
+    let mut removed = options.removed.clone();
+    for missing in unidentifiable(&base.masses_kg, runs) {
+        removed.push(missing.id.clone());
+        not_testable.push(missing);
+    }
+    let options = &Options { removed, ..options.clone() };
     list.retain(|candidate| !options.removed.contains(&candidate.id));
+    let twin = Twin { runs: &open, drive: base.drive, lag };
     let problem = open_problem(twin, base, parameters, &list, options);
-    let mut state = problem.start();
-    let before = problem.twin.residual(&state);
+    let mut found = search(&problem, &list, options);
+    let over_dispersion = OverDispersion::of(&problem, &found.state);
+    let mut confirmed = confirm::on_locked(runs, &split, clean, base, &found.state, &problem, parameters);
+    // What scatters more than clean runs do is not explained by a name that leaves most of it.
+    if over_dispersion.is_some_and(|over_dispersion| over_dispersion.is_beyond_chance())
+        && (found.named.is_empty() || confirmed.closed_to_clean().is_none_or(|closed| closed < LEAST_CLOSED))
+    {
+        found.verdict = Verdict::Unexplained;
+    }
+    if found.verdict.stands() && confirmed.closed.is_some() {
+        let locked = runs.subset(&split.locked).with_clean(clean);
+        let asked = open_problem(Twin { runs: &locked, ..twin }, base, parameters, &list, options);
+        confirmed.share = ConfirmedShare::of(&asked, &confirmed.residuals);
+    }
+    if found.verdict.stands() && confirmed.refuted() {
+        found.verdict = Verdict::Unexplained;
+    }
+    let residuals = [(twin.residual(&problem.start()), 0), (twin.residual(&found.state), 1)];
+    let [before, after] = residuals.map(|(open, side)| split.in_order(&open, &confirmed.residuals[side]));
+    let mut localisation = localise::cells(runs, &before);
+    if found.verdict.stands() {
+        localise::fill_after(runs, &mut localisation, &after);
+    }
+    if found.verdict == Verdict::Unexplained {
+        found.ambiguous.clear();
+    }
+    let own = found.fitted.as_ref().map(|fitted| problem.covariance(fitted));
+    let joint = own.as_ref().and_then(|own| joint(own, problem.base > 0, base));
+    let known = joint.as_ref().or(own.as_ref()).filter(|_| found.verdict.stands());
+    Ok(Report {
+        verdict: found.verdict,
+        effects: known.map_or(Vec::new(), |known| found.effects(known, &runs.robot.kinematics)),
+        ambiguous_with: found.ambiguous,
+        not_testable,
+        rounds: found.rounds,
+        localisation,
+        residuals: (before, found.verdict.stands().then_some(after)),
+        confirmed,
+        base: [base.torque, found.state.torque],
+        state: found.state,
+        covariance: joint,
+        split,
+        over_dispersion,
+        ties: found.ties,
+        basis: Some(Basis {
+            drive: base.drive,
+            lag,
+            whitener: problem.noise.whitener.clone(),
+            std_w: problem.noise.usual_w(),
+            precision: precision(base, parameters, options.slack),
+        }),
+    })
+}
 
-    let mut rounds = Vec::new();
-    let mut named: Vec<Candidate> = Vec::new();
-    let mut fitted: Option<Fitted> = None;
-    let mut ambiguous: Vec<String> = Vec::new();
-    let mut ties = Vec::new();
+/// What the rounds over the open runs found.
+struct Found {
+    verdict: Verdict,
+    state: State,
+    named: Vec<Candidate>,
+    fitted: Option<Fitted>,
+    /// Ids of hypotheses that explain as much as what was named.
+    ambiguous: Vec<String>,
+    ties: Vec<Vec<Hypothesis>>,
+    rounds: Vec<Round>,
+}
+
+/// Round after round: is there structure, and what explains it?
+fn search<const N: usize>(problem: &Problem<'_, N>, list: &[Candidate], options: &Options) -> Found {
+    let mut found = Found {
+        verdict: Verdict::None,
+        state: problem.start(),
+        named: Vec::new(),
+        fitted: None,
+        ambiguous: Vec::new(),
+        ties: Vec::new(),
+        rounds: Vec::new(),
+    };
     let mut gained = 0.0;
-    let mut verdict = Verdict::None;
-    while named.len() <= options.most_effects {
-        let structure = structure(&problem, &state, &list, &named);
-        let shape_test = shape_test(&problem, &state);
+    while found.named.len() <= options.most_effects {
+        let structure = structure(problem, &found.state, list, &found.named);
+        let shape_test = shape_test(problem, &found.state);
         let allowed = (options.threshold.powi(2) + options.tolerance * gained).sqrt();
         let in_shape = shape_test.powi(2) <= SHAPE.powi(2) + SHAPE_TOLERANCE * gained;
         if structure.greatest <= allowed && in_shape {
-            rounds.push(Round {
+            found.rounds.push(Round {
                 structure: structure.greatest,
                 allowed,
                 candidates: structure.scored,
@@ -73,129 +148,97 @@ pub fn investigate<const N: usize>(
             });
             break;
         }
-        let round = name(&problem, &state, &list, &named, structure, allowed, options);
-        rounds.push(round.record);
+        let round = name(problem, &found.state, list, &found.named, structure, allowed, options);
+        found.rounds.push(round.record);
         match round.choice {
             // What takes next to nothing of what there was mops up after a wrong name.
-            Some(choice) if named.len() < options.most_effects && choice.gain >= LEAST_FURTHER * gained => {
+            Some(choice)
+                if found.named.len() < options.most_effects && choice.gain >= LEAST_FURTHER * gained =>
+            {
                 gained += choice.gain;
-                state = choice.hypothesis.fitted.state.clone();
-                named.push(choice.hypothesis.candidate.clone());
-                if !choice.ties.is_empty() {
-                    let own = choice.hypothesis.candidate.id.clone();
-                    let tied = |hypothesis: &Hypothesis| {
-                        hypothesis.candidate.id == own || choice.ties.contains(&hypothesis.candidate.id)
-                    };
-                    let others = choice.others.into_iter().filter(tied);
-                    ties.push([choice.hypothesis.clone()].into_iter().chain(others).collect());
-                }
-                ambiguous.extend(choice.ties);
-                fitted = Some(choice.hypothesis.fitted);
-                verdict = if ambiguous.is_empty() { Verdict::Named } else { Verdict::Ambiguous };
+                found.add(choice);
             }
             _ => {
-                verdict = Verdict::Unexplained;
+                found.verdict = Verdict::Unexplained;
                 break;
             }
         }
     }
-    // What a later round named besides is in doubt no longer.
-    ambiguous.retain(|id| named.iter().all(|own| own.id != *id));
-    ambiguous.sort();
-    ambiguous.dedup();
-    if verdict == Verdict::Ambiguous && ambiguous.is_empty() {
-        verdict = Verdict::Named;
-    }
-    let over_dispersion = OverDispersion::of(&problem, &state);
-    let mut confirmed = confirm::on_locked(runs, &split, clean, base, &state, &problem, parameters);
-    // What scatters more than clean runs do is not explained by a name that leaves most of it.
-    if over_dispersion.is_some_and(|over_dispersion| over_dispersion.is_beyond_chance())
-        && (named.is_empty() || confirmed.closed_to_clean().is_none_or(|closed| closed < LEAST_CLOSED))
-    {
-        verdict = Verdict::Unexplained;
-    }
-    if matches!(verdict, Verdict::Named | Verdict::Ambiguous) && confirmed.closed.is_some() {
-        let locked = runs.subset(&split.locked).with_clean(clean);
-        let twin = Twin { runs: &locked, ..problem.twin };
-        let asked = open_problem(twin, base, parameters, &list, options);
-        confirmed.share = ConfirmedShare::of(&asked, &confirmed.residuals);
-    }
-    if matches!(verdict, Verdict::Named | Verdict::Ambiguous) && confirmed.refuted() {
-        verdict = Verdict::Unexplained;
-    }
-    let after = problem.twin.residual(&state);
-    let [before, after] =
-        [(&before, 0), (&after, 1)].map(|(open, side)| split.in_order(open, &confirmed.residuals[side]));
-    let stands = matches!(verdict, Verdict::Named | Verdict::Ambiguous);
-    let mut localisation = localise::cells(runs, &before);
-    if stands {
-        localise::fill_after(runs, &mut localisation, &after);
-    }
-    let effects = match (&fitted, verdict) {
-        (Some(fitted), Verdict::Named | Verdict::Ambiguous) => list_effects(&named, fitted, &problem, base),
-        _ => Vec::new(),
-    };
-    if verdict == Verdict::Unexplained {
-        ambiguous.clear();
-    }
-    Ok(Report {
-        verdict,
-        effects,
-        ambiguous_with: ambiguous,
-        not_testable,
-        rounds,
-        localisation,
-        residuals: (before, stands.then_some(after)),
-        confirmed,
-        base: [base.torque, state.torque],
-        state,
-        split,
-        over_dispersion,
-        ties,
-        basis: Some(Basis {
-            drive: base.drive,
-            lag: problem.twin.lag,
-            whitener: problem.noise.whitener.clone(),
-            std_w: problem.noise.usual_w(),
-            prior: prior(base, parameters, options.slack),
-        }),
-    })
+    found.settle();
+    found
 }
 
-fn list_effects<const N: usize>(
-    named: &[Candidate],
-    fitted: &Fitted,
-    problem: &Problem<'_, N>,
-    base: &Base,
-) -> Vec<Named> {
-    let first = problem.base + problem.discrepancy.len();
-    let covariance = &fitted.covariance;
-    // With clean runs the base stays as it was fitted to them, and as uncertain.
-    let known = match &base.covariance {
-        Some(own) if problem.base == 0 => own.clone(),
-        _ => covariance.view((0, 0), (problem.base, problem.base)).into_owned(),
-    };
-    let world = World::new(&problem.twin.runs.robot.kinematics, fitted.state.torque, known);
-    let mut from = 0;
-    named
-        .iter()
-        .map(|candidate| {
+impl Found {
+    fn add(&mut self, choice: Choice) {
+        self.state = choice.hypothesis.fitted.state.clone();
+        self.named.push(choice.hypothesis.candidate.clone());
+        if !choice.ties.is_empty() {
+            let own = choice.hypothesis.candidate.id.clone();
+            let tied = |hypothesis: &Hypothesis| {
+                hypothesis.candidate.id == own || choice.ties.contains(&hypothesis.candidate.id)
+            };
+            let others = choice.others.into_iter().filter(tied);
+            self.ties.push([choice.hypothesis.clone()].into_iter().chain(others).collect());
+        }
+        self.ambiguous.extend(choice.ties);
+        self.fitted = Some(choice.hypothesis.fitted);
+        self.verdict = if self.ambiguous.is_empty() { Verdict::Named } else { Verdict::Ambiguous };
+    }
+
+    /// What a later round named besides is in doubt no longer.
+    fn settle(&mut self) {
+        self.ambiguous.retain(|id| self.named.iter().all(|own| own.id != *id));
+        self.ambiguous.sort();
+        self.ambiguous.dedup();
+        if self.verdict == Verdict::Ambiguous && self.ambiguous.is_empty() {
+            self.verdict = Verdict::Named;
+        }
+    }
+
+    /// The effects with their sizes in the world, and the standard errors of a covariance whose last rows are theirs and whose first, if
+    /// there are more, are the base's.
+    fn effects<const N: usize>(
+        &self,
+        covariance: &DMatrix<f64>,
+        kinematics: &Kinematics<f64, N>,
+    ) -> Vec<Named> {
+        let coefficients: Vec<f64> = self.state.effects.iter().map(|(_, coefficient)| *coefficient).collect();
+        let first = covariance.nrows() - coefficients.len();
+        let base = covariance.view((0, 0), (first, first)).into_owned();
+        let world = World::new(kinematics, self.state.torque, base);
+        let mut from = 0;
+        let named = self.named.iter().map(|candidate| {
             let range = from..from + candidate.regressors.len();
             from = range.end;
             let places = range.clone().map(|place| first + place);
             let mut named = Named {
                 candidate: candidate.clone(),
-                coefficients: fitted.state.effects[range].iter().map(|(_, c)| *c).collect(),
-                std_errs: places.clone().map(|own| covariance[(own, own)].max(0.0).sqrt()).collect(),
+                coefficients: coefficients[range].to_vec(),
+                std_errs: places.clone().map(|own| covariance[(own, own)].sqrt()).collect(),
                 physical: None,
             };
             let weights = words::headline_weights(&named);
             let with = |parameter: usize| -> f64 {
                 places.clone().zip(&weights).map(|(own, weight)| weight * covariance[(parameter, own)]).sum()
             };
-            let with_base: Vec<f64> = (0..problem.base).map(with).collect();
+            let with_base: Vec<f64> = (0..first).map(with).collect();
             named.physical = physical(candidate, words::headline(&named), &with_base, &world);
             named
-        })
-        .collect()
+        });
+        named.collect()
+    }
+}
+
+/// Covariance of the base's parameters and the effects' coefficients. Where clean runs tell what the base gets wrong, effects were fitted
+/// whatever the base's error is: the two do not depend on each other. `None` where nothing is known of the base.
+fn joint(own: &DMatrix<f64>, has_base: bool, base: &Base) -> Option<DMatrix<f64>> {
+    if has_base {
+        return Some(own.clone());
+    }
+    let known = base.covariance.as_ref()?;
+    let size = known.nrows() + own.nrows();
+    let mut joint = DMatrix::zeros(size, size);
+    joint.view_mut((0, 0), known.shape()).copy_from(known);
+    joint.view_mut((known.nrows(), known.nrows()), own.shape()).copy_from(own);
+    Some(joint)
 }

@@ -2,8 +2,8 @@
 
 use model_core::torque::TorqueModel;
 
-use super::runs::Runs;
 use crate::effects::{self, Candidate, NotTestable, Scope, ScopeColumn};
+use crate::log::runs::Runs;
 
 /// Every candidate that these runs can show, and the effects that they cannot.
 pub(super) fn candidates<const N: usize>(
@@ -32,7 +32,7 @@ fn scope<const N: usize>(runs: &Runs<N>, base: &TorqueModel<f64>, regenerative: 
     let last = runs.runs.iter().filter_map(|run| run.rows.last());
     let column = |name: &String| {
         let place = runs.column(name)?;
-        let values = runs.runs.iter().flat_map(|run| run.extras[place].iter().copied());
+        let values = runs.runs.iter().flat_map(|run| run.extra(place).iter().copied());
         Some(ScopeColumn { name: name.clone(), place, least: values.fold(f64::INFINITY, f64::min) })
     };
     Scope {

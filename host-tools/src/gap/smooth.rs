@@ -1,17 +1,17 @@
 //! Some forty smooth functions of what a drive does: structure in the residual shows against them, whatever its cause.
 
-use super::runs::Runs;
 use super::thresholds::problem::LEAST_SHOWN;
 use crate::gap::noise::whiten::Signal;
+use crate::log::runs::Runs;
 
 /// The functions, one signal each. All vary about as gently as an effect would, and none asks for the model.
 pub fn functions<const N: usize>(runs: &Runs<N>) -> Vec<Signal> {
     let rows = || runs.runs.iter().flat_map(|run| &run.rows);
-    let most = |values: &dyn Fn(&super::runs::Row<N>) -> f64| rows().map(values).fold(1e-9, f64::max);
-    let wheels = |row: &super::runs::Row<N>| {
+    let most = |values: &dyn Fn(&crate::log::runs::Row<N>) -> f64| rows().map(values).fold(1e-9, f64::max);
+    let wheels = |row: &crate::log::runs::Row<N>| {
         row.motion.wheels.iter().map(|wheel| wheel.speed.abs()).sum::<f64>() / N as f64
     };
-    let gain = |row: &super::runs::Row<N>| {
+    let gain = |row: &crate::log::runs::Row<N>| {
         row.motion.wheels.iter().map(|wheel| wheel.speed * wheel.acceleration).sum::<f64>() / N as f64
     };
     let (top, top_turn) = (most(&wheels), most(&|row| row.turn_rate.abs()));
@@ -99,8 +99,8 @@ pub fn functions<const N: usize>(runs: &Runs<N>) -> Vec<Signal> {
     let mut functions: Vec<Signal> =
         (0..count).map(|function| values.iter().map(|run| run[function].clone()).collect()).collect();
     for place in 0..runs.columns.len() {
-        if runs.runs.iter().all(|run| !run.extras[place].is_empty()) {
-            functions.push(runs.runs.iter().map(|run| run.extras[place].clone()).collect());
+        if runs.runs.iter().all(|run| !run.extra(place).is_empty()) {
+            functions.push(runs.runs.iter().map(|run| run.extra(place).to_vec()).collect());
         }
     }
     functions
@@ -108,7 +108,7 @@ pub fn functions<const N: usize>(runs: &Runs<N>) -> Vec<Signal> {
 
 /// How many of the [`functions`] ask for no further column.
 pub fn count_own<const N: usize>(runs: &Runs<N>, functions: &[Signal]) -> usize {
-    let is_there = |place: &usize| runs.runs.iter().all(|run| !run.extras[*place].is_empty());
+    let is_there = |place: &usize| runs.runs.iter().all(|run| !run.extra(*place).is_empty());
     functions.len() - (0..runs.columns.len()).filter(is_there).count()
 }
 

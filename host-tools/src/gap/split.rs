@@ -1,9 +1,9 @@
 //! Runs that are looked at, and runs that stay locked until the end.
 
-use super::runs::Runs;
 use super::thresholds::split::{LEAST_OPEN, ONE_LOCKED_OF};
 use crate::error::{Error, Result};
 use crate::gap::noise::whiten::Signal;
+use crate::log::runs::Runs;
 
 /// Places of runs.
 #[derive(Debug, Clone, PartialEq, Eq)]

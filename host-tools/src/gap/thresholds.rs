@@ -58,6 +58,9 @@ pub mod problem {
     pub const RIDGE: f64 = 1e-10;
     /// The same for the discrepancy, whose columns of base and effects nearly repeat each other. Derived: rounding of some ninety columns.
     pub const DISCREPANCY_RIDGE: f64 = 1e-9;
+    /// Total masses that differ by less than this share are one: they do not tell what a mass does to the power. Chosen: a scale's error
+    /// and a battery's swap are below it, any payload worth an estimate above.
+    pub const ONE_MASS: f64 = 0.1;
     /// Share of a signal's variance in the field that clean runs have to have for them to say something about it. Tuned on a door that was
     /// shut in the clean runs (tests/gap_user_effects.rs) and a measured slope; no bench.
     pub const LEAST_SHOWN: f64 = 0.1;
@@ -112,6 +115,8 @@ pub mod detect {
     pub const IN_RUN: f64 = 5.5;
     /// Masses of single runs with lower scores are taken for right. Tuned on the own bench, run unknown.
     pub const WRONG_MASS: f64 = 3.2;
+    /// A mass below this share of the empty robot's is none. Chosen: an estimate's error, and a battery that was left out.
+    pub const LIGHTEST: f64 = 0.9;
     /// By how much scores of single runs and times have to be higher than those of smooth functions to be as rare. Tuned on the own bench,
     /// run unknown; derived from normal scores it would be about 1.
     pub const MORE_LOOKS: f64 = 1.2;
@@ -146,9 +151,6 @@ pub mod name {
     pub const TIE_SHARE: f64 = 0.01;
     /// A rival is not worse if its losses are within so many standard errors over runs. Derived: one-sided 95 % of a normal variable.
     pub const TIE_ERRORS: f64 = 1.64;
-    /// An implausible hypothesis that is better by more than this share of the gain, and by [`TIE`], says that the cause is none of these.
-    /// Tuned on the own bench, run unknown.
-    pub const IMPLAUSIBLE_SHARE: f64 = 0.1;
     /// Ways of a tied effect that are further behind than this in χ² are not to be parted by a manoeuvre. Derived: five standard errors.
     pub const WAYS: f64 = 25.0;
     /// What each further column of a candidate costs, in χ². Derived: Akaike's criterion.
@@ -158,8 +160,8 @@ pub mod name {
     pub const IN_RUN_ERRORS: f64 = 2.5;
     /// Hypotheses whose shape is searched between those of the dictionary. Chosen for time.
     pub const SHARPENED: usize = 3;
-    /// Steps of that search: each leaves two thirds of the interval. Derived: an eighth of a factor of two.
-    pub const SEARCH_STEPS: usize = 5;
+    /// It ends at this share of the interval. Derived: an eighth of a factor of four moves no loss by as much as a tie.
+    pub const SEARCH_TOLERANCE: f64 = 0.125;
     /// Steps in which times are looked for, s. They are long at first: the time at which a step explains most of a single run is drawn
     /// towards that of the others' while these have none. Chosen: halves of 8 s down to the filter's memory.
     pub const TIME_STEPS_S: [f64; 7] = [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.12];
@@ -176,6 +178,9 @@ pub mod confirm {
     pub const LEAST_CLOSED: f64 = 0.5;
     /// A named effect has to show on the locked runs with at least this share of what it adds. As above.
     pub const LEAST_SHARE: f64 = 0.5;
+    /// A gap of more than this many times the noise floor is more than noise, though nothing is named. Derived: a mean square that is half as
+    /// large again, as for [`super::detect::DISTURBANCE`].
+    pub const MUCH_MORE: f64 = 1.22;
     /// One-sided 95 % of a normal variable. Derived.
     pub const ONE_SIDED: f64 = 1.64;
     /// Times that are tried for a locked run's own step. Chosen for time: a quarter of a second in a run of a minute.

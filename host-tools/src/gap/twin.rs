@@ -6,9 +6,9 @@ use model_core::motion::{Motion, Wheel};
 use model_core::torque::{Drive, PARAMETERS, TorqueModel};
 
 use super::noise::whiten::Signal;
-use super::runs::{Row, Run, Runs};
 use super::thresholds::problem::{LINEAR, SLOPE_TRIALS};
 use crate::effects::{Regressor, Switched};
+use crate::log::runs::{Row, Run, Runs};
 
 /// When something is on.
 #[derive(Debug, Clone, Copy)]
@@ -102,7 +102,7 @@ impl<const N: usize> Twin<'_, N> {
         effects.extend(rolling.map(|_| Effect { term: Term::Rolling, coefficient: 0.0 }));
         // Clean runs may lack it: they are level.
         let pitch = self.runs.columns.iter().position(|name| name == crate::effects::PITCH);
-        let pitch = pitch.map(|column| &run.extras[column]).filter(|pitch| !pitch.is_empty());
+        let pitch = pitch.map(|column| run.extra(column)).filter(|pitch| !pitch.is_empty());
         let mut heat = [Heat::default(); N];
         let mut last = 0.0;
         let mut power: Vec<f64> = Vec::with_capacity(run.rows.len());
@@ -119,7 +119,10 @@ impl<const N: usize> Twin<'_, N> {
                     heat.map(|heat| heat.level())
                 }
                 Some(Regressor::Temperature(column, cold)) => {
-                    std::array::from_fn(|wheel| run.extras[*column + wheel][index] - *cold)
+                    // Of a drive that is only planned, nobody knows how warm its motors are: as warm as when cold.
+                    std::array::from_fn(|wheel| {
+                        run.extra(*column + wheel).get(index).map_or(0.0, |temperature| *temperature - *cold)
+                    })
                 }
                 _ => [1.0; N],
             };
@@ -143,7 +146,7 @@ impl<const N: usize> Twin<'_, N> {
         }
         for (regressor, coefficient) in present {
             if let Regressor::Column(column) = regressor {
-                add(&mut power, &run.extras[*column], *coefficient);
+                add(&mut power, run.extra(*column), *coefficient);
             }
         }
         if delay == 0.0 { power } else { delayed(run, &power, delay) }

@@ -20,6 +20,8 @@ pub struct Base {
     pub covariance: Option<DMatrix<f64>>,
     /// Whether the drives clamp.
     pub drive: Drive,
+    /// Total masses that it was fitted to, kg; none where these are those of the runs in question.
+    pub masses_kg: Vec<f64>,
 }
 
 /// What may be set.
@@ -70,6 +72,13 @@ pub enum Verdict {
     Ambiguous,
     /// There is structure, and no effect explains it.
     Unexplained,
+}
+
+impl Verdict {
+    /// Whether effects were added that the locked runs do not speak against.
+    pub fn stands(self) -> bool {
+        matches!(self, Self::Named | Self::Ambiguous)
+    }
 }
 
 /// An effect that was added.

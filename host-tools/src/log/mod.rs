@@ -1,22 +1,33 @@
 //! Run logs: CSV with a header, read as a stream.
 //!
 //! [`Header`] and [`LogReader`] know files, lines and columns; [`DriveReader`] knows what a drive is: wheels, power,
-//! payload, runs and gaps.
+//! payload, runs and gaps; [`SampleReader`] what an estimator takes, static power off. [`runs`] holds logs whole, behind the filter.
 
+pub mod checks;
+mod conditioned;
+mod conditioner;
 mod drive;
 mod exclusions;
 mod header;
+mod masses;
+pub mod motions;
+mod raw;
 mod reader;
+mod row;
+pub mod runs;
 mod samples;
 mod scan;
+mod shared;
 mod source;
 
+pub use conditioner::conditioner;
 pub(crate) use drive::check_wheels;
 pub use drive::{DriveReader, Gap, MIN_GAP_FACTOR, Record, wheel_columns};
 pub use exclusions::Exclusions;
 pub use header::Header;
 pub use reader::{ColumnRequest, LogReader, Role};
 pub use samples::{RawRow, SampleReader};
+pub use shared::Shared;
 
 /// Name of the time column, s.
 pub const TIME: &str = "time_s";

@@ -12,6 +12,8 @@ use crate::robot::Robot;
 /// A row before the filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RawRow<const N: usize> {
+    /// Line of the log, the header being line 1.
+    pub line: u64,
     /// Speeds and actuation power.
     pub sample: Sample<f64, N>,
     /// Time since the row before, s; infinite where this row does not continue it.
@@ -74,6 +76,7 @@ impl<const N: usize> SampleReader<N> {
         };
         self.last = Some((run, record.time_s));
         Ok(Some(RawRow {
+            line: record.line,
             sample: Sample {
                 wheel_speed: record.wheel_speed,
                 wheel_acceleration: record.wheel_acceleration,
@@ -103,6 +106,11 @@ impl<const N: usize> SampleReader<N> {
     /// The further columns of the row handed out last, in the order asked for; NaN where a field is empty.
     pub fn extras(&self) -> &[f64] {
         self.reader.extras()
+    }
+
+    /// Names of the runs seen so far, indexed by [`RawRow::run`].
+    pub fn run_names(&self) -> &[String] {
+        self.reader.run_names()
     }
 
     /// Median sample period, s.

@@ -1,11 +1,15 @@
 //! A folder to run `gmr` in, and logs that are made by the signed torque model itself.
 #![allow(dead_code, reason = "every test file uses its part")]
 
+pub(crate) mod skipped;
+
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use serde_json::Value;
+
+use skipped::skipped;
 
 /// A folder of its own for one test.
 pub(crate) struct Bench {
@@ -90,16 +94,21 @@ pub(crate) fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("expected a number, found {value}"))
 }
 
-/// A measured log, or `None`, said so, where the data are not there.
-pub(crate) fn measured(name: &str) -> Option<PathBuf> {
+/// A piece of a measured log, or a folder of them, as kept in the repository: `tests/data/SOURCES.md`.
+pub(crate) fn excerpt(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
+}
+
+/// The folder of all measured logs, whole; `None`, and the test counted as skipped, where they are not there.
+pub(crate) fn whole_data() -> Option<PathBuf> {
     // Beside the project, and beside a working copy that lies one folder deeper.
     for shared in ["../../shared/data", "../../../shared/data"] {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(shared).join(name);
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(shared);
         if path.exists() {
             return Some(path.canonicalize().unwrap());
         }
     }
-    println!("skipped: no measured data at ../shared/data/{name}");
+    skipped("no measured data at ../shared/data");
     None
 }
 

@@ -10,7 +10,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::images::{self, VIRTUAL};
-use crate::set_up;
+use crate::set_up::{self, Consent};
 use crate::steps::{Steps, Stop, command};
 
 /// Where everything goes, in the workspace's directory.
@@ -93,9 +93,9 @@ const FLASH_EXTENDED: Drive = Drive {
 };
 
 /// True when every step ended well.
-pub(crate) fn run() -> bool {
+pub(crate) fn run(consent: Consent) -> bool {
     let mut steps = Steps::default();
-    let result = all(&mut steps);
+    let result = all(&mut steps, consent);
     steps.print_summary();
     match result {
         Ok(()) => println!("\ndemo: done; logs, coefficients and plots are in {FOLDER}/"),
@@ -104,11 +104,11 @@ pub(crate) fn run() -> bool {
     result.is_ok()
 }
 
-fn all(steps: &mut Steps) -> Result<(), Stop> {
+fn all(steps: &mut Steps, consent: Consent) -> Result<(), Stop> {
     let mut target = None;
     steps.work("set-up", || {
         target = Some(set_up::target()?);
-        set_up::qemu()
+        set_up::qemu(consent)
     })?;
     let target = target.ok_or_else(|| Stop::new("no target"))?;
     steps.run("build the command", command("cargo build --release --package host-tools"))?;

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use crate::set_up::{self, TARGET, TargetCargo};
+use crate::set_up::{self, Consent, TARGET, TargetCargo};
 use crate::steps::{Steps, Stop, command_line};
 
 /// Most instructions that a sample may take in the median, and most that one may take which closes a second.
@@ -67,7 +67,7 @@ pub(crate) fn run(steps: &mut Steps) -> Result<(), Stop> {
     let mut target = None;
     steps.work("set-up", || {
         target = Some(set_up::target()?);
-        set_up::qemu()
+        set_up::qemu(Consent::Ask)
     })?;
     let target: TargetCargo = target.ok_or_else(|| Stop::new("no target"))?;
     steps.run(

@@ -3,6 +3,8 @@
 mod bench;
 mod circles;
 mod demo;
+mod fuzz;
+mod gap;
 mod images;
 mod instructions;
 mod paths;
@@ -14,27 +16,35 @@ mod test;
 
 use std::process::ExitCode;
 
+use set_up::Consent;
+
 const USAGE: &str = "\
 usage: cargo xtask <command>
 
-  test   formatting, lints, documentation, tests on the host and on an emulated Cortex-M7, licences
-  demo   record, fit, flash and estimate on the virtual board; plots go to demo-output/
-  bench [accuracy | fit-speed | instructions | robots]
-         the figures of the README, measured again; minutes
+  test [--yes]
+         formatting, lints, documentation, tests on the host and on an emulated Cortex-M7, licences
+  demo [--yes]
+         record, fit, flash and estimate on the virtual board; plots go to demo-output/
+  bench [accuracy | fit-speed | gap | instructions | robots]
+         the figures of the README, measured again; minutes. gap: a night, only by name
   bench robots --json
          the figures of docs/robots.txt
   circles
          files of a crate that need each other, and rooms that need those above them: part of test
+  fuzz [log | robot | coefficients | effects | image | link | servo] [--runs N]
+         libFuzzer over the readers of files and packets; a C++ compiler is needed
   size [--json]
          flash, static RAM and stack of the firmware's images, against their limits
 
-All add the Rust target and QEMU when they are missing.";
+All add the Rust target where it is missing, and ask before they install QEMU or a browser; --yes answers.";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let done = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["test"] => test::run(),
-        ["demo"] => demo::run(),
+        ["test"] => test::run(Consent::Ask),
+        ["test", "--yes"] => test::run(Consent::Given),
+        ["demo"] => demo::run(Consent::Ask),
+        ["demo", "--yes"] => demo::run(Consent::Given),
         ["bench"] => bench::run(None).unwrap_or(false),
         ["bench", name] => {
             let Some(reached) = bench::run(Some(name)) else {
@@ -50,6 +60,7 @@ fn main() -> ExitCode {
             }
             result.is_ok()
         }
+        ["fuzz", ref rest @ ..] if let Some(request) = fuzz::Request::parse(rest) => fuzz::run(&request),
         ["bench", "robots", "--json"] => bench::robots_json(),
         ["size"] => size::run(false),
         ["size", "--json"] => size::run(true),

@@ -34,7 +34,7 @@ pub(crate) fn run(steps: &mut Steps, json: bool) -> Result<(), Stop> {
 }
 
 /// What a command prints; its progress is shown meanwhile.
-fn text_of(mut bench: Command) -> Result<String, Stop> {
+pub(crate) fn text_of(mut bench: Command) -> Result<String, Stop> {
     let line = command_line(&bench);
     println!("   {line}");
     let output = bench.current_dir(root()).stderr(Stdio::inherit()).output();
@@ -46,7 +46,7 @@ fn text_of(mut bench: Command) -> Result<String, Stop> {
 }
 
 /// A Python with the packages, in a virtual environment below the target folder.
-fn python() -> Result<PathBuf, Stop> {
+pub(crate) fn python() -> Result<PathBuf, Stop> {
     let folder = target_folder().join("robots-python");
     let python = folder.join("bin/python");
     if has_packages(&python) {

@@ -1,5 +1,6 @@
 //! Adds what a machine with nothing but rustup's stable toolchain lacks.
 
+use std::io::{IsTerminal as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -8,27 +9,31 @@ use crate::steps::{Stop, answer, command, command_line};
 /// The board's, and the emulated core's.
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// Builds core for [`TARGET`] where rustup cannot fetch it, and links the result as the toolchain `debian`. Beside the
-/// project, not part of it.
-const FALLBACK: &str = "../shared/tools/thumb-target.sh";
-const FALLBACK_TOOLCHAIN: &str = "debian";
+/// Whether packages of the system may be installed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Consent {
+    /// Somebody at a terminal is asked; without a terminal they are only named.
+    Ask,
+    /// `--yes`
+    Given,
+}
 
-/// cargo as it builds for [`TARGET`].
+/// cargo as it builds for [`TARGET`]: another toolchain than rustup's, where the variable BOARD_TOOLCHAIN names one.
 pub(crate) struct TargetCargo {
-    toolchain: Option<&'static str>,
+    toolchain: Option<String>,
 }
 
 impl TargetCargo {
     /// Tells the tests that build images themselves which toolchain to use.
     pub(crate) fn tell(&self, tests: &mut Command) {
-        if let Some(toolchain) = self.toolchain {
+        if let Some(toolchain) = &self.toolchain {
             tests.env("BOARD_TOOLCHAIN", toolchain);
         }
     }
 
     /// `cargo` with the arguments of `line`.
     pub(crate) fn command(&self, line: &str) -> Command {
-        match self.toolchain {
+        match &self.toolchain {
             Some(toolchain) => command(&format!("cargo +{toolchain} {line}")),
             None => command(&format!("cargo {line}")),
         }
@@ -47,25 +52,26 @@ pub(crate) fn components() -> Result<(), Stop> {
 
 /// The core library for [`TARGET`].
 pub(crate) fn target() -> Result<TargetCargo, Stop> {
+    if let Ok(toolchain) = std::env::var("BOARD_TOOLCHAIN") {
+        return if has_core(&format!("rustc +{toolchain}")) {
+            Ok(TargetCargo { toolchain: Some(toolchain) })
+        } else {
+            Err(Stop::new(format!("BOARD_TOOLCHAIN names {toolchain}, which has no core for {TARGET}")))
+        };
+    }
     if has_core("rustc") {
         return Ok(TargetCargo { toolchain: None });
     }
-    let stop = match obtain(command(&format!("rustup target add {TARGET}"))) {
-        Ok(()) if has_core("rustc") => return Ok(TargetCargo { toolchain: None }),
-        Ok(()) => Stop::new(format!(
+    match obtain(command(&format!("rustup target add {TARGET}"))) {
+        Ok(()) if has_core("rustc") => Ok(TargetCargo { toolchain: None }),
+        Ok(()) => Err(Stop::new(format!(
             "rustup added {TARGET}, but rustc does not find it: is another rustc first in PATH?"
-        )),
-        Err(stop) => stop,
-    };
-    if !crate::paths::root().join(FALLBACK).exists() {
-        return Err(stop);
-    }
-    println!("   {stop}\n   building core from the distribution's sources instead");
-    obtain(command(&format!("{FALLBACK} {TARGET}")))?;
-    if has_core(&format!("rustc +{FALLBACK_TOOLCHAIN}")) {
-        Ok(TargetCargo { toolchain: Some(FALLBACK_TOOLCHAIN) })
-    } else {
-        Err(Stop::new(format!("{FALLBACK} ended well, but there is no core for {TARGET}")))
+        ))),
+        // Nothing outside the checkout is run, however near it lies.
+        Err(stop) => Err(Stop::new(format!(
+            "{stop}\n   where rustup cannot fetch it, build core from a distribution's sources (../shared/tools/thumb-target.sh does, \
+             where you have it), link that as a toolchain and name it in BOARD_TOOLCHAIN"
+        ))),
     }
 }
 
@@ -77,47 +83,73 @@ fn has_core(rustc: &str) -> bool {
     files.flatten().any(|file| file.file_name().to_string_lossy().starts_with("libcore-"))
 }
 
-/// The emulator: installed where that needs no password, named where it does.
-pub(crate) fn qemu() -> Result<(), Stop> {
+/// The emulator: installed where one may, named where not.
+pub(crate) fn qemu(consent: Consent) -> Result<(), Stop> {
     package(
         "qemu-system-arm",
         "qemu-system-arm is missing: `apt install qemu-system-arm` (Debian, Ubuntu), \
-         `dnf install qemu-system-arm-core` (Fedora), `brew install qemu` (macOS), then again",
+         `dnf install qemu-system-arm-core` (Fedora), `pacman -S qemu-system-arm` (Arch), `brew install qemu` (macOS), then again; \
+         with --yes apt is run for you",
+        consent,
     )
 }
 
-/// A browser without a screen, for the page of `gmr gap --report`. Without one its test skips: nothing else needs it.
-pub(crate) fn browser() {
+/// A browser without a screen, for the page of `gmr gap --report`. Without one its test is skipped: nothing else needs it.
+pub(crate) fn browser(consent: Consent) {
     let names = ["chromium", "chromium-browser", "google-chrome", "chrome"];
     if names.iter().any(|name| answer(&format!("{name} --version")).is_some()) {
         return;
     }
-    if let Err(stop) = package("chromium", "no browser: the test that opens a page in one will skip") {
+    let missing = "no browser: the test that opens a page in one will be skipped";
+    if let Err(stop) = package("chromium", missing, consent) {
         println!("   {stop}");
     }
 }
 
 /// A program by Debian's package of its name; `missing` says what to do where that cannot be had.
-fn package(name: &str, missing: &str) -> Result<(), Stop> {
+fn package(name: &str, missing: &str, consent: Consent) -> Result<(), Stop> {
     let is_there = || answer(&format!("{name} --version")).is_some();
     if is_there() {
         return Ok(());
     }
-    let sudo = if answer("id -u").as_deref() == Some("0") {
-        ""
-    } else if answer("sudo -n true").is_some() {
-        "sudo "
-    } else {
-        return Err(Stop::new(missing));
-    };
+    let sudo = if answer("id -u").as_deref() == Some("0") { "" } else { "sudo " };
     if answer("apt-get --version").is_none() {
+        return Err(Stop::new(missing));
+    }
+    let install = format!("{sudo}apt-get -qq install --yes --no-install-recommends {name}");
+    if !agrees(consent, &install) {
         return Err(Stop::new(missing));
     }
     // A fresh machine has no package lists yet; one without network may still have the package.
     let _ = obtain(command(&format!("{sudo}apt-get -qq update")));
-    obtain(command(&format!("{sudo}apt-get -qq install --yes --no-install-recommends {name}")))
-        .map_err(|stop| Stop::new(format!("{stop}\n   {missing}")))?;
+    obtain(command(&install)).map_err(|stop| Stop::new(format!("{stop}\n   {missing}")))?;
     if is_there() { Ok(()) } else { Err(Stop::new(missing)) }
+}
+
+/// Whether a command that changes the system may be run.
+fn agrees(consent: Consent, line: &str) -> bool {
+    if consent == Consent::Given {
+        return true;
+    }
+    let (input, mut output) = (std::io::stdin(), std::io::stdout());
+    if !input.is_terminal() || !output.is_terminal() {
+        return false;
+    }
+    print!("   run `{line}`? [y/N] ");
+    let mut said = String::new();
+    let asked = output.flush().and_then(|()| input.read_line(&mut said));
+    asked.is_ok() && is_yes(&said)
+}
+
+fn is_yes(said: &str) -> bool {
+    ["y", "yes"].contains(&said.trim().to_lowercase().as_str())
+}
+
+/// Whether the database of advisories is there, fetched now: not every machine that builds this project reaches it.
+pub(crate) fn advisories(deny: &Path) -> bool {
+    let mut fetch = Command::new(deny);
+    fetch.args(["fetch", "db"]);
+    obtain(fetch).is_ok()
 }
 
 /// cargo-deny: the installed one, or one built into the target folder.
@@ -152,5 +184,22 @@ fn obtain(mut command: Command) -> Result<(), Stop> {
         Ok(status) if status.success() => Ok(()),
         Ok(status) => Err(Stop::new(format!("{line}\n   {status}"))),
         Err(error) => Err(Stop::new(format!("{line}\n   {error}"))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_clear_yes_is_one() {
+        assert!(["y\n", "Y", " yes \n"].iter().all(|said| is_yes(said)));
+        assert!(["", "\n", "n\n", "yeah, no\n", "sudo"].iter().all(|said| !is_yes(said)));
+    }
+
+    /// The tests' standard input is no terminal: nobody could be asked.
+    #[test]
+    fn with_consent_nobody_is_asked() {
+        assert!(agrees(Consent::Given, "true"));
     }
 }

@@ -1,5 +1,6 @@
 //! A list of commands: each is announced, timed and, when it fails, the last.
 
+use std::collections::BTreeSet;
 use std::fmt;
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
@@ -29,15 +30,41 @@ pub(crate) struct Steps {
 }
 
 /// How many tests ran.
-#[derive(Default, Debug, PartialEq, Eq, Clone, Copy)]
+#[derive(Default, Debug, PartialEq, Eq, Clone)]
 pub(crate) struct Tally {
-    pub(crate) passed: u64,
+    passed: u64,
     pub(crate) failed: u64,
+    /// Left out by the harness itself.
+    ignored: u64,
+    /// Ran, and said that they could not test anything here. The harness counts them as passed.
+    skipped: BTreeSet<String>,
 }
 
+/// What such a test says: `host-tools/tests/common/skipped.rs`.
+const SKIPPED: &str = "SKIPPED: ";
+
 impl Tally {
-    /// Adds `test result: ok. 3 passed; 0 failed; …`, the summary of libtest and of our images. Other lines count nothing.
+    /// Tests that tested something.
+    pub(crate) fn passed(&self) -> u64 {
+        self.passed.saturating_sub(self.skipped.len() as u64)
+    }
+
+    /// Tests that did not.
+    pub(crate) fn skipped(&self) -> u64 {
+        self.ignored + self.skipped.len() as u64
+    }
+
+    /// Those that said so, with their reasons.
+    pub(crate) fn reasons(&self) -> impl Iterator<Item = &str> {
+        self.skipped.iter().map(String::as_str)
+    }
+
+    /// Adds `test result: ok. 3 passed; 0 failed; …`, the summary of libtest and of our images, or what a skipped test says, wherever in
+    /// the line it does. Other lines count nothing.
     fn add_line(&mut self, line: &str) {
+        if let Some((_, said)) = line.split_once(SKIPPED) {
+            self.skipped.insert(said.trim_end().to_owned());
+        }
         let Some(result) = line.strip_prefix("test result: ") else { return };
         let words: Vec<&str> = result.split([' ', ';', '.']).filter(|word| !word.is_empty()).collect();
         for pair in words.windows(2) {
@@ -46,6 +73,7 @@ impl Tally {
             match *what {
                 "passed" => self.passed += number,
                 "failed" => self.failed += number,
+                "ignored" => self.ignored += number,
                 _ => {}
             }
         }
@@ -100,8 +128,8 @@ impl Steps {
         result
     }
 
-    pub(crate) fn tests(&self) -> Tally {
-        self.tests
+    pub(crate) fn tests(&self) -> &Tally {
+        &self.tests
     }
 
     /// One line a step, with its time.
@@ -173,7 +201,19 @@ mod tests {
         );
         tally.add_line("test result: FAILED. 2 passed; 1 failed");
         tally.add_line("test numbers::failed ... ok");
-        assert_eq!(tally, Tally { passed: 19, failed: 1 });
+        assert_eq!((tally.passed(), tally.failed, tally.skipped()), (19, 1, 3));
+    }
+
+    /// The harness counts them as passed: they are taken off, each once, wherever in the line it says so.
+    #[test]
+    fn skipped_tests_are_not_passed_ones() {
+        let mut tally = Tally::default();
+        tally.add_line("test inspects_them_all ... SKIPPED: inspect::inspects_them_all: no data");
+        tally.add_line("SKIPPED: inspect::inspects_them_all: no data");
+        tally.add_line("SKIPPED: page::opens: no browser");
+        tally.add_line("test result: ok. 5 passed; 0 failed; 1 ignored; 0 measured; 0 filtered out");
+        assert_eq!((tally.passed(), tally.failed, tally.skipped()), (3, 0, 3));
+        assert_eq!(tally.reasons().next(), Some("inspect::inspects_them_all: no data"));
     }
 
     #[test]
@@ -197,7 +237,7 @@ mod tests {
         let both =
             steps.run_beside("both", says("test result: ok. 2 passed;"), says("test result: ok. 3 passed;"));
         assert!(both.is_ok());
-        assert_eq!(steps.tests(), Tally { passed: 5, failed: 0 });
+        assert_eq!((steps.tests().passed(), steps.tests().failed), (5, 0));
         let stop = steps.run_beside("one fails", command("true"), command("false --now")).unwrap_err();
         assert!(stop.to_string().starts_with("false --now\n"), "{stop}");
         assert!(steps.run_beside("the other fails", command("false"), command("true")).is_err());

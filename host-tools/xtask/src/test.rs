@@ -4,7 +4,7 @@ use std::process::Command;
 
 use crate::circles;
 use crate::images;
-use crate::set_up::{self, TARGET, TargetCargo};
+use crate::set_up::{self, Consent, TARGET, TargetCargo};
 use crate::steps::{Steps, Stop, command, command_line};
 
 /// A minute of the emulated chip takes two to five, on one core.
@@ -22,30 +22,29 @@ const MUST_NOT_PASS: [(&str, &str); 4] = [
     ("must-overflow-stack", "Lockup"),
 ];
 
-/// True when everything passed.
-pub(crate) fn run() -> bool {
+/// True when everything passed. Packages that are missing are installed as `consent` has it.
+pub(crate) fn run(consent: Consent) -> bool {
     let mut steps = Steps::default();
-    let result = all(&mut steps);
+    let result = all(&mut steps, consent);
     steps.print_summary();
     let tests = steps.tests();
-    match result {
-        Ok(()) => println!("\ntest result: ok. {} passed; {} failed", tests.passed, tests.failed),
-        Err(ref stop) => println!(
-            "\nstopped: {stop}\n\ntest result: FAILED. {} passed; {} failed",
-            tests.passed,
-            tests.failed.max(1)
-        ),
+    tests.reasons().for_each(|reason| println!("skipped  {reason}"));
+    let failed = if result.is_ok() { tests.failed } else { tests.failed.max(1) };
+    let counts = format!("{} passed; {failed} failed; {} skipped", tests.passed(), tests.skipped());
+    match &result {
+        Ok(()) => println!("\ntest result: ok. {counts}"),
+        Err(stop) => println!("\nstopped: {stop}\n\ntest result: FAILED. {counts}"),
     }
     result.is_ok()
 }
 
-fn all(steps: &mut Steps) -> Result<(), Stop> {
+fn all(steps: &mut Steps, consent: Consent) -> Result<(), Stop> {
     let mut target = None;
     steps.work("set-up", || {
         set_up::components()?;
         target = Some(set_up::target()?);
-        set_up::browser();
-        set_up::qemu()
+        set_up::browser(consent);
+        set_up::qemu(consent)
     })?;
     let target = target.ok_or_else(|| Stop::new("no target"))?;
 
@@ -110,9 +109,19 @@ fn all(steps: &mut Steps) -> Result<(), Stop> {
         deny = Some(set_up::cargo_deny()?);
         Ok(())
     })?;
-    let mut licences = Command::new(deny.ok_or_else(|| Stop::new("no cargo-deny"))?);
-    licences.args(["--all-features", "check", "--hide-inclusion-graph", "licenses", "bans", "sources"]);
-    steps.run("licences and sources", licences)
+    let deny = deny.ok_or_else(|| Stop::new("no cargo-deny"))?;
+    let check = |which: &[&str]| {
+        let mut check = Command::new(&deny);
+        check.args(["--all-features", "check", "--hide-inclusion-graph"]).args(which);
+        check
+    };
+    steps.run("licences and sources", check(&["licenses", "bans", "sources"]))?;
+    if set_up::advisories(&deny) {
+        steps.run("advisories", check(&["--disable-fetch", "advisories"]))
+    } else {
+        println!("   advisories: not checked, their database cannot be reached from here");
+        Ok(())
+    }
 }
 
 fn panic_probe(image: &str) -> String {

@@ -1,8 +1,13 @@
 //! The firmware's images.
 
+#[path = "../../../host-tools/tests/common/skipped.rs"]
+mod skipped;
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Once;
+
+use skipped::skipped;
 
 const TARGET: &str = "thumbv7em-none-eabihf";
 
@@ -11,14 +16,18 @@ pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the tests are in the workspace")
 }
 
-/// The emulated STM32F746: beside the project, not part of it, or where the variable STM32EMU says. `None`, said so, where it is not.
+/// The emulated STM32F746, in the folder that the variable STM32EMU names: it is no part of the project, so nobody runs it unasked.
+/// `None`, and the test counted as skipped, where there is none.
 #[allow(dead_code, reason = "not every test that shares this file needs it")]
 pub(crate) fn emulator() -> Option<PathBuf> {
     static READY: Once = Once::new();
-    let elsewhere = std::env::var_os("STM32EMU");
-    let folder = root().join(elsewhere.unwrap_or_else(|| "../shared/tools/stm32emu".into()));
+    let Some(folder) = std::env::var_os("STM32EMU") else {
+        skipped("STM32EMU names no folder with an emulator of the board");
+        return None;
+    };
+    let folder = root().join(folder);
     if !folder.join("emu").exists() {
-        println!("skipped: there is no emulator in {}", folder.display());
+        skipped(&format!("there is no emulator in {}", folder.display()));
         return None;
     }
     // It sets itself up at its first start: not by several tests at once.

@@ -3,7 +3,6 @@
 use indicatif::ProgressBar;
 
 use super::super::manoeuvre::{Suggestion, suggest};
-use super::super::runs::{RawRun, Runs};
 use super::sets::{self, Clean};
 use super::{Case, columns};
 use crate::error::Result;
@@ -11,6 +10,7 @@ use crate::gap::investigate::investigate;
 use crate::gap::report::Report;
 use crate::gap::thresholds::manoeuvre::RUNS;
 use crate::gap::types::{Options, Verdict};
+use crate::log::runs::{RawRun, Runs};
 use crate::plant::effects::Effect;
 use crate::plant::{PayloadSchedule, Profile, Scenario};
 use crate::robot::Robot;
@@ -45,7 +45,7 @@ pub struct Parted {
     pub ending: Ending,
 }
 
-/// Runs the cases on two threads; those that end in a tie are driven. One entry a tie.
+/// Runs the cases on all cores; those that end in a tie are driven. One entry a tie.
 ///
 /// # Errors
 /// What plant, fit and workflow refuse.

@@ -1,21 +1,20 @@
 //! `gmr gap-bench`: hidden effects from the plant, and what the workflow makes of them.
 
+pub mod coverage;
 pub mod manoeuvre;
 pub mod sets;
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
 use std::time::Instant;
 
 use indicatif::ProgressBar;
+use rayon::prelude::*;
 
 use self::sets::{NoiseKind, noises};
-use super::runs::Runs;
 use crate::effects::ENTRIES;
 use crate::error::Result;
 use crate::gap::investigate::investigate;
 use crate::gap::types::{Options, Verdict};
+use crate::log::runs::Runs;
 use crate::plant::effects::Effect;
 use crate::robot::Robot;
 
@@ -61,7 +60,7 @@ pub fn typical() -> Result<Vec<Effect>> {
     ENTRIES.iter().flat_map(|entry| entry.typical).map(|effect| Effect::parse(effect)).collect()
 }
 
-/// Runs the cases on two threads.
+/// Runs the cases on all cores.
 ///
 /// # Errors
 /// What plant, fit and workflow refuse.
@@ -69,36 +68,13 @@ pub fn run(robot: &Robot, cases: Vec<Case>, bar: &ProgressBar) -> Result<Vec<Out
     all(&cases, bar, |case| one(robot, case))
 }
 
-/// Works on the cases on two threads.
+/// Works on the cases on all cores; the outcomes are in the order of the cases.
 fn all<T: Send>(
     cases: &[Case],
     bar: &ProgressBar,
     work: impl Fn(&Case) -> Result<T> + Sync,
 ) -> Result<Vec<T>> {
-    let next = AtomicUsize::new(0);
-    let outcomes = Mutex::new(Vec::new());
-    let failed = Mutex::new(None);
-    thread::scope(|scope| {
-        for _ in 0..2 {
-            scope.spawn(|| {
-                while let Some(case) = cases.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let result = work(case);
-                    bar.inc(1);
-                    match (result, outcomes.lock(), failed.lock()) {
-                        (Ok(outcome), Ok(mut all), _) => all.push(outcome),
-                        (Err(error), _, Ok(mut first)) => {
-                            first.get_or_insert(error);
-                        }
-                        _ => return,
-                    }
-                }
-            });
-        }
-    });
-    if let Ok(Some(error)) = failed.into_inner() {
-        return Err(error);
-    }
-    Ok(outcomes.into_inner().unwrap_or_default())
+    cases.par_iter().map(|case| work(case).inspect(|_| bar.inc(1))).collect()
 }
 
 /// One case.

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use super::super::runs::{RawRun, Runs};
 use crate::error::{Error, Result};
 use crate::fit::dataset::{Dataset, Row, Run};
 use crate::fit::{self, Method, ModelKind, pgd};
 use crate::gap::types::Base;
+use crate::log::runs::{RawRun, Runs};
 use crate::plant::effects::Effect;
 use crate::plant::effects::size::scale_to;
 use crate::plant::field::{Field, Noise};
@@ -94,6 +94,8 @@ pub struct Clean {
     pub runs: Runs<2>,
     /// The robot.
     pub core: CoreRobot<f64, 2>,
+    /// What mass estimates with the base have to expect.
+    pub noise: model_core::payload::Noise<f64>,
 }
 
 /// Fits a base to clean runs, as `gmr fit` does.
@@ -137,8 +139,10 @@ pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str]) -> Result
     let model_core::model::Model::Signed { torque, drive } = fit.coefficients.model else {
         return Err(Error::failed("the fit is not of the signed model"));
     };
-    let base = Base { torque, covariance: Some(fit.uncertainty.covariance), drive };
-    Ok(Clean { base, runs: Runs::condition(&core, raw)?, core })
+    let base =
+        Base { torque, covariance: Some(fit.uncertainty.covariance), drive, masses_kg: dataset.masses };
+    let noise = fit.coefficients.noise;
+    Ok(Clean { base, runs: Runs::condition(&core, raw)?, core, noise })
 }
 
 /// The effect scaled so that it adds `size` standard deviations of the noise to the power of the field runs; the greatest that

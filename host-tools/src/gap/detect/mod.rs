@@ -8,7 +8,6 @@ use super::thresholds::detect::MORE_LOOKS;
 use super::twin::State;
 use super::types::{Scored, Status, penalty};
 use crate::effects::Candidate;
-use crate::gap::problem::solve::solve;
 
 /// What the detector sees.
 pub(super) struct Structure {
@@ -32,18 +31,14 @@ pub(super) fn structure<const N: usize>(
         .flat_map(|candidate| candidate.regressors.iter().cloned())
         .filter(|regressor| state.effects.iter().all(|(own, _)| own != regressor))
         .collect();
-    let panel = problem.panel(state, &regressors, true);
-    let total = panel.products().total(None);
-    let base = problem.base;
+    let empty =
+        || Structure { greatest: f64::INFINITY, scored: Vec::new(), order: Vec::new(), further: Vec::new() };
+    let Some(linear) = problem.linear(state, &regressors, &problem.smooth) else { return empty() };
+    let null = linear.factored.loss();
     let active = problem.active(state);
-    let first = problem.first_further(state);
-    let offset = problem.offset(state);
-    let alone = solve(&total, base, &problem.prior, &offset, &active);
-    let null = alone.as_ref().map_or(f64::INFINITY, |solved| solved.loss);
     let mut greatest = 0.0_f64;
-    let smooth_from = first + regressors.len();
-    for column in smooth_from..total.ncols() - 1 {
-        if let Some(score) = problem.score(&panel, &total, state, &active, column) {
+    for further in regressors.len()..linear.further() {
+        if let Some(score) = linear.score(further) {
             greatest = greatest.max(score.z.abs());
         }
     }
@@ -57,16 +52,14 @@ pub(super) fn structure<const N: usize>(
             .regressors
             .iter()
             .filter_map(|regressor| regressors.iter().position(|other| other == regressor))
-            .map(|at| first + at)
             .collect();
-        let scores: Vec<_> =
-            own.iter().map(|&column| problem.score(&panel, &total, state, &active, column)).collect();
-        let all: Vec<usize> = active.iter().chain(&own).copied().collect();
-        let solved = solve(&total, base, &problem.prior, &offset, &all);
+        let scores: Vec<_> = own.iter().map(|&further| linear.score(further)).collect();
+        let columns = active.clone().chain(own.iter().map(|&further| linear.place(further)));
+        let solved = problem.factored(&linear.products, state, columns);
         let (gain, coefficients, status) = match solved {
             Some(solved) if scores.iter().any(Option::is_some) => {
-                let values: Vec<f64> = solved.values.iter().skip(base + active.len()).copied().collect();
-                (null - solved.loss - penalty(candidate), values, Status::NotNeeded)
+                let values = solved.solution().iter().skip(problem.first_further(state)).copied().collect();
+                (null - solved.loss() - penalty(candidate), values, Status::NotNeeded)
             }
             _ => (0.0, Vec::new(), Status::Unidentifiable),
         };
@@ -92,10 +85,7 @@ pub(super) fn structure<const N: usize>(
 /// Greatest |z| of the effects' own columns times something else; 0 without effects.
 pub(super) fn shape_test<const N: usize>(problem: &Problem<'_, N>, state: &State) -> f64 {
     let signals = shape_test::deformations(problem, state);
-    let panel = problem.panel_with(state, &[], &signals);
-    let total = panel.products().total(None);
-    let (first, active) = (problem.first_further(state), problem.active(state));
-    (first..first + signals.len())
-        .filter_map(|column| problem.score(&panel, &total, state, &active, column))
-        .fold(0.0, |most, score| most.max(score.z.abs()))
+    let Some(linear) = problem.linear(state, &[], &signals) else { return 0.0 };
+    let scores = (0..signals.len()).filter_map(|further| linear.score(further));
+    scores.fold(0.0, |most, score| most.max(score.z.abs()))
 }

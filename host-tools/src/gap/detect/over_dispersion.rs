@@ -4,6 +4,7 @@ use crate::gap::noise::spread::Spread;
 use crate::gap::problem::Problem;
 use crate::gap::thresholds::detect::{DISTURBANCE, DISTURBANCE_Z, MOST_SIGMAS};
 use crate::gap::twin::State;
+use crate::numerics::intervals::mean_interval;
 
 /// The scatter of what is left in the field, per that of clean runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,9 +39,9 @@ impl OverDispersion {
             };
             places.map(square).filter(|square| *square > 0.0).map(f64::ln).collect()
         };
-        let (field, clean) = (moments(&logarithms(false))?, moments(&logarithms(true))?);
-        let difference = field.0 - clean.0;
-        let error = (field.1 + clean.1).sqrt();
+        let [field, clean] = [false, true].map(|clean| mean_interval(&logarithms(clean)));
+        let difference = field.mean - clean.mean;
+        let error = field.std_err()?.hypot(clean.std_err()?);
         Some(Self { ratio: difference.exp(), z: difference / error.max(1e-9) })
     }
 
@@ -48,15 +49,4 @@ impl OverDispersion {
     pub fn is_beyond_chance(&self) -> bool {
         self.ratio > DISTURBANCE && self.z > DISTURBANCE_Z
     }
-}
-
-/// Mean, and its variance.
-fn moments(values: &[f64]) -> Option<(f64, f64)> {
-    let count = values.len() as f64;
-    if values.len() < 2 {
-        return None;
-    }
-    let mean = values.iter().sum::<f64>() / count;
-    let variance = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0);
-    Some((mean, variance / count))
 }

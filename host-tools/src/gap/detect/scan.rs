@@ -3,19 +3,19 @@
 use std::sync::Arc;
 
 use model_core::effects::Term;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use crate::effects::{
     Candidate, Detail, PAYLOAD_MISLABEL, Regressor, Runs, STATIC_STEP, SURFACE_SWITCH, Switched,
 };
 use crate::gap::problem::Problem;
 use crate::gap::problem::panel::Panel;
-use crate::gap::problem::solve::Prior;
 use crate::gap::thresholds::detect::{
-    IN_RUN, LEAST_STEP, MOST_ROLLING, MOST_TIMES, RUN_ENDS, TIME_GRID_S, TIME_PENALTY, WRONG_MASS,
+    IN_RUN, LEAST_STEP, LIGHTEST, MOST_ROLLING, MOST_TIMES, RUN_ENDS, TIME_GRID_S, TIME_PENALTY, WRONG_MASS,
 };
-use crate::gap::thresholds::problem::{LEAST_SHARE, RIDGE};
+use crate::gap::thresholds::problem::LEAST_SHARE;
 use crate::gap::twin::State;
+use crate::numerics::least_squares::{Factored, FurtherColumn};
 
 /// The best time of a step in each run, and in all runs together.
 struct Times {
@@ -30,11 +30,7 @@ struct Times {
 /// Candidates for steps and for masses that were noted wrongly, as far as they stand out of the noise.
 pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State) -> Vec<(Candidate, f64)> {
     let mut found = Vec::new();
-    let panel = problem.panel(state, &[], false);
-    let total = panel.products().total(None);
-    let size = problem.first_further(state);
-    let projector = Projector::new(&total, size, &problem.prior, &problem.offset(state));
-    let Some(projector) = projector else { return found };
+    let Some(in_run) = InRun::new(problem, state) else { return found };
     let runs = problem.twin.runs.runs.len();
 
     let rows: usize = problem.twin.runs.runs.iter().map(|run| run.rows.len()).sum();
@@ -46,24 +42,23 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
     for run in (0..runs).filter(|&run| !problem.twin.runs.runs[run].clean) {
         let raw = problem.twin.columns(run, state, 0, &[Regressor::Mass(run)]);
         let column = problem.noise.whiten(problem.twin.runs, run, &raw[0]);
-        let Some(z) = projector.score(&panel, run, &column) else { continue };
-        let z = z / projector.variance_inflation(problem, run, &column).sqrt();
+        let Some(z) = in_run.z(run, &column, &in_run.products(run, &column)) else { continue };
         if z.abs() > WRONG_MASS {
             wrong.push(Regressor::Mass(run));
             most = most.max(z.abs());
         }
     }
-    let masses = problem.twin.runs.runs.iter().flat_map(|run| &run.rows).map(|row| row.mass);
-    let heaviest = masses.fold(0.0, f64::max);
-    if !wrong.is_empty() {
+    // In every run at once it is no slip of the pen.
+    let open = problem.twin.runs.runs.iter().filter(|run| !run.clean).count();
+    if !wrong.is_empty() && wrong.len() < open {
         let names = wrong.iter().map(|regressor| run_name(problem, regressor).to_owned()).collect();
         let detail = Detail::InRuns { runs: Runs::Named(names), at_s: None };
         let search = chance * wrong.len() as f64;
-        found.push((PAYLOAD_MISLABEL.candidate(wrong, (-heaviest, heaviest), detail, search), most));
+        found.push((mislabelled(problem, wrong, detail, search), most));
     }
 
     for (entry, what) in [(&STATIC_STEP, Switched::Static), (&SURFACE_SWITCH, Switched::Rolling)] {
-        let times = times(problem, state, &panel, &projector, what);
+        let times = times(&in_run, state, what);
         let limit = match what {
             Switched::Static => f64::INFINITY,
             Switched::Rolling => MOST_ROLLING * problem.centre.rolling.max(1e-3),
@@ -123,6 +118,21 @@ fn one_size(times: &Times) -> Option<(Vec<Option<f64>>, f64)> {
     (count >= 2).then(|| (at, sum.sqrt()))
 }
 
+/// Masses of single runs: at least those of the empty robot, and not above the greatest noted by more than that.
+fn mislabelled<const N: usize>(
+    problem: &Problem<'_, N>,
+    wrong: Vec<Regressor>,
+    detail: Detail,
+    search: f64,
+) -> Candidate {
+    let masses = |run: usize| problem.twin.runs.runs[run].rows.iter().map(|row| row.mass);
+    let heaviest = (0..problem.twin.runs.runs.len()).flat_map(masses).fold(0.0, f64::max);
+    let lightest = wrong.iter().filter_map(Regressor::run).flat_map(masses).fold(f64::INFINITY, f64::min);
+    let empty = LIGHTEST * problem.twin.runs.robot.range.no_load();
+    let range = (-(lightest - empty).max(0.0), heaviest);
+    PAYLOAD_MISLABEL.candidate(wrong, range, detail, search)
+}
+
 fn run_name<'a, const N: usize>(problem: &'a Problem<'_, N>, regressor: &Regressor) -> &'a str {
     match regressor {
         Regressor::Mass(run) | Regressor::InRun(run, _) => &problem.twin.runs.runs[*run].name,
@@ -130,82 +140,52 @@ fn run_name<'a, const N: usize>(problem: &'a Problem<'_, N>, regressor: &Regress
     }
 }
 
-/// Base and effects projected out of columns that live in one run.
-struct Projector {
-    /// Inverse of the normal matrix of base and effects, prior included.
-    inverse: DMatrix<f64>,
-    /// Their products with the residual.
-    right: DVector<f64>,
+/// Base and effects moving along with columns that live in one run.
+struct InRun<'a, const N: usize> {
+    problem: &'a Problem<'a, N>,
+    panel: Panel<'a>,
+    /// The equations of base and effects, over all runs.
+    factored: Factored,
     size: usize,
 }
 
-impl Projector {
-    fn new(total: &DMatrix<f64>, size: usize, prior: &Prior, offset: &DVector<f64>) -> Option<Self> {
-        let residual = total.ncols() - 1;
-        let mut matrix = total.view((0, 0), (size, size)).into_owned();
-        let mut right = total.view((0, residual), (size, 1)).column(0).into_owned();
-        let pull = &prior.precision * offset;
-        for i in 0..offset.len() {
-            right[i] -= pull[i];
-            for j in 0..offset.len() {
-                matrix[(i, j)] += prior.precision[(i, j)];
-            }
-        }
-        let scale = DVector::from_fn(size, |i, _| 1.0 / matrix[(i, i)].max(1e-300).sqrt());
-        let scaled = DMatrix::from_fn(size, size, |i, j| {
-            matrix[(i, j)] * scale[i] * scale[j] + if i == j { RIDGE } else { 0.0 }
-        });
-        let inverse = scaled.cholesky()?.inverse();
-        let inverse = DMatrix::from_fn(size, size, |i, j| inverse[(i, j)] * scale[i] * scale[j]);
-        Some(Self { inverse, right, size })
+impl<'a, const N: usize> InRun<'a, N> {
+    fn new(problem: &'a Problem<'a, N>, state: &State) -> Option<Self> {
+        let panel = problem.panel(state, &[], &[]);
+        let factored = problem.factored(&panel.products().total(None), state, problem.active(state))?;
+        Some(Self { problem, panel, factored, size: problem.first_further(state) })
     }
 
-    /// Products of a column with base, effects, residual and itself; the column is of the run whose panel is given.
-    fn sums(&self, panel: &Panel<'_>, run: usize, column: &[f64]) -> (DVector<f64>, f64, f64) {
+    /// Products of a whitened column of a run with base, effects, residual and itself.
+    fn products(&self, run: usize, column: &[f64]) -> FurtherColumn {
         let column = DVector::from_column_slice(column);
-        let with = panel.head_products(run, self.size, &column);
-        let residual = panel.residual(run).dot(&column);
-        (with, residual, column.norm_squared())
+        FurtherColumn {
+            along: self.panel.head_products(run, self.size, &column),
+            residual: self.panel.residual(run).dot(&column),
+            square: column.norm_squared(),
+        }
     }
 
-    fn score(&self, panel: &Panel<'_>, run: usize, column: &[f64]) -> Option<f64> {
-        let (with, residual, own) = self.sums(panel, run, column);
-        self.z(&with, residual, own)
-    }
-
-    /// 1 where the noise of the run is as elsewhere, more where it is greater.
-    fn variance_inflation<const N: usize>(
-        &self,
-        problem: &Problem<'_, N>,
-        run: usize,
-        column: &[f64],
-    ) -> f64 {
+    /// z of a column of one run.
+    fn z(&self, run: usize, column: &[f64], products: &FurtherColumn) -> Option<f64> {
+        let found = self.factored.score(products, LEAST_SHARE)?;
+        // Where the noise of the run is greater than elsewhere, a score says less.
         let own: f64 = column.iter().map(|x| x * x).sum();
-        let scattered = problem.noise.run_score_variance(problem.twin.runs.period_s, run, column);
-        if scattered > own { scattered / own } else { 1.0 }
-    }
-
-    fn z(&self, with: &DVector<f64>, residual: f64, own: f64) -> Option<f64> {
-        let by = &self.inverse * with;
-        let variance = own - by.dot(with);
-        (own > 0.0 && variance > LEAST_SHARE * own)
-            .then(|| (residual - by.dot(&self.right)) / variance.sqrt())
+        let scattered = self.problem.noise.run_score_variance(self.problem.twin.runs.period_s, run, column);
+        let variance_inflation = (scattered / own).max(1.0);
+        Some(found.z() / variance_inflation.sqrt())
     }
 }
 
 /// The times at which a step explains most.
-fn times<const N: usize>(
-    problem: &Problem<'_, N>,
-    state: &State,
-    panel: &Panel<'_>,
-    projector: &Projector,
-    what: Switched,
-) -> Times {
+fn times<const N: usize>(in_run: &InRun<'_, N>, state: &State, what: Switched) -> Times {
+    let problem = in_run.problem;
     let runs = problem.twin.runs;
     let longest = runs.runs.iter().filter_map(|run| run.rows.last()).map(|row| row.time).fold(0.0, f64::max);
     let step = TIME_GRID_S.max(longest / MOST_TIMES);
     let count = (longest / step) as usize;
-    let mut common: Vec<(DVector<f64>, f64, f64)> = vec![(DVector::zeros(projector.size), 0.0, 0.0); count];
+    let none = FurtherColumn { along: DVector::zeros(in_run.size), residual: 0.0, square: 0.0 };
+    let mut common = vec![none; count];
     let mut best = Vec::new();
     for (place, run) in runs.runs.iter().enumerate() {
         if run.clean {
@@ -224,27 +204,26 @@ fn times<const N: usize>(
             let column: Vec<f64> =
                 run.rows.iter().zip(&whole).map(|(row, x)| if row.time >= at { *x } else { 0.0 }).collect();
             let column = problem.noise.whiten(runs, place, &column);
-            let (with, residual, own) = projector.sums(panel, place, &column);
+            let products = in_run.products(place, &column);
             let inside = at >= RUN_ENDS * end && at <= (1.0 - RUN_ENDS) * end;
             if inside
-                && let Some(z) = projector.z(&with, residual, own)
-                && let z = z / projector.variance_inflation(problem, place, &column).sqrt()
+                && let Some(z) = in_run.z(place, &column, &products)
                 && found.is_none_or(|(_, most)| z.abs() > most.abs())
             {
                 found = Some((at, z));
             }
-            sums.0 += with;
-            sums.1 += residual;
-            sums.2 += own;
+            sums.along += products.along;
+            sums.residual += products.residual;
+            sums.square += products.square;
         }
         best.push(found);
     }
     let mut all: Option<(f64, f64)> = None;
-    for (index, (with, residual, own)) in common.iter().enumerate() {
+    for (index, sums) in common.iter().enumerate() {
         let at = index as f64 * step;
         if at >= RUN_ENDS * longest
             && at <= (1.0 - RUN_ENDS) * longest
-            && let Some(z) = projector.z(with, *residual, *own)
+            && let Some(z) = in_run.factored.score(sums, LEAST_SHARE).map(|score| score.z())
             && all.is_none_or(|(_, most)| z.abs() > most.abs())
         {
             all = Some((at, z));

@@ -8,8 +8,8 @@ use model_core::effects::Term;
 use crate::effects::Regressor;
 use crate::gap::noise::whiten::Signal;
 use crate::gap::problem::Problem;
-use crate::gap::runs::Row;
 use crate::gap::twin::State;
+use crate::log::runs::Row;
 
 /// Columns of the state's effects times speed, time, mass, turn rate and acceleration, whitened. 0 in clean runs.
 pub(super) fn deformations<const N: usize>(problem: &Problem<'_, N>, state: &State) -> Vec<Signal> {

@@ -150,9 +150,9 @@ pub fn at(knots: &Knots, time: f64) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::super::super::bench::sets::CUTOFF_HZ;
-    use super::super::super::edges::Step;
-    use super::super::super::runs::Runs;
     use super::*;
+    use crate::log::motions::Step;
+    use crate::log::runs::Runs;
     use crate::robot::Robot;
 
     const ROBOT: &str = "kinematics = \"differential\"\nwheel_radius_m = 0.033\ntrack_m = 0.16\nmass_no_load_kg = 1\n\

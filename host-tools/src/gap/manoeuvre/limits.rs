@@ -2,8 +2,8 @@
 
 use nalgebra::DMatrix;
 
-use super::super::runs::Runs;
 use crate::gap::thresholds::manoeuvre::USUAL;
+use crate::log::runs::Runs;
 use crate::robot::Robot;
 
 /// Limits, and the wheel speeds of a twist.

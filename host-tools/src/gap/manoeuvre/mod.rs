@@ -15,13 +15,13 @@ use self::family::{Block, Recipe, blocks};
 use self::limits::Limits;
 use self::separate::{Ground, Products};
 use super::name::hypothesis::Hypothesis;
-use super::runs::Runs;
 use crate::error::{Error, Result};
 use crate::gap::report::Report;
 use crate::gap::thresholds::manoeuvre::{
     CHOICE_S, DURATIONS_S, LEADS_S, LEAST_RISE, MOST_BLOCKS, ONE_LOAD, OPEN, PARTED, RUNS, SURE, WORTH,
 };
 use crate::gap::types::Verdict;
+use crate::log::runs::Runs;
 use crate::output::write_whole;
 use crate::robot::Robot;
 

@@ -9,8 +9,6 @@ use model_core::effects::Term;
 use model_core::estimator::Sample;
 use nalgebra::{DMatrix, DVector};
 
-use super::super::edges::Motions;
-use super::super::runs::{RawRun, Row, Run, Runs};
 use super::super::smooth;
 use super::super::twin::{State, Twin};
 use super::family::{Knots, at};
@@ -22,6 +20,10 @@ use crate::gap::noise::whiten::Signal;
 use crate::gap::report::Basis;
 use crate::gap::thresholds::manoeuvre::{SAMPLES_PER_CUTOFF, SHAPE_STEP, SHAPE_UNCERTAINTY};
 use crate::gap::thresholds::problem::DISCREPANCY_RIDGE;
+use crate::log::Shared;
+use crate::log::motions::Motions;
+use crate::log::runs::{RawRun, Row, Run, Runs};
+use crate::numerics::least_squares::{NormalEquations, Prior};
 
 /// A drive as the filter would show it: rows without power.
 ///
@@ -122,9 +124,9 @@ pub struct Products {
 impl<const N: usize> Ground<'_, N> {
     /// Of the runs that there are, as they stand beside `planned` ones: smooth functions are scaled by the largest of all.
     pub fn known(&self, planned: &Runs<N>) -> Products {
-        let mut all = self.runs.clone();
-        let own = all.runs.len();
-        all.runs.extend(planned.runs.iter().cloned());
+        // A planned drive has none of the logs' further columns.
+        let all = self.runs.followed_by(planned);
+        let own = self.runs.runs.len();
         let smooth = smooth::functions(&all);
         self.products(&all, &smooth, 0..own, false)
     }
@@ -153,9 +155,9 @@ impl<const N: usize> Ground<'_, N> {
             most(&|row| -row.mass),
             most(&|row| row.time),
         ];
-        let extras = vec![Vec::new(); self.runs.columns.len()];
+        let extras = vec![Shared::default(); self.runs.columns.len()];
         let rows = kept.into_iter().flatten().collect();
-        Run { name: "anchor".to_owned(), rows, extras, motions: Motions::default(), clean: false }
+        Run { name: "anchor".to_owned(), rows, extras, motions: Motions::default().into(), clean: false }
     }
 
     fn products(
@@ -181,7 +183,7 @@ impl<const N: usize> Ground<'_, N> {
                 }
             })
             .collect();
-        let base = self.basis.prior.precision.nrows();
+        let base = self.basis.precision.nrows();
         let mut sums: Option<DMatrix<f64>> = None;
         let (mut discrepancy, mut blocks) = (0, Vec::new());
         for place in places {
@@ -268,20 +270,15 @@ impl<const N: usize> Ground<'_, N> {
         let (a, b) = (powers + truth, powers + hypothesis);
         let whole = total[(a, a)] - 2.0 * total[(a, b)] + total[(b, b)];
         let right = DVector::from_fn(size, |i, _| total[(places[i], a)] - total[(places[i], b)]);
-        let mut matrix = DMatrix::from_fn(size, size, |i, j| total[(places[i], places[j])]);
+        let matrix = DMatrix::from_fn(size, size, |i, j| total[(places[i], places[j])]);
+        let mut equations = NormalEquations::from_sums(matrix, right, whole);
         if !self.has_clean {
-            let base = self.basis.prior.precision.nrows();
-            let mut own = matrix.view_mut((0, 0), (base, base));
-            own += &self.basis.prior.precision;
+            let offset = DVector::zeros(self.basis.precision.nrows());
+            equations.add_prior(&Prior { precision: self.basis.precision.clone(), offset });
         }
         for place in of.discrepancy + effects..size {
-            matrix[(place, place)] += SHAPE_UNCERTAINTY.powi(-2);
+            equations.hold(place, SHAPE_UNCERTAINTY);
         }
-        let scale = DVector::from_fn(size, |i, _| 1.0 / matrix[(i, i)].max(1e-300).sqrt());
-        let scaled = DMatrix::from_fn(size, size, |i, j| {
-            matrix[(i, j)] * scale[i] * scale[j] + if i == j { DISCREPANCY_RIDGE } else { 0.0 }
-        });
-        let along = right.component_mul(&scale);
-        scaled.cholesky().map_or(0.0, |factor| whole - along.dot(&factor.solve(&along)))
+        equations.factor(DISCREPANCY_RIDGE).map_or(0.0, |factored| factored.loss())
     }
 }

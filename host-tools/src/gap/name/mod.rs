@@ -2,15 +2,14 @@
 
 pub mod hypothesis;
 
-use self::hypothesis::{Hypothesis, fit_hypothesis, is_tie, sharpen, shows_no_shape};
+use self::hypothesis::{Hypothesis, fit_hypothesis, implausible_and_better, is_tie, sharpen, shows_no_shape};
 use super::detect::Structure;
 use super::problem::Problem;
-use super::thresholds::name::{IMPLAUSIBLE_SHARE, REFINED, REFINED_SHARE, TIE, WAYS};
+use super::thresholds::name::{REFINED, REFINED_SHARE, WAYS};
 use super::twin::State;
 use super::types::{Options, Round, Scored, Status, penalty, penalty_without};
 use crate::effects::Candidate;
-use std::panic::resume_unwind;
-use std::thread;
+use rayon::prelude::*;
 
 pub(super) struct Choice {
     pub(super) hypothesis: Hypothesis,
@@ -51,14 +50,13 @@ pub(super) fn name<const N: usize>(
     let chosen = structure.order.iter().enumerate().filter(close).map(|(_, (place, _))| &list[*place]);
     let further = structure.further.iter().filter(|candidate| !options.removed.contains(&candidate.id));
     let all: Vec<&Candidate> = chosen.chain(further).collect();
-    let hypothesis = |candidate: &Candidate| fit_hypothesis(problem, state, candidate);
-    let (left, right) = all.split_at(all.len() / 2);
-    let mut hypotheses: Vec<Hypothesis> = thread::scope(|scope| {
-        let other =
-            scope.spawn(|| left.iter().filter_map(|candidate| hypothesis(candidate)).collect::<Vec<_>>());
-        let own: Vec<Hypothesis> = right.iter().filter_map(|candidate| hypothesis(candidate)).collect();
-        other.join().unwrap_or_else(|panic| resume_unwind(panic)).into_iter().chain(own).collect()
-    });
+    let mut hypotheses: Vec<Hypothesis> = all
+        .par_iter()
+        .map(|candidate| fit_hypothesis(problem, state, candidate))
+        .collect::<Vec<_>>()
+        .into_iter()
+        .flatten()
+        .collect();
     hypotheses.sort_by(|a, b| a.penalised.total_cmp(&b.penalised));
     sharpen(problem, state, &mut hypotheses);
     record.candidates = hypotheses
@@ -78,6 +76,7 @@ pub(super) fn name<const N: usize>(
         record.outcome = why.to_owned();
         Naming { choice: None, record }
     };
+    let better = implausible_and_better(&hypotheses, null.loss);
     let Some(&first) = plausible.first() else {
         return refuse(record, "no candidate has a plausible sign and size");
     };
@@ -87,11 +86,10 @@ pub(super) fn name<const N: usize>(
     if (null.loss - winner.fitted.loss) / inflation - penalty(&winner.candidate) < options.threshold.powi(2) {
         return refuse(record, "what explains most does not stand out of the noise");
     }
-    // An implausible hypothesis that explains much more says that the cause is none of these.
-    if hypotheses[0].penalised < winner.penalised - IMPLAUSIBLE_SHARE * gain - TIE
-        && hypotheses[0].candidate.id != winner.candidate.id
-    {
-        return refuse(record, "what explains most has no plausible sign or size");
+    // The truth is then none of these, or the robot is none that its file describes: the next best name would be a wrong one.
+    if let Some(better) = better {
+        let why = format!("{} explains most, with no plausible sign or size", better.candidate.id);
+        return refuse(record, &why);
     }
     let mut ties = Vec::new();
     for &place in &plausible[1..] {

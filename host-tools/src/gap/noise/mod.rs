@@ -7,13 +7,12 @@ use nalgebra::{DMatrix, DVector};
 
 use self::spread::Spread;
 use self::whiten::{Signal, Whitener};
-use super::runs::Runs;
 use super::thresholds::noise::{BLOCKS_S, HUBER, LEAST_WORTH, MOST_TAKEN, PASSES, RIDGE};
 use super::twin::{State, Twin};
 use crate::effects::Regressor;
-
-/// Standard deviation of a normal variable over the median of its size.
-const MEDIAN_TO_STD: f64 = 1.4826;
+use crate::log::runs::Runs;
+use crate::numerics::least_squares::NormalEquations;
+use crate::numerics::robust::scale_of_sizes;
 
 /// The noise of the residual.
 #[derive(Debug, Clone, PartialEq)]
@@ -139,11 +138,7 @@ impl Noise {
             let known = plain.iter().zip(spread).zip(weights).filter(|(_, w)| **w > 0.0);
             sizes.extend(known.map(|((x, spread), _)| (x / spread).abs()));
         }
-        if sizes.is_empty() {
-            return;
-        }
-        let middle = sizes.len() / 2;
-        let usual = MEDIAN_TO_STD * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let Some(usual) = scale_of_sizes(&mut sizes) else { return };
         let (mut sum, mut count) = (0.0, 0.0);
         for ((plain, spread), weights) in plain.iter().zip(&spread).zip(&mut self.weights) {
             let rows = plain.iter().zip(spread).zip(weights.iter_mut());
@@ -224,20 +219,14 @@ fn regress(runs: &[DMatrix<f64>]) -> (Signal, DVector<f64>, f64) {
     for run in runs {
         gram += run.tr_mul(run);
     }
-    let scale =
-        DVector::from_fn(columns, |i, _| if gram[(i, i)] > 0.0 { 1.0 / gram[(i, i)].sqrt() } else { 0.0 });
-    let scaled = DMatrix::from_fn(columns, columns, |i, j| gram[(i, j)] * scale[i] * scale[j]);
-    let right = DVector::from_fn(columns, |i, _| gram[(i, columns)] * scale[i]);
+    let places: Vec<usize> = (0..columns).collect();
+    let equations = NormalEquations::from_products(&gram, &places);
+    let data = equations.matrix().clone();
     // Columns that repeat each other share what they explain: a ridge far below the noise of any.
-    let ridge = DMatrix::from_diagonal_element(columns, columns, RIDGE);
-    let (mut values, fitted) = match (scaled.clone() + ridge).cholesky() {
-        Some(factor) => {
-            let taken = (factor.inverse() * scaled).trace();
-            (factor.solve(&right), taken)
-        }
-        None => (DVector::zeros(columns), 0.0),
+    let (values, fitted) = match equations.factor(RIDGE) {
+        Ok(factored) => (factored.solution(), factored.determined(&data)),
+        Err(_) => (DVector::zeros(columns), 0.0),
     };
-    values.component_mul_assign(&scale);
     let left = runs
         .iter()
         .map(|run| {

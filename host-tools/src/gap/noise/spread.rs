@@ -5,8 +5,8 @@
 //! they would drown what the steady ones say.
 
 use super::whiten::Signal;
-use crate::gap::runs::Runs;
 use crate::gap::thresholds::noise::{KEPT_MEAN, KEPT_TENTHS, LEAST_ROWS, LEVELS, REACH, ROUNDS};
+use crate::log::runs::Runs;
 
 /// How the scatter depends on the three measures, as factors of the variance.
 #[derive(Debug, Clone, PartialEq)]

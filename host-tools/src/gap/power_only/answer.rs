@@ -18,6 +18,7 @@ use crate::gap::thresholds::power_only::{
 use crate::gap::twin::State;
 use crate::gap::types::{Named, Round, Scored, Status, Verdict};
 use crate::log::speed_column;
+use crate::numerics::intervals::mean_interval;
 
 /// The one effect that shows.
 const STEP: &str = STATIC_STEP.id;
@@ -123,6 +124,7 @@ pub fn investigate(runs: &[PowerRun]) -> Result<Report> {
         localisation: cells(runs, &rests, &split.open),
         confirmed,
         state: State { torque: unknown, effects: Vec::new() },
+        covariance: None,
         split,
         over_dispersion: None,
         residuals: (Vec::new(), None),
@@ -256,22 +258,18 @@ fn confirm(runs: &[PowerRun], rests: &[Rests], split: &Split, kinds: &[Kind]) ->
     let open = all.before - all.floor;
     let closed = (shows && open > 0.0).then(|| (all.before - all.after) / open);
     let gains: Vec<f64> = by_run.iter().map(|(before, after)| before - after).collect();
-    let count = gains.len() as f64;
-    let average = gains.iter().sum::<f64>() / count;
-    let variance = gains.iter().map(|gain| (gain - average).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-    // One run alone has no scatter, and no interval.
-    let error = if count > 1.0 { 1.96 * (variance / count).sqrt() } else { f64::INFINITY };
     Confirmed {
         runs: split.locked.iter().map(|&place| runs[place].name.clone()).collect(),
         before_w: all.mean(all.before).sqrt(),
         after_w: all.mean(all.after).sqrt(),
         floor_w: all.mean(all.floor).sqrt(),
+        floor_unclipped_w: all.mean(all.floor).sqrt(),
         closed,
         share: None,
         clean_w: None,
         floor_how: "RMS of the power at rest about the levels that it keeps returning to on the locked runs",
         residuals: [Vec::new(), Vec::new()],
-        gain_w2: (average - error, average + error),
+        gain_w2: mean_interval(&gains),
         by_run,
     }
 }
@@ -299,18 +297,13 @@ fn cells(runs: &[PowerRun], rests: &[Rests], open: &[usize]) -> Vec<Cell> {
                 (own.len() >= LEAST_BLOCKS).then(|| own.iter().sum::<f64>() / own.len() as f64)
             })
             .collect();
-        let count = means.len() as f64;
-        if means.len() < 2 {
-            return None;
-        }
-        let mean = means.iter().sum::<f64>() / count;
-        let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (count - 1.0);
-        let band_w = 1.96 * (variance / count).sqrt();
+        let mean = mean_interval(&means);
+        let band_w = mean.half_width?;
         Some(Cell {
             axis: "time".to_owned(),
             from,
             to,
-            mean_residual_w: mean,
+            mean_residual_w: mean.mean,
             band_w,
             mean_after_w: None,
             band_after_w: None,

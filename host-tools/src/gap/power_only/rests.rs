@@ -3,9 +3,7 @@
 use super::read::PowerRun;
 use crate::gap::thresholds::power_only::{LEAST_REST_S, LEAST_RETURNS, LEAST_SHARE, ROUGHER, WANDER_S};
 use crate::inspect::{Block, StaticPower, StaticState};
-
-/// Standard deviation of a normal variable over the median of its size.
-const MEDIAN_TO_STD: f64 = 1.4826;
+use crate::numerics::robust::scale;
 
 /// A level that the power stays at, from a time to another.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -193,15 +191,5 @@ fn wander(blocks: &[Block], visits: &[(f64, f64)]) -> f64 {
             }
         }
     }
-    let middle = median(&mut means.clone());
-    let mut deviations: Vec<f64> = means.iter().map(|mean| (mean - middle).abs()).collect();
-    MEDIAN_TO_STD * median(&mut deviations)
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+    scale(&means).unwrap_or(0.0)
 }

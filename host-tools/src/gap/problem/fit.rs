@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::Problem;
-use super::solve::{Products, solve};
+use super::panel::Products;
 use crate::effects::Regressor;
 use crate::gap::noise::whiten::Signal;
 use crate::gap::thresholds::problem::{HALVINGS, LEAST_STEP_GAIN, SHORTER};
@@ -32,14 +32,13 @@ impl<const N: usize> Problem<'_, N> {
         let mut best = self.losses(&state);
         let mut solved = None;
         for _ in 0..steps {
-            let panel = self.panel(&state, &[], false);
-            let products = panel.products();
-            let active = self.active(&state);
-            let step = solve(&products.total(None), self.base, &self.prior, &self.offset(&state), &active)?;
+            let products = self.panel(&state, &[], &[]).products();
+            let step = self.factored(&products.total(None), &state, self.active(&state))?;
+            let values = step.solution();
             let mut share = 1.0;
             let mut moved = None;
             for _ in 0..HALVINGS {
-                let next = self.step(&state, &step.values, share);
+                let next = self.step(&state, &values, share);
                 let losses = self.losses(&next);
                 if losses.0 <= best.0 {
                     moved = Some((next, losses));
@@ -47,8 +46,7 @@ impl<const N: usize> Problem<'_, N> {
                 }
                 share *= SHORTER;
             }
-            let covariance = step.covariance;
-            solved = Some((products, covariance));
+            solved = Some(step);
             let Some((next, losses)) = moved else { break };
             let gained = best.0 - losses.0;
             state = next;
@@ -57,9 +55,8 @@ impl<const N: usize> Problem<'_, N> {
                 break;
             }
         }
-        let panel = self.panel(&state, &[], false);
-        let covariance = solved?.1;
-        Some(Fitted { state, loss: best.0, run_losses: best.1, products: panel.products(), covariance })
+        let products = self.panel(&state, &[], &[]).products();
+        Some(Fitted { state, loss: best.0, run_losses: best.1, products, covariance: solved?.covariance() })
     }
 
     fn step(&self, state: &State, values: &DVector<f64>, share: f64) -> State {
@@ -89,7 +86,7 @@ impl<const N: usize> Problem<'_, N> {
     fn losses(&self, state: &State) -> (f64, Vec<f64>) {
         let runs: Vec<f64> = self.left(state).iter().map(DVector::norm_squared).collect();
         let offset = self.offset(state);
-        let penalty = offset.dot(&(&self.prior.precision * &offset));
+        let penalty = offset.dot(&(&self.precision * &offset));
         let total = runs.iter().sum::<f64>() + penalty;
         (if total.is_finite() { total } else { f64::INFINITY }, runs)
     }
@@ -107,7 +104,7 @@ impl<const N: usize> Problem<'_, N> {
             for (signals, white) in self.discrepancy.runs.iter().zip(&white) {
                 right += signals.tr_mul(white);
             }
-            factor.solve_mut(&mut right);
+            let right = factor.solve(&right);
             for (signals, white) in self.discrepancy.runs.iter().zip(&mut white) {
                 white.gemv(-1.0, signals, &right, 1.0);
             }
@@ -115,11 +112,39 @@ impl<const N: usize> Problem<'_, N> {
         white
     }
 
+    /// Covariance of base and effects: as the equations say, or as large as runs disagree, each left out in turn (the jackknife of
+    /// Quenouille and Tukey, field and clean runs apart), whichever is greater for each coefficient.
+    pub(crate) fn covariance(&self, fitted: &Fitted) -> DMatrix<f64> {
+        let wanted: Vec<usize> =
+            (0..self.base).chain(self.base + self.discrepancy.len()..fitted.covariance.nrows()).collect();
+        let size = wanted.len();
+        let mut variances = DVector::<f64>::zeros(size);
+        for clean in [false, true] {
+            let runs = (0..fitted.products.runs.len()).filter(|&run| self.twin.runs.runs[run].clean == clean);
+            let moves: Vec<DVector<f64>> = runs
+                .filter_map(|run| {
+                    let (state, without) = (&fitted.state, fitted.products.total(Some(run)));
+                    let solved = self.factored(&without, state, self.active(state))?.solution();
+                    Some(DVector::from_fn(size, |i, _| solved[wanted[i]]))
+                })
+                .collect();
+            let count = moves.len() as f64;
+            if moves.len() > 1 {
+                let mean = moves.iter().sum::<DVector<f64>>() / count;
+                let squares = moves.iter().map(|own| (own - &mean).map(|x| x * x)).sum::<DVector<f64>>();
+                variances += squares * ((count - 1.0) / count);
+            }
+        }
+        let formal = |i: usize, j: usize| fitted.covariance[(wanted[i], wanted[j])];
+        let inflation =
+            DVector::from_fn(size, |i, _| (variances[i] / formal(i, i).max(1e-300)).max(1.0).sqrt());
+        DMatrix::from_fn(size, size, |i, j| formal(i, j) * inflation[i] * inflation[j])
+    }
+
     /// As [`Fitted::loss`] with a run left out, to first order.
     pub fn loss_without(&self, fitted: &Fitted, run: usize) -> f64 {
-        let active = self.active(&fitted.state);
-        let offset = self.offset(&fitted.state);
-        solve(&fitted.products.total(Some(run)), self.base, &self.prior, &offset, &active)
-            .map_or(f64::INFINITY, |solved| solved.loss)
+        let state = &fitted.state;
+        self.factored(&fitted.products.total(Some(run)), state, self.active(state))
+            .map_or(f64::INFINITY, |solved| solved.loss())
     }
 }

@@ -2,21 +2,24 @@
 
 pub mod fit;
 pub mod lag;
+pub(crate) mod linear;
 pub mod open;
 pub mod panel;
-pub mod solve;
 mod times;
 
+use std::ops::Range;
+
+use model_core::torque::TorqueModel;
+use nalgebra::{DMatrix, DVector};
+
+use self::linear::Linear;
 use self::panel::{Fixed, Panel};
-use self::solve::Prior;
 use super::noise::Noise;
-use super::thresholds::problem::{LEAST_SHARE, RIDGE};
+use super::noise::whiten::Signal;
+use super::thresholds::problem::RIDGE;
 use super::twin::{State, Twin};
 use crate::effects::Regressor;
-use crate::gap::noise::whiten::Signal;
-use model_core::torque::TorqueModel;
-use nalgebra::linalg::Cholesky;
-use nalgebra::{DMatrix, DVector, Dyn};
+use crate::numerics::least_squares::{Factored, NormalEquations, Prior};
 
 /// The runs in question, and what is known of base and noise.
 #[derive(Debug)]
@@ -27,31 +30,16 @@ pub struct Problem<'a, const N: usize> {
     pub centre: TorqueModel<f64>,
     /// How many parameters it has.
     pub base: usize,
-    /// How far it may be off.
-    pub prior: Prior,
+    /// How surely its own fit knows it: the inverse of its covariance.
+    pub precision: DMatrix<f64>,
     /// The noise.
     pub noise: Noise,
     /// What the base gets wrong on clean runs too.
     pub discrepancy: Fixed,
-    /// Cholesky factor of its products over all runs.
-    pub factor: Option<Cholesky<f64, Dyn>>,
+    /// Its own equations over all runs.
+    pub factor: Option<Factored>,
     /// Smooth functions in the runs in question, whitened; 0 in clean runs.
     pub smooth: Vec<Signal>,
-}
-
-/// What a column says about the residual when base and effects may move along.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Score {
-    /// Its coefficient.
-    pub value: f64,
-    /// Its standard error, by the scatter of what is left.
-    pub std_err: f64,
-    /// Its coefficient per standard error.
-    pub z: f64,
-    /// Share of the column that base and effects leave.
-    pub share: f64,
-    /// 1 where what is left scatters along the column as noise does, more where it scatters more: there a gain in χ² means less.
-    pub variance_inflation: f64,
 }
 
 impl<const N: usize> Problem<'_, N> {
@@ -67,8 +55,8 @@ impl<const N: usize> Problem<'_, N> {
     }
 
     /// Columns that always move along with the base: the discrepancy, and the effects of a state.
-    pub fn active(&self, state: &State) -> Vec<usize> {
-        (self.base..self.first_further(state)).collect()
+    pub(crate) fn active(&self, state: &State) -> Range<usize> {
+        self.base..self.first_further(state)
     }
 
     /// The first column behind base, discrepancy and effects.
@@ -76,77 +64,57 @@ impl<const N: usize> Problem<'_, N> {
         self.base + self.discrepancy.len() + state.effects.len()
     }
 
-    /// The problem about a state: columns of the base, its effects, further regressors, and smooth functions if wanted.
-    pub fn panel(&self, state: &State, further: &[Regressor], smooth: bool) -> Panel<'_> {
-        self.panel_with(state, further, if smooth { &self.smooth } else { &[] })
-    }
-
-    /// As [`panel`](Self::panel) with any whitened signals behind the regressors.
-    pub fn panel_with(&self, state: &State, further: &[Regressor], signals: &[Signal]) -> Panel<'_> {
+    /// Columns of the base, the discrepancy, a state's effects, further regressors, and whitened signals.
+    pub(crate) fn panel(&self, state: &State, further: &[Regressor], signals: &[Signal]) -> Panel<'_> {
         let mut regressors: Vec<Regressor> =
             state.effects.iter().map(|(regressor, _)| regressor.clone()).collect();
         regressors.extend_from_slice(further);
         Panel::new(&self.twin, state, &self.noise, self.base, &self.discrepancy, &regressors, signals)
     }
 
-    /// The score of a column of a panel, base and the columns in `active` moving along.
-    pub fn score(
+    /// What the base's own fit says about a state.
+    fn prior(&self, state: &State) -> Prior {
+        Prior { precision: self.precision.clone(), offset: self.offset(state) }
+    }
+
+    /// The equations of the base and some columns of a panel about a state, by the panel's products.
+    pub(crate) fn factored(
         &self,
-        panel: &Panel,
-        total: &DMatrix<f64>,
+        products: &DMatrix<f64>,
         state: &State,
-        active: &[usize],
-        column: usize,
-    ) -> Option<Score> {
-        let places: Vec<usize> = (0..self.base).chain(active.iter().copied()).collect();
-        let residual = total.ncols() - 1;
-        let offset = self.offset(state);
-        let pull = &self.prior.precision * &offset;
-        let size = places.len();
-        let mut matrix = DMatrix::from_fn(size, size, |i, j| total[(places[i], places[j])]);
-        for i in 0..self.base {
-            for j in 0..self.base {
-                matrix[(i, j)] += self.prior.precision[(i, j)];
-            }
-        }
-        let scale = DVector::from_fn(size, |i, _| 1.0 / matrix[(i, i)].max(1e-300).sqrt());
-        let scaled = DMatrix::from_fn(size, size, |i, j| {
-            matrix[(i, j)] * scale[i] * scale[j] + if i == j { RIDGE } else { 0.0 }
-        });
-        let along = DVector::from_fn(size, |i, _| total[(places[i], column)] * scale[i]);
-        let by = scaled.cholesky()?.solve(&along).component_mul(&scale);
-        let mut score = total[(column, residual)];
-        let mut variance = total[(column, column)];
-        for (index, &place) in places.iter().enumerate() {
-            let pulled = if index < self.base { pull[index] } else { 0.0 };
-            score -= by[index] * (total[(place, residual)] - pulled);
-            variance -= by[index] * total[(place, column)];
-        }
-        let own = total[(column, column)];
-        if own <= 0.0 || variance <= LEAST_SHARE * own {
-            return None;
-        }
-        let scattered =
-            self.noise.score_variance(self.twin.runs.period_s, &panel.projected(column, &places, &by));
-        let inflated = variance.max(scattered);
-        let (value, std_err) = (score / variance, inflated.sqrt() / variance);
-        Some(Score {
-            value,
-            std_err,
-            z: score / inflated.sqrt(),
-            share: variance / own,
-            variance_inflation: inflated / variance,
+        columns: impl IntoIterator<Item = usize>,
+    ) -> Option<Factored> {
+        let places: Vec<usize> = (0..self.base).chain(columns).collect();
+        let mut equations = NormalEquations::from_products(products, &places);
+        equations.add_prior(&self.prior(state));
+        equations.factor(RIDGE).ok()
+    }
+
+    /// The problem made linear about a state, further regressors and whitened signals beside it.
+    pub(crate) fn linear(
+        &self,
+        state: &State,
+        further: &[Regressor],
+        signals: &[Signal],
+    ) -> Option<Linear<'_, N>> {
+        let panel = self.panel(state, further, signals);
+        let products = panel.products().total(None);
+        let factored = self.factored(&products, state, self.active(state))?;
+        Some(Linear {
+            noise: &self.noise,
+            runs: self.twin.runs,
+            first: self.first_further(state),
+            panel,
+            products,
+            factored,
         })
     }
 
-    /// The greatest [`Score::variance_inflation`] of regressors that may be added to a state; 1 where there is none.
-    pub fn variance_inflation(&self, state: &State, regressors: &[Regressor]) -> f64 {
-        let panel = self.panel(state, regressors, false);
-        let total = panel.products().total(None);
-        let first = self.first_further(state);
-        let active = self.active(state);
-        (first..first + regressors.len())
-            .filter_map(|column| self.score(&panel, &total, state, &active, column))
+    /// The greatest [`Score::variance_inflation`](linear::Score) of regressors that may be added to a state; 1 where there is none.
+    pub(crate) fn variance_inflation(&self, state: &State, regressors: &[Regressor]) -> f64 {
+        let Some(linear) = self.linear(state, regressors, &[]) else { return 1.0 };
+        (0..regressors.len())
+            .filter_map(|further| linear.score(further))
             .map(|score| score.variance_inflation)
             .fold(1.0, f64::max)
     }

@@ -1,18 +1,18 @@
 //! Poses a problem: the noise, what the base gets wrong on any run, and how far it may be off.
 use super::panel::Fixed;
-use super::solve::Prior;
 use crate::effects::{Candidate, Regressor};
 use crate::gap::noise::Noise;
 use crate::gap::noise::whiten::Signal;
 use crate::gap::problem::Problem;
-use crate::gap::runs::Runs;
 use crate::gap::smooth;
 use crate::gap::thresholds::problem::{DISCREPANCY_RIDGE, UNKNOWN};
 use crate::gap::twin::{State, Twin};
 use crate::gap::types::{Base, Options};
+use crate::log::runs::Runs;
 use model_core::effects::Term;
-use nalgebra::linalg::Cholesky;
-use nalgebra::{DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
+
+use crate::numerics::least_squares::{Factored, NormalEquations};
 
 pub(crate) fn open_problem<'a, const N: usize>(
     twin: Twin<'a, N>,
@@ -39,8 +39,8 @@ pub(crate) fn open_problem<'a, const N: usize>(
     let smooth = whiten(&field);
     // With clean runs the discrepancy holds the base's columns: it moves instead, and the base stays where it was.
     let parameters = if has_clean { 0 } else { parameters };
-    let prior = prior(base, parameters, options.slack);
-    Problem { twin, centre: base.torque, base: parameters, prior, noise, discrepancy, factor, smooth }
+    let precision = precision(base, parameters, options.slack);
+    Problem { twin, centre: base.torque, base: parameters, precision, noise, discrepancy, factor, smooth }
 }
 
 /// A signal in the runs in question only.
@@ -98,29 +98,24 @@ fn unit(signals: Vec<Signal>) -> Vec<Signal> {
     signals.into_iter().map(scaled).collect()
 }
 
-fn factor(discrepancy: &Fixed) -> Option<Cholesky<f64, Dyn>> {
+fn factor(discrepancy: &Fixed) -> Option<Factored> {
     if discrepancy.is_empty() {
         return None;
     }
-    let mut total = DMatrix::zeros(discrepancy.len(), discrepancy.len());
-    for run in &discrepancy.products {
-        total += run;
-    }
-    for i in 0..total.nrows() {
-        total[(i, i)] += DISCREPANCY_RIDGE;
-    }
-    total.cholesky()
+    let size = discrepancy.len();
+    let total = discrepancy.products.iter().fold(DMatrix::zeros(size, size), |total, run| total + run);
+    NormalEquations::from_sums(total, DVector::zeros(size), 0.0).factor(DISCREPANCY_RIDGE).ok()
 }
 
 /// Λ of the base's covariance, widened by a relative slack; next to nothing without a covariance.
-pub(crate) fn prior(base: &Base, parameters: usize, slack: f64) -> Prior {
+pub(crate) fn precision(base: &Base, parameters: usize, slack: f64) -> DMatrix<f64> {
     let values = base.torque.to_array();
     // Sizes of parameters that were found to be nought.
     let typical = [1e-2, 1e-2, 1e-3, 1e-3, 1.0, 1.0, 1e-2];
     let size = |i: usize| values[i].abs().max(1e-2 * typical[i]);
     let Some(covariance) = &base.covariance else { return loose(base, parameters) };
     if parameters == 0 {
-        return Prior { precision: DMatrix::zeros(0, 0) };
+        return DMatrix::zeros(0, 0);
     }
     let mut wide = covariance.clone();
     for i in 0..parameters {
@@ -133,14 +128,12 @@ pub(crate) fn prior(base: &Base, parameters: usize, slack: f64) -> Prior {
     let scale = DVector::from_fn(parameters, |i, _| 1.0 / wide[(i, i)].sqrt());
     let scaled = DMatrix::from_fn(parameters, parameters, |i, j| wide[(i, j)] * scale[i] * scale[j]);
     let inverse = scaled.pseudo_inverse(1e-9).unwrap_or_else(|_| DMatrix::identity(parameters, parameters));
-    Prior {
-        precision: DMatrix::from_fn(parameters, parameters, |i, j| inverse[(i, j)] * scale[i] * scale[j]),
-    }
+    DMatrix::from_fn(parameters, parameters, |i, j| inverse[(i, j)] * scale[i] * scale[j])
 }
 
 /// Next to nothing is known: the runs tell.
-fn loose(base: &Base, parameters: usize) -> Prior {
+fn loose(base: &Base, parameters: usize) -> DMatrix<f64> {
     let values = base.torque.to_array();
     let precision = DVector::from_fn(parameters, |i, _| 1e-6 / values[i].abs().max(1e-4).powi(2));
-    Prior { precision: DMatrix::from_diagonal(&precision) }
+    DMatrix::from_diagonal(&precision)
 }

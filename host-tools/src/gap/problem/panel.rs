@@ -2,7 +2,6 @@
 
 use nalgebra::{DMatrix, DVector, DVectorView};
 
-use super::solve::Products;
 use crate::effects::Regressor;
 use crate::gap::noise::Noise;
 use crate::gap::noise::whiten::Signal;
@@ -43,6 +42,25 @@ impl Fixed {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+}
+
+/// Sums of products of whitened signals; the last column is the residual. One a run, so that runs can be left out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Products {
+    /// A matrix a run, per variance of the noise.
+    pub runs: Vec<DMatrix<f64>>,
+}
+
+impl Products {
+    /// Of the runs that are not left out.
+    pub fn total(&self, left_out: Option<usize>) -> DMatrix<f64> {
+        let size = self.runs.first().map_or(0, DMatrix::nrows);
+        let mut total = DMatrix::zeros(size, size);
+        for (_, run) in self.runs.iter().enumerate().filter(|(place, _)| Some(*place) != left_out) {
+            total += run;
+        }
+        total
     }
 }
 

@@ -59,6 +59,13 @@ pub fn why_unexplained(report: &Report) -> String {
 /// What to do next, one sentence an entry.
 pub fn next_steps(report: &Report) -> Vec<String> {
     match report.verdict {
+        Verdict::None if report.is_power_only() => {
+            vec!["record the wheels' speeds: without them nothing is known of motion".to_owned()]
+        }
+        Verdict::None if report.is_off() => vec![
+            "the model is off by more than the noise in clean runs, too, or in no way that lasts: refit with more clean runs, or another model"
+                .to_owned(),
+        ],
         Verdict::None => vec!["nothing: model and measurement agree to the noise".to_owned()],
         Verdict::Named if report.confirmed.closed.is_none() => vec![
             "record the affected runs again: no locked run has the effect, so it is not confirmed".to_owned(),

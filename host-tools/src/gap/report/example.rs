@@ -1,20 +1,22 @@
 //! Invented reports, one of each verdict, for tests of what is shown.
 
 use model_core::effects::Term;
-use model_core::torque::TorqueModel;
+use model_core::torque::{Drive, TorqueModel};
+use nalgebra::DMatrix;
 
 use super::localise::Cell;
 use crate::effects::{Candidate, Detail, NotTestable, Regressor, Runs, World, physical};
 use crate::gap::confirm::Confirmed;
-use crate::gap::report::Report;
+use crate::gap::noise::whiten::Whitener;
+use crate::gap::report::{Basis, Report};
 use crate::gap::split::Split;
 use crate::gap::twin::State;
 use crate::gap::types::{Named, Round, Scored, Status, Verdict};
 use crate::gap::words;
-use nalgebra::DMatrix;
+use crate::numerics::intervals::mean_interval;
 
 /// As full as a report may be: twelve runs with long names, three effects, many ties and cells.
-pub(super) fn report(verdict: Verdict) -> Report {
+pub(crate) fn report(verdict: Verdict) -> Report {
     let stands = matches!(verdict, Verdict::Named | Verdict::Ambiguous);
     let effects = [
         named(
@@ -65,7 +67,13 @@ pub(super) fn report(verdict: Verdict) -> Report {
         residuals: (residual.clone(), stands.then_some(residual)),
         over_dispersion: None,
         ties: Vec::new(),
-        basis: None,
+        basis: Some(Basis {
+            drive: Drive::Dissipative,
+            lag: 0.0,
+            whitener: Whitener { coefficients: Vec::new() },
+            std_w: 1.0,
+            precision: DMatrix::zeros(0, 0),
+        }),
         confirmed: Confirmed {
             share: None,
             clean_w: None,
@@ -73,13 +81,15 @@ pub(super) fn report(verdict: Verdict) -> Report {
             before_w: 0.31,
             after_w: if stands { 0.11 } else { 0.31 },
             floor_w: 0.1,
+            floor_unclipped_w: 0.12,
             floor_how: "so and so",
             closed: stands.then_some(0.96),
-            gain_w2: (0.05, 0.09),
+            gain_w2: mean_interval(&[0.05, 0.09, 0.07, 0.07]),
             by_run: vec![(0.09, 0.012); 4],
             residuals: [vec![vec![0.3; 4]; 4], vec![vec![0.1; 4]; 4]],
         },
         state: State { torque, effects: Vec::new() },
+        covariance: None,
         split: Split { open: (0..8).collect(), locked: (8..12).collect() },
         base: [torque, torque],
     }

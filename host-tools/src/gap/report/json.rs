@@ -23,8 +23,12 @@ Keys of --json, always all there; watts and SI units; null where something is no
   manoeuvre          what to drive where there is a tie, and what is expected of it; null without one
   gap_before_w       RMS of measured less predicted power over the locked runs, behind the filter
   gap_after_w        the same with the effects added; the same number as before where none stands
-  noise_floor_w      the part of the gap that no effect removes
+  noise_floor_w      the part of the gap that no effect removes; held at gap_after_w
+  noise_floor_unclipped_w
+                     the same as it was estimated
   gap_closed         (before² - after²) / (before² - floor²); null where nothing was to be closed, or no locked run has the effect
+  gain_w2            mean square before less after: mean over the locked runs, and its 95 % interval (Student's t; null for one run)
+  confirmed_share    how much of what was added the locked runs show, asked alone: share, and its 95 % interval
   simulation         the same gap of the simulated robot (--plant): before, after, closed, effects and their sizes
   confirm_runs       the locked runs
   localisation       cells: axis, from, to, mean_residual_w, band_w (half the 95 % interval over runs), mean_after_w,
@@ -59,7 +63,13 @@ pub fn json(report: &Report, beside: Beside<'_>) -> Value {
     out.insert("gap_before_w".to_owned(), json!(confirmed.before_w));
     out.insert("gap_after_w".to_owned(), json!(if stands { confirmed.after_w } else { confirmed.before_w }));
     out.insert("noise_floor_w".to_owned(), json!(confirmed.floor_w));
+    out.insert("noise_floor_unclipped_w".to_owned(), json!(confirmed.floor_unclipped_w));
     out.insert("gap_closed".to_owned(), json!(confirmed.closed.filter(|_| stands)));
+    let gain = confirmed.gain_w2;
+    let interval = gain.ends().map(|(low, high)| [low, high]);
+    out.insert("gain_w2".to_owned(), json!({"mean": gain.mean, "interval": interval}));
+    let share = confirmed.share.map(|own| json!({"share": own.share, "interval": own.interval()}));
+    out.insert("confirmed_share".to_owned(), json!(share));
     out.insert("simulation".to_owned(), beside.simulated.map_or(Value::Null, Simulated::json));
     out.insert("confirm_runs".to_owned(), json!(confirmed.runs));
     out.insert("localisation".to_owned(), json!(report.localisation));

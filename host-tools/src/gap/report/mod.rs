@@ -2,13 +2,14 @@
 
 pub mod advice;
 #[cfg(test)]
-mod example;
+pub(crate) mod example;
 pub mod json;
 pub mod localise;
 pub mod page;
 pub mod summary;
 
 use model_core::torque::{Drive, TorqueModel};
+use nalgebra::DMatrix;
 use serde_json::{Value, json};
 
 use self::localise::Cell;
@@ -16,8 +17,8 @@ use super::confirm::Confirmed;
 use super::detect::over_dispersion::OverDispersion;
 use super::name::hypothesis::Hypothesis;
 use super::noise::whiten::{Signal, Whitener};
-use super::problem::solve::Prior;
 use super::split::Split;
+use super::thresholds::confirm::MUCH_MORE;
 use super::twin::State;
 use super::types::{Named, Round, Verdict};
 use crate::effects::NotTestable;
@@ -44,6 +45,9 @@ pub struct Report {
     pub confirmed: Confirmed,
     /// Base and effects at the end.
     pub state: State,
+    /// Of the base's parameters, then the effects' coefficients as in `state`; `None` where nothing was added, or nothing is known of
+    /// the base.
+    pub covariance: Option<DMatrix<f64>>,
     /// The split.
     pub split: Split,
     /// The scatter of what is left against that of clean runs.
@@ -67,11 +71,21 @@ pub struct Basis {
     pub whitener: Whitener,
     /// Standard deviation of the whitened noise, W.
     pub std_w: f64,
-    /// What is known of the base.
-    pub prior: Prior,
+    /// How surely the base's own fit knows it: the inverse of its covariance.
+    pub precision: DMatrix<f64>,
 }
 
 impl Report {
+    /// Whether it is about logs that do not say how the robot moved.
+    pub fn is_power_only(&self) -> bool {
+        self.basis.is_none()
+    }
+
+    /// Whether the model is off by more than the noise: no effect is named, but not all is explained.
+    pub fn is_off(&self) -> bool {
+        self.confirmed.before_w > MUCH_MORE * self.confirmed.floor_unclipped_w
+    }
+
     /// The gap that is closed on locked runs, if it could be tested.
     pub fn gap_closed(&self) -> Option<f64> {
         self.confirmed.closed
@@ -79,7 +93,7 @@ impl Report {
 
     /// The base's parameters before and after.
     pub fn base_moves(&self) -> Value {
-        let names = crate::fit::verdict::TORQUE;
+        let names = crate::coefficients::TORQUE;
         let [before, after] = self.base.map(TorqueModel::to_array);
         let moves = names.iter().zip(before.iter().zip(after));
         Value::Object(

@@ -65,7 +65,10 @@ pub fn headline(report: &Report) -> String {
     let names =
         || report.effects.iter().map(|named| named.candidate.id.clone()).collect::<Vec<_>>().join(" + ");
     match report.verdict {
-        Verdict::None => "NONE: no gap beyond the noise; the model explains these runs.".to_owned(),
+        Verdict::None if report.is_power_only() => {
+            "NONE: no step of the power at rest; these logs cannot tell while driving: they lack the wheels' speeds.".to_owned()
+        }
+        Verdict::None => format!("NONE: nothing nameable; {}.", off_by(report)),
         Verdict::Named => format!("NAMED: the model lacks {}.", names()),
         Verdict::Ambiguous => format!(
             "AMBIGUOUS: the model lacks {}, or {}: these runs cannot tell them apart.",
@@ -79,6 +82,12 @@ pub fn headline(report: &Report) -> String {
             )
         }
     }
+}
+
+/// By how much the model is off, and how much of it is noise.
+fn off_by(report: &Report) -> String {
+    let [off, noise] = [report.confirmed.before_w, report.confirmed.floor_unclipped_w].map(words::watts);
+    format!("the model is off by {off}, the noise is {noise}")
 }
 
 /// An effect with its coefficient, its error, and its meaning.
@@ -101,7 +110,7 @@ pub fn gap(report: &Report) -> String {
     let confirmed = &report.confirmed;
     let count = confirmed.runs.len();
     let s = if count == 1 { "" } else { "s" };
-    let floor = words::watts(confirmed.floor_w);
+    let floor = floor(report);
     let before = words::watts(confirmed.before_w);
     let stands = matches!(report.verdict, Verdict::Named | Verdict::Ambiguous);
     if !stands {
@@ -113,9 +122,45 @@ pub fn gap(report: &Report) -> String {
         None => "share closed not testable: no locked run has the effect".to_owned(),
     };
     format!(
-        "Gap (RMS) on {count} locked run{s}: {before} → {}, noise floor {floor}: {closed}; smaller in {better} of {count}.",
-        words::watts(confirmed.after_w)
+        "Gap (RMS) on {count} locked run{s}: {before} → {}, noise floor {floor}: {closed}; smaller in {better} of {count}, mean square by {}.",
+        words::watts(confirmed.after_w),
+        gain(report)
     )
+}
+
+/// By how much the mean square shrinks on the locked runs.
+pub(super) fn gain(report: &Report) -> String {
+    let gain = report.confirmed.gain_w2;
+    match gain.ends() {
+        Some((low, high)) => format!("{} W² (95 %: {} to {})", digits(gain.mean), digits(low), digits(high)),
+        None => format!("{} W² (one locked run: no interval)", digits(gain.mean)),
+    }
+}
+
+/// Three significant digits.
+fn digits(value: f64) -> String {
+    words::watts(value).trim_end_matches(" W").to_owned()
+}
+
+/// The noise floor; where it was held at what is left, what was estimated, too.
+pub(super) fn floor(report: &Report) -> String {
+    let floor = words::watts(report.confirmed.floor_w);
+    estimated(report).map_or_else(
+        || floor.clone(),
+        |estimated| format!("{floor} (estimated {estimated}, held at what is left)"),
+    )
+}
+
+/// What a tile with the noise floor says below it.
+pub(super) fn floor_label(report: &Report) -> String {
+    estimated(report)
+        .map_or("noise floor".to_owned(), |estimated| format!("noise floor (estimated {estimated})"))
+}
+
+/// The noise floor as it was estimated, if that is not what counts.
+fn estimated(report: &Report) -> Option<String> {
+    let [floor, estimated] = [report.confirmed.floor_w, report.confirmed.floor_unclipped_w].map(words::watts);
+    (floor != estimated).then_some(estimated)
 }
 
 /// A cell with its mean before and after.
@@ -167,7 +212,14 @@ mod tests {
     #[test]
     fn every_verdict_fits_on_one_screen_and_says_what_it_has_to() {
         for (verdict, said) in [
-            (Verdict::None, ["NONE", "noise floor 0.100 W", "Next: nothing"]),
+            (
+                Verdict::None,
+                [
+                    "NONE: nothing nameable; the model is off by 0.310 W, the noise is 0.120 W",
+                    "noise floor 0.100 W",
+                    "refit",
+                ],
+            ),
             (Verdict::Named, ["NAMED: the model lacks grade", "0.310 W → 0.110 W", "96 % of the gap closed"]),
             (Verdict::Ambiguous, ["cannot tell them apart", "windage: hold the top speed", "and 3 more"]),
             (Verdict::Unexplained, ["UNEXPLAINED", "with the number 7", "pitch_rad"]),

@@ -4,12 +4,12 @@ use model_core::coefficients::Robot as CoreRobot;
 use nalgebra::{DMatrix, DVector};
 use serde_json::{Map, Value, json};
 
-use super::super::runs::RawRun;
 use super::filter::Behind;
 use super::in_parallel;
 use super::search::squares;
 use super::track::{Followed, Follower};
 use crate::error::Result;
+use crate::log::runs::RawRun;
 use crate::plant::body::Wheel;
 
 /// A parameter that is fitted, the same for all wheels.

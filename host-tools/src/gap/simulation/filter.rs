@@ -2,8 +2,8 @@
 
 use model_core::coefficients::Robot as CoreRobot;
 
-use super::super::runs::{RawRun, Runs};
 use crate::error::Result;
+use crate::log::runs::{RawRun, Runs};
 
 /// Runs as measured, with all that is needed to put another power in place of the measured one.
 #[derive(Debug)]

@@ -19,7 +19,6 @@ use self::filter::Behind;
 use self::search::squares;
 use self::track::Follower;
 use super::confirm;
-use super::runs::RawRun;
 use super::twin::Twin;
 use crate::effects::plant::{Finding, Part, Scene};
 use crate::effects::{Regressor, Switched, cause};
@@ -28,6 +27,7 @@ use crate::gap::report::Report;
 use crate::gap::report::localise::{self, Cell};
 use crate::gap::report::page::{self, Course};
 use crate::gap::types::Verdict;
+use crate::log::runs::RawRun;
 use crate::plant::PlantSet;
 use crate::robot::Robot;
 

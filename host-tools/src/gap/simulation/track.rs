@@ -3,8 +3,8 @@
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::filter::{Channel, LowPass};
 
-use super::super::runs::RawRun;
 use crate::error::{Error, Result};
+use crate::log::runs::RawRun;
 use crate::plant::drive::Drive;
 use crate::plant::{
     Effect, Kinematics, MAX_WHEELS, PayloadSchedule, PlantSet, Profile, Robot as Machine, Scenario, Sensors,

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::{Signals, UserEffect};
 use crate::effects::{Candidate, Detail, NotTestable, Regressor};
 use crate::error::{Error, Result};
-use crate::gap::runs::Runs;
+use crate::log::runs::Runs;
 
 /// What the runs can show of a user's effects.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -113,7 +113,7 @@ fn add_column<const N: usize>(
     }
     runs.columns.push(effect.column());
     for (run, column) in runs.runs.iter_mut().zip(columns) {
-        run.extras.push(column);
+        run.extras.push(column.into());
     }
     Ok(Ok(runs.columns.len() - 1))
 }
@@ -121,7 +121,7 @@ fn add_column<const N: usize>(
 /// A column that is missing, with a run that lacks it where others have it.
 fn lacking<const N: usize>(name: &str, runs: &Runs<N>) -> String {
     let place = runs.columns.iter().position(|column| column == name);
-    match place.and_then(|place| runs.runs.iter().find(|run| run.extras[place].is_empty())) {
+    match place.and_then(|place| runs.runs.iter().find(|run| run.extra(place).is_empty())) {
         Some(run) => format!("{name}, which {} lacks", run.name),
         None => name.to_owned(),
     }

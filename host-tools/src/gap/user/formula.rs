@@ -3,7 +3,7 @@
 use exmex::prelude::*;
 use exmex::{FloatOpsFactory, MatchLiteral, literal_matcher_from_pattern};
 
-use crate::gap::runs::{Row, Run};
+use crate::log::runs::{Row, Run};
 use crate::log::{MASS, TIME, acceleration_column, speed_column};
 
 // Unlike exmex' own numbers these may have an exponent.
@@ -168,7 +168,7 @@ impl Signals {
             Self::Moving => f64::from(u8::from(row.motion.is_moving())),
             Self::Wheel(wheel) => row.motion.wheels[wheel].speed,
             Self::Acceleration(wheel) => row.motion.wheels[wheel].acceleration,
-            Self::Column(place) => run.extras[place][index],
+            Self::Column(place) => run.extra(place)[index],
         }
     }
 }

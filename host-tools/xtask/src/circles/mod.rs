@@ -38,6 +38,7 @@ const BELOW: &[(&str, &[&str])] = &[
 const KNOWN: &[&str] = &[
     "host-tools/src/baselines",
     "host-tools/src/cli",
+    "host-tools/src/coefficients",
     "host-tools/src/compare",
     "host-tools/src/fit",
     "host-tools/src/gap",

@@ -1,8 +1,8 @@
 //! What the residual is binned by, and where the bins end.
 
 use crate::gap::noise::whiten::Signal;
-use crate::gap::runs::{Row, Runs};
 use crate::gap::thresholds::localise::{CELLS, STEPS, STRAIGHT};
+use crate::log::runs::{Row, Runs};
 
 /// One axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,8 +59,8 @@ pub(super) fn axes<const N: usize>(runs: &Runs<N>) -> Vec<Axis> {
         },
     ];
     for (place, name) in runs.columns.iter().enumerate() {
-        if runs.runs.iter().all(|run| !run.extras[place].is_empty()) {
-            axes.push(axis(name, runs.runs.iter().map(|run| run.extras[place].clone()).collect(), false));
+        if runs.runs.iter().all(|run| !run.extra(place).is_empty()) {
+            axes.push(axis(name, runs.runs.iter().map(|run| run.extra(place).to_vec()).collect(), false));
         }
     }
     axes

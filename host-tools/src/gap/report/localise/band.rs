@@ -1,9 +1,8 @@
 //! Mean of the runs' means in a cell, and its band.
 
-use statrs::distribution::{ContinuousCDF, StudentsT};
-
 use crate::gap::noise::whiten::Signal;
 use crate::gap::thresholds::localise::{LEAST_ROWS, LEAST_RUNS};
+use crate::numerics::intervals::mean_interval;
 
 /// Mean of runs' means.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,21 +19,14 @@ pub(super) fn spread(values: &Signal, residual: &Signal, inside: &dyn Fn(f64) ->
         let (rows, sum) = own.fold((0, 0.0), |(rows, sum), (_, x)| (rows + 1, sum + x));
         (rows >= LEAST_ROWS).then(|| sum / rows as f64)
     };
-    band(values.iter().zip(residual).filter_map(mean).collect())
-}
-
-/// Student's t that a share of 2.5 % passes: few runs know their own scatter badly.
-fn student(freedom: f64) -> f64 {
-    StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975))
+    band(&values.iter().zip(residual).filter_map(mean).collect::<Vec<f64>>())
 }
 
 /// `None` for fewer runs than a band needs.
-pub(super) fn band(means: Vec<f64>) -> Option<Spread> {
+pub(super) fn band(means: &[f64]) -> Option<Spread> {
     if means.len() < LEAST_RUNS {
         return None;
     }
-    let count = means.len() as f64;
-    let mean = means.iter().sum::<f64>() / count;
-    let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (count - 1.0);
-    Some(Spread { mean, band: student(count - 1.0) * (variance / count).sqrt(), runs: means.len() })
+    let found = mean_interval(means);
+    Some(Spread { mean: found.mean, band: found.half_width?, runs: found.count })
 }

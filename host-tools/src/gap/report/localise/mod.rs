@@ -14,7 +14,7 @@ use self::axes::{Axis, axes};
 use self::band::spread;
 pub use self::map::{Map, Square, map};
 use crate::gap::noise::whiten::Signal;
-use crate::gap::runs::Runs;
+use crate::log::runs::Runs;
 
 /// One cell of a map.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -132,7 +132,7 @@ mod tests {
     fn cells_with_too_few_rows_or_runs_are_not_shown() {
         let thin = vec![vec![1.0; LEAST_ROWS - 1]; 9];
         assert_eq!(spread(&thin, &thin, &|_| true), None);
-        assert_eq!(band(vec![1.0, 2.0]), None);
+        assert_eq!(band(&[1.0, 2.0]), None);
     }
 
     /// Twelve runs, each of one mass: cells of a sixth of the rows would hold two runs, so neighbours join until they hold three.

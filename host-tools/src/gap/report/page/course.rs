@@ -2,7 +2,7 @@
 
 use crate::gap::report::Report;
 use crate::gap::report::localise::{self, Map};
-use crate::gap::runs::Runs;
+use crate::log::runs::Runs;
 
 /// One run: power as measured and as predicted.
 #[derive(Debug, Clone, PartialEq)]

@@ -49,7 +49,7 @@ pub(super) fn gaps(report: &Report) -> Result<Markup> {
     };
     let about = format!(
         "Each locked run's gap; what lies beyond the noise floor ({}) could be explained.",
-        words::watts(confirmed.floor_w)
+        summary::floor(report)
     );
     figure(bars, (WHOLE.0, height), "Gap on the locked runs", &about)
 }

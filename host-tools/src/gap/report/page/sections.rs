@@ -39,7 +39,7 @@ pub(super) fn verdict(report: &Report, inputs: &Inputs) -> Markup {
             div class="tiles" {
                 (tile(&words::watts(confirmed.before_w), "gap before (RMS)", ""))
                 @if stands { (tile(&words::watts(confirmed.after_w), "gap after", "")) }
-                (tile(&words::watts(confirmed.floor_w), "noise floor", ""))
+                (tile(&words::watts(confirmed.floor_w), &summary::floor_label(report), ""))
                 @if stands {
                     @match confirmed.closed {
                         Some(closed) => (tile(&words::percent(closed), "of the gap closed", "closed")),
@@ -103,10 +103,7 @@ pub(super) fn gap(report: &Report) -> Result<Markup> {
     Ok(html! {
         h2 { "The gap, run by run" }
         @if report.residuals.1.is_some() {
-            p class="soft" {
-                "Paired by run, the mean square shrinks by " (format!("{:.4} to {:.4}", report.confirmed.gain_w2.0, report.confirmed.gain_w2.1))
-                " W² (95 % interval over runs)."
-            }
+            p class="soft" { "Paired by run, the mean square shrinks: " (summary::gain(report)) "." }
         }
         (figures::gaps(report)?)
     })

@@ -1,16 +1,14 @@
-//! What logs have to be for the gap workflow, before any long work: each once, and of a size that the robot can have.
+//! What logs that are looked at whole have to be, before any long work: each once, and of a size that the robot can have.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use super::runs::{Run, Runs};
+use super::POWER;
+pub use super::masses::{check_mass, masses};
+use super::row::Run;
+use super::runs::Runs;
 use crate::error::{Error, Result};
-use crate::log::{MASS, POWER};
-use crate::robot::Robot;
-
-/// Masses below the robot's least by more than this factor, or above its greatest, are of another unit.
-const FAR: f64 = 5.0;
 
 /// Power per weight and speed, W/(N·m/s), that a robot on wheels can take: one of the most frugal needs 0.02, a small one with idle
 /// electronics in its power some tens.
@@ -94,28 +92,6 @@ fn is_same(one: &Path, other: &Path) -> Result<bool> {
             return Ok(true);
         }
     }
-}
-
-/// The masses that a log of a robot can have, kg.
-pub fn masses(robot: &Robot) -> (f64, f64) {
-    (robot.mass_no_load_kg() / FAR, robot.mass_full_load_kg() * FAR)
-}
-
-/// Refuses a total mass that is none, or none of this robot.
-///
-/// # Errors
-/// Says what was allowed.
-pub fn check_mass(robot: &Robot, mass_kg: f64) -> Result<()> {
-    let (least, most) = masses(robot);
-    if mass_kg >= least && mass_kg <= most {
-        return Ok(());
-    }
-    let expected = if mass_kg > 0.0 && mass_kg.is_finite() {
-        format!("from {least} to {most} kg for robot {} (is this another unit?)", robot.name())
-    } else {
-        "above 0".to_owned()
-    };
-    Err(Error::failed(format!("a total mass of {mass_kg} kg; expected {expected}")).in_column(MASS))
 }
 
 /// Refuses powers of another unit, and says where no run moves.

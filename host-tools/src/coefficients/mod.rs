@@ -1,0 +1,273 @@
+//! coefficients.toml: what `gmr fit` writes, `gmr gap --out` extends, and every other command reads. One typed value, read once and
+//! written once; the file's layout is [`document`]'s.
+
+mod covariance;
+mod document;
+mod error;
+mod fingerprint;
+mod kind;
+mod logs;
+mod parameters;
+mod robot;
+
+use std::path::{Path, PathBuf};
+
+use model_core::coefficients::Coefficients;
+use model_core::effects::Columns;
+use model_core::model::Model;
+use model_core::payload::Noise;
+use model_core::torque::{Drive, TorqueModel};
+use nalgebra::DMatrix;
+
+pub use self::error::{Difference, InvalidCoefficients, InvalidCovariance};
+pub use self::kind::{Method, ModelKind};
+pub use self::logs::FittedLog;
+pub use self::parameters::{EQ18, Quantity, TORQUE};
+
+use self::document::{Document, ExtensionSection, FORMAT, FitSection, NoiseSection};
+use crate::effects::written::{self, Written, Wrong};
+use crate::error::{Error, Result};
+use crate::output::write_whole;
+use crate::robot::Robot;
+
+/// Coefficients with where they come from.
+#[derive(Debug, Clone)]
+pub struct CoefficientsFile<const N: usize> {
+    /// What estimator and board run; the robot as its own file says it now.
+    pub coefficients: Coefficients<f64, N>,
+    /// Which model.
+    pub kind: ModelKind,
+    /// How it was fitted.
+    pub method: Method,
+    /// Covariance of the parameters, in the order of [`TORQUE`] or [`EQ18`]; no row for scrub where the wheels do not.
+    pub covariance: DMatrix<f64>,
+    /// Of the parameters, then the coefficients of the effects' columns; `None` without effects, and of files that do not tell.
+    pub joint_covariance: Option<DMatrix<f64>>,
+    /// What was added to the fitted model; [`Coefficients::columns`] is what estimators make of it.
+    pub effects: Vec<Written>,
+    /// What it was fitted to.
+    pub origin: Origin,
+}
+
+/// What coefficients were fitted to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Origin {
+    /// The logs.
+    pub logs: Vec<FittedLog>,
+    /// Their rows.
+    pub rows: u64,
+    /// Total masses met, kg.
+    pub masses_kg: Vec<f64>,
+    /// Static power that was taken off, W.
+    pub static_power_w: f64,
+    /// R² on these rows; none where their power never changes.
+    pub r2: Option<f64>,
+    /// Root mean square of the residual, W.
+    pub rmse_w: f64,
+}
+
+impl<const N: usize> CoefficientsFile<N> {
+    /// Reads coefficients and checks that they are for this robot.
+    ///
+    /// # Errors
+    /// The file cannot be read, is of another format, is for another robot, or holds what no model can have: an
+    /// [`InvalidCoefficients`] as [`Error::cause`].
+    pub fn read(file: &Path, robot: &Robot) -> Result<Self> {
+        let text = std::fs::read_to_string(file).map_err(|error| Error::io(file, &error))?;
+        let refused = |wrong: InvalidCoefficients| {
+            let (key, line) = (wrong.key().map(str::to_owned), wrong.line(&text));
+            let mut error = Error::of(wrong).in_file(file);
+            if let Some(key) = key {
+                error = error.in_column(key);
+            }
+            match line {
+                Some(line) => error.at_line(line),
+                None => error,
+            }
+        };
+        let document = Document::parse(&text).map_err(refused)?;
+        let fitted = robot::of_section::<N>(&document.robot).map_err(refused)?;
+        let now = robot.core::<N>(fitted.cutoff_hz)?;
+        let drives = document.model == ModelKind::Signed;
+        robot::check(&fitted, document.robot.regeneration, &now, robot, drives)
+            .map_err(|difference| refused(InvalidCoefficients::OtherRobot(difference)))?;
+        Self::of_document(document, now, logs::folder_of(file)).map_err(refused)
+    }
+
+    /// What a document means for a robot; its logs are seen from `folder`.
+    fn of_document(
+        document: Document,
+        robot: model_core::coefficients::Robot<f64, N>,
+        folder: &Path,
+    ) -> std::result::Result<Self, InvalidCoefficients> {
+        document.check_numbers()?;
+        let drive = if document.robot.regeneration { Drive::Regenerative } else { Drive::Dissipative };
+        let scrubs = document.robot.scrubs;
+        let model = parameters::model(document.model, &document.parameters, scrubs, drive)?;
+        let noise = Noise {
+            density: document.noise.density_w2_s,
+            model_std: document.noise.model_std_w,
+            power_scale: document.noise.power_scale_w,
+            tail: document.noise.tail,
+        };
+        let size = parameters::named(&model, scrubs).len();
+        let covariance =
+            covariance::of_rows(&document.fit.covariance, size).map_err(InvalidCoefficients::Covariance)?;
+        let FitSection { rows, logs, fingerprints, masses_kg, r2, rmse_w, .. } = document.fit;
+        let fingerprints = fingerprints.into_iter().map(|text| (!text.is_empty()).then_some(text));
+        let fingerprints = fingerprints.chain(std::iter::repeat(None));
+        let logs = logs.into_iter().zip(fingerprints);
+        let logs = logs.map(|(log, fingerprint)| FittedLog { path: folder.join(log), fingerprint });
+        let plain = Self {
+            coefficients: Coefficients { robot, model, noise, columns: Columns::NONE },
+            kind: document.model,
+            method: document.method,
+            covariance,
+            joint_covariance: None,
+            effects: Vec::new(),
+            origin: Origin {
+                logs: logs.collect(),
+                rows,
+                masses_kg,
+                static_power_w: document.robot.static_power_w,
+                r2: r2.is_finite().then_some(r2),
+                rmse_w,
+            },
+        };
+        let extended = plain.with_effects(document.effects).map_err(InvalidCoefficients::Effect)?;
+        let Some(extension) = document.extension else { return Ok(extended) };
+        let joint =
+            covariance::of_rows(&extension.joint_covariance, size + extended.coefficients.columns.len())
+                .map_err(InvalidCoefficients::Covariance)?;
+        Ok(Self { joint_covariance: Some(joint), ..extended })
+    }
+
+    /// Writes them, whole or not at all.
+    ///
+    /// # Errors
+    /// What the operating system refuses; a covariance that is none.
+    pub fn write(&self, file: &Path) -> Result<()> {
+        let document = self.document(file).map_err(|wrong| {
+            Error::of(InvalidCoefficients::Covariance(wrong)).in_file(file).in_column("covariance")
+        })?;
+        let text =
+            toml::to_string(&document).map_err(|error| Error::failed(error.to_string()).in_file(file))?;
+        write_whole(file, |out| out.write_all(text.as_bytes()).map_err(|error| Error::io(file, &error)))
+    }
+
+    /// As `file` holds them.
+    fn document(&self, file: &Path) -> std::result::Result<Document, InvalidCovariance> {
+        let Coefficients { robot, model, noise, .. } = &self.coefficients;
+        let regeneration = matches!(model, Model::Signed { drive: Drive::Regenerative, .. });
+        let scrubs = robot.kinematics.scrubs();
+        let covariance = covariance::rounded(&self.covariance)?;
+        let joint = self.joint_covariance.as_ref().map(covariance::rounded).transpose()?;
+        let rows = |matrix: &DMatrix<f64>| -> Vec<Vec<f64>> {
+            matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
+        };
+        let parameters = parameters::named(model, scrubs);
+        Ok(Document {
+            format: FORMAT,
+            model: self.kind,
+            method: self.method,
+            robot: robot::section(robot, self.origin.static_power_w, regeneration),
+            parameters: parameters
+                .into_iter()
+                .map(|(name, value)| (name.to_owned(), toml::Value::Float(value)))
+                .collect(),
+            noise: NoiseSection {
+                density_w2_s: noise.density,
+                model_std_w: noise.model_std,
+                power_scale_w: noise.power_scale,
+                tail: noise.tail,
+            },
+            fit: FitSection {
+                rows: self.origin.rows,
+                logs: self.origin.logs.iter().map(|log| logs::seen_from(file, &log.path)).collect(),
+                fingerprints: self
+                    .origin
+                    .logs
+                    .iter()
+                    .map(|log| log.fingerprint.clone().unwrap_or_default())
+                    .collect(),
+                masses_kg: self.origin.masses_kg.clone(),
+                r2: self.origin.r2.unwrap_or(f64::NAN),
+                rmse_w: self.origin.rmse_w,
+                covariance: rows(&covariance),
+            },
+            extension: joint.map(|joint| ExtensionSection { joint_covariance: rows(&joint) }),
+            effects: self.effects.clone(),
+        })
+    }
+
+    /// The same with the torque model as it moved.
+    #[must_use]
+    pub fn with_torque(mut self, moved: &TorqueModel<f64>) -> Self {
+        if let Model::Signed { torque, .. } = &mut self.coefficients.model {
+            // A little below nought is nought: no robot has less (Eq. 20).
+            *torque = TorqueModel::from_array(moved.to_array().map(|value| value.max(0.0)));
+        }
+        self
+    }
+
+    /// The same with what is known of the extended model: the covariance of parameters and effects, and the noise that mass estimates
+    /// have to expect.
+    #[must_use]
+    pub fn with_joint_covariance(mut self, joint: DMatrix<f64>, noise: Noise<f64>) -> Self {
+        self.joint_covariance = Some(joint);
+        self.coefficients.noise = noise;
+        self
+    }
+
+    /// The same with these effects in the place of its own.
+    ///
+    /// # Errors
+    /// The effect that is unknown, lacks something, or makes powers that no robot draws.
+    pub fn with_effects(mut self, effects: Vec<Written>) -> std::result::Result<Self, Wrong> {
+        let columns = written::columns(&effects, N)?;
+        let has_torques = matches!(self.coefficients.model, Model::Signed { .. });
+        for (place, effect) in effects.iter().enumerate() {
+            let wrong = |key, message| Wrong { place, key, message };
+            if !has_torques {
+                let message = format!(
+                    "{} beside model eq18; expected model signed: effects act on its torques",
+                    effect.id
+                );
+                return Err(wrong("id", message));
+            }
+            let columns = written::columns(std::slice::from_ref(effect), N)?;
+            if !(Coefficients { columns, ..self.coefficients }).is_plausible() {
+                let message = format!(
+                    "{} with coefficient {} makes powers that no robot draws",
+                    effect.id, effect.coefficient
+                );
+                return Err(wrong("coefficient", message));
+            }
+        }
+        self.coefficients.columns = columns;
+        self.effects = effects;
+        Ok(self)
+    }
+
+    /// The logs that they were fitted to, as far as these are still there; `file` is where they were read.
+    ///
+    /// # Errors
+    /// A log is no longer what was fitted.
+    pub fn logs_still_there(&self, file: &Path) -> Result<Vec<PathBuf>> {
+        let mut found = Vec::new();
+        for log in &self.origin.logs {
+            if log.is_there(file)? {
+                found.push(log.path.clone());
+            }
+        }
+        let all = self.origin.logs.len();
+        if !found.is_empty() && found.len() < all {
+            eprintln!(
+                "gmr: {}: {} of the {all} clean runs are no longer where they were, and are done without",
+                file.display(),
+                all - found.len()
+            );
+        }
+        Ok(found)
+    }
+}

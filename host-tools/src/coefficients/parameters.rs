@@ -1,0 +1,101 @@
+//! The parameters of each model by name, in the order of their vector: that of `[parameters]` and of the covariance's rows.
+
+use model_core::eq18::REGRESSORS;
+use model_core::model::Model;
+use model_core::torque::{Drive, PARAMETERS, TorqueModel};
+
+use super::error::InvalidCoefficients;
+use super::kind::ModelKind;
+
+/// A parameter's name and unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Quantity {
+    /// Its name in files and reports.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+}
+
+const fn quantity(name: &'static str, unit: &'static str) -> Quantity {
+    Quantity { name, unit }
+}
+
+/// The parameters of the signed torque model; wheels that do not scrub have all but the last.
+pub const TORQUE: [Quantity; PARAMETERS] = [
+    quantity("coulomb", "N·m"),
+    quantity("rolling", "N·m/kg"),
+    quantity("viscous", "N·m·s/rad"),
+    quantity("rotor_inertia", "kg·m²"),
+    quantity("inertia_gain", "1"),
+    quantity("winding_loss", "W/(N·m)²"),
+    quantity("scrub", "N·m/kg"),
+];
+
+/// β_0 … β_14 of Eq. 18.
+pub const EQ18: [Quantity; REGRESSORS] = [
+    quantity("beta0", "W"),
+    quantity("beta1", "W/kg"),
+    quantity("beta2", "W/kg²"),
+    quantity("beta3", "W·s²/rad²"),
+    quantity("beta4", "W·s⁴/rad²"),
+    quantity("beta5", "W/(N·m)²"),
+    quantity("beta6", "N·m"),
+    quantity("beta7", "N·m/kg"),
+    quantity("beta8", "W·s²/rad"),
+    quantity("beta9", "W·s²/(rad·kg)"),
+    quantity("beta10", "W/(N·m)"),
+    quantity("beta11", "W/(N·m·kg)"),
+    quantity("beta12", "kg·m²"),
+    quantity("beta13", "1"),
+    quantity("beta14", "s²/rad"),
+];
+
+/// Names and values of a model's parameters, for wheels that scrub in turns or do not.
+pub(super) fn named(model: &Model<f64>, scrubs: bool) -> Vec<(&'static str, f64)> {
+    let names = |list: &[Quantity], values: &[f64]| {
+        list.iter().zip(values).map(|(quantity, value)| (quantity.name, *value)).collect::<Vec<_>>()
+    };
+    match model {
+        Model::Signed { torque, .. } => names(torque_of(scrubs), &torque.to_array()),
+        Model::Eq18 { beta, .. } => names(&EQ18, beta),
+    }
+}
+
+/// The torque model's parameters that wheels have.
+fn torque_of(scrubs: bool) -> &'static [Quantity] {
+    if scrubs { &TORQUE } else { &TORQUE[..PARAMETERS - 1] }
+}
+
+/// The model of a file's `[parameters]`.
+pub(super) fn model(
+    kind: ModelKind,
+    parameters: &toml::Table,
+    scrubs: bool,
+    drive: Drive,
+) -> Result<Model<f64>, InvalidCoefficients> {
+    let value = |quantity: &Quantity| {
+        let found = parameters.get(quantity.name).and_then(number);
+        found.ok_or(InvalidCoefficients::NoParameter { name: quantity.name })
+    };
+    match kind {
+        ModelKind::Signed => {
+            let mut values = [0.0; PARAMETERS];
+            for (place, quantity) in values.iter_mut().zip(torque_of(scrubs)) {
+                *place = value(quantity)?;
+            }
+            Ok(Model::Signed { torque: TorqueModel::from_array(values), drive })
+        }
+        ModelKind::Eq18 | ModelKind::Eq18Published => {
+            let mut beta = [0.0; REGRESSORS];
+            for (place, quantity) in beta.iter_mut().zip(&EQ18) {
+                *place = value(quantity)?;
+            }
+            Ok(Model::Eq18 { gate: kind.gate(), beta })
+        }
+    }
+}
+
+/// A number of either kind that TOML has.
+pub(super) fn number(value: &toml::Value) -> Option<f64> {
+    value.as_float().or_else(|| Some(value.as_integer()? as f64))
+}

@@ -1,0 +1,114 @@
+//! The robot that coefficients were fitted for, and what makes another of it.
+
+use model_core::coefficients::{Name, Robot as CoreRobot};
+use model_core::conditioning::Conditioning;
+use model_core::kinematics::Kinematics;
+use model_core::model::MassRange;
+
+use super::document::RobotSection;
+use super::error::{Difference, InvalidCoefficients};
+use crate::robot::Robot;
+
+/// Numbers of two files that differ by no more than this share are one number, written with other digits.
+const SAME: f64 = 1e-6;
+
+/// Refuses coefficients that were fitted for another robot than `now`, whose file is `robot`. Static power may differ: what was fitted to
+/// had its own taken off. Drives say whether braking power returns, where the model has them (`drives`).
+///
+/// # Errors
+/// The first difference.
+pub(super) fn check<const N: usize>(
+    fitted: &CoreRobot<f64, N>,
+    regenerated: bool,
+    now: &CoreRobot<f64, N>,
+    robot: &Robot,
+    drives: bool,
+) -> Result<(), Difference> {
+    let body = |what| Difference::Body {
+        what,
+        robot: robot.name().to_owned(),
+        fitted: fitted.name.as_str().to_owned(),
+    };
+    let setting = |key, found: &dyn ToString, fitted: &dyn ToString| Difference::Setting {
+        key,
+        name: robot.name().to_owned(),
+        found: found.to_string(),
+        fitted: fitted.to_string(),
+    };
+    let close = |a: f64, b: f64| (a - b).abs() <= SAME * a.abs().max(b.abs());
+    let entries = || fitted.kinematics.rows().iter().flatten().zip(now.kinematics.rows().iter().flatten());
+    if fitted.kinematics.scrubs() != now.kinematics.scrubs() {
+        Err(body("the kind of steering"))
+    } else if fitted.name != now.name {
+        Err(body("the name"))
+    } else if !entries().all(|(a, b)| close(*a, *b)) {
+        Err(body("the wheels' geometry"))
+    } else if !close(fitted.gyration_radius, now.gyration_radius) {
+        Err(body("the gyration radius"))
+    } else if !close(fitted.range.no_load(), now.range.no_load())
+        || !close(fitted.range.full_load(), now.range.full_load())
+    {
+        Err(body("the masses"))
+    } else if !close(fitted.dead_band, now.dead_band) {
+        Err(setting("speed_dead_band_rad_s", &now.dead_band, &fitted.dead_band))
+    } else if drives && regenerated != robot.regeneration() {
+        Err(setting("regeneration", &robot.regeneration(), &regenerated))
+    } else {
+        Ok(())
+    }
+}
+
+/// What a file says of a robot.
+pub(super) fn section<const N: usize>(
+    robot: &CoreRobot<f64, N>,
+    fitted_static_w: f64,
+    regeneration: bool,
+) -> RobotSection {
+    RobotSection {
+        name: robot.name.as_str().to_owned(),
+        kinematics: robot.kinematics.rows().iter().map(|row| row.to_vec()).collect(),
+        gyration_radius_m: robot.gyration_radius,
+        mass_no_load_kg: robot.range.no_load(),
+        mass_full_load_kg: robot.range.full_load(),
+        speed_dead_band_rad_s: robot.dead_band,
+        filter_cutoff_hz: robot.cutoff_hz,
+        static_power_w: fitted_static_w,
+        regeneration,
+        scrubs: robot.kinematics.scrubs(),
+    }
+}
+
+/// The robot that a file's section says.
+///
+/// # Errors
+/// It is none, or has another number of wheels.
+pub(super) fn of_section<const N: usize>(
+    section: &RobotSection,
+) -> Result<CoreRobot<f64, N>, InvalidCoefficients> {
+    let wrong = |message: &str| InvalidCoefficients::Robot(message.to_owned());
+    let rows = section.kinematics.iter().map(|row| <[f64; N]>::try_from(row.as_slice()));
+    let rows: Vec<[f64; N]> = rows.collect::<Result<_, _>>().map_err(|_| {
+        let found = section.kinematics.first().map_or(0, Vec::len);
+        InvalidCoefficients::OtherRobot(Difference::Wheels { found, expected: N })
+    })?;
+    let rows: [[f64; N]; 3] = rows.try_into().map_err(|_| wrong("kinematics: expected three rows"))?;
+    let kinematics = Kinematics::from_rows(rows)
+        .map_err(|error| wrong(&format!("{} is not finite", error.name)))?
+        .with_scrub(section.scrubs);
+    let mass_matrix = kinematics
+        .mass_matrix(section.gyration_radius_m)
+        .map_err(|error| wrong(&format!("{} is wrong", error.name)))?;
+    let range = MassRange::new(section.mass_no_load_kg, section.mass_full_load_kg)
+        .ok_or_else(|| wrong("expected 0 < mass_no_load_kg < mass_full_load_kg"))?;
+    Ok(CoreRobot {
+        name: Name::new(&section.name),
+        kinematics,
+        gyration_radius: section.gyration_radius_m,
+        mass_matrix,
+        dead_band: section.speed_dead_band_rad_s,
+        cutoff_hz: section.filter_cutoff_hz,
+        conditioning: Conditioning::PLAIN,
+        range,
+        static_power: section.static_power_w,
+    })
+}

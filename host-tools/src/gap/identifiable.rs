@@ -1,0 +1,55 @@
+//! What a base cannot part from its own parameters, whatever the field shows.
+
+use super::thresholds::problem::ONE_MASS;
+use crate::effects::NotTestable;
+use crate::log::runs::Runs;
+
+/// Effects that are no findings with a base that was fitted to these total masses, kg; to those of the runs where there are none.
+///
+/// With one mass the friction that grows with it and the friction that does not are one: what a kilogram more would do to the power is
+/// then a guess, and a mass that was noted wrongly stands for whatever differs (−58.7 kg was ice).
+pub(super) fn unidentifiable<const N: usize>(masses_kg: &[f64], runs: &Runs<N>) -> Vec<NotTestable> {
+    let own: Vec<f64> = runs.runs.iter().flat_map(|run| &run.rows).map(|row| row.mass).collect();
+    let known = if masses_kg.is_empty() { &own } else { masses_kg };
+    let (low, high) =
+        known.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), mass| (low.min(*mass), high.max(*mass)));
+    if high - low > ONE_MASS * high {
+        return Vec::new();
+    }
+    let reason = "unidentifiable here: the base was fitted at one total mass, and does not know what a kilogram more does to the power; \
+                  record clean runs with another payload, and fit again";
+    vec![NotTestable { id: "payload-mislabel".to_owned(), reason: reason.to_owned() }]
+}
+
+#[cfg(test)]
+mod tests {
+    use model_core::estimator::Sample;
+
+    use super::unidentifiable;
+    use crate::log::runs::{RawRun, Runs};
+    use crate::robot::Robot;
+
+    fn runs(masses: [f64; 2]) -> Runs<2> {
+        let core = Robot::load("burger").unwrap().core::<2>(2.0).unwrap();
+        let raw = masses.map(|mass| {
+            let sample = Sample { wheel_speed: [3.0, 2.0], wheel_acceleration: None, power: 1.0 };
+            let rows = (0..400).map(|i| (0.05 * f64::from(i), sample, mass, Vec::new())).collect();
+            RawRun { name: "run".to_owned(), rows, columns: Vec::new(), period_s: 0.05 }
+        });
+        Runs::condition(&core, raw.into()).unwrap()
+    }
+
+    /// By the masses of the base's fit; where they are not known, by the runs' own.
+    #[test]
+    fn a_base_of_one_mass_finds_no_wrong_one() {
+        let ids = |base: &[f64], field| {
+            let found = unidentifiable(base, &runs(field));
+            found.into_iter().map(|missing| missing.id).collect::<Vec<_>>()
+        };
+        assert_eq!(ids(&[75.0], [75.0, 90.0]), ["payload-mislabel"]);
+        assert_eq!(ids(&[75.0, 76.0], [75.0, 90.0]), ["payload-mislabel"]);
+        assert!(ids(&[1.0, 6.0], [2.0, 2.0]).is_empty());
+        assert_eq!(ids(&[], [2.0, 2.0]), ["payload-mislabel"]);
+        assert!(ids(&[], [2.0, 3.0]).is_empty());
+    }
+}

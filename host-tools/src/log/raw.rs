@@ -1,0 +1,103 @@
+//! Logs held whole, as recorded: before any filter, with every further column, static power taken off.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+
+use model_core::estimator::Sample;
+
+use super::masses::check_mass;
+use super::{Header, MASS, POWER, RUN, SampleReader, TIME, acceleration_column, speed_column};
+use crate::error::{Error, Result};
+use crate::robot::Robot;
+
+/// A run as recorded.
+#[derive(Debug, Clone, Default)]
+pub struct RawRun<const N: usize> {
+    /// Its name.
+    pub name: String,
+    /// Time, sample, mass and further columns of each row.
+    pub rows: Vec<(f64, Sample<f64, N>, f64, Vec<f64>)>,
+    /// Names of the further columns.
+    pub columns: Vec<String>,
+    /// Median sample period, s.
+    pub period_s: f64,
+}
+
+/// The runs of some logs; each value of a `run` column is one. `powers` are further columns that are powers (`…_w`), where a log has them.
+///
+/// # Errors
+/// A log that cannot be read or is not one of this robot.
+pub(super) fn read<const N: usize>(
+    robot: &Robot,
+    files: &[PathBuf],
+    mass_kg: f64,
+    powers: &[String],
+) -> Result<Vec<RawRun<N>>> {
+    let mut raw = Vec::new();
+    for file in files {
+        raw.extend(read_log::<N>(robot, file, mass_kg, powers)?);
+    }
+    Ok(raw)
+}
+
+/// Reads a log whole: its runs as recorded, static power taken off.
+fn read_log<const N: usize>(
+    robot: &Robot,
+    file: &Path,
+    mass_kg: f64,
+    powers: &[String],
+) -> Result<Vec<RawRun<N>>> {
+    let columns = further_columns::<N>(file, powers)?;
+    let names: Vec<&str> = columns.iter().map(String::as_str).collect();
+    let mut reader = SampleReader::<N>::open_with(file, robot, &names)?;
+    let mut runs: Vec<RawRun<N>> = Vec::new();
+    while let Some(row) = reader.next_row()? {
+        if let Some(mass) = row.mass {
+            check_mass(robot, mass).map_err(|error| error.in_file(file).at_line(row.line))?;
+        }
+        let run = row.run as usize;
+        while runs.len() <= run {
+            runs.push(RawRun { columns: columns.clone(), period_s: reader.period_s(), ..RawRun::default() });
+        }
+        let mass = row.mass.unwrap_or(mass_kg);
+        runs[run].rows.push((row.time, row.sample, mass, reader.extras().to_vec()));
+    }
+    let excluded = reader.exclusions();
+    if excluded.total() > 0 {
+        eprintln!("gmr: {}: {excluded}", file.display());
+    }
+    let several = runs.len() > 1;
+    for (run, name) in runs.iter_mut().zip(0..) {
+        let label = reader.run_names().get(name).cloned().unwrap_or_else(|| name.to_string());
+        run.name = file.display().to_string();
+        if several {
+            run.name += &format!("#{label}");
+        }
+    }
+    runs.retain(|run| !run.rows.is_empty());
+    Ok(runs)
+}
+
+/// Columns of what a board estimated while it was recorded.
+const BOARD: &str = "board_";
+
+/// Columns beyond those of a drive that hold numbers. Powers (`…_w`) are left out, but for those asked for: they are what is to be
+/// explained; and what a board made of them, its mass above all: a gap moves it.
+fn further_columns<const N: usize>(file: &Path, powers: &[String]) -> Result<Vec<String>> {
+    let header = Header::open(file)?;
+    let known = |name: &str| {
+        [TIME, POWER, MASS, RUN, ""].contains(&name)
+            || (name.ends_with("_w") && !powers.iter().any(|power| power == name))
+            || name.starts_with(BOARD)
+            || (0..N).any(|wheel| name == speed_column(wheel) || name == acceleration_column(wheel))
+    };
+    let text = File::open(file).map_err(|error| Error::io(file, &error))?;
+    let row = BufReader::new(text).lines().nth(1).and_then(std::result::Result::ok).unwrap_or_default();
+    let numbers: Vec<bool> =
+        row.split(',').map(|field| field.trim().is_empty() || field.trim().parse::<f64>().is_ok()).collect();
+    let columns = header.columns().iter().enumerate();
+    let wanted =
+        columns.filter(|(place, name)| !known(name) && numbers.get(*place).copied().unwrap_or(false));
+    Ok(wanted.map(|(_, name)| name.clone()).collect())
+}

@@ -1,0 +1,203 @@
+//! Runs in memory: conditioned as the board does it, thinned to some twenty rows a second, with every further column. Which of them are
+//! looked at (open, locked, clean) is a view: rows and columns are shared, never copied.
+
+use std::path::PathBuf;
+
+use model_core::coefficients::Robot as CoreRobot;
+use model_core::effects::Layout;
+
+use super::conditioned;
+use super::motions::Step;
+use super::raw;
+pub use super::raw::RawRun;
+pub use super::row::{Row, Run};
+use super::shared::Shared;
+use crate::error::{Error, Result};
+use crate::robot::Robot;
+
+/// Rows a second that are kept, at most about.
+const ROWS_PER_S: f64 = 20.0;
+
+/// Rows that are kept per period of the filter's cutoff, at least about: more of them repeat each other, and the band above
+/// the cutoff holds nothing but what the model of filtered signals gets wrong.
+const ROWS_PER_CUTOFF: f64 = 3.0;
+
+/// Rows a second that are kept at least, where the log has them: interpolating a delay needs them.
+const LEAST_ROWS_PER_S: f64 = 8.0;
+
+/// Sample periods of two runs that differ by more than this share are different.
+const SAME_PERIOD: f64 = 0.1;
+
+/// All runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Runs<const N: usize> {
+    /// The robot, with the filter's cutoff.
+    pub robot: CoreRobot<f64, N>,
+    /// Where its wheels are.
+    pub layout: Layout<f64, N>,
+    /// Names of further columns.
+    pub columns: Vec<String>,
+    /// The runs.
+    pub runs: Vec<Run<N>>,
+    /// Time between rows, s.
+    pub period_s: f64,
+    /// How the filter shows what is switched.
+    pub step: Step,
+}
+
+impl<const N: usize> Runs<N> {
+    /// Reads the logs of a robot; each value of a `run` column is a run.
+    ///
+    /// # Errors
+    /// A log that cannot be read or is not one of this robot; runs of different sample rates; a run too short for the filter.
+    pub fn read(robot: &Robot, core: &CoreRobot<f64, N>, files: &[PathBuf], mass_kg: f64) -> Result<Self> {
+        Self::read_with(robot, core, files, mass_kg, &[])
+    }
+
+    /// As [`read`](Self::read), with further columns that are powers (`…_w`), where a log has them.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn read_with(
+        robot: &Robot,
+        core: &CoreRobot<f64, N>,
+        files: &[PathBuf],
+        mass_kg: f64,
+        powers: &[String],
+    ) -> Result<Self> {
+        Self::condition(core, Self::raw(robot, files, mass_kg, powers)?)
+    }
+
+    /// The logs as recorded, before any filter.
+    ///
+    /// # Errors
+    /// A log that cannot be read or is not one of this robot.
+    pub fn raw(robot: &Robot, files: &[PathBuf], mass_kg: f64, powers: &[String]) -> Result<Vec<RawRun<N>>> {
+        raw::read(robot, files, mass_kg, powers)
+    }
+
+    /// Conditions runs as recorded.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn condition(core: &CoreRobot<f64, N>, raw: Vec<RawRun<N>>) -> Result<Self> {
+        let mut columns: Vec<String> = Vec::new();
+        for name in raw.iter().flat_map(|run| &run.columns) {
+            if !columns.contains(name) {
+                columns.push(name.clone());
+            }
+        }
+        let Some(first) = raw.first() else { return Err(Error::usage("no log was given")) };
+        let (first_name, period) = (first.name.clone(), first.period_s);
+        let rate = (ROWS_PER_CUTOFF * core.cutoff_hz).clamp(LEAST_ROWS_PER_S, ROWS_PER_S);
+        let stride = (1.0 / (period * rate)).round().max(1.0);
+        let mut runs = Vec::new();
+        for run in raw {
+            if (run.period_s / period - 1.0).abs() > SAME_PERIOD {
+                return Err(Error::failed(format!(
+                    "sampled at {:.2} Hz, but {first_name} at {:.2} Hz; expected runs of one sample rate",
+                    1.0 / run.period_s,
+                    1.0 / period
+                ))
+                .in_file(&run.name));
+            }
+            runs.push(conditioned::condition(core, run, &columns, stride as usize)?);
+        }
+        Ok(Self {
+            robot: *core,
+            layout: Layout::new(&core.kinematics),
+            columns,
+            runs,
+            period_s: period * stride,
+            step: Step::new(&conditioned::filter(core, period, &first_name)?, period),
+        })
+    }
+
+    /// A view of the runs at these places.
+    #[must_use]
+    pub fn subset(&self, places: &[usize]) -> Self {
+        let runs = places.iter().map(|&place| self.runs[place].clone()).collect();
+        Self {
+            robot: self.robot,
+            layout: self.layout,
+            columns: self.columns.clone(),
+            runs,
+            period_s: self.period_s,
+            step: self.step.clone(),
+        }
+    }
+
+    /// A view of these runs, and behind them the clean ones of the base.
+    #[must_use]
+    pub fn with_clean(&self, clean: Option<&Self>) -> Self {
+        let Some(clean) = clean else { return self.clone() };
+        let mut all = self.followed_by(clean);
+        for run in &mut all.runs[self.runs.len()..] {
+            run.clean = true;
+        }
+        all
+    }
+
+    /// A view of these runs, and behind them others with the same columns: empty where those lack one.
+    #[must_use]
+    pub fn followed_by(&self, others: &Self) -> Self {
+        let mut all = self.clone();
+        for run in &others.runs {
+            let extras = self.columns.iter().map(|name| {
+                let place = others.columns.iter().position(|own| own == name);
+                place.map_or_else(Shared::default, |place| run.extras[place].clone())
+            });
+            all.runs.push(Run { extras: extras.collect(), ..run.clone() });
+        }
+        all
+    }
+
+    /// Place of a further column that every run has.
+    pub fn column(&self, name: &str) -> Option<usize> {
+        let place = self.columns.iter().position(|column| column == name)?;
+        self.runs.iter().all(|run| !run.extras[place].is_empty()).then_some(place)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use model_core::estimator::Sample;
+
+    use super::*;
+
+    fn runs(columns: &[&str]) -> Runs<2> {
+        let core = Robot::load("burger").unwrap().core::<2>(2.0).unwrap();
+        let sample = |i: usize| Sample {
+            wheel_speed: [3.0 + (0.05 * i as f64).sin(), 2.0],
+            wheel_acceleration: None,
+            power: 1.0,
+        };
+        let row =
+            |i: usize| (0.05 * i as f64, sample(i), 2.0, (1..=columns.len()).map(|k| k as f64).collect());
+        let raw = RawRun {
+            name: "run".to_owned(),
+            rows: (0..400).map(row).collect(),
+            columns: columns.iter().map(|name| (*name).to_owned()).collect(),
+            period_s: 0.05,
+        };
+        Runs::condition(&core, vec![raw]).unwrap()
+    }
+
+    /// Runs that follow keep the columns that the first have, at their places, and lack the others; nothing is copied.
+    #[test]
+    fn what_follows_has_the_columns_of_what_goes_before() {
+        let (field, other) = (runs(&["a", "b"]), runs(&["c", "b"]));
+        let all = field.followed_by(&other).followed_by(&runs(&[]));
+        assert!(all.runs.iter().all(|run| run.extras.len() == 2));
+        assert!(all.runs[1].extra(0).is_empty() && !all.runs[1].clean);
+        assert_eq!(all.runs[1].extra(1)[0], 2.0);
+        assert!(all.runs[2].extra(0).is_empty() && all.runs[2].extra(1).is_empty());
+        assert_eq!(
+            (all.column("a"), all.column("b"), all.subset(&[0, 1]).column("b")),
+            (None, None, Some(1))
+        );
+        let view = field.subset(&[0]).with_clean(Some(&other));
+        assert!(view.runs[1].clean && !view.runs[0].clean);
+        assert!(std::ptr::eq(&raw const view.runs[1].rows[0], &raw const other.runs[0].rows[0]));
+    }
+}

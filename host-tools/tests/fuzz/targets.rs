@@ -1,0 +1,168 @@
+//! What is given arbitrary bytes: every reader of files and packets. None may panic, hang or take memory without bound.
+//!
+//! Shared by `tests/fuzz.rs`, which mutates a small corpus for some seconds, and by the libFuzzer program in `fuzz/`.
+
+use std::path::Path;
+
+use crc::{CRC_16_UMTS, CRC_32_ISO_HDLC, Crc};
+use firmware::control_table::{Item, UPLOAD_BYTES};
+use firmware::dynamixel::packet::Parser;
+use firmware::items::{self, ItemBytes, RobotIdentity};
+use firmware::link::{Device, LONGEST_ANSWER, State};
+use host_tools::coefficients::CoefficientsFile;
+use host_tools::log::SampleReader;
+use host_tools::robot::Robot;
+use host_tools::virtual_board::servo_bus::ServoBus;
+use model_core::coefficients::Coefficients;
+
+/// Gets the bytes, and a path to write them to where it reads a file.
+pub(crate) type Target = fn(&[u8], &Path);
+
+/// By name.
+pub(crate) const TARGETS: [(&str, Target); 7] = [
+    ("log", log),
+    ("robot", robot),
+    ("coefficients", coefficients),
+    ("effects", effects),
+    ("image", image),
+    ("link", link),
+    ("servo", servo),
+];
+
+/// A CSV log, as `fit` and `estimate` read it.
+fn log(data: &[u8], path: &Path) {
+    std::fs::write(path, data).expect("the folder is there");
+    let robot = Robot::load("burger").expect("it is built in");
+    let Ok(mut rows) = SampleReader::<2>::open(path, &robot) else { return };
+    while let Ok(Some(row)) = rows.next_row() {
+        assert!(row.time.is_finite() && row.sample.power.is_finite(), "what is handed out is a number");
+    }
+}
+
+/// A robot's TOML.
+fn robot(data: &[u8], _: &Path) {
+    let Ok(text) = std::str::from_utf8(data) else { return };
+    if let Ok(robot) = Robot::parse(text) {
+        assert!(robot.mass_no_load_kg() > 0.0 && robot.mass_full_load_kg() > robot.mass_no_load_kg());
+        assert!(robot.gyration_radius_m().is_finite() && robot.wheels() > 0);
+    }
+}
+
+/// A coefficients.toml, with all that is read of it.
+fn coefficients(data: &[u8], path: &Path) {
+    std::fs::write(path, data).expect("the folder is there");
+    let robot = Robot::load("burger").expect("it is built in");
+    if let Ok(read) = CoefficientsFile::<2>::read(path, &robot) {
+        // As `flash` does.
+        let _ = read.coefficients.convert::<f32>().and_then(|single| single.encode());
+    }
+}
+
+/// A file of one's own effects.
+fn effects(data: &[u8], path: &Path) {
+    std::fs::write(path, data).expect("the folder is there");
+    let _ = host_tools::gap::user::read(path);
+}
+
+/// A coefficients' image and the store's other items: as they are, and with a checksum that is right.
+fn image(data: &[u8], _: &Path) {
+    decode(data);
+    let mut sealed = data.to_vec();
+    sealed.truncate(UPLOAD_BYTES - 4);
+    if let Some(place) = sealed.get_mut(6..8) {
+        let length = (data.len().min(UPLOAD_BYTES - 4) + 4) as u16;
+        place.copy_from_slice(&length.to_le_bytes());
+    }
+    let checksum = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&sealed);
+    sealed.extend(checksum.to_le_bytes());
+    decode(&sealed);
+}
+
+fn decode(bytes: &[u8]) {
+    if let Ok(read) = Coefficients::<f32, 2>::decode(bytes) {
+        let written = read.encode().expect("what was read can be written");
+        let again = Coefficients::<f32, 2>::decode(written.as_bytes()).expect("what was written can be read");
+        assert_eq!(format!("{read:?}"), format!("{again:?}"));
+    }
+    let robot = RobotIdentity::default();
+    for item in items::ITEMS {
+        let _ = items::check(item, bytes, &robot, 200);
+    }
+}
+
+/// Bytes of a host, in pieces, as the board gets them: as they are, and as instructions whose checksums are right.
+fn link(data: &[u8], _: &Path) {
+    let mut state = State::<8>::new(200, 25);
+    let mut device = Device::new();
+    let mut answer = [0; LONGEST_ANSWER];
+    if let Some(bytes) = ItemBytes::new(data) {
+        state.load(Item::Robot, Ok(bytes));
+    }
+    for piece in [data.to_vec(), packets(data, 200)].iter().flat_map(|bytes| bytes.chunks(64)) {
+        let mut rest = piece;
+        while !rest.is_empty() {
+            let taken = device.feed(rest);
+            rest = &rest[taken..];
+            let mut answers = 0;
+            while let Some(length) = device.answer(&mut state, &mut answer) {
+                let mut parser = Parser::<4096>::new();
+                assert_eq!(parser.feed(&answer[..length]), length);
+                assert!(matches!(parser.next_packet(), Some(Ok(_))), "its answers are packets");
+                answers += 1;
+            }
+            assert!(taken > 0 || answers > 0, "it goes on");
+        }
+    }
+    state.snapshot.is_standing = true;
+    if let Some((item, _)) = state.take_pending() {
+        state.stored(item, Ok(()));
+    }
+}
+
+/// Bytes on the servo bus: the parser finds the same packets however they are cut, and the servos survive them.
+fn servo(data: &[u8], _: &Path) {
+    for bytes in [data.to_vec(), packets(data, 1)] {
+        let cuts = [bytes.len().max(1), 1, 7].map(|size| {
+            let mut parser = Parser::<512>::new();
+            let mut found = Vec::new();
+            for piece in bytes.chunks(size) {
+                let mut rest = piece;
+                while !rest.is_empty() {
+                    rest = &rest[parser.feed(rest)..];
+                    while let Some(packet) = parser.next_packet() {
+                        found.extend(
+                            packet
+                                .ok()
+                                .map(|packet| (packet.id, packet.instruction, packet.parameters.to_vec())),
+                        );
+                    }
+                }
+            }
+            found
+        });
+        // What is cut finely is found whole too; a cut-short packet may be given up earlier where more is seen at once.
+        assert_eq!(cuts[1], cuts[2]);
+        let mut bus = ServoBus::default();
+        for (time_us, piece) in (0..).step_by(100).zip(bytes.chunks(64)) {
+            let _ = bus.exchange(time_us, piece);
+        }
+    }
+}
+
+/// Instructions made of the data: each piece's first byte is the instruction and its second the length of the parameters.
+fn packets(data: &[u8], id: u8) -> Vec<u8> {
+    let mut made = Vec::new();
+    let mut rest = data;
+    while let [instruction, length, after @ ..] = rest {
+        let (parameters, next) = after.split_at(usize::from(*length).min(after.len()));
+        let mut body = vec![0xFF, 0xFF, 0xFD, 0x00, id];
+        body.extend((parameters.len() as u16 + 3).to_le_bytes());
+        body.push(*instruction);
+        body.extend_from_slice(parameters);
+        let checksum = Crc::<u16>::new(&CRC_16_UMTS).checksum(&body);
+        body.extend(checksum.to_le_bytes());
+        made.extend(body);
+        rest = next;
+    }
+    made
+}

@@ -1,0 +1,67 @@
+//! `cargo xtask bench gap`: what the gap workflow names of effects that two plants hide, one of ours and one that shares nothing with it.
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::paths::{root, target_folder};
+use crate::robots::{python, text_of};
+use crate::steps::{Steps, Stop, command};
+
+/// The second judge.
+const JUDGE: &str = "host-tools/tests/reference/gap_judge";
+
+/// All 21 effects at half the noise, each with ten seeds; effect-free sets; what the dictionary lacks; and the coverage of the mass interval
+/// once the effects are added.
+const OWN: [&str; 2] = [
+    "gap-bench --first-seed 101 --seeds 10 --sizes 0.5 --free 100 --removed 2",
+    "gap-bench --first-seed 201 --seeds 2 --sizes 1 --free 0 --coverage",
+];
+
+/// Sets of the second judge, its seeds fixed: effects, none, and what the dictionary lacks.
+const KINDS: [(&str, &str); 3] = [
+    ("effects", "--kind effects --sizes 0.5 1 2 --seeds 0 2"),
+    ("free", "--kind free --seeds 1000 1030"),
+    ("foreign", "--kind foreign --sizes 1 --seeds 0 1"),
+];
+
+/// Writes both tables: docs/gap-bench.txt and docs/gap-judge.txt. A night's work on two cores.
+pub(crate) fn run(steps: &mut Steps) -> Result<(), Stop> {
+    steps.run("gmr", command("cargo build --quiet --release --package host-tools --bin gmr"))?;
+    let gmr = target_folder().join("release/gmr");
+    steps.work("own plant", || {
+        let tables: Result<Vec<String>, Stop> = OWN
+            .iter()
+            .map(|arguments| {
+                let mut bench = Command::new(&gmr);
+                bench.args(arguments.split(' '));
+                Ok(format!("$ gmr {arguments}\n{}", text_of(bench)?))
+            })
+            .collect();
+        keep("docs/gap-bench.txt", &tables?.join("\n"))
+    })?;
+    let python = python()?;
+    let folder = target_folder().join("gap-judge");
+    std::fs::create_dir_all(&folder).map_err(|error| Stop::new(error.to_string()))?;
+    let mut results = Vec::new();
+    for (name, arguments) in KINDS {
+        let result = folder.join(format!("{name}.jsonl"));
+        // The judge adds to what is there.
+        let _ = std::fs::remove_file(&result);
+        let mut batch = Command::new(&python);
+        batch.arg(format!("{JUDGE}/batch.py")).arg(&result).arg("--gmr").arg(&gmr).args(arguments.split(' '));
+        steps.run(name, batch)?;
+        results.push(result);
+    }
+    steps.work("second judge", || {
+        let mut tally = Command::new(&python);
+        tally.arg(format!("{JUDGE}/tally.py")).args(&results);
+        let lines = KINDS.map(|(name, arguments)| format!("$ batch.py {name}.jsonl {arguments}\n")).concat();
+        keep("docs/gap-judge.txt", &format!("{lines}{}", text_of(tally)?))
+    })
+}
+
+fn keep(file: &str, text: &str) -> Result<(), Stop> {
+    print!("{text}");
+    let file: &Path = file.as_ref();
+    std::fs::write(root().join(file), text).map_err(|error| Stop::new(format!("{}: {error}", file.display())))
+}
