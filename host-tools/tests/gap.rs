@@ -85,7 +85,10 @@ fn a_hidden_slope_is_named_and_the_locked_runs_confirm_it() {
     assert_eq!(found["verdict"], "named", "{found:#}");
     assert_eq!(found["effects"].as_array().unwrap().len(), 1);
     let effect = &found["effects"][0];
-    assert_eq!(keys(effect), ["id", "coefficient", "unit", "std_err", "detail", "meaning", "sign"]);
+    assert_eq!(
+        keys(effect),
+        ["id", "coefficient", "unit", "std_err", "physical", "detail", "meaning", "sign"]
+    );
     assert_eq!(effect["id"], "grade");
     // The drive folds its efficiency in: the base's inertia gain, 1.34 here, multiplies the weight as it does the mass.
     let slope = number(&effect["coefficient"]) / 1.34;
@@ -118,6 +121,32 @@ fn a_hidden_slope_is_named_and_the_locked_runs_confirm_it() {
         "field_4.csv",
     ]);
     assert!(summary.stdout.lines().count() < 24, "{}", summary.stdout);
+}
+
+/// What the world has, not what the motors make of it: the plant's own sizes, the drive's efficiency of 0.75 taken out again. A moment of
+/// scrub is friction times weight times the plant's lever of half a wheelbase, 80 mm.
+#[test]
+fn sizes_are_those_of_the_world() {
+    for (effect, id, truth, unit) in [
+        ("grade=0.03:along=travel", "grade", 0.03, "rad"),
+        ("wheel-drag=0.035:wheel=1", "wheel-drag", 0.035, "N·m"),
+        ("turning-scrub=0.04", "turning-scrub", 0.04 * 9.806_65 * 0.08, "N·m/kg"),
+        ("rolling-resistance-change=0.012", "rolling-resistance-change", 0.012, "1"),
+    ] {
+        let (bench, names) = field(&["--effect", effect]);
+        let found = gap(&bench, &names, &["--coeffs", "base.toml"]);
+        let named = found["effects"].as_array().unwrap().iter().find(|named| named["id"] == id);
+        let named = named.unwrap_or_else(|| panic!("{effect}: {found:#}"));
+        let physical = &named["physical"];
+        assert_eq!(
+            (keys(physical), &physical["unit"]),
+            (vec!["value", "unit", "std_err"], &Value::from(unit))
+        );
+        let (value, std_err) = (number(&physical["value"]), number(&physical["std_err"]));
+        // 99 %.
+        assert!((value - truth).abs() < 2.58 * std_err, "{effect}: {physical}");
+        assert!(std_err < 0.1 * truth, "{effect}: {physical}");
+    }
 }
 
 /// A slope that the pitch shows, while the clean runs were level and did not measure it.

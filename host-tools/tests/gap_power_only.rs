@@ -86,9 +86,9 @@ fn a_step_with_the_first_motion_is_named() {
             let (size, error) = (effect.coefficients[0], effect.std_errs[0]);
             assert!((size - 1.1).abs() < 4.0 * error && error < 0.2, "{size} ± {error}");
             // The pulse hides the step itself: it lies between the pulse's beginning and end.
-            let detail = &effect.candidate.detail;
-            let times = |key: &str| detail[key].as_array().unwrap().iter().map(number).collect::<Vec<_>>();
-            let names = detail["runs"].as_array().unwrap().iter().map(|name| name.as_str().unwrap());
+            let fields = effect.candidate.detail.fields();
+            let times = |key: &str| fields[key].as_array().unwrap().iter().map(number).collect::<Vec<_>>();
+            let names = fields["runs"].as_array().unwrap().iter().map(|name| name.as_str().unwrap());
             for ((name, after), before) in names.zip(times("after_s")).zip(times("before_s")) {
                 let first = 24.0 + 3.0 * name["run_".len()..].parse::<f64>().unwrap();
                 assert!(
@@ -196,7 +196,10 @@ fn the_measured_steps_are_found() {
     let found = bench.json(&[&["gap"], &files[..]].concat());
     assert_eq!(found["verdict"], "named", "{found:#}");
     let effect = &found["effects"][0];
-    assert_eq!(keys(effect), ["id", "coefficient", "unit", "std_err", "detail", "meaning", "sign"]);
+    assert_eq!(
+        keys(effect),
+        ["id", "coefficient", "unit", "std_err", "physical", "detail", "meaning", "sign"]
+    );
     assert_eq!((&effect["id"], &effect["unit"]), (&Value::from("static-step"), &Value::from("W")));
     let (size, error) = (number(&effect["coefficient"]), number(&effect["std_err"]));
     assert!((size - 1.12).abs() < 0.1 && error < 0.15, "{size} ± {error}");

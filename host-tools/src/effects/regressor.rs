@@ -92,6 +92,24 @@ impl Regressor {
         }
     }
 
+    /// When it begins in all runs, s since the start, if it begins at a time.
+    pub fn begins(&self) -> Option<f64> {
+        match self {
+            Self::Term(Term::RollingFrom(at) | Term::StepAt(at)) => Some(*at),
+            _ => None,
+        }
+    }
+
+    /// Where its shape parameter is looked for: times are known to their grid, the others to a factor of two.
+    pub fn interval(&self) -> Option<(f64, f64)> {
+        let shape = self.shape()?;
+        Some(match self {
+            _ if self.begins().is_some() => (shape - 1.5, shape + 1.5),
+            Self::Term(Term::WithMotion(_)) => (0.5 * shape - 0.5, 2.0 * shape + 0.5),
+            _ => (0.5 * shape, 2.0 * shape),
+        })
+    }
+
     /// The one run that it concerns.
     pub fn run(&self) -> Option<usize> {
         match self {

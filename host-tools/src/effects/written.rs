@@ -20,11 +20,14 @@
 //! The others have none. Further keys are for people. What concerns single runs (`payload-mislabel`, steps at a time of their own in
 //! each run) says something about those runs and nothing about the robot: no file holds it.
 
-use model_core::effects::{Cause, Column, Columns, InvalidColumns, Side, Term};
+use model_core::effects::{Cause, Column, Columns, InvalidColumns, Needs};
+use model_core::real::Real;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
-use super::{Candidate, ENTRIES, PITCH, PROCESSOR, Regressor, find};
+use super::fields::{Fields, Unread};
+use super::payload_mislabel::PAYLOAD_MISLABEL;
+use super::{Candidate, Detail, ENTRIES, PITCH, PROCESSOR, Regressor, TEMPERATURES, find, key};
 
 /// An effect as a file holds it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -56,106 +59,18 @@ pub struct Wrong {
 /// Ids that files may hold.
 fn allowed() -> String {
     let ids: Vec<&str> =
-        ENTRIES.iter().map(|entry| entry.id).filter(|id| *id != "payload-mislabel").collect();
+        ENTRIES.iter().map(|entry| entry.id).filter(|id| *id != PAYLOAD_MISLABEL.id).collect();
     ids.join(", ")
 }
 
-/// What details do, as far as they do anything.
-const ALONG_TRAVEL: &str = "the way ahead";
-const ALONG_WORLD: &str = "a direction of the world";
-/// Static power that passes the leads, or the sensor, with that of the wheels.
-const STATIC: &str = "with_static_w";
-const FROM_START: &str = "the start";
-const FROM_MOTION: &str = "the first motion on";
-
 impl Written {
     /// What the estimator makes of it: one column, or two.
-    fn columns(&self) -> Result<Vec<Column<f64>>, (&'static str, String)> {
-        let text = |key: &str| self.detail.get(key).and_then(Value::as_str);
-        let number = |key: &'static str| {
-            let found = self.detail.get(key).and_then(Value::as_f64);
-            found
-                .ok_or((key, format!("{} without {key}, or not a number; expected one in `detail`", self.id)))
-        };
-        let shaped = |key, cause: fn(f64) -> Cause<f64>| number(key).map(cause);
-        let unclear = |what: &str| Err(("detail", format!("{} without a detail; expected {what}", self.id)));
-        let plain = |term| Ok(Cause::Term(term));
-        // Static power that the sensor sees as well; none where only actuation is measured.
-        let with = self.detail.get(STATIC).and_then(Value::as_f64).unwrap_or(0.0);
-        let cause = match self.id.as_str() {
-            "grade" => match (text("by"), text("along")) {
-                (Some(PITCH), None) => plain(Term::GradeByPitch),
-                (None, Some(ALONG_TRAVEL)) => plain(Term::GradeAhead),
-                (None, Some(ALONG_WORLD)) => return self.grade_along(),
-                _ => unclear(&format!("by = {PITCH:?}, along = {ALONG_TRAVEL:?} or along = {ALONG_WORLD:?}")),
-            },
-            "winding-temperature" => match (text("from"), self.detail.contains_key("from_c")) {
-                (Some(FROM_START), _) => Ok(Cause::Hot),
-                (_, true) => shaped("from_c", Cause::Temperature),
-                _ => shaped("time_constant_s", Cause::Heat),
-            },
-            "windage" => plain(Term::Windage),
-            "stribeck" => shaped("speed_rad_s", |speed| Cause::Term(Term::Stribeck(speed))),
-            "viscous-change" => plain(Term::Viscous),
-            "lubricant-warm-up" => shaped("time_constant_s", |time| Cause::Term(Term::WarmUp(time))),
-            "rolling-resistance-change" => plain(Term::Rolling),
-            "surface-switch" => shaped("at_s", |at| Cause::Term(Term::RollingFrom(at))),
-            "payload-offset" => plain(Term::Offset),
-            "wheel-drag" => match number("wheel")? {
-                wheel if (1.0..=255.0).contains(&wheel) && wheel.fract() == 0.0 => {
-                    plain(Term::Drag(wheel as u8 - 1))
-                }
-                wheel => Err(("wheel", format!("wheel {wheel}; expected 1, 2, …"))),
-            },
-            "turning-scrub" => match self.detail.get("depends_on_mass").and_then(Value::as_bool) {
-                Some(true) => plain(Term::ScrubPerKg),
-                Some(false) => plain(Term::Scrub),
-                None => unclear("depends_on_mass = true or false"),
-            },
-            "gear-load-loss" => plain(Term::GearLoad),
-            "supply-sag" => plain(Term::Sag(with)),
-            "regeneration" => plain(Term::Return),
-            "static-step" if text("from") == Some(FROM_MOTION) => plain(Term::WithMotion(f64::INFINITY)),
-            "static-step" if text("with") == Some("motion") => {
-                shaped("hold_s", |hold| Cause::Term(Term::WithMotion(hold)))
-            }
-            "static-step" => shaped("at_s", |at| Cause::Term(Term::StepAt(at))),
-            "compute-load" => plain(Term::Driver),
-            "sensor-gain" => plain(Term::Gain(with)),
-            "sensor-offset" => plain(Term::Constant),
-            "sensor-delay" => Ok(Cause::Delay),
-            "speed-scale" => match text("side") {
-                Some("left") => Ok(Cause::Scale(Side::Left)),
-                Some("right") => Ok(Cause::Scale(Side::Right)),
-                Some("both") => Ok(Cause::Scale(Side::Both)),
-                _ => unclear("side = \"left\", \"right\" or \"both\""),
-            },
-            "payload-mislabel" => {
-                return Err((
-                    "id",
-                    "payload-mislabel is a finding about runs, not about a robot: coefficients hold none"
-                        .to_owned(),
-                ));
-            }
-            id => return Err(("id", format!("effect `{id}`; expected one of {}", allowed()))),
-        };
-        Ok(vec![Column { cause: cause?, coefficient: self.coefficient }])
-    }
-
-    /// A slope fixed in the world has two coefficients.
-    fn grade_along(&self) -> Result<Vec<Column<f64>>, (&'static str, String)> {
-        let both: Option<Vec<f64>> = self
-            .detail
-            .get("coefficients")
-            .and_then(Value::as_array)
-            .and_then(|both| both.iter().map(Value::as_f64).collect());
-        let Some([along, across]) = both.as_deref() else {
-            let expected =
-                "grade along a direction of the world; expected coefficients = [along, across] in `detail`";
-            return Err(("coefficients", expected.to_owned()));
-        };
-        let column = |along, coefficient| Column { cause: Cause::Term(Term::GradeAlong(along)), coefficient };
-        Ok(vec![column([1.0, 0.0], *along), column([0.0, 1.0], *across)])
+    fn columns(&self) -> Result<Vec<Column<f64>>, Unread> {
+        let entry = find(&self.id)
+            .ok_or_else(|| ("id", format!("effect `{}`; expected one of {}", self.id, allowed())))?;
+        let fields = Fields { id: &self.id, coefficient: self.coefficient, detail: &self.detail };
+        let columns = (entry.read)(&fields)?;
+        Ok(columns.into_iter().map(|(cause, coefficient)| Column { cause, coefficient }).collect())
     }
 }
 
@@ -202,36 +117,18 @@ pub fn columns(effects: &[Written], wheels: usize) -> Result<Columns<f64>, Wrong
     })
 }
 
-/// The dictionary's id of a column, and the column of a log that it needs.
-pub fn id_of<T>(cause: &Cause<T>) -> (&'static str, &'static str) {
-    let id = match cause {
-        Cause::Hot | Cause::Heat(_) => "winding-temperature",
-        Cause::Temperature(_) => return ("winding-temperature", "motor1_temp_c, …"),
-        Cause::Delay => "sensor-delay",
-        Cause::Scale(_) => "speed-scale",
-        Cause::Term(term) => match term {
-            Term::GradeByPitch => return ("grade", PITCH),
-            Term::GradeAhead | Term::GradeAlong(_) => "grade",
-            Term::Winding => "winding-temperature",
-            Term::Windage => "windage",
-            Term::Stribeck(_) => "stribeck",
-            Term::Viscous => "viscous-change",
-            Term::WarmUp(_) => "lubricant-warm-up",
-            Term::Rolling => "rolling-resistance-change",
-            Term::RollingFrom(_) => "surface-switch",
-            Term::Offset => "payload-offset",
-            Term::Drag(_) => "wheel-drag",
-            Term::Scrub | Term::ScrubPerKg => "turning-scrub",
-            Term::GearLoad => "gear-load-loss",
-            Term::Sag(_) => "supply-sag",
-            Term::Return => "regeneration",
-            Term::Gain(_) => "sensor-gain",
-            Term::Constant => "sensor-offset",
-            Term::StepAt(_) | Term::WithMotion(_) => "static-step",
-            Term::Driver => return ("compute-load", PROCESSOR),
-        },
+/// The effect of a column, and the column of a log that it needs.
+pub fn id_of<T: Real>(cause: &Cause<T>) -> (&'static str, &'static str) {
+    let cause = cause.convert::<f64>();
+    let entry = ENTRIES.iter().find(|entry| (entry.owns)(&cause));
+    let Needs { pitch, temperatures, driver } = cause.needs();
+    let needed = match (pitch, temperatures, driver) {
+        (true, ..) => PITCH,
+        (_, true, _) => TEMPERATURES,
+        (.., true) => PROCESSOR,
+        _ => "",
     };
-    (id, "")
+    (entry.map_or("", |entry| entry.id), needed)
 }
 
 impl Written {
@@ -257,14 +154,14 @@ impl Written {
                 "{id} is not of the dictionary: boards do not have it, and coefficients do not hold it"
             ));
         }
-        let mut detail = candidate.detail.clone();
+        let mut detail = candidate.detail.fields();
         if coefficients.len() > 1 {
-            detail.insert("coefficients".to_owned(), json!(coefficients));
-            detail.insert("std_errs".to_owned(), json!(std_errs));
+            detail.insert(key::COEFFICIENTS.to_owned(), json!(coefficients));
+            detail.insert(key::STD_ERRS.to_owned(), json!(std_errs));
         }
         // Switched off shortly before the robot stands, by what the runs say: a board that is not ahead of its time, as it stands.
-        if let Some(hold) = detail.get("hold_s").and_then(Value::as_f64) {
-            detail.insert("hold_s".to_owned(), json!(hold.max(0.0)));
+        if let Detail::WithMotion { hold_s } = candidate.detail {
+            detail.insert(key::HOLD.to_owned(), json!(hold_s.max(0.0)));
         }
         Ok(Self {
             id: id.clone(),
@@ -281,6 +178,7 @@ mod tests {
     use model_core::effects::Term;
 
     use super::*;
+    use crate::effects::STATIC_STEP;
 
     fn entry(id: &str, detail: Value) -> Written {
         let Value::Object(detail) = detail else { panic!("{detail}") };
@@ -297,7 +195,7 @@ mod tests {
             ),
             (entry("payload-mislabel", json!({"runs": "all"})), "id", "a finding about runs"),
             (entry("grade", json!({})), "detail", "by = \"pitch_rad\""),
-            (entry("grade", json!({"along": ALONG_WORLD})), "coefficients", "[along, across]"),
+            (entry("grade", json!({"along": "a direction of the world"})), "coefficients", "[along, across]"),
             (
                 entry("stribeck", json!({"speed_rad_s": "fast"})),
                 "speed_rad_s",
@@ -323,15 +221,8 @@ mod tests {
 
     #[test]
     fn findings_about_runs_are_not_written() {
-        let candidate = Candidate {
-            id: "static-step".to_owned(),
-            regressors: vec![Regressor::InRun(2, Term::StepAt(20.0))],
-            unit: "W".to_owned(),
-            range: (0.0, 1.0),
-            detail: Map::new(),
-            shape: None,
-            search: 0.0,
-        };
+        let one = vec![Regressor::InRun(2, Term::StepAt(20.0))];
+        let candidate = STATIC_STEP.candidate(one, (0.0, 1.0), Detail::Plain, 0.0);
         assert!(Written::of(&candidate, &[0.3], &[0.01]).unwrap_err().contains("a finding about runs"));
     }
 }

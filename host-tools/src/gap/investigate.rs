@@ -3,7 +3,6 @@
 use super::confirm::{self, ConfirmedShare};
 use super::detect::over_dispersion::OverDispersion;
 use super::detect::{shape_test, structure};
-use super::dictionary::candidates;
 use super::identifiable::unidentifiable;
 use super::name::hypothesis::Hypothesis;
 use super::name::{Choice, name};
@@ -13,15 +12,18 @@ use super::problem::lag;
 use super::problem::open::{open_problem, precision};
 use super::report::localise;
 use super::report::{Basis, Report};
+use super::scope::candidates;
 use super::split;
 use super::thresholds::confirm::LEAST_CLOSED;
 use super::thresholds::detect::{SHAPE, SHAPE_TOLERANCE};
 use super::thresholds::name::LEAST_FURTHER;
 use super::twin::{State, Twin};
 use super::types::{Base, Named, Options, Round, Verdict};
-use crate::effects::Candidate;
+use super::words;
+use crate::effects::{Candidate, World, physical};
 use crate::error::Result;
 use crate::log::runs::Runs;
+use model_core::kinematics::Kinematics;
 use model_core::torque::Drive;
 use nalgebra::DMatrix;
 
@@ -81,13 +83,11 @@ pub fn investigate<const N: usize>(
         found.ambiguous.clear();
     }
     let own = found.fitted.as_ref().map(|fitted| problem.covariance(fitted));
+    let joint = own.as_ref().and_then(|own| joint(own, problem.base > 0, base));
+    let known = joint.as_ref().or(own.as_ref()).filter(|_| found.verdict.stands());
     Ok(Report {
         verdict: found.verdict,
-        effects: if found.verdict.stands() {
-            own.as_ref().map_or(Vec::new(), |own| found.effects(own))
-        } else {
-            Vec::new()
-        },
+        effects: known.map_or(Vec::new(), |known| found.effects(known, &runs.robot.kinematics)),
         ambiguous_with: found.ambiguous,
         not_testable,
         rounds: found.rounds,
@@ -96,7 +96,7 @@ pub fn investigate<const N: usize>(
         confirmed,
         base: [base.torque, found.state.torque],
         state: found.state,
-        covariance: own.and_then(|own| joint(own, problem.base > 0, base)),
+        covariance: joint,
         split,
         over_dispersion,
         ties: found.ties,
@@ -195,19 +195,35 @@ impl Found {
         }
     }
 
-    /// The effects with the standard errors of a covariance whose last rows are theirs.
-    fn effects(&self, covariance: &DMatrix<f64>) -> Vec<Named> {
+    /// The effects with their sizes in the world, and the standard errors of a covariance whose last rows are theirs and whose first, if
+    /// there are more, are the base's.
+    fn effects<const N: usize>(
+        &self,
+        covariance: &DMatrix<f64>,
+        kinematics: &Kinematics<f64, N>,
+    ) -> Vec<Named> {
         let coefficients: Vec<f64> = self.state.effects.iter().map(|(_, coefficient)| *coefficient).collect();
         let first = covariance.nrows() - coefficients.len();
+        let base = covariance.view((0, 0), (first, first)).into_owned();
+        let world = World::new(kinematics, self.state.torque, base);
         let mut from = 0;
         let named = self.named.iter().map(|candidate| {
             let range = from..from + candidate.regressors.len();
             from = range.end;
-            Named {
+            let places = range.clone().map(|place| first + place);
+            let mut named = Named {
                 candidate: candidate.clone(),
-                coefficients: coefficients[range.clone()].to_vec(),
-                std_errs: range.map(|place| covariance[(first + place, first + place)].sqrt()).collect(),
-            }
+                coefficients: coefficients[range].to_vec(),
+                std_errs: places.clone().map(|own| covariance[(own, own)].sqrt()).collect(),
+                physical: None,
+            };
+            let weights = words::headline_weights(&named);
+            let with = |parameter: usize| -> f64 {
+                places.clone().zip(&weights).map(|(own, weight)| weight * covariance[(parameter, own)]).sum()
+            };
+            let with_base: Vec<f64> = (0..first).map(with).collect();
+            named.physical = physical(candidate, words::headline(&named), &with_base, &world);
+            named
         });
         named.collect()
     }
@@ -215,14 +231,14 @@ impl Found {
 
 /// Covariance of the base's parameters and the effects' coefficients. Where clean runs tell what the base gets wrong, effects were fitted
 /// whatever the base's error is: the two do not depend on each other. `None` where nothing is known of the base.
-fn joint(own: DMatrix<f64>, has_base: bool, base: &Base) -> Option<DMatrix<f64>> {
+fn joint(own: &DMatrix<f64>, has_base: bool, base: &Base) -> Option<DMatrix<f64>> {
     if has_base {
-        return Some(own);
+        return Some(own.clone());
     }
     let known = base.covariance.as_ref()?;
     let size = known.nrows() + own.nrows();
     let mut joint = DMatrix::zeros(size, size);
     joint.view_mut((0, 0), known.shape()).copy_from(known);
-    joint.view_mut((known.nrows(), known.nrows()), own.shape()).copy_from(&own);
+    joint.view_mut((known.nrows(), known.nrows()), own.shape()).copy_from(own);
     Some(joint)
 }

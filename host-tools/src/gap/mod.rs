@@ -5,7 +5,6 @@
 pub mod bench;
 pub mod confirm;
 pub mod detect;
-pub mod dictionary;
 pub mod extension;
 mod identifiable;
 pub mod investigate;
@@ -15,6 +14,7 @@ pub mod noise;
 pub mod power_only;
 pub mod problem;
 pub mod report;
+mod scope;
 pub mod simulation;
 pub mod smooth;
 pub mod split;

@@ -3,14 +3,13 @@
 use model_core::torque::{Drive, TorqueModel};
 use nalgebra::DMatrix;
 use serde::{Serialize, Serializer};
-use serde_json::Value;
 
 use super::noise::whiten::Whitener;
 use super::thresholds::detect::{STRUCTURE, STRUCTURE_ALONE, TOLERANCE};
 use super::thresholds::name::{COLUMN_PENALTY, MOST_EFFECTS};
 use super::thresholds::problem::SLACK;
 use super::user::UserCandidates;
-use crate::effects::Candidate;
+use crate::effects::{Candidate, Detail, Physical};
 
 /// Where the base comes from.
 #[derive(Debug, Clone, PartialEq)]
@@ -91,6 +90,8 @@ pub struct Named {
     pub coefficients: Vec<f64>,
     /// Their standard errors.
     pub std_errs: Vec<f64>,
+    /// What the headline comes to in the world, where that can be told.
+    pub physical: Option<Physical>,
 }
 
 /// What became of a candidate in a round.
@@ -136,7 +137,7 @@ pub struct Scored {
     /// Its id.
     pub id: String,
     /// What is special about it.
-    pub detail: Value,
+    pub detail: Detail,
     /// χ² that it gains over base and effects before, its search paid for.
     pub gain: f64,
     /// Coefficients of its columns.

@@ -1,13 +1,10 @@
 //! Effects and figures in words.
 
-use std::path::Path;
-
-use serde_json::{Map, Value};
+pub use crate::effects::words::{file_name, some_of};
 
 use crate::effects::{Candidate, Regressor, find};
 use crate::gap::types::Named;
 use model_core::effects::Term;
-use model_core::torque::TorqueModel;
 
 /// Its physical meaning, one sentence; an effect of the user that has none says its name.
 pub fn meaning(candidate: &Candidate) -> &str {
@@ -15,16 +12,48 @@ pub fn meaning(candidate: &Candidate) -> &str {
 }
 
 /// The one number of an effect with its standard error: its coefficient. Of a slope in a direction of the world its size; of an
-/// effect with a coefficient for each of several runs the greatest.
+/// effect with a coefficient for each of several runs the greatest. Coefficients are taken for independent.
 pub fn headline(named: &Named) -> (f64, f64) {
-    let pairs = || named.coefficients.iter().copied().zip(named.std_errs.iter().copied());
-    if direction(named).is_some() {
-        let size = pairs().map(|(c, _)| c * c).sum::<f64>().sqrt();
-        // Of √(a² + b²), a and b taken for independent.
-        let error = pairs().map(|(c, e)| (c * e).powi(2)).sum::<f64>().sqrt() / size.max(f64::MIN_POSITIVE);
-        return (size, error);
+    if named.coefficients.is_empty() {
+        return (f64::NAN, f64::NAN);
     }
-    pairs().max_by(|a, b| a.0.abs().total_cmp(&b.0.abs())).unwrap_or((f64::NAN, f64::NAN))
+    let weights = headline_weights(named);
+    let value = weights.iter().zip(&named.coefficients).map(|(w, c)| w * c).sum();
+    let variance: f64 = weights.iter().zip(&named.std_errs).map(|(w, e)| (w * e).powi(2)).sum();
+    (value, variance.sqrt())
+}
+
+/// How the headline grows with each coefficient.
+pub fn headline_weights(named: &Named) -> Vec<f64> {
+    let coefficients = &named.coefficients;
+    if direction(named).is_some() {
+        let size = coefficients.iter().map(|c| c * c).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
+        return coefficients.iter().map(|c| c / size).collect();
+    }
+    let greatest = (0..coefficients.len())
+        .max_by(|&a, &b| coefficients[a].abs().total_cmp(&coefficients[b].abs()))
+        .unwrap_or(0);
+    (0..coefficients.len()).map(|place| f64::from(u8::from(place == greatest))).collect()
+}
+
+/// `0.0250 ± 0.0009 rad (1.4°), coefficient 0.0332 ± 0.0009`: the size in the world first, the coefficient where it is another.
+pub fn size(named: &Named) -> String {
+    let (value, error) = headline(named);
+    let coefficient = quantity(value, error, &named.candidate.unit);
+    match physical(named) {
+        Some(size) if size != coefficient => format!("{size}, coefficient {coefficient}"),
+        _ => coefficient,
+    }
+}
+
+/// The size in the world; of a slope in degrees, too.
+pub fn physical(named: &Named) -> Option<String> {
+    let physical = named.physical.as_ref()?;
+    let degrees = match physical.unit.as_str() {
+        "rad" => format!(" ({:.1}°)", physical.value.to_degrees()),
+        _ => String::new(),
+    };
+    Some(quantity(physical.value, physical.std_err, &physical.unit) + &degrees)
 }
 
 /// Where a slope along a direction of the world rises, rad counter-clockwise from the heading at the start.
@@ -34,14 +63,6 @@ pub fn direction(named: &Named) -> Option<f64> {
         ([a, b], [x, y]) if along(a) && along(b) => Some(y.atan2(*x)),
         _ => None,
     }
-}
-
-/// A slope, rad: the drive's efficiency is folded into the torques, so the base's inertia gain multiplies weights as it does masses.
-pub fn slope(named: &Named, base: &TorqueModel<f64>) -> Option<f64> {
-    let is_slope =
-        |regressor: &Regressor| matches!(regressor, Regressor::Term(Term::GradeAlong(_) | Term::GradeAhead));
-    let sine = headline(named).0 / base.inertia_gain;
-    (named.candidate.regressors.iter().all(is_slope) && sine.abs() < 1.0).then(|| sine.asin())
 }
 
 /// `0.0266 ± 0.0004 N·m`: as many digits as the error has sense for.
@@ -97,79 +118,9 @@ pub fn percent(share: f64) -> String {
     format!("{:.0} %", 100.0 * share)
 }
 
-/// What is special about an effect, in words; empty where nothing is.
-pub fn detail(detail: &Map<String, Value>) -> String {
-    detail.iter().filter_map(|(key, value)| phrase(key, value)).collect::<Vec<_>>().join(", ")
-}
-
-fn phrase(key: &str, value: &Value) -> Option<String> {
-    let text = plain(value)?;
-    Some(match key {
-        "wheel" => format!("wheel {text}"),
-        "side" if text == "both" => "both sides".to_owned(),
-        "side" => format!("{text} side"),
-        "speed_rad_s" => format!("width {text} rad/s"),
-        "time_constant_s" => format!("time constant {text} s"),
-        "hold_s" => format!("held for {text} s after it"),
-        "with" => format!("with {text}"),
-        "from" => format!("from {text}"),
-        "from_c" => format!("above {text} °C"),
-        "by" => format!("by {text}"),
-        "along" => format!("along {text}"),
-        "at_s" => format!("at {text} s"),
-        "runs" if text == "all" => "in all runs".to_owned(),
-        "runs" => format!("in {text}"),
-        "depends_on_mass" => {
-            if value == &Value::Bool(true) { "grows with the mass" } else { "whatever the mass" }.to_owned()
-        }
-        // Told with the coefficient.
-        "coefficients" | "std_errs" | "heading_rad" => return None,
-        other => format!("{} {text}", other.replace('_', " ")),
-    })
-}
-
-/// Entries of a list that are said one by one.
-const SAID: usize = 3;
-
-fn plain(value: &Value) -> Option<String> {
-    match value {
-        Value::Null => None,
-        Value::String(text) => Some(file_name(text)),
-        Value::Number(number) => number.as_f64().map(|x| format!("{:.3}", x)).map(|text| {
-            if text.contains('.') {
-                text.trim_end_matches('0').trim_end_matches('.').to_owned()
-            } else {
-                text
-            }
-        }),
-        Value::Array(entries) => Some(some_of(entries.iter().filter_map(plain))),
-        other => Some(other.to_string()),
-    }
-}
-
-/// The first few of a list, and how many more there are.
-pub fn some_of(entries: impl IntoIterator<Item = String>) -> String {
-    let all: Vec<String> = entries.into_iter().collect();
-    // One more is as short as its name.
-    match all.len() - SAID.min(all.len()) {
-        0 | 1 => all.join(", "),
-        more => format!("{} and {more} more", all[..SAID].join(", ")),
-    }
-}
-
-/// A run's log without its folder.
-pub fn file_name(run: &str) -> String {
-    match Path::new(run).file_name() {
-        Some(name) if run.contains(".csv") => name.to_string_lossy().into_owned(),
-        _ => run.to_owned(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use serde_json::json;
-
-    use super::{detail, quantity, signed_watts, some_of, watts};
+    use super::{quantity, signed_watts, watts};
 
     #[test]
     fn figures_have_the_digits_that_their_error_allows() {
@@ -183,14 +134,5 @@ mod tests {
             ["0.0497 W", "0.480 W", "80.1 W", "1234 W"].map(str::to_owned)
         );
         assert_eq!([-0.001, 0.214].map(signed_watts), ["+0.00", "+0.21"].map(str::to_owned));
-    }
-
-    #[test]
-    fn details_are_said_as_one_would() {
-        let all = json!({"wheel": 1, "side": "left", "time_constant_s": 9.0, "runs": ["a/b.csv", "a/c.csv#2"], "at_s": [1.5, null]});
-        let words = detail(all.as_object().unwrap());
-        assert_eq!(words, "wheel 1, left side, time constant 9 s, in b.csv, c.csv#2, at 1.5 s");
-        assert_eq!(some_of(["a", "b", "c", "d"].map(str::to_owned)), "a, b, c, d");
-        assert_eq!(some_of(["a", "b", "c", "d", "e"].map(str::to_owned)), "a, b, c and 2 more");
     }
 }

@@ -154,7 +154,7 @@ impl Field {
 
 #[cfg(test)]
 mod tests {
-    use super::super::effects::DICTIONARY;
+    use super::super::effects::entries;
     use super::super::effects::size::added;
     use super::super::simulate;
     use super::*;
@@ -193,7 +193,7 @@ mod tests {
     #[test]
     fn every_effect_can_be_seen_in_the_field() {
         let field = Field::default();
-        for entry in &DICTIONARY {
+        for entry in entries() {
             let size = match entry.id {
                 // More, and a wheel lifts off.
                 "payload-offset" => 0.07,

@@ -10,6 +10,7 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 use self::sets::{NoiseKind, noises};
+use crate::effects::ENTRIES;
 use crate::error::Result;
 use crate::gap::investigate::investigate;
 use crate::gap::types::{Options, Verdict};
@@ -56,34 +57,7 @@ pub struct Outcome {
 /// # Errors
 /// An id that the plant does not know.
 pub fn typical() -> Result<Vec<Effect>> {
-    [
-        "grade=0.03",
-        "grade=0.03:along=travel",
-        "winding-temperature=60:loss=0.05",
-        "windage=0.0005",
-        "stribeck=0.05",
-        "viscous-change=0.5",
-        "lubricant-warm-up=0.5:tau=30",
-        "rolling-resistance-change=0.01",
-        "surface-switch=0.01",
-        "payload-offset=0.03",
-        "wheel-drag=0.03",
-        "turning-scrub=0.05",
-        "gear-load-loss=1",
-        "supply-sag=1",
-        "regeneration=0.5",
-        "payload-mislabel=0.7",
-        "static-step=0.1",
-        "static-step=0.1:on=motion",
-        "compute-load=0.2",
-        "sensor-gain=0.05",
-        "sensor-offset=0.05",
-        "sensor-delay=0.1",
-        "speed-scale=0.05",
-    ]
-    .into_iter()
-    .map(Effect::parse)
-    .collect()
+    ENTRIES.iter().flat_map(|entry| entry.typical).map(|effect| Effect::parse(effect)).collect()
 }
 
 /// Runs the cases on all cores.

@@ -8,7 +8,6 @@ use super::thresholds::detect::MORE_LOOKS;
 use super::twin::State;
 use super::types::{Scored, Status, penalty};
 use crate::effects::Candidate;
-use serde_json::Value;
 
 /// What the detector sees.
 pub(super) struct Structure {
@@ -68,7 +67,7 @@ pub(super) fn structure<const N: usize>(
             greatest = greatest.max(score.z.abs());
         }
         order.push((place, gain));
-        let detail = Value::Object(candidate.detail.clone());
+        let detail = candidate.detail.clone();
         scored.push(Scored { id: candidate.id.clone(), detail, gain, coefficients, status });
     }
     order.sort_by(|a, b| b.1.total_cmp(&a.1));

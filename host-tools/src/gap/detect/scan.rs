@@ -5,7 +5,9 @@ use std::sync::Arc;
 use model_core::effects::Term;
 use nalgebra::DVector;
 
-use crate::effects::{Candidate, Regressor, Switched, find};
+use crate::effects::{
+    Candidate, Detail, PAYLOAD_MISLABEL, Regressor, Runs, STATIC_STEP, SURFACE_SWITCH, Switched,
+};
 use crate::gap::problem::Problem;
 use crate::gap::problem::panel::Panel;
 use crate::gap::thresholds::detect::{
@@ -14,7 +16,6 @@ use crate::gap::thresholds::detect::{
 use crate::gap::thresholds::problem::LEAST_SHARE;
 use crate::gap::twin::State;
 use crate::numerics::least_squares::{Factored, FurtherColumn};
-use serde_json::{Map, json};
 
 /// The best time of a step in each run, and in all runs together.
 struct Times {
@@ -50,13 +51,13 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
     // In every run at once it is no slip of the pen.
     let open = problem.twin.runs.runs.iter().filter(|run| !run.clean).count();
     if !wrong.is_empty() && wrong.len() < open {
-        let names: Vec<&str> = wrong.iter().map(|regressor| run_name(problem, regressor)).collect();
-        let detail = json!({"runs": names});
+        let names = wrong.iter().map(|regressor| run_name(problem, regressor).to_owned()).collect();
+        let detail = Detail::InRuns { runs: Runs::Named(names), at_s: None };
         let search = chance * wrong.len() as f64;
         found.push((mislabelled(problem, wrong, detail, search), most));
     }
 
-    for (id, what) in [("static-step", Switched::Static), ("surface-switch", Switched::Rolling)] {
+    for (entry, what) in [(&STATIC_STEP, Switched::Static), (&SURFACE_SWITCH, Switched::Rolling)] {
         let times = times(&in_run, state, what);
         let limit = match what {
             Switched::Static => f64::INFINITY,
@@ -65,20 +66,23 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
         if let Some((at, z)) = times.common
             && z.abs() > IN_RUN
         {
-            let detail = json!({"at_s": at, "runs": "all"});
+            let detail = Detail::At { at_s: at };
             found.push((
-                candidate(id, vec![Regressor::Term(what.from(at))], limit, detail, TIME_PENALTY),
+                entry.candidate(vec![Regressor::Term(what.from(at))], (-limit, limit), detail, TIME_PENALTY),
                 z.abs(),
             ));
         }
         if let Some((at, sum)) = one_size(&times)
             && sum > IN_RUN
         {
-            let detail = json!({"runs": "all", "at_s": at});
+            let detail = Detail::InRuns { runs: Runs::All, at_s: Some(at.clone()) };
             // Which runs have one was chosen, too.
             let search = (TIME_PENALTY + 2.0 * (runs as f64).ln()) * at.iter().flatten().count() as f64;
             let at: Arc<[f64]> = at.iter().map(|at| at.unwrap_or(f64::INFINITY)).collect();
-            found.push((candidate(id, vec![Regressor::Switch(what, at)], limit, detail, search), sum));
+            found.push((
+                entry.candidate(vec![Regressor::Switch(what, at)], (-limit, limit), detail, search),
+                sum,
+            ));
         }
         let single: Vec<(usize, f64)> = times
             .runs
@@ -87,15 +91,14 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
             .filter_map(|(run, best)| best.filter(|(_, z)| z.abs() > IN_RUN).map(|(at, _)| (run, at)))
             .collect();
         if !single.is_empty() {
-            let names: Vec<&String> =
-                single.iter().map(|(run, _)| &problem.twin.runs.runs[*run].name).collect();
-            let at: Vec<f64> = single.iter().map(|(_, at)| *at).collect();
-            let detail = json!({"runs": names, "at_s": at});
+            let names = single.iter().map(|(run, _)| problem.twin.runs.runs[*run].name.clone()).collect();
+            let at = single.iter().map(|(_, at)| Some(*at)).collect();
+            let detail = Detail::InRuns { runs: Runs::Named(names), at_s: Some(at) };
             let regressors: Vec<Regressor> =
                 single.iter().map(|(run, at)| Regressor::InRun(*run, what.from(*at))).collect();
             let search = (TIME_PENALTY + chance) * regressors.len() as f64;
             let most = times.runs.iter().flatten().map(|(_, z)| z.abs()).fold(0.0, f64::max);
-            found.push((candidate(id, regressors, limit, detail, search), most));
+            found.push((entry.candidate(regressors, (-limit, limit), detail, search), most));
         }
     }
     found
@@ -115,27 +118,11 @@ fn one_size(times: &Times) -> Option<(Vec<Option<f64>>, f64)> {
     (count >= 2).then(|| (at, sum.sqrt()))
 }
 
-fn candidate(
-    id: &str,
-    regressors: Vec<Regressor>,
-    most: f64,
-    detail: serde_json::Value,
-    search: f64,
-) -> Candidate {
-    let unit = find(id).map_or("", |entry| entry.unit).to_owned();
-    let detail = match detail {
-        serde_json::Value::Object(map) => map,
-        _ => Map::new(),
-    };
-    let shape = regressors.iter().all(|regressor| regressor.shape().is_some()).then_some("at_s");
-    Candidate { id: id.to_owned(), regressors, unit, range: (-most, most), detail, search, shape }
-}
-
 /// Masses of single runs: at least those of the empty robot, and not above the greatest noted by more than that.
 fn mislabelled<const N: usize>(
     problem: &Problem<'_, N>,
     wrong: Vec<Regressor>,
-    detail: serde_json::Value,
+    detail: Detail,
     search: f64,
 ) -> Candidate {
     let masses = |run: usize| problem.twin.runs.runs[run].rows.iter().map(|row| row.mass);
@@ -143,7 +130,7 @@ fn mislabelled<const N: usize>(
     let lightest = wrong.iter().filter_map(Regressor::run).flat_map(masses).fold(f64::INFINITY, f64::min);
     let empty = LIGHTEST * problem.twin.runs.robot.range.no_load();
     let range = (-(lightest - empty).max(0.0), heaviest);
-    Candidate { range, ..candidate("payload-mislabel", wrong, heaviest, detail, search) }
+    PAYLOAD_MISLABEL.candidate(wrong, range, detail, search)
 }
 
 fn run_name<'a, const N: usize>(problem: &'a Problem<'_, N>, regressor: &Regressor) -> &'a str {

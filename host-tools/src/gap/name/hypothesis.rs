@@ -1,5 +1,5 @@
 //! Candidates fitted with all that they bend, their shapes searched, and when two of them are no different.
-use crate::effects::{Candidate, Regressor};
+use crate::effects::{Candidate, Detail, Regressor, Runs};
 use crate::gap::problem::Problem;
 use crate::gap::problem::fit::Fitted;
 use crate::gap::thresholds::name::{IN_RUN_ERRORS, SEARCH_TOLERANCE, SHARPENED, TIE, TIE_ERRORS, TIE_SHARE};
@@ -7,7 +7,6 @@ use crate::gap::twin::State;
 use crate::gap::types::penalty;
 use crate::numerics::intervals::mean_interval;
 use crate::numerics::search::golden_section;
-use serde_json::{Value, json};
 
 /// A candidate with its fit.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,16 +65,7 @@ pub(super) fn fit_hypothesis<const N: usize>(
         let all = shows.len();
         let kept = shows.iter().filter(|shows| **shows).count();
         if kept > 0 && kept < all {
-            let mut shown = shows.iter();
-            candidate.regressors.retain(|_| shown.next().copied().unwrap_or(true));
-            for value in candidate.detail.values_mut() {
-                if let Value::Array(entries) = value
-                    && entries.len() == all
-                {
-                    let mut shown = shows.iter();
-                    entries.retain(|_| shown.next().copied().unwrap_or(true));
-                }
-            }
+            candidate.keep(&shows);
             candidate.search *= kept as f64 / all as f64;
             fitted = fit(&candidate)?;
         }
@@ -86,8 +76,8 @@ pub(super) fn fit_hypothesis<const N: usize>(
         && let [own] = &mut candidate.regressors[..]
         && let (Regressor::Switch(..), Regressor::Switch(_, times)) = (&*own, regressor)
     {
-        let at: Vec<_> = times.iter().take(runs).map(|at| at.is_finite().then_some(at)).collect();
-        candidate.detail.insert("at_s".to_owned(), json!(at));
+        let at: Vec<_> = times.iter().take(runs).map(|at| at.is_finite().then_some(*at)).collect();
+        candidate.detail = Detail::InRuns { runs: Runs::All, at_s: Some(at) };
         *own = regressor.clone();
     }
     let penalised = fitted.loss + penalty(&candidate);
@@ -102,23 +92,14 @@ pub(super) fn sharpen<const N: usize>(
 ) {
     let mut seen: Vec<String> = Vec::new();
     for hypothesis in hypotheses.iter_mut() {
-        let ([regressor], Some(key)) = (&hypothesis.candidate.regressors[..], hypothesis.candidate.shape)
-        else {
-            continue;
-        };
-        let Some(shape) = regressor.shape() else { continue };
+        let [regressor] = &hypothesis.candidate.regressors[..] else { continue };
+        let Some((low, high)) = regressor.interval() else { continue };
         if seen.len() >= SHARPENED || seen.contains(&hypothesis.candidate.id) {
             continue;
         }
         seen.push(hypothesis.candidate.id.clone());
         let coefficient = hypothesis.coefficients()[0];
         let regressor = regressor.clone();
-        // Times are known to their grid, the others to a factor of two.
-        let (low, high) = match key {
-            "at_s" => (shape - 1.5, shape + 1.5),
-            "hold_s" => (0.5 * shape - 0.5, 2.0 * shape + 0.5),
-            _ => (0.5 * shape, 2.0 * shape),
-        };
         let mut best: Option<(f64, Fitted)> = None;
         golden_section(low, high, SEARCH_TOLERANCE, |shape| {
             let tried = problem.fit(state, &[(regressor.with_shape(shape), coefficient)], 2);
@@ -133,8 +114,7 @@ pub(super) fn sharpen<const N: usize>(
         if let Some((shape, fitted)) = best
             && fitted.loss < hypothesis.fitted.loss
         {
-            hypothesis.candidate.regressors = vec![regressor.with_shape(shape)];
-            hypothesis.candidate.detail.insert(key.to_owned(), json!(shape));
+            hypothesis.candidate.set_shape(shape);
             hypothesis.penalised = fitted.loss + penalty(&hypothesis.candidate);
             hypothesis.fitted = fitted;
         }
@@ -171,8 +151,7 @@ pub(super) fn shows_no_shape<const N: usize>(
 ) -> bool {
     let [regressor] = &winner.candidate.regressors[..] else { return false };
     let Some(limit) = regressor.limit() else { return false };
-    let candidate =
-        Candidate { regressors: vec![limit], search: 0.0, shape: None, ..winner.candidate.clone() };
+    let candidate = Candidate { regressors: vec![limit], search: 0.0, ..winner.candidate.clone() };
     fit_hypothesis(problem, state, &candidate).is_some_and(|limit| is_tie(winner, &limit, gain))
 }
 
@@ -181,7 +160,6 @@ mod tests {
     use model_core::effects::Term;
     use model_core::torque::TorqueModel;
     use nalgebra::DMatrix;
-    use serde_json::Map;
 
     use super::*;
     use crate::gap::problem::panel::Products;
@@ -196,8 +174,7 @@ mod tests {
                 regressors: vec![regressor.clone()],
                 unit: String::new(),
                 range: (0.0, 1.0),
-                detail: Map::new(),
-                shape: None,
+                detail: Detail::Plain,
                 search: 0.0,
             },
             fitted: Fitted {

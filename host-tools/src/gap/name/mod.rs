@@ -10,7 +10,6 @@ use super::twin::State;
 use super::types::{Options, Round, Scored, Status, penalty, penalty_without};
 use crate::effects::Candidate;
 use rayon::prelude::*;
-use serde_json::Value;
 
 pub(super) struct Choice {
     pub(super) hypothesis: Hypothesis,
@@ -64,7 +63,7 @@ pub(super) fn name<const N: usize>(
         .iter()
         .map(|hypothesis| Scored {
             id: hypothesis.candidate.id.clone(),
-            detail: Value::Object(hypothesis.candidate.detail.clone()),
+            detail: hypothesis.candidate.detail.clone(),
             gain: null.loss - hypothesis.penalised,
             coefficients: hypothesis.coefficients(),
             status: if hypothesis.is_plausible() { Status::Worse } else { Status::Implausible },

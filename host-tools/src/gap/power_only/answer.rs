@@ -1,12 +1,12 @@
 //! Steps that runs have in common, and what the locked runs say of them.
 
 use model_core::torque::{PARAMETERS, TorqueModel};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::gap::{Squares, at_rest};
 use super::read::PowerRun;
 use super::rests::{Rests, Step};
-use crate::effects::{Candidate, ENTRIES, NotTestable, find};
+use crate::effects::{Detail, ENTRIES, NotTestable, Physical, STATIC_STEP};
 use crate::error::Result;
 use crate::gap::confirm::Confirmed;
 use crate::gap::report::Report;
@@ -21,7 +21,7 @@ use crate::log::speed_column;
 use crate::numerics::intervals::mean_interval;
 
 /// The one effect that shows.
-const STEP: &str = "static-step";
+const STEP: &str = STATIC_STEP.id;
 
 /// What these logs never tell.
 const CANNOT_KNOW: &str =
@@ -41,21 +41,21 @@ impl Kind {
     }
 
     /// When, and between which levels, run by run.
-    fn detail(&self, runs: &[PowerRun]) -> Map<String, Value> {
-        let of = |value: &dyn Fn(&Step) -> f64| -> Vec<f64> {
+    fn detail(&self, runs: &[PowerRun]) -> Detail {
+        let of = |value: &dyn Fn(&Step) -> f64| -> Value {
             self.members.iter().map(|(_, step)| value(step)).collect()
         };
         let names: Vec<&String> = self.members.iter().map(|(run, _)| &runs[*run].name).collect();
-        let mut detail = Map::new();
-        detail.insert("runs".to_owned(), json!(names));
-        detail.insert("after_s".to_owned(), json!(of(&|step| step.between_s.0)));
-        detail.insert("before_s".to_owned(), json!(of(&|step| step.between_s.1)));
-        detail.insert("from_w".to_owned(), json!(of(&|step| step.from.level_w)));
-        detail.insert("to_w".to_owned(), json!(of(&|step| step.to.level_w)));
-        detail.insert("sizes_w".to_owned(), json!(of(&Step::size_w)));
-        detail.insert("size_std_errs_w".to_owned(), json!(of(&Step::std_err_w)));
-        detail.insert("not_known".to_owned(), json!(CANNOT_KNOW));
-        detail
+        Detail::Levels(vec![
+            ("runs", json!(names)),
+            ("after_s", of(&|step| step.between_s.0)),
+            ("before_s", of(&|step| step.between_s.1)),
+            ("from_w", of(&|step| step.from.level_w)),
+            ("to_w", of(&|step| step.to.level_w)),
+            ("sizes_w", of(&Step::size_w)),
+            ("size_std_errs_w", of(&Step::std_err_w)),
+            ("not_known", json!(CANNOT_KNOW)),
+        ])
     }
 }
 
@@ -107,7 +107,7 @@ pub fn investigate(runs: &[PowerRun]) -> Result<Report> {
     };
     let candidates = kinds.iter().map(|kind| Scored {
         id: STEP.to_owned(),
-        detail: Value::Object(kind.detail(runs)),
+        detail: kind.detail(runs),
         gain: (kind.size_w / kind.std_err_w).powi(2),
         coefficients: vec![kind.size_w],
         status: if verdict == Verdict::Named { Status::Winner } else { Status::Worse },
@@ -190,17 +190,11 @@ fn kind(members: Vec<(usize, Step)>) -> Kind {
     Kind { size_w, std_err_w: weights.powf(-0.5).max((scatter / count).sqrt()), members }
 }
 
-fn named(size_w: f64, std_err_w: f64, detail: Map<String, Value>) -> Named {
-    let candidate = Candidate {
-        id: STEP.to_owned(),
-        regressors: Vec::new(),
-        unit: find(STEP).map_or("W", |entry| entry.unit).to_owned(),
-        range: (f64::NEG_INFINITY, f64::INFINITY),
-        detail,
-        shape: None,
-        search: 0.0,
-    };
-    Named { candidate, coefficients: vec![size_w], std_errs: vec![std_err_w] }
+fn named(size_w: f64, std_err_w: f64, detail: Detail) -> Named {
+    let any = (f64::NEG_INFINITY, f64::INFINITY);
+    let candidate = STATIC_STEP.candidate(Vec::new(), any, detail, 0.0);
+    let physical = Physical { value: size_w, unit: candidate.unit.clone(), std_err: std_err_w };
+    Named { candidate, coefficients: vec![size_w], std_errs: vec![std_err_w], physical: Some(physical) }
 }
 
 /// Runs that lie lower than others by the same power before and behind the step: a state that does not change within a run.
@@ -230,14 +224,13 @@ fn between_runs(runs: &[PowerRun], kind: &Kind) -> Option<Named> {
         let names = |group: &[(usize, f64, f64, f64)]| -> Vec<&String> {
             group.iter().map(|run| &runs[run.0].name).collect()
         };
-        let detail = json!({
-            "between": "runs",
-            "runs": names(low),
-            "against": names(high),
-            "sizes_w": [before, behind],
-            "not_known": "what differs between these runs",
-        });
-        let Value::Object(detail) = detail else { return named(size, error, Map::new()) };
+        let detail = Detail::Levels(vec![
+            ("between", json!("runs")),
+            ("runs", json!(names(low))),
+            ("against", json!(names(high))),
+            ("sizes_w", json!([before, behind])),
+            ("not_known", json!("what differs between these runs")),
+        ]);
         named(size, error, detail)
     })
 }

@@ -3,16 +3,16 @@
 use model_core::effects::Term;
 use model_core::torque::{Drive, TorqueModel};
 use nalgebra::DMatrix;
-use serde_json::json;
 
 use super::localise::Cell;
-use crate::effects::{Candidate, NotTestable, Regressor};
+use crate::effects::{Candidate, Detail, NotTestable, Regressor, Runs, World, physical};
 use crate::gap::confirm::Confirmed;
 use crate::gap::noise::whiten::Whitener;
 use crate::gap::report::{Basis, Report};
 use crate::gap::split::Split;
 use crate::gap::twin::State;
 use crate::gap::types::{Named, Round, Scored, Status, Verdict};
+use crate::gap::words;
 use crate::numerics::intervals::mean_interval;
 
 /// As full as a report may be: twelve runs with long names, three effects, many ties and cells.
@@ -32,7 +32,7 @@ pub(crate) fn report(verdict: Verdict) -> Report {
     ];
     let scored = |id: &str, status| Scored {
         id: id.to_owned(),
-        detail: json!({"time_constant_s": 9.0}),
+        detail: Detail::TimeConstant { time_s: 9.0 },
         gain: 100.0,
         coefficients: vec![f64::NAN],
         status,
@@ -97,19 +97,27 @@ pub(crate) fn report(verdict: Verdict) -> Report {
 
 fn named(id: &str, regressors: Vec<Regressor>, unit: &str) -> Named {
     let count = regressors.len();
-    Named {
+    let mut named = Named {
         candidate: Candidate {
             id: id.to_owned(),
             regressors,
             unit: unit.to_owned(),
             range: (-1.0, 1.0),
-            detail: json!({"runs": ["x/one.csv", "x/two.csv"]}).as_object().unwrap().clone(),
-            shape: None,
+            detail: Detail::InRuns {
+                runs: Runs::Named(vec!["x/one.csv".to_owned(), "x/two.csv".to_owned()]),
+                at_s: None,
+            },
             search: 0.0,
         },
         coefficients: (0..count).map(|k| 0.03 * (k as f64 + 1.0)).collect(),
         std_errs: vec![0.001; count],
-    }
+        physical: None,
+    };
+    // Wheels of 33 mm, 160 mm apart, behind gears that pass three quarters.
+    let torque = TorqueModel { inertia_gain: 4.0 / 3.0, ..TorqueModel::default() };
+    let world = World { torque, covariance: DMatrix::zeros(0, 0), forward: Some(0.0165), turn: 0.2 };
+    named.physical = physical(&named.candidate, words::headline(&named), &[], &world);
+    named
 }
 
 fn cell(k: usize, stands: bool) -> Cell {

@@ -14,7 +14,8 @@ use crate::gap::words;
 pub const KEYS: &str = "\
 Keys of --json, always all there; watts and SI units; null where something is not known or does not apply:
   verdict            none, named, ambiguous or unexplained
-  effects            what was added: id, coefficient, unit, std_err, detail, meaning, sign. Of an effect with several
+  effects            what was added: id, coefficient, unit, std_err, physical (its size in the world, the drive's losses taken
+                     out: value, unit, std_err), detail, meaning, sign. Of an effect with several
                      columns coefficient is the greatest in size (of a slope in a direction of the world its size), and
                      detail has all as coefficients and std_errs, in the order of detail.runs where they belong to runs
   ambiguous_with     ids of effects that explain as much
@@ -82,7 +83,7 @@ pub fn json(report: &Report, beside: Beside<'_>) -> Value {
 
 fn effect(named: &Named) -> Value {
     let candidate = &named.candidate;
-    let mut detail = candidate.detail.clone();
+    let mut detail = candidate.detail.fields();
     if named.coefficients.len() > 1 {
         detail.insert("coefficients".to_owned(), json!(named.coefficients));
         detail.insert("std_errs".to_owned(), json!(named.std_errs));
@@ -96,6 +97,7 @@ fn effect(named: &Named) -> Value {
         "coefficient": coefficient,
         "unit": candidate.unit,
         "std_err": std_err,
+        "physical": named.physical,
         "detail": detail,
         "meaning": words::meaning(candidate),
         "sign": find(&candidate.id).map_or(Sign::Either, |entry| entry.sign),

@@ -27,7 +27,7 @@ pub fn text(report: &Report) -> String {
     let mut say = |indent: usize, text: &str| out.extend(wrapped(indent, text));
     say(0, &headline(report));
     for named in report.effects.iter().take(EFFECTS) {
-        say(2, &effect(report, named));
+        say(2, &effect(named));
     }
     say(0, &gap(report));
     say(2, &format!("noise floor: {}", report.confirmed.floor_how));
@@ -91,22 +91,13 @@ fn off_by(report: &Report) -> String {
 }
 
 /// An effect with its coefficient, its error, and its meaning.
-pub fn effect(report: &Report, named: &Named) -> String {
-    let (value, error) = words::headline(named);
+pub fn effect(named: &Named) -> String {
     let candidate = &named.candidate;
-    let mut text = format!(
-        "{} = {}: {}",
-        candidate.id,
-        words::quantity(value, error, &candidate.unit),
-        words::meaning(candidate)
-    );
-    if let Some(slope) = words::slope(named, &report.base[1]) {
-        text += &format!(", {:.1}°", slope.to_degrees());
-    }
+    let mut text = format!("{} = {}: {}", candidate.id, words::size(named), words::meaning(candidate));
     if let Some(direction) = words::direction(named) {
         text += &format!(", rising towards {:.0}° from the heading at the start", direction.to_degrees());
     } else {
-        let detail = words::detail(&candidate.detail);
+        let detail = candidate.detail.words();
         if !detail.is_empty() {
             text += &format!(" ({detail})");
         }
@@ -241,11 +232,11 @@ mod tests {
             assert!(text.lines().count() <= LINES, "{text}");
             assert!(text.lines().all(|line| line.chars().count() <= COLUMNS), "{text}");
         }
-        // A slope along the world: √(0.03² + 0.06²), rising towards atan2(2, 1).
+        // A slope along the world: √(0.03² + 0.06²) by the motors, three quarters of it by the road, rising towards atan2(2, 1).
         let named = text(&report(Verdict::Named)).split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(
-            named.contains("grade = 0.0671 ± 0.0010: ")
-                && named.contains("along the way, 3.8°,")
+            named.contains("grade = 0.05034 ± 0.00075 rad (2.9°), coefficient 0.0671 ± 0.0010: ")
+                && named.contains("along the way,")
                 && named.contains("rising towards 63°"),
             "{named}"
         );

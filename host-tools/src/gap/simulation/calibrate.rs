@@ -5,8 +5,9 @@ use nalgebra::{DMatrix, DVector};
 use serde_json::{Map, Value, json};
 
 use super::filter::Behind;
+use super::in_parallel;
+use super::search::squares;
 use super::track::{Followed, Follower};
-use super::{in_parallel, squares};
 use crate::error::Result;
 use crate::log::runs::RawRun;
 use crate::plant::body::Wheel;

@@ -4,7 +4,6 @@
 //! whose size is searched for on the open runs, and has to come closer to the locked ones.
 
 pub mod calibrate;
-pub mod cast;
 pub mod filter;
 pub mod search;
 pub mod track;
@@ -16,12 +15,13 @@ use std::thread;
 use model_core::coefficients::Robot as CoreRobot;
 use serde_json::{Map, Value, json};
 
-use self::cast::{Part, Scene, cast};
 use self::filter::Behind;
+use self::search::squares;
 use self::track::Follower;
 use super::confirm;
 use super::twin::Twin;
-use crate::effects::{Regressor, Switched};
+use crate::effects::plant::{Finding, Part, Scene};
+use crate::effects::{Regressor, Switched, cause};
 use crate::error::Result;
 use crate::gap::report::Report;
 use crate::gap::report::localise::{self, Cell};
@@ -153,7 +153,9 @@ pub fn simulate<const N: usize>(
             rolling: follower.machine.wheels[0].rolling_resistance,
             lightest_kg,
         };
-        match cast(named, &scene)? {
+        let finding =
+            Finding { candidate: &named.candidate, coefficients: &named.coefficients, scene: &scene };
+        match cause(&finding)? {
             Ok(part) => {
                 ids.push(named.candidate.id.clone());
                 parts.push((part, 0.0));
@@ -310,10 +312,6 @@ fn in_parallel<const N: usize, T: Send>(
         let own: Vec<_> = (half..).zip(right).map(|(k, run)| work(k, run)).collect();
         other.join().unwrap_or_else(|panic| resume_unwind(panic)).into_iter().chain(own).collect()
     })
-}
-
-fn squares(values: &[f64]) -> f64 {
-    values.iter().map(|x| x * x).sum()
 }
 
 impl Simulated {

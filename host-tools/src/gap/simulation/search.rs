@@ -1,6 +1,5 @@
 //! The size of a cause in the plant, found on the open runs: the one with which the simulation's gap is least.
 
-use super::squares;
 use crate::error::Result;
 
 /// Evaluations at most.
@@ -46,6 +45,11 @@ pub fn size(
         size = next;
     }
     Ok(best)
+}
+
+/// Sum of squares.
+pub(super) fn squares(values: &[f64]) -> f64 {
+    values.iter().map(|x| x * x).sum()
 }
 
 #[cfg(test)]

@@ -2,10 +2,8 @@
 
 use std::path::Path;
 
-use serde_json::{Map, json};
-
 use super::{Signals, UserEffect};
-use crate::effects::{Candidate, NotTestable, Regressor};
+use crate::effects::{Candidate, Detail, NotTestable, Regressor};
 use crate::error::{Error, Result};
 use crate::log::runs::Runs;
 
@@ -25,19 +23,18 @@ impl UserEffect {
     }
 
     fn candidate(&self, place: usize) -> Candidate {
-        let (least, most) = self.range;
-        let mut detail = Map::new();
-        detail.insert("formula".to_owned(), json!(self.formula.text()));
-        detail.insert("meaning".to_owned(), json!(self.meaning));
-        detail.insert("sign".to_owned(), json!(self.sign));
-        detail.insert("range".to_owned(), json!([least, most]));
+        let detail = Detail::Formula {
+            formula: self.formula.text().to_owned(),
+            meaning: self.meaning.clone(),
+            sign: self.sign,
+            range: self.range,
+        };
         Candidate {
             id: self.id.clone(),
             regressors: vec![Regressor::Column(place)],
             unit: self.unit.clone(),
             range: self.range,
             detail,
-            shape: None,
             search: 0.0,
         }
     }

@@ -1,37 +1,13 @@
 //! The effects of a run at work.
 
-use std::fmt::Debug;
-
 use super::super::body::WheelStep;
 use super::super::kinematics::{MAX_WHEELS, Twist};
 use super::super::scenario::Scenario;
+use super::cause::{Cause, Setting};
 use super::conditions::{Conditions, Now};
-use super::entry::Setting;
+use super::list::listed;
 use super::processor::Processor;
 use crate::error::Result;
-
-/// A physical cause in the plant: changes the conditions of every step by what is known at its start.
-pub(in super::super) trait Cause: Debug + Send + Sync + CloneBox {
-    /// Acts on the step that begins now.
-    fn act(&mut self, now: &Now, conditions: &mut Conditions);
-}
-
-/// Clones a cause behind its box, so that a run in progress can be cloned.
-pub(in super::super) trait CloneBox {
-    fn clone_box(&self) -> Box<dyn Cause>;
-}
-
-impl<C: Cause + Clone + 'static> CloneBox for C {
-    fn clone_box(&self) -> Box<dyn Cause> {
-        Box::new(self.clone())
-    }
-}
-
-impl Clone for Box<dyn Cause> {
-    fn clone(&self) -> Self {
-        (**self).clone_box()
-    }
-}
 
 /// All causes of a run, with what they need to know of it.
 #[derive(Debug, Clone)]
@@ -59,7 +35,7 @@ impl Causes {
         });
         let causes = effects
             .into_iter()
-            .map(|(place, effect)| (effect.entry().build)(effect, &Setting { scenario, place }));
+            .map(|(place, effect)| (listed(effect).build)(effect, &Setting { scenario, place }));
         Ok(Self {
             causes: causes.collect::<Result<_>>()?,
             processor: Processor::new(scenario.seed),
@@ -118,19 +94,5 @@ impl Causes {
         now.heading_rad += 0.5 * (now.twist[2] + twist[2]) * now.step_s;
         (now.twist, now.wheel_rad_s, now.last) = (twist, wheel_rad_s, *steps);
         now.winding_ohm = self.conditions.wheels.map(|wheel| wheel.motor.resistance_ohm);
-    }
-}
-
-/// A size that is 0 until the effect begins.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Onset {
-    pub(super) size: f64,
-    pub(super) at_s: f64,
-}
-
-impl Onset {
-    /// Size at a time. Half a nanosecond of slack: a step belongs to the sample at its very time despite rounding.
-    pub(super) fn at(self, time_s: f64) -> f64 {
-        if time_s + 0.5e-9 >= self.at_s { self.size } else { 0.0 }
     }
 }

@@ -1,10 +1,5 @@
 //! An entry of the dictionary of causes, and an effect that somebody asks for.
 
-use std::fmt::Write;
-
-use super::super::scenario::Scenario;
-use super::DICTIONARY;
-use super::causes::Cause;
 use crate::error::{Error, Result};
 
 /// What an option of an effect can be.
@@ -42,62 +37,28 @@ pub struct Entry {
     pub range: (f64, f64),
     /// Options.
     pub options: &'static [Choice],
-    pub(super) build: fn(&Effect, &Setting<'_>) -> Result<Box<dyn Cause>>,
-}
-
-/// The run in which an effect is to act.
-pub(in super::super) struct Setting<'a> {
-    pub(in super::super) scenario: &'a Scenario,
-    /// Place of the effect among those of the run: each draws its own random numbers.
-    pub(in super::super) place: u64,
 }
 
 /// An effect with its size.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Effect {
-    id: &'static str,
+    entry: &'static Entry,
     size: f64,
     /// Options as given.
     given: Vec<(&'static str, f64)>,
 }
 
-impl Effect {
-    /// The effect `id` of a size in its own unit.
-    ///
-    /// # Errors
-    /// Usage: an unknown id, a size out of the plausible range.
-    pub fn new(id: &str, size: f64) -> Result<Self> {
-        let entry = DICTIONARY.iter().find(|entry| entry.id == id).ok_or_else(|| {
-            let ids: Vec<&str> = DICTIONARY.iter().map(|entry| entry.id).collect();
-            Error::usage(format!("effect `{id}`; allowed: {}", ids.join(", ")))
-        })?;
-        Self { id: entry.id, size: 0.0, given: Vec::new() }.with_size(size)
+/// One of the dictionary is the same as that of its name.
+impl PartialEq for Effect {
+    fn eq(&self, other: &Self) -> bool {
+        (self.id(), self.size, &self.given) == (other.id(), other.size, &other.given)
     }
+}
 
-    /// Reads `id=size` or `id=size:option=value:…`.
-    ///
-    /// # Errors
-    /// Usage, naming the part that cannot be read or is out of range, and what is allowed.
-    pub fn parse(text: &str) -> Result<Self> {
-        let mut parts = text.split(':');
-        let (id, size) = parts.next().and_then(|first| first.split_once('=')).ok_or_else(|| {
-            Error::usage(format!("effect `{text}`; allowed: ID=SIZE or ID=SIZE:OPTION=VALUE:…"))
-        })?;
-        // An unknown id is the first thing to be told, whatever else is wrong.
-        let effect = Self::new(id, 0.0)?;
-        let size = number(size).ok_or_else(|| effect.refuse_size(size))?;
-        let mut effect = effect.with_size(size)?;
-        for part in parts {
-            let (name, value) = part.split_once('=').unwrap_or((part, ""));
-            let choice = effect.choice(name)?;
-            let read = match choice.values {
-                Values::Number(..) => number(value),
-                Values::Word(words) => words.iter().position(|word| *word == value).map(|place| place as f64),
-            };
-            let read = read.ok_or_else(|| effect.refuse_option(choice, value))?;
-            effect = effect.with(name, read)?;
-        }
-        Ok(effect)
+impl Effect {
+    /// Of an entry, of size 0 and without options.
+    pub(super) fn of(entry: &'static Entry) -> Self {
+        Self { entry, size: 0.0, given: Vec::new() }
     }
 
     /// The same effect of another size.
@@ -133,13 +94,12 @@ impl Effect {
 
     /// Its entry in the dictionary.
     pub fn entry(&self) -> &'static Entry {
-        // Every way to make an effect has found its entry.
-        DICTIONARY.iter().find(|entry| entry.id == self.id).unwrap_or(&DICTIONARY[0])
+        self.entry
     }
 
     /// Its name.
     pub fn id(&self) -> &'static str {
-        self.id
+        self.entry.id
     }
 
     /// Its size, in the unit of its entry.
@@ -160,37 +120,41 @@ impl Effect {
 
     /// Refuses the effect in a run in which it makes no sense.
     pub(super) fn refuse(&self, why: impl std::fmt::Display) -> Error {
-        Error::usage(format!("effect {}={}: {why}", self.id, self.size))
+        Error::usage(format!("effect {}={}: {why}", self.id(), self.size))
     }
 
-    fn refuse_size(&self, size: impl std::fmt::Display) -> Error {
+    pub(super) fn refuse_size(&self, size: impl std::fmt::Display) -> Error {
         let Entry { id, unit, range: (low, high), .. } = self.entry();
         Error::usage(format!("effect {id}={size}; allowed: {low} to {high} ({unit})"))
     }
 
-    fn choice(&self, name: &str) -> Result<&'static Choice> {
+    pub(super) fn choice(&self, name: &str) -> Result<&'static Choice> {
         self.entry().options.iter().find(|choice| choice.name == name).ok_or_else(|| {
             let names: Vec<&str> = self.entry().options.iter().map(|choice| choice.name).collect();
             let allowed = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-            Error::usage(format!("effect {}: option `{name}`; allowed: {allowed}", self.id))
+            Error::usage(format!("effect {}: option `{name}`; allowed: {allowed}", self.id()))
         })
     }
 
-    fn refuse_option(&self, choice: &Choice, value: impl std::fmt::Display) -> Error {
+    pub(super) fn refuse_option(&self, choice: &Choice, value: impl std::fmt::Display) -> Error {
         let Choice { name, meaning, .. } = choice;
-        Error::usage(format!("effect {}: {name}={value}; allowed: {} ({meaning})", self.id, choice.allowed()))
+        Error::usage(format!(
+            "effect {}: {name}={value}; allowed: {} ({meaning})",
+            self.id(),
+            choice.allowed()
+        ))
     }
 }
 
 impl Choice {
-    fn allowed(&self) -> String {
+    pub(super) fn allowed(&self) -> String {
         match self.values {
             Values::Number(low, high) => format!("{low} to {high}"),
             Values::Word(words) => words.join(", "),
         }
     }
 
-    fn default_text(&self) -> String {
+    pub(super) fn default_text(&self) -> String {
         match (self.default, self.values) {
             (None, _) => String::new(),
             (Some(value), Values::Number(..)) => format!(" [default: {value}]"),
@@ -199,23 +163,4 @@ impl Choice {
             }
         }
     }
-}
-
-fn number(text: &str) -> Option<f64> {
-    text.trim().parse::<f64>().ok().filter(|x| x.is_finite())
-}
-
-/// The dictionary of causes as text: ids, meanings, units, ranges, options.
-pub fn list() -> String {
-    let mut text = String::new();
-    for Entry { id, meaning, unit, range: (low, high), options, .. } in DICTIONARY {
-        // Writing to a String cannot fail.
-        let _ = writeln!(text, "{id}\n    {meaning}\n    size: {unit}, {low} to {high}");
-        for choice in options.iter() {
-            let Choice { name, meaning, .. } = choice;
-            let (allowed, default) = (choice.allowed(), choice.default_text());
-            let _ = writeln!(text, "    :{name}=  {meaning}, {allowed}{default}");
-        }
-    }
-    text
 }

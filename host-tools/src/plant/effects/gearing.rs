@@ -1,25 +1,27 @@
 //! A gear that loses more under load.
 
 use super::super::gear::Gear;
-use super::causes::{Cause, Onset};
+use super::cause::{Cause, Listed, Onset, onset};
 use super::conditions::{Conditions, Now};
 use super::entry::{Choice, Entry, Values};
-use super::{AT, onset};
+use super::options::AT;
 
-pub(super) const GEAR_LOAD: Entry = Entry {
-    id: "gear-load-loss",
-    meaning: "Teeth rub harder under load: the gear's efficiency falls with the torque, and more so when back-driven.",
-    unit: "fall of the efficiency per torque at the wheel, as a share of it, 1/(N·m)",
-    range: (0.0, 10.0),
-    options: &[
-        Choice {
-            name: "back",
-            values: Values::Number(0.0, 10.0),
-            default: Some(2.0),
-            meaning: "how many times as much when the wheel drives the motor",
-        },
-        AT,
-    ],
+pub(super) const GEAR_LOAD: Listed = Listed {
+    entry: Entry {
+        id: "gear-load-loss",
+        meaning: "Teeth rub harder under load: the gear's efficiency falls with the torque, and more so when back-driven.",
+        unit: "fall of the efficiency per torque at the wheel, as a share of it, 1/(N·m)",
+        range: (0.0, 10.0),
+        options: &[
+            Choice {
+                name: "back",
+                values: Values::Number(0.0, 10.0),
+                default: Some(2.0),
+                meaning: "how many times as much when the wheel drives the motor",
+            },
+            AT,
+        ],
+    },
     build: |effect, _| Ok(Box::new(GearLoad { fall: onset(effect), back: effect.number("back") })),
 };
 

@@ -1,40 +1,42 @@
 //! Copper that heats.
 
 use super::super::kinematics::MAX_WHEELS;
-use super::causes::{Cause, Onset};
+use super::cause::{Cause, Listed, Onset, onset};
 use super::conditions::{Conditions, Now};
 use super::entry::{Choice, Entry, Values};
-use super::{AT, onset};
+use super::options::AT;
 
 /// Temperature coefficient of copper's resistance at 20 °C, 1/K (IEC 60028).
 const COPPER_PER_K: f64 = 0.0039;
 
-pub(super) const WINDING: Entry = Entry {
-    id: "winding-temperature",
-    meaning: "The windings get hotter than in the fit, and copper's resistance rises by 0.39 % per kelvin.",
-    unit: "rise of the winding's temperature once settled, K",
-    range: (-40.0, 120.0),
-    options: &[
-        Choice {
-            name: "heat",
-            values: Values::Word(&["load", "room"]),
-            default: Some(0.0),
-            meaning: "what heats: the windings' own i²R, or warmth from outside",
-        },
-        Choice {
-            name: "loss",
-            values: Values::Number(0.001, 1000.0),
-            default: Some(0.1),
-            meaning: "i²R of one winding that settles at that rise, W: rise over loss is the thermal resistance, K/W",
-        },
-        Choice {
-            name: "tau",
-            values: Values::Number(1.0, 3600.0),
-            default: Some(30.0),
-            meaning: "thermal time constant, s",
-        },
-        AT,
-    ],
+pub(super) const WINDING: Listed = Listed {
+    entry: Entry {
+        id: "winding-temperature",
+        meaning: "The windings get hotter than in the fit, and copper's resistance rises by 0.39 % per kelvin.",
+        unit: "rise of the winding's temperature once settled, K",
+        range: (-40.0, 120.0),
+        options: &[
+            Choice {
+                name: "heat",
+                values: Values::Word(&["load", "room"]),
+                default: Some(0.0),
+                meaning: "what heats: the windings' own i²R, or warmth from outside",
+            },
+            Choice {
+                name: "loss",
+                values: Values::Number(0.001, 1000.0),
+                default: Some(0.1),
+                meaning: "i²R of one winding that settles at that rise, W: rise over loss is the thermal resistance, K/W",
+            },
+            Choice {
+                name: "tau",
+                values: Values::Number(1.0, 3600.0),
+                default: Some(30.0),
+                meaning: "thermal time constant, s",
+            },
+            AT,
+        ],
+    },
     build: |effect, _| {
         let load = effect.number("heat") == 0.0;
         if load && effect.size() < 0.0 {

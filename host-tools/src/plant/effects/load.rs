@@ -1,25 +1,27 @@
 //! What the robot carries: where it lies, and what the log says of it.
 
 use super::super::kinematics::{Geometry, Kinematics, MAX_WHEELS};
-use super::causes::{Cause, Onset};
+use super::cause::{Cause, Listed, Onset, onset};
 use super::conditions::{Conditions, Now};
 use super::entry::{Choice, Entry, Values};
-use super::{AT, onset};
+use super::options::AT;
 
-pub(super) const OFFSET: Entry = Entry {
-    id: "payload-offset",
-    meaning: "The load lies off centre: the wheels of one side carry more of it.",
-    unit: "how far the centre of the total mass lies to the left, m",
-    range: (-0.1, 0.1),
-    options: &[
-        Choice {
-            name: "inertia",
-            values: Values::Word(&["no", "yes"]),
-            default: Some(0.0),
-            meaning: "whether turning also moves the load's mass forward and back",
-        },
-        AT,
-    ],
+pub(super) const OFFSET: Listed = Listed {
+    entry: Entry {
+        id: "payload-offset",
+        meaning: "The load lies off centre: the wheels of one side carry more of it.",
+        unit: "how far the centre of the total mass lies to the left, m",
+        range: (-0.1, 0.1),
+        options: &[
+            Choice {
+                name: "inertia",
+                values: Values::Word(&["no", "yes"]),
+                default: Some(0.0),
+                meaning: "whether turning also moves the load's mass forward and back",
+            },
+            AT,
+        ],
+    },
     build: |effect, setting| {
         let geometry = setting.scenario.robot.geometry;
         let lever = levers(&geometry);
@@ -70,12 +72,14 @@ fn levers(geometry: &Geometry) -> [f64; MAX_WHEELS] {
     left.map(|y| y / square)
 }
 
-pub(super) const MISLABEL: Entry = Entry {
-    id: "payload-mislabel",
-    meaning: "The robot carries another mass than the log notes.",
-    unit: "true mass minus the noted mass, kg",
-    range: (-5.0, 20.0),
-    options: &[AT],
+pub(super) const MISLABEL: Listed = Listed {
+    entry: Entry {
+        id: "payload-mislabel",
+        meaning: "The robot carries another mass than the log notes.",
+        unit: "true mass minus the noted mass, kg",
+        range: (-5.0, 20.0),
+        options: &[AT],
+    },
     build: |effect, setting| {
         let noted = setting.scenario.payload.least_kg();
         if noted + effect.size() <= 0.0 {

@@ -1,32 +1,34 @@
 //! The floor: slope, rolling resistance, scrub.
 
 use super::super::body::GRAVITY;
-use super::causes::{Cause, Onset};
+use super::cause::{Cause, Listed, Onset, Setting, onset, onset_drawn};
 use super::conditions::{Conditions, Now};
-use super::entry::{Choice, Effect, Entry, Setting, Values};
-use super::{AT, DRAWN_AT, onset, onset_drawn};
+use super::entry::{Choice, Effect, Entry, Values};
+use super::options::{AT, DRAWN_AT};
 use crate::error::Result;
 
-pub(super) const GRADE: Entry = Entry {
-    id: "grade",
-    meaning: "The robot drives on an inclined plane: gravity pulls along the way and presses less to the floor.",
-    unit: "slope angle, rad",
-    range: (-0.3, 0.3),
-    options: &[
-        Choice {
-            name: "along",
-            values: Values::Word(&["world", "travel"]),
-            default: Some(0.0),
-            meaning: "where it rises: in a fixed direction, or always ahead of the robot's nose",
-        },
-        Choice {
-            name: "heading",
-            values: Values::Number(-std::f64::consts::PI, std::f64::consts::PI),
-            default: Some(0.0),
-            meaning: "that direction, rad counter-clockwise from the robot's heading at the start",
-        },
-        AT,
-    ],
+pub(super) const GRADE: Listed = Listed {
+    entry: Entry {
+        id: "grade",
+        meaning: "The robot drives on an inclined plane: gravity pulls along the way and presses less to the floor.",
+        unit: "slope angle, rad",
+        range: (-0.3, 0.3),
+        options: &[
+            Choice {
+                name: "along",
+                values: Values::Word(&["world", "travel"]),
+                default: Some(0.0),
+                meaning: "where it rises: in a fixed direction, or always ahead of the robot's nose",
+            },
+            Choice {
+                name: "heading",
+                values: Values::Number(-std::f64::consts::PI, std::f64::consts::PI),
+                default: Some(0.0),
+                meaning: "that direction, rad counter-clockwise from the robot's heading at the start",
+            },
+            AT,
+        ],
+    },
     build: |effect, setting| {
         Ok(Box::new(Grade {
             slope: onset(effect),
@@ -63,21 +65,25 @@ impl Cause for Grade {
     }
 }
 
-pub(super) const ROLLING: Entry = Entry {
-    id: "rolling-resistance-change",
-    meaning: "The floor is another than in the fit: wheels roll harder or more easily.",
-    unit: "change of the coefficient of rolling resistance (force per normal force)",
-    range: (-0.03, 0.3),
-    options: &[AT],
+pub(super) const ROLLING: Listed = Listed {
+    entry: Entry {
+        id: "rolling-resistance-change",
+        meaning: "The floor is another than in the fit: wheels roll harder or more easily.",
+        unit: "change of the coefficient of rolling resistance (force per normal force)",
+        range: (-0.03, 0.3),
+        options: &[AT],
+    },
     build: |effect, setting| rolling(effect, setting, onset(effect)),
 };
 
-pub(super) const SURFACE: Entry = Entry {
-    id: "surface-switch",
-    meaning: "The robot comes onto another floor within the run.",
-    unit: "change of the coefficient of rolling resistance (force per normal force)",
-    range: (-0.03, 0.3),
-    options: &[DRAWN_AT],
+pub(super) const SURFACE: Listed = Listed {
+    entry: Entry {
+        id: "surface-switch",
+        meaning: "The robot comes onto another floor within the run.",
+        unit: "change of the coefficient of rolling resistance (force per normal force)",
+        range: (-0.03, 0.3),
+        options: &[DRAWN_AT],
+    },
     build: |effect, setting| rolling(effect, setting, onset_drawn(effect, setting)),
 };
 
@@ -106,20 +112,22 @@ impl Cause for Rolling {
     }
 }
 
-pub(super) const SCRUB: Entry = Entry {
-    id: "turning-scrub",
-    meaning: "Tyres slide sideways in turns: dry friction with the floor resists every turn.",
-    unit: "coefficient of friction of the sliding contact (force per normal force)",
-    range: (0.0, 1.0),
-    options: &[
-        Choice {
-            name: "arm",
-            values: Values::Number(0.0, 10.0),
-            default: None,
-            meaning: "lever of the friction about the turning centre, m [default: half of the wheelbase]",
-        },
-        AT,
-    ],
+pub(super) const SCRUB: Listed = Listed {
+    entry: Entry {
+        id: "turning-scrub",
+        meaning: "Tyres slide sideways in turns: dry friction with the floor resists every turn.",
+        unit: "coefficient of friction of the sliding contact (force per normal force)",
+        range: (0.0, 1.0),
+        options: &[
+            Choice {
+                name: "arm",
+                values: Values::Number(0.0, 10.0),
+                default: None,
+                meaning: "lever of the friction about the turning centre, m [default: half of the wheelbase]",
+            },
+            AT,
+        ],
+    },
     build: |effect, setting| {
         let arm_m = effect.option("arm").unwrap_or(setting.scenario.robot.geometry.wheelbase_m / 2.0);
         Ok(Box::new(Scrub { friction: onset(effect), arm_m }))

@@ -3,17 +3,19 @@
 use std::collections::VecDeque;
 
 use super::super::kinematics::{Geometry, Kinematics};
-use super::causes::{Cause, Onset};
+use super::cause::{Cause, Listed, Onset, onset, wheel_of_side};
 use super::conditions::{Conditions, Now};
-use super::entry::{Choice, Effect, Entry, Values};
-use super::{AT, SIDE, onset, wheel_of_side};
+use super::entry::{Effect, Entry};
+use super::options::{AT, SIDE};
 
-pub(super) const GAIN: Entry = Entry {
-    id: "sensor-gain",
-    meaning: "The power sensor reads a factor off: another shunt than its calibration says.",
-    unit: "reading over truth, minus 1",
-    range: (-0.5, 0.5),
-    options: &[AT],
+pub(super) const GAIN: Listed = Listed {
+    entry: Entry {
+        id: "sensor-gain",
+        meaning: "The power sensor reads a factor off: another shunt than its calibration says.",
+        unit: "reading over truth, minus 1",
+        range: (-0.5, 0.5),
+        options: &[AT],
+    },
     build: |effect, _| Ok(Box::new(Gain { error: onset(effect) })),
 };
 
@@ -28,12 +30,14 @@ impl Cause for Gain {
     }
 }
 
-pub(super) const OFFSET: Entry = Entry {
-    id: "sensor-offset",
-    meaning: "The power sensor reads a constant off.",
-    unit: "reading without power, W",
-    range: (-5.0, 5.0),
-    options: &[AT],
+pub(super) const OFFSET: Listed = Listed {
+    entry: Entry {
+        id: "sensor-offset",
+        meaning: "The power sensor reads a constant off.",
+        unit: "reading without power, W",
+        range: (-5.0, 5.0),
+        options: &[AT],
+    },
     build: |effect, _| Ok(Box::new(Offset { error: onset(effect) })),
 };
 
@@ -48,13 +52,15 @@ impl Cause for Offset {
     }
 }
 
-pub(super) const DELAY: Entry = Entry {
-    id: "sensor-delay",
-    meaning: "The readings of power and of speed are shifted in time against each other.",
-    unit: "by how much power is late, s; negative: speed is late",
-    range: (-0.5, 0.5),
-    options: &[],
-    // The readings are delayed by the measuring chain itself.
+pub(super) const DELAY: Listed = Listed {
+    entry: Entry {
+        id: "sensor-delay",
+        meaning: "The readings of power and of speed are shifted in time against each other.",
+        unit: "by how much power is late, s; negative: speed is late",
+        range: (-0.5, 0.5),
+        options: &[],
+        // The readings are delayed by the measuring chain itself.
+    },
     build: |_, _| Ok(Box::new(Nothing)),
 };
 
@@ -67,7 +73,7 @@ impl Cause for Nothing {
 
 /// By how much power is late in a run with these effects, s.
 pub(in super::super) fn power_delay_s(effects: &[Effect]) -> f64 {
-    effects.iter().filter(|effect| effect.id() == DELAY.id).map(Effect::size).sum()
+    effects.iter().filter(|effect| effect.id() == DELAY.entry.id).map(Effect::size).sum()
 }
 
 /// A line that gives back what went in some steps ago, and its start before that.
@@ -94,13 +100,15 @@ impl<T: Copy> DelayLine<T> {
     }
 }
 
-pub(super) const SPEED_SCALE: Entry = Entry {
-    id: "speed-scale",
-    meaning: "The wheels of one side are smaller or larger than noted, or their encoder counts wrongly: loop and log \
+pub(super) const SPEED_SCALE: Listed = Listed {
+    entry: Entry {
+        id: "speed-scale",
+        meaning: "The wheels of one side are smaller or larger than noted, or their encoder counts wrongly: loop and log \
               read their speed a factor off.",
-    unit: "reading over truth, minus 1",
-    range: (-0.3, 0.3),
-    options: &[SIDE, AT],
+        unit: "reading over truth, minus 1",
+        range: (-0.3, 0.3),
+        options: &[SIDE, AT],
+    },
     build: |effect, setting| {
         let geometry = setting.scenario.robot.geometry;
         let front = wheel_of_side(effect, &geometry);
@@ -129,11 +137,3 @@ impl Cause for SpeedScale {
         }
     }
 }
-
-/// The side, for the effects that concern one.
-pub(super) const SIDE_CHOICE: Choice = Choice {
-    name: "side",
-    values: Values::Word(&["left", "right"]),
-    default: Some(0.0),
-    meaning: "which side",
-};

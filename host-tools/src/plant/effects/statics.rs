@@ -1,33 +1,35 @@
 //! Power beside the drives'.
 
-use super::causes::{Cause, Onset};
+use super::cause::{Cause, Listed, Onset, onset, onset_drawn};
 use super::conditions::{Conditions, Now};
 use super::entry::{Choice, Entry, Values};
-use super::{AT, DRAWN_AT, onset, onset_drawn};
+use super::options::{AT, DRAWN_AT};
 
 /// Wheel speed, rad/s, above which the robot counts as moving.
 const MOVING_RAD_S: f64 = 0.02;
 
-pub(super) const STEP: Entry = Entry {
-    id: "static-step",
-    meaning: "The static power changes its state: a camera is switched on, torque is enabled.",
-    unit: "power in the other state, W",
-    range: (-10.0, 10.0),
-    options: &[
-        Choice {
-            name: "on",
-            values: Values::Word(&["time", "motion"]),
-            default: Some(0.0),
-            meaning: "when: from a time on, or while the robot moves",
-        },
-        Choice {
-            name: "hold",
-            values: Values::Number(0.0, 3600.0),
-            default: Some(1.0),
-            meaning: "with motion: for how long afterwards, s",
-        },
-        DRAWN_AT,
-    ],
+pub(super) const STEP: Listed = Listed {
+    entry: Entry {
+        id: "static-step",
+        meaning: "The static power changes its state: a camera is switched on, torque is enabled.",
+        unit: "power in the other state, W",
+        range: (-10.0, 10.0),
+        options: &[
+            Choice {
+                name: "on",
+                values: Values::Word(&["time", "motion"]),
+                default: Some(0.0),
+                meaning: "when: from a time on, or while the robot moves",
+            },
+            Choice {
+                name: "hold",
+                values: Values::Number(0.0, 3600.0),
+                default: Some(1.0),
+                meaning: "with motion: for how long afterwards, s",
+            },
+            DRAWN_AT,
+        ],
+    },
     build: |effect, setting| {
         let on_motion = effect.number("on") == 1.0;
         let power = if on_motion { onset(effect) } else { onset_drawn(effect, setting) };
@@ -54,12 +56,14 @@ impl Cause for Step {
     }
 }
 
-pub(super) const COMPUTE: Entry = Entry {
-    id: "compute-load",
-    meaning: "The computer draws more the more it works.",
-    unit: "additional power at full load, W",
-    range: (0.0, 50.0),
-    options: &[AT],
+pub(super) const COMPUTE: Listed = Listed {
+    entry: Entry {
+        id: "compute-load",
+        meaning: "The computer draws more the more it works.",
+        unit: "additional power at full load, W",
+        range: (0.0, 50.0),
+        options: &[AT],
+    },
     build: |effect, _| Ok(Box::new(Compute { full: onset(effect) })),
 };
 

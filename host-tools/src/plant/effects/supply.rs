@@ -1,17 +1,19 @@
 //! Battery, leads, drives.
 
-use super::causes::{Cause, Onset};
+use super::cause::{Cause, Listed, Onset, onset};
 use super::conditions::{Conditions, Now};
 use super::entry::Entry;
-use super::{AT, onset};
+use super::options::AT;
 
-pub(super) const SAG: Entry = Entry {
-    id: "supply-sag",
-    meaning: "Leads and connectors between power sensor and drives have a resistance: the drives' voltage sags with \
+pub(super) const SAG: Listed = Listed {
+    entry: Entry {
+        id: "supply-sag",
+        meaning: "Leads and connectors between power sensor and drives have a resistance: the drives' voltage sags with \
               the current, and the sensor sees the loss.",
-    unit: "resistance, Ω",
-    range: (0.0, 2.0),
-    options: &[AT],
+        unit: "resistance, Ω",
+        range: (0.0, 2.0),
+        options: &[AT],
+    },
     build: |effect, _| Ok(Box::new(Sag { resistance: onset(effect) })),
 };
 
@@ -26,12 +28,14 @@ impl Cause for Sag {
     }
 }
 
-pub(super) const REGENERATION: Entry = Entry {
-    id: "regeneration",
-    meaning: "The drives return braking energy to the supply, which the fit knew nothing of.",
-    unit: "returned share of the motors' braking power",
-    range: (0.0, 1.0),
-    options: &[AT],
+pub(super) const REGENERATION: Listed = Listed {
+    entry: Entry {
+        id: "regeneration",
+        meaning: "The drives return braking energy to the supply, which the fit knew nothing of.",
+        unit: "returned share of the motors' braking power",
+        range: (0.0, 1.0),
+        options: &[AT],
+    },
     build: |effect, setting| {
         if setting.scenario.drive.regeneration {
             return Err(

@@ -208,7 +208,7 @@ pub(super) fn scores(number: usize, round: &Round) -> Result<Option<Markup>> {
     let used: Vec<usize> =
         (0..KINDS.len()).filter(|place| found.iter().any(|scored| kind(scored.status) == *place)).collect();
     let rows = found.iter().map(|scored| {
-        let detail = scored.detail.as_object().map(words::detail).unwrap_or_default();
+        let detail = scored.detail.words();
         let name = if detail.is_empty() { scored.id.clone() } else { format!("{}: {detail}", scored.id) };
         let series = used.iter().position(|place| *place == kind(scored.status)).unwrap_or(0);
         // Of what explains nothing only the name is left.

@@ -34,7 +34,7 @@ pub(super) fn verdict(report: &Report, inputs: &Inputs) -> Markup {
         header class=(kind) {
             p class="kind" { "gmr gap · " (inputs.robot) " · " (count(inputs.logs.len(), "log")) }
             h1 id="verdict" data-verdict=(kind) { (summary::headline(report)) }
-            @for named in &report.effects { p { (summary::effect(report, named)) "." } }
+            @for named in &report.effects { p { (summary::effect(named)) "." } }
             p { (summary::gap(report)) }
             div class="tiles" {
                 (tile(&words::watts(confirmed.before_w), "gap before (RMS)", ""))
@@ -66,20 +66,21 @@ pub(super) fn effects(report: &Report) -> Markup {
         @if !report.effects.is_empty() {
             h2 { "What is missing" }
             div class="wide" { table {
-                tr { th { "effect" } th { "meaning" } th class="number" { "coefficient" } th { "detail" } }
+                tr { th { "effect" } th { "meaning" } th class="number" { "size" } th class="number" { "coefficient" } th { "detail" } }
                 @for named in &report.effects {
                     @let candidate = &named.candidate;
-                    @for (value, error) in named.coefficients.iter().zip(&named.std_errs) {
+                    @for (place, (value, error)) in named.coefficients.iter().zip(&named.std_errs).enumerate() {
                         tr {
                             td { code { (candidate.id) } }
                             td { (words::meaning(candidate)) }
+                            td class="number" { @if place == 0 { (words::physical(named).unwrap_or_default()) } }
                             td class="number" { (words::quantity(*value, *error, &candidate.unit)) }
-                            td { (words::detail(&candidate.detail)) }
+                            td { (candidate.detail.words()) }
                         }
                     }
                 }
             } }
-            p class="soft" { "± is one standard error. A coefficient without a unit is a share; of a slope it is the sine times the base's inertia gain." }
+            p class="soft" { "± is one standard error. The size is the world's; a coefficient is the model's, with the drive's losses folded in: of a slope it is the sine times the base's inertia gain. What has no unit is a share." }
         }
     }
 }
@@ -184,7 +185,7 @@ pub(super) fn scores(report: &Report) -> Result<Markup> {
                             td { (scored.status.text()) }
                             td class="number" { (format!("{:.1}", scored.gain)) }
                             td class="number" { (words::some_of(scored.coefficients.iter().map(|c| format!("{c:.3e}")))) }
-                            td { @if let Value::Object(detail) = &scored.detail { (words::detail(detail)) } }
+                            td { (scored.detail.words()) }
                         }
                     }
                 } }

@@ -1,0 +1,43 @@
+//! Another floor: a torque in proportion to the mass, beyond the fitted one.
+
+use model_core::effects::{Cause, GRAVITY, Term};
+
+use super::candidate::Way;
+use super::entry::Entry;
+use super::physical::Conversion;
+use super::plant::{Finding, LEAST_LEFT, Part};
+use super::regressor::Regressor;
+use super::sign::Sign;
+use crate::error;
+
+pub(super) const ROLLING_RESISTANCE_CHANGE: Entry = Entry {
+    id: "rolling-resistance-change",
+    meaning: "the floor is another than in the fit",
+    unit: "N·m/kg",
+    sign: Sign::Either,
+    needs: "",
+    single_runs: false,
+    shows_in: "drive the same way empty and fully loaded",
+    typical: &["rolling-resistance-change=0.01"],
+    physical: |_| Some(FLOOR),
+    candidates: |scope| {
+        let range = (-scope.base.rolling, scope.much_per_kg());
+        Ok(vec![Way::new(Regressor::Term(Term::Rolling), range)])
+    },
+    owns: |cause| matches!(cause, Cause::Term(Term::Rolling)),
+    read: |fields| fields.term(Term::Rolling),
+    cause: change,
+};
+
+/// Friction coefficient of the floor by the torque per kilogram of every wheel: μ g m r / N of the weight on it, r / N being what a wheel
+/// moves the robot forward. Told where all wheels do so alike.
+pub(super) const FLOOR: Conversion = Conversion {
+    unit: "1",
+    of: |coefficient, world| Some(coefficient / (world.torque.inertia_gain * GRAVITY * world.forward?)),
+};
+
+/// A floor never loses all of its resistance.
+pub(super) fn change(finding: &Finding<'_>) -> error::Result<Result<Part, String>> {
+    let least = -LEAST_LEFT * finding.scene.rolling;
+    finding.everywhere_within(|low, high| (low.max(least), high))
+}

@@ -1,0 +1,202 @@
+//! Every list in the tree that names effects names exactly those of [`ENTRIES`], and what one place says of them the others mean.
+
+use model_core::effects::{Cause, Side, Term};
+use model_core::torque::TorqueModel;
+use nalgebra::DMatrix;
+use serde_json::json;
+
+use super::written::{Written, columns, id_of};
+use super::*;
+use crate::plant::effects::{Effect, entries};
+
+/// A robot with two wheels, its base, and columns without a plausible content.
+fn scope(columns: &[&str]) -> Scope {
+    let column = |(place, name): (usize, &&str)| ScopeColumn { name: (*name).to_owned(), place, least: 20.0 };
+    Scope {
+        base: TorqueModel::from_array([0.03, 0.01, 0.01, 0.003, 1.3, 3.0, 0.0]),
+        regenerative: false,
+        scrubs: false,
+        static_power: 0.0,
+        sides: vec![-1.0, 1.0],
+        columns: columns.iter().enumerate().map(column).collect(),
+        speed: 10.0,
+        torque: 0.15,
+        mass: 2.0,
+        lightest: 1.0,
+        duration: 60.0,
+        power: 5.0,
+    }
+}
+
+/// Candidates of runs without further columns, and with all that effects ask for.
+fn all_candidates() -> Vec<Candidate> {
+    let plain = candidates(&scope(&[PROCESSOR])).0;
+    let with_static = candidates(&Scope { static_power: 6.0, ..scope(&[]) }).0;
+    let measured = candidates(&scope(&[PITCH, "motor1_temp_c", "motor2_temp_c"])).0;
+    [plain, with_static, measured].concat()
+}
+
+fn ids() -> Vec<&'static str> {
+    ENTRIES.iter().map(|entry| entry.id).collect()
+}
+
+#[test]
+fn the_plant_has_a_cause_for_each_and_no_other() {
+    assert_eq!(entries().map(|cause| cause.id).collect::<Vec<_>>(), ids());
+    for entry in &ENTRIES {
+        assert!(!entry.typical.is_empty() && !entry.shows_in.is_empty(), "{}", entry.id);
+        for typical in entry.typical {
+            assert_eq!(Effect::parse(typical).unwrap().id(), entry.id);
+        }
+    }
+}
+
+/// Between the heading "What it can name" and the next: one row an effect, in this order, with unit and sign as here.
+#[test]
+fn the_documentation_names_each_and_no_other() {
+    let docs = include_str!("../../../docs/gap.md");
+    let section = docs.split("## What it can name").nth(1).unwrap().split("\n## ").next().unwrap();
+    let rows: Vec<&str> = section.lines().filter(|line| line.starts_with("| `")).collect();
+    let expected: Vec<String> = ENTRIES.iter().map(table_row).collect();
+    assert_eq!(rows, expected, "expected:\n{}", expected.join("\n"));
+}
+
+fn table_row(entry: &Entry) -> String {
+    let sign = match entry.sign {
+        Sign::Positive => "+",
+        Sign::Negative => "−",
+        Sign::Either => "±",
+    };
+    let needs = if entry.needs.is_empty() { "" } else { "; needs " };
+    let code = |text: &str| if text.contains('_') { format!("`{text}`") } else { text.to_owned() };
+    let needed = code(entry.needs);
+    format!("| `{}` | {sign} {} | {}{needs}{needed} |", entry.id, entry.unit, entry.meaning)
+}
+
+/// The second simulator, which judges the names, has a cause for each as well.
+#[test]
+fn the_judge_has_a_cause_for_each() {
+    let judge = include_str!("../../tests/reference/gap_judge/effects.py");
+    for id in ids() {
+        assert!(judge.contains(&format!("\"{id}\"")), "{id}");
+    }
+}
+
+/// What the file's words mean is what the workflow fitted, for every candidate.
+#[test]
+fn every_candidate_is_written_as_what_it_was_fitted_as() {
+    let mut seen = Vec::new();
+    for candidate in all_candidates().into_iter().chain(at_times()) {
+        let coefficients = vec![0.001; candidate.regressors.len()];
+        let expected: Vec<Option<Cause<f64>>> = candidate.regressors.iter().map(in_core).collect();
+        let Ok(written) = Written::of(&candidate, &coefficients, &coefficients) else {
+            assert_eq!(candidate.id, "payload-mislabel");
+            continue;
+        };
+        let text = toml::to_string(&written).unwrap();
+        let read: Written = toml::from_str(&text).unwrap();
+        assert_eq!(read, written, "{text}");
+        let columns = columns(&[read], 2).unwrap();
+        let found: Vec<Option<Cause<f64>>> = columns.iter().map(|column| Some(column.cause)).collect();
+        assert_eq!(found, expected, "{text}");
+        for column in columns.iter() {
+            assert_eq!(id_of(&column.cause).0, written.id);
+        }
+        seen.push(written.id);
+    }
+    for id in ids() {
+        assert!(id == "payload-mislabel" || seen.iter().any(|own| own == id), "{id}");
+    }
+}
+
+/// What only appears at times that were found in runs.
+fn at_times() -> [Candidate; 2] {
+    [(STATIC_STEP, Switched::Static), (SURFACE_SWITCH, Switched::Rolling)].map(|(entry, what)| {
+        let at = Detail::At { at_s: 20.0 };
+        entry.candidate(vec![Regressor::Term(what.from(20.0))], (-1.0, 1.0), at, 0.0)
+    })
+}
+
+/// By the regressors themselves, not by the words about them.
+fn in_core(regressor: &Regressor) -> Option<Cause<f64>> {
+    Some(match regressor {
+        // A board is not ahead of its time.
+        Regressor::Term(Term::WithMotion(hold)) => Cause::Term(Term::WithMotion(hold.max(0.0))),
+        Regressor::Term(term) => Cause::Term(*term),
+        Regressor::Heat(time) => Cause::Heat(*time),
+        Regressor::Hot => Cause::Hot,
+        Regressor::Temperature(_, cold) => Cause::Temperature(*cold),
+        Regressor::Delay => Cause::Delay,
+        Regressor::Scale(side) if *side < 0.0 => Cause::Scale(Side::Left),
+        Regressor::Scale(side) if *side > 0.0 => Cause::Scale(Side::Right),
+        Regressor::Scale(_) => Cause::Scale(Side::Both),
+        Regressor::Column(_) => Cause::Term(Term::Driver),
+        _ => return None,
+    })
+}
+
+/// Every regressor of the board's model belongs to one effect.
+#[test]
+fn no_two_effects_own_the_same_column() {
+    for candidate in all_candidates() {
+        for cause in candidate.regressors.iter().filter_map(in_core) {
+            let owners: Vec<&str> =
+                ENTRIES.iter().filter(|entry| (entry.owns)(&cause)).map(|entry| entry.id).collect();
+            assert_eq!(owners, [candidate.id.as_str()], "{cause:?}");
+        }
+    }
+}
+
+/// Scripts read these keys.
+#[test]
+fn details_have_the_keys_that_scripts_know() {
+    let names = Runs::Named(vec!["a.csv".to_owned()]);
+    for (detail, expected) in [
+        (Detail::Plain, json!({})),
+        (Detail::Slope(Along::Pitch), json!({"by": "pitch_rad"})),
+        (Detail::Slope(Along::Ahead), json!({"along": "the way ahead"})),
+        (Detail::Slope(Along::World), json!({"along": "a direction of the world"})),
+        (Detail::Heated(Heated::FromStart), json!({"from": "the start"})),
+        (Detail::Heated(Heated::ByLoss(9.0)), json!({"time_constant_s": 9.0})),
+        (Detail::Heated(Heated::Measured(21.0)), json!({"by": "motor temperatures", "from_c": 21.0})),
+        (Detail::Width { speed_rad_s: 2.0 }, json!({"speed_rad_s": 2.0})),
+        (Detail::Wheel { wheel: 2, side: WheelSide::Right }, json!({"wheel": 2, "side": "right"})),
+        (Detail::Side(WheelSide::Both), json!({"side": "both"})),
+        (Detail::DependsOnMass(true), json!({"depends_on_mass": true})),
+        (Detail::WithStatic { power_w: 6.0 }, json!({"with_static_w": 6.0})),
+        (Detail::WithMotion { hold_s: 1.0 }, json!({"with": "motion", "hold_s": 1.0})),
+        (Detail::FromFirstMotion, json!({"from": "the first motion on"})),
+        (Detail::At { at_s: 3.0 }, json!({"at_s": 3.0, "runs": "all"})),
+        (Detail::InRuns { runs: Runs::All, at_s: None }, json!({"runs": "all"})),
+        (
+            Detail::InRuns { runs: names, at_s: Some(vec![Some(1.0), None]) },
+            json!({"runs": ["a.csv"], "at_s": [1.0, null]}),
+        ),
+    ] {
+        assert_eq!(serde_json::to_value(&detail).unwrap(), expected);
+    }
+}
+
+fn any(id: &str, detail: Detail) -> Candidate {
+    find(id).unwrap().candidate(Vec::new(), (-1.0, 1.0), detail, 0.0)
+}
+
+/// 0.04 of gravity's share with an inertia gain of 1.3333 ± 0.0133 is a slope of 0.03: 1 % of the coefficient's error and 1 % of the
+/// gain's are √2 % of the slope, and where both err alike nothing.
+#[test]
+fn a_slope_is_what_the_world_has_whatever_the_drive_folds_in() {
+    let mut covariance = DMatrix::zeros(7, 7);
+    covariance[(4, 4)] = (0.01_f64 / 0.75).powi(2);
+    let torque = TorqueModel { inertia_gain: 1.0 / 0.75, ..TorqueModel::default() };
+    let world = World { torque, covariance, forward: Some(0.0165), turn: 0.2 };
+    let slope = any("grade", Detail::Slope(Along::Ahead));
+    let found = physical(&slope, (0.04, 4e-4), &[], &world).unwrap();
+    assert!((found.value - 0.03_f64.asin()).abs() < 1e-9 && found.unit == "rad", "{found:?}");
+    assert!((found.std_err / (0.03 * 0.01 * 2.0_f64.sqrt()) - 1.0).abs() < 2e-3, "{found:?}");
+    let alike = [0.0, 0.0, 0.0, 0.0, 4e-4 * 0.01 / 0.75];
+    assert!(physical(&slope, (0.04, 4e-4), &alike, &world).unwrap().std_err < 1e-6);
+    // A sensor's offset is what it is.
+    let offset = any("sensor-offset", Detail::Plain);
+    let found = physical(&offset, (0.2, 0.01), &[], &world).unwrap();
+    assert_eq!((found.value, found.std_err, found.unit.as_str()), (0.2, 0.01, "W"));
+}

@@ -1,0 +1,60 @@
+//! Tyres that scrub in turns: a torque along the turn.
+
+use model_core::effects::{Cause, Term};
+
+use super::candidate::Way;
+use super::detail::Detail;
+use super::entry::Entry;
+use super::fields::{Fields, Read};
+use super::key;
+use super::physical::{Conversion, World};
+use super::regressor::Regressor;
+use super::scope::Scope;
+use super::sign::Sign;
+
+pub(super) const TURNING_SCRUB: Entry = Entry {
+    id: "turning-scrub",
+    meaning: "tyres scrub in turns",
+    unit: "N·m",
+    sign: Sign::Positive,
+    needs: "",
+    single_runs: false,
+    shows_in: "spin on the spot, then go straight at the same wheel speed",
+    typical: &["turning-scrub=0.05"],
+    physical: |detail| Some(moment(detail)),
+    candidates,
+    owns: |cause| matches!(cause, Cause::Term(Term::Scrub | Term::ScrubPerKg)),
+    read,
+    cause: |finding| finding.everywhere(),
+};
+
+/// Moment of friction about the turning centre: what it takes times the turn rate is what the outermost wheel's torque takes times its
+/// speed.
+fn moment(detail: &Detail) -> Conversion {
+    let of = |coefficient: f64, world: &World| {
+        let moment = coefficient / (world.torque.inertia_gain * world.turn);
+        Some(moment).filter(|moment| moment.is_finite())
+    };
+    let unit = if *detail == Detail::DependsOnMass(true) { "N·m/kg" } else { "N·m" };
+    Conversion { unit, of }
+}
+
+fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
+    let constant =
+        Way::new(Regressor::Term(Term::Scrub), (0.0, scope.much())).with(Detail::DependsOnMass(false));
+    if scope.scrubs {
+        // What grows with the mass is the base's own.
+        return Ok(vec![constant]);
+    }
+    let per_kg = Way::new(Regressor::Term(Term::ScrubPerKg), (0.0, scope.much_per_kg()));
+    let per_kg = per_kg.in_unit("N·m/kg").with(Detail::DependsOnMass(true));
+    Ok(vec![constant.one_of_many(), per_kg.one_of_many()])
+}
+
+fn read(fields: &Fields<'_>) -> Read {
+    match fields.flag(key::DEPENDS_ON_MASS) {
+        Some(true) => fields.term(Term::ScrubPerKg),
+        Some(false) => fields.term(Term::Scrub),
+        None => fields.unclear("depends_on_mass = true or false"),
+    }
+}

@@ -1,0 +1,93 @@
+//! Hot copper: the winding loss is greater, by measured temperatures, by its own heat, or throughout.
+
+use model_core::effects::{Cause, Term};
+
+use super::candidate::Way;
+use super::column::temperature;
+use super::detail::{Detail, FROM_START, Heated};
+use super::entry::Entry;
+use super::fields::{Fields, Read};
+use super::key;
+use super::physical::Conversion;
+use super::plant::{Finding, Part};
+use super::regressor::Regressor;
+use super::scope::{Scope, ScopeColumn};
+use super::sign::Sign;
+use crate::error;
+
+pub(super) const WINDING_TEMPERATURE: Entry = Entry {
+    id: "winding-temperature",
+    meaning: "copper heats, and its resistance rises",
+    unit: "1",
+    sign: Sign::Positive,
+    needs: "",
+    single_runs: false,
+    shows_in: "work the motors hard for minutes, or log motor1_temp_c …",
+    typical: &["winding-temperature=60:loss=0.05"],
+    physical: |detail| (*detail == Detail::Heated(Heated::FromStart)).then_some(RISE),
+    candidates,
+    owns: |cause| {
+        matches!(cause, Cause::Hot | Cause::Heat(_) | Cause::Temperature(_) | Cause::Term(Term::Winding))
+    },
+    read,
+    cause,
+};
+
+/// Temperature coefficient of copper's resistance at 20 °C, 1/K (IEC 60028).
+const COPPER_PER_K: f64 = 0.0039;
+
+/// A share of the winding loss as the rise of copper's temperature.
+const RISE: Conversion = Conversion { unit: "K", of: |coefficient, _| Some(coefficient / COPPER_PER_K) };
+
+/// Time constants that are tried, as shares of the longest run; the best is searched between them.
+const TIMES: [f64; 3] = [0.15, 0.5, 1.5];
+
+/// Most that a kelvin adds: five times copper's.
+const MOST_PER_K: f64 = 0.02;
+
+fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
+    let columns = |wheel: usize| scope.column(&temperature(wheel + 1));
+    let columns: Option<Vec<&ScopeColumn>> = (0..scope.sides.len()).map(columns).collect();
+    if let Some(columns) = columns
+        && columns.windows(2).all(|pair| pair[1].place == pair[0].place + 1)
+        && let Some(first) = columns.first()
+    {
+        let coldest = columns.iter().map(|column| column.least).fold(f64::INFINITY, f64::min);
+        let measured = Way::new(Regressor::Temperature(first.place, coldest), (0.0, MOST_PER_K));
+        return Ok(vec![measured.with(Detail::Heated(Heated::Measured(coldest)))]);
+    }
+    let hot = Way::new(Regressor::Hot, (0.0, 1.0)).with(Detail::Heated(Heated::FromStart));
+    let by_loss = |share: f64| {
+        let time = share * scope.duration;
+        let way = Way::new(Regressor::Heat(time), (0.0, f64::INFINITY));
+        way.with(Detail::Heated(Heated::ByLoss(time))).one_of_many()
+    };
+    Ok([hot.one_of_many()].into_iter().chain(TIMES.map(by_loss)).collect())
+}
+
+fn read(fields: &Fields<'_>) -> Read {
+    if fields.text(key::FROM) == Some(FROM_START) {
+        return fields.one(Cause::Hot);
+    }
+    if fields.has(key::FROM_C) {
+        return fields.one(Cause::Temperature(fields.number(key::FROM_C)?));
+    }
+    fields.one(Cause::Heat(fields.number(key::TIME_CONSTANT)?))
+}
+
+/// Loss at which a winding's rise settles, W: small, so that any heating is within the plant's range of rises.
+const SETTLED_LOSS_W: f64 = 0.01;
+
+fn cause(finding: &Finding<'_>) -> error::Result<Result<Part, String>> {
+    match finding.candidate.detail {
+        Detail::Heated(Heated::ByLoss(time)) => {
+            let tau = time.clamp(1.0, 3600.0);
+            let part = finding.acting(|effect| effect.with("loss", SETTLED_LOSS_W)?.with("tau", tau))?;
+            Ok(part.map(|part| Part { range: (0.0, part.range.1), ..part }))
+        }
+        Detail::Heated(Heated::FromStart) => {
+            finding.acting(|effect| effect.with("heat", 1.0)?.with("tau", 1.0))
+        }
+        _ => Ok(Err("temperatures were measured along the way; the plant has its own".to_owned())),
+    }
+}

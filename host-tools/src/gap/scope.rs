@@ -1,0 +1,52 @@
+//! The sizes of runs and base by which effects say what can show and what is plausible.
+
+use model_core::torque::TorqueModel;
+
+use crate::effects::{self, Candidate, NotTestable, Scope, ScopeColumn};
+use crate::log::runs::Runs;
+
+/// Every candidate that these runs can show, and the effects that they cannot.
+pub(super) fn candidates<const N: usize>(
+    runs: &Runs<N>,
+    base: &TorqueModel<f64>,
+    regenerative: bool,
+) -> (Vec<Candidate>, Vec<NotTestable>) {
+    effects::candidates(&scope(runs, base, regenerative))
+}
+
+fn scope<const N: usize>(runs: &Runs<N>, base: &TorqueModel<f64>, regenerative: bool) -> Scope {
+    let rows = || runs.runs.iter().flat_map(|run| &run.rows);
+    let mut speeds: Vec<f64> = rows()
+        .flat_map(|row| row.motion.wheels.iter().map(|wheel| wheel.speed.abs()))
+        .filter(|speed| *speed > 0.0)
+        .collect();
+    let rank = speeds.len() * 95 / 100;
+    let speed = match speeds.len() {
+        0 => 1.0,
+        _ => *speeds.select_nth_unstable_by(rank, f64::total_cmp).1,
+    };
+    let count = rows().count().max(1) as f64;
+    let mass = rows().map(|row| row.mass).sum::<f64>() / count;
+    let moving: Vec<f64> = rows().filter(|row| row.motion.is_moving()).map(|row| row.power.abs()).collect();
+    let torque = (base.coulomb + base.rolling * mass + base.viscous * speed) * (1.0 + f64::EPSILON);
+    let last = runs.runs.iter().filter_map(|run| run.rows.last());
+    let column = |name: &String| {
+        let place = runs.column(name)?;
+        let values = runs.runs.iter().flat_map(|run| run.extra(place).iter().copied());
+        Some(ScopeColumn { name: name.clone(), place, least: values.fold(f64::INFINITY, f64::min) })
+    };
+    Scope {
+        base: *base,
+        regenerative,
+        scrubs: runs.robot.kinematics.scrubs(),
+        static_power: runs.robot.static_power,
+        sides: runs.layout.side.to_vec(),
+        columns: runs.columns.iter().filter_map(column).collect(),
+        speed,
+        torque: torque.max(1e-6),
+        mass,
+        lightest: rows().map(|row| row.mass).fold(f64::INFINITY, f64::min),
+        duration: last.map(|row| row.time).fold(1.0, f64::max),
+        power: moving.iter().sum::<f64>() / moving.len().max(1) as f64,
+    }
+}
