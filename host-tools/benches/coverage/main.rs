@@ -115,7 +115,8 @@ impl Bench<'_> {
     fn simulate(&self, profile: &str, duration: &str, mass: &str, noise: f64, seed: u64) -> PathBuf {
         let log = self.folder.join("run.csv");
         let (noise, seed) = (noise.to_string(), seed.to_string());
-        let mut arguments = vec!["simulate", "--plant", "servo", "--profile", profile, "--duration", duration];
+        let mut arguments =
+            vec!["simulate", "--plant", "servo", "--profile", profile, "--duration", duration];
         arguments.extend(["--mass", mass, "--power-noise", &noise, "--seed", &seed, "--out", text(&log)]);
         arguments.extend(self.chain.sensors);
         self.gmr.run(&arguments);
@@ -195,8 +196,7 @@ impl Bench<'_> {
     fn beyond(&self, coefficients: &Path, seed: u64) -> Cell {
         let mut cell = Cell::default();
         for (place, mass) in (0..).zip(BEYOND) {
-            let log =
-                self.simulate("test", "100", &mass.to_string(), self.noise(), 700 + 10 * seed + place);
+            let log = self.simulate("test", "100", &mass.to_string(), self.noise(), 700 + 10 * seed + place);
             let found = self.estimate(coefficients, &log);
             cell.changes += usize::from(found["changes"].as_array().is_some_and(|all| !all.is_empty()));
             for window in found["windows"].as_array().into_iter().flatten() {

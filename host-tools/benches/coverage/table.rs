@@ -97,8 +97,9 @@ impl Table {
             format!("{} ({unknown:.0} %)", cell.percent())
         };
         for kind in self.kinds() {
-            let mut cells: Vec<String> =
-                (0..chains.len()).map(|chain| show(self.sum(|of, name| of == chain && name == kind))).collect();
+            let mut cells: Vec<String> = (0..chains.len())
+                .map(|chain| show(self.sum(|of, name| of == chain && name == kind)))
+                .collect();
             cells.push(show(self.sum(|_, name| name == kind)));
             text += &row(kind, &cells);
         }
@@ -106,10 +107,9 @@ impl Table {
             (0..chains.len()).map(|chain| show(self.sum(|of, _| of == chain))).collect();
         all.push(show(self.sum(|_, _| true)));
         text += &row("all", &all);
-        let changes: Vec<String> =
-            (0..=chains.len()).map(|chain| {
-                self.sum(|of, _| of == chain || chain == chains.len()).changes.to_string()
-            }).collect();
+        let changes: Vec<String> = (0..=chains.len())
+            .map(|chain| self.sum(|of, _| of == chain || chain == chains.len()).changes.to_string())
+            .collect();
         text += &row("changes noticed that are none", &changes);
         let with_sum = |cells: &[Cell], text: &dyn Fn(&Cell) -> String| {
             let mut sum = Cell::default();

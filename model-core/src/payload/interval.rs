@@ -109,8 +109,7 @@ pub(super) fn within<T: Real>(range: &MassRange<T>, d: T, half_width: T) -> Mass
     }
     let cut = |x: T| x.at_least(-reach).at_most(reach);
     let (end, low, high) = (cut(d), d - half_width, d + half_width);
-    // In this order no number is too wide.
-    if !(half_width <= reach) {
+    if half_width > reach || !half_width.is_finite() {
         return MassEstimate::Unknown(Unknown::TooWide);
     }
     let (low, high) = if d == end { (cut(low), cut(high)) } else { (low.at_most(end), high.at_least(end)) };
