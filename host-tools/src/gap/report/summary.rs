@@ -235,7 +235,7 @@ mod tests {
         // A slope along the world: √(0.03² + 0.06²) by the motors, three quarters of it by the road, rising towards atan2(2, 1).
         let named = text(&report(Verdict::Named)).split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(
-            named.contains("grade = 0.05034 ± 0.00075 rad (2.9°), coefficient 0.0671 ± 0.0010: ")
+            named.contains("grade = 0.05033 ± 0.00075 rad (2.9°), coefficient 0.0671 ± 0.0010: ")
                 && named.contains("along the way,")
                 && named.contains("rising towards 63°"),
             "{named}"
