@@ -16,6 +16,8 @@ use rand_chacha::rand_core::SeedableRng;
 
 /// For each of seven readers, on two cores: about half a minute.
 const TIME: Duration = Duration::from_secs(8);
+/// So many anyway, where the machine has other things to do.
+const LEAST: usize = 500;
 /// Longer inputs only repeat what shorter ones show.
 const LONGEST: usize = 4096;
 /// Things that readers look for.
@@ -84,7 +86,7 @@ fn fuzz(name: &str) {
     corpus.iter().for_each(|input| try_one(input));
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let (begun, mut executions) = (Instant::now(), corpus.len());
-    while begun.elapsed() < TIME {
+    while begun.elapsed() < TIME || executions < LEAST {
         let mut input = corpus[rng.random_range(0..corpus.len())].clone();
         let other = &corpus[rng.random_range(0..corpus.len())];
         for _ in 0..rng.random_range(1..=6) {
@@ -94,7 +96,6 @@ fn fuzz(name: &str) {
         executions += 1;
     }
     println!("{name}: {executions} executions");
-    assert!(executions > corpus.len() + 100, "{executions} executions: hardly any");
 }
 
 macro_rules! readers {

@@ -4,9 +4,9 @@
 
 use std::path::Path;
 
-use crc::{CRC_16_UMTS, CRC_32_ISO_HDLC, Crc};
+use crc::{CRC_32_ISO_HDLC, Crc};
 use firmware::control_table::{Item, UPLOAD_BYTES};
-use firmware::dynamixel::packet::Parser;
+use firmware::dynamixel::packet::{Instruction, Parser, encode};
 use firmware::items::{self, ItemBytes, RobotIdentity};
 use firmware::link::{Device, LONGEST_ANSWER, State};
 use host_tools::coefficients::CoefficientsFile;
@@ -119,29 +119,14 @@ fn link(data: &[u8], _: &Path) {
     }
 }
 
-/// Bytes on the servo bus: the parser finds the same packets however they are cut, and the servos survive them.
+/// Bytes on the servo bus: whatever comes, the servos survive it; packets that are well made are found however they are cut.
 fn servo(data: &[u8], _: &Path) {
-    for bytes in [data.to_vec(), packets(data, 1)] {
-        let cuts = [bytes.len().max(1), 1, 7].map(|size| {
-            let mut parser = Parser::<512>::new();
-            let mut found = Vec::new();
-            for piece in bytes.chunks(size) {
-                let mut rest = piece;
-                while !rest.is_empty() {
-                    rest = &rest[parser.feed(rest)..];
-                    while let Some(packet) = parser.next_packet() {
-                        found.extend(
-                            packet
-                                .ok()
-                                .map(|packet| (packet.id, packet.instruction, packet.parameters.to_vec())),
-                        );
-                    }
-                }
-            }
-            found
-        });
-        // What is cut finely is found whole too; a cut-short packet may be given up earlier where more is seen at once.
-        assert_eq!(cuts[1], cuts[2]);
+    let made = packets(data, 1);
+    for size in [made.len().max(1), 1, 7] {
+        assert_eq!(found(&made, size), found(&made, 64), "in pieces of {size}");
+    }
+    let _ = found(data, 1);
+    for bytes in [data, &made] {
         let mut bus = ServoBus::default();
         for (time_us, piece) in (0..).step_by(100).zip(bytes.chunks(64)) {
             let _ = bus.exchange(time_us, piece);
@@ -149,19 +134,31 @@ fn servo(data: &[u8], _: &Path) {
     }
 }
 
-/// Instructions made of the data: each piece's first byte is the instruction and its second the length of the parameters.
+/// The good packets in these bytes, received in pieces of this size.
+fn found(bytes: &[u8], size: usize) -> Vec<(u8, u8, Vec<u8>)> {
+    let mut parser = Parser::<512>::new();
+    let mut found = Vec::new();
+    for mut rest in bytes.chunks(size) {
+        while !rest.is_empty() {
+            rest = &rest[parser.feed(rest)..];
+            while let Some(packet) = parser.next_packet() {
+                found.extend(packet.ok().map(|it| (it.id, it.instruction, it.parameters.to_vec())));
+            }
+        }
+    }
+    found
+}
+
+/// Instructions made of the data, stuffed and with their checksums: each piece's first byte chooses the instruction, its second is the
+/// length of the parameters.
 fn packets(data: &[u8], id: u8) -> Vec<u8> {
     let mut made = Vec::new();
     let mut rest = data;
-    while let [instruction, length, after @ ..] = rest {
+    while let [choice, length, after @ ..] = rest {
         let (parameters, next) = after.split_at(usize::from(*length).min(after.len()));
-        let mut body = vec![0xFF, 0xFF, 0xFD, 0x00, id];
-        body.extend((parameters.len() as u16 + 3).to_le_bytes());
-        body.push(*instruction);
-        body.extend_from_slice(parameters);
-        let checksum = Crc::<u16>::new(&CRC_16_UMTS).checksum(&body);
-        body.extend(checksum.to_le_bytes());
-        made.extend(body);
+        let instruction = Instruction::from_code(*choice).unwrap_or(Instruction::Write);
+        let mut buffer = [0; 512];
+        made.extend_from_slice(encode(id, instruction, &[parameters], &mut buffer).expect("it fits"));
         rest = next;
     }
     made
