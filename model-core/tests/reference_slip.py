@@ -17,7 +17,7 @@ left, right = np.round(v - d / 2, 6), np.round(v + d / 2, 6)
 def slope(now, s):
     l, r = np.interp(now, t, left), np.interp(now, t, right)
     difference, mean = r - l, abs(l + r) / 2
-    return (difference - s * (HALF_SLIP * mean + abs(difference))) / (HALF_SLIP * RELAXATION)
+    return (difference - s * np.hypot(HALF_SLIP * mean, difference)) / (HALF_SLIP * RELAXATION)
 
 
 found = solve_ivp(slope, (0.0, t[-1]), [0.0], method="LSODA", t_eval=t, rtol=1e-9, atol=1e-11, max_step=2 * PERIOD)
