@@ -170,7 +170,7 @@ registers! {
     WHEEL_ACCELERATION: 732, F32[WHEELS], Read, "rad/s²", "Behind the filter; NaN without coefficients";
     WHEEL_POSITION: 740, I32[WHEELS], Read, "1/4096 turn", "The servo's register 132";
 
-    PAYLOAD_STATE: 748, U8[1], Read, "", "0 mass known, 1 no samples or no coefficients, 2 nothing in motion, 3 interval too wide, 4 not finite, 5 lighter than without payload and 6 heavier than with the full one, MASS being that end";
+    PAYLOAD_STATE: 748, U8[1], Read, "", "0 mass known, 1 no samples or no coefficients, 2 nothing in motion, 3 interval too wide, 4 not finite, 5 lighter than without payload and 6 heavier than with the full one, MASS being that end, 7 coefficients that cannot tell it";
     STANDSTILL: 749, U8[1], Read, "", "1 while the wheels have stood still long enough for the flash to be written";
     MASS: 752, F32[1], Read, "kg", "Total mass, robot and payload";
     MASS_LOW: 756, F32[1], Read, "kg", "Lower end of its 95 % interval";

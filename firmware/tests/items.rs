@@ -183,7 +183,13 @@ fn other_kinds_of_image_are_refused() {
         range: MassRange::new(1.0, 6.0).unwrap(),
         static_power: 0.0,
     };
-    let three = Coefficients { robot, model: burger().model, noise: burger().noise, columns: Columns::NONE };
+    let three = Coefficients {
+        robot,
+        model: burger().model,
+        noise: burger().noise,
+        columns: Columns::NONE,
+        identifies_mass: true,
+    };
     assert_eq!(check(three.encode().unwrap().as_bytes()).err(), Some(Reason::Wheels));
     // Other items are none either.
     assert_eq!(check(&Calibration::default().encode()).err(), Some(Reason::NotAnImage));

@@ -10,7 +10,7 @@
 //! | 8 | 1 | model id: 0 Eq. 18 published, 1 Eq. 18 corrected, 2 signed torque |
 //! | 9 | 1 | drive: 0 dissipative, 1 regenerative |
 //! | 10 | 1 | wheels N |
-//! | 11 | 1 | 1 where the wheels scrub in turns, 0 where not |
+//! | 11 | 1 | 1 where the wheels scrub in turns, plus 2 where the mass cannot be told ([`Coefficients::identifies_mass`]) |
 //! | 12 | 24 | robot name, UTF-8, padded with zeros |
 //! | 36 | 24 | gyration radius, dead band, filter cutoff, mass without and with full load, static power |
 //! | 60 | 16 | noise: density, lasting error, power scale, tail |
@@ -32,7 +32,7 @@
 //! | offset | what |
 //! |---|---|
 //! | 104 | imbalance of the sides, N·m |
-//! | 108, 112 | slip memory: slip at half of the scrub, relaxation in rad of the wheel |
+//! | 108, 112 | slip memory: slip at 1/√2 of the scrub, relaxation in rad of the wheel |
 //! | 116 | delay of the power behind the speeds, s |
 //! | 120 | 16 bytes, 0 |
 //!
@@ -90,6 +90,9 @@ const HEAD: usize = 136;
 /// Number of columns, and zeros.
 const COLUMNS_HEAD: usize = 4;
 const COLUMN: usize = 10;
+/// Bits of byte 11. Firmware that does not know one refuses the image.
+const SCRUBS: u8 = 1;
+const NO_MASS: u8 = 2;
 /// Numbers behind a torque model's values that say more of it.
 const TRAITS: usize = REGRESSORS - PARAMETERS;
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
@@ -164,6 +167,11 @@ pub struct Robot<T, const N: usize> {
 }
 
 impl<T: Real, const N: usize> Robot<T, N> {
+    /// Whether turns drag its wheels: by its kind of steering, or because a fit has found that scrub builds up.
+    pub fn scrubs(&self) -> bool {
+        self.kinematics.scrubs() || !self.conditioning.slip.is_off()
+    }
+
     /// The same robot in another precision.
     pub fn convert<U: Real>(&self) -> Option<Robot<U, N>> {
         let number = |value: T| U::from_f64(value.to_f64());
@@ -195,6 +203,9 @@ pub struct Coefficients<T, const N: usize> {
     pub noise: Noise<T>,
     /// Effects that it lacks.
     pub columns: Columns<T>,
+    /// Whether the fit saw what tells one mass from another. Where it saw one payload or one speed only, estimates of the mass are
+    /// unknown, whatever the samples say.
+    pub identifies_mass: bool,
 }
 
 /// Why bytes are no coefficients.
@@ -350,7 +361,9 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         image.put(&MAGIC);
         image.put(&version.to_le_bytes());
         image.put(&(length as u16).to_le_bytes());
-        image.put(&[model, drive, N as u8, u8::from(self.robot.kinematics.scrubs())]);
+        let flags = if self.robot.kinematics.scrubs() { SCRUBS } else { 0 }
+            | if self.identifies_mass { 0 } else { NO_MASS };
+        image.put(&[model, drive, N as u8, flags]);
         let robot = &self.robot;
         image.put(&robot.name.0);
         for value in [
@@ -418,7 +431,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         if CRC.checksum(body) != checksum {
             return Err(DecodeError::Checksum);
         }
-        let [model, drive, wheels, scrubs] = reader.take::<4>()?;
+        let [model, drive, wheels, flags] = reader.take::<4>()?;
         if usize::from(wheels) != N {
             return Err(DecodeError::WheelCount { found: wheels });
         }
@@ -483,11 +496,10 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         }
         let kinematics = Kinematics::from_rows(rows)
             .map_err(|_| DecodeError::Field("kinematics"))?
-            .with_scrub(match scrubs {
-                0 => false,
-                1 => true,
-                _ => return Err(DecodeError::Field("kinematics")),
-            });
+            .with_scrub(flags & SCRUBS != 0);
+        if flags & !(SCRUBS | NO_MASS) != 0 {
+            return Err(DecodeError::Field("kinematics"));
+        }
         let mass_matrix =
             kinematics.mass_matrix(gyration_radius).map_err(|_| DecodeError::Field("gyration_radius_m"))?;
         let columns = if version == VERSION {
@@ -513,6 +525,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
             model,
             noise: Noise { density, model_std, power_scale, tail },
             columns,
+            identifies_mass: flags & NO_MASS == 0,
         })
     }
 
@@ -533,6 +546,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
                 tail: number(self.noise.tail),
             },
             columns: self.columns.convert(),
+            identifies_mass: self.identifies_mass,
         })
     }
 }

@@ -261,6 +261,8 @@ where
     conditioner: Conditioner<T, N>,
     model: Model<T>,
     range: MassRange<T>,
+    /// Whether the coefficients tell masses apart.
+    identifies_mass: bool,
     method: M,
     timeline: Timeline,
     detector: Option<Cusum<T>>,
@@ -297,6 +299,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
             conditioner: Conditioner::with_delay(robot, delay, timing.period_s)?,
             model: coefficients.model,
             range: coefficients.robot.range,
+            identifies_mass: coefficients.identifies_mass,
             method,
             timeline: Timeline::new(timing.schedule),
             detector: timing.detect_changes.then(|| Cusum::new(Threshold::default())),
@@ -307,7 +310,11 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
             bucket_length: T::from_f64(timing.bucket_s),
             full_at: T::from_f64(timing.bucket_s - timing.period_s / 2.0),
             phase: T::ZERO,
-            mass: MassEstimate::Unknown(Unknown::NoSamples),
+            mass: MassEstimate::Unknown(if coefficients.identifies_mass {
+                Unknown::NoSamples
+            } else {
+                Unknown::NotIdentifiable
+            }),
             measured: Energy::default(),
             predicted: Energy::default(),
             d: T::NAN,
@@ -376,16 +383,21 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     }
 
     fn learn(&mut self, mass: MassEstimate<T>) {
-        self.mass = mass;
-        self.d = mass.best().map_or(T::NAN, |best| best - self.range.middle());
+        self.mass = self.identified(mass);
+        self.d = self.mass.best().map_or(T::NAN, |best| best - self.range.middle());
     }
 
     /// The mass over exactly the latest `count` buckets, whatever the schedule; `None` while there are fewer.
     pub fn over_latest(&self, count: usize) -> Option<MassEstimate<T>> {
         (self.buckets.len() >= count && count > 0).then(|| {
             let parts = self.buckets.latest_parts(count);
-            self.method.estimate_of(&total(parts), parts, self.spread.excess())
+            self.identified(self.method.estimate_of(&total(parts), parts, self.spread.excess()))
         })
+    }
+
+    /// An estimate by coefficients that tell masses apart.
+    fn identified(&self, mass: MassEstimate<T>) -> MassEstimate<T> {
+        if self.identifies_mass { mass } else { MassEstimate::Unknown(Unknown::NotIdentifiable) }
     }
 
     /// Actuation energy measured, and predicted while the mass was known, since the start (Eq. 9), J. A gap counts as one

@@ -66,7 +66,7 @@ fn any_coefficients<const N: usize>() -> impl Strategy<Value = Coefficients<f32,
         0.1..100.0_f32,
         -9.0..99.0_f32,
     );
-    (robot, model(), number(), number(), number(), number()).prop_map(
+    (robot, model(), number(), number(), number(), number(), proptest::bool::ANY).prop_map(
         |(
             (name, rows, gyration_radius, dead_band, cutoff_hz, empty, payload, static_power),
             model,
@@ -74,6 +74,7 @@ fn any_coefficients<const N: usize>() -> impl Strategy<Value = Coefficients<f32,
             model_std,
             power_scale,
             tail,
+            identifies_mass,
         )| {
             let kinematics = Kinematics::from_rows(rows).unwrap();
             Coefficients {
@@ -91,6 +92,7 @@ fn any_coefficients<const N: usize>() -> impl Strategy<Value = Coefficients<f32,
                 model,
                 noise: Noise { density, model_std, power_scale, tail },
                 columns: Columns::NONE,
+                identifies_mass,
             }
         },
     )
@@ -227,6 +229,9 @@ fn impossible_numbers_are_refused() {
             );
         }
     }
+    for flags in [4, 8, 255] {
+        assert_eq!(Two::decode(&forged(|b| b[11] = flags)), Err(DecodeError::Field("kinematics")), "{flags}");
+    }
     let no_wheels = forged(|bytes| bytes[136..160].fill(0));
     assert_eq!(Two::decode(&no_wheels), Err(DecodeError::Field("kinematics")));
 }
@@ -258,6 +263,7 @@ fn what_no_board_could_run_does_not_come_back() {
         model: two.model,
         noise: two.noise,
         columns: Columns::NONE,
+        identifies_mass: true,
     };
     assert_eq!(seven.encode(), None);
 }
@@ -319,7 +325,7 @@ fn with_columns<const N: usize>(columns: &[Column<f32>]) -> Coefficients<f32, N>
         static_power: two.robot.static_power,
     };
     let columns = Columns::new(columns, N).unwrap();
-    Coefficients { robot, model: two.model, noise: two.noise, columns }
+    Coefficients { robot, model: two.model, noise: two.noise, columns, identifies_mass: true }
 }
 
 fn columns_of(causes: &[Cause<f32>]) -> Vec<Column<f32>> {

@@ -125,6 +125,26 @@ fn moving_window_is_the_method_over_the_latest_buckets() {
     assert_eq!(pipeline.over_latest(RING + 1), None);
 }
 
+/// Coefficients of one payload only know no mass, however well the samples would tell it: not from the start, not over any window,
+/// and not for the power.
+#[test]
+fn coefficients_of_one_payload_know_no_mass() {
+    let timing = Timing {
+        period_s: PERIOD,
+        bucket_s: 1.0,
+        schedule: Schedule::Moving { window: 5 },
+        detect_changes: true,
+    };
+    let blind = Coefficients { identifies_mass: false, ..robot() };
+    let mut pipeline = Pipeline::new(&blind, method(), &timing).unwrap();
+    let unknown = MassEstimate::Unknown(Unknown::NotIdentifiable);
+    for out in Driver::new(1).run(&mut pipeline, 3.3, 30) {
+        assert_eq!((out.mass, out.power, out.changed), (unknown, None, None));
+    }
+    assert_eq!(pipeline.over_latest(5), Some(unknown));
+    assert_eq!(pipeline.energy().1, 0.0);
+}
+
 #[test]
 fn over_latest_waits_for_its_buckets() {
     let mut pipeline = pipeline(Schedule::Cumulative, false);

@@ -45,6 +45,7 @@ fn coefficients() -> Option<Coefficients<f32, 2>> {
         model: Model::Signed { torque: TorqueModel::from_array(power::TORQUE), drive: Drive::Dissipative },
         noise: Noise { density: 5e-5, model_std: 0.01, power_scale: 0.0, tail: 1.0 },
         columns: Columns::NONE,
+        identifies_mass: true,
     })
 }
 

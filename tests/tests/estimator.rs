@@ -58,6 +58,7 @@ fn coefficients() -> Option<Coefficients<f32, 2>> {
         model: Model::Signed { torque: TorqueModel::from_array(power::TORQUE), drive: Drive::Dissipative },
         noise,
         columns: Columns::NONE,
+        identifies_mass: true,
     })
 }
 

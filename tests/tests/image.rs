@@ -48,6 +48,7 @@ fn coefficients() -> Option<Coefficients<f32, 2>> {
             tail: NOISE_TAIL,
         },
         columns: Columns::NONE,
+        identifies_mass: true,
     })
 }
 

@@ -68,6 +68,7 @@ pub const fn mass_code(mass: &MassEstimate<f32>) -> u8 {
         MassEstimate::Unknown(Unknown::NoMotion) => 2,
         MassEstimate::Unknown(Unknown::TooWide) => 3,
         MassEstimate::Unknown(Unknown::NotFinite) => 4,
+        MassEstimate::Unknown(Unknown::NotIdentifiable) => 7,
         MassEstimate::Beyond(Beyond { place: Place::Below, .. }) => 5,
         MassEstimate::Beyond(Beyond { place: Place::Above, .. }) => 6,
         MassEstimate::Beyond(Beyond { place: Place::Within, .. }) => 0,

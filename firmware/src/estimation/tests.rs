@@ -66,6 +66,7 @@ pub(crate) fn coefficients(model: Model<f32>) -> Coefficients<f32, WHEELS> {
             tail: 1.0,
         },
         columns: Columns::NONE,
+        identifies_mass: true,
     }
 }
 

@@ -8,6 +8,7 @@ use firmware::dynamixel::status::{ALERT, Refusal};
 
 use super::transport::Transport;
 use crate::error::{Error, Result};
+use crate::printable;
 
 /// The longest packet there is: a status with the whole table, every three bytes of which may need a fourth.
 const LONGEST: usize = OVERHEAD + (1 + table::END as usize) * 4 / 3 + 4;
@@ -408,8 +409,8 @@ fn refusal(error: u8) -> String {
     format!("the board refuses: {why}")
 }
 
-/// Text that is padded with zeros.
+/// Text that is padded with zeros, printable: whoever is at the other end of the link has written it.
 pub(super) fn text(bytes: &[u8]) -> String {
     let length = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
-    String::from_utf8_lossy(&bytes[..length]).into_owned()
+    printable::name(&String::from_utf8_lossy(&bytes[..length]))
 }

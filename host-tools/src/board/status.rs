@@ -159,6 +159,7 @@ fn unknown_text(state: u8) -> Option<&'static str> {
         2 => Some("nothing in motion"),
         3 => Some("the interval is too wide"),
         4 => Some("not finite"),
+        7 => Some("the coefficients come from one payload or one speed only"),
         _ => Some("a state that this version does not know"),
     }
 }

@@ -17,6 +17,8 @@ use crate::board::store_image::StoreImage;
 use crate::board::{dfu, image_file, probe, rail_names};
 use crate::effects::written::id_of;
 use crate::error::{Error, Result};
+use crate::output::check_apart;
+use crate::printable;
 use crate::progress::WaitProgress;
 use crate::robot::Robot;
 
@@ -98,6 +100,8 @@ struct HeldCoefficients {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let inputs = [&arguments.robot].into_iter().chain(&arguments.coeffs);
+    check_apart(arguments.out.as_deref(), inputs.map(PathBuf::as_path))?;
     let request = if arguments.read { None } else { Some(request(arguments)?) };
     let done = if let Some(port) = &arguments.port {
         let timeout = Duration::try_from_secs_f64(arguments.timeout)
@@ -125,7 +129,7 @@ fn work(target: &mut dyn Target, request: Option<&Request>) -> Result<Done> {
     match request {
         Some(request) => {
             let items = flash(target, request)?;
-            let robot = flasher::identity(target)?.name.as_str().to_owned();
+            let robot = printable::name(flasher::identity(target)?.name.as_str());
             Ok(Done::Stored { robot, items })
         }
         None => Ok(Done::Held(held(target)?)),
@@ -187,7 +191,7 @@ fn held(target: &mut dyn Target) -> Result<Held> {
     let decoded = Coefficients::<f32, WHEELS>::decode(&image).ok();
     let coefficients = (!image.is_empty()).then(|| HeldCoefficients {
         model: decoded.map(|coefficients| flasher::model_text(&coefficients.model)),
-        robot: decoded.map(|coefficients| coefficients.robot.name.as_str().to_owned()),
+        robot: decoded.map(|coefficients| printable::name(coefficients.robot.name.as_str())),
         effects: decoded.map_or_else(Vec::new, |coefficients| {
             coefficients.columns.iter().map(|column| id_of(&column.cause).0).collect()
         }),
@@ -199,7 +203,7 @@ fn held(target: &mut dyn Target) -> Result<Held> {
     // As many digits as single precision has.
     let decimal = |factor: f32| factor.to_string().parse::<f64>().unwrap_or(f64::from(factor));
     Ok(Held {
-        robot: identity.name.as_str().to_owned(),
+        robot: printable::name(identity.name.as_str()),
         coefficients,
         calibration: factors.map(|(rail, factor)| (rail.to_owned(), decimal(factor).into())).collect(),
     })

@@ -43,10 +43,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             println!("{line}");
         } else {
             let text = text(&board, &status);
-            // Over what was drawn before: that many lines up, and clear from there (ECMA-48 CPL and ED).
-            let up = if is_redrawn && drawn > 0 { format!("\x1b[{drawn}F\x1b[J") } else { String::new() };
+            // Over what was drawn before.
+            if is_redrawn && drawn > 0 {
+                crate::output::redraw(drawn);
+            }
             drawn = text.lines().count();
-            println!("{up}{}", text.trim_end());
+            println!("{}", text.trim_end());
         }
         // Whoever reads this may have left.
         crate::output::finish()?;

@@ -7,15 +7,21 @@
 
 use std::path::PathBuf;
 
+use model_core::conditioning::Conditioning;
+use model_core::payload::Noise;
+use model_core::slip::SlipMemory;
 use serde::{Deserialize, Serialize};
 
 use super::error::InvalidCoefficients;
 use super::kind::{Method, ModelKind};
-use super::parameters::number;
+use super::parameters::{IMBALANCE, number};
 use crate::effects::written::Written;
 
 /// Version of the file's layout.
 pub(super) const FORMAT: u32 = 1;
+
+/// Of files with a delay, slip memory or an imbalance of the sides: a reader that passed over these would compute something else.
+pub(super) const FORMAT_WITH_TRAITS: u32 = 2;
 
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Document {
@@ -48,14 +54,78 @@ pub(super) struct RobotSection {
     pub(super) regeneration: bool,
     /// Whether the wheels are dragged sideways in turns.
     pub(super) scrubs: bool,
+    /// By how much the power is later than the speeds.
+    #[serde(default, skip_serializing_if = "is_nought")]
+    pub(super) power_delay_s: f64,
+    /// Slip at which half of the scrub has built up, and the angle that wheels roll meanwhile.
+    #[serde(default, skip_serializing_if = "is_nought")]
+    pub(super) half_slip: f64,
+    #[serde(default, skip_serializing_if = "is_nought")]
+    pub(super) slip_relaxation_rad: f64,
+}
+
+fn is_nought(value: &f64) -> bool {
+    *value == 0.0
+}
+
+impl RobotSection {
+    /// What lies between samples and motion beside the filter.
+    pub(super) fn conditioning(&self) -> Conditioning<f64> {
+        let slip = SlipMemory { half_slip: self.half_slip, relaxation: self.slip_relaxation_rad };
+        Conditioning { slip, delay: self.power_delay_s }
+    }
 }
 
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct NoiseSection {
     pub(super) density_w2_s: f64,
-    pub(super) model_std_w: f64,
+    /// Missing where `mass` says that the mass is not identifiable, so that older readers refuse the file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) model_std_w: Option<f64>,
+    /// That the mass cannot be told with these coefficients.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) mass: Option<MassSection>,
     pub(super) power_scale_w: f64,
     pub(super) tail: f64,
+}
+
+/// What coefficients say of the mass, where it is not an error in W.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum MassSection {
+    /// Fitted to one payload or one speed only.
+    NotIdentifiable,
+}
+
+/// What older versions wrote for [`MassSection::NotIdentifiable`], W: more than any robot draws.
+const NO_PAYLOAD_W: f64 = 1e6;
+
+impl NoiseSection {
+    /// The error that outlasts a window, W; `None` where the mass is not identifiable.
+    ///
+    /// # Errors
+    /// Neither is there.
+    pub(super) fn lasting_w(&self) -> Result<Option<f64>, InvalidCoefficients> {
+        match (self.mass, self.model_std_w) {
+            (Some(MassSection::NotIdentifiable), _) | (None, Some(NO_PAYLOAD_W)) => Ok(None),
+            (None, Some(lasting)) => Ok(Some(lasting)),
+            (None, None) => Err(InvalidCoefficients::Layout {
+                message: "missing field `model_std_w`".to_owned(),
+                line: None,
+            }),
+        }
+    }
+
+    /// The same as files say it.
+    pub(super) fn of(noise: &Noise<f64>, identifies_mass: bool) -> Self {
+        Self {
+            density_w2_s: noise.density,
+            model_std_w: identifies_mass.then_some(noise.model_std),
+            mass: (!identifies_mass).then_some(MassSection::NotIdentifiable),
+            power_scale_w: noise.power_scale,
+            tail: noise.tail,
+        }
+    }
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -90,7 +160,7 @@ impl Document {
             line: error.span().map(|span| 1 + text[..span.start].matches('\n').count() as u64),
         })?;
         match document.format {
-            FORMAT => Ok(document),
+            FORMAT | FORMAT_WITH_TRAITS => Ok(document),
             found => Err(InvalidCoefficients::Format { found, expected: FORMAT }),
         }
     }
@@ -98,22 +168,32 @@ impl Document {
     /// # Errors
     /// Names a number that no fit can give, and says what was expected (Eq. 20 for the coefficients).
     pub(super) fn check_numbers(&self) -> Result<(), InvalidCoefficients> {
-        match self.numbers().into_iter().find(|(_, value)| !(value.is_finite() && *value >= 0.0)) {
+        let signed = [(IMBALANCE.name, self.imbalance()), ("power_delay_s", self.robot.power_delay_s)];
+        let signed = signed.into_iter().find(|(_, value)| !value.is_finite());
+        let others = || self.numbers().into_iter().find(|(_, value)| !(value.is_finite() && *value >= 0.0));
+        match signed.or_else(others) {
             Some((key, value)) => Err(InvalidCoefficients::Number { key: key.to_owned(), value }),
             None => Ok(()),
         }
     }
 
+    /// 0 where the sides are alike.
+    fn imbalance(&self) -> f64 {
+        self.parameters.get(IMBALANCE.name).and_then(number).unwrap_or(0.0)
+    }
+
     /// What has to be finite and not below 0.
     fn numbers(&self) -> Vec<(&str, f64)> {
-        let parameters =
-            self.parameters.iter().filter_map(|(name, value)| Some((name.as_str(), number(value)?)));
+        let parameters = self.parameters.iter().filter(|(name, _)| name.as_str() != IMBALANCE.name);
+        let parameters = parameters.filter_map(|(name, value)| Some((name.as_str(), number(value)?)));
         let others = [
             ("density_w2_s", self.noise.density_w2_s),
-            ("model_std_w", self.noise.model_std_w),
+            ("model_std_w", self.noise.model_std_w.unwrap_or(0.0)),
             ("power_scale_w", self.noise.power_scale_w),
             ("tail", self.noise.tail),
             ("filter_cutoff_hz", self.robot.filter_cutoff_hz),
+            ("half_slip", self.robot.half_slip),
+            ("slip_relaxation_rad", self.robot.slip_relaxation_rad),
         ];
         parameters.chain(others).collect()
     }

@@ -15,11 +15,12 @@ const END: u64 = 1 << 16;
 /// # Errors
 /// What the operating system refuses.
 pub(super) fn of(log: &Path) -> io::Result<Option<String>> {
-    let mut file = File::open(log)?;
-    let metadata = file.metadata()?;
+    // Asked before it is opened: that would wait for another writer to a pipe.
+    let metadata = std::fs::metadata(log)?;
     if !metadata.is_file() {
         return Ok(None);
     }
+    let mut file = File::open(log)?;
     let size = metadata.len();
     let mut ends = Vec::new();
     (&mut file).take(END).read_to_end(&mut ends)?;

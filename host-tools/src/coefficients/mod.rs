@@ -1,5 +1,5 @@
 //! coefficients.toml: what `gmr fit` writes, `gmr gap --out` extends, and every other command reads. One typed value, read once and
-//! written once; the file's layout is `document`'s.
+//! written once; the file's layout is [`document`]'s.
 
 mod covariance;
 mod document;
@@ -13,6 +13,7 @@ mod robot;
 use std::path::{Path, PathBuf};
 
 use model_core::coefficients::Coefficients;
+use model_core::conditioning::Conditioning;
 use model_core::effects::Columns;
 use model_core::model::Model;
 use model_core::payload::Noise;
@@ -22,11 +23,12 @@ use nalgebra::DMatrix;
 pub use self::error::{Difference, InvalidCoefficients, InvalidCovariance};
 pub use self::kind::{Method, ModelKind};
 pub use self::logs::FittedLog;
-pub use self::parameters::{EQ18, Quantity, TORQUE};
+pub use self::parameters::{EQ18, IMBALANCE, Quantity, TORQUE};
 
-use self::document::{Document, ExtensionSection, FORMAT, FitSection, NoiseSection};
+use self::document::{Document, ExtensionSection, FORMAT, FORMAT_WITH_TRAITS, FitSection, NoiseSection};
 use crate::effects::written::{self, Written, Wrong};
 use crate::error::{Error, Result};
+use crate::input::{MOST_DESCRIPTION, read_text};
 use crate::output::write_whole;
 use crate::robot::Robot;
 
@@ -73,7 +75,7 @@ impl<const N: usize> CoefficientsFile<N> {
     /// The file cannot be read, is of another format, is for another robot, or holds what no model can have: an
     /// [`InvalidCoefficients`] as [`Error::cause`].
     pub fn read(file: &Path, robot: &Robot) -> Result<Self> {
-        let text = std::fs::read_to_string(file).map_err(|error| Error::io(file, &error))?;
+        let text = read_text(file, MOST_DESCRIPTION)?;
         let refused = |wrong: InvalidCoefficients| {
             let (key, line) = (wrong.key().map(str::to_owned), wrong.line(&text));
             let mut error = Error::of(wrong).in_file(file);
@@ -87,7 +89,8 @@ impl<const N: usize> CoefficientsFile<N> {
         };
         let document = Document::parse(&text).map_err(refused)?;
         let fitted = robot::of_section::<N>(&document.robot).map_err(refused)?;
-        let now = robot.core::<N>(fitted.cutoff_hz)?;
+        let mut now = robot.core::<N>(fitted.cutoff_hz)?;
+        now.conditioning = fitted.conditioning;
         let drives = document.model == ModelKind::Signed;
         robot::check(&fitted, document.robot.regeneration, &now, robot, drives)
             .map_err(|difference| refused(InvalidCoefficients::OtherRobot(difference)))?;
@@ -102,11 +105,12 @@ impl<const N: usize> CoefficientsFile<N> {
     ) -> std::result::Result<Self, InvalidCoefficients> {
         document.check_numbers()?;
         let drive = if document.robot.regeneration { Drive::Regenerative } else { Drive::Dissipative };
-        let scrubs = document.robot.scrubs;
+        let scrubs = robot.scrubs();
         let model = parameters::model(document.model, &document.parameters, scrubs, drive)?;
+        let lasting = document.noise.lasting_w()?;
         let noise = Noise {
             density: document.noise.density_w2_s,
-            model_std: document.noise.model_std_w,
+            model_std: lasting.unwrap_or(0.0),
             power_scale: document.noise.power_scale_w,
             tail: document.noise.tail,
         };
@@ -119,7 +123,13 @@ impl<const N: usize> CoefficientsFile<N> {
         let logs = logs.into_iter().zip(fingerprints);
         let logs = logs.map(|(log, fingerprint)| FittedLog { path: folder.join(log), fingerprint });
         let plain = Self {
-            coefficients: Coefficients { robot, model, noise, columns: Columns::NONE },
+            coefficients: Coefficients {
+                robot,
+                model,
+                noise,
+                columns: Columns::NONE,
+                identifies_mass: lasting.is_some(),
+            },
             kind: document.model,
             method: document.method,
             covariance,
@@ -157,30 +167,30 @@ impl<const N: usize> CoefficientsFile<N> {
 
     /// As `file` holds them.
     fn document(&self, file: &Path) -> std::result::Result<Document, InvalidCovariance> {
-        let Coefficients { robot, model, noise, .. } = &self.coefficients;
+        let Coefficients { robot, model, noise, identifies_mass, .. } = &self.coefficients;
         let regeneration = matches!(model, Model::Signed { drive: Drive::Regenerative, .. });
-        let scrubs = robot.kinematics.scrubs();
+        let scrubs = robot.scrubs();
         let covariance = covariance::rounded(&self.covariance)?;
         let joint = self.joint_covariance.as_ref().map(covariance::rounded).transpose()?;
         let rows = |matrix: &DMatrix<f64>| -> Vec<Vec<f64>> {
             matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
         };
-        let parameters = parameters::named(model, scrubs);
+        let (parameters, imbalance) = (parameters::named(model, scrubs), parameters::imbalance(model));
         Ok(Document {
-            format: FORMAT,
+            format: if robot.conditioning == Conditioning::PLAIN && imbalance.is_none() {
+                FORMAT
+            } else {
+                FORMAT_WITH_TRAITS
+            },
             model: self.kind,
             method: self.method,
             robot: robot::section(robot, self.origin.static_power_w, regeneration),
             parameters: parameters
                 .into_iter()
+                .chain(imbalance)
                 .map(|(name, value)| (name.to_owned(), toml::Value::Float(value)))
                 .collect(),
-            noise: NoiseSection {
-                density_w2_s: noise.density,
-                model_std_w: noise.model_std,
-                power_scale_w: noise.power_scale,
-                tail: noise.tail,
-            },
+            noise: NoiseSection::of(noise, *identifies_mass),
             fit: FitSection {
                 rows: self.origin.rows,
                 logs: self.origin.logs.iter().map(|log| logs::seen_from(file, &log.path)).collect(),
@@ -205,7 +215,7 @@ impl<const N: usize> CoefficientsFile<N> {
     pub fn with_torque(mut self, moved: &TorqueModel<f64>) -> Self {
         if let Model::Signed { torque, .. } = &mut self.coefficients.model {
             // A little below nought is nought: no robot has less (Eq. 20).
-            *torque = TorqueModel::from_array(moved.to_array().map(|value| value.max(0.0)));
+            *torque = torque.with_array(moved.to_array().map(|value| value.max(0.0)));
         }
         self
     }

@@ -31,6 +31,10 @@ pub const TORQUE: [Quantity; PARAMETERS] = [
     quantity("scrub", "N·m/kg"),
 ];
 
+/// What the right side's Coulomb torque has beyond the left's, halved; of either sign. Not in the covariance, and only in files whose
+/// sides differ.
+pub const IMBALANCE: Quantity = quantity("imbalance", "N·m");
+
 /// β_0 … β_14 of Eq. 18.
 pub const EQ18: [Quantity; REGRESSORS] = [
     quantity("beta0", "W"),
@@ -61,6 +65,14 @@ pub(super) fn named(model: &Model<f64>, scrubs: bool) -> Vec<(&'static str, f64)
     }
 }
 
+/// [`IMBALANCE`] and its value, where the sides differ.
+pub(super) fn imbalance(model: &Model<f64>) -> Option<(&'static str, f64)> {
+    match model {
+        Model::Signed { torque, .. } if torque.imbalance != 0.0 => Some((IMBALANCE.name, torque.imbalance)),
+        Model::Signed { .. } | Model::Eq18 { .. } => None,
+    }
+}
+
 /// The torque model's parameters that wheels have.
 fn torque_of(scrubs: bool) -> &'static [Quantity] {
     if scrubs { &TORQUE } else { &TORQUE[..PARAMETERS - 1] }
@@ -83,7 +95,9 @@ pub(super) fn model(
             for (place, quantity) in values.iter_mut().zip(torque_of(scrubs)) {
                 *place = value(quantity)?;
             }
-            Ok(Model::Signed { torque: TorqueModel::from_array(values), drive })
+            let imbalance = parameters.get(IMBALANCE.name).and_then(number).unwrap_or(0.0);
+            let torque = TorqueModel { imbalance, ..TorqueModel::from_array(values) };
+            Ok(Model::Signed { torque, drive })
         }
         ModelKind::Eq18 | ModelKind::Eq18Published => {
             let mut beta = [0.0; REGRESSORS];

@@ -1,7 +1,6 @@
 //! The robot that coefficients were fitted for, and what makes another of it.
 
 use model_core::coefficients::{Name, Robot as CoreRobot};
-use model_core::conditioning::Conditioning;
 use model_core::kinematics::Kinematics;
 use model_core::model::MassRange;
 
@@ -75,6 +74,9 @@ pub(super) fn section<const N: usize>(
         static_power_w: fitted_static_w,
         regeneration,
         scrubs: robot.kinematics.scrubs(),
+        power_delay_s: robot.conditioning.delay,
+        half_slip: robot.conditioning.slip.half_slip,
+        slip_relaxation_rad: robot.conditioning.slip.relaxation,
     }
 }
 
@@ -107,7 +109,7 @@ pub(super) fn of_section<const N: usize>(
         mass_matrix,
         dead_band: section.speed_dead_band_rad_s,
         cutoff_hz: section.filter_cutoff_hz,
-        conditioning: Conditioning::PLAIN,
+        conditioning: section.conditioning(),
         range,
         static_power: section.static_power_w,
     })

@@ -411,6 +411,7 @@ pub fn reason_text(reason: Unknown) -> &'static str {
         Unknown::NoMotion => "the robot stood still or its drives were clamped",
         Unknown::TooWide => "these samples say too little about the mass",
         Unknown::NotFinite => "a sum is not finite",
+        Unknown::NotIdentifiable => "the coefficients come from one payload or one speed only",
     }
 }
 

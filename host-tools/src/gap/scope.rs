@@ -38,7 +38,7 @@ fn scope<const N: usize>(runs: &Runs<N>, base: &TorqueModel<f64>, regenerative: 
     Scope {
         base: *base,
         regenerative,
-        scrubs: runs.robot.kinematics.scrubs(),
+        scrubs: runs.robot.scrubs(),
         static_power: runs.robot.static_power,
         sides: runs.layout.side.to_vec(),
         columns: runs.columns.iter().filter_map(column).collect(),

@@ -100,6 +100,8 @@ pub enum Unknown {
     TooWide,
     /// A sum is not finite.
     NotFinite,
+    /// The coefficients come from one payload or one speed only: [`crate::coefficients::Coefficients::identifies_mass`].
+    NotIdentifiable,
 }
 
 /// How far measured power strays from the model's, as the fit found it.

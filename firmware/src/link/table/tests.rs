@@ -174,9 +174,15 @@ fn a_silent_wheel_stays_where_it_was() {
 
 #[test]
 fn payload_states_have_codes() {
-    let codes = [Unknown::NoSamples, Unknown::NoMotion, Unknown::TooWide, Unknown::NotFinite]
-        .map(|unknown| mass_code(&MassEstimate::Unknown(unknown)));
-    assert_eq!(codes, [1, 2, 3, 4]);
+    let codes = [
+        Unknown::NoSamples,
+        Unknown::NoMotion,
+        Unknown::TooWide,
+        Unknown::NotFinite,
+        Unknown::NotIdentifiable,
+    ]
+    .map(|unknown| mass_code(&MassEstimate::Unknown(unknown)));
+    assert_eq!(codes, [1, 2, 3, 4, 7]);
     let mass = Mass { mass: 6.0, low: 6.0, high: 7.5 };
     let codes = [Place::Below, Place::Above]
         .map(|place| mass_code(&MassEstimate::Beyond(Beyond { place, mass, best: 7.0 })));
