@@ -34,7 +34,7 @@ fn the_json_has_the_documented_keys() {
     }
     assert_eq!(report["rows"], 12_000);
     assert_eq!(report["masses_kg"], serde_json::json!([1.0, 6.0]));
-    assert_eq!(report["ending"], "converged");
+    assert!(report["ending"].as_str().unwrap().starts_with("converged-by-"), "{report}");
     let parameters = report["parameters"].as_array().unwrap();
     let names: Vec<&str> = parameters.iter().map(|p| p["name"].as_str().unwrap()).collect();
     assert_eq!(names, NAMES, "wheels that are not dragged sideways have no scrub");

@@ -6,10 +6,10 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::time::Instant;
 
-use host_tools::fit::ModelKind;
-use host_tools::fit::dataset::{Dataset, Reading};
+use host_tools::fit::dataset::Reading;
 use host_tools::fit::gram::{Scaled, Vector};
 use host_tools::fit::pgd::{self, Settings};
+use host_tools::fit::{self, ModelKind};
 use host_tools::robot::Robot;
 use model_core::eq18::REGRESSORS;
 
@@ -50,7 +50,7 @@ fn problem(log: &Path) -> Result<Scaled<REGRESSORS>, Box<dyn Error>> {
         cutoff_hz: Some(8.0),
         mass_kg: robot.mass_no_load_kg(),
     };
-    Ok(Dataset::<2>::read(&robot, &[log.to_owned()], &reading)?.gram().scaled())
+    Ok(fit::read::<2>(&robot, &[log.to_owned()], &reading)?.gram().scaled())
 }
 
 fn iteration_ns(problem: &Scaled<REGRESSORS>) -> f64 {

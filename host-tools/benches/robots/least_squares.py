@@ -35,27 +35,27 @@ class Rows:
 
 
 class Slip:
-    """The turn's state s, −1 to 1:  s ← (e s + T Δ) / (e + T √(Δ² + (c v)² + w0²)), e = c λ; at c = w0 = 0 the sign of the turn Δ."""
+    """The turn's state s, −1 to 1:  s ← (c λ s + T Δ) / (c λ + T √((c v)² + Δ²)); for c = 0 the sign of the turn Δ."""
 
     def __init__(self, difference, mean, period, starts, dead_band):
         self.parts = (difference, mean, period, starts)
         self.sign = np.where(np.abs(difference) > dead_band, np.sign(difference), 0.0)
         self.kept, self.keep = {}, None
 
-    def at(self, e, c, w0):
-        if c == w0 == 0.0:
+    def at(self, c, relaxation):
+        if c == 0.0:
             return self.sign
-        key = (e, c, w0)
+        key = (c, relaxation)
         if key not in self.kept:
             if len(self.kept) > 8:
                 self.kept.clear()
-            self.kept[key] = self.walk(e, c, w0)
+            self.kept[key] = self.walk(c, c * relaxation)
         return self.kept[key]
 
-    def walk(self, e, c, w0):
+    def walk(self, c, e):
         difference, mean, period, starts = self.parts
         push = (period * difference).tolist()
-        ease = (1.0 / (e + period * np.sqrt((c * mean) ** 2 + difference ** 2 + w0 ** 2) + 1e-12)).tolist()
+        ease = (1.0 / (e + period * np.hypot(c * mean, difference) + 1e-12)).tolist()
         first = set(np.flatnonzero(starts).tolist())
         s, out = 0.0, [0.0] * len(push)
         for k in range(len(push)):
@@ -77,7 +77,7 @@ def settled(sos, x):
     return sosfilt(sos, x, axis=0, zi=sosfilt_zi(sos)[:, :, None] * x[0] if x.ndim > 1 else sosfilt_zi(sos) * x[0])[0]
 
 
-def read(logs, robot, masses, default_mass=None):
+def read(logs, robot, masses, delay=0.0):
     """Rows of all logs behind the robot's filter, each log from its settled start."""
     kinematics = np.array(robot["kinematics"])
     gyration = robot["gyration_radius_m"]
@@ -92,12 +92,15 @@ def read(logs, robot, masses, default_mass=None):
         raw = np.column_stack([column[f"wheel{k + 1}_rad_s"] for k in range(kinematics.shape[1])])
         fine = np.isfinite(raw).all(axis=1) & np.isfinite(column["power_w"])
         time, raw, power = column["time_s"][fine], raw[fine], column["power_w"][fine] - robot.get("static_power_w", 0.0)
+        if delay:
+            # The power is late: speeds of then.
+            raw = np.column_stack([np.interp(time - delay, time, wheel) for wheel in raw.T])
         period = float(np.median(np.diff(time)))
         value, slope = low_pass(robot["filter_cutoff_hz"], period)
         wait = int(np.ceil(2.0 / (robot["filter_cutoff_hz"] * period)))
         if len(time) <= wait:
             continue
-        own = column["mass_kg"][fine] if "mass_kg" in column else np.full(len(time), mass if mass is not None else default_mass)
+        own = column["mass_kg"][fine] if "mass_kg" in column else np.full(len(time), mass)
         starts = np.zeros(len(time), bool)
         starts[0] = True
         parts.append((settled(value, raw), settled(slope, raw), settled(value, power), own, starts, np.arange(len(time)) >= wait, period))
@@ -118,16 +121,19 @@ def read(logs, robot, masses, default_mass=None):
 # Name of a coefficient: scale of a random start.
 SCALES = {
     "coulomb": 1.0, "rolling": 0.02, "viscous": 0.2, "rotor_inertia": 0.5, "inertia_gain": 1.0, "winding_loss": 0.03, "scrub": 0.5,
+    "imbalance": 0.3, "half_slip": 0.1, "relaxation": 1.0,
 }
+# Not fitted here: taken as `gmr fit` found it.
+DELAY = "delay_s"
 
 
 def model(q, rows, regenerates):
     """Power, W, of coefficients by name."""
     g = q.get
-    turn = rows.slip.at(g("slip_memory", 0.0), g("slip_rolling", 0.0), g("slip_creep", 0.0))
+    turn = rows.slip.at(g("half_slip", 0.0), g("relaxation", 0.0))
     moving = rows.direction != 0.0
     m = rows.mass[:, None]
-    torque = ((g("coulomb", 0.0) + g("unequal", 0.0) * rows.lateral + g("rolling", 0.0) * m) * rows.direction
+    torque = ((g("coulomb", 0.0) + g("imbalance", 0.0) * rows.lateral + g("rolling", 0.0) * m) * rows.direction
               + g("viscous", 0.0) * rows.speed + g("rotor_inertia", 0.0) * rows.acceleration
               + m * (g("inertia_gain", 0.0) * rows.inertial + g("scrub", 0.0) * turn[:, None] * rows.lateral * moving))
     power = torque * rows.speed + g("winding_loss", 0.0) * torque ** 2
@@ -140,7 +146,7 @@ def solve(rows, names, regenerates, starts, seed=0):
     """The least cost of many starts (sum of squares, W²), and where."""
     rng = np.random.default_rng(seed)
     scale = np.array([SCALES[n] for n in names])
-    low = np.array([-np.inf if n == "unequal" else 0.0 for n in names])
+    low = np.array([-np.inf if n == "imbalance" else 0.0 for n in names])
 
     def residual(x):
         return model(dict(zip(names, x * scale)), rows, regenerates) - rows.power
@@ -154,20 +160,30 @@ def solve(rows, names, regenerates, starts, seed=0):
     return 2.0 * best.cost, dict(zip(names, (best.x * scale).tolist()))
 
 
-def beside(fit, coefficients, logs, starts=STARTS, default_mass=None):
-    """R² of the fit's parameters and of the best of many starts, on the same rows."""
+def written(coefficients):
+    """The file as `gmr fit` wrote it, and its values by name, wherever in it they stand."""
     with open(coefficients, "rb") as file:
-        written = tomllib.load(file)
-    values = written["parameters"]
+        document = tomllib.load(file)
+    values = dict(document["parameters"])
+    for section in document.values():
+        if isinstance(section, dict):
+            values |= {k: v for k, v in section.items() if k in SCALES or k == DELAY}
+    return document, values
+
+
+def beside(fit, coefficients, logs, starts=STARTS):
+    """R² of the fit's parameters and of the best of many starts, on the same rows."""
+    document, values = written(coefficients)
+    delay = values.pop(DELAY, 0.0)
     if not values.keys() <= SCALES.keys():
         return {"error": f"no independent form has {', '.join(sorted(values.keys() - SCALES.keys()))}"}
-    masses = written["fit"]["masses_kg"]
+    masses = document["fit"]["masses_kg"]
     masses = masses if len(masses) == len(logs) else [masses[0]] * len(logs)
-    rows = read(logs, written["robot"], masses, default_mass)
-    regenerates = written["robot"]["regeneration"]
+    robot = document["robot"]
+    rows = read(logs, robot, masses, delay)
     total = float(np.sum((rows.power - rows.power.mean()) ** 2))
-    own = float(np.sum((model(values, rows, regenerates) - rows.power) ** 2))
-    cost, best = solve(rows, list(values), regenerates, starts)
+    own = float(np.sum((model(values, rows, robot["regeneration"]) - rows.power) ** 2))
+    cost, best = solve(rows, list(values), robot["regeneration"], starts)
     return {
         "r2_told": fit["r2"] if fit else None, "r2_fit": 1.0 - own / total, "r2_independent": 1.0 - cost / total,
         "cost_above_best": own / cost - 1.0, "fit": values, "independent": best, "starts": starts, "rows": len(rows.power),

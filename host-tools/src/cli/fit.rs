@@ -5,9 +5,12 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use crate::error::{Error, Result};
+use crate::fit::form::{Judged, Term};
 use crate::fit::verdict::{Parameter, Verdict};
+use crate::fit::warning::Warning;
 use crate::fit::{self, Fit, Method, ModelKind, linear::Certificate, pgd};
 use crate::metrics::Quality;
+use crate::output::check_apart;
 use crate::robot::Robot;
 use crate::with_wheels;
 
@@ -59,12 +62,19 @@ struct Report<'a> {
     idle_share: f64,
     condition: Option<f64>,
     ending: &'a str,
+    huber_threshold_std: Option<f64>,
     iterations: u64,
     fit_s: f64,
     pgd: Option<Certificate>,
     noise_density_w2_s: f64,
     prediction_std_w: f64,
     parameters: &'a [Parameter],
+    /// s; 0 where the power is not late.
+    power_delay_s: f64,
+    half_slip: f64,
+    slip_relaxation_rad: f64,
+    terms: &'a [Judged],
+    warnings: &'a [Warning],
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
@@ -73,6 +83,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
+    check_apart(
+        arguments.out.as_deref(),
+        arguments.runs.iter().chain([&arguments.robot]).map(PathBuf::as_path),
+    )?;
     let method = arguments.method.unwrap_or(Method::default_for(arguments.model)).check(arguments.model)?;
     let mass = arguments.mass.unwrap_or(robot.mass_no_load_kg());
     if !(mass > 0.0 && mass.is_finite()) {
@@ -82,6 +96,9 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
         fit::fit_logs::<N>(robot, &arguments.runs, mass, arguments.model, method, &settings(arguments)?)?;
     if let Some(shortcoming) = &fit.shortcoming {
         eprintln!("gmr: {shortcoming}");
+    }
+    for warning in &fit.warnings {
+        eprintln!("gmr: {}", warning.text);
     }
     if let Some(out) = &arguments.out {
         fit.to_file()?.write(out)?;
@@ -120,13 +137,45 @@ fn print_json<const N: usize>(robot: &Robot, fit: &Fit<N>) -> Result<()> {
         idle_share: fit.idle_share,
         condition: fit.uncertainty.condition.is_finite().then_some(fit.uncertainty.condition),
         ending: &fit.ending,
+        huber_threshold_std: fit.huber,
         iterations: fit.iterations,
         fit_s: fit.solve_s,
         pgd: fit.certificate,
         noise_density_w2_s: fit.coefficients.noise.density,
         prediction_std_w: fit.uncertainty.prediction_std_w,
         parameters: &fit.parameters,
+        power_delay_s: fit.coefficients.robot.conditioning.delay,
+        half_slip: fit.coefficients.robot.conditioning.slip.half_slip,
+        slip_relaxation_rad: fit.coefficients.robot.conditioning.slip.relaxation,
+        terms: &fit.judged,
+        warnings: &fit.warnings,
     })
+}
+
+/// The further terms that were taken, and what the others would have gained.
+fn print_terms<const N: usize>(fit: &Fit<N>) {
+    let conditioning = &fit.coefficients.robot.conditioning;
+    for judged in &fit.judged {
+        let what = match (judged.term, judged.taken) {
+            (Term::Delay, true) => format!("power {:.3} s behind the speeds", conditioning.delay),
+            (Term::SlipMemory, true) => {
+                let slip = &conditioning.slip;
+                format!(
+                    "scrub builds up: half at a slip of {:.3}, over {:.2} rad",
+                    slip.half_slip, slip.relaxation
+                )
+            }
+            (Term::UnequalSides, true) => "unequal sides".to_owned(),
+            (Term::Delay, false) => "no delay".to_owned(),
+            (Term::SlipMemory, false) => "no slip memory".to_owned(),
+            (Term::UnequalSides, false) => "equal sides".to_owned(),
+        };
+        let error = judged.std_err.map_or("–".to_owned(), |error| format!("{:.1}", 100.0 * error));
+        println!(
+            "{what}: on unseen blocks the error falls by {:.1} ± {error} % with the term",
+            100.0 * judged.gain
+        );
+    }
 }
 
 fn print_text<const N: usize>(robot: &Robot, fit: &Fit<N>, arguments: &Arguments) -> Result<()> {
@@ -150,9 +199,18 @@ fn print_text<const N: usize>(robot: &Robot, fit: &Fit<N>, arguments: &Arguments
         fit.iterations,
         fit.solve_s
     );
+    if fit.kind == ModelKind::Signed {
+        match fit.huber {
+            Some(threshold) => {
+                println!("residuals beyond {threshold} standard deviations count linearly (Huber)")
+            }
+            None => println!("all residuals count squared: weights would cost what the model explains"),
+        }
+    }
     if let Some(found) = &fit.certificate {
         println!("pgd: {:.4} % above the exact optimum's cost", 100.0 * found.excess_cost);
     }
+    print_terms(fit);
     for parameter in &fit.parameters {
         let error = parameter.std_err.map_or("–".to_owned(), |error| format!("{error:.2e}"));
         let verdict = match parameter.verdict {

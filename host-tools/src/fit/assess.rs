@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::dataset::{Dataset, Row};
 use crate::metrics::{Metrics, Quality};
+use crate::numerics::robust::{NORMAL_95, median, quantile, scale_of_sizes};
 
 /// Blocks that standard errors are drawn from, at most.
 const MOST_BLOCKS: usize = 64;
@@ -187,11 +188,10 @@ pub fn noise<const N: usize>(
     let most = blocks.iter().map(|(_, information)| *information).fold(0.0, f64::max);
     let told = blocks.iter().filter(|(_, information)| *information > LEAST_SHARE * most);
     let mut sizes: Vec<f64> = told.map(|(score, information)| score.abs() / information.sqrt()).collect();
-    let Some(middle) = median(&mut sizes) else { return noise };
-    let usual = MEDIAN_TO_STD * middle;
+    let Some(usual) = scale_of_sizes(&mut sizes) else { return noise };
     noise.density = dataset.store_period_s() * usual * usual;
-    let rare = sizes.len() * 19 / 20;
-    noise.tail = (*sizes.select_nth_unstable_by(rare, f64::total_cmp).1 / (NORMAL_95 * usual)).max(1.0);
+    let rare = quantile(&mut sizes, 0.95).unwrap_or(0.0);
+    noise.tail = (rare / (NORMAL_95 * usual)).max(1.0);
     noise
 }
 
@@ -214,7 +214,7 @@ pub fn power_scale<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>) -> 
     }
     let above = &rows[high..];
     let mut below: Vec<f64> = rows[..low].iter().map(|(_, size)| *size).collect();
-    let usual = MEDIAN_TO_STD * median(&mut below).unwrap_or(0.0);
+    let usual = scale_of_sizes(&mut below).unwrap_or(0.0);
     let at_power = (above.iter().map(|(_, size)| size * size).sum::<f64>() / above.len() as f64).sqrt();
     if usual > 0.0 && at_power > usual {
         // Cruising at the usual power always counts.
@@ -224,17 +224,5 @@ pub fn power_scale<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>) -> 
     }
 }
 
-/// Size that a standard normal variable exceeds once in twenty.
-const NORMAL_95: f64 = 1.960;
-
 /// Blocks with less than this share of the most informative one's information are left out.
 const LEAST_SHARE: f64 = 0.01;
-
-/// The middle value, the upper one of two; `None` of none.
-pub(super) fn median(values: &mut [f64]) -> Option<f64> {
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
-}
-
-/// Standard deviation of a normal variable over the median of its size.
-pub(super) const MEDIAN_TO_STD: f64 = 1.4826;

@@ -6,19 +6,16 @@
 //! means over a second, which every cutoff passes alike, are compared.
 
 use std::collections::BTreeMap;
-use std::panic::resume_unwind;
-use std::path::PathBuf;
-use std::thread;
 
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;
-use model_core::estimator::Conditioner;
 use model_core::model::Model;
+use rayon::prelude::*;
 
-use super::dataset::{Dataset, Row, condition};
+use super::dataset::Dataset;
 use super::physical;
+use super::pilot::Pilots;
 use crate::error::Result;
-use crate::log::{RawRow, SampleReader};
 use crate::robot::Robot;
 
 /// Candidates, Hz: half-octaves from where means over a second pass unchanged.
@@ -27,52 +24,23 @@ const CANDIDATES: [f64; 11] = [1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22
 /// Highest candidate as a share of the sample rate.
 const HIGHEST_SHARE: f64 = 0.3;
 
-/// Rows that take part, over all logs.
+/// Rows of which the residual is taken, at most about.
 const MOST_ROWS: usize = 50_000;
-
-/// The first rows of a log.
-struct Pilot<const N: usize> {
-    rows: Vec<RawRow<N>>,
-    period_s: f64,
-}
 
 /// The cutoff with the least residual over a second, Hz.
 ///
 /// # Errors
-/// A log that cannot be read, or a robot with impossible dimensions.
-pub(super) fn choose<const N: usize>(robot: &Robot, files: &[PathBuf], mass_kg: f64) -> Result<f64> {
-    let share = MOST_ROWS / files.len().max(1);
-    let mut pilots = Vec::new();
-    for file in files {
-        let mut reader = SampleReader::<N>::open(file, robot)?;
-        let mut rows = Vec::new();
-        while rows.len() < share
-            && let Some(row) = reader.next_row()?
-        {
-            rows.push(row);
-        }
-        pilots.push(Pilot { rows, period_s: reader.period_s() });
-    }
-    let slowest = pilots.iter().map(|pilot| pilot.period_s).fold(0.0, f64::max);
-    let highest = HIGHEST_SHARE / slowest;
+/// A robot with impossible dimensions.
+pub(super) fn choose<const N: usize>(robot: &Robot, pilots: &Pilots<N>) -> Result<f64> {
+    let highest = HIGHEST_SHARE / pilots.slowest_s();
     let mut candidates = Vec::new();
     for cutoff_hz in CANDIDATES.into_iter().filter(|cutoff| *cutoff <= highest) {
         candidates.push((cutoff_hz, robot.core::<N>(cutoff_hz)?));
     }
-    let (even, odd): (Vec<_>, Vec<_>) =
-        candidates.into_iter().enumerate().partition(|(index, _)| index % 2 == 0);
-    let attempt = |half: Vec<(usize, (f64, CoreRobot<f64, N>))>| -> Vec<(f64, Seconds)> {
-        let one = |(_, (cutoff_hz, core))| Some((cutoff_hz, residual(robot, &core, &pilots, mass_kg)?));
-        half.into_iter().filter_map(one).collect()
-    };
-    // Two threads, not one a candidate: each holds as many rows as a whole store.
-    let mut tried = thread::scope(|scope| {
-        let other = scope.spawn(|| attempt(odd));
-        let mut tried = attempt(even);
-        tried.extend(other.join().unwrap_or_else(|panic| resume_unwind(panic)));
-        tried
-    });
-    tried.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    let one =
+        |(cutoff_hz, core): (f64, CoreRobot<f64, N>)| Some((cutoff_hz, residual(robot, &core, pilots)?));
+    let tried: Vec<Option<(f64, Seconds)>> = candidates.into_par_iter().map(one).collect();
+    let tried: Vec<(f64, Seconds)> = tried.into_iter().flatten().collect();
     Ok(lowest_good_enough(&tried).unwrap_or(highest.min(CANDIDATES[0])))
 }
 
@@ -84,24 +52,10 @@ fn lowest_good_enough(tried: &[(f64, Seconds)]) -> Option<f64> {
 }
 
 /// The residual's means over each second.
-fn residual<const N: usize>(
-    robot: &Robot,
-    core: &CoreRobot<f64, N>,
-    pilots: &[Pilot<N>],
-    mass_kg: f64,
-) -> Option<Seconds> {
+fn residual<const N: usize>(robot: &Robot, core: &CoreRobot<f64, N>, pilots: &Pilots<N>) -> Option<Seconds> {
     let mut dataset = Dataset::empty(*core, Gate::Signed);
-    for (log, pilot) in pilots.iter().enumerate() {
-        let mut conditioner = Conditioner::new(core, pilot.period_s).ok()?;
-        for raw in &pilot.rows {
-            if let Some(row) = condition(&mut conditioner, raw, mass_kg) {
-                // Logs and their runs are told apart by one number.
-                dataset.keep(Row { run: row.run * pilots.len() as u32 + log as u32, ..row });
-            }
-        }
-    }
-    let model =
-        Model::Signed { torque: physical::solve(&dataset, robot.drive()).torque, drive: robot.drive() };
+    dataset.store = pilots.condition(core, MOST_ROWS)?;
+    let model = Model::Signed { torque: physical::solve(&dataset, robot).torque, drive: robot.drive() };
     let mut seconds = Seconds::default();
     for row in &dataset.store {
         seconds.add((row.run, row.time.floor() as i64), row.power - model.power(&row.motion, row.mass)?);

@@ -14,7 +14,6 @@ use model_core::eq18::{self, Gate, REGRESSORS};
 use model_core::estimator::Conditioner;
 use model_core::motion::Motion;
 
-use super::cutoff;
 use super::gram::Gram;
 use crate::error::{Error, Result};
 pub use crate::log::conditioner;
@@ -70,6 +69,8 @@ pub struct Dataset<const N: usize> {
     pub used: u64,
     /// Rows left out as unusable, over all logs.
     pub excluded: u64,
+    /// Whether the sides' Coulomb torques may differ.
+    pub unequal_sides: bool,
     /// Payloads met, kg, to the gram, at most [`MOST_MASSES`].
     pub masses: Vec<f64>,
 }
@@ -82,22 +83,26 @@ pub const MOST_MASSES: usize = 16;
 pub struct Reading {
     /// Products of which model.
     pub gate: Gate,
-    /// Cutoff of the filter, Hz; the robot's, or chosen by the data, unless given.
+    /// Cutoff of the filter, Hz; the robot's, or chosen by the data ([`super::read`]), unless given.
     pub cutoff_hz: Option<f64>,
     /// Total mass where a log has no `mass_kg`, kg.
     pub mass_kg: f64,
 }
 
 impl<const N: usize> Dataset<N> {
-    /// Reads the logs: the first rows of each to choose the filter's cutoff unless it is given, then each once.
+    /// Reads the logs behind the filter of `core`, each once. [`super::read`] chooses its cutoff first.
     ///
     /// # Errors
     /// A log that cannot be read or is not one of this robot; no usable row in any.
-    pub fn read(robot: &Robot, files: &[PathBuf], reading: &Reading) -> Result<Self> {
+    pub fn read(
+        robot: &Robot,
+        core: CoreRobot<f64, N>,
+        files: &[PathBuf],
+        reading: &Reading,
+    ) -> Result<Self> {
         let Some(first) = files.first() else { return Err(Error::usage("no log was given")) };
-        let given = reading.cutoff_hz.or(robot.filter_cutoff_hz());
-        let cutoff_hz = given.map_or_else(|| cutoff::choose::<N>(robot, files, reading.mass_kg), Ok)?;
-        let mut dataset = Self::empty(robot.core(cutoff_hz)?, reading.gate);
+        let cutoff_hz = core.cutoff_hz;
+        let mut dataset = Self::empty(core, reading.gate);
         let mut progress = FileProgress::new(files);
         for file in files {
             let mut reader = SampleReader::open(file, robot)?;
@@ -132,6 +137,7 @@ impl<const N: usize> Dataset<N> {
             rows: 0,
             used: 0,
             excluded: 0,
+            unequal_sides: false,
             masses: Vec::new(),
         }
     }

@@ -3,28 +3,33 @@
 pub mod assess;
 mod cutoff;
 pub mod dataset;
+pub mod form;
 pub mod gram;
-pub mod levenberg;
 pub mod linear;
 pub mod nnls;
 pub mod pgd;
 pub mod physical;
+mod pilot;
 mod stored;
 pub mod verdict;
+pub mod warning;
 
 use std::path::PathBuf;
 use std::time::Instant;
 
-use model_core::coefficients::Coefficients;
+use model_core::coefficients::{Coefficients, Robot as CoreRobot};
 use model_core::effects::Columns;
-use model_core::eq18;
+use model_core::eq18::{self, Gate};
 use model_core::model::Model;
 use nalgebra::DVector;
 use serde::Serialize;
 
 use self::assess::Uncertainty;
 use self::dataset::{Dataset, Reading, Row};
+use self::form::{Form, Judged, Term};
+use self::pilot::Pilots;
 use self::verdict::Parameter;
+use self::warning::Warning;
 pub use crate::coefficients::{Method, ModelKind};
 use crate::error::{Error, Result};
 use crate::metrics::Quality;
@@ -63,12 +68,18 @@ pub struct Fit<const N: usize> {
     pub solve_s: f64,
     /// Why payloads estimated with these coefficients are unknown, in one line; `None` where they are not.
     pub shortcoming: Option<String>,
+    /// Residuals beyond so many standard deviations counted linearly, not squared; `None` where all counted squared.
+    pub huber: Option<f64>,
+    /// What keeps the coefficients from being what they look like.
+    pub warnings: Vec<Warning>,
+    /// What unseen blocks said of each further term; empty where none was asked for.
+    pub judged: Vec<Judged>,
 }
 
 /// Reads the logs and fits the model.
 ///
 /// # Errors
-/// As [`Dataset::read`] and [`fit`].
+/// As [`read`] and [`fit`].
 pub fn fit_logs<const N: usize>(
     robot: &Robot,
     files: &[PathBuf],
@@ -78,8 +89,57 @@ pub fn fit_logs<const N: usize>(
     pgd: &pgd::Settings,
 ) -> Result<Fit<N>> {
     let reading = Reading { gate: kind.gate(), cutoff_hz: None, mass_kg };
-    let dataset = Dataset::<N>::read(robot, files, &reading)?;
-    fit(robot, &dataset, kind, method, pgd)
+    let (dataset, judged) = read_choosing::<N>(robot, files, &reading)?;
+    Ok(Fit { judged, ..fit(robot, &dataset, kind, method, pgd)? })
+}
+
+/// Reads the logs: the first rows of each to choose the filter's cutoff unless it is given, and the signed model's further terms
+/// ([`form`]), then each once.
+///
+/// # Errors
+/// As [`Dataset::read`].
+pub fn read<const N: usize>(robot: &Robot, files: &[PathBuf], reading: &Reading) -> Result<Dataset<N>> {
+    Ok(read_choosing(robot, files, reading)?.0)
+}
+
+/// As [`read`], with what the first rows said of each further term of the signed model; other models have none.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_choosing<const N: usize>(
+    robot: &Robot,
+    files: &[PathBuf],
+    reading: &Reading,
+) -> Result<(Dataset<N>, Vec<Judged>)> {
+    if files.is_empty() {
+        return Err(Error::usage("no log was given"));
+    }
+    let pilots = Pilots::<N>::read(robot, files, reading.mass_kg)?;
+    let given = reading.cutoff_hz.or(robot.filter_cutoff_hz());
+    let cutoff_hz = given.map_or_else(|| cutoff::choose(robot, &pilots), Ok)?;
+    let mut core = robot.core(cutoff_hz)?;
+    let terms: &[Term] = if reading.gate == Gate::Signed { &form::TERMS } else { &[] };
+    let choice = form::choose(robot, &core, terms, &pilots, &|_| false);
+    core.conditioning = choice.form.conditioning;
+    let mut dataset = Dataset::read(robot, core, files, reading)?;
+    dataset.unequal_sides = choice.form.unequal_sides;
+    Ok((dataset, choice.judged))
+}
+
+/// Chooses among further terms of the signed model for logs that are to be read as `core` says, without the rows of `held_out` times (s).
+///
+/// # Errors
+/// A log that cannot be read.
+pub fn choose_form<const N: usize>(
+    robot: &Robot,
+    core: &CoreRobot<f64, N>,
+    terms: &[Term],
+    files: &[PathBuf],
+    mass_kg: f64,
+    held_out: &(dyn Fn(f64) -> bool + Sync),
+) -> Result<Form> {
+    let pilots = Pilots::<N>::read(robot, files, mass_kg)?;
+    Ok(form::choose(robot, core, terms, &pilots, held_out).form)
 }
 
 /// Fits the model to what was read.
@@ -98,10 +158,16 @@ pub fn fit<const N: usize>(
     let started = Instant::now();
     let everything = vec![1.0; dataset.store.len()];
     let mut certificate = None;
+    let (mut huber, mut warnings) = (None, Vec::new());
     let (model, ending, iterations, weights) = match kind {
         ModelKind::Signed => {
-            let solution = physical::solve(dataset, robot.drive());
+            let solution = physical::solve(dataset, robot);
             let model = Model::Signed { torque: solution.torque, drive: robot.drive() };
+            huber = solution.huber;
+            warnings.extend(solution.at_bounds.iter().map(Warning::at_bound));
+            if !solution.ending.has_converged() {
+                warnings.push(Warning::not_converged(&ending_name(&solution.ending)));
+            }
             (model, ending_name(&solution.ending), u64::from(solution.iterations), solution.weights)
         }
         ModelKind::Eq18 | ModelKind::Eq18Published => {
@@ -123,13 +189,21 @@ pub fn fit<const N: usize>(
     let quality = assess::quality(dataset, &model, robot.mape_floor_w())
         .ok_or_else(|| Error::failed("the fitted model predicts no finite power for any row"))?;
     // With one payload or speed the model's dependence on the mass is a guess: no window says anything about it.
-    let lasting = if shortcoming.is_some() { NO_PAYLOAD_W } else { lasting_error };
+    let identifies_mass = shortcoming.is_none();
+    let lasting = if identifies_mass { lasting_error } else { 0.0 };
     let noise = assess::noise(dataset, &model, lasting, power_scale);
+    let coefficients =
+        Coefficients { robot: dataset.robot, model, noise, columns: Columns::NONE, identifies_mass };
+    warnings.extend(warning::of_quality(&quality));
+    // Where payloads are unknown, that has been told, and boards need not take what says so.
+    if shortcoming.is_none() && !coefficients.is_plausible() {
+        warnings.push(Warning::not_for_boards());
+    }
     let mut files: Vec<PathBuf> = dataset.runs.iter().map(|run| run.file.clone()).collect();
     files.dedup();
     let unused = weights.iter().filter(|weight| **weight == 0.0).count();
     Ok(Fit {
-        coefficients: Coefficients { robot: dataset.robot, model, noise, columns: Columns::NONE },
+        coefficients,
         kind,
         method,
         quality,
@@ -144,11 +218,11 @@ pub fn fit<const N: usize>(
         rows: dataset.rows,
         solve_s,
         shortcoming,
+        huber,
+        warnings,
+        judged: Vec::new(),
     })
 }
-
-/// Lasting error of a model that has seen one payload or one speed only, W: beyond any robot's power, so that its mass is unknown.
-pub const NO_PAYLOAD_W: f64 = 1e6;
 
 fn ending_name(ending: &impl Serialize) -> String {
     match serde_json::to_value(ending) {
@@ -173,21 +247,23 @@ fn judge<const N: usize>(
 ) -> Judgement {
     match model {
         Model::Signed { torque, drive } => {
-            // Wheels that do not scrub have no such parameter: it is the last.
-            let all = torque.to_array();
-            let scrubs = dataset.robot.kinematics.scrubs();
-            let values = if scrubs { &all[..] } else { &all[..all.len() - 1] };
-            let slopes = physical::jacobian(&all.into()).transpose();
+            // Wheels that do not scrub have no such parameter, sides that are alike no imbalance.
+            let all = physical::parameters(torque);
+            let shared = all.len() - 1 - usize::from(!dataset.robot.scrubs());
+            let places: Vec<usize> =
+                (0..shared).chain(dataset.unequal_sides.then_some(all.len() - 1)).collect();
+            let values: Vec<f64> = places.iter().map(|&place| all[place]).collect();
+            let described = |&place: &usize| *verdict::TORQUE.get(place).unwrap_or(&verdict::IMBALANCE);
+            let descriptions: Vec<verdict::Description> = places.iter().map(described).collect();
             let predict = |row: &Row<N>| model.power(&row.motion, row.mass).unwrap_or(f64::NAN);
             let gradient = |row: &Row<N>| {
-                let motion = physical::driving(torque, row, *drive);
-                let slope = slopes * nalgebra::SVector::from(physical::regressors(&motion, row.mass));
-                DVector::from_column_slice(&slope.as_slice()[..values.len()])
+                let slope = physical::gradient(torque, row, *drive);
+                DVector::from_fn(places.len(), |i, _| slope[places[i]])
             };
             let uncertainty = assess::uncertainty(dataset, weights, predict, gradient, values.len());
             let lasting_error =
                 assess::lasting_error(dataset, model, gradient, &uncertainty.covariance, power_scale);
-            let parameters = verdict::judge(&verdict::TORQUE[..values.len()], values, &uncertainty);
+            let parameters = verdict::judge(&descriptions, &values, &uncertainty);
             Judgement { uncertainty, parameters, lasting_error }
         }
         Model::Eq18 { gate, beta } => {

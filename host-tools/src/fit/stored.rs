@@ -1,10 +1,22 @@
 //! A fit as coefficients.toml keeps it.
 
+use nalgebra::DMatrix;
+
 use super::Fit;
-use crate::coefficients::{CoefficientsFile, FittedLog, Origin};
+use crate::coefficients::{CoefficientsFile, FittedLog, ModelKind, Origin, TORQUE};
 use crate::error::Result;
 
 impl<const N: usize> Fit<N> {
+    /// Of the parameters that both sides share: the imbalance, which is the last, may be anything that its own scatter allows.
+    fn shared_covariance(&self) -> DMatrix<f64> {
+        let all = &self.uncertainty.covariance;
+        let size = match self.kind {
+            ModelKind::Signed => TORQUE.len() - usize::from(!self.coefficients.robot.scrubs()),
+            ModelKind::Eq18 | ModelKind::Eq18Published => all.nrows(),
+        };
+        all.view((0, 0), (size, size)).into_owned()
+    }
+
     /// What is written of it.
     ///
     /// # Errors
@@ -15,7 +27,7 @@ impl<const N: usize> Fit<N> {
             kind: self.kind,
             method: self.method,
             joint_covariance: None,
-            covariance: self.uncertainty.covariance.clone(),
+            covariance: self.shared_covariance(),
             effects: Vec::new(),
             origin: Origin {
                 logs: self.files.iter().map(|log| FittedLog::now(log)).collect::<Result<_>>()?,

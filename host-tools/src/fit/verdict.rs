@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::assess::Uncertainty;
 use crate::coefficients::{self, Quantity};
+use crate::numerics::robust::NORMAL_95;
 
 /// One fitted parameter.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -36,7 +37,7 @@ pub enum Verdict {
 }
 
 /// Name, unit and remedy of a parameter.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Description {
     /// Its name.
     pub name: &'static str,
@@ -63,8 +64,8 @@ pub fn judge(descriptions: &[Description], values: &[f64], uncertainty: &Uncerta
             let lost = uncertainty.undetermined.iter().any(|d| d[index].abs() > NOTABLE_SHARE);
             let std_err = (!lost && variance.is_finite()).then(|| variance.max(0.0).sqrt());
             let verdict = match std_err {
-                Some(error) if 1.96 * error <= 0.2 * value => Verdict::Determined,
-                Some(error) if 1.96 * error < value => Verdict::Weak,
+                Some(error) if NORMAL_95 * error <= 0.2 * value.abs() => Verdict::Determined,
+                Some(error) if NORMAL_95 * error < value.abs() => Verdict::Weak,
                 _ => Verdict::Undetermined,
             };
             let advice = (verdict != Verdict::Determined).then(|| {
@@ -111,6 +112,7 @@ const THREE_PAYLOADS: &str = "constant, linear and quadratic mass terms need at 
 const SPEEDS: &str = "drive at more speeds, from slow to full, each for some seconds";
 const ACCELERATE: &str = "accelerate and brake harder and more often";
 const TURN: &str = "turn on the spot and in wide and narrow curves, both ways";
+const STRAIGHT: &str = "drive straight ahead, fast and slow, for some seconds each";
 const ACCELERATE_LOADED: &str = "accelerate hard with full payload as well as empty, straight and turning";
 
 const fn describe(quantity: Quantity, remedy: &'static str) -> Description {
@@ -127,6 +129,9 @@ pub const TORQUE: [Description; 7] = [
     describe(coefficients::TORQUE[5], ACCELERATE_LOADED),
     describe(coefficients::TORQUE[6], TURN),
 ];
+
+/// What sets the right side's Coulomb torque apart from the left's.
+pub const IMBALANCE: Description = describe(coefficients::IMBALANCE, STRAIGHT);
 
 /// β_0 … β_14 of Eq. 18.
 pub const EQ18: [Description; 15] = [

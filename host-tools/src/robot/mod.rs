@@ -10,6 +10,7 @@ pub use geometry::Geometry;
 pub(crate) use parse::position;
 
 use crate::error::{Error, Result};
+use crate::input::{MOST_DESCRIPTION, read_text};
 
 /// Robots that need no file: their names, and the content of the file they were read from.
 const BUILT_IN: [(&[&str], &str); 3] = [
@@ -37,6 +38,19 @@ pub struct Limits {
     pub acceleration_m_s2: Option<f64>,
 }
 
+/// What a data sheet says of the motor that drives the wheels of one log column.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motor {
+    /// Terminal resistance, Ω.
+    pub resistance_ohm: f64,
+    /// Torque constant, N·m/A.
+    pub torque_constant_nm_a: f64,
+    /// Turns of the motor per turn of the wheel.
+    pub gear_ratio: f64,
+    /// Efficiency of the gear, 0 to 1, where it is known.
+    pub gear_efficiency: Option<f64>,
+}
+
 /// A robot as its file describes it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Robot {
@@ -52,6 +66,7 @@ pub struct Robot {
     pub(crate) filter_cutoff_hz: Option<f64>,
     pub(crate) speed_dead_band_rad_s: f64,
     pub(crate) limits: Limits,
+    pub(crate) motor: Option<Motor>,
     pub(crate) sensors: Option<toml::Value>,
     pub(crate) unknown_keys: Vec<String>,
 }
@@ -76,7 +91,7 @@ impl Robot {
             );
             return Err(Error::usage(message));
         }
-        let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, &error))?;
+        let text = read_text(path, MOST_DESCRIPTION)?;
         let robot = Self::parse(&text).map_err(|error| error.in_file(path))?;
         for unknown in &robot.unknown_keys {
             eprintln!("gmr: {}:{unknown}", path.display());
@@ -165,6 +180,11 @@ impl Robot {
     /// How far profiles may go.
     pub fn limits(&self) -> Limits {
         self.limits
+    }
+
+    /// Its motors, as far as the file tells of them.
+    pub fn motor(&self) -> Option<&Motor> {
+        self.motor.as_ref()
     }
 
     /// What the file says about sensors, as it says it.

@@ -7,18 +7,22 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::{
-    DEFAULT_GYRATION_SHARE, DEFAULT_MAPE_FLOOR_W, DEFAULT_SPEED_DEAD_BAND_RAD_S, Geometry, Limits, Robot,
-    lenient,
+    DEFAULT_GYRATION_SHARE, DEFAULT_MAPE_FLOOR_W, DEFAULT_SPEED_DEAD_BAND_RAD_S, Geometry, Limits, Motor,
+    Robot, lenient,
 };
 use crate::error::{Error, Result};
+use crate::printable;
 
 /// Most wheels that the tools are compiled for.
 const MOST_WHEELS: usize = model_core::coefficients::MOST_WHEELS;
 
 const KINEMATICS: &str = "differential, skid-steer, omni3, mecanum or matrix";
 
+/// Unknown keys that are named one by one: more are another file, not misspellings.
+const MOST_UNKNOWN: usize = 10;
+
 /// Every key that means something.
-const KEYS: [&str; 22] = [
+const KEYS: [&str; 26] = [
     "name",
     "kinematics",
     "wheels",
@@ -39,6 +43,10 @@ const KEYS: [&str; 22] = [
     "max_speed_m_s",
     "max_turn_rad_s",
     "max_acceleration_m_s2",
+    "motor_resistance_ohm",
+    "motor_torque_constant_nm_a",
+    "motor_gear_ratio",
+    "motor_gear_efficiency",
     "sensors",
     "description",
 ];
@@ -69,7 +77,7 @@ pub(super) fn robot(text: &str) -> Result<Robot> {
     let static_power_w = file.number("static_power_w")?.map(not_negative).transpose()?;
 
     Ok(Robot {
-        name: file.string("name")?.map_or_else(|| "unnamed".to_owned(), |name| name.value),
+        name: file.string("name")?.map_or_else(|| "unnamed".to_owned(), |name| printable::name(&name.value)),
         geometry,
         gyration_radius_m,
         gyration_is_estimated: given_gyration.is_none(),
@@ -87,9 +95,33 @@ pub(super) fn robot(text: &str) -> Result<Robot> {
             turn_rad_s: file.number("max_turn_rad_s")?.map(positive).transpose()?,
             acceleration_m_s2: file.number("max_acceleration_m_s2")?.map(positive).transpose()?,
         },
+        motor: motor(&file)?,
         sensors: file.any("sensors"),
         unknown_keys: file.unknown_keys(),
     })
+}
+
+/// The motor, where the file tells resistance, torque constant and gear ratio: one without the others says nothing.
+fn motor(file: &File<'_>) -> Result<Option<Motor>> {
+    const KEYS: [&str; 3] = ["motor_resistance_ohm", "motor_torque_constant_nm_a", "motor_gear_ratio"];
+    let efficiency = file.number("motor_gear_efficiency")?;
+    let expected = || "a number above 0, 1 at most".to_owned();
+    let gear_efficiency =
+        efficiency.map(|value| value.check(|x| x > 0.0 && x <= 1.0, expected)).transpose()?;
+    let mut values = [0.0; KEYS.len()];
+    let mut given = 0;
+    for (value, key) in values.iter_mut().zip(KEYS) {
+        if let Some(number) = file.number(key)? {
+            *value = positive(number)?;
+            given += 1;
+        }
+    }
+    let [resistance_ohm, torque_constant_nm_a, gear_ratio] = values;
+    match given {
+        0 if gear_efficiency.is_none() => Ok(None),
+        3 => Ok(Some(Motor { resistance_ohm, torque_constant_nm_a, gear_ratio, gear_efficiency })),
+        _ => Err(Error::failed(format!("a motor is told by {} together", KEYS.join(", ")))),
+    }
 }
 
 /// The geometry, and the keys that its kinematics needs, for messages.
@@ -254,8 +286,11 @@ impl<'a> File<'a> {
     }
 
     fn unknown_keys(&self) -> Vec<String> {
-        let unknown = self.table.keys().filter(|key| !KEYS.contains(&key.get_ref().as_ref()));
-        unknown
+        let unknown = || self.table.keys().filter(|key| !KEYS.contains(&key.get_ref().as_ref()));
+        let more = unknown().count().saturating_sub(MOST_UNKNOWN);
+        let further = (more > 0).then(|| format!("and {more} more unknown keys"));
+        unknown()
+            .take(MOST_UNKNOWN)
             .map(|key| {
                 let (line, column) = position(self.text, key.span().start);
                 format!(
@@ -264,6 +299,7 @@ impl<'a> File<'a> {
                     KEYS.join(", ")
                 )
             })
+            .chain(further)
             .collect()
     }
 }

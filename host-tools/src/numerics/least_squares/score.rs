@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Factored;
+use super::factored::Factored;
 
 /// Products of a column x that is not in a problem.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,7 +65,7 @@ impl Factored {
             return None;
         }
         let by = self.solve(&column.along);
-        let score = column.residual - by.dot(&self.right);
+        let score = column.residual - by.dot(self.right());
         let variance = column.square - by.dot(&column.along);
         let share = variance / column.square;
         (variance > 0.0 && share > least_share).then_some(Score { by, score, variance, share })

@@ -1,0 +1,191 @@
+//! One form of the model, fitted to two thirds of the blocks at a time and judged by the others.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use model_core::coefficients::Robot as CoreRobot;
+
+use super::super::dataset::Row;
+use super::super::physical::{self, Bounds, Descent, Loss, Parameters};
+use super::super::pilot::Pilots;
+use super::nested::Form;
+use crate::robot::Robot;
+
+/// So many runs are blocks of their own: ground and payload differ from run to run, and what is learned has to hold on the next.
+const ENOUGH_RUNS: usize = 6;
+
+/// Blocks that fewer runs are cut into, if that makes them no longer
+const USUAL_BLOCKS: f64 = 24.0;
+/// than this, s,
+const MOST_BLOCK_S: f64 = 5.0;
+/// nor shorter than this, s: the memory of a filter of 1 Hz.
+const LEAST_BLOCK_S: f64 = 2.0;
+
+/// One block in so many is held out at a time; every block once.
+pub(super) const FOLDS: usize = 3;
+
+/// Rows that take part in a trial.
+const MOST_ROWS: usize = 6_000;
+
+/// What forms are tried on.
+pub(super) struct Problem<'a, const N: usize> {
+    pub(super) robot: &'a Robot,
+    /// With the filter's cutoff, without any further term.
+    pub(super) core: &'a CoreRobot<f64, N>,
+    pub(super) pilots: &'a Pilots<N>,
+    /// Times that are kept from all of this.
+    held_out: &'a (dyn Fn(f64) -> bool + Sync),
+    /// One for all forms: of rows that are far off beside the others by the plain form.
+    loss: Loss,
+    /// Length of a block, s; infinite where a block is a whole run.
+    block_s: f64,
+    /// The fold that holds each block out; blocks of which nothing may be seen are in none.
+    pub(super) folds: BTreeMap<Block, usize>,
+}
+
+/// A block of time of a run, or a whole run.
+pub(super) type Block = (u32, i64);
+
+/// Of every block: root mean square of the error, times its rows, W.
+pub(super) type Errors = BTreeMap<Block, f64>;
+
+/// What of a term is found without the block that judges it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Unseen {
+    /// Its own numbers; the parameters that the model has with and without it are those of all blocks on both sides.
+    Numbers,
+    /// Every parameter: the term brings one of its own.
+    Parameters,
+}
+
+/// How a form did.
+#[derive(Debug, Clone)]
+pub(super) struct Trial {
+    /// Of each fold the errors of the blocks that are not held out, W.
+    pub(super) fitted: [f64; FOLDS],
+    /// Of every block, while it was held out from what [`Unseen`] says.
+    pub(super) errors: Errors,
+    /// The parameters of each fold.
+    pub(super) parameters: [Parameters; FOLDS],
+}
+
+impl<'a, const N: usize> Problem<'a, N> {
+    /// Every block is in a fold, in turn. Of `held_out` times (s) nothing is seen: they are to judge the whole fit.
+    pub(super) fn new(
+        robot: &'a Robot,
+        core: &'a CoreRobot<f64, N>,
+        pilots: &'a Pilots<N>,
+        held_out: &'a (dyn Fn(f64) -> bool + Sync),
+    ) -> Self {
+        let rows = pilots.condition(core, MOST_ROWS).unwrap_or_default();
+        let open: Vec<&Row<N>> = rows.iter().filter(|row| !held_out(row.time)).collect();
+        let runs = open.iter().map(|row| row.run).collect::<BTreeSet<_>>().len();
+        let stretches = open.chunk_by(|a, b| a.run == b.run && b.time - a.time < LEAST_BLOCK_S);
+        let open_s: f64 = stretches.map(|rows| rows[rows.len() - 1].time - rows[0].time).sum();
+        let block_s = if runs >= ENOUGH_RUNS {
+            f64::INFINITY
+        } else {
+            (open_s / USUAL_BLOCKS).clamp(LEAST_BLOCK_S, MOST_BLOCK_S)
+        };
+        let rows: Vec<Row<N>> = open.iter().map(|row| **row).collect();
+        let bounds = Bounds::of(core, &rows, robot.motor(), false);
+        let plain = physical::search(&rows, robot.drive(), Loss::Squares, &bounds, None);
+        let loss = physical::usual_loss(&rows, robot.drive(), &plain.parameters);
+        Self { robot, core, pilots, held_out, loss, block_s, folds: dealt(&open, block_s) }
+    }
+
+    /// The rows of a form, each with the fold that holds it out.
+    fn rows(&self, form: &Form) -> Option<Vec<(usize, Row<N>)>> {
+        let core = CoreRobot { conditioning: form.conditioning, ..*self.core };
+        let rows = self.pilots.condition(&core, MOST_ROWS)?.into_iter();
+        let open = rows.filter(|row| !(self.held_out)(row.time));
+        Some(open.filter_map(|row| Some((*self.folds.get(&block(&row, self.block_s))?, row))).collect())
+    }
+
+    /// Fits a form, from the parameters of `near`'s or from all starts where there is none. `None` where the logs cannot have the form,
+    /// or hold nothing.
+    pub(super) fn trial(&self, form: &Form, unseen: Unseen, near: Option<&Trial>) -> Option<Trial> {
+        let rows = self.rows(form)?;
+        match unseen {
+            Unseen::Numbers => self.shared(form, &rows, near),
+            Unseen::Parameters => self.crossed(form, &rows, near),
+        }
+    }
+
+    /// One fit for all folds.
+    fn shared(&self, form: &Form, rows: &[(usize, Row<N>)], near: Option<&Trial>) -> Option<Trial> {
+        let all: Vec<Row<N>> = rows.iter().map(|(_, row)| *row).collect();
+        let end = self.search(form, &all, near.map(|near| &near.parameters[0]));
+        let errors = self.errors(&all, &end.parameters);
+        let total: f64 = errors.values().sum();
+        let of_fold = |fold: usize| {
+            let own = errors.iter().filter(|(block, _)| self.folds.get(block) == Some(&fold));
+            own.map(|(_, error)| error).sum::<f64>()
+        };
+        let fitted = std::array::from_fn(|fold| total - of_fold(fold));
+        total.is_finite().then_some(Trial { fitted, errors, parameters: [end.parameters; FOLDS] })
+    }
+
+    /// A fit for each fold, to the others.
+    fn crossed(&self, form: &Form, rows: &[(usize, Row<N>)], near: Option<&Trial>) -> Option<Trial> {
+        let (mut fitted, mut parameters) = ([0.0; FOLDS], [Parameters::zeros(); FOLDS]);
+        let mut errors = Errors::new();
+        for fold in 0..FOLDS {
+            let of = |held_out: bool| {
+                let own = rows.iter().filter(move |(place, _)| (*place == fold) == held_out);
+                own.map(|(_, row)| *row).collect::<Vec<Row<N>>>()
+            };
+            let (test, train) = (of(true), of(false));
+            if test.is_empty() || train.is_empty() {
+                return None;
+            }
+            let end = self.search(form, &train, near.map(|near| &near.parameters[fold]));
+            fitted[fold] = self.errors(&train, &end.parameters).values().sum();
+            parameters[fold] = end.parameters;
+            errors.extend(self.errors(&test, &end.parameters));
+        }
+        fitted.iter().all(|error| error.is_finite()).then_some(Trial { fitted, errors, parameters })
+    }
+
+    fn search(&self, form: &Form, rows: &[Row<N>], near: Option<&Parameters>) -> Descent {
+        let bounds = Bounds::of(self.core, rows, self.robot.motor(), form.unequal_sides);
+        physical::search(rows, self.robot.drive(), self.loss, &bounds, near)
+    }
+
+    fn errors(&self, rows: &[Row<N>], parameters: &Parameters) -> Errors {
+        let torque = physical::torque(parameters);
+        let mut squares: BTreeMap<Block, (f64, f64)> = BTreeMap::new();
+        for row in rows {
+            let residual = row.power - physical::power(&torque, row, self.robot.drive());
+            let (square, count) = squares.entry(block(row, self.block_s)).or_default();
+            *square += residual * residual;
+            *count += 1.0;
+        }
+        squares.into_iter().map(|(block, (square, count))| (block, (square * count).sqrt())).collect()
+    }
+
+    /// Cost of a form on all rows, W².
+    pub(super) fn cost(&self, form: &Form, near: &Parameters) -> f64 {
+        let Some(rows) = self.rows(form) else { return f64::INFINITY };
+        let rows: Vec<Row<N>> = rows.into_iter().map(|(_, row)| row).collect();
+        self.search(form, &rows, Some(near)).cost / rows.len().max(1) as f64
+    }
+}
+
+/// The blocks dealt out by how much their power varies, so that each fold has its share of every kind of driving: in their order in time
+/// a manoeuvre that repeats would fall into one fold.
+fn dealt<const N: usize>(rows: &[&Row<N>], block_s: f64) -> BTreeMap<Block, usize> {
+    let mean = rows.iter().map(|row| row.power).sum::<f64>() / rows.len().max(1) as f64;
+    let mut variation: BTreeMap<Block, f64> = BTreeMap::new();
+    for row in rows {
+        *variation.entry(block(row, block_s)).or_default() += (row.power - mean).powi(2);
+    }
+    let mut blocks: Vec<(Block, f64)> = variation.into_iter().collect();
+    blocks.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+    // There and back: 0 1 2 2 1 0 0 1 2 …
+    let fold = |index: usize| (index % (2 * FOLDS)).min(2 * FOLDS - 1 - index % (2 * FOLDS));
+    blocks.into_iter().enumerate().map(|(index, (block, _))| (block, fold(index))).collect()
+}
+
+fn block<const N: usize>(row: &Row<N>, block_s: f64) -> Block {
+    (row.run, (row.time / block_s).floor() as i64)
+}

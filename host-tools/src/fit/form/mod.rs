@@ -1,0 +1,106 @@
+//! Which further terms the data carry: a delay between speeds and power, the slip memory of a turn's scrub, unequal sides.
+//!
+//! Each is nested: without it the model is as it was. Each has numbers that no least squares can give, so they are searched for on a
+//! grid, then refined. And each is taken only for what it gains on data that its numbers have not seen: one run in three, or one
+//! block of time where there are few runs, is held out at a time while grid and parameters are fitted to the others, and the squared
+//! error of every block is compared with that of the model without the term. It is taken where the mean gain is above nought by more
+//! than one standard error (the rule of Breiman et al. 1984) and at least [`LEAST_GAIN`] of the squared error.
+
+mod candidate;
+mod nested;
+mod term;
+#[cfg(test)]
+mod tests;
+
+use model_core::coefficients::Robot as CoreRobot;
+use serde::Serialize;
+
+use self::candidate::{Errors, Problem};
+pub use self::nested::Form;
+pub use self::term::{TERMS, Term};
+use super::pilot::Pilots;
+use crate::numerics::intervals::mean_interval;
+use crate::robot::Robot;
+
+/// Fewer blocks tell nothing.
+const LEAST_BLOCKS: usize = 6;
+
+/// A term that gains less of the held-out squared error is not worth its instructions on a board, however surely it gains it.
+const LEAST_GAIN: f64 = 0.01;
+
+/// What one term changes is seen by the next: all are asked again where one was taken.
+const ROUNDS: usize = 2;
+
+/// What held-out blocks said of a term.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Judged {
+    /// Which.
+    pub term: Term,
+    /// Share of the held-out squared error that it takes away.
+    pub gain: f64,
+    /// Its standard error, from block to block.
+    pub std_err: Option<f64>,
+    /// Whether the fit has it.
+    pub taken: bool,
+}
+
+/// The terms, and what was said of each.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Choice {
+    /// What was taken.
+    pub form: Form,
+    /// One entry a term that was asked; empty where the logs are too short to hold out blocks.
+    pub judged: Vec<Judged>,
+}
+
+/// Chooses among `terms` by the first rows of the logs, those of `held_out` times (s) left out: they are to judge the whole fit. What
+/// `core` has already is where it begins.
+pub(super) fn choose<const N: usize>(
+    robot: &Robot,
+    core: &CoreRobot<f64, N>,
+    terms: &[Term],
+    pilots: &Pilots<N>,
+    held_out: &(dyn Fn(f64) -> bool + Sync),
+) -> Choice {
+    let problem = Problem::new(robot, core, pilots, held_out);
+    let form = Form { conditioning: core.conditioning, unequal_sides: false };
+    let mut choice = Choice { form, judged: Vec::new() };
+    if problem.folds.len() < LEAST_BLOCKS {
+        return choice;
+    }
+    for _ in 0..ROUNDS {
+        let mut took = false;
+        for &term in terms {
+            let unseen = term.unseen(core);
+            let Some(current) = problem.trial(&choice.form, unseen, None) else { continue };
+            let Some((form, with)) = term.best(&problem, &choice.form, &current) else { continue };
+            let judged = judge(term, &current.errors, &with);
+            took |= judged.taken;
+            match choice.judged.iter_mut().find(|earlier| earlier.term == term) {
+                Some(earlier) if earlier.taken && !judged.taken => {}
+                Some(earlier) => *earlier = judged,
+                None => choice.judged.push(judged),
+            }
+            if judged.taken {
+                choice.form = form;
+            }
+        }
+        if !took {
+            break;
+        }
+    }
+    choice
+}
+
+/// Block by block.
+fn judge(term: Term, without: &Errors, with: &Errors) -> Judged {
+    let pairs = without.iter().filter_map(|(block, error)| Some((error - with.get(block)?, *error)));
+    let (gains, errors): (Vec<f64>, Vec<f64>) = pairs.unzip();
+    let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+    let gain = gains.iter().sum::<f64>() / errors.iter().sum::<f64>();
+    // Of a ratio of sums over blocks of unlike size (Cochran 1977, Section 2.11).
+    let about: Vec<f64> = gains.iter().zip(&errors).map(|(own, error)| (own - gain * error) / mean).collect();
+    let std_err = mean_interval(&about).std_err();
+    let taken = gain >= LEAST_GAIN && std_err.is_some_and(|error| gain > error);
+    Judged { term, gain, std_err, taken }
+}

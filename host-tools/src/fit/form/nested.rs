@@ -1,0 +1,12 @@
+//! A form of the model: what it has beyond the plain one.
+
+use model_core::conditioning::Conditioning;
+
+/// Terms beyond the plain signed model.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Form {
+    /// What lies between samples and motion.
+    pub conditioning: Conditioning<f64>,
+    /// The sides' Coulomb torques differ.
+    pub unequal_sides: bool,
+}

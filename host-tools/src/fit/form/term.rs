@@ -1,0 +1,164 @@
+//! The terms, and where each is looked for.
+
+use model_core::coefficients::Robot as CoreRobot;
+use model_core::conditioning::Conditioning;
+use model_core::delay::DelayLine;
+use model_core::slip::SlipMemory;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::candidate::{Errors, FOLDS, Problem, Trial, Unseen};
+use super::nested::Form;
+use crate::numerics::search::golden_section;
+
+/// One further term.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Term {
+    /// The power is later than the speeds.
+    Delay,
+    /// The scrub of a turn builds up with the distance rolled and saturates.
+    SlipMemory,
+    /// The sides' Coulomb torques differ.
+    UnequalSides,
+}
+
+/// In the order in which they are asked.
+pub const TERMS: [Term; 3] = [Term::Delay, Term::SlipMemory, Term::UnequalSides];
+
+/// Delays that are tried lie this far apart, s,
+const DELAY_STEP_S: f64 = 0.05;
+/// from so many steps before
+const EARLIEST: i32 = -4;
+/// to so many behind the speeds: half a second.
+const LATEST: i32 = 10;
+
+/// Slips at half of the scrub that are tried: rubber on hard ground to loose soil.
+const HALF_SLIPS: [f64; 6] = [0.01, 0.03, 0.1, 0.2, 0.4, 1.0];
+/// Relaxation lengths that are tried, rad of the wheel: from a tenth of a radius to three turns.
+const RELAXATIONS: [f64; 5] = [0.1, 0.5, 1.5, 5.0, 20.0];
+
+/// Refinements end at this share of the interval between neighbours of the grid.
+const REFINED: f64 = 0.05;
+/// Rounds over the numbers of a term.
+const ROUNDS: usize = 2;
+
+impl Term {
+    /// What of it has to be found without the block that judges it.
+    pub(super) fn unseen<const N: usize>(self, core: &CoreRobot<f64, N>) -> Unseen {
+        match self {
+            Self::Delay => Unseen::Numbers,
+            Self::SlipMemory if core.kinematics.scrubs() => Unseen::Numbers,
+            Self::SlipMemory | Self::UnequalSides => Unseen::Parameters,
+        }
+    }
+
+    /// The term at its best beside what the form has, with how it did on blocks that it had not seen. `None` where the robot cannot
+    /// have it or the grid holds nothing.
+    pub(super) fn best<const N: usize>(
+        self,
+        problem: &Problem<'_, N>,
+        form: &Form,
+        current: &Trial,
+    ) -> Option<(Form, Errors)> {
+        let unseen = self.unseen(problem.core);
+        let grid = self.grid(problem, form);
+        let tried: Vec<(Form, Trial)> = grid
+            .into_par_iter()
+            .map(|form| Some((form, problem.trial(&form, unseen, Some(current))?)))
+            .collect::<Vec<_>>()
+            .into_iter()
+            .flatten()
+            .collect();
+        // Of each fold the one that fits its own blocks best: the held-out ones have no say.
+        let of_fold = |fold: usize| {
+            tried
+                .iter()
+                .min_by(|(_, a), (_, b)| a.fitted[fold].total_cmp(&b.fitted[fold]))
+                .map(|(_, trial)| trial)
+        };
+        let sum = |trial: &Trial| trial.fitted.iter().sum::<f64>();
+        let (best, together) = tried.iter().min_by(|(_, a), (_, b)| sum(a).total_cmp(&sum(b)))?;
+        let mut errors = Errors::new();
+        for fold in 0..FOLDS {
+            let own = of_fold(fold)?.errors.iter();
+            errors.extend(
+                own.filter(|(block, _)| problem.folds.get(block) == Some(&fold))
+                    .map(|(block, error)| (*block, *error)),
+            );
+        }
+        let refined = self.refine(problem, *best, &together.parameters[0]);
+        Some((refined, errors))
+    }
+
+    /// The forms to try.
+    fn grid<const N: usize>(self, problem: &Problem<'_, N>, form: &Form) -> Vec<Form> {
+        let with = |conditioning: Conditioning<f64>| Form { conditioning, ..*form };
+        let two_sided = problem.core.mass_matrix.sides().is_some();
+        match self {
+            Self::Delay => {
+                let fastest = problem.pilots.fastest_s();
+                let delays = (EARLIEST..=LATEST).map(|step| f64::from(step) * DELAY_STEP_S);
+                let now = form.conditioning.delay;
+                let others = delays.filter(|delay| (delay - now).abs() > 0.1 * DELAY_STEP_S);
+                let reachable = others.filter(|delay| DelayLine::<f64, N>::reaches(*delay, fastest));
+                reachable.map(|delay| with(Conditioning { delay, ..form.conditioning })).collect()
+            }
+            Self::SlipMemory if two_sided => {
+                let pairs =
+                    HALF_SLIPS.into_iter().flat_map(|c| RELAXATIONS.map(|relaxation| (c, relaxation)));
+                pairs
+                    .map(|(half_slip, relaxation)| {
+                        with(Conditioning { slip: SlipMemory { half_slip, relaxation }, ..form.conditioning })
+                    })
+                    .collect()
+            }
+            Self::UnequalSides if two_sided && !form.unequal_sides => {
+                vec![Form { unequal_sides: true, ..*form }]
+            }
+            Self::SlipMemory | Self::UnequalSides => Vec::new(),
+        }
+    }
+
+    /// Its numbers between those that were tried.
+    fn refine<const N: usize>(
+        self,
+        problem: &Problem<'_, N>,
+        mut form: Form,
+        near: &super::super::physical::Parameters,
+    ) -> Form {
+        let along = |form: &mut Form, low: f64, high: f64, set: fn(&mut Form, f64)| {
+            let at = |value: f64| {
+                let mut moved = *form;
+                set(&mut moved, value);
+                problem.cost(&moved, near)
+            };
+            let here = problem.cost(form, near);
+            let found = golden_section(low, high, REFINED, at).filter(|found| found.cost < here);
+            if let Some(found) = found {
+                set(form, found.at);
+            }
+        };
+        match self {
+            Self::Delay => {
+                let at = form.conditioning.delay;
+                along(&mut form, at - DELAY_STEP_S, at + DELAY_STEP_S, |form, delay| {
+                    form.conditioning.delay = delay;
+                });
+            }
+            Self::SlipMemory => {
+                for _ in 0..ROUNDS {
+                    let SlipMemory { half_slip, relaxation } = form.conditioning.slip;
+                    // Neighbours of the grid are up to a factor of four apart.
+                    let around = |value: f64| ((value / 4.0).ln(), (value * 4.0).ln());
+                    let (low, high) = around(half_slip);
+                    along(&mut form, low, high, |form, log| form.conditioning.slip.half_slip = log.exp());
+                    let (low, high) = around(relaxation);
+                    along(&mut form, low, high, |form, log| form.conditioning.slip.relaxation = log.exp());
+                }
+            }
+            Self::UnequalSides => {}
+        }
+        form
+    }
+}

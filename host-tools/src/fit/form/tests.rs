@@ -1,0 +1,163 @@
+//! Terms on logs made from known models: taken where they are there, left where they are not.
+
+use model_core::coefficients::Robot as CoreRobot;
+use model_core::conditioning::Conditioning;
+use model_core::estimator::Sample;
+use model_core::motion::Motion;
+use model_core::slip::{Slip, SlipMemory};
+use model_core::torque::TorqueModel;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::super::pilot::Pilots;
+use super::{Choice, TERMS, Term, choose};
+use crate::log::RawRow;
+use crate::robot::Robot;
+
+const PERIOD_S: f64 = 0.05;
+const ROWS: usize = 4000;
+const MASS_KG: f64 = 75.0;
+
+/// What a robot is made of.
+#[derive(Clone, Copy, Default)]
+struct Truth {
+    slip: SlipMemory<f64>,
+    /// Samples by which the power is later.
+    late: usize,
+    imbalance: f64,
+}
+
+fn husky() -> (Robot, CoreRobot<f64, 2>) {
+    let robot = Robot::load("husky").unwrap();
+    let core = robot.core::<2>(1.0).unwrap();
+    (robot, core)
+}
+
+/// Smooth speeds of both sides, slow beside the filter, curves of every radius and spins.
+fn speeds(seed: u64) -> Vec<[f64; 2]> {
+    let random = &mut ChaCha8Rng::seed_from_u64(seed);
+    let mut waves = || {
+        let parts: [(f64, f64); 4] = std::array::from_fn(|k| {
+            (0.25 * (k as f64 + 1.0) * (1.0 + 0.3 * random.random::<f64>()), 6.3 * random.random::<f64>())
+        });
+        move |t: f64| parts.iter().map(|(rate, phase)| (rate * t + phase).sin()).sum::<f64>()
+    };
+    let (forward, turn) = (waves(), waves());
+    let both = |index: usize| {
+        let t = PERIOD_S * index as f64;
+        let (forward, turn) = (1.5 * forward(t) + 1.0, 0.6 * turn(t) * (0.05 * t).sin());
+        [forward - turn, forward + turn]
+    };
+    (0..ROWS).map(both).collect()
+}
+
+/// A log of such a robot with 2 W of noise.
+fn log(core: &CoreRobot<f64, 2>, truth: Truth, seed: u64) -> Pilots<2> {
+    let torque = TorqueModel {
+        imbalance: truth.imbalance,
+        ..TorqueModel::from_array([3.0, 0.02, 0.5, 0.1, 1.2, 0.06, 0.25])
+    };
+    let speeds = speeds(seed);
+    let (matrix, sides) = (&core.mass_matrix, core.mass_matrix.sides().unwrap());
+    let mut slip = Slip::default();
+    let mut power = Vec::new();
+    for (index, speed) in speeds.iter().enumerate() {
+        let before = speeds[index.saturating_sub(1)];
+        let acceleration = std::array::from_fn(|side| (speed[side] - before[side]) / PERIOD_S);
+        let motion = if truth.slip.is_off() {
+            Motion::new(speed, &acceleration, matrix, core.dead_band)
+        } else {
+            let share = truth.slip.step(&mut slip, &sides.rims(speed), PERIOD_S);
+            Motion::with_scrub(speed, &acceleration, &sides.scrub(share), matrix, core.dead_band)
+        };
+        power
+            .push(motion.wheels.iter().map(|wheel| torque.wheel_power(wheel, MASS_KG).max(0.0)).sum::<f64>());
+    }
+    let random = &mut ChaCha8Rng::seed_from_u64(100 + seed);
+    let row = |index: usize| {
+        let noise: f64 = random.sample(rand_distr::StandardNormal);
+        let sample = Sample {
+            wheel_speed: speeds[index],
+            wheel_acceleration: None,
+            power: power[index.saturating_sub(truth.late)] + 2.0 * noise,
+        };
+        let elapsed = if index == 0 { f64::NAN } else { PERIOD_S };
+        RawRow {
+            line: index as u64 + 2,
+            sample,
+            elapsed,
+            mass: Some(MASS_KG),
+            run: 0,
+            time: PERIOD_S * index as f64,
+        }
+    };
+    Pilots::of_rows((0..ROWS).map(row).collect(), PERIOD_S)
+}
+
+fn chosen(truth: Truth, seed: u64) -> Choice {
+    let (robot, core) = husky();
+    choose(&robot, &core, &TERMS, &log(&core, truth, seed), &|_| false)
+}
+
+fn taken(choice: &Choice) -> Vec<Term> {
+    choice.judged.iter().filter(|judged| judged.taken).map(|judged| judged.term).collect()
+}
+
+#[test]
+fn nothing_is_taken_where_nothing_is() {
+    for seed in 0..3 {
+        let choice = chosen(Truth::default(), seed);
+        assert_eq!(taken(&choice), [], "{choice:?}");
+        assert_eq!(choice.form.conditioning, Conditioning::PLAIN);
+        assert_eq!(choice.judged.len(), TERMS.len());
+    }
+}
+
+/// The filter has the speeds before the memory: slip and relaxation are those of filtered speeds, so some 15 % off.
+#[test]
+fn slip_memory_is_found() {
+    let slip = SlipMemory { half_slip: 0.15, relaxation: 1.5 };
+    let choice = chosen(Truth { slip, ..Truth::default() }, 1);
+    assert_eq!(taken(&choice), [Term::SlipMemory], "{choice:?}");
+    let found = choice.form.conditioning.slip;
+    assert!((found.half_slip / slip.half_slip).ln().abs() < 0.15, "{found:?}");
+    assert!((found.relaxation / slip.relaxation).ln().abs() < 0.3, "{found:?}");
+}
+
+/// Four samples: to a fifth of a grid step, where the refinement ends.
+#[test]
+fn a_delay_is_found() {
+    let choice = chosen(Truth { late: 4, ..Truth::default() }, 2);
+    assert_eq!(taken(&choice), [Term::Delay], "{choice:?}");
+    assert!((choice.form.conditioning.delay - 4.0 * PERIOD_S).abs() < 0.01, "{choice:?}");
+}
+
+#[test]
+fn unequal_sides_are_found() {
+    let choice = chosen(Truth { imbalance: 1.0, ..Truth::default() }, 0);
+    assert_eq!(taken(&choice), [Term::UnequalSides], "{choice:?}");
+    assert!(choice.form.unequal_sides);
+}
+
+/// What is held out is not looked at: with nonsense there the choice is the same to the last digit.
+#[test]
+fn held_out_times_are_not_seen() {
+    let (robot, core) = husky();
+    let truth = Truth { late: 4, ..Truth::default() };
+    let held_out = |time: f64| time >= 150.0;
+    let clean = log(&core, truth, 2);
+    let mut spoiled = log(&core, truth, 2);
+    // From where not even the filter's memory reaches back.
+    spoiled.spoil_from(150.0);
+    let of = |pilots: &Pilots<2>| choose(&robot, &core, &TERMS, pilots, &held_out);
+    assert_eq!(of(&clean), of(&spoiled));
+}
+
+/// Too short a log has too few blocks to hold out: nothing is asked.
+#[test]
+fn a_short_log_is_not_asked() {
+    let (robot, core) = husky();
+    let pilots = log(&core, Truth { late: 4, ..Truth::default() }, 2);
+    let choice = choose(&robot, &core, &TERMS, &pilots, &|time| time >= 10.0);
+    assert!(choice.judged.is_empty() && choice.form.conditioning == Conditioning::PLAIN);
+}

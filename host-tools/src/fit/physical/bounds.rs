@@ -1,0 +1,144 @@
+//! What a motor and a wheel can be.
+//!
+//! Wide ranges from the robot's mass, its wheels and the speeds that it drove, narrower ones for κ where robot.toml tells of the
+//! motors. Data that determine a parameter do not come near them; data that do not would run to 10⁶ or 10⁻⁵ without.
+
+use model_core::coefficients::Robot as CoreRobot;
+use nalgebra::Const;
+
+use super::super::dataset::Row;
+use super::super::verdict::{self, Description};
+use super::cost::{PARAMETERS as COUNT, Parameters, WINDING_LOSS};
+use crate::numerics::levenberg_marquardt;
+use crate::robot::Motor;
+
+/// Standard gravity, m/s².
+const GRAVITY: f64 = 9.806_65;
+
+/// Least efficiency of motor, gear and drive together: torques are found with it folded in.
+const LEAST_EFFICIENCY: f64 = 0.2;
+
+/// Least efficiency of a gear.
+const LEAST_GEAR_EFFICIENCY: f64 = 0.5;
+
+/// Greatest friction between wheel and ground: rubber on rough asphalt.
+const GREATEST_FRICTION: f64 = 1.5;
+
+/// The robot can climb this on its own wheels, empty: what its motors can do at least, as a share of its weight.
+const LEAST_GRADE: f64 = 0.1;
+
+/// Its motors turn at most so many times as fast as it was driven.
+const SPEED_RESERVE: f64 = 2.0;
+
+/// Rotors have at most so many times the body's own inertia, as the wheels see both.
+const MOST_ROTOR_SHARE: f64 = 10.0;
+
+/// Copper warms by some 100 K, and leads and bridge have a resistance, too.
+const HOT: f64 = 1.5;
+/// Spread of motors about their data sheet.
+const SPREAD: f64 = 0.8;
+
+/// Least and greatest value of each parameter, in the order of [`Parameters`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bounds(levenberg_marquardt::Bounds<Const<COUNT>>);
+
+/// A parameter at a bound of its own that is not nought.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AtBound {
+    /// Which.
+    pub description: &'static Description,
+    /// The bound, in the parameter's unit.
+    pub bound: f64,
+    /// robot.toml tells of the motor that it is the bound of.
+    pub of_motor: bool,
+}
+
+impl Bounds {
+    /// For a robot on these drives, with what is known of its motors; both sides alike unless said otherwise.
+    ///
+    /// Weight m g on N wheels of radius r gives the torque T = m g r / N at which they slip with a friction of 1.
+    ///
+    /// | parameter | at most |
+    /// |---|---|
+    /// | coulomb, imbalance | T of the full robot / efficiency: the drag of a robot whose wheels are locked |
+    /// | rolling, scrub | T per kilogram times 1 and 1.5, the greatest friction / efficiency |
+    /// | viscous | that of coulomb at the fastest speed driven |
+    /// | rotor_inertia | ten times the body's own m r² / N |
+    /// | inertia_gain | 1 / least efficiency² |
+    /// | winding_loss | κ = R/(Kt n)² is no-load speed over stall torque: twice the speed driven over 0.1 T of the empty robot |
+    pub fn of<const N: usize>(
+        robot: &CoreRobot<f64, N>,
+        rows: &[Row<N>],
+        motor: Option<&Motor>,
+        unequal_sides: bool,
+    ) -> Self {
+        // λ_max of M'' is the inertia per kilogram that the stiffest common motion shows to one wheel: r²/N where all drive
+        // straight ahead.
+        let wheels = N as f64;
+        let entries = robot.mass_matrix.rows();
+        let matrix = nalgebra::DMatrix::from_fn(N, N, |i, j| entries[i][j]);
+        let per_wheel = matrix.symmetric_eigenvalues().max();
+        let radius = (wheels * per_wheel).sqrt();
+        let per_kg = GRAVITY * radius / wheels;
+        let (empty, full) = (robot.range.no_load(), robot.range.full_load());
+        let speeds = rows.iter().flat_map(|row| &row.motion.wheels).map(|wheel| wheel.speed.abs());
+        let fastest = speeds.fold(robot.dead_band.max(1e-3), f64::max);
+        let drag = full * per_kg / LEAST_EFFICIENCY;
+        let stall = LEAST_GRADE * empty * per_kg;
+        let widest = SPEED_RESERVE * fastest / (stall * LEAST_GEAR_EFFICIENCY.powi(2));
+        let (least_loss, most_loss) = motor.map_or((0.0, widest), |motor| {
+            let ideal = motor.resistance_ohm / (motor.torque_constant_nm_a * motor.gear_ratio).powi(2);
+            let efficiency = motor.gear_efficiency.unwrap_or(LEAST_GEAR_EFFICIENCY);
+            (SPREAD * ideal, HOT * ideal / efficiency.powi(2))
+        });
+        let imbalance = if unequal_sides { drag } else { 0.0 };
+        let upper = [
+            drag,
+            per_kg / LEAST_EFFICIENCY,
+            drag / fastest,
+            MOST_ROTOR_SHARE * full * per_wheel,
+            LEAST_EFFICIENCY.powi(-2),
+            most_loss,
+            GREATEST_FRICTION * per_kg / LEAST_EFFICIENCY,
+            imbalance,
+        ];
+        let lower = [0.0, 0.0, 0.0, 0.0, 0.0, least_loss, 0.0, -imbalance];
+        Self(levenberg_marquardt::Bounds { lower: lower.into(), upper: upper.into() })
+    }
+
+    /// Any, in the order of the parameters.
+    #[cfg(test)]
+    pub(super) fn from_ends(lower: [f64; COUNT], upper: [f64; COUNT]) -> Self {
+        Self(levenberg_marquardt::Bounds { lower: lower.into(), upper: upper.into() })
+    }
+
+    /// As the solver takes them.
+    pub(super) fn as_box(&self) -> &levenberg_marquardt::Bounds<Const<COUNT>> {
+        &self.0
+    }
+
+    /// Least values.
+    pub fn lower(&self) -> &Parameters {
+        &self.0.lower
+    }
+
+    /// Greatest values.
+    pub fn upper(&self) -> &Parameters {
+        &self.0.upper
+    }
+
+    /// Parameters at a bound other than 0.
+    pub(super) fn met_by(&self, parameters: &Parameters) -> Vec<AtBound> {
+        let at = |place: usize| {
+            let bounds = [self.0.lower[place], self.0.upper[place]];
+            let met = bounds.into_iter().find(|bound| *bound != 0.0 && parameters[place] == *bound)?;
+            let description = verdict::TORQUE.get(place).unwrap_or(&verdict::IMBALANCE);
+            Some(AtBound {
+                description,
+                bound: met,
+                of_motor: place == WINDING_LOSS && self.0.lower[place] > 0.0,
+            })
+        };
+        (0..COUNT).filter_map(at).collect()
+    }
+}

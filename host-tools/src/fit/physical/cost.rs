@@ -1,0 +1,189 @@
+//! The clamped cost and its derivatives, summed over rows.
+
+use model_core::torque::{self, Drive, TorqueModel};
+use nalgebra::{Const, SMatrix, SVector};
+use rayon::prelude::*;
+
+use super::super::dataset::Row;
+use crate::numerics::levenberg_marquardt::LeastSquares;
+
+/// How many parameters there are: what both sides share, and their imbalance.
+pub const PARAMETERS: usize = torque::PARAMETERS + 1;
+
+/// In the order of [`TorqueModel::to_array`], the imbalance last.
+pub type Parameters = SVector<f64, PARAMETERS>;
+
+type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
+
+/// Place of κ: the one parameter that multiplies no part of the torque.
+pub(super) const WINDING_LOSS: usize = 5;
+
+/// Place of the imbalance: the one parameter of either sign.
+const IMBALANCE: usize = PARAMETERS - 1;
+
+/// What a residual of r W costs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::fit) enum Loss {
+    /// r².
+    Squares,
+    /// r² up to this size k in W, then k (2 |r| − k) (Huber 1964).
+    Huber(f64),
+}
+
+impl Loss {
+    fn of(self, residual: f64) -> f64 {
+        match self {
+            Self::Huber(size) if residual.abs() > size => size * (2.0 * residual.abs() - size),
+            _ => residual * residual,
+        }
+    }
+
+    /// What a squared residual has to be multiplied by to pull as this does.
+    pub(super) fn weight(self, residual: f64) -> f64 {
+        match self {
+            Self::Huber(size) if residual.abs() > size => size / residual.abs(),
+            _ => 1.0,
+        }
+    }
+}
+
+/// The cost of rows.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cost<'a, const N: usize> {
+    pub(super) rows: &'a [Row<N>],
+    pub(super) drive: Drive,
+    pub(super) loss: Loss,
+}
+
+/// Rows that are summed by one core at a time. Their sums are added in the order of the rows.
+const CHUNK: usize = 2048;
+
+/// The model of these parameters.
+pub fn torque(parameters: &Parameters) -> TorqueModel<f64> {
+    let shared = parameters.fixed_rows::<{ torque::PARAMETERS }>(0).into_owned();
+    TorqueModel { imbalance: parameters[IMBALANCE], ..TorqueModel::from_array(shared.into()) }
+}
+
+/// The parameters of a model.
+pub fn parameters(torque: &TorqueModel<f64>) -> Parameters {
+    let shared = torque.to_array();
+    Parameters::from_fn(|i, _| shared.get(i).copied().unwrap_or(torque.imbalance))
+}
+
+/// Power of a row, W, and its slope; the slope is 0 where no wheel draws power.
+pub(super) fn predict<const N: usize>(
+    torque: &TorqueModel<f64>,
+    row: &Row<N>,
+    drive: Drive,
+) -> (f64, Parameters) {
+    let mut power = 0.0;
+    let mut slope = Parameters::zeros();
+    for wheel in &row.motion.wheels {
+        let total = torque.torque(wheel, row.mass);
+        let own = total * (wheel.speed + torque.winding_loss * total);
+        if own < 0.0 && drive == Drive::Dissipative {
+            continue;
+        }
+        power += own;
+        let by = wheel.speed + 2.0 * torque.winding_loss * total;
+        let along: [f64; PARAMETERS] = [
+            wheel.direction,
+            wheel.direction * row.mass,
+            wheel.speed,
+            wheel.acceleration,
+            row.mass * wheel.inertial_torque,
+            0.0,
+            row.mass * wheel.scrub,
+            wheel.side,
+        ];
+        for (slope, along) in slope.iter_mut().zip(along) {
+            *slope += by * along;
+        }
+        slope[WINDING_LOSS] += total * total;
+    }
+    (power, slope)
+}
+
+/// Power of a row, W, clamped wheels drawing nothing.
+pub fn power<const N: usize>(torque: &TorqueModel<f64>, row: &Row<N>, drive: Drive) -> f64 {
+    let mut power = 0.0;
+    for wheel in &row.motion.wheels {
+        let own = torque.wheel_power(wheel, row.mass);
+        power += if own < 0.0 && drive == Drive::Dissipative { 0.0 } else { own };
+    }
+    power
+}
+
+/// ∂P/∂θ of a row: watts per unit of each parameter; what a clamped wheel would draw has none.
+pub fn gradient<const N: usize>(torque: &TorqueModel<f64>, row: &Row<N>, drive: Drive) -> Parameters {
+    predict(torque, row, drive).1
+}
+
+/// Residual of a row, W; `None` where no wheel draws power.
+pub(super) fn residual<const N: usize>(torque: &TorqueModel<f64>, row: &Row<N>, drive: Drive) -> Option<f64> {
+    let mut power = 0.0;
+    let mut draws = false;
+    for wheel in &row.motion.wheels {
+        let own = torque.wheel_power(wheel, row.mass);
+        let counts = wheel.direction != 0.0 && (drive == Drive::Regenerative || own >= 0.0);
+        draws |= counts;
+        power += if counts { own } else { 0.0 };
+    }
+    draws.then_some(row.power - power)
+}
+
+/// 0 for rows in which no wheel draws power, the loss's weight for the others.
+pub(super) fn weight<const N: usize>(
+    torque: &TorqueModel<f64>,
+    row: &Row<N>,
+    drive: Drive,
+    loss: Loss,
+) -> f64 {
+    residual(torque, row, drive).map_or(0.0, |residual| loss.weight(residual))
+}
+
+impl<const N: usize> Cost<'_, N> {
+    /// Sums over the rows, chunk by chunk.
+    fn sum<S: Send>(&self, one: impl Fn(&[Row<N>]) -> S + Sync + Send) -> Vec<S> {
+        if self.rows.len() <= CHUNK {
+            return vec![one(self.rows)];
+        }
+        self.rows.par_chunks(CHUNK).map(one).collect()
+    }
+
+    fn row_cost(&self, torque: &TorqueModel<f64>, row: &Row<N>) -> f64 {
+        self.loss.of(row.power - power(torque, row, self.drive))
+    }
+}
+
+impl<const N: usize> LeastSquares<Const<PARAMETERS>> for Cost<'_, N> {
+    fn cost(&self, parameters: &Parameters) -> f64 {
+        let torque = torque(parameters);
+        let chunks = self.sum(|rows| rows.iter().map(|row| self.row_cost(&torque, row)).sum::<f64>());
+        chunks.into_iter().sum()
+    }
+
+    /// Of the squares that lie above the loss and touch it here: their minimum lowers the loss, too.
+    fn derivatives(&self, parameters: &Parameters) -> (Parameters, Matrix) {
+        let torque = torque(parameters);
+        let chunk = |rows: &[Row<N>]| {
+            let (mut gradient, mut matrix) = (Parameters::zeros(), Matrix::zeros());
+            for row in rows {
+                let (power, slope) = predict(&torque, row, self.drive);
+                let residual = row.power - power;
+                let weight = self.loss.weight(residual);
+                gradient.axpy(-weight * residual, &slope, 1.0);
+                matrix.syger(weight, &slope, &slope, 1.0);
+            }
+            (gradient, matrix)
+        };
+        let (mut gradient, mut matrix) = (Parameters::zeros(), Matrix::zeros());
+        for (one, other) in self.sum(chunk) {
+            gradient += one;
+            matrix += other;
+        }
+        // Only the lower triangle has been summed.
+        matrix.fill_upper_triangle_with_lower_triangle();
+        (gradient, matrix)
+    }
+}

@@ -1,0 +1,83 @@
+//! The parameters of the signed torque model, from rows whose payload is known.
+//!
+//! The cost is that of the model itself, clamped wheels included: Σ ρ(P − Σ_i max(0, τ_i w_i + κ τ_i²)). It has several minima
+//! (power may be torque or winding loss, a wheel may brake or be clamped), so the search begins at several starts, and it
+//! stays within what a motor and a wheel can be ([`Bounds`]).
+
+mod bounds;
+mod cost;
+mod robust;
+mod search;
+mod starts;
+#[cfg(test)]
+mod tests;
+
+use model_core::torque::{Drive, TorqueModel};
+
+pub use self::bounds::{AtBound, Bounds};
+use self::cost::Cost;
+pub(super) use self::cost::Loss;
+pub use self::cost::{PARAMETERS, Parameters, gradient, parameters, power, torque};
+pub(super) use self::robust::usual_loss;
+pub(super) use self::search::{Descent, search};
+use self::search::{FINAL, TRIAL, best_of};
+use super::dataset::{Dataset, Row};
+pub use crate::numerics::levenberg_marquardt::Ending;
+use crate::robot::Robot;
+
+/// A fitted torque model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solution {
+    /// The parameters.
+    pub torque: TorqueModel<f64>,
+    /// How the last search ended.
+    pub ending: Ending,
+    /// Steps taken, over all starts and losses.
+    pub iterations: u32,
+    /// Weight of each row of the store: 0 where no wheel draws power, 1 as a rule.
+    pub weights: Vec<f64>,
+    /// Residuals beyond so many standard deviations count linearly, not squared; `None` where all count squared.
+    pub huber: Option<f64>,
+    /// Parameters that ended at a bound of theirs.
+    pub at_bounds: Vec<AtBound>,
+}
+
+/// Rows on which starts are tried: they are drawn evenly from the store.
+const TRIAL_ROWS: usize = 4096;
+
+/// Ends of trials that are followed on all rows.
+const FINALISTS: usize = 3;
+
+/// Fits the rows of the store.
+///
+/// Least squares first, from all starts; then rows far beyond the usual residual count linearly, by Huber's rule at a fixed
+/// scale, where that does not cost what the model explains ([`robust`]): where acceleration starts or a clamp lets go within
+/// the filter's memory no model of filtered signals is right, and on clean data those few rows would decide the fit.
+pub fn solve<const N: usize>(dataset: &Dataset<N>, robot: &Robot) -> Solution {
+    let bounds = Bounds::of(&dataset.robot, &dataset.store, robot.motor(), dataset.unequal_sides);
+    solve_within(&dataset.store, robot.drive(), &bounds)
+}
+
+/// As [`solve`], for any rows and bounds.
+pub fn solve_within<const N: usize>(rows: &[Row<N>], drive: Drive, bounds: &Bounds) -> Solution {
+    let trial: Vec<Row<N>> = rows.iter().step_by(rows.len().div_ceil(TRIAL_ROWS).max(1)).copied().collect();
+    let trial = Cost { rows: &trial, drive, loss: Loss::Squares };
+    let all = Cost { rows, drive, loss: Loss::Squares };
+    let mut steps = 0;
+    let mut finalists = starts::finalists(&trial, bounds, &TRIAL, FINALISTS, &mut steps);
+    if finalists.is_empty() {
+        finalists.push(Parameters::zeros());
+    }
+    let squares = best_of(&all, &finalists, bounds, &FINAL, &mut steps);
+    let robust::Weighed { descent, loss, huber } =
+        robust::weigh(&all, &squares, &finalists, bounds, &mut steps);
+    let torque = torque(&descent.parameters);
+    Solution {
+        torque,
+        ending: descent.ending,
+        iterations: steps,
+        weights: rows.iter().map(|row| cost::weight(&torque, row, drive, loss)).collect(),
+        huber,
+        at_bounds: bounds.met_by(&descent.parameters),
+    }
+}

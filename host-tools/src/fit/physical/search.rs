@@ -1,0 +1,59 @@
+//! From starts to the lowest of their ends.
+
+use model_core::torque::Drive;
+use nalgebra::Const;
+
+use super::super::dataset::Row;
+use super::bounds::Bounds;
+use super::cost::{Cost, Loss, PARAMETERS, Parameters};
+use super::starts;
+use crate::numerics::levenberg_marquardt::{self, Ending, Tolerances};
+
+/// Where a search ended.
+pub(in crate::fit) type Descent = levenberg_marquardt::Descent<Const<PARAMETERS>>;
+
+/// Trials need not end where the last digit stays.
+pub(super) const TRIAL: Tolerances =
+    Tolerances { steps: 200, cost_share: 1e-9, cost: 0.0, step: 1e-8, gradient: 1e-8 };
+
+pub(super) const FINAL: Tolerances =
+    Tolerances { steps: 500, cost_share: 1e-13, cost: 0.0, step: 1e-12, gradient: 1e-10 };
+
+/// The lowest cost of any rows, from one start, or from all starts where none is given.
+pub(in crate::fit) fn search<const N: usize>(
+    rows: &[Row<N>],
+    drive: Drive,
+    loss: Loss,
+    bounds: &Bounds,
+    near: Option<&Parameters>,
+) -> Descent {
+    let all = Cost { rows, drive, loss };
+    let mut steps = 0;
+    let starts = match near {
+        Some(near) => vec![*near],
+        None => starts::finalists(&all, bounds, &TRIAL, 1, &mut steps),
+    };
+    best_of(&all, &starts, bounds, &TRIAL, &mut steps)
+}
+
+/// The lowest of the ends that these starts lead to.
+pub(super) fn best_of<const N: usize>(
+    cost: &Cost<'_, N>,
+    starts: &[Parameters],
+    bounds: &Bounds,
+    tolerances: &Tolerances,
+    steps: &mut u32,
+) -> Descent {
+    let ends: Vec<Descent> = starts
+        .iter()
+        .map(|start| levenberg_marquardt::descend(cost, start, bounds.as_box(), tolerances))
+        .inspect(|end| *steps += end.steps)
+        .collect();
+    let best = ends.iter().filter(|end| !end.cost.is_nan()).min_by(|a, b| a.cost.total_cmp(&b.cost));
+    best.or(ends.first()).cloned().unwrap_or_else(|| Descent {
+        parameters: Parameters::zeros(),
+        cost: f64::NAN,
+        steps: 0,
+        ending: Ending::NotFinite,
+    })
+}

@@ -1,0 +1,161 @@
+//! The solver on rows made from a known model.
+
+use model_core::motion::{Motion, Wheel};
+use model_core::torque::{Drive, TorqueModel};
+use nalgebra::Const;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::cost::{Cost, Loss};
+use super::{Bounds, PARAMETERS, Parameters, Row, solve_within};
+use crate::numerics::levenberg_marquardt::{Bounds as Box, LeastSquares, Tolerances, descend};
+
+const TRUTH: [f64; PARAMETERS] = [0.05, 0.008, 0.007, 0.0065, 1.6, 2.5, 0.02, -0.01];
+
+fn noise(random: &mut ChaCha8Rng) -> f64 {
+    random.sample(rand_distr::StandardNormal)
+}
+
+/// Rows of two wheels at any speed and acceleration, with `std` W of noise.
+fn rows(count: usize, std: f64, drive: Drive) -> Vec<Row<2>> {
+    let random = &mut ChaCha8Rng::seed_from_u64(5);
+    let torque = super::torque(&TRUTH.into());
+    let row = |index: usize| {
+        let mut wheel = || {
+            let speed = 6.0 * (2.0 * random.random::<f64>() - 1.0);
+            let acceleration = 4.0 * noise(random);
+            let inertial_torque = 1e-3 * (acceleration + noise(random));
+            let scrub = 2.0 * random.random::<f64>() - 1.0;
+            let side = if random.random() { 1.0 } else { -1.0 };
+            Wheel { speed, acceleration, inertial_torque, direction: f64::signum(speed), scrub, side }
+        };
+        let motion = Motion { wheels: [wheel(), wheel()] };
+        let mass = [1.0, 3.0, 6.0][index % 3];
+        let own = |wheel: &Wheel<f64>| torque.wheel_power(wheel, mass);
+        let power = motion
+            .wheels
+            .iter()
+            .map(own)
+            .map(|power| if drive == Drive::Dissipative { power.max(0.0) } else { power });
+        Row {
+            motion,
+            power: power.sum::<f64>() + std * noise(random),
+            mass,
+            run: 0,
+            time: 0.05 * index as f64,
+        }
+    };
+    (0..count).map(row).collect()
+}
+
+fn bounds(winding_loss: f64) -> Bounds {
+    let lower = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0];
+    Bounds::from_ends(lower, [1.0, 1.0, 1.0, 1.0, 25.0, winding_loss, 1.0, 1.0])
+}
+
+fn wide() -> Bounds {
+    bounds(100.0)
+}
+
+fn assert_near(found: &TorqueModel<f64>, share: f64) {
+    for (found, truth) in super::parameters(found).iter().zip(TRUTH) {
+        assert!((found - truth).abs() <= share * truth.abs(), "{found} {truth}");
+    }
+}
+
+#[test]
+fn returns_the_truth_clamped_or_not() {
+    for drive in [Drive::Dissipative, Drive::Regenerative] {
+        let found = solve_within(&rows(3000, 1e-6, drive), drive, &wide());
+        assert!(found.ending.has_converged(), "{found:?}");
+        assert_near(&found.torque, 1e-4);
+        assert!(found.at_bounds.is_empty());
+    }
+}
+
+/// One row in fifty is up to 1 W off: least squares moves by far more than the noise, Huber's does not, and it says its threshold.
+#[test]
+fn a_few_wrong_rows_do_not_decide() {
+    let mut rows = rows(6000, 0.01, Drive::Regenerative);
+    for row in rows.iter_mut().step_by(50) {
+        row.power += row.motion.wheels[0].scrub.abs();
+    }
+    let found = solve_within(&rows, Drive::Regenerative, &wide());
+    assert_eq!(found.huber, Some(4.0));
+    assert_near(&found.torque, 0.03);
+    assert!(found.weights.iter().step_by(50).filter(|weight| **weight < 0.5).count() > 100);
+}
+
+/// Where one row in twelve holds what the model lacks, those rows are what tells: the tightest threshold is not taken, and no more is
+/// given away of what least squares explains than the rule allows.
+#[test]
+fn what_the_model_lacks_is_not_weighed_away() {
+    let mut rows = rows(3000, 0.01, Drive::Regenerative);
+    for row in &mut rows {
+        let wheel = &row.motion.wheels[1];
+        row.power += if wheel.speed > 5.0 { 10.0 } else { 0.0 };
+    }
+    let found = solve_within(&rows, Drive::Regenerative, &wide());
+    assert_ne!(found.huber, Some(4.0));
+    let squares = Cost { rows: &rows, drive: Drive::Regenerative, loss: Loss::Squares };
+    let cost = squares.cost(&super::parameters(&found.torque));
+    let ends = Box { lower: *wide().lower(), upper: *wide().upper() };
+    let least = descend(&squares, &super::parameters(&found.torque), &ends, &Tolerances::default()).cost;
+    let mean = rows.iter().map(|row| row.power).sum::<f64>() / rows.len() as f64;
+    let variation: f64 = rows.iter().map(|row| (row.power - mean).powi(2)).sum();
+    assert!(cost - least <= 0.005 * variation, "{cost} {least} {variation}");
+}
+
+/// Fifty random starts on the same cost end nowhere lower.
+#[test]
+fn no_start_ends_lower() {
+    let mut rows = rows(1500, 0.05, Drive::Dissipative);
+    for row in &mut rows {
+        row.power += 0.3 * row.motion.wheels[0].speed.abs().sqrt();
+    }
+    let found = solve_within(&rows, Drive::Dissipative, &wide());
+    let cost = Cost { rows: &rows, drive: Drive::Dissipative, loss: Loss::Squares };
+    let least = LeastSquares::<Const<PARAMETERS>>::cost(&cost, &super::parameters(&found.torque));
+    let allowed = if found.huber.is_some() { 1.005 } else { 1.001 };
+    let random = &mut ChaCha8Rng::seed_from_u64(9);
+    let bounds = wide();
+    let ends = Box { lower: *bounds.lower(), upper: *bounds.upper() };
+    for _ in 0..50 {
+        let start = Parameters::from_fn(|i, _| bounds.upper()[i] * random.random::<f64>().powi(4));
+        let end = descend(&cost, &start, &ends, &Tolerances::default());
+        assert!(least <= allowed * end.cost, "{least} {end:?}");
+    }
+}
+
+/// Derivatives against central differences, far from the clamp's edge: 1e-6 of a gradient's size.
+#[test]
+fn derivatives_are_those_of_the_cost() {
+    let rows = rows(200, 0.1, Drive::Regenerative);
+    for loss in [Loss::Squares, Loss::Huber(0.5)] {
+        let cost = Cost { rows: &rows, drive: Drive::Regenerative, loss };
+        let at = Parameters::from(TRUTH) * 1.1;
+        let (gradient, _) = cost.derivatives(&at);
+        for i in 0..PARAMETERS {
+            let by = 1e-6 * at[i].abs();
+            let moved = |by: f64| {
+                let mut moved = at;
+                moved[i] += by;
+                cost.cost(&moved)
+            };
+            let slope = (moved(by) - moved(-by)) / (2.0 * by);
+            assert!(
+                (slope - 2.0 * gradient[i]).abs() < 1e-5 * slope.abs().max(1.0),
+                "{i}: {slope} {gradient}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_bound_that_is_met_is_told() {
+    let bounds = bounds(1.0);
+    let found = solve_within(&rows(2000, 0.01, Drive::Regenerative), Drive::Regenerative, &bounds);
+    let names: Vec<&str> = found.at_bounds.iter().map(|at| at.description.name).collect();
+    assert_eq!(names, ["winding_loss"]);
+    assert_eq!(found.torque.winding_loss, 1.0);
+}

@@ -1,0 +1,90 @@
+//! The first rows of each log, to choose by what the whole is to be read with.
+
+use std::path::PathBuf;
+
+use model_core::coefficients::Robot as CoreRobot;
+use model_core::estimator::Conditioner;
+
+use super::dataset::{Row, condition};
+use crate::error::Result;
+use crate::log::{RawRow, SampleReader};
+use crate::robot::Robot;
+
+/// Rows that take part, over all logs.
+const MOST_ROWS: usize = 50_000;
+
+/// The first rows of every log, before any filter.
+pub(super) struct Pilots<const N: usize> {
+    logs: Vec<Pilot<N>>,
+    /// Mass where a log has none, kg.
+    mass_kg: f64,
+}
+
+struct Pilot<const N: usize> {
+    rows: Vec<RawRow<N>>,
+    period_s: f64,
+}
+
+impl<const N: usize> Pilots<N> {
+    /// # Errors
+    /// A log that cannot be read.
+    pub(super) fn read(robot: &Robot, files: &[PathBuf], mass_kg: f64) -> Result<Self> {
+        let share = MOST_ROWS / files.len().max(1);
+        let mut logs = Vec::new();
+        for file in files {
+            let mut reader = SampleReader::<N>::open(file, robot)?;
+            let mut rows = Vec::new();
+            while rows.len() < share
+                && let Some(row) = reader.next_row()?
+            {
+                rows.push(row);
+            }
+            logs.push(Pilot { rows, period_s: reader.period_s() });
+        }
+        Ok(Self { logs, mass_kg })
+    }
+
+    /// Sample period of the slowest log, s.
+    pub(super) fn slowest_s(&self) -> f64 {
+        self.logs.iter().map(|log| log.period_s).fold(0.0, f64::max)
+    }
+
+    /// Sample period of the fastest log, s.
+    pub(super) fn fastest_s(&self) -> f64 {
+        self.logs.iter().map(|log| log.period_s).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The rows behind the filter of `core`, at most about so many, evenly over the whole; `None` where a log is too slow for it.
+    /// Logs and their runs are told apart by one number.
+    pub(super) fn condition(&self, core: &CoreRobot<f64, N>, most: usize) -> Option<Vec<Row<N>>> {
+        let all: usize = self.logs.iter().map(|log| log.rows.len()).sum();
+        let stride = all.div_ceil(most).max(1);
+        let mut rows = Vec::with_capacity(all / stride + 1);
+        let mut used = 0_usize;
+        for (place, log) in self.logs.iter().enumerate() {
+            let mut conditioner = Conditioner::new(core, log.period_s).ok()?;
+            for raw in &log.rows {
+                let Some(row) = condition(&mut conditioner, raw, self.mass_kg) else { continue };
+                if used.is_multiple_of(stride) {
+                    rows.push(Row { run: row.run * self.logs.len() as u32 + place as u32, ..row });
+                }
+                used += 1;
+            }
+        }
+        Some(rows)
+    }
+
+    /// One log of these rows.
+    #[cfg(test)]
+    pub(super) fn of_rows(rows: Vec<RawRow<N>>, period_s: f64) -> Self {
+        Self { logs: vec![Pilot { rows, period_s }], mass_kg: f64::NAN }
+    }
+
+    /// Powers from a time (s) on are nonsense.
+    #[cfg(test)]
+    pub(super) fn spoil_from(&mut self, time: f64) {
+        for row in self.logs.iter_mut().flat_map(|log| &mut log.rows).filter(|row| row.time >= time) {
+            row.sample.power = 1e3 * row.time.sin();
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! What a fit has to say against itself.
+
+use serde::Serialize;
+
+use super::physical::AtBound;
+use crate::metrics::Quality;
+
+/// One thing that keeps the coefficients from being what they look like.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Warning {
+    /// Which.
+    pub kind: Kind,
+    /// What it is and what would mend it, in one line.
+    pub text: String,
+}
+
+/// Kinds of warnings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// A parameter is at the end of what a motor or a wheel can be: the data do not determine it.
+    AtBound,
+    /// The search did not end at a minimum.
+    NotConverged,
+    /// The mean power of the rows predicts them better.
+    WorseThanMean,
+    /// Boards refuse coefficients whose power no robot draws.
+    NotForBoards,
+}
+
+impl Warning {
+    pub(super) fn at_bound(at: &AtBound) -> Self {
+        let AtBound { description, bound, of_motor } = at;
+        let whose = if *of_motor { "this robot's motor" } else { "a motor or a wheel" };
+        let mut text = format!(
+            "{} is at its bound of {bound:.3e} {}, the end of what {whose} can be: these runs do not determine it; {}",
+            description.name, description.unit, description.remedy
+        );
+        if description.name == "winding_loss" && !of_motor {
+            text.push_str(", or give motor_resistance_ohm, motor_torque_constant_nm_a and motor_gear_ratio in robot.toml");
+        }
+        Self { kind: Kind::AtBound, text }
+    }
+
+    pub(super) fn not_converged(ending: &str) -> Self {
+        let text = format!(
+            "the search ended as {ending}, not at a minimum: the coefficients are the best that were met; more rows, speeds and \
+             payloads determine them better"
+        );
+        Self { kind: Kind::NotConverged, text }
+    }
+
+    pub(super) fn not_for_boards() -> Self {
+        let text = "no board takes these coefficients: their power at ordinary speed and mass is one that no robot has; drive at \
+                    more speeds, turns and payloads"
+            .to_owned();
+        Self { kind: Kind::NotForBoards, text }
+    }
+}
+
+/// What the errors on the fitted rows say.
+pub(super) fn of_quality(quality: &Quality) -> Option<Warning> {
+    let r2 = quality.r2.filter(|r2| *r2 < 0.0)?;
+    let text = format!(
+        "R² is {r2:.3}: the mean power of these rows predicts them better than the model; look at the log first (gmr inspect): its \
+         clock, the sign and unit of power and speeds, which power it is"
+    );
+    Some(Warning { kind: Kind::WorseThanMean, text })
+}
