@@ -39,9 +39,20 @@ fn the_json_has_the_documented_keys_for_every_model() {
     assert_eq!((&blocks["held_out_blocks"], &files["held_out_blocks"]), (&true.into(), &false.into()));
     for report in [&blocks, &files] {
         for model in report["models"].as_array().unwrap() {
-            for key in
-                ["name", "source", "mass", "r2", "mape_percent", "rmse_w", "mape_share", "samples", "fit_s"]
-            {
+            for key in [
+                "name",
+                "source",
+                "mass",
+                "horizon",
+                "r2",
+                "persistence_r2",
+                "mape_percent",
+                "rmse_w",
+                "mass_error_percent",
+                "mape_share",
+                "samples",
+                "fit_s",
+            ] {
                 assert!(keys(model).contains(&key), "{key} in {model}");
             }
             assert!(number(&model["fit_s"]) >= 0.0 && number(&model["rmse_w"]) >= 0.0);
@@ -55,6 +66,20 @@ fn the_json_has_the_documented_keys_for_every_model() {
         assert_eq!(entry(&files, name)["mass"], "estimated");
         assert_eq!(entry(&files, &format!("{name}, mass given"))["mass"], "given");
     }
+    // So has every baseline that takes the mass, and those that find it by themselves say how well.
+    for name in ["jaramillo", "linear", "parasuraman"] {
+        assert_eq!(entry(&files, name)["mass"], "given");
+        let found = entry(&files, &format!("{name}, mass found"));
+        assert_eq!((&found["mass"], &found["horizon"]), (&"estimated".into(), &"second".into()));
+        assert!(number(&found["mass_error_percent"]) > 0.0, "{found}");
+    }
+    for name in ["signed", "vahidi", "vahidi-robust"] {
+        assert!(number(&entry(&files, name)["mass_error_percent"]) > 0.0);
+    }
+    // Who has seen the sample before stands beside what that alone is worth.
+    let persistence = |name: &str| number(&entry(&files, name)["persistence_r2"]);
+    assert!(persistence("pentzer") > persistence("signed") && persistence("signed") > 0.0, "{files}");
+    assert!(entry(&files, "linear")["persistence_r2"].is_null());
     assert_eq!(entry(&blocks, "signed")["mass"], "given");
     assert_eq!(number(&files["train_rows"]) + 19.0, 12_001.0, "all rows but those the filter settles in");
 }
@@ -174,7 +199,13 @@ fn the_list_describes_every_model() {
     let text = bench.done(&["compare", "--list"]).stdout;
     let mut seen = std::collections::BTreeSet::new();
     for model in &models {
-        assert_eq!(keys(model), ["name", "source", "assumes", "mass", "network", "columns", "layouts"]);
+        assert_eq!(
+            keys(model),
+            [
+                "name", "source", "assumes", "mass", "network", "columns", "layouts", "family", "reduced",
+                "horizon"
+            ]
+        );
         let [name, source, assumes] = ["name", "source", "assumes"].map(|key| model[key].as_str().unwrap());
         assert!(seen.insert(name.to_owned()), "{name} twice");
         assert!(source.len() > 10 && assumes.len() > 10, "{model}");

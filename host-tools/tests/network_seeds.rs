@@ -8,7 +8,8 @@ use std::time::Instant;
 use assert_cmd::Command;
 use host_tools::baselines::network::{Ending, Network, Settings, perceptron};
 use host_tools::baselines::{Baseline, Point};
-use host_tools::fit::dataset::{Dataset, Reading};
+use host_tools::fit;
+use host_tools::fit::dataset::Reading;
 use host_tools::metrics::{Metrics, Quality};
 use host_tools::robot::Robot;
 use model_core::eq18::Gate;
@@ -19,7 +20,7 @@ fn simulated(folder: &Path, arguments: &str) -> Vec<Point> {
     command.arg("simulate").args(arguments.split(' ')).arg("--out").arg(&log).assert().success();
     let robot = Robot::load("burger").expect("built in");
     let reading = Reading { gate: Gate::Signed, cutoff_hz: Some(1.0), mass_kg: 1.0 };
-    let dataset = Dataset::<2>::read(&robot, &[log], &reading).expect("a log of the simulator");
+    let dataset = fit::read::<2>(&robot, &[log], &reading).expect("a log of the simulator");
     dataset.store.iter().map(|row| Point::new(&dataset.robot, row)).collect()
 }
 

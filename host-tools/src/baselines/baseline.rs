@@ -4,7 +4,7 @@ use super::point::Point;
 use crate::error::Result;
 
 /// A model that learns power from points.
-pub trait Baseline {
+pub trait Baseline: Send {
     /// Learns from training points.
     ///
     /// # Errors
@@ -19,6 +19,15 @@ pub trait Baseline {
     /// # Errors
     /// It has not been fitted.
     fn predict(&self, points: &[Point]) -> Result<Vec<f64>>;
+
+    /// The mass at every point, kg, of a model that finds it itself from the powers before; `None` of the others.
+    ///
+    /// # Errors
+    /// It has not been fitted.
+    fn masses(&self, points: &[Point]) -> Result<Option<Vec<f64>>> {
+        let _ = points;
+        Ok(None)
+    }
 
     /// What it has learned, where that has names; nothing before it is fitted.
     fn parameters(&self) -> Vec<Parameter> {

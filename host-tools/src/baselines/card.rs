@@ -7,7 +7,7 @@ use super::network::{Inputs, Network, Settings};
 use super::physics::{self, Physics};
 use super::point::Readings;
 use super::process::GaussianProcess;
-use super::recursive::{Bayes, Online};
+use super::recursive::{Bayes, Forgetting, Online};
 use super::regression::{Listed, Regression};
 use crate::robot::{Geometry, Robot};
 
@@ -82,6 +82,11 @@ pub enum Preset {
     Recursive(&'static [Listed; TERMS]),
     /// Recursive least squares with a prior from the training.
     Bayes,
+    /// Recursive least squares that find the mass, with several forgetting factors.
+    Forgetting {
+        /// Residuals are bounded.
+        robust: bool,
+    },
     /// The Gaussian process.
     Process,
     /// Dynamics of robot and motor with these torques.
@@ -104,12 +109,18 @@ pub enum PowerOfBraking {
 impl Card {
     /// A new one for this robot, not fitted.
     pub fn make(&self, robot: &Robot) -> Box<dyn Baseline> {
+        self.make_with(robot, Settings::PERCEPTRON.seed)
+    }
+
+    /// The same; a network's weights begin from this seed.
+    pub fn make_with(&self, robot: &Robot, seed: u64) -> Box<dyn Baseline> {
         let name = self.name;
         match self.preset {
             Preset::Regression(terms) => Box::new(Regression::new(name, terms, robot)),
             Preset::WheelSpeeds { products } => Box::new(Regression::of_wheels(name, products, robot)),
             Preset::Recursive(terms) => Box::new(Online::new(name, terms, robot)),
             Preset::Bayes => Box::<Bayes>::default(),
+            Preset::Forgetting { robust } => Box::new(Forgetting::new(name, robust)),
             Preset::Process => Box::<GaussianProcess>::default(),
             Preset::Dynamics(terms, braking) => {
                 let loses = braking == PowerOfBraking::AsDriven && !robot.regeneration();
@@ -117,8 +128,20 @@ impl Card {
                 Box::new(Dynamics::new(name, terms, braking))
             }
             Preset::Physics(terms) => Box::new(Physics::new(name, terms, robot)),
-            Preset::Network(inputs, settings) => Box::new(Network::new(name, inputs, settings)),
+            Preset::Network(inputs, settings) => {
+                Box::new(Network::new(name, inputs, Settings { seed, ..settings }))
+            }
         }
+    }
+
+    /// It predicts from the powers of the samples before.
+    pub fn learns_while_driving(&self) -> bool {
+        matches!(self.preset, Preset::Recursive(_) | Preset::Bayes | Preset::Forgetting { .. })
+    }
+
+    /// It finds the mass itself.
+    pub fn finds_mass(&self) -> bool {
+        matches!(self.preset, Preset::Forgetting { .. })
     }
 
     /// It has a neural network.

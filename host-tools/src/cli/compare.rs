@@ -7,6 +7,7 @@ use serde::Serialize;
 use crate::baselines;
 use crate::compare::{self, Comparison, Entry, LeftOut, MassSource, Settings, Split, compare};
 use crate::error::{Error, Result};
+use crate::output::check_apart;
 use crate::report::{Binned, Page, check_extension};
 use crate::robot::Robot;
 use crate::with_wheels;
@@ -59,6 +60,10 @@ struct Report<'a> {
     test_rows: usize,
     window_s: f64,
     mape_floor_w: f64,
+    /// Of the filter, Hz: the robot's own, or chosen by models of the literature.
+    cutoff_hz: f64,
+    /// By how much the power is taken to be later than the speeds, for every model, s.
+    delay_s: f64,
     held_out_blocks: bool,
     models: &'a [Entry],
     left_out: &'a [LeftOut],
@@ -75,6 +80,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if let Some(plot) = &arguments.plot {
         check_extension(plot)?;
     }
+    let inputs = arguments.train.iter().chain(&arguments.test).chain([&arguments.robot]);
+    check_apart(arguments.plot.as_deref(), inputs.map(PathBuf::as_path))?;
     with_wheels!(robot, run_with(&robot, arguments))
 }
 
@@ -105,6 +112,8 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
             test_rows: comparison.test_rows,
             window_s: comparison.window_s,
             mape_floor_w: robot.mape_floor_w(),
+            cutoff_hz: comparison.cutoff_hz,
+            delay_s: comparison.delay_s,
             held_out_blocks: arguments.test.is_empty(),
             models: &comparison.entries,
             left_out: &comparison.left_out,
@@ -116,7 +125,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
 
 /// The models that the arguments ask for.
 fn chosen(arguments: &Arguments) -> Result<Vec<&'static str>> {
-    let network = |name: &str| baselines::ALL.iter().any(|card| card.is_network() && card.name == name);
+    let network = |name: &str| baselines::every().any(|card| card.is_network() && card.name == name);
     if arguments.models.is_empty() {
         return Ok(compare::names().filter(|name| !(arguments.no_perceptron && network(name))).collect());
     }

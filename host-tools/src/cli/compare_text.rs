@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use crate::baselines::{self, Card};
-use crate::compare::{Comparison, HOLD_OUT, LeftOut, MassSource, OWN};
+use crate::baselines::{self, Card, Layout};
+use crate::compare::{Comparison, HOLD_OUT, Horizon, LeftOut, MassSource, OWN, WeightSeeds};
 use crate::error::Result;
 use crate::robot::Robot;
 
@@ -20,6 +20,12 @@ struct Listed {
     columns: Vec<&'static str>,
     /// Wheel layouts that it is for; any, where none is named.
     layouts: Vec<&'static str>,
+    /// Kind of equation; those of one family differ in terms, not in method.
+    family: &'static str,
+    /// What of its source it leaves out or has otherwise.
+    reduced: &'static str,
+    /// Whether it predicts from power that was measured on the drive.
+    horizon: Horizon,
 }
 
 impl Listed {
@@ -32,17 +38,23 @@ impl Listed {
             network: false,
             columns: Vec::new(),
             layouts: Vec::new(),
+            family: "this project's and the paper's",
+            reduced: "",
+            horizon: Horizon::Second,
         });
-        let baseline = |card: &&Card| Self {
+        let baseline = |card: &Card| Self {
             name: card.name,
             source: card.source,
             assumes: card.assumes,
-            mass: if card.takes_mass { MassSource::Given } else { MassSource::Unused },
+            mass: MassSource::of(card),
             network: card.is_network(),
             columns: card.needs.iter().flat_map(|need| need.columns(robot)).copied().collect(),
             layouts: card.layouts.iter().map(|layout| layout.name()).collect(),
+            family: card.family.name(),
+            reduced: card.reduced,
+            horizon: Horizon::of(card),
         };
-        own.chain(baselines::ALL.iter().map(baseline)).collect()
+        own.chain(baselines::every().map(baseline)).collect()
     }
 }
 
@@ -58,6 +70,13 @@ pub(super) fn print_list(robot: &Robot, names: &[&str], json: bool) -> Result<()
         println!("    {}", model.source);
         println!("    assumes: {}", model.assumes);
         println!("    mass: {}", model.mass.words());
+        println!("    family: {}", model.family);
+        if !model.reduced.is_empty() {
+            println!("    reduced: {}", model.reduced);
+        }
+        if model.horizon == Horizon::Sample {
+            println!("    predicts from the power of the sample before");
+        }
         if !model.columns.is_empty() {
             println!("    needs: {}", model.columns.join(", "));
         }
@@ -65,11 +84,36 @@ pub(super) fn print_list(robot: &Robot, names: &[&str], json: bool) -> Result<()
             println!("    for: {}", model.layouts.join(", "));
         }
     }
+    println!("{}", counted(robot));
     Ok(())
 }
 
-/// Names of the columns; the first and the last are text.
-const HEADS: [&str; 7] = ["model", "R²", "MAPE %", "RMSE W", "samples", "fit s", "mass"];
+/// How many methods there are, and how many kinds of them.
+fn counted(robot: &Robot) -> String {
+    let layout = Layout::of(robot);
+    let fits = |card: &&&Card| card.layouts.is_empty() || card.layouts.contains(&layout);
+    let runs = baselines::ALL.iter().filter(fits).count();
+    format!(
+        "{} cards of the paper's Table 1, of {} families; {runs} of them are for {}",
+        baselines::ALL.len(),
+        baselines::families(),
+        layout.name()
+    )
+}
+
+/// Names of the columns; the first and the last two are text.
+const HEADS: [&str; 10] = [
+    "model",
+    "R²",
+    "MAPE %",
+    "RMSE W",
+    "mass error %",
+    "samples",
+    "fit s",
+    "persistence R²",
+    "horizon",
+    "mass",
+];
 
 /// The figures of every model, and which models were left out.
 pub(super) fn print_table(robot: &Robot, held_out: bool, comparison: &Comparison) {
@@ -91,24 +135,40 @@ pub(super) fn print_table(robot: &Robot, held_out: bool, comparison: &Comparison
             number(entry.r2, 5),
             number(entry.mape_percent, 2),
             number(Some(entry.rmse_w), 4),
+            number(entry.mass_error_percent, 2),
             entry.samples.to_string(),
             format!("{:.3}", entry.fit_s),
+            number(entry.persistence_r2, 5),
+            entry.horizon.words().to_owned(),
             entry.mass.words().to_owned(),
         ]
     }));
     let widest = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: [usize; HEADS.len()] = std::array::from_fn(widest);
     for row in &rows {
-        let [name, figures @ .., mass] = row;
+        let [name, figures @ .., horizon, mass] = row;
         let mut line = format!("  {name:<width$}", width = widths[0]);
         for (figure, width) in figures.iter().zip(&widths[1..]) {
             line += &format!("  {figure:>width$}");
         }
-        println!("{line}  {mass}");
+        println!("{line}  {horizon:<width$}  {mass}", width = widths[8]);
     }
     for LeftOut { name, reason } in &comparison.left_out {
         println!("  {name:<width$}  left out: {reason}", width = widths[0]);
     }
+    for entry in &comparison.entries {
+        if let Some(WeightSeeds { count, least_r2, greatest_r2 }) = entry.weight_seeds {
+            let name = &entry.name;
+            println!(
+                "  {name}: the median of {count} seeds of its weights, R² {least_r2:.3} to {greatest_r2:.3}"
+            );
+        }
+    }
+    println!(
+        "filter {} Hz, power {} s later than speeds, for every model; horizon: power measured on the test drive that a model uses, and what persistence reaches with it",
+        comparison.cutoff_hz,
+        number(Some(comparison.delay_s), 3)
+    );
     if let Some(entry) = comparison.entries.first() {
         println!(
             "MAPE over the {:.0} % of the samples with at least {} W",

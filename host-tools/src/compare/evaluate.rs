@@ -1,15 +1,16 @@
-//! Baselines fitted and evaluated, as many at a time as there are cores.
+//! Baselines fitted and evaluated, on all cores.
 
 use std::borrow::Cow;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc;
-use std::thread;
 use std::time::Instant;
 
-use super::Pair;
+use rayon::prelude::*;
+
+use super::entry::{Pair, WeightSeeds};
 use super::points::Wanted;
-use crate::baselines::{Card, Layout, Need, Parameter, Point};
+use super::search::{Searched, search};
+use crate::baselines::{Baseline, Card, Layout, Need, Parameter, Point};
 use crate::error::{Error, Result};
+use crate::metrics::Metrics;
 use crate::progress::CountProgress;
 use crate::robot::Robot;
 
@@ -21,9 +22,36 @@ pub struct Evaluation {
     pub parameters: Vec<Parameter>,
     /// Measured and predicted power of every test point; NaN predicted where a reading that it needs has no value.
     pub pairs: Vec<Pair>,
+    /// The same without being told the mass, where the model takes it and a search was asked for.
+    pub found: Option<Found>,
+    /// The mass of every test point as the model itself estimates it, kg; NaN where it does not know.
+    pub masses: Option<Vec<f64>>,
+    /// Of a network; what else is here is of the median one.
+    pub weight_seeds: Option<WeightSeeds>,
 }
 
-/// Fits a baseline and predicts the test points. Points in which a reading that it needs has no value are left out.
+/// What a model that takes the mass reaches without being told.
+pub struct Found {
+    /// Measured and predicted power of every test point; NaN predicted where no mass is known yet.
+    pub pairs: Vec<Pair>,
+    /// The mass taken for every test point, kg; NaN where none is known yet.
+    pub masses: Vec<f64>,
+}
+
+/// How masses are searched for, for models that take them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MassSearch {
+    /// From and to, kg.
+    pub range: (f64, f64),
+    /// Of so many seconds.
+    pub window_s: f64,
+}
+
+/// Seeds of a network's weights.
+const WEIGHT_SEEDS: [u64; 3] = [1, 2, 3];
+
+/// Fits a baseline and predicts the test points. Points in which a reading that it needs has no value are left out. A network is trained
+/// with three seeds of its weights, and the median one by RMSE is taken.
 ///
 /// # Errors
 /// Why it cannot be had for this robot and these logs.
@@ -33,20 +61,82 @@ pub fn evaluate(
     wanted: &Wanted,
     training: &[Point],
     test: &[Point],
+    masses: Option<MassSearch>,
 ) -> Result<Evaluation> {
     allowed(robot, card, wanted)?;
     let training = told(robot, card, training, "training")?;
     let told_test = told(robot, card, test, "test")?;
-    let mut baseline = card.make(robot);
-    let started = Instant::now();
-    baseline.fit(&training)?;
-    let fit_s = started.elapsed().as_secs_f64();
-    let mut predicted = baseline.predict(&told_test)?.into_iter();
-    let mut next = |point: &Point| {
-        if is_told(robot, card, point) { predicted.next().unwrap_or(f64::NAN) } else { f64::NAN }
+    let seeds: &[u64] = if card.is_network() { &WEIGHT_SEEDS } else { &WEIGHT_SEEDS[..1] };
+    let runs = seeds.par_iter().map(|seed| run(card.make_with(robot, *seed), &training, &told_test));
+    let (mut done, mut failed) = (Vec::new(), None);
+    for run in runs.collect::<Vec<_>>() {
+        match run {
+            Ok(run) => done.push(run),
+            Err(error) => failed = failed.or(Some(error)),
+        }
+    }
+    if let (true, Some(error)) = (done.is_empty(), failed) {
+        return Err(error);
+    }
+    done.sort_by(|a, b| a.rmse_w.total_cmp(&b.rmse_w));
+    let of = |place: usize| done.get(place).map_or(f64::NAN, |run| run.r2);
+    let weight_seeds = card.is_network().then(|| WeightSeeds {
+        count: done.len(),
+        least_r2: of(done.len() - 1),
+        greatest_r2: of(0),
+    });
+    let median = done.swap_remove((done.len() - 1) / 2);
+
+    // Back to all points: those that the log does not tell have no prediction.
+    let everywhere = |told: &[f64]| -> Vec<f64> {
+        let mut told = told.iter();
+        let mut next = |point: &Point| {
+            if is_told(robot, card, point) { told.next().copied().unwrap_or(f64::NAN) } else { f64::NAN }
+        };
+        test.iter().map(&mut next).collect()
     };
-    let pairs = test.iter().map(|point| (point.power, next(point))).collect();
-    Ok(Evaluation { fit_s, parameters: baseline.parameters(), pairs })
+    let pairs = |predicted: &[f64]| -> Vec<Pair> {
+        test.iter().map(|point| point.power).zip(everywhere(predicted)).collect()
+    };
+    let found = match masses.filter(|_| card.takes_mass) {
+        Some(MassSearch { range, window_s }) => {
+            let Searched { masses, predicted } = search(&*median.model, &told_test, range, window_s)?;
+            Some(Found { pairs: pairs(&predicted), masses: everywhere(&masses) })
+        }
+        None => None,
+    };
+    Ok(Evaluation {
+        fit_s: median.fit_s,
+        parameters: median.model.parameters(),
+        pairs: pairs(&median.predicted),
+        found,
+        masses: median.model.masses(&told_test)?.map(|masses| everywhere(&masses)),
+        weight_seeds,
+    })
+}
+
+/// A fitted model on the test points.
+struct Run {
+    model: Box<dyn Baseline>,
+    fit_s: f64,
+    predicted: Vec<f64>,
+    rmse_w: f64,
+    r2: f64,
+}
+
+fn run(mut model: Box<dyn Baseline>, training: &[Point], test: &[Point]) -> Result<Run> {
+    let started = Instant::now();
+    model.fit(training)?;
+    let fit_s = started.elapsed().as_secs_f64();
+    let predicted = model.predict(test)?;
+    let mut metrics = Metrics::new(0.0);
+    for (point, predicted) in test.iter().zip(&predicted).filter(|(_, predicted)| predicted.is_finite()) {
+        metrics.add(point.power, *predicted);
+    }
+    let quality = metrics.quality();
+    let rmse_w = quality.map_or(f64::NAN, |quality| quality.rmse_w);
+    let r2 = quality.and_then(|quality| quality.r2).unwrap_or(f64::NAN);
+    Ok(Run { model, fit_s, predicted, rmse_w, r2 })
 }
 
 /// Whether the log tells everything at this point that the baseline needs.
@@ -99,28 +189,13 @@ pub fn evaluate_all(
     wanted: &Wanted,
     training: &[Point],
     test: &[Point],
+    masses: Option<MassSearch>,
 ) -> Vec<Result<Evaluation>> {
-    // Networks take the longest: whoever begins with them ends sooner.
-    let mut order: Vec<usize> = (0..cards.len()).collect();
-    order.sort_by_key(|&index| !cards[index].is_network());
-    let next = AtomicUsize::new(0);
-    let workers = thread::available_parallelism().map_or(1, usize::from).min(cards.len());
     let progress = CountProgress::new("fitting models", cards.len() as u64);
-    let mut found = thread::scope(|scope| {
-        let (send, receive) = mpsc::channel();
-        for _ in 0..workers {
-            let (send, order, next) = (send.clone(), &order, &next);
-            scope.spawn(move || {
-                while let Some(&index) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let evaluation = evaluate(robot, cards[index], wanted, training, test);
-                    // The receiver waits for every worker.
-                    let _ = send.send((index, evaluation));
-                }
-            });
-        }
-        drop(send);
-        receive.iter().inspect(|_| progress.one_more()).collect::<Vec<_>>()
-    });
-    found.sort_by_key(|(index, _)| *index);
-    found.into_iter().map(|(_, evaluation)| evaluation).collect()
+    let one = |card: &&Card| {
+        let evaluation = evaluate(robot, card, wanted, training, test, masses);
+        progress.one_more();
+        evaluation
+    };
+    cards.par_iter().with_max_len(1).map(one).collect()
 }

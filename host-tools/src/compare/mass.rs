@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::{OWN, Settings};
+use super::own::OWN;
+use super::settings::Settings;
 use crate::baselines::{self, Point};
 use crate::error::Result;
 use crate::log::{Header, MASS};
@@ -28,7 +29,7 @@ pub(super) fn tell_extrapolation<'a>(
 ) {
     let takes = |name: &&str| {
         OWN.iter().any(|own| own.name == *name)
-            || baselines::ALL.iter().any(|card| card.takes_mass && card.name == *name)
+            || baselines::every().any(|card| card.takes_mass && card.name == *name)
     };
     let [only] = masses(training)[..] else { return };
     let others: Vec<String> =

@@ -3,10 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use super::points::{self, Wanted};
-use super::{Settings, mass};
+use super::settings::Settings;
+use super::{cutoff, delay, mass};
 use crate::baselines::Point;
 use crate::error::{Error, Result};
+use crate::fit;
 use crate::fit::dataset::{Dataset, Reading, Row};
+use crate::fit::form::Term;
 use crate::log::Exclusions;
 use crate::robot::Robot;
 
@@ -35,7 +38,7 @@ pub const BLOCK_S: f64 = 5.0;
 /// One in this many blocks is held out.
 pub const HOLD_OUT: i64 = 3;
 
-/// Training rows as a dataset and as points, test rows behind the same filter.
+/// Training rows as a dataset and as points, test rows behind the same filter and with the same delay.
 pub(super) struct Data<const N: usize> {
     pub(super) wanted: Wanted,
     pub(super) train: Dataset<N>,
@@ -53,8 +56,27 @@ impl<const N: usize> Data<N> {
         };
         let all = [files, others].concat();
         let wanted = Wanted::of(robot, &all)?;
-        let mut train = Dataset::<N>::read(robot, files, &reading)?;
-        let core = train.robot;
+        if files.is_empty() {
+            return Err(Error::usage("no log was given"));
+        }
+        let given = robot.filter_cutoff_hz();
+        let mass_kg = settings.mass_kg;
+        let choose = || cutoff::choose::<N>(robot, files, mass_kg, |points| split.training(points));
+        let mut core = robot.core::<N>(given.map_or_else(choose, Ok)?)?;
+        let undelayed = points::read(robot, &core, files, mass_kg, &wanted, 1)?;
+        let undelayed: Vec<Point> = undelayed.into_iter().map(|(_, point)| point).collect();
+        let block_s = match split {
+            Split::Blocks { block_s, .. } => block_s.unwrap_or_else(|| default_block(undelayed.iter())),
+            Split::Files { .. } => f64::INFINITY,
+        };
+        let held_out = |time: f64| is_held_out(time, block_s);
+        core.conditioning.delay = delay::choose(&split.training(undelayed));
+        // The delay is every model's, the others are the signed model's own.
+        let terms = [Term::SlipMemory, Term::UnequalSides];
+        let form = fit::choose_form(robot, &core, &terms, files, settings.mass_kg, &held_out)?;
+        core.conditioning = form.conditioning;
+        let mut train = Dataset::<N>::read(robot, core, files, &reading)?;
+        train.unequal_sides = form.unequal_sides;
         // The fit has told already what it excluded.
         let read = points::read(robot, &core, files, settings.mass_kg, &wanted, train.stride)?;
         let (training, test) = match split {
@@ -70,9 +92,7 @@ impl<const N: usize> Data<N> {
                 }
                 (read, test)
             }
-            Split::Blocks { block_s, .. } => {
-                let block_s = block_s.unwrap_or_else(|| BLOCK_S.min(longest_run(&train.store) / 6.0));
-                let held_out = |time: f64| (time / block_s).floor() as i64 % HOLD_OUT == HOLD_OUT - 1;
+            Split::Blocks { .. } => {
                 train.store.retain(|row| !held_out(row.time));
                 let (test, training): (Vec<_>, Vec<_>) =
                     read.into_iter().partition(|(row, _)| held_out(row.time));
@@ -93,9 +113,30 @@ impl<const N: usize> Data<N> {
     }
 }
 
-/// Duration of the longest run, s.
-fn longest_run<const N: usize>(rows: &[Row<N>]) -> f64 {
-    let durations =
-        rows.chunk_by(|a, b| a.run == b.run).filter_map(|run| Some(run.last()?.time - run.first()?.time));
-    durations.fold(0.0, f64::max)
+impl Split {
+    /// What of the training logs' points may be looked at before models are judged: all but the blocks held out.
+    fn training(&self, mut points: Vec<Point>) -> Vec<Point> {
+        if let Self::Blocks { block_s, .. } = self {
+            let block_s = block_s.unwrap_or_else(|| default_block(points.iter()));
+            points.retain(|point| !is_held_out(point.time, block_s));
+        }
+        points
+    }
+}
+
+fn is_held_out(time_s: f64, block_s: f64) -> bool {
+    (time_s / block_s).floor() as i64 % HOLD_OUT == HOLD_OUT - 1
+}
+
+/// [`BLOCK_S`], or a sixth of the longest run if that is less, s.
+fn default_block<'a>(points: impl Iterator<Item = &'a Point>) -> f64 {
+    let mut ends: Option<(u32, f64)> = None;
+    let mut longest = 0.0_f64;
+    for point in points {
+        match ends {
+            Some((run, start)) if run == point.run => longest = longest.max(point.time - start),
+            _ => ends = Some((point.run, point.time)),
+        }
+    }
+    BLOCK_S.min(longest / 6.0)
 }

@@ -17,7 +17,7 @@ mod term;
 #[cfg(test)]
 mod tests;
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{Const, SMatrix, SVector};
 
 pub use self::term::Term;
 use super::baseline::{Baseline, Parameter, named};
@@ -25,13 +25,14 @@ use super::point::Point;
 use super::training;
 use crate::error::{Error, Result};
 use crate::fit::gram::Gram;
-use crate::fit::levenberg::{self, Descent, LeastSquares, Limits};
 use crate::fit::nnls;
+use crate::numerics::levenberg_marquardt::{self, Bounds, LeastSquares, Tolerances};
 
 /// Most constants: κ, then those of the terms.
 const MOST: usize = 6;
 
 type Constants = SVector<f64, MOST>;
+type Descent = levenberg_marquardt::Descent<Const<MOST>>;
 
 /// More training points than these are thinned evenly: time grows with them, and filtered neighbours repeat each other.
 const MOST_POINTS: usize = 20_000;
@@ -117,7 +118,7 @@ impl Baseline for Dynamics {
         let best = ends.min_by(|a, b| a.cost.total_cmp(&b.cost)).map(|end| end.parameters);
         let all = Problem { model: self, points: training::thin(training, MOST_POINTS) };
         let end = all.descend(best.unwrap_or_default());
-        if !end.converged {
+        if !end.ending.has_converged() {
             return Err(Error::failed(format!(
                 "{}: the search for its constants had not ended after {MOST_STEPS} steps",
                 self.name
@@ -148,14 +149,15 @@ struct Problem<'a> {
 }
 
 impl Problem<'_> {
-    fn descend(&self, start: Constants) -> Descent<MOST> {
+    fn descend(&self, start: Constants) -> Descent {
         let squares: f64 = self.points.iter().map(|point| point.power.powi(2)).sum();
-        let limits = Limits {
+        let tolerances = Tolerances {
             steps: MOST_STEPS,
-            smallest_gain: SMALLEST_GAIN * squares,
-            smallest_share: SMALLEST_SHARE,
+            cost: SMALLEST_GAIN * squares,
+            cost_share: SMALLEST_SHARE,
+            ..Tolerances::default()
         };
-        levenberg::descend(self, start, limits)
+        levenberg_marquardt::descend(self, &start, &Bounds::non_negative(&start), &tolerances)
     }
 
     /// Without winding loss the power is linear in the constants; with it they are smaller, and κ carries the rest.
@@ -187,7 +189,7 @@ impl Problem<'_> {
     }
 }
 
-impl LeastSquares<MOST> for Problem<'_> {
+impl LeastSquares<Const<MOST>> for Problem<'_> {
     fn cost(&self, constants: &Constants) -> f64 {
         let residual = |point: &Point| point.power - self.model.power(constants, point, |_| ());
         self.points.iter().map(|point| residual(point).powi(2)).sum()

@@ -2,6 +2,7 @@
 
 mod bayes;
 mod estimator;
+mod forgetting;
 mod online;
 mod prior;
 #[cfg(test)]
@@ -9,4 +10,5 @@ mod tests;
 
 pub use self::bayes::Bayes;
 pub use self::estimator::Recursive;
+pub use self::forgetting::Forgetting;
 pub use self::online::{MEMORY_S, Online};

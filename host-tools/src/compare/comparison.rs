@@ -1,0 +1,237 @@
+//! The table of models.
+
+use super::entry::{Entry, Horizon, LeftOut, MassSource, Pair, WeightSeeds};
+use super::evaluate::{Evaluation, MassSearch, evaluate_all};
+use super::mass;
+use super::own::{OWN, Own};
+use super::persistence::persistence_r2;
+use super::settings::Settings;
+use super::split::{Data, Split};
+use crate::baselines::{self, Card, Parameter, Point};
+use crate::error::{Error, Result};
+use crate::estimate::{Payloads, Policy, PolicyKind, bucket_length, replay};
+use crate::fit::dataset::Row;
+use crate::fit::{self, ModelKind, pgd};
+use crate::metrics::{Metrics, Quality};
+use crate::robot::Robot;
+
+/// A table, and for each entry the pairs to plot.
+pub struct Comparison {
+    /// One entry a model.
+    pub entries: Vec<Entry>,
+    /// For each entry measured and predicted power.
+    pub pairs: Vec<Vec<Pair>>,
+    /// Models that were asked for and cannot be had.
+    pub left_out: Vec<LeftOut>,
+    /// Length of the payload window, s.
+    pub window_s: f64,
+    /// Cutoff of the filter, Hz.
+    pub cutoff_hz: f64,
+    /// By how much the power is taken to be later than the speeds, s.
+    pub delay_s: f64,
+    /// Rows to fit and to evaluate.
+    pub train_rows: usize,
+    /// Rows to fit and to evaluate.
+    pub test_rows: usize,
+    /// Power below which relative errors mean nothing, W.
+    floor_w: f64,
+    /// R² of the power one sample and one second before.
+    persistence_r2: [Option<f64>; 2],
+}
+
+/// One model's row before it is judged.
+struct Judged<'a> {
+    name: &'a str,
+    source: &'a str,
+    mass: MassSource,
+    horizon: Horizon,
+    fit_s: f64,
+    parameters: Vec<Parameter>,
+    pairs: Vec<Pair>,
+    mass_error_percent: Option<f64>,
+    weight_seeds: Option<WeightSeeds>,
+}
+
+/// Fits everything and evaluates it.
+///
+/// # Errors
+/// A log that cannot be read, data that determine no model, or no model that can be had for this robot and these logs.
+pub fn compare<const N: usize>(robot: &Robot, split: &Split, settings: &Settings) -> Result<Comparison> {
+    // Wrong usage even where this split has no use for a window.
+    bucket_length(settings.window_s)?;
+    let data = Data::<N>::read(robot, split, settings)?;
+    let test: Vec<Point> = data.test.iter().map(|(_, point)| *point).collect();
+    let period_s = data.train.period_s;
+    let mut comparison = Comparison {
+        entries: Vec::new(),
+        pairs: Vec::new(),
+        left_out: Vec::new(),
+        window_s: settings.window_s,
+        cutoff_hz: data.train.robot.cutoff_hz,
+        delay_s: data.train.robot.conditioning.delay,
+        train_rows: data.train.store.len(),
+        test_rows: data.test.len(),
+        floor_w: robot.mape_floor_w(),
+        persistence_r2: [period_s, 1.0].map(|horizon_s| persistence_r2(&test, horizon_s)),
+    };
+    // Without at least two payloads to learn from and logs to replay, the mass cannot be found.
+    let replayed = match split {
+        Split::Files { test, .. } if data.train.masses.len() > 1 => Some(&test[..]),
+        _ => None,
+    };
+    for own in OWN.iter().filter(|own| settings.models.contains(&own.name)) {
+        comparison.add_own(robot, own, &data, replayed, settings.window_s)?;
+    }
+    mass::tell_extrapolation(settings, data.training.iter(), test.iter());
+    let cards: Vec<&Card> = baselines::every().filter(|card| settings.models.contains(&card.name)).collect();
+    let masses = replayed.map(|_| MassSearch {
+        range: (robot.mass_no_load_kg(), robot.mass_full_load_kg()),
+        window_s: settings.window_s,
+    });
+    let evaluations = evaluate_all(robot, &cards, &data.wanted, &data.training, &test, masses);
+    for (card, evaluation) in cards.into_iter().zip(evaluations) {
+        match evaluation {
+            Err(error) => comparison.leave_out(card.name, error.to_string()),
+            Ok(evaluation) => comparison.add_baseline(card, evaluation, &test),
+        }
+    }
+    if comparison.entries.is_empty() {
+        let why = |out: &LeftOut| format!("{}: {}", out.name, out.reason);
+        let why: Vec<String> = comparison.left_out.iter().map(why).collect();
+        return Err(Error::failed(format!("no model is left to compare ({})", why.join("; "))));
+    }
+    Ok(comparison)
+}
+
+impl Comparison {
+    /// Fits a model of ours; where it can find the mass, with and without it.
+    fn add_own<const N: usize>(
+        &mut self,
+        robot: &Robot,
+        own: &Own,
+        data: &Data<N>,
+        replayed: Option<&[std::path::PathBuf]>,
+        window_s: f64,
+    ) -> Result<()> {
+        let Own { name, source, kind, method, .. } = *own;
+        let fit =
+            fit::fit(robot, &data.train.with_gate(kind.gate()), kind, method, &pgd::Settings::default())?;
+        let row = |name, mass, horizon, pairs, mass_error_percent| Judged {
+            name,
+            source,
+            mass,
+            horizon,
+            fit_s: fit.solve_s,
+            parameters: Vec::new(),
+            pairs,
+            mass_error_percent,
+            weight_seeds: None,
+        };
+        if let Some(test) = replayed {
+            let (mut pairs, mut errors) = (Vec::new(), Vec::new());
+            let policy = Policy {
+                window_s,
+                kind: PolicyKind::Moving,
+                changes_s: Vec::new(),
+                detect: kind == ModelKind::Signed,
+            };
+            let payloads = Payloads::default_for(&fit.coefficients.model);
+            for file in test {
+                replay(robot, &fit.coefficients, file, payloads, &policy, |instant| {
+                    if let Some(predicted) = instant.predicted_w {
+                        pairs.push((instant.measured_w, predicted));
+                    }
+                    if let (Some(mass), Some(truth)) = (instant.mass_kg, instant.truth_kg) {
+                        errors.push(100.0 * (mass / truth - 1.0).abs());
+                    }
+                })?;
+            }
+            self.push(row(name, MassSource::Estimated, Horizon::Second, pairs, mean(errors.into_iter())));
+        }
+        let model = &fit.coefficients.model;
+        let predict = |row: &Row<N>| Some((row.power, model.power(&row.motion, row.mass)?));
+        let pairs = data.test.iter().filter_map(|(row, _)| predict(row)).collect();
+        let name = if replayed.is_some() { format!("{name}, mass given") } else { name.to_owned() };
+        self.push(row(&name, MassSource::Given, Horizon::Plan, pairs, None));
+        Ok(())
+    }
+
+    /// A baseline; one that takes the mass also without being told.
+    fn add_baseline(&mut self, card: &Card, evaluation: Evaluation, test: &[Point]) {
+        let Evaluation { fit_s, parameters, pairs, found, masses, weight_seeds } = evaluation;
+        let error = |masses: Vec<f64>| {
+            let errors = masses.iter().zip(test).map(|(mass, point)| 100.0 * (mass / point.mass - 1.0).abs());
+            mean(errors)
+        };
+        self.push(Judged {
+            name: card.name,
+            source: card.source,
+            mass: MassSource::of(card),
+            horizon: Horizon::of(card),
+            fit_s,
+            parameters,
+            pairs,
+            mass_error_percent: masses.and_then(error),
+            weight_seeds,
+        });
+        if let Some(found) = found {
+            self.push(Judged {
+                name: &format!("{}, mass found", card.name),
+                source: card.source,
+                mass: MassSource::Estimated,
+                horizon: Horizon::Second,
+                fit_s,
+                parameters: Vec::new(),
+                pairs: found.pairs,
+                mass_error_percent: error(found.masses),
+                weight_seeds: None,
+            });
+        }
+    }
+
+    fn push(&mut self, judged: Judged<'_>) {
+        let Judged { name, source, mass, horizon, fit_s, parameters, mut pairs, .. } = judged;
+        // No prediction, no sample: the entry tells how many there are.
+        pairs.retain(|(_, predicted)| !predicted.is_nan());
+        let mut metrics = Metrics::new(self.floor_w);
+        for (measured, predicted) in &pairs {
+            metrics.add(*measured, *predicted);
+        }
+        let Some(Quality { r2, mape_percent, mape_share, rmse_w, samples, .. }) = metrics.quality() else {
+            self.leave_out(name, "it predicts no test sample".to_owned());
+            return;
+        };
+        let persistence_r2 = match horizon {
+            Horizon::Plan => None,
+            Horizon::Sample => self.persistence_r2[0],
+            Horizon::Second => self.persistence_r2[1],
+        };
+        self.entries.push(Entry {
+            name: name.to_owned(),
+            source: source.to_owned(),
+            mass,
+            horizon,
+            r2,
+            persistence_r2,
+            mape_percent,
+            rmse_w,
+            mass_error_percent: judged.mass_error_percent,
+            mape_share,
+            samples,
+            fit_s,
+            weight_seeds: judged.weight_seeds,
+            parameters,
+        });
+        self.pairs.push(pairs);
+    }
+
+    fn leave_out(&mut self, name: &str, reason: String) {
+        self.left_out.push(LeftOut { name: name.to_owned(), reason });
+    }
+}
+
+/// Of the finite ones; `None` without any.
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let known: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+    (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
+}

@@ -1,0 +1,12 @@
+//! What a comparison is asked for.
+
+/// Settings of a comparison.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Mass of logs that do not tell it, kg.
+    pub mass_kg: f64,
+    /// Payload window, s.
+    pub window_s: f64,
+    /// Names of the models to compare.
+    pub models: Vec<&'static str>,
+}
