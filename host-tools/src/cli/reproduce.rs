@@ -65,7 +65,7 @@ fn settings(arguments: &Arguments) -> Result<Settings> {
         )));
     }
     let windows_s = if arguments.reduced { REDUCED_WINDOWS_S.to_vec() } else { WINDOWS_S.to_vec() };
-    let cards = baselines::ALL.iter().filter(|card| !(arguments.reduced && card.is_network()));
+    let cards = baselines::every().filter(|card| !(arguments.reduced && card.is_network()));
     Ok(Settings {
         first_seed: arguments.first_seed,
         seeds,

@@ -188,5 +188,5 @@ pub(super) struct Task {
 pub(super) fn training(robot: &Robot, file: &Path) -> Result<Dataset<WHEELS>> {
     let gate = ModelKind::Signed.gate();
     let reading = Reading { gate, cutoff_hz: None, mass_kg: robot.mass_no_load_kg() };
-    Dataset::read(robot, &[file.to_owned()], &reading)
+    fit::read(robot, &[file.to_owned()], &reading)
 }

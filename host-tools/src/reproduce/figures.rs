@@ -6,6 +6,7 @@ use crate::report::{
 };
 
 use super::colours::{Colours, black};
+use super::contender::CONTENDERS;
 use super::course::{Course, masses, powers, speeds, validation};
 use super::price::{Price, Priced, Split};
 use super::regime::Rails;
@@ -28,7 +29,8 @@ pub(super) struct Figure {
 
 /// What figures are drawn from.
 pub(super) struct Sources<'a> {
-    pub(super) simulation: &'a [(&'static str, [Spread; 5])],
+    /// Every contender on any drives; gentle ones behind.
+    pub(super) simulation: &'a [(String, [Spread; 5])],
     /// Training, test with a known change, test with a moving window.
     pub(super) section6: &'a [Course; 3],
     pub(super) rails: &'a Rails,
@@ -55,8 +57,9 @@ pub(super) fn all(sources: &Sources<'_>) -> Vec<Figure> {
         caption,
         page: Page::new(panels).with_panels_of(1000, height),
     };
+    let own = &simulation[..CONTENDERS.len().min(simulation.len())];
     let each = |of: &dyn Fn(&str, &[Spread; 5]) -> String| -> String {
-        let all: Vec<String> = simulation.iter().map(|(name, figures)| of(name, figures)).collect();
+        let all: Vec<String> = own.iter().map(|(name, figures)| of(name, figures)).collect();
         all.join(", ")
     };
     let (mean, std) = rails.gaussian_w;
@@ -64,7 +67,7 @@ pub(super) fn all(sources: &Sources<'_>) -> Vec<Figure> {
         .iter()
         .take(2)
         .map(|row| {
-            let [mape, r2, _] = row.quality;
+            let [mape, r2, ..] = row.quality;
             format!("{} MAPE {} %, R² {}", row.name, number(mape.mean, 2), number(r2.mean, 3))
         })
         .collect();
@@ -192,7 +195,7 @@ pub(super) fn all(sources: &Sources<'_>) -> Vec<Figure> {
             "models",
             "Every model's MAPE on the test logs",
             "Beyond the paper: means over seeds. Models with light blue bars are told the true mass, which ours has to find; whatever \
-             ends left of the dashed line is ahead of ours in MAPE. Networks are trained once with one seed of their weights, and have to extrapolate: the test turns \
+             ends left of the dashed line is ahead of ours in MAPE. Networks are the median of three seeds of their weights, and have to extrapolate: the test turns \
              faster than the training does."
                 .to_owned(),
             130 + 24 * models.len() as u32,
@@ -204,8 +207,8 @@ pub(super) fn all(sources: &Sources<'_>) -> Vec<Figure> {
 
 /// Contenders and models with published figures come first, then the others.
 fn colours(sources: &Sources<'_>) -> Colours {
-    let names = sources.simulation.iter().map(|(name, _)| *name);
-    let published = sources.models.iter().filter(|row| row.published.is_some()).map(|row| row.name);
+    let names = CONTENDERS.iter().map(|contender| contender.name);
+    let published = sources.models.iter().filter(|row| row.published.is_some()).map(|row| row.name.as_str());
     let courses = [&sources.section6[1], &sources.section6[2], &sources.section7.test];
     let others = courses.into_iter().flat_map(|course| course.methods.iter().map(|method| &*method.method));
     Colours::of(distinct(names.chain(published).chain(others).map(str::to_owned)))
@@ -303,7 +306,7 @@ fn bars(models: &[ModelRow]) -> Bars {
     let mape = |row: &ModelRow| row.quality[0].mean;
     let rows = models.iter().map(|row| {
         let place = sources.iter().position(|source| *source == row.mass).unwrap_or(0);
-        (row.name.to_owned(), vec![(place, mape(row))])
+        (row.name.clone(), vec![(place, mape(row))])
     });
     let mut rows: Vec<(String, Vec<(usize, f64)>)> = rows.collect();
     rows.sort_by(|a, b| b.1[0].1.total_cmp(&a.1[0].1));

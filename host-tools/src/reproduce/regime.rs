@@ -97,7 +97,7 @@ pub(super) fn nearness(windows: &[WindowRow], models: &[ModelRow], share_known: 
     for (name, (mape, r2)) in PUBLISHED {
         let here = models.iter().find(|row| row.name == name);
         if let (Some(here), Some(ours)) = (here, models.first()) {
-            let ([mape_here, r2_here, _], [our_mape, our_r2, _]) = (here.quality, ours.quality);
+            let ([mape_here, r2_here, ..], [our_mape, our_r2, ..]) = (here.quality, ours.quality);
             rows.push(row(format!("{name}, 25 s: MAPE"), mape, mape_here, our_mape, "%"));
             rows.push(row(format!("{name}, 25 s: R²"), r2, r2_here, our_r2, ""));
         }

@@ -9,12 +9,12 @@ use super::spread::Spread;
 use super::windows::{PUBLISHED_WORST, Swept, at_window, lengths};
 use crate::baselines;
 use crate::compare::points::Wanted;
-use crate::compare::{LeftOut, MassSource, evaluate};
+use crate::compare::{Horizon, LeftOut, MassSearch, MassSource, WeightSeeds, evaluate, persistence_r2};
 use crate::error::Result;
 use crate::estimate::{Instant, Policy, PolicyKind};
 use crate::fit::dataset::Dataset;
 use crate::metrics::Metrics;
-use crate::plant::experiment::{Drive, scenario};
+use crate::plant::experiment::{Drive, REGIME, scenario};
 use crate::plant::log::{Column, Columns, write};
 use crate::robot::Robot;
 
@@ -69,19 +69,24 @@ pub(super) struct Seed {
     pub(super) left_out: Vec<LeftOut>,
     /// Share of the samples behind the first window in which every model is judged.
     pub(super) known_share: f64,
+    /// R² of the power one sample and one second before.
+    pub(super) persistence_r2: [f64; 2],
     pub(super) courses: Option<Courses>,
 }
 
 /// A model on the test log.
 pub(super) struct Judged {
-    pub(super) name: &'static str,
+    pub(super) name: String,
     pub(super) source: &'static str,
     pub(super) mass: MassSource,
+    pub(super) horizon: Horizon,
     pub(super) quality: Quality<f64>,
+    /// Of a network: what other seeds of its weights give.
+    pub(super) weight_seeds: Option<WeightSeeds>,
 }
 
-/// MAPE (%), R² and RMSE (W) of the predicted power.
-type Quality<T> = [T; 3];
+/// MAPE (%), R² and RMSE (W) of the predicted power; mean error of the mass that was found for it (%).
+type Quality<T> = [T; 4];
 
 /// What is drawn of the first seed.
 #[derive(Default)]
@@ -113,25 +118,50 @@ pub(super) fn seed(learned: &Learned<'_>, settings: &Settings, draw: bool) -> Re
     let judge = Judge::new(robot, &log, &followed);
     let (mut models, mut left_out, mut curves) = (Vec::new(), Vec::new(), Vec::new());
     for (contender, instants) in CONTENDERS.iter().zip(&followed) {
-        let quality = judge.quality(instants.iter().map(|now| now.predicted_w.unwrap_or(f64::NAN)));
-        let (name, source) = (contender.name, contender.source);
-        models.push(Judged { name, source, mass: MassSource::Estimated, quality });
+        let masses: Vec<f64> = instants.iter().map(|now| now.mass_kg.unwrap_or(f64::NAN)).collect();
+        let quality = judge.quality(instants.iter().map(|now| now.predicted_w.unwrap_or(f64::NAN)), &masses);
+        let (name, source) = (contender.name.to_owned(), contender.source);
+        let (mass, horizon) = (MassSource::Estimated, Horizon::Second);
+        models.push(Judged { name, source, mass, horizon, quality, weight_seeds: None });
     }
-    let chosen = baselines::ALL.iter().filter(|card| settings.baselines.contains(&card.name));
-    for card in chosen {
-        match evaluate(robot, card, &wanted, &known.points, &log.points) {
-            Err(error) => left_out.push(LeftOut { name: card.name.to_owned(), reason: error.to_string() }),
-            Ok(evaluation) => {
-                let predicted_w: Vec<f64> = evaluation.pairs.iter().map(|pair| pair.1).collect();
-                let quality = judge.quality(predicted_w.iter().copied());
-                let (name, source, mass) = (card.name, card.source, MassSource::of(card));
-                models.push(Judged { name, source, mass, quality });
-                curves.push(Followed { method: name.to_owned(), predicted_w, ..Followed::default() });
+    if let Some(ours) = fitted.first() {
+        let Followed { method, predicted_w, .. } = ours.told(&log);
+        models.push(Judged {
+            name: format!("{method}, mass given"),
+            source: ours.contender.source,
+            mass: MassSource::Given,
+            horizon: Horizon::Plan,
+            quality: judge.quality(predicted_w.into_iter(), &[]),
+            weight_seeds: None,
+        });
+    }
+    let masses =
+        MassSearch { range: (robot.mass_no_load_kg(), robot.mass_full_load_kg()), window_s: WINDOW_S };
+    for card in baselines::every().filter(|card| settings.baselines.contains(&card.name)) {
+        let evaluation = match evaluate(robot, card, &wanted, &known.points, &log.points, Some(masses)) {
+            Ok(evaluation) => evaluation,
+            Err(error) => {
+                left_out.push(LeftOut { name: card.name.to_owned(), reason: error.to_string() });
+                continue;
             }
+        };
+        let (source, weight_seeds) = (card.source, evaluation.weight_seeds);
+        let predicted_w: Vec<f64> = evaluation.pairs.iter().map(|pair| pair.1).collect();
+        let quality = judge.quality(predicted_w.iter().copied(), &evaluation.masses.unwrap_or_default());
+        let (name, mass, horizon) = (card.name.to_owned(), MassSource::of(card), Horizon::of(card));
+        models.push(Judged { name: name.clone(), source, mass, horizon, quality, weight_seeds });
+        curves.push(Followed { method: name, predicted_w, ..Followed::default() });
+        if let Some(found) = evaluation.found {
+            let quality = judge.quality(found.pairs.iter().map(|pair| pair.1), &found.masses);
+            let name = format!("{}, mass found", card.name);
+            let (mass, horizon) = (MassSource::Estimated, Horizon::Second);
+            models.push(Judged { name, source, mass, horizon, quality, weight_seeds: None });
         }
     }
     let courses = if draw { Some(courses(fitted, &followed, &log, curves)?) } else { None };
-    Ok(Seed { models, windows, left_out, known_share: judge.known_share(), courses })
+    let persistence_r2 = [1.0 / REGIME.rate_hz, 1.0]
+        .map(|horizon_s| persistence_r2(&log.points, horizon_s).unwrap_or(f64::NAN));
+    Ok(Seed { models, windows, left_out, known_share: judge.known_share(), persistence_r2, courses })
 }
 
 /// The samples that every model is judged by: from the first full window on, where each contender knows the mass.
@@ -155,13 +185,17 @@ impl<'a> Judge<'a> {
         count(&self.counts) / count(&self.settled)
     }
 
-    fn quality(&self, predicted: impl Iterator<Item = f64>) -> Quality<f64> {
+    /// Of predicted power, and of masses where there are any.
+    fn quality(&self, predicted: impl Iterator<Item = f64>, masses: &[f64]) -> Quality<f64> {
         let mut metrics = Metrics::new(self.floor_w);
         for ((row, counts), predicted) in self.log.rows.iter().zip(&self.counts).zip(predicted) {
             if *counts {
                 metrics.add(row.power, predicted);
             }
         }
+        let rows = self.log.rows.iter().zip(masses).zip(&self.counts).filter(|(_, counts)| **counts);
+        let errors = rows.map(|((row, mass), _)| 100.0 * (mass / row.mass - 1.0).abs());
+        let errors: Vec<f64> = errors.filter(|error| error.is_finite()).collect();
         let quality = metrics.quality();
         let figure = |value: fn(&crate::metrics::Quality) -> Option<f64>| {
             quality.as_ref().and_then(value).unwrap_or(f64::NAN)
@@ -170,6 +204,7 @@ impl<'a> Judge<'a> {
             figure(|quality| quality.mape_percent),
             figure(|quality| quality.r2),
             figure(|quality| Some(quality.rmse_w)),
+            errors.iter().sum::<f64>() / errors.len() as f64,
         ]
     }
 }
@@ -199,11 +234,13 @@ fn courses(
 #[derive(Debug, Clone)]
 pub(super) struct ModelRow {
     /// The model.
-    pub(super) name: &'static str,
+    pub(super) name: String,
     /// What it is.
     pub(super) source: &'static str,
     /// Where the mass came from.
     pub(super) mass: MassSource,
+    /// Whether it uses power of the test drive.
+    pub(super) horizon: Horizon,
     /// Over seeds.
     pub(super) quality: Quality<Spread>,
     /// Seeds in which ours has the lower MAPE and the higher R² on the same log.
@@ -212,6 +249,8 @@ pub(super) struct ModelRow {
     pub(super) ours_behind: u64,
     /// As published, where it is: MAPE in % and R².
     pub(super) published: Option<(f64, f64)>,
+    /// Of a network, mean over drives: R² of the worst and of the best seed of its weights.
+    pub(super) weights_r2: Option<(f64, f64)>,
 }
 
 /// MAPE (%) and R² at 25 s (Section 8): the paper's method, its regression, its perceptron.
@@ -221,22 +260,34 @@ pub(super) const PUBLISHED: [(&str, (f64, f64)); 3] =
 /// Models in the order of the first seed.
 pub(super) fn models(seeds: &[Seed]) -> Vec<ModelRow> {
     let Some(first) = seeds.first() else { return Vec::new() };
-    let row = |&Judged { name, source, mass, .. }: &Judged| {
-        let of = |seed: &Seed| seed.models.iter().find(|other| other.name == name).map(|model| model.quality);
-        let quality = Spread::of_each(seeds.iter().map(|seed| of(seed).unwrap_or([f64::NAN; 3])));
+    let row = |Judged { name, source, mass, horizon, .. }: &Judged| {
+        let of = |seed: &'_ Seed| seed.models.iter().position(|other| other.name == *name);
+        let own = || seeds.iter().map(|seed| of(seed).map(|place| &seed.models[place]));
+        let quality = Spread::of_each(own().map(|model| model.map_or([f64::NAN; 4], |model| model.quality)));
         let (mut ours_ahead, mut ours_behind) = (0, 0);
-        for seed in seeds {
-            let (Some(ours), Some(theirs)) = (seed.models.first(), of(seed)) else { continue };
-            let ([mape, r2, _], [their_mape, their_r2, _]) = (ours.quality, theirs);
+        for (seed, theirs) in seeds.iter().zip(own()) {
+            let (Some(ours), Some(theirs)) = (seed.models.first(), theirs) else { continue };
+            let ([mape, r2, ..], [their_mape, their_r2, ..]) = (ours.quality, theirs.quality);
             // A figure that is not known compares as neither.
-            ours_ahead += u64::from(mape < their_mape && r2 > their_r2);
-            ours_behind += u64::from(
-                [mape, r2, their_mape, their_r2].iter().all(|figure| figure.is_finite())
-                    && (mape > their_mape || r2 < their_r2),
-            );
+            let known = [mape, r2, their_mape, their_r2].iter().all(|figure| figure.is_finite());
+            ours_ahead += u64::from(known && mape < their_mape && r2 > their_r2);
+            ours_behind += u64::from(known && (mape > their_mape || r2 < their_r2));
         }
-        let published = PUBLISHED.iter().find(|(known, _)| *known == name).map(|(_, figures)| *figures);
-        ModelRow { name, source, mass, quality, ours_ahead, ours_behind, published }
+        let weights: Vec<WeightSeeds> = own().filter_map(|model| model?.weight_seeds).collect();
+        let mean = |of: fn(&WeightSeeds) -> f64| weights.iter().map(of).sum::<f64>() / weights.len() as f64;
+        let published = PUBLISHED.iter().find(|(known, _)| known == name).map(|(_, figures)| *figures);
+        ModelRow {
+            name: name.clone(),
+            source,
+            mass: *mass,
+            horizon: *horizon,
+            quality,
+            ours_ahead,
+            ours_behind,
+            published,
+            weights_r2: (!weights.is_empty())
+                .then(|| (mean(|one| one.least_r2), mean(|one| one.greatest_r2))),
+        }
     };
     first.models.iter().map(row).collect()
 }

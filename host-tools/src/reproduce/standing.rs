@@ -7,6 +7,7 @@ use super::section7::ModelRow;
 use super::spread::Spread;
 use super::table::{Cell, Column, Format, Mark, Row, Table, column, number, with_unit};
 use super::windows::{WORST_MASS, WindowRow};
+use crate::baselines;
 use crate::compare::MassSource;
 
 /// Ours against another model, on the same logs.
@@ -75,7 +76,7 @@ impl Standings {
     pub(super) fn of(models: &[ModelRow]) -> Self {
         let mut standings = Self::default();
         for theirs in models.iter().skip(1) {
-            let name = theirs.name.to_owned();
+            let name = theirs.name.clone();
             match (theirs.mass == MassSource::Given, Standing::of(theirs)) {
                 (false, Standing::Ahead) => standings.ahead += 1,
                 (false, Standing::Level) => standings.level.push(name),
@@ -88,22 +89,26 @@ impl Standings {
     }
 }
 
-const MODELS: [Column; 11] = [
+const MODELS: [Column; 15] = [
     column("name", "model", Format::Words),
     column("source", "", Format::Words),
     column("mass", "mass", Format::Words),
     column("mape_percent", "MAPE %", Format::Error(2)),
     column("r2", "R²", Format::R2(3)),
     column("rmse_w", "RMSE W", Format::Error(3)),
+    column("mass_error_percent", "mass error %", Format::Error(2)),
+    column("horizon", "horizon", Format::Words),
     column("", "published", Format::Own),
     column("", "standing", Format::Words),
+    column("", "R² by weights", Format::Words),
     column("ours_ahead", "", Format::Own),
     column("ours_behind", "", Format::Own),
     column("published", "", Format::Own),
+    column("weights_r2", "", Format::Own),
 ];
 
 /// Power of the test logs by every model.
-pub(super) fn models(models: &[ModelRow]) -> Table {
+pub(super) fn models(models: &[ModelRow], persistence: &[Spread; 2]) -> Table {
     let row = |(place, row): (usize, &ModelRow)| {
         let standing = Standing::of(row);
         let mark = match standing {
@@ -118,35 +123,50 @@ pub(super) fn models(models: &[ModelRow]) -> Table {
             format!("{} ({} of {of})", standing.words(), row.ours_ahead)
         };
         let published = row.published.map_or(String::new(), |(mape, r2)| format!("{mape:.2} / {r2:.2}"));
-        let [mape, r2, rmse] = row.quality.map(Cell::from);
+        let [mape, r2, rmse, mass_error] = row.quality.map(Cell::from);
+        let weights =
+            row.weights_r2.map_or(String::new(), |(least, greatest)| format!("{least:.2} to {greatest:.2}"));
         let count = |count: u64| Cell::shown(count, "");
         Row::new(
             mark,
             [
-                row.name.into(),
+                row.name.clone().into(),
                 row.source.into(),
                 row.mass.words().into(),
                 mape,
                 r2,
                 rmse,
+                mass_error,
+                row.horizon.words().into(),
                 published.into(),
                 words.into(),
+                weights.into(),
                 count(row.ours_ahead),
                 count(row.ours_behind),
                 Cell::shown(serde_json::json!(row.published), ""),
+                Cell::shown(serde_json::json!(row.weights_r2), ""),
             ],
         )
     };
     Table {
         name: "models",
-        title: "Section 7.2: power of the test logs, moving window of 25 s, every earlier method",
+        title: "Section 7.2: power of the test logs, moving window of 25 s, and earlier methods",
         columns: &MODELS,
         rows: models.iter().enumerate().map(row).collect(),
-        note: "mass: given = the true mass is an input, estimated = found from speed and power, unused = the model has none; \
-               published: MAPE % / R²; standing: by the sign test at 5 %, in brackets the seeds in which ours is better by both MAPE and R²; \
-               ours restarts its window when it notices a change of payload, the others have no such detector; networks are trained once, \
-               with one seed of their weights, and the test turns faster than the training does, where they extrapolate"
-            .to_owned(),
+        note: format!(
+            "{} of the {} cards of Table 1 run here, of {} families; mass: given = the true mass is an input, estimated = found from speed and \
+             power, unused = the model has none; mass found: the same model without the mass, which the search that ours makes finds over the last \
+             25 s; mass error: mean over the samples; horizon: what a model uses of the power measured on the test drive, up to the sample or the \
+             second before, or none (plan); persistence (the power of that long ago) has R² {} and {}; published: MAPE % / R²; standing: by the sign test at 5 %, in \
+             brackets the seeds in which ours is better by both MAPE and R²; ours restarts its window when it notices a change of payload, the \
+             others have no such detector; a network is the median of three seeds of its weights, R² by weights: of the worst and the best, \
+             mean over drives; the test turns faster than the training does, where networks extrapolate",
+            models.iter().filter(|row| baselines::ALL.iter().any(|card| card.name == row.name)).count(),
+            baselines::ALL.len(),
+            baselines::families(),
+            persistence[0].text(Format::R2(3)),
+            persistence[1].text(Format::R2(3)),
+        ),
     }
 }
 
@@ -239,6 +259,7 @@ pub(super) fn goals_table(goals: &[Goal]) -> Table {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::compare::Horizon;
 
     fn spread(low: f64, high: f64) -> Spread {
         Spread { mean: (low + high) / 2.0, low, high, least: low, greatest: high, count: 20 }
@@ -258,9 +279,18 @@ mod tests {
     #[test]
     fn the_seeds_decide() {
         let standing = |ours_ahead, ours_behind| {
-            let quality = [spread(1.0, 2.0); 3];
-            let (name, source, mass) = ("other", "somebody", MassSource::Unused);
-            Standing::of(&ModelRow { name, source, mass, quality, ours_ahead, ours_behind, published: None })
+            let quality = [spread(1.0, 2.0); 4];
+            Standing::of(&ModelRow {
+                name: "other".to_owned(),
+                source: "somebody",
+                mass: MassSource::Unused,
+                horizon: Horizon::Plan,
+                quality,
+                ours_ahead,
+                ours_behind,
+                published: None,
+                weights_r2: None,
+            })
         };
         assert_eq!(standing(20, 0), Standing::Ahead);
         assert_eq!(standing(2, 18), Standing::Behind);

@@ -23,6 +23,7 @@ pub struct Study {
     pub(super) price: Price,
     pub(super) differences: Vec<Difference>,
     share_known: Spread,
+    persistence: [Spread; 2],
     static_power_w: (f64, f64),
 }
 
@@ -45,6 +46,7 @@ impl Study {
         let models = section7::models(&found.section7);
         let known: Vec<f64> = found.section7.iter().map(|seed| 100.0 * seed.known_share).collect();
         let share_known = Spread::over(&known);
+        let persistence = Spread::of_each(found.section7.iter().map(|seed| seed.persistence_r2));
         let goals = standing::goals(&windows, &models);
         let points = recalibration::prices(&found.recalibration);
         let price = price(&Input { points, ..Input::default() });
@@ -58,7 +60,7 @@ impl Study {
             regime::knobs(),
             regime::nearness(&windows, &models, &share_known),
             windows::table(&windows),
-            standing::models(&models),
+            standing::models(&models, &persistence),
             Table {
                 name: "left-out",
                 title: "Baselines that these logs do not allow",
@@ -88,6 +90,7 @@ impl Study {
             price,
             differences: found.differences,
             share_known,
+            persistence,
             static_power_w: found.rails.gaussian_w,
         }
     }
@@ -114,6 +117,7 @@ impl Study {
             "models": table("models"),
             "left_out": table("left-out"),
             "share_known": self.share_known,
+            "persistence_r2": { "sample": self.persistence[0], "second": self.persistence[1] },
             "recalibration": table("recalibration"),
             "price": self.price,
             "print": self.differences,

@@ -8,7 +8,7 @@ use super::settings::Settings;
 use super::spread::Spread;
 use super::study::{Found, Study};
 use super::{recalibration, section6, section7};
-use crate::compare::{LeftOut, MassSource};
+use crate::compare::{Horizon, LeftOut, MassSource};
 
 /// Names that tables have, the last of them markup if it were not escaped.
 pub(super) const METHODS: [&str; 3] = ["signed", "eq18-published", "eq18 <corrected> & roots"];
@@ -70,7 +70,7 @@ fn simulated(seed: u64) -> section6::Seed {
             course(100.0, [3.0, 4.0], 3, 0.05, 3.0),
         ]
     });
-    section6::Seed { outcomes: (0..3).map(outcome).collect(), courses }
+    section6::Seed { outcomes: (0..6).map(outcome).collect(), courses }
 }
 
 /// With so many models, of which so many beat ours.
@@ -93,13 +93,20 @@ fn experiment(seed: u64, count: usize, better: usize) -> section7::Seed {
         let worse = if (2..2 + better).contains(&place) { -0.5 } else { 0.8 * place as f64 };
         let mass = [MassSource::Unused, MassSource::Given][place % 2];
         Judged {
-            name: name(place),
+            name: name(place).to_owned(),
             source: "somebody",
             mass: if place < 2 { MassSource::Estimated } else { mass },
+            horizon: Horizon::Plan,
+            weight_seeds: None,
             // Where some beat ours, a goal is missed as well.
             quality: jitter(
                 seed,
-                [4.0 + 2.0 * worse, if better > 0 { 0.90 } else { 0.95 } - 0.02 * worse, 0.16 + 0.08 * worse],
+                [
+                    4.0 + 2.0 * worse,
+                    if better > 0 { 0.90 } else { 0.95 } - 0.02 * worse,
+                    0.16 + 0.08 * worse,
+                    1.0,
+                ],
             ),
         }
     };
@@ -120,7 +127,14 @@ fn experiment(seed: u64, count: usize, better: usize) -> section7::Seed {
     let left_out =
         vec![LeftOut { name: "sakayori".to_owned(), reason: "the logs have no pitch_rad".to_owned() }];
     let models = (0..count).map(model).collect();
-    section7::Seed { models, windows: windows.collect(), left_out, known_share: 0.97, courses }
+    section7::Seed {
+        models,
+        windows: windows.collect(),
+        left_out,
+        known_share: 0.97,
+        persistence_r2: [0.9, 0.5],
+        courses,
+    }
 }
 
 fn errands(seed: u64) -> recalibration::Seed {
