@@ -9,9 +9,7 @@ macro_rules! println {
 
 /// As std's, but without a panic where standard error is closed: there is nobody left to tell.
 macro_rules! eprintln {
-    ($($text:tt)*) => {{
-        let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("{}\n", format_args!($($text)*)));
-    }};
+    ($($text:tt)*) => { $crate::output::say(format_args!($($text)*)) };
 }
 
 pub mod baselines;
@@ -24,6 +22,7 @@ pub mod error;
 pub mod estimate;
 pub mod fit;
 pub mod gap;
+pub mod input;
 pub mod inspect;
 pub mod interrupt;
 pub mod log;
@@ -31,6 +30,7 @@ pub mod metrics;
 pub mod numerics;
 pub mod output;
 pub mod plant;
+pub mod printable;
 pub mod progress;
 pub mod report;
 pub mod reproduce;

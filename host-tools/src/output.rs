@@ -2,10 +2,11 @@
 
 use std::fmt;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use crate::error::{Error, Result};
+use crate::printable;
 
 /// Writes `file` through a temporary file in the same folder that takes its name only when complete. Gives what `write` gives.
 ///
@@ -14,7 +15,7 @@ use crate::error::{Error, Result};
 pub fn write_whole<T>(file: &Path, write: impl FnOnce(&mut dyn Write) -> Result<T>) -> Result<T> {
     let refused = |error: io::Error| Error::io(file, &error);
     // A link keeps pointing at its file. A device or a pipe has no content to keep, and no file may take its place.
-    let target = std::fs::canonicalize(file).unwrap_or_else(|_| file.to_owned());
+    let target = target_of(file).map_err(refused)?;
     if std::fs::metadata(&target).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
         let mut device = std::fs::File::options().write(true).open(&target).map_err(refused)?;
         return write(&mut device);
@@ -29,6 +30,78 @@ pub fn write_whole<T>(file: &Path, write: impl FnOnce(&mut dyn Write) -> Result<
     };
     temporary.persist(&target).map_err(|error| refused(error.error))?;
     Ok(written)
+}
+
+/// What a file's name leads to, whether it is there yet or not: links are followed.
+///
+/// # Errors
+/// Links that lead in a circle.
+fn target_of(file: &Path) -> io::Result<PathBuf> {
+    let mut target = file.to_owned();
+    // As many as the kernel follows.
+    for _ in 0..40 {
+        let Ok(next) = std::fs::read_link(&target) else { return Ok(target) };
+        target = target.parent().map_or_else(|| next.clone(), |folder| folder.join(&next));
+    }
+    Err(io::Error::other("its links lead in a circle"))
+}
+
+/// Refuses outputs that are inputs as well, or one another, before any work: writing them would lose what was read.
+///
+/// # Errors
+/// Names the first (wrong usage).
+pub fn check_apart<'a>(
+    outputs: impl IntoIterator<Item = &'a Path>,
+    inputs: impl IntoIterator<Item = &'a Path>,
+) -> Result<()> {
+    let inputs: Vec<(&Path, Option<Identity>)> =
+        inputs.into_iter().map(|input| (input, Identity::of(input))).collect();
+    let mut written: Vec<(&Path, Option<Identity>)> = Vec::new();
+    for output in outputs {
+        let identity = Identity::of(output);
+        let same = |other: &&(&Path, Option<Identity>)| identity.is_some() && identity == other.1;
+        if let Some((input, _)) = inputs.iter().find(same) {
+            let message =
+                format!("is to be written, but read as well, as {}; expected another file", input.display());
+            return Err(Error::usage(message).in_file(output));
+        }
+        let twice = |other: &&(&Path, Option<Identity>)| same(other) || other.0 == output;
+        if let Some((other, _)) = written.iter().find(twice) {
+            let message =
+                format!("is to be written twice, as {} as well; expected another file", other.display());
+            return Err(Error::usage(message).in_file(output));
+        }
+        written.push((output, identity));
+    }
+    Ok(())
+}
+
+/// Which file it is, by whatever name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Identity {
+    /// By device and inode, which two names of one file share.
+    #[cfg(unix)]
+    Node(u64, u64),
+    /// By its canonical path.
+    #[cfg(not(unix))]
+    Path(PathBuf),
+}
+
+impl Identity {
+    /// Of a file that is there; devices and pipes have nothing to lose.
+    fn of(file: &Path) -> Option<Self> {
+        let metadata = std::fs::metadata(file).ok().filter(std::fs::Metadata::is_file)?;
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::MetadataExt as _;
+            Some(Self::Node(metadata.dev(), metadata.ino()))
+        }
+        #[cfg(not(unix))]
+        {
+            let _ = metadata;
+            std::fs::canonicalize(file).ok().map(Self::Path)
+        }
+    }
 }
 
 /// The folder that a file is written into: commands ask before they start long work.
@@ -62,9 +135,22 @@ fn temporary(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
 /// The first text that standard output did not take.
 static UNPRINTED: Mutex<Option<io::Error>> = Mutex::new(None);
 
-/// Prints to standard output; that it could not is told by [`finish`].
+/// Prints to standard output, printable ([`crate::printable`]); that it could not is told by [`finish`].
 pub fn print(text: fmt::Arguments<'_>) {
-    note(io::stdout().write_fmt(text));
+    note(io::stdout().write_all(printable::text(&text.to_string()).as_bytes()));
+}
+
+/// Says a line on standard error, printable and of bounded length. Where nobody reads it, there is nobody left to tell.
+pub fn say(line: fmt::Arguments<'_>) {
+    let line = printable::line(&line.to_string()) + "\n";
+    let _ = io::stderr().write_all(line.as_bytes());
+}
+
+/// Moves the cursor of a terminal on standard output: the one escape sequence that this program writes.
+///
+/// So many lines up, and clear from there (ECMA-48 CPL and ED).
+pub fn redraw(lines: usize) {
+    note(write!(io::stdout(), "\x1b[{lines}F\x1b[J"));
 }
 
 /// Prints figures for scripts, on standard output.

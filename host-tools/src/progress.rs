@@ -47,7 +47,7 @@ impl FileProgress {
     /// A line on standard error that does not tear the bar.
     pub fn note(&self, text: &str) {
         match &self.bar {
-            Some(bar) if !bar.is_hidden() => bar.println(format!("gmr: {text}")),
+            Some(bar) if !bar.is_hidden() => bar.println(crate::printable::line(&format!("gmr: {text}"))),
             _ => eprintln!("gmr: {text}"),
         }
     }

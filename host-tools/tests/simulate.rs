@@ -185,6 +185,11 @@ fn effects_are_listed_and_act_on_the_log() {
     let list = String::from_utf8(list.get_output().stdout.clone()).unwrap();
     assert!(list.starts_with("grade\n") && list.contains("size: slope angle, rad, -0.3 to 0.3\n"), "{list}");
     assert_eq!(list.lines().filter(|line| !line.starts_with(' ')).count(), 21);
+    let json = gmr(folder.path(), &["--effects", "--json"]).assert().success();
+    let json: serde_json::Value = serde_json::from_slice(&json.get_output().stdout).unwrap();
+    let ids = json.as_array().unwrap().iter().map(|entry| entry["id"].as_str().unwrap());
+    assert!(ids.eq(list.lines().filter(|line| !line.starts_with(' '))), "{json:#}");
+    assert_eq!(json[0]["range"], serde_json::json!([-0.3, 0.3]));
 
     let log = |name: &str, effects: &[&str]| {
         let options = ["--sensors", "servo", "--duration", "5", "--columns", "pitch,temps,bus_v,cpu"];

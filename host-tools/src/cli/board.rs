@@ -12,7 +12,7 @@ use super::drive::DriveArguments;
 use crate::board::transport::Transport as _;
 use crate::error::{Error, Result};
 use crate::interrupt;
-use crate::output::write_whole;
+use crate::output::{check_apart, write_whole};
 use crate::plant::{Kinematics, ProfileKind};
 use crate::virtual_board::board::{BoardOptions, VirtualBoard};
 use crate::virtual_board::flash::VirtualFlash;
@@ -86,6 +86,10 @@ struct Summary<'a> {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    check_apart(
+        arguments.truth.iter().chain(&arguments.flash).map(PathBuf::as_path),
+        [Path::new(&arguments.drive.profile), &arguments.image],
+    )?;
     let factor = speed(&arguments.speed)?;
     let robot = robot(arguments)?;
     let interrupted = interrupt::catch()?;

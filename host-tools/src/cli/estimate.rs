@@ -11,6 +11,7 @@ use crate::estimate::board::{self, BoardReport, BoardTrack, Delay};
 use crate::estimate::plot::Track;
 use crate::estimate::{Change, Payloads, Policy, PolicyKind, Replay, WindowMass, replay};
 use crate::metrics::Quality;
+use crate::output::check_apart;
 use crate::report::check_extension;
 use crate::robot::Robot;
 use crate::with_wheels;
@@ -131,6 +132,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if let Some(plot) = &arguments.plot {
         check_extension(plot)?;
     }
+    let inputs = [&arguments.run, &arguments.robot, &arguments.coeffs];
+    check_apart(arguments.plot.as_deref(), inputs.into_iter().chain(&arguments.truth).map(PathBuf::as_path))?;
     with_wheels!(robot, run_with(&robot, arguments))
 }
 

@@ -8,8 +8,8 @@ use model_core::model::Model;
 use crate::coefficients::CoefficientsFile;
 use crate::effects::{NotTestable, written};
 use crate::error::{Error, Result};
-use crate::fit::dataset::{Dataset, Reading};
-use crate::fit::physical;
+use crate::fit::dataset::Reading;
+use crate::fit::{self, physical};
 use crate::gap::investigate::investigate;
 use crate::gap::manoeuvre::Suggestion;
 use crate::gap::power_only;
@@ -23,6 +23,7 @@ use crate::gap::{extension, manoeuvre, simulation};
 use crate::log::checks;
 use crate::log::runs::Runs;
 use crate::log::speed_column;
+use crate::output::check_apart;
 use crate::plant::PlantSet;
 use crate::progress::StageProgress;
 use crate::robot::Robot;
@@ -99,6 +100,7 @@ fn run_power_only(arguments: &Arguments) -> Result<Report> {
             )));
         }
     }
+    check_outputs(arguments, &[])?;
     checks::each_once(&arguments.runs, &[])?;
     let mut report = power_only::investigate(&power_only::read(&arguments.runs)?)?;
     if let Some(file) = &arguments.effects {
@@ -107,6 +109,14 @@ fn run_power_only(arguments: &Arguments) -> Result<Report> {
         report.not_testable.extend(own.map(|effect| NotTestable { id: effect.id, reason: needs() }));
     }
     Ok(report)
+}
+
+/// Refuses to write over what is read, the clean logs that the coefficients name included.
+fn check_outputs(arguments: &Arguments, clean_logs: &[PathBuf]) -> Result<()> {
+    let outputs = arguments.out.iter().chain(&arguments.report).chain([&arguments.profile]);
+    let inputs = arguments.runs.iter().chain(&arguments.coeffs).chain(&arguments.effects);
+    let inputs = inputs.chain(clean_logs).chain([&arguments.robot]);
+    check_apart(outputs.map(PathBuf::as_path), inputs.map(PathBuf::as_path))
 }
 
 /// All that is shown.
@@ -159,6 +169,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
         ([], Some((file, fitted))) => fitted.logs_still_there(file)?,
         (given, _) => given.to_owned(),
     };
+    check_outputs(arguments, &clean_logs)?;
     checks::each_once(&arguments.runs, &clean_logs)?;
     let (core, base) = match &fitted {
         Some((file, fitted)) => {
@@ -181,8 +192,8 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
         }
         None => {
             let reading = Reading { gate: Gate::Signed, cutoff_hz: None, mass_kg: mass };
-            let dataset = Dataset::<N>::read(robot, &arguments.runs, &reading)?;
-            let torque = physical::solve(&dataset, robot.drive()).torque;
+            let dataset = fit::read::<N>(robot, &arguments.runs, &reading)?;
+            let torque = physical::solve(&dataset, robot).torque;
             (
                 dataset.robot,
                 Base { torque, covariance: None, drive: robot.drive(), masses_kg: dataset.masses },

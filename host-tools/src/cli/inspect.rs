@@ -30,6 +30,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if let Some(file) = &arguments.plot {
         report::check_extension(file)?;
     }
+    output::check_apart(arguments.plot.as_deref(), [&arguments.run, &arguments.robot].map(PathBuf::as_path))?;
     let robot = Robot::load(&arguments.robot)?;
     let mut progress = FileProgress::new(std::slice::from_ref(&arguments.run));
     let report = Report::of(&arguments.run, &robot, |read, size| progress.at((read, size)))?;

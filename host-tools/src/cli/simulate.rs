@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::drive::DriveArguments;
 use crate::error::{Error, Result};
-use crate::output::write_whole;
+use crate::output::{check_apart, write_whole};
 use crate::plant::encoder::SpeedSource;
 use crate::plant::experiment::{self, Drive};
 use crate::plant::log::Totals;
@@ -153,6 +153,9 @@ struct Summary<'a> {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    if arguments.effects && arguments.json {
+        return crate::output::print_json(&effects::json());
+    }
     if arguments.effects {
         crate::output::print(format_args!("{}", effects::list()));
         return Ok(());
@@ -163,6 +166,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if to_stdout && arguments.json {
         return Err(Error::usage("--out - and --json both write to standard output; allowed: one of them"));
     }
+    check_apart((!to_stdout).then_some(out), [Path::new(&arguments.drive.profile)])?;
     check_columns(&arguments.columns)?;
     let scenario = scenario(arguments)?;
     let simulation = Simulation::new(&scenario)?;
@@ -195,9 +199,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             mean_power_w: totals.mean_w(),
             peak_power_w: totals.peak_w,
         };
-        let json =
-            serde_json::to_string_pretty(&summary).map_err(|error| Error::failed(error.to_string()))?;
-        println!("{json}");
+        crate::output::print_json(&summary)?;
     } else if !to_stdout {
         eprintln!(
             "{}: {} rows, {} s at {} Hz, {:.3} W on average, {:.3} W at most",

@@ -1,6 +1,7 @@
 //! Power in blocks of equal length: what segmentation and figures work on. Memory does not grow with the log.
 
-use super::sketch::{SIGMA_PER_MAD, median};
+use super::sketch::median;
+use crate::numerics::robust::MEDIAN_TO_STD;
 
 /// Shortest block, s, and fewest rows in one: mean and spread of a block mean something.
 const BLOCK_S: f64 = 0.5;
@@ -128,7 +129,7 @@ impl Blocks {
         let mut values: Vec<f64> = self.rows.iter().map(|row| row.1).collect();
         let middle = median(&mut values);
         let mut deviations: Vec<f64> = values.iter().map(|value| (value - middle).abs()).collect();
-        let limit = GLITCH_Z * SIGMA_PER_MAD * median(&mut deviations);
+        let limit = GLITCH_Z * MEDIAN_TO_STD * median(&mut deviations);
         let counts = |value: &f64| limit == 0.0 || (value - middle).abs() <= limit;
         let count = values.iter().filter(|value| counts(value)).count() as f64;
         let mean = values.iter().filter(|value| counts(value)).sum::<f64>() / count;

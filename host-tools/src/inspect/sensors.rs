@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use super::sketch::{SIGMA_PER_MAD, Sketch, median};
+use super::sketch::{Sketch, median};
+use crate::numerics::robust::MEDIAN_TO_STD;
 
 /// Rows around a row whose median it is compared with.
 const AROUND: usize = 7;
@@ -75,7 +76,7 @@ impl Spikes {
     /// Deviations up to `floor` are no outliers.
     pub(super) fn finish(self, floor: f64) -> Outliers {
         // Where most values repeat, the median deviation is 0 and says nothing about the noise of those that do not.
-        let scale = [0.5, 0.9, 0.99].iter().zip([SIGMA_PER_MAD, 1.0 / 1.645, 1.0 / 2.576]);
+        let scale = [0.5, 0.9, 0.99].iter().zip([MEDIAN_TO_STD, 1.0 / 1.645, 1.0 / 2.576]);
         let sigma = scale.map(|(&share, factor)| self.deviations.quantile(share) * factor).find(|&s| s > 0.0);
         let least = floor.max(OUTLIER_SHARE * self.values.quantile(0.99));
         let limit = least.max(OUTLIER_Z * sigma.unwrap_or(0.0));

@@ -1,5 +1,7 @@
 //! Quantiles of a stream in constant memory.
 
+use crate::numerics::robust;
+
 /// Counts of magnitudes in bins 1/32 of an octave wide: quantiles within 1.6 %.
 pub(super) struct Sketch {
     bins: Vec<u64>,
@@ -51,20 +53,8 @@ fn bounds(bin: usize) -> (f64, f64) {
 
 /// Median of some values, which it reorders; 0 without values.
 pub(super) fn median(values: &mut [f64]) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    let upper = *values.select_nth_unstable_by(middle, f64::total_cmp).1;
-    if values.len() % 2 == 1 {
-        return upper;
-    }
-    let lower = values[..middle].iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    0.5 * (lower + upper)
+    robust::median(values).unwrap_or(0.0)
 }
-
-/// Standard deviation of a Gaussian per median absolute deviation.
-pub(super) const SIGMA_PER_MAD: f64 = 1.4826;
 
 #[cfg(test)]
 mod tests {

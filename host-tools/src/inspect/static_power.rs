@@ -8,7 +8,8 @@ use serde::Serialize;
 
 use super::blocks::Block;
 use super::segment::{self, Point};
-use super::sketch::{SIGMA_PER_MAD, median};
+use super::sketch::median;
+use crate::numerics::robust::MEDIAN_TO_STD;
 
 /// Whether the robot moved while its power was at a level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -143,7 +144,7 @@ impl Noise {
         let spread = |lag: usize| {
             let mut steps: Vec<f64> =
                 means.iter().zip(means.iter().skip(lag)).map(|(a, b)| (b - a).abs()).collect();
-            SIGMA_PER_MAD * median(&mut steps)
+            MEDIAN_TO_STD * median(&mut steps)
         };
         let (one, two) = (spread(1), spread(2));
         let enough = means.len() >= 12 && one > 0.0;

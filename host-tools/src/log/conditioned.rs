@@ -1,5 +1,6 @@
 //! A run behind the filter, as the board conditions it, thinned to some twenty rows a second.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use model_core::coefficients::Robot as CoreRobot;
@@ -41,8 +42,8 @@ pub(super) fn condition<const N: usize>(
 ) -> Result<Run<N>> {
     let mut conditioner: Conditioner<f64, N> = conditioner(core, Path::new(&run.name), run.period_s)?;
     let filter = filter(core, run.period_s, &run.name)?;
-    let places: Vec<Option<usize>> =
-        columns.iter().map(|name| run.columns.iter().position(|own| own == name)).collect();
+    let own: HashMap<&str, usize> = run.columns.iter().map(String::as_str).zip(0..).collect();
+    let places: Vec<Option<usize>> = columns.iter().map(|name| own.get(name.as_str()).copied()).collect();
     let mut channels = vec![Channel::default(); columns.len()];
     let mut held = vec![f64::NAN; columns.len()];
     let mut extras: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];

@@ -1,5 +1,6 @@
 //! The first line of a log: its columns.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use super::reader::{ColumnRequest, LogReader};
@@ -88,8 +89,9 @@ fn parse(line: &[u8]) -> Result<Vec<String>> {
             format!("the first line holds the number {number}; expected a header with the columns' names");
         return Err(Error::failed(message).at_line(1));
     }
-    for (index, column) in columns.iter().enumerate() {
-        if !column.is_empty() && columns[..index].contains(column) {
+    let mut seen = HashSet::with_capacity(columns.len());
+    for column in &columns {
+        if !column.is_empty() && !seen.insert(column.as_str()) {
             let message = "the header names this column twice; expected every name once";
             return Err(Error::failed(message).at_line(1).in_column(column));
         }

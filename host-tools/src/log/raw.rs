@@ -1,6 +1,5 @@
 //! Logs held whole, as recorded: before any filter, with every further column, static power taken off.
 
-use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
@@ -8,7 +7,9 @@ use model_core::estimator::Sample;
 
 use super::masses::check_mass;
 use super::{Header, MASS, POWER, RUN, SampleReader, TIME, acceleration_column, speed_column};
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::input::Input;
+use crate::printable;
 use crate::robot::Robot;
 
 /// A run as recorded.
@@ -70,9 +71,9 @@ fn read_log<const N: usize>(
     let several = runs.len() > 1;
     for (run, name) in runs.iter_mut().zip(0..) {
         let label = reader.run_names().get(name).cloned().unwrap_or_else(|| name.to_string());
-        run.name = file.display().to_string();
+        run.name = printable::name(&file.display().to_string());
         if several {
-            run.name += &format!("#{label}");
+            run.name += &format!("#{}", printable::name(&label));
         }
     }
     runs.retain(|run| !run.rows.is_empty());
@@ -92,7 +93,7 @@ fn further_columns<const N: usize>(file: &Path, powers: &[String]) -> Result<Vec
             || name.starts_with(BOARD)
             || (0..N).any(|wheel| name == speed_column(wheel) || name == acceleration_column(wheel))
     };
-    let text = File::open(file).map_err(|error| Error::io(file, &error))?;
+    let text = Input::open(file)?;
     let row = BufReader::new(text).lines().nth(1).and_then(std::result::Result::ok).unwrap_or_default();
     let numbers: Vec<bool> =
         row.split(',').map(|field| field.trim().is_empty() || field.trim().parse::<f64>().is_ok()).collect();

@@ -101,9 +101,13 @@ impl LogReader {
     pub(super) fn new(source: Source, columns: Vec<String>, requests: &[ColumnRequest]) -> Result<Self> {
         let mut wanted = vec![None; columns.len()];
         let mut present = vec![false; requests.len()];
+        let mut places: HashMap<&str, usize> = HashMap::with_capacity(columns.len());
+        for (place, column) in columns.iter().enumerate() {
+            places.entry(column).or_insert(place);
+        }
         let slot_of = |role| requests.iter().position(|request| request.role == role);
         for (slot, request) in requests.iter().enumerate() {
-            match columns.iter().position(|column| *column == request.name) {
+            match places.get(request.name.as_str()).copied() {
                 Some(position) => {
                     wanted[position] = Some(Wanted { slot, role: request.role });
                     present[slot] = true;

@@ -1,6 +1,7 @@
 //! Runs in memory: conditioned as the board does it, thinned to some twenty rows a second, with every further column. Which of them are
 //! looked at (open, locked, clean) is a view: rows and columns are shared, never copied.
 
+use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 
 use model_core::coefficients::Robot as CoreRobot;
@@ -82,8 +83,9 @@ impl<const N: usize> Runs<N> {
     /// As [`read`](Self::read).
     pub fn condition(core: &CoreRobot<f64, N>, raw: Vec<RawRun<N>>) -> Result<Self> {
         let mut columns: Vec<String> = Vec::new();
+        let mut seen: HashSet<&str> = HashSet::new();
         for name in raw.iter().flat_map(|run| &run.columns) {
-            if !columns.contains(name) {
+            if seen.insert(name) {
                 columns.push(name.clone());
             }
         }
@@ -142,11 +144,13 @@ impl<const N: usize> Runs<N> {
     #[must_use]
     pub fn followed_by(&self, others: &Self) -> Self {
         let mut all = self.clone();
+        let own: HashMap<&str, usize> = others.columns.iter().map(String::as_str).zip(0..).collect();
+        let places: Vec<Option<usize>> =
+            self.columns.iter().map(|name| own.get(name.as_str()).copied()).collect();
         for run in &others.runs {
-            let extras = self.columns.iter().map(|name| {
-                let place = others.columns.iter().position(|own| own == name);
-                place.map_or_else(Shared::default, |place| run.extras[place].clone())
-            });
+            let extras = places
+                .iter()
+                .map(|place| place.map_or_else(Shared::default, |place| run.extras[place].clone()));
             all.runs.push(Run { extras: extras.collect(), ..run.clone() });
         }
         all

@@ -1,10 +1,10 @@
 //! Lines of a file through one large buffer: memory does not grow with the file.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
+use crate::input::Input;
 
 /// Bytes read at once, and the longest line accepted.
 const BUFFER: usize = 1 << 20;
@@ -20,7 +20,7 @@ pub(super) enum Line {
 
 pub(super) struct Source {
     path: PathBuf,
-    file: File,
+    file: Input,
     size: Option<u64>,
     buffer: Vec<u8>,
     start: usize,
@@ -32,8 +32,8 @@ pub(super) struct Source {
 
 impl Source {
     pub(super) fn open(path: &Path) -> Result<Self> {
-        let file = File::open(path).map_err(|error| Error::io(path, &error))?;
-        let metadata = file.metadata().map_err(|error| Error::io(path, &error))?;
+        let file = Input::open(path)?;
+        let metadata = file.metadata();
         if metadata.is_dir() {
             return Err(Error::failed("is a folder; expected a run log (CSV file)").in_file(path));
         }

@@ -47,6 +47,26 @@ pub fn entries() -> impl Iterator<Item = &'static Entry> {
     DICTIONARY.iter().map(|listed| &listed.entry)
 }
 
+/// The dictionary of causes for scripts, with the keys of [`Entry`] and [`Choice`].
+pub fn json() -> serde_json::Value {
+    let option = |choice: &Choice| {
+        serde_json::json!({
+            "name": choice.name,
+            "meaning": choice.meaning,
+            "allowed": choice.allowed(),
+            "default": match (choice.default, choice.values) {
+                (Some(place), Values::Word(words)) => words.get(place as usize).copied().into(),
+                (value, _) => serde_json::Value::from(value),
+            },
+        })
+    };
+    let entries = entries().map(|Entry { id, meaning, unit, range, options, .. }| {
+        let options: Vec<_> = options.iter().map(option).collect();
+        serde_json::json!({ "id": id, "meaning": meaning, "unit": unit, "range": range, "options": options })
+    });
+    entries.collect()
+}
+
 /// What builds an effect's cause.
 pub(super) fn listed(effect: &Effect) -> &'static Listed {
     // Every way to make an effect has found its entry here.

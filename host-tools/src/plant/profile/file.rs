@@ -5,6 +5,7 @@ use std::path::Path;
 use super::super::kinematics::{Geometry, MAX_WHEELS};
 use super::Profile;
 use crate::error::{Error, Result};
+use crate::input::{MOST_PROFILE, read_text};
 
 /// Reads a profile: `time_s` and either `v_m_s, omega_rad_s` (`vx_m_s, vy_m_s, omega_rad_s` for robots that move
 /// sideways) or `wheel1_rad_s … wheelN_rad_s`. Times ascend; motion is linear between rows.
@@ -12,7 +13,7 @@ use crate::error::{Error, Result};
 /// # Errors
 /// Names file, line and column, and what was expected there.
 pub fn read(file: &Path, geometry: &Geometry) -> Result<Profile> {
-    let text = std::fs::read_to_string(file).map_err(|error| Error::io(file, &error))?;
+    let text = read_text(file, MOST_PROFILE)?;
     parse(&text, geometry).map_err(|error| error.in_file(file))
 }
 
