@@ -36,3 +36,24 @@ fn what_is_hidden_is_named_and_nothing_else() {
     assert_eq!(figure(&table.stdout, "no effect: an alarm").0, 0.0, "{}", table.stdout);
     assert_eq!(figure(&table.stdout, "alone: wrong single name").0, 0.0, "{}", table.stdout);
 }
+
+/// The same figures for scripts, on standard output alone.
+#[test]
+fn the_json_holds_every_set_and_the_figures() {
+    let bench = Bench::new();
+    let arguments = ["gap-bench", "--seeds", "1", "--sizes", "2", "--free", "1", "--only", "compute-load"];
+    let found = bench.json(&arguments);
+    let sets = found["sets"].as_array().unwrap();
+    assert_eq!(sets.len(), 2, "{found:#}");
+    let hidden = sets.iter().find(|set| set["hidden"][0]["id"] == "compute-load").unwrap();
+    assert_eq!((&hidden["verdict"], &hidden["counted"]), (&"named".into(), &"right".into()), "{found:#}");
+    let figure =
+        |name: &str| found["figures"].as_array().unwrap().iter().find(|figure| figure["name"] == name);
+    let right = figure("alone: right single name, true twins in a tie counted").unwrap();
+    assert_eq!((&right["count"], &right["of"]), (&1.into(), &1.into()), "{found:#}");
+    assert!(
+        figure("no effect: an alarm").is_some()
+            && figure("pairs: both named, or one named and the other in a tie").is_none()
+    );
+    assert!(found["gap_closed"]["median"].as_f64().unwrap() > 0.5, "{found:#}");
+}

@@ -43,7 +43,7 @@ pub fn investigate<const N: usize>(
     let field = runs.subset(&split.open);
     let open = field.with_clean(clean);
     let lag = clean.map_or(0.0, |clean| lag::of_clean(clean, base));
-    let parameters = base.torque.to_array().len() - usize::from(!runs.robot.kinematics.scrubs());
+    let parameters = base.torque.to_array().len() - usize::from(!runs.robot.scrubs());
     let (mut list, mut not_testable) = candidates(&field, &base.torque, base.drive == Drive::Regenerative);
     list.extend_from_slice(&options.user.candidates);
     not_testable.extend_from_slice(&options.user.not_testable);

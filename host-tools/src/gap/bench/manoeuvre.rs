@@ -16,7 +16,8 @@ use crate::plant::{PayloadSchedule, Profile, Scenario};
 use crate::robot::Robot;
 
 /// What became of a tie.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Ending {
     /// The truth alone is named.
     Resolved,

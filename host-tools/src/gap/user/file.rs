@@ -9,8 +9,12 @@ use toml::Spanned;
 use super::Formula;
 use crate::effects::{ENTRIES, Sign, find};
 use crate::error::{Error, Result};
+use crate::input::{MOST_DESCRIPTION, read_text};
 use crate::log::POWER;
 use crate::robot::position;
+
+/// Effects in a file, at most: three times the dictionary's. Each is tried on every run.
+const MOST_EFFECTS: usize = 64;
 
 /// An effect of the user's own.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,7 +61,7 @@ struct Raw {
 /// The file cannot be read or is no such file; an id that is the dictionary's, or there twice; a formula that is none; a range that
 /// holds no number of the sign. With line and column, and what was allowed.
 pub fn read(file: &Path) -> Result<Vec<UserEffect>> {
-    let text = std::fs::read_to_string(file).map_err(|error| Error::io(file, &error))?;
+    let text = read_text(file, MOST_DESCRIPTION)?;
     parse(&text).map_err(|error| error.in_file(file))
 }
 
@@ -73,6 +77,10 @@ fn parse(text: &str) -> Result<Vec<UserEffect>> {
             None => Error::failed(message),
         }
     })?;
+    let found = document.effect.len();
+    if found > MOST_EFFECTS {
+        return Err(Error::failed(format!("{found} effects; expected at most {MOST_EFFECTS}")));
+    }
     let mut effects: Vec<UserEffect> = Vec::new();
     for raw in document.effect {
         let effect = effect(text, raw)?;
