@@ -9,16 +9,21 @@ use crate::log::runs::Runs;
 /// With one mass the friction that grows with it and the friction that does not are one: what a kilogram more would do to the power is
 /// then a guess, and a mass that was noted wrongly stands for whatever differs (−58.7 kg was ice).
 pub(super) fn unidentifiable<const N: usize>(masses_kg: &[f64], runs: &Runs<N>) -> Vec<NotTestable> {
-    let own: Vec<f64> = runs.runs.iter().flat_map(|run| &run.rows).map(|row| row.mass).collect();
-    let known = if masses_kg.is_empty() { &own } else { masses_kg };
-    let (low, high) =
-        known.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), mass| (low.min(*mass), high.max(*mass)));
-    if high - low > ONE_MASS * high {
+    if !has_one_mass(masses_kg, runs) {
         return Vec::new();
     }
     let reason = "unidentifiable here: the base was fitted at one total mass, and does not know what a kilogram more does to the power; \
                   record clean runs with another payload, and fit again";
     vec![NotTestable { id: "payload-mislabel".to_owned(), reason: reason.to_owned() }]
+}
+
+/// Whether a base that was fitted to these total masses, kg, or to those of the runs where there are none, knows one mass only.
+pub(super) fn has_one_mass<const N: usize>(masses_kg: &[f64], runs: &Runs<N>) -> bool {
+    let own: Vec<f64> = runs.runs.iter().flat_map(|run| &run.rows).map(|row| row.mass).collect();
+    let known = if masses_kg.is_empty() { &own } else { masses_kg };
+    let (low, high) =
+        known.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), mass| (low.min(*mass), high.max(*mass)));
+    high - low <= ONE_MASS * high
 }
 
 #[cfg(test)]

@@ -24,7 +24,6 @@ use crate::effects::{Candidate, World, physical};
 use crate::error::Result;
 use crate::log::runs::Runs;
 use model_core::kinematics::Kinematics;
-use model_core::torque::Drive;
 use nalgebra::DMatrix;
 
 /// Runs the workflow.
@@ -44,7 +43,7 @@ pub fn investigate<const N: usize>(
     let open = field.with_clean(clean);
     let lag = clean.map_or(0.0, |clean| lag::of_clean(clean, base));
     let parameters = base.torque.to_array().len() - usize::from(!runs.robot.scrubs());
-    let (mut list, mut not_testable) = candidates(&field, &base.torque, base.drive == Drive::Regenerative);
+    let (mut list, mut not_testable) = candidates(&field, base);
     list.extend_from_slice(&options.user.candidates);
     not_testable.extend_from_slice(&options.user.not_testable);
     let mut removed = options.removed.clone();

@@ -64,6 +64,9 @@ pub mod problem {
     /// Share of a signal's variance in the field that clean runs have to have for them to say something about it. Tuned on a door that was
     /// shut in the clean runs (tests/gap_user_effects.rs) and a measured slope; no bench.
     pub const LEAST_SHOWN: f64 = 0.1;
+    /// A current or power whose squared correlation with the measured power is above this is a part of it, no cause. Chosen: each side's
+    /// current of a Husky has 0.3 to 0.7, an arm that is idle in the clean runs next to nothing.
+    pub const MOST_FOLLOWED: f64 = 0.1;
     /// Longest lag that a measuring chain has, rows. Chosen: an encoder's mean over a sample and a sensor's over another.
     pub const MOST_LAG_ROWS: f64 = 2.0;
     /// The lag is found to this share of a row. Derived: a hundredth of a row moves no score by a tenth.
