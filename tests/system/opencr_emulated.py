@@ -50,6 +50,8 @@ RATE = 200
 GOALS = (100, 60)  # of the wheels, in 0.229 rev/min
 PAINT = 0xCCCCCCCC
 STACK = (0x20000000, 0x10000)
+# Between two moments at which a sensor goes, in us: a transaction takes 120, of which it can go unseen by the driver in some 50.
+SWITCH_OUT_US = 47
 # The host has found the board, and the wheels have stood for the second after which the flash may be written.
 SETTLED_S = 1.5
 # The flash has been written.
@@ -232,6 +234,18 @@ def disturb(machine, host):
         if (recovered == 0) != (fault == "nack"):
             wrong.append(f"{fault}: {recovered} recoveries")
         before = after
+    # A sensor may go in the middle of a transaction, between its address and the repeated one: anywhere in a sample's period.
+    for phase in range(0, 5000, SWITCH_OUT_US):
+        next_sample = machine.now() // (5 * MS) * 5 * MS + 5 * MS + phase * (MS // 1000)
+        run(machine, (next_sample - machine.now()) / PS)
+        machine.i2c[1].fault = "nack"
+        run(machine, 0.003)
+        machine.i2c[1].fault = None
+        run(machine, 0.005)
+    after = registers(machine, host)
+    recovered = after["bus_recoveries"] - before["bus_recoveries"]
+    if recovered:
+        wrong.append(f"sensors that go within a transaction: {recovered} recoveries")
     for name in ("missed_deadlines", "servo_timeouts", "link_broken"):
         if after[name]:
             wrong.append(f"{name}: {after[name]}")
