@@ -195,6 +195,35 @@ impl<P: Read + Write, D: DelayNs> Bus<P, D> {
         answers
     }
 
+    /// Writes `L` bytes to the same register of several servos, each its own. Nobody answers: read back what they took.
+    ///
+    /// # Errors
+    /// It could not be sent.
+    pub async fn sync_write<const N: usize, const L: usize>(
+        &mut self,
+        address: u16,
+        values: [(u8, [u8; L]); N],
+    ) -> Result<(), BusError> {
+        let mut parameters = [0; LONGEST];
+        let mut end = 0;
+        let address = address.to_le_bytes();
+        let length = length::<L>()?;
+        let pieces = [&address[..], &length[..]].into_iter();
+        for piece in pieces.chain(values.iter().flat_map(|(id, data)| [core::slice::from_ref(id), &data[..]]))
+        {
+            let place = parameters.get_mut(end..end + piece.len()).ok_or(BusError::TooLong)?;
+            place.copy_from_slice(piece);
+            end += piece.len();
+        }
+        let parameters = parameters.get(..end).unwrap_or(&[]);
+        self.transmit(BROADCAST, Instruction::SyncWrite, &[parameters]).await
+    }
+
+    /// The port.
+    pub fn port(&mut self) -> &mut P {
+        &mut self.port
+    }
+
     async fn ask_all<const N: usize, const L: usize>(
         &mut self,
         address: u16,
