@@ -100,12 +100,14 @@ pub struct Bus<P, D> {
     delay: D,
     timing: Timing,
     parser: Parser<LONGEST>,
+    /// Errors of the port while nobody expected anything.
+    port_errors: u32,
 }
 
 impl<P: Read + Write, D: DelayNs> Bus<P, D> {
     /// A bus that keeps this timing.
     pub fn new(port: P, delay: D, timing: Timing) -> Self {
-        Self { port, delay, timing, parser: Parser::default() }
+        Self { port, delay, timing, parser: Parser::default(), port_errors: 0 }
     }
 
     /// Gives the port back.
@@ -219,6 +221,11 @@ impl<P: Read + Write, D: DelayNs> Bus<P, D> {
         self.transmit(BROADCAST, Instruction::SyncWrite, &[parameters]).await
     }
 
+    /// Errors of the port between answers, since somebody asked: noise on the line.
+    pub fn take_port_errors(&mut self) -> u32 {
+        core::mem::take(&mut self.port_errors)
+    }
+
     /// The port.
     pub fn port(&mut self) -> &mut P {
         &mut self.port
@@ -268,7 +275,8 @@ impl<P: Read + Write, D: DelayNs> Bus<P, D> {
             let mut stale = [0; LONGEST];
             match select(self.port.read(&mut stale), ready(())).await {
                 Either::First(Ok(0)) | Either::Second(()) => break,
-                Either::First(_) => {}
+                Either::First(Ok(_)) => {}
+                Either::First(Err(_)) => self.port_errors = self.port_errors.saturating_add(1),
             }
         }
     }

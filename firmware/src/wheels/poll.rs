@@ -128,6 +128,7 @@ impl<P: Read + Write, D: DelayNs> Wheels<P, D> {
     pub async fn poll(&mut self, time_us: u64) -> [Option<WheelReading>; WHEELS] {
         let ids = self.wheels.map(|wheel| (!wheel.presence.is_absent()).then_some(wheel.servo.id));
         let answers = self.bus.sync_read(PRESENT, ids).await;
+        self.counters.broken = self.counters.broken.saturating_add(self.bus.take_port_errors());
         let mut readings = [None; WHEELS];
         let mut is_late = false;
         for ((wheel, answer), reading) in self.wheels.iter_mut().zip(answers).zip(&mut readings) {
