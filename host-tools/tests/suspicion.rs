@@ -4,6 +4,8 @@
 mod common;
 
 use common::{Bench, excerpt};
+use host_tools::fit::entrance;
+use host_tools::robot::Robot;
 use serde_json::Value;
 
 /// A log as columns.
@@ -87,12 +89,14 @@ fn assert_named(bench: &Bench, robot: &str, log: &Log, radius: f64) {
     bench.put("right.csv", log.with(&[], |value, _| value));
     let (said, right) = findings(bench, robot, "right.csv", &[]);
     assert!(!said.contains("--"), "{said}");
+    let known = Robot::load(robot).unwrap();
     for (name, text, expected) in wrong(log, radius) {
         bench.put("wrong.csv", text);
         let (said, report) = findings(bench, robot, "wrong.csv", &[]);
         assert!(said.contains(expected), "{robot} {name}: {said}");
-        let warned = bench.gmr(&["fit", "--robot", robot, "wrong.csv"]);
-        assert!(warned.stderr.contains(expected), "{robot} {name}: {}", warned.stderr);
+        let warned = entrance::look::<2>(&known, &[bench.path("wrong.csv")], 1.0).unwrap();
+        let warned: String = warned.into_iter().map(|warning| warning.text).collect();
+        assert!(warned.contains(expected), "{robot} {name}, as fit sees it: {warned}");
         if let Some(remedy) = expected.strip_prefix("--") {
             assert_eq!(report["fit_for"], "nothing", "{name}");
             let (flag, value) = remedy.split_once(' ').unwrap();

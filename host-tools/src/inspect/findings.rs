@@ -209,7 +209,8 @@ impl Findings {
         }
         // Six standard deviations of the sensor's noise: what is within them says nothing about signs.
         let noise = scan.outliers.first().map_or(0.0, |power| power.limit);
-        if drive.share_power_negative > NEGATIVE && drive.power_high_w > noise && !robot.regeneration() {
+        if drive.share_power_negative > NEGATIVE && drive.power_high_w > 1.5 * noise && !robot.regeneration()
+        {
             let text = format!(
                 "{:.0} % of moving rows have negative power, but {} does not feed power back",
                 100.0 * drive.share_power_negative,

@@ -277,7 +277,7 @@ fn describe(
             },
             std_err_w: noise.std_err(count / noise.typical_count),
             dwell_s: all.iter().map(|block| block.seconds).sum(),
-            stretches: spans.clone().map(|(from, to)| count(&blocks[from..to])).sum(),
+            stretches: spans.clone().map(|(from, to)| begun(&blocks[from..to])).sum(),
             visits: spans.flat_map(|(from, to)| stretches(&blocks[from..to])).collect(),
         };
         if state.moving == Moving::Yes { power.moving.push(state) } else { power.standing.push(state) }
@@ -287,7 +287,7 @@ fn describe(
 }
 
 /// Stretches of standing in a visit to a level: one, where that came about while the robot stood.
-fn count(blocks: &[Block]) -> u32 {
+fn begun(blocks: &[Block]) -> u32 {
     blocks.iter().map(|block| block.stretches).sum::<u32>().max(1)
 }
 
