@@ -8,7 +8,7 @@ use crate::record::RECORD_BYTES;
 use crate::wheels::WHEELS;
 
 /// Version of this table: what [`TABLE_VERSION`] shows.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 
 /// The board's ID on its link.
 pub const BOARD_ID: u8 = 200;
@@ -20,7 +20,7 @@ pub const BOARD_MODEL: u16 = 0x5000;
 pub const OURS: u16 = 512;
 
 /// First address beyond the table.
-pub const END: u16 = FIFO_WINDOW.end();
+pub const END: u16 = LINK_ABANDONED.end();
 
 /// Most records that the FIFO window shows at once.
 pub const FIFO_WINDOW_RECORDS: usize = 16;
@@ -145,9 +145,32 @@ registers! {
     FIRMWARE_VERSION: 6, U8[1], Read, "", "Of this firmware";
     DEVICE_ID: 7, U8[1], Read, "", "200";
     MILLIS: 10, U32[1], Read, "ms", "Time since start";
-    MICROS: 14, U32[1], Read, "µs", "Time since start";
+    MICROS: 14, U32[1], Read, "µs", "Time since start; the stock firmware has flags here";
+    DEVICE_STATUS: 18, U8[1], Read, "", "0, or 255 (−1): no motors, see DRIVE_STATE";
+    HEARTBEAT: 19, U8[1], ReadWrite, "", "Has to change: 500 ms after its last change the wheels stop";
+    LEDS: 20, U8[4], ReadWrite, "", "The user LEDs 1 to 4: 0 off";
+    BUTTONS: 26, U8[2], Read, "", "1 while pressed: SW1, SW2";
+    BUMPERS: 28, U8[2], Read, "", "Always 0";
+    ILLUMINATION: 30, F32[1], Read, "", "Always 0";
+    INFRARED: 34, F32[1], Read, "", "Always 0";
+    SONAR: 38, F32[1], Read, "", "Always 0";
+    BATTERY_VOLTAGE: 42, I32[1], Read, "0.01 V", "Of the board's supply, or of the battery's sensor; 0 where neither is known";
+    BATTERY_PERCENT: 46, I32[1], Read, "0.01 %", "By the voltage alone: 10.5 V are 0, 12.3 V 100";
+    SOUND: 50, U8[1], ReadWrite, "", "Melody: kept, not played";
+    CALIBRATE_IMU: 59, U8[1], ReadWrite, "", "Kept; there is nothing to calibrate";
+    ANGULAR_VELOCITY: 60, F32[3], Read, "rad/s", "Of the robot, from its wheels";
+    LINEAR_ACCELERATION: 72, F32[3], Read, "m/s²", "Always 0: no inertial sensor is read";
+    MAGNETIC_FIELD: 84, F32[3], Read, "T", "Always 0";
+    ORIENTATION: 96, F32[4], Read, "", "Unit quaternion w, x, y, z since start: heading from the wheels";
+    SERVO_LOAD: 120, I32[WHEELS], Read, "0.1 %", "Left, right: the servo's register 126 (the node calls it current)";
+    SERVO_VELOCITY: 128, I32[WHEELS], Read, "0.229 rev/min", "Left, right: the servo's register 128";
+    ODOMETER: 136, I32[WHEELS], Read, "1/4096 turn", "Left, right: positions that go on over the servos' restarts";
+    MOTORS_FOUND: 148, U8[1], Read, "", "1 where both servos answer";
+    TORQUE_ENABLE: 149, U8[1], ReadWrite, "", "1: torque on, from the start; off and on again restarts a servo that has failed";
+    COMMAND_VELOCITY: 150, I32[6], ReadWrite, "0.01 m/s, 0.01 rad/s", "Linear x, y, z, angular x, y, z; taken while the heartbeat lives";
+    PROFILE_ACCELERATION: 174, I32[WHEELS], ReadWrite, "214.577 rev/min²", "Left, right: of the servos' goals; 0 without";
 
-    TABLE_VERSION: OURS, U16[1], Read, "", "Version of the registers from 512 on: 1";
+    TABLE_VERSION: OURS, U16[1], Read, "", "Version of the registers from 512 on: 2";
     SAMPLE_RATE: 514, U16[1], Read, "Hz", "Samples per second";
     WINDOW: 516, U16[1], Read, "s", "Length of the window over which the mass is estimated";
     MODEL: 518, U8[1], Read, "", "Model in use: 0 Eq. 18 as published, 1 corrected, 2 signed torque, 255 none";
@@ -208,6 +231,22 @@ registers! {
     FIFO_COUNT: 1364, U16[1], Read, "", "Records in the window";
     RECORD_SIZE: 1366, U16[1], Read, "", "Bytes of a record";
     FIFO_WINDOW: 1368, U8[FIFO_WINDOW_RECORDS * RECORD_BYTES], Read, "", "Records, oldest first";
+
+    RESET_CAUSE: 2328, U8[1], Read, "", "Why the board started: 0 power-on, 1 button, 2 asked for, 3 panic, 4 fault, 5 interrupt without a handler, 6 non-maskable interrupt, 7 hang, 8 call of the bootloader, 9 brown-out";
+    DRIVE_STATE: 2329, U8[1], Read, "", "0 ready, 1 a servo does not answer, 2 a servo is set up otherwise (SERVO_MISFIT), 3 torque switched off, 4 a servo has failed (WHEEL_HARDWARE_ERROR), 5 being prepared, 6 the motors' supply is cut";
+    SERVO_MISFIT: 2330, U8[WHEELS], Read, "", "Left, right: the servo's register that does not fit; 0 where all do";
+    RESET_ADDRESS: 2332, U32[1], Read, "", "Of a fault: where; of an interrupt: its number";
+    RESET_FAILURES: 2336, U32[1], Read, "", "Resets that nobody wanted, since power-on";
+    DRIVE_GOALS: 2340, I32[WHEELS], Read, "0.229 rev/min", "Left, right: what the servos were told last";
+    COMMAND_TIMEOUT: 2348, U16[1], ReadWrite, "ms", "For how long a command counts while the heartbeat lives; 0, as at the start: for good";
+    NODE_CONNECTED: 2350, U8[1], Read, "", "1 while the heartbeat lives";
+    DRIVE_STOPS: 2352, U32[1], Read, "", "Motions ended because heartbeat or command were missing";
+    SERVO_REFUSED: 2356, U32[1], Read, "", "Instructions that a servo refused";
+    SERVO_UNANSWERED: 2360, U32[1], Read, "", "Pings that a servo which is sought did not answer";
+    SERVO_UNVERIFIED: 2364, U32[1], Read, "", "Goals that a servo had not taken when they were read back";
+    SERVO_TRIPPED: 2368, U32[1], Read, "", "Times that a servo's own watchdog had stopped it";
+    SERVO_RESTARTS: 2372, U32[1], Read, "", "Times that a servo had started anew";
+    LINK_ABANDONED: 2376, U32[1], Read, "", "Answers that the host did not fetch in time, or closed its port before";
 }
 
 /// Why an upload is refused, or what is stored not used.

@@ -17,9 +17,11 @@
 //! | [`Kind::FlashRead`] | offset u32, count u16 | bytes |
 //! | [`Kind::FlashWrite`] | offset u32, bytes | u8: 0 done, 1 refused |
 //! | [`Kind::FlashErase`] | from u32, to u32 | u8: 0 done, 1 refused |
+//! | [`Kind::NodeLink`] | as [`Kind::Link`], on the port of the ROS node | likewise |
+//! | [`Kind::ServoSupply`] | u8: 1 the servos have their supply, 0 not | nothing |
 //!
-//! Every answer begins with one byte of notices: bit 0 is set while bytes from the host wait for a [`Kind::Link`]. An answer of length 0
-//! ends the board.
+//! Every answer begins with one byte of notices: bit 0 is set while bytes from the host wait for a [`Kind::Link`], bit 1 likewise for a
+//! [`Kind::NodeLink`]. An answer of length 0 ends the board.
 
 use core::ffi::CStr;
 
@@ -34,6 +36,9 @@ pub const LONGEST_FRAME: usize = 4096;
 
 /// Bit of the notices: the host has sent something.
 pub const NOTICE_LINK: u8 = 1;
+
+/// Bit of the notices: the node has sent something on its port.
+pub const NOTICE_NODE: u8 = 2;
 
 /// What a request asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,6 +56,10 @@ pub enum Kind {
     FlashWrite = 5,
     /// Erases sectors of it.
     FlashErase = 6,
+    /// Bytes on the port of the ROS node, both ways.
+    NodeLink = 7,
+    /// Switches the servos' supply.
+    ServoSupply = 8,
 }
 
 impl Kind {
@@ -64,6 +73,8 @@ impl Kind {
             4 => Self::FlashRead,
             5 => Self::FlashWrite,
             6 => Self::FlashErase,
+            7 => Self::NodeLink,
+            8 => Self::ServoSupply,
             _ => return None,
         })
     }

@@ -7,6 +7,7 @@
 pub mod boards;
 mod bytes;
 pub mod control_table;
+pub mod drive;
 pub mod dynamixel;
 pub mod estimation;
 pub mod exchange;
@@ -17,6 +18,7 @@ pub mod measurement;
 pub mod parameters;
 pub mod power_sensors;
 pub mod record;
+pub mod reset;
 pub mod store;
 pub mod tasks;
 #[cfg(test)]

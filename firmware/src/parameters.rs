@@ -71,6 +71,26 @@ pub const SERVO_MARGIN_US: u32 = 500;
 /// A servo that has gone is sought again after this time, µs.
 pub const SERVO_PROBE_US: u64 = 100_000;
 
+/// Drive mode that a servo is set to at the factory, left and right (register 10): the right one counts the other way round.
+pub const SERVO_DRIVE_MODES: [u8; WHEELS] = [0, 1];
+/// Without an instruction for so long, a servo stops by itself, in units of 20 ms (register 98). They are asked 200 times a second.
+pub const SERVO_WATCHDOG: u8 = 10;
+/// Goals are sent again after this time though they have not changed, µs.
+pub const GOAL_PERIOD_US: u64 = 20_000;
+/// How often goals and watchdog, or torque and errors, are read back, µs: each of the two ten times a second.
+pub const VERIFY_PERIOD_US: u64 = 50_000;
+/// A write that a servo did not acknowledge is tried again after this time, µs.
+pub const SERVO_RETRY_US: u64 = 20_000;
+
+/// Radius of the wheels that are driven, m: a TurtleBot3 Burger's.
+pub const WHEEL_RADIUS_M: f32 = 0.033;
+/// Distance between them, m.
+pub const TRACK_M: f32 = 0.160;
+/// What the stock firmware lets a Burger drive: 61 rev/min of its wheels, m/s.
+pub const HIGHEST_LINEAR_M_S: f32 = 61.0 / 60.0 * core::f32::consts::TAU * WHEEL_RADIUS_M;
+/// Likewise on the spot, rad/s.
+pub const HIGHEST_ANGULAR_RAD_S: f32 = HIGHEST_LINEAR_M_S / (TRACK_M / 2.0);
+
 /// No wheel accelerates faster, rad/s²: half of what a servo's stall torque (1.4 N·m) does to a wheel that carries
 /// nothing (some 0.0035 kg·m² with the gear's rotor).
 pub const WHEEL_ACCELERATION_RAD_S2: f32 = 200.0;

@@ -132,7 +132,7 @@ fn what_no_board_would_take_is_refused_at_home() {
     let bench = bench();
     let good = bench.text("c.toml");
     for (from, to, said) in [
-        ("format = 1", "format = 2", "format 2; expected 1"),
+        ("format = 1", "format = 3", "format 3; expected 1 or 2"),
         ("filter_cutoff_hz = 2.0", "filter_cutoff_hz = 150.0", "cutoff is beyond"),
         ("viscous = ", "viscous = 1e9 #", "a value that no robot has"),
     ] {

@@ -1,7 +1,7 @@
 //! Samples some time ago: what is late is set beside what was early.
 
-use crate::estimator::Sample;
 use crate::real::Real;
+use crate::sample::Sample;
 
 /// Samples that are kept. At the board's 200 Hz they reach back half a second, at 20 Hz five: on the board they cost 1.7 KB.
 pub const FRAMES: usize = 104;
@@ -158,7 +158,7 @@ fn between<T: Real, const N: usize>(around: &[Frame<T, N>; 4], x: T) -> Frame<T,
 #[cfg(test)]
 mod tests {
     use super::{DelayLine, FRAMES};
-    use crate::estimator::Sample;
+    use crate::sample::Sample;
 
     const PERIOD: f64 = 0.005;
 

@@ -12,6 +12,7 @@
 extern crate std;
 
 pub mod coefficients;
+mod conditioner;
 pub mod conditioning;
 pub mod delay;
 pub mod effects;
@@ -27,5 +28,6 @@ pub mod plausibility;
 pub mod polynomial;
 pub mod quadratic;
 pub mod real;
+mod sample;
 pub mod slip;
 pub mod torque;

@@ -123,7 +123,7 @@ fn the_drivers_interrupts_have_handlers() {
     const USED: [usize; 9] = [11, 12, 14, 17, 31, 32, 39, 50, 67];
     with_image(|elf| {
         let (_, vectors) = vectors(elf);
-        let default = function(elf, "DefaultHandler_");
+        let default = function(elf, "DefaultHandler");
         for interrupt in USED {
             let handler = vectors[16 + interrupt] & !1;
             assert!(handler != 0 && handler != default, "interrupt {interrupt}");

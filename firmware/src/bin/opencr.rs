@@ -6,7 +6,7 @@ mod image {
     use embassy_executor::Spawner;
     use embassy_sync::mutex::Mutex;
     use firmware::boards::opencr::{
-        Board, SensorBus, ServoPort, StatusLed, StoreFlash, UsbDevice, UsbLink, init,
+        Board, Panel, SensorBus, ServoPort, StatusLed, StoreFlash, UsbDevice, UsbLink, init, watchdog,
     };
     use firmware::boards::{SharedSensorBus, sampler, start, watch_stack};
     use firmware::tasks::{self, Buffers, BusCounters, CountedBus, Shared};
@@ -19,15 +19,21 @@ mod image {
         static SHARED: StaticCell<Shared> = StaticCell::new();
         static COUNTERS: ConstStaticCell<BusCounters> = ConstStaticCell::new(BusCounters::new());
         static SENSORS: StaticCell<Sensors> = StaticCell::new();
+        static BUFFERS: ConstStaticCell<[Buffers; 2]> = ConstStaticCell::new([const { Buffers::new() }; 2]);
 
         let (shared, counters) = (&*SHARED.init_with(Shared::new), &*COUNTERS.take());
-        let Board { sensors, servos, link, usb, store, status_led } = init(counters);
+        let Board { sensors, servos, links, usb, store, status_led, panel, reset } = init(counters);
         let sensors = &*SENSORS.init(Mutex::new(CountedBus::new(sensors, counters)));
         start(spawner, keep(store, shared));
         start(spawner, measure(sensors, servos, counters, shared));
-        start(spawner, serve(link, shared));
+        for (link, buffers) in links.into_iter().zip(BUFFERS.take()) {
+            start(spawner, serve(link, buffers, shared));
+        }
         start(spawner, run_usb(usb));
+        shared.set_reset(reset);
         start(spawner, blink(status_led));
+        start(spawner, panel_task(panel, shared));
+        start(spawner, watch(shared));
         start(spawner, stack());
     }
 
@@ -46,10 +52,9 @@ mod image {
         tasks::measure(sampler(sensors, servos), counters, shared).await
     }
 
-    #[embassy_executor::task]
-    async fn serve(link: UsbLink, shared: &'static Shared) {
-        static BUFFERS: ConstStaticCell<Buffers> = ConstStaticCell::new(Buffers::new());
-        tasks::serve(link, BUFFERS.take(), shared).await
+    #[embassy_executor::task(pool_size = 2)]
+    async fn serve(link: UsbLink, buffers: &'static mut Buffers, shared: &'static Shared) {
+        tasks::serve(link, buffers, shared).await
     }
 
     #[embassy_executor::task]
@@ -60,6 +65,16 @@ mod image {
     #[embassy_executor::task]
     async fn blink(mut led: StatusLed) {
         led.blink().await
+    }
+
+    #[embassy_executor::task]
+    async fn panel_task(mut panel: Panel, shared: &'static Shared) {
+        panel.run(shared).await
+    }
+
+    #[embassy_executor::task]
+    async fn watch(shared: &'static Shared) {
+        tasks::watch(watchdog::PERIOD, watchdog::feed, shared).await
     }
 
     #[embassy_executor::task]

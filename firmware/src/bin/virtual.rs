@@ -16,14 +16,17 @@ mod image {
         static SHARED: StaticCell<Shared> = StaticCell::new();
         static COUNTERS: ConstStaticCell<BusCounters> = ConstStaticCell::new(BusCounters::new());
         static SENSORS: StaticCell<Sensors> = StaticCell::new();
+        static BUFFERS: ConstStaticCell<[Buffers; 2]> = ConstStaticCell::new([const { Buffers::new() }; 2]);
 
         let (shared, counters) = (&*SHARED.init_with(Shared::new), &*COUNTERS.take());
-        let Board { sensors, servos, link, store } = init();
+        let Board { sensors, servos, links, store } = init();
         let sensors = &*SENSORS.init(Mutex::new(CountedBus::new(sensors, counters)));
         run(|spawner| {
             start(spawner, keep(store, shared));
             start(spawner, measure(sensors, servos, counters, shared));
-            start(spawner, serve(link, shared));
+            for (link, buffers) in links.into_iter().zip(BUFFERS.take()) {
+                start(spawner, serve(link, buffers, shared));
+            }
             start(spawner, stack());
         })
     }
@@ -43,10 +46,9 @@ mod image {
         tasks::measure(sampler(sensors, servos), counters, shared).await
     }
 
-    #[embassy_executor::task]
-    async fn serve(link: Link, shared: &'static Shared) {
-        static BUFFERS: ConstStaticCell<Buffers> = ConstStaticCell::new(Buffers::new());
-        tasks::serve(link, BUFFERS.take(), shared).await
+    #[embassy_executor::task(pool_size = 2)]
+    async fn serve(link: Link, buffers: &'static mut Buffers, shared: &'static Shared) {
+        tasks::serve(link, buffers, shared).await
     }
 
     #[embassy_executor::task]

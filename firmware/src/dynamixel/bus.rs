@@ -100,12 +100,14 @@ pub struct Bus<P, D> {
     delay: D,
     timing: Timing,
     parser: Parser<LONGEST>,
+    /// Errors of the port while nobody expected anything.
+    port_errors: u32,
 }
 
 impl<P: Read + Write, D: DelayNs> Bus<P, D> {
     /// A bus that keeps this timing.
     pub fn new(port: P, delay: D, timing: Timing) -> Self {
-        Self { port, delay, timing, parser: Parser::default() }
+        Self { port, delay, timing, parser: Parser::default(), port_errors: 0 }
     }
 
     /// Gives the port back.
@@ -195,6 +197,40 @@ impl<P: Read + Write, D: DelayNs> Bus<P, D> {
         answers
     }
 
+    /// Writes `L` bytes to the same register of several servos, each its own. Nobody answers: read back what they took.
+    ///
+    /// # Errors
+    /// It could not be sent.
+    pub async fn sync_write<const N: usize, const L: usize>(
+        &mut self,
+        address: u16,
+        values: [(u8, [u8; L]); N],
+    ) -> Result<(), BusError> {
+        let mut parameters = [0; LONGEST];
+        let mut end = 0;
+        let address = address.to_le_bytes();
+        let length = length::<L>()?;
+        let pieces = [&address[..], &length[..]].into_iter();
+        for piece in pieces.chain(values.iter().flat_map(|(id, data)| [core::slice::from_ref(id), &data[..]]))
+        {
+            let place = parameters.get_mut(end..end + piece.len()).ok_or(BusError::TooLong)?;
+            place.copy_from_slice(piece);
+            end += piece.len();
+        }
+        let parameters = parameters.get(..end).unwrap_or(&[]);
+        self.transmit(BROADCAST, Instruction::SyncWrite, &[parameters]).await
+    }
+
+    /// Errors of the port between answers, since somebody asked: noise on the line.
+    pub fn take_port_errors(&mut self) -> u32 {
+        core::mem::take(&mut self.port_errors)
+    }
+
+    /// The port.
+    pub fn port(&mut self) -> &mut P {
+        &mut self.port
+    }
+
     async fn ask_all<const N: usize, const L: usize>(
         &mut self,
         address: u16,
@@ -239,7 +275,8 @@ impl<P: Read + Write, D: DelayNs> Bus<P, D> {
             let mut stale = [0; LONGEST];
             match select(self.port.read(&mut stale), ready(())).await {
                 Either::First(Ok(0)) | Either::Second(()) => break,
-                Either::First(_) => {}
+                Either::First(Ok(_)) => {}
+                Either::First(Err(_)) => self.port_errors = self.port_errors.saturating_add(1),
             }
         }
     }

@@ -10,7 +10,7 @@ use embedded_io_async::{ErrorKind, ErrorType, Read, Write};
 
 use super::packet::{Instruction, Parser, encode};
 use super::status::{ALERT, Refusal};
-use super::xl430::{HARDWARE_ERROR, MODEL, PRESENT, PRESENT_BYTES};
+use super::xl430::{GOAL_VELOCITY, HARDWARE_ERROR, MODEL, PRESENT, PRESENT_BYTES, TORQUE, TRIPPED, WATCHDOG};
 
 /// A time limit that is over as soon as nobody has anything more to do. Adds up what was waited in vain, µs.
 #[derive(Default)]
@@ -97,6 +97,63 @@ pub(crate) struct Servo {
     pub(crate) hardware_error: u8,
     /// So many answers come with a flipped bit.
     pub(crate) broken: u32,
+    /// So many writes are not heard.
+    pub(crate) deaf: u32,
+    /// What can be written, and what is set up at the factory.
+    pub(crate) table: [u8; 147],
+}
+
+impl Servo {
+    /// With its drive mode.
+    fn new(drive_mode: u8) -> Self {
+        let mut table = [0; 147];
+        (table[9], table[10], table[11], table[68]) = (250, drive_mode, 1, 2);
+        table[44..48].copy_from_slice(&265_i32.to_le_bytes());
+        Self {
+            is_present: true,
+            model: MODEL,
+            velocity: 0,
+            position: 0,
+            hardware_error: 0,
+            broken: 0,
+            deaf: 0,
+            table,
+        }
+    }
+
+    pub(crate) fn goal(&self) -> i32 {
+        let at = usize::from(GOAL_VELOCITY);
+        i32::from_le_bytes(self.table[at..at + 4].try_into().unwrap())
+    }
+
+    pub(crate) fn has_torque(&self) -> bool {
+        self.table[usize::from(TORQUE)] != 0
+    }
+
+    fn write(&mut self, address: u16, data: &[u8]) -> Result<Vec<u8>, Refusal> {
+        if self.deaf > 0 {
+            self.deaf -= 1;
+            return Ok(Vec::new());
+        }
+        if address == GOAL_VELOCITY && self.table[usize::from(WATCHDOG)] == TRIPPED {
+            return Err(Refusal::Access);
+        }
+        let at = usize::from(address);
+        self.table[at..at + data.len()].copy_from_slice(data);
+        if self.hardware_error != 0 {
+            self.table[usize::from(TORQUE)] = 0;
+        }
+        Ok(Vec::new())
+    }
+
+    /// Volatile registers as after power-on.
+    pub(crate) fn restart(&mut self) {
+        let level = self.table[68];
+        self.table[64..].fill(0);
+        self.table[68] = level;
+        self.hardware_error = 0;
+        self.position = self.position.rem_euclid(4096);
+    }
 }
 
 /// Servos 1 and 2 on a bus.
@@ -111,10 +168,8 @@ pub(crate) struct Servos {
 
 impl Servos {
     pub(crate) fn new() -> Self {
-        let servo =
-            Servo { is_present: true, model: MODEL, velocity: 0, position: 0, hardware_error: 0, broken: 0 };
         Self {
-            servos: RefCell::new([servo; 2]),
+            servos: RefCell::new([Servo::new(0), Servo::new(1)]),
             sent: RefCell::default(),
             coming: RefCell::default(),
             instructions: RefCell::default(),
@@ -132,6 +187,7 @@ impl Servos {
 
     fn registers(servo: &Servo, address: u16, count: u16) -> Vec<u8> {
         let mut table = [0; 256];
+        table[..servo.table.len()].copy_from_slice(&servo.table);
         table[usize::from(HARDWARE_ERROR)] = servo.hardware_error;
         let present = usize::from(PRESENT);
         table[present + 2..present + 6].copy_from_slice(&servo.velocity.to_le_bytes());
@@ -141,7 +197,7 @@ impl Servos {
     }
 
     /// Whether the servo answered.
-    fn answer(&self, id: u8, data: impl FnOnce(&Servo) -> Result<Vec<u8>, Refusal>) -> bool {
+    fn answer(&self, id: u8, data: impl FnOnce(&mut Servo) -> Result<Vec<u8>, Refusal>) -> bool {
         let mut servos = self.servos.borrow_mut();
         let Some(servo) = servos.get_mut(usize::from(id) - 1).filter(|servo| servo.is_present) else {
             return false;
@@ -176,6 +232,25 @@ impl Servos {
                 let _ = parameters[4..]
                     .iter()
                     .all(|id| self.answer(*id, |servo| Ok(Self::registers(servo, word(0), word(2)))));
+            }
+            Some(Instruction::Write) => {
+                self.answer(id, |servo| servo.write(word(0), &parameters[2..]));
+            }
+            Some(Instruction::SyncWrite) => {
+                for item in parameters[4..].chunks(1 + usize::from(word(2))) {
+                    let mut servos = self.servos.borrow_mut();
+                    if let Some(servo) =
+                        servos.get_mut(usize::from(item[0]) - 1).filter(|servo| servo.is_present)
+                    {
+                        let _ = servo.write(word(0), &item[1..]);
+                    }
+                }
+            }
+            Some(Instruction::Reboot) => {
+                self.answer(id, |servo| {
+                    servo.restart();
+                    Ok(Vec::new())
+                });
             }
             _ => {
                 self.answer(id, |_| Err(Refusal::Instruction));

@@ -9,6 +9,29 @@ pub const MODEL: u16 = 1060;
 /// While one is set every status carries the alert, and the servo may have switched its torque off.
 pub const HARDWARE_ERROR: u16 = 70;
 
+/// Return delay, drive mode and operating mode, a byte each.
+pub const MODES: u16 = 9;
+/// Greatest goal velocity, four bytes.
+pub const VELOCITY_LIMIT: u16 = 44;
+/// Torque enable, one byte.
+pub const TORQUE: u16 = 64;
+/// From torque enable to the hardware error: 64 … 70.
+pub const TORQUE_TO_ERROR_BYTES: usize = 7;
+/// Bus watchdog, one byte, 20 ms each; 0 off, FFh tripped, which makes goals read-only.
+pub const WATCHDOG: u16 = 98;
+/// From the watchdog to the goal velocity: 98 … 107.
+pub const WATCHDOG_TO_GOAL_BYTES: usize = 10;
+/// What [`WATCHDOG`] shows when it has tripped.
+pub const TRIPPED: u8 = 0xFF;
+/// Goal velocity, four bytes.
+pub const GOAL_VELOCITY: u16 = 104;
+/// Profile acceleration, four bytes.
+pub const PROFILE_ACCELERATION: u16 = 108;
+/// Operating mode: velocity.
+pub const VELOCITY_MODE: u8 = 1;
+/// Status return level: every instruction is answered.
+pub const ANSWERS_ALL: u8 = 2;
+
 /// First register of [`Present`].
 pub const PRESENT: u16 = 126;
 /// Registers 126 … 146: one read gets all that is measured.

@@ -2,8 +2,10 @@
 
 use super::{Fifo, Settings, Upload};
 use crate::control_table::{Item, Reason};
+use crate::drive::{Heading, Pilot};
 use crate::items::ItemBytes;
 use crate::measurement::Snapshot;
+use crate::reset::ResetReport;
 
 /// The board as the link shows it. `RECORDS` is the size of its [`Fifo`].
 #[derive(Debug, Clone, PartialEq)]
@@ -18,8 +20,34 @@ pub struct State<const RECORDS: usize> {
     pub counters: Counters,
     /// The samples.
     pub fifo: Fifo<RECORDS>,
+    /// What the host wants driven.
+    pub pilot: Pilot,
+    /// From the wheels, since start.
+    pub heading: Heading,
+    /// LEDs and buttons.
+    pub panel: Panel,
+    /// The board's supply by its own converter, V, where it has one.
+    pub supply_voltage: Option<f32>,
+    /// Why the board started.
+    pub reset: ResetReport,
     pub(super) settings: Settings,
     pub(super) upload: Upload,
+}
+
+/// What a hand or an eye can reach of the board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Panel {
+    /// User LEDs 1 to 4, as the host wants them: 0 off.
+    pub leds: [u8; 4],
+    /// SW1, SW2: 1 while pressed.
+    pub buttons: [u8; 2],
+    /// Kept for the host.
+    pub(super) sound: u8,
+    pub(super) calibrate_imu: u8,
+}
+
+impl Panel {
+    const DARK: Self = Self { leds: [0; 4], buttons: [0; 2], sound: 0, calibrate_imu: 0 };
 }
 
 /// What happened since start.
@@ -35,6 +63,8 @@ pub struct Counters {
     pub link_packets: u32,
     /// Broken packets on the link.
     pub link_broken: u32,
+    /// Answers that no host has fetched.
+    pub link_abandoned: u32,
     /// Items written to flash.
     pub store_writes: u32,
 }
@@ -46,6 +76,7 @@ impl Counters {
         bus_recoveries: 0,
         link_packets: 0,
         link_broken: 0,
+        link_abandoned: 0,
         store_writes: 0,
     };
 }
@@ -60,6 +91,11 @@ impl<const RECORDS: usize> State<RECORDS> {
             snapshot: Snapshot::UNKNOWN,
             counters: Counters::NONE,
             fifo: Fifo::new(),
+            pilot: Pilot::new(),
+            heading: Heading::START,
+            panel: Panel::DARK,
+            supply_voltage: None,
+            reset: ResetReport::NONE,
             settings: Settings::new(sample_rate_hz),
             upload: Upload::new(),
         }
@@ -77,6 +113,16 @@ impl<const RECORDS: usize> State<RECORDS> {
         for (wheel, before) in self.snapshot.wheels.iter_mut().zip(before.wheels) {
             wheel.position = wheel.position.or(before.position);
         }
+        if let [Some(left), Some(right)] = self.snapshot.wheels.map(|wheel| wheel.odometer) {
+            self.heading.update([left, right]);
+        }
+    }
+
+    /// The battery's voltage: by the board's converter, or by the rail's sensor.
+    #[must_use]
+    pub fn battery_voltage(&self) -> Option<f32> {
+        let [battery, ..] = self.snapshot.rails;
+        self.supply_voltage.or(battery.voltage)
     }
 
     /// How far an upload is.

@@ -2,10 +2,17 @@
 
 use super::State;
 use crate::control_table::{self as table, BOARD_ID, BOARD_MODEL, Item, Kind, Reason, Register};
+use crate::drive::battery_percent;
+use crate::dynamixel::xl430::Velocity;
 use crate::estimation::{NO_MODEL, mass_code, model_code};
 use crate::items::{ItemBytes, checksum};
-use crate::measurement::RailSnapshot;
+use crate::measurement::{RailSnapshot, Snapshot};
+use crate::parameters::{TRACK_M, WHEEL_RADIUS_M};
 use crate::record::RECORD_BYTES;
+use crate::wheels::{DriveState, WheelHealth};
+
+/// -1 as the stock firmware shows it: the node cannot drive.
+const NO_MOTORS: u8 = 0xFF;
 
 /// Version of this firmware, as the link shows it.
 pub const FIRMWARE: u8 = 1;
@@ -91,6 +98,8 @@ impl Sink for Window<'_> {
 
 fn show<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
     show_board(state, to);
+    show_stock(state, to);
+    show_drive(state, to);
     show_measurements(state, to);
     show_estimate(state, to);
     show_counters(state, to);
@@ -117,6 +126,68 @@ fn show_board<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) 
     to.value(table::COEFFICIENTS_CRC, coefficients.map_or(0, |_| checksum(image)));
     to.bytes(table::ROBOT_NAME, settings.robot().name.as_bytes());
     to.value(table::UPTIME, state.time_us);
+}
+
+/// What the ROS node reads, where the stock firmware has it.
+fn show_stock<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
+    let State { pilot, panel, snapshot, .. } = state;
+    let wheels = || snapshot.wheels.iter();
+    let has_motors =
+        !matches!(snapshot.drive.state, DriveState::Lost | DriveState::Unfit | DriveState::CutOff);
+    let battery = state.battery_voltage();
+    to.value(table::DEVICE_STATUS, if has_motors { 0_u8 } else { NO_MOTORS });
+    to.value(table::HEARTBEAT, pilot.heartbeat());
+    to.bytes(table::LEDS, &panel.leds);
+    to.bytes(table::BUTTONS, &panel.buttons);
+    to.bytes(table::BUMPERS, &[0; 2]);
+    for absent in [table::ILLUMINATION, table::INFRARED, table::SONAR] {
+        to.value(absent, 0.0);
+    }
+    for absent in [table::LINEAR_ACCELERATION, table::MAGNETIC_FIELD] {
+        to.values(absent, [0.0; 3]);
+    }
+    to.value(table::BATTERY_VOLTAGE, battery.map_or(0, |voltage| (voltage * 100.0 + 0.5) as i32));
+    to.value(
+        table::BATTERY_PERCENT,
+        battery.map_or(0, |voltage| (battery_percent(voltage) * 100.0 + 0.5) as i32),
+    );
+    to.value(table::SOUND, panel.sound);
+    to.value(table::CALIBRATE_IMU, panel.calibrate_imu);
+    to.values(table::ANGULAR_VELOCITY, [0.0, 0.0, yaw_rate(snapshot)]);
+    to.values(table::ORIENTATION, state.heading.quaternion());
+    to.values(table::SERVO_LOAD, wheels().map(|wheel| i32::from(wheel.load_code)));
+    to.values(table::SERVO_VELOCITY, wheels().map(|wheel| wheel.velocity_code));
+    to.values(table::ODOMETER, wheels().map(|wheel| wheel.odometer.unwrap_or(0)));
+    to.value(table::MOTORS_FOUND, u8::from(wheels().all(|wheel| wheel.health != WheelHealth::Absent)));
+    to.value(table::TORQUE_ENABLE, u8::from(pilot.torque()));
+    to.values(table::COMMAND_VELOCITY, pilot.commanded());
+    to.values(table::PROFILE_ACCELERATION, pilot.profile());
+}
+
+/// rad/s, counter-clockwise, by the servos' own velocities.
+fn yaw_rate(snapshot: &Snapshot) -> f32 {
+    let [left, right] = snapshot.wheels.map(|wheel| Velocity(wheel.velocity_code).rad_per_s());
+    (right - left) * (WHEEL_RADIUS_M / TRACK_M)
+}
+
+fn show_drive<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
+    let State { pilot, reset, snapshot, .. } = state;
+    let servos = &snapshot.servo_bus;
+    to.value(table::RESET_CAUSE, reset.cause as u8);
+    to.value(table::DRIVE_STATE, snapshot.drive.state as u8);
+    to.values(table::SERVO_MISFIT, snapshot.wheels.iter().map(|wheel| wheel.misfit));
+    to.value(table::RESET_ADDRESS, reset.address);
+    to.value(table::RESET_FAILURES, reset.failures);
+    to.values(table::DRIVE_GOALS, snapshot.drive.goals);
+    to.value(table::COMMAND_TIMEOUT, pilot.command_timeout_ms());
+    to.value(table::NODE_CONNECTED, u8::from(pilot.is_connected()));
+    to.value(table::DRIVE_STOPS, pilot.stops());
+    to.value(table::SERVO_REFUSED, servos.refused);
+    to.value(table::SERVO_UNANSWERED, servos.unanswered_pings);
+    to.value(table::SERVO_UNVERIFIED, servos.unverified);
+    to.value(table::SERVO_TRIPPED, servos.tripped);
+    to.value(table::SERVO_RESTARTS, servos.restarts);
+    to.value(table::LINK_ABANDONED, state.counters.link_abandoned);
 }
 
 fn show_measurements<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {

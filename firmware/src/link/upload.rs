@@ -45,6 +45,12 @@ impl Upload {
         matches!(self.state, UploadState::Waiting)
     }
 
+    /// Whether something is to be written, or being written.
+    #[must_use]
+    pub const fn is_open(&self) -> bool {
+        self.is_waiting()
+    }
+
     /// Whether it is too late to forget it.
     pub(super) const fn is_being_written(&self) -> bool {
         self.is_being_written

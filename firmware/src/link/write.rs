@@ -2,8 +2,9 @@
 
 use super::State;
 use crate::control_table::{
-    Access, END, FIFO_ACKNOWLEDGE, REGISTERS, Register, UPLOAD_COMMAND, UPLOAD_ITEM, UPLOAD_LENGTH,
-    UPLOAD_WINDOW,
+    Access, CALIBRATE_IMU, COMMAND_TIMEOUT, COMMAND_VELOCITY, END, FIFO_ACKNOWLEDGE, HEARTBEAT, LEDS,
+    PROFILE_ACCELERATION, REGISTERS, Register, SOUND, TORQUE_ENABLE, UPLOAD_COMMAND, UPLOAD_ITEM,
+    UPLOAD_LENGTH, UPLOAD_WINDOW,
 };
 use crate::dynamixel::status::Refusal;
 
@@ -40,6 +41,7 @@ pub fn write<const RECORDS: usize>(
         return Err(Refusal::Access);
     }
 
+    write_drive(state, &request);
     state.upload.item = item.unwrap_or(state.upload.item);
     state.upload.length = length.unwrap_or(state.upload.length);
     if let Some((offset, bytes)) = window {
@@ -55,6 +57,31 @@ pub fn write<const RECORDS: usize>(
         _ => {}
     }
     Ok(())
+}
+
+/// What the node writes. Each value counts that the request covers whole.
+fn write_drive<const RECORDS: usize>(state: &mut State<RECORDS>, request: &Request<'_>) {
+    let State { pilot, panel, time_us, .. } = state;
+    if let Some([value]) = request.value(HEARTBEAT) {
+        pilot.beat(value, *time_us);
+    }
+    if let Some([on]) = request.value(TORQUE_ENABLE) {
+        pilot.set_torque(on != 0);
+    }
+    pilot.command(request.numbers(COMMAND_VELOCITY), *time_us);
+    pilot.set_profile(request.numbers(PROFILE_ACCELERATION));
+    if let Some(timeout) = request.value(COMMAND_TIMEOUT) {
+        pilot.set_command_timeout(u16::from_le_bytes(timeout));
+    }
+    if let Some((offset, bytes)) = request.part(LEDS) {
+        panel.leds.iter_mut().skip(offset).zip(bytes).for_each(|(place, byte)| *place = *byte);
+    }
+    if let Some([sound]) = request.value(SOUND) {
+        panel.sound = sound;
+    }
+    if let Some([calibrate]) = request.value(CALIBRATE_IMU) {
+        panel.calibrate_imu = calibrate;
+    }
 }
 
 /// Data for addresses that may be written.
@@ -96,6 +123,15 @@ impl<'a> Request<'a> {
     fn value<const N: usize>(&self, register: Register) -> Option<[u8; N]> {
         let at = register.address.checked_sub(self.address)?;
         self.data.get(usize::from(at)..)?.first_chunk().copied()
+    }
+
+    /// The data for a register of several numbers, those that are whole.
+    fn numbers<const N: usize>(&self, register: Register) -> [Option<i32>; N] {
+        let mut numbers = [None; N];
+        for (number, address) in numbers.iter_mut().zip((register.address..).step_by(size_of::<i32>())) {
+            *number = self.value(Register { address, count: 1, ..register }).map(i32::from_le_bytes);
+        }
+        numbers
     }
 
     /// The data for a part of an array of bytes, and where in the array it begins.

@@ -4,4 +4,4 @@ mod sampler;
 mod snapshot;
 
 pub use sampler::Sampler;
-pub use snapshot::{EstimateSnapshot, RailSnapshot, Snapshot, WheelSnapshot};
+pub use snapshot::{DriveSnapshot, EstimateSnapshot, RailSnapshot, Snapshot, WheelSnapshot};

@@ -7,11 +7,12 @@ use embedded_io_async::{Read, Write};
 use model_core::coefficients::Coefficients;
 use model_core::estimator::Unfit;
 
-use super::{EstimateSnapshot, RailSnapshot, Snapshot, WheelSnapshot};
+use super::{DriveSnapshot, EstimateSnapshot, RailSnapshot, Snapshot, WheelSnapshot};
+use crate::drive::Orders;
 use crate::estimation::{Estimated, Estimation};
 use crate::power_sensors::{Health, PowerSensors, RAIL_COUNT, RailName};
 use crate::record::Record;
-use crate::wheels::{Standstill, WHEELS, Wheels};
+use crate::wheels::{Standstill, SwitchedPort, WHEELS, Wheels};
 
 /// Everything that a sample goes through: `I` is a handle of the power sensors' bus, `P` the port of the servo bus,
 /// `D` limits the time that is waited there.
@@ -50,14 +51,25 @@ impl<I: I2c, P: Read + Write, D: DelayNs> Sampler<I, P, D> {
     /// Takes one sample, to be called once a period; `time_us` since start. Whatever fails costs its own part of the
     /// record and a bounded time (see [`PowerSensors::poll`], [`Wheels::poll`]).
     pub async fn sample(&mut self, time_us: u64) -> Record {
-        let (rails, wheels) = join(self.sensors.poll(time_us), self.wheels.poll(time_us)).await;
+        self.sample_and_drive(time_us, &Orders::NONE).await
+    }
+
+    /// The same, and the wheels do what is ordered, as soon as they have been read.
+    pub async fn sample_and_drive(&mut self, time_us: u64, orders: &Orders) -> Record {
+        let wheels = async {
+            let readings = self.wheels.poll(time_us).await;
+            self.wheels.drive(time_us, orders).await;
+            readings
+        };
+        let (rails, wheels) = join(self.sensors.poll(time_us), wheels).await;
         let speeds = wheels.map(|reading| reading.map(|reading| reading.speed));
         let wheel_speed = both(speeds);
         let rail_power = rails.map(|reading| reading.map(|reading| reading.power));
         let [battery, ..] = rails;
         let motors_power = rail_power.get(RailName::Motors as usize).copied().flatten();
         let estimated = self.estimation.sample(wheel_speed, motors_power, time_us);
-        let is_standing = self.standstill.update(&wheels, time_us, self.estimation.dead_band());
+        let is_still = self.standstill.update(&wheels, time_us, self.estimation.dead_band());
+        let is_standing = is_still || self.wheels.is_dead();
         let record = Record {
             sequence: self.samples,
             time_us,
@@ -75,6 +87,11 @@ impl<I: I2c, P: Read + Write, D: DelayNs> Sampler<I, P, D> {
         self.samples = self.samples.wrapping_add(1);
         self.latest = Latest { time_us, speeds, estimated, is_standing };
         record
+    }
+
+    /// Goals alone, between two samples: for a stop that cannot wait.
+    pub async fn hurry(&mut self, time_us: u64, orders: &Orders) {
+        self.wheels.hurry(time_us, orders).await;
     }
 
     /// Estimates with these coefficients from the next sample on, or with none.
@@ -104,6 +121,11 @@ impl<I: I2c, P: Read + Write, D: DelayNs> Sampler<I, P, D> {
             servo_bus: self.wheels.counters(),
             estimate: self.estimate(),
             is_standing: self.latest.is_standing,
+            drive: DriveSnapshot {
+                state: self.wheels.drive_state(),
+                has_torque: self.wheels.has_torque(),
+                goals: self.wheels.goals(),
+            },
         }
     }
 
@@ -139,6 +161,10 @@ impl<I: I2c, P: Read + Write, D: DelayNs> Sampler<I, P, D> {
                 speed,
                 acceleration,
                 position: status.present.map(|present| present.position.0),
+                odometer: status.odometer,
+                velocity_code: status.present.map_or(0, |present| present.velocity.0),
+                load_code: status.present.map_or(0, |present| present.load.0),
+                misfit: status.misfit,
             };
         }
         wheels
@@ -156,6 +182,13 @@ impl<I: I2c, P: Read + Write, D: DelayNs> Sampler<I, P, D> {
             predicted_energy: energy.map(|(_, predicted)| predicted),
             changes: self.estimation.changes(),
         }
+    }
+}
+
+impl<I: I2c, P: SwitchedPort, D: DelayNs> Sampler<I, P, D> {
+    /// Switches the servos' supply.
+    pub fn set_servo_supply(&mut self, on: bool) {
+        self.wheels.set_supply(on);
     }
 }
 

@@ -5,7 +5,7 @@ use model_core::payload::{MassEstimate, Unknown};
 
 use crate::estimation::{Changes, NO_MODEL};
 use crate::power_sensors::{Counters, Health, RAIL_COUNT};
-use crate::wheels::{ServoCounters, WHEELS, WheelHealth};
+use crate::wheels::{DriveState, ServoCounters, WHEELS, WheelHealth};
 
 /// Of a rail.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,6 +52,14 @@ pub struct WheelSnapshot {
     pub acceleration: Option<f32>,
     /// Register 132 of its servo: 1/4096 turn, in the servo's direction.
     pub position: Option<i32>,
+    /// Position that goes on over the servo's restarts: 1/4096 turn, positive forward.
+    pub odometer: Option<i32>,
+    /// Register 128 of its servo: 0.229 rev/min; 0 while it is absent.
+    pub velocity_code: i32,
+    /// Register 126 of its servo: 0.1 % of the greatest torque; 0 while it is absent.
+    pub load_code: i16,
+    /// The register by which its servo is not fit to drive; 0 where it is.
+    pub misfit: u8,
 }
 
 impl WheelSnapshot {
@@ -62,7 +70,27 @@ impl WheelSnapshot {
         speed: None,
         acceleration: None,
         position: None,
+        odometer: None,
+        velocity_code: 0,
+        load_code: 0,
+        misfit: 0,
     };
+}
+
+/// Of the drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DriveSnapshot {
+    /// Whether the robot can drive.
+    pub state: DriveState,
+    /// Both servos hold their torque.
+    pub has_torque: bool,
+    /// What the servos were told last: 0.229 rev/min, positive forward.
+    pub goals: [i32; WHEELS],
+}
+
+impl DriveSnapshot {
+    /// Before the first sample.
+    pub const UNKNOWN: Self = Self { state: DriveState::Lost, has_torque: false, goals: [0; WHEELS] };
 }
 
 /// Of the estimator.
@@ -114,6 +142,8 @@ pub struct Snapshot {
     pub estimate: EstimateSnapshot,
     /// The wheels have stood still long enough for the flash to be written.
     pub is_standing: bool,
+    /// Whether the robot can drive, and what its servos were told.
+    pub drive: DriveSnapshot,
 }
 
 impl Snapshot {
@@ -126,5 +156,6 @@ impl Snapshot {
         servo_bus: ServoCounters::NONE,
         estimate: EstimateSnapshot::UNKNOWN,
         is_standing: false,
+        drive: DriveSnapshot::UNKNOWN,
     };
 }

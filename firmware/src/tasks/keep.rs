@@ -3,7 +3,7 @@
 use embassy_time::{Duration, Timer};
 use embedded_storage_async::nor_flash::NorFlash;
 
-use super::shared::Shared;
+use super::shared::{Reporter, Shared};
 use crate::control_table::Reason;
 use crate::items::ITEMS;
 use crate::log::{info, warning};
@@ -29,6 +29,7 @@ pub async fn keep(flash: impl NorFlash, shared: &Shared) -> ! {
         shared.with(|state| state.load(item, found.map_err(Reason::from)));
     }
     loop {
+        shared.report(Reporter::Keep);
         Timer::after(PERIOD).await;
         let Some((item, bytes)) = shared.with(|state| state.take_pending()) else { continue };
         between_samples(shared).await;

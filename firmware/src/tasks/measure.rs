@@ -3,31 +3,43 @@
 use embassy_time::{Instant, Timer};
 use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::i2c::I2c;
-use embedded_io_async::{Read, Write};
 
 use super::deadline::Schedule;
 use super::sensor_bus::BusCounters;
-use super::shared::Shared;
+use super::shared::{Reporter, Shared};
+use super::supply::Supply;
 use crate::control_table::Reason;
 use crate::log::{Shown, info, warning};
 use crate::measurement::{Sampler, Snapshot};
 use crate::parameters::SAMPLE_RATE_HZ;
+use crate::wheels::SwitchedPort;
 
 /// Missed deadlines are logged once in so many samples: ten seconds.
 const SAMPLES_PER_REPORT: u32 = 10 * SAMPLE_RATE_HZ;
 
-/// Samples at the rate of the parameters file, for good.
+/// Samples at the rate of the parameters file and drives as the host asks, for good.
 pub async fn measure<I, P, D>(mut sampler: Sampler<I, P, D>, bus: &BusCounters, shared: &Shared) -> !
 where
     I: I2c,
-    P: Read + Write,
+    P: SwitchedPort,
     D: DelayNs,
 {
     let mut schedule = Schedule::new(Instant::now().as_micros());
     let mut settings = None;
     let mut report = Report::default();
+    let mut supply = Supply::default();
     loop {
-        Timer::at(Instant::from_micros(schedule.next_us())).await;
+        let next_us = schedule.next_us();
+        // A heartbeat that ends between two samples ends the motion then, not with the next one.
+        if let Some(stop_us) = shared.with(|state| state.pilot.stop_us()).filter(|stop_us| *stop_us < next_us)
+        {
+            Timer::at(Instant::from_micros(stop_us)).await;
+            let now_us = Instant::now().as_micros();
+            let orders = shared.with(|state| state.pilot.orders(now_us));
+            sampler.hurry(now_us, &orders).await;
+            continue;
+        }
+        Timer::at(Instant::from_micros(next_us)).await;
         let now_us = Instant::now().as_micros();
         let missed = schedule.begin(now_us);
         // The flash was written: nothing could be on time.
@@ -38,10 +50,13 @@ where
             settings = Some(changes);
             use_settings(&mut sampler, shared);
         }
+        sampler.set_servo_supply(shared.with(|state| supply.is_wanted(state, now_us)));
+        let orders = shared.with(|state| state.pilot.orders(now_us));
 
         shared.set_sampling(true);
-        let record = sampler.sample(now_us).await;
+        let record = sampler.sample_and_drive(now_us, &orders).await;
         shared.set_sampling(false);
+        shared.report(Reporter::Measure);
         let snapshot = sampler.snapshot();
         shared.with(|state| {
             state.fifo.push(record);
@@ -58,7 +73,7 @@ where
 fn use_settings<I, P, D>(sampler: &mut Sampler<I, P, D>, shared: &Shared)
 where
     I: I2c,
-    P: Read + Write,
+    P: SwitchedPort,
     D: DelayNs,
 {
     shared.with(|state| {

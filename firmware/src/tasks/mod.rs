@@ -9,9 +9,12 @@ mod measure;
 mod sensor_bus;
 mod serve;
 mod shared;
+mod supply;
+mod watch;
 
 pub use keep::keep;
 pub use measure::measure;
 pub use sensor_bus::{BusCounters, CountedBus};
 pub use serve::{Buffers, Connection, serve};
 pub use shared::{FIFO_RECORDS, Shared};
+pub use watch::watch;

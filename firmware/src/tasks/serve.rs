@@ -72,8 +72,13 @@ async fn answer<L: Connection>(
             device.step(state, answer)
         }) {
             if let Step::Answer(length) = step {
-                link.write_all(answer.get(..length).unwrap_or(&[])).await?;
-                link.flush().await?;
+                let sent = send(link, answer.get(..length).unwrap_or(&[])).await;
+                if sent.is_err() {
+                    shared.with(|state| {
+                        state.counters.link_abandoned = state.counters.link_abandoned.saturating_add(1);
+                    });
+                }
+                sent?;
             }
             // A host that floods the link must not keep the samples from their time.
             yield_now().await;
@@ -82,6 +87,11 @@ async fn answer<L: Connection>(
     // Bytes of no packet are a flood too.
     yield_now().await;
     Ok(())
+}
+
+async fn send<L: Connection>(link: &mut L, answer: &[u8]) -> Result<(), L::Error> {
+    link.write_all(answer).await?;
+    link.flush().await
 }
 
 #[cfg(test)]

@@ -46,11 +46,27 @@ pub struct ServoCounters {
     pub broken: u32,
     /// Answers that refuse.
     pub refused: u32,
+    /// Pings of a servo that is sought which it did not answer.
+    pub unanswered_pings: u32,
+    /// Goals that a servo had not taken, found when they were read back.
+    pub unverified: u32,
+    /// Times that a servo's own watchdog had stopped it.
+    pub tripped: u32,
+    /// Times that a servo had started anew.
+    pub restarts: u32,
 }
 
 impl ServoCounters {
     /// Before the first poll.
-    pub const NONE: Self = Self { timeouts: 0, broken: 0, refused: 0 };
+    pub const NONE: Self = Self {
+        timeouts: 0,
+        broken: 0,
+        refused: 0,
+        unanswered_pings: 0,
+        unverified: 0,
+        tripped: 0,
+        restarts: 0,
+    };
 
     /// Counts an error.
     pub fn add(&mut self, error: BusError) {

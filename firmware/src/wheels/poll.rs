@@ -4,7 +4,9 @@ use embedded_hal_async::delay::DelayNs;
 use embedded_io_async::{Read, Write};
 
 use super::health::Presence;
-use super::{Servo, ServoCounters, Speedometer, WHEELS, WheelHealth};
+use super::motors::{Motors, Seen};
+use super::{DriveState, Odometer, Servo, ServoCounters, Speedometer, SwitchedPort, WHEELS, WheelHealth};
+use crate::drive::Orders;
 use crate::dynamixel::bus::{Answer, Bus, BusError, Timing};
 use crate::dynamixel::xl430::{HARDWARE_ERROR, MODEL, PRESENT, PRESENT_BYTES, Present};
 use crate::parameters::{SERVO_BAUD, SERVO_MARGIN_US, SERVO_PROBE_US, SERVO_RETURN_DELAY_US, SERVOS};
@@ -30,15 +32,23 @@ pub struct WheelStatus {
     pub hardware_error: u8,
     /// What it measured last; `None` while it is absent.
     pub present: Option<Present>,
+    /// Position that goes on over the servo's restarts, 1/4096 turn, positive forward; `None` before it was ever seen.
+    pub odometer: Option<i32>,
+    /// The register that does not fit, of a servo that is set up otherwise than needed; else 0.
+    pub misfit: u8,
 }
 
 /// The wheels' servos on their bus.
 ///
-/// Torque is not switched on here, and nothing is written to the servos: what they come with from the factory is right.
+/// [`Self::poll`] only reads; [`Self::drive`] does what is ordered.
 pub struct Wheels<P, D> {
     bus: Bus<P, D>,
     wheels: [Wheel; WHEELS],
+    motors: Motors,
     counters: ServoCounters,
+    /// There is time for another packet in this sample.
+    has_time: bool,
+    is_cut_off: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -46,6 +56,7 @@ struct Wheel {
     servo: Servo,
     presence: Presence,
     speedometer: Speedometer,
+    odometer: Odometer,
     present: Option<Present>,
     hardware_error: u8,
     /// When to look after it again, µs since start.
@@ -58,6 +69,7 @@ impl Wheel {
             servo,
             presence: Presence::default(),
             speedometer: Speedometer::default(),
+            odometer: Odometer::default(),
             present: None,
             hardware_error: 0,
             care_us: 0,
@@ -71,8 +83,14 @@ impl Wheel {
         }
         let present = Present::decode(&answer.data);
         self.present = Some(present);
+        self.odometer.update(&present, time_us);
         let speed = self.speedometer.update(&present, time_us);
         WheelReading { speed: if self.servo.reversed { -speed } else { speed }, present }
+    }
+
+    /// Of the servo's own direction the robot's.
+    fn forward(&self, value: i32) -> i32 {
+        if self.servo.reversed { value.wrapping_neg() } else { value }
     }
 
     fn missed(&mut self) {
@@ -94,7 +112,10 @@ impl<P: Read + Write, D: DelayNs> Wheels<P, D> {
         Self {
             bus: Bus::new(port, delay, TIMING),
             wheels: SERVOS.map(Wheel::new),
+            motors: Motors::default(),
             counters: ServoCounters::default(),
+            has_time: false,
+            is_cut_off: false,
         }
     }
 
@@ -107,6 +128,7 @@ impl<P: Read + Write, D: DelayNs> Wheels<P, D> {
     pub async fn poll(&mut self, time_us: u64) -> [Option<WheelReading>; WHEELS] {
         let ids = self.wheels.map(|wheel| (!wheel.presence.is_absent()).then_some(wheel.servo.id));
         let answers = self.bus.sync_read(PRESENT, ids).await;
+        self.counters.broken = self.counters.broken.saturating_add(self.bus.take_port_errors());
         let mut readings = [None; WHEELS];
         let mut is_late = false;
         for ((wheel, answer), reading) in self.wheels.iter_mut().zip(answers).zip(&mut readings) {
@@ -120,33 +142,94 @@ impl<P: Read + Write, D: DelayNs> Wheels<P, D> {
                 None => {}
             }
         }
-        if !is_late {
-            self.care(time_us).await;
-        }
+        self.has_time = !is_late && !self.care(time_us).await;
         readings
     }
 
-    /// Seeks a servo that is gone, or asks one why it has an alert.
-    async fn care(&mut self, time_us: u64) {
-        let Some(wheel) = self.wheels.iter_mut().find(|wheel| wheel.needs_care(time_us)) else { return };
+    /// Does what is ordered, after a [`Self::poll`] of the same time: goals, and of all that has to be checked, switched or verified
+    /// one packet, if the poll has left time for it.
+    pub async fn drive(&mut self, time_us: u64, orders: &Orders) {
+        if self.is_cut_off {
+            return;
+        }
+        let seen = self.wheels.map(|wheel| Seen {
+            is_absent: wheel.presence.is_absent(),
+            hardware_error: wheel.hardware_error,
+        });
+        let Self { bus, motors, counters, has_time, .. } = self;
+        motors.drive(bus, seen, *has_time, orders, time_us, counters).await;
+        // Asked once a poll.
+        *has_time = false;
+    }
+
+    /// Only the goals, between two samples: for a stop that cannot wait.
+    pub async fn hurry(&mut self, time_us: u64, orders: &Orders) {
+        if !self.is_cut_off {
+            self.motors.send(&mut self.bus, orders, time_us, &mut self.counters).await;
+        }
+    }
+
+    /// Whether the robot can drive.
+    #[must_use]
+    pub fn drive_state(&self) -> DriveState {
+        self.motors.state()
+    }
+
+    /// The goals that the servos were told last, positive forward, in their unit.
+    #[must_use]
+    pub fn goals(&self) -> [i32; WHEELS] {
+        self.motors.goals()
+    }
+
+    /// Whether both servos hold their torque.
+    #[must_use]
+    pub fn has_torque(&self) -> bool {
+        self.motors.has_torque()
+    }
+
+    /// Whether the wheels cannot turn by themselves: no servo answers, and their supply is off.
+    #[must_use]
+    pub fn is_dead(&self) -> bool {
+        self.is_cut_off && self.are_absent()
+    }
+
+    /// Whether no servo answers.
+    #[must_use]
+    pub fn are_absent(&self) -> bool {
+        self.wheels.iter().all(|wheel| wheel.presence.is_absent())
+    }
+
+    /// Seeks a servo that is gone, or asks one why it has an alert. Whether anything was asked.
+    async fn care(&mut self, time_us: u64) -> bool {
+        let Some(wheel) = self.wheels.iter_mut().find(|wheel| wheel.needs_care(time_us)) else {
+            return false;
+        };
         wheel.care_us = time_us.saturating_add(SERVO_PROBE_US);
         let id = wheel.servo.id;
         if !wheel.presence.is_absent() {
             if let Ok(Answer { data: [error], .. }) = self.bus.read(id, HARDWARE_ERROR).await {
                 wheel.hardware_error = error;
             }
-        } else if let Ok((MODEL, _)) = self.bus.ping(id).await {
-            wheel.presence.answered(false);
+        } else {
+            match self.bus.ping(id).await {
+                Ok((MODEL, _)) => wheel.presence.answered(false),
+                Ok(_) => {}
+                Err(_) => self.counters.unanswered_pings = self.counters.unanswered_pings.saturating_add(1),
+            }
         }
+        true
     }
 
     /// What is known of each servo.
     #[must_use]
     pub fn statuses(&self) -> [WheelStatus; WHEELS] {
+        let mut misfits = self.motors.misfits().into_iter();
         self.wheels.map(|wheel| WheelStatus {
             health: wheel.presence.health(),
             hardware_error: wheel.hardware_error,
             present: wheel.present,
+            odometer: wheel.odometer.position().map(|position| wheel.forward(position)),
+            misfit: misfits.next().unwrap_or(0),
         })
     }
 
@@ -154,6 +237,17 @@ impl<P: Read + Write, D: DelayNs> Wheels<P, D> {
     #[must_use]
     pub fn counters(&self) -> ServoCounters {
         self.counters
+    }
+}
+
+impl<P: SwitchedPort, D: DelayNs> Wheels<P, D> {
+    /// Switches the servos' supply, where it is not so already.
+    pub fn set_supply(&mut self, on: bool) {
+        if self.is_cut_off == on {
+            self.bus.port().set_supply(on);
+            self.is_cut_off = !on;
+            self.motors.forget();
+        }
     }
 }
 
@@ -229,7 +323,8 @@ mod tests {
         }
         assert_eq!(health(&wheels), [WheelHealth::Absent, WheelHealth::Ok]);
         assert_eq!(wheels.statuses()[0].present, None);
-        assert_eq!(wheels.counters(), ServoCounters { timeouts: 3, ..ServoCounters::default() });
+        let expected = ServoCounters { timeouts: 3, unanswered_pings: 10, ..ServoCounters::default() };
+        assert_eq!(wheels.counters(), expected);
         let pings =
             servos.instructions.borrow().iter().filter(|code| **code == Instruction::Ping as u8).count();
         assert_eq!(pings, 2 + 10);

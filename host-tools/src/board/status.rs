@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use firmware::control_table::{self as table, Reason};
 use firmware::power_sensors::Health;
+use firmware::reset::ResetCause;
 use serde::Serialize;
 
 use super::client::{Block, Client};
@@ -42,6 +43,14 @@ pub struct Status {
     pub changes: u32,
     /// Why the board uses no coefficients, if it does not.
     pub no_coefficients: Option<&'static str>,
+    /// Why the board started last.
+    pub reset: &'static str,
+    /// Whether the robot can drive, and why not.
+    pub drive: String,
+    /// What the wheels' servos were told last, left and right, 0.229 rev/min.
+    pub goals: Vec<i32>,
+    /// Whether a node drives: its heartbeat lives.
+    pub is_driven: bool,
     /// Faults counted since start, those that happened.
     pub faults: Vec<(&'static str, u32)>,
 }
@@ -64,7 +73,7 @@ pub struct RailStatus {
 }
 
 /// Counters of which any but 0 is worth a look.
-const FAULTS: [(&table::Register, &str); 8] = [
+const FAULTS: [(&table::Register, &str); 16] = [
     (&table::MISSED_DEADLINES, "missed deadlines"),
     (&table::SERVO_TIMEOUTS, "servo timeouts"),
     (&table::SERVO_BROKEN, "broken servo packets"),
@@ -73,6 +82,14 @@ const FAULTS: [(&table::Register, &str); 8] = [
     (&table::LINK_BROKEN, "broken link packets"),
     (&table::FIFO_LOST, "lost records"),
     (&table::WHEEL_HARDWARE_ERROR, "servo hardware error"),
+    (&table::RESET_FAILURES, "unwanted resets"),
+    (&table::DRIVE_STOPS, "stops without a heartbeat"),
+    (&table::SERVO_REFUSED, "instructions refused by a servo"),
+    (&table::SERVO_UNANSWERED, "pings without an answer"),
+    (&table::SERVO_UNVERIFIED, "goals not taken"),
+    (&table::SERVO_TRIPPED, "servos stopped by their watchdog"),
+    (&table::SERVO_RESTARTS, "servo restarts"),
+    (&table::LINK_ABANDONED, "answers not fetched"),
 ];
 
 impl Status {
@@ -82,6 +99,7 @@ impl Status {
     /// The board does not answer.
     pub fn read<T: Transport>(client: &mut Client<T>) -> Result<Self> {
         let block = client.block(&table::TABLE_VERSION, &table::STORE_WRITES)?;
+        let drive = client.block(&table::RESET_CAUSE, &table::LINK_ABANDONED)?;
         let number = |register: &table::Register| Ok(known(block.get(register)?));
         let state = block.get::<u8>(&table::PAYLOAD_STATE)?;
         let coefficients = block.get::<u8>(&table::COEFFICIENTS_STATE)?;
@@ -101,7 +119,12 @@ impl Status {
             changes: block.get(&table::PAYLOAD_CHANGES)?,
             no_coefficients: (coefficients != 0)
                 .then(|| Reason::from_code(coefficients).map_or("for an unknown reason", Reason::text)),
-            faults: faults(&block)?,
+            reset: ResetCause::from_code(drive.get(&table::RESET_CAUSE)?)
+                .map_or("a cause that this version does not know", ResetCause::text),
+            drive: drive_text(drive.get(&table::DRIVE_STATE)?, &drive.all(&table::SERVO_MISFIT)?),
+            goals: drive.all(&table::DRIVE_GOALS)?,
+            is_driven: drive.get::<u8>(&table::NODE_CONNECTED)? != 0,
+            faults: faults(&[block, drive])?,
         })
     }
 }
@@ -128,9 +151,11 @@ fn rails(block: &Block) -> Result<Vec<RailStatus>> {
     Ok(rail_names().into_iter().enumerate().map(rail).collect())
 }
 
-fn faults(block: &Block) -> Result<Vec<(&'static str, u32)>> {
+fn faults(blocks: &[Block; 2]) -> Result<Vec<(&'static str, u32)>> {
+    let [before, behind] = blocks;
     let mut faults = Vec::new();
     for (register, text) in FAULTS {
+        let block = if register.address < table::RESET_CAUSE.address { before } else { behind };
         let count = match register.kind {
             table::Kind::U8 => block.all::<u8>(register)?.into_iter().map(u32::from).max().unwrap_or(0),
             _ => block.get(register)?,
@@ -140,6 +165,28 @@ fn faults(block: &Block) -> Result<Vec<(&'static str, u32)>> {
         }
     }
     Ok(faults)
+}
+
+/// [`table::DRIVE_STATE`] in words, with the registers of [`table::SERVO_MISFIT`].
+fn drive_text(state: u8, misfits: &[u8]) -> String {
+    match state {
+        0 => "ready".to_owned(),
+        1 => "a servo does not answer".to_owned(),
+        2 => {
+            let registers: Vec<String> = misfits
+                .iter()
+                .zip(["left", "right"])
+                .filter(|(register, _)| **register != 0)
+                .map(|(register, side)| format!("register {register} of the {side} servo"))
+                .collect();
+            format!("set up otherwise: {}", registers.join(", "))
+        }
+        3 => "torque is off".to_owned(),
+        4 => "a servo has failed".to_owned(),
+        5 => "being prepared".to_owned(),
+        6 => "the motors' supply is cut".to_owned(),
+        _ => "a state that this version does not know".to_owned(),
+    }
 }
 
 /// [`table::PAYLOAD_STATE`] where the mass lies beyond the robot's range.

@@ -21,3 +21,18 @@ pub trait Transport {
     /// Time as the other side counts it: a real board's passes by itself, an emulated one's only while somebody receives.
     fn now(&self) -> Duration;
 }
+
+/// For whoever only borrows a link.
+impl<T: Transport> Transport for &mut T {
+    fn send(&mut self, bytes: &[u8]) -> Result<()> {
+        (**self).send(bytes)
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], limit: Duration) -> Result<usize> {
+        (**self).receive(buffer, limit)
+    }
+
+    fn now(&self) -> Duration {
+        (**self).now()
+    }
+}

@@ -17,11 +17,12 @@ use crate::output::{check_apart, write_whole};
 use crate::own::Form;
 use crate::plant::{Kinematics, ProfileKind};
 use crate::virtual_board::board::{BoardOptions, VirtualBoard};
+use crate::virtual_board::faults::FaultScript;
 use crate::virtual_board::flash::VirtualFlash;
 use crate::virtual_board::pace::Pace;
 use crate::virtual_board::qemu::BoardLog;
 use crate::virtual_board::robot::{RobotOptions, VirtualRobot};
-use crate::virtual_board::terminal::{Heard, VirtualTerminal};
+use crate::virtual_board::terminal::{Heard, VirtualTerminal, wait_for_any};
 use crate::virtual_board::truth::{HEADER, PERIOD_US, TruthRows};
 
 /// Where cargo puts the image.
@@ -47,6 +48,9 @@ pub(crate) struct Arguments {
     /// Board seconds per second: a number, or max
     #[arg(long, default_value = "1", value_name = "N|max")]
     speed: String,
+    /// Keep to wall time whatever clients do: for programs written for the real board, which have time limits of their own
+    #[arg(long, conflicts_with_all = ["speed", "wait"])]
+    realtime: bool,
     /// Stand still until a client has sent its first byte
     #[arg(long)]
     wait: bool,
@@ -59,6 +63,12 @@ pub(crate) struct Arguments {
     /// Make a symbolic link to the pseudo terminal
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
+    /// The same for the port of the ROS node, which the stock firmware would have
+    #[arg(long, value_name = "PATH")]
+    node: Option<PathBuf>,
+    /// Inject faults at their times (docs/board.md)
+    #[arg(long, value_name = "FILE.toml")]
+    faults: Option<PathBuf>,
     /// Keep the board's flash in a file
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
@@ -103,14 +113,20 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let interrupted = interrupt::catch();
     let flash = arguments.flash.as_deref().map_or_else(|| Ok(VirtualFlash::default()), VirtualFlash::open)?;
     let terminal = VirtualTerminal::open(arguments.link.as_deref())?;
+    let node = VirtualTerminal::open(arguments.node.as_deref())?;
+    let faults = arguments.faults.as_deref().map_or_else(|| Ok(FaultScript::default()), FaultScript::read)?;
     let log = if arguments.log { BoardLog::Print } else { BoardLog::Discard };
     let options = BoardOptions { flash, log, ..BoardOptions::default() };
     let board = VirtualBoard::start(&arguments.image, robot, options)?;
     eprintln!("link: {}", arguments.link.as_deref().unwrap_or(terminal.path()).display());
+    eprintln!("node: {}", arguments.node.as_deref().unwrap_or(node.path()).display());
 
     let mut session = Session {
         board,
         terminal,
+        node,
+        faults,
+        is_waiting: !arguments.realtime,
         pace: Pace::new(factor, Instant::now()),
         begun: Instant::now(),
         looked_at_link: None,
@@ -150,6 +166,10 @@ fn robot(arguments: &Arguments) -> Result<VirtualRobot> {
 struct Session {
     board: VirtualBoard,
     terminal: VirtualTerminal,
+    node: VirtualTerminal,
+    faults: FaultScript,
+    /// The board's time waits for an active client.
+    is_waiting: bool,
     pace: Pace,
     begun: Instant,
     /// The board's time then.
@@ -201,9 +221,10 @@ impl Session {
     fn step(&mut self) -> Result<()> {
         let wait = self.pace.wait(Instant::now(), self.board.now());
         if !wait.is_zero() {
-            self.terminal.wait(wait.min(LOOK));
+            wait_for_any([&self.terminal, &self.node], wait.min(LOOK));
             return self.look_at_link();
         }
+        self.faults.apply(self.board.now(), self.board.robot_mut());
         self.board.try_exchange(LOOK)?;
         let due = self.looked_at_link.is_none_or(|at| self.board.now() >= at + LINK_PERIOD);
         if due { self.look_at_link() } else { Ok(()) }
@@ -213,6 +234,7 @@ impl Session {
     fn look_at_link(&mut self) -> Result<()> {
         let now = self.board.now();
         self.looked_at_link = Some(now);
+        self.look_at_node()?;
         let mut buffer = [0; 4096];
         let server = self.board.server_mut();
         // A client that sends faster than the board reads waits, as on a wire.
@@ -223,7 +245,9 @@ impl Session {
             Heard::Bytes(count) => {
                 server.to_board.extend(&buffer[..count]);
                 self.bytes[0] += count as u64;
-                self.pace.hear(Instant::now(), now);
+                if self.is_waiting {
+                    self.pace.hear(Instant::now(), now);
+                }
             }
             Heard::Nothing => {}
             Heard::HungUp => {
@@ -244,6 +268,26 @@ impl Session {
             }
             server.from_board.drain(..count);
             self.bytes[1] += count as u64;
+        }
+        Ok(())
+    }
+
+    /// The same for the node's port.
+    fn look_at_node(&mut self) -> Result<()> {
+        let mut buffer = [0; 4096];
+        let server = self.board.server_mut();
+        match self.node.receive(&mut buffer)? {
+            Heard::Bytes(count) => server.node_to_board.extend(&buffer[..count]),
+            Heard::Nothing => {}
+            Heard::HungUp => server.node_from_board.clear(),
+        }
+        while !server.node_from_board.is_empty() {
+            let (front, _) = server.node_from_board.as_slices();
+            let count = self.node.send(front)?;
+            if count == 0 {
+                break;
+            }
+            server.node_from_board.drain(..count);
         }
         Ok(())
     }

@@ -95,6 +95,12 @@ fn text(board: &Board, status: &Status) -> String {
         "{:>9} {measured} measured, {predicted} by the model, {} payload changes",
         "actuation", status.changes
     );
+    let driven = if status.is_driven { ", driven by a node" } else { "" };
+    let _ = writeln!(
+        text,
+        "{:>9} {}{driven}, goals {:?}; started by: {}",
+        "drive", status.drive, status.goals, status.reset
+    );
     let faults: Vec<String> = status.faults.iter().map(|(what, count)| format!("{what} {count}")).collect();
     if !faults.is_empty() {
         let _ = writeln!(text, "{:>9} {}", "faults", faults.join(", "));

@@ -161,7 +161,7 @@ impl Document {
         })?;
         match document.format {
             FORMAT | FORMAT_WITH_TRAITS => Ok(document),
-            found => Err(InvalidCoefficients::Format { found, expected: FORMAT }),
+            found => Err(InvalidCoefficients::Format { found, known: [FORMAT, FORMAT_WITH_TRAITS] }),
         }
     }
 

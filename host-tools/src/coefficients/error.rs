@@ -16,12 +16,12 @@ pub enum InvalidCoefficients {
         line: Option<u64>,
     },
     /// Of another version.
-    #[error("format {found}; expected {expected}")]
+    #[error("format {found}; expected {} or {}", .known[0], .known[1])]
     Format {
         /// The version found.
         found: u32,
-        /// The version known here.
-        expected: u32,
+        /// Those known here.
+        known: [u32; 2],
     },
     /// Fitted for another robot.
     #[error("{0}")]

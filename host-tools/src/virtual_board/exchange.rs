@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use firmware::exchange::{Kind, LONGEST_FRAME, NOTICE_LINK};
+use firmware::exchange::{Kind, LONGEST_FRAME, NOTICE_LINK, NOTICE_NODE};
 
 use super::flash::{Refused, VirtualFlash};
 use super::lockstep::Truth;
@@ -23,6 +23,10 @@ pub struct ExchangeServer {
     pub to_board: VecDeque<u8>,
     /// Bytes from the board that the host has not taken.
     pub from_board: VecDeque<u8>,
+    /// The same on the port of the ROS node.
+    pub node_to_board: VecDeque<u8>,
+    /// Likewise.
+    pub node_from_board: VecDeque<u8>,
     /// When the last request was made, µs of the board's clock.
     board_us: u64,
     exchanges: u64,
@@ -45,6 +49,8 @@ impl ExchangeServer {
             flash,
             to_board: VecDeque::new(),
             from_board: VecDeque::new(),
+            node_to_board: VecDeque::new(),
+            node_from_board: VecDeque::new(),
             board_us: 0,
             exchanges: 0,
             truths: None,
@@ -113,11 +119,19 @@ impl ExchangeServer {
                 frame.extend(answer.delay_us.to_le_bytes());
                 frame.extend(answer.bytes);
             }
-            Kind::Link => {
+            Kind::Link | Kind::NodeLink => {
+                let (to_board, from_board) = match kind {
+                    Kind::Link => (&mut self.to_board, &mut self.from_board),
+                    _ => (&mut self.node_to_board, &mut self.node_from_board),
+                };
                 let (room, bytes) = body.split_first_chunk().ok_or_else(strange)?;
-                self.from_board.extend(bytes);
+                from_board.extend(bytes);
                 let room = usize::from(u16::from_le_bytes(*room)).min(LONGEST_FRAME - 1);
-                frame.extend(self.to_board.drain(..room.min(self.to_board.len())));
+                frame.extend(to_board.drain(..room.min(to_board.len())));
+            }
+            Kind::ServoSupply => {
+                let &[on] = body else { return Err(strange()) };
+                self.robot.set_servo_supply(on != 0);
             }
             Kind::FlashRead => {
                 let &[a, b, c, d, low, high] = body else { return Err(strange()) };
@@ -141,6 +155,7 @@ impl ExchangeServer {
         }
         frame[..2].copy_from_slice(&(length as u16).to_le_bytes());
         frame[2] = if self.to_board.is_empty() { 0 } else { NOTICE_LINK };
+        frame[2] |= if self.node_to_board.is_empty() { 0 } else { NOTICE_NODE };
         Ok(())
     }
 

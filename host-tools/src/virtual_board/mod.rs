@@ -14,6 +14,7 @@
 #[cfg(target_os = "linux")]
 pub mod board;
 pub mod exchange;
+pub mod faults;
 pub mod flash;
 pub mod ina219_chip;
 pub mod lockstep;

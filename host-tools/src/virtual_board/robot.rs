@@ -8,6 +8,7 @@ use super::ina219_chip::Ina219Chip;
 use super::ina219_chip::Seen;
 use super::lockstep::Span;
 use super::lockstep::{Lockstep, Truth};
+use super::servo::VirtualServo;
 use super::servo_bus::{ServoAnswer, ServoBus};
 use crate::error::{Error, Result};
 use crate::plant::Scenario;
@@ -51,6 +52,7 @@ pub struct VirtualRobot {
     /// A line of the sensors' bus is held low.
     pub is_bus_stuck: bool,
     driven_by_board: bool,
+    has_servo_supply: bool,
     noise_w: [f64; RAILS],
     noise: [ChaCha8Rng; RAILS],
 }
@@ -75,6 +77,7 @@ impl VirtualRobot {
             servo_bus: ServoBus::default(),
             is_bus_stuck: false,
             driven_by_board,
+            has_servo_supply: true,
             noise_w: [power_noise_w, power_noise_w, quiet, quiet],
             // One seed for each rail: what one reads does not depend on how the others are set up.
             noise: std::array::from_fn(|rail| {
@@ -103,13 +106,22 @@ impl VirtualRobot {
         self.plant.power.lidar = on;
     }
 
+    /// Switches the servos' supply. With it they start anew; without, nobody answers.
+    pub fn set_servo_supply(&mut self, on: bool) {
+        if on != self.has_servo_supply {
+            self.servo_bus.servos.iter_mut().for_each(VirtualServo::reboot);
+            self.has_servo_supply = on;
+        }
+    }
+
     /// Goes to `time_us`; what lies in the past stays as it was.
     pub fn advance_to(&mut self, time_us: u64) {
         if self.driven_by_board {
             let servos = &self.servo_bus.servos;
             self.plant.command = Some(std::array::from_fn(|i| servos[i].goal_rad_s()));
+            // Where a profile drives, the plant's static power stands for whoever holds the torque.
+            self.plant.power.torque = std::array::from_fn(|i| servos[i].has_torque());
         }
-        self.plant.power.torque = std::array::from_fn(|i| self.servo_bus.servos[i].has_torque());
         while let Some(span) = self.plant.advance_towards(time_us) {
             self.observe(span);
         }
@@ -142,6 +154,9 @@ impl VirtualRobot {
     /// Bytes on the servo bus, the first of them now.
     pub fn servo(&mut self, bytes: &[u8]) -> ServoAnswer {
         let now_us = self.now_us();
+        if !self.has_servo_supply {
+            return ServoAnswer::default();
+        }
         let [_, motors, ..] = self.plant.rails();
         self.servo_bus.sense(now_us, self.plant.wheels(), motors.voltage_v);
         self.servo_bus.exchange(now_us, bytes)
@@ -242,8 +257,9 @@ mod tests {
     }
 
     #[test]
-    fn torque_shows_in_the_motors_rail() {
+    fn torque_shows_in_the_motors_rail_of_a_driving_board() {
         let mut robot = robot(1, 0.0);
+        robot.driven_by_board = true;
         robot.advance_to(10_000);
         let before = robot.truth().rails[1].power_w;
         // Write 1 to register 64 of ID 1 (checksum by the codec's tests' vectors: taken from the codec).

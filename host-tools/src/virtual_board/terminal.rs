@@ -5,13 +5,16 @@ use std::io::{ErrorKind, Read, Write};
 use std::os::fd::{AsFd as _, OwnedFd};
 use std::os::unix::ffi::OsStringExt as _;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
 use crate::error::{Error, Result};
+
+/// Time between two looks at terminals of which one has no client.
+const HUNG_UP_LOOK: Duration = Duration::from_micros(500);
 
 /// This side of a pseudo terminal.
 #[derive(Debug)]
@@ -94,12 +97,24 @@ impl VirtualTerminal {
 
     /// Waits until the client sends something, at most `limit`.
     pub fn wait(&self, limit: Duration) {
-        let mut entry = [PollFd::from_borrowed_fd(self.master.as_fd(), PollFlags::IN)];
-        let found = poll(&mut entry, Timespec::try_from(limit).ok().as_ref());
-        if found.is_ok() && entry[0].revents().contains(PollFlags::HUP) {
-            // Without a client this is reported at once, and again and again.
-            std::thread::sleep(limit);
+        wait_for_any([self], limit);
+    }
+}
+
+/// Waits until the client of one of the terminals sends something, at most `limit`.
+pub fn wait_for_any<const N: usize>(terminals: [&VirtualTerminal; N], limit: Duration) {
+    let begun = Instant::now();
+    // Without a client, hanging up is reported at once, and again and again: such a terminal is looked at every now and then.
+    let mut entries =
+        terminals.map(|terminal| PollFd::from_borrowed_fd(terminal.master.as_fd(), PollFlags::IN));
+    loop {
+        let left = limit.saturating_sub(begun.elapsed());
+        let found = poll(&mut entries, Timespec::try_from(left).ok().as_ref());
+        let has_bytes = entries.iter().any(|entry| entry.revents().contains(PollFlags::IN));
+        if found.is_err() || has_bytes || left.is_zero() || begun.elapsed() >= limit {
+            return;
         }
+        std::thread::sleep(HUNG_UP_LOOK.min(left));
     }
 }
 

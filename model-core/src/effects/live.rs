@@ -11,11 +11,12 @@ use super::extended::Extended;
 use super::layout::Layout;
 use super::term::Scene;
 use crate::coefficients::{Coefficients, Robot};
-use crate::estimator::{Conditioned, Sample, Unfit};
+use crate::conditioner::{Conditioned, Unfit};
 use crate::filter::{Channel, LowPass};
 use crate::model::{MassRange, Model, Response};
 use crate::motion::Motion;
 use crate::real::Real;
+use crate::sample::Sample;
 use crate::torque::{Drive, TorqueModel};
 
 /// What is measured beside speeds and power. What is not finite is not known: the last known value holds, 0 before there is one.

@@ -1,12 +1,19 @@
 //! OpenCR 1.0: STM32F746ZG, sensors on I2C1, servos on USART3, the link on USB. Pins and traps: docs/board.md.
 
 mod clock;
+mod erase;
 mod failure;
+mod last_words;
+mod loader;
+mod panel;
 mod sensor_bus;
 mod servo_port;
 mod start;
 mod store_flash;
+mod time;
+mod usb_endpoint;
 mod usb_link;
+pub mod watchdog;
 
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Level, Output, Speed};
@@ -16,8 +23,10 @@ use embassy_time::{Duration, Timer};
 
 use defmt_rtt as _;
 
+use crate::reset::ResetReport;
 use crate::tasks::BusCounters;
 
+pub use panel::Panel;
 pub use sensor_bus::SensorBus;
 pub use servo_port::ServoPort;
 pub use store_flash::StoreFlash;
@@ -32,6 +41,7 @@ bind_interrupts!(struct Irqs {
     DMA1_STREAM3 => dma::InterruptHandler<peripherals::DMA1_CH3>;
     DMA1_STREAM1 => dma::InterruptHandler<peripherals::DMA1_CH1>;
     OTG_FS => usb::InterruptHandler<peripherals::USB_OTG_FS>;
+    TIM5 => time::Tick;
 });
 
 /// What the tasks use of the board.
@@ -40,14 +50,18 @@ pub struct Board {
     pub sensors: SensorBus,
     /// The wheel servos. Their supply is on.
     pub servos: ServoPort,
-    /// The host.
-    pub link: UsbLink,
+    /// The host: the port that the ROS node opens, and ours.
+    pub links: [UsbLink; 2],
     /// Serves the bus that the link is on; has to be run.
     pub usb: UsbDevice,
     /// Coefficients, calibration and robot.
     pub store: StoreFlash,
     /// The one on the board's edge.
     pub status_led: StatusLed,
+    /// LEDs, buttons and the supply's voltage.
+    pub panel: Panel,
+    /// Why the board has started.
+    pub reset: ResetReport,
 }
 
 /// The status LED: lit while its pin is low.
@@ -69,24 +83,31 @@ impl StatusLed {
 
 /// Sets up clocks, pins and drivers. To be called once. What happens on the sensors' bus is counted in `counters`.
 pub fn init(counters: &'static BusCounters) -> Board {
+    // First: a crystal that does not start is waited for without end.
+    let reset = last_words::report();
+    watchdog::start();
     let p = embassy_stm32::init(clock::config());
+    watchdog::feed();
+    time::start();
     clock::enable_instruction_cache();
-    defmt::info!("OpenCR: up");
-    let (link, usb) = usb_link::new(p.USB_OTG_FS, p.PA12, p.PA11);
+    erase::watch_supply();
+    defmt::info!("OpenCR: up after {=str}", reset.cause.text());
+    let (links, usb) = usb_link::new(p.USB_OTG_FS, p.PA12, p.PA11);
+    let servos =
+        servo_port::Parts { usart: p.USART3, rx: p.PC11, tx: p.PC10, tx_dma: p.DMA1_CH3, rx_dma: p.DMA1_CH1 };
     Board {
         sensors: SensorBus::new(p.I2C1, p.PB8, p.PB7, p.DMA1_CH6, p.DMA1_CH0, counters),
-        servos: ServoPort::new(servo_port::Parts {
-            usart: p.USART3,
-            rx: p.PC11,
-            tx: p.PC10,
-            tx_dma: p.DMA1_CH3,
-            rx_dma: p.DMA1_CH1,
-            direction: p.PC9,
-            power: p.PF15,
-        }),
-        link,
+        servos: ServoPort::new(servos, p.PC9, p.PF15),
+        links,
         usb,
         store: StoreFlash::new(p.FLASH),
         status_led: StatusLed::new(p.PG9),
+        panel: Panel::new(panel::Parts {
+            leds: [p.PG12.into(), p.PE5.into(), p.PE4.into(), p.PG10.into()],
+            buttons: [p.PG3.into(), p.PC12.into()],
+            converter: p.ADC3,
+            supply: p.PC0,
+        }),
+        reset,
     }
 }

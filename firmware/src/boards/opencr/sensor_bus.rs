@@ -57,11 +57,17 @@ impl SensorBus {
         if self.started.is_some() && !is_free().await {
             self.stop();
         }
+        // From here on the flag means that this transaction was stopped.
+        pac::I2C1.icr().write(|register| register.set_stopcf(true));
         self.started.as_mut().map(Started::driver).ok_or(Error::Bus)
     }
 
     /// Takes the peripheral down where it cannot be trusted any more. The next transaction sets it up again.
     fn check<T>(&mut self, result: Result<T, Error>) -> Result<T, Error> {
+        let result = match result {
+            Err(Error::Timeout) if is_refused() => Err(Error::Nack),
+            other => other,
+        };
         match result {
             // A sensor that does not answer is no fault of the bus.
             Ok(_) | Err(Error::Nack | Error::ZeroLengthTransfer) => {}
@@ -89,6 +95,16 @@ async fn is_free() -> bool {
         Timer::after(FREE_WITHIN).await;
     }
     !is_busy()
+}
+
+/// Whether what timed out was no fault of the bus, but a sensor that did not acknowledge.
+///
+/// A repeated start that is not acknowledged the driver does not see: it waits for the bytes alone, until its time is over. The
+/// peripheral has seen it, and ended the transaction with a stop (RM0385, I2C controller, NACK reception): the bus is free, and the
+/// flag is set, which a line that is held low does not let happen.
+fn is_refused() -> bool {
+    let status = pac::I2C1.isr().read();
+    status.stopf() && !status.busy()
 }
 
 impl ErrorType for SensorBus {

@@ -9,13 +9,15 @@ use embedded_storage_async::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
 
+use super::erase;
+
 /// Where the store is in the first flash region, which begins with the bootloader.
 const STORE: Range<u32> = 0x1_0000..0x2_0000;
 
 /// The store's flash, counted from its own beginning.
 ///
-/// The chip has one bank: while it erases or writes, which the driver does with interrupts masked, nothing else runs.
-/// Erasing a sector of 32 KB takes a good part of a second.
+/// The chip has one bank: while it erases or writes, which happens with interrupts masked, nothing else runs.
+/// Erasing a sector of 32 KB takes a quarter of a second and more.
 pub struct StoreFlash(Bank1Region1<'static, Blocking>);
 
 /// Beyond the store, not aligned, or refused by the flash.
@@ -73,6 +75,7 @@ impl NorFlash for StoreFlash {
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
         let place = Self::place(offset, bytes.len())?;
+        check_supply()?;
         Ok(self.0.blocking_write(place.start, bytes)?)
     }
 
@@ -80,6 +83,18 @@ impl NorFlash for StoreFlash {
         let outside = StoreFlashError(NorFlashErrorKind::OutOfBounds);
         let count = to.checked_sub(from).ok_or(outside)?;
         let place = Self::place(from, count as usize)?;
-        Ok(self.0.blocking_erase(place.start, place.end)?)
+        check_supply()?;
+        let size = BANK1_REGION1.erase_size;
+        if !place.start.is_multiple_of(size) || !place.end.is_multiple_of(size) {
+            return Err(StoreFlashError(NorFlashErrorKind::NotAligned));
+        }
+        let sectors = place.start / size..place.end / size;
+        let erased = sectors.into_iter().all(erase::erase);
+        if erased { Ok(()) } else { Err(StoreFlashError(NorFlashErrorKind::Other)) }
     }
+}
+
+/// With too little the flash would hold what cannot be read back for long.
+fn check_supply() -> Result<(), StoreFlashError> {
+    if erase::has_supply() { Ok(()) } else { Err(StoreFlashError(NorFlashErrorKind::Other)) }
 }

@@ -15,19 +15,21 @@ const BYTES: usize = 2048;
 /// Bytes from and to the host; what is written goes out with [`Write::flush`]. There is always a host.
 pub struct Link {
     robot: &'static Robot,
+    kind: Kind,
     sent: Queue<BYTES>,
     received: Queue<BYTES>,
 }
 
 impl Link {
-    pub(super) fn new(robot: &'static Robot) -> Self {
-        Self { robot, sent: Queue::new(), received: Queue::new() }
+    /// The port that requests of this kind carry.
+    pub(super) fn new(robot: &'static Robot, kind: Kind) -> Self {
+        Self { robot, kind, sent: Queue::new(), received: Queue::new() }
     }
 
     fn exchange(&mut self) {
-        let Self { robot, sent, received } = self;
+        let Self { robot, kind, sent, received } = self;
         let room = (received.room() as u16).to_le_bytes();
-        robot.exchange(Kind::Link, &[&room, sent.as_slice()], |answer| received.put(answer));
+        robot.exchange(*kind, &[&room, sent.as_slice()], |answer| received.put(answer));
         sent.clear();
     }
 }
@@ -43,7 +45,10 @@ impl ErrorType for Link {
 impl Read for Link {
     async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
         while self.received.is_empty() {
-            self.robot.host_has_sent.wait().await;
+            match self.kind {
+                Kind::NodeLink => self.robot.node_has_sent.wait().await,
+                _ => self.robot.host_has_sent.wait().await,
+            }
             self.exchange();
         }
         Ok(self.received.take(buffer))

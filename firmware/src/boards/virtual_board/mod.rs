@@ -18,6 +18,8 @@ use defmt_semihosting as _;
 use semihosting::process::ExitCode;
 use static_cell::StaticCell;
 
+use crate::exchange::Kind;
+
 pub use executor::run;
 pub use link::Link;
 pub use robot::Robot;
@@ -31,8 +33,8 @@ pub struct Board {
     pub sensors: SensorBus,
     /// The wheel servos.
     pub servos: ServoPort,
-    /// The host.
-    pub link: Link,
+    /// The host: the port that the ROS node opens, and ours.
+    pub links: [Link; 2],
     /// Coefficients, calibration and robot.
     pub store: StoreFlash,
 }
@@ -50,7 +52,7 @@ pub fn init() -> Board {
     Board {
         sensors: SensorBus(robot),
         servos: ServoPort::new(robot),
-        link: Link::new(robot),
+        links: [Link::new(robot, Kind::NodeLink), Link::new(robot, Kind::Link)],
         store: StoreFlash(robot),
     }
 }

@@ -9,7 +9,7 @@ use semihosting::fs::File;
 use semihosting::io::{Read, Write};
 use semihosting::process::ExitCode;
 
-use crate::exchange::{ANSWERS, Kind, LONGEST_FRAME, NOTICE_LINK, REQUESTS};
+use crate::exchange::{ANSWERS, Kind, LONGEST_FRAME, NOTICE_LINK, NOTICE_NODE, REQUESTS};
 
 /// Bytes of a frame's length.
 const LENGTH: usize = 2;
@@ -19,6 +19,8 @@ pub struct Robot {
     pipes: RefCell<Pipes>,
     /// Bytes from the host wait.
     pub(super) host_has_sent: Signal<NoopRawMutex, ()>,
+    /// Bytes from the node wait.
+    pub(super) node_has_sent: Signal<NoopRawMutex, ()>,
 }
 
 struct Pipes {
@@ -33,7 +35,7 @@ impl Robot {
         let requests = File::create(REQUESTS).ok()?;
         let answers = File::open(ANSWERS).ok()?;
         let pipes = RefCell::new(Pipes { requests, answers, frame: [0; LENGTH + LONGEST_FRAME] });
-        Some(Self { pipes, host_has_sent: Signal::new() })
+        Some(Self { pipes, host_has_sent: Signal::new(), node_has_sent: Signal::new() })
     }
 
     /// Sends a request, waits for the answer and hands its body to `use_answer`. Board time stands still meanwhile.
@@ -49,6 +51,9 @@ impl Robot {
             Some([notices, answer @ ..]) => {
                 if notices & NOTICE_LINK != 0 {
                     self.host_has_sent.signal(());
+                }
+                if notices & NOTICE_NODE != 0 {
+                    self.node_has_sent.signal(());
                 }
                 use_answer(answer)
             }

@@ -9,6 +9,7 @@ use embedded_io_async::{ErrorType, Read, Write};
 use super::Robot;
 use super::queue::Queue;
 use crate::exchange::Kind;
+use crate::wheels::SwitchedPort;
 
 /// Both servos' answers to the longest request, and more.
 const BYTES: usize = 512;
@@ -25,6 +26,12 @@ pub struct ServoPort {
 impl ServoPort {
     pub(super) fn new(robot: &'static Robot) -> Self {
         Self { robot, sent: Queue::new(), received: Queue::new(), arrival: Instant::MIN }
+    }
+}
+
+impl SwitchedPort for ServoPort {
+    fn set_supply(&mut self, on: bool) {
+        self.robot.exchange(Kind::ServoSupply, &[&[u8::from(on)]], |_| ());
     }
 }
 

@@ -123,7 +123,7 @@ fn unknown_instructions_are_refused() {
 fn reads() {
     let mut host = Host::new();
     assert_eq!(host.read(0, 2), Ok(vec![0x00, 0x50]));
-    assert_eq!(host.read(TABLE_VERSION.address, 4), Ok(vec![1, 0, 200, 0]));
+    assert_eq!(host.read(TABLE_VERSION.address, 4), Ok(vec![2, 0, 200, 0]));
     // In the middle of a register, across a gap, unmapped.
     assert_eq!(host.read(1, 1), Ok(vec![0x50]));
     assert_eq!(host.read(6, 6), Ok(vec![1, 200, 0, 0, 0, 0]));
@@ -139,18 +139,31 @@ fn reads() {
     assert_eq!(host.send(200, Instruction::Read, &[0, 0, 2, 0, 0]), Some(Err(LENGTH)));
 }
 
-/// What ROS 2's turtlebot3_node does: it reads 10..182 in one go, and writes registers that this table does not have. It is not told
-/// that the robot drives.
+/// What ROS 2's turtlebot3_node does, with the values that it writes: it reads 10..182 in one go, and finds what it wrote there.
 #[test]
-fn the_stock_host_is_read_to_and_refused() {
+fn the_node_is_read_to_and_obeyed() {
     let mut host = Host::new();
+    assert_eq!(host.read(0, 2), Ok(vec![0x00, 0x50]));
+    assert_eq!(host.write(59, &[1]), Ok(Vec::new()));
     assert_eq!(host.read(10, 172).map(|bytes| bytes.len()), Ok(172));
-    for (address, length) in [(59, 1), (19, 1), (150, 24), (149, 1), (174, 8)] {
-        assert_eq!(host.write(address, &vec![1; length]), Err(ACCESS));
-        assert_eq!(host.read(address, length as u16), Ok(vec![0; length]));
+    let command: Vec<u8> = [10_i32, 0, 0, 0, 0, -50].iter().flat_map(|value| value.to_le_bytes()).collect();
+    // Before the heartbeat has changed, commands are not taken.
+    assert_eq!(host.write(150, &command), Ok(Vec::new()));
+    assert_eq!(host.read(150, 24), Ok(vec![0; 24]));
+    for beat in [0, 1] {
+        assert_eq!(host.write(19, &[beat]), Ok(Vec::new()));
     }
-    // Nor that anything is done where several registers are missing, or one behind a gap.
+    assert_eq!(host.write(150, &command), Ok(Vec::new()));
+    assert_eq!(host.read(150, 24), Ok(command));
+    let profile: Vec<u8> = [20_i32, 30].iter().flat_map(|value| value.to_le_bytes()).collect();
+    assert_eq!(host.write(174, &profile), Ok(Vec::new()));
+    assert_eq!(host.read(174, 8), Ok(profile));
+    assert_eq!(host.write(149, &[0]), Ok(Vec::new()));
+    let [status, beat, torque] = [18, 19, 149].map(|address| host.read(address, 1).unwrap()[0]);
+    assert_eq!((status, beat, torque), (0xFF, 1, 0));
+    // Nobody is told that something is done where several registers are missing, or one behind a gap.
     assert_eq!(host.write(300, &[1, 2, 3]), Err(ACCESS));
+    assert_eq!(host.write(130, &[1, 2]), Err(ACCESS));
 }
 
 /// The worst there is to stuff: the longest answer still fits its buffer.

@@ -9,6 +9,7 @@ use crate::estimation::Changes;
 use crate::measurement::{Snapshot, WheelSnapshot};
 use crate::power_sensors::{self, Health};
 use crate::record::Record;
+use crate::reset::{ResetCause, ResetReport};
 use crate::wheels::{ServoCounters, WheelHealth};
 
 /// A state in which nothing is zero that can be something else.
@@ -42,6 +43,10 @@ fn state() -> State<20> {
             speed: Some(1.5),
             acceleration: Some(-2.5),
             position: Some(-4096),
+            odometer: Some(-70_000),
+            velocity_code: -100,
+            load_code: -250,
+            misfit: 11,
         },
         WheelSnapshot { health: WheelHealth::Absent, hardware_error: 4, ..WheelSnapshot::UNKNOWN },
     ];
@@ -63,6 +68,11 @@ fn state() -> State<20> {
     state.upload.item = Item::Robot as u8;
     state.upload.length = 0x0102;
     state.upload.window = core::array::from_fn(|i| i as u8);
+    state.supply_voltage = Some(11.4);
+    state.pilot.beat(7, 1_000_000);
+    state.pilot.command([Some(-5), Some(0), Some(0), Some(0), Some(0), Some(60)], 1_000_000);
+    state.pilot.set_profile([Some(20), Some(30)]);
+    state.reset = ResetReport { cause: ResetCause::Fault, address: 0x0804_1234, failures: 3 };
     (0..25).for_each(|time_us| _ = state.fifo.push(Record { time_us, ..Record::default() }));
     state.fifo.acknowledge(7);
     state
@@ -110,7 +120,7 @@ fn values_stand_at_their_addresses() {
     assert_eq!((half(0), word(2), bytes[6], bytes[7]), (0x5000, 1, 1, 200));
     let time = 0x0001_0203_0405_0607_u64;
     assert_eq!((word(10), word(14)), ((time / 1000) as u32, time as u32));
-    assert_eq!((half(512), half(514), half(516)), (1, 200, 25));
+    assert_eq!((half(512), half(514), half(516)), (2, 200, 25));
     // No coefficients: model 255, state 1 "none stored".
     assert_eq!((bytes[518], bytes[519], word(520)), (255, 1, 0));
     assert_eq!(bytes[524..548], *b"TurtleBot3 Burger\0\0\0\0\0\0\0");
@@ -140,10 +150,27 @@ fn values_stand_at_their_addresses() {
     assert_eq!([word(1352), word(1356), word(1360)], [7, 5, 25]);
     assert_eq!((half(1364), half(1366)), (16, 60));
     assert_eq!((word(1368), word(1368 + 15 * 60)), (7, 22));
-    assert_eq!(bytes.len(), 1368 + 16 * 60);
+    assert_eq!(bytes.len(), 2380);
     // Between registers.
-    assert_eq!((bytes[8], bytes[18], bytes[500], bytes[750]), (0, 0, 0, 0));
+    assert_eq!((bytes[8], bytes[24], bytes[500], bytes[750]), (0, 0, 0, 0));
     assert_eq!(UPLOAD_BYTES, 256);
+}
+
+/// Where the stock firmware has them: the node reads 10 … 181 as one block.
+#[test]
+fn the_node_finds_what_it_reads() {
+    let bytes = whole(&state());
+    let word = |at: usize| i32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+    let float = |at: usize| f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+    // A wheel is absent: -1.
+    assert_eq!((bytes[18], bytes[19], bytes[148], bytes[149]), (0xFF, 7, 0, 1));
+    assert_eq!((word(42), word(46)), (1140, 5000));
+    // 100 counts of 0.0239808 rad/s, the left wheel backwards: to the left, by 0.033 m over 0.160 m.
+    assert!((float(68) - 2.398_08 * 0.033 / 0.160).abs() < 1e-5, "{}", float(68));
+    assert_eq!([96, 100, 104, 108].map(float), [1.0, 0.0, 0.0, 0.0]);
+    assert_eq!([120, 124, 128, 132, 136, 140].map(word), [-250, 0, -100, 0, -70_000, 0]);
+    assert_eq!([150, 154, 158, 162, 166, 170, 174, 178].map(word), [-5, 0, 0, 0, 0, 60, 20, 30]);
+    assert_eq!((bytes[2328], bytes[2329], bytes[2330], word(2332), word(2336)), (4, 1, 11, 0x0804_1234, 3));
 }
 
 #[test]

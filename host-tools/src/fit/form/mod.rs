@@ -3,8 +3,8 @@
 //! Each is nested: without it the model is as it was. Each has numbers that no least squares can give, so they are searched for on a
 //! grid, then refined. And each is taken only for what it gains on data that its numbers have not seen: one run in three, or one
 //! block of time where there are few runs, is held out at a time while grid and parameters are fitted to the others, and the squared
-//! error of every block is compared with that of the model without the term. It is taken where the mean gain is above nought by more
-//! than one standard error (the rule of Breiman et al. 1984) and at least [`LEAST_GAIN`] of the squared error.
+//! error of every block is compared with that of the model without the term. It is taken where the mean gain is above nought beyond
+//! chance ([`SURELY`]) and at least [`LEAST_GAIN`].
 
 mod candidate;
 mod nested;
@@ -25,8 +25,11 @@ use crate::robot::Robot;
 /// Fewer blocks tell nothing.
 const LEAST_BLOCKS: usize = 6;
 
-/// A term that gains less of the held-out squared error is not worth its instructions on a board, however surely it gains it.
+/// A term that takes away less of the held-out error is not worth its instructions on a board, however surely it does.
 const LEAST_GAIN: f64 = 0.01;
+
+/// Standard errors by which a gain lies above nought: by chance once in twenty.
+const SURELY: f64 = 1.645;
 
 /// What one term changes is seen by the next: all are asked again where one was taken.
 const ROUNDS: usize = 2;
@@ -36,7 +39,7 @@ const ROUNDS: usize = 2;
 pub struct Judged {
     /// Which.
     pub term: Term,
-    /// Share of the held-out squared error that it takes away.
+    /// Share of the held-out error (root mean square) that it takes away.
     pub gain: f64,
     /// Its standard error, from block to block.
     pub std_err: Option<f64>,
@@ -101,6 +104,6 @@ fn judge(term: Term, without: &Errors, with: &Errors) -> Judged {
     // Of a ratio of sums over blocks of unlike size (Cochran 1977, Section 2.11).
     let about: Vec<f64> = gains.iter().zip(&errors).map(|(own, error)| (own - gain * error) / mean).collect();
     let std_err = mean_interval(&about).std_err();
-    let taken = gain >= LEAST_GAIN && std_err.is_some_and(|error| gain > error);
+    let taken = gain >= LEAST_GAIN && std_err.is_some_and(|error| gain > SURELY * error);
     Judged { term, gain, std_err, taken }
 }

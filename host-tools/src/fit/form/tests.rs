@@ -29,7 +29,8 @@ struct Truth {
 
 fn husky() -> (Robot, CoreRobot<f64, 2>) {
     let robot = Robot::load("husky").unwrap();
-    let core = robot.core::<2>(1.0).unwrap();
+    // A lower filter makes the steps of sgn and clamp later than the speeds, which is a delay as far as the model goes.
+    let core = robot.core::<2>(8.0).unwrap();
     (robot, core)
 }
 
@@ -62,8 +63,11 @@ fn log(core: &CoreRobot<f64, 2>, truth: Truth, seed: u64) -> Pilots<2> {
     let mut slip = Slip::default();
     let mut power = Vec::new();
     for (index, speed) in speeds.iter().enumerate() {
-        let before = speeds[index.saturating_sub(1)];
-        let acceleration = std::array::from_fn(|side| (speed[side] - before[side]) / PERIOD_S);
+        // Of the time between its neighbours, which is its own: from the one before alone it would be late by half a step.
+        let (before, after) = (index.saturating_sub(1), (index + 1).min(speeds.len() - 1));
+        let steps = (after - before) as f64;
+        let acceleration =
+            std::array::from_fn(|side| (speeds[after][side] - speeds[before][side]) / (steps * PERIOD_S));
         let motion = if truth.slip.is_off() {
             Motion::new(speed, &acceleration, matrix, core.dead_band)
         } else {
@@ -124,12 +128,13 @@ fn slip_memory_is_found() {
     assert!((found.relaxation / slip.relaxation).ln().abs() < 0.3, "{found:?}");
 }
 
-/// Four samples: to a fifth of a grid step, where the refinement ends.
+/// Four samples, to half of one: where a wheel or a turn changes its direction the power steps, and a step passes the filter's
+/// fifth order later than the slow speeds do.
 #[test]
 fn a_delay_is_found() {
     let choice = chosen(Truth { late: 4, ..Truth::default() }, 2);
     assert_eq!(taken(&choice), [Term::Delay], "{choice:?}");
-    assert!((choice.form.conditioning.delay - 4.0 * PERIOD_S).abs() < 0.01, "{choice:?}");
+    assert!((choice.form.conditioning.delay - 4.0 * PERIOD_S).abs() < 0.5 * PERIOD_S, "{choice:?}");
 }
 
 #[test]

@@ -30,8 +30,9 @@ const LEAST_GRADE: f64 = 0.1;
 /// Its motors turn at most so many times as fast as it was driven.
 const SPEED_RESERVE: f64 = 2.0;
 
-/// Rotors have at most so many times the body's own inertia, as the wheels see both.
-const MOST_ROTOR_SHARE: f64 = 10.0;
+/// Rotors have at most so many times the body's own inertia, as the wheels see both: with the square of a gear ratio of some hundreds
+/// those of small servos reach fifty (Table 3).
+const MOST_ROTOR_SHARE: f64 = 1000.0;
 
 /// Copper warms by some 100 K, and leads and bridge have a resistance, too.
 const HOT: f64 = 1.5;
@@ -63,7 +64,7 @@ impl Bounds {
     /// | coulomb, imbalance | T of the full robot / efficiency: the drag of a robot whose wheels are locked |
     /// | rolling, scrub | T per kilogram times 1 and 1.5, the greatest friction / efficiency |
     /// | viscous | that of coulomb at the fastest speed driven |
-    /// | rotor_inertia | ten times the body's own m r² / N |
+    /// | rotor_inertia | a thousand times the body's own m r² / N |
     /// | inertia_gain | 1 / least efficiency² |
     /// | winding_loss | κ = R/(Kt n)² is no-load speed over stall torque: twice the speed driven over 0.1 T of the empty robot |
     pub fn of<const N: usize>(

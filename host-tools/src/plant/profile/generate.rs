@@ -6,7 +6,35 @@ use rand_chacha::ChaCha8Rng;
 
 use super::super::kinematics::{Geometry, Twist};
 use super::super::noise::{Stream, stream};
-use super::{Limits, Profile, Rounds};
+use super::{Limits, Profile, ProfileKind, Rounds};
+
+impl Profile {
+    /// A generated profile of a kind that needs no further figures; `Constant` drives straight at 0.9 of the limit.
+    pub fn generate(
+        kind: ProfileKind,
+        geometry: &Geometry,
+        limits: &Limits,
+        duration_s: f64,
+        seed: u64,
+    ) -> Self {
+        match kind {
+            ProfileKind::Training => training(geometry, limits, duration_s, seed),
+            ProfileKind::Test => test(geometry, limits, duration_s, seed),
+            ProfileKind::Constant => Self::constant(geometry, limits, [0.9 * limits.speed_m_s, 0.0, 0.0]),
+            ProfileKind::Standstill => Self::from_twists([(0.0, [0.0; 3])]),
+        }
+    }
+
+    /// Rounds of at least so many seconds.
+    pub fn rounds(geometry: &Geometry, limits: &Limits, duration_s: f64, kind: &Rounds, seed: u64) -> Self {
+        rounds(geometry, limits, duration_s, kind, seed)
+    }
+
+    /// One second of rest, a ramp of 0.2 m/s² (at the fastest wheel) to the twist, then constant.
+    pub fn constant(geometry: &Geometry, limits: &Limits, twist: Twist) -> Self {
+        constant(geometry, limits, twist)
+    }
+}
 
 /// A drive in the making.
 struct Path<'a> {
@@ -110,7 +138,7 @@ enum Manoeuvre {
 
 /// Decks of manoeuvres in random order, speeds stratified within each deck, so that every deck (about 50 s)
 /// holds slow and fast, forward and reverse, left and right.
-pub(super) fn training(geometry: &Geometry, limits: &Limits, duration_s: f64, seed: u64) -> Profile {
+fn training(geometry: &Geometry, limits: &Limits, duration_s: f64, seed: u64) -> Profile {
     use Manoeuvre::{Curve, Reverse, ReverseCurve, Sideways, Spin, Stop, Straight};
     let mut path = Path::new(geometry, limits, stream(seed, Stream::Training));
     path.hold(1.0);
@@ -152,7 +180,7 @@ pub(super) fn training(geometry: &Geometry, limits: &Limits, duration_s: f64, se
 }
 
 /// Legs of a mission: the speed swings and the heading weaves while driving, turns are rounded, stops are short.
-pub(super) fn test(geometry: &Geometry, limits: &Limits, duration_s: f64, seed: u64) -> Profile {
+fn test(geometry: &Geometry, limits: &Limits, duration_s: f64, seed: u64) -> Profile {
     let mut path = Path::new(geometry, limits, stream(seed, Stream::Test));
     path.hold(0.5);
     while path.now_s < duration_s {
@@ -191,13 +219,7 @@ pub(super) fn test(geometry: &Geometry, limits: &Limits, duration_s: f64, seed: 
 }
 
 /// Legs of a round, each with a speed and a curve of its own; turns on the spot, legs in reverse and stops among them.
-pub(super) fn rounds(
-    geometry: &Geometry,
-    limits: &Limits,
-    duration_s: f64,
-    rounds: &Rounds,
-    seed: u64,
-) -> Profile {
+fn rounds(geometry: &Geometry, limits: &Limits, duration_s: f64, rounds: &Rounds, seed: u64) -> Profile {
     let mut path = Path::new(geometry, limits, stream(seed, Stream::Rounds));
     path.hold(1.0);
     while path.now_s < duration_s {
@@ -228,7 +250,7 @@ pub(super) fn rounds(
 /// Wheels turn slower on the spot than on a leg, by this factor.
 const SPIN_SHARE: f64 = 0.8;
 
-pub(super) fn constant(geometry: &Geometry, limits: &Limits, twist: Twist) -> Profile {
+fn constant(geometry: &Geometry, limits: &Limits, twist: Twist) -> Profile {
     let mut path = Path::new(geometry, limits, stream(0, Stream::Training));
     path.hold(1.0);
     path.ramp(twist, 0.2);

@@ -99,32 +99,6 @@ impl Profile {
         Self { time_s, command: Commands::Wheels(wheels) }
     }
 
-    /// A generated profile of a kind that needs no further figures; `Constant` drives straight at 0.9 of the limit.
-    pub fn generate(
-        kind: ProfileKind,
-        geometry: &Geometry,
-        limits: &Limits,
-        duration_s: f64,
-        seed: u64,
-    ) -> Self {
-        match kind {
-            ProfileKind::Training => generate::training(geometry, limits, duration_s, seed),
-            ProfileKind::Test => generate::test(geometry, limits, duration_s, seed),
-            ProfileKind::Constant => Self::constant(geometry, limits, [0.9 * limits.speed_m_s, 0.0, 0.0]),
-            ProfileKind::Standstill => Self::from_twists([(0.0, [0.0; 3])]),
-        }
-    }
-
-    /// Rounds of at least so many seconds.
-    pub fn rounds(geometry: &Geometry, limits: &Limits, duration_s: f64, rounds: &Rounds, seed: u64) -> Self {
-        generate::rounds(geometry, limits, duration_s, rounds, seed)
-    }
-
-    /// One second of rest, a ramp of 0.2 m/s² (at the fastest wheel) to the twist, then constant.
-    pub fn constant(geometry: &Geometry, limits: &Limits, twist: Twist) -> Self {
-        generate::constant(geometry, limits, twist)
-    }
-
     /// The same drive in a mirror: left and right exchanged.
     #[must_use]
     pub fn mirrored(&self, geometry: &Geometry) -> Self {

@@ -11,8 +11,9 @@ use crate::steps::{Stop, command_line};
 use image::Usage;
 use stack::Depth;
 
-/// Of the 768 KB that the application has.
-const MOST_FLASH: u64 = 200 * 1024;
+/// Of the 768 KB that the application has: sectors 5 to 7, none of which is the store's. Measuring alone takes 227 KB, driving,
+/// its registers and the second port 31.
+const MOST_FLASH: u64 = 288 * 1024;
 /// Of 256 KB.
 const MOST_RAM: u64 = 96 * 1024;
 
