@@ -115,7 +115,7 @@ impl Baseline for Forgetting {
         let [rest_w, rolling, rolling_per_kg, per_kg] = found[..] else { return Err(failed()) };
         if per_kg.is_nan() || per_kg <= 0.0 {
             return Err(Error::failed(format!(
-                "{}: inertia takes {per_kg} of a kilogram's power; expected training that speeds up and brakes at several masses",
+                "{}: inertia takes {per_kg:.3} of a kilogram's power; expected training that speeds up and brakes at several masses",
                 self.name
             )));
         }
