@@ -62,7 +62,7 @@ fn wrong(log: &Log, radius: f64) -> Vec<(&'static str, String, &'static str)> {
         (
             "unlabelled",
             log.with(&MASS, |m, row| if row % 2 == 0 { m } else { f64::NAN }),
-            "mass_kg is empty in 50.0 %",
+            "mass_kg is empty in",
         ),
         ("flipped", log.with(&SPEEDS[1..], |w, _| -w), "--flip-wheel 2"),
         ("clipped", log.with(&POWER, |p, _| p.min(0.4 * high)), "the sensor is clipped"),
