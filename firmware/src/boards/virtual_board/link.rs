@@ -16,18 +16,30 @@ const BYTES: usize = 2048;
 pub struct Link {
     robot: &'static Robot,
     kind: Kind,
+    queues: &'static mut Queues,
+}
+
+/// What is on its way. In statics: as values they would be copied over the stack, down to where the tasks run.
+pub(super) struct Queues {
     sent: Queue<BYTES>,
     received: Queue<BYTES>,
 }
 
+impl Queues {
+    pub(super) const fn new() -> Self {
+        Self { sent: Queue::new(), received: Queue::new() }
+    }
+}
+
 impl Link {
     /// The port that requests of this kind carry.
-    pub(super) fn new(robot: &'static Robot, kind: Kind) -> Self {
-        Self { robot, kind, sent: Queue::new(), received: Queue::new() }
+    pub(super) fn new(robot: &'static Robot, kind: Kind, queues: &'static mut Queues) -> Self {
+        Self { robot, kind, queues }
     }
 
     fn exchange(&mut self) {
-        let Self { robot, kind, sent, received } = self;
+        let Self { robot, kind, queues } = self;
+        let Queues { sent, received } = &mut **queues;
         let room = (received.room() as u16).to_le_bytes();
         robot.exchange(*kind, &[&room, sent.as_slice()], |answer| received.put(answer));
         sent.clear();
@@ -44,27 +56,27 @@ impl ErrorType for Link {
 
 impl Read for Link {
     async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
-        while self.received.is_empty() {
+        while self.queues.received.is_empty() {
             match self.kind {
                 Kind::NodeLink => self.robot.node_has_sent.wait().await,
                 _ => self.robot.host_has_sent.wait().await,
             }
             self.exchange();
         }
-        Ok(self.received.take(buffer))
+        Ok(self.queues.received.take(buffer))
     }
 }
 
 impl Write for Link {
     async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
-        if self.sent.room() == 0 {
+        if self.queues.sent.room() == 0 {
             self.exchange();
         }
-        Ok(self.sent.put(bytes))
+        Ok(self.queues.sent.put(bytes))
     }
 
     async fn flush(&mut self) -> Result<(), Infallible> {
-        if !self.sent.is_empty() {
+        if !self.queues.sent.is_empty() {
             self.exchange();
         }
         Ok(())

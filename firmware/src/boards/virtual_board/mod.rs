@@ -16,11 +16,13 @@ mod time;
 
 use defmt_semihosting as _;
 use semihosting::process::ExitCode;
-use static_cell::StaticCell;
+use static_cell::{ConstStaticCell, StaticCell};
 
 use crate::exchange::Kind;
 
 pub use executor::run;
+use link::Queues;
+
 pub use link::Link;
 pub use robot::Robot;
 pub use sensor_bus::SensorBus;
@@ -42,17 +44,19 @@ pub struct Board {
 /// Starts board time and waits for the robot. To be called once.
 pub fn init() -> Board {
     static ROBOT: StaticCell<Robot> = StaticCell::new();
+    static QUEUES: ConstStaticCell<[Queues; 2]> = ConstStaticCell::new([const { Queues::new() }; 2]);
     time::start();
     let Some(robot) = Robot::open() else {
         defmt::error!("no files to exchange with a robot in the emulator's folder");
         ExitCode::FAILURE.exit_process()
     };
     let robot = ROBOT.init(robot);
+    let [node, host] = QUEUES.take();
     defmt::info!("virtual board: up");
     Board {
         sensors: SensorBus(robot),
         servos: ServoPort::new(robot),
-        links: [Link::new(robot, Kind::NodeLink), Link::new(robot, Kind::Link)],
+        links: [Link::new(robot, Kind::NodeLink, node), Link::new(robot, Kind::Link, host)],
         store: StoreFlash(robot),
     }
 }
