@@ -21,7 +21,8 @@ pub(super) const ROLLING_RESISTANCE_CHANGE: Entry = Entry {
     typical: &["rolling-resistance-change=0.01"],
     physical: |_| Some(FLOOR),
     candidates: |scope| {
-        let range = (-scope.base.rolling, scope.much_per_kg());
+        let constant = if scope.one_mass { scope.base.coulomb / scope.mass } else { 0.0 };
+        let range = (-scope.base.rolling - constant, scope.much_per_kg());
         Ok(vec![Way::new(Regressor::Term(Term::Rolling), range)])
     },
     owns: |cause| matches!(cause, Cause::Term(Term::Rolling)),

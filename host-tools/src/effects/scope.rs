@@ -18,6 +18,8 @@ pub struct ScopeColumn {
 pub struct Scope {
     /// The base.
     pub base: TorqueModel<f64>,
+    /// Whether it was fitted at one total mass: friction that grows with the mass and friction that does not are then one.
+    pub one_mass: bool,
     /// Whether the drives feed braking power back.
     pub regenerative: bool,
     /// Whether the base has a scrub of its own.

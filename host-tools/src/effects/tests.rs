@@ -15,6 +15,7 @@ fn scope(columns: &[&str]) -> Scope {
     Scope {
         base: TorqueModel::from_array([0.03, 0.01, 0.01, 0.003, 1.3, 3.0, 0.0]),
         regenerative: false,
+        one_mass: false,
         scrubs: false,
         static_power: 0.0,
         sides: vec![-1.0, 1.0],
@@ -199,4 +200,29 @@ fn a_slope_is_what_the_world_has_whatever_the_drive_folds_in() {
     let offset = any("sensor-offset", Detail::Plain);
     let found = physical(&offset, (0.2, 0.01), &[], &world).unwrap();
     assert_eq!((found.value, found.std_err, found.unit.as_str()), (0.2, 0.01, "W"));
+}
+
+/// A base of one mass may hold a floor as friction that does not depend on it: 0.03 N·m at 2 kg are 0.015 N·m/kg.
+#[test]
+fn a_floor_may_take_away_what_a_base_of_one_mass_holds_as_friction_of_the_drive() {
+    let least = |one_mass| {
+        let all = candidates(&Scope { one_mass, ..scope(&[]) }).0;
+        all.iter().find(|candidate| candidate.id == "rolling-resistance-change").unwrap().range.0
+    };
+    assert!((least(false) + 0.01).abs() < 1e-12);
+    assert!((least(true) + 0.01 + 0.03 / 2.0).abs() < 1e-12);
+}
+
+/// Where wheels scrub in the base already, another floor may have less grip, and both ways of it show.
+#[test]
+fn a_scrub_that_the_base_has_may_shrink() {
+    let least = |scrubs| {
+        let mut scope = Scope { scrubs, ..scope(&[]) };
+        scope.base.scrub = 0.2;
+        let all = candidates(&scope).0;
+        let of_scrub = all.iter().filter(|candidate| candidate.id == "turning-scrub");
+        of_scrub.map(|candidate| candidate.range.0).collect::<Vec<_>>()
+    };
+    assert_eq!(least(false), [0.0, 0.0]);
+    assert_eq!(least(true), [0.0, -0.2]);
 }

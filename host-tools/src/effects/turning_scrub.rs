@@ -14,9 +14,9 @@ use super::sign::Sign;
 
 pub(super) const TURNING_SCRUB: Entry = Entry {
     id: "turning-scrub",
-    meaning: "tyres scrub in turns",
+    meaning: "tyres scrub in turns, or otherwise than in the fit",
     unit: "N·m",
-    sign: Sign::Positive,
+    sign: Sign::Either,
     needs: "",
     single_runs: false,
     shows_in: "spin on the spot, then go straight at the same wheel speed",
@@ -42,11 +42,9 @@ fn moment(detail: &Detail) -> Conversion {
 fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
     let constant =
         Way::new(Regressor::Term(Term::Scrub), (0.0, scope.much())).with(Detail::DependsOnMass(false));
-    if scope.scrubs {
-        // What grows with the mass is the base's own.
-        return Ok(vec![constant]);
-    }
-    let per_kg = Way::new(Regressor::Term(Term::ScrubPerKg), (0.0, scope.much_per_kg()));
+    // Where the base has a scrub of its own, tyres or floor may also have less grip than they had.
+    let least = if scope.scrubs { -scope.base.scrub } else { 0.0 };
+    let per_kg = Way::new(Regressor::Term(Term::ScrubPerKg), (least, scope.much_per_kg()));
     let per_kg = per_kg.in_unit("N·m/kg").with(Detail::DependsOnMass(true));
     Ok(vec![constant.one_of_many(), per_kg.one_of_many()])
 }

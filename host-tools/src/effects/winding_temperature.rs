@@ -45,6 +45,9 @@ const TIMES: [f64; 3] = [0.15, 0.5, 1.5];
 /// Most that a kelvin adds: five times copper's.
 const MOST_PER_K: f64 = 0.02;
 
+/// Most that a winding's resistance rises, as a share: copper some 250 K warmer, which no enamel survives.
+const MOST_RISE: f64 = 1.0;
+
 fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
     let columns = |wheel: usize| scope.column(&temperature(wheel + 1));
     let columns: Option<Vec<&ScopeColumn>> = (0..scope.sides.len()).map(columns).collect();
@@ -56,10 +59,12 @@ fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
         let measured = Way::new(Regressor::Temperature(first.place, coldest), (0.0, MOST_PER_K));
         return Ok(vec![measured.with(Detail::Heated(Heated::Measured(coldest)))]);
     }
-    let hot = Way::new(Regressor::Hot, (0.0, 1.0)).with(Detail::Heated(Heated::FromStart));
+    let hot = Way::new(Regressor::Hot, (0.0, MOST_RISE)).with(Detail::Heated(Heated::FromStart));
+    // Per watt of mean loss, at the torque of steady driving: what accelerating adds to the loss makes the bound wider than it is.
+    let most = MOST_RISE / (scope.base.winding_loss * scope.torque.powi(2));
     let by_loss = |share: f64| {
         let time = share * scope.duration;
-        let way = Way::new(Regressor::Heat(time), (0.0, f64::INFINITY));
+        let way = Way::new(Regressor::Heat(time), (0.0, most));
         way.with(Detail::Heated(Heated::ByLoss(time))).one_of_many()
     };
     Ok([hot.one_of_many()].into_iter().chain(TIMES.map(by_loss)).collect())

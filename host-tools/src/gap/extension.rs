@@ -7,6 +7,7 @@ use model_core::payload::Noise;
 use nalgebra::{DMatrix, DVector};
 
 use super::report::Report;
+use super::thresholds::extension::{BLOCK_S, LEAST_INFORMATION, WINDOW_S};
 use super::twin::{State, Twin};
 use crate::coefficients::{CoefficientsFile, InvalidCoefficients};
 use crate::effects::Regressor;
@@ -14,15 +15,6 @@ use crate::effects::written::Written;
 use crate::error::{Error, Result};
 use crate::log::runs::Runs;
 use crate::numerics::robust::{NORMAL_95, median, quantile, scale_of_sizes};
-
-/// Windows over which an error that lasts is judged, s: as a fit's are.
-const WINDOW_S: f64 = 10.0;
-
-/// Blocks in which the scatter of mass scores is measured, s: as a fit's are.
-const BLOCK_S: f64 = 2.0;
-
-/// Blocks with less than this share of the most informative one's information are left out.
-const LEAST_SHARE: f64 = 0.01;
 
 /// Writes the coefficients with the effects that were named, and the base as it moved. What is not written is said in a line each on
 /// standard error; where nothing is left, so is the file.
@@ -157,7 +149,7 @@ impl Windows<'_> {
             noise.model_std = noise.model_std.max(error);
         }
         let most = self.blocks.iter().map(|(_, information)| *information).fold(0.0, f64::max);
-        let told = self.blocks.iter().filter(|(_, information)| *information > LEAST_SHARE * most);
+        let told = self.blocks.iter().filter(|(_, information)| *information > LEAST_INFORMATION * most);
         let mut sizes: Vec<f64> = told.map(|(score, information)| score.abs() / information.sqrt()).collect();
         if let (Some(rare), Some(usual)) = (quantile(&mut sizes, 0.95), scale_of_sizes(&mut sizes)) {
             noise.density = noise.density.max(period_s * usual * usual);

@@ -3,7 +3,7 @@
 use super::confirm::{self, ConfirmedShare};
 use super::detect::over_dispersion::OverDispersion;
 use super::detect::{shape_test, structure};
-use super::identifiable::unidentifiable;
+use super::identifiable::{also_with_one_mass, has_one_mass, unidentifiable};
 use super::name::hypothesis::Hypothesis;
 use super::name::{Choice, name};
 use super::problem::Problem;
@@ -24,7 +24,6 @@ use crate::effects::{Candidate, World, physical};
 use crate::error::Result;
 use crate::log::runs::Runs;
 use model_core::kinematics::Kinematics;
-use model_core::torque::Drive;
 use nalgebra::DMatrix;
 
 /// Runs the workflow.
@@ -44,7 +43,7 @@ pub fn investigate<const N: usize>(
     let open = field.with_clean(clean);
     let lag = clean.map_or(0.0, |clean| lag::of_clean(clean, base));
     let parameters = base.torque.to_array().len() - usize::from(!runs.robot.scrubs());
-    let (mut list, mut not_testable) = candidates(&field, &base.torque, base.drive == Drive::Regenerative);
+    let (mut list, mut not_testable) = candidates(&field, base);
     list.extend_from_slice(&options.user.candidates);
     not_testable.extend_from_slice(&options.user.not_testable);
     let mut removed = options.removed.clone();
@@ -57,6 +56,9 @@ pub fn investigate<const N: usize>(
     let twin = Twin { runs: &open, drive: base.drive, lag };
     let problem = open_problem(twin, base, parameters, &list, options);
     let mut found = search(&problem, &list, options);
+    if has_one_mass(&base.masses_kg, runs) {
+        found.doubt(also_with_one_mass(&found.named, &found.rounds));
+    }
     let over_dispersion = OverDispersion::of(&problem, &found.state);
     let mut confirmed = confirm::on_locked(runs, &split, clean, base, &found.state, &problem, parameters);
     // What scatters more than clean runs do is not explained by a name that leaves most of it.
@@ -183,6 +185,15 @@ impl Found {
         self.ambiguous.extend(choice.ties);
         self.fitted = Some(choice.hypothesis.fitted);
         self.verdict = if self.ambiguous.is_empty() { Verdict::Named } else { Verdict::Ambiguous };
+    }
+
+    /// Adds to the tie what the names may stand for as well.
+    fn doubt(&mut self, others: Vec<String>) {
+        if self.verdict.stands() && !others.is_empty() {
+            self.ambiguous.extend(others);
+            self.verdict = Verdict::Ambiguous;
+            self.settle();
+        }
     }
 
     /// What a later round named besides is in doubt no longer.

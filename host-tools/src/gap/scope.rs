@@ -1,20 +1,19 @@
 //! The sizes of runs and base by which effects say what can show and what is plausible.
 
-use model_core::torque::TorqueModel;
+use model_core::torque::Drive;
 
+use super::identifiable::has_one_mass;
+use super::types::Base;
 use crate::effects::{self, Candidate, NotTestable, Scope, ScopeColumn};
 use crate::log::runs::Runs;
 
 /// Every candidate that these runs can show, and the effects that they cannot.
-pub(super) fn candidates<const N: usize>(
-    runs: &Runs<N>,
-    base: &TorqueModel<f64>,
-    regenerative: bool,
-) -> (Vec<Candidate>, Vec<NotTestable>) {
-    effects::candidates(&scope(runs, base, regenerative))
+pub(super) fn candidates<const N: usize>(runs: &Runs<N>, base: &Base) -> (Vec<Candidate>, Vec<NotTestable>) {
+    effects::candidates(&scope(runs, base))
 }
 
-fn scope<const N: usize>(runs: &Runs<N>, base: &TorqueModel<f64>, regenerative: bool) -> Scope {
+fn scope<const N: usize>(runs: &Runs<N>, known: &Base) -> Scope {
+    let base = &known.torque;
     let rows = || runs.runs.iter().flat_map(|run| &run.rows);
     let mut speeds: Vec<f64> = rows()
         .flat_map(|row| row.motion.wheels.iter().map(|wheel| wheel.speed.abs()))
@@ -37,7 +36,8 @@ fn scope<const N: usize>(runs: &Runs<N>, base: &TorqueModel<f64>, regenerative: 
     };
     Scope {
         base: *base,
-        regenerative,
+        regenerative: known.drive == Drive::Regenerative,
+        one_mass: has_one_mass(&known.masses_kg, runs),
         scrubs: runs.robot.scrubs(),
         static_power: runs.robot.static_power,
         sides: runs.layout.side.to_vec(),

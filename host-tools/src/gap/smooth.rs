@@ -1,6 +1,6 @@
 //! Some forty smooth functions of what a drive does: structure in the residual shows against them, whatever its cause.
 
-use super::thresholds::problem::LEAST_SHOWN;
+use super::thresholds::problem::{LEAST_SHOWN, MOST_FOLLOWED};
 use crate::gap::noise::whiten::Signal;
 use crate::log::runs::Runs;
 
@@ -98,18 +98,41 @@ pub fn functions<const N: usize>(runs: &Runs<N>) -> Vec<Signal> {
     let count = values.first().map_or(0, Vec::len);
     let mut functions: Vec<Signal> =
         (0..count).map(|function| values.iter().map(|run| run[function].clone()).collect()).collect();
-    for place in 0..runs.columns.len() {
-        if runs.runs.iter().all(|run| !run.extra(place).is_empty()) {
-            functions.push(runs.runs.iter().map(|run| run.extra(place).to_vec()).collect());
-        }
-    }
+    let column = |place: usize| runs.runs.iter().map(|run| run.extra(place).to_vec()).collect();
+    functions.extend(further(runs).into_iter().map(column));
     functions
 }
 
 /// How many of the [`functions`] ask for no further column.
 pub fn count_own<const N: usize>(runs: &Runs<N>, functions: &[Signal]) -> usize {
+    functions.len() - further(runs).len()
+}
+
+/// Places of the further columns that every run has and that may say why the power differs: what it is computed from (a current that
+/// follows it, another power) differs with it, whatever the cause.
+pub fn further<const N: usize>(runs: &Runs<N>) -> Vec<usize> {
     let is_there = |place: &usize| runs.runs.iter().all(|run| !run.extra(*place).is_empty());
-    functions.len() - (0..runs.columns.len()).filter(is_there).count()
+    let is_electric =
+        |place: usize| runs.columns[place].ends_with("_a") || runs.columns[place].ends_with("_w");
+    let is_reading = |place: &usize| is_electric(*place) && follows_power(runs, *place) > MOST_FOLLOWED;
+    (0..runs.columns.len()).filter(is_there).filter(|place| !is_reading(place)).collect()
+}
+
+/// Squared correlation of a column with the power: on the clean runs, where there are any.
+fn follows_power<const N: usize>(runs: &Runs<N>, place: usize) -> f64 {
+    let has_clean = runs.runs.iter().any(|run| run.clean);
+    let told = || {
+        let runs = runs.runs.iter().filter(move |run| run.clean || !has_clean);
+        runs.flat_map(move |run| run.rows.iter().map(|row| row.power).zip(run.extra(place).iter().copied()))
+    };
+    let count = told().count().max(1) as f64;
+    let (power, value) = told().fold((0.0, 0.0), |sum, (p, x)| (sum.0 + p / count, sum.1 + x / count));
+    let (mut pp, mut px, mut xx) = (0.0, 0.0, 0.0);
+    for (p, x) in told() {
+        let (p, x) = (p - power, x - value);
+        (pp, px, xx) = (pp + p * p, px + p * x, xx + x * x);
+    }
+    if pp * xx > 0.0 { px * px / (pp * xx) } else { 0.0 }
 }
 
 /// Those of some signals of field and clean runs that clean runs say something about. What hardly varies in them (a door that was shut,
@@ -126,4 +149,30 @@ pub fn shown_by_clean<const N: usize>(runs: &Runs<N>, signals: Vec<Signal>) -> V
     };
     let is_shown = |signal: &Signal| variance(signal, true) >= LEAST_SHOWN * variance(signal, false);
     signals.into_iter().filter(is_shown).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use model_core::estimator::Sample;
+
+    use super::further;
+    use crate::log::runs::{RawRun, Runs};
+    use crate::robot::Robot;
+
+    /// The motors' current is the power over the battery's 12 V; an arm draws when it likes; the light has nothing to do with either.
+    #[test]
+    fn a_current_that_follows_the_power_is_no_cause() {
+        let core = Robot::load("burger").unwrap().core::<2>(2.0).unwrap();
+        let rows = (0..600).map(|i| {
+            let time = 0.05 * f64::from(i);
+            let power = 1.0 + (0.9 * time).sin();
+            let sample = Sample { wheel_speed: [3.0, 2.0], wheel_acceleration: None, power };
+            (time, sample, 1.0, vec![power / 12.0, (0.31 * time).cos(), power])
+        });
+        let columns = ["motors_a", "arm_a", "light"].map(str::to_owned).into();
+        let raw = RawRun { name: "run".to_owned(), rows: rows.collect(), columns, period_s: 0.05 };
+        let runs = Runs::condition(&core, vec![raw]).unwrap();
+        let names: Vec<&str> = further(&runs).into_iter().map(|place| runs.columns[place].as_str()).collect();
+        assert_eq!(names, ["arm_a", "light"]);
+    }
 }

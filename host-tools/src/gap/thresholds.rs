@@ -64,6 +64,9 @@ pub mod problem {
     /// Share of a signal's variance in the field that clean runs have to have for them to say something about it. Tuned on a door that was
     /// shut in the clean runs (tests/gap_user_effects.rs) and a measured slope; no bench.
     pub const LEAST_SHOWN: f64 = 0.1;
+    /// A current or power whose squared correlation with the measured power is above this is a part of it, no cause. Chosen: each side's
+    /// current of a Husky has 0.3 to 0.7, an arm that is idle in the clean runs next to nothing.
+    pub const MOST_FOLLOWED: f64 = 0.1;
     /// Longest lag that a measuring chain has, rows. Chosen: an encoder's mean over a sample and a sensor's over another.
     pub const MOST_LAG_ROWS: f64 = 2.0;
     /// The lag is found to this share of a row. Derived: a hundredth of a row moves no score by a tenth.
@@ -267,4 +270,47 @@ pub mod localise {
     pub const STRAIGHT: f64 = 0.1;
     /// Squares along an axis of the map, about. Layout.
     pub const SQUARES: f64 = 8.0;
+}
+
+/// The plant along recorded speeds.
+pub mod simulation {
+    /// Evaluations of an effect's size, at most. Chosen for time: secants of a nearly linear answer settle in three.
+    pub const SIZE_STEPS: usize = 6;
+    /// Sizes closer than this share of each other are the same. Derived: far below any coefficient's error.
+    pub const SAME_SIZE: f64 = 2e-3;
+    /// The first size that is tried, as a share of the range. Chosen.
+    pub const FIRST_SIZE: f64 = 0.02;
+    /// Integration step, s: that of the speed loop. What it moves the power by is calibrated away.
+    pub const STEP_S: f64 = 1e-3;
+    /// Time in which the plant gets to the first speed of a log that does not begin at rest, s. Chosen.
+    pub const LEAD_S: f64 = 1.0;
+    /// Speeds are smoothed with a cutoff this many times that of the common filter, forwards and backwards: what that filter passes stays
+    /// as it is, and the steps of the encoder do not shake the plant's motors. Derived: twice the fifth-order filter takes 0.2 % there.
+    pub const SMOOTHER: f64 = 2.0;
+    /// Cutoffs above this share of the sample rate smooth nothing. Derived: the filter's design ends at half.
+    pub const MOST_CUTOFF: f64 = 0.45;
+    /// Steps of the calibration, at most. Chosen for time.
+    pub const FIT_STEPS: usize = 4;
+    /// A step that gains less than this share of what is left is the last. Chosen.
+    pub const LEAST_GAIN: f64 = 1e-3;
+    /// Relative step of a numerical derivative. Chosen: large against the plant's rounding, small against its bends.
+    pub const NUDGE: f64 = 0.05;
+    /// How far a parameter may be from what the set of motors says, as a share of it: where the runs do not tell, it stays. Chosen.
+    pub const TRUST: f64 = 1.0;
+    /// Longest lag that is looked for, rows. As [`super::problem::MOST_LAG_ROWS`].
+    pub const MOST_LAG_ROWS: f64 = 2.0;
+    /// The plant's own lag is found to this share of a row. Chosen for time.
+    pub const LAG_STEP_ROWS: f64 = 0.1;
+    /// A plant whose wheels miss more than this share of the recorded speeds is another robot: it is said. Chosen.
+    pub const FOLLOWS: f64 = 0.05;
+}
+
+/// What an extended model is worth. All as the fit's own noise is told (`fit/assess.rs`): the two are compared.
+pub mod extension {
+    /// Windows over which an error that lasts is judged, s.
+    pub const WINDOW_S: f64 = 10.0;
+    /// Blocks in which the scatter of mass scores is measured, s.
+    pub const BLOCK_S: f64 = 2.0;
+    /// Blocks with less than this share of the most informative one's information are left out.
+    pub const LEAST_INFORMATION: f64 = 0.01;
 }

@@ -38,14 +38,14 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
 
     // A wrong mass: one column a run.
     let mut wrong = Vec::new();
-    let mut most = 0.0_f64;
+    let mut scores = Vec::new();
     for run in (0..runs).filter(|&run| !problem.twin.runs.runs[run].clean) {
         let raw = problem.twin.columns(run, state, 0, &[Regressor::Mass(run)]);
         let column = problem.noise.whiten(problem.twin.runs, run, &raw[0]);
         let Some(z) = in_run.z(run, &column, &in_run.products(run, &column)) else { continue };
         if z.abs() > WRONG_MASS {
             wrong.push(Regressor::Mass(run));
-            most = most.max(z.abs());
+            scores.push(z);
         }
     }
     // In every run at once it is no slip of the pen.
@@ -54,7 +54,7 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
         let names = wrong.iter().map(|regressor| run_name(problem, regressor).to_owned()).collect();
         let detail = Detail::InRuns { runs: Runs::Named(names), at_s: None };
         let search = chance * wrong.len() as f64;
-        found.push((mislabelled(problem, wrong, detail, search), most));
+        found.push((mislabelled(problem, wrong, detail, search), together(&scores, open)));
     }
 
     for (entry, what) in [(&STATIC_STEP, Switched::Static), (&SURFACE_SWITCH, Switched::Rolling)] {
@@ -104,18 +104,23 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
     found
 }
 
-/// Times of steps of one sign, the likelier one, in runs that show any, and what they come to: the root of what each z² has beyond
-/// the greatest of as many times in noise, which is 2 ln(times).
+/// Times of steps of one sign, the likelier one, in runs that show any, and what they come to [`together`].
 fn one_size(times: &Times) -> Option<(Vec<Option<f64>>, f64)> {
     let all: Vec<(f64, f64)> = times.runs.iter().flatten().copied().collect();
     let sign = all.iter().map(|(_, z)| z * z.abs()).sum::<f64>().signum();
     let of_sign = |best: &Option<(f64, f64)>| best.filter(|(_, z)| z * sign > LEAST_STEP).map(|(at, _)| at);
     let at: Vec<Option<f64>> = times.runs.iter().map(of_sign).collect();
-    let chance = 2.0 * (times.looks as f64).max(1.0).ln();
-    let sum: f64 =
-        all.iter().filter(|(_, z)| z * sign > LEAST_STEP).map(|(_, z)| (z * z - chance).max(0.0)).sum();
+    let scores: Vec<f64> = all.iter().map(|(_, z)| z * sign).filter(|z| *z > LEAST_STEP).collect();
     let count = at.iter().flatten().count();
-    (count >= 2).then(|| (at, sum.sqrt()))
+    (count >= 2).then(|| (at, together(&scores, times.looks)))
+}
+
+/// What several scores come to, each the greatest of so many: the root of what each z² has beyond that of noise, 2 ln(looks); never
+/// below the greatest alone.
+fn together(scores: &[f64], looks: usize) -> f64 {
+    let chance = 2.0 * (looks as f64).max(1.0).ln();
+    let sum: f64 = scores.iter().map(|z| (z * z - chance).max(0.0)).sum();
+    scores.iter().fold(sum.sqrt(), |most, z| most.max(z.abs()))
 }
 
 /// Masses of single runs: at least those of the empty robot, and not above the greatest noted by more than that.
@@ -230,4 +235,18 @@ fn times<const N: usize>(in_run: &InRun<'_, N>, state: &State, what: Switched) -
         }
     }
     Times { runs: best, common: all, looks: count }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::together;
+
+    /// Of noise alone each z² is 2 ln(looks) at most, about; three runs of 4, each the greatest of 8, are √(3 · (16 − 4.16)) together.
+    #[test]
+    fn scores_of_several_runs_add_up_beyond_chance() {
+        assert!((together(&[4.0, -4.0, 4.0], 8) - 5.960).abs() < 1e-3);
+        assert_eq!(together(&[5.0], 8), 5.0);
+        assert_eq!(together(&[2.0, 1.9, -2.0], 8), 2.0);
+        assert_eq!(together(&[], 8), 0.0);
+    }
 }

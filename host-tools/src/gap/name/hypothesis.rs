@@ -122,13 +122,24 @@ pub(super) fn sharpen<const N: usize>(
     hypotheses.sort_by(|a, b| a.penalised.total_cmp(&b.penalised));
 }
 
-/// Whether a hypothesis is not significantly worse.
-pub(super) fn is_tie(winner: &Hypothesis, hypothesis: &Hypothesis, gain: f64) -> bool {
+/// Whether a hypothesis is not significantly worse. χ² counts in variances of the noise: where runs [`disagree`] about the winner by more than
+/// that, a difference says less by as much.
+pub(super) fn is_tie(winner: &Hypothesis, hypothesis: &Hypothesis, gain: f64, disagreement: f64) -> bool {
     let differences: Vec<f64> =
         hypothesis.fitted.run_losses.iter().zip(&winner.fitted.run_losses).map(|(r, w)| r - w).collect();
     let error = mean_interval(&differences).std_err().unwrap_or(0.0) * differences.len() as f64;
     let worse = hypothesis.penalised - winner.penalised;
-    worse < TIE + TIE_SHARE * gain && worse < TIE_ERRORS * error.max(1e-9)
+    worse < TIE * disagreement + TIE_SHARE * gain && worse < TIE_ERRORS * error.max(1e-9)
+}
+
+/// How many times more runs disagree about what a hypothesis adds than its equations say. What lives in single runs is of these alone: no
+/// other could agree.
+pub(super) fn disagree<const N: usize>(problem: &Problem<'_, N>, hypothesis: &Hypothesis) -> f64 {
+    let regressors = &hypothesis.candidate.regressors;
+    if regressors.iter().any(|regressor| regressor.run().is_some()) {
+        return 1.0;
+    }
+    problem.disagreement(&hypothesis.fitted, regressors.len())
 }
 
 /// An implausible hypothesis of another effect than the best plausible one's that explains more than a tie would: by more than
@@ -148,11 +159,12 @@ pub(super) fn shows_no_shape<const N: usize>(
     state: &State,
     winner: &Hypothesis,
     gain: f64,
+    disagreement: f64,
 ) -> bool {
     let [regressor] = &winner.candidate.regressors[..] else { return false };
     let Some(limit) = regressor.limit() else { return false };
     let candidate = Candidate { regressors: vec![limit], search: 0.0, ..winner.candidate.clone() };
-    fit_hypothesis(problem, state, &candidate).is_some_and(|limit| is_tie(winner, &limit, gain))
+    fit_hypothesis(problem, state, &candidate).is_some_and(|limit| is_tie(winner, &limit, gain, disagreement))
 }
 
 #[cfg(test)]
@@ -186,6 +198,23 @@ mod tests {
             },
             penalised: loss,
         }
+    }
+
+    /// 60 behind in χ² of 400 with a run-level scatter that hides it: no tie where the equations' error is right (9 + 1 % of 400 = 13), one
+    /// where runs disagree ten times as much (90 + 4).
+    #[test]
+    fn a_tie_is_as_wide_as_runs_disagree() {
+        let runs = |losses: [f64; 4]| {
+            let total = losses.iter().sum();
+            let mut found = hypothesis("effect", total, 0.5);
+            found.fitted.run_losses = losses.into();
+            found
+        };
+        let (winner, rival) = (runs([100.0; 4]), runs([20.0, 250.0, 30.0, 160.0]));
+        assert!(!is_tie(&winner, &rival, 400.0, 1.0));
+        assert!(is_tie(&winner, &rival, 400.0, 10.0));
+        // What every run says is said, however they scatter about the size.
+        assert!(!is_tie(&winner, &runs([115.0; 4]), 400.0, 10.0));
     }
 
     /// Gains of 2184 and 2126, as a Husky on another floor had them: the next best name was a wrong one. A tie would be within

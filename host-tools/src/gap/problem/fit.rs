@@ -141,6 +141,13 @@ impl<const N: usize> Problem<'_, N> {
         DMatrix::from_fn(size, size, |i, j| formal(i, j) * inflation[i] * inflation[j])
     }
 
+    /// How many times greater the variance of the last `count` coefficients is by what runs disagree than by the equations; at least 1.
+    pub(crate) fn disagreement(&self, fitted: &Fitted, count: usize) -> f64 {
+        let (own, formal) = (self.covariance(fitted).diagonal(), fitted.covariance.diagonal());
+        let pairs = own.iter().rev().zip(formal.iter().rev()).take(count);
+        pairs.map(|(own, formal)| own / formal.max(1e-300)).fold(1.0, f64::max)
+    }
+
     /// As [`Fitted::loss`] with a run left out, to first order.
     pub fn loss_without(&self, fitted: &Fitted, run: usize) -> f64 {
         let state = &fitted.state;

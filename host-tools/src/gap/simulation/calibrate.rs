@@ -9,6 +9,7 @@ use super::in_parallel;
 use super::search::squares;
 use super::track::{Followed, Follower};
 use crate::error::Result;
+use crate::gap::thresholds::simulation::{FIT_STEPS, LAG_STEP_ROWS, LEAST_GAIN, MOST_LAG_ROWS, NUDGE, TRUST};
 use crate::log::runs::RawRun;
 use crate::plant::body::Wheel;
 
@@ -49,24 +50,6 @@ const KNOBS: [Knob; 6] = [
     Knob { name: "gear_efficiency", of: |wheel| &mut wheel.gear.efficiency, range: (0.1, 1.0), typical: 0.7 },
 ];
 
-/// Steps of the fit at most.
-const STEPS: usize = 4;
-
-/// A step that gains less than this share of what is left is the last.
-const ENOUGH: f64 = 1e-3;
-
-/// Relative step of a numerical derivative.
-const NUDGE: f64 = 0.05;
-
-/// How far a parameter may be from what the set says, as a share of it: where the runs do not tell, it stays.
-const TRUST: f64 = 1.0;
-
-/// Longest lag that is looked for, in sample periods.
-const MOST_LAG: f64 = 2.0;
-
-/// The plant's own lag is found to this share of a sample period.
-const LAG_STEP: f64 = 0.1;
-
 impl Follower {
     /// Fits the plant to runs without effects: Gauss–Newton on the filtered power, parameters per wheel type.
     ///
@@ -79,7 +62,7 @@ impl Follower {
             if nominal > 0.0 { nominal } else { knob.typical }
         });
         let mut best = self.try_on(core, runs, &behind)?;
-        for _ in 0..STEPS {
+        for _ in 0..FIT_STEPS {
             let now = self.knobs();
             let mut slopes = Vec::new();
             for (place, (knob, scale)) in KNOBS.iter().zip(scales).enumerate() {
@@ -109,7 +92,7 @@ impl Follower {
             let Some((tried, fit)) = moved else { break };
             let gained = 1.0 - fit.loss / best.loss;
             (*self, best) = (tried, fit);
-            if gained < ENOUGH {
+            if gained < LEAST_GAIN {
                 break;
             }
         }
@@ -156,9 +139,9 @@ impl Follower {
         let mut best = (self.lag_s, at(self.lag_s)?);
         // Downhill in ever finer steps.
         let mut step = 0.5 * period;
-        while step >= LAG_STEP * period {
+        while step >= LAG_STEP_ROWS * period {
             for lag in [best.0 - step, best.0 + step] {
-                if lag.abs() <= MOST_LAG * period {
+                if lag.abs() <= MOST_LAG_ROWS * period {
                     let fit = at(lag)?;
                     if fit.loss < best.1.loss {
                         best = (lag, fit);

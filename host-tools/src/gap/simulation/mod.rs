@@ -19,6 +19,7 @@ use self::filter::Behind;
 use self::search::squares;
 use self::track::Follower;
 use super::confirm;
+use super::thresholds::simulation::FOLLOWS;
 use super::twin::Twin;
 use crate::effects::plant::{Finding, Part, Scene};
 use crate::effects::{Regressor, Switched, cause};
@@ -399,6 +400,3 @@ impl Simulated {
         line
     }
 }
-
-/// A plant whose wheels miss more than this share of the recorded speeds is another robot.
-const FOLLOWS: f64 = 0.05;

@@ -1,15 +1,7 @@
 //! The size of a cause in the plant, found on the open runs: the one with which the simulation's gap is least.
 
 use crate::error::Result;
-
-/// Evaluations at most.
-const STEPS: usize = 6;
-
-/// Sizes closer than this share of each other are the same.
-const SAME: f64 = 2e-3;
-
-/// The first size that is tried, as a share of the range.
-const FIRST: f64 = 0.02;
+use crate::gap::thresholds::simulation::{FIRST_SIZE, SAME_SIZE, SIZE_STEPS};
 
 /// Searches a size within a range by secants: what the last change of size changed in the power says how far the next
 /// has to go. `power` gives the simulated power of all runs, `now` is that without the cause.
@@ -25,8 +17,8 @@ pub fn size(
     let left = |power: &[f64]| -> Vec<f64> { measured.iter().zip(power).map(|(m, p)| m - p).collect() };
     let mut best = (0.0, now.to_vec());
     let mut last = best.clone();
-    let mut size = (FIRST * high).clamp(low, high);
-    for _ in 0..STEPS {
+    let mut size = (FIRST_SIZE * high).clamp(low, high);
+    for _ in 0..SIZE_STEPS {
         let there = power(size)?;
         if squares(&left(&there)) < squares(&left(&best.1)) {
             best = (size, there.clone());
@@ -39,7 +31,7 @@ pub fn size(
         let along: f64 = left(&there).iter().zip(&slope).map(|(r, s)| r * s).sum();
         let next = (size + along / steep).clamp(low, high);
         last = (size, there);
-        if (next - size).abs() <= SAME * next.abs().max(size.abs()) {
+        if (next - size).abs() <= SAME_SIZE * next.abs().max(size.abs()) {
             break;
         }
         size = next;

@@ -4,6 +4,7 @@ use model_core::coefficients::Robot as CoreRobot;
 use model_core::filter::{Channel, LowPass};
 
 use crate::error::{Error, Result};
+use crate::gap::thresholds::simulation::{LEAD_S, MOST_CUTOFF, SMOOTHER, STEP_S};
 use crate::log::runs::RawRun;
 use crate::plant::drive::Drive;
 use crate::plant::{
@@ -11,19 +12,6 @@ use crate::plant::{
     Simulation,
 };
 use crate::robot::{Geometry, Robot};
-
-/// Integration step, s: that of the speed loop. What it moves the power by is calibrated away.
-const STEP_S: f64 = 1e-3;
-
-/// Time in which the plant gets to the first speed of a log that does not begin at rest, s.
-const LEAD_S: f64 = 1.0;
-
-/// Speeds are smoothed with a cutoff this many times that of the common filter, forwards and backwards: what that filter passes
-/// stays as it is, and the steps of the encoder do not shake the plant's motors.
-const SMOOTHER: f64 = 2.0;
-
-/// Cutoffs above this share of the sample rate smooth nothing.
-const MOST_CUTOFF: f64 = 0.45;
 
 /// A plant that can follow a robot's wheel speeds.
 #[derive(Debug, Clone)]

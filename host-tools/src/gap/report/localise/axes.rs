@@ -1,6 +1,7 @@
 //! What the residual is binned by, and where the bins end.
 
 use crate::gap::noise::whiten::Signal;
+use crate::gap::smooth;
 use crate::gap::thresholds::localise::{CELLS, STEPS, STRAIGHT};
 use crate::log::runs::{Row, Runs};
 
@@ -58,10 +59,9 @@ pub(super) fn axes<const N: usize>(runs: &Runs<N>) -> Vec<Axis> {
             ..axis("standing", on(&|row| if row.motion.is_moving() { f64::NAN } else { 0.0 }), false)
         },
     ];
-    for (place, name) in runs.columns.iter().enumerate() {
-        if runs.runs.iter().all(|run| !run.extra(place).is_empty()) {
-            axes.push(axis(name, runs.runs.iter().map(|run| run.extra(place).to_vec()).collect(), false));
-        }
+    for place in smooth::further(runs) {
+        let values = runs.runs.iter().map(|run| run.extra(place).to_vec()).collect();
+        axes.push(axis(&runs.columns[place], values, false));
     }
     axes
 }

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::course::Course;
 use super::figures;
-use super::{Inputs, Simulated};
+use super::given::{Inputs, Simulated};
 use crate::error::Result;
 use crate::gap::report::Report;
 use crate::gap::report::advice;
