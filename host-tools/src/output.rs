@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use crate::error::{Error, Result};
-use crate::printable;
+use crate::{printable, temporary};
 
 /// Writes `file` through a temporary file in the same folder that takes its name only when complete. Gives what `write` gives.
 ///
@@ -20,8 +20,8 @@ pub fn write_whole<T>(file: &Path, write: impl FnOnce(&mut dyn Write) -> Result<
         let mut device = std::fs::File::options().write(true).open(&target).map_err(refused)?;
         return write(&mut device);
     }
-    let mut temporary =
-        temporary(folder_of(&target).map_err(|error| error.in_file(file))?).map_err(refused)?;
+    let folder = folder_of(&target).map_err(|error| error.in_file(file))?;
+    let (mut temporary, _known) = temporary::file_in(folder).map_err(refused)?;
     let written = {
         let mut buffered = io::BufWriter::new(temporary.as_file_mut());
         let written = write(&mut buffered)?;
@@ -120,16 +120,33 @@ pub fn folder_of(file: &Path) -> Result<&Path> {
     Err(Error::failed(message).in_file(file))
 }
 
-fn temporary(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".gmr-").suffix(".tmp");
-    // As readable as any other new file: what the umask leaves of it.
-    #[cfg(unix)]
-    let builder = {
-        use std::os::unix::fs::PermissionsExt as _;
-        builder.permissions(std::fs::Permissions::from_mode(0o666))
+/// Refuses a folder with less room than a command is going to need, before its long work.
+///
+/// # Errors
+/// Says how much there is.
+#[cfg(unix)]
+pub fn check_room(file: &Path, bytes: u64) -> Result<()> {
+    let folder = match file.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
     };
-    builder.tempfile_in(folder)
+    // A file system that does not tell has to be tried.
+    let Ok(found) = rustix::fs::statvfs(folder) else { return Ok(()) };
+    let room = found.f_bavail.saturating_mul(found.f_frsize);
+    if room >= bytes {
+        return Ok(());
+    }
+    let message = format!("{} MB are left there; expected {} MB", room >> 20, bytes >> 20);
+    Err(Error::failed(message).in_file(folder))
+}
+
+/// Other systems have to be tried.
+///
+/// # Errors
+/// None.
+#[cfg(not(unix))]
+pub fn check_room(_: &Path, _: u64) -> Result<()> {
+    Ok(())
 }
 
 /// The first text that standard output did not take.

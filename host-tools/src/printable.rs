@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 /// Characters of a line on standard error, at most: a screen full.
 pub const LONGEST_LINE: usize = 4000;
 
-fn is_harmful(character: char) -> bool {
+pub fn is_harmful(character: char) -> bool {
     let separates = matches!(character, '\u{2028}' | '\u{2029}');
     let turns = matches!(character, '\u{200e}' | '\u{200f}' | '\u{061c}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     (character.is_control() && character != '\n') || separates || turns

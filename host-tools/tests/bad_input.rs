@@ -42,14 +42,19 @@ const COMMANDS: [(&str, &[&str]); 5] = [
     ("inspect", &["inspect", "--robot", "robot.toml", "--plot", "out.svg", "run.csv"]),
 ];
 
+/// Outputs of earlier commands, by their form: those that may be written over.
+const OLD: [(&str, &str); 2] =
+    [("out.toml", "format = 1\nmodel = \"old\"\n"), ("out.svg", "<!-- written by gmr --> old")];
+
 /// Robot, good log, coefficients and old outputs.
 fn bench() -> Bench {
     let bench = Bench::new();
     bench.put("robot.toml", ROBOT);
     bench.put("good.csv", good());
     bench.put("c.toml", coefficients());
-    bench.put("out.toml", "old");
-    bench.put("out.svg", "old");
+    for (name, old) in OLD {
+        bench.put(name, old);
+    }
     bench
 }
 
@@ -61,8 +66,8 @@ fn refusal(bench: &Bench, arguments: &[&str], code: i32) -> String {
     assert_eq!(stdout, "", "{arguments:?}");
     assert!(stderr.lines().count() == 1 && stderr.ends_with('\n'), "{arguments:?}, one line: {stderr}");
     assert_eq!(bench.files(), before, "{arguments:?} leaves no file behind");
-    for old in ["out.toml", "out.svg"] {
-        assert_eq!(bench.text(old), "old", "{arguments:?} leaves {old} alone");
+    for (name, old) in OLD {
+        assert_eq!(bench.text(name), old, "{arguments:?} leaves {name} alone");
     }
     stderr.trim_end().strip_prefix("gmr: ").unwrap_or_else(|| panic!("{arguments:?}: {stderr}")).to_owned()
 }
@@ -83,8 +88,9 @@ fn the_good_log_is_good() {
             bench.json(arguments);
         }
     }
-    assert_ne!(bench.text("out.toml"), "old");
-    assert_ne!(bench.text("out.svg"), "old");
+    for (name, old) in OLD {
+        assert_ne!(bench.text(name), old);
+    }
 }
 
 #[test]
@@ -102,7 +108,7 @@ fn a_broken_log_is_refused_by_every_command_with_its_place() {
         ),
         (
             format!("{HEADER}{two}0.005,1,1,1,1\n"),
-            "run.csv:4:time_s: time 0.005 follows 0.01; expected time to increase from row to row",
+            "run.csv:4:time_s: time 0.005 follows 0.01; expected time to increase from row to row (sort the rows, or tell runs apart by a column run)",
         ),
         (format!("{HEADER}{two}0.03,1,1\n"), "run.csv:4: 3 fields; expected 5 as in the header"),
         // Behind the rows that are read ahead for the sample rate.
@@ -254,8 +260,9 @@ fn one_payload_only_is_said_and_gives_no_mass() {
         let windows = again["windows"].as_array().unwrap();
         assert!(windows.iter().all(|window| window["unknown"] == why), "{coefficients}: {windows:?}");
     }
-    bench.put("out.toml", "old");
     bench.put("neither.toml", text.replace("mass = \"not-identifiable\"", ""));
+    // What `refusal` compares with.
+    bench.put(OLD[0].0, OLD[0].1);
     let arguments = ["estimate", "--robot", "robot.toml", "--coeffs", "neither.toml", "good.csv"];
     let found = refusal(&bench, &arguments, 1);
     assert!(found.starts_with("neither.toml: missing field `model_std_w`; expected "), "{found}");

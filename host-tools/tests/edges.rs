@@ -7,16 +7,29 @@ use std::fs::File;
 use std::io::Write as _;
 use std::os::unix::fs::symlink;
 use std::path::Path;
+use std::sync::LazyLock;
 use std::thread;
+use std::time::{Duration, Instant};
 
-use common::{Bench, ROBOT, drive};
+use common::{Bench, HEADER, ROBOT, drive, number};
 
-/// Robot, log and coefficients.
+/// Robot, log and coefficients; fitted once for all tests.
 fn bench() -> Bench {
+    static COEFFICIENTS: LazyLock<String> = LazyLock::new(|| {
+        let bench = beside();
+        bench.done(&["fit", "--robot", "robot.toml", "--out", "c.toml", "good.csv"]);
+        bench.text("c.toml")
+    });
+    let bench = beside();
+    bench.put("c.toml", &*COEFFICIENTS);
+    bench
+}
+
+/// What coefficients are fitted to.
+fn beside() -> Bench {
     let bench = Bench::new();
     bench.put("robot.toml", ROBOT);
     bench.put("good.csv", drive(40.0, 100.0, |time| if time < 20.0 { 1.0 } else { 6.0 }));
-    bench.done(&["fit", "--robot", "robot.toml", "--out", "c.toml", "good.csv"]);
     bench
 }
 
@@ -132,7 +145,7 @@ fn names_cannot_act_on_a_terminal() {
 #[test]
 fn lines_on_standard_error_are_short() {
     let bench = bench();
-    let columns: String = (0..100_000).map(|k| format!(",column_{k}")).collect();
+    let columns: String = (0..4000).map(|k| format!(",column_{k}")).collect();
     bench.put("wide.csv", format!("time_s{columns}\n1\n2\n"));
     let found = refusal(&bench, &["fit", "--robot", "robot.toml", "wide.csv"], 1);
     assert!(found.chars().count() <= 4010 && found.ends_with('…'), "{} characters", found.len());
@@ -189,4 +202,162 @@ fn what_never_ends_is_refused() {
     }
     let found = refusal(&bench, &["fit", "--robot", "robot.toml", "/dev/zero"], 1);
     assert!(found.starts_with("/dev/zero:1: no line end within"), "{found}");
+}
+
+/// Another's file is written over only where that is asked for; its own as often as one likes.
+#[test]
+fn files_of_others_are_kept() {
+    let bench = bench();
+    bench.put("field.csv", drive(40.0, 100.0, |_| 3.0));
+    let estimate = ["estimate", "--robot", "robot.toml", "--coeffs", "c.toml", "good.csv", "--plot"];
+    let commands: [(&[&str], &str); 5] = [
+        (&["fit", "--robot", "robot.toml", "good.csv", "--out"], "out.toml"),
+        (&estimate, "plot.svg"),
+        (&estimate, "plot.png"),
+        (&["flash", "--robot", "robot.toml", "--coeffs", "c.toml", "--out"], "store.bin"),
+        (&["simulate", "--duration", "2", "--out"], "log.csv"),
+    ];
+    for (command, name) in commands {
+        for _ in 0..2 {
+            bench.done(&[command, &[name]].concat());
+        }
+        bench.put(name, "somebody's work");
+        let found = refusal(&bench, &[command, &[name]].concat(), 1);
+        assert!(
+            found.starts_with(&format!("{name}: exists already")) && found.contains("--force"),
+            "{found}"
+        );
+        bench.done(&[command, &[name, "--force"]].concat());
+        assert_ne!(std::fs::read(bench.path(name)).unwrap(), b"somebody's work");
+    }
+    // A log that was measured, not simulated.
+    bench.put("log.csv", bench.text("good.csv"));
+    refusal(&bench, &["simulate", "--duration", "2", "--out", "log.csv"], 1);
+}
+
+/// Whoever ends a command from outside finds no temporary file, and no half of one.
+#[test]
+fn an_end_from_outside_leaves_nothing() {
+    use rustix::process::{Pid, Signal, kill_process};
+    for signal in [Signal::INT, Signal::TERM, Signal::HUP] {
+        let bench = Bench::new();
+        let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("gmr"))
+            .current_dir(bench.path(""))
+            .args(["simulate", "--duration", "1e6", "--out", "long.csv"])
+            .spawn()
+            .unwrap();
+        while bench.files().is_empty() {
+            thread::sleep(Duration::from_millis(5));
+        }
+        assert!(bench.files()[0].starts_with(".gmr-"), "{:?}", bench.files());
+        kill_process(Pid::from_child(&child), signal).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(130), "{signal:?}");
+        assert_eq!(bench.files(), Vec::<String>::new(), "{signal:?}");
+    }
+}
+
+/// Behind a limit of the size of files, writing is an error as any other.
+#[test]
+fn a_file_that_may_not_grow_is_said() {
+    let bench = Bench::new();
+    let gmr = assert_cmd::cargo::cargo_bin!("gmr");
+    // Blocks of 512 bytes in sh.
+    let output = std::process::Command::new("sh")
+        .current_dir(bench.path(""))
+        .args(["-c", "ulimit -f 8; exec \"$0\" simulate --duration 100 --out long.csv"])
+        .arg(gmr)
+        .output()
+        .unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.starts_with("gmr: long.csv: File too large") && said.lines().count() == 1, "{said}");
+    assert_eq!(bench.files(), Vec::<String>::new());
+}
+
+/// What spreadsheets and other countries write: the remedy is named.
+#[test]
+fn other_ways_of_writing_a_log_have_their_remedy() {
+    let bench = bench();
+    let good = bench.text("good.csv");
+    let utf16: Vec<u8> =
+        "\u{feff}".chars().chain(good.chars()).flat_map(|c| (c as u16).to_le_bytes()).collect();
+    let rows: Vec<&str> = good.lines().collect();
+    let doubled = [&rows[..4], &rows[3..]].concat().join("\n") + "\n";
+    let turned =
+        rows[..1].iter().chain(rows[1..].iter().rev()).map(|row| format!("{row}\n")).collect::<String>();
+    let cases: [(Vec<u8>, &str); 7] = [
+        (good.replace('\n', "\r").into_bytes(), "tr '\\r' '\\n'"),
+        (utf16, "iconv -f UTF-16 -t UTF-8"),
+        (
+            good.replace(',', ";").replace('.', ",").into_bytes(),
+            "expected commas between fields and a point in numbers",
+        ),
+        (good.replace('.', ",").into_bytes(), "decimal commas? write numbers with a point"),
+        (format!("{HEADER}\"0,5\",1,1,1,1\n\"0,6\",1,1,1,1\n").into_bytes(), "a decimal point, not a comma"),
+        (doubled.into_bytes(), "keep one row of each time"),
+        (turned.into_bytes(), "sort the rows"),
+    ];
+    for (content, expected) in cases {
+        bench.put("other.csv", content);
+        for command in [&["fit", "--robot", "robot.toml"][..], &["inspect", "--robot", "robot.toml"]] {
+            let found = refusal(&bench, &[command, &["other.csv"]].concat(), 1);
+            assert!(found.contains(expected), "{expected}: {found}");
+        }
+    }
+}
+
+/// Caps are stated, and reached soon.
+#[test]
+fn too_much_is_refused_soon() {
+    let bench = bench();
+    let columns: String = (0..50_000).map(|k| format!(",column_{k}")).collect();
+    bench.put("wide.csv", format!("time_s{columns}\n1\n2\n"));
+    let rows: String = (0..80_000).map(|k| format!("{k},1,1,1,1,lap {k}\n")).collect();
+    bench.put("laps.csv", format!("{},run\n{rows}", HEADER.trim_end()));
+    for (log, expected) in
+        [("wide.csv", "50001 columns; expected at most 4096"), ("laps.csv", "at most 10000 in a log")]
+    {
+        for command in [&["fit", "--robot", "robot.toml"][..], &["inspect", "--robot", "robot.toml"]] {
+            let begun = Instant::now();
+            let found = refusal(&bench, &[command, &[log]].concat(), 1);
+            assert!(found.contains(expected), "{found}");
+            assert!(begun.elapsed() < Duration::from_secs(5), "{command:?} {log}: {:?}", begun.elapsed());
+        }
+    }
+}
+
+/// A log that tells its mass, or whoever knows it, gets the power at it; coefficients of one payload have no other.
+#[test]
+fn power_at_a_known_payload_is_told() {
+    let bench = bench();
+    bench.put("one.csv", drive(40.0, 100.0, |_| 3.0));
+    bench.put(
+        "bare.csv",
+        drive(40.0, 100.0, |_| 3.0)
+            .lines()
+            .map(|row| format!("{}\n", row.rsplit_once(',').unwrap().0))
+            .collect::<String>(),
+    );
+    bench.done(&["fit", "--robot", "robot.toml", "--out", "one.toml", "one.csv"]);
+    let estimate = |log: &str, further: &[&str]| {
+        bench.json(
+            &[&["estimate", "--robot", "robot.toml", "--coeffs", "one.toml", "--window", "10", log], further]
+                .concat(),
+        )
+    };
+    let told = estimate("one.csv", &[]);
+    assert_eq!(told["told"]["mass_kg"], 3.0);
+    assert!(number(&told["told"]["r2"]) > 0.999, "{}", told["told"]);
+    assert!(told["r2"].is_null() && told["windows"][0]["mass_kg"].is_null());
+    assert!(estimate("bare.csv", &[])["told"].is_null());
+    let given = estimate("bare.csv", &["--mass", "3"]);
+    assert_eq!(given["told"], told["told"]);
+    // The wrong payload fits less well.
+    assert!(number(&estimate("bare.csv", &["--mass", "6"])["told"]["r2"]) < number(&given["told"]["r2"]));
+    let found = refusal(
+        &bench,
+        &["estimate", "--robot", "robot.toml", "--coeffs", "one.toml", "--mass", "900", "bare.csv"],
+        2,
+    );
+    assert!(found.starts_with("--mass: a total mass of 900 kg; expected from 0.2 to 30 kg"), "{found}");
 }

@@ -393,7 +393,7 @@ proptest! {
             }
             Err(error) => assert!(!error.to_string().is_empty() && !error.to_string().contains('\n'), "{error}"),
         }
-        match power_only::read(&files).and_then(|runs| power_only::investigate(&runs)) {
+        match power_only::read(&files, 1.0).and_then(|runs| power_only::investigate(&runs)) {
             Ok(report) => drop(host_tools::gap::report::json::json(&report, host_tools::gap::report::json::Beside::default())),
             Err(error) => assert!(!error.to_string().contains('\n'), "{error}"),
         }

@@ -76,7 +76,7 @@ fn bad_logs_get_one_clear_line_and_exit_code_1() {
     assert_eq!(complaint("time_s,wheel1_rad_s,wheel2_rad_s\n0,1,1\n1,1,1\n"), expected);
     let expected = ":4:power_w: \"high\" is not a number; expected a number";
     assert_eq!(complaint(&format!("{start}0.2,1,1,high\n")), expected);
-    let expected = ":4:time_s: time 0.05 follows 0.1; expected time to increase from row to row";
+    let expected = ":4:time_s: time 0.05 follows 0.1; expected time to increase from row to row (sort the rows, or tell runs apart by a column run)";
     assert_eq!(complaint(&format!("{start}0.05,1,1,1\n")), expected);
     assert_eq!(complaint(""), ": is empty; expected a run log: a CSV header and at least two rows");
     assert_eq!(complaint(HEADER), ": the log has no row to use; expected at least two");
@@ -168,7 +168,7 @@ fn what_a_fit_would_miss_is_said() {
     let cases = [
         (constant, "constant speed only"),
         (standing, "the robot never moves"),
-        (fast, "would drive at 30 m/s"),
+        (fast, "drives at 29.7 m/s"),
         (slow, "sample rate 5.0 Hz is low"),
         (negative, "has negative power, but TurtleBot3 Burger does not feed power back"),
     ];

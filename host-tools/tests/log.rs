@@ -109,14 +109,18 @@ fn text_in_a_number_names_line_column_and_text() {
 fn fields_too_few_or_too_many_name_the_line() {
     assert_eq!(message("time_s,power_w,x\n0,1,1\n1,1\n2,1,1\n"), ":3: 2 fields; expected 3 as in the header");
     assert_eq!(message("time_s,power_w\n0,1\n1\n2,1\n"), ":3: 1 field; expected 2 as in the header");
-    assert_eq!(message("time_s,power_w\n0,1,7\n1,1\n"), ":2: 3 fields; expected 2 as in the header");
+    assert_eq!(
+        message("time_s,power_w\n0,1,7\n1,1\n"),
+        ":2: 3 fields; expected 2 as in the header (decimal commas? write numbers with a point)"
+    );
 }
 
 #[test]
 fn time_must_increase_and_both_times_are_named() {
-    let expected = ":4:time_s: time 0.5 follows 1; expected time to increase from row to row";
+    let expected = ":4:time_s: time 0.5 follows 1; expected time to increase from row to row (sort the rows, or tell runs apart by a column run)";
     assert_eq!(message("time_s,power_w\n0,1\n1,1\n0.5,1\n"), expected);
-    let expected = ":3:time_s: time 0 follows 0; expected time to increase from row to row";
+    let expected =
+        ":3:time_s: time 0 follows 0; expected time to increase from row to row (keep one row of each time)";
     assert_eq!(message("time_s,power_w\n0,1\n0,1\n"), expected);
     // A row that is excluded for its power still has a time.
     assert!(message("time_s,power_w\n0,1\n5,\n4,1\n").starts_with(":4:time_s: time 4 follows 5"));

@@ -156,7 +156,7 @@ fn a_failure_leaves_the_old_log_as_it_was() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("x.csv"), "old").unwrap();
     std::fs::write(folder.path().join("p.csv"), "time_s,v_m_s,omega_rad_s\n0,0,0\n1,fast,0\n").unwrap();
-    let output = gmr(folder.path(), &["--profile", "p.csv", "--out", "x.csv"]).output().unwrap();
+    let output = gmr(folder.path(), &["--profile", "p.csv", "--out", "x.csv", "--force"]).output().unwrap();
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert_eq!(message, "gmr: p.csv:3:v_m_s: found `fast`; expected a number\n");
@@ -169,7 +169,7 @@ fn a_failure_leaves_the_old_log_as_it_was() {
     // Killed in the middle of a long run: the name is not taken.
     let mut long = std::process::Command::new(assert_cmd::cargo::cargo_bin!("gmr"))
         .current_dir(folder.path())
-        .args(["simulate", "--duration", "1000000", "--out", "x.csv"])
+        .args(["simulate", "--duration", "1000000", "--out", "x.csv", "--force"])
         .spawn()
         .unwrap();
     std::thread::sleep(std::time::Duration::from_millis(500));

@@ -22,7 +22,7 @@ use crate::error::{Error, Result};
 use crate::robot::Robot;
 
 /// Samples per second of a board that cannot be asked.
-const USUAL_RATE_HZ: u16 = 200;
+pub const USUAL_RATE_HZ: u16 = 200;
 /// How often a waiting upload is looked at.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// Erasing and writing the store takes less, even where both sectors are erased.

@@ -60,6 +60,11 @@ pub enum Ending {
     Stopped,
     /// The board started again: its time would run backwards.
     Restarted,
+    /// The board's clock jumped ahead, s: no time passed that its samples could tell of.
+    Jumped {
+        /// By so much, s.
+        seconds: f64,
+    },
     /// The board is gone, or takes no samples.
     Lost(Error),
 }
@@ -103,6 +108,7 @@ pub fn record<T: Transport>(
         columns: Columns { estimate: board.has_coefficients, mass_kg: options.mass_kg },
         duration: options.duration,
         next,
+        rate_hz: board.sample_rate_hz,
         first_us: None,
         last: None,
         rows: 0,
@@ -128,6 +134,7 @@ struct Run {
     duration: Option<Duration>,
     /// Sequence number of the record that comes next.
     next: u32,
+    rate_hz: u16,
     first_us: Option<u64>,
     last: Option<Record>,
     rows: u64,
@@ -194,6 +201,9 @@ impl Run {
             if self.last.as_ref().is_some_and(|last| record.time_us <= last.time_us) {
                 return Some(Ending::Restarted);
             }
+            if let Some(seconds) = self.jump(record) {
+                return Some(Ending::Jumped { seconds });
+            }
             let first_us = *self.first_us.get_or_insert(record.time_us);
             let elapsed = Duration::from_micros(record.time_us.saturating_sub(first_us));
             if self.duration.is_some_and(|duration| elapsed >= duration) {
@@ -210,6 +220,16 @@ impl Run {
             self.last = Some(*record);
         }
         None
+    }
+
+    /// By how much its clock is ahead of what the number of samples since the last one takes, s, where that is more than a board pauses.
+    fn jump(&self, record: &Record) -> Option<f64> {
+        let last = self.last.as_ref()?;
+        let passed = Duration::from_micros(record.time_us - last.time_us).as_secs_f64();
+        let samples = f64::from(record.sequence.wrapping_sub(last.sequence));
+        let ahead = passed - samples / f64::from(self.rate_hz.max(1));
+        // Samples that come at half their rate are late, not a jump.
+        (ahead > LONGEST_PAUSE.as_secs_f64() && ahead > 0.5 * passed).then_some(ahead)
     }
 
     fn elapsed(&self) -> Duration {

@@ -9,10 +9,12 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
 use super::drive::DriveArguments;
+use super::overwrite::OverwriteArgument;
 use crate::board::transport::Transport as _;
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::output::{check_apart, write_whole};
+use crate::own::Form;
 use crate::plant::{Kinematics, ProfileKind};
 use crate::virtual_board::board::{BoardOptions, VirtualBoard};
 use crate::virtual_board::faults::FaultScript;
@@ -31,6 +33,9 @@ const DRIVEN_BY_BOARD: &str = "none";
 
 /// Board time between two looks at the link: a tenth of a sample.
 const LINK_PERIOD: Duration = Duration::from_micros(500);
+
+/// Bytes that wait on either way of the link at most: some seconds of what a board says.
+const MOST_QUEUED: usize = 1 << 16;
 
 /// Longest wait for anything, so that Ctrl-C is heard.
 const LOOK: Duration = Duration::from_millis(20);
@@ -79,6 +84,8 @@ pub(crate) struct Arguments {
     /// Print what was run as JSON, at the end
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    overwrite: OverwriteArgument,
 }
 
 /// What `--json` prints.
@@ -100,9 +107,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         arguments.truth.iter().chain(&arguments.flash).map(PathBuf::as_path),
         [Path::new(&arguments.drive.profile), &arguments.image],
     )?;
+    arguments.overwrite.check(&arguments.truth, Form::Truth)?;
     let factor = speed(&arguments.speed)?;
     let robot = robot(arguments)?;
-    let interrupted = interrupt::catch()?;
+    let interrupted = interrupt::catch();
     let flash = arguments.flash.as_deref().map_or_else(|| Ok(VirtualFlash::default()), VirtualFlash::open)?;
     let terminal = VirtualTerminal::open(arguments.link.as_deref())?;
     let node = VirtualTerminal::open(arguments.node.as_deref())?;
@@ -229,6 +237,10 @@ impl Session {
         self.look_at_node()?;
         let mut buffer = [0; 4096];
         let server = self.board.server_mut();
+        // A client that sends faster than the board reads waits, as on a wire.
+        if server.to_board.len() > MOST_QUEUED {
+            return Ok(());
+        }
         match self.terminal.receive(&mut buffer)? {
             Heard::Bytes(count) => {
                 server.to_board.extend(&buffer[..count]);
@@ -243,6 +255,10 @@ impl Session {
                 server.from_board.clear();
                 self.pace.hang_up();
             }
+        }
+        // A client that has opened the port and reads nothing loses what a host's buffer does not hold.
+        if server.from_board.len() > MOST_QUEUED {
+            server.from_board.clear();
         }
         while !server.from_board.is_empty() {
             let (front, _) = server.from_board.as_slices();

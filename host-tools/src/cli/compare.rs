@@ -8,11 +8,14 @@ use crate::baselines;
 use crate::compare::{self, Comparison, Entry, LeftOut, MassSource, Settings, Split, compare};
 use crate::error::{Error, Result};
 use crate::output::check_apart;
+use crate::own::Form;
 use crate::report::{Binned, Page, check_extension};
 use crate::robot::Robot;
 use crate::with_wheels;
 
 use super::compare_text::{print_list, print_table};
+use super::overwrite::OverwriteArgument;
+use super::units::UnitArguments;
 
 /// Arguments of `gmr compare`.
 #[derive(clap::Args)]
@@ -51,6 +54,10 @@ pub(crate) struct Arguments {
     /// Figures as JSON on standard output
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    units: UnitArguments,
+    #[command(flatten)]
+    overwrite: OverwriteArgument,
 }
 
 #[derive(Serialize)]
@@ -73,7 +80,7 @@ struct Report<'a> {
 const BINS: f64 = 30.0;
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let robot = Robot::load(&arguments.robot)?;
+    let robot = arguments.units.robot(&arguments.robot)?;
     if arguments.list {
         return print_list(&robot, &chosen(arguments)?, arguments.json);
     }
@@ -82,6 +89,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     let inputs = arguments.train.iter().chain(&arguments.test).chain([&arguments.robot]);
     check_apart(arguments.plot.as_deref(), inputs.map(PathBuf::as_path))?;
+    arguments.overwrite.check(&arguments.plot, Form::Drawing)?;
     with_wheels!(robot, run_with(&robot, arguments))
 }
 

@@ -5,13 +5,17 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use serde::Serialize;
 
+use super::overwrite::OverwriteArgument;
+use super::units::UnitArguments;
 use crate::coefficients::CoefficientsFile;
 use crate::error::{Error, Result};
 use crate::estimate::board::{self, BoardReport, BoardTrack, Delay};
 use crate::estimate::plot::Track;
-use crate::estimate::{Change, Payloads, Policy, PolicyKind, Replay, WindowMass, replay};
+use crate::estimate::{Change, Payloads, Policy, PolicyKind, Replay, Told, WindowMass, replay_at};
+use crate::log::checks::check_mass;
 use crate::metrics::Quality;
 use crate::output::check_apart;
+use crate::own::Form;
 use crate::report::check_extension;
 use crate::robot::Robot;
 use crate::with_wheels;
@@ -28,6 +32,10 @@ pub(crate) struct Arguments {
     /// Coefficients as gmr fit writes them
     #[arg(long, value_name = "C.toml")]
     coeffs: PathBuf,
+    /// Total mass, kg, where it is known: power and energy at this payload are given beside those at the estimated one [default: what the log
+    /// tells]
+    #[arg(long, value_name = "KG", allow_negative_numbers = true)]
+    mass: Option<f64>,
     /// Length of the window, s
     #[arg(long, default_value_t = 25.0, value_name = "S")]
     window: f64,
@@ -55,6 +63,10 @@ pub(crate) struct Arguments {
     /// Figures as JSON on standard output
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    units: UnitArguments,
+    #[command(flatten)]
+    overwrite: OverwriteArgument,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -80,6 +92,8 @@ struct Report<'a> {
     energy_j: f64,
     predicted_actuation_j: f64,
     rows: u64,
+    /// Power and energy at the mass that the log tells, or that was given.
+    told: Option<&'a Told>,
     changes: &'a [Change],
     windows: &'a [WindowMass],
     mass_error: Option<MassError>,
@@ -128,12 +142,13 @@ impl MassError {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let robot = Robot::load(&arguments.robot)?;
+    let robot = arguments.units.robot(&arguments.robot)?;
     if let Some(plot) = &arguments.plot {
         check_extension(plot)?;
     }
     let inputs = [&arguments.run, &arguments.robot, &arguments.coeffs];
     check_apart(arguments.plot.as_deref(), inputs.into_iter().chain(&arguments.truth).map(PathBuf::as_path))?;
+    arguments.overwrite.check(&arguments.plot, Form::Drawing)?;
     with_wheels!(robot, run_with(&robot, arguments))
 }
 
@@ -144,12 +159,16 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     let mut track = Track::default();
     let mut board = BoardTrack::open(&arguments.run, arguments.truth.as_deref(), robot.mape_floor_w())?;
     let mut broken = None;
-    let replay = replay(robot, &coefficients, &arguments.run, payloads, &policy, |instant| {
-        match board.add(instant) {
-            Ok(instant) => track.add(&instant),
-            Err(error) => broken = broken.take().or(Some(error)),
-        }
-    })?;
+    if let Some(mass) = arguments.mass {
+        check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
+    }
+    let replay =
+        replay_at(robot, &coefficients, &arguments.run, payloads, &policy, arguments.mass, |instant| {
+            match board.add(instant) {
+                Ok(instant) => track.add(&instant),
+                Err(error) => broken = broken.take().or(Some(error)),
+            }
+        })?;
     if let Some(error) = broken {
         return Err(error);
     }
@@ -198,6 +217,7 @@ fn print_json(robot: &Robot, replay: &Replay, beside: Beside) -> Result<()> {
         energy_j: replay.energy_j,
         predicted_actuation_j: replay.predicted_j,
         rows: replay.rows,
+        told: replay.told.as_ref(),
         changes: &replay.changes,
         windows: &replay.windows,
         mass_error: MassError::of(&replay.windows),
@@ -217,9 +237,15 @@ fn print_text(robot: &Robot, replay: &Replay, beside: &Beside) -> Result<()> {
             robot.mape_floor_w(),
             100.0 * replay.known_share
         ),
-        None => println!("power: unknown, because the mass never was known"),
+        None => println!(
+            "power: unknown, because the mass never was known{}",
+            if replay.told.is_none() { "; --mass gives it at a known payload" } else { "" }
+        ),
     }
     println!("energy: {:.1} J, of actuation {:.1} J by the model", replay.energy_j, replay.predicted_j);
+    if let Some(told) = &replay.told {
+        print_told(told);
+    }
     for change in &replay.changes {
         println!("payload changed at {:.1} s, noticed at {:.1} s", change.time_s, change.noticed_s);
     }
@@ -257,6 +283,19 @@ fn print_text(robot: &Robot, replay: &Replay, beside: &Beside) -> Result<()> {
     }
     print_beside(beside);
     Ok(())
+}
+
+/// Power and energy at the payload that somebody knows.
+fn print_told(told: &Told) {
+    let at = told.mass_kg.map_or("the masses of the log".to_owned(), |mass| format!("{mass} kg"));
+    let Quality { r2, mape_percent, mape_share, rmse_w, mape_floor_w, .. } = told.quality;
+    println!(
+        "at {at}: R² {}, MAPE {} (of {:.0} % of the samples, above {mape_floor_w} W), RMSE {rmse_w:.4} W; actuation {:.1} J by the model",
+        r2.map_or("–".to_owned(), |r2| format!("{r2:.5}")),
+        mape_percent.map_or("–".to_owned(), |mape| format!("{mape:.2} %")),
+        100.0 * mape_share,
+        told.predicted_j
+    );
 }
 
 fn print_beside(beside: &Beside) {

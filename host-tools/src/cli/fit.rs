@@ -2,15 +2,24 @@
 
 use std::path::PathBuf;
 
+use firmware::control_table::Reason;
+use firmware::items::check_coefficients;
+use firmware::wheels::WHEELS;
+use model_core::coefficients::Coefficients;
 use serde::Serialize;
 
+use super::overwrite::OverwriteArgument;
+use super::units::UnitArguments;
+use crate::board::flasher::{self, USUAL_RATE_HZ};
 use crate::error::{Error, Result};
+use crate::fit::entrance;
 use crate::fit::form::{Judged, Term};
 use crate::fit::verdict::{Parameter, Verdict};
 use crate::fit::warning::Warning;
 use crate::fit::{self, Fit, Method, ModelKind, linear::Certificate, pgd};
 use crate::metrics::Quality;
 use crate::output::check_apart;
+use crate::own::Form;
 use crate::robot::Robot;
 use crate::with_wheels;
 
@@ -47,6 +56,10 @@ pub(crate) struct Arguments {
     /// Figures as JSON on standard output
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    units: UnitArguments,
+    #[command(flatten)]
+    overwrite: OverwriteArgument,
 }
 
 #[derive(Serialize)]
@@ -78,7 +91,7 @@ struct Report<'a> {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let robot = Robot::load(&arguments.robot)?;
+    let robot = arguments.units.robot(&arguments.robot)?;
     with_wheels!(robot, run_with(&robot, arguments))
 }
 
@@ -87,13 +100,18 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
         arguments.out.as_deref(),
         arguments.runs.iter().chain([&arguments.robot]).map(PathBuf::as_path),
     )?;
+    arguments.overwrite.check(&arguments.out, Form::Coefficients)?;
     let method = arguments.method.unwrap_or(Method::default_for(arguments.model)).check(arguments.model)?;
     let mass = arguments.mass.unwrap_or(robot.mass_no_load_kg());
     if !(mass > 0.0 && mass.is_finite()) {
         return Err(Error::usage(format!("--mass {mass}: expected a mass above 0 kg")));
     }
-    let fit =
-        fit::fit_logs::<N>(robot, &arguments.runs, mass, arguments.model, method, &settings(arguments)?)?;
+    let settings = settings(arguments)?;
+    let mut suspicions = entrance::look::<N>(robot, &arguments.runs, mass)?;
+    let mut fit = fit::fit_logs::<N>(robot, &arguments.runs, mass, arguments.model, method, &settings)?;
+    // What the logs look like explains what the fit says of itself.
+    suspicions.append(&mut fit.warnings);
+    fit.warnings = suspicions;
     if let Some(shortcoming) = &fit.shortcoming {
         eprintln!("gmr: {shortcoming}");
     }
@@ -101,9 +119,40 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
         eprintln!("gmr: {}", warning.text);
     }
     if let Some(out) = &arguments.out {
-        fit.to_file()?.write(out)?;
+        let file = fit.to_file()?;
+        check_for_boards(robot, &file.coefficients).map_err(|error| error.in_file(out))?;
+        file.write(out)?;
     }
     if arguments.json { print_json(robot, &fit) } else { print_text(robot, &fit, arguments) }
+}
+
+/// What is written, `gmr flash` takes: a file that no board would use would be found out too late.
+fn check_for_boards<const N: usize>(robot: &Robot, coefficients: &Coefficients<f64, N>) -> Result<()> {
+    // A robot that no board drives has nothing to ask one for.
+    if N != WHEELS {
+        return Ok(());
+    }
+    let refused = |why: &str| {
+        let message = format!(
+            "not written: no board would take these coefficients ({why}); drive at more speeds, turns and payloads, and look at the logs \
+             with gmr inspect"
+        );
+        Error::failed(message)
+    };
+    let image = coefficients.encode().ok_or_else(|| refused("boards have no such model"))?;
+    let identity = flasher::robot_identity(robot)?;
+    match check_coefficients(image.as_bytes(), &identity, USUAL_RATE_HZ) {
+        // How long a delay a board can keep, and how slow a filter, depends on its sample rate: another may take them.
+        Err(reason @ (Reason::Delay | Reason::Cutoff)) => {
+            eprintln!(
+                "gmr: a board at {USUAL_RATE_HZ} Hz would not take these coefficients: {}",
+                reason.text()
+            );
+        }
+        Err(reason) => return Err(refused(reason.text())),
+        Ok(_) => {}
+    }
+    Ok(())
 }
 
 fn settings(arguments: &Arguments) -> Result<pgd::Settings> {

@@ -10,6 +10,7 @@ use firmware::wheels::WHEELS;
 use model_core::coefficients::Coefficients;
 use serde::Serialize;
 
+use super::overwrite::OverwriteArgument;
 use crate::board::client::Client;
 use crate::board::flasher::{self, Outcome, Request, Running, Target, flash};
 use crate::board::serial::Serial;
@@ -18,6 +19,7 @@ use crate::board::{dfu, image_file, probe, rail_names};
 use crate::effects::written::id_of;
 use crate::error::{Error, Result};
 use crate::output::check_apart;
+use crate::own::Form;
 use crate::printable;
 use crate::progress::WaitProgress;
 use crate::robot::Robot;
@@ -59,6 +61,8 @@ pub(crate) struct Arguments {
     /// Figures as JSON on standard output
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    overwrite: OverwriteArgument,
 }
 
 /// What a command found or did.
@@ -102,6 +106,7 @@ struct HeldCoefficients {
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let inputs = [&arguments.robot].into_iter().chain(&arguments.coeffs);
     check_apart(arguments.out.as_deref(), inputs.map(PathBuf::as_path))?;
+    arguments.overwrite.check(&arguments.out, Form::Store)?;
     let request = if arguments.read { None } else { Some(request(arguments)?) };
     let done = if let Some(port) = &arguments.port {
         let timeout = Duration::try_from_secs_f64(arguments.timeout)

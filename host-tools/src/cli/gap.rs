@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use model_core::eq18::Gate;
 use model_core::model::Model;
 
+use super::overwrite::OverwriteArgument;
+use super::units::UnitArguments;
 use crate::coefficients::CoefficientsFile;
 use crate::effects::{NotTestable, written};
 use crate::error::{Error, Result};
@@ -24,6 +26,7 @@ use crate::log::checks;
 use crate::log::runs::Runs;
 use crate::log::speed_column;
 use crate::output::check_apart;
+use crate::own::Form;
 use crate::plant::PlantSet;
 use crate::progress::StageProgress;
 use crate::robot::Robot;
@@ -69,15 +72,23 @@ pub(crate) struct Arguments {
     /// Figures as JSON on standard output
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    units: UnitArguments,
+    #[command(flatten)]
+    overwrite: OverwriteArgument,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let robot = Robot::load(&arguments.robot)?;
+    let robot = arguments.units.robot(&arguments.robot)?;
     if let Some(file) = &arguments.report {
         page::check(file)?;
     }
     let found = if power_only::is_power_only(&arguments.runs)? {
-        Found { report: run_power_only(arguments)?, simulated: None, suggestion: None }
+        Found {
+            report: run_power_only(arguments, robot.log_units().power.in_w())?,
+            simulated: None,
+            suggestion: None,
+        }
     } else {
         with_wheels!(robot, run_with(&robot, arguments))?
     };
@@ -85,7 +96,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 /// Logs that do not say how the robot moved.
-fn run_power_only(arguments: &Arguments) -> Result<Report> {
+fn run_power_only(arguments: &Arguments, unit_w: f64) -> Result<Report> {
     let given = [
         (arguments.coeffs.is_some(), "--coeffs"),
         (!arguments.base.is_empty(), "--base"),
@@ -102,7 +113,7 @@ fn run_power_only(arguments: &Arguments) -> Result<Report> {
     }
     check_outputs(arguments, &[])?;
     checks::each_once(&arguments.runs, &[])?;
-    let mut report = power_only::investigate(&power_only::read(&arguments.runs)?)?;
+    let mut report = power_only::investigate(&power_only::read(&arguments.runs, unit_w)?)?;
     if let Some(file) = &arguments.effects {
         let own = user::read(file)?.into_iter();
         let needs = || format!("needs {}", speed_column(0));
@@ -116,7 +127,10 @@ fn check_outputs(arguments: &Arguments, clean_logs: &[PathBuf]) -> Result<()> {
     let outputs = arguments.out.iter().chain(&arguments.report).chain([&arguments.profile]);
     let inputs = arguments.runs.iter().chain(&arguments.coeffs).chain(&arguments.effects);
     let inputs = inputs.chain(clean_logs).chain([&arguments.robot]);
-    check_apart(outputs.map(PathBuf::as_path), inputs.map(PathBuf::as_path))
+    check_apart(outputs.map(PathBuf::as_path), inputs.map(PathBuf::as_path))?;
+    arguments.overwrite.check(&arguments.out, Form::Coefficients)?;
+    arguments.overwrite.check(&arguments.report, Form::Page)?;
+    arguments.overwrite.check([&arguments.profile], Form::Profile)
 }
 
 /// All that is shown.

@@ -2,12 +2,14 @@
 
 use std::path::PathBuf;
 
+use super::overwrite::OverwriteArgument;
+use super::units::UnitArguments;
 use crate::error::Result;
 use crate::inspect::{Moving, Report, Severity, StaticState};
 use crate::output;
+use crate::own::Form;
 use crate::progress::FileProgress;
 use crate::report;
-use crate::robot::Robot;
 
 /// Arguments of `gmr inspect`.
 #[derive(clap::Args)]
@@ -24,6 +26,10 @@ pub(crate) struct Arguments {
     /// The log
     #[arg(value_name = "RUN.csv")]
     run: PathBuf,
+    #[command(flatten)]
+    units: UnitArguments,
+    #[command(flatten)]
+    overwrite: OverwriteArgument,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
@@ -31,7 +37,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         report::check_extension(file)?;
     }
     output::check_apart(arguments.plot.as_deref(), [&arguments.run, &arguments.robot].map(PathBuf::as_path))?;
-    let robot = Robot::load(&arguments.robot)?;
+    arguments.overwrite.check(&arguments.plot, Form::Drawing)?;
+    let robot = arguments.units.robot(&arguments.robot)?;
     let mut progress = FileProgress::new(std::slice::from_ref(&arguments.run));
     let report = Report::of(&arguments.run, &robot, |read, size| progress.at((read, size)))?;
     progress.finish();
@@ -48,12 +55,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 /// One screen for people.
 fn summary(report: &Report) -> String {
     let mut lines = vec![
-        format!("{} ({})", report.log, report.robot),
+        format!("{} ({}): {}", report.log, report.robot, report.verdict),
         format!(
-            "  {} rows in {:.1} s at {:.1} Hz, steps {:.4} to {:.4} s (std {:.4} s), {} gap(s)",
+            "  {} rows in {:.1} s at {}, steps {:.4} to {:.4} s (std {:.4} s), {} gap(s)",
             report.rows,
             report.duration_s,
-            report.rate_hz,
+            report.rate_hz.map_or("no rate".to_owned(), |rate| format!("{rate:.1} Hz")),
             report.timing.jitter.min_s,
             report.timing.jitter.max_s,
             report.timing.jitter.std_s,
@@ -96,11 +103,16 @@ fn summary(report: &Report) -> String {
             state.std_err_w,
             100.0 * state.share,
             state.dwell_s,
-            state.visits.len()
+            state.stretches
         )
     };
     for standing in &report.static_states {
-        lines.push(state(standing, if standing.moving == Moving::Unknown { ", perhaps moving" } else { "" }));
+        let what = match standing.moving {
+            Moving::Unknown => ", perhaps moving",
+            _ if standing.is_offset() => ", an offset of the sensor",
+            _ => "",
+        };
+        lines.push(state(standing, what));
     }
     for moving in &report.moving_levels {
         lines.push(state(moving, ", probably motion"));

@@ -14,9 +14,11 @@ mod gap_bench_count;
 mod gap_bench_json;
 mod gap_bench_text;
 mod inspect;
+mod overwrite;
 mod record;
 mod reproduce;
 mod simulate;
+mod units;
 mod watch;
 
 use std::process::ExitCode;
@@ -25,6 +27,7 @@ use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
 use crate::error::{Error, Result};
+use crate::interrupt;
 use crate::output;
 
 /// How much power does a wheeled robot draw, when nobody told it what it carries?
@@ -66,7 +69,8 @@ enum Command {
 
 /// Parses the command line and runs it. Exit codes: 0 done, 1 failed, 2 wrong usage.
 pub fn run() -> ExitCode {
-    let result = parse().and_then(execute).and_then(|()| output::finish());
+    let result =
+        interrupt::install().and_then(|()| parse()).and_then(execute).and_then(|()| output::finish());
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

@@ -65,8 +65,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     let at_port = |error: Error| error.in_file(&arguments.port);
     let (mut client, board) = Client::connect(Serial::open(&arguments.port)?).map_err(at_port)?;
-    let stopped = interrupt::catch()?;
-    let mut log = Log { path: &arguments.out, force: arguments.force, file: None };
+    let stopped = interrupt::catch();
+    let mut log = Log { path: &arguments.out, force: arguments.force, file: None, whole: 0 };
     let mut bar = RecordProgress::new(options.duration);
     let result =
         recorder::record(&mut client, &board, &options, &mut |lines| log.append(lines), &mut |now| {
@@ -86,10 +86,12 @@ struct Log<'a> {
     path: &'a Path,
     force: bool,
     file: Option<File>,
+    /// Bytes of whole lines.
+    whole: u64,
 }
 
 impl Log<'_> {
-    /// In one write: whatever ends this process leaves no half of a line.
+    /// In one write: whatever ends this process leaves no half of a line, and a full disk none either.
     fn append(&mut self, lines: &str) -> Result<()> {
         let refused = |error: std::io::Error| Error::io(self.path, &error);
         if self.file.is_none() {
@@ -102,7 +104,14 @@ impl Log<'_> {
             }
             self.file = Some(options.open(self.path).map_err(refused)?);
         }
-        self.file.as_mut().map_or(Ok(()), |file| file.write_all(lines.as_bytes())).map_err(refused)
+        let Some(file) = &mut self.file else { return Ok(()) };
+        if let Err(error) = file.write_all(lines.as_bytes()) {
+            // What of the lines found room goes again; a pipe or a device keeps what it has.
+            let _ = file.set_len(self.whole);
+            return Err(refused(error));
+        }
+        self.whole += lines.len() as u64;
+        Ok(())
     }
 }
 
@@ -170,6 +179,7 @@ fn report(arguments: &Arguments, board: &Board, recording: Recording, resent: u6
             Ending::Complete => "complete",
             Ending::Stopped => "stopped",
             Ending::Restarted => "restarted",
+            Ending::Jumped { .. } => "clock jumped",
             Ending::Lost(_) => "lost",
         },
         board,
@@ -195,6 +205,12 @@ fn report(arguments: &Arguments, board: &Board, recording: Recording, resent: u6
         }
         Ending::Restarted => {
             let message = format!("the board started again, which ends the log; saved up to then: {saved}");
+            Err(Error::failed(message).in_file(&arguments.port))
+        }
+        Ending::Jumped { seconds } => {
+            let message = format!(
+                "the board's clock jumped by {seconds:.1} s between two samples, which ends the log; saved up to then: {saved}"
+            );
             Err(Error::failed(message).in_file(&arguments.port))
         }
         Ending::Lost(error) => {

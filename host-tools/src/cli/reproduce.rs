@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use crate::baselines;
 use crate::error::{Error, Result};
 use crate::interrupt;
+use crate::output::check_room;
 use crate::progress::CountProgress;
 use crate::reproduce::{Settings, output, run as reproduce};
 
@@ -34,6 +35,9 @@ const WINDOWS_S: [u32; 12] = [5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 55, 60];
 /// Those of a reduced one.
 const REDUCED_WINDOWS_S: [u32; 3] = [10, 25, 50];
 
+/// A reproduction, the logs that it works on, and an earlier one that it replaces: twice what is written, rounded up.
+const ROOM_BYTES: u64 = 64 << 20;
+
 /// Seeds unless told otherwise: as many as an interval is asked over.
 const SEEDS: u64 = 20;
 
@@ -43,7 +47,8 @@ const REDUCED_SEEDS: u64 = 2;
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let settings = settings(arguments)?;
     output::check(&arguments.out)?;
-    let stopped = interrupt::catch()?;
+    check_room(&arguments.out, ROOM_BYTES)?;
+    let stopped = interrupt::catch();
     let study = {
         let progress = CountProgress::new("seeds", settings.seeds);
         reproduce(&settings, stopped, || progress.one_more())?

@@ -9,8 +9,10 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use super::drive::DriveArguments;
+use super::overwrite::OverwriteArgument;
 use crate::error::{Error, Result};
 use crate::output::{check_apart, write_whole};
+use crate::own::Form;
 use crate::plant::encoder::SpeedSource;
 use crate::plant::experiment::{self, Drive};
 use crate::plant::log::Totals;
@@ -89,6 +91,8 @@ pub(crate) struct Arguments {
     /// Print what was written as JSON
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    overwrite: OverwriteArgument,
 }
 
 /// Arguments that a preset leaves no room for.
@@ -167,6 +171,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         return Err(Error::usage("--out - and --json both write to standard output; allowed: one of them"));
     }
     check_apart((!to_stdout).then_some(out), [Path::new(&arguments.drive.profile)])?;
+    if !to_stdout {
+        arguments.overwrite.check(&arguments.out, Form::SimulatedLog)?;
+    }
     check_columns(&arguments.columns)?;
     let scenario = scenario(arguments)?;
     let simulation = Simulation::new(&scenario)?;

@@ -3,6 +3,7 @@
 pub mod board;
 mod outside;
 pub mod plot;
+mod told;
 
 use std::path::Path;
 
@@ -17,6 +18,8 @@ use model_core::payload::{MassEstimate, Method, Place, Unknown};
 use serde::{Deserialize, Serialize};
 
 use outside::Columns;
+use told::Telling;
+pub use told::Told;
 
 use crate::error::{Error, Result};
 use crate::log::{Exclusions, RawRow, SampleReader};
@@ -131,6 +134,8 @@ pub struct Replay {
     pub changes: Vec<Change>,
     /// P̂ with the estimator's own mass against the measured power.
     pub quality: Option<Quality>,
+    /// P̂ at the mass that the log tells, or that was given; none where neither is.
+    pub told: Option<Told>,
     /// Share of the settled samples for which the mass was known.
     pub known_share: f64,
     /// Energy drawn, static power included (Eq. 9), J.
@@ -182,16 +187,34 @@ pub fn replay<const N: usize>(
     policy: &Policy,
     watch: impl FnMut(&Instant),
 ) -> Result<Replay> {
+    replay_at(robot, coefficients, file, payloads, policy, None, watch)
+}
+
+/// As [`replay`], with power and energy at a given total mass beside, kg, instead of the one that the log tells.
+///
+/// # Errors
+/// As [`replay`].
+pub fn replay_at<const N: usize>(
+    robot: &Robot,
+    coefficients: &Coefficients<f64, N>,
+    file: &Path,
+    payloads: Payloads,
+    policy: &Policy,
+    mass_kg: Option<f64>,
+    watch: impl FnMut(&Instant),
+) -> Result<Replay> {
     let columns = Columns::of(coefficients, file)?;
     let reader = SampleReader::<N>::open_with(file, robot, &columns.names())?;
-    let log = Log { file, reader, columns };
-    let range = coefficients.robot.range;
+    let log = Log { file, reader, columns, mass_kg };
+    let (range, floor_w) = (coefficients.robot.range, robot.mape_floor_w());
     match payloads {
         Payloads::Window => {
             let method = Window { range, noise: coefficients.noise, period: log.reader.period_s() };
-            Run::new(coefficients, log, method, policy)?.finish(robot, watch)
+            Run::new(coefficients, log, method, policy, floor_w)?.finish(robot, watch)
         }
-        Payloads::Roots => Run::new(coefficients, log, RootMean { range }, policy)?.finish(robot, watch),
+        Payloads::Roots => {
+            Run::new(coefficients, log, RootMean { range }, policy, floor_w)?.finish(robot, watch)
+        }
     }
 }
 
@@ -215,6 +238,8 @@ struct Log<'a, const N: usize> {
     file: &'a Path,
     reader: SampleReader<N>,
     columns: Columns<N>,
+    /// Given beside it, kg.
+    mass_kg: Option<f64>,
 }
 
 struct Run<'a, M: Method<f64>, const N: usize> {
@@ -222,6 +247,7 @@ struct Run<'a, M: Method<f64>, const N: usize> {
     estimator: Estimator<f64, M, N, BUCKETS>,
     /// As the board does: with effects only where the coefficients hold any.
     live: Option<Live<f64, N>>,
+    telling: Telling<N>,
     policy: &'a Policy,
     bucket_s: f64,
     window_buckets: usize,
@@ -233,6 +259,7 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
         log: Log<'a, N>,
         method: M,
         policy: &'a Policy,
+        mape_floor_w: f64,
     ) -> Result<Self> {
         let bucket_s = bucket_length(policy.window_s)?;
         let buckets = |seconds: f64| (seconds / bucket_s).round() as usize;
@@ -259,7 +286,8 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
         let estimator = Estimator::new(coefficients, method, &timing).map_err(unfit)?;
         let live = (!coefficients.columns.is_empty()).then(|| Live::new(coefficients, timing.period_s));
         let live = live.transpose().map_err(unfit)?;
-        Ok(Self { log, estimator, live, policy, bucket_s, window_buckets: window })
+        let telling = Telling::new(coefficients, log.mass_kg, mape_floor_w);
+        Ok(Self { log, estimator, live, telling, policy, bucket_s, window_buckets: window })
     }
 
     fn finish(mut self, robot: &Robot, mut watch: impl FnMut(&Instant)) -> Result<Replay> {
@@ -311,6 +339,7 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
                     noticed_s: row.time,
                 });
             }
+            self.telling.add(self.live.as_ref(), &row, &estimate, step);
             if let Some(instant) = instant(&row, &estimate) {
                 settled += 1;
                 if let Some(predicted) = instant.predicted_w {
@@ -333,6 +362,7 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
             windows,
             changes,
             quality: metrics.quality(),
+            told: self.telling.finish(),
             known_share: known as f64 / settled.max(1) as f64,
             energy_j: measured + energy,
             predicted_j: predicted,

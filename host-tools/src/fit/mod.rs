@@ -3,6 +3,7 @@
 pub mod assess;
 mod cutoff;
 pub mod dataset;
+pub mod entrance;
 pub mod form;
 pub mod gram;
 pub mod linear;

@@ -24,6 +24,8 @@ pub enum Kind {
     NotConverged,
     /// The mean power of the rows predicts them better.
     WorseThanMean,
+    /// A log looks like another one than its columns say.
+    SuspectLog,
     /// Boards refuse coefficients whose power no robot draws.
     NotForBoards,
 }
@@ -48,6 +50,10 @@ impl Warning {
              payloads determine them better"
         );
         Self { kind: Kind::NotConverged, text }
+    }
+
+    pub(super) fn of_log(text: String) -> Self {
+        Self { kind: Kind::SuspectLog, text }
     }
 
     pub(super) fn not_for_boards() -> Self {

@@ -34,6 +34,10 @@ pub struct Block {
     pub still: bool,
     /// Whether the block does not continue the one before.
     pub starts: bool,
+    /// Stretches of standing, or of moving, that begin in it: 1 or none, more where blocks were joined over others in between.
+    pub stretches: u32,
+    /// Time that its rows cover, s; blocks that were joined over others in between cover less than their ends say.
+    pub seconds: f64,
 }
 
 impl Block {
@@ -49,6 +53,8 @@ impl Block {
         self.mean += step * next.count / count;
         self.count = count;
         self.to_s = next.to_s;
+        self.seconds += next.seconds;
+        self.stretches += next.stretches;
         self.min = self.min.min(next.min);
         self.max = self.max.max(next.max);
     }
@@ -122,6 +128,10 @@ impl Blocks {
         if self.blocks.len() > MOST_BLOCKS {
             self.joined *= 2;
             self.halve();
+            // Where the robot stops and goes all the time, neighbours are of two kinds.
+            if 4 * self.blocks.len() > 3 * MOST_BLOCKS {
+                self.halve_apart();
+            }
         }
     }
 
@@ -134,9 +144,12 @@ impl Blocks {
         let count = values.iter().filter(|value| counts(value)).count() as f64;
         let mean = values.iter().filter(|value| counts(value)).sum::<f64>() / count;
         let squares = values.iter().filter(|value| counts(value)).map(|value| (value - mean).powi(2)).sum();
+        let (from_s, to_s) = (self.rows[0].0, self.rows[self.rows.len() - 1].0);
+        let last = self.blocks.last();
+        let begins = self.starts || last.is_none_or(|last| last.still != self.still);
         Block {
-            from_s: self.rows[0].0,
-            to_s: self.rows[self.rows.len() - 1].0,
+            from_s,
+            to_s,
             count,
             mean,
             squares,
@@ -144,6 +157,8 @@ impl Blocks {
             max: values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
             still: self.still,
             starts: self.starts,
+            stretches: u32::from(begins),
+            seconds: to_s - if begins { from_s } else { last.map_or(from_s, |last| last.to_s) },
         }
     }
 
@@ -159,6 +174,24 @@ impl Blocks {
                 _ => {
                     joined.push(block);
                     odd = true;
+                }
+            }
+        }
+        self.blocks = joined;
+    }
+
+    /// Joins every second block of a kind with the one of that kind before it, over what lies between.
+    fn halve_apart(&mut self) {
+        let mut joined: Vec<Block> = Vec::with_capacity(MOST_BLOCKS);
+        // Of moving and of standing: the place of a block that waits for its second.
+        let mut waiting = [None; 2];
+        for block in self.blocks.drain(..) {
+            let place = &mut waiting[usize::from(block.still)];
+            match place.take() {
+                Some(first) => joined[first as usize].join(&block),
+                None => {
+                    *place = Some(joined.len() as u32);
+                    joined.push(block);
                 }
             }
         }

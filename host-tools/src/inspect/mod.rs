@@ -10,6 +10,7 @@ mod sensors;
 mod sketch;
 mod static_power;
 mod timing;
+mod verdict;
 
 use std::path::Path;
 
@@ -21,6 +22,7 @@ pub use findings::{Finding, Severity};
 pub use sensors::{Outliers, Stuck};
 pub use static_power::{Moving, StaticPower, StaticState};
 pub use timing::Timing;
+pub use verdict::{Use, Verdict};
 
 use crate::error::Result;
 use crate::log::Exclusions;
@@ -29,6 +31,9 @@ use crate::robot::Robot;
 /// Everything `gmr inspect` says about a log, in the order it is printed as JSON.
 #[derive(Debug, Clone, Serialize)]
 pub struct Report {
+    /// What the log is good for, in one line.
+    #[serde(flatten)]
+    pub verdict: Verdict,
     /// Path of the log.
     pub log: String,
     /// Name of the robot.
@@ -37,8 +42,8 @@ pub struct Report {
     pub rows: u64,
     /// Time from the first to the last row, s, over all runs.
     pub duration_s: f64,
-    /// Median sample rate, Hz.
-    pub rate_hz: f64,
+    /// Median sample rate, Hz; none where no row continues the one before.
+    pub rate_hz: Option<f64>,
     /// Steps of time and gaps.
     #[serde(flatten)]
     pub timing: Timing,

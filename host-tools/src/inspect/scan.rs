@@ -7,6 +7,7 @@ use super::excitation::{Excitation, Watch};
 use super::sensors::{Outliers, Spikes, Standing, Stuck};
 use super::timing::{Steps, Timing};
 use crate::error::Result;
+use crate::log::suspicion::{Look, Suspicion};
 use crate::log::{
     ColumnRequest, Exclusions, Header, LogReader, MASS, POWER, RUN, Role, TIME, acceleration_column,
     check_wheels, speed_column,
@@ -35,6 +36,7 @@ pub(super) struct Scan {
     pub(super) excitation: Option<Excitation>,
     pub(super) blocks: Vec<Block>,
     pub(super) has_mass: bool,
+    pub(super) suspicions: Vec<Suspicion>,
     pub(super) other_columns: Vec<String>,
 }
 
@@ -65,7 +67,23 @@ fn open(path: &Path, robot: &Robot) -> Result<(LogReader, usize, bool)> {
             (0..wheels).map(|wheel| ColumnRequest::required(acceleration_column(wheel), Role::Number)),
         );
     }
-    Ok((header.read(&requests)?, wheels, accelerations))
+    let mut scales = vec![1.0; requests.len()];
+    scales[POWER_SLOT] = robot.log_units().power.in_w();
+    scales[MASS_SLOT] = robot.log_units().mass.in_kg();
+    for (place, scale) in scales[SPEED_SLOT..].iter_mut().enumerate() {
+        *scale = robot.log_speed_scale(place % wheels.max(1));
+    }
+    Ok((header.read(&requests)?.scaled(scales), wheels, accelerations))
+}
+
+/// A robot may turn about one of its wheels for so long, s.
+const PIVOT_S: f64 = 30.0;
+
+/// Whether a wheel that stands while others turn does what it should: omnidirectional robots drive along its axle, others turn about it.
+fn may_stand(robot: &Robot, stuck: &Stuck) -> bool {
+    let omnidirectional = robot.geometry().twist_components() == 3;
+    stuck.value.abs() <= robot.speed_dead_band_rad_s()
+        && (omnidirectional || stuck.to_s - stuck.from_s < PIVOT_S)
 }
 
 pub(super) fn scan(path: &Path, robot: &Robot, mut progress: impl FnMut(u64, Option<u64>)) -> Result<Scan> {
@@ -80,6 +98,8 @@ pub(super) fn scan(path: &Path, robot: &Robot, mut progress: impl FnMut(u64, Opt
     let mut wheel_standing: Vec<Standing> =
         (0..wheels).map(|wheel| Standing::new(speed_column(wheel))).collect();
     let mut watch = (wheels > 0).then(|| Watch::new(robot));
+    let mut look = (wheels > 0).then(|| Look::new(robot));
+    let static_power = robot.static_power_w().unwrap_or(0.0);
     let mut blocks = Blocks::new();
     let mut last_moving = f64::NEG_INFINITY;
     let mut duration_s = 0.0;
@@ -128,6 +148,9 @@ pub(super) fn scan(path: &Path, robot: &Robot, mut progress: impl FnMut(u64, Opt
         if let Some(watch) = &mut watch {
             watch.add(time_s, speeds, power_w, values[MASS_SLOT]);
         }
+        if let Some(look) = &mut look {
+            look.add(time_s, fresh, speeds, power_w - static_power, values[MASS_SLOT]);
+        }
         if speeds.iter().any(|speed| speed.abs() > robot.speed_dead_band_rad_s()) {
             last_moving = time_s;
         }
@@ -160,10 +183,15 @@ pub(super) fn scan(path: &Path, robot: &Robot, mut progress: impl FnMut(u64, Opt
         outliers: std::iter::once(power_spikes.finish(0.0))
             .chain(wheel_spikes.into_iter().map(|spikes| spikes.finish(speed_step / period_s)))
             .collect(),
-        stuck: std::iter::once(power_standing).chain(wheel_standing).filter_map(Standing::finish).collect(),
+        stuck: std::iter::once(power_standing)
+            .chain(wheel_standing)
+            .filter_map(Standing::finish)
+            .filter(|stuck| stuck.column == POWER || !may_stand(robot, stuck))
+            .collect(),
         excitation,
         blocks: blocks.finish(),
         has_mass: reader.has(MASS_SLOT),
+        suspicions: look.map_or_else(Vec::new, Look::finish),
         other_columns: reader.columns().iter().filter(|column| !known(column)).cloned().collect(),
     })
 }

@@ -76,8 +76,11 @@ impl Spikes {
     /// Deviations up to `floor` are no outliers.
     pub(super) fn finish(self, floor: f64) -> Outliers {
         // Where most values repeat, the median deviation is 0 and says nothing about the noise of those that do not.
-        let scale = [0.5, 0.9, 0.99].iter().zip([MEDIAN_TO_STD, 1.0 / 1.645, 1.0 / 2.576]);
-        let sigma = scale.map(|(&share, factor)| self.deviations.quantile(share) * factor).find(|&s| s > 0.0);
+        let scale = [(&0.5, MEDIAN_TO_STD), (&0.9, 1.0 / 1.645), (&0.99, 1.0 / 2.576)];
+        // Where values come in coarse steps, fewer than half of the deviations are none, and those that are not make the noise.
+        let [middle, most, nearly_all] =
+            scale.map(|(&share, factor)| self.deviations.quantile(share) * factor);
+        let sigma = Some(middle.max(most)).filter(|sigma| *sigma > 0.0).or(Some(nearly_all));
         let least = floor.max(OUTLIER_SHARE * self.values.quantile(0.99));
         let limit = least.max(OUTLIER_Z * sigma.unwrap_or(0.0));
         Outliers {
@@ -109,7 +112,11 @@ pub struct Stuck {
 
 /// A value must stand still for this long, s, and this many rows: wheels held at a speed do for a while.
 const STUCK_S: f64 = 5.0;
-const STUCK_ROWS: u64 = 20;
+const STUCK_ROWS: u64 = 8;
+
+/// The others must change this often meanwhile, and in this share of the rows: sensors that are read seldom keep their values for some rows.
+const OTHERS_CHANGE: u64 = 8;
+const OTHERS_CHANGE_SHARE: u64 = 20;
 
 /// Watches one column for standing still.
 pub(super) struct Standing {
@@ -156,7 +163,9 @@ impl Standing {
 
     fn close(&mut self) {
         let seconds = self.to_s - self.from_s;
-        let stuck = seconds >= STUCK_S && self.rows >= STUCK_ROWS && 2 * self.others_changed >= self.rows;
+        let others =
+            self.others_changed >= OTHERS_CHANGE && OTHERS_CHANGE_SHARE * self.others_changed >= self.rows;
+        let stuck = seconds >= STUCK_S && self.rows >= STUCK_ROWS && others;
         self.rows = 0;
         if !stuck {
             return;

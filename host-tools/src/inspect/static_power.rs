@@ -38,8 +38,17 @@ pub struct StaticState {
     pub std_err_w: f64,
     /// Time spent there, s.
     pub dwell_s: f64,
-    /// Stretches of time spent there: start and end, s.
+    /// Stretches of time spent there.
+    pub stretches: u32,
+    /// Start and end of each, s; of a log with thousands of them, of several together.
     pub visits: Vec<(f64, f64)>,
+}
+
+impl StaticState {
+    /// Whether this is less than nothing, by more than noise: no robot draws that while it stands.
+    pub fn is_offset(&self) -> bool {
+        self.mean_w < -3.0 * self.std_err_w.max(1e-3 * self.std_w)
+    }
 }
 
 /// All levels of a log, the lowest first.
@@ -259,15 +268,39 @@ fn describe(
             mean_w: mean,
             std_w: (squares / count).sqrt(),
             share,
-            moving: if has_wheels || level == 0 { Moving::No } else { moving(pieces, level) },
+            // Of one level alone a log without wheels does not say whether the robot stood.
+            moving: match (has_wheels, level, levels) {
+                (true, _, _) => Moving::No,
+                (false, 0, 1) => Moving::Unknown,
+                (false, 0, _) => Moving::No,
+                _ => moving(pieces, level),
+            },
             std_err_w: noise.std_err(count / noise.typical_count),
-            dwell_s: spans.clone().map(|(from, to)| blocks[to - 1].to_s - blocks[from].from_s).sum(),
-            visits: spans.map(|(from, to)| (blocks[from].from_s, blocks[to - 1].to_s)).collect(),
+            dwell_s: all.iter().map(|block| block.seconds).sum(),
+            stretches: spans.clone().map(|(from, to)| begun(&blocks[from..to])).sum(),
+            visits: spans.flat_map(|(from, to)| stretches(&blocks[from..to])).collect(),
         };
         if state.moving == Moving::Yes { power.moving.push(state) } else { power.standing.push(state) }
     }
     power.brief_share = power.brief_share.max(0.0);
     power
+}
+
+/// Stretches of standing in a visit to a level: one, where that came about while the robot stood.
+fn begun(blocks: &[Block]) -> u32 {
+    blocks.iter().map(|block| block.stretches).sum::<u32>().max(1)
+}
+
+/// Blocks as stretches of standing: start and end, s. What lies between two of them was no standing.
+fn stretches(blocks: &[Block]) -> Vec<(f64, f64)> {
+    let mut found: Vec<(f64, f64)> = Vec::new();
+    for block in blocks {
+        match found.last_mut() {
+            Some(last) if block.stretches == 0 => last.1 = block.to_s,
+            _ => found.push((block.from_s, block.to_s)),
+        }
+    }
+    found
 }
 
 /// Whether a level above the lowest looks like motion in a log that does not tell: it recurs, and every time it either

@@ -126,10 +126,18 @@ impl<const N: usize> DriveReader<N> {
         }
         slots.extras = requests.len();
         requests.extend(extra.iter().map(|name| ColumnRequest::required(*name, Role::MaybeNumber)));
+        let mut scales = vec![1.0; requests.len()];
+        scales[POWER_SLOT] = robot.log_units().power.in_w();
+        scales[slots.mass] = robot.log_units().mass.in_kg();
+        for wheel in 0..N {
+            for slot in [Some(SPEED_SLOT), slots.acceleration].into_iter().flatten() {
+                scales[slot + wheel] = robot.log_speed_scale(wheel);
+            }
+        }
 
         let mut drive = Self {
             values: vec![0.0; requests.len()],
-            reader: header.read(&requests)?,
+            reader: header.read(&requests)?.scaled(scales),
             extras: vec![f64::NAN; extra.len()],
             slots,
             peeked: VecDeque::new(),

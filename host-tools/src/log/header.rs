@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::reader::{ColumnRequest, LogReader};
 use super::scan;
-use super::source::{Line, Source};
+use super::source::{Line, Source, carriage_returns};
 use crate::error::{Error, Result};
 
 /// An opened log of which only the header was read.
@@ -27,6 +27,7 @@ impl Header {
                 Err(Error::failed("is empty; expected a run log: a CSV header and at least two rows"))
             }
             Line::Whole(start, end) => parse(source.bytes(start, end)),
+            Line::Cut(start, end) if source.bytes(start, end).contains(&b'\r') => Err(carriage_returns()),
             Line::Cut(start, end) => parse(source.bytes(start, end)).and_then(|_| {
                 Err(Error::failed("ends within its header; expected a CSV header and at least two rows")
                     .at_line(1))
@@ -60,6 +61,9 @@ impl Header {
     }
 }
 
+/// Most columns: more are no log, and every row would be looked through for a handful.
+const MOST_COLUMNS: usize = 4096;
+
 fn parse(line: &[u8]) -> Result<Vec<String>> {
     let not_text = |what: &str| {
         Error::failed(format!(
@@ -67,12 +71,15 @@ fn parse(line: &[u8]) -> Result<Vec<String>> {
         ))
     };
     if line.starts_with(&[0xFF, 0xFE]) || line.starts_with(&[0xFE, 0xFF]) {
-        return Err(not_text("UTF-16 text: save it as UTF-8"));
+        return Err(not_text("UTF-16 text: save it as UTF-8 (iconv -f UTF-16 -t UTF-8 old.csv > new.csv)"));
     }
     if line.contains(&0) {
         return Err(not_text("not text"));
     }
     let text = std::str::from_utf8(line).map_err(|_| not_text("not UTF-8 text"))?;
+    if line.trim_ascii_end().contains(&b'\r') {
+        return Err(carriage_returns());
+    }
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let columns: Vec<String> = scan::Fields::new(text.as_bytes())
         .map(|field| String::from_utf8_lossy(&scan::unquote(field)).into_owned())
@@ -80,13 +87,19 @@ fn parse(line: &[u8]) -> Result<Vec<String>> {
     if let [only] = &columns[..]
         && let Some(separator) = only.chars().find(|c| matches!(c, ';' | '\t' | '|'))
     {
-        let message = format!("fields are separated by {separator:?}; expected commas");
+        let message = format!(
+            "fields are separated by {separator:?}; expected commas between fields and a point in numbers"
+        );
         return Err(Error::failed(message).at_line(1));
     }
     if let Some(number) = columns.iter().find(|column| fast_float2::parse::<f64, _>(column.as_str()).is_ok())
     {
         let message =
             format!("the first line holds the number {number}; expected a header with the columns' names");
+        return Err(Error::failed(message).at_line(1));
+    }
+    if columns.len() > MOST_COLUMNS {
+        let message = format!("the header has {} columns; expected at most {MOST_COLUMNS}", columns.len());
         return Err(Error::failed(message).at_line(1));
     }
     let mut seen = HashSet::with_capacity(columns.len());

@@ -19,6 +19,7 @@ mod samples;
 mod scan;
 mod shared;
 mod source;
+pub mod suspicion;
 
 pub use conditioner::conditioner;
 pub(crate) use drive::check_wheels;

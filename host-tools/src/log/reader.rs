@@ -49,6 +49,9 @@ struct Wanted {
     role: Role,
 }
 
+/// Most runs of a log: where every row has another name, the column is something else.
+const MOST_RUNS: usize = 10_000;
+
 /// Reads a log row by row; memory does not grow with the file.
 pub struct LogReader {
     source: Source,
@@ -61,6 +64,8 @@ pub struct LogReader {
     time_slot: Option<usize>,
     run_slot: Option<usize>,
     runs: Runs,
+    /// Factor of each slot, where one is not 1.
+    scales: Option<Vec<f64>>,
     last: Option<(f64, f64)>,
     rows: u64,
     exclusions: Exclusions,
@@ -80,7 +85,7 @@ impl Runs {
         if self.names.is_empty() || self.current != name {
             let next = self.names.len();
             self.current_id = *self.ids.entry(name.to_owned()).or_insert(next);
-            if self.current_id == next {
+            if self.current_id == next && next < MOST_RUNS {
                 self.names.push(String::from_utf8_lossy(name).into_owned());
             }
             name.clone_into(&mut self.current);
@@ -134,10 +139,22 @@ impl LogReader {
             wanted,
             present,
             runs: Runs::default(),
+            scales: None,
             last: None,
             rows: 0,
             exclusions: Exclusions::default(),
         })
+    }
+
+    /// Hands out the number of each slot times its factor: for logs in other units.
+    ///
+    /// # Panics
+    /// If there are not as many as requests.
+    #[must_use]
+    pub fn scaled(mut self, scales: Vec<f64>) -> Self {
+        assert_eq!(scales.len(), self.present.len(), "one factor a slot");
+        self.scales = scales.iter().any(|scale| *scale != 1.0).then_some(scales);
+        self
     }
 
     /// All column names of the log, wanted or not.
@@ -184,6 +201,18 @@ impl LogReader {
     /// If `values` is shorter than the requests.
     #[inline]
     pub fn next_row(&mut self, values: &mut [f64]) -> Result<Option<u64>> {
+        let line = self.next_written(values)?;
+        if let Some(scales) = &self.scales {
+            for (value, scale) in values.iter_mut().zip(scales) {
+                *value *= scale;
+            }
+        }
+        Ok(line)
+    }
+
+    /// The same, as written.
+    #[inline]
+    fn next_written(&mut self, values: &mut [f64]) -> Result<Option<u64>> {
         loop {
             values[..self.present.len()].fill(f64::NAN);
             if let Some(slots) = &self.plain
@@ -253,8 +282,14 @@ impl LogReader {
             && last_run == run
             && time <= last_time
         {
-            let message =
-                format!("time {time} follows {last_time}; expected time to increase from row to row");
+            let remedy = if time == last_time {
+                "keep one row of each time"
+            } else {
+                "sort the rows, or tell runs apart by a column run"
+            };
+            let message = format!(
+                "time {time} follows {last_time}; expected time to increase from row to row ({remedy})"
+            );
             return Err(self.here(message).in_column(super::TIME));
         }
         self.last = Some((run, time));
@@ -286,15 +321,24 @@ impl LogReader {
         match fault {
             Fault::Text { field } => {
                 let text = scan::Fields::new(line).nth(field).unwrap_or_default();
-                let expected = "expected a number";
+                let expected = if has_decimal_comma(text) {
+                    "expected a number with a decimal point, not a comma"
+                } else {
+                    "expected a number"
+                };
                 self.here(format!("{:?} is not a number; {expected}", shortened(text)))
                     .in_column(&self.columns[field])
+            }
+            Fault::Runs => {
+                self.here(format!("another run; expected at most {MOST_RUNS} in a log")).in_column(super::RUN)
             }
             Fault::FieldCount => {
                 let found = scan::Fields::new(line).count();
                 let expected = self.columns.len();
                 let s = if found == 1 { "" } else { "s" };
-                self.here(format!("{found} field{s}; expected {expected} as in the header"))
+                let hint =
+                    if found > expected { " (decimal commas? write numbers with a point)" } else { "" };
+                self.here(format!("{found} field{s}; expected {expected} as in the header{hint}"))
             }
         }
     }
@@ -303,6 +347,7 @@ impl LogReader {
 enum Fault {
     Text { field: usize },
     FieldCount,
+    Runs,
 }
 
 /// Reads a line of plain numbers into the slots of its columns; its length with the line feed. `None` for any other line,
@@ -338,7 +383,11 @@ fn parse_row(
             None => scan::field_length(rest),
             Some(Wanted { slot, role: Role::Run }) => {
                 let length = scan::field_length(rest);
-                values[*slot] = runs.id(&scan::unquote(rest[..length].trim_ascii())) as f64;
+                let run = runs.id(&scan::unquote(rest[..length].trim_ascii()));
+                if run >= MOST_RUNS {
+                    return Err(Fault::Runs);
+                }
+                values[*slot] = run as f64;
                 length
             }
             Some(Wanted { slot, role }) => {
@@ -362,6 +411,12 @@ fn parse_row(
     }
     let unread = columns - wanted.len();
     if unread > 0 && scan::Fields::new(rest).count() == unread { Ok(finite) } else { Err(Fault::FieldCount) }
+}
+
+/// Whether a field in quotes is a number as some countries write it.
+fn has_decimal_comma(text: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(text).replacen(',', ".", 1);
+    text.trim_matches('"').trim().parse::<f64>().is_ok()
 }
 
 /// Text for a message: printable and short.

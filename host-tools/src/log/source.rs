@@ -18,6 +18,14 @@ pub(super) enum Line {
     End,
 }
 
+/// Of a text whose lines end with CR alone, as on old Macs.
+pub(super) fn carriage_returns() -> Error {
+    Error::failed(
+        "lines end with a carriage return alone; expected line feeds (tr '\\r' '\\n' < old.csv > new.csv)",
+    )
+    .at_line(1)
+}
+
 pub(super) struct Source {
     path: PathBuf,
     file: Input,
@@ -114,6 +122,9 @@ impl Source {
         self.end -= self.start;
         self.start = 0;
         if self.end == self.buffer.len() {
+            if self.buffer.contains(&b'\r') {
+                return Err(carriage_returns().in_file(&self.path));
+            }
             return Err(Error::failed(format!(
                 "no line end within {BUFFER} bytes; expected a run log (CSV text, one row a line)"
             ))

@@ -14,6 +14,7 @@ mod decimate;
 mod heat;
 mod histogram;
 pub(crate) mod html;
+mod mark;
 mod page;
 mod panel;
 mod raster;

@@ -8,7 +8,7 @@ use plotters::prelude::*;
 use super::Panel;
 use super::chart::Drawn;
 use super::raster::Raster;
-use super::style;
+use super::{mark, style};
 use crate::error::{Error, Result};
 use crate::output;
 
@@ -75,7 +75,7 @@ impl Page {
         let format = check_extension(file)?;
         let failed = |error: String| Error::failed(undrawn(&error)).in_file(file);
         let bytes = match format {
-            Format::Svg => self.svg().map_err(failed)?.into_bytes(),
+            Format::Svg => mark::svg(self.svg().map_err(failed)?).into_bytes(),
             Format::Png => {
                 style::register();
                 // plotters encodes into a path only.
@@ -85,7 +85,7 @@ impl Page {
                     .map_err(|error| failed(error.to_string()))?;
                 let backend = Raster(BitMapBackend::new(drawn.path(), self.size()));
                 self.draw(&backend.into_drawing_area()).map_err(|error| failed(error.to_string()))?;
-                std::fs::read(drawn.path()).map_err(|error| Error::io(drawn.path(), &error))?
+                mark::png(std::fs::read(drawn.path()).map_err(|error| Error::io(drawn.path(), &error))?)
             }
         };
         output::write_whole(file, |write| write.write_all(&bytes).map_err(|error| Error::io(file, &error)))

@@ -6,6 +6,7 @@ use super::study::Study;
 use super::{figures, page};
 use crate::error::{Error, Result};
 use crate::output::write_whole;
+use crate::temporary;
 
 /// Only a reproduction has this file.
 const STUDY: &str = "study.json";
@@ -88,7 +89,7 @@ pub fn save(study: &Study, folder: &Path) -> Result<()> {
     let place = place(folder)?;
     let beside = crate::output::folder_of(&place)?;
     let refused = |error: std::io::Error| Error::io(folder, &error);
-    let new = tempfile::Builder::new().prefix(".gmr-").tempdir_in(beside).map_err(refused)?;
+    let (new, _new) = temporary::folder_in(beside).map_err(refused)?;
     write(study, new.path())?;
     open_to_others(new.path()).map_err(refused)?;
     // The earlier one goes only when the new one is complete, and comes back if that cannot take its place.

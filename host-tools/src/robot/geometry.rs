@@ -78,7 +78,7 @@ impl Geometry {
     }
 
     /// Width across the wheels, m, where there is one.
-    pub(super) fn width_m(&self) -> Option<f64> {
+    pub fn width_m(&self) -> Option<f64> {
         match self {
             Self::DifferentialDrive { track_m, .. } | Self::SkidSteer { track_m, .. } => Some(*track_m),
             Self::ThreeWheelOmni { arm_m, .. } => Some(2.0 * arm_m),

@@ -3,11 +3,13 @@
 mod core;
 mod geometry;
 mod parse;
+mod units;
 
 use std::path::Path;
 
 pub use geometry::Geometry;
 pub(crate) use parse::position;
+pub use units::{LogUnits, MassUnit, PowerUnit, SpeedUnit};
 
 use crate::error::{Error, Result};
 use crate::input::{MOST_DESCRIPTION, read_text};
@@ -69,6 +71,7 @@ pub struct Robot {
     pub(crate) motor: Option<Motor>,
     pub(crate) sensors: Option<toml::Value>,
     pub(crate) unknown_keys: Vec<String>,
+    pub(crate) log_units: LogUnits,
 }
 
 impl Robot {
@@ -185,6 +188,27 @@ impl Robot {
     /// Its motors, as far as the file tells of them.
     pub fn motor(&self) -> Option<&Motor> {
         self.motor.as_ref()
+    }
+
+    /// The same with logs in these units.
+    ///
+    /// # Errors
+    /// Units that its logs cannot have: m/s without a wheel radius, a wheel that it has not.
+    pub fn with_log_units(self, log_units: LogUnits) -> Result<Self> {
+        log_units.check(self.wheels(), self.wheel_radius_m())?;
+        Ok(Self { log_units, ..self })
+    }
+
+    /// The units that its logs are in.
+    pub fn log_units(&self) -> &LogUnits {
+        &self.log_units
+    }
+
+    /// rad/s in one unit of a wheel's speed in its logs, with the sign of that wheel, counted from 0.
+    pub fn log_speed_scale(&self, wheel: usize) -> f64 {
+        // That there is a radius where it is needed was checked when the units were set.
+        let size = self.log_units.speed.in_rad_s(self.wheel_radius_m()).unwrap_or(1.0);
+        if self.log_units.flipped.contains(&(wheel + 1)) { -size } else { size }
     }
 
     /// What the file says about sensors, as it says it.

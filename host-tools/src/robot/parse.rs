@@ -7,8 +7,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::{
-    DEFAULT_GYRATION_SHARE, DEFAULT_MAPE_FLOOR_W, DEFAULT_SPEED_DEAD_BAND_RAD_S, Geometry, Limits, Motor,
-    Robot, lenient,
+    DEFAULT_GYRATION_SHARE, DEFAULT_MAPE_FLOOR_W, DEFAULT_SPEED_DEAD_BAND_RAD_S, Geometry, Limits, LogUnits,
+    Motor, Robot, lenient,
 };
 use crate::error::{Error, Result};
 use crate::printable;
@@ -98,6 +98,7 @@ pub(super) fn robot(text: &str) -> Result<Robot> {
         motor: motor(&file)?,
         sensors: file.any("sensors"),
         unknown_keys: file.unknown_keys(),
+        log_units: LogUnits::default(),
     })
 }
 

@@ -8,8 +8,7 @@ use super::lockstep::Truth;
 pub const PERIOD_US: u64 = 5000;
 
 /// The log's columns: those of a run log, `power_w` the drives' alone, and the rails.
-pub const HEADER: &str =
-    "time_s,wheel1_rad_s,wheel2_rad_s,power_w,mass_kg,battery_w,motors_w,computer_w,lidar_w,bus_v\n";
+pub const HEADER: &str = crate::own::TRUTH;
 
 /// Rows of the log: speeds as they are, powers as means since the row before.
 #[derive(Debug, Clone, Default)]

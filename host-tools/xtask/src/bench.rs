@@ -53,3 +53,14 @@ pub(crate) fn robots_json() -> bool {
 fn host_bench(steps: &mut Steps, name: &str, bench: &str) -> Result<(), Stop> {
     steps.run(name, command(&format!("cargo bench --package host-tools --bench {bench}")))
 }
+
+/// Spoiled inputs, each to the command that reads it. True when every promise was kept.
+pub(crate) fn mutants(numbers: &[&str]) -> bool {
+    let mut steps = Steps::default();
+    let line = format!("cargo bench --package host-tools --bench mutants -- {}", numbers.join(" "));
+    let done = steps.run("mutants", command(line.trim_end_matches([' ', '-'])));
+    if let Err(stop) = &done {
+        println!("mutants: {stop}");
+    }
+    done.is_ok()
+}

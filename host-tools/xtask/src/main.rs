@@ -34,6 +34,9 @@ usage: cargo xtask <command>
          files of a crate that need each other, and rooms that need those above them: part of test
   fuzz [log | robot | coefficients | effects | image | link | servo] [--runs N]
          libFuzzer over the readers of files and packets; a C++ compiler is needed
+  mutate [COUNT [SEED]]
+         spoiled inputs, each to the command that reads it, within 5 s and 2 GB: 10,000 in
+         half an hour
   size [--json]
          flash, static RAM and stack of the firmware's images, against their limits
 
@@ -63,6 +66,11 @@ fn main() -> ExitCode {
         }
         ["fuzz", ref rest @ ..] if let Some(request) = fuzz::Request::parse(rest) => fuzz::run(&request),
         ["bench", "robots", "--json"] => bench::robots_json(),
+        ["mutate", ref numbers @ ..]
+            if numbers.len() <= 2 && numbers.iter().all(|n| n.parse::<u64>().is_ok()) =>
+        {
+            bench::mutants(numbers)
+        }
         ["size"] => size::run(false),
         ["size", "--json"] => size::run(true),
         ["help" | "--help" | "-h"] => {

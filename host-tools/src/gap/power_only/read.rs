@@ -41,25 +41,25 @@ pub fn is_power_only(files: &[PathBuf]) -> Result<bool> {
     Ok(first.is_some_and(|(_, has)| !has))
 }
 
-/// Reads logs of power; each value of a `run` column is a run.
+/// Reads logs of power in units of so many W; each value of a `run` column is a run.
 ///
 /// # Errors
 /// A log that cannot be read, or lacks time or power.
-pub fn read(files: &[PathBuf]) -> Result<Vec<PowerRun>> {
+pub fn read(files: &[PathBuf], unit_w: f64) -> Result<Vec<PowerRun>> {
     let mut runs = Vec::new();
     for file in files {
-        read_log(file, &mut runs)?;
+        read_log(file, unit_w, &mut runs)?;
     }
     Ok(runs)
 }
 
-fn read_log(file: &Path, runs: &mut Vec<PowerRun>) -> Result<()> {
+fn read_log(file: &Path, unit_w: f64, runs: &mut Vec<PowerRun>) -> Result<()> {
     let requests = [
         ColumnRequest::required(TIME, Role::Time),
         ColumnRequest::required(POWER, Role::Number),
         ColumnRequest::optional(RUN, Role::Run),
     ];
-    let mut reader = LogReader::open(file, &requests)?;
+    let mut reader = LogReader::open(file, &requests)?.scaled(vec![1.0, unit_w, 1.0]);
     let mut values = [0.0; 3];
     let mut own: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
     while reader.next_row(&mut values)?.is_some() {

@@ -1,0 +1,39 @@
+//! Arguments about how logs are written, of all commands that read them.
+
+use std::path::Path;
+
+use crate::error::Result;
+use crate::robot::{LogUnits, MassUnit, PowerUnit, Robot, SpeedUnit};
+
+/// Units of the logs' columns, where they are not those that the columns' names say.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Units of the logs")]
+pub(super) struct UnitArguments {
+    /// Unit that the wheels' speeds are in (their accelerations: per second), whatever the columns are called
+    #[arg(long, value_enum, default_value = "rad/s")]
+    speed_unit: SpeedUnit,
+    /// Unit that power_w is in
+    #[arg(long, value_enum, default_value = "W")]
+    power_unit: PowerUnit,
+    /// Unit that mass_kg is in
+    #[arg(long, value_enum, default_value = "kg")]
+    mass_unit: MassUnit,
+    /// Wheels, counted from 1, whose speed is negative when they drive forward
+    #[arg(long, value_name = "WHEEL,…", value_delimiter = ',')]
+    flip_wheel: Vec<usize>,
+}
+
+impl UnitArguments {
+    /// The robot by its name or file, with these units of its logs.
+    ///
+    /// # Errors
+    /// As [`Robot::load`]; units that this robot's logs cannot have.
+    pub(super) fn robot(&self, name_or_path: &Path) -> Result<Robot> {
+        Robot::load(name_or_path)?.with_log_units(LogUnits {
+            speed: self.speed_unit,
+            power: self.power_unit,
+            mass: self.mass_unit,
+            flipped: self.flip_wheel.clone(),
+        })
+    }
+}

@@ -1,0 +1,72 @@
+//! What logs look like before they are fitted: another unit, a turned sign, a clipped sensor, rows without a mass.
+
+use std::path::{Path, PathBuf};
+
+use super::warning::Warning;
+use crate::error::{Error, Result};
+use crate::log::suspicion::{Kind, Look, Suspicion};
+use crate::log::{MASS, POWER, SampleReader};
+use crate::robot::Robot;
+
+/// Rows of a log that are looked at: half an hour at 200 Hz. What units and signs are is seen in far fewer, and logs of 10⁷ rows are still read
+/// about once.
+const MOST_ROWS: u64 = 360_000;
+
+/// What there is to doubt of logs that are to be fitted, those without a mass taken for `mass_kg`.
+///
+/// # Errors
+/// A log that cannot be read or is not one of this robot; power that is 0 all the time.
+pub fn look<const N: usize>(robot: &Robot, files: &[PathBuf], mass_kg: f64) -> Result<Vec<Warning>> {
+    let mut warnings = Vec::new();
+    let mut untold = Vec::new();
+    let mut tells = false;
+    for file in files {
+        let (suspicions, told) = look_at::<N>(robot, file)?;
+        tells |= told;
+        if !told {
+            untold.push(file);
+        }
+        for suspicion in &suspicions {
+            warnings.push(judge(file, suspicion, mass_kg)?);
+        }
+    }
+    // Where no log tells, that is what was asked for.
+    if tells && let Some(first) = untold.first() {
+        let others = untold.len() - 1;
+        let others = if others > 0 { format!(" (and {others} more)") } else { String::new() };
+        warnings.push(Warning::of_log(format!(
+            "{}{others}: no {MASS}, taken for {mass_kg} kg: --mass says otherwise",
+            first.display()
+        )));
+    }
+    Ok(warnings)
+}
+
+/// What there is to doubt of a log, and whether it tells masses.
+fn look_at<const N: usize>(robot: &Robot, file: &Path) -> Result<(Vec<Suspicion>, bool)> {
+    let mut reader = SampleReader::<N>::open(file, robot)?;
+    let gap = crate::log::MIN_GAP_FACTOR * reader.period_s();
+    let mut look = Look::new(robot);
+    let mut told = false;
+    while reader.rows() < MOST_ROWS
+        && let Some(row) = reader.next_row()?
+    {
+        told |= row.mass.is_some();
+        let mass = row.mass.unwrap_or(f64::NAN);
+        let fresh = row.elapsed.is_infinite() || row.elapsed > gap;
+        look.add(row.time, fresh, &row.sample.wheel_speed, row.sample.power, mass);
+    }
+    Ok((look.finish(), told))
+}
+
+fn judge(file: &Path, suspicion: &Suspicion, mass_kg: f64) -> Result<Warning> {
+    let Suspicion { kind, text, remedy } = suspicion;
+    match kind {
+        Kind::NoPower => Err(Error::failed(format!("{text}; {remedy}")).in_file(file).in_column(POWER)),
+        Kind::Unlabelled => Ok(Warning::of_log(format!(
+            "{}: {text}, which are taken for {mass_kg} kg; {remedy}",
+            file.display()
+        ))),
+        _ => Ok(Warning::of_log(format!("{}: {text}; {remedy}", file.display()))),
+    }
+}

@@ -1,0 +1,46 @@
+//! What there is to doubt of a log, in words; and what is known of any robot.
+
+use serde::Serialize;
+
+use crate::robot::Robot;
+
+/// One reason to doubt a log.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Suspicion {
+    /// Which.
+    pub kind: Kind,
+    /// What was found, against what was expected.
+    pub text: String,
+    /// What would mend it.
+    pub remedy: String,
+}
+
+/// Kinds of suspicions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// Speeds of the wheels are in another unit.
+    SpeedUnit,
+    /// A wheel's speed has the wrong sign.
+    SpeedSign,
+    /// Power is in another unit.
+    PowerUnit,
+    /// Power is 0 while the robot drives.
+    NoPower,
+    /// A sensor ends at a value.
+    Clipped,
+    /// Power comes later, or earlier, than the speeds that it belongs to.
+    PowerLate,
+    /// Masses are in another unit, or none that this robot can have.
+    Mass,
+    /// Some rows have no mass.
+    Unlabelled,
+}
+
+/// Standard gravity, m/s².
+pub(super) const GRAVITY: f64 = 9.806_65;
+
+/// The mass that stands for a robot whose log tells none, kg: between empty and full, as far from either.
+pub(super) fn usual_mass_kg(robot: &Robot) -> f64 {
+    (robot.mass_no_load_kg() * robot.mass_full_load_kg()).sqrt()
+}
