@@ -2,10 +2,8 @@
 
 use std::path::Path;
 
-use serde::Serialize;
-
-use super::Report;
-use super::plot::Series;
+use super::finding::{Finding, Severity};
+use super::report::Report;
 use super::scan::Scan;
 use super::static_power::{Moving, StaticPower};
 use super::verdict::Verdict;
@@ -21,29 +19,6 @@ const MANY_OUTLIERS: f64 = 0.05;
 
 /// An offset at standstill below this share of the greatest power does no harm to a fit.
 const OFFSET: f64 = 0.01;
-
-/// How much a finding matters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Severity {
-    /// A fit on this log will mislead.
-    Problem,
-    /// Something cannot be found from this log, or not well.
-    Warning,
-    /// Good to know.
-    Note,
-}
-
-/// One thing to know about a log.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Finding {
-    /// How much it matters.
-    pub severity: Severity,
-    /// What it is.
-    pub text: String,
-    /// What to do; empty if nothing.
-    pub advice: String,
-}
 
 /// Faster than any robot with these tools in mind, m/s: a unit is wrong then.
 const FASTEST_M_S: f64 = 20.0;
@@ -80,7 +55,7 @@ pub(super) fn report(path: &Path, robot: &Robot, scan: Scan) -> Report {
         standstill_from: if has_wheels { "wheel speeds" } else { "power" },
         other_columns: scan.other_columns,
         findings: findings.0,
-        series: Series { blocks: scan.blocks },
+        blocks: scan.blocks,
     }
 }
 

@@ -1,14 +1,9 @@
 //! The figure of an inspection.
 
+use super::blocks::Block;
+use super::report::Report;
 use super::static_power::StaticState;
-use super::{Block, Report};
 use crate::report::{Band, Gaussian, Histogram, Line, Page, Stroke, TimeSeries, palette};
-
-/// What the figure shows beside the report.
-#[derive(Debug, Clone, Default)]
-pub struct Series {
-    pub(super) blocks: Vec<Block>,
-}
 
 /// Histogram of power at standstill with the fitted Gaussians, and power over time with the states in colour.
 pub(super) fn page(report: &Report) -> Page {
@@ -21,7 +16,7 @@ pub(super) fn page(report: &Report) -> Page {
     let name = |(state, suffix): &(&StaticState, &str)| {
         format!("{:.2} ± {:.2} W ({:.0} %{suffix})", state.mean_w, state.std_w, 100.0 * state.share)
     };
-    let still: Vec<&Block> = report.series.blocks.iter().filter(|block| block.still).collect();
+    let still: Vec<&Block> = report.blocks.iter().filter(|block| block.still).collect();
     let gaussians = levels.iter().enumerate().map(|(index, level)| Gaussian {
         name: name(level),
         mean: level.0.mean_w,
@@ -32,7 +27,7 @@ pub(super) fn page(report: &Report) -> Page {
     let title = format!("Power at standstill, told from {} (Eq. 29 per state)", report.standstill_from);
     let histogram = Histogram::new(title, "power (W)", samples(&still), gaussians.collect());
 
-    let blocks = &report.series.blocks;
+    let blocks = &report.blocks;
     let broken = |points: &mut Vec<(f64, f64)>, block: &Block| {
         if block.starts {
             points.push((block.from_s, f64::NAN));

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::findings::{Finding, Severity};
+use super::finding::{Finding, Severity};
 use super::scan::Scan;
 
 /// Less driving than this, s, tells neither parameters nor a payload.

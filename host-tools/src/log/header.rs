@@ -3,15 +3,14 @@
 use std::collections::HashSet;
 use std::path::Path;
 
-use super::reader::{ColumnRequest, LogReader};
 use super::scan;
 use super::source::{Line, Source, carriage_returns};
 use crate::error::{Error, Result};
 
 /// An opened log of which only the header was read.
 pub struct Header {
-    source: Source,
-    columns: Vec<String>,
+    pub(super) source: Source,
+    pub(super) columns: Vec<String>,
 }
 
 impl Header {
@@ -50,14 +49,6 @@ impl Header {
     /// Path of the log.
     pub fn path(&self) -> &Path {
         self.source.path()
-    }
-
-    /// Goes on to the rows.
-    ///
-    /// # Errors
-    /// A required column is missing.
-    pub fn read(self, requests: &[ColumnRequest]) -> Result<LogReader> {
-        LogReader::new(self.source, self.columns, requests)
     }
 }
 

@@ -94,6 +94,16 @@ impl Runs {
     }
 }
 
+impl Header {
+    /// Goes on to the rows.
+    ///
+    /// # Errors
+    /// A required column is missing.
+    pub fn read(self, requests: &[ColumnRequest]) -> Result<LogReader> {
+        LogReader::new(self.source, self.columns, requests)
+    }
+}
+
 impl LogReader {
     /// Opens a log for the columns asked for.
     ///

@@ -2,24 +2,15 @@
 
 mod core;
 mod geometry;
+mod load;
 mod parse;
 mod units;
-
-use std::path::Path;
 
 pub use geometry::Geometry;
 pub(crate) use parse::position;
 pub use units::{LogUnits, MassUnit, PowerUnit, SpeedUnit};
 
-use crate::error::{Error, Result};
-use crate::input::{MOST_DESCRIPTION, read_text};
-
-/// Robots that need no file: their names, and the content of the file they were read from.
-const BUILT_IN: [(&[&str], &str); 3] = [
-    (&["burger", "turtlebot3burger", "turtlebot3"], include_str!("../../robots/burger.toml")),
-    (&["warthog"], include_str!("../../robots/warthog.toml")),
-    (&["husky", "huskya200"], include_str!("../../robots/husky.toml")),
-];
+use crate::error::Result;
 
 /// Mean absolute percentage errors leave out samples below this power unless the robot's file says otherwise, W.
 pub const DEFAULT_MAPE_FLOOR_W: f64 = 0.1;
@@ -75,41 +66,6 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// A built-in robot by its name (`burger`, …) or the robot of a file. Upper case, `-`, `_` and spaces do not matter
-    /// in names. Keys of the file that are not known are named on standard error.
-    ///
-    /// # Errors
-    /// The name is not known (wrong usage), the file cannot be read, or its content is not a robot: with line and column.
-    pub fn load(name_or_path: impl AsRef<Path>) -> Result<Self> {
-        let path = name_or_path.as_ref();
-        let name = path.to_str().map(lenient).unwrap_or_default();
-        if let Some((_, text)) = BUILT_IN.iter().find(|(names, _)| names.contains(&name.as_str())) {
-            return Self::parse(text).map_err(|error| error.in_file(path));
-        }
-        let is_name = path.extension().is_none() && path.components().count() == 1;
-        if is_name && !path.exists() {
-            let message = format!(
-                "no robot is called {}; expected burger, warthog, husky or the path of a robot.toml",
-                path.display()
-            );
-            return Err(Error::usage(message));
-        }
-        let text = read_text(path, MOST_DESCRIPTION)?;
-        let robot = Self::parse(&text).map_err(|error| error.in_file(path))?;
-        for unknown in &robot.unknown_keys {
-            eprintln!("gmr: {}:{unknown}", path.display());
-        }
-        Ok(robot)
-    }
-
-    /// The robot that a text in the form of robot.toml describes.
-    ///
-    /// # Errors
-    /// A key is missing, or a value is of another type or outside what is allowed: with line and column.
-    pub fn parse(text: &str) -> Result<Self> {
-        parse::robot(text)
-    }
-
     /// Name for people.
     pub fn name(&self) -> &str {
         &self.name

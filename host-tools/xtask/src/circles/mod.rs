@@ -35,18 +35,7 @@ const FLOORS: [&[&str]; 9] = [
     &["cli"],
 ];
 
-/// Folders whose circles are known and still to be mended: said, and no error. One that has none left is said too: it is to go from here.
-const KNOWN: &[&str] = &["host-tools/src/inspect", "host-tools/src/log", "host-tools/src/robot"];
-
-/// A circle, or an arrow to a room that is not below.
-#[derive(Debug, Clone, PartialEq, Eq)]
-struct Fault {
-    /// The files that it starts from.
-    files: Vec<PathBuf>,
-    text: String,
-}
-
-/// Says every circle and every arrow that does not go down; an error if there is one outside the known folders.
+/// Says every circle and every arrow that does not go down: each is an error.
 pub(crate) fn check() -> Result<(), Stop> {
     let read = |path: &Path| std::fs::read_to_string(crate::paths::root().join(path)).ok();
     let mut faults = Vec::new();
@@ -56,28 +45,9 @@ pub(crate) fn check() -> Result<(), Stop> {
         files += tree.files.len();
         faults.extend(faults_of(&tree));
     }
-    faults.iter().for_each(|fault| println!("   {}", fault.text));
+    faults.iter().for_each(|fault| println!("   {fault}"));
     println!("   {files} files, {} circles or arrows that go up", faults.len());
-    for folder in mended(&faults, KNOWN) {
-        println!("   {folder} has no circle any more: take it from the list");
-    }
-    let fresh = fresh(&faults, KNOWN);
-    if fresh.is_empty() { Ok(()) } else { Err(Stop::new(fresh.join("\n   "))) }
-}
-
-fn is_within(fault: &Fault, folder: &str) -> bool {
-    fault.files.iter().any(|file| file.starts_with(folder))
-}
-
-/// The faults outside the known folders.
-fn fresh<'a>(faults: &'a [Fault], known: &[&str]) -> Vec<&'a str> {
-    let fresh = faults.iter().filter(|fault| !known.iter().any(|folder| is_within(fault, folder)));
-    fresh.map(|fault| fault.text.as_str()).collect()
-}
-
-/// The folders that are known for faults and have none.
-fn mended<'a>(faults: &[Fault], known: &[&'a str]) -> Vec<&'a str> {
-    known.iter().copied().filter(|folder| !faults.iter().any(|fault| is_within(fault, folder))).collect()
+    if faults.is_empty() { Ok(()) } else { Err(Stop::new("files that need one another: see above")) }
 }
 
 /// Roots of a package's library, programs, tests and benches.
@@ -100,20 +70,15 @@ fn roots(package: &str) -> Vec<PathBuf> {
     roots
 }
 
-fn faults_of(tree: &Tree) -> Vec<Fault> {
+fn faults_of(tree: &Tree) -> Vec<String> {
     let arrows = arrows(tree);
-    let fault = |files: &[usize], text: String| Fault {
-        files: files.iter().map(|file| tree.files[*file].clone()).collect(),
-        text,
-    };
     let circles = circles(tree.files.len(), &arrows);
-    let mut faults: Vec<Fault> =
-        circles.iter().map(|circle| fault(circle, circle_text(tree, &arrows, circle))).collect();
+    let mut faults: Vec<String> = circles.iter().map(|circle| circle_text(tree, &arrows, circle)).collect();
     for (&(from, to), names) in &arrows {
         let (Some(room), Some(above)) = (room(&tree.files[from]), room(&tree.files[to])) else { continue };
         if room != above && floor(&above) >= floor(&room) {
             let tie = arrow_text(tree, from, to, names.iter());
-            faults.push(fault(&[from], format!("{room} must not need {above}: {tie}")));
+            faults.push(format!("{room} must not need {above}: {tie}"));
         }
     }
     faults

@@ -8,16 +8,7 @@ fn faults(files: &[(&str, &str)]) -> Vec<String> {
     let files: BTreeMap<&Path, &str> = files.iter().map(|(path, text)| (Path::new(*path), *text)).collect();
     let read: Reader<'_> = &|path| files.get(path).map(|text| (*text).to_owned());
     let root = files.keys().find(|path| path.ends_with("lib.rs")).unwrap();
-    faults_of(&Tree::read(root, read).unwrap()).into_iter().map(|fault| fault.text).collect()
-}
-
-/// A circle in a folder that is known for some is said but no error; elsewhere it is.
-#[test]
-fn known_folders_are_let_be_until_they_are_mended() {
-    let faults = [Fault { files: vec!["a/b.rs".into(), "a/c.rs".into()], text: "a circle".to_owned() }];
-    assert_eq!(fresh(&faults, &["a"]), [""; 0]);
-    assert_eq!(fresh(&faults, &["d"]), ["a circle"]);
-    assert_eq!(mended(&faults, &["a", "d"]), ["d"]);
+    faults_of(&Tree::read(root, read).unwrap())
 }
 
 #[test]
