@@ -1,5 +1,5 @@
 //! coefficients.toml: what `gmr fit` writes, `gmr gap --out` extends, and every other command reads. One typed value, read once and
-//! written once; the file's layout is [`document`]'s.
+//! written once; the file's layout is `document`'s.
 
 mod covariance;
 mod document;

@@ -4,7 +4,7 @@
 //! grid, then refined. And each is taken only for what it gains on data that its numbers have not seen: one run in three, or one
 //! block of time where there are few runs, is held out at a time while grid and parameters are fitted to the others, and the squared
 //! error of every block is compared with that of the model without the term. It is taken where the mean gain is above nought beyond
-//! chance ([`SURELY`]) and at least [`LEAST_GAIN`].
+//! chance (`SURELY`) and at least `LEAST_GAIN`.
 
 mod candidate;
 mod nested;

@@ -51,7 +51,7 @@ const FINALISTS: usize = 3;
 /// Fits the rows of the store.
 ///
 /// Least squares first, from all starts; then rows far beyond the usual residual count linearly, by Huber's rule at a fixed
-/// scale, where that does not cost what the model explains ([`robust`]): where acceleration starts or a clamp lets go within
+/// scale, where that does not cost what the model explains (`robust`): where acceleration starts or a clamp lets go within
 /// the filter's memory no model of filtered signals is right, and on clean data those few rows would decide the fit.
 pub fn solve<const N: usize>(dataset: &Dataset<N>, robot: &Robot) -> Solution {
     let bounds = Bounds::of(&dataset.robot, &dataset.store, robot.motor(), dataset.unequal_sides);

@@ -1,7 +1,7 @@
 //! Where the residual lies: its mean by speed, acceleration, turn rate, mass, time, side, heading and every further column.
 //!
 //! The unit of a band is the run: a cell's mean is the mean of its runs' means, its band the interval that their scatter leaves.
-//! A cell of which fewer than [`LEAST_RUNS`] runs have [`LEAST_ROWS`] rows is joined to its neighbour, or not shown.
+//! A cell of which fewer than `LEAST_RUNS` runs have `LEAST_ROWS` rows is joined to its neighbour, or not shown.
 
 mod axes;
 mod band;
