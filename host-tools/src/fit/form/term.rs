@@ -7,6 +7,7 @@ use model_core::slip::SlipMemory;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::super::physical::{self, Parameters};
 use super::candidate::{Errors, FOLDS, Problem, Trial, Unseen};
 use super::nested::Form;
 use crate::numerics::search::golden_section;
@@ -79,6 +80,10 @@ impl Term {
         };
         let sum = |trial: &Trial| trial.fitted.iter().sum::<f64>();
         let (best, together) = tried.iter().min_by(|(_, a), (_, b)| sum(a).total_cmp(&sum(b)))?;
+        if best.unequal_sides && !together.parameters.iter().all(|found| drags_on_both_sides(found, problem))
+        {
+            return None;
+        }
         let mut errors = Errors::new();
         for fold in 0..FOLDS {
             let own = of_fold(fold)?.errors.iter();
@@ -121,12 +126,7 @@ impl Term {
     }
 
     /// Its numbers between those that were tried.
-    fn refine<const N: usize>(
-        self,
-        problem: &Problem<'_, N>,
-        mut form: Form,
-        near: &super::super::physical::Parameters,
-    ) -> Form {
+    fn refine<const N: usize>(self, problem: &Problem<'_, N>, mut form: Form, near: &Parameters) -> Form {
         let along = |form: &mut Form, low: f64, high: f64, set: fn(&mut Form, f64)| {
             let at = |value: f64| {
                 let mut moved = *form;
@@ -161,4 +161,10 @@ impl Term {
         }
         form
     }
+}
+
+/// Friction drives no wheel on either side, even of the empty robot: boards refuse what says so.
+fn drags_on_both_sides<const N: usize>(parameters: &Parameters, problem: &Problem<'_, N>) -> bool {
+    let torque = physical::torque(parameters);
+    torque.imbalance.abs() <= torque.coulomb + torque.rolling * problem.core.range.no_load()
 }
