@@ -22,10 +22,12 @@ proptest! {
     /// In single precision the sum is that of double precision to a few ε, however many terms: Kahan's bound is
     /// 2 ε + O(n ε²), and each term is rounded once.
     #[test]
-    fn single_precision_is_enough(terms in proptest::collection::vec((-5.0..50.0_f32, 0.001..0.02_f32), 1..3000)) {
+    fn single_precision_is_enough(terms in proptest::collection::vec((-50_000..500_000_i32, 1_000..20_000_i32), 1..3000)) {
         let mut energy = Energy::<f32>::default();
         let mut expected = 0.0;
+        // Of 0.1 mW and µs: proptest's own ranges of f32 fail an assertion of theirs now and then.
         for (power, duration) in terms {
+            let (power, duration) = (power as f32 * 1e-4, duration as f32 * 1e-6);
             energy.add(power, duration);
             expected += f64::from(power).max(0.0) * f64::from(duration);
         }

@@ -7,8 +7,8 @@ use crate::images;
 use crate::set_up::{self, Consent, TARGET, TargetCargo};
 use crate::steps::{Steps, Stop, command, command_line};
 
-/// A minute of the emulated chip takes two to five, on one core.
-const LONGEST_TEST: &str = "samples_at_200_hz_for_a_minute";
+/// A second of the emulated chip takes ten, on one core.
+const LONGEST_TEST: &str = "samples_at_200_hz";
 
 /// One set for all that is about the host: a second one would compile large libraries again. Not --all-features: what talks to a
 /// debug probe has no test without one, and its library takes minutes (`cargo clippy -p host-tools --features probe`).
