@@ -64,7 +64,7 @@ struct Motor {
     step: Step,
     /// The register that does not fit.
     misfit: u8,
-    /// Register 44.
+    /// Register 44: never negative, goals are clamped to it.
     limit: i32,
     /// Written last.
     profile: i32,
@@ -331,8 +331,13 @@ impl Motor {
                 }
             }
             Step::ReadLimit => {
-                self.limit = i32::from_le_bytes(bus.read(id, VELOCITY_LIMIT).await?.data);
-                if self.limit > 0 { Step::ReadTorque } else { self.unfit(VELOCITY_LIMIT) }
+                let limit = i32::from_le_bytes(bus.read(id, VELOCITY_LIMIT).await?.data);
+                if limit > 0 {
+                    self.limit = limit;
+                    Step::ReadTorque
+                } else {
+                    self.unfit(VELOCITY_LIMIT)
+                }
             }
             Step::ReadTorque => {
                 let [_, _, _, _, level] = bus.read(id, TORQUE).await?.data;

@@ -103,6 +103,19 @@ fn a_servo_that_is_set_up_otherwise_gets_no_torque() {
     }
 }
 
+/// A servo that answers nonsense, beside one that is set up as needed, so that goals are sent to both.
+#[test]
+fn a_negative_limit_is_none() {
+    for limit in [-5, i32::MIN] {
+        let servos = Servos::new();
+        servos.servos.borrow_mut()[1].table[44..48].copy_from_slice(&i32::to_le_bytes(limit));
+        let mut wheels = board(&servos);
+        run(&mut wheels, &FORWARD, 0, 60);
+        assert_eq!((torque(&servos), goals(&servos)), ([false; 2], [0; 2]), "{limit}");
+        assert_eq!((wheels.drive_state(), wheels.statuses()[1].misfit), (DriveState::Unfit, 44));
+    }
+}
+
 /// The sync write is not answered: that it was not heard shows when the goals are read back, ten times a second.
 #[test]
 fn a_goal_that_was_not_taken_is_sent_again() {
