@@ -54,9 +54,14 @@ fn kept() -> Option<Note> {
     (checksum(note) == note[3]).then_some(note)
 }
 
+/// Cuts the motors' supply, whoever holds its pin.
+pub(super) fn cut_servo_supply() {
+    GPIOF.bsrr().write(|register| register.set_br(SERVO_SUPPLY, true));
+}
+
 /// Cuts the motors' supply and starts again.
 pub(super) fn reset_because(cause: ResetCause, address: u32) -> ! {
-    GPIOF.bsrr().write(|register| register.set_br(SERVO_SUPPLY, true));
+    cut_servo_supply();
     let failures = kept().map_or(0, |[_, _, failures, _]| failures);
     keep(cause as u32, address, failures);
     SCB::sys_reset()

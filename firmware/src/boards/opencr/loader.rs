@@ -2,15 +2,13 @@
 //!
 //! The bootloader stays when the independent watchdog has reset the chip (docs/board.md, trap B): what the stock firmware does too.
 
+use embassy_stm32::pac::IWDG;
 use embassy_stm32::pac::iwdg::vals::{Key, Pr};
-use embassy_stm32::pac::{GPIOF, IWDG};
 
 const CALL: &[u8] = b"OpenCR 5555AAAA";
 const CALLING_BAUD: u32 = 1200;
 /// Of 32 kHz through the divider by 4: 10 ms.
 const RELOAD: u16 = 80;
-/// The pin of port F that switches the servos' supply.
-const SERVO_SUPPLY: usize = 15;
 
 /// Goes to the bootloader if that is what the host asks for: both the rate and the word.
 pub(super) fn look_for_call(baud: u32, received: &[u8]) {
@@ -23,7 +21,7 @@ pub(super) fn look_for_call(baud: u32, received: &[u8]) {
 /// With the motors off.
 fn enter() -> ! {
     critical_section::with(|_| {
-        GPIOF.bsrr().write(|register| register.set_br(SERVO_SUPPLY, true));
+        super::last_words::cut_servo_supply();
         for key in [Key::START, Key::ENABLE] {
             IWDG.kr().write(|register| register.set_key(key));
         }

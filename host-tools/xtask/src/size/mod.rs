@@ -72,7 +72,7 @@ fn build(target: &TargetCargo, name: &str) -> Result<(), Stop> {
 
 fn table(reports: &[Report]) -> String {
     let mut text =
-        String::from("image      flash, B  of 204800   static RAM, B  of 98304   worst stack, B\n");
+        format!("image      flash, B  of {MOST_FLASH}   static RAM, B  of {MOST_RAM}   worst stack, B\n");
     for Report { name, usage, stack } in reports {
         let stack = stack.map_or("-".to_owned(), |depth| depth.bytes.to_string());
         let share = |part: u64, whole: u64| 100.0 * part as f64 / whole as f64;
