@@ -1,6 +1,6 @@
 //! What is given arbitrary bytes: every reader of files and packets. None may panic, hang or take memory without bound.
 //!
-//! Shared by `tests/fuzz.rs`, which mutates a small corpus for some seconds, and by the libFuzzer program in `fuzz/`.
+//! Shared by `tests/suite/fuzz.rs`, which mutates a small corpus for some seconds, and by the libFuzzer program in `fuzz/`.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-"""Reference numbers for tests/reference.rs, by SciPy: filter, non-negative and nonlinear least squares.
+"""Reference numbers for tests/suite/reference.rs, by SciPy: filter, non-negative and nonlinear least squares.
 
     python3 -m venv venv && venv/bin/pip install numpy scipy && venv/bin/python make.py
 

@@ -2,7 +2,7 @@
 //!
 //! The counters at the branches are LLVM's, by flags that stable rustc takes; no sanitizer: safe Rust's own checks find what there is to
 //! find, and overflow counts as a fault. Not part of `cargo xtask test`: the counters mean another build of everything, minutes. That
-//! has `host-tools/tests/fuzz.rs`, over the same targets.
+//! has `host-tools/tests/suite/fuzz.rs`, over the same targets.
 
 use std::fs;
 use std::process::Command;

@@ -40,7 +40,7 @@ pub(crate) struct Tally {
     skipped: BTreeSet<String>,
 }
 
-/// What such a test says: `host-tools/tests/common/skipped.rs`.
+/// What such a test says: `host-tools/tests/suite/common/skipped.rs`.
 const SKIPPED: &str = "SKIPPED: ";
 
 impl Tally {

@@ -1,6 +1,6 @@
 //! The firmware's images.
 
-#[path = "../../../host-tools/tests/common/skipped.rs"]
+#[path = "../../../host-tools/tests/suite/common/skipped.rs"]
 mod skipped;
 
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-"""Reference numbers for tests/baselines_reference.rs and the unit tests of quann and network.
+"""Reference numbers for tests/suite/baselines_reference.rs and the unit tests of quann and network.
 
     python3 -m venv venv && venv/bin/pip install numpy scipy scikit-learn && venv/bin/python make.py
 

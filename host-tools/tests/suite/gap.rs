@@ -1,0 +1,242 @@
+//! What `gmr gap` answers: its JSON, the name of an effect that the plant hid, silence where there is none, and one line for
+//! what cannot be worked with.
+
+use std::sync::OnceLock;
+
+use crate::common::{Bench, keys, number};
+use serde_json::Value;
+
+const KEYS: [&str; 20] = [
+    "verdict",
+    "effects",
+    "ambiguous_with",
+    "suggested_profile",
+    "manoeuvre",
+    "gap_before_w",
+    "gap_after_w",
+    "noise_floor_w",
+    "noise_floor_unclipped_w",
+    "gap_closed",
+    "gain_w2",
+    "confirmed_share",
+    "simulation",
+    "confirm_runs",
+    "localisation",
+    "rounds",
+    "noise_floor_how",
+    "base_moves",
+    "not_testable",
+    "next_steps",
+];
+
+/// Field runs of a set: enough for four to stay locked.
+const FIELD: [&str; 8] = ["1.2", "5.6", "2.4", "4.1", "3.3", "1.8", "5.0", "2.9"];
+
+/// A run of a robot with gear motors: 60 s at 20 Hz, 0.05 W of noise. Simulated test drives in every second run.
+fn simulate(bench: &Bench, name: &str, place: usize, mass: &str, seed: usize, more: &[&str]) {
+    let profile = if place.is_multiple_of(2) { "training" } else { "test" };
+    let seed = seed.to_string();
+    let common = ["--plant", "gearmotor", "--sensors", "servo", "--rate", "20", "--power-noise", "0.05"];
+    let own = ["--duration", "60", "--profile", profile, "--mass", mass, "--seed", &seed];
+    bench.simulate(name, &[&common[..], &own, more].concat());
+}
+
+/// Six clean runs and the coefficients fitted to them.
+fn clean() -> &'static Bench {
+    static BENCH: OnceLock<Bench> = OnceLock::new();
+    BENCH.get_or_init(|| {
+        let bench = Bench::new();
+        let names: Vec<String> = (1..=6).map(|k| format!("base_{k}.csv")).collect();
+        for (k, name) in names.iter().enumerate() {
+            simulate(&bench, name, k, &(k + 1).to_string(), 100 + k, &[]);
+        }
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        bench.done(&[&["fit", "--out", "base.toml"], &names[..]].concat());
+        bench
+    })
+}
+
+/// A folder with the clean runs, their coefficients, and field runs with an effect.
+fn field(more: &[&str]) -> (Bench, Vec<String>) {
+    let bench = Bench::new();
+    for name in clean().files() {
+        bench.put(&name, std::fs::read(clean().path(&name)).unwrap());
+    }
+    let names: Vec<String> = (1..=FIELD.len()).map(|k| format!("field_{k}.csv")).collect();
+    for (k, name) in names.iter().enumerate() {
+        simulate(&bench, name, k, FIELD[k], 200 + k, more);
+    }
+    (bench, names)
+}
+
+fn gap(bench: &Bench, names: &[String], more: &[&str]) -> Value {
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    bench.json(&[&["gap"], more, &names[..]].concat())
+}
+
+/// A slope of 0.02 that rises ahead: 3 kg at 0.4 m/s take m g v sin(φ) = 0.24 W more, five times the noise.
+#[test]
+fn a_hidden_slope_is_named_and_the_locked_runs_confirm_it() {
+    let (bench, names) = field(&["--effect", "grade=0.02:along=travel"]);
+    let found = gap(&bench, &names, &["--coeffs", "base.toml"]);
+    assert_eq!(keys(&found), KEYS);
+    assert_eq!(found["verdict"], "named", "{found:#}");
+    assert_eq!(found["effects"].as_array().unwrap().len(), 1);
+    let effect = &found["effects"][0];
+    assert_eq!(
+        keys(effect),
+        ["id", "coefficient", "unit", "std_err", "physical", "detail", "meaning", "sign"]
+    );
+    assert_eq!(effect["id"], "grade");
+    // The drive folds its efficiency in: the base's inertia gain, 1.34 here, multiplies the weight as it does the mass.
+    let slope = number(&effect["coefficient"]) / 1.34;
+    assert!((slope / 0.02 - 1.0).abs() < 0.1, "{slope}");
+    let [before, after, floor] =
+        ["gap_before_w", "gap_after_w", "noise_floor_w"].map(|key| number(&found[key]));
+    assert!(before > after && after >= floor && floor > 0.0, "{before} {after} {floor}");
+    let closed = (before * before - after * after) / (before * before - floor * floor);
+    assert!((closed - number(&found["gap_closed"])).abs() < 1e-9 && closed > 0.9, "{closed}");
+    // Locked runs are a third of them, and take no part in naming.
+    assert_eq!(found["confirm_runs"].as_array().unwrap().len(), 3);
+    let cell = &found["localisation"][0];
+    assert_eq!(keys(cell)[..5], ["axis", "from", "to", "mean_residual_w", "band_w"]);
+    // Driving backwards is downhill: the slowest cell of speed has less power than the fastest.
+    let speed: Vec<f64> = found["localisation"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|cell| cell["axis"] == "speed")
+        .map(|cell| number(&cell["mean_residual_w"]))
+        .collect();
+    assert!(speed[0] < 0.0 && *speed.last().unwrap() > 0.0, "{speed:?}");
+    let summary = bench.done(&[
+        "gap",
+        "--coeffs",
+        "base.toml",
+        "field_1.csv",
+        "field_2.csv",
+        "field_3.csv",
+        "field_4.csv",
+    ]);
+    assert!(summary.stdout.lines().count() < 24, "{}", summary.stdout);
+}
+
+/// What the world has, not what the motors make of it: the plant's own sizes, the drive's efficiency of 0.75 taken out again. A moment of
+/// scrub is friction times weight times the plant's lever of half a wheelbase, 80 mm.
+#[test]
+fn sizes_are_those_of_the_world() {
+    for (effect, id, truth, unit) in [
+        ("grade=0.03:along=travel", "grade", 0.03, "rad"),
+        ("wheel-drag=0.035:wheel=1", "wheel-drag", 0.035, "N·m"),
+        ("turning-scrub=0.04", "turning-scrub", 0.04 * 9.806_65 * 0.08, "N·m/kg"),
+        ("rolling-resistance-change=0.012", "rolling-resistance-change", 0.012, "1"),
+    ] {
+        let (bench, names) = field(&["--effect", effect]);
+        let found = gap(&bench, &names, &["--coeffs", "base.toml"]);
+        let named = found["effects"].as_array().unwrap().iter().find(|named| named["id"] == id);
+        let named = named.unwrap_or_else(|| panic!("{effect}: {found:#}"));
+        let physical = &named["physical"];
+        assert_eq!(
+            (keys(physical), &physical["unit"]),
+            (vec!["value", "unit", "std_err"], &Value::from(unit))
+        );
+        let (value, std_err) = (number(&physical["value"]), number(&physical["std_err"]));
+        // 99 %.
+        assert!((value - truth).abs() < 2.58 * std_err, "{effect}: {physical}");
+        assert!(std_err < 0.1 * truth, "{effect}: {physical}");
+    }
+}
+
+/// A slope that the pitch shows, while the clean runs were level and did not measure it.
+#[test]
+fn a_slope_that_only_the_field_runs_measure_is_named_by_its_pitch() {
+    let (bench, names) = field(&["--effect", "grade=0.02:heading=0.4", "--columns", "pitch"]);
+    let found = gap(&bench, &names, &["--coeffs", "base.toml"]);
+    assert_eq!(found["verdict"], "named", "{found:#}");
+    assert_eq!(found["effects"][0]["id"], "grade");
+    assert_eq!(found["effects"][0]["detail"]["by"], "pitch_rad");
+    assert!(number(&found["gap_closed"]) > 0.9, "{found:#}");
+}
+
+#[test]
+fn nothing_is_named_where_nothing_hides() {
+    let (bench, names) = field(&[]);
+    let found = gap(&bench, &names, &["--coeffs", "base.toml"]);
+    assert_eq!(keys(&found), KEYS);
+    assert_eq!(found["verdict"], "none", "{found:#}");
+    assert_eq!(found["effects"], Value::Array(Vec::new()));
+    assert!(found["gap_closed"].is_null() && found["suggested_profile"].is_null());
+    // What needs a column that no log has is said to be so.
+    let missing = found["not_testable"].as_array().unwrap();
+    let load = missing.iter().find(|entry| entry["id"] == "compute-load").unwrap();
+    assert_eq!(load["reason"], "needs cpu_percent");
+}
+
+/// Without the runs that the coefficients were fitted to, what the model gets wrong of its own looks like effects: said in a
+/// line, and only large ones are named.
+#[test]
+fn clean_runs_that_are_gone_are_missed() {
+    let (bench, names) = field(&[]);
+    for k in 1..=6 {
+        std::fs::remove_file(bench.path(&format!("base_{k}.csv"))).unwrap();
+    }
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let ran = bench.done(&[&["gap", "--coeffs", "base.toml", "--json"], &names[..]].concat());
+    assert!(ran.stderr.contains("the clean runs of these coefficients are not there"), "{}", ran.stderr);
+    let found: Value = serde_json::from_str(&ran.stdout).unwrap();
+    assert_ne!(found["verdict"], "named", "{found:#}");
+}
+
+/// The line that a refused command says, and nothing on standard output.
+fn refusal(bench: &Bench, arguments: &[&str]) -> String {
+    let ran = bench.gmr(arguments);
+    assert_eq!(ran.code, Some(1), "{arguments:?}: {}", ran.stderr);
+    assert_eq!(ran.stdout, "");
+    assert_eq!(ran.stderr.lines().count(), 1, "{}", ran.stderr);
+    ran.stderr.trim_end().to_owned()
+}
+
+#[test]
+fn what_cannot_be_worked_with_is_said_in_one_line() {
+    let (bench, _) = field(&[]);
+    let few = refusal(&bench, &["gap", "--coeffs", "base.toml", "field_1.csv", "field_2.csv"]);
+    assert_eq!(
+        few,
+        "gmr: 2 runs; expected at least 4: 3 to name an effect and 1 to confirm it. Record 2 more"
+    );
+    bench.simulate("fast.csv", &["--duration", "30", "--rate", "50"]);
+    let all = ["field_1.csv", "field_2.csv", "field_3.csv", "fast.csv"];
+    let rates = refusal(&bench, &[&["gap", "--coeffs", "base.toml"], &all[..]].concat());
+    assert_eq!(
+        rates,
+        "gmr: fast.csv: sampled at 50.00 Hz, but field_1.csv at 20.00 Hz; expected runs of one sample rate"
+    );
+    let robot = refusal(&bench, &["gap", "--robot", "warthog", "--coeffs", "base.toml", "field_1.csv"]);
+    assert!(robot.contains("base.toml") && robot.contains("another robot"), "{robot}");
+    let text = bench.text("field_1.csv").replacen("\n0.1", "\nx0.1", 1);
+    bench.put("broken.csv", text);
+    let broken = refusal(&bench, &["gap", "--coeffs", "base.toml", "broken.csv"]);
+    assert!(broken.starts_with("gmr: broken.csv:") && broken.contains("is not a number"), "{broken}");
+    let eq18 = ["fit", "--model", "eq18", "--out", "eq18.toml", "base_1.csv", "base_6.csv"];
+    bench.done(&eq18);
+    let model = refusal(&bench, &["gap", "--coeffs", "eq18.toml", "field_1.csv"]);
+    assert!(model.starts_with("gmr: eq18.toml:model:") && model.contains("expected signed"), "{model}");
+}
+
+/// Fields that hold no number are left out, and counted.
+#[test]
+fn rows_that_are_not_finite_are_left_out_and_counted() {
+    let (bench, names) = field(&[]);
+    let text = bench.text("field_1.csv");
+    let lines = text.lines().enumerate().map(|(k, line)| {
+        let mut fields: Vec<&str> = line.split(',').collect();
+        if k > 0 && k % 200 == 0 {
+            fields[3] = "nan";
+        }
+        fields.join(",") + "\n"
+    });
+    bench.put("field_1.csv", lines.collect::<String>());
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let ran = bench.done(&[&["gap", "--coeffs", "base.toml"], &names[..]].concat());
+    assert!(ran.stderr.contains("field_1.csv") && ran.stderr.contains('6'), "{}", ran.stderr);
+}

@@ -1,0 +1,46 @@
+//! What `gmr` and its library do, from the outside: one program, because every further one would be linked to all of the library
+//! again. One file a subject; `cargo test --package host-tools --test suite fit::` runs those of a file.
+
+mod common;
+#[cfg(target_os = "linux")]
+#[path = "../../../tests/system/common/mod.rs"]
+mod images;
+
+mod bad_input;
+mod baselines_reference;
+#[cfg(target_os = "linux")]
+mod board;
+mod compare;
+#[cfg(target_os = "linux")]
+mod drive;
+mod edges;
+#[cfg(target_os = "linux")]
+mod emulated_board;
+mod estimate;
+mod extended;
+mod fit;
+mod flash;
+mod fuzz;
+mod gap;
+mod gap_bad_input;
+mod gap_bench;
+mod gap_columns;
+mod gap_power_only;
+mod gap_report;
+mod gap_simulation;
+mod gap_user_effects;
+#[cfg(unix)]
+mod hostile_board;
+mod inspect;
+mod log;
+mod network_seeds;
+mod record;
+mod reference;
+mod report;
+mod reproduce;
+mod robot;
+mod simulate;
+mod static_power;
+mod suspicion;
+#[cfg(target_os = "linux")]
+mod whole_system;
