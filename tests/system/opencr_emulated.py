@@ -235,7 +235,7 @@ def upload(machine, host):
 
 
 # Of each drive, and of the rest before it.
-STOP_AND_GO_S = 12.0
+STOP_AND_GO_S = 6.0
 
 
 def stop_and_go(machine):

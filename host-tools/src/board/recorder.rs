@@ -206,7 +206,7 @@ impl Run {
             }
             let first_us = *self.first_us.get_or_insert(record.time_us);
             let elapsed = Duration::from_micros(record.time_us.saturating_sub(first_us));
-            if self.duration.is_some_and(|duration| elapsed >= duration) {
+            if self.duration.is_some_and(|duration| elapsed + self.half_a_period() >= duration) {
                 return Some(Ending::Complete);
             }
             if self.rows == 0 {
@@ -230,6 +230,11 @@ impl Run {
         let ahead = passed - samples / f64::from(self.rate_hz.max(1));
         // Samples that come at half their rate are late, not a jump.
         (ahead > LONGEST_PAUSE.as_secs_f64() && ahead > 0.5 * passed).then_some(ahead)
+    }
+
+    /// A first sample that was stamped a little late is no reason for one more at the end.
+    fn half_a_period(&self) -> Duration {
+        Duration::from_secs(1) / 2 / u32::from(self.rate_hz.max(1))
     }
 
     fn elapsed(&self) -> Duration {

@@ -72,16 +72,16 @@ fn records_flashes_and_estimates_on_the_usb_link() {
     let flashed = gmr(here, "flash --coeffs coefficients.toml --port link --timeout 60");
     assert_eq!(flashed["verified"], true, "{flashed:#}");
 
-    // Some of it is a drive: the robot rests 12 s at a time.
-    let after = gmr(here, "record --port link --duration 14 --out after.csv");
+    // Some of it is a drive: the robot rests 6 s at a time.
+    let after = gmr(here, "record --port link --duration 8 --out after.csv");
     assert_eq!(after["lost"], 0, "{after:#}");
-    assert_eq!(after["rows"], 2800, "{after:#}");
+    assert_eq!(after["rows"], 1600, "{after:#}");
     assert_eq!(after["board"]["has_coefficients"], true, "{after:#}");
     let header = fs::read_to_string(here.join("after.csv")).unwrap();
     assert!(header.starts_with("time_s,wheel1_rad_s,wheel2_rad_s,power_w"), "{}", &header[..80]);
     assert!(header.lines().next().unwrap().contains("board_mass_kg"), "{}", &header[..200]);
-    let estimate = gmr(here, "estimate --coeffs coefficients.toml --window 5 after.csv");
-    assert_eq!(estimate["rows"], 2800, "{estimate:#}");
+    let estimate = gmr(here, "estimate --coeffs coefficients.toml --window 2 after.csv");
+    assert_eq!(estimate["rows"], 1600, "{estimate:#}");
     assert!(estimate["board"].is_object(), "{estimate:#}");
-    assert!(estimate["windows"].as_array().unwrap().len() > 5, "{estimate:#}");
+    assert!(estimate["windows"].as_array().unwrap().len() > 3, "{estimate:#}");
 }

@@ -15,7 +15,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 /// For each of seven readers, on two cores: about half a minute.
-const TIME: Duration = Duration::from_secs(8);
+const TIME: Duration = Duration::from_secs(3);
 /// So many anyway, where the machine has other things to do.
 const LEAST: usize = 500;
 /// Longer inputs only repeat what shorter ones show.
