@@ -225,9 +225,10 @@ fn print_terms<const N: usize>(fit: &Fit<N>) {
             (Term::UnequalSides, false) => "equal sides".to_owned(),
         };
         let error = judged.std_err.map_or("–".to_owned(), |error| format!("{:.1}", 100.0 * error));
+        let moves = if judged.gain < 0.0 { "grows" } else { "falls" };
         println!(
-            "{what}: on unseen blocks the error falls by {:.1} ± {error} % with the term",
-            100.0 * judged.gain
+            "{what}: on unseen blocks the error {moves} by {:.1} ± {error} % with the term",
+            100.0 * judged.gain.abs()
         );
     }
 }
