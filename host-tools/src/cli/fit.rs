@@ -126,6 +126,11 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     if arguments.json { print_json(robot, &fit) } else { print_text(robot, &fit, arguments) }
 }
 
+/// Coefficients that no board would take are not written. Whoever wants the figures of such a fit asks without `--out`.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct NotForBoards(String);
+
 /// What is written, `gmr flash` takes: a file that no board would use would be found out too late.
 fn check_for_boards<const N: usize>(robot: &Robot, coefficients: &Coefficients<f64, N>) -> Result<()> {
     // A robot that no board drives has nothing to ask one for.
@@ -137,7 +142,7 @@ fn check_for_boards<const N: usize>(robot: &Robot, coefficients: &Coefficients<f
             "not written: no board would take these coefficients ({why}); drive at more speeds, turns and payloads, and look at the logs \
              with gmr inspect"
         );
-        Error::failed(message)
+        Error::of(NotForBoards(message))
     };
     let image = coefficients.encode().ok_or_else(|| refused("boards have no such model"))?;
     let identity = flasher::robot_identity(robot)?;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::input::Input;
+use crate::job;
 
 /// Bytes read at once, and the longest line accepted.
 const BUFFER: usize = 1 << 20;
@@ -118,6 +119,7 @@ impl Source {
     }
 
     fn refill(&mut self) -> Result<()> {
+        job::point();
         self.buffer.copy_within(self.start..self.end, 0);
         self.end -= self.start;
         self.start = 0;
