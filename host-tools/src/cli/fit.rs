@@ -94,6 +94,7 @@ struct Report<'a> {
     power_delay_s: f64,
     half_slip: f64,
     slip_relaxation_rad: f64,
+    slip_creep_rad_s: f64,
     terms: &'a [Judged],
     warnings: &'a [Warning],
 }
@@ -215,6 +216,7 @@ fn print_json<const N: usize>(robot: &Robot, fit: &Fit<N>) -> Result<()> {
         power_delay_s: fit.coefficients.robot.conditioning.delay,
         half_slip: fit.coefficients.robot.conditioning.slip.half_slip,
         slip_relaxation_rad: fit.coefficients.robot.conditioning.slip.relaxation,
+        slip_creep_rad_s: fit.coefficients.robot.conditioning.slip.creep,
         terms: &fit.judged,
         warnings: &fit.warnings,
     })
@@ -233,9 +235,16 @@ fn print_terms<const N: usize>(fit: &Fit<N>) {
                     slip.half_slip, slip.relaxation
                 )
             }
+            (Term::Creep, true) => {
+                format!(
+                    "the contact creeps: half of the scrub at {:.3} rad/s on the spot",
+                    conditioning.slip.creep
+                )
+            }
             (Term::UnequalSides, true) => "unequal sides".to_owned(),
             (Term::Delay, false) => "no delay".to_owned(),
             (Term::SlipMemory, false) => "no slip memory".to_owned(),
+            (Term::Creep, false) => "no creep".to_owned(),
             (Term::UnequalSides, false) => "equal sides".to_owned(),
         };
         let error = judged.std_err.map_or("–".to_owned(), |error| format!("{:.1}", 100.0 * error));

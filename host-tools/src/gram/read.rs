@@ -75,6 +75,9 @@ impl<const N: usize> Conditioned<N> {
 /// What commands are called in logs.
 const COMMAND: &str = "cmd_v_m_s";
 
+/// Periods of the cutoff that the filter takes to forget, as after a start.
+const SETTLES: f64 = 2.0;
+
 /// Rows that are summed at a time.
 const BLOCK: usize = 1024;
 
@@ -90,6 +93,7 @@ pub fn of_log<const N: usize>(robot: &Robot, how: &Conditioned<N>, file: &Path) 
     let most_elapsed = MIN_GAP_FACTOR * reader.period_s();
     let mut runs: Vec<RunGram> = Vec::new();
     let mut rows: Vec<Row<N>> = Vec::with_capacity(BLOCK);
+    let mut free_from = BTreeMap::new();
     while let Some(raw) = reader.next_row()? {
         let place = raw.run as usize;
         while runs.len() <= place {
@@ -114,11 +118,11 @@ pub fn of_log<const N: usize>(robot: &Robot, how: &Conditioned<N>, file: &Path) 
             rows.push(row);
         }
         if rows.len() == BLOCK {
-            add(&mut runs, &rows, how);
+            add(&mut runs, &rows, how, &mut free_from);
             rows.clear();
         }
     }
-    add(&mut runs, &rows, how);
+    add(&mut runs, &rows, how, &mut free_from);
     let (names, exclusions) = (reader.run_names(), reader.exclusions());
     let several = runs.len() > 1;
     for (place, run) in runs.iter_mut().enumerate() {
@@ -158,7 +162,14 @@ fn empty<const N: usize>(how: &Conditioned<N>, robot: &Robot, is_commanded: bool
     }
 }
 
-fn add<const N: usize>(runs: &mut [RunGram], rows: &[Row<N>], how: &Conditioned<N>) {
+/// Adds rows to the sums of their runs; `free_from` is when the filter has forgotten the last row in which a wheel could be clamped.
+fn add<const N: usize>(
+    runs: &mut [RunGram],
+    rows: &[Row<N>],
+    how: &Conditioned<N>,
+    free_from: &mut BTreeMap<u32, f64>,
+) {
+    let memory = SETTLES / how.core.cutoff_hz;
     for rows in rows.chunk_by(|a, b| a.run == b.run) {
         let Some(run) = runs.get_mut(rows[0].run as usize) else { continue };
         let of = |gate: Gate, row: &Row<N>| {
@@ -166,11 +177,14 @@ fn add<const N: usize>(runs: &mut [RunGram], rows: &[Row<N>], how: &Conditioned<
         };
         run.eq18.extend(rows.iter().map(|row| of(Gate::Corrected, row)));
         run.eq18_published.extend(rows.iter().map(|row| of(Gate::Published, row)));
-        let free = |row: &&Row<N>| polynomial::cannot_clamp(&row.motion, how.drive);
         let before = run.signed.rows();
-        run.signed.extend(
-            rows.iter().filter(free).map(|row| (polynomial::regressors(&row.motion, row.mass), row.power)),
-        );
+        let free = free_from.entry(rows[0].run).or_insert(f64::NEG_INFINITY);
+        run.signed.extend(rows.iter().filter_map(|row| {
+            if !polynomial::cannot_clamp(&row.motion, how.drive) {
+                *free = row.time + memory;
+            }
+            (row.time >= *free).then(|| (polynomial::regressors(&row.motion, row.mass), row.power))
+        }));
         run.may_clamp += rows.len() as u64 - (run.signed.rows() - before);
         if let (Some(local), Some((reference, _))) = (&mut run.local, &how.reference) {
             rows.iter().for_each(|row| local.add(row, reference));

@@ -57,9 +57,9 @@ pub struct RunGram {
     pub eq18: Gram<REGRESSORS>,
     /// Eq. 18 as printed, of all rows.
     pub eq18_published: Gram<REGRESSORS>,
-    /// The signed model, of rows in which no wheel can be clamped.
+    /// The signed model, of rows in which no wheel can be clamped, nor could within the filter's memory before.
     pub signed: Gram<PRODUCTS>,
-    /// Rows in which one can: the signed model needs them one by one.
+    /// The other rows: the signed model needs them one by one.
     pub may_clamp: u64,
     /// The signed model near known coefficients, of all rows; none without.
     #[serde(default, skip_serializing_if = "Option::is_none")]
