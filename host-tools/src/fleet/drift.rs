@@ -18,16 +18,11 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::rank::key;
+use super::keys::{DAY, ROBOT, key};
 use crate::fit::physical::{PARAMETERS, parameters};
 use crate::fit::verdict;
 use crate::gram::RunGram;
 use crate::numerics::robust::{NORMAL_95, median};
-
-/// Key of a run: whose it is.
-pub(super) const ROBOT: &str = "robot";
-/// Key of a run: when it was; days sort as text.
-pub(super) const DAY: &str = "day";
 
 /// Chance that a fleet in which nothing changes has any name.
 const FALSE_NAMES: f64 = 0.01;

@@ -2,6 +2,7 @@
 
 mod abstain;
 mod drift;
+mod keys;
 mod page;
 mod rank;
 mod source;

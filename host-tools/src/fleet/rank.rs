@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
+use super::keys::{DAY, ROBOT, key};
 use crate::gram::RunGram;
 
 /// A robot's share of the fleet's work.
@@ -29,7 +30,7 @@ pub struct Standing {
 pub fn rank(runs: &[&RunGram]) -> Vec<Standing> {
     let mut robots: BTreeMap<&str, Vec<&RunGram>> = BTreeMap::new();
     for run in runs {
-        robots.entry(key(run, super::drift::ROBOT)).or_default().push(run);
+        robots.entry(key(run, ROBOT)).or_default().push(run);
     }
     let mut standings: Vec<Standing> =
         robots.into_iter().map(|(robot, runs)| standing(robot, &runs)).collect();
@@ -43,7 +44,7 @@ fn standing(robot: &str, runs: &[&RunGram]) -> Standing {
         runs.iter().fold((0.0, 0.0), |(e, d), run| (e + run.summary.energy_j, d + run.summary.distance_m));
     let masses = || runs.iter().flat_map(|run| &run.summary.masses);
     let seconds: f64 = masses().map(|(_, seconds)| seconds).sum();
-    let days: BTreeSet<&str> = runs.iter().map(|run| key(run, super::drift::DAY)).collect();
+    let days: BTreeSet<&str> = runs.iter().map(|run| key(run, DAY)).collect();
     Standing {
         robot: robot.to_owned(),
         energy_per_metre_j_m: (distance_m > 0.0).then(|| energy_j / distance_m),
@@ -53,9 +54,4 @@ fn standing(robot: &str, runs: &[&RunGram]) -> Standing {
         runs: runs.len(),
         days: days.len(),
     }
-}
-
-/// What a run says of a key; runs that do not are not used.
-pub(super) fn key<'a>(run: &'a RunGram, key: &str) -> &'a str {
-    run.keys.get(key).map_or("", String::as_str)
 }
