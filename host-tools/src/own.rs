@@ -25,6 +25,8 @@ pub enum Form {
     Profile,
     /// What was true, of `gmr board`.
     Truth,
+    /// Sums of `gmr gram`.
+    Grams,
     /// A board's store for a programmer, whole.
     Store,
 }
@@ -65,6 +67,7 @@ impl Form {
             Self::SimulatedLog => first.starts_with("time_s,wheel1_rad_s,") && decimals(second, [6, 7]),
             Self::Profile => first == "time_s,v_m_s,omega_rad_s" && decimals(second, [4, 6]),
             Self::Truth => format!("{first}\n") == TRUTH,
+            Self::Grams => first.starts_with("{\"format\":") && first.contains("\"run\":"),
             Self::Store => length == STORE_BYTES || first.starts_with(":02000004"),
         }
     }

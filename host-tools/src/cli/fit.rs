@@ -8,6 +8,7 @@ use firmware::wheels::WHEELS;
 use model_core::coefficients::Coefficients;
 use serde::Serialize;
 
+use super::fit_grams;
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
 use crate::board::flasher::{self, USUAL_RATE_HZ};
@@ -27,8 +28,15 @@ use crate::with_wheels;
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Logs of drives with known payload: two of them, empty and fully loaded, at least
-    #[arg(required = true, value_name = "RUN.csv")]
+    #[arg(required_unless_present = "grams", value_name = "RUN.csv")]
     runs: Vec<PathBuf>,
+    /// Sums of gmr gram instead of logs: Eq. 18 as from the rows, the signed model from those that its clamp leaves alone. Without what
+    /// needs rows: --out, errors in percent, delay and slip memory, robust weights
+    #[arg(long, value_name = "GRAMS.jsonl", num_args = 1.., conflicts_with_all = ["runs", "out", "mass"])]
+    grams: Vec<PathBuf>,
+    /// With --grams: also how well each run is predicted by the others
+    #[arg(long, requires = "grams")]
+    leave_one_out: bool,
     /// The robot: a robot.toml, or burger, warthog, husky
     #[arg(long, default_value = "burger")]
     robot: PathBuf,
@@ -96,6 +104,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
+    if !arguments.grams.is_empty() {
+        let Arguments { grams, model, method, leave_one_out, json, .. } = arguments;
+        if let Some(method @ (Method::Pgd | Method::Physical)) = method
+            && *model != ModelKind::Signed
+        {
+            let message = format!("--method {method:?} with --grams: expected nnls, the exact optimum");
+            return Err(Error::usage(message.to_lowercase()));
+        }
+        return fit_grams::run::<N>(robot, grams, *model, *leave_one_out, *json);
+    }
     check_apart(
         arguments.out.as_deref(),
         arguments.runs.iter().chain([&arguments.robot]).map(PathBuf::as_path),

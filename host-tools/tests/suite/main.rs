@@ -25,6 +25,7 @@ mod estimate;
 mod extended;
 mod fit;
 mod flash;
+mod fleet;
 mod fuzz;
 mod gap;
 mod gap_bad_input;
@@ -34,6 +35,7 @@ mod gap_power_only;
 mod gap_report;
 mod gap_simulation;
 mod gap_user_effects;
+mod gram;
 #[cfg(unix)]
 mod hostile_board;
 mod inspect;

@@ -30,9 +30,9 @@ const FLOORS: [&[&str]; 9] = [
     &["effects"],
     &["coefficients", "log"],
     &["fit"],
-    &["baselines", "board", "estimate", "inspect"],
+    &["baselines", "board", "estimate", "gram", "inspect"],
     &["compare", "virtual_board"],
-    &["gap", "reproduce"],
+    &["fleet", "gap", "reproduce"],
     &["cli"],
 ];
 
