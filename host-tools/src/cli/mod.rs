@@ -4,6 +4,7 @@
 mod board;
 mod compare;
 mod compare_text;
+mod convert;
 mod drive;
 mod estimate;
 mod fit;
@@ -42,6 +43,8 @@ struct Cli {
 enum Command {
     /// Say what a log is worth: data quality, excitation, static power
     Inspect(inspect::Arguments),
+    /// Turn logs into one of another format: bags of ROS 2, ULog, Parquet, CSV
+    Convert(convert::Arguments),
     /// Write logs from the simulated plant
     Simulate(simulate::Arguments),
     /// Fit coefficients to logs with known payload
@@ -103,6 +106,7 @@ fn one_line(refusal: &str) -> String {
 fn execute(cli: Cli) -> Result<()> {
     match cli.command {
         Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Estimate(arguments) => estimate::run(&arguments),

@@ -20,6 +20,7 @@ mod estimate;
 mod extended;
 mod fit;
 mod flash;
+mod foreign_logs;
 mod fuzz;
 mod gap;
 mod gap_bad_input;
