@@ -61,6 +61,13 @@ impl Error {
         self
     }
 
+    /// Adds what was noticed before and may be why.
+    #[must_use]
+    pub fn after(mut self, noticed: &str) -> Self {
+        self.message.push_str(&format!("; noticed before: {noticed}"));
+        self
+    }
+
     /// Names the line, counted from 1 with the header.
     #[must_use]
     pub fn at_line(mut self, line: u64) -> Self {

@@ -12,6 +12,11 @@ macro_rules! eprintln {
     ($($text:tt)*) => { $crate::output::say(format_args!($($text)*)) };
 }
 
+/// A line of [`notice`].
+macro_rules! notice {
+    ($($text:tt)*) => { $crate::notice::add(format_args!($($text)*)) };
+}
+
 pub mod baselines;
 pub mod board;
 pub mod cli;
@@ -27,6 +32,7 @@ pub mod inspect;
 pub mod interrupt;
 pub mod log;
 pub mod metrics;
+pub mod notice;
 pub mod numerics;
 pub mod output;
 pub mod own;

@@ -45,9 +45,9 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
     fn has_plausible_sides(&self) -> bool {
         match &self.model {
             Model::Signed { torque, .. } => {
-                let least = torque.coulomb + torque.rolling * self.robot.range.no_load();
                 torque.imbalance == T::ZERO
-                    || (torque.imbalance.abs() <= least && self.robot.mass_matrix.sides().is_some())
+                    || (torque.drags_on_both_sides(self.robot.range.no_load())
+                        && self.robot.mass_matrix.sides().is_some())
             }
             Model::Eq18 { .. } => true,
         }

@@ -121,6 +121,11 @@ impl<T: Real> TorqueModel<T> {
         ]
     }
 
+    /// Friction drives no wheel of either side of a robot of this mass in kg, or a heavier one.
+    pub fn drags_on_both_sides(&self, least_mass: T) -> bool {
+        self.imbalance.abs() <= self.coulomb + self.rolling * least_mass
+    }
+
     /// The torque of one wheel in N·m at a total mass in kg.
     #[inline]
     pub fn torque(&self, wheel: &Wheel<T>, mass: T) -> T {

@@ -183,7 +183,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
         track.page(robot.name()).save(plot)?;
     }
     if replay.exclusions.total() > 0 {
-        eprintln!("gmr: {}: {}", arguments.run.display(), replay.exclusions);
+        notice!("{}: {}", arguments.run.display(), replay.exclusions);
     }
     if arguments.json { print_json(robot, &replay, beside) } else { print_text(robot, &replay, &beside) }
 }

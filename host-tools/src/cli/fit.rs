@@ -108,19 +108,18 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     }
     let settings = settings(arguments)?;
     let mut suspicions = entrance::look::<N>(robot, &arguments.runs, mass)?;
-    let mut fit = fit::fit_logs::<N>(robot, &arguments.runs, mass, arguments.model, method, &settings)?;
+    let doubted = suspicions.first().map(|suspicion| suspicion.text.clone());
+    let after = |error: Error| doubted.iter().fold(error, |error, text| error.after(text));
+    let mut fit = fit::fit_logs::<N>(robot, &arguments.runs, mass, arguments.model, method, &settings)
+        .map_err(after)?;
     // What the logs look like explains what the fit says of itself.
     suspicions.append(&mut fit.warnings);
     fit.warnings = suspicions;
-    if let Some(shortcoming) = &fit.shortcoming {
-        eprintln!("gmr: {shortcoming}");
-    }
-    for warning in &fit.warnings {
-        eprintln!("gmr: {}", warning.text);
-    }
+    fit.shortcoming.iter().for_each(|shortcoming| notice!("{shortcoming}"));
+    fit.warnings.iter().for_each(|warning| notice!("{}", warning.text));
     if let Some(out) = &arguments.out {
         let file = fit.to_file()?;
-        check_for_boards(robot, &file.coefficients).map_err(|error| error.in_file(out))?;
+        check_for_boards(robot, &file.coefficients).map_err(|error| after(error.in_file(out)))?;
         file.write(out)?;
     }
     if arguments.json { print_json(robot, &fit) } else { print_text(robot, &fit, arguments) }
@@ -144,10 +143,7 @@ fn check_for_boards<const N: usize>(robot: &Robot, coefficients: &Coefficients<f
     match check_coefficients(image.as_bytes(), &identity, USUAL_RATE_HZ) {
         // How long a delay a board can keep, and how slow a filter, depends on its sample rate: another may take them.
         Err(reason @ (Reason::Delay | Reason::Cutoff)) => {
-            eprintln!(
-                "gmr: a board at {USUAL_RATE_HZ} Hz would not take these coefficients: {}",
-                reason.text()
-            );
+            notice!("a board at {USUAL_RATE_HZ} Hz would not take these coefficients: {}", reason.text());
         }
         Err(reason) => return Err(refused(reason.text())),
         Ok(_) => {}
@@ -220,9 +216,10 @@ fn print_terms<const N: usize>(fit: &Fit<N>) {
             (Term::UnequalSides, false) => "equal sides".to_owned(),
         };
         let error = judged.std_err.map_or("–".to_owned(), |error| format!("{:.1}", 100.0 * error));
+        let moves = if judged.gain < 0.0 { "grows" } else { "falls" };
         println!(
-            "{what}: on unseen blocks the error falls by {:.1} ± {error} % with the term",
-            100.0 * judged.gain
+            "{what}: on unseen blocks the error {moves} by {:.1} ± {error} % with the term",
+            100.0 * judged.gain.abs()
         );
     }
 }

@@ -223,8 +223,8 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
     };
     let mut clean = raw_clean.clone().map(|raw| Runs::condition(&core, raw)).transpose()?;
     if clean.is_none() && arguments.coeffs.is_some() {
-        eprintln!(
-            "gmr: the clean runs of these coefficients are not there: what the model gets wrong without any effect is not \
+        notice!(
+            "the clean runs of these coefficients are not there: what the model gets wrong without any effect is not \
              known, so only large effects are named; give the runs with --base"
         );
     }
@@ -234,7 +234,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
     if let Some(file) = &arguments.effects {
         options.user = UserCandidates::add(&own, file, &mut runs, clean.as_mut())?;
         for effect in &options.user.not_testable {
-            eprintln!("gmr: {}: {}: not testable: {}", file.display(), effect.id, effect.reason);
+            notice!("{}: {}: not testable: {}", file.display(), effect.id, effect.reason);
         }
     }
     let progress = StageProgress::new("looking for what the model lacks");

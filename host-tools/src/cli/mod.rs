@@ -29,6 +29,7 @@ use clap::{Parser, Subcommand};
 
 use crate::error::{Error, Result};
 use crate::interrupt;
+use crate::notice;
 use crate::output;
 
 /// How much power does a wheeled robot draw, when nobody told it what it carries?
@@ -75,7 +76,10 @@ pub fn run() -> ExitCode {
     let result =
         interrupt::install().and_then(|()| parse()).and_then(execute).and_then(|()| output::finish());
     match result {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => {
+            notice::tell();
+            ExitCode::SUCCESS
+        }
         Err(error) => {
             if !error.is_quiet() {
                 eprintln!("gmr: {error}");

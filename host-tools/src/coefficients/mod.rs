@@ -272,8 +272,8 @@ impl<const N: usize> CoefficientsFile<N> {
         }
         let all = self.origin.logs.len();
         if !found.is_empty() && found.len() < all {
-            eprintln!(
-                "gmr: {}: {} of the {all} clean runs are no longer where they were, and are done without",
+            notice!(
+                "{}: {} of the {all} clean runs are no longer where they were, and are done without",
                 file.display(),
                 all - found.len()
             );

@@ -15,7 +15,7 @@ use crate::log::{Header, MASS};
 pub(super) fn tell_taken(files: &[PathBuf], mass_kg: f64) -> Result<()> {
     for (index, file) in files.iter().enumerate() {
         if !files[..index].contains(file) && !Header::open(file)?.has(MASS) {
-            eprintln!("gmr: {}: no {MASS}: {mass_kg} kg taken (--mass)", file.display());
+            notice!("{}: no {MASS}: {mass_kg} kg taken (--mass)", file.display());
         }
     }
     Ok(())
@@ -36,9 +36,7 @@ pub(super) fn tell_extrapolation<'a>(
         masses(test).iter().filter(|mass| !same(**mass, only)).map(f64::to_string).collect();
     if !others.is_empty() && settings.models.iter().any(takes) {
         let others = others.join(", ");
-        eprintln!(
-            "gmr: training at {only} kg only, test at {others} kg: models that take the mass extrapolate"
-        );
+        notice!("training at {only} kg only, test at {others} kg: models that take the mass extrapolate");
     }
 }
 

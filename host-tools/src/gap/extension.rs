@@ -34,15 +34,15 @@ pub fn write<const N: usize>(
         .collect();
     let kept: Vec<bool> = written.iter().map(std::result::Result::is_ok).collect();
     for why in written.iter().filter_map(|effect| effect.as_ref().err()) {
-        eprintln!("gmr: {why}");
+        notice!("{why}");
     }
     if !kept.contains(&true) {
-        eprintln!("gmr: {}: not written: no effect is to be added", out.display());
+        notice!("{}: not written: no effect is to be added", out.display());
         return Ok(());
     }
     if !report.ambiguous_with.is_empty() {
-        eprintln!(
-            "gmr: {}: its effects cannot be told from {}: power is predicted as well with either, the cause is open",
+        notice!(
+            "{}: its effects cannot be told from {}: power is predicted as well with either, the cause is open",
             out.display(),
             report.ambiguous_with.join(", ")
         );

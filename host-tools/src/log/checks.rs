@@ -4,6 +4,8 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
+use model_core::effects::GRAVITY;
+
 use super::POWER;
 pub use super::masses::{check_mass, masses};
 use super::row::Run;
@@ -13,9 +15,6 @@ use crate::error::{Error, Result};
 /// Power per weight and speed, W/(N·m/s), that a robot on wheels can take: one of the most frugal needs 0.02, a small one with idle
 /// electronics in its power some tens.
 const PLAUSIBLE: (f64, f64) = (0.002, 200.0);
-
-/// Standard gravity, m/s².
-const GRAVITY: f64 = 9.80665;
 
 /// Refuses logs that are there twice: a run that is open and locked, or clean and in the field, confirms itself.
 ///
@@ -112,7 +111,7 @@ pub fn check_power<const N: usize>(runs: &Runs<N>) -> Result<()> {
         }
     }
     if !moves {
-        eprintln!("gmr: the robot moves in none of these runs: effects of motion cannot be seen");
+        notice!("the robot moves in none of these runs: effects of motion cannot be seen");
     }
     Ok(())
 }

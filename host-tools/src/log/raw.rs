@@ -66,7 +66,7 @@ fn read_log<const N: usize>(
     }
     let excluded = reader.exclusions();
     if excluded.total() > 0 {
-        eprintln!("gmr: {}: {excluded}", file.display());
+        notice!("{}: {excluded}", file.display());
     }
     let several = runs.len() > 1;
     for (run, name) in runs.iter_mut().zip(0..) {

@@ -36,7 +36,7 @@ impl Robot {
         let text = read_text(path, MOST_DESCRIPTION)?;
         let robot = Self::parse(&text).map_err(|error| error.in_file(path))?;
         for unknown in &robot.unknown_keys {
-            eprintln!("gmr: {}:{unknown}", path.display());
+            notice!("{}:{unknown}", path.display());
         }
         Ok(robot)
     }

@@ -23,6 +23,10 @@ const LOCK: u32 = 1 << 31;
 /// The watchdog's counter at its greatest, and its activation bit.
 const FED: u32 = 0xFF;
 
+/// Times that the watchdog is fed at most. Each takes eight cycles of 216 MHz or more (a write and a read behind a bus bridge), so these are
+/// 4 s at least: no sector takes longer (STM32F746 datasheet, flash memory programming). A flash that is busy for ever ends in a reset.
+const MOST_FEEDS: u32 = 108_000_000;
+
 /// 2.8 V falling: programming by 32 bits wants 2.7 V (STM32F746 datasheet, flash memory programming).
 const LOWEST_SUPPLY: u8 = 6;
 
@@ -60,8 +64,12 @@ unsafe fn erase_from_ram(sector: u32) -> u32 {
         write_volatile(STATUS, ERRORS | END);
         write_volatile(CONTROL, BY_32 | ERASE_SECTOR | sector << 3);
         write_volatile(CONTROL, BY_32 | ERASE_SECTOR | sector << 3 | START);
+        let mut feeds = 0;
         loop {
-            write_volatile(WATCHDOG, FED);
+            if feeds < MOST_FEEDS {
+                write_volatile(WATCHDOG, FED);
+                feeds += 1;
+            }
             let status = read_volatile(STATUS);
             if status & BUSY == 0 {
                 write_volatile(CONTROL, LOCK);

@@ -165,6 +165,5 @@ impl Term {
 
 /// Friction drives no wheel on either side, even of the empty robot: boards refuse what says so.
 fn drags_on_both_sides<const N: usize>(parameters: &Parameters, problem: &Problem<'_, N>) -> bool {
-    let torque = physical::torque(parameters);
-    torque.imbalance.abs() <= torque.coulomb + torque.rolling * problem.core.range.no_load()
+    physical::torque(parameters).drags_on_both_sides(problem.core.range.no_load())
 }

@@ -4,6 +4,7 @@
 //! motors. Data that determine a parameter do not come near them; data that do not would run to 10⁶ or 10⁻⁵ without.
 
 use model_core::coefficients::Robot as CoreRobot;
+use model_core::effects::GRAVITY;
 use nalgebra::Const;
 
 use super::super::dataset::Row;
@@ -11,9 +12,6 @@ use super::super::verdict::{self, Description};
 use super::cost::{PARAMETERS as COUNT, Parameters, WINDING_LOSS};
 use crate::numerics::levenberg_marquardt;
 use crate::robot::Motor;
-
-/// Standard gravity, m/s².
-const GRAVITY: f64 = 9.806_65;
 
 /// Least efficiency of motor, gear and drive together: torques are found with it folded in.
 const LEAST_EFFICIENCY: f64 = 0.2;

@@ -71,7 +71,7 @@ fn read_log(file: &Path, unit_w: f64, runs: &mut Vec<PowerRun>) -> Result<()> {
         own[run].1.push(values[1]);
     }
     if reader.exclusions().total() > 0 {
-        eprintln!("gmr: {}: {}", file.display(), reader.exclusions());
+        notice!("{}: {}", file.display(), reader.exclusions());
     }
     let several = own.len() > 1;
     for (place, (times, power)) in own.iter().enumerate().filter(|(_, (times, _))| !times.is_empty()) {

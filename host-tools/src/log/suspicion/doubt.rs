@@ -37,9 +37,6 @@ pub enum Kind {
     Unlabelled,
 }
 
-/// Standard gravity, m/s².
-pub(super) const GRAVITY: f64 = 9.806_65;
-
 /// The mass that stands for a robot whose log tells none, kg: between empty and full, as far from either.
 pub(super) fn usual_mass_kg(robot: &Robot) -> f64 {
     (robot.mass_no_load_kg() * robot.mass_full_load_kg()).sqrt()

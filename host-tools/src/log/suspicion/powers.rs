@@ -1,6 +1,8 @@
 //! Power in another unit than watts, or none at all.
 
-use super::doubt::{GRAVITY, Kind, Suspicion, usual_mass_kg};
+use model_core::effects::GRAVITY;
+
+use super::doubt::{Kind, Suspicion, usual_mass_kg};
 use super::thinned::Row;
 use crate::numerics::robust;
 use crate::robot::Robot;

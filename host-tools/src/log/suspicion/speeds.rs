@@ -1,6 +1,8 @@
 //! Speeds of wheels in another unit than rad/s: too fast for the robot, or so slow that driving would cost too much.
 
-use super::doubt::{GRAVITY, Kind, Suspicion, usual_mass_kg};
+use model_core::effects::GRAVITY;
+
+use super::doubt::{Kind, Suspicion, usual_mass_kg};
 use super::thinned::Row;
 use crate::numerics::robust;
 use crate::robot::{Robot, SpeedUnit};

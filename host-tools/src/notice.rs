@@ -1,0 +1,39 @@
+//! What a command has to say of its inputs besides its result: rows left out, keys that it does not know, masses taken for granted.
+//!
+//! Kept until the command has done what it was asked for: a refusal is one line, and what led to it stands in that line.
+
+use std::fmt::Arguments;
+use std::sync::{Mutex, PoisonError};
+
+/// More are counted only.
+const MOST: usize = 1_000;
+
+/// In the order in which they came, and how many are not kept.
+static NOTICES: Mutex<(Vec<String>, usize)> = Mutex::new((Vec::new(), 0));
+
+/// Adds a line: `notice!`.
+pub(crate) fn add(line: Arguments<'_>) {
+    let mut notices = NOTICES.lock().unwrap_or_else(PoisonError::into_inner);
+    if notices.0.len() < MOST {
+        notices.0.push(line.to_string());
+    } else {
+        notices.1 += 1;
+    }
+}
+
+/// The lines so far; none of them comes a second time.
+#[must_use]
+pub fn take() -> Vec<String> {
+    let (mut lines, dropped) = std::mem::take(&mut *NOTICES.lock().unwrap_or_else(PoisonError::into_inner));
+    if dropped > 0 {
+        lines.push(format!("{dropped} more"));
+    }
+    lines
+}
+
+/// Prints the lines so far, on standard error.
+pub(crate) fn tell() {
+    for line in take() {
+        eprintln!("gmr: {line}");
+    }
+}
