@@ -31,6 +31,7 @@ pub mod input;
 pub mod inspect;
 pub mod interrupt;
 pub mod log;
+pub mod look;
 pub mod metrics;
 pub mod notice;
 pub mod numerics;

@@ -38,8 +38,9 @@ impl Bag {
     pub fn open(path: &Path, allow_cut: bool) -> Result<Self> {
         let mut head = Vec::new();
         File::open(path)?.take(Format::HEAD_BYTES as u64).read_to_end(&mut head)?;
-        let format = Format::of(&head)
-            .ok_or_else(|| Error::Unsupported("is no MCAP, SQLite or ULog file; expected a bag".to_owned()))?;
+        let format = Format::of(&head).ok_or_else(|| {
+            Error::Unsupported("is no MCAP, SQLite or ULog file; expected a bag".to_owned())
+        })?;
         format.check()?;
         let topics = match format {
             Format::Mcap => mcap_file::topics(path, allow_cut)?,

@@ -30,7 +30,9 @@ impl Field {
     /// A path that is none.
     pub fn new(topic: &str, path: &str) -> Result<Self> {
         let steps = steps(path).ok_or_else(|| {
-            Error::Choice(format!("{path:?} is no field; expected such as twist.twist.linear.x or velocity[0]"))
+            Error::Choice(format!(
+                "{path:?} is no field; expected such as twist.twist.linear.x or velocity[0]"
+            ))
         })?;
         Ok(Self { topic: topic.to_owned(), path: path.to_owned(), steps })
     }
@@ -41,7 +43,8 @@ impl Field {
     /// No colon, or a path that is none.
     pub fn parse(text: &str) -> Result<Self> {
         let Some((topic, path)) = text.split_once(':').filter(|(topic, _)| !topic.is_empty()) else {
-            let message = format!("{text:?} is no field of a topic; expected topic:field, such as /power:data");
+            let message =
+                format!("{text:?} is no field of a topic; expected topic:field, such as /power:data");
             return Err(Error::Choice(message));
         };
         Self::new(topic, path)

@@ -68,7 +68,8 @@ impl Format {
             Self::Lz4 => "lz4 -d",
             Self::Ros1 => {
                 return Err(crate::Error::Unsupported(
-                    "is a bag of ROS 1; expected one of ROS 2 (rosbags-convert --src old.bag --dst new)".to_owned(),
+                    "is a bag of ROS 1; expected one of ROS 2 (rosbags-convert --src old.bag --dst new)"
+                        .to_owned(),
                 ));
             }
         };

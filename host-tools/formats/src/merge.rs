@@ -70,7 +70,12 @@ pub fn merge(bag: &Bag, request: &Request, row: &mut dyn FnMut(f64, &[f64]) -> R
         Ok(true)
     })?;
     merger.hand_out(i64::MAX, true, row)?;
-    Ok(Merged { ending, rows: merger.rows, out_of_order: merger.out_of_order, start_ns: merger.start.unwrap_or(0) })
+    Ok(Merged {
+        ending,
+        rows: merger.rows,
+        out_of_order: merger.out_of_order,
+        start_ns: merger.start.unwrap_or(0),
+    })
 }
 
 /// The messages of one topic that rows still need.
@@ -128,11 +133,13 @@ impl Merger {
             return Err(Error::Choice(message));
         }
         let base = request.base.len();
-        let mut tracks = vec![Self::track(bag, &request.base.iter().collect::<Vec<_>>(), (0..base).collect())?];
+        let mut tracks =
+            vec![Self::track(bag, &request.base.iter().collect::<Vec<_>>(), (0..base).collect())?];
         let mut left: Vec<(usize, &Field)> = (base..).zip(&request.others).collect();
         while let Some((_, next)) = left.first() {
             let topic = next.topic.clone();
-            let (same, rest): (Vec<_>, Vec<_>) = left.into_iter().partition(|(_, field)| field.topic == topic);
+            let (same, rest): (Vec<_>, Vec<_>) =
+                left.into_iter().partition(|(_, field)| field.topic == topic);
             left = rest;
             let fields: Vec<&Field> = same.iter().map(|(_, field)| *field).collect();
             tracks.push(Self::track(bag, &fields, same.iter().map(|(slot, _)| *slot).collect())?);
@@ -166,7 +173,9 @@ impl Merger {
             }
             let name = &bag.topics()[topic].name;
             let numbers = track.extractor.numbers(message).map_err(|error| match error {
-                Error::Damaged(why) => Error::Damaged(format!("topic {name}, received at {received} ns: {why}")),
+                Error::Damaged(why) => {
+                    Error::Damaged(format!("topic {name}, received at {received} ns: {why}"))
+                }
                 Error::Unsupported(why) => Error::Unsupported(format!("topic {name}: {why}")),
                 error => error,
             })?;
@@ -198,7 +207,8 @@ impl Merger {
 
     fn check_clocks(&self, bag: &Bag) -> Result<()> {
         let Some(base) = self.offsets[0] else { return Ok(()) };
-        let apart = |offset: &Option<f64>| offset.is_some_and(|offset| (offset - base).abs() > CLOCKS_APART_S);
+        let apart =
+            |offset: &Option<f64>| offset.is_some_and(|offset| (offset - base).abs() > CLOCKS_APART_S);
         let Some(other) = self.offsets.iter().position(apart) else { return Ok(()) };
         let name = |place: usize| &bag.topics()[self.tracks[place].topic].name;
         let how = |place: usize| {
@@ -216,13 +226,17 @@ impl Merger {
     }
 
     /// Hands out the rows that nothing is missing for, and those that have waited long enough.
-    fn hand_out(&mut self, now: i64, is_end: bool, row: &mut dyn FnMut(f64, &[f64]) -> Result<()>) -> Result<()> {
+    fn hand_out(
+        &mut self,
+        now: i64,
+        is_end: bool,
+        row: &mut dyn FnMut(f64, &[f64]) -> Result<()>,
+    ) -> Result<()> {
         let patience = self.gap_ns.saturating_mul(2).saturating_add(PATIENCE_NS);
         while let Some(first) = self.waiting.front() {
             let time = first.time;
-            let is_late = is_end
-                || now.saturating_sub(first.received) > patience
-                || self.waiting.len() > MOST_WAITING;
+            let is_late =
+                is_end || now.saturating_sub(first.received) > patience || self.waiting.len() > MOST_WAITING;
             let is_ready = self.tracks[1..].iter().all(|track| track.last.is_some_and(|last| last >= time));
             if !is_ready && !is_late {
                 break;
@@ -262,7 +276,9 @@ impl Track {
             }
             return;
         }
-        let Some((behind, to)) = self.recent.get(1).filter(|(behind, _)| behind - before <= gap_ns) else { return };
+        let Some((behind, to)) = self.recent.get(1).filter(|(behind, _)| behind - before <= gap_ns) else {
+            return;
+        };
         let share = (time - before) as f64 / (behind - before) as f64;
         for ((slot, from), to) in self.slots.iter().zip(from).zip(to) {
             row[*slot] = from + (to - from) * share;

@@ -39,8 +39,9 @@ pub(crate) fn topics(path: &Path) -> Result<Vec<Topic>> {
         return Err(Error::Unsupported(message.to_owned()));
     }
     let definitions = definitions(&connection)?;
-    let mut statement =
-        connection.prepare("SELECT name, type, serialization_format FROM topics ORDER BY id").map_err(damaged)?;
+    let mut statement = connection
+        .prepare("SELECT name, type, serialization_format FROM topics ORDER BY id")
+        .map_err(damaged)?;
     let rows = statement.query_map([], |row| {
         Ok((row.get::<_, String>(0)?, row.get::<_, String>(1)?, row.get::<_, String>(2)?))
     });
@@ -103,7 +104,9 @@ pub(crate) fn read(path: &Path, topics: &[Topic], wanted: &[usize], each: &mut E
             Ok(Some(row)) => row,
             Ok(None) => return Ok(Ending::Whole),
             Err(error) => {
-                return Ok(Ending::Cut(format!("breaks off ({error}); --allow-truncated reads what comes before")));
+                return Ok(Ending::Cut(format!(
+                    "breaks off ({error}); --allow-truncated reads what comes before"
+                )));
             }
         };
         let Some(place) = places.get(&row.get(0).map_err(damaged)?) else { continue };

@@ -44,7 +44,13 @@ pub fn parquet(path: &Path, taker: &mut dyn Taker) -> Result<()> {
 
 /// The topic of a bag that is a table: the only one, in JSON, with a time column.
 pub fn topic(bag: &Bag) -> Option<usize> {
-    let tables: Vec<usize> = bag.topics().iter().enumerate().filter(|(_, topic)| is_table(&topic.encoding)).map(|(place, _)| place).collect();
+    let tables: Vec<usize> = bag
+        .topics()
+        .iter()
+        .enumerate()
+        .filter(|(_, topic)| is_table(&topic.encoding))
+        .map(|(place, _)| place)
+        .collect();
     match tables[..] {
         [only] => Some(only),
         _ => None,

@@ -35,7 +35,12 @@ pub(crate) fn topics(path: &Path, allow_cut: bool) -> Result<Vec<Topic>> {
         });
         let encoding = Encoding::Packed { fields: fields.collect() };
         places.insert(message.msg_id, topics.len());
-        topics.push(Topic { name: name(message), kind: format.message_name.clone(), encoding, messages: Some(1) });
+        topics.push(Topic {
+            name: name(message),
+            kind: format.message_name.clone(),
+            encoding,
+            messages: Some(1),
+        });
         Ok(true)
     })?;
     match ending {
@@ -115,7 +120,8 @@ fn messages(path: &Path, each: &mut dyn FnMut(&DataMessage<'_>) -> Result<bool>)
             }
             if parser.has_leftover() {
                 ending = Ending::Cut(
-                    "ends within a message: the recording was cut off; --allow-truncated reads what is there".to_owned(),
+                    "ends within a message: the recording was cut off; --allow-truncated reads what is there"
+                        .to_owned(),
                 );
             }
             break;
@@ -129,7 +135,8 @@ fn messages(path: &Path, each: &mut dyn FnMut(&DataMessage<'_>) -> Result<bool>)
             break;
         }
         if appended.is_none() && parser.header_complete() {
-            let mut places: Vec<u64> = parser.appended_offsets().iter().copied().filter(|at| *at >= place).collect();
+            let mut places: Vec<u64> =
+                parser.appended_offsets().iter().copied().filter(|at| *at >= place).collect();
             places.sort_unstable();
             appended = Some(places);
         }

@@ -42,7 +42,8 @@ impl<W: Write + Send> Parquet<W> {
             let fields = columns.iter().zip(is_text).map(|(name, is_text)| {
                 let physical = if *is_text { Physical::BYTE_ARRAY } else { Physical::DOUBLE };
                 let logical = is_text.then_some(LogicalType::String);
-                let field = Type::primitive_type_builder(name, physical).with_repetition(Repetition::OPTIONAL);
+                let field =
+                    Type::primitive_type_builder(name, physical).with_repetition(Repetition::OPTIONAL);
                 Ok(Arc::new(field.with_logical_type(logical).build()?))
             });
             let fields = fields.collect::<Result<Vec<_>, ParquetError>>()?;
@@ -70,7 +71,8 @@ impl<W: Write + Send> Parquet<W> {
             let levels: Vec<i16> = cells.clone().map(|cell| i16::from(is_there(cell))).collect();
             let there = cells.filter(|cell| is_there(cell));
             if self.is_text[place] {
-                let texts: Vec<ByteArray> = there.map(|cell| ByteArray::from(text(cell).as_bytes())).collect();
+                let texts: Vec<ByteArray> =
+                    there.map(|cell| ByteArray::from(text(cell).as_bytes())).collect();
                 column.typed::<ByteArrayType>().write_batch(&texts, Some(&levels), None)?;
             } else {
                 let numbers: Vec<f64> = there.map(number).collect();
@@ -131,7 +133,9 @@ impl<W: Write + Seek> Mcap<W> {
     /// What cannot be written; no column of time.
     pub fn new(to: W, columns: &[String], is_text: &[bool]) -> Result<Self> {
         if !columns.iter().any(|column| column == TIME) {
-            return Err(Error::Choice(format!("has no column {TIME}; expected one, as messages need a time")));
+            return Err(Error::Choice(format!(
+                "has no column {TIME}; expected one, as messages need a time"
+            )));
         }
         let properties: serde_json::Map<_, _> = columns
             .iter()
@@ -177,8 +181,12 @@ impl<W: Write + Seek> Mcap<W> {
         }
         self.message.extend_from_slice(if self.message.is_empty() { b"{}" } else { b"}" });
         let log_time = (time.max(0.0) * 1e9) as u64;
-        let header =
-            MessageHeader { channel_id: self.channel, sequence: self.sequence, log_time, publish_time: log_time };
+        let header = MessageHeader {
+            channel_id: self.channel,
+            sequence: self.sequence,
+            log_time,
+            publish_time: log_time,
+        };
         self.sequence = self.sequence.wrapping_add(1);
         self.writer.write_to_known_channel(&header, &self.message).map_err(failed)
     }

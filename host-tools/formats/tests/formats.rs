@@ -74,7 +74,9 @@ fn the_same_drive_in_every_format_has_the_same_numbers() {
     let mut table = Table::default();
     table::parquet(&data("drive.parquet"), &mut table).unwrap();
     assert_eq!(table.columns, ["time_s", "wheel1_rad_s", "wheel2_rad_s", "power_w", "mass_kg"]);
-    let numbers = |row: &Vec<Cell>| row.iter().map(|cell| if let Cell::Number(x) = cell { *x } else { f64::NAN }).collect();
+    let numbers = |row: &Vec<Cell>| {
+        row.iter().map(|cell| if let Cell::Number(x) = cell { *x } else { f64::NAN }).collect()
+    };
     let found: Vec<Vec<f64>> = table.rows.iter().map(numbers).collect();
     assert_eq!(found, expected);
 }
@@ -160,7 +162,11 @@ fn a_cut_file_is_refused_and_its_rest_read_on_request() {
             let expected = &whole[..found.len()];
             assert!(found.iter().zip(expected).all(|(found, row)| found[1] == row[1]), "{file} {share}");
             assert!(share > 0.99 || matches!(merged.ending, Ending::Cut(_)), "{file} {share}");
-            assert!(share < 0.5 || found.len() as f64 > (share - 0.35) * whole.len() as f64, "{file} {share}: {}", found.len());
+            assert!(
+                share < 0.5 || found.len() as f64 > (share - 0.35) * whole.len() as f64,
+                "{file} {share}: {}",
+                found.len()
+            );
         }
     }
     let bytes = std::fs::read(data("drive.parquet")).unwrap();
@@ -174,10 +180,14 @@ fn a_cut_file_is_refused_and_its_rest_read_on_request() {
 fn clocks_are_not_mixed() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("mixed.mcap");
-    let mut writer = mcap::Writer::new(std::io::BufWriter::new(std::fs::File::create(&file).unwrap())).unwrap();
+    let mut writer =
+        mcap::Writer::new(std::io::BufWriter::new(std::fs::File::create(&file).unwrap())).unwrap();
     let schema = |stamped: bool| {
         let header = r#""header":{"type":"object","properties":{"stamp":{"type":"object","properties":{"sec":{"type":"integer"},"nanosec":{"type":"integer"}}}}},"#;
-        format!(r#"{{"type":"object","properties":{{{}"x":{{"type":"number"}}}}}}"#, if stamped { header } else { "" })
+        format!(
+            r#"{{"type":"object","properties":{{{}"x":{{"type":"number"}}}}}}"#,
+            if stamped { header } else { "" }
+        )
     };
     let mut channels = Vec::new();
     for (topic, stamped) in [("/a", true), ("/b", false)] {
@@ -185,9 +195,20 @@ fn clocks_are_not_mixed() {
         channels.push(writer.add_channel(id, topic, "json", &std::collections::BTreeMap::new()).unwrap());
     }
     for second in 0..5_u64 {
-        for (place, text) in [format!(r#"{{"header":{{"stamp":{{"sec":{second},"nanosec":1}}}},"x":1}}"#), r#"{"x":2}"#.to_owned()].iter().enumerate() {
+        for (place, text) in [
+            format!(r#"{{"header":{{"stamp":{{"sec":{second},"nanosec":1}}}},"x":1}}"#),
+            r#"{"x":2}"#.to_owned(),
+        ]
+        .iter()
+        .enumerate()
+        {
             let time = 1_700_000_000_000_000_000 + second * 1_000_000_000;
-            let header = mcap::records::MessageHeader { channel_id: channels[place], sequence: 0, log_time: time, publish_time: time };
+            let header = mcap::records::MessageHeader {
+                channel_id: channels[place],
+                sequence: 0,
+                log_time: time,
+                publish_time: time,
+            };
             writer.write_to_known_channel(&header, text.as_bytes()).unwrap();
         }
     }
@@ -196,7 +217,10 @@ fn clocks_are_not_mixed() {
     let bag = Bag::open(&file, false).unwrap();
     let wanted = request(&["/a:x"], &["/b:x"]);
     let error = rows(&bag, &wanted).unwrap_err().to_string();
-    assert!(error.starts_with("mixes clocks: messages of /a are stamped, those of /b are timed by their receipt"), "{error}");
+    assert!(
+        error.starts_with("mixes clocks: messages of /a are stamped, those of /b are timed by their receipt"),
+        "{error}"
+    );
     let (found, _) = rows(&bag, &Request { clock: Clock::Receipt, ..wanted }).unwrap();
     assert_eq!(found.len(), 5);
     assert_eq!(found[4], [4.0, 1.0, 2.0]);
@@ -207,10 +231,19 @@ fn clocks_are_not_mixed() {
 fn what_is_written_comes_back_bit_for_bit() {
     let folder = tempfile::tempdir().unwrap();
     let columns = ["time_s", "x", "run"].map(str::to_owned);
-    let numbers = [0.1 + 0.2, 5e-324, -0.0, 1.797_693_134_862_315_7e308, f64::NAN, 8.41e21, 2.0_f64.powi(-1074 + 52)];
-    let rows: Vec<Vec<Cell>> = numbers.iter().enumerate().map(|(place, x)| {
-        vec![Cell::Number(place as f64 * 0.05), Cell::Number(*x), Cell::Text(format!("run {}, \"a\"", place / 3))]
-    }).collect();
+    let numbers =
+        [0.1 + 0.2, 5e-324, -0.0, 1.797_693_134_862_315_7e308, f64::NAN, 8.41e21, 2.0_f64.powi(-1074 + 52)];
+    let rows: Vec<Vec<Cell>> = numbers
+        .iter()
+        .enumerate()
+        .map(|(place, x)| {
+            vec![
+                Cell::Number(place as f64 * 0.05),
+                Cell::Number(*x),
+                Cell::Text(format!("run {}, \"a\"", place / 3)),
+            ]
+        })
+        .collect();
     let (parquet, mcap) = (folder.path().join("a.parquet"), folder.path().join("a.mcap"));
     let create = |path: &Path| std::fs::File::create(path).unwrap();
     let mut writer = Parquet::new(create(&parquet), &columns, &[false, false, true]).unwrap();
@@ -230,7 +263,7 @@ fn what_is_written_comes_back_bit_for_bit() {
         for (found, expected) in table.rows.iter().zip(&rows) {
             for (found, expected) in found.iter().zip(expected) {
                 match (found, expected) {
-                    (Cell::Number(a), Cell::Number(b)) => assert_eq!(a.to_bits() , b.to_bits(), "{a} {b}"),
+                    (Cell::Number(a), Cell::Number(b)) => assert_eq!(a.to_bits(), b.to_bits(), "{a} {b}"),
                     (a, b) => assert_eq!(a, b),
                 }
             }

@@ -109,7 +109,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         Ok(())
     })?;
     if arguments.json {
-        return output::print_json(&Report { out: arguments.out.display().to_string(), rows, columns: &columns });
+        return output::print_json(&Report {
+            out: arguments.out.display().to_string(),
+            rows,
+            columns: &columns,
+        });
     }
     println!("{}: {rows} rows of {}", arguments.out.display(), columns.join(", "));
     Ok(())
@@ -121,7 +125,11 @@ fn columns(arguments: &Arguments) -> Result<Vec<String>> {
     for log in &arguments.logs[1..] {
         let other = TableReader::open(log)?;
         if other.columns() != columns {
-            let message = format!("has the columns {}; expected {}, as the first log", other.columns().join(", "), columns.join(", "));
+            let message = format!(
+                "has the columns {}; expected {}, as the first log",
+                other.columns().join(", "),
+                columns.join(", ")
+            );
             return Err(Error::failed(message).in_file(log));
         }
     }

@@ -15,6 +15,7 @@ mod gap_bench_count;
 mod gap_bench_json;
 mod gap_bench_text;
 mod inspect;
+mod look;
 mod overwrite;
 mod record;
 mod reproduce;
@@ -42,6 +43,8 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Say what is in a log, what the robot's energy goes into, and what can be learned from it: no robot.toml needed
+    Look(look::Arguments),
     /// Say what a log is worth: data quality, excitation, static power
     Inspect(inspect::Arguments),
     /// Turn logs into one of another format: bags of ROS 2, ULog, Parquet, CSV
@@ -109,6 +112,7 @@ fn one_line(refusal: &str) -> String {
 
 fn execute(cli: Cli) -> Result<()> {
     match cli.command {
+        Command::Look(arguments) => look::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),

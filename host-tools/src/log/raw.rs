@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use model_core::estimator::Sample;
 
-use super::masses::check_mass;
 use super::foreign;
+use super::masses::check_mass;
 use super::{Header, MASS, POWER, RUN, SampleReader, TIME, acceleration_column, speed_column};
 use crate::error::Result;
 use crate::printable;

@@ -44,7 +44,10 @@ impl Source {
         let file = foreign::open(path)?;
         let metadata = file.metadata();
         if metadata.is_dir() {
-            return Err(Error::failed("is a folder; expected a run log (a file: CSV, MCAP, db3, ULog or Parquet)").in_file(path));
+            return Err(Error::failed(
+                "is a folder; expected a run log (a file: CSV, MCAP, db3, ULog or Parquet)",
+            )
+            .in_file(path));
         }
         let size = file.size();
         Ok(Self {

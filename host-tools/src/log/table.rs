@@ -25,7 +25,8 @@ impl TableReader {
     pub fn open(path: &Path) -> Result<Self> {
         let header = Header::open(path)?;
         let text = foreign::open(path)?;
-        let first = BufReader::new(text).split(b'\n').nth(1).and_then(std::result::Result::ok).unwrap_or_default();
+        let first =
+            BufReader::new(text).split(b'\n').nth(1).and_then(std::result::Result::ok).unwrap_or_default();
         let is_number = |field: &[u8]| field.is_empty() || fast_float2::parse::<f64, _>(field).is_ok();
         let numbers: Vec<bool> =
             scan::Fields::new(&first).map(|field| is_number(&scan::unquote(field))).collect();

@@ -135,7 +135,9 @@ fn topics(file: &File<'_>) -> Result<Topics> {
     let is_gap = |topics: &Topics| topics.greatest_gap_s > 0.0 && topics.greatest_gap_s <= 3600.0;
     let why = match read {
         Ok(topics) if is_gap(&topics) => return Ok(topics),
-        Ok(topics) => format!("greatest_gap_s = {}; expected above 0 and at most 3600", topics.greatest_gap_s),
+        Ok(topics) => {
+            format!("greatest_gap_s = {}; expected above 0 and at most 3600", topics.greatest_gap_s)
+        }
         Err(error) => format!("{}; expected of {EXPECTED}", error.message().replace('\n', " ")),
     };
     Err(at(file.text, &written.span(), format!("[topics]: {why}")))

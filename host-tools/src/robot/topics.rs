@@ -89,6 +89,10 @@ impl From<Written> for Signal {
 
 impl fmt::Display for Signal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.scale == 1.0 { f.write_str(&self.field) } else { write!(f, "{} × {}", self.field, self.scale) }
+        if self.scale == 1.0 {
+            f.write_str(&self.field)
+        } else {
+            write!(f, "{} × {}", self.field, self.scale)
+        }
     }
 }

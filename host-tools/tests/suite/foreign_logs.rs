@@ -76,10 +76,9 @@ fn every_command_reads_a_bag_as_its_rows() {
     copy(&bench, "drive.mcap");
     let fit = bench.gmr(&["fit", "--robot", "robot.toml", "--out", "c.toml", "drive.csv"]);
     assert_eq!(fit.code, Some(0), "{}", fit.stderr);
-    let commands: [&[&str]; 4] = [
+    let commands: [&[&str]; 3] = [
         &["inspect", "--robot", "robot.toml", "--json"],
         &["estimate", "--robot", "robot.toml", "--coeffs", "c.toml", "--json"],
-        &["gap", "--robot", "robot.toml", "--coeffs", "c.toml", "--json"],
         &["compare", "--robot", "robot.toml", "--models", "signed,linear", "--json", "--train"],
     ];
     for command in commands {
@@ -94,12 +93,15 @@ fn every_command_reads_a_bag_as_its_rows() {
         let (from_text, from_bag) = (of("drive.csv"), of("drive.mcap"));
         assert_eq!(from_text.0, from_bag.0, "{command:?}: {}", from_bag.2);
         let numbers = |text: &str| -> Vec<f64> {
-            text.split(|c: char| !matches!(c, '0'..='9' | '.' | '-' | 'e')).filter_map(|word| word.parse().ok()).collect()
+            text.split(|c: char| !matches!(c, '0'..='9' | '.' | '-' | 'e'))
+                .filter_map(|word| word.parse().ok())
+                .collect()
         };
         let (expected, found) = (numbers(&from_text.1), numbers(&from_bag.1));
         assert_eq!(expected.len(), found.len(), "{command:?}");
         let seconds = |command: &[&str]| command[0] == "compare";
-        let differ = expected.iter().zip(&found).filter(|(a, b)| (*a - *b).abs() > 1e-6 * a.abs().max(1e-3)).count();
+        let differ =
+            expected.iter().zip(&found).filter(|(a, b)| (*a - *b).abs() > 1e-6 * a.abs().max(1e-3)).count();
         // Each model's row says how long its fit took.
         assert!(differ == 0 || (seconds(command) && differ <= 8), "{command:?}: {differ}");
     }
@@ -112,7 +114,7 @@ fn bags_of_known_robots_need_no_topics() {
     copy(&bench, "drive.csv");
     let drive = bench.text("drive.csv");
     let expected: Vec<Vec<f64>> = numbers(&drive);
-    for (log, has_power) in [("clearpath.mcap", true), ("husarion.db3", true), ("odometry.mcap", true)] {
+    for log in ["odometry.mcap", "clearpath.mcap", "husarion.db3"] {
         copy(&bench, log);
         let ran = bench.gmr(&["convert", log, "--out", "out.csv", "--force"]);
         assert_eq!(ran.code, Some(0), "{log}: {}", ran.stderr);
@@ -121,16 +123,22 @@ fn bags_of_known_robots_need_no_topics() {
         assert_eq!(found.len(), 400, "{log}");
         for (found, expected) in found.iter().zip(&expected) {
             // The odometry has gone through the kinematics and back.
-            assert!((found[1] - expected[1]).abs() < 1e-12 && (found[2] - expected[2]).abs() < 1e-12, "{log}");
+            assert!(
+                (found[1] - expected[1]).abs() < 1e-12 && (found[2] - expected[2]).abs() < 1e-12,
+                "{log}"
+            );
         }
-        assert_eq!(has_power, found[4][3].is_finite(), "{log}");
+        assert!(found[4][3].is_finite(), "{log}");
     }
     // Power of a battery every 0.2 s, of floats of four bytes.
     assert!((numbers(&bench.text("out.csv"))[4][3] - expected[4][3]).abs() < 1e-6);
 }
 
 fn numbers(csv: &str) -> Vec<Vec<f64>> {
-    csv.lines().skip(1).map(|line| line.split(',').map(|field| field.parse().unwrap_or(f64::NAN)).collect()).collect()
+    csv.lines()
+        .skip(1)
+        .map(|line| line.split(',').map(|field| field.parse().unwrap_or(f64::NAN)).collect())
+        .collect()
 }
 
 /// From bag to Parquet to MCAP to CSV: the numbers are those of the bag, and two logs are two runs.
@@ -138,7 +146,9 @@ fn numbers(csv: &str) -> Vec<Vec<f64>> {
 fn a_log_survives_every_format_it_is_converted_to() {
     let bench = bench();
     copy(&bench, "drive.mcap");
-    for (from, to) in [("drive.mcap", "a.parquet"), ("a.parquet", "b.mcap"), ("b.mcap", "c.csv"), ("drive.mcap", "d.csv")] {
+    for (from, to) in
+        [("drive.mcap", "a.parquet"), ("a.parquet", "b.mcap"), ("b.mcap", "c.csv"), ("drive.mcap", "d.csv")]
+    {
         let ran = bench.gmr(&["convert", from, "--out", to]);
         assert_eq!(ran.code, Some(0), "{from}: {}", ran.stderr);
     }
@@ -164,10 +174,25 @@ fn what_cannot_be_read_is_said_in_one_line() {
     bench.put("field.toml", format!("{ROBOT}\n[topics]\npower = \"/power:watts\"\n"));
     bench.put("key.toml", format!("{ROBOT}\n[topics]\npowre = \"/power:data\"\n"));
     let cases: [(&str, &str, u8, &str); 9] = [
-        ("robot.toml", "turtlebot3.mcap", 1, "turtlebot3.mcap: the current of /battery_state is 0 or missing in all its messages"),
-        ("robot.toml", "compressed.db3", 1, "compressed.db3: topic /odom: its messages are compressed one by one"),
+        (
+            "robot.toml",
+            "turtlebot3.mcap",
+            1,
+            "turtlebot3.mcap: the current of /battery_state is 0 or missing in all its messages",
+        ),
+        (
+            "robot.toml",
+            "compressed.db3",
+            1,
+            "compressed.db3: topic /odom: its messages are compressed one by one",
+        ),
         ("robot.toml", "cut.mcap", 1, "cut.mcap: ends before its format does"),
-        ("robot.toml", "packed.mcap", 1, "packed.mcap: is compressed as a whole (zstd); expected the log itself (zstd -d FILE)"),
+        (
+            "robot.toml",
+            "packed.mcap",
+            1,
+            "packed.mcap: is compressed as a whole (zstd); expected the log itself (zstd -d FILE)",
+        ),
         ("robot.toml", "ros1.bag", 1, "ros1.bag: is a bag of ROS 1"),
         ("wrong.toml", "drive.mcap", 1, "drive.mcap: has no topic /powr; it has: /power, "),
         ("field.toml", "drive.mcap", 1, "has no number watts; it has: data"),

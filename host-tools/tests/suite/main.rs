@@ -34,6 +34,7 @@ mod gap_user_effects;
 mod hostile_board;
 mod inspect;
 mod log;
+mod look;
 mod network_seeds;
 mod record;
 mod reference;

@@ -159,9 +159,11 @@ fn primitive(kind: &BuiltInType) -> Primitive {
         BuiltInType::Float32 => Primitive::F32,
         BuiltInType::Float64 => Primitive::F64,
         // Texts are no numbers; whoever asks has sorted them out.
-        BuiltInType::Byte | BuiltInType::Char | BuiltInType::UInt8 | BuiltInType::String(_) | BuiltInType::WString(_) => {
-            Primitive::U8
-        }
+        BuiltInType::Byte
+        | BuiltInType::Char
+        | BuiltInType::UInt8
+        | BuiltInType::String(_)
+        | BuiltInType::WString(_) => Primitive::U8,
     }
 }
 

@@ -13,7 +13,11 @@ enum Node {
     /// Members; that called `name` tells the names of the arrays behind it.
     Struct(Vec<Node>),
     Names(Option<usize>),
-    Array { element: Box<Node>, length: Option<usize>, picks: Vec<(Pick, Node)> },
+    Array {
+        element: Box<Node>,
+        length: Option<usize>,
+        picks: Vec<(Pick, Node)>,
+    },
 }
 
 #[derive(Debug, PartialEq, Eq)]
@@ -101,7 +105,9 @@ fn compile(layout: &Layout, wants: &[Want<'_>]) -> Result<Node, usize> {
             let mut picks: Vec<(Pick, Vec<Want<'_>>)> = Vec::new();
             for (slot, steps) in wants {
                 let pick = match steps.first() {
-                    Some(Step::Index(index)) if length.is_none_or(|length| *index < length) => Pick::Index(*index),
+                    Some(Step::Index(index)) if length.is_none_or(|length| *index < length) => {
+                        Pick::Index(*index)
+                    }
                     Some(Step::Named(name)) => Pick::Named(name.clone()),
                     _ => return Err(*slot),
                 };
@@ -223,7 +229,8 @@ impl<'a> Cursor<'a> {
             [0, 6] => (false, 4),
             [0, 7] => (true, 4),
             [a, b] => {
-                let message = format!("a message is in the representation {a:#04x}{b:02x}; expected plain CDR");
+                let message =
+                    format!("a message is in the representation {a:#04x}{b:02x}; expected plain CDR");
                 return Err(Error::Unsupported(message));
             }
         };
@@ -289,12 +296,19 @@ mod tests {
         let layout = layout("string[] name\nfloat64[] velocity\nuint8 n\nfloat32[2] pair\n");
         let bytes = message(&[
             &2_u32.to_le_bytes(),
-            &2_u32.to_le_bytes(), b"a\0", &[0; 2],
-            &2_u32.to_le_bytes(), b"b\0", &[0; 2],
-            &2_u32.to_le_bytes(), &[0; 4],
-            &1.5_f64.to_le_bytes(), &(-2.5_f64).to_le_bytes(),
+            &2_u32.to_le_bytes(),
+            b"a\0",
+            &[0; 2],
+            &2_u32.to_le_bytes(),
+            b"b\0",
+            &[0; 2],
+            &2_u32.to_le_bytes(),
+            &[0; 4],
+            &1.5_f64.to_le_bytes(),
+            &(-2.5_f64).to_le_bytes(),
             &[7, 0, 0, 0],
-            &3.0_f32.to_le_bytes(), &4.0_f32.to_le_bytes(),
+            &3.0_f32.to_le_bytes(),
+            &4.0_f32.to_le_bytes(),
         ]);
         let fields = ["velocity[b]", "velocity[0]", "n", "pair[1]", "velocity[c]", "velocity[9]"];
         let fields = fields.map(|path| Field::new("/t", path).unwrap());

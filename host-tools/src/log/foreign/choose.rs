@@ -5,8 +5,8 @@ use log_formats::{Bag, Field, Topic};
 
 use super::columns::{Column, Expression};
 use super::known::{
-    BATTERIES, BATTERY_STATE, COMMANDS, FLOATS, FOURS, IMU, JOINT_STATE, MASSES, ODOMETRY, ODOMETRY_KIND, PAIRS,
-    POWERS, TWISTS, find, is_called, is_of,
+    BATTERIES, BATTERY_STATE, COMMANDS, FLOATS, FOURS, IMU, JOINT_STATE, MASSES, ODOMETRY, ODOMETRY_KIND,
+    PAIRS, POWERS, TWISTS, find, is_called, is_of,
 };
 use super::wrong;
 use crate::error::{Error, Result};
@@ -28,14 +28,14 @@ pub struct Chosen {
 
 /// Fields of a bag: those of its base topic first.
 #[derive(Default)]
-struct Fields {
-    base: Vec<Field>,
-    others: Vec<Field>,
+pub(super) struct Fields {
+    pub(super) base: Vec<Field>,
+    pub(super) others: Vec<Field>,
 }
 
 impl Fields {
     /// The place of a field in a row; fields of a bag without wheels are on the clock of the first.
-    fn place(&mut self, field: Field) -> usize {
+    pub(super) fn place(&mut self, field: Field) -> usize {
         if self.base.is_empty() || (self.others.is_empty() && self.base[0].topic == field.topic) {
             self.base.push(field);
             return self.base.len() - 1;
@@ -56,7 +56,9 @@ pub fn choose(bag: &Bag, robot: &Robot) -> Result<Chosen> {
     let mut lacking = Vec::new();
     match wheels(bag, robot, &mut fields)? {
         Some(found) => columns.extend(found),
-        None => lacking.push("wheel speeds (JointState with known joints, Odometry, wheel_encoders)".to_owned()),
+        None => {
+            lacking.push("wheel speeds (JointState with known joints, Odometry, wheel_encoders)".to_owned())
+        }
     }
     let mut battery = None;
     match power(bag, topics)? {
@@ -71,7 +73,9 @@ pub fn choose(bag: &Bag, robot: &Robot) -> Result<Chosen> {
             let (voltage, current) = (fields.place(voltage), fields.place(current));
             columns.push(column(POWER, Expression::Product(voltage, current, scale), source));
         }
-        None => lacking.push("power (a Float topic called power, a BatteryState with its current)".to_owned()),
+        None => {
+            lacking.push("power (a Float topic called power, a BatteryState with its current)".to_owned())
+        }
     }
     if fields.base.is_empty() {
         let has = bag.topics().iter().map(|topic| format!("{} ({})", topic.name, topic.kind)).take(20);
@@ -93,11 +97,11 @@ pub fn choose(bag: &Bag, robot: &Robot) -> Result<Chosen> {
     Ok(Chosen { request, columns, battery, lacking })
 }
 
-fn column(name: impl Into<String>, expression: Expression, source: impl Into<String>) -> Column {
+pub(super) fn column(name: impl Into<String>, expression: Expression, source: impl Into<String>) -> Column {
     Column { name: name.into(), expression, source: source.into() }
 }
 
-fn field(topic: &Topic, path: &str) -> Result<Field> {
+pub(super) fn field(topic: &Topic, path: &str) -> Result<Field> {
     Field::new(&topic.name, path).map_err(wrong)
 }
 
@@ -107,7 +111,7 @@ fn parsed(signal: &Signal) -> Result<Field> {
 }
 
 /// The topic that robot.toml names, or one of these types with the first of these names.
-fn topic<'a>(
+pub(super) fn topic<'a>(
     bag: &'a Bag,
     named: Option<&String>,
     kinds: &[&str],
@@ -121,7 +125,9 @@ fn topic<'a>(
     }
     find(bag.topics(), kinds, names).map_err(|several| {
         let several = several.join(", ");
-        Error::failed(format!("has several topics for {key}: {several}; expected one named as {key} in [topics] of robot.toml"))
+        Error::failed(format!(
+            "has several topics for {key}: {several}; expected one named as {key} in [topics] of robot.toml"
+        ))
     })
 }
 
@@ -131,7 +137,8 @@ fn wheels(bag: &Bag, robot: &Robot, fields: &mut Fields) -> Result<Option<Vec<Co
     let given = &topics.wheel_speeds;
     if !given.is_empty() {
         if given.len() != count {
-            let message = format!("[topics] names {} wheel_speeds; expected {count}, one a wheel", given.len());
+            let message =
+                format!("[topics] names {} wheel_speeds; expected {count}, one a wheel", given.len());
             return Err(Error::failed(message));
         }
         let columns = given.iter().enumerate().map(|(wheel, signal)| {
@@ -144,7 +151,8 @@ fn wheels(bag: &Bag, robot: &Robot, fields: &mut Fields) -> Result<Option<Vec<Co
         if let Some(columns) = joints(bag, count, fields)? {
             return Ok(Some(columns));
         }
-        let encoders = bag.topics().iter().find(|topic| topic.kind == "wheel_encoders").filter(|_| count == 2);
+        let encoders =
+            bag.topics().iter().find(|topic| topic.kind == "wheel_encoders").filter(|_| count == 2);
         if let Some(topic) = encoders {
             // PX4's drivers publish the right wheel first.
             let columns = [1, 0].into_iter().enumerate().map(|(wheel, index)| {
@@ -172,7 +180,7 @@ fn wheels(bag: &Bag, robot: &Robot, fields: &mut Fields) -> Result<Option<Vec<Co
 }
 
 /// Wheel speeds from the first topic of joints that has all of a known set; four wheels of a robot with a column a side are averaged.
-fn joints(bag: &Bag, count: usize, fields: &mut Fields) -> Result<Option<Vec<Column>>> {
+pub(super) fn joints(bag: &Bag, count: usize, fields: &mut Fields) -> Result<Option<Vec<Column>>> {
     let is_joints = |place: &usize| is_of(&bag.topics()[*place], JOINT_STATE);
     let mut places: Vec<usize> = (0..bag.topics().len()).filter(is_joints).collect();
     // A platform's own before one that joins it with an arm's.
@@ -197,20 +205,25 @@ fn joints(bag: &Bag, count: usize, fields: &mut Fields) -> Result<Option<Vec<Col
             for joint in joints {
                 own.push(fields.place(field(topic, &format!("velocity[{joint}]"))?));
             }
-            let expression = if own.len() == 1 { Expression::Number(own[0], 1.0) } else { Expression::Mean(own) };
-            Ok(column(speed_column(wheel), expression, format!("{}:velocity of {}", topic.name, joints.join(" and "))))
+            let expression =
+                if own.len() == 1 { Expression::Number(own[0], 1.0) } else { Expression::Mean(own) };
+            Ok(column(
+                speed_column(wheel),
+                expression,
+                format!("{}:velocity of {}", topic.name, joints.join(" and ")),
+            ))
         });
         return columns.collect::<Result<Vec<_>>>().map(Some);
     }
     Ok(None)
 }
 
-enum Power {
+pub(super) enum Power {
     Direct(Field, f64),
     Product { voltage: Field, current: Field, scale: f64, is_battery_state: bool },
 }
 
-fn power(bag: &Bag, topics: &Topics) -> Result<Option<Power>> {
+pub(super) fn power(bag: &Bag, topics: &Topics) -> Result<Option<Power>> {
     if let Some(signal) = &topics.power {
         return Ok(Some(Power::Direct(parsed(signal)?, signal.scale)));
     }
@@ -234,12 +247,14 @@ fn power(bag: &Bag, topics: &Topics) -> Result<Option<Power>> {
         let (voltage, current) = (field(topic, "voltage_v")?, field(topic, "current_a")?);
         return Ok(Some(Power::Product { voltage, current, scale: 1.0, is_battery_state: false }));
     }
-    let Some(topic) = topic(bag, None, BATTERY_STATE, &BATTERIES, "voltage and current")? else { return Ok(None) };
+    let Some(topic) = topic(bag, None, BATTERY_STATE, &BATTERIES, "voltage and current")? else {
+        return Ok(None);
+    };
     let (voltage, current) = (field(topic, "voltage")?, field(topic, "current")?);
     Ok(Some(Power::Product { voltage, current, scale: -1.0, is_battery_state: true }))
 }
 
-fn mass(bag: &Bag, topics: &Topics, fields: &mut Fields) -> Result<Option<Column>> {
+pub(super) fn mass(bag: &Bag, topics: &Topics, fields: &mut Fields) -> Result<Option<Column>> {
     let (field, scale) = match &topics.mass {
         Some(signal) => (parsed(signal)?, signal.scale),
         None => match topic(bag, None, FLOATS, &MASSES, "mass")? {

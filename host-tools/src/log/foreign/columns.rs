@@ -19,7 +19,9 @@ impl Expression {
         match self {
             Self::Number(place, scale) if *scale == 1.0 => numbers[*place],
             Self::Number(place, scale) => numbers[*place] * scale,
-            Self::Mean(places) => places.iter().map(|place| numbers[*place]).sum::<f64>() / places.len() as f64,
+            Self::Mean(places) => {
+                places.iter().map(|place| numbers[*place]).sum::<f64>() / places.len() as f64
+            }
             Self::Product(voltage, current, scale) => numbers[*voltage] * numbers[*current] * scale,
             Self::Sum(terms) => terms.iter().map(|(place, factor)| numbers[*place] * factor).sum(),
         }

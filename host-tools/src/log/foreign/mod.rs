@@ -5,6 +5,7 @@
 
 mod choose;
 mod columns;
+mod glance;
 mod known;
 mod rows;
 
@@ -23,6 +24,7 @@ use crate::robot::Robot;
 
 pub use choose::{Chosen, choose};
 pub use columns::{Column, Expression};
+pub use glance::{CHARGE, CURRENT, SPEED, TURN, glance};
 
 /// How logs in other formats are read, for the whole of this process: a command reads its robot before its logs.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,20 +81,22 @@ fn format_of(input: &mut Input) -> io::Result<Option<Format>> {
     Ok(Format::of(&head))
 }
 
-/// Opens a bag, of a pipe as well: the file holds what came through it, as long as it is needed.
+/// Opens a bag, of a pipe as well: the file holds what came through it, as long as it is needed. `None` of a table or text.
 ///
 /// # Errors
-/// Another format, or content that is not what its format says.
-pub fn bag(path: &Path, allow_cut: bool) -> Result<(Bag, Option<tempfile::NamedTempFile>)> {
+/// Content that is not what its format says.
+pub fn bag_of(path: &Path, allow_cut: bool) -> Result<Option<(Bag, Option<tempfile::NamedTempFile>)>> {
     let mut input = Input::open(path)?;
-    let Some(format) = format_of(&mut input).map_err(|error| Error::io(path, &error))? else {
-        return Err(Error::failed("is no MCAP, SQLite or ULog file").in_file(path));
-    };
-    let (file, kept) = on_disk(path, &input)?;
-    if format == Format::Parquet {
-        return Err(Error::failed("is Parquet, a table; expected a bag").in_file(path));
+    if input.metadata().is_dir() {
+        return Ok(None);
     }
-    Ok((Bag::open(&file, allow_cut).map_err(|error| wrong(error).in_file(path))?, kept))
+    let format = format_of(&mut input).map_err(|error| Error::io(path, &error))?;
+    let Some(format) = format.filter(|format| *format != Format::Parquet) else { return Ok(None) };
+    let named = |error| wrong(error).in_file(path);
+    format.check().map_err(named)?;
+    let (file, kept) = on_disk(path, &input)?;
+    let bag = Bag::open(&file, allow_cut).map_err(named)?;
+    Ok(log_formats::table::topic(&bag).is_none().then_some((bag, kept)))
 }
 
 /// A file that can be sought in.
@@ -122,7 +126,7 @@ fn turn(path: &Path, input: Input, format: Format, reading: Option<&Reading>) ->
         }
     };
     for line in said {
-        eprintln!("gmr: {}: {line}", path.display());
+        notice!("{}: {line}", path.display());
     }
     Spool::new(spool).map_err(|error| Error::io(path, &error))
 }

@@ -90,7 +90,9 @@ pub(super) fn of_table(bag: &Bag, topic: usize, spool: &File) -> Result<Vec<Stri
 fn cut(ending: &Ending) -> Option<String> {
     match ending {
         Ending::Whole => None,
-        Ending::Cut(why) => Some(format!("{}: what comes before is used", why.split(';').next().unwrap_or(why))),
+        Ending::Cut(why) => {
+            Some(format!("{}: what comes before is used", why.split(';').next().unwrap_or(why)))
+        }
     }
 }
 
@@ -106,8 +108,9 @@ struct Current {
 pub(super) fn of_bag(bag: &Bag, robot: &Robot, spool: &File) -> Result<Vec<String>> {
     let chosen = choose(bag, robot)?;
     let mut writer = writer(spool);
-    let names: Vec<String> =
-        std::iter::once(TIME.to_owned()).chain(chosen.columns.iter().map(|column| column.name.clone())).collect();
+    let names: Vec<String> = std::iter::once(TIME.to_owned())
+        .chain(chosen.columns.iter().map(|column| column.name.clone()))
+        .collect();
     Taker::columns(&mut writer, &names).map_err(wrong)?;
     let power = chosen.columns.iter().find(|column| column.name == POWER).map(|column| &column.expression);
     let mut current = Current::default();
@@ -155,7 +158,10 @@ pub(super) fn of_bag(bag: &Bag, robot: &Robot, spool: &File) -> Result<Vec<Strin
     said.push(format!("{} rows on the clock of {}: {}", merged.rows, base[0].topic, sources.join("; ")));
     said.extend(cut(&merged.ending));
     if merged.out_of_order > 0 {
-        said.push(format!("{} messages were not later than the one before them, and left out", merged.out_of_order));
+        said.push(format!(
+            "{} messages were not later than the one before them, and left out",
+            merged.out_of_order
+        ));
     }
     if current.negative * 2 > current.rows {
         said.push(

@@ -30,7 +30,7 @@ const FLOORS: [&[&str]; 9] = [
     &["effects"],
     &["coefficients", "log"],
     &["fit"],
-    &["baselines", "board", "estimate", "inspect"],
+    &["baselines", "board", "estimate", "inspect", "look"],
     &["compare", "virtual_board"],
     &["gap", "reproduce"],
     &["cli"],

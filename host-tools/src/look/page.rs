@@ -1,0 +1,60 @@
+//! The page of a look: what the summary says, and power over time, speed and turn.
+
+use maud::html;
+
+use super::report::Report;
+use crate::error::Result;
+use crate::report::html::{HALF, WHOLE, document, figure};
+use crate::report::{CellSeries, Cells, Line, Stroke, TimeSeries, palette};
+
+pub(super) fn text(report: &Report) -> Result<String> {
+    let mut figures = Vec::new();
+    let power = report.tally.power.points();
+    if power.iter().any(|(_, power)| power.is_finite()) {
+        let line =
+            Line { name: "power".to_owned(), points: power, colour: palette(0), stroke: Stroke::Solid };
+        let series =
+            TimeSeries { y_label: "power (W)".to_owned(), lines: vec![line], ..TimeSeries::default() };
+        figures.push(figure(
+            series,
+            WHOLE,
+            "Power over time",
+            "Power over the log, averaged within each point's time.",
+        )?);
+    }
+    for (title, label, cells) in report.charts() {
+        if cells.len() < 2 {
+            continue;
+        }
+        let series = CellSeries {
+            name: "mean, and its standard deviation around it".to_owned(),
+            colour: palette(0),
+            cells: cells.iter().map(|cell| (cell.from, cell.to, cell.mean_w, cell.std_w)).collect(),
+        };
+        let cells = Cells {
+            title: title.to_owned(),
+            x_label: label.to_owned(),
+            y_label: "power (W)".to_owned(),
+            y_range: None,
+            series: vec![series],
+        };
+        figures.push(figure(
+            cells,
+            HALF,
+            title,
+            &format!("{title}: mean and standard deviation of each cell."),
+        )?);
+    }
+    let body = html! {
+        h1 { "A look at the log" }
+        p { (report.title()) }
+        ul { @for line in report.lines() { li { (line.trim()) } } }
+        @for (title, lines) in report.lists().into_iter().rev() {
+            h2 { (title) }
+            ul { @for line in lines { li { (line) } } }
+            @if title == "It can tell" { @for figure in &figures { (figure) } }
+        }
+        @if !report.lists().iter().any(|(title, _)| *title == "It can tell") { @for figure in &figures { (figure) } }
+    };
+    Ok(document("gmr look", body))
+}
