@@ -87,6 +87,21 @@ impl Error {
         &self.message
     }
 
+    /// The file that it is about.
+    pub fn file(&self) -> Option<&Path> {
+        self.file.as_deref()
+    }
+
+    /// Its line there, from 1.
+    pub fn line(&self) -> Option<u64> {
+        self.line
+    }
+
+    /// Its column or key there, by name.
+    pub fn column(&self) -> Option<&str> {
+        self.column.as_deref()
+    }
+
     /// A file operation that the operating system refused.
     pub fn io(file: impl AsRef<Path>, error: &std::io::Error) -> Self {
         Self::failed(error.to_string()).in_file(file)

@@ -30,6 +30,7 @@ pub mod gap;
 pub mod input;
 pub mod inspect;
 pub mod interrupt;
+pub mod job;
 pub mod log;
 pub mod look;
 pub mod metrics;

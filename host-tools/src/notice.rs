@@ -5,6 +5,8 @@
 use std::fmt::Arguments;
 use std::sync::{Mutex, PoisonError};
 
+use crate::{job, printable};
+
 /// More are counted only.
 const MOST: usize = 1_000;
 
@@ -13,6 +15,10 @@ static NOTICES: Mutex<(Vec<String>, usize)> = Mutex::new((Vec::new(), 0));
 
 /// Adds a line: `notice!`.
 pub(crate) fn add(line: Arguments<'_>) {
+    // Of a job they are its own, and dropped with whatever it said where it fails.
+    if job::keep_said(&printable::line(&format!("gmr: {line}"))) {
+        return;
+    }
     let mut notices = NOTICES.lock().unwrap_or_else(PoisonError::into_inner);
     if notices.0.len() < MOST {
         notices.0.push(line.to_string());

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use crate::error::{Error, Result};
-use crate::{printable, temporary};
+use crate::{job, printable, temporary};
 
 /// Writes `file` through a temporary file in the same folder that takes its name only when complete. Gives what `write` gives.
 ///
@@ -154,13 +154,19 @@ static UNPRINTED: Mutex<Option<io::Error>> = Mutex::new(None);
 
 /// Prints to standard output, printable ([`crate::printable`]); that it could not is told by [`finish`].
 pub fn print(text: fmt::Arguments<'_>) {
-    note(io::stdout().write_all(printable::text(&text.to_string()).as_bytes()));
+    let text = text.to_string();
+    let text = printable::text(&text);
+    if !job::keep_printed(&text) {
+        note(io::stdout().write_all(text.as_bytes()));
+    }
 }
 
 /// Says a line on standard error, printable and of bounded length. Where nobody reads it, there is nobody left to tell.
 pub fn say(line: fmt::Arguments<'_>) {
-    let line = printable::line(&line.to_string()) + "\n";
-    let _ = io::stderr().write_all(line.as_bytes());
+    let line = printable::line(&line.to_string());
+    if !job::keep_said(&line) {
+        let _ = io::stderr().write_all((line + "\n").as_bytes());
+    }
 }
 
 /// Moves the cursor of a terminal on standard output: the one escape sequence that this program writes.

@@ -86,6 +86,7 @@ struct Report<'a> {
     power_delay_s: f64,
     half_slip: f64,
     slip_relaxation_rad: f64,
+    slip_creep_rad_s: f64,
     terms: &'a [Judged],
     warnings: &'a [Warning],
 }
@@ -125,6 +126,11 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     if arguments.json { print_json(robot, &fit) } else { print_text(robot, &fit, arguments) }
 }
 
+/// Coefficients that no board would take are not written. Whoever wants the figures of such a fit asks without `--out`.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct NotForBoards(String);
+
 /// What is written, `gmr flash` takes: a file that no board would use would be found out too late.
 fn check_for_boards<const N: usize>(robot: &Robot, coefficients: &Coefficients<f64, N>) -> Result<()> {
     // A robot that no board drives has nothing to ask one for.
@@ -136,7 +142,7 @@ fn check_for_boards<const N: usize>(robot: &Robot, coefficients: &Coefficients<f
             "not written: no board would take these coefficients ({why}); drive at more speeds, turns and payloads, and look at the logs \
              with gmr inspect"
         );
-        Error::failed(message)
+        Error::of(NotForBoards(message))
     };
     let image = coefficients.encode().ok_or_else(|| refused("boards have no such model"))?;
     let identity = flasher::robot_identity(robot)?;
@@ -192,6 +198,7 @@ fn print_json<const N: usize>(robot: &Robot, fit: &Fit<N>) -> Result<()> {
         power_delay_s: fit.coefficients.robot.conditioning.delay,
         half_slip: fit.coefficients.robot.conditioning.slip.half_slip,
         slip_relaxation_rad: fit.coefficients.robot.conditioning.slip.relaxation,
+        slip_creep_rad_s: fit.coefficients.robot.conditioning.slip.creep,
         terms: &fit.judged,
         warnings: &fit.warnings,
     })
@@ -210,9 +217,16 @@ fn print_terms<const N: usize>(fit: &Fit<N>) {
                     slip.half_slip, slip.relaxation
                 )
             }
+            (Term::Creep, true) => {
+                format!(
+                    "the contact creeps: half of the scrub at {:.3} rad/s on the spot",
+                    conditioning.slip.creep
+                )
+            }
             (Term::UnequalSides, true) => "unequal sides".to_owned(),
             (Term::Delay, false) => "no delay".to_owned(),
             (Term::SlipMemory, false) => "no slip memory".to_owned(),
+            (Term::Creep, false) => "no creep".to_owned(),
             (Term::UnequalSides, false) => "equal sides".to_owned(),
         };
         let error = judged.std_err.map_or("–".to_owned(), |error| format!("{:.1}", 100.0 * error));

@@ -33,6 +33,8 @@ use crate::interrupt;
 use crate::notice;
 use crate::output;
 
+pub use fit::NotForBoards;
+
 /// How much power does a wheeled robot draw, when nobody told it what it carries?
 #[derive(Parser)]
 #[command(name = "gmr", version, about, max_term_width = 110)]
@@ -90,6 +92,16 @@ pub fn run() -> ExitCode {
             ExitCode::from(error.exit_code())
         }
     }
+}
+
+/// Runs a command for another program: its arguments without the program's name. In a [job](crate::job) what it prints is kept.
+///
+/// # Errors
+/// As the command; help and version, which are the command line's.
+pub fn answer(arguments: &[String]) -> Result<()> {
+    let cli = Cli::try_parse_from(std::iter::once("gmr").chain(arguments.iter().map(String::as_str)))
+        .map_err(|refusal| Error::usage(one_line(&refusal.to_string())))?;
+    execute(cli)
 }
 
 /// The command line. Help and version are printed, and end the command, here.

@@ -11,6 +11,7 @@ use serde::Serialize;
 use super::drive::DriveArguments;
 use super::overwrite::OverwriteArgument;
 use crate::error::{Error, Result};
+use crate::job;
 use crate::output::{check_apart, write_whole};
 use crate::own::Form;
 use crate::plant::encoder::SpeedSource;
@@ -291,6 +292,9 @@ fn write_rows(log: &mut dyn Write, out: &Path, arguments: &Arguments, run: Simul
         Columns { mass: !arguments.no_mass, truth: arguments.truth, further: arguments.columns.clone() };
     let (bar, begun) = (progress(run.rows()), Instant::now());
     let totals = log::write_rows(log, failed, run, &columns, |rows| {
+        if rows.is_multiple_of(1000) {
+            job::point();
+        }
         if rows.is_multiple_of(1000) && begun.elapsed() > Duration::from_secs(1) {
             bar.set_position(rows);
         }

@@ -16,6 +16,7 @@ use model_core::motion::Motion;
 
 use super::gram::Gram;
 use crate::error::{Error, Result};
+use crate::job;
 pub use crate::log::conditioner;
 use crate::log::{RawRow, SampleReader};
 use crate::progress::FileProgress;
@@ -162,6 +163,7 @@ impl<const N: usize> Dataset<N> {
             for Block { raw_rows, bytes } in blocks {
                 self.rows += raw_rows.len() as u64;
                 progress.at(bytes);
+                job::point();
                 for raw in &raw_rows {
                     let run = first_run + raw.run as usize;
                     while self.runs.len() <= run {

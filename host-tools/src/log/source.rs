@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::foreign;
 use crate::error::{Error, Result};
 use crate::input::Input;
+use crate::job;
 
 /// Bytes read at once, and the longest line accepted.
 const BUFFER: usize = 1 << 20;
@@ -122,6 +123,7 @@ impl Source {
     }
 
     fn refill(&mut self) -> Result<()> {
+        job::point();
         self.buffer.copy_within(self.start..self.end, 0);
         self.end -= self.start;
         self.start = 0;

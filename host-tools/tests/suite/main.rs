@@ -1,6 +1,11 @@
 //! What `gmr` and its library do, from the outside: one program, because every further one would be linked to all of the library
 //! again. One file a subject; `cargo test --package host-tools --test suite fit::` runs those of a file.
 
+#![allow(
+    clippy::duplicate_mod,
+    reason = "the tests on the emulated board have their own copy of what says that a test is skipped"
+)]
+
 mod common;
 #[cfg(target_os = "linux")]
 #[path = "../../../tests/system/common/mod.rs"]

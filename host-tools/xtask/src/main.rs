@@ -8,6 +8,7 @@ mod gap;
 mod images;
 mod instructions;
 mod paths;
+mod python;
 mod robots;
 mod set_up;
 mod size;
@@ -37,6 +38,9 @@ usage: cargo xtask <command>
   mutate [COUNT [SEED]]
          spoiled inputs, each to the command that reads it, within 5 s and 2 GB: 10,000 in
          half an hour
+  wheel
+         the Python package, optimised, into target/wheels; installed afresh, and the
+         README's example run with it
   size [--json]
          flash, static RAM and stack of the firmware's images, against their limits
 
@@ -71,6 +75,13 @@ fn main() -> ExitCode {
         {
             bench::mutants(numbers)
         }
+        ["wheel"] => match python::wheel() {
+            Ok(()) => true,
+            Err(stop) => {
+                println!("   {stop}");
+                false
+            }
+        },
         ["size"] => size::run(false),
         ["size", "--json"] => size::run(true),
         ["help" | "--help" | "-h"] => {

@@ -44,7 +44,7 @@ impl TargetCargo {
 pub(crate) fn components() -> Result<(), Stop> {
     for (probe, component) in [("cargo fmt --version", "rustfmt"), ("cargo clippy --version", "clippy")] {
         if answer(probe).is_none() {
-            obtain(command(&format!("rustup component add {component}")))?;
+            obtain(&mut command(&format!("rustup component add {component}")))?;
         }
     }
     Ok(())
@@ -62,7 +62,7 @@ pub(crate) fn target() -> Result<TargetCargo, Stop> {
     if has_core("rustc") {
         return Ok(TargetCargo { toolchain: None });
     }
-    match obtain(command(&format!("rustup target add {TARGET}"))) {
+    match obtain(&mut command(&format!("rustup target add {TARGET}"))) {
         Ok(()) if has_core("rustc") => Ok(TargetCargo { toolchain: None }),
         Ok(()) => Err(Stop::new(format!(
             "rustup added {TARGET}, but rustc does not find it: is another rustc first in PATH?"
@@ -121,8 +121,8 @@ fn package(name: &str, missing: &str, consent: Consent) -> Result<(), Stop> {
         return Err(Stop::new(missing));
     }
     // A fresh machine has no package lists yet; one without network may still have the package.
-    let _ = obtain(command(&format!("{sudo}apt-get -qq update")));
-    obtain(command(&install)).map_err(|stop| Stop::new(format!("{stop}\n   {missing}")))?;
+    let _ = obtain(&mut command(&format!("{sudo}apt-get -qq update")));
+    obtain(&mut command(&install)).map_err(|stop| Stop::new(format!("{stop}\n   {missing}")))?;
     if is_there() { Ok(()) } else { Err(Stop::new(missing)) }
 }
 
@@ -149,7 +149,7 @@ fn is_yes(said: &str) -> bool {
 pub(crate) fn advisories(deny: &Path) -> bool {
     let mut fetch = Command::new(deny);
     fetch.args(["fetch", "db"]);
-    obtain(fetch).is_ok()
+    obtain(&mut fetch).is_ok()
 }
 
 /// cargo-deny: the installed one, or one built into the target folder.
@@ -170,14 +170,14 @@ pub(crate) fn cargo_deny() -> Result<PathBuf, Stop> {
     install.env("CARGO_PROFILE_RELEASE_LTO", "off");
     install.env("CARGO_PROFILE_RELEASE_CODEGEN_UNITS", "16");
     install.env("CARGO_PROFILE_RELEASE_DEBUG", "0");
-    obtain(install)?;
+    obtain(&mut install)?;
     // Half a gigabyte that nobody needs again.
     let _ = std::fs::remove_dir_all(folder.join("build"));
     Ok(program)
 }
 
-fn obtain(mut command: Command) -> Result<(), Stop> {
-    let line = command_line(&command);
+pub(crate) fn obtain(command: &mut Command) -> Result<(), Stop> {
+    let line = command_line(command);
     println!("   {line}");
     let status = command.env("DEBIAN_FRONTEND", "noninteractive").current_dir(crate::paths::root()).status();
     match status {

@@ -4,6 +4,7 @@ use std::process::Command;
 
 use crate::circles;
 use crate::images;
+use crate::python;
 use crate::set_up::{self, Consent, TARGET, TargetCargo};
 use crate::steps::{Steps, Stop, command, command_line};
 
@@ -44,6 +45,10 @@ fn all(steps: &mut Steps, consent: Consent) -> Result<(), Stop> {
         set_up::components()?;
         target = Some(set_up::target()?);
         set_up::browser(consent);
+        // Without it its tests are skipped: nothing else needs it.
+        if let Err(stop) = python::environment() {
+            println!("   {stop}");
+        }
         set_up::qemu(consent)
     })?;
     let target = target.ok_or_else(|| Stop::new("no target"))?;

@@ -16,6 +16,8 @@ mod tests;
 
 use nalgebra::{DMatrix, DVector, DVectorView};
 
+use crate::job;
+
 pub use self::factored::Factored;
 pub use self::score::{FurtherColumn, Score};
 
@@ -119,6 +121,7 @@ impl NormalEquations {
     /// # Errors
     /// Not positive definite, or not finite.
     pub fn factor(self, ridge: f64) -> Result<Factored, LeastSquaresError> {
+        job::point();
         let Self { matrix, right, square } = self;
         if !(square.is_finite() && matrix.iter().chain(&right).all(|sum| sum.is_finite())) {
             return Err(LeastSquaresError::NotFinite);

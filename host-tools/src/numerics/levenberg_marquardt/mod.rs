@@ -12,6 +12,8 @@ use nalgebra::allocator::Allocator;
 use nalgebra::{DMatrix, DVector, DefaultAllocator, Dim, OMatrix, OVector};
 use serde::Serialize;
 
+use crate::job;
+
 pub use self::problem::{FromResiduals, LeastSquares};
 
 /// How a search ended.
@@ -151,6 +153,7 @@ where
                 return descent;
             }
             descent.steps += 1;
+            job::point();
             let tried = local.step(&descent.parameters, damping, &greatest, bounds);
             let Some((next, length)) = tried else {
                 damping *= STIFFEN;

@@ -19,8 +19,15 @@ use graph::{Arrows, arrows, circles};
 use tree::Tree;
 
 /// Packages, by their folders.
-const PACKAGES: [&str; 6] =
-    ["model-core", "firmware", "host-tools", "host-tools/formats", "host-tools/xtask", "tests"];
+const PACKAGES: [&str; 7] = [
+    "model-core",
+    "firmware",
+    "host-tools",
+    "host-tools/formats",
+    "host-tools/python",
+    "host-tools/xtask",
+    "tests",
+];
 
 /// Rooms of host-tools from the ground up, as docs/architecture.md draws them: each needs only rooms below its own floor. Others (errors,
 /// output, progress …) are for everybody.

@@ -1,0 +1,47 @@
+"""How much power does a wheeled robot draw, when nobody told it what it carries?
+
+The commands of ``gmr`` as functions: they run the same code, take the same logs and say the same. SI units throughout; a column's or
+field's unit is the end of its name (``_s``, ``_w``, ``_kg``, ``_rad_s``).
+
+>>> log = gmr.read("run.csv")                       # or gmr.Log(columns), of NumPy, pandas, Arrow
+>>> print(gmr.inspect(log, robot="burger").summary)
+>>> fit = gmr.fit(["empty.csv", "full.csv"], robot="burger")
+>>> estimate = gmr.estimate(log, fit, robot="burger")
+>>> estimate.windows["mass_kg"]                     # array, NaN where unknown
+"""
+
+from ._commands import estimate, fit, gap, inspect, read, simulate
+from ._error import Error, NotForBoards
+from ._log import Log
+from ._results import (
+    Change,
+    Coefficients,
+    Effect,
+    Estimate,
+    Finding,
+    Fit,
+    Gap,
+    Inspection,
+    Parameter,
+)
+
+__all__ = [
+    "Change",
+    "Coefficients",
+    "Effect",
+    "Error",
+    "Estimate",
+    "Finding",
+    "Fit",
+    "Gap",
+    "Inspection",
+    "Log",
+    "NotForBoards",
+    "Parameter",
+    "estimate",
+    "fit",
+    "gap",
+    "inspect",
+    "read",
+    "simulate",
+]

@@ -1,0 +1,265 @@
+"""The commands of ``gmr`` as functions. A command's own help says more of each argument; its name there is the one here, with dashes."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Union
+
+from . import _gmr
+from ._error import Error, NotForBoards
+from ._log import Log, LogLike, read
+from ._results import Coefficients, Estimate, Fit, Gap, Inspection
+
+#: A robot.toml, or burger, warthog, husky.
+RobotLike = Union[str, "os.PathLike[str]"]
+#: A fit, its coefficients, or the path of a coefficients.toml.
+CoefficientsLike = Union[Fit, Coefficients, str, "os.PathLike[str]"]
+
+__all__ = ["estimate", "fit", "gap", "inspect", "read", "simulate"]
+
+
+def inspect(log: LogLike, *, robot: RobotLike = "burger", plot: bool = True, **units: Any) -> Inspection:
+    """Says what a log is worth before anything is fitted to it.
+
+    log : a `Log`, or the path of one
+    plot : draw the static power and its states (`Inspection.svg`)
+    units : ``speed_unit`` ("rad/s", "rpm", "rev/s", "deg/s", "m/s"), ``power_unit`` ("W", "mW", "kW"), ``mass_unit`` ("kg", "g", "lb"),
+        ``flip_wheel`` (a list of wheels, from 1), where the columns are not what their names say
+    """
+    with _Call("inspect") as call:
+        call.add("--robot", robot).units(units).log(log)
+        svg = call.output("--plot", "inspect.svg") if plot else None
+        text, said = call.run()
+        return Inspection(text, said, _text(svg))
+
+
+def fit(
+    logs: LogLike | Sequence[LogLike],
+    *,
+    robot: RobotLike = "burger",
+    model: str = "signed",
+    method: str | None = None,
+    mass: float | None = None,
+    learning_rate: float | None = None,
+    momentum: float | None = None,
+    iterations: int | None = None,
+    **units: Any,
+) -> Fit:
+    """Fits the power model to logs with known payload: two of them, empty and fully loaded, at least.
+
+    model : ``signed``, ``eq18`` or ``eq18-published``
+    method : ``physical`` (signed), ``nnls``, ``pgd`` (Eq. 18); the model's own unless given
+    mass : total mass of logs without a mass_kg column, kg; the robot's without payload unless given
+    learning_rate, momentum, iterations : of pgd
+    units : as of `inspect`
+    """
+
+    def call_with(out: bool) -> tuple[str, Sequence[str], str]:
+        with _Call("fit") as call:
+            call.add("--robot", robot).add("--model", model).add("--method", method).add("--mass", mass)
+            call.add("--learning-rate", learning_rate).add("--momentum", momentum).add("--iterations", iterations)
+            call.units(units).logs(logs)
+            file = call.output("--out", "coefficients.toml") if out else None
+            text, said = call.run()
+            return text, said, _text(file)
+
+    try:
+        text, said, coefficients = call_with(out=True)
+        return Fit(text, said, Coefficients(coefficients))
+    except NotForBoards as refused:
+        # The command would not write them, but its figures are there.
+        text, said, _ = call_with(out=False)
+        return Fit(text, said, refused)
+
+
+def estimate(
+    log: LogLike,
+    coefficients: CoefficientsLike,
+    *,
+    robot: RobotLike = "burger",
+    mass: float | None = None,
+    window: float | None = None,
+    payload: str | None = None,
+    schedule: str | None = None,
+    every: float | None = None,
+    changes: Sequence[float] = (),
+    detection: bool = True,
+    plot: bool = True,
+    **units: Any,
+) -> Estimate:
+    """Finds mass, power and energy of a run with the pipeline that the board runs.
+
+    mass : total mass, kg, where it is known: power and energy at it are given beside (`Estimate.data["told"]`)
+    window : its length, s (25)
+    payload : ``window`` or ``roots``, how the mass is found; the model's own unless given
+    schedule : ``moving``, ``cumulative``, ``known`` or ``periodic``; `every` is a round of the last, s
+    changes : known times of payload changes, s since the start of the log
+    detection : watch for payload changes
+    plot : draw power and mass over time (`Estimate.svg`)
+    units : as of `inspect`
+    """
+    with _Call("estimate") as call:
+        call.add("--robot", robot).add("--coeffs", call.coefficients(coefficients)).add("--mass", mass)
+        call.add("--window", window).add("--payload", payload).add("--schedule", schedule).add("--every", every)
+        call.add("--changes", ",".join(repr(float(time)) for time in changes) or None)
+        call.flag("--no-detection", not detection).units(units).log(log)
+        svg = call.output("--plot", "estimate.svg") if plot else None
+        text, said = call.run()
+        return Estimate(text, said, _text(svg))
+
+
+def gap(
+    logs: Sequence[LogLike],
+    coefficients: CoefficientsLike | None = None,
+    *,
+    base: Sequence[LogLike] = (),
+    robot: RobotLike = "burger",
+    mass: float | None = None,
+    effects: str | os.PathLike[str] | None = None,
+    plant: str | None = None,
+    profile: str | os.PathLike[str] | None = None,
+    report: bool = True,
+    **units: Any,
+) -> Gap:
+    """Finds where model and measurement disagree, and which effect is missing. Four runs at least.
+
+    coefficients : of an earlier clean fit; without, base and effects are fitted together
+    base : the clean runs that they were fitted to, if they are no longer where they were (logs that were in memory only are not)
+    effects : a file with effects of your own
+    plant : ``servo``, ``table3`` or ``gearmotor``: drive a simulated robot with these motors along as well
+    profile : where the drive that parts the rivals of a tie is written; nowhere unless given
+    report : make the page (`Gap.page`)
+    units : as of `inspect`
+    """
+    with _Call("gap") as call:
+        call.add("--robot", robot).add("--mass", mass).add("--effects", effects).add("--plant", plant)
+        call.units(units)
+        page = extended = None
+        if coefficients is not None:
+            call.add("--coeffs", call.coefficients(coefficients))
+            extended = call.output("--out", "extended.toml")
+        page = call.output("--report", "gap.html") if report else None
+        call.add("--profile", profile if profile is not None else call.path("profile.csv"))
+        call.logs(logs)
+        if base:
+            call.arguments.append("--base")
+            call.logs(base)
+        text, said = call.run()
+        text_of_extended = _text(extended)
+        return Gap(text, said, _text(page), Coefficients(text_of_extended) if text_of_extended else None)
+
+
+def simulate(**arguments: Any) -> Log:
+    """A log of the simulated robot: the arguments of ``gmr simulate`` by their names, with ``_`` for ``-``.
+
+    ``duration`` (s), ``mass`` (kg, or steps as "1@0,6@100"), ``rate`` (Hz), ``plant``, ``profile``, ``sensors``, ``seed``, ``effect``
+    (one, or a list), ``columns`` (a list) and so on; True sets a flag. What was simulated is in `Log.simulated`.
+    """
+    with _Call("simulate") as call:
+        for name, value in arguments.items():
+            flag = "--" + name.replace("_", "-")
+            if isinstance(value, bool):
+                call.flag(flag, value)
+            elif isinstance(value, Iterable) and not isinstance(value, (str, os.PathLike)):
+                for one in value:
+                    call.add(flag, one)
+            else:
+                call.add(flag, value)
+        out = call.output("--out", "simulated.csv")
+        text, _ = call.run()
+        log = read(out)
+    log.name = "simulated"
+    log.simulated = json.loads(text)
+    log.simulated.pop("file", None)
+    return log
+
+
+class _Call:
+    """A command's arguments, and a folder for what it writes."""
+
+    def __init__(self, command: str) -> None:
+        self.arguments = [command, "--json"]
+        self._positions: list[str] = []
+        #: Names of the logs in memory, by the paths of their files.
+        self._names: dict[str, str] = {}
+        self._folder = tempfile.TemporaryDirectory(prefix="gmr-")
+
+    def __enter__(self) -> _Call:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._folder.cleanup()
+
+    def path(self, name: str) -> str:
+        return os.path.join(self._folder.name, name)
+
+    def add(self, flag: str, value: Any) -> _Call:
+        if value is not None:
+            self.arguments.append(f"{flag}={os.fspath(value) if isinstance(value, os.PathLike) else value}")
+        return self
+
+    def flag(self, flag: str, is_set: bool) -> _Call:
+        if is_set:
+            self.arguments.append(flag)
+        return self
+
+    def output(self, flag: str, name: str) -> str:
+        self.add(flag, self.path(name))
+        return self.path(name)
+
+    def units(self, units: Mapping[str, Any]) -> _Call:
+        known = ("speed_unit", "power_unit", "mass_unit", "flip_wheel")
+        for name, value in units.items():
+            if name not in known:
+                raise TypeError(f"unexpected argument {name!r}")
+            if name == "flip_wheel" and not isinstance(value, int):
+                value = ",".join(str(wheel) for wheel in value)
+            self.add("--" + name.replace("_", "-"), value)
+        return self
+
+    def log(self, log: LogLike) -> _Call:
+        if isinstance(log, Log):
+            path = log._path()
+            self._names[path] = log.name
+        else:
+            path = os.fspath(log)
+        self.arguments.append(path)
+        return self
+
+    def logs(self, logs: LogLike | Sequence[LogLike]) -> _Call:
+        for log in [logs] if isinstance(logs, (Log, str, os.PathLike)) else logs:
+            self.log(log)
+        return self
+
+    def coefficients(self, coefficients: CoefficientsLike) -> str:
+        if isinstance(coefficients, Fit):
+            coefficients = coefficients.coefficients
+        if isinstance(coefficients, Coefficients):
+            file = self.path("coefficients.toml")
+            coefficients.save(file)
+            return file
+        return os.fspath(coefficients)
+
+    def run(self) -> tuple[str, Sequence[str]]:
+        try:
+            text, said = _gmr.run(self.arguments)
+        except Error as error:
+            for path, name in self._names.items():
+                error.message = error.message.replace(path, name)
+                if error.file == path:
+                    error.file = name
+            raise
+        for path, name in self._names.items():
+            said = [line.replace(path, name) for line in said]
+        return text, said
+
+
+def _text(file: str | None) -> str:
+    """What a command wrote; nothing where it wrote nothing."""
+    if file is None or not os.path.exists(file):
+        return ""
+    with open(file, encoding="utf-8") as opened:
+        return opened.read()

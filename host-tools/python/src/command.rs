@@ -1,0 +1,68 @@
+//! A command, away from Python's lock, and ended by Ctrl-C.
+
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+use host_tools::cli;
+use host_tools::error::Result;
+use host_tools::job::{self, Job, Kept};
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+
+use crate::failure::exception;
+
+/// How often Ctrl-C is looked for: people do not notice, and it costs nothing.
+const WATCH: Duration = Duration::from_millis(20);
+
+/// `gmr` with these arguments: what it prints, and what it says on standard error, line by line.
+#[pyfunction]
+pub(crate) fn run(py: Python<'_>, arguments: Vec<String>) -> PyResult<(String, Vec<String>)> {
+    let ((), Kept { printed, said }) = stoppable(py, move || cli::answer(&arguments))?;
+    Ok((printed, said))
+}
+
+/// Does `work` on a thread of its own while Python goes on; Ctrl-C stops it at its next point.
+pub(crate) fn stoppable<T: Send + 'static>(
+    py: Python<'_>,
+    work: impl FnOnce() -> Result<T> + Send + 'static,
+) -> PyResult<(T, Kept)> {
+    let job = Arc::new(Job::default());
+    let (done, answer) = channel();
+    let for_worker = Arc::clone(&job);
+    thread::Builder::new().name("gmr".to_owned()).spawn(move || {
+        // Whoever asked twice for its end does not listen any more.
+        let _ = done.send(job::run(&for_worker, work));
+    })?;
+    let answer = Mutex::new(answer);
+    let mut interrupted = None;
+    loop {
+        match py.detach(|| wait(&answer)) {
+            Ok(result) => {
+                return match (result, interrupted) {
+                    (_, Some(interrupt)) => Err(interrupt),
+                    (Ok(Some(value)), None) => Ok((value, job.take())),
+                    (Ok(None), None) => Err(PyRuntimeError::new_err("the work was stopped")),
+                    (Err(error), None) => Err(exception(py, &error)),
+                };
+            }
+            Err(RecvTimeoutError::Timeout) => {
+                if let Err(interrupt) = py.check_signals() {
+                    if interrupted.is_some() {
+                        return Err(interrupt);
+                    }
+                    job.stop();
+                    interrupted = Some(interrupt);
+                }
+            }
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err(PyRuntimeError::new_err("gmr panicked: a fault of its own; see standard error"));
+            }
+        }
+    }
+}
+
+fn wait<T>(answer: &Mutex<Receiver<T>>) -> std::result::Result<T, RecvTimeoutError> {
+    answer.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(WATCH)
+}

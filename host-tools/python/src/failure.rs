@@ -1,0 +1,16 @@
+//! Errors as Python's exceptions.
+
+use host_tools::cli::NotForBoards;
+use host_tools::error::Error;
+use pyo3::prelude::*;
+
+/// `gmr.Error`, or `gmr.NotForBoards`: the message, and where.
+pub(crate) fn exception(py: Python<'_>, error: &Error) -> PyErr {
+    let class = if error.cause::<NotForBoards>().is_some() { "NotForBoards" } else { "Error" };
+    let made = || {
+        let file = error.file().map(|file| file.display().to_string());
+        let place = (error.message(), file, error.line(), error.column(), error.exit_code());
+        py.import("gmr._error")?.getattr(class)?.call1(place)
+    };
+    made().map_or_else(|failed| failed, PyErr::from_value)
+}

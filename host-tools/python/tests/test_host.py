@@ -1,0 +1,62 @@
+"""What a Python program expects of a module: Ctrl-C, threads, notebooks."""
+
+import os
+import signal
+import threading
+import time
+from xml.etree import ElementTree
+
+import pytest
+
+import gmr
+
+
+def test_ctrl_c_ends_the_work_soon():
+    """A simulation of ten days would take hours."""
+    killer = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
+    started = time.monotonic()
+    killer.start()
+    with pytest.raises(KeyboardInterrupt):
+        gmr.simulate(duration=864_000, rate=100)
+    assert time.monotonic() - started < 10.0
+    # Nothing of it is left: what comes then is not stopped.
+    assert gmr.simulate(duration=1).rows > 0
+
+
+def test_other_threads_go_on_meanwhile():
+    """Python's lock is free while gmr works: a thread counts on."""
+    counts, ended = [0], threading.Event()
+
+    def count():
+        while not ended.is_set():
+            counts[0] += 1
+            time.sleep(0.001)
+
+    counter = threading.Thread(target=count)
+    counter.start()
+    try:
+        started = time.monotonic()
+        before = counts[0]
+        gmr.simulate(duration=200, rate=200)
+        took, counted = time.monotonic() - started, counts[0] - before
+    finally:
+        ended.set()
+        counter.join()
+    # One count takes a millisecond and what the scheduler adds; with the lock held there would be none.
+    assert counted > 20 * took
+
+
+def test_results_draw_themselves(drives, fitted):
+    estimate = gmr.estimate(drives[2], fitted, window=10.0)
+    inspection = gmr.inspect(drives[0])
+    for answer in (estimate, inspection):
+        assert ElementTree.fromstring(answer._repr_svg_()).tag.endswith("svg")
+        assert answer.svg in answer._repr_html_()
+    assert "<td>" in fitted._repr_html_()
+
+
+def test_what_is_drawn_is_text_first():
+    """Names come from files: none of them is markup."""
+    log = gmr.simulate(duration=5)
+    log.name = "<script>"
+    assert "<script>" not in gmr.inspect(log, plot=False)._repr_html_()
