@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::panic::AssertUnwindSafe;
 use std::path::Path;
 
 use px4_ulog::stream_parser::LogParser;
@@ -127,7 +128,12 @@ fn messages(path: &Path, each: &mut dyn FnMut(&DataMessage<'_>) -> Result<bool>)
             break;
         }
         place += count as u64;
-        if let Err(error) = parser.consume_bytes(&piece[..count]) {
+        // The crate trusts some lengths within messages and panics where they are wrong.
+        let consumed = std::panic::catch_unwind(AssertUnwindSafe(|| parser.consume_bytes(&piece[..count])));
+        let Ok(consumed) = consumed else {
+            return Err(Error::damaged("ULog", "a length within a message is wrong"));
+        };
+        if let Err(error) = consumed {
             if !parser.in_data() {
                 return Err(Error::damaged("ULog", error));
             }

@@ -176,6 +176,19 @@ fn a_cut_file_is_refused_and_its_rest_read_on_request() {
     assert!(matches!(refused, Err(Error::Truncated(_))), "{refused:?}");
 }
 
+/// A parameter whose name is said to be longer than its message, which px4-ulog 0.6.1 does not look at.
+#[test]
+fn a_wrong_length_within_a_ulog_is_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("wrong.ulg");
+    let mut bytes = std::fs::read(data("drive.ulg")).unwrap();
+    let place = bytes.windows(17).position(|text| text == b"Fdrive_power:uint").unwrap();
+    bytes[place] = b'P';
+    std::fs::write(&file, bytes).unwrap();
+    let error = Bag::open(&file, true).unwrap_err().to_string();
+    assert!(error.contains("ULog"), "{error}");
+}
+
 #[test]
 fn clocks_are_not_mixed() {
     let folder = tempfile::tempdir().unwrap();

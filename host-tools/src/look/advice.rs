@@ -22,7 +22,8 @@ impl Advice {
         let rate = tally.powered_rows as f64 / tally.duration_s.max(1e-9);
         let has_motion = tally.has_speed || tally.has_wheels;
         if has_power && has_motion {
-            possible.push("energy per distance, and power at rest and in motion (above)".to_owned());
+            let way = if tally.has_speed { "metre" } else { "turn of a wheel" };
+            possible.push(format!("energy per {way}, and power at rest and in motion (above)"));
         } else if let Some((first, last)) = tally.charge.filter(|(first, last)| first > last) {
             possible.push(format!(
                 "consumption of whole trips: {:.1} points of charge in this log",

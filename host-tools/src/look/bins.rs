@@ -52,6 +52,9 @@ pub(super) struct Course {
     cells: Vec<(f64, f64)>,
 }
 
+/// Nothing for longer than this, s, breaks a curve.
+const GAP_S: f64 = 2.0;
+
 /// Points of a course at most.
 const POINTS: usize = 1000;
 
@@ -77,10 +80,17 @@ impl Course {
         self.cells[place].1 += seconds * value;
     }
 
-    /// Time and mean; NaN where there is nothing.
+    /// Time and mean; NaN once where there is nothing for longer than a gap.
     pub(super) fn points(&self) -> Vec<(f64, f64)> {
-        let cells = self.cells.iter().enumerate();
-        cells.map(|(place, (seconds, sum))| ((place as f64 + 0.5) * self.width, sum / seconds)).collect()
+        let mut points: Vec<(f64, f64)> = Vec::new();
+        for (place, (seconds, sum)) in self.cells.iter().enumerate().filter(|(_, cell)| cell.0 > 0.0) {
+            let time = (place as f64 + 0.5) * self.width;
+            if points.last().is_some_and(|(last, _)| time - last > GAP_S + self.width) {
+                points.push((time, f64::NAN));
+            }
+            points.push((time, sum / seconds));
+        }
+        points
     }
 }
 

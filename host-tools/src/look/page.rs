@@ -4,7 +4,7 @@ use maud::html;
 
 use super::report::Report;
 use crate::error::Result;
-use crate::report::html::{HALF, WHOLE, document, figure};
+use crate::report::html::{WHOLE, document, figure};
 use crate::report::{CellSeries, Cells, Line, Stroke, TimeSeries, palette};
 
 pub(super) fn text(report: &Report) -> Result<String> {
@@ -40,21 +40,23 @@ pub(super) fn text(report: &Report) -> Result<String> {
         };
         figures.push(figure(
             cells,
-            HALF,
+            WHOLE,
             title,
             &format!("{title}: mean and standard deviation of each cell."),
         )?);
     }
+    // What follows from the log before what is in it.
+    let is_verdict = |(title, _): &(&str, Vec<String>)| !matches!(*title, "In the log" | "Read here");
+    let (verdict, contents): (Vec<_>, Vec<_>) = report.lists().into_iter().partition(is_verdict);
     let body = html! {
         h1 { "A look at the log" }
         p { (report.title()) }
         ul { @for line in report.lines() { li { (line.trim()) } } }
-        @for (title, lines) in report.lists().into_iter().rev() {
+        @for figure in &figures { (figure) }
+        @for (title, lines) in verdict.into_iter().chain(contents) {
             h2 { (title) }
             ul { @for line in lines { li { (line) } } }
-            @if title == "It can tell" { @for figure in &figures { (figure) } }
         }
-        @if !report.lists().iter().any(|(title, _)| *title == "It can tell") { @for figure in &figures { (figure) } }
     };
     Ok(document("gmr look", body))
 }
