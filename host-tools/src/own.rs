@@ -25,6 +25,8 @@ pub enum Form {
     Profile,
     /// What was true, of `gmr board`.
     Truth,
+    /// Sums of `gmr gram`.
+    Grams,
     /// A board's store for a programmer, whole.
     Store,
     /// A log of `gmr convert`: nothing tells it from one that was measured, so it is never written over without being forced.
@@ -68,6 +70,7 @@ impl Form {
             Self::Profile => first == "time_s,v_m_s,omega_rad_s" && decimals(second, [4, 6]),
             Self::Truth => format!("{first}\n") == TRUTH,
             Self::Converted => false,
+            Self::Grams => first.starts_with("{\"format\":") && first.contains("\"run\":"),
             Self::Store => length == STORE_BYTES || first.starts_with(":02000004"),
         }
     }

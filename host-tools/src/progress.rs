@@ -98,7 +98,9 @@ impl CountProgress {
     /// None is done.
     pub(crate) fn new(what: &'static str, count: u64) -> Self {
         let bar = ProgressBar::new(count).with_prefix(what);
-        if let Ok(style) = ProgressStyle::with_template("{prefix} {bar:40} {pos} of {len}, {elapsed}") {
+        if let Ok(style) =
+            ProgressStyle::with_template("{prefix} {bar:40} {pos} of {len}, {elapsed}, {eta} left")
+        {
             bar.set_style(style);
         }
         bar.enable_steady_tick(Duration::from_millis(250));

@@ -34,8 +34,7 @@
 //! | 104 | imbalance of the sides, N·m |
 //! | 108, 112 | slip memory: slip at 1/√2 of the scrub, relaxation in rad of the wheel |
 //! | 116 | delay of the power behind the speeds, s |
-//! | 120 | slip memory: creep, rad/s |
-//! | 124 | 12 bytes, 0 |
+//! | 120 | 16 bytes, 0 |
 //!
 //! A column's id and "which" are a byte each, its coefficient and shape in single precision. Ids never change their meaning; "which"
 //! and shape are 0 where nothing is said of them:
@@ -409,7 +408,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
             Model::Eq18 { .. } => T::ZERO,
         };
         let zero = T::ZERO;
-        [imbalance, slip.half_slip, slip.relaxation, delay, slip.creep, zero, zero, zero]
+        [imbalance, slip.half_slip, slip.relaxation, delay, zero, zero, zero, zero]
     }
 
     /// Reads an image back.
@@ -483,8 +482,8 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
             }
             found => return Err(DecodeError::UnknownModel { found }),
         };
-        let [_, half_slip, relaxation, delay, creep, rest @ ..] = traits;
-        let conditioning = Conditioning { slip: SlipMemory { half_slip, relaxation, creep }, delay };
+        let [_, half_slip, relaxation, delay, rest @ ..] = traits;
+        let conditioning = Conditioning { slip: SlipMemory { half_slip, relaxation }, delay };
         // One image for the same coefficients: without traits it is of an older version.
         let is_canonical = version != VERSION_WITH_TRAITS || traits.iter().any(|value| *value != T::ZERO);
         let is_known = rest.iter().all(|value| *value == T::ZERO);

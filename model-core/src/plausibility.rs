@@ -22,8 +22,6 @@ pub const MOST_LENGTH: f64 = 100.0;
 pub const MOST_HALF_SLIP: f64 = 10.0;
 /// A tyre that rolls so far before its side force is there is none, rad of the wheel.
 pub const MOST_RELAXATION: f64 = 1e3;
-/// A contact that creeps faster on the spot carries nothing, rad/s.
-pub const MOST_CREEP: f64 = 10.0;
 /// No sensor is later, s.
 pub const MOST_DELAY: f64 = 10.0;
 
@@ -115,7 +113,6 @@ impl<T: Real, const N: usize> Robot<T, N> {
             && is_within(self.static_power, MOST_POWER)
             && is_within(slip.half_slip, MOST_HALF_SLIP)
             && is_within(slip.relaxation, MOST_RELAXATION)
-            && is_within(slip.creep, MOST_CREEP)
             && (slip.is_off() || self.mass_matrix.sides().is_some())
             && is_within(self.conditioning.delay, MOST_DELAY)
     }

@@ -4,26 +4,23 @@
 //! w_l and w_r the mean speeds of the sides' wheels, Δ = w_r − w_l and v̄ = |w_l + w_r| / 2, one state s, |s| ≤ 1, does both:
 //!
 //! ```text
-//! ds/dt = (Δ − s √((c v̄)² + Δ² + w₀²)) / (c λ)
+//! ds/dt = (Δ − s √((c v̄)² + Δ²)) / (c λ)
 //! ```
 //!
-//! In a steady curve s = Δ / √((c v̄)² + Δ² + w₀²): rolling and sliding share the ellipse of the contact's friction. Where nothing
-//! creeps (w₀ = 0) it is 1/√2 where the slip |Δ| / v̄ is c, ±1 on the spot; the creep w₀ is the difference at which a contact that gives a
-//! little, a soft tyre or an engine's regularised friction, carries 1/√2 on the spot. The implicit step
-//! s ← (c λ s + T Δ) / (c λ + T √((c v̄)² + Δ² + w₀²)) is a mean of the state before and of that end, so it never leaves −1 … 1
-//! whatever the step. c, w₀ → 0 is the sign of the turn; λ → 0 the steady curve at once. (c v̄ + |Δ| instead of the root saturates too slowly: 0.02 of R² on a measured Husky, 0.01 on a robot in MuJoCo.)
+//! In a steady curve s = Δ / √((c v̄)² + Δ²): rolling and sliding share the ellipse of the contact's friction. It is 1/√2 where the
+//! slip |Δ| / v̄ is c, ±1 on the spot. The implicit step s ← (c λ s + T Δ) / (c λ + T √((c v̄)² + Δ²)) is a mean of the state
+//! before and of that end, so it never leaves −1 … 1 whatever the step. c → 0 is the sign of the turn; λ → 0 the steady curve at
+//! once. (c v̄ + |Δ| instead of the root saturates too slowly: 0.02 of R² on a measured Husky, 0.01 on a robot in MuJoCo.)
 
 use crate::real::Real;
 
-/// The parameters of the memory.
+/// The two parameters of the memory.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SlipMemory<T> {
     /// c: the slip |Δ| / v̄ at which 1/√2 of the scrub is there, dimensionless; 0 for the sign of the turn, without memory.
     pub half_slip: T,
     /// λ: how far a wheel turns while the scrub builds up by 1 − 1/e in a gentle curve, rad.
     pub relaxation: T,
-    /// w₀: creep of the contact, rad/s between the sides' rims; 0 for none.
-    pub creep: T,
 }
 
 /// How both sides' wheels turn at one instant.
@@ -41,26 +38,24 @@ pub struct Slip<T>(T);
 
 impl<T: Real> SlipMemory<T> {
     /// No memory: the sign of the turn.
-    pub const OFF: Self = Self { half_slip: T::ZERO, relaxation: T::ZERO, creep: T::ZERO };
+    pub const OFF: Self = Self { half_slip: T::ZERO, relaxation: T::ZERO };
 
     /// The scrub follows the sign of the turn at once.
     #[inline]
     pub fn is_off(&self) -> bool {
-        self.half_slip == T::ZERO && self.creep == T::ZERO
+        self.half_slip == T::ZERO
     }
 
     /// Finite and not negative.
     pub fn is_sound(&self) -> bool {
-        [self.half_slip, self.relaxation, self.creep]
-            .iter()
-            .all(|value| value.is_finite() && *value >= T::ZERO)
+        [self.half_slip, self.relaxation].iter().all(|value| value.is_finite() && *value >= T::ZERO)
     }
 
-    /// √((c v̄)² + Δ² + w₀²), rad/s.
+    /// √((c v̄)² + Δ²), rad/s.
     #[inline]
     fn pull(&self, rims: &Rims<T>) -> T {
         let rolled = self.half_slip * rims.mean;
-        (rolled * rolled + rims.difference * rims.difference + self.creep * self.creep).sqrt()
+        (rolled * rolled + rims.difference * rims.difference).sqrt()
     }
 
     /// s after `elapsed` s at these speeds. What is not finite changes nothing.
@@ -86,11 +81,7 @@ impl<T: Real> SlipMemory<T> {
     /// In another precision.
     pub fn convert<U: Real>(&self) -> SlipMemory<U> {
         let number = |value: T| U::from_f64(value.to_f64());
-        SlipMemory {
-            half_slip: number(self.half_slip),
-            relaxation: number(self.relaxation),
-            creep: number(self.creep),
-        }
+        SlipMemory { half_slip: number(self.half_slip), relaxation: number(self.relaxation) }
     }
 }
 

@@ -372,7 +372,7 @@ fn the_longest_image_fits_the_upload_window() {
 fn with_traits(columns: &[Column<f32>]) -> Coefficients<f32, 2> {
     let found = with_columns::<2>(columns);
     let Model::Signed { torque, drive } = found.model else { panic!("signed") };
-    let slip = SlipMemory { half_slip: 0.126, relaxation: 1.79, creep: 0.03 };
+    let slip = SlipMemory { half_slip: 0.126, relaxation: 1.79 };
     Coefficients {
         robot: Robot { conditioning: Conditioning { slip, delay: -0.25 }, ..found.robot },
         model: Model::Signed { torque: TorqueModel { imbalance: -0.02, ..torque }, drive },
@@ -394,12 +394,11 @@ fn every_trait_comes_back() {
             ..all
         }
     };
-    let slip = |half_slip, relaxation| SlipMemory { half_slip, relaxation, creep: 0.0 };
+    let slip = |half_slip, relaxation| SlipMemory { half_slip, relaxation };
     for single in [
         with(SlipMemory::OFF, 0.0, true),
         with(slip(0.5, 0.0), 0.0, false),
         with(slip(0.0, 2.0), 0.0, false),
-        with(SlipMemory { creep: 0.05, ..SlipMemory::OFF }, 0.0, false),
         with(SlipMemory::OFF, 0.3, false),
         all,
         with_traits(&columns_of(&[Cause::Hot, Cause::Delay])),

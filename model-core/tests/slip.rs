@@ -18,12 +18,7 @@ use proptest::prelude::*;
 const PERIOD: f64 = 0.005;
 
 fn memory() -> impl Strategy<Value = SlipMemory<f64>> {
-    let creep = prop_oneof![Just(0.0), 0.001..1.0_f64];
-    (0.01..2.0_f64, 0.0..30.0_f64, creep).prop_map(|(half_slip, relaxation, creep)| SlipMemory {
-        half_slip,
-        relaxation,
-        creep,
-    })
+    (0.01..2.0_f64, 0.0..30.0_f64).prop_map(|(half_slip, relaxation)| SlipMemory { half_slip, relaxation })
 }
 
 fn rims() -> impl Strategy<Value = Rims<f64>> {
@@ -31,7 +26,7 @@ fn rims() -> impl Strategy<Value = Rims<f64>> {
 }
 
 fn steady(memory: &SlipMemory<f64>, rims: &Rims<f64>) -> f64 {
-    rims.difference / (memory.half_slip * rims.mean).hypot(rims.difference).hypot(memory.creep)
+    rims.difference / (memory.half_slip * rims.mean).hypot(rims.difference)
 }
 
 proptest! {
@@ -55,7 +50,7 @@ proptest! {
     fn limits(memory in memory(), first in rims(), then in rims()) {
         prop_assume!(then.difference.abs() > 1e-3);
         for (limit, expected) in [
-            (SlipMemory { half_slip: 1e-12, creep: 0.0, ..memory }, then.difference.signum()),
+            (SlipMemory { half_slip: 1e-12, ..memory }, then.difference.signum()),
             (SlipMemory { relaxation: 0.0, ..memory }, steady(&memory, &then)),
         ] {
             let mut slip = Slip::default();
@@ -69,7 +64,6 @@ proptest! {
     #[test]
     fn symmetries(memory in memory(), course in proptest::collection::vec(rims(), 1..20), scale in 0.1..10.0_f64) {
         let run = |sign: f64, scale: f64| {
-            let memory = SlipMemory { creep: scale * memory.creep, ..memory };
             let mut slip = Slip::default();
             for rims in &course {
                 let rims = Rims { difference: sign * scale * rims.difference, mean: scale * rims.mean };
@@ -153,7 +147,7 @@ fn robot(slip: SlipMemory<f64>) -> Robot<f64, 2> {
 /// speeds and times can do the same.
 #[test]
 fn conditioner_runs_the_memory() {
-    let memory = SlipMemory { half_slip: 0.13, relaxation: 1.8, creep: 0.0 };
+    let memory = SlipMemory { half_slip: 0.13, relaxation: 1.8 };
     let robot = robot(memory);
     let mut conditioner = Conditioner::new(&robot, PERIOD).unwrap();
     let sides = *robot.mass_matrix.sides().unwrap();
@@ -182,7 +176,7 @@ fn conditioner_runs_the_memory() {
 /// A sample that is no number leaves no trace but its time.
 #[test]
 fn broken_samples_pass_their_time() {
-    let memory = SlipMemory { half_slip: 0.13, relaxation: 1.8, creep: 0.0 };
+    let memory = SlipMemory { half_slip: 0.13, relaxation: 1.8 };
     let robot = robot(memory);
     let mut conditioner = Conditioner::new(&robot, PERIOD).unwrap();
     let sides = robot.mass_matrix.sides().unwrap();
@@ -207,7 +201,7 @@ fn broken_samples_pass_their_time() {
 #[test]
 fn off_is_the_sign_of_the_turn() {
     for scrubs in [false, true] {
-        let off = SlipMemory { half_slip: 0.0, relaxation: 1.8, creep: 0.0 };
+        let off = SlipMemory { half_slip: 0.0, relaxation: 1.8 };
         let kinematics = kinematics().with_scrub(scrubs);
         let mass_matrix = kinematics.mass_matrix(0.064).unwrap();
         let robot = Robot { kinematics, mass_matrix, ..robot(off) };
@@ -234,8 +228,7 @@ fn worst<T: Real>() -> f64 {
     let mut rows = include_str!("reference/slip.csv").lines();
     let parameters: Vec<f64> = rows.next().unwrap().split(',').map(|cell| cell.parse().unwrap()).collect();
     let [half_slip, relaxation, period] = parameters[..] else { panic!("{parameters:?}") };
-    let memory =
-        SlipMemory { half_slip: T::from_f64(half_slip), relaxation: T::from_f64(relaxation), creep: T::ZERO };
+    let memory = SlipMemory { half_slip: T::from_f64(half_slip), relaxation: T::from_f64(relaxation) };
     let sides = Kinematics::differential(T::from_f64(0.165), T::from_f64(1.07)).unwrap().sides().unwrap();
     let (mut slip, mut worst, mut most) = (Slip::default(), 0.0_f64, 0.0_f64);
     for row in rows {
@@ -272,13 +265,12 @@ fn plausibility() {
             ..found
         }
     };
-    let slip = |half_slip, relaxation| SlipMemory { half_slip, relaxation, creep: 0.0 };
+    let slip = |half_slip, relaxation| SlipMemory { half_slip, relaxation };
     assert!(with(slip(0.126, 1.79), -0.03, 0.25).is_plausible());
     assert!(with(slip(0.0, 0.0), 0.04, -0.25).is_plausible());
     for absurd in [
         with(slip(11.0, 1.0), 0.0, 0.0),
         with(slip(0.1, 2e3), 0.0, 0.0),
-        with(SlipMemory { creep: 11.0, ..slip(0.1, 1.0) }, 0.0, 0.0),
         with(SlipMemory::OFF, 0.05, 0.0),
         with(SlipMemory::OFF, -0.05, 0.0),
         with(SlipMemory::OFF, 0.0, 11.0),

@@ -43,19 +43,19 @@ class Slip:
         self.sign = np.where(np.abs(difference) > dead_band, np.sign(difference), 0.0)
         self.kept, self.keep = {}, None
 
-    def at(self, c, relaxation, creep):
-        if c == 0.0 and creep == 0.0:
+    def at(self, c, relaxation):
+        if c == 0.0:
             return self.sign
-        key = (c, relaxation, creep)
+        key = (c, relaxation)
         if key not in self.kept:
             if len(self.kept) > 8:
                 self.kept.clear()
-            self.kept[key] = self.walk(c, c * relaxation, creep)
+            self.kept[key] = self.walk(c, c * relaxation)
         return self.kept[key]
 
-    def walk(self, c, e, creep):
+    def walk(self, c, e):
         difference, mean, period, starts = self.parts
-        ease = 1.0 / (e + period * np.hypot(np.hypot(c * mean, difference), creep) + 1e-12)
+        ease = 1.0 / (e + period * np.hypot(c * mean, difference) + 1e-12)
         out = steps(e, period * difference, ease, starts)
         return out if self.keep is None else out[self.keep]
 
@@ -128,10 +128,10 @@ def read(logs, robot, masses, delay=0.0):
 # Name of a coefficient: scale of a random start.
 SCALES = {
     "coulomb": 1.0, "rolling": 0.02, "viscous": 0.2, "rotor_inertia": 0.5, "inertia_gain": 1.0, "winding_loss": 0.03, "scrub": 0.5,
-    "imbalance": 0.3, "half_slip": 0.1, "relaxation": 1.0, "creep": 0.03,
+    "imbalance": 0.3, "half_slip": 0.1, "relaxation": 1.0,
 }
 # What the file calls otherwise.
-NAMES = {"slip_relaxation_rad": "relaxation", "slip_creep_rad_s": "creep", "power_delay_s": "delay_s"}
+NAMES = {"slip_relaxation_rad": "relaxation", "power_delay_s": "delay_s"}
 # Not fitted here: taken as `gmr fit` found it.
 DELAY = "delay_s"
 
@@ -139,7 +139,7 @@ DELAY = "delay_s"
 def model(q, rows, regenerates):
     """Power, W, of coefficients by name."""
     g = q.get
-    turn = rows.slip.at(g("half_slip", 0.0), g("relaxation", 0.0), g("creep", 0.0))
+    turn = rows.slip.at(g("half_slip", 0.0), g("relaxation", 0.0))
     moving = rows.direction != 0.0
     m = rows.mass[:, None]
     torque = ((g("coulomb", 0.0) + g("imbalance", 0.0) * rows.lateral + g("rolling", 0.0) * m) * rows.direction

@@ -10,7 +10,7 @@ field's unit is the end of its name (``_s``, ``_w``, ``_kg``, ``_rad_s``).
 >>> estimate.windows["mass_kg"]                     # array, NaN where unknown
 """
 
-from ._commands import estimate, fit, gap, inspect, read, simulate
+from ._commands import estimate, fit, gap, gram, inspect, read, simulate
 from ._error import Error, NotForBoards
 from ._log import Log
 from ._results import (
@@ -41,6 +41,7 @@ __all__ = [
     "estimate",
     "fit",
     "gap",
+    "gram",
     "inspect",
     "read",
     "simulate",

@@ -18,7 +18,7 @@ RobotLike = Union[str, "os.PathLike[str]"]
 #: A fit, its coefficients, or the path of a coefficients.toml.
 CoefficientsLike = Union[Fit, Coefficients, str, "os.PathLike[str]"]
 
-__all__ = ["estimate", "fit", "gap", "inspect", "read", "simulate"]
+__all__ = ["estimate", "fit", "gap", "gram", "inspect", "read", "simulate"]
 
 
 def inspect(log: LogLike, *, robot: RobotLike = "burger", plot: bool = True, **units: Any) -> Inspection:
@@ -150,6 +150,32 @@ def gap(
         text, said = call.run()
         text_of_extended = _text(extended)
         return Gap(text, said, _text(page), Coefficients(text_of_extended) if text_of_extended else None)
+
+
+def gram(
+    logs: LogLike | Sequence[LogLike],
+    out: str | os.PathLike[str],
+    *,
+    robot: RobotLike = "burger",
+    coefficients: CoefficientsLike | None = None,
+    cutoff: float | None = None,
+    mass: float | None = None,
+    **units: Any,
+) -> list[dict[str, Any]]:
+    """Sums logs up: all that fits need to know of them (docs/fleet.md). Gives the lines of the file as dictionaries, a run each.
+
+    out : where they go, JSON, a run a line
+    coefficients : signed: take their filter, delay and slip memory, and sums near them, too
+    cutoff : of the filter, Hz; that of `fit` for these logs unless given
+    """
+    with _Call("gram") as call:
+        call.add("--robot", robot).add("--out", out).add("--cutoff", cutoff).add("--mass", mass)
+        if coefficients is not None:
+            call.add("--coeffs", call.coefficients(coefficients))
+        call.units(units).logs(logs)
+        call.run()
+    with open(out, encoding="utf-8") as lines:
+        return [json.loads(line) for line in lines]
 
 
 def simulate(**arguments: Any) -> Log:

@@ -54,6 +54,13 @@ def test_gap(command, tmp_path):
     assert found.page == page.read_text()
 
 
+def test_gram(command, drives, tmp_path):
+    runs = gmr.gram(drives[:2], tmp_path / "wheel.jsonl", cutoff=2.0)
+    command("gram", "--cutoff", 2, "--out", tmp_path / "command.jsonl", *drives[:2])
+    assert (tmp_path / "wheel.jsonl").read_bytes() == (tmp_path / "command.jsonl").read_bytes()
+    assert [run["run"] for run in runs] == [str(drive) for drive in drives[:2]]
+
+
 def test_simulate(command, tmp_path):
     log = gmr.simulate(duration=5, mass="1@0,2@3", seed=7, effect=["grade=0.02", "wheel-drag=0.02"])
     out = tmp_path / "s.csv"

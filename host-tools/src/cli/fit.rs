@@ -8,6 +8,7 @@ use firmware::wheels::WHEELS;
 use model_core::coefficients::Coefficients;
 use serde::Serialize;
 
+use super::fit_grams;
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
 use crate::board::flasher::{self, USUAL_RATE_HZ};
@@ -27,8 +28,15 @@ use crate::with_wheels;
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Logs of drives with known payload: two of them, empty and fully loaded, at least
-    #[arg(required = true, value_name = "RUN.csv")]
+    #[arg(required_unless_present = "grams", value_name = "RUN.csv")]
     runs: Vec<PathBuf>,
+    /// Sums of gmr gram instead of logs: Eq. 18 as from the rows, the signed model from those that its clamp leaves alone. Without what
+    /// needs rows: --out, errors in percent, delay and slip memory, robust weights
+    #[arg(long, value_name = "GRAMS.jsonl", num_args = 1.., conflicts_with_all = ["runs", "out", "mass"])]
+    grams: Vec<PathBuf>,
+    /// With --grams: also how well each run is predicted by the others
+    #[arg(long, requires = "grams")]
+    leave_one_out: bool,
     /// The robot: a robot.toml, or burger, warthog, husky
     #[arg(long, default_value = "burger")]
     robot: PathBuf,
@@ -86,7 +94,6 @@ struct Report<'a> {
     power_delay_s: f64,
     half_slip: f64,
     slip_relaxation_rad: f64,
-    slip_creep_rad_s: f64,
     terms: &'a [Judged],
     warnings: &'a [Warning],
 }
@@ -97,6 +104,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
+    if !arguments.grams.is_empty() {
+        let Arguments { grams, model, method, leave_one_out, json, .. } = arguments;
+        if let Some(method @ (Method::Pgd | Method::Physical)) = method
+            && *model != ModelKind::Signed
+        {
+            let message = format!("--method {method:?} with --grams: expected nnls, the exact optimum");
+            return Err(Error::usage(message.to_lowercase()));
+        }
+        return fit_grams::run::<N>(robot, grams, *model, *leave_one_out, *json);
+    }
     check_apart(
         arguments.out.as_deref(),
         arguments.runs.iter().chain([&arguments.robot]).map(PathBuf::as_path),
@@ -198,7 +215,6 @@ fn print_json<const N: usize>(robot: &Robot, fit: &Fit<N>) -> Result<()> {
         power_delay_s: fit.coefficients.robot.conditioning.delay,
         half_slip: fit.coefficients.robot.conditioning.slip.half_slip,
         slip_relaxation_rad: fit.coefficients.robot.conditioning.slip.relaxation,
-        slip_creep_rad_s: fit.coefficients.robot.conditioning.slip.creep,
         terms: &fit.judged,
         warnings: &fit.warnings,
     })
@@ -217,16 +233,9 @@ fn print_terms<const N: usize>(fit: &Fit<N>) {
                     slip.half_slip, slip.relaxation
                 )
             }
-            (Term::Creep, true) => {
-                format!(
-                    "the contact creeps: half of the scrub at {:.3} rad/s on the spot",
-                    conditioning.slip.creep
-                )
-            }
             (Term::UnequalSides, true) => "unequal sides".to_owned(),
             (Term::Delay, false) => "no delay".to_owned(),
             (Term::SlipMemory, false) => "no slip memory".to_owned(),
-            (Term::Creep, false) => "no creep".to_owned(),
             (Term::UnequalSides, false) => "equal sides".to_owned(),
         };
         let error = judged.std_err.map_or("–".to_owned(), |error| format!("{:.1}", 100.0 * error));

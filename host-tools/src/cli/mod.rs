@@ -8,12 +8,15 @@ mod convert;
 mod drive;
 mod estimate;
 mod fit;
+mod fit_grams;
 mod flash;
+mod fleet;
 mod gap;
 mod gap_bench;
 mod gap_bench_count;
 mod gap_bench_json;
 mod gap_bench_text;
+mod gram;
 mod inspect;
 mod look;
 mod overwrite;
@@ -55,6 +58,10 @@ enum Command {
     Simulate(simulate::Arguments),
     /// Fit coefficients to logs with known payload
     Fit(fit::Arguments),
+    /// Sum logs up: all that fits need to know of them, a few kilobytes a run
+    Gram(gram::Arguments),
+    /// Many robots over many days: what a metre costs each, and what changed on which since when
+    Fleet(fleet::Arguments),
     /// Replay a log: payload windows, power, energy
     Estimate(estimate::Arguments),
     /// Every model and baseline on the same split, in one table
@@ -129,6 +136,8 @@ fn execute(cli: Cli) -> Result<()> {
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Fit(arguments) => fit::run(&arguments),
+        Command::Gram(arguments) => gram::run(&arguments),
+        Command::Fleet(arguments) => fleet::run(&arguments),
         Command::Estimate(arguments) => estimate::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Gap(arguments) => gap::run(&arguments),

@@ -62,9 +62,6 @@ pub(super) struct RobotSection {
     pub(super) half_slip: f64,
     #[serde(default, skip_serializing_if = "is_nought")]
     pub(super) slip_relaxation_rad: f64,
-    /// Difference of the rims at which as much has built up on the spot.
-    #[serde(default, skip_serializing_if = "is_nought")]
-    pub(super) slip_creep_rad_s: f64,
 }
 
 fn is_nought(value: &f64) -> bool {
@@ -74,11 +71,7 @@ fn is_nought(value: &f64) -> bool {
 impl RobotSection {
     /// What lies between samples and motion beside the filter.
     pub(super) fn conditioning(&self) -> Conditioning<f64> {
-        let slip = SlipMemory {
-            half_slip: self.half_slip,
-            relaxation: self.slip_relaxation_rad,
-            creep: self.slip_creep_rad_s,
-        };
+        let slip = SlipMemory { half_slip: self.half_slip, relaxation: self.slip_relaxation_rad };
         Conditioning { slip, delay: self.power_delay_s }
     }
 }
@@ -201,7 +194,6 @@ impl Document {
             ("filter_cutoff_hz", self.robot.filter_cutoff_hz),
             ("half_slip", self.robot.half_slip),
             ("slip_relaxation_rad", self.robot.slip_relaxation_rad),
-            ("slip_creep_rad_s", self.robot.slip_creep_rad_s),
         ];
         parameters.chain(others).collect()
     }

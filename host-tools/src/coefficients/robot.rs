@@ -77,7 +77,6 @@ pub(super) fn section<const N: usize>(
         power_delay_s: robot.conditioning.delay,
         half_slip: robot.conditioning.slip.half_slip,
         slip_relaxation_rad: robot.conditioning.slip.relaxation,
-        slip_creep_rad_s: robot.conditioning.slip.creep,
     }
 }
 

@@ -72,7 +72,7 @@ impl<const N: usize> Data<N> {
         let held_out = |time: f64| is_held_out(time, block_s);
         core.conditioning.delay = delay::choose(&split.training(undelayed));
         // The delay is every model's, the others are the signed model's own.
-        let terms = [Term::SlipMemory, Term::Creep, Term::UnequalSides];
+        let terms = [Term::SlipMemory, Term::UnequalSides];
         let form = fit::choose_form(robot, &core, &terms, files, settings.mass_kg, &held_out)?;
         core.conditioning = form.conditioning;
         let mut train = Dataset::<N>::read(robot, core, files, &reading)?;

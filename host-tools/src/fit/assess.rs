@@ -71,6 +71,12 @@ pub fn uncertainty<const N: usize>(
         }
         rows += 1;
     }
+    sandwich(&normal, &scores, rows)
+}
+
+/// The sandwich of a normal matrix Σ xxᵀ and the scores Σ x e of clusters whose residuals do not know of each other; `rows` were summed.
+pub fn sandwich(normal: &DMatrix<f64>, scores: &[DVector<f64>], rows: usize) -> Uncertainty {
+    let parameters = normal.nrows();
     let scale = DVector::from_fn(parameters, |i, _| normal[(i, i)].max(0.0).sqrt());
     let unit = |i: usize| if scale[i] > 0.0 { 1.0 / scale[i] } else { 0.0 };
     let scaled = DMatrix::from_fn(parameters, parameters, |i, j| normal[(i, j)] * unit(i) * unit(j));
@@ -89,7 +95,7 @@ pub fn uncertainty<const N: usize>(
         }
     }
     let mut meat = DMatrix::<f64>::zeros(parameters, parameters);
-    for score in &scores {
+    for score in scores {
         let score = DVector::from_fn(parameters, |i, _| score[i] * unit(i));
         meat.ger(1.0, &score, &score, 1.0);
     }

@@ -3,6 +3,7 @@
 use std::cmp::Ordering;
 
 use nalgebra::{SMatrix, SVector};
+use serde::{Deserialize, Serialize};
 
 /// XᵀX of `P` products.
 pub type Matrix<const P: usize> = SMatrix<f64, P, P>;
@@ -17,7 +18,8 @@ type Group = [f64; GROUP];
 const BLOCK_ROWS: usize = 128;
 
 /// Sums over rows: XᵀX, Xᵀp, pᵀp, Σp and their number. They add up, so runs can be read one by one.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(into = "Written", try_from = "Written")]
 pub struct Gram<const P: usize> {
     /// XᵀX, the lower triangle; zeros above.
     xx: [[f64; P]; P],
@@ -25,6 +27,54 @@ pub struct Gram<const P: usize> {
     pp: f64,
     p: f64,
     rows: u64,
+}
+
+/// The same in a file.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
+    rows: u64,
+    power: f64,
+    power_squares: f64,
+    with_power: Vec<f64>,
+    /// The lower triangle, row by row.
+    products: Vec<f64>,
+}
+
+impl<const P: usize> From<Gram<P>> for Written {
+    fn from(gram: Gram<P>) -> Self {
+        let triangle = gram.xx.iter().enumerate().flat_map(|(i, row)| row[..=i].iter().copied());
+        Self {
+            rows: gram.rows,
+            power: gram.p,
+            power_squares: gram.pp,
+            with_power: gram.xp.to_vec(),
+            products: triangle.collect(),
+        }
+    }
+}
+
+impl<const P: usize> TryFrom<Written> for Gram<P> {
+    type Error = String;
+
+    fn try_from(written: Written) -> Result<Self, String> {
+        let Written { rows, power, power_squares, with_power, products } = written;
+        let found = (with_power.len(), products.len());
+        let expected = (P, P * (P + 1) / 2);
+        if found != expected {
+            return Err(format!(
+                "{} and {} sums; expected {} and {}",
+                found.0, found.1, expected.0, expected.1
+            ));
+        }
+        let mut gram = Self { pp: power_squares, p: power, rows, ..Self::default() };
+        gram.xp.copy_from_slice(&with_power);
+        let mut values = products.into_iter();
+        for (i, row) in gram.xx.iter_mut().enumerate() {
+            row[..=i].iter_mut().zip(&mut values).for_each(|(sum, value)| *sum = value);
+        }
+        Ok(gram)
+    }
 }
 
 impl<const P: usize> Default for Gram<P> {
@@ -100,6 +150,16 @@ impl<const P: usize> Gram<P> {
         self.pp += other.pp;
         self.p += other.p;
         self.rows += other.rows;
+    }
+
+    /// Σ (p − p̄)², W²: what there is to explain.
+    pub fn variation(&self) -> f64 {
+        (self.pp - self.p * self.p / self.rows.max(1) as f64).max(0.0)
+    }
+
+    /// Xᵀ(p − X β): the scores of these coefficients.
+    pub fn scores(&self, beta: &Vector<P>) -> Vector<P> {
+        self.xp() - self.xx() * beta
     }
 
     /// Rows summed.

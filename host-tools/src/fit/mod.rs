@@ -127,6 +127,17 @@ pub fn read_choosing<const N: usize>(
     Ok((dataset, choice.judged))
 }
 
+/// The filter's cutoff for these logs as [`read`] chooses it, Hz: the robot's, or by the data.
+///
+/// # Errors
+/// A log that cannot be read.
+pub fn choose_cutoff<const N: usize>(robot: &Robot, files: &[PathBuf], mass_kg: f64) -> Result<f64> {
+    match robot.filter_cutoff_hz() {
+        Some(given) => Ok(given),
+        None => cutoff::choose(robot, &Pilots::<N>::read(robot, files, mass_kg)?),
+    }
+}
+
 /// Chooses among further terms of the signed model for logs that are to be read as `core` says, without the rows of `held_out` times (s).
 ///
 /// # Errors

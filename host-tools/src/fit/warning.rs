@@ -31,7 +31,8 @@ pub enum Kind {
 }
 
 impl Warning {
-    pub(super) fn at_bound(at: &AtBound) -> Self {
+    /// A parameter at its bound.
+    pub fn at_bound(at: &AtBound) -> Self {
         let AtBound { description, bound, of_motor } = at;
         let whose = if *of_motor { "this robot's motor" } else { "a motor or a wheel" };
         let mut text = format!(

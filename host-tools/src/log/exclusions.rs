@@ -3,7 +3,7 @@
 use std::fmt;
 
 /// Rows left out so far.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Exclusions {
     /// 1 if the last line has no line end: the file was cut there, so even its whole fields may be short.
     pub cut_line: u64,

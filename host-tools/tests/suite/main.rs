@@ -25,6 +25,7 @@ mod estimate;
 mod extended;
 mod fit;
 mod flash;
+mod fleet;
 mod foreign_logs;
 mod fuzz;
 mod gap;
@@ -35,6 +36,7 @@ mod gap_power_only;
 mod gap_report;
 mod gap_simulation;
 mod gap_user_effects;
+mod gram;
 #[cfg(unix)]
 mod hostile_board;
 mod inspect;

@@ -1,5 +1,6 @@
 //! `cargo xtask bench`: the figures of the README, measured again.
 
+use crate::fleet;
 use crate::gap;
 use crate::instructions;
 use crate::robots;
@@ -8,10 +9,11 @@ use crate::steps::{Steps, Stop, command};
 type Measure = fn(&mut Steps) -> Result<(), Stop>;
 
 /// What can be measured.
-const BENCHES: [(&str, Measure); 7] = [
+const BENCHES: [(&str, Measure); 8] = [
     ("accuracy", |steps| host_bench(steps, "accuracy", "accuracy")),
     ("coverage", |steps| host_bench(steps, "coverage", "coverage")),
     ("fit-speed", |steps| host_bench(steps, "fit-speed", "fit_speed")),
+    ("fleet", fleet::run),
     ("gap", gap::run),
     ("instructions", instructions::run),
     ("robots", |steps| robots::run(steps, false)),

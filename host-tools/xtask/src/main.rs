@@ -3,6 +3,7 @@
 mod bench;
 mod circles;
 mod demo;
+mod fleet;
 mod fuzz;
 mod gap;
 mod images;
@@ -26,7 +27,7 @@ usage: cargo xtask <command>
          formatting, lints, documentation, tests on the host and on an emulated Cortex-M7, licences
   demo [--yes]
          record, fit, flash and estimate on the virtual board; plots go to demo-output/
-  bench [accuracy | coverage | fit-speed | gap | gap-mujoco | instructions | robots]
+  bench [accuracy | coverage | fit-speed | fleet | gap | gap-mujoco | instructions | robots]
          the figures of the README, measured again; minutes. gap: a night, gap-mujoco:
          most of an hour, only by name
   bench robots --json

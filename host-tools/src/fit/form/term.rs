@@ -20,14 +20,12 @@ pub enum Term {
     Delay,
     /// The scrub of a turn builds up with the distance rolled and saturates.
     SlipMemory,
-    /// The scrub needs some difference of the rims to build up, even on the spot.
-    Creep,
     /// The sides' Coulomb torques differ.
     UnequalSides,
 }
 
 /// In the order in which they are asked.
-pub const TERMS: [Term; 4] = [Term::Delay, Term::SlipMemory, Term::Creep, Term::UnequalSides];
+pub const TERMS: [Term; 3] = [Term::Delay, Term::SlipMemory, Term::UnequalSides];
 
 /// Delays that are tried lie this far apart, s,
 const DELAY_STEP_S: f64 = 0.05;
@@ -40,8 +38,6 @@ const LATEST: i32 = 10;
 const HALF_SLIPS: [f64; 6] = [0.01, 0.03, 0.1, 0.2, 0.4, 1.0];
 /// Relaxation lengths that are tried, rad of the wheel: from a tenth of a radius to three turns.
 const RELAXATIONS: [f64; 5] = [0.1, 0.5, 1.5, 5.0, 20.0];
-/// Creeps that are tried, rad/s between the rims: from a stiff contact to one that hardly holds.
-const CREEPS: [f64; 4] = [0.01, 0.03, 0.1, 0.3];
 
 /// Refinements end at this share of the interval between neighbours of the grid.
 const REFINED: f64 = 0.05;
@@ -54,7 +50,6 @@ impl Term {
         match self {
             Self::Delay => Unseen::Numbers,
             Self::SlipMemory if core.kinematics.scrubs() => Unseen::Numbers,
-            Self::Creep => Unseen::Numbers,
             Self::SlipMemory | Self::UnequalSides => Unseen::Parameters,
         }
     }
@@ -119,23 +114,14 @@ impl Term {
                     HALF_SLIPS.into_iter().flat_map(|c| RELAXATIONS.map(|relaxation| (c, relaxation)));
                 pairs
                     .map(|(half_slip, relaxation)| {
-                        let slip = SlipMemory { half_slip, relaxation, ..form.conditioning.slip };
-                        with(Conditioning { slip, ..form.conditioning })
+                        with(Conditioning { slip: SlipMemory { half_slip, relaxation }, ..form.conditioning })
                     })
                     .collect()
             }
-            // Of what has no slip memory, sgn is all that the data told.
-            Self::Creep if two_sided && form.conditioning.slip.half_slip > 0.0 => CREEPS
-                .into_iter()
-                .map(|creep| {
-                    let slip = SlipMemory { creep, ..form.conditioning.slip };
-                    with(Conditioning { slip, ..form.conditioning })
-                })
-                .collect(),
             Self::UnequalSides if two_sided && !form.unequal_sides => {
                 vec![Form { unequal_sides: true, ..*form }]
             }
-            Self::SlipMemory | Self::Creep | Self::UnequalSides => Vec::new(),
+            Self::SlipMemory | Self::UnequalSides => Vec::new(),
         }
     }
 
@@ -153,8 +139,6 @@ impl Term {
                 set(form, found.at);
             }
         };
-        // Neighbours of the grid are up to a factor of four apart.
-        let around = |value: f64| ((value / 4.0).ln(), (value * 4.0).ln());
         match self {
             Self::Delay => {
                 let at = form.conditioning.delay;
@@ -164,16 +148,14 @@ impl Term {
             }
             Self::SlipMemory => {
                 for _ in 0..ROUNDS {
-                    let SlipMemory { half_slip, relaxation, .. } = form.conditioning.slip;
+                    let SlipMemory { half_slip, relaxation } = form.conditioning.slip;
+                    // Neighbours of the grid are up to a factor of four apart.
+                    let around = |value: f64| ((value / 4.0).ln(), (value * 4.0).ln());
                     let (low, high) = around(half_slip);
                     along(&mut form, low, high, |form, log| form.conditioning.slip.half_slip = log.exp());
                     let (low, high) = around(relaxation);
                     along(&mut form, low, high, |form, log| form.conditioning.slip.relaxation = log.exp());
                 }
-            }
-            Self::Creep => {
-                let (low, high) = around(form.conditioning.slip.creep);
-                along(&mut form, low, high, |form, log| form.conditioning.slip.creep = log.exp());
             }
             Self::UnequalSides => {}
         }

@@ -113,29 +113,19 @@ fn nothing_is_taken_where_nothing_is() {
         let choice = chosen(Truth::default(), seed);
         assert_eq!(taken(&choice), [], "{choice:?}");
         assert_eq!(choice.form.conditioning, Conditioning::PLAIN);
-        // A contact creeps only beside slip memory.
-        assert_eq!(choice.judged.len(), TERMS.len() - 1);
+        assert_eq!(choice.judged.len(), TERMS.len());
     }
 }
 
 /// The filter has the speeds before the memory: slip and relaxation are those of filtered speeds, so some 15 % off.
 #[test]
 fn slip_memory_is_found() {
-    let slip = SlipMemory { half_slip: 0.15, relaxation: 1.5, creep: 0.0 };
+    let slip = SlipMemory { half_slip: 0.15, relaxation: 1.5 };
     let choice = chosen(Truth { slip, ..Truth::default() }, 1);
     assert_eq!(taken(&choice), [Term::SlipMemory], "{choice:?}");
     let found = choice.form.conditioning.slip;
     assert!((found.half_slip / slip.half_slip).ln().abs() < 0.15, "{found:?}");
     assert!((found.relaxation / slip.relaxation).ln().abs() < 0.3, "{found:?}");
-}
-
-#[test]
-fn creep_is_found_beside_slip_memory() {
-    let slip = SlipMemory { half_slip: 0.15, relaxation: 1.5, creep: 0.3 };
-    let choice = chosen(Truth { slip, ..Truth::default() }, 1);
-    assert_eq!(taken(&choice), [Term::SlipMemory, Term::Creep], "{choice:?}");
-    let found = choice.form.conditioning.slip;
-    assert!((found.creep / slip.creep).ln().abs() < 0.3, "{found:?}");
 }
 
 /// Four samples, to half of one: where a wheel or a turn changes its direction the power steps, and a step passes the filter's

@@ -71,6 +71,17 @@ impl Bounds {
         motor: Option<&Motor>,
         unequal_sides: bool,
     ) -> Self {
+        let speeds = rows.iter().flat_map(|row| &row.motion.wheels).map(|wheel| wheel.speed.abs());
+        Self::up_to(robot, speeds.fold(0.0, f64::max), motor, unequal_sides)
+    }
+
+    /// The same of rows whose fastest wheel turned at so many rad/s.
+    pub fn up_to<const N: usize>(
+        robot: &CoreRobot<f64, N>,
+        fastest: f64,
+        motor: Option<&Motor>,
+        unequal_sides: bool,
+    ) -> Self {
         // λ_max of M'' is the inertia per kilogram that the stiffest common motion shows to one wheel: r²/N where all drive
         // straight ahead.
         let wheels = N as f64;
@@ -80,8 +91,7 @@ impl Bounds {
         let radius = (wheels * per_wheel).sqrt();
         let per_kg = GRAVITY * radius / wheels;
         let (empty, full) = (robot.range.no_load(), robot.range.full_load());
-        let speeds = rows.iter().flat_map(|row| &row.motion.wheels).map(|wheel| wheel.speed.abs());
-        let fastest = speeds.fold(robot.dead_band.max(1e-3), f64::max);
+        let fastest = fastest.max(robot.dead_band).max(1e-3);
         let drag = full * per_kg / LEAST_EFFICIENCY;
         let stall = LEAST_GRADE * empty * per_kg;
         let widest = SPEED_RESERVE * fastest / (stall * LEAST_GEAR_EFFICIENCY.powi(2));
@@ -112,7 +122,7 @@ impl Bounds {
     }
 
     /// As the solver takes them.
-    pub(super) fn as_box(&self) -> &levenberg_marquardt::Bounds<Const<COUNT>> {
+    pub fn as_box(&self) -> &levenberg_marquardt::Bounds<Const<COUNT>> {
         &self.0
     }
 
@@ -127,7 +137,7 @@ impl Bounds {
     }
 
     /// Parameters at a bound other than 0.
-    pub(super) fn met_by(&self, parameters: &Parameters) -> Vec<AtBound> {
+    pub fn met_by(&self, parameters: &Parameters) -> Vec<AtBound> {
         let at = |place: usize| {
             let bounds = [self.0.lower[place], self.0.upper[place]];
             let met = bounds.into_iter().find(|bound| *bound != 0.0 && parameters[place] == *bound)?;

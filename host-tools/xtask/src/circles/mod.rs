@@ -37,9 +37,9 @@ const FLOORS: [&[&str]; 9] = [
     &["effects"],
     &["coefficients", "log"],
     &["fit"],
-    &["baselines", "board", "estimate", "inspect", "look"],
+    &["baselines", "board", "estimate", "gram", "inspect", "look"],
     &["compare", "virtual_board"],
-    &["gap", "reproduce"],
+    &["fleet", "gap", "reproduce"],
     &["cli"],
 ];
 

@@ -1,0 +1,87 @@
+//! `gmr fit --grams`: the fit from sums, without the logs.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::fit::ModelKind;
+use crate::gram::{self, Fitted, LeftOut, RunGram};
+use crate::output;
+use crate::robot::Robot;
+
+#[derive(Serialize)]
+struct Report<'a> {
+    robot: &'a str,
+    runs: usize,
+    filter_cutoff_hz: f64,
+    #[serde(flatten)]
+    fitted: &'a Fitted,
+    left_out: Option<&'a [LeftOut]>,
+}
+
+/// Fits `model` to the sums of these files; with `leave_one_out` also every run by what the others say.
+///
+/// # Errors
+/// Files that are no grams, of another robot, or read with different settings.
+pub(super) fn run<const N: usize>(
+    robot: &Robot,
+    files: &[PathBuf],
+    model: ModelKind,
+    leave_one_out: bool,
+    json: bool,
+) -> Result<()> {
+    let mut runs: Vec<RunGram> = Vec::new();
+    for file in files {
+        let read = gram::read_all(file)?;
+        if let Some(other) =
+            read.iter().find(|run| run.setting.robot != robot.name() || run.setting.wheels != N)
+        {
+            let message =
+                format!("{} is of robot {}; expected {}", other.run, other.setting.robot, robot.name());
+            return Err(Error::failed(message).in_file(file));
+        }
+        runs.extend(read);
+    }
+    let setting = &runs[0].setting;
+    let fitted = match model {
+        ModelKind::Signed => gram::signed(&robot.core::<N>(setting.filter_cutoff_hz)?, robot, &runs)?,
+        ModelKind::Eq18 | ModelKind::Eq18Published => gram::eq18(model, &runs)?,
+    };
+    let left_out = match (leave_one_out, model) {
+        (false, _) => None,
+        (true, ModelKind::Signed) => {
+            return Err(Error::usage(
+                "--leave-one-out with --model signed: expected eq18 or eq18-published, whose sums hold every row",
+            ));
+        }
+        (true, _) => Some(gram::leave_one_out(model, &runs)?),
+    };
+    fitted.warnings.iter().for_each(|warning| notice!("{warning}"));
+    if json {
+        return output::print_json(&Report {
+            robot: robot.name(),
+            runs: runs.len(),
+            filter_cutoff_hz: setting.filter_cutoff_hz,
+            fitted: &fitted,
+            left_out: left_out.as_deref(),
+        });
+    }
+    println!(
+        "{}: {} rows of {} runs, by their sums; R² {}, RMSE {:.4} W",
+        robot.name(),
+        fitted.rows,
+        runs.len(),
+        fitted.r2.map_or("–".to_owned(), |r2| format!("{r2:.5}")),
+        fitted.rmse_w
+    );
+    for parameter in &fitted.parameters {
+        let error = parameter.std_err.map_or("–".to_owned(), |error| format!("{error:.2e}"));
+        println!("  {:<14} {:>12.5e} ± {error:<9} {}", parameter.name, parameter.value, parameter.unit);
+    }
+    for run in left_out.iter().flatten() {
+        let r2 = run.r2.map_or("–".to_owned(), |r2| format!("{r2:.4}"));
+        println!("  without {}: R² {r2}, RMSE {:.4} W on its {} rows", run.run, run.rmse_w, run.rows);
+    }
+    Ok(())
+}

@@ -1,0 +1,185 @@
+//! `gmr fleet`: a folder of logs of many robots, ranked, and what changed on which since when.
+
+use std::path::{Path, PathBuf};
+
+use model_core::torque::TorqueModel;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::units::UnitArguments;
+use crate::error::{Error, Result};
+use crate::fleet::{self, Change, Drift, Judged, Log, Outcome, Standing, State};
+use crate::gram::{self, Conditioned, RunGram};
+use crate::log::checks::check_mass;
+use crate::output;
+use crate::progress::CountProgress;
+use crate::robot::Robot;
+use crate::with_wheels;
+
+/// Arguments of `gmr fleet`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Folder of logs (*.csv) in folders such as robot=7/day=2026-11-02, or 7/2026-11-02
+    #[arg(value_name = "FOLDER")]
+    source: PathBuf,
+    /// Coefficients of a clean fit (signed) of such a robot: what robots and days are held against
+    #[arg(long, value_name = "C.toml")]
+    coeffs: PathBuf,
+    /// The robot that they all are: a robot.toml, or burger, warthog, husky
+    #[arg(long, default_value = "burger")]
+    robot: PathBuf,
+    /// What folders are called, from the outermost one; robot and day among them
+    #[arg(long, value_name = "KEY,…", value_delimiter = ',', default_value = "robot,day")]
+    group: Vec<String>,
+    /// Where everything goes: grams.jsonl, fleet.html, fleet.json, and what has been read so far. A second run reads only what is new
+    #[arg(long, value_name = "FOLDER")]
+    out: PathBuf,
+    /// Total mass of logs without a mass_kg column, kg [default: the robot's mass without payload]
+    #[arg(long, value_name = "KG")]
+    mass: Option<f64>,
+    /// Figures as JSON on standard output
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    units: UnitArguments,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    logs: usize,
+    rows: u64,
+    robots: &'a [Standing],
+    changes: &'a [Change],
+    questions: usize,
+    threshold: Option<f64>,
+    silent: &'a [(String, String)],
+    runs: &'a [Judged],
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let robot = arguments.units.robot(&arguments.robot)?;
+    with_wheels!(robot, run_with(&robot, arguments))
+}
+
+fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
+    for key in ["robot", "day"] {
+        if !arguments.group.iter().any(|known| known == key) {
+            return Err(Error::usage(format!(
+                "--group without {key}; expected robot and day among the keys"
+            )));
+        }
+    }
+    let mass = arguments.mass.unwrap_or(robot.mass_no_load_kg());
+    check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
+    let how = Conditioned::<N>::near(robot, &arguments.coeffs, mass)?;
+    let reference = how.reference.as_ref().map_or(TorqueModel::default(), |(reference, _)| reference.torque);
+    let logs = fleet::find(&arguments.source, &arguments.group)?;
+    if let Some(inside) = logs.iter().find(|log| log.path.starts_with(&arguments.out)) {
+        return Err(Error::usage("is in the folder that is to be written; expected --out elsewhere")
+            .in_file(&inside.path));
+    }
+    // With other coefficients, units or masses everything is read again.
+    let settings = format!("{:?} {:?} {mass} {:?}", how.reference, robot, arguments.group);
+    let state = State::open(arguments.out.join("read"), &settings)?;
+    read_new(robot, &how, &logs, &state)?;
+    let (grams, mut judged) = collect(&logs, &state)?;
+    gram::write_all(&arguments.out.join("grams.jsonl"), &grams)?;
+    let verdicts: Vec<Judged> = grams.iter().map(|run| fleet::judge(run, &arguments.group)).collect();
+    let used: Vec<&RunGram> =
+        grams.iter().zip(&verdicts).filter(|(_, verdict)| verdict.is_used).map(|(run, _)| run).collect();
+    let standings = fleet::rank(&used);
+    let drift = fleet::changes(&used, &reference);
+    judged.extend(verdicts);
+    judged.sort_by(|a, b| a.run.cmp(&b.run));
+    fleet::save(&arguments.out.join("fleet.html"), &standings, &drift, &judged)?;
+    let report = Report {
+        logs: logs.len(),
+        rows: grams.iter().map(|run| run.summary.rows).sum(),
+        robots: &standings,
+        changes: &drift.changes,
+        questions: drift.asked,
+        threshold: drift.threshold,
+        silent: &drift.silent,
+        runs: &judged,
+    };
+    let file = arguments.out.join("fleet.json");
+    let text =
+        serde_json::to_string_pretty(&report).map_err(|error| Error::failed(error.to_string()))? + "\n";
+    output::write_whole(&file, |out| {
+        out.write_all(text.as_bytes()).map_err(|error| Error::io(&file, &error))
+    })?;
+    if arguments.json {
+        return output::print_json(&report);
+    }
+    print_text(&report, &drift, &arguments.out);
+    Ok(())
+}
+
+/// Reads what has not been read yet, a log a core.
+fn read_new<const N: usize>(robot: &Robot, how: &Conditioned<N>, logs: &[Log], state: &State) -> Result<()> {
+    let progress = CountProgress::new("logs read", logs.len() as u64);
+    logs.par_iter().try_for_each(|log| {
+        if state.done(log).is_none() {
+            let outcome = match gram::of_log(robot, how, &log.path) {
+                Ok(mut runs) => {
+                    for run in &mut runs {
+                        run.run = run.run.replacen(&log.path.display().to_string(), &log.name, 1);
+                        run.keys.clone_from(&log.keys);
+                    }
+                    Outcome::Read(runs)
+                }
+                Err(refused) => {
+                    Outcome::Refused(refused.to_string().replace(&log.path.display().to_string(), &log.name))
+                }
+            };
+            state.keep(log, outcome)?;
+        }
+        progress.one_more();
+        Ok(())
+    })
+}
+
+/// All that has been read, in the order of the logs: as it was kept, whoever read it.
+fn collect(logs: &[Log], state: &State) -> Result<(Vec<RunGram>, Vec<Judged>)> {
+    let (mut grams, mut refused) = (Vec::new(), Vec::new());
+    for log in logs {
+        match state.done(log) {
+            Some(Outcome::Read(runs)) => grams.extend(runs),
+            Some(Outcome::Refused(why)) => {
+                refused.push(Judged { run: log.name.clone(), is_used: false, notes: vec![why] });
+            }
+            None => return Err(Error::failed("has changed while it was read").in_file(&log.path)),
+        }
+    }
+    Ok((grams, refused))
+}
+
+fn print_text(report: &Report<'_>, drift: &Drift, out: &Path) {
+    let left_out = report.runs.iter().filter(|run| !run.is_used).count();
+    println!(
+        "{} logs, {} rows; {} runs, {left_out} of them left out",
+        report.logs,
+        report.rows,
+        report.runs.len()
+    );
+    for change in report.changes {
+        println!("{}", change.sentence());
+    }
+    if report.changes.is_empty() {
+        println!("no change that stands out of how runs differ by chance");
+    }
+    for (robot, why) in &drift.silent {
+        println!("{robot}: nothing can be said: {why}");
+    }
+    for standing in report.robots.iter().take(10) {
+        let cost = standing.energy_per_metre_j_m.map_or("–".to_owned(), |cost| format!("{cost:.3}"));
+        println!(
+            "  {:<20} {cost:>9} J/m at {:.2} kg over {:.0} m",
+            standing.robot, standing.mean_mass_kg, standing.distance_m
+        );
+    }
+    for run in report.runs.iter().filter(|run| !run.is_used) {
+        println!("  left out: {}: {}", run.run, run.notes.join("; "));
+    }
+    println!("wrote {}", out.join("fleet.html").display());
+}

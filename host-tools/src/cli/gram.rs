@@ -1,0 +1,119 @@
+//! `gmr gram`: logs to sums, from which fits are made without the logs.
+
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::overwrite::OverwriteArgument;
+use super::units::UnitArguments;
+use crate::error::{Error, Result};
+use crate::fit;
+use crate::gram::{self, Conditioned, RunGram};
+use crate::log::checks::check_mass;
+use crate::output::{self, check_apart};
+use crate::own::Form;
+use crate::robot::Robot;
+use crate::with_wheels;
+
+/// Arguments of `gmr gram`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Logs
+    #[arg(required = true, value_name = "RUN.csv")]
+    runs: Vec<PathBuf>,
+    /// The robot: a robot.toml, or burger, warthog, husky
+    #[arg(long, default_value = "burger")]
+    robot: PathBuf,
+    /// Where the sums go: JSON, a run a line
+    #[arg(long, value_name = "GRAMS.jsonl")]
+    out: PathBuf,
+    /// Cutoff of the filter, Hz; only sums of one cutoff add up [default: the robot's, or that of gmr fit for these logs]
+    #[arg(long, value_name = "HZ", conflicts_with = "coeffs")]
+    cutoff: Option<f64>,
+    /// Coefficients of gmr fit (signed): their filter, delay and slip memory, and sums near them that know clamped wheels, too
+    #[arg(long, value_name = "C.toml")]
+    coeffs: Option<PathBuf>,
+    /// Total mass of logs without a mass_kg column, kg [default: the robot's mass without payload]
+    #[arg(long, value_name = "KG")]
+    mass: Option<f64>,
+    /// Say what was written as JSON
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    units: UnitArguments,
+    #[command(flatten)]
+    overwrite: OverwriteArgument,
+}
+
+#[derive(Serialize)]
+struct Summary<'a> {
+    file: &'a Path,
+    runs: usize,
+    rows: u64,
+    filter_cutoff_hz: f64,
+    distance_m: f64,
+    energy_j: f64,
+    may_clamp_rows: u64,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let robot = arguments.units.robot(&arguments.robot)?;
+    with_wheels!(robot, run_with(&robot, arguments))
+}
+
+fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
+    let inputs = arguments.runs.iter().chain([&arguments.robot]).chain(&arguments.coeffs);
+    check_apart([arguments.out.as_path()], inputs.map(PathBuf::as_path))?;
+    arguments.overwrite.check([&arguments.out], Form::Grams)?;
+    let mass = arguments.mass.unwrap_or(robot.mass_no_load_kg());
+    check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
+    let how = match &arguments.coeffs {
+        Some(file) => Conditioned::<N>::near(robot, file, mass)?,
+        None => {
+            let cutoff = match arguments.cutoff {
+                Some(given) if given > 0.0 && given.is_finite() => given,
+                Some(given) => {
+                    return Err(Error::usage(format!("--cutoff {given}: expected a number above 0, Hz")));
+                }
+                None => fit::choose_cutoff::<N>(robot, &arguments.runs, mass)?,
+            };
+            Conditioned {
+                core: robot.core::<N>(cutoff)?,
+                drive: robot.drive(),
+                reference: None,
+                mass_kg: mass,
+            }
+        }
+    };
+    let of_logs: Vec<Result<Vec<RunGram>>> =
+        arguments.runs.par_iter().map(|log| gram::of_log(robot, &how, log)).collect();
+    let runs: Vec<RunGram> = of_logs.into_iter().collect::<Result<Vec<_>>>()?.into_iter().flatten().collect();
+    for run in runs.iter().filter(|run| run.summary.exclusions.total() > 0) {
+        notice!("{}: {}", run.run, run.summary.exclusions);
+    }
+    gram::write_all(&arguments.out, &runs)?;
+    let all = gram::total(&runs)?;
+    let summary = Summary {
+        file: &arguments.out,
+        runs: runs.len(),
+        rows: all.summary.rows,
+        filter_cutoff_hz: how.core.cutoff_hz,
+        distance_m: all.summary.distance_m,
+        energy_j: all.summary.energy_j,
+        may_clamp_rows: all.may_clamp,
+    };
+    if arguments.json {
+        return output::print_json(&summary);
+    }
+    println!(
+        "{}: {} runs, {} rows, {:.1} m, {:.1} J; filter {} Hz",
+        summary.file.display(),
+        summary.runs,
+        summary.rows,
+        summary.distance_m,
+        summary.energy_j,
+        summary.filter_cutoff_hz
+    );
+    Ok(())
+}

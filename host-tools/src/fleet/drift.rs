@@ -1,0 +1,303 @@
+//! Which coefficient of which robot is another since which day.
+//!
+//! A robot's runs are held against coefficients that are known ([`crate::gram::Local`]). A robot may differ from them in all coefficients,
+//! and always has: that is its own base. The question is a step in one of them from a day on:
+//!
+//! ```text
+//! Jᵀe of run r  =  N_r δ  +  [r from day d on] N_r v Δ  +  noise
+//! ```
+//!
+//! δ is the robot's own, v a coefficient, Δ its step. How much scores scatter from run to run is taken from the whole fleet, by the median over
+//! its robots, for the same v and d: that scatter, not the scatter of rows, is what a step has to stand out of. A step is named where it is
+//! beyond chance over all robots, coefficients and days that were asked (Bonferroni), and where no other coefficient explains it nearly as well.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use model_core::torque::TorqueModel;
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use super::keys::{DAY, ROBOT, key};
+use crate::fit::physical::{PARAMETERS, parameters};
+use crate::fit::verdict;
+use crate::gram::RunGram;
+use crate::numerics::robust::{NORMAL_95, median};
+
+/// Chance that a fleet in which nothing changes has any name.
+const FALSE_NAMES: f64 = 0.01;
+
+/// What two explanations must differ by in χ² to be told apart: odds of 100 to 1, 2 ln 100.
+const APART: f64 = 9.21;
+
+/// Fewest runs beyond two a robot, over the fleet, from which the scatter of runs is known.
+const LEAST_SPARE: usize = 10;
+
+/// Directions with less than this share of the most determined one's information say nothing.
+const DETERMINED: f64 = 1e-9;
+
+/// A step in one coefficient.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Change {
+    /// Which robot.
+    pub robot: String,
+    /// Which coefficient.
+    pub coefficient: String,
+    /// From this day on.
+    pub since: String,
+    /// Other days that explain it nearly as well.
+    pub or_since: Vec<String>,
+    /// By so much, in `unit`.
+    pub step: f64,
+    /// Half of its 95 % interval.
+    pub plus_minus: f64,
+    /// Of step and interval.
+    pub unit: String,
+    /// Step in percent of the coefficient that the fleet is held against; none where that is 0.
+    pub percent: Option<f64>,
+    /// Half of its 95 % interval.
+    pub percent_plus_minus: Option<f64>,
+    /// Other coefficients that explain it nearly as well: then it is none of them by name.
+    pub or_coefficients: Vec<String>,
+}
+
+impl Change {
+    /// One sentence.
+    pub fn sentence(&self) -> String {
+        let size = match (self.percent, self.percent_plus_minus) {
+            (Some(percent), Some(plus_minus)) => format!("{percent:+.1} ± {plus_minus:.1} %"),
+            _ => format!("{:+.3e} ± {:.1e} {}", self.step, self.plus_minus, self.unit),
+        };
+        let mut text = format!("{}: {} since {}, {size}", self.robot, self.coefficient, self.since);
+        if !self.or_since.is_empty() {
+            text += &format!("; or since {}", self.or_since.join(", "));
+        }
+        if !self.or_coefficients.is_empty() {
+            text += &format!("; it may as well be {}", self.or_coefficients.join(", "));
+        }
+        text
+    }
+}
+
+/// What was asked, and what came of it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Drift {
+    /// Steps beyond chance, by robot.
+    pub changes: Vec<Change>,
+    /// Robots, times coefficients, times days that were asked.
+    pub asked: usize,
+    /// What a step must be in standard errors to stand.
+    pub threshold: Option<f64>,
+    /// Robots of which nothing can be said, and why.
+    pub silent: Vec<(String, String)>,
+}
+
+/// A coefficient, or a combination of some, that may change.
+struct Direction {
+    name: String,
+    unit: &'static str,
+    along: DVector<f64>,
+    /// What it is now.
+    value: f64,
+}
+
+/// One side's wheels: a0 of both sides and the imbalance together (right a0 + d, left a0 − d).
+const SIDES: [(&str, f64); 2] = [("coulomb of the left wheels", -0.5), ("coulomb of the right wheels", 0.5)];
+
+fn directions(reference: &TorqueModel<f64>, has_sides: bool) -> Vec<Direction> {
+    let values = parameters(reference);
+    let unit = |place: usize| DVector::from_fn(PARAMETERS, |i, _| if i == place { 1.0 } else { 0.0 });
+    let plain = verdict::TORQUE.iter().enumerate().map(|(place, description)| Direction {
+        name: description.name.to_owned(),
+        unit: description.unit,
+        along: unit(place),
+        value: values[place],
+    });
+    let sides = SIDES.iter().filter(|_| has_sides).map(|(name, share)| Direction {
+        name: (*name).to_owned(),
+        unit: verdict::TORQUE[0].unit,
+        along: unit(0) * 0.5 + unit(PARAMETERS - 1) * *share,
+        value: values[0],
+    });
+    plain.chain(sides).collect()
+}
+
+/// A run's sums.
+struct Run<'a> {
+    day: &'a str,
+    normal: DMatrix<f64>,
+    score: DVector<f64>,
+}
+
+/// A robot with a base of its own.
+struct Robot<'a> {
+    name: &'a str,
+    days: Vec<&'a str>,
+    runs: Vec<Run<'a>>,
+    /// (Σ N)⁺.
+    inverse: DMatrix<f64>,
+    total: DMatrix<f64>,
+}
+
+/// A step of a robot, asked.
+struct Asked {
+    direction: usize,
+    day: usize,
+    step: f64,
+    information: f64,
+    /// Σ (score left)² / Σ information of the runs, for the runs that are to spare.
+    scatter: f64,
+}
+
+/// Looks for steps in all coefficients of all robots, from every day but the first. Runs are those that count, near `reference`.
+pub fn changes(runs: &[&RunGram], reference: &TorqueModel<f64>) -> Drift {
+    let mut drift = Drift { changes: Vec::new(), asked: 0, threshold: None, silent: Vec::new() };
+    let mut grouped: BTreeMap<&str, Vec<Run<'_>>> = BTreeMap::new();
+    for run in runs {
+        if let Some(local) = &run.local {
+            let sums = Run { day: key(run, DAY), normal: local.matrix(), score: local.scores() };
+            grouped.entry(key(run, ROBOT)).or_default().push(sums);
+        }
+    }
+    let mut robots = Vec::new();
+    for (name, runs) in grouped {
+        match Robot::new(name, runs) {
+            Ok(robot) => robots.push(robot),
+            Err(why) => drift.silent.push((name.to_owned(), why)),
+        }
+    }
+    let spare: usize = robots.iter().map(|robot| robot.runs.len() - 2).sum();
+    if spare < LEAST_SPARE {
+        let why = format!(
+            "the fleet has {spare} runs beyond two a robot; {LEAST_SPARE} tell how much runs differ by chance"
+        );
+        drift.silent.extend(robots.iter().map(|robot| (robot.name.to_owned(), why.clone())));
+        return drift;
+    }
+    let has_sides = robots.iter().any(|robot| robot.total[(PARAMETERS - 1, PARAMETERS - 1)] > 0.0);
+    let directions = directions(reference, has_sides);
+    let asked: Vec<Vec<Asked>> = robots.iter().map(|robot| robot.ask(&directions)).collect();
+    drift.asked = asked.iter().map(Vec::len).sum();
+    // What scatter a coefficient has, over the fleet: robots that changed are the few.
+    let scatters: Vec<f64> = (0..directions.len())
+        .map(|direction| {
+            let of = asked.iter().flatten().filter(|one| one.direction == direction);
+            median(&mut of.map(|one| one.scatter).collect::<Vec<f64>>()).unwrap_or(0.0)
+        })
+        .collect();
+    let Ok(student) = StudentsT::new(0.0, 1.0, spare as f64) else { return drift };
+    let threshold = -student.inverse_cdf(FALSE_NAMES / (2.0 * drift.asked.max(1) as f64));
+    drift.threshold = Some(threshold);
+    for (robot, asked) in robots.iter().zip(&asked) {
+        drift.changes.extend(named(robot, asked, &directions, &scatters, threshold));
+    }
+    drift
+}
+
+impl<'a> Robot<'a> {
+    fn new(name: &'a str, runs: Vec<Run<'a>>) -> Result<Self, String> {
+        let days: Vec<&str> = runs.iter().map(|run| run.day).collect::<BTreeSet<_>>().into_iter().collect();
+        if days.len() < 2 {
+            return Err("one day only: nothing to compare it with".to_owned());
+        }
+        if runs.len() < 3 {
+            return Err(format!("{} runs only: no scatter to hold a step against", runs.len()));
+        }
+        let total = runs.iter().fold(DMatrix::zeros(PARAMETERS, PARAMETERS), |sum, run| sum + &run.normal);
+        Ok(Self { name, days, inverse: pseudo_inverse(&total), total, runs })
+    }
+
+    /// Every coefficient from every day but the first.
+    fn ask(&self, directions: &[Direction]) -> Vec<Asked> {
+        let scores = self.runs.iter().fold(DVector::zeros(PARAMETERS), |sum, run| sum + &run.score);
+        let base = &self.inverse * scores;
+        let mut all = Vec::new();
+        for (place, direction) in directions.iter().enumerate() {
+            for day in 1..self.days.len() {
+                all.extend(self.ask_one(&base, place, direction, day));
+            }
+        }
+        all
+    }
+
+    fn ask_one(&self, base: &DVector<f64>, place: usize, direction: &Direction, day: usize) -> Option<Asked> {
+        let since = self.days[day];
+        let after = |run: &Run<'_>| run.day >= since;
+        let moment = self.runs.iter().filter(|run| after(run));
+        let moment = moment.fold(DVector::zeros(PARAMETERS), |sum, run| sum + &run.normal * &direction.along);
+        // What of the step the robot's own base could be.
+        let absorbed = &self.inverse * moment;
+        let of_run = |run: &Run<'_>| {
+            let left = if after(run) { &direction.along - &absorbed } else { -&absorbed };
+            let information = left.dot(&(&run.normal * &left));
+            let score = left.dot(&(&run.score - &run.normal * base));
+            (information, score)
+        };
+        let each: Vec<(f64, f64)> = self.runs.iter().map(of_run).collect();
+        let information: f64 = each.iter().map(|(information, _)| information).sum();
+        let own: f64 = direction.along.dot(&(&self.total * &direction.along));
+        if information.is_nan() || information <= DETERMINED * own {
+            return None;
+        }
+        let step = each.iter().map(|(_, score)| score).sum::<f64>() / information;
+        let left: f64 = each.iter().map(|(information, score)| (score - step * information).powi(2)).sum();
+        let spare = (self.runs.len() - 2) as f64;
+        let scatter = left / information * self.runs.len() as f64 / spare;
+        Some(Asked { direction: place, day, step, information, scatter })
+    }
+}
+
+/// The step that explains most, where it is beyond chance.
+fn named(
+    robot: &Robot<'_>,
+    asked: &[Asked],
+    directions: &[Direction],
+    scatters: &[f64],
+    threshold: f64,
+) -> Option<Change> {
+    let gain = |one: &Asked| one.step * one.step * one.information / scatters[one.direction];
+    let best = asked.iter().filter(|one| gain(one).is_finite()).max_by(|a, b| gain(a).total_cmp(&gain(b)))?;
+    let most = gain(best);
+    if most < threshold * threshold {
+        return None;
+    }
+    let near = || asked.iter().filter(|one| most - gain(one) < APART);
+    let others: BTreeSet<usize> =
+        near().filter(|one| one.direction != best.direction).map(|one| one.direction).collect();
+    let days: BTreeSet<usize> = near()
+        .filter(|one| one.direction == best.direction && one.day != best.day)
+        .map(|one| one.day)
+        .collect();
+    let direction = &directions[best.direction];
+    let plus_minus = NORMAL_95 * (scatters[best.direction] / best.information).sqrt();
+    let percent = |amount: f64| (direction.value > 0.0).then(|| 100.0 * amount / direction.value);
+    Some(Change {
+        robot: robot.name.to_owned(),
+        coefficient: direction.name.clone(),
+        since: robot.days[best.day].to_owned(),
+        or_since: days.into_iter().map(|day| robot.days[day].to_owned()).collect(),
+        step: best.step,
+        plus_minus,
+        unit: direction.unit.to_owned(),
+        percent: percent(best.step),
+        percent_plus_minus: percent(plus_minus),
+        or_coefficients: others.into_iter().map(|other| directions[other].name.clone()).collect(),
+    })
+}
+
+/// Of a Gram matrix, within what it determines.
+fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    let size = matrix.nrows();
+    let scale =
+        DVector::from_fn(size, |i, _| if matrix[(i, i)] > 0.0 { 1.0 / matrix[(i, i)].sqrt() } else { 0.0 });
+    let scaled = DMatrix::from_fn(size, size, |i, j| matrix[(i, j)] * scale[i] * scale[j]);
+    let eigen = scaled.symmetric_eigen();
+    let most = eigen.eigenvalues.max();
+    let mut inverse = DMatrix::zeros(size, size);
+    for (value, direction) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+        if *value > DETERMINED * most {
+            inverse.ger(1.0 / value, &direction, &direction, 1.0);
+        }
+    }
+    DMatrix::from_fn(size, size, |i, j| inverse[(i, j)] * scale[i] * scale[j])
+}

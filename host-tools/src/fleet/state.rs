@@ -1,0 +1,86 @@
+//! What has been read already: a small file a log, whole or not there, so that whoever is killed goes on where they were.
+
+use std::path::{Path, PathBuf};
+
+use crc::{CRC_64_XZ, Crc};
+use serde::{Deserialize, Serialize};
+
+use super::source::Log;
+use crate::coefficients::FittedLog;
+use crate::error::{Error, Result};
+use crate::gram::RunGram;
+use crate::output::write_whole;
+
+/// A folder of such files.
+#[derive(Debug, Clone)]
+pub struct State {
+    folder: PathBuf,
+    /// Checksum of what they were made with.
+    settings: String,
+}
+
+/// What came of a log.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outcome {
+    /// The sums of its runs.
+    Read(Vec<RunGram>),
+    /// Why it cannot be read.
+    Refused(String),
+}
+
+#[derive(Serialize, Deserialize)]
+struct Done {
+    log: String,
+    fingerprint: Option<String>,
+    settings: String,
+    outcome: Outcome,
+}
+
+impl State {
+    /// In this folder, made where it is not there, of logs that are read with these settings.
+    ///
+    /// # Errors
+    /// What the operating system refuses.
+    pub fn open(folder: PathBuf, settings: &str) -> Result<Self> {
+        std::fs::create_dir_all(&folder).map_err(|error| Error::io(&folder, &error))?;
+        let settings = format!("{:016x}", Crc::<u64>::new(&CRC_64_XZ).checksum(settings.as_bytes()));
+        Ok(Self { folder, settings })
+    }
+
+    fn file(&self, log: &Log) -> PathBuf {
+        let name = Crc::<u64>::new(&CRC_64_XZ).checksum(log.name.as_bytes());
+        self.folder.join(format!("{name:016x}.json"))
+    }
+
+    /// What came of a log, if it was read with these settings and has not changed since. What is no such file is as good as none.
+    pub fn done(&self, log: &Log) -> Option<Outcome> {
+        let text = std::fs::read_to_string(self.file(log)).ok()?;
+        let done: Done = serde_json::from_str(&text).ok()?;
+        let same = done.log == log.name
+            && done.settings == self.settings
+            && done.fingerprint == fingerprint(&log.path);
+        same.then_some(done.outcome)
+    }
+
+    /// Keeps what came of a log.
+    ///
+    /// # Errors
+    /// What the operating system refuses.
+    pub fn keep(&self, log: &Log, outcome: Outcome) -> Result<()> {
+        let file = self.file(log);
+        let done = Done {
+            log: log.name.clone(),
+            fingerprint: fingerprint(&log.path),
+            settings: self.settings.clone(),
+            outcome,
+        };
+        let text =
+            serde_json::to_string(&done).map_err(|error| Error::failed(error.to_string()).in_file(&file))?;
+        write_whole(&file, |out| out.write_all(text.as_bytes()).map_err(|error| Error::io(&file, &error)))
+    }
+}
+
+fn fingerprint(log: &Path) -> Option<String> {
+    FittedLog::now(log).ok().and_then(|log| log.fingerprint)
+}

@@ -1,0 +1,113 @@
+//! The signed model away from its clamp: a polynomial of its parameters over 21 regressors, so that its cost is a sum over rows that no
+//! later question needs again.
+//!
+//! ```text
+//! P = β(θ)ᵀ x,   Σ (p − β(θ)ᵀ x)² = pᵀp − 2 β(θ)ᵀ Xᵀp + β(θ)ᵀ XᵀX β(θ)
+//! ```
+//!
+//! β(θ) are [`TorqueModel::expand`] and [`TorqueModel::expand_scrub`]; both sides are taken for alike.
+
+use model_core::eq18::{self, Gate, REGRESSORS};
+use model_core::motion::Motion;
+use model_core::torque::{self, Drive, SCRUB_POWERS, SCRUB_PRODUCTS, TorqueModel};
+use nalgebra::{Const, SMatrix, SVector};
+
+use crate::fit::gram::{Gram, Vector};
+use crate::fit::physical::{PARAMETERS, Parameters, torque};
+use crate::numerics::levenberg_marquardt::LeastSquares;
+
+/// Regressors of the signed model.
+pub(super) const PRODUCTS: usize = REGRESSORS + SCRUB_PRODUCTS;
+
+type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
+
+/// Regressors of a motion at a total mass in kg.
+pub(super) fn regressors<const N: usize>(motion: &Motion<f64, N>, mass: f64) -> [f64; PRODUCTS] {
+    let shared = eq18::regressors(Gate::Signed, &eq18::products(Gate::Signed, motion), mass);
+    let scrub = torque::scrub_products(motion);
+    std::array::from_fn(|i| match i.checked_sub(REGRESSORS) {
+        None => shared[i],
+        Some(place) => scrub[place] * mass.powi(i32::from(SCRUB_POWERS[place])),
+    })
+}
+
+/// No wheel can be clamped, whatever the parameters: what drives it, drives it along its motion.
+pub(super) fn cannot_clamp<const N: usize>(motion: &Motion<f64, N>, drive: Drive) -> bool {
+    let along = |wheel: &model_core::motion::Wheel<f64>| {
+        let parts = [wheel.acceleration, wheel.inertial_torque, wheel.scrub];
+        parts.into_iter().all(|part| part * wheel.direction >= 0.0)
+    };
+    drive == Drive::Regenerative || motion.wheels.iter().all(along)
+}
+
+/// β(θ).
+pub(super) fn expand(torque: &TorqueModel<f64>) -> Vector<PRODUCTS> {
+    let (shared, scrub) = (torque.expand(), torque.expand_scrub());
+    Vector::from_fn(|i, _| *shared.get(i).unwrap_or_else(|| &scrub[i - REGRESSORS]))
+}
+
+/// ∂β/∂θ; none of the imbalance.
+fn jacobian(torque: &TorqueModel<f64>) -> SMatrix<f64, PRODUCTS, PARAMETERS> {
+    let (shared, scrub) = (torque.expansion_jacobian(), torque.scrub_jacobian());
+    SMatrix::from_fn(|i, j| {
+        let row = shared.get(i).unwrap_or_else(|| &scrub[i - REGRESSORS]);
+        row.get(j).copied().unwrap_or(0.0)
+    })
+}
+
+/// The cost of rows by their sums.
+pub(super) struct Cost<'a> {
+    gram: &'a Gram<PRODUCTS>,
+    products: SMatrix<f64, PRODUCTS, PRODUCTS>,
+}
+
+impl<'a> Cost<'a> {
+    pub(super) fn of(gram: &'a Gram<PRODUCTS>) -> Self {
+        Self { gram, products: gram.xx() }
+    }
+
+    /// Where a search begins: shares of what each parameter of a linear part explains alone, and a winding loss per mechanical power.
+    pub(super) fn starts(&self) -> Vec<Parameters> {
+        /// Of coulomb, rolling, viscous, rotor inertia, inertia gain and scrub: their products where κ is 0.
+        const LINEAR: [(usize, usize); 6] = [(0, 6), (1, 7), (2, 3), (3, 12), (4, 13), (6, REGRESSORS)];
+        const LOSSES: [f64; 4] = [0.0, 0.1, 1.0, 10.0];
+        const INERTIAS: [f64; 2] = [0.05, 0.5];
+        let with = self.gram.xp();
+        let mut alone = Parameters::zeros();
+        for (parameter, product) in LINEAR {
+            let own = self.products[(product, product)];
+            alone[parameter] = if own > 0.0 { (with[product] / own).max(0.0) } else { 0.0 };
+        }
+        let speed = (self.products[(6, 6)] / self.gram.rows().max(1) as f64).sqrt();
+        let mut starts = Vec::new();
+        for loss in LOSSES {
+            for inertia in INERTIAS {
+                let share = 0.3 / (1.0 + loss);
+                let shares = [share, share, share, inertia, inertia, 0.0, share, 0.0];
+                let mut start = Parameters::from_fn(|i, _| shares[i] * alone[i]);
+                start[5] = loss * speed.max(1e-9) / alone[0].max(1e-9);
+                starts.push(start);
+            }
+        }
+        starts
+    }
+}
+
+impl LeastSquares<Const<PARAMETERS>> for Cost<'_> {
+    fn cost(&self, parameters: &Parameters) -> f64 {
+        self.gram.cost(&expand(&torque(parameters))) * self.gram.rows().max(1) as f64
+    }
+
+    fn derivatives(&self, parameters: &Parameters) -> (Parameters, Matrix) {
+        let torque = torque(parameters);
+        let slopes = jacobian(&torque);
+        let scores: SVector<f64, PRODUCTS> = self.gram.scores(&expand(&torque));
+        (-(slopes.transpose() * scores), slopes.transpose() * self.products * slopes)
+    }
+}
+
+/// Normal matrix and scores in θ of these sums.
+pub(super) fn normal(gram: &Gram<PRODUCTS>, at: &TorqueModel<f64>) -> (Matrix, Parameters) {
+    let slopes = jacobian(at);
+    (slopes.transpose() * gram.xx() * slopes, slopes.transpose() * gram.scores(&expand(at)))
+}

@@ -1,0 +1,124 @@
+//! `gmr fleet`: who changed since when, what is left out, and that whoever is killed goes on.
+
+use std::time::Duration;
+
+use assert_cmd::cargo::CommandCargoExt as _;
+use serde_json::Value;
+
+use crate::common::Bench;
+
+const ROBOTS: [&str; 4] = ["a", "b", "c", "d"];
+const DAYS: [&str; 4] = ["2026-11-02", "2026-11-03", "2026-11-04", "2026-11-05"];
+const FLEET: [&str; 6] = ["fleet", "logs", "--coeffs", "c.toml", "--out", "out"];
+
+/// Four robots on four days, two runs of 40 s each, at payloads that change from run to run. From the third day on the right wheel of c drags.
+fn fleet(days: usize) -> Bench {
+    let bench = Bench::new();
+    bench.simulate("empty.csv", &["--duration", "60", "--rate", "20", "--mass", "1", "--seed", "901"]);
+    bench.simulate("full.csv", &["--duration", "60", "--rate", "20", "--mass", "6", "--seed", "902"]);
+    bench.done(&["fit", "--out", "c.toml", "empty.csv", "full.csv"]);
+    for (r, robot) in ROBOTS.iter().enumerate() {
+        for (d, day) in DAYS.iter().take(days).enumerate() {
+            let folder = format!("logs/robot={robot}/day={day}");
+            std::fs::create_dir_all(bench.path(&folder)).unwrap();
+            for run in 0..2 {
+                let number = 8 * r + 2 * d + run;
+                let (seed, mass) = (number.to_string(), (1 + number % 5).to_string());
+                let out = format!("{folder}/{run}.csv");
+                let mut rest = vec!["--duration", "40", "--rate", "20", "--seed", &seed, "--mass", &mass];
+                rest.extend(["--columns", "command"]);
+                if *robot == "c" && d >= 2 {
+                    rest.extend(["--effect", "wheel-drag=0.02"]);
+                }
+                bench.simulate(&out, &rest);
+            }
+        }
+    }
+    bench
+}
+
+fn notes<'a>(report: &'a Value, run: &str) -> (&'a Value, String) {
+    let runs = report["runs"].as_array().unwrap();
+    let found = runs.iter().find(|one| one["run"] == run).unwrap_or_else(|| panic!("no {run}: {runs:?}"));
+    (&found["is_used"], found["notes"].to_string())
+}
+
+#[test]
+fn the_robot_that_changed_is_named_with_its_day_and_no_other() {
+    let bench = fleet(4);
+    let report = bench.json(&FLEET);
+    let changes = report["changes"].as_array().unwrap();
+    println!("{changes:?}");
+    assert_eq!(changes.len(), 1, "{changes:?}");
+    let change = &changes[0];
+    assert_eq!((&change["robot"], &change["since"]), (&Value::from("c"), &Value::from(DAYS[2])), "{change}");
+    let named = format!("{} {}", change["coefficient"], change["or_coefficients"]);
+    assert!(named.contains("coulomb"), "{change}");
+    assert_eq!(report["robots"].as_array().unwrap().len(), 4);
+    assert!(bench.text("out/fleet.html").contains("since 2026-11-04"));
+
+    // Runs that are not what they should be are said each, and the rest goes on with the same answer.
+    let log = |name: &str| format!("logs/robot={name}");
+    let text = bench.text(&(log("a") + "/day=2026-11-02/0.csv"));
+    let put = |name: &str, text: &str| bench.put(&(log("a") + "/day=2026-11-02/" + name), text);
+    put("cut.csv", text.trim_end());
+    let mut lines: Vec<&str> = text.lines().collect();
+    lines.swap(100, 200);
+    put("jumps.csv", &(lines.join("\n") + "\n"));
+    let scaled = |line: &str| {
+        let fields = line.split(',').enumerate().map(|(place, field)| match field.parse::<f64>() {
+            Ok(speed) if place == 1 || place == 2 => (1.2 * speed).to_string(),
+            _ => field.to_owned(),
+        });
+        fields.collect::<Vec<_>>().join(",")
+    };
+    put("radius.csv", &(text.lines().map(scaled).collect::<Vec<_>>().join("\n") + "\n"));
+    bench.simulate(
+        &(log("b") + "/day=2026-11-02/stands.csv"),
+        &["--duration", "40", "--rate", "20", "--profile", "standstill"],
+    );
+    let again = bench.json(&FLEET);
+    assert_eq!(again["changes"][0]["robot"], "c");
+    assert_eq!(again["changes"].as_array().unwrap().len(), 1, "{}", again["changes"]);
+    let a = "robot=a/day=2026-11-02/";
+    let (is_used, said) = notes(&again, &format!("{a}cut.csv"));
+    assert!(*is_used == true && said.contains("the file was cut there"), "{said}");
+    let (is_used, said) = notes(&again, &format!("{a}jumps.csv"));
+    assert!(*is_used == false && said.contains("expected time to increase"), "{said}");
+    let (is_used, said) = notes(&again, &format!("{a}radius.csv"));
+    assert!(*is_used == false && said.contains("of another radius"), "{said}");
+    let (is_used, said) = notes(&again, "robot=b/day=2026-11-02/stands.csv");
+    assert!(*is_used == false && said.contains("does not move"), "{said}");
+}
+
+/// Ten times, at ten moments; then to the end: the bytes of a run that nobody disturbed.
+#[test]
+fn killed_and_resumed_it_writes_the_same() {
+    let bench = fleet(2);
+    bench.done(&FLEET);
+    let outputs = ["grams.jsonl", "fleet.html", "fleet.json"];
+    let undisturbed = outputs.map(|name| bench.text(&format!("out/{name}")));
+    std::fs::remove_dir_all(bench.path("out")).unwrap();
+    let mut killed = 0;
+    for moment in 0..10 {
+        let mut child = std::process::Command::cargo_bin("gmr")
+            .unwrap()
+            .args(FLEET)
+            .current_dir(bench.path(""))
+            .stdout(std::process::Stdio::null())
+            .stderr(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(Duration::from_millis(2 + 3 * moment));
+        child.kill().unwrap();
+        killed += u32::from(!child.wait().unwrap().success());
+    }
+    assert!(killed > 0, "every run was over before it was killed");
+    bench.done(&FLEET);
+    assert!(outputs.map(|name| bench.text(&format!("out/{name}"))) == undisturbed);
+
+    // A second run reads no log: they may be anything of the same size and ends.
+    let before = std::fs::metadata(bench.path("out/read")).unwrap().modified().unwrap();
+    bench.done(&FLEET);
+    assert_eq!(std::fs::metadata(bench.path("out/read")).unwrap().modified().unwrap(), before);
+}

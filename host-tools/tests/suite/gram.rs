@@ -1,0 +1,132 @@
+//! `gmr gram` and `gmr fit --grams`: sums say what the rows say, or say that they do not.
+
+use serde_json::Value;
+
+use crate::common::{Bench, NAMES, ROBOT, TRUTH, drive, number};
+
+/// Three logs of 40 s that the model made.
+fn bench() -> Bench {
+    let bench = Bench::new();
+    bench.put("robot.toml", ROBOT);
+    for (name, mass) in [("light.csv", 1.0), ("middle.csv", 3.0), ("heavy.csv", 6.0)] {
+        bench.put(name, drive(40.0, 50.0, |_| mass));
+    }
+    bench
+}
+
+const LOGS: [&str; 3] = ["light.csv", "middle.csv", "heavy.csv"];
+
+fn gram(bench: &Bench, out: &str, logs: &[&str]) {
+    bench.done(&[&["gram", "--robot", "robot.toml", "--out", out], logs].concat());
+}
+
+fn fit(bench: &Bench, rest: &[&str]) -> Value {
+    bench.json(&[&["fit", "--robot", "robot.toml"], rest].concat())
+}
+
+fn values(report: &Value) -> Vec<f64> {
+    report["parameters"].as_array().unwrap().iter().map(|one| number(&one["value"])).collect()
+}
+
+/// Sums of n numbers in another order differ by n ε of their size, some 1e-12; the condition of Eq. 18's scaled columns, up to 1e6, is
+/// what of that reaches the coefficients, in shares of the greatest contribution.
+fn assert_same(a: &Value, b: &Value) {
+    for (a, b) in values(a).iter().zip(values(b)) {
+        assert!((a - b).abs() <= 1e-6 * b.abs().max(1e-6), "{a} {b}");
+    }
+    assert!(
+        (number(&a["rmse_w"]) / number(&b["rmse_w"]) - 1.0).abs() < 1e-9,
+        "{} {}",
+        a["rmse_w"],
+        b["rmse_w"]
+    );
+}
+
+#[test]
+fn eq18_is_the_same_from_sums_as_from_rows() {
+    let bench = bench();
+    gram(&bench, "g.jsonl", &LOGS);
+    for model in ["eq18", "eq18-published"] {
+        let rows = fit(&bench, &[&["--model", model, "--method", "nnls"], &LOGS[..]].concat());
+        let sums = fit(&bench, &["--model", model, "--grams", "g.jsonl"]);
+        assert_same(&sums, &rows);
+        assert_eq!(sums["rows"], rows["samples"], "all rows behind the filter are in the sums");
+    }
+}
+
+/// Whoever summed first, and however they were kept.
+#[test]
+fn sums_add_up_in_any_order() {
+    let bench = bench();
+    gram(&bench, "all.jsonl", &LOGS);
+    gram(&bench, "one.jsonl", &["heavy.csv"]);
+    gram(&bench, "two.jsonl", &["middle.csv", "light.csv"]);
+    let together = fit(&bench, &["--model", "eq18", "--grams", "all.jsonl"]);
+    for order in [["one.jsonl", "two.jsonl"], ["two.jsonl", "one.jsonl"]] {
+        assert_same(&fit(&bench, &["--model", "eq18", "--grams", order[0], order[1]]), &together);
+    }
+    let line = bench.text("all.jsonl").lines().map(str::len).max().unwrap();
+    assert!(line < 20_000, "a run takes {line} bytes");
+}
+
+/// Rows in which no wheel can be clamped are exact for the model that made them: what is left is the filter, as in `fit`.
+#[test]
+fn the_signed_model_is_fitted_to_what_its_clamp_leaves_alone_and_says_so() {
+    let bench = bench();
+    gram(&bench, "g.jsonl", &LOGS);
+    let report = fit(&bench, &["--grams", "g.jsonl"]);
+    for ((name, truth), found) in NAMES.into_iter().zip(TRUTH).zip(values(&report)) {
+        assert!((found / truth - 1.0).abs() < 0.02, "{name}: {found} {truth}");
+    }
+    let left_out = number(&report["left_out_rows"]);
+    assert!(left_out > 0.0);
+    let warnings = report["warnings"].to_string();
+    assert!(warnings.contains(&format!("the other {left_out} need their rows")), "{warnings}");
+    assert!(warnings.contains("no standard errors"), "three runs cannot tell them: {warnings}");
+}
+
+/// As fitted to the others alone, and held against the run's own sums: Σ (p − β x)² = pᵀp − 2 βᵀXᵀp + βᵀXᵀX β.
+#[test]
+fn a_run_is_predicted_by_the_others() {
+    let bench = bench();
+    gram(&bench, "g.jsonl", &LOGS);
+    let report = fit(&bench, &["--model", "eq18", "--grams", "g.jsonl", "--leave-one-out"]);
+    let left_out = report["left_out"].as_array().unwrap();
+    let names: Vec<&str> = left_out.iter().map(|one| one["run"].as_str().unwrap()).collect();
+    assert_eq!(names, LOGS);
+    for (place, one) in left_out.iter().enumerate() {
+        let others: Vec<&str> = LOGS.into_iter().filter(|log| *log != LOGS[place]).collect();
+        gram(&bench, "others.jsonl", &others);
+        let beta = values(&fit(&bench, &["--model", "eq18", "--grams", "others.jsonl"]));
+        gram(&bench, "own.jsonl", &[LOGS[place]]);
+        let own: Value = serde_json::from_str(&bench.text("own.jsonl")).unwrap();
+        let sums = &own["eq18"];
+        let products =
+            |i: usize, j: usize| number(&sums["products"][i.max(j) * (i.max(j) + 1) / 2 + i.min(j)]);
+        let mut squares = number(&sums["power_squares"]);
+        for (i, b) in beta.iter().enumerate() {
+            squares -= 2.0 * b * number(&sums["with_power"][i]);
+            squares += beta.iter().enumerate().map(|(j, c)| b * c * products(i, j)).sum::<f64>();
+        }
+        let rmse = (squares / number(&sums["rows"])).sqrt();
+        // The squares are what is left of sums some thousand times as large.
+        assert!((number(&one["rmse_w"]) / rmse - 1.0).abs() < 1e-6, "{one} {rmse}");
+        assert_eq!(one["rows"], sums["rows"]);
+    }
+}
+
+#[test]
+fn sums_of_other_settings_are_refused() {
+    let bench = bench();
+    gram(&bench, "20.jsonl", &["light.csv"]);
+    bench.done(&["gram", "--robot", "robot.toml", "--cutoff", "5", "--out", "5.jsonl", "heavy.csv"]);
+    let ran =
+        bench.gmr(&["fit", "--robot", "robot.toml", "--model", "eq18", "--grams", "20.jsonl", "5.jsonl"]);
+    assert_eq!(ran.code, Some(1));
+    assert!(ran.stderr.contains("read with other settings than light.csv"), "{}", ran.stderr);
+    bench.put("no.jsonl", "{\"format\":1}\n");
+    let ran = bench.gmr(&["fit", "--robot", "robot.toml", "--grams", "no.jsonl"]);
+    assert!(ran.stderr.starts_with("gmr: no.jsonl:1: is no gram"), "{}", ran.stderr);
+    let ran = bench.gmr(&["fit", "--robot", "robot.toml", "--grams", "20.jsonl", "--out", "c.toml"]);
+    assert_eq!(ran.code, Some(2), "noise of payload windows needs rows: {}", ran.stderr);
+}
