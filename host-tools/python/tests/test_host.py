@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import pytest
 
 import gmr
+from gmr._draw import page, table
 
 
 def test_ctrl_c_ends_the_work_soon():
@@ -56,7 +57,7 @@ def test_results_draw_themselves(drives, fitted):
 
 
 def test_what_is_drawn_is_text_first():
-    """Names come from files: none of them is markup."""
-    log = gmr.simulate(duration=5)
-    log.name = "<script>"
-    assert "<script>" not in gmr.inspect(log, plot=False)._repr_html_()
+    """Names come from files: none of them is markup, wherever it stands."""
+    html = table("<script>", ("<script>",), [("<script>",)], ["<script>"], "<svg/>")
+    assert "<script>" not in html and html.count("&lt;script&gt;") == 4
+    assert "<script>" not in page("<script>") and "<svg/>" in html

@@ -66,7 +66,7 @@ impl<const N: usize> Conditioned<N> {
             static_power_w: robot.static_power_w().unwrap_or(0.0),
             filter_cutoff_hz: self.core.cutoff_hz,
             power_delay_s: conditioning.delay,
-            slip: [conditioning.slip.half_slip, conditioning.slip.relaxation, conditioning.slip.creep],
+            slip: [conditioning.slip.half_slip, conditioning.slip.relaxation],
             reference: self.reference.as_ref().map(|(_, checksum)| checksum.clone()),
         }
     }

@@ -32,8 +32,8 @@ pub struct Setting {
     pub filter_cutoff_hz: f64,
     /// Of the power behind the speeds, s.
     pub power_delay_s: f64,
-    /// Slip memory: half slip, relaxation in rad, and creep in rad/s; 0 where there is none.
-    pub slip: [f64; 3],
+    /// Slip memory: half slip, and relaxation in rad; 0 where there is none.
+    pub slip: [f64; 2],
     /// Checksum of the coefficients that `local` is about; none without.
     pub reference: Option<String>,
 }
