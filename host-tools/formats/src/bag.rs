@@ -4,22 +4,11 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use crate::ending::{Each, Ending};
 use crate::error::{Error, Result};
 use crate::format::Format;
 use crate::topic::Topic;
 use crate::{cdr, mcap_file, sqlite, ulog};
-
-/// Gets a message: the place of its topic in [`Bag::topics`], when it was received (ns), and its bytes. Says whether it wants more.
-pub(crate) type Each<'a> = dyn FnMut(usize, i64, &[u8]) -> Result<bool> + 'a;
-
-/// How reading a bag ended.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Ending {
-    /// With its last message, or because nobody wanted more.
-    Whole,
-    /// The file ends before its format does, or goes on as something else: what came before was read. Why, in words.
-    Cut(String),
-}
 
 /// Topics and messages of a file.
 #[derive(Debug)]

@@ -2,7 +2,7 @@
 //!
 //! | format | what is read |
 //! |---|---|
-//! | MCAP | bags of ROS 2 (CDR, by the schema that the file carries), messages in JSON, and tables that [`write`] wrote |
+//! | MCAP | bags of ROS 2 (CDR, by the schema that the file carries), messages in JSON, and tables that [`write`](mod@write) wrote |
 //! | SQLite | bags of ROS 2 (`.db3`); definitions from the bag, or of common messages from here |
 //! | ULog | logs of PX4 |
 //! | Parquet | tables |
@@ -12,6 +12,8 @@
 
 mod bag;
 mod cdr;
+mod cell;
+mod ending;
 mod error;
 mod extract;
 mod field;
@@ -26,7 +28,8 @@ mod topic;
 mod ulog;
 pub mod write;
 
-pub use bag::{Bag, Ending};
+pub use bag::Bag;
+pub use ending::Ending;
 pub use error::{Error, Result};
 pub use extract::{Extractor, paths};
 pub use field::Field;

@@ -10,7 +10,7 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOp
 use mcap::sans_io::summary_reader::{SummaryReadEvent, SummaryReader, SummaryReaderOptions};
 use mcap::{MAGIC, McapError};
 
-use crate::bag::{Each, Ending};
+use crate::ending::{Each, Ending};
 use crate::error::{Error, Result};
 use crate::topic::{Encoding, Topic};
 

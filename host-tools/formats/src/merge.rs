@@ -7,7 +7,8 @@
 
 use std::collections::VecDeque;
 
-use crate::bag::{Bag, Ending};
+use crate::bag::Bag;
+use crate::ending::Ending;
 use crate::error::{Error, Result, nearest};
 use crate::extract::Extractor;
 use crate::field::Field;

@@ -11,8 +11,8 @@ use parquet::file::metadata::ParquetMetaData;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
 
+use crate::cell::{Cell, Taker};
 use crate::error::{Error, Result};
-use crate::table::{Cell, Taker};
 
 /// Rows at a time.
 const BATCH: usize = 4096;

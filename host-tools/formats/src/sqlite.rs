@@ -6,8 +6,8 @@ use std::path::Path;
 use rusqlite::types::ValueRef;
 use rusqlite::{Connection, OpenFlags};
 
-use crate::bag::{Each, Ending};
 use crate::cdr;
+use crate::ending::{Each, Ending};
 use crate::error::{Error, Result};
 use crate::topic::{Encoding, Topic};
 

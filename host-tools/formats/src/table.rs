@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use crate::bag::{Bag, Ending};
+use crate::bag::Bag;
+pub use crate::cell::{Cell, Taker};
+use crate::ending::Ending;
 use crate::error::{Error, Result};
 use crate::json;
 use crate::parquet_file;
@@ -10,29 +12,6 @@ use crate::topic::Encoding;
 
 /// The column of time in a table of rows.
 pub const TIME: &str = "time_s";
-
-/// A field of a row.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Cell {
-    /// A number; NaN where the row has none.
-    Number(f64),
-    /// A text.
-    Text(String),
-}
-
-/// Hands out the columns first, then each row.
-pub trait Taker {
-    /// Gets the columns' names, once.
-    ///
-    /// # Errors
-    /// Its own.
-    fn columns(&mut self, columns: &[String]) -> Result<()>;
-    /// Gets a row.
-    ///
-    /// # Errors
-    /// Its own.
-    fn row(&mut self, row: &[Cell]) -> Result<()>;
-}
 
 /// Hands out a Parquet file.
 ///

@@ -9,8 +9,8 @@ use std::path::Path;
 use px4_ulog::stream_parser::LogParser;
 use px4_ulog::stream_parser::model::{DataMessage, FlattenedFieldType};
 
-use crate::bag::{Each, Ending};
 use crate::cdr::Primitive;
+use crate::ending::{Each, Ending};
 use crate::error::{Error, Result};
 use crate::topic::{Encoding, PackedField, Topic};
 

@@ -12,8 +12,9 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
+use crate::cell::Cell;
 use crate::error::{Error, Result};
-use crate::table::{Cell, TIME};
+use crate::table::TIME;
 
 /// Rows of a group: its columns are held until it is full.
 const GROUP: usize = 1 << 16;

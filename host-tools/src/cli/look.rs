@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::overwrite::OverwriteArgument;
 use crate::error::{Error, Result};
-use crate::look::Report;
+use crate::look::{self, Report};
 use crate::output;
 use crate::own::Form;
 
@@ -40,7 +40,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let reports = arguments.logs.iter().map(|log| Report::of(log, arguments.allow_truncated));
     let reports = reports.collect::<Result<Vec<_>>>()?;
     if let (Some(file), [only]) = (&arguments.page, &reports[..]) {
-        let text = only.page()?;
+        let text = look::page(only)?;
         output::write_whole(file, |to| {
             to.write_all(text.as_bytes()).map_err(|error| Error::io(file, &error))
         })?;

@@ -8,5 +8,7 @@ mod page;
 mod read;
 mod report;
 mod tally;
+mod topics;
 
+pub use page::page;
 pub use report::Report;

@@ -7,7 +7,11 @@ use crate::error::Result;
 use crate::report::html::{WHOLE, document, figure};
 use crate::report::{CellSeries, Cells, Line, Stroke, TimeSeries, palette};
 
-pub(super) fn text(report: &Report) -> Result<String> {
+/// One self-contained page.
+///
+/// # Errors
+/// A figure that cannot be drawn.
+pub fn page(report: &Report) -> Result<String> {
     let mut figures = Vec::new();
     let power = report.tally.power.points();
     if power.iter().any(|(_, power)| power.is_finite()) {

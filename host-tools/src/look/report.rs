@@ -4,26 +4,11 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use super::advice::Advice;
+use super::read;
 use super::tally::Tally;
-use super::{page, read};
+use super::topics::Topic;
 use crate::error::Result;
 use crate::printable;
-
-/// A topic of a bag, or a column of a table.
-#[derive(Debug, Clone, serde::Serialize)]
-pub(super) struct Topic {
-    pub(super) name: String,
-    pub(super) kind: String,
-    pub(super) messages: Option<u64>,
-}
-
-/// What is in the file.
-#[derive(Debug, Clone)]
-pub(super) struct Topics {
-    pub(super) topics: Vec<Topic>,
-    pub(super) sources: Vec<String>,
-    pub(super) cut: bool,
-}
 
 /// A log at a glance. What the log does not tell is left out (`null` in JSON).
 #[derive(Debug, Clone, serde::Serialize)]
@@ -146,14 +131,6 @@ impl Report {
             lines.iter().for_each(|line| _ = writeln!(text, "  {line}"));
         }
         text
-    }
-
-    /// One self-contained page.
-    ///
-    /// # Errors
-    /// A figure that cannot be drawn.
-    pub fn page(&self) -> Result<String> {
-        page::text(self)
     }
 
     pub(super) fn title(&self) -> String {

@@ -8,7 +8,7 @@ use super::known::{
     BATTERIES, BATTERY_STATE, COMMANDS, FLOATS, FOURS, IMU, JOINT_STATE, MASSES, ODOMETRY, ODOMETRY_KIND,
     PAIRS, POWERS, TWISTS, find, is_called, is_of,
 };
-use super::wrong;
+use super::wrong::wrong;
 use crate::error::{Error, Result};
 use crate::log::{MASS, POWER, speed_column};
 use crate::robot::{self, Robot, Signal, Topics};

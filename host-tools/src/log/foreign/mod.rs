@@ -8,6 +8,7 @@ mod columns;
 mod glance;
 mod known;
 mod rows;
+mod wrong;
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -21,6 +22,8 @@ use log_formats::{Bag, Format};
 use crate::error::{Error, Result};
 use crate::input::{Input, Spool};
 use crate::robot::Robot;
+
+pub(crate) use wrong::wrong;
 
 pub use choose::{Chosen, choose};
 pub use columns::{Column, Expression};
@@ -129,15 +132,4 @@ fn turn(path: &Path, input: Input, format: Format, reading: Option<&Reading>) ->
         notice!("{}: {line}", path.display());
     }
     Spool::new(spool).map_err(|error| Error::io(path, &error))
-}
-
-/// An error of a reader as one of ours; that of our own rows comes back as it was.
-pub(crate) fn wrong(error: log_formats::Error) -> Error {
-    match error {
-        log_formats::Error::Taker(ours) => match ours.downcast::<Error>() {
-            Ok(ours) => *ours,
-            Err(other) => Error::failed(other.to_string()),
-        },
-        error => Error::failed(error.to_string()),
-    }
 }

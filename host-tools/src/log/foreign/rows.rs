@@ -10,7 +10,7 @@ use log_formats::{Bag, Ending};
 
 use super::choose::choose;
 use super::columns::Expression;
-use super::wrong;
+use super::wrong::wrong;
 use crate::error::{Error, Result};
 use crate::log::{POWER, TIME};
 use crate::robot::Robot;
