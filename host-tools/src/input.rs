@@ -33,10 +33,25 @@ enum From {
 /// A pipe, and what of it has been read.
 #[derive(Debug)]
 struct Kept {
-    pipe: File,
+    /// Until it has ended.
+    pipe: Option<File>,
     read: File,
     length: u64,
-    ended: bool,
+}
+
+/// Rows that were made of another file, kept in a temporary one for whoever opens that file.
+#[derive(Debug, Clone)]
+pub struct Spool(Arc<Mutex<Kept>>);
+
+impl Spool {
+    /// Of a temporary file that has been written.
+    ///
+    /// # Errors
+    /// What the operating system refuses.
+    pub fn new(read: File) -> io::Result<Self> {
+        let length = read.metadata()?.len();
+        Ok(Self(Arc::new(Mutex::new(Kept { pipe: None, read, length }))))
+    }
 }
 
 /// Pipes that have been opened, by the name that they were opened by.
@@ -60,8 +75,7 @@ impl Input {
         let kept = match pipes.get(path) {
             Some(kept) => Arc::clone(kept),
             None => {
-                let kept =
-                    Kept { pipe: File::open(path)?, read: tempfile::tempfile()?, length: 0, ended: false };
+                let kept = Kept { pipe: Some(File::open(path)?), read: tempfile::tempfile()?, length: 0 };
                 let kept = Arc::new(Mutex::new(kept));
                 pipes.insert(path.to_owned(), Arc::clone(&kept));
                 kept
@@ -70,9 +84,29 @@ impl Input {
         Ok(Self { from: From::Pipe { kept, offset: 0 }, metadata })
     }
 
+    /// What was made of a file, in its place.
+    ///
+    /// # Errors
+    /// The file is gone.
+    pub fn of_spool(path: &Path, spool: &Spool) -> Result<Self> {
+        let metadata = std::fs::metadata(path).map_err(|error| Error::io(path, &error))?;
+        Ok(Self { from: From::Pipe { kept: Arc::clone(&spool.0), offset: 0 }, metadata })
+    }
+
     /// What it is.
     pub fn metadata(&self) -> &Metadata {
         &self.metadata
+    }
+
+    /// Bytes in all, where that is known.
+    pub fn size(&self) -> Option<u64> {
+        match &self.from {
+            From::File(_) => self.metadata.is_file().then_some(self.metadata.len()),
+            From::Pipe { kept, .. } => {
+                let kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+                kept.pipe.is_none().then_some(kept.length)
+            }
+        }
     }
 }
 
@@ -96,11 +130,12 @@ impl Kept {
             self.read.seek(SeekFrom::Start(offset))?;
             return self.read.read(&mut buffer[..most]);
         }
-        if self.ended {
+        let Some(pipe) = &mut self.pipe else { return Ok(0) };
+        let count = pipe.read(buffer)?;
+        if count == 0 {
+            self.pipe = None;
             return Ok(0);
         }
-        let count = self.pipe.read(buffer)?;
-        self.ended = count == 0;
         self.read.seek(SeekFrom::Start(self.length))?;
         self.read.write_all(&buffer[..count])?;
         self.length += count as u64;

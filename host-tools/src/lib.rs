@@ -34,6 +34,7 @@ pub mod inspect;
 pub mod interrupt;
 pub mod job;
 pub mod log;
+pub mod look;
 pub mod metrics;
 pub mod notice;
 pub mod numerics;

@@ -29,6 +29,8 @@ pub enum Form {
     Grams,
     /// A board's store for a programmer, whole.
     Store,
+    /// A log of `gmr convert`: nothing tells it from one that was measured, so it is never written over without being forced.
+    Converted,
 }
 
 /// Bytes that show the form.
@@ -67,6 +69,7 @@ impl Form {
             Self::SimulatedLog => first.starts_with("time_s,wheel1_rad_s,") && decimals(second, [6, 7]),
             Self::Profile => first == "time_s,v_m_s,omega_rad_s" && decimals(second, [4, 6]),
             Self::Truth => format!("{first}\n") == TRUTH,
+            Self::Converted => false,
             Self::Grams => first.starts_with("{\"format\":") && first.contains("\"run\":"),
             Self::Store => length == STORE_BYTES || first.starts_with(":02000004"),
         }

@@ -4,6 +4,7 @@
 mod board;
 mod compare;
 mod compare_text;
+mod convert;
 mod drive;
 mod estimate;
 mod fit;
@@ -17,6 +18,7 @@ mod gap_bench_json;
 mod gap_bench_text;
 mod gram;
 mod inspect;
+mod look;
 mod overwrite;
 mod record;
 mod reproduce;
@@ -46,8 +48,12 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Say what is in a log, what the robot's energy goes into, and what can be learned from it: no robot.toml needed
+    Look(look::Arguments),
     /// Say what a log is worth: data quality, excitation, static power
     Inspect(inspect::Arguments),
+    /// Turn logs into one of another format: bags of ROS 2, ULog, Parquet, CSV
+    Convert(convert::Arguments),
     /// Write logs from the simulated plant
     Simulate(simulate::Arguments),
     /// Fit coefficients to logs with known payload
@@ -125,7 +131,9 @@ fn one_line(refusal: &str) -> String {
 
 fn execute(cli: Cli) -> Result<()> {
     match cli.command {
+        Command::Look(arguments) => look::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Gram(arguments) => gram::run(&arguments),

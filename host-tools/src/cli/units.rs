@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use crate::error::Result;
+use crate::log::foreign::{self, Reading};
 use crate::robot::{LogUnits, MassUnit, PowerUnit, Robot, SpeedUnit};
 
 /// Units of the logs' columns, where they are not those that the columns' names say.
 #[derive(clap::Args)]
-#[command(next_help_heading = "Units of the logs")]
+#[command(next_help_heading = "How logs are read")]
 pub(super) struct UnitArguments {
     /// Unit that the wheels' speeds are in (their accelerations: per second), whatever the columns are called
     #[arg(long, value_enum, default_value = "rad/s")]
@@ -21,6 +22,9 @@ pub(super) struct UnitArguments {
     /// Wheels, counted from 1, whose speed is negative when they drive forward
     #[arg(long, value_name = "WHEEL,…", value_delimiter = ',')]
     flip_wheel: Vec<usize>,
+    /// Read what is there of a bag or ULog that was cut off while it was recorded
+    #[arg(long)]
+    allow_truncated: bool,
 }
 
 impl UnitArguments {
@@ -29,11 +33,13 @@ impl UnitArguments {
     /// # Errors
     /// As [`Robot::load`]; units that this robot's logs cannot have.
     pub(super) fn robot(&self, name_or_path: &Path) -> Result<Robot> {
-        Robot::load(name_or_path)?.with_log_units(LogUnits {
+        let robot = Robot::load(name_or_path)?.with_log_units(LogUnits {
             speed: self.speed_unit,
             power: self.power_unit,
             mass: self.mass_unit,
             flipped: self.flip_wheel.clone(),
-        })
+        })?;
+        foreign::read_as(Reading { robot: robot.clone(), allow_cut: self.allow_truncated });
+        Ok(robot)
     }
 }

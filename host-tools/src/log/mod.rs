@@ -1,4 +1,4 @@
-//! Run logs: CSV with a header, read as a stream.
+//! Run logs: CSV with a header, read as a stream; other formats are turned into it on the way ([`foreign`]).
 //!
 //! [`Header`] and [`LogReader`] know files, lines and columns; [`DriveReader`] knows what a drive is: wheels, power,
 //! payload, runs and gaps; [`SampleReader`] what an estimator takes, static power off. [`runs`] holds logs whole, behind the filter.
@@ -8,6 +8,7 @@ mod conditioned;
 mod conditioner;
 mod drive;
 mod exclusions;
+pub mod foreign;
 mod header;
 mod masses;
 pub mod motions;
@@ -20,6 +21,7 @@ mod scan;
 mod shared;
 mod source;
 pub mod suspicion;
+mod table;
 
 pub use conditioner::conditioner;
 pub(crate) use drive::check_wheels;
@@ -29,6 +31,7 @@ pub use header::Header;
 pub use reader::{ColumnRequest, LogReader, Role};
 pub use samples::{RawRow, SampleReader};
 pub use shared::Shared;
+pub use table::TableReader;
 
 /// Name of the time column, s.
 pub const TIME: &str = "time_s";

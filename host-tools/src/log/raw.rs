@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use model_core::estimator::Sample;
 
+use super::foreign;
 use super::masses::check_mass;
 use super::{Header, MASS, POWER, RUN, SampleReader, TIME, acceleration_column, speed_column};
 use crate::error::Result;
-use crate::input::Input;
 use crate::printable;
 use crate::robot::Robot;
 
@@ -93,7 +93,7 @@ fn further_columns<const N: usize>(file: &Path, powers: &[String]) -> Result<Vec
             || name.starts_with(BOARD)
             || (0..N).any(|wheel| name == speed_column(wheel) || name == acceleration_column(wheel))
     };
-    let text = Input::open(file)?;
+    let text = foreign::open(file)?;
     let row = BufReader::new(text).lines().nth(1).and_then(std::result::Result::ok).unwrap_or_default();
     let numbers: Vec<bool> =
         row.split(',').map(|field| field.trim().is_empty() || field.trim().parse::<f64>().is_ok()).collect();

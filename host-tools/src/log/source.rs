@@ -3,6 +3,7 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use super::foreign;
 use crate::error::{Error, Result};
 use crate::input::Input;
 use crate::job;
@@ -41,12 +42,15 @@ pub(super) struct Source {
 
 impl Source {
     pub(super) fn open(path: &Path) -> Result<Self> {
-        let file = Input::open(path)?;
+        let file = foreign::open(path)?;
         let metadata = file.metadata();
         if metadata.is_dir() {
-            return Err(Error::failed("is a folder; expected a run log (CSV file)").in_file(path));
+            return Err(Error::failed(
+                "is a folder; expected a run log (a file: CSV, MCAP, db3, ULog or Parquet)",
+            )
+            .in_file(path));
         }
-        let size = metadata.is_file().then_some(metadata.len());
+        let size = file.size();
         Ok(Self {
             path: path.to_owned(),
             file,

@@ -5,6 +5,7 @@ use model_core::conditioning::Conditioning;
 use model_core::kinematics::{InvalidLength, Kinematics};
 use model_core::model::MassRange;
 use model_core::torque::Drive;
+use nalgebra::DMatrix;
 
 use super::{Geometry, Robot};
 use crate::error::{Error, Result};
@@ -71,6 +72,13 @@ impl Robot {
         })
     }
 
+    /// R⁺, which makes wheel speeds (rad/s), a row a wheel, of vx, vy (m/s) and ω (rad/s): of those with that motion the smallest.
+    /// NaN for a robot that has no R: logs of such a robot cannot be read.
+    pub fn wheel_speeds_of_motion(&self) -> DMatrix<f64> {
+        let unknown = || DMatrix::from_element(self.wheels(), 3, f64::NAN);
+        with_wheels!(self, inverse(self)).ok().flatten().unwrap_or_else(unknown)
+    }
+
     fn kinematics<const N: usize>(&self) -> std::result::Result<Kinematics<f64, N>, InvalidLength> {
         // Rows of the fixed-size kinematics, given back as those of N wheels: the sizes are equal, or `core` has panicked.
         fn rows<const M: usize, const N: usize>(kinematics: &Kinematics<f64, M>) -> [[f64; N]; 3] {
@@ -98,4 +106,13 @@ impl Robot {
         let scrubs = matches!(self.geometry, Geometry::SkidSteer { .. });
         Ok(Kinematics::from_rows(rows)?.with_scrub(scrubs))
     }
+}
+
+fn inverse<const N: usize>(robot: &Robot) -> Result<Option<DMatrix<f64>>> {
+    // Any cutoff: only R is wanted.
+    let core = robot.core::<N>(1.0)?;
+    let rows = core.kinematics.rows();
+    let matrix = DMatrix::from_fn(3, N, |component, wheel| rows[component][wheel]);
+    // Below any difference that lengths in metres can make.
+    Ok(matrix.pseudo_inverse(1e-12).ok())
 }

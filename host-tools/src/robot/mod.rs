@@ -4,10 +4,12 @@ mod core;
 mod geometry;
 mod load;
 mod parse;
+mod topics;
 mod units;
 
 pub use geometry::Geometry;
 pub(crate) use parse::position;
+pub use topics::{Clock, Signal, Topics};
 pub use units::{LogUnits, MassUnit, PowerUnit, SpeedUnit};
 
 use crate::error::Result;
@@ -61,6 +63,7 @@ pub struct Robot {
     pub(crate) limits: Limits,
     pub(crate) motor: Option<Motor>,
     pub(crate) sensors: Option<toml::Value>,
+    pub(crate) topics: Topics,
     pub(crate) unknown_keys: Vec<String>,
     pub(crate) log_units: LogUnits,
 }
@@ -170,6 +173,11 @@ impl Robot {
     /// What the file says about sensors, as it says it.
     pub fn sensors(&self) -> Option<&toml::Value> {
         self.sensors.as_ref()
+    }
+
+    /// Where bags have what its logs need.
+    pub fn topics(&self) -> &Topics {
+        &self.topics
     }
 
     /// Keys of the file that mean nothing here: `line:column: …`.

@@ -8,7 +8,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::{
     DEFAULT_GYRATION_SHARE, DEFAULT_MAPE_FLOOR_W, DEFAULT_SPEED_DEAD_BAND_RAD_S, Geometry, Limits, LogUnits,
-    Motor, Robot, lenient,
+    Motor, Robot, Topics, lenient,
 };
 use crate::error::{Error, Result};
 use crate::printable;
@@ -22,7 +22,7 @@ const KINEMATICS: &str = "differential, skid-steer, omni3, mecanum or matrix";
 const MOST_UNKNOWN: usize = 10;
 
 /// Every key that means something.
-const KEYS: [&str; 26] = [
+const KEYS: [&str; 27] = [
     "name",
     "kinematics",
     "wheels",
@@ -48,6 +48,7 @@ const KEYS: [&str; 26] = [
     "motor_gear_ratio",
     "motor_gear_efficiency",
     "sensors",
+    "topics",
     "description",
 ];
 
@@ -97,6 +98,7 @@ pub(super) fn robot(text: &str) -> Result<Robot> {
         },
         motor: motor(&file)?,
         sensors: file.any("sensors"),
+        topics: topics(&file)?,
         unknown_keys: file.unknown_keys(),
         log_units: LogUnits::default(),
     })
@@ -123,6 +125,22 @@ fn motor(file: &File<'_>) -> Result<Option<Motor>> {
         3 => Ok(Some(Motor { resistance_ohm, torque_constant_nm_a, gear_ratio, gear_efficiency })),
         _ => Err(Error::failed(format!("a motor is told by {} together", KEYS.join(", ")))),
     }
+}
+
+/// Where bags have what the logs need.
+fn topics(file: &File<'_>) -> Result<Topics> {
+    const EXPECTED: &str = "wheel_speeds, odometry, power, voltage, current, commands, imu, mass, greatest_gap_s, clock (stamp or receipt)";
+    let Some(written) = file.get("topics") else { return Ok(Topics::default()) };
+    let read = Topics::deserialize(toml::de::ValueDeserializer::from(written.clone()));
+    let is_gap = |topics: &Topics| topics.greatest_gap_s > 0.0 && topics.greatest_gap_s <= 3600.0;
+    let why = match read {
+        Ok(topics) if is_gap(&topics) => return Ok(topics),
+        Ok(topics) => {
+            format!("greatest_gap_s = {}; expected above 0 and at most 3600", topics.greatest_gap_s)
+        }
+        Err(error) => format!("{}; expected of {EXPECTED}", error.message().replace('\n', " ")),
+    };
+    Err(at(file.text, &written.span(), format!("[topics]: {why}")))
 }
 
 /// The geometry, and the keys that its kinematics needs, for messages.

@@ -11,15 +11,19 @@ use firmware::items::{self, ItemBytes, RobotIdentity};
 use firmware::link::{Device, LONGEST_ANSWER, State};
 use host_tools::coefficients::CoefficientsFile;
 use host_tools::log::SampleReader;
+use host_tools::log::foreign::choose;
 use host_tools::robot::Robot;
 use host_tools::virtual_board::servo_bus::ServoBus;
+use log_formats::Bag;
+use log_formats::merge::merge;
+use log_formats::table::{Cell, Taker};
 use model_core::coefficients::Coefficients;
 
 /// Gets the bytes, and a path to write them to where it reads a file.
 pub(crate) type Target = fn(&[u8], &Path);
 
 /// By name.
-pub(crate) const TARGETS: [(&str, Target); 7] = [
+pub(crate) const TARGETS: [(&str, Target); 11] = [
     ("log", log),
     ("robot", robot),
     ("coefficients", coefficients),
@@ -27,6 +31,10 @@ pub(crate) const TARGETS: [(&str, Target); 7] = [
     ("image", image),
     ("link", link),
     ("servo", servo),
+    ("mcap", bag),
+    ("sqlite", bag),
+    ("ulog", bag),
+    ("parquet", parquet),
 ];
 
 /// A CSV log, as `fit` and `estimate` read it.
@@ -36,6 +44,49 @@ fn log(data: &[u8], path: &Path) {
     let Ok(mut rows) = SampleReader::<2>::open(path, &robot) else { return };
     while let Ok(Some(row)) = rows.next_row() {
         assert!(row.time.is_finite() && row.sample.power.is_finite(), "what is handed out is a number");
+    }
+}
+
+/// A bag or ULog, cut off or not: its topics, what is chosen of them for this robot, and all rows of that.
+fn bag(data: &[u8], path: &Path) {
+    std::fs::write(path, data).expect("the folder is there");
+    let robot = Robot::load("burger").expect("it is built in");
+    let Ok(bag) = Bag::open(path, true) else { return };
+    for topic in bag.topics() {
+        let _ = log_formats::paths(topic);
+    }
+    let mut table = Table::default();
+    if let Some(topic) = log_formats::table::topic(&bag) {
+        let _ = log_formats::table::json_topic(&bag, topic, &mut table);
+    }
+    let Ok(chosen) = choose(&bag, &robot) else { return };
+    let mut last = f64::NEG_INFINITY;
+    let _ = merge(&bag, &chosen.request, &mut |time, numbers| {
+        assert!(time > last, "time increases");
+        last = time;
+        chosen.columns.iter().for_each(|column| _ = column.expression.of(numbers));
+        Ok(())
+    });
+}
+
+/// A Parquet file.
+fn parquet(data: &[u8], path: &Path) {
+    std::fs::write(path, data).expect("the folder is there");
+    let _ = log_formats::table::parquet(path, &mut Table::default());
+}
+
+/// Counts columns.
+#[derive(Default)]
+struct Table(usize);
+
+impl Taker for Table {
+    fn columns(&mut self, columns: &[String]) -> log_formats::Result<()> {
+        self.0 = columns.len();
+        Ok(())
+    }
+    fn row(&mut self, row: &[Cell]) -> log_formats::Result<()> {
+        assert_eq!(row.len(), self.0, "a cell a column");
+        Ok(())
     }
 }
 

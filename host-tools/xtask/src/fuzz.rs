@@ -11,7 +11,19 @@ use crate::paths::{root, target_folder};
 use crate::steps::{Steps, Stop, answer, command};
 
 /// As `host-tools/tests/fuzz/targets.rs` has them.
-const TARGETS: [&str; 7] = ["log", "robot", "coefficients", "effects", "image", "link", "servo"];
+const TARGETS: [&str; 11] = [
+    "log",
+    "robot",
+    "coefficients",
+    "effects",
+    "image",
+    "link",
+    "servo",
+    "mcap",
+    "sqlite",
+    "ulog",
+    "parquet",
+];
 
 /// Executions of each target unless the caller says otherwise.
 const RUNS: u64 = 1_000_000;

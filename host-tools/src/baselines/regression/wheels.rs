@@ -14,9 +14,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::baselines::baseline::Symbol;
 use crate::baselines::point::{MOST_WHEELS, Point};
-use crate::error::Result;
 use crate::robot::Robot;
-use crate::with_wheels;
 
 const AT_REST: Symbol = ("a0", "W");
 
@@ -34,7 +32,7 @@ pub(super) struct WheelSpeeds {
 
 impl WheelSpeeds {
     pub(super) fn of(robot: &Robot, products: bool) -> Self {
-        Self { to_wheels: to_wheels(robot), products }
+        Self { to_wheels: robot.wheel_speeds_of_motion(), products }
     }
 
     /// The coefficients of the polynomial go unnamed: a0, a_i in the order of (c, w), then a_ij with i ≤ j row by row.
@@ -67,31 +65,14 @@ impl WheelSpeeds {
     }
 }
 
-/// R⁺, which makes wheel speeds (rad/s) of vx, vy (m/s) and ω (rad/s). NaN for a robot that has no R: logs of such a robot
-/// cannot be read.
-fn to_wheels(robot: &Robot) -> DMatrix<f64> {
-    let unknown = || DMatrix::from_element(robot.wheels(), 3, f64::NAN);
-    with_wheels!(robot, inverse(robot)).ok().flatten().unwrap_or_else(unknown)
-}
-
-fn inverse<const N: usize>(robot: &Robot) -> Result<Option<DMatrix<f64>>> {
-    // Any cutoff: only R is wanted.
-    let core = robot.core::<N>(1.0)?;
-    let rows = core.kinematics.rows();
-    let matrix = DMatrix::from_fn(3, N, |component, wheel| rows[component][wheel]);
-    // Below any difference that lengths in metres can make.
-    Ok(matrix.pseudo_inverse(1e-12).ok())
-}
-
 #[cfg(test)]
 mod tests {
-    use super::to_wheels;
     use crate::baselines::testing::burger;
 
     /// R R⁺ = 1 where the wheels can move the robot: of the Burger in vx and ω, not in vy.
     #[test]
     fn the_inverse_gives_the_motion_back() {
-        let inverse = to_wheels(&burger());
+        let inverse = burger().wheel_speeds_of_motion();
         let v = 0.5 * 0.033 * (inverse.row(0) + inverse.row(1));
         let omega = 0.033 / 0.16 * (inverse.row(1) - inverse.row(0));
         for (found, expected) in v.iter().chain(omega.iter()).zip([1.0, 0.0, 0.0, 0.0, 0.0, 1.0]) {

@@ -19,8 +19,15 @@ use graph::{Arrows, arrows, circles};
 use tree::Tree;
 
 /// Packages, by their folders.
-const PACKAGES: [&str; 6] =
-    ["model-core", "firmware", "host-tools", "host-tools/python", "host-tools/xtask", "tests"];
+const PACKAGES: [&str; 7] = [
+    "model-core",
+    "firmware",
+    "host-tools",
+    "host-tools/formats",
+    "host-tools/python",
+    "host-tools/xtask",
+    "tests",
+];
 
 /// Rooms of host-tools from the ground up, as docs/architecture.md draws them: each needs only rooms below its own floor. Others (errors,
 /// output, progress …) are for everybody.
@@ -30,7 +37,7 @@ const FLOORS: [&[&str]; 9] = [
     &["effects"],
     &["coefficients", "log"],
     &["fit"],
-    &["baselines", "board", "estimate", "gram", "inspect"],
+    &["baselines", "board", "estimate", "gram", "inspect", "look"],
     &["compare", "virtual_board"],
     &["fleet", "gap", "reproduce"],
     &["cli"],

@@ -1,0 +1,125 @@
+//! Numbers out of the messages of one topic, however they are written.
+
+use crate::cdr::{Layout, Primitive, Walker};
+use crate::error::{Error, Result, nearest};
+use crate::field::{Field, Step};
+use crate::json;
+use crate::topic::{Encoding, Topic};
+
+/// Takes some numbers, and the time that the message bears, out of each message of a topic.
+#[derive(Debug)]
+pub struct Extractor {
+    how: How,
+    numbers: usize,
+    /// The message's own time is behind the numbers.
+    is_stamped: bool,
+    taken: Vec<f64>,
+}
+
+#[derive(Debug)]
+enum How {
+    Cdr(Walker),
+    Json(Vec<Vec<Step>>),
+    Packed(Vec<(Primitive, usize)>),
+}
+
+/// Where ROS's messages bear their time.
+const STAMP: [&str; 2] = ["header.stamp.sec", "header.stamp.nanosec"];
+
+impl Extractor {
+    /// For some fields of a topic.
+    ///
+    /// # Errors
+    /// A topic whose messages cannot be read, by the name of what they are, or that has no such field; the nearest are named.
+    pub fn new(topic: &Topic, fields: &[&Field]) -> Result<Self> {
+        let stamp = STAMP.map(|path| Field::new(&topic.name, path));
+        let [Ok(seconds), Ok(nanoseconds)] = &stamp else { return Err(Error::Choice("no stamp".to_owned())) };
+        let paths = paths(topic)?;
+        let has_stamp = STAMP.iter().all(|stamp| paths.iter().any(|path| path == stamp));
+        let mut all: Vec<&Field> = fields.to_vec();
+        if has_stamp {
+            all.extend([seconds, nanoseconds]);
+        }
+        let refuse = |place: usize| {
+            let path = &all[place].path;
+            let has = nearest(path, paths.iter().map(String::as_str));
+            let kind = &topic.kind;
+            Error::Choice(format!("topic {} ({kind}) has no number {path}; it has: {has}", topic.name))
+        };
+        let how = match &topic.encoding {
+            Encoding::Cdr { definition } => {
+                let layout = Layout::of(&topic.kind, definition)?;
+                let steps: Vec<&[Step]> = all.iter().map(|field| &field.steps[..]).collect();
+                How::Cdr(Walker::new(&layout, &steps).map_err(refuse)?)
+            }
+            Encoding::Json { .. } => How::Json(all.iter().map(|field| field.steps.clone()).collect()),
+            Encoding::Packed { fields: packed } => {
+                let found = all.iter().enumerate().map(|(place, field)| {
+                    let found = packed.iter().find(|packed| packed.name == field.path);
+                    found.map(|found| (found.kind, found.offset)).ok_or_else(|| refuse(place))
+                });
+                How::Packed(found.collect::<Result<_>>()?)
+            }
+            Encoding::Other(_) => return Err(unreadable(topic)),
+        };
+        Ok(Self { how, numbers: fields.len(), is_stamped: has_stamp, taken: vec![f64::NAN; all.len()] })
+    }
+
+    /// The numbers of a message; NaN where it has none.
+    ///
+    /// # Errors
+    /// The message is not what its topic says.
+    pub fn numbers(&mut self, message: &[u8]) -> Result<&[f64]> {
+        match &mut self.how {
+            How::Cdr(walker) => walker.numbers(message, &mut self.taken)?,
+            How::Json(paths) => {
+                let message = json::parse(message)?;
+                for (taken, path) in self.taken.iter_mut().zip(paths) {
+                    *taken = json::number(&message, path);
+                }
+            }
+            How::Packed(places) => {
+                for (taken, (kind, offset)) in self.taken.iter_mut().zip(places) {
+                    let number = message.get(*offset..).and_then(|bytes| kind.number(bytes, true));
+                    *taken = number.unwrap_or(f64::NAN);
+                }
+            }
+        }
+        Ok(&self.taken[..self.numbers])
+    }
+
+    /// When the message read last was stamped, ns; `None` where it bears no time, or zero.
+    pub fn stamp_ns(&self) -> Option<i64> {
+        if !self.is_stamped {
+            return None;
+        }
+        let (seconds, nanoseconds) = (self.taken[self.numbers], self.taken[self.numbers + 1]);
+        let is_time = seconds.is_finite() && nanoseconds.is_finite() && (seconds, nanoseconds) != (0.0, 0.0);
+        // Seconds are of 32 bits in ROS; JSON may hold anything.
+        is_time.then(|| (seconds as i64).saturating_mul(1_000_000_000).saturating_add(nanoseconds as i64))
+    }
+}
+
+/// Paths of all numbers of a topic's messages; `[]` for those of arrays of any length.
+///
+/// # Errors
+/// A topic whose messages cannot be read.
+pub fn paths(topic: &Topic) -> Result<Vec<String>> {
+    match &topic.encoding {
+        Encoding::Cdr { definition } => Ok(Layout::of(&topic.kind, definition)?.paths()),
+        Encoding::Json { schema } => Ok(json::paths(schema)),
+        Encoding::Packed { fields } => Ok(fields.iter().map(|field| field.name.clone()).collect()),
+        Encoding::Other(_) => Err(unreadable(topic)),
+    }
+}
+
+fn unreadable(topic: &Topic) -> Error {
+    let how = match &topic.encoding {
+        Encoding::Other(how) => how.as_str(),
+        _ => "",
+    };
+    Error::Unsupported(format!(
+        "topic {} ({}) is written as {how}; expected CDR with a definition in ros2msg, or JSON with a schema",
+        topic.name, topic.kind
+    ))
+}

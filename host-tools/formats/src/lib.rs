@@ -1,0 +1,37 @@
+//! Rows of named columns out of the logs that robots write.
+//!
+//! | format | what is read |
+//! |---|---|
+//! | MCAP | bags of ROS 2 (CDR, by the schema that the file carries), messages in JSON, and tables that [`write`](mod@write) wrote |
+//! | SQLite | bags of ROS 2 (`.db3`); definitions from the bag, or of common messages from here |
+//! | ULog | logs of PX4 |
+//! | Parquet | tables |
+//!
+//! A [`Bag`] has topics whose messages arrive one by one; [`merge`](mod@merge) makes rows of them on the clock of one topic. A [`table`] has rows
+//! already. Everything is read as a stream: memory does not grow with the file. Nothing here knows what the numbers mean.
+
+mod bag;
+mod cdr;
+mod cell;
+mod ending;
+mod error;
+mod extract;
+mod field;
+mod format;
+mod json;
+mod mcap_file;
+pub mod merge;
+mod parquet_file;
+mod sqlite;
+pub mod table;
+mod topic;
+mod ulog;
+pub mod write;
+
+pub use bag::Bag;
+pub use ending::Ending;
+pub use error::{Error, Result};
+pub use extract::{Extractor, paths};
+pub use field::Field;
+pub use format::Format;
+pub use topic::{Encoding, Topic};

@@ -1,0 +1,47 @@
+//! A topic of a bag.
+
+/// How a topic's messages are written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Encoding {
+    /// CDR, by a definition in the language of ROS 2's `.msg` files.
+    Cdr {
+        /// The definition, with those that it needs behind it.
+        definition: String,
+    },
+    /// JSON objects, by a JSON schema.
+    Json {
+        /// The schema.
+        schema: String,
+    },
+    /// Structs of a ULog: each field's name, kind and place.
+    Packed {
+        /// Flattened.
+        fields: Vec<PackedField>,
+    },
+    /// Another one, by its name: its messages cannot be read.
+    Other(String),
+}
+
+/// A number at a fixed place of a message.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PackedField {
+    /// Path, as in the log's format.
+    pub name: String,
+    /// Its type.
+    pub kind: crate::cdr::Primitive,
+    /// Bytes before it.
+    pub offset: usize,
+}
+
+/// A topic: its name, what its messages are, and how they are written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Topic {
+    /// With its slash, as ROS writes it; in a ULog the message's name, with `.1`, `.2` … for further instances.
+    pub name: String,
+    /// The messages' type, `sensor_msgs/msg/JointState`.
+    pub kind: String,
+    /// How they are written.
+    pub encoding: Encoding,
+    /// Messages, where the file says it.
+    pub messages: Option<u64>,
+}

@@ -1,0 +1,286 @@
+//! Logs of writers that are not ours (tests/data/make.py), and what is wrong with logs.
+
+use std::path::{Path, PathBuf};
+
+use log_formats::merge::{Clock, Merged, Request, merge};
+use log_formats::table::{self, Cell, Taker};
+use log_formats::write::{Mcap, Parquet};
+use log_formats::{Bag, Ending, Error, Field, Result, paths};
+
+fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
+}
+
+fn fields(names: &[&str]) -> Vec<Field> {
+    names.iter().map(|name| Field::parse(name).unwrap()).collect()
+}
+
+fn request(base: &[&str], others: &[&str]) -> Request {
+    Request { base: fields(base), others: fields(others), greatest_gap_s: 2.0, clock: Clock::Stamp }
+}
+
+fn rows(bag: &Bag, request: &Request) -> Result<(Vec<Vec<f64>>, Merged)> {
+    let mut rows = Vec::new();
+    let merged = merge(bag, request, &mut |time, numbers| {
+        rows.push([&[time], numbers].concat());
+        Ok(())
+    })?;
+    Ok((rows, merged))
+}
+
+#[derive(Default)]
+struct Table {
+    columns: Vec<String>,
+    rows: Vec<Vec<Cell>>,
+}
+
+impl Taker for Table {
+    fn columns(&mut self, columns: &[String]) -> Result<()> {
+        self.columns = columns.to_vec();
+        Ok(())
+    }
+    fn row(&mut self, row: &[Cell]) -> Result<()> {
+        self.rows.push(row.to_vec());
+        Ok(())
+    }
+}
+
+fn csv() -> Vec<Vec<f64>> {
+    let text = std::fs::read_to_string(data("drive.csv")).unwrap();
+    text.lines().skip(1).map(|line| line.split(',').map(|field| field.parse().unwrap()).collect()).collect()
+}
+
+/// All numbers but time have 64 bits in each format: they are the same. Bags count nanoseconds, ULog microseconds.
+#[test]
+fn the_same_drive_in_every_format_has_the_same_numbers() {
+    let expected = csv();
+    let ros = request(
+        &["/joint_states:velocity[wheel_left_joint]", "/joint_states:velocity[wheel_right_joint]"],
+        &["/power:data", "/total_mass:data"],
+    );
+    let px4 = request(
+        &["wheel_encoders:wheel_speed[1]", "wheel_encoders:wheel_speed[0]"],
+        &["drive_power:power_w", "payload:mass_kg"],
+    );
+    for (file, request) in [("drive.mcap", &ros), ("drive.db3", &ros), ("drive.ulg", &px4)] {
+        let bag = Bag::open(&data(file), false).unwrap();
+        let (found, merged) = rows(&bag, request).unwrap();
+        assert_eq!((found.len(), merged.ending), (expected.len(), Ending::Whole), "{file}");
+        for (found, expected) in found.iter().zip(&expected) {
+            assert!((found[0] - expected[0]).abs() < 1e-9, "{file}");
+            assert_eq!(found[1..], expected[1..], "{file}");
+        }
+    }
+    let mut table = Table::default();
+    table::parquet(&data("drive.parquet"), &mut table).unwrap();
+    assert_eq!(table.columns, ["time_s", "wheel1_rad_s", "wheel2_rad_s", "power_w", "mass_kg"]);
+    let numbers = |row: &Vec<Cell>| {
+        row.iter().map(|cell| if let Cell::Number(x) = cell { *x } else { f64::NAN }).collect()
+    };
+    let found: Vec<Vec<f64>> = table.rows.iter().map(numbers).collect();
+    assert_eq!(found, expected);
+}
+
+/// Charge is published every fourth of the base's times and falls by the same in each: what lies between is on the straight line. Behind the
+/// last battery message there is none.
+#[test]
+fn other_topics_are_interpolated_and_never_extrapolated() {
+    let bag = Bag::open(&data("turtlebot3.mcap"), false).unwrap();
+    let wanted = request(&["/joint_states:velocity[wheel_left_joint]"], &["/battery_state:percentage"]);
+    let (found, _) = rows(&bag, &wanted).unwrap();
+    assert_eq!(found.len(), 400);
+    for (place, row) in found.iter().enumerate() {
+        if place > 396 {
+            assert!(row[2].is_nan(), "{place}");
+        } else {
+            // Floats of four bytes.
+            assert!((row[2] - (0.9 - 1e-4 * place as f64)).abs() < 1e-7, "{place}: {}", row[2]);
+        }
+    }
+    let (found, _) = rows(&bag, &Request { greatest_gap_s: 0.1, ..wanted }).unwrap();
+    assert!(found.iter().enumerate().all(|(place, row)| row[2].is_nan() == (place % 4 != 0)));
+}
+
+/// The arm's joints come on the same topic, and make no rows.
+#[test]
+fn other_publishers_of_a_topic_make_no_rows() {
+    let bag = Bag::open(&data("husarion.db3"), false).unwrap();
+    let joints = bag.topics().iter().position(|topic| topic.name == "/joint_states").unwrap();
+    assert!(bag.names(joints).unwrap().contains(&"arm_joint".to_owned()));
+    let (found, merged) = rows(&bag, &request(&["/joint_states:velocity[rr_wheel_joint]"], &[])).unwrap();
+    assert_eq!((found.len(), merged.out_of_order), (400, 0));
+}
+
+/// Receipts of the TurtleBot3's are 20 ms behind its stamps; its commands have no stamp.
+#[test]
+fn the_clock_is_the_stamp_or_the_receipt() {
+    let bag = Bag::open(&data("turtlebot3.mcap"), false).unwrap();
+    let wanted = request(&["/joint_states:velocity[wheel_left_joint]"], &["/cmd_vel:linear.x"]);
+    let late = |clock| {
+        let (found, _) = rows(&bag, &Request { clock, ..wanted.clone() }).unwrap();
+        found.iter().position(|row| !row[2].is_nan()).unwrap()
+    };
+    assert_eq!((late(Clock::Stamp), late(Clock::Receipt)), (1, 0));
+}
+
+#[test]
+fn what_is_not_there_is_refused_with_the_nearest() {
+    let bag = Bag::open(&data("turtlebot3.mcap"), false).unwrap();
+    let refused = |base: &str| rows(&bag, &request(&[base], &[])).unwrap_err().to_string();
+    let topic = refused("/joint_state:velocity[0]");
+    assert!(topic.starts_with("has no topic /joint_state; it has: /joint_states, "), "{topic}");
+    let field = refused("/battery_state:volts");
+    assert!(field.contains("(sensor_msgs/msg/BatteryState) has no number volts; it has: voltage"), "{field}");
+    for file in ["clearpath.mcap", "husarion.db3", "drive.ulg"] {
+        let bag = Bag::open(&data(file), false).unwrap();
+        assert!(bag.topics().iter().all(|topic| !paths(topic).unwrap().is_empty()), "{file}");
+    }
+    let bag = Bag::open(&data("compressed.db3"), false).unwrap();
+    let error = rows(&bag, &request(&["/odom:twist.twist.linear.x"], &[])).unwrap_err().to_string();
+    assert!(error.starts_with("topic /odom: its messages are compressed one by one (zstd)"), "{error}");
+}
+
+/// Wherever a file ends, it is refused as cut off; what is left of a bag or ULog gives the first of its rows, on request.
+#[test]
+fn a_cut_file_is_refused_and_its_rest_read_on_request() {
+    let folder = tempfile::tempdir().unwrap();
+    let ros = request(&["/joint_states:velocity[wheel_left_joint]"], &[]);
+    let px4 = request(&["wheel_encoders:wheel_speed[1]"], &[]);
+    let whole = csv();
+    for (file, request) in [("drive.mcap", &ros), ("drive.ulg", &px4)] {
+        let bytes = std::fs::read(data(file)).unwrap();
+        for share in [0.31, 0.61, 0.91, 0.999] {
+            let cut = folder.path().join(file);
+            std::fs::write(&cut, &bytes[..(share * bytes.len() as f64) as usize]).unwrap();
+            let refused = Bag::open(&cut, false);
+            assert!(matches!(refused, Err(Error::Truncated(_))), "{file} {share}: {refused:?}");
+            let Ok(bag) = Bag::open(&cut, true) else {
+                assert!(share < 0.5, "{file} {share}");
+                continue;
+            };
+            let (found, merged) = rows(&bag, request).unwrap();
+            let expected = &whole[..found.len()];
+            assert!(found.iter().zip(expected).all(|(found, row)| found[1] == row[1]), "{file} {share}");
+            assert!(share > 0.99 || matches!(merged.ending, Ending::Cut(_)), "{file} {share}");
+            assert!(
+                share < 0.5 || found.len() as f64 > (share - 0.35) * whole.len() as f64,
+                "{file} {share}: {}",
+                found.len()
+            );
+        }
+    }
+    let bytes = std::fs::read(data("drive.parquet")).unwrap();
+    let cut = folder.path().join("drive.parquet");
+    std::fs::write(&cut, &bytes[..bytes.len() - 10]).unwrap();
+    let refused = table::parquet(&cut, &mut Table::default());
+    assert!(matches!(refused, Err(Error::Truncated(_))), "{refused:?}");
+}
+
+/// A parameter whose name is said to be longer than its message, which px4-ulog 0.6.1 does not look at.
+#[test]
+fn a_wrong_length_within_a_ulog_is_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("wrong.ulg");
+    let mut bytes = std::fs::read(data("drive.ulg")).unwrap();
+    let place = bytes.windows(17).position(|text| text == b"Fdrive_power:uint").unwrap();
+    bytes[place] = b'P';
+    std::fs::write(&file, bytes).unwrap();
+    let error = Bag::open(&file, true).unwrap_err().to_string();
+    assert!(error.contains("ULog"), "{error}");
+}
+
+#[test]
+fn clocks_are_not_mixed() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("mixed.mcap");
+    let mut writer =
+        mcap::Writer::new(std::io::BufWriter::new(std::fs::File::create(&file).unwrap())).unwrap();
+    let schema = |stamped: bool| {
+        let header = r#""header":{"type":"object","properties":{"stamp":{"type":"object","properties":{"sec":{"type":"integer"},"nanosec":{"type":"integer"}}}}},"#;
+        format!(
+            r#"{{"type":"object","properties":{{{}"x":{{"type":"number"}}}}}}"#,
+            if stamped { header } else { "" }
+        )
+    };
+    let mut channels = Vec::new();
+    for (topic, stamped) in [("/a", true), ("/b", false)] {
+        let id = writer.add_schema(topic, "jsonschema", schema(stamped).as_bytes()).unwrap();
+        channels.push(writer.add_channel(id, topic, "json", &std::collections::BTreeMap::new()).unwrap());
+    }
+    for second in 0..5_u64 {
+        for (place, text) in [
+            format!(r#"{{"header":{{"stamp":{{"sec":{second},"nanosec":1}}}},"x":1}}"#),
+            r#"{"x":2}"#.to_owned(),
+        ]
+        .iter()
+        .enumerate()
+        {
+            let time = 1_700_000_000_000_000_000 + second * 1_000_000_000;
+            let header = mcap::records::MessageHeader {
+                channel_id: channels[place],
+                sequence: 0,
+                log_time: time,
+                publish_time: time,
+            };
+            writer.write_to_known_channel(&header, text.as_bytes()).unwrap();
+        }
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    let bag = Bag::open(&file, false).unwrap();
+    let wanted = request(&["/a:x"], &["/b:x"]);
+    let error = rows(&bag, &wanted).unwrap_err().to_string();
+    assert!(
+        error.starts_with("mixes clocks: messages of /a are stamped, those of /b are timed by their receipt"),
+        "{error}"
+    );
+    let (found, _) = rows(&bag, &Request { clock: Clock::Receipt, ..wanted }).unwrap();
+    assert_eq!(found.len(), 5);
+    assert_eq!(found[4], [4.0, 1.0, 2.0]);
+}
+
+/// Numbers whose digits are hard, in both formats that are written.
+#[test]
+fn what_is_written_comes_back_bit_for_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let columns = ["time_s", "x", "run"].map(str::to_owned);
+    let numbers =
+        [0.1 + 0.2, 5e-324, -0.0, 1.797_693_134_862_315_7e308, f64::NAN, 8.41e21, 2.0_f64.powi(-1074 + 52)];
+    let rows: Vec<Vec<Cell>> = numbers
+        .iter()
+        .enumerate()
+        .map(|(place, x)| {
+            vec![
+                Cell::Number(place as f64 * 0.05),
+                Cell::Number(*x),
+                Cell::Text(format!("run {}, \"a\"", place / 3)),
+            ]
+        })
+        .collect();
+    let (parquet, mcap) = (folder.path().join("a.parquet"), folder.path().join("a.mcap"));
+    let create = |path: &Path| std::fs::File::create(path).unwrap();
+    let mut writer = Parquet::new(create(&parquet), &columns, &[false, false, true]).unwrap();
+    rows.iter().for_each(|row| writer.row(row).unwrap());
+    writer.finish().unwrap();
+    let mut writer = Mcap::new(create(&mcap), &columns, &[false, false, true]).unwrap();
+    rows.iter().for_each(|row| writer.row(row).unwrap());
+    writer.finish().unwrap();
+
+    let mut from_parquet = Table::default();
+    table::parquet(&parquet, &mut from_parquet).unwrap();
+    let bag = Bag::open(&mcap, false).unwrap();
+    let mut from_mcap = Table::default();
+    table::json_topic(&bag, table::topic(&bag).unwrap(), &mut from_mcap).unwrap();
+    for table in [from_parquet, from_mcap] {
+        assert_eq!(table.columns, columns);
+        for (found, expected) in table.rows.iter().zip(&rows) {
+            for (found, expected) in found.iter().zip(expected) {
+                match (found, expected) {
+                    (Cell::Number(a), Cell::Number(b)) => assert_eq!(a.to_bits(), b.to_bits(), "{a} {b}"),
+                    (a, b) => assert_eq!(a, b),
+                }
+            }
+        }
+        assert_eq!(table.rows.len(), rows.len());
+    }
+}

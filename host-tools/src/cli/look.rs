@@ -1,0 +1,56 @@
+//! `gmr look`: what is in a log, what the robot's energy goes into, and what can be learned from it.
+
+use std::path::PathBuf;
+
+use super::overwrite::OverwriteArgument;
+use crate::error::{Error, Result};
+use crate::look::{self, Report};
+use crate::output;
+use crate::own::Form;
+
+/// Arguments of `gmr look`.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  gmr look bag.mcap --page bag.html")]
+pub(crate) struct Arguments {
+    /// Answer as JSON: an object of one log, a list of several
+    #[arg(long)]
+    json: bool,
+    /// Write a page with plots as well; of one log
+    #[arg(long, value_name = "FILE.html")]
+    page: Option<PathBuf>,
+    /// Read what is there of a bag or ULog that was cut off while it was recorded
+    #[arg(long)]
+    allow_truncated: bool,
+    /// The logs: MCAP, db3, ULog, Parquet or CSV
+    #[arg(value_name = "LOG", required = true)]
+    logs: Vec<PathBuf>,
+    #[command(flatten)]
+    overwrite: OverwriteArgument,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    if let Some(page) = &arguments.page {
+        if arguments.logs.len() > 1 {
+            return Err(Error::usage(format!("--page with {} logs: expected one", arguments.logs.len())));
+        }
+        output::folder_of(page)?;
+    }
+    output::check_apart(arguments.page.as_deref(), arguments.logs.iter().map(PathBuf::as_path))?;
+    arguments.overwrite.check(&arguments.page, Form::Page)?;
+    let reports = arguments.logs.iter().map(|log| Report::of(log, arguments.allow_truncated));
+    let reports = reports.collect::<Result<Vec<_>>>()?;
+    if let (Some(file), [only]) = (&arguments.page, &reports[..]) {
+        let text = look::page(only)?;
+        output::write_whole(file, |to| {
+            to.write_all(text.as_bytes()).map_err(|error| Error::io(file, &error))
+        })?;
+    }
+    match &reports[..] {
+        [only] if arguments.json => return output::print_json(only),
+        several if arguments.json => return output::print_json(&several),
+        _ => {}
+    }
+    let summaries: Vec<String> = reports.iter().map(Report::summary).collect();
+    output::print(format_args!("{}", summaries.join("\n")));
+    Ok(())
+}

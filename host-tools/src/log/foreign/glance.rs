@@ -1,0 +1,71 @@
+//! What of a bag shows energy and motion at a glance, without a robot.toml.
+
+use log_formats::Bag;
+use log_formats::merge::{Clock, Request};
+
+use super::choose::{Chosen, Fields, Power, column, field, joints, mass, power, topic};
+use super::columns::{Column, Expression};
+use super::known::{BATTERIES, BATTERY_STATE, ODOMETRY, ODOMETRY_KIND};
+use crate::error::Result;
+use crate::log::{POWER, speed_column};
+use crate::robot::Topics;
+
+/// Forward speed, m/s.
+pub const SPEED: &str = "v_m_s";
+/// Turn rate, rad/s.
+pub const TURN: &str = "omega_rad_s";
+/// Current drawn, A.
+pub const CURRENT: &str = "battery_a";
+/// Charge that the battery reports, 0 to 1.
+pub const CHARGE: &str = "charge";
+
+/// Speed, turn, wheels, power, current, charge and mass, as far as the bag has them.
+///
+/// # Errors
+/// Several topics of one name; a definition that cannot be read.
+pub fn glance(bag: &Bag) -> Result<Option<Chosen>> {
+    let topics = Topics::default();
+    let mut fields = Fields::default();
+    let mut columns: Vec<Column> = Vec::new();
+    if let Some(found) = joints(bag, 2, &mut fields)? {
+        columns.extend(found);
+    } else if let Some(encoders) = bag.topics().iter().find(|topic| topic.kind == "wheel_encoders") {
+        for (wheel, index) in [1, 0].into_iter().enumerate() {
+            let place = fields.place(field(encoders, &format!("wheel_speed[{index}]"))?);
+            columns.push(column(speed_column(wheel), Expression::Number(place, 1.0), &*encoders.name));
+        }
+    }
+    if let Some(odometry) = topic(bag, None, ODOMETRY_KIND, &ODOMETRY, "odometry")? {
+        for (name, member) in [(SPEED, "linear.x"), (TURN, "angular.z")] {
+            let place = fields.place(field(odometry, &format!("twist.twist.{member}"))?);
+            columns.push(column(name, Expression::Number(place, 1.0), &*odometry.name));
+        }
+    }
+    match power(bag, &topics)? {
+        Some(Power::Direct(own, scale)) => {
+            let source = own.to_string();
+            columns.push(column(POWER, Expression::Number(fields.place(own), scale), source));
+        }
+        Some(Power::Product { voltage, current, scale, .. }) => {
+            let source = current.topic.clone();
+            let (voltage, current) = (fields.place(voltage), fields.place(current));
+            columns.push(column(POWER, Expression::Product(voltage, current, scale), &*source));
+            columns.push(column(CURRENT, Expression::Number(current, scale), source));
+        }
+        None => {}
+    }
+    if let Some(battery) = topic(bag, None, BATTERY_STATE, &BATTERIES, "voltage and current")? {
+        let place = fields.place(field(battery, "percentage")?);
+        columns.push(column(CHARGE, Expression::Number(place, 1.0), &*battery.name));
+    } else if let Some(battery) = bag.topics().iter().find(|topic| topic.kind == "battery_status") {
+        let place = fields.place(field(battery, "remaining")?);
+        columns.push(column(CHARGE, Expression::Number(place, 1.0), &*battery.name));
+    }
+    if fields.base.is_empty() {
+        return Ok(None);
+    }
+    columns.extend(mass(bag, &topics, &mut fields)?);
+    let Fields { base, others } = fields;
+    let request = Request { base, others, greatest_gap_s: topics.greatest_gap_s, clock: Clock::Stamp };
+    Ok(Some(Chosen { request, columns, battery: None, lacking: Vec::new() }))
+}

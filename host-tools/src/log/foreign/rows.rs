@@ -1,0 +1,177 @@
+//! Rows of other formats, written as the text that all commands read.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use log_formats::merge::merge;
+use log_formats::table::{self, Cell, Taker};
+use log_formats::{Bag, Ending};
+
+use super::choose::choose;
+use super::columns::Expression;
+use super::wrong::wrong;
+use crate::error::{Error, Result};
+use crate::log::{POWER, TIME};
+use crate::robot::Robot;
+
+/// What is written; errors of it are ours, and pass through the readers.
+struct Writer<'a> {
+    to: BufWriter<&'a File>,
+}
+
+fn full(error: std::io::Error) -> log_formats::Error {
+    log_formats::Error::Taker(Box::new(spool_failed(&error)))
+}
+
+fn spool_failed(error: &std::io::Error) -> Error {
+    Error::failed(format!("its rows cannot be kept in a temporary file: {error}"))
+}
+
+impl Writer<'_> {
+    fn field(&mut self, place: usize, cell: &Cell) -> std::io::Result<()> {
+        if place > 0 {
+            self.to.write_all(b",")?;
+        }
+        match cell {
+            Cell::Number(number) if number.is_nan() => Ok(()),
+            // The fewest digits that give the number back.
+            Cell::Number(number) => write!(self.to, "{number}"),
+            Cell::Text(text) => {
+                // No line of a log goes on in the next.
+                let text = text.replace(['\n', '\r'], " ").replace('"', "\"\"");
+                write!(self.to, "\"{text}\"")
+            }
+        }
+    }
+}
+
+impl Taker for Writer<'_> {
+    fn columns(&mut self, columns: &[String]) -> log_formats::Result<()> {
+        for (place, name) in columns.iter().enumerate() {
+            if name.contains(['"', ',', '\n', '\r']) {
+                self.field(place, &Cell::Text(name.clone())).map_err(full)?;
+            } else {
+                let comma = if place > 0 { "," } else { "" };
+                write!(self.to, "{comma}{name}").map_err(full)?;
+            }
+        }
+        self.to.write_all(b"\n").map_err(full)
+    }
+
+    fn row(&mut self, row: &[Cell]) -> log_formats::Result<()> {
+        for (place, cell) in row.iter().enumerate() {
+            self.field(place, cell).map_err(full)?;
+        }
+        self.to.write_all(b"\n").map_err(full)
+    }
+}
+
+fn writer(spool: &File) -> Writer<'_> {
+    Writer { to: BufWriter::with_capacity(1 << 20, spool) }
+}
+
+/// Of a Parquet file. Gives what is to be said.
+pub(super) fn of_parquet(path: &Path, spool: &File) -> Result<Vec<String>> {
+    let mut writer = writer(spool);
+    table::parquet(path, &mut writer).map_err(wrong)?;
+    writer.to.flush().map_err(|error| spool_failed(&error))?;
+    Ok(Vec::new())
+}
+
+/// Of a bag that is a table. Gives what is to be said.
+pub(super) fn of_table(bag: &Bag, topic: usize, spool: &File) -> Result<Vec<String>> {
+    let mut writer = writer(spool);
+    let ending = table::json_topic(bag, topic, &mut writer).map_err(wrong)?;
+    writer.to.flush().map_err(|error| spool_failed(&error))?;
+    Ok(cut(&ending).into_iter().collect())
+}
+
+fn cut(ending: &Ending) -> Option<String> {
+    match ending {
+        Ending::Whole => None,
+        Ending::Cut(why) => {
+            Some(format!("{}: what comes before is used", why.split(';').next().unwrap_or(why)))
+        }
+    }
+}
+
+/// What the power's current is like, over all rows.
+#[derive(Default)]
+struct Current {
+    rows: u64,
+    not_zero: u64,
+    negative: u64,
+}
+
+/// Of a bag. Gives what is to be said: where the columns come from, and what is missing.
+pub(super) fn of_bag(bag: &Bag, robot: &Robot, spool: &File) -> Result<Vec<String>> {
+    let chosen = choose(bag, robot)?;
+    let mut writer = writer(spool);
+    let names: Vec<String> = std::iter::once(TIME.to_owned())
+        .chain(chosen.columns.iter().map(|column| column.name.clone()))
+        .collect();
+    Taker::columns(&mut writer, &names).map_err(wrong)?;
+    let power = chosen.columns.iter().find(|column| column.name == POWER).map(|column| &column.expression);
+    let mut current = Current::default();
+    let mut cells = Vec::with_capacity(names.len());
+    let merged = merge(bag, &chosen.request, &mut |time, numbers| {
+        cells.clear();
+        cells.push(Cell::Number(time));
+        cells.extend(chosen.columns.iter().map(|column| Cell::Number(column.expression.of(numbers))));
+        if let Some(Expression::Product(_, place, scale)) = power {
+            let drawn = numbers[*place] * scale.signum();
+            current.rows += 1;
+            current.not_zero += u64::from(drawn.abs() > 0.0);
+            current.negative += u64::from(drawn < 0.0);
+        }
+        writer.row(&cells)
+    })
+    .map_err(wrong)?;
+    writer.to.flush().map_err(|error| spool_failed(&error))?;
+    let base = &chosen.request.base;
+    if merged.rows == 0 {
+        let fields: Vec<String> = base.iter().map(|field| field.path.clone()).collect();
+        return Err(Error::failed(format!(
+            "no message of {} has numbers in {}; expected one at least",
+            base[0].topic,
+            fields.join(", ")
+        )));
+    }
+    if let Some(battery) = &chosen.battery
+        && current.rows > 0
+        && current.not_zero == 0
+    {
+        return Err(Error::failed(format!(
+            "the current of {battery} is 0 or missing in all its messages: this robot does not measure it; expected power, or voltage and current, from \
+             another topic ([topics] of robot.toml), or a power sensor"
+        )));
+    }
+    let mut said = Vec::new();
+    let mut sources: Vec<String> = Vec::new();
+    for column in &chosen.columns {
+        let line = format!("{} from {}", column.name, column.source);
+        if !sources.contains(&line) {
+            sources.push(line);
+        }
+    }
+    said.push(format!("{} rows on the clock of {}: {}", merged.rows, base[0].topic, sources.join("; ")));
+    said.extend(cut(&merged.ending));
+    if merged.out_of_order > 0 {
+        said.push(format!(
+            "{} messages were not later than the one before them, and left out",
+            merged.out_of_order
+        ));
+    }
+    if current.negative * 2 > current.rows {
+        said.push(
+            "power is negative in most rows: this robot's driver counts a discharging current positive; say current = \
+             \"topic:current\" and voltage = \"topic:voltage\" in [topics] of robot.toml"
+                .to_owned(),
+        );
+    }
+    if !chosen.lacking.is_empty() {
+        said.push(format!("has no {}", chosen.lacking.join(", no ")));
+    }
+    Ok(said)
+}

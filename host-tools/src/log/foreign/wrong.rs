@@ -1,0 +1,14 @@
+//! Errors of the readers of other formats.
+
+use crate::error::Error;
+
+/// An error of a reader as one of ours; that of our own rows comes back as it was.
+pub(crate) fn wrong(error: log_formats::Error) -> Error {
+    match error {
+        log_formats::Error::Taker(ours) => match ours.downcast::<Error>() {
+            Ok(ours) => *ours,
+            Err(other) => Error::failed(other.to_string()),
+        },
+        error => Error::failed(error.to_string()),
+    }
+}
