@@ -127,9 +127,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     let settings = settings(arguments)?;
     let mut suspicions = entrance::look::<N>(robot, &arguments.runs, mass)?;
     let doubted = suspicions.first().map(|suspicion| suspicion.text.clone());
-    let after = |error: Error| doubted.iter().fold(error, |error, text| error.after(text));
-    let mut fit = fit::fit_logs::<N>(robot, &arguments.runs, mass, arguments.model, method, &settings)
-        .map_err(after)?;
+    let mut fit = fit::fit_logs::<N>(robot, &arguments.runs, mass, arguments.model, method, &settings)?;
     // What the logs look like explains what the fit says of itself.
     suspicions.append(&mut fit.warnings);
     fit.warnings = suspicions;
@@ -137,7 +135,10 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     fit.warnings.iter().for_each(|warning| notice!("{}", warning.text));
     if let Some(out) = &arguments.out {
         let file = fit.to_file()?;
-        check_for_boards(robot, &file.coefficients).map_err(|error| after(error.in_file(out)))?;
+        check_for_boards(robot, &file.coefficients).map_err(|error| {
+            // Absurd coefficients may come from a log that is in another unit.
+            doubted.iter().fold(error.in_file(out), |error, text| error.after(text))
+        })?;
         file.write(out)?;
     }
     if arguments.json { print_json(robot, &fit) } else { print_text(robot, &fit, arguments) }
