@@ -255,13 +255,16 @@ fn named(
     scatters: &[f64],
     threshold: f64,
 ) -> Option<Change> {
-    let gain = |one: &Asked| one.step * one.step * one.information / scatters[one.direction];
+    // What a step takes off the squares, W²: on one scale for all coefficients, which their own scatters are not.
+    let gain = |one: &Asked| one.step * one.step * one.information;
     let best = asked.iter().filter(|one| gain(one).is_finite()).max_by(|a, b| gain(a).total_cmp(&gain(b)))?;
     let most = gain(best);
-    if most < threshold * threshold {
+    // A robot whose own runs scatter more than the fleet's is held against its own.
+    let scatter = scatters[best.direction].max(best.scatter);
+    if most < threshold * threshold * scatter {
         return None;
     }
-    let near = || asked.iter().filter(|one| most - gain(one) < APART);
+    let near = || asked.iter().filter(|one| most - gain(one) < APART * scatter);
     let others: BTreeSet<usize> =
         near().filter(|one| one.direction != best.direction).map(|one| one.direction).collect();
     let days: BTreeSet<usize> = near()
@@ -269,7 +272,7 @@ fn named(
         .map(|one| one.day)
         .collect();
     let direction = &directions[best.direction];
-    let plus_minus = NORMAL_95 * (scatters[best.direction] / best.information).sqrt();
+    let plus_minus = NORMAL_95 * (scatter / best.information).sqrt();
     let percent = |amount: f64| (direction.value > 0.0).then(|| 100.0 * amount / direction.value);
     Some(Change {
         robot: robot.name.to_owned(),
