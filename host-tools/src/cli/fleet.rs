@@ -11,6 +11,7 @@ use crate::error::{Error, Result};
 use crate::fleet::{self, Change, Drift, Judged, Log, Outcome, Standing, State};
 use crate::gram::{self, Conditioned, RunGram};
 use crate::log::checks::check_mass;
+use crate::log::foreign;
 use crate::output;
 use crate::progress::CountProgress;
 use crate::robot::Robot;
@@ -133,6 +134,8 @@ fn read_new<const N: usize>(robot: &Robot, how: &Conditioned<N>, logs: &[Log], s
                 }
             };
             state.keep(log, outcome)?;
+            // Nobody opens it again, and a fleet has more logs than a process may have files open.
+            foreign::forget(&log.path);
         }
         progress.one_more();
         Ok(())

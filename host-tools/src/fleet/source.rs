@@ -16,8 +16,8 @@ pub struct Log {
     pub keys: BTreeMap<String, String>,
 }
 
-/// Endings of logs.
-const ENDINGS: [&str; 1] = ["csv"];
+/// Endings of logs: what else lies between them is left alone. What a file is, its first bytes say.
+const ENDINGS: [&str; 5] = ["csv", "parquet", "mcap", "db3", "ulg"];
 
 /// All logs below a folder, by name. `robot=7/day=2026-11-02/a.csv` says its keys itself; of `7/2026-11-02/a.csv` the folders are the keys of
 /// `group` in their order, and where folders are one fewer, the file's name is the last.
@@ -32,10 +32,11 @@ pub fn find(source: &Path, group: &[String]) -> Result<Vec<Log>> {
         .map(|(path, parts)| Log { path, keys: keys(&parts, group), name: parts.join("/") })
         .collect();
     if logs.is_empty() {
-        return Err(Error::failed(
-            "no logs below it; expected files *.csv in folders such as robot=7/day=2026-11-02",
-        )
-        .in_file(source));
+        let message = format!(
+            "no logs below it; expected files *.{} in folders such as robot=7/day=2026-11-02",
+            ENDINGS.join(", *.")
+        );
+        return Err(Error::failed(message).in_file(source));
     }
     // Whatever order the file system has.
     logs.sort_by(|a, b| a.name.cmp(&b.name));

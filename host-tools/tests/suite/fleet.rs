@@ -46,7 +46,14 @@ fn notes<'a>(report: &'a Value, run: &str) -> (&'a Value, String) {
 #[test]
 fn the_robot_that_changed_is_named_with_its_day_and_no_other() {
     let bench = fleet(4);
+    // A log is a log, whatever it is kept in.
+    let kept = "logs/robot=b/day=2026-11-02/1";
+    let (csv, parquet) = (format!("{kept}.csv"), format!("{kept}.parquet"));
+    bench.done(&["convert", &csv, "--out", &parquet]);
+    std::fs::remove_file(bench.path(&csv)).unwrap();
     let report = bench.json(&FLEET);
+    let (is_used, said) = notes(&report, "robot=b/day=2026-11-02/1.parquet");
+    assert!(is_used == true, "{said}");
     let changes = report["changes"].as_array().unwrap();
     println!("{changes:?}");
     assert_eq!(changes.len(), 1, "{changes:?}");

@@ -52,6 +52,11 @@ pub fn read_as(reading: Reading) {
     *READING.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::new(reading));
 }
 
+/// Gives up the rows of a log that nobody opens again.
+pub fn forget(path: &Path) {
+    KNOWN.lock().unwrap_or_else(PoisonError::into_inner).remove(path);
+}
+
 /// Opens a log: itself where it is text, its rows where it is in another format.
 ///
 /// # Errors
