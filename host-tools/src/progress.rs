@@ -44,14 +44,6 @@ impl FileProgress {
         self.current = 0;
     }
 
-    /// A line on standard error that does not tear the bar.
-    pub fn note(&self, text: &str) {
-        match &self.bar {
-            Some(bar) if !bar.is_hidden() => bar.println(crate::printable::line(&format!("gmr: {text}"))),
-            _ => eprintln!("gmr: {text}"),
-        }
-    }
-
     /// Takes the bar away.
     pub fn finish(&mut self) {
         if let Some(bar) = self.bar.take() {

@@ -112,7 +112,7 @@ impl<const N: usize> Dataset<N> {
             let exclusions = reader.exclusions();
             dataset.excluded += exclusions.total();
             if exclusions.total() > 0 {
-                progress.note(&format!("{}: {exclusions}", file.display()));
+                notice!("{}: {exclusions}", file.display());
             }
         }
         progress.finish();
