@@ -8,6 +8,9 @@ use super::error::InvalidCovariance;
 /// largest entry of their row: sums of some 10⁵ products in double precision, through a matrix with a condition of up to 10⁶.
 const ROUNDING: f64 = 1e-6;
 
+/// Correlations lie above 1 by so much at most: rounding where one direction is all but undetermined is larger than elsewhere.
+const CORRELATION_ROUNDING: f64 = 1e-3;
+
 /// A covariance as a fit computed it, without what rounding did to it.
 ///
 /// # Errors
@@ -59,6 +62,10 @@ fn check(matrix: &DMatrix<f64>, size: usize) -> Result<(), InvalidCovariance> {
             if tells && (above - below).abs() > ROUNDING * scale {
                 return Err(InvalidCovariance::Asymmetric { row: i + 1, column: j + 1, above, below });
             }
+            let correlation = above / scale;
+            if tells && correlation.abs() > 1.0 + CORRELATION_ROUNDING {
+                return Err(InvalidCovariance::Correlation { row: i + 1, column: j + 1, correlation });
+            }
         }
     }
     Ok(())
@@ -84,6 +91,8 @@ mod tests {
         assert_eq!(refused([[1.0, 0.0], [0.0, -1.0]], 2), negative);
         let skewed = InvalidCovariance::Asymmetric { row: 1, column: 2, above: 0.5, below: 0.25 };
         assert_eq!(refused([[1.0, 0.5], [0.25, 1.0]], 2), skewed);
+        let beyond = InvalidCovariance::Correlation { row: 1, column: 2, correlation: -1.5 };
+        assert_eq!(refused([[4.0, -3.0], [-3.0, 1.0]], 2), beyond);
     }
 
     /// Rounding is mended, and nothing beyond it.

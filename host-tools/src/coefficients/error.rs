@@ -117,6 +117,16 @@ pub enum InvalidCovariance {
         /// Below it.
         below: f64,
     },
+    /// Two parameters that vary together more than they vary.
+    #[error("a correlation of {correlation} in row {row}, column {column}; expected −1 to 1")]
+    Correlation {
+        /// From 1.
+        row: usize,
+        /// From 1.
+        column: usize,
+        /// What was found.
+        correlation: f64,
+    },
 }
 
 impl InvalidCoefficients {
