@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::warning::Warning;
 use crate::error::{Error, Result};
+use crate::log::standing::{Standings, Stuck};
 use crate::log::suspicion::{Kind, Look, Suspicion};
 use crate::log::{MASS, POWER, SampleReader};
 use crate::robot::Robot;
@@ -21,7 +22,10 @@ pub fn look<const N: usize>(robot: &Robot, files: &[PathBuf], mass_kg: f64) -> R
     let mut untold = Vec::new();
     let mut tells = false;
     for file in files {
-        let (suspicions, told) = look_at::<N>(robot, file)?;
+        let (suspicions, stuck, told) = look_at::<N>(robot, file)?;
+        warnings.extend(stuck.iter().map(|stuck| {
+            Warning::of_log(format!("{}: {stuck}; check the sensor, leave this stretch out", file.display()))
+        }));
         tells |= told;
         if !told {
             untold.push(file);
@@ -42,11 +46,12 @@ pub fn look<const N: usize>(robot: &Robot, files: &[PathBuf], mass_kg: f64) -> R
     Ok(warnings)
 }
 
-/// What there is to doubt of a log, and whether it tells masses.
-fn look_at<const N: usize>(robot: &Robot, file: &Path) -> Result<(Vec<Suspicion>, bool)> {
+/// What there is to doubt of a log, what stands still in it, and whether it tells masses.
+fn look_at<const N: usize>(robot: &Robot, file: &Path) -> Result<(Vec<Suspicion>, Vec<Stuck>, bool)> {
     let mut reader = SampleReader::<N>::open(file, robot)?;
     let gap = crate::log::MIN_GAP_FACTOR * reader.period_s();
     let mut look = Look::new(robot);
+    let mut standings = Standings::new(robot, N);
     let mut told = false;
     while reader.rows() < MOST_ROWS
         && let Some(row) = reader.next_row()?
@@ -54,9 +59,10 @@ fn look_at<const N: usize>(robot: &Robot, file: &Path) -> Result<(Vec<Suspicion>
         told |= row.mass.is_some();
         let mass = row.mass.unwrap_or(f64::NAN);
         let fresh = row.elapsed.is_infinite() || row.elapsed > gap;
+        standings.add(row.line, row.time, fresh, &row.sample.wheel_speed, row.sample.power);
         look.add(row.time, fresh, &row.sample.wheel_speed, row.sample.power, mass);
     }
-    Ok((look.finish(), told))
+    Ok((look.finish(), standings.finish(), told))
 }
 
 fn judge(file: &Path, suspicion: &Suspicion, mass_kg: f64) -> Result<Warning> {

@@ -119,11 +119,11 @@ impl Findings {
             self.add(severity, text, "look at that line; few of them do no harm to a fit");
         }
         for stuck in &scan.stuck {
-            let text = format!(
-                "{} stays at {} from {:.1} to {:.1} s while others change ({:.1} s in all)",
-                stuck.column, stuck.value, stuck.from_s, stuck.to_s, stuck.total_s
+            self.add(
+                Severity::Problem,
+                stuck.to_string(),
+                "check the sensor and its cable; leave this stretch out",
             );
-            self.add(Severity::Problem, text, "check the sensor and its cable; leave this stretch out");
         }
     }
 

@@ -20,7 +20,7 @@ pub use blocks::{Block, Blocks};
 pub use excitation::{Excitation, PayloadShare};
 pub use finding::{Finding, Severity};
 pub use report::Report;
-pub use sensors::{Outliers, Stuck};
+pub use sensors::Outliers;
 pub use static_power::{Moving, StaticPower, StaticState};
 pub use timing::Timing;
 pub use verdict::{Use, Verdict};

@@ -5,11 +5,12 @@ use serde::Serialize;
 use super::blocks::Block;
 use super::excitation::Excitation;
 use super::finding::Finding;
-use super::sensors::{Outliers, Stuck};
+use super::sensors::Outliers;
 use super::static_power::StaticState;
 use super::timing::Timing;
 use super::verdict::Verdict;
 use crate::log::Exclusions;
+use crate::log::standing::Stuck;
 
 /// Everything `gmr inspect` says about a log, in the order it is printed as JSON.
 #[derive(Debug, Clone, Serialize)]

@@ -4,9 +4,10 @@ use std::path::Path;
 
 use super::blocks::{Block, Blocks};
 use super::excitation::{Excitation, Watch};
-use super::sensors::{Outliers, Spikes, Standing, Stuck};
+use super::sensors::{Outliers, Spikes};
 use super::timing::{Steps, Timing};
 use crate::error::Result;
+use crate::log::standing::{Standings, Stuck};
 use crate::log::suspicion::{Look, Suspicion};
 use crate::log::{
     ColumnRequest, Exclusions, Header, LogReader, MASS, POWER, RUN, Role, TIME, acceleration_column,
@@ -76,16 +77,6 @@ fn open(path: &Path, robot: &Robot) -> Result<(LogReader, usize, bool)> {
     Ok((header.read(&requests)?.scaled(scales), wheels, accelerations))
 }
 
-/// A robot may turn about one of its wheels for so long, s.
-const PIVOT_S: f64 = 30.0;
-
-/// Whether a wheel that stands while others turn does what it should: omnidirectional robots drive along its axle, others turn about it.
-fn may_stand(robot: &Robot, stuck: &Stuck) -> bool {
-    let omnidirectional = robot.geometry().twist_components() == 3;
-    stuck.value.abs() <= robot.speed_dead_band_rad_s()
-        && (omnidirectional || stuck.to_s - stuck.from_s < PIVOT_S)
-}
-
 pub(super) fn scan(path: &Path, robot: &Robot, mut progress: impl FnMut(u64, Option<u64>)) -> Result<Scan> {
     let (mut reader, wheels, accelerations) = open(path, robot)?;
     let mut values = vec![0.0; SPEED_SLOT + wheels * if accelerations { 2 } else { 1 }];
@@ -94,9 +85,7 @@ pub(super) fn scan(path: &Path, robot: &Robot, mut progress: impl FnMut(u64, Opt
     let mut power_spikes = Spikes::new(POWER.to_owned());
     let mut wheel_spikes: Vec<Spikes> =
         (1..=wheels).map(|wheel| Spikes::new(format!("acceleration of wheel {wheel}"))).collect();
-    let mut power_standing = Standing::new(POWER.to_owned());
-    let mut wheel_standing: Vec<Standing> =
-        (0..wheels).map(|wheel| Standing::new(speed_column(wheel))).collect();
+    let mut standings = Standings::new(robot, wheels);
     let mut watch = (wheels > 0).then(|| Watch::new(robot));
     let mut look = (wheels > 0).then(|| Look::new(robot));
     let static_power = robot.static_power_w().unwrap_or(0.0);
@@ -118,8 +107,6 @@ pub(super) fn scan(path: &Path, robot: &Robot, mut progress: impl FnMut(u64, Opt
         if fresh {
             power_spikes.restart();
             wheel_spikes.iter_mut().for_each(Spikes::restart);
-            power_standing.restart();
-            wheel_standing.iter_mut().for_each(Standing::restart);
             if let Some(watch) = &mut watch {
                 watch.restart();
             }
@@ -128,7 +115,6 @@ pub(super) fn scan(path: &Path, robot: &Robot, mut progress: impl FnMut(u64, Opt
         }
 
         let speeds = &values[SPEED_SLOT..SPEED_SLOT + wheels];
-        let changed = |slot: usize| values[slot] != before[slot];
         power_spikes.add(line, power_w);
         for (wheel, spikes) in wheel_spikes.iter_mut().enumerate() {
             let slot = SPEED_SLOT + wheel;
@@ -138,13 +124,7 @@ pub(super) fn scan(path: &Path, robot: &Robot, mut progress: impl FnMut(u64, Opt
                 spikes.add(line, (values[slot] - before[slot]) / step);
             }
         }
-        let wheel_changes = (0..wheels).filter(|wheel| changed(SPEED_SLOT + wheel)).count();
-        // Without wheels nothing tells whether power had a reason to change.
-        power_standing.add(line, time_s, power_w, !fresh && wheel_changes > 0);
-        for (wheel, standing) in wheel_standing.iter_mut().enumerate() {
-            let others = wheel_changes - usize::from(changed(SPEED_SLOT + wheel));
-            standing.add(line, time_s, speeds[wheel], !fresh && others > 0);
-        }
+        standings.add(line, time_s, fresh, speeds, power_w);
         if let Some(watch) = &mut watch {
             watch.add(time_s, speeds, power_w, values[MASS_SLOT]);
         }
@@ -183,11 +163,7 @@ pub(super) fn scan(path: &Path, robot: &Robot, mut progress: impl FnMut(u64, Opt
         outliers: std::iter::once(power_spikes.finish(0.0))
             .chain(wheel_spikes.into_iter().map(|spikes| spikes.finish(speed_step / period_s)))
             .collect(),
-        stuck: std::iter::once(power_standing)
-            .chain(wheel_standing)
-            .filter_map(Standing::finish)
-            .filter(|stuck| stuck.column == POWER || !may_stand(robot, stuck))
-            .collect(),
+        stuck: standings.finish(),
         excitation,
         blocks: blocks.finish(),
         has_mass: reader.has(MASS_SLOT),

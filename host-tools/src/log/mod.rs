@@ -20,6 +20,7 @@ mod samples;
 mod scan;
 mod shared;
 mod source;
+pub mod standing;
 pub mod suspicion;
 mod table;
 

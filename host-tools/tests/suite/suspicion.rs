@@ -257,3 +257,31 @@ fn units_are_taken_off_by_every_command() {
         close(&r2(&ours), &r2(&other));
     }
 }
+
+/// A wheel's sensor that keeps its value, and a power sensor that does: named by `fit`, which sees rows only.
+#[test]
+fn a_fit_names_sensors_that_stand_still() {
+    let bench = Bench::new();
+    let simulated = ["--rate", "50", "--sensors", "servo", "--duration", "60", "--mass", "1@0,6@30"];
+    bench.simulate("right.csv", &simulated);
+    let text = bench.text("right.csv");
+    let right = bench.gmr(&["fit", "right.csv"]);
+    assert!(!right.stderr.contains("stays at"), "{}", right.stderr);
+    let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    for column in ["wheel1_rad_s", "power_w"] {
+        let place = header.iter().position(|name| *name == column).unwrap();
+        let kept = text.lines().nth(1200).unwrap().split(',').nth(place).unwrap();
+        let lines = text.lines().enumerate().map(|(row, line)| {
+            let fields = line.split(',').enumerate();
+            let fields = fields.map(|(at, field)| if at == place && row > 1200 { kept } else { field });
+            fields.collect::<Vec<_>>().join(",") + "\n"
+        });
+        bench.put("stuck.csv", lines.collect::<String>());
+        let ran = bench.gmr(&["fit", "stuck.csv"]);
+        assert!(
+            ran.stderr.contains(&format!("{column} stays at {}", kept.parse::<f64>().unwrap())),
+            "{}",
+            ran.stderr
+        );
+    }
+}
