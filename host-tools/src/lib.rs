@@ -36,7 +36,7 @@ pub mod job;
 pub mod log;
 pub mod look;
 pub mod metrics;
-pub mod notice;
+mod notice;
 pub mod numerics;
 pub mod output;
 pub mod own;

@@ -27,19 +27,13 @@ pub(crate) fn add(line: Arguments<'_>) {
     }
 }
 
-/// The lines so far; none of them comes a second time.
-#[must_use]
-pub fn take() -> Vec<String> {
-    let (mut lines, dropped) = std::mem::take(&mut *NOTICES.lock().unwrap_or_else(PoisonError::into_inner));
-    if dropped > 0 {
-        lines.push(format!("{dropped} more"));
-    }
-    lines
-}
-
-/// Prints the lines so far, on standard error.
+/// Prints the lines so far, on standard error; none of them comes a second time.
 pub(crate) fn tell() {
-    for line in take() {
+    let (lines, dropped) = std::mem::take(&mut *NOTICES.lock().unwrap_or_else(PoisonError::into_inner));
+    for line in lines {
         eprintln!("gmr: {line}");
+    }
+    if dropped > 0 {
+        eprintln!("gmr: {dropped} more");
     }
 }

@@ -32,6 +32,14 @@ pub fn write_whole<T>(file: &Path, write: impl FnOnce(&mut dyn Write) -> Result<
     Ok(written)
 }
 
+/// [`write_whole`] of content that is there already.
+///
+/// # Errors
+/// What the operating system reports.
+pub fn write_content(file: &Path, content: impl AsRef<[u8]>) -> Result<()> {
+    write_whole(file, |to| to.write_all(content.as_ref()).map_err(|error| Error::io(file, &error)))
+}
+
 /// What a file's name leads to, whether it is there yet or not: links are followed.
 ///
 /// # Errors

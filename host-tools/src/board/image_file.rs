@@ -6,7 +6,7 @@ use ihex::{Reader, Record};
 
 use super::store_image::StoreImage;
 use crate::error::{Error, Result};
-use crate::output::write_whole;
+use crate::output::write_content;
 
 /// Data bytes of a line, as programmers write them.
 const LINE: usize = 32;
@@ -43,7 +43,7 @@ pub fn write(file: &Path, image: &StoreImage) -> Result<()> {
         Kind::Raw => image.as_bytes().to_vec(),
         Kind::IntelHex => hex(image)?.into_bytes(),
     };
-    write_whole(file, |out| out.write_all(&content).map_err(|error| Error::io(file, &error)))?;
+    write_content(file, &content)?;
     if read(file)? == *image {
         return Ok(());
     }

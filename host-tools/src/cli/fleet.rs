@@ -20,7 +20,7 @@ use crate::with_wheels;
 /// Arguments of `gmr fleet`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Folder of logs (*.csv) in folders such as robot=7/day=2026-11-02, or 7/2026-11-02
+    /// Folder of logs (CSV, Parquet, MCAP, db3, ULog) in folders such as robot=7/day=2026-11-02, or 7/2026-11-02
     #[arg(value_name = "FOLDER")]
     source: PathBuf,
     /// Coefficients of a clean fit (signed) of such a robot: what robots and days are held against
@@ -106,9 +106,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     let file = arguments.out.join("fleet.json");
     let text =
         serde_json::to_string_pretty(&report).map_err(|error| Error::failed(error.to_string()))? + "\n";
-    output::write_whole(&file, |out| {
-        out.write_all(text.as_bytes()).map_err(|error| Error::io(&file, &error))
-    })?;
+    output::write_content(&file, text)?;
     if arguments.json {
         return output::print_json(&report);
     }

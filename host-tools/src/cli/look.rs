@@ -40,10 +40,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let reports = arguments.logs.iter().map(|log| Report::of(log, arguments.allow_truncated));
     let reports = reports.collect::<Result<Vec<_>>>()?;
     if let (Some(file), [only]) = (&arguments.page, &reports[..]) {
-        let text = look::page(only)?;
-        output::write_whole(file, |to| {
-            to.write_all(text.as_bytes()).map_err(|error| Error::io(file, &error))
-        })?;
+        output::write_content(file, look::page(only)?)?;
     }
     match &reports[..] {
         [only] if arguments.json => return output::print_json(only),

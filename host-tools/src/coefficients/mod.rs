@@ -29,7 +29,7 @@ use self::document::{Document, ExtensionSection, FORMAT, FORMAT_WITH_TRAITS, Fit
 use crate::effects::written::{self, Written, Wrong};
 use crate::error::{Error, Result};
 use crate::input::{MOST_DESCRIPTION, read_text};
-use crate::output::write_whole;
+use crate::output::write_content;
 use crate::robot::Robot;
 
 /// Coefficients with where they come from.
@@ -162,7 +162,7 @@ impl<const N: usize> CoefficientsFile<N> {
         })?;
         let text =
             toml::to_string(&document).map_err(|error| Error::failed(error.to_string()).in_file(file))?;
-        write_whole(file, |out| out.write_all(text.as_bytes()).map_err(|error| Error::io(file, &error)))
+        write_content(file, text)
     }
 
     /// As `file` holds them.

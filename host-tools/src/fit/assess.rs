@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use super::dataset::{Dataset, Row};
 use crate::metrics::{Metrics, Quality};
 use crate::numerics::robust::{NORMAL_95, median, quantile, scale_of_sizes};
+use crate::numerics::scaled_inverse::ScaledInverse;
 
 /// Blocks that standard errors are drawn from, at most.
 const MOST_BLOCKS: usize = 64;
@@ -77,36 +78,20 @@ pub fn uncertainty<const N: usize>(
 /// The sandwich of a normal matrix Σ xxᵀ and the scores Σ x e of clusters whose residuals do not know of each other; `rows` were summed.
 pub fn sandwich(normal: &DMatrix<f64>, scores: &[DVector<f64>], rows: usize) -> Uncertainty {
     let parameters = normal.nrows();
-    let scale = DVector::from_fn(parameters, |i, _| normal[(i, i)].max(0.0).sqrt());
-    let unit = |i: usize| if scale[i] > 0.0 { 1.0 / scale[i] } else { 0.0 };
-    let scaled = DMatrix::from_fn(parameters, parameters, |i, j| normal[(i, j)] * unit(i) * unit(j));
-    let eigen = scaled.clone().symmetric_eigen();
-    let most = eigen.eigenvalues.max();
-    let mut inverse = DMatrix::<f64>::zeros(parameters, parameters);
-    let mut undetermined = Vec::new();
-    let mut least = f64::INFINITY;
-    for (index, value) in eigen.eigenvalues.iter().enumerate() {
-        let direction = eigen.eigenvectors.column(index).into_owned();
-        if *value > 1e-9 * most {
-            inverse.ger(1.0 / value, &direction, &direction, 1.0);
-            least = least.min(*value);
-        } else {
-            undetermined.push(direction);
-        }
-    }
+    let found = ScaledInverse::of(normal);
     let mut meat = DMatrix::<f64>::zeros(parameters, parameters);
     for score in scores {
-        let score = DVector::from_fn(parameters, |i, _| score[i] * unit(i));
+        let score = DVector::from_fn(parameters, |i, _| score[i] * found.unit[i]);
         meat.ger(1.0, &score, &score, 1.0);
     }
     let blocks = scores.len() as f64;
     let spare = (blocks - parameters as f64).max(1.0);
-    let sandwich = &inverse * meat * &inverse * (blocks / spare);
-    let prediction = (&sandwich * &scaled).trace() / rows.max(1) as f64;
+    let sandwich = &found.inverse * meat * &found.inverse * (blocks / spare);
+    let prediction = (&sandwich * &found.scaled).trace() / rows.max(1) as f64;
     Uncertainty {
-        covariance: DMatrix::from_fn(parameters, parameters, |i, j| sandwich[(i, j)] * unit(i) * unit(j)),
-        condition: if undetermined.is_empty() { most / least } else { f64::INFINITY },
-        undetermined,
+        covariance: found.unscaled(&sandwich),
+        condition: found.condition,
+        undetermined: found.undetermined,
         prediction_std_w: prediction.max(0.0).sqrt(),
     }
 }

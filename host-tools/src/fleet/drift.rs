@@ -23,6 +23,7 @@ use crate::fit::physical::{PARAMETERS, parameters};
 use crate::fit::verdict;
 use crate::gram::RunGram;
 use crate::numerics::robust::{NORMAL_95, median};
+use crate::numerics::scaled_inverse::{DETERMINED, ScaledInverse};
 
 /// Chance that a fleet in which nothing changes has any name.
 const FALSE_NAMES: f64 = 0.01;
@@ -30,11 +31,9 @@ const FALSE_NAMES: f64 = 0.01;
 /// What two explanations must differ by in χ² to be told apart: odds of 100 to 1, 2 ln 100.
 const APART: f64 = 9.21;
 
-/// Fewest runs beyond two a robot, over the fleet, from which the scatter of runs is known.
+/// Fewest runs beyond two a robot, over the fleet, from which the scatter of runs is known: Student's t with ten degrees of freedom is 1.14 of the
+/// normal's at 95 %.
 const LEAST_SPARE: usize = 10;
-
-/// Directions with less than this share of the most determined one's information say nothing.
-const DETERMINED: f64 = 1e-9;
 
 /// A step in one coefficient.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -290,17 +289,6 @@ fn named(
 
 /// Of a Gram matrix, within what it determines.
 fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    let size = matrix.nrows();
-    let scale =
-        DVector::from_fn(size, |i, _| if matrix[(i, i)] > 0.0 { 1.0 / matrix[(i, i)].sqrt() } else { 0.0 });
-    let scaled = DMatrix::from_fn(size, size, |i, j| matrix[(i, j)] * scale[i] * scale[j]);
-    let eigen = scaled.symmetric_eigen();
-    let most = eigen.eigenvalues.max();
-    let mut inverse = DMatrix::zeros(size, size);
-    for (value, direction) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
-        if *value > DETERMINED * most {
-            inverse.ger(1.0 / value, &direction, &direction, 1.0);
-        }
-    }
-    DMatrix::from_fn(size, size, |i, j| inverse[(i, j)] * scale[i] * scale[j])
+    let found = ScaledInverse::of(matrix);
+    found.unscaled(&found.inverse)
 }

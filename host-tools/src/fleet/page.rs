@@ -7,8 +7,8 @@ use maud::{Markup, html};
 use super::abstain::Judged;
 use super::drift::Drift;
 use super::rank::Standing;
-use crate::error::{Error, Result};
-use crate::output::write_whole;
+use crate::error::Result;
+use crate::output::write_content;
 use crate::report::html::{WHOLE, document, figure, tile};
 use crate::report::{Bars, Panel, palette};
 
@@ -34,7 +34,7 @@ pub fn save(file: &Path, standings: &[Standing], drift: &Drift, judged: &[Judged
         (runs(judged))
     };
     let page = document("gmr fleet", body);
-    write_whole(file, |out| out.write_all(page.as_bytes()).map_err(|error| Error::io(file, &error)))
+    write_content(file, page)
 }
 
 fn changes(drift: &Drift) -> Markup {

@@ -9,7 +9,7 @@ use super::source::Log;
 use crate::coefficients::FittedLog;
 use crate::error::{Error, Result};
 use crate::gram::RunGram;
-use crate::output::write_whole;
+use crate::output::write_content;
 
 /// A folder of such files.
 #[derive(Debug, Clone)]
@@ -77,7 +77,7 @@ impl State {
         };
         let text =
             serde_json::to_string(&done).map_err(|error| Error::failed(error.to_string()).in_file(&file))?;
-        write_whole(&file, |out| out.write_all(text.as_bytes()).map_err(|error| Error::io(&file, &error)))
+        write_content(&file, text)
     }
 }
 

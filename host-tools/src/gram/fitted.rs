@@ -88,7 +88,7 @@ pub fn signed<const N: usize>(core: &CoreRobot<f64, N>, robot: &Robot, runs: &[R
     let bounds = Bounds::up_to(core, all.summary.fastest_rad_s, robot.motor(), false);
     let cost = Cost::of(&all.signed);
     let tolerances = Tolerances { cost_share: 1e-15, ..Tolerances::default() };
-    let ends = cost.starts().into_iter();
+    let ends = cost.alone().ordered_starts().into_iter();
     let ends = ends.map(|start| levenberg_marquardt::descend(&cost, &start, bounds.as_box(), &tolerances));
     let best = ends.filter(|end| end.cost.is_finite()).min_by(|a, b| a.cost.total_cmp(&b.cost));
     let best = best.ok_or_else(|| {
@@ -135,21 +135,20 @@ pub fn leave_one_out(kind: ModelKind, runs: &[RunGram]) -> Result<Vec<LeftOut>> 
     if runs.len() < 2 {
         return Err(Error::failed("one run only; expected two at least, to leave one out"));
     }
-    (0..runs.len())
-        .map(|place| {
-            // Added anew: taken away from the whole, rounding would be what is left of a small run.
-            let others: Vec<RunGram> = runs
-                .iter()
-                .enumerate()
-                .filter(|(other, _)| *other != place)
-                .map(|(_, run)| run.clone())
-                .collect();
-            let (beta, _) = linear::by_nnls(of_kind(kind, &total(&others)?));
-            let own = of_kind(kind, &runs[place]);
-            let (r2, rmse_w) = quality(own, &beta);
-            Ok(LeftOut { run: runs[place].run.clone(), r2, rmse_w, rows: own.rows() })
-        })
-        .collect()
+    // That they add up.
+    total(runs)?;
+    let left_out = runs.iter().enumerate().map(|(place, run)| {
+        // Added anew: taken away from the whole, rounding would be what is left of a small run.
+        let mut others = Gram::default();
+        for (_, other) in runs.iter().enumerate().filter(|(other, _)| *other != place) {
+            others.merge(of_kind(kind, other));
+        }
+        let (beta, _) = linear::by_nnls(&others);
+        let own = of_kind(kind, run);
+        let (r2, rmse_w) = quality(own, &beta);
+        LeftOut { run: run.run.clone(), r2, rmse_w, rows: own.rows() }
+    });
+    Ok(left_out.collect())
 }
 
 fn check_rows<const P: usize>(gram: &Gram<P>) -> Result<()> {

@@ -13,7 +13,7 @@ use model_core::torque::{self, Drive, SCRUB_POWERS, SCRUB_PRODUCTS, TorqueModel}
 use nalgebra::{Const, SMatrix, SVector};
 
 use crate::fit::gram::{Gram, Vector};
-use crate::fit::physical::{PARAMETERS, Parameters, torque};
+use crate::fit::physical::{Alone, PARAMETERS, Parameters, torque};
 use crate::numerics::levenberg_marquardt::LeastSquares;
 
 /// Regressors of the signed model.
@@ -66,30 +66,18 @@ impl<'a> Cost<'a> {
         Self { gram, products: gram.xx() }
     }
 
-    /// Where a search begins: shares of what each parameter of a linear part explains alone, and a winding loss per mechanical power.
-    pub(super) fn starts(&self) -> Vec<Parameters> {
+    /// What each parameter of a linear part explains alone: where a search begins.
+    pub(super) fn alone(&self) -> Alone {
         /// Of coulomb, rolling, viscous, rotor inertia, inertia gain and scrub: their products where κ is 0.
         const LINEAR: [(usize, usize); 6] = [(0, 6), (1, 7), (2, 3), (3, 12), (4, 13), (6, REGRESSORS)];
-        const LOSSES: [f64; 4] = [0.0, 0.1, 1.0, 10.0];
-        const INERTIAS: [f64; 2] = [0.05, 0.5];
         let with = self.gram.xp();
-        let mut alone = Parameters::zeros();
+        let mut parameters = Parameters::zeros();
         for (parameter, product) in LINEAR {
             let own = self.products[(product, product)];
-            alone[parameter] = if own > 0.0 { (with[product] / own).max(0.0) } else { 0.0 };
+            parameters[parameter] = if own > 0.0 { (with[product] / own).max(0.0) } else { 0.0 };
         }
         let speed = (self.products[(6, 6)] / self.gram.rows().max(1) as f64).sqrt();
-        let mut starts = Vec::new();
-        for loss in LOSSES {
-            for inertia in INERTIAS {
-                let share = 0.3 / (1.0 + loss);
-                let shares = [share, share, share, inertia, inertia, 0.0, share, 0.0];
-                let mut start = Parameters::from_fn(|i, _| shares[i] * alone[i]);
-                start[5] = loss * speed.max(1e-9) / alone[0].max(1e-9);
-                starts.push(start);
-            }
-        }
-        starts
+        Alone { parameters, speed }
     }
 }
 

@@ -167,11 +167,6 @@ impl Summary {
         };
     }
 
-    /// J/m; none where it did not move.
-    pub fn energy_per_metre(&self) -> Option<f64> {
-        (self.distance_m > 0.0).then(|| self.energy_j / self.distance_m)
-    }
-
     /// How far the robot went of what it was told: 1 on wheels of the radius that its file says; none without commands.
     pub fn way_per_command(&self) -> Option<f64> {
         self.commanded.filter(|[_, square]| *square > 0.0).map(|[with, square]| with / square)

@@ -1,12 +1,11 @@
 //! Logs held whole, as recorded: before any filter, with every further column, static power taken off.
 
-use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use model_core::estimator::Sample;
 
-use super::foreign;
 use super::masses::check_mass;
+use super::table::numbers_in_first_row;
 use super::{Header, MASS, POWER, RUN, SampleReader, TIME, acceleration_column, speed_column};
 use crate::error::Result;
 use crate::printable;
@@ -93,10 +92,7 @@ fn further_columns<const N: usize>(file: &Path, powers: &[String]) -> Result<Vec
             || name.starts_with(BOARD)
             || (0..N).any(|wheel| name == speed_column(wheel) || name == acceleration_column(wheel))
     };
-    let text = foreign::open(file)?;
-    let row = BufReader::new(text).lines().nth(1).and_then(std::result::Result::ok).unwrap_or_default();
-    let numbers: Vec<bool> =
-        row.split(',').map(|field| field.trim().is_empty() || field.trim().parse::<f64>().is_ok()).collect();
+    let numbers = numbers_in_first_row(file)?;
     let columns = header.columns().iter().enumerate();
     let wanted =
         columns.filter(|(place, name)| !known(name) && numbers.get(*place).copied().unwrap_or(false));

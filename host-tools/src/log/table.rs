@@ -9,6 +9,17 @@ use super::reader::{ColumnRequest, LogReader, Role};
 use super::{Header, RUN, TIME, foreign, scan};
 use crate::error::Result;
 
+/// Which fields of a log's first row are numbers or empty; none where there is no row.
+///
+/// # Errors
+/// The log cannot be opened.
+pub(super) fn numbers_in_first_row(path: &Path) -> Result<Vec<bool>> {
+    let first = BufReader::new(foreign::open(path)?).split(b'\n').nth(1);
+    let Some(Ok(first)) = first else { return Ok(Vec::new()) };
+    let is_number = |field: &[u8]| field.is_empty() || fast_float2::parse::<f64, _>(field).is_ok();
+    Ok(scan::Fields::new(&first).map(|field| is_number(&scan::unquote(field))).collect())
+}
+
 /// Rows of a log, all columns of numbers at once.
 pub struct TableReader {
     reader: LogReader,
@@ -24,12 +35,7 @@ impl TableReader {
     /// As [`LogReader::open`].
     pub fn open(path: &Path) -> Result<Self> {
         let header = Header::open(path)?;
-        let text = foreign::open(path)?;
-        let first =
-            BufReader::new(text).split(b'\n').nth(1).and_then(std::result::Result::ok).unwrap_or_default();
-        let is_number = |field: &[u8]| field.is_empty() || fast_float2::parse::<f64, _>(field).is_ok();
-        let numbers: Vec<bool> =
-            scan::Fields::new(&first).map(|field| is_number(&scan::unquote(field))).collect();
+        let numbers = numbers_in_first_row(path)?;
         let columns = header.columns().iter().enumerate();
         let kept = columns.filter(|(place, name)| {
             !name.is_empty() && (*name == RUN || numbers.get(*place).copied().unwrap_or(true))

@@ -8,4 +8,5 @@ pub mod intervals;
 pub mod least_squares;
 pub mod levenberg_marquardt;
 pub mod robust;
+pub mod scaled_inverse;
 pub mod search;

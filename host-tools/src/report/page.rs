@@ -88,7 +88,7 @@ impl Page {
                 mark::png(std::fs::read(drawn.path()).map_err(|error| Error::io(drawn.path(), &error))?)
             }
         };
-        output::write_whole(file, |write| write.write_all(&bytes).map_err(|error| Error::io(file, &error)))
+        output::write_content(file, &bytes)
     }
 
     fn draw<DB: DrawingBackend>(&self, root: &DrawingArea<DB, Shift>) -> Drawn<DB> {

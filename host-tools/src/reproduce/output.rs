@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::study::Study;
 use super::{figures, page};
 use crate::error::{Error, Result};
-use crate::output::write_whole;
+use crate::output::write_content;
 use crate::temporary;
 
 /// Only a reproduction has this file.
@@ -107,10 +107,7 @@ pub fn save(study: &Study, folder: &Path) -> Result<()> {
 }
 
 fn write(study: &Study, folder: &Path) -> Result<()> {
-    let put = |name: &str, text: &str| {
-        let file = folder.join(name);
-        write_whole(&file, |write| write.write_all(text.as_bytes()).map_err(|error| Error::io(&file, &error)))
-    };
+    let put = |name: &str, text: &str| write_content(&folder.join(name), text);
     put(TABLES, &study.text())?;
     let json =
         serde_json::to_string_pretty(&study.json()).map_err(|error| Error::failed(error.to_string()))?;

@@ -36,13 +36,14 @@ pub(crate) fn environment() -> Result<PathBuf, Stop> {
 }
 
 /// An environment with nothing in it; its Python.
-fn fresh(folder: &Path) -> Result<PathBuf, Stop> {
+pub(crate) fn fresh(folder: &Path) -> Result<PathBuf, Stop> {
     let mut make = command("python3 -m venv --clear");
     obtain(make.arg(folder))?;
     Ok(folder.join("bin/python"))
 }
 
-fn pip(python: &Path) -> Command {
+/// `pip install`, without what to install.
+pub(crate) fn pip(python: &Path) -> Command {
     let mut pip = Command::new(python);
     pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
     pip

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use crate::paths::{root, target_folder};
+use crate::python;
+use crate::set_up;
 use crate::steps::{Steps, Stop, answer, command, command_line};
 
 const SCRIPTS: &str = "host-tools/benches/robots";
@@ -67,24 +69,15 @@ pub(crate) fn text_of(mut bench: Command) -> Result<String, Stop> {
 /// A Python with the packages, in a virtual environment below the target folder.
 pub(crate) fn python() -> Result<PathBuf, Stop> {
     let folder = target_folder().join("robots-python");
-    let python = folder.join("bin/python");
-    if has_packages(&python) {
-        return Ok(python);
+    let known = folder.join("bin/python");
+    if has_packages(&known) {
+        return Ok(known);
     }
     if answer("python3 --version").is_none() {
         return Err(Stop::new("python3 is missing: nothing is measured without it"));
     }
-    let mut install = Command::new(&python);
-    install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]).args(PACKAGES);
-    let mut environment = Command::new("python3");
-    environment.args(["-m", "venv"]).arg(&folder);
-    for mut command in [environment, install] {
-        let done = command.stderr(Stdio::null()).status();
-        if !done.is_ok_and(|status| status.success()) {
-            let why = format!("{} failed: no PyPI, no table", command_line(&command));
-            return Err(Stop::new(why));
-        }
-    }
+    let python = python::fresh(&folder)?;
+    set_up::obtain(python::pip(&python).args(PACKAGES))?;
     Ok(python)
 }
 

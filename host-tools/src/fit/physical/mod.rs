@@ -21,6 +21,7 @@ pub use self::cost::{PARAMETERS, Parameters, gradient, parameters, power, torque
 pub(super) use self::robust::usual_loss;
 pub(super) use self::search::{Descent, search};
 use self::search::{FINAL, TRIAL, best_of};
+pub use self::starts::Alone;
 use super::dataset::{Dataset, Row};
 pub use crate::numerics::levenberg_marquardt::Ending;
 use crate::robot::Robot;

@@ -39,10 +39,11 @@ pub(super) fn finalists<const N: usize>(
 }
 
 /// How large each parameter is where it alone explains the power.
-struct Alone {
-    parameters: Parameters,
+pub struct Alone {
+    /// Each where the others are 0.
+    pub parameters: Parameters,
     /// Root mean square of the wheel speed over Coulomb's direction, rad/s.
-    speed: f64,
+    pub speed: f64,
 }
 
 impl Alone {
@@ -60,7 +61,8 @@ impl Alone {
         Self { parameters, speed }
     }
 
-    fn starts(&self, bounds: &Bounds) -> Vec<Parameters> {
+    /// The ordered starts: shares of every friction and inertia, for several winding losses.
+    pub fn ordered_starts(&self) -> Vec<Parameters> {
         let mut starts = Vec::new();
         for loss in LOSSES {
             for inertia in INERTIAS {
@@ -68,6 +70,11 @@ impl Alone {
                 starts.push(self.start(&[scale, scale, scale, inertia, inertia, loss, scale, 0.0]));
             }
         }
+        starts
+    }
+
+    fn starts(&self, bounds: &Bounds) -> Vec<Parameters> {
+        let mut starts = self.ordered_starts();
         for draw in 0..DRAWS {
             let random = &mut ChaCha8Rng::seed_from_u64(draw);
             // From a thousandth to all of it, each decade alike.

@@ -41,9 +41,7 @@ pub fn save(
     simulated: Option<&Simulated>,
 ) -> Result<()> {
     let page = text(report, picture, inputs, simulated)?;
-    output::write_whole(file, |write| {
-        write.write_all(page.as_bytes()).map_err(|error| Error::io(file, &error))
-    })
+    output::write_content(file, page)
 }
 
 /// The page.
