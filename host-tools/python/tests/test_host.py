@@ -6,6 +6,7 @@ import threading
 import time
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 import gmr
@@ -45,6 +46,26 @@ def test_other_threads_go_on_meanwhile():
         counter.join()
     # One count takes a millisecond and what the scheduler adds; with the lock held there would be none.
     assert counted > 20 * took
+
+
+def test_whoever_wants_to_hears_how_far_it_is(drives, tmp_path):
+    """A log of a hundred drives is read for some tenths of a second: heard of every 20 ms."""
+    heard = []
+    columns = gmr.read(drives[0])
+    many = gmr.Log({name: np.tile(values, 100) for name, values in columns.items()} | {"run": np.repeat(np.arange(100), columns.rows)})
+    gmr.progress(lambda what, done, total: heard.append((what, done, total)))
+    try:
+        gmr.fit(many, model="eq18")
+        assert heard and all(what == "reading" and 0 <= done <= total for what, done, total in heard), heard
+
+        def enough(*_):
+            raise LookupError("enough")
+
+        gmr.progress(enough)
+        with pytest.raises(LookupError, match="enough"):
+            gmr.fit(many, model="eq18")
+    finally:
+        gmr.progress(True)
 
 
 def test_results_draw_themselves(drives, fitted):
