@@ -49,14 +49,16 @@ def test_other_threads_go_on_meanwhile():
 
 
 def test_whoever_wants_to_hears_how_far_it_is(drives, tmp_path):
-    """A log of a hundred drives is read for some tenths of a second: heard of every 20 ms."""
+    """A log of three hundred drives is read for some tenths of a second: heard of every 20 ms."""
     heard = []
     columns = gmr.read(drives[0])
-    many = gmr.Log({name: np.tile(values, 100) for name, values in columns.items()} | {"run": np.repeat(np.arange(100), columns.rows)})
+    many = {name: np.tile(values, 300) for name, values in columns.items()}
+    many = gmr.Log({**many, "run": np.repeat(np.arange(300), columns.rows)})
     gmr.progress(lambda what, done, total: heard.append((what, done, total)))
     try:
         gmr.fit(many, model="eq18")
-        assert heard and all(what == "reading" and 0 <= done <= total for what, done, total in heard), heard
+        assert any(what == "reading" for what, _, _ in heard), heard
+        assert all(0 <= done <= total or total == 0 for _, done, total in heard), heard
 
         def enough(*_):
             raise LookupError("enough")

@@ -35,21 +35,21 @@ pub(crate) fn run(steps: &mut Steps) -> Result<(), Stop> {
 pub(crate) fn run_large(rows: usize) -> Result<(), Stop> {
     let mut steps = Steps::default();
     let gmr = built(&mut steps)?;
-    // As many runs, of a tenth of the rows: memory is flat in rows where it takes no less.
-    let (fleet, tenth) = (Fleet::of(rows), Fleet::of(rows / 10));
+    // As many runs, of some thousand rows each: memory is flat in rows where it takes no less.
+    let (fleet, small) = (Fleet::of(rows), Fleet::small());
     let mut text = String::new();
     steps.work("fleet: simulate", || {
-        tenth.simulate(&gmr)?;
+        small.simulate(&gmr)?;
         fleet.simulate(&gmr)
     })?;
     steps.work("fleet: read and judge", || {
-        let small = Measured::of(&gmr, &tenth)?;
+        let small = Measured::of(&gmr, &small)?;
         let measured = Measured::of(&gmr, &fleet)?;
         let _ = write!(text, "{}", measured.text());
         let _ = writeln!(
             text,
-            "peak memory      {:.0} MB; {:.0} MB with a tenth of the rows in as many runs",
-            measured.peak_mb, small.peak_mb
+            "peak memory      {:.0} MB; {:.0} MB with {:.1e} rows in as many runs",
+            measured.peak_mb, small.peak_mb, small.rows
         );
         print!("{text}");
         measured.judge()?;
