@@ -127,7 +127,7 @@ fn a_hidden_slope_is_named_and_the_locked_runs_confirm_it() {
 fn what_clean_runs_show_of_each_other_is_no_alarm() {
     let bench = Bench::new();
     let sloping = |name: &str, place: usize, mass: &str| {
-        let heading = (2.1 * place as f64) % 6.28 - 3.14;
+        let heading = (2.1 * place as f64) % std::f64::consts::TAU - std::f64::consts::PI;
         let effect = format!("grade=0.02:heading={heading}");
         simulate(&bench, name, place, mass, 300 + place, &["--effect", &effect]);
     };
