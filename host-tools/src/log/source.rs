@@ -46,7 +46,7 @@ impl Source {
         let metadata = file.metadata();
         if metadata.is_dir() {
             return Err(Error::failed(
-                "is a folder; expected a run log (a file: CSV, MCAP, db3, ULog or Parquet)",
+                "is a folder; expected a run log (a file: CSV, MCAP, db3, ULog or Parquet), or the folder of a bag with its metadata.yaml",
             )
             .in_file(path));
         }

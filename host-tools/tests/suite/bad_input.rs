@@ -156,7 +156,7 @@ fn a_log_that_is_not_there_is_named() {
     for (name, arguments) in COMMANDS {
         assert_eq!(
             refusal(&bench, arguments, 1),
-            "run.csv: is a folder; expected a run log (a file: CSV, MCAP, db3, ULog or Parquet)",
+            "run.csv: is a folder; expected a run log (a file: CSV, MCAP, db3, ULog or Parquet), or the folder of a bag with its metadata.yaml",
             "{name}"
         );
     }
