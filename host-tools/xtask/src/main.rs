@@ -9,6 +9,7 @@ mod gap;
 mod images;
 mod instructions;
 mod paths;
+mod predict;
 mod python;
 mod robots;
 mod set_up;
@@ -27,7 +28,8 @@ usage: cargo xtask <command>
          formatting, lints, documentation, tests on the host and on an emulated Cortex-M7, licences
   demo [--yes]
          record, fit, flash and estimate on the virtual board; plots go to demo-output/
-  bench [accuracy | coverage | fit-speed | fleet | gap | gap-mujoco | instructions | robots]
+  bench [accuracy | charge | coverage | fit-speed | fleet | gap | gap-mujoco | instructions |
+         predict | robots]
          the figures of the README, measured again; minutes. gap: a night, gap-mujoco:
          most of an hour, only by name
   bench robots --json
