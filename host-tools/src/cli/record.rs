@@ -20,6 +20,7 @@ use crate::progress::RecordProgress;
 
 /// Arguments of `gmr record`.
 #[derive(clap::Args)]
+#[command(after_help = "Example:\n  gmr record --port /dev/ttyACM0 --mass 1.0 --out empty.csv")]
 pub(crate) struct Arguments {
     /// The board's serial port, for example /dev/ttyACM0
     #[arg(long)]

@@ -12,6 +12,7 @@ use crate::error::{Error, Result};
 
 /// Arguments of `gmr watch`.
 #[derive(clap::Args)]
+#[command(after_help = "Example:\n  gmr watch --port /dev/ttyACM0")]
 pub(crate) struct Arguments {
     /// The board's serial port, for example /dev/ttyACM0
     #[arg(long)]
