@@ -34,7 +34,7 @@ use crate::with_wheels;
 
 /// Arguments of `gmr gap`.
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  gmr gap --robot robot.toml --coeffs coefficients.toml --report gap.html --out extended.toml monday/*.csv", after_long_help = output::KEYS)]
+#[command(after_help = "Example:\n  gmr gap --robot robot.toml --coeffs coefficients.toml --report gap.html --out extended.toml monday/*.csv", after_long_help = format!("{}\n\n{}", "Example:\n  gmr gap --robot robot.toml --coeffs coefficients.toml --report gap.html --out extended.toml monday/*.csv", output::KEYS))]
 pub(crate) struct Arguments {
     /// Logs: four runs at least, one or several a file
     #[arg(required = true, value_name = "RUN.csv")]
