@@ -3,6 +3,7 @@
 use crate::fleet;
 use crate::gap;
 use crate::instructions;
+use crate::logs;
 use crate::predict;
 use crate::robots;
 use crate::steps::{Steps, Stop, command};
@@ -10,7 +11,7 @@ use crate::steps::{Steps, Stop, command};
 type Measure = fn(&mut Steps) -> Result<(), Stop>;
 
 /// What can be measured.
-const BENCHES: [(&str, Measure); 10] = [
+const BENCHES: [(&str, Measure); 11] = [
     ("accuracy", |steps| host_bench(steps, "accuracy", "accuracy")),
     ("charge", |steps| host_bench(steps, "charge", "charge")),
     ("coverage", |steps| host_bench(steps, "coverage", "coverage")),
@@ -18,6 +19,7 @@ const BENCHES: [(&str, Measure); 10] = [
     ("fleet", fleet::run),
     ("gap", gap::run),
     ("instructions", instructions::run),
+    ("logs", logs::run),
     ("predict", predict::run),
     ("robots", |steps| robots::run(steps, false)),
     ("gap-mujoco", robots::gap),

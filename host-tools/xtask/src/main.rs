@@ -8,6 +8,7 @@ mod fuzz;
 mod gap;
 mod images;
 mod instructions;
+mod logs;
 mod paths;
 mod predict;
 mod python;
@@ -29,7 +30,7 @@ usage: cargo xtask <command>
   demo [--yes]
          record, fit, flash and estimate on the virtual board; plots go to demo-output/
   bench [accuracy | charge | coverage | fit-speed | fleet | gap | gap-mujoco | instructions |
-         predict | robots]
+         logs | predict | robots]
          the figures of the README, measured again; minutes. gap: a night, gap-mujoco:
          most of an hour, only by name
   bench robots --json
