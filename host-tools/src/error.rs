@@ -104,7 +104,19 @@ impl Error {
 
     /// A file operation that the operating system refused.
     pub fn io(file: impl AsRef<Path>, error: &std::io::Error) -> Self {
-        Self::failed(error.to_string()).in_file(file)
+        Self::of_system(error).in_file(file)
+    }
+
+    /// The same, of no file by name.
+    pub fn of_system(error: &std::io::Error) -> Self {
+        Self { cause: Some(Box::new(std::io::Error::from(error.kind()))), ..Self::failed(error.to_string()) }
+    }
+
+    /// The operating system refused something, which it may grant another time: no fault of what a file holds.
+    pub fn is_of_system(&self) -> bool {
+        use std::io::ErrorKind::{InvalidData, InvalidInput, UnexpectedEof};
+        let kind = self.cause::<std::io::Error>().map(std::io::Error::kind);
+        kind.is_some_and(|kind| !matches!(kind, InvalidData | InvalidInput | UnexpectedEof))
     }
 
     /// Standard output that could not be written.

@@ -15,6 +15,18 @@ use crate::error::{Error, Result};
 pub struct Job {
     is_stopped: AtomicBool,
     kept: Mutex<Kept>,
+    progress: Mutex<Option<Progress>>,
+}
+
+/// How far a job is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Progress {
+    /// What it does: a few words.
+    pub what: String,
+    /// Of `total`, in bytes or pieces.
+    pub done: u64,
+    /// 0 where nobody knows.
+    pub total: u64,
 }
 
 /// What a job would have printed.
@@ -43,6 +55,11 @@ impl Job {
     /// What it has said so far, which is then forgotten.
     pub fn take(&self) -> Kept {
         std::mem::take(&mut *self.kept())
+    }
+
+    /// How far it is, where it has said so.
+    pub fn progress(&self) -> Option<Progress> {
+        self.progress.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     fn kept(&self) -> MutexGuard<'_, Kept> {
@@ -83,6 +100,16 @@ pub fn point() {
     if is_stopped {
         resume_unwind(Box::new(Stopped));
     }
+}
+
+/// Says how far this thread's job is; outside of jobs nothing.
+pub(crate) fn at(what: &str, done: u64, total: u64) {
+    CURRENT.with_borrow(|job| {
+        if let Some(job) = job {
+            let now = Progress { what: what.to_owned(), done, total };
+            *job.progress.lock().unwrap_or_else(PoisonError::into_inner) = Some(now);
+        }
+    });
 }
 
 /// Keeps what would go to standard output; false outside of jobs.

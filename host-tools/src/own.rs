@@ -25,6 +25,8 @@ pub enum Form {
     Profile,
     /// What was true, of `gmr board`.
     Truth,
+    /// Power and mass over time, of `gmr estimate`.
+    Power,
     /// Sums of `gmr gram`.
     Grams,
     /// A board's store for a programmer, whole.
@@ -51,11 +53,17 @@ pub fn check(file: &Path, form: Form, force: bool) -> Result<()> {
     let opened = std::fs::File::open(file).map_err(|error| Error::io(file, &error))?;
     let length = opened.metadata().map_or(0, |found| found.len());
     opened.take(HEAD).read_to_end(&mut head).map_err(|error| Error::io(file, &error))?;
-    if form.is_of(&head, length) {
+    if form.is_of(&head, length) || form == Form::Grams && are_grams(file) {
         return Ok(());
     }
     let message = "exists already, and is not what this command writes; expected another name, or --force to write over it";
     Err(Error::failed(message).in_file(file))
+}
+
+/// Whether a Parquet file holds sums: its columns say so.
+fn are_grams(file: &Path) -> bool {
+    let columns = log_formats::table::Columns::open(file);
+    columns.is_ok_and(|columns| columns.names().iter().any(|name| name == "eq18_published_rows"))
 }
 
 impl Form {
@@ -76,11 +84,15 @@ impl Form {
                 .lines()
                 .take(2)
                 .any(|line| line.contains(": from a fit, at ") || line == "  \"batteryState\": {"),
+            Self::Power => format!("{first}\n") == POWER,
             Self::Grams => first.starts_with("{\"format\":") && first.contains("\"run\":"),
             Self::Store => length == STORE_BYTES || first.starts_with(":02000004"),
         }
     }
 }
+
+/// The header of [`Form::Power`].
+pub const POWER: &str = "time_s,measured_w,predicted_w,told_w,mass_kg,low_kg,high_kg\n";
 
 /// The header of [`Form::Truth`].
 pub const TRUTH: &str =

@@ -5,6 +5,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::job;
+
 /// Bytes read of a list of files.
 pub struct FileProgress {
     bar: Option<ProgressBar>,
@@ -24,6 +26,7 @@ impl FileProgress {
     /// So many bytes of the current file are read.
     pub fn at(&mut self, (bytes, _): (u64, Option<u64>)) {
         self.current = bytes;
+        job::at("reading", self.done + bytes, self.total);
         if self.bar.is_none() && self.started.elapsed() > Duration::from_secs(1) {
             let bar = ProgressBar::new(self.total);
             if let Ok(style) =
@@ -71,6 +74,7 @@ impl StageProgress {
 
     /// Now this one.
     pub(crate) fn at(&self, stage: &'static str) {
+        job::at(stage, 0, 0);
         self.bar.set_message(stage);
     }
 }
@@ -102,6 +106,7 @@ impl CountProgress {
     /// One more is done.
     pub(crate) fn one_more(&self) {
         self.bar.inc(1);
+        job::at(&self.bar.prefix(), self.bar.position(), self.bar.length().unwrap_or(0));
     }
 }
 

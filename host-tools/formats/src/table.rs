@@ -8,6 +8,7 @@ use crate::ending::Ending;
 use crate::error::{Error, Result};
 use crate::json;
 use crate::parquet_file;
+pub use crate::parquet_file::{Columns, Values};
 use crate::topic::Encoding;
 
 /// The column of time in a table of rows.

@@ -8,11 +8,16 @@ field's unit is the end of its name (``_s``, ``_w``, ``_kg``, ``_rad_s``).
 >>> fit = gmr.fit(["empty.csv", "full.csv"], robot="burger")
 >>> estimate = gmr.estimate(log, fit, robot="burger")
 >>> estimate.windows["mass_kg"]                     # array, NaN where unknown
+>>> gmr.predict(log, fit, mass=3.0).energy_j        # at a payload that is known
+
+Logs of a fleet: `gram` and `fit_grams` on one machine, `gmr.spark` and `gmr.ray` on many.
 """
 
-from ._commands import estimate, fit, gap, gram, inspect, read, simulate
+from ._commands import estimate, fit, gap, gram, inspect, predict, read, simulate
 from ._error import Error, NotForBoards
+from ._grams import GramFit, fit_grams
 from ._log import Log
+from ._progress import progress
 from ._results import (
     Change,
     Coefficients,
@@ -23,6 +28,7 @@ from ._results import (
     Gap,
     Inspection,
     Parameter,
+    Prediction,
 )
 
 __all__ = [
@@ -34,15 +40,20 @@ __all__ = [
     "Finding",
     "Fit",
     "Gap",
+    "GramFit",
     "Inspection",
     "Log",
     "NotForBoards",
     "Parameter",
+    "Prediction",
     "estimate",
     "fit",
+    "fit_grams",
     "gap",
     "gram",
     "inspect",
+    "predict",
+    "progress",
     "read",
     "simulate",
 ]

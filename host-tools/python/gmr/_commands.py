@@ -8,17 +8,17 @@ import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Union
 
-from . import _gmr
+from . import _gmr, _progress
 from ._error import Error, NotForBoards
 from ._log import Log, LogLike, read
-from ._results import Coefficients, Estimate, Fit, Gap, Inspection
+from ._results import Coefficients, Estimate, Fit, Gap, Inspection, Prediction
 
 #: A robot.toml, or burger, warthog, husky.
 RobotLike = Union[str, "os.PathLike[str]"]
 #: A fit, its coefficients, or the path of a coefficients.toml.
 CoefficientsLike = Union[Fit, Coefficients, str, "os.PathLike[str]"]
 
-__all__ = ["estimate", "fit", "gap", "gram", "inspect", "read", "simulate"]
+__all__ = ["estimate", "fit", "gap", "gram", "inspect", "predict", "read", "simulate"]
 
 
 def inspect(log: LogLike, *, robot: RobotLike = "burger", plot: bool = True, **units: Any) -> Inspection:
@@ -111,6 +111,31 @@ def estimate(
         return Estimate(text, said, _text(svg))
 
 
+def predict(
+    log: LogLike,
+    coefficients: CoefficientsLike,
+    *,
+    robot: RobotLike = "burger",
+    mass: float | None = None,
+    **units: Any,
+) -> Prediction:
+    """What the model says that a robot draws at a payload that is known, beside what it drew.
+
+    mass : total mass, kg; what the log's mass_kg tells, row by row, unless given
+    units : as of `inspect`
+
+    Raises `Error` where neither tells a mass, and where the log is shorter than the filter takes to settle.
+    """
+    with _Call("estimate") as call:
+        call.add("--robot", robot).add("--coeffs", call.coefficients(coefficients)).add("--mass", mass)
+        call.flag("--no-detection", True).units(units).log(log)
+        power = call.output("--power", "power.csv")
+        text, said = call.run()
+        if json.loads(text)["told"] is None:
+            raise Error("no mass; expected a column mass_kg, or the argument mass", file=_name(log), column="mass_kg")
+        return Prediction(text, said, read(power))
+
+
 def gap(
     logs: Sequence[LogLike],
     coefficients: CoefficientsLike | None = None,
@@ -162,9 +187,10 @@ def gram(
     mass: float | None = None,
     **units: Any,
 ) -> list[dict[str, Any]]:
-    """Sums logs up: all that fits need to know of them (docs/fleet.md). Gives the lines of the file as dictionaries, a run each.
+    """Sums logs up: all that fits need to know of them (docs/fleet.md), for `fit_grams`. Gives the lines of the file as dictionaries, a
+    run each; none of a file ``….parquet``, whose rows pandas, Polars and Arrow read.
 
-    out : where they go, JSON, a run a line
+    out : where they go: JSON, a run a line, or Parquet, a run a row
     coefficients : signed: take their filter, delay and slip memory, and sums near them, too
     cutoff : of the filter, Hz; that of `fit` for these logs unless given
     """
@@ -174,6 +200,8 @@ def gram(
             call.add("--coeffs", call.coefficients(coefficients))
         call.units(units).logs(logs)
         call.run()
+    if os.fspath(out).lower().endswith(".parquet"):
+        return []
     with open(out, encoding="utf-8") as lines:
         return [json.loads(line) for line in lines]
 
@@ -206,8 +234,8 @@ def simulate(**arguments: Any) -> Log:
 class _Call:
     """A command's arguments, and a folder for what it writes."""
 
-    def __init__(self, command: str) -> None:
-        self.arguments = [command, "--json"]
+    def __init__(self, command: str, json: bool = True) -> None:
+        self.arguments = [command, "--json"] if json else [command]
         self._positions: list[str] = []
         #: Names of the logs in memory, by the paths of their files.
         self._names: dict[str, str] = {}
@@ -271,7 +299,7 @@ class _Call:
 
     def run(self) -> tuple[str, Sequence[str]]:
         try:
-            text, said = _gmr.run(self.arguments)
+            text, said = _gmr.run(self.arguments, _progress.heard())
         except Error as error:
             for path, name in self._names.items():
                 error.message = error.message.replace(path, name)
@@ -281,6 +309,10 @@ class _Call:
         for path, name in self._names.items():
             said = [line.replace(path, name) for line in said]
         return text, said
+
+
+def _name(log: LogLike) -> str:
+    return log.name if isinstance(log, Log) else os.fspath(log)
 
 
 def _text(file: str | None) -> str:

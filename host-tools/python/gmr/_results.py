@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._draw import page, table
+from ._draw import lines, page, table
 
 Array = NDArray[np.float64]
 
@@ -226,6 +226,40 @@ class Estimate(Answer):
         rows = [(f"{one.time_s:.1f}", f"{one.noticed_s:.1f}") for one in self.changes]
         head = ("payload changed at, s", "noticed at, s")
         return table(repr(self)[1:-1], head, rows, (), self.svg)
+
+
+class Prediction(Answer):
+    """What a model says that a robot draws at a known payload.
+
+    Attributes
+    ----------
+    time_s, predicted_w, measured_w : arrays, shape (rows,): actuation power by the model and as measured, both behind the filter, from
+        where it has settled
+    mass_kg : the payload; None where the log tells several
+    energy_j : actuation energy by the model
+    r2, mape_percent, rmse_w : of predicted against measured power
+    """
+
+    def __init__(self, text: str, said: Sequence[str], power: Mapping[str, Array]) -> None:
+        self._text, self.said = text, tuple(said)
+        self.time_s: Array = power["time_s"]
+        self.measured_w: Array = power["measured_w"]
+        self.predicted_w: Array = power["told_w"]
+        told = self.data["told"]
+        self.mass_kg: float | None = told["mass_kg"]
+        self.energy_j: float = told["predicted_j"]
+        self.r2: float | None = told["r2"]
+        self.mape_percent: float | None = told["mape_percent"]
+        self.rmse_w: float = told["rmse_w"]
+        self.svg = lines("W over s", self.time_s, {"measured": self.measured_w, "predicted": self.predicted_w})
+
+    def __repr__(self) -> str:
+        at = "the log's masses" if self.mass_kg is None else f"{self.mass_kg:g} kg"
+        r2 = "–" if self.r2 is None else f"{self.r2:.4f}"
+        return f"<gmr.Prediction at {at}: {self.energy_j:.1f} J, R² {r2}, RMSE {self.rmse_w:.4g} W>"
+
+    def _repr_html_(self) -> str:
+        return table(repr(self)[1:-1], (), (), self.said, self.svg)
 
 
 class Gap(Answer):

@@ -16,10 +16,16 @@ use crate::failure::exception;
 /// How often Ctrl-C is looked for: people do not notice, and it costs nothing.
 const WATCH: Duration = Duration::from_millis(20);
 
-/// `gmr` with these arguments: what it prints, and what it says on standard error, line by line.
+/// `gmr` with these arguments: what it prints, and what it says on standard error, line by line. `progress` is called with what is being
+/// done, how much of it and of how much (0: unknown), whenever that has changed, every 20 ms at most; what it raises ends the work.
 #[pyfunction]
-pub(crate) fn run(py: Python<'_>, arguments: Vec<String>) -> PyResult<(String, Vec<String>)> {
-    let ((), Kept { printed, said }) = stoppable(py, move || cli::answer(&arguments))?;
+#[pyo3(signature = (arguments, progress=None))]
+pub(crate) fn run(
+    py: Python<'_>,
+    arguments: Vec<String>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(String, Vec<String>)> {
+    let ((), Kept { printed, said }) = watched(py, move || cli::answer(&arguments), progress.as_ref())?;
     Ok((printed, said))
 }
 
@@ -28,6 +34,26 @@ pub(crate) fn stoppable<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> Result<T> + Send + 'static,
 ) -> PyResult<(T, Kept)> {
+    watched(py, work, None)
+}
+
+/// The same; `progress` hears how far it is.
+fn watched<T: Send + 'static>(
+    py: Python<'_>,
+    work: impl FnOnce() -> Result<T> + Send + 'static,
+    progress: Option<&Py<PyAny>>,
+) -> PyResult<(T, Kept)> {
+    let mut last = None;
+    let mut tell = |job: &Job| -> PyResult<()> {
+        let now = job.progress();
+        if let (Some(callback), Some(progress)) = (progress, &now)
+            && now != last
+        {
+            callback.call1(py, (&progress.what, progress.done, progress.total))?;
+            last.clone_from(&now);
+        }
+        Ok(())
+    };
     let job = Arc::new(Job::default());
     let (done, answer) = channel();
     let for_worker = Arc::clone(&job);
@@ -48,7 +74,8 @@ pub(crate) fn stoppable<T: Send + 'static>(
                 };
             }
             Err(RecvTimeoutError::Timeout) => {
-                if let Err(interrupt) = py.check_signals() {
+                let told = if interrupted.is_none() { tell(&job) } else { Ok(()) };
+                if let Err(interrupt) = py.check_signals().and(told) {
                     if interrupted.is_some() {
                         return Err(interrupt);
                     }

@@ -4,6 +4,7 @@
 
 mod command;
 mod failure;
+mod gram;
 mod table;
 
 /// The native module.
@@ -11,6 +12,12 @@ mod table;
 mod _gmr {
     #[pymodule_export]
     use super::command::run;
+    #[pymodule_export]
+    use super::gram::gram_columns;
+    #[pymodule_export]
+    use super::gram::gram_of_columns;
+    #[pymodule_export]
+    use super::gram::write_grams;
     #[pymodule_export]
     use super::table::read_log;
     #[pymodule_export]

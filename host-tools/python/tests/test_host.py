@@ -6,6 +6,7 @@ import threading
 import time
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 import gmr
@@ -45,6 +46,28 @@ def test_other_threads_go_on_meanwhile():
         counter.join()
     # One count takes a millisecond and what the scheduler adds; with the lock held there would be none.
     assert counted > 20 * took
+
+
+def test_whoever_wants_to_hears_how_far_it_is(drives, tmp_path):
+    """A log of three hundred drives is read for some tenths of a second: heard of every 20 ms."""
+    heard = []
+    columns = gmr.read(drives[0])
+    many = {name: np.tile(values, 300) for name, values in columns.items()}
+    many = gmr.Log({**many, "run": np.repeat(np.arange(300), columns.rows)})
+    gmr.progress(lambda what, done, total: heard.append((what, done, total)))
+    try:
+        gmr.fit(many, model="eq18")
+        assert any(what == "reading" for what, _, _ in heard), heard
+        assert all(0 <= done <= total or total == 0 for _, done, total in heard), heard
+
+        def enough(*_):
+            raise LookupError("enough")
+
+        gmr.progress(enough)
+        with pytest.raises(LookupError, match="enough"):
+            gmr.fit(many, model="eq18")
+    finally:
+        gmr.progress(True)
 
 
 def test_results_draw_themselves(drives, fitted):

@@ -11,11 +11,11 @@ use crate::coefficients::CoefficientsFile;
 use crate::error::{Error, Result};
 use crate::estimate::board::{self, BoardReport, BoardTrack, Delay};
 use crate::estimate::plot::Track;
-use crate::estimate::{Change, Payloads, Policy, PolicyKind, Replay, Told, WindowMass, replay_at};
+use crate::estimate::{Change, Instant, Payloads, Policy, PolicyKind, Replay, Told, WindowMass, replay_at};
 use crate::log::checks::check_mass;
 use crate::metrics::Quality;
-use crate::output::check_apart;
-use crate::own::Form;
+use crate::output::{check_apart, write_whole};
+use crate::own::{Form, POWER};
 use crate::report::check_extension;
 use crate::robot::{FOUND, Robot};
 use crate::with_wheels;
@@ -60,6 +60,9 @@ pub(crate) struct Arguments {
     /// What was true, as gmr board --truth writes it: reported against, never used
     #[arg(long, value_name = "TRUTH.csv")]
     truth: Option<PathBuf>,
+    /// Write power over time: measured and predicted behind the filter, W, at the mass found and at the one told, and the mass found, kg
+    #[arg(long, value_name = "POWER.csv")]
+    power: Option<PathBuf>,
     /// Draw power and mass over time
     #[arg(long, value_name = "FILE.svg|png")]
     plot: Option<PathBuf>,
@@ -150,8 +153,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         check_extension(plot)?;
     }
     let inputs = [&arguments.run, &arguments.robot, &arguments.coeffs];
-    check_apart(arguments.plot.as_deref(), inputs.into_iter().chain(&arguments.truth).map(PathBuf::as_path))?;
+    let outputs = arguments.plot.iter().chain(&arguments.power);
+    check_apart(
+        outputs.map(PathBuf::as_path),
+        inputs.into_iter().chain(&arguments.truth).map(PathBuf::as_path),
+    )?;
     arguments.overwrite.check(&arguments.plot, Form::Drawing)?;
+    arguments.overwrite.check(&arguments.power, Form::Power)?;
     with_wheels!(robot, run_with(&robot, arguments))
 }
 
@@ -165,13 +173,25 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     if let Some(mass) = arguments.mass {
         check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
     }
-    let replay =
+    let mut replay_to = |write: &mut dyn FnMut(&Instant) -> Result<()>| {
         replay_at(robot, &coefficients, &arguments.run, payloads, &policy, arguments.mass, |instant| {
-            match board.add(instant) {
-                Ok(instant) => track.add(&instant),
-                Err(error) => broken = broken.take().or(Some(error)),
+            let done = board.add(instant).and_then(|instant| {
+                track.add(&instant);
+                write(&instant)
+            });
+            if let Err(error) = done {
+                broken.get_or_insert(error);
             }
-        })?;
+        })
+    };
+    let replay = match &arguments.power {
+        None => replay_to(&mut |_| Ok(())),
+        Some(file) => write_whole(file, |out| {
+            let failed = |error: std::io::Error| Error::io(file, &error);
+            out.write_all(POWER.as_bytes()).map_err(failed)?;
+            replay_to(&mut |instant| out.write_all(power_line(instant).as_bytes()).map_err(failed))
+        }),
+    }?;
     if let Some(error) = broken {
         return Err(error);
     }
@@ -189,6 +209,18 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
         notice!("{}: {}", arguments.run.display(), replay.exclusions);
     }
     if arguments.json { print_json(robot, &replay, beside) } else { print_text(robot, &replay, &beside) }
+}
+
+/// A row of [`POWER`]; empty where a figure is not known.
+fn power_line(instant: &Instant) -> String {
+    let (low, high) = instant.interval_kg.unzip();
+    let fields = [Some(instant.measured_w), instant.predicted_w, instant.told_w, instant.mass_kg, low, high];
+    let mut line = instant.time_s.to_string();
+    for field in fields {
+        line.push(',');
+        line += &field.map_or_else(String::new, |number| number.to_string());
+    }
+    line + "\n"
 }
 
 fn policy(arguments: &Arguments) -> Result<Policy> {

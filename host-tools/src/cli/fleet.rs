@@ -1,6 +1,9 @@
 //! `gmr fleet`: a folder of logs of many robots, ranked, and what changed on which since when.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
 
 use model_core::torque::TorqueModel;
 use rayon::prelude::*;
@@ -8,8 +11,10 @@ use serde::Serialize;
 
 use super::units::UnitArguments;
 use crate::error::{Error, Result};
-use crate::fleet::{self, Change, Drift, Judged, Log, Outcome, Standing, State};
-use crate::gram::{self, Conditioned, RunGram};
+use crate::fleet::{
+    self, Change, Disagreements, Drift, Found, Judged, Log, Outcome, Outliers, Standing, State,
+};
+use crate::gram::{self, Conditioned, RunGram, Spent, Summed};
 use crate::log::checks::check_mass;
 use crate::log::foreign;
 use crate::output;
@@ -55,7 +60,33 @@ struct Report<'a> {
     questions: usize,
     threshold: Option<f64>,
     silent: &'a [(String, String)],
+    outliers: &'a Outliers,
+    disagreements: &'a Disagreements,
     runs: &'a [Judged],
+}
+
+/// Beside the report, on standard output only: files are the same however long they took.
+#[derive(Serialize)]
+struct Timed<'a> {
+    #[serde(flatten)]
+    report: &'a Report<'a>,
+    seconds: Seconds,
+}
+
+/// Where the time went.
+#[derive(Serialize, Default)]
+struct Seconds {
+    /// s of each core, added up.
+    #[serde(flatten)]
+    logs: Spent,
+    /// Keeping and collecting sums, s.
+    sums_kept_s: f64,
+    /// Who changed, stands out and disagrees, s.
+    judging_s: f64,
+    /// Writing the page and the figures, s.
+    page_s: f64,
+    /// From the first log to the last, s.
+    all_logs_s: f64,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
@@ -83,17 +114,34 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     // With other coefficients, units or masses everything is read again.
     let settings = format!("{:?} {:?} {mass} {:?}", how.reference, robot, arguments.group);
     let state = State::open(arguments.out.join("read"), &settings)?;
-    read_new(robot, &how, &logs, &state)?;
-    let (grams, mut judged) = collect(&logs, &state)?;
+    let started = Instant::now();
+    let New { spent, not_now } = read_new(robot, &how, &logs, &state)?;
+    let mut seconds =
+        Seconds { logs: spent, all_logs_s: started.elapsed().as_secs_f64(), ..Seconds::default() };
+    let started = Instant::now();
+    let (grams, mut judged) = collect(&logs, &state, not_now)?;
     gram::write_all(&arguments.out.join("grams.jsonl"), &grams)?;
+    seconds.sums_kept_s = started.elapsed().as_secs_f64();
+    let started = Instant::now();
     let verdicts: Vec<Judged> = grams.iter().map(|run| fleet::judge(run, &arguments.group)).collect();
     let used: Vec<&RunGram> =
         grams.iter().zip(&verdicts).filter(|(_, verdict)| verdict.is_used).map(|(run, _)| run).collect();
     let standings = fleet::rank(&used);
     let drift = fleet::changes(&used, &reference);
+    let outliers = fleet::outliers(&used, &reference, &drift);
+    let disagreements = fleet::disagreements(&used, &drift);
+    seconds.judging_s = started.elapsed().as_secs_f64();
+    let started = Instant::now();
     judged.extend(verdicts);
     judged.sort_by(|a, b| a.run.cmp(&b.run));
-    fleet::save(&arguments.out.join("fleet.html"), &standings, &drift, &judged)?;
+    let found = Found {
+        standings: &standings,
+        drift: &drift,
+        outliers: &outliers,
+        disagreements: &disagreements,
+        judged: &judged,
+    };
+    fleet::save(&arguments.out.join("fleet.html"), &found)?;
     let report = Report {
         logs: logs.len(),
         rows: grams.iter().map(|run| run.summary.rows).sum(),
@@ -102,55 +150,86 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
         questions: drift.asked,
         threshold: drift.threshold,
         silent: &drift.silent,
+        outliers: &outliers,
+        disagreements: &disagreements,
         runs: &judged,
     };
     let file = arguments.out.join("fleet.json");
     let text =
         serde_json::to_string_pretty(&report).map_err(|error| Error::failed(error.to_string()))? + "\n";
     output::write_content(&file, text)?;
+    seconds.page_s = started.elapsed().as_secs_f64();
     if arguments.json {
-        return output::print_json(&report);
+        return output::print_json(&Timed { report: &report, seconds });
     }
     print_text(&report, &drift, &arguments.out);
     Ok(())
 }
 
+/// What came of the logs that had not been read.
+#[derive(Default)]
+struct New {
+    spent: Spent,
+    /// Logs that the operating system would not give just now, and what it said.
+    not_now: BTreeMap<String, String>,
+}
+
 /// Reads what has not been read yet, a log a core.
-fn read_new<const N: usize>(robot: &Robot, how: &Conditioned<N>, logs: &[Log], state: &State) -> Result<()> {
+fn read_new<const N: usize>(robot: &Robot, how: &Conditioned<N>, logs: &[Log], state: &State) -> Result<New> {
     let progress = CountProgress::new("logs read", logs.len() as u64);
+    let new = Mutex::new(New::default());
     logs.par_iter().try_for_each(|log| {
         if state.done(log).is_none() {
+            let told =
+                |refused: &Error| refused.to_string().replace(&log.path.display().to_string(), &log.name);
             let outcome = match gram::of_log(robot, how, &log.path) {
-                Ok(mut runs) => {
+                Ok(Summed { mut runs, spent }) => {
                     for run in &mut runs {
                         run.run = run.run.replacen(&log.path.display().to_string(), &log.name, 1);
                         run.keys.clone_from(&log.keys);
                     }
-                    Outcome::Read(runs)
+                    new.lock().unwrap_or_else(PoisonError::into_inner).spent.add(&spent);
+                    Some(Outcome::Read(runs))
                 }
-                Err(refused) => {
-                    Outcome::Refused(refused.to_string().replace(&log.path.display().to_string(), &log.name))
+                // Too many open files, no right to read, no space: another time it may be given.
+                Err(refused) if refused.is_of_system() => {
+                    let mut new = new.lock().unwrap_or_else(PoisonError::into_inner);
+                    new.not_now.insert(log.name.clone(), told(&refused));
+                    None
                 }
+                Err(refused) => Some(Outcome::Refused(told(&refused))),
             };
-            state.keep(log, outcome)?;
+            if let Some(outcome) = outcome {
+                state.keep(log, outcome)?;
+            }
             // Nobody opens it again, and a fleet has more logs than a process may have files open.
             foreign::forget(&log.path);
         }
         progress.one_more();
         Ok(())
-    })
+    })?;
+    Ok(new.into_inner().unwrap_or_else(PoisonError::into_inner))
 }
 
 /// All that has been read, in the order of the logs: as it was kept, whoever read it.
-fn collect(logs: &[Log], state: &State) -> Result<(Vec<RunGram>, Vec<Judged>)> {
+fn collect(
+    logs: &[Log],
+    state: &State,
+    not_now: BTreeMap<String, String>,
+) -> Result<(Vec<RunGram>, Vec<Judged>)> {
     let (mut grams, mut refused) = (Vec::new(), Vec::new());
-    for log in logs {
-        match state.done(log) {
-            Some(Outcome::Read(runs)) => grams.extend(runs),
-            Some(Outcome::Refused(why)) => {
-                refused.push(Judged { run: log.name.clone(), is_used: false, notes: vec![why] });
+    let mut refuse = |log: &Log, why: String| {
+        refused.push(Judged { run: log.name.clone(), is_used: false, notes: vec![why] });
+    };
+    let done: Vec<Option<Outcome>> = logs.par_iter().map(|log| state.done(log)).collect();
+    for (log, done) in logs.iter().zip(done) {
+        match (done, not_now.get(&log.name)) {
+            (Some(Outcome::Read(runs)), _) => grams.extend(runs),
+            (Some(Outcome::Refused(why)), _) => refuse(log, why),
+            (None, Some(why)) => {
+                refuse(log, format!("{why}; not read, and not remembered: the next run tries again"));
             }
-            None => return Err(Error::failed("has changed while it was read").in_file(&log.path)),
+            (None, None) => return Err(Error::failed("has changed while it was read").in_file(&log.path)),
         }
     }
     Ok((grams, refused))
@@ -172,6 +251,12 @@ fn print_text(report: &Report<'_>, drift: &Drift, out: &Path) {
     }
     for (robot, why) in &drift.silent {
         println!("{robot}: nothing can be said: {why}");
+    }
+    for outlier in &report.outliers.found {
+        println!("{}", outlier.sentence());
+    }
+    for run in &report.disagreements.found {
+        println!("{}", run.sentence());
     }
     for standing in report.robots.iter().take(10) {
         let cost = standing.energy_per_metre_j_m.map_or("–".to_owned(), |cost| format!("{cost:.3}"));

@@ -11,8 +11,10 @@ use crate::error::{Error, Result};
 use crate::fit;
 use crate::gram::{self, Conditioned, RunGram};
 use crate::log::checks::check_mass;
+use crate::log::{Header, Table};
 use crate::output::{self, check_apart};
 use crate::own::Form;
+use crate::progress::CountProgress;
 use crate::robot::{FOUND, Robot};
 use crate::with_wheels;
 
@@ -26,7 +28,7 @@ pub(crate) struct Arguments {
     /// The robot: a robot.toml, or burger, warthog, husky; auto: the nearest robot.toml upward, else burger
     #[arg(long, default_value = FOUND)]
     robot: PathBuf,
-    /// Where the sums go: JSON, a run a line
+    /// Where the sums go: JSON, a run a line; or GRAMS.parquet, a run a row
     #[arg(long, value_name = "GRAMS.jsonl")]
     out: PathBuf,
     /// Cutoff of the filter, Hz; only sums of one cutoff add up [default: the robot's, or that of gmr fit for these logs]
@@ -63,32 +65,56 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     with_wheels!(robot, run_with(&robot, arguments))
 }
 
+/// What `gmr gram` with these arguments makes of columns in memory, in the place of its log: nothing is written. Cutoff or coefficients have
+/// to be given, as one of many machines cannot choose for all.
+///
+/// # Errors
+/// As the command.
+pub(super) fn of_table(arguments: &Arguments, table: Table) -> Result<Vec<RunGram>> {
+    if arguments.cutoff.is_none() && arguments.coeffs.is_none() {
+        let message =
+            "neither --cutoff nor --coeffs; expected one of them, so that sums of all machines add up";
+        return Err(Error::usage(message));
+    }
+    let robot = arguments.units.robot(&arguments.robot)?;
+    let header = Header::of_table(&arguments.runs[0], table)?;
+    with_wheels!(robot, of_header(&robot, arguments, header))
+}
+
+fn of_header<const N: usize>(robot: &Robot, arguments: &Arguments, header: Header) -> Result<Vec<RunGram>> {
+    let how = conditioned::<N>(robot, arguments)?;
+    gram::of_header(robot, &how, header).map(|summed| summed.runs)
+}
+
+fn conditioned<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Conditioned<N>> {
+    let mass = arguments.mass.unwrap_or(robot.mass_no_load_kg());
+    check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
+    if let Some(file) = &arguments.coeffs {
+        return Conditioned::near(robot, file, mass);
+    }
+    let cutoff = match arguments.cutoff {
+        Some(given) if given > 0.0 && given.is_finite() => given,
+        Some(given) => {
+            return Err(Error::usage(format!("--cutoff {given}: expected a number above 0, Hz")));
+        }
+        None => fit::choose_cutoff::<N>(robot, &arguments.runs, mass)?,
+    };
+    Ok(Conditioned { core: robot.core::<N>(cutoff)?, drive: robot.drive(), reference: None, mass_kg: mass })
+}
+
 fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
     let inputs = arguments.runs.iter().chain([&arguments.robot]).chain(&arguments.coeffs);
     check_apart([arguments.out.as_path()], inputs.map(PathBuf::as_path))?;
     arguments.overwrite.check([&arguments.out], Form::Grams)?;
-    let mass = arguments.mass.unwrap_or(robot.mass_no_load_kg());
-    check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
-    let how = match &arguments.coeffs {
-        Some(file) => Conditioned::<N>::near(robot, file, mass)?,
-        None => {
-            let cutoff = match arguments.cutoff {
-                Some(given) if given > 0.0 && given.is_finite() => given,
-                Some(given) => {
-                    return Err(Error::usage(format!("--cutoff {given}: expected a number above 0, Hz")));
-                }
-                None => fit::choose_cutoff::<N>(robot, &arguments.runs, mass)?,
-            };
-            Conditioned {
-                core: robot.core::<N>(cutoff)?,
-                drive: robot.drive(),
-                reference: None,
-                mass_kg: mass,
-            }
-        }
+    let how = conditioned::<N>(robot, arguments)?;
+    let progress = CountProgress::new("logs read", arguments.runs.len() as u64);
+    let of_log = |log: &PathBuf| {
+        let runs = gram::of_log(robot, &how, log).map(|summed| summed.runs);
+        progress.one_more();
+        runs
     };
-    let of_logs: Vec<Result<Vec<RunGram>>> =
-        arguments.runs.par_iter().map(|log| gram::of_log(robot, &how, log)).collect();
+    let of_logs: Vec<Result<Vec<RunGram>>> = arguments.runs.par_iter().map(of_log).collect();
+    drop(progress);
     let runs: Vec<RunGram> = of_logs.into_iter().collect::<Result<Vec<_>>>()?.into_iter().flatten().collect();
     for run in runs.iter().filter(|run| run.summary.exclusions.total() > 0) {
         notice!("{}: {}", run.run, run.summary.exclusions);

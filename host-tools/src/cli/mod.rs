@@ -36,7 +36,9 @@ use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
 use crate::error::{Error, Result};
+use crate::gram::RunGram;
 use crate::interrupt;
+use crate::log::Table;
 use crate::notice;
 use crate::output;
 
@@ -123,6 +125,19 @@ pub fn answer(arguments: &[String]) -> Result<()> {
     let cli = Cli::try_parse_from(std::iter::once("gmr").chain(arguments.iter().map(String::as_str)))
         .map_err(|refusal| Error::usage(one_line(&refusal.to_string())))?;
     execute(cli)
+}
+
+/// The sums that `gmr gram` makes of columns in memory; its arguments name them in the place of a log, and a file that is not written.
+///
+/// # Errors
+/// As [`answer`]; arguments of another command.
+pub fn gram_of_table(arguments: &[String], table: Table) -> Result<Vec<RunGram>> {
+    let cli = Cli::try_parse_from(std::iter::once("gmr").chain(arguments.iter().map(String::as_str)))
+        .map_err(|refusal| Error::usage(one_line(&refusal.to_string())))?;
+    match cli.command {
+        Command::Gram(arguments) => gram::of_table(&arguments, table),
+        _ => Err(Error::usage("expected the arguments of gmr gram")),
+    }
 }
 
 /// The command line. Help and version are printed, and end the command, here.

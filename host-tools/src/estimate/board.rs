@@ -246,6 +246,7 @@ mod tests {
         Instant {
             time_s,
             measured_w: 2.0,
+            told_w: None,
             predicted_w: Some(2.0),
             mass_kg,
             interval_kg: None,

@@ -117,6 +117,8 @@ pub struct Instant {
     pub measured_w: f64,
     /// P̂_act, W, while the mass is known.
     pub predicted_w: Option<f64>,
+    /// The same at the mass that the log tells, or that was given, W.
+    pub told_w: Option<f64>,
     /// The estimator's mass, kg.
     pub mass_kg: Option<f64>,
     /// Its interval, kg.
@@ -339,8 +341,9 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
                     noticed_s: row.time,
                 });
             }
-            self.telling.add(self.live.as_ref(), &row, &estimate, step);
+            let told_w = self.telling.add(self.live.as_ref(), &row, &estimate, step);
             if let Some(instant) = instant(&row, &estimate) {
+                let instant = Instant { told_w, ..instant };
                 settled += 1;
                 if let Some(predicted) = instant.predicted_w {
                     known += 1;
@@ -405,6 +408,7 @@ fn instant<const N: usize>(row: &RawRow<N>, estimate: &Estimate<f64, N>) -> Opti
     Some(Instant {
         time_s: row.time,
         measured_w: now.power,
+        told_w: None,
         predicted_w: estimate.power,
         mass_kg: mass.map(|mass| mass.mass),
         interval_kg: mass.map(|mass| (mass.low, mass.high)),

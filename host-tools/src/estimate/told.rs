@@ -44,16 +44,16 @@ impl<const N: usize> Telling<N> {
         }
     }
 
-    /// A sample that passed the filter, `step` s after the one before.
+    /// A sample that passed the filter, `step` s after the one before: its power by the model, W, where a mass is known.
     pub(super) fn add(
         &mut self,
         live: Option<&Live<f64, N>>,
         row: &RawRow<N>,
         estimate: &Estimate<f64, N>,
         step: f64,
-    ) {
-        let Some(mass) = self.given_kg.or(row.mass) else { return };
-        let Some(now) = estimate.conditioned.filter(|now| now.settled) else { return };
+    ) -> Option<f64> {
+        let mass = self.given_kg.or(row.mass)?;
+        let now = estimate.conditioned.filter(|now| now.settled)?;
         let Coefficients { robot, model, .. } = &self.coefficients;
         let beyond = mass - robot.range.middle();
         let answer = match live {
@@ -64,6 +64,7 @@ impl<const N: usize> Telling<N> {
         self.mass_kg = Some(mass);
         self.pairs.add(now.power, answer.power);
         self.joules += answer.power.max(0.0) * step;
+        Some(answer.power)
     }
 
     /// `None` where no mass was known.

@@ -11,25 +11,24 @@
 //! its robots, for the same v and d: that scatter, not the scatter of rows, is what a step has to stand out of. A step is named where it is
 //! beyond chance over all robots, coefficients and days that were asked (Bonferroni), and where no other coefficient explains it nearly as well.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use model_core::torque::TorqueModel;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::keys::{DAY, ROBOT, key};
-use crate::fit::physical::{PARAMETERS, parameters};
-use crate::fit::verdict;
+use super::base::{Direction, Robot, Run, by_robot, directions};
+use crate::fit::physical::PARAMETERS;
 use crate::gram::RunGram;
 use crate::numerics::robust::{NORMAL_95, median};
-use crate::numerics::scaled_inverse::{DETERMINED, ScaledInverse};
+use crate::numerics::scaled_inverse::DETERMINED;
 
 /// Chance that a fleet in which nothing changes has any name.
-const FALSE_NAMES: f64 = 0.01;
+pub(super) const FALSE_NAMES: f64 = 0.01;
 
 /// What two explanations must differ by in χ² to be told apart: odds of 100 to 1, 2 ln 100.
-const APART: f64 = 9.21;
+pub(super) const APART: f64 = 9.21;
 
 /// Fewest runs beyond two a robot, over the fleet, from which the scatter of runs is known: Student's t with ten degrees of freedom is 1.14 of the
 /// normal's at 95 %.
@@ -91,53 +90,6 @@ pub struct Drift {
     pub silent: Vec<(String, String)>,
 }
 
-/// A coefficient, or a combination of some, that may change.
-struct Direction {
-    name: String,
-    unit: &'static str,
-    along: DVector<f64>,
-    /// What it is now.
-    value: f64,
-}
-
-/// One side's wheels: a0 of both sides and the imbalance together (right a0 + d, left a0 − d).
-const SIDES: [(&str, f64); 2] = [("coulomb of the left wheels", -0.5), ("coulomb of the right wheels", 0.5)];
-
-fn directions(reference: &TorqueModel<f64>, has_sides: bool) -> Vec<Direction> {
-    let values = parameters(reference);
-    let unit = |place: usize| DVector::from_fn(PARAMETERS, |i, _| if i == place { 1.0 } else { 0.0 });
-    let plain = verdict::TORQUE.iter().enumerate().map(|(place, description)| Direction {
-        name: description.name.to_owned(),
-        unit: description.unit,
-        along: unit(place),
-        value: values[place],
-    });
-    let sides = SIDES.iter().filter(|_| has_sides).map(|(name, share)| Direction {
-        name: (*name).to_owned(),
-        unit: verdict::TORQUE[0].unit,
-        along: unit(0) * 0.5 + unit(PARAMETERS - 1) * *share,
-        value: values[0],
-    });
-    plain.chain(sides).collect()
-}
-
-/// A run's sums.
-struct Run<'a> {
-    day: &'a str,
-    normal: DMatrix<f64>,
-    score: DVector<f64>,
-}
-
-/// A robot with a base of its own.
-struct Robot<'a> {
-    name: &'a str,
-    days: Vec<&'a str>,
-    runs: Vec<Run<'a>>,
-    /// (Σ N)⁺.
-    inverse: DMatrix<f64>,
-    total: DMatrix<f64>,
-}
-
 /// A step of a robot, asked.
 struct Asked {
     direction: usize,
@@ -151,18 +103,12 @@ struct Asked {
 /// Looks for steps in all coefficients of all robots, from every day but the first. Runs are those that count, near `reference`.
 pub fn changes(runs: &[&RunGram], reference: &TorqueModel<f64>) -> Drift {
     let mut drift = Drift { changes: Vec::new(), asked: 0, threshold: None, silent: Vec::new() };
-    let mut grouped: BTreeMap<&str, Vec<Run<'_>>> = BTreeMap::new();
-    for run in runs {
-        if let Some(local) = &run.local {
-            let sums = Run { day: key(run, DAY), normal: local.matrix(), score: local.scores() };
-            grouped.entry(key(run, ROBOT)).or_default().push(sums);
-        }
-    }
     let mut robots = Vec::new();
-    for (name, runs) in grouped {
-        match Robot::new(name, runs) {
-            Ok(robot) => robots.push(robot),
-            Err(why) => drift.silent.push((name.to_owned(), why)),
+    for (name, runs) in by_robot(runs) {
+        let robot = Robot::new(name, runs);
+        match why_silent(&robot) {
+            None => robots.push(robot),
+            Some(why) => drift.silent.push((name.to_owned(), why)),
         }
     }
     let spare: usize = robots.iter().map(|robot| robot.runs.len() - 2).sum();
@@ -193,23 +139,19 @@ pub fn changes(runs: &[&RunGram], reference: &TorqueModel<f64>) -> Drift {
     drift
 }
 
-impl<'a> Robot<'a> {
-    fn new(name: &'a str, runs: Vec<Run<'a>>) -> Result<Self, String> {
-        let days: Vec<&str> = runs.iter().map(|run| run.day).collect::<BTreeSet<_>>().into_iter().collect();
-        if days.len() < 2 {
-            return Err("one day only: nothing to compare it with".to_owned());
-        }
-        if runs.len() < 3 {
-            return Err(format!("{} runs only: no scatter to hold a step against", runs.len()));
-        }
-        let total = runs.iter().fold(DMatrix::zeros(PARAMETERS, PARAMETERS), |sum, run| sum + &run.normal);
-        Ok(Self { name, days, inverse: pseudo_inverse(&total), total, runs })
+/// Why nothing can be said of a robot.
+fn why_silent(robot: &Robot<'_>) -> Option<String> {
+    if robot.days.len() < 2 {
+        return Some("one day only: nothing to compare it with".to_owned());
     }
+    let runs = robot.runs.len();
+    (runs < 3).then(|| format!("{runs} runs only: no scatter to hold a step against"))
+}
 
+impl Robot<'_> {
     /// Every coefficient from every day but the first.
     fn ask(&self, directions: &[Direction]) -> Vec<Asked> {
-        let scores = self.runs.iter().fold(DVector::zeros(PARAMETERS), |sum, run| sum + &run.score);
-        let base = &self.inverse * scores;
+        let base = self.base();
         let mut all = Vec::new();
         for (place, direction) in directions.iter().enumerate() {
             for day in 1..self.days.len() {
@@ -285,10 +227,4 @@ fn named(
         percent_plus_minus: percent(plus_minus),
         or_coefficients: others.into_iter().map(|other| directions[other].name.clone()).collect(),
     })
-}
-
-/// Of a Gram matrix, within what it determines.
-fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    let found = ScaledInverse::of(matrix);
-    found.unscaled(&found.inverse)
 }

@@ -1,16 +1,23 @@
 //! Many robots over many days: every log read once into its sums ([`crate::gram`]), what they say of each robot, and since when.
 
 mod abstain;
+mod base;
+mod disagree;
 mod drift;
 mod keys;
+mod outlier;
 mod page;
 mod rank;
 mod source;
 mod state;
+#[cfg(test)]
+mod tests;
 
 pub use self::abstain::{Judged, judge};
+pub use self::disagree::{Disagreement, Disagreements, disagreements};
 pub use self::drift::{Change, Drift, changes};
-pub use self::page::save;
+pub use self::outlier::{Outlier, Outliers, outliers};
+pub use self::page::{Found, save};
 pub use self::rank::{Standing, rank};
 pub use self::source::{Log, find};
 pub use self::state::{Outcome, State};

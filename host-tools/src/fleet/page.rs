@@ -5,7 +5,9 @@ use std::path::Path;
 use maud::{Markup, html};
 
 use super::abstain::Judged;
+use super::disagree::Disagreements;
 use super::drift::Drift;
+use super::outlier::Outliers;
 use super::rank::Standing;
 use crate::error::Result;
 use crate::output::write_content;
@@ -15,11 +17,27 @@ use crate::report::{Bars, Panel, palette};
 /// Robots that are drawn; all of them stand in the table.
 const DRAWN: usize = 20;
 
+/// What is on the page.
+#[derive(Debug, Clone, Copy)]
+pub struct Found<'a> {
+    /// The robots, the dearest first.
+    pub standings: &'a [Standing],
+    /// What changed.
+    pub drift: &'a Drift,
+    /// Who stands out.
+    pub outliers: &'a Outliers,
+    /// Runs that disagree.
+    pub disagreements: &'a Disagreements,
+    /// Every run.
+    pub judged: &'a [Judged],
+}
+
 /// Writes the page, whole or not at all.
 ///
 /// # Errors
 /// It cannot be drawn or written.
-pub fn save(file: &Path, standings: &[Standing], drift: &Drift, judged: &[Judged]) -> Result<()> {
+pub fn save(file: &Path, found: &Found<'_>) -> Result<()> {
+    let Found { standings, drift, outliers, disagreements, judged } = *found;
     let used = judged.iter().filter(|run| run.is_used).count();
     let body = html! {
         h1 { "Fleet" }
@@ -30,6 +48,8 @@ pub fn save(file: &Path, standings: &[Standing], drift: &Drift, judged: &[Judged
             (tile(&drift.changes.len().to_string(), "changes found", ""))
         }
         (changes(drift))
+        (standing_out(outliers))
+        (disagreeing(disagreements))
         (ranking(standings)?)
         (runs(judged))
     };
@@ -49,6 +69,38 @@ fn changes(drift: &Drift) -> Markup {
             }
         }
         @for (robot, why) in &drift.silent { p { (robot) ": nothing can be said: " (why) } }
+    }
+}
+
+fn standing_out(outliers: &Outliers) -> Markup {
+    html! {
+        h2 { "Robots unlike the others" }
+        @if let Some(why) = &outliers.silent { p { "Nothing can be said: " (why) "." } }
+        @else if outliers.found.is_empty() { p { "None that stands out of how robots differ." } }
+        ul { @for outlier in &outliers.found { li { (outlier.sentence()) } } }
+        @if let Some(threshold) = outliers.threshold {
+            p {
+                "Every robot and coefficient, " (outliers.asked) " questions, before what changed on it: " (format!("{threshold:.1}"))
+                " standard deviations of robots are needed, so that a fleet of like robots has a name here once in "
+                (format!("{:.0}", 1.0 / outliers.level)) " times. Intervals are 95 %, and hold the scatter of robots."
+            }
+        }
+    }
+}
+
+fn disagreeing(disagreements: &Disagreements) -> Markup {
+    html! {
+        h2 { "Runs that disagree with their robot" }
+        @if let Some(why) = &disagreements.silent { p { "Nothing can be said: " (why) "." } }
+        @else if disagreements.found.is_empty() { p { "None more than runs do." } }
+        ul { @for run in &disagreements.found { li { (run.sentence()) } } }
+        @if disagreements.threshold.is_some() {
+            p {
+                "Power that the robot's own coefficients leave, against all " (disagreements.asked)
+                " runs. Which effect it is, sums do not tell: gmr gap on these logs does. What is short within a run, or the same on all runs, "
+                "is not seen here."
+            }
+        }
     }
 }
 

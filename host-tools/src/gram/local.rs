@@ -50,12 +50,12 @@ impl Default for Local {
 impl Local {
     /// Adds a row.
     pub(super) fn add<const N: usize>(&mut self, row: &Row<N>, reference: &Reference) {
-        let slope = physical::gradient(&reference.torque, row, reference.drive);
+        let (power, slope) = physical::predict(&reference.torque, row, reference.drive);
         if slope.iter().all(|slope| *slope == 0.0) {
             // All wheels stand or are clamped: no parameter is in it.
             return;
         }
-        let error = row.power - physical::power(&reference.torque, row, reference.drive);
+        let error = row.power - power;
         self.rows += 1;
         self.squares += error * error;
         self.score.iter_mut().zip(&slope).for_each(|(sum, slope)| *sum += slope * error);

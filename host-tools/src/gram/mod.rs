@@ -2,15 +2,22 @@
 //!
 //! What they hold and what they cannot tell: docs/fleet.md.
 
+mod columns;
+mod files;
 mod fitted;
 mod local;
+mod parquet;
 mod polynomial;
 mod read;
 mod run;
 mod summary;
+#[cfg(test)]
+mod tests;
 
+pub use self::columns::{Flat, Merge, Number, TEXTS, names};
+pub use self::files::{read_all, write_all};
 pub use self::fitted::{Fitted, LeftOut, eq18, leave_one_out, signed};
 pub use self::local::{Local, Reference};
-pub use self::read::{Conditioned, of_log};
-pub use self::run::{FORMAT, RunGram, Setting, read_all, total, write_all};
+pub use self::read::{Conditioned, Spent, Summed, of_header, of_log};
+pub use self::run::{FORMAT, RunGram, Setting, total};
 pub use self::summary::{Histogram, Summary};

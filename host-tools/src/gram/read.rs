@@ -2,23 +2,26 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::time::Instant;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::{self, Gate};
+use model_core::estimator::Conditioner;
 use model_core::model::Model;
 use model_core::torque::Drive;
+use serde::Serialize;
 
 use super::local::{Local, Reference};
 use super::polynomial;
 use super::run::{FORMAT, RunGram, Setting};
-use super::summary::{Instant, Summary};
+use super::summary::{Moment, Summary};
 use crate::coefficients::CoefficientsFile;
 use crate::error::{Error, Result};
 use crate::fit::dataset::{Row, condition};
 use crate::fit::gram::Gram;
 use crate::input::{MOST_DESCRIPTION, read_text};
-use crate::log::{Header, MIN_GAP_FACTOR, SampleReader, conditioner};
+use crate::log::{Header, MIN_GAP_FACTOR, RawRow, SampleReader, conditioner};
 use crate::robot::Robot;
 
 /// How logs are read.
@@ -81,48 +84,97 @@ const SETTLES: f64 = 2.0;
 /// Rows that are summed at a time.
 const BLOCK: usize = 1024;
 
-/// The sums of a log's runs, in the order in which they begin.
+/// Where the time went, s of one thread each.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Spent {
+    /// Bytes to numbers.
+    pub reading_s: f64,
+    /// Filter, kinematics, and what a run was.
+    pub filter_s: f64,
+    /// Products and their sums.
+    pub sums_s: f64,
+}
+
+impl Spent {
+    /// Adds another's.
+    pub fn add(&mut self, other: &Self) {
+        self.reading_s += other.reading_s;
+        self.filter_s += other.filter_s;
+        self.sums_s += other.sums_s;
+    }
+}
+
+/// What became of a log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Summed {
+    /// The sums of its runs, in the order in which they begin.
+    pub runs: Vec<RunGram>,
+    /// What that took.
+    pub spent: Spent,
+}
+
+/// Rows in the making.
+struct Work<'a, const N: usize> {
+    robot: &'a Robot,
+    how: &'a Conditioned<N>,
+    is_commanded: bool,
+    most_elapsed_s: f64,
+    runs: Vec<RunGram>,
+    /// When the filter has forgotten the last row of a run in which a wheel could be clamped.
+    free_from: BTreeMap<u32, f64>,
+    spent: Spent,
+}
+
+/// The sums of a log's runs.
 ///
 /// # Errors
 /// A log that cannot be read, is not one of this robot or is too slow for the filter.
-pub fn of_log<const N: usize>(robot: &Robot, how: &Conditioned<N>, file: &Path) -> Result<Vec<RunGram>> {
-    let is_commanded = Header::open(file)?.has(COMMAND);
+pub fn of_log<const N: usize>(robot: &Robot, how: &Conditioned<N>, file: &Path) -> Result<Summed> {
+    let started = Instant::now();
+    let header = Header::open(file)?;
+    let mut summed = of_header(robot, how, header)?;
+    summed.spent.reading_s =
+        (started.elapsed().as_secs_f64() - summed.spent.filter_s - summed.spent.sums_s).max(0.0);
+    Ok(summed)
+}
+
+/// The same, of a log that is open: of columns in memory, for one.
+///
+/// # Errors
+/// As [`of_log`].
+pub fn of_header<const N: usize>(robot: &Robot, how: &Conditioned<N>, header: Header) -> Result<Summed> {
+    let file = header.path().to_owned();
+    let is_commanded = header.has(COMMAND);
     let further: &[&str] = if is_commanded { &[COMMAND] } else { &[] };
-    let mut reader = SampleReader::<N>::open_with(file, robot, further)?;
-    let mut conditioner = conditioner(&how.core, file, reader.period_s())?;
-    let most_elapsed = MIN_GAP_FACTOR * reader.period_s();
-    let mut runs: Vec<RunGram> = Vec::new();
+    let mut reader = SampleReader::<N>::of(header, robot, further)?;
+    let mut conditioner = conditioner(&how.core, &file, reader.period_s())?;
+    let mut work = Work {
+        robot,
+        how,
+        is_commanded,
+        most_elapsed_s: MIN_GAP_FACTOR * reader.period_s(),
+        runs: Vec::new(),
+        free_from: BTreeMap::new(),
+        spent: Spent::default(),
+    };
+    let mut raw: Vec<(RawRow<N>, f64)> = Vec::with_capacity(BLOCK);
     let mut rows: Vec<Row<N>> = Vec::with_capacity(BLOCK);
-    let mut free_from = BTreeMap::new();
-    while let Some(raw) = reader.next_row()? {
-        let place = raw.run as usize;
-        while runs.len() <= place {
-            runs.push(empty(how, robot, is_commanded));
+    loop {
+        let started = Instant::now();
+        raw.clear();
+        while raw.len() < BLOCK
+            && let Some(row) = reader.next_row()?
+        {
+            raw.push((row, reader.extras().first().copied().unwrap_or(f64::NAN)));
         }
-        let speeds = raw.sample.wheel_speed;
-        let twist = how.core.kinematics.twist(&speeds);
-        let fastest = speeds.iter().map(|speed| speed.abs()).fold(0.0, f64::max);
-        let now = Instant {
-            time_s: raw.time,
-            elapsed_s: raw.elapsed,
-            speed_m_s: twist.vx,
-            turn_rad_s: twist.omega,
-            fastest_rad_s: fastest,
-            moves: fastest > how.core.dead_band,
-            power_w: raw.sample.power,
-            mass_kg: raw.mass.unwrap_or(how.mass_kg),
-            command_m_s: reader.extras().first().copied().unwrap_or(f64::NAN),
-        };
-        runs[place].summary.add(&now, most_elapsed);
-        if let Some(row) = condition(&mut conditioner, &raw, how.mass_kg) {
-            rows.push(row);
+        work.spent.reading_s += started.elapsed().as_secs_f64();
+        if raw.is_empty() {
+            break;
         }
-        if rows.len() == BLOCK {
-            add(&mut runs, &rows, how, &mut free_from);
-            rows.clear();
-        }
+        work.filter(&raw, &mut conditioner, &mut rows);
+        work.sum(&rows);
     }
-    add(&mut runs, &rows, how, &mut free_from);
+    let Work { mut runs, spent, .. } = work;
     let (names, exclusions) = (reader.run_names(), reader.exclusions());
     let several = runs.len() > 1;
     for (place, run) in runs.iter_mut().enumerate() {
@@ -131,14 +183,52 @@ pub fn of_log<const N: usize>(robot: &Robot, how: &Conditioned<N>, file: &Path) 
             run.run += &format!("#{}", names.get(place).map_or("", String::as_str));
         }
     }
-    if let Some(first) = runs.first_mut() {
-        // They belong to the log; its first run tells of them.
-        first.summary.exclusions = exclusions;
+    let Some(first) = runs.first_mut() else { return Err(Error::failed("no row to use").in_file(file)) };
+    // They belong to the log; its first run tells of them.
+    first.summary.exclusions = exclusions;
+    Ok(Summed { runs, spent })
+}
+
+impl<const N: usize> Work<'_, N> {
+    /// What rows were, and what of them comes out of the filter.
+    fn filter(
+        &mut self,
+        raw: &[(RawRow<N>, f64)],
+        conditioner: &mut Conditioner<f64, N>,
+        rows: &mut Vec<Row<N>>,
+    ) {
+        let started = Instant::now();
+        rows.clear();
+        for (raw, command_m_s) in raw {
+            let place = raw.run as usize;
+            while self.runs.len() <= place {
+                self.runs.push(empty(self.how, self.robot, self.is_commanded));
+            }
+            let speeds = raw.sample.wheel_speed;
+            let twist = self.how.core.kinematics.twist(&speeds);
+            let fastest = speeds.iter().map(|speed| speed.abs()).fold(0.0, f64::max);
+            let now = Moment {
+                time_s: raw.time,
+                elapsed_s: raw.elapsed,
+                speed_m_s: twist.vx,
+                turn_rad_s: twist.omega,
+                fastest_rad_s: fastest,
+                moves: fastest > self.how.core.dead_band,
+                power_w: raw.sample.power,
+                mass_kg: raw.mass.unwrap_or(self.how.mass_kg),
+                command_m_s: *command_m_s,
+            };
+            self.runs[place].summary.add(&now, self.most_elapsed_s);
+            rows.extend(condition(conditioner, raw, self.how.mass_kg));
+        }
+        self.spent.filter_s += started.elapsed().as_secs_f64();
     }
-    if runs.is_empty() {
-        return Err(Error::failed("no row to use").in_file(file));
+
+    fn sum(&mut self, rows: &[Row<N>]) {
+        let started = Instant::now();
+        add(&mut self.runs, rows, self.how, &mut self.free_from);
+        self.spent.sums_s += started.elapsed().as_secs_f64();
     }
-    Ok(runs)
 }
 
 fn empty<const N: usize>(how: &Conditioned<N>, robot: &Robot, is_commanded: bool) -> RunGram {
@@ -162,7 +252,7 @@ fn empty<const N: usize>(how: &Conditioned<N>, robot: &Robot, is_commanded: bool
     }
 }
 
-/// Adds rows to the sums of their runs; `free_from` is when the filter has forgotten the last row in which a wheel could be clamped.
+/// Adds rows to the sums of their runs.
 fn add<const N: usize>(
     runs: &mut [RunGram],
     rows: &[Row<N>],

@@ -1,8 +1,6 @@
-//! A run as sums, and files of them: JSON, a run a line.
+//! A run as sums.
 
 use std::collections::BTreeMap;
-use std::io::{BufRead as _, BufReader};
-use std::path::Path;
 
 use model_core::eq18::REGRESSORS;
 use serde::{Deserialize, Serialize};
@@ -12,14 +10,12 @@ use super::polynomial::PRODUCTS;
 use super::summary::Summary;
 use crate::error::{Error, Result};
 use crate::fit::gram::Gram;
-use crate::input::Input;
-use crate::output::write_whole;
 
 /// Of the lines.
 pub const FORMAT: u32 = 1;
 
 /// How rows were read: sums of different settings do not add up.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Setting {
     /// Name of the robot.
@@ -93,7 +89,27 @@ impl RunGram {
         Ok(())
     }
 
-    fn line(&self) -> Result<String> {
+    /// Of no row, with all that a run may have.
+    pub(crate) fn blank() -> Self {
+        Self {
+            format: FORMAT,
+            run: String::new(),
+            keys: BTreeMap::new(),
+            setting: Setting::default(),
+            summary: Summary::new(0.0, 0.0, true),
+            eq18: Gram::default(),
+            eq18_published: Gram::default(),
+            signed: Gram::default(),
+            may_clamp: 0,
+            local: Some(Local::default()),
+        }
+    }
+
+    /// As a line of a file.
+    ///
+    /// # Errors
+    /// It cannot be written down.
+    pub fn line(&self) -> Result<String> {
         serde_json::to_string(self).map_err(|error| Error::failed(error.to_string()))
     }
 }
@@ -105,60 +121,4 @@ impl RunGram {
 pub fn total(grams: &[RunGram]) -> Result<RunGram> {
     let (first, rest) = grams.split_first().ok_or_else(|| Error::failed("no gram; expected one at least"))?;
     rest.iter().try_fold(first.clone(), |mut sum, gram| sum.merge(gram).map(|()| sum))
-}
-
-/// Writes them, whole or not at all.
-///
-/// # Errors
-/// What the operating system refuses.
-pub fn write_all(file: &Path, grams: &[RunGram]) -> Result<()> {
-    write_whole(file, |out| {
-        for gram in grams {
-            let line = gram.line()?;
-            out.write_all(line.as_bytes())
-                .and_then(|()| out.write_all(b"\n"))
-                .map_err(|error| Error::io(file, &error))?;
-        }
-        Ok(())
-    })
-}
-
-/// Bytes of a line, at most: a gram has some 15 thousand.
-const MOST_LINE: u64 = 1 << 20;
-
-/// Reads them.
-///
-/// # Errors
-/// A line that is no gram of this format: names it.
-pub fn read_all(file: &Path) -> Result<Vec<RunGram>> {
-    let mut text = BufReader::new(Input::open(file)?);
-    let mut grams = Vec::new();
-    for number in 1.. {
-        let mut line = String::new();
-        let wrong = |message: String| Error::failed(message).in_file(file).at_line(number);
-        let length = std::io::Read::take(&mut text, MOST_LINE)
-            .read_line(&mut line)
-            .map_err(|error| wrong(format!("{error}; expected grams: a JSON object a line")))?;
-        if length == 0 {
-            break;
-        }
-        let format = serde_json::from_str::<serde_json::Value>(&line)
-            .ok()
-            .and_then(|gram| gram.get("format")?.as_u64());
-        if let Some(other) = format.filter(|format| *format != u64::from(FORMAT)) {
-            return Err(wrong(format!(
-                "format {other}; expected {FORMAT}: make the grams again with this gmr gram"
-            )));
-        }
-        let gram: RunGram = serde_json::from_str(&line)
-            .map_err(|error| wrong(format!("is no gram ({error}); expected what gmr gram writes")))?;
-        if gram.local.as_ref().is_some_and(|local| !local.is_whole()) {
-            return Err(wrong("local has another number of sums; expected what gmr gram writes".to_owned()));
-        }
-        grams.push(gram);
-    }
-    if grams.is_empty() {
-        return Err(Error::failed("is empty; expected grams: a JSON object a line").in_file(file));
-    }
-    Ok(grams)
 }

@@ -71,7 +71,7 @@ const MOST_MASSES: usize = 16;
 const SAME_MASS: f64 = 1e-3;
 
 /// A raw row, and how long it stood for.
-pub(super) struct Instant {
+pub(super) struct Moment {
     pub(super) time_s: f64,
     pub(super) elapsed_s: f64,
     pub(super) speed_m_s: f64,
@@ -105,7 +105,7 @@ impl Summary {
         }
     }
 
-    pub(super) fn add(&mut self, now: &Instant, most_elapsed_s: f64) {
+    pub(super) fn add(&mut self, now: &Moment, most_elapsed_s: f64) {
         self.rows += 1;
         self.span_s = [self.span_s[0].min(now.time_s), self.span_s[1].max(now.time_s)];
         self.fastest_rad_s = self.fastest_rad_s.max(now.fastest_rad_s);
@@ -153,6 +153,9 @@ impl Summary {
         self.gaps += other.gaps;
         self.exclusions.cut_line += other.exclusions.cut_line;
         self.exclusions.non_finite += other.exclusions.non_finite;
+        let lines =
+            [&self.exclusions, &other.exclusions].into_iter().filter_map(|one| one.first_non_finite_line);
+        self.exclusions.first_non_finite_line = lines.min();
         self.fastest_rad_s = self.fastest_rad_s.max(other.fastest_rad_s);
         for (mass, seconds) in &other.masses {
             self.at_mass(*mass, *seconds);

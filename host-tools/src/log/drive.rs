@@ -106,7 +106,17 @@ impl<const N: usize> DriveReader<N> {
     /// # Errors
     /// As [`open`](Self::open); an extra column is missing.
     pub fn open_with(path: impl AsRef<Path>, robot: &Robot, extra: &[&str]) -> Result<Self> {
-        let header = Header::open(path)?;
+        Self::of(Header::open(path)?, robot, extra)
+    }
+
+    /// Of an opened log.
+    ///
+    /// # Errors
+    /// As [`open_with`](Self::open_with).
+    ///
+    /// # Panics
+    /// As [`open`](Self::open).
+    pub fn of(header: Header, robot: &Robot, extra: &[&str]) -> Result<Self> {
         assert_eq!(robot.wheels(), N, "the reader's wheels are the robot's");
         check_wheels(&header, robot)?;
         let mut requests =

@@ -3,14 +3,21 @@
 use std::collections::HashSet;
 use std::path::Path;
 
-use super::scan;
+use super::columnar::{Columnar, Table};
 use super::source::{Line, Source, carriage_returns};
+use super::{foreign, scan};
 use crate::error::{Error, Result};
 
 /// An opened log of which only the header was read.
 pub struct Header {
-    pub(super) source: Source,
+    pub(super) from: From,
     pub(super) columns: Vec<String>,
+}
+
+/// Where rows come from.
+pub(super) enum From {
+    Text(Source),
+    Columns(Columnar),
 }
 
 impl Header {
@@ -20,6 +27,9 @@ impl Header {
     /// The file does not exist or is a folder, is empty, is no UTF-8 text, has no comma-separated header or names a
     /// column twice.
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
+        if let Some(columns) = foreign::columns(path.as_ref())? {
+            return Self::of_columns(Columnar::of_file(path.as_ref(), columns));
+        }
         let mut source = Source::open(path.as_ref())?;
         let columns = match source.next_line()? {
             Line::End => {
@@ -33,7 +43,20 @@ impl Header {
             }),
         }
         .map_err(|error| error.in_file(source.path()))?;
-        Ok(Self { source, columns })
+        Ok(Self { from: From::Text(source), columns })
+    }
+
+    /// Of columns in memory; `name` is what errors call them.
+    ///
+    /// # Errors
+    /// A column is there twice.
+    pub fn of_table(name: impl AsRef<Path>, table: Table) -> Result<Self> {
+        Self::of_columns(Columnar::of_table(name.as_ref(), table))
+    }
+
+    fn of_columns((columnar, columns): (Columnar, Vec<String>)) -> Result<Self> {
+        check_names(&columns).map_err(|error| error.in_file(columnar.path()))?;
+        Ok(Self { from: From::Columns(columnar), columns })
     }
 
     /// All column names, in the order of the file.
@@ -48,7 +71,32 @@ impl Header {
 
     /// Path of the log.
     pub fn path(&self) -> &Path {
-        self.source.path()
+        self.from.path()
+    }
+}
+
+impl From {
+    pub(super) fn path(&self) -> &Path {
+        match self {
+            Self::Text(source) => source.path(),
+            Self::Columns(columnar) => columnar.path(),
+        }
+    }
+
+    /// Of the row handed out last, counted from 1.
+    pub(super) fn line_number(&self) -> u64 {
+        match self {
+            Self::Text(source) => source.line_number(),
+            Self::Columns(columnar) => columnar.line_number(),
+        }
+    }
+
+    /// Bytes read and in all.
+    pub(super) fn progress(&self) -> (u64, Option<u64>) {
+        match self {
+            Self::Text(source) => (source.consumed(), source.size()),
+            Self::Columns(columnar) => columnar.progress(),
+        }
     }
 }
 
@@ -93,12 +141,17 @@ fn parse(line: &[u8]) -> Result<Vec<String>> {
         let message = format!("the header has {} columns; expected at most {MOST_COLUMNS}", columns.len());
         return Err(Error::failed(message).at_line(1));
     }
+    check_names(&columns)?;
+    Ok(columns)
+}
+
+fn check_names(columns: &[String]) -> Result<()> {
     let mut seen = HashSet::with_capacity(columns.len());
-    for column in &columns {
+    for column in columns {
         if !column.is_empty() && !seen.insert(column.as_str()) {
             let message = "the header names this column twice; expected every name once";
             return Err(Error::failed(message).at_line(1).in_column(column));
         }
     }
-    Ok(columns)
+    Ok(())
 }

@@ -1,9 +1,11 @@
-//! Run logs: CSV with a header, read as a stream; other formats are turned into it on the way ([`foreign`]).
+//! Run logs: CSV with a header, read as a stream, or rows by columns (Parquet, memory); other formats are turned into CSV on the way
+//! ([`foreign`]).
 //!
 //! [`Header`] and [`LogReader`] know files, lines and columns; [`DriveReader`] knows what a drive is: wheels, power,
 //! payload, runs and gaps; [`SampleReader`] what an estimator takes, static power off. [`runs`] holds logs whole, behind the filter.
 
 pub mod checks;
+mod columnar;
 mod conditioned;
 mod conditioner;
 mod drive;
@@ -24,6 +26,7 @@ pub mod standing;
 pub mod suspicion;
 mod table;
 
+pub use columnar::{Table, Values};
 pub use conditioner::conditioner;
 pub(crate) use drive::check_wheels;
 pub use drive::{DriveReader, Gap, MIN_GAP_FACTOR, Record, wheel_columns};

@@ -3,10 +3,11 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use super::columnar::{Columnar, Values};
 use super::exclusions::Exclusions;
-use super::header::Header;
+use super::header::{From, Header};
 use super::scan;
-use super::source::{Line, Source};
+use super::source::Line;
 use crate::error::{Error, Result};
 
 /// What a column holds.
@@ -54,7 +55,7 @@ const MOST_RUNS: usize = 10_000;
 
 /// Reads a log row by row; memory does not grow with the file.
 pub struct LogReader {
-    source: Source,
+    from: From,
     columns: Vec<String>,
     /// One entry a column, up to the last one that is wanted.
     wanted: Vec<Option<Wanted>>,
@@ -100,7 +101,7 @@ impl Header {
     /// # Errors
     /// A required column is missing.
     pub fn read(self, requests: &[ColumnRequest]) -> Result<LogReader> {
-        LogReader::new(self.source, self.columns, requests)
+        LogReader::new(self.from, self.columns, requests)
     }
 }
 
@@ -113,7 +114,8 @@ impl LogReader {
         Header::open(path)?.read(requests)
     }
 
-    pub(super) fn new(source: Source, columns: Vec<String>, requests: &[ColumnRequest]) -> Result<Self> {
+    pub(super) fn new(from: From, columns: Vec<String>, requests: &[ColumnRequest]) -> Result<Self> {
+        let mut from = from;
         let mut wanted = vec![None; columns.len()];
         let mut present = vec![false; requests.len()];
         let mut places: HashMap<&str, usize> = HashMap::with_capacity(columns.len());
@@ -130,10 +132,13 @@ impl LogReader {
                 None if request.required => {
                     let message =
                         format!("column {} is missing; the log has: {}", request.name, columns.join(", "));
-                    return Err(Error::failed(message).in_file(source.path()).at_line(1));
+                    return Err(Error::failed(message).in_file(from.path()).at_line(1));
                 }
                 None => {}
             }
+        }
+        if let From::Columns(columnar) = &mut from {
+            columnar.only(&wanted.iter().map(Option::is_some).collect::<Vec<_>>());
         }
         while let Some(None) = wanted.last() {
             wanted.pop();
@@ -144,7 +149,7 @@ impl LogReader {
             plain: plain.filter(|slots| slots.len() == columns.len()),
             time_slot: slot_of(Role::Time).filter(|&slot| present[slot]),
             run_slot: slot_of(Role::Run).filter(|&slot| present[slot]),
-            source,
+            from,
             columns,
             wanted,
             present,
@@ -179,7 +184,7 @@ impl LogReader {
 
     /// Path of the log.
     pub fn path(&self) -> &Path {
-        self.source.path()
+        self.from.path()
     }
 
     /// Rows handed out so far.
@@ -199,7 +204,7 @@ impl LogReader {
 
     /// Bytes read and the size of the file, where it has one: for a progress bar.
     pub fn progress(&self) -> (u64, Option<u64>) {
-        (self.source.consumed(), self.source.size())
+        self.from.progress()
     }
 
     /// The next row into `values`, in the order of the requests; its line number, or `None` at the end.
@@ -225,41 +230,60 @@ impl LogReader {
     fn next_written(&mut self, values: &mut [f64]) -> Result<Option<u64>> {
         loop {
             values[..self.present.len()].fill(f64::NAN);
+            let source = match &mut self.from {
+                From::Text(source) => source,
+                From::Columns(columnar) => {
+                    let Some(place) = columnar.advance()? else { return self.finish() };
+                    let line = columnar.line_number();
+                    let read = columns_row(columnar, place, &self.wanted, &mut self.runs, values);
+                    let finite = read.map_err(|fault| self.fault_in_column(place, &fault))?;
+                    let accepted = self.check_time(values)?;
+                    if finite && accepted {
+                        self.rows += 1;
+                        return Ok(Some(line));
+                    }
+                    self.exclusions.add_non_finite(line);
+                    continue;
+                }
+            };
             if let Some(slots) = &self.plain
-                && let Some(length) = plain_row(self.source.unread(), slots, values)
+                && let Some(length) = plain_row(source.unread(), slots, values)
             {
-                self.source.skip_line(length);
+                source.skip_line(length);
+                let line = source.line_number();
                 self.check_time(values)?;
                 self.rows += 1;
-                return Ok(Some(self.source.line_number()));
+                return Ok(Some(line));
             }
-            let (start, end) = match self.source.next_line()? {
+            let (start, end) = match source.next_line()? {
                 Line::Whole(start, end) => (start, end),
                 Line::Cut(start, end) => {
-                    if !self.source.bytes(start, end).trim_ascii().is_empty() {
+                    if !source.bytes(start, end).trim_ascii().is_empty() {
                         self.exclusions.cut_line = 1;
                     }
                     continue;
                 }
                 Line::End => return self.finish(),
             };
-            let line = self.source.bytes(start, end);
+            let number = source.line_number();
+            let line = source.bytes(start, end);
             let line = line.strip_suffix(b"\r").unwrap_or(line);
             match parse_row(line, &self.wanted, self.columns.len(), &mut self.runs, values) {
                 Ok(finite) => {
                     let accepted = self.check_time(values)?;
                     if finite && accepted {
                         self.rows += 1;
-                        return Ok(Some(self.source.line_number()));
+                        return Ok(Some(number));
                     }
-                    self.exclusions.add_non_finite(self.source.line_number());
+                    self.exclusions.add_non_finite(number);
                 }
                 Err(fault) => {
                     if line.trim_ascii().is_empty() {
                         self.blank_line()?;
                         continue;
                     }
-                    return Err(self.fault(line, fault));
+                    let line = line.to_owned();
+                    return Err(self.fault(&line, fault));
                 }
             }
         }
@@ -267,11 +291,12 @@ impl LogReader {
 
     /// Blank lines are fine at the end only.
     fn blank_line(&mut self) -> Result<()> {
-        let blank = self.source.line_number();
+        let From::Text(source) = &mut self.from else { return Ok(()) };
+        let blank = source.line_number();
         loop {
-            match self.source.next_line()? {
+            match source.next_line()? {
                 Line::Whole(start, end) | Line::Cut(start, end) => {
-                    if !self.source.bytes(start, end).trim_ascii().is_empty() {
+                    if !source.bytes(start, end).trim_ascii().is_empty() {
                         let message = "blank line in the middle of the log; expected a row";
                         return Err(Error::failed(message).in_file(self.path()).at_line(blank));
                     }
@@ -323,7 +348,21 @@ impl LogReader {
     }
 
     fn here(&self, message: impl Into<String>) -> Error {
-        Error::failed(message).in_file(self.path()).at_line(self.source.line_number())
+        Error::failed(message).in_file(self.path()).at_line(self.from.line_number())
+    }
+
+    #[cold]
+    fn fault_in_column(&self, place: usize, fault: &Fault) -> Error {
+        let Fault::Text { field } = fault else { return self.fault(&[], Fault::Runs) };
+        let text = match &self.from {
+            From::Columns(columnar) => match columnar.values(*field) {
+                Values::Texts(texts) => texts[place].clone().unwrap_or_default(),
+                _ => String::new(),
+            },
+            From::Text(_) => String::new(),
+        };
+        self.here(format!("{:?} is not a number; expected a number", shortened(text.as_bytes())))
+            .in_column(&self.columns[*field])
     }
 
     #[cold]
@@ -421,6 +460,39 @@ fn parse_row(
     }
     let unread = columns - wanted.len();
     if unread > 0 && scan::Fields::new(rest).count() == unread { Ok(finite) } else { Err(Fault::FieldCount) }
+}
+
+/// Takes the wanted columns of a row; whether all that are needed are finite.
+#[inline]
+fn columns_row(
+    columnar: &Columnar,
+    place: usize,
+    wanted: &[Option<Wanted>],
+    runs: &mut Runs,
+    values: &mut [f64],
+) -> std::result::Result<bool, Fault> {
+    let mut finite = true;
+    for (field, wanted) in wanted.iter().enumerate() {
+        let Some(Wanted { slot, role }) = wanted else { continue };
+        let value = match (role, columnar.values(field)) {
+            (Role::Run, Values::Numbers(numbers)) => runs.id(numbers[place].to_string().as_bytes()) as f64,
+            (Role::Run, Values::Texts(texts)) => {
+                runs.id(texts[place].as_deref().unwrap_or_default().trim().as_bytes()) as f64
+            }
+            (_, Values::Numbers(numbers)) => numbers[place],
+            (_, Values::Texts(texts)) => match &texts[place] {
+                Some(text) => scan::number_in_field(text.as_bytes()).ok_or(Fault::Text { field })?,
+                None => f64::NAN,
+            },
+            (_, Values::Unread) => f64::NAN,
+        };
+        if *role == Role::Run && value >= MOST_RUNS as f64 {
+            return Err(Fault::Runs);
+        }
+        finite &= value.is_finite() || *role == Role::MaybeNumber;
+        values[*slot] = value;
+    }
+    Ok(finite)
 }
 
 /// Whether a field in quotes is a number as some countries write it.

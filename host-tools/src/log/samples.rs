@@ -5,7 +5,7 @@ use std::path::Path;
 use model_core::estimator::Sample;
 
 use super::drive::DriveReader;
-use super::{Exclusions, MASS};
+use super::{Exclusions, Header, MASS};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 
@@ -48,7 +48,15 @@ impl<const N: usize> SampleReader<N> {
     /// # Errors
     /// As [`DriveReader::open_with`].
     pub fn open_with(path: impl AsRef<Path>, robot: &Robot, columns: &[&str]) -> Result<Self> {
-        let reader = DriveReader::open_with(path, robot, columns)?;
+        Self::of(Header::open(path)?, robot, columns)
+    }
+
+    /// Of an opened log.
+    ///
+    /// # Errors
+    /// As [`open_with`](Self::open_with).
+    pub fn of(header: Header, robot: &Robot, columns: &[&str]) -> Result<Self> {
+        let reader = DriveReader::of(header, robot, columns)?;
         let static_power = robot.static_power_w().unwrap_or(0.0);
         Ok(Self { reader, static_power, last: None, rows: 0 })
     }

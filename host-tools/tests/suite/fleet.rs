@@ -80,6 +80,19 @@ fn the_robot_that_changed_is_named_with_its_day_and_no_other() {
         fields.collect::<Vec<_>>().join(",")
     };
     put("radius.csv", &(text.lines().map(scaled).collect::<Vec<_>>().join("\n") + "\n"));
+    // From row 300 on the clock is 5 s ahead.
+    let ahead = |(place, line): (usize, &str)| {
+        let (time, rest) = line.split_once(',').unwrap();
+        let late = time.parse::<f64>().ok().filter(|_| place >= 300).map(|time| time + 5.0);
+        format!("{},{rest}", late.map_or(time.to_owned(), |late| late.to_string()))
+    };
+    put("ahead.csv", &(text.lines().enumerate().map(ahead).collect::<Vec<_>>().join("\n") + "\n"));
+    let whole = std::fs::read(bench.path(&parquet)).unwrap();
+    std::fs::write(bench.path(&(log("a") + "/day=2026-11-02/cut.parquet")), &whole[..whole.len() / 2])
+        .unwrap();
+    // A link whose end is not there yet: nothing that the log itself is to be blamed for.
+    let late = log("a") + "/day=2026-11-02/late.csv";
+    std::os::unix::fs::symlink(bench.path("late.csv"), bench.path(&late)).unwrap();
     bench.simulate(
         &(log("b") + "/day=2026-11-02/stands.csv"),
         &["--duration", "40", "--rate", "20", "--profile", "standstill"],
@@ -96,6 +109,16 @@ fn the_robot_that_changed_is_named_with_its_day_and_no_other() {
     assert!(*is_used == false && said.contains("of another radius"), "{said}");
     let (is_used, said) = notes(&again, "robot=b/day=2026-11-02/stands.csv");
     assert!(*is_used == false && said.contains("does not move"), "{said}");
+    let (is_used, said) = notes(&again, &format!("{a}ahead.csv"));
+    assert!(*is_used == true && said.contains("its clock jumps ahead 1 times"), "{said}");
+    let (is_used, said) = notes(&again, &format!("{a}cut.parquet"));
+    assert!(*is_used == false && said.contains("is cut off or damaged"), "{said}");
+    let (is_used, said) = notes(&again, &format!("{a}late.csv"));
+    assert!(*is_used == false && said.contains("the next run tries again"), "{said}");
+    bench.put("late.csv", &text);
+    let third = bench.json(&FLEET);
+    let (is_used, said) = notes(&third, &format!("{a}late.csv"));
+    assert!(*is_used == true, "{said}");
 }
 
 /// Ten times, at ten moments; then to the end: the bytes of a run that nobody disturbed.

@@ -69,6 +69,39 @@ fn sums_add_up_in_any_order() {
     assert!(line < 20_000, "a run takes {line} bytes");
 }
 
+/// Kept as Parquet, a run a row, they are the same; and so are they of a log that is Parquet itself, which is read by its columns.
+#[test]
+fn parquet_keeps_sums_and_gives_the_same() {
+    let bench = bench();
+    gram(&bench, "g.jsonl", &LOGS);
+    // Its own file it writes over, another's it does not.
+    gram(&bench, "g.parquet", &LOGS[..1]);
+    gram(&bench, "g.parquet", &LOGS);
+    for (model, rest) in [("eq18", &["--leave-one-out"][..]), ("signed", &[])] {
+        let of = |grams: &str| fit(&bench, &[&["--model", model, "--grams", grams], rest].concat());
+        assert_eq!(of("g.parquet"), of("g.jsonl"));
+    }
+    bench.done(&["convert", "light.csv", "--out", "light.parquet"]);
+    let refused = bench.gmr(&["gram", "--robot", "robot.toml", "--out", "light.parquet", "heavy.csv"]);
+    assert_eq!(refused.code, Some(1));
+    assert!(refused.stderr.contains("--force"), "{}", refused.stderr);
+    bench.done(&["gram", "--robot", "robot.toml", "--cutoff", "5", "--out", "csv.jsonl", "light.csv"]);
+    bench.done(&[
+        "gram",
+        "--robot",
+        "robot.toml",
+        "--cutoff",
+        "5",
+        "--out",
+        "parquet.jsonl",
+        "light.parquet",
+    ]);
+    assert_eq!(bench.text("parquet.jsonl").replace("light.parquet", "light.csv"), bench.text("csv.jsonl"));
+    // A table of something else is named.
+    let ran = bench.gmr(&["fit", "--robot", "robot.toml", "--grams", "light.parquet"]);
+    assert!(ran.stderr.starts_with("gmr: light.parquet:run: is missing"), "{}", ran.stderr);
+}
+
 /// Rows in which no wheel can be clamped are exact for the model that made them: what is left is the filter, as in `fit`.
 #[test]
 fn the_signed_model_is_fitted_to_what_its_clamp_leaves_alone_and_says_so() {

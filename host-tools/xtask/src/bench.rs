@@ -47,6 +47,15 @@ pub(crate) fn run(name: Option<&str>) -> Option<bool> {
     Some(reached)
 }
 
+/// The bench of a fleet of so many rows. True when every figure was reached.
+pub(crate) fn fleet_of(rows: usize) -> bool {
+    let done = fleet::run_large(rows);
+    if let Err(stop) = &done {
+        println!("fleet: {stop}");
+    }
+    done.is_ok()
+}
+
 /// The bench of robots as JSON. True when it ended well.
 pub(crate) fn robots_json() -> bool {
     let done = robots::run(&mut Steps::default(), true);

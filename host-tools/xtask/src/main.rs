@@ -17,6 +17,7 @@ mod set_up;
 mod size;
 mod steps;
 mod test;
+mod test_fleet;
 
 use std::process::ExitCode;
 
@@ -27,12 +28,18 @@ usage: cargo xtask <command>
 
   test [--yes]
          formatting, lints, documentation, tests on the host and on an emulated Cortex-M7, licences
+  test-fleet [--yes]
+         sums on Spark and Ray, executors and workers as processes of their own; needs Java,
+         and a gigabyte from PyPI
   demo [--yes]
          record, fit, flash and estimate on the virtual board; plots go to demo-output/
   bench [accuracy | charge | coverage | fit-speed | fleet | gap | gap-mujoco | instructions |
          logs | predict | robots]
          the figures of the README, measured again; minutes. gap: a night, gap-mujoco:
          most of an hour, only by name
+  bench fleet --rows N
+         the figures of docs/fleet-bench.txt, by 100000000: a quarter of an hour to simulate,
+         4 GB; beside Polars, NumPy and SciPy
   bench robots --json
          the figures of docs/robots.txt
   circles
@@ -48,13 +55,15 @@ usage: cargo xtask <command>
   size [--json]
          flash, static RAM and stack of the firmware's images, against their limits
 
-All add the Rust target where it is missing, and ask before they install QEMU or a browser; --yes answers.";
+All add the Rust target where it is missing, and ask before they install QEMU, Java or a browser; --yes answers.";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let done = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["test"] => test::run(Consent::Ask),
         ["test", "--yes"] => test::run(Consent::Given),
+        ["test-fleet"] => test_fleet::run(Consent::Ask),
+        ["test-fleet", "--yes"] => test_fleet::run(Consent::Given),
         ["demo"] => demo::run(Consent::Ask),
         ["demo", "--yes"] => demo::run(Consent::Given),
         ["bench"] => bench::run(None).unwrap_or(false),
@@ -73,6 +82,9 @@ fn main() -> ExitCode {
             result.is_ok()
         }
         ["fuzz", ref rest @ ..] if let Some(request) = fuzz::Request::parse(rest) => fuzz::run(&request),
+        ["bench", "fleet", "--rows", rows] if rows.parse::<usize>().is_ok_and(|rows| rows >= 1_000_000) => {
+            bench::fleet_of(rows.parse().unwrap_or_default())
+        }
         ["bench", "robots", "--json"] => bench::robots_json(),
         ["mutate", ref numbers @ ..]
             if numbers.len() <= 2 && numbers.iter().all(|n| n.parse::<u64>().is_ok()) =>

@@ -10,21 +10,35 @@ use crate::steps::{Stop, command};
 /// Packages with their versions.
 const REQUIREMENTS: &str = "host-tools/python/requirements.txt";
 
+/// Packages of the engines, and of what the bench `fleet` compares with.
+const ENGINES: &str = "host-tools/python/engines/requirements.txt";
+
 /// The environment that `host-tools/python/tests/pytest.rs` looks for; made anew where the requirements have changed.
 ///
 /// # Errors
 /// No Python, or packages that cannot be had.
 pub(crate) fn environment() -> Result<PathBuf, Stop> {
-    let folder = paths::target_folder().join("python/venv");
+    environment_of("python/venv", REQUIREMENTS)
+}
+
+/// The environment of `cargo xtask test-fleet` and of the bench `fleet`.
+///
+/// # Errors
+/// As [`environment`].
+pub(crate) fn engines() -> Result<PathBuf, Stop> {
+    environment_of("fleet-python/venv", ENGINES)
+}
+
+fn environment_of(folder: &str, requirements: &str) -> Result<PathBuf, Stop> {
+    let folder = paths::target_folder().join(folder);
     let python = folder.join("bin/python");
-    let (requirements, made_from) = (paths::root().join(REQUIREMENTS), folder.join("requirements.txt"));
-    let wanted =
-        std::fs::read(&requirements).map_err(|error| Stop::new(format!("{REQUIREMENTS}: {error}")))?;
+    let (file, made_from) = (paths::root().join(requirements), folder.join("requirements.txt"));
+    let wanted = std::fs::read(&file).map_err(|error| Stop::new(format!("{requirements}: {error}")))?;
     if python.exists() && std::fs::read(&made_from).is_ok_and(|found| found == wanted) {
         return Ok(python);
     }
     let made = fresh(&folder).and_then(|python| {
-        obtain(pip(&python).arg("--requirement").arg(&requirements))?;
+        obtain(pip(&python).arg("--requirement").arg(&file))?;
         std::fs::write(&made_from, &wanted).map_err(|error| Stop::new(error.to_string()))?;
         Ok(python)
     });
@@ -49,9 +63,11 @@ pub(crate) fn pip(python: &Path) -> Command {
     pip
 }
 
-/// Builds the wheel, optimised, into `target/wheels`, installs it into an environment that has nothing else, and runs the example of the
-/// README there.
-pub(crate) fn wheel() -> Result<(), Stop> {
+/// Builds the wheel, optimised, into `target/wheels`.
+///
+/// # Errors
+/// It cannot be built.
+pub(crate) fn build() -> Result<PathBuf, Stop> {
     let python = environment()?;
     let folder = paths::target_folder().join("wheels");
     let _ = std::fs::remove_dir_all(&folder);
@@ -70,7 +86,12 @@ pub(crate) fn wheel() -> Result<(), Stop> {
     let files = folder.read_dir().map_err(|error| Stop::new(format!("{}: {error}", folder.display())))?;
     let wheel =
         files.flatten().map(|file| file.path()).find(|file| file.extension().is_some_and(|is| is == "whl"));
-    let wheel = wheel.ok_or_else(|| Stop::new(format!("{}: no wheel", folder.display())))?;
+    wheel.ok_or_else(|| Stop::new(format!("{}: no wheel", folder.display())))
+}
+
+/// Builds the wheel, installs it into an environment that has nothing else, and runs the example of the README there.
+pub(crate) fn wheel() -> Result<(), Stop> {
+    let wheel = build()?;
     let elsewhere = fresh(&paths::target_folder().join("python/fresh"))?;
     obtain(pip(&elsewhere).arg(&wheel))?;
     let mut example = Command::new(&elsewhere);

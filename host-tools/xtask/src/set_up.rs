@@ -94,6 +94,13 @@ pub(crate) fn qemu(consent: Consent) -> Result<(), Stop> {
     )
 }
 
+/// A Java that Spark runs on.
+pub(crate) fn java(consent: Consent) -> Result<(), Stop> {
+    let missing = "java is missing: `apt install default-jre-headless` (Debian, Ubuntu), or any Java from 17 on, then again; with --yes apt is \
+                   run for you";
+    program("java", "default-jre-headless", missing, consent)
+}
+
 /// A browser without a screen, for the page of `gmr gap --report`. Without one its test is skipped: nothing else needs it.
 pub(crate) fn browser(consent: Consent) {
     let names = ["chromium", "chromium-browser", "google-chrome", "chrome"];
@@ -108,7 +115,12 @@ pub(crate) fn browser(consent: Consent) {
 
 /// A program by Debian's package of its name; `missing` says what to do where that cannot be had.
 fn package(name: &str, missing: &str, consent: Consent) -> Result<(), Stop> {
-    let is_there = || answer(&format!("{name} --version")).is_some();
+    program(name, name, missing, consent)
+}
+
+/// A program by a package of Debian.
+fn program(program: &str, name: &str, missing: &str, consent: Consent) -> Result<(), Stop> {
+    let is_there = || answer(&format!("{program} --version")).is_some();
     if is_there() {
         return Ok(());
     }

@@ -71,11 +71,7 @@ pub fn parameters(torque: &TorqueModel<f64>) -> Parameters {
 }
 
 /// Power of a row, W, and its slope; the slope is 0 where no wheel draws power.
-pub(super) fn predict<const N: usize>(
-    torque: &TorqueModel<f64>,
-    row: &Row<N>,
-    drive: Drive,
-) -> (f64, Parameters) {
+pub fn predict<const N: usize>(torque: &TorqueModel<f64>, row: &Row<N>, drive: Drive) -> (f64, Parameters) {
     let mut power = 0.0;
     let mut slope = Parameters::zeros();
     for wheel in &row.motion.wheels {

@@ -17,7 +17,7 @@ use model_core::torque::{Drive, TorqueModel};
 pub use self::bounds::{AtBound, Bounds};
 use self::cost::Cost;
 pub(super) use self::cost::Loss;
-pub use self::cost::{PARAMETERS, Parameters, gradient, parameters, power, torque};
+pub use self::cost::{PARAMETERS, Parameters, gradient, parameters, power, predict, torque};
 pub(super) use self::robust::usual_loss;
 pub(super) use self::search::{Descent, search};
 use self::search::{FINAL, TRIAL, best_of};

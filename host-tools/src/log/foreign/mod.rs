@@ -17,6 +17,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::time::SystemTime;
 
+use log_formats::table::Columns;
 use log_formats::{Bag, Format, folder};
 
 use crate::error::{Error, Result};
@@ -84,6 +85,21 @@ pub(super) fn open(path: &Path) -> Result<Input> {
     let spool = turn(path, input, format, reading.as_deref()).map_err(|error| error.in_file(path))?;
     known.insert(path.to_owned(), (version, reading, spool.clone()));
     Input::of_spool(path, &spool)
+}
+
+/// Opens a Parquet file by its columns: it needs no rows as text. `None` of anything else, and of a pipe.
+///
+/// # Errors
+/// What the operating system refuses; a file that is cut off or damaged.
+pub(super) fn columns(path: &Path) -> Result<Option<Columns>> {
+    let mut input = Input::open(path)?;
+    if !input.metadata().is_file() {
+        return Ok(None);
+    }
+    match format_of(&mut input).map_err(|error| Error::io(path, &error))? {
+        Some(Format::Parquet) => Columns::open(path).map(Some).map_err(|error| wrong(error).in_file(path)),
+        _ => Ok(None),
+    }
 }
 
 fn format_of(input: &mut Input) -> io::Result<Option<Format>> {

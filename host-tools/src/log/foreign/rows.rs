@@ -25,7 +25,9 @@ fn full(error: std::io::Error) -> log_formats::Error {
 }
 
 fn spool_failed(error: &std::io::Error) -> Error {
-    Error::failed(format!("its rows cannot be kept in a temporary file: {error}"))
+    let said =
+        std::io::Error::new(error.kind(), format!("its rows cannot be kept in a temporary file: {error}"));
+    Error::of_system(&said)
 }
 
 impl Writer<'_> {

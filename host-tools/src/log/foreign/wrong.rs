@@ -9,6 +9,7 @@ pub(crate) fn wrong(error: log_formats::Error) -> Error {
             Ok(ours) => *ours,
             Err(other) => Error::failed(other.to_string()),
         },
+        log_formats::Error::Io(error) => Error::of_system(&error),
         error => Error::failed(error.to_string()),
     }
 }

@@ -1,0 +1,122 @@
+"""Sums of runs on engines of many machines: what `gmr.spark` and `gmr.ray` share. Whole runs are the unit; adding is the engine's."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import pyarrow as pa
+
+from . import _gmr
+from ._commands import CoefficientsLike, RobotLike, _Call
+from ._grams import NUMBERS, TEXTS
+from ._log import Log, read
+
+#: Columns of text of a row of sums whose values a total has none of.
+_OF_TOTAL = {"run": "", "keys": "{}", "summary_masses": "[]"}
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How runs are summed up: everything that a worker needs, files by their text, as workers have none of ours.
+
+    robot : a robot.toml, or burger, warthog, husky
+    coefficients : signed; their filter, delay and slip memory, and sums near them
+    cutoff : of the filter, Hz; one of both has to be given, so that sums of all machines add up
+    mass : total mass of logs without a mass_kg column, kg
+    """
+
+    robot: str = "burger"
+    robot_text: str | None = None
+    coefficients_text: str | None = None
+    cutoff: float | None = None
+    mass: float | None = None
+    units: tuple[tuple[str, Any], ...] = field(default=())
+
+    @classmethod
+    def of(
+        cls,
+        robot: RobotLike,
+        coefficients: CoefficientsLike | None,
+        cutoff: float | None,
+        mass: float | None,
+        units: dict[str, Any],
+    ) -> Recipe:
+        if coefficients is None and cutoff is None:
+            raise ValueError("neither coefficients nor cutoff; expected one of them, so that sums of all machines add up")
+        text = None
+        if coefficients is not None:
+            with _Call("gram") as call, open(call.coefficients(coefficients), encoding="utf-8") as file:
+                text = file.read()
+        robot_text = None
+        if os.path.exists(robot):
+            with open(robot, encoding="utf-8") as file:
+                robot_text = file.read()
+        return cls(os.fspath(robot), robot_text, text, cutoff, mass, tuple(units.items()))
+
+    def rows(self, log: Log) -> list[tuple[list[str], list[float]]]:
+        """Texts and numbers of each run of a log, in the order of `TEXTS` and `NUMBERS`."""
+        with _Call("gram", json=False) as call:
+            call.add("--robot", self._file(call, "robot.toml", self.robot_text) or self.robot)
+            call.add("--coeffs", self._file(call, "coefficients.toml", self.coefficients_text))
+            call.add("--cutoff", self.cutoff if self.coefficients_text is None else None)
+            call.add("--mass", self.mass).add("--out", call.path("unwritten")).units(dict(self.units))
+            columns = [values.tobytes() for values in log.values()]
+            runs = None if log.runs is None else [str(run) for run in log.runs]
+            # Behind "--", as a name may begin with a dash.
+            return _gmr.gram_of_columns([*call.arguments, "--", log.name], list(log), columns, runs)
+
+    @staticmethod
+    def _file(call: _Call, name: str, text: str | None) -> str | None:
+        if text is None:
+            return None
+        with open(call.path(name), "w", encoding="utf-8") as file:
+            file.write(text)
+        return call.path(name)
+
+    def of_run(self, table: pa.Table, run: Sequence[str], keys: Sequence[str]) -> pa.Table:
+        """A row of sums of a whole run's rows, in whatever order they come."""
+        table = table.combine_chunks().sort_by("time_s")
+        told = {name: str(table.column(name)[0].as_py()) for name in [*keys, *run]}
+        numbers = [name for name in table.column_names if name not in told and _is_number(table.schema.field(name).type)]
+        log = Log(table.select(numbers), name="/".join(told.values()) or "log")
+        return rows_table(self.rows(log), [{key: told[key] for key in keys}] , keys)
+
+    def of_logs(self, batch: pa.RecordBatch | pa.Table, path: str, keys: Sequence[str]) -> pa.Table:
+        """Rows of sums of the logs whose paths a column has: read where they lie, by whoever works."""
+        tables = []
+        columns = {name: batch.column(name).to_pylist() for name in [path, *keys]}
+        for place, file in enumerate(columns[path]):
+            log = read(file)
+            told = {key: str(columns[key][place]) for key in keys}
+            rows = self.rows(log)
+            tables.append(rows_table(rows, [told] * len(rows), keys))
+        return pa.concat_tables(tables) if tables else schema(keys).empty_table()
+
+
+def _is_number(of: pa.DataType) -> bool:
+    return pa.types.is_floating(of) or pa.types.is_integer(of) or pa.types.is_boolean(of)
+
+
+def schema(keys: Sequence[str]) -> pa.Schema:
+    """Of rows of sums: the keys, the texts, the numbers."""
+    texts = [(name, pa.string()) for name in [*keys, *TEXTS]]
+    return pa.schema(texts + [(name, pa.float64()) for name in NUMBERS])
+
+
+def rows_table(
+    rows: Iterable[tuple[list[str], list[float]]], told: Sequence[dict[str, str]], keys: Sequence[str]
+) -> pa.Table:
+    """Rows of sums as a table. What a run has none of is NaN, which sums up to NaN: a part that one run lacks, the total lacks."""
+    lines = []
+    for (texts, numbers), of_run in zip(rows, told):
+        texts[TEXTS.index("keys")] = json.dumps(of_run)
+        lines.append([of_run[key] for key in keys] + texts + numbers)
+    names = schema(keys)
+    return pa.Table.from_arrays(
+        [pa.array(column, type=of.type) for column, of in zip(zip(*lines), names)], schema=names
+    ) if lines else names.empty_table()

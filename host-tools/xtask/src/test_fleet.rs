@@ -1,0 +1,50 @@
+//! `cargo xtask test-fleet`: sums on engines of many machines, Spark and Ray, as processes of their own on this one. Minutes, and no part of
+//! `cargo xtask test`.
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::paths::{root, target_folder};
+use crate::python;
+use crate::set_up::{self, Consent};
+use crate::steps::{Steps, Stop, command};
+
+/// The tests, and what they run with.
+const ENGINES: &str = "host-tools/python/engines";
+
+/// True when everything passed.
+pub(crate) fn run(consent: Consent) -> bool {
+    let mut steps = Steps::default();
+    let result = all(&mut steps, consent);
+    steps.print_summary();
+    if let Err(stop) = &result {
+        println!("\nstopped: {stop}");
+    }
+    result.is_ok()
+}
+
+fn all(steps: &mut Steps, consent: Consent) -> Result<(), Stop> {
+    let mut python = None;
+    steps.work("set-up", || {
+        set_up::java(consent)?;
+        python = Some(python::engines()?);
+        Ok(())
+    })?;
+    let python = python.ok_or_else(|| Stop::new("no Python"))?;
+    steps.run("gmr", command("cargo build --quiet --release --package host-tools --bin gmr"))?;
+    steps.work("wheel", || {
+        let wheel = python::build()?;
+        set_up::obtain(python::pip(&python).args(["--force-reinstall", "--no-deps"]).arg(wheel))
+    })?;
+    steps.run("engines", tests(&python))
+}
+
+fn tests(python: &Path) -> Command {
+    let mut tests = Command::new(python);
+    tests.args(["-m", "pytest", "-q", "-s", "-p", "no:cacheprovider", "--rootdir", ENGINES, ENGINES]);
+    tests.env("GMR", target_folder().join("release/gmr"));
+    tests.env("FLEET", target_folder().join("test-fleet"));
+    tests.env("PYTHONDONTWRITEBYTECODE", "1");
+    tests.current_dir(root());
+    tests
+}
