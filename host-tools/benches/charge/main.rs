@@ -10,6 +10,9 @@ use std::process::ExitCode;
 
 use run::{Discharge, SETTLED_S, Setting, discharge};
 
+/// What of a run is compared.
+type Figure = fn(&Discharge) -> f64;
+
 fn main() -> ExitCode {
     let seeds = std::env::args().filter_map(|argument| argument.parse().ok()).next().unwrap_or(100_u64);
     println!(
@@ -23,7 +26,7 @@ fn main() -> ExitCode {
         ("harsh: capacity ±3 %, gains 0.3 and 0.1 %, 5-35 °C", Setting::Harsh),
     ] {
         let runs: Vec<Discharge> = (1..=seeds).map(|seed| discharge(seed, setting)).collect();
-        let of = |what: fn(&Discharge) -> f64| {
+        let of = |what: Figure| {
             let mut values: Vec<f64> = runs.iter().map(what).filter(|value| !value.is_nan()).collect();
             values.sort_by(f64::total_cmp);
             values
@@ -31,7 +34,7 @@ fn main() -> ExitCode {
         let at = |values: &[f64], share: f64| values[((values.len() - 1) as f64 * share).round() as usize];
         println!("{name}");
         println!("  {:<38} {:>8} {:>8} {:>8}", "", "median", "90 %", "worst");
-        let rows: [(&str, fn(&Discharge) -> f64); 6] = [
+        let rows: [(&str, Figure); 6] = [
             ("worst error of a run", |run| run.worst),
             ("root mean square", |run| run.rms),
             ("jump at a load step", |run| run.jump),

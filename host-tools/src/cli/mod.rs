@@ -33,7 +33,7 @@ mod watch;
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
 
 use crate::error::{Error, Result};
 use crate::gram::RunGram;
@@ -180,7 +180,7 @@ fn execute(cli: Cli) -> Result<()> {
         Command::Flash(arguments) => flash::run(&arguments),
         Command::Watch(arguments) => watch::run(&arguments),
         Command::NewRobot(arguments) => new_robot::run(&arguments),
-        Command::Completions(arguments) => shell::completions(&arguments),
-        Command::Man(arguments) => shell::man(&arguments),
+        Command::Completions(arguments) => shell::completions(&arguments, Cli::command()),
+        Command::Man(arguments) => shell::man(&arguments, Cli::command()),
     }
 }

@@ -83,7 +83,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     let report = predict::predict(robot, &file, &plan, &load, &vehicle);
     let mut report = report.map_err(|error| error.in_file(&arguments.plan))?;
     if let (Some(question), Some(pack)) = (&question, pack) {
-        report.battery = Some(predict::reach(&report, pack, question)?);
+        report.battery = Some(predict::reach(&report.need(), pack, question)?);
     }
     if arguments.json {
         return output::print_json(&report);

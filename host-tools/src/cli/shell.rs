@@ -2,9 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Command, CommandFactory as _};
+use clap::Command;
 
-use super::Cli;
 use crate::error::{Error, Result};
 use crate::output;
 
@@ -29,15 +28,14 @@ pub(crate) struct Man {
     out: Option<PathBuf>,
 }
 
-pub(crate) fn completions(arguments: &Completions) -> Result<()> {
+pub(crate) fn completions(arguments: &Completions, mut gmr: Command) -> Result<()> {
     let mut script = Vec::new();
-    clap_complete::generate(arguments.shell, &mut Cli::command(), "gmr", &mut script);
+    clap_complete::generate(arguments.shell, &mut gmr, "gmr", &mut script);
     output::print(format_args!("{}", String::from_utf8_lossy(&script)));
     Ok(())
 }
 
-pub(crate) fn man(arguments: &Man) -> Result<()> {
-    let mut gmr = Cli::command();
+pub(crate) fn man(arguments: &Man, mut gmr: Command) -> Result<()> {
     gmr.build();
     let Some(folder) = &arguments.out else {
         output::print(format_args!("{}", String::from_utf8_lossy(&page(gmr, Path::new("-"))?)));

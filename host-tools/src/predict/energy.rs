@@ -11,6 +11,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::drive::{Follow, Frame, frames};
 use super::legs::Limits;
+use super::load::Load;
 use super::plan::Plan;
 use super::report::{Cost, Leg, Report};
 use super::rmf::Vehicle;
@@ -21,19 +22,6 @@ use crate::robot::Robot;
 const GRAVITY: f64 = 9.81;
 /// Derivatives are taken over this share of a standard deviation to both sides: small beside what is uncertain, large beside rounding.
 const SHARE: f64 = 0.25;
-
-/// What the robot carries and draws besides driving.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Load {
-    /// Total mass, kg.
-    pub mass_kg: f64,
-    /// Its standard deviation, kg.
-    pub mass_std_kg: f64,
-    /// Static power, W, where it is known.
-    pub static_w: Option<f64>,
-    /// Its standard deviation, W.
-    pub static_std_w: f64,
-}
 
 /// The model with one number moved, and what it says of the legs.
 struct Variant<const N: usize> {

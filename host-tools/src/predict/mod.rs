@@ -7,12 +7,14 @@
 mod drive;
 mod energy;
 mod legs;
+mod load;
 mod plan;
 mod reach;
 mod report;
 pub mod rmf;
 
-pub use energy::{Load, predict};
+pub use energy::predict;
+pub use load::Load;
 pub use plan::Plan;
-pub use reach::{Cell, Question, Reach, reach};
+pub use reach::{Need, Question, Reach, reach};
 pub use report::{Limit, Report};

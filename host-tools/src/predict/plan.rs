@@ -87,7 +87,7 @@ impl Table<'_> {
         let mut rows: Vec<Row> = Vec::new();
         for fields in self.rows() {
             let last = rows.last().map_or(f64::NEG_INFINITY, |row| row.time_s);
-            let is_next = |time: f64| time > last && time >= 0.0 && time <= LONGEST_S;
+            let is_next = |time: f64| time > last && (0.0..=LONGEST_S).contains(&time);
             rows.push(Row {
                 time_s: fields.number("time_s", "seconds from 0, ascending, 1e6 at most", is_next)?,
                 speed_m_s: fields.number("v_m_s", "-100 to 100", |v| v.abs() <= 100.0)?,

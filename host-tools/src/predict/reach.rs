@@ -4,7 +4,6 @@ use model_core::charge::Pack;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::report::Report;
 use crate::error::{Error, Result};
 
 const Z: f64 = 1.96;
@@ -27,8 +26,20 @@ pub struct Question {
     pub resistance_ohm: Option<f64>,
 }
 
-/// A pack of robot.toml.
-pub type Cell = Pack<f64>;
+/// What a task takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Need {
+    /// J
+    pub energy_j: f64,
+    /// 95 % interval, J.
+    pub low_j: f64,
+    /// Its other end, J.
+    pub high_j: f64,
+    /// s
+    pub duration_s: f64,
+    /// Whether what the robot draws besides driving is in it.
+    pub is_all: bool,
+}
 
 /// Whether a task fits.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -53,14 +64,14 @@ pub struct Reach {
 ///
 /// # Errors
 /// Static power is unknown: what the battery gives besides driving cannot be left out.
-pub fn reach(report: &Report, pack: &Cell, question: &Question) -> Result<Reach> {
-    if report.static_power_w.is_none() {
+pub fn reach(need: &Need, pack: &Pack<f64>, question: &Question) -> Result<Reach> {
+    if !need.is_all {
         let message = "what the robot draws besides driving is unknown; expected --static-power W or static_power_w in robot.toml";
         return Err(Error::failed(message));
     }
     let ohm = question.resistance_ohm.map_or(CELL_OHM, |pack_ohm| pack_ohm / pack.cells);
     let ohm_std = question.resistance_ohm.map_or(CELL_STD_OHM, |_| 0.1 * ohm);
-    let mean_w = report.energy_j / report.duration_s.max(1e-9);
+    let mean_w = need.energy_j / need.duration_s.max(1e-9);
     // Of a cell, A: at the middle of the curve, which no robot knows better before it drives.
     let current = mean_w / (pack.cells * pack.curve.voltage(0.5));
     let available = |charge: f64, ohm: f64| pack.energy(charge, question.reserve, ohm * current);
@@ -71,16 +82,16 @@ pub fn reach(report: &Report, pack: &Cell, question: &Question) -> Result<Reach>
         available(question.charge, ohm + ohm_std) - available(question.charge, (ohm - ohm_std).max(0.0));
     let parts = [0.5 * by_charge, 0.5 * by_ohm, CAPACITY_STD * available_j];
     let std = parts.iter().map(|part| part * part).sum::<f64>().sqrt();
-    let spread = std.hypot(report.std_j()).max(f64::MIN_POSITIVE);
+    let spread = std.hypot((need.high_j - need.low_j) / (2.0 * Z)).max(f64::MIN_POSITIVE);
     let normal = Normal::standard();
     let after = |energy: f64, charge: f64| pack.after(charge, energy, ohm * current);
     Ok(Reach {
         available_j,
         available_low_j: (available_j - Z * std).max(0.0),
         available_high_j: available_j + Z * std,
-        fits_probability: normal.cdf((available_j - report.energy_j) / spread),
-        charge_after: after(report.energy_j, question.charge),
-        charge_after_low: after(report.high_j, (question.charge - Z * question.charge_std).max(0.0)),
-        charge_after_high: after(report.low_j, (question.charge + Z * question.charge_std).min(1.0)),
+        fits_probability: normal.cdf((available_j - need.energy_j) / spread),
+        charge_after: after(need.energy_j, question.charge),
+        charge_after_low: after(need.high_j, (question.charge - Z * question.charge_std).max(0.0)),
+        charge_after_high: after(need.low_j, (question.charge + Z * question.charge_std).min(1.0)),
     })
 }

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::energy::Load;
-use super::reach::Reach;
+use super::load::Load;
+use super::reach::{Need, Reach};
 use super::rmf::Vehicle;
 
 /// Two-sided 95 % of a normal distribution, in standard deviations.
@@ -160,9 +160,15 @@ impl Report {
         }
     }
 
-    /// Standard deviation of the energy, J.
-    pub fn std_j(&self) -> f64 {
-        (self.high_j - self.low_j) / (2.0 * Z)
+    /// What a battery has to have.
+    pub fn need(&self) -> Need {
+        Need {
+            energy_j: self.energy_j,
+            low_j: self.low_j,
+            high_j: self.high_j,
+            duration_s: self.duration_s,
+            is_all: self.static_power_w.is_some(),
+        }
     }
 
     /// For people.
