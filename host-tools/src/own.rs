@@ -31,6 +31,8 @@ pub enum Form {
     Grams,
     /// A board's store for a programmer, whole.
     Store,
+    /// A fragment of `gmr export`.
+    Exported,
     /// A log of `gmr convert`: nothing tells it from one that was measured, so it is never written over without being forced.
     Converted,
 }
@@ -78,6 +80,10 @@ impl Form {
             Self::Profile => first == "time_s,v_m_s,omega_rad_s" && decimals(second, [4, 6]),
             Self::Truth => format!("{first}\n") == TRUTH,
             Self::Converted => false,
+            Self::Exported => text
+                .lines()
+                .take(2)
+                .any(|line| line.contains(": from a fit, at ") || line == "  \"batteryState\": {"),
             Self::Power => format!("{first}\n") == POWER,
             Self::Grams => first.starts_with("{\"format\":") && first.contains("\"run\":"),
             Self::Store => length == STORE_BYTES || first.starts_with(":02000004"),

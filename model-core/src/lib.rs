@@ -11,6 +11,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod charge;
 pub mod coefficients;
 mod conditioner;
 pub mod conditioning;

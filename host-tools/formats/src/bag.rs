@@ -8,44 +8,67 @@ use crate::ending::{Each, Ending};
 use crate::error::{Error, Result};
 use crate::format::Format;
 use crate::topic::Topic;
-use crate::{cdr, mcap_file, sqlite, ulog};
+use crate::{cdr, folder, mcap_file, sqlite, ulog};
 
-/// Topics and messages of a file.
+/// Topics and messages of a file, or of the files of a folder.
 #[derive(Debug)]
 pub struct Bag {
-    path: PathBuf,
-    format: Format,
+    /// In the order of their messages.
+    parts: Vec<Part>,
     allow_cut: bool,
     topics: Vec<Topic>,
 }
 
+/// A file of a bag.
+#[derive(Debug)]
+struct Part {
+    path: PathBuf,
+    format: Format,
+}
+
 impl Bag {
-    /// Opens a bag: its topics are read, its messages not yet. What is left of one that was cut off is read only if that is allowed.
+    /// Opens a bag, a file or a folder of ROS 2: its topics are read, its messages not yet. What is left of one that was cut off is read only
+    /// if that is allowed.
     ///
     /// # Errors
-    /// Another format; a file that was cut off, or whose bytes are not what its format says.
+    /// Another format; a file that was cut off, or whose bytes are not what its format says; a folder without what its metadata name.
     pub fn open(path: &Path, allow_cut: bool) -> Result<Self> {
-        let mut head = Vec::new();
-        File::open(path)?.take(Format::HEAD_BYTES as u64).read_to_end(&mut head)?;
-        let format = Format::of(&head).ok_or_else(|| {
-            Error::Unsupported("is no MCAP, SQLite or ULog file; expected a bag".to_owned())
-        })?;
-        format.check()?;
-        let topics = match format {
-            Format::Mcap => mcap_file::topics(path, allow_cut)?,
-            Format::Sqlite => sqlite::topics(path)?,
-            Format::Ulog => ulog::topics(path, allow_cut)?,
-            _ => return Err(Error::Unsupported(format!("is {}, a table; expected a bag", format.name()))),
-        };
+        let files = if path.is_dir() { folder::files(path)? } else { vec![path.to_owned()] };
+        let several = path.is_dir();
+        let mut parts = Vec::new();
+        let mut topics: Vec<Topic> = Vec::new();
+        for file in files {
+            let opened = Part::open(&file, allow_cut)
+                .map_err(|error| if several { error.of_part(&file) } else { error });
+            let (part, own) = opened?;
+            for topic in own {
+                match topics.iter_mut().find(|known| known.name == topic.name) {
+                    None => topics.push(topic),
+                    Some(known) if known.kind == topic.kind => {
+                        known.messages = known.messages.zip(topic.messages).map(|(a, b)| a + b);
+                    }
+                    Some(known) => {
+                        return Err(Error::Unsupported(format!(
+                            "{} has {} as {}, a file before it as {}; expected one type a topic",
+                            file.display(),
+                            topic.name,
+                            topic.kind,
+                            known.kind
+                        )));
+                    }
+                }
+            }
+            parts.push(part);
+        }
         if topics.is_empty() {
             return Err(Error::Choice("has no topics: nothing was recorded".to_owned()));
         }
-        Ok(Self { path: path.to_owned(), format, allow_cut, topics })
+        Ok(Self { parts, allow_cut, topics })
     }
 
-    /// Its format.
+    /// Its format; a folder's files have one.
     pub fn format(&self) -> Format {
-        self.format
+        self.parts.first().map_or(Format::Mcap, |part| part.format)
     }
 
     /// Its topics, by name.
@@ -58,15 +81,23 @@ impl Bag {
     /// # Errors
     /// Damage, and what `each` reports.
     pub fn read(&self, wanted: &[usize], each: &mut Each<'_>) -> Result<Ending> {
-        let ending = match self.format {
-            Format::Mcap => mcap_file::read(&self.path, &self.topics, wanted, each)?,
-            Format::Sqlite => sqlite::read(&self.path, &self.topics, wanted, each)?,
-            _ => ulog::read(&self.path, &self.topics, wanted, each)?,
-        };
-        match ending {
-            Ending::Cut(why) if !self.allow_cut => Err(Error::Truncated(why)),
-            ending => Ok(ending),
+        let mut goes_on = true;
+        let mut cut = None;
+        for part in &self.parts {
+            let ending = part.read(&self.topics, wanted, &mut |topic, time, message| {
+                goes_on = each(topic, time, message)?;
+                Ok(goes_on)
+            });
+            match ending? {
+                Ending::Cut(why) if !self.allow_cut => return Err(Error::Truncated(why)),
+                Ending::Cut(why) => cut = cut.or(Some(why)),
+                Ending::Whole => {}
+            }
+            if !goes_on {
+                break;
+            }
         }
+        Ok(cut.map_or(Ending::Whole, Ending::Cut))
     }
 
     /// Names that the first messages of a topic give to the elements of their arrays (`name` of `sensor_msgs/JointState`).
@@ -89,5 +120,31 @@ impl Bag {
             Ok(left > 0)
         })?;
         Ok(found)
+    }
+}
+
+impl Part {
+    fn open(path: &Path, allow_cut: bool) -> Result<(Self, Vec<Topic>)> {
+        let mut head = Vec::new();
+        File::open(path)?.take(Format::HEAD_BYTES as u64).read_to_end(&mut head)?;
+        let format = Format::of(&head).ok_or_else(|| {
+            Error::Unsupported("is no MCAP, SQLite or ULog file; expected a bag".to_owned())
+        })?;
+        format.check()?;
+        let topics = match format {
+            Format::Mcap => mcap_file::topics(path, allow_cut)?,
+            Format::Sqlite => sqlite::topics(path)?,
+            Format::Ulog => ulog::topics(path, allow_cut)?,
+            _ => return Err(Error::Unsupported(format!("is {}, a table; expected a bag", format.name()))),
+        };
+        Ok((Self { path: path.to_owned(), format }, topics))
+    }
+
+    fn read(&self, topics: &[Topic], wanted: &[usize], each: &mut Each<'_>) -> Result<Ending> {
+        match self.format {
+            Format::Mcap => mcap_file::read(&self.path, topics, wanted, each),
+            Format::Sqlite => sqlite::read(&self.path, topics, wanted, each),
+            _ => ulog::read(&self.path, topics, wanted, each),
+        }
     }
 }

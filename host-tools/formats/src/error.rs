@@ -32,6 +32,19 @@ impl Error {
         let why = why.to_string();
         Self::Damaged(format!("is no {format} file that can be read: {}", why.replace('\n', " ")))
     }
+
+    /// The same of one of a bag's files.
+    pub(crate) fn of_part(self, file: &std::path::Path) -> Self {
+        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let named = |why: String| format!("its file {name} {why}");
+        match self {
+            Self::Truncated(why) => Self::Truncated(named(why)),
+            Self::Damaged(why) => Self::Damaged(named(why)),
+            Self::Unsupported(why) => Self::Unsupported(named(why)),
+            Self::Choice(why) => Self::Choice(named(why)),
+            Self::Io(_) | Self::Taker(_) => self,
+        }
+    }
 }
 
 /// At most so many names in a message: more are not read by anybody.

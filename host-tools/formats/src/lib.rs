@@ -7,7 +7,7 @@
 //! | ULog | logs of PX4 |
 //! | Parquet | tables |
 //!
-//! A [`Bag`] has topics whose messages arrive one by one; [`merge`](mod@merge) makes rows of them on the clock of one topic. A [`table`] has rows
+//! A [`Bag`], one file or the [`folder`] of a split recording, has topics whose messages arrive one by one; [`merge`](mod@merge) makes rows of them on the clock of one topic. A [`table`] has rows
 //! already. Everything is read as a stream: memory does not grow with the file. Nothing here knows what the numbers mean.
 
 mod bag;
@@ -17,6 +17,7 @@ mod ending;
 mod error;
 mod extract;
 mod field;
+pub mod folder;
 mod format;
 mod json;
 mod mcap_file;

@@ -284,3 +284,43 @@ fn what_is_written_comes_back_bit_for_bit() {
         assert_eq!(table.rows.len(), rows.len());
     }
 }
+
+/// A recording split at a time gives the rows of the whole one; each file's own mistakes are named by it.
+#[test]
+fn a_split_recording_is_one_bag() {
+    let whole = Bag::open(&data("drive.db3"), false).unwrap();
+    let ros = request(&["/joint_states:velocity[wheel_left_joint]"], &["/power:data"]);
+    let (expected, _) = rows(&whole, &ros).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let connection = rusqlite::Connection::open(data("drive.db3")).unwrap();
+    let middle: i64 = connection
+        .query_row("SELECT (min(timestamp) + max(timestamp)) / 2 FROM messages", [], |row| row.get(0))
+        .unwrap();
+    for (name, rest) in [("a_0.db3", ">="), ("a_1.db3", "<")] {
+        std::fs::copy(data("drive.db3"), folder.path().join(name)).unwrap();
+        let part = rusqlite::Connection::open(folder.path().join(name)).unwrap();
+        let left = format!("DELETE FROM messages WHERE timestamp {rest} ?1");
+        assert!(part.execute(&left, [middle]).unwrap() > 100);
+    }
+    let refused = |expected: &str| {
+        let error = Bag::open(folder.path(), false).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    };
+    refused("without metadata.yaml");
+    let metadata = |files: &str| {
+        let text = format!("rosbag2_bagfile_information:\n  version: 5\n  relative_file_paths:\n{files}");
+        std::fs::write(folder.path().join("metadata.yaml"), text).unwrap();
+    };
+    metadata("");
+    refused("no relative_file_paths");
+    metadata("    - a_0.db3\n    - a_2.db3\n");
+    refused("has no a_2.db3");
+    metadata("    - ../a_0.db3\n");
+    refused("expected a file of this folder");
+    metadata("    - a_0.db3\n    - a_1.db3\n");
+    let split = Bag::open(folder.path(), false).unwrap();
+    assert_eq!(rows(&split, &ros).unwrap().0, expected);
+    assert_eq!(split.topics().len(), whole.topics().len());
+    std::fs::write(folder.path().join("a_1.db3"), "text").unwrap();
+    refused("its file a_1.db3 is no MCAP");
+}

@@ -5,6 +5,7 @@ pub mod client;
 pub mod dfu;
 pub mod flasher;
 pub mod image_file;
+pub mod mcap_lines;
 pub mod probe;
 pub mod recorder;
 pub mod serial;

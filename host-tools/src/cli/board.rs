@@ -42,6 +42,7 @@ const LOOK: Duration = Duration::from_millis(20);
 
 /// Arguments of `gmr board`.
 #[derive(clap::Args)]
+#[command(after_help = "Example:\n  gmr board --link /tmp/board --speed max")]
 pub(crate) struct Arguments {
     #[command(flatten)]
     drive: DriveArguments,

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::output::check_apart;
 use crate::own::Form;
 use crate::report::{Binned, Page, check_extension};
-use crate::robot::Robot;
+use crate::robot::{FOUND, Robot};
 use crate::with_wheels;
 
 use super::compare_text::{print_list, print_table};
@@ -19,6 +19,9 @@ use super::units::UnitArguments;
 
 /// Arguments of `gmr compare`.
 #[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  gmr compare --robot robot.toml --train empty.csv full.csv --test other.csv\n  gmr compare --list"
+)]
 pub(crate) struct Arguments {
     /// Logs to fit
     #[arg(long, value_name = "RUN.csv", num_args = 1.., required_unless_present = "list")]
@@ -26,8 +29,8 @@ pub(crate) struct Arguments {
     /// Logs to evaluate [default: one in three blocks of time of the training logs, held out]
     #[arg(long, value_name = "RUN.csv", num_args = 1..)]
     test: Vec<PathBuf>,
-    /// The robot: a robot.toml, or burger, warthog, husky
-    #[arg(long, default_value = "burger")]
+    /// The robot: a robot.toml, or burger, warthog, husky; auto: the nearest robot.toml upward, else burger
+    #[arg(long, default_value = FOUND)]
     robot: PathBuf,
     /// Length of held-out blocks, s [default: 5, or a sixth of the longest log if that is less]
     #[arg(long, value_name = "S", conflicts_with = "test", allow_negative_numbers = true)]

@@ -14,14 +14,14 @@ use crate::log::{MASS, RUN, TableReader};
 use crate::output;
 use crate::own::Form;
 use crate::progress::FileProgress;
-use crate::robot::Robot;
+use crate::robot::{FOUND, Robot};
 
 /// Arguments of `gmr convert`.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  gmr convert --robot robot.toml --mass 1.06 empty.mcap --out empty.csv")]
 pub(crate) struct Arguments {
-    /// Robot: a built-in name (burger, warthog, husky) or a robot.toml; its [topics] say where a bag has what
-    #[arg(long, value_name = "R.toml", default_value = "burger")]
+    /// Robot: a built-in name (burger, warthog, husky) or a robot.toml; its [topics] say where a bag has what; auto: the nearest robot.toml upward, else burger
+    #[arg(long, value_name = "R.toml", default_value = FOUND)]
     robot: PathBuf,
     /// Total mass of logs that do not tell it, kg
     #[arg(long, value_name = "KG")]

@@ -17,17 +17,20 @@ use crate::metrics::Quality;
 use crate::output::{check_apart, write_whole};
 use crate::own::{Form, POWER};
 use crate::report::check_extension;
-use crate::robot::Robot;
+use crate::robot::{FOUND, Robot};
 use crate::with_wheels;
 
 /// Arguments of `gmr estimate`.
 #[derive(clap::Args)]
+#[command(
+    after_help = "Example:\n  gmr estimate --robot robot.toml --coeffs coefficients.toml --plot run.png run.csv"
+)]
 pub(crate) struct Arguments {
     /// The log
     #[arg(value_name = "RUN.csv")]
     run: PathBuf,
-    /// The robot: a robot.toml, or burger, warthog, husky
-    #[arg(long, default_value = "burger")]
+    /// The robot: a robot.toml, or burger, warthog, husky; auto: the nearest robot.toml upward, else burger
+    #[arg(long, default_value = FOUND)]
     robot: PathBuf,
     /// Coefficients as gmr fit writes them
     #[arg(long, value_name = "C.toml")]

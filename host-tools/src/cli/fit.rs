@@ -21,11 +21,14 @@ use crate::fit::{self, Fit, Method, ModelKind, linear::Certificate, pgd};
 use crate::metrics::Quality;
 use crate::output::check_apart;
 use crate::own::Form;
-use crate::robot::Robot;
+use crate::robot::{FOUND, Robot};
 use crate::with_wheels;
 
 /// Arguments of `gmr fit`.
 #[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  gmr fit --robot robot.toml --out coefficients.toml empty.csv full.csv\n  gmr fit --robot husky --mass 75 --json floor_*.csv"
+)]
 pub(crate) struct Arguments {
     /// Logs of drives with known payload: two of them, empty and fully loaded, at least
     #[arg(required_unless_present = "grams", value_name = "RUN.csv")]
@@ -37,8 +40,8 @@ pub(crate) struct Arguments {
     /// With --grams: also how well each run is predicted by the others
     #[arg(long, requires = "grams")]
     leave_one_out: bool,
-    /// The robot: a robot.toml, or burger, warthog, husky
-    #[arg(long, default_value = "burger")]
+    /// The robot: a robot.toml, or burger, warthog, husky; auto: the nearest robot.toml upward, else burger
+    #[arg(long, default_value = FOUND)]
     robot: PathBuf,
     /// Where the coefficients go
     #[arg(long, value_name = "C.toml")]

@@ -26,6 +26,9 @@ use crate::robot::Robot;
 
 /// Arguments of `gmr flash`.
 #[derive(clap::Args)]
+#[command(
+    after_help = "Example:\n  gmr flash --robot robot.toml --coeffs coefficients.toml --port /dev/ttyACM0"
+)]
 #[command(group = clap::ArgGroup::new("target").required(true).multiple(false))]
 pub(crate) struct Arguments {
     /// The robot: a robot.toml, or burger

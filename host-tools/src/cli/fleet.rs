@@ -24,6 +24,7 @@ use crate::with_wheels;
 
 /// Arguments of `gmr fleet`.
 #[derive(clap::Args)]
+#[command(after_help = "Example:\n  gmr fleet logs/ --coeffs coefficients.toml --out fleet/")]
 pub(crate) struct Arguments {
     /// Folder of logs (CSV, Parquet, MCAP, db3, ULog) in folders such as robot=7/day=2026-11-02, or 7/2026-11-02
     #[arg(value_name = "FOLDER")]

@@ -29,18 +29,18 @@ use crate::output::check_apart;
 use crate::own::Form;
 use crate::plant::PlantSet;
 use crate::progress::StageProgress;
-use crate::robot::Robot;
+use crate::robot::{FOUND, Robot};
 use crate::with_wheels;
 
 /// Arguments of `gmr gap`.
 #[derive(clap::Args)]
-#[command(after_long_help = output::KEYS)]
+#[command(after_help = "Example:\n  gmr gap --robot robot.toml --coeffs coefficients.toml --report gap.html --out extended.toml monday/*.csv", after_long_help = format!("{}\n\n{}", "Example:\n  gmr gap --robot robot.toml --coeffs coefficients.toml --report gap.html --out extended.toml monday/*.csv", output::KEYS))]
 pub(crate) struct Arguments {
     /// Logs: four runs at least, one or several a file
     #[arg(required = true, value_name = "RUN.csv")]
     runs: Vec<PathBuf>,
-    /// The robot: a robot.toml, or burger, warthog, husky
-    #[arg(long, default_value = "burger")]
+    /// The robot: a robot.toml, or burger, warthog, husky; auto: the nearest robot.toml upward, else burger
+    #[arg(long, default_value = FOUND)]
     robot: PathBuf,
     /// Coefficients of an earlier clean fit: what is new since then? Without, base and effects are fitted together
     #[arg(long, value_name = "C.toml")]

@@ -14,6 +14,7 @@ use crate::robot::Robot;
 
 /// Arguments of `gmr gap-bench`.
 #[derive(clap::Args)]
+#[command(after_help = "Example:\n  gmr gap-bench --seeds 2 --sizes 1")]
 pub(crate) struct Arguments {
     /// Seeds of every effect and size
     #[arg(long, default_value_t = 3)]

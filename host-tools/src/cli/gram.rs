@@ -15,17 +15,18 @@ use crate::log::{Header, Table};
 use crate::output::{self, check_apart};
 use crate::own::Form;
 use crate::progress::CountProgress;
-use crate::robot::Robot;
+use crate::robot::{FOUND, Robot};
 use crate::with_wheels;
 
 /// Arguments of `gmr gram`.
 #[derive(clap::Args)]
+#[command(after_help = "Example:\n  gmr gram --robot robot.toml --out sums.jsonl monday/*.csv")]
 pub(crate) struct Arguments {
     /// Logs
     #[arg(required = true, value_name = "RUN.csv")]
     runs: Vec<PathBuf>,
-    /// The robot: a robot.toml, or burger, warthog, husky
-    #[arg(long, default_value = "burger")]
+    /// The robot: a robot.toml, or burger, warthog, husky; auto: the nearest robot.toml upward, else burger
+    #[arg(long, default_value = FOUND)]
     robot: PathBuf,
     /// Where the sums go: JSON, a run a line; or GRAMS.parquet, a run a row
     #[arg(long, value_name = "GRAMS.jsonl")]

@@ -10,12 +10,16 @@ use crate::output;
 use crate::own::Form;
 use crate::progress::FileProgress;
 use crate::report;
+use crate::robot::FOUND;
 
 /// Arguments of `gmr inspect`.
 #[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  gmr inspect --robot robot.toml run.csv\n  gmr inspect bag.mcap --plot bag.png"
+)]
 pub(crate) struct Arguments {
-    /// Robot: a built-in name (burger, warthog, husky) or a robot.toml
-    #[arg(long, value_name = "R.toml", default_value = "burger")]
+    /// Robot: a built-in name (burger, warthog, husky) or a robot.toml; auto: the nearest robot.toml upward, else burger
+    #[arg(long, value_name = "R.toml", default_value = FOUND)]
     robot: PathBuf,
     /// Answer as JSON
     #[arg(long)]

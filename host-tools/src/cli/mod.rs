@@ -7,6 +7,7 @@ mod compare_text;
 mod convert;
 mod drive;
 mod estimate;
+mod export;
 mod fit;
 mod fit_grams;
 mod flash;
@@ -19,9 +20,12 @@ mod gap_bench_text;
 mod gram;
 mod inspect;
 mod look;
+mod new_robot;
 mod overwrite;
+mod predict;
 mod record;
 mod reproduce;
+mod shell;
 mod simulate;
 mod units;
 mod watch;
@@ -29,7 +33,7 @@ mod watch;
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
 
 use crate::error::{Error, Result};
 use crate::gram::RunGram;
@@ -66,6 +70,10 @@ enum Command {
     Fleet(fleet::Arguments),
     /// Replay a log: payload windows, power, energy
     Estimate(estimate::Arguments),
+    /// The energy of a planned drive with its interval, by legs, and whether the battery has it
+    Predict(predict::Arguments),
+    /// A fit in the words of Open-RMF, VDA 5050, Gazebo or MuJoCo
+    Export(export::Arguments),
     /// Every model and baseline on the same split, in one table
     Compare(compare::Arguments),
     /// Find where model and measurement disagree, and name the missing effect
@@ -83,6 +91,12 @@ enum Command {
     Flash(flash::Arguments),
     /// Show what a board measures and estimates, live
     Watch(watch::Arguments),
+    /// Write a robot.toml from flags, or from answers
+    NewRobot(new_robot::Arguments),
+    /// Print what a shell completes commands and arguments by
+    Completions(shell::Completions),
+    /// Print gmr's man page, or write one of each command
+    Man(shell::Man),
 }
 
 /// Parses the command line and runs it. Exit codes: 0 done, 1 failed, 2 wrong usage.
@@ -154,6 +168,8 @@ fn execute(cli: Cli) -> Result<()> {
         Command::Gram(arguments) => gram::run(&arguments),
         Command::Fleet(arguments) => fleet::run(&arguments),
         Command::Estimate(arguments) => estimate::run(&arguments),
+        Command::Predict(arguments) => predict::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Gap(arguments) => gap::run(&arguments),
         Command::GapBench(arguments) => gap_bench::run(&arguments),
@@ -163,5 +179,8 @@ fn execute(cli: Cli) -> Result<()> {
         Command::Record(arguments) => record::run(&arguments),
         Command::Flash(arguments) => flash::run(&arguments),
         Command::Watch(arguments) => watch::run(&arguments),
+        Command::NewRobot(arguments) => new_robot::run(&arguments),
+        Command::Completions(arguments) => shell::completions(&arguments, Cli::command()),
+        Command::Man(arguments) => shell::man(&arguments, Cli::command()),
     }
 }

@@ -1,7 +1,7 @@
 //! `gmr record`: a live log from a board.
 
 use std::fs::File;
-use std::io::Write;
+use std::io::{BufWriter, Write};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -11,6 +11,7 @@ use firmware::power_sensors::Health;
 use serde::Serialize;
 
 use crate::board::client::{Board, Client};
+use crate::board::mcap_lines::McapLines;
 use crate::board::recorder::{self, Ending, Options, Progress, Recording};
 use crate::board::serial::Serial;
 use crate::board::{health_text, rail_names};
@@ -20,6 +21,9 @@ use crate::progress::RecordProgress;
 
 /// Arguments of `gmr record`.
 #[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  gmr record --port /dev/ttyACM0 --mass 1.0 --out empty.csv\n  gmr record --port /dev/ttyACM0 --format mcap --out run.mcap"
+)]
 pub(crate) struct Arguments {
     /// The board's serial port, for example /dev/ttyACM0
     #[arg(long)]
@@ -27,6 +31,9 @@ pub(crate) struct Arguments {
     /// The log to write. It grows while the board is recorded
     #[arg(long, value_name = "RUN.csv")]
     out: PathBuf,
+    /// As what: MCAP with messages in JSON is opened by PlotJuggler and Foxglove without ROS [default: by the name's ending, else csv]
+    #[arg(long, value_enum)]
+    format: Option<Format>,
     /// Length of the log on the board's clock, s [default: until Ctrl-C]
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     duration: Option<f64>,
@@ -42,6 +49,12 @@ pub(crate) struct Arguments {
     /// Figures as JSON on standard output
     #[arg(long)]
     json: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    Csv,
+    Mcap,
 }
 
 #[derive(Serialize)]
@@ -66,7 +79,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let at_port = |error: Error| error.in_file(&arguments.port);
     let (mut client, board) = Client::connect(Serial::open(&arguments.port)?).map_err(at_port)?;
     let stopped = interrupt::catch();
-    let mut log = Log { path: &arguments.out, force: arguments.force, file: None, whole: 0 };
+    let is_mcap = arguments.out.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"));
+    let format = arguments.format.unwrap_or(if is_mcap { Format::Mcap } else { Format::Csv });
+    let mut log =
+        Log { path: &arguments.out, force: arguments.force, format, file: None, mcap: None, whole: 0 };
     let mut bar = RecordProgress::new(options.duration);
     let result =
         recorder::record(&mut client, &board, &options, &mut |lines| log.append(lines), &mut |now| {
@@ -74,6 +90,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             if stopped.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
     bar.finish();
+    log.finish()?;
     match result {
         Ok(recording) if recording.rows > 0 => report(arguments, &board, recording, client.retries()),
         Ok(_) => Err(Error::failed("stopped before the first sample").in_file(&arguments.port)),
@@ -85,7 +102,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 struct Log<'a> {
     path: &'a Path,
     force: bool,
+    format: Format,
     file: Option<File>,
+    mcap: Option<McapLines<BufWriter<File>>>,
     /// Bytes of whole lines.
     whole: u64,
 }
@@ -94,6 +113,9 @@ impl Log<'_> {
     /// In one write: whatever ends this process leaves no half of a line, and a full disk none either.
     fn append(&mut self, lines: &str) -> Result<()> {
         let refused = |error: std::io::Error| Error::io(self.path, &error);
+        if let Some(mcap) = &mut self.mcap {
+            return mcap.append(lines).map_err(|error| error.in_file(self.path));
+        }
         if self.file.is_none() {
             let mut options = File::options();
             options.write(true);
@@ -102,7 +124,12 @@ impl Log<'_> {
             } else {
                 options.create_new(true);
             }
-            self.file = Some(options.open(self.path).map_err(refused)?);
+            let file = options.open(self.path).map_err(refused)?;
+            if self.format == Format::Mcap {
+                let mcap = self.mcap.insert(McapLines::new(BufWriter::new(file)));
+                return mcap.append(lines).map_err(|error| error.in_file(self.path));
+            }
+            self.file = Some(file);
         }
         let Some(file) = &mut self.file else { return Ok(()) };
         if let Err(error) = file.write_all(lines.as_bytes()) {
@@ -112,6 +139,13 @@ impl Log<'_> {
         }
         self.whole += lines.len() as u64;
         Ok(())
+    }
+}
+
+impl Log<'_> {
+    /// What MCAP ends with; lines are whole as they are.
+    fn finish(&mut self) -> Result<()> {
+        self.mcap.take().map_or(Ok(()), |mcap| mcap.finish().map_err(|error| error.in_file(self.path)))
     }
 }
 

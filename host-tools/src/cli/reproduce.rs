@@ -11,6 +11,7 @@ use crate::reproduce::{Settings, output, run as reproduce};
 
 /// Arguments of `gmr reproduce`.
 #[derive(clap::Args)]
+#[command(after_help = "Example:\n  gmr reproduce --out paper/")]
 pub(crate) struct Arguments {
     /// The folder to write: index.html, tables.txt, study.json and figures/; an earlier reproduction is replaced
     #[arg(long, value_name = "DIR")]

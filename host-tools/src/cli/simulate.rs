@@ -25,6 +25,9 @@ use crate::plant::{
 
 /// Arguments of `gmr simulate`.
 #[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  gmr simulate --mass 1@0,6@100 --seed 7 --out train.csv\n  gmr simulate --profile test --mass 3 --no-mass --effect grade=0.03 --out hill.csv"
+)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     drive: DriveArguments,

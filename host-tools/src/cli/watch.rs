@@ -1,7 +1,8 @@
 //! `gmr watch`: what a board measures and estimates, live.
 
 use std::fmt::Write as _;
-use std::io::IsTerminal as _;
+use std::io::{ErrorKind, IsTerminal as _};
+use std::net::UdpSocket;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -12,6 +13,9 @@ use crate::error::{Error, Result};
 
 /// Arguments of `gmr watch`.
 #[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  gmr watch --port /dev/ttyACM0\n  gmr watch --port /dev/ttyACM0 --every 0.05 --udp localhost:9870"
+)]
 pub(crate) struct Arguments {
     /// The board's serial port, for example /dev/ttyACM0
     #[arg(long)]
@@ -25,6 +29,9 @@ pub(crate) struct Arguments {
     /// One line of JSON a look, on standard output
     #[arg(long)]
     json: bool,
+    /// Send each look as a datagram of JSON as well: PlotJuggler's UDP Server takes it, message protocol json, timestamp uptime_s
+    #[arg(long, value_name = "HOST:PORT")]
+    udp: Option<String>,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
@@ -32,12 +39,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         Ok(every) if !every.is_zero() => every,
         _ => return Err(Error::usage(format!("--every {}: expected a time above 0 s", arguments.every))),
     };
+    let feed = arguments.udp.as_deref().map(Feed::open).transpose()?;
     let at_port = |error: Error| error.in_file(&arguments.port);
     let (mut client, board) = Client::connect(Serial::open(&arguments.port)?).map_err(at_port)?;
     let is_redrawn = std::io::stdout().is_terminal() && !arguments.json;
     let mut drawn = 0;
     loop {
         let status = Status::read(&mut client).map_err(at_port)?;
+        if let Some(feed) = &feed {
+            feed.send(&status)?;
+        }
         if arguments.json {
             let line = serde_json::to_string(&status).map_err(|error| Error::failed(error.to_string()))?;
             println!("{line}");
@@ -56,6 +67,34 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             return Ok(());
         }
         client.wait(every).map_err(at_port)?;
+    }
+}
+
+/// Where looks are sent.
+struct Feed {
+    socket: UdpSocket,
+    to: String,
+}
+
+impl Feed {
+    fn open(to: &str) -> Result<Self> {
+        let wrong = |error: std::io::Error| {
+            Error::usage(format!("--udp {to}: {error}; expected HOST:PORT, as localhost:9870"))
+        };
+        let socket = UdpSocket::bind("0.0.0.0:0").map_err(wrong)?;
+        socket.connect(to).map_err(wrong)?;
+        Ok(Self { socket, to: to.to_owned() })
+    }
+
+    /// Nobody listening is no error: whoever does may come later.
+    fn send(&self, status: &Status) -> Result<()> {
+        let line = serde_json::to_vec(status).map_err(|error| Error::failed(error.to_string()))?;
+        match self.socket.send(&line) {
+            Err(error) if error.kind() != ErrorKind::ConnectionRefused => {
+                Err(Error::failed(format!("--udp {}: {error}", self.to)))
+            }
+            _ => Ok(()),
+        }
     }
 }
 

@@ -44,9 +44,9 @@ impl Source {
     pub(super) fn open(path: &Path) -> Result<Self> {
         let file = foreign::open(path)?;
         let metadata = file.metadata();
-        if metadata.is_dir() {
+        if metadata.is_dir() && !log_formats::folder::is_bag(path) {
             return Err(Error::failed(
-                "is a folder; expected a run log (a file: CSV, MCAP, db3, ULog or Parquet)",
+                "is a folder; expected a run log (a file: CSV, MCAP, db3, ULog or Parquet), or the folder of a bag with its metadata.yaml",
             )
             .in_file(path));
         }

@@ -4,8 +4,9 @@
 //! a loss ([`gear`]), and one rigid body couples the wheels that roll on the floor ([`body`]). Sensors turn what is
 //! true into what a log shows ([`sensors`]). Which robot: [`sets`]; what it does: [`profile`], [`payload`].
 //! What may be otherwise than a fit knew it, from a slope to a sensor that is wrong: [`effects`].
-//! Every supply of a robot that has such a board: [`rails`].
+//! Every supply of a robot that has such a board: [`rails`]; the battery behind them, as far as its charge goes: [`battery`].
 
+pub mod battery;
 pub mod body;
 pub mod controller;
 pub mod drive;

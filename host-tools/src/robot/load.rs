@@ -1,6 +1,6 @@
 //! Where robots come from: built in, or files.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::{Robot, lenient, parse};
 use crate::error::{Error, Result};
@@ -13,6 +13,15 @@ const BUILT_IN: [(&[&str], &str); 3] = [
     (&["husky", "huskya200"], include_str!("../../robots/husky.toml")),
 ];
 
+/// Instead of a name or path: the `robot.toml` in the working directory or the nearest folder above that has one, else the burger.
+pub const FOUND: &str = "auto";
+
+/// The nearest robot.toml from the working directory upward.
+fn found() -> Option<PathBuf> {
+    let folder = std::env::current_dir().ok()?;
+    folder.ancestors().map(|folder| folder.join("robot.toml")).find(|file| file.is_file())
+}
+
 impl Robot {
     /// A built-in robot by its name (`burger`, …) or the robot of a file. Upper case, `-`, `_` and spaces do not matter
     /// in names. Keys of the file that are not known are named on standard error.
@@ -20,7 +29,18 @@ impl Robot {
     /// # Errors
     /// The name is not known (wrong usage), the file cannot be read, or its content is not a robot: with line and column.
     pub fn load(name_or_path: impl AsRef<Path>) -> Result<Self> {
-        let path = name_or_path.as_ref();
+        let mut path = name_or_path.as_ref();
+        let nearest;
+        if path == Path::new(FOUND) {
+            path = match found() {
+                None => Path::new("burger"),
+                Some(file) => {
+                    nearest = file;
+                    notice!("the robot is that of {}", nearest.display());
+                    &nearest
+                }
+            };
+        }
         let name = path.to_str().map(lenient).unwrap_or_default();
         if let Some((_, text)) = BUILT_IN.iter().find(|(names, _)| names.contains(&name.as_str())) {
             return Self::parse(text).map_err(|error| error.in_file(path));

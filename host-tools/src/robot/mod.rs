@@ -1,5 +1,6 @@
 //! robot.toml: what is known of a robot beforehand.
 
+mod battery;
 mod core;
 mod geometry;
 mod load;
@@ -8,9 +9,12 @@ mod topics;
 mod units;
 
 pub use geometry::Geometry;
+pub use load::FOUND;
 pub(crate) use parse::position;
 pub use topics::{Clock, Signal, Topics};
 pub use units::{LogUnits, MassUnit, PowerUnit, SpeedUnit};
+
+use model_core::charge::Pack;
 
 use crate::error::Result;
 
@@ -62,6 +66,7 @@ pub struct Robot {
     pub(crate) speed_dead_band_rad_s: f64,
     pub(crate) limits: Limits,
     pub(crate) motor: Option<Motor>,
+    pub(crate) battery: Option<Pack<f64>>,
     pub(crate) sensors: Option<toml::Value>,
     pub(crate) topics: Topics,
     pub(crate) unknown_keys: Vec<String>,
@@ -147,6 +152,11 @@ impl Robot {
     /// Its motors, as far as the file tells of them.
     pub fn motor(&self) -> Option<&Motor> {
         self.motor.as_ref()
+    }
+
+    /// Its battery, as far as the file tells of it.
+    pub fn battery(&self) -> Option<&Pack<f64>> {
+        self.battery.as_ref()
     }
 
     /// The same with logs in these units.

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use model_core::charge::Pack;
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -22,7 +23,7 @@ const KINEMATICS: &str = "differential, skid-steer, omni3, mecanum or matrix";
 const MOST_UNKNOWN: usize = 10;
 
 /// Every key that means something.
-const KEYS: [&str; 27] = [
+const KEYS: [&str; 28] = [
     "name",
     "kinematics",
     "wheels",
@@ -47,6 +48,7 @@ const KEYS: [&str; 27] = [
     "motor_torque_constant_nm_a",
     "motor_gear_ratio",
     "motor_gear_efficiency",
+    "battery",
     "sensors",
     "topics",
     "description",
@@ -97,6 +99,7 @@ pub(super) fn robot(text: &str) -> Result<Robot> {
             acceleration_m_s2: file.number("max_acceleration_m_s2")?.map(positive).transpose()?,
         },
         motor: motor(&file)?,
+        battery: battery(&file)?,
         sensors: file.any("sensors"),
         topics: topics(&file)?,
         unknown_keys: file.unknown_keys(),
@@ -141,6 +144,13 @@ fn topics(file: &File<'_>) -> Result<Topics> {
         Err(error) => format!("{}; expected of {EXPECTED}", error.message().replace('\n', " ")),
     };
     Err(at(file.text, &written.span(), format!("[topics]: {why}")))
+}
+
+/// The battery, where the file tells of one.
+fn battery(file: &File<'_>) -> Result<Option<Pack<f64>>> {
+    let Some(written) = file.get("battery") else { return Ok(None) };
+    let pack = super::battery::pack(toml::de::ValueDeserializer::from(written.clone()));
+    pack.map(Some).map_err(|why| at(file.text, &written.span(), format!("[battery]: {why}")))
 }
 
 /// The geometry, and the keys that its kinematics needs, for messages.

@@ -156,7 +156,7 @@ fn a_log_that_is_not_there_is_named() {
     for (name, arguments) in COMMANDS {
         assert_eq!(
             refusal(&bench, arguments, 1),
-            "run.csv: is a folder; expected a run log (a file: CSV, MCAP, db3, ULog or Parquet)",
+            "run.csv: is a folder; expected a run log (a file: CSV, MCAP, db3, ULog or Parquet), or the folder of a bag with its metadata.yaml",
             "{name}"
         );
     }
@@ -207,12 +207,21 @@ fn constant_speed_and_standstill_are_said() {
     };
     // Fitted, with a word on what it is worth, and no payload ever told from it.
     bench.put("run.csv", log(3.0, 0.4));
-    let ran = bench.gmr(&["fit", "--out", "one-speed.toml", "run.csv"]);
+    let ran = bench.gmr(&["fit", "--robot", "burger", "--out", "one-speed.toml", "run.csv"]);
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     let expected = "gmr: run.csv:wheel1_rad_s: constant speed only (3.000 to 3.000 rad/s): friction, inertia and losses \
                     cannot be told apart";
     assert!(ran.stderr.starts_with(expected) && ran.stderr.lines().count() == 1, "{}", ran.stderr);
-    let report = bench.json(&["estimate", "--coeffs", "one-speed.toml", "--window", "5", "run.csv"]);
+    let report = bench.json(&[
+        "estimate",
+        "--robot",
+        "burger",
+        "--coeffs",
+        "one-speed.toml",
+        "--window",
+        "5",
+        "run.csv",
+    ]);
     assert!(report["windows"].as_array().unwrap().iter().all(|window| window["mass_kg"].is_null()));
     let cases = [(log(0.0, 0.0), "the robot never moves (no wheel above the dead band of 0.02 rad/s)")];
     for (content, expected) in cases {

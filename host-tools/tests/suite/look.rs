@@ -89,3 +89,23 @@ fn the_page_stands_alone() {
     assert_eq!(bench.gmr(&["look", &log, "--page", "look.html"]).code, Some(0));
     assert_eq!(bench.gmr(&["look", &log, "--page", &log]).code, Some(2));
 }
+
+/// The folder that ROS 2's recorder leaves is its file.
+#[test]
+fn a_folder_of_a_bag_is_looked_at_as_its_file() {
+    let bench = Bench::new();
+    std::fs::create_dir(bench.path("bag")).unwrap();
+    let file = copy(&bench, "clearpath.mcap");
+    std::fs::copy(bench.path(&file), bench.path("bag/bag_0.mcap")).unwrap();
+    bench
+        .put("bag/metadata.yaml", "rosbag2_bagfile_information:\n  relative_file_paths:\n    - bag_0.mcap\n");
+    let (mut whole, mut folder) = (look(&bench, &file), look(&bench, "bag"));
+    for answer in [&mut whole, &mut folder] {
+        answer.as_object_mut().unwrap().retain(|key, _| key != "log" && key != "file" && key != "bytes");
+    }
+    assert_eq!(whole, folder);
+    bench.done(&["convert", "--robot", "husky", "bag", "--out", "rows.csv"]);
+    assert!(bench.text("rows.csv").lines().count() > 100);
+    let ran = bench.gmr(&["look", "."]);
+    assert!(ran.code == Some(1) && ran.stderr.contains("metadata.yaml"), "{}", ran.stderr);
+}

@@ -15,6 +15,7 @@ mod bad_input;
 mod baselines_reference;
 #[cfg(target_os = "linux")]
 mod board;
+mod charge;
 mod compare;
 #[cfg(target_os = "linux")]
 mod drive;
@@ -22,6 +23,7 @@ mod edges;
 #[cfg(target_os = "linux")]
 mod emulated_board;
 mod estimate;
+mod export;
 mod extended;
 mod fit;
 mod flash;
@@ -43,11 +45,13 @@ mod inspect;
 mod log;
 mod look;
 mod network_seeds;
+mod predict;
 mod record;
 mod reference;
 mod report;
 mod reproduce;
 mod robot;
+mod shell;
 mod simulate;
 mod static_power;
 mod suspicion;

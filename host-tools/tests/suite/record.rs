@@ -3,12 +3,14 @@
 use std::ops::ControlFlow;
 use std::time::Duration;
 
+use crate::common::Bench;
 use crate::common::board::{BadLine, Fault, TestBoard, sample};
 use firmware::control_table::{self as table, Item};
 use firmware::dynamixel::packet::{Instruction, Parser, encode};
 use firmware::dynamixel::status::Refusal;
 use firmware::record::Record;
 use host_tools::board::client::Client;
+use host_tools::board::mcap_lines::McapLines;
 use host_tools::board::recorder::{Ending, Options, Recording, record};
 use host_tools::board::transport::Transport;
 use host_tools::error::Result;
@@ -74,6 +76,25 @@ fn assert_continuous(text: &str) {
     for pair in times.windows(2) {
         assert_eq!(pair[1], pair[0] + 1);
     }
+}
+
+/// The same lines as MCAP: read back, every number is the same, and what is empty stays so.
+#[test]
+fn a_recording_as_mcap_is_the_same_log() {
+    let (_, text, _) = recorded(with_coefficients(), &seconds(5));
+    let bench = Bench::new();
+    let file = std::fs::File::create(bench.path("run.mcap")).unwrap();
+    let mut mcap = McapLines::new(file);
+    // As the recorder hands them out: some lines at a time, the header with the first.
+    let lines: Vec<&str> = text.split_inclusive('\n').collect();
+    for some in lines.chunks(7) {
+        mcap.append(&some.concat()).unwrap();
+    }
+    mcap.finish().unwrap();
+    bench.done(&["convert", "run.mcap", "--out", "run.csv"]);
+    let numbers = |text: &str| -> Vec<Vec<Option<f64>>> { text.lines().skip(1).map(fields).collect() };
+    assert_eq!(numbers(&bench.text("run.csv")), numbers(&text));
+    assert_eq!(bench.text("run.csv").lines().next(), text.lines().next());
 }
 
 #[test]

@@ -3,19 +3,24 @@
 use crate::fleet;
 use crate::gap;
 use crate::instructions;
+use crate::logs;
+use crate::predict;
 use crate::robots;
 use crate::steps::{Steps, Stop, command};
 
 type Measure = fn(&mut Steps) -> Result<(), Stop>;
 
 /// What can be measured.
-const BENCHES: [(&str, Measure); 8] = [
+const BENCHES: [(&str, Measure); 11] = [
     ("accuracy", |steps| host_bench(steps, "accuracy", "accuracy")),
+    ("charge", |steps| host_bench(steps, "charge", "charge")),
     ("coverage", |steps| host_bench(steps, "coverage", "coverage")),
     ("fit-speed", |steps| host_bench(steps, "fit-speed", "fit_speed")),
     ("fleet", fleet::run),
     ("gap", gap::run),
     ("instructions", instructions::run),
+    ("logs", logs::run),
+    ("predict", predict::run),
     ("robots", |steps| robots::run(steps, false)),
     ("gap-mujoco", robots::gap),
 ];

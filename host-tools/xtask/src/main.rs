@@ -8,7 +8,9 @@ mod fuzz;
 mod gap;
 mod images;
 mod instructions;
+mod logs;
 mod paths;
+mod predict;
 mod python;
 mod robots;
 mod set_up;
@@ -31,7 +33,8 @@ usage: cargo xtask <command>
          and a gigabyte from PyPI
   demo [--yes]
          record, fit, flash and estimate on the virtual board; plots go to demo-output/
-  bench [accuracy | coverage | fit-speed | fleet | gap | gap-mujoco | instructions | robots]
+  bench [accuracy | charge | coverage | fit-speed | fleet | gap | gap-mujoco | instructions |
+         logs | predict | robots]
          the figures of the README, measured again; minutes. gap: a night, gap-mujoco:
          most of an hour, only by name
   bench fleet --rows N

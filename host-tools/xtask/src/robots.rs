@@ -17,7 +17,7 @@ const PACKAGES: [&str; 4] = ["mujoco>=3.2", "numpy>=2", "scipy>=1.13", "numba>=0
 /// The table as it is committed.
 const TABLE: &str = "docs/robots.txt";
 /// Measured logs. Beside the project, not part of it.
-const DATA: &str = "../shared/data";
+pub(crate) const DATA: &str = "../shared/data";
 
 /// Prints the table, or its figures as JSON.
 pub(crate) fn run(steps: &mut Steps, json: bool) -> Result<(), Stop> {

@@ -18,7 +18,7 @@ use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::time::SystemTime;
 
 use log_formats::table::Columns;
-use log_formats::{Bag, Format};
+use log_formats::{Bag, Format, folder};
 
 use crate::error::{Error, Result};
 use crate::input::{Input, Spool};
@@ -64,12 +64,15 @@ pub fn forget(path: &Path) {
 /// What the operating system refuses; a format that is not read, or content that gives no rows.
 pub(super) fn open(path: &Path) -> Result<Input> {
     let mut input = Input::open(path)?;
-    if input.metadata().is_dir() {
+    let is_folder = input.metadata().is_dir();
+    if is_folder && !folder::is_bag(path) {
         return Ok(input);
     }
-    let Some(format) = format_of(&mut input).map_err(|error| Error::io(path, &error))? else {
+    let format =
+        if is_folder { None } else { format_of(&mut input).map_err(|error| Error::io(path, &error))? };
+    if format.is_none() && !is_folder {
         return Input::open(path);
-    };
+    }
     let version = (input.metadata().len(), input.metadata().modified().ok());
     let reading = READING.lock().unwrap_or_else(PoisonError::into_inner).clone();
     // Locked while it is read: whoever else wants this log waits for it.
@@ -111,12 +114,16 @@ fn format_of(input: &mut Input) -> io::Result<Option<Format>> {
 /// Content that is not what its format says.
 pub fn bag_of(path: &Path, allow_cut: bool) -> Result<Option<(Bag, Option<tempfile::NamedTempFile>)>> {
     let mut input = Input::open(path)?;
+    let named = |error| wrong(error).in_file(path);
     if input.metadata().is_dir() {
-        return Ok(None);
+        if !folder::is_bag(path) {
+            return Ok(None);
+        }
+        let bag = Bag::open(path, allow_cut).map_err(named)?;
+        return Ok(log_formats::table::topic(&bag).is_none().then_some((bag, None)));
     }
     let format = format_of(&mut input).map_err(|error| Error::io(path, &error))?;
     let Some(format) = format.filter(|format| *format != Format::Parquet) else { return Ok(None) };
-    let named = |error| wrong(error).in_file(path);
     format.check().map_err(named)?;
     let (file, kept) = on_disk(path, &input)?;
     let bag = Bag::open(&file, allow_cut).map_err(named)?;
@@ -134,12 +141,18 @@ fn on_disk(path: &Path, input: &Input) -> Result<(PathBuf, Option<tempfile::Name
     Ok((kept.path().to_owned(), Some(kept)))
 }
 
-fn turn(path: &Path, input: Input, format: Format, reading: Option<&Reading>) -> Result<Spool> {
-    format.check().map_err(wrong)?;
-    let (file, _kept) = on_disk(path, &input)?;
+/// The rows of a file, or of a bag's folder, which has no format of its own.
+fn turn(path: &Path, input: Input, format: Option<Format>, reading: Option<&Reading>) -> Result<Spool> {
+    let (file, _kept) = match format {
+        Some(format) => {
+            format.check().map_err(wrong)?;
+            on_disk(path, &input)?
+        }
+        None => (path.to_owned(), None),
+    };
     let allow_cut = reading.is_some_and(|reading| reading.allow_cut);
     let spool: File = tempfile::tempfile().map_err(|error| Error::io(path, &error))?;
-    let said = if format == Format::Parquet {
+    let said = if format == Some(Format::Parquet) {
         rows::of_parquet(&file, &spool)?
     } else {
         let bag = Bag::open(&file, allow_cut).map_err(wrong)?;

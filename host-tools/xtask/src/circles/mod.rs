@@ -37,8 +37,8 @@ const FLOORS: [&[&str]; 9] = [
     &["effects"],
     &["coefficients", "log"],
     &["fit"],
-    &["baselines", "board", "estimate", "gram", "inspect", "look"],
-    &["compare", "virtual_board"],
+    &["baselines", "board", "estimate", "gram", "inspect", "look", "predict"],
+    &["compare", "export", "virtual_board"],
     &["fleet", "gap", "reproduce"],
     &["cli"],
 ];

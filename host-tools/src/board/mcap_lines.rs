@@ -1,0 +1,56 @@
+//! A recording as MCAP: the recorder's lines become messages in JSON, which PlotJuggler and Foxglove open without ROS.
+
+use std::io::{Seek, Write};
+
+use log_formats::table::Cell;
+use log_formats::write::Mcap;
+
+use crate::error::{Error, Result};
+
+/// Takes the recorder's lines; the file is whole only when it was [finished](Self::finish), and read up to where it breaks off with
+/// `--allow-truncated` else.
+pub struct McapLines<W: Write + Seek> {
+    /// Until the header has come.
+    to: Option<W>,
+    writer: Option<Mcap<W>>,
+}
+
+fn failed(error: &log_formats::Error) -> Error {
+    Error::failed(error.to_string())
+}
+
+impl<W: Write + Seek> McapLines<W> {
+    /// Of a file that holds nothing yet.
+    pub fn new(to: W) -> Self {
+        Self { to: Some(to), writer: None }
+    }
+
+    /// Whole lines, the first one ever being the header.
+    ///
+    /// # Errors
+    /// What cannot be written; a header without time.
+    pub fn append(&mut self, lines: &str) -> Result<()> {
+        let mut lines = lines.lines();
+        if let Some(to) = self.to.take() {
+            let names: Vec<String> = lines.next().unwrap_or("").split(',').map(str::to_owned).collect();
+            let is_text = vec![false; names.len()];
+            self.writer = Some(Mcap::new(to, &names, &is_text).map_err(|error| failed(&error))?);
+        }
+        let Some(writer) = &mut self.writer else { return Ok(()) };
+        for line in lines {
+            // What is not known is empty.
+            let row: Vec<Cell> =
+                line.split(',').map(|field| Cell::Number(field.parse().unwrap_or(f64::NAN))).collect();
+            writer.row(&row).map_err(|error| failed(&error))?;
+        }
+        Ok(())
+    }
+
+    /// Writes what a whole file ends with.
+    ///
+    /// # Errors
+    /// What cannot be written.
+    pub fn finish(self) -> Result<()> {
+        self.writer.map_or(Ok(()), |writer| writer.finish().map_err(|error| failed(&error)))
+    }
+}

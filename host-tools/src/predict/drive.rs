@@ -1,0 +1,149 @@
+//! Any plan as frames: wheel speeds at even times, as a log would have them.
+
+use super::legs::{Limits, Stretch, stretches};
+use super::plan::{Plan, Row};
+use crate::error::{Error, Result};
+use crate::log::SampleReader;
+use crate::robot::Robot;
+
+/// Wheel speeds at an instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Frame<const N: usize> {
+    pub(super) leg: usize,
+    pub(super) wheel_speed: [f64; N],
+    /// Since the frame before, s; infinite at a start.
+    pub(super) elapsed: f64,
+    /// Uphill ahead, rad.
+    pub(super) slope_rad: f64,
+    /// Power without the static one as a log measured it, W.
+    pub(super) measured_w: Option<f64>,
+}
+
+/// Whoever follows a plan.
+pub(super) trait Follow<const N: usize> {
+    /// The frames are going to be so far apart, s.
+    fn start(&mut self, period_s: f64) -> Result<()>;
+
+    fn frame(&mut self, frame: &Frame<N>);
+}
+
+/// Frames of planned motion are so far apart, s, or closer where the filter asks for it.
+const PERIOD_S: f64 = 0.05;
+/// Samples per period of the filter's cutoff.
+const PER_CUTOFF: f64 = 8.0;
+/// Behind a plan that ends at rest the filter is let out for so many periods of its cutoff.
+const AFTERMATH: f64 = 2.0;
+/// In a log a stop of this length, s, ends a leg.
+const STOP_S: f64 = 2.0;
+/// More frames than this are no plan.
+const MOST_FRAMES: f64 = 5e7;
+
+/// Hands out the frames of a plan. Gives the legs' names.
+pub(super) fn frames<const N: usize>(
+    plan: &Plan,
+    robot: &Robot,
+    cutoff_hz: f64,
+    follow: &mut impl Follow<N>,
+) -> Result<Vec<String>> {
+    let stretches = match plan {
+        Plan::Log(path) => {
+            let mut reader = SampleReader::<N>::open(path, robot)?;
+            follow.start(reader.period_s())?;
+            return logged(&mut reader, robot, follow);
+        }
+        Plan::Legs(legs) => stretches(legs, &Limits::of(robot)),
+        Plan::Profile(rows) => pieces(rows),
+    };
+    let period = PERIOD_S.min(1.0 / (PER_CUTOFF * cutoff_hz));
+    let duration: f64 = stretches.iter().map(|stretch| stretch.duration_s).sum();
+    if duration / period > MOST_FRAMES {
+        return Err(Error::failed(format!(
+            "a plan of {duration} s; expected at most {} s",
+            MOST_FRAMES * period
+        )));
+    }
+    follow.start(period)?;
+    let wheels = robot.wheel_speeds_of_motion();
+    let mut time = 0.0;
+    let mut frame = |leg: usize, [v, turn]: [f64; 2], slope_rad: f64| {
+        let wheel_speed = std::array::from_fn(|wheel| wheels[(wheel, 0)] * v + wheels[(wheel, 2)] * turn);
+        let elapsed = if time == 0.0 { f64::INFINITY } else { period };
+        follow.frame(&Frame { leg, wheel_speed, elapsed, slope_rad, measured_w: None });
+        time += period;
+        time
+    };
+    let (mut from, mut next) = (0.0, 0.0);
+    for stretch in &stretches {
+        while next < from + stretch.duration_s {
+            let share = (next - from) / stretch.duration_s;
+            let motion =
+                [0, 1].map(|axis| stretch.from[axis] + share * (stretch.to[axis] - stretch.from[axis]));
+            next = frame(stretch.leg, motion, stretch.slope_rad);
+        }
+        from += stretch.duration_s;
+    }
+    if let Some(last) = stretches.last().filter(|last| last.to == [0.0; 2]) {
+        let until = next + AFTERMATH / cutoff_hz;
+        while next < until {
+            next = frame(last.leg, [0.0; 2], last.slope_rad);
+        }
+    }
+    Ok(match plan {
+        Plan::Legs(legs) => legs.iter().map(|leg| leg.name.clone()).collect(),
+        Plan::Profile(rows) => names(rows),
+        Plan::Log(_) => Vec::new(),
+    })
+}
+
+/// Names of a profile's legs, in the order of their first rows.
+fn names(rows: &[Row]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for row in rows {
+        if !names.contains(&row.leg) {
+            names.push(row.leg.clone());
+        }
+    }
+    names
+}
+
+fn pieces(rows: &[Row]) -> Vec<Stretch> {
+    let names = names(rows);
+    let pairs = rows.iter().zip(&rows[1..]);
+    let motion = |row: &Row| [row.speed_m_s, row.turn_rad_s];
+    let piece = |(from, to): (&Row, &Row)| Stretch {
+        leg: names.iter().position(|name| *name == from.leg).unwrap_or(0),
+        duration_s: to.time_s - from.time_s,
+        from: motion(from),
+        to: motion(to),
+        slope_rad: from.slope_rad,
+    };
+    pairs.map(piece).collect()
+}
+
+/// The rows of a log, its legs parted by stops.
+fn logged<const N: usize>(
+    reader: &mut SampleReader<N>,
+    robot: &Robot,
+    follow: &mut impl Follow<N>,
+) -> Result<Vec<String>> {
+    let (mut leg, mut stood, mut has_moved) = (0, 0.0, false);
+    while let Some(row) = reader.next_row()? {
+        let dead = robot.speed_dead_band_rad_s();
+        let is_moving = row.sample.wheel_speed.iter().any(|speed| speed.abs() > dead);
+        let is_start = row.elapsed.is_infinite();
+        if has_moved && ((is_moving && stood >= STOP_S) || is_start) {
+            leg += 1;
+            has_moved = false;
+        }
+        has_moved |= is_moving;
+        stood = if is_moving || is_start { 0.0 } else { stood + row.elapsed };
+        follow.frame(&Frame {
+            leg,
+            wheel_speed: row.sample.wheel_speed,
+            elapsed: row.elapsed,
+            slope_rad: 0.0,
+            measured_w: Some(row.sample.power),
+        });
+    }
+    Ok((1..=leg + 1).map(|number| number.to_string()).collect())
+}

@@ -1,0 +1,119 @@
+//! What a shell wants of a command: completions, man pages, examples, robot.toml made and found.
+
+use crate::common::{Bench, ROBOT, drive};
+
+#[test]
+fn completions_and_pages_know_every_command() {
+    let bench = Bench::new();
+    let help = bench.done(&["--help"]).stdout;
+    let commands: Vec<&str> = help
+        .lines()
+        .skip_while(|line| !line.starts_with("Commands:"))
+        .skip(1)
+        .take_while(|line| line.starts_with("  "))
+        .filter_map(|line| line.strip_prefix("  ").filter(|line| !line.starts_with(' ')))
+        .filter_map(|line| line.split_whitespace().next())
+        .filter(|name| *name != "help")
+        .collect();
+    assert!(commands.len() > 15, "{commands:?}");
+    bench.done(&["man", "--out", "."]);
+    for shell in ["bash", "zsh", "fish"] {
+        let script = bench.done(&["completions", shell]).stdout;
+        for command in &commands {
+            assert!(script.contains(command), "{shell}: {command}");
+        }
+    }
+    for command in &commands {
+        let page = bench.text(&format!("gmr-{command}.1"));
+        assert!(page.contains(".TH gmr-"), "{command}");
+    }
+    assert!(bench.done(&["man"]).stdout.contains(".TH gmr"));
+    assert_eq!(bench.gmr(&["man", "--out", "nowhere"]).code, Some(1));
+}
+
+/// Every help ends with a line that can be typed; none has colours where nobody can see them.
+#[test]
+fn every_help_has_an_example() {
+    let bench = Bench::new();
+    let names = [
+        "look",
+        "inspect",
+        "convert",
+        "simulate",
+        "fit",
+        "gram",
+        "fleet",
+        "estimate",
+        "predict",
+        "export",
+        "compare",
+        "gap",
+        "gap-bench",
+        "reproduce",
+        "record",
+        "flash",
+        "watch",
+        "new-robot",
+        "completions",
+        "man",
+    ];
+    for name in names {
+        let help = bench.done(&[name, "--help"]).stdout;
+        assert!(help.contains(&format!("\n  gmr {name}")), "{name}: {help}");
+        assert!(!help.contains('\u{1b}'), "{name}");
+    }
+}
+
+#[test]
+fn a_new_robot_is_one_that_commands_take() {
+    let bench = Bench::new();
+    let flags = [
+        "new-robot",
+        "--name",
+        "My \"robot\"",
+        "--kinematics",
+        "differential",
+        "--wheel-radius",
+        "0.033",
+        "--track",
+        "0.16",
+        "--empty",
+        "1",
+        "--full",
+        "6",
+        "--capacity",
+        "1.8",
+        "--cells",
+        "3",
+    ];
+    bench.done(&flags);
+    bench.put("log.csv", drive(20.0, 50.0, |_| 2.0));
+    let ran = bench.done(&["inspect", "--robot", "robot.toml", "log.csv"]);
+    assert!(!ran.stdout.is_empty());
+    // What is there is left alone; nobody is asked where nobody can answer; nonsense is refused before it is written.
+    assert_eq!(bench.gmr(&flags).code, Some(1));
+    let ran = bench.gmr(&["new-robot", "--name", "x", "--out", "other.toml"]);
+    assert!(ran.code == Some(2) && ran.stderr.contains("--kinematics is missing"), "{}", ran.stderr);
+    let mut wrong = flags.to_vec();
+    wrong[8] = "-0.16";
+    let ran = bench.gmr(&[&wrong[..], &["--out", "other.toml"]].concat());
+    assert!(ran.code != Some(0) && !bench.path("other.toml").exists(), "{}", ran.stderr);
+}
+
+/// From the folder of the logs upwards; said, and given up where --robot says another.
+#[test]
+fn robot_toml_is_found_upward() {
+    let bench = Bench::new();
+    bench.put("robot.toml", ROBOT.replace("name = \"exact\"", "name = \"found\""));
+    std::fs::create_dir_all(bench.path("logs/monday")).unwrap();
+    bench.put("logs/monday/log.csv", drive(20.0, 50.0, |_| 2.0));
+    let gmr = |arguments: &[&str]| {
+        let mut command = assert_cmd::Command::cargo_bin("gmr").unwrap();
+        let output = command.current_dir(bench.path("logs/monday")).args(arguments).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    let (code, said) = gmr(&["inspect", "log.csv"]);
+    assert!(code == Some(0) && said.contains("the robot is that of"), "{said}");
+    let (code, said) = gmr(&["inspect", "--robot", "burger", "log.csv"]);
+    assert!(code == Some(0) && !said.contains("the robot is that of"), "{said}");
+}
