@@ -177,7 +177,7 @@ impl Motors {
         let is_ready = orders.torque && self.state == DriveState::Ready;
         let mut goals = if is_ready { orders.goals } else { [0; WHEELS] };
         for (goal, motor) in goals.iter_mut().zip(&self.motors) {
-            *goal = (*goal).clamp(-motor.limit, motor.limit);
+            *goal = (*goal).max(-motor.limit).min(motor.limit);
         }
         let is_due = self.sent.is_none_or(|(sent, since)| sent != goals || time_us >= since + GOAL_PERIOD_US);
         if !is_due {

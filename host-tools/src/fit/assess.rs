@@ -113,10 +113,9 @@ pub fn lasting_error<const N: usize>(
     model: &Model<f64>,
     gradient: impl Fn(&Row<N>) -> DVector<f64>,
     covariance: &DMatrix<f64>,
-    power_scale: f64,
+    noise: &Noise<f64>,
 ) -> f64 {
     let range = &dataset.robot.range;
-    let noise = Noise { density: 0.0, model_std: 0.0, power_scale, tail: 1.0 };
     let mut errors = Vec::new();
     let mut close = |score: &DVector<f64>, slope: f64| {
         if slope != 0.0 {
@@ -147,15 +146,10 @@ pub fn lasting_error<const N: usize>(
 
 /// How far the residuals stray as a payload estimator sees them: the usual scatter of Σ g e over two seconds, per Σ g²,
 /// g = ∂P/∂m. The usual one, by the median: the few blocks in which no model of filtered signals is right show in the
-/// estimator's own windows.
-pub fn noise<const N: usize>(
-    dataset: &Dataset<N>,
-    model: &Model<f64>,
-    model_std: f64,
-    power_scale: f64,
-) -> Noise<f64> {
+/// estimator's own windows. What lasts longer is left at 0.
+pub fn noise<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, power_scale: f64) -> Noise<f64> {
     let range = &dataset.robot.range;
-    let mut noise = Noise { density: 0.0, model_std, power_scale, tail: 1.0 };
+    let mut noise = Noise { density: 0.0, model_std: 0.0, power_scale, tail: 1.0 };
     // Score and information of each block.
     let mut blocks: Vec<(f64, f64)> = Vec::new();
     let mut current: Option<(u32, i64)> = None;

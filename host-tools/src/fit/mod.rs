@@ -12,6 +12,7 @@ pub mod pgd;
 pub mod physical;
 mod pilot;
 mod stored;
+mod unseen;
 pub mod verdict;
 pub mod warning;
 
@@ -22,6 +23,7 @@ use model_core::coefficients::{Coefficients, Robot as CoreRobot};
 use model_core::effects::Columns;
 use model_core::eq18::{self, Gate};
 use model_core::model::Model;
+use model_core::payload::Noise;
 use nalgebra::DVector;
 use serde::Serialize;
 
@@ -197,13 +199,13 @@ pub fn fit<const N: usize>(
     };
     let solve_s = started.elapsed().as_secs_f64();
     let power_scale = assess::power_scale(dataset, &model);
-    let Judgement { uncertainty, parameters, lasting_error } = judge(dataset, &model, &weights, power_scale);
+    let mut noise = assess::noise(dataset, &model, power_scale);
+    let Judgement { uncertainty, parameters, lasting_error } = judge(dataset, &model, &weights, &noise);
     let quality = assess::quality(dataset, &model, robot.mape_floor_w())
         .ok_or_else(|| Error::failed("the fitted model predicts no finite power for any row"))?;
     // With one payload or speed the model's dependence on the mass is a guess: no window says anything about it.
     let identifies_mass = shortcoming.is_none();
-    let lasting = if identifies_mass { lasting_error } else { 0.0 };
-    let noise = assess::noise(dataset, &model, lasting, power_scale);
+    noise.model_std = if identifies_mass { lasting_error } else { 0.0 };
     let coefficients =
         Coefficients { robot: dataset.robot, model, noise, columns: Columns::NONE, identifies_mass };
     warnings.extend(warning::of_quality(&quality));
@@ -247,7 +249,7 @@ fn ending_name(ending: &impl Serialize) -> String {
 struct Judgement {
     uncertainty: Uncertainty,
     parameters: Vec<Parameter>,
-    /// As [`assess::lasting_error`], W.
+    /// What lasts longer than a window, W: the greater of [`assess::lasting_error`] and [`unseen::lasting_error`].
     lasting_error: f64,
 }
 
@@ -255,8 +257,13 @@ fn judge<const N: usize>(
     dataset: &Dataset<N>,
     model: &Model<f64>,
     weights: &[f64],
-    power_scale: f64,
+    noise: &Noise<f64>,
 ) -> Judgement {
+    // What is at 0 is held there by its bound.
+    let free = |mut slope: DVector<f64>, values: &[f64]| {
+        slope.iter_mut().zip(values).filter(|(_, value)| **value == 0.0).for_each(|(slope, _)| *slope = 0.0);
+        slope
+    };
     match model {
         Model::Signed { torque, drive } => {
             // Wheels that do not scrub have no such parameter, sides that are alike no imbalance.
@@ -273,8 +280,10 @@ fn judge<const N: usize>(
                 DVector::from_fn(places.len(), |i, _| slope[places[i]])
             };
             let uncertainty = assess::uncertainty(dataset, weights, predict, gradient, values.len());
+            let unseen =
+                unseen::lasting_error(dataset, model, weights, |row| free(gradient(row), &values), noise);
             let lasting_error =
-                assess::lasting_error(dataset, model, gradient, &uncertainty.covariance, power_scale);
+                assess::lasting_error(dataset, model, gradient, &uncertainty.covariance, noise).max(unseen);
             let parameters = verdict::judge(&descriptions, &values, &uncertainty);
             Judgement { uncertainty, parameters, lasting_error }
         }
@@ -285,8 +294,10 @@ fn judge<const N: usize>(
             };
             let predict = |row: &Row<N>| gradient(row).iter().zip(beta).map(|(x, b)| x * b).sum();
             let uncertainty = assess::uncertainty(dataset, weights, predict, gradient, beta.len());
+            let unseen =
+                unseen::lasting_error(dataset, model, weights, |row| free(gradient(row), beta), noise);
             let lasting_error =
-                assess::lasting_error(dataset, model, gradient, &uncertainty.covariance, power_scale);
+                assess::lasting_error(dataset, model, gradient, &uncertainty.covariance, noise).max(unseen);
             let parameters = verdict::judge(&verdict::EQ18, beta, &uncertainty);
             Judgement { uncertainty, parameters, lasting_error }
         }

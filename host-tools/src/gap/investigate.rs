@@ -1,5 +1,6 @@
 //! The workflow: split, detect, localise, name, tie or abstain, add, repeat, confirm.
 
+use super::calibrate::shown_by_clean;
 use super::confirm::{self, ConfirmedShare};
 use super::detect::over_dispersion::OverDispersion;
 use super::detect::{shape_test, structure};
@@ -14,6 +15,7 @@ use super::report::localise;
 use super::report::{Basis, Report};
 use super::scope::candidates;
 use super::split;
+use super::thresholds::calibrate::MARGIN;
 use super::thresholds::confirm::LEAST_CLOSED;
 use super::thresholds::detect::{SHAPE, SHAPE_TOLERANCE};
 use super::thresholds::name::LEAST_FURTHER;
@@ -53,9 +55,14 @@ pub fn investigate<const N: usize>(
     }
     let options = &Options { removed, ..options.clone() };
     list.retain(|candidate| !options.removed.contains(&candidate.id));
+    let clean_structure =
+        clean.and_then(|clean| shown_by_clean(clean, lag, base, parameters, &list, options));
+    let by_noise = options.threshold;
+    let threshold = by_noise.max(MARGIN * clean_structure.unwrap_or(0.0));
+    let options = &Options { threshold, ..options.clone() };
     let twin = Twin { runs: &open, drive: base.drive, lag };
     let problem = open_problem(twin, base, parameters, &list, options);
-    let mut found = search(&problem, &list, options);
+    let mut found = search(&problem, &list, by_noise, options);
     if has_one_mass(&base.masses_kg, runs) {
         found.doubt(also_with_one_mass(&found.named, &found.rounds));
     }
@@ -101,6 +108,7 @@ pub fn investigate<const N: usize>(
         covariance: joint,
         split,
         over_dispersion,
+        clean_structure,
         ties: found.ties,
         basis: Some(Basis {
             drive: base.drive,
@@ -124,8 +132,13 @@ struct Found {
     rounds: Vec<Round>,
 }
 
-/// Round after round: is there structure, and what explains it?
-fn search<const N: usize>(problem: &Problem<'_, N>, list: &[Candidate], options: &Options) -> Found {
+/// Round after round: is there structure, and what explains it? Noise alone makes a |z| of `by_noise` at most.
+fn search<const N: usize>(
+    problem: &Problem<'_, N>,
+    list: &[Candidate],
+    by_noise: f64,
+    options: &Options,
+) -> Found {
     let mut found = Found {
         verdict: Verdict::None,
         state: problem.start(),
@@ -146,7 +159,12 @@ fn search<const N: usize>(problem: &Problem<'_, N>, list: &[Candidate], options:
                 structure: structure.greatest,
                 allowed,
                 candidates: structure.scored,
-                outcome: "no structure beyond the noise".to_owned(),
+                outcome: if structure.greatest <= by_noise {
+                    "no structure beyond the noise".to_owned()
+                } else {
+                    "no structure beyond what clean runs show of each other, or what was named leaves"
+                        .to_owned()
+                },
             });
             break;
         }

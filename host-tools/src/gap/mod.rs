@@ -3,6 +3,7 @@
 //! Arrows go one way: types → problem (what is asked of which runs) → detect → name → confirm → report; [`investigate`] walks them.
 
 pub mod bench;
+mod calibrate;
 pub mod confirm;
 pub mod detect;
 pub mod extension;

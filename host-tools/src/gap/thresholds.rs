@@ -87,6 +87,16 @@ pub mod problem {
     pub const LEAST_STEP_GAIN: f64 = 0.1;
 }
 
+/// What clean runs show of each other.
+pub mod calibrate {
+    /// Parts that the clean runs are dealt into, in the order of masses; each is asked about once. Chosen: two thirds say what is usual.
+    pub const PARTS: usize = 3;
+    /// Clean runs below which none are asked about. Derived: two of a kind, and four that say what is usual.
+    pub const LEAST_RUNS: usize = 6;
+    /// What the field shows has to exceed the most that the parts show by this factor. Tuned on the effect-free sets of the MuJoCo robots.
+    pub const MARGIN: f64 = 1.25;
+}
+
 /// Detection: whether there is structure.
 pub mod detect {
     /// |z| of a smooth function or an effect beyond which there is structure. Tuned on the own bench's effect-free sets (0 alarms of 300 in

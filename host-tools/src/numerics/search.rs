@@ -1,4 +1,4 @@
-//! Minima of functions of one variable, without derivatives.
+//! Minima and roots of functions of one variable, without derivatives.
 
 /// A minimum that was found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,6 +58,15 @@ pub fn grid_then_golden(grid: &[f64], tolerance: f64, mut cost: impl FnMut(f64) 
     let on_grid = Minimum { at: grid[place], cost: *best };
     let refined = golden_section(low, high, tolerance, cost);
     Some(refined.filter(|refined| refined.cost < on_grid.cost).unwrap_or(on_grid))
+}
+
+/// Where a function that is above 0 at `low` and not at `high` crosses it, to a double's precision of the interval.
+pub fn bisect(mut low: f64, mut high: f64, function: impl Fn(f64) -> f64) -> f64 {
+    for _ in 0..f64::MANTISSA_DIGITS {
+        let middle = 0.5 * (low + high);
+        if function(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
 }
 
 fn finite(cost: f64) -> f64 {

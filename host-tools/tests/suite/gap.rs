@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use crate::common::{Bench, keys, number};
 use serde_json::Value;
 
-const KEYS: [&str; 20] = [
+const KEYS: [&str; 21] = [
     "verdict",
     "effects",
     "ambiguous_with",
@@ -23,6 +23,7 @@ const KEYS: [&str; 20] = [
     "confirm_runs",
     "localisation",
     "rounds",
+    "clean_structure",
     "noise_floor_how",
     "base_moves",
     "not_testable",
@@ -119,6 +120,34 @@ fn a_hidden_slope_is_named_and_the_locked_runs_confirm_it() {
         "field_4.csv",
     ]);
     assert!(summary.stdout.lines().count() < 24, "{}", summary.stdout);
+}
+
+/// A floor that slopes another way in every run, clean or not: runs disagree far beyond the noise, but the field's no more than the clean ones.
+#[test]
+fn what_clean_runs_show_of_each_other_is_no_alarm() {
+    let bench = Bench::new();
+    let sloping = |name: &str, place: usize, mass: &str| {
+        let heading = (2.1 * place as f64) % std::f64::consts::TAU - std::f64::consts::PI;
+        let effect = format!("grade=0.02:heading={heading}");
+        simulate(&bench, name, place, mass, 300 + place, &["--effect", &effect]);
+    };
+    let clean: Vec<String> = (1..=6).map(|k| format!("base_{k}.csv")).collect();
+    for (k, name) in clean.iter().enumerate() {
+        sloping(name, k, &(k + 1).to_string());
+    }
+    let names: Vec<String> = (1..=6).map(|k| format!("field_{k}.csv")).collect();
+    for (k, name) in names.iter().enumerate() {
+        sloping(name, 6 + k, FIELD[k]);
+    }
+    let clean: Vec<&str> = clean.iter().map(String::as_str).collect();
+    bench.done(&[&["fit", "--out", "base.toml"], &clean[..]].concat());
+    let found = gap(&bench, &names, &["--coeffs", "base.toml"]);
+    let round = &found["rounds"][0];
+    assert!(number(&round["structure"]) > 5.3, "noise does not explain it: {round:#}");
+    assert!(number(&round["allowed"]) > 1.2 * number(&found["clean_structure"]), "{round:#}");
+    assert_eq!(found["verdict"], "none", "{found:#}");
+    let next = found["next_steps"][0].as_str().unwrap();
+    assert!(next.contains("disagree with each other"), "{next}");
 }
 
 /// What the world has, not what the motors make of it: the plant's own sizes, the drive's efficiency of 0.75 taken out again. A moment of

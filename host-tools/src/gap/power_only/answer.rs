@@ -127,6 +127,7 @@ pub fn investigate(runs: &[PowerRun]) -> Result<Report> {
         covariance: None,
         split,
         over_dispersion: None,
+        clean_structure: None,
         residuals: (Vec::new(), None),
         base: [unknown, unknown],
         ties: Vec::new(),

@@ -62,6 +62,11 @@ pub fn next_steps(report: &Report) -> Vec<String> {
         Verdict::None if report.is_power_only() => {
             vec!["record the wheels' speeds: without them nothing is known of motion".to_owned()]
         }
+        Verdict::None if report.hides() => vec![
+            "the clean runs disagree with each other beyond the noise: the model's form hides effects that are smaller; refit with runs that \
+             hold all that the robot does, or look for what the form lacks"
+                .to_owned(),
+        ],
         Verdict::None if report.is_off() => vec![
             "the model is off by more than the noise in clean runs, too, or in no way that lasts: refit with more clean runs, or another model"
                 .to_owned(),

@@ -66,6 +66,7 @@ pub(crate) fn report(verdict: Verdict) -> Report {
         localisation: (0..8).map(|k| cell(k, stands)).collect(),
         residuals: (residual.clone(), stands.then_some(residual)),
         over_dispersion: None,
+        clean_structure: None,
         ties: Vec::new(),
         basis: Some(Basis {
             drive: Drive::Dissipative,

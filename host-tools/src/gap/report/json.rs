@@ -34,6 +34,8 @@ Keys of --json, always all there; watts and SI units; null where something is no
   localisation       cells: axis, from, to, mean_residual_w, band_w (half the 95 % interval over runs), mean_after_w,
                      band_after_w, runs, words
   rounds             structure, allowed, outcome, and candidates with id, status, gain, coefficients, detail
+  clean_structure    the most structure, |z|, that clean runs show of each other: it raises what rounds allow where it is
+                     beyond noise; null where clean runs are fewer than six
   noise_floor_how    how the noise floor was estimated
   base_moves         parameters of the base: before, after
   not_testable       effects that these runs cannot show: id, reason
@@ -74,6 +76,7 @@ pub fn json(report: &Report, beside: Beside<'_>) -> Value {
     out.insert("confirm_runs".to_owned(), json!(confirmed.runs));
     out.insert("localisation".to_owned(), json!(report.localisation));
     out.insert("rounds".to_owned(), report.rounds.iter().map(round).collect());
+    out.insert("clean_structure".to_owned(), json!(report.clean_structure));
     out.insert("noise_floor_how".to_owned(), json!(confirmed.floor_how));
     out.insert("base_moves".to_owned(), report.base_moves());
     out.insert("not_testable".to_owned(), json!(report.not_testable));

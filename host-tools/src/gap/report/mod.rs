@@ -18,7 +18,9 @@ use super::detect::over_dispersion::OverDispersion;
 use super::name::hypothesis::Hypothesis;
 use super::noise::whiten::{Signal, Whitener};
 use super::split::Split;
+use super::thresholds::calibrate::MARGIN;
 use super::thresholds::confirm::MUCH_MORE;
+use super::thresholds::detect::STRUCTURE;
 use super::twin::State;
 use super::types::{Named, Round, Verdict};
 use crate::effects::NotTestable;
@@ -52,6 +54,8 @@ pub struct Report {
     pub split: Split,
     /// The scatter of what is left against that of clean runs.
     pub over_dispersion: Option<OverDispersion>,
+    /// The most structure, |z|, that clean runs show of each other; `None` where they are too few to tell.
+    pub clean_structure: Option<f64>,
     /// Base before, and after.
     pub base: [TorqueModel<f64>; 2],
     /// Hypotheses of each round that ended in a tie, the winner first, each in all ways in which it may show.
@@ -84,6 +88,11 @@ impl Report {
     /// Whether the model is off by more than the noise: no effect is named, but not all is explained.
     pub fn is_off(&self) -> bool {
         self.confirmed.before_w > MUCH_MORE * self.confirmed.floor_unclipped_w
+    }
+
+    /// Whether the model's form is off by more than noise in clean runs already, which hides small effects.
+    pub fn hides(&self) -> bool {
+        self.clean_structure.is_some_and(|shown| MARGIN * shown > STRUCTURE)
     }
 
     /// The gap that is closed on locked runs, if it could be tested.

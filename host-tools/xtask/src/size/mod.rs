@@ -1,6 +1,7 @@
 //! `cargo xtask size`: what the images need of the board's memories, against limits.
 
 mod image;
+mod panics;
 mod stack;
 
 use std::process::Command;
@@ -9,6 +10,7 @@ use crate::images::{self, OPENCR, VIRTUAL};
 use crate::set_up::{self, TargetCargo};
 use crate::steps::{Stop, command_line};
 use image::Usage;
+use panics::Sites;
 use stack::Depth;
 
 /// Of the 768 KB that the application has: sectors 5 to 7, none of which is the store's. Measuring alone takes 227 KB, driving,
@@ -26,20 +28,27 @@ struct Report {
     usage: Usage,
     /// Where it could be measured.
     stack: Option<Depth>,
+    /// Calls of the panic machinery, of the board's image.
+    panics: Vec<Sites>,
 }
 
 impl Report {
     fn is_within(&self) -> bool {
         self.name != OPENCR || (self.usage.flash <= MOST_FLASH && self.usage.ram <= MOST_RAM)
     }
+
+    /// Whether of every place that may panic it is said why it does not.
+    fn is_argued(&self) -> bool {
+        self.panics.iter().all(|sites| sites.why.is_some())
+    }
 }
 
-/// True when the board's image is within the limits.
+/// True when the board's image is within the limits, and of every place in it that may panic it is known why it does not.
 pub(crate) fn run(as_json: bool) -> bool {
     match IMAGES.into_iter().map(report).collect::<Result<Vec<_>, _>>() {
         Ok(reports) => {
             print!("{}", if as_json { json(&reports) } else { table(&reports) });
-            reports.iter().all(Report::is_within)
+            reports.iter().all(|report| report.is_within() && report.is_argued())
         }
         Err(stop) => {
             eprintln!("size: {stop}");
@@ -55,7 +64,8 @@ fn report(name: &'static str) -> Result<Report, Stop> {
     let elf = std::fs::read(&path).map_err(|error| Stop::new(format!("{}: {error}", path.display())))?;
     let usage = image::usage(&elf).map_err(|error| Stop::new(format!("{}: {error}", path.display())))?;
     let stack = if name == OPENCR { stack::measure(&path)? } else { None };
-    Ok(Report { name, usage, stack })
+    let panics = if name == OPENCR { panics::sites(&elf)? } else { Vec::new() };
+    Ok(Report { name, usage, stack, panics })
 }
 
 /// Standard output is for the figures: cargo's own goes to standard error.
@@ -73,7 +83,7 @@ fn build(target: &TargetCargo, name: &str) -> Result<(), Stop> {
 fn table(reports: &[Report]) -> String {
     let mut text =
         format!("image      flash, B  of {MOST_FLASH}   static RAM, B  of {MOST_RAM}   worst stack, B\n");
-    for Report { name, usage, stack } in reports {
+    for Report { name, usage, stack, .. } in reports {
         let stack = stack.map_or("-".to_owned(), |depth| depth.bytes.to_string());
         let share = |part: u64, whole: u64| 100.0 * part as f64 / whole as f64;
         text += &format!(
@@ -95,15 +105,25 @@ fn table(reports: &[Report]) -> String {
     for report in reports.iter().filter(|report| !report.is_within()) {
         text += &format!("\n{}: more than the limit\n", report.name);
     }
+    for Report { name, panics, .. } in reports.iter().filter(|report| !report.panics.is_empty()) {
+        text += &format!("\n{name}: calls of the panic machinery, and why none is reached\n");
+        for Sites { place, kind, count, why } in panics {
+            let why = why.unwrap_or("NOBODY HAS SAID WHY NOT");
+            text += &format!("{count:5} {kind:9} {place:42} {why}\n");
+        }
+    }
     text
 }
 
 fn json(reports: &[Report]) -> String {
-    let image = |Report { name, usage, stack }: &Report| {
+    let image = |Report { name, usage, stack, panics }: &Report| {
         let stack = stack.map_or("null".to_owned(), |depth| depth.bytes.to_string());
         format!(
-            "{{\"name\":\"{name}\",\"flash_bytes\":{},\"ram_bytes\":{},\"stack_bytes\":{stack}}}",
-            usage.flash, usage.ram
+            "{{\"name\":\"{name}\",\"flash_bytes\":{},\"ram_bytes\":{},\"stack_bytes\":{stack},\"panic_calls\":{},\"panic_calls_unexplained\":{}}}",
+            usage.flash,
+            usage.ram,
+            panics.iter().map(|sites| sites.count).sum::<usize>(),
+            panics.iter().filter(|sites| sites.why.is_none()).map(|sites| sites.count).sum::<usize>(),
         )
     };
     format!(

@@ -1,0 +1,49 @@
+//! What clean runs show of each other: structure that no effect has made.
+//!
+//! A model whose form is not quite the robot's leaves structure between any two handfuls of runs. How much, the clean runs tell: some are
+//! asked about as if they came from the field, with the others as the clean ones. What the field shows has to exceed that.
+
+use rayon::prelude::*;
+
+use super::detect::structure;
+use super::problem::open::open_problem;
+use super::thresholds::calibrate::{LEAST_RUNS, PARTS};
+use super::twin::Twin;
+use super::types::{Base, Options};
+use crate::effects::Candidate;
+use crate::log::runs::Runs;
+
+/// The most structure, |z|, that clean runs show of each other; `None` where they are too few to be parted.
+pub(super) fn shown_by_clean<const N: usize>(
+    clean: &Runs<N>,
+    lag: f64,
+    base: &Base,
+    parameters: usize,
+    list: &[Candidate],
+    options: &Options,
+) -> Option<f64> {
+    if clean.runs.len() < LEAST_RUNS {
+        return None;
+    }
+    let order = by_mass(clean);
+    let shown = (0..PARTS).into_par_iter().map(|part| {
+        let side = |asked: bool| -> Vec<usize> {
+            let of = |(rank, place): (usize, &usize)| ((rank % PARTS == part) == asked).then_some(*place);
+            order.iter().enumerate().filter_map(of).collect()
+        };
+        let open = clean.subset(&side(true)).with_clean(Some(&clean.subset(&side(false))));
+        let problem =
+            open_problem(Twin { runs: &open, drive: base.drive, lag }, base, parameters, list, options);
+        structure(&problem, &problem.start(), list, &[]).greatest
+    });
+    let shown: Vec<f64> = shown.filter(|z| z.is_finite()).collect();
+    shown.into_iter().max_by(f64::total_cmp)
+}
+
+/// Places of runs in the order of their masses, so that every part has light and heavy ones.
+fn by_mass<const N: usize>(runs: &Runs<N>) -> Vec<usize> {
+    let mass = |place: usize| runs.runs[place].rows.first().map_or(0.0, |row| row.mass);
+    let mut order: Vec<usize> = (0..runs.runs.len()).collect();
+    order.sort_by(|&a, &b| mass(a).total_cmp(&mass(b)));
+    order
+}

@@ -1,0 +1,236 @@
+//! Where the board's image may panic, and why none of it is reached.
+//!
+//! Every call of the panic machinery in the linked image, by whose code it stands in. What is not in [`KNOWN`] fails the check: a new
+//! index, division or unwrap in our own code, or a dependency that begins to panic in another way.
+
+use std::collections::BTreeMap;
+
+use addr2line::Context;
+use addr2line::gimli::{EndianSlice, RunTimeEndian};
+use object::{Object, ObjectSection, ObjectSymbol, SectionKind};
+
+use crate::steps::Stop;
+
+/// Names of functions that do not return, and what they are called for.
+const KINDS: [(&str, &str); 10] = [
+    ("async_fn_resumed", "resumed"),
+    ("panic_bounds_check", "index"),
+    ("slice_index_fail", "slice"),
+    ("unwrap_failed", "unwrap"),
+    ("expect_failed", "unwrap"),
+    ("panic_already", "borrowed"),
+    ("div_by_zero", "division"),
+    ("rem_by_zero", "division"),
+    ("_defmt_panic", "panic"),
+    ("panicking", "panic"),
+];
+
+/// Whose code, in which way it may panic, and why it does not; `*` is any of either. The first that fits counts.
+const KNOWN: [(&str, &str, &str); 21] = [
+    (
+        "*",
+        "resumed",
+        "an async function that has ended is not polled again: neither executor nor select, join or await do",
+    ),
+    (
+        "firmware",
+        "borrowed",
+        "borrows end before the function that takes them does, none of which can wait or calls another",
+    ),
+    ("firmware", "unwrap", "starting the first task: its pool has room for one, and it is started once"),
+    ("defmt", "panic", "what panics without a message ends here"),
+    ("defmt-rtt", "panic", "the logger is taken within a critical section and does not log itself"),
+    ("embassy-executor", "*", "a waker is of a task; a task is not polled while it is polled"),
+    ("embassy-futures", "*", "a select or join that has ended is not polled again"),
+    ("futures-util", "*", "a select or map that has ended is not polled again"),
+    ("embassy-hal-internal", "*", "an interrupt's priority is one of the chip's sixteen, a constant"),
+    (
+        "embassy-sync",
+        "*",
+        "a mutex is locked by a guard, unlocked once; its state is borrowed within a critical section",
+    ),
+    ("embassy-time", "*", "instants plus constants of seconds: 64 bits of microseconds last 584,000 years"),
+    (
+        "embassy-stm32",
+        "*",
+        "set-up from constants, which every start goes through; of DMA channels and rings those that set-up gave them",
+    ),
+    ("stm32-metapac", "*", "indices of registers that the chip has, from constants"),
+    (
+        "embassy-usb",
+        "*",
+        "descriptors and endpoints of set-up, which every start goes through; control transfers are cut to the buffer they are given",
+    ),
+    (
+        "embassy-usb-synopsys-otg",
+        "*",
+        "endpoints by the indices that set-up gave, and those below the core's count that its interrupts name",
+    ),
+    ("embedded-io-async", "*", "a write takes at most what it is given, and not nothing"),
+    ("embassy-embedded-hal", "*", "the shared bus's mutex"),
+    ("ina219", "panic", "two bits have four values, and each has its case"),
+    (
+        "sequential-storage",
+        "*",
+        "lengths come from headers whose CRC was right, and are held against the buffer first",
+    ),
+    ("firmware: boards/opencr/usb_link.rs", "panic", "static buffers of USB are taken once, at start"),
+    (
+        "firmware: power_sensors/sensor.rs",
+        "panic",
+        "the sensor bus is unlocked by the guard that locked it, once",
+    ),
+];
+
+/// So many calls from one crate, of one kind.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Sites {
+    /// A crate; of our own code with its file.
+    pub(super) place: String,
+    pub(super) kind: &'static str,
+    pub(super) count: usize,
+    /// `None` where nothing says why it is not reached.
+    pub(super) why: Option<&'static str>,
+}
+
+/// All of an image with debug information, in the order of their names.
+pub(super) fn sites(elf: &[u8]) -> Result<Vec<Sites>, Stop> {
+    let broken = |error: &dyn std::fmt::Display| Stop::new(format!("the image cannot be read: {error}"));
+    let file = object::File::parse(elf).map_err(|error| broken(&error))?;
+    let ends: BTreeMap<u64, &'static str> = file
+        .symbols()
+        .filter_map(|symbol| {
+            let name = symbol.name().ok()?;
+            let kind = KINDS.iter().find(|(part, _)| name.contains(part))?.1;
+            // The lowest bit says Thumb.
+            (symbol.is_definition() && symbol.kind() == object::SymbolKind::Text)
+                .then_some((symbol.address() & !1, kind))
+        })
+        .collect();
+    let lines = lines(&file).map_err(|error| broken(&error))?;
+    let mut found: BTreeMap<(String, &'static str), usize> = BTreeMap::new();
+    for section in file.sections().filter(|section| section.kind() == SectionKind::Text) {
+        let code = section.data().map_err(|error| broken(&error))?;
+        for (address, target) in branches(code, section.address()) {
+            if let Some(kind) = ends.get(&target)
+                && let Some(place) = place(&lines, address)
+            {
+                *found.entry((place, kind)).or_default() += 1;
+            }
+        }
+    }
+    let sites =
+        found.into_iter().map(|((place, kind), count)| Sites { why: why(&place, kind), place, kind, count });
+    Ok(sites.collect())
+}
+
+type Lines<'a> = Context<EndianSlice<'a, RunTimeEndian>>;
+
+fn lines<'a>(file: &object::File<'a>) -> Result<Lines<'a>, addr2line::gimli::Error> {
+    let endian = if file.is_little_endian() { RunTimeEndian::Little } else { RunTimeEndian::Big };
+    let load = |id: addr2line::gimli::SectionId| -> Result<_, addr2line::gimli::Error> {
+        let data = file.section_by_name(id.name()).and_then(|section| section.data().ok());
+        Ok(EndianSlice::new(data.unwrap_or_default(), endian))
+    };
+    Context::from_dwarf(addr2line::gimli::Dwarf::load(load)?)
+}
+
+/// Calls and far jumps (BL, B.W: ARMv7-M manual, A7.7.18 and A7.7.12) of Thumb code that begins at `base`: from where, to where.
+fn branches(code: &[u8], base: u64) -> impl Iterator<Item = (u64, u64)> + '_ {
+    let half = |at: usize| Some(u64::from(u16::from_le_bytes([*code.get(at)?, *code.get(at + 1)?])));
+    (0..code.len()).step_by(2).filter_map(move |at| {
+        let (first, second) = (half(at)?, half(at + 2)?);
+        let is_branch = first & 0xf800 == 0xf000 && (second & 0xd000 == 0xd000 || second & 0xd000 == 0x9000);
+        is_branch.then(|| {
+            let sign = first >> 10 & 1;
+            let bit = |place: u32| !(second >> place ^ sign) & 1;
+            let offset =
+                sign << 24 | bit(13) << 23 | bit(11) << 22 | (first & 0x3ff) << 12 | (second & 0x7ff) << 1;
+            let offset = if sign == 1 { offset.wrapping_sub(1 << 25) } else { offset };
+            let address = base + at as u64;
+            (address, address.wrapping_add(4).wrapping_add(offset))
+        })
+    })
+}
+
+/// The innermost function around an address that is not the language's own; `None` for the panic machinery itself.
+fn place(lines: &Lines<'_>, address: u64) -> Option<String> {
+    let mut frames = lines.find_frames(address).skip_all_loads().ok()?;
+    while let Ok(Some(frame)) = frames.next() {
+        let Some(file) = frame.location.and_then(|location| location.file) else { continue };
+        if let Some(place) = owner(file) {
+            return Some(place);
+        }
+    }
+    None
+}
+
+/// Whose a source file is.
+fn owner(file: &str) -> Option<String> {
+    if file.contains("/rustc/") || file.contains("/library/core/") || file.contains("/library/alloc/") {
+        return None;
+    }
+    // REGISTRY/name-1.2.3/src/…
+    if let Some((_, rest)) = file.split_once("/registry/src/") {
+        let package = rest.split('/').nth(1)?;
+        let name = package.rsplit_once('-').map_or(package, |(name, _)| name);
+        // Its macros stand for whoever uses them.
+        return (name != "defmt" || file.ends_with("src/lib.rs")).then(|| name.to_owned());
+    }
+    if let Some((_, own)) = file.rsplit_once("firmware/src/") {
+        return Some(format!("firmware: {own}"));
+    }
+    if let Some((_, own)) = file.rsplit_once("model-core/src/") {
+        return Some(format!("model-core: {own}"));
+    }
+    // Interrupt handlers and clocks that a build script wrote.
+    let (_, built) = file.split_once("/build/")?;
+    let package = built.split('/').next()?;
+    Some(package.rsplit_once('-').map_or(package, |(name, _)| name).to_owned())
+}
+
+/// Why it is not reached.
+fn why(place: &str, kind: &str) -> Option<&'static str> {
+    let fits = |known: &str, own: &str| known == "*" || known == own;
+    let whose = place.split_once(':').map_or(place, |(name, _)| name);
+    KNOWN
+        .iter()
+        .find(|(known, of, _)| (fits(known, place) || fits(known, whose)) && fits(of, kind))
+        .map(|(_, _, why)| *why)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As LLVM's disassembler reads them: `bl` forwards by 0x1234 and back by 0x20, `b.w` forwards by 0x10, and no branch.
+    #[test]
+    fn branches_are_decoded() {
+        let code = |halves: &[u16]| halves.iter().flat_map(|half| half.to_le_bytes()).collect::<Vec<u8>>();
+        let to = |halves: &[u16]| branches(&code(halves), 0x0804_0000).collect::<Vec<_>>();
+        assert_eq!(to(&[0xf001, 0xf918]), [(0x0804_0000, 0x0804_1234)]);
+        assert_eq!(to(&[0xf7ff, 0xffee]), [(0x0804_0000, 0x0803_ffe0)]);
+        assert_eq!(to(&[0xf000, 0xb806]), [(0x0804_0000, 0x0804_0010)]);
+        assert_eq!(to(&[0xf04f, 0x30ff, 0xbf00]), []);
+    }
+
+    #[test]
+    fn a_file_has_an_owner() {
+        let own = |file: &str| owner(file);
+        assert_eq!(
+            own("/home/a/.cargo/registry/src/x-1/embassy-usb-0.6.0/src/lib.rs").unwrap(),
+            "embassy-usb"
+        );
+        assert_eq!(own("/home/a/gmr/firmware/src/wheels/motors.rs").unwrap(), "firmware: wheels/motors.rs");
+        assert_eq!(own("/rustc/5980/library/core/src/cell.rs"), None);
+    }
+
+    /// What would be new: an index in our own code.
+    #[test]
+    fn what_nobody_argued_for_is_unknown() {
+        assert!(why("firmware: wheels/motors.rs", "resumed").is_some());
+        assert_eq!(why("firmware: wheels/motors.rs", "index"), None);
+        assert_eq!(why("model-core: filter.rs", "division"), None);
+        assert_eq!(why("heapless", "unwrap"), None);
+    }
+}
