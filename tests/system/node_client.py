@@ -7,7 +7,7 @@
     gmr record --port /tmp/link --out log.csv --duration 60                        # meanwhile, on the other port
 
 What it does: the node's start-up, then squares of 2 m for as long as asked, with the block read 20 times a second, the heartbeat 10 times
-and commands as often as they change; last, the heartbeat ends in the middle of a motion. What it checks stands in `main`.
+and commands 10 times; last, the heartbeat ends in the middle of a motion. What it checks stands in `main`.
 """
 import argparse
 import json
@@ -108,7 +108,7 @@ class Session:
     def __init__(self, node):
         self.node, self.beat, self.wrong, self.goal_errors = node, 0, [], 0
         self.next_block = self.next_beat = time.monotonic()
-        self.command_now, self.commanded = None, 0.0
+        self.command_now, self.commanded, self.next_command = None, 0.0, 0.0
         self.blocks = 0
         self.periods = []
 
@@ -126,10 +126,14 @@ class Session:
                 return data
 
     def command(self, linear, angular):
-        values = (int(linear * 100), 0, 0, 0, 0, int(angular * 100))
+        values, now = (int(linear * 100), 0, 0, 0, 0, int(angular * 100)), time.monotonic()
         if values != self.command_now:
-            self.node.write(150, struct.pack("<6i", *values))
-            self.command_now, self.wanted, self.commanded = values, quantised(linear, angular), time.monotonic()
+            self.command_now, self.wanted, self.commanded = values, quantised(linear, angular), now
+        elif now < self.next_command:
+            return
+        # As whoever publishes cmd_vel: again and again, so that a host that stalled drives on.
+        self.next_command = now + 0.1
+        self.node.write(150, struct.pack("<6i", *values))
 
     def step(self, beats=True):
         """Waits for the next of the node's timers and does what is due."""

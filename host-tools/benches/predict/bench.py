@@ -40,7 +40,8 @@ def main():
             print(line(name, tasks), flush=True)
     print("\nOwn plant and second simulator: driving energy alone, mass known to 3 % (one standard deviation), told with that interval. Husky:\n"
           "whole runs held out in three folds, their power computed from currents; the runs' speeds are taken as planned. TurtleBot3: total energy,\n"
-          "standing included; no speeds were logged, so spins are where the power says so, at the 0.81 rad/s that its makers state.")
+          "standing included; no speeds were logged, so spins are where the power says so, at the 0.81 rad/s that its makers state.\n"
+          "The second simulator's other robot, brisk, is left out: its drives take long to simulate.")
 
 
 def line(name, tasks):

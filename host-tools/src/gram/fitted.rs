@@ -94,9 +94,11 @@ pub fn signed<const N: usize>(core: &CoreRobot<f64, N>, robot: &Robot, runs: &[R
     let best = best.ok_or_else(|| {
         Error::failed("no start of the search has a finite cost: the sums are not of a drive")
     })?;
-    let torque = physical::torque(&best.parameters);
+    // Sums that were added in another order, by an engine, end at the same coefficients.
+    let found = levenberg_marquardt::polish(&cost, &best.parameters, bounds.as_box());
+    let torque = physical::torque(&found);
     let mut warnings: Vec<String> =
-        bounds.met_by(&best.parameters).iter().map(|at| Warning::at_bound(at).text).collect();
+        bounds.met_by(&found).iter().map(|at| Warning::at_bound(at).text).collect();
     if best.ending == Ending::OutOfSteps {
         warnings.push("the search used up its steps: the coefficients are the best that were met".to_owned());
     }
@@ -121,7 +123,7 @@ pub fn signed<const N: usize>(core: &CoreRobot<f64, N>, robot: &Robot, runs: &[R
             (dynamic(places, |i, j| normal[(i, j)]), DVector::from_fn(places, |i, _| score[i]))
         })
         .collect();
-    let values = &best.parameters.as_slice()[..places];
+    let values = &found.as_slice()[..places];
     let parameters = judged(&verdict::TORQUE[..places], values, &clusters, all.signed.rows(), &mut warnings);
     let beta = polynomial::expand(&torque);
     Ok(fitted(ModelKind::Signed, &all.signed, &beta, all.may_clamp, parameters, warnings))

@@ -198,6 +198,36 @@ where
     }
 }
 
+/// Most steps of [`polish`].
+const POLISHING: u32 = 20;
+
+/// A first step longer than this share of the parameters says that the search had not ended at a minimum.
+const NEAR: f64 = 1e-3;
+
+/// Undamped steps from where a search has ended, each less than half as long as the one before: beside a minimum the cost's own rounding
+/// hides steps of 10⁻⁸ of the parameters, the gradient only those of 10⁻¹⁶ times the condition.
+pub fn polish<D: Dim>(
+    problem: &impl LeastSquares<D>,
+    ended: &OVector<f64, D>,
+    bounds: &Bounds<D>,
+) -> OVector<f64, D>
+where
+    DefaultAllocator: Allocator<D> + Allocator<D, D>,
+{
+    let (mut parameters, mut before) = (ended.clone(), f64::INFINITY);
+    for _ in 0..POLISHING {
+        let local = Local::at(problem, &parameters, bounds);
+        if !local.is_finite || !local.is_gram {
+            break;
+        }
+        let undamped = local.step(&parameters, 0.0, &local.matrix.diagonal(), bounds);
+        let most = (0.5 * before).min(NEAR * local.length(&parameters));
+        let Some((next, length)) = undamped.filter(|(_, length)| *length < most) else { break };
+        (parameters, before) = (next, length);
+    }
+    parameters
+}
+
 /// The quadratic model of the cost about a point.
 struct Local<D: Dim>
 where

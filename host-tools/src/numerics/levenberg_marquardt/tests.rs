@@ -2,6 +2,7 @@
 //! and minima as printed there. Then endings and bounds.
 
 mod endings;
+mod polished;
 mod problems;
 
 use nalgebra::DVector;
