@@ -81,8 +81,6 @@ pub struct Limit {
 /// What a plan costs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
-    /// Version of this object.
-    pub version: u32,
     /// The robot.
     pub robot: String,
     /// Total mass, kg.
@@ -136,7 +134,6 @@ impl Report {
     ) -> Self {
         let reach = Z * cost.std_j();
         Self {
-            version: 1,
             robot: robot.to_owned(),
             mass_kg: load.mass_kg,
             mass_std_kg: load.mass_std_kg,

@@ -42,9 +42,11 @@ mod gram;
 #[cfg(unix)]
 mod hostile_board;
 mod inspect;
+mod json;
 mod log;
 mod look;
 mod network_seeds;
+mod node;
 mod predict;
 mod record;
 mod reference;
