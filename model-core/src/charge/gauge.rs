@@ -42,6 +42,8 @@ const VOLTAGE_STD_V: f64 = 0.004;
 /// What is shown follows what is believed by so much a second, beside what is counted: a load step that teaches the resistance moves the
 /// belief at once, and nobody wants to see that. 3 points a minute.
 const SLEW: f64 = 0.0005;
+/// How much wider than the first voltage tells the charge begins: that voltage counts again as a correction, with the same offset.
+const PLACE: f64 = 2.0;
 /// A charge is unknown until it is known to this.
 const KNOWN_STD: f64 = 0.1;
 /// A resistance is unknown until it is known to this share.
@@ -77,6 +79,8 @@ pub struct Gauge<T> {
     filter: Filter<T>,
     /// The charge as it is shown; `None` while it is unknown.
     shown: Option<T>,
+    /// Nothing told it the charge, and no voltage has come yet.
+    is_lost: bool,
     step: Sums<T>,
     /// The current's slow parts, A.
     slow: [T; 2],
@@ -106,6 +110,7 @@ impl<T: Real> Gauge<T> {
             pack,
             filter,
             shown: None,
+            is_lost: matches!(start, Start::Unknown),
             step: Sums::default(),
             slow: [T::ZERO; 2],
             load: None,
@@ -181,12 +186,33 @@ impl<T: Real> Gauge<T> {
         self.filter.fade(DRIFT, keep);
         let variance = number(DRIFT_STD_V * DRIFT_STD_V) + under_load * under_load;
         self.filter.loosen(DRIFT, variance * (T::ONE - keep * keep));
+        if core::mem::replace(&mut self.is_lost, false) {
+            self.place(current, voltage);
+        }
         self.correct(current, voltage);
         self.show(step.time);
         let weight = step.time / (step.time + number(LOAD_S));
         let power = step.energy / step.time;
         self.current += (current - self.current) * weight;
         self.load = Some(self.load.map_or(power, |load| load + (power - load) * weight));
+    }
+
+    /// Begins where a cell's first voltage points to: from the middle of the scale, corrections would follow a slope that the curve does not
+    /// have where the cell is.
+    fn place(&mut self, current: T, voltage: T) {
+        let number = T::from_f64;
+        let [resistance, ..] = RESISTANCE_OHM.map(number);
+        let [uncertain, ..] = RESISTANCE_STD_OHM.map(number);
+        let charge = self.pack.curve.charge(voltage + resistance * current);
+        let drop = uncertain * current;
+        let variance = number(OFFSET_STD_V * OFFSET_STD_V + DRIFT_STD_V * DRIFT_STD_V) + drop * drop;
+        let spread = number(PLACE) * variance.sqrt();
+        let mut std = number(0.3);
+        for _ in 0..8 {
+            let slope = Curves::around(&self.pack.curve, charge, std * std).slope;
+            std = (std + (spread / slope).at_least(number(0.02)).at_most(number(0.3))) * T::HALF;
+        }
+        self.filter.set(CHARGE, charge, std * std);
     }
 
     /// Lets a cell's mean voltage over a step correct what is believed.
