@@ -8,7 +8,7 @@ use crate::record::RECORD_BYTES;
 use crate::wheels::WHEELS;
 
 /// Version of this table: what [`TABLE_VERSION`] shows.
-pub const VERSION: u16 = 2;
+pub const VERSION: u16 = 3;
 
 /// The board's ID on its link.
 pub const BOARD_ID: u8 = 200;
@@ -20,7 +20,7 @@ pub const BOARD_MODEL: u16 = 0x5000;
 pub const OURS: u16 = 512;
 
 /// First address beyond the table.
-pub const END: u16 = LINK_ABANDONED.end();
+pub const END: u16 = BATTERY_LOAD.end();
 
 /// Most records that the FIFO window shows at once.
 pub const FIFO_WINDOW_RECORDS: usize = 16;
@@ -155,7 +155,7 @@ registers! {
     INFRARED: 34, F32[1], Read, "", "Always 0";
     SONAR: 38, F32[1], Read, "", "Always 0";
     BATTERY_VOLTAGE: 42, I32[1], Read, "0.01 V", "Of the board's supply, or of the battery's sensor; 0 where neither is known";
-    BATTERY_PERCENT: 46, I32[1], Read, "0.01 %", "By the voltage alone: 10.5 V are 0, 12.3 V 100";
+    BATTERY_PERCENT: 46, I32[1], Read, "0.01 %", "BATTERY_CHARGE; while that is not known as the stock firmware has it, by the voltage alone: 10.5 V are 0, 12.3 V 100";
     SOUND: 50, U8[1], ReadWrite, "", "Melody: kept, not played";
     CALIBRATE_IMU: 59, U8[1], ReadWrite, "", "Kept; there is nothing to calibrate";
     ANGULAR_VELOCITY: 60, F32[3], Read, "rad/s", "Of the robot, from its wheels";
@@ -170,7 +170,7 @@ registers! {
     COMMAND_VELOCITY: 150, I32[6], ReadWrite, "0.01 m/s, 0.01 rad/s", "Linear x, y, z, angular x, y, z; taken while the heartbeat lives";
     PROFILE_ACCELERATION: 174, I32[WHEELS], ReadWrite, "214.577 rev/min²", "Left, right: of the servos' goals; 0 without";
 
-    TABLE_VERSION: OURS, U16[1], Read, "", "Version of the registers from 512 on: 2";
+    TABLE_VERSION: OURS, U16[1], Read, "", "Version of the registers from 512 on: 3";
     SAMPLE_RATE: 514, U16[1], Read, "Hz", "Samples per second";
     WINDOW: 516, U16[1], Read, "s", "Length of the window over which the mass is estimated";
     MODEL: 518, U8[1], Read, "", "Model in use: 0 Eq. 18 as published, 1 corrected, 2 signed torque, 255 none";
@@ -247,6 +247,16 @@ registers! {
     SERVO_TRIPPED: 2368, U32[1], Read, "", "Times that a servo's own watchdog had stopped it";
     SERVO_RESTARTS: 2372, U32[1], Read, "", "Times that a servo had started anew";
     LINK_ABANDONED: 2376, U32[1], Read, "", "Answers that the host did not fetch in time, or closed its port before";
+
+    BATTERY_CHARGE: 2380, F32[1], Read, "%", "Of the battery's capacity, by its sensor's current and voltage; NaN until known to 10 points, and 10 s after the sensor's last word";
+    BATTERY_CHARGE_STD: 2384, F32[1], Read, "%", "Its standard deviation";
+    BATTERY_RESISTANCE: 2388, F32[1], Read, "Ω", "Of the battery within a second of a load step, without the sensor's shunt; NaN until load steps have shown it";
+    BATTERY_RESISTANCE_STD: 2392, F32[1], Read, "Ω", "Its standard deviation";
+    BATTERY_ENERGY_LEFT: 2396, F32[1], Read, "Wh", "What the battery still gives at the present load until the motors' supply is cut";
+    BATTERY_ENERGY_LOW: 2400, F32[1], Read, "Wh", "Lower end of its 95 % interval";
+    BATTERY_ENERGY_HIGH: 2404, F32[1], Read, "Wh", "Upper end of its 95 % interval";
+    BATTERY_TIME_LEFT: 2408, F32[1], Read, "s", "How long that lasts; NaN while nothing is drawn";
+    BATTERY_LOAD: 2412, F32[1], Read, "W", "The present load: the battery's mean power of the last minute";
 }
 
 /// Why an upload is refused, or what is stored not used.

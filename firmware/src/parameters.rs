@@ -7,6 +7,8 @@ use ina219::configuration::{
     BusVoltageRange, Configuration, MeasuredSignals, OperatingMode, Reset, Resolution, ShuntVoltageRange,
 };
 
+use model_core::charge::Pack;
+
 use crate::power_sensors::{RAIL_COUNT, Rail, RailName, Shunt};
 use crate::wheels::{Servo, WHEELS};
 
@@ -101,6 +103,12 @@ pub const SERVO_VELOCITY_LAG_S: f32 = 0.02;
 pub const DEAD_BAND_RAD_S: f32 = 0.02;
 /// How long the wheels have to have been at rest before the flash may be written, µs: writing stops the processor.
 pub const STANDSTILL_US: u64 = 1_000_000;
+
+/// The battery: capacity, cells, their curve, and the voltage at which the motors are cut off.
+#[must_use]
+pub fn battery_pack() -> Pack<f32> {
+    Pack::turtlebot3()
+}
 
 /// Samples further apart than this do not follow one another, µs: five periods, as model-core's estimator has it.
 pub const LONGEST_STEP_US: u64 = 5 * SAMPLE_PERIOD_US;

@@ -57,6 +57,12 @@ mod tests {
         }
     }
 
+    /// What the gauge calls empty is what this cuts off at.
+    #[test]
+    fn the_cut_is_the_packs_end() {
+        assert_eq!(crate::parameters::battery_pack().cutoff, CUT_V);
+    }
+
     /// Looked at every 20 ms: at 10.9 V from 1 s on, when the mean has followed for 0.5 s.
     #[test]
     fn a_low_battery_cuts_the_motors_after_six_seconds() {

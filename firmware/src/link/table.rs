@@ -6,13 +6,15 @@ use crate::drive::battery_percent;
 use crate::dynamixel::xl430::Velocity;
 use crate::estimation::{NO_MODEL, mass_code, model_code};
 use crate::items::{ItemBytes, checksum};
-use crate::measurement::{RailSnapshot, Snapshot};
+use crate::measurement::{BatterySnapshot, RailSnapshot, Snapshot};
 use crate::parameters::{TRACK_M, WHEEL_RADIUS_M};
 use crate::record::RECORD_BYTES;
 use crate::wheels::{DriveState, WheelHealth};
 
 /// -1 as the stock firmware shows it: the node cannot drive.
 const NO_MOTORS: u8 = 0xFF;
+
+const J_PER_WH: f32 = 3600.0;
 
 /// Version of this firmware, as the link shows it.
 pub const FIRMWARE: u8 = 1;
@@ -100,6 +102,7 @@ fn show<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
     show_board(state, to);
     show_stock(state, to);
     show_drive(state, to);
+    show_battery(&state.snapshot.battery, to);
     show_measurements(state, to);
     show_estimate(state, to);
     show_counters(state, to);
@@ -135,6 +138,8 @@ fn show_stock<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) 
     let has_motors =
         !matches!(snapshot.drive.state, DriveState::Lost | DriveState::Unfit | DriveState::CutOff);
     let battery = state.battery_voltage();
+    let charge = snapshot.battery.charge.map(|charge| 100.0 * charge.share);
+    let percent = charge.or(battery.map(battery_percent));
     to.value(table::DEVICE_STATUS, if has_motors { 0_u8 } else { NO_MOTORS });
     to.value(table::HEARTBEAT, pilot.heartbeat());
     to.bytes(table::LEDS, &panel.leds);
@@ -147,10 +152,7 @@ fn show_stock<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) 
         to.values(absent, [0.0; 3]);
     }
     to.value(table::BATTERY_VOLTAGE, battery.map_or(0, |voltage| (voltage * 100.0 + 0.5) as i32));
-    to.value(
-        table::BATTERY_PERCENT,
-        battery.map_or(0, |voltage| (battery_percent(voltage) * 100.0 + 0.5) as i32),
-    );
+    to.value(table::BATTERY_PERCENT, percent.map_or(0, |percent| (percent * 100.0 + 0.5) as i32));
     to.value(table::SOUND, panel.sound);
     to.value(table::CALIBRATE_IMU, panel.calibrate_imu);
     to.values(table::ANGULAR_VELOCITY, [0.0, 0.0, yaw_rate(snapshot)]);
@@ -188,6 +190,19 @@ fn show_drive<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) 
     to.value(table::SERVO_TRIPPED, servos.tripped);
     to.value(table::SERVO_RESTARTS, servos.restarts);
     to.value(table::LINK_ABANDONED, state.counters.link_abandoned);
+}
+
+fn show_battery(battery: &BatterySnapshot, to: &mut impl Sink) {
+    let BatterySnapshot { charge, resistance, remaining } = battery;
+    to.value(table::BATTERY_CHARGE, charge.map(|charge| 100.0 * charge.share));
+    to.value(table::BATTERY_CHARGE_STD, charge.map(|charge| 100.0 * charge.std));
+    to.value(table::BATTERY_RESISTANCE, resistance.map(|(resistance, _)| resistance));
+    to.value(table::BATTERY_RESISTANCE_STD, resistance.map(|(_, std)| std));
+    to.value(table::BATTERY_ENERGY_LEFT, remaining.map(|left| left.energy / J_PER_WH));
+    to.value(table::BATTERY_ENERGY_LOW, remaining.map(|left| left.energy_low / J_PER_WH));
+    to.value(table::BATTERY_ENERGY_HIGH, remaining.map(|left| left.energy_high / J_PER_WH));
+    to.value(table::BATTERY_TIME_LEFT, remaining.and_then(|left| left.time));
+    to.value(table::BATTERY_LOAD, remaining.map(|left| left.load));
 }
 
 fn show_measurements<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {

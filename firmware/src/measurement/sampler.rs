@@ -7,7 +7,7 @@ use embedded_io_async::{Read, Write};
 use model_core::coefficients::Coefficients;
 use model_core::estimator::Unfit;
 
-use super::{DriveSnapshot, EstimateSnapshot, RailSnapshot, Snapshot, WheelSnapshot};
+use super::{BatteryMeter, DriveSnapshot, EstimateSnapshot, RailSnapshot, Snapshot, WheelSnapshot};
 use crate::drive::Orders;
 use crate::estimation::{Estimated, Estimation};
 use crate::power_sensors::{Health, PowerSensors, RAIL_COUNT, RailName};
@@ -21,6 +21,7 @@ pub struct Sampler<I, P, D> {
     wheels: Wheels<P, D>,
     estimation: Estimation,
     standstill: Standstill,
+    battery: BatteryMeter,
     samples: u32,
     latest: Latest,
 }
@@ -43,6 +44,7 @@ impl<I: I2c, P: Read + Write, D: DelayNs> Sampler<I, P, D> {
             wheels,
             estimation: Estimation::default(),
             standstill: Standstill::default(),
+            battery: BatteryMeter::new(),
             samples: 0,
             latest: Latest::default(),
         }
@@ -66,6 +68,7 @@ impl<I: I2c, P: Read + Write, D: DelayNs> Sampler<I, P, D> {
         let wheel_speed = both(speeds);
         let rail_power = rails.map(|reading| reading.map(|reading| reading.power));
         let [battery, ..] = rails;
+        self.battery.update(battery, time_us);
         let motors_power = rail_power.get(RailName::Motors as usize).copied().flatten();
         let estimated = self.estimation.sample(wheel_speed, motors_power, time_us);
         let is_still = self.standstill.update(&wheels, time_us, self.estimation.dead_band());
@@ -117,6 +120,7 @@ impl<I: I2c, P: Read + Write, D: DelayNs> Sampler<I, P, D> {
             time_us: self.latest.time_us,
             samples: self.samples,
             rails: self.rails(),
+            battery: self.battery.known(),
             wheels: self.wheel_snapshots(),
             servo_bus: self.wheels.counters(),
             estimate: self.estimate(),

@@ -1,6 +1,7 @@
 //! What is known now, beyond the record of the sample: what the sampler measured is what the link shows. `None` where nothing
 //! is known.
 
+use model_core::charge::{Charge, Remaining};
 use model_core::payload::{MassEstimate, Unknown};
 
 use crate::estimation::{Changes, NO_MODEL};
@@ -93,6 +94,22 @@ impl DriveSnapshot {
     pub const UNKNOWN: Self = Self { state: DriveState::Lost, has_torque: false, goals: [0; WHEELS] };
 }
 
+/// Of the battery.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BatterySnapshot {
+    /// How full it is.
+    pub charge: Option<Charge<f32>>,
+    /// Its resistance within a second of a load step and its standard deviation, Ω.
+    pub resistance: Option<(f32, f32)>,
+    /// What is left until the motors' supply is cut, at the present load.
+    pub remaining: Option<Remaining<f32>>,
+}
+
+impl BatterySnapshot {
+    /// Before its sensor has said enough.
+    pub const UNKNOWN: Self = Self { charge: None, resistance: None, remaining: None };
+}
+
 /// Of the estimator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EstimateSnapshot {
@@ -134,6 +151,8 @@ pub struct Snapshot {
     pub samples: u32,
     /// In the order of [`crate::power_sensors::RAILS`].
     pub rails: [RailSnapshot; RAIL_COUNT],
+    /// By the battery's rail.
+    pub battery: BatterySnapshot,
     /// Left, right.
     pub wheels: [WheelSnapshot; WHEELS],
     /// What went wrong on the servo bus.
@@ -152,6 +171,7 @@ impl Snapshot {
         time_us: 0,
         samples: 0,
         rails: [RailSnapshot::UNKNOWN; RAIL_COUNT],
+        battery: BatterySnapshot::UNKNOWN,
         wheels: [WheelSnapshot::UNKNOWN; WHEELS],
         servo_bus: ServoCounters::NONE,
         estimate: EstimateSnapshot::UNKNOWN,

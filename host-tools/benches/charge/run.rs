@@ -1,5 +1,8 @@
 //! One discharge of the simulated battery, and what the gauge makes of it.
 
+use firmware::measurement::BatteryMeter;
+use firmware::parameters::RAILS;
+use firmware::power_sensors::RailReading;
 use host_tools::plant::battery::{Battery, BatteryState};
 use model_core::charge::{Charge, Gauge, Pack, Start};
 use rand::RngExt as _;
@@ -25,6 +28,41 @@ pub(crate) enum Setting {
     Known,
     /// The capacity is 3 % off at most, the gains by 0.3 % (current) and 0.1 % (voltage, one standard deviation), at 5 to 35 °C.
     Harsh,
+    /// As known, but by the board's firmware: told nothing, behind its sensor's shunt, on a robot that never draws less than half an ampere.
+    Board,
+}
+
+/// Who follows the discharge.
+enum Follower {
+    Gauge(Box<Gauge<f32>>),
+    Board(Box<BatteryMeter>),
+}
+
+impl Follower {
+    fn update(&mut self, current: f32, voltage: f32, time_s: f64) {
+        match self {
+            Self::Gauge(gauge) => gauge.update(current, voltage, PERIOD_S as f32),
+            Self::Board(meter) => {
+                let reading = RailReading { voltage, current, power: voltage * current };
+                meter.update(Some(reading), (1e6 * time_s).round() as u64);
+            }
+        }
+    }
+
+    fn charge(&self) -> Option<Charge<f32>> {
+        match self {
+            Self::Gauge(gauge) => gauge.charge(),
+            Self::Board(meter) => meter.known().charge,
+        }
+    }
+
+    /// Ω
+    fn resistance(&self) -> Option<f32> {
+        match self {
+            Self::Gauge(gauge) => gauge.resistance().map(|found| found.at_once),
+            Self::Board(meter) => meter.known().resistance.map(|(at_once, _)| at_once),
+        }
+    }
 }
 
 /// How far the gauge was off, in points of charge.
@@ -68,7 +106,8 @@ impl Jumps {
     }
 }
 
-/// A full discharge with load steps of 0 to 2 A every 5 to 120 s, one in seven to rest; the gauge starts 20 points off and knows no resistance.
+/// A full discharge with load steps of 0 to 2 A every 5 to 120 s, one in seven to rest; the gauge starts 20 points off, or told nothing, and
+/// knows no resistance.
 pub(crate) fn discharge(seed: u64, setting: Setting) -> Discharge {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let harsh = setting == Setting::Harsh;
@@ -90,39 +129,46 @@ pub(crate) fn discharge(seed: u64, setting: Setting) -> Discharge {
     let mut normal = || -> f64 { (0..12).map(|_| within(0.0, 1.0)).sum::<f64>() - 6.0 };
     let (current_gain, voltage_gain) =
         if harsh { (1.0 + 0.003 * normal(), 1.0 + 0.001 * normal()) } else { (1.0, 1.0) };
-    let mut gauge = Gauge::<f32>::new(Pack::turtlebot3(), Start::Known(told));
+    let board = setting == Setting::Board;
+    let mut follower = if board {
+        Follower::Board(Box::default())
+    } else {
+        Follower::Gauge(Box::new(Gauge::new(Pack::turtlebot3(), Start::Known(told))))
+    };
+    let (least_a, shunt_ohm) = if board { (0.5, f64::from(RAILS[0].shunt.ohm)) } else { (0.02, 0.0) };
     let mut state: BatteryState = battery.at(start);
 
     let (mut time_s, mut until_s, mut load_a) = (0.0, 0.0, 0.0);
     let (mut worst, mut stock, mut squares, mut covered, mut samples) = (0.0_f64, 0.0_f64, 0.0, 0, 0);
     let (mut jumps, mut stock_jumps, mut within_s) = (Jumps::default(), Jumps::default(), 0.0);
-    let mut last = [0.0; 2];
+    let mut last: Option<[f64; 2]> = None;
     while state.charge() > EMPTY {
         if time_s >= until_s {
-            load_a = if within(0.0, 1.0) < 1.0 / 7.0 { 0.02 } else { within(0.0, 2.0) };
+            load_a = if within(0.0, 1.0) < 1.0 / 7.0 { least_a } else { within(0.0, 2.0).max(least_a) };
             until_s = time_s + within(5.0, 120.0);
             // The first load is no step: nothing was shown before it.
-            if time_s > 0.0 {
-                jumps.step(time_s, last[0]);
-                stock_jumps.step(time_s, last[1]);
+            if let Some([error, by_voltage]) = last {
+                jumps.step(time_s, error);
+                stock_jumps.step(time_s, by_voltage);
             }
         }
-        let voltage = state.draw(load_a, PERIOD_S);
+        let voltage = state.draw(load_a, PERIOD_S) - shunt_ohm * load_a;
         // A twelfth of a uniform's variance: noise of 2 mA and 5 mV.
         let noise = |size: f64, uniform: f64| size * 12.0_f64.sqrt() * (uniform - 0.5);
         let measured_a = (load_a * current_gain + noise(0.002, within(0.0, 1.0))) / CURRENT_LSB_A;
         let measured_v = (voltage * voltage_gain + noise(0.005, within(0.0, 1.0))) / VOLTAGE_LSB_V;
         let (measured_a, measured_v) =
             (measured_a.round() * CURRENT_LSB_A, measured_v.round() * VOLTAGE_LSB_V);
-        gauge.update(measured_a as f32, measured_v as f32, PERIOD_S as f32);
+        follower.update(measured_a as f32, measured_v as f32, time_s);
         time_s += PERIOD_S;
-        let shown = gauge.charge().expect("a start is told");
+        // A second at most, then it is known.
+        let Some(shown) = follower.charge() else { continue };
         let error = f64::from(shown.share) - state.charge();
         // 10.5 V are empty, 12.3 V full: turtlebot3's own.
         let by_voltage = ((measured_v - 10.5) / 1.8).clamp(0.0, 1.0) - state.charge();
         jumps.see(time_s, error);
         stock_jumps.see(time_s, by_voltage);
-        last = [error, by_voltage];
+        last = Some([error, by_voltage]);
         if error.abs() > 0.02 {
             within_s = time_s;
         }
@@ -135,11 +181,11 @@ pub(crate) fn discharge(seed: u64, setting: Setting) -> Discharge {
         }
     }
     let samples = f64::from(samples);
-    let resistance = gauge.resistance().map_or(f64::NAN, |found| {
+    let resistance = follower.resistance().map_or(f64::NAN, |found| {
         // What the ohmic part is at this temperature, half full and up.
         let before = state.draw(0.0, 1e-6);
         let drop = before - state.draw(1.0, 1e-6);
-        f64::from(found.at_once) / drop - 1.0
+        f64::from(found) / drop - 1.0
     });
     Discharge {
         worst: 100.0 * worst,

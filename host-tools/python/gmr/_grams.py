@@ -10,9 +10,8 @@ import numpy as np
 
 from . import _gmr
 from ._commands import RobotLike, _Call
-from ._draw import table
 from ._log import _columns
-from ._results import Answer, Parameter
+from ._results import Fitted, Parameter
 
 _TEXTS, _NUMBERS = _gmr.gram_columns()
 
@@ -23,7 +22,7 @@ TEXTS: tuple[str, ...] = tuple(_TEXTS)
 NUMBERS: dict[str, str] = dict(_NUMBERS)
 
 
-class GramFit(Answer):
+class GramFit(Fitted):
     """A model fitted to sums alone.
 
     Attributes
@@ -47,24 +46,6 @@ class GramFit(Answer):
         self.parameters: tuple[Parameter, ...] = tuple(Parameter(**one) for one in data["parameters"])
         self.left_out: tuple[dict[str, Any], ...] = tuple(data["left_out"] or ())
         self.warnings: tuple[str, ...] = tuple(data["warnings"])
-
-    def __getitem__(self, name: str) -> Parameter:
-        for parameter in self.parameters:
-            if parameter.name == name:
-                return parameter
-        raise KeyError(name)
-
-    def __repr__(self) -> str:
-        r2 = "–" if self.r2 is None else f"{self.r2:.4f}"
-        return f"<gmr.GramFit of {self.robot}: {self.model}, R² {r2}, RMSE {self.rmse_w:.4g} W, {self.rows} rows>"
-
-    def _repr_html_(self) -> str:
-        rows = [
-            (one.name, f"{one.value:.5g}", "–" if one.std_err is None else f"{one.std_err:.2g}", one.unit, one.verdict)
-            for one in self.parameters
-        ]
-        head = ("parameter", "value", "± standard error", "unit", "verdict")
-        return table(repr(self)[1:-1], head, rows, self.warnings)
 
 
 def fit_grams(

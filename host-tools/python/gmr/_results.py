@@ -107,7 +107,37 @@ class Coefficients:
         return f"<gmr.Coefficients of {len(self.text)} bytes>"
 
 
-class Fit(Answer):
+class Fitted(Answer):
+    """What a fit says, from rows or from sums: subscripted by a parameter's name, and a table in a notebook."""
+
+    robot: str
+    model: str
+    r2: float | None
+    rmse_w: float
+    rows: int
+    parameters: tuple[Parameter, ...]
+    warnings: tuple[str, ...]
+
+    def __getitem__(self, name: str) -> Parameter:
+        for parameter in self.parameters:
+            if parameter.name == name:
+                return parameter
+        raise KeyError(name)
+
+    def __repr__(self) -> str:
+        r2 = "–" if self.r2 is None else f"{self.r2:.4f}"
+        return f"<gmr.{type(self).__name__} of {self.robot}: {self.model}, R² {r2}, RMSE {self.rmse_w:.4g} W, {self.rows} rows>"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (one.name, f"{one.value:.5g}", "–" if one.std_err is None else f"{one.std_err:.2g}", one.unit, one.verdict)
+            for one in self.parameters
+        ]
+        head = ("parameter", "value", "± standard error", "unit", "verdict")
+        return table(repr(self)[1:-1], head, rows, self.warnings)
+
+
+class Fit(Fitted):
     """A model and what it is worth.
 
     Attributes
@@ -139,24 +169,6 @@ class Fit(Answer):
         if isinstance(self._coefficients, Exception):
             raise self._coefficients
         return self._coefficients
-
-    def __getitem__(self, name: str) -> Parameter:
-        for parameter in self.parameters:
-            if parameter.name == name:
-                return parameter
-        raise KeyError(name)
-
-    def __repr__(self) -> str:
-        r2 = "–" if self.r2 is None else f"{self.r2:.4f}"
-        return f"<gmr.Fit of {self.robot}: {self.model}, R² {r2}, RMSE {self.rmse_w:.4g} W, {self.rows} rows>"
-
-    def _repr_html_(self) -> str:
-        rows = [
-            (one.name, f"{one.value:.5g}", "–" if one.std_err is None else f"{one.std_err:.2g}", one.unit, one.verdict)
-            for one in self.parameters
-        ]
-        head = ("parameter", "value", "± standard error", "unit", "verdict")
-        return table(repr(self)[1:-1], head, rows, self.warnings)
 
 
 class Inspection(Answer):

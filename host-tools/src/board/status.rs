@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::client::{Block, Client};
 use super::transport::Transport;
 use super::{health_text, rail_names};
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// Registers of one instant. What the board does not know is `None`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -19,6 +19,8 @@ pub struct Status {
     pub uptime_s: f64,
     /// Each rail.
     pub rails: Vec<RailStatus>,
+    /// The battery by its gauge.
+    pub battery: BatteryStatus,
     /// Left, right, rad/s.
     pub wheel_rad_s: Vec<Option<f32>>,
     /// Whether the wheels stand still.
@@ -72,6 +74,29 @@ pub struct RailStatus {
     pub health: &'static str,
 }
 
+/// The battery, as far as the board knows it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BatteryStatus {
+    /// Of its capacity, %.
+    pub charge_percent: Option<f32>,
+    /// Standard deviation, %.
+    pub charge_std_percent: Option<f32>,
+    /// Within a second of a load step, Ω.
+    pub resistance_ohm: Option<f32>,
+    /// Standard deviation, Ω.
+    pub resistance_std_ohm: Option<f32>,
+    /// What it still gives at the present load until the motors are cut off, Wh.
+    pub left_wh: Option<f32>,
+    /// Lower end of the 95 % interval, Wh.
+    pub left_low_wh: Option<f32>,
+    /// Upper end, Wh.
+    pub left_high_wh: Option<f32>,
+    /// How long that lasts, s.
+    pub left_s: Option<f32>,
+    /// That load, W.
+    pub load_w: Option<f32>,
+}
+
 /// Counters of which any but 0 is worth a look.
 const FAULTS: [(&table::Register, &str); 16] = [
     (&table::MISSED_DEADLINES, "missed deadlines"),
@@ -99,13 +124,14 @@ impl Status {
     /// The board does not answer.
     pub fn read<T: Transport>(client: &mut Client<T>) -> Result<Self> {
         let block = client.block(&table::TABLE_VERSION, &table::STORE_WRITES)?;
-        let drive = client.block(&table::RESET_CAUSE, &table::LINK_ABANDONED)?;
+        let behind = client.block(&table::RESET_CAUSE, &table::BATTERY_LOAD)?;
         let number = |register: &table::Register| Ok(known(block.get(register)?));
         let state = block.get::<u8>(&table::PAYLOAD_STATE)?;
         let coefficients = block.get::<u8>(&table::COEFFICIENTS_STATE)?;
         Ok(Self {
             uptime_s: Duration::from_micros(block.get(&table::UPTIME)?).as_secs_f64(),
             rails: rails(&block)?,
+            battery: battery(&behind)?,
             wheel_rad_s: block.all(&table::WHEEL_SPEED)?.into_iter().map(known).collect(),
             is_standing: block.get::<u8>(&table::STANDSTILL)? != 0,
             mass_kg: number(&table::MASS)?,
@@ -119,12 +145,12 @@ impl Status {
             changes: block.get(&table::PAYLOAD_CHANGES)?,
             no_coefficients: (coefficients != 0)
                 .then(|| Reason::from_code(coefficients).map_or("for an unknown reason", Reason::text)),
-            reset: ResetCause::from_code(drive.get(&table::RESET_CAUSE)?)
+            reset: ResetCause::from_code(behind.get(&table::RESET_CAUSE)?)
                 .map_or("a cause that this version does not know", ResetCause::text),
-            drive: drive_text(drive.get(&table::DRIVE_STATE)?, &drive.all(&table::SERVO_MISFIT)?),
-            goals: drive.all(&table::DRIVE_GOALS)?,
-            is_driven: drive.get::<u8>(&table::NODE_CONNECTED)? != 0,
-            faults: faults(&[block, drive])?,
+            drive: drive_text(behind.get(&table::DRIVE_STATE)?, &behind.all(&table::SERVO_MISFIT)?),
+            goals: behind.all(&table::DRIVE_GOALS)?,
+            is_driven: behind.get::<u8>(&table::NODE_CONNECTED)? != 0,
+            faults: faults(&[block, behind])?,
         })
     }
 }
@@ -149,6 +175,21 @@ fn rails(block: &Block) -> Result<Vec<RailStatus>> {
         health: health.get(rail).copied().and_then(Health::from_code).map_or("unknown", health_text),
     };
     Ok(rail_names().into_iter().enumerate().map(rail).collect())
+}
+
+fn battery(block: &Block) -> Result<BatteryStatus> {
+    let number = |register: &table::Register| Ok::<_, Error>(known(block.get(register)?));
+    Ok(BatteryStatus {
+        charge_percent: number(&table::BATTERY_CHARGE)?,
+        charge_std_percent: number(&table::BATTERY_CHARGE_STD)?,
+        resistance_ohm: number(&table::BATTERY_RESISTANCE)?,
+        resistance_std_ohm: number(&table::BATTERY_RESISTANCE_STD)?,
+        left_wh: number(&table::BATTERY_ENERGY_LEFT)?,
+        left_low_wh: number(&table::BATTERY_ENERGY_LOW)?,
+        left_high_wh: number(&table::BATTERY_ENERGY_HIGH)?,
+        left_s: number(&table::BATTERY_TIME_LEFT)?,
+        load_w: number(&table::BATTERY_LOAD)?,
+    })
 }
 
 fn faults(blocks: &[Block; 2]) -> Result<Vec<(&'static str, u32)>> {

@@ -58,6 +58,9 @@ pub(crate) struct Arguments {
     /// Standard deviation of a power reading of motors and battery, W
     #[arg(long, default_value_t = 0.1, allow_negative_numbers = true)]
     power_noise: f64,
+    /// Start with so much in a battery of the TurtleBot3's size, 0 to 1, that empties [default: one that never does]
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
+    charge: Option<f64>,
     /// The laser scanner stands still
     #[arg(long)]
     no_lidar: bool,
@@ -101,6 +104,8 @@ struct Summary<'a> {
     sent_bytes: u64,
     actuation_j: f64,
     mass_kg: f64,
+    /// What is left in the battery, 0 to 1.
+    charge: Option<f64>,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
@@ -158,8 +163,12 @@ fn robot(arguments: &Arguments) -> Result<VirtualRobot> {
     } else {
         arguments.drive.scenario(Kinematics::Differential)?
     };
-    let options =
-        RobotOptions { power_noise_w: arguments.power_noise, lidar: !arguments.no_lidar, driven_by_board };
+    let options = RobotOptions {
+        power_noise_w: arguments.power_noise,
+        lidar: !arguments.no_lidar,
+        driven_by_board,
+        charge: arguments.charge,
+    };
     VirtualRobot::new(scenario, options)
 }
 
@@ -326,6 +335,7 @@ impl Session {
             sent_bytes: self.bytes[1],
             actuation_j: truth.actuation_j,
             mass_kg: truth.mass_kg,
+            charge: truth.charge,
         })
     }
 }

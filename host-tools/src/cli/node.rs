@@ -89,7 +89,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 
 fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
     let every = arguments.every;
-    if !(every >= 0.01 && every <= 3600.0) {
+    if !(0.01..=3600.0).contains(&every) {
         return Err(Error::usage(format!("--every {every}: expected 0.01 to 3600 s")));
     }
     let charge = match arguments.charge {

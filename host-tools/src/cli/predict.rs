@@ -6,6 +6,7 @@ use super::units::UnitArguments;
 use crate::coefficients::CoefficientsFile;
 use crate::error::{Error, Result};
 use crate::export::rmf;
+use crate::numerics::robust::NORMAL_95;
 use crate::output;
 use crate::predict::{self, Load, Plan, Question};
 use crate::robot::{FOUND, Robot};
@@ -106,7 +107,7 @@ fn load(robot: &Robot, arguments: &Arguments) -> Result<Load> {
     let mass_std_kg = match arguments.mass_interval.as_deref() {
         None => 0.0,
         Some(&[low, high]) if low > 0.0 && low <= mass_kg && mass_kg <= high && high.is_finite() => {
-            (high - low) / (2.0 * 1.96)
+            (high - low) / (2.0 * NORMAL_95)
         }
         Some(found) => {
             return Err(Error::usage(format!(

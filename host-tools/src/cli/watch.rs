@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use crate::board::client::{Board, Client};
 use crate::board::serial::Serial;
-use crate::board::status::Status;
+use crate::board::status::{BatteryStatus, Status};
 use crate::error::{Error, Result};
 
 /// Arguments of `gmr watch`.
@@ -116,6 +116,7 @@ fn text(board: &Board, status: &Status) -> String {
             rail.health
         );
     }
+    text.push_str(&battery(&status.battery));
     let wheels: Vec<String> = status.wheel_rad_s.iter().map(|speed| number(*speed, "rad/s")).collect();
     let standing = if status.is_standing { "  standing" } else { "" };
     let _ = writeln!(text, "{:>9} {}{standing}", "wheels", wheels.join(" "));
@@ -142,6 +143,28 @@ fn text(board: &Board, status: &Status) -> String {
     let faults: Vec<String> = status.faults.iter().map(|(what, count)| format!("{what} {count}")).collect();
     if !faults.is_empty() {
         let _ = writeln!(text, "{:>9} {}", "faults", faults.join(", "));
+    }
+    text
+}
+
+/// A line, or two where it is known how long the battery lasts.
+fn battery(battery: &BatteryStatus) -> String {
+    let (Some(charge), Some(std)) = (battery.charge_percent, battery.charge_std_percent) else {
+        return format!("{:>9} unknown\n", "charge");
+    };
+    let mut text = format!("{:>9} {charge:>9.1} % ± {std:.1}", "charge");
+    if let (Some(ohm), Some(std)) = (battery.resistance_ohm, battery.resistance_std_ohm) {
+        let _ = write!(text, ", resistance {ohm:.3} ± {std:.3} Ω");
+    }
+    text.push('\n');
+    if let (Some(left), Some(low), Some(high), Some(load)) =
+        (battery.left_wh, battery.left_low_wh, battery.left_high_wh, battery.load_w)
+    {
+        let _ = write!(text, "{:>9} {left:>9.2} Wh (95 %: {low:.2} … {high:.2})", "left");
+        if let Some(seconds) = battery.left_s {
+            let _ = write!(text, ", {:.0} min at {load:.1} W", seconds / 60.0);
+        }
+        text.push('\n');
     }
     text
 }

@@ -156,6 +156,22 @@ pub fn choose_form<const N: usize>(
     Ok(form::choose(robot, core, terms, &pilots, held_out).form)
 }
 
+/// Terms that a fit of these logs would take beyond those that `core` has, by unseen blocks: none for what this version fitted to them.
+///
+/// # Errors
+/// A log that cannot be read.
+pub fn lacking<const N: usize>(
+    robot: &Robot,
+    core: &CoreRobot<f64, N>,
+    terms: &[Term],
+    files: &[PathBuf],
+    mass_kg: f64,
+) -> Result<Vec<Judged>> {
+    let pilots = Pilots::<N>::read(robot, files, mass_kg)?;
+    let judged = form::choose(robot, core, terms, &pilots, &|_| false).judged;
+    Ok(judged.into_iter().filter(|judged| judged.taken).collect())
+}
+
 /// Fits the model to what was read.
 ///
 /// # Errors
@@ -259,10 +275,14 @@ fn judge<const N: usize>(
     weights: &[f64],
     noise: &Noise<f64>,
 ) -> Judgement {
-    // What is at 0 is held there by its bound.
-    let free = |mut slope: DVector<f64>, values: &[f64]| {
-        slope.iter_mut().zip(values).filter(|(_, value)| **value == 0.0).for_each(|(slope, _)| *slope = 0.0);
-        slope
+    let lasting = |gradient: &dyn Fn(&Row<N>) -> DVector<f64>, values: &[f64], covariance| {
+        // What is at 0 is held there by its bound.
+        let free = |row: &Row<N>| {
+            let slopes = gradient(row);
+            DVector::from_fn(values.len(), |i, _| if values[i] == 0.0 { 0.0 } else { slopes[i] })
+        };
+        let unseen = unseen::lasting_error(dataset, model, weights, free, noise);
+        assess::lasting_error(dataset, model, gradient, covariance, noise).max(unseen)
     };
     match model {
         Model::Signed { torque, drive } => {
@@ -280,10 +300,7 @@ fn judge<const N: usize>(
                 DVector::from_fn(places.len(), |i, _| slope[places[i]])
             };
             let uncertainty = assess::uncertainty(dataset, weights, predict, gradient, values.len());
-            let unseen =
-                unseen::lasting_error(dataset, model, weights, |row| free(gradient(row), &values), noise);
-            let lasting_error =
-                assess::lasting_error(dataset, model, gradient, &uncertainty.covariance, noise).max(unseen);
+            let lasting_error = lasting(&gradient, &values, &uncertainty.covariance);
             let parameters = verdict::judge(&descriptions, &values, &uncertainty);
             Judgement { uncertainty, parameters, lasting_error }
         }
@@ -294,10 +311,7 @@ fn judge<const N: usize>(
             };
             let predict = |row: &Row<N>| gradient(row).iter().zip(beta).map(|(x, b)| x * b).sum();
             let uncertainty = assess::uncertainty(dataset, weights, predict, gradient, beta.len());
-            let unseen =
-                unseen::lasting_error(dataset, model, weights, |row| free(gradient(row), beta), noise);
-            let lasting_error =
-                assess::lasting_error(dataset, model, gradient, &uncertainty.covariance, noise).max(unseen);
+            let lasting_error = lasting(&gradient, beta, &uncertainty.covariance);
             let parameters = verdict::judge(&verdict::EQ18, beta, &uncertainty);
             Judgement { uncertainty, parameters, lasting_error }
         }

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::detect::structure;
 use super::problem::open::open_problem;
+use super::split::by_mass;
 use super::thresholds::calibrate::{LEAST_RUNS, PARTS};
 use super::twin::Twin;
 use super::types::{Base, Options};
@@ -38,12 +39,4 @@ pub(super) fn shown_by_clean<const N: usize>(
     });
     let shown: Vec<f64> = shown.filter(|z| z.is_finite()).collect();
     shown.into_iter().max_by(f64::total_cmp)
-}
-
-/// Places of runs in the order of their masses, so that every part has light and heavy ones.
-fn by_mass<const N: usize>(runs: &Runs<N>) -> Vec<usize> {
-    let mass = |place: usize| runs.runs[place].rows.first().map_or(0.0, |row| row.mass);
-    let mut order: Vec<usize> = (0..runs.runs.len()).collect();
-    order.sort_by(|&a, &b| mass(a).total_cmp(&mass(b)));
-    order
 }

@@ -29,6 +29,11 @@ impl Split {
 /// # Errors
 /// Fewer runs than naming and confirming need.
 pub fn by_run<const N: usize>(runs: &Runs<N>) -> Result<Split> {
+    in_order(&by_mass(runs))
+}
+
+/// Places of runs in the order of their payloads.
+pub fn by_mass<const N: usize>(runs: &Runs<N>) -> Vec<usize> {
     let mut order: Vec<(f64, usize)> = runs
         .runs
         .iter()
@@ -36,7 +41,7 @@ pub fn by_run<const N: usize>(runs: &Runs<N>) -> Result<Split> {
         .map(|(place, run)| (run.rows.iter().map(|row| row.mass).sum::<f64>() / run.rows.len() as f64, place))
         .collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0));
-    in_order(&order.iter().map(|(_, place)| *place).collect::<Vec<_>>())
+    order.into_iter().map(|(_, place)| place).collect()
 }
 
 /// Every third run of these places is locked.

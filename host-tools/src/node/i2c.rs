@@ -28,6 +28,23 @@ impl<I: ErrorType> ErrorType for Waiting<I> {
 }
 
 impl<I: I2c> embedded_hal_async::i2c::I2c for Waiting<I> {
+    async fn read(&mut self, address: u8, into: &mut [u8]) -> std::result::Result<(), I::Error> {
+        self.0.read(address, into)
+    }
+
+    async fn write(&mut self, address: u8, bytes: &[u8]) -> std::result::Result<(), I::Error> {
+        self.0.write(address, bytes)
+    }
+
+    async fn write_read(
+        &mut self,
+        address: u8,
+        bytes: &[u8],
+        into: &mut [u8],
+    ) -> std::result::Result<(), I::Error> {
+        self.0.write_read(address, bytes, into)
+    }
+
     async fn transaction(
         &mut self,
         address: u8,

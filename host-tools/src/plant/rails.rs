@@ -12,6 +12,7 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
+use super::battery::{Battery, BatteryState};
 use super::noise::{Stream, stream};
 
 /// Rails with a sensor: battery, motors, computer, lidar.
@@ -52,6 +53,22 @@ pub const CONVERTER_V: f64 = 5.0;
 /// Inner resistance of the battery with its leads, Ω: three lithium cells of 1.8 Ah with some 30 mΩ each.
 pub const BATTERY_OHM: f64 = 0.1;
 
+/// The battery's sensor's own, Ω: behind it a discharging battery's voltage is lower by its drop.
+const SHUNT_OHM: f64 = 0.1;
+
+/// ROBOTIS LB-012 with cells of another make than the gauge's curve, in the middle of what such cells are.
+pub const LB_012: Battery = Battery {
+    capacity_ah: 1.8,
+    cells: 3.0,
+    ohmic_ohm: 0.05,
+    transfer_ohm: 0.02,
+    transfer_s: 25.0,
+    diffusion_s: 150.0,
+    hysteresis_v: 0.005,
+    ambient_c: 23.0,
+    curve_offset_v: 0.0,
+};
+
 /// Power and voltage of one rail.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Supply {
@@ -71,8 +88,7 @@ impl Supply {
 /// What hangs on the rails, and in which state.
 #[derive(Debug, Clone)]
 pub struct PowerTree {
-    /// Voltage of the battery without load, V.
-    battery_v: f64,
+    source: Source,
     /// The scanner turns.
     pub lidar: bool,
     /// The servos' torque is switched on.
@@ -80,10 +96,60 @@ pub struct PowerTree {
     computer: Computer,
 }
 
+/// What everything comes from.
+#[derive(Debug, Clone)]
+enum Source {
+    /// Never empty: this voltage without load, V, behind [`BATTERY_OHM`].
+    Constant(f64),
+    /// Cells, and when they were asked last, s, and their voltage behind the shunt then, V.
+    Cells { state: BatteryState, time_s: f64, voltage_v: f64 },
+}
+
+impl Source {
+    /// The voltage behind the battery's sensor, V, at a time, s, that never goes back, under a current, A, and a power, W.
+    fn voltage(&mut self, now_s: f64, current_a: f64, power_w: f64) -> f64 {
+        match self {
+            // V = E − R (I + P / V).
+            Self::Constant(battery_v) => {
+                let open = *battery_v - BATTERY_OHM * current_a;
+                0.5 * (open + (open * open - 4.0 * BATTERY_OHM * power_w).max(0.0).sqrt())
+            }
+            // The power's current by the voltage before: a step is short, and R P / V² far below 1.
+            Self::Cells { state, time_s, voltage_v } => {
+                let current = current_a + power_w / *voltage_v;
+                let behind = state.draw(current, now_s - *time_s) - SHUNT_OHM * current;
+                // Cells that are pulled below this have a protection that opens.
+                (*time_s, *voltage_v) = (now_s, behind.max(1.0));
+                *voltage_v
+            }
+        }
+    }
+}
+
 impl PowerTree {
     /// A battery of `battery_v` without load; the scanner turns, the servos' torque is off.
     pub fn new(battery_v: f64, seed: u64) -> Self {
-        Self { battery_v, lidar: true, torque: [false; SERVOS], computer: Computer::new(seed) }
+        Self {
+            source: Source::Constant(battery_v),
+            lidar: true,
+            torque: [false; SERVOS],
+            computer: Computer::new(seed),
+        }
+    }
+
+    /// The same with a battery that has this much in it, 0 to 1, and gives it.
+    pub fn with_cells(battery: Battery, charge: f64, seed: u64) -> Self {
+        let mut state = battery.at(charge);
+        let voltage_v = state.draw(0.0, 0.0);
+        Self { source: Source::Cells { state, time_s: 0.0, voltage_v }, ..Self::new(voltage_v, seed) }
+    }
+
+    /// What is in the battery, 0 to 1; `None` of one that is never empty.
+    pub fn charge(&self) -> Option<f64> {
+        match &self.source {
+            Source::Constant(_) => None,
+            Source::Cells { state, .. } => Some(state.charge()),
+        }
     }
 
     /// Whether the computer is at work.
@@ -98,10 +164,8 @@ impl PowerTree {
         let converter = (computer + lidar + BOARD_W) / CONVERTER_EFFICIENCY;
         let servos_a: f64 =
             self.torque.iter().map(|&on| SERVO_STANDBY_A + if on { SERVO_TORQUE_A } else { 0.0 }).sum();
-        // Drives and converter take power, whatever the voltage, the servos' electronics a current: V = E − R (I + P / V).
-        let open = self.battery_v - BATTERY_OHM * servos_a;
-        let power = actuation_w + converter;
-        let voltage = 0.5 * (open + (open * open - 4.0 * BATTERY_OHM * power).max(0.0).sqrt());
+        // Drives and converter take power, whatever the voltage, the servos' electronics a current.
+        let voltage = self.source.voltage(time_s, servos_a, actuation_w + converter);
         let motors = actuation_w + servos_a * voltage;
         [
             Supply { power_w: motors + converter, voltage_v: voltage },
@@ -158,6 +222,25 @@ mod tests {
             assert!((battery.voltage_v - (12.0 - 0.1 * battery.current_a())).abs() < 1e-12);
             assert_eq!((motors.voltage_v, scanner.voltage_v), (battery.voltage_v, 5.0));
         }
+    }
+
+    /// What flows is gone from the cells, and the voltage is theirs less the shunt's drop: at rest in the tree 7.5 W or so.
+    #[test]
+    fn cells_give_what_the_rails_take() {
+        let mut tree = PowerTree::with_cells(LB_012, 0.8, 1);
+        let mut drawn = 0.0;
+        for step in 1..=40_000 {
+            let [battery, ..] = tree.supply(f64::from(step) * 0.01, 3.0);
+            drawn += battery.current_a() * 0.01;
+        }
+        let gone = 0.8 - tree.charge().unwrap();
+        assert!((gone * 1.8 * 3600.0 / drawn - 1.0).abs() < 1e-3, "{gone} {drawn}");
+        let [before, ..] = tree.supply(400.0, 3.0);
+        let [after, ..] = tree.supply(400.001, 13.0);
+        let drop = (before.voltage_v - after.voltage_v) / (after.current_a() - before.current_a());
+        // 3 · 50 mΩ, somewhat more below 25 °C, and the shunt's 0.1 Ω.
+        assert!((0.24..0.28).contains(&drop), "{drop}");
+        assert_eq!(PowerTree::new(12.0, 1).charge(), None);
     }
 
     /// By hand, at a battery of 12 V: the converter gives (2.5 + 2 + 0.5) W / 0.9 = 5.5556 W, the servos take 0.104 A. The voltage

@@ -2,7 +2,7 @@
 
 use model_core::coefficients::Coefficients;
 use model_core::effects::live::{Additions as _, Live, Outside};
-use model_core::effects::{Cause, Term};
+use model_core::effects::{Cause, GRAVITY, Term};
 use model_core::estimator::{Conditioned, Conditioner, Sample};
 use model_core::model::Model;
 use model_core::motion::Motion;
@@ -19,7 +19,6 @@ use crate::coefficients::CoefficientsFile;
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 
-const GRAVITY: f64 = 9.81;
 /// Derivatives are taken over this share of a standard deviation to both sides: small beside what is uncertain, large beside rounding.
 const SHARE: f64 = 0.25;
 

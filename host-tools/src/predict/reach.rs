@@ -1,16 +1,15 @@
 //! Whether the battery has what a task needs.
 
-use model_core::charge::Pack;
+use model_core::charge::{Pack, USUAL_RESISTANCE_OHM};
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::error::{Error, Result};
+use crate::numerics::robust::NORMAL_95;
 
-const Z: f64 = 1.96;
 /// A pack's capacity is known to this share unless it was measured: what makers allow between cells.
 const CAPACITY_STD: f64 = 0.03;
-/// What a cell's resistance is worth where nobody has learned it, Ω, and how well: as the gauge begins (`model_core::charge`).
-const CELL_OHM: f64 = 0.11;
+/// How well a cell's resistance is known where nobody has learned it, Ω. Chosen: about half of it.
 const CELL_STD_OHM: f64 = 0.06;
 
 /// What is known of the battery now.
@@ -69,7 +68,7 @@ pub fn reach(need: &Need, pack: &Pack<f64>, question: &Question) -> Result<Reach
         let message = "what the robot draws besides driving is unknown; expected --static-power W or static_power_w in robot.toml";
         return Err(Error::failed(message));
     }
-    let ohm = question.resistance_ohm.map_or(CELL_OHM, |pack_ohm| pack_ohm / pack.cells);
+    let ohm = question.resistance_ohm.map_or(USUAL_RESISTANCE_OHM, |pack_ohm| pack_ohm / pack.cells);
     let ohm_std = question.resistance_ohm.map_or(CELL_STD_OHM, |_| 0.1 * ohm);
     let mean_w = need.energy_j / need.duration_s.max(1e-9);
     // Of a cell, A: at the middle of the curve, which no robot knows better before it drives.
@@ -82,16 +81,16 @@ pub fn reach(need: &Need, pack: &Pack<f64>, question: &Question) -> Result<Reach
         available(question.charge, ohm + ohm_std) - available(question.charge, (ohm - ohm_std).max(0.0));
     let parts = [0.5 * by_charge, 0.5 * by_ohm, CAPACITY_STD * available_j];
     let std = parts.iter().map(|part| part * part).sum::<f64>().sqrt();
-    let spread = std.hypot((need.high_j - need.low_j) / (2.0 * Z)).max(f64::MIN_POSITIVE);
+    let spread = std.hypot((need.high_j - need.low_j) / (2.0 * NORMAL_95)).max(f64::MIN_POSITIVE);
     let normal = Normal::standard();
     let after = |energy: f64, charge: f64| pack.after(charge, energy, ohm * current);
     Ok(Reach {
         available_j,
-        available_low_j: (available_j - Z * std).max(0.0),
-        available_high_j: available_j + Z * std,
+        available_low_j: (available_j - NORMAL_95 * std).max(0.0),
+        available_high_j: available_j + NORMAL_95 * std,
         fits_probability: normal.cdf((available_j - need.energy_j) / spread),
         charge_after: after(need.energy_j, question.charge),
-        charge_after_low: after(need.high_j, (question.charge - Z * question.charge_std).max(0.0)),
-        charge_after_high: after(need.low_j, (question.charge + Z * question.charge_std).min(1.0)),
+        charge_after_low: after(need.high_j, (question.charge - NORMAL_95 * question.charge_std).max(0.0)),
+        charge_after_high: after(need.low_j, (question.charge + NORMAL_95 * question.charge_std).min(1.0)),
     })
 }

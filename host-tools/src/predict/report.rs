@@ -7,9 +7,7 @@ use serde::Serialize;
 use super::load::Load;
 use super::reach::{Need, Reach};
 use super::rmf::Vehicle;
-
-/// Two-sided 95 % of a normal distribution, in standard deviations.
-const Z: f64 = 1.96;
+use crate::numerics::robust::NORMAL_95;
 
 /// Energy of a plan or a leg.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,7 +52,7 @@ pub struct Leg {
 
 impl Leg {
     pub(super) fn new(leg: String, cost: Cost) -> Self {
-        let reach = Z * cost.std_j();
+        let reach = NORMAL_95 * cost.std_j();
         Self {
             leg,
             duration_s: cost.duration_s,
@@ -132,7 +130,7 @@ impl Report {
         legs: Vec<Leg>,
         limits: Vec<Limit>,
     ) -> Self {
-        let reach = Z * cost.std_j();
+        let reach = NORMAL_95 * cost.std_j();
         Self {
             robot: robot.to_owned(),
             mass_kg: load.mass_kg,

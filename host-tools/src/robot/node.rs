@@ -120,7 +120,7 @@ impl NodeSettings {
         if !(0x40..=0x4F).contains(&self.address) {
             return Some(format!("address = {:#04x}; expected 0x40 to 0x4f", self.address));
         }
-        if !(self.greatest_gap_s >= 0.1 && self.greatest_gap_s <= 3600.0) {
+        if !(0.1..=3600.0).contains(&self.greatest_gap_s) {
             return Some(format!("greatest_gap_s = {}; expected 0.1 to 3600", self.greatest_gap_s));
         }
         let joints = self.joints.len();

@@ -9,7 +9,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::{
     DEFAULT_GYRATION_SHARE, DEFAULT_MAPE_FLOOR_W, DEFAULT_SPEED_DEAD_BAND_RAD_S, Geometry, Limits, LogUnits,
-    Motor, NodeSettings, Robot, Topics, lenient,
+    Motor, NodeSettings, PowerSource, Robot, Topics, lenient,
 };
 use crate::error::{Error, Result};
 use crate::printable;
@@ -107,6 +107,7 @@ pub(super) fn robot(text: &str) -> Result<Robot> {
         node,
         unknown_keys: file.unknown_keys(),
         log_units: LogUnits::default(),
+        power_source: PowerSource::default(),
     })
 }
 

@@ -5,7 +5,7 @@ use crate::plant::effects;
 use crate::plant::kinematics::Kinematics;
 use crate::plant::motion::{Command, Motion, Moved};
 use crate::plant::noise::{Stream, stream};
-use crate::plant::rails::{PowerTree, RAILS, SERVOS, Supply};
+use crate::plant::rails::{LB_012, PowerTree, RAILS, SERVOS, Supply};
 use crate::plant::scenario::{DEFAULT_STEP_S, Scenario};
 use crate::plant::{MAX_WHEELS, Robot};
 
@@ -32,6 +32,8 @@ pub struct Truth {
     pub rails: [Supply; RAILS],
     /// Energy of each since the start, J.
     pub rails_j: [f64; RAILS],
+    /// What is in the battery, 0 to 1; `None` of one that is never empty.
+    pub charge: Option<f64>,
 }
 
 /// One wheel as its servo sees it.
@@ -120,6 +122,14 @@ impl Lockstep {
         })
     }
 
+    /// A battery that has this much in it, 0 to 1, instead of one that is never empty. Before the start only.
+    pub fn set_charge(&mut self, charge: f64) {
+        let lidar = self.power.lidar;
+        self.power = PowerTree::with_cells(LB_012, charge, self.scenario.seed);
+        self.power.lidar = lidar;
+        self.rails = self.power.supply(0.0, 0.0);
+    }
+
     /// Since the start, µs.
     pub fn now_us(&self) -> u64 {
         self.now_us
@@ -197,6 +207,7 @@ impl Lockstep {
             actuation_j: self.actuation_j,
             rails: self.rails,
             rails_j: self.rails_j,
+            charge: self.power.charge(),
         }
     }
 }

@@ -33,11 +33,13 @@ pub struct RobotOptions {
     pub lidar: bool,
     /// The servos' goal velocities drive, not the scenario's profile.
     pub driven_by_board: bool,
+    /// What is in the battery at the start, 0 to 1; without, it never empties.
+    pub charge: Option<f64>,
 }
 
 impl Default for RobotOptions {
     fn default() -> Self {
-        Self { power_noise_w: 0.1, lidar: true, driven_by_board: false }
+        Self { power_noise_w: 0.1, lidar: true, driven_by_board: false, charge: None }
     }
 }
 
@@ -61,15 +63,21 @@ impl VirtualRobot {
     /// A robot at rest. Sampling rate, sensors and static power of the scenario have no part in it.
     ///
     /// # Errors
-    /// What [`Lockstep::new`] finds; a noise that is negative or not finite.
+    /// What [`Lockstep::new`] finds; a noise that is negative or not finite; a charge beyond 0 and 1.
     pub fn new(scenario: Scenario, options: RobotOptions) -> Result<Self> {
-        let RobotOptions { power_noise_w, lidar, driven_by_board } = options;
+        let RobotOptions { power_noise_w, lidar, driven_by_board, charge } = options;
         if !(power_noise_w >= 0.0 && power_noise_w.is_finite()) {
             return Err(Error::usage(format!("power noise {power_noise_w}; allowed: W, 0 or more")));
+        }
+        if charge.is_some_and(|charge| !(0.0..=1.0).contains(&charge)) {
+            return Err(Error::usage("charge; allowed: a share of the battery's capacity, 0 to 1"));
         }
         let quiet = QUIET_NOISE_W.min(power_noise_w);
         let seed = scenario.seed;
         let mut plant = Lockstep::new(scenario)?;
+        if let Some(charge) = charge {
+            plant.set_charge(charge);
+        }
         plant.power.lidar = lidar;
         Ok(Self {
             plant,

@@ -2,20 +2,7 @@
 
 use serde_json::Value;
 
-use crate::common::{Bench, GYRATION, RADIUS, ROBOT, TRUTH, drive, number, power};
-
-fn fitted() -> Bench {
-    let bench = Bench::new();
-    bench.put("robot.toml", format!("{ROBOT}[battery]\ncapacity_ah = 1.8\ncells = 3\n"));
-    bench.put("log.csv", drive(120.0, 100.0, |time| if time < 60.0 { 1.0 } else { 6.0 }));
-    bench.done(&["fit", "--robot", "robot.toml", "--out", "c.toml", "log.csv"]);
-    bench
-}
-
-fn near(found: &Value, expected: f64, share: f64) {
-    let found = number(found);
-    assert!((found - expected).abs() <= share * expected.abs(), "{found}, expected {expected}");
-}
+use crate::common::{GYRATION, RADIUS, TRUTH, fitted, near, number, power};
 
 /// Friction: P / (m g v) straight at 0.15 m/s; inertia: m k².
 #[test]

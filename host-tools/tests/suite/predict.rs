@@ -2,25 +2,11 @@
 
 use serde_json::Value;
 
-use crate::common::{Bench, RADIUS, ROBOT, TRUTH, drive, number, power};
-
-/// Coefficients of a log that the model made, of 1 and 6 kg.
-fn fitted() -> Bench {
-    let bench = Bench::new();
-    bench.put("robot.toml", format!("{ROBOT}[battery]\ncapacity_ah = 1.8\ncells = 3\n"));
-    bench.put("log.csv", drive(120.0, 100.0, |time| if time < 60.0 { 1.0 } else { 6.0 }));
-    bench.done(&["fit", "--robot", "robot.toml", "--out", "c.toml", "log.csv"]);
-    bench
-}
+use crate::common::{Bench, RADIUS, ROBOT, TRUTH, drive, fitted, near, number, power};
 
 fn predict(bench: &Bench, plan: &str, more: &[&str]) -> Value {
     let all = ["predict", "--robot", "robot.toml", "--coeffs", "c.toml", "--plan", plan];
     bench.json(&[&all[..], more].concat())
-}
-
-fn near(found: &Value, expected: f64, share: f64) {
-    let found = number(found);
-    assert!((found - expected).abs() <= share * expected.abs(), "{found}, expected {expected}");
 }
 
 /// 20 s at 0.12 m/s from the start on: P of both wheels at v/r, nothing accelerating. A slope adds m g sin θ r / 2 to each wheel's

@@ -52,7 +52,7 @@ impl System {
             Scenario::new(PlantSet::Servo, Kinematics::Differential, drive.kind, seconds, drive.seed);
         scenario.payload = PayloadSchedule::parse(drive.mass).unwrap();
         scenario.effects = drive.effect.iter().map(|effect| Effect::parse(effect).unwrap()).collect();
-        let robot = RobotOptions { power_noise_w: 0.1, lidar: true, driven_by_board: false };
+        let robot = RobotOptions { power_noise_w: 0.1, lidar: true, driven_by_board: false, charge: None };
         let robot = VirtualRobot::new(scenario, robot).unwrap();
         let options = BoardOptions { flash: VirtualFlash::open(flash).unwrap(), ..BoardOptions::default() };
         let mut board = VirtualBoard::start(&crate::images::virtual_board(), robot, options).unwrap();

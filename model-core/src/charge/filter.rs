@@ -32,6 +32,16 @@ impl<T: Real> Filter<T> {
         Self { state, covariance }
     }
 
+    /// Begins anew with a number that nothing has been learned of.
+    pub(super) fn set(&mut self, place: usize, value: T, variance: T) {
+        if let Some(number) = self.state.get_mut(place) {
+            *number = value;
+        }
+        if let Some(entry) = self.covariance.get_mut(place).and_then(|row| row.get_mut(place)) {
+            *entry = variance;
+        }
+    }
+
     /// Adds to the variance of a number.
     pub(super) fn loosen(&mut self, place: usize, variance: T) {
         if let Some(entry) = self.covariance.get_mut(place).and_then(|row| row.get_mut(place)) {

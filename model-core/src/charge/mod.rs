@@ -13,6 +13,6 @@ mod pack;
 mod remaining;
 
 pub use curve::{Curve, MOST_POINTS, Point};
-pub use gauge::{Gauge, Start};
+pub use gauge::{Gauge, Start, USUAL_RESISTANCE_OHM};
 pub use pack::{InvalidPack, Pack};
 pub use remaining::{Charge, Remaining, Resistance};

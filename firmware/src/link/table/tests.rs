@@ -1,5 +1,6 @@
 //! Every register is shown, where and as the table says.
 
+use model_core::charge::{Charge, Remaining};
 use model_core::payload::{Beyond, Mass, MassEstimate, Place, Unknown};
 use proptest::prelude::*;
 
@@ -69,6 +70,17 @@ fn state() -> State<20> {
     state.upload.length = 0x0102;
     state.upload.window = core::array::from_fn(|i| i as u8);
     state.supply_voltage = Some(11.4);
+    state.snapshot.battery = BatterySnapshot {
+        charge: Some(Charge { share: 0.6, std: 0.03 }),
+        resistance: Some((0.25, 0.05)),
+        remaining: Some(Remaining {
+            energy: 10_800.0,
+            energy_low: 7_200.0,
+            energy_high: 14_400.0,
+            time: Some(1800.0),
+            load: 6.0,
+        }),
+    };
     state.pilot.beat(7, 1_000_000);
     state.pilot.command([Some(-5), Some(0), Some(0), Some(0), Some(0), Some(60)], 1_000_000);
     state.pilot.set_profile([Some(20), Some(30)]);
@@ -120,7 +132,7 @@ fn values_stand_at_their_addresses() {
     assert_eq!((half(0), word(2), bytes[6], bytes[7]), (0x5000, 1, 1, 200));
     let time = 0x0001_0203_0405_0607_u64;
     assert_eq!((word(10), word(14)), ((time / 1000) as u32, time as u32));
-    assert_eq!((half(512), half(514), half(516)), (2, 200, 25));
+    assert_eq!((half(512), half(514), half(516)), (3, 200, 25));
     // No coefficients: model 255, state 1 "none stored".
     assert_eq!((bytes[518], bytes[519], word(520)), (255, 1, 0));
     assert_eq!(bytes[524..548], *b"TurtleBot3 Burger\0\0\0\0\0\0\0");
@@ -150,7 +162,14 @@ fn values_stand_at_their_addresses() {
     assert_eq!([word(1352), word(1356), word(1360)], [7, 5, 25]);
     assert_eq!((half(1364), half(1366)), (16, 60));
     assert_eq!((word(1368), word(1368 + 15 * 60)), (7, 22));
-    assert_eq!(bytes.len(), 2380);
+    // 60 % ± 3 %, 0.25 Ω ± 0.05 Ω, 3, 2 and 4 Wh, 1800 s at 6 W.
+    assert_eq!([float(2380), float(2384)].map(f32::round), [60.0, 3.0]);
+    assert_eq!([float(2388), float(2392)], [0.25, 0.05]);
+    assert_eq!(
+        [float(2396), float(2400), float(2404), float(2408), float(2412)],
+        [3.0, 2.0, 4.0, 1800.0, 6.0]
+    );
+    assert_eq!(bytes.len(), 2416);
     // Between registers.
     assert_eq!((bytes[8], bytes[24], bytes[500], bytes[750]), (0, 0, 0, 0));
     assert_eq!(UPLOAD_BYTES, 256);
@@ -164,7 +183,7 @@ fn the_node_finds_what_it_reads() {
     let float = |at: usize| f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
     // A wheel is absent: -1.
     assert_eq!((bytes[18], bytes[19], bytes[148], bytes[149]), (0xFF, 7, 0, 1));
-    assert_eq!((word(42), word(46)), (1140, 5000));
+    assert_eq!((word(42), word(46)), (1140, 6000));
     // 100 counts of 0.0239808 rad/s, the left wheel backwards: to the left, by 0.033 m over 0.160 m.
     assert!((float(68) - 2.398_08 * 0.033 / 0.160).abs() < 1e-5, "{}", float(68));
     assert_eq!([96, 100, 104, 108].map(float), [1.0, 0.0, 0.0, 0.0]);
@@ -173,10 +192,23 @@ fn the_node_finds_what_it_reads() {
     assert_eq!((bytes[2328], bytes[2329], bytes[2330], word(2332), word(2336)), (4, 1, 11, 0x0804_1234, 3));
 }
 
+/// Where nobody knows the charge the node sees what the stock firmware would tell it: 11.4 V are half of 10.5 to 12.3 V.
+#[test]
+fn without_a_gauge_the_percentage_is_the_stock_one() {
+    let mut state = state();
+    state.snapshot.battery = BatterySnapshot::UNKNOWN;
+    assert_eq!(whole(&state)[46..50], 5000_i32.to_le_bytes());
+    state.supply_voltage = None;
+    state.snapshot.rails[0].voltage = None;
+    assert_eq!(whole(&state)[46..50], [0; 4]);
+}
+
 #[test]
 fn what_is_unknown_is_no_number() {
     let bytes = whole(&State::new(200, 25));
-    for at in [556, 560, 564, 568, 572, 588, 724, 728, 732, 752, 756, 760, 764, 768] {
+    for at in
+        [556, 560, 564, 568, 572, 588, 724, 728, 732, 752, 756, 760, 764, 768, 2380, 2388, 2396, 2408, 2412]
+    {
         let value = f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
         assert!(value.is_nan(), "{at}: {value}");
     }

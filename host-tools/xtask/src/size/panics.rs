@@ -53,7 +53,7 @@ const KNOWN: [(&str, &str, &str); 21] = [
     (
         "embassy-stm32",
         "*",
-        "set-up from constants, which every start goes through; of DMA channels and rings those that set-up gave them",
+        "set-up from constants, which every start goes through; DMA channels and rings that set-up gave, transfers of the few bytes that drivers ask for",
     ),
     ("stm32-metapac", "*", "indices of registers that the chip has, from constants"),
     (
