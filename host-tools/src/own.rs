@@ -31,7 +31,7 @@ pub enum Form {
     Grams,
     /// A board's store for a programmer, whole.
     Store,
-    /// A fragment of `gmr export`.
+    /// A fragment of `gmr export` or `gmr gap --export`.
     Exported,
     /// A log of `gmr convert`: nothing tells it from one that was measured, so it is never written over without being forced.
     Converted,
@@ -80,10 +80,11 @@ impl Form {
             Self::Profile => first == "time_s,v_m_s,omega_rad_s" && decimals(second, [4, 6]),
             Self::Truth => format!("{first}\n") == TRUTH,
             Self::Converted => false,
-            Self::Exported => text
-                .lines()
-                .take(2)
-                .any(|line| line.contains(": from a fit, at ") || line == "  \"batteryState\": {"),
+            Self::Exported => text.lines().take(2).any(|line| {
+                line.contains(": from a fit, at ")
+                    || line.contains(" model lacks, with 95 % intervals.")
+                    || line == "  \"batteryState\": {"
+            }),
             Self::Power => format!("{first}\n") == POWER,
             Self::Grams => first.starts_with("{\"format\":") && first.contains("\"run\":"),
             Self::Store => length == STORE_BYTES || first.starts_with(":02000004"),

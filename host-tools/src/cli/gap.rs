@@ -1,7 +1,8 @@
 //! `gmr gap`: where model and measurement disagree, and which effect is missing.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;
 use model_core::model::Model;
 
@@ -10,22 +11,26 @@ use super::units::UnitArguments;
 use crate::coefficients::CoefficientsFile;
 use crate::effects::{NotTestable, written};
 use crate::error::{Error, Result};
+use crate::export::joints::Language;
 use crate::fit::dataset::Reading;
 use crate::fit::{self, physical};
 use crate::gap::investigate::investigate;
-use crate::gap::manoeuvre::Suggestion;
+use crate::gap::manoeuvre::room::Room;
+use crate::gap::manoeuvre::{Suggestion, Wish};
 use crate::gap::power_only;
 use crate::gap::report::Report;
 use crate::gap::report::json::Beside;
 use crate::gap::report::{json as output, page, summary};
 use crate::gap::simulation::Simulated;
+use crate::gap::simulator::export::Changes;
+use crate::gap::simulator::{Simulator, Source, Told};
 use crate::gap::types::{Base, Options, Verdict};
 use crate::gap::user::{self, UserCandidates};
-use crate::gap::{extension, manoeuvre, simulation};
+use crate::gap::{extension, manoeuvre, refit, simulation};
 use crate::log::checks;
 use crate::log::runs::Runs;
 use crate::log::speed_column;
-use crate::output::check_apart;
+use crate::output::{check_apart, write_content};
 use crate::own::Form;
 use crate::plant::PlantSet;
 use crate::progress::StageProgress;
@@ -49,6 +54,17 @@ pub(crate) struct Arguments {
     /// there as well is no effect
     #[arg(long, value_name = "RUN.csv", num_args = 1..)]
     base: Vec<PathBuf>,
+    /// Logs of your simulator in place of a clean fit: what does the robot have that it lacks? Columns as in a measured log, the power in
+    /// power_w or sim_power_w, or the wheels' torques in sim_torque1_nm and so on. Without this, measured logs that have such sim_
+    /// columns are held against them, row by row
+    #[arg(long, value_name = "SIM.csv", num_args = 1.., conflicts_with_all = ["coeffs", "base", "plant"])]
+    sim: Vec<PathBuf>,
+    /// Write what the simulator's model of the robot needs for what is named: elements, sizes, intervals
+    #[arg(long, value_enum)]
+    export: Option<Language>,
+    /// Where that is written [default: gap_changes.xml, or .sdf]
+    #[arg(long, value_name = "FILE", requires = "export")]
+    export_file: Option<PathBuf>,
     /// Total mass of logs without a mass_kg column, kg [default: the robot's mass without payload]
     #[arg(long, value_name = "KG")]
     mass: Option<f64>,
@@ -69,6 +85,12 @@ pub(crate) struct Arguments {
     /// Where the speed profile that parts the rivals of a tie is written
     #[arg(long, value_name = "FILE", default_value = "gap_profile.csv")]
     profile: PathBuf,
+    /// On a tie: a drive that parts the rivals with this probability (0.5 to 0.99), and how long that takes
+    #[arg(long, value_name = "PROBABILITY", value_parser = probability)]
+    part: Option<f64>,
+    /// On a tie: a drive that stays in a room of this length and width, m
+    #[arg(long, value_name = "LENGTHxWIDTH", value_parser = room)]
+    room: Option<Room>,
     /// Figures as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -87,6 +109,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         Found {
             report: run_power_only(arguments, robot.log_units().power.in_w())?,
             simulated: None,
+            simulator: None,
+            changes: None,
             suggestion: None,
         }
     } else {
@@ -102,6 +126,8 @@ fn run_power_only(arguments: &Arguments, unit_w: f64) -> Result<Report> {
         (!arguments.base.is_empty(), "--base"),
         (arguments.report.is_some(), "--report"),
         (arguments.plant.is_some(), "--plant"),
+        (!arguments.sim.is_empty(), "--sim"),
+        (arguments.export.is_some(), "--export"),
     ];
     for (given, flag) in given {
         if given {
@@ -124,12 +150,14 @@ fn run_power_only(arguments: &Arguments, unit_w: f64) -> Result<Report> {
 
 /// Refuses to write over what is read, the clean logs that the coefficients name included.
 fn check_outputs(arguments: &Arguments, clean_logs: &[PathBuf]) -> Result<()> {
-    let outputs = arguments.out.iter().chain(&arguments.report).chain([&arguments.profile]);
+    let export = arguments.export_file();
+    let outputs = arguments.out.iter().chain(&arguments.report).chain([&arguments.profile]).chain(&export);
     let inputs = arguments.runs.iter().chain(&arguments.coeffs).chain(&arguments.effects);
     let inputs = inputs.chain(clean_logs).chain([&arguments.robot]);
     check_apart(outputs.map(PathBuf::as_path), inputs.map(PathBuf::as_path))?;
     arguments.overwrite.check(&arguments.out, Form::Coefficients)?;
     arguments.overwrite.check(&arguments.report, Form::Page)?;
+    arguments.overwrite.check(&export, Form::Exported)?;
     arguments.overwrite.check([&arguments.profile], Form::Profile)
 }
 
@@ -137,7 +165,41 @@ fn check_outputs(arguments: &Arguments, clean_logs: &[PathBuf]) -> Result<()> {
 struct Found {
     report: Report,
     simulated: Option<Simulated>,
+    simulator: Option<Told>,
+    changes: Option<Changes>,
     suggestion: Option<Suggestion>,
+}
+
+/// A probability that somebody may ask for.
+fn probability(text: &str) -> std::result::Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "expected a number from 0.5 to 0.99")?;
+    if (0.5..=0.99).contains(&value) { Ok(value) } else { Err("expected 0.5 to 0.99".to_owned()) }
+}
+
+/// `4x3`: a room's sides, m.
+fn room(text: &str) -> std::result::Result<Room, String> {
+    let expected = || "expected length x width in m, each from 0.1 to 1000, as 4x3".to_owned();
+    let (length, width) = text.split_once('x').ok_or_else(expected)?;
+    let side = |text: &str| text.trim().parse().ok().filter(|side: &f64| (0.1..=1000.0).contains(side));
+    let (length_m, width_m) = side(length).zip(side(width)).ok_or_else(expected)?;
+    Ok(Room { length_m, width_m })
+}
+
+impl Arguments {
+    /// What a drive that parts rivals is asked to be.
+    fn wish(&self) -> Wish {
+        Wish { probability: self.part, room: self.room }
+    }
+
+    /// Where what a simulator's model needs is written.
+    fn export_file(&self) -> Option<PathBuf> {
+        let language = self.export?;
+        let default = match language {
+            Language::Mjcf => "gap_changes.xml",
+            Language::Sdf => "gap_changes.sdf",
+        };
+        Some(self.export_file.clone().unwrap_or_else(|| PathBuf::from(default)))
+    }
 }
 
 impl Found {
@@ -152,6 +214,8 @@ fn show(found: &Found, arguments: &Arguments) -> Result<()> {
         let profile = found.drive().map(|_| arguments.profile.display().to_string());
         let beside = Beside {
             simulated: found.simulated.as_ref(),
+            simulator: found.simulator.as_ref(),
+            changes: found.changes.as_ref(),
             suggestion: found.suggestion.as_ref(),
             profile: profile.as_deref(),
         };
@@ -160,6 +224,12 @@ fn show(found: &Found, arguments: &Arguments) -> Result<()> {
     println!("{}", summary::text(&found.report).trim_end());
     if let Some(simulated) = &found.simulated {
         println!("{}", simulated.line());
+    }
+    if let Some(told) = &found.simulator {
+        println!("{}", told.line());
+    }
+    if let Some(file) = arguments.export_file() {
+        println!("What its model needs: {}", file.display());
     }
     if let Some(suggestion) = &found.suggestion {
         println!("{}", suggestion.lines(&arguments.profile).trim_end());
@@ -183,45 +253,33 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
         ([], Some((file, fitted))) => fitted.logs_still_there(file)?,
         (given, _) => given.to_owned(),
     };
-    check_outputs(arguments, &clean_logs)?;
-    checks::each_once(&arguments.runs, &clean_logs)?;
-    let (core, base) = match &fitted {
-        Some((file, fitted)) => {
-            let read = &fitted.coefficients;
-            let Model::Signed { torque, drive } = read.model else {
-                return Err(Error::failed("model eq18; expected signed: effects act on its torques")
-                    .in_file(file)
-                    .in_column("model"));
-            };
-            if let Some(effect) = read.columns.iter().next() {
-                let message = format!(
-                    "they hold the effect {} already; expected the coefficients as gmr fit wrote them, from which all \
-                     effects are looked for together",
-                    written::id_of(&effect.cause).0
-                );
-                return Err(Error::failed(message).in_file(file).in_column("effects"));
-            }
-            let covariance = Some(fitted.covariance.clone());
-            (read.robot, Base { torque, covariance, drive, masses_kg: fitted.origin.masses_kg.clone() })
-        }
-        None => {
-            let reading = Reading { gate: Gate::Signed, cutoff_hz: None, mass_kg: mass };
-            let dataset = fit::read::<N>(robot, &arguments.runs, &reading)?;
-            let torque = physical::solve(&dataset, robot).torque;
-            (
-                dataset.robot,
-                Base { torque, covariance: None, drive: robot.drive(), masses_kg: dataset.masses },
-            )
-        }
+    let simulator = match (&arguments.sim[..], &fitted) {
+        ([], Some(_)) => None,
+        ([], None) => Source::beside(&arguments.runs, robot)?,
+        (logs, _) => Some(Source::of_logs(logs, robot)?),
     };
+    check_outputs(arguments, &[&clean_logs[..], &arguments.sim].concat())?;
+    checks::each_once(&arguments.runs, &[&clean_logs[..], &arguments.sim].concat())?;
     let named: Vec<String> = own.iter().flat_map(|effect| effect.formula.variables()).cloned().collect();
+    let simulator = simulator
+        .map(|source| Simulator::<N>::read(robot, source, &arguments.runs, mass, &named))
+        .transpose()?;
+    let (core, base) = match (&simulator, &fitted) {
+        (Some(simulator), _) => (simulator.core, simulator.base.clone()),
+        (None, Some((file, fitted))) => fitted_base(file, fitted)?,
+        (None, None) => own_base(robot, arguments, mass)?,
+    };
     let raw = Runs::<N>::raw(robot, &arguments.runs, mass, &named)?;
     let mut runs = Runs::condition(&core, raw.clone())?;
-    let raw_clean = match &clean_logs[..] {
-        [] => None,
-        files => Some(Runs::<N>::raw(robot, files, mass, &named)?),
+    let raw_clean = match (&simulator, &clean_logs[..]) {
+        (Some(simulator), _) => Some(simulator.raw.clone()),
+        (None, []) => None,
+        (None, files) => Some(Runs::<N>::raw(robot, files, mass, &named)?),
     };
     let mut clean = raw_clean.clone().map(|raw| Runs::condition(&core, raw)).transpose()?;
+    if let (Some(simulator), Some(clean)) = (&simulator, &clean) {
+        simulator.check_rate(&runs, clean)?;
+    }
     if clean.is_none() && arguments.coeffs.is_some() {
         notice!(
             "the clean runs of these coefficients are not there: what the model gets wrong without any effect is not \
@@ -239,6 +297,13 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
     }
     let progress = StageProgress::new("looking for what the model lacks");
     let report = investigate(&runs, clean.as_ref(), &base, &options)?;
+    let report = match (&simulator, &fitted) {
+        (None, Some(_)) => {
+            let refit = refit::asked_for(robot, &core, &base, &clean_logs, mass, &report)?;
+            report.withheld(refit)
+        }
+        _ => report,
+    };
     let simulated = match arguments.plant {
         Some(plant) => {
             progress.at("driving the simulated robot");
@@ -249,7 +314,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
     if report.verdict == Verdict::Ambiguous {
         progress.at("looking for a drive that parts the rivals");
     }
-    let suggestion = manoeuvre::suggest(robot, &runs, clean.as_ref(), &report)?;
+    let suggestion = manoeuvre::suggest(robot, &runs, clean.as_ref(), &report, &arguments.wish())?;
     if let Some(file) = &arguments.report {
         progress.at("drawing");
         let threshold = if clean.is_some() { options.threshold } else { options.threshold_alone };
@@ -257,7 +322,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
             robot: robot.name().to_owned(),
             coefficients: arguments.coeffs.clone(),
             logs: arguments.runs.clone(),
-            clean: clean_logs,
+            clean: [clean_logs, arguments.sim.clone()].concat(),
             options: vec![
                 ("mass of logs without one".to_owned(), format!("{mass} kg")),
                 ("filter".to_owned(), format!("{} Hz", core.cutoff_hz)),
@@ -277,9 +342,58 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
         extension::write(&runs, &report, base, out)?;
     }
     drop(progress);
-    let found = Found { report, simulated, suggestion };
+    let simulator = simulator.zip(clean.as_ref()).map(|(own, clean)| own.told(&runs, clean, &report));
+    let changes = arguments.export.map(|language| Changes::of(&report, robot, mean_mass(&runs), language));
+    if let (Some(file), Some(changes)) = (arguments.export_file(), &changes) {
+        write_content(&file, changes.text(robot))?;
+    }
+    let found = Found { report, simulated, simulator, changes, suggestion };
     if let Some(suggestion) = found.drive() {
         suggestion.write(&arguments.profile)?;
     }
     Ok(found)
+}
+
+/// The base of coefficients as `gmr fit` wrote them.
+fn fitted_base<const N: usize>(
+    file: &Path,
+    fitted: &CoefficientsFile<N>,
+) -> Result<(CoreRobot<f64, N>, Base)> {
+    let read = &fitted.coefficients;
+    let Model::Signed { torque, drive } = read.model else {
+        return Err(Error::failed("model eq18; expected signed: effects act on its torques")
+            .in_file(file)
+            .in_column("model"));
+    };
+    if let Some(effect) = read.columns.iter().next() {
+        let message = format!(
+            "they hold the effect {} already; expected the coefficients as gmr fit wrote them, from which all effects are looked for \
+             together",
+            written::id_of(&effect.cause).0
+        );
+        return Err(Error::failed(message).in_file(file).in_column("effects"));
+    }
+    let covariance = Some(fitted.covariance.clone());
+    let masses_kg = fitted.origin.masses_kg.clone();
+    Ok((read.robot, Base { torque, covariance, drive, masses_kg, of_simulator: false }))
+}
+
+/// A base fitted to the very runs in question.
+fn own_base<const N: usize>(
+    robot: &Robot,
+    arguments: &Arguments,
+    mass_kg: f64,
+) -> Result<(CoreRobot<f64, N>, Base)> {
+    let reading = Reading { gate: Gate::Signed, cutoff_hz: None, mass_kg };
+    let dataset = fit::read::<N>(robot, &arguments.runs, &reading)?;
+    let torque = physical::solve(&dataset, robot).torque;
+    let masses_kg = dataset.masses;
+    let base = Base { torque, covariance: None, drive: robot.drive(), masses_kg, of_simulator: false };
+    Ok((dataset.robot, base))
+}
+
+/// Mean total mass of the rows, kg.
+fn mean_mass<const N: usize>(runs: &Runs<N>) -> f64 {
+    let masses = || runs.runs.iter().flat_map(|run| run.rows.iter().map(|row| row.mass));
+    masses().sum::<f64>() / masses().count().max(1) as f64
 }

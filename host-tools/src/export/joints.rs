@@ -11,7 +11,8 @@ use crate::error::{Error, Result};
 use crate::robot::Robot;
 
 /// Which program's words.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
 pub enum Language {
     /// Gazebo.
     Sdf,

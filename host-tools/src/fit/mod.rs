@@ -156,6 +156,22 @@ pub fn choose_form<const N: usize>(
     Ok(form::choose(robot, core, terms, &pilots, held_out).form)
 }
 
+/// Terms that a fit of these logs would take beyond those that `core` has, by unseen blocks: none for what this version fitted to them.
+///
+/// # Errors
+/// A log that cannot be read.
+pub fn lacking<const N: usize>(
+    robot: &Robot,
+    core: &CoreRobot<f64, N>,
+    terms: &[Term],
+    files: &[PathBuf],
+    mass_kg: f64,
+) -> Result<Vec<Judged>> {
+    let pilots = Pilots::<N>::read(robot, files, mass_kg)?;
+    let judged = form::choose(robot, core, terms, &pilots, &|_| false).judged;
+    Ok(judged.into_iter().filter(|judged| judged.taken).collect())
+}
+
 /// Fits the model to what was read.
 ///
 /// # Errors

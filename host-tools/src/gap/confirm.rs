@@ -51,6 +51,10 @@ pub struct Confirmed {
 const FLOOR_WITH_CLEAN: &str = "RMS left on the locked runs when all that varies smoothly with the drive is regressed out, \
                                 and what the base gets wrong on its own clean runs";
 
+/// The same with a simulator.
+const FLOOR_WITH_SIMULATOR: &str = "RMS left on the locked runs when all that varies smoothly with the drive is regressed out, \
+                                    and what the base gets wrong of the simulator";
+
 /// The same without.
 const FLOOR_ALONE: &str = "RMS left on the locked runs when all that varies smoothly with the drive is regressed out; what \
                            the base gets wrong on clean runs is not known";
@@ -158,7 +162,12 @@ pub fn on_locked<const N: usize>(
         Some(&open.noise.whitener),
     );
     let misfit = clean.map(|clean| Misfit::of(clean, base, lag, parameters));
-    let floor_unclipped_w2 = own.floor_w2 * misfit.map_or(1.0, |misfit| misfit.factor);
+    // A simulator has no noise that its misfit could be a multiple of: the misfit is added to that of the runs.
+    let floor_unclipped_w2 = match misfit {
+        Some(misfit) if base.of_simulator => own.floor_w2 + misfit.whole_w2,
+        Some(misfit) => own.floor_w2 * misfit.factor,
+        None => own.floor_w2,
+    };
     let floor_w2 = floor_unclipped_w2.min(after_w2);
     let only_single = !state.effects.is_empty() && common.is_empty();
     let gap = before_w2 - floor_w2;
@@ -172,7 +181,11 @@ pub fn on_locked<const N: usize>(
         floor_w: floor_w2.sqrt(),
         floor_unclipped_w: floor_unclipped_w2.sqrt(),
         clean_w: misfit.map(|misfit| misfit.whole_w2.sqrt()),
-        floor_how: if clean.is_some() { FLOOR_WITH_CLEAN } else { FLOOR_ALONE },
+        floor_how: match clean {
+            Some(_) if base.of_simulator => FLOOR_WITH_SIMULATOR,
+            Some(_) => FLOOR_WITH_CLEAN,
+            None => FLOOR_ALONE,
+        },
         closed,
         share: None,
         gain_w2: mean_interval(&gains),

@@ -59,14 +59,16 @@ pub fn investigate<const N: usize>(
         clean.and_then(|clean| shown_by_clean(clean, lag, base, parameters, &list, options));
     let by_noise = options.threshold;
     let threshold = by_noise.max(MARGIN * clean_structure.unwrap_or(0.0));
-    let options = &Options { threshold, ..options.clone() };
+    let misfit = (threshold / by_noise).powi(2);
+    let options = &Options { threshold, misfit, ..options.clone() };
     let twin = Twin { runs: &open, drive: base.drive, lag };
     let problem = open_problem(twin, base, parameters, &list, options);
     let mut found = search(&problem, &list, by_noise, options);
     if has_one_mass(&base.masses_kg, runs) {
         found.doubt(also_with_one_mass(&found.named, &found.rounds));
     }
-    let over_dispersion = OverDispersion::of(&problem, &found.state);
+    // Measured runs scatter more than those of any simulator.
+    let over_dispersion = if base.of_simulator { None } else { OverDispersion::of(&problem, &found.state) };
     let mut confirmed = confirm::on_locked(runs, &split, clean, base, &found.state, &problem, parameters);
     // What scatters more than clean runs do is not explained by a name that leaves most of it.
     if over_dispersion.is_some_and(|over_dispersion| over_dispersion.is_beyond_chance())
@@ -91,7 +93,7 @@ pub fn investigate<const N: usize>(
     if found.verdict == Verdict::Unexplained {
         found.ambiguous.clear();
     }
-    let own = found.fitted.as_ref().map(|fitted| problem.covariance(fitted));
+    let own = found.fitted.as_ref().map(|fitted| problem.covariance(fitted) * misfit);
     let joint = own.as_ref().and_then(|own| joint(own, problem.base > 0, base));
     let known = joint.as_ref().or(own.as_ref()).filter(|_| found.verdict.stands());
     Ok(Report {
@@ -109,6 +111,7 @@ pub fn investigate<const N: usize>(
         split,
         over_dispersion,
         clean_structure,
+        refit: Vec::new(),
         ties: found.ties,
         basis: Some(Basis {
             drive: base.drive,

@@ -35,6 +35,12 @@ pub mod noise {
     /// What the fit takes along of the noise raises the floor by this factor at most. Guard; run unknown.
     pub const MOST_TAKEN: f64 = 1.2;
 
+    /// Clean runs that scatter so many times less than those in question have another noise: a simulator's, or none. Chosen: an effect that no
+    /// column explains (bursts, a rattle) triples no run's scatter in the own bench.
+    pub const QUIETER: f64 = 4.0;
+    /// They count for no more than this share of the scatter would give. Chosen: their misfit is no noise, and has to stay visible.
+    pub const LEAST_QUIET: f64 = 0.1;
+
     /// Levels of jerk, acceleration and power at which scatter is told. Chosen; run unknown.
     pub const LEVELS: usize = 8;
     /// Rows of a level that tell its scatter. Derived: their mean square is then known to some 25 %.
@@ -204,6 +210,8 @@ pub mod confirm {
 pub mod manoeuvre {
     /// Runs of the profile that are asked for. Chosen: with twelve field runs a fourth of all.
     pub const RUNS: usize = 4;
+    /// Numbers of runs that are tried where a probability is asked for. Chosen: even, for light and heavy ones by turns; a day's work at most.
+    pub const RUNS_TRIED: [usize; 8] = [4, 6, 8, 12, 16, 24, 32, 48];
     /// Share of them that is not locked when the workflow splits. Derived from [`super::split`].
     pub const OPEN: f64 = 2.0 / 3.0;
     /// Rivals that would differ by less than this many standard errors are not worth a drive. Derived: what a tie is short of.

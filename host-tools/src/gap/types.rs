@@ -22,6 +22,8 @@ pub struct Base {
     pub drive: Drive,
     /// Total masses that it was fitted to, kg; none where these are those of the runs in question.
     pub masses_kg: Vec<f64>,
+    /// Whether it was fitted to a simulator: its runs lack the noise of what is measured.
+    pub of_simulator: bool,
 }
 
 /// What may be set.
@@ -41,6 +43,9 @@ pub struct Options {
     pub whitener: Option<Whitener>,
     /// Relative uncertainty of every base parameter beyond its covariance.
     pub slack: f64,
+    /// How many times the variance of what noise alone does is shown by clean runs of each other, at least 1: rivals are as much less told
+    /// apart, and coefficients as much less sure.
+    pub misfit: f64,
     /// Effects of the user's own.
     pub user: UserCandidates,
 }
@@ -55,6 +60,7 @@ impl Default for Options {
             removed: Vec::new(),
             whitener: None,
             slack: SLACK,
+            misfit: 1.0,
             user: UserCandidates::default(),
         }
     }

@@ -6,9 +6,10 @@ use std::path::Path;
 use super::exclusions::Exclusions;
 use super::header::Header;
 use super::reader::{ColumnRequest, LogReader, Role};
-use super::{MASS, POWER, RUN, TIME, acceleration_column, speed_column};
+use super::simulated::Torques;
+use super::{MASS, POWER, RUN, SIM_POWER, TIME, acceleration_column, sim_torque_column, speed_column};
 use crate::error::{Error, Result};
-use crate::robot::Robot;
+use crate::robot::{PowerSource, Robot};
 
 /// A step longer than this many median sample periods is a gap: derivatives and filters start afresh behind it.
 pub const MIN_GAP_FACTOR: f64 = 3.0;
@@ -66,6 +67,9 @@ pub fn wheel_columns(columns: &[String]) -> usize {
 pub struct DriveReader<const N: usize> {
     reader: LogReader,
     slots: Slots<N>,
+    /// What makes a power of a simulator's torques.
+    torques: Option<Torques>,
+    power_column: &'static str,
     values: Vec<f64>,
     extras: Vec<f64>,
     peeked: VecDeque<(Record<N>, Vec<f64>)>,
@@ -79,6 +83,8 @@ pub struct DriveReader<const N: usize> {
 /// Positions in the requested row.
 struct Slots<const N: usize> {
     acceleration: Option<usize>,
+    /// Torques of a simulator, which stand for the power.
+    torques: Option<usize>,
     mass: usize,
     run: Option<usize>,
     extras: usize,
@@ -119,16 +125,30 @@ impl<const N: usize> DriveReader<N> {
     pub fn of(header: Header, robot: &Robot, extra: &[&str]) -> Result<Self> {
         assert_eq!(robot.wheels(), N, "the reader's wheels are the robot's");
         check_wheels(&header, robot)?;
-        let mut requests =
-            vec![ColumnRequest::required(TIME, Role::Time), ColumnRequest::required(POWER, Role::Number)];
+        let power = match robot.power_source() {
+            PowerSource::Measured => ColumnRequest::required(POWER, Role::Number),
+            PowerSource::Simulated => ColumnRequest::required(SIM_POWER, Role::Number),
+            PowerSource::SimulatedTorques => ColumnRequest::optional(POWER, Role::MaybeNumber),
+        };
+        let mut requests = vec![ColumnRequest::required(TIME, Role::Time), power];
         requests.extend((0..N).map(|wheel| ColumnRequest::required(speed_column(wheel), Role::Number)));
-        let mut slots = Slots { acceleration: None, mass: requests.len(), run: None, extras: 0 };
+        let mut slots =
+            Slots { acceleration: None, torques: None, mass: requests.len(), run: None, extras: 0 };
         requests.push(ColumnRequest::optional(MASS, Role::MaybeNumber));
         if (0..N).any(|wheel| header.has(&acceleration_column(wheel))) {
             slots.acceleration = Some(requests.len());
             requests.extend(
                 (0..N).map(|wheel| ColumnRequest::required(acceleration_column(wheel), Role::Number)),
             );
+        }
+        let torques = match robot.power_source() {
+            PowerSource::SimulatedTorques => Some(Torques::of(robot)?),
+            _ => None,
+        };
+        if torques.is_some() {
+            slots.torques = Some(requests.len());
+            requests
+                .extend((0..N).map(|wheel| ColumnRequest::required(sim_torque_column(wheel), Role::Number)));
         }
         if header.has(RUN) {
             slots.run = Some(requests.len());
@@ -143,11 +163,16 @@ impl<const N: usize> DriveReader<N> {
             for slot in [Some(SPEED_SLOT), slots.acceleration].into_iter().flatten() {
                 scales[slot + wheel] = robot.log_speed_scale(wheel);
             }
+            if let Some(slot) = slots.torques {
+                scales[slot + wheel] = robot.log_speed_scale(wheel).signum();
+            }
         }
 
         let mut drive = Self {
             values: vec![0.0; requests.len()],
             reader: header.read(&requests)?.scaled(scales),
+            torques,
+            power_column: if robot.power_source() == PowerSource::Simulated { SIM_POWER } else { POWER },
             extras: vec![f64::NAN; extra.len()],
             slots,
             peeked: VecDeque::new(),
@@ -207,20 +232,29 @@ impl<const N: usize> DriveReader<N> {
         let Some(line) = self.reader.next_row(&mut self.values)? else { return Ok(None) };
         let mut limits = (0..N).map(|wheel| (SPEED_SLOT + wheel, MOST_RAD_S)).chain([(POWER_SLOT, MOST_W)]);
         if let Some((slot, most)) = limits.find(|(slot, most)| self.values[*slot].abs() >= *most) {
-            let column = if slot == POWER_SLOT { POWER.to_owned() } else { speed_column(slot - SPEED_SLOT) };
+            let column = if slot == POWER_SLOT {
+                self.power_column.to_owned()
+            } else {
+                speed_column(slot - SPEED_SLOT)
+            };
             let message = format!("{:e} is beyond any robot; expected below {most:e}", self.values[slot]);
             return Err(Error::failed(message).in_file(self.reader.path()).at_line(line).in_column(&column));
         }
         let wheels = |slot: usize| std::array::from_fn(|wheel| self.values[slot + wheel]);
         let mass = self.values[self.slots.mass];
+        let wheel_speed: [f64; N] = wheels(SPEED_SLOT);
+        let power_w = match (&self.torques, self.slots.torques) {
+            (Some(torques), Some(slot)) => torques.power_w(&wheels(slot), &wheel_speed),
+            _ => self.values[POWER_SLOT],
+        };
         Ok(Some(Record {
             line,
             run: self.slots.run.map_or(0, |slot| self.values[slot] as usize),
             starts_segment: false,
             time_s: self.values[TIME_SLOT],
-            wheel_speed: wheels(SPEED_SLOT),
+            wheel_speed,
             wheel_acceleration: self.slots.acceleration.map(wheels),
-            power_w: self.values[POWER_SLOT],
+            power_w,
             mass_kg: mass.is_finite().then_some(mass),
         }))
     }

@@ -21,6 +21,7 @@ pub mod runs;
 mod samples;
 mod scan;
 mod shared;
+pub mod simulated;
 mod source;
 pub mod standing;
 pub mod suspicion;
@@ -41,6 +42,10 @@ pub use table::TableReader;
 pub const TIME: &str = "time_s";
 /// Name of the power column, W.
 pub const POWER: &str = "power_w";
+/// What the names of a simulator's own columns begin with.
+const SIM: &str = "sim_";
+/// Name of the column of the power that a simulator says would have been measured, W.
+pub const SIM_POWER: &str = "sim_power_w";
 /// Name of the optional total mass column, kg.
 pub const MASS: &str = "mass_kg";
 /// Name of the optional column that tells runs apart; time may restart where it changes.
@@ -49,6 +54,11 @@ pub const RUN: &str = "run";
 /// Name of the speed column of wheel `wheel`, counted from 0: `wheel1_rad_s` for wheel 0.
 pub fn speed_column(wheel: usize) -> String {
     format!("wheel{}_rad_s", wheel + 1)
+}
+
+/// Name of the column of the torque (N·m) that a simulator's motor gives wheel `wheel`, counted from 0: `sim_torque1_nm` for wheel 0.
+pub fn sim_torque_column(wheel: usize) -> String {
+    format!("sim_torque{}_nm", wheel + 1)
 }
 
 /// Name of the acceleration column of wheel `wheel`, counted from 0.

@@ -6,7 +6,7 @@ use model_core::estimator::Sample;
 
 use super::masses::check_mass;
 use super::table::numbers_in_first_row;
-use super::{Header, MASS, POWER, RUN, SampleReader, TIME, acceleration_column, speed_column};
+use super::{Header, MASS, POWER, RUN, SIM, SampleReader, TIME, acceleration_column, speed_column};
 use crate::error::Result;
 use crate::printable;
 use crate::robot::Robot;
@@ -83,13 +83,14 @@ fn read_log<const N: usize>(
 const BOARD: &str = "board_";
 
 /// Columns beyond those of a drive that hold numbers. Powers (`…_w`) are left out, but for those asked for: they are what is to be
-/// explained; and what a board made of them, its mass above all: a gap moves it.
+/// explained; and what a board made of them, its mass above all: a gap moves it. What a simulator says explains nothing either.
 fn further_columns<const N: usize>(file: &Path, powers: &[String]) -> Result<Vec<String>> {
     let header = Header::open(file)?;
     let known = |name: &str| {
         [TIME, POWER, MASS, RUN, ""].contains(&name)
             || (name.ends_with("_w") && !powers.iter().any(|power| power == name))
             || name.starts_with(BOARD)
+            || name.starts_with(SIM)
             || (0..N).any(|wheel| name == speed_column(wheel) || name == acceleration_column(wheel))
     };
     let numbers = numbers_in_first_row(file)?;

@@ -115,6 +115,11 @@ impl<const N: usize> Runs<N> {
         })
     }
 
+    /// Whether rows are as far apart as those of others, nearly.
+    pub fn is_as_fast_as(&self, others: &Self) -> bool {
+        (self.period_s / others.period_s - 1.0).abs() <= SAME_PERIOD
+    }
+
     /// A view of the runs at these places.
     #[must_use]
     pub fn subset(&self, places: &[usize]) -> Self {

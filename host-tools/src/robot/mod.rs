@@ -4,15 +4,17 @@ mod battery;
 mod core;
 mod geometry;
 mod load;
+mod motor;
 mod parse;
 mod topics;
 mod units;
 
 pub use geometry::Geometry;
 pub use load::FOUND;
+pub use motor::Motor;
 pub(crate) use parse::position;
 pub use topics::{Clock, Signal, Topics};
-pub use units::{LogUnits, MassUnit, PowerUnit, SpeedUnit};
+pub use units::{LogUnits, MassUnit, PowerSource, PowerUnit, SpeedUnit};
 
 use model_core::charge::Pack;
 
@@ -37,19 +39,6 @@ pub struct Limits {
     pub acceleration_m_s2: Option<f64>,
 }
 
-/// What a data sheet says of the motor that drives the wheels of one log column.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motor {
-    /// Terminal resistance, Ω.
-    pub resistance_ohm: f64,
-    /// Torque constant, N·m/A.
-    pub torque_constant_nm_a: f64,
-    /// Turns of the motor per turn of the wheel.
-    pub gear_ratio: f64,
-    /// Efficiency of the gear, 0 to 1, where it is known.
-    pub gear_efficiency: Option<f64>,
-}
-
 /// A robot as its file describes it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Robot {
@@ -71,6 +60,7 @@ pub struct Robot {
     pub(crate) topics: Topics,
     pub(crate) unknown_keys: Vec<String>,
     pub(crate) log_units: LogUnits,
+    pub(crate) power_source: PowerSource,
 }
 
 impl Robot {
@@ -171,6 +161,17 @@ impl Robot {
     /// The units that its logs are in.
     pub fn log_units(&self) -> &LogUnits {
         &self.log_units
+    }
+
+    /// The same with the power of its logs in other columns.
+    #[must_use]
+    pub fn with_power_from(self, power_source: PowerSource) -> Self {
+        Self { power_source, ..self }
+    }
+
+    /// Where the power of its logs is read from.
+    pub fn power_source(&self) -> PowerSource {
+        self.power_source
     }
 
     /// rad/s in one unit of a wheel's speed in its logs, with the sign of that wheel, counted from 0.

@@ -9,7 +9,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::{
     DEFAULT_GYRATION_SHARE, DEFAULT_MAPE_FLOOR_W, DEFAULT_SPEED_DEAD_BAND_RAD_S, Geometry, Limits, LogUnits,
-    Motor, Robot, Topics, lenient,
+    Motor, PowerSource, Robot, Topics, lenient,
 };
 use crate::error::{Error, Result};
 use crate::printable;
@@ -104,6 +104,7 @@ pub(super) fn robot(text: &str) -> Result<Robot> {
         topics: topics(&file)?,
         unknown_keys: file.unknown_keys(),
         log_units: LogUnits::default(),
+        power_source: PowerSource::default(),
     })
 }
 

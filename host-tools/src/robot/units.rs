@@ -68,6 +68,18 @@ pub struct LogUnits {
     pub flipped: Vec<usize>,
 }
 
+/// Which columns of a log its power is read from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PowerSource {
+    /// What was measured.
+    #[default]
+    Measured,
+    /// What a simulator says would have been measured.
+    Simulated,
+    /// The torques that a simulator's motors give the wheels; what they draw for it, by [`Motor::power_w`](super::Motor::power_w).
+    SimulatedTorques,
+}
+
 impl SpeedUnit {
     /// rad/s in one of them; `None` for m/s without a radius, m.
     pub fn in_rad_s(self, wheel_radius_m: Option<f64>) -> Option<f64> {

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use crate::common::{Bench, keys, number};
 use serde_json::Value;
 
-const KEYS: [&str; 21] = [
+const KEYS: [&str; 24] = [
     "verdict",
     "effects",
     "ambiguous_with",
@@ -20,10 +20,13 @@ const KEYS: [&str; 21] = [
     "gain_w2",
     "confirmed_share",
     "simulation",
+    "simulator",
+    "changes",
     "confirm_runs",
     "localisation",
     "rounds",
     "clean_structure",
+    "refit",
     "noise_floor_how",
     "base_moves",
     "not_testable",
@@ -120,6 +123,50 @@ fn a_hidden_slope_is_named_and_the_locked_runs_confirm_it() {
         "field_4.csv",
     ]);
     assert!(summary.stdout.lines().count() < 24, "{}", summary.stdout);
+}
+
+/// Coefficients without the delay that their own clean runs have: a drag is there to be named, but the base comes first.
+#[test]
+fn a_base_that_lacks_what_its_clean_runs_ask_for_names_nothing() {
+    let bench = Bench::new();
+    let late = ["--effect", "sensor-delay=0.2"];
+    let clean: Vec<String> = (1..=6).map(|k| format!("base_{k}.csv")).collect();
+    for (k, name) in clean.iter().enumerate() {
+        simulate(&bench, name, k, &(k + 1).to_string(), 500 + k, &late);
+    }
+    let names: Vec<String> = (1..=6).map(|k| format!("field_{k}.csv")).collect();
+    for (k, name) in names.iter().enumerate() {
+        simulate(
+            &bench,
+            name,
+            k,
+            FIELD[k],
+            600 + k,
+            &[&late[..], &["--effect", "wheel-drag=0.03:wheel=1"]].concat(),
+        );
+    }
+    let clean: Vec<&str> = clean.iter().map(String::as_str).collect();
+    bench.done(&[&["fit", "--out", "base.toml"], &clean[..]].concat());
+    let found = gap(&bench, &names, &["--coeffs", "base.toml"]);
+    assert_eq!(
+        (&found["verdict"], &found["effects"][0]["id"]),
+        (&"named".into(), &"wheel-drag".into()),
+        "{found:#}"
+    );
+    assert!(found["refit"].as_array().unwrap().is_empty());
+    let old: Vec<String> = bench
+        .text("base.toml")
+        .lines()
+        .map(|line| {
+            if line.starts_with("power_delay_s") { "power_delay_s = 0.0".to_owned() } else { line.to_owned() }
+        })
+        .collect();
+    bench.put("old.toml", old.join("\n") + "\n");
+    let found = gap(&bench, &names, &["--coeffs", "old.toml"]);
+    assert_eq!(found["verdict"], "unexplained", "{found:#}");
+    assert!(found["effects"].as_array().unwrap().is_empty());
+    assert_eq!(found["refit"][0]["term"], "delay");
+    assert!(found["next_steps"][0].as_str().unwrap().starts_with("refit"), "{found:#}");
 }
 
 /// A floor that slopes another way in every run, clean or not: runs disagree far beyond the noise, but the field's no more than the clean ones.

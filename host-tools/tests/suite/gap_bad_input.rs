@@ -381,7 +381,7 @@ proptest! {
         }
         let [coulomb, rolling, viscous, rotor, gain, loss] = TRUTH;
         let torque = TorqueModel::from_array([coulomb, rolling, viscous, rotor, gain, loss, 0.0]);
-        let base = Base { torque, covariance: None, drive: Drive::Dissipative, masses_kg: Vec::new() };
+        let base = Base { torque, covariance: None, drive: Drive::Dissipative, masses_kg: Vec::new(), of_simulator: false };
         let core = robot.core::<2>(5.0).unwrap();
         match Runs::<2>::read(&robot, &core, &files, 2.0).and_then(|runs| investigate(&runs, None, &base, &Options::default())) {
             Ok(report) => {

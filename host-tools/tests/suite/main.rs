@@ -37,11 +37,13 @@ mod gap_columns;
 mod gap_power_only;
 mod gap_report;
 mod gap_simulation;
+mod gap_simulator;
 mod gap_user_effects;
 mod gram;
 #[cfg(unix)]
 mod hostile_board;
 mod inspect;
+mod ladder;
 mod log;
 mod look;
 mod network_seeds;

@@ -11,7 +11,7 @@ use crate::steps::{Steps, Stop, command};
 type Measure = fn(&mut Steps) -> Result<(), Stop>;
 
 /// What can be measured.
-const BENCHES: [(&str, Measure); 11] = [
+const BENCHES: [(&str, Measure); 12] = [
     ("accuracy", |steps| host_bench(steps, "accuracy", "accuracy")),
     ("charge", |steps| host_bench(steps, "charge", "charge")),
     ("coverage", |steps| host_bench(steps, "coverage", "coverage")),
@@ -23,6 +23,7 @@ const BENCHES: [(&str, Measure); 11] = [
     ("predict", predict::run),
     ("robots", |steps| robots::run(steps, false)),
     ("gap-mujoco", robots::gap),
+    ("gap-simulator", robots::simulator),
 ];
 
 /// What takes an hour or a night is measured only where it is asked for by name.

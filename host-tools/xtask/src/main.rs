@@ -33,8 +33,8 @@ usage: cargo xtask <command>
          and a gigabyte from PyPI
   demo [--yes]
          record, fit, flash and estimate on the virtual board; plots go to demo-output/
-  bench [accuracy | charge | coverage | fit-speed | fleet | gap | gap-mujoco | instructions |
-         logs | predict | robots]
+  bench [accuracy | charge | coverage | fit-speed | fleet | gap | gap-mujoco | gap-simulator |
+         instructions | logs | predict | robots]
          the figures of the README, measured again; minutes. gap: a night, gap-mujoco:
          most of an hour, only by name
   bench fleet --rows N

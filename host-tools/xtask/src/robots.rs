@@ -16,6 +16,8 @@ const JUDGE: &str = "host-tools/tests/reference/gap_judge";
 const PACKAGES: [&str; 4] = ["mujoco>=3.2", "numpy>=2", "scipy>=1.13", "numba>=0.61"];
 /// The table as it is committed.
 const TABLE: &str = "docs/robots.txt";
+/// The table of simulators that were closed.
+const CLOSED: &str = "docs/gap-simulator.txt";
 /// Measured logs. Beside the project, not part of it.
 pub(crate) const DATA: &str = "../shared/data";
 
@@ -52,6 +54,21 @@ pub(crate) fn gap(steps: &mut Steps) -> Result<(), Stop> {
     let mut score = Command::new(&python);
     score.arg(format!("{SCRIPTS}/gap_score.py")).arg(JUDGE).arg(&answers);
     steps.run("score", score)
+}
+
+/// Simulators that lack an effect: found, written into their model, and driven again.
+pub(crate) fn simulator(steps: &mut Steps) -> Result<(), Stop> {
+    let python = python()?;
+    steps.run("gmr", command("cargo build --quiet --release --package host-tools --bin gmr"))?;
+    let mut bench = Command::new(python);
+    bench.arg(format!("{SCRIPTS}/closing.py")).arg("--gmr").arg(target_folder().join("release/gmr"));
+    bench.arg("--work").arg(target_folder().join("gap-mujoco"));
+    bench.args(["--robots", "two-wheeled", "skid-steered"]);
+    steps.work("simulators", || {
+        let text = text_of(bench)?;
+        print!("{text}");
+        std::fs::write(root().join(CLOSED), text).map_err(|error| Stop::new(format!("{CLOSED}: {error}")))
+    })
 }
 
 /// What a command prints; its progress is shown meanwhile.

@@ -2,7 +2,7 @@
 
 use indicatif::ProgressBar;
 
-use super::super::manoeuvre::{Suggestion, suggest};
+use super::super::manoeuvre::{Suggestion, Wish, suggest};
 use super::sets::{self, Clean};
 use super::{Case, columns};
 use crate::error::Result;
@@ -69,7 +69,9 @@ pub fn one(robot: &Robot, case: &Case) -> Result<Option<Parted>> {
     let scenarios = sets::field(&case.effects, case.noise.noise).field(case.seed);
     let mut raw = sets::record(&scenarios, columns)?;
     let (runs, report) = look(&clean, &raw, &case)?;
-    let Some(suggestion) = suggest(robot, &runs, Some(&clean.runs), &report)? else { return Ok(None) };
+    let Some(suggestion) = suggest(robot, &runs, Some(&clean.runs), &report, &Wish::default())? else {
+        return Ok(None);
+    };
     let tie = names(&report);
     let mut names_after = tie.clone();
     let mut ending = Ending::NoProfile;

@@ -140,8 +140,13 @@ pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str]) -> Result
     let model_core::model::Model::Signed { torque, drive } = fit.coefficients.model else {
         return Err(Error::failed("the fit is not of the signed model"));
     };
-    let base =
-        Base { torque, covariance: Some(fit.uncertainty.covariance), drive, masses_kg: dataset.masses };
+    let base = Base {
+        torque,
+        covariance: Some(fit.uncertainty.covariance),
+        drive,
+        masses_kg: dataset.masses,
+        of_simulator: false,
+    };
     let noise = fit.coefficients.noise;
     Ok(Clean { base, runs: Runs::condition(&core, raw)?, core, noise })
 }

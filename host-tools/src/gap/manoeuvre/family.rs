@@ -97,6 +97,22 @@ pub fn blocks() -> Vec<Block> {
     all
 }
 
+impl Block {
+    /// With holds of this share of theirs, and then the same backwards in time: it ends where it began, and heads there as it did.
+    pub(super) fn there_and_back(&self, share: f64) -> Self {
+        let there: Vec<Leg> =
+            self.legs.iter().map(|leg| Leg { hold_s: share * leg.hold_s, ..*leg }).collect();
+        let ends_at_rest = there.last().is_some_and(|leg| leg.speed == 0.0 && leg.turn == 0.0);
+        // The rest at the end stays behind; what was driven is driven back, the last first.
+        let driven = &there[..there.len() - usize::from(ends_at_rest)];
+        let back = driven.iter().rev().map(|leg| Leg { speed: -leg.speed, turn: -leg.turn, ..*leg });
+        let rest = there.last().copied().filter(|_| ends_at_rest);
+        let legs = there.iter().copied().chain(back).chain(rest).collect();
+        let name = if driven.is_empty() { self.name.clone() } else { format!("{} and back", self.name) };
+        Self { name, legs }
+    }
+}
+
 impl Recipe {
     /// The profile: it begins and ends at rest, and keeps the limits.
     pub fn knots(&self, all: &[Block], limits: &Limits) -> Knots {

@@ -1,8 +1,10 @@
 //! The manoeuvre that parts hypotheses: a speed profile within the robot's limits along which they would disagree most.
 
 pub mod advice;
+pub mod effort;
 pub mod family;
 pub mod limits;
+pub mod room;
 pub mod separate;
 
 use std::path::Path;
@@ -13,12 +15,14 @@ pub use family::Knots;
 
 use self::family::{Block, Recipe, blocks};
 use self::limits::Limits;
+use self::room::Room;
 use self::separate::{Ground, Products};
 use super::name::hypothesis::Hypothesis;
 use crate::error::{Error, Result};
 use crate::gap::report::Report;
 use crate::gap::thresholds::manoeuvre::{
-    CHOICE_S, DURATIONS_S, LEADS_S, LEAST_RISE, MOST_BLOCKS, ONE_LOAD, OPEN, PARTED, RUNS, SURE, WORTH,
+    CHOICE_S, DURATIONS_S, LEADS_S, LEAST_RISE, MOST_BLOCKS, ONE_LOAD, OPEN, PARTED, RUNS, RUNS_TRIED, SURE,
+    WORTH,
 };
 use crate::gap::types::Verdict;
 use crate::log::runs::Runs;
@@ -34,6 +38,15 @@ pub struct Pair {
     pub z: f64,
 }
 
+/// What a drive is asked to be.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Wish {
+    /// To part the rivals with this probability, 0 to 1; as well as [`RUNS`] runs do it where none is asked for.
+    pub probability: Option<f64>,
+    /// To stay in this room.
+    pub room: Option<Room>,
+}
+
 /// What to drive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Suggestion {
@@ -41,6 +54,12 @@ pub struct Suggestion {
     pub knots: Option<Knots>,
     /// What it does, in words.
     pub words: String,
+    /// How often to drive it.
+    pub runs: usize,
+    /// The probability with which that parts the least parted pair.
+    pub probability: f64,
+    /// The one that was asked for.
+    pub wanted: Option<f64>,
     /// Total masses to drive it with, by turns, kg.
     pub masses_kg: Vec<f64>,
     /// Hypotheses, and how well the profile parts them.
@@ -62,6 +81,7 @@ pub fn suggest<const N: usize>(
     runs: &Runs<N>,
     clean: Option<&Runs<N>>,
     report: &Report,
+    wish: &Wish,
 ) -> Result<Option<Suggestion>> {
     let (Verdict::Ambiguous, Some(basis)) = (report.verdict, &report.basis) else { return Ok(None) };
     let hypotheses = (0..)
@@ -71,17 +91,18 @@ pub fn suggest<const N: usize>(
         hypotheses.partition(|(_, hypothesis)| separate::foreseen(hypothesis));
     let (rounds, seen): (Vec<usize>, Vec<Hypothesis>) = seen.into_iter().unzip();
     let known = runs.subset(&report.split.open).with_clean(clean);
+    let limits = Limits::new(robot, &known);
     let search = Search {
         field: runs,
-        limits: Limits::new(robot, &known),
-        blocks: blocks(),
+        blocks: wish.room.map_or_else(blocks, |room| room.fitted(blocks(), &limits)),
+        limits,
         ground: Ground { runs: known, basis, hypotheses: &seen, has_clean: clean.is_some() },
         rounds,
         loads: [robot.mass_no_load_kg(), robot.mass_full_load_kg()],
     };
     let mut pairs = Vec::new();
     let mut best = None;
-    let mut reference_runs = 0;
+    let (mut reference_runs, mut count) = (0, RUNS);
     if search
         .ground
         .hypotheses
@@ -100,6 +121,9 @@ pub fn suggest<const N: usize>(
         }
         let masses;
         (masses, pairs) = loaded;
+        if let Some(wanted) = wish.probability {
+            (recipe, count, pairs) = search.effort(recipe, &masses, reference_runs, wanted)?;
+        }
         best = Some((recipe, masses));
     }
     let mut record: Vec<String> =
@@ -110,10 +134,15 @@ pub fn suggest<const N: usize>(
     record.sort();
     record.dedup();
     let parts = pairs.iter().any(|pair| pair.z >= WORTH);
+    let probability = if pairs.is_empty() { 0.0 } else { effort::probability(worst(&pairs)) };
+    let wanted = wish.probability;
     let suggestion = match best.filter(|_| parts) {
         Some((recipe, masses)) => Suggestion {
             knots: Some(recipe.knots(&search.blocks, &search.limits)),
             words: recipe.words(&search.blocks),
+            runs: count,
+            probability,
+            wanted,
             masses_kg: masses,
             pairs,
             reference_runs,
@@ -122,6 +151,9 @@ pub fn suggest<const N: usize>(
         None => Suggestion {
             knots: None,
             words: String::new(),
+            runs: 0,
+            probability,
+            wanted,
             masses_kg: Vec::new(),
             pairs,
             reference_runs: 0,
@@ -157,7 +189,19 @@ impl<const N: usize> Search<'_, N> {
         masses: &[f64],
         reference: usize,
     ) -> Result<Vec<Pair>> {
-        let weight = OPEN * RUNS as f64 / masses.len() as f64;
+        self.separations_by(known, recipe, masses, reference, RUNS)
+    }
+
+    /// The same after so many runs.
+    fn separations_by(
+        &self,
+        known: &Products,
+        recipe: &Recipe,
+        masses: &[f64],
+        reference: usize,
+        runs: usize,
+    ) -> Result<Vec<Pair>> {
+        let weight = OPEN * runs as f64 / masses.len() as f64;
         let planned = self.ground.of(&self.planned(recipe, masses)?);
         let mut pairs: Vec<Pair> = Vec::new();
         let clean = reference as f64 / masses.len() as f64;
@@ -229,6 +273,34 @@ impl<const N: usize> Search<'_, N> {
         Ok(recipe)
     }
 
+    /// The least time on the road that parts all pairs with a probability: length and number of runs. Where none of those tried is
+    /// enough, what parts them best.
+    fn effort(
+        &self,
+        recipe: Recipe,
+        masses: &[f64],
+        reference: usize,
+        wanted: f64,
+    ) -> Result<(Recipe, usize, Vec<Pair>)> {
+        let mut tried = Vec::new();
+        for duration_s in DURATIONS_S {
+            let recipe = Recipe { duration_s, ..recipe.clone() };
+            let known = self.known(duration_s)?;
+            for runs in RUNS_TRIED {
+                let pairs = self.separations_by(&known, &recipe, masses, reference, runs)?;
+                tried.push((recipe.clone(), runs, pairs));
+            }
+        }
+        let reached = |tried: &(Recipe, usize, Vec<Pair>)| effort::probability(worst(&tried.2));
+        let time = |(recipe, runs, _): &(Recipe, usize, Vec<Pair>)| recipe.duration_s * *runs as f64;
+        let enough = tried.iter().filter(|tried| reached(tried) >= wanted);
+        let found = enough.min_by(|a, b| time(a).total_cmp(&time(b)));
+        let best = || {
+            tried.iter().max_by(|a, b| reached(a).total_cmp(&reached(b)).then(time(b).total_cmp(&time(a))))
+        };
+        found.or_else(best).cloned().ok_or_else(|| Error::failed("no profile can be tried"))
+    }
+
     /// The loads to drive it with, and what they part.
     fn loaded(&self, recipe: &Recipe, reference: usize) -> Result<(Vec<f64>, Vec<Pair>)> {
         let known = self.known(recipe.duration_s)?;
@@ -277,7 +349,10 @@ impl Suggestion {
         json!({
             "duration_s": self.duration_s(),
             "does": self.words,
-            "runs": self.knots.as_ref().map(|_| RUNS),
+            "runs": self.knots.as_ref().map(|_| self.runs),
+            "driving_s": self.duration_s().map(|duration| duration * self.runs as f64),
+            "probability": self.probability,
+            "wanted_probability": self.wanted,
             "reference_runs": self.reference_runs,
             "masses_kg": self.masses_kg,
             "separates": pairs,
@@ -291,8 +366,9 @@ impl Suggestion {
         if let Some(duration) = self.duration_s() {
             let masses: Vec<String> = self.masses_kg.iter().map(|mass| format!("{mass}")).collect();
             out += &format!(
-                "to tell them apart: drive {} ({duration:.0} s) {RUNS} times, with {} kg in all\n  {}\n",
+                "to tell them apart: drive {} ({duration:.0} s) {} times, with {} kg in all\n  {}\n",
                 file.display(),
+                self.runs,
                 masses.join(" and "),
                 self.words
             );
@@ -306,6 +382,16 @@ impl Suggestion {
             let pairs: Vec<String> =
                 self.pairs.iter().map(|pair| format!("{} z = {:.1}", pair.ids.join(" / "), pair.z)).collect();
             out += &format!("  expected: {}\n", pairs.join("; "));
+            if let Some(wanted) = self.wanted {
+                let short =
+                    if self.probability < wanted { ": no drive that was tried does better" } else { "" };
+                out += &format!(
+                    "  {:.0} min of driving part them with {:.0} % probability ({:.0} % asked for{short})\n",
+                    duration * self.runs as f64 / 60.0,
+                    100.0 * self.probability,
+                    100.0 * wanted
+                );
+            }
         } else {
             out += "no drive tells them apart\n";
         }

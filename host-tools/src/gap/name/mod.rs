@@ -93,7 +93,7 @@ pub(super) fn name<const N: usize>(
         let why = format!("{} explains most, with no plausible sign or size", better.candidate.id);
         return refuse(record, &why);
     }
-    let disagreement = disagree(problem, &winner);
+    let disagreement = disagree(problem, &winner).max(options.misfit);
     let mut ties = Vec::new();
     for &place in &plausible[1..] {
         let hypothesis = &hypotheses[place];

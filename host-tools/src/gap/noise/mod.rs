@@ -7,7 +7,9 @@ use nalgebra::{DMatrix, DVector};
 
 use self::spread::Spread;
 use self::whiten::{Signal, Whitener};
-use super::thresholds::noise::{BLOCKS_S, HUBER, LEAST_WORTH, MOST_TAKEN, PASSES, RIDGE};
+use super::thresholds::noise::{
+    BLOCKS_S, HUBER, LEAST_QUIET, LEAST_WORTH, MOST_TAKEN, PASSES, QUIETER, RIDGE,
+};
 use super::twin::{State, Twin};
 use crate::effects::Regressor;
 use crate::log::runs::Runs;
@@ -132,7 +134,8 @@ impl Noise {
                 left.iter().zip(weights).map(|(x, w)| if *w > 0.0 { x / w } else { 0.0 }).collect()
             })
             .collect();
-        let spread = Spread::fit(runs, &plain, &self.weights, |_| true).of(runs);
+        let mut spread = Spread::fit(runs, &plain, &self.weights, |_| true).of(runs);
+        quieten_clean(runs, &plain, &self.weights, &mut spread);
         let mut sizes: Vec<f64> = Vec::new();
         for ((plain, spread), weights) in plain.iter().zip(&spread).zip(&self.weights) {
             let known = plain.iter().zip(spread).zip(weights).filter(|(_, w)| **w > 0.0);
@@ -182,6 +185,28 @@ impl Noise {
             / own.len().max(1) as f64;
         let square = column.iter().map(|x| x * x).sum::<f64>();
         block_scores(period_s, column, own, along).0.into_iter().fold(variance * square, f64::max)
+    }
+}
+
+/// Clean runs that are far quieter than those in question are a simulator's: they scatter less by as much, down to a share that keeps
+/// them from outweighing everything.
+fn quieten_clean<const N: usize>(runs: &Runs<N>, plain: &Signal, weights: &Signal, spread: &mut Signal) {
+    let usual = |clean: bool| {
+        let of = runs.runs.iter().zip(plain).zip(spread.iter().zip(weights));
+        let own =
+            of.filter(|((run, _), _)| run.clean == clean).flat_map(|((_, plain), (spread, weights))| {
+                let known = plain.iter().zip(spread).zip(weights).filter(|(_, weight)| **weight > 0.0);
+                known.map(|((x, spread), _)| (x / spread).abs())
+            });
+        scale_of_sizes(&mut own.collect::<Vec<f64>>())
+    };
+    let (Some(field), Some(clean)) = (usual(false), usual(true)) else { return };
+    if QUIETER * clean >= field {
+        return;
+    }
+    let share = (clean / field).max(LEAST_QUIET);
+    for (_, spread) in runs.runs.iter().zip(spread).filter(|(run, _)| run.clean) {
+        spread.iter_mut().for_each(|spread| *spread *= share);
     }
 }
 

@@ -128,6 +128,7 @@ pub fn investigate(runs: &[PowerRun]) -> Result<Report> {
         split,
         over_dispersion: None,
         clean_structure: None,
+        refit: Vec::new(),
         residuals: (Vec::new(), None),
         base: [unknown, unknown],
         ties: Vec::new(),

@@ -1,5 +1,6 @@
 //! What to do next: what tells an effect from its rivals, and what to record where none explains what is seen.
 use crate::effects::{PITCH, PROCESSOR, find};
+use crate::gap::refit;
 use crate::gap::report::Report;
 use crate::gap::types::{Status, Verdict};
 use crate::gap::words;
@@ -34,6 +35,9 @@ pub fn worst_cells(report: &Report, most: usize) -> Vec<&super::localise::Cell> 
 
 /// Why nothing is named.
 pub fn why_unexplained(report: &Report) -> String {
+    if !report.refit.is_empty() {
+        return "the base lacks terms that its own clean runs ask for".to_owned();
+    }
     let winners: Vec<String> = report
         .rounds
         .iter()
@@ -58,6 +62,9 @@ pub fn why_unexplained(report: &Report) -> String {
 
 /// What to do next, one sentence an entry.
 pub fn next_steps(report: &Report) -> Vec<String> {
+    if !report.refit.is_empty() {
+        return refit::words(&report.refit);
+    }
     match report.verdict {
         Verdict::None if report.is_power_only() => {
             vec!["record the wheels' speeds: without them nothing is known of motion".to_owned()]

@@ -67,6 +67,7 @@ pub(crate) fn report(verdict: Verdict) -> Report {
         residuals: (residual.clone(), stands.then_some(residual)),
         over_dispersion: None,
         clean_structure: None,
+        refit: Vec::new(),
         ties: Vec::new(),
         basis: Some(Basis {
             drive: Drive::Dissipative,

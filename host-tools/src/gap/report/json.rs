@@ -7,6 +7,8 @@ use crate::effects::{Sign, find};
 use crate::gap::manoeuvre::Suggestion;
 use crate::gap::report::Report;
 use crate::gap::simulation::Simulated;
+use crate::gap::simulator::Told;
+use crate::gap::simulator::export::Changes;
 use crate::gap::types::{Named, Round, Verdict};
 use crate::gap::words;
 
@@ -30,12 +32,17 @@ Keys of --json, always all there; watts and SI units; null where something is no
   gain_w2            mean square before less after: mean over the locked runs, and its 95 % interval (Student's t; null for one run)
   confirmed_share    how much of what was added the locked runs show, asked alone: share, and its 95 % interval
   simulation         the same gap of the simulated robot (--plant): before, after, closed, effects and their sizes
+  simulator          of --sim, or of sim_ columns: its logs, power_from, model_r2 and model_rmse_w of the model fitted to it, and
+                     difference: measured less simulated power on the locked runs, before_w and with the effects added after_w
+  changes            of --export: language, and changes of the simulator's model: effect, element, part, change, value, its 95 %
+                     interval, unit, note
   confirm_runs       the locked runs
   localisation       cells: axis, from, to, mean_residual_w, band_w (half the 95 % interval over runs), mean_after_w,
                      band_after_w, runs, words
   rounds             structure, allowed, outcome, and candidates with id, status, gain, coefficients, detail
   clean_structure    the most structure, |z|, that clean runs show of each other: it raises what rounds allow where it is
                      beyond noise; null where clean runs are fewer than six
+  refit              terms that the clean runs ask for and the coefficients lack: term, gain, std_err; nothing is named before a refit
   noise_floor_how    how the noise floor was estimated
   base_moves         parameters of the base: before, after
   not_testable       effects that these runs cannot show: id, reason
@@ -46,6 +53,10 @@ Keys of --json, always all there; watts and SI units; null where something is no
 pub struct Beside<'a> {
     /// The simulation's side.
     pub simulated: Option<&'a Simulated>,
+    /// Somebody's own simulator.
+    pub simulator: Option<&'a Told>,
+    /// What its model of the robot needs.
+    pub changes: Option<&'a Changes>,
     /// What to drive where there is a tie.
     pub suggestion: Option<&'a Suggestion>,
     /// The file that its profile was written to.
@@ -73,10 +84,13 @@ pub fn json(report: &Report, beside: Beside<'_>) -> Value {
     let share = confirmed.share.map(|own| json!({"share": own.share, "interval": own.interval()}));
     out.insert("confirmed_share".to_owned(), json!(share));
     out.insert("simulation".to_owned(), beside.simulated.map_or(Value::Null, Simulated::json));
+    out.insert("simulator".to_owned(), json!(beside.simulator));
+    out.insert("changes".to_owned(), json!(beside.changes));
     out.insert("confirm_runs".to_owned(), json!(confirmed.runs));
     out.insert("localisation".to_owned(), json!(report.localisation));
     out.insert("rounds".to_owned(), report.rounds.iter().map(round).collect());
     out.insert("clean_structure".to_owned(), json!(report.clean_structure));
+    out.insert("refit".to_owned(), json!(report.refit));
     out.insert("noise_floor_how".to_owned(), json!(confirmed.floor_how));
     out.insert("base_moves".to_owned(), report.base_moves());
     out.insert("not_testable".to_owned(), json!(report.not_testable));

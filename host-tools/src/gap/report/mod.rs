@@ -24,6 +24,7 @@ use super::thresholds::detect::STRUCTURE;
 use super::twin::State;
 use super::types::{Named, Round, Verdict};
 use crate::effects::NotTestable;
+use crate::fit::form::Judged;
 
 /// All that was found.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,6 +57,8 @@ pub struct Report {
     pub over_dispersion: Option<OverDispersion>,
     /// The most structure, |z|, that clean runs show of each other; `None` where they are too few to tell.
     pub clean_structure: Option<f64>,
+    /// Terms that the clean runs ask for and the base lacks: nothing is named before it is refitted.
+    pub refit: Vec<Judged>,
     /// Base before, and after.
     pub base: [TorqueModel<f64>; 2],
     /// Hypotheses of each round that ended in a tie, the winner first, each in all ways in which it may show.
