@@ -77,6 +77,21 @@ struct Window<'a> {
     out: &'a mut [u8],
 }
 
+impl Window<'_> {
+    /// What of a piece at this address lies within. Once in the image, not once for each register.
+    #[inline(never)]
+    fn copy(&mut self, at: usize, piece: &[u8]) {
+        let first = usize::from(self.address);
+        // What of the piece lies before the window, and where in the window it begins.
+        let (before, offset) = (first.saturating_sub(at), at.saturating_sub(first));
+        if let (Some(bytes), Some(place)) = (piece.get(before..), self.out.get_mut(offset..)) {
+            for (place, byte) in place.iter_mut().zip(bytes) {
+                *place = *byte;
+            }
+        }
+    }
+}
+
 impl Sink for Window<'_> {
     fn put(&mut self, register: Register, _: Kind, pieces: impl Iterator<Item = impl AsRef<[u8]>>) {
         let first = usize::from(self.address);
@@ -87,13 +102,7 @@ impl Sink for Window<'_> {
         let mut at = usize::from(register.address);
         for piece in pieces {
             let piece = piece.as_ref();
-            // What of the piece lies before the window, and where in the window it begins.
-            let (before, offset) = (first.saturating_sub(at), at.saturating_sub(first));
-            if let (Some(bytes), Some(place)) = (piece.get(before..), self.out.get_mut(offset..)) {
-                for (place, byte) in place.iter_mut().zip(bytes) {
-                    *place = *byte;
-                }
-            }
+            self.copy(at, piece);
             at += piece.len();
         }
     }

@@ -7,7 +7,7 @@ use embassy_stm32::peripherals::{DMA2_CH0, DMA2_CH3, PA4, PA5, PA6, PB5, SPI1};
 use embassy_stm32::spi::mode::Master;
 use embassy_stm32::spi::{Config, MODE_3, Spi};
 use embassy_stm32::time::Hertz;
-use embassy_time::{Duration, Timer, with_timeout};
+use embassy_time::{Duration, with_timeout};
 use embedded_hal_async::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 
 use crate::boards::opencr::Irqs;
@@ -52,29 +52,14 @@ impl ErrorType for InertialPort {
 }
 
 impl SpiDevice for InertialPort {
+    /// The one shape that a register device needs, in place: each other would be more of the driver's code in the image.
     async fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
-        let Self { bus, select } = self;
-        select.set_low();
-        let done = with_timeout(TIMEOUT, async {
-            for operation in operations {
-                match operation {
-                    Operation::Read(words) => bus.read(words).await,
-                    Operation::Write(words) => bus.write(words).await,
-                    Operation::Transfer(read, write) => bus.transfer(read, write).await,
-                    Operation::TransferInPlace(words) => bus.transfer_in_place(words).await,
-                    Operation::DelayNs(ns) => {
-                        Timer::after(Duration::from_nanos(u64::from(*ns))).await;
-                        Ok(())
-                    }
-                }?;
-            }
-            Ok(())
-        })
-        .await;
-        select.set_high();
+        let [Operation::TransferInPlace(words)] = operations else { return Err(ErrorKind::Other) };
+        self.select.set_low();
+        let done = with_timeout(TIMEOUT, self.bus.transfer_in_place(words)).await;
+        self.select.set_high();
         match done {
             Ok(Ok(())) => Ok(()),
-            Ok(Err(embassy_stm32::spi::Error::Overrun)) => Err(ErrorKind::Overrun),
             Ok(Err(_)) | Err(_) => Err(ErrorKind::Other),
         }
     }
