@@ -11,6 +11,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod adapt;
 pub mod charge;
 pub mod coefficients;
 mod conditioner;

@@ -11,7 +11,10 @@ use crate::coefficients::CoefficientsFile;
 use crate::error::{Error, Result};
 use crate::estimate::board::{self, BoardReport, BoardTrack, Delay};
 use crate::estimate::plot::Track;
-use crate::estimate::{Change, Instant, Payloads, Policy, PolicyKind, Replay, Told, WindowMass, replay_at};
+use crate::estimate::{
+    Change, GroundAt, Instant, Payloads, Policy, PolicyKind, Replay, Told, WindowMass, replay_adapting,
+    replay_at,
+};
 use crate::log::checks::check_mass;
 use crate::metrics::Quality;
 use crate::output::{check_apart, write_whole};
@@ -54,6 +57,10 @@ pub(crate) struct Arguments {
     /// Known times of payload changes since the start of the log, s
     #[arg(long, value_name = "S,…", value_delimiter = ',')]
     changes: Vec<f64>,
+    /// Rolling resistance and scrub adapt along the way, with a memory of a minute, beside the mass: for floors that change. What then cannot be
+    /// told apart widens the mass's interval
+    #[arg(long, conflicts_with_all = ["payload", "schedule", "every"])]
+    adapt: bool,
     /// Do not watch for payload changes
     #[arg(long)]
     no_detection: bool,
@@ -101,6 +108,8 @@ struct Report<'a> {
     /// Power and energy at the mass that the log tells, or that was given.
     told: Option<&'a Told>,
     changes: &'a [Change],
+    /// The floor second by second, of --adapt.
+    ground: &'a [GroundAt],
     windows: &'a [WindowMass],
     mass_error: Option<MassError>,
     /// The estimates that the board made of the same samples, where the log holds them.
@@ -174,7 +183,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
         check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
     }
     let mut replay_to = |write: &mut dyn FnMut(&Instant) -> Result<()>| {
-        replay_at(robot, &coefficients, &arguments.run, payloads, &policy, arguments.mass, |instant| {
+        let watch = |instant: &Instant| {
             let done = board.add(instant).and_then(|instant| {
                 track.add(&instant);
                 write(&instant)
@@ -182,7 +191,15 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
             if let Err(error) = done {
                 broken.get_or_insert(error);
             }
-        })
+        };
+        let (run, mass) = (&arguments.run, arguments.mass);
+        if arguments.adapt {
+            let replay = replay_adapting(robot, &coefficients, run, &policy, mass, watch);
+            return replay.map_err(|error| {
+                if error.file().is_none() { error.in_file(&arguments.coeffs) } else { error }
+            });
+        }
+        replay_at(robot, &coefficients, run, payloads, &policy, mass, watch)
     };
     let replay = match &arguments.power {
         None => replay_to(&mut |_| Ok(())),
@@ -254,6 +271,7 @@ fn print_json(robot: &Robot, replay: &Replay, beside: Beside) -> Result<()> {
         rows: replay.rows,
         told: replay.told.as_ref(),
         changes: &replay.changes,
+        ground: &replay.ground,
         windows: &replay.windows,
         mass_error: MassError::of(&replay.windows),
         board: beside.board,
@@ -283,6 +301,18 @@ fn print_text(robot: &Robot, replay: &Replay, beside: &Beside) -> Result<()> {
     }
     for change in &replay.changes {
         println!("payload changed at {:.1} s, noticed at {:.1} s", change.time_s, change.noticed_s);
+    }
+    if let (Some(first), Some(last)) = (replay.ground.first(), replay.ground.last()) {
+        println!(
+            "ground: rolling {:.5} N·m/kg at {:.0} s, {:.5} ± {:.5} at {:.0} s",
+            first.rolling_nm_kg, first.time_s, last.rolling_nm_kg, last.rolling_std_nm_kg, last.time_s
+        );
+        if last.scrub_std_nm_kg > 0.0 {
+            println!(
+                "        scrub {:.5} N·m/kg, {:.5} ± {:.5}",
+                first.scrub_nm_kg, last.scrub_nm_kg, last.scrub_std_nm_kg
+            );
+        }
     }
     let known: Vec<&WindowMass> = replay.windows.iter().filter(|window| window.mass_kg.is_some()).collect();
     println!("mass: known in {} of {} windows", known.len(), replay.windows.len());

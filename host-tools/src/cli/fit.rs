@@ -34,9 +34,13 @@ pub(crate) struct Arguments {
     #[arg(required_unless_present = "grams", value_name = "RUN.csv")]
     runs: Vec<PathBuf>,
     /// Sums of gmr gram instead of logs: Eq. 18 as from the rows, the signed model from those that its clamp leaves alone. Without what
-    /// needs rows: --out, errors in percent, delay and slip memory, robust weights
-    #[arg(long, value_name = "GRAMS.jsonl", num_args = 1.., conflicts_with_all = ["runs", "out", "mass"])]
+    /// needs rows: errors in percent, delay and slip memory, robust weights, and --out but with --coeffs
+    #[arg(long, value_name = "GRAMS.jsonl", num_args = 1.., conflicts_with_all = ["runs", "mass"])]
     grams: Vec<PathBuf>,
+    /// With --grams: the coefficients that gmr gram --coeffs took the sums near. The next ones, a step of Gauss and Newton on, clamped wheels
+    /// included; --out writes them
+    #[arg(long, value_name = "C.toml", requires = "grams", conflicts_with_all = ["leave_one_out", "method"])]
+    coeffs: Option<PathBuf>,
     /// With --grams: also how well each run is predicted by the others
     #[arg(long, requires = "grams")]
     leave_one_out: bool,
@@ -109,6 +113,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
     if !arguments.grams.is_empty() {
         let Arguments { grams, model, method, leave_one_out, json, .. } = arguments;
+        if let Some(near) = &arguments.coeffs {
+            let outputs = arguments.out.as_deref();
+            check_apart(outputs, grams.iter().chain([near, &arguments.robot]).map(PathBuf::as_path))?;
+            arguments.overwrite.check(&arguments.out, Form::Coefficients)?;
+            return fit_grams::step::<N>(robot, grams, near, *model, arguments.out.as_deref(), *json);
+        }
+        if arguments.out.is_some() {
+            let message = "--out with --grams: expected --coeffs as well, the coefficients that gmr gram --coeffs took the sums near";
+            return Err(Error::usage(message));
+        }
         if let Some(method @ (Method::Pgd | Method::Physical)) = method
             && *model != ModelKind::Signed
         {

@@ -2,22 +2,25 @@
 
 pub mod board;
 mod outside;
+mod pipeline;
 pub mod plot;
 mod told;
 
 use std::path::Path;
 
+use model_core::adapt::Ground;
 use model_core::coefficients::Coefficients;
-use model_core::effects::live::Live;
-use model_core::estimator::{Estimate, Estimator, Timing, Unfit};
+use model_core::estimator::{Estimate, Timing, Unfit};
 use model_core::model::Model;
 use model_core::payload::roots::RootMean;
 use model_core::payload::schedule::Schedule;
 use model_core::payload::window::Window;
-use model_core::payload::{MassEstimate, Method, Place, Unknown};
+use model_core::payload::{MassEstimate, Place, Unknown};
 use serde::{Deserialize, Serialize};
 
 use outside::Columns;
+pub use pipeline::GroundAt;
+use pipeline::{Adapting, Fitted, Pipeline};
 use told::Telling;
 pub use told::Told;
 
@@ -134,6 +137,8 @@ pub struct Replay {
     pub windows: Vec<WindowMass>,
     /// Payload changes noticed.
     pub changes: Vec<Change>,
+    /// The floor, second by second, where it adapts; else empty.
+    pub ground: Vec<GroundAt>,
     /// P̂ with the estimator's own mass against the measured power.
     pub quality: Option<Quality>,
     /// P̂ at the mass that the log tells, or that was given; none where neither is.
@@ -205,19 +210,45 @@ pub fn replay_at<const N: usize>(
     mass_kg: Option<f64>,
     watch: impl FnMut(&Instant),
 ) -> Result<Replay> {
-    let columns = Columns::of(coefficients, file)?;
-    let reader = SampleReader::<N>::open_with(file, robot, &columns.names())?;
-    let log = Log { file, reader, columns, mass_kg };
-    let (range, floor_w) = (coefficients.robot.range, robot.mape_floor_w());
+    let log = Log::open(robot, coefficients, file, mass_kg)?;
+    let timing = log.timing(policy)?;
+    let (range, period) = (coefficients.robot.range, timing.period_s);
+    let unfit = |why| Error::failed(unfit_text(why, coefficients)).in_file(file);
     match payloads {
         Payloads::Window => {
-            let method = Window { range, noise: coefficients.noise, period: log.reader.period_s() };
-            Run::new(coefficients, log, method, policy, floor_w)?.finish(robot, watch)
+            let method = Window { range, noise: coefficients.noise, period };
+            let pipeline = Fitted::new(coefficients, method, &timing).map_err(unfit)?;
+            Run::new(coefficients, log, pipeline, policy, robot)?.finish(robot, watch)
         }
         Payloads::Roots => {
-            Run::new(coefficients, log, RootMean { range }, policy, floor_w)?.finish(robot, watch)
+            let pipeline = Fitted::new(coefficients, RootMean { range }, &timing).map_err(unfit)?;
+            Run::new(coefficients, log, pipeline, policy, robot)?.finish(robot, watch)
         }
     }
+}
+
+/// As [`replay_at`], rolling resistance and scrub adapting beside the mass (with a memory of a minute).
+///
+/// # Errors
+/// As [`replay`]; coefficients of another model than the signed one, or with effects.
+pub fn replay_adapting<const N: usize>(
+    robot: &Robot,
+    coefficients: &Coefficients<f64, N>,
+    file: &Path,
+    policy: &Policy,
+    mass_kg: Option<f64>,
+    watch: impl FnMut(&Instant),
+) -> Result<Replay> {
+    if !matches!(coefficients.model, Model::Signed { .. }) || !coefficients.columns.is_empty() {
+        let message = "coefficients of eq18, or with effects, on ground that adapts; expected those of gmr fit --model signed";
+        return Err(Error::failed(message));
+    }
+    let log = Log::open(robot, coefficients, file, mass_kg)?;
+    let timing = log.timing(policy)?;
+    let ground = Ground { window: policy.window_s, ..Ground::usual() };
+    let unfit = |why| Error::failed(unfit_text(why, coefficients)).in_file(file);
+    let pipeline = Adapting::new(coefficients, &ground, &timing).map_err(unfit)?;
+    Run::new(coefficients, log, pipeline, policy, robot)?.finish(robot, watch)
 }
 
 /// Why this log cannot be replayed with these coefficients.
@@ -244,25 +275,22 @@ struct Log<'a, const N: usize> {
     mass_kg: Option<f64>,
 }
 
-struct Run<'a, M: Method<f64>, const N: usize> {
-    log: Log<'a, N>,
-    estimator: Estimator<f64, M, N, BUCKETS>,
-    /// As the board does: with effects only where the coefficients hold any.
-    live: Option<Live<f64, N>>,
-    telling: Telling<N>,
-    policy: &'a Policy,
-    bucket_s: f64,
-    window_buckets: usize,
-}
-
-impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
-    fn new(
+impl<'a, const N: usize> Log<'a, N> {
+    fn open(
+        robot: &Robot,
         coefficients: &Coefficients<f64, N>,
-        log: Log<'a, N>,
-        method: M,
-        policy: &'a Policy,
-        mape_floor_w: f64,
+        file: &'a Path,
+        mass_kg: Option<f64>,
     ) -> Result<Self> {
+        let columns = Columns::of(coefficients, file)?;
+        let reader = SampleReader::<N>::open_with(file, robot, &columns.names())?;
+        // The conditioner's message names file and rate better than the estimator's error could.
+        crate::fit::dataset::conditioner(&coefficients.robot, file, reader.period_s())?;
+        Ok(Self { file, reader, columns, mass_kg })
+    }
+
+    /// How a policy divides its time.
+    fn timing(&self, policy: &Policy) -> Result<Timing> {
         let bucket_s = bucket_length(policy.window_s)?;
         let buckets = |seconds: f64| (seconds / bucket_s).round() as usize;
         let window = buckets(policy.window_s);
@@ -280,23 +308,38 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
                 )));
             }
         };
-        let timing =
-            Timing { period_s: log.reader.period_s(), bucket_s, schedule, detect_changes: policy.detect };
-        // The conditioner's message names file and rate better than the estimator's error could.
-        crate::fit::dataset::conditioner(&coefficients.robot, log.file, timing.period_s)?;
-        let unfit = |why| Error::failed(unfit_text(why, coefficients)).in_file(log.file);
-        let estimator = Estimator::new(coefficients, method, &timing).map_err(unfit)?;
-        let live = (!coefficients.columns.is_empty()).then(|| Live::new(coefficients, timing.period_s));
-        let live = live.transpose().map_err(unfit)?;
-        let telling = Telling::new(coefficients, log.mass_kg, mape_floor_w);
-        Ok(Self { log, estimator, live, telling, policy, bucket_s, window_buckets: window })
+        Ok(Timing { period_s: self.reader.period_s(), bucket_s, schedule, detect_changes: policy.detect })
+    }
+}
+
+struct Run<'a, P: Pipeline<N>, const N: usize> {
+    log: Log<'a, N>,
+    pipeline: P,
+    telling: Telling<N>,
+    policy: &'a Policy,
+    bucket_s: f64,
+    window_buckets: usize,
+}
+
+impl<'a, P: Pipeline<N>, const N: usize> Run<'a, P, N> {
+    fn new(
+        coefficients: &Coefficients<f64, N>,
+        log: Log<'a, N>,
+        pipeline: P,
+        policy: &'a Policy,
+        robot: &Robot,
+    ) -> Result<Self> {
+        let bucket_s = bucket_length(policy.window_s)?;
+        let window_buckets = (policy.window_s / bucket_s).round() as usize;
+        let telling = Telling::new(coefficients, log.mass_kg, robot.mape_floor_w());
+        Ok(Self { log, pipeline, telling, policy, bucket_s, window_buckets })
     }
 
     fn finish(mut self, robot: &Robot, mut watch: impl FnMut(&Instant)) -> Result<Replay> {
         let mut progress = FileProgress::new(&[self.log.file.to_owned()]);
         let mut metrics = Metrics::new(robot.mape_floor_w());
         let mut windows = Vec::new();
-        let mut changes = Vec::new();
+        let (mut changes, mut ground) = (Vec::new(), Vec::new());
         let mut truth = Truth::default();
         let (mut settled, mut known) = (0_u64, 0_u64);
         let (mut start, mut last, mut clock) = (f64::NAN, f64::NAN, 0.0);
@@ -313,25 +356,17 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
             }
             if row.elapsed.is_infinite() && row.run > 0 {
                 // Another run: nothing is known of its payload.
-                self.estimator.payload_changed();
-                if let Some(live) = &mut self.live {
-                    live.restart();
-                }
+                self.pipeline.restart();
             }
             while pending.peek().is_some_and(|change| row.time - start >= *change) {
                 pending.next();
-                self.estimator.payload_changed();
+                self.pipeline.payload_changed();
             }
             // The first row of a run has no step before it.
             let step = if row.elapsed.is_finite() { row.elapsed } else { 0.0 };
             let elapsed = if row.elapsed.is_finite() || row.run == 0 { step } else { f64::MAX };
-            let estimate = match &mut self.live {
-                None => self.estimator.push(&row.sample, elapsed),
-                Some(live) => {
-                    let outside = self.log.columns.outside(self.log.reader.extras());
-                    self.estimator.push_with(live, &row.sample, &outside, elapsed)
-                }
-            };
+            let outside = self.log.columns.outside(self.log.reader.extras());
+            let estimate = self.pipeline.push(&row.sample, &outside, elapsed);
             clock += step;
             energy += robot.static_power_w().unwrap_or(0.0) * step;
             truth.note(clock, row.mass);
@@ -341,7 +376,7 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
                     noticed_s: row.time,
                 });
             }
-            let told_w = self.telling.add(self.live.as_ref(), &row, &estimate, step);
+            let told_w = self.telling.add(self.pipeline.live(), &row, &estimate, step);
             if let Some(instant) = instant(&row, &estimate) {
                 let instant = Instant { told_w, ..instant };
                 settled += 1;
@@ -354,16 +389,18 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
             last = row.time;
             if estimate.closed && at_second(clock, self.log.reader.period_s()) {
                 self.close(clock, start, &truth, &mut windows);
+                ground.extend(self.pipeline.ground(row.time));
             }
         }
         progress.finish();
         let told = self.policy.changes_s.iter().map(|change| start + change);
         let times: Vec<f64> = changes.iter().map(|change| change.time_s).chain(told).collect();
         blank_straddling(&mut windows, &times);
-        let (measured, predicted) = self.estimator.energy();
+        let (measured, predicted) = self.pipeline.energy();
         Ok(Replay {
             windows,
             changes,
+            ground,
             quality: metrics.quality(),
             told: self.telling.finish(),
             known_share: known as f64 / settled.max(1) as f64,
@@ -377,7 +414,7 @@ impl<'a, M: Method<f64>, const N: usize> Run<'a, M, N> {
     }
 
     fn close(&self, clock: f64, start: f64, truth: &Truth, windows: &mut Vec<WindowMass>) {
-        let Some(payload) = self.estimator.over_latest(self.window_buckets) else { return };
+        let Some(payload) = self.pipeline.over_latest(self.window_buckets) else { return };
         let end = clock.round();
         let begin = end - self.policy.window_s;
         let mass = payload.known();

@@ -10,6 +10,7 @@ mod parquet;
 mod polynomial;
 mod read;
 mod run;
+mod step;
 mod summary;
 #[cfg(test)]
 mod tests;
@@ -20,4 +21,5 @@ pub use self::fitted::{Fitted, LeftOut, eq18, leave_one_out, signed};
 pub use self::local::{Local, Reference};
 pub use self::read::{Conditioned, Spent, Summed, of_header, of_log};
 pub use self::run::{FORMAT, RunGram, Setting, total};
+pub use self::step::{Moved, Step, step};
 pub use self::summary::{Histogram, Summary};

@@ -51,8 +51,7 @@ impl<const N: usize> Conditioned<N> {
             let message = "they hold effects; expected the coefficients as gmr fit wrote them";
             return Err(Error::failed(message).in_file(file).in_column("effects"));
         }
-        let text = read_text(file, MOST_DESCRIPTION)?;
-        let checksum = format!("{:08x}", Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(text.as_bytes()));
+        let checksum = checksum_of(file)?;
         Ok(Self {
             core: read.robot,
             drive,
@@ -73,6 +72,15 @@ impl<const N: usize> Conditioned<N> {
             reference: self.reference.as_ref().map(|(_, checksum)| checksum.clone()),
         }
     }
+}
+
+/// By what sums know the coefficients that they were taken near.
+///
+/// # Errors
+/// A file that cannot be read.
+pub(super) fn checksum_of(file: &Path) -> Result<String> {
+    let text = read_text(file, MOST_DESCRIPTION)?;
+    Ok(format!("{:08x}", Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(text.as_bytes())))
 }
 
 /// What commands are called in logs.

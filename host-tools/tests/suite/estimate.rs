@@ -58,6 +58,40 @@ fn the_json_has_the_documented_keys_and_a_window_a_second() {
 }
 
 /// The same drive in a log whose clock has run for a while.
+/// A floor with half as much again of rolling resistance: to the fit's model it is another mass. With ground that adapts it is not, and
+/// the interval holds the mass.
+#[test]
+fn on_another_floor_the_ground_adapts_and_the_mass_stays() {
+    let bench = plant();
+    let field = [
+        "--sensors",
+        "servo",
+        "--duration",
+        "150",
+        "--mass",
+        "4.5",
+        "--seed",
+        "13",
+        "--effect",
+        "rolling-resistance-change=0.012",
+    ];
+    bench.simulate("floor.csv", &field);
+    let found = |more: &[&str]| estimate(&bench, &[&["floor.csv"], more].concat());
+    let error = |report: &Value, key: &str| number(&report["mass_error"][key]);
+    let (fixed, adapted) = (found(&[]), found(&["--adapt"]));
+    assert!(error(&fixed, "mean_percent") > 15.0, "{}", fixed["mass_error"]);
+    assert!(error(&adapted, "mean_percent") < 5.0, "{}", adapted["mass_error"]);
+    assert!(error(&adapted, "interval_contains_truth") >= 0.9, "{}", adapted["mass_error"]);
+    assert!(fixed["ground"].as_array().unwrap().is_empty());
+    let ground = adapted["ground"].as_array().unwrap();
+    let [first, last] = [&ground[0], ground.last().unwrap()].map(|at| number(&at["rolling_nm_kg"]));
+    assert!(last > 1.2 * first, "the floor is found to be harder: {first} {last}");
+    for more in [["--adapt", "--payload", "roots"], ["--adapt", "--schedule", "periodic"]] {
+        let refused = bench.gmr(&[&ESTIMATE[..], &["floor.csv"], &more[..]].concat());
+        assert_eq!(refused.code, Some(2), "{more:?}");
+    }
+}
+
 #[test]
 fn windows_are_on_the_clock_of_the_log() {
     let bench = exact();

@@ -163,3 +163,63 @@ fn sums_of_other_settings_are_refused() {
     let ran = bench.gmr(&["fit", "--robot", "robot.toml", "--grams", "20.jsonl", "--out", "c.toml"]);
     assert_eq!(ran.code, Some(2), "noise of payload windows needs rows: {}", ran.stderr);
 }
+
+/// Coefficients spoiled by these factors, then passes over the rows and steps: where they end, and the last move in standard errors.
+fn stepped(bench: &Bench, coulomb: f64, others: f64) -> (Vec<f64>, f64) {
+    let spoiled: Vec<String> = bench
+        .text("fitted.toml")
+        .lines()
+        .map(|line| match line.split_once(" = ") {
+            Some((name, value)) if NAMES.contains(&name) => {
+                format!(
+                    "{name} = {}",
+                    value.parse::<f64>().unwrap() * if name == "coulomb" { coulomb } else { others }
+                )
+            }
+            _ => line.to_owned(),
+        })
+        .collect();
+    bench.put("c0.toml", spoiled.join("\n") + "\n");
+    let (mut values, mut longest) = (Vec::new(), f64::INFINITY);
+    for pass in 0..6 {
+        let (near, next, sums) =
+            (format!("c{pass}.toml"), format!("c{}.toml", pass + 1), format!("g{pass}.jsonl"));
+        bench.done(
+            &[&["gram", "--robot", "robot.toml", "--force", "--coeffs", &near, "--out", &sums], &LOGS[..]]
+                .concat(),
+        );
+        let report = fit(bench, &["--grams", &sums, "--coeffs", &near, "--out", &next]);
+        values = report["parameters"].as_array().unwrap().iter().map(|one| number(&one["after"])).collect();
+        longest = number(&report["longest_std_errs"]);
+    }
+    (values, longest)
+}
+
+/// From coefficients a fifth too high and a tenth too low, and the other way round, clamped wheels included: steps end at one place, the
+/// least squares of all rows, which counts those where a clamp lets go within the filter's memory as well.
+#[test]
+fn steps_from_known_coefficients_lead_to_one_place_near_the_truth() {
+    let bench = bench();
+    bench.done(&[&["fit", "--robot", "robot.toml", "--out", "fitted.toml"], &LOGS[..]].concat());
+    let (one, longest) = stepped(&bench, 1.2, 0.9);
+    assert!(longest < 1e-3, "{longest}");
+    let (other, longest) = stepped(&bench, 0.85, 1.15);
+    assert!(longest < 1e-3, "{longest}");
+    for ((one, other), truth) in one.iter().zip(&other).zip(TRUTH) {
+        assert!(
+            (one / other - 1.0).abs() < 1e-5 && (one / truth - 1.0).abs() < 5e-2,
+            "{one} {other} {truth}"
+        );
+    }
+    // The file is one that every command takes.
+    bench.done(&["estimate", "--robot", "robot.toml", "--coeffs", "c6.toml", "middle.csv"]);
+    // Sums near other coefficients, or none.
+    gram(&bench, "plain.jsonl", &LOGS);
+    for (sums, said) in [("g0.jsonl", "near other coefficients"), ("plain.jsonl", "near no coefficients")] {
+        let failed = bench.gmr(&["fit", "--robot", "robot.toml", "--grams", sums, "--coeffs", "c6.toml"]);
+        assert_eq!(failed.code, Some(1));
+        assert!(failed.stderr.contains(said), "{}", failed.stderr);
+    }
+    let failed = bench.gmr(&["fit", "--robot", "robot.toml", "--grams", "g0.jsonl", "--out", "x.toml"]);
+    assert_eq!(failed.code, Some(2), "{}", failed.stderr);
+}

@@ -1,10 +1,12 @@
 //! `cargo xtask bench gap`: what the gap workflow names of effects that two plants hide, one of ours and one that shares nothing with it.
 
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use crate::paths::{root, target_folder};
+use crate::python::pip;
 use crate::robots::{python, text_of};
+use crate::set_up;
 use crate::steps::{Steps, Stop, command};
 
 /// The second judge.
@@ -57,6 +59,25 @@ pub(crate) fn run(steps: &mut Steps) -> Result<(), Stop> {
         tally.arg(format!("{JUDGE}/tally.py")).args(&results);
         let lines = KINDS.map(|(name, arguments)| format!("$ batch.py {name}.jsonl {arguments}\n")).concat();
         keep("docs/gap-judge.txt", &format!("{lines}{}", text_of(tally)?))
+    })
+}
+
+/// What other ways to find a gap need from PyPI, beside the judge.
+const RIVALS: [&str; 2] = ["pysindy>=2", "scikit-learn>=1.5"];
+
+/// `gmr gap` beside other ways to find what a model lacks, on the same sets: docs/gap-leaderboard.txt.
+pub(crate) fn leaderboard(steps: &mut Steps) -> Result<(), Stop> {
+    steps.run("gmr", command("cargo build --quiet --release --package host-tools --bin gmr"))?;
+    let python = python()?;
+    let mut probe = Command::new(&python);
+    probe.args(["-c", "import pysindy, sklearn"]).stderr(Stdio::null());
+    if !probe.status().is_ok_and(|status| status.success()) {
+        set_up::obtain(pip(&python).args(RIVALS))?;
+    }
+    steps.work("leaderboard", || {
+        let mut table = Command::new(&python);
+        table.arg(format!("{JUDGE}/leaderboard.py")).arg("--gmr").arg(target_folder().join("release/gmr"));
+        keep("docs/gap-leaderboard.txt", &text_of(table)?)
     })
 }
 

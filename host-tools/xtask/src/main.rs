@@ -34,9 +34,9 @@ usage: cargo xtask <command>
   demo [--yes]
          record, fit, flash and estimate on the virtual board; plots go to demo-output/
   bench [accuracy | charge | coverage | fit-speed | fleet | gap | gap-mujoco | gap-simulator |
-         instructions | logs | predict | robots]
-         the figures of the README, measured again; minutes. gap: a night, gap-mujoco:
-         most of an hour, only by name
+         instructions | leaderboard | logs | predict | robots]
+         the figures of the README, measured again; minutes. gap: a night, gap-mujoco and
+         leaderboard: most of an hour, only by name
   bench fleet --rows N
          the figures of docs/fleet-bench.txt, by 100000000: a quarter of an hour to simulate,
          4 GB; beside Polars, NumPy and SciPy

@@ -102,7 +102,7 @@ fn student_95<T: Real>(freedom: T) -> T {
 ///
 /// Within the range the interval is cut to it. An interval that lies beyond the range altogether says that the mass does; one that
 /// reaches in from there leaves it open, and is not cut. Unknown where the interval says too little.
-pub(super) fn within<T: Real>(range: &MassRange<T>, d: T, half_width: T) -> MassEstimate<T> {
+pub(crate) fn within<T: Real>(range: &MassRange<T>, d: T, half_width: T) -> MassEstimate<T> {
     let (middle, reach) = (range.middle(), range.reach());
     if !d.is_finite() {
         return MassEstimate::Unknown(Unknown::NotFinite);

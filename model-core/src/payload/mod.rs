@@ -5,7 +5,7 @@
 //! mean of Eq. 24's roots, [`window`] least squares over all samples of the window. [`change`] notices a new payload.
 
 pub mod change;
-mod interval;
+pub(crate) mod interval;
 pub mod ring;
 pub mod roots;
 pub mod schedule;

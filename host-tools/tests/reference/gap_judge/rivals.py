@@ -47,8 +47,9 @@ class Run:
         self.mass = data["mass_kg"]
         wheels = np.stack([smooth(data[f"wheel{k}_rad_s"]) for k in (1, 2)])
         speed_up = np.gradient(wheels, dt, axis=1)
-        wanted = np.interp(self.time, predicted[:, 0], predicted[:, 1])
-        self.residual = smooth(data["power_w"] - shape["static"]) - smooth(wanted)
+        # Both behind the filter of the fit: what one of them alone has passed would look like a delay.
+        measured, wanted = (np.interp(self.time, predicted[:, 0], predicted[:, k]) for k in (1, 2))
+        self.residual = smooth(measured - wanted)
         self.power = smooth(wanted)
         forward, turn = wheels.mean(axis=0), wheels[1] - wheels[0]
         self.features = np.stack([forward, turn, speed_up.mean(axis=0), self.mass, self.time, self.power, wheels[0], wheels[1],
@@ -113,7 +114,7 @@ def read(folder, gmr, robot, shape):
                        cwd=folder, capture_output=True, check=True)
         predicted = np.genfromtxt(out, delimiter=",", names=True)
         known = np.isfinite(predicted["told_w"])
-        runs.append(Run(log, np.stack([predicted["time_s"][known], predicted["told_w"][known]], axis=1), parameters, shape))
+        runs.append(Run(log, np.stack([predicted[name][known] for name in ("time_s", "measured_w", "told_w")], axis=1), parameters, shape))
     order = np.argsort([run.mass[0] for run in runs])
     locked = {int(place) for place in order[1::3]}
     return [run for k, run in enumerate(runs) if k not in locked], [run for k, run in enumerate(runs) if k in locked]

@@ -1,0 +1,177 @@
+//! What a log is replayed through: the estimator on the ground of the fit, as boards run it, or one whose ground adapts.
+
+use model_core::adapt::{Adaptive, Ground};
+use model_core::coefficients::Coefficients;
+use model_core::effects::live::{Live, Outside};
+use model_core::energy::Energy;
+use model_core::estimator::{Estimate, Estimator, GAP_PERIODS, Sample, Timing, Unfit};
+use model_core::payload::{MassEstimate, Method, Unknown};
+use serde::Serialize;
+
+use super::BUCKETS;
+
+/// The floor as it seems to be, after a second.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct GroundAt {
+    /// Time in the log, s.
+    pub time_s: f64,
+    /// Rolling resistance, N·m/kg at a wheel, and its standard deviation.
+    pub rolling_nm_kg: f64,
+    /// N·m/kg
+    pub rolling_std_nm_kg: f64,
+    /// Scrub, N·m/kg at the outermost wheels, and its standard deviation.
+    pub scrub_nm_kg: f64,
+    /// N·m/kg
+    pub scrub_std_nm_kg: f64,
+}
+
+/// Samples in, mass and power out.
+pub(super) trait Pipeline<const N: usize> {
+    /// Takes a sample, `elapsed` s after the one before, and what is measured beside.
+    fn push(&mut self, sample: &Sample<f64, N>, outside: &Outside<f64, N>, elapsed: f64) -> Estimate<f64, N>;
+    /// Another run begins: nothing is known of its payload, nor of what effects remember.
+    fn restart(&mut self);
+    /// The payload is another from now on.
+    fn payload_changed(&mut self);
+    /// The mass over the latest `count` buckets; `None` while there are fewer.
+    fn over_latest(&self, count: usize) -> Option<MassEstimate<f64>>;
+    /// Actuation energy measured, and predicted while the mass was known, J.
+    fn energy(&self) -> (f64, f64);
+    /// The coefficients' effects, where they hold any.
+    fn live(&self) -> Option<&Live<f64, N>>;
+    /// The ground in hand, where it adapts: the record at a time, s.
+    fn ground(&self, time_s: f64) -> Option<GroundAt>;
+}
+
+/// As boards do it: with effects only where the coefficients hold any.
+pub(super) struct Fitted<M: Method<f64>, const N: usize> {
+    estimator: Estimator<f64, M, N, BUCKETS>,
+    live: Option<Live<f64, N>>,
+}
+
+impl<M: Method<f64>, const N: usize> Fitted<M, N> {
+    /// # Errors
+    /// What these coefficients cannot have at this rate.
+    pub(super) fn new(
+        coefficients: &Coefficients<f64, N>,
+        method: M,
+        timing: &Timing,
+    ) -> Result<Self, Unfit> {
+        let estimator = Estimator::new(coefficients, method, timing)?;
+        let live = (!coefficients.columns.is_empty()).then(|| Live::new(coefficients, timing.period_s));
+        Ok(Self { estimator, live: live.transpose()? })
+    }
+}
+
+impl<M: Method<f64>, const N: usize> Pipeline<N> for Fitted<M, N> {
+    fn push(&mut self, sample: &Sample<f64, N>, outside: &Outside<f64, N>, elapsed: f64) -> Estimate<f64, N> {
+        match &mut self.live {
+            None => self.estimator.push(sample, elapsed),
+            Some(live) => self.estimator.push_with(live, sample, outside, elapsed),
+        }
+    }
+
+    fn restart(&mut self) {
+        self.estimator.payload_changed();
+        if let Some(live) = &mut self.live {
+            live.restart();
+        }
+    }
+
+    fn payload_changed(&mut self) {
+        self.estimator.payload_changed();
+    }
+
+    fn over_latest(&self, count: usize) -> Option<MassEstimate<f64>> {
+        self.estimator.over_latest(count)
+    }
+
+    fn energy(&self) -> (f64, f64) {
+        self.estimator.energy()
+    }
+
+    fn live(&self) -> Option<&Live<f64, N>> {
+        self.live.as_ref()
+    }
+
+    fn ground(&self, _: f64) -> Option<GroundAt> {
+        None
+    }
+}
+
+/// Rolling resistance and scrub adapt beside the mass.
+pub(super) struct Adapting<const N: usize> {
+    adaptive: Adaptive<f64, N>,
+    mass: MassEstimate<f64>,
+    /// Buckets since the payload was another.
+    buckets: usize,
+    measured: Energy<f64>,
+    predicted: Energy<f64>,
+    ground: [[f64; 2]; 2],
+    /// A longer step is a gap, of which nobody measured more than this, s.
+    longest_step_s: f64,
+}
+
+impl<const N: usize> Adapting<N> {
+    /// # Errors
+    /// Another model than the signed one, or effects; what these coefficients cannot have at this rate.
+    pub(super) fn new(
+        coefficients: &Coefficients<f64, N>,
+        ground: &Ground<f64>,
+        timing: &Timing,
+    ) -> Result<Self, Unfit> {
+        Ok(Self {
+            adaptive: Adaptive::new(coefficients, ground, timing.period_s, timing.bucket_s)?,
+            mass: MassEstimate::Unknown(Unknown::NoSamples),
+            buckets: 0,
+            measured: Energy::default(),
+            predicted: Energy::default(),
+            ground: [[f64::NAN; 2]; 2],
+            longest_step_s: GAP_PERIODS * timing.period_s,
+        })
+    }
+}
+
+impl<const N: usize> Pipeline<N> for Adapting<N> {
+    fn push(&mut self, sample: &Sample<f64, N>, _: &Outside<f64, N>, elapsed: f64) -> Estimate<f64, N> {
+        let found = self.adaptive.push(sample, elapsed);
+        self.mass = found.adapted.mass;
+        self.ground = [found.adapted.rolling, found.adapted.scrub];
+        self.buckets += usize::from(found.closed);
+        let held = elapsed.min(self.longest_step_s);
+        if let Some(now) = &found.conditioned {
+            self.measured.add(now.power, held);
+        }
+        if let Some(power) = found.power {
+            self.predicted.add(power, held);
+        }
+        let (conditioned, power, closed) = (found.conditioned, found.power, found.closed);
+        Estimate { conditioned, mass: self.mass, power, closed, changed: None }
+    }
+
+    fn restart(&mut self) {
+        self.payload_changed();
+    }
+
+    fn payload_changed(&mut self) {
+        self.adaptive.payload_changed();
+        self.buckets = 0;
+    }
+
+    fn over_latest(&self, count: usize) -> Option<MassEstimate<f64>> {
+        (self.buckets >= count).then_some(self.mass)
+    }
+
+    fn energy(&self) -> (f64, f64) {
+        (self.measured.joules(), self.predicted.joules())
+    }
+
+    fn live(&self) -> Option<&Live<f64, N>> {
+        None
+    }
+
+    fn ground(&self, time_s: f64) -> Option<GroundAt> {
+        let [[rolling_nm_kg, rolling_std_nm_kg], [scrub_nm_kg, scrub_std_nm_kg]] = self.ground;
+        Some(GroundAt { time_s, rolling_nm_kg, rolling_std_nm_kg, scrub_nm_kg, scrub_std_nm_kg })
+    }
+}

@@ -1,0 +1,197 @@
+//! The next coefficients from sums near the last: one step of Gauss and Newton of the signed model, clamp, delay and slip memory included.
+
+use std::path::Path;
+
+use model_core::model::Model;
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+
+use super::local::Local;
+use super::read::checksum_of;
+use super::run::{RunGram, total};
+use crate::coefficients::CoefficientsFile;
+use crate::error::{Error, Result};
+use crate::fit::physical::{Bounds, parameters, torque};
+use crate::fit::verdict;
+use crate::numerics::scaled_inverse::ScaledInverse;
+use crate::robot::Robot;
+
+/// A parameter before and after.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Moved {
+    /// Its name in coefficients.toml.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Where the sums were taken.
+    pub before: f64,
+    /// Where they lead.
+    pub after: f64,
+    /// Standard error: of the equations, or by how runs differ, whichever is greater.
+    pub std_err: f64,
+}
+
+/// What came of a step.
+#[derive(Debug, Clone)]
+pub struct Step<const N: usize> {
+    /// The coefficients that it leads to; all else is as in those that it began at.
+    pub file: CoefficientsFile<N>,
+    /// Parameter by parameter.
+    pub moved: Vec<Moved>,
+    /// Rows in which a wheel draws power.
+    pub rows: u64,
+    /// Their root mean square residual before, W.
+    pub before_rmse_w: f64,
+    /// The same after, as far as the model is linear in between.
+    pub after_rmse_w: f64,
+    /// The longest move, in standard errors: a further pass is worth it where it is not far below 1.
+    pub longest_std_errs: f64,
+}
+
+/// The step that runs ask for, whose sums were taken near the coefficients of this file (`gmr gram --coeffs`).
+///
+/// # Errors
+/// Sums of other settings, or taken near other coefficients; coefficients of another model.
+pub fn step<const N: usize>(robot: &Robot, file: &Path, runs: &[RunGram]) -> Result<Step<N>> {
+    let all = total(runs)?;
+    let mut next = CoefficientsFile::<N>::read(file, robot)?;
+    let Model::Signed { torque: reference, drive } = next.coefficients.model else {
+        return Err(Error::failed("model eq18; expected signed").in_file(file).in_column("model"));
+    };
+    let near = checksum_of(file)?;
+    let sums =
+        all.local.as_ref().filter(|_| all.setting.reference.as_ref() == Some(&near)).ok_or_else(|| {
+            let found = match &all.setting.reference {
+                Some(other) => format!("sums near other coefficients ({other}; these are {near})"),
+                None => "sums near no coefficients".to_owned(),
+            };
+            Error::failed(format!("{found}; expected those of gmr gram --coeffs {}", file.display()))
+                .in_file(file)
+        })?;
+    if sums.rows == 0 {
+        return Err(Error::failed("no row in which a wheel draws power; expected a drive"));
+    }
+    let start = parameters(&reference);
+    // Wheels that do not scrub have no such parameter, sides that were alike stay so.
+    let shared = verdict::TORQUE.len() - usize::from(!next.coefficients.robot.scrubs());
+    let sides = (reference.imbalance != 0.0).then_some(start.len() - 1);
+    let places: Vec<usize> = (0..shared).chain(sides).collect();
+    let bounds = Bounds::up_to(
+        &next.coefficients.robot,
+        all.summary.fastest_rad_s,
+        robot.motor(),
+        reference.imbalance != 0.0,
+    );
+    let of = |local: &Local| {
+        let (normal, score) = (local.matrix(), local.scores());
+        let matrix = DMatrix::from_fn(places.len(), places.len(), |i, j| normal[(places[i], places[j])]);
+        (matrix, DVector::from_fn(places.len(), |i, _| score[places[i]]))
+    };
+    let (normal, score) = of(sums);
+    let ends: Vec<[f64; 2]> = places
+        .iter()
+        .map(|&place| [bounds.lower()[place] - start[place], bounds.upper()[place] - start[place]])
+        .collect();
+    let step = bounded(&normal, &score, &ends);
+    let after_squares = sums.squares - 2.0 * step.dot(&score) + step.dot(&(&normal * &step));
+    let mean = |squares: f64| (squares.max(0.0) / sums.rows as f64).sqrt();
+    let runs: Vec<(DMatrix<f64>, DVector<f64>)> =
+        runs.iter().filter_map(|run| run.local.as_ref()).map(of).collect();
+    let covariance = covariance(&normal, &runs, &step, mean(after_squares));
+    let mut values = start;
+    let mut moved = Vec::new();
+    for (i, &place) in places.iter().enumerate() {
+        values[place] += step[i];
+        let description = verdict::TORQUE.get(place).unwrap_or(&verdict::IMBALANCE);
+        moved.push(Moved {
+            name: description.name,
+            unit: description.unit,
+            before: start[place],
+            after: values[place],
+            std_err: covariance[(i, i)].sqrt(),
+        });
+    }
+    next.coefficients.model = Model::Signed { torque: torque(&values), drive };
+    next.covariance = covariance.view((0, 0), (shared, shared)).into_owned();
+    next.origin.rows = all.summary.rows;
+    next.origin.rmse_w = mean(after_squares);
+    let lengths = moved.iter().map(|one| (one.after - one.before).abs() / one.std_err.max(f64::MIN_POSITIVE));
+    let longest_std_errs = lengths.filter(|length| length.is_finite()).fold(0.0, f64::max);
+    Ok(Step {
+        file: next,
+        rows: sums.rows,
+        before_rmse_w: mean(sums.squares),
+        after_rmse_w: mean(after_squares),
+        longest_std_errs,
+        moved,
+    })
+}
+
+/// Least squares within bounds: what would leave them is held at the end that it leaves by, and the others are solved for anew.
+fn bounded(normal: &DMatrix<f64>, score: &DVector<f64>, ends: &[[f64; 2]]) -> DVector<f64> {
+    let size = score.len();
+    let mut held: Vec<Option<f64>> = vec![None; size];
+    loop {
+        let free: Vec<usize> = (0..size).filter(|&i| held[i].is_none()).collect();
+        let fixed = DVector::from_fn(size, |i, _| held[i].unwrap_or(0.0));
+        let right = score - normal * &fixed;
+        let matrix = DMatrix::from_fn(free.len(), free.len(), |i, j| normal[(free[i], free[j])]);
+        let found = ScaledInverse::of(&matrix);
+        let solved = found.unscaled(&found.inverse) * DVector::from_fn(free.len(), |i, _| right[free[i]]);
+        let mut step = fixed;
+        let mut left = false;
+        for (&place, value) in free.iter().zip(&solved) {
+            let [low, high] = ends[place];
+            step[place] = value.clamp(low, high);
+            if step[place] != *value {
+                held[place] = Some(step[place]);
+                left = true;
+            }
+        }
+        if !left {
+            return step;
+        }
+    }
+}
+
+/// σ² N⁻¹, or as large as runs disagree at the end of the step, whichever is greater for each parameter.
+fn covariance(
+    normal: &DMatrix<f64>,
+    runs: &[(DMatrix<f64>, DVector<f64>)],
+    step: &DVector<f64>,
+    rmse_w: f64,
+) -> DMatrix<f64> {
+    let size = step.len();
+    let found = ScaledInverse::of(normal);
+    let bread = found.unscaled(&found.inverse);
+    let mut meat = DMatrix::zeros(size, size);
+    for (own, score) in runs {
+        let left = score - own * step;
+        meat.ger(1.0, &left, &left, 1.0);
+    }
+    let count = runs.len() as f64;
+    let by_runs = &bread * meat * &bread * (count / (count - 1.0).max(1.0));
+    let formal = &bread * (rmse_w * rmse_w);
+    let wider = DVector::from_fn(size, |i, _| {
+        let ratio = by_runs[(i, i)] / formal[(i, i)].max(f64::MIN_POSITIVE);
+        ratio.max(1.0).sqrt()
+    });
+    DMatrix::from_fn(size, size, |i, j| formal[(i, j)] * wider[i] * wider[j])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// min ½ xᵀNx − sᵀx with N = [[2, 1], [1, 2]]: free (1, 1); with x₁ ≥ 1.5 the other moves to (3 − 1.5)/2.
+    #[test]
+    fn what_leaves_its_bounds_is_held_and_the_others_make_room() {
+        let normal = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, 2.0]);
+        let score = DVector::from_vec(vec![3.0, 3.0]);
+        let wide = [-9.0, 9.0];
+        let free = bounded(&normal, &score, &[wide, wide]);
+        assert!((free - DVector::from_vec(vec![1.0, 1.0])).norm() < 1e-12);
+        let held = bounded(&normal, &score, &[[1.5, 9.0], wide]);
+        assert!((held - DVector::from_vec(vec![1.5, 0.75])).norm() < 1e-12);
+    }
+}

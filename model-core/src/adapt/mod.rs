@@ -1,0 +1,281 @@
+//! Ground that changes along the way: rolling resistance and scrub adapt slowly, beside an unknown mass.
+//!
+//! On another floor the torque per kilogram that rolling and scrub take is another, and a mass that is told by them is wrong.
+//! Inertia (and grade, where an effect has it) tell the mass whatever the floor. [`Adaptive`] believes all three at once
+//! ([`belief::Belief`]): ground as what the fit found plus a drift with a memory of about a minute, the mass as anything within the
+//! robot's range, of which old evidence fades over the window. Where a drive cannot tell them apart, the covariance says so, and
+//! with it the interval of the mass.
+
+pub mod belief;
+
+use crate::coefficients::Coefficients;
+use crate::estimator::{Conditioned, Conditioner, Sample, Unfit};
+use crate::model::{MassRange, Model};
+use crate::motion::Motion;
+use crate::payload::spread::Spread;
+use crate::payload::{MassEstimate, Noise, Unknown, interval};
+use crate::real::Real;
+use crate::torque::{Drive, TorqueModel, WheelPower};
+use belief::{Belief, Evidence, STATES};
+
+/// How ground may differ from the fit's, and for how long what was seen counts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ground<T> {
+    /// Standard deviation of rolling resistance and of scrub, as a share of what the fit found.
+    pub share: T,
+    /// How long the ground stays much the same, s.
+    pub memory: T,
+    /// How long the payload does, s: the window.
+    pub window: T,
+}
+
+impl<T: Real> Ground<T> {
+    /// Half as much again or half, within a minute; a window of 25 s.
+    pub fn usual() -> Self {
+        Self { share: T::HALF, memory: T::from_f64(60.0), window: T::from_f64(25.0) }
+    }
+}
+
+/// What is known after a bucket.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Adapted<T> {
+    /// Total mass.
+    pub mass: MassEstimate<T>,
+    /// a1 as it seems to be now, with its standard deviation, N·m/kg.
+    pub rolling: [T; 2],
+    /// b as it seems to be now, with its standard deviation, N·m/kg.
+    pub scrub: [T; 2],
+}
+
+/// What is known after a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate<T, const N: usize> {
+    /// The sample behind the filter; `None` where it was not finite.
+    pub conditioned: Option<Conditioned<T, N>>,
+    /// As of the last closed bucket.
+    pub adapted: Adapted<T>,
+    /// P̂_act in W at mass and ground in hand; `None` while the filter is unsettled or the mass unknown.
+    pub power: Option<T>,
+    /// This sample closed a bucket.
+    pub closed: bool,
+}
+
+/// Filter and belief of one robot.
+#[derive(Debug, Clone, Copy)]
+pub struct Adaptive<T, const N: usize> {
+    conditioner: Conditioner<T, N>,
+    fitted: TorqueModel<T>,
+    /// The fitted one on the ground in hand.
+    torque: TorqueModel<T>,
+    drive: Drive,
+    range: MassRange<T>,
+    noise: Noise<T>,
+    period: T,
+    /// What the states are in units of: kg, N·m/kg, N·m/kg.
+    units: [T; STATES],
+    belief: Belief<T>,
+    evidence: Evidence<T>,
+    /// Σ w g of the bucket in hand, g being the power's slope by the mass.
+    slope: T,
+    lasting: Lasting<T>,
+    /// Whether the coefficients tell masses apart.
+    identifies_mass: bool,
+    spread: Spread<T>,
+    /// Shares of what is known that are left after a bucket: of the mass and of the ground.
+    fading: [T; 2],
+    bucket_length: T,
+    phase: T,
+    adapted: Adapted<T>,
+}
+
+impl<T: Real, const N: usize> Adaptive<T, N> {
+    /// For samples `period_s` apart, believing anew every `bucket_s`.
+    ///
+    /// # Errors
+    /// Another model than the signed one, or effects; a filter cutoff or a delay that this rate cannot have.
+    pub fn new(
+        coefficients: &Coefficients<T, N>,
+        ground: &Ground<T>,
+        period_s: f64,
+        bucket_s: f64,
+    ) -> Result<Self, Unfit> {
+        let Coefficients { robot, model, noise, columns, identifies_mass } = coefficients;
+        let Model::Signed { torque, drive } = *model else { return Err(Unfit::Model) };
+        if !columns.is_empty() {
+            return Err(Unfit::Model);
+        }
+        let left = |time: T| (-(T::from_f64(bucket_s) / time)).exp();
+        // Coulomb's torque and rolling resistance are told apart by the mass only: a floor changes what both give together.
+        let rolling = torque.rolling + torque.coulomb / robot.range.middle();
+        let units = [robot.range.reach(), ground.share * rolling, ground.share * torque.scrub];
+        let unknown = MassEstimate::Unknown(if *identifies_mass {
+            Unknown::NoSamples
+        } else {
+            Unknown::NotIdentifiable
+        });
+        let [_, rolling_unit, scrub_unit] = units;
+        Ok(Self {
+            conditioner: Conditioner::new(robot, period_s)?,
+            fitted: torque,
+            torque,
+            drive,
+            range: robot.range,
+            noise: *noise,
+            period: T::from_f64(period_s),
+            units,
+            belief: Belief::default(),
+            evidence: Evidence::default(),
+            slope: T::ZERO,
+            lasting: Lasting::default(),
+            identifies_mass: *identifies_mass,
+            spread: Spread::default(),
+            fading: [left(ground.window), left(ground.memory)],
+            bucket_length: T::from_f64(bucket_s),
+            phase: T::from_f64(period_s) * T::HALF,
+            adapted: Adapted {
+                mass: unknown,
+                rolling: [torque.rolling, rolling_unit],
+                scrub: [torque.scrub, scrub_unit],
+            },
+        })
+    }
+
+    /// Takes one sample, `elapsed` (s) after the one before.
+    pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Estimate<T, N> {
+        let conditioned = self.conditioner.push(sample, elapsed);
+        let mut power = None;
+        if let Some(now) = &conditioned
+            && now.settled
+        {
+            let expected = self.see(now);
+            if self.adapted.mass.known().is_some() && expected.is_finite() {
+                power = Some(expected);
+            }
+        }
+        self.phase += T::ZERO.at_least(elapsed).at_most(self.bucket_length);
+        let closed = self.phase >= self.bucket_length;
+        if closed {
+            self.phase -= self.bucket_length;
+            self.close();
+        }
+        Estimate { conditioned, adapted: self.adapted, power, closed }
+    }
+
+    /// The payload is another from now on.
+    pub fn payload_changed(&mut self) {
+        self.evidence = Evidence::default();
+        (self.slope, self.lasting) = (T::ZERO, Lasting::default());
+        self.belief.forget_mass();
+        self.spread.part();
+        self.adapted.mass = MassEstimate::Unknown(if self.identifies_mass {
+            Unknown::NoSamples
+        } else {
+            Unknown::NotIdentifiable
+        });
+    }
+
+    /// P̂ at mass and ground in hand; what the sample says beyond that is added to the evidence.
+    fn see(&mut self, now: &Conditioned<T, N>) -> T {
+        let (expected, slopes) = self.slopes(&now.motion);
+        if let Some(slopes) = slopes {
+            let weight = self.noise.weight(expected) * self.period / self.noise.density;
+            let residual = now.power - expected;
+            // Zero times what is not finite is no number.
+            if (residual + weight) * T::ZERO == T::ZERO {
+                self.evidence.add(&slopes, residual, weight);
+                let [by_mass, ..] = slopes;
+                self.slope += weight * by_mass;
+            }
+        }
+        expected
+    }
+
+    /// The power in W, and its slopes by the states in their units; none where a wheel may be clamped.
+    fn slopes(&self, motion: &Motion<T, N>) -> (T, Option<[T; STATES]>) {
+        let [mass_unit, rolling_unit, scrub_unit] = self.units;
+        let [d, ..] = self.belief.state();
+        let mass = self.range.middle() + d * mass_unit;
+        let (mut power, mut slopes, mut least) = (T::ZERO, [T::ZERO; STATES], T::INFINITY);
+        for wheel in &motion.wheels {
+            let [fixed, per_kg] = self.torque.parts(wheel);
+            let torque = fixed + mass * per_kg;
+            let own = torque * (wheel.speed + self.torque.winding_loss * torque);
+            power += match self.drive {
+                Drive::Dissipative => own.at_least(T::ZERO),
+                Drive::Regenerative => own,
+            };
+            let by_torque = wheel.speed + T::TWO * self.torque.winding_loss * torque;
+            let [by_mass, by_rolling, by_scrub] = &mut slopes;
+            *by_mass += by_torque * per_kg * mass_unit;
+            *by_rolling += by_torque * mass * wheel.direction * rolling_unit;
+            *by_scrub += by_torque * mass * wheel.scrub * scrub_unit;
+            let middle = fixed + self.range.middle() * per_kg;
+            let at_most = WheelPower::new(wheel, middle, per_kg, T::ZERO, self.range.reach());
+            least = least.at_most(at_most.least);
+        }
+        let may_clamp = least < T::ZERO && matches!(self.drive, Drive::Dissipative);
+        (power, (!may_clamp && motion.is_moving()).then_some(slopes))
+    }
+
+    #[inline(never)]
+    fn close(&mut self) {
+        let [mass_left, ground_left] = self.fading;
+        self.belief.pass(mass_left, ground_left);
+        let Evidence { information: [[information, ..], ..], score: [score, ..] } = self.evidence;
+        if information > T::ZERO {
+            self.spread.push(score / information.sqrt());
+        }
+        self.belief.take(&self.evidence.scaled(T::ONE / self.spread.excess()));
+        self.lasting.pass(mass_left, self.slope, information);
+        self.slope = T::ZERO;
+        self.evidence = Evidence::default();
+        let [[mass_variance, ..], [_, rolling_variance, _], [_, _, scrub_variance]] =
+            self.belief.covariance();
+        let [d, rolling, scrub] = self.belief.state();
+        let [mass_unit, rolling_unit, scrub_unit] = self.units;
+        // Nothing takes less than no torque.
+        let not_negative = |fitted: T, by: T| T::ZERO.at_least(fitted + by);
+        self.torque = TorqueModel {
+            rolling: self.fitted.rolling + rolling * rolling_unit,
+            scrub: not_negative(self.fitted.scrub, scrub * scrub_unit),
+            ..self.fitted
+        };
+        // What lasts shifts the mass for as long as the robot drives alike; never by more than nothing is known at all.
+        let lasting = self.noise.model_std * self.lasting.shift();
+        let variance = (mass_variance + lasting * lasting).at_most(T::ONE.at_least(mass_variance));
+        let half_width = T::from_f64(TWO_SIGMA) * variance.sqrt() * mass_unit;
+        self.adapted = Adapted {
+            mass: if self.identifies_mass {
+                interval::within(&self.range, d * mass_unit, half_width)
+            } else {
+                MassEstimate::Unknown(Unknown::NotIdentifiable)
+            },
+            rolling: [self.torque.rolling, rolling_variance.sqrt() * rolling_unit],
+            scrub: [self.torque.scrub, scrub_variance.sqrt() * scrub_unit],
+        };
+    }
+}
+
+/// What a constant error of the power does to the mass: sums over the window, faded as the evidence is.
+#[derive(Debug, Clone, Copy, Default)]
+struct Lasting<T> {
+    /// Σ w g, 1/W.
+    slope: T,
+    /// Σ w g².
+    information: T,
+}
+
+impl<T: Real> Lasting<T> {
+    fn pass(&mut self, left: T, slope: T, information: T) {
+        self.slope = left * self.slope + slope;
+        self.information = left * self.information + information;
+    }
+
+    /// By how much 1 W shifts the mass, in its unit; 0 where nothing was seen of it.
+    fn shift(&self) -> T {
+        if self.information > T::ZERO { self.slope / self.information } else { T::ZERO }
+    }
+}
+
+/// Two-sided 95 % quantile of Student's t with a window's 25 buckets.
+const TWO_SIGMA: f64 = 2.06;

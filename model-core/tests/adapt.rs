@@ -1,0 +1,193 @@
+//! Ground that changes along the way, told from an unknown mass.
+#![allow(clippy::unwrap_used, clippy::indexing_slicing, clippy::panic, reason = "tests")]
+
+mod common;
+
+use common::{Rng, burger, coefficients, range, servo};
+use model_core::adapt::belief::{Belief, Evidence};
+use model_core::adapt::{Adaptive, Ground};
+use model_core::coefficients::{Coefficients, Robot};
+use model_core::effects::{Cause, Column, Columns};
+use model_core::eq18::Gate;
+use model_core::estimator::{Estimator, Sample, Timing, Unfit};
+use model_core::model::Model;
+use model_core::motion::Motion;
+use model_core::payload::schedule::Schedule;
+use model_core::payload::window::Window;
+use model_core::payload::{Mass, Noise};
+use model_core::real::Real;
+use model_core::torque::{Drive, TorqueModel};
+
+const PERIOD: f64 = 0.01;
+const SIGMA: f64 = 0.03;
+
+fn robot() -> Coefficients<f64, 2> {
+    let found = coefficients();
+    Coefficients {
+        robot: Robot { cutoff_hz: 20.0, ..found.robot },
+        noise: Noise { density: SIGMA * SIGMA * PERIOD, model_std: 0.0, power_scale: 0.0, tail: 1.0 },
+        ..found
+    }
+}
+
+/// Seconds that a floor lasts.
+const FLOOR_S: usize = 120;
+
+/// A drive over three floors: the fit's, one with more than half as much again of rolling resistance, and the fit's again.
+struct Drive3 {
+    rng: Rng,
+    speeds: fn(f64) -> ([f64; 2], [f64; 2]),
+    mass: f64,
+    harder: f64,
+}
+
+impl Drive3 {
+    fn sample(&mut self, time: f64) -> Sample<f64, 2> {
+        let floor = (time / FLOOR_S as f64) as usize;
+        let rolling = servo().rolling + if floor == 1 { self.harder } else { 0.0 };
+        let model = Model::Signed { torque: TorqueModel { rolling, ..servo() }, drive: Drive::Dissipative };
+        let (speed, acceleration) = (self.speeds)(time);
+        let (_, matrix) = burger();
+        let power = model.power(&Motion::new(&speed, &acceleration, &matrix, 0.02), self.mass).unwrap();
+        Sample { wheel_speed: speed, wheel_acceleration: None, power: power + SIGMA * self.rng.normal() }
+    }
+}
+
+/// Speeds that swing: inertia tells the mass.
+fn swinging(t: f64) -> ([f64; 2], [f64; 2]) {
+    let (left, right) = (4.0 + 2.0 * (1.9 * t).sin(), 4.0 + 2.0 * (1.7 * t).cos());
+    ([left, right], [3.8 * (1.9 * t).cos(), -3.4 * (1.7 * t).sin()])
+}
+
+/// One speed: nothing but rolling tells the mass.
+fn steady(_: f64) -> ([f64; 2], [f64; 2]) {
+    ([4.0; 2], [0.0; 2])
+}
+
+/// Masses at the end of every second, from the 30th of each floor on; `None` where unknown. With adaptation and without.
+fn masses(drive: &mut Drive3) -> [Vec<Option<Mass<f64>>>; 2] {
+    let robot = robot();
+    let schedule = Schedule::Moving { window: 25 };
+    let timing = Timing { period_s: PERIOD, bucket_s: 1.0, schedule, detect_changes: false };
+    let method = Window { range: range(), noise: robot.noise, period: PERIOD };
+    let mut plain = Estimator::<f64, Window<f64>, 2, 32>::new(&robot, method, &timing).unwrap();
+    let mut adaptive = Adaptive::new(&robot, &Ground::usual(), PERIOD, 1.0).unwrap();
+    let (mut adapted, mut fixed) = (vec![], vec![]);
+    for i in 0..(3.0 * FLOOR_S as f64 / PERIOD) as usize {
+        let sample = drive.sample(i as f64 * PERIOD);
+        let (one, other) = (adaptive.push(&sample, PERIOD), plain.push(&sample, PERIOD));
+        assert_eq!(one.closed, other.closed, "{i}");
+        let second = i / (1.0 / PERIOD) as usize;
+        if one.closed && second % FLOOR_S >= 30 {
+            adapted.push(one.adapted.mass.known());
+            fixed.push(other.mass.known());
+        }
+    }
+    [adapted, fixed]
+}
+
+fn covered(masses: &[Option<Mass<f64>>], truth: f64) -> (usize, usize) {
+    let known = masses.iter().flatten();
+    (known.clone().filter(|mass| mass.low <= truth && truth <= mass.high).count(), known.count())
+}
+
+/// On a floor that is not the fit's the mass is wrong, and its interval with it; with adaptation the interval covers it, and the
+/// rolling resistance is found.
+#[test]
+fn another_floor_is_not_another_mass() {
+    let (mut inside, mut known, mut wrong) = (0, 0, 0);
+    for (seed, mass) in [(1, 2.0), (2, 3.3), (3, 4.6), (4, 5.5)] {
+        let mut drive = Drive3 { rng: Rng::new(seed), speeds: swinging, mass, harder: 0.6 * servo().rolling };
+        let [adapted, fixed] = masses(&mut drive);
+        let second = FLOOR_S - 30..2 * (FLOOR_S - 30);
+        let (covers, of) = covered(&fixed[second.clone()], mass);
+        wrong += of - covers;
+        let (covers, of) = covered(&adapted, mass);
+        assert!(of >= adapted.len() * 9 / 10, "{mass}: known in {of} of {}", adapted.len());
+        inside += covers;
+        known += of;
+        let worst = |masses: &[Option<Mass<f64>>]| {
+            masses.iter().flatten().map(|found| (found.mass / mass - 1.0).abs()).fold(0.0, f64::max)
+        };
+        let [with, without] = [&adapted, &fixed].map(|masses| worst(&masses[second.clone()]));
+        assert!(with < 0.5 * without, "{mass}: {with} {without}");
+    }
+    assert!(wrong > 300, "{wrong}");
+    assert!(inside * 100 >= known * 92, "{inside} of {known}");
+}
+
+/// Where nothing but rolling tells the mass, the interval says so: wider than the fit's floor alone would have it, or unknown.
+#[test]
+fn what_cannot_be_told_apart_is_not_claimed() {
+    let mut drive = Drive3 { rng: Rng::new(5), speeds: steady, mass: 3.0, harder: 0.6 * servo().rolling };
+    let [adapted, fixed] = masses(&mut drive);
+    let (covers, of) = covered(&fixed, 3.0);
+    assert!(of > 200 && covers < of * 8 / 10, "{covers} {of}");
+    let (covers, of) = covered(&adapted, 3.0);
+    assert!(covers == of, "{covers} {of}");
+    assert!(adapted.iter().flatten().all(|mass| mass.high - mass.low > 1.0));
+}
+
+/// What is believed after a year of buckets is what dense Gaussian conditioning says: `reference_adapt.py`.
+fn worst<T: Real>() -> f64 {
+    let mut belief = Belief::<T>::default();
+    let mut worst = 0.0_f64;
+    for line in include_str!("reference/adapt.csv").lines().skip(1) {
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        let number = |place: usize| T::from_f64(cells[place]);
+        belief.pass(T::ONE, number(0));
+        let mut evidence = Evidence::default();
+        for sample in 0..3 {
+            let at = 1 + 4 * sample;
+            let slopes = [number(at), number(at + 1), number(at + 2)];
+            let [m, r, s] = belief.state();
+            let expected = slopes[0] * m + slopes[1] * r + slopes[2] * s;
+            evidence.add(&slopes, number(at + 3) - expected, T::ONE);
+        }
+        belief.take(&evidence);
+        let covariance = belief.covariance();
+        let found = [belief.state().to_vec(), covariance.as_flattened().to_vec()].concat();
+        for (found, expected) in found.iter().zip(&cells[13..]) {
+            worst = worst.max((found.to_f64() - expected).abs());
+        }
+    }
+    worst
+}
+
+/// Single precision: products of numbers up to 10, three thousand of them, in a filter that forgets.
+#[test]
+fn belief_is_gaussian_conditioning() {
+    let (double, single) = (worst::<f64>(), worst::<f32>());
+    assert!(double < 1e-9 && single < 1e-4, "{double} {single}");
+}
+
+#[test]
+fn what_cannot_adapt_is_refused() {
+    let refused = |robot: &Coefficients<f64, 2>| Adaptive::new(robot, &Ground::usual(), PERIOD, 1.0).err();
+    assert_eq!(refused(&robot()), None);
+    let eq18 = Coefficients { model: Model::Eq18 { gate: Gate::Corrected, beta: [0.1; 15] }, ..robot() };
+    assert_eq!(refused(&eq18), Some(Unfit::Model));
+    let columns = Columns::new(&[Column { cause: Cause::Hot, coefficient: 0.1 }], 2).unwrap();
+    assert_eq!(refused(&Coefficients { columns, ..robot() }), Some(Unfit::Model));
+}
+
+/// Whatever numbers come, there is no panic, and nothing is believed that is not a number.
+#[test]
+fn numbers_that_are_none_are_not_believed() {
+    let mut adaptive = Adaptive::new(&robot(), &Ground::usual(), PERIOD, 1.0).unwrap();
+    let mut drive = Drive3 { rng: Rng::new(9), speeds: swinging, mass: 3.0, harder: 0.0 };
+    let mut last = None;
+    for i in 0..6000 {
+        let mut sample = drive.sample(f64::from(i) * PERIOD);
+        match i % 97 {
+            0 => sample.power = f64::NAN,
+            1 => sample.wheel_speed[0] = f64::INFINITY,
+            2 if i < 3000 => sample.power = 1e300,
+            _ => {}
+        }
+        let elapsed = if i % 1001 == 0 { f64::NAN } else { PERIOD };
+        last = Some(adaptive.push(&sample, elapsed));
+    }
+    let adapted = last.unwrap().adapted;
+    assert!(adapted.rolling.iter().chain(&adapted.scrub).all(|x| x.is_finite()), "{adapted:?}");
+}
