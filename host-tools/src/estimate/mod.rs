@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 
 use outside::Columns;
 pub use pipeline::GroundAt;
-use pipeline::{Adapting, Fitted, Pipeline};
+use pipeline::{Adapting, BUCKETS, Fitted, Pipeline};
 use told::Telling;
 pub use told::Told;
 
@@ -29,9 +29,6 @@ use crate::log::{Exclusions, RawRow, SampleReader};
 use crate::metrics::{Metrics, Quality};
 use crate::progress::FileProgress;
 use crate::robot::Robot;
-
-/// Most buckets in a window.
-const BUCKETS: usize = 512;
 
 /// How the mass is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]

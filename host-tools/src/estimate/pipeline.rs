@@ -8,7 +8,8 @@ use model_core::estimator::{Estimate, Estimator, GAP_PERIODS, Sample, Timing, Un
 use model_core::payload::{MassEstimate, Method, Unknown};
 use serde::Serialize;
 
-use super::BUCKETS;
+/// Most buckets in a window.
+pub(super) const BUCKETS: usize = 512;
 
 /// The floor as it seems to be, after a second.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
