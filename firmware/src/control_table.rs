@@ -20,7 +20,7 @@ pub const BOARD_MODEL: u16 = 0x5000;
 pub const OURS: u16 = 512;
 
 /// First address beyond the table.
-pub const END: u16 = BATTERY_LOAD.end();
+pub const END: u16 = GYROSCOPE_BIAS.end();
 
 /// Most records that the FIFO window shows at once.
 pub const FIFO_WINDOW_RECORDS: usize = 16;
@@ -157,11 +157,11 @@ registers! {
     BATTERY_VOLTAGE: 42, I32[1], Read, "0.01 V", "Of the board's supply, or of the battery's sensor; 0 where neither is known";
     BATTERY_PERCENT: 46, I32[1], Read, "0.01 %", "BATTERY_CHARGE; while that is not known as the stock firmware has it, by the voltage alone: 10.5 V are 0, 12.3 V 100";
     SOUND: 50, U8[1], ReadWrite, "", "Melody: kept, not played";
-    CALIBRATE_IMU: 59, U8[1], ReadWrite, "", "Kept; there is nothing to calibrate";
-    ANGULAR_VELOCITY: 60, F32[3], Read, "rad/s", "Of the robot, from its wheels";
-    LINEAR_ACCELERATION: 72, F32[3], Read, "m/s²", "Always 0: no inertial sensor is read";
+    CALIBRATE_IMU: 59, U8[1], ReadWrite, "", "1: learn the gyroscope's bias anew, as soon as the robot stands; 1 until that is done. Kept where there is no sensor";
+    ANGULAR_VELOCITY: 60, F32[3], Read, "rad/s", "Of the robot; without an inertial sensor from its wheels";
+    LINEAR_ACCELERATION: 72, F32[3], Read, "m/s²", "Felt, gravity's reaction included; 0 without an inertial sensor";
     MAGNETIC_FIELD: 84, F32[3], Read, "T", "Always 0";
-    ORIENTATION: 96, F32[4], Read, "", "Unit quaternion w, x, y, z since start: heading from the wheels";
+    ORIENTATION: 96, F32[4], Read, "", "Unit quaternion w, x, y, z since start; without an inertial sensor the heading from the wheels";
     SERVO_LOAD: 120, I32[WHEELS], Read, "0.1 %", "Left, right: the servo's register 126 (the node calls it current)";
     SERVO_VELOCITY: 128, I32[WHEELS], Read, "0.229 rev/min", "Left, right: the servo's register 128";
     ODOMETER: 136, I32[WHEELS], Read, "1/4096 turn", "Left, right: positions that go on over the servos' restarts";
@@ -257,6 +257,12 @@ registers! {
     BATTERY_ENERGY_HIGH: 2404, F32[1], Read, "Wh", "Upper end of its 95 % interval";
     BATTERY_TIME_LEFT: 2408, F32[1], Read, "s", "How long that lasts; NaN while nothing is drawn";
     BATTERY_LOAD: 2412, F32[1], Read, "W", "The present load: the battery's mean power of the last minute";
+
+    INERTIAL_STATE: 2416, U8[1], Read, "", "The inertial sensor: 0 tells the orientation, 1 none has answered, 2 its bias waits for standstill, 3 lost; but for 0 the wheels tell the heading";
+    INERTIAL_CHIP: 2417, U8[1], Read, "", "0 none, 1 MPU-9250, 2 ICM-20648";
+    INERTIAL_ERRORS: 2420, U32[1], Read, "", "Its readings that failed";
+    INERTIAL_RESTARTS: 2424, U32[1], Read, "", "Times that it was set up anew";
+    GYROSCOPE_BIAS: 2428, F32[3], Read, "rad/s", "What is taken off its rotation; NaN before it is known";
 }
 
 /// Why an upload is refused, or what is stored not used.

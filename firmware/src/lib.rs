@@ -11,6 +11,7 @@ pub mod drive;
 pub mod dynamixel;
 pub mod estimation;
 pub mod exchange;
+pub mod inertial;
 pub mod items;
 pub mod link;
 mod log;

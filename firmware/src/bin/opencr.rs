@@ -6,7 +6,8 @@ mod image {
     use embassy_executor::Spawner;
     use embassy_sync::mutex::Mutex;
     use firmware::boards::opencr::{
-        Board, Panel, SensorBus, ServoPort, StatusLed, StoreFlash, UsbDevice, UsbLink, init, watchdog,
+        Board, InertialPort, Panel, SensorBus, ServoPort, StatusLed, StoreFlash, UsbDevice, UsbLink, init,
+        watchdog,
     };
     use firmware::boards::{SharedSensorBus, sampler, start, watch_stack};
     use firmware::tasks::{self, Buffers, BusCounters, CountedBus, Shared};
@@ -22,13 +23,14 @@ mod image {
         static BUFFERS: ConstStaticCell<[Buffers; 2]> = ConstStaticCell::new([const { Buffers::new() }; 2]);
 
         let (shared, counters) = (&*SHARED.init_with(Shared::new), &*COUNTERS.take());
-        let Board { sensors, servos, links, usb, store, status_led, panel, reset } = init(counters);
+        let Board { sensors, servos, inertial, links, usb, store, status_led, panel, reset } = init(counters);
         let sensors = &*SENSORS.init(Mutex::new(CountedBus::new(sensors, counters)));
         start(spawner, keep(store, shared));
         start(spawner, measure(sensors, servos, counters, shared));
         for (link, buffers) in links.into_iter().zip(BUFFERS.take()) {
             start(spawner, serve(link, buffers, shared));
         }
+        start(spawner, orient(inertial, shared));
         start(spawner, run_usb(usb));
         shared.set_reset(reset);
         start(spawner, blink(status_led));
@@ -55,6 +57,11 @@ mod image {
     #[embassy_executor::task(pool_size = 2)]
     async fn serve(link: UsbLink, buffers: &'static mut Buffers, shared: &'static Shared) {
         tasks::serve(link, buffers, shared).await
+    }
+
+    #[embassy_executor::task]
+    async fn orient(inertial: InertialPort, shared: &'static Shared) {
+        tasks::orient(inertial, shared).await
     }
 
     #[embassy_executor::task]

@@ -3,6 +3,7 @@
 use super::{Fifo, Settings, Upload};
 use crate::control_table::{Item, Reason};
 use crate::drive::{Heading, Pilot};
+use crate::inertial::InertialSnapshot;
 use crate::items::ItemBytes;
 use crate::measurement::Snapshot;
 use crate::reset::ResetReport;
@@ -24,6 +25,8 @@ pub struct State<const RECORDS: usize> {
     pub pilot: Pilot,
     /// From the wheels, since start.
     pub heading: Heading,
+    /// What the inertial sensor says.
+    pub inertial: InertialSnapshot,
     /// LEDs and buttons.
     pub panel: Panel,
     /// The board's supply by its own converter, V, where it has one.
@@ -44,10 +47,19 @@ pub struct Panel {
     /// Kept for the host.
     pub(super) sound: u8,
     pub(super) calibrate_imu: u8,
+    /// Nobody has begun with it.
+    wants_calibration: bool,
 }
 
 impl Panel {
-    const DARK: Self = Self { leds: [0; 4], buttons: [0; 2], sound: 0, calibrate_imu: 0 };
+    const DARK: Self =
+        Self { leds: [0; 4], buttons: [0; 2], sound: 0, calibrate_imu: 0, wants_calibration: false };
+
+    /// The host wants the gyroscope calibrated, or nothing.
+    pub(super) fn calibrate(&mut self, value: u8) {
+        self.calibrate_imu = value;
+        self.wants_calibration |= value != 0;
+    }
 }
 
 /// What happened since start.
@@ -93,6 +105,7 @@ impl<const RECORDS: usize> State<RECORDS> {
             fifo: Fifo::new(),
             pilot: Pilot::new(),
             heading: Heading::START,
+            inertial: InertialSnapshot::UNKNOWN,
             panel: Panel::DARK,
             supply_voltage: None,
             reset: ResetReport::NONE,
@@ -115,6 +128,19 @@ impl<const RECORDS: usize> State<RECORDS> {
         }
         if let [Some(left), Some(right)] = self.snapshot.wheels.map(|wheel| wheel.odometer) {
             self.heading.update([left, right]);
+        }
+    }
+
+    /// Whether the host wants the gyroscope calibrated, for the one that does it.
+    pub fn take_calibration(&mut self) -> bool {
+        core::mem::take(&mut self.panel.wants_calibration)
+    }
+
+    /// What the register shows: with a sensor, whether it is being calibrated; without, what was written.
+    pub(super) const fn calibration(&self) -> u8 {
+        match self.inertial.model {
+            Some(_) => (self.panel.wants_calibration || self.inertial.is_calibrating) as u8,
+            None => self.panel.calibrate_imu,
         }
     }
 

@@ -5,6 +5,7 @@ use crate::control_table::{self as table, BOARD_ID, BOARD_MODEL, Item, Kind, Rea
 use crate::drive::battery_percent;
 use crate::dynamixel::xl430::Velocity;
 use crate::estimation::{NO_MODEL, mass_code, model_code};
+use crate::inertial::InertialSnapshot;
 use crate::items::{ItemBytes, checksum};
 use crate::measurement::{BatterySnapshot, RailSnapshot, Snapshot};
 use crate::parameters::{TRACK_M, WHEEL_RADIUS_M};
@@ -76,6 +77,21 @@ struct Window<'a> {
     out: &'a mut [u8],
 }
 
+impl Window<'_> {
+    /// What of a piece at this address lies within. Once in the image, not once for each register.
+    #[inline(never)]
+    fn copy(&mut self, at: usize, piece: &[u8]) {
+        let first = usize::from(self.address);
+        // What of the piece lies before the window, and where in the window it begins.
+        let (before, offset) = (first.saturating_sub(at), at.saturating_sub(first));
+        if let (Some(bytes), Some(place)) = (piece.get(before..), self.out.get_mut(offset..)) {
+            for (place, byte) in place.iter_mut().zip(bytes) {
+                *place = *byte;
+            }
+        }
+    }
+}
+
 impl Sink for Window<'_> {
     fn put(&mut self, register: Register, _: Kind, pieces: impl Iterator<Item = impl AsRef<[u8]>>) {
         let first = usize::from(self.address);
@@ -86,13 +102,7 @@ impl Sink for Window<'_> {
         let mut at = usize::from(register.address);
         for piece in pieces {
             let piece = piece.as_ref();
-            // What of the piece lies before the window, and where in the window it begins.
-            let (before, offset) = (first.saturating_sub(at), at.saturating_sub(first));
-            if let (Some(bytes), Some(place)) = (piece.get(before..), self.out.get_mut(offset..)) {
-                for (place, byte) in place.iter_mut().zip(bytes) {
-                    *place = *byte;
-                }
-            }
+            self.copy(at, piece);
             at += piece.len();
         }
     }
@@ -102,6 +112,7 @@ fn show<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
     show_board(state, to);
     show_stock(state, to);
     show_drive(state, to);
+    show_inertial(&state.inertial, to);
     show_battery(&state.snapshot.battery, to);
     show_measurements(state, to);
     show_estimate(state, to);
@@ -148,15 +159,15 @@ fn show_stock<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) 
     for absent in [table::ILLUMINATION, table::INFRARED, table::SONAR] {
         to.value(absent, 0.0);
     }
-    for absent in [table::LINEAR_ACCELERATION, table::MAGNETIC_FIELD] {
-        to.values(absent, [0.0; 3]);
-    }
+    let inertial = &state.inertial;
+    to.values(table::LINEAR_ACCELERATION, inertial.acceleration.unwrap_or([0.0; 3]));
+    to.values(table::MAGNETIC_FIELD, [0.0; 3]);
     to.value(table::BATTERY_VOLTAGE, battery.map_or(0, |voltage| (voltage * 100.0 + 0.5) as i32));
     to.value(table::BATTERY_PERCENT, percent.map_or(0, |percent| (percent * 100.0 + 0.5) as i32));
     to.value(table::SOUND, panel.sound);
-    to.value(table::CALIBRATE_IMU, panel.calibrate_imu);
-    to.values(table::ANGULAR_VELOCITY, [0.0, 0.0, yaw_rate(snapshot)]);
-    to.values(table::ORIENTATION, state.heading.quaternion());
+    to.value(table::CALIBRATE_IMU, state.calibration());
+    to.values(table::ANGULAR_VELOCITY, inertial.rotation.unwrap_or([0.0, 0.0, yaw_rate(snapshot)]));
+    to.values(table::ORIENTATION, inertial.orientation.unwrap_or(state.heading.quaternion()));
     to.values(table::SERVO_LOAD, wheels().map(|wheel| i32::from(wheel.load_code)));
     to.values(table::SERVO_VELOCITY, wheels().map(|wheel| wheel.velocity_code));
     to.values(table::ODOMETER, wheels().map(|wheel| wheel.odometer.unwrap_or(0)));
@@ -190,6 +201,14 @@ fn show_drive<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) 
     to.value(table::SERVO_TRIPPED, servos.tripped);
     to.value(table::SERVO_RESTARTS, servos.restarts);
     to.value(table::LINK_ABANDONED, state.counters.link_abandoned);
+}
+
+fn show_inertial(inertial: &InertialSnapshot, to: &mut impl Sink) {
+    to.value(table::INERTIAL_STATE, inertial.health as u8);
+    to.value(table::INERTIAL_CHIP, inertial.model.map_or(0, |model| model as u8));
+    to.value(table::INERTIAL_ERRORS, inertial.errors);
+    to.value(table::INERTIAL_RESTARTS, inertial.restarts);
+    to.values(table::GYROSCOPE_BIAS, inertial.bias.unwrap_or([f32::NAN; 3]));
 }
 
 fn show_battery(battery: &BatterySnapshot, to: &mut impl Sink) {

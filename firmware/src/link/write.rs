@@ -80,7 +80,7 @@ fn write_drive<const RECORDS: usize>(state: &mut State<RECORDS>, request: &Reque
         panel.sound = sound;
     }
     if let Some([calibrate]) = request.value(CALIBRATE_IMU) {
-        panel.calibrate_imu = calibrate;
+        panel.calibrate(calibrate);
     }
 }
 

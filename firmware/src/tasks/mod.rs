@@ -1,4 +1,5 @@
-//! What the board does all the time, over the drivers of any board: [`measure`], [`serve`] the host, [`keep`] what it uploads.
+//! What the board does all the time, over the drivers of any board: [`measure`], [`serve`] the host, [`keep`]
+//! what it uploads, and [`orient`] by the inertial sensor.
 //!
 //! One executor polls them all, and none interrupts another: what they share needs no critical section ([`Shared`]). What one
 //! does between two awaits delays the others: at most some tenths of a millisecond, an answer on the link being the longest.
@@ -6,6 +7,7 @@
 mod deadline;
 mod keep;
 mod measure;
+mod orient;
 mod sensor_bus;
 mod serve;
 mod shared;
@@ -14,6 +16,7 @@ mod watch;
 
 pub use keep::keep;
 pub use measure::measure;
+pub use orient::orient;
 pub use sensor_bus::{BusCounters, CountedBus};
 pub use serve::{Buffers, Connection, serve};
 pub use shared::{FIFO_RECORDS, Shared};

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use firmware::control_table::{self as table, Reason};
+use firmware::inertial::InertialHealth;
 use firmware::power_sensors::Health;
 use firmware::reset::ResetCause;
 use serde::Serialize;
@@ -21,6 +22,10 @@ pub struct Status {
     pub rails: Vec<RailStatus>,
     /// The battery by its gauge.
     pub battery: BatteryStatus,
+    /// Who tells the orientation: the inertial sensor, or why it does not.
+    pub inertial: &'static str,
+    /// Heading since start, degrees, counter-clockwise.
+    pub yaw_deg: f32,
     /// Left, right, rad/s.
     pub wheel_rad_s: Vec<Option<f32>>,
     /// Whether the wheels stand still.
@@ -98,7 +103,7 @@ pub struct BatteryStatus {
 }
 
 /// Counters of which any but 0 is worth a look.
-const FAULTS: [(&table::Register, &str); 16] = [
+const FAULTS: [(&table::Register, &str); 18] = [
     (&table::MISSED_DEADLINES, "missed deadlines"),
     (&table::SERVO_TIMEOUTS, "servo timeouts"),
     (&table::SERVO_BROKEN, "broken servo packets"),
@@ -115,6 +120,8 @@ const FAULTS: [(&table::Register, &str); 16] = [
     (&table::SERVO_TRIPPED, "servos stopped by their watchdog"),
     (&table::SERVO_RESTARTS, "servo restarts"),
     (&table::LINK_ABANDONED, "answers not fetched"),
+    (&table::INERTIAL_ERRORS, "inertial sensor errors"),
+    (&table::INERTIAL_RESTARTS, "inertial sensor restarts"),
 ];
 
 impl Status {
@@ -124,7 +131,8 @@ impl Status {
     /// The board does not answer.
     pub fn read<T: Transport>(client: &mut Client<T>) -> Result<Self> {
         let block = client.block(&table::TABLE_VERSION, &table::STORE_WRITES)?;
-        let behind = client.block(&table::RESET_CAUSE, &table::BATTERY_LOAD)?;
+        let behind = client.block(&table::RESET_CAUSE, &table::GYROSCOPE_BIAS)?;
+        let stock = client.block(&table::ORIENTATION, &table::ORIENTATION)?;
         let number = |register: &table::Register| Ok(known(block.get(register)?));
         let state = block.get::<u8>(&table::PAYLOAD_STATE)?;
         let coefficients = block.get::<u8>(&table::COEFFICIENTS_STATE)?;
@@ -132,6 +140,8 @@ impl Status {
             uptime_s: Duration::from_micros(block.get(&table::UPTIME)?).as_secs_f64(),
             rails: rails(&block)?,
             battery: battery(&behind)?,
+            inertial: inertial_text(behind.get(&table::INERTIAL_STATE)?, behind.get(&table::INERTIAL_CHIP)?),
+            yaw_deg: yaw_deg(&stock.all(&table::ORIENTATION)?),
             wheel_rad_s: block.all(&table::WHEEL_SPEED)?.into_iter().map(known).collect(),
             is_standing: block.get::<u8>(&table::STANDSTILL)? != 0,
             mass_kg: number(&table::MASS)?,
@@ -206,6 +216,27 @@ fn faults(blocks: &[Block; 2]) -> Result<Vec<(&'static str, u32)>> {
         }
     }
     Ok(faults)
+}
+
+/// Of a quaternion w, x, y, z.
+fn yaw_deg(orientation: &[f32]) -> f32 {
+    match orientation {
+        &[w, x, y, z] => (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z)).to_degrees(),
+        _ => 0.0,
+    }
+}
+
+/// [`table::INERTIAL_STATE`] and [`table::INERTIAL_CHIP`] in words.
+fn inertial_text(state: u8, chip: u8) -> &'static str {
+    match (InertialHealth::from_code(state), chip) {
+        (Some(InertialHealth::Ok), 1) => "by the MPU-9250",
+        (Some(InertialHealth::Ok), 2) => "by the ICM-20648",
+        (Some(InertialHealth::Ok), _) => "by an inertial sensor",
+        (Some(InertialHealth::Absent), _) => "by the wheels: no inertial sensor",
+        (Some(InertialHealth::Settling), _) => "by the wheels: the gyroscope's bias waits for standstill",
+        (Some(InertialHealth::Lost), _) => "by the wheels: the inertial sensor does not answer any more",
+        (None, _) => "by what this version does not know",
+    }
 }
 
 /// [`table::DRIVE_STATE`] in words, with the registers of [`table::SERVO_MISFIT`].

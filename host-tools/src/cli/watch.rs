@@ -140,6 +140,7 @@ fn text(board: &Board, status: &Status) -> String {
         "{:>9} {}{driven}, goals {:?}; started by: {}",
         "drive", status.drive, status.goals, status.reset
     );
+    let _ = writeln!(text, "{:>9} {:>9.1} ° {}", "heading", status.yaw_deg, status.inertial);
     let faults: Vec<String> = status.faults.iter().map(|(what, count)| format!("{what} {count}")).collect();
     if !faults.is_empty() {
         let _ = writeln!(text, "{:>9} {}", "faults", faults.join(", "));

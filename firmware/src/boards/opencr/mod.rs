@@ -3,6 +3,7 @@
 mod clock;
 mod erase;
 mod failure;
+mod inertial_port;
 mod last_words;
 mod loader;
 mod panel;
@@ -26,6 +27,7 @@ use defmt_rtt as _;
 use crate::reset::ResetReport;
 use crate::tasks::BusCounters;
 
+pub use inertial_port::InertialPort;
 pub use panel::Panel;
 pub use sensor_bus::SensorBus;
 pub use servo_port::ServoPort;
@@ -37,6 +39,8 @@ bind_interrupts!(struct Irqs {
     I2C1_ER => i2c::ErrorInterruptHandler<peripherals::I2C1>;
     DMA1_STREAM6 => dma::InterruptHandler<peripherals::DMA1_CH6>;
     DMA1_STREAM0 => dma::InterruptHandler<peripherals::DMA1_CH0>;
+    DMA2_STREAM0 => dma::InterruptHandler<peripherals::DMA2_CH0>;
+    DMA2_STREAM3 => dma::InterruptHandler<peripherals::DMA2_CH3>;
     USART3 => usart::InterruptHandler<peripherals::USART3>, servo_port::TurnAround;
     DMA1_STREAM3 => dma::InterruptHandler<peripherals::DMA1_CH3>;
     DMA1_STREAM1 => dma::InterruptHandler<peripherals::DMA1_CH1>;
@@ -50,6 +54,8 @@ pub struct Board {
     pub sensors: SensorBus,
     /// The wheel servos. Their supply is on.
     pub servos: ServoPort,
+    /// The inertial sensor.
+    pub inertial: InertialPort,
     /// The host: the port that the ROS node opens, and ours.
     pub links: [UsbLink; 2],
     /// Serves the bus that the link is on; has to be run.
@@ -98,6 +104,15 @@ pub fn init(counters: &'static BusCounters) -> Board {
     Board {
         sensors: SensorBus::new(p.I2C1, p.PB8, p.PB7, p.DMA1_CH6, p.DMA1_CH0, counters),
         servos: ServoPort::new(servos, p.PC9, p.PF15),
+        inertial: InertialPort::new(inertial_port::Parts {
+            spi: p.SPI1,
+            clock: p.PA5,
+            out: p.PB5,
+            into: p.PA6,
+            select: p.PA4,
+            tx_dma: p.DMA2_CH3,
+            rx_dma: p.DMA2_CH0,
+        }),
         links,
         usb,
         store: StoreFlash::new(p.FLASH),

@@ -7,6 +7,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::control_table::{END, REGISTERS, UPLOAD_BYTES};
 use crate::estimation::Changes;
+use crate::inertial::{ChipModel, InertialHealth};
 use crate::measurement::{Snapshot, WheelSnapshot};
 use crate::power_sensors::{self, Health};
 use crate::record::Record;
@@ -70,6 +71,14 @@ fn state() -> State<20> {
     state.upload.length = 0x0102;
     state.upload.window = core::array::from_fn(|i| i as u8);
     state.supply_voltage = Some(11.4);
+    state.inertial = InertialSnapshot {
+        health: InertialHealth::Lost,
+        model: Some(ChipModel::Icm20648),
+        errors: 21,
+        restarts: 22,
+        bias: Some([0.1, 0.2, 0.3]),
+        ..InertialSnapshot::UNKNOWN
+    };
     state.snapshot.battery = BatterySnapshot {
         charge: Some(Charge { share: 0.6, std: 0.03 }),
         resistance: Some((0.25, 0.05)),
@@ -169,7 +178,9 @@ fn values_stand_at_their_addresses() {
         [float(2396), float(2400), float(2404), float(2408), float(2412)],
         [3.0, 2.0, 4.0, 1800.0, 6.0]
     );
-    assert_eq!(bytes.len(), 2416);
+    assert_eq!((bytes[2416], bytes[2417], word(2420), word(2424)), (3, 2, 21, 22));
+    assert_eq!([float(2428), float(2436)], [0.1, 0.3]);
+    assert_eq!(bytes.len(), 2440);
     // Between registers.
     assert_eq!((bytes[8], bytes[24], bytes[500], bytes[750]), (0, 0, 0, 0));
     assert_eq!(UPLOAD_BYTES, 256);
@@ -192,6 +203,29 @@ fn the_node_finds_what_it_reads() {
     assert_eq!((bytes[2328], bytes[2329], bytes[2330], word(2332), word(2336)), (4, 1, 11, 0x0804_1234, 3));
 }
 
+/// What the sensor says stands where the node looks; its calibration is under way until it is done.
+#[test]
+fn the_node_gets_what_the_sensor_says() {
+    let mut state = state();
+    state.inertial = InertialSnapshot {
+        rotation: Some([0.1, 0.2, 0.3]),
+        acceleration: Some([1.0, 2.0, 9.8]),
+        orientation: Some([0.5, -0.5, 0.5, -0.5]),
+        ..state.inertial
+    };
+    let bytes = whole(&state);
+    let float = |at: usize| f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+    assert_eq!([60, 68, 72, 80, 84, 96, 108].map(float), [0.1, 0.3, 1.0, 9.8, 0.0, 0.5, -0.5]);
+    assert_eq!(bytes[59], 0);
+    super::super::write(&mut state, 59, &[1]).unwrap();
+    assert_eq!(whole(&state)[59], 1);
+    assert!(state.take_calibration() && !state.take_calibration());
+    state.inertial.is_calibrating = true;
+    assert_eq!(whole(&state)[59], 1);
+    state.inertial.is_calibrating = false;
+    assert_eq!(whole(&state)[59], 0);
+}
+
 /// Where nobody knows the charge the node sees what the stock firmware would tell it: 11.4 V are half of 10.5 to 12.3 V.
 #[test]
 fn without_a_gauge_the_percentage_is_the_stock_one() {
@@ -206,9 +240,10 @@ fn without_a_gauge_the_percentage_is_the_stock_one() {
 #[test]
 fn what_is_unknown_is_no_number() {
     let bytes = whole(&State::new(200, 25));
-    for at in
-        [556, 560, 564, 568, 572, 588, 724, 728, 732, 752, 756, 760, 764, 768, 2380, 2388, 2396, 2408, 2412]
-    {
+    for at in [
+        556, 560, 564, 568, 572, 588, 724, 728, 732, 752, 756, 760, 764, 768, 2380, 2388, 2396, 2408, 2412,
+        2428, 2436,
+    ] {
         let value = f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
         assert!(value.is_nan(), "{at}: {value}");
     }

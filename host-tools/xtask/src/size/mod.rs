@@ -14,7 +14,7 @@ use panics::Sites;
 use stack::Depth;
 
 /// Of the 768 KB that the application has: sectors 5 to 7, none of which is the store's. Measuring alone takes 227 KB, driving,
-/// its registers and the second port 31.
+/// its registers and the second port 31, the inertial sensor, its filter and the battery's gauge 26.
 const MOST_FLASH: u64 = 288 * 1024;
 /// Of 256 KB.
 const MOST_RAM: u64 = 96 * 1024;

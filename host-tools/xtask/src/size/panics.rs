@@ -26,7 +26,7 @@ const KINDS: [(&str, &str); 10] = [
 ];
 
 /// Whose code, in which way it may panic, and why it does not; `*` is any of either. The first that fits counts.
-const KNOWN: [(&str, &str, &str); 21] = [
+const KNOWN: [(&str, &str, &str); 23] = [
     (
         "*",
         "resumed",
@@ -66,6 +66,12 @@ const KNOWN: [(&str, &str, &str); 21] = [
         "*",
         "endpoints by the indices that set-up gave, and those below the core's count that its interrupts name",
     ),
+    (
+        "vqf-rs",
+        "*",
+        "times and constants of set-up are above 0, and filters have the widths that the crate gives them",
+    ),
+    ("libm", "*", "indices of its own tables, from parts of a number"),
     ("embedded-io-async", "*", "a write takes at most what it is given, and not nothing"),
     ("embassy-embedded-hal", "*", "the shared bus's mutex"),
     ("ina219", "panic", "two bits have four values, and each has its case"),
