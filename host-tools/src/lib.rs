@@ -37,6 +37,7 @@ pub mod job;
 pub mod log;
 pub mod look;
 pub mod metrics;
+pub mod node;
 mod notice;
 pub mod numerics;
 pub mod output;

@@ -184,13 +184,41 @@ pub fn redraw(lines: usize) {
     note(write!(io::stdout(), "\x1b[{lines}F\x1b[J"));
 }
 
+/// Of all JSON that `gmr` prints (docs/json.md): another where a key goes or means something else, the same where one is added.
+pub const JSON_VERSION: u32 = 1;
+
+/// A report with the version before its keys.
+#[derive(serde::Serialize)]
+struct Versioned<'a, R: serde::Serialize> {
+    version: u32,
+    #[serde(flatten)]
+    report: &'a R,
+}
+
+/// A report, which has keys, as JSON with its version, several lines of it.
+///
+/// # Errors
+/// A value that JSON does not have; a report without keys.
+pub fn json(report: &impl serde::Serialize) -> Result<String> {
+    let versioned = Versioned { version: JSON_VERSION, report };
+    serde_json::to_string_pretty(&versioned).map_err(|error| Error::failed(error.to_string()))
+}
+
+/// The same on one line.
+///
+/// # Errors
+/// As [`json`].
+pub fn json_line(report: &impl serde::Serialize) -> Result<String> {
+    let versioned = Versioned { version: JSON_VERSION, report };
+    serde_json::to_string(&versioned).map_err(|error| Error::failed(error.to_string()))
+}
+
 /// Prints figures for scripts, on standard output.
 ///
 /// # Errors
-/// A value that JSON does not have.
+/// As [`json`].
 pub fn print_json(report: &impl serde::Serialize) -> Result<()> {
-    let text = serde_json::to_string_pretty(report).map_err(|error| Error::failed(error.to_string()))?;
-    println!("{text}");
+    println!("{}", json(report)?);
     Ok(())
 }
 

@@ -63,7 +63,7 @@ pub(super) fn print_list(robot: &Robot, names: &[&str], json: bool) -> Result<()
     let mut models = Listed::all(robot);
     models.retain(|model| names.contains(&model.name));
     if json {
-        return crate::output::print_json(&models);
+        return crate::output::print_json(&serde_json::json!({ "models": models }));
     }
     for model in models {
         println!("{}", model.name);

@@ -155,9 +155,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
         runs: &judged,
     };
     let file = arguments.out.join("fleet.json");
-    let text =
-        serde_json::to_string_pretty(&report).map_err(|error| Error::failed(error.to_string()))? + "\n";
-    output::write_content(&file, text)?;
+    output::write_content(&file, output::json(&report)? + "\n")?;
     seconds.page_s = started.elapsed().as_secs_f64();
     if arguments.json {
         return output::print_json(&Timed { report: &report, seconds });

@@ -28,6 +28,12 @@ pub(crate) struct Arguments {
     overwrite: OverwriteArgument,
 }
 
+/// Several logs.
+#[derive(serde::Serialize)]
+struct Several<'a> {
+    logs: &'a [Report],
+}
+
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if let Some(page) = &arguments.page {
         if arguments.logs.len() > 1 {
@@ -44,7 +50,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     match &reports[..] {
         [only] if arguments.json => return output::print_json(only),
-        several if arguments.json => return output::print_json(&several),
+        logs if arguments.json => return output::print_json(&Several { logs }),
         _ => {}
     }
     let summaries: Vec<String> = reports.iter().map(Report::summary).collect();

@@ -21,6 +21,7 @@ mod gram;
 mod inspect;
 mod look;
 mod new_robot;
+mod node;
 mod overwrite;
 mod predict;
 mod record;
@@ -91,6 +92,8 @@ enum Command {
     Flash(flash::Arguments),
     /// Show what a board measures and estimates, live
     Watch(watch::Arguments),
+    /// Payload, battery and what is left on ROS 2's topics, from one power sensor on the robot's own computer
+    Node(node::Arguments),
     /// Write a robot.toml from flags, or from answers
     NewRobot(new_robot::Arguments),
     /// Print what a shell completes commands and arguments by
@@ -179,6 +182,7 @@ fn execute(cli: Cli) -> Result<()> {
         Command::Record(arguments) => record::run(&arguments),
         Command::Flash(arguments) => flash::run(&arguments),
         Command::Watch(arguments) => watch::run(&arguments),
+        Command::Node(arguments) => node::run(&arguments),
         Command::NewRobot(arguments) => new_robot::run(&arguments),
         Command::Completions(arguments) => shell::completions(&arguments, Cli::command()),
         Command::Man(arguments) => shell::man(&arguments, Cli::command()),

@@ -46,11 +46,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut drawn = 0;
     loop {
         let status = Status::read(&mut client).map_err(at_port)?;
+        let line = crate::output::json_line(&status)?;
         if let Some(feed) = &feed {
-            feed.send(&status)?;
+            feed.send(&line)?;
         }
         if arguments.json {
-            let line = serde_json::to_string(&status).map_err(|error| Error::failed(error.to_string()))?;
             println!("{line}");
         } else {
             let text = text(&board, &status);
@@ -87,9 +87,8 @@ impl Feed {
     }
 
     /// Nobody listening is no error: whoever does may come later.
-    fn send(&self, status: &Status) -> Result<()> {
-        let line = serde_json::to_vec(status).map_err(|error| Error::failed(error.to_string()))?;
-        match self.socket.send(&line) {
+    fn send(&self, line: &str) -> Result<()> {
+        match self.socket.send(line.as_bytes()) {
             Err(error) if error.kind() != ErrorKind::ConnectionRefused => {
                 Err(Error::failed(format!("--udp {}: {error}", self.to)))
             }

@@ -25,6 +25,8 @@ pub struct Now {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct State {
+    /// Of the protocol.
+    version: &'static str,
     battery_state: BatteryState,
     loads: Vec<LoadState>,
 }
@@ -68,6 +70,7 @@ pub fn state<const N: usize>(
     let rounded = |value: f64, digits: f64| (value * digits).round() / digits;
     let loads = (payload > 0.0).then(|| LoadState { weight: rounded(payload, 1e3) });
     Ok(State {
+        version: "2.1.0",
         battery_state: BatteryState {
             battery_charge: rounded(100.0 * now.charge, 10.0),
             battery_voltage: rounded(pack.cells * pack.curve.voltage(now.charge), 100.0),

@@ -79,8 +79,6 @@ pub struct Limit {
 /// What a plan costs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
-    /// Version of this object.
-    pub version: u32,
     /// The robot.
     pub robot: String,
     /// Total mass, kg.
@@ -134,7 +132,6 @@ impl Report {
     ) -> Self {
         let reach = NORMAL_95 * cost.std_j();
         Self {
-            version: 1,
             robot: robot.to_owned(),
             mass_kg: load.mass_kg,
             mass_std_kg: load.mass_std_kg,

@@ -5,6 +5,7 @@ mod core;
 mod geometry;
 mod load;
 mod motor;
+mod node;
 mod parse;
 mod topics;
 mod units;
@@ -12,6 +13,7 @@ mod units;
 pub use geometry::Geometry;
 pub use load::FOUND;
 pub use motor::Motor;
+pub use node::{NodeSettings, PowerChip};
 pub(crate) use parse::position;
 pub use topics::{Clock, Signal, Topics};
 pub use units::{LogUnits, MassUnit, PowerSource, PowerUnit, SpeedUnit};
@@ -58,6 +60,7 @@ pub struct Robot {
     pub(crate) battery: Option<Pack<f64>>,
     pub(crate) sensors: Option<toml::Value>,
     pub(crate) topics: Topics,
+    pub(crate) node: NodeSettings,
     pub(crate) unknown_keys: Vec<String>,
     pub(crate) log_units: LogUnits,
     pub(crate) power_source: PowerSource,
@@ -189,6 +192,19 @@ impl Robot {
     /// Where bags have what its logs need.
     pub fn topics(&self) -> &Topics {
         &self.topics
+    }
+
+    /// What `gmr node` reads and says.
+    pub fn node(&self) -> &NodeSettings {
+        &self.node
+    }
+
+    /// Another sensor than the file's, or on another bus.
+    pub fn set_node(&mut self, sensor: Option<PowerChip>, bus: Option<&str>) {
+        self.node.sensor = sensor.unwrap_or(self.node.sensor);
+        if let Some(bus) = bus {
+            bus.clone_into(&mut self.node.bus);
+        }
     }
 
     /// Keys of the file that mean nothing here: `line:column: …`.

@@ -9,7 +9,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::{
     DEFAULT_GYRATION_SHARE, DEFAULT_MAPE_FLOOR_W, DEFAULT_SPEED_DEAD_BAND_RAD_S, Geometry, Limits, LogUnits,
-    Motor, PowerSource, Robot, Topics, lenient,
+    Motor, NodeSettings, PowerSource, Robot, Topics, lenient,
 };
 use crate::error::{Error, Result};
 use crate::printable;
@@ -23,7 +23,7 @@ const KINEMATICS: &str = "differential, skid-steer, omni3, mecanum or matrix";
 const MOST_UNKNOWN: usize = 10;
 
 /// Every key that means something.
-const KEYS: [&str; 28] = [
+const KEYS: [&str; 29] = [
     "name",
     "kinematics",
     "wheels",
@@ -51,6 +51,7 @@ const KEYS: [&str; 28] = [
     "battery",
     "sensors",
     "topics",
+    "node",
     "description",
 ];
 
@@ -78,6 +79,7 @@ pub(super) fn robot(text: &str) -> Result<Robot> {
         .or_else(|| geometry.width_m().map(|width| DEFAULT_GYRATION_SHARE * width))
         .ok_or_else(|| file.missing("gyration_radius_m", needed))?;
     let static_power_w = file.number("static_power_w")?.map(not_negative).transpose()?;
+    let node = node(&file, geometry.wheels())?;
 
     Ok(Robot {
         name: file.string("name")?.map_or_else(|| "unnamed".to_owned(), |name| printable::name(&name.value)),
@@ -102,6 +104,7 @@ pub(super) fn robot(text: &str) -> Result<Robot> {
         battery: battery(&file)?,
         sensors: file.any("sensors"),
         topics: topics(&file)?,
+        node,
         unknown_keys: file.unknown_keys(),
         log_units: LogUnits::default(),
         power_source: PowerSource::default(),
@@ -145,6 +148,20 @@ fn topics(file: &File<'_>) -> Result<Topics> {
         Err(error) => format!("{}; expected of {EXPECTED}", error.message().replace('\n', " ")),
     };
     Err(at(file.text, &written.span(), format!("[topics]: {why}")))
+}
+
+/// The sensor on the robot's computer, and topics.
+fn node(file: &File<'_>, wheels: usize) -> Result<NodeSettings> {
+    let Some(written) = file.get("node") else { return Ok(NodeSettings::default()) };
+    let read = NodeSettings::deserialize(toml::de::ValueDeserializer::from(written.clone()));
+    let why = match read {
+        Ok(node) => match node.wrong(wheels) {
+            None => return Ok(node),
+            Some(why) => why,
+        },
+        Err(error) => error.message().replace('\n', " "),
+    };
+    Err(at(file.text, &written.span(), format!("[node]: {why}")))
 }
 
 /// The battery, where the file tells of one.

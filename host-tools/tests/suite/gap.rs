@@ -6,7 +6,8 @@ use std::sync::OnceLock;
 use crate::common::{Bench, keys, number};
 use serde_json::Value;
 
-const KEYS: [&str; 24] = [
+const KEYS: [&str; 25] = [
+    "version",
     "verdict",
     "effects",
     "ambiguous_with",

@@ -43,10 +43,12 @@ mod gram;
 #[cfg(unix)]
 mod hostile_board;
 mod inspect;
+mod json;
 mod ladder;
 mod log;
 mod look;
 mod network_seeds;
+mod node;
 mod predict;
 mod record;
 mod reference;

@@ -566,6 +566,29 @@ mod command {
         }
     }
 
+    /// What PlotJuggler gets: each look as a datagram, the very line of --json; nobody listening is no fault.
+    #[test]
+    fn watching_sends_each_look_where_it_is_told() {
+        let mut board = TestBoard::new();
+        board.state.snapshot.rails[1].power = Some(3.25);
+        board.state.snapshot.rails[1].health = firmware::power_sensors::Health::Ok;
+        let (bench, terminal) = (Bench::new(), Terminal::new(board));
+        let listener = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
+        listener.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+        let to = listener.local_addr().unwrap().to_string();
+        let ran = bench.done(&["watch", "--once", "--json", "--port", terminal.name(), "--udp", &to]);
+        let mut datagram = [0; 65_536];
+        let (size, _) = listener.recv_from(&mut datagram).unwrap();
+        let sent = std::str::from_utf8(&datagram[..size]).unwrap();
+        assert_eq!(sent, ran.stdout.trim_end());
+        let status: Value = serde_json::from_str(sent).unwrap();
+        assert_eq!((&status["version"], &status["rails"][1]["power_w"]), (&1.into(), &3.25.into()));
+        drop(listener);
+        bench.done(&["watch", "--once", "--port", terminal.name(), "--udp", &to]);
+        let ran = bench.gmr(&["watch", "--once", "--port", terminal.name(), "--udp", "nowhere"]);
+        assert!(ran.code == Some(2) && ran.stderr.contains("expected HOST:PORT"), "{}", ran.stderr);
+    }
+
     /// Windows a second through a pseudo terminal, printed; run with `--release --ignored --nocapture`.
     #[test]
     #[ignore = "a measurement"]

@@ -53,6 +53,7 @@ fn every_help_has_an_example() {
         "record",
         "flash",
         "watch",
+        "node",
         "new-robot",
         "completions",
         "man",

@@ -187,6 +187,7 @@ fn effects_are_listed_and_act_on_the_log() {
     assert_eq!(list.lines().filter(|line| !line.starts_with(' ')).count(), 21);
     let json = gmr(folder.path(), &["--effects", "--json"]).assert().success();
     let json: serde_json::Value = serde_json::from_slice(&json.get_output().stdout).unwrap();
+    let json = &json["effects"];
     let ids = json.as_array().unwrap().iter().map(|entry| entry["id"].as_str().unwrap());
     assert!(ids.eq(list.lines().filter(|line| !line.starts_with(' '))), "{json:#}");
     assert_eq!(json[0]["range"], serde_json::json!([-0.3, 0.3]));

@@ -13,12 +13,23 @@ const REQUIREMENTS: &str = "host-tools/python/requirements.txt";
 /// Packages of the engines, and of what the bench `fleet` compares with.
 const ENGINES: &str = "host-tools/python/engines/requirements.txt";
 
+/// What the DDS peer needs.
+const PEER: &str = "host-tools/tests/node/requirements.txt";
+
 /// The environment that `host-tools/python/tests/pytest.rs` looks for; made anew where the requirements have changed.
 ///
 /// # Errors
 /// No Python, or packages that cannot be had.
 pub(crate) fn environment() -> Result<PathBuf, Stop> {
     environment_of("python/venv", REQUIREMENTS)
+}
+
+/// The environment that the DDS peer of `host-tools/tests/suite/node.rs` runs in.
+///
+/// # Errors
+/// As [`environment`].
+pub(crate) fn peer() -> Result<PathBuf, Stop> {
+    environment_of("node-python/venv", PEER)
 }
 
 /// The environment of `cargo xtask test-fleet` and of the bench `fleet`.

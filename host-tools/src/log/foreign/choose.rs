@@ -5,8 +5,8 @@ use log_formats::{Bag, Field, Topic};
 
 use super::columns::{Column, Expression};
 use super::known::{
-    BATTERIES, BATTERY_STATE, COMMANDS, FLOATS, FOURS, IMU, JOINT_STATE, MASSES, ODOMETRY, ODOMETRY_KIND,
-    PAIRS, POWERS, TWISTS, find, is_called, is_of,
+    BATTERIES, BATTERY_STATE, COMMANDS, FLOATS, IMU, JOINT_STATE, MASSES, ODOMETRY, ODOMETRY_KIND, POWERS,
+    TWISTS, find, is_called, is_of, wheel_joints,
 };
 use super::wrong::wrong;
 use crate::error::{Error, Result};
@@ -188,18 +188,9 @@ pub(super) fn joints(bag: &Bag, count: usize, fields: &mut Fields) -> Result<Opt
     for place in places {
         let topic = &bag.topics()[place];
         let names = bag.names(place).map_err(wrong)?;
-        let has = |set: &[&str]| set.iter().all(|joint| names.iter().any(|name| name == joint));
-        let wheels: Vec<Vec<&str>> = if let Some(set) = PAIRS.iter().find(|set| count == 2 && has(&set[..])) {
-            set.iter().map(|joint| vec![*joint]).collect()
-        } else if let Some([fl, fr, rl, rr]) = FOURS.iter().find(|set| has(&set[..])) {
-            match count {
-                4 => vec![vec![*fl], vec![*fr], vec![*rl], vec![*rr]],
-                2 => vec![vec![*fl, *rl], vec![*fr, *rr]],
-                _ => continue,
-            }
-        } else {
-            continue;
-        };
+        let is_there = |joint: &&str| names.iter().any(|name| name == joint);
+        let has_all = |set: &Vec<Vec<&str>>| set.iter().flatten().all(is_there);
+        let Some(wheels) = wheel_joints(count).into_iter().find(has_all) else { continue };
         let columns = wheels.iter().enumerate().map(|(wheel, joints)| {
             let mut own = Vec::new();
             for joint in joints {

@@ -6,17 +6,29 @@
 use log_formats::Topic;
 
 /// Joints of the wheels, left before right and front before rear, as the columns of a log.
-pub(super) const PAIRS: [[&str; 2]; 3] = [
+const PAIRS: [[&str; 2]; 3] = [
     ["wheel_left_joint", "wheel_right_joint"],
     ["left_wheel_joint", "right_wheel_joint"],
     ["drivewhl_l_joint", "drivewhl_r_joint"],
 ];
 /// The same of four wheels.
-pub(super) const FOURS: [[&str; 4]; 3] = [
+const FOURS: [[&str; 4]; 3] = [
     ["front_left_wheel_joint", "front_right_wheel_joint", "rear_left_wheel_joint", "rear_right_wheel_joint"],
     ["fl_wheel_joint", "fr_wheel_joint", "rl_wheel_joint", "rr_wheel_joint"],
     ["front_left_wheel", "front_right_wheel", "rear_left_wheel", "rear_right_wheel"],
 ];
+
+/// Sets of joints that may be the wheels of a robot with so many columns: for each column the joints whose mean it is. Four wheels of a robot
+/// with a column a side are averaged.
+pub fn wheel_joints(columns: usize) -> Vec<Vec<Vec<&'static str>>> {
+    let pairs = PAIRS.iter().map(|set| set.iter().map(|joint| vec![*joint]).collect());
+    let sides = FOURS.iter().map(|[fl, fr, rl, rr]| vec![vec![*fl, *rl], vec![*fr, *rr]]);
+    match columns {
+        2 => pairs.chain(sides).collect(),
+        4 => FOURS.iter().map(|set| set.iter().map(|joint| vec![*joint]).collect()).collect(),
+        _ => Vec::new(),
+    }
+}
 
 /// Odometry of wheels; filtered ones, with other sensors in them, come last.
 pub(super) const ODOMETRY: [&str; 4] = ["platform/odom", "odom", "odometry/wheels", "odometry"];

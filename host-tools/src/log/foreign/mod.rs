@@ -29,6 +29,7 @@ pub(crate) use wrong::wrong;
 pub use choose::{Chosen, choose};
 pub use columns::{Column, Expression};
 pub use glance::{CHARGE, CURRENT, SPEED, TURN, glance};
+pub use known::wheel_joints;
 
 /// How logs in other formats are read, for the whole of this process: a command reads its robot before its logs.
 #[derive(Debug, Clone, PartialEq)]

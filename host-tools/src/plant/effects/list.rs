@@ -64,7 +64,7 @@ pub fn json() -> serde_json::Value {
         let options: Vec<_> = options.iter().map(option).collect();
         serde_json::json!({ "id": id, "meaning": meaning, "unit": unit, "range": range, "options": options })
     });
-    entries.collect()
+    serde_json::json!({ "effects": entries.collect::<Vec<_>>() })
 }
 
 /// What builds an effect's cause.

@@ -73,15 +73,36 @@ impl Bench {
         ran
     }
 
-    /// The JSON that a command prints; it has to succeed.
+    /// The JSON that a command prints; it has to succeed, and what it prints has to be as docs/json.md has it.
     pub(crate) fn json(&self, arguments: &[&str]) -> Value {
         let ran = self.done(&[arguments, &["--json"]].concat());
-        serde_json::from_str(&ran.stdout).unwrap()
+        let found = serde_json::from_str(&ran.stdout).unwrap();
+        is_documented(arguments[0], &found);
+        found
     }
 
     /// A log of the plant.
     pub(crate) fn simulate(&self, name: &str, arguments: &[&str]) {
         self.done(&[&["simulate", "--out", name], arguments].concat());
+    }
+}
+
+/// What docs/json.md says of a command's JSON.
+pub(crate) fn documentation(command: &str) -> Option<String> {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/json.md");
+    let text = std::fs::read_to_string(file).unwrap();
+    let (_, behind) = text.split_once(&format!("\n## `gmr {command}`"))?;
+    Some(behind.split("\n## ").next().unwrap().to_owned())
+}
+
+/// A version before all else, and no key that the documentation does not name.
+pub(crate) fn is_documented(command: &str, found: &Value) {
+    let said = documentation(command).unwrap_or_else(|| panic!("docs/json.md does not have gmr {command}"));
+    assert_eq!(keys(found)[0], "version", "gmr {command}: {found}");
+    // A VDA 5050 state has that of its protocol.
+    assert!(found["version"] == 1 || found["version"] == "2.1.0", "gmr {command}: {found}");
+    for key in keys(found).into_iter().skip(1) {
+        assert!(said.contains(&format!("`{key}`")), "docs/json.md, gmr {command}: no {key}");
     }
 }
 

@@ -38,7 +38,7 @@ const FLOORS: [&[&str]; 9] = [
     &["coefficients", "log"],
     &["fit"],
     &["baselines", "board", "estimate", "gram", "inspect", "look", "predict"],
-    &["compare", "export", "virtual_board"],
+    &["compare", "export", "node", "virtual_board"],
     &["fleet", "gap", "reproduce"],
     &["cli"],
 ];

@@ -1,0 +1,265 @@
+//! Readings and messages in, states out. Times are seconds since the start, whatever clock that is.
+
+use std::collections::BTreeMap;
+
+use model_core::charge::Charge;
+use model_core::coefficients::Coefficients;
+use model_core::estimator::Sample;
+use model_core::payload::MassEstimate;
+
+use super::battery::Battery;
+use super::clock::{Clock, Step};
+use super::pipeline::Pipeline;
+use super::power::Reading;
+use super::state::{Health, State};
+use super::wheels::{WheelMessage, Wheels};
+use crate::estimate::reason_text;
+use crate::log::RawRow;
+use crate::robot::Robot;
+
+/// What `gmr node` knows.
+pub struct Node<'a, const N: usize> {
+    robot: &'a Robot,
+    coefficients: Option<&'a Coefficients<f64, N>>,
+    wheels: Wheels<N>,
+    clock: Clock,
+    /// Who tells of the wheels, and when last, s.
+    speaker: Option<([u8; 16], f64)>,
+    pipeline: Option<Pipeline<N>>,
+    /// Why there is no pipeline, though the rate is known.
+    unfit: Option<String>,
+    /// Time since the sample before, s.
+    owed_s: f64,
+    /// Sum and number of the readings since the message before.
+    power: (f64, u32),
+    last_reading: Option<(f64, Reading)>,
+    battery: Battery,
+    samples: u64,
+    faults: BTreeMap<&'static str, u64>,
+}
+
+impl<'a, const N: usize> Node<'a, N> {
+    /// Of a robot. Without coefficients there is no payload; the battery's charge is unknown at first unless somebody knows it.
+    pub fn new(
+        robot: &'a Robot,
+        coefficients: Option<&'a Coefficients<f64, N>>,
+        charge: Option<Charge<f64>>,
+    ) -> Self {
+        Self {
+            robot,
+            coefficients,
+            wheels: Wheels::of(robot),
+            clock: Clock::default(),
+            speaker: None,
+            pipeline: None,
+            unfit: None,
+            owed_s: 0.0,
+            power: (0.0, 0),
+            last_reading: None,
+            battery: Battery::new(robot, charge),
+            samples: 0,
+            faults: BTreeMap::new(),
+        }
+    }
+
+    /// A reading of the sensor.
+    pub fn reading(&mut self, at_s: f64, reading: Reading) {
+        if !reading.power_w.is_finite() {
+            return self.fault("power that is no number");
+        }
+        self.battery.add(at_s, &reading);
+        self.power.0 += reading.power_w;
+        self.power.1 += 1;
+        self.last_reading = Some((at_s, reading));
+    }
+
+    /// A message about the wheels: a sample, with the mean power since the message before.
+    pub fn wheels(&mut self, at_s: f64, message: &WheelMessage) {
+        let speeds = match self.wheels.speeds(message) {
+            Ok(speeds) => speeds,
+            Err(why) => return self.fault(why),
+        };
+        match self.speaker {
+            Some((from, last)) if from != message.from => {
+                // Two at a time would be two robots, or two clocks.
+                if at_s - last <= self.gap_s() {
+                    return self.fault("speeds from another sender");
+                }
+                self.fault("new sender of speeds");
+                self.owed_s += at_s - last;
+                self.clock.restart();
+                self.clock.step(at_s, message.stamp_s);
+            }
+            _ => match self.clock.step(at_s, message.stamp_s) {
+                Step::First => {}
+                Step::After(step) => self.owed_s += step,
+                Step::Jumped(step) => {
+                    self.fault("jumps of the speeds' clock");
+                    self.owed_s += step;
+                }
+                Step::Late => return self.fault("speeds not later than those before"),
+            },
+        }
+        self.speaker = Some((message.from, at_s));
+        let (sum, count) = std::mem::take(&mut self.power);
+        let power = match self.last_reading {
+            Some((at, _)) if at_s - at > self.gap_s() => return self.fault("speeds without power"),
+            None => return self.fault("speeds without power"),
+            Some((_, last)) if count == 0 => last.power_w,
+            Some(_) => sum / f64::from(count),
+        };
+        self.follow_rate();
+        let power = power - self.robot.static_power_w().unwrap_or(0.0);
+        self.sample(&Sample { wheel_speed: speeds, wheel_acceleration: None, power });
+    }
+
+    /// A row of a log, as `gmr estimate` takes it; samples of the log have to come every `period_s`.
+    ///
+    /// # Errors
+    /// As [`Pipeline::new`].
+    pub fn row(&mut self, row: &RawRow<N>, voltage_v: f64, period_s: f64) -> crate::error::Result<()> {
+        if self.pipeline.is_none()
+            && let Some(coefficients) = self.coefficients
+        {
+            self.pipeline = Some(Pipeline::new(coefficients, period_s)?);
+        }
+        let is_other_run = row.elapsed.is_infinite() && row.run > 0;
+        if let Some(pipeline) = self.pipeline.as_mut().filter(|_| is_other_run) {
+            pipeline.restart();
+        }
+        let power_w = row.sample.power + self.robot.static_power_w().unwrap_or(0.0);
+        self.reading(row.time, Reading { power_w, voltage_v });
+        self.speaker = Some(([0; 16], row.time));
+        self.owed_s = if row.elapsed.is_finite() {
+            row.elapsed
+        } else if is_other_run {
+            f64::MAX
+        } else {
+            0.0
+        };
+        self.sample(&row.sample);
+        Ok(())
+    }
+
+    fn sample(&mut self, sample: &Sample<f64, N>) {
+        if let Some(pipeline) = &mut self.pipeline {
+            pipeline.push(sample, std::mem::take(&mut self.owed_s));
+            self.samples += 1;
+        }
+    }
+
+    /// Begins when the rate is known, and anew when it is another.
+    fn follow_rate(&mut self) {
+        let Some(coefficients) = self.coefficients else { return };
+        let period = match &self.pipeline {
+            None => self.clock.period_s(),
+            Some(pipeline) => self.clock.other_period_s(pipeline.period_s()),
+        };
+        let Some(period_s) = period else { return };
+        if self.pipeline.is_some() {
+            self.fault("changes of the speeds' rate");
+        }
+        match Pipeline::new(coefficients, period_s) {
+            Ok(pipeline) => {
+                self.pipeline = Some(pipeline);
+                self.unfit = None;
+            }
+            Err(why) => {
+                self.pipeline = None;
+                self.unfit = Some(why.message().to_owned());
+            }
+        }
+        self.owed_s = 0.0;
+    }
+
+    fn fault(&mut self, what: &'static str) {
+        *self.faults.entry(what).or_default() += 1;
+    }
+
+    fn gap_s(&self) -> f64 {
+        self.robot.node().greatest_gap_s
+    }
+
+    /// What is known `now`, s. Old speeds and old power are none.
+    pub fn state(&self, now_s: f64) -> State {
+        let reading =
+            self.last_reading.filter(|(at, _)| now_s - at <= self.gap_s()).map(|(_, reading)| reading);
+        let speeds_age = self.speaker.map(|(_, at)| (now_s - at).max(0.0));
+        let are_speeds_fresh = speeds_age.is_some_and(|age| age <= self.gap_s());
+        let estimate = self.pipeline.as_ref().and_then(Pipeline::latest);
+        let now = estimate.filter(|_| are_speeds_fresh && reading.is_some());
+        let settled = now.and_then(|now| now.conditioned).filter(|conditioned| conditioned.settled);
+        let (health, why) = self.health(now_s, reading.is_some(), speeds_age);
+        let mass = now.and_then(|now| now.mass.known());
+        let payload = |mass: f64| mass - self.robot.mass_no_load_kg();
+        let (charge, remaining) = (self.battery.charge(), self.battery.remaining());
+        let is_powered = reading.is_some();
+        State {
+            time_s: now_s,
+            state: health,
+            why,
+            payload_kg: mass.map(|mass| payload(mass.mass)),
+            payload_low_kg: mass.map(|mass| payload(mass.low)),
+            payload_high_kg: mass.map(|mass| payload(mass.high)),
+            mass_kg: mass.map(|mass| mass.mass),
+            measured_w: settled.map(|conditioned| conditioned.power),
+            predicted_w: now.and_then(|now| now.power),
+            energy_j: self.pipeline.as_ref().map(Pipeline::energy_j),
+            power_w: reading.map(|reading| reading.power_w),
+            voltage_v: reading.map(|reading| reading.voltage_v).filter(|voltage| voltage.is_finite()),
+            current_a: reading.and_then(|reading| self.battery.current_a(&reading)),
+            charge: charge.filter(|_| is_powered).map(|charge| charge.share),
+            charge_std: charge.filter(|_| is_powered).map(|charge| charge.std),
+            remaining_j: remaining.filter(|_| is_powered).map(|left| left.energy),
+            remaining_low_j: remaining.filter(|_| is_powered).map(|left| left.energy_low),
+            remaining_high_j: remaining.filter(|_| is_powered).map(|left| left.energy_high),
+            remaining_s: remaining.filter(|_| is_powered).and_then(|left| left.time),
+            resistance_ohm: self.battery.resistance().map(|resistance| resistance.at_once),
+            no_charge: self.battery.why_not(),
+            speeds_age_s: speeds_age,
+            rate_hz: self.pipeline.as_ref().map(|pipeline| 1.0 / pipeline.period_s()),
+            samples: self.samples,
+            changes: self.pipeline.as_ref().map_or(0, Pipeline::changes),
+            faults: self.faults.clone(),
+        }
+    }
+
+    fn health(&self, now_s: f64, is_powered: bool, speeds_age: Option<f64>) -> (Health, Option<String>) {
+        let said = |health, why: &str| (health, Some(why.to_owned()));
+        if !is_powered {
+            return match self.last_reading {
+                None => said(Health::NoPower, "no power has been read yet"),
+                Some((at, _)) => said(Health::NoPower, &format!("no power for {:.1} s", now_s - at)),
+            };
+        }
+        match speeds_age {
+            None => return said(Health::NoSpeeds, "no wheel speeds have come yet"),
+            Some(age) if age > self.gap_s() => {
+                return said(Health::NoSpeeds, &format!("no wheel speeds for {age:.1} s"));
+            }
+            Some(_) => {}
+        }
+        if self.coefficients.is_none() {
+            return said(Health::Unknown, "no coefficients were given (--coeffs)");
+        }
+        if let Some(why) = &self.unfit {
+            return said(Health::Unknown, why);
+        }
+        match self.pipeline.as_ref().and_then(Pipeline::latest).map(|estimate| estimate.mass) {
+            None => said(Health::Unknown, "the rate of the speeds is still being measured"),
+            Some(MassEstimate::Unknown(reason)) => said(Health::Unknown, reason_text(reason)),
+            Some(MassEstimate::Known(_)) => (Health::Ok, None),
+            Some(beyond @ MassEstimate::Beyond(_)) => match beyond.place() {
+                Some(model_core::payload::Place::Below) => {
+                    said(Health::Ok, "lighter than the robot without payload: this is its nearest end")
+                }
+                _ => {
+                    said(Health::Ok, "heavier than the robot with its full payload: this is its nearest end")
+                }
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,40 @@
+//! `gmr node`: one power sensor on the robot's own computer, wheel speeds from ROS 2, and what follows from both.
+//!
+//! Readings of power and messages of wheels go into a [`Node`], which answers with a [`State`] at any time; where they come from and who
+//! hears the answers is not its business: a sensor ([`i2c`]) or a log ([`power`], [`replay`]); a DDS domain ([`ros`]) or a terminal.
+
+mod battery;
+mod clock;
+#[cfg(target_os = "linux")]
+pub mod i2c;
+mod live;
+mod pipeline;
+pub mod power;
+pub mod replay;
+#[cfg(feature = "ros")]
+pub mod ros;
+mod state;
+mod wheels;
+
+pub use live::Node;
+pub use pipeline::Pipeline;
+pub use power::{PowerSource, Reading};
+pub use state::{Health, State};
+pub use wheels::{Motion, WheelMessage};
+
+use crate::error::Result;
+
+/// Where states go.
+pub trait Outlet {
+    /// Takes one.
+    ///
+    /// # Errors
+    /// It cannot, and never will again: whatever passes is not an error.
+    fn publish(&mut self, state: &State) -> Result<()>;
+}
+
+/// Where messages about the wheels come from.
+pub trait WheelSource {
+    /// Those that came since the last call, in their order.
+    fn take(&mut self) -> Vec<WheelMessage>;
+}

@@ -1,0 +1,143 @@
+//! model-core's estimator, set up as `gmr estimate` and the board do: the same windows, the same answers.
+
+use model_core::coefficients::Coefficients;
+use model_core::effects::live::{Live, Outside};
+use model_core::estimator::Sample;
+use model_core::estimator::{Estimate, Estimator, Timing, Unfit};
+use model_core::model::Model;
+use model_core::payload::Method;
+use model_core::payload::roots::RootMean;
+use model_core::payload::schedule::Schedule;
+use model_core::payload::window::Window;
+
+use crate::error::{Error, Result};
+use crate::estimate::bucket_length;
+
+/// As many as `gmr estimate` has.
+const BUCKETS: usize = 512;
+
+/// Length of the window, s: as `gmr estimate`.
+const WINDOW_S: f64 = 25.0;
+
+/// An estimator of whichever method.
+trait Estimating<const N: usize> {
+    fn push(&mut self, sample: &Sample<f64, N>, elapsed: f64) -> Estimate<f64, N>;
+    fn restart(&mut self);
+    fn energy_j(&self) -> f64;
+}
+
+struct Along<M: Method<f64>, const N: usize> {
+    estimator: Estimator<f64, M, N, BUCKETS>,
+    /// As the board does: with effects only where the coefficients hold any.
+    live: Option<Live<f64, N>>,
+}
+
+impl<M: Method<f64>, const N: usize> Estimating<N> for Along<M, N> {
+    fn push(&mut self, sample: &Sample<f64, N>, elapsed: f64) -> Estimate<f64, N> {
+        match &mut self.live {
+            None => self.estimator.push(sample, elapsed),
+            Some(live) => self.estimator.push_with(live, sample, &Outside::UNKNOWN, elapsed),
+        }
+    }
+
+    fn restart(&mut self) {
+        self.estimator.payload_changed();
+        if let Some(live) = &mut self.live {
+            live.restart();
+        }
+    }
+
+    fn energy_j(&self) -> f64 {
+        self.estimator.energy().0
+    }
+}
+
+/// Samples to estimates, at one rate.
+pub struct Pipeline<const N: usize> {
+    estimating: Box<dyn Estimating<N>>,
+    period_s: f64,
+    latest: Option<Estimate<f64, N>>,
+    changes: u64,
+}
+
+impl<const N: usize> Pipeline<N> {
+    /// Of coefficients, for samples that come every `period_s`.
+    ///
+    /// # Errors
+    /// Coefficients that cannot run at this rate, or whose effects need what no wheel and no power sensor measures.
+    pub fn new(coefficients: &Coefficients<f64, N>, period_s: f64) -> Result<Self> {
+        if !coefficients.columns.needs().nothing() {
+            return Err(Error::failed(
+                "these coefficients have effects that need a slope, motor temperatures or another column; expected coefficients without \
+                 such effects",
+            ));
+        }
+        let bucket_s = bucket_length(WINDOW_S)?;
+        let schedule = Schedule::Moving { window: (WINDOW_S / bucket_s).round() as usize };
+        let timing = Timing { period_s, bucket_s, schedule, detect_changes: true };
+        let (range, noise) = (coefficients.robot.range, coefficients.noise);
+        let estimating: Box<dyn Estimating<N>> = match coefficients.model {
+            Model::Signed { .. } => along(coefficients, Window { range, noise, period: period_s }, &timing)?,
+            Model::Eq18 { .. } => along(coefficients, RootMean { range }, &timing)?,
+        };
+        Ok(Self { estimating, period_s, latest: None, changes: 0 })
+    }
+
+    /// Takes a sample, so long after the one before, s.
+    pub fn push(&mut self, sample: &Sample<f64, N>, elapsed: f64) {
+        let estimate = self.estimating.push(sample, elapsed);
+        self.changes += u64::from(estimate.changed.is_some());
+        self.latest = Some(estimate);
+    }
+
+    /// Nothing is known of the payload from now on.
+    pub fn restart(&mut self) {
+        self.estimating.restart();
+    }
+
+    /// What is known since the latest sample; none before the first.
+    pub fn latest(&self) -> Option<&Estimate<f64, N>> {
+        self.latest.as_ref()
+    }
+
+    /// Time between samples, s.
+    pub fn period_s(&self) -> f64 {
+        self.period_s
+    }
+
+    /// Payload changes noticed.
+    pub fn changes(&self) -> u64 {
+        self.changes
+    }
+
+    /// What the drives drew since the start, J.
+    pub fn energy_j(&self) -> f64 {
+        self.estimating.energy_j()
+    }
+}
+
+fn along<M: Method<f64> + 'static, const N: usize>(
+    coefficients: &Coefficients<f64, N>,
+    method: M,
+    timing: &Timing,
+) -> Result<Box<dyn Estimating<N>>> {
+    let unfit = |why| unfit(why, timing.period_s);
+    let estimator = Estimator::new(coefficients, method, timing).map_err(unfit)?;
+    let live = (!coefficients.columns.is_empty()).then(|| Live::new(coefficients, timing.period_s));
+    Ok(Box::new(Along { estimator, live: live.transpose().map_err(unfit)? }))
+}
+
+fn unfit(why: Unfit, period_s: f64) -> Error {
+    let rate = 1.0 / period_s;
+    Error::failed(match why {
+        Unfit::Cutoff(cutoff) => format!(
+            "the coefficients' cutoff of {} Hz at {rate:.1} speeds a second; expected below {:.3} Hz: more speeds a second, or a fit at this \
+             rate",
+            cutoff.cutoff_hz, cutoff.below_hz
+        ),
+        Unfit::Model => "effects beside model eq18; expected model signed".to_owned(),
+        Unfit::Delay => {
+            format!("a delay too long for {rate:.1} speeds a second; expected a fit at this rate")
+        }
+    })
+}

@@ -1,0 +1,212 @@
+//! ROS 2 without a ROS installation: topics as DDS has them, through RustDDS.
+//!
+//! A topic `/a` of ROS is `rt/a` in DDS, a type `p/msg/T` is `p::msg::dds_::T_`, and messages are plain CDR
+//! (design.ros2.org/articles/topic_and_service_names). Lost peers, new ones and their discovery are RustDDS's.
+
+mod messages;
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use rustdds::no_key::{DataReaderCdr, DataWriterCdr};
+use rustdds::policy::{Durability, History, Reliability};
+use rustdds::{
+    DomainParticipant, DomainParticipantBuilder, Duration, QosPolicies, QosPolicyBuilder, RTPSEntity as _,
+    TopicKind,
+};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use self::messages::{BatteryState, DiagnosticArray, Float64, JointState, Odometry, Time};
+use super::wheels::{Motion, WheelMessage};
+use super::{Outlet, State, WheelSource};
+use crate::error::{Error, Result};
+use crate::robot::{NodeSettings, Robot};
+
+const JOINT_STATE: &str = "sensor_msgs::msg::dds_::JointState_";
+const ODOMETRY: &str = "nav_msgs::msg::dds_::Odometry_";
+const BATTERY_STATE: &str = "sensor_msgs::msg::dds_::BatteryState_";
+const FLOAT64: &str = "std_msgs::msg::dds_::Float64_";
+const DIAGNOSTIC_ARRAY: &str = "diagnostic_msgs::msg::dds_::DiagnosticArray_";
+
+/// As ROS 2 keeps messages unless told otherwise.
+const DEPTH: i32 = 10;
+
+fn failed(what: &str, error: impl std::fmt::Display) -> Error {
+    Error::failed(format!("DDS: {what}: {error}"))
+}
+
+/// A DDS domain that was joined.
+pub struct Domain {
+    participant: DomainParticipant,
+    settings: NodeSettings,
+}
+
+impl Domain {
+    /// Joins the domain of a number, `ROS_DOMAIN_ID`.
+    ///
+    /// # Errors
+    /// No network.
+    pub fn join(robot: &Robot, number: u16) -> Result<Self> {
+        let participant = DomainParticipantBuilder::new(number)
+            .build()
+            .map_err(|error| failed(&format!("domain {number} cannot be joined"), error))?;
+        Ok(Self { participant, settings: robot.node().clone() })
+    }
+
+    fn qos(reliability: Reliability) -> QosPolicies {
+        QosPolicyBuilder::new()
+            .reliability(reliability)
+            .durability(Durability::Volatile)
+            .history(History::KeepLast { depth: DEPTH })
+            .build()
+    }
+
+    fn topic(&self, name: &str, kind: &str, qos: &QosPolicies) -> Result<rustdds::Topic> {
+        self.participant
+            .create_topic(format!("rt{name}"), kind.to_owned(), qos, TopicKind::NoKey)
+            .map_err(|error| failed(name, error))
+    }
+
+    fn writer<M: Serialize>(&self, name: &str, kind: &str) -> Result<DataWriterCdr<M>> {
+        // What is offered reliably is heard by those who ask for less as well.
+        let qos = Self::qos(Reliability::Reliable { max_blocking_time: Duration::from_millis(10) });
+        let topic = self.topic(name, kind, &qos)?;
+        let publisher = self.participant.create_publisher(&qos).map_err(|error| failed(name, error))?;
+        publisher.create_datawriter_no_key_cdr(&topic, None).map_err(|error| failed(name, error))
+    }
+
+    fn reader<M: DeserializeOwned + 'static>(&self, name: &str, kind: &str) -> Result<DataReaderCdr<M>> {
+        // Every sender offers at least this; a speed that comes late is of no use.
+        let qos = Self::qos(Reliability::BestEffort);
+        let topic = self.topic(name, kind, &qos)?;
+        let subscriber = self.participant.create_subscriber(&qos).map_err(|error| failed(name, error))?;
+        subscriber.create_datareader_no_key_cdr(&topic, None).map_err(|error| failed(name, error))
+    }
+
+    /// Hears of the wheels.
+    ///
+    /// # Errors
+    /// DDS refuses.
+    pub fn wheels(&self) -> Result<RosWheels> {
+        Ok(RosWheels(match &self.settings.odometry {
+            Some(odometry) => Source::Odometry(self.reader(odometry, ODOMETRY)?),
+            None => Source::Joints(self.reader(&self.settings.joint_states, JOINT_STATE)?),
+        }))
+    }
+
+    /// Tells what the node knows.
+    ///
+    /// # Errors
+    /// DDS refuses.
+    pub fn outlet(self, robot: &Robot) -> Result<RosOutlet> {
+        let node = &self.settings;
+        Ok(RosOutlet {
+            battery: self.writer(&node.battery_state, BATTERY_STATE)?,
+            diagnostics: self.writer(&node.diagnostics, DIAGNOSTIC_ARRAY)?,
+            numbers: [
+                self.writer(&node.payload, FLOAT64)?,
+                self.writer(&node.payload_low, FLOAT64)?,
+                self.writer(&node.payload_high, FLOAT64)?,
+                self.writer(&node.measured_power, FLOAT64)?,
+                self.writer(&node.predicted_power, FLOAT64)?,
+                self.writer(&node.remaining_energy, FLOAT64)?,
+                self.writer(&node.remaining_time, FLOAT64)?,
+            ],
+            capacity_ah: robot.battery().map(|pack| pack.capacity / 3600.0),
+            cells: robot.battery().map_or(0, |pack| pack.cells as usize),
+            name: robot.name().to_owned(),
+            others: false,
+            domain: self,
+        })
+    }
+}
+
+/// Messages of joints or of odometry.
+pub struct RosWheels(Source);
+
+enum Source {
+    Joints(DataReaderCdr<JointState>),
+    Odometry(DataReaderCdr<Odometry>),
+}
+
+fn taken<M: DeserializeOwned + 'static>(reader: &mut DataReaderCdr<M>, mut each: impl FnMut(M, [u8; 16])) {
+    // What cannot be decoded is not of this type, and none of ours.
+    while let Ok(Some(sample)) = reader.take_next_sample() {
+        let from = sample.sample_info().publication_handle().to_bytes();
+        each(sample.into_value(), from);
+    }
+}
+
+impl WheelSource for RosWheels {
+    fn take(&mut self) -> Vec<WheelMessage> {
+        let mut messages = Vec::new();
+        match &mut self.0 {
+            Source::Joints(reader) => taken(reader, |joints, from| {
+                let motion = Motion::Joints(joints.name, joints.velocity);
+                messages.push(WheelMessage { from, stamp_s: joints.header.stamp.seconds(), motion });
+            }),
+            Source::Odometry(reader) => taken(reader, |odometry, from| {
+                let stamp_s = odometry.header.stamp.seconds();
+                messages.push(WheelMessage { from, stamp_s, motion: Motion::Twist(odometry.planar()) });
+            }),
+        }
+        messages
+    }
+}
+
+/// All topics that a node tells.
+pub struct RosOutlet {
+    battery: DataWriterCdr<BatteryState>,
+    diagnostics: DataWriterCdr<DiagnosticArray>,
+    numbers: [DataWriterCdr<Float64>; 7],
+    capacity_ah: Option<f64>,
+    cells: usize,
+    name: String,
+    /// That somebody else tells of the battery has been said.
+    others: bool,
+    domain: Domain,
+}
+
+impl Outlet for RosOutlet {
+    fn publish(&mut self, state: &State) -> Result<()> {
+        self.look_for_others();
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let stamp =
+            Time { sec: i32::try_from(now.as_secs()).unwrap_or(i32::MAX), nanosec: now.subsec_nanos() };
+        // A full queue empties itself, and the next state is newer: what DDS did not take is not sent again.
+        let _ = self.battery.write(BatteryState::of(state, stamp, self.capacity_ah, self.cells), None);
+        let _ = self.diagnostics.write(DiagnosticArray::of(state, stamp, &self.name), None);
+        let numbers = [
+            state.payload_kg,
+            state.payload_low_kg,
+            state.payload_high_kg,
+            state.measured_w,
+            state.predicted_w,
+            state.remaining_j,
+            state.remaining_s,
+        ];
+        for (writer, number) in self.numbers.iter().zip(numbers) {
+            let _ = writer.write(Float64 { data: number.unwrap_or(f64::NAN) }, None);
+        }
+        Ok(())
+    }
+}
+
+impl RosOutlet {
+    /// Two senders of one topic contradict each other, and nobody sees who is who.
+    fn look_for_others(&mut self) {
+        let name = format!("rt{}", self.domain.settings.battery_state);
+        let own = self.domain.participant.guid().prefix;
+        let is_other = |writer: &rustdds::discovery::DiscoveredWriterData| {
+            let told = &writer.publication_topic_data;
+            told.topic_name == name && told.key.prefix != own
+        };
+        if !self.others && self.domain.participant.discovered_writers().iter().any(is_other) {
+            self.others = true;
+            eprintln!(
+                "somebody else publishes {} as well; expected another battery_state in [node] of robot.toml, or that one switched off",
+                self.domain.settings.battery_state
+            );
+        }
+    }
+}
