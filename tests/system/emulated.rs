@@ -26,16 +26,16 @@ fn passes(arguments: &[&str]) {
     }
 }
 
-/// 10 s: no deadline missed, no bus error, 200 samples a second with four sensors and two servos in each. Longer: the script by hand.
+/// 5 s: no deadline missed, no bus error, 200 samples a second with four sensors and two servos in each. Longer: the script by hand.
 #[test]
 fn samples_at_200_hz() {
-    passes(&["--seconds", "10"]);
+    passes(&["--seconds", "5"]);
 }
 
 /// A sensor that is not there costs its own rail only.
 #[test]
 fn an_absent_sensor_costs_its_own_rail() {
-    passes(&["--seconds", "5", "--absent", "0x44"]);
+    passes(&["--seconds", "3", "--absent", "0x44"]);
 }
 
 /// A line held low, lost arbitration, bus errors, no acknowledgement: the sensors are back half a second later, and no sample is late.

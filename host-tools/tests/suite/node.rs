@@ -151,7 +151,7 @@ fn a_peer_that_is_not_ours_hears_and_feeds_it() {
     let python = gmr.ancestors().nth(2).unwrap().join("node-python/venv/bin/python");
     if !python.exists() {
         return skipped(
-            "no virtual environment in target/node-python: cargo xtask test makes it, of PyPI's cyclonedds",
+            "no virtual environment in target/node-python: cargo xtask test-node makes it, of PyPI's cyclonedds",
         );
     }
     let bench = bench();

@@ -18,6 +18,7 @@ mod size;
 mod steps;
 mod test;
 mod test_fleet;
+mod test_node;
 
 use std::process::ExitCode;
 
@@ -31,6 +32,8 @@ usage: cargo xtask <command>
   test-fleet [--yes]
          sums on Spark and Ray, executors and workers as processes of their own; needs Java,
          and a gigabyte from PyPI
+  test-node
+         gmr node beside a DDS peer that is not ours (PyPI's cyclonedds), in real time
   demo [--yes]
          record, fit, flash and estimate on the virtual board; plots go to demo-output/
   bench [accuracy | charge | coverage | fit-speed | fleet | gap | gap-mujoco | gap-simulator |
@@ -64,6 +67,7 @@ fn main() -> ExitCode {
         ["test", "--yes"] => test::run(Consent::Given),
         ["test-fleet"] => test_fleet::run(Consent::Ask),
         ["test-fleet", "--yes"] => test_fleet::run(Consent::Given),
+        ["test-node"] => test_node::run(),
         ["demo"] => demo::run(Consent::Ask),
         ["demo", "--yes"] => demo::run(Consent::Given),
         ["bench"] => bench::run(None).unwrap_or(false),

@@ -46,10 +46,8 @@ fn all(steps: &mut Steps, consent: Consent) -> Result<(), Stop> {
         target = Some(set_up::target()?);
         set_up::browser(consent);
         // Without it its tests are skipped: nothing else needs it.
-        for made in [python::environment(), python::peer()] {
-            if let Err(stop) = made {
-                println!("   {stop}");
-            }
+        if let Err(stop) = python::environment() {
+            println!("   {stop}");
         }
         set_up::qemu(consent)
     })?;
