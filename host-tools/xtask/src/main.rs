@@ -36,8 +36,8 @@ usage: cargo xtask <command>
          gmr node beside a DDS peer that is not ours (PyPI's cyclonedds), in real time
   demo [--yes]
          record, fit, flash and estimate on the virtual board; plots go to demo-output/
-  bench [accuracy | charge | coverage | fit-speed | fleet | gap | gap-mujoco | gap-simulator |
-         instructions | leaderboard | logs | predict | robots]
+  bench [accuracy | charge | coverage | fit-speed | fleet | floors | gap | gap-mujoco |
+         gap-simulator | instructions | leaderboard | logs | predict | robots]
          the figures of the README, measured again; minutes. gap: a night, gap-mujoco and
          leaderboard: most of an hour, only by name
   bench fleet --rows N
