@@ -39,7 +39,7 @@ usage: cargo xtask <command>
   bench [accuracy | charge | coverage | fit-speed | fleet | floors | gap | gap-mujoco |
          gap-simulator | instructions | leaderboard | logs | predict | robots]
          the figures of the README, measured again; minutes. gap: a night, gap-mujoco and
-         leaderboard: most of an hour, only by name
+         leaderboard: ten minutes to an hour, only by name
   bench fleet --rows N
          the figures of docs/fleet-bench.txt, by 100000000: a quarter of an hour to simulate,
          4 GB; beside Polars, NumPy and SciPy
