@@ -26,10 +26,10 @@ fn passes(arguments: &[&str]) {
     }
 }
 
-/// 5 s: no deadline missed, no bus error, 200 samples a second with four sensors and two servos in each. Longer: the script by hand.
+/// 3 s: no deadline missed, no bus error, 200 samples a second with four sensors and two servos in each. Longer: the script by hand.
 #[test]
 fn samples_at_200_hz() {
-    passes(&["--seconds", "5"]);
+    passes(&["--seconds", "3"]);
 }
 
 /// A sensor that is not there costs its own rail only.

@@ -20,7 +20,8 @@ use serde::{Deserialize, Serialize};
 
 use outside::Columns;
 pub use pipeline::GroundAt;
-use pipeline::{Adapting, BUCKETS, Fitted, Pipeline};
+use pipeline::{Adapting, BUCKETS};
+pub(crate) use pipeline::{Fitted, Pipeline};
 use told::Telling;
 pub use told::Told;
 

@@ -27,7 +27,7 @@ pub struct GroundAt {
 }
 
 /// Samples in, mass and power out.
-pub(super) trait Pipeline<const N: usize> {
+pub(crate) trait Pipeline<const N: usize> {
     /// Takes a sample, `elapsed` s after the one before, and what is measured beside.
     fn push(&mut self, sample: &Sample<f64, N>, outside: &Outside<f64, N>, elapsed: f64) -> Estimate<f64, N>;
     /// Another run begins: nothing is known of its payload, nor of what effects remember.
@@ -45,7 +45,7 @@ pub(super) trait Pipeline<const N: usize> {
 }
 
 /// As boards do it: with effects only where the coefficients hold any.
-pub(super) struct Fitted<M: Method<f64>, const N: usize> {
+pub(crate) struct Fitted<M: Method<f64>, const N: usize> {
     estimator: Estimator<f64, M, N, BUCKETS>,
     live: Option<Live<f64, N>>,
 }
@@ -53,7 +53,7 @@ pub(super) struct Fitted<M: Method<f64>, const N: usize> {
 impl<M: Method<f64>, const N: usize> Fitted<M, N> {
     /// # Errors
     /// What these coefficients cannot have at this rate.
-    pub(super) fn new(
+    pub(crate) fn new(
         coefficients: &Coefficients<f64, N>,
         method: M,
         timing: &Timing,

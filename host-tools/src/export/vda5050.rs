@@ -1,6 +1,6 @@
 //! Battery and load as a VDA 5050 state (version 2.1) has them.
 
-use model_core::charge::Pack;
+use model_core::charge::{Pack, USUAL_RESISTANCE_OHM};
 use model_core::coefficients::Coefficients;
 use serde::Serialize;
 
@@ -50,9 +50,6 @@ struct LoadState {
     weight: f64,
 }
 
-/// Voltage of a loaded cell under its open-circuit voltage, V: as the gauge begins, at 0.11 Ω a cell.
-const CELL_OHM: f64 = 0.11;
-
 /// The state, with the reach at an even speed on level ground.
 ///
 /// # Errors
@@ -65,7 +62,7 @@ pub fn state<const N: usize>(
 ) -> Result<State> {
     let watts = straight_w(robot, coefficients, now.mass_kg, now.speed_m_s)?.max(0.0) + now.static_w;
     let current = watts / (pack.cells * pack.curve.voltage(0.5));
-    let seconds = pack.energy(now.charge, 0.0, CELL_OHM * current) / watts.max(1e-9);
+    let seconds = pack.energy(now.charge, 0.0, USUAL_RESISTANCE_OHM * current) / watts.max(1e-9);
     let payload = now.mass_kg - robot.mass_no_load_kg();
     let rounded = |value: f64, digits: f64| (value * digits).round() / digits;
     let loads = (payload > 0.0).then(|| LoadState { weight: rounded(payload, 1e3) });

@@ -1,56 +1,18 @@
 //! model-core's estimator, set up as `gmr estimate` and the board do: the same windows, the same answers.
 
 use model_core::coefficients::Coefficients;
-use model_core::effects::live::{Live, Outside};
-use model_core::estimator::Sample;
-use model_core::estimator::{Estimate, Estimator, Timing, Unfit};
+use model_core::effects::live::Outside;
+use model_core::estimator::{Estimate, Sample, Timing, Unfit};
 use model_core::model::Model;
-use model_core::payload::Method;
 use model_core::payload::roots::RootMean;
 use model_core::payload::schedule::Schedule;
 use model_core::payload::window::Window;
 
 use crate::error::{Error, Result};
-use crate::estimate::bucket_length;
-
-/// As many as `gmr estimate` has.
-const BUCKETS: usize = 512;
+use crate::estimate::{Fitted, Pipeline as Estimating, bucket_length};
 
 /// Length of the window, s: as `gmr estimate`.
 const WINDOW_S: f64 = 25.0;
-
-/// An estimator of whichever method.
-trait Estimating<const N: usize> {
-    fn push(&mut self, sample: &Sample<f64, N>, elapsed: f64) -> Estimate<f64, N>;
-    fn restart(&mut self);
-    fn energy_j(&self) -> f64;
-}
-
-struct Along<M: Method<f64>, const N: usize> {
-    estimator: Estimator<f64, M, N, BUCKETS>,
-    /// As the board does: with effects only where the coefficients hold any.
-    live: Option<Live<f64, N>>,
-}
-
-impl<M: Method<f64>, const N: usize> Estimating<N> for Along<M, N> {
-    fn push(&mut self, sample: &Sample<f64, N>, elapsed: f64) -> Estimate<f64, N> {
-        match &mut self.live {
-            None => self.estimator.push(sample, elapsed),
-            Some(live) => self.estimator.push_with(live, sample, &Outside::UNKNOWN, elapsed),
-        }
-    }
-
-    fn restart(&mut self) {
-        self.estimator.payload_changed();
-        if let Some(live) = &mut self.live {
-            live.restart();
-        }
-    }
-
-    fn energy_j(&self) -> f64 {
-        self.estimator.energy().0
-    }
-}
 
 /// Samples to estimates, at one rate.
 pub struct Pipeline<const N: usize> {
@@ -76,16 +38,22 @@ impl<const N: usize> Pipeline<N> {
         let schedule = Schedule::Moving { window: (WINDOW_S / bucket_s).round() as usize };
         let timing = Timing { period_s, bucket_s, schedule, detect_changes: true };
         let (range, noise) = (coefficients.robot.range, coefficients.noise);
+        let unfit = |why| unfit(why, period_s);
         let estimating: Box<dyn Estimating<N>> = match coefficients.model {
-            Model::Signed { .. } => along(coefficients, Window { range, noise, period: period_s }, &timing)?,
-            Model::Eq18 { .. } => along(coefficients, RootMean { range }, &timing)?,
+            Model::Signed { .. } => {
+                let window = Window { range, noise, period: period_s };
+                Box::new(Fitted::new(coefficients, window, &timing).map_err(unfit)?)
+            }
+            Model::Eq18 { .. } => {
+                Box::new(Fitted::new(coefficients, RootMean { range }, &timing).map_err(unfit)?)
+            }
         };
         Ok(Self { estimating, period_s, latest: None, changes: 0 })
     }
 
     /// Takes a sample, so long after the one before, s.
     pub fn push(&mut self, sample: &Sample<f64, N>, elapsed: f64) {
-        let estimate = self.estimating.push(sample, elapsed);
+        let estimate = self.estimating.push(sample, &Outside::UNKNOWN, elapsed);
         self.changes += u64::from(estimate.changed.is_some());
         self.latest = Some(estimate);
     }
@@ -112,19 +80,8 @@ impl<const N: usize> Pipeline<N> {
 
     /// What the drives drew since the start, J.
     pub fn energy_j(&self) -> f64 {
-        self.estimating.energy_j()
+        self.estimating.energy().0
     }
-}
-
-fn along<M: Method<f64> + 'static, const N: usize>(
-    coefficients: &Coefficients<f64, N>,
-    method: M,
-    timing: &Timing,
-) -> Result<Box<dyn Estimating<N>>> {
-    let unfit = |why| unfit(why, timing.period_s);
-    let estimator = Estimator::new(coefficients, method, timing).map_err(unfit)?;
-    let live = (!coefficients.columns.is_empty()).then(|| Live::new(coefficients, timing.period_s));
-    Ok(Box::new(Along { estimator, live: live.transpose().map_err(unfit)? }))
 }
 
 fn unfit(why: Unfit, period_s: f64) -> Error {

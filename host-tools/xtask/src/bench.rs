@@ -11,12 +11,13 @@ use crate::steps::{Steps, Stop, command};
 type Measure = fn(&mut Steps) -> Result<(), Stop>;
 
 /// What can be measured.
-const BENCHES: [(&str, Measure); 13] = [
+const BENCHES: [(&str, Measure); 14] = [
     ("accuracy", |steps| host_bench(steps, "accuracy", "accuracy")),
     ("charge", |steps| host_bench(steps, "charge", "charge")),
     ("coverage", |steps| host_bench(steps, "coverage", "coverage")),
     ("fit-speed", |steps| host_bench(steps, "fit-speed", "fit_speed")),
     ("fleet", fleet::run),
+    ("floors", robots::floors),
     ("gap", gap::run),
     ("instructions", instructions::run),
     ("logs", logs::run),

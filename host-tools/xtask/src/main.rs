@@ -36,10 +36,10 @@ usage: cargo xtask <command>
          gmr node beside a DDS peer that is not ours (PyPI's cyclonedds), in real time
   demo [--yes]
          record, fit, flash and estimate on the virtual board; plots go to demo-output/
-  bench [accuracy | charge | coverage | fit-speed | fleet | gap | gap-mujoco | gap-simulator |
-         instructions | leaderboard | logs | predict | robots]
+  bench [accuracy | charge | coverage | fit-speed | fleet | floors | gap | gap-mujoco |
+         gap-simulator | instructions | leaderboard | logs | predict | robots]
          the figures of the README, measured again; minutes. gap: a night, gap-mujoco and
-         leaderboard: most of an hour, only by name
+         leaderboard: ten minutes to an hour, only by name
   bench fleet --rows N
          the figures of docs/fleet-bench.txt, by 100000000: a quarter of an hour to simulate,
          4 GB; beside Polars, NumPy and SciPy

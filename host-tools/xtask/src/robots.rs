@@ -1,4 +1,4 @@
-//! `cargo xtask bench robots` and `gap-mujoco`: the models and the gap workflow on robots that are not ours, by the scripts in
+//! `cargo xtask bench robots`, `floors` and `gap-mujoco`: the models and the gap workflow on robots that are not ours, by the scripts in
 //! host-tools/benches/robots.
 
 use std::path::{Path, PathBuf};
@@ -18,6 +18,8 @@ const PACKAGES: [&str; 4] = ["mujoco>=3.2", "numpy>=2", "scipy>=1.13", "numba>=0
 const TABLE: &str = "docs/robots.txt";
 /// The table of simulators that were closed.
 const CLOSED: &str = "docs/gap-simulator.txt";
+/// What is named between floors and within each.
+const FLOORS: &str = "docs/gap-floors.txt";
 /// Measured logs. Beside the project, not part of it.
 pub(crate) const DATA: &str = "../shared/data";
 
@@ -68,6 +70,20 @@ pub(crate) fn simulator(steps: &mut Steps) -> Result<(), Stop> {
         let text = text_of(bench)?;
         print!("{text}");
         std::fs::write(root().join(CLOSED), text).map_err(|error| Stop::new(format!("{CLOSED}: {error}")))
+    })
+}
+
+/// What `gmr gap` names between two floors of a measured robot, and within each.
+pub(crate) fn floors(steps: &mut Steps) -> Result<(), Stop> {
+    let python = python()?;
+    steps.run("gmr", command("cargo build --quiet --release --package host-tools --bin gmr"))?;
+    let mut bench = Command::new(python);
+    bench.arg(format!("{SCRIPTS}/floors.py")).arg("--gmr").arg(target_folder().join("release/gmr"));
+    bench.args(["--data", DATA]);
+    steps.work("floors", || {
+        let text = text_of(bench)?;
+        print!("{text}");
+        std::fs::write(root().join(FLOORS), text).map_err(|error| Stop::new(format!("{FLOORS}: {error}")))
     })
 }
 

@@ -1,4 +1,4 @@
-"""`gmr gap` and its rivals on the same sets of the second judge, as a table:  python leaderboard.py --gmr PATH [--seeds 0 2] [--free 10] [--json]
+"""`gmr gap` and its rivals on the same sets of the second judge, as a table:  python leaderboard.py --gmr PATH [--seeds 0 1] [--free 10] [--json]
 
 Judged by verdicts.py. A method that names several effects names them together; the false discovery rate is the share of all names that are
 not true (a twin of the truth in a tie counts as one), F1 that of the names. Trees are judged by the axes that they split on.
@@ -95,9 +95,9 @@ def tree_row(lines):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--gmr", required=True)
-    parser.add_argument("--seeds", nargs=2, type=int, default=[0, 2])
+    parser.add_argument("--seeds", nargs=2, type=int, default=[0, 1])
     parser.add_argument("--size", type=float, default=1.0)
-    parser.add_argument("--free", type=int, default=20)
+    parser.add_argument("--free", type=int, default=10)
     parser.add_argument("--names", nargs="*")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--json", action="store_true")
