@@ -62,7 +62,9 @@ fn the_same_drive_in_every_format_has_the_same_numbers() {
         &["wheel_encoders:wheel_speed[1]", "wheel_encoders:wheel_speed[0]"],
         &["drive_power:power_w", "payload:mass_kg"],
     );
-    for (file, request) in [("drive.mcap", &ros), ("drive.db3", &ros), ("drive.ulg", &px4)] {
+    for (file, request) in
+        [("drive.mcap", &ros), ("second.mcap", &ros), ("drive.db3", &ros), ("drive.ulg", &px4)]
+    {
         let bag = Bag::open(&data(file), false).unwrap();
         let (found, merged) = rows(&bag, request).unwrap();
         assert_eq!((found.len(), merged.ending), (expected.len(), Ending::Whole), "{file}");

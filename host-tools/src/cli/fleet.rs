@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::units::UnitArguments;
 use crate::error::{Error, Result};
 use crate::fleet::{
-    self, Change, Disagreements, Drift, Found, Judged, Log, Outcome, Outliers, Standing, State,
+    self, Change, Disagreements, Drift, Found, Judged, Log, Outcome, Outliers, Place, Source, Standing, State,
 };
 use crate::gram::{self, Conditioned, RunGram, Spent, Summed};
 use crate::log::checks::check_mass;
@@ -26,8 +26,9 @@ use crate::with_wheels;
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  gmr fleet logs/ --coeffs coefficients.toml --out fleet/")]
 pub(crate) struct Arguments {
-    /// Folder of logs (CSV, Parquet, MCAP, db3, ULog) in folders such as robot=7/day=2026-11-02, or 7/2026-11-02
-    #[arg(value_name = "FOLDER")]
+    /// Folder of logs (CSV, Parquet, MCAP, db3, ULog) in folders such as robot=7/day=2026-11-02, or 7/2026-11-02; with the feature bucket also the URL
+    /// of a bucket, s3://bucket/logs
+    #[arg(value_name = "SOURCE")]
     source: PathBuf,
     /// Coefficients of a clean fit (signed) of such a robot: what robots and days are held against
     #[arg(long, value_name = "C.toml")]
@@ -106,16 +107,22 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
     let how = Conditioned::<N>::near(robot, &arguments.coeffs, mass)?;
     let reference = how.reference.as_ref().map_or(TorqueModel::default(), |(reference, _)| reference.torque);
-    let logs = fleet::find(&arguments.source, &arguments.group)?;
-    if let Some(inside) = logs.iter().find(|log| log.path.starts_with(&arguments.out)) {
-        return Err(Error::usage("is in the folder that is to be written; expected --out elsewhere")
-            .in_file(&inside.path));
+    let source = Source::of(&arguments.source)?;
+    let logs = source.find(&arguments.group)?;
+    let file = |log: &Log| match &log.place {
+        Place::File(path) => Some(path.clone()),
+        Place::Object { .. } => None,
+    };
+    if let Some(inside) = logs.iter().filter_map(file).find(|path| path.starts_with(&arguments.out)) {
+        return Err(
+            Error::usage("is in the folder that is to be written; expected --out elsewhere").in_file(inside)
+        );
     }
     // With other coefficients, units or masses everything is read again.
     let settings = format!("{:?} {:?} {mass} {:?}", how.reference, robot, arguments.group);
     let state = State::open(arguments.out.join("read"), &settings)?;
     let started = Instant::now();
-    let New { spent, not_now } = read_new(robot, &how, &logs, &state)?;
+    let New { spent, not_now } = read_new(robot, &how, &source, &logs, &state, &arguments.out)?;
     let mut seconds =
         Seconds { logs: spent, all_logs_s: started.elapsed().as_secs_f64(), ..Seconds::default() };
     let started = Instant::now();
@@ -173,40 +180,71 @@ struct New {
 }
 
 /// Reads what has not been read yet, a log a core.
-fn read_new<const N: usize>(robot: &Robot, how: &Conditioned<N>, logs: &[Log], state: &State) -> Result<New> {
+fn read_new<const N: usize>(
+    robot: &Robot,
+    how: &Conditioned<N>,
+    source: &Source,
+    logs: &[Log],
+    state: &State,
+    out: &Path,
+) -> Result<New> {
     let progress = CountProgress::new("logs read", logs.len() as u64);
+    let unread = |log: &&Log| {
+        let is_unread = state.done(log).is_none();
+        if !is_unread {
+            progress.one_more();
+        }
+        is_unread
+    };
+    let unread: Vec<&Log> = logs.par_iter().filter(unread).collect();
     let new = Mutex::new(New::default());
-    logs.par_iter().try_for_each(|log| {
-        if state.done(log).is_none() {
-            let told =
-                |refused: &Error| refused.to_string().replace(&log.path.display().to_string(), &log.name);
-            let outcome = match gram::of_log(robot, how, &log.path) {
-                Ok(Summed { mut runs, spent }) => {
-                    for run in &mut runs {
-                        run.run = run.run.replacen(&log.path.display().to_string(), &log.name, 1);
-                        run.keys.clone_from(&log.keys);
-                    }
-                    new.lock().unwrap_or_else(PoisonError::into_inner).spent.add(&spent);
-                    Some(Outcome::Read(runs))
-                }
-                // Too many open files, no right to read, no space: another time it may be given.
-                Err(refused) if refused.is_of_system() => {
-                    let mut new = new.lock().unwrap_or_else(PoisonError::into_inner);
-                    new.not_now.insert(log.name.clone(), told(&refused));
-                    None
-                }
-                Err(refused) => Some(Outcome::Refused(told(&refused))),
-            };
-            if let Some(outcome) = outcome {
+    let change = || new.lock().unwrap_or_else(PoisonError::into_inner);
+    source.each(&unread, &out.join("fetched"), |log, here| {
+        match here.and_then(|path| read(robot, how, log, path)) {
+            Ok((outcome, spent)) => {
+                change().spent.add(&spent);
                 state.keep(log, outcome)?;
             }
-            // Nobody opens it again, and a fleet has more logs than a process may have files open.
-            foreign::forget(&log.path);
+            Err(refused) => {
+                change().not_now.insert(log.name.clone(), refused.to_string());
+            }
         }
         progress.one_more();
         Ok(())
     })?;
     Ok(new.into_inner().unwrap_or_else(PoisonError::into_inner))
+}
+
+/// What comes of a log that is here as this file.
+///
+/// # Errors
+/// What it would be wrong to remember: too many open files, no right to read, no space. Another time it may be given.
+fn read<const N: usize>(
+    robot: &Robot,
+    how: &Conditioned<N>,
+    log: &Log,
+    path: &Path,
+) -> Result<(Outcome, Spent)> {
+    let summed = gram::of_log(robot, how, path);
+    // Nobody opens it again, and a fleet has more logs than a process may have files open.
+    foreign::forget(path);
+    let file = path.display().to_string();
+    match summed {
+        Ok(Summed { mut runs, spent }) => {
+            for run in &mut runs {
+                run.run = run.run.replacen(&file, &log.name, 1);
+                run.keys.clone_from(&log.keys);
+            }
+            Ok((Outcome::Read(runs), spent))
+        }
+        Err(refused) => {
+            let told = refused.to_string().replace(&file, &log.name);
+            if refused.is_of_system() {
+                return Err(Error::failed(told));
+            }
+            Ok((Outcome::Refused(told), Spent::default()))
+        }
+    }
 }
 
 /// All that has been read, in the order of the logs: as it was kept, whoever read it.
@@ -227,7 +265,7 @@ fn collect(
             (None, Some(why)) => {
                 refuse(log, format!("{why}; not read, and not remembered: the next run tries again"));
             }
-            (None, None) => return Err(Error::failed("has changed while it was read").in_file(&log.path)),
+            (None, None) => return Err(Error::failed("has changed while it was read").in_file(&log.name)),
         }
     }
     Ok((grams, refused))

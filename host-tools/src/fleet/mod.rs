@@ -2,9 +2,12 @@
 
 mod abstain;
 mod base;
+#[cfg(feature = "bucket")]
+mod bucket;
 mod disagree;
 mod drift;
 mod keys;
+mod logs;
 mod outlier;
 mod page;
 mod rank;
@@ -16,8 +19,9 @@ mod tests;
 pub use self::abstain::{Judged, judge};
 pub use self::disagree::{Disagreement, Disagreements, disagreements};
 pub use self::drift::{Change, Drift, changes};
+pub use self::logs::{Log, Place};
 pub use self::outlier::{Outlier, Outliers, outliers};
 pub use self::page::{Found, save};
 pub use self::rank::{Standing, rank};
-pub use self::source::{Log, find};
+pub use self::source::Source;
 pub use self::state::{Outcome, State};

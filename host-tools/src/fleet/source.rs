@@ -1,49 +1,94 @@
-//! The logs of a fleet: a folder of folders, whose names say whose and when.
+//! Where the logs of a fleet come from: a folder of folders, or a bucket, whose names say whose and when.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use rayon::prelude::*;
+
+#[cfg(feature = "bucket")]
+use super::bucket::Bucket;
+use super::logs::{ENDINGS, Log, Place};
 use crate::error::{Error, Result};
 
-/// A log of the fleet.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Log {
-    /// Where it is.
-    pub path: PathBuf,
-    /// Its path within the source, with `/` between folders: what it is called everywhere.
-    pub name: String,
-    /// What its path says: robot, day …
-    pub keys: BTreeMap<String, String>,
+/// Where the logs come from.
+#[derive(Debug)]
+pub enum Source {
+    /// A folder of this machine.
+    Folder(PathBuf),
+    /// A bucket of S3, Google Cloud Storage, Azure, or what WebDAV lists.
+    #[cfg(feature = "bucket")]
+    Bucket(Bucket),
 }
 
-/// Endings of logs: what else lies between them is left alone. What a file is, its first bytes say.
-const ENDINGS: [&str; 5] = ["csv", "parquet", "mcap", "db3", "ulg"];
-
-/// All logs below a folder, by name. `robot=7/day=2026-11-02/a.csv` says its keys itself; of `7/2026-11-02/a.csv` the folders are the keys of
-/// `group` in their order, and where folders are one fewer, the file's name is the last.
-///
-/// # Errors
-/// A folder that cannot be read; none of the files is a log.
-pub fn find(source: &Path, group: &[String]) -> Result<Vec<Log>> {
-    let mut found = Vec::new();
-    walk(source, &mut Vec::new(), &mut found)?;
-    let mut logs: Vec<Log> = found
-        .into_iter()
-        .map(|(path, parts)| Log { path, keys: keys(&parts, group), name: parts.join("/") })
-        .collect();
-    if logs.is_empty() {
-        let message = format!(
-            "no logs below it; expected files *.{} in folders such as robot=7/day=2026-11-02",
-            ENDINGS.join(", *.")
-        );
-        return Err(Error::failed(message).in_file(source));
+impl Source {
+    /// A folder, or a URL such as `s3://bucket/logs`.
+    ///
+    /// # Errors
+    /// A URL of something else, or in a gmr that was built without the feature `bucket`.
+    pub fn of(text: &Path) -> Result<Self> {
+        match text.to_str().filter(|text| text.contains("://")) {
+            None => Ok(Self::Folder(text.to_owned())),
+            #[cfg(feature = "bucket")]
+            Some(url) => Bucket::open(url).map(Self::Bucket).map_err(|error| error.in_file(url)),
+            #[cfg(not(feature = "bucket"))]
+            Some(url) => {
+                let message = "is in a bucket, which this gmr was built without; expected a folder, or one that is built with `--features bucket`";
+                Err(Error::usage(message).in_file(url))
+            }
+        }
     }
-    // Whatever order the file system has.
-    logs.sort_by(|a, b| a.name.cmp(&b.name));
-    Ok(logs)
+
+    /// All logs of it, by name.
+    ///
+    /// # Errors
+    /// What cannot be listed; none of the files is a log.
+    pub fn find(&self, group: &[String]) -> Result<Vec<Log>> {
+        let (mut logs, of) = match self {
+            Self::Folder(folder) => (in_folder(folder, group)?, folder.as_path()),
+            #[cfg(feature = "bucket")]
+            Self::Bucket(bucket) => (bucket.find(group)?, Path::new(bucket.url())),
+        };
+        if logs.is_empty() {
+            let message = format!(
+                "no logs below it; expected files *.{} in folders such as robot=7/day=2026-11-02",
+                ENDINGS.join(", *.")
+            );
+            return Err(Error::failed(message).in_file(of));
+        }
+        // Whatever order the file system or the bucket has.
+        logs.sort_by(|a, b| a.name.cmp(&b.name));
+        Ok(logs)
+    }
+
+    /// Gives `work` each of these logs as a file, a log a core; what comes from a bucket is in `aside` meanwhile, a few logs at a time. An error is
+    /// why it cannot be had just now.
+    ///
+    /// # Errors
+    /// The first of `work`; what the operating system refuses.
+    pub fn each(
+        &self,
+        logs: &[&Log],
+        aside: &Path,
+        work: impl Fn(&Log, Result<&Path>) -> Result<()> + Sync,
+    ) -> Result<()> {
+        let _ = aside;
+        match self {
+            Self::Folder(_) => logs.par_iter().try_for_each(|log| match &log.place {
+                Place::File(path) => work(log, Ok(path)),
+                Place::Object { .. } => work(log, Err(Error::failed("is in a bucket; expected a file"))),
+            }),
+            #[cfg(feature = "bucket")]
+            Self::Bucket(bucket) => bucket.each(logs, aside, work),
+        }
+    }
 }
 
-fn walk(folder: &Path, parts: &mut Vec<String>, found: &mut Vec<(PathBuf, Vec<String>)>) -> Result<()> {
+fn in_folder(source: &Path, group: &[String]) -> Result<Vec<Log>> {
+    let mut found = Vec::new();
+    walk(source, group, &mut Vec::new(), &mut found)?;
+    Ok(found)
+}
+
+fn walk(folder: &Path, group: &[String], parts: &mut Vec<String>, found: &mut Vec<Log>) -> Result<()> {
     let refused = |error: std::io::Error| Error::io(folder, &error);
     for entry in std::fs::read_dir(folder).map_err(refused)? {
         let entry = entry.map_err(refused)?;
@@ -51,51 +96,25 @@ fn walk(folder: &Path, parts: &mut Vec<String>, found: &mut Vec<(PathBuf, Vec<St
         parts.push(entry.file_name().to_string_lossy().into_owned());
         // Links are not followed: they may lead in a circle.
         if entry.file_type().map_err(refused)?.is_dir() {
-            walk(&path, parts, found)?;
-        } else if path
-            .extension()
-            .is_some_and(|ending| ENDINGS.iter().any(|known| ending.eq_ignore_ascii_case(known)))
-        {
-            found.push((path, parts.clone()));
+            walk(&path, group, parts, found)?;
+        } else {
+            found.extend(Log::at(parts, group, || Place::File(path)));
         }
         parts.pop();
     }
     Ok(())
 }
 
-fn keys(parts: &[String], group: &[String]) -> BTreeMap<String, String> {
-    let Some((file, folders)) = parts.split_last() else { return BTreeMap::new() };
-    let stem = file.rsplit_once('.').map_or(file.as_str(), |(stem, _)| stem);
-    let own = folders.iter().filter_map(|part| part.split_once('='));
-    let mut keys: BTreeMap<String, String> =
-        own.map(|(key, value)| (key.to_owned(), value.to_owned())).collect();
-    if keys.is_empty() {
-        let plain =
-            folders.iter().map(String::as_str).chain((folders.len() + 1 == group.len()).then_some(stem));
-        keys.extend(group.iter().cloned().zip(plain.map(str::to_owned)));
-    }
-    keys
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// Without the feature it is named; with it, what no store is behind is refused as well.
     #[test]
-    fn paths_say_whose_and_when() {
-        let group = ["robot".to_owned(), "day".to_owned()];
-        let of = |path: &str| keys(&path.split('/').map(str::to_owned).collect::<Vec<_>>(), &group);
-        let expected = BTreeMap::from(
-            [("day", "2026-11-02"), ("robot", "7")].map(|(k, v)| (k.to_owned(), v.to_owned())),
-        );
-        for path in [
-            "7/2026-11-02/a.csv",
-            "robot=7/day=2026-11-02/a.csv",
-            "day=2026-11-02/robot=7/a.csv",
-            "7/2026-11-02.csv",
-        ] {
-            assert_eq!(of(path), expected, "{path}");
-        }
-        assert_eq!(of("a.csv").len(), 0, "a file alone says nothing");
+    fn what_is_no_bucket_is_refused_in_one_line() {
+        let refused = Source::of(Path::new("gopher://logs/here")).unwrap_err().to_string();
+        let expected = if cfg!(feature = "bucket") { "expected s3://" } else { "--features bucket" };
+        assert!(refused.starts_with("gopher://logs/here: ") && refused.contains(expected), "{refused}");
+        assert!(matches!(Source::of(Path::new("logs")), Ok(Source::Folder(_))));
     }
 }

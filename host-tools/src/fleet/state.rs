@@ -1,12 +1,11 @@
 //! What has been read already: a small file a log, whole or not there, so that whoever is killed goes on where they were.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use crc::{CRC_64_XZ, Crc};
 use serde::{Deserialize, Serialize};
 
-use super::source::Log;
-use crate::coefficients::FittedLog;
+use super::logs::Log;
 use crate::error::{Error, Result};
 use crate::gram::RunGram;
 use crate::output::write_content;
@@ -57,9 +56,8 @@ impl State {
     pub fn done(&self, log: &Log) -> Option<Outcome> {
         let text = std::fs::read_to_string(self.file(log)).ok()?;
         let done: Done = serde_json::from_str(&text).ok()?;
-        let same = done.log == log.name
-            && done.settings == self.settings
-            && done.fingerprint == fingerprint(&log.path);
+        let same =
+            done.log == log.name && done.settings == self.settings && done.fingerprint == log.fingerprint();
         same.then_some(done.outcome)
     }
 
@@ -71,7 +69,7 @@ impl State {
         let file = self.file(log);
         let done = Done {
             log: log.name.clone(),
-            fingerprint: fingerprint(&log.path),
+            fingerprint: log.fingerprint(),
             settings: self.settings.clone(),
             outcome,
         };
@@ -79,8 +77,4 @@ impl State {
             serde_json::to_string(&done).map_err(|error| Error::failed(error.to_string()).in_file(&file))?;
         write_content(&file, text)
     }
-}
-
-fn fingerprint(log: &Path) -> Option<String> {
-    FittedLog::now(log).ok().and_then(|log| log.fingerprint)
 }

@@ -4,7 +4,8 @@ use maud::html;
 
 use super::report::Report;
 use crate::error::Result;
-use crate::report::html::{WHOLE, document, figure};
+use crate::report::html::WHOLE;
+use crate::report::zoom::{Zoomed, document, figure};
 use crate::report::{CellSeries, Cells, Line, Stroke, TimeSeries, palette};
 
 /// One self-contained page.
@@ -19,8 +20,10 @@ pub fn page(report: &Report) -> Result<String> {
             Line { name: "power".to_owned(), points: power, colour: palette(0), stroke: Stroke::Solid };
         let series =
             TimeSeries { y_label: "power (W)".to_owned(), lines: vec![line], ..TimeSeries::default() };
+        let zoomed = Zoomed::of_line(&series);
         figures.push(figure(
             series,
+            zoomed.as_ref(),
             WHOLE,
             "Power over time",
             "Power over the log, averaged within each point's time.",
@@ -42,8 +45,10 @@ pub fn page(report: &Report) -> Result<String> {
             y_range: None,
             series: vec![series],
         };
+        let zoomed = Zoomed::of_cells(&cells);
         figures.push(figure(
             cells,
+            zoomed.as_ref(),
             WHOLE,
             title,
             &format!("{title}: mean and standard deviation of each cell."),

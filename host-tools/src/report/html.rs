@@ -1,6 +1,7 @@
 //! What the pages of text share: the document around them, plots inside them, tiles.
 //!
-//! A page is self-contained (no network, no scripts, plots inline) and well-formed XML, too, so that a test can read it strictly.
+//! A page is self-contained (no network, plots inline; scripts only where plots are zoomed) and well-formed XML, too, so that a
+//! test can read it strictly.
 //! Every text goes through maud, which escapes it.
 
 use maud::{Markup, PreEscaped, html};
@@ -21,11 +22,11 @@ pub(crate) fn figure(
     title: &str,
     about: &str,
 ) -> Result<Markup> {
-    drawing(&Page::new([panel.into()]).with_panels_of(width, height), title, about)
+    drawing(&Page::new([panel.into()]).with_panels_of(width, height), title, about, None)
 }
 
-/// A stack of plots, drawn by plotters, titled and described for those who do not see it.
-pub(crate) fn drawing(page: &Page, title: &str, about: &str) -> Result<Markup> {
+/// A stack of plots, drawn by plotters, titled and described for those who do not see it; `numbers` is what a script makes more of.
+pub(crate) fn drawing(page: &Page, title: &str, about: &str, numbers: Option<Markup>) -> Result<Markup> {
     let drawn = page.inline()?;
     let view = format!("0 0 {} {}", drawn.size.0, drawn.size.1);
     Ok(html! {
@@ -35,6 +36,7 @@ pub(crate) fn drawing(page: &Page, title: &str, about: &str) -> Result<Markup> {
                 (PreEscaped(drawn.content))
             }
             figcaption { (about) }
+            @if let Some(numbers) = numbers { (numbers) }
         }
     })
 }
@@ -50,13 +52,18 @@ const HEAD: &str = "<meta charset=\"utf-8\"/>\n<meta name=\"viewport\" content=\
 
 /// The page around `body`.
 pub(crate) fn document(title: &str, body: Markup) -> String {
+    page(title, "", body)
+}
+
+/// The same, with more style.
+pub(super) fn page(title: &str, more_style: &str, body: Markup) -> String {
     let page = html! {
         (PreEscaped("<!DOCTYPE html>\n"))
         html lang="en" {
             head {
                 (PreEscaped(HEAD))
                 title { (title) }
-                style { (PreEscaped(include_str!("style.css"))) }
+                style { (PreEscaped(include_str!("style.css"))) (PreEscaped(more_style)) }
             }
             body { main { (body) } }
         }

@@ -21,6 +21,7 @@ mod raster;
 mod series;
 mod style;
 mod validation;
+pub(crate) mod zoom;
 
 pub use bars::Bars;
 pub use binned::Binned;

@@ -82,7 +82,7 @@ fn shown(study: &Study, part: &Part) -> Result<Markup> {
         }
         Part::Figure(name) => match study.figures.iter().find(|figure| figure.name == *name) {
             Some(Figure { title, caption, page, .. }) => {
-                let drawn = drawing(page, title, &format!("{title}. {caption}"))?;
+                let drawn = drawing(page, title, &format!("{title}. {caption}"), None)?;
                 html! { div id=(name) { (drawn) } }
             }
             None => html! {},

@@ -6,7 +6,8 @@ use serde_json::Value;
 
 use crate::common::Bench;
 
-const FORMATS: [&str; 5] = ["drive.csv", "drive.mcap", "drive.db3", "drive.ulg", "drive.parquet"];
+const FORMATS: [&str; 6] =
+    ["drive.csv", "drive.mcap", "second.mcap", "drive.db3", "drive.ulg", "drive.parquet"];
 
 /// PX4 has no messages of power and mass with 64 bits; those of the ULog are named here.
 const ROBOT: &str = "\

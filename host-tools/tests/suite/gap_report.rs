@@ -1,10 +1,9 @@
 //! The page that `gmr gap --report` writes: read strictly as XML, and opened in a browser where there is one.
 
 use std::path::Path;
-use std::process::Command;
 use std::sync::OnceLock;
 
-use crate::common::skipped::skipped;
+use crate::common::browser::Browser;
 use crate::common::{Bench, keys, number};
 use roxmltree::{Document, Node, ParsingOptions};
 use serde_json::Value;
@@ -206,9 +205,6 @@ fn a_page_that_cannot_be_written_is_refused_before_the_work() {
     assert_eq!(bench.files(), files);
 }
 
-/// Browsers that show a page without a screen.
-const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
-
 /// Counts what a browser shows: drawings that take up room, and the verdict in letters of some height.
 const PROBE: &str = "<script>
 addEventListener('load', () => {
@@ -227,29 +223,12 @@ addEventListener('load', () => {
 #[test]
 fn a_browser_shows_the_plots_and_the_verdict() {
     let (bench, page, _) = sloped();
-    let runs =
-        |name: &&&str| Command::new(name).arg("--version").output().is_ok_and(|out| out.status.success());
-    let Some(browser) = BROWSERS.iter().find(runs) else {
-        skipped(&format!("no browser ({}) is installed", BROWSERS.join(", ")));
-        return;
-    };
+    let Some(browser) = Browser::find() else { return };
     bench.put("probed.html", page.replace("</body>", PROBE));
     let plots = all(&parsed(page), "figure").count();
     for width in [1280, 500] {
-        let profile = tempfile::tempdir().unwrap();
-        let shown = Command::new(browser)
-            .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--dump-dom"])
-            .arg(format!("--user-data-dir={}", profile.path().display()))
-            .arg(format!("--window-size={width},900"))
-            .arg(format!("file://{}", bench.path("probed.html").display()))
-            .output()
-            .unwrap();
-        let dom = String::from_utf8_lossy(&shown.stdout);
-        assert!(
-            dom.contains(&format!("data-plots=\"{plots}\"")),
-            "{}",
-            String::from_utf8_lossy(&shown.stderr)
-        );
+        let dom = browser.show(&bench.path("probed.html"), width);
+        assert!(dom.contains(&format!("data-plots=\"{plots}\"")), "{dom}");
         assert!(dom.contains("data-wide=\"false\""), "wider than the window of {width}");
         let height = dom.split("data-height=\"").nth(1).and_then(|rest| rest.split('"').next()).unwrap();
         assert!(height.parse::<u32>().unwrap() > 20, "{height}");

@@ -5,6 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::common::Bench;
+use crate::common::browser::Browser;
 
 fn copy(bench: &Bench, name: &str) -> String {
     let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("formats/tests/data").join(name);
@@ -83,11 +84,74 @@ fn the_page_stands_alone() {
     let body = page.strip_prefix("<!DOCTYPE html>\n").unwrap();
     let read = roxmltree::Document::parse(body).unwrap();
     assert!(read.descendants().filter(|node| node.has_tag_name("figure")).count() >= 2);
-    assert!(!page.contains("http") && !page.contains("<script"));
+    // What it runs it brings; without scripts the drawings stay.
+    let of_name = |name: &'static str| read.descendants().filter(move |node| node.has_tag_name(name));
+    assert!(of_name("script").all(|script| script.attribute("src").is_none()));
+    assert!(of_name("link").count() == 0 && !page.contains("@import") && !page.contains("url("));
+    for figure in of_name("figure") {
+        let numbers =
+            figure.descendants().find(|node| node.attribute("type") == Some("application/json")).unwrap();
+        let numbers: Value = serde_json::from_str(numbers.text().unwrap()).unwrap();
+        let length = numbers["x"].as_array().unwrap().len();
+        assert!(length > 2 && numbers["curves"][0]["y"].as_array().unwrap().len() == length);
+        assert!(figure.children().any(|node| node.has_tag_name("svg")));
+    }
     assert!(page.contains("width=device-width") && page.contains("light dark"));
     // Its own page is written over, a log is not.
     assert_eq!(bench.gmr(&["look", &log, "--page", "look.html"]).code, Some(0));
     assert_eq!(bench.gmr(&["look", &log, "--page", &log]).code, Some(2));
+}
+
+/// Zooms the first plot as a mouse does, and writes down what was to be seen before and after.
+const PROBE: &str = "<script>
+addEventListener('load', () => {
+  const plot = document.querySelector('figure').plot;
+  const [over, body] = [plot.over, document.body];
+  const place = over.getBoundingClientRect();
+  const seen = () => plot.scales.x.max - plot.scales.x.min;
+  const mouse = (kind, share) => over.dispatchEvent(new MouseEvent(kind, {
+    bubbles: true, button: 0, movementX: 9, clientX: place.left + share * place.width, clientY: place.top + 50,
+  }));
+  setTimeout(() => {
+    const all = seen();
+    mouse('mouseenter', 0.25); mouse('mousemove', 0.25); mouse('mousedown', 0.25); mouse('mousemove', 0.75); mouse('mouseup', 0.75);
+    setTimeout(() => {
+      body.setAttribute('data-share', Math.round(100 * seen() / all));
+      mouse('dblclick', 0.5);
+      setTimeout(() => {
+        body.setAttribute('data-again', Math.round(100 * seen() / all));
+        body.setAttribute('data-plots', document.querySelectorAll('figure canvas').length);
+        body.setAttribute('data-wide', document.documentElement.scrollWidth > innerWidth);
+      }, 100);
+    }, 100);
+  }, 100);
+});
+</script></body>";
+
+/// Half of the plot, dragged over, is half of the time; twice there, and all of it is back. On a laptop and on a phone.
+#[test]
+fn a_browser_zooms_the_plots() {
+    let Some(browser) = Browser::find() else { return };
+    let bench = Bench::new();
+    let log = copy(&bench, "clearpath.mcap");
+    bench.done(&["look", &log, "--page", "look.html"]);
+    let page = bench.text("look.html");
+    let plots = page.matches("application/json").count();
+    assert!(plots >= 2);
+    // The last one: uPlot's text has one as well.
+    let end = page.rfind("</body>").unwrap();
+    bench.put("probed.html", format!("{}{PROBE}{}", &page[..end], &page[end + "</body>".len()..]));
+    for width in [1280, 500] {
+        let dom = browser.show(&bench.path("probed.html"), width);
+        let of = |name: &str| {
+            let value = dom.split(&format!("data-{name}=\"")).nth(1).and_then(|rest| rest.split('"').next());
+            value.map(str::to_owned).unwrap_or_default()
+        };
+        assert_eq!((of("plots"), of("wide")), (plots.to_string(), "false".to_owned()), "{width}");
+        let share: f64 = of("share").parse().unwrap();
+        assert!((share - 50.0).abs() <= 2.0, "{share} at {width}");
+        assert_eq!(of("again"), "100", "{width}");
+    }
 }
 
 /// The folder that ROS 2's recorder leaves is its file.

@@ -30,8 +30,8 @@ usage: cargo xtask <command>
   test [--yes]
          formatting, lints, documentation, tests on the host and on an emulated Cortex-M7, licences
   test-fleet [--yes]
-         sums on Spark and Ray, executors and workers as processes of their own; needs Java,
-         and a gigabyte from PyPI
+         sums on Spark and Ray, executors and workers as processes of their own, and logs in a
+         bucket; needs Java, and a gigabyte from PyPI
   test-node
          gmr node beside a DDS peer that is not ours (PyPI's cyclonedds), in real time
   demo [--yes]

@@ -1,5 +1,5 @@
-//! `cargo xtask test-fleet`: sums on engines of many machines, Spark and Ray, as processes of their own on this one. Minutes, and no part of
-//! `cargo xtask test`.
+//! `cargo xtask test-fleet`: sums on engines of many machines, Spark and Ray, as processes of their own on this one, and logs in a bucket.
+//! Minutes, and no part of `cargo xtask test`.
 
 use std::path::Path;
 use std::process::Command;
@@ -31,7 +31,10 @@ fn all(steps: &mut Steps, consent: Consent) -> Result<(), Stop> {
         Ok(())
     })?;
     let python = python.ok_or_else(|| Stop::new("no Python"))?;
-    steps.run("gmr", command("cargo build --quiet --release --package host-tools --bin gmr"))?;
+    steps.run(
+        "gmr",
+        command("cargo build --quiet --release --package host-tools --features bucket --bin gmr"),
+    )?;
     steps.work("wheel", || {
         let wheel = python::build()?;
         set_up::obtain(python::pip(&python).args(["--force-reinstall", "--no-deps"]).arg(wheel))

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "every test file uses its part")]
 
 pub(crate) mod board;
+pub(crate) mod browser;
 pub(crate) mod skipped;
 
 use std::fmt::Write as _;
