@@ -11,7 +11,7 @@ use crate::steps::{Steps, Stop, command};
 type Measure = fn(&mut Steps) -> Result<(), Stop>;
 
 /// What can be measured.
-const BENCHES: [(&str, Measure); 14] = [
+const BENCHES: [(&str, Measure); 15] = [
     ("accuracy", |steps| host_bench(steps, "accuracy", "accuracy")),
     ("charge", |steps| host_bench(steps, "charge", "charge")),
     ("coverage", |steps| host_bench(steps, "coverage", "coverage")),
@@ -25,6 +25,7 @@ const BENCHES: [(&str, Measure); 14] = [
     ("robots", |steps| robots::run(steps, false)),
     ("gap-mujoco", robots::gap),
     ("gap-simulator", robots::simulator),
+    ("gap-sizes", robots::sizes),
     ("leaderboard", gap::leaderboard),
 ];
 

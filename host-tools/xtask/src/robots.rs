@@ -20,6 +20,8 @@ const TABLE: &str = "docs/robots.txt";
 const CLOSED: &str = "docs/gap-simulator.txt";
 /// What is named between floors and within each.
 const FLOORS: &str = "docs/gap-floors.txt";
+/// How well the sizes of named effects are known.
+const SIZES: &str = "docs/gap-sizes.txt";
 /// Measured logs. Beside the project, not part of it.
 pub(crate) const DATA: &str = "../shared/data";
 
@@ -84,6 +86,19 @@ pub(crate) fn floors(steps: &mut Steps) -> Result<(), Stop> {
         let text = text_of(bench)?;
         print!("{text}");
         std::fs::write(root().join(FLOORS), text).map_err(|error| Stop::new(format!("{FLOORS}: {error}")))
+    })
+}
+
+/// How often the interval of a named effect's size holds the truth.
+pub(crate) fn sizes(steps: &mut Steps) -> Result<(), Stop> {
+    let python = python()?;
+    steps.run("gmr", command("cargo build --quiet --release --package host-tools --bin gmr"))?;
+    let mut bench = Command::new(python);
+    bench.arg(format!("{SCRIPTS}/gap_sizes.py")).arg("--gmr").arg(target_folder().join("release/gmr"));
+    steps.work("sizes", || {
+        let text = text_of(bench)?;
+        print!("{text}");
+        std::fs::write(root().join(SIZES), text).map_err(|error| Stop::new(format!("{SIZES}: {error}")))
     })
 }
 

@@ -1,6 +1,6 @@
 """How often the 95 % interval of a named effect's size holds the true one, on the own plant:
 
-    python gap_coverage.py --gmr PATH [--seeds 20] [--json] [--jobs 2]
+    python gap_sizes.py --gmr PATH [--seeds 20] [--json] [--jobs 2]
 
 Six clean and eight field runs of 60 s at 20 Hz of a gear-motor robot, with an effect of a size drawn anew in every set; noise of every run by its
 seed. The truth is what `gmr simulate --effect` was told, in the unit of the world that `gmr gap` answers in. Intervals are ± 1.96 std_err.
@@ -51,7 +51,7 @@ def one(task):
     gmr, effect, seed = task
     name, more, (low, high), truth = effect
     size = random.Random(f"{name} {seed}").uniform(low, high)
-    with tempfile.TemporaryDirectory(prefix="gap_coverage_") as folder:
+    with tempfile.TemporaryDirectory(prefix="gap_sizes_") as folder:
         clean = [Path(folder) / f"clean_{k}.csv" for k in range(len(CLEAN_KG))]
         field = [Path(folder) / f"field_{k}.csv" for k in range(len(FIELD_KG))]
         for k, mass in enumerate(CLEAN_KG):
