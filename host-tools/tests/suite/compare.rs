@@ -268,8 +268,7 @@ fn models_are_chosen_by_name() {
 fn every_network_runs_on_a_log_of_the_plant() {
     let bench = Bench::new();
     let log = |name: &str, rest: &[&str]| {
-        let columns =
-            ["--columns", EVERYTHING, "--effect", "grade=0.05", "--rate", "20", "--duration", "60"];
+        let columns = ["--columns", EVERYTHING, "--effect", "grade=0.05", "--rate", "20", "--duration", "60"];
         bench.simulate(name, &[&columns[..], rest].concat());
     };
     log("train.csv", &["--mass", "1@0,6@30"]);
