@@ -91,6 +91,9 @@ pub mod problem {
     pub const SHORTER: f64 = 0.4;
     /// A step that gains less in χ² was the last. Derived: a tenth of what one parameter gains by chance.
     pub const LEAST_STEP_GAIN: f64 = 0.1;
+    /// Steps of a fit, at most. Chosen: what is nearly linear ends after two or three; a delay of 0.2 s, whose whitened power turns
+    /// over on the way, takes eight.
+    pub const MOST_FIT_STEPS: usize = 16;
 }
 
 /// What clean runs show of each other.

@@ -3,6 +3,7 @@ use crate::effects::{Candidate, Detail, Regressor, Runs};
 use crate::gap::problem::Problem;
 use crate::gap::problem::fit::Fitted;
 use crate::gap::thresholds::name::{IN_RUN_ERRORS, SEARCH_TOLERANCE, SHARPENED, TIE, TIE_ERRORS, TIE_SHARE};
+use crate::gap::thresholds::problem::MOST_FIT_STEPS;
 use crate::gap::twin::State;
 use crate::gap::types::penalty;
 use crate::numerics::intervals::mean_interval;
@@ -49,7 +50,7 @@ pub(super) fn fit_hypothesis<const N: usize>(
 ) -> Option<Hypothesis> {
     let fit = |candidate: &Candidate| {
         let zeros: Vec<_> = candidate.regressors.iter().map(|regressor| (regressor.clone(), 0.0)).collect();
-        problem.fit(state, &zeros, 3)
+        problem.fit(state, &zeros, MOST_FIT_STEPS)
     };
     let mut candidate = candidate.clone();
     let mut fitted = fit(&candidate)?;

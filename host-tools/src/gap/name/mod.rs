@@ -8,6 +8,7 @@ use self::hypothesis::{
 use super::detect::Structure;
 use super::problem::Problem;
 use super::thresholds::name::{REFINED, REFINED_SHARE, WAYS};
+use super::thresholds::problem::MOST_FIT_STEPS;
 use super::twin::State;
 use super::types::{Options, Round, Scored, Status, penalty, penalty_without};
 use crate::effects::Candidate;
@@ -41,7 +42,7 @@ pub(super) fn name<const N: usize>(
         candidates: structure.scored,
         outcome: String::new(),
     };
-    let Some(null) = problem.fit(state, &[], 3) else {
+    let Some(null) = problem.fit(state, &[], MOST_FIT_STEPS) else {
         record.outcome = "the base cannot be solved for".to_owned();
         return Naming { choice: None, record };
     };
