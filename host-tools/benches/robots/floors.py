@@ -24,7 +24,7 @@ OF_A_FLOOR = ("rolling-resistance-change", "turning-scrub")
 
 def pairs(data, halves):
     """(name, truth, base runs, field runs)."""
-    runs = {floor: sorted((data / "husky-currents").glob(f"{floor}_*.csv")) for floor in FLOORS}
+    runs = {floor: sorted((data / "husky-currents").resolve().glob(f"{floor}_*.csv")) for floor in FLOORS}
     first, second = FLOORS
     yield f"{first} to {second}", OF_A_FLOOR, runs[first], runs[second]
     yield f"{second} to {first}", OF_A_FLOOR, runs[second], runs[first]
@@ -39,7 +39,7 @@ def ask(gmr, folder, base, field):
     """Names of one effect, names of a tie, and the verdict."""
     coefficients = Path(folder) / "base.toml"
     gmr.fit("husky", coefficients, base, "--mass", MASS_KG)
-    answer = gmr.json("gap", "--robot", "husky", "--coeffs", coefficients, "--mass", MASS_KG, *field)
+    answer = gmr.json("gap", "--robot", "husky", "--coeffs", coefficients, "--mass", MASS_KG, *field, folder=folder)
     names = [effect["id"] for effect in answer["effects"]]
     return {"verdict": answer["verdict"], "names": names, "tied": answer["ambiguous_with"],
             **{key: answer[key] for key in ("gap_before_w", "gap_after_w", "noise_floor_w")}}

@@ -9,11 +9,12 @@ seed. The truth is what `gmr simulate --effect` was told, in the unit of the wor
 import argparse
 import json
 import random
-import subprocess
 import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+
+from gmr import Gmr
 
 GRAVITY = 9.806_65
 # Half the plant's wheelbase, m: the lever of a turn's scrub.
@@ -35,16 +36,9 @@ EFFECTS = (
 )
 
 
-def run(gmr, *arguments, json_out=False):
-    done = subprocess.run([gmr, *map(str, arguments)], capture_output=True, text=True)
-    if done.returncode:
-        raise RuntimeError(done.stderr.strip().splitlines()[-1])
-    return json.loads(done.stdout) if json_out else None
-
-
 def drive(gmr, out, place, mass, seed, *more):
-    run(gmr, "simulate", "--plant", "gearmotor", "--sensors", "servo", "--rate", 20, "--power-noise", 0.05, "--duration", 60,
-        "--profile", "test" if place % 2 else "training", "--mass", mass, "--seed", seed, *more, "--out", out)
+    gmr.json("simulate", "--plant", "gearmotor", "--sensors", "servo", "--rate", 20, "--power-noise", 0.05, "--duration", 60,
+             "--profile", "test" if place % 2 else "training", "--mass", mass, "--seed", seed, *more, "--out", out)
 
 
 def one(task):
@@ -59,8 +53,8 @@ def one(task):
         for k, mass in enumerate(FIELD_KG):
             drive(gmr, field[k], k, mass, 1000 * seed + 500 + k, "--effect", f"{name}={size:.5f}{more}")
         base = Path(folder) / "base.toml"
-        run(gmr, "fit", "--out", base, *clean)
-        answer = run(gmr, "gap", "--coeffs", base, "--json", *field, json_out=True)
+        gmr.json("fit", "--out", base, *clean)
+        answer = gmr.json("gap", "--coeffs", base, *field, folder=folder)
     found = [e for e in answer["effects"] if e["id"] == name]
     if answer["verdict"] != "named" or not found:
         return {"effect": name, "seed": seed, "named": False}
@@ -75,8 +69,8 @@ def main():
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--json", action="store_true")
     a = parser.parse_args()
-    effects = EFFECTS
-    tasks = [(str(Path(a.gmr).resolve()), effect, seed) for seed in range(1, a.seeds + 1) for effect in effects]
+    gmr = Gmr(a.gmr)
+    tasks = [(gmr, effect, seed) for seed in range(1, a.seeds + 1) for effect in EFFECTS]
     rows = []
     with ThreadPoolExecutor(a.jobs) as pool:
         for row in pool.map(one, tasks):
@@ -88,7 +82,7 @@ def main():
         return
     print(f"{'effect':28} {'named':>8} {'held':>8}   error in standard errors, root mean square;  mean error")
     total = held_all = 0
-    for name, *_ in effects:
+    for name, *_ in EFFECTS:
         own = [row for row in rows if row["effect"] == name]
         named = [row for row in own if row["named"]]
         z = [(row["value"] - row["truth"]) / row["std_err"] for row in named]

@@ -14,8 +14,9 @@ class Gmr:
     def __init__(self, program):
         self.program = str(Path(program).resolve())
 
-    def json(self, *arguments):
-        done = subprocess.run([self.program, *map(str, arguments), "--json"], capture_output=True, text=True)
+    def json(self, *arguments, folder=None):
+        """What it answers, run in a folder, into which it may write what nobody named."""
+        done = subprocess.run([self.program, *map(str, arguments), "--json"], capture_output=True, text=True, cwd=folder)
         if done.returncode:
             raise Failed(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else f"exit code {done.returncode}")
         return json.loads(done.stdout)

@@ -91,8 +91,8 @@ pub mod problem {
     pub const SHORTER: f64 = 0.4;
     /// A step that gains less in χ² was the last. Derived: a tenth of what one parameter gains by chance.
     pub const LEAST_STEP_GAIN: f64 = 0.1;
-    /// Steps of a fit, at most. Chosen: what is nearly linear ends after two or three; a delay of 0.2 s, whose whitened power turns
-    /// over on the way, takes eight.
+    /// Steps of a fit, at most. Chosen: three left a delay of 0.126 s at 0.092 (benches/robots/gap_sizes.py, `sensor-delay`, seed 5); most
+    /// fits end long before this by the gain of a step.
     pub const MOST_FIT_STEPS: usize = 16;
 }
 

@@ -1,11 +1,10 @@
 //! `cargo xtask bench gap`: what the gap workflow names of effects that two plants hide, one of ours and one that shares nothing with it.
 
-use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::paths::{root, target_folder};
+use crate::paths::target_folder;
 use crate::python::pip;
-use crate::robots::{python, text_of};
+use crate::robots::{keep, python, text_of};
 use crate::set_up;
 use crate::steps::{Steps, Stop, command};
 
@@ -79,10 +78,4 @@ pub(crate) fn leaderboard(steps: &mut Steps) -> Result<(), Stop> {
         table.arg(format!("{JUDGE}/leaderboard.py")).arg("--gmr").arg(target_folder().join("release/gmr"));
         keep("docs/gap-leaderboard.txt", &text_of(table)?)
     })
-}
-
-fn keep(file: &str, text: &str) -> Result<(), Stop> {
-    print!("{text}");
-    let file: &Path = file.as_ref();
-    std::fs::write(root().join(file), text).map_err(|error| Stop::new(format!("{}: {error}", file.display())))
 }

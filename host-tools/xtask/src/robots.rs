@@ -27,21 +27,13 @@ pub(crate) const DATA: &str = "../shared/data";
 
 /// Prints the table, or its figures as JSON.
 pub(crate) fn run(steps: &mut Steps, json: bool) -> Result<(), Stop> {
-    let python = python()?;
-    steps.run("gmr", command("cargo build --quiet --release --package host-tools --bin gmr"))?;
-    let mut bench = Command::new(python);
-    bench.arg(format!("{SCRIPTS}/bench.py"));
-    bench.arg("--gmr").arg(target_folder().join("release/gmr"));
+    let mut bench = script(steps, &format!("{SCRIPTS}/bench.py"))?;
     bench.args(["--data", DATA, "--work"]).arg(target_folder().join("robots"));
     if json {
         bench.arg("--json");
         return steps.run("robots", bench);
     }
-    steps.work("robots", || {
-        let text = text_of(bench)?;
-        print!("{text}");
-        std::fs::write(root().join(TABLE), text).map_err(|error| Stop::new(format!("{TABLE}: {error}")))
-    })
+    steps.work("robots", || keep(TABLE, &text_of(bench)?))
 }
 
 /// Effects in the MuJoCo robots, hidden in sets of runs, and what `gmr gap` makes of them.
@@ -62,44 +54,38 @@ pub(crate) fn gap(steps: &mut Steps) -> Result<(), Stop> {
 
 /// Simulators that lack an effect: found, written into their model, and driven again.
 pub(crate) fn simulator(steps: &mut Steps) -> Result<(), Stop> {
-    let python = python()?;
-    steps.run("gmr", command("cargo build --quiet --release --package host-tools --bin gmr"))?;
-    let mut bench = Command::new(python);
-    bench.arg(format!("{SCRIPTS}/closing.py")).arg("--gmr").arg(target_folder().join("release/gmr"));
+    let mut bench = script(steps, &format!("{SCRIPTS}/closing.py"))?;
     bench.arg("--work").arg(target_folder().join("gap-mujoco"));
     bench.args(["--robots", "two-wheeled", "skid-steered"]);
-    steps.work("simulators", || {
-        let text = text_of(bench)?;
-        print!("{text}");
-        std::fs::write(root().join(CLOSED), text).map_err(|error| Stop::new(format!("{CLOSED}: {error}")))
-    })
+    steps.work("simulators", || keep(CLOSED, &text_of(bench)?))
 }
 
 /// What `gmr gap` names between two floors of a measured robot, and within each.
 pub(crate) fn floors(steps: &mut Steps) -> Result<(), Stop> {
-    let python = python()?;
-    steps.run("gmr", command("cargo build --quiet --release --package host-tools --bin gmr"))?;
-    let mut bench = Command::new(python);
-    bench.arg(format!("{SCRIPTS}/floors.py")).arg("--gmr").arg(target_folder().join("release/gmr"));
+    let mut bench = script(steps, &format!("{SCRIPTS}/floors.py"))?;
     bench.args(["--data", DATA]);
-    steps.work("floors", || {
-        let text = text_of(bench)?;
-        print!("{text}");
-        std::fs::write(root().join(FLOORS), text).map_err(|error| Stop::new(format!("{FLOORS}: {error}")))
-    })
+    steps.work("floors", || keep(FLOORS, &text_of(bench)?))
 }
 
 /// How often the interval of a named effect's size holds the truth.
 pub(crate) fn sizes(steps: &mut Steps) -> Result<(), Stop> {
+    let bench = script(steps, &format!("{SCRIPTS}/gap_sizes.py"))?;
+    steps.work("sizes", || keep(SIZES, &text_of(bench)?))
+}
+
+/// A script with the command `gmr`, built for it.
+pub(crate) fn script(steps: &mut Steps, path: &str) -> Result<Command, Stop> {
     let python = python()?;
     steps.run("gmr", command("cargo build --quiet --release --package host-tools --bin gmr"))?;
     let mut bench = Command::new(python);
-    bench.arg(format!("{SCRIPTS}/gap_sizes.py")).arg("--gmr").arg(target_folder().join("release/gmr"));
-    steps.work("sizes", || {
-        let text = text_of(bench)?;
-        print!("{text}");
-        std::fs::write(root().join(SIZES), text).map_err(|error| Stop::new(format!("{SIZES}: {error}")))
-    })
+    bench.arg(path).arg("--gmr").arg(target_folder().join("release/gmr"));
+    Ok(bench)
+}
+
+/// Prints a table, and writes it where it is committed.
+pub(crate) fn keep(file: &str, text: &str) -> Result<(), Stop> {
+    print!("{text}");
+    std::fs::write(root().join(file), text).map_err(|error| Stop::new(format!("{file}: {error}")))
 }
 
 /// What a command prints; its progress is shown meanwhile.
