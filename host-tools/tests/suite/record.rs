@@ -9,7 +9,6 @@ use firmware::control_table::{self as table, Item};
 use firmware::dynamixel::packet::{Instruction, Parser, encode};
 use firmware::dynamixel::status::Refusal;
 use firmware::record::Record;
-use firmware::totals::Totals;
 use host_tools::board::client::Client;
 use host_tools::board::mcap_lines::McapLines;
 use host_tools::board::recorder::{Ending, Options, Recording, record};
@@ -291,7 +290,7 @@ fn other_boards_are_told_apart() {
     for (model, version, said) in [
         (0x5000, Ok(0), stock),
         (0x5000, Err(Refusal::Range), stock),
-        (0x5000, Ok(1), "is version 1; expected 3"),
+        (0x5000, Ok(1), "is version 1; expected 4"),
         (1060, Ok(1), "is of model 0x0424; expected 0x5000"),
     ] {
         let error = Client::connect(Other { model, version, answer: Vec::new() }).err().unwrap().to_string();
@@ -549,8 +548,12 @@ mod command {
         board.state.snapshot.rails[1].power = Some(3.25);
         board.state.snapshot.rails[1].health = firmware::power_sensors::Health::Ok;
         board.state.counters.bus_errors = 7;
-        let totals =
-            Totals { energy_mj: [7_200_000, 0, 0, 0], distance_cm: 1234, driving_s: 1800, on_s: 3600 };
+        let totals = firmware::totals::Totals {
+            energy_mj: [7_200_000, 0, 0, 0],
+            distance_cm: 1234,
+            driving_s: 1800,
+            on_s: 3600,
+        };
         board.state.ledger.load(Ok(Some(totals)));
         let (bench, terminal) = (Bench::new(), Terminal::new(board));
         let status = bench.json(&["watch", "--once", "--port", terminal.name()]);
