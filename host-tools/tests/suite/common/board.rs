@@ -87,7 +87,7 @@ fn coefficients_with(power_scale: f32) -> Vec<u8> {
     let torque = TorqueModel::from_array([a0, a1, g2, g3, g4, kappa, 0.0]);
     let model = Model::Signed { torque, drive: Drive::Dissipative };
     let noise = Noise { density: 1e-4, model_std: 0.01, power_scale: power_scale.into(), tail: 0.0 };
-    Coefficients { robot, model, noise, columns: Columns::NONE, identifies_mass: true }
+    Coefficients { robot, model, noise, columns: Columns::NONE, identifies_mass: true, ground_adapts: false }
         .encode()
         .unwrap()
         .as_bytes()
