@@ -120,11 +120,12 @@ class Recorder:
     """Fetches every record from now on: 14 a time, of the 16 that the window holds."""
 
     def __init__(self, machine, host):
-        self.machine, self.host, self.records = machine, host, []
+        self.machine, self.host, self.records, self.is_on = machine, host, [], True
         self.poll()
 
     def poll(self):
-        self.host.read(FIFO_ACKNOWLEDGE, 16 + WINDOW * RECORD.size, self.take)
+        if self.is_on:
+            self.host.read(FIFO_ACKNOWLEDGE, 16 + WINDOW * RECORD.size, self.take)
         self.machine.after(70 * MS, self.poll, keep=True)
 
     def take(self, data):
@@ -162,9 +163,9 @@ def stack_bytes(machine):
     return STACK[1] - 4 * untouched
 
 
-def set_up(arguments):
+def set_up(arguments, **chip):
     # Without the log: the emulator looks for it in memory every millisecond, also while that is being initialised.
-    machine = make(elf=arguments.image, dirty=True, rtt=False, log=lambda *_: None)
+    machine = make(elf=arguments.image, dirty=True, rtt=False, log=lambda *_: None, **chip)
     for address, (shunt, bus) in RAILS.items():
         sensor = devices.INA219(machine, shunt=lambda t, v=shunt: v, bus=lambda t, v=bus: v)
         sensor.present = address not in arguments.absent
