@@ -18,8 +18,8 @@ import zlib
 from board import MS, PS, Fault, make, run
 import devices
 import ptylink
+from protocol import BOARD, checksum, packet
 
-BOARD = 200
 RECORD = struct.Struct("<IQ2f4ffHHf3f")
 WINDOW = 16
 # Registers: address, format.
@@ -58,23 +58,6 @@ SWITCH_OUT_US = 47
 SETTLED_S = 1.5
 # The flash has been written.
 STORED_S = 1.0
-
-
-def checksum(data):
-    """CRC-16, polynomial 8005h, initial value 0, not reflected."""
-    crc = 0
-    for byte in data:
-        crc ^= byte << 8
-        for _ in range(8):
-            crc = (crc << 1 ^ (0x8005 if crc & 0x8000 else 0)) & 0xFFFF
-    return crc
-
-
-def packet(instruction, parameters):
-    body = bytes([instruction]) + parameters
-    body = body.replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
-    head = b"\xff\xff\xfd\x00" + bytes([BOARD]) + struct.pack("<H", len(body) + 2)
-    return head + body + struct.pack("<H", checksum(head + body))
 
 
 class Host:

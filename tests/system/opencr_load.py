@@ -14,8 +14,9 @@ import struct
 import sys
 
 from board import MS, PS, US, run
-from opencr_emulated import BOARD, Host, Node, Recorder, checksum, packet, set_up, upload
+from opencr_emulated import Host, Node, Recorder, set_up, upload
 from opencr_inertial import Sensor
+from protocol import answers, packet
 
 LEAST_SAMPLES = 195
 PERIOD_US = 5000
@@ -66,21 +67,6 @@ class BusyNode(Node):
             self.asked.append(self.machine.now())
             self.queue.append(packet(2, struct.pack("<HH", *BLOCK)))
         self.machine.after(50 * MS, self.ask, keep=True)
-
-
-def answers(data):
-    """Takes the whole packets out of the bytes: their bodies."""
-    while True:
-        start = data.find(b"\xff\xff\xfd\x00")
-        if start < 0 or len(data) < start + 7:
-            return
-        end = start + 7 + struct.unpack_from("<H", data, start + 5)[0]
-        if len(data) < end:
-            return
-        found = bytes(data[start:end])
-        del data[:end]
-        if checksum(found[:-2]) == struct.unpack("<H", found[-2:])[0] and found[4] == BOARD:
-            yield found[7:-2].replace(b"\xff\xff\xfd\xfd", b"\xff\xff\xfd")
 
 
 class Flood:

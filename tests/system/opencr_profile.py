@@ -20,12 +20,15 @@ import unicorn
 import unicorn.arm_const as arm
 
 from board import MS, PS, run
-from opencr_emulated import Host, Node, Recorder, packet, set_up, upload
+from opencr_emulated import Host, Node, Recorder, set_up, upload
 from opencr_inertial import Sensor
+from protocol import packet
 
 DRIVE = (10, 0)
 BLOCK = 10, 172
 TICK = 5 * MS
+THREAD = "executor, main program"
+SAMPLING = 16 + 52
 SETTLED_S, WARM_S = 1.5, 1.0
 # First match wins, innermost function first; a path of a source file, or a name of a function.
 PARTS = (
@@ -65,7 +68,8 @@ class Profile:
         # How often each interrupt came and each task was polled.
         self.entries = collections.Counter()
         self.last, self.depth = machine.st.insn, 0
-        self.task, self.task_end = "executor", None
+        # On each level the task that runs, and where it returns to.
+        self.tasks = {}
         self.polls, self.copies = task_polls(machine, image), copiers(machine)
         self.ticks, self.task_ticks = [], []
         self.total, self.total_before = 0, 0
@@ -90,21 +94,20 @@ class Profile:
             return
         self.last = now
         active = self.machine.active
-        if active:
-            who = active[-1][0]
-            if len(active) > self.depth:
-                self.entries[who] += self.is_on
-        elif address == self.task_end:
-            self.task, self.task_end = "executor", None
-            who = self.task
-        else:
-            if address in self.polls:
-                self.task, self.task_end = self.polls[address], uc.reg_read(arm.UC_ARM_REG_LR) & ~1
-                self.entries[self.task] += self.is_on
-            who = self.task
+        # Tasks run in the main program and in an interrupt of their own.
+        level = active[-1][0] if active else THREAD
+        if len(active) > self.depth:
+            self.entries[level] += self.is_on
+        task, end = self.tasks.get(level, (level, None))
+        if address == end:
+            task, end = level, None
+        elif address in self.polls:
+            task, end = self.polls[address], uc.reg_read(arm.UC_ARM_REG_LR) & ~1
+            self.entries[task] += self.is_on
+        self.tasks[level] = task, end
         self.depth = len(active)
         if self.is_on:
-            self.counts[who, address, size] += count
+            self.counts[task, address, size] += count
             self.total += count
             if address in self.copies:
                 size = uc.reg_read(arm.UC_ARM_REG_R1 if self.copies[address] else arm.UC_ARM_REG_R2)
@@ -196,6 +199,8 @@ def part(stack):
 
 
 def name_of(who):
+    if who == SAMPLING:
+        return "executor, sampling"
     names = {16 + 31: "I2C1 events", 16 + 32: "I2C1 errors", 16 + 39: "USART3", 16 + 67: "USB", 16 + 50: "TIM5 (time)"}
     if isinstance(who, int):
         dma = {11 + i: f"DMA1 stream {i}" for i in range(7)} | {56 + i: f"DMA2 stream {i}" for i in range(5)}

@@ -7,6 +7,7 @@ mod inertial_port;
 mod last_words;
 mod loader;
 mod panel;
+mod sampling;
 mod sensor_bus;
 mod servo_port;
 mod start;
@@ -29,6 +30,7 @@ use crate::tasks::BusCounters;
 
 pub use inertial_port::InertialPort;
 pub use panel::Panel;
+pub use sampling::sampling;
 pub use sensor_bus::SensorBus;
 pub use servo_port::ServoPort;
 pub use store_flash::StoreFlash;
