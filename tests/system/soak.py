@@ -8,11 +8,11 @@ The board is taught as `cargo xtask demo` teaches it: two drives of 100 s, a fit
 payload changes every 200 to 600 s, and about once a minute a fault of `gmr board --faults` comes, of a kind, a place, a length and a time drawn
 from the seed. A client reads the board's registers five times a board second and holds them against what the plant says was true:
 
-- energy of each rail since the start, within 3 % at the end;
+- energy of each rail since the start, within 3 % at the end (also its worst after ten minutes is printed);
 - payload: total mass, median and 95 % of the error at all times more than a window after a change at which the board says it knows it; the median
   within 3 %;
-- actuation energy by measurement and by the model, within 3 % of the plant's where the board counted;
-- the board's time against the plant's, and samples against time: 200 a second.
+- actuation energy by measurement and by the model, within 3 % of the plant's at the end;
+- samples: 200 a second of the board's time.
 
 At the end of the wall time asked for, it says how far it came.
 """
@@ -31,6 +31,8 @@ from protocol import answers, packet
 
 WINDOW_S = 25.0
 MOST_ERROR = 0.03
+# Before, a single fault of 3 s is more than that.
+SETTLED_S = 600
 BLOCK = 512, 320
 RAILS = ("battery", "motors", "computer", "lidar")
 # What, how it is placed, and whether it lasts. A servo's overload needs somebody who switches torque off and on, which nobody does here.
@@ -48,10 +50,11 @@ COUNTED = ("sensor-silent", "servo-drop", "servo-corrupt")
 
 
 def faults(generator, seconds):
-    """A script: a fault a minute on average, of up to 3 s or 40 answers."""
-    text, at = [], 30.0
+    """When they come, and a script: a fault a minute on average, of up to 3 s or 40 answers."""
+    times, text, at = [], [], 30.0
     while (at := at + generator.expovariate(1 / 60)) < seconds - 10:
         what, places, lasts = generator.choice(FAULTS)
+        times.append(at)
         lines = ["[[fault]]", f"at_s = {at:.3f}", f'what = "{what}"']
         if places:
             lines.append(f'which = "{generator.choice(places)}"')
@@ -62,7 +65,7 @@ def faults(generator, seconds):
         if what in COUNTED:
             lines.append(f"count = {generator.randint(1, 40)}")
         text.append("\n".join(lines))
-    return text
+    return times, text
 
 
 def payloads(generator, seconds):
@@ -160,7 +163,7 @@ class Truth:
 
     def __init__(self, path):
         self.file, self.rest, self.energy, self.actuation, self.last = open(path), "", [0.0] * 4, 0.0, None
-        self.columns, self.mass, self.changed = None, None, 0.0
+        self.columns, self.mass, self.changed, self.changes = None, None, 0.0, 0
 
     def until(self, seconds):
         """What was true then: energies up to that time."""
@@ -179,10 +182,10 @@ class Truth:
                 step = now - self.last
                 self.actuation += max(0.0, row[self.columns["power_w"]]) * step
                 for i, name in enumerate(RAILS):
-                    self.energy[i] += max(0.0, row[self.columns[f"{name}_power_w"]]) * step
+                    self.energy[i] += max(0.0, row[self.columns[f"{name}_w"]]) * step
             mass = row[self.columns["mass_kg"]]
             if mass != self.mass:
-                self.mass, self.changed = mass, now
+                self.mass, self.changed, self.changes = mass, now, self.changes + 1
             self.last = now
             if now >= seconds:
                 return True
@@ -191,12 +194,12 @@ class Truth:
 def soak(tools, arguments):
     seconds = arguments.hours * 3600
     generator = random.Random(arguments.seed)
-    script, steps = faults(generator, seconds), payloads(generator, seconds)
+    (times, script), steps = faults(generator, seconds), payloads(generator, seconds)
     with open(os.path.join(tools.folder, "faults.toml"), "w") as file:
         file.write("\n\n".join(script) + "\n")
     truth_path = os.path.join(tools.folder, "truth.csv")
     board = tools.board("--wait", "--speed", "max", "--profile", "test", "--mass", steps, "--seed", str(arguments.seed + 2),
-                        "--duration", str(seconds), "--faults", "faults.toml", "--truth", truth_path, "--overwrite")
+                        "--duration", str(seconds), "--faults", "faults.toml", "--truth", truth_path)
     client, seen, begun, next_look = Client(tools.link), [], time.monotonic(), 0.0
     while board.poll() is None:
         found = client.look()
@@ -211,10 +214,10 @@ def soak(tools, arguments):
         time.sleep(0.005)
     board.send_signal(2)
     board.communicate()
-    return judge(Truth(truth_path), seen, len(script), time.monotonic() - begun)
+    return judge(Truth(truth_path), seen, times, time.monotonic() - begun)
 
 
-def judge(truth, seen, fault_count, wall_s):
+def judge(truth, seen, times, wall_s):
     errors, previous = [], None
     worst = {name: 0.0 for name in RAILS}
     for found in seen:
@@ -222,10 +225,9 @@ def judge(truth, seen, fault_count, wall_s):
             break
         if found["payload_state"] == 0 and found["uptime_s"] - truth.changed > WINDOW_S + 5:
             errors.append(abs(found["mass_kg"] / truth.mass - 1))
-        # From an hour on, or at the end of a shorter run, an energy that is off would not mend itself any more.
         previous = found
         energy_errors = [found["energy_j"][i] / max(1e-9, truth.energy[i]) - 1 for i in range(4)]
-        if found["uptime_s"] > 600:
+        if found["uptime_s"] > SETTLED_S:
             worst = {name: max(worst[name], abs(energy_errors[i])) for i, name in enumerate(RAILS)}
     errors.sort()
     hours = previous["uptime_s"] / 3600
@@ -233,11 +235,12 @@ def judge(truth, seen, fault_count, wall_s):
     found = {
         "hours": round(hours, 3),
         "wall_minutes": round(wall_s / 60, 1),
-        "faults": round(fault_count),
+        "faults": sum(at < previous["uptime_s"] for at in times),
+        "payloads": truth.changes,
         "samples_s": round(previous["samples"] / previous["uptime_s"], 3),
         "missed_deadlines": previous["missed"],
         "energy_error": {name: round(previous["energy_j"][i] / truth.energy[i] - 1, 5) for i, name in enumerate(RAILS)},
-        "worst_energy_error_after_600_s": {name: round(value, 5) for name, value in worst.items()},
+        "worst_energy_error": {name: round(value, 5) for name, value in worst.items()},
         "measured_actuation_error": round(previous["measured_j"] / truth.actuation - 1, 5),
         "predicted_actuation_error": round(previous["predicted_j"] / truth.actuation - 1, 5),
         "mass_error": {"looks": len(errors), "median": at(0.5), "p95": at(0.95), "worst": at(1.0)},
@@ -247,6 +250,9 @@ def judge(truth, seen, fault_count, wall_s):
     wrong = [f"{name}: {error:+.2%} of its energy" for name, error in found["energy_error"].items() if abs(error) > MOST_ERROR]
     if not errors or at(0.5) > MOST_ERROR:
         wrong.append(f"mass: median error {at(0.5)}")
+    for name in ("measured", "predicted"):
+        if abs(found[f"{name}_actuation_error"]) > MOST_ERROR:
+            wrong.append(f"{name} actuation energy: {found[f'{name}_actuation_error']:+.2%}")
     if abs(found["samples_s"] - 200) > 0.5:
         wrong.append(f"{found['samples_s']} samples a second")
     found["wrong"] = wrong
@@ -265,7 +271,7 @@ def main():
     arguments = parser.parse_args()
     os.makedirs(arguments.folder, exist_ok=True)
     tools = Tools(arguments.gmr, arguments.image, os.path.abspath(arguments.folder))
-    for name in ("flash.bin", "empty.csv", "full.csv", "coefficients.toml"):
+    for name in ("flash.bin", "empty.csv", "full.csv", "coefficients.toml", "truth.csv"):
         if os.path.exists(os.path.join(tools.folder, name)):
             os.remove(os.path.join(tools.folder, name))
     tools.teach()

@@ -104,7 +104,9 @@ pub(super) async fn transfer(address: u8, out: &[u8], into: &mut [u8]) -> Result
     })
     .await;
     transfer.outcome.unwrap_or(Err(Error::Bus))?;
-    into.copy_from_slice(transfer.into.get(..into.len()).unwrap_or(&[]));
+    for (place, byte) in into.iter_mut().zip(transfer.into) {
+        *place = byte;
+    }
     Ok(())
 }
 
