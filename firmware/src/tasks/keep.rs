@@ -25,7 +25,11 @@ pub async fn keep(flash: impl NorFlash, shared: &Shared) -> ! {
         // The flash has another geometry: nothing is stored, and no upload is taken.
         Err(error) => refuse(error, shared).await,
     };
+    // Before any servo has a torque: no sample begins meanwhile.
+    shared.stall();
+    between_samples(shared).await;
     keeper.load().await;
+    shared.resume();
     loop {
         shared.report(Reporter::Keep);
         Timer::after(PERIOD).await;
@@ -53,8 +57,7 @@ struct Keeper<'a, F> {
 }
 
 impl<F: NorFlash> Keeper<'_, F> {
-    /// What the flash holds, and its spare sector erased: before the first sample is taken, so before any servo has a torque. (No
-    /// flash here waits for anybody, so nobody else has a turn meanwhile.)
+    /// What the flash holds, and its spare sector erased.
     async fn load(&mut self) {
         for item in ITEMS {
             let found = self.store.get(item).await;
@@ -75,9 +78,10 @@ impl<F: NorFlash> Keeper<'_, F> {
         let may_erase = self.shared.with(|state| state.may_erase());
         self.store.allow_erasing(may_erase);
         if let Some((item, bytes)) = self.shared.with(|state| state.take_pending()) {
-            between_samples(self.shared).await;
             self.shared.stall();
+            between_samples(self.shared).await;
             let stored = self.store.put(item, bytes.as_slice()).await.map_err(Reason::from);
+            self.shared.resume();
             self.shared.with(|state| state.stored(item, stored));
             match stored {
                 Ok(()) => info!("item {=u8} stored", item as u8),
@@ -86,17 +90,18 @@ impl<F: NorFlash> Keeper<'_, F> {
         } else if let Some(totals) = self.shared.with(|state| state.due_totals()) {
             self.append(&totals).await;
         } else if may_erase && !self.has_failed && self.store.is_prepared().await == Ok(false) {
-            between_samples(self.shared).await;
             self.shared.stall();
+            between_samples(self.shared).await;
             self.prepare().await;
+            self.shared.resume();
         } else {
             return;
         }
         self.show().await;
     }
 
-    /// A record costs a fraction of a millisecond, between two samples, also while the robot drives. Moving to the other sector takes some of
-    /// them: that waits for a standstill.
+    /// A record costs a fraction of a millisecond, also while the robot drives: it begins between two samples, and one that becomes due goes
+    /// on between its words. Moving to the other sector takes some milliseconds: that waits for a standstill.
     async fn append(&mut self, totals: &Totals) {
         let has_to_move = self.store.is_log_full().await != Ok(false);
         if has_to_move {
@@ -107,6 +112,7 @@ impl<F: NorFlash> Keeper<'_, F> {
         }
         between_samples(self.shared).await;
         let written = self.store.append_totals(&totals.encode()).await.map_err(Reason::from);
+        self.shared.resume();
         self.shared.with(|state| state.ledger.written(written, state.snapshot.time_us));
         if let Err(reason) = written {
             warning!("totals not written: {=str}", reason.text());
