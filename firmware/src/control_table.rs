@@ -173,7 +173,7 @@ registers! {
     TABLE_VERSION: OURS, U16[1], Read, "", "Version of the registers from 512 on: 3";
     SAMPLE_RATE: 514, U16[1], Read, "Hz", "Samples per second";
     WINDOW: 516, U16[1], Read, "s", "Length of the window over which the mass is estimated";
-    MODEL: 518, U8[1], Read, "", "Model in use: 0 Eq. 18 as published, 1 corrected, 2 signed torque, 255 none";
+    MODEL: 518, U8[1], Read, "", "Model in use: 0 Eq. 18 as published, 1 corrected, 2 signed torque, 3 the same on ground that adapts, 255 none";
     COEFFICIENTS_STATE: 519, U8[1], Read, "", "0 in use, 1 none stored, otherwise the reason why those stored are refused: as UPLOAD_REASON";
     COEFFICIENTS_CRC: 520, U32[1], Read, "", "CRC-32 at the end of the image in use; 0 without";
     ROBOT_NAME: 524, U8[24], Read, "", "The robot that this board is set up for: UTF-8, padded with zeros";

@@ -189,6 +189,7 @@ fn other_kinds_of_image_are_refused() {
         noise: burger().noise,
         columns: Columns::NONE,
         identifies_mass: true,
+        ground_adapts: false,
     };
     assert_eq!(check(three.encode().unwrap().as_bytes()).err(), Some(Reason::Wheels));
     // Other items are none either.

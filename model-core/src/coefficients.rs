@@ -10,7 +10,7 @@
 //! | 8 | 1 | model id: 0 Eq. 18 published, 1 Eq. 18 corrected, 2 signed torque |
 //! | 9 | 1 | drive: 0 dissipative, 1 regenerative |
 //! | 10 | 1 | wheels N |
-//! | 11 | 1 | 1 where the wheels scrub in turns, plus 2 where the mass cannot be told ([`Coefficients::identifies_mass`]) |
+//! | 11 | 1 | 1 where the wheels scrub in turns, plus 2 where the mass cannot be told ([`Coefficients::identifies_mass`]), plus 4 where the ground adapts |
 //! | 12 | 24 | robot name, UTF-8, padded with zeros |
 //! | 36 | 24 | gyration radius, dead band, filter cutoff, mass without and with full load, static power |
 //! | 60 | 16 | noise: density, lasting error, power scale, tail |
@@ -93,6 +93,8 @@ const COLUMN: usize = 10;
 /// Bits of byte 11. Firmware that does not know one refuses the image.
 const SCRUBS: u8 = 1;
 const NO_MASS: u8 = 2;
+/// Flag: rolling resistance and scrub adapt.
+const ADAPTS: u8 = 4;
 /// Numbers behind a torque model's values that say more of it.
 const TRAITS: usize = REGRESSORS - PARAMETERS;
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
@@ -206,6 +208,8 @@ pub struct Coefficients<T, const N: usize> {
     /// Whether the fit saw what tells one mass from another. Where it saw one payload or one speed only, estimates of the mass are
     /// unknown, whatever the samples say.
     pub identifies_mass: bool,
+    /// Whether rolling resistance and scrub are to adapt on the way ([`crate::adapt`]): of the signed model without effects only.
+    pub ground_adapts: bool,
 }
 
 /// Why bytes are no coefficients.
@@ -336,7 +340,10 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         // As single precision has them.
         let has_traits = traits.iter().any(|value| value.to_f64() as f32 != 0.0);
         let is_signed = matches!(self.model, Model::Signed { .. });
-        if N > MOST_WHEELS || !(is_signed || columns == 0 && !has_traits) {
+        if N > MOST_WHEELS
+            || !(is_signed || columns == 0 && !has_traits)
+            || (self.ground_adapts && !(is_signed && columns == 0))
+        {
             return None;
         }
         let version = match (has_traits, columns) {
@@ -362,7 +369,8 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         image.put(&version.to_le_bytes());
         image.put(&(length as u16).to_le_bytes());
         let flags = if self.robot.kinematics.scrubs() { SCRUBS } else { 0 }
-            | if self.identifies_mass { 0 } else { NO_MASS };
+            | if self.identifies_mass { 0 } else { NO_MASS }
+            | if self.ground_adapts { ADAPTS } else { 0 };
         image.put(&[model, drive, N as u8, flags]);
         let robot = &self.robot;
         image.put(&robot.name.0);
@@ -497,7 +505,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         let kinematics = Kinematics::from_rows(rows)
             .map_err(|_| DecodeError::Field("kinematics"))?
             .with_scrub(flags & SCRUBS != 0);
-        if flags & !(SCRUBS | NO_MASS) != 0 {
+        if flags & !(SCRUBS | NO_MASS | ADAPTS) != 0 {
             return Err(DecodeError::Field("kinematics"));
         }
         let mass_matrix =
@@ -510,6 +518,10 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
             }
             reader.columns(version, N, length)?
         };
+        let ground_adapts = flags & ADAPTS != 0;
+        if ground_adapts && !(matches!(model, Model::Signed { .. }) && columns.is_empty()) {
+            return Err(DecodeError::Field("ground"));
+        }
         Ok(Self {
             robot: Robot {
                 name,
@@ -526,6 +538,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
             noise: Noise { density, model_std, power_scale, tail },
             columns,
             identifies_mass: flags & NO_MASS == 0,
+            ground_adapts,
         })
     }
 
@@ -547,6 +560,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
             },
             columns: self.columns.convert(),
             identifies_mass: self.identifies_mass,
+            ground_adapts: self.ground_adapts,
         })
     }
 }

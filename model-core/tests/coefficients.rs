@@ -66,7 +66,8 @@ fn any_coefficients<const N: usize>() -> impl Strategy<Value = Coefficients<f32,
         0.1..100.0_f32,
         -9.0..99.0_f32,
     );
-    (robot, model(), number(), number(), number(), number(), proptest::bool::ANY).prop_map(
+    let flags = (proptest::bool::ANY, proptest::bool::ANY);
+    (robot, model(), number(), number(), number(), number(), flags).prop_map(
         |(
             (name, rows, gyration_radius, dead_band, cutoff_hz, empty, payload, static_power),
             model,
@@ -74,7 +75,7 @@ fn any_coefficients<const N: usize>() -> impl Strategy<Value = Coefficients<f32,
             model_std,
             power_scale,
             tail,
-            identifies_mass,
+            (identifies_mass, ground_adapts),
         )| {
             let kinematics = Kinematics::from_rows(rows).unwrap();
             Coefficients {
@@ -93,6 +94,7 @@ fn any_coefficients<const N: usize>() -> impl Strategy<Value = Coefficients<f32,
                 noise: Noise { density, model_std, power_scale, tail },
                 columns: Columns::NONE,
                 identifies_mass,
+                ground_adapts: ground_adapts && matches!(model, Model::Signed { .. }),
             }
         },
     )
@@ -229,7 +231,7 @@ fn impossible_numbers_are_refused() {
             );
         }
     }
-    for flags in [4, 8, 255] {
+    for flags in [8, 16, 255] {
         assert_eq!(Two::decode(&forged(|b| b[11] = flags)), Err(DecodeError::Field("kinematics")), "{flags}");
     }
     let no_wheels = forged(|bytes| bytes[136..160].fill(0));
@@ -264,6 +266,7 @@ fn what_no_board_could_run_does_not_come_back() {
         noise: two.noise,
         columns: Columns::NONE,
         identifies_mass: true,
+        ground_adapts: false,
     };
     assert_eq!(seven.encode(), None);
 }
@@ -325,7 +328,14 @@ fn with_columns<const N: usize>(columns: &[Column<f32>]) -> Coefficients<f32, N>
         static_power: two.robot.static_power,
     };
     let columns = Columns::new(columns, N).unwrap();
-    Coefficients { robot, model: two.model, noise: two.noise, columns, identifies_mass: true }
+    Coefficients {
+        robot,
+        model: two.model,
+        noise: two.noise,
+        columns,
+        identifies_mass: true,
+        ground_adapts: false,
+    }
 }
 
 fn columns_of(causes: &[Cause<f32>]) -> Vec<Column<f32>> {
@@ -565,4 +575,21 @@ fn absurd_effects_are_not_plausible() {
         let is_share = matches!(cause, Cause::Term(Term::Return) | Cause::Delay | Cause::Scale(_));
         assert!(is_share || !of(1e30), "{cause:?}");
     }
+}
+
+/// Ground adapts by the signed model without effects; anything else is no image, and bytes that say so are none.
+#[test]
+fn ground_adapts_with_the_signed_model_alone() {
+    let plain: Coefficients<f32, 2> = coefficients().convert().unwrap();
+    let adapting = Coefficients { ground_adapts: true, ..plain };
+    let image = adapting.encode().unwrap();
+    assert_eq!(Coefficients::<f32, 2>::decode(image.as_bytes()).unwrap(), adapting);
+    let extended = with_columns::<2>(&[Column { cause: Cause::Delay, coefficient: 0.1 }]);
+    assert!(Coefficients { ground_adapts: true, ..extended }.encode().is_none());
+    let mut bytes = extended.encode().unwrap().as_bytes().to_vec();
+    bytes[11] |= 4;
+    let body = bytes.len() - 4;
+    let checksum = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&bytes[..body]);
+    bytes[body..].copy_from_slice(&checksum.to_le_bytes());
+    assert_eq!(Two::decode(&bytes), Err(DecodeError::Field("ground")));
 }

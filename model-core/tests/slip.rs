@@ -303,6 +303,7 @@ fn plausibility() {
             noise: found.noise,
             columns: model_core::effects::Columns::NONE,
             identifies_mass: true,
+            ground_adapts: false,
         }
     };
     assert!(three(SlipMemory::OFF, 0.0).is_plausible());

@@ -46,6 +46,7 @@ fn coefficients() -> Option<Coefficients<f32, 2>> {
         noise: Noise { density: 5e-5, model_std: 0.01, power_scale: 0.0, tail: 1.0 },
         columns: Columns::NONE,
         identifies_mass: true,
+        ground_adapts: false,
     })
 }
 

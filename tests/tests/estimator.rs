@@ -59,6 +59,7 @@ fn coefficients() -> Option<Coefficients<f32, 2>> {
         noise,
         columns: Columns::NONE,
         identifies_mass: true,
+        ground_adapts: false,
     })
 }
 

@@ -49,6 +49,7 @@ fn coefficients() -> Option<Coefficients<f32, 2>> {
         },
         columns: Columns::NONE,
         identifies_mass: true,
+        ground_adapts: false,
     })
 }
 

@@ -1,8 +1,8 @@
 //! What the board makes of its samples: model-core's estimator, whichever model the coefficients hold.
 //!
 //! Set up as `gmr estimate` replays a log unless told otherwise, so that the two agree: least squares over the window
-//! for the signed torque model, with its effects where the coefficients hold any, the paper's averages of roots for Eq. 18; a moving window; watching for changes. A
-//! sample that lacks the power or a wheel is left out, as the log's reader leaves out such a row, and the next one's
+//! for the signed torque model, with its effects where the coefficients hold any, or with ground that adapts where they say so; the paper's
+//! averages of roots for Eq. 18; a moving window; watching for changes. A sample that lacks the power or a wheel is left out, as the log's reader leaves out such a row, and the next one's
 //! step reaches back to the last that counted.
 
 mod clock;
@@ -77,10 +77,11 @@ pub const fn mass_code(mass: &MassEstimate<f32>) -> u8 {
 
 /// The model as the control table's `MODEL` shows it; 255 for one that no image can hold.
 #[must_use]
-pub const fn model_code(model: &Model<f32>) -> u8 {
-    match model {
+pub const fn model_code(coefficients: &Coefficients<f32, WHEELS>) -> u8 {
+    match coefficients.model {
         Model::Eq18 { gate: Gate::Published, .. } => 0,
         Model::Eq18 { gate: Gate::Corrected, .. } => 1,
+        Model::Signed { .. } if coefficients.ground_adapts => 3,
         Model::Signed { .. } => 2,
         Model::Eq18 { gate: Gate::Signed, .. } => NO_MODEL,
     }
@@ -213,7 +214,7 @@ impl Running {
         Ok(Self {
             pipeline: Pipeline::new(coefficients)?,
             clock: Clock::default(),
-            model: model_code(&coefficients.model),
+            model: model_code(coefficients),
             static_power: coefficients.robot.static_power,
             dead_band: coefficients.robot.dead_band,
             mass: MassEstimate::Unknown(Unknown::NoSamples),

@@ -1,5 +1,6 @@
 //! The estimator that belongs to a model.
 
+use model_core::adapt::{Adaptive, Ground};
 use model_core::coefficients::Coefficients;
 use model_core::effects::live::{Live, Outside};
 use model_core::estimator::{Estimate, Estimator, Sample, Timing, Unfit};
@@ -32,6 +33,8 @@ pub(super) enum Pipeline {
     Window(Estimator<f32, Window<f32>, WHEELS, MOST_BUCKETS>),
     /// The default with effects.
     Extended(Estimator<f32, Window<f32>, WHEELS, MOST_BUCKETS>, Live<f32, WHEELS>),
+    /// Rolling resistance and scrub adapt beside the mass, where the coefficients say so.
+    Adapting(Adaptive<f32, WHEELS>),
     /// The paper's: the weighted mean of Eq. 24's roots.
     Roots(Estimator<f32, RootMean<f32>, WHEELS, MOST_BUCKETS>),
 }
@@ -43,6 +46,10 @@ impl Pipeline {
         let range = coefficients.robot.range;
         let window = Window { range, noise: coefficients.noise, period: PERIOD_S as f32 };
         Ok(match coefficients.model {
+            Model::Signed { .. } if coefficients.ground_adapts => {
+                let ground = Ground { window: WINDOW_S as f32, ..Ground::usual() };
+                Self::Adapting(Adaptive::new(coefficients, &ground, PERIOD_S, TIMING.bucket_s)?)
+            }
             Model::Signed { .. } => {
                 let estimator = Estimator::new(coefficients, window, &TIMING)?;
                 if coefficients.columns.is_empty() {
@@ -66,6 +73,7 @@ impl Pipeline {
     ) -> Estimate<f32, WHEELS> {
         match self {
             Self::Window(estimator) => estimator.push(sample, elapsed),
+            Self::Adapting(adaptive) => adaptive.push(sample, elapsed),
             Self::Extended(estimator, live) => {
                 live.pass(beyond);
                 estimator.push_with(live, sample, &Outside::UNKNOWN, elapsed)
@@ -78,6 +86,7 @@ impl Pipeline {
     pub(super) fn energy(&self) -> (f32, f32) {
         match self {
             Self::Window(estimator) => estimator.energy(),
+            Self::Adapting(adaptive) => adaptive.energy(),
             Self::Extended(estimator, _) => estimator.energy(),
             Self::Roots(estimator) => estimator.energy(),
         }

@@ -134,7 +134,7 @@ fn show_board<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) 
     to.value(table::TABLE_VERSION, table::VERSION);
     to.value(table::SAMPLE_RATE, settings.sample_rate_hz());
     to.value(table::WINDOW, state.window_s);
-    to.value(table::MODEL, coefficients.map_or(NO_MODEL, |coefficients| model_code(&coefficients.model)));
+    to.value(table::MODEL, coefficients.map_or(NO_MODEL, model_code));
     to.value(table::COEFFICIENTS_STATE, coefficients.map_or_else(|reason| reason, |_| Reason::None) as u8);
     let image = settings.stored(Item::Coefficients).as_slice();
     to.value(table::COEFFICIENTS_CRC, coefficients.map_or(0, |_| checksum(image)));

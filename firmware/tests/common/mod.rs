@@ -36,6 +36,7 @@ pub(crate) fn burger() -> Coefficients<f32, 2> {
         noise: Noise { density: 0.0031, model_std: 0.012, power_scale: 1.75, tail: 1.25 },
         columns: Columns::NONE,
         identifies_mass: true,
+        ground_adapts: false,
     }
 }
 

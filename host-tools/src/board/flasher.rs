@@ -16,7 +16,7 @@ use super::client::{Board, Client};
 use super::rail_names;
 use super::store_image::StoreImage;
 use super::transport::Transport;
-use crate::coefficients::CoefficientsFile;
+use crate::coefficients::{CoefficientsFile, GROUND_NEEDS};
 use crate::effects::written::id_of;
 use crate::error::{Error, Result};
 use crate::robot::Robot;
@@ -195,11 +195,12 @@ fn compare(item: Item, expected: &[u8], found: &[u8]) -> Result<()> {
     Err(Error::failed(format!("what was read back is not the {} that was written", item_text(item))))
 }
 
-/// A model as `gmr fit --model` names it.
-pub fn model_text(model: &Model<f32>) -> &'static str {
-    match model {
+/// A model as `gmr fit --model` names it; with a word of the ground where that adapts.
+pub fn model_text(coefficients: &Coefficients<f32, WHEELS>) -> &'static str {
+    match coefficients.model {
         Model::Eq18 { gate: Gate::Published, .. } => "eq18-published",
         Model::Eq18 { .. } => "eq18",
+        Model::Signed { .. } if coefficients.ground_adapts => "signed, ground adapts",
         Model::Signed { .. } => "signed",
     }
 }
@@ -323,13 +324,17 @@ fn calibration(target: &mut dyn Target, factors: [Option<f32>; RAIL_COUNT]) -> R
     }
 }
 
-/// The image of coefficients that are for `robot`.
+/// The image of coefficients that are for `robot`; with ground that adapts where that is asked for.
 ///
 /// # Errors
-/// As [`CoefficientsFile::read`]; the robot has more wheels than the board drives.
-pub fn coefficients_image(robot: &Robot, coefficients: &Path) -> Result<Vec<u8>> {
+/// As [`CoefficientsFile::read`]; the robot has more wheels than the board drives; ground cannot adapt with this model.
+pub fn coefficients_image(robot: &Robot, coefficients: &Path, ground_adapts: bool) -> Result<Vec<u8>> {
     check_wheels(robot)?;
-    let coefficients_read = CoefficientsFile::<WHEELS>::read(coefficients, robot)?.coefficients;
+    let read = CoefficientsFile::<WHEELS>::read(coefficients, robot)?.coefficients;
+    if ground_adapts && !(matches!(read.model, Model::Signed { .. }) && read.columns.is_empty()) {
+        return Err(Error::failed(GROUND_NEEDS).in_file(coefficients));
+    }
+    let coefficients_read = Coefficients { ground_adapts, ..read };
     let image = coefficients_read
         .encode()
         .ok_or_else(|| Error::failed("this model is not one that boards have").in_file(coefficients))?;

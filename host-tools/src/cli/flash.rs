@@ -37,6 +37,10 @@ pub(crate) struct Arguments {
     /// Coefficients as gmr fit writes them
     #[arg(long, value_name = "C.toml")]
     coeffs: Option<PathBuf>,
+    /// The board lets rolling resistance and scrub adapt along the way, with a memory of a minute, beside the mass: for floors that
+    /// change. It notices no change of the payload then, and follows it within a window or two
+    #[arg(long, requires = "coeffs")]
+    adapt: bool,
     /// To a running board, by its serial port, for example /dev/ttyACM0
     #[arg(long, group = "target")]
     port: Option<PathBuf>,
@@ -164,7 +168,8 @@ fn request(arguments: &Arguments) -> Result<Request> {
     let robot = Robot::load(&arguments.robot)?;
     // A file replaces the whole store: it says itself for which robot.
     let sets_robot = arguments.set_robot || arguments.out.is_some();
-    let coefficients = arguments.coeffs.as_ref().map(|file| flasher::coefficients_image(&robot, file));
+    let coefficients =
+        arguments.coeffs.as_ref().map(|file| flasher::coefficients_image(&robot, file, arguments.adapt));
     let coefficients = coefficients.transpose()?;
     let calibration = (!arguments.calibrate.is_empty()).then(|| factors(&arguments.calibrate)).transpose()?;
     let is_nothing = coefficients.is_none() && calibration.is_none() && !arguments.set_robot;
@@ -198,7 +203,7 @@ fn held(target: &mut dyn Target) -> Result<Held> {
     let image = target.stored(Item::Coefficients)?;
     let decoded = Coefficients::<f32, WHEELS>::decode(&image).ok();
     let coefficients = (!image.is_empty()).then(|| HeldCoefficients {
-        model: decoded.map(|coefficients| flasher::model_text(&coefficients.model)),
+        model: decoded.as_ref().map(flasher::model_text),
         robot: decoded.map(|coefficients| printable::name(coefficients.robot.name.as_str())),
         effects: decoded.map_or_else(Vec::new, |coefficients| {
             coefficients.columns.iter().map(|column| id_of(&column.cause).0).collect()

@@ -32,6 +32,10 @@ use crate::input::{MOST_DESCRIPTION, read_text};
 use crate::output::write_content;
 use crate::robot::Robot;
 
+/// What is said of coefficients whose ground cannot adapt.
+pub const GROUND_NEEDS: &str =
+    "coefficients of eq18, or with effects, on ground that adapts; expected those of gmr fit --model signed";
+
 /// Coefficients with where they come from.
 #[derive(Debug, Clone)]
 pub struct CoefficientsFile<const N: usize> {
@@ -129,6 +133,7 @@ impl<const N: usize> CoefficientsFile<N> {
                 noise,
                 columns: Columns::NONE,
                 identifies_mass: lasting.is_some(),
+                ground_adapts: false,
             },
             kind: document.model,
             method: document.method,

@@ -25,6 +25,7 @@ pub(crate) use pipeline::{Fitted, Pipeline};
 use told::Telling;
 pub use told::Told;
 
+use crate::coefficients::GROUND_NEEDS;
 use crate::error::{Error, Result};
 use crate::log::{Exclusions, RawRow, SampleReader};
 use crate::metrics::{Metrics, Quality};
@@ -238,8 +239,7 @@ pub fn replay_adapting<const N: usize>(
     watch: impl FnMut(&Instant),
 ) -> Result<Replay> {
     if !matches!(coefficients.model, Model::Signed { .. }) || !coefficients.columns.is_empty() {
-        let message = "coefficients of eq18, or with effects, on ground that adapts; expected those of gmr fit --model signed";
-        return Err(Error::failed(message));
+        return Err(Error::failed(GROUND_NEEDS));
     }
     let log = Log::open(robot, coefficients, file, mass_kg)?;
     let timing = log.timing(policy)?;

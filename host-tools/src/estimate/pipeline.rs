@@ -3,9 +3,8 @@
 use model_core::adapt::{Adaptive, Ground};
 use model_core::coefficients::Coefficients;
 use model_core::effects::live::{Live, Outside};
-use model_core::energy::Energy;
-use model_core::estimator::{Estimate, Estimator, GAP_PERIODS, Sample, Timing, Unfit};
-use model_core::payload::{MassEstimate, Method, Unknown};
+use model_core::estimator::{Estimate, Estimator, Sample, Timing, Unfit};
+use model_core::payload::{MassEstimate, Method};
 use serde::Serialize;
 
 /// Most buckets in a window.
@@ -103,14 +102,8 @@ impl<M: Method<f64>, const N: usize> Pipeline<N> for Fitted<M, N> {
 /// Rolling resistance and scrub adapt beside the mass.
 pub(super) struct Adapting<const N: usize> {
     adaptive: Adaptive<f64, N>,
-    mass: MassEstimate<f64>,
     /// Buckets since the payload was another.
     buckets: usize,
-    measured: Energy<f64>,
-    predicted: Energy<f64>,
-    ground: [[f64; 2]; 2],
-    /// A longer step is a gap, of which nobody measured more than this, s.
-    longest_step_s: f64,
 }
 
 impl<const N: usize> Adapting<N> {
@@ -123,12 +116,7 @@ impl<const N: usize> Adapting<N> {
     ) -> Result<Self, Unfit> {
         Ok(Self {
             adaptive: Adaptive::new(coefficients, ground, timing.period_s, timing.bucket_s)?,
-            mass: MassEstimate::Unknown(Unknown::NoSamples),
             buckets: 0,
-            measured: Energy::default(),
-            predicted: Energy::default(),
-            ground: [[f64::NAN; 2]; 2],
-            longest_step_s: GAP_PERIODS * timing.period_s,
         })
     }
 }
@@ -136,18 +124,8 @@ impl<const N: usize> Adapting<N> {
 impl<const N: usize> Pipeline<N> for Adapting<N> {
     fn push(&mut self, sample: &Sample<f64, N>, _: &Outside<f64, N>, elapsed: f64) -> Estimate<f64, N> {
         let found = self.adaptive.push(sample, elapsed);
-        self.mass = found.adapted.mass;
-        self.ground = [found.adapted.rolling, found.adapted.scrub];
         self.buckets += usize::from(found.closed);
-        let held = elapsed.min(self.longest_step_s);
-        if let Some(now) = &found.conditioned {
-            self.measured.add(now.power, held);
-        }
-        if let Some(power) = found.power {
-            self.predicted.add(power, held);
-        }
-        let (conditioned, power, closed) = (found.conditioned, found.power, found.closed);
-        Estimate { conditioned, mass: self.mass, power, closed, changed: None }
+        found
     }
 
     fn restart(&mut self) {
@@ -160,11 +138,11 @@ impl<const N: usize> Pipeline<N> for Adapting<N> {
     }
 
     fn over_latest(&self, count: usize) -> Option<MassEstimate<f64>> {
-        (self.buckets >= count).then_some(self.mass)
+        (self.buckets >= count).then_some(self.adaptive.adapted().mass)
     }
 
     fn energy(&self) -> (f64, f64) {
-        (self.measured.joules(), self.predicted.joules())
+        self.adaptive.energy()
     }
 
     fn live(&self) -> Option<&Live<f64, N>> {
@@ -172,7 +150,9 @@ impl<const N: usize> Pipeline<N> for Adapting<N> {
     }
 
     fn ground(&self, time_s: f64) -> Option<GroundAt> {
-        let [[rolling_nm_kg, rolling_std_nm_kg], [scrub_nm_kg, scrub_std_nm_kg]] = self.ground;
+        let ground = self.adaptive.adapted();
+        let ([rolling_nm_kg, rolling_std_nm_kg], [scrub_nm_kg, scrub_std_nm_kg]) =
+            (ground.rolling, ground.scrub);
         Some(GroundAt { time_s, rolling_nm_kg, rolling_std_nm_kg, scrub_nm_kg, scrub_std_nm_kg })
     }
 }

@@ -222,8 +222,14 @@ pub fn fit<const N: usize>(
     // With one payload or speed the model's dependence on the mass is a guess: no window says anything about it.
     let identifies_mass = shortcoming.is_none();
     noise.model_std = if identifies_mass { lasting_error } else { 0.0 };
-    let coefficients =
-        Coefficients { robot: dataset.robot, model, noise, columns: Columns::NONE, identifies_mass };
+    let coefficients = Coefficients {
+        robot: dataset.robot,
+        model,
+        noise,
+        columns: Columns::NONE,
+        identifies_mass,
+        ground_adapts: false,
+    };
     warnings.extend(warning::of_quality(&quality));
     // Where payloads are unknown, that has been told, and boards need not take what says so.
     if shortcoming.is_none() && !coefficients.is_plausible() {

@@ -487,9 +487,36 @@ mod running {
         assert_eq!(items, ["robot", "calibration", "coefficients"]);
         let held = bench.json(&["flash", "--read", "--port", terminal.name()]);
         assert_eq!(held["coefficients"]["crc"], report["items"][2]["crc"]);
+        assert_eq!(held["coefficients"]["model"], "signed");
         assert_eq!(
             (&held["coefficients"]["refused"], &held["calibration"]["lidar"]),
             (&serde_json::Value::Null, &0.99.into())
         );
+        // The same coefficients on ground that adapts are another image, and in use.
+        bench.json(&with(&["--port", terminal.name(), "--adapt"]));
+        let held = bench.json(&["flash", "--read", "--port", terminal.name()]);
+        assert_eq!(
+            (&held["coefficients"]["model"], &held["coefficients"]["refused"]),
+            (&"signed, ground adapts".into(), &serde_json::Value::Null)
+        );
+    }
+
+    #[test]
+    fn ground_adapts_with_the_signed_model_alone() {
+        let bench = bench();
+        bench.done(&["fit", "--robot", "robot.toml", "--model", "eq18", "--out", "eq18.toml", "train.csv"]);
+        let ran = bench.gmr(&[
+            "flash",
+            "--robot",
+            "robot.toml",
+            "--coeffs",
+            "eq18.toml",
+            "--adapt",
+            "--out",
+            "store.bin",
+        ]);
+        assert_eq!(ran.code, Some(1));
+        assert!(ran.stderr.contains("eq18.toml") && ran.stderr.contains("--model signed"), "{}", ran.stderr);
+        assert!(!bench.path("store.bin").exists());
     }
 }

@@ -9,7 +9,8 @@
 pub mod belief;
 
 use crate::coefficients::Coefficients;
-use crate::estimator::{Conditioned, Conditioner, Sample, Unfit};
+use crate::energy::Energy;
+use crate::estimator::{Conditioned, Conditioner, Estimate, GAP_PERIODS, Sample, Unfit};
 use crate::model::{MassRange, Model};
 use crate::motion::Motion;
 use crate::payload::spread::Spread;
@@ -47,19 +48,6 @@ pub struct Adapted<T> {
     pub scrub: [T; 2],
 }
 
-/// What is known after a sample.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Estimate<T, const N: usize> {
-    /// The sample behind the filter; `None` where it was not finite.
-    pub conditioned: Option<Conditioned<T, N>>,
-    /// As of the last closed bucket.
-    pub adapted: Adapted<T>,
-    /// P̂_act in W at mass and ground in hand; `None` while the filter is unsettled or the mass unknown.
-    pub power: Option<T>,
-    /// This sample closed a bucket.
-    pub closed: bool,
-}
-
 /// Filter and belief of one robot.
 #[derive(Debug, Clone, Copy)]
 pub struct Adaptive<T, const N: usize> {
@@ -86,6 +74,8 @@ pub struct Adaptive<T, const N: usize> {
     bucket_length: T,
     phase: T,
     adapted: Adapted<T>,
+    measured: Energy<T>,
+    predicted: Energy<T>,
 }
 
 impl<T: Real, const N: usize> Adaptive<T, N> {
@@ -99,7 +89,7 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         period_s: f64,
         bucket_s: f64,
     ) -> Result<Self, Unfit> {
-        let Coefficients { robot, model, noise, columns, identifies_mass } = coefficients;
+        let Coefficients { robot, model, noise, columns, identifies_mass, .. } = coefficients;
         let Model::Signed { torque, drive } = *model else { return Err(Unfit::Model) };
         if !columns.is_empty() {
             return Err(Unfit::Model);
@@ -137,18 +127,37 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
                 rolling: [torque.rolling, rolling_unit],
                 scrub: [torque.scrub, scrub_unit],
             },
+            measured: Energy::default(),
+            predicted: Energy::default(),
         })
     }
 
-    /// Takes one sample, `elapsed` (s) after the one before.
+    /// What is known as of the last closed bucket.
+    pub fn adapted(&self) -> &Adapted<T> {
+        &self.adapted
+    }
+
+    /// Actuation energy measured, and predicted while the mass was known, since the start (Eq. 9), J. A gap counts as
+    /// [`GAP_PERIODS`] periods: nobody measured more of it.
+    pub fn energy(&self) -> (T, T) {
+        (self.measured.joules(), self.predicted.joules())
+    }
+
+    /// Takes one sample, `elapsed` (s) after the one before. The power is that at mass and ground in hand; a change of the payload is
+    /// never noticed here: it looks like another ground at first.
     pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Estimate<T, N> {
         let conditioned = self.conditioner.push(sample, elapsed);
+        let held = T::ZERO.at_least(elapsed).at_most(T::from_f64(GAP_PERIODS) * self.period);
         let mut power = None;
+        if let Some(now) = &conditioned {
+            self.measured.add(now.power, held);
+        }
         if let Some(now) = &conditioned
             && now.settled
         {
             let expected = self.see(now);
             if self.adapted.mass.known().is_some() && expected.is_finite() {
+                self.predicted.add(expected, held);
                 power = Some(expected);
             }
         }
@@ -158,7 +167,7 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
             self.phase -= self.bucket_length;
             self.close();
         }
-        Estimate { conditioned, adapted: self.adapted, power, closed }
+        Estimate { conditioned, mass: self.adapted.mass, power, closed, changed: None }
     }
 
     /// The payload is another from now on.

@@ -107,6 +107,7 @@ pub(crate) fn coefficients() -> Coefficients<f64, 2> {
         noise: Noise { density: 1e-4, model_std: 0.0, power_scale: 0.0, tail: 1.0 },
         columns: Columns::NONE,
         identifies_mass: true,
+        ground_adapts: false,
     }
 }
 

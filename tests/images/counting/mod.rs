@@ -162,6 +162,7 @@ fn coefficients() -> Option<Coefficients<f32, WHEELS>> {
         noise: Noise { density: 5e-5, model_std: 2e-3, power_scale: 4.0, tail: 1.2 },
         columns: Columns::NONE,
         identifies_mass: true,
+        ground_adapts: false,
     })
 }
 

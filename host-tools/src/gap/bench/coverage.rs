@@ -79,8 +79,14 @@ fn one(robot: &Robot, case: &Case) -> Result<Option<Covered>> {
     let model = Model::Signed { torque: report.state.torque, drive: clean.base.drive };
     let unseen = sets::record(&field.field(case.seed + UNSEEN), columns)?;
     let masses = |noise: Noise<f64>| -> Result<Vec<(bool, f64)>> {
-        let coefficients =
-            Coefficients { robot: clean.core, model, noise, columns: added, identifies_mass: true };
+        let coefficients = Coefficients {
+            robot: clean.core,
+            model,
+            noise,
+            columns: added,
+            identifies_mass: true,
+            ground_adapts: false,
+        };
         let all: Result<Vec<_>> = unseen.iter().map(|run| windows(&coefficients, run)).collect();
         Ok(all?.into_iter().flatten().collect())
     };

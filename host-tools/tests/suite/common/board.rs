@@ -76,7 +76,7 @@ pub(crate) fn burger_coefficients() -> Vec<u8> {
     let torque = TorqueModel::from_array([a0, a1, g2, g3, g4, kappa, 0.0]);
     let model = Model::Signed { torque, drive: Drive::Dissipative };
     let noise = Noise { density: 1e-4, model_std: 0.01, power_scale: 0.01, tail: 0.0 };
-    Coefficients { robot, model, noise, columns: Columns::NONE, identifies_mass: true }
+    Coefficients { robot, model, noise, columns: Columns::NONE, identifies_mass: true, ground_adapts: false }
         .encode()
         .unwrap()
         .as_bytes()
