@@ -18,8 +18,8 @@ import zlib
 from board import MS, PS, Fault, make, run
 import devices
 import ptylink
+from protocol import BOARD, checksum, packet
 
-BOARD = 200
 RECORD = struct.Struct("<IQ2f4ffHHf3f")
 WINDOW = 16
 # Registers: address, format.
@@ -58,23 +58,6 @@ SWITCH_OUT_US = 47
 SETTLED_S = 1.5
 # The flash has been written.
 STORED_S = 1.0
-
-
-def checksum(data):
-    """CRC-16, polynomial 8005h, initial value 0, not reflected."""
-    crc = 0
-    for byte in data:
-        crc ^= byte << 8
-        for _ in range(8):
-            crc = (crc << 1 ^ (0x8005 if crc & 0x8000 else 0)) & 0xFFFF
-    return crc
-
-
-def packet(instruction, parameters):
-    body = bytes([instruction]) + parameters
-    body = body.replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
-    head = b"\xff\xff\xfd\x00" + bytes([BOARD]) + struct.pack("<H", len(body) + 2)
-    return head + body + struct.pack("<H", checksum(head + body))
 
 
 class Host:
@@ -120,11 +103,12 @@ class Recorder:
     """Fetches every record from now on: 14 a time, of the 16 that the window holds."""
 
     def __init__(self, machine, host):
-        self.machine, self.host, self.records = machine, host, []
+        self.machine, self.host, self.records, self.is_on = machine, host, [], True
         self.poll()
 
     def poll(self):
-        self.host.read(FIFO_ACKNOWLEDGE, 16 + WINDOW * RECORD.size, self.take)
+        if self.is_on:
+            self.host.read(FIFO_ACKNOWLEDGE, 16 + WINDOW * RECORD.size, self.take)
         self.machine.after(70 * MS, self.poll, keep=True)
 
     def take(self, data):
@@ -162,9 +146,9 @@ def stack_bytes(machine):
     return STACK[1] - 4 * untouched
 
 
-def set_up(arguments):
+def set_up(arguments, **chip):
     # Without the log: the emulator looks for it in memory every millisecond, also while that is being initialised.
-    machine = make(elf=arguments.image, dirty=True, rtt=False, log=lambda *_: None)
+    machine = make(elf=arguments.image, dirty=True, rtt=False, log=lambda *_: None, **chip)
     for address, (shunt, bus) in RAILS.items():
         sensor = devices.INA219(machine, shunt=lambda t, v=shunt: v, bus=lambda t, v=bus: v)
         sensor.present = address not in arguments.absent

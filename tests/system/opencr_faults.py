@@ -15,6 +15,7 @@ import board
 import periph
 from board import MS, PS, Fault, Reset, reboot
 from opencr_emulated import Host, Node, set_up
+from protocol import packet
 
 DRIVE = (10, 0)
 GOALS = (126, 126)
@@ -187,8 +188,6 @@ def unplug_in_answer(packets):
 
 
 def request(address, length):
-    from opencr_emulated import packet
-
     return packet(2, struct.pack("<HH", address, length))
 
 

@@ -7,9 +7,9 @@ mod image {
     use embassy_sync::mutex::Mutex;
     use firmware::boards::opencr::{
         Board, InertialPort, Panel, SensorBus, ServoPort, StatusLed, StoreFlash, UsbDevice, UsbLink, init,
-        watchdog,
+        sampling, watchdog,
     };
-    use firmware::boards::{SharedSensorBus, sampler, start, watch_stack};
+    use firmware::boards::{SharedSensorBus, sampler, send, start, watch_stack};
     use firmware::tasks::{self, Buffers, BusCounters, CountedBus, Shared};
     use static_cell::{ConstStaticCell, StaticCell};
 
@@ -26,11 +26,12 @@ mod image {
         let Board { sensors, servos, inertial, links, usb, store, status_led, panel, reset } = init(counters);
         let sensors = &*SENSORS.init(Mutex::new(CountedBus::new(sensors, counters)));
         start(spawner, keep(store, shared));
-        start(spawner, measure(sensors, servos, counters, shared));
+        let above = sampling();
+        send(above, measure(sensors, servos, counters, shared));
+        send(above, orient(inertial, shared));
         for (link, buffers) in links.into_iter().zip(BUFFERS.take()) {
             start(spawner, serve(link, buffers, shared));
         }
-        start(spawner, orient(inertial, shared));
         start(spawner, run_usb(usb));
         shared.set_reset(reset);
         start(spawner, blink(status_led));

@@ -12,7 +12,7 @@ mod wiring;
 #[cfg(any(feature = "opencr", feature = "virtual"))]
 pub use {
     stack::watch_stack,
-    wiring::{SensorHandle, SharedSensorBus, sampler, start},
+    wiring::{SensorHandle, SharedSensorBus, sampler, send, start},
 };
 
 // What stands before every line of the log.

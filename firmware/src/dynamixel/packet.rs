@@ -13,7 +13,7 @@ pub const OVERHEAD: usize = HEADER.len() + 1 + 2 + 1 + 2;
 
 const HEADER: [u8; 4] = [0xFF, 0xFF, 0xFD, 0x00];
 /// Where these three bytes stand in the part that is stuffed, one more FDh follows them.
-const STUFFED: [u8; 3] = [0xFF, 0xFF, 0xFD];
+const STUFFED: u32 = 0x00FF_FFFD;
 /// Before the instruction: header, ID and length.
 const PREFIX: usize = HEADER.len() + 1 + 2;
 /// Polynomial 8005h, initial 0, not reflected, low byte sent first.
@@ -93,15 +93,15 @@ pub fn encode<'b>(
         put(byte, length)?;
         length += 1;
     }
-    let mut last = [0; 3];
-    for byte in core::iter::once(instruction as u8).chain(parameters.iter().copied().flatten().copied()) {
-        put(byte, length)?;
-        length += 1;
-        let [_, a, b] = last;
-        last = [a, b, byte];
-        if last == STUFFED {
-            put(0xFD, length)?;
+    let mut last = LastThree(0);
+    for piece in [&[&[instruction as u8][..]], parameters].into_iter().flatten() {
+        for byte in *piece {
+            put(*byte, length)?;
             length += 1;
+            if last.push(*byte) {
+                put(0xFD, length)?;
+                length += 1;
+            }
         }
     }
     let counted = u16::try_from(length - PREFIX + 2).map_err(|_| TooLong)?;
@@ -111,6 +111,17 @@ pub fn encode<'b>(
     let checksum = CRC.checksum(buffer.get(..length).ok_or(TooLong)?);
     buffer.get_mut(length..length + 2).ok_or(TooLong)?.copy_from_slice(&checksum.to_le_bytes());
     buffer.get(..length + 2).ok_or(TooLong)
+}
+
+/// The latest three bytes, the last one lowest.
+struct LastThree(u32);
+
+impl LastThree {
+    /// Whether they are now those behind which one more byte follows.
+    fn push(&mut self, byte: u8) -> bool {
+        self.0 = (self.0 << 8 | u32::from(byte)) & 0x00FF_FFFF;
+        self.0 == STUFFED
+    }
 }
 
 /// Why bytes that began like a packet are none.
@@ -243,16 +254,16 @@ impl<const N: usize> Parser<N> {
 
 /// Takes the stuffing out, in place, and gives the length that is left.
 fn unstuff(bytes: &mut [u8]) -> usize {
-    let mut last = [0; 3];
+    let mut last = LastThree(0);
+    let mut is_stuffed = false;
     let mut kept = 0;
     for at in 0..bytes.len() {
         let Some(&byte) = bytes.get(at) else { break };
-        if last == STUFFED && byte == 0xFD {
-            last = [0; 3];
+        if is_stuffed && byte == 0xFD {
+            (last, is_stuffed) = (LastThree(0), false);
             continue;
         }
-        let [_, a, b] = last;
-        last = [a, b, byte];
+        is_stuffed = last.push(byte);
         if let Some(place) = bytes.get_mut(kept) {
             *place = byte;
         }

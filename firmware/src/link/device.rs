@@ -78,20 +78,34 @@ impl Device {
         state: &mut State<RECORDS>,
         buffer: &mut [u8],
     ) -> Option<Step> {
-        let Ok(packet) = self.parser.next_packet()? else {
-            state.counters.link_broken = state.counters.link_broken.saturating_add(1);
+        self.step_with(|work| work(state), buffer)
+    }
+
+    /// As [`Self::step`], of a state that others wait for: `with` lends it for what needs it, which is neither looking for the packet nor
+    /// encoding the answer.
+    pub fn step_with<const RECORDS: usize>(
+        &mut self,
+        mut with: impl FnMut(&mut dyn FnMut(&mut State<RECORDS>)),
+        buffer: &mut [u8],
+    ) -> Option<Step> {
+        let Self { parser, data } = self;
+        let Ok(packet) = parser.next_packet()? else {
+            with(&mut |state| state.counters.link_broken = state.counters.link_broken.saturating_add(1));
             return Some(Step::Silence);
         };
         let is_for_all = packet.id == BROADCAST;
         if (packet.id != BOARD_ID && !is_for_all) || packet.instruction == Instruction::Status as u8 {
             return Some(Step::Silence);
         }
-        state.counters.link_packets = state.counters.link_packets.saturating_add(1);
-        let result = execute(state, &packet, &mut self.data);
+        let mut result = Err(Refusal::Limit);
+        with(&mut |state| {
+            state.counters.link_packets = state.counters.link_packets.saturating_add(1);
+            result = execute(state, &packet, data);
+        });
         if is_for_all && packet.instruction != Instruction::Ping as u8 {
             return Some(Step::Silence);
         }
-        let result = result.and_then(|length| self.data.get(..length).ok_or(Refusal::Limit));
+        let result = result.and_then(|length| data.get(..length).ok_or(Refusal::Limit));
         let length = status(result, buffer).or_else(|| status(Err(Refusal::Limit), buffer));
         Some(length.map_or(Step::Silence, Step::Answer))
     }

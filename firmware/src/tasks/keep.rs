@@ -32,13 +32,14 @@ pub async fn keep(flash: impl NorFlash, shared: &Shared) -> ! {
         shared.report(Reporter::Keep);
         Timer::after(PERIOD).await;
         let Some((item, bytes)) = shared.with(|state| state.take_pending()) else { continue };
-        between_samples(shared).await;
         shared.stall();
+        between_samples(shared).await;
         let stored = match &mut store {
             Ok(store) => store.put(item, bytes.as_slice()).await,
             Err(error) => Err(*error),
         };
         let stored = stored.map_err(Reason::from);
+        shared.resume();
         shared.with(|state| state.stored(item, stored));
         match stored {
             Ok(()) => info!("item {=u8} stored", item as u8),
@@ -47,7 +48,7 @@ pub async fn keep(flash: impl NorFlash, shared: &Shared) -> ! {
     }
 }
 
-/// Waits until no transaction is on a bus: one that stands still with the processor would fail.
+/// Waits until no transaction is on a bus, while no other may begin: one that stands still with the processor would fail.
 async fn between_samples(shared: &Shared) {
     for _ in 0..MOST_LOOKS {
         if !shared.is_sampling() {

@@ -42,6 +42,11 @@ where
         Timer::at(Instant::from_micros(next_us)).await;
         let now_us = Instant::now().as_micros();
         let missed = schedule.begin(now_us);
+        shared.set_sampling(true);
+        if shared.is_held() {
+            shared.set_sampling(false);
+            continue;
+        }
         // The flash was written: nothing could be on time.
         let missed = if shared.take_stall() { 0 } else { missed };
 
@@ -53,7 +58,6 @@ where
         sampler.set_servo_supply(shared.with(|state| supply.is_wanted(state, now_us)));
         let orders = shared.with(|state| state.pilot.orders(now_us));
 
-        shared.set_sampling(true);
         let record = sampler.sample_and_drive(now_us, &orders).await;
         shared.set_sampling(false);
         shared.report(Reporter::Measure);

@@ -1,8 +1,9 @@
 //! What the board does all the time, over the drivers of any board: [`measure`], [`serve`] the host, [`keep`]
 //! what it uploads, and [`orient`] by the inertial sensor.
 //!
-//! One executor polls them all, and none interrupts another: what they share needs no critical section ([`Shared`]). What one
-//! does between two awaits delays the others: at most some tenths of a millisecond, an answer on the link being the longest.
+//! On a board [`measure`] and [`orient`] interrupt the others: whatever a host sends, samples are on time. What they share is lent for a
+//! moment in which nothing interrupts ([`Shared`]), so it is never for long: the longest is a read of all registers. On the virtual board,
+//! where a bus takes no time, one executor polls them all.
 
 mod deadline;
 mod keep;

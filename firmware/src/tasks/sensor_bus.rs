@@ -1,46 +1,51 @@
 //! Counts what goes wrong on the power sensors' bus.
 
-use core::cell::Cell;
+use core::sync::atomic::{AtomicU32, Ordering};
 
 use embedded_hal_async::i2c::{ErrorType, I2c, Operation};
 
 /// What happened on the bus since start. Stops at its maximum.
 #[derive(Debug, Default)]
 pub struct BusCounters {
-    errors: Cell<u32>,
-    recoveries: Cell<u32>,
+    errors: AtomicU32,
+    recoveries: AtomicU32,
 }
 
 impl BusCounters {
     /// Nothing yet.
     #[must_use]
     pub const fn new() -> Self {
-        Self { errors: Cell::new(0), recoveries: Cell::new(0) }
+        Self { errors: AtomicU32::new(0), recoveries: AtomicU32::new(0) }
     }
 
     /// Transactions that failed, for whatever reason.
     #[must_use]
     pub fn errors(&self) -> u32 {
-        self.errors.get()
+        self.errors.load(Ordering::Relaxed)
     }
 
     /// Times that the bus was set up again.
     #[must_use]
     pub fn recoveries(&self) -> u32 {
-        self.recoveries.get()
+        self.recoveries.load(Ordering::Relaxed)
     }
 
     /// The bus was set up again.
     pub fn count_recovery(&self) {
-        self.recoveries.set(self.recoveries.get().saturating_add(1));
+        add_one(&self.recoveries);
     }
 
     fn count<T, E>(&self, result: Result<T, E>) -> Result<T, E> {
         if result.is_err() {
-            self.errors.set(self.errors.get().saturating_add(1));
+            add_one(&self.errors);
         }
         result
     }
+}
+
+/// Only the task that has the bus counts: nobody comes in between.
+fn add_one(counter: &AtomicU32) {
+    counter.store(counter.load(Ordering::Relaxed).saturating_add(1), Ordering::Relaxed);
 }
 
 /// A bus whose failed transactions are counted.

@@ -4,8 +4,8 @@ use embassy_futures::yield_now;
 use embassy_time::Instant;
 use embedded_io_async::{Read, Write};
 
-use super::shared::Shared;
-use crate::link::{Device, LONGEST_ANSWER, Step};
+use super::shared::{FIFO_RECORDS, Shared};
+use crate::link::{Device, LONGEST_ANSWER, State, Step};
 use crate::log::info;
 
 /// Bytes read at once: a packet of the bus that the link may be on.
@@ -67,10 +67,13 @@ async fn answer<L: Connection>(
     while !rest.is_empty() {
         let taken = device.feed(rest);
         rest = rest.get(taken..).unwrap_or(&[]);
-        while let Some(step) = shared.with(|state| {
-            state.time_us = now();
-            device.step(state, answer)
-        }) {
+        let with = |work: &mut dyn FnMut(&mut State<FIFO_RECORDS>)| {
+            shared.with(|state| {
+                state.time_us = now();
+                work(state);
+            });
+        };
+        while let Some(step) = device.step_with(with, answer) {
             if let Step::Answer(length) = step {
                 let sent = send(link, answer.get(..length).unwrap_or(&[])).await;
                 if sent.is_err() {

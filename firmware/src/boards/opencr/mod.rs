@@ -7,6 +7,7 @@ mod inertial_port;
 mod last_words;
 mod loader;
 mod panel;
+mod sampling;
 mod sensor_bus;
 mod servo_port;
 mod start;
@@ -19,7 +20,7 @@ pub mod watchdog;
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::peripherals::PG9;
-use embassy_stm32::{bind_interrupts, dma, i2c, peripherals, usart, usb};
+use embassy_stm32::{bind_interrupts, dma, peripherals, usart, usb};
 use embassy_time::{Duration, Timer};
 
 use defmt_rtt as _;
@@ -29,16 +30,15 @@ use crate::tasks::BusCounters;
 
 pub use inertial_port::InertialPort;
 pub use panel::Panel;
+pub use sampling::sampling;
 pub use sensor_bus::SensorBus;
 pub use servo_port::ServoPort;
 pub use store_flash::StoreFlash;
 pub use usb_link::{UsbDevice, UsbLink};
 
 bind_interrupts!(struct Irqs {
-    I2C1_EV => i2c::EventInterruptHandler<peripherals::I2C1>;
-    I2C1_ER => i2c::ErrorInterruptHandler<peripherals::I2C1>;
-    DMA1_STREAM6 => dma::InterruptHandler<peripherals::DMA1_CH6>;
-    DMA1_STREAM0 => dma::InterruptHandler<peripherals::DMA1_CH0>;
+    I2C1_EV => sensor_bus::Events;
+    I2C1_ER => sensor_bus::Errors;
     DMA2_STREAM0 => dma::InterruptHandler<peripherals::DMA2_CH0>;
     DMA2_STREAM3 => dma::InterruptHandler<peripherals::DMA2_CH3>;
     USART3 => usart::InterruptHandler<peripherals::USART3>, servo_port::TurnAround;
@@ -102,7 +102,7 @@ pub fn init(counters: &'static BusCounters) -> Board {
     let servos =
         servo_port::Parts { usart: p.USART3, rx: p.PC11, tx: p.PC10, tx_dma: p.DMA1_CH3, rx_dma: p.DMA1_CH1 };
     Board {
-        sensors: SensorBus::new(p.I2C1, p.PB8, p.PB7, p.DMA1_CH6, p.DMA1_CH0, counters),
+        sensors: SensorBus::new(p.I2C1, p.PB8, p.PB7, counters),
         servos: ServoPort::new(servos, p.PC9, p.PF15),
         inertial: InertialPort::new(inertial_port::Parts {
             spi: p.SPI1,

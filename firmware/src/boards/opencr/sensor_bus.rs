@@ -1,21 +1,24 @@
-//! The power sensors' bus, I2C1, which comes back from what bus and driver can run into.
+//! The power sensors' bus, I2C1, which comes back from whatever a bus can run into.
 //!
-//! The driver waits for a free bus inside a poll and starves every other task meanwhile, up to its time limit
-//! (embassy-rs/embassy#7052): so it is only asked when the bus is free. And its peripheral does not come back by itself from a
-//! timeout: so it is taken down, the bus is cleared by clocking the device that holds it (UM10204, 3.1.16), and the driver is set
+//! The HAL's driver sets the peripheral up; [`transfer`] moves the bytes. After a timeout, lost arbitration or a bus error the
+//! peripheral is taken down, the bus is cleared by clocking the device that holds it (UM10204, 3.1.16), and everything is set
 //! up anew. While the bus is held there is no driver at all: a transaction then looks at the lines and fails.
 
 mod parts;
+mod transfer;
 
 use embassy_stm32::i2c::Error;
-use embassy_stm32::peripherals::{DMA1_CH0, DMA1_CH6, I2C1, PB7, PB8};
+use embassy_stm32::peripherals::{I2C1, PB7, PB8};
 use embassy_stm32::{Peri, pac};
-use embassy_time::{Duration, Timer};
+use embassy_time::{Duration, Timer, with_timeout};
 use embedded_hal_async::i2c::{ErrorType, Operation};
 
 use crate::tasks::BusCounters;
-use parts::{Driver, Parts, Started};
+use parts::{Parts, Started};
+pub(super) use transfer::{Errors, Events};
 
+/// A transaction of five bytes takes 0.12 ms.
+const TIMEOUT: Duration = Duration::from_millis(1);
 /// The stop that ends a transaction takes some 2 µs.
 const FREE_WITHIN: Duration = Duration::from_micros(20);
 
@@ -33,17 +36,15 @@ impl SensorBus {
         i2c: Peri<'static, I2C1>,
         scl: Peri<'static, PB8>,
         sda: Peri<'static, PB7>,
-        tx_dma: Peri<'static, DMA1_CH6>,
-        rx_dma: Peri<'static, DMA1_CH0>,
         counters: &'static BusCounters,
     ) -> Self {
-        let parts = Parts::new(i2c, scl, sda, tx_dma, rx_dma);
+        let parts = Parts::new(i2c, scl, sda);
         Self { parts: Some(parts), started: None, has_run: false, counters }
     }
 
-    /// The driver, if the lines are free. The first time too: a board that was reset within a transaction finds a sensor
+    /// Sets the driver up, if the lines are free. The first time too: a board that was reset within a transaction finds a sensor
     /// that holds one.
-    async fn driver(&mut self) -> Result<&mut Driver, Error> {
+    async fn prepare(&mut self) -> Result<(), Error> {
         if let Some(parts) = &mut self.parts
             && parts.clear_lines().await
             && let Some(parts) = self.parts.take()
@@ -57,17 +58,11 @@ impl SensorBus {
         if self.started.is_some() && !is_free().await {
             self.stop();
         }
-        // From here on the flag means that this transaction was stopped.
-        pac::I2C1.icr().write(|register| register.set_stopcf(true));
-        self.started.as_mut().map(Started::driver).ok_or(Error::Bus)
+        if self.started.is_some() { Ok(()) } else { Err(Error::Bus) }
     }
 
     /// Takes the peripheral down where it cannot be trusted any more. The next transaction sets it up again.
     fn check<T>(&mut self, result: Result<T, Error>) -> Result<T, Error> {
-        let result = match result {
-            Err(Error::Timeout) if is_refused() => Err(Error::Nack),
-            other => other,
-        };
         match result {
             // A sensor that does not answer is no fault of the bus.
             Ok(_) | Err(Error::Nack | Error::ZeroLengthTransfer) => {}
@@ -97,38 +92,23 @@ async fn is_free() -> bool {
     !is_busy()
 }
 
-/// Whether what timed out was no fault of the bus, but a sensor that did not acknowledge.
-///
-/// A repeated start that is not acknowledged the driver does not see: it waits for the bytes alone, until its time is over. The
-/// peripheral has seen it, and ended the transaction with a stop (RM0385, I2C controller, NACK reception): the bus is free, and the
-/// flag is set, which a line that is held low does not let happen.
-fn is_refused() -> bool {
-    let status = pac::I2C1.isr().read();
-    status.stopf() && !status.busy()
-}
-
 impl ErrorType for SensorBus {
     type Error = Error;
 }
 
 impl embedded_hal_async::i2c::I2c for SensorBus {
-    async fn read(&mut self, address: u8, bytes: &mut [u8]) -> Result<(), Error> {
-        let result = self.driver().await?.read(address, bytes).await;
-        self.check(result)
-    }
-
     async fn write(&mut self, address: u8, bytes: &[u8]) -> Result<(), Error> {
-        let result = self.driver().await?.write(address, bytes).await;
-        self.check(result)
+        self.write_read(address, bytes, &mut []).await
     }
 
     async fn write_read(&mut self, address: u8, sent: &[u8], received: &mut [u8]) -> Result<(), Error> {
-        let result = self.driver().await?.write_read(address, sent, received).await;
-        self.check(result)
+        self.prepare().await?;
+        let result = with_timeout(TIMEOUT, transfer::transfer(address, sent, received)).await;
+        self.check(result.unwrap_or(Err(Error::Timeout)))
     }
 
-    async fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), Error> {
-        let result = self.driver().await?.transaction(address, operations).await;
-        self.check(result)
+    /// The sensors have registers: nothing else is asked of them.
+    async fn transaction(&mut self, _address: u8, _operations: &mut [Operation<'_>]) -> Result<(), Error> {
+        Err(Error::ZeroLengthTransfer)
     }
 }

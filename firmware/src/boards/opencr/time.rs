@@ -23,12 +23,18 @@ const FURTHEST: u64 = 1 << 31;
 struct Clock {
     /// Times that the counter has wrapped.
     wraps: CriticalSectionMutex<Cell<u64>>,
-    queue: CriticalSectionMutex<RefCell<Queue>>,
+    timers: CriticalSectionMutex<RefCell<Timers>>,
+}
+
+struct Timers {
+    queue: Queue,
+    /// When the alarm goes off, µs since start.
+    alarm: u64,
 }
 
 embassy_time_driver::time_driver_impl!(static CLOCK: Clock = Clock {
     wraps: CriticalSectionMutex::new(Cell::new(0)),
-    queue: CriticalSectionMutex::new(RefCell::new(Queue::new())),
+    timers: CriticalSectionMutex::new(RefCell::new(Timers { queue: Queue::new(), alarm: u64::MAX })),
 });
 
 impl Driver for Clock {
@@ -41,11 +47,17 @@ impl Driver for Clock {
         })
     }
 
+    /// A future that waits for several things asks for its time whenever one of them moves: only what is due before the alarm
+    /// concerns the timer.
     fn schedule_wake(&self, at: u64, waker: &Waker) {
-        self.queue.lock(|queue| {
-            let mut queue = queue.borrow_mut();
-            if queue.schedule_wake(at, waker) {
-                self.set_alarm(&mut queue);
+        self.timers.lock(|timers| {
+            let mut timers = timers.borrow_mut();
+            if timers.queue.schedule_wake(at, waker) && at < timers.alarm {
+                self.arm(&mut timers, at);
+                // What became due while it was being set does not fire.
+                if self.now() >= at {
+                    self.set_alarm(&mut timers);
+                }
             }
         });
     }
@@ -53,18 +65,21 @@ impl Driver for Clock {
 
 impl Clock {
     /// Wakes whoever is due and sets the alarm for the next.
-    fn set_alarm(&self, queue: &mut Queue) {
-        let mut next = queue.next_expiration(self.now());
-        while next != u64::MAX {
-            let now = self.now();
-            TIM5.ccr(ALARM).write_value(next.min(now.saturating_add(FURTHEST)) as u32);
-            // What became due while it was being set does not fire.
-            if self.now() < next {
-                break;
+    fn set_alarm(&self, timers: &mut Timers) {
+        loop {
+            let next = timers.queue.next_expiration(self.now());
+            self.arm(timers, next);
+            if next == u64::MAX || self.now() < next {
+                return;
             }
-            next = queue.next_expiration(self.now());
         }
-        TIM5.dier().modify(|register| register.set_ccie(ALARM, next != u64::MAX));
+    }
+
+    /// Sets the alarm; one that is too far away goes off earlier.
+    fn arm(&self, timers: &mut Timers, at: u64) {
+        timers.alarm = if at == u64::MAX { at } else { at.min(self.now().saturating_add(FURTHEST)) };
+        TIM5.ccr(ALARM).write_value(timers.alarm as u32);
+        TIM5.dier().modify(|register| register.set_ccie(ALARM, at != u64::MAX));
     }
 
     fn on_interrupt(&self) {
@@ -82,7 +97,7 @@ impl Clock {
             let mut clear = SrGp16(u32::MAX);
             clear.set_ccif(ALARM, false);
             TIM5.sr().write_value(clear);
-            self.queue.lock(|queue| self.set_alarm(&mut queue.borrow_mut()));
+            self.timers.lock(|timers| self.set_alarm(&mut timers.borrow_mut()));
         }
     }
 }

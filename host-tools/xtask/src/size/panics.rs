@@ -40,7 +40,11 @@ const KNOWN: [(&str, &str, &str); 23] = [
     ("firmware", "unwrap", "starting the first task: its pool has room for one, and it is started once"),
     ("defmt", "panic", "what panics without a message ends here"),
     ("defmt-rtt", "panic", "the logger is taken within a critical section and does not log itself"),
-    ("embassy-executor", "*", "a waker is of a task; a task is not polled while it is polled"),
+    (
+        "embassy-executor",
+        "*",
+        "a waker is of a task; a task is not polled while it is polled; sampling is started once",
+    ),
     ("embassy-futures", "*", "a select or join that has ended is not polled again"),
     ("futures-util", "*", "a select or map that has ended is not polled again"),
     ("embassy-hal-internal", "*", "an interrupt's priority is one of the chip's sixteen, a constant"),

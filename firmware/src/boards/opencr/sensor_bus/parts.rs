@@ -1,33 +1,30 @@
 //! What the driver is made of: it takes the parts, and gives them back when it stops. No second driver can be made of them
-//! meanwhile, which would use the same DMA channels.
+//! meanwhile.
 
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Flex, Pull, Speed};
 use embassy_stm32::i2c::{Config, I2c, Master};
-use embassy_stm32::mode::Async;
-use embassy_stm32::peripherals::{DMA1_CH0, DMA1_CH6, I2C1, PB7, PB8};
+use embassy_stm32::mode::Blocking;
+use embassy_stm32::peripherals::{I2C1, PB7, PB8};
 use embassy_stm32::time::Hertz;
 use embassy_time::{Duration, Timer};
 
-use crate::boards::opencr::Irqs;
+use super::transfer;
 use crate::parameters::SENSOR_BUS_HZ;
 
-/// A transaction of five bytes takes 0.12 ms.
-const TIMEOUT: Duration = Duration::from_millis(1);
 /// Half a period of the clock that clears the bus: 100 kHz.
 const HALF_PERIOD: Duration = Duration::from_micros(5);
 /// A device that holds the data line has at most eight bits and an acknowledgement left to send.
 const CLEARING_CLOCKS: usize = 9;
 
-pub(super) type Driver = I2c<'static, Async, Master>;
+/// Keeps clock and pins; it moves no bytes ([`super::transfer`]).
+type Driver = I2c<'static, Blocking, Master>;
 
-/// Peripheral, pins and channels, while no driver has them.
+/// Peripheral and pins, while no driver has them.
 pub(super) struct Parts {
     i2c: Peri<'static, I2C1>,
     scl: Peri<'static, PB8>,
     sda: Peri<'static, PB7>,
-    tx_dma: Peri<'static, DMA1_CH6>,
-    rx_dma: Peri<'static, DMA1_CH0>,
 }
 
 /// The driver with its parts, which nobody else reaches as long as it lives.
@@ -37,10 +34,6 @@ pub(super) struct Started {
 }
 
 impl Started {
-    pub(super) fn driver(&mut self) -> &mut Driver {
-        &mut self.driver
-    }
-
     /// Takes the peripheral down.
     pub(super) fn stop(self) -> Parts {
         let Self { driver, parts } = self;
@@ -50,14 +43,8 @@ impl Started {
 }
 
 impl Parts {
-    pub(super) fn new(
-        i2c: Peri<'static, I2C1>,
-        scl: Peri<'static, PB8>,
-        sda: Peri<'static, PB7>,
-        tx_dma: Peri<'static, DMA1_CH6>,
-        rx_dma: Peri<'static, DMA1_CH0>,
-    ) -> Self {
-        Self { i2c, scl, sda, tx_dma, rx_dma }
+    pub(super) fn new(i2c: Peri<'static, I2C1>, scl: Peri<'static, PB8>, sda: Peri<'static, PB7>) -> Self {
+        Self { i2c, scl, sda }
     }
 
     /// Sets the peripheral up.
@@ -65,20 +52,17 @@ impl Parts {
     pub(super) fn start(self) -> Started {
         let mut config = Config::default();
         config.frequency = Hertz(SENSOR_BUS_HZ);
-        config.timeout = TIMEOUT;
         // SAFETY: these are the only ones, taken by value; they are not used again before the driver that is made of their copies is
         // dropped, and its type gives them to nobody else. The pins' borrows in `clear_lines` have ended.
         let driver = unsafe {
-            I2c::new(
+            I2c::new_blocking(
                 self.i2c.clone_unchecked(),
                 self.scl.clone_unchecked(),
                 self.sda.clone_unchecked(),
-                self.tx_dma.clone_unchecked(),
-                self.rx_dma.clone_unchecked(),
-                Irqs,
                 config,
             )
         };
+        transfer::enable();
         Started { driver, parts: self }
     }
 
