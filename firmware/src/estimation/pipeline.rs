@@ -45,24 +45,14 @@ impl Pipeline {
     pub(super) fn new(coefficients: &Coefficients<f32, WHEELS>) -> Result<Self, Unfit> {
         let range = coefficients.robot.range;
         let window = Window { range, noise: coefficients.noise, period: PERIOD_S as f32 };
-        Ok(match coefficients.model {
-            Model::Signed { .. } if coefficients.ground_adapts => {
-                let ground = Ground { window: WINDOW_S as f32, ..Ground::usual() };
-                Self::Adapting(Adaptive::new(coefficients, &ground, PERIOD_S, TIMING.bucket_s)?)
+        match coefficients.model {
+            Model::Signed { .. } if coefficients.ground_adapts => adapting(coefficients),
+            Model::Signed { .. } if coefficients.columns.is_empty() => {
+                Estimator::new(coefficients, window, &TIMING).map(Self::Window)
             }
-            Model::Signed { .. } => {
-                let estimator = Estimator::new(coefficients, window, &TIMING)?;
-                if coefficients.columns.is_empty() {
-                    Self::Window(estimator)
-                } else {
-                    Self::Extended(estimator, Live::new(coefficients, PERIOD_S)?)
-                }
-            }
-            Model::Eq18 { .. } => {
-                let roots = RootMean { range };
-                Self::Roots(Estimator::new(coefficients, roots, &TIMING)?)
-            }
-        })
+            Model::Signed { .. } => extended(coefficients, window),
+            Model::Eq18 { .. } => Estimator::new(coefficients, RootMean { range }, &TIMING).map(Self::Roots),
+        }
     }
 
     /// Takes a sample, `elapsed` (s) after the one before by the buckets' count, and `beyond` (s) more by the clock.
@@ -91,4 +81,18 @@ impl Pipeline {
             Self::Roots(estimator) => estimator.energy(),
         }
     }
+}
+
+// Each by itself: in one function the compiler would move every field of each kind one by one, 70 KB of the image.
+
+#[inline(never)]
+fn adapting(coefficients: &Coefficients<f32, WHEELS>) -> Result<Pipeline, Unfit> {
+    let ground = Ground { window: WINDOW_S as f32, ..Ground::usual() };
+    Adaptive::new(coefficients, &ground, PERIOD_S, TIMING.bucket_s).map(Pipeline::Adapting)
+}
+
+#[inline(never)]
+fn extended(coefficients: &Coefficients<f32, WHEELS>, window: Window<f32>) -> Result<Pipeline, Unfit> {
+    let live = Live::new(coefficients, PERIOD_S)?;
+    Estimator::new(coefficients, window, &TIMING).map(|estimator| Pipeline::Extended(estimator, live))
 }

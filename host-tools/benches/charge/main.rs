@@ -23,6 +23,8 @@ fn main() -> ExitCode {
     let mut good = true;
     for (name, setting) in [
         ("sensor and capacity known, 15-30 °C", Setting::Known),
+        ("the same, with the curve of the battery's own make", Setting::OwnCurve),
+        ("the same, but from 65 to 80 % on and told 20 points too much", Setting::TooHigh),
         ("the board's firmware, told nothing, 0.5 A and more", Setting::Board),
         ("harsh: capacity ±3 %, gains 0.3 and 0.1 %, 5-35 °C", Setting::Harsh),
     ] {

@@ -3,8 +3,8 @@
 use firmware::measurement::BatteryMeter;
 use firmware::parameters::RAILS;
 use firmware::power_sensors::RailReading;
-use host_tools::plant::battery::{Battery, BatteryState};
-use model_core::charge::{Charge, Gauge, Pack, Start};
+use host_tools::plant::battery::{Battery, BatteryState, CURVE};
+use model_core::charge::{Charge, Curve, Gauge, Pack, Point, Start};
 use rand::RngExt as _;
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
@@ -28,6 +28,10 @@ pub(crate) enum Setting {
     Known,
     /// The capacity is 3 % off at most, the gains by 0.3 % (current) and 0.1 % (voltage, one standard deviation), at 5 to 35 °C.
     Harsh,
+    /// As known, and the gauge has this make's curve, as `open_circuit_v` of robot.toml tells it; not its hysteresis.
+    OwnCurve,
+    /// As known, but from 65 to 80 % on, and told 20 points too much.
+    TooHigh,
     /// As known, but by the board's firmware: told nothing, behind its sensor's shunt, on a robot that never draws less than half an ampere.
     Board,
 }
@@ -124,8 +128,9 @@ pub(crate) fn discharge(seed: u64, setting: Setting) -> Discharge {
         ambient_c: if harsh { within(5.0, 35.0) } else { within(15.0, 30.0) },
         curve_offset_v: 0.0,
     };
-    let start = within(0.85, 1.0);
-    let told = Charge { share: (start - 0.2) as f32, std: 0.2 };
+    let too_high = setting == Setting::TooHigh;
+    let start = if too_high { within(0.65, 0.8) } else { within(0.85, 1.0) };
+    let told = Charge { share: (if too_high { start + 0.2 } else { start - 0.2 }) as f32, std: 0.2 };
     let mut normal = || -> f64 { (0..12).map(|_| within(0.0, 1.0)).sum::<f64>() - 6.0 };
     let (current_gain, voltage_gain) =
         if harsh { (1.0 + 0.003 * normal(), 1.0 + 0.001 * normal()) } else { (1.0, 1.0) };
@@ -133,7 +138,13 @@ pub(crate) fn discharge(seed: u64, setting: Setting) -> Discharge {
     let mut follower = if board {
         Follower::Board(Box::default())
     } else {
-        Follower::Gauge(Box::new(Gauge::new(Pack::turtlebot3(), Start::Known(told))))
+        let mut pack = Pack::turtlebot3();
+        if setting == Setting::OwnCurve {
+            let points =
+                CURVE.map(|(charge, voltage)| Point { charge: charge as f32, voltage: voltage as f32 });
+            pack.curve = Curve::new(points).expect("the plant's curve rises");
+        }
+        Follower::Gauge(Box::new(Gauge::new(pack, Start::Known(told))))
     };
     let (least_a, shunt_ohm) = if board { (0.5, f64::from(RAILS[0].shunt.ohm)) } else { (0.02, 0.0) };
     let mut state: BatteryState = battery.at(start);

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::ending::{Each, Ending};
 use crate::error::{Error, Result};
 use crate::format::Format;
-use crate::topic::Topic;
+use crate::topic::{Encoding, Topic};
 use crate::{cdr, folder, mcap_file, sqlite, ulog};
 
 /// Topics and messages of a file, or of the files of a folder.
@@ -106,12 +106,14 @@ impl Bag {
     /// Damage.
     pub fn names(&self, topic: usize) -> Result<Vec<String>> {
         const LOOKED_AT: usize = 100;
-        let crate::Encoding::Cdr { definition } = &self.topics[topic].encoding else { return Ok(Vec::new()) };
-        let layout = cdr::Layout::of(&self.topics[topic].kind, definition)?;
+        let Encoding::Ros { definition, serialization } = &self.topics[topic].encoding else {
+            return Ok(Vec::new());
+        };
+        let layout = cdr::Layout::of(&self.topics[topic].kind, definition, *serialization)?;
         let mut found: Vec<String> = Vec::new();
         let mut left = LOOKED_AT;
         self.read(&[topic], &mut |_, _, message| {
-            for name in cdr::names(&layout, message)? {
+            for name in cdr::names(&layout, *serialization, message)? {
                 if !found.contains(&name) {
                     found.push(name);
                 }

@@ -11,6 +11,29 @@ pub enum Cell {
     Text(String),
 }
 
+impl Cell {
+    /// Whether the row has it.
+    pub(crate) fn is_there(&self) -> bool {
+        !matches!(self, Self::Number(number) if number.is_nan())
+    }
+
+    /// As a number; NaN for what is none.
+    pub(crate) fn number(&self) -> f64 {
+        match self {
+            Self::Number(number) => *number,
+            Self::Text(text) => text.trim().parse().unwrap_or(f64::NAN),
+        }
+    }
+
+    /// As a text.
+    pub(crate) fn text(&self) -> String {
+        match self {
+            Self::Number(number) => number.to_string(),
+            Self::Text(text) => text.clone(),
+        }
+    }
+}
+
 /// Hands out the columns first, then each row.
 pub trait Taker {
     /// Gets the columns' names, once.

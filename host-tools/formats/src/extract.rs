@@ -18,7 +18,7 @@ pub struct Extractor {
 
 #[derive(Debug)]
 enum How {
-    Cdr(Walker),
+    Ros(Walker),
     Json(Vec<Vec<Step>>),
     Packed(Vec<(Primitive, usize)>),
 }
@@ -47,10 +47,10 @@ impl Extractor {
             Error::Choice(format!("topic {} ({kind}) has no number {path}; it has: {has}", topic.name))
         };
         let how = match &topic.encoding {
-            Encoding::Cdr { definition } => {
-                let layout = Layout::of(&topic.kind, definition)?;
+            Encoding::Ros { definition, serialization } => {
+                let layout = Layout::of(&topic.kind, definition, *serialization)?;
                 let steps: Vec<&[Step]> = all.iter().map(|field| &field.steps[..]).collect();
-                How::Cdr(Walker::new(&layout, &steps).map_err(refuse)?)
+                How::Ros(Walker::new(&layout, *serialization, &steps).map_err(refuse)?)
             }
             Encoding::Json { .. } => How::Json(all.iter().map(|field| field.steps.clone()).collect()),
             Encoding::Packed { fields: packed } => {
@@ -71,7 +71,7 @@ impl Extractor {
     /// The message is not what its topic says.
     pub fn numbers(&mut self, message: &[u8]) -> Result<&[f64]> {
         match &mut self.how {
-            How::Cdr(walker) => walker.numbers(message, &mut self.taken)?,
+            How::Ros(walker) => walker.numbers(message, &mut self.taken)?,
             How::Json(paths) => {
                 let message = json::parse(message)?;
                 for (taken, path) in self.taken.iter_mut().zip(paths) {
@@ -106,7 +106,9 @@ impl Extractor {
 /// A topic whose messages cannot be read.
 pub fn paths(topic: &Topic) -> Result<Vec<String>> {
     match &topic.encoding {
-        Encoding::Cdr { definition } => Ok(Layout::of(&topic.kind, definition)?.paths()),
+        Encoding::Ros { definition, serialization } => {
+            Ok(Layout::of(&topic.kind, definition, *serialization)?.paths())
+        }
         Encoding::Json { schema } => Ok(json::paths(schema)),
         Encoding::Packed { fields } => Ok(fields.iter().map(|field| field.name.clone()).collect()),
         Encoding::Other(_) => Err(unreadable(topic)),
@@ -119,7 +121,7 @@ fn unreadable(topic: &Topic) -> Error {
         _ => "",
     };
     Error::Unsupported(format!(
-        "topic {} ({}) is written as {how}; expected CDR with a definition in ros2msg, or JSON with a schema",
+        "topic {} ({}) is written as {how}; expected CDR with a definition in ros2msg, messages of ROS 1 with one in ros1msg, or JSON with a schema",
         topic.name, topic.kind
     ))
 }

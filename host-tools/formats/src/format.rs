@@ -68,7 +68,7 @@ impl Format {
             Self::Lz4 => "lz4 -d",
             Self::Ros1 => {
                 return Err(crate::Error::Unsupported(
-                    "is a bag of ROS 1; expected one of ROS 2 (rosbags-convert --src old.bag --dst new)"
+                    "is a bag of ROS 1; expected it as MCAP (mcap convert old.bag new.mcap) or of ROS 2 (rosbags-convert)"
                         .to_owned(),
                 ));
             }

@@ -12,7 +12,7 @@ use mcap::{MAGIC, McapError};
 
 use crate::ending::{Each, Ending};
 use crate::error::{Error, Result};
-use crate::topic::{Encoding, Topic};
+use crate::topic::{Encoding, Serialization, Topic};
 
 /// Bytes of the longest record: a point cloud or picture has some ten million.
 const LONGEST: usize = 128 << 20;
@@ -95,10 +95,12 @@ fn add(
     }
     let (kind, schema_as, data) = schema.unwrap_or(("no schema", "", b""));
     let text = || String::from_utf8_lossy(data).into_owned();
+    let ros = |definition, serialization| Encoding::Ros { definition, serialization };
     let encoding = match (messages_as, schema_as) {
-        ("cdr", "ros2msg") => Encoding::Cdr { definition: text() },
+        ("cdr", "ros2msg") => ros(text(), Serialization::Cdr),
+        ("ros1", "ros1msg") => ros(text(), Serialization::Ros1),
         ("cdr", _) => match crate::cdr::known_definition(kind) {
-            Some(definition) => Encoding::Cdr { definition },
+            Some(definition) => ros(definition, Serialization::Cdr),
             None => Encoding::Other(format!("cdr with a schema in {schema_as:?}")),
         },
         ("json", "jsonschema" | "") => Encoding::Json { schema: text() },

@@ -9,7 +9,7 @@ use rusqlite::{Connection, OpenFlags};
 use crate::cdr;
 use crate::ending::{Each, Ending};
 use crate::error::{Error, Result};
-use crate::topic::{Encoding, Topic};
+use crate::topic::{Encoding, Serialization, Topic};
 
 fn damaged(error: rusqlite::Error) -> Error {
     match error {
@@ -53,7 +53,9 @@ pub(crate) fn topics(path: &Path) -> Result<Vec<Topic>> {
         }
         let definition = definitions.get(&kind).cloned().or_else(|| cdr::known_definition(&kind));
         let encoding = match definition {
-            Some(definition) if format == "cdr" => Encoding::Cdr { definition },
+            Some(definition) if format == "cdr" => {
+                Encoding::Ros { definition, serialization: Serialization::Cdr }
+            }
             None if format == "cdr" => Encoding::Other("cdr without a definition in the bag".to_owned()),
             _ => Encoding::Other(format),
         };

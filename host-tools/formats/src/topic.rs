@@ -1,12 +1,16 @@
 //! A topic of a bag.
 
+pub use crate::cdr::Serialization;
+
 /// How a topic's messages are written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Encoding {
-    /// CDR, by a definition in the language of ROS 2's `.msg` files.
-    Cdr {
+    /// As ROS writes messages, by a definition in the language of its `.msg` files.
+    Ros {
         /// The definition, with those that it needs behind it.
         definition: String,
+        /// Of which ROS.
+        serialization: Serialization,
     },
     /// JSON objects, by a JSON schema.
     Json {
@@ -38,7 +42,7 @@ pub struct PackedField {
 pub struct Topic {
     /// With its slash, as ROS writes it; in a ULog the message's name, with `.1`, `.2` … for further instances.
     pub name: String,
-    /// The messages' type, `sensor_msgs/msg/JointState`.
+    /// The messages' type, `sensor_msgs/msg/JointState`; of ROS 1 without `msg`.
     pub kind: String,
     /// How they are written.
     pub encoding: Encoding,

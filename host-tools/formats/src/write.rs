@@ -14,13 +14,10 @@ use parquet::schema::types::Type;
 
 use crate::cell::Cell;
 use crate::error::{Error, Result};
-use crate::table::TIME;
+use crate::json_rows::{ENCODING, JsonRows, SCHEMA, SCHEMA_ENCODING, TOPIC};
 
 /// Rows of a group: its columns are held until it is full.
 const GROUP: usize = 1 << 16;
-
-/// The topic of [`Mcap`].
-pub const TOPIC: &str = "/log";
 
 fn failed(error: impl std::fmt::Display) -> Error {
     Error::Io(std::io::Error::other(error.to_string()))
@@ -69,14 +66,14 @@ impl<W: Write + Send> Parquet<W> {
         let mut place = 0;
         while let Some(mut column) = group.next_column()? {
             let cells = self.rows.iter().map(|row| &row[place]);
-            let levels: Vec<i16> = cells.clone().map(|cell| i16::from(is_there(cell))).collect();
-            let there = cells.filter(|cell| is_there(cell));
+            let levels: Vec<i16> = cells.clone().map(|cell| i16::from(cell.is_there())).collect();
+            let there = cells.filter(|cell| cell.is_there());
             if self.is_text[place] {
                 let texts: Vec<ByteArray> =
-                    there.map(|cell| ByteArray::from(text(cell).as_bytes())).collect();
+                    there.map(|cell| ByteArray::from(cell.text().as_bytes())).collect();
                 column.typed::<ByteArrayType>().write_batch(&texts, Some(&levels), None)?;
             } else {
-                let numbers: Vec<f64> = there.map(number).collect();
+                let numbers: Vec<f64> = there.map(Cell::number).collect();
                 column.typed::<DoubleType>().write_batch(&numbers, Some(&levels), None)?;
             }
             column.close()?;
@@ -99,32 +96,12 @@ impl<W: Write + Send> Parquet<W> {
     }
 }
 
-fn is_there(cell: &Cell) -> bool {
-    !matches!(cell, Cell::Number(number) if number.is_nan())
-}
-
-fn number(cell: &Cell) -> f64 {
-    match cell {
-        Cell::Number(number) => *number,
-        Cell::Text(text) => text.trim().parse().unwrap_or(f64::NAN),
-    }
-}
-
-fn text(cell: &Cell) -> String {
-    match cell {
-        Cell::Number(number) => number.to_string(),
-        Cell::Text(text) => text.clone(),
-    }
-}
-
 /// Rows as messages of one topic.
 pub struct Mcap<W: Write + Seek> {
     writer: mcap::Writer<W>,
     channel: u16,
-    columns: Vec<String>,
-    is_text: Vec<bool>,
+    rows: JsonRows,
     sequence: u32,
-    message: Vec<u8>,
 }
 
 impl<W: Write + Seek> Mcap<W> {
@@ -133,27 +110,12 @@ impl<W: Write + Seek> Mcap<W> {
     /// # Errors
     /// What cannot be written; no column of time.
     pub fn new(to: W, columns: &[String], is_text: &[bool]) -> Result<Self> {
-        if !columns.iter().any(|column| column == TIME) {
-            return Err(Error::Choice(format!(
-                "has no column {TIME}; expected one, as messages need a time"
-            )));
-        }
-        let properties: serde_json::Map<_, _> = columns
-            .iter()
-            .zip(is_text)
-            .map(|(name, is_text)| {
-                let kind = if *is_text { "string" } else { "number" };
-                (name.clone(), serde_json::json!({ "type": kind }))
-            })
-            .collect();
-        let schema = serde_json::json!({ "type": "object", "properties": properties }).to_string();
+        let rows = JsonRows::new(columns, is_text)?;
         let options = WriteOptions::new().compression(Some(Compression::Zstd)).profile("").library("gmr");
         let mut writer = options.create(to).map_err(failed)?;
-        let schema = writer.add_schema("log", "jsonschema", schema.as_bytes()).map_err(failed)?;
-        let channel = writer.add_channel(schema, TOPIC, "json", &std::collections::BTreeMap::new());
-        let channel = channel.map_err(failed)?;
-        let (columns, is_text) = (columns.to_vec(), is_text.to_vec());
-        Ok(Self { writer, channel, columns, is_text, sequence: 0, message: Vec::new() })
+        let schema = writer.add_schema(SCHEMA, SCHEMA_ENCODING, rows.schema().as_bytes()).map_err(failed)?;
+        let channel = writer.add_channel(schema, TOPIC, ENCODING, &std::collections::BTreeMap::new());
+        Ok(Self { writer, channel: channel.map_err(failed)?, rows, sequence: 0 })
     }
 
     /// Adds a row; its time is that of the message, counted from 1970.
@@ -161,35 +123,15 @@ impl<W: Write + Seek> Mcap<W> {
     /// # Errors
     /// What cannot be written.
     pub fn row(&mut self, row: &[Cell]) -> Result<()> {
-        self.message.clear();
-        let mut time = 0.0;
-        for ((name, is_text), cell) in self.columns.iter().zip(&self.is_text).zip(row) {
-            if name == TIME {
-                time = number(cell);
-            }
-            if !is_there(cell) {
-                continue;
-            }
-            self.message.push(if self.message.is_empty() { b'{' } else { b',' });
-            serde_json::to_writer(&mut self.message, name).map_err(failed)?;
-            self.message.push(b':');
-            let written = if *is_text {
-                serde_json::to_writer(&mut self.message, &text(cell))
-            } else {
-                serde_json::to_writer(&mut self.message, &number(cell))
-            };
-            written.map_err(failed)?;
-        }
-        self.message.extend_from_slice(if self.message.is_empty() { b"{}" } else { b"}" });
-        let log_time = (time.max(0.0) * 1e9) as u64;
+        let row = self.rows.row(row)?;
         let header = MessageHeader {
             channel_id: self.channel,
             sequence: self.sequence,
-            log_time,
-            publish_time: log_time,
+            log_time: row.time_ns,
+            publish_time: row.time_ns,
         };
         self.sequence = self.sequence.wrapping_add(1);
-        self.writer.write_to_known_channel(&header, &self.message).map_err(failed)
+        self.writer.write_to_known_channel(&header, row.message).map_err(failed)
     }
 
     /// Ends the file.

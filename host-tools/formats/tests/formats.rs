@@ -1,11 +1,15 @@
 //! Logs of writers that are not ours (tests/data/make.py), and what is wrong with logs.
 
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use log_formats::merge::{Clock, Merged, Request, merge};
 use log_formats::table::{self, Cell, Taker};
 use log_formats::write::{Mcap, Parquet};
 use log_formats::{Bag, Ending, Error, Field, Result, paths};
+
+/// When the drive of tests/data began.
+const START_NS: i64 = 1_760_000_000_000_000_000;
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
@@ -81,6 +85,70 @@ fn the_same_drive_in_every_format_has_the_same_numbers() {
     };
     let found: Vec<Vec<f64>> = table.rows.iter().map(numbers).collect();
     assert_eq!(found, expected);
+}
+
+/// What MCAP's writer in TypeScript leaves (make_third.mjs): with every index, without any, without chunks, and of ROS 1.
+#[test]
+fn the_same_drive_in_every_form_of_mcap_has_the_same_numbers() {
+    let expected = &csv()[..200];
+    let ros = request(
+        &["/joint_states:velocity[wheel_left_joint]", "/joint_states:velocity[wheel_right_joint]"],
+        &["/power:data", "/total_mass:data"],
+    );
+    for file in ["core-zstd.mcap", "core-bare.mcap", "core-plain.mcap", "core-ros1.mcap"] {
+        let bag = Bag::open(&data(file), false).unwrap();
+        let (found, merged) = rows(&bag, &ros).unwrap();
+        assert_eq!((found.len(), merged.ending, merged.start_ns), (200, Ending::Whole, START_NS), "{file}");
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found[0] - expected[0]).abs() < 1e-9, "{file}");
+            assert_eq!(found[1..], expected[1..], "{file}");
+        }
+    }
+}
+
+/// The examples that MCAP's makers publish with their crate: an excerpt of their demo.bag, messages of ROS 1. The expected numbers are those of
+/// their own reader (PyPI: mcap 1.6.0, mcap-ros1-support 0.9.0; `iter_decoded_messages` with `log_time_order=False`).
+#[test]
+fn the_examples_of_its_makers_are_read() {
+    let Some(folder) = makers_folder() else {
+        // As tests/suite/common/skipped.rs says it.
+        let why = "the source of the crate mcap is not in cargo's registry";
+        let _ = writeln!(std::io::stdout(), "\nSKIPPED: formats::the_examples_of_its_makers_are_read: {why}");
+        return;
+    };
+    for file in ["compressed.mcap", "uncompressed.mcap"] {
+        let bag = Bag::open(&folder.join(file), false).unwrap();
+        let topics: Vec<_> = bag.topics().iter().map(|topic| (&topic.name[..], topic.messages)).collect();
+        assert_eq!(topics, [("/diagnostics", Some(52)), ("/tf", Some(774))], "{file}");
+        let frame = "/tf:transforms[0]";
+        let of = |path: &str| format!("{frame}.{path}");
+        let (x, stamp) = (of("transform.translation.x"), of("header.stamp.nanosec"));
+        let (found, merged) = rows(&bag, &request(&[&x, &stamp], &[])).unwrap();
+        // 22 were received together with the one before them.
+        assert_eq!((found.len(), merged.out_of_order), (752, 22), "{file}");
+        assert_eq!(merged.start_ns, 1_490_149_580_103_843_113, "{file}");
+        let sums = |rows: &[Vec<f64>]| [1, 2].map(|place| rows.iter().map(|row| row[place]).sum::<f64>());
+        let [x, stamps] = sums(&found);
+        assert!((x - 2883.92).abs() < 1e-9 && stamps == 376_850_057_106.0, "{file}: {x} {stamps}");
+        let status = ["/diagnostics:header.seq", "/diagnostics:status[0].level"];
+        let (found, merged) = rows(&bag, &request(&status, &[])).unwrap();
+        // By the stamp in their headers.
+        assert_eq!((found.len(), merged.start_ns), (52, 1_490_149_580_113_375_843), "{file}");
+        assert_eq!(sums(&found), [280_907.0, 3.0], "{file}");
+    }
+}
+
+/// Where cargo keeps the source of the crate that this one reads MCAP with; `None` where it comes from elsewhere than a registry.
+fn makers_folder() -> Option<PathBuf> {
+    let lock = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../Cargo.lock");
+    let lock = std::fs::read_to_string(lock).unwrap();
+    let (_, version) = lock.split_once("name = \"mcap\"\nversion = \"").unwrap();
+    let (version, _) = version.split_once('"').unwrap();
+    let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
+    let home = home.or_else(|| std::env::home_dir().map(|home| home.join(".cargo")))?;
+    let registries = home.join("registry/src").read_dir().ok()?;
+    let folders = registries.flatten().map(|found| found.path().join(format!("mcap-{version}/tests/data")));
+    folders.into_iter().find(|folder| folder.is_dir())
 }
 
 /// Charge is published every fourth of the base's times and falls by the same in each: what lies between is on the straight line. Behind the

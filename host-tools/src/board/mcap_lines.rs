@@ -2,9 +2,9 @@
 
 use std::io::{Seek, Write};
 
-use log_formats::table::Cell;
 use log_formats::write::Mcap;
 
+use super::lines::{cells, names};
 use crate::error::{Error, Result};
 
 /// Takes the recorder's lines; the file is whole only when it was [finished](Self::finish), and read up to where it breaks off with
@@ -32,16 +32,13 @@ impl<W: Write + Seek> McapLines<W> {
     pub fn append(&mut self, lines: &str) -> Result<()> {
         let mut lines = lines.lines();
         if let Some(to) = self.to.take() {
-            let names: Vec<String> = lines.next().unwrap_or("").split(',').map(str::to_owned).collect();
+            let names = names(lines.next().unwrap_or(""));
             let is_text = vec![false; names.len()];
             self.writer = Some(Mcap::new(to, &names, &is_text).map_err(|error| failed(&error))?);
         }
         let Some(writer) = &mut self.writer else { return Ok(()) };
         for line in lines {
-            // What is not known is empty.
-            let row: Vec<Cell> =
-                line.split(',').map(|field| Cell::Number(field.parse().unwrap_or(f64::NAN))).collect();
-            writer.row(&row).map_err(|error| failed(&error))?;
+            writer.row(&cells(line)).map_err(|error| failed(&error))?;
         }
         Ok(())
     }

@@ -5,6 +5,8 @@ pub mod client;
 pub mod dfu;
 pub mod flasher;
 pub mod image_file;
+mod lines;
+pub mod live_view;
 pub mod mcap_lines;
 pub mod probe;
 pub mod recorder;

@@ -11,6 +11,7 @@ use firmware::power_sensors::Health;
 use serde::Serialize;
 
 use crate::board::client::{Board, Client};
+use crate::board::live_view::{ADDRESS, LiveView};
 use crate::board::mcap_lines::McapLines;
 use crate::board::recorder::{self, Ending, Options, Progress, Recording};
 use crate::board::serial::Serial;
@@ -22,7 +23,7 @@ use crate::progress::RecordProgress;
 /// Arguments of `gmr record`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  gmr record --port /dev/ttyACM0 --mass 1.0 --out empty.csv\n  gmr record --port /dev/ttyACM0 --format mcap --out run.mcap"
+    after_help = "Examples:\n  gmr record --port /dev/ttyACM0 --mass 1.0 --out empty.csv\n  gmr record --port /dev/ttyACM0 --format mcap --out run.mcap\n  gmr record --port /dev/ttyACM0 --out run.mcap --foxglove"
 )]
 pub(crate) struct Arguments {
     /// The board's serial port, for example /dev/ttyACM0
@@ -34,6 +35,9 @@ pub(crate) struct Arguments {
     /// As what: MCAP with messages in JSON is opened by PlotJuggler and Foxglove without ROS [default: by the name's ending, else csv]
     #[arg(long, value_enum)]
     format: Option<Format>,
+    /// Show each sample live over Foxglove's WebSocket as well, as the message of --format mcap (feature foxglove)
+    #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = ADDRESS)]
+    foxglove: Option<String>,
     /// Length of the log on the board's clock, s [default: until Ctrl-C]
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     duration: Option<f64>,
@@ -76,6 +80,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         let message = "exists already; expected another name, or --force to write over it";
         return Err(Error::failed(message).in_file(&arguments.out));
     }
+    let mut live = arguments.foxglove.as_deref().map(LiveView::open).transpose()?;
+    if let Some(live) = &live {
+        eprintln!("live view: {}", live.url());
+    }
     let at_port = |error: Error| error.in_file(&arguments.port);
     let (mut client, board) = Client::connect(Serial::open(&arguments.port)?).map_err(at_port)?;
     let stopped = interrupt::catch();
@@ -84,13 +92,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut log =
         Log { path: &arguments.out, force: arguments.force, format, file: None, mcap: None, whole: 0 };
     let mut bar = RecordProgress::new(options.duration);
-    let result =
-        recorder::record(&mut client, &board, &options, &mut |lines| log.append(lines), &mut |now| {
-            bar.at(now.elapsed, || describe(now));
-            if stopped.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
+    let mut take = |lines: &str| {
+        log.append(lines)?;
+        live.as_mut().map_or(Ok(()), |live| live.append(lines))
+    };
+    let result = recorder::record(&mut client, &board, &options, &mut take, &mut |now| {
+        bar.at(now.elapsed, || describe(now));
+        if stopped.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
     bar.finish();
     log.finish()?;
+    if let Some(live) = live {
+        live.finish();
+    }
     match result {
         Ok(recording) if recording.rows > 0 => report(arguments, &board, recording, client.retries()),
         Ok(_) => Err(Error::failed("stopped before the first sample").in_file(&arguments.port)),

@@ -6,7 +6,7 @@
 
 /// Open-circuit voltage of a cell Samsung INR21700-40T over charge, discharged and charged at C/20 and room temperature, the mean of both
 /// (S. Sunil, K. R. Pattipati, B. Balasingam, IEEE Transactions on Instrumentation and Measurement, 2025).
-const CURVE: [(f64, f64); 10] = [
+pub const CURVE: [(f64, f64); 10] = [
     (0.0, 2.5000),
     (0.0050, 2.8080),
     (0.0352, 3.1179),

@@ -141,7 +141,7 @@ class Told:
         self.rows = list(csv.DictReader(open(os.path.join(folder, "log.csv"))))
         self.name, self.message = name, message
         arguments = ["--wheels", "topic", "--speed", str(SPEED), "--domain", str(DOMAIN), "--json"]
-        self.states, self.next = [], 0
+        self.states, self.next, self.torn = [], 0, ""
         with open(os.path.join(folder, "states.jsonl"), "w") as to:
             self.running = node(gmr, folder, *arguments, robot=robot, stdout=to)
         self.out = open(os.path.join(folder, "states.jsonl"))
@@ -152,7 +152,8 @@ class Told:
         self.began = time.time() - self.states[-1]["time_s"] / SPEED
 
     def look(self):
-        lines = self.out.readlines()
+        # A line may be half written: the rest comes with the next look.
+        *lines, self.torn = (self.torn + self.out.read()).split("\n")
         self.states += [json.loads(line) for line in lines]
         return lines
 

@@ -69,6 +69,21 @@ fn the_same_drive_fits_to_the_same_coefficients_in_every_format() {
     }
 }
 
+/// As a third writer of MCAP leaves it, ROS 1's messages among them: the bytes are those of the same rows as text.
+#[test]
+fn every_form_of_mcap_becomes_the_same_text() {
+    let bench = bench();
+    copy(&bench, "drive.csv");
+    let head: String = bench.text("drive.csv").split_inclusive('\n').take(201).collect();
+    bench.put("head.csv", head);
+    bench.done(&["convert", "head.csv", "--out", "expected.csv"]);
+    for log in ["core-zstd.mcap", "core-bare.mcap", "core-plain.mcap", "core-ros1.mcap"] {
+        copy(&bench, log);
+        bench.done(&["convert", "--robot", "robot.toml", log, "--out", "found.csv", "--force"]);
+        assert!(bench.text("found.csv") == bench.text("expected.csv"), "{log}");
+    }
+}
+
 /// What other commands do with a bag is what they do with its rows.
 #[test]
 fn every_command_reads_a_bag_as_its_rows() {

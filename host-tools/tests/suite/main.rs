@@ -45,6 +45,8 @@ mod hostile_board;
 mod inspect;
 mod json;
 mod ladder;
+#[cfg(all(unix, feature = "foxglove"))]
+mod live_view;
 mod log;
 mod look;
 mod network_seeds;

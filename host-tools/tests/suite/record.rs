@@ -608,6 +608,15 @@ mod command {
         assert!(ran.code == Some(2) && ran.stderr.contains("expected HOST:PORT"), "{}", ran.stderr);
     }
 
+    /// Without the feature the command says how it is built with it, before it looks for a board.
+    #[cfg(not(feature = "foxglove"))]
+    #[test]
+    fn a_live_view_is_a_feature() {
+        let bench = Bench::new();
+        let ran = bench.gmr(&["record", "--port", "no-such-port", "--out", "run.csv", "--foxglove"]);
+        assert!(ran.code == Some(2) && ran.stderr.contains("--features foxglove"), "{}", ran.stderr);
+    }
+
     /// Windows a second through a pseudo terminal, printed; run with `--release --ignored --nocapture`.
     #[test]
     #[ignore = "a measurement"]

@@ -18,6 +18,7 @@ mod size;
 mod steps;
 mod test;
 mod test_fleet;
+mod test_live;
 mod test_node;
 
 use std::process::ExitCode;
@@ -32,6 +33,8 @@ usage: cargo xtask <command>
   test-fleet [--yes]
          sums on Spark and Ray, executors and workers as processes of their own, and logs in a
          bucket; needs Java, and a gigabyte from PyPI
+  test-live
+         gmr record --foxglove beside WebSocket clients that are not ours (PyPI's websockets)
   test-node
          gmr node beside a DDS peer that is not ours (PyPI's cyclonedds), in real time
   demo [--yes]
@@ -67,6 +70,7 @@ fn main() -> ExitCode {
         ["test", "--yes"] => test::run(Consent::Given),
         ["test-fleet"] => test_fleet::run(Consent::Ask),
         ["test-fleet", "--yes"] => test_fleet::run(Consent::Given),
+        ["test-live"] => test_live::run(),
         ["test-node"] => test_node::run(),
         ["demo"] => demo::run(Consent::Ask),
         ["demo", "--yes"] => demo::run(Consent::Given),

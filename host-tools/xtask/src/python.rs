@@ -16,6 +16,12 @@ const ENGINES: &str = "host-tools/python/engines/requirements.txt";
 /// What the DDS peer needs.
 const PEER: &str = "host-tools/tests/node/requirements.txt";
 
+/// What writes the logs of `cargo xtask bench logs`.
+const LOGS: &str = "host-tools/benches/logs/requirements.txt";
+
+/// What the clients of a live view need.
+const LIVE: &str = "host-tools/tests/live/requirements.txt";
+
 /// The environment that `host-tools/python/tests/pytest.rs` looks for; made anew where the requirements have changed.
 ///
 /// # Errors
@@ -30,6 +36,22 @@ pub(crate) fn environment() -> Result<PathBuf, Stop> {
 /// As [`environment`].
 pub(crate) fn peer() -> Result<PathBuf, Stop> {
     environment_of("node-python/venv", PEER)
+}
+
+/// The environment that the clients of `host-tools/tests/suite/live_view.rs` run in.
+///
+/// # Errors
+/// As [`environment`].
+pub(crate) fn live() -> Result<PathBuf, Stop> {
+    environment_of("live-python/venv", LIVE)
+}
+
+/// The environment of the bench `logs`.
+///
+/// # Errors
+/// As [`environment`].
+pub(crate) fn logs() -> Result<PathBuf, Stop> {
+    environment_of("logs-python/venv", LOGS)
 }
 
 /// The environment of `cargo xtask test-fleet` and of the bench `fleet`.

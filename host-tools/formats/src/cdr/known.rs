@@ -75,13 +75,13 @@ const DEFINITIONS: [(&str, &str); 18] = [
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cdr::Layout;
+    use crate::cdr::{Layout, Serialization};
 
     #[test]
     fn each_stands_for_itself() {
         for (name, _) in DEFINITIONS {
             let kind = name.replace('/', "/msg/");
-            let layout = Layout::of(&kind, &definition(&kind).unwrap()).unwrap();
+            let layout = Layout::of(&kind, &definition(&kind).unwrap(), Serialization::Cdr).unwrap();
             assert!(!layout.paths().is_empty(), "{name}");
         }
         assert!(definition("p/msg/Other").is_none());

@@ -3,7 +3,7 @@
 use re_ros_msg::MessageSchema;
 use re_ros_msg::message_spec::{ArraySize, BuiltInType, ComplexType, MessageSpecification, Type};
 
-use super::Primitive;
+use super::{Primitive, Serialization};
 use crate::error::{Error, Result};
 
 /// Messages within messages: ROS's own go to six.
@@ -29,7 +29,7 @@ impl Layout {
     ///
     /// # Errors
     /// A definition that is none, lacks a type that it uses, or holds itself.
-    pub(crate) fn of(kind: &str, definition: &str) -> Result<Self> {
+    pub(crate) fn of(kind: &str, definition: &str, serialization: Serialization) -> Result<Self> {
         let absurd = |why: String| Error::Damaged(format!("the definition of {kind} {why}"));
         if definition.len() > LONGEST {
             return Err(absurd(format!("has {} bytes; expected {LONGEST} at most", definition.len())));
@@ -38,7 +38,7 @@ impl Layout {
             let why: Vec<String> = error.chain().skip(1).map(ToString::to_string).collect();
             absurd(format!("cannot be read: {}", why.join(": ").replace('\n', " ")))
         })?;
-        let mut expander = Expander { schema: &schema, members: 0 };
+        let mut expander = Expander { schema: &schema, serialization, members: 0 };
         expander.message(&schema.spec, 0).map_err(absurd)
     }
 
@@ -69,6 +69,7 @@ impl Layout {
 
 struct Expander<'a> {
     schema: &'a MessageSchema,
+    serialization: Serialization,
     members: usize,
 }
 
@@ -85,7 +86,7 @@ impl Expander<'_> {
             }
             members.push((field.name.clone(), self.layout(&field.ty, &spec.name, depth)?));
         }
-        if members.is_empty() {
+        if members.is_empty() && self.serialization == Serialization::Cdr {
             // One that only lists constants is sent as one byte (rosidl).
             members.push((String::new(), Layout::Number(Primitive::U8)));
         }
@@ -96,6 +97,9 @@ impl Expander<'_> {
         Ok(match kind {
             Type::BuiltIn(BuiltInType::String(_)) => Layout::Text,
             Type::BuiltIn(BuiltInType::WString(_)) => Layout::WideText,
+            Type::BuiltIn(BuiltInType::Byte) if self.serialization == Serialization::Ros1 => {
+                Layout::Number(Primitive::I8)
+            }
             Type::BuiltIn(kind) => Layout::Number(primitive(kind)),
             Type::Array { ty, size } => {
                 let length = match size {
@@ -105,6 +109,14 @@ impl Expander<'_> {
                     ArraySize::Bounded(_) | ArraySize::Unbounded => None,
                 };
                 Layout::Array(Box::new(self.layout(ty, within, depth)?), length)
+            }
+            Type::Complex(ComplexType::Relative { name })
+                if self.serialization == Serialization::Ros1 && matches!(&name[..], "time" | "duration") =>
+            {
+                // Types of the language there; their parts are called as in ROS 2.
+                let kind = if name == "time" { Primitive::U32 } else { Primitive::I32 };
+                let part = |part: &str| (part.to_owned(), Layout::Number(kind));
+                Layout::Struct(vec![part("sec"), part("nanosec")])
             }
             Type::Complex(kind) => {
                 let schema = self.schema;
@@ -174,11 +186,13 @@ mod tests {
     #[test]
     fn a_definition_that_holds_itself_is_refused() {
         let itself = "A a\n================\nMSG: p/A\nA a\n";
-        let error = Layout::of("p/msg/A", itself).unwrap_err().to_string();
+        let error = Layout::of("p/msg/A", itself, Serialization::Cdr).unwrap_err().to_string();
         assert!(error.contains("or itself"), "{error}");
         let wide = format!("B[2] b\n================\nMSG: p/B\n{}", "float64 x\n".repeat(30_000));
-        assert!(Layout::of("p/msg/A", &wide).unwrap_err().to_string().contains("members"));
-        let lacking = Layout::of("p/msg/A", "q/C c\n").unwrap_err().to_string();
+        assert!(
+            Layout::of("p/msg/A", &wide, Serialization::Cdr).unwrap_err().to_string().contains("members")
+        );
+        let lacking = Layout::of("p/msg/A", "q/C c\n", Serialization::Cdr).unwrap_err().to_string();
         assert!(lacking.contains("uses q/C"), "{lacking}");
     }
 }

@@ -1,6 +1,6 @@
 //! Walks a message and picks the numbers asked for.
 
-use super::{Layout, Primitive};
+use super::{Layout, Primitive, Serialization};
 use crate::error::{Error, Result};
 use crate::field::Step;
 
@@ -30,6 +30,7 @@ enum Pick {
 #[derive(Debug)]
 pub(crate) struct Walker {
     node: Node,
+    serialization: Serialization,
     names: Vec<String>,
     named: usize,
 }
@@ -42,9 +43,13 @@ impl Walker {
     ///
     /// # Errors
     /// Gives the first path that messages of this layout do not have.
-    pub(crate) fn new(layout: &Layout, paths: &[&[Step]]) -> Result<Self, usize> {
+    pub(crate) fn new(
+        layout: &Layout,
+        serialization: Serialization,
+        paths: &[&[Step]],
+    ) -> Result<Self, usize> {
         let wants: Vec<Want<'_>> = paths.iter().copied().enumerate().collect();
-        Ok(Self { node: compile(layout, &wants)?, names: Vec::new(), named: 0 })
+        Ok(Self { node: compile(layout, &wants)?, serialization, names: Vec::new(), named: 0 })
     }
 
     /// The numbers of a message, NaN for elements that its arrays do not have.
@@ -54,7 +59,7 @@ impl Walker {
     pub(crate) fn numbers(&mut self, message: &[u8], numbers: &mut [f64]) -> Result<()> {
         numbers.fill(f64::NAN);
         self.named = 0;
-        let mut cursor = Cursor::new(message)?;
+        let mut cursor = Cursor::new(message, self.serialization)?;
         let mut taking = Taking { numbers, names: &mut self.names, named: &mut self.named };
         taking.walk(&self.node, &mut cursor).ok_or_else(|| {
             Error::Damaged(format!("a message of {} bytes ends before its definition does", message.len()))
@@ -63,8 +68,8 @@ impl Walker {
 }
 
 /// What the `name` array of a message says, empty where it has none.
-pub(crate) fn names(layout: &Layout, message: &[u8]) -> Result<Vec<String>> {
-    let Ok(mut walker) = Walker::new(layout, &[]) else { return Ok(Vec::new()) };
+pub(crate) fn names(layout: &Layout, serialization: Serialization, message: &[u8]) -> Result<Vec<String>> {
+    let Ok(mut walker) = Walker::new(layout, serialization, &[]) else { return Ok(Vec::new()) };
     walker.numbers(message, &mut [])?;
     walker.names.truncate(walker.named);
     Ok(walker.names)
@@ -214,7 +219,10 @@ struct Cursor<'a> {
 
 impl<'a> Cursor<'a> {
     /// Behind the four bytes that say how the rest is written (DDSI-RTPS 10.2; XTypes 7.6.3).
-    fn new(message: &'a [u8]) -> Result<Self> {
+    fn new(message: &'a [u8], serialization: Serialization) -> Result<Self> {
+        if serialization == Serialization::Ros1 {
+            return Ok(Self { bytes: message, place: 0, is_little: true, most_aligned: 1 });
+        }
         let Some((header, bytes)) = message.split_at_checked(4) else {
             return Err(Error::Damaged(format!("a message has {} bytes; expected CDR", message.len())));
         };
@@ -283,7 +291,7 @@ mod tests {
     use crate::Field;
 
     fn layout(definition: &str) -> Layout {
-        Layout::of("p/msg/A", definition).unwrap()
+        Layout::of("p/msg/A", definition, Serialization::Cdr).unwrap()
     }
 
     fn message(parts: &[&[u8]]) -> Vec<u8> {
@@ -314,13 +322,41 @@ mod tests {
         let fields = fields.map(|path| Field::new("/t", path).unwrap());
         let steps: Vec<&[Step]> = fields.iter().map(|field| &field.steps[..]).collect();
         // The last bytes in front of the first double: 4 + 8 + 8 + 4 = 24, a multiple of 8.
-        let mut walker = Walker::new(&layout, &steps).unwrap();
+        let mut walker = Walker::new(&layout, Serialization::Cdr, &steps).unwrap();
         let mut numbers = [0.0; 6];
         let bytes: Vec<u8> = bytes[..28].iter().chain(&bytes[32..]).copied().collect();
         walker.numbers(&bytes, &mut numbers).unwrap();
         assert_eq!(numbers[..4], [-2.5, 1.5, 7.0, 4.0]);
         assert!(numbers[4].is_nan() && numbers[5].is_nan());
-        assert_eq!(names(&layout, &bytes).unwrap(), ["a", "b"]);
+        assert_eq!(names(&layout, Serialization::Cdr, &bytes).unwrap(), ["a", "b"]);
+        for end in 0..bytes.len() {
+            assert!(walker.numbers(&bytes[..end], &mut numbers).is_err(), "{end}");
+        }
+    }
+
+    /// Bytes laid out by hand: nothing in front, no gaps, no zeros; a time is two numbers, an empty message is nothing.
+    #[test]
+    fn ros_1_leaves_no_gaps() {
+        let definition = "uint8 n\ntime at\nE e\nstring[] name\nfloat64[] velocity\n===\nMSG: p/E\n";
+        let layout = Layout::of("p/A", definition, Serialization::Ros1).unwrap();
+        let bytes = [
+            &[7_u8][..],
+            &12_u32.to_le_bytes(),
+            &34_u32.to_le_bytes(),
+            &1_u32.to_le_bytes(),
+            &3_u32.to_le_bytes(),
+            b"abc",
+            &1_u32.to_le_bytes(),
+            &1.5_f64.to_le_bytes(),
+        ]
+        .concat();
+        let fields = ["n", "at.sec", "at.nanosec", "velocity[abc]"];
+        let fields = fields.map(|path| Field::new("/t", path).unwrap());
+        let steps: Vec<&[Step]> = fields.iter().map(|field| &field.steps[..]).collect();
+        let mut walker = Walker::new(&layout, Serialization::Ros1, &steps).unwrap();
+        let mut numbers = [0.0; 4];
+        walker.numbers(&bytes, &mut numbers).unwrap();
+        assert_eq!(numbers, [7.0, 12.0, 34.0, 1.5]);
         for end in 0..bytes.len() {
             assert!(walker.numbers(&bytes[..end], &mut numbers).is_err(), "{end}");
         }
@@ -332,7 +368,11 @@ mod tests {
         for wrong in ["y", "x.y", "pair", "pair[2]", "s", "x[0]"] {
             let field = Field::new("/t", wrong).unwrap();
             let good = Field::new("/t", "x").unwrap();
-            assert_eq!(Walker::new(&layout, &[&good.steps, &field.steps]).unwrap_err(), 1, "{wrong}");
+            assert_eq!(
+                Walker::new(&layout, Serialization::Cdr, &[&good.steps, &field.steps]).unwrap_err(),
+                1,
+                "{wrong}"
+            );
         }
     }
 }
