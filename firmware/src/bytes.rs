@@ -1,4 +1,9 @@
-//! Cursors over bytes: what does not fit is not written, what is missing is not read.
+//! Cursors over bytes: what does not fit is not written, what is missing is not read. And the checksum of what is kept.
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+
+/// Of items and totals; its table is in the image once.
+pub(crate) static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// Writes one after the other what fits.
 pub(crate) struct Writer<'a>(pub(crate) &'a mut [u8]);

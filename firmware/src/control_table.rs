@@ -8,7 +8,7 @@ use crate::record::RECORD_BYTES;
 use crate::wheels::WHEELS;
 
 /// Version of this table: what [`TABLE_VERSION`] shows.
-pub const VERSION: u16 = 3;
+pub const VERSION: u16 = 4;
 
 /// The board's ID on its link.
 pub const BOARD_ID: u8 = 200;
@@ -20,7 +20,7 @@ pub const BOARD_MODEL: u16 = 0x5000;
 pub const OURS: u16 = 512;
 
 /// First address beyond the table.
-pub const END: u16 = GYROSCOPE_BIAS.end();
+pub const END: u16 = PREVIOUS_STATE.end();
 
 /// Most records that the FIFO window shows at once.
 pub const FIFO_WINDOW_RECORDS: usize = 16;
@@ -170,7 +170,7 @@ registers! {
     COMMAND_VELOCITY: 150, I32[6], ReadWrite, "0.01 m/s, 0.01 rad/s", "Linear x, y, z, angular x, y, z; taken while the heartbeat lives";
     PROFILE_ACCELERATION: 174, I32[WHEELS], ReadWrite, "214.577 rev/min²", "Left, right: of the servos' goals; 0 without";
 
-    TABLE_VERSION: OURS, U16[1], Read, "", "Version of the registers from 512 on: 3";
+    TABLE_VERSION: OURS, U16[1], Read, "", "Version of the registers from 512 on: 4";
     SAMPLE_RATE: 514, U16[1], Read, "Hz", "Samples per second";
     WINDOW: 516, U16[1], Read, "s", "Length of the window over which the mass is estimated";
     MODEL: 518, U8[1], Read, "", "Model in use: 0 Eq. 18 as published, 1 corrected, 2 signed torque, 3 the same on ground that adapts, 255 none";
@@ -263,6 +263,17 @@ registers! {
     INERTIAL_ERRORS: 2420, U32[1], Read, "", "Its readings that failed";
     INERTIAL_RESTARTS: 2424, U32[1], Read, "", "Times that it was set up anew";
     GYROSCOPE_BIAS: 2428, F32[3], Read, "rad/s", "What is taken off its rotation; NaN before it is known";
+
+    TOTAL_ENERGY: 2440, U64[RAIL_COUNT], Read, "mJ", "Energy that each rail has ever delivered: kept over resets, but for what came after the last write, a minute at most";
+    TOTAL_DISTANCE: 2472, U32[1], Read, "cm", "Way of the middle between the wheels, forward and back, likewise";
+    TOTAL_DRIVING_TIME: 2476, U32[1], Read, "s", "Time in motion with torque on, likewise";
+    TOTAL_TIME: 2480, U32[1], Read, "s", "Time switched on, likewise";
+    TOTALS_WRITES: 2484, U32[1], Read, "", "Times that these were written to flash since start";
+    STORE_ERASES: 2488, U32[1], Read, "", "Sectors erased since start";
+    TOTALS_STATE: 2492, U8[1], Read, "", "0 written once a minute, 1 not read at start: since start only, 2 waiting for a sector to be erased, which takes torque to be off, 3 the flash does not take them";
+    STORE_PREPARED: 2493, U8[1], Read, "", "1 while the spare sector is erased: what is stored next needs no erase";
+    PREVIOUS_CRC: 2496, U32[1], ReadWrite, "", "CRC-32 of the coefficients before those stored; 0 without. Writing it takes them into use again, as an upload";
+    PREVIOUS_STATE: 2500, U8[1], Read, "", "0 they would be taken, 1 there are none, otherwise the reason why not: as UPLOAD_REASON";
 }
 
 /// Why an upload is refused, or what is stored not used.
@@ -303,6 +314,8 @@ pub enum Reason {
     Input = 15,
     /// A delay that reaches back farther than the samples that the board keeps.
     Delay = 16,
+    /// Both sectors are full, and none may be erased while torque is on.
+    Erase = 17,
 }
 
 impl Reason {
@@ -327,6 +340,7 @@ impl Reason {
             14 => Self::Effect,
             15 => Self::Input,
             16 => Self::Delay,
+            17 => Self::Erase,
             _ => return None,
         })
     }
@@ -354,6 +368,7 @@ impl Reason {
                 "an effect by what the board does not measure: pitch, temperature or processor load"
             }
             Self::Delay => "a delay longer than the board keeps samples for",
+            Self::Erase => "the flash has to be erased first, which waits until torque is off",
         }
     }
 }

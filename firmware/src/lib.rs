@@ -25,4 +25,5 @@ pub mod tasks;
 #[cfg(test)]
 mod testing;
 mod time;
+pub mod totals;
 pub mod wheels;

@@ -12,7 +12,9 @@ use firmware::control_table::{
 use firmware::dynamixel::status::Refusal;
 use firmware::items::{Calibration, ITEMS, RobotIdentity};
 use firmware::link::{self, render};
+use firmware::measurement::DriveSnapshot;
 use firmware::store::{BYTES, RamFlash, Store};
+use firmware::wheels::DriveState;
 use model_core::coefficients::Name;
 
 type State = link::State<1>;
@@ -300,6 +302,100 @@ fn a_flash_that_fails_leaves_what_was() {
     }
 }
 
+/// Another set for the same robot.
+fn other() -> Vec<u8> {
+    let mut other = burger();
+    other.robot.dead_band = 0.03;
+    image(&other)
+}
+
+fn crc(bytes: &[u8]) -> [u8; 4] {
+    *bytes.last_chunk().unwrap()
+}
+
+fn previous(state: &State) -> (Vec<u8>, Reason) {
+    let reason = Reason::from_code(read(state, table::PREVIOUS_STATE)[0]).unwrap();
+    (read(state, table::PREVIOUS_CRC), reason)
+}
+
+/// There and back again, each time at a standstill; what is said twice, because an answer got lost, is done once.
+#[test]
+fn the_coefficients_before_come_back_into_use() {
+    let mut state = set_up();
+    let (first, second) = (image(&burger()), other());
+    assert_eq!(previous(&state), (vec![0; 4], Reason::Empty));
+    // Nothing is there to go back to.
+    write(&mut state, table::PREVIOUS_CRC, &[0; 4]).unwrap();
+    assert_eq!(outcome(&state), refused(Reason::Empty));
+    assert_eq!(upload(&mut state, 1, &second), WAITING);
+    assert_eq!(keep(&mut state), Some(Item::Coefficients));
+    for (from, to) in [(&second, &first), (&first, &second)] {
+        assert_eq!(previous(&state), (crc(to).to_vec(), Reason::None));
+        assert_eq!(read(&state, table::COEFFICIENTS_CRC), crc(from));
+        state.snapshot.is_standing = false;
+        for _ in 0..2 {
+            write(&mut state, table::PREVIOUS_CRC, &crc(to)).unwrap();
+            assert_eq!((outcome(&state), keep(&mut state)), (WAITING, None), "in motion");
+        }
+        assert_eq!(write(&mut state, table::PREVIOUS_CRC, &crc(from)), Err(Refusal::Access));
+        state.snapshot.is_standing = true;
+        assert_eq!(keep(&mut state), Some(Item::Coefficients));
+        assert_eq!(read(&state, table::COEFFICIENTS_CRC), crc(to));
+        write(&mut state, table::PREVIOUS_CRC, &crc(to)).unwrap();
+        assert_eq!((outcome(&state), keep(&mut state)), (STORED, None));
+    }
+    assert_eq!(read(&state, table::STORE_WRITES), 6_u32.to_le_bytes());
+}
+
+/// Coefficients of a robot that the board is no longer set up for do not come back.
+#[test]
+fn coefficients_before_are_checked_as_an_upload_is() {
+    let mut state = set_up();
+    let mut waffle = burger();
+    waffle.robot.name = Name::new("Waffle");
+    upload(&mut state, 3, &RobotIdentity::of(&waffle.robot).encode());
+    keep(&mut state);
+    upload(&mut state, 1, &image(&waffle));
+    keep(&mut state);
+    assert_eq!(previous(&state), (crc(&image(&burger())).to_vec(), Reason::Robot));
+    let before = state.clone();
+    write(&mut state, table::PREVIOUS_CRC, &crc(&image(&burger()))).unwrap();
+    assert_eq!(outcome(&state), refused(Reason::Robot));
+    assert_kept(&mut state, &before);
+}
+
+/// Both sectors full: the upload waits until no servo holds a torque, and says so.
+#[test]
+fn what_needs_an_erase_waits_until_torque_is_off() {
+    let mut state = set_up();
+    state.snapshot.drive = DriveSnapshot { state: DriveState::Ready, has_torque: true, goals: [0; 2] };
+    assert_eq!(upload(&mut state, 1, &other()), WAITING);
+    let (item, _) = state.take_pending().unwrap();
+    state.stored(item, Err(Reason::Erase));
+    assert_eq!((outcome(&state), state.take_pending()), ((UploadState::Waiting, Reason::Erase), None));
+    // Off by order, but the servos do not know yet.
+    state.snapshot.drive.state = DriveState::Off;
+    assert_eq!(state.take_pending(), None);
+    state.snapshot.drive.has_torque = false;
+    assert_eq!(keep(&mut state), Some(Item::Coefficients));
+    assert_eq!((outcome(&state), read(&state, table::COEFFICIENTS_CRC)), (STORED, crc(&other()).to_vec()));
+    // A servo that has just started has no torque yet, and is about to get one.
+    for (drive, expected) in [
+        (DriveState::Ready, false),
+        (DriveState::Preparing, false),
+        (DriveState::Lost, false),
+        (DriveState::CutOff, true),
+        (DriveState::Unfit, true),
+    ] {
+        state.snapshot.drive.state = drive;
+        assert_eq!(state.may_erase(), expected, "{drive:?}");
+    }
+    state.snapshot.drive.state = DriveState::Off;
+    assert!(state.may_erase());
+    state.snapshot.is_standing = false;
+    assert!(!state.may_erase());
+}
+
 /// From the link through the flash to the next start.
 #[test]
 fn survives_a_restart() {
@@ -348,7 +444,7 @@ fn what_is_stored_is_checked_at_start() {
 #[test]
 fn reasons_have_codes_and_words() {
     let reasons: Vec<Reason> = (0..=255).map_while(Reason::from_code).collect();
-    assert_eq!(reasons.len(), 17);
+    assert_eq!(reasons.len(), 18);
     for (code, reason) in (0..).zip(&reasons) {
         assert_eq!(*reason as u8, code);
         assert!(reasons.iter().all(|other| other == reason || other.text() != reason.text()));

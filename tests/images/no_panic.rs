@@ -15,6 +15,7 @@ use firmware::control_table::Item;
 use firmware::items::ItemBytes;
 use firmware::link::{Device, LONGEST_ANSWER, State};
 use firmware::record::Record;
+use firmware::totals::Totals;
 use model_core::coefficients::{Coefficients, Name};
 use model_core::effects::live::{Live, Outside};
 use model_core::estimator::{Estimator, Sample, Timing};
@@ -75,7 +76,12 @@ fn serve() {
             black_box(bytes.as_slice());
             state.stored(item, black_box(Ok(())));
         }
+        if let Some(totals) = state.due_totals() {
+            state.ledger.load(Ok(Some(Totals::decode(black_box(&totals.encode())))));
+            state.ledger.written(black_box(Ok(())), black_box(0));
+        }
         if let Some(bytes) = ItemBytes::new(black_box(&received)) {
+            state.load_previous(bytes);
             state.load(black_box(Item::Robot), Ok(bytes));
         }
         if black_box(true) {

@@ -1,8 +1,6 @@
 //! What calibration and robot identity have in common: `magic | version u16 | length u16 | body | CRC-32`.
 
-use crc::{CRC_32_ISO_HDLC, Crc};
-
-use crate::bytes::{Reader, Writer};
+use crate::bytes::{CRC, Reader, Writer};
 use crate::control_table::Reason;
 
 /// Bytes around the body.
@@ -11,7 +9,6 @@ pub(super) const FRAME: usize = HEAD + CHECKSUM;
 const HEAD: usize = 4 + 2 + 2;
 const CHECKSUM: usize = 4;
 const VERSION: u16 = 1;
-const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// An image of `N` bytes; `body` writes what stands between head and checksum.
 pub(super) fn seal<const N: usize>(magic: [u8; 4], body: impl FnOnce(&mut Writer<'_>)) -> [u8; N] {

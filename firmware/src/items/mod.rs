@@ -17,18 +17,21 @@ use crate::control_table::{Item, Reason, UPLOAD_BYTES};
 /// Every item there is.
 pub const ITEMS: [Item; 3] = [Item::Coefficients, Item::Calibration, Item::Robot];
 
-/// The bytes of an item: at most [`UPLOAD_BYTES`].
+/// Most bytes of an item.
+pub const ITEM_BYTES: usize = UPLOAD_BYTES;
+
+/// The bytes of an item: at most [`ITEM_BYTES`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ItemBytes {
-    bytes: [u8; UPLOAD_BYTES],
+    bytes: [u8; ITEM_BYTES],
     length: usize,
 }
 
 impl ItemBytes {
     /// No item.
-    pub const EMPTY: Self = Self { bytes: [0; UPLOAD_BYTES], length: 0 };
+    pub const EMPTY: Self = Self { bytes: [0; ITEM_BYTES], length: 0 };
 
-    /// `None` for more than [`UPLOAD_BYTES`].
+    /// `None` for more than [`ITEM_BYTES`].
     #[must_use]
     pub fn new(bytes: &[u8]) -> Option<Self> {
         let mut item = Self::EMPTY;

@@ -11,6 +11,9 @@ use crate::wheels::WHEELS;
 pub struct Settings {
     sample_rate_hz: u16,
     coefficients_bytes: ItemBytes,
+    previous_bytes: ItemBytes,
+    /// Why the previous coefficients would not be taken.
+    previous: Reason,
     /// The flash could not be read: it is not known whether there are coefficients.
     unread: Option<Reason>,
     calibration_bytes: ItemBytes,
@@ -28,6 +31,8 @@ impl Settings {
         Self {
             sample_rate_hz,
             coefficients_bytes: ItemBytes::EMPTY,
+            previous_bytes: ItemBytes::EMPTY,
+            previous: Reason::Empty,
             unread: None,
             calibration_bytes: ItemBytes::EMPTY,
             robot_bytes: ItemBytes::EMPTY,
@@ -80,6 +85,37 @@ impl Settings {
         }
     }
 
+    /// The coefficients before those stored; empty when there are none.
+    #[must_use]
+    pub const fn previous(&self) -> &ItemBytes {
+        &self.previous_bytes
+    }
+
+    /// Why those would not be taken; [`Reason::None`] where they would.
+    #[must_use]
+    pub const fn previous_reason(&self) -> Reason {
+        self.previous
+    }
+
+    /// Takes what the flash holds of coefficients before those stored.
+    pub fn load_previous(&mut self, stored: ItemBytes) {
+        self.previous_bytes = stored;
+        self.judge_previous();
+    }
+
+    fn judge_previous(&mut self) {
+        let result = self.check(Item::Coefficients, self.previous_bytes.as_slice());
+        self.previous = result.err().unwrap_or(Reason::None);
+    }
+
+    /// An item has been stored in the place of what was there before.
+    pub(super) fn replace(&mut self, item: Item, bytes: ItemBytes) {
+        if item == Item::Coefficients {
+            self.previous_bytes = self.coefficients_bytes;
+        }
+        self.load(item, Ok(bytes));
+    }
+
     /// Whether the board would use these bytes.
     ///
     /// # Errors
@@ -111,6 +147,7 @@ impl Settings {
             Some(reason) => Err(reason),
             None => check_coefficients(bytes, &self.robot, self.sample_rate_hz),
         };
+        self.judge_previous();
         self.changes = self.changes.wrapping_add(1);
     }
 }

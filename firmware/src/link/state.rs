@@ -7,6 +7,8 @@ use crate::inertial::InertialSnapshot;
 use crate::items::ItemBytes;
 use crate::measurement::Snapshot;
 use crate::reset::ResetReport;
+use crate::totals::{Ledger, Totals};
+use crate::wheels::DriveState;
 
 /// The board as the link shows it. `RECORDS` is the size of its [`Fifo`].
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +35,10 @@ pub struct State<const RECORDS: usize> {
     pub supply_voltage: Option<f32>,
     /// Why the board started.
     pub reset: ResetReport,
+    /// What the robot has used and driven in its life.
+    pub ledger: Ledger,
+    /// The store's spare sector is erased.
+    pub is_store_prepared: bool,
     pub(super) settings: Settings,
     pub(super) upload: Upload,
 }
@@ -79,6 +85,8 @@ pub struct Counters {
     pub link_abandoned: u32,
     /// Items written to flash.
     pub store_writes: u32,
+    /// Sectors of the flash erased.
+    pub store_erases: u32,
 }
 
 impl Counters {
@@ -90,6 +98,7 @@ impl Counters {
         link_broken: 0,
         link_abandoned: 0,
         store_writes: 0,
+        store_erases: 0,
     };
 }
 
@@ -109,6 +118,8 @@ impl<const RECORDS: usize> State<RECORDS> {
             panel: Panel::DARK,
             supply_voltage: None,
             reset: ResetReport::NONE,
+            ledger: Ledger::new(),
+            is_store_prepared: false,
             settings: Settings::new(sample_rate_hz),
             upload: Upload::new(),
         }
@@ -126,9 +137,13 @@ impl<const RECORDS: usize> State<RECORDS> {
         for (wheel, before) in self.snapshot.wheels.iter_mut().zip(before.wheels) {
             wheel.position = wheel.position.or(before.position);
         }
-        if let [Some(left), Some(right)] = self.snapshot.wheels.map(|wheel| wheel.odometer) {
-            self.heading.update([left, right]);
+        let [left, right] = self.snapshot.wheels.map(|wheel| wheel.odometer);
+        let positions = left.zip(right).map(|(left, right)| [left, right]);
+        if let Some(positions) = positions {
+            self.heading.update(positions);
         }
+        let is_driving = self.snapshot.drive.has_torque && !self.snapshot.is_standing;
+        self.ledger.trip().update(positions, is_driving, self.snapshot.time_us);
     }
 
     /// Whether the host wants the gyroscope calibrated, for the one that does it.
@@ -162,17 +177,49 @@ impl<const RECORDS: usize> State<RECORDS> {
         self.settings.load(item, stored);
     }
 
-    /// An upload to be written now: there is one, it is checked, and the robot stands still. [`Self::stored`] has to follow.
-    pub fn take_pending(&mut self) -> Option<(Item, ItemBytes)> {
-        if self.snapshot.is_standing { self.upload.take() } else { None }
+    /// The coefficients before those stored, as the flash held them at start.
+    pub fn load_previous(&mut self, stored: ItemBytes) {
+        self.settings.load_previous(stored);
     }
 
-    /// How writing what [`Self::take_pending`] gave went: read back and equal, or not. On success it is what is in use.
+    /// Whether a sector of the flash may be erased: that takes long, so no servo may hold a torque or get one meanwhile.
+    #[must_use]
+    pub const fn may_erase(&self) -> bool {
+        let drive = &self.snapshot.drive;
+        let is_off = matches!(drive.state, DriveState::Off | DriveState::CutOff | DriveState::Unfit);
+        self.snapshot.is_standing && is_off && !drive.has_torque
+    }
+
+    /// An upload to be written now: there is one, it is checked, and the robot stands still. [`Self::stored`] has to follow.
+    pub fn take_pending(&mut self) -> Option<(Item, ItemBytes)> {
+        let is_free = !self.upload.needs_erase() || self.may_erase();
+        if self.snapshot.is_standing && is_free { self.upload.take() } else { None }
+    }
+
+    /// How writing what [`Self::take_pending`] gave went: read back and equal, or not. On success it is what is in use. What needs a sector
+    /// to be erased first waits for that.
     pub fn stored(&mut self, item: Item, result: Result<(), Reason>) {
+        if result == Err(Reason::Erase) {
+            self.upload.postpone();
+            return;
+        }
         if let (Ok(()), Some(bytes)) = (result, self.upload.being_written(item)) {
-            self.settings.load(item, Ok(bytes));
+            self.settings.replace(item, bytes);
             self.counters.store_writes = self.counters.store_writes.saturating_add(1);
         }
         self.upload.end(result);
+    }
+
+    /// What the robot has used and driven in its life.
+    #[must_use]
+    pub fn totals(&self) -> Totals {
+        self.ledger.totals(self.snapshot.rails.map(|rail| rail.energy), self.snapshot.time_us)
+    }
+
+    /// The totals, where they are to be written now. [`Ledger::written`] has to follow.
+    #[must_use]
+    pub fn due_totals(&self) -> Option<Totals> {
+        let is_due = self.ledger.is_due(self.snapshot.is_standing, self.snapshot.time_us);
+        is_due.then(|| self.totals())
     }
 }

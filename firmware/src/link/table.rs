@@ -119,6 +119,7 @@ fn show<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
     show_counters(state, to);
     show_upload(state, to);
     show_fifo(state, to);
+    show_store(state, to);
 }
 
 fn show_board<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
@@ -292,6 +293,20 @@ fn show_fifo<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
     to.value(table::FIFO_COUNT, fifo.window_count() as u16);
     to.value(table::RECORD_SIZE, RECORD_BYTES as u16);
     to.put(table::FIFO_WINDOW, Kind::U8, fifo.window());
+}
+
+fn show_store<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
+    let totals = state.totals();
+    to.values(table::TOTAL_ENERGY, totals.energy_mj);
+    to.value(table::TOTAL_DISTANCE, totals.distance_cm);
+    to.value(table::TOTAL_DRIVING_TIME, totals.driving_s);
+    to.value(table::TOTAL_TIME, totals.on_s);
+    to.value(table::TOTALS_WRITES, state.ledger.writes());
+    to.value(table::STORE_ERASES, state.counters.store_erases);
+    to.value(table::TOTALS_STATE, state.ledger.keeping() as u8);
+    to.value(table::STORE_PREPARED, u8::from(state.is_store_prepared));
+    to.value(table::PREVIOUS_CRC, checksum(state.settings.previous().as_slice()));
+    to.value(table::PREVIOUS_STATE, state.settings.previous_reason() as u8);
 }
 
 fn rail_counters(rail: &RailSnapshot) -> [u32; 5] {

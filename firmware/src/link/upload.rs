@@ -1,7 +1,7 @@
 //! An item on its way into the flash: checked at once, written when the robot stands still.
 
 use crate::control_table::{Item, Reason, UPLOAD_BYTES, UploadState};
-use crate::items::ItemBytes;
+use crate::items::{ItemBytes, checksum};
 
 use super::Settings;
 
@@ -34,7 +34,7 @@ impl Upload {
         self.state
     }
 
-    /// Why it was refused; [`Reason::None`] unless it was.
+    /// Why it was refused, or [`Reason::Erase`] while it waits for that; [`Reason::None`] otherwise.
     #[must_use]
     pub const fn reason(&self) -> Reason {
         self.reason
@@ -70,6 +70,34 @@ impl Upload {
         }
     }
 
+    /// The host wants the coefficients with this checksum in use again, which were before those that are. As if it had uploaded them: so
+    /// they are checked, stored and read back likewise, and the two change places.
+    ///
+    /// False while another upload waits.
+    pub(super) fn roll_back(&mut self, crc: u32, settings: &Settings) -> bool {
+        let is_same = |bytes: &ItemBytes| !bytes.as_slice().is_empty() && checksum(bytes.as_slice()) == crc;
+        if self.is_waiting() {
+            // Said twice: an answer got lost.
+            return self.pending().is_ok_and(|(item, bytes)| item == Item::Coefficients && is_same(&bytes));
+        }
+        let previous = settings.previous();
+        if is_same(settings.stored(Item::Coefficients)) {
+            self.end(Ok(()));
+        } else if is_same(previous) {
+            self.fill(Item::Coefficients, previous);
+            self.submit(settings);
+        } else {
+            self.end(Err(Reason::Empty));
+        }
+        true
+    }
+
+    fn fill(&mut self, item: Item, bytes: &ItemBytes) {
+        let bytes = bytes.as_slice();
+        (self.item, self.length) = (item as u8, bytes.len() as u16);
+        self.window.iter_mut().zip(bytes).for_each(|(place, byte)| *place = *byte);
+    }
+
     /// The host wants nothing written.
     pub(super) fn forget(&mut self) {
         if !self.is_being_written {
@@ -85,6 +113,17 @@ impl Upload {
         let pending = self.pending().ok()?;
         self.is_being_written = true;
         Some(pending)
+    }
+
+    /// It cannot be written before a sector is erased: it waits for that.
+    pub(super) fn postpone(&mut self) {
+        self.is_being_written = false;
+        self.reason = Reason::Erase;
+    }
+
+    /// Whether it waits for a sector to be erased.
+    pub(super) const fn needs_erase(&self) -> bool {
+        self.is_waiting() && matches!(self.reason, Reason::Erase)
     }
 
     /// What [`Self::take`] gave.

@@ -3,8 +3,8 @@
 use super::State;
 use crate::control_table::{
     Access, CALIBRATE_IMU, COMMAND_TIMEOUT, COMMAND_VELOCITY, END, FIFO_ACKNOWLEDGE, HEARTBEAT, LEDS,
-    PROFILE_ACCELERATION, REGISTERS, Register, SOUND, TORQUE_ENABLE, UPLOAD_COMMAND, UPLOAD_ITEM,
-    UPLOAD_LENGTH, UPLOAD_WINDOW,
+    PREVIOUS_CRC, PROFILE_ACCELERATION, REGISTERS, Register, SOUND, TORQUE_ENABLE, UPLOAD_COMMAND,
+    UPLOAD_ITEM, UPLOAD_LENGTH, UPLOAD_WINDOW,
 };
 use crate::dynamixel::status::Refusal;
 
@@ -28,6 +28,7 @@ pub fn write<const RECORDS: usize>(
     let length = request.value(UPLOAD_LENGTH).map(u16::from_le_bytes);
     let window = request.part(UPLOAD_WINDOW);
     let acknowledged = request.value(FIFO_ACKNOWLEDGE).map(u32::from_le_bytes);
+    let previous = request.value(PREVIOUS_CRC).map(u32::from_le_bytes);
 
     if command.is_some_and(|command| command > FORGET)
         || acknowledged.is_some_and(|sequence| !state.fifo.can_acknowledge(sequence))
@@ -39,6 +40,10 @@ pub fn write<const RECORDS: usize>(
         || (command == Some(FORGET) && state.upload.is_being_written())
     {
         return Err(Refusal::Access);
+    }
+    if let Some(crc) = previous {
+        // No other register that may be written is near enough for the same request.
+        return if state.upload.roll_back(crc, &state.settings) { Ok(()) } else { Err(Refusal::Access) };
     }
 
     write_drive(state, &request);

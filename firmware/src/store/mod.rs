@@ -1,15 +1,22 @@
-//! Items in flash that survive a power cut at any moment.
+//! Items and totals in flash that survive a power cut at any moment.
 //!
-//! Two sectors, of which one counts. Within it the items are a log in the format of the crate `sequential-storage`: a new value is
-//! appended, a torn one is skipped. When an item does not fit, or the flash does not take it, all items are written to the other
-//! sector, erased first, and last its generation, one above this sector's: with that the other one counts. Only a sector that
+//! Two sectors, of which one counts. In its first half the items are a log in the format of the crate `sequential-storage`: a new value is
+//! appended, a torn one is skipped. In its second half the totals are a log of their own ([`totals`](self)): records of one size, of which the
+//! last whole one counts. When something does not fit, or the flash does not take it, all items and the totals are written to the other
+//! sector, and last its generation, one above this sector's: with that the other one counts. Only a sector that
 //! does not count is ever erased, so it does not matter what an interrupted erase leaves behind: zeros, ones or anything between. (The
 //! crate's own way of moving from page to page relies on the markers at both ends of the page that is being erased.)
+//!
+//! Erasing takes long, so it is done ahead of time ([`Store::prepare`]): a mark in the spare sector says that its erase has ended. While the
+//! robot may drive the store only ever writes ([`Store::allow_erasing`]).
 //!
 //! The same code works on the board's flash and, in `gmr`, on a copy of it in memory ([`RamFlash`]).
 
 mod ram;
+mod record;
 mod sector;
+mod spare;
+mod totals;
 
 use core::ops::Range;
 
@@ -20,7 +27,10 @@ use sequential_storage::map::{MapConfig, MapStorage};
 
 use crate::control_table::{Item, Reason, UPLOAD_BYTES};
 use crate::items::{ITEMS, ItemBytes};
+use crate::totals::TOTALS_BYTES;
+use record::{VALUE_BYTES, Versions};
 use sector::Sector;
+use totals::Log;
 
 pub use ram::{OutOfReach, RamFlash};
 
@@ -37,8 +47,10 @@ pub const WORD_BYTES: usize = 16;
 
 /// Key of a sector's generation, beside those of the items.
 const GENERATION: u8 = 0;
-/// Key and longest item, in whole words of any flash that `sequential-storage` takes.
-const SCRATCH: usize = (1 + UPLOAD_BYTES).next_multiple_of(32);
+/// Key of the mark that a sector's erase has ended.
+const PREPARED: u8 = 255;
+/// Key and longest value, in whole words of any flash that `sequential-storage` takes.
+const SCRATCH: usize = (1 + VALUE_BYTES).next_multiple_of(32);
 
 /// Some drivers want what they write on a word boundary.
 #[repr(align(4))]
@@ -55,6 +67,8 @@ pub enum StoreError {
     Flash,
     /// What was read back is not what was written.
     ReadBack,
+    /// A sector would have to be erased, which is not allowed now.
+    Unprepared,
 }
 
 impl From<StoreError> for Reason {
@@ -63,6 +77,7 @@ impl From<StoreError> for Reason {
             StoreError::Length => Self::Length,
             StoreError::Range | StoreError::Flash => Self::Flash,
             StoreError::ReadBack => Self::ReadBack,
+            StoreError::Unprepared => Self::Erase,
         }
     }
 }
@@ -75,6 +90,21 @@ pub struct Store<F> {
     /// Where the sectors begin.
     sectors: [u32; 2],
     scratch: Scratch,
+    /// What was read last of a map.
+    value: [u8; VALUE_BYTES],
+    may_erase: bool,
+    /// Whether the spare sector is erased; `None` before anybody looked.
+    is_prepared: Option<bool>,
+    /// Where the totals go next; `None` before anybody looked.
+    log: Option<Log>,
+    erases: u32,
+}
+
+/// What is new in a sector that is to count.
+#[derive(Clone, Copy)]
+enum Change<'a> {
+    Item(Item, &'a Versions),
+    Totals(&'a [u8; TOTALS_BYTES]),
 }
 
 impl<F: NorFlash> Store<F> {
@@ -88,12 +118,31 @@ impl<F: NorFlash> Store<F> {
         if !range.start.is_multiple_of(size) || second.checked_add(size) != Some(range.end) {
             return Err(StoreError::Range);
         }
-        Ok(Self { flash, sectors: [range.start, second], scratch: Scratch([0; SCRATCH]) })
+        Ok(Self {
+            flash,
+            sectors: [range.start, second],
+            scratch: Scratch([0; SCRATCH]),
+            value: [0; VALUE_BYTES],
+            may_erase: true,
+            is_prepared: None,
+            log: None,
+            erases: 0,
+        })
     }
 
     /// Gives the flash back.
     pub fn release(self) -> F {
         self.flash
+    }
+
+    /// Whether a sector may be erased from now on, as it may at first: what needs it is refused otherwise ([`StoreError::Unprepared`]).
+    pub fn allow_erasing(&mut self, allowed: bool) {
+        self.may_erase = allowed;
+    }
+
+    /// Sectors erased so far.
+    pub const fn erases(&self) -> u32 {
+        self.erases
     }
 
     /// The item's bytes, [`ItemBytes::EMPTY`] when there is none. Flash that holds something else than a store, such as the stock
@@ -102,9 +151,24 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// The flash cannot be read.
     pub async fn get(&mut self, item: Item) -> Result<ItemBytes, StoreError> {
+        Ok(self.versions(item).await?.current)
+    }
+
+    /// The coefficients that were in use before those that are; [`ItemBytes::EMPTY`] when there are none.
+    ///
+    /// # Errors
+    /// The flash cannot be read.
+    pub async fn previous(&mut self) -> Result<ItemBytes, StoreError> {
+        Ok(self.versions(Item::Coefficients).await?.previous)
+    }
+
+    async fn versions(&mut self, item: Item) -> Result<Versions, StoreError> {
         match self.current().await? {
-            Some(current) => self.find(current.sector, item as u8).await,
-            None => Ok(ItemBytes::EMPTY),
+            Some(current) => {
+                let length = self.find(current.sector, item as u8).await?;
+                Ok(Versions::decode(self.value.get(..length).unwrap_or(&[])))
+            }
+            None => Ok(Versions::NONE),
         }
     }
 
@@ -126,56 +190,70 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// Writes the item, reads it back and compares. Whatever happens meanwhile, the old bytes or the new ones are there
-    /// afterwards, and every other item.
+    /// afterwards, and every other item. Coefficients that it takes the place of are the [`previous`](Self::previous) ones from then on:
+    /// both are one value, so a power cut cannot part them.
     ///
     /// # Errors
     /// After an error, too, the item is the old one or the new one.
     pub async fn put(&mut self, item: Item, bytes: &[u8]) -> Result<(), StoreError> {
         let new = ItemBytes::new(bytes).filter(|_| !bytes.is_empty()).ok_or(StoreError::Length)?;
+        let versions = self.versions(item).await?.with(item, new);
         let current = self.current().await?;
         if let Some(current) = current
-            && self.append(current.sector, item as u8, &new).await.is_ok()
+            && self.append_item(current.sector, item, &versions).await.is_ok()
         {
             return Ok(());
         }
-        self.rewrite(current, item, &new).await
+        self.rewrite(current, Change::Item(item, &versions)).await
     }
 
-    /// Writes all items, `new` among them, to the sector that does not count, and makes it the one that does.
-    async fn rewrite(
-        &mut self,
-        current: Option<Current>,
-        item: Item,
-        new: &ItemBytes,
-    ) -> Result<(), StoreError> {
-        let [first, second] = self.sectors;
-        let (target, generation) = match current {
-            Some(current) if current.sector == first => (second, current.generation.wrapping_add(1)),
-            Some(current) => (first, current.generation.wrapping_add(1)),
-            None => (first, 0),
+    async fn append_item(&mut self, sector: u32, item: Item, versions: &Versions) -> Result<(), StoreError> {
+        let mut bytes = [0; VALUE_BYTES];
+        let length = versions.encode(&mut bytes);
+        self.append(sector, item as u8, bytes.get(..length).ok_or(StoreError::Length)?).await
+    }
+
+    /// Writes all items and the totals, what is new among them, to the sector that does not count, and makes it the one that does.
+    async fn rewrite(&mut self, current: Option<Current>, change: Change<'_>) -> Result<(), StoreError> {
+        let target = self.spare(current);
+        let generation = current.map_or(0, |current| current.generation.wrapping_add(1));
+        let totals = match (change, current) {
+            (Change::Totals(new), _) => Some(*new),
+            (_, Some(current)) => self.last_totals(current.sector).await?,
+            (_, None) => None,
         };
-        let end = target.saturating_add(F::ERASE_SIZE as u32);
-        self.flash.erase(target, end).await.map_err(|_| StoreError::Flash)?;
-        for other in ITEMS {
-            let kept = match current {
-                _ if other == item => *new,
-                Some(current) => self.find(current.sector, other as u8).await?,
-                None => ItemBytes::EMPTY,
+        self.prepare().await?;
+        // From here on it has to be erased again before it can be used, unless it becomes the one that counts.
+        (self.is_prepared, self.log) = (Some(false), None);
+        for item in ITEMS {
+            let kept = match (change, current) {
+                (Change::Item(changed, new), _) if item == changed => *new,
+                (_, Some(current)) => {
+                    let length = self.find(current.sector, item as u8).await?;
+                    Versions::decode(self.value.get(..length).unwrap_or(&[]))
+                }
+                (_, None) => Versions::NONE,
             };
-            if !kept.as_slice().is_empty() {
-                self.append(target, other as u8, &kept).await?;
+            if !kept.current.as_slice().is_empty() {
+                self.append_item(target, item, &kept).await?;
             }
         }
-        let generation = ItemBytes::new(&generation.to_le_bytes()).ok_or(StoreError::Length)?;
-        self.append(target, GENERATION, &generation).await
+        let mut log = Log::new(target);
+        if let Some(totals) = totals {
+            self.write_totals(&mut log, &totals).await?;
+        }
+        self.append(target, GENERATION, &generation.to_le_bytes()).await?;
+        self.log = Some(log);
+        Ok(())
     }
 
     /// The sector that counts; `None` where there is no store yet.
     async fn current(&mut self) -> Result<Option<Current>, StoreError> {
         let mut newest: Option<Current> = None;
         for sector in self.sectors {
-            let found = self.find(sector, GENERATION).await?;
-            let Ok(generation) = found.as_slice().try_into().map(u32::from_le_bytes) else { continue };
+            let length = self.find(sector, GENERATION).await?;
+            let bytes = self.value.get(..length).unwrap_or(&[]);
+            let Ok(generation) = bytes.try_into().map(u32::from_le_bytes) else { continue };
             // They differ by one, and may wrap.
             if newest.is_none_or(|other| generation == other.generation.wrapping_add(1)) {
                 newest = Some(Current { sector, generation });
@@ -184,21 +262,28 @@ impl<F: NorFlash> Store<F> {
         Ok(newest)
     }
 
-    async fn find(&mut self, sector: u32, key: u8) -> Result<ItemBytes, StoreError> {
+    /// Reads a value of the sector's map to the front of `self.value`, so many bytes; 0 where there is none.
+    async fn find(&mut self, sector: u32, key: u8) -> Result<usize, StoreError> {
         let mut map = map(&mut self.flash, sector)?;
         match map.fetch_item::<&[u8]>(&mut self.scratch.0, &key).await {
-            Ok(found) => Ok(found.and_then(ItemBytes::new).unwrap_or(ItemBytes::EMPTY)),
+            Ok(found) => {
+                let found = found.unwrap_or(&[]);
+                let Some(place) = self.value.get_mut(..found.len()) else { return Ok(0) };
+                place.copy_from_slice(found);
+                Ok(found.len())
+            }
             Err(Error::Storage { value: sector::Refused::ByFlash, .. }) => Err(StoreError::Flash),
             // No store has written this.
-            Err(_) => Ok(ItemBytes::EMPTY),
+            Err(_) => Ok(0),
         }
     }
 
-    async fn append(&mut self, sector: u32, key: u8, bytes: &ItemBytes) -> Result<(), StoreError> {
+    async fn append(&mut self, sector: u32, key: u8, bytes: &[u8]) -> Result<(), StoreError> {
         let mut map = map(&mut self.flash, sector)?;
-        let written = map.store_item(&mut self.scratch.0, &key, &bytes.as_slice()).await;
+        let written = map.store_item(&mut self.scratch.0, &key, &bytes).await;
         written.map_err(|_| StoreError::Flash)?;
-        if self.find(sector, key).await? == *bytes { Ok(()) } else { Err(StoreError::ReadBack) }
+        let length = self.find(sector, key).await?;
+        if self.value.get(..length) == Some(bytes) { Ok(()) } else { Err(StoreError::ReadBack) }
     }
 }
 
@@ -221,3 +306,5 @@ fn map<F: NorFlash>(flash: &mut F, start: u32) -> Result<Map<'_, F>, StoreError>
 mod tests;
 #[cfg(test)]
 mod torn;
+#[cfg(test)]
+mod totals_tests;

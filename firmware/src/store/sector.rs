@@ -1,4 +1,4 @@
-//! One sector, as `sequential-storage` is to see it: its first page, followed by an erased one that it never gets to.
+//! The items' half of a sector, as `sequential-storage` is to see it: its first page, followed by an erased one that it never gets to.
 
 use core::ops::Range;
 
@@ -28,13 +28,15 @@ impl NorFlashError for Refused {
 }
 
 impl<F: NorFlash> Sector<'_, F> {
-    const SIZE: u32 = F::ERASE_SIZE as u32;
+    /// Bytes of a page: the other half of the sector is the totals'.
+    pub(super) const PAGE: usize = F::ERASE_SIZE / 2;
+    const SIZE: u32 = Self::PAGE as u32;
     /// Both pages.
     pub(super) const RANGE: Range<u32> = 0..2 * Self::SIZE;
 
     /// Whether an operation ends within the first page, less the last `margin` bytes.
     fn is_inside(offset: u32, length: usize, margin: usize) -> bool {
-        offset as usize + length + margin <= F::ERASE_SIZE
+        offset as usize + length + margin <= Self::PAGE
     }
 }
 
@@ -55,13 +57,13 @@ impl<F: NorFlash> ReadNorFlash for Sector<'_, F> {
     }
 
     fn capacity(&self) -> usize {
-        2 * F::ERASE_SIZE
+        2 * Self::PAGE
     }
 }
 
 impl<F: NorFlash> NorFlash for Sector<'_, F> {
     const WRITE_SIZE: usize = F::WRITE_SIZE;
-    const ERASE_SIZE: usize = F::ERASE_SIZE;
+    const ERASE_SIZE: usize = Self::PAGE;
 
     async fn erase(&mut self, _from: u32, _to: u32) -> Result<(), Refused> {
         Err(Refused::HasToStay)

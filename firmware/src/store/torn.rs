@@ -5,7 +5,7 @@ use embedded_storage_async::nor_flash::{
 };
 
 /// Small sectors, so that they fill often; words as the chip's.
-pub(super) const SECTOR: usize = 1024;
+pub(super) const SECTOR: usize = 2048;
 pub(super) const WORD: usize = 16;
 pub(super) const BYTES: usize = 2 * SECTOR;
 

@@ -46,6 +46,12 @@ pub trait Target {
     /// It is refused, not stored in time, or not what was read back.
     fn put(&mut self, item: Item, bytes: &[u8]) -> Result<()>;
 
+    /// Takes the coefficients before those stored into use again, as [`put`](Self::put) would; gives them.
+    ///
+    /// # Errors
+    /// There are none, and as [`put`](Self::put).
+    fn roll_back(&mut self) -> Result<Vec<u8>>;
+
     /// Samples per second.
     fn sample_rate_hz(&self) -> u16;
 }
@@ -58,6 +64,18 @@ impl Target for StoreImage {
     fn put(&mut self, item: Item, bytes: &[u8]) -> Result<()> {
         Self::put(self, item, bytes)?;
         compare(item, bytes, &Self::stored(self, item)?)
+    }
+
+    fn roll_back(&mut self) -> Result<Vec<u8>> {
+        let previous = self.previous()?;
+        if previous.is_empty() {
+            return Err(nothing_before());
+        }
+        let identity = identity(self)?;
+        check_coefficients(&previous, &identity, USUAL_RATE_HZ)
+            .map_err(|reason| refused(Item::Coefficients, reason as u8))?;
+        Target::put(self, Item::Coefficients, &previous)?;
+        Ok(previous)
     }
 
     fn sample_rate_hz(&self) -> u16 {
@@ -94,9 +112,28 @@ impl<T: Transport> Target for Running<'_, T> {
         self.client.set(&table::UPLOAD_LENGTH, bytes.len() as u16)?;
         self.client.set_bytes(&table::UPLOAD_WINDOW, bytes)?;
         self.client.set(&table::UPLOAD_COMMAND, STORE)?;
-        self.await_stored(item, bytes)?;
+        self.await_stored(item, checksum(bytes))?;
         compare(item, bytes, &self.stored(item)?)?;
         if item == Item::Coefficients { self.await_use(bytes) } else { Ok(()) }
+    }
+
+    fn roll_back(&mut self) -> Result<Vec<u8>> {
+        self.settle()?;
+        let block = self.client.block(&table::PREVIOUS_CRC, &table::PREVIOUS_STATE)?;
+        let crc = block.get::<u32>(&table::PREVIOUS_CRC)?;
+        match block.get::<u8>(&table::PREVIOUS_STATE)? {
+            0 => {}
+            empty if empty == Reason::Empty as u8 => return Err(nothing_before()),
+            reason => return Err(refused(Item::Coefficients, reason)),
+        }
+        self.client.set(&table::PREVIOUS_CRC, crc)?;
+        self.await_stored(Item::Coefficients, crc)?;
+        let found = self.stored(Item::Coefficients)?;
+        if checksum(&found) != crc {
+            return Err(Error::failed("what was read back is not what was there before"));
+        }
+        self.await_use(&found)?;
+        Ok(found)
     }
 
     fn sample_rate_hz(&self) -> u16 {
@@ -124,7 +161,8 @@ impl<T: Transport> Running<'_, T> {
         }
     }
 
-    fn await_stored(&mut self, item: Item, bytes: &[u8]) -> Result<()> {
+    /// Waits until an item that ends with this checksum is stored.
+    fn await_stored(&mut self, item: Item, crc: u32) -> Result<()> {
         let begun = self.client.now();
         loop {
             let block = self.client.block(&table::UPLOAD_STATE, &table::UPLOAD_REASON)?;
@@ -140,12 +178,19 @@ impl<T: Transport> Running<'_, T> {
             if waited >= self.timeout {
                 self.settle()?;
                 // At the last moment they may have stood still after all.
-                if self.stored(item)? == bytes {
+                if checksum(&self.stored(item)?) == crc {
                     return Ok(());
                 }
+                let (what, then) = if block.get::<u8>(&table::UPLOAD_REASON)? == Reason::Erase as u8 {
+                    (
+                        "torque was not off",
+                        "the flash erased, which is full (register 149, or start the board again)",
+                    )
+                } else {
+                    ("the wheels did not stand still", "the flash written")
+                };
                 return Err(Error::failed(format!(
-                    "the wheels did not stand still within {} s, and only then is the flash written; the board keeps the {} \
-                     it had",
+                    "{what} within {} s, and only then is {then}; the board keeps the {} it had",
                     self.timeout.as_secs_f64(),
                     item_text(item)
                 )));
@@ -177,6 +222,10 @@ impl<T: Transport> Running<'_, T> {
             self.client.wait(LOOK_EVERY)?;
         }
     }
+}
+
+fn nothing_before() -> Error {
+    Error::failed("the board holds no coefficients before those that it has")
 }
 
 fn refused(item: Item, reason: u8) -> Error {
@@ -271,6 +320,16 @@ pub fn flash(target: &mut dyn Target, request: &Request) -> Result<Vec<Outcome>>
         });
     }
     Ok(outcomes)
+}
+
+/// Takes the coefficients before those stored into use again.
+///
+/// # Errors
+/// As [`Target::roll_back`].
+pub fn roll_back(target: &mut dyn Target) -> Result<Outcome> {
+    let image = target.roll_back()?;
+    let item = item_text(Item::Coefficients);
+    Ok(Outcome { item, bytes: image.len(), crc: checksum(&image), unchanged: false })
 }
 
 /// Why a board with this identity would refuse coefficients.

@@ -6,6 +6,7 @@ use firmware::control_table::{self as table, Reason};
 use firmware::inertial::InertialHealth;
 use firmware::power_sensors::Health;
 use firmware::reset::ResetCause;
+use firmware::totals::Keeping;
 use serde::Serialize;
 
 use super::client::{Block, Client};
@@ -20,6 +21,8 @@ pub struct Status {
     pub uptime_s: f64,
     /// Each rail.
     pub rails: Vec<RailStatus>,
+    /// Of the board's whole life.
+    pub totals: TotalsStatus,
     /// The battery by its gauge.
     pub battery: BatteryStatus,
     /// Who tells the orientation: the inertial sensor, or why it does not.
@@ -75,8 +78,23 @@ pub struct RailStatus {
     pub current_a: Option<f32>,
     /// Delivered since start, J.
     pub energy_j: Option<f32>,
+    /// Delivered in the board's whole life, J.
+    pub total_j: f64,
     /// Of its sensor.
     pub health: &'static str,
+}
+
+/// What the board has counted since it was first started.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TotalsStatus {
+    /// Way of the middle between the wheels, m.
+    pub distance_m: f64,
+    /// In motion, s.
+    pub driving_s: u32,
+    /// Switched on, s.
+    pub on_s: u32,
+    /// Why they are not kept over a reset, if they are not.
+    pub unkept: Option<&'static str>,
 }
 
 /// The battery, as far as the board knows it.
@@ -131,14 +149,15 @@ impl Status {
     /// The board does not answer.
     pub fn read<T: Transport>(client: &mut Client<T>) -> Result<Self> {
         let block = client.block(&table::TABLE_VERSION, &table::STORE_WRITES)?;
-        let behind = client.block(&table::RESET_CAUSE, &table::GYROSCOPE_BIAS)?;
+        let behind = client.block(&table::RESET_CAUSE, &table::PREVIOUS_STATE)?;
         let stock = client.block(&table::ORIENTATION, &table::ORIENTATION)?;
         let number = |register: &table::Register| Ok(known(block.get(register)?));
         let state = block.get::<u8>(&table::PAYLOAD_STATE)?;
         let coefficients = block.get::<u8>(&table::COEFFICIENTS_STATE)?;
         Ok(Self {
             uptime_s: Duration::from_micros(block.get(&table::UPTIME)?).as_secs_f64(),
-            rails: rails(&block)?,
+            rails: rails(&block, &behind)?,
+            totals: totals(&behind)?,
             battery: battery(&behind)?,
             inertial: inertial_text(behind.get(&table::INERTIAL_STATE)?, behind.get(&table::INERTIAL_CHIP)?),
             yaw_deg: yaw_deg(&stock.all(&table::ORIENTATION)?),
@@ -170,11 +189,27 @@ fn known(value: f32) -> Option<f32> {
     value.is_finite().then_some(value)
 }
 
-fn rails(block: &Block) -> Result<Vec<RailStatus>> {
+fn totals(block: &Block) -> Result<TotalsStatus> {
+    let state = block.get::<u8>(&table::TOTALS_STATE)?;
+    Ok(TotalsStatus {
+        distance_m: f64::from(block.get::<u32>(&table::TOTAL_DISTANCE)?) / 100.0,
+        driving_s: block.get(&table::TOTAL_DRIVING_TIME)?,
+        on_s: block.get(&table::TOTAL_TIME)?,
+        unkept: (state != Keeping::Ok as u8).then_some(match state {
+            1 => "the flash could not be read: since start only",
+            2 => "the flash is full, and erased as soon as torque is off",
+            3 => "the flash does not take them",
+            _ => "for a reason that this version does not know",
+        }),
+    })
+}
+
+fn rails(block: &Block, behind: &Block) -> Result<Vec<RailStatus>> {
     let read = |register: &table::Register| block.all::<f32>(register);
     let (power, voltage) = (read(&table::RAIL_POWER)?, read(&table::RAIL_VOLTAGE)?);
     let (current, energy) = (read(&table::RAIL_CURRENT)?, read(&table::RAIL_ENERGY)?);
     let health = block.all::<u8>(&table::RAIL_HEALTH)?;
+    let total = behind.all::<u64>(&table::TOTAL_ENERGY)?;
     let at = |values: &[f32], rail: usize| values.get(rail).copied().and_then(known);
     let rail = |(rail, name)| RailStatus {
         name,
@@ -182,6 +217,7 @@ fn rails(block: &Block) -> Result<Vec<RailStatus>> {
         voltage_v: at(&voltage, rail),
         current_a: at(&current, rail),
         energy_j: at(&energy, rail),
+        total_j: total.get(rail).map_or(0.0, |total| *total as f64 / 1000.0),
         health: health.get(rail).copied().and_then(Health::from_code).map_or("unknown", health_text),
     };
     Ok(rail_names().into_iter().enumerate().map(rail).collect())

@@ -49,6 +49,16 @@ impl StoreImage {
         Ok(found.as_slice().to_vec())
     }
 
+    /// The coefficients before those stored; empty when there are none.
+    ///
+    /// # Errors
+    /// The store cannot be read.
+    pub fn previous(&mut self) -> Result<Vec<u8>> {
+        let mut store = self.store()?;
+        let found = block_on(store.previous()).map_err(failed)?;
+        Ok(found.as_slice().to_vec())
+    }
+
     /// Puts an item; the others stay.
     ///
     /// # Errors

@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::overwrite::OverwriteArgument;
 use crate::board::client::Client;
-use crate::board::flasher::{self, Outcome, Request, Running, Target, flash};
+use crate::board::flasher::{self, Outcome, Request, Running, Target, flash, roll_back};
 use crate::board::serial::Serial;
 use crate::board::store_image::StoreImage;
 use crate::board::{dfu, image_file, probe, rail_names};
@@ -62,6 +62,9 @@ pub(crate) struct Arguments {
     /// Show what the board holds, and write nothing
     #[arg(long, conflicts_with_all = ["coeffs", "calibrate", "set_robot", "out"])]
     read: bool,
+    /// Take the coefficients before those on the board into use again; once more, and the two have changed places twice
+    #[arg(long, conflicts_with_all = ["coeffs", "calibrate", "set_robot", "out", "read"])]
+    rollback: bool,
     /// How long the wheels may take to stand still, s: a running board writes its flash only then
     #[arg(long, value_name = "S", default_value_t = 60.0, allow_negative_numbers = true)]
     timeout: f64,
@@ -70,6 +73,13 @@ pub(crate) struct Arguments {
     json: bool,
     #[command(flatten)]
     overwrite: OverwriteArgument,
+}
+
+/// What a command is to do.
+enum Task {
+    Store(Request),
+    Read,
+    RollBack,
 }
 
 /// What a command found or did.
@@ -114,7 +124,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let inputs = [&arguments.robot].into_iter().chain(&arguments.coeffs);
     check_apart(arguments.out.as_deref(), inputs.map(PathBuf::as_path))?;
     arguments.overwrite.check(&arguments.out, Form::Store)?;
-    let request = if arguments.read { None } else { Some(request(arguments)?) };
+    let task = match (arguments.read, arguments.rollback) {
+        (true, _) => Task::Read,
+        (_, true) => Task::RollBack,
+        _ => Task::Store(request(arguments)?),
+    };
     let done = if let Some(port) = &arguments.port {
         let timeout = Duration::try_from_secs_f64(arguments.timeout)
             .map_err(|_| Error::usage(format!("--timeout {}: expected s, 0 or more", arguments.timeout)))?;
@@ -123,13 +137,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         let bar = WaitProgress::new("waiting for the wheels to stand still", timeout);
         let waiting = &mut |waited| bar.at(waited);
         let mut target = Running { client: &mut client, board: &board, timeout, waiting };
-        work(&mut target, request.as_ref()).map_err(at_port)?
+        work(&mut target, &task).map_err(at_port)?
     } else if let Some(file) = &arguments.out {
-        on_image(StoreImage::erased(), |image| image_file::write(file, image), request.as_ref())?
+        on_image(StoreImage::erased(), |image| image_file::write(file, image), &task)?
     } else if arguments.dfu {
-        on_image(dfu::read()?, dfu::write, request.as_ref())?
+        on_image(dfu::read()?, dfu::write, &task)?
     } else {
-        on_image(probe::read()?, probe::write, request.as_ref())?
+        on_image(probe::read()?, probe::write, &task)?
     };
     match done {
         Done::Stored { robot, items } => report(arguments, &robot, &items),
@@ -137,24 +151,23 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
 }
 
-fn work(target: &mut dyn Target, request: Option<&Request>) -> Result<Done> {
-    match request {
-        Some(request) => {
-            let items = flash(target, request)?;
-            let robot = printable::name(flasher::identity(target)?.name.as_str());
-            Ok(Done::Stored { robot, items })
-        }
-        None => Ok(Done::Held(held(target)?)),
-    }
+fn work(target: &mut dyn Target, task: &Task) -> Result<Done> {
+    let items = match task {
+        Task::Read => return Ok(Done::Held(held(target)?)),
+        Task::Store(request) => flash(target, request)?,
+        Task::RollBack => vec![roll_back(target)?],
+    };
+    let robot = printable::name(flasher::identity(target)?.name.as_str());
+    Ok(Done::Stored { robot, items })
 }
 
 /// Works on a copy of the store, which is written back if anything in it is new.
 fn on_image(
     mut image: StoreImage,
     write: impl FnOnce(&StoreImage) -> Result<()>,
-    request: Option<&Request>,
+    task: &Task,
 ) -> Result<Done> {
-    let done = work(&mut image, request)?;
+    let done = work(&mut image, task)?;
     if let Done::Stored { items, .. } = &done
         && items.iter().any(|item| !item.unchanged)
     {
@@ -175,7 +188,9 @@ fn request(arguments: &Arguments) -> Result<Request> {
     let is_nothing = coefficients.is_none() && calibration.is_none() && !arguments.set_robot;
     let identity = sets_robot.then(|| flasher::robot_identity(&robot)).transpose()?;
     if is_nothing {
-        return Err(Error::usage("nothing to flash; expected --coeffs, --calibrate, --set-robot or --read"));
+        return Err(Error::usage(
+            "nothing to flash; expected --coeffs, --calibrate, --set-robot, --rollback or --read",
+        ));
     }
     Ok(Request { identity, coefficients, calibration })
 }
@@ -256,7 +271,11 @@ fn report(arguments: &Arguments, robot: &str, items: &[Outcome]) -> Result<()> {
         return crate::output::print_json(&Report { target, robot, items, verified: true, file, address });
     }
     for Outcome { item, bytes, crc, unchanged } in items {
-        let what = if *unchanged { "was there already" } else { "stored, read back and compared" };
+        let what = match (unchanged, arguments.rollback) {
+            (true, _) => "was there already",
+            (_, true) => "in use again, read back",
+            _ => "stored, read back and compared",
+        };
         println!("{item} ({robot}): {bytes} bytes, CRC {crc:08x}: {what}");
     }
     if let Some(file) = file {

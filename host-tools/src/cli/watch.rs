@@ -116,6 +116,7 @@ fn text(board: &Board, status: &Status) -> String {
             rail.health
         );
     }
+    text.push_str(&totals(status));
     text.push_str(&battery(&status.battery));
     let wheels: Vec<String> = status.wheel_rad_s.iter().map(|speed| number(*speed, "rad/s")).collect();
     let standing = if status.is_standing { "  standing" } else { "" };
@@ -145,6 +146,25 @@ fn text(board: &Board, status: &Status) -> String {
     if !faults.is_empty() {
         let _ = writeln!(text, "{:>9} {}", "faults", faults.join(", "));
     }
+    text
+}
+
+/// Of the board's whole life.
+fn totals(status: &Status) -> String {
+    let hours = |seconds: u32| f64::from(seconds) / 3600.0;
+    let rails = status.rails.iter().map(|rail| format!("{} {:.3}", rail.name, rail.total_j / 3600.0));
+    let (rails, totals) = (rails.collect::<Vec<_>>().join(", "), &status.totals);
+    let mut text = format!(
+        "{:>9} {rails} Wh; {:.1} m in {:.2} of {:.2} h",
+        "ever",
+        totals.distance_m,
+        hours(totals.driving_s),
+        hours(totals.on_s)
+    );
+    if let Some(why) = totals.unkept {
+        let _ = write!(text, " (not kept: {why})");
+    }
+    text.push('\n');
     text
 }
 

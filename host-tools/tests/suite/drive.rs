@@ -6,9 +6,11 @@ use std::time::Duration;
 use firmware::control_table::{self as table, BOARD_ID};
 use firmware::dynamixel::packet::{Instruction, encode};
 use host_tools::board::client::Client;
+use host_tools::board::status::Status;
 use host_tools::board::transport::Transport as _;
 use host_tools::plant::{Kinematics, PlantSet, ProfileKind, Scenario};
 use host_tools::virtual_board::board::{BoardOptions, VirtualBoard};
+use host_tools::virtual_board::flash::VirtualFlash;
 use host_tools::virtual_board::robot::{RobotOptions, VirtualRobot};
 
 const TENTH: Duration = Duration::from_millis(100);
@@ -27,13 +29,18 @@ impl Driven {
 
     /// The same with so much in the battery.
     fn with_charge(charge: Option<f64>) -> Self {
+        Self::with(charge, VirtualFlash::default())
+    }
+
+    /// The same with this flash.
+    fn with(charge: Option<f64>, flash: VirtualFlash) -> Self {
         let scenario =
             Scenario::new(PlantSet::Servo, Kinematics::Differential, ProfileKind::Standstill, 60.0, 1);
         let options =
             RobotOptions { driven_by_board: true, power_noise_w: 0.0, charge, ..RobotOptions::default() };
         let robot = VirtualRobot::new(scenario, options).unwrap();
-        let board =
-            VirtualBoard::start(&crate::images::virtual_board(), robot, BoardOptions::default()).unwrap();
+        let options = BoardOptions { flash, ..BoardOptions::default() };
+        let board = VirtualBoard::start(&crate::images::virtual_board(), robot, options).unwrap();
         let mut driven = Self { board, beat: 0 };
         driven.live(5);
         driven
@@ -65,6 +72,38 @@ impl Driven {
     fn goals(&mut self) -> [f64; 2] {
         self.board.robot_mut().servo_bus.servos.each_ref().map(|servo| servo.goal_rad_s())
     }
+}
+
+/// Energy and way of a drive are in flash as soon as the robot stands, and there again after the power was off; the sector that takes
+/// them was erased before there was torque, and none afterwards. 25 s of 0.1 m/s are 2.5 m, less what the servos take to follow.
+#[test]
+fn totals_go_on_after_a_reset() {
+    let folder = tempfile::tempdir().unwrap();
+    let flash = || VirtualFlash::open(&folder.path().join("flash.bin")).unwrap();
+    let mut driven = Driven::with(None, flash());
+    driven.command(10, 0);
+    driven.live(250);
+    driven.command(0, 0);
+    driven.live(80);
+    let (mut client, _) = Client::connect(driven.board).unwrap();
+    let first = Status::read(&mut client).unwrap();
+    assert_eq!(first.totals.unkept, None);
+    assert!((first.totals.distance_m - 2.5).abs() < 0.05, "{:?}", first.totals);
+    assert!((25..=27).contains(&first.totals.driving_s), "{:?}", first.totals);
+    assert_eq!(client.get::<u32>(&table::TOTALS_WRITES).unwrap(), 1);
+    assert_eq!((client.get::<u32>(&table::STORE_ERASES).unwrap()), 1);
+    drop(client);
+    let (mut client, _) = Client::connect(Driven::with(None, flash()).board).unwrap();
+    let second = Status::read(&mut client).unwrap();
+    assert_eq!(second.totals.distance_m, first.totals.distance_m);
+    assert_eq!(second.totals.driving_s, first.totals.driving_s);
+    for (before, after) in first.rails.iter().zip(&second.rails) {
+        // Written within a second or two of standstill, of 33 s.
+        let kept = after.total_j - f64::from(after.energy_j.unwrap());
+        assert!(kept <= before.total_j && kept > 0.85 * before.total_j, "{before:?} {after:?}");
+    }
+    // The first record went into the first sector, so the other one is erased now.
+    assert_eq!(client.get::<u32>(&table::STORE_ERASES).unwrap(), 1);
 }
 
 /// 126 units of 0.229 rev/min: what the stock firmware makes of 0.1 m/s.

@@ -148,6 +148,8 @@ fn wrong_usage_is_said() {
         (with(&[]), "required"),
         (with(&["--dfu", "--port", "p"]), "cannot be used with"),
         (with(&["--read", "--port", "p"]), "cannot be used with"),
+        (with(&["--rollback", "--port", "p"]), "cannot be used with"),
+        (vec!["flash", "--rollback", "--out", "s.bin"], "cannot be used with"),
         (with(&["--out", "store.elf"]), ".bin or .hex"),
         (with(&["--out", "s.bin", "--calibrate", "wheels=1"]), "a rail of battery, motors, computer, lidar"),
         (with(&["--out", "s.bin", "--calibrate", "motors=x"]), "RAIL=FACTOR"),
@@ -228,6 +230,30 @@ mod bootloader {
         );
     }
 
+    /// On a board in its bootloader too.
+    #[test]
+    fn the_set_before_comes_back() {
+        let bench = bench();
+        bench.put("flash.bin", foreign());
+        let rollback = ["flash", "--dfu", "--rollback"];
+        let output = gmr(&bench, &rollback, "");
+        assert!(stderr(&output).contains("no coefficients before"), "{}", stderr(&output));
+        assert_eq!(gmr(&bench, &with(&["--dfu", "--set-robot"]), "").status.code(), Some(0));
+        let held = || {
+            StoreImage::from_bytes(std::fs::read(bench.path("flash.bin")).unwrap())
+                .unwrap()
+                .stored(Item::Coefficients)
+                .unwrap()
+        };
+        let first = held();
+        bench.put("c.toml", bench.text("c.toml").replace("filter_cutoff_hz = 2.0", "filter_cutoff_hz = 2.5"));
+        assert_eq!(gmr(&bench, &with(&["--dfu"]), "").status.code(), Some(0));
+        assert_ne!(held(), first);
+        let output = gmr(&bench, &rollback, "");
+        assert!(String::from_utf8_lossy(&output.stdout).contains("in use again"), "{output:?}");
+        assert_eq!(held(), first);
+    }
+
     /// A board without an identity of its own is a TurtleBot3 Burger.
     #[test]
     fn a_board_of_another_robot_is_left_alone() {
@@ -282,12 +308,12 @@ mod running {
 
     use firmware::control_table::{self as table, Reason, UploadState};
     use host_tools::board::client::Client;
-    use host_tools::board::flasher::{Outcome, Request, Running, Target as _, flash};
+    use host_tools::board::flasher::{Outcome, Request, Running, Target as _, flash, roll_back};
     use host_tools::board::transport::Transport;
     use host_tools::error::Result;
 
     use super::*;
-    use crate::common::board::{BadLine, Fault, TestBoard, WRITING, burger_coefficients};
+    use crate::common::board::{BadLine, Fault, TestBoard, WRITING, burger_coefficients, other_coefficients};
 
     /// Flashes; how often it was waited, too.
     fn flashed<T: Transport>(line: T, request: &Request, timeout_s: u64) -> (Result<Vec<Outcome>>, u32, T) {
@@ -347,6 +373,47 @@ mod running {
         assert_eq!(board.state.upload().state(), UploadState::Idle);
         board.advance(Duration::from_secs(200));
         assert!(board.flash.stored(Item::Coefficients).unwrap().is_empty());
+    }
+
+    fn rolled_back(board: TestBoard, timeout_s: u64) -> (Result<Outcome>, TestBoard) {
+        let (mut client, found) = Client::connect(board).unwrap();
+        let timeout = Duration::from_secs(timeout_s);
+        let result =
+            roll_back(&mut Running { client: &mut client, board: &found, timeout, waiting: &mut |_| {} });
+        (result, client.into_transport())
+    }
+
+    /// The set before, of which only the board knows, comes back and is in use; the same once more takes it away again.
+    #[test]
+    fn the_set_before_comes_back() {
+        let (result, board) = rolled_back(TestBoard::new(), 60);
+        assert!(result.unwrap_err().to_string().contains("no coefficients before"));
+        let first = other_coefficients();
+        let mut board =
+            board.holding(Item::Coefficients, &first).holding(Item::Coefficients, &burger_coefficients());
+        for expected in [&first, &burger_coefficients()] {
+            let (result, after) = rolled_back(board, 60);
+            assert_eq!(result.unwrap().crc, firmware::items::checksum(expected));
+            assert!(after.state.settings().coefficients().is_ok());
+            let mut flash = after.flash.clone();
+            assert_eq!(&flash.stored(Item::Coefficients).unwrap(), expected);
+            board = after;
+        }
+        board.stands_at = Duration::from_secs(1000);
+        let (result, board) = rolled_back(board, 5);
+        assert!(result.unwrap_err().to_string().contains("did not stand still within 5 s"));
+        assert_eq!(board.state.upload().state(), UploadState::Idle);
+    }
+
+    /// A flash that is full is erased without torque only: who waits in vain is told.
+    #[test]
+    fn torque_that_stays_on_is_said() {
+        let mut board = TestBoard::new();
+        board.is_full = true;
+        let (result, _, board) = flashed(board, &coefficients(), 5);
+        let error = result.unwrap_err().to_string();
+        assert!(error.contains("torque was not off within 5 s"), "{error}");
+        assert!(board.state.settings().coefficients().is_err());
     }
 
     /// A host that was killed left an upload that waits: it is not in the way.

@@ -290,7 +290,7 @@ fn other_boards_are_told_apart() {
     for (model, version, said) in [
         (0x5000, Ok(0), stock),
         (0x5000, Err(Refusal::Range), stock),
-        (0x5000, Ok(1), "is version 1; expected 3"),
+        (0x5000, Ok(1), "is version 1; expected 4"),
         (1060, Ok(1), "is of model 0x0424; expected 0x5000"),
     ] {
         let error = Client::connect(Other { model, version, answer: Vec::new() }).err().unwrap().to_string();
@@ -548,6 +548,13 @@ mod command {
         board.state.snapshot.rails[1].power = Some(3.25);
         board.state.snapshot.rails[1].health = firmware::power_sensors::Health::Ok;
         board.state.counters.bus_errors = 7;
+        let totals = firmware::totals::Totals {
+            energy_mj: [7_200_000, 0, 0, 0],
+            distance_cm: 1234,
+            driving_s: 1800,
+            on_s: 3600,
+        };
+        board.state.ledger.load(Ok(Some(totals)));
         let (bench, terminal) = (Bench::new(), Terminal::new(board));
         let status = bench.json(&["watch", "--once", "--port", terminal.name()]);
         assert_eq!(
@@ -559,9 +566,21 @@ mod command {
             (&Value::Null, &Value::Null),
             "{status}"
         );
+        assert_eq!(status["rails"][0]["total_j"], 7200.0);
+        assert_eq!(
+            (&status["totals"]["distance_m"], &status["totals"]["unkept"]),
+            (&12.34.into(), &Value::Null),
+            "{status}"
+        );
         assert_eq!(status["faults"], serde_json::json!([["I2C errors", 7]]));
         let text = bench.done(&["watch", "--once", "--port", terminal.name()]).stdout;
-        for said in ["TurtleBot3 Burger", "motors     3.250 W", "nothing is stored", "I2C errors 7"] {
+        for said in [
+            "TurtleBot3 Burger",
+            "motors     3.250 W",
+            "nothing is stored",
+            "I2C errors 7",
+            "12.3 m in 0.50 of 1.00 h",
+        ] {
             assert!(text.contains(said), "{said}: {text}");
         }
     }

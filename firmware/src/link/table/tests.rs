@@ -12,6 +12,7 @@ use crate::measurement::{Snapshot, WheelSnapshot};
 use crate::power_sensors::{self, Health};
 use crate::record::Record;
 use crate::reset::{ResetCause, ResetReport};
+use crate::totals::Totals;
 use crate::wheels::{ServoCounters, WheelHealth};
 
 /// A state in which nothing is zero that can be something else.
@@ -94,6 +95,14 @@ fn state() -> State<20> {
     state.pilot.command([Some(-5), Some(0), Some(0), Some(0), Some(0), Some(60)], 1_000_000);
     state.pilot.set_profile([Some(20), Some(30)]);
     state.reset = ResetReport { cause: ResetCause::Fault, address: 0x0804_1234, failures: 3 };
+    state.snapshot.time_us = 9_000_000;
+    let before =
+        Totals { energy_mj: [0, 0, 0, 0x0001_0000_0000_0000], distance_cm: 51, driving_s: 52, on_s: 53 };
+    state.ledger.load(Ok(Some(before)));
+    state.ledger.written(Ok(()), 0);
+    state.ledger.written(Err(Reason::Erase), 0);
+    (state.counters.store_erases, state.is_store_prepared) = (54, true);
+    state.settings.load_previous(ItemBytes::new(&[1, 2, 3, 4]).unwrap());
     (0..25).for_each(|time_us| _ = state.fifo.push(Record { time_us, ..Record::default() }));
     state.fifo.acknowledge(7);
     state
@@ -141,7 +150,7 @@ fn values_stand_at_their_addresses() {
     assert_eq!((half(0), word(2), bytes[6], bytes[7]), (0x5000, 1, 1, 200));
     let time = 0x0001_0203_0405_0607_u64;
     assert_eq!((word(10), word(14)), ((time / 1000) as u32, time as u32));
-    assert_eq!((half(512), half(514), half(516)), (3, 200, 25));
+    assert_eq!((half(512), half(514), half(516)), (4, 200, 25));
     // No coefficients: model 255, state 1 "none stored".
     assert_eq!((bytes[518], bytes[519], word(520)), (255, 1, 0));
     assert_eq!(bytes[524..548], *b"TurtleBot3 Burger\0\0\0\0\0\0\0");
@@ -180,7 +189,11 @@ fn values_stand_at_their_addresses() {
     );
     assert_eq!((bytes[2416], bytes[2417], word(2420), word(2424)), (3, 2, 21, 22));
     assert_eq!([float(2428), float(2436)], [0.1, 0.3]);
-    assert_eq!(bytes.len(), 2440);
+    // 1000 and 4000 J since start; 9 s.
+    assert_eq!((long(2440), long(2464)), (1_000_000, 0x0001_0000_0000_0000 + 4_000_000));
+    assert_eq!([2472, 2476, 2480, 2484, 2488].map(word), [51, 52, 62, 1, 54]);
+    assert_eq!((bytes[2492], bytes[2493], word(2496), bytes[2500]), (2, 1, 0x0403_0201, 3));
+    assert_eq!(bytes.len(), 2501);
     // Between registers.
     assert_eq!((bytes[8], bytes[24], bytes[500], bytes[750]), (0, 0, 0, 0));
     assert_eq!(UPLOAD_BYTES, 256);

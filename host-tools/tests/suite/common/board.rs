@@ -44,6 +44,8 @@ pub(crate) struct TestBoard<const RECORDS: usize = MEMORY> {
     pub(crate) stands_at: Duration,
     /// Whether its flash does not hold what is written.
     pub(crate) is_worn: bool,
+    /// Whether its flash would have to be erased first; torque is on.
+    pub(crate) is_full: bool,
     /// Whether it says that it has stored what it has not.
     pub(crate) is_lying: bool,
     /// Whether samples are taken at all.
@@ -71,11 +73,20 @@ pub(crate) fn sample(sequence: u32) -> Record {
 
 /// Coefficients that a board takes whose robot was never set: of a signed torque model, as `common::TRUTH` has it.
 pub(crate) fn burger_coefficients() -> Vec<u8> {
+    coefficients_with(0.01)
+}
+
+/// Another set for the same robot.
+pub(crate) fn other_coefficients() -> Vec<u8> {
+    coefficients_with(0.02)
+}
+
+fn coefficients_with(power_scale: f32) -> Vec<u8> {
     let robot = Robot::load("burger").unwrap().core::<2>(2.0).unwrap();
     let [a0, a1, g2, g3, g4, kappa] = crate::common::TRUTH;
     let torque = TorqueModel::from_array([a0, a1, g2, g3, g4, kappa, 0.0]);
     let model = Model::Signed { torque, drive: Drive::Dissipative };
-    let noise = Noise { density: 1e-4, model_std: 0.01, power_scale: 0.01, tail: 0.0 };
+    let noise = Noise { density: 1e-4, model_std: 0.01, power_scale: power_scale.into(), tail: 0.0 };
     Coefficients { robot, model, noise, columns: Columns::NONE, identifies_mass: true, ground_adapts: false }
         .encode()
         .unwrap()
@@ -103,6 +114,7 @@ impl<const RECORDS: usize> TestBoard<RECORDS> {
             restart_at: None,
             stands_at: Duration::ZERO,
             is_worn: false,
+            is_full: false,
             is_lying: false,
             is_sampling: true,
         };
@@ -122,6 +134,7 @@ impl<const RECORDS: usize> TestBoard<RECORDS> {
             let bytes = ItemBytes::new(&self.flash.stored(item).unwrap()).unwrap();
             self.state.load(item, Ok(bytes));
         }
+        self.state.load_previous(ItemBytes::new(&self.flash.previous().unwrap()).unwrap());
     }
 
     /// Lets time pass.
@@ -150,7 +163,9 @@ impl<const RECORDS: usize> TestBoard<RECORDS> {
     }
 
     fn write(&mut self, item: Item, bytes: &[u8]) -> std::result::Result<(), Reason> {
-        if self.is_worn {
+        if self.is_full {
+            Err(Reason::Erase)
+        } else if self.is_worn {
             Err(Reason::ReadBack)
         } else {
             self.flash.put(item, bytes).map_err(|_| Reason::Flash)
