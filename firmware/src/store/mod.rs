@@ -12,6 +12,7 @@
 //!
 //! The same code works on the board's flash and, in `gmr`, on a copy of it in memory ([`RamFlash`]).
 
+mod log;
 mod ram;
 mod record;
 mod sector;
@@ -28,9 +29,9 @@ use sequential_storage::map::{MapConfig, MapStorage};
 use crate::control_table::{Item, Reason, UPLOAD_BYTES};
 use crate::items::{ITEMS, ItemBytes};
 use crate::totals::TOTALS_BYTES;
+use log::Log;
 use record::{VALUE_BYTES, Versions};
 use sector::Sector;
-use totals::Log;
 
 pub use ram::{OutOfReach, RamFlash};
 

@@ -5,6 +5,7 @@
 
 use embedded_storage_async::nor_flash::NorFlash;
 
+use super::log::Log;
 use super::{Change, Store, StoreError};
 use crate::bytes::CRC;
 use crate::totals::TOTALS_BYTES;
@@ -20,20 +21,6 @@ const MOST_SKIPS: usize = 4;
 /// Some drivers want what they write on a word boundary.
 #[repr(align(4))]
 struct Record([u8; RECORD_BYTES]);
-
-/// Where the next record goes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Log {
-    sector: u32,
-    next: usize,
-}
-
-impl Log {
-    /// Of a sector that is still empty.
-    pub(super) const fn new(sector: u32) -> Self {
-        Self { sector, next: 0 }
-    }
-}
 
 impl<F: NorFlash> Store<F> {
     /// Records that a sector has room for.

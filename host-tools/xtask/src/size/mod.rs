@@ -14,11 +14,10 @@ use panics::Sites;
 use stack::Depth;
 
 /// Of the 768 KB that the application has: sectors 5 to 7, none of which is the store's. Measuring alone takes 227 KB, driving,
-/// its registers and the second port 31, the inertial sensor, its filter and the battery's gauge 26, the totals, the spare sector and the
-/// coefficients before those in use 13, ground that adapts 74.
-const MOST_FLASH: u64 = 384 * 1024;
-/// Of 256 KB. Two answers of the longest, and both sets of coefficients on their way to the flash, are the last 3 of them.
-const MOST_RAM: u64 = 100 * 1024;
+/// its registers and the second port 31, the inertial sensor, its filter and the battery's gauge 26.
+const MOST_FLASH: u64 = 288 * 1024;
+/// Of 256 KB.
+const MOST_RAM: u64 = 96 * 1024;
 
 /// The board's image, which has limits, and the emulator's.
 const IMAGES: [&str; 2] = [OPENCR, VIRTUAL];
