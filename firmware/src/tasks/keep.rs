@@ -70,6 +70,9 @@ impl<F: NorFlash> Keeper<'_, F> {
             state.ledger.load(totals.map_err(Reason::from));
         });
         self.prepare().await;
+        // Where the next record belongs is looked for now, record by record: some milliseconds that a sample would wait for later. What
+        // goes wrong is said when one is written.
+        let _ = self.store.is_log_full().await;
         self.show().await;
     }
 

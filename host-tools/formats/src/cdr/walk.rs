@@ -334,10 +334,10 @@ mod tests {
         }
     }
 
-    /// Bytes laid out by hand: nothing in front, no gaps, no zeros; a time is two numbers, an empty message is nothing.
+    /// Bytes laid out by hand: nothing in front, no gaps, no zeros; a time is two numbers.
     #[test]
     fn ros_1_leaves_no_gaps() {
-        let definition = "uint8 n\ntime at\nE e\nstring[] name\nfloat64[] velocity\n===\nMSG: p/E\n";
+        let definition = "uint8 n\ntime at\nstring[] name\nfloat64[] velocity\n";
         let layout = Layout::of("p/A", definition, Serialization::Ros1).unwrap();
         let bytes = [
             &[7_u8][..],
