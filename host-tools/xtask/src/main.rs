@@ -50,7 +50,8 @@ usage: cargo xtask <command>
          the figures of docs/robots.txt
   circles
          files of a crate that need each other, and rooms that need those above them: part of test
-  fuzz [log | robot | coefficients | effects | image | link | servo] [--runs N]
+  fuzz [log | robot | coefficients | effects | image | link | servo | mcap | sqlite | ulog |
+        parquet] [--runs N]
          libFuzzer over the readers of files and packets; a C++ compiler is needed
   mutate [COUNT [SEED]]
          spoiled inputs, each to the command that reads it, within 5 s and 2 GB: 10,000 in

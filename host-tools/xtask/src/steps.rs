@@ -29,6 +29,17 @@ pub(crate) struct Steps {
     tests: Tally,
 }
 
+/// Does a list of steps, and says how long each took and why the list ended early. True when it did not.
+pub(crate) fn carried_out(work: impl FnOnce(&mut Steps) -> Result<(), Stop>) -> bool {
+    let mut steps = Steps::default();
+    let result = work(&mut steps);
+    steps.print_summary();
+    if let Err(stop) = &result {
+        println!("\nstopped: {stop}");
+    }
+    result.is_ok()
+}
+
 /// How many tests ran.
 #[derive(Default, Debug, PartialEq, Eq, Clone)]
 pub(crate) struct Tally {

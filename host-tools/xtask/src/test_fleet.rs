@@ -7,20 +7,14 @@ use std::process::Command;
 use crate::paths::{root, target_folder};
 use crate::python;
 use crate::set_up::{self, Consent};
-use crate::steps::{Steps, Stop, command};
+use crate::steps::{Steps, Stop, carried_out, command};
 
 /// The tests, and what they run with.
 const ENGINES: &str = "host-tools/python/engines";
 
 /// True when everything passed.
 pub(crate) fn run(consent: Consent) -> bool {
-    let mut steps = Steps::default();
-    let result = all(&mut steps, consent);
-    steps.print_summary();
-    if let Err(stop) = &result {
-        println!("\nstopped: {stop}");
-    }
-    result.is_ok()
+    carried_out(|steps| all(steps, consent))
 }
 
 fn all(steps: &mut Steps, consent: Consent) -> Result<(), Stop> {

@@ -2,17 +2,11 @@
 //! another build of host-tools.
 
 use crate::python;
-use crate::steps::{Steps, Stop, command};
+use crate::steps::{Steps, Stop, carried_out, command};
 
 /// True when it passed.
 pub(crate) fn run() -> bool {
-    let mut steps = Steps::default();
-    let result = all(&mut steps);
-    steps.print_summary();
-    if let Err(stop) = &result {
-        println!("\nstopped: {stop}");
-    }
-    result.is_ok()
+    carried_out(all)
 }
 
 fn all(steps: &mut Steps) -> Result<(), Stop> {
