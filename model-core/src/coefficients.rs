@@ -171,7 +171,7 @@ pub struct Robot<T, const N: usize> {
 impl<T: Real, const N: usize> Robot<T, N> {
     /// Whether turns drag its wheels: by its kind of steering, or because a fit has found that scrub builds up.
     pub fn scrubs(&self) -> bool {
-        self.kinematics.scrubs() || !self.conditioning.slip.is_off()
+        self.kinematics.scrubs() || !self.conditioning.slip.is_off() || self.conditioning.true_slip != T::ZERO
     }
 
     /// The same robot in another precision.
@@ -332,8 +332,8 @@ const fn length_of(version: u16, wheels: usize, columns: usize) -> usize {
 
 impl<T: Real, const N: usize> Coefficients<T, N> {
     /// The image, in single precision. `None` for more than [`MOST_WHEELS`] wheels, for what has no model id (ungated products
-    /// with coefficients of their own), and for effects and traits of another model than the signed one. Of the versions that
-    /// have room for all it is the first: older firmware takes it.
+    /// with coefficients of their own), for effects and traits of another model than the signed one, and for true slip, which needs a
+    /// gyro. Of the versions that have room for all it is the first: older firmware takes it.
     pub fn encode(&self) -> Option<Image> {
         let columns = self.columns.len();
         let traits = self.traits();
@@ -343,6 +343,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         if N > MOST_WHEELS
             || !(is_signed || columns == 0 && !has_traits)
             || (self.ground_adapts && !(is_signed && columns == 0))
+            || self.robot.conditioning.true_slip != T::ZERO
         {
             return None;
         }
@@ -410,7 +411,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
 
     /// What version 3 has beyond the first, in its order.
     fn traits(&self) -> [T; TRAITS] {
-        let Conditioning { slip, delay } = self.robot.conditioning;
+        let Conditioning { slip, delay, .. } = self.robot.conditioning;
         let imbalance = match &self.model {
             Model::Signed { torque, .. } => torque.imbalance,
             Model::Eq18 { .. } => T::ZERO,
@@ -491,7 +492,8 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
             found => return Err(DecodeError::UnknownModel { found }),
         };
         let [_, half_slip, relaxation, delay, rest @ ..] = traits;
-        let conditioning = Conditioning { slip: SlipMemory { half_slip, relaxation }, delay };
+        let slip = SlipMemory { half_slip, relaxation };
+        let conditioning = Conditioning { slip, delay, true_slip: T::ZERO };
         // One image for the same coefficients: without traits it is of an older version.
         let is_canonical = version != VERSION_WITH_TRAITS || traits.iter().any(|value| *value != T::ZERO);
         let is_known = rest.iter().all(|value| *value == T::ZERO);

@@ -7,7 +7,7 @@ use crate::kinematics::MassMatrix;
 use crate::motion::Motion;
 use crate::real::Real;
 use crate::sample::Sample;
-use crate::slip::{Slip, SlipMemory};
+use crate::slip::{Slip, SlipMemory, TrueTurn};
 
 /// A sample after the filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,6 +29,8 @@ pub enum Unfit {
     Model,
     /// A delay that the samples kept do not reach.
     Delay,
+    /// True slip of a robot that has no two sides.
+    Sides,
 }
 
 /// Filters speed and power alike (Section 7.1) and forms the wheels' motion.
@@ -91,13 +93,18 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
     /// filter then stays as it was. Time that runs backwards or is no number is a gap.
     #[inline]
     pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Option<Conditioned<T, N>> {
-        self.condition(sample, elapsed).map(|(conditioned, _)| conditioned)
+        self.condition(sample, elapsed, None).map(|(conditioned, _)| conditioned)
     }
 
     /// [`Self::push`], and how long the sample stands for, s: the time since the one before, but behind a gap, which nobody
-    /// measured, at most a longest step.
+    /// measured, at most a longest step. With what a gyro says of the same instant, true slip adds to the scrub.
     #[inline(always)]
-    pub(crate) fn condition(&mut self, sample: &Sample<T, N>, elapsed: T) -> Option<(Conditioned<T, N>, T)> {
+    pub(crate) fn condition(
+        &mut self,
+        sample: &Sample<T, N>,
+        elapsed: T,
+        turn: Option<&TrueTurn<T>>,
+    ) -> Option<(Conditioned<T, N>, T)> {
         let aligned;
         let sample = if self.line.is_off() {
             sample
@@ -146,7 +153,11 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
                 *value = self.filter.step(channel, *input).value;
             }
         }
-        let conditioned = Conditioned { motion: self.motion(&speed, &acceleration, since), power, settled };
+        let mut motion = self.motion(&speed, &acceleration, since);
+        if let (Some(turn), Some(sides)) = (turn, self.mass_matrix.sides()) {
+            motion.add_scrub(&sides.scrub(turn.share(sides.rims(&speed).difference)));
+        }
+        let conditioned = Conditioned { motion, power, settled };
         Some((conditioned, held))
     }
 

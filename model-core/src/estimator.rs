@@ -132,7 +132,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     ) -> Estimate<T, N> {
         additions.correct(sample, outside, elapsed);
         let sample = additions.corrected(sample);
-        let conditioned = self.conditioner.condition(sample, elapsed);
+        let conditioned = self.conditioner.condition(sample, elapsed, additions.true_turn());
         // In this order NaN counts as none.
         let elapsed = T::ZERO.at_least(elapsed);
         let mut power = None;

@@ -129,6 +129,13 @@ impl<T: Real, const N: usize> Kinematics<T, N> {
         Twist { vx, vy, omega }
     }
 
+    /// By how much the sides' mean wheel speeds differ (right less left, rad/s) for each rad/s that the robot turns, where nothing slips:
+    /// of a robot with two sides the track over the wheels' radius.
+    pub fn difference_per_turn(&self) -> T {
+        let [_, _, omega] = &self.rows;
+        T::TWO / omega.iter().fold(T::ZERO, |sum, entry| sum + entry.abs())
+    }
+
     /// M'' = Rᵀ diag(1, 1, k²) R (m²) for the radius of gyration k (m) about the vertical axis.
     ///
     /// # Errors

@@ -22,6 +22,7 @@ pub mod energy;
 pub mod eq18;
 pub mod estimator;
 pub mod filter;
+pub mod gyro;
 pub mod kinematics;
 pub mod model;
 pub mod motion;

@@ -14,7 +14,8 @@ pub struct Wheel<T> {
     pub inertial_torque: T,
     /// h: −1, 0 (within the dead band) or 1.
     pub direction: T,
-    /// σ: share of the turn's scrub, −1 … 1; 0 where the wheels do not scrub, within the dead band, and straight ahead.
+    /// σ: share of the turn's scrub, −1 … 1, beyond that where true slip adds to it; 0 where the wheels do not scrub, within the dead
+    /// band, and straight ahead.
     pub scrub: T,
     /// h of a wheel on the right, −h of one on the left; 0 where the robot has no two sides, and within the dead band.
     pub side: T,
@@ -71,6 +72,15 @@ impl<T: Real, const N: usize> Motion<T, N> {
             }
         }
         Self { wheels }
+    }
+
+    /// Adds to σ of every wheel that moves.
+    pub(crate) fn add_scrub(&mut self, scrub: &[T; N]) {
+        for (wheel, more) in self.wheels.iter_mut().zip(scrub) {
+            if wheel.direction != T::ZERO {
+                wheel.scrub += *more;
+            }
+        }
     }
 
     /// Whether any wheel turns faster than the dead band.

@@ -92,3 +92,20 @@ impl<T: Real> Slip<T> {
         self.0
     }
 }
+
+/// What a gyro says of one instant, behind the filter ([`crate::gyro`]).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrueTurn<T> {
+    /// q: share of the scrub per true slip, s/rad.
+    pub gain: T,
+    /// G, rad/s.
+    pub difference: T,
+}
+
+impl<T: Real> TrueTurn<T> {
+    /// q S where the sides' wheels differ by `difference` (Δ, rad/s).
+    #[inline]
+    pub fn share(&self, difference: T) -> T {
+        self.gain * (difference - self.difference)
+    }
+}

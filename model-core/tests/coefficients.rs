@@ -384,7 +384,10 @@ fn with_traits(columns: &[Column<f32>]) -> Coefficients<f32, 2> {
     let Model::Signed { torque, drive } = found.model else { panic!("signed") };
     let slip = SlipMemory { half_slip: 0.126, relaxation: 1.79 };
     Coefficients {
-        robot: Robot { conditioning: Conditioning { slip, delay: -0.25 }, ..found.robot },
+        robot: Robot {
+            conditioning: Conditioning { slip, delay: -0.25, ..Conditioning::PLAIN },
+            ..found.robot
+        },
         model: Model::Signed { torque: TorqueModel { imbalance: -0.02, ..torque }, drive },
         ..found
     }
@@ -399,7 +402,7 @@ fn every_trait_comes_back() {
         let Model::Signed { torque, drive } = all.model else { panic!("signed") };
         let imbalance = if own { torque.imbalance } else { 0.0 };
         Coefficients {
-            robot: Robot { conditioning: Conditioning { slip, delay }, ..all.robot },
+            robot: Robot { conditioning: Conditioning { slip, delay, ..Conditioning::PLAIN }, ..all.robot },
             model: Model::Signed { torque: TorqueModel { imbalance, ..torque }, drive },
             ..all
         }

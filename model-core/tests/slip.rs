@@ -255,7 +255,7 @@ fn follows_the_differential_equation() {
 #[test]
 fn plausibility() {
     let with = |slip, imbalance, delay| {
-        let conditioning = Conditioning { slip, delay };
+        let conditioning = Conditioning { slip, delay, ..Conditioning::PLAIN };
         let found = coefficients();
         let Model::Signed { torque, drive } = found.model else { panic!("signed") };
         let robot = Robot { conditioning, ..found.robot };

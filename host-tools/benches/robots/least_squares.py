@@ -24,7 +24,7 @@ MOST_ROWS = 20_000
 
 @dataclass
 class Rows:
-    """Behind the filter; wheels by side or one by one. Shapes (n, wheels) but for power, mass and turn."""
+    """Behind the filter; wheels by side or one by one. Shapes (n, wheels) but for power, mass, turn and true slip."""
     speed: np.ndarray
     acceleration: np.ndarray
     inertial: np.ndarray     # torque per kilogram at the wheel, N·m/kg
@@ -33,6 +33,7 @@ class Rows:
     mass: np.ndarray
     lateral: np.ndarray      # −1 left, +1 right
     slip: "Slip"
+    true_slip: np.ndarray    # what the wheels turn more than the gyro says, rad/s by side; NaN without a gyro
 
 
 class Slip:
@@ -84,7 +85,7 @@ def settled(sos, x):
     return sosfilt(sos, x, axis=0, zi=sosfilt_zi(sos)[:, :, None] * x[0] if x.ndim > 1 else sosfilt_zi(sos) * x[0])[0]
 
 
-def read(logs, robot, masses, delay=0.0):
+def read(logs, robot, masses, delay=0.0, with_gyro=False):
     """Rows of all logs behind the robot's filter, each log from its settled start."""
     kinematics = np.array(robot["kinematics"])
     gyration = robot["gyration_radius_m"]
@@ -98,10 +99,15 @@ def read(logs, robot, masses, delay=0.0):
         column = {n: values[:, k] for k, n in enumerate(names)}
         raw = np.column_stack([column[f"wheel{k + 1}_rad_s"] for k in range(kinematics.shape[1])])
         fine = np.isfinite(raw).all(axis=1) & np.isfinite(column["power_w"])
+        turn = column.get(YAW_RATE, np.full(len(fine), np.nan))
+        if with_gyro:
+            fine &= np.isfinite(turn)
         time, raw, power = column["time_s"][fine], raw[fine], column["power_w"][fine] - robot.get("static_power_w", 0.0)
+        turn = turn[fine]
         if delay:
             # The power is late: speeds of then.
             raw = np.column_stack([np.interp(time - delay, time, wheel) for wheel in raw.T])
+            turn = np.interp(time - delay, time, turn)
         period = float(np.median(np.diff(time)))
         value, slope = low_pass(robot["filter_cutoff_hz"], period)
         wait = int(np.ceil(2.0 / (robot["filter_cutoff_hz"] * period)))
@@ -110,36 +116,45 @@ def read(logs, robot, masses, delay=0.0):
         own = column["mass_kg"][fine] if "mass_kg" in column else np.full(len(time), mass)
         starts = np.zeros(len(time), bool)
         starts[0] = True
-        parts.append((settled(value, raw), settled(slope, raw), settled(value, power), own, starts, np.arange(len(time)) >= wait, period))
-    speed, acceleration, power, mass, starts, use = (np.concatenate([p[k] for p in parts]) for k in range(6))
+        parts.append((settled(value, raw), settled(slope, raw), settled(value, power), own, starts, np.arange(len(time)) >= wait, period,
+                      settled(value, turn)))
+    speed, acceleration, power, mass, starts, use, _, turn = (
+        None if k == 6 else np.concatenate([p[k] for p in parts]) for k in range(8))
     band = robot["speed_dead_band_rad_s"]
     rest = np.abs(speed) <= band
     inertial = acceleration @ matrix.T
     direction = np.sign(speed)
     side = [speed[:, lateral == s].mean(axis=1) for s in (-1.0, 1.0)]
+    # Wheel speeds that differ by d turn a robot that does not slip by d Σ|ω row| / 2.
+    true_slip = side[1] - side[0] - turn * 2.0 / np.abs(kinematics[-1]).sum()
     slip = Slip(side[1] - side[0], np.abs(side[0] + side[1]) / 2.0, parts[0][6], starts, band)
     keep = np.flatnonzero(use)[:: max(1, int(np.ceil(use.sum() / MOST_ROWS)))]
     slip.keep, slip.sign = keep, slip.sign[keep]
     for array in (acceleration, inertial, direction, speed):
         array[rest] = 0.0
-    return Rows(speed[keep], acceleration[keep], inertial[keep], direction[keep], power[keep], mass[keep], lateral, slip)
+    return Rows(speed[keep], acceleration[keep], inertial[keep], direction[keep], power[keep], mass[keep], lateral, slip,
+                true_slip[keep])
 
 
 # Name of a coefficient: scale of a random start.
 SCALES = {
     "coulomb": 1.0, "rolling": 0.02, "viscous": 0.2, "rotor_inertia": 0.5, "inertia_gain": 1.0, "winding_loss": 0.03, "scrub": 0.5,
-    "imbalance": 0.3, "half_slip": 0.1, "relaxation": 1.0,
+    "imbalance": 0.3, "half_slip": 0.1, "relaxation": 1.0, "true_slip": 0.3,
 }
 # What the file calls otherwise.
-NAMES = {"slip_relaxation_rad": "relaxation", "power_delay_s": "delay_s"}
+NAMES = {"slip_relaxation_rad": "relaxation", "power_delay_s": "delay_s", "true_slip_s_rad": "true_slip"}
 # Not fitted here: taken as `gmr fit` found it.
 DELAY = "delay_s"
+# Turn rate by a gyro, counter-clockwise, rad/s.
+YAW_RATE = "yaw_rate_rad_s"
 
 
 def model(q, rows, regenerates):
     """Power, W, of coefficients by name."""
     g = q.get
     turn = rows.slip.at(g("half_slip", 0.0), g("relaxation", 0.0))
+    if "true_slip" in q:
+        turn = turn + q["true_slip"] * rows.true_slip
     moving = rows.direction != 0.0
     m = rows.mass[:, None]
     torque = ((g("coulomb", 0.0) + g("imbalance", 0.0) * rows.lateral + g("rolling", 0.0) * m) * rows.direction
@@ -190,7 +205,7 @@ def beside(fit, coefficients, logs, starts=STARTS):
     masses = document["fit"]["masses_kg"]
     masses = masses if len(masses) == len(logs) else [masses[0]] * len(logs)
     robot = document["robot"]
-    rows = read(logs, robot, masses, delay)
+    rows = read(logs, robot, masses, delay, "true_slip" in values)
     total = float(np.sum((rows.power - rows.power.mean()) ** 2))
     own = float(np.sum((model(values, rows, robot["regeneration"]) - rows.power) ** 2))
     cost, best = solve(rows, list(values), robot["regeneration"], starts)

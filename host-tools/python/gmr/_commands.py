@@ -46,6 +46,7 @@ def fit(
     learning_rate: float | None = None,
     momentum: float | None = None,
     iterations: int | None = None,
+    no_gyro: bool = False,
     **units: Any,
 ) -> Fit:
     """Fits the power model to logs with known payload: two of them, empty and fully loaded, at least.
@@ -54,6 +55,7 @@ def fit(
     method : ``physical`` (signed), ``nnls``, ``pgd`` (Eq. 18); the model's own unless given
     mass : total mass of logs without a mass_kg column, kg; the robot's without payload unless given
     learning_rate, momentum, iterations : of pgd
+    no_gyro : leave a gyro's yaw_rate_rad_s alone: for boards, plans and whatever else has none
     units : as of `inspect`
     """
 
@@ -61,7 +63,7 @@ def fit(
         with _Call("fit") as call:
             call.add("--robot", robot).add("--model", model).add("--method", method).add("--mass", mass)
             call.add("--learning-rate", learning_rate).add("--momentum", momentum).add("--iterations", iterations)
-            call.units(units).logs(logs)
+            call.flag("--no-gyro", no_gyro).units(units).logs(logs)
             file = call.output("--out", "coefficients.toml") if out else None
             text, said = call.run()
             return text, said, _text(file)

@@ -173,7 +173,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
-    let coefficients = CoefficientsFile::<N>::read(&arguments.coeffs, robot)?.coefficients;
+    let coefficients = CoefficientsFile::<N>::read_with_gyro(&arguments.coeffs, robot)?.coefficients;
     let payloads = arguments.payload.unwrap_or(Payloads::default_for(&coefficients.model));
     let policy = policy(arguments)?;
     let mut track = Track::default();

@@ -14,7 +14,7 @@ use super::units::UnitArguments;
 use crate::board::flasher::{self, USUAL_RATE_HZ};
 use crate::error::{Error, Result};
 use crate::fit::entrance;
-use crate::fit::form::{Judged, Term};
+use crate::fit::form::{Judged, TERMS, TERMS_WITH_GYRO, Term};
 use crate::fit::verdict::{Parameter, Verdict};
 use crate::fit::warning::Warning;
 use crate::fit::{self, Fit, Method, ModelKind, linear::Certificate, pgd};
@@ -59,6 +59,9 @@ pub(crate) struct Arguments {
     /// Total mass of logs without a mass_kg column, kg [default: the robot's mass without payload]
     #[arg(long, value_name = "KG")]
     mass: Option<f64>,
+    /// Leave a gyro's yaw_rate_rad_s alone: for boards, plans and whatever else has none
+    #[arg(long)]
+    no_gyro: bool,
     /// Learning rate α of pgd, on columns scaled to unit root mean square
     #[arg(long, default_value_t = 0.001)]
     learning_rate: f64,
@@ -101,6 +104,7 @@ struct Report<'a> {
     power_delay_s: f64,
     half_slip: f64,
     slip_relaxation_rad: f64,
+    true_slip_s_rad: f64,
     terms: &'a [Judged],
     warnings: &'a [Warning],
 }
@@ -144,7 +148,9 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     let settings = settings(arguments)?;
     let mut suspicions = entrance::look::<N>(robot, &arguments.runs, mass)?;
     let doubted = suspicions.first().map(|suspicion| suspicion.text.clone());
-    let mut fit = fit::fit_logs::<N>(robot, &arguments.runs, mass, arguments.model, method, &settings)?;
+    let terms: &[Term] = if arguments.no_gyro { &TERMS } else { &TERMS_WITH_GYRO };
+    let model = (arguments.model, terms);
+    let mut fit = fit::fit_logs::<N>(robot, &arguments.runs, mass, model, method, &settings)?;
     // What the logs look like explains what the fit says of itself.
     suspicions.append(&mut fit.warnings);
     fit.warnings = suspicions;
@@ -179,6 +185,9 @@ fn check_for_boards<const N: usize>(robot: &Robot, coefficients: &Coefficients<f
         );
         Error::of(NotForBoards(message))
     };
+    let mut coefficients = *coefficients;
+    // That a gyro is needed has been said; what else they hold can still be absurd.
+    coefficients.robot.conditioning.true_slip = 0.0;
     let image = coefficients.encode().ok_or_else(|| refused("boards have no such model"))?;
     let identity = flasher::robot_identity(robot)?;
     match check_coefficients(image.as_bytes(), &identity, USUAL_RATE_HZ) {
@@ -233,6 +242,7 @@ fn print_json<const N: usize>(robot: &Robot, fit: &Fit<N>) -> Result<()> {
         power_delay_s: fit.coefficients.robot.conditioning.delay,
         half_slip: fit.coefficients.robot.conditioning.slip.half_slip,
         slip_relaxation_rad: fit.coefficients.robot.conditioning.slip.relaxation,
+        true_slip_s_rad: fit.coefficients.robot.conditioning.true_slip,
         terms: &fit.judged,
         warnings: &fit.warnings,
     })
@@ -252,6 +262,10 @@ fn print_terms<const N: usize>(fit: &Fit<N>) {
                 )
             }
             (Term::UnequalSides, true) => "unequal sides".to_owned(),
+            (Term::TrueSlip, true) => {
+                format!("true slip by the gyro: {:.3} of the scrub per rad/s", conditioning.true_slip)
+            }
+            (Term::TrueSlip, false) => "no true slip by the gyro".to_owned(),
             (Term::Delay, false) => "no delay".to_owned(),
             (Term::SlipMemory, false) => "no slip memory".to_owned(),
             (Term::UnequalSides, false) => "equal sides".to_owned(),

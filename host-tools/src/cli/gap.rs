@@ -8,7 +8,7 @@ use model_core::model::Model;
 
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
-use crate::coefficients::CoefficientsFile;
+use crate::coefficients::{CoefficientsFile, InvalidCoefficients};
 use crate::effects::{NotTestable, written};
 use crate::error::{Error, Result};
 use crate::export::joints::Language;
@@ -246,9 +246,15 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
     };
     // Before the long work, and before the clean logs are asked whether they have changed.
     let fitted = match &arguments.coeffs {
-        Some(file) => Some((file, CoefficientsFile::<N>::read(file, robot)?)),
+        Some(file) => Some((file, CoefficientsFile::<N>::read_with_gyro(file, robot)?)),
         None => None,
     };
+    if let (Some(_), Some((file, fitted))) = (&arguments.plant, &fitted)
+        && fitted.coefficients.robot.conditioning.true_slip != 0.0
+    {
+        // The simulated robot has no gyro.
+        return Err(Error::of(InvalidCoefficients::TrueSlip).in_file(file).in_column("true_slip_s_rad"));
+    }
     let clean_logs = match (&arguments.base[..], &fitted) {
         ([], Some((file, fitted))) => fitted.logs_still_there(file)?,
         (given, _) => given.to_owned(),

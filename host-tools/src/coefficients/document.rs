@@ -12,13 +12,19 @@ use model_core::payload::Noise;
 use model_core::slip::SlipMemory;
 use serde::{Deserialize, Serialize};
 
-use super::error::InvalidCoefficients;
+use super::error::{InvalidCoefficients, TRUE_SLIP};
 use super::kind::{Method, ModelKind};
 use super::parameters::{IMBALANCE, number};
 use crate::effects::written::Written;
 
 /// Version of the file's layout.
 pub(super) const FORMAT: u32 = 1;
+
+/// Of files with true slip: likewise.
+pub(super) const FORMAT_WITH_GYRO: u32 = 3;
+
+/// Every version known here.
+pub(super) const FORMATS: [u32; 3] = [FORMAT, FORMAT_WITH_TRAITS, FORMAT_WITH_GYRO];
 
 /// Of files with a delay, slip memory or an imbalance of the sides: a reader that passed over these would compute something else.
 pub(super) const FORMAT_WITH_TRAITS: u32 = 2;
@@ -62,6 +68,9 @@ pub(super) struct RobotSection {
     pub(super) half_slip: f64,
     #[serde(default, skip_serializing_if = "is_nought")]
     pub(super) slip_relaxation_rad: f64,
+    /// How much of the scrub a rad/s of true slip adds: needs a gyro.
+    #[serde(default, skip_serializing_if = "is_nought")]
+    pub(super) true_slip_s_rad: f64,
 }
 
 fn is_nought(value: &f64) -> bool {
@@ -72,7 +81,7 @@ impl RobotSection {
     /// What lies between samples and motion beside the filter.
     pub(super) fn conditioning(&self) -> Conditioning<f64> {
         let slip = SlipMemory { half_slip: self.half_slip, relaxation: self.slip_relaxation_rad };
-        Conditioning { slip, delay: self.power_delay_s }
+        Conditioning { slip, delay: self.power_delay_s, true_slip: self.true_slip_s_rad }
     }
 }
 
@@ -159,9 +168,11 @@ impl Document {
             message: error.message().replace('\n', " "),
             line: error.span().map(|span| 1 + text[..span.start].matches('\n').count() as u64),
         })?;
-        match document.format {
-            FORMAT | FORMAT_WITH_TRAITS => Ok(document),
-            found => Err(InvalidCoefficients::Format { found, known: [FORMAT, FORMAT_WITH_TRAITS] }),
+        let found = document.format;
+        if FORMATS.contains(&found) {
+            Ok(document)
+        } else {
+            Err(InvalidCoefficients::Format { found, known: FORMATS })
         }
     }
 
@@ -194,6 +205,7 @@ impl Document {
             ("filter_cutoff_hz", self.robot.filter_cutoff_hz),
             ("half_slip", self.robot.half_slip),
             ("slip_relaxation_rad", self.robot.slip_relaxation_rad),
+            (TRUE_SLIP, self.robot.true_slip_s_rad),
         ];
         parameters.chain(others).collect()
     }

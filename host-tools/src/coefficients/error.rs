@@ -4,6 +4,9 @@ use thiserror::Error;
 
 use crate::effects::written::Wrong;
 
+/// Key of the true slip's coefficient.
+pub(super) const TRUE_SLIP: &str = "true_slip_s_rad";
+
 /// Why a text is no coefficients, or none for this robot.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum InvalidCoefficients {
@@ -16,12 +19,12 @@ pub enum InvalidCoefficients {
         line: Option<u64>,
     },
     /// Of another version.
-    #[error("format {found}; expected {} or {}", .known[0], .known[1])]
+    #[error("format {found}; expected {}, {} or {}", .known[0], .known[1], .known[2])]
     Format {
         /// The version found.
         found: u32,
         /// Those known here.
-        known: [u32; 2],
+        known: [u32; 3],
     },
     /// Fitted for another robot.
     #[error("{0}")]
@@ -43,6 +46,12 @@ pub enum InvalidCoefficients {
         /// Which.
         name: &'static str,
     },
+    /// True slip, where nothing measures a turn rate.
+    #[error(
+        "true slip needs the turn rate of a gyro, which only gmr estimate and gmr gap read, from a log; expected coefficients without: \
+         gmr fit --no-gyro"
+    )]
+    TrueSlip,
     /// No covariance of these parameters.
     #[error("{0}")]
     Covariance(InvalidCovariance),
@@ -138,6 +147,7 @@ impl InvalidCoefficients {
             Self::OtherRobot(_) | Self::Robot(_) => Some("robot"),
             Self::Number { key, .. } => Some(key),
             Self::NoParameter { .. } => Some("parameters"),
+            Self::TrueSlip => Some(TRUE_SLIP),
             Self::Covariance(_) => Some("covariance"),
             Self::Effect(wrong) => Some(wrong.key),
         }
@@ -148,6 +158,7 @@ impl InvalidCoefficients {
         match self {
             Self::Layout { line, .. } => *line,
             Self::Number { key, .. } => line_of(text, key),
+            Self::TrueSlip => line_of(text, TRUE_SLIP),
             Self::Covariance(_) => line_of(text, "covariance"),
             Self::Effect(wrong) => line_of_effect(text, wrong.place, wrong.key),
             Self::Format { .. } | Self::OtherRobot(_) | Self::Robot(_) | Self::NoParameter { .. } => None,

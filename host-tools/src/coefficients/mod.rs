@@ -25,7 +25,9 @@ pub use self::kind::{Method, ModelKind};
 pub use self::logs::FittedLog;
 pub use self::parameters::{EQ18, IMBALANCE, Quantity, TORQUE};
 
-use self::document::{Document, ExtensionSection, FORMAT, FORMAT_WITH_TRAITS, FitSection, NoiseSection};
+use self::document::{
+    Document, ExtensionSection, FORMAT, FORMAT_WITH_GYRO, FORMAT_WITH_TRAITS, FitSection, NoiseSection,
+};
 use crate::effects::written::{self, Written, Wrong};
 use crate::error::{Error, Result};
 use crate::input::{MOST_DESCRIPTION, read_text};
@@ -73,12 +75,25 @@ pub struct Origin {
 }
 
 impl<const N: usize> CoefficientsFile<N> {
-    /// Reads coefficients and checks that they are for this robot.
+    /// Reads coefficients and checks that they are for this robot. Those with true slip are refused, for most of what asks for
+    /// coefficients has no gyro: [`read_with_gyro`](Self::read_with_gyro).
     ///
     /// # Errors
-    /// The file cannot be read, is of another format, is for another robot, or holds what no model can have: an
+    /// The file cannot be read, is of another format, is for another robot, holds what no model can have, or true slip: an
     /// [`InvalidCoefficients`] as [`Error::cause`].
     pub fn read(file: &Path, robot: &Robot) -> Result<Self> {
+        Self::read_for(file, robot, false)
+    }
+
+    /// The same for whoever gives the turn rate of a gyro with every sample.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read), but for true slip.
+    pub fn read_with_gyro(file: &Path, robot: &Robot) -> Result<Self> {
+        Self::read_for(file, robot, true)
+    }
+
+    fn read_for(file: &Path, robot: &Robot, has_gyro: bool) -> Result<Self> {
         let text = read_text(file, MOST_DESCRIPTION)?;
         let refused = |wrong: InvalidCoefficients| {
             let (key, line) = (wrong.key().map(str::to_owned), wrong.line(&text));
@@ -98,7 +113,11 @@ impl<const N: usize> CoefficientsFile<N> {
         let drives = document.model == ModelKind::Signed;
         robot::check(&fitted, document.robot.regeneration, &now, robot, drives)
             .map_err(|difference| refused(InvalidCoefficients::OtherRobot(difference)))?;
-        Self::of_document(document, now, logs::folder_of(file)).map_err(refused)
+        let read = Self::of_document(document, now, logs::folder_of(file)).map_err(refused)?;
+        if read.coefficients.robot.conditioning.true_slip != 0.0 && !has_gyro {
+            return Err(refused(InvalidCoefficients::TrueSlip));
+        }
+        Ok(read)
     }
 
     /// What a document means for a robot; its logs are seen from `folder`.
@@ -182,7 +201,9 @@ impl<const N: usize> CoefficientsFile<N> {
         };
         let (parameters, imbalance) = (parameters::named(model, scrubs), parameters::imbalance(model));
         Ok(Document {
-            format: if robot.conditioning == Conditioning::PLAIN && imbalance.is_none() {
+            format: if robot.conditioning.true_slip != 0.0 {
+                FORMAT_WITH_GYRO
+            } else if robot.conditioning == Conditioning::PLAIN && imbalance.is_none() {
                 FORMAT
             } else {
                 FORMAT_WITH_TRAITS

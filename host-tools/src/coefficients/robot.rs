@@ -77,6 +77,7 @@ pub(super) fn section<const N: usize>(
         power_delay_s: robot.conditioning.delay,
         half_slip: robot.conditioning.slip.half_slip,
         slip_relaxation_rad: robot.conditioning.slip.relaxation,
+        true_slip_s_rad: robot.conditioning.true_slip,
     }
 }
 
@@ -100,6 +101,9 @@ pub(super) fn of_section<const N: usize>(
     let mass_matrix = kinematics
         .mass_matrix(section.gyration_radius_m)
         .map_err(|error| wrong(&format!("{} is wrong", error.name)))?;
+    if section.true_slip_s_rad != 0.0 && mass_matrix.sides().is_none() {
+        return Err(wrong("true_slip_s_rad of a robot without two sides; expected none"));
+    }
     let range = MassRange::new(section.mass_no_load_kg, section.mass_full_load_kg)
         .ok_or_else(|| wrong("expected 0 < mass_no_load_kg < mass_full_load_kg"))?;
     Ok(CoreRobot {

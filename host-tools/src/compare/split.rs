@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::fit;
 use crate::fit::dataset::{Dataset, Reading, Row};
 use crate::fit::form::Term;
-use crate::log::Exclusions;
+use crate::log::{Exclusions, Header, YAW_RATE};
 use crate::robot::Robot;
 
 /// Where training ends and testing begins.
@@ -72,7 +72,11 @@ impl<const N: usize> Data<N> {
         let held_out = |time: f64| is_held_out(time, block_s);
         core.conditioning.delay = delay::choose(&split.training(undelayed));
         // The delay is every model's, the others are the signed model's own.
-        let terms = [Term::SlipMemory, Term::UnequalSides];
+        let mut terms = vec![Term::SlipMemory, Term::UnequalSides];
+        let headers = all.iter().map(Header::open).collect::<Result<Vec<_>>>()?;
+        if headers.iter().all(|header| header.has(YAW_RATE)) {
+            terms.push(Term::TrueSlip);
+        }
         let form = fit::choose_form(robot, &core, &terms, files, settings.mass_kg, &held_out)?;
         core.conditioning = form.conditioning;
         let mut train = Dataset::<N>::read(robot, core, files, &reading)?;

@@ -27,7 +27,7 @@ pub use told::Told;
 
 use crate::coefficients::GROUND_NEEDS;
 use crate::error::{Error, Result};
-use crate::log::{Exclusions, RawRow, SampleReader};
+use crate::log::{Exclusions, Header, NO_GYRO, RawRow, SampleReader, YAW_RATE};
 use crate::metrics::{Metrics, Quality};
 use crate::progress::FileProgress;
 use crate::robot::Robot;
@@ -241,6 +241,9 @@ pub fn replay_adapting<const N: usize>(
     if !matches!(coefficients.model, Model::Signed { .. }) || !coefficients.columns.is_empty() {
         return Err(Error::failed(GROUND_NEEDS));
     }
+    if coefficients.robot.conditioning.true_slip != 0.0 {
+        return Err(Error::failed(NO_TRUE_SLIP));
+    }
     let log = Log::open(robot, coefficients, file, mass_kg)?;
     let timing = log.timing(policy)?;
     let ground = Ground { window: policy.window_s, ..Ground::usual() };
@@ -249,6 +252,9 @@ pub fn replay_adapting<const N: usize>(
     Run::new(coefficients, log, pipeline, policy, robot)?.finish(robot, watch)
 }
 
+/// Why ground does not adapt beside a gyro.
+const NO_TRUE_SLIP: &str = "true slip beside ground that adapts, which has no gyro; expected coefficients without: gmr fit --no-gyro";
+
 /// Why this log cannot be replayed with these coefficients.
 fn unfit_text<const N: usize>(why: Unfit, coefficients: &Coefficients<f64, N>) -> String {
     match why {
@@ -256,6 +262,7 @@ fn unfit_text<const N: usize>(why: Unfit, coefficients: &Coefficients<f64, N>) -
             format!("cutoff {} Hz; expected below {} Hz", cutoff.cutoff_hz, cutoff.below_hz)
         }
         Unfit::Model => "effects beside model eq18; expected model signed".to_owned(),
+        Unfit::Sides => "true slip of a robot that has no two sides".to_owned(),
         Unfit::Delay => format!(
             "delay of {} s; expected at most {} sample periods, as many as a board keeps",
             coefficients.robot.conditioning.delay + coefficients.columns.delay(),
@@ -281,6 +288,9 @@ impl<'a, const N: usize> Log<'a, N> {
         mass_kg: Option<f64>,
     ) -> Result<Self> {
         let columns = Columns::of(coefficients, file)?;
+        if coefficients.robot.conditioning.true_slip != 0.0 && !Header::open(file)?.has(YAW_RATE) {
+            return Err(Error::failed(NO_GYRO).in_file(file).in_column(YAW_RATE));
+        }
         let reader = SampleReader::<N>::open_with(file, robot, &columns.names())?;
         // The conditioner's message names file and rate better than the estimator's error could.
         crate::fit::dataset::conditioner(&coefficients.robot, file, reader.period_s())?;
@@ -364,6 +374,7 @@ impl<'a, P: Pipeline<N>, const N: usize> Run<'a, P, N> {
             let step = if row.elapsed.is_finite() { row.elapsed } else { 0.0 };
             let elapsed = if row.elapsed.is_finite() || row.run == 0 { step } else { f64::MAX };
             let outside = self.log.columns.outside(self.log.reader.extras());
+            self.pipeline.turn(row.yaw_rate);
             let estimate = self.pipeline.push(&row.sample, &outside, elapsed);
             clock += step;
             energy += robot.static_power_w().unwrap_or(0.0) * step;

@@ -4,6 +4,7 @@ use model_core::adapt::{Adaptive, Ground};
 use model_core::coefficients::Coefficients;
 use model_core::effects::live::{Live, Outside};
 use model_core::estimator::{Estimate, Estimator, Sample, Timing, Unfit};
+use model_core::gyro::{Gyro, WithGyro};
 use model_core::payload::{MassEstimate, Method};
 use serde::Serialize;
 
@@ -29,6 +30,8 @@ pub struct GroundAt {
 pub(crate) trait Pipeline<const N: usize> {
     /// Takes a sample, `elapsed` s after the one before, and what is measured beside.
     fn push(&mut self, sample: &Sample<f64, N>, outside: &Outside<f64, N>, elapsed: f64) -> Estimate<f64, N>;
+    /// The robot's turn rate (counter-clockwise, rad/s) at the next sample; no number where no gyro tells it.
+    fn turn(&mut self, _: f64) {}
     /// Another run begins: nothing is known of its payload, nor of what effects remember.
     fn restart(&mut self);
     /// The payload is another from now on.
@@ -47,6 +50,9 @@ pub(crate) trait Pipeline<const N: usize> {
 pub(crate) struct Fitted<M: Method<f64>, const N: usize> {
     estimator: Estimator<f64, M, N, BUCKETS>,
     live: Option<Live<f64, N>>,
+    gyro: Option<Gyro<f64>>,
+    /// rad/s
+    turn_rate: f64,
 }
 
 impl<M: Method<f64>, const N: usize> Fitted<M, N> {
@@ -59,16 +65,31 @@ impl<M: Method<f64>, const N: usize> Fitted<M, N> {
     ) -> Result<Self, Unfit> {
         let estimator = Estimator::new(coefficients, method, timing)?;
         let live = (!coefficients.columns.is_empty()).then(|| Live::new(coefficients, timing.period_s));
-        Ok(Self { estimator, live: live.transpose()? })
+        let robot = &coefficients.robot;
+        let delay = robot.conditioning.delay + coefficients.columns.delay();
+        let gyro = Gyro::new(robot, delay, timing.period_s)?;
+        Ok(Self { estimator, live: live.transpose()?, gyro, turn_rate: f64::NAN })
     }
 }
 
 impl<M: Method<f64>, const N: usize> Pipeline<N> for Fitted<M, N> {
     fn push(&mut self, sample: &Sample<f64, N>, outside: &Outside<f64, N>, elapsed: f64) -> Estimate<f64, N> {
-        match &mut self.live {
-            None => self.estimator.push(sample, elapsed),
-            Some(live) => self.estimator.push_with(live, sample, outside, elapsed),
+        let rate = self.turn_rate;
+        let estimator = &mut self.estimator;
+        match (&mut self.live, &mut self.gyro) {
+            (None, None) => estimator.push(sample, elapsed),
+            (Some(live), None) => estimator.push_with(live, sample, outside, elapsed),
+            (None, Some(gyro)) => {
+                estimator.push_with(&mut WithGyro::new(&mut (), gyro, rate), sample, outside, elapsed)
+            }
+            (Some(live), Some(gyro)) => {
+                estimator.push_with(&mut WithGyro::new(live, gyro, rate), sample, outside, elapsed)
+            }
         }
+    }
+
+    fn turn(&mut self, rate: f64) {
+        self.turn_rate = rate;
     }
 
     fn restart(&mut self) {

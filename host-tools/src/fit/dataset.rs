@@ -11,7 +11,7 @@ use std::thread;
 
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::{self, Gate, REGRESSORS};
-use model_core::estimator::Conditioner;
+use model_core::gyro::GyroConditioner;
 use model_core::motion::Motion;
 
 use super::gram::Gram;
@@ -280,13 +280,13 @@ fn parse<const N: usize>(reader: &mut SampleReader<N>, out: &SyncSender<Block<N>
     }
 }
 
-/// A raw row behind the filter; `None` while that settles. A log without masses is at `mass_kg`.
+/// A raw row behind the filter; `None` while that settles, and of a robot with true slip where the row has no turn rate. A log without masses is at `mass_kg`.
 pub(crate) fn condition<const N: usize>(
-    conditioner: &mut Conditioner<f64, N>,
+    conditioner: &mut GyroConditioner<f64, N>,
     raw: &RawRow<N>,
     mass_kg: f64,
 ) -> Option<Row<N>> {
-    let now = conditioner.push(&raw.sample, raw.elapsed).filter(|now| now.settled)?;
+    let now = conditioner.push(&raw.sample, raw.yaw_rate, raw.elapsed).filter(|now| now.settled)?;
     let mass = raw.mass.unwrap_or(mass_kg);
     Some(Row { motion: now.motion, power: now.power, mass, run: raw.run, time: raw.time })
 }

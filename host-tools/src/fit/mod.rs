@@ -79,7 +79,7 @@ pub struct Fit<const N: usize> {
     pub judged: Vec<Judged>,
 }
 
-/// Reads the logs and fits the model.
+/// Reads the logs and fits the model, the signed one with those of the terms that the logs ask for.
 ///
 /// # Errors
 /// As [`read`] and [`fit`].
@@ -87,12 +87,12 @@ pub fn fit_logs<const N: usize>(
     robot: &Robot,
     files: &[PathBuf],
     mass_kg: f64,
-    kind: ModelKind,
+    (kind, terms): (ModelKind, &[Term]),
     method: Method,
     pgd: &pgd::Settings,
 ) -> Result<Fit<N>> {
     let reading = Reading { gate: kind.gate(), cutoff_hz: None, mass_kg };
-    let (dataset, judged) = read_choosing::<N>(robot, files, &reading)?;
+    let (dataset, judged) = read_choosing::<N>(robot, files, &reading, terms)?;
     Ok(Fit { judged, ..fit(robot, &dataset, kind, method, pgd)? })
 }
 
@@ -102,10 +102,10 @@ pub fn fit_logs<const N: usize>(
 /// # Errors
 /// As [`Dataset::read`].
 pub fn read<const N: usize>(robot: &Robot, files: &[PathBuf], reading: &Reading) -> Result<Dataset<N>> {
-    Ok(read_choosing(robot, files, reading)?.0)
+    Ok(read_choosing(robot, files, reading, &form::TERMS)?.0)
 }
 
-/// As [`read`], with what the first rows said of each further term of the signed model; other models have none.
+/// As [`read`], with what the first rows said of each of these further terms of the signed model; other models have none.
 ///
 /// # Errors
 /// As [`read`].
@@ -113,6 +113,7 @@ pub fn read_choosing<const N: usize>(
     robot: &Robot,
     files: &[PathBuf],
     reading: &Reading,
+    terms: &[Term],
 ) -> Result<(Dataset<N>, Vec<Judged>)> {
     if files.is_empty() {
         return Err(Error::usage("no log was given"));
@@ -121,7 +122,7 @@ pub fn read_choosing<const N: usize>(
     let given = reading.cutoff_hz.or(robot.filter_cutoff_hz());
     let cutoff_hz = given.map_or_else(|| cutoff::choose(robot, &pilots), Ok)?;
     let mut core = robot.core(cutoff_hz)?;
-    let terms: &[Term] = if reading.gate == Gate::Signed { &form::TERMS } else { &[] };
+    let terms = if reading.gate == Gate::Signed { terms } else { &[] };
     let choice = form::choose(robot, &core, terms, &pilots, &|_| false);
     core.conditioning = choice.form.conditioning;
     let mut dataset = Dataset::read(robot, core, files, reading)?;
@@ -231,6 +232,9 @@ pub fn fit<const N: usize>(
         ground_adapts: false,
     };
     warnings.extend(warning::of_quality(&quality));
+    if coefficients.robot.conditioning.true_slip != 0.0 {
+        warnings.push(Warning::needs_gyro());
+    }
     // Where payloads are unknown, that has been told, and boards need not take what says so.
     if shortcoming.is_none() && !coefficients.is_plausible() {
         warnings.push(Warning::not_for_boards());

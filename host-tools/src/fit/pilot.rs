@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use model_core::coefficients::Robot as CoreRobot;
-use model_core::estimator::Conditioner;
+use model_core::gyro::GyroConditioner;
 
 use super::dataset::{Row, condition};
 use crate::error::Result;
@@ -12,6 +12,9 @@ use crate::robot::Robot;
 
 /// Rows that take part, over all logs.
 const MOST_ROWS: usize = 50_000;
+
+/// Share of a log's rows that has the turn rate of a gyro at least, where one is looked at: what starts late or ends early has more.
+const LEAST_GYRO_SHARE: f64 = 0.9;
 
 /// The first rows of every log, before any filter.
 pub(super) struct Pilots<const N: usize> {
@@ -44,6 +47,26 @@ impl<const N: usize> Pilots<N> {
         Ok(Self { logs, mass_kg })
     }
 
+    /// The same without the rows that lack the turn rate of a gyro, so that a model with it and one without are judged by the same rows.
+    /// `None` where a log has no gyro, or for a part of its rows only.
+    pub(super) fn with_gyro(&self) -> Option<Self> {
+        let has_it = |row: &&RawRow<N>| row.yaw_rate.is_finite();
+        let is_whole = |log: &Pilot<N>| {
+            log.rows.iter().filter(has_it).count() as f64 >= LEAST_GYRO_SHARE * log.rows.len() as f64
+        };
+        let masked = |row: &RawRow<N>| {
+            let mut row = *row;
+            // No power, no row.
+            row.sample.power += 0.0 * row.yaw_rate;
+            row
+        };
+        let logs = self.logs.iter().map(|log| {
+            is_whole(log)
+                .then(|| Pilot { rows: log.rows.iter().map(masked).collect(), period_s: log.period_s })
+        });
+        Some(Self { logs: logs.collect::<Option<_>>()?, mass_kg: self.mass_kg })
+    }
+
     /// Sample period of the slowest log, s.
     pub(super) fn slowest_s(&self) -> f64 {
         self.logs.iter().map(|log| log.period_s).fold(0.0, f64::max)
@@ -62,7 +85,7 @@ impl<const N: usize> Pilots<N> {
         let mut rows = Vec::with_capacity(all / stride + 1);
         let mut used = 0_usize;
         for (place, log) in self.logs.iter().enumerate() {
-            let mut conditioner = Conditioner::new(core, log.period_s).ok()?;
+            let mut conditioner = GyroConditioner::new(core, log.period_s).ok()?;
             for raw in &log.rows {
                 let Some(row) = condition(&mut conditioner, raw, self.mass_kg) else { continue };
                 if used.is_multiple_of(stride) {

@@ -26,7 +26,7 @@ pub enum Kind {
     WorseThanMean,
     /// A log looks like another one than its columns say.
     SuspectLog,
-    /// Boards refuse coefficients whose power no robot draws.
+    /// Boards refuse coefficients whose power no robot draws, and those that need a gyro.
     NotForBoards,
 }
 
@@ -55,6 +55,13 @@ impl Warning {
 
     pub(super) fn of_log(text: String) -> Self {
         Self { kind: Kind::SuspectLog, text }
+    }
+
+    /// True slip was taken.
+    pub(super) fn needs_gyro() -> Self {
+        let text =
+            "no board would take these coefficients: true slip needs a gyro; gmr fit --no-gyro does without";
+        Self { kind: Kind::NotForBoards, text: text.to_owned() }
     }
 
     pub(super) fn not_for_boards() -> Self {

@@ -65,6 +65,7 @@ pub fn words(refit: &[Judged]) -> Vec<String> {
             Term::Delay => "another delay of the power behind the speeds",
             Term::SlipMemory => "the slip memory of turns",
             Term::UnequalSides => "sides that differ",
+            Term::TrueSlip => "true slip by the gyro",
         };
         format!(
             "refit with gmr fit before anything is named: {term} takes away {:.0} % of the error on unseen blocks of the clean runs, and these \

@@ -7,7 +7,7 @@ use std::time::Instant;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::{self, Gate};
-use model_core::estimator::Conditioner;
+use model_core::gyro::GyroConditioner;
 use model_core::model::Model;
 use model_core::torque::Drive;
 use serde::Serialize;
@@ -202,7 +202,7 @@ impl<const N: usize> Work<'_, N> {
     fn filter(
         &mut self,
         raw: &[(RawRow<N>, f64)],
-        conditioner: &mut Conditioner<f64, N>,
+        conditioner: &mut GyroConditioner<f64, N>,
         rows: &mut Vec<Row<N>>,
     ) {
         let started = Instant::now();

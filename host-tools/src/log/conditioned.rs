@@ -5,9 +5,9 @@ use std::path::Path;
 
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::effects::Course;
-use model_core::estimator::Conditioner;
 use model_core::filter::{Channel, LowPass};
 
+use super::YAW_RATE;
 use super::conditioner::conditioner;
 use super::motions::Motions;
 use super::raw::RawRun;
@@ -27,6 +27,9 @@ pub(super) fn filter<const N: usize>(
     LowPass::new(core.cutoff_hz, period_s).map_err(|_| Error::failed("too slow for the filter").in_file(run))
 }
 
+/// What is said of a log without a gyro where coefficients hold true slip.
+pub const NO_GYRO: &str = "no such column; expected one, for the coefficients hold true slip, which a gyro tells (gmr fit --no-gyro does without)";
+
 /// Where samples before the filter move this often while those behind it stand, they are noise.
 const RESTLESS: f64 = 0.1;
 
@@ -40,8 +43,12 @@ pub(super) fn condition<const N: usize>(
     columns: &[String],
     stride: usize,
 ) -> Result<Run<N>> {
-    let mut conditioner: Conditioner<f64, N> = conditioner(core, Path::new(&run.name), run.period_s)?;
+    let mut conditioner = conditioner(core, Path::new(&run.name), run.period_s)?;
     let filter = filter(core, run.period_s, &run.name)?;
+    let yaw_rate = run.columns.iter().position(|name| name == YAW_RATE);
+    if core.conditioning.true_slip != 0.0 && yaw_rate.is_none() {
+        return Err(Error::failed(NO_GYRO).in_file(&run.name).in_column(YAW_RATE));
+    }
     let own: HashMap<&str, usize> = run.columns.iter().map(String::as_str).zip(0..).collect();
     let places: Vec<Option<usize>> = columns.iter().map(|name| own.get(name.as_str()).copied()).collect();
     let mut channels = vec![Channel::default(); columns.len()];
@@ -66,7 +73,8 @@ pub(super) fn condition<const N: usize>(
                 *held = filter.step(channel, value).value;
             }
         }
-        let Some(now) = conditioner.push(sample, elapsed) else { continue };
+        let turn_rate = yaw_rate.map_or(f64::NAN, |place| further[place]);
+        let Some(now) = conditioner.push(sample, turn_rate, elapsed) else { continue };
         let raw = sample.wheel_speed.iter().any(|speed| speed.abs() > core.dead_band);
         moves.push((course.time(), raw, now.motion.is_moving()));
         let speeds = now.motion.wheels.map(|wheel| wheel.speed);

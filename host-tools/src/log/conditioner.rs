@@ -1,11 +1,12 @@
-//! The board's filter for a log.
+//! The board's filter for a log, and a gyro beside it where the coefficients ask for one.
 
 use std::path::Path;
 
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::delay::FRAMES;
-use model_core::estimator::{Conditioner, Unfit};
+use model_core::estimator::Unfit;
 use model_core::filter::InvalidCutoff;
+use model_core::gyro::GyroConditioner;
 
 use super::RUN;
 use crate::error::{Error, Result};
@@ -18,7 +19,7 @@ pub fn conditioner<const N: usize>(
     robot: &CoreRobot<f64, N>,
     file: &Path,
     period_s: f64,
-) -> Result<Conditioner<f64, N>> {
+) -> Result<GyroConditioner<f64, N>> {
     if period_s.is_nan() {
         let message = "no two rows belong to one run; expected runs of many rows";
         return Err(Error::failed(message).in_file(file).in_column(RUN));
@@ -35,8 +36,9 @@ pub fn conditioner<const N: usize>(
                 1.0 / period_s,
                 robot.conditioning.delay,
             ),
+            Unfit::Sides => "true slip of a robot that has no two sides".to_owned(),
         };
         Error::failed(message).in_file(file)
     };
-    Conditioner::new(robot, period_s).map_err(unfit)
+    GyroConditioner::new(robot, period_s).map_err(unfit)
 }

@@ -7,7 +7,9 @@ use super::exclusions::Exclusions;
 use super::header::Header;
 use super::reader::{ColumnRequest, LogReader, Role};
 use super::simulated::Torques;
-use super::{MASS, POWER, RUN, SIM_POWER, TIME, acceleration_column, sim_torque_column, speed_column};
+use super::{
+    MASS, POWER, RUN, SIM_POWER, TIME, YAW_RATE, acceleration_column, sim_torque_column, speed_column,
+};
 use crate::error::{Error, Result};
 use crate::robot::{PowerSource, Robot};
 
@@ -45,6 +47,8 @@ pub struct Record<const N: usize> {
     pub power_w: f64,
     /// Total mass, kg, where the log tells it.
     pub mass_kg: Option<f64>,
+    /// Turn rate by a gyro, counter-clockwise, rad/s, where this row tells it.
+    pub yaw_rate: Option<f64>,
 }
 
 /// A hole in a log.
@@ -87,6 +91,7 @@ struct Slots<const N: usize> {
     torques: Option<usize>,
     mass: usize,
     run: Option<usize>,
+    yaw_rate: Option<usize>,
     extras: usize,
 }
 
@@ -132,8 +137,9 @@ impl<const N: usize> DriveReader<N> {
         };
         let mut requests = vec![ColumnRequest::required(TIME, Role::Time), power];
         requests.extend((0..N).map(|wheel| ColumnRequest::required(speed_column(wheel), Role::Number)));
+        let mass = requests.len();
         let mut slots =
-            Slots { acceleration: None, torques: None, mass: requests.len(), run: None, extras: 0 };
+            Slots { acceleration: None, torques: None, mass, run: None, yaw_rate: None, extras: 0 };
         requests.push(ColumnRequest::optional(MASS, Role::MaybeNumber));
         if (0..N).any(|wheel| header.has(&acceleration_column(wheel))) {
             slots.acceleration = Some(requests.len());
@@ -154,7 +160,14 @@ impl<const N: usize> DriveReader<N> {
             slots.run = Some(requests.len());
             requests.push(ColumnRequest::required(RUN, Role::Run));
         }
+        // A column is read once, for whomever.
+        let wanted = extra.iter().position(|name| *name == YAW_RATE);
+        if wanted.is_none() && header.has(YAW_RATE) {
+            slots.yaw_rate = Some(requests.len());
+            requests.push(ColumnRequest::required(YAW_RATE, Role::MaybeNumber));
+        }
         slots.extras = requests.len();
+        slots.yaw_rate = slots.yaw_rate.or(wanted.map(|place| slots.extras + place));
         requests.extend(extra.iter().map(|name| ColumnRequest::required(*name, Role::MaybeNumber)));
         let mut scales = vec![1.0; requests.len()];
         scales[POWER_SLOT] = robot.log_units().power.in_w();
@@ -256,6 +269,7 @@ impl<const N: usize> DriveReader<N> {
             wheel_acceleration: self.slots.acceleration.map(wheels),
             power_w,
             mass_kg: mass.is_finite().then_some(mass),
+            yaw_rate: self.slots.yaw_rate.map(|slot| self.values[slot]).filter(|rate| rate.is_finite()),
         }))
     }
 

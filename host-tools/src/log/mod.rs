@@ -28,6 +28,7 @@ pub mod suspicion;
 mod table;
 
 pub use columnar::{Table, Values};
+pub use conditioned::NO_GYRO;
 pub use conditioner::conditioner;
 pub(crate) use drive::check_wheels;
 pub use drive::{DriveReader, Gap, MIN_GAP_FACTOR, Record, wheel_columns};
@@ -48,6 +49,8 @@ const SIM: &str = "sim_";
 pub const SIM_POWER: &str = "sim_power_w";
 /// Name of the optional total mass column, kg.
 pub const MASS: &str = "mass_kg";
+/// Name of the optional column of the turn rate by a gyro, counter-clockwise, rad/s.
+pub const YAW_RATE: &str = "yaw_rate_rad_s";
 /// Name of the optional column that tells runs apart; time may restart where it changes.
 pub const RUN: &str = "run";
 

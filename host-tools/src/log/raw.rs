@@ -6,7 +6,7 @@ use model_core::estimator::Sample;
 
 use super::masses::check_mass;
 use super::table::numbers_in_first_row;
-use super::{Header, MASS, POWER, RUN, SIM, SampleReader, TIME, acceleration_column, speed_column};
+use super::{Header, MASS, POWER, RUN, SIM, SampleReader, TIME, YAW_RATE, acceleration_column, speed_column};
 use crate::error::Result;
 use crate::printable;
 use crate::robot::Robot;
@@ -51,6 +51,7 @@ fn read_log<const N: usize>(
     let columns = further_columns::<N>(file, powers)?;
     let names: Vec<&str> = columns.iter().map(String::as_str).collect();
     let mut reader = SampleReader::<N>::open_with(file, robot, &names)?;
+    let yaw_rate = columns.iter().position(|name| name == YAW_RATE);
     let mut runs: Vec<RawRun<N>> = Vec::new();
     while let Some(row) = reader.next_row()? {
         if let Some(mass) = row.mass {
@@ -61,7 +62,12 @@ fn read_log<const N: usize>(
             runs.push(RawRun { columns: columns.clone(), period_s: reader.period_s(), ..RawRun::default() });
         }
         let mass = row.mass.unwrap_or(mass_kg);
-        runs[run].rows.push((row.time, row.sample, mass, reader.extras().to_vec()));
+        let mut further = reader.extras().to_vec();
+        if let Some(place) = yaw_rate {
+            // Held over short holes, as every reader of it has it.
+            further[place] = row.yaw_rate;
+        }
+        runs[run].rows.push((row.time, row.sample, mass, further));
     }
     let excluded = reader.exclusions();
     if excluded.total() > 0 {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use model_core::estimator::Sample;
+use model_core::estimator::{GAP_PERIODS, Sample};
 
 use super::drive::DriveReader;
 use super::{Exclusions, Header, MASS};
@@ -24,6 +24,9 @@ pub struct RawRow<const N: usize> {
     pub run: u32,
     /// Time within the log, s.
     pub time: f64,
+    /// Turn rate by a gyro, counter-clockwise, rad/s; no number where the log has none. An empty field keeps the one before for as long as
+    /// a hole in the log would.
+    pub yaw_rate: f64,
 }
 
 /// Reads a log row by row.
@@ -31,6 +34,8 @@ pub struct SampleReader<const N: usize> {
     reader: DriveReader<N>,
     static_power: f64,
     last: Option<(u32, f64)>,
+    /// The latest turn rate, rad/s, and how old it is, s.
+    yaw_rate: (f64, f64),
     rows: u64,
 }
 
@@ -58,7 +63,7 @@ impl<const N: usize> SampleReader<N> {
     pub fn of(header: Header, robot: &Robot, columns: &[&str]) -> Result<Self> {
         let reader = DriveReader::of(header, robot, columns)?;
         let static_power = robot.static_power_w().unwrap_or(0.0);
-        Ok(Self { reader, static_power, last: None, rows: 0 })
+        Ok(Self { reader, static_power, last: None, yaw_rate: (f64::NAN, 0.0), rows: 0 })
     }
 
     /// The next row, or `None` at the end.
@@ -83,6 +88,13 @@ impl<const N: usize> SampleReader<N> {
             _ => f64::INFINITY,
         };
         self.last = Some((run, record.time_s));
+        let (held, age) = self.yaw_rate;
+        let age = age + elapsed;
+        let is_fresh = age <= GAP_PERIODS * self.reader.period_s();
+        self.yaw_rate = match record.yaw_rate {
+            Some(rate) => (rate, 0.0),
+            None => (if is_fresh { held } else { f64::NAN }, age),
+        };
         Ok(Some(RawRow {
             line: record.line,
             sample: Sample {
@@ -94,6 +106,7 @@ impl<const N: usize> SampleReader<N> {
             mass: record.mass_kg,
             run,
             time: record.time_s,
+            yaw_rate: self.yaw_rate.0,
         }))
     }
 

@@ -93,6 +93,7 @@ fn unfit(why: Unfit, period_s: f64) -> Error {
             cutoff.cutoff_hz, cutoff.below_hz
         ),
         Unfit::Model => "effects beside model eq18; expected model signed".to_owned(),
+        Unfit::Sides => "true slip of a robot that has no two sides".to_owned(),
         Unfit::Delay => {
             format!("a delay too long for {rate:.1} speeds a second; expected a fit at this rate")
         }

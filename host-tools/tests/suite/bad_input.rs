@@ -351,8 +351,8 @@ fn wrong_coefficients_are_named_with_their_line() {
         assert_eq!(estimate(&bench, &with(key, &format!("{key} = {value}"))), expected);
     }
     assert_eq!(
-        estimate(&bench, &with("format", "format = 3")),
-        "wrong.toml:format: format 3; expected 1 or 2"
+        estimate(&bench, &with("format", "format = 4")),
+        "wrong.toml:format: format 4; expected 1, 2 or 3"
     );
     let missing = estimate(&bench, &with("viscous", ""));
     assert_eq!(missing, "wrong.toml:parameters: viscous is missing or not a number");

@@ -40,6 +40,7 @@ mod gap_simulation;
 mod gap_simulator;
 mod gap_user_effects;
 mod gram;
+mod gyro;
 #[cfg(unix)]
 mod hostile_board;
 mod inspect;

@@ -17,6 +17,7 @@ use crate::model::{MassRange, Model, Response};
 use crate::motion::Motion;
 use crate::real::Real;
 use crate::sample::Sample;
+use crate::slip::TrueTurn;
 use crate::torque::{Drive, TorqueModel};
 
 /// What is measured beside speeds and power. What is not finite is not known: the last known value holds, 0 before there is one.
@@ -53,6 +54,12 @@ pub trait Additions<T: Real, const N: usize> {
 
     /// That sample as it would be if its sensors were right.
     fn corrected<'a>(&'a self, sample: &'a Sample<T, N>) -> &'a Sample<T, N>;
+
+    /// What a gyro says of that sample; `None` without one, at no cost.
+    #[inline(always)]
+    fn true_turn(&self) -> Option<&TrueTurn<T>> {
+        None
+    }
 
     /// A sample has passed the filter, settled or not; the mass in hand is `d` kg beyond the middle of `range`, no number while
     /// it is unknown.

@@ -1,4 +1,5 @@
-//! Which further terms the data carry: a delay between speeds and power, the slip memory of a turn's scrub, unequal sides.
+//! Which further terms the data carry: a delay between speeds and power, the slip memory of a turn's scrub, unequal
+//! sides, true slip by a gyro.
 //!
 //! Each is nested: without it the model is as it was. Each has numbers that no least squares can give, so they are searched for on a
 //! grid, then refined. And each is taken only for what it gains on data that its numbers have not seen: one run in three, or one
@@ -17,7 +18,7 @@ use serde::Serialize;
 
 use self::candidate::{Errors, Problem};
 pub use self::nested::Form;
-pub use self::term::{TERMS, Term};
+pub use self::term::{TERMS, TERMS_WITH_GYRO, Term};
 use super::pilot::Pilots;
 use crate::numerics::intervals::mean_interval;
 use crate::robot::Robot;
@@ -71,12 +72,19 @@ pub(super) fn choose<const N: usize>(
     if problem.folds.len() < LEAST_BLOCKS {
         return choice;
     }
+    let turning = if terms.contains(&Term::TrueSlip) { pilots.with_gyro() } else { None };
+    let turning = turning.as_ref().map(|pilots| Problem::new(robot, core, pilots, held_out));
+    let turning = turning.filter(|problem| problem.folds.len() >= LEAST_BLOCKS);
     for _ in 0..ROUNDS {
         let mut took = false;
         for &term in terms {
+            let Some(problem) = (if term == Term::TrueSlip { turning.as_ref() } else { Some(&problem) })
+            else {
+                continue;
+            };
             let unseen = term.unseen(core);
             let Some(current) = problem.trial(&choice.form, unseen, None) else { continue };
-            let Some((form, with)) = term.best(&problem, &choice.form, &current) else { continue };
+            let Some((form, with)) = term.best(problem, &choice.form, &current) else { continue };
             let judged = judge(term, &current.errors, &with);
             took |= judged.taken;
             match choice.judged.iter_mut().find(|earlier| earlier.term == term) {

@@ -22,10 +22,15 @@ pub enum Term {
     SlipMemory,
     /// The sides' Coulomb torques differ.
     UnequalSides,
+    /// What the wheels truly slip, by a gyro, adds to the scrub.
+    TrueSlip,
 }
 
 /// In the order in which they are asked.
 pub const TERMS: [Term; 3] = [Term::Delay, Term::SlipMemory, Term::UnequalSides];
+
+/// The same where logs may have a gyro, and whoever uses the fit has one.
+pub const TERMS_WITH_GYRO: [Term; 4] = [Term::Delay, Term::SlipMemory, Term::UnequalSides, Term::TrueSlip];
 
 /// Delays that are tried lie this far apart, s,
 const DELAY_STEP_S: f64 = 0.05;
@@ -39,6 +44,10 @@ const HALF_SLIPS: [f64; 6] = [0.01, 0.03, 0.1, 0.2, 0.4, 1.0];
 /// Relaxation lengths that are tried, rad of the wheel: from a tenth of a radius to three turns.
 const RELAXATIONS: [f64; 5] = [0.1, 0.5, 1.5, 5.0, 20.0];
 
+/// Shares of the scrub per rad/s of true slip that are tried, s/rad: wheels slip by some rad/s at most, so from what is hardly seen to what
+/// leaves next to nothing of the scrub that speeds alone tell.
+const TRUE_SLIPS: [f64; 6] = [0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
+
 /// Refinements end at this share of the interval between neighbours of the grid.
 const REFINED: f64 = 0.05;
 /// Rounds over the numbers of a term.
@@ -50,7 +59,7 @@ impl Term {
         match self {
             Self::Delay => Unseen::Numbers,
             Self::SlipMemory if core.kinematics.scrubs() => Unseen::Numbers,
-            Self::SlipMemory | Self::UnequalSides => Unseen::Parameters,
+            Self::SlipMemory | Self::UnequalSides | Self::TrueSlip => Unseen::Parameters,
         }
     }
 
@@ -121,7 +130,14 @@ impl Term {
             Self::UnequalSides if two_sided && !form.unequal_sides => {
                 vec![Form { unequal_sides: true, ..*form }]
             }
-            Self::SlipMemory | Self::UnequalSides => Vec::new(),
+            // It adds to the scrub: where there is none its coefficient could not be told from the scrub's.
+            Self::TrueSlip
+                if two_sided && (problem.core.kinematics.scrubs() || !form.conditioning.slip.is_off()) =>
+            {
+                let slips = TRUE_SLIPS.into_iter();
+                slips.map(|true_slip| with(Conditioning { true_slip, ..form.conditioning })).collect()
+            }
+            Self::SlipMemory | Self::UnequalSides | Self::TrueSlip => Vec::new(),
         }
     }
 
@@ -158,6 +174,14 @@ impl Term {
                 }
             }
             Self::UnequalSides => {}
+            Self::TrueSlip => {
+                // Neighbours of the grid are a factor of three apart; then to some percent.
+                for factor in [4.0, 1.5] {
+                    let true_slip = form.conditioning.true_slip;
+                    let (low, high) = ((true_slip / factor).ln(), (true_slip * factor).ln());
+                    along(&mut form, low, high, |form, log| form.conditioning.true_slip = log.exp());
+                }
+            }
         }
         form
     }

@@ -10,7 +10,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::super::pilot::Pilots;
-use super::{Choice, TERMS, Term, choose};
+use super::{Choice, TERMS, TERMS_WITH_GYRO, Term, choose};
 use crate::log::RawRow;
 use crate::robot::Robot;
 
@@ -25,6 +25,27 @@ struct Truth {
     /// Samples by which the power is later.
     late: usize,
     imbalance: f64,
+    /// q, s/rad.
+    true_slip: f64,
+    gyro: Gyroscope,
+}
+
+/// What a robot's gyro says.
+#[derive(Clone, Copy, Default, PartialEq)]
+enum Gyroscope {
+    /// There is none.
+    #[default]
+    Absent,
+    /// How the robot turns: wheels slip by 0 to 80 % of what they would turn it, as the ground has it.
+    True,
+    /// What the wheels say.
+    Wheels,
+    /// Nothing that has to do with how the robot turns.
+    Noise,
+    /// As it turns, but for a hole of two seconds.
+    Holed,
+    /// As it turns, to three quarters of the log.
+    Broken,
 }
 
 fn husky() -> (Robot, CoreRobot<f64, 2>) {
@@ -52,6 +73,21 @@ fn speeds(seed: u64) -> Vec<[f64; 2]> {
     (0..ROWS).map(both).collect()
 }
 
+/// Share of what the wheels would turn the robot that they slip, 0 to 0.8: as the ground changes, slowly.
+fn slipping(seed: u64) -> Vec<f64> {
+    let random = &mut ChaCha8Rng::seed_from_u64(200 + seed);
+    let phase = 6.3 * random.random::<f64>();
+    let at = |index: usize| {
+        let t = PERIOD_S * index as f64;
+        0.4 + 0.2 * ((0.31 * t + phase).sin() + (0.083 * t).sin())
+    };
+    (0..ROWS).map(at).collect()
+}
+
+fn difference([left, right]: &[f64; 2]) -> f64 {
+    right - left
+}
+
 /// A log of such a robot with 2 W of noise.
 fn log(core: &CoreRobot<f64, 2>, truth: Truth, seed: u64) -> Pilots<2> {
     let torque = TorqueModel {
@@ -62,18 +98,23 @@ fn log(core: &CoreRobot<f64, 2>, truth: Truth, seed: u64) -> Pilots<2> {
     let (matrix, sides) = (&core.mass_matrix, core.mass_matrix.sides().unwrap());
     let mut slip = Slip::default();
     let mut power = Vec::new();
+    let ground = slipping(seed);
+    let lever = core.kinematics.difference_per_turn();
+    let other = self::speeds(seed + 50);
     for (index, speed) in speeds.iter().enumerate() {
         // Of the time between its neighbours, which is its own: from the one before alone it would be late by half a step.
         let (before, after) = (index.saturating_sub(1), (index + 1).min(speeds.len() - 1));
         let steps = (after - before) as f64;
         let acceleration =
             std::array::from_fn(|side| (speeds[after][side] - speeds[before][side]) / (steps * PERIOD_S));
-        let motion = if truth.slip.is_off() {
-            Motion::new(speed, &acceleration, matrix, core.dead_band)
+        let rims = sides.rims(speed);
+        let share = if truth.slip.is_off() {
+            if rims.difference.abs() > core.dead_band { rims.difference.signum() } else { 0.0 }
         } else {
-            let share = truth.slip.step(&mut slip, &sides.rims(speed), PERIOD_S);
-            Motion::with_scrub(speed, &acceleration, &sides.scrub(share), matrix, core.dead_band)
+            truth.slip.step(&mut slip, &rims, PERIOD_S)
         };
+        let share = share + truth.true_slip * ground[index] * rims.difference;
+        let motion = Motion::with_scrub(speed, &acceleration, &sides.scrub(share), matrix, core.dead_band);
         power
             .push(motion.wheels.iter().map(|wheel| torque.wheel_power(wheel, MASS_KG).max(0.0)).sum::<f64>());
     }
@@ -93,6 +134,16 @@ fn log(core: &CoreRobot<f64, 2>, truth: Truth, seed: u64) -> Pilots<2> {
             mass: Some(MASS_KG),
             run: 0,
             time: PERIOD_S * index as f64,
+            yaw_rate: match truth.gyro {
+                Gyroscope::Absent => f64::NAN,
+                Gyroscope::Holed if (1000..1040).contains(&index) => f64::NAN,
+                Gyroscope::Broken if index >= 3 * ROWS / 4 => f64::NAN,
+                Gyroscope::True | Gyroscope::Holed | Gyroscope::Broken => {
+                    (1.0 - ground[index]) * difference(&speeds[index]) / lever
+                }
+                Gyroscope::Wheels => difference(&speeds[index]) / lever,
+                Gyroscope::Noise => difference(&other[index]) / lever,
+            },
         }
     };
     Pilots::of_rows((0..ROWS).map(row).collect(), PERIOD_S)
@@ -100,7 +151,7 @@ fn log(core: &CoreRobot<f64, 2>, truth: Truth, seed: u64) -> Pilots<2> {
 
 fn chosen(truth: Truth, seed: u64) -> Choice {
     let (robot, core) = husky();
-    choose(&robot, &core, &TERMS, &log(&core, truth, seed), &|_| false)
+    choose(&robot, &core, &TERMS_WITH_GYRO, &log(&core, truth, seed), &|_| false)
 }
 
 fn taken(choice: &Choice) -> Vec<Term> {
@@ -142,6 +193,42 @@ fn unequal_sides_are_found() {
     let choice = chosen(Truth { imbalance: 1.0, ..Truth::default() }, 0);
     assert_eq!(taken(&choice), [Term::UnequalSides], "{choice:?}");
     assert!(choice.form.unequal_sides);
+}
+
+/// To a tenth: the filter has the speeds before the sign of the turn.
+#[test]
+fn true_slip_is_found() {
+    let truth = Truth { true_slip: 0.4, gyro: Gyroscope::True, ..Truth::default() };
+    let choice = chosen(truth, 1);
+    assert_eq!(taken(&choice), [Term::TrueSlip], "{choice:?}");
+    let found = choice.form.conditioning.true_slip;
+    assert!((found / truth.true_slip).ln().abs() < 0.1, "{found}");
+}
+
+/// A gyro that says what the wheels say has nothing to add, one that says anything else neither; without slip in the torque a true one
+/// has not. All are asked.
+#[test]
+fn a_gyro_that_adds_nothing_is_left() {
+    for gyro in [Gyroscope::True, Gyroscope::Wheels, Gyroscope::Noise] {
+        for seed in 0..3 {
+            let choice = chosen(Truth { gyro, ..Truth::default() }, seed);
+            assert_eq!(taken(&choice), [], "{choice:?}");
+            assert_eq!(choice.form.conditioning, Conditioning::PLAIN);
+            assert_eq!(choice.judged.len(), TERMS_WITH_GYRO.len());
+        }
+    }
+}
+
+/// Rows without a turn rate are left out of what judges the term, with it and without: a hole does no harm. A gyro that broke off is not
+/// asked.
+#[test]
+fn a_gyro_with_holes() {
+    let truth = |gyro| Truth { true_slip: 0.4, gyro, ..Truth::default() };
+    let choice = chosen(truth(Gyroscope::Holed), 1);
+    assert_eq!(taken(&choice), [Term::TrueSlip], "{choice:?}");
+    assert!((choice.form.conditioning.true_slip / 0.4).ln().abs() < 0.1, "{choice:?}");
+    let choice = chosen(truth(Gyroscope::Broken), 1);
+    assert!(choice.judged.iter().all(|judged| judged.term != Term::TrueSlip), "{choice:?}");
 }
 
 /// What is held out is not looked at: with nonsense there the choice is the same to the last digit.

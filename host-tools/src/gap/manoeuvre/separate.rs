@@ -53,7 +53,10 @@ pub fn planned<const N: usize>(
         });
         RawRun { name: "planned".to_owned(), rows: rows.collect(), columns: Vec::new(), period_s }
     };
-    Runs::condition(&field.robot, masses.iter().map(run).collect())
+    // What the wheels will slip nobody knows before: planned drives do not.
+    let mut core = field.robot;
+    core.conditioning.true_slip = 0.0;
+    Runs::condition(&core, masses.iter().map(run).collect())
 }
 
 /// Whether a drive can show what this hypothesis says: nobody can foresee what other columns will hold.

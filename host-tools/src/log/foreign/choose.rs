@@ -10,7 +10,7 @@ use super::known::{
 };
 use super::wrong::wrong;
 use crate::error::{Error, Result};
-use crate::log::{MASS, POWER, speed_column};
+use crate::log::{MASS, POWER, YAW_RATE, speed_column};
 use crate::robot::{self, Robot, Signal, Topics};
 
 /// What is read of a bag, and which columns are made of it.
@@ -273,7 +273,7 @@ fn commands(bag: &Bag, robot: &Robot, fields: &mut Fields) -> Result<Vec<Column>
     columns.collect()
 }
 
-/// Acceleration of the only inertial sensor, or of the one that robot.toml names.
+/// Acceleration and turn rate of the only inertial sensor, or of the one that robot.toml names.
 fn imu(bag: &Bag, topics: &Topics, fields: &mut Fields) -> Result<Vec<Column>> {
     let mut sensors = bag.topics().iter().filter(|topic| is_of(topic, IMU));
     let only = match (&topics.imu, sensors.next(), sensors.next()) {
@@ -282,10 +282,12 @@ fn imu(bag: &Bag, topics: &Topics, fields: &mut Fields) -> Result<Vec<Column>> {
         _ => None,
     };
     let Some(topic) = only else { return Ok(Vec::new()) };
-    let columns = ["x", "y", "z"].iter().map(|axis| {
-        let field = field(topic, &format!("linear_acceleration.{axis}"))?;
-        let source = topic.name.clone();
-        Ok(column(format!("accel_{axis}_m_s2"), Expression::Number(fields.place(field), 1.0), source))
+    let accelerations =
+        ["x", "y", "z"].map(|axis| (format!("accel_{axis}_m_s2"), format!("linear_acceleration.{axis}")));
+    let turn = (YAW_RATE.to_owned(), "angular_velocity.z".to_owned());
+    let columns = accelerations.into_iter().chain([turn]).map(|(name, path)| {
+        let place = fields.place(field(topic, &path)?);
+        Ok(column(name, Expression::Number(place, 1.0), topic.name.clone()))
     });
     columns.collect()
 }
