@@ -8,7 +8,7 @@ use crate::record::RECORD_BYTES;
 use crate::wheels::WHEELS;
 
 /// Version of this table: what [`TABLE_VERSION`] shows.
-pub const VERSION: u16 = 4;
+pub const VERSION: u16 = 5;
 
 /// The board's ID on its link.
 pub const BOARD_ID: u8 = 200;
@@ -20,13 +20,16 @@ pub const BOARD_MODEL: u16 = 0x5000;
 pub const OURS: u16 = 512;
 
 /// First address beyond the table.
-pub const END: u16 = PREVIOUS_STATE.end();
+pub const END: u16 = PREDICTED_SAMPLES.end();
 
 /// Most records that the FIFO window shows at once.
 pub const FIFO_WINDOW_RECORDS: usize = 16;
 
 /// Bytes of the upload window, and of the stored item that can be read back.
 pub const UPLOAD_BYTES: usize = 256;
+
+/// Bytes of a signature: Ed25519.
+pub const SIGNATURE_BYTES: usize = 64;
 
 /// Type of a register's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -170,7 +173,7 @@ registers! {
     COMMAND_VELOCITY: 150, I32[6], ReadWrite, "0.01 m/s, 0.01 rad/s", "Linear x, y, z, angular x, y, z; taken while the heartbeat lives";
     PROFILE_ACCELERATION: 174, I32[WHEELS], ReadWrite, "214.577 rev/min²", "Left, right: of the servos' goals; 0 without";
 
-    TABLE_VERSION: OURS, U16[1], Read, "", "Version of the registers from 512 on: 4";
+    TABLE_VERSION: OURS, U16[1], Read, "", "Version of the registers from 512 on: 5";
     SAMPLE_RATE: 514, U16[1], Read, "Hz", "Samples per second";
     WINDOW: 516, U16[1], Read, "s", "Length of the window over which the mass is estimated";
     MODEL: 518, U8[1], Read, "", "Model in use: 0 Eq. 18 as published, 1 corrected, 2 signed torque, 3 the same on ground that adapts, 255 none";
@@ -274,6 +277,10 @@ registers! {
     STORE_PREPARED: 2493, U8[1], Read, "", "1 while the spare sector is erased: what is stored next needs no erase";
     PREVIOUS_CRC: 2496, U32[1], ReadWrite, "", "CRC-32 of the coefficients before those stored; 0 without. Writing it takes them into use again, as an upload";
     PREVIOUS_STATE: 2500, U8[1], Read, "", "0 they would be taken, 1 there are none, otherwise the reason why not: as UPLOAD_REASON";
+    NEEDS_SIGNATURE: 2501, U8[1], Read, "", "1: coefficients without a right signature are not used";
+    UPLOAD_SIGNATURE: 2504, U8[SIGNATURE_BYTES], ReadWrite, "", "Ed25519 signature of the coefficients in the window; zeros: none";
+    MEASURED_SAMPLES: 2568, U32[1], Read, "", "Samples that MEASURED_ENERGY counts: what is missing of SAMPLES nobody measured, or had no coefficients";
+    PREDICTED_SAMPLES: 2572, U32[1], Read, "", "Samples that PREDICTED_ENERGY counts";
 }
 
 /// Why an upload is refused, or what is stored not used.
@@ -316,6 +323,8 @@ pub enum Reason {
     Delay = 16,
     /// Both sectors are full, and none may be erased while torque is on.
     Erase = 17,
+    /// Not signed, on a board that is built with a key, or with another key.
+    Signature = 18,
 }
 
 impl Reason {
@@ -341,6 +350,7 @@ impl Reason {
             15 => Self::Input,
             16 => Self::Delay,
             17 => Self::Erase,
+            18 => Self::Signature,
             _ => return None,
         })
     }
@@ -369,6 +379,7 @@ impl Reason {
             }
             Self::Delay => "a delay longer than the board keeps samples for",
             Self::Erase => "the flash has to be erased first, which waits until torque is off",
+            Self::Signature => "not signed with the key that the board asks for",
         }
     }
 }

@@ -10,7 +10,7 @@ use firmware::control_table::{
     UPLOAD_LENGTH, UPLOAD_WINDOW, UploadState,
 };
 use firmware::dynamixel::status::Refusal;
-use firmware::items::{Calibration, ITEMS, RobotIdentity};
+use firmware::items::{Calibration, ITEMS, RobotIdentity, SIGNATURE_BYTES};
 use firmware::link::{self, render};
 use firmware::measurement::DriveSnapshot;
 use firmware::store::{BYTES, RamFlash, Store};
@@ -364,6 +364,32 @@ fn coefficients_before_are_checked_as_an_upload_is() {
     assert_kept(&mut state, &before);
 }
 
+/// Behind the image, in the flash too; a board that asks for none takes it with one. A signature of another item does not get there.
+#[test]
+fn a_signature_goes_with_the_coefficients() {
+    let mut state = set_up();
+    let signature = [0xA5; SIGNATURE_BYTES];
+    write(&mut state, table::UPLOAD_SIGNATURE, &signature).unwrap();
+    assert_eq!(upload(&mut state, 1, &other()), WAITING);
+    assert_eq!(write(&mut state, table::UPLOAD_SIGNATURE, &[0]), Err(Refusal::Access));
+    let (item, pending) = state.take_pending().unwrap();
+    assert_eq!(pending.as_slice(), [&other()[..], &signature].concat());
+    assert_eq!(pending.image(), other());
+    state.stored(item, Ok(()));
+    assert_eq!((outcome(&state), read(&state, table::COEFFICIENTS_STATE)), (STORED, vec![0]));
+    assert_eq!(read(&state, table::COEFFICIENTS_CRC), crc(&other()));
+    assert_eq!(read(&state, table::STORED_LENGTH), (other().len() as u16).to_le_bytes());
+    // Back to a set without one, and again to this one, its signature with it.
+    for (set, expected) in [(image(&burger()), [0; SIGNATURE_BYTES]), (other(), signature)] {
+        write(&mut state, table::PREVIOUS_CRC, &crc(&set)).unwrap();
+        assert_eq!(keep(&mut state), Some(Item::Coefficients));
+        assert_eq!(read(&state, table::COEFFICIENTS_CRC), crc(&set));
+        assert_eq!(read(&state, table::UPLOAD_SIGNATURE), expected);
+    }
+    assert_eq!(upload(&mut state, 2, &Calibration { power_factors: [1.5; 4] }.encode()), WAITING);
+    assert_eq!(state.take_pending().unwrap().1.as_slice().len(), 28);
+}
+
 /// Both sectors full: the upload waits until no servo holds a torque, and says so.
 #[test]
 fn what_needs_an_erase_waits_until_torque_is_off() {
@@ -418,7 +444,7 @@ fn survives_a_restart() {
     assert_eq!(restarted.settings().coefficients(), Ok(&burger()));
     assert_eq!(restarted.settings().calibration().power_factors, [1.001, 0.999, 1.002, 0.998]);
     for (item, bytes) in good() {
-        assert_eq!(restarted.settings().stored(item).as_slice(), bytes);
+        assert_eq!(restarted.settings().stored(item), bytes);
     }
 }
 
@@ -437,14 +463,14 @@ fn what_is_stored_is_checked_at_start() {
     let item = firmware::items::ItemBytes::new(&with_number(&image(&burger()), 76, f32::NAN)).unwrap();
     state.load(Item::Coefficients, Ok(item));
     assert_eq!(read(&state, table::COEFFICIENTS_STATE), [Reason::Value as u8]);
-    assert_eq!(state.settings().stored(Item::Coefficients), &item);
+    assert_eq!(state.settings().stored(Item::Coefficients), item.as_slice());
 }
 
 /// `docs/link.md` and hosts print these.
 #[test]
 fn reasons_have_codes_and_words() {
     let reasons: Vec<Reason> = (0..=255).map_while(Reason::from_code).collect();
-    assert_eq!(reasons.len(), 18);
+    assert_eq!(reasons.len(), 19);
     for (code, reason) in (0..).zip(&reasons) {
         assert_eq!(*reason as u8, code);
         assert!(reasons.iter().all(|other| other == reason || other.text() != reason.text()));

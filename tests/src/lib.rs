@@ -20,7 +20,7 @@ pub use run::{Test, run};
 #[doc(hidden)]
 pub mod expansion {
     #[cfg(target_os = "none")]
-    pub use crate::target::exit;
+    pub use crate::target::{exit, rounds};
     #[cfg(target_os = "none")]
     pub use cortex_m_rt;
 }

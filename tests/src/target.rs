@@ -38,6 +38,11 @@ pub(crate) fn restart_watchdog() {
     }
 }
 
+/// How often SysTick has come round, for who counts by it.
+pub fn rounds() -> u32 {
+    TICKS.load(Ordering::Relaxed)
+}
+
 #[exception]
 fn SysTick() {
     if TICKS.fetch_add(1, Ordering::Relaxed) + 1 >= LIMIT_S * TICKS_PER_SECOND {

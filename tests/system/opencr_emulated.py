@@ -280,7 +280,7 @@ def check(arguments, machine, before, after, recorder, host):
         if not holds:
             wrong.append(what)
 
-    expect(after["table_version"] == 4, f"table version {after['table_version']}")
+    expect(after["table_version"] == 5, f"table version {after['table_version']}")
     estimates = not arguments.silent_servo
     if estimates:
         state = [after[name] for name in ("upload_state", "coefficients_state", "model")]

@@ -3,7 +3,8 @@
     PYTHONPATH=folder/of/emu emu opencr_faults.py IMAGE [--only WORD] [--json]
 
 Each fault lasts for half a second, or happens once, in a robot that drives at 0.1 m/s; then everything is well again for a second and a
-half. Of each: the samples taken in the fault's second, whether anything shown was stale, after how long all is as before, and what was counted.
+half. Of each: the samples taken in the fault's second, whether anything shown was stale, after how long all is as before, what the
+board's clock lost against the chip's, and what was counted.
 The emulator has no window watchdog: one is added here, which resets the chip as the manual says.
 """
 import argparse
@@ -21,8 +22,11 @@ DRIVE = (10, 0)
 GOALS = (126, 126)
 BLOCK = 512, 320  # our registers up to the counters
 EXTRA = 2328, 52
+UPTIME = 548, 8
 LEAST_SAMPLES = 195
 RECOVERED_S = 1.0
+# Of the chip's own time, over a fault.
+MOST_CLOCK_S = 1e-3
 
 
 class Watchdog(periph.P):
@@ -125,6 +129,16 @@ class Robot:
             "restarts": more("I", 2372)[0],
             "abandoned": more("I", 2376)[0],
         }
+
+    def clock(self):
+        """How far the board's clock is behind the chip's time, s: the least of some looks, each of which is older by its answer's way."""
+        behind = []
+        self.host.waiting.clear()
+        self.host.bytes.clear()
+        for _ in range(40):
+            self.host.read(*UPTIME, lambda data: behind.append(self.machine.now() / PS - struct.unpack("<Q", data)[0] / 1e6))
+            run(self.machine, 0.0017)
+        return min(behind) if behind else None
 
     def is_well(self, seen):
         turning = all(abs(servo.g(104, 4) - goal) <= 1 for servo, goal in zip(self.machine.servos, GOALS))
@@ -258,7 +272,7 @@ FAULTS = {
 
 def row(robot, name):
     begin, end, is_reset = FAULTS[name]
-    before = robot.look()
+    before, clock = robot.look(), robot.clock()
     resets = len(robot.machine.resets)
     begin(robot)
     run(robot.machine, 0.5)
@@ -294,11 +308,17 @@ def row(robot, name):
         wrong.append(f"{rate:.1f} samples a second")
     if stale:
         wrong.append("something stale is shown")
+    lost = None
+    if not has_reset and None not in (clock, later := robot.clock()):
+        lost = later - clock
+        if abs(lost) > MOST_CLOCK_S:
+            wrong.append(f"the clock lost {1e3 * lost:.2f} ms")
     limit = RECOVERED_S + (1.5 if is_reset or "overload" in name else 0)
     if recovered is None or recovered > limit:
         wrong.append(f"recovered after {recovered} s")
     counted["cause"] = after["cause"]
-    return {"fault": name, "samples_s": rate and round(rate, 1), "recovered_s": recovered and round(recovered, 2), "counted": counted, "wrong": wrong}
+    return {"fault": name, "samples_s": rate and round(rate, 1), "recovered_s": recovered and round(recovered, 2),
+            "clock_ms": lost and round(1e3 * lost, 3), "counted": counted, "wrong": wrong}
 
 
 def main():
@@ -318,7 +338,7 @@ def main():
         found = row(robot, name)
         rows.append(found)
         if not arguments.json:
-            print(f"{found['fault']:38} {found['samples_s']!s:>6}/s  {found['recovered_s']!s:>5} s  {found['counted']}  {found['wrong'] or ''}", flush=True)
+            print(f"{found['fault']:38} {found['samples_s']!s:>6}/s  {found['recovered_s']!s:>5} s  {found.get('clock_ms')!s:>6} ms  {found['counted']}  {found['wrong'] or ''}", flush=True)
         if found["wrong"]:
             # Whatever is left of it is not the next one's.
             robot = None

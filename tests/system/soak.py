@@ -11,7 +11,8 @@ from the seed. A client reads the board's registers five times a board second an
 - energy of each rail since the start, within 3 % at the end (also its worst after ten minutes is printed);
 - payload: total mass, median and 95 % of the error at all times more than a window after a change at which the board says it knows it; the median
   within 3 %;
-- actuation energy by measurement and by the model, within 3 % of the plant's at the end;
+- actuation energy by measurement and by the model, within 3 % of the plant's at the end, over the time that the board says each counts (a fault leaves
+  some of it out, and how much of the plant's energy that is, is printed);
 - samples: 200 a second of the board's time.
 
 At the end of the wall time asked for, it says how far it came.
@@ -34,6 +35,8 @@ MOST_ERROR = 0.03
 # Before, a single fault of 3 s is more than that.
 SETTLED_S = 600
 BLOCK = 512, 320
+COUNTED_BLOCK = 2568, 8
+RATE = 200
 RAILS = ("battery", "motors", "computer", "lidar")
 # What, how it is placed, and whether it lasts. A servo's overload needs somebody who switches torque off and on, which nobody does here.
 FAULTS = (
@@ -157,6 +160,11 @@ class Client:
             "missed": at("I", 796)[0],
         }
 
+    def counted(self):
+        """Samples that the measured and the predicted energy count."""
+        data = self.read(*COUNTED_BLOCK)
+        return struct.unpack("<2I", data) if data else None
+
 
 class Truth:
     """The plant's rows, read as they come."""
@@ -207,7 +215,10 @@ def soak(tools, arguments):
             break
         # Every look keeps the board going; five a second are kept.
         if found["uptime_s"] >= next_look:
-            seen.append(found)
+            counted = client.counted()
+            if counted is None:
+                break
+            seen.append(found | {"counted": counted})
             next_look = found["uptime_s"] + 0.2
         if arguments.wall_minutes and time.monotonic() - begun > 60 * arguments.wall_minutes:
             break
@@ -218,13 +229,18 @@ def soak(tools, arguments):
 
 
 def judge(truth, seen, times, wall_s):
-    errors, previous = [], None
+    errors, previous, counted, covered, drawn = [], None, (0, 0), [0.0, 0.0], 0.0
     worst = {name: 0.0 for name in RAILS}
     for found in seen:
         if not truth.until(found["uptime_s"]):
             break
         if found["payload_state"] == 0 and found["uptime_s"] - truth.changed > WINDOW_S + 5:
             errors.append(abs(found["mass_kg"] / truth.mass - 1))
+        # Of what the plant drew since the look before, the share of the time that each energy counts.
+        step = found["uptime_s"] - (previous["uptime_s"] if previous else 0.0)
+        for i in range(2):
+            covered[i] += (truth.actuation - drawn) * min(1.0, (found["counted"][i] - counted[i]) / (RATE * step))
+        counted, drawn = found["counted"], truth.actuation
         previous = found
         energy_errors = [found["energy_j"][i] / max(1e-9, truth.energy[i]) - 1 for i in range(4)]
         if found["uptime_s"] > SETTLED_S:
@@ -241,8 +257,9 @@ def judge(truth, seen, times, wall_s):
         "missed_deadlines": previous["missed"],
         "energy_error": {name: round(previous["energy_j"][i] / truth.energy[i] - 1, 5) for i, name in enumerate(RAILS)},
         "worst_energy_error": {name: round(value, 5) for name, value in worst.items()},
-        "measured_actuation_error": round(previous["measured_j"] / truth.actuation - 1, 5),
-        "predicted_actuation_error": round(previous["predicted_j"] / truth.actuation - 1, 5),
+        "measured_actuation_error": round(previous["measured_j"] / covered[0] - 1, 5),
+        "predicted_actuation_error": round(previous["predicted_j"] / covered[1] - 1, 5),
+        "actuation_covered": [round(part / truth.actuation, 4) for part in covered],
         "mass_error": {"looks": len(errors), "median": at(0.5), "p95": at(0.95), "worst": at(1.0)},
         "rails": previous["rails"],
         "wheels": previous["wheels"],

@@ -9,7 +9,7 @@ mod image {
         Board, InertialPort, Panel, SensorBus, ServoPort, StatusLed, StoreFlash, UsbDevice, UsbLink, init,
         sampling, watchdog,
     };
-    use firmware::boards::{SharedSensorBus, sampler, send, start, watch_stack};
+    use firmware::boards::{SharedSensorBus, VERIFY, sampler, send, start, watch_stack};
     use firmware::tasks::{self, Buffers, BusCounters, CountedBus, Shared};
     use static_cell::{ConstStaticCell, StaticCell};
 
@@ -42,7 +42,7 @@ mod image {
 
     #[embassy_executor::task]
     async fn keep(store: StoreFlash, shared: &'static Shared) {
-        tasks::keep(store, shared).await
+        tasks::keep(store, VERIFY, shared).await
     }
 
     #[embassy_executor::task]

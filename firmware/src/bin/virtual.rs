@@ -5,7 +5,7 @@
 mod image {
     use embassy_sync::mutex::Mutex;
     use firmware::boards::virtual_board::{Board, Link, SensorBus, ServoPort, StoreFlash, init, run};
-    use firmware::boards::{SharedSensorBus, sampler, start, watch_stack};
+    use firmware::boards::{SharedSensorBus, VERIFY, sampler, start, watch_stack};
     use firmware::tasks::{self, Buffers, BusCounters, CountedBus, Shared};
     use static_cell::{ConstStaticCell, StaticCell};
 
@@ -33,7 +33,7 @@ mod image {
 
     #[embassy_executor::task]
     async fn keep(store: StoreFlash, shared: &'static Shared) {
-        tasks::keep(store, shared).await
+        tasks::keep(store, VERIFY, shared).await
     }
 
     #[embassy_executor::task]

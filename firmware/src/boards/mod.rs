@@ -1,5 +1,7 @@
 //! The two boards that the same tasks run on: what differs between them ends here.
 
+#[cfg(any(feature = "opencr", feature = "virtual"))]
+mod key;
 #[cfg(feature = "opencr")]
 pub mod opencr;
 #[cfg(any(feature = "opencr", feature = "virtual"))]
@@ -11,6 +13,7 @@ mod wiring;
 
 #[cfg(any(feature = "opencr", feature = "virtual"))]
 pub use {
+    key::VERIFY,
     stack::watch_stack,
     wiring::{SensorHandle, SharedSensorBus, sampler, send, start},
 };

@@ -111,6 +111,22 @@ pub struct Estimation {
     changes: Changes,
     /// Actuation energy measured and predicted, J, by coefficients in use before.
     energy_before: Option<(f32, f32)>,
+    counted: Counted,
+}
+
+/// Samples that the actuation energies count, since start: a sample of which speeds or power are not known counts for neither, one at which the
+/// mass is unknown only for what is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counted {
+    /// By [`Estimation::energy`], measured.
+    pub measured: u32,
+    /// Predicted.
+    pub predicted: u32,
+}
+
+impl Counted {
+    /// None yet.
+    pub const NONE: Self = Self { measured: 0, predicted: 0 };
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -178,6 +194,12 @@ impl Estimation {
         }
     }
 
+    /// How many samples that energy counts.
+    #[must_use]
+    pub const fn counted(&self) -> Counted {
+        self.counted
+    }
+
     /// Takes a sample `time_us` since start: wheel speeds in rad/s and the power of the motors' rail in W, where they
     /// are known.
     pub fn sample(
@@ -194,6 +216,8 @@ impl Estimation {
             Sample { wheel_speed, wheel_acceleration: None, power: motors_power - running.static_power };
         let estimate = running.pipeline.push(&sample, running.clock.advance(time_us));
         running.mass = estimate.mass;
+        self.counted.measured += u32::from(estimate.conditioned.is_some());
+        self.counted.predicted += u32::from(estimate.power.is_some());
         if let Some(ago) = estimate.changed {
             let length_us = (ago as u64).saturating_mul(BUCKET_S as u64 * 1_000_000);
             self.changes.count = self.changes.count.saturating_add(1);

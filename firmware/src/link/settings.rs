@@ -3,7 +3,9 @@
 use model_core::coefficients::Coefficients;
 
 use crate::control_table::{Item, Reason};
-use crate::items::{self, Calibration, ItemBytes, RobotIdentity, check_coefficients};
+use crate::items::{
+    self, Bytes, CALIBRATION_BYTES, Calibration, ItemBytes, ROBOT_BYTES, RobotIdentity, check_coefficients,
+};
 use crate::wheels::WHEELS;
 
 /// Coefficients, calibration and robot in use: those stored, as far as they are valid.
@@ -16,8 +18,8 @@ pub struct Settings {
     previous: Reason,
     /// The flash could not be read: it is not known whether there are coefficients.
     unread: Option<Reason>,
-    calibration_bytes: ItemBytes,
-    robot_bytes: ItemBytes,
+    calibration_bytes: Bytes<CALIBRATION_BYTES>,
+    robot_bytes: Bytes<ROBOT_BYTES>,
     coefficients: Result<Coefficients<f32, WHEELS>, Reason>,
     calibration: Calibration,
     robot: RobotIdentity,
@@ -34,8 +36,8 @@ impl Settings {
             previous_bytes: ItemBytes::EMPTY,
             previous: Reason::Empty,
             unread: None,
-            calibration_bytes: ItemBytes::EMPTY,
-            robot_bytes: ItemBytes::EMPTY,
+            calibration_bytes: Bytes::EMPTY,
+            robot_bytes: Bytes::EMPTY,
             coefficients: Err(Reason::Empty),
             calibration: Calibration::NONE,
             robot: RobotIdentity::BURGER,
@@ -75,13 +77,13 @@ impl Settings {
         self.sample_rate_hz
     }
 
-    /// What the flash holds of an item, valid or not.
+    /// What the flash holds of an item, valid or not; nothing where that is longer than such an item.
     #[must_use]
-    pub const fn stored(&self, item: Item) -> &ItemBytes {
+    pub fn stored(&self, item: Item) -> &[u8] {
         match item {
-            Item::Coefficients => &self.coefficients_bytes,
-            Item::Calibration => &self.calibration_bytes,
-            Item::Robot => &self.robot_bytes,
+            Item::Coefficients => self.coefficients_bytes.as_slice(),
+            Item::Calibration => self.calibration_bytes.as_slice(),
+            Item::Robot => self.robot_bytes.as_slice(),
         }
     }
 
@@ -133,16 +135,16 @@ impl Settings {
                 self.unread = stored.err();
             }
             Item::Calibration => {
-                self.calibration_bytes = bytes;
+                self.calibration_bytes = Bytes::new(bytes.as_slice()).unwrap_or(Bytes::EMPTY);
                 self.calibration = Calibration::decode(bytes.as_slice()).unwrap_or_default();
             }
             Item::Robot => {
-                self.robot_bytes = bytes;
+                self.robot_bytes = Bytes::new(bytes.as_slice()).unwrap_or(Bytes::EMPTY);
                 self.robot = RobotIdentity::decode(bytes.as_slice()).unwrap_or_default();
             }
         }
         // For another robot the same coefficients are others'.
-        let bytes = self.coefficients_bytes.as_slice();
+        let bytes = self.coefficients_bytes.image();
         self.coefficients = match self.unread {
             Some(reason) => Err(reason),
             None => check_coefficients(bytes, &self.robot, self.sample_rate_hz),

@@ -37,6 +37,8 @@ pub struct State<const RECORDS: usize> {
     pub reset: ResetReport,
     /// What the robot has used and driven in its life.
     pub ledger: Ledger,
+    /// Whether coefficients need a signature: for the host. Who keeps the store looks at it.
+    pub needs_signature: bool,
     /// The store's spare sector is erased.
     pub is_store_prepared: bool,
     pub(super) settings: Settings,
@@ -119,6 +121,7 @@ impl<const RECORDS: usize> State<RECORDS> {
             supply_voltage: None,
             reset: ResetReport::NONE,
             ledger: Ledger::new(),
+            needs_signature: false,
             is_store_prepared: false,
             settings: Settings::new(sample_rate_hz),
             upload: Upload::new(),

@@ -6,7 +6,7 @@ use crate::drive::battery_percent;
 use crate::dynamixel::xl430::Velocity;
 use crate::estimation::{NO_MODEL, mass_code, model_code};
 use crate::inertial::InertialSnapshot;
-use crate::items::{ItemBytes, checksum};
+use crate::items::{checksum, parts};
 use crate::measurement::{BatterySnapshot, RailSnapshot, Snapshot};
 use crate::parameters::{TRACK_M, WHEEL_RADIUS_M};
 use crate::record::RECORD_BYTES;
@@ -137,7 +137,7 @@ fn show_board<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) 
     to.value(table::WINDOW, state.window_s);
     to.value(table::MODEL, coefficients.map_or(NO_MODEL, model_code));
     to.value(table::COEFFICIENTS_STATE, coefficients.map_or_else(|reason| reason, |_| Reason::None) as u8);
-    let image = settings.stored(Item::Coefficients).as_slice();
+    let (image, _) = parts(settings.stored(Item::Coefficients));
     to.value(table::COEFFICIENTS_CRC, coefficients.map_or(0, |_| checksum(image)));
     to.bytes(table::ROBOT_NAME, settings.robot().name.as_bytes());
     to.value(table::UPTIME, state.time_us);
@@ -254,6 +254,8 @@ fn show_estimate<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sin
     to.value(table::PREDICTED_POWER, estimate.predicted_power);
     to.value(table::MEASURED_ENERGY, estimate.measured_energy.unwrap_or(0.0));
     to.value(table::PREDICTED_ENERGY, estimate.predicted_energy.unwrap_or(0.0));
+    to.value(table::MEASURED_SAMPLES, estimate.counted.measured);
+    to.value(table::PREDICTED_SAMPLES, estimate.counted.predicted);
     to.value(table::PAYLOAD_CHANGES, estimate.changes.count);
     to.value(table::LAST_CHANGE, estimate.changes.last_us.unwrap_or(0));
 }
@@ -274,15 +276,15 @@ fn show_counters<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sin
 
 fn show_upload<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
     let upload = &state.upload;
-    let stored = Item::from_code(upload.item).map_or(&ItemBytes::EMPTY, |item| state.settings.stored(item));
+    let (stored, _) = parts(Item::from_code(upload.item).map_or(&[][..], |item| state.settings.stored(item)));
     to.value(table::UPLOAD_ITEM, upload.item);
     to.value(table::UPLOAD_COMMAND, 0_u8);
     to.value(table::UPLOAD_LENGTH, upload.length);
     to.value(table::UPLOAD_STATE, upload.state() as u8);
     to.value(table::UPLOAD_REASON, upload.reason() as u8);
-    to.value(table::STORED_LENGTH, stored.as_slice().len() as u16);
+    to.value(table::STORED_LENGTH, stored.len() as u16);
     to.bytes(table::UPLOAD_WINDOW, &upload.window);
-    to.bytes(table::STORED_WINDOW, stored.as_slice());
+    to.bytes(table::STORED_WINDOW, stored);
 }
 
 fn show_fifo<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
@@ -305,8 +307,10 @@ fn show_store<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) 
     to.value(table::STORE_ERASES, state.counters.store_erases);
     to.value(table::TOTALS_STATE, state.ledger.keeping() as u8);
     to.value(table::STORE_PREPARED, u8::from(state.is_store_prepared));
-    to.value(table::PREVIOUS_CRC, checksum(state.settings.previous().as_slice()));
+    to.value(table::PREVIOUS_CRC, checksum(state.settings.previous().image()));
     to.value(table::PREVIOUS_STATE, state.settings.previous_reason() as u8);
+    to.value(table::NEEDS_SIGNATURE, u8::from(state.needs_signature));
+    to.bytes(table::UPLOAD_SIGNATURE, &state.upload.signature);
 }
 
 fn rail_counters(rail: &RailSnapshot) -> [u32; 5] {

@@ -1,7 +1,7 @@
 //! An item on its way into the flash: checked at once, written when the robot stands still.
 
 use crate::control_table::{Item, Reason, UPLOAD_BYTES, UploadState};
-use crate::items::{ItemBytes, checksum};
+use crate::items::{ItemBytes, SIGNATURE_BYTES, checksum, parts};
 
 use super::Settings;
 
@@ -11,6 +11,8 @@ pub struct Upload {
     pub(super) item: u8,
     pub(super) length: u16,
     pub(super) window: [u8; UPLOAD_BYTES],
+    /// Of coefficients; zeros where there is none.
+    pub(super) signature: [u8; SIGNATURE_BYTES],
     state: UploadState,
     reason: Reason,
     is_being_written: bool,
@@ -22,6 +24,7 @@ impl Upload {
             item: 0,
             length: 0,
             window: [0; UPLOAD_BYTES],
+            signature: [0; SIGNATURE_BYTES],
             state: UploadState::Idle,
             reason: Reason::None,
             is_being_written: false,
@@ -64,7 +67,7 @@ impl Upload {
         }
         match self.check(settings) {
             // Flash wears: what it holds already is not written again.
-            Ok((item, bytes)) if settings.stored(item) == &bytes => self.end(Ok(())),
+            Ok((item, bytes)) if settings.stored(item) == bytes.as_slice() => self.end(Ok(())),
             Ok(_) => (self.state, self.reason) = (UploadState::Waiting, Reason::None),
             Err(reason) => self.end(Err(reason)),
         }
@@ -75,15 +78,17 @@ impl Upload {
     ///
     /// False while another upload waits.
     pub(super) fn roll_back(&mut self, crc: u32, settings: &Settings) -> bool {
-        let is_same = |bytes: &ItemBytes| !bytes.as_slice().is_empty() && checksum(bytes.as_slice()) == crc;
+        let is_same = |bytes: &[u8]| !bytes.is_empty() && checksum(parts(bytes).0) == crc;
         if self.is_waiting() {
             // Said twice: an answer got lost.
-            return self.pending().is_ok_and(|(item, bytes)| item == Item::Coefficients && is_same(&bytes));
+            return self
+                .pending()
+                .is_ok_and(|(item, bytes)| item == Item::Coefficients && is_same(bytes.as_slice()));
         }
         let previous = settings.previous();
         if is_same(settings.stored(Item::Coefficients)) {
             self.end(Ok(()));
-        } else if is_same(previous) {
+        } else if is_same(previous.as_slice()) {
             self.fill(Item::Coefficients, previous);
             self.submit(settings);
         } else {
@@ -93,9 +98,10 @@ impl Upload {
     }
 
     fn fill(&mut self, item: Item, bytes: &ItemBytes) {
-        let bytes = bytes.as_slice();
-        (self.item, self.length) = (item as u8, bytes.len() as u16);
-        self.window.iter_mut().zip(bytes).for_each(|(place, byte)| *place = *byte);
+        let (image, signature) = parts(bytes.as_slice());
+        (self.item, self.length) = (item as u8, image.len() as u16);
+        self.signature = signature.copied().unwrap_or([0; SIGNATURE_BYTES]);
+        self.window.iter_mut().zip(image).for_each(|(place, byte)| *place = *byte);
     }
 
     /// The host wants nothing written.
@@ -149,6 +155,9 @@ impl Upload {
     fn pending(&self) -> Result<(Item, ItemBytes), Reason> {
         let item = Item::from_code(self.item).ok_or(Reason::Item)?;
         let bytes = self.window.get(..usize::from(self.length)).ok_or(Reason::Length)?;
-        ItemBytes::new(bytes).map(|bytes| (item, bytes)).ok_or(Reason::Length)
+        let image = ItemBytes::new(bytes).ok_or(Reason::Length)?;
+        let is_signed = item == Item::Coefficients && self.signature != [0; SIGNATURE_BYTES];
+        let bytes = if is_signed { image.with(&self.signature).ok_or(Reason::Length)? } else { image };
+        Ok((item, bytes))
     }
 }

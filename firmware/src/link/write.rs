@@ -1,10 +1,10 @@
 //! What the host may change: all of a write is done, or nothing of it.
 
-use super::State;
+use super::{State, Upload};
 use crate::control_table::{
     Access, CALIBRATE_IMU, COMMAND_TIMEOUT, COMMAND_VELOCITY, END, FIFO_ACKNOWLEDGE, HEARTBEAT, LEDS,
     PREVIOUS_CRC, PROFILE_ACCELERATION, REGISTERS, Register, SOUND, TORQUE_ENABLE, UPLOAD_COMMAND,
-    UPLOAD_ITEM, UPLOAD_LENGTH, UPLOAD_WINDOW,
+    UPLOAD_ITEM, UPLOAD_LENGTH, UPLOAD_SIGNATURE, UPLOAD_WINDOW,
 };
 use crate::dynamixel::status::Refusal;
 
@@ -27,6 +27,7 @@ pub fn write<const RECORDS: usize>(
     let item = request.value(UPLOAD_ITEM).map(u8::from_le_bytes);
     let length = request.value(UPLOAD_LENGTH).map(u16::from_le_bytes);
     let window = request.part(UPLOAD_WINDOW);
+    let signature = request.part(UPLOAD_SIGNATURE);
     let acknowledged = request.value(FIFO_ACKNOWLEDGE).map(u32::from_le_bytes);
     let previous = request.value(PREVIOUS_CRC).map(u32::from_le_bytes);
 
@@ -35,7 +36,7 @@ pub fn write<const RECORDS: usize>(
     {
         return Err(Refusal::Range);
     }
-    let changes_upload = item.is_some() || length.is_some() || window.is_some();
+    let changes_upload = item.is_some() || length.is_some() || window.is_some() || signature.is_some();
     if (changes_upload && state.upload.is_waiting())
         || (command == Some(FORGET) && state.upload.is_being_written())
     {
@@ -49,9 +50,11 @@ pub fn write<const RECORDS: usize>(
     write_drive(state, &request);
     state.upload.item = item.unwrap_or(state.upload.item);
     state.upload.length = length.unwrap_or(state.upload.length);
-    if let Some((offset, bytes)) = window {
-        let place = state.upload.window.iter_mut().skip(offset);
-        place.zip(bytes).for_each(|(place, byte)| *place = *byte);
+    let Upload { window: window_bytes, signature: signature_bytes, .. } = &mut state.upload;
+    for (bytes, part) in [(&mut window_bytes[..], window), (&mut signature_bytes[..], signature)] {
+        if let Some((offset, data)) = part {
+            bytes.iter_mut().skip(offset).zip(data).for_each(|(place, byte)| *place = *byte);
+        }
     }
     if let Some(sequence) = acknowledged {
         state.fifo.acknowledge(sequence);

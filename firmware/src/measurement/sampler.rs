@@ -184,6 +184,7 @@ impl<I: I2c, P: Read + Write, D: DelayNs> Sampler<I, P, D> {
             predicted_power,
             measured_energy: energy.map(|(measured, _)| measured),
             predicted_energy: energy.map(|(_, predicted)| predicted),
+            counted: self.estimation.counted(),
             changes: self.estimation.changes(),
         }
     }
@@ -208,6 +209,7 @@ mod tests {
 
     use super::*;
     use crate::dynamixel::testing::{Patience, Servos};
+    use crate::estimation::Counted;
     use crate::estimation::tests::{coefficients, signed};
     use crate::parameters::SAMPLE_PERIOD_US;
     use crate::power_sensors::testing::Chips;
@@ -313,6 +315,12 @@ mod tests {
         // 1.668 W at the rail, 1.25 W of it static: as much as some 3 kg draw at these speeds.
         assert!((snapshot.estimate.measured_power.unwrap() - 0.418).abs() < 1e-3);
         assert!((snapshot.estimate.measured_energy.unwrap() - 0.418 * 5997.0 * 0.005).abs() < 1e-2);
+        let count = |counts: fn(&&Record) -> bool| records.iter().filter(counts).count() as u32;
+        let counted = Counted {
+            measured: count(|record| record.is_estimated),
+            predicted: count(|record| record.predicted_power.is_some()),
+        };
+        assert_eq!((counted.measured, snapshot.estimate.counted), (5998, counted));
         // Behind the filter 7 and 9 counts are 8, 2.4544 rad/s.
         assert!((snapshot.wheels[0].speed.unwrap() - 2.4544).abs() < 1e-3);
         assert!(snapshot.wheels[0].acceleration.unwrap().abs() < 1e-2);

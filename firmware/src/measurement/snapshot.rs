@@ -4,7 +4,7 @@
 use model_core::charge::{Charge, Remaining};
 use model_core::payload::{MassEstimate, Unknown};
 
-use crate::estimation::{Changes, NO_MODEL};
+use crate::estimation::{Changes, Counted, NO_MODEL};
 use crate::power_sensors::{Counters, Health, RAIL_COUNT};
 use crate::wheels::{DriveState, ServoCounters, WHEELS, WheelHealth};
 
@@ -125,6 +125,8 @@ pub struct EstimateSnapshot {
     pub measured_energy: Option<f32>,
     /// The same by the model, while the mass was known.
     pub predicted_energy: Option<f32>,
+    /// Samples that these count.
+    pub counted: Counted,
     /// Payload changes noticed.
     pub changes: Changes,
 }
@@ -138,6 +140,7 @@ impl EstimateSnapshot {
         predicted_power: None,
         measured_energy: None,
         predicted_energy: None,
+        counted: Counted::NONE,
         changes: Changes::NONE,
     };
 }

@@ -26,8 +26,8 @@ use sequential_storage::Error;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 
-use crate::control_table::{Item, Reason, UPLOAD_BYTES};
-use crate::items::{ITEMS, ItemBytes};
+use crate::control_table::{Item, Reason};
+use crate::items::{ITEM_BYTES, ITEMS, ItemBytes};
 use crate::totals::TOTALS_BYTES;
 use log::Log;
 use record::{VALUE_BYTES, Versions};
@@ -180,7 +180,7 @@ impl<F: NorFlash> Store<F> {
     pub async fn fetch(
         &mut self,
         item: Item,
-        into: &mut [u8; UPLOAD_BYTES],
+        into: &mut [u8; ITEM_BYTES],
     ) -> Result<Option<usize>, StoreError> {
         let found = self.get(item).await?;
         let bytes = found.as_slice();
@@ -197,8 +197,11 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// After an error, too, the item is the old one or the new one.
     pub async fn put(&mut self, item: Item, bytes: &[u8]) -> Result<(), StoreError> {
-        let new = ItemBytes::new(bytes).filter(|_| !bytes.is_empty()).ok_or(StoreError::Length)?;
-        let versions = self.versions(item).await?.with(item, new);
+        if bytes.is_empty() {
+            return Err(StoreError::Length);
+        }
+        let versions = self.versions(item).await?;
+        let versions = versions.with(item, ItemBytes::new(bytes).ok_or(StoreError::Length)?);
         let current = self.current().await?;
         if let Some(current) = current
             && self.append_item(current.sector, item, &versions).await.is_ok()
@@ -218,25 +221,27 @@ impl<F: NorFlash> Store<F> {
     async fn rewrite(&mut self, current: Option<Current>, change: Change<'_>) -> Result<(), StoreError> {
         let target = self.spare(current);
         let generation = current.map_or(0, |current| current.generation.wrapping_add(1));
-        let totals = match (change, current) {
-            (Change::Totals(new), _) => Some(*new),
-            (_, Some(current)) => self.last_totals(current.sector).await?,
-            (_, None) => None,
+        let totals = match change {
+            Change::Totals(new) => Some(*new),
+            Change::Item(..) => self.totals().await?,
         };
         self.prepare().await?;
         // From here on it has to be erased again before it can be used, unless it becomes the one that counts.
         (self.is_prepared, self.log) = (Some(false), None);
         for item in ITEMS {
-            let kept = match (change, current) {
-                (Change::Item(changed, new), _) if item == changed => *new,
+            let mut bytes = [0; VALUE_BYTES];
+            let length = match (change, current) {
+                (Change::Item(changed, new), _) if item == changed => new.encode(&mut bytes),
                 (_, Some(current)) => {
                     let length = self.find(current.sector, item as u8).await?;
-                    Versions::decode(self.value.get(..length).unwrap_or(&[]))
+                    bytes = self.value;
+                    length
                 }
-                (_, None) => Versions::NONE,
+                (_, None) => 0,
             };
-            if !kept.current.as_slice().is_empty() {
-                self.append_item(target, item, &kept).await?;
+            let value = bytes.get(..length).ok_or(StoreError::Length)?;
+            if !value.is_empty() {
+                self.append(target, item as u8, value).await?;
             }
         }
         let mut log = Log::new(target);

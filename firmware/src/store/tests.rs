@@ -56,7 +56,7 @@ fn what_was_put_is_there() {
 fn fetch_copies_to_the_front() {
     let mut memory = vec![0xFF; BYTES];
     let mut store = Store::new(RamFlash::new(&mut memory), 0..BYTES as u32).unwrap();
-    let mut into = [7; UPLOAD_BYTES];
+    let mut into = [7; ITEM_BYTES];
     assert_eq!(block_on(store.fetch(Item::Robot, &mut into)), Ok(None));
     assert_eq!(block_on(store.put(Item::Robot, &[1, 2, 3])), Ok(()));
     assert_eq!(block_on(store.fetch(Item::Robot, &mut into)), Ok(Some(3)));
@@ -68,10 +68,10 @@ fn items_have_a_length() {
     let mut memory = vec![0xFF; BYTES];
     let mut store = Store::new(RamFlash::new(&mut memory), 0..BYTES as u32).unwrap();
     assert_eq!(block_on(store.put(Item::Robot, &[])), Err(StoreError::Length));
-    assert_eq!(block_on(store.put(Item::Robot, &[0; UPLOAD_BYTES + 1])), Err(StoreError::Length));
-    assert_eq!(block_on(store.put(Item::Robot, &[0; UPLOAD_BYTES])), Ok(()));
+    assert_eq!(block_on(store.put(Item::Robot, &[0; ITEM_BYTES + 1])), Err(StoreError::Length));
+    assert_eq!(block_on(store.put(Item::Robot, &[0; ITEM_BYTES])), Ok(()));
     let back = block_on(store.get(Item::Robot)).unwrap();
-    assert_eq!(back.as_slice(), [0; UPLOAD_BYTES]);
+    assert_eq!(back.as_slice(), [0; ITEM_BYTES]);
 }
 
 /// The chip's flash has the bootloader and the application around the store.

@@ -31,10 +31,13 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// The flash cannot be read.
     pub async fn totals(&mut self) -> Result<Option<[u8; TOTALS_BYTES]>, StoreError> {
-        match self.current().await? {
-            Some(current) => self.last_totals(current.sector).await,
-            None => Ok(None),
+        let Some(log) = self.log().await? else { return Ok(None) };
+        for index in (0..log.next).rev() {
+            if let Some(totals) = open(&self.read_record(slot::<F>(log.sector, index)).await?) {
+                return Ok(Some(totals));
+            }
         }
+        Ok(None)
     }
 
     /// Whether [`append_totals`](Self::append_totals) would have to move to the other sector, which takes some milliseconds.
@@ -83,20 +86,6 @@ impl<F: NorFlash> Store<F> {
             };
         }
         result
-    }
-
-    /// The last whole record of a sector.
-    pub(super) async fn last_totals(
-        &mut self,
-        sector: u32,
-    ) -> Result<Option<[u8; TOTALS_BYTES]>, StoreError> {
-        for index in (0..Self::SLOTS).rev() {
-            let record = self.read_record(slot::<F>(sector, index)).await?;
-            if let Some(totals) = open(&record) {
-                return Ok(Some(totals));
-            }
-        }
-        Ok(None)
     }
 
     /// `None` where no sector counts yet.

@@ -4,8 +4,8 @@ use embassy_time::{Duration, Timer};
 use embedded_storage_async::nor_flash::NorFlash;
 
 use super::shared::{Reporter, Shared};
-use crate::control_table::Reason;
-use crate::items::{ITEMS, ItemBytes};
+use crate::control_table::{Item, Reason};
+use crate::items::{ITEMS, ItemBytes, Verify, check_signature};
 use crate::log::{info, warning};
 use crate::parameters::SAMPLE_PERIOD_US;
 use crate::store::{BYTES, Store, StoreError};
@@ -18,10 +18,11 @@ const LOOK: Duration = Duration::from_micros(SAMPLE_PERIOD_US / 10);
 /// After two periods it is written anyway.
 const MOST_LOOKS: usize = 20;
 
-/// Keeps items and totals in a flash that is the store's, from its beginning to its end.
-pub async fn keep(flash: impl NorFlash, shared: &Shared) -> ! {
+/// Keeps items and totals in a flash that is the store's, from its beginning to its end. With `verify` coefficients need a signature.
+pub async fn keep(flash: impl NorFlash, verify: Option<Verify>, shared: &Shared) -> ! {
+    shared.with(|state| state.needs_signature = verify.is_some());
     let mut keeper = match Store::new(flash, 0..BYTES as u32) {
-        Ok(store) => Keeper { store, shared, has_failed: false },
+        Ok(store) => Keeper { store, verify, shared, has_failed: false },
         // The flash has another geometry: nothing is stored, and no upload is taken.
         Err(error) => refuse(error, shared).await,
     };
@@ -51,6 +52,7 @@ async fn refuse(error: StoreError, shared: &Shared) -> ! {
 
 struct Keeper<'a, F> {
     store: Store<F>,
+    verify: Option<Verify>,
     shared: &'a Shared,
     /// Erasing failed: it is not tried again unasked.
     has_failed: bool,
@@ -60,19 +62,19 @@ impl<F: NorFlash> Keeper<'_, F> {
     /// What the flash holds, and its spare sector erased.
     async fn load(&mut self) {
         for item in ITEMS {
-            let found = self.store.get(item).await;
-            self.shared.with(|state| state.load(item, found.map_err(Reason::from)));
+            let found = self.store.get(item).await.map_err(Reason::from);
+            // Whoever had the flash in hand may have written it.
+            let found = found.and_then(|bytes| self.check(item, &bytes).map(|()| bytes));
+            self.shared.with(|state| state.load(item, found));
         }
         let previous = self.store.previous().await.unwrap_or(ItemBytes::EMPTY);
+        // This finds where the next record belongs, too, record by record: some milliseconds that a sample would wait for later.
         let totals = self.store.totals().await.map(|bytes| bytes.map(|bytes| Totals::decode(&bytes)));
         self.shared.with(|state| {
             state.load_previous(previous);
             state.ledger.load(totals.map_err(Reason::from));
         });
         self.prepare().await;
-        // Where the next record belongs is looked for now, record by record: some milliseconds that a sample would wait for later. What
-        // goes wrong is said when one is written.
-        let _ = self.store.is_log_full().await;
         self.show().await;
     }
 
@@ -81,10 +83,7 @@ impl<F: NorFlash> Keeper<'_, F> {
         let may_erase = self.shared.with(|state| state.may_erase());
         self.store.allow_erasing(may_erase);
         if let Some((item, bytes)) = self.shared.with(|state| state.take_pending()) {
-            self.shared.stall();
-            between_samples(self.shared).await;
-            let stored = self.store.put(item, bytes.as_slice()).await.map_err(Reason::from);
-            self.shared.resume();
+            let stored = self.put(item, &bytes).await;
             self.shared.with(|state| state.stored(item, stored));
             match stored {
                 Ok(()) => info!("item {=u8} stored", item as u8),
@@ -101,6 +100,24 @@ impl<F: NorFlash> Keeper<'_, F> {
             return;
         }
         self.show().await;
+    }
+
+    /// Sampling goes on while the signature is looked at: only the erase and the words of the flash are in its way.
+    async fn put(&mut self, item: Item, bytes: &ItemBytes) -> Result<(), Reason> {
+        self.check(item, bytes)?;
+        self.shared.stall();
+        between_samples(self.shared).await;
+        let stored = self.store.put(item, bytes.as_slice()).await.map_err(Reason::from);
+        self.shared.resume();
+        stored
+    }
+
+    /// Whether it is signed as it has to be. Takes some ten milliseconds: at a standstill, as writing.
+    fn check(&self, item: Item, bytes: &ItemBytes) -> Result<(), Reason> {
+        match item {
+            Item::Coefficients => check_signature(bytes.as_slice(), self.verify),
+            Item::Calibration | Item::Robot => Ok(()),
+        }
     }
 
     /// A record costs a fraction of a millisecond, also while the robot drives: it begins between two samples, and one that becomes due goes

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use firmware::control_table::{self as table, Item, Reason, UploadState};
-use firmware::items::{Calibration, RobotIdentity, check_coefficients, checksum};
+use firmware::items::{Calibration, RobotIdentity, SIGNATURE_BYTES, check_coefficients, checksum, parts};
 use firmware::power_sensors::RAIL_COUNT;
 use firmware::wheels::WHEELS;
 use model_core::coefficients::Coefficients;
@@ -72,7 +72,7 @@ impl Target for StoreImage {
             return Err(nothing_before());
         }
         let identity = identity(self)?;
-        check_coefficients(&previous, &identity, USUAL_RATE_HZ)
+        check_coefficients(parts(&previous).0, &identity, USUAL_RATE_HZ)
             .map_err(|reason| refused(Item::Coefficients, reason as u8))?;
         Target::put(self, Item::Coefficients, &previous)?;
         Ok(previous)
@@ -108,6 +108,13 @@ impl<T: Transport> Target for Running<'_, T> {
 
     fn put(&mut self, item: Item, bytes: &[u8]) -> Result<()> {
         self.settle()?;
+        let (bytes, signature) = match item {
+            Item::Coefficients => parts(bytes),
+            Item::Calibration | Item::Robot => (bytes, None),
+        };
+        if item == Item::Coefficients {
+            self.sign(signature)?;
+        }
         self.client.set(&table::UPLOAD_ITEM, item as u8)?;
         self.client.set(&table::UPLOAD_LENGTH, bytes.len() as u16)?;
         self.client.set_bytes(&table::UPLOAD_WINDOW, bytes)?;
@@ -159,6 +166,16 @@ impl<T: Transport> Running<'_, T> {
                 settled => return settled,
             }
         }
+    }
+
+    /// Says the signature of the coefficients that follow, or that there is none.
+    fn sign(&mut self, signature: Option<&[u8; SIGNATURE_BYTES]>) -> Result<()> {
+        if signature.is_none() && self.client.get::<u8>(&table::NEEDS_SIGNATURE)? != 0 {
+            return Err(Error::failed(
+                "the board takes signed coefficients only; expected --sign with the key that it was built for",
+            ));
+        }
+        self.client.set_bytes(&table::UPLOAD_SIGNATURE, signature.unwrap_or(&[0; SIGNATURE_BYTES]))
     }
 
     /// Waits until an item that ends with this checksum is stored.
@@ -268,7 +285,7 @@ pub fn item_text(item: Item) -> &'static str {
 pub struct Request {
     /// The robot that the board is to be set up for from now on.
     pub identity: Option<RobotIdentity>,
-    /// An image of coefficients.
+    /// An image of coefficients, and its signature behind it if it is signed.
     pub coefficients: Option<Vec<u8>>,
     /// True power over measured power of some rails: the others keep theirs.
     pub calibration: Option<[Option<f32>; RAIL_COUNT]>,
@@ -283,6 +300,8 @@ pub struct Outcome {
     pub bytes: usize,
     /// CRC-32 at the image's end.
     pub crc: u32,
+    /// Whether a signature went with it.
+    pub signed: bool,
     /// Whether it was there already: then nothing was written.
     pub unchanged: bool,
 }
@@ -302,7 +321,7 @@ pub fn flash(target: &mut dyn Target, request: &Request) -> Result<Vec<Outcome>>
         images.push((Item::Calibration, calibration(target, factors)?.encode().to_vec()));
     }
     if let Some(image) = &request.coefficients {
-        check_coefficients(image, &after, target.sample_rate_hz())
+        check_coefficients(parts(image).0, &after, target.sample_rate_hz())
             .map_err(|reason| not_for(reason, image, &after))?;
         images.push((Item::Coefficients, image.clone()));
     }
@@ -312,12 +331,7 @@ pub fn flash(target: &mut dyn Target, request: &Request) -> Result<Vec<Outcome>>
         if !unchanged {
             target.put(item, &image)?;
         }
-        outcomes.push(Outcome {
-            item: item_text(item),
-            bytes: image.len(),
-            crc: checksum(&image),
-            unchanged,
-        });
+        outcomes.push(outcome(item, &image, unchanged));
     }
     Ok(outcomes)
 }
@@ -328,8 +342,16 @@ pub fn flash(target: &mut dyn Target, request: &Request) -> Result<Vec<Outcome>>
 /// As [`Target::roll_back`].
 pub fn roll_back(target: &mut dyn Target) -> Result<Outcome> {
     let image = target.roll_back()?;
-    let item = item_text(Item::Coefficients);
-    Ok(Outcome { item, bytes: image.len(), crc: checksum(&image), unchanged: false })
+    Ok(outcome(Item::Coefficients, &image, false))
+}
+
+fn outcome(item: Item, bytes: &[u8], unchanged: bool) -> Outcome {
+    let (image, signature) = match item {
+        Item::Coefficients => parts(bytes),
+        Item::Calibration | Item::Robot => (bytes, None),
+    };
+    let (bytes, crc, signed) = (image.len(), checksum(image), signature.is_some());
+    Outcome { item: item_text(item), bytes, crc, signed, unchanged }
 }
 
 /// Why a board with this identity would refuse coefficients.

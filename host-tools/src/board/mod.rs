@@ -11,6 +11,7 @@ pub mod mcap_lines;
 pub mod probe;
 pub mod recorder;
 pub mod serial;
+pub mod signing;
 pub mod status;
 pub mod store_image;
 pub mod transport;

@@ -49,6 +49,12 @@ pub struct Status {
     pub predicted_w: Option<f32>,
     /// Actuation energy since start, J.
     pub measured_j: Option<f32>,
+    /// Share of the samples since start that this counts.
+    pub measured_share: Option<f64>,
+    /// The same by the model, J, while the mass was known.
+    pub predicted_j: Option<f32>,
+    /// Share of the samples that it counts.
+    pub predicted_share: Option<f64>,
     /// Payload changes noticed since start.
     pub changes: u32,
     /// Why the board uses no coefficients, if it does not.
@@ -149,9 +155,14 @@ impl Status {
     /// The board does not answer.
     pub fn read<T: Transport>(client: &mut Client<T>) -> Result<Self> {
         let block = client.block(&table::TABLE_VERSION, &table::STORE_WRITES)?;
-        let behind = client.block(&table::RESET_CAUSE, &table::PREVIOUS_STATE)?;
+        let behind = client.block(&table::RESET_CAUSE, &table::PREDICTED_SAMPLES)?;
         let stock = client.block(&table::ORIENTATION, &table::ORIENTATION)?;
         let number = |register: &table::Register| Ok(known(block.get(register)?));
+        let samples = f64::from(block.get::<u32>(&table::SAMPLES)?);
+        let share = |register: &table::Register| -> Result<Option<f64>> {
+            let counted = f64::from(behind.get::<u32>(register)?);
+            Ok((samples > 0.0).then(|| (counted / samples).min(1.0)))
+        };
         let state = block.get::<u8>(&table::PAYLOAD_STATE)?;
         let coefficients = block.get::<u8>(&table::COEFFICIENTS_STATE)?;
         Ok(Self {
@@ -171,6 +182,9 @@ impl Status {
             measured_w: number(&table::MEASURED_POWER)?,
             predicted_w: number(&table::PREDICTED_POWER)?,
             measured_j: number(&table::MEASURED_ENERGY)?,
+            measured_share: share(&table::MEASURED_SAMPLES)?,
+            predicted_j: number(&table::PREDICTED_ENERGY)?,
+            predicted_share: share(&table::PREDICTED_SAMPLES)?,
             changes: block.get(&table::PAYLOAD_CHANGES)?,
             no_coefficients: (coefficients != 0)
                 .then(|| Reason::from_code(coefficients).map_or("for an unknown reason", Reason::text)),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use firmware::control_table::{Item, Reason};
-use firmware::items::{Calibration, check_coefficients, checksum};
+use firmware::items::{Calibration, check_coefficients, checksum, parts};
 use firmware::power_sensors::RAIL_COUNT;
 use firmware::wheels::WHEELS;
 use model_core::coefficients::Coefficients;
@@ -14,6 +14,7 @@ use super::overwrite::OverwriteArgument;
 use crate::board::client::Client;
 use crate::board::flasher::{self, Outcome, Request, Running, Target, flash, roll_back};
 use crate::board::serial::Serial;
+use crate::board::signing::SecretKey;
 use crate::board::store_image::StoreImage;
 use crate::board::{dfu, image_file, probe, rail_names};
 use crate::effects::written::id_of;
@@ -53,6 +54,9 @@ pub(crate) struct Arguments {
     /// To a file for any programmer: the whole store
     #[arg(long, value_name = "FILE.bin|hex", group = "target")]
     out: Option<PathBuf>,
+    /// Sign the coefficients with this key, as gmr key new has made it: for boards that ask for it
+    #[arg(long, value_name = "FILE", requires = "coeffs")]
+    sign: Option<PathBuf>,
     /// True power over measured power of rails, for example battery=1.002,motors=0.998
     #[arg(long, value_name = "RAIL=FACTOR,…", value_delimiter = ',')]
     calibrate: Vec<String>,
@@ -121,7 +125,7 @@ struct HeldCoefficients {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let inputs = [&arguments.robot].into_iter().chain(&arguments.coeffs);
+    let inputs = [&arguments.robot].into_iter().chain(&arguments.coeffs).chain(&arguments.sign);
     check_apart(arguments.out.as_deref(), inputs.map(PathBuf::as_path))?;
     arguments.overwrite.check(&arguments.out, Form::Store)?;
     let task = match (arguments.read, arguments.rollback) {
@@ -183,7 +187,10 @@ fn request(arguments: &Arguments) -> Result<Request> {
     let sets_robot = arguments.set_robot || arguments.out.is_some();
     let coefficients =
         arguments.coeffs.as_ref().map(|file| flasher::coefficients_image(&robot, file, arguments.adapt));
-    let coefficients = coefficients.transpose()?;
+    let mut coefficients = coefficients.transpose()?;
+    if let (Some(image), Some(file)) = (&mut coefficients, &arguments.sign) {
+        *image = SecretKey::read(file)?.sign(image);
+    }
     let calibration = (!arguments.calibrate.is_empty()).then(|| factors(&arguments.calibrate)).transpose()?;
     let is_nothing = coefficients.is_none() && calibration.is_none() && !arguments.set_robot;
     let identity = sets_robot.then(|| flasher::robot_identity(&robot)).transpose()?;
@@ -216,15 +223,16 @@ fn factors(texts: &[String]) -> Result<[Option<f32>; RAIL_COUNT]> {
 fn held(target: &mut dyn Target) -> Result<Held> {
     let identity = flasher::identity(target)?;
     let image = target.stored(Item::Coefficients)?;
-    let decoded = Coefficients::<f32, WHEELS>::decode(&image).ok();
+    let image = parts(&image).0;
+    let decoded = Coefficients::<f32, WHEELS>::decode(image).ok();
     let coefficients = (!image.is_empty()).then(|| HeldCoefficients {
         model: decoded.as_ref().map(flasher::model_text),
         robot: decoded.map(|coefficients| printable::name(coefficients.robot.name.as_str())),
         effects: decoded.map_or_else(Vec::new, |coefficients| {
             coefficients.columns.iter().map(|column| id_of(&column.cause).0).collect()
         }),
-        crc: checksum(&image),
-        refused: check_coefficients(&image, &identity, target.sample_rate_hz()).err().map(Reason::text),
+        crc: checksum(image),
+        refused: check_coefficients(image, &identity, target.sample_rate_hz()).err().map(Reason::text),
     });
     let calibration = Calibration::decode(&target.stored(Item::Calibration)?).unwrap_or_default();
     let factors = rail_names().into_iter().zip(calibration.power_factors);
@@ -270,13 +278,14 @@ fn report(arguments: &Arguments, robot: &str, items: &[Outcome]) -> Result<()> {
         let address = file.map(|_| StoreImage::ADDRESS);
         return crate::output::print_json(&Report { target, robot, items, verified: true, file, address });
     }
-    for Outcome { item, bytes, crc, unchanged } in items {
+    for Outcome { item, bytes, crc, signed, unchanged } in items {
         let what = match (unchanged, arguments.rollback) {
             (true, _) => "was there already",
             (_, true) => "in use again, read back",
             _ => "stored, read back and compared",
         };
-        println!("{item} ({robot}): {bytes} bytes, CRC {crc:08x}: {what}");
+        let signed = if *signed { ", signed" } else { "" };
+        println!("{item} ({robot}): {bytes} bytes, CRC {crc:08x}{signed}: {what}");
     }
     if let Some(file) = file {
         let (address, bytes) = (StoreImage::ADDRESS, StoreImage::BYTES);

@@ -19,6 +19,7 @@ mod gap_bench_json;
 mod gap_bench_text;
 mod gram;
 mod inspect;
+mod key;
 mod look;
 mod new_robot;
 mod node;
@@ -90,6 +91,8 @@ enum Command {
     Record(record::Arguments),
     /// Store coefficients on a board
     Flash(flash::Arguments),
+    /// Make a key that coefficients are signed with, for boards that ask for it
+    Key(key::Arguments),
     /// Show what a board measures and estimates, live
     Watch(watch::Arguments),
     /// Payload, battery and what is left on ROS 2's topics, from one power sensor on the robot's own computer
@@ -181,6 +184,7 @@ fn execute(cli: Cli) -> Result<()> {
         Command::Board(arguments) => board::run(&arguments),
         Command::Record(arguments) => record::run(&arguments),
         Command::Flash(arguments) => flash::run(&arguments),
+        Command::Key(arguments) => key::run(&arguments),
         Command::Watch(arguments) => watch::run(&arguments),
         Command::Node(arguments) => node::run(&arguments),
         Command::NewRobot(arguments) => new_robot::run(&arguments),

@@ -2,7 +2,7 @@
 
 use crate::common::{Bench, ROBOT, number};
 use firmware::control_table::Item;
-use firmware::items::{Calibration, RobotIdentity, check_coefficients};
+use firmware::items::{Calibration, RobotIdentity, check_coefficients, is_signed_by, key_of_hex, parts};
 use host_tools::board::image_file;
 use host_tools::board::store_image::StoreImage;
 
@@ -81,6 +81,24 @@ fn a_damaged_image_file_is_noticed() {
     }
 }
 
+/// From a new key to an image whose signature is of the key that `gmr key` says.
+#[test]
+fn an_image_file_is_signed() {
+    let bench = bench();
+    let public = bench.json(&["key", "new", "robots.key"])["public_key"].as_str().unwrap().to_owned();
+    assert_eq!(bench.done(&["key", "show", "robots.key"]).stdout.trim(), public);
+    assert_eq!(bench.gmr(&["key", "new", "robots.key"]).code, Some(1));
+    assert_eq!(
+        bench.json(&with(&["--out", "store.bin", "--sign", "robots.key"]))["items"][1]["signed"],
+        true
+    );
+    let held = image_file::read(&bench.path("store.bin")).unwrap().stored(Item::Coefficients).unwrap();
+    let (image, signature) = parts(&held);
+    assert!(is_signed_by(&key_of_hex(&public).unwrap(), image, signature.unwrap()));
+    let ran = bench.gmr(&with(&["--out", "s.bin", "--sign", "robot.toml"]));
+    assert!(ran.code == Some(1) && ran.stderr.contains("64 hexadecimal digits"), "{}", ran.stderr);
+}
+
 /// Nothing else in a store is lost by an item that is put into it.
 #[test]
 fn a_store_image_keeps_its_other_items() {
@@ -128,7 +146,7 @@ fn what_no_board_would_take_is_refused_at_home() {
     let bench = bench();
     let good = bench.text("c.toml");
     for (from, to, said) in [
-        ("format = 1", "format = 3", "format 3; expected 1 or 2"),
+        ("format = 1", "format = 4", "format 4; expected 1, 2 or 3"),
         ("filter_cutoff_hz = 2.0", "filter_cutoff_hz = 150.0", "cutoff is beyond"),
         ("viscous = ", "viscous = 1e9 #", "a value that no robot has"),
     ] {
@@ -307,8 +325,10 @@ mod running {
     use std::time::Duration;
 
     use firmware::control_table::{self as table, Reason, UploadState};
+    use firmware::items::is_signed_by;
     use host_tools::board::client::Client;
     use host_tools::board::flasher::{Outcome, Request, Running, Target as _, flash, roll_back};
+    use host_tools::board::signing::SecretKey;
     use host_tools::board::transport::Transport;
     use host_tools::error::Result;
 
@@ -414,6 +434,57 @@ mod running {
         let error = result.unwrap_err().to_string();
         assert!(error.contains("torque was not off within 5 s"), "{error}");
         assert!(board.state.settings().coefficients().is_err());
+    }
+
+    /// Of a secret key of 32 sevens, by another program (Python's `cryptography`).
+    const PUBLIC: [u8; 32] = [
+        0xea, 0x4a, 0x6c, 0x63, 0xe2, 0x9c, 0x52, 0x0a, 0xbe, 0xf5, 0x50, 0x7b, 0x13, 0x2e, 0xc5, 0xf9, 0x95,
+        0x47, 0x76, 0xae, 0xbe, 0xbe, 0x7b, 0x92, 0x42, 0x1e, 0xea, 0x69, 0x14, 0x46, 0xd2, 0x2c,
+    ];
+
+    fn is_ours(image: &[u8], signature: &[u8; 64]) -> bool {
+        is_signed_by(&PUBLIC, image, signature)
+    }
+
+    /// The right key, another one, one bit of image or signature, none; and what is signed on a board that does not ask.
+    #[test]
+    fn a_board_with_a_key_takes_what_is_signed_with_it() {
+        let key = SecretKey::from_seed([7; 32]);
+        assert_eq!(key.public_hex(), PUBLIC.iter().map(|byte| format!("{byte:02x}")).collect::<String>());
+        let asking = || {
+            let mut board = TestBoard::new();
+            board.verify = Some(is_ours);
+            board.state.needs_signature = true;
+            board
+        };
+        let image = burger_coefficients();
+        let signed = key.sign(&image);
+        let request = |bytes: &[u8]| Request { coefficients: Some(bytes.to_vec()), ..Request::default() };
+        for board in [asking(), TestBoard::new()] {
+            let (result, _, board) = flashed(board, &request(&signed), 60);
+            let outcomes = result.unwrap();
+            assert!(outcomes[0].signed && outcomes[0].bytes == image.len());
+            assert!(board.state.settings().coefficients().is_ok());
+            let mut flash = board.flash.clone();
+            assert_eq!(flash.stored(Item::Coefficients).unwrap(), signed);
+        }
+        let mut bad = vec![SecretKey::from_seed([8; 32]).sign(&image)];
+        for bit in (8 * image.len()..8 * signed.len()).step_by(37) {
+            let mut flipped = signed.clone();
+            flipped[bit / 8] ^= 1 << (bit % 8);
+            bad.push(flipped);
+        }
+        // Another image with this one's signature.
+        bad.push([&other_coefficients()[..], &signed[image.len()..]].concat());
+        for bytes in bad {
+            let (result, _, board) = flashed(asking(), &request(&bytes), 60);
+            let error = result.unwrap_err().to_string();
+            assert!(error.contains(Reason::Signature.text()), "{error}");
+            assert!(board.state.settings().coefficients().is_err());
+        }
+        let (result, _, board) = flashed(asking(), &request(&image), 60);
+        assert!(result.unwrap_err().to_string().contains("signed coefficients only; expected --sign"));
+        assert_eq!(board.state.upload().state(), UploadState::Idle);
     }
 
     /// A host that was killed left an upload that waits: it is not in the way.

@@ -290,7 +290,7 @@ fn other_boards_are_told_apart() {
     for (model, version, said) in [
         (0x5000, Ok(0), stock),
         (0x5000, Err(Refusal::Range), stock),
-        (0x5000, Ok(1), "is version 1; expected 4"),
+        (0x5000, Ok(1), "is version 1; expected 5"),
         (1060, Ok(1), "is of model 0x0424; expected 0x5000"),
     ] {
         let error = Client::connect(Other { model, version, answer: Vec::new() }).err().unwrap().to_string();

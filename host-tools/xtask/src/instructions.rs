@@ -92,6 +92,7 @@ fn count() -> Result<(), Stop> {
         return Err(Stop::new(format!("{line}\n   {}\n{said}", output.status)));
     }
     print_table(&measured);
+    said.lines().filter_map(|line| line.strip_prefix("once: ")).for_each(|line| println!("{line}"));
     compare_with_committed(&measured)?;
     let missed = measured.iter().filter(|figures| !figures.reaches_the_goal()).count();
     if missed == 0 { Ok(()) } else { Err(Stop::new(format!("the goal is missed {missed} times"))) }

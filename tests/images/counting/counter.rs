@@ -8,11 +8,12 @@ use cortex_m::peripheral::syst::SystClkSource;
 /// An instruction takes 2^SHIFT ns of the emulator's time: `-icount shift=10`, the largest there is.
 pub(crate) const SHIFT: u32 = 10;
 /// The core clock of mps2-an500 has 25 MHz.
-const TICK_NS: u32 = 40;
-const WRAP: u32 = 1 << 24;
+pub(crate) const TICK_NS: u32 = 40;
+pub(crate) const WRAP: u32 = 1 << 24;
 
 /// Counts what a closure executes.
 pub(crate) struct Counter {
+    pub(crate) syst: SYST,
     /// Instructions between two readings with nothing in between.
     own: u32,
 }
@@ -25,7 +26,7 @@ impl Counter {
         core.SYST.set_reload(WRAP - 1);
         core.SYST.clear_current();
         core.SYST.enable_counter();
-        let counter = Self { own: empty() };
+        let counter = Self { syst: core.SYST, own: empty() };
         // `delay(n)` is a loop of two instructions, run n + 1 times.
         let (short, long) = (counter.count_loop(100), counter.count_loop(1000));
         (long - short == 2 * (1000 - 100)).then_some(counter)

@@ -2,6 +2,7 @@
 
 mod counter;
 mod drive;
+mod signature;
 
 use core::hint::black_box;
 
@@ -26,7 +27,7 @@ const WINDOW: usize = 25;
 
 /// False where the counter does not count instructions.
 pub(crate) fn run() -> bool {
-    let Some(counter) = Counter::calibrated() else {
+    let Some(mut counter) = Counter::calibrated() else {
         println!("SysTick does not count instructions: run with -icount shift={}", counter::SHIFT);
         return false;
     };
@@ -43,7 +44,7 @@ pub(crate) fn run() -> bool {
     measure::<_, 32>(&counter, "eq18 window", &corrected, window);
     measure::<_, 60>(&counter, "eq18 window", &corrected, window);
     measure::<_, 32>(&counter, "eq18-published roots", &published, roots);
-    true
+    signature::count(&mut counter.syst)
 }
 
 /// One line of figures: of all samples, and of those that close a second.

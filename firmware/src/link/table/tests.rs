@@ -6,8 +6,9 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::control_table::{END, REGISTERS, UPLOAD_BYTES};
-use crate::estimation::Changes;
+use crate::estimation::{Changes, Counted};
 use crate::inertial::{ChipModel, InertialHealth};
+use crate::items::ItemBytes;
 use crate::measurement::{Snapshot, WheelSnapshot};
 use crate::power_sensors::{self, Health};
 use crate::record::Record;
@@ -59,6 +60,7 @@ fn state() -> State<20> {
     estimate.predicted_power = Some(5.5);
     estimate.measured_energy = Some(6.5);
     estimate.predicted_energy = Some(7.5);
+    estimate.counted = Counted { measured: 71, predicted: 70 };
     estimate.changes = Changes { count: 2, last_us: Some(0x0807_0605_0403_0201) };
     state.snapshot.is_standing = true;
     state.snapshot.samples = 11;
@@ -102,6 +104,7 @@ fn state() -> State<20> {
     state.ledger.written(Ok(()), 0);
     state.ledger.written(Err(Reason::Erase), 0);
     (state.counters.store_erases, state.is_store_prepared) = (54, true);
+    (state.needs_signature, state.upload.signature) = (true, [0x55; 64]);
     state.settings.load_previous(ItemBytes::new(&[1, 2, 3, 4]).unwrap());
     (0..25).for_each(|time_us| _ = state.fifo.push(Record { time_us, ..Record::default() }));
     state.fifo.acknowledge(7);
@@ -150,7 +153,7 @@ fn values_stand_at_their_addresses() {
     assert_eq!((half(0), word(2), bytes[6], bytes[7]), (0x5000, 1, 1, 200));
     let time = 0x0001_0203_0405_0607_u64;
     assert_eq!((word(10), word(14)), ((time / 1000) as u32, time as u32));
-    assert_eq!((half(512), half(514), half(516)), (4, 200, 25));
+    assert_eq!((half(512), half(514), half(516)), (5, 200, 25));
     // No coefficients: model 255, state 1 "none stored".
     assert_eq!((bytes[518], bytes[519], word(520)), (255, 1, 0));
     assert_eq!(bytes[524..548], *b"TurtleBot3 Burger\0\0\0\0\0\0\0");
@@ -193,7 +196,9 @@ fn values_stand_at_their_addresses() {
     assert_eq!((long(2440), long(2464)), (1_000_000, 0x0001_0000_0000_0000 + 4_000_000));
     assert_eq!([2472, 2476, 2480, 2484, 2488].map(word), [51, 52, 62, 1, 54]);
     assert_eq!((bytes[2492], bytes[2493], word(2496), bytes[2500]), (2, 1, 0x0403_0201, 3));
-    assert_eq!(bytes.len(), 2501);
+    assert_eq!((bytes[2501], bytes[2504], bytes[2567]), (1, 0x55, 0x55));
+    assert_eq!([2568, 2572].map(word), [71, 70]);
+    assert_eq!(bytes.len(), 2576);
     // Between registers.
     assert_eq!((bytes[8], bytes[24], bytes[500], bytes[750]), (0, 0, 0, 0));
     assert_eq!(UPLOAD_BYTES, 256);

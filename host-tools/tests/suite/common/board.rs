@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use firmware::control_table::{Item, Reason};
-use firmware::items::{ITEMS, ItemBytes};
+use firmware::items::{ITEMS, ItemBytes, Verify, check_signature};
 use firmware::link::{Device, LONGEST_ANSWER, State};
 use firmware::power_sensors::Health;
 use firmware::record::Record;
@@ -44,6 +44,8 @@ pub(crate) struct TestBoard<const RECORDS: usize = MEMORY> {
     pub(crate) stands_at: Duration,
     /// Whether its flash does not hold what is written.
     pub(crate) is_worn: bool,
+    /// What it verifies signatures with, if it does.
+    pub(crate) verify: Option<Verify>,
     /// Whether its flash would have to be erased first; torque is on.
     pub(crate) is_full: bool,
     /// Whether it says that it has stored what it has not.
@@ -114,6 +116,7 @@ impl<const RECORDS: usize> TestBoard<RECORDS> {
             restart_at: None,
             stands_at: Duration::ZERO,
             is_worn: false,
+            verify: None,
             is_full: false,
             is_lying: false,
             is_sampling: true,
@@ -153,7 +156,9 @@ impl<const RECORDS: usize> TestBoard<RECORDS> {
         }
         self.state.snapshot.is_standing = self.now >= self.stands_at;
         if let Some((item, bytes)) = self.state.take_pending() {
-            let written = self.write(item, bytes.as_slice());
+            let is_signed =
+                item != Item::Coefficients || check_signature(bytes.as_slice(), self.verify).is_ok();
+            let written = if is_signed { self.write(item, bytes.as_slice()) } else { Err(Reason::Signature) };
             self.state.stored(item, written);
             if self.is_lying {
                 self.state.load(item, Ok(ItemBytes::EMPTY));
