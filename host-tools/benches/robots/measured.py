@@ -55,7 +55,7 @@ def training(gmr, work, robot, logs, options):
     """R² of the fit on all its logs, beside an independent least squares of the same form."""
     coefficients = work / "fit.toml"
     try:
-        fit = gmr.fit(robot, coefficients, logs, *options)
+        fit = gmr.fit(robot, coefficients, logs, "--starts", str(least_squares.STARTS), *options)
     except Failed as error:
         return {"error": str(error)}
-    return least_squares.beside(fit, coefficients, logs)
+    return {**least_squares.beside(fit, coefficients, logs), "restarts": fit["restarts"]}

@@ -60,7 +60,9 @@ def training(t):
     if "error" in t:
         return f"training: {t['error']}"
     return (f"training R²: gmr fit {t['r2_fit']:.3f}, independent least squares ({t['starts']} starts) {t['r2_independent']:.3f}; "
-            f"cost above the best {100.0 * t['cost_above_best']:.2f} %")
+            f"cost above the best {100.0 * t['cost_above_best']:.2f} %\n"
+            f"  its own cost above the lowest of {t['restarts']['starts']} random starts, within its bounds: "
+            f"{100.0 * t['restarts']['cost_above_share']:.4f} %")
 
 
 def text(result):

@@ -47,6 +47,7 @@ def fit(
     momentum: float | None = None,
     iterations: int | None = None,
     no_gyro: bool = False,
+    starts: int = 0,
     **units: Any,
 ) -> Fit:
     """Fits the power model to logs with known payload: two of them, empty and fully loaded, at least.
@@ -55,6 +56,7 @@ def fit(
     method : ``physical`` (signed), ``nnls``, ``pgd`` (Eq. 18); the model's own unless given
     mass : total mass of logs without a mass_kg column, kg; the robot's without payload unless given
     learning_rate, momentum, iterations : of pgd
+    starts : search again from so many random starts, and say how far below the fit's cost they end
     no_gyro : leave a gyro's yaw_rate_rad_s alone: for boards, plans and whatever else has none
     units : as of `inspect`
     """
@@ -63,7 +65,7 @@ def fit(
         with _Call("fit") as call:
             call.add("--robot", robot).add("--model", model).add("--method", method).add("--mass", mass)
             call.add("--learning-rate", learning_rate).add("--momentum", momentum).add("--iterations", iterations)
-            call.flag("--no-gyro", no_gyro).units(units).logs(logs)
+            call.flag("--no-gyro", no_gyro).add("--starts", starts or None).units(units).logs(logs)
             file = call.output("--out", "coefficients.toml") if out else None
             text, said = call.run()
             return text, said, _text(file)

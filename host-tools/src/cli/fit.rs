@@ -17,7 +17,7 @@ use crate::fit::entrance;
 use crate::fit::form::{Judged, TERMS, TERMS_WITH_GYRO, Term};
 use crate::fit::verdict::{Parameter, Verdict};
 use crate::fit::warning::Warning;
-use crate::fit::{self, Fit, Method, ModelKind, linear::Certificate, pgd};
+use crate::fit::{self, Fit, Method, ModelKind, linear::Certificate, pgd, physical::Restarts};
 use crate::metrics::Quality;
 use crate::output::check_apart;
 use crate::own::Form;
@@ -71,6 +71,9 @@ pub(crate) struct Arguments {
     /// Most iterations of pgd
     #[arg(long, default_value_t = pgd::Settings::default().most_iterations)]
     iterations: u64,
+    /// Search again from so many random starts, and say how far below the fit's cost the best of them ends: of the signed model
+    #[arg(long, value_name = "N", default_value_t = 0, conflicts_with = "grams")]
+    starts: u32,
     /// Figures as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -95,6 +98,8 @@ struct Report<'a> {
     ending: &'a str,
     huber_threshold_std: Option<f64>,
     iterations: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    restarts: Option<Restarts>,
     fit_s: f64,
     pgd: Option<Certificate>,
     noise_density_w2_s: f64,
@@ -145,12 +150,16 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     if !(mass > 0.0 && mass.is_finite()) {
         return Err(Error::usage(format!("--mass {mass}: expected a mass above 0 kg")));
     }
+    if arguments.starts > 0 && arguments.model != ModelKind::Signed {
+        return Err(Error::usage("--starts: expected model signed; the cost of the others has one minimum"));
+    }
     let settings = settings(arguments)?;
     let mut suspicions = entrance::look::<N>(robot, &arguments.runs, mass)?;
     let doubted = suspicions.first().map(|suspicion| suspicion.text.clone());
     let terms: &[Term] = if arguments.no_gyro { &TERMS } else { &TERMS_WITH_GYRO };
     let model = (arguments.model, terms);
-    let mut fit = fit::fit_logs::<N>(robot, &arguments.runs, mass, model, method, &settings)?;
+    let mut fit =
+        fit::fit_logs::<N>(robot, &arguments.runs, mass, model, method, &settings, arguments.starts)?;
     // What the logs look like explains what the fit says of itself.
     suspicions.append(&mut fit.warnings);
     fit.warnings = suspicions;
@@ -232,8 +241,9 @@ fn print_json<const N: usize>(robot: &Robot, fit: &Fit<N>) -> Result<()> {
         idle_share: fit.idle_share,
         condition: fit.uncertainty.condition.is_finite().then_some(fit.uncertainty.condition),
         ending: &fit.ending,
-        huber_threshold_std: fit.huber,
+        huber_threshold_std: fit.huber.map(|huber| huber.threshold_std),
         iterations: fit.iterations,
+        restarts: fit.restarts,
         fit_s: fit.solve_s,
         pgd: fit.certificate,
         noise_density_w2_s: fit.coefficients.noise.density,
@@ -302,10 +312,22 @@ fn print_text<const N: usize>(robot: &Robot, fit: &Fit<N>, arguments: &Arguments
     );
     if fit.kind == ModelKind::Signed {
         match fit.huber {
-            Some(threshold) => {
+            Some(huber) => {
+                let threshold = huber.threshold_std;
                 println!("residuals beyond {threshold} standard deviations count linearly (Huber)")
             }
             None => println!("all residuals count squared: weights would cost what the model explains"),
+        }
+        if let Some(found) = &fit.restarts {
+            let above = 100.0 * found.cost_above_share;
+            println!(
+                "the lowest end of {} random starts: {}",
+                found.starts,
+                match above {
+                    above if above > 0.0 => format!("the fit's cost is {above:.4} % above it"),
+                    above => format!("{:.4} % above the fit's cost", -above),
+                }
+            );
         }
     }
     if let Some(found) = &fit.certificate {

@@ -71,15 +71,18 @@ pub struct Fit<const N: usize> {
     pub solve_s: f64,
     /// Why payloads estimated with these coefficients are unknown, in one line; `None` where they are not.
     pub shortcoming: Option<String>,
-    /// Residuals beyond so many standard deviations counted linearly, not squared; `None` where all counted squared.
-    pub huber: Option<f64>,
+    /// Which residuals counted linearly, not squared; `None` where all counted squared.
+    pub huber: Option<physical::Huber>,
+    /// What random starts found, where they were asked for.
+    pub restarts: Option<physical::Restarts>,
     /// What keeps the coefficients from being what they look like.
     pub warnings: Vec<Warning>,
     /// What unseen blocks said of each further term; empty where none was asked for.
     pub judged: Vec<Judged>,
 }
 
-/// Reads the logs and fits the model, the signed one with those of the terms that the logs ask for.
+/// Reads the logs and fits the model, the signed one with those of the terms that the logs ask for, and held against so many random
+/// starts on its own cost.
 ///
 /// # Errors
 /// As [`read`] and [`fit`].
@@ -90,10 +93,18 @@ pub fn fit_logs<const N: usize>(
     (kind, terms): (ModelKind, &[Term]),
     method: Method,
     pgd: &pgd::Settings,
+    random_starts: u32,
 ) -> Result<Fit<N>> {
     let reading = Reading { gate: kind.gate(), cutoff_hz: None, mass_kg };
     let (dataset, judged) = read_choosing::<N>(robot, files, &reading, terms)?;
-    Ok(Fit { judged, ..fit(robot, &dataset, kind, method, pgd)? })
+    let fitted = fit(robot, &dataset, kind, method, pgd)?;
+    let restarts = match &fitted.coefficients.model {
+        Model::Signed { torque, .. } if random_starts > 0 => {
+            Some(physical::restart(&dataset, robot, torque, fitted.huber, random_starts))
+        }
+        _ => None,
+    };
+    Ok(Fit { judged, restarts, ..fitted })
 }
 
 /// Reads the logs: the first rows of each to choose the filter's cutoff unless it is given, and the signed model's further terms
@@ -259,6 +270,7 @@ pub fn fit<const N: usize>(
         solve_s,
         shortcoming,
         huber,
+        restarts: None,
         warnings,
         judged: Vec::new(),
     })

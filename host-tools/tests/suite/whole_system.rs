@@ -272,8 +272,8 @@ const SLOPES: [(ProfileKind, &str, u64); 4] = [
     (ProfileKind::Test, "6", 14),
 ];
 
-/// The gap on the board's own records is named, the slope goes into the coefficients, and the same drive again has no gap: a third of
-/// the error or less. What the board computes with the effect is what the replay does.
+/// The gap on the board's own records is named, the slope goes into the coefficients, and the same drive again has no gap: the error is
+/// what it is on level ground. What the board computes with the effect is what the replay does.
 #[test]
 fn a_slope_that_nobody_told_is_named_flashed_and_gone() {
     let Trained { folder, robot, coefficients, fitted } = trained();
@@ -290,8 +290,8 @@ fn a_slope_that_nobody_told_is_named_flashed_and_gone() {
         let still = Drive { kind: ProfileKind::Standstill, mass: "1", seed: 1, seconds: 10, effect: None };
         System::start(&still, &flash).upload(Item::Coefficients, image);
     };
-    let record = |run: (ProfileKind, &'static str, u64), mass: Option<f64>, name: &str| {
-        let mut system = System::start(&drive(run), &flash);
+    let record = |drive: &Drive, mass: Option<f64>, name: &str| {
+        let mut system = System::start(drive, &flash);
         assert!(system.board.has_coefficients);
         let (log, truth) = (path(&own, &format!("{name}.csv")), path(&own, &format!("{name}_truth.csv")));
         system.record(60, mass, Path::new(&log), Path::new(&truth));
@@ -303,10 +303,11 @@ fn a_slope_that_nobody_told_is_named_flashed_and_gone() {
     };
 
     upload(fitted.encode().unwrap().as_bytes());
+    let level = estimate(coefficients, &record(&Drive { effect: None, ..drive(SLOPES[1]) }, None, "level"));
     let runs: Vec<(String, String)> = SLOPES
         .iter()
         .enumerate()
-        .map(|(place, run)| record(*run, run.1.parse().ok(), &format!("slope_{place}")))
+        .map(|(place, run)| record(&drive(*run), run.1.parse().ok(), &format!("slope_{place}")))
         .collect();
     let extended = folder.path().join("extended.toml");
     let extended = extended.to_str().unwrap();
@@ -327,13 +328,14 @@ fn a_slope_that_nobody_told_is_named_flashed_and_gone() {
     let read = CoefficientsFile::<2>::read(Path::new(extended), &loaded).unwrap().coefficients;
     upload(read.convert::<f32>().unwrap().encode().unwrap().as_bytes());
     let before = estimate(coefficients, &runs[1]);
-    let again = record(SLOPES[1], None, "again");
+    let again = record(&drive(SLOPES[1]), None, "again");
     let after = estimate(extended, &again);
-    println!("before {:#}\nafter {:#}", before["board"], after["board"]);
+    println!("level {:#}\nbefore {:#}\nafter {:#}", level["board"], before["board"], after["board"]);
     assert_equal(&before["board"]);
     assert_equal(&after["board"]);
     let error = |report: &Value| report["board"]["quality"]["rmse_w"].as_f64().unwrap();
-    assert!(error(&after) < error(&before) / 3.0, "{} {}", error(&before), error(&after));
+    let (level, before_w, after_w) = (error(&level), error(&before), error(&after));
+    assert!(before_w > 2.0 * level && after_w <= 1.1 * level, "{level} {before_w} {after_w}");
     let mass = |report: &Value| report["board"]["mass"]["worst_percent"].as_f64().unwrap();
     assert!(mass(&after) <= 3.0 && mass(&after) < mass(&before), "{} {}", mass(&before), mass(&after));
 }

@@ -6,6 +6,7 @@
 
 mod bounds;
 mod cost;
+mod restarts;
 mod robust;
 mod search;
 mod starts;
@@ -18,6 +19,8 @@ pub use self::bounds::{AtBound, Bounds};
 use self::cost::Cost;
 pub(super) use self::cost::Loss;
 pub use self::cost::{PARAMETERS, Parameters, gradient, parameters, power, predict, torque};
+pub use self::restarts::{Restarts, restart};
+pub use self::robust::Huber;
 pub(super) use self::robust::usual_loss;
 pub(super) use self::search::{Descent, search};
 use self::search::{FINAL, TRIAL, best_of};
@@ -37,8 +40,8 @@ pub struct Solution {
     pub iterations: u32,
     /// Weight of each row of the store: 0 where no wheel draws power, 1 as a rule.
     pub weights: Vec<f64>,
-    /// Residuals beyond so many standard deviations count linearly, not squared; `None` where all count squared.
-    pub huber: Option<f64>,
+    /// Which residuals count linearly, not squared; `None` where all count squared.
+    pub huber: Option<Huber>,
     /// Parameters that ended at a bound of theirs.
     pub at_bounds: Vec<AtBound>,
 }
@@ -70,8 +73,8 @@ pub fn solve_within<const N: usize>(rows: &[Row<N>], drive: Drive, bounds: &Boun
         finalists.push(Parameters::zeros());
     }
     let squares = best_of(&all, &finalists, bounds, &FINAL, &mut steps);
-    let robust::Weighed { descent, loss, huber } =
-        robust::weigh(&all, &squares, &finalists, bounds, &mut steps);
+    let robust::Weighed { descent, huber } = robust::weigh(&all, &squares, &finalists, bounds, &mut steps);
+    let loss = huber.map_or(Loss::Squares, Loss::from);
     let torque = torque(&descent.parameters);
     Solution {
         torque,

@@ -24,13 +24,26 @@ const THRESHOLDS: [f64; 3] = [4.0, 8.0, 16.0];
 /// model lacks a term 0.1 and more.
 const MOST_COST: f64 = 0.005;
 
+/// Where residuals count linearly, not squared.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Huber {
+    /// Beyond so many standard deviations,
+    pub threshold_std: f64,
+    /// which is this size, W.
+    pub size_w: f64,
+}
+
+impl From<Huber> for Loss {
+    fn from(huber: Huber) -> Self {
+        Self::Huber(huber.size_w)
+    }
+}
+
 /// What came of it.
 pub(super) struct Weighed {
     pub(super) descent: Descent,
-    /// The loss that it minimises.
-    pub(super) loss: Loss,
-    /// The threshold in standard deviations; `None` where weights cost too much.
-    pub(super) huber: Option<f64>,
+    /// The loss that it minimises; `None` where weights cost too much and all residuals are squared.
+    pub(super) huber: Option<Huber>,
 }
 
 /// Fits by the robust loss, from the least-squares fit and from the ends of its trials.
@@ -49,13 +62,14 @@ pub(super) fn weigh<const N: usize>(
         let first = Cost { loss: Loss::Huber(threshold * first), ..*all };
         let rough = best_of(&first, &starts, bounds, &FINAL, steps);
         let Some(second) = usual(all, &rough.parameters) else { break };
-        let second = Cost { loss: Loss::Huber(threshold * second), ..*all };
+        let huber = Huber { threshold_std: threshold, size_w: threshold * second };
+        let second = Cost { loss: huber.into(), ..*all };
         let descent = best_of(&second, &[rough.parameters, squares.parameters], bounds, &FINAL, steps);
         if all.cost(&descent.parameters) <= allowed {
-            return Weighed { descent, loss: second.loss, huber: Some(threshold) };
+            return Weighed { descent, huber: Some(huber) };
         }
     }
-    Weighed { descent: squares.clone(), loss: Loss::Squares, huber: None }
+    Weighed { descent: squares.clone(), huber: None }
 }
 
 /// The loss of the tightest threshold for rows whose least squares has these parameters.

@@ -9,7 +9,7 @@ use super::cost::{Cost, PARAMETERS, Parameters, WINDING_LOSS, gradient, torque};
 use crate::numerics::levenberg_marquardt::{self, Tolerances};
 
 /// Draws of shares: with the ordered starts, as many as found every minimum that fifty found on the robots of the bench.
-const DRAWS: u64 = 16;
+pub(super) const DRAWS: u64 = 16;
 
 /// Ends of which the cost differs by less than this share are one and the same.
 const SAME: f64 = 1e-4;
@@ -47,7 +47,7 @@ pub struct Alone {
 }
 
 impl Alone {
-    fn of<const N: usize>(cost: &Cost<'_, N>) -> Self {
+    pub(super) fn of<const N: usize>(cost: &Cost<'_, N>) -> Self {
         // At no torque the slope of the power is the regressor w x of each part.
         let none = torque(&Parameters::zeros());
         let (mut with, mut own) = (Parameters::zeros(), Parameters::zeros());
@@ -75,16 +75,18 @@ impl Alone {
 
     fn starts(&self, bounds: &Bounds) -> Vec<Parameters> {
         let mut starts = self.ordered_starts();
-        for draw in 0..DRAWS {
-            let random = &mut ChaCha8Rng::seed_from_u64(draw);
-            // From a thousandth to all of it, each decade alike.
-            let shares: [f64; PARAMETERS] =
-                std::array::from_fn(|_| 10.0_f64.powf(-3.0 * random.random::<f64>()));
-            let mut start = self.start(&shares);
-            start[WINDING_LOSS] = 10.0_f64.powf(-4.0 * random.random::<f64>()) * bounds.upper()[WINDING_LOSS];
-            starts.push(start);
-        }
+        starts.extend((0..DRAWS).map(|draw| self.drawn(draw, bounds)));
         starts
+    }
+
+    /// A start at random; the same for the same draw.
+    pub(super) fn drawn(&self, draw: u64, bounds: &Bounds) -> Parameters {
+        let random = &mut ChaCha8Rng::seed_from_u64(draw);
+        // From a thousandth to all of it, each decade alike.
+        let shares: [f64; PARAMETERS] = std::array::from_fn(|_| 10.0_f64.powf(-3.0 * random.random::<f64>()));
+        let mut start = self.start(&shares);
+        start[WINDING_LOSS] = 10.0_f64.powf(-4.0 * random.random::<f64>()) * bounds.upper()[WINDING_LOSS];
+        start
     }
 
     /// Shares of what each explains alone; that of κ is the loss per mechanical power.

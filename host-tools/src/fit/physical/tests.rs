@@ -2,11 +2,11 @@
 
 use model_core::motion::{Motion, Wheel};
 use model_core::torque::{Drive, TorqueModel};
-use nalgebra::Const;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::cost::{Cost, Loss};
+use super::restarts::restart_within;
 use super::{Bounds, PARAMETERS, Parameters, Row, solve_within};
 use crate::numerics::levenberg_marquardt::{Bounds as Box, LeastSquares, Tolerances, descend};
 
@@ -81,7 +81,7 @@ fn a_few_wrong_rows_do_not_decide() {
         row.power += row.motion.wheels[0].scrub.abs();
     }
     let found = solve_within(&rows, Drive::Regenerative, &wide());
-    assert_eq!(found.huber, Some(4.0));
+    assert_eq!(threshold(&found), Some(4.0));
     assert_near(&found.torque, 0.03);
     assert!(found.weights.iter().step_by(50).filter(|weight| **weight < 0.5).count() > 100);
 }
@@ -96,7 +96,7 @@ fn what_the_model_lacks_is_not_weighed_away() {
         row.power += if wheel.speed > 5.0 { 10.0 } else { 0.0 };
     }
     let found = solve_within(&rows, Drive::Regenerative, &wide());
-    assert_ne!(found.huber, Some(4.0));
+    assert_ne!(threshold(&found), Some(4.0));
     let squares = Cost { rows: &rows, drive: Drive::Regenerative, loss: Loss::Squares };
     let cost = squares.cost(&super::parameters(&found.torque));
     let ends = Box { lower: *wide().lower(), upper: *wide().upper() };
@@ -106,7 +106,11 @@ fn what_the_model_lacks_is_not_weighed_away() {
     assert!(cost - least <= 0.005 * variation, "{cost} {least} {variation}");
 }
 
-/// Fifty random starts on the same cost end nowhere lower.
+fn threshold(found: &super::Solution) -> Option<f64> {
+    found.huber.map(|huber| huber.threshold_std)
+}
+
+/// Fifty random starts on the same cost end nowhere lower; where the fit is not at its optimum, they do.
 #[test]
 fn no_start_ends_lower() {
     let mut rows = rows(1500, 0.05, Drive::Dissipative);
@@ -114,17 +118,14 @@ fn no_start_ends_lower() {
         row.power += 0.3 * row.motion.wheels[0].speed.abs().sqrt();
     }
     let found = solve_within(&rows, Drive::Dissipative, &wide());
-    let cost = Cost { rows: &rows, drive: Drive::Dissipative, loss: Loss::Squares };
-    let least = LeastSquares::<Const<PARAMETERS>>::cost(&cost, &super::parameters(&found.torque));
-    let allowed = if found.huber.is_some() { 1.005 } else { 1.001 };
-    let random = &mut ChaCha8Rng::seed_from_u64(9);
-    let bounds = wide();
-    let ends = Box { lower: *bounds.lower(), upper: *bounds.upper() };
-    for _ in 0..50 {
-        let start = Parameters::from_fn(|i, _| bounds.upper()[i] * random.random::<f64>().powi(4));
-        let end = descend(&cost, &start, &ends, &Tolerances::default());
-        assert!(least <= allowed * end.cost, "{least} {end:?}");
-    }
+    let above = |torque: &TorqueModel<f64>| {
+        restart_within(&rows, Drive::Dissipative, &wide(), torque, found.huber, 50).cost_above_share
+    };
+    let share = above(&found.torque);
+    assert!((-1e-6..=1e-3).contains(&share), "{share}");
+    let mut off = found.torque;
+    off.inertia_gain *= 1.2;
+    assert!(above(&off) > 1e-3);
 }
 
 /// Derivatives against central differences, far from the clamp's edge: 1e-6 of a gradient's size.
