@@ -1,5 +1,6 @@
 //! The one pipeline that board and host run: sample → filter → motion → model → payload → estimate.
 
+use crate::clamp::ClampMemory;
 use crate::coefficients::Coefficients;
 pub use crate::conditioner::{Conditioned, Conditioner, GAP_PERIODS, Unfit};
 use crate::effects::live::{Additions, Answer, Outside};
@@ -50,6 +51,7 @@ where
 {
     conditioner: Conditioner<T, N>,
     model: Model<T>,
+    clamp: ClampMemory<T>,
     range: MassRange<T>,
     /// Whether the coefficients tell masses apart.
     identifies_mass: bool,
@@ -88,6 +90,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         Ok(Self {
             conditioner: Conditioner::with_delay(robot, delay, timing.period_s)?,
             model: coefficients.model,
+            clamp: ClampMemory::new(robot.cutoff_hz),
             range: coefficients.robot.range,
             identifies_mass: coefficients.identifies_mass,
             method,
@@ -143,8 +146,9 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         if let Some((now, held)) = &conditioned
             && now.settled
         {
-            let Answer { response, power: expected, drawn } =
+            let Answer { mut response, power: expected, drawn } =
                 additions.respond(&self.model, now, &self.range, self.d);
+            response.may_clamp = self.clamp.holds(response.may_clamp, elapsed);
             self.method.add(&mut self.bucket, drawn, &response, now.motion.summed_speed());
             // Zero times what is not finite is no number; neither is what an unknown mass makes expect.
             if expected * T::ZERO == T::ZERO {

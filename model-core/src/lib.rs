@@ -13,6 +13,7 @@ extern crate std;
 
 pub mod adapt;
 pub mod charge;
+pub mod clamp;
 pub mod coefficients;
 mod conditioner;
 pub mod conditioning;
