@@ -18,6 +18,8 @@ const PACKAGES: [&str; 4] = ["mujoco>=3.2", "numpy>=2", "scipy>=1.13", "numba>=0
 const TABLE: &str = "docs/robots.txt";
 /// The table of simulators that were closed.
 const CLOSED: &str = "docs/gap-simulator.txt";
+/// What is named of the effects in the MuJoCo robots.
+const MUJOCO: &str = "docs/gap-mujoco.txt";
 /// What is named between floors and within each.
 const FLOORS: &str = "docs/gap-floors.txt";
 /// How well the sizes of named effects are known.
@@ -49,7 +51,7 @@ pub(crate) fn gap(steps: &mut Steps) -> Result<(), Stop> {
     steps.run("sets and answers", sets)?;
     let mut score = Command::new(&python);
     score.arg(format!("{SCRIPTS}/gap_score.py")).arg(JUDGE).arg(&answers);
-    steps.run("score", score)
+    steps.work("score", || keep(MUJOCO, &text_of(score)?))
 }
 
 /// Simulators that lack an effect: found, written into their model, and driven again.
