@@ -28,12 +28,13 @@ impl<T: Real> ClampMemory<T> {
     }
 
     /// Takes the next sample, `elapsed` s after the one before: whether a wheel may be clamped in it, or was so shortly before that the filter
-    /// remembers. Time that is no number passes none.
+    /// remembers. Time that is no number passes none. What is left is rounded to whole samples: a length that is a multiple of the period
+    /// ends with the same sample in any precision.
     #[inline]
     pub fn holds(&mut self, may_clamp: bool, elapsed: T) -> bool {
-        self.left =
-            if may_clamp { self.length } else { T::ZERO.at_least(self.left - T::ZERO.at_least(elapsed)) };
-        self.left > T::ZERO
+        let elapsed = T::ZERO.at_least(elapsed);
+        self.left = if may_clamp { self.length } else { T::ZERO.at_least(self.left - elapsed) };
+        may_clamp || self.left > T::from_f64(0.5) * elapsed
     }
 }
 
@@ -45,11 +46,11 @@ mod tests {
     #[test]
     fn a_clamp_is_remembered_for_a_period_of_the_cutoff() {
         let mut memory = ClampMemory::new(4.0_f32);
-        assert!(!memory.holds(false, 0.1));
-        assert!(memory.holds(true, 0.1) && memory.holds(true, 0.1));
-        assert!(memory.holds(false, 0.1) && memory.holds(false, f32::NAN) && memory.holds(false, 0.1));
-        assert!(!memory.holds(false, 0.1) && !memory.holds(false, 0.1));
-        assert!(memory.holds(true, 0.1));
+        assert!(!memory.holds(false, 0.08));
+        assert!(memory.holds(true, 0.08) && memory.holds(true, 0.08));
+        assert!(memory.holds(false, 0.08) && memory.holds(false, f32::NAN) && memory.holds(false, 0.08));
+        assert!(!memory.holds(false, 0.08) && !memory.holds(false, 0.08));
+        assert!(memory.holds(true, 0.08));
         assert!(!memory.holds(false, f32::MAX));
     }
 }

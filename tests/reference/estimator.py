@@ -15,6 +15,8 @@ TRUE_MASS = 4.7
 NOISE_W = 0.05
 # Samples until the filter counts as settled: two periods of the cutoff.
 SETTLING = round(2.0 * RATE_HZ / CUTOFF_HZ)
+# Samples for which the filter remembers a clamp: one period.
+CLAMP_MEMORY = round(RATE_HZ / CUTOFF_HZ)
 
 
 def drive():
@@ -46,7 +48,8 @@ def make():
     smooth = low_pass.run(power, False, CUTOFF_HZ, RATE_HZ)
 
     settled = np.arange(len(power)) >= SETTLING
-    used = [i for i in np.flatnonzero(settled) if not may_clamp(filtered[i], derivative[i])]
+    clamped = settled & [may_clamp(w, a) for w, a in zip(filtered, derivative)]
+    used = [i for i in np.flatnonzero(settled) if not clamped[max(0, i - CLAMP_MEMORY + 1): i + 1].any()]
 
     def residuals(mass):
         model = [signed_power(filtered[i], derivative[i], mass_matrix() @ derivative[i], mass[0]).sum() for i in used]

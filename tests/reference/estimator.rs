@@ -16,7 +16,7 @@ pub(crate) const MASSES: [f32; 2] = [1.0, 6.0];
 pub(crate) const NOISE_STD: f32 = 0.05;
 
 /// Where the sum of squares is least, kg.
-pub(crate) const MASS: f64 = 4.693903936321669;
+pub(crate) const MASS: f64 = 4.757319513783161;
 
 /// Integral of the positive part of the filtered power, J.
 pub(crate) const ENERGY: f64 = 18.717972065505887;
