@@ -27,10 +27,6 @@ class Scene:
     slope: float = 0.0
     heading: float = 0.0
 
-    def usual_power(self):
-        """A measure of power, W: friction of both drives at half speed."""
-        return self.plant.drive.coulomb * self.plant.speed
-
 
 def grade(s, size, common, own):
     s.slope, s.heading = 0.03 * size, common.uniform(-np.pi, np.pi)
@@ -73,7 +69,7 @@ def gear_load_loss(s, size, common, own):
 
 def supply_sag(s, size, common, own):
     d = s.plant.drive
-    s.faults.battery = 0.12 * size * d.supply ** 2 / (4.0 * s.usual_power())
+    s.faults.battery = 0.12 * size * d.supply ** 2 / (4.0 * s.plant.usual)
 
 
 def sensor_gain(s, size, common, own):
@@ -81,7 +77,7 @@ def sensor_gain(s, size, common, own):
 
 
 def sensor_offset(s, size, common, own):
-    s.faults.offset_w = 0.15 * size * s.usual_power()
+    s.faults.offset_w = 0.15 * size * s.plant.usual
 
 
 def sensor_delay(s, size, common, own):
@@ -90,7 +86,7 @@ def sensor_delay(s, size, common, own):
 
 def static_step(s, size, common, own):
     step = np.zeros(round(s.seconds / CONTROL_S))
-    step[round(own.uniform(0.2, 0.8) * len(step)):] = 0.3 * size * s.usual_power()
+    step[round(own.uniform(0.2, 0.8) * len(step)):] = 0.3 * size * s.plant.usual
     s.faults.extra_w = step
 
 

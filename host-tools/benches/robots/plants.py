@@ -58,6 +58,7 @@ class Plant:
     contact_s: float         # time constant of a contact's normal force
     slip_s: float            # and of its friction
     impedance: float         # of a contact: below 1 it yields
+    usual: float             # mean power of its drives in benches, W
 
 
 # XL430-W250 (stall 1.5 N·m and 1.4 A at 12 V, 6.4 rad/s without load); the paper's Table 2: 1 kg, rolling resistance 0.032.
@@ -66,7 +67,8 @@ TWO_WHEELED = Plant(
     wheel_mass=0.05, caster_share=0.25, roll=0.032 * 0.033,
     drive=Drive(resistance=8.3, constant=1.75, rotor=0.0032, coulomb=0.065, viscous=0.006, loss_forward=0.18,
                 loss_backward=0.25, drop=0.25, supply=12.0),
-    speed=5.2, acceleration=12.0, ticks=4096, current_noise=0.003, current_step=0.0001, step_s=0.0025, gain=(3.0, 20.0), contact_s=0.01, slip_s=0.06, impedance=0.8)
+    speed=5.2, acceleration=12.0, ticks=4096, current_noise=0.003, current_step=0.0001, step_s=0.0025, gain=(3.0, 20.0), contact_s=0.01, slip_s=0.06, impedance=0.8,
+    usual=0.65)
 
 # Clearpath Husky A200: 24 V, one motor a side (winding 0.46 Ω, 0.0449 V·s/rad, gear 78.71), wheels of 13 inches.
 SKID_STEERED = Plant(
@@ -74,7 +76,8 @@ SKID_STEERED = Plant(
     full=125.0, wheel_mass=2.6, caster_share=0.0, roll=0.0045,
     drive=Drive(resistance=0.46, constant=78.71 * 0.0449, rotor=0.35, coulomb=2.2, viscous=0.25, loss_forward=0.12,
                 loss_backward=0.16, drop=0.4, supply=26.0),
-    speed=5.0, acceleration=6.0, ticks=16384, current_noise=0.06, current_step=0.01, step_s=0.0025, gain=(3.0, 15.0), contact_s=0.02, slip_s=0.15, impedance=0.3)
+    speed=5.0, acceleration=6.0, ticks=16384, current_noise=0.06, current_step=0.01, step_s=0.0025, gain=(3.0, 15.0), contact_s=0.02, slip_s=0.15, impedance=0.3,
+    usual=160.0)
 
 PLANTS = {p.name: p for p in (TWO_WHEELED, SKID_STEERED)}
 
