@@ -142,6 +142,13 @@ impl<T: Real> TorqueModel<T> {
         self.rolling * wheel.direction + self.inertia_gain * wheel.inertial_torque + self.scrub * wheel.scrub
     }
 
+    /// What the motor gives its gear: [`Self::parts`] without what the rotor takes for itself.
+    #[inline(always)]
+    pub(crate) fn gear_input(&self, wheel: &Wheel<T>) -> [T; 2] {
+        let [fixed, per_kg] = self.parts(wheel);
+        [fixed - self.rotor_inertia * wheel.acceleration, per_kg]
+    }
+
     /// [`Self::torque`] as what does not depend on the mass, N·m, and what multiplies it, N·m/kg.
     #[inline(always)]
     pub(crate) fn parts(&self, wheel: &Wheel<T>) -> [T; 2] {

@@ -299,6 +299,7 @@ fn causes() -> Vec<Cause<f32>> {
         Term::Scrub,
         Term::ScrubPerKg,
         Term::GearLoad,
+        Term::GearShare,
         Term::Sag(0.0),
         Term::Return,
         Term::Gain(0.0),
@@ -360,8 +361,8 @@ fn every_effect_comes_back() {
         .map(|cause| with_columns::<2>(&columns_of(&[cause])).encode().unwrap().as_bytes()[164])
         .collect();
     let expected = [
-        1, 2, 3, 3, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 23, 24, 4, 5, 6, 25, 26,
-        26, 26,
+        1, 2, 3, 3, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 27, 18, 19, 20, 21, 22, 23, 23, 24, 4, 5, 6, 25,
+        26, 26, 26,
     ];
     assert_eq!(ids, expected);
 }

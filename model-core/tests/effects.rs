@@ -40,7 +40,7 @@ fn effect(term: Term<f64>, coefficient: f64) -> Effect<f64> {
     Effect { term, coefficient }
 }
 
-fn all_terms() -> [Term<f64>; 22] {
+fn all_terms() -> [Term<f64>; 23] {
     [
         Term::GradeByPitch,
         Term::GradeAhead,
@@ -57,6 +57,7 @@ fn all_terms() -> [Term<f64>; 22] {
         Term::Scrub,
         Term::ScrubPerKg,
         Term::GearLoad,
+        Term::GearShare,
         Term::Sag(0.0),
         Term::Return,
         Term::Gain(0.0),
@@ -108,6 +109,7 @@ fn size(term: Term<f64>) -> f64 {
         Term::GradeAhead | Term::GradeAlong(_) => 0.03,
         Term::Winding => 0.0039,
         Term::GearLoad => 2.0,
+        Term::GearShare => 0.1,
         Term::Sag(0.0) => 0.05,
         Term::Return => 0.4,
         Term::Gain(0.0) => -0.1,
@@ -214,6 +216,7 @@ fn each_term_is_what_a_calculation_by_hand_gives() {
         (Term::Drag(1), 0.1, 0.4),
         (Term::Scrub, 0.1, 0.0),
         (Term::GearLoad, 0.5, 2.0 * 0.5 * one_wheel * one_wheel * 4.0),
+        (Term::GearShare, 0.1, 2.0 * 0.1 * one_wheel * 4.0),
         (Term::Sag(0.0), 0.1, 0.1 * alone * alone),
         (Term::Gain(0.0), 0.1, 0.1 * alone),
         (Term::Constant, 0.1, 0.1),

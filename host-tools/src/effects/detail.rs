@@ -36,6 +36,8 @@ pub enum Detail {
     Side(WheelSide),
     /// Whether it grows with the mass.
     DependsOnMass(bool),
+    /// A loss in proportion to the torque.
+    InProportion,
     /// Static power that is measured along.
     WithStatic {
         /// W.
@@ -174,6 +176,7 @@ impl Detail {
             Self::Wheel { wheel, side } => json!({key::WHEEL: wheel, key::SIDE: side.name()}),
             Self::Side(side) => json!({key::SIDE: side.name()}),
             Self::DependsOnMass(depends) => json!({key::DEPENDS_ON_MASS: depends}),
+            Self::InProportion => json!({key::IN_PROPORTION: true}),
             Self::WithStatic { power_w } => json!({key::WITH_STATIC: power_w}),
             Self::WithMotion { hold_s } => json!({key::WITH: MOTION, key::HOLD: hold_s}),
             Self::FromFirstMotion => json!({key::FROM: FROM_MOTION}),

@@ -8,6 +8,7 @@ pub(super) const DEPENDS_ON_MASS: &str = "depends_on_mass";
 pub(super) const FROM: &str = "from";
 pub(super) const FROM_C: &str = "from_c";
 pub(super) const HOLD: &str = "hold_s";
+pub(super) const IN_PROPORTION: &str = "in_proportion";
 pub(super) const RUNS: &str = "runs";
 pub(super) const SIDE: &str = "side";
 pub(super) const SPEED: &str = "speed_rad_s";

@@ -27,6 +27,7 @@ impl Detail {
             Self::Side(side) => format!("{} side", side.name()),
             Self::DependsOnMass(true) => "grows with the mass".to_owned(),
             Self::DependsOnMass(false) => "whatever the mass".to_owned(),
+            Self::InProportion => "in proportion to it".to_owned(),
             Self::WithStatic { power_w } => format!("with {} W of static power", number(*power_w)),
             Self::WithMotion { hold_s } => format!("with motion, held for {} s after it", number(*hold_s)),
             Self::FromFirstMotion => format!("from {FROM_MOTION}"),

@@ -107,6 +107,7 @@ impl<T: Real> Cause<T> {
                 Term::Scrub => Term::Scrub,
                 Term::ScrubPerKg => Term::ScrubPerKg,
                 Term::GearLoad => Term::GearLoad,
+                Term::GearShare => Term::GearShare,
                 Term::Sag(with) => Term::Sag(number(with)),
                 Term::Return => Term::Return,
                 Term::Gain(with) => Term::Gain(number(with)),
@@ -152,6 +153,7 @@ impl<T: Real> Cause<T> {
             Term::Scrub => plain(15),
             Term::ScrubPerKg => plain(16),
             Term::GearLoad => plain(17),
+            Term::GearShare => plain(27),
             Term::Sag(with) => shaped(18, with),
             Term::Return => plain(19),
             Term::Gain(with) => shaped(20, with),
@@ -192,6 +194,7 @@ impl<T: Real> Cause<T> {
             (15, 0) => Self::Term(Term::Scrub),
             (16, 0) => Self::Term(Term::ScrubPerKg),
             (17, 0) => Self::Term(Term::GearLoad),
+            (27, 0) => Self::Term(Term::GearShare),
             (18, 0) => Self::Term(Term::Sag(shape)),
             (19, 0) => Self::Term(Term::Return),
             (20, 0) => Self::Term(Term::Gain(shape)),
@@ -215,7 +218,7 @@ impl<T: Real> Column<T> {
         let positive = |shape: T| shape > T::ZERO && shape.is_finite();
         let not_negative = |shape: T| shape >= T::ZERO && shape.is_finite();
         let means = match self.cause {
-            Cause::Hot | Cause::Term(Term::GearLoad) => loss,
+            Cause::Hot | Cause::Term(Term::GearLoad | Term::GearShare) => loss,
             Cause::Term(Term::Sag(with)) => loss && not_negative(with),
             Cause::Heat(time) => loss && positive(time),
             Cause::Temperature(cold) => loss && cold.is_finite(),

@@ -81,10 +81,10 @@ impl<T: Real, const N: usize> Extended<'_, T, N> {
         let mut sum = T::ZERO;
         for (at, wheel, warmth) in self.turning_wheels(motion, scene) {
             let mut torque = self.torque.torque(wheel, scene.mass);
-            let load = self.torque.load_per_kg(wheel);
+            let gear_input = self.torque.gear_input(wheel);
             let mut loss = self.torque.winding_loss;
             for effect in self.effects {
-                let own = effect.term.torque(&at, wheel, turning, load, scene);
+                let own = effect.term.torque(&at, wheel, turning, gear_input, scene);
                 torque += effect.coefficient * own.at(scene.mass);
                 loss += self.winding_loss(effect, warmth);
             }
@@ -152,10 +152,10 @@ impl<T: Real, const N: usize> Extended<'_, T, N> {
         let wheels = self.turning_wheels(motion, scene);
         for (power, (at, wheel, warmth)) in powers.iter_mut().zip(wheels) {
             let [mut fixed, mut per_kg] = self.torque.parts(wheel);
-            let load = self.torque.load_per_kg(wheel);
+            let gear_input = self.torque.gear_input(wheel);
             let mut loss = self.torque.winding_loss;
             for effect in self.effects {
-                let own = effect.term.torque(&at, wheel, turning, load, scene);
+                let own = effect.term.torque(&at, wheel, turning, gear_input, scene);
                 let [own_fixed, own_per_kg] = own.tangent(scene.mass);
                 fixed += effect.coefficient * own_fixed;
                 per_kg += effect.coefficient * own_per_kg;

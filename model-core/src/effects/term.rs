@@ -57,6 +57,9 @@ pub enum Term<T> {
     /// Torque T² sgn w, 1/(N·m), T being what passes the gear: the body's share of τ, without that of rotor and motor friction.
     /// A loss that grows with the torque, whichever way the power goes.
     GearLoad,
+    /// Torque |T| sgn w, dimensionless, T being what the motor gives the gear, friction included: τ without the rotor's share. A loss in
+    /// proportion to the torque, whichever way the power goes.
+    GearShare,
     /// Power (P + s)², 1/W: current through a resistance in the supply, s being the static power (W) that passes it, too.
     Sag(T),
     /// Share of braking power that returns.
@@ -144,14 +147,15 @@ pub(super) struct Place<T> {
 }
 
 impl<T: Real> Term<T> {
-    /// Torque at a wheel per coefficient; `load` (N·m/kg) is what passes its gear without effects. Zero for supply terms.
+    /// Torque at a wheel per coefficient. `gear_input` is what its motor gives the gear without effects: what does not depend on the mass
+    /// (N·m) and what multiplies it (N·m/kg). Zero for supply terms.
     #[inline]
     pub(super) fn torque<const N: usize>(
         &self,
         at: &Place<T>,
         wheel: &Wheel<T>,
         turning: T,
-        load: T,
+        gear_input: [T; 2],
         scene: &Scene<T, N>,
     ) -> Torque<T> {
         let gravity = T::from_f64(GRAVITY);
@@ -175,7 +179,15 @@ impl<T: Real> Term<T> {
             Term::Drag(index) if index == at.index => Torque::fixed(wheel.direction),
             Term::Scrub => Torque::fixed(at.turn * turning),
             Term::ScrubPerKg => Torque::per_kg(at.turn * turning),
-            Term::GearLoad => Torque { square: load * load * wheel.direction, ..Torque::default() },
+            Term::GearLoad => {
+                let [_, load] = gear_input;
+                Torque { square: load * load * wheel.direction, ..Torque::default() }
+            }
+            Term::GearShare => {
+                let [fixed, per_kg] = gear_input;
+                let along = (fixed + scene.mass * per_kg).sign() * wheel.direction;
+                Torque { fixed: along * fixed, per_kg: along * per_kg, ..Torque::default() }
+            }
             _ => Torque::default(),
         }
     }
