@@ -15,6 +15,8 @@ pub struct Candidate {
     pub unit: String,
     /// The least and greatest value of the first coefficient.
     pub range: (f64, f64),
+    /// The least coefficient of each regressor, where every run has its own; else empty.
+    pub least: Vec<f64>,
     /// What is special about it.
     pub detail: Detail,
     /// What the search for its shape, times or runs costs, in χ²: the best of many is better than the right one.
@@ -43,6 +45,8 @@ impl Candidate {
     pub fn keep(&mut self, kept: &[bool]) {
         let mut each = kept.iter();
         self.regressors.retain(|_| each.next().copied().unwrap_or(true));
+        let mut each = kept.iter();
+        self.least.retain(|_| each.next().copied().unwrap_or(true));
         self.detail.keep(kept);
     }
 }

@@ -52,7 +52,8 @@ impl Entry {
         detail: Detail,
         search: f64,
     ) -> Candidate {
-        Candidate { id: self.id.to_owned(), regressors, unit: self.unit.to_owned(), range, detail, search }
+        let (id, unit) = (self.id.to_owned(), self.unit.to_owned());
+        Candidate { id, regressors, unit, range, least: Vec::new(), detail, search }
     }
 
     /// The ways in which it may show in some runs.

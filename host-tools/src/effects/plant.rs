@@ -167,7 +167,7 @@ mod tests {
         detail: Detail,
     ) -> std::result::Result<Part, String> {
         let (id, unit, range, search) = (id.to_owned(), String::new(), (0.0, 1.0), 0.0);
-        let candidate = Candidate { id, regressors, unit, range, detail, search };
+        let candidate = Candidate { id, regressors, unit, range, least: Vec::new(), detail, search };
         let scene = Scene {
             open: &[0, 2],
             locked: &[1],

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use model_core::torque::TorqueModel;
 
-use super::noise::Noise;
+use super::noise::{Memory, Noise};
 use super::problem::Problem;
 use super::smooth;
 use super::split::Split;
@@ -159,7 +159,7 @@ pub fn on_locked<const N: usize>(
         parameters,
         &regressors,
         &functions,
-        Some(&open.noise.whitener),
+        Memory::Known(&open.noise.whitener),
     );
     let misfit = clean.map(|clean| Misfit::of(clean, base, lag, parameters));
     // A simulator has no noise that its misfit could be a multiple of: the misfit is added to that of the runs.
@@ -210,7 +210,7 @@ impl Misfit {
         let left = twin.residual(&state);
         let rows = left.iter().map(Vec::len).sum::<usize>() as f64;
         let whole_w2 = left.iter().flatten().map(|x| x * x).sum::<f64>() / rows;
-        let noise = Noise::estimate(&twin, &state, parameters, &[], &smooth::functions(clean), None);
+        let noise = Noise::estimate(&twin, &state, parameters, &[], &smooth::functions(clean), Memory::OfAll);
         let factor = if noise.floor_w2 > 0.0 { (whole_w2 / noise.floor_w2).max(1.0) } else { 1.0 };
         Self { whole_w2, factor }
     }

@@ -94,6 +94,7 @@ mod tests {
                 regressors: Vec::new(),
                 unit: String::new(),
                 range: (0.0, 1.0),
+                least: Vec::new(),
                 detail: Detail::Plain,
                 search: 0.0,
             }]

@@ -180,6 +180,9 @@ pub mod name {
     /// Coefficients of single runs below this many standard errors are taken for none, when others of the candidate are not. Tuned on the
     /// own bench, run unknown.
     pub const IN_RUN_ERRORS: f64 = 2.5;
+    /// Periods of the filter's cutoff between delays at which a fit may begin. Derived: by a quarter of its period a wave that is late is
+    /// nearer to its own slope than to the next wave's.
+    pub const QUARTER: f64 = 0.25;
     /// Hypotheses whose shape is searched between those of the dictionary. Chosen for time.
     pub const SHARPENED: usize = 3;
     /// It ends at this share of the interval. Derived: an eighth of a factor of four moves no loss by as much as a tie.

@@ -132,10 +132,13 @@ fn mislabelled<const N: usize>(
 ) -> Candidate {
     let masses = |run: usize| problem.twin.runs.runs[run].rows.iter().map(|row| row.mass);
     let heaviest = (0..problem.twin.runs.runs.len()).flat_map(masses).fold(0.0, f64::max);
-    let lightest = wrong.iter().filter_map(Regressor::run).flat_map(masses).fold(f64::INFINITY, f64::min);
     let empty = LIGHTEST * problem.twin.runs.robot.range.no_load();
-    let range = (-(lightest - empty).max(0.0), heaviest);
-    PAYLOAD_MISLABEL.candidate(wrong, range, detail, search)
+    let least: Vec<f64> = wrong
+        .iter()
+        .filter_map(Regressor::run)
+        .map(|run| -(masses(run).fold(f64::INFINITY, f64::min) - empty).max(0.0))
+        .collect();
+    Candidate { least, ..PAYLOAD_MISLABEL.candidate(wrong, (-heaviest, heaviest), detail, search) }
 }
 
 fn run_name<'a, const N: usize>(problem: &'a Problem<'_, N>, regressor: &Regressor) -> &'a str {

@@ -85,7 +85,7 @@ pub(super) fn name<const N: usize>(
     };
     let winner = hypotheses[first].clone();
     let gain = null.loss - winner.penalised;
-    let inflation = problem.variance_inflation(state, &winner.candidate.regressors);
+    let inflation = problem.variance_inflation(state, &winner.candidate.regressors, &winner.fitted.state);
     if (null.loss - winner.fitted.loss) / inflation - penalty(&winner.candidate) < options.threshold.powi(2) {
         return refuse(record, "what explains most does not stand out of the noise");
     }

@@ -16,6 +16,17 @@ use crate::log::runs::Runs;
 use crate::numerics::least_squares::NormalEquations;
 use crate::numerics::robust::scale_of_sizes;
 
+/// Where the memory of the noise is told.
+#[derive(Debug, Clone, Copy)]
+pub enum Memory<'a> {
+    /// As it was told before.
+    Known(&'a Whitener),
+    /// In the clean runs, where there are any: a step that the field has beyond them would be taken for a long memory, and whitened away.
+    OfClean,
+    /// In all runs: a simulator's have none.
+    OfAll,
+}
+
 /// The noise of the residual.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Noise {
@@ -41,9 +52,10 @@ impl Noise {
         base: usize,
         regressors: &[Regressor],
         smooth: &[Signal],
-        whitener: Option<&Whitener>,
+        memory: Memory<'_>,
     ) -> Self {
         let runs = twin.runs;
+        let has_clean = runs.runs.iter().any(|run| run.clean);
         let raw: Vec<Vec<Vec<f64>>> = (0..runs.runs.len())
             .map(|place| {
                 let mut columns = twin.columns(place, state, base, regressors);
@@ -66,7 +78,13 @@ impl Noise {
         let mut fitted = 0.0;
         // The whitener of the first residual shows a better one.
         for _ in 0..PASSES {
-            noise.whitener = whitener.cloned().unwrap_or_else(|| Whitener::estimate(runs, &left_w));
+            noise.whitener = match memory {
+                Memory::Known(whitener) => whitener.clone(),
+                Memory::OfClean if has_clean => {
+                    Whitener::estimate(runs, &left_w, |place| runs.runs[place].clean)
+                }
+                Memory::OfClean | Memory::OfAll => Whitener::estimate(runs, &left_w, |_| true),
+            };
             let known = noise.whitener.known(runs);
             noise.weights = known
                 .iter()

@@ -14,10 +14,11 @@ pub struct Whitener {
 }
 
 impl Whitener {
-    /// From the autocovariance of residuals over all runs, by Levinson and Durbin.
-    pub fn estimate<const N: usize>(runs: &Runs<N>, residual: &Signal) -> Self {
+    /// From the autocovariance of residuals over some runs, by Levinson and Durbin.
+    pub fn estimate<const N: usize>(runs: &Runs<N>, residual: &Signal, of: impl Fn(usize) -> bool) -> Self {
         let mut lags = vec![0.0; ORDER + 1];
-        for (run, values) in runs.runs.iter().zip(residual) {
+        let some = runs.runs.iter().zip(residual).enumerate().filter(|(place, _)| of(*place));
+        for (_, (run, values)) in some {
             let mut age = 0;
             for (t, row) in run.rows.iter().enumerate() {
                 age = if row.starts { 0 } else { age + 1 };

@@ -59,6 +59,22 @@ impl<const N: usize> Problem<'_, N> {
         Some(Fitted { state, loss: best.0, run_losses: best.1, products, covariance: solved?.covariance() })
     }
 
+    /// Where along a regressor a fit is to start: the coefficient with the least loss, where that is less than without the regressor.
+    pub(crate) fn best_start(
+        &self,
+        state: &State,
+        regressor: &Regressor,
+        starts: impl Iterator<Item = f64>,
+    ) -> Option<f64> {
+        let loss = |coefficient: f64| {
+            let mut tried = state.clone();
+            tried.effects.push((regressor.clone(), coefficient));
+            self.losses(&tried).0
+        };
+        let (start, least) = starts.map(|start| (start, loss(start))).min_by(|a, b| a.1.total_cmp(&b.1))?;
+        (least < self.losses(state).0).then_some(start)
+    }
+
     fn step(&self, state: &State, values: &DVector<f64>, share: f64) -> State {
         let mut base = state.torque.to_array();
         for (value, step) in base.iter_mut().zip(values.iter()).take(self.base) {

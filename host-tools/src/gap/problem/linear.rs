@@ -67,48 +67,12 @@ impl<const N: usize> Linear<'_, N> {
 #[cfg(test)]
 mod tests {
     use model_core::effects::Term;
-    use model_core::estimator::Sample;
     use model_core::torque::{Drive, TorqueModel};
     use nalgebra::{DMatrix, DVector};
 
-    use super::super::panel::Fixed;
-    use super::*;
+    use super::super::example::{STD_W, bare, runs};
     use crate::effects::Regressor;
-    use crate::gap::noise::whiten::Whitener;
-    use crate::gap::problem::Problem;
     use crate::gap::twin::{State, Twin};
-    use crate::log::runs::RawRun;
-    use crate::robot::Robot;
-
-    const STD_W: f64 = 0.07;
-
-    /// Two runs of different masses; the power is what nobody's model says.
-    fn runs() -> Runs<2> {
-        let core = Robot::load("burger").unwrap().core::<2>(2.0).unwrap();
-        let raw = [(1.0, 0.4), (4.0, 0.9)].map(|(mass, pace)| {
-            let rows = (0..500).map(|i| {
-                let time = 0.05 * f64::from(i);
-                let speed = [5.0 * (pace * time).sin(), 4.0 * (0.7 * pace * time).cos()];
-                let power = 0.5 + 0.2 * mass * (1.3 * time).sin() + 0.1 * (11.0 * time * time).sin();
-                (time, Sample { wheel_speed: speed, wheel_acceleration: None, power }, mass, Vec::new())
-            });
-            RawRun { name: "run".to_owned(), rows: rows.collect(), columns: Vec::new(), period_s: 0.05 }
-        });
-        Runs::condition(&core, raw.into()).unwrap()
-    }
-
-    /// Noise of a known standard deviation that has no memory, and of which nothing says that it scatters more along any column.
-    fn white(runs: &Runs<2>) -> Noise {
-        let all = |value: f64| runs.runs.iter().map(|run| vec![value; run.rows.len()]).collect();
-        Noise {
-            whitener: Whitener { coefficients: Vec::new() },
-            std_w: STD_W,
-            weights: all(1.0),
-            left: all(0.0),
-            left_w: all(0.0),
-            floor_w2: 0.0,
-        }
-    }
 
     /// The regression of the residual on base and effect at once, β = (XᵀX)⁻¹ Xᵀr, has z_j = β_j / (σ √((XᵀX)⁻¹)_jj); the score, which
     /// takes the base out of the column first, has to be the same number (Frisch, Waugh and Lovell). Tolerance: the ridge on the
@@ -116,20 +80,11 @@ mod tests {
     #[test]
     fn a_score_is_the_z_of_the_regression_coefficient() {
         const BASE: usize = 4;
-        let runs = runs();
+        let runs = runs([0.4, 0.9]);
         let torque = TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]);
         let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0 };
         let start = State { torque, effects: Vec::new() };
-        let problem = Problem {
-            twin,
-            centre: torque,
-            base: BASE,
-            precision: DMatrix::zeros(BASE, BASE),
-            noise: white(&runs),
-            discrepancy: Fixed::default(),
-            factor: None,
-            smooth: Vec::new(),
-        };
+        let problem = bare(twin, torque, BASE);
         for effect in [Regressor::Term(Term::Stribeck(1.0)), Regressor::Delay, Regressor::Term(Term::Offset)]
         {
             let score = problem.linear(&start, std::slice::from_ref(&effect), &[]).unwrap().score(0).unwrap();

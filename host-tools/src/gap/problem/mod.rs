@@ -1,5 +1,7 @@
 //! One state of knowledge about some runs: how far a column, or an added effect, explains what is left.
 
+#[cfg(test)]
+pub(crate) mod example;
 pub mod fit;
 pub mod lag;
 pub(crate) mod linear;
@@ -110,12 +112,28 @@ impl<const N: usize> Problem<'_, N> {
         })
     }
 
-    /// The greatest [`Score::variance_inflation`](linear::Score) of regressors that may be added to a state; 1 where there is none.
-    pub(crate) fn variance_inflation(&self, state: &State, regressors: &[Regressor]) -> f64 {
+    /// The greatest [`Score::variance_inflation`](linear::Score) of regressors that were added to a state and fitted; 1 where there is
+    /// none. It is told by what the fit leaves: a step at times of its own is no smooth function, and would be taken for its own noise.
+    pub(crate) fn variance_inflation(&self, state: &State, regressors: &[Regressor], fitted: &State) -> f64 {
         let Some(linear) = self.linear(state, regressors, &[]) else { return 1.0 };
+        let noise = match self.left_smoothly(fitted) {
+            Some(left) => Noise { left, ..self.noise.clone() },
+            None => self.noise.clone(),
+        };
+        let linear = Linear { noise: &noise, ..linear };
         (0..regressors.len())
             .filter_map(|further| linear.score(further))
             .map(|score| score.variance_inflation)
             .fold(1.0, f64::max)
+    }
+
+    /// What a state leaves, whitened, when the discrepancy, its effects and everything smooth are taken out.
+    fn left_smoothly(&self, state: &State) -> Option<Signal> {
+        let panel = self.panel(state, &[], &self.smooth);
+        let products = panel.products().total(None);
+        let residual = products.ncols() - 1;
+        let factored = self.factored(&products, state, self.base..residual)?;
+        let all: Vec<usize> = (0..residual).collect();
+        Some(panel.projected(residual, &all, &factored.solution()))
     }
 }

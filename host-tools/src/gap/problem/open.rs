@@ -1,8 +1,8 @@
 //! Poses a problem: the noise, what the base gets wrong on any run, and how far it may be off.
 use super::panel::Fixed;
 use crate::effects::{Candidate, Regressor};
-use crate::gap::noise::Noise;
 use crate::gap::noise::whiten::Signal;
+use crate::gap::noise::{Memory, Noise};
 use crate::gap::problem::Problem;
 use crate::gap::smooth;
 use crate::gap::thresholds::problem::{DISCREPANCY_RIDGE, UNKNOWN};
@@ -28,7 +28,12 @@ pub(crate) fn open_problem<'a, const N: usize>(
     let field: Vec<Signal> = smooth.iter().map(|signal| only_field(twin.runs, signal)).collect();
     let shared = if has_clean { shared(&twin, &start, parameters, &regressors, &smooth) } else { Vec::new() };
     let signals: Vec<Signal> = shared.iter().chain(&field).cloned().collect();
-    let noise = Noise::estimate(&twin, &start, parameters, &regressors, &signals, options.whitener.as_ref());
+    let memory = match &options.whitener {
+        Some(whitener) => Memory::Known(whitener),
+        None if base.of_simulator => Memory::OfAll,
+        None => Memory::OfClean,
+    };
+    let noise = Noise::estimate(&twin, &start, parameters, &regressors, &signals, memory);
     let whiten = |signals: &[Signal]| -> Vec<Signal> {
         let run = |(place, values): (usize, &Vec<f64>)| noise.whiten(twin.runs, place, values);
         signals.iter().map(|signal| signal.iter().enumerate().map(run).collect()).collect()

@@ -105,6 +105,7 @@ fn named(id: &str, regressors: Vec<Regressor>, unit: &str) -> Named {
             regressors,
             unit: unit.to_owned(),
             range: (-1.0, 1.0),
+            least: Vec::new(),
             detail: Detail::InRuns {
                 runs: Runs::Named(vec!["x/one.csv".to_owned(), "x/two.csv".to_owned()]),
                 at_s: None,

@@ -34,6 +34,7 @@ impl UserEffect {
             regressors: vec![Regressor::Column(place)],
             unit: self.unit.clone(),
             range: self.range,
+            least: Vec::new(),
             detail,
             search: 0.0,
         }
