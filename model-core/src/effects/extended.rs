@@ -136,7 +136,7 @@ impl<T: Real, const N: usize> Extended<'_, T, N> {
     ///
     /// Torques are linear in the mass but for [`Term::GearLoad`], whose square of the mass is replaced by its tangent at the
     /// mass of the scene: there the polynomial is exact; `off` kg away the torque is short by coefficient · load² · off², load
-    /// being what passes the gear per kilogram.
+    /// being what passes the gear per kilogram. [`Term::GearShare`] keeps the direction that the torque has at the mass of the scene.
     #[inline]
     pub fn response_and_power(
         &self,
