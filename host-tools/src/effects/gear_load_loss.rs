@@ -33,7 +33,7 @@ pub(super) const GEAR_LOAD_LOSS: Entry = Entry {
 const FALL: Conversion =
     Conversion { unit: "1/(N·m)", of: |coefficient, world| Some(coefficient * world.torque.inertia_gain) };
 
-/// The greatest share more: the motor supplies twice as much.
+/// The greatest share more. Chosen: the motor supplies twice as much.
 const MOST_SHARE: f64 = 1.0;
 
 fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
