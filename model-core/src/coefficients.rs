@@ -54,6 +54,7 @@
 //! | 23 | static power with motion, and so long after | time, s; which 1: for ever |
 //! | 24 | static power by a driver | |
 //! | 25, 26 | delay of the power, scale of speeds | 26: which 0 both sides, 1 left, 2 right |
+//! | 27, 28 | gear loss in proportion to the torque, scrub per kilogram that shares its grip with rolling | 28: half slip |
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 

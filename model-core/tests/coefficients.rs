@@ -298,6 +298,7 @@ fn causes() -> Vec<Cause<f32>> {
         Term::Drag(1),
         Term::Scrub,
         Term::ScrubPerKg,
+        Term::Sliding(0.5),
         Term::GearLoad,
         Term::GearShare,
         Term::Sag(0.0),
@@ -361,8 +362,8 @@ fn every_effect_comes_back() {
         .map(|cause| with_columns::<2>(&columns_of(&[cause])).encode().unwrap().as_bytes()[164])
         .collect();
     let expected = [
-        1, 2, 3, 3, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 27, 18, 19, 20, 21, 22, 23, 23, 24, 4, 5, 6, 25,
-        26, 26, 26,
+        1, 2, 3, 3, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 28, 17, 27, 18, 19, 20, 21, 22, 23, 23, 24, 4, 5, 6,
+        25, 26, 26, 26,
     ];
     assert_eq!(ids, expected);
 }

@@ -40,7 +40,7 @@ fn effect(term: Term<f64>, coefficient: f64) -> Effect<f64> {
     Effect { term, coefficient }
 }
 
-fn all_terms() -> [Term<f64>; 23] {
+fn all_terms() -> [Term<f64>; 24] {
     [
         Term::GradeByPitch,
         Term::GradeAhead,
@@ -56,6 +56,7 @@ fn all_terms() -> [Term<f64>; 23] {
         Term::Drag(1),
         Term::Scrub,
         Term::ScrubPerKg,
+        Term::Sliding(0.5),
         Term::GearLoad,
         Term::GearShare,
         Term::Sag(0.0),
@@ -264,6 +265,8 @@ fn sides_are_told_apart() {
     // The outermost wheels share the turn's torque: 0.001 N·m · (5 − 2) rad/s.
     assert!((added(Term::Scrub, 0.001) - 0.003).abs() < 1e-12);
     assert!((added(Term::ScrubPerKg, 0.001) - 0.009).abs() < 1e-12);
+    // Of it, at a slip of 3 / 3.5, with a half slip of 8 / 7: 3 / √(3² + 4²).
+    assert!((added(Term::Sliding(8.0 / 7.0), 0.001) - 0.6 * 0.009).abs() < 1e-12);
 }
 
 /// A wheel that brakes gives nothing back, unless a share of it returns.

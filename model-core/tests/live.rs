@@ -175,6 +175,7 @@ fn known_effects_are_taken_off() {
         (Cause::Term(Term::Drag(1)), 0.02),
         (Cause::Term(Term::Scrub), 0.03),
         (Cause::Term(Term::ScrubPerKg), 0.01),
+        (Cause::Term(Term::Sliding(0.5)), 0.01),
         (Cause::Term(Term::GearLoad), 3.0),
         (Cause::Term(Term::Sag(0.0)), 0.1),
         (Cause::Term(Term::Gain(0.0)), 0.1),

@@ -36,6 +36,11 @@ pub enum Detail {
     Side(WheelSide),
     /// Whether it grows with the mass.
     DependsOnMass(bool),
+    /// It grows with the mass, and shares the ground's grip with rolling.
+    Sliding {
+        /// Slip at which 1/√2 of it is there.
+        half_slip: f64,
+    },
     /// A loss in proportion to the torque.
     InProportion,
     /// Static power that is measured along.
@@ -176,6 +181,7 @@ impl Detail {
             Self::Wheel { wheel, side } => json!({key::WHEEL: wheel, key::SIDE: side.name()}),
             Self::Side(side) => json!({key::SIDE: side.name()}),
             Self::DependsOnMass(depends) => json!({key::DEPENDS_ON_MASS: depends}),
+            Self::Sliding { half_slip } => json!({key::DEPENDS_ON_MASS: true, key::HALF_SLIP: half_slip}),
             Self::InProportion => json!({key::IN_PROPORTION: true}),
             Self::WithStatic { power_w } => json!({key::WITH_STATIC: power_w}),
             Self::WithMotion { hold_s } => json!({key::WITH: MOTION, key::HOLD: hold_s}),
@@ -201,6 +207,7 @@ impl Detail {
     pub fn with_shape(&self, shape: f64) -> Self {
         match self {
             Self::Width { .. } => Self::Width { speed_rad_s: shape },
+            Self::Sliding { .. } => Self::Sliding { half_slip: shape },
             Self::TimeConstant { .. } => Self::TimeConstant { time_s: shape },
             Self::Heated(Heated::ByLoss(_)) => Self::Heated(Heated::ByLoss(shape)),
             Self::WithMotion { .. } => Self::WithMotion { hold_s: shape },

@@ -7,6 +7,7 @@ pub(super) const COEFFICIENTS: &str = "coefficients";
 pub(super) const DEPENDS_ON_MASS: &str = "depends_on_mass";
 pub(super) const FROM: &str = "from";
 pub(super) const FROM_C: &str = "from_c";
+pub(super) const HALF_SLIP: &str = "half_slip";
 pub(super) const HOLD: &str = "hold_s";
 pub(super) const IN_PROPORTION: &str = "in_proportion";
 pub(super) const RUNS: &str = "runs";

@@ -55,7 +55,11 @@ impl Regressor {
     pub fn shape(&self) -> Option<f64> {
         match self {
             Self::Term(
-                Term::Stribeck(shape) | Term::WarmUp(shape) | Term::RollingFrom(shape) | Term::StepAt(shape),
+                Term::Stribeck(shape)
+                | Term::WarmUp(shape)
+                | Term::Sliding(shape)
+                | Term::RollingFrom(shape)
+                | Term::StepAt(shape),
             )
             | Self::Heat(shape) => Some(*shape),
             Self::Term(Term::WithMotion(shape)) if shape.is_finite() => Some(*shape),
@@ -69,6 +73,7 @@ impl Regressor {
         match self {
             Self::Term(Term::Stribeck(_)) => Self::Term(Term::Stribeck(shape)),
             Self::Term(Term::WarmUp(_)) => Self::Term(Term::WarmUp(shape)),
+            Self::Term(Term::Sliding(_)) => Self::Term(Term::Sliding(shape)),
             Self::Term(Term::RollingFrom(_)) => Self::Term(Term::RollingFrom(shape)),
             Self::Term(Term::StepAt(_)) => Self::Term(Term::StepAt(shape)),
             Self::Term(Term::WithMotion(_)) => Self::Term(Term::WithMotion(shape)),

@@ -23,7 +23,7 @@ pub(super) const TURNING_SCRUB: Entry = Entry {
     typical: &["turning-scrub=0.05"],
     physical: |detail| Some(moment(detail)),
     candidates,
-    owns: |cause| matches!(cause, Cause::Term(Term::Scrub | Term::ScrubPerKg)),
+    owns: |cause| matches!(cause, Cause::Term(Term::Scrub | Term::ScrubPerKg | Term::Sliding(_))),
     read,
     cause: |finding| finding.everywhere(),
 };
@@ -35,9 +35,13 @@ fn moment(detail: &Detail) -> Conversion {
         let moment = coefficient / (world.torque.inertia_gain * world.turn);
         Some(moment).filter(|moment| moment.is_finite())
     };
-    let unit = if *detail == Detail::DependsOnMass(true) { "N·m/kg" } else { "N·m" };
+    let unit = if *detail == Detail::DependsOnMass(false) { "N·m" } else { "N·m/kg" };
     Conversion { unit, of }
 }
+
+/// Slip at which 1/√2 of a scrub is there that shares its grip with rolling; the best is searched about it. Chosen: at four times as much
+/// only spins show it, at a quarter it is the sign of the turn.
+const HALF_SLIP: f64 = 0.5;
 
 fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
     let constant =
@@ -46,11 +50,20 @@ fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
     let least = if scope.scrubs { -scope.base.scrub } else { 0.0 };
     let per_kg = Way::new(Regressor::Term(Term::ScrubPerKg), (least, scope.much_per_kg()));
     let per_kg = per_kg.in_unit("N·m/kg").with(Detail::DependsOnMass(true));
-    Ok(vec![constant.one_of_many(), per_kg.one_of_many()])
+    let mut ways = vec![constant.one_of_many(), per_kg.one_of_many()];
+    if scope.has_sides() {
+        let sliding = Way::new(Regressor::Term(Term::Sliding(HALF_SLIP)), (least, scope.much_per_kg()));
+        let sliding = sliding.in_unit("N·m/kg").with(Detail::Sliding { half_slip: HALF_SLIP });
+        ways.push(sliding.one_of_many());
+    }
+    Ok(ways)
 }
 
 fn read(fields: &Fields<'_>) -> Read {
     match fields.flag(key::DEPENDS_ON_MASS) {
+        Some(true) if fields.has(key::HALF_SLIP) => {
+            fields.term(Term::Sliding(fields.number(key::HALF_SLIP)?))
+        }
         Some(true) => fields.term(Term::ScrubPerKg),
         Some(false) => fields.term(Term::Scrub),
         None => fields.unclear("depends_on_mass = true or false"),

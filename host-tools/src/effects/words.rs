@@ -26,6 +26,9 @@ impl Detail {
             Self::Side(WheelSide::Both) => "both sides".to_owned(),
             Self::Side(side) => format!("{} side", side.name()),
             Self::DependsOnMass(true) => "grows with the mass".to_owned(),
+            Self::Sliding { half_slip } => {
+                format!("grows with the mass, half at a slip of {}", number(*half_slip))
+            }
             Self::DependsOnMass(false) => "whatever the mass".to_owned(),
             Self::InProportion => "in proportion to it".to_owned(),
             Self::WithStatic { power_w } => format!("with {} W of static power", number(*power_w)),

@@ -13,7 +13,8 @@
 //! | `surface-switch` | `at_s`, since the start of the run |
 //! | `wheel-drag` | `wheel`, from 1 |
 //! | `supply-sag`, `sensor-gain` | `with_static_w`, the static power that is measured along; 0 where there is none |
-//! | `turning-scrub` | `depends_on_mass` |
+//! | `turning-scrub` | `depends_on_mass`; and `half_slip` where it shares the ground's grip with rolling |
+//! | `gear-load-loss` | `in_proportion = true`, or nothing |
 //! | `static-step` | `at_s`; or `with = "motion"`, `hold_s`; or `from = "the first motion on"` |
 //! | `speed-scale` | `side`: left, right or both |
 //!

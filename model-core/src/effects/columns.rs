@@ -1,21 +1,11 @@
 //! The effects that coefficients hold: a few columns, each a cause and its coefficient, and their ids in the image.
 
+use super::layout::Side;
 use super::term::{Effect, Scene, Term};
 use crate::real::Real;
 
 /// Most columns that coefficients can hold. An effect has one, a slope fixed in the world two.
 pub const MOST_COLUMNS: usize = 4;
-
-/// Wheels of a side.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
-    /// All.
-    Both,
-    /// Left of the centre.
-    Left,
-    /// Right of the centre.
-    Right,
-}
 
 /// What a coefficient multiplies: a term, or what acts on a sensor or has a state of its own.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,6 +96,7 @@ impl<T: Real> Cause<T> {
                 Term::Drag(wheel) => Term::Drag(wheel),
                 Term::Scrub => Term::Scrub,
                 Term::ScrubPerKg => Term::ScrubPerKg,
+                Term::Sliding(half_slip) => Term::Sliding(number(half_slip)),
                 Term::GearLoad => Term::GearLoad,
                 Term::GearShare => Term::GearShare,
                 Term::Sag(with) => Term::Sag(number(with)),
@@ -152,6 +143,7 @@ impl<T: Real> Cause<T> {
             Term::Drag(wheel) => which(14, wheel),
             Term::Scrub => plain(15),
             Term::ScrubPerKg => plain(16),
+            Term::Sliding(half_slip) => shaped(28, half_slip),
             Term::GearLoad => plain(17),
             Term::GearShare => plain(27),
             Term::Sag(with) => shaped(18, with),
@@ -193,6 +185,7 @@ impl<T: Real> Cause<T> {
             (14, wheel) => Self::Term(Term::Drag(wheel)),
             (15, 0) => Self::Term(Term::Scrub),
             (16, 0) => Self::Term(Term::ScrubPerKg),
+            (28, 0) => Self::Term(Term::Sliding(shape)),
             (17, 0) => Self::Term(Term::GearLoad),
             (27, 0) => Self::Term(Term::GearShare),
             (18, 0) => Self::Term(Term::Sag(shape)),
@@ -225,7 +218,9 @@ impl<T: Real> Column<T> {
             Cause::Delay => true,
             Cause::Scale(_) => factor,
             Cause::Term(Term::Gain(with)) => factor && not_negative(with),
-            Cause::Term(Term::Stribeck(shape) | Term::WarmUp(shape)) => positive(shape),
+            Cause::Term(Term::Stribeck(shape) | Term::WarmUp(shape) | Term::Sliding(shape)) => {
+                positive(shape)
+            }
             Cause::Term(Term::RollingFrom(from) | Term::StepAt(from)) => not_negative(from),
             Cause::Term(Term::WithMotion(hold)) => hold >= T::ZERO,
             Cause::Term(Term::Drag(wheel)) => usize::from(wheel) < wheels,

@@ -1,7 +1,7 @@
 //! The torque model with effects: its power at a known mass, and as a polynomial of an unknown one.
 
 use super::layout::Layout;
-use super::term::{Effect, Place, Scene, Supply, Term};
+use super::term::{Effect, Place, Scene, Supply, Term, Whole};
 use crate::model::{MassRange, Response};
 use crate::motion::{Motion, Wheel};
 use crate::polynomial::Polynomial;
@@ -52,6 +52,11 @@ impl<T: Real, const N: usize> Extended<'_, T, N> {
         })
     }
 
+    #[inline]
+    fn whole<'m>(&'m self, motion: &'m Motion<T, N>) -> Whole<'m, T, N> {
+        Whole { layout: &self.layout, motion, turning: turning(&self.layout, motion, self.dead_band) }
+    }
+
     /// κ of a winding that is so warm.
     #[inline]
     fn winding_loss(&self, effect: &Effect<T>, warmth: T) -> T {
@@ -76,7 +81,7 @@ impl<T: Real, const N: usize> Extended<'_, T, N> {
     /// Power in W, before the effects on the supply's side, which see the sum of the wheels only.
     #[inline]
     fn drawn(&self, motion: &Motion<T, N>, scene: &Scene<T, N>) -> T {
-        let turning = turning(&self.layout, motion, self.dead_band);
+        let whole = self.whole(motion);
         let returned = self.returned();
         let mut sum = T::ZERO;
         for (at, wheel, warmth) in self.turning_wheels(motion, scene) {
@@ -84,7 +89,7 @@ impl<T: Real, const N: usize> Extended<'_, T, N> {
             let gear_input = self.torque.gear_input(wheel);
             let mut loss = self.torque.winding_loss;
             for effect in self.effects {
-                let own = effect.term.torque(&at, wheel, turning, gear_input, scene);
+                let own = effect.term.torque(&at, wheel, &whole, gear_input, scene);
                 torque += effect.coefficient * own.at(scene.mass);
                 loss += self.winding_loss(effect, warmth);
             }
@@ -145,7 +150,7 @@ impl<T: Real, const N: usize> Extended<'_, T, N> {
         range: &MassRange<T>,
         d: T,
     ) -> (Response<T>, T) {
-        let turning = turning(&self.layout, motion, self.dead_band);
+        let whole = self.whole(motion);
         let mut response = Response { polynomial: Polynomial::NOTHING, may_clamp: false };
         let mut powers = [Polynomial::NOTHING; N];
         let mut least_of_all = T::INFINITY;
@@ -155,7 +160,7 @@ impl<T: Real, const N: usize> Extended<'_, T, N> {
             let gear_input = self.torque.gear_input(wheel);
             let mut loss = self.torque.winding_loss;
             for effect in self.effects {
-                let own = effect.term.torque(&at, wheel, turning, gear_input, scene);
+                let own = effect.term.torque(&at, wheel, &whole, gear_input, scene);
                 let [own_fixed, own_per_kg] = own.tangent(scene.mass);
                 fixed += effect.coefficient * own_fixed;
                 per_kg += effect.coefficient * own_per_kg;

@@ -1,8 +1,19 @@
 //! Where the wheels are, as far as effects care.
 
-use super::columns::Side;
 use crate::kinematics::Kinematics;
+use crate::motion::Motion;
 use crate::real::Real;
+
+/// Wheels of a side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// All.
+    Both,
+    /// Left of the centre.
+    Left,
+    /// Right of the centre.
+    Right,
+}
 
 /// Where the wheels are, as far as effects care.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,6 +40,20 @@ impl<T: Real, const N: usize> Layout<T, N> {
             }
         }
         Self { forward, side, turn }
+    }
+
+    /// Share of a scrub that is there where sliding in the turn shares the ground's grip with rolling: Δ / √(Δ² + (c v̄)²), as
+    /// [`slip`](crate::slip) has it without its memory, c being `half_slip`. 0 where nothing turns.
+    #[inline]
+    pub(super) fn sliding(&self, motion: &Motion<T, N>, half_slip: T) -> T {
+        let (mut turned, mut rolled) = (T::NOTHING, T::NOTHING);
+        for ((turn, forward), wheel) in self.turn.iter().zip(&self.forward).zip(&motion.wheels) {
+            turned += *turn * wheel.speed;
+            rolled += forward.sign() * wheel.speed;
+        }
+        let rolled = half_slip * T::HALF * rolled;
+        let pull = (turned * turned + rolled * rolled).sqrt();
+        if pull > T::ZERO { turned / pull } else { T::ZERO }
     }
 
     /// Adds `share` to the factors of the wheels on a side.

@@ -16,10 +16,10 @@ pub mod live;
 mod term;
 
 pub(crate) use columns::Encoded;
-pub use columns::{Cause, Column, Columns, InvalidColumns, MOST_COLUMNS, Needs, Side};
+pub use columns::{Cause, Column, Columns, InvalidColumns, MOST_COLUMNS, Needs};
 pub use course::{Course, Heat};
 pub use extended::Extended;
-pub use layout::Layout;
+pub use layout::{Layout, Side};
 pub use term::{Effect, Scene, Supply, Term, Torque};
 
 /// Standard gravity, m/s².

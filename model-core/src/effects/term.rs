@@ -1,7 +1,8 @@
 //! What coefficients of effects multiply, term by term: each formula stands here once, for a known mass and for an unknown one.
 
 use super::GRAVITY;
-use crate::motion::Wheel;
+use super::layout::Layout;
+use crate::motion::{Motion, Wheel};
 use crate::real::Real;
 
 /// What surrounds the wheels at one instant.
@@ -54,6 +55,9 @@ pub enum Term<T> {
     Scrub,
     /// As [`Term::Scrub`], times the mass, N·m/kg.
     ScrubPerKg,
+    /// As [`Term::ScrubPerKg`] of tyres whose sliding shares the ground's grip with their rolling, N·m/kg; the slip, dimensionless, at which
+    /// 1/√2 of it is there ([`SlipMemory::half_slip`](crate::slip::SlipMemory::half_slip)).
+    Sliding(T),
     /// Torque T² sgn w, 1/(N·m), T being what passes the gear: the body's share of τ, without that of rotor and motor friction.
     /// A loss that grows with the torque, whichever way the power goes.
     GearLoad,
@@ -138,6 +142,14 @@ impl<T: Real> Supply<T> {
     }
 }
 
+/// What all wheels do together.
+pub(super) struct Whole<'m, T, const N: usize> {
+    pub(super) layout: &'m Layout<T, N>,
+    pub(super) motion: &'m Motion<T, N>,
+    /// Share of the turn's scrub that is there.
+    pub(super) turning: T,
+}
+
 /// One wheel's place.
 pub(super) struct Place<T> {
     pub(super) index: u8,
@@ -154,7 +166,7 @@ impl<T: Real> Term<T> {
         &self,
         at: &Place<T>,
         wheel: &Wheel<T>,
-        turning: T,
+        whole: &Whole<'_, T, N>,
         gear_input: [T; 2],
         scene: &Scene<T, N>,
     ) -> Torque<T> {
@@ -177,8 +189,11 @@ impl<T: Real> Term<T> {
             Term::RollingFrom(from) if scene.time >= from => Torque::per_kg(wheel.direction),
             Term::Offset => Torque::per_kg(wheel.direction * at.side),
             Term::Drag(index) if index == at.index => Torque::fixed(wheel.direction),
-            Term::Scrub => Torque::fixed(at.turn * turning),
-            Term::ScrubPerKg => Torque::per_kg(at.turn * turning),
+            Term::Scrub => Torque::fixed(at.turn * whole.turning),
+            Term::ScrubPerKg => Torque::per_kg(at.turn * whole.turning),
+            Term::Sliding(half_slip) => {
+                Torque::per_kg(at.turn * whole.layout.sliding(whole.motion, half_slip))
+            }
             Term::GearLoad => {
                 let [_, load] = gear_input;
                 Torque { square: load * load * wheel.direction, ..Torque::default() }
