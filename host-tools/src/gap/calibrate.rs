@@ -33,8 +33,14 @@ pub(super) fn shown_by_clean<const N: usize>(
             order.iter().enumerate().filter_map(of).collect()
         };
         let open = clean.subset(&side(true)).with_clean(Some(&clean.subset(&side(false))));
-        let problem =
-            open_problem(Twin { runs: &open, drive: base.drive, lag }, base, parameters, list, options);
+        let problem = open_problem(
+            Twin { runs: &open, drive: base.drive, lag, early: 0.0 },
+            &[],
+            base,
+            parameters,
+            list,
+            options,
+        );
         structure(&problem, &problem.start(), list, &[]).greatest
     });
     let shown: Vec<f64> = shown.filter(|z| z.is_finite()).collect();

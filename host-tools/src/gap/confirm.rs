@@ -138,7 +138,7 @@ pub fn on_locked<const N: usize>(
 ) -> Confirmed {
     let locked = runs.subset(&split.locked);
     let lag = open.twin.lag;
-    let twin = Twin { runs: &locked, drive: base.drive, lag };
+    let twin = Twin { runs: &locked, drive: base.drive, lag, early: 0.0 };
     let start = State { torque: base.torque, effects: Vec::new() };
     let before = twin.residual(&start);
     // Effects of single runs are those of the runs they were found in: none of these.
@@ -205,7 +205,7 @@ struct Misfit {
 
 impl Misfit {
     fn of<const N: usize>(clean: &Runs<N>, base: &Base, lag: f64, parameters: usize) -> Self {
-        let twin = Twin { runs: clean, drive: base.drive, lag };
+        let twin = Twin { runs: clean, drive: base.drive, lag, early: 0.0 };
         let state = State { torque: base.torque, effects: Vec::new() };
         let left = twin.residual(&state);
         let rows = left.iter().map(Vec::len).sum::<usize>() as f64;

@@ -1,10 +1,11 @@
 //! The workflow: split, detect, localise, name, tie or abstain, add, repeat, confirm.
 
 use super::calibrate::shown_by_clean;
-use super::confirm::{self, ConfirmedShare};
+use super::confirm::{self, Confirmed, ConfirmedShare};
 use super::detect::over_dispersion::OverDispersion;
 use super::detect::{shape_test, structure};
 use super::identifiable::{also_with_one_mass, has_one_mass, unidentifiable};
+use super::late;
 use super::name::hypothesis::Hypothesis;
 use super::name::{Choice, name};
 use super::problem::Problem;
@@ -18,11 +19,11 @@ use super::split;
 use super::thresholds::calibrate::MARGIN;
 use super::thresholds::confirm::LEAST_CLOSED;
 use super::thresholds::detect::{SHAPE, SHAPE_TOLERANCE};
-use super::thresholds::name::LEAST_FURTHER;
+use super::thresholds::name::{DELAY_SAMPLES, LEAST_FURTHER};
 use super::twin::{State, Twin};
 use super::types::{Base, Named, Options, Round, Verdict};
 use super::words;
-use crate::effects::{Candidate, World, physical};
+use crate::effects::{Candidate, Regressor, World, physical};
 use crate::error::Result;
 use crate::log::runs::Runs;
 use model_core::kinematics::Kinematics;
@@ -61,9 +62,20 @@ pub fn investigate<const N: usize>(
     let threshold = by_noise.max(MARGIN * clean_structure.unwrap_or(0.0));
     let misfit = (threshold / by_noise).powi(2);
     let options = &Options { threshold, misfit, ..options.clone() };
-    let twin = Twin { runs: &open, drive: base.drive, lag };
-    let problem = open_problem(twin, base, parameters, &list, options);
-    let mut found = search(&problem, &list, by_noise, options);
+    let twin = Twin { runs: &open, drive: base.drive, lag, early: 0.0 };
+    let problem = open_problem(twin, &[], base, parameters, &list, options);
+    let found = search(&problem, &list, by_noise, options);
+    let early = late::in_whole_rows(found.delay().unwrap_or(0.0), field.period_s);
+    let in_time;
+    let (problem, mut found) = if early == 0.0 {
+        (problem, found)
+    } else {
+        in_time = late::in_time(&field, early).with_clean(clean);
+        let twin = Twin { runs: &in_time, early, ..twin };
+        let again = open_problem(twin, &late::known(early), base, parameters, &list, options);
+        let found_again = search(&again, &list, by_noise, options);
+        if found_again.delay().is_some() { (again, found_again) } else { (problem, found) }
+    };
     if has_one_mass(&base.masses_kg, runs) {
         found.doubt(also_with_one_mass(&found.named, &found.rounds));
     }
@@ -72,14 +84,17 @@ pub fn investigate<const N: usize>(
     let mut confirmed = confirm::on_locked(runs, &split, clean, base, &found.state, &problem, parameters);
     // What scatters more than clean runs do is not explained by a name that leaves most of it.
     if over_dispersion.is_some_and(|over_dispersion| over_dispersion.is_beyond_chance())
-        && (found.named.is_empty() || confirmed.closed_to_clean().is_none_or(|closed| closed < LEAST_CLOSED))
+        && (found.named.is_empty() || !found.lives_in_single_runs() && leaves_most(&confirmed))
     {
         found.verdict = Verdict::Unexplained;
     }
     if found.verdict.stands() && confirmed.closed.is_some() {
-        let locked = runs.subset(&split.locked).with_clean(clean);
-        let asked = open_problem(Twin { runs: &locked, ..twin }, base, parameters, &list, options);
-        confirmed.share = ConfirmedShare::of(&asked, &confirmed.residuals);
+        let locked = runs.subset(&split.locked);
+        let in_time = late::in_time(&locked, early).with_clean(clean);
+        let twin = Twin { runs: &in_time, early, ..twin };
+        let asked = open_problem(twin, &late::known(early), base, parameters, &list, options);
+        let residuals = confirmed.residuals.each_ref().map(|left| late::earlier(&locked, left, early));
+        confirmed.share = ConfirmedShare::of(&asked, &residuals);
     }
     if found.verdict.stands() && confirmed.refuted() {
         found.verdict = Verdict::Unexplained;
@@ -93,7 +108,16 @@ pub fn investigate<const N: usize>(
     if found.verdict == Verdict::Unexplained {
         found.ambiguous.clear();
     }
-    let own = found.fitted.as_ref().map(|fitted| problem.covariance(fitted) * misfit);
+    let own = found.fitted.as_ref().map(|fitted| {
+        let mut own = problem.covariance(fitted) * misfit;
+        let last = own.nrows() - 1;
+        let delayed =
+            found.state.effects.iter().rev().position(|(regressor, _)| *regressor == Regressor::Delay);
+        if let Some(back) = delayed {
+            own[(last - back, last - back)] += (DELAY_SAMPLES * runs.step.period_s()).powi(2);
+        }
+        own
+    });
     let joint = own.as_ref().and_then(|own| joint(own, problem.base > 0, base));
     let known = joint.as_ref().or(own.as_ref()).filter(|_| found.verdict.stands());
     Ok(Report {
@@ -121,6 +145,11 @@ pub fn investigate<const N: usize>(
             precision: precision(base, parameters, options.slack),
         }),
     })
+}
+
+/// Whether the locked runs have most of what they have beyond clean ones still.
+fn leaves_most(confirmed: &Confirmed) -> bool {
+    confirmed.closed_to_clean().is_none_or(|closed| closed < LEAST_CLOSED)
 }
 
 /// What the rounds over the open runs found.
@@ -192,6 +221,20 @@ fn search<const N: usize>(
 }
 
 impl Found {
+    /// Whether all that was named concerns single runs: no locked one has it.
+    fn lives_in_single_runs(&self) -> bool {
+        self.state.effects.iter().all(|(regressor, _)| regressor.run().is_some())
+    }
+
+    /// By how much the power was found to be late, s.
+    fn delay(&self) -> Option<f64> {
+        self.state
+            .effects
+            .iter()
+            .find(|(regressor, _)| *regressor == Regressor::Delay)
+            .map(|(_, delay)| *delay)
+    }
+
     fn add(&mut self, choice: Choice) {
         self.state = choice.hypothesis.fitted.state.clone();
         self.named.push(choice.hypothesis.candidate.clone());

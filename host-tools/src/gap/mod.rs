@@ -9,6 +9,7 @@ pub mod detect;
 pub mod extension;
 mod identifiable;
 pub mod investigate;
+mod late;
 pub mod manoeuvre;
 pub mod name;
 pub mod noise;

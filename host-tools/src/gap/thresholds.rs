@@ -183,6 +183,9 @@ pub mod name {
     /// Periods of the filter's cutoff between delays at which a fit may begin. Derived: by a quarter of its period a wave that is late is
     /// nearer to its own slope than to the next wave's.
     pub const QUARTER: f64 = 0.25;
+    /// Standard error of a delay beyond the fit's, samples of the log: what changes faster than half their rate is sampled at another phase
+    /// with every fraction of a sample. Tuned on 13 sets of the own plant at 20 Hz (root mean square 0.04; of 3 sets at 100 Hz 0.01).
+    pub const DELAY_SAMPLES: f64 = 0.04;
     /// Hypotheses whose shape is searched between those of the dictionary. Chosen for time.
     pub const SHARPENED: usize = 3;
     /// It ends at this share of the interval. Derived: an eighth of a factor of four moves no loss by as much as a tie.

@@ -58,6 +58,8 @@ pub struct Twin<'a, const N: usize> {
     pub drive: Drive,
     /// By how much power is later than speed in clean runs already, s: sensors average over the time before a sample.
     pub lag: f64,
+    /// By how much the measured power of the runs in question was set earlier, s.
+    pub early: f64,
 }
 
 impl<const N: usize> Twin<'_, N> {
@@ -69,7 +71,8 @@ impl<const N: usize> Twin<'_, N> {
     pub fn predict(&self, place: usize, state: &State) -> Vec<f64> {
         let run = &self.runs.runs[place];
         let mut effects: Vec<Effect<f64>> = Vec::new();
-        let (mut shift, mut delay, mut scales) = (0.0, self.lag, Vec::new());
+        let (mut shift, mut scales) = (0.0, Vec::new());
+        let mut delay = if run.clean { self.lag } else { self.lag - self.early };
         let mut warm = None;
         let mut switched: Vec<Switching> = Vec::new();
         let present: &[(Regressor, f64)] = if run.clean { &[] } else { &state.effects };
@@ -286,7 +289,7 @@ fn add(power: &mut [f64], column: &[f64], coefficient: f64) {
 
 /// The power as it would be seen later by `delay` s: cubics through four rows, held at the ends of a run. Straight lines would
 /// smooth the power more the farther they are from a row, which looks like an effect.
-fn delayed<const N: usize>(run: &Run<N>, power: &[f64], delay: f64) -> Vec<f64> {
+pub(super) fn delayed<const N: usize>(run: &Run<N>, power: &[f64], delay: f64) -> Vec<f64> {
     let rows = &run.rows;
     let last = rows.len() - 1;
     let mut from = 0;

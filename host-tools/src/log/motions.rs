@@ -12,6 +12,11 @@ pub struct Step {
 }
 
 impl Step {
+    /// Time between samples of the log, s.
+    pub fn period_s(&self) -> f64 {
+        self.period_s
+    }
+
     /// Of a filter that is stepped every `period_s`.
     pub fn new(filter: &LowPass<f64>, period_s: f64) -> Self {
         let mut channel = Channel::default();

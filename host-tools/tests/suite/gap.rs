@@ -126,6 +126,19 @@ fn a_hidden_slope_is_named_and_the_locked_runs_confirm_it() {
     assert!(summary.stdout.lines().count() < 24, "{}", summary.stdout);
 }
 
+/// What the base gets wrong is as late as the rest of the power. Taken for being in time, as in clean runs, it would move this delay by 5 ms.
+#[test]
+fn a_delay_is_as_long_as_the_one_that_was_hidden() {
+    let (bench, names) = field(&["--effect", "sensor-delay=0.17"]);
+    let found = gap(&bench, &names, &["--coeffs", "base.toml"]);
+    assert_eq!((&found["verdict"], &found["effects"][0]["id"]), (&"named".into(), &"sensor-delay".into()));
+    let effect = &found["effects"][0];
+    let [delay, error] = ["coefficient", "std_err"].map(|key| number(&effect[key]));
+    assert!((delay - 0.17).abs() < 0.0015, "{delay}");
+    // The samples are 50 ms apart: a twenty-fifth of that comes on top.
+    assert!(error > 0.002 && error < 0.004, "{error}");
+}
+
 /// Coefficients without the delay that their own clean runs have: a drag is there to be named, but the base comes first.
 #[test]
 fn a_base_that_lacks_what_its_clean_runs_ask_for_names_nothing() {

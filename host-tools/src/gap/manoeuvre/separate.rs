@@ -173,7 +173,7 @@ impl<const N: usize> Ground<'_, N> {
         // What the model may get wrong is wrong in clean runs too: effects show there as they would in the field.
         let mut bare = runs.clone();
         bare.runs.iter_mut().for_each(|run| run.clean = false);
-        let twin = Twin { runs, drive: self.basis.drive, lag: self.basis.lag };
+        let twin = Twin { runs, drive: self.basis.drive, lag: self.basis.lag, early: 0.0 };
         let field = Twin { runs: &bare, ..twin };
         let states: Vec<State> = self
             .hypotheses

@@ -58,7 +58,8 @@ fn fit_far_delay<const N: usize>(
     }
     let ((low, high), step) = (candidate.range, QUARTER / problem.twin.runs.robot.cutoff_hz);
     let count = ((high - low) / step).ceil();
-    let starts = (0..=count as u32).map(|k| (low + step * f64::from(k)).min(high));
+    let grid = (0..=count as u32).map(|k| (low + step * f64::from(k)).min(high));
+    let starts = grid.chain([problem.twin.early]);
     let far = |delay: f64| delay.abs() > step;
     let start = problem.best_start(state, &Regressor::Delay, starts.filter(|&start| far(start)))?;
     let fitted = problem.fit(state, &[(Regressor::Delay, start)], MOST_FIT_STEPS)?;
@@ -148,14 +149,20 @@ pub(super) fn sharpen<const N: usize>(
     hypotheses.sort_by(|a, b| a.penalised.total_cmp(&b.penalised));
 }
 
-/// Whether a hypothesis is not significantly worse. χ² counts in variances of the noise: where runs [`disagree`] about the winner by more than
-/// that, a difference says less by as much.
-pub(super) fn is_tie(winner: &Hypothesis, hypothesis: &Hypothesis, gain: f64, disagreement: f64) -> bool {
+/// By how much a hypothesis may be worse in χ², to first order, and still be as good. χ² counts in variances of the noise: where runs
+/// [`disagree`] about the winner by more than that, or clean runs about anything, a difference says less by as much. No term of the model
+/// is exact: a [share](TIE_SHARE) of the gain comes on top.
+pub(super) fn tie_width(gain: f64, disagreement: f64, misfit: f64) -> f64 {
+    TIE * disagreement.max(misfit) + TIE_SHARE * gain
+}
+
+/// Whether a hypothesis is not significantly worse: by less than a [width](tie_width), and by less than runs differ about it.
+pub(super) fn is_tie(winner: &Hypothesis, hypothesis: &Hypothesis, width: f64) -> bool {
     let differences: Vec<f64> =
         hypothesis.fitted.run_losses.iter().zip(&winner.fitted.run_losses).map(|(r, w)| r - w).collect();
     let error = mean_interval(&differences).std_err().unwrap_or(0.0) * differences.len() as f64;
     let worse = hypothesis.penalised - winner.penalised;
-    worse < TIE * disagreement + TIE_SHARE * gain && worse < TIE_ERRORS * error.max(1e-9)
+    worse < width && worse < TIE_ERRORS * error.max(1e-9)
 }
 
 /// How many times more runs disagree about what a hypothesis adds than its equations say. What lives in single runs is of these alone: no
@@ -184,13 +191,12 @@ pub(super) fn shows_no_shape<const N: usize>(
     problem: &Problem<'_, N>,
     state: &State,
     winner: &Hypothesis,
-    gain: f64,
-    disagreement: f64,
+    width: f64,
 ) -> bool {
     let [regressor] = &winner.candidate.regressors[..] else { return false };
     let Some(limit) = regressor.limit() else { return false };
     let candidate = Candidate { regressors: vec![limit], search: 0.0, ..winner.candidate.clone() };
-    fit_hypothesis(problem, state, &candidate).is_some_and(|limit| is_tie(winner, &limit, gain, disagreement))
+    fit_hypothesis(problem, state, &candidate).is_some_and(|limit| is_tie(winner, &limit, width))
 }
 
 #[cfg(test)]
@@ -240,10 +246,11 @@ mod tests {
             found
         };
         let (winner, rival) = (runs([100.0; 4]), runs([20.0, 250.0, 30.0, 160.0]));
-        assert!(!is_tie(&winner, &rival, 400.0, 1.0));
-        assert!(is_tie(&winner, &rival, 400.0, 10.0));
+        let width = |disagreement| tie_width(400.0, disagreement, 1.0);
+        assert!(!is_tie(&winner, &rival, width(1.0)));
+        assert!(is_tie(&winner, &rival, width(10.0)));
         // What every run says is said, however they scatter about the size.
-        assert!(!is_tie(&winner, &runs([115.0; 4]), 400.0, 10.0));
+        assert!(!is_tie(&winner, &runs([115.0; 4]), width(10.0)));
     }
 
     /// Gains of 2184 and 2126, as a Husky on another floor had them: the next best name was a wrong one. A tie would be within
@@ -294,7 +301,7 @@ mod tests {
         let candidate = |delay: f64| {
             let mut runs = example::runs([5.0, 7.0]);
             let state = State { torque, effects: vec![(Regressor::Delay, delay)] };
-            let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0 };
+            let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
             let powers: Vec<Vec<f64>> = (0..runs.runs.len()).map(|run| twin.predict(run, &state)).collect();
             for (run, powers) in runs.runs.iter_mut().zip(powers) {
                 let mut rows = run.rows.to_vec();
@@ -303,7 +310,7 @@ mod tests {
                 }
                 run.rows = rows.into();
             }
-            let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0 };
+            let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
             let problem = example::bare(twin, torque, 0);
             let mut candidate = hypothesis("sensor-delay", 0.0, 0.0).candidate;
             candidate.regressors = vec![Regressor::Delay];

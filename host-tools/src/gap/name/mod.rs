@@ -3,7 +3,7 @@
 pub mod hypothesis;
 
 use self::hypothesis::{
-    Hypothesis, disagree, fit_hypothesis, implausible_and_better, is_tie, sharpen, shows_no_shape,
+    Hypothesis, disagree, fit_hypothesis, implausible_and_better, is_tie, sharpen, shows_no_shape, tie_width,
 };
 use super::detect::Structure;
 use super::problem::Problem;
@@ -94,7 +94,7 @@ pub(super) fn name<const N: usize>(
         let why = format!("{} explains most, with no plausible sign or size", better.candidate.id);
         return refuse(record, &why);
     }
-    let disagreement = disagree(problem, &winner).max(options.misfit);
+    let width = tie_width(gain, disagree(problem, &winner), options.misfit);
     let mut ties = Vec::new();
     for &place in &plausible[1..] {
         let hypothesis = &hypotheses[place];
@@ -103,12 +103,12 @@ pub(super) fn name<const N: usize>(
         {
             continue;
         }
-        if is_tie(&winner, hypothesis, gain, disagreement) && null.loss - hypothesis.penalised > 0.0 {
+        if is_tie(&winner, hypothesis, width) && null.loss - hypothesis.penalised > 0.0 {
             ties.push(hypothesis.candidate.id.clone());
             record.candidates[place].status = Status::Tie;
         }
     }
-    if shows_no_shape(problem, state, &winner, gain, disagreement) && ties.is_empty() {
+    if shows_no_shape(problem, state, &winner, width) && ties.is_empty() {
         return refuse(record, "of what explains most the runs show the limit only, which is another effect");
     }
     // The winner, or one of its ties, has to win again with each run left out.

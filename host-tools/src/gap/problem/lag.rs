@@ -15,7 +15,7 @@ use crate::log::runs::Runs;
 /// residual that looks like a derivative, of the base and of every effect alike.
 pub fn of_clean<const N: usize>(clean: &Runs<N>, base: &Base) -> f64 {
     let cost = |torque: TorqueModel<f64>, lag: f64| {
-        let twin = Twin { runs: clean, drive: base.drive, lag };
+        let twin = Twin { runs: clean, drive: base.drive, lag, early: 0.0 };
         let left = twin.residual(&State { torque, effects: Vec::new() });
         left.iter().flatten().map(|x| x * x).sum::<f64>()
     };

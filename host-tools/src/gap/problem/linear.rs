@@ -82,7 +82,7 @@ mod tests {
         const BASE: usize = 4;
         let runs = runs([0.4, 0.9]);
         let torque = TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]);
-        let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0 };
+        let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
         let start = State { torque, effects: Vec::new() };
         let problem = bare(twin, torque, BASE);
         for effect in [Regressor::Term(Term::Stribeck(1.0)), Regressor::Delay, Regressor::Term(Term::Offset)]

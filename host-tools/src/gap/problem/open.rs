@@ -14,15 +14,17 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::numerics::least_squares::{Factored, NormalEquations};
 
+/// Of effects that are `known` noise and discrepancy are told; what is looked for begins without them.
 pub(crate) fn open_problem<'a, const N: usize>(
     twin: Twin<'a, N>,
+    known: &[(Regressor, f64)],
     base: &Base,
     parameters: usize,
     list: &[Candidate],
     options: &Options,
 ) -> Problem<'a, N> {
     let smooth = smooth::functions(twin.runs);
-    let start = State { torque: base.torque, effects: Vec::new() };
+    let start = State { torque: base.torque, effects: known.to_vec() };
     let regressors: Vec<_> = list.iter().flat_map(|candidate| candidate.regressors.iter().cloned()).collect();
     let has_clean = twin.runs.runs.iter().any(|run| run.clean);
     let field: Vec<Signal> = smooth.iter().map(|signal| only_field(twin.runs, signal)).collect();

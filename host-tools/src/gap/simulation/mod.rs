@@ -268,7 +268,7 @@ fn find_sizes<const N: usize>(
 fn locked_times<const N: usize>(behind: &Behind<'_, N>, report: &Report) -> Vec<(Switched, Arc<[f64]>)> {
     let locked = behind.measured.subset(&report.split.locked);
     let Some(basis) = &report.basis else { return Vec::new() };
-    let twin = Twin { runs: &locked, drive: basis.drive, lag: basis.lag };
+    let twin = Twin { runs: &locked, drive: basis.drive, lag: basis.lag, early: 0.0 };
     let common =
         report.state.effects.iter().filter(|(regressor, _)| matches!(regressor, Regressor::Switch(..)));
     let switches: Vec<(Regressor, f64)> = common.cloned().collect();
