@@ -10,6 +10,7 @@ use crate::effects::{
 };
 use crate::gap::problem::Problem;
 use crate::gap::problem::panel::Panel;
+use crate::gap::problem::times::cost_of_a_time;
 use crate::gap::thresholds::detect::{
     IN_RUN, LEAST_STEP, LIGHTEST, MOST_ROLLING, MOST_TIMES, RUN_ENDS, TIME_GRID_S, TIME_PENALTY, WRONG_MASS,
 };
@@ -76,8 +77,7 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
             && sum > IN_RUN
         {
             let detail = Detail::InRuns { runs: Runs::All, at_s: Some(at.clone()) };
-            // Which runs have one was chosen, too.
-            let search = (TIME_PENALTY + 2.0 * (runs as f64).ln()) * at.iter().flatten().count() as f64;
+            let search = cost_of_a_time(open) * at.iter().flatten().count() as f64;
             let at: Arc<[f64]> = at.iter().map(|at| at.unwrap_or(f64::INFINITY)).collect();
             found.push((
                 entry.candidate(vec![Regressor::Switch(what, at)], (-limit, limit), detail, search),

@@ -2,6 +2,7 @@
 use crate::effects::{Candidate, Detail, Regressor, Runs};
 use crate::gap::problem::Problem;
 use crate::gap::problem::fit::Fitted;
+use crate::gap::problem::times::cost_of_a_time;
 use crate::gap::thresholds::name::{
     IN_RUN_ERRORS, QUARTER, SEARCH_TOLERANCE, SHARPENED, TIE, TIE_ERRORS, TIE_SHARE,
 };
@@ -104,6 +105,7 @@ pub(super) fn fit_hypothesis<const N: usize>(
         && let (Regressor::Switch(..), Regressor::Switch(_, times)) = (&*own, regressor)
     {
         let at: Vec<_> = times.iter().take(runs).map(|at| at.is_finite().then_some(*at)).collect();
+        candidate.search = cost_of_a_time(runs) * at.iter().flatten().count() as f64;
         candidate.detail = Detail::InRuns { runs: Runs::All, at_s: Some(at) };
         *own = regressor.clone();
     }

@@ -7,7 +7,7 @@ pub mod lag;
 pub(crate) mod linear;
 pub mod open;
 pub mod panel;
-mod times;
+pub mod times;
 
 use std::ops::Range;
 
