@@ -2,6 +2,9 @@
 //!
 //! An effect that is not in the dictionary is often nearly another one: w³ is w² times the speed. What is left is then small, and
 //! spread over many smooth functions, but all of it lies along the winner's column times the speed.
+//!
+//! What a drive clamps before the filter is exact to first order only: of braking power that returns, what is left may follow its speed or
+//! mass. But it returns in turns as it does straight ahead.
 
 use model_core::effects::Term;
 
@@ -11,28 +14,29 @@ use crate::gap::problem::Problem;
 use crate::gap::twin::State;
 use crate::log::runs::Row;
 
-/// Columns of the state's effects times speed, time, mass, turn rate and acceleration, whitened. 0 in clean runs.
+/// Columns of the state's effects times speed, time, mass, turn rate and acceleration, whitened; of braking power that returns times the
+/// turn rate only. 0 in clean runs.
 pub(super) fn deformations<const N: usize>(problem: &Problem<'_, N>, state: &State) -> Vec<Signal> {
     let runs = problem.twin.runs;
     let along: [fn(&Row<N>) -> f64; 5] = [
+        |row| row.turn_rate.abs(),
         |row| row.motion.wheels.iter().map(|wheel| wheel.speed.abs()).sum(),
         |row| row.time,
         |row| row.mass,
-        |row| row.turn_rate.abs(),
         |row| row.motion.wheels.iter().map(|wheel| wheel.acceleration * wheel.direction).sum(),
     ];
     let mut found = Vec::new();
-    // What passes the filter at another time, or is cut off before it, is exact to first order only.
-    let has_shape = |regressor: &Regressor| {
-        regressor.run().is_none() && !matches!(regressor, Regressor::Delay | Regressor::Term(Term::Return))
-    };
+    // What passes the filter at another time is exact to first order only.
+    let has_shape =
+        |regressor: &Regressor| regressor.run().is_none() && !matches!(regressor, Regressor::Delay);
     for (regressor, _) in state.effects.iter().filter(|(regressor, _)| has_shape(regressor)) {
         let column: Signal = (0..runs.runs.len())
             .map(|place| {
                 problem.twin.effect_slope(place, state, regressor, &problem.twin.predict(place, state))
             })
             .collect();
-        for value in along {
+        let count = if matches!(regressor, Regressor::Term(Term::Return)) { 1 } else { along.len() };
+        for value in &along[..count] {
             let (mut weight, mut sum) = (0.0, 0.0);
             for (run, column) in runs.runs.iter().zip(&column) {
                 for (row, x) in run.rows.iter().zip(column) {

@@ -111,7 +111,9 @@ pub(super) fn name<const N: usize>(
     if shows_no_shape(problem, state, &winner, width) && ties.is_empty() {
         return refuse(record, "of what explains most the runs show the limit only, which is another effect");
     }
-    // The winner, or one of its ties, has to win again with each run left out.
+    // The winner, or one of its ties, has to win again with each run left out. Where the winner lives in single runs there may then be
+    // nothing left to be won: who beats it there has to stand out of the noise.
+    let in_single_runs = winner.candidate.regressors.iter().all(|regressor| regressor.run().is_some());
     let runs = problem.twin.runs.runs.iter().filter(|run| !run.clean).count();
     let mut lost = 0;
     for run in 0..runs {
@@ -126,9 +128,10 @@ pub(super) fn name<const N: usize>(
                 )
             })
             .min_by(|a, b| a.1.total_cmp(&b.1));
-        if let Some((hypothesis, _)) = best
+        if let Some((hypothesis, loss)) = best
             && hypothesis.candidate.id != winner.candidate.id
             && !ties.contains(&hypothesis.candidate.id)
+            && (!in_single_runs || problem.loss_without(&null, run) - loss >= options.threshold.powi(2))
         {
             lost += 1;
             ties.push(hypothesis.candidate.id.clone());
