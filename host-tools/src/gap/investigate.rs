@@ -122,7 +122,8 @@ pub fn investigate<const N: usize>(
     let known = joint.as_ref().or(own.as_ref()).filter(|_| found.verdict.stands());
     Ok(Report {
         verdict: found.verdict,
-        effects: known.map_or(Vec::new(), |known| found.effects(known, &runs.robot.kinematics)),
+        effects: known
+            .map_or(Vec::new(), |known| found.effects(known, &runs.robot.kinematics, options.slack)),
         ambiguous_with: found.ambiguous,
         not_testable,
         rounds: found.rounds,
@@ -271,15 +272,19 @@ impl Found {
     }
 
     /// The effects with their sizes in the world, and the standard errors of a covariance whose last rows are theirs and whose first, if
-    /// there are more, are the base's.
+    /// there are more, are the base's; these are uncertain by a share `slack` of their own besides.
     fn effects<const N: usize>(
         &self,
         covariance: &DMatrix<f64>,
         kinematics: &Kinematics<f64, N>,
+        slack: f64,
     ) -> Vec<Named> {
         let coefficients: Vec<f64> = self.state.effects.iter().map(|(_, coefficient)| *coefficient).collect();
         let first = covariance.nrows() - coefficients.len();
-        let base = covariance.view((0, 0), (first, first)).into_owned();
+        let mut base = covariance.view((0, 0), (first, first)).into_owned();
+        for (place, value) in self.state.torque.to_array().iter().enumerate().take(first) {
+            base[(place, place)] += (slack * value).powi(2);
+        }
         let world = World::new(kinematics, self.state.torque, base);
         let mut from = 0;
         let named = self.named.iter().map(|candidate| {
