@@ -27,7 +27,7 @@ impl Detail {
             Self::Side(side) => format!("{} side", side.name()),
             Self::DependsOnMass(true) => "grows with the mass".to_owned(),
             Self::Sliding { half_slip } => {
-                format!("grows with the mass, half at a slip of {}", number(*half_slip))
+                format!("grows with the mass, 1/√2 of it at a slip of {}", number(*half_slip))
             }
             Self::DependsOnMass(false) => "whatever the mass".to_owned(),
             Self::InProportion => "in proportion to it".to_owned(),

@@ -3,6 +3,7 @@
 use crate::kinematics::Kinematics;
 use crate::motion::Motion;
 use crate::real::Real;
+use crate::slip::{Rims, Slip, SlipMemory};
 
 /// Wheels of a side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,9 +52,8 @@ impl<T: Real, const N: usize> Layout<T, N> {
             turned += *turn * wheel.speed;
             rolled += forward.sign() * wheel.speed;
         }
-        let rolled = half_slip * T::HALF * rolled;
-        let pull = (turned * turned + rolled * rolled).sqrt();
-        if pull > T::ZERO { turned / pull } else { T::ZERO }
+        let memory = SlipMemory { half_slip, relaxation: T::ZERO };
+        memory.settle(&mut Slip::default(), &Rims { difference: turned, mean: T::HALF * rolled.abs() })
     }
 
     /// Adds `share` to the factors of the wheels on a side.
