@@ -4,6 +4,9 @@
 //! low one smears short accelerations and clamps that the model could have followed. The right one depends on the sensors,
 //! so it is measured: each candidate filters the first rows of the logs, the signed model is fitted, and the residual's
 //! means over a second, which every cutoff passes alike, are compared.
+//!
+//! What the model lacks hides what a cutoff smears: with the slip memory of a skid-steered robot left out every cutoff is as bad as the
+//! next. So candidates are asked again with the terms that the logs carry behind each ([`by_the_data`]).
 
 use std::collections::BTreeMap;
 
@@ -13,6 +16,7 @@ use model_core::model::Model;
 use rayon::prelude::*;
 
 use super::dataset::Dataset;
+use super::form::{self, Choice, Form, Term};
 use super::physical;
 use super::pilot::Pilots;
 use crate::error::Result;
@@ -21,40 +25,89 @@ use crate::robot::Robot;
 /// Candidates, Hz: half-octaves from where means over a second pass unchanged.
 const CANDIDATES: [f64; 11] = [1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0, 32.0];
 
+/// Candidates in an octave.
+const OCTAVE: usize = 2;
+
 /// Highest candidate as a share of the sample rate.
 const HIGHEST_SHARE: f64 = 0.3;
 
 /// Rows of which the residual is taken, at most about.
 const MOST_ROWS: usize = 50_000;
 
-/// The cutoff with the least residual over a second, Hz.
+/// The cutoff, Hz, with those of the further terms that the logs carry behind it. Where they carry any behind the one that is chosen
+/// without, every octave is asked with its own: their numbers make up for what a cutoff smears.
 ///
 /// # Errors
 /// A robot with impossible dimensions.
-pub(super) fn choose<const N: usize>(robot: &Robot, pilots: &Pilots<N>) -> Result<f64> {
+pub(super) fn by_the_data<const N: usize>(
+    robot: &Robot,
+    pilots: &Pilots<N>,
+    terms: &[Term],
+) -> Result<(f64, Choice)> {
     let highest = HIGHEST_SHARE / pilots.slowest_s();
-    let mut candidates = Vec::new();
+    let mut cores = Vec::new();
     for cutoff_hz in CANDIDATES.into_iter().filter(|cutoff| *cutoff <= highest) {
-        candidates.push((cutoff_hz, robot.core::<N>(cutoff_hz)?));
+        cores.push(robot.core::<N>(cutoff_hz)?);
     }
-    let one =
-        |(cutoff_hz, core): (f64, CoreRobot<f64, N>)| Some((cutoff_hz, residual(robot, &core, pilots)?));
-    let tried: Vec<Option<(f64, Seconds)>> = candidates.into_par_iter().map(one).collect();
-    let tried: Vec<(f64, Seconds)> = tried.into_iter().flatten().collect();
-    Ok(lowest_good_enough(&tried).unwrap_or(highest.min(CANDIDATES[0])))
+    if cores.is_empty() {
+        cores.push(robot.core(highest)?);
+    }
+    let plain = |place: usize| tried(robot, &cores[place], pilots, Choice::default());
+    let own = |place: usize| {
+        let choice = form::choose(robot, &cores[place], terms, pilots, &|_| false);
+        tried(robot, &cores[place], pilots, choice)
+    };
+    let all: Vec<Option<Tried>> = (0..cores.len()).into_par_iter().map(plain).collect();
+    let first = lowest_good_enough(&all).unwrap_or(0);
+    let mut asked: Vec<Option<Tried>> = cores.iter().map(|_| None).collect();
+    asked[first] = own(first);
+    if asked[first].as_ref().is_some_and(|tried| tried.choice.form != Form::default()) {
+        let others: Vec<usize> = (0..cores.len()).step_by(OCTAVE).filter(|place| *place != first).collect();
+        let found: Vec<Option<Tried>> = others.par_iter().map(|&place| own(place)).collect();
+        for (place, found) in others.into_iter().zip(found) {
+            asked[place] = found;
+        }
+    }
+    let chosen = lowest_good_enough(&asked).unwrap_or(first);
+    let choice = asked[chosen].take().map(|tried| tried.choice).unwrap_or_default();
+    Ok((cores[chosen].cutoff_hz, choice))
+}
+
+/// The form of the model behind a candidate, and what that leaves.
+struct Tried {
+    choice: Choice,
+    left: Seconds,
+}
+
+/// `None` where a log is too slow for it.
+fn tried<const N: usize>(
+    robot: &Robot,
+    core: &CoreRobot<f64, N>,
+    pilots: &Pilots<N>,
+    choice: Choice,
+) -> Option<Tried> {
+    let left = residual(robot, core, pilots, &choice.form)?;
+    Some(Tried { choice, left })
 }
 
 /// The lowest cutoff that is not worse than the best by more than one standard error of their difference: the less passes
 /// the filter, the less noise the predicted power is compared with.
-fn lowest_good_enough(tried: &[(f64, Seconds)]) -> Option<f64> {
-    let (_, best) = tried.iter().min_by(|(_, a), (_, b)| a.mean_size().total_cmp(&b.mean_size()))?;
-    tried.iter().find(|(_, seconds)| seconds.not_worse_than(best)).map(|(cutoff_hz, _)| *cutoff_hz)
+fn lowest_good_enough(tried: &[Option<Tried>]) -> Option<usize> {
+    let best = tried.iter().flatten().min_by(|a, b| a.left.mean_size().total_cmp(&b.left.mean_size()))?;
+    tried.iter().position(|own| own.as_ref().is_some_and(|own| own.left.not_worse_than(&best.left)))
 }
 
 /// The residual's means over each second.
-fn residual<const N: usize>(robot: &Robot, core: &CoreRobot<f64, N>, pilots: &Pilots<N>) -> Option<Seconds> {
-    let mut dataset = Dataset::empty(*core, Gate::Signed);
-    dataset.store = pilots.condition(core, MOST_ROWS)?;
+fn residual<const N: usize>(
+    robot: &Robot,
+    core: &CoreRobot<f64, N>,
+    pilots: &Pilots<N>,
+    form: &Form,
+) -> Option<Seconds> {
+    let core = CoreRobot { conditioning: form.conditioning, ..*core };
+    let mut dataset = Dataset::empty(core, Gate::Signed);
+    dataset.unequal_sides = form.unequal_sides;
+    dataset.store = pilots.condition(&core, MOST_ROWS)?;
     let model = Model::Signed { torque: physical::solve(&dataset, robot).torque, drive: robot.drive() };
     let mut seconds = Seconds::default();
     for row in &dataset.store {

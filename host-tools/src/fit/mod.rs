@@ -131,10 +131,12 @@ pub fn read_choosing<const N: usize>(
     }
     let pilots = Pilots::<N>::read(robot, files, reading.mass_kg)?;
     let given = reading.cutoff_hz.or(robot.filter_cutoff_hz());
-    let cutoff_hz = given.map_or_else(|| cutoff::choose(robot, &pilots), Ok)?;
-    let mut core = robot.core(cutoff_hz)?;
     let terms = if reading.gate == Gate::Signed { terms } else { &[] };
-    let choice = form::choose(robot, &core, terms, &pilots, &|_| false);
+    let (cutoff_hz, choice) = match given {
+        Some(given) => (given, form::choose(robot, &robot.core(given)?, terms, &pilots, &|_| false)),
+        None => cutoff::by_the_data(robot, &pilots, terms)?,
+    };
+    let mut core = robot.core(cutoff_hz)?;
     core.conditioning = choice.form.conditioning;
     let mut dataset = Dataset::read(robot, core, files, reading)?;
     dataset.unequal_sides = choice.form.unequal_sides;
@@ -148,7 +150,7 @@ pub fn read_choosing<const N: usize>(
 pub fn choose_cutoff<const N: usize>(robot: &Robot, files: &[PathBuf], mass_kg: f64) -> Result<f64> {
     match robot.filter_cutoff_hz() {
         Some(given) => Ok(given),
-        None => cutoff::choose(robot, &Pilots::<N>::read(robot, files, mass_kg)?),
+        None => Ok(cutoff::by_the_data(robot, &Pilots::<N>::read(robot, files, mass_kg)?, &form::TERMS)?.0),
     }
 }
 
