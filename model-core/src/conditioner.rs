@@ -2,6 +2,7 @@
 
 use crate::coefficients::Robot;
 use crate::delay::DelayLine;
+use crate::effects::Columns;
 use crate::filter::{Channel, InvalidCutoff, LowPass};
 use crate::kinematics::MassMatrix;
 use crate::motion::Motion;
@@ -64,13 +65,18 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
     /// # Errors
     /// A filter cutoff that this sample rate cannot have, or a delay that is too long for it.
     pub fn new(robot: &Robot<T, N>, period_s: f64) -> Result<Self, Unfit> {
-        Self::with_delay(robot, robot.conditioning.delay, period_s)
+        Self::with_columns(robot, &Columns::NONE, period_s)
     }
 
-    /// The same with another delay of the power behind the speeds, s.
+    /// The same with what effects change of the delay and of the slip memory.
     // Set up once: inlined into every estimator of a board it takes six kilobytes of its flash.
     #[inline(never)]
-    pub(crate) fn with_delay(robot: &Robot<T, N>, delay: T, period_s: f64) -> Result<Self, Unfit> {
+    pub(crate) fn with_columns(
+        robot: &Robot<T, N>,
+        columns: &Columns<T>,
+        period_s: f64,
+    ) -> Result<Self, Unfit> {
+        let delay = robot.conditioning.delay + columns.delay();
         let longest_step = T::from_f64(GAP_PERIODS * period_s);
         Ok(Self {
             line: DelayLine::new(delay, period_s, longest_step).ok_or(Unfit::Delay)?,
@@ -81,7 +87,7 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
             speeds: [Channel::default(); N],
             accelerations: [Channel::default(); N],
             power: Channel::default(),
-            memory: robot.conditioning.slip,
+            memory: columns.softened(&robot.conditioning.slip),
             slip: Slip::default(),
             unsettled: 0,
             waited: T::INFINITY,
@@ -155,7 +161,7 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
         }
         let mut motion = self.motion(&speed, &acceleration, since);
         if let (Some(turn), Some(sides)) = (turn, self.mass_matrix.sides()) {
-            motion.add_scrub(&sides.scrub(turn.share(sides.rims(&speed).difference)));
+            motion.add_scrub(&sides.scrub(turn.share(sides.rims(&speed, self.dead_band).difference)));
         }
         let conditioned = Conditioned { motion, power, settled };
         Some((conditioned, held))
@@ -166,7 +172,7 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
     fn motion(&mut self, speed: &[T; N], acceleration: &[T; N], since: T) -> Motion<T, N> {
         match self.mass_matrix.sides() {
             Some(sides) if !self.memory.is_off() => {
-                let rims = sides.rims(speed);
+                let rims = sides.rims(speed, self.dead_band);
                 let slip = if since >= T::ZERO {
                     self.memory.step(&mut self.slip, &rims, since)
                 } else {

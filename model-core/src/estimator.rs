@@ -86,9 +86,8 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     /// A filter cutoff that this sample rate cannot have, or a delay that is too long for it.
     pub fn new(coefficients: &Coefficients<T, N>, method: M, timing: &Timing) -> Result<Self, Unfit> {
         let Coefficients { robot, columns, .. } = coefficients;
-        let delay = robot.conditioning.delay + columns.delay();
         Ok(Self {
-            conditioner: Conditioner::with_delay(robot, delay, timing.period_s)?,
+            conditioner: Conditioner::with_columns(robot, columns, timing.period_s)?,
             model: coefficients.model,
             clamp: ClampMemory::new(robot.cutoff_hz),
             range: coefficients.robot.range,

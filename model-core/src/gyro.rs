@@ -49,12 +49,12 @@ impl<T: Real> Gyro<T> {
             // A turn rate has no rest: below any band it is what it is.
             dead_band: -T::ONE,
             cutoff_hz: robot.cutoff_hz,
-            conditioning: Conditioning::PLAIN,
+            conditioning: Conditioning { delay, ..Conditioning::PLAIN },
             range: robot.range,
             static_power: T::ZERO,
         };
         Ok(Some(Self {
-            channel: Conditioner::with_delay(&single, delay, period_s)?,
+            channel: Conditioner::new(&single, period_s)?,
             gain,
             difference_per_turn: robot.kinematics.difference_per_turn(),
         }))

@@ -203,16 +203,16 @@ pub struct Sides<T, const N: usize> {
 impl<T: Real, const N: usize> Sides<T, N> {
     const NONE: Self = Self { side: [T::ZERO; N], turn: [T::ZERO; N], weight: [T::ZERO; N] };
 
-    /// How both sides turn at these wheel speeds (rad/s).
+    /// How both sides turn at these wheel speeds, `rest` being the dead band (rad/s).
     #[inline]
-    pub fn rims(&self, wheel_speed: &[T; N]) -> Rims<T> {
+    pub fn rims(&self, wheel_speed: &[T; N], rest: T) -> Rims<T> {
         let (mut difference, mut sum) = (T::NOTHING, T::NOTHING);
         for ((side, weight), speed) in self.side.iter().zip(&self.weight).zip(wheel_speed) {
             let part = *weight * *speed;
             sum += part;
             difference += *side * part;
         }
-        Rims { difference, mean: (sum * T::HALF).abs() }
+        Rims { difference, mean: (sum * T::HALF).abs(), rest }
     }
 
     /// σ of each wheel where the share `slip` (−1 … 1) of the turn's scrub is there.

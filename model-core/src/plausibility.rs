@@ -95,7 +95,8 @@ impl<T: Real, const N: usize> Robot<T, N> {
         let memory = self.conditioning.slip;
         match self.mass_matrix.sides() {
             Some(sides) if !memory.is_off() => {
-                let scrub = sides.scrub(memory.settle(&mut Slip::default(), &sides.rims(speed)));
+                let scrub =
+                    sides.scrub(memory.settle(&mut Slip::default(), &sides.rims(speed, self.dead_band)));
                 Motion::with_scrub(speed, acceleration, &scrub, &self.mass_matrix, self.dead_band)
             }
             _ => Motion::new(speed, acceleration, &self.mass_matrix, self.dead_band),

@@ -299,6 +299,7 @@ fn causes() -> Vec<Cause<f32>> {
         Term::Scrub,
         Term::ScrubPerKg,
         Term::Sliding(0.5),
+        Term::OffCentre(1.0),
         Term::GearLoad,
         Term::GearShare,
         Term::Sag(0.0),
@@ -310,7 +311,7 @@ fn causes() -> Vec<Cause<f32>> {
         Term::WithMotion(f32::INFINITY),
         Term::Driver,
     ];
-    let others = [Cause::Hot, Cause::Heat(90.0), Cause::Temperature(-5.0), Cause::Delay];
+    let others = [Cause::Hot, Cause::Heat(90.0), Cause::Temperature(-5.0), Cause::Delay, Cause::HalfSlip];
     let sides = [Side::Both, Side::Left, Side::Right].map(Cause::Scale);
     terms.into_iter().map(Cause::Term).chain(others).chain(sides).collect()
 }
@@ -362,8 +363,8 @@ fn every_effect_comes_back() {
         .map(|cause| with_columns::<2>(&columns_of(&[cause])).encode().unwrap().as_bytes()[164])
         .collect();
     let expected = [
-        1, 2, 3, 3, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 28, 17, 27, 18, 19, 20, 21, 22, 23, 23, 24, 4, 5, 6,
-        25, 26, 26, 26,
+        1, 2, 3, 3, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 28, 30, 17, 27, 18, 19, 20, 21, 22, 23, 23, 24, 4,
+        5, 6, 25, 29, 26, 26, 26,
     ];
     assert_eq!(ids, expected);
 }
@@ -557,6 +558,8 @@ fn columns_that_mean_nothing_are_none() {
         (Cause::Heat(-3.0), 0.1),
         (Cause::Hot, -0.1),
         (Cause::Scale(Side::Left), -1.0),
+        (Cause::HalfSlip, -1.0),
+        (Cause::Term(Term::OffCentre(0.0)), -0.1),
     ] {
         assert_eq!(refused(cause, coefficient), value, "{cause:?}");
     }
@@ -577,7 +580,8 @@ fn absurd_effects_are_not_plausible() {
             robot.is_plausible()
         };
         assert!(of(0.01), "{cause:?}");
-        let is_share = matches!(cause, Cause::Term(Term::Return) | Cause::Delay | Cause::Scale(_));
+        let is_share =
+            matches!(cause, Cause::Term(Term::Return) | Cause::Delay | Cause::Scale(_) | Cause::HalfSlip);
         assert!(is_share || !of(1e30), "{cause:?}");
     }
 }

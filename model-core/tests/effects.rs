@@ -265,8 +265,13 @@ fn sides_are_told_apart() {
     // The outermost wheels share the turn's torque: 0.001 N·m · (5 − 2) rad/s.
     assert!((added(Term::Scrub, 0.001) - 0.003).abs() < 1e-12);
     assert!((added(Term::ScrubPerKg, 0.001) - 0.009).abs() < 1e-12);
-    // Of it, at a slip of 3 / 3.5, with a half slip of 8 / 7: 3 / √(3² + 4²).
-    assert!((added(Term::Sliding(8.0 / 7.0), 0.001) - 0.6 * 0.009).abs() < 1e-12);
+    // Of it, at a slip of 3 / 3.5, with a half slip of 8 / 7 and the dead band: 3 / √(3² + 4² + 0.02²).
+    let share = 3.0 / (25.0 + DEAD_BAND * DEAD_BAND).sqrt();
+    assert!((added(Term::Sliding(8.0 / 7.0), 0.001) - share * 0.009).abs() < 1e-12);
+    // Two of three kilograms are load: (2/3)² of it.
+    let load: f64 = (3.0 - 1.0) / 3.0;
+    assert!((added(Term::OffCentre(1.0), 0.001) - load * load * 0.009).abs() < 1e-12);
+    assert_eq!(added(Term::OffCentre(3.0), 0.001), 0.0);
 }
 
 /// A wheel that brakes gives nothing back, unless a share of it returns.

@@ -77,7 +77,8 @@ fn only_what_slips_adds() {
             for (plain, gyro) in both(&robot, |time| (1.0 - slips) * difference(time) / LEVER) {
                 let (plain, gyro) = (plain.unwrap(), gyro.unwrap());
                 assert_eq!((plain.power, plain.settled), (gyro.power, gyro.settled));
-                let more = 0.4 * slips * sides.rims(&plain.motion.wheels.map(|wheel| wheel.speed)).difference;
+                let more =
+                    0.4 * slips * sides.rims(&plain.motion.wheels.map(|wheel| wheel.speed), 0.0).difference;
                 for (own, other) in gyro.motion.wheels.iter().zip(&plain.motion.wheels) {
                     let expected = other.scrub + more * own.side * own.direction;
                     assert!((own.scrub - expected).abs() < 1e-9, "{delay} {slips} {own:?} {expected}");
@@ -89,7 +90,7 @@ fn only_what_slips_adds() {
     }
 }
 
-/// By hand: on the spot at ±2 rad/s on ice, nothing turns. s = 1, S = 4 rad/s, q = 0.3 s/rad: σ = ±2.2. Wheels at rest have none.
+/// By hand: on the spot at ±2 rad/s on ice, nothing turns. s = 4 / √(4² + r²), S = 4 rad/s, q = 0.3 s/rad: σ = ±2.2, all but r's share. Wheels at rest have none.
 #[test]
 fn wheels_that_spin_on_ice() {
     let robot = robot(0.3, 0.0);
@@ -103,7 +104,8 @@ fn wheels_that_spin_on_ice() {
         last.unwrap().motion.wheels.map(|wheel| wheel.scrub)
     };
     let [left, right] = shares(2.0);
-    assert!((left + 2.2).abs() < 1e-9 && (right - 2.2).abs() < 1e-9, "{left} {right}");
+    let expected = 1.2 + 4.0_f64 / 4.0_f64.hypot(robot.dead_band);
+    assert!((left + expected).abs() < 1e-9 && (right - expected).abs() < 1e-9, "{left} {right}");
     // Half the dead band.
     let still = shares(0.01);
     assert_eq!(still, [0.0; 2]);

@@ -5,6 +5,7 @@ mod common;
 
 use common::{Rng, burger, coefficients, range, servo};
 use model_core::coefficients::{Coefficients, Robot};
+use model_core::conditioning::Conditioning;
 use model_core::effects::live::{Live, Outside};
 use model_core::effects::{Cause, Column, Columns, Effect, Extended, Layout, Scene, Side, Term};
 use model_core::eq18::Gate;
@@ -14,6 +15,7 @@ use model_core::motion::Motion;
 use model_core::payload::Noise;
 use model_core::payload::schedule::Schedule;
 use model_core::payload::window::Window;
+use model_core::slip::SlipMemory;
 use model_core::torque::Drive;
 
 const PERIOD: f64 = 0.01;
@@ -69,7 +71,7 @@ fn drive(column: Option<Column<f64>>) -> Vec<(Sample<f64, 2>, Outside<f64, 2>)> 
         let term = match column.cause {
             Cause::Term(term) => term,
             Cause::Hot | Cause::Heat(_) | Cause::Temperature(_) => Term::Winding,
-            Cause::Delay | Cause::Scale(_) => return None,
+            Cause::Delay | Cause::Scale(_) | Cause::HalfSlip => return None,
         };
         Some(Effect { term, coefficient: column.coefficient })
     });
@@ -176,6 +178,7 @@ fn known_effects_are_taken_off() {
         (Cause::Term(Term::Scrub), 0.03),
         (Cause::Term(Term::ScrubPerKg), 0.01),
         (Cause::Term(Term::Sliding(0.5)), 0.01),
+        (Cause::Term(Term::OffCentre(1.0)), 0.05),
         (Cause::Term(Term::GearLoad), 3.0),
         (Cause::Term(Term::Sag(0.0)), 0.1),
         (Cause::Term(Term::Gain(0.0)), 0.1),
@@ -258,4 +261,29 @@ fn what_cannot_run_is_refused() {
     let found = robot(&[]);
     let fast = Coefficients { robot: Robot { cutoff_hz: 60.0, ..found.robot }, ..found };
     assert!(matches!(refused(&fast), Some(Unfit::Cutoff(_))));
+}
+
+/// A column that makes the half slip twice as great is a robot that was fitted with twice as much.
+#[test]
+fn a_half_slip_that_is_greater_is_the_robots_own() {
+    let column = Column { cause: Cause::HalfSlip, coefficient: 1.0 };
+    let powers = |half_slip: f64, columns: &[Column<f64>]| {
+        let plain = robot(columns);
+        let slip = SlipMemory { half_slip, relaxation: 1.2 };
+        let Model::Signed { torque, drive: of_wheels } = plain.model else { return Vec::new() };
+        let torque = model_core::torque::TorqueModel { scrub: 0.02, ..torque };
+        let skidding = Coefficients {
+            robot: Robot { conditioning: Conditioning { slip, ..Conditioning::PLAIN }, ..plain.robot },
+            model: Model::Signed { torque, drive: of_wheels },
+            ..plain
+        };
+        let (mut pipeline, mut live) = pipeline(&skidding);
+        let push = |(i, (sample, outside)): (usize, &(Sample<f64, 2>, Outside<f64, 2>))| {
+            pipeline.push_with(&mut live, sample, outside, if i == 0 { 0.0 } else { PERIOD }).power
+        };
+        drive(None).iter().take(1000).enumerate().map(push).collect::<Vec<_>>()
+    };
+    let own = powers(0.5, &[]);
+    assert!(powers(0.25, &[column]) == own);
+    assert!(powers(0.25, &[]) != own);
 }

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from scipy.integrate import solve_ivp
 
-HALF_SLIP, RELAXATION, PERIOD = 0.126, 1.79, 0.002
+HALF_SLIP, RELAXATION, REST, PERIOD = 0.126, 1.79, 0.05, 0.002
 ROWS = 2000
 
 t = PERIOD * np.arange(ROWS + 1)
@@ -17,11 +17,11 @@ left, right = np.round(v - d / 2, 6), np.round(v + d / 2, 6)
 def slope(now, s):
     l, r = np.interp(now, t, left), np.interp(now, t, right)
     difference, mean = r - l, abs(l + r) / 2
-    return (difference - s * np.hypot(HALF_SLIP * mean, difference)) / (HALF_SLIP * RELAXATION)
+    return (difference - s * np.sqrt((HALF_SLIP * mean) ** 2 + difference ** 2 + REST ** 2)) / (HALF_SLIP * RELAXATION)
 
 
 found = solve_ivp(slope, (0.0, t[-1]), [0.0], method="LSODA", t_eval=t, rtol=1e-9, atol=1e-11, max_step=2 * PERIOD)
 with open(Path(__file__).parent / "reference" / "slip.csv", "w") as out:
-    out.write(f"{HALF_SLIP},{RELAXATION},{PERIOD}\n")
+    out.write(f"{HALF_SLIP},{RELAXATION},{REST},{PERIOD}\n")
     for l, r, s in zip(left[1:], right[1:], found.y[0][1:]):
         out.write(f"{l:g},{r:g},{s:.7g}\n")

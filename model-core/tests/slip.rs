@@ -22,11 +22,15 @@ fn memory() -> impl Strategy<Value = SlipMemory<f64>> {
 }
 
 fn rims() -> impl Strategy<Value = Rims<f64>> {
-    (-10.0..10.0_f64, 0.0..10.0_f64).prop_map(|(difference, mean)| Rims { difference, mean })
+    (-10.0..10.0_f64, 0.0..10.0_f64, 0.0..0.1_f64).prop_map(|(difference, mean, rest)| Rims {
+        difference,
+        mean,
+        rest,
+    })
 }
 
 fn steady(memory: &SlipMemory<f64>, rims: &Rims<f64>) -> f64 {
-    rims.difference / (memory.half_slip * rims.mean).hypot(rims.difference)
+    rims.difference / (memory.half_slip * rims.mean).hypot(rims.difference).hypot(rims.rest)
 }
 
 proptest! {
@@ -45,6 +49,15 @@ proptest! {
         prop_assert_eq!(after, slip.share());
     }
 
+    /// A softer tyre has the share of the steady curve that its own slip says.
+    #[test]
+    fn softer_tyres_have_their_own_steady_curve(memory in memory(), rims in rims(), share in -0.9..9.0_f64) {
+        prop_assume!(rims.difference.abs() > 1e-3);
+        let softer = SlipMemory { half_slip: memory.half_slip * (1.0 + share), ..memory };
+        let found = memory.softened(&rims, share) * steady(&memory, &rims);
+        prop_assert!((found - steady(&softer, &rims)).abs() < 1e-12);
+    }
+
     /// c → 0 is the sign of the turn at once, λ → 0 the steady curve at once.
     #[test]
     fn limits(memory in memory(), first in rims(), then in rims()) {
@@ -53,6 +66,7 @@ proptest! {
             (SlipMemory { half_slip: 1e-12, ..memory }, then.difference.signum()),
             (SlipMemory { relaxation: 0.0, ..memory }, steady(&memory, &then)),
         ] {
+            let then = if limit.half_slip < 1e-9 { Rims { rest: 0.0, ..then } } else { then };
             let mut slip = Slip::default();
             memory.settle(&mut slip, &first);
             let found = limit.step(&mut slip, &then, PERIOD);
@@ -66,7 +80,11 @@ proptest! {
         let run = |sign: f64, scale: f64| {
             let mut slip = Slip::default();
             for rims in &course {
-                let rims = Rims { difference: sign * scale * rims.difference, mean: scale * rims.mean };
+                let rims = Rims {
+                    difference: sign * scale * rims.difference,
+                    mean: scale * rims.mean,
+                    rest: scale * rims.rest,
+                };
                 memory.step(&mut slip, &rims, 0.02 / scale);
             }
             slip.share()
@@ -110,17 +128,17 @@ fn kinematics() -> Kinematics<f64, 2> {
 /// Two sides are those of differential drive and skid steer, whatever the number of wheels; others have none.
 #[test]
 fn sides_come_from_the_matrix() {
-    let rims = |difference, mean| Rims { difference, mean };
+    let rims = |difference, mean| Rims { difference, mean, rest: 0.02 };
     let two = kinematics().sides().unwrap();
-    assert_eq!(two.rims(&[2.0, 5.0]), rims(3.0, 3.5));
-    assert_eq!(two.rims(&[-2.0, -5.0]), rims(-3.0, 3.5));
+    assert_eq!(two.rims(&[2.0, 5.0], 0.02), rims(3.0, 3.5));
+    assert_eq!(two.rims(&[-2.0, -5.0], 0.02), rims(-3.0, 3.5));
     let four = Kinematics::<f64, 4>::skid_steer(0.165, 1.07).unwrap().sides().unwrap();
-    assert_eq!(four.rims(&[1.0, 4.0, 3.0, 6.0]), rims(3.0, 3.5));
+    assert_eq!(four.rims(&[1.0, 4.0, 3.0, 6.0], 0.02), rims(3.0, 3.5));
     assert_eq!(four.scrub(0.5), [-0.5, 0.5, -0.5, 0.5]);
     // Three wheels on one side, one of them mounted the other way round.
     let rows = [[0.1, 0.1, 0.1, -0.1], [0.0; 4], [-0.2, 0.2, 0.2, -0.2]];
     let odd = Kinematics::from_rows(rows).unwrap().sides().unwrap();
-    let found = odd.rims(&[2.0, 4.0, 5.0, -6.0]);
+    let found = odd.rims(&[2.0, 4.0, 5.0, -6.0], 0.02);
     assert!((found.difference - 3.0).abs() < 1e-12 && (found.mean - 3.5).abs() < 1e-12, "{found:?}");
     assert!(Kinematics::<f64, 4>::mecanum(0.05, 0.2, 0.2).unwrap().sides().is_none());
     assert!(Kinematics::<f64, 3>::omni(0.05, 0.2).unwrap().sides().is_none());
@@ -162,7 +180,7 @@ fn conditioner_runs_the_memory() {
         };
         time += elapsed;
         let now = conditioned(&mut conditioner, time, elapsed).unwrap();
-        let rims = sides.rims(&now.motion.wheels.map(|wheel| wheel.speed));
+        let rims = sides.rims(&now.motion.wheels.map(|wheel| wheel.speed), robot.dead_band);
         let expected =
             if is_gap { memory.settle(&mut slip, &rims) } else { memory.step(&mut slip, &rims, elapsed) };
         assert_eq!(now.motion.wheels.map(|wheel| wheel.scrub), [-expected, expected], "{i}");
@@ -171,6 +189,14 @@ fn conditioner_runs_the_memory() {
         }
     }
     assert!(least < 0.3 && most > 0.6, "{least} {most}");
+}
+
+/// Where nothing turns or rolls, and without a memory, softer tyres change nothing.
+#[test]
+fn softer_tyres_at_rest_are_as_they_were() {
+    let memory = SlipMemory { half_slip: 0.13, relaxation: 1.8 };
+    assert_eq!(memory.softened(&Rims::default(), 0.5), 1.0);
+    assert_eq!(SlipMemory::OFF.softened(&Rims { difference: 0.3, mean: 2.0, rest: 0.02 }, 0.5), 1.0);
 }
 
 /// A sample that is no number leaves no trace but its time.
@@ -191,7 +217,8 @@ fn broken_samples_pass_their_time() {
             elapsed += PERIOD;
         }
         let wheels = conditioner.push(&turn(1.0), PERIOD).unwrap().motion.wheels;
-        let expected = memory.step(&mut slip, &sides.rims(&wheels.map(|wheel| wheel.speed)), elapsed);
+        let expected =
+            memory.step(&mut slip, &sides.rims(&wheels.map(|wheel| wheel.speed), robot.dead_band), elapsed);
         assert_eq!(wheels[1].scrub, expected, "{i}");
     }
     assert!(slip.share() > 0.1 && slip.share() < 0.7, "{slip:?}");
@@ -227,14 +254,15 @@ fn off_is_the_sign_of_the_turn() {
 fn worst<T: Real>() -> f64 {
     let mut rows = include_str!("reference/slip.csv").lines();
     let parameters: Vec<f64> = rows.next().unwrap().split(',').map(|cell| cell.parse().unwrap()).collect();
-    let [half_slip, relaxation, period] = parameters[..] else { panic!("{parameters:?}") };
+    let [half_slip, relaxation, rest, period] = parameters[..] else { panic!("{parameters:?}") };
     let memory = SlipMemory { half_slip: T::from_f64(half_slip), relaxation: T::from_f64(relaxation) };
     let sides = Kinematics::differential(T::from_f64(0.165), T::from_f64(1.07)).unwrap().sides().unwrap();
     let (mut slip, mut worst, mut most) = (Slip::default(), 0.0_f64, 0.0_f64);
     for row in rows {
         let cells: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
         let speed = [T::from_f64(cells[0]), T::from_f64(cells[1])];
-        let found = memory.step(&mut slip, &sides.rims(&speed), T::from_f64(period)).to_f64();
+        let found =
+            memory.step(&mut slip, &sides.rims(&speed, T::from_f64(rest)), T::from_f64(period)).to_f64();
         worst = worst.max((found - cells[2]).abs());
         most = most.max(found.abs());
     }

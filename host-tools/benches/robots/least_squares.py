@@ -37,10 +37,10 @@ class Rows:
 
 
 class Slip:
-    """The turn's state s, −1 to 1:  s ← (c λ s + T Δ) / (c λ + T √((c v)² + Δ²)); for c = 0 the sign of the turn Δ."""
+    """The turn's state s, −1 to 1:  s ← (c λ s + T Δ) / (c λ + T √((c v)² + Δ² + r²)), r being the dead band; for c = 0 the sign of the turn Δ."""
 
     def __init__(self, difference, mean, period, starts, dead_band):
-        self.parts = (difference, mean, period, starts)
+        self.parts = (difference, mean, dead_band, period, starts)
         self.sign = np.where(np.abs(difference) > dead_band, np.sign(difference), 0.0)
         self.kept, self.keep = {}, None
 
@@ -55,8 +55,8 @@ class Slip:
         return self.kept[key]
 
     def walk(self, c, e):
-        difference, mean, period, starts = self.parts
-        ease = 1.0 / (e + period * np.hypot(c * mean, difference) + 1e-12)
+        difference, mean, dead_band, period, starts = self.parts
+        ease = 1.0 / (e + period * np.sqrt((c * mean) ** 2 + difference ** 2 + dead_band ** 2))
         out = steps(e, period * difference, ease, starts)
         return out if self.keep is None else out[self.keep]
 

@@ -41,6 +41,13 @@ pub enum Detail {
         /// Slip at which 1/√2 of it is there.
         half_slip: f64,
     },
+    /// It grows with the mass, and changes the slip at which 1/√2 of the base's scrub is there: as a share the second coefficient.
+    WithHalfSlip,
+    /// A load off the centre, by how much more easily the robot turns.
+    OffCentre {
+        /// Mass of the empty robot, kg.
+        empty_kg: f64,
+    },
     /// A loss in proportion to the torque.
     InProportion,
     /// Static power that is measured along.
@@ -182,6 +189,8 @@ impl Detail {
             Self::Side(side) => json!({key::SIDE: side.name()}),
             Self::DependsOnMass(depends) => json!({key::DEPENDS_ON_MASS: depends}),
             Self::Sliding { half_slip } => json!({key::DEPENDS_ON_MASS: true, key::HALF_SLIP: half_slip}),
+            Self::WithHalfSlip => json!({key::WITH: key::HALF_SLIP}),
+            Self::OffCentre { empty_kg } => json!({key::EMPTY: empty_kg}),
             Self::InProportion => json!({key::IN_PROPORTION: true}),
             Self::WithStatic { power_w } => json!({key::WITH_STATIC: power_w}),
             Self::WithMotion { hold_s } => json!({key::WITH: MOTION, key::HOLD: hold_s}),

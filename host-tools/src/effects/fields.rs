@@ -60,6 +60,20 @@ impl Fields<'_> {
         self.one(Cause::Term(term))
     }
 
+    /// That term alone, or with the slip at which 1/√2 of the base's scrub is there.
+    pub(super) fn term_with_half_slip(&self, term: Term<f64>) -> Read {
+        if self.text(key::WITH) != Some(key::HALF_SLIP) {
+            return self.term(term);
+        }
+        let both = self.list(key::COEFFICIENTS);
+        let Some([own, share]) = both.as_deref() else {
+            let expected =
+                format!("{} with a half slip; expected coefficients = [its own, share] in `detail`", self.id);
+            return Err((key::COEFFICIENTS, expected));
+        };
+        Ok(vec![(Cause::Term(term), *own), (Cause::HalfSlip, *share)])
+    }
+
     /// Refuses an entry that lacks what tells one way from another.
     pub(super) fn unclear<T>(&self, expected: &str) -> Result<T, Unread> {
         Err(("detail", format!("{} without a detail; expected {expected}", self.id)))

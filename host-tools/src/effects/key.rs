@@ -4,6 +4,7 @@ pub(super) const ALONG: &str = "along";
 pub(super) const AT: &str = "at_s";
 pub(super) const BY: &str = "by";
 pub(super) const COEFFICIENTS: &str = "coefficients";
+pub(super) const EMPTY: &str = "empty_kg";
 pub(super) const DEPENDS_ON_MASS: &str = "depends_on_mass";
 pub(super) const FROM: &str = "from";
 pub(super) const FROM_C: &str = "from_c";

@@ -56,7 +56,7 @@ pub use entry::Entry;
 pub use list::{ENTRIES, candidates, cause, find, physical};
 pub use payload_mislabel::PAYLOAD_MISLABEL;
 pub use physical::{Physical, World};
-pub use regressor::{Regressor, Switched};
+pub use regressor::{HALF_SLIP, Regressor, Switched};
 pub use scope::{Scope, ScopeColumn};
 pub use sign::Sign;
 pub use static_step::STATIC_STEP;

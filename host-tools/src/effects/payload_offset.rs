@@ -3,7 +3,10 @@
 use model_core::effects::{Cause, Term};
 
 use super::candidate::Way;
+use super::detail::Detail;
 use super::entry::Entry;
+use super::fields::{Fields, Read};
+use super::key;
 use super::physical::Conversion;
 use super::plant::{Finding, Part};
 use super::regressor::Regressor;
@@ -20,10 +23,10 @@ pub(super) const PAYLOAD_OFFSET: Entry = Entry {
     single_runs: false,
     shows_in: "put the load on the other side",
     typical: &["payload-offset=0.03"],
-    physical: |_| Some(TO_THE_RIGHT),
+    physical: |detail| (*detail == Detail::Plain).then_some(TO_THE_RIGHT),
     candidates,
-    owns: |cause| matches!(cause, Cause::Term(Term::Offset)),
-    read: |fields| fields.term(Term::Offset),
+    owns: |cause| matches!(cause, Cause::Term(Term::Offset | Term::OffCentre(_))),
+    read,
     cause,
 };
 
@@ -42,7 +45,22 @@ fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
         return Err("needs wheels on two sides".to_owned());
     }
     let range = (-scope.much_per_kg(), scope.much_per_kg());
-    Ok(vec![Way::new(Regressor::Term(Term::Offset), range)])
+    let unlike = Way::new(Regressor::Term(Term::Offset), range);
+    let mut ways = vec![unlike];
+    if scope.base.scrub > 0.0 {
+        // At worst nothing of the scrub is left.
+        let off_centre = Way::new(Regressor::Term(Term::OffCentre(scope.empty)), (-scope.base.scrub, 0.0));
+        ways.push(off_centre.with(Detail::OffCentre { empty_kg: scope.empty }));
+    }
+    Ok(ways)
+}
+
+fn read(fields: &Fields<'_>) -> Read {
+    if fields.has(key::EMPTY) {
+        fields.term(Term::OffCentre(fields.number(key::EMPTY)?))
+    } else {
+        fields.term(Term::Offset)
+    }
 }
 
 /// Shares of the plant's range that a cause may fill: loads on the edge would lift a wheel.

@@ -205,7 +205,7 @@ mod tests {
         assert_eq!(step.place, Where::From(vec![3.0, 7.0, f64::INFINITY]));
         assert_eq!(step.in_run(0.1, 1).unwrap()[0].option("at"), Some(7.0));
         assert!(step.in_run(0.1, 2).unwrap().is_empty());
-        let at = Regressor::Term(Switched::Rolling.from(5.0));
+        let at = Regressor::Term(Switched::Rolling.from(5.0).unwrap());
         let floor = part("surface-switch", vec![at], &[0.01], Detail::At { at_s: 5.0 }).unwrap();
         assert_eq!(floor.place, Where::From(vec![5.0; 3]));
         let wrong = part("payload-mislabel", vec![Regressor::Mass(1)], &[0.3], all).unwrap();

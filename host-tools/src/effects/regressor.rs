@@ -11,17 +11,32 @@ pub enum Switched {
     Static,
     /// Rolling resistance, N·m/kg.
     Rolling,
+    /// The slip at which half of the base's scrub is there, as a share.
+    HalfSlip,
 }
 
 impl Switched {
-    /// The term from a time on.
-    pub fn from(self, time: f64) -> Term<f64> {
+    /// The term from a time on, where the board's model has one.
+    pub fn from(self, time: f64) -> Option<Term<f64>> {
         match self {
-            Self::Static => Term::StepAt(time),
-            Self::Rolling => Term::RollingFrom(time),
+            Self::Static => Some(Term::StepAt(time)),
+            Self::Rolling => Some(Term::RollingFrom(time)),
+            Self::HalfSlip => None,
+        }
+    }
+
+    /// What it comes to if it is there throughout.
+    pub fn throughout(self) -> Regressor {
+        match self {
+            Self::Static => Regressor::Term(Term::Constant),
+            Self::Rolling => Regressor::Term(Term::Rolling),
+            Self::HalfSlip => Regressor::HalfSlip,
         }
     }
 }
+
+/// See [`Regressor::range`].
+pub const HALF_SLIP: (f64, f64) = (-0.9, 9.0);
 
 /// One thing that a coefficient multiplies.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,7 +51,7 @@ pub enum Regressor {
     Hot,
     /// Winding loss by the columns of motor temperatures, from this place on; per kelvin above `1` (°C).
     Temperature(usize, f64),
-    /// A step of power, W, or of rolling torque, N·m/kg, of one size at a time of its own in each run; infinite where there is none.
+    /// A step of power, W, of rolling torque, N·m/kg, or of the half slip, as a share, of one size at a time of its own in each run; infinite where there is none.
     Switch(Switched, Arc<[f64]>),
     /// The mass of one run is off, kg.
     Mass(usize),
@@ -46,6 +61,8 @@ pub enum Regressor {
     Delay,
     /// Speeds of one side (−1 left, 1 right, 0 both) are off, as a share.
     Scale(f64),
+    /// The slip at which half of the base's scrub is there is greater, as a share.
+    HalfSlip,
     /// A further column, W per its unit.
     Column(usize),
 }
@@ -87,12 +104,9 @@ impl Regressor {
     pub fn limit(&self) -> Option<Self> {
         match self {
             Self::Term(Term::WarmUp(_)) => Some(Self::Term(Term::Viscous)),
-            Self::Term(Term::RollingFrom(_)) | Self::Switch(Switched::Rolling, _) => {
-                Some(Self::Term(Term::Rolling))
-            }
-            Self::Term(Term::StepAt(_) | Term::WithMotion(_)) | Self::Switch(Switched::Static, _) => {
-                Some(Self::Term(Term::Constant))
-            }
+            Self::Term(Term::RollingFrom(_)) => Some(Switched::Rolling.throughout()),
+            Self::Term(Term::StepAt(_) | Term::WithMotion(_)) => Some(Switched::Static.throughout()),
+            Self::Switch(what, _) => Some(what.throughout()),
             _ => None,
         }
     }
@@ -113,6 +127,12 @@ impl Regressor {
             Self::Term(Term::WithMotion(_)) => (0.5 * shape - 0.5, 2.0 * shape + 0.5),
             _ => (0.5 * shape, 2.0 * shape),
         })
+    }
+
+    /// The coefficients that it can have beside another's: from a tenth of the half slip to ten times as much. `None` where what it stands
+    /// with says so.
+    pub fn range(&self) -> Option<(f64, f64)> {
+        matches!(self, Self::HalfSlip).then_some(HALF_SLIP)
     }
 
     /// The one run that it concerns.

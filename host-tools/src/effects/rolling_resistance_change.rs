@@ -3,6 +3,7 @@
 use model_core::effects::{Cause, GRAVITY, Term};
 
 use super::candidate::Way;
+use super::detail::Detail;
 use super::entry::Entry;
 use super::physical::Conversion;
 use super::plant::{Finding, LEAST_LEFT, Part};
@@ -23,10 +24,15 @@ pub(super) const ROLLING_RESISTANCE_CHANGE: Entry = Entry {
     candidates: |scope| {
         let constant = if scope.one_mass { scope.base.coulomb / scope.mass } else { 0.0 };
         let range = (-scope.base.rolling - constant, scope.much_per_kg());
-        Ok(vec![Way::new(Regressor::Term(Term::Rolling), range)])
+        let rolling = Regressor::Term(Term::Rolling);
+        let mut ways = vec![Way::new(rolling.clone(), range)];
+        if scope.slips {
+            ways.push(Way::of_several(vec![rolling, Regressor::HalfSlip], range).with(Detail::WithHalfSlip));
+        }
+        Ok(ways)
     },
     owns: |cause| matches!(cause, Cause::Term(Term::Rolling)),
-    read: |fields| fields.term(Term::Rolling),
+    read: |fields| fields.term_with_half_slip(Term::Rolling),
     cause: change,
 };
 

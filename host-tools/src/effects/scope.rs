@@ -24,6 +24,8 @@ pub struct Scope {
     pub regenerative: bool,
     /// Whether the base has a scrub of its own.
     pub scrubs: bool,
+    /// Whether that builds up with the slip of a turn.
+    pub slips: bool,
     /// Static power that was taken off the logs, W.
     pub static_power: f64,
     /// For each wheel: below 0 on the left, above 0 on the right, 0 on neither side.
@@ -36,7 +38,9 @@ pub struct Scope {
     pub torque: f64,
     /// Middle mass, kg.
     pub mass: f64,
-    /// Least mass, kg.
+    /// Mass of the empty robot, kg.
+    pub empty: f64,
+    /// Least mass in the runs, kg.
     pub lightest: f64,
     /// Length of the longest run, s.
     pub duration: f64,

@@ -23,7 +23,7 @@ pub(super) const TURNING_SCRUB: Entry = Entry {
     typical: &["turning-scrub=0.05"],
     physical: |detail| Some(moment(detail)),
     candidates,
-    owns: |cause| matches!(cause, Cause::Term(Term::Scrub | Term::ScrubPerKg | Term::Sliding(_))),
+    owns,
     read,
     cause: |finding| finding.everywhere(),
 };
@@ -51,6 +51,11 @@ fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
     let per_kg = Way::new(Regressor::Term(Term::ScrubPerKg), (least, scope.much_per_kg()));
     let per_kg = per_kg.in_unit("N·m/kg").with(Detail::DependsOnMass(true));
     let mut ways = vec![constant.one_of_many(), per_kg.one_of_many()];
+    if scope.slips {
+        let scrub = vec![Regressor::Term(Term::ScrubPerKg), Regressor::HalfSlip];
+        let way = Way::of_several(scrub, (least, scope.much_per_kg())).in_unit("N·m/kg");
+        ways.push(way.with(Detail::WithHalfSlip));
+    }
     if scope.has_sides() {
         let sliding = Way::new(Regressor::Term(Term::Sliding(HALF_SLIP)), (least, scope.much_per_kg()));
         let sliding = sliding.in_unit("N·m/kg").with(Detail::Sliding { half_slip: HALF_SLIP });
@@ -59,7 +64,15 @@ fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
     Ok(ways)
 }
 
+/// The half slip may come with another floor's rolling resistance, too; by itself it is how tyres scrub.
+fn owns(cause: &Cause<f64>) -> bool {
+    matches!(cause, Cause::HalfSlip | Cause::Term(Term::Scrub | Term::ScrubPerKg | Term::Sliding(_)))
+}
+
 fn read(fields: &Fields<'_>) -> Read {
+    if fields.has(key::WITH) {
+        return fields.term_with_half_slip(Term::ScrubPerKg);
+    }
     match fields.flag(key::DEPENDS_ON_MASS) {
         Some(true) if fields.has(key::HALF_SLIP) => {
             fields.term(Term::Sliding(fields.number(key::HALF_SLIP)?))

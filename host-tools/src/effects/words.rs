@@ -30,6 +30,10 @@ impl Detail {
                 format!("grows with the mass, 1/√2 of it at a slip of {}", number(*half_slip))
             }
             Self::DependsOnMass(false) => "whatever the mass".to_owned(),
+            Self::WithHalfSlip => "with the slip at which half of the scrub is there".to_owned(),
+            Self::OffCentre { empty_kg } => {
+                format!("turns scrub less, by the square of what is loaded beyond {} kg", number(*empty_kg))
+            }
             Self::InProportion => "in proportion to it".to_owned(),
             Self::WithStatic { power_w } => format!("with {} W of static power", number(*power_w)),
             Self::WithMotion { hold_s } => format!("with motion, held for {} s after it", number(*hold_s)),

@@ -13,7 +13,9 @@
 //! | `surface-switch` | `at_s`, since the start of the run |
 //! | `wheel-drag` | `wheel`, from 1 |
 //! | `supply-sag`, `sensor-gain` | `with_static_w`, the static power that is measured along; 0 where there is none |
-//! | `turning-scrub` | `depends_on_mass`; and `half_slip` where it shares the ground's grip with rolling |
+//! | `turning-scrub` | `depends_on_mass`; and `half_slip` where it shares the ground's grip with rolling; or `with = "half_slip"` as below |
+//! | `rolling-resistance-change` | nothing; or `with = "half_slip"`, `coefficients = [its own, share by which the base's half slip is greater]`, `std_errs` |
+//! | `payload-offset` | nothing; or `empty_kg`, the mass of the empty robot, where it lowers the scrub |
 //! | `gear-load-loss` | `in_proportion = true`, or nothing |
 //! | `static-step` | `at_s`; or `with = "motion"`, `hold_s`; or `from = "the first motion on"` |
 //! | `speed-scale` | `side`: left, right or both |

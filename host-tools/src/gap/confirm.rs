@@ -231,7 +231,9 @@ pub(super) fn with_own_times<const N: usize>(
             let rows = &twin.runs.runs[run].rows;
             let error = |at: f64| {
                 let mut state = State { torque, effects: others.clone() };
-                state.effects.push((Regressor::InRun(run, what.from(at)), coefficient));
+                let mut alone = vec![f64::INFINITY; twin.runs.runs.len()];
+                alone[run] = at;
+                state.effects.push((Regressor::Switch(what, alone.into()), coefficient));
                 let predicted = twin.predict(run, &state);
                 rows.iter().zip(predicted).map(|(row, p)| (row.power - p).powi(2)).sum::<f64>()
             };

@@ -1,5 +1,6 @@
 //! The digital twin: the fitted model, extended by effects, along the wheel speeds of a run.
 
+use model_core::coefficients::Robot;
 use model_core::delay::cubic;
 use model_core::effects::{Effect, Extended, Heat, Scene, Side, Term};
 use model_core::motion::{Motion, Wheel};
@@ -26,8 +27,8 @@ struct Switching {
 }
 
 impl Switching {
-    fn is_rolling(&self) -> bool {
-        matches!(self.when, When::From(Switched::Rolling, _))
+    fn is(&self, what: Switched) -> bool {
+        matches!(self.when, When::From(own, _) if own == what)
     }
 }
 
@@ -71,7 +72,7 @@ impl<const N: usize> Twin<'_, N> {
     pub fn predict(&self, place: usize, state: &State) -> Vec<f64> {
         let run = &self.runs.runs[place];
         let mut effects: Vec<Effect<f64>> = Vec::new();
-        let (mut shift, mut scales) = (0.0, Vec::new());
+        let (mut shift, mut scales, mut softer) = (0.0, Vec::new(), 0.0);
         let mut delay = if run.clean { self.lag } else { self.lag - self.early };
         let mut warm = None;
         let mut switched: Vec<Switching> = Vec::new();
@@ -92,6 +93,7 @@ impl<const N: usize> Twin<'_, N> {
                 Regressor::Masses => shift += coefficient,
                 Regressor::Delay => delay += coefficient,
                 Regressor::Scale(side) => scales.push((*side, coefficient)),
+                Regressor::HalfSlip => softer += coefficient,
                 Regressor::Heat(_) | Regressor::Temperature(..) | Regressor::Hot => {
                     warm = Some(regressor);
                     effects.push(Effect { term: Term::Winding, coefficient });
@@ -101,7 +103,7 @@ impl<const N: usize> Twin<'_, N> {
         }
         let steady = effects.len();
         // What a switch adds to rolling resistance: as much of it as the filter shows at each row.
-        let rolling = switched.iter().filter(|own| own.is_rolling());
+        let rolling = switched.iter().filter(|own| own.is(Switched::Rolling));
         effects.extend(rolling.map(|_| Effect { term: Term::Rolling, coefficient: 0.0 }));
         // Clean runs may lack it: they are level.
         let pitch = self.runs.columns.iter().position(|name| name == crate::effects::PITCH);
@@ -111,7 +113,15 @@ impl<const N: usize> Twin<'_, N> {
         let mut power: Vec<f64> = Vec::with_capacity(run.rows.len());
         for (index, row) in run.rows.iter().enumerate() {
             let mass = row.mass + shift;
-            let motion = if scales.is_empty() { row.motion } else { self.scaled(&row.motion, &scales) };
+            let mut motion = if scales.is_empty() { row.motion } else { self.scaled(&row.motion, &scales) };
+            let slips = switched.iter().filter(|own| own.is(Switched::HalfSlip));
+            let softer = slips
+                .map(|own| own.coefficient * self.shown(run, own.when, row.time))
+                .fold(softer, |sum, own| sum + own);
+            if softer != 0.0 {
+                let Robot { conditioning, dead_band, .. } = &self.runs.robot;
+                self.runs.layout.soften(&mut motion, &conditioning.slip, softer, *dead_band);
+            }
             let warmth = match warm {
                 Some(Regressor::Heat(time)) => {
                     for (heat, wheel) in heat.iter_mut().zip(&motion.wheels) {
@@ -130,7 +140,7 @@ impl<const N: usize> Twin<'_, N> {
                 _ => [1.0; N],
             };
             let pitch = pitch.map_or(0.0, |pitch| pitch[index]);
-            let rolling = switched.iter().filter(|own| own.is_rolling());
+            let rolling = switched.iter().filter(|own| own.is(Switched::Rolling));
             for (effect, own) in effects[steady..].iter_mut().zip(rolling) {
                 effect.coefficient = own.coefficient * self.shown(run, own.when, row.time);
             }
@@ -142,7 +152,8 @@ impl<const N: usize> Twin<'_, N> {
                 effects: &effects,
             };
             let mut sum = extended.power(&motion, &Self::scene(row, mass, pitch, warmth));
-            for own in switched.iter().filter(|own| !own.is_rolling()) {
+            let of_power = |own: &&Switching| !own.is(Switched::Rolling) && !own.is(Switched::HalfSlip);
+            for own in switched.iter().filter(of_power) {
                 sum += own.coefficient * self.shown(run, own.when, row.time);
             }
             power.push(sum);
@@ -272,7 +283,7 @@ fn step_of(regressor: &Regressor) -> f64 {
         Regressor::Temperature(..) => 1e-6,
         Regressor::Mass(_) | Regressor::Masses => 1e-3,
         Regressor::Delay => 1e-3,
-        Regressor::Scale(_) => 1e-4,
+        Regressor::Scale(_) | Regressor::HalfSlip | Regressor::Switch(Switched::HalfSlip, _) => 1e-4,
         _ => 1e-5,
     }
 }
@@ -309,4 +320,51 @@ pub(super) fn delayed<const N: usize>(run: &Run<N>, power: &[f64], delay: f64) -
             cubic([before, power[from], power[next], behind], share)
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use model_core::estimator::Sample;
+    use model_core::slip::SlipMemory;
+
+    use super::*;
+    use crate::log::runs::RawRun;
+
+    /// A Husky's curves of many radii, its scrub following at once, with this half slip.
+    fn curves(half_slip: f64) -> Runs<2> {
+        let mut core = crate::robot::Robot::load("husky").unwrap().core::<2>(2.0).unwrap();
+        core.conditioning.slip = SlipMemory { half_slip, relaxation: 0.0 };
+        let rows = (0..600).map(|k| {
+            let time = 0.05 * f64::from(k);
+            let (forward, turn) = (3.0 + (0.6 * time).sin(), 0.8 * (0.37 * time).sin());
+            let wheel_speed = [forward - turn, forward + turn];
+            (time, Sample { wheel_speed, wheel_acceleration: None, power: 0.0 }, 75.0, Vec::new())
+        });
+        let raw =
+            RawRun { name: "run".to_owned(), rows: rows.collect(), columns: Vec::new(), period_s: 0.05 };
+        Runs::condition(&core, vec![raw]).unwrap()
+    }
+
+    /// Tyres that are softer by 60 % are those of a base that was fitted with as much more; from 15 s on, they are so behind it.
+    #[test]
+    fn a_greater_half_slip_is_another_bases() {
+        let torque = TorqueModel::from_array([3.0, 0.03, 0.2, 0.7, 1.1, 0.03, 0.57]);
+        let powers = |half_slip: f64, effects: Vec<(Regressor, f64)>| {
+            let runs = curves(half_slip);
+            let twin = Twin { runs: &runs, drive: Drive::Dissipative, lag: 0.0, early: 0.0 };
+            twin.predict(0, &State { torque, effects })
+        };
+        let (base, softer) = (powers(0.1, Vec::new()), powers(0.16, Vec::new()));
+        let close = |a: f64, b: f64| (a - b).abs() < 1e-9 * b.abs().max(1.0);
+        let found = powers(0.1, vec![(Regressor::HalfSlip, 0.6)]);
+        assert!(found.iter().zip(&softer).all(|(a, b)| close(*a, *b)));
+        let from = Regressor::Switch(Switched::HalfSlip, [15.0].into());
+        let found = powers(0.1, vec![(from, 0.6)]);
+        let times: Vec<f64> = curves(0.1).runs[0].rows.iter().map(|row| row.time).collect();
+        for (k, time) in times.iter().enumerate().filter(|(_, time)| (**time - 15.0).abs() > 2.0) {
+            let expected = if *time < 15.0 { base[k] } else { softer[k] };
+            assert!((found[k] - expected).abs() < 1e-3 * expected, "{time}: {} {expected}", found[k]);
+        }
+        assert!(base.iter().zip(&softer).any(|(a, b)| (a - b).abs() > 5.0));
+    }
 }

@@ -12,7 +12,8 @@ pub fn meaning(candidate: &Candidate) -> &str {
 }
 
 /// The one number of an effect with its standard error: its coefficient. Of a slope in a direction of the world its size; of an
-/// effect with a coefficient for each of several runs the greatest. Coefficients are taken for independent.
+/// effect with a coefficient for each of several runs the greatest; of one with a half slip that is another its own. Coefficients are
+/// taken for independent.
 pub fn headline(named: &Named) -> (f64, f64) {
     if named.coefficients.is_empty() {
         return (f64::NAN, f64::NAN);
@@ -30,16 +31,29 @@ pub fn headline_weights(named: &Named) -> Vec<f64> {
         let size = coefficients.iter().map(|c| c * c).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
         return coefficients.iter().map(|c| c / size).collect();
     }
+    if half_slip(named).is_some() {
+        return (0..coefficients.len()).map(|place| f64::from(u8::from(place == 0))).collect();
+    }
     let greatest = (0..coefficients.len())
         .max_by(|&a, &b| coefficients[a].abs().total_cmp(&coefficients[b].abs()))
         .unwrap_or(0);
     (0..coefficients.len()).map(|place| f64::from(u8::from(place == greatest))).collect()
 }
 
+/// The place of the half slip that another effect comes with.
+fn half_slip(named: &Named) -> Option<usize> {
+    let place = named.candidate.regressors.iter().position(|regressor| *regressor == Regressor::HalfSlip)?;
+    (place > 0).then_some(place)
+}
+
 /// `0.0250 ± 0.0009 rad (1.4°), coefficient 0.0332 ± 0.0009`: the size in the world first, the coefficient where it is another.
 pub fn size(named: &Named) -> String {
     let (value, error) = headline(named);
-    let coefficient = quantity(value, error, &named.candidate.unit);
+    let mut coefficient = quantity(value, error, &named.candidate.unit);
+    if let (Some(place), [_, share]) = (half_slip(named), &named.coefficients[..]) {
+        let error = named.std_errs.get(place).copied().unwrap_or(f64::NAN);
+        coefficient += &format!(", half slip by {} %", quantity(100.0 * share, 100.0 * error, "1"));
+    }
     match physical(named) {
         Some(size) if size != coefficient => format!("{size}, coefficient {coefficient}"),
         _ => coefficient,

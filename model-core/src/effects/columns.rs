@@ -3,6 +3,7 @@
 use super::layout::Side;
 use super::term::{Effect, Scene, Term};
 use crate::real::Real;
+use crate::slip::SlipMemory;
 
 /// Most columns that coefficients can hold. An effect has one, a slope fixed in the world two.
 pub const MOST_COLUMNS: usize = 4;
@@ -22,6 +23,9 @@ pub enum Cause<T> {
     Delay,
     /// Speeds of a side are off, as a share.
     Scale(Side),
+    /// The slip at which 1/√2 of the scrub is there ([`SlipMemory::half_slip`](crate::slip::SlipMemory::half_slip)) is greater, as a
+    /// share: nothing where the model has no such slip.
+    HalfSlip,
 }
 
 /// A cause and its coefficient.
@@ -81,6 +85,7 @@ impl<T: Real> Cause<T> {
             Self::Temperature(cold) => Cause::Temperature(number(cold)),
             Self::Delay => Cause::Delay,
             Self::Scale(side) => Cause::Scale(side),
+            Self::HalfSlip => Cause::HalfSlip,
             Self::Term(term) => Cause::Term(match term {
                 Term::GradeByPitch => Term::GradeByPitch,
                 Term::GradeAhead => Term::GradeAhead,
@@ -97,6 +102,7 @@ impl<T: Real> Cause<T> {
                 Term::Scrub => Term::Scrub,
                 Term::ScrubPerKg => Term::ScrubPerKg,
                 Term::Sliding(half_slip) => Term::Sliding(number(half_slip)),
+                Term::OffCentre(empty) => Term::OffCentre(number(empty)),
                 Term::GearLoad => Term::GearLoad,
                 Term::GearShare => Term::GearShare,
                 Term::Sag(with) => Term::Sag(number(with)),
@@ -122,6 +128,7 @@ impl<T: Real> Cause<T> {
             Self::Heat(time) => return Some(shaped(5, time)),
             Self::Temperature(cold) => return Some(shaped(6, cold)),
             Self::Delay => return Some(plain(25)),
+            Self::HalfSlip => return Some(plain(29)),
             Self::Scale(Side::Both) => return Some(which(26, 0)),
             Self::Scale(Side::Left) => return Some(which(26, 1)),
             Self::Scale(Side::Right) => return Some(which(26, 2)),
@@ -144,6 +151,7 @@ impl<T: Real> Cause<T> {
             Term::Scrub => plain(15),
             Term::ScrubPerKg => plain(16),
             Term::Sliding(half_slip) => shaped(28, half_slip),
+            Term::OffCentre(empty) => shaped(30, empty),
             Term::GearLoad => plain(17),
             Term::GearShare => plain(27),
             Term::Sag(with) => shaped(18, with),
@@ -186,6 +194,8 @@ impl<T: Real> Cause<T> {
             (15, 0) => Self::Term(Term::Scrub),
             (16, 0) => Self::Term(Term::ScrubPerKg),
             (28, 0) => Self::Term(Term::Sliding(shape)),
+            (29, 0) => Self::HalfSlip,
+            (30, 0) => Self::Term(Term::OffCentre(shape)),
             (17, 0) => Self::Term(Term::GearLoad),
             (27, 0) => Self::Term(Term::GearShare),
             (18, 0) => Self::Term(Term::Sag(shape)),
@@ -216,11 +226,11 @@ impl<T: Real> Column<T> {
             Cause::Heat(time) => loss && positive(time),
             Cause::Temperature(cold) => loss && cold.is_finite(),
             Cause::Delay => true,
-            Cause::Scale(_) => factor,
+            Cause::Scale(_) | Cause::HalfSlip => factor,
             Cause::Term(Term::Gain(with)) => factor && not_negative(with),
-            Cause::Term(Term::Stribeck(shape) | Term::WarmUp(shape) | Term::Sliding(shape)) => {
-                positive(shape)
-            }
+            Cause::Term(
+                Term::Stribeck(shape) | Term::WarmUp(shape) | Term::Sliding(shape) | Term::OffCentre(shape),
+            ) => positive(shape),
             Cause::Term(Term::RollingFrom(from) | Term::StepAt(from)) => not_negative(from),
             Cause::Term(Term::WithMotion(hold)) => hold >= T::ZERO,
             Cause::Term(Term::Drag(wheel)) => usize::from(wheel) < wheels,
@@ -315,6 +325,16 @@ impl<T: Real> Columns<T> {
             _ => T::ZERO,
         };
         self.iter().map(of).sum()
+    }
+
+    /// The fitted slip memory, with a greater half slip where the columns have one.
+    pub(crate) fn softened(&self, memory: &SlipMemory<T>) -> SlipMemory<T> {
+        let of = |column: &Column<T>| match column.cause {
+            Cause::HalfSlip => column.coefficient,
+            _ => T::ZERO,
+        };
+        let share: T = self.iter().map(of).sum();
+        SlipMemory { half_slip: memory.half_slip * (T::ONE + share), ..*memory }
     }
 
     /// The terms, with one [`Term::Winding`] for all that warms windings: its coefficient is 1, and its warmth is

@@ -54,7 +54,8 @@ impl<T: Real, const N: usize> Extended<'_, T, N> {
 
     #[inline]
     fn whole<'m>(&'m self, motion: &'m Motion<T, N>) -> Whole<'m, T, N> {
-        Whole { layout: &self.layout, motion, turning: turning(&self.layout, motion, self.dead_band) }
+        let dead_band = self.dead_band;
+        Whole { layout: &self.layout, motion, dead_band, turning: turning(&self.layout, motion, dead_band) }
     }
 
     /// κ of a winding that is so warm.

@@ -43,17 +43,32 @@ impl<T: Real, const N: usize> Layout<T, N> {
         Self { forward, side, turn }
     }
 
-    /// Share of a scrub that is there where sliding in the turn shares the ground's grip with rolling: Δ / √(Δ² + (c v̄)²), as
+    /// Share of a scrub that is there where sliding in the turn shares the ground's grip with rolling: Δ / √((c v̄)² + Δ² + r²), as
     /// [`slip`](crate::slip) has it without its memory, c being `half_slip`. 0 where nothing turns.
     #[inline]
-    pub(super) fn sliding(&self, motion: &Motion<T, N>, half_slip: T) -> T {
+    pub(super) fn sliding(&self, motion: &Motion<T, N>, half_slip: T, dead_band: T) -> T {
+        let memory = SlipMemory { half_slip, relaxation: T::ZERO };
+        memory.settle(&mut Slip::default(), &self.rims(motion, dead_band))
+    }
+
+    /// What the scrub of a motion is where half of it takes a slip that is greater by `share` of the fitted one.
+    #[inline]
+    pub fn soften(&self, motion: &mut Motion<T, N>, fitted: &SlipMemory<T>, share: T, dead_band: T) {
+        let times = fitted.softened(&self.rims(motion, dead_band), share);
+        for wheel in &mut motion.wheels {
+            wheel.scrub = times * wheel.scrub;
+        }
+    }
+
+    /// Δ and v̄ of [`slip`](crate::slip) by the wheels' speeds.
+    #[inline]
+    fn rims(&self, motion: &Motion<T, N>, rest: T) -> Rims<T> {
         let (mut turned, mut rolled) = (T::NOTHING, T::NOTHING);
         for ((turn, forward), wheel) in self.turn.iter().zip(&self.forward).zip(&motion.wheels) {
             turned += *turn * wheel.speed;
             rolled += forward.sign() * wheel.speed;
         }
-        let memory = SlipMemory { half_slip, relaxation: T::ZERO };
-        memory.settle(&mut Slip::default(), &Rims { difference: turned, mean: T::HALF * rolled.abs() })
+        Rims { difference: turned, mean: T::HALF * rolled.abs(), rest }
     }
 
     /// Adds `share` to the factors of the wheels on a side.

@@ -58,6 +58,10 @@ pub enum Term<T> {
     /// As [`Term::ScrubPerKg`] of tyres whose sliding shares the ground's grip with their rolling, N·m/kg; the slip, dimensionless, at which
     /// 1/√2 of it is there ([`SlipMemory::half_slip`](crate::slip::SlipMemory::half_slip)).
     Sliding(T),
+    /// As [`Term::ScrubPerKg`], times the square of the load's share of the mass, N·m/kg; the mass of the empty robot in kg. A load off the
+    /// centre moves the centre of all by that share, and the moment of friction of dragged wheels is greatest about the middle: turning
+    /// about the best point is the least of its losses, so what it takes is concave in the weights, and falls with the square.
+    OffCentre(T),
     /// Torque T² sgn w, 1/(N·m), T being what passes the gear: the body's share of τ, without that of rotor and motor friction.
     /// A loss that grows with the torque, whichever way the power goes.
     GearLoad,
@@ -146,6 +150,8 @@ impl<T: Real> Supply<T> {
 pub(super) struct Whole<'m, T, const N: usize> {
     pub(super) layout: &'m Layout<T, N>,
     pub(super) motion: &'m Motion<T, N>,
+    /// rad/s.
+    pub(super) dead_band: T,
     /// Share of the turn's scrub that is there.
     pub(super) turning: T,
 }
@@ -192,7 +198,11 @@ impl<T: Real> Term<T> {
             Term::Scrub => Torque::fixed(at.turn * whole.turning),
             Term::ScrubPerKg => Torque::per_kg(at.turn * whole.turning),
             Term::Sliding(half_slip) => {
-                Torque::per_kg(at.turn * whole.layout.sliding(whole.motion, half_slip))
+                Torque::per_kg(at.turn * whole.layout.sliding(whole.motion, half_slip, whole.dead_band))
+            }
+            Term::OffCentre(empty) if scene.mass > empty => {
+                let share = (scene.mass - empty) / scene.mass;
+                Torque::per_kg(share * share * at.turn * whole.turning)
             }
             Term::GearLoad => {
                 let [_, load] = gear_input;

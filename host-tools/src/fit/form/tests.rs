@@ -107,7 +107,7 @@ fn log(core: &CoreRobot<f64, 2>, truth: Truth, seed: u64) -> Pilots<2> {
         let steps = (after - before) as f64;
         let acceleration =
             std::array::from_fn(|side| (speeds[after][side] - speeds[before][side]) / (steps * PERIOD_S));
-        let rims = sides.rims(speed);
+        let rims = sides.rims(speed, core.dead_band);
         let share = if truth.slip.is_off() {
             if rims.difference.abs() > core.dead_band { rims.difference.signum() } else { 0.0 }
         } else {

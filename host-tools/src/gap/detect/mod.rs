@@ -7,7 +7,7 @@ use super::problem::Problem;
 use super::thresholds::detect::MORE_LOOKS;
 use super::twin::State;
 use super::types::{Scored, Status, penalty};
-use crate::effects::Candidate;
+use crate::effects::{Candidate, Regressor};
 
 /// What the detector sees.
 pub(super) struct Structure {
@@ -35,7 +35,7 @@ pub(super) fn structure<const N: usize>(
         || Structure { greatest: f64::INFINITY, scored: Vec::new(), order: Vec::new(), further: Vec::new() };
     let Some(linear) = problem.linear(state, &regressors, &problem.smooth) else { return empty() };
     let null = linear.factored.loss();
-    let active = problem.active(state);
+    let (active, runs) = (problem.active(state), problem.twin.runs);
     let mut greatest = 0.0_f64;
     for further in regressors.len()..linear.further() {
         if let Some(score) = linear.score(further) {
@@ -45,7 +45,7 @@ pub(super) fn structure<const N: usize>(
     let mut scored = Vec::new();
     let mut order = Vec::new();
     for (place, candidate) in list.iter().enumerate() {
-        if named.iter().any(|own| own.id == candidate.id) {
+        if !may_stand_with(named, candidate) {
             continue;
         }
         let own: Vec<usize> = candidate
@@ -63,8 +63,17 @@ pub(super) fn structure<const N: usize>(
             }
             _ => (0.0, Vec::new(), Status::Unidentifiable),
         };
+        let mut gain = gain;
         if let [Some(score)] = scores[..] {
             greatest = greatest.max(score.z.abs());
+            // To first order a delay shows only where the power's waves are longer than it. Within a sample it is what sampling makes.
+            if candidate.regressors == [Regressor::Delay]
+                && let Some(found) = problem.fit_delay(state, candidate.range)
+                && found.state.effects.last().is_some_and(|(_, delay)| delay.abs() > runs.step.period_s())
+            {
+                gain = gain.max(null - found.loss - penalty(candidate));
+                greatest = greatest.max((gain / score.variance_inflation).max(0.0).sqrt() - MORE_LOOKS);
+            }
         }
         order.push((place, gain));
         let detail = candidate.detail.clone();
@@ -73,13 +82,19 @@ pub(super) fn structure<const N: usize>(
     order.sort_by(|a, b| b.1.total_cmp(&a.1));
     let mut further = Vec::new();
     for (candidate, z) in scan::candidates(problem, state) {
-        if named.iter().all(|own| own.id != candidate.id) {
+        if may_stand_with(named, &candidate) {
             // More times and runs were looked at than smooth functions: their scores count for less.
             greatest = greatest.max(z - MORE_LOOKS);
             further.push(candidate);
         }
     }
     Structure { greatest, scored, order, further }
+}
+
+/// Whether a candidate is another effect than those named, and none of them has the robot's half slip for itself already.
+fn may_stand_with(named: &[Candidate], candidate: &Candidate) -> bool {
+    let has_half_slip = |own: &Candidate| own.regressors.contains(&Regressor::HalfSlip);
+    named.iter().all(|own| own.id != candidate.id && !(has_half_slip(own) && has_half_slip(candidate)))
 }
 
 /// Greatest |z| of the effects' own columns times something else; 0 without effects.

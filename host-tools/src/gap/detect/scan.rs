@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
-use model_core::effects::Term;
 use nalgebra::DVector;
 
 use crate::effects::{
-    Candidate, Detail, PAYLOAD_MISLABEL, Regressor, Runs, STATIC_STEP, SURFACE_SWITCH, Switched,
+    Candidate, Detail, HALF_SLIP, PAYLOAD_MISLABEL, Regressor, Runs, STATIC_STEP, SURFACE_SWITCH, Switched,
 };
 use crate::gap::problem::Problem;
 use crate::gap::problem::panel::Panel;
@@ -58,20 +57,26 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
         found.push((mislabelled(problem, wrong, detail, search), together(&scores, open)));
     }
 
-    for (entry, what) in [(&STATIC_STEP, Switched::Static), (&SURFACE_SWITCH, Switched::Rolling)] {
+    let mut kinds = vec![(&STATIC_STEP, Switched::Static), (&SURFACE_SWITCH, Switched::Rolling)];
+    if !problem.twin.runs.robot.conditioning.slip.is_off() {
+        kinds.push((&SURFACE_SWITCH, Switched::HalfSlip));
+    }
+    for (entry, what) in kinds {
         let times = times(&in_run, state, what);
-        let limit = match what {
-            Switched::Static => f64::INFINITY,
-            Switched::Rolling => MOST_ROLLING * problem.centre.rolling.max(1e-3),
+        let range = match what {
+            Switched::Static => (f64::NEG_INFINITY, f64::INFINITY),
+            Switched::Rolling => {
+                let limit = MOST_ROLLING * problem.centre.rolling.max(1e-3);
+                (-limit, limit)
+            }
+            Switched::HalfSlip => HALF_SLIP,
         };
         if let Some((at, z)) = times.common
             && z.abs() > IN_RUN
+            && let Some(term) = what.from(at)
         {
             let detail = Detail::At { at_s: at };
-            found.push((
-                entry.candidate(vec![Regressor::Term(what.from(at))], (-limit, limit), detail, TIME_PENALTY),
-                z.abs(),
-            ));
+            found.push((entry.candidate(vec![Regressor::Term(term)], range, detail, TIME_PENALTY), z.abs()));
         }
         if let Some((at, sum)) = one_size(&times)
             && sum > IN_RUN
@@ -79,10 +84,7 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
             let detail = Detail::InRuns { runs: Runs::All, at_s: Some(at.clone()) };
             let search = cost_of_a_time(open) * at.iter().flatten().count() as f64;
             let at: Arc<[f64]> = at.iter().map(|at| at.unwrap_or(f64::INFINITY)).collect();
-            found.push((
-                entry.candidate(vec![Regressor::Switch(what, at)], (-limit, limit), detail, search),
-                sum,
-            ));
+            found.push((entry.candidate(vec![Regressor::Switch(what, at)], range, detail, search), sum));
         }
         let single: Vec<(usize, f64)> = times
             .runs
@@ -90,15 +92,15 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
             .enumerate()
             .filter_map(|(run, best)| best.filter(|(_, z)| z.abs() > IN_RUN).map(|(at, _)| (run, at)))
             .collect();
-        if !single.is_empty() {
+        let of_one = |(run, at): &(usize, f64)| Some(Regressor::InRun(*run, what.from(*at)?));
+        let regressors: Vec<Regressor> = single.iter().filter_map(of_one).collect();
+        if !regressors.is_empty() {
             let names = single.iter().map(|(run, _)| problem.twin.runs.runs[*run].name.clone()).collect();
             let at = single.iter().map(|(_, at)| Some(*at)).collect();
             let detail = Detail::InRuns { runs: Runs::Named(names), at_s: Some(at) };
-            let regressors: Vec<Regressor> =
-                single.iter().map(|(run, at)| Regressor::InRun(*run, what.from(*at))).collect();
             let search = (TIME_PENALTY + chance) * regressors.len() as f64;
             let most = times.runs.iter().flatten().map(|(_, z)| z.abs()).fold(0.0, f64::max);
-            found.push((entry.candidate(regressors, (-limit, limit), detail, search), most));
+            found.push((entry.candidate(regressors, range, detail, search), most));
         }
     }
     found
@@ -200,10 +202,9 @@ fn times<const N: usize>(in_run: &InRun<'_, N>, state: &State, what: Switched) -
             best.push(None);
             continue;
         }
-        let whole = if what == Switched::Rolling {
-            problem.twin.columns(place, state, 0, &[Regressor::Term(Term::Rolling)]).swap_remove(0)
-        } else {
-            vec![1.0; run.rows.len()]
+        let whole = match what {
+            Switched::Static => vec![1.0; run.rows.len()],
+            moving => problem.twin.columns(place, state, 0, &[moving.throughout()]).swap_remove(0),
         };
         let end = run.rows.last().map_or(0.0, |row| row.time);
         let mut found: Option<(f64, f64)> = None;

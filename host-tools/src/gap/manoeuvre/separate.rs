@@ -82,7 +82,7 @@ fn to_come<const N: usize>(state: &State, runs: &Runs<N>) -> State {
     let mut seen = Vec::new();
     for (regressor, coefficient) in &mut coming.effects {
         match regressor {
-            Regressor::Switch(what, _) => *regressor = Regressor::Term(what.from(0.5 * longest)),
+            Regressor::Switch(_, times) => *times = vec![0.5 * longest; runs.runs.len()].into(),
             Regressor::InRun(_, term) if !seen.contains(&discriminant(term)) => {
                 seen.push(discriminant(term));
                 *coefficient = single(term);

@@ -3,9 +3,7 @@ use crate::effects::{Candidate, Detail, Regressor, Runs};
 use crate::gap::problem::Problem;
 use crate::gap::problem::fit::Fitted;
 use crate::gap::problem::times::cost_of_a_time;
-use crate::gap::thresholds::name::{
-    IN_RUN_ERRORS, QUARTER, SEARCH_TOLERANCE, SHARPENED, TIE, TIE_ERRORS, TIE_SHARE,
-};
+use crate::gap::thresholds::name::{IN_RUN_ERRORS, SEARCH_TOLERANCE, SHARPENED, TIE, TIE_ERRORS, TIE_SHARE};
 use crate::gap::thresholds::problem::MOST_FIT_STEPS;
 use crate::gap::twin::State;
 use crate::gap::types::penalty;
@@ -41,30 +39,12 @@ impl Hypothesis {
                 let least = |place: usize| self.candidate.least.get(place).map_or(low, |own| own.max(low));
                 several.iter().enumerate().all(|(place, c)| *c >= least(place) && *c <= high)
             }
+            [size, with] if let Some((least, most)) = self.candidate.regressors[1].range() => {
+                (low..=high).contains(&size) && (least..=most).contains(&with)
+            }
             ref several => several.iter().map(|c| c * c).sum::<f64>().sqrt() <= high,
         }
     }
-}
-
-/// A delay of more than a quarter of the filter's period, which no step of Gauss and Newton from none at all finds: there what is late
-/// looks as if it were early. Shorter ones are left to these, for a delay of part of a row smooths the power as well, and would be
-/// named for that.
-fn fit_far_delay<const N: usize>(
-    problem: &Problem<'_, N>,
-    state: &State,
-    candidate: &Candidate,
-) -> Option<Fitted> {
-    if candidate.regressors != [Regressor::Delay] {
-        return None;
-    }
-    let ((low, high), step) = (candidate.range, QUARTER / problem.twin.runs.robot.cutoff_hz);
-    let count = ((high - low) / step).ceil();
-    let grid = (0..=count as u32).map(|k| (low + step * f64::from(k)).min(high));
-    let starts = grid.chain([problem.twin.early]);
-    let far = |delay: f64| delay.abs() > step;
-    let start = problem.best_start(state, &Regressor::Delay, starts.filter(|&start| far(start)))?;
-    let fitted = problem.fit(state, &[(Regressor::Delay, start)], MOST_FIT_STEPS)?;
-    fitted.state.effects.last().is_some_and(|(_, delay)| far(*delay)).then_some(fitted)
 }
 
 /// Fits a candidate; runs of it that turn out to show nothing are left to themselves.
@@ -74,10 +54,11 @@ pub(super) fn fit_hypothesis<const N: usize>(
     candidate: &Candidate,
 ) -> Option<Hypothesis> {
     let fit = |candidate: &Candidate| {
+        if candidate.regressors == [Regressor::Delay] {
+            return problem.fit_delay(state, candidate.range);
+        }
         let zeros: Vec<_> = candidate.regressors.iter().map(|regressor| (regressor.clone(), 0.0)).collect();
-        let near = problem.fit(state, &zeros, MOST_FIT_STEPS)?;
-        let far = fit_far_delay(problem, state, candidate).filter(|far| far.loss < near.loss);
-        Some(far.unwrap_or(near))
+        problem.fit(state, &zeros, MOST_FIT_STEPS)
     };
     let mut candidate = candidate.clone();
     let mut fitted = fit(&candidate)?;

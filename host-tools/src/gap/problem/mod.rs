@@ -1,5 +1,6 @@
 //! One state of knowledge about some runs: how far a column, or an added effect, explains what is left.
 
+pub mod delay;
 #[cfg(test)]
 pub(crate) mod example;
 pub mod fit;

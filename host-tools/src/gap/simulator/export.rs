@@ -151,7 +151,7 @@ fn changes(named: &Named, scene: &Scene) -> Vec<Change> {
         "turning-scrub" => {
             // M = μ_spin Σ N: a moment about the centre, as the torsional friction of all contacts.
             let per_weight = match named.candidate.detail {
-                Detail::DependsOnMass(true) | Detail::Sliding { .. } => 1.0 / GRAVITY,
+                Detail::DependsOnMass(true) | Detail::Sliding { .. } | Detail::WithHalfSlip => 1.0 / GRAVITY,
                 _ => 1.0 / (GRAVITY * scene.mass_kg),
             };
             let note = "a moment against turning, as torsional friction of all contacts; skid-steered robots have it from sliding friction \
