@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::detect::structure;
 use super::problem::open::open_problem;
 use super::split::by_mass;
-use super::thresholds::calibrate::{LEAST_RUNS, PARTS};
+use super::thresholds::calibrate::{DEALS, LEAST_RUNS, PARTS};
 use super::twin::Twin;
 use super::types::{Base, Options};
 use crate::effects::Candidate;
@@ -27,9 +27,11 @@ pub(super) fn shown_by_clean<const N: usize>(
         return None;
     }
     let order = by_mass(clean);
-    let shown = (0..PARTS).into_par_iter().map(|part| {
+    let shown = (0..DEALS * PARTS).into_par_iter().map(|part| {
+        let (deal, part) = (part / PARTS, part % PARTS);
         let side = |asked: bool| -> Vec<usize> {
-            let of = |(rank, place): (usize, &usize)| ((rank % PARTS == part) == asked).then_some(*place);
+            let dealt = |rank: usize| (rank + deal * (rank / PARTS)) % PARTS;
+            let of = |(rank, place): (usize, &usize)| ((dealt(rank) == part) == asked).then_some(*place);
             order.iter().enumerate().filter_map(of).collect()
         };
         let open = clean.subset(&side(true)).with_clean(Some(&clean.subset(&side(false))));
