@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Detail, Regressor, Scope};
+use super::{Detail, Regressor, Scope, Switched};
 
 /// One way in which an effect may show.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,6 +39,11 @@ impl Candidate {
             *regressor = regressor.with_shape(shape);
             self.detail = self.detail.with_shape(shape);
         }
+    }
+
+    /// It is a half slip that is another from a time on: a share, whatever unit its effect has else.
+    pub fn steps_half_slip(&self) -> bool {
+        self.regressors.iter().any(|regressor| matches!(regressor, Regressor::Switch(Switched::HalfSlip, _)))
     }
 
     /// Leaves the regressors that are kept, of as many runs.

@@ -60,7 +60,8 @@ pub fn physical(
     with_base: &[f64],
     world: &World,
 ) -> Option<Physical> {
-    match find(&candidate.id).and_then(|entry| (entry.physical)(&candidate.detail)) {
+    let entry = find(&candidate.id).filter(|_| !candidate.steps_half_slip());
+    match entry.and_then(|entry| (entry.physical)(&candidate.detail)) {
         Some(conversion) => conversion.apply(coefficient, std_err, with_base, world),
         None => Some(Physical { value: coefficient, unit: candidate.unit.clone(), std_err }),
     }

@@ -212,6 +212,20 @@ fn a_slope_is_what_the_world_has_whatever_the_drive_folds_in() {
     assert_eq!((found.value, found.std_err, found.unit.as_str()), (0.2, 0.01, "W"));
 }
 
+/// A half slip that steps is a share already, no floor's friction; a floor that steps is one.
+#[test]
+fn a_half_slip_that_steps_is_a_share() {
+    let torque = TorqueModel { inertia_gain: 1.25, ..TorqueModel::default() };
+    let world = World { torque, covariance: DMatrix::zeros(7, 7), forward: Some(0.0165), turn: 0.2 };
+    let of = |what: Switched| {
+        let regressors = vec![Regressor::Switch(what, [3.0].into())];
+        let switch = Candidate { regressors, unit: "1".to_owned(), ..any("surface-switch", Detail::Plain) };
+        physical(&switch, (0.6, 0.1), &[], &world).unwrap().value
+    };
+    assert_eq!(of(Switched::HalfSlip), 0.6);
+    assert!((of(Switched::Rolling) - 0.6 / (1.25 * 9.80665 * 0.0165)).abs() < 1e-9);
+}
+
 /// A base of one mass may hold a floor as friction that does not depend on it: 0.03 N·m at 2 kg are 0.015 N·m/kg.
 #[test]
 fn a_floor_may_take_away_what_a_base_of_one_mass_holds_as_friction_of_the_drive() {

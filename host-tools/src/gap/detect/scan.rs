@@ -84,7 +84,11 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
             let detail = Detail::InRuns { runs: Runs::All, at_s: Some(at.clone()) };
             let search = cost_of_a_time(open) * at.iter().flatten().count() as f64;
             let at: Arc<[f64]> = at.iter().map(|at| at.unwrap_or(f64::INFINITY)).collect();
-            found.push((entry.candidate(vec![Regressor::Switch(what, at)], range, detail, search), sum));
+            let mut candidate = entry.candidate(vec![Regressor::Switch(what, at)], range, detail, search);
+            if what == Switched::HalfSlip {
+                candidate.unit = "1".to_owned();
+            }
+            found.push((candidate, sum));
         }
         let single: Vec<(usize, f64)> = times
             .runs

@@ -196,7 +196,11 @@ fn changes(named: &Named, scene: &Scene) -> Vec<Change> {
         }
         _ => {
             let part = find(&named.candidate.id).map_or("", |entry| entry.meaning);
-            change(None, part, formula(&named.candidate.id), 1.0, &unit, &named.candidate.detail.words())
+            let how = match named.candidate.steps_half_slip() {
+                true => "slip at which half of the turn's friction is there, from a time on, times 1 +",
+                false => formula(&named.candidate.id),
+            };
+            change(None, part, how, 1.0, &unit, &named.candidate.detail.words())
         }
     };
     vec![one]
