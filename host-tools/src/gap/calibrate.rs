@@ -14,7 +14,7 @@ use super::types::{Base, Options};
 use crate::effects::Candidate;
 use crate::log::runs::Runs;
 
-/// The most structure, |z|, that clean runs show of each other; `None` where they are too few to be parted.
+/// The most structure, |z|, that parts of the clean runs show of each other, the mean of all deals; `None` where they are too few to be parted.
 pub(super) fn shown_by_clean<const N: usize>(
     clean: &Runs<N>,
     lag: f64,
@@ -45,6 +45,8 @@ pub(super) fn shown_by_clean<const N: usize>(
         );
         structure(&problem, &problem.start(), list, &[]).greatest
     });
-    let shown: Vec<f64> = shown.filter(|z| z.is_finite()).collect();
-    shown.into_iter().max_by(f64::total_cmp)
+    let shown: Vec<f64> = shown.collect();
+    let most = |parts: &[f64]| parts.iter().copied().filter(|z| z.is_finite()).max_by(f64::total_cmp);
+    let deals: Vec<f64> = shown.chunks(PARTS).filter_map(most).collect();
+    (!deals.is_empty()).then(|| deals.iter().sum::<f64>() / deals.len() as f64)
 }
