@@ -311,9 +311,10 @@ fn causes() -> Vec<Cause<f32>> {
         Term::WithMotion(f32::INFINITY),
         Term::Driver,
     ];
-    let others = [Cause::Hot, Cause::Heat(90.0), Cause::Temperature(-5.0), Cause::Delay, Cause::HalfSlip];
+    let warm = [Cause::Hot, Cause::Heat(90.0), Cause::Warming(40.0), Cause::Temperature(-5.0)];
+    let others = [Cause::Delay, Cause::HalfSlip];
     let sides = [Side::Both, Side::Left, Side::Right].map(Cause::Scale);
-    terms.into_iter().map(Cause::Term).chain(others).chain(sides).collect()
+    terms.into_iter().map(Cause::Term).chain(warm).chain(others).chain(sides).collect()
 }
 
 fn with_columns<const N: usize>(columns: &[Column<f32>]) -> Coefficients<f32, N> {
@@ -364,7 +365,7 @@ fn every_effect_comes_back() {
         .collect();
     let expected = [
         1, 2, 3, 3, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 28, 30, 17, 27, 18, 19, 20, 21, 22, 23, 23, 24, 4,
-        5, 6, 25, 29, 26, 26, 26,
+        5, 31, 6, 25, 29, 26, 26, 26,
     ];
     assert_eq!(ids, expected);
 }
@@ -556,6 +557,7 @@ fn columns_that_mean_nothing_are_none() {
         (Cause::Term(Term::WarmUp(0.0)), 0.1),
         (Cause::Term(Term::StepAt(-1.0)), 0.1),
         (Cause::Heat(-3.0), 0.1),
+        (Cause::Warming(0.0), 0.1),
         (Cause::Hot, -0.1),
         (Cause::Scale(Side::Left), -1.0),
         (Cause::HalfSlip, -1.0),

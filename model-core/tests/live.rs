@@ -70,7 +70,7 @@ fn drive(column: Option<Column<f64>>) -> Vec<(Sample<f64, 2>, Outside<f64, 2>)> 
     let effect = column.and_then(|column| {
         let term = match column.cause {
             Cause::Term(term) => term,
-            Cause::Hot | Cause::Heat(_) | Cause::Temperature(_) => Term::Winding,
+            Cause::Hot | Cause::Heat(_) | Cause::Warming(_) | Cause::Temperature(_) => Term::Winding,
             Cause::Delay | Cause::Scale(_) | Cause::HalfSlip => return None,
         };
         Some(Effect { term, coefficient: column.coefficient })
@@ -96,6 +96,7 @@ fn drive(column: Option<Column<f64>>) -> Vec<(Sample<f64, 2>, Outside<f64, 2>)> 
         }
         let warmth = match column.map(|column| column.cause) {
             Some(Cause::Heat(_)) => heat,
+            Some(Cause::Warming(time)) => [-(-t / time).exp_m1(); 2],
             Some(Cause::Temperature(cold)) => temperature.map(|warm| warm - cold),
             _ => [1.0; 2],
         };
@@ -166,6 +167,7 @@ fn known_effects_are_taken_off() {
         (Cause::Term(Term::GradeAlong([0.0, 1.0])), 0.05),
         (Cause::Hot, 0.5),
         (Cause::Heat(20.0), 2.0),
+        (Cause::Warming(20.0), 0.5),
         (Cause::Temperature(20.0), 0.02),
         (Cause::Term(Term::Windage), 0.002),
         (Cause::Term(Term::Stribeck(1.0)), 0.05),

@@ -107,6 +107,8 @@ pub enum Heated {
     FromStart,
     /// Their own loss, with a time constant in s.
     ByLoss(f64),
+    /// The time of the run, with a time constant in s: warmth from outside.
+    WithTime(f64),
     /// By measured temperatures above this one, °C.
     Measured(f64),
 }
@@ -170,8 +172,9 @@ pub(super) const FROM_START: &str = "the start";
 pub(super) const FROM_MOTION: &str = "the first motion on";
 /// What they say of a power that is there with motion.
 pub(super) const MOTION: &str = "motion";
-/// And of measured temperatures.
+/// And of measured temperatures, and of the time of the run.
 const BY_TEMPERATURES: &str = "motor temperatures";
+pub(super) const BY_TIME: &str = "time";
 
 impl Detail {
     /// The keys of JSON and coefficient files.
@@ -182,6 +185,7 @@ impl Detail {
             Self::Slope(along) => json!({key::ALONG: along.name()}),
             Self::Heated(Heated::FromStart) => json!({key::FROM: FROM_START}),
             Self::Heated(Heated::ByLoss(time)) => json!({key::TIME_CONSTANT: time}),
+            Self::Heated(Heated::WithTime(time)) => json!({key::BY: BY_TIME, key::TIME_CONSTANT: time}),
             Self::Heated(Heated::Measured(cold)) => json!({key::BY: BY_TEMPERATURES, key::FROM_C: cold}),
             Self::Width { speed_rad_s } => json!({key::SPEED: speed_rad_s}),
             Self::TimeConstant { time_s } => json!({key::TIME_CONSTANT: time_s}),
@@ -219,6 +223,7 @@ impl Detail {
             Self::Sliding { .. } => Self::Sliding { half_slip: shape },
             Self::TimeConstant { .. } => Self::TimeConstant { time_s: shape },
             Self::Heated(Heated::ByLoss(_)) => Self::Heated(Heated::ByLoss(shape)),
+            Self::Heated(Heated::WithTime(_)) => Self::Heated(Heated::WithTime(shape)),
             Self::WithMotion { .. } => Self::WithMotion { hold_s: shape },
             Self::At { .. } => Self::At { at_s: shape },
             other => other.clone(),

@@ -47,6 +47,8 @@ pub enum Regressor {
     InRun(usize, Term<f64>),
     /// Winding loss that follows a thermal state with this time constant, s; per watt of mean heat.
     Heat(f64),
+    /// Winding loss that grows with time towards a share more, with this time constant, s.
+    Warming(f64),
     /// Winding loss that is greater throughout, as a share.
     Hot,
     /// Winding loss by the columns of motor temperatures, from this place on; per kelvin above `1` (°C).
@@ -78,7 +80,8 @@ impl Regressor {
                 | Term::RollingFrom(shape)
                 | Term::StepAt(shape),
             )
-            | Self::Heat(shape) => Some(*shape),
+            | Self::Heat(shape)
+            | Self::Warming(shape) => Some(*shape),
             Self::Term(Term::WithMotion(shape)) if shape.is_finite() => Some(*shape),
             _ => None,
         }
@@ -95,6 +98,7 @@ impl Regressor {
             Self::Term(Term::StepAt(_)) => Self::Term(Term::StepAt(shape)),
             Self::Term(Term::WithMotion(_)) => Self::Term(Term::WithMotion(shape)),
             Self::Heat(_) => Self::Heat(shape),
+            Self::Warming(_) => Self::Warming(shape),
             other => other.clone(),
         }
     }

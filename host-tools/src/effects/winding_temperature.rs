@@ -1,10 +1,10 @@
-//! Hot copper: the winding loss is greater, by measured temperatures, by its own heat, or throughout.
+//! Hot copper: the winding loss is greater, by measured temperatures, by its own heat, with time, or throughout.
 
 use model_core::effects::{Cause, Term};
 
 use super::candidate::Way;
 use super::column::temperature;
-use super::detail::{Detail, FROM_START, Heated};
+use super::detail::{BY_TIME, Detail, FROM_START, Heated};
 use super::entry::Entry;
 use super::fields::{Fields, Read};
 use super::key;
@@ -24,10 +24,19 @@ pub(super) const WINDING_TEMPERATURE: Entry = Entry {
     single_runs: false,
     shows_in: "work the motors hard for minutes, or log motor1_temp_c …",
     typical: &["winding-temperature=60:loss=0.05"],
-    physical: |detail| (*detail == Detail::Heated(Heated::FromStart)).then_some(RISE),
+    physical: |detail| {
+        matches!(detail, Detail::Heated(Heated::FromStart | Heated::WithTime(_))).then_some(RISE)
+    },
     candidates,
     owns: |cause| {
-        matches!(cause, Cause::Hot | Cause::Heat(_) | Cause::Temperature(_) | Cause::Term(Term::Winding))
+        matches!(
+            cause,
+            Cause::Hot
+                | Cause::Heat(_)
+                | Cause::Warming(_)
+                | Cause::Temperature(_)
+                | Cause::Term(Term::Winding)
+        )
     },
     read,
     cause,
@@ -67,7 +76,13 @@ fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
         let way = Way::new(Regressor::Heat(time), (0.0, most));
         way.with(Detail::Heated(Heated::ByLoss(time))).one_of_many()
     };
-    Ok([hot.one_of_many()].into_iter().chain(TIMES.map(by_loss)).collect())
+    let with_time = |share: f64| {
+        let time = share * scope.duration;
+        let way = Way::new(Regressor::Warming(time), (0.0, MOST_RISE));
+        way.with(Detail::Heated(Heated::WithTime(time))).one_of_many()
+    };
+    let throughout = [hot.one_of_many()].into_iter();
+    Ok(throughout.chain(TIMES.map(by_loss)).chain(TIMES.map(with_time)).collect())
 }
 
 fn read(fields: &Fields<'_>) -> Read {
@@ -76,6 +91,9 @@ fn read(fields: &Fields<'_>) -> Read {
     }
     if fields.has(key::FROM_C) {
         return fields.one(Cause::Temperature(fields.number(key::FROM_C)?));
+    }
+    if fields.text(key::BY) == Some(BY_TIME) {
+        return fields.one(Cause::Warming(fields.number(key::TIME_CONSTANT)?));
     }
     fields.one(Cause::Heat(fields.number(key::TIME_CONSTANT)?))
 }
@@ -92,6 +110,9 @@ fn cause(finding: &Finding<'_>) -> error::Result<Result<Part, String>> {
         }
         Detail::Heated(Heated::FromStart) => {
             finding.acting(|effect| effect.with("heat", 1.0)?.with("tau", 1.0))
+        }
+        Detail::Heated(Heated::WithTime(time)) => {
+            finding.acting(|effect| effect.with("heat", 1.0)?.with("tau", time.clamp(1.0, 3600.0)))
         }
         _ => Ok(Err("temperatures were measured along the way; the plant has its own".to_owned())),
     }

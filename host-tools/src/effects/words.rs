@@ -18,6 +18,7 @@ impl Detail {
             Self::Heated(Heated::ByLoss(time)) | Self::TimeConstant { time_s: time } => {
                 format!("time constant {} s", number(*time))
             }
+            Self::Heated(Heated::WithTime(time)) => format!("with time, time constant {} s", number(*time)),
             Self::Heated(Heated::Measured(cold)) => {
                 format!("by motor temperatures, above {} °C", number(*cold))
             }
@@ -125,6 +126,7 @@ mod tests {
             (Detail::InRuns { runs: names, at_s: times }, "in b.csv, c.csv#2, at 1.5 s"),
             (Detail::WithMotion { hold_s: -0.3 }, "with motion, held for -0.3 s after it"),
             (Detail::At { at_s: 12.25 }, "at 12.25 s, in all runs"),
+            (Detail::Heated(Heated::WithTime(20.0)), "with time, time constant 20 s"),
             (Detail::Heated(Heated::Measured(20.0)), "by motor temperatures, above 20 °C"),
         ] {
             assert_eq!(detail.words(), said);

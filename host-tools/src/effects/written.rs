@@ -7,7 +7,7 @@
 //! | id | `detail` |
 //! |---|---|
 //! | `grade` | `by = "pitch_rad"`; or `along = "the way ahead"`; or `along = "a direction of the world"`, `coefficients = [along, across]` the heading at the start, `std_errs` |
-//! | `winding-temperature` | `from = "the start"`; or `time_constant_s`; or `by = "motor temperatures"`, `from_c` |
+//! | `winding-temperature` | `from = "the start"`; or `time_constant_s`, and `by = "time"` where it is not their own heat; or `by = "motor temperatures"`, `from_c` |
 //! | `stribeck` | `speed_rad_s` |
 //! | `lubricant-warm-up` | `time_constant_s` |
 //! | `surface-switch` | `at_s`, since the start of the run |

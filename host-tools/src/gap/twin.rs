@@ -94,7 +94,7 @@ impl<const N: usize> Twin<'_, N> {
                 Regressor::Delay => delay += coefficient,
                 Regressor::Scale(side) => scales.push((*side, coefficient)),
                 Regressor::HalfSlip => softer += coefficient,
-                Regressor::Heat(_) | Regressor::Temperature(..) | Regressor::Hot => {
+                Regressor::Heat(_) | Regressor::Warming(_) | Regressor::Temperature(..) | Regressor::Hot => {
                     warm = Some(regressor);
                     effects.push(Effect { term: Term::Winding, coefficient });
                 }
@@ -131,6 +131,7 @@ impl<const N: usize> Twin<'_, N> {
                     last = row.time;
                     heat.map(|heat| heat.level())
                 }
+                Some(Regressor::Warming(time)) => [-(-row.time / time).exp_m1(); N],
                 Some(Regressor::Temperature(column, cold)) => {
                     // Of a drive that is only planned, nobody knows how warm its motors are: as warm as when cold.
                     std::array::from_fn(|wheel| {
@@ -279,7 +280,7 @@ pub fn side_of(side: f64) -> Side {
 /// Steps of a numerical derivative, small against any plausible coefficient and large against rounding.
 fn step_of(regressor: &Regressor) -> f64 {
     match regressor {
-        Regressor::Heat(_) | Regressor::Hot => 1e-4,
+        Regressor::Heat(_) | Regressor::Warming(_) | Regressor::Hot => 1e-4,
         Regressor::Temperature(..) => 1e-6,
         Regressor::Mass(_) | Regressor::Masses => 1e-3,
         Regressor::Delay => 1e-3,

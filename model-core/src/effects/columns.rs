@@ -11,12 +11,14 @@ pub const MOST_COLUMNS: usize = 4;
 /// What a coefficient multiplies: a term, or what acts on a sensor or has a state of its own.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cause<T> {
-    /// A term at every instant; not [`Term::Winding`], whose warmth the next three say.
+    /// A term at every instant; not [`Term::Winding`], whose warmth the next four say.
     Term(Term<T>),
     /// Winding loss that is greater throughout, as a share.
     Hot,
     /// Winding loss that follows the winding's own heat with this time constant, s; per watt of that heat.
     Heat(T),
+    /// Winding loss that grows with the time of the run towards a share more, with this time constant, s: warmth from outside.
+    Warming(T),
     /// Winding loss by measured temperatures of the motors above this one, °C; per kelvin.
     Temperature(T),
     /// The power comes later than the speed, s.
@@ -82,6 +84,7 @@ impl<T: Real> Cause<T> {
         match *self {
             Self::Hot => Cause::Hot,
             Self::Heat(time) => Cause::Heat(number(time)),
+            Self::Warming(time) => Cause::Warming(number(time)),
             Self::Temperature(cold) => Cause::Temperature(number(cold)),
             Self::Delay => Cause::Delay,
             Self::Scale(side) => Cause::Scale(side),
@@ -127,6 +130,7 @@ impl<T: Real> Cause<T> {
             Self::Hot => return Some(plain(4)),
             Self::Heat(time) => return Some(shaped(5, time)),
             Self::Temperature(cold) => return Some(shaped(6, cold)),
+            Self::Warming(time) => return Some(shaped(31, time)),
             Self::Delay => return Some(plain(25)),
             Self::HalfSlip => return Some(plain(29)),
             Self::Scale(Side::Both) => return Some(which(26, 0)),
@@ -175,6 +179,7 @@ impl<T: Real> Cause<T> {
             (4, 0) => Self::Hot,
             (5, 0) => Self::Heat(shape),
             (6, 0) => Self::Temperature(shape),
+            (31, 0) => Self::Warming(shape),
             (25, 0) => Self::Delay,
             (26, 0) => Self::Scale(Side::Both),
             (26, 1) => Self::Scale(Side::Left),
@@ -223,7 +228,7 @@ impl<T: Real> Column<T> {
         let means = match self.cause {
             Cause::Hot | Cause::Term(Term::GearLoad | Term::GearShare) => loss,
             Cause::Term(Term::Sag(with)) => loss && not_negative(with),
-            Cause::Heat(time) => loss && positive(time),
+            Cause::Heat(time) | Cause::Warming(time) => loss && positive(time),
             Cause::Temperature(cold) => loss && cold.is_finite(),
             Cause::Delay => true,
             Cause::Scale(_) | Cause::HalfSlip => factor,
@@ -342,8 +347,9 @@ impl<T: Real> Columns<T> {
     pub(crate) fn terms(&self) -> Terms<T> {
         let mut terms =
             Terms { list: [Effect { term: Term::Winding, coefficient: T::ONE }; MOST_COLUMNS], length: 0 };
-        let warms =
-            |column: &Column<T>| matches!(column.cause, Cause::Hot | Cause::Heat(_) | Cause::Temperature(_));
+        let warms = |column: &Column<T>| {
+            matches!(column.cause, Cause::Hot | Cause::Heat(_) | Cause::Warming(_) | Cause::Temperature(_))
+        };
         let winding = self.iter().any(warms).then_some(Effect { term: Term::Winding, coefficient: T::ONE });
         let others = self.iter().filter_map(|column| match column.cause {
             Cause::Term(term) => Some(Effect { term, coefficient: column.coefficient }),
@@ -356,11 +362,12 @@ impl<T: Real> Columns<T> {
         terms
     }
 
-    /// By how much the loss of a winding is greater, as a share: its own heat in W, its temperature in °C.
-    pub(crate) fn warmth(&self, heat: T, temperature: T) -> T {
+    /// By how much the loss of a winding is greater, as a share: so long into the run in s, its own heat in W, its temperature in °C.
+    pub(crate) fn warmth(&self, time: T, heat: T, temperature: T) -> T {
         let of = |column: &Column<T>| match column.cause {
             Cause::Hot => column.coefficient,
             Cause::Heat(_) => column.coefficient * heat,
+            Cause::Warming(constant) => column.coefficient * (T::ONE - (-(time / constant)).exp()),
             Cause::Temperature(cold) => column.coefficient * (temperature - cold),
             _ => T::ZERO,
         };

@@ -204,16 +204,17 @@ impl<T: Real, const N: usize> Live<T, N> {
 
     #[inline(never)]
     fn scene(&self, mass: T) -> Scene<T, N> {
+        let time = self.course.time();
         let mut warmth = [T::ZERO; N];
         for ((warmth, heat), temperature) in warmth.iter_mut().zip(&self.heat).zip(&self.temperature) {
             // As cold as in the fit, while nobody knows.
             let known = temperature.level.is_finite() || !self.columns.needs().temperatures;
-            *warmth =
-                if known { self.columns.warmth(heat.level(), temperature.or(T::ZERO)) } else { T::ZERO };
+            let own = || self.columns.warmth(time, heat.level(), temperature.or(T::ZERO));
+            *warmth = if known { own() } else { T::ZERO };
         }
         Scene {
             mass,
-            time: self.course.time(),
+            time,
             pitch: self.pitch.or(T::ZERO),
             heading: self.course.heading(),
             warmth,
@@ -305,7 +306,8 @@ impl<T: Real, const N: usize> Robot<T, N> {
         scene.driver = T::from_f64(HARDEST);
         for (warmth, wheel) in scene.warmth.iter_mut().zip(&motion.wheels) {
             let alone = torque.torque(wheel, mass);
-            *warmth = columns.warmth(torque.winding_loss * alone * alone, T::from_f64(HOTTEST));
+            let heat = torque.winding_loss * alone * alone;
+            *warmth = columns.warmth(T::from_f64(LATEST), heat, T::from_f64(HOTTEST));
         }
         [T::ZERO, T::from_f64(LATEST)].map(|time| extended.power(motion, &Scene { time, ..scene }))
     }
