@@ -183,9 +183,8 @@ pub mod name {
     /// Coefficients of single runs below this many standard errors are taken for none, when others of the candidate are not. Tuned on the
     /// own bench, run unknown.
     pub const IN_RUN_ERRORS: f64 = 2.5;
-    /// Periods of the filter's cutoff between delays at which a fit may begin. Derived: by a quarter of its period a wave that is late is
-    /// nearer to its own slope than to the next wave's.
-    pub const QUARTER: f64 = 0.25;
+    /// Rows between delays at which a fit may begin. Derived: interpolation is at its worst half a row from any.
+    pub const DELAY_GRID_ROWS: f64 = 0.5;
     /// Standard error of a delay beyond the fit's, samples of the log: what changes faster than half their rate is sampled at another phase
     /// with every fraction of a sample. Tuned on the own plant at 20 Hz (benches/robots/gap_sizes.py, `sensor-delay`: 19 of 20 intervals hold the truth).
     pub const DELAY_SAMPLES: f64 = 0.04;
