@@ -109,7 +109,7 @@ pub fn investigate<const N: usize>(
         found.ambiguous.clear();
     }
     let own = found.fitted.as_ref().map(|fitted| {
-        let mut own = problem.covariance(fitted) * misfit;
+        let mut own = problem.covariance(fitted) * problem.misfit;
         let last = own.nrows() - 1;
         let delayed =
             found.state.effects.iter().rev().position(|(regressor, _)| *regressor == Regressor::Delay);
@@ -186,7 +186,7 @@ fn search<const N: usize>(
         let structure = structure(problem, &found.state, list, &found.named);
         let shape_test = shape_test(problem, &found.state);
         let allowed = (options.threshold.powi(2) + options.tolerance * gained).sqrt();
-        let in_shape = shape_test.powi(2) <= SHAPE.powi(2) + SHAPE_TOLERANCE * gained;
+        let in_shape = shape_test.powi(2) <= problem.beyond(SHAPE).powi(2) + SHAPE_TOLERANCE * gained;
         if structure.greatest <= allowed && in_shape {
             found.rounds.push(Round {
                 structure: structure.greatest,

@@ -165,15 +165,9 @@ pub struct Round {
     pub outcome: String,
 }
 
-/// What a candidate's search and its further columns cost, in χ².
+/// What a candidate's search and its further columns gain by chance, in variances of what scatters.
 pub(crate) fn penalty(candidate: &Candidate) -> f64 {
     let single = candidate.regressors.iter().any(|regressor| regressor.run().is_some());
     let further = candidate.regressors.len().saturating_sub(1) as f64;
     candidate.search + if single { 0.0 } else { COLUMN_PENALTY * further }
-}
-
-/// As [`penalty`] when a run is left out: what it was searched for in that run costs nothing.
-pub(crate) fn penalty_without(candidate: &Candidate, run: usize) -> f64 {
-    let there = candidate.regressors.iter().filter(|regressor| regressor.run() == Some(run)).count() as f64;
-    penalty(candidate) * (1.0 - there / candidate.regressors.len().max(1) as f64)
 }

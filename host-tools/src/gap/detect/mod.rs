@@ -6,7 +6,7 @@ mod shape_test;
 use super::problem::Problem;
 use super::thresholds::detect::MORE_LOOKS;
 use super::twin::State;
-use super::types::{Scored, Status, penalty};
+use super::types::{Scored, Status};
 use crate::effects::{Candidate, Regressor};
 
 /// What the detector sees.
@@ -59,7 +59,7 @@ pub(super) fn structure<const N: usize>(
         let (gain, coefficients, status) = match solved {
             Some(solved) if scores.iter().any(Option::is_some) => {
                 let values = solved.solution().iter().skip(problem.first_further(state)).copied().collect();
-                (null - solved.loss() - penalty(candidate), values, Status::NotNeeded)
+                (null - solved.loss() - problem.price(candidate), values, Status::NotNeeded)
             }
             _ => (0.0, Vec::new(), Status::Unidentifiable),
         };
@@ -71,8 +71,9 @@ pub(super) fn structure<const N: usize>(
                 && let Some(found) = problem.fit_delay(state, candidate.range)
                 && found.state.effects.last().is_some_and(|(_, delay)| delay.abs() > runs.step.period_s())
             {
-                gain = gain.max(null - found.loss - penalty(candidate));
-                greatest = greatest.max((gain / score.variance_inflation).max(0.0).sqrt() - MORE_LOOKS);
+                gain = gain.max(null - found.loss - problem.price(candidate));
+                let inflation = problem.variance_inflation(state, &candidate.regressors, &found.state);
+                greatest = greatest.max((gain / inflation).max(0.0).sqrt() - MORE_LOOKS);
             }
         }
         order.push((place, gain));

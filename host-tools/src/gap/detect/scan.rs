@@ -36,25 +36,17 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
     let rows: usize = problem.twin.runs.runs.iter().map(|run| run.rows.len()).sum();
     let chance = (rows as f64).ln();
 
-    // A wrong mass: one column a run.
-    let mut wrong = Vec::new();
-    let mut scores = Vec::new();
-    for run in (0..runs).filter(|&run| !problem.twin.runs.runs[run].clean) {
-        let raw = problem.twin.columns(run, state, 0, &[Regressor::Mass(run)]);
-        let column = problem.noise.whiten(problem.twin.runs, run, &raw[0]);
-        let Some(z) = in_run.z(run, &column, &in_run.products(run, &column)) else { continue };
-        if z.abs() > WRONG_MASS {
-            wrong.push(Regressor::Mass(run));
-            scores.push(z);
-        }
-    }
-    // In every run at once it is no slip of the pen.
-    let open = problem.twin.runs.runs.iter().filter(|run| !run.clean).count();
-    if !wrong.is_empty() && wrong.len() < open {
-        let names = wrong.iter().map(|regressor| run_name(problem, regressor).to_owned()).collect();
+    let field: Vec<usize> = (0..runs).filter(|&run| !problem.twin.runs.runs[run].clean).collect();
+    let open = field.len();
+    let scores: Vec<(usize, f64)> =
+        field.iter().filter_map(|&run| Some((run, mass_score(problem, state, &in_run, run)?))).collect();
+    for wrong in wrong_masses(&scores, [WRONG_MASS, problem.beyond(WRONG_MASS)], open) {
+        let names = wrong.iter().map(|(run, _)| problem.twin.runs.runs[*run].name.clone()).collect();
         let detail = Detail::InRuns { runs: Runs::Named(names), at_s: None };
+        let regressors = wrong.iter().map(|(run, _)| Regressor::Mass(*run)).collect();
+        let z: Vec<f64> = wrong.iter().map(|(_, z)| *z).collect();
         let search = chance * wrong.len() as f64;
-        found.push((mislabelled(problem, wrong, detail, search), together(&scores, open)));
+        found.push((mislabelled(problem, regressors, detail, search), together(&z, open)));
     }
 
     let mut kinds = vec![(&STATIC_STEP, Switched::Static), (&SURFACE_SWITCH, Switched::Rolling)];
@@ -129,6 +121,16 @@ fn together(scores: &[f64], looks: usize) -> f64 {
     scores.iter().fold(sum.sqrt(), |most, z| most.max(z.abs()))
 }
 
+/// Runs whose masses may be wrong, by their scores: those that noise does not explain, and those beyond what clean runs show of each other
+/// too, where these are fewer. In every run at once it is no slip of the pen.
+fn wrong_masses(scores: &[(usize, f64)], least: [f64; 2], open: usize) -> Vec<Vec<(usize, f64)>> {
+    let beyond = least.map(|least| scores.iter().copied().filter(|(_, z)| z.abs() > least).collect());
+    let mut found: Vec<Vec<(usize, f64)>> = Vec::from(beyond);
+    found.retain(|wrong| !wrong.is_empty() && wrong.len() < open);
+    found.dedup_by_key(|wrong| wrong.len());
+    found
+}
+
 /// Masses of single runs: at least those of the empty robot, and not above the greatest noted by more than that.
 fn mislabelled<const N: usize>(
     problem: &Problem<'_, N>,
@@ -147,11 +149,16 @@ fn mislabelled<const N: usize>(
     Candidate { least, ..PAYLOAD_MISLABEL.candidate(wrong, (-heaviest, heaviest), detail, search) }
 }
 
-fn run_name<'a, const N: usize>(problem: &'a Problem<'_, N>, regressor: &Regressor) -> &'a str {
-    match regressor {
-        Regressor::Mass(run) | Regressor::InRun(run, _) => &problem.twin.runs.runs[*run].name,
-        _ => "",
-    }
+/// z of one run's mass.
+fn mass_score<const N: usize>(
+    problem: &Problem<'_, N>,
+    state: &State,
+    in_run: &InRun<'_, N>,
+    run: usize,
+) -> Option<f64> {
+    let raw = problem.twin.columns(run, state, 0, &[Regressor::Mass(run)]);
+    let column = problem.noise.whiten(problem.twin.runs, run, &raw[0]);
+    in_run.z(run, &column, &in_run.products(run, &column))
 }
 
 /// Base and effects moving along with columns that live in one run.
@@ -247,7 +254,22 @@ fn times<const N: usize>(in_run: &InRun<'_, N>, state: &State, what: Switched) -
 
 #[cfg(test)]
 mod tests {
-    use super::together;
+    use super::{together, wrong_masses};
+
+    /// Of seven runs all are beyond noise, three beyond what clean runs show: those. Of eight, both sets are asked about.
+    #[test]
+    fn wrong_masses_are_those_of_some_runs() {
+        let scores: Vec<(usize, f64)> =
+            [9.0, -12.0, 4.0, 3.5, 10.0, -4.0, 5.0].into_iter().enumerate().collect();
+        let runs = |least: [f64; 2], open: usize| -> Vec<Vec<usize>> {
+            let found = wrong_masses(&scores, least, open);
+            found.into_iter().map(|wrong| wrong.into_iter().map(|(run, _)| run).collect()).collect()
+        };
+        assert_eq!(runs([3.2, 8.0], 7), [vec![0, 1, 4]]);
+        assert_eq!(runs([3.2, 8.0], 8), [vec![0, 1, 2, 3, 4, 5, 6], vec![0, 1, 4]]);
+        assert_eq!(runs([8.0, 8.0], 7), [vec![0, 1, 4]]);
+        assert!(runs([3.2, 20.0], 7).is_empty());
+    }
 
     /// Of noise alone each z² is 2 ln(looks) at most, about; three runs of 4, each the greatest of 8, are √(3 · (16 − 4.16)) together.
     #[test]

@@ -10,7 +10,7 @@ use super::problem::Problem;
 use super::thresholds::name::{REFINED, REFINED_SHARE, WAYS};
 use super::thresholds::problem::MOST_FIT_STEPS;
 use super::twin::State;
-use super::types::{Options, Round, Scored, Status, penalty, penalty_without};
+use super::types::{Options, Round, Scored, Status};
 use crate::effects::Candidate;
 use rayon::prelude::*;
 
@@ -60,6 +60,9 @@ pub(super) fn name<const N: usize>(
         .into_iter()
         .flatten()
         .collect();
+    let reduced = hypotheses.iter().filter_map(|own| own.without_implausible_runs(problem, state));
+    let reduced: Vec<Hypothesis> = reduced.collect();
+    hypotheses.extend(reduced);
     hypotheses.sort_by(|a, b| a.penalised.total_cmp(&b.penalised));
     sharpen(problem, state, &mut hypotheses);
     record.candidates = hypotheses
@@ -86,7 +89,9 @@ pub(super) fn name<const N: usize>(
     let winner = hypotheses[first].clone();
     let gain = null.loss - winner.penalised;
     let inflation = problem.variance_inflation(state, &winner.candidate.regressors, &winner.fitted.state);
-    if (null.loss - winner.fitted.loss) / inflation - penalty(&winner.candidate) < options.threshold.powi(2) {
+    if (null.loss - winner.fitted.loss) / inflation - problem.price(&winner.candidate)
+        < options.threshold.powi(2)
+    {
         return refuse(record, "what explains most does not stand out of the noise");
     }
     // The truth is then none of these, or the robot is none that its file describes: the next best name would be a wrong one.
@@ -94,7 +99,7 @@ pub(super) fn name<const N: usize>(
         let why = format!("{} explains most, with no plausible sign or size", better.candidate.id);
         return refuse(record, &why);
     }
-    let width = tie_width(gain, disagree(problem, &winner), options.misfit);
+    let width = tie_width(gain, disagree(problem, &winner), problem.misfit);
     let mut ties = Vec::new();
     for &place in &plausible[1..] {
         let hypothesis = &hypotheses[place];
@@ -124,7 +129,7 @@ pub(super) fn name<const N: usize>(
                 (
                     hypothesis,
                     problem.loss_without(&hypothesis.fitted, run)
-                        + penalty_without(&hypothesis.candidate, run),
+                        + problem.price_without(&hypothesis.candidate, run),
                 )
             })
             .min_by(|a, b| a.1.total_cmp(&b.1));

@@ -54,5 +54,6 @@ pub(crate) fn bare<'a>(twin: Twin<'a, 2>, centre: TorqueModel<f64>, base: usize)
         discrepancy: Fixed::default(),
         factor: None,
         smooth: Vec::new(),
+        misfit: 1.0,
     }
 }

@@ -21,7 +21,8 @@ use super::noise::Noise;
 use super::noise::whiten::Signal;
 use super::thresholds::problem::RIDGE;
 use super::twin::{State, Twin};
-use crate::effects::Regressor;
+use super::types::penalty;
+use crate::effects::{Candidate, Regressor};
 use crate::numerics::least_squares::{Factored, NormalEquations, Prior};
 
 /// The runs in question, and what is known of base and noise.
@@ -43,6 +44,8 @@ pub struct Problem<'a, const N: usize> {
     pub factor: Option<Factored>,
     /// Smooth functions in the runs in question, whitened; 0 in clean runs.
     pub smooth: Vec<Signal>,
+    /// How many times the variance of what noise alone does clean runs show of each other, at least 1.
+    pub misfit: f64,
 }
 
 impl<const N: usize> Problem<'_, N> {
@@ -55,6 +58,24 @@ impl<const N: usize> Problem<'_, N> {
     /// The base as its own fit left it.
     pub fn start(&self) -> State {
         State { torque: self.centre, effects: Vec::new() }
+    }
+
+    /// A |z| that is as rare where clean runs disagree as this one is where there is noise alone.
+    pub(crate) fn beyond(&self, z: f64) -> f64 {
+        z * self.misfit.sqrt()
+    }
+
+    /// What a candidate's search and its further columns cost, in χ² that counts in variances of the noise: by chance they gain as many
+    /// times more as clean runs show [beyond noise](Self::misfit).
+    pub(crate) fn price(&self, candidate: &Candidate) -> f64 {
+        self.misfit * penalty(candidate)
+    }
+
+    /// As [`price`](Self::price) when a run is left out: what was searched for in that run costs nothing.
+    pub(crate) fn price_without(&self, candidate: &Candidate, run: usize) -> f64 {
+        let regressors = &candidate.regressors;
+        let there = regressors.iter().filter(|regressor| regressor.run() == Some(run)).count() as f64;
+        self.price(candidate) * (1.0 - there / regressors.len().max(1) as f64)
     }
 
     /// Columns that always move along with the base: the discrepancy, and the effects of a state.

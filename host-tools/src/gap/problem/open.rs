@@ -47,7 +47,17 @@ pub(crate) fn open_problem<'a, const N: usize>(
     // With clean runs the discrepancy holds the base's columns: it moves instead, and the base stays where it was.
     let parameters = if has_clean { 0 } else { parameters };
     let precision = precision(base, parameters, options.slack);
-    Problem { twin, centre: base.torque, base: parameters, precision, noise, discrepancy, factor, smooth }
+    Problem {
+        twin,
+        centre: base.torque,
+        base: parameters,
+        precision,
+        noise,
+        discrepancy,
+        factor,
+        smooth,
+        misfit: options.misfit,
+    }
 }
 
 /// A signal in the runs in question only.
