@@ -70,36 +70,34 @@ pub enum Regressor {
 }
 
 impl Regressor {
-    /// Its shape parameter, if it has one that may be searched, with the function that changes it.
+    /// Its shape parameter, if it has one that may be searched.
     pub fn shape(&self) -> Option<f64> {
+        self.clone().shape_mut().map(|shape| *shape).filter(|shape| shape.is_finite())
+    }
+
+    /// The same with another shape parameter.
+    #[must_use]
+    pub fn with_shape(&self, shape: f64) -> Self {
+        let mut other = self.clone();
+        if let Some(own) = other.shape_mut() {
+            *own = shape;
+        }
+        other
+    }
+
+    fn shape_mut(&mut self) -> Option<&mut f64> {
         match self {
             Self::Term(
                 Term::Stribeck(shape)
                 | Term::WarmUp(shape)
                 | Term::Sliding(shape)
                 | Term::RollingFrom(shape)
-                | Term::StepAt(shape),
+                | Term::StepAt(shape)
+                | Term::WithMotion(shape),
             )
             | Self::Heat(shape)
-            | Self::Warming(shape) => Some(*shape),
-            Self::Term(Term::WithMotion(shape)) if shape.is_finite() => Some(*shape),
+            | Self::Warming(shape) => Some(shape),
             _ => None,
-        }
-    }
-
-    /// The same with another shape parameter.
-    #[must_use]
-    pub fn with_shape(&self, shape: f64) -> Self {
-        match self {
-            Self::Term(Term::Stribeck(_)) => Self::Term(Term::Stribeck(shape)),
-            Self::Term(Term::WarmUp(_)) => Self::Term(Term::WarmUp(shape)),
-            Self::Term(Term::Sliding(_)) => Self::Term(Term::Sliding(shape)),
-            Self::Term(Term::RollingFrom(_)) => Self::Term(Term::RollingFrom(shape)),
-            Self::Term(Term::StepAt(_)) => Self::Term(Term::StepAt(shape)),
-            Self::Term(Term::WithMotion(_)) => Self::Term(Term::WithMotion(shape)),
-            Self::Heat(_) => Self::Heat(shape),
-            Self::Warming(_) => Self::Warming(shape),
-            other => other.clone(),
         }
     }
 

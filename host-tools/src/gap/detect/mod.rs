@@ -56,14 +56,13 @@ pub(super) fn structure<const N: usize>(
         let scores: Vec<_> = own.iter().map(|&further| linear.score(further)).collect();
         let columns = active.clone().chain(own.iter().map(|&further| linear.place(further)));
         let solved = problem.factored(&linear.products, state, columns);
-        let (gain, coefficients, status) = match solved {
+        let (mut gain, coefficients, status) = match solved {
             Some(solved) if scores.iter().any(Option::is_some) => {
                 let values = solved.solution().iter().skip(problem.first_further(state)).copied().collect();
                 (null - solved.loss() - problem.price(candidate), values, Status::NotNeeded)
             }
             _ => (0.0, Vec::new(), Status::Unidentifiable),
         };
-        let mut gain = gain;
         if let [Some(score)] = scores[..] {
             greatest = greatest.max(score.z.abs());
             // To first order a delay shows only where the power's waves are longer than it. Within a sample it is what sampling makes.
