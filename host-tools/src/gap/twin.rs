@@ -346,6 +346,22 @@ mod tests {
         Runs::condition(&core, vec![raw]).unwrap()
     }
 
+    /// Of 40 % more winding loss, 1 − exp(−t/T) after t: at T itself 1 − 1/e of what windings take that are as hot from the start.
+    #[test]
+    fn windings_warm_towards_what_they_are_when_hot() {
+        let torque = TorqueModel::from_array([3.0, 0.03, 0.2, 0.7, 1.1, 0.03, 0.57]);
+        let runs = curves(0.0);
+        let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
+        let power = |effects: Vec<(Regressor, f64)>| twin.predict(0, &State { torque, effects });
+        let (cold, hot) = (power(Vec::new()), power(vec![(Regressor::Hot, 0.4)]));
+        let warm = power(vec![(Regressor::Warming(10.0), 0.4)]);
+        for (k, row) in runs.runs[0].rows.iter().enumerate() {
+            let share = (warm[k] - cold[k]) / (hot[k] - cold[k]);
+            assert!((share - (1.0 - (-row.time / 10.0).exp())).abs() < 1e-9, "{}: {share}", row.time);
+        }
+        assert!(hot.iter().zip(&cold).all(|(hot, cold)| hot > cold));
+    }
+
     /// Tyres that are softer by 60 % are those of a base that was fitted with as much more; from 15 s on, they are so behind it.
     #[test]
     fn a_greater_half_slip_is_another_bases() {
