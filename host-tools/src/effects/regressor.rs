@@ -35,7 +35,7 @@ impl Switched {
     }
 }
 
-/// See [`Regressor::range`].
+/// See [`Regressor::range`]. Chosen: an order of magnitude either way.
 pub const HALF_SLIP: (f64, f64) = (-0.9, 9.0);
 
 /// One thing that a coefficient multiplies.
