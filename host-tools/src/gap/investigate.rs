@@ -1,5 +1,7 @@
 //! The workflow: split, detect, localise, name, tie or abstain, add, repeat, confirm.
 
+use std::fmt::Write as _;
+
 use super::calibrate::shown_by_clean;
 use super::confirm::{self, Confirmed, ConfirmedShare};
 use super::detect::over_dispersion::OverDispersion;
@@ -7,7 +9,7 @@ use super::detect::{shape_test, structure};
 use super::identifiable::{also_with_one_mass, has_one_mass, unidentifiable};
 use super::late;
 use super::name::hypothesis::Hypothesis;
-use super::name::{Choice, name};
+use super::name::{Choice, name, with_locked};
 use super::problem::Problem;
 use super::problem::fit::Fitted;
 use super::problem::lag;
@@ -76,6 +78,14 @@ pub fn investigate<const N: usize>(
         let found_again = search(&again, &list, by_noise, options);
         if found_again.delay().is_some() { (again, found_again) } else { (problem, found) }
     };
+    if !found.ties.is_empty() {
+        let order: Vec<usize> = split.open.iter().chain(&split.locked).copied().collect();
+        let early = problem.twin.early;
+        let all = late::in_time(&runs.subset(&order), early).with_clean(clean);
+        let twin = Twin { runs: &all, early, ..twin };
+        let all = open_problem(twin, &late::known(early), base, parameters, &list, options);
+        found.part(&all, options.threshold);
+    }
     if has_one_mass(&base.masses_kg, runs) {
         found.doubt(also_with_one_mass(&found.named, &found.rounds));
     }
@@ -250,6 +260,26 @@ impl Found {
         self.ambiguous.extend(choice.ties);
         self.fitted = Some(choice.hypothesis.fitted);
         self.verdict = if self.ambiguous.is_empty() { Verdict::Named } else { Verdict::Ambiguous };
+    }
+
+    /// Strikes of each tie whom the locked runs strike, too; see [`with_locked`].
+    fn part<const N: usize>(&mut self, all: &Problem<'_, N>, threshold: f64) {
+        for place in 0..self.ties.len() {
+            let winner = self.ties[place][0].candidate.clone();
+            let round = self.named.iter().take_while(|own| **own != winner).count();
+            let from: usize = self.named[..round].iter().map(|own| own.regressors.len()).sum();
+            let mut others = self.state.clone();
+            others.effects.drain(from..from + winner.regressors.len());
+            let struck = with_locked::struck(all, &others, &self.ties[place], threshold);
+            self.ties[place].retain(|own| !struck.contains(&own.candidate.id));
+            let is_tied = |id: &String| self.ties.iter().flatten().any(|own| own.candidate.id == *id);
+            self.ambiguous.retain(|id| !struck.contains(id) || is_tied(id));
+            if let Some(record) = self.rounds.get_mut(round).filter(|_| !struck.is_empty()) {
+                let _ = write!(record.outcome, "; with the locked runs it is not {}", struck.join(", "));
+            }
+        }
+        self.ties.retain(|tie| tie.iter().any(|own| own.candidate.id != tie[0].candidate.id));
+        self.settle();
     }
 
     /// Adds to the tie what the names may stand for as well.

@@ -183,6 +183,45 @@ pub(super) fn is_tie(winner: &Hypothesis, hypothesis: &Hypothesis, width: f64) -
     worse < width && worse < TIE_ERRORS * error.max(1e-9)
 }
 
+/// Rivals of other effects that are no worse than a winner, and better than nothing.
+pub(super) fn as_good<'a>(
+    null: &Fitted,
+    winner: &Hypothesis,
+    rivals: &[&'a Hypothesis],
+    width: f64,
+) -> Vec<&'a Hypothesis> {
+    let is_as_good = |rival: &&&Hypothesis| {
+        rival.candidate.id != winner.candidate.id
+            && is_tie(winner, rival, width)
+            && null.loss - rival.penalised > 0.0
+    };
+    rivals.iter().filter(is_as_good).copied().collect()
+}
+
+/// Ids of those that beat a winner and all that are `tied` with it when a run is left out, one for each run that decides so. Where the
+/// winner lives in single runs there may then be nothing left to be won: who beats it there has to stand out of the noise by `threshold`.
+pub(super) fn better_without_a_run<const N: usize>(
+    problem: &Problem<'_, N>,
+    null: &Fitted,
+    winner: &Hypothesis,
+    all: &[&Hypothesis],
+    tied: &[String],
+    threshold: f64,
+) -> Vec<String> {
+    let in_single_runs = winner.lives_in_single_runs();
+    let runs = problem.twin.runs.runs.iter().filter(|run| !run.clean).count();
+    let better = (0..runs).filter_map(|run| {
+        let loss = |hypothesis: &&Hypothesis| {
+            problem.loss_without(&hypothesis.fitted, run) + problem.price_without(&hypothesis.candidate, run)
+        };
+        let (best, loss) = all.iter().map(|own| (own, loss(own))).min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let stands_out = || problem.loss_without(null, run) - loss >= threshold.powi(2);
+        let is_other = best.candidate.id != winner.candidate.id && !tied.contains(&best.candidate.id);
+        (is_other && (!in_single_runs || stands_out())).then(|| best.candidate.id.clone())
+    });
+    better.collect()
+}
+
 /// How many times more runs disagree about what a hypothesis adds than its equations say. What lives in single runs is of these alone: no
 /// other could agree.
 pub(super) fn disagree<const N: usize>(problem: &Problem<'_, N>, hypothesis: &Hypothesis) -> f64 {

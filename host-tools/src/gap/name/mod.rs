@@ -1,9 +1,11 @@
 //! One round: who explains most of what is left, and is it the only one?
 
 pub mod hypothesis;
+pub(super) mod with_locked;
 
 use self::hypothesis::{
-    Hypothesis, disagree, fit_hypothesis, implausible_and_better, is_tie, sharpen, shows_no_shape, tie_width,
+    Hypothesis, as_good, better_without_a_run, disagree, fit_hypothesis, implausible_and_better, sharpen,
+    shows_no_shape, tie_width,
 };
 use super::detect::Structure;
 use super::problem::Problem;
@@ -18,7 +20,7 @@ pub(super) struct Choice {
     pub(super) hypothesis: Hypothesis,
     pub(super) gain: f64,
     pub(super) ties: Vec<String>,
-    /// All other fits that are not much worse, in several ways of one effect also.
+    /// The best other fit of each effect, and all that are not much worse, in several ways of one effect also.
     pub(super) others: Vec<Hypothesis>,
 }
 
@@ -99,49 +101,26 @@ pub(super) fn name<const N: usize>(
         let why = format!("{} explains most, with no plausible sign or size", better.candidate.id);
         return refuse(record, &why);
     }
+    let rivals: Vec<&Hypothesis> = plausible[1..]
+        .iter()
+        .map(|&place| &hypotheses[place])
+        .filter(|own| named.iter().all(|named| named.id != own.candidate.id))
+        .collect();
     let width = tie_width(gain, disagree(problem, &winner), problem.misfit);
-    let mut ties = Vec::new();
-    for &place in &plausible[1..] {
-        let hypothesis = &hypotheses[place];
-        if hypothesis.candidate.id == winner.candidate.id
-            || named.iter().any(|own| own.id == hypothesis.candidate.id)
-        {
-            continue;
-        }
-        if is_tie(&winner, hypothesis, width) && null.loss - hypothesis.penalised > 0.0 {
-            ties.push(hypothesis.candidate.id.clone());
+    let as_good = as_good(&null, &winner, &rivals, width);
+    for (place, hypothesis) in hypotheses.iter().enumerate() {
+        if as_good.iter().any(|tied| tied.candidate == hypothesis.candidate) {
             record.candidates[place].status = Status::Tie;
         }
     }
-    if shows_no_shape(problem, state, &winner, width) && ties.is_empty() {
+    if shows_no_shape(problem, state, &winner, width) && as_good.is_empty() {
         return refuse(record, "of what explains most the runs show the limit only, which is another effect");
     }
-    // The winner, or one of its ties, has to win again with each run left out. Where the winner lives in single runs there may then be
-    // nothing left to be won: who beats it there has to stand out of the noise.
-    let in_single_runs = winner.candidate.regressors.iter().all(|regressor| regressor.run().is_some());
-    let runs = problem.twin.runs.runs.iter().filter(|run| !run.clean).count();
-    let mut lost = 0;
-    for run in 0..runs {
-        let best = plausible
-            .iter()
-            .map(|&place| &hypotheses[place])
-            .map(|hypothesis| {
-                (
-                    hypothesis,
-                    problem.loss_without(&hypothesis.fitted, run)
-                        + problem.price_without(&hypothesis.candidate, run),
-                )
-            })
-            .min_by(|a, b| a.1.total_cmp(&b.1));
-        if let Some((hypothesis, loss)) = best
-            && hypothesis.candidate.id != winner.candidate.id
-            && !ties.contains(&hypothesis.candidate.id)
-            && (!in_single_runs || problem.loss_without(&null, run) - loss >= options.threshold.powi(2))
-        {
-            lost += 1;
-            ties.push(hypothesis.candidate.id.clone());
-        }
-    }
+    let mut ties: Vec<String> = as_good.iter().map(|tied| tied.candidate.id.clone()).collect();
+    let all: Vec<&Hypothesis> = plausible.iter().map(|&place| &hypotheses[place]).collect();
+    let better = better_without_a_run(problem, &null, &winner, &all, &ties, options.threshold);
+    let lost = better.len();
+    ties.extend(better);
     ties.sort();
     ties.dedup();
     record.candidates[first].status = Status::Winner;
@@ -152,8 +131,13 @@ pub(super) fn name<const N: usize>(
             format!("added {}, which some runs alone decide against {}", winner.candidate.id, ties.join(", "))
         }
     };
-    let close = |hypothesis: &&Hypothesis| hypothesis.penalised < winner.penalised + WAYS;
+    let mut seen: Vec<String> = Vec::new();
+    let worth_asking = |own: &&Hypothesis| {
+        let is_best = !seen.contains(&own.candidate.id);
+        seen.push(own.candidate.id.clone());
+        is_best || own.penalised < winner.penalised + WAYS
+    };
     let others = plausible.iter().filter(|&&place| place != first).map(|&place| &hypotheses[place]);
-    let others = others.filter(close).cloned().collect();
+    let others = others.filter(worth_asking).cloned().collect();
     Naming { choice: Some(Choice { hypothesis: winner, gain, ties, others }), record }
 }
