@@ -125,7 +125,7 @@ pub(super) fn fit_hypothesis<const N: usize>(
         candidate.detail = Detail::InRuns { runs: Runs::All, at_s: Some(at) };
         *own = regressor.clone();
     }
-    let penalised = fitted.loss + problem.price(&candidate);
+    let penalised = problem.loss_as_delay(state, &fitted) + problem.price(&candidate);
     Some(Hypothesis { candidate, fitted, penalised })
 }
 
@@ -387,34 +387,64 @@ mod tests {
         assert!((problem.price_without(&candidate, 0) - 20.0).abs() < 1e-9);
     }
 
+    /// Runs whose power is the twin's, late by `delay`, s, and passed through `sensor`.
+    fn late(
+        torque: TorqueModel<f64>,
+        delay: f64,
+        sensor: impl Fn(&[f64]) -> Vec<f64>,
+    ) -> crate::log::runs::Runs<2> {
+        let mut runs = example::runs([5.0, 7.0]);
+        let state = State { torque, effects: vec![(Regressor::Delay, delay)] };
+        let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
+        let powers: Vec<Vec<f64>> = (0..runs.runs.len()).map(|run| twin.predict(run, &state)).collect();
+        for (run, powers) in runs.runs.iter_mut().zip(powers) {
+            let mut rows = run.rows.to_vec();
+            for (row, power) in rows.iter_mut().zip(sensor(&powers)) {
+                row.power = power;
+            }
+            run.rows = rows.into();
+        }
+        runs
+    }
+
+    /// A delay fitted to runs of [`late`], and what it gains: as it counts, and in χ².
+    fn delay_of(runs: &crate::log::runs::Runs<2>, torque: TorqueModel<f64>) -> (f64, [f64; 2]) {
+        let twin = Twin { runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
+        let problem = example::bare(twin, torque, 0);
+        let mut candidate = hypothesis("sensor-delay", 0.0, 0.0).candidate;
+        candidate.regressors = vec![Regressor::Delay];
+        candidate.range = (-1.0, 1.0);
+        let none = State { torque, effects: Vec::new() };
+        let null = problem.fit(&none, &[], MOST_FIT_STEPS).unwrap().loss;
+        let found = fit_hypothesis(&problem, &none, &candidate).unwrap();
+        let counts = null - (found.penalised - problem.price(&candidate));
+        (found.coefficients()[0], [counts, null - found.fitted.loss])
+    }
+
     /// Behind a filter of 2 Hz a quarter of a period is 0.125 s. Power that is 0.4 s late is found there, though its slope at no delay
     /// leads elsewhere; power that is in time is not late.
     #[test]
     fn a_delay_of_more_than_a_quarter_period_is_found() {
         let torque = TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]);
-        let candidate = |delay: f64| {
-            let mut runs = example::runs([5.0, 7.0]);
-            let state = State { torque, effects: vec![(Regressor::Delay, delay)] };
-            let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
-            let powers: Vec<Vec<f64>> = (0..runs.runs.len()).map(|run| twin.predict(run, &state)).collect();
-            for (run, powers) in runs.runs.iter_mut().zip(powers) {
-                let mut rows = run.rows.to_vec();
-                for (row, power) in rows.iter_mut().zip(powers) {
-                    row.power = power;
-                }
-                run.rows = rows.into();
-            }
-            let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
-            let problem = example::bare(twin, torque, 0);
-            let mut candidate = hypothesis("sensor-delay", 0.0, 0.0).candidate;
-            candidate.regressors = vec![Regressor::Delay];
-            candidate.range = (-1.0, 1.0);
-            let none = State { torque, effects: Vec::new() };
-            fit_hypothesis(&problem, &none, &candidate).unwrap().coefficients()[0]
-        };
+        let found = |delay: f64| delay_of(&late(torque, delay, <[f64]>::to_vec), torque).0;
         for delay in [0.4, 0.14, -0.22] {
-            assert!((candidate(delay) - delay).abs() < 1e-3, "{delay}: {}", candidate(delay));
+            assert!((found(delay) - delay).abs() < 1e-3, "{delay}: {}", found(delay));
         }
-        assert!(candidate(0.0).abs() < 1e-3, "{}", candidate(0.0));
+        assert!(found(0.0).abs() < 1e-3, "{}", found(0.0));
+    }
+
+    /// A sensor with a little of the rows beside each makes no delay worth a name, though one of part of a row explains some of it. Of what is
+    /// late by less than a row, and smoothed as far as that takes interpolation, most counts.
+    #[test]
+    fn what_is_smoothed_is_not_late() {
+        let torque = TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]);
+        let smoothed = |powers: &[f64]| -> Vec<f64> {
+            let row = |k: usize| powers[k.min(powers.len() - 1)];
+            (0..powers.len()).map(|k| (row(k.saturating_sub(1)) + 6.0 * row(k) + row(k + 1)) / 8.0).collect()
+        };
+        let (delay, [counts, gain]) = delay_of(&late(torque, 0.002, smoothed), torque);
+        assert!(delay.abs() > 0.01 && counts < 0.3 * gain, "{delay} s: {counts} of {gain}");
+        let (delay, [counts, gain]) = delay_of(&late(torque, 0.02, <[f64]>::to_vec), torque);
+        assert!((delay - 0.02).abs() < 1e-3 && counts > 0.6 * gain, "{delay} s: {counts} of {gain}");
     }
 }

@@ -99,7 +99,7 @@ impl<const N: usize> Problem<'_, N> {
     }
 
     /// Sum of squares with the prior's penalty, and that of each run without it.
-    fn losses(&self, state: &State) -> (f64, Vec<f64>) {
+    pub(super) fn losses(&self, state: &State) -> (f64, Vec<f64>) {
         let runs: Vec<f64> = self.left(state).iter().map(DVector::norm_squared).collect();
         let offset = self.offset(state);
         let penalty = offset.dot(&(&self.precision * &offset));
