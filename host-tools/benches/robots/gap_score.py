@@ -37,6 +37,8 @@ def main():
             others = Counter(n for l in some for n in l["named"] + l["ties"] if n != effect)
             print("  " + effect.ljust(28) + "".join(str(count[o] or ".").rjust(12) for o in ORDER) + "   "
                   + ", ".join(f"{n} {k}" for n, k in others.most_common(4)))
+        kinds = {l["kind"]: Counter(m["judged"] == "alarm" for m in free if m["kind"] == l["kind"]) for l in free}
+        print("  alarms by the sensor's noise: " + ", ".join(f"{kind} {count[True]} of {count.total()}" for kind, count in kinds.items()))
         if alarms:
             print("  alarms: " + ", ".join(f"{n or 'unexplained'} {k}" for n, k in Counter("+".join(l["named"]) for l in alarms).most_common()))
     for l in failed[:5]:

@@ -1,9 +1,9 @@
 """Sets for the gap workflow on the MuJoCo robots: six clean runs, ten in the field with an effect or none; and gmr's answer.
 
-    python gap_sets.py OUT.jsonl --gmr PATH --work FOLDER [--seeds 5] [--free 100] [--robots …] [--effects …] [--jobs 2]
+    python gap_sets.py OUT.jsonl --gmr PATH --work FOLDER [--free 100] [--free-other 25] [--robots …] [--effects …] [--jobs 2]
 
 One line of JSON a set, as tests/reference/gap_judge/tally.py reads it. Sets without effect draw their drives from those of all
-seeds and get sensor noise of their own.
+seeds and get sensor noise of their own, some of another kind.
 """
 
 import argparse
@@ -23,6 +23,8 @@ from gmr import Failed, Gmr
 from plants import PLANTS, Load, xml
 
 CLEAN, FIELD, RUN_S, RATE_HZ = 6, 10, 45.0, 20
+# Of the sensor's noise; the first where nothing else is said.
+KINDS = ("memory", "white", "heavy-tailed", "heteroscedastic")
 CLEAN_SHARES = (0.0, 1.0, 0.5, 0.0, 1.0, 0.3)
 
 
@@ -60,7 +62,7 @@ def driven(records, plant, seed, place, clean, effect):
     return record
 
 
-def write(folder, records, plant, seed, effect, number):
+def write(folder, records, plant, seed, effect, number, kind=KINDS[0]):
     """clean/*.csv, field/*.csv; `number` parts the noise of sets that share drives."""
     for name, count in (("clean", CLEAN), ("field", FIELD)):
         (folder / name).mkdir(parents=True)
@@ -72,21 +74,21 @@ def write(folder, records, plant, seed, effect, number):
             at = place if clean or effect else int(rng.integers(FIELD))
             s = scene(plant, of, at, True) if clean else affected(plant, of, at, effect)
             record = driven(records, plant, of, at, clean, effect)
-            sensors.log(folder / name / f"{place:02}.csv", plant, record, s.noted, rng, RATE_HZ, faults=s.faults)
+            sensors.log(folder / name / f"{place:02}.csv", plant, record, s.noted, rng, RATE_HZ, faults=s.faults, kind=kind)
 
 
 SEEDS = (1, 6)
 
 
 def run(task):
-    gmr, work, robot, seed, effect, number = task
+    gmr, work, robot, seed, effect, number, kind = task
     plant = PLANTS[robot]
     folder = work / "sets" / f"{robot}_{effect or 'free'}_{seed}_{number}"
     shutil.rmtree(folder, ignore_errors=True)
     line = {"robot": robot, "seed": seed, "effect": [effect] if effect else [], "size": 1.0, "reached": [1.0], "magnitude": [], "variant": 0,
-            "kind": "ar", "memory": 0.9, "mode": "mujoco", "number": number}
+            "kind": kind, "memory": 0.9, "mode": "mujoco", "number": number}
     try:
-        write(folder, work / "records", plant, seed, effect, number)
+        write(folder, work / "records", plant, seed, effect, number, kind)
         toml = f"{generate.LOGGED[robot][-1]}.toml"
         generate.robot_file(folder, toml[:-5], plant)
         base = folder / "base.toml"
@@ -108,6 +110,7 @@ def main():
     parser.add_argument("--gmr", required=True)
     parser.add_argument("--work", type=Path, required=True)
     parser.add_argument("--free", type=int, default=100, help="sets without effect, a robot")
+    parser.add_argument("--free-other", type=int, default=25, help="the same in each other kind of noise")
     parser.add_argument("--robots", nargs="+", default=list(PLANTS))
     parser.add_argument("--effects", nargs="+", default=list(EFFECTS))
     parser.add_argument("--jobs", type=int, default=2)
@@ -116,10 +119,11 @@ def main():
     todo = []
     for robot in a.robots:
         for seed in range(*SEEDS):
-            todo += [(gmr, work, robot, seed, effect, 0) for effect in a.effects]
+            todo += [(gmr, work, robot, seed, effect, 0, KINDS[0]) for effect in a.effects]
             # Before others need them: the drives without effect.
-            todo.insert(0, (gmr, work, robot, seed, None, 0))
-        todo += [(gmr, work, robot, SEEDS[0] + k % (SEEDS[1] - SEEDS[0]), None, k) for k in range(5, a.free)]
+            todo.insert(0, (gmr, work, robot, seed, None, 0, KINDS[0]))
+        kinds = [KINDS[0]] * max(a.free - 5, 0) + [kind for kind in KINDS[1:] for _ in range(a.free_other)]
+        todo += [(gmr, work, robot, SEEDS[0] + k % (SEEDS[1] - SEEDS[0]), None, k, kind) for k, kind in enumerate(kinds, 5)]
     with Pool(a.jobs) as pool, open(a.out, "w") as out:
         for line in pool.imap_unordered(run, todo):
             out.write(json.dumps(line) + "\n")

@@ -23,10 +23,28 @@ class Faults:
     extra_w: object = None   # power at every 5 ms of something else on board
 
 
-def log(path, plant, record, mass, rng, rate_hz=200, clamped=True, faults=None):
+def noise(kind, plant, power, rng):
+    """Noise of the current, A, one value a sample of 5 ms, of the plant's size.
+
+    `memory`: white, and half as much with a memory. `white`: that without memory. `heavy-tailed`: Student's t of 3. `heteroscedastic`: four times
+    as much at the drive's greatest power as at none.
+    """
+    size, count = plant.current_noise, len(power)
+    if kind == "heavy-tailed":
+        return size * rng.standard_t(3, count) / np.sqrt(3.0)
+    white = rng.normal(0.0, size, count)
+    if kind == "white":
+        return white
+    if kind == "heteroscedastic":
+        return white * (1.0 + 3.0 * np.abs(power) / np.max(np.abs(power)))
+    slow = lfilter([1.0], [1.0, -KEEP], rng.normal(0.0, size * np.sqrt(1 - KEEP ** 2), count))
+    return white + 0.5 * slow
+
+
+def log(path, plant, record, mass, rng, rate_hz=200, clamped=True, faults=None, kind="memory"):
     """Writes time, wheel speeds, power and mass; the same drive can be logged at several rates.
 
-    Noise of the current: white, and half as much with a memory; then the sensor's step. Speeds are differences of ticks.
+    Noise of the current of a kind, then the sensor's step. Speeds are differences of ticks.
     """
     f = faults or Faults()
     volts = plant.drive.supply
@@ -36,12 +54,9 @@ def log(path, plant, record, mass, rng, rate_hz=200, clamped=True, faults=None):
         power = volts * 2.0 * power / (volts + np.sqrt(np.maximum(volts ** 2 - 4.0 * f.battery * power, 0.0)))
     late = round(f.delay_s / CONTROL_S)
     power = np.concatenate([np.full(late, power[0]), power[:len(power) - late]]) if late else power
-    count = len(power)
-    white = rng.normal(0.0, plant.current_noise, count)
-    slow = lfilter([1.0], [1.0, -KEEP], rng.normal(0.0, plant.current_noise * np.sqrt(1 - KEEP ** 2), count))
     every = round(1.0 / (rate_hz * CONTROL_S))
-    amps = (f.gain * power + f.offset_w) / volts + white + 0.5 * slow
-    amps = amps[: count // every * every].reshape(-1, every).mean(axis=1)
+    amps = (f.gain * power + f.offset_w) / volts + noise(kind, plant, power, rng)
+    amps = amps[: len(power) // every * every].reshape(-1, every).mean(axis=1)
     measured = np.round(amps / plant.current_step) * plant.current_step * volts
     turn = 2 * np.pi / plant.ticks
     ticks = np.floor(record.angle / turn)[every - 1 :: every]
