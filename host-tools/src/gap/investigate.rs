@@ -61,9 +61,10 @@ pub fn investigate<const N: usize>(
     let clean_structure =
         clean.and_then(|clean| shown_by_clean(clean, lag, base, parameters, &list, options));
     let by_noise = options.threshold;
-    let threshold = by_noise.max(MARGIN * clean_structure.unwrap_or(0.0));
-    let misfit = (threshold / by_noise).powi(2);
-    let options = &Options { threshold, misfit, ..options.clone() };
+    let shown = clean_structure.unwrap_or(0.0);
+    let (threshold, in_runs) = (by_noise.max(shown), by_noise.max(MARGIN * shown));
+    let misfit = (in_runs / by_noise).powi(2);
+    let options = &Options { threshold, in_runs: in_runs / threshold, misfit, ..options.clone() };
     let twin = Twin { runs: &open, drive: base.drive, lag, early: 0.0 };
     let problem = open_problem(twin, &[], base, parameters, &list, options);
     let found = search(&problem, &list, by_noise, options);

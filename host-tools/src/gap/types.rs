@@ -31,6 +31,8 @@ pub struct Base {
 pub struct Options {
     /// |z| of a smooth function, or of an effect, beyond which there is structure.
     pub threshold: f64,
+    /// How many times as high a |z| of single runs, or of a time that was searched for, has to be.
+    pub in_runs: f64,
     /// The same where no clean runs say what the model gets wrong without any effect.
     pub threshold_alone: f64,
     /// Share of an effect's own gain in χ² that may be left as structure.
@@ -54,6 +56,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             threshold: STRUCTURE,
+            in_runs: 1.0,
             threshold_alone: STRUCTURE_ALONE,
             tolerance: TOLERANCE,
             most_effects: MOST_EFFECTS,

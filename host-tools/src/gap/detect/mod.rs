@@ -84,7 +84,7 @@ pub(super) fn structure<const N: usize>(
     for (candidate, z) in scan::candidates(problem, state) {
         if may_stand_with(named, &candidate) {
             // More times and runs were looked at than smooth functions: their scores count for less.
-            greatest = greatest.max(z - MORE_LOOKS);
+            greatest = greatest.max((z - MORE_LOOKS) / problem.in_runs);
             further.push(candidate);
         }
     }
@@ -103,4 +103,40 @@ pub(super) fn shape_test<const N: usize>(problem: &Problem<'_, N>, state: &State
     let Some(linear) = problem.linear(state, &[], &signals) else { return 0.0 };
     let scores = (0..signals.len()).filter_map(|further| linear.score(further));
     scores.fold(0.0, |most, score| most.max(score.z.abs()))
+}
+
+#[cfg(test)]
+mod tests {
+    use model_core::effects::Term;
+    use model_core::torque::{Drive, TorqueModel};
+
+    use super::*;
+    use crate::gap::problem::example;
+    use crate::gap::twin::Twin;
+
+    /// Two runs, the second with a step of its own. What single runs show counts as much less as it has to exceed clean runs by more;
+    /// what runs share counts as it is.
+    #[test]
+    fn single_runs_have_to_exceed_clean_ones_by_more() {
+        let torque = TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]);
+        let truth = |run: usize| {
+            let step = Regressor::Term(Term::StepAt(12.0));
+            let effects = if run == 1 { vec![(step, 0.2)] } else { Vec::new() };
+            State { torque, effects }
+        };
+        let mut runs = example::runs([5.0, 7.0]);
+        let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
+        let powers: Vec<Vec<f64>> = (0..2).map(|run| twin.predict(run, &truth(run))).collect();
+        for (run, powers) in runs.runs.iter_mut().zip(powers) {
+            let rows = run.rows.iter().zip(powers);
+            run.rows = rows.map(|(row, power)| crate::log::runs::Row { power, ..*row }).collect();
+        }
+        let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
+        let mut problem = example::bare(twin, torque, 0);
+        let greatest = |problem: &Problem<'_, 2>| structure(problem, &problem.start(), &[], &[]).greatest;
+        let usual = greatest(&problem);
+        problem.in_runs = 1.3;
+        let less = greatest(&problem);
+        assert!(usual > 10.0 && (usual / less - 1.3).abs() < 1e-9, "{usual} {less}");
+    }
 }

@@ -91,9 +91,8 @@ pub(super) fn name<const N: usize>(
     let winner = hypotheses[first].clone();
     let gain = null.loss - winner.penalised;
     let inflation = problem.variance_inflation(state, &winner.candidate.regressors, &winner.fitted.state);
-    if (null.loss - winner.fitted.loss) / inflation - problem.price(&winner.candidate)
-        < options.threshold.powi(2)
-    {
+    let least = options.threshold * if winner.candidate.is_searched_by_run() { options.in_runs } else { 1.0 };
+    if (null.loss - winner.fitted.loss) / inflation - problem.price(&winner.candidate) < least.powi(2) {
         return refuse(record, "what explains most does not stand out of the noise");
     }
     // The truth is then none of these, or the robot is none that its file describes: the next best name would be a wrong one.

@@ -55,5 +55,6 @@ pub(crate) fn bare<'a>(twin: Twin<'a, 2>, centre: TorqueModel<f64>, base: usize)
         factor: None,
         smooth: Vec::new(),
         misfit: 1.0,
+        in_runs: 1.0,
     }
 }

@@ -46,6 +46,8 @@ pub struct Problem<'a, const N: usize> {
     pub smooth: Vec<Signal>,
     /// How many times the variance of what noise alone does clean runs show of each other, at least 1.
     pub misfit: f64,
+    /// How many times as high as other |z| one of single runs, or of a time that was searched for, has to be.
+    pub in_runs: f64,
 }
 
 impl<const N: usize> Problem<'_, N> {

@@ -57,6 +57,7 @@ pub(crate) fn open_problem<'a, const N: usize>(
         factor,
         smooth,
         misfit: options.misfit,
+        in_runs: options.in_runs,
     }
 }
 
