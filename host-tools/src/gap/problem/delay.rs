@@ -31,7 +31,7 @@ impl<const N: usize> Problem<'_, N> {
     ///
     /// Between rows the power is interpolated, which smooths it, whichever sign the delay has: where the power is smoother than the base says,
     /// that alone is worth a name. About its least a loss is quadratic, and what being late gains is a quarter of what the delay is better than
-    /// its opposite. Beyond a sample nothing is left of that.
+    /// its opposite. Beyond a sample it counts whole: the loss is quadratic no longer there.
     pub(crate) fn loss_as_delay(&self, state: &State, fitted: &Fitted) -> f64 {
         let mut opposite = fitted.state.clone();
         match opposite.effects.last_mut() {
