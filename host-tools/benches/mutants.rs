@@ -19,7 +19,7 @@ const COUNT: u64 = 10_000;
 const LIMIT: Duration = Duration::from_secs(5);
 /// KiB of address space, as `ulimit -v` takes them.
 const MEMORY: u64 = 2_000_000;
-/// Characters of a line: [`host_tools::printable::LONGEST_LINE`] and the mark that it was cut.
+/// Characters of a line: [`support::printable::LONGEST_LINE`] and the mark that it was cut.
 const LONGEST_LINE: usize = 4001;
 
 const ROBOT: &str = "name = \"mine\"\nkinematics = \"differential\"\nwheel_radius_m = 0.033\ntrack_m = 0.16\n\
@@ -252,7 +252,7 @@ impl Ran {
         if !(0..=2).contains(&self.code) {
             faults.push(format!("exit code {}: {}", self.code, self.stderr));
         }
-        let harmful = |text: &str| text.chars().any(|c| c != '\n' && host_tools::printable::is_harmful(c));
+        let harmful = |text: &str| text.chars().any(|c| c != '\n' && support::printable::is_harmful(c));
         if harmful(&self.stdout) || harmful(&self.stderr) {
             faults.push("prints what acts on a terminal".to_owned());
         }

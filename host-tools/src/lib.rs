@@ -4,17 +4,17 @@
 
 /// As std's, but without a panic where standard output is closed: `cli::run` ends with what went wrong.
 macro_rules! println {
-    ($($text:tt)*) => { $crate::output::print(format_args!("{}\n", format_args!($($text)*))) };
+    ($($text:tt)*) => { support::output::print(format_args!("{}\n", format_args!($($text)*))) };
 }
 
 /// As std's, but without a panic where standard error is closed: there is nobody left to tell.
 macro_rules! eprintln {
-    ($($text:tt)*) => { $crate::output::say(format_args!($($text)*)) };
+    ($($text:tt)*) => { support::output::say(format_args!($($text)*)) };
 }
 
 /// A line of [`notice`].
 macro_rules! notice {
-    ($($text:tt)*) => { $crate::notice::add(format_args!($($text)*)) };
+    ($($text:tt)*) => { support::notice::add(format_args!($($text)*)) };
 }
 
 pub mod baselines;
@@ -23,31 +23,20 @@ pub mod cli;
 pub mod coefficients;
 pub mod compare;
 pub mod effects;
-pub mod error;
 pub mod estimate;
 pub mod export;
 pub mod fit;
 pub mod fleet;
 pub mod gap;
 pub mod gram;
-pub mod input;
 pub mod inspect;
-pub mod interrupt;
-pub mod job;
 pub mod log;
 pub mod look;
-pub mod metrics;
 pub mod node;
-mod notice;
 pub mod numerics;
-pub mod output;
-pub mod own;
 pub mod plant;
 pub mod predict;
-pub mod printable;
-pub mod progress;
 pub mod report;
 pub mod reproduce;
 pub mod robot;
-mod temporary;
 pub mod virtual_board;

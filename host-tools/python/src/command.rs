@@ -6,10 +6,10 @@ use std::thread;
 use std::time::Duration;
 
 use host_tools::cli;
-use host_tools::error::Result;
-use host_tools::job::{self, Job, Kept};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use support::error::Result;
+use support::job::{self, Job, Kept};
 
 use crate::failure::exception;
 

@@ -1,8 +1,8 @@
 //! Errors as Python's exceptions.
 
 use host_tools::cli::NotForBoards;
-use host_tools::error::Error;
 use pyo3::prelude::*;
+use support::error::Error;
 
 /// `gmr.Error`, or `gmr.NotForBoards`: the message, and where.
 pub(crate) fn exception(py: Python<'_>, error: &Error) -> PyErr {

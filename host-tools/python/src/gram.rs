@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use host_tools::cli;
-use host_tools::error::Result;
 use host_tools::gram::{Flat, Merge, TEXTS, names, write_all};
 use host_tools::log::Table;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use support::error::Result;
 
 use crate::command::stoppable;
 use crate::table::numbers;

@@ -3,13 +3,13 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use host_tools::error::{Error, Result};
-use host_tools::job;
 use host_tools::log::{ColumnRequest, Header, RUN, Role, TIME};
-use host_tools::output;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
+use support::error::{Error, Result};
+use support::job;
+use support::output;
 
 use crate::command::stoppable;
 

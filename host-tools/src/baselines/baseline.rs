@@ -1,7 +1,8 @@
 //! What every baseline can do.
 
+use support::error::Result;
+
 use super::point::Point;
-use crate::error::Result;
 
 /// A model that learns power from points.
 pub trait Baseline: Send {

@@ -1,7 +1,8 @@
 //! What models of known form ask of their training points.
 
+use support::error::{Error, Result};
+
 use super::point::Point;
-use crate::error::{Error, Result};
 
 /// Fewest points in which a wheel turns: several for each constant.
 const LEAST: usize = 20;

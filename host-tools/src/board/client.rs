@@ -5,10 +5,10 @@ use std::time::Duration;
 use firmware::control_table::{self as table, BOARD_ID, BOARD_MODEL, Kind, Register};
 use firmware::dynamixel::packet::{self, Instruction, OVERHEAD, Parser};
 use firmware::dynamixel::status::{ALERT, Refusal};
+use support::error::{Error, Result};
+use support::printable;
 
 use super::transport::Transport;
-use crate::error::{Error, Result};
-use crate::printable;
 
 /// The longest packet there is: a status with the whole table, every three bytes of which may need a fourth.
 const LONGEST: usize = OVERHEAD + (1 + table::END as usize) * 4 / 3 + 4;

@@ -4,8 +4,9 @@ use std::io::ErrorKind;
 use std::path::Path;
 use std::process::Command;
 
+use support::error::{Error, Result};
+
 use super::store_image::StoreImage;
-use crate::error::{Error, Result};
 
 const PROGRAM: &str = "dfu-util";
 /// The bootloader of every STM32.

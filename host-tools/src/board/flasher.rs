@@ -11,6 +11,7 @@ use model_core::coefficients::Coefficients;
 use model_core::effects::Cause;
 use model_core::eq18::Gate;
 use model_core::model::Model;
+use support::error::{Error, Result};
 
 use super::client::{Board, Client};
 use super::rail_names;
@@ -18,7 +19,6 @@ use super::store_image::StoreImage;
 use super::transport::Transport;
 use crate::coefficients::{CoefficientsFile, GROUND_NEEDS};
 use crate::effects::written::id_of;
-use crate::error::{Error, Result};
 use crate::robot::Robot;
 
 /// Samples per second of a board that cannot be asked.

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use ihex::{Reader, Record};
+use support::error::{Error, Result};
+use support::output::write_content;
 
 use super::store_image::StoreImage;
-use crate::error::{Error, Result};
-use crate::output::write_content;
 
 /// Data bytes of a line, as programmers write them.
 const LINE: usize = 32;

@@ -17,9 +17,9 @@ mod serving {
 
     use foxglove::{ChannelBuilder, Context, PartialMetadata, RawChannel, Schema, WebSocketServerHandle};
     use log_formats::json_rows::{ENCODING, JsonRows, SCHEMA, SCHEMA_ENCODING, TOPIC};
+    use support::error::{Error, Result};
 
     use crate::board::lines::{cells, names};
-    use crate::error::{Error, Result};
 
     /// Listens from [`open`](Self::open) on, and has a channel from the first lines on.
     pub struct LiveView {
@@ -92,7 +92,7 @@ mod serving {
 
 #[cfg(not(feature = "foxglove"))]
 mod absent {
-    use crate::error::{Error, Result};
+    use support::error::{Error, Result};
 
     /// There is none.
     pub enum LiveView {}

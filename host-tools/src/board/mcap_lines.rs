@@ -3,9 +3,9 @@
 use std::io::{Seek, Write};
 
 use log_formats::write::Mcap;
+use support::error::{Error, Result};
 
 use super::lines::{cells, names};
-use crate::error::{Error, Result};
 
 /// Takes the recorder's lines; the file is whole only when it was [finished](Self::finish), and read up to where it breaks off with
 /// `--allow-truncated` else.

@@ -13,9 +13,9 @@ mod attached {
     use probe_rs::flashing::{DownloadOptions, FlashLoader};
     use probe_rs::probe::list::Lister;
     use probe_rs::{MemoryInterface, Permissions, Session};
+    use support::error::{Error, Result};
 
     use crate::board::store_image::StoreImage;
-    use crate::error::{Error, Result};
 
     /// The OpenCR's, as probe-rs calls it.
     const CHIP: &str = "STM32F746ZGTx";
@@ -76,8 +76,9 @@ mod attached {
 
 #[cfg(not(feature = "probe"))]
 mod absent {
+    use support::error::{Error, Result};
+
     use crate::board::store_image::StoreImage;
-    use crate::error::{Error, Result};
 
     /// Says how to build with probes.
     ///

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use serial2::{SerialPort, Settings};
+use support::error::{Error, Result};
 
 use super::transport::Transport;
-use crate::error::{Error, Result};
 
 /// Over USB the rate means nothing, but 1200 Bd is how the stock firmware is told to enter its bootloader: the rate that
 /// the stock node opens the port with.

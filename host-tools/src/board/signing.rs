@@ -6,8 +6,7 @@ use std::path::Path;
 
 use ed25519_compact::{KeyPair, Seed};
 use firmware::items::{SIGNATURE_BYTES, key_of_hex};
-
-use crate::error::{Error, Result};
+use support::error::{Error, Result};
 
 /// Whoever has it may write coefficients.
 pub struct SecretKey(KeyPair);

@@ -8,11 +8,11 @@ use firmware::power_sensors::Health;
 use firmware::reset::ResetCause;
 use firmware::totals::Keeping;
 use serde::Serialize;
+use support::error::{Error, Result};
 
 use super::client::{Block, Client};
 use super::transport::Transport;
 use super::{health_text, rail_names};
-use crate::error::{Error, Result};
 
 /// Registers of one instant. What the board does not know is `None`.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -3,8 +3,7 @@
 use embassy_futures::block_on;
 use firmware::control_table::{Item, Reason};
 use firmware::store::{ADDRESS, BYTES, RamFlash, Store, StoreError};
-
-use crate::error::{Error, Result};
+use support::error::{Error, Result};
 
 /// The store's two sectors.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::error::Result;
+use support::error::Result;
 
 /// The host's end of a link.
 pub trait Transport {

@@ -7,14 +7,14 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
+use support::error::{Error, Result};
+use support::interrupt;
+use support::output::{check_apart, write_whole};
+use support::own::Form;
 
 use super::drive::DriveArguments;
 use super::overwrite::OverwriteArgument;
 use crate::board::transport::Transport as _;
-use crate::error::{Error, Result};
-use crate::interrupt;
-use crate::output::{check_apart, write_whole};
-use crate::own::Form;
 use crate::plant::{Kinematics, ProfileKind};
 use crate::virtual_board::board::{BoardOptions, VirtualBoard};
 use crate::virtual_board::faults::FaultScript;
@@ -325,7 +325,7 @@ impl Session {
             return Ok(());
         }
         let truth = self.board.robot_mut().truth();
-        crate::output::print_json(&Summary {
+        support::output::print_json(&Summary {
             board_s,
             wall_s,
             speed,

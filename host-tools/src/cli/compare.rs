@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use serde::Serialize;
+use support::error::{Error, Result};
+use support::output::check_apart;
+use support::own::Form;
 
 use crate::baselines;
 use crate::compare::{self, Comparison, Entry, LeftOut, MassSource, Settings, Split, compare};
-use crate::error::{Error, Result};
-use crate::output::check_apart;
-use crate::own::Form;
 use crate::report::{Binned, Page, check_extension};
 use crate::robot::{FOUND, Robot};
 use crate::with_wheels;
@@ -117,7 +117,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
         draw(&comparison, arguments.models.is_empty())?.save(plot)?;
     }
     if arguments.json {
-        return crate::output::print_json(&Report {
+        return support::output::print_json(&Report {
             robot: robot.name(),
             train_rows: comparison.train_rows,
             test_rows: comparison.test_rows,

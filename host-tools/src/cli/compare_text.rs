@@ -1,10 +1,10 @@
 //! What `gmr compare` prints: the list of models, and the table.
 
 use serde::Serialize;
+use support::error::Result;
 
 use crate::baselines::{self, Card, Layout};
 use crate::compare::{Comparison, HOLD_OUT, Horizon, LeftOut, MassSource, OWN, WeightSeeds};
-use crate::error::Result;
 use crate::robot::Robot;
 
 /// A model as the list describes it.
@@ -63,7 +63,7 @@ pub(super) fn print_list(robot: &Robot, names: &[&str], json: bool) -> Result<()
     let mut models = Listed::all(robot);
     models.retain(|model| names.contains(&model.name));
     if json {
-        return crate::output::print_json(&serde_json::json!({ "models": models }));
+        return support::output::print_json(&serde_json::json!({ "models": models }));
     }
     for model in models {
         println!("{}", model.name);

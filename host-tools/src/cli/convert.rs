@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 
 use log_formats::table::Cell;
 use log_formats::write::{Mcap, Parquet};
+use support::error::{Error, Result};
+use support::output;
+use support::own::Form;
+use support::progress::FileProgress;
 
 use super::overwrite::OverwriteArgument;
-use crate::error::{Error, Result};
 use crate::log::foreign::{self, Reading};
 use crate::log::{MASS, RUN, TableReader};
-use crate::output;
-use crate::own::Form;
-use crate::progress::FileProgress;
 use crate::robot::{FOUND, Robot};
 
 /// Arguments of `gmr convert`.

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use clap::ValueEnum;
+use support::error::{Error, Result};
 
-use crate::error::{Error, Result};
 use crate::plant::scenario::duration_allowed;
 use crate::plant::{
     Effect, Geometry, Kinematics, PayloadSchedule, PlantSet, Profile, ProfileKind, Scenario, profile,

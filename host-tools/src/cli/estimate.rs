@@ -4,11 +4,14 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use serde::Serialize;
+use support::error::{Error, Result};
+use support::metrics::Quality;
+use support::output::{check_apart, write_whole};
+use support::own::{Form, POWER};
 
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
 use crate::coefficients::CoefficientsFile;
-use crate::error::{Error, Result};
 use crate::estimate::board::{self, BoardReport, BoardTrack, Delay};
 use crate::estimate::plot::Track;
 use crate::estimate::{
@@ -16,9 +19,6 @@ use crate::estimate::{
     replay_at,
 };
 use crate::log::checks::check_mass;
-use crate::metrics::Quality;
-use crate::output::{check_apart, write_whole};
-use crate::own::{Form, POWER};
 use crate::report::check_extension;
 use crate::robot::{FOUND, Robot};
 use crate::with_wheels;
@@ -259,7 +259,7 @@ fn policy(arguments: &Arguments) -> Result<Policy> {
 
 fn print_json(robot: &Robot, replay: &Replay, beside: Beside) -> Result<()> {
     let quality = replay.quality;
-    crate::output::print_json(&Report {
+    support::output::print_json(&Report {
         r2: quality.and_then(|q| q.r2),
         mape_percent: quality.and_then(|q| q.mape_percent),
         mape_floor_w: robot.mape_floor_w(),

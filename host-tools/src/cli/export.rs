@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
+use support::error::{Error, Result};
+use support::output;
+use support::own::Form;
+
 use super::overwrite::OverwriteArgument;
 use crate::coefficients::CoefficientsFile;
-use crate::error::{Error, Result};
 use crate::export::joints::{self, Language};
 use crate::export::{cruise_m_s, rmf, vda5050};
-use crate::output;
-use crate::own::Form;
 use crate::robot::{FOUND, Robot};
 use crate::with_wheels;
 

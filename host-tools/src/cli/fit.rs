@@ -7,20 +7,20 @@ use firmware::items::check_coefficients;
 use firmware::wheels::WHEELS;
 use model_core::coefficients::Coefficients;
 use serde::Serialize;
+use support::error::{Error, Result};
+use support::metrics::Quality;
+use support::output::check_apart;
+use support::own::Form;
 
 use super::fit_grams;
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
 use crate::board::flasher::{self, USUAL_RATE_HZ};
-use crate::error::{Error, Result};
 use crate::fit::entrance;
 use crate::fit::form::{Judged, TERMS, TERMS_WITH_GYRO, Term};
 use crate::fit::verdict::{Parameter, Verdict};
 use crate::fit::warning::Warning;
 use crate::fit::{self, Fit, Method, ModelKind, linear::Certificate, pgd, physical::Restarts};
-use crate::metrics::Quality;
-use crate::output::check_apart;
-use crate::own::Form;
 use crate::robot::{FOUND, Robot};
 use crate::with_wheels;
 
@@ -230,7 +230,7 @@ fn settings(arguments: &Arguments) -> Result<pgd::Settings> {
 }
 
 fn print_json<const N: usize>(robot: &Robot, fit: &Fit<N>) -> Result<()> {
-    crate::output::print_json(&Report {
+    support::output::print_json(&Report {
         robot: robot.name(),
         model: fit.kind,
         method: fit.method,

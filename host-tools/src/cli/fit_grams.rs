@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
+use support::error::{Error, Result};
+use support::output;
 
-use crate::error::{Error, Result};
 use crate::fit::ModelKind;
 use crate::gram::{self, Fitted, LeftOut, Moved, RunGram, Step};
-use crate::output;
 use crate::robot::Robot;
 
 #[derive(Serialize)]

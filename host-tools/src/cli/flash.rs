@@ -9,6 +9,11 @@ use firmware::power_sensors::RAIL_COUNT;
 use firmware::wheels::WHEELS;
 use model_core::coefficients::Coefficients;
 use serde::Serialize;
+use support::error::{Error, Result};
+use support::output::check_apart;
+use support::own::Form;
+use support::printable;
+use support::progress::WaitProgress;
 
 use super::overwrite::OverwriteArgument;
 use crate::board::client::Client;
@@ -18,11 +23,6 @@ use crate::board::signing::SecretKey;
 use crate::board::store_image::StoreImage;
 use crate::board::{dfu, image_file, probe, rail_names};
 use crate::effects::written::id_of;
-use crate::error::{Error, Result};
-use crate::output::check_apart;
-use crate::own::Form;
-use crate::printable;
-use crate::progress::WaitProgress;
 use crate::robot::Robot;
 
 /// Arguments of `gmr flash`.
@@ -247,7 +247,7 @@ fn held(target: &mut dyn Target) -> Result<Held> {
 
 fn show(held: &Held, json: bool) -> Result<()> {
     if json {
-        return crate::output::print_json(held);
+        return support::output::print_json(held);
     }
     println!("robot: {}", held.robot);
     match &held.coefficients {
@@ -276,7 +276,7 @@ fn report(arguments: &Arguments, robot: &str, items: &[Outcome]) -> Result<()> {
     let file = arguments.out.as_deref();
     if arguments.json {
         let address = file.map(|_| StoreImage::ADDRESS);
-        return crate::output::print_json(&Report { target, robot, items, verified: true, file, address });
+        return support::output::print_json(&Report { target, robot, items, verified: true, file, address });
     }
     for Outcome { item, bytes, crc, signed, unchanged } in items {
         let what = match (unchanged, arguments.rollback) {

@@ -8,17 +8,17 @@ use std::time::Instant;
 use model_core::torque::TorqueModel;
 use rayon::prelude::*;
 use serde::Serialize;
+use support::error::{Error, Result};
+use support::output;
+use support::progress::CountProgress;
 
 use super::units::UnitArguments;
-use crate::error::{Error, Result};
 use crate::fleet::{
     self, Change, Disagreements, Drift, Found, Judged, Log, Outcome, Outliers, Place, Source, Standing, State,
 };
 use crate::gram::{self, Conditioned, RunGram, Spent, Summed};
 use crate::log::checks::check_mass;
 use crate::log::foreign;
-use crate::output;
-use crate::progress::CountProgress;
 use crate::robot::Robot;
 use crate::with_wheels;
 

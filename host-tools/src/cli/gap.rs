@@ -5,12 +5,15 @@ use std::path::{Path, PathBuf};
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;
 use model_core::model::Model;
+use support::error::{Error, Result};
+use support::output::{check_apart, write_content};
+use support::own::Form;
+use support::progress::StageProgress;
 
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
 use crate::coefficients::{CoefficientsFile, InvalidCoefficients};
 use crate::effects::{NotTestable, written};
-use crate::error::{Error, Result};
 use crate::export::joints::Language;
 use crate::fit::dataset::Reading;
 use crate::fit::{self, physical};
@@ -30,10 +33,7 @@ use crate::gap::{extension, manoeuvre, refit, simulation};
 use crate::log::checks;
 use crate::log::runs::Runs;
 use crate::log::speed_column;
-use crate::output::{check_apart, write_content};
-use crate::own::Form;
 use crate::plant::PlantSet;
-use crate::progress::StageProgress;
 use crate::robot::{FOUND, Robot};
 use crate::with_wheels;
 
@@ -219,7 +219,7 @@ fn show(found: &Found, arguments: &Arguments) -> Result<()> {
             suggestion: found.suggestion.as_ref(),
             profile: profile.as_deref(),
         };
-        return crate::output::print_json(&output::json(&found.report, beside));
+        return support::output::print_json(&output::json(&found.report, beside));
     }
     println!("{}", summary::text(&found.report).trim_end());
     if let Some(simulated) = &found.simulated {

@@ -3,13 +3,13 @@
 use std::io::IsTerminal;
 
 use indicatif::{ProgressBar, ProgressStyle};
+use support::error::{Error, Result};
+use support::output::print_json;
 
 use super::gap_bench_count::label;
 use super::{gap_bench_json as as_json, gap_bench_text as text};
-use crate::error::{Error, Result};
 use crate::gap::bench::sets::noises;
 use crate::gap::bench::{self, Case, coverage, manoeuvre};
-use crate::output::print_json;
 use crate::robot::Robot;
 
 /// Arguments of `gmr gap-bench`.

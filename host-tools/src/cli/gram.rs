@@ -4,17 +4,17 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde::Serialize;
+use support::error::{Error, Result};
+use support::output::{self, check_apart};
+use support::own::Form;
+use support::progress::CountProgress;
 
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
-use crate::error::{Error, Result};
 use crate::fit;
 use crate::gram::{self, Conditioned, RunGram};
 use crate::log::checks::check_mass;
 use crate::log::{Header, Table};
-use crate::output::{self, check_apart};
-use crate::own::Form;
-use crate::progress::CountProgress;
 use crate::robot::{FOUND, Robot};
 use crate::with_wheels;
 

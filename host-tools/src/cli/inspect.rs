@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
+use support::error::Result;
+use support::output;
+use support::own::Form;
+use support::progress::FileProgress;
+
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
-use crate::error::Result;
 use crate::inspect::{Moving, Report, Severity, StaticState};
-use crate::output;
-use crate::own::Form;
-use crate::progress::FileProgress;
 use crate::report;
 use crate::robot::FOUND;
 

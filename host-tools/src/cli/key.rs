@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use serde::Serialize;
+use support::error::Result;
 
 use crate::board::signing::SecretKey;
-use crate::error::Result;
 
 /// Arguments of `gmr key`.
 #[derive(clap::Args)]
@@ -47,7 +47,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     };
     let public_key = key.public_hex();
     if file.json {
-        return crate::output::print_json(&Report { file: &file.file, public_key });
+        return support::output::print_json(&Report { file: &file.file, public_key });
     }
     println!("{public_key}");
     Ok(())

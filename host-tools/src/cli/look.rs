@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
+use support::error::{Error, Result};
+use support::output;
+use support::own::Form;
+
 use super::overwrite::OverwriteArgument;
-use crate::error::{Error, Result};
 use crate::look::{self, Report};
-use crate::output;
-use crate::own::Form;
 
 /// Arguments of `gmr look`.
 #[derive(clap::Args)]

@@ -36,13 +36,13 @@ use std::process::ExitCode;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory as _, Parser, Subcommand};
+use support::error::{Error, Result};
+use support::interrupt;
+use support::notice;
+use support::output;
 
-use crate::error::{Error, Result};
 use crate::gram::RunGram;
-use crate::interrupt;
 use crate::log::Table;
-use crate::notice;
-use crate::output;
 
 pub use fit::NotForBoards;
 
@@ -123,7 +123,7 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// Runs a command for another program: its arguments without the program's name. In a [job](crate::job) what it prints is kept.
+/// Runs a command for another program: its arguments without the program's name. In a [job](support::job) what it prints is kept.
 ///
 /// # Errors
 /// As the command; help and version, which are the command line's.

@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 use std::io::{BufRead as _, IsTerminal as _, Write as _};
 use std::path::PathBuf;
 
-use crate::error::{Error, Result};
-use crate::output;
+use support::error::{Error, Result};
+use support::output;
+
 use crate::robot::Robot;
 
 /// Arguments of `gmr new-robot`.

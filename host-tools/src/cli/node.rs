@@ -6,11 +6,11 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use model_core::charge::Charge;
+use support::error::{Error, Result};
+use support::interrupt;
 
 use super::units::UnitArguments;
 use crate::coefficients::CoefficientsFile;
-use crate::error::{Error, Result};
-use crate::interrupt;
 use crate::node::power::LoggedPower;
 use crate::node::{Health, Node, Outlet, PowerSource, State, WheelSource, replay};
 use crate::robot::{FOUND, PowerChip, Robot};
@@ -263,19 +263,19 @@ impl Terminal {
 impl Outlet for Terminal {
     fn publish(&mut self, state: &State) -> Result<()> {
         if self.json {
-            println!("{}", crate::output::json_line(state)?);
-            return crate::output::finish();
+            println!("{}", support::output::json_line(state)?);
+            return support::output::finish();
         }
         let is_due =
             self.last.is_none_or(|(before, at)| before != state.state || state.time_s - at >= LINE_S);
         if self.is_redrawn && self.last.is_some_and(|(before, _)| before == state.state) {
-            crate::output::redraw(1);
+            support::output::redraw(1);
         } else if !is_due {
             return Ok(());
         }
         self.last = Some((state.state, state.time_s));
         println!("{}", state.line());
         // Whoever reads this may have left.
-        crate::output::finish()
+        support::output::finish()
     }
 }

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use crate::error::Result;
-use crate::own::{self, Form};
+use support::error::Result;
+use support::own::{self, Form};
 
 /// Whether files are written over.
 #[derive(clap::Args)]

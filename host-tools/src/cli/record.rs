@@ -9,6 +9,9 @@ use std::time::Duration;
 
 use firmware::power_sensors::Health;
 use serde::Serialize;
+use support::error::{Error, Result};
+use support::interrupt;
+use support::progress::RecordProgress;
 
 use crate::board::client::{Board, Client};
 use crate::board::live_view::{ADDRESS, LiveView};
@@ -16,9 +19,6 @@ use crate::board::mcap_lines::McapLines;
 use crate::board::recorder::{self, Ending, Options, Progress, Recording};
 use crate::board::serial::Serial;
 use crate::board::{health_text, rail_names};
-use crate::error::{Error, Result};
-use crate::interrupt;
-use crate::progress::RecordProgress;
 
 /// Arguments of `gmr record`.
 #[derive(clap::Args)]
@@ -233,7 +233,7 @@ fn report(arguments: &Arguments, board: &Board, recording: Recording, resent: u6
         board,
     };
     if arguments.json {
-        crate::output::print_json(&report)?;
+        support::output::print_json(&report)?;
     }
     let saved =
         format!("{}: {} samples, {seconds:.2} s at {rate_hz:.1} Hz", arguments.out.display(), report.rows);

@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
+use support::error::{Error, Result};
+use support::interrupt;
+use support::output::check_room;
+use support::progress::CountProgress;
+
 use crate::baselines;
-use crate::error::{Error, Result};
-use crate::interrupt;
-use crate::output::check_room;
-use crate::progress::CountProgress;
 use crate::reproduce::{Settings, output, run as reproduce};
 
 /// Arguments of `gmr reproduce`.
@@ -56,9 +57,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     };
     output::save(&study, &arguments.out)?;
     if arguments.json {
-        return crate::output::print_json(&study.json());
+        return support::output::print_json(&study.json());
     }
-    crate::output::print(format_args!("{}", study.text()));
+    support::output::print(format_args!("{}", study.text()));
     Ok(())
 }
 

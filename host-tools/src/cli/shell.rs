@@ -3,9 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Command;
-
-use crate::error::{Error, Result};
-use crate::output;
+use support::error::{Error, Result};
+use support::output;
 
 /// Arguments of `gmr completions`.
 #[derive(clap::Args)]

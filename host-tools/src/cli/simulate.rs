@@ -7,13 +7,13 @@ use std::time::{Duration, Instant};
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
+use support::error::{Error, Result};
+use support::job;
+use support::output::{check_apart, write_whole};
+use support::own::Form;
 
 use super::drive::DriveArguments;
 use super::overwrite::OverwriteArgument;
-use crate::error::{Error, Result};
-use crate::job;
-use crate::output::{check_apart, write_whole};
-use crate::own::Form;
 use crate::plant::encoder::SpeedSource;
 use crate::plant::experiment::{self, Drive};
 use crate::plant::log::Totals;
@@ -162,10 +162,10 @@ struct Summary<'a> {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if arguments.effects && arguments.json {
-        return crate::output::print_json(&effects::json());
+        return support::output::print_json(&effects::json());
     }
     if arguments.effects {
-        crate::output::print(format_args!("{}", effects::list()));
+        support::output::print(format_args!("{}", effects::list()));
         return Ok(());
     }
     // clap has asked for it.
@@ -210,7 +210,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             mean_power_w: totals.mean_w(),
             peak_power_w: totals.peak_w,
         };
-        crate::output::print_json(&summary)?;
+        support::output::print_json(&summary)?;
     } else if !to_stdout {
         eprintln!(
             "{}: {} rows, {} s at {} Hz, {:.3} W on average, {:.3} W at most",

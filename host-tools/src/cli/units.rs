@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use crate::error::Result;
+use support::error::Result;
+
 use crate::log::foreign::{self, Reading};
 use crate::robot::{LogUnits, MassUnit, PowerUnit, Robot, SpeedUnit};
 

@@ -6,10 +6,11 @@ use std::net::UdpSocket;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use support::error::{Error, Result};
+
 use crate::board::client::{Board, Client};
 use crate::board::serial::Serial;
 use crate::board::status::{BatteryStatus, Status};
-use crate::error::{Error, Result};
 
 /// Arguments of `gmr watch`.
 #[derive(clap::Args)]
@@ -46,7 +47,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut drawn = 0;
     loop {
         let status = Status::read(&mut client).map_err(at_port)?;
-        let line = crate::output::json_line(&status)?;
+        let line = support::output::json_line(&status)?;
         if let Some(feed) = &feed {
             feed.send(&line)?;
         }
@@ -56,13 +57,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             let text = text(&board, &status);
             // Over what was drawn before.
             if is_redrawn && drawn > 0 {
-                crate::output::redraw(drawn);
+                support::output::redraw(drawn);
             }
             drawn = text.lines().count();
             println!("{}", text.trim_end());
         }
         // Whoever reads this may have left.
-        crate::output::finish()?;
+        support::output::finish()?;
         if arguments.once {
             return Ok(());
         }

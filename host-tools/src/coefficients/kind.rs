@@ -2,8 +2,7 @@
 
 use model_core::eq18::Gate;
 use serde::{Deserialize, Serialize};
-
-use crate::error::{Error, Result};
+use support::error::{Error, Result};
 
 /// Which model to fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]

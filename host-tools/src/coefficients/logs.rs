@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use support::error::{Error, Result};
+
 use super::fingerprint;
-use crate::error::{Error, Result};
 
 /// A log that coefficients were fitted to.
 #[derive(Debug, Clone, PartialEq, Eq)]

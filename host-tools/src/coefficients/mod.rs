@@ -19,6 +19,9 @@ use model_core::model::Model;
 use model_core::payload::Noise;
 use model_core::torque::{Drive, TorqueModel};
 use nalgebra::DMatrix;
+use support::error::{Error, Result};
+use support::input::{MOST_DESCRIPTION, read_text};
+use support::output::write_content;
 
 pub use self::error::{Difference, InvalidCoefficients, InvalidCovariance};
 pub use self::kind::{Method, ModelKind};
@@ -29,9 +32,6 @@ use self::document::{
     Document, ExtensionSection, FORMAT, FORMAT_WITH_GYRO, FORMAT_WITH_TRAITS, FitSection, NoiseSection,
 };
 use crate::effects::written::{self, Written, Wrong};
-use crate::error::{Error, Result};
-use crate::input::{MOST_DESCRIPTION, read_text};
-use crate::output::write_content;
 use crate::robot::Robot;
 
 /// What is said of coefficients whose ground cannot adapt.

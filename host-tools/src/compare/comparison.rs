@@ -1,5 +1,8 @@
 //! The table of models.
 
+use support::error::{Error, Result};
+use support::metrics::{Metrics, Quality};
+
 use super::entry::{Entry, Horizon, LeftOut, MassSource, Pair, WeightSeeds};
 use super::evaluate::{Evaluation, MassSearch, evaluate_all};
 use super::mass;
@@ -8,11 +11,9 @@ use super::persistence::persistence_r2;
 use super::settings::Settings;
 use super::split::{Data, Split};
 use crate::baselines::{self, Card, Parameter, Point};
-use crate::error::{Error, Result};
 use crate::estimate::{Payloads, Policy, PolicyKind, bucket_length, replay};
 use crate::fit::dataset::Row;
 use crate::fit::{self, ModelKind, pgd};
-use crate::metrics::{Metrics, Quality};
 use crate::robot::Robot;
 
 /// A table, and for each entry the pairs to plot.

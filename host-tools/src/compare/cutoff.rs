@@ -8,11 +8,11 @@
 use std::path::PathBuf;
 
 use rayon::prelude::*;
+use support::error::Result;
 
 use super::points::{self, Wanted};
 use crate::baselines::cards::{JARAMILLO, LINEAR, SADRPOUR_OFFLINE, TOUZOUT};
 use crate::baselines::{Card, Point};
-use crate::error::Result;
 use crate::log::SampleReader;
 use crate::robot::Robot;
 

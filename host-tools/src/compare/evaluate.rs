@@ -4,14 +4,14 @@ use std::borrow::Cow;
 use std::time::Instant;
 
 use rayon::prelude::*;
+use support::error::{Error, Result};
+use support::metrics::Metrics;
+use support::progress::CountProgress;
 
 use super::entry::{Pair, WeightSeeds};
 use super::points::Wanted;
 use super::search::{Searched, search};
 use crate::baselines::{Baseline, Card, Layout, Need, Parameter, Point};
-use crate::error::{Error, Result};
-use crate::metrics::Metrics;
-use crate::progress::CountProgress;
 use crate::robot::Robot;
 
 /// What came of one baseline.

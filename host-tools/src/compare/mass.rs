@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
+use support::error::Result;
+
 use super::own::OWN;
 use super::settings::Settings;
 use crate::baselines::{self, Point};
-use crate::error::Result;
 use crate::log::{Header, MASS};
 
 /// Names each log that does not tell its mass, and the mass that is taken for it.

@@ -1,7 +1,8 @@
 //! The yardstick of every prediction that has seen power: that nothing changes.
 
+use support::metrics::Metrics;
+
 use crate::baselines::Point;
-use crate::metrics::Metrics;
 
 /// R² of the power at least so long before, in the same run; `None` where no point has one.
 pub fn persistence_r2(points: &[Point], horizon_s: f64) -> Option<f64> {

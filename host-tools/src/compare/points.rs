@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::estimator::GAP_PERIODS;
 use model_core::filter::{Channel, LowPass};
+use support::error::{Error, Result};
 
 use crate::baselines::{Need, Point, Readings};
-use crate::error::{Error, Result};
 use crate::fit::dataset::{Row, condition, conditioner};
 use crate::log::{Exclusions, Header, SampleReader};
 use crate::robot::Robot;

@@ -4,8 +4,9 @@
 //! robot's masses, then the parabola through the best three) is taken for the second that follows. So any model with a mass as its input is an
 //! estimator of the mass, too, and predicts without being told it.
 
+use support::error::Result;
+
 use crate::baselines::{Baseline, Point};
-use crate::error::Result;
 
 /// Masses on the grid.
 const GRID: usize = 41;

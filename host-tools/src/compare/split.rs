@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use support::error::{Error, Result};
+
 use super::points::{self, Wanted};
 use super::settings::Settings;
 use super::{cutoff, delay, mass};
 use crate::baselines::Point;
-use crate::error::{Error, Result};
 use crate::fit;
 use crate::fit::dataset::{Dataset, Reading, Row};
 use crate::fit::form::Term;

@@ -1,6 +1,7 @@
 //! What there is to say of an effect.
 
 use model_core::effects::Cause;
+use support::error;
 
 use super::candidate::{Candidate, Way};
 use super::detail::Detail;
@@ -10,7 +11,6 @@ use super::plant::{Finding, Part};
 use super::regressor::Regressor;
 use super::scope::Scope;
 use super::sign::Sign;
-use crate::error;
 
 /// An effect.
 #[derive(Debug, Clone, Copy)]

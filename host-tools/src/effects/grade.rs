@@ -1,6 +1,7 @@
 //! A road that slopes: gravity along the way, by a measured pitch, ahead, or in a direction of the world.
 
 use model_core::effects::{Cause, Term};
+use support::error;
 
 use super::candidate::Way;
 use super::column::PITCH;
@@ -13,7 +14,6 @@ use super::plant::{Finding, Part};
 use super::regressor::Regressor;
 use super::scope::Scope;
 use super::sign::Sign;
-use crate::error;
 
 pub(super) const GRADE: Entry = Entry {
     id: "grade",

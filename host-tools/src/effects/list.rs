@@ -1,5 +1,7 @@
 //! The list of all effects, and what is looked up in it.
 
+use support::error::Result;
+
 use super::plant::{Finding, Part};
 use super::{Candidate, Entry, NotTestable, Physical, Scope, World};
 use super::{
@@ -7,7 +9,6 @@ use super::{
     rolling_resistance_change, sensor_delay, sensor_gain, sensor_offset, speed_scale, static_step, stribeck,
     supply_sag, surface_switch, turning_scrub, viscous_change, wheel_drag, windage, winding_temperature,
 };
-use crate::error::Result;
 
 /// All effects, in the order of the documentation.
 pub static ENTRIES: [Entry; 21] = [

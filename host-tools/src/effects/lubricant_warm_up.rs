@@ -1,6 +1,7 @@
 //! Grease that is thick at first and thins as the gears warm: viscous torque that fades.
 
 use model_core::effects::{Cause, Term};
+use support::error;
 
 use super::candidate::Way;
 use super::detail::Detail;
@@ -10,7 +11,6 @@ use super::plant::{Finding, Part};
 use super::regressor::Regressor;
 use super::scope::Scope;
 use super::sign::Sign;
-use crate::error;
 
 pub(super) const LUBRICANT_WARM_UP: Entry = Entry {
     id: "lubricant-warm-up",

@@ -1,5 +1,7 @@
 //! A mass that was noted wrongly.
 
+use support::error;
+
 use super::candidate::Way;
 use super::detail::{Detail, Runs};
 use super::entry::Entry;
@@ -7,7 +9,6 @@ use super::plant::{Finding, LEAST_LEFT, Part};
 use super::regressor::Regressor;
 use super::scope::Scope;
 use super::sign::Sign;
-use crate::error;
 
 /// See the file's head.
 pub const PAYLOAD_MISLABEL: Entry = Entry {

@@ -1,6 +1,7 @@
 //! A load off centre: the wheels of one side carry more of it.
 
 use model_core::effects::{Cause, Term};
+use support::error;
 
 use super::candidate::Way;
 use super::detail::Detail;
@@ -12,7 +13,6 @@ use super::plant::{Finding, Part};
 use super::regressor::Regressor;
 use super::scope::Scope;
 use super::sign::Sign;
-use crate::error;
 
 pub(super) const PAYLOAD_OFFSET: Entry = Entry {
     id: "payload-offset",

@@ -1,7 +1,8 @@
 //! A named effect as the physical cause that the plant has for it.
 
+use support::error::Result;
+
 use super::{Candidate, Regressor};
-use crate::error::Result;
 use crate::plant::Effect;
 
 /// In which runs a cause acts, by their places among all runs of a set.

@@ -1,6 +1,7 @@
 //! Another floor: a torque in proportion to the mass, beyond the fitted one.
 
 use model_core::effects::{Cause, GRAVITY, Term};
+use support::error;
 
 use super::candidate::Way;
 use super::detail::Detail;
@@ -9,7 +10,6 @@ use super::physical::Conversion;
 use super::plant::{Finding, LEAST_LEFT, Part};
 use super::regressor::Regressor;
 use super::sign::Sign;
-use crate::error;
 
 pub(super) const ROLLING_RESISTANCE_CHANGE: Entry = Entry {
     id: "rolling-resistance-change",

@@ -1,6 +1,7 @@
 //! Encoders that show more or less than there is: wheel radius or scale.
 
 use model_core::effects::{Cause, Side};
+use support::error;
 
 use super::candidate::Way;
 use super::detail::{Detail, WheelSide};
@@ -11,7 +12,6 @@ use super::plant::{Finding, Part};
 use super::regressor::Regressor;
 use super::scope::Scope;
 use super::sign::Sign;
-use crate::error;
 
 pub(super) const SPEED_SCALE: Entry = Entry {
     id: "speed-scale",

@@ -1,6 +1,7 @@
 //! Static power that changes its state: with motion, from a time on, or at times of its own.
 
 use model_core::effects::{Cause, Term};
+use support::error;
 
 use super::candidate::Way;
 use super::detail::{Detail, FROM_MOTION, MOTION};
@@ -11,7 +12,6 @@ use super::plant::{Finding, Part};
 use super::regressor::Regressor;
 use super::scope::Scope;
 use super::sign::Sign;
-use crate::error;
 
 /// See the file's head.
 pub const STATIC_STEP: Entry = Entry {

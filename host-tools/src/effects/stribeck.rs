@@ -1,6 +1,7 @@
 //! Dry friction that peaks near standstill: a torque exp(−(w / width)²) along the motion.
 
 use model_core::effects::{Cause, Term};
+use support::error;
 
 use super::candidate::Way;
 use super::detail::Detail;
@@ -11,7 +12,6 @@ use super::plant::{Finding, Part};
 use super::regressor::Regressor;
 use super::scope::Scope;
 use super::sign::Sign;
-use crate::error;
 
 pub(super) const STRIBECK: Entry = Entry {
     id: "stribeck",

@@ -1,6 +1,7 @@
 //! One wheel that drags: a dry torque at it.
 
 use model_core::effects::{Cause, Term};
+use support::error;
 
 use super::candidate::Way;
 use super::detail::{Detail, WheelSide};
@@ -12,7 +13,6 @@ use super::plant::{Finding, Part};
 use super::regressor::Regressor;
 use super::scope::Scope;
 use super::sign::Sign;
-use crate::error;
 
 pub(super) const WHEEL_DRAG: Entry = Entry {
     id: "wheel-drag",

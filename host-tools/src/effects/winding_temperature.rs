@@ -1,6 +1,7 @@
 //! Hot copper: the winding loss is greater, by measured temperatures, by its own heat, with time, or throughout.
 
 use model_core::effects::{Cause, Term};
+use support::error;
 
 use super::candidate::Way;
 use super::column::temperature;
@@ -13,7 +14,6 @@ use super::plant::{Finding, Part};
 use super::regressor::Regressor;
 use super::scope::{Scope, ScopeColumn};
 use super::sign::Sign;
-use crate::error;
 
 pub(super) const WINDING_TEMPERATURE: Entry = Entry {
     id: "winding-temperature",

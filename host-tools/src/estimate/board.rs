@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use serde::Serialize;
+use support::error::Result;
+use support::metrics::{Metrics, Quality};
 
 use super::{Change, Instant};
-use crate::error::Result;
 use crate::log::{ColumnRequest, Header, LogReader, Role, TIME};
-use crate::metrics::{Metrics, Quality};
 
 /// The board's columns of a recorded log.
 const COLUMNS: [&str; 4] = ["board_power_w", "board_mass_kg", "board_mass_low_kg", "board_mass_high_kg"];

@@ -17,6 +17,9 @@ use model_core::payload::schedule::Schedule;
 use model_core::payload::window::Window;
 use model_core::payload::{MassEstimate, Place, Unknown};
 use serde::{Deserialize, Serialize};
+use support::error::{Error, Result};
+use support::metrics::{Metrics, Quality};
+use support::progress::FileProgress;
 
 use outside::Columns;
 pub use pipeline::GroundAt;
@@ -26,10 +29,7 @@ use told::Telling;
 pub use told::Told;
 
 use crate::coefficients::GROUND_NEEDS;
-use crate::error::{Error, Result};
 use crate::log::{Exclusions, Header, NO_GYRO, RawRow, SampleReader, YAW_RATE};
-use crate::metrics::{Metrics, Quality};
-use crate::progress::FileProgress;
 use crate::robot::Robot;
 
 /// How the mass is found.

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use model_core::coefficients::Coefficients;
 use model_core::effects::live::Outside;
+use support::error::{Error, Result};
 
 use crate::effects::written::id_of;
 use crate::effects::{PITCH, PROCESSOR};
-use crate::error::{Error, Result};
 use crate::log::Header;
 
 /// Names of the columns, and what they are.

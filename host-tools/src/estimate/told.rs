@@ -4,9 +4,9 @@ use model_core::coefficients::Coefficients;
 use model_core::effects::live::{Additions, Live};
 use model_core::estimator::Estimate;
 use serde::Serialize;
+use support::metrics::{Metrics, Quality};
 
 use crate::log::RawRow;
-use crate::metrics::{Metrics, Quality};
 
 /// The model at a known mass, against the measured power.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use model_core::coefficients::Coefficients;
 use model_core::model::Model;
 use serde::Serialize;
+use support::error::{Error, Result};
 
 use super::{Lost, drives_lost};
-use crate::error::{Error, Result};
 use crate::robot::Robot;
 
 /// Which program's words.

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 
 use model_core::coefficients::Coefficients;
 use serde::Serialize;
+use support::error::Result;
 
 use super::{Lost, cruise_m_s, drives_lost, straight_w};
-use crate::error::Result;
 use crate::predict::rmf::Vehicle;
 use crate::robot::Robot;
 

@@ -3,9 +3,9 @@
 use model_core::charge::{Pack, USUAL_RESISTANCE_OHM};
 use model_core::coefficients::Coefficients;
 use serde::Serialize;
+use support::error::Result;
 
 use super::straight_w;
-use crate::error::Result;
 use crate::robot::Robot;
 
 /// What is known now.

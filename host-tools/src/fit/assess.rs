@@ -3,9 +3,9 @@
 use model_core::model::Model;
 use model_core::payload::Noise;
 use nalgebra::{DMatrix, DVector};
+use support::metrics::{Metrics, Quality};
 
 use super::dataset::{Dataset, Row};
-use crate::metrics::{Metrics, Quality};
 use crate::numerics::robust::{NORMAL_95, median, quantile, scale_of_sizes};
 use crate::numerics::scaled_inverse::ScaledInverse;
 

@@ -14,12 +14,12 @@ use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;
 use model_core::model::Model;
 use rayon::prelude::*;
+use support::error::Result;
 
 use super::dataset::Dataset;
 use super::form::{self, Choice, Form, Term};
 use super::physical;
 use super::pilot::Pilots;
-use crate::error::Result;
 use crate::robot::Robot;
 
 /// Candidates, Hz: half-octaves from where means over a second pass unchanged.

@@ -13,13 +13,13 @@ use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::{self, Gate, REGRESSORS};
 use model_core::gyro::GyroConditioner;
 use model_core::motion::Motion;
+use support::error::{Error, Result};
+use support::job;
+use support::progress::FileProgress;
 
 use super::gram::Gram;
-use crate::error::{Error, Result};
-use crate::job;
 pub use crate::log::conditioner;
 use crate::log::{RawRow, SampleReader};
-use crate::progress::FileProgress;
 use crate::robot::Robot;
 
 /// Most rows in the store.

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use support::error::{Error, Result};
+
 use super::warning::Warning;
-use crate::error::{Error, Result};
 use crate::log::standing::{Standings, Stuck};
 use crate::log::suspicion::{Kind, Look, Suspicion};
 use crate::log::{MASS, POWER, SampleReader};

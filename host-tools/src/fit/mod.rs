@@ -26,6 +26,8 @@ use model_core::model::Model;
 use model_core::payload::Noise;
 use nalgebra::DVector;
 use serde::Serialize;
+use support::error::{Error, Result};
+use support::metrics::Quality;
 
 use self::assess::Uncertainty;
 use self::dataset::{Dataset, Reading, Row};
@@ -34,8 +36,6 @@ use self::pilot::Pilots;
 use self::verdict::Parameter;
 use self::warning::Warning;
 pub use crate::coefficients::{Method, ModelKind};
-use crate::error::{Error, Result};
-use crate::metrics::Quality;
 use crate::robot::Robot;
 
 /// A model, what it is worth, and how it was found.

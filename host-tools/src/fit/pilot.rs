@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::gyro::GyroConditioner;
+use support::error::Result;
 
 use super::dataset::{Row, condition};
-use crate::error::Result;
 use crate::log::{RawRow, SampleReader};
 use crate::robot::Robot;
 

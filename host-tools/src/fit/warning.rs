@@ -1,9 +1,9 @@
 //! What a fit has to say against itself.
 
 use serde::Serialize;
+use support::metrics::Quality;
 
 use super::physical::AtBound;
-use crate::metrics::Quality;
 
 /// One thing that keeps the coefficients from being what they look like.
 #[derive(Debug, Clone, PartialEq, Serialize)]

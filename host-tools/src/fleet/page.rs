@@ -3,14 +3,14 @@
 use std::path::Path;
 
 use maud::{Markup, html};
+use support::error::Result;
+use support::output::write_content;
 
 use super::abstain::Judged;
 use super::disagree::Disagreements;
 use super::drift::Drift;
 use super::outlier::Outliers;
 use super::rank::Standing;
-use crate::error::Result;
-use crate::output::write_content;
 use crate::report::html::{WHOLE, document, figure, tile};
 use crate::report::{Bars, Panel, palette};
 

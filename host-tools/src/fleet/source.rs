@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 #[cfg(feature = "bucket")]
+use support::error::{Error, Result};
+
 use super::bucket::Bucket;
 use super::logs::{ENDINGS, Log, Place};
-use crate::error::{Error, Result};
 
 /// Where the logs come from.
 #[derive(Debug)]

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use crc::{CRC_64_XZ, Crc};
 use serde::{Deserialize, Serialize};
+use support::error::{Error, Result};
+use support::output::write_content;
 
 use super::logs::Log;
-use crate::error::{Error, Result};
 use crate::gram::RunGram;
-use crate::output::write_content;
 
 /// A folder of such files.
 #[derive(Debug, Clone)]

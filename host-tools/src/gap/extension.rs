@@ -5,6 +5,7 @@ use std::path::Path;
 
 use model_core::payload::Noise;
 use nalgebra::{DMatrix, DVector};
+use support::error::{Error, Result};
 
 use super::report::Report;
 use super::thresholds::extension::{BLOCK_S, LEAST_INFORMATION, WINDOW_S};
@@ -12,7 +13,6 @@ use super::twin::{State, Twin};
 use crate::coefficients::{CoefficientsFile, InvalidCoefficients};
 use crate::effects::Regressor;
 use crate::effects::written::Written;
-use crate::error::{Error, Result};
 use crate::log::runs::Runs;
 use crate::numerics::robust::{NORMAL_95, median, quantile, scale_of_sizes};
 

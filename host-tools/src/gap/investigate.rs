@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use support::error::Result;
+
 use super::calibrate::shown_by_clean;
 use super::confirm::{self, Confirmed, ConfirmedShare};
 use super::detect::over_dispersion::OverDispersion;
@@ -26,7 +28,6 @@ use super::twin::{State, Twin};
 use super::types::{Base, Named, Options, Round, Verdict};
 use super::words;
 use crate::effects::{Candidate, Regressor, World, physical};
-use crate::error::Result;
 use crate::log::runs::Runs;
 use model_core::kinematics::Kinematics;
 use nalgebra::DMatrix;

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use model_core::coefficients::Robot as CoreRobot;
+use support::error::Result;
 
 use super::report::Report;
 use super::types::{Base, Verdict};
-use crate::error::Result;
 use crate::fit::form::{Judged, TERMS, Term};
 use crate::fit::lacking;
 use crate::robot::Robot;

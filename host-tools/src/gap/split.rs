@@ -1,7 +1,8 @@
 //! Runs that are looked at, and runs that stay locked until the end.
 
+use support::error::{Error, Result};
+
 use super::thresholds::split::{LEAST_OPEN, ONE_LOCKED_OF};
-use crate::error::{Error, Result};
 use crate::gap::noise::whiten::Signal;
 use crate::log::runs::Runs;
 

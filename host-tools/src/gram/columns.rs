@@ -6,9 +6,9 @@ use std::sync::LazyLock;
 
 use serde::Serialize;
 use serde_json::Value;
+use support::error::{Error, Result};
 
 use super::run::{FORMAT, RunGram};
-use crate::error::{Error, Result};
 
 /// Columns of text: the run's name, and JSON of what groups it, of how it was read and of its payloads.
 pub const TEXTS: [&str; 4] = ["run", "keys", "setting", "summary_masses"];

@@ -3,11 +3,12 @@
 use std::io::{BufRead as _, BufReader};
 use std::path::Path;
 
+use support::error::{Error, Result};
+use support::input::Input;
+use support::output::write_whole;
+
 use super::parquet;
 use super::run::{FORMAT, RunGram};
-use crate::error::{Error, Result};
-use crate::input::Input;
-use crate::output::write_whole;
 
 /// Writes them, whole or not at all: a file `….parquet` as such, any other as JSON, a run a line.
 ///

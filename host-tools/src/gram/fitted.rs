@@ -5,10 +5,10 @@ use model_core::eq18::REGRESSORS;
 use model_core::torque::Drive;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
+use support::error::{Error, Result};
 
 use super::polynomial::{self, Cost};
 use super::run::{RunGram, total};
-use crate::error::{Error, Result};
 use crate::fit::ModelKind;
 use crate::fit::assess::{Uncertainty, sandwich};
 use crate::fit::gram::{Gram, Vector};

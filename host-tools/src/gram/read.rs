@@ -11,16 +11,16 @@ use model_core::gyro::GyroConditioner;
 use model_core::model::Model;
 use model_core::torque::Drive;
 use serde::Serialize;
+use support::error::{Error, Result};
+use support::input::{MOST_DESCRIPTION, read_text};
 
 use super::local::{Local, Reference};
 use super::polynomial;
 use super::run::{FORMAT, RunGram, Setting};
 use super::summary::{Moment, Summary};
 use crate::coefficients::CoefficientsFile;
-use crate::error::{Error, Result};
 use crate::fit::dataset::{Row, condition};
 use crate::fit::gram::Gram;
-use crate::input::{MOST_DESCRIPTION, read_text};
 use crate::log::{Header, MIN_GAP_FACTOR, RawRow, SampleReader, conditioner};
 use crate::robot::Robot;
 

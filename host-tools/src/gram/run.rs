@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use model_core::eq18::REGRESSORS;
 use serde::{Deserialize, Serialize};
+use support::error::{Error, Result};
 
 use super::local::Local;
 use super::polynomial::PRODUCTS;
 use super::summary::Summary;
-use crate::error::{Error, Result};
 use crate::fit::gram::Gram;
 
 /// Of the lines.

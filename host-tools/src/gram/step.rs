@@ -5,12 +5,12 @@ use std::path::Path;
 use model_core::model::Model;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
+use support::error::{Error, Result};
 
 use super::local::Local;
 use super::read::checksum_of;
 use super::run::{RunGram, total};
 use crate::coefficients::CoefficientsFile;
-use crate::error::{Error, Result};
 use crate::fit::physical::{Bounds, parameters, torque};
 use crate::fit::verdict;
 use crate::numerics::scaled_inverse::ScaledInverse;

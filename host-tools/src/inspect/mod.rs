@@ -22,10 +22,10 @@ pub use finding::{Finding, Severity};
 pub use report::Report;
 pub use sensors::Outliers;
 pub use static_power::{Moving, StaticPower, StaticState};
+use support::error::Result;
 pub use timing::Timing;
 pub use verdict::{Use, Verdict};
 
-use crate::error::Result;
 use crate::robot::Robot;
 
 impl Report {

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
+use support::error::Result;
+
 use super::blocks::{Block, Blocks};
 use super::excitation::{Excitation, Watch};
 use super::sensors::{Outliers, Spikes};
 use super::timing::{Steps, Timing};
-use crate::error::Result;
 use crate::log::standing::{Standings, Stuck};
 use crate::log::suspicion::{Look, Suspicion};
 use crate::log::{

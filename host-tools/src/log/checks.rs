@@ -5,12 +5,12 @@ use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use model_core::effects::GRAVITY;
+use support::error::{Error, Result};
 
 use super::POWER;
 pub use super::masses::{check_mass, masses};
 use super::row::Run;
 use super::runs::Runs;
-use crate::error::{Error, Result};
 
 /// Power per weight and speed, W/(N·m/s), that a robot on wheels can take: one of the most frugal needs 0.02, a small one with idle
 /// electronics in its power some tens.

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use log_formats::table::Columns;
 pub use log_formats::table::Values;
+use support::error::{Error, Result};
+use support::job;
 
 use super::foreign;
-use crate::error::{Error, Result};
-use crate::job;
 
 /// Columns of equal length in memory, by name.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,6 +6,7 @@ use std::path::Path;
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::effects::Course;
 use model_core::filter::{Channel, LowPass};
+use support::error::{Error, Result};
 
 use super::YAW_RATE;
 use super::conditioner::conditioner;
@@ -13,7 +14,6 @@ use super::motions::Motions;
 use super::raw::RawRun;
 use super::row::{Row, Run};
 use super::shared::Shared;
-use crate::error::{Error, Result};
 
 /// The filter of a robot's logs, stepped every `period_s`.
 ///

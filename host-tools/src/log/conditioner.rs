@@ -7,9 +7,9 @@ use model_core::delay::FRAMES;
 use model_core::estimator::Unfit;
 use model_core::filter::InvalidCutoff;
 use model_core::gyro::GyroConditioner;
+use support::error::{Error, Result};
 
 use super::RUN;
-use crate::error::{Error, Result};
 
 /// The conditioner for a log of this robot.
 ///

@@ -3,6 +3,8 @@
 use std::collections::VecDeque;
 use std::path::Path;
 
+use support::error::{Error, Result};
+
 use super::exclusions::Exclusions;
 use super::header::Header;
 use super::reader::{ColumnRequest, LogReader, Role};
@@ -10,7 +12,6 @@ use super::simulated::Torques;
 use super::{
     MASS, POWER, RUN, SIM_POWER, TIME, YAW_RATE, acceleration_column, sim_torque_column, speed_column,
 };
-use crate::error::{Error, Result};
 use crate::robot::{PowerSource, Robot};
 
 /// A step longer than this many median sample periods is a gap: derivatives and filters start afresh behind it.

@@ -3,10 +3,11 @@
 use std::collections::HashSet;
 use std::path::Path;
 
+use support::error::{Error, Result};
+
 use super::columnar::{Columnar, Table};
 use super::source::{Line, Source, carriage_returns};
 use super::{foreign, scan};
-use crate::error::{Error, Result};
 
 /// An opened log of which only the header was read.
 pub struct Header {

@@ -1,7 +1,8 @@
 //! Masses that a robot's log can have.
 
+use support::error::{Error, Result};
+
 use super::MASS;
-use crate::error::{Error, Result};
 use crate::robot::Robot;
 
 /// Masses below the robot's least by more than this factor, or above its greatest, are of another unit.

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use model_core::estimator::Sample;
+use support::error::Result;
+use support::printable;
 
 use super::masses::check_mass;
 use super::table::numbers_in_first_row;
 use super::{Header, MASS, POWER, RUN, SIM, SampleReader, TIME, YAW_RATE, acceleration_column, speed_column};
-use crate::error::Result;
-use crate::printable;
 use crate::robot::Robot;
 
 /// A run as recorded.

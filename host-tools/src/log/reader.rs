@@ -3,12 +3,13 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use support::error::{Error, Result};
+
 use super::columnar::{Columnar, Values};
 use super::exclusions::Exclusions;
 use super::header::{From, Header};
 use super::scan;
 use super::source::Line;
-use crate::error::{Error, Result};
 
 /// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::effects::Layout;
+use support::error::{Error, Result};
 
 use super::conditioned;
 use super::motions::Step;
@@ -13,7 +14,6 @@ use super::raw;
 pub use super::raw::RawRun;
 pub use super::row::{Row, Run};
 use super::shared::Shared;
-use crate::error::{Error, Result};
 use crate::robot::Robot;
 
 /// Rows a second that are kept, at most about.

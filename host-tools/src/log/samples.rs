@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use model_core::estimator::{GAP_PERIODS, Sample};
+use support::error::{Error, Result};
 
 use super::drive::DriveReader;
 use super::{Exclusions, Header, MASS};
-use crate::error::{Error, Result};
 use crate::robot::Robot;
 
 /// A row before the filter.

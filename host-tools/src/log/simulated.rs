@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use support::error::{Error, Result};
+
 use super::{Header, POWER, SIM_POWER, sim_torque_column};
-use crate::error::{Error, Result};
 use crate::robot::{Motor, PowerSource, Robot};
 
 /// A simulator's torques as power.

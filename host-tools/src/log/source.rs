@@ -3,10 +3,11 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use support::error::{Error, Result};
+use support::input::Input;
+use support::job;
+
 use super::foreign;
-use crate::error::{Error, Result};
-use crate::input::Input;
-use crate::job;
 
 /// Bytes read at once, and the longest line accepted.
 const BUFFER: usize = 1 << 20;

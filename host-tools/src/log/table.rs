@@ -4,10 +4,10 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use log_formats::table::Cell;
+use support::error::Result;
 
 use super::reader::{ColumnRequest, LogReader, Role};
 use super::{Header, RUN, TIME, foreign, scan};
-use crate::error::Result;
 
 /// Which fields of a log's first row are numbers or empty; none where there is no row.
 ///

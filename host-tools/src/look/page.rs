@@ -1,9 +1,9 @@
 //! The page of a look: what the summary says, and power over time, speed and turn.
 
 use maud::html;
+use support::error::Result;
 
 use super::report::Report;
-use crate::error::Result;
 use crate::report::html::WHOLE;
 use crate::report::zoom::{Zoomed, document, figure};
 use crate::report::{CellSeries, Cells, Line, Stroke, TimeSeries, palette};

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use log_formats::merge::merge;
 use log_formats::table::Cell;
+use support::error::{Error, Result};
 
 use super::tally::{Moment, Tally};
 use super::topics::{Topic, Topics};
-use crate::error::{Error, Result};
 use crate::log::foreign::{self, CHARGE, CURRENT, Column, SPEED, TURN};
 use crate::log::{MASS, POWER, RUN, TIME, TableReader};
 

@@ -3,12 +3,13 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use support::error::Result;
+use support::printable;
+
 use super::advice::Advice;
 use super::read;
 use super::tally::Tally;
 use super::topics::Topic;
-use crate::error::Result;
-use crate::printable;
 
 /// A log at a glance. What the log does not tell is left out (`null` in JSON).
 #[derive(Debug, Clone, serde::Serialize)]

@@ -10,9 +10,9 @@ use embassy_futures::block_on;
 use embedded_hal::i2c::{ErrorType, I2c, Operation};
 use firmware::power_sensors::{Event, PowerSensor, RAILS, Rail, Shunt};
 use linux_embedded_hal::I2cdev;
+use support::error::{Error, Result};
 
 use super::power::{PowerSource, Reading};
-use crate::error::{Error, Result};
 use crate::robot::{NodeSettings, PowerChip};
 
 /// Time between two polls, s: no chip converts faster as it is set up here.

@@ -117,7 +117,7 @@ impl<'a, const N: usize> Node<'a, N> {
     ///
     /// # Errors
     /// As [`Pipeline::new`].
-    pub fn row(&mut self, row: &RawRow<N>, voltage_v: f64, period_s: f64) -> crate::error::Result<()> {
+    pub fn row(&mut self, row: &RawRow<N>, voltage_v: f64, period_s: f64) -> support::error::Result<()> {
         if self.pipeline.is_none()
             && let Some(coefficients) = self.coefficients
         {

@@ -20,9 +20,8 @@ pub use live::Node;
 pub use pipeline::Pipeline;
 pub use power::{PowerSource, Reading};
 pub use state::{Health, State};
+use support::error::Result;
 pub use wheels::{Motion, WheelMessage};
-
-use crate::error::Result;
 
 /// Where states go.
 pub trait Outlet {

@@ -7,8 +7,8 @@ use model_core::model::Model;
 use model_core::payload::roots::RootMean;
 use model_core::payload::schedule::Schedule;
 use model_core::payload::window::Window;
+use support::error::{Error, Result};
 
-use crate::error::{Error, Result};
 use crate::estimate::{Fitted, Pipeline as Estimating, bucket_length};
 
 /// Length of the window, s: as `gmr estimate`.

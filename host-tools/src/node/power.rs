@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use crate::error::Result;
+use support::error::Result;
+
 use crate::log::{ColumnRequest, LogReader, POWER, Role, TIME};
 use crate::robot::Robot;
 

@@ -4,9 +4,10 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use support::error::Result;
+
 use super::power::VOLTAGE;
 use super::{Node, Outlet};
-use crate::error::Result;
 use crate::log::{Header, SampleReader};
 use crate::robot::Robot;
 

@@ -8,13 +8,13 @@
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use serde::Serialize;
+use support::error::Result;
 
 use super::ina219::Ina219;
 use super::kinematics::Kinematics;
 use super::noise::{Stream, stream};
 use super::rails::PowerTree;
 use super::{PayloadSchedule, PlantSet, Profile, ProfileKind, Rounds, Scenario, Sensors, Simulation};
-use crate::error::Result;
 
 /// Which drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, clap::ValueEnum)]

@@ -4,11 +4,12 @@ use std::fmt::Write as _;
 use std::io::{self, Write};
 use std::path::Path;
 
+use support::error::{Error, Result};
+use support::output::write_whole;
+
 use super::kinematics::Geometry;
 use super::scenario::Scenario;
 use super::simulation::{Sample, Simulation};
-use crate::error::{Error, Result};
-use crate::output::write_whole;
 
 /// Columns that a log need not have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]

@@ -1,6 +1,7 @@
 //! Wheels in motion: speed loop, windings and body, one integration step after the other.
 
 use rand_chacha::ChaCha8Rng;
+use support::error::Result;
 
 use super::body::Body;
 use super::controller::Controller;
@@ -8,7 +9,6 @@ use super::effects::{Causes, Conditions};
 use super::kinematics::{MAX_WHEELS, Twist};
 use super::noise::{Stream, bounded, stream};
 use super::scenario::{LOOP_PERIOD_S, Scenario};
-use crate::error::Result;
 
 /// Who says how fast the wheels should turn.
 #[derive(Debug, Clone, Copy, PartialEq)]

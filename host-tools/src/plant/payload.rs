@@ -1,6 +1,6 @@
 //! Payload schedule: the total mass over time.
 
-use crate::error::{Error, Result};
+use support::error::{Error, Result};
 
 /// Total mass, robot and payload, as steps in time.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,5 +1,7 @@
 //! One simulated run, as a value.
 
+use support::error::{Error, Result};
+
 use super::drive::Drive;
 use super::effects::Effect;
 use super::kinematics::Kinematics;
@@ -7,7 +9,6 @@ use super::payload::PayloadSchedule;
 use super::profile::{Profile, ProfileKind};
 use super::sensors::Sensors;
 use super::sets::{PlantSet, Robot};
-use crate::error::{Error, Result};
 
 /// Integration step, s: a quarter of the speed loop's period. Halving it moves the power by less than 0.2 %.
 pub const DEFAULT_STEP_S: f64 = 0.25e-3;

@@ -1,6 +1,7 @@
 //! The run itself: motion and sensors in step.
 
 use rand_chacha::ChaCha8Rng;
+use support::error::Result;
 
 use super::effects::{DelayLine, power_delay_s};
 use super::imu::{Ground, Imu};
@@ -9,7 +10,6 @@ use super::motion::{Command, Motion};
 use super::noise::{Stream, bounded, stream};
 use super::scenario::Scenario;
 use super::sensors::{PowerReader, SpeedReader};
-use crate::error::Result;
 
 /// One row of a log.
 #[derive(Debug, Clone, Copy, PartialEq)]

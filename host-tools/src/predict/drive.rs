@@ -1,8 +1,9 @@
 //! Any plan as frames: wheel speeds at even times, as a log would have them.
 
+use support::error::{Error, Result};
+
 use super::legs::{Limits, Stretch, stretches};
 use super::plan::{Plan, Row};
-use crate::error::{Error, Result};
 use crate::log::SampleReader;
 use crate::robot::Robot;
 

@@ -8,6 +8,7 @@ use model_core::model::Model;
 use model_core::motion::Motion;
 use model_core::torque::TorqueModel;
 use nalgebra::{DMatrix, DVector};
+use support::error::{Error, Result};
 
 use super::drive::{Follow, Frame, frames};
 use super::legs::Limits;
@@ -16,7 +17,6 @@ use super::plan::Plan;
 use super::report::{Cost, Leg, Report};
 use super::rmf::Vehicle;
 use crate::coefficients::CoefficientsFile;
-use crate::error::{Error, Result};
 use crate::robot::Robot;
 
 /// Derivatives are taken over this share of a standard deviation to both sides: small beside what is uncertain, large beside rounding.

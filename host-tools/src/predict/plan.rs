@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use support::error::{Error, Result};
+
 use super::legs::Leg;
-use crate::error::{Error, Result};
 use crate::log::{Header, speed_column};
 
 /// A planned motion.
@@ -43,7 +44,7 @@ impl Plan {
             return Ok(Self::Log(path.to_owned()));
         }
         let columns = header.columns().to_vec();
-        let text = crate::input::read_text(path, crate::input::MOST_PROFILE)?;
+        let text = support::input::read_text(path, support::input::MOST_PROFILE)?;
         let table = Table { path, columns: &columns, text: &text };
         if header.has("distance_m") {
             return table.legs().map(Self::Legs);

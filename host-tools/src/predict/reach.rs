@@ -3,8 +3,8 @@
 use model_core::charge::{Pack, USUAL_RESISTANCE_OHM};
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
+use support::error::{Error, Result};
 
-use crate::error::{Error, Result};
 use crate::numerics::robust::NORMAL_95;
 
 /// A pack's capacity is known to this share unless it was measured: what makers allow between cells.

@@ -5,9 +5,9 @@
 //! Every text goes through maud, which escapes it.
 
 use maud::{Markup, PreEscaped, html};
+use support::error::Result;
 
 use super::{Page, Panel};
-use crate::error::Result;
 
 /// Width and height of a plot that takes the whole page.
 pub(crate) const WHOLE: (u32, u32) = (1000, 340);

@@ -1,6 +1,6 @@
-//! The mark by which a drawing is known as this program's own: [`crate::own`].
+//! The mark by which a drawing is known as this program's own: [`support::own`].
 
-use crate::own::MARK;
+use support::own::MARK;
 
 /// With a comment in front.
 pub(super) fn svg(text: String) -> String {

@@ -4,13 +4,13 @@ use std::path::Path;
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
+use support::error::{Error, Result};
+use support::output;
 
 use super::Panel;
 use super::chart::Drawn;
 use super::raster::Raster;
 use super::{mark, style};
-use crate::error::{Error, Result};
-use crate::output;
 
 /// Panels below each other.
 #[derive(Debug, Clone)]

@@ -3,10 +3,10 @@
 use maud::{Markup, PreEscaped, html};
 use plotters::style::Color as _;
 use serde::Serialize;
+use support::error::{Error, Result};
 
 use super::html::{drawing, page};
 use super::{Cells, Colour, Page, Panel, TimeSeries};
-use crate::error::{Error, Result};
 
 /// What is drawn: curves over one x, pieces apart by a y of NaN.
 #[derive(Debug, Clone, Serialize)]

@@ -4,12 +4,12 @@ use model_core::eq18::{self, Gate, REGRESSORS};
 use model_core::model::Response;
 use model_core::payload::roots::{RootMean, Sums};
 use model_core::payload::{self, Method};
+use support::error::{Error, Result};
+use support::metrics::Metrics;
 
-use crate::error::{Error, Result};
 use crate::fit::dataset::{Dataset, Row};
 use crate::fit::gram::Gram;
 use crate::fit::linear;
-use crate::metrics::Metrics;
 
 /// One training log and one test log of a plant, as one seed drew them.
 #[derive(Debug, Clone)]

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use model_core::coefficients::Coefficients;
+use support::error::{Error, Result};
 
 use super::course::{Course, Followed, Trace};
 use crate::baselines::Point;
 use crate::compare::points::{self, Wanted};
-use crate::error::{Error, Result};
 use crate::estimate::{Instant, Payloads, Policy, PolicyKind, Replay, replay};
 use crate::fit::dataset::{Dataset, Reading, Row};
 use crate::fit::{self, Method, ModelKind, pgd};

@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use support::error::{Error, Result};
+use support::output::write_content;
+use support::temporary;
+
 use super::study::Study;
 use super::{figures, page};
-use crate::error::{Error, Result};
-use crate::output::write_content;
-use crate::temporary;
 
 /// Only a reproduction has this file.
 const STUDY: &str = "study.json";
@@ -39,7 +40,7 @@ fn place(folder: &Path) -> Result<PathBuf> {
         if folder.is_symlink() {
             return refused("is a link to nothing".to_owned());
         }
-        crate::output::folder_of(folder)?;
+        support::output::folder_of(folder)?;
         return Ok(folder.to_owned());
     };
     if !found.is_dir() {
@@ -87,7 +88,7 @@ fn entries(folder: &Path) -> std::io::Result<Vec<(String, PathBuf)>> {
 /// As [`check`]; a figure cannot be drawn or a file not written: then the place is as it was.
 pub fn save(study: &Study, folder: &Path) -> Result<()> {
     let place = place(folder)?;
-    let beside = crate::output::folder_of(&place)?;
+    let beside = support::output::folder_of(&place)?;
     let refused = |error: std::io::Error| Error::io(folder, &error);
     let (new, _new) = temporary::folder_in(beside).map_err(refused)?;
     write(study, new.path())?;

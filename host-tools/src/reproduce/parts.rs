@@ -5,8 +5,8 @@
 //! the sensor draws, and at 20 Hz a tenth of that.
 
 use serde::Serialize;
+use support::error::{Error, Result};
 
-use crate::error::{Error, Result};
 use crate::plant::experiment;
 
 /// Supply of sensors and core, V.

@@ -8,6 +8,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
+use support::error::Result;
 
 use super::ablation::{Figures, Pair, Variant};
 use super::contender::{WHEELS, training};
@@ -16,7 +17,6 @@ use super::settings::Settings;
 use super::spread::Spread;
 use super::table::{Cell, Column, Format, Mark, Row, Table, column, distinct, with_unit};
 use super::work::{on_all_cores, temporary_folder};
-use crate::error::Result;
 use crate::fit;
 use crate::fit::dataset::Reading;
 use crate::plant::Scenario;

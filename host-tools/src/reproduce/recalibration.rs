@@ -1,11 +1,12 @@
 //! When to look for the mass again: Fig. 4's policies and the change detector, on the same logs.
 
+use support::error::Result;
+
 use super::contender::{CONTENDERS, Fitted, Log, WHEELS, moving};
 use super::price::PricePoint;
 use super::section7::Learned;
 use super::spread::Spread;
 use super::table::{Cell, Column, Format, Mark, Row as TableRow, Table, column};
-use crate::error::Result;
 use crate::estimate::{Change, Instant, Policy, PolicyKind};
 use crate::fit::dataset::Row;
 use crate::plant::experiment::{Drive, SUPPLY_V};

@@ -1,10 +1,11 @@
 //! The experiment's regime as a reader is told of it: its knobs, how near it comes to what was published, and its rails.
 
+use support::error::Result;
+
 use super::section7::{ModelRow, PUBLISHED};
 use super::spread::Spread;
 use super::table::{Cell, Column, Format, Mark, Row, Table, column, number, with_unit};
 use super::windows::{PUBLISHED_WORST, WindowRow};
-use crate::error::Result;
 use crate::plant::Rounds;
 use crate::plant::experiment::{self, REGIME, RailReading};
 

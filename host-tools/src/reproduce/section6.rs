@@ -3,15 +3,15 @@
 use std::path::Path;
 
 use serde_json::Value;
+use support::error::Result;
+use support::metrics::Metrics;
 
 use super::contender::{CONTENDERS, Fitted, Log, moving, training};
 use super::course::Course;
 use super::spread::Spread;
 use super::table::{Cell, Column, Format, Mark, Row, Table, column, number};
 use crate::compare::points::Wanted;
-use crate::error::Result;
 use crate::estimate::{Policy, PolicyKind};
-use crate::metrics::Metrics;
 use crate::plant::log::{Columns, write};
 use crate::plant::{Kinematics, PayloadSchedule, PlantSet, Profile, ProfileKind, Rounds, Scenario};
 use crate::robot::Robot;

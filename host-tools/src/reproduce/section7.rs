@@ -2,6 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use support::error::Result;
+use support::metrics::Metrics;
+
 use super::contender::{CONTENDERS, Fitted, Log, WHEELS, moving, training};
 use super::course::{Course, Followed};
 use super::settings::Settings;
@@ -10,10 +13,8 @@ use super::windows::{PUBLISHED_WORST, Swept, at_window, lengths};
 use crate::baselines;
 use crate::compare::points::Wanted;
 use crate::compare::{Horizon, LeftOut, MassSearch, MassSource, WeightSeeds, evaluate, persistence_r2};
-use crate::error::Result;
 use crate::estimate::{Instant, Policy, PolicyKind};
 use crate::fit::dataset::Dataset;
-use crate::metrics::Metrics;
 use crate::plant::experiment::{Drive, REGIME, scenario};
 use crate::plant::log::{Column, Columns, write};
 use crate::robot::Robot;
@@ -197,7 +198,7 @@ impl<'a> Judge<'a> {
         let errors = rows.map(|((row, mass), _)| 100.0 * (mass / row.mass - 1.0).abs());
         let errors: Vec<f64> = errors.filter(|error| error.is_finite()).collect();
         let quality = metrics.quality();
-        let figure = |value: fn(&crate::metrics::Quality) -> Option<f64>| {
+        let figure = |value: fn(&support::metrics::Quality) -> Option<f64>| {
             quality.as_ref().and_then(value).unwrap_or(f64::NAN)
         };
         [

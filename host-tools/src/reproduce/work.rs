@@ -3,9 +3,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
+use support::error::{Error, Result};
 use tempfile::TempDir;
-
-use crate::error::{Error, Result};
 
 /// For the logs of the work; goes with it, whatever its end.
 pub(super) fn temporary_folder() -> Result<TempDir> {

@@ -6,9 +6,9 @@ use model_core::kinematics::{InvalidLength, Kinematics};
 use model_core::model::MassRange;
 use model_core::torque::Drive;
 use nalgebra::DMatrix;
+use support::error::{Error, Result};
 
 use super::{Geometry, Robot};
-use crate::error::{Error, Result};
 
 /// Calls a generic function with the robot's number of wheels as its const argument.
 ///
@@ -24,7 +24,7 @@ macro_rules! with_wheels {
             4 => $function::<4>($($argument),*),
             5 => $function::<5>($($argument),*),
             6 => $function::<6>($($argument),*),
-            found => Err($crate::error::Error::failed(format!(
+            found => Err(support::error::Error::failed(format!(
                 "robot {} has {found} wheels; expected 1 to 6",
                 $robot.name()
             ))),

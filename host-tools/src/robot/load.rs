@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use support::error::{Error, Result};
+use support::input::{MOST_DESCRIPTION, read_text};
+
 use super::{Robot, lenient, parse};
-use crate::error::{Error, Result};
-use crate::input::{MOST_DESCRIPTION, read_text};
 
 /// Robots that need no file: their names, and the content of the file they were read from.
 const BUILT_IN: [(&[&str], &str); 3] = [

@@ -15,12 +15,11 @@ pub use load::FOUND;
 pub use motor::Motor;
 pub use node::{NodeSettings, PowerChip};
 pub(crate) use parse::position;
+use support::error::Result;
 pub use topics::{Clock, Signal, Topics};
 pub use units::{LogUnits, MassUnit, PowerSource, PowerUnit, SpeedUnit};
 
 use model_core::charge::Pack;
-
-use crate::error::Result;
 
 /// Mean absolute percentage errors leave out samples below this power unless the robot's file says otherwise, W.
 pub const DEFAULT_MAPE_FLOOR_W: f64 = 0.1;

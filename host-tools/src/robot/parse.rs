@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use model_core::charge::Pack;
 use serde::Deserialize;
+use support::error::{Error, Result};
+use support::printable;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -11,8 +13,6 @@ use super::{
     DEFAULT_GYRATION_SHARE, DEFAULT_MAPE_FLOOR_W, DEFAULT_SPEED_DEAD_BAND_RAD_S, Geometry, Limits, LogUnits,
     Motor, NodeSettings, PowerSource, Robot, Topics, lenient,
 };
-use crate::error::{Error, Result};
-use crate::printable;
 
 /// Most wheels that the tools are compiled for.
 const MOST_WHEELS: usize = model_core::coefficients::MOST_WHEELS;

@@ -6,6 +6,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use support::error::{Error, Result};
 use tempfile::TempDir;
 
 use super::exchange::ExchangeServer;
@@ -15,7 +16,6 @@ use super::pipes::{VirtualPipes, Waited};
 use super::qemu::{BoardLog, Qemu};
 use super::robot::VirtualRobot;
 use crate::board::transport::Transport;
-use crate::error::{Error, Result};
 
 /// Instructions of the emulated core take 8 ns: 125 million a second, somewhat less than the real core does.
 const DEFAULT_SHIFT: u8 = 3;

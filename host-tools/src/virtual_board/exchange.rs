@@ -3,11 +3,11 @@
 use std::collections::VecDeque;
 
 use firmware::exchange::{Kind, LONGEST_FRAME, NOTICE_LINK, NOTICE_NODE};
+use support::error::{Error, Result};
 
 use super::flash::{Refused, VirtualFlash};
 use super::lockstep::Truth;
 use super::robot::VirtualRobot;
-use crate::error::{Error, Result};
 
 /// Bytes before the body of a request: kind and time.
 const REQUEST_HEAD: usize = 1 + 8;

@@ -12,10 +12,10 @@ use std::path::Path;
 use std::time::Duration;
 
 use serde::Deserialize;
+use support::error::{Error, Result};
 
 use super::robot::VirtualRobot;
 use super::servo::{OVERLOAD, VirtualServo};
-use crate::error::{Error, Result};
 use crate::plant::rails::RAILS;
 
 /// Longest time in a script, s: a year.

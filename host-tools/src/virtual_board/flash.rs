@@ -6,7 +6,7 @@ use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use crate::error::{Error, Result};
+use support::error::{Error, Result};
 
 /// Sectors 2 and 3 of the STM32F746 (RM0385, Table 3).
 pub const FLASH_BYTES: usize = 2 * SECTOR_BYTES;

@@ -1,6 +1,7 @@
 //! A run that goes as far as it is told: to any microsecond, for a board that asks when it likes.
 
-use crate::error::{Error, Result};
+use support::error::{Error, Result};
+
 use crate::plant::effects;
 use crate::plant::kinematics::Kinematics;
 use crate::plant::motion::{Command, Motion, Moved};

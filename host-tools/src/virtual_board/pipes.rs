@@ -10,8 +10,7 @@ use std::time::{Duration, Instant};
 use firmware::exchange::LONGEST_FRAME;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{FileType, Mode, OFlags};
-
-use crate::error::{Error, Result};
+use support::error::{Error, Result};
 
 /// Requests: the board writes.
 pub const REQUESTS: &str = "board-to-robot";

@@ -3,6 +3,7 @@
 use firmware::exchange::BusAnswer;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use support::error::{Error, Result};
 
 use super::ina219_chip::Ina219Chip;
 use super::ina219_chip::Seen;
@@ -10,7 +11,6 @@ use super::lockstep::Span;
 use super::lockstep::{Lockstep, Truth};
 use super::servo::VirtualServo;
 use super::servo_bus::{ServoAnswer, ServoBus};
-use crate::error::{Error, Result};
 use crate::plant::Scenario;
 use crate::plant::noise::{Stream, stream};
 use crate::plant::rails::{RAILS, Supply};

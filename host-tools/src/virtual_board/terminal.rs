@@ -10,8 +10,7 @@ use std::time::{Duration, Instant};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
-
-use crate::error::{Error, Result};
+use support::error::{Error, Result};
 
 /// Time between two looks at terminals of which one has no client.
 const HUNG_UP_LOOK: Duration = Duration::from_micros(500);

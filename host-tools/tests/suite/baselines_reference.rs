@@ -6,10 +6,11 @@
 
 use std::path::{Path, PathBuf};
 
+use support::metrics::Metrics;
+
 use crate::common::number;
 use host_tools::baselines::network::{Ending, Settings, perceptron};
 use host_tools::baselines::{Baseline, Card, Point, Readings, Wheels, cards};
-use host_tools::metrics::Metrics;
 use host_tools::robot::Robot;
 use model_core::kinematics::Twist;
 use model_core::motion::Motion;

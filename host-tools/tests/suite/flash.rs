@@ -330,7 +330,7 @@ mod running {
     use host_tools::board::flasher::{Outcome, Request, Running, Target as _, flash, roll_back};
     use host_tools::board::signing::SecretKey;
     use host_tools::board::transport::Transport;
-    use host_tools::error::Result;
+    use support::error::Result;
 
     use super::*;
     use crate::common::board::{BadLine, Fault, TestBoard, WRITING, burger_coefficients, other_coefficients};

@@ -5,6 +5,9 @@ use std::collections::VecDeque;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
+use support::error::Result;
+use support::printable::is_harmful;
+
 use crate::common::board::terminal::Terminal;
 use crate::common::board::{TestBoard, sample};
 use crate::common::{Bench, Ran};
@@ -13,8 +16,6 @@ use firmware::record::Record;
 use host_tools::board::client::Client;
 use host_tools::board::recorder::{Ending, Options, record};
 use host_tools::board::transport::Transport;
-use host_tools::error::Result;
-use host_tools::printable::is_harmful;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;

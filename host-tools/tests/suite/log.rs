@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use host_tools::error::Error;
 use host_tools::log::{ColumnRequest, DriveReader, Header, LogReader, Record, Role};
 use host_tools::robot::Robot;
+use support::error::Error;
 
 /// A log in a folder that lives as long as it.
 struct Log {

@@ -10,9 +10,9 @@ use host_tools::baselines::network::{Ending, Network, Settings, perceptron};
 use host_tools::baselines::{Baseline, Point};
 use host_tools::fit;
 use host_tools::fit::dataset::Reading;
-use host_tools::metrics::{Metrics, Quality};
 use host_tools::robot::Robot;
 use model_core::eq18::Gate;
+use support::metrics::{Metrics, Quality};
 
 fn simulated(folder: &Path, arguments: &str) -> Vec<Point> {
     let log = folder.join("log.csv");

@@ -3,6 +3,8 @@
 use std::ops::ControlFlow;
 use std::time::Duration;
 
+use support::error::Result;
+
 use crate::common::Bench;
 use crate::common::board::{BadLine, Fault, TestBoard, sample};
 use firmware::control_table::{self as table, Item};
@@ -13,7 +15,6 @@ use host_tools::board::client::Client;
 use host_tools::board::mcap_lines::McapLines;
 use host_tools::board::recorder::{Ending, Options, Recording, record};
 use host_tools::board::transport::Transport;
-use host_tools::error::Result;
 
 /// A board that estimates.
 fn with_coefficients() -> TestBoard {

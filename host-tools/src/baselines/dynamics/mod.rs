@@ -18,12 +18,12 @@ mod term;
 mod tests;
 
 use nalgebra::{Const, SMatrix, SVector};
+use support::error::{Error, Result};
 
 pub use self::term::Term;
 use super::baseline::{Baseline, Parameter, named};
 use super::point::Point;
 use super::training;
-use crate::error::{Error, Result};
 use crate::fit::gram::Gram;
 use crate::fit::nnls;
 use crate::numerics::levenberg_marquardt::{self, Bounds, LeastSquares, Tolerances};

@@ -52,10 +52,11 @@ impl Input {
 
 #[cfg(test)]
 mod tests {
+    use support::metrics::Metrics;
+
     use crate::baselines::cards::{CHIKUSHI, GORA, LIU_PERCEPTRON, PERCEPTRON, SAKAYORI};
     use crate::baselines::testing::{burger, drive};
     use crate::baselines::{Card, Point, Readings};
-    use crate::metrics::Metrics;
 
     /// Trained on 2000 points of a power that its own inputs tell, it explains the next 1000 but for 3 %, and what it
     /// does not take makes no difference. (Waves are incommensurable: the next points are others.)

@@ -16,6 +16,7 @@ mod training;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
+use support::error::{Error, Result};
 
 pub use self::inputs::Input;
 use self::layers::Layers;
@@ -25,7 +26,6 @@ pub use self::training::{Ending, Training};
 use super::baseline::Baseline;
 use super::point::Point;
 use super::training::evenly;
-use crate::error::{Error, Result};
 
 /// What a network sees of a point.
 pub type Inputs = &'static [Input];

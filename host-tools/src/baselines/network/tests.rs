@@ -1,10 +1,10 @@
 //! What holds for every network.
 
 use model_core::kinematics::Twist;
+use support::metrics::Metrics;
 
 use super::{Baseline, Ending, Network, Point, Settings, perceptron};
 use crate::baselines::testing::still;
-use crate::metrics::Metrics;
 
 /// Small enough for a test: 2000 points take 10 steps an epoch.
 const SMALL: Settings =

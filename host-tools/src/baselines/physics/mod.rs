@@ -21,11 +21,12 @@ mod term;
 #[cfg(test)]
 mod tests;
 
+use support::error::{Error, Result};
+
 use self::term::{Bristles, rigid};
 use super::baseline::{Baseline, Parameter, named};
 use super::point::Point;
 use super::training;
-use crate::error::{Error, Result};
 use crate::fit::gram::Gram;
 use crate::fit::nnls;
 use crate::numerics::search::golden_section;

@@ -8,13 +8,14 @@
 mod kernel;
 mod search;
 
+use support::error::{Error, Result};
+
 use self::kernel::{Hyper, INPUTS, Process};
 use super::baseline::{Baseline, Parameter, named};
 use super::longitudinal::{SYMBOLS, TERMS, terms};
 use super::point::Point;
 use super::regression::{least_squares, rows, unfitted, weigh};
 use super::training::evenly;
-use crate::error::{Error, Result};
 
 const NAME: &str = "quann";
 

@@ -2,12 +2,12 @@ use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
+use support::metrics::Metrics;
 
 use super::kernel::{Hyper, INPUTS, Process, Sample, log_likelihood};
 use super::{GaussianProcess, search};
 use crate::baselines::testing::{drive, reference};
 use crate::baselines::{Baseline, Point};
-use crate::metrics::Metrics;
 
 /// Values of a process with this kernel and a signal of 2, at inputs that wander over two lengths and more.
 fn drawn(hyper: &Hyper, count: usize) -> Vec<Sample> {

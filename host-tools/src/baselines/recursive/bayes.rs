@@ -1,12 +1,13 @@
 //! Bayesian estimation of the longitudinal parameters: a normal prior, updated at every point of the drive.
 
+use support::error::Result;
+
 use super::estimator::Recursive;
 use super::prior::Prior;
 use crate::baselines::baseline::{Baseline, Parameter, named};
 use crate::baselines::longitudinal::{SYMBOLS, TERMS, terms};
 use crate::baselines::point::Point;
 use crate::baselines::regression::{rows, unfitted};
-use crate::error::Result;
 
 const NAME: &str = "sadrpour-bayes";
 

@@ -11,11 +11,12 @@
 //! is the source's: the gain looks at both, each variance at its own parameter only. The robust form bounds a residual at 1.345 times
 //! its usual size (Huber 1964). Memories are a choice of this project: a payload stays for minutes, ground changes within seconds.
 
+use support::error::{Error, Result};
+
 use crate::baselines::baseline::{Baseline, Parameter, named};
 use crate::baselines::longitudinal::terms;
 use crate::baselines::point::Point;
 use crate::baselines::regression::{least_squares, rows, unfitted, weigh};
-use crate::error::{Error, Result};
 
 /// Memories of f and M, s.
 const MEMORIES_S: [f64; 2] = [10.0, 60.0];

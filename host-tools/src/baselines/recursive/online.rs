@@ -1,10 +1,11 @@
 //! A baseline whose parameters recursive least squares follow while it drives.
 
+use support::error::Result;
+
 use super::estimator::Recursive;
 use crate::baselines::baseline::{Baseline, Parameter, named};
 use crate::baselines::point::Point;
 use crate::baselines::regression::{Body, Listed, rows, unfitted};
-use crate::error::Result;
 use crate::robot::Robot;
 
 /// How long it remembers, s: the forgetting factor is λ = exp(-Δt / 60 s) between two points Δt apart, 0.9992 at 20 Hz, so

@@ -1,11 +1,11 @@
 //! The distribution of a drive's parameters, from what segments of earlier drives tell.
 
 use nalgebra::{SMatrix, SVector};
+use support::error::{Error, Result};
 
 use super::estimator::Recursive;
 use crate::baselines::longitudinal::TERMS;
 use crate::baselines::regression::{Observation, least_squares};
-use crate::error::{Error, Result};
 
 type Vector = SVector<f64, TERMS>;
 type Square = SMatrix<f64, TERMS, TERMS>;

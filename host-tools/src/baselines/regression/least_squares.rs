@@ -1,9 +1,9 @@
 //! Terms and powers of points, and the coefficients between them.
 
 use nalgebra::{DMatrix, DVector, DVectorView};
+use support::error::{Error, Result};
 
 use crate::baselines::point::Point;
-use crate::error::{Error, Result};
 
 /// Terms of a point, and its power.
 pub type Observation<T> = (T, f64);

@@ -6,12 +6,13 @@ pub mod term;
 mod tests;
 mod wheels;
 
+use support::error::{Error, Result};
+
 pub use self::least_squares::{Observation, least_squares, rows, unfitted, weigh};
 pub use self::term::{Body, Listed, Term};
 use self::wheels::WheelSpeeds;
 use super::baseline::{Baseline, Parameter, named};
 use super::point::Point;
-use crate::error::{Error, Result};
 use crate::robot::Robot;
 
 /// A regression of the power on terms of a point.

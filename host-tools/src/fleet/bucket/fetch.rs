@@ -7,13 +7,13 @@ use std::sync::mpsc::Sender;
 
 use futures_util::StreamExt as _;
 use object_store::{GetOptions, ObjectStore};
+use support::error::{Error, Result};
+use support::temporary::{self, Known};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::task::JoinSet;
 
 use super::refused;
-use crate::error::{Error, Result};
 use crate::fleet::logs::{Log, Place};
-use crate::temporary::{self, Known};
 
 /// Logs that are here or on their way at a time: enough that cores do not wait for a bucket that gives 50 MB/s a stream, few enough for a disk.
 const AT_ONCE: usize = 8;

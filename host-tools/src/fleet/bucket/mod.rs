@@ -12,11 +12,11 @@ use std::sync::{Arc, mpsc};
 use futures_util::TryStreamExt as _;
 use object_store::{ObjectMeta, ObjectStore};
 use rayon::prelude::*;
+use support::error::{Error, Result};
 use tokio::runtime::Runtime;
 
 use self::fetch::{Fetched, Wanted, fetch_all};
 use super::logs::{Log, Place};
-use crate::error::{Error, Result};
 
 /// A bucket, or what is below a path in it.
 #[derive(Debug)]

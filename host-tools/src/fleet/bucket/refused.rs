@@ -1,8 +1,7 @@
 //! What a bucket refuses, in a line that says what would mend it.
 
 use object_store::Error as Refused;
-
-use crate::error::Error;
+use support::error::Error;
 
 /// Where clouds keep what a machine of theirs may do, whatever its address: who asks there has found no credentials elsewhere.
 const METADATA: [&str; 4] =

@@ -10,10 +10,10 @@ use object_store::http::HttpBuilder;
 use object_store::local::LocalFileSystem;
 use object_store::path::Path;
 use object_store::{ClientConfigKey, ObjectStore, ObjectStoreScheme, RetryConfig};
+use support::error::{Error, Result};
 use url::Url;
 
 use super::refused;
-use crate::error::{Error, Result};
 
 /// How a client waits: an object may take hours, but not half a minute without a byte.
 const PATIENCE: [(ClientConfigKey, &str); 2] =

@@ -8,11 +8,11 @@ use model_core::model::Model;
 use model_core::payload::Noise;
 use model_core::payload::schedule::Schedule;
 use model_core::payload::window::Window;
+use support::error::{Error, Result};
 
 use super::sets;
 use super::{Case, columns};
 use crate::effects::written::{self, Written};
-use crate::error::{Error, Result};
 use crate::gap::extension;
 use crate::gap::investigate::investigate;
 use crate::gap::types::Options;

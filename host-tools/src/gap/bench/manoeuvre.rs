@@ -1,11 +1,11 @@
 //! Whether the suggested manoeuvre parts what tied: the plant drives it with the same hidden effect, and the workflow looks again.
 
 use indicatif::ProgressBar;
+use support::error::Result;
 
 use super::super::manoeuvre::{Suggestion, Wish, suggest};
 use super::sets::{self, Clean};
 use super::{Case, columns};
-use crate::error::Result;
 use crate::gap::investigate::investigate;
 use crate::gap::report::Report;
 use crate::gap::thresholds::manoeuvre::RUNS;

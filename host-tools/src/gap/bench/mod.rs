@@ -8,10 +8,10 @@ use std::time::Instant;
 
 use indicatif::ProgressBar;
 use rayon::prelude::*;
+use support::error::Result;
 
 use self::sets::{NoiseKind, noises};
 use crate::effects::ENTRIES;
-use crate::error::Result;
 use crate::gap::investigate::investigate;
 use crate::gap::types::{Options, Verdict};
 use crate::log::runs::Runs;

@@ -10,6 +10,8 @@ pub mod separate;
 use std::path::Path;
 
 use serde_json::{Value, json};
+use support::error::{Error, Result};
+use support::output::write_whole;
 
 pub use family::Knots;
 
@@ -18,7 +20,6 @@ use self::limits::Limits;
 use self::room::Room;
 use self::separate::{Ground, Products};
 use super::name::hypothesis::Hypothesis;
-use crate::error::{Error, Result};
 use crate::gap::report::Report;
 use crate::gap::thresholds::manoeuvre::{
     CHOICE_S, DURATIONS_S, LEADS_S, LEAST_RISE, MOST_BLOCKS, ONE_LOAD, OPEN, PARTED, RUNS, RUNS_TRIED, SURE,
@@ -26,7 +27,6 @@ use crate::gap::thresholds::manoeuvre::{
 };
 use crate::gap::types::Verdict;
 use crate::log::runs::Runs;
-use crate::output::write_whole;
 use crate::robot::Robot;
 
 /// Two hypotheses, and by how many standard errors they would differ.

@@ -8,13 +8,13 @@ use std::mem::discriminant;
 use model_core::effects::Term;
 use model_core::estimator::Sample;
 use nalgebra::{DMatrix, DVector};
+use support::error::Result;
 
 use super::super::smooth;
 use super::super::twin::{State, Twin};
 use super::family::{Knots, at};
 use super::limits::Limits;
 use crate::effects::Regressor;
-use crate::error::Result;
 use crate::gap::name::hypothesis::Hypothesis;
 use crate::gap::noise::whiten::Signal;
 use crate::gap::report::Basis;

@@ -2,12 +2,12 @@
 
 use model_core::torque::{PARAMETERS, TorqueModel};
 use serde_json::{Value, json};
+use support::error::Result;
 
 use super::gap::{Squares, at_rest};
 use super::read::PowerRun;
 use super::rests::{Rests, Step};
 use crate::effects::{Detail, ENTRIES, NotTestable, Physical, STATIC_STEP};
-use crate::error::Result;
 use crate::gap::confirm::Confirmed;
 use crate::gap::report::Report;
 use crate::gap::report::localise::Cell;

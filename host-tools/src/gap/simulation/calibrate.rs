@@ -3,12 +3,12 @@
 use model_core::coefficients::Robot as CoreRobot;
 use nalgebra::{DMatrix, DVector};
 use serde_json::{Map, Value, json};
+use support::error::Result;
 
 use super::filter::Behind;
 use super::in_parallel;
 use super::search::squares;
 use super::track::{Followed, Follower};
-use crate::error::Result;
 use crate::gap::thresholds::simulation::{FIT_STEPS, LAG_STEP_ROWS, LEAST_GAIN, MOST_LAG_ROWS, NUDGE, TRUST};
 use crate::log::runs::RawRun;
 use crate::plant::body::Wheel;

@@ -14,6 +14,7 @@ use std::thread;
 
 use model_core::coefficients::Robot as CoreRobot;
 use serde_json::{Map, Value, json};
+use support::error::Result;
 
 use self::filter::Behind;
 use self::search::squares;
@@ -23,7 +24,6 @@ use super::thresholds::simulation::FOLLOWS;
 use super::twin::Twin;
 use crate::effects::plant::{Finding, Part, Scene};
 use crate::effects::{Regressor, Switched, cause};
-use crate::error::Result;
 use crate::gap::report::Report;
 use crate::gap::report::localise::{self, Cell};
 use crate::gap::report::page::{self, Course};

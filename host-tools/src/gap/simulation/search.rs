@@ -1,6 +1,7 @@
 //! The size of a cause in the plant, found on the open runs: the one with which the simulation's gap is least.
 
-use crate::error::Result;
+use support::error::Result;
+
 use crate::gap::thresholds::simulation::{FIRST_SIZE, SAME_SIZE, SIZE_STEPS};
 
 /// Searches a size within a range by secants: what the last change of size changed in the power says how far the next

@@ -2,8 +2,8 @@
 
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::filter::{Channel, LowPass};
+use support::error::{Error, Result};
 
-use crate::error::{Error, Result};
 use crate::gap::thresholds::simulation::{LEAD_S, MOST_CUTOFF, SMOOTHER, STEP_S};
 use crate::log::runs::RawRun;
 use crate::plant::drive::Drive;

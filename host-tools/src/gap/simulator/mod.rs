@@ -12,8 +12,9 @@ use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;
 use model_core::model::Model;
 use serde::Serialize;
+use support::error::{Error, Result};
+use support::metrics::Quality;
 
-use crate::error::{Error, Result};
 use crate::fit::dataset::Reading;
 use crate::fit::{self, Method, ModelKind, pgd};
 use crate::gap::noise::whiten::Signal;
@@ -21,7 +22,6 @@ use crate::gap::report::Report;
 use crate::gap::types::Base;
 use crate::log::runs::{RawRun, Runs};
 use crate::log::simulated;
-use crate::metrics::Quality;
 use crate::robot::{PowerSource, Robot};
 
 /// Where a simulator's power is.

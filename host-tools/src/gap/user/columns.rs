@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use support::error::{Error, Result};
+
 use super::{Signals, UserEffect};
 use crate::effects::{Candidate, Detail, NotTestable, Regressor};
-use crate::error::{Error, Result};
 use crate::log::runs::Runs;
 
 /// What the runs can show of a user's effects.

@@ -4,12 +4,12 @@ use std::ops::Range;
 use std::path::Path;
 
 use serde::Deserialize;
+use support::error::{Error, Result};
+use support::input::{MOST_DESCRIPTION, read_text};
 use toml::Spanned;
 
 use super::Formula;
 use crate::effects::{ENTRIES, Sign, find};
-use crate::error::{Error, Result};
-use crate::input::{MOST_DESCRIPTION, read_text};
 use crate::log::POWER;
 use crate::robot::position;
 

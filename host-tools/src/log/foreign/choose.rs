@@ -2,6 +2,7 @@
 
 use log_formats::merge::{Clock, Request, find_topic};
 use log_formats::{Bag, Field, Topic};
+use support::error::{Error, Result};
 
 use super::columns::{Column, Expression};
 use super::known::{
@@ -9,7 +10,6 @@ use super::known::{
     TWISTS, find, is_called, is_of, wheel_joints,
 };
 use super::wrong::wrong;
-use crate::error::{Error, Result};
 use crate::log::{MASS, POWER, YAW_RATE, speed_column};
 use crate::robot::{self, Robot, Signal, Topics};
 

@@ -2,11 +2,11 @@
 
 use log_formats::Bag;
 use log_formats::merge::{Clock, Request};
+use support::error::Result;
 
 use super::choose::{Chosen, Fields, Power, column, field, joints, mass, power, topic};
 use super::columns::{Column, Expression};
 use super::known::{BATTERIES, BATTERY_STATE, ODOMETRY, ODOMETRY_KIND};
-use crate::error::Result;
 use crate::log::{POWER, speed_column};
 use crate::robot::Topics;
 

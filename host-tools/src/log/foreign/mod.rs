@@ -19,9 +19,9 @@ use std::time::SystemTime;
 
 use log_formats::table::Columns;
 use log_formats::{Bag, Format, folder};
+use support::error::{Error, Result};
+use support::input::{Input, Spool};
 
-use crate::error::{Error, Result};
-use crate::input::{Input, Spool};
 use crate::robot::Robot;
 
 pub(crate) use wrong::wrong;

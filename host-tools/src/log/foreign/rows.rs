@@ -7,11 +7,11 @@ use std::path::Path;
 use log_formats::merge::merge;
 use log_formats::table::{self, Cell, Taker};
 use log_formats::{Bag, Ending};
+use support::error::{Error, Result};
 
 use super::choose::choose;
 use super::columns::Expression;
 use super::wrong::wrong;
-use crate::error::{Error, Result};
 use crate::log::{POWER, TIME};
 use crate::robot::Robot;
 

@@ -1,6 +1,6 @@
 //! Errors of the readers of other formats.
 
-use crate::error::Error;
+use support::error::Error;
 
 /// An error of a reader as one of ours; that of our own rows comes back as it was.
 pub(crate) fn wrong(error: log_formats::Error) -> Error {

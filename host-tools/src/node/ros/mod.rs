@@ -15,11 +15,11 @@ use rustdds::{
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use support::error::{Error, Result};
 
 use self::messages::{BatteryState, DiagnosticArray, Float64, JointState, Odometry, Time};
 use super::wheels::{Motion, WheelMessage};
 use super::{Outlet, State, WheelSource};
-use crate::error::{Error, Result};
 use crate::robot::{NodeSettings, Robot};
 
 const JOINT_STATE: &str = "sensor_msgs::msg::dds_::JointState_";

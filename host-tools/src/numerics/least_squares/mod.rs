@@ -15,8 +15,7 @@ mod score;
 mod tests;
 
 use nalgebra::{DMatrix, DVector, DVectorView};
-
-use crate::job;
+use support::job;
 
 pub use self::factored::Factored;
 pub use self::score::{FurtherColumn, Score};

@@ -11,8 +11,7 @@ mod tests;
 use nalgebra::allocator::Allocator;
 use nalgebra::{DMatrix, DVector, DefaultAllocator, Dim, OMatrix, OVector};
 use serde::Serialize;
-
-use crate::job;
+use support::job;
 
 pub use self::problem::{FromResiduals, LeastSquares};
 

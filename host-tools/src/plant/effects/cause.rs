@@ -3,13 +3,13 @@
 use std::fmt::Debug;
 
 use rand::RngExt;
+use support::error::Result;
 
 use super::super::kinematics::{Geometry, Kinematics};
 use super::super::noise::{Stream, stream};
 use super::super::scenario::Scenario;
 use super::conditions::{Conditions, Now};
 use super::entry::{Effect, Entry};
-use crate::error::Result;
 
 /// An effect of the dictionary with what builds its cause.
 #[derive(Debug, Clone, Copy)]

@@ -1,5 +1,7 @@
 //! The effects of a run at work.
 
+use support::error::Result;
+
 use super::super::body::WheelStep;
 use super::super::kinematics::{MAX_WHEELS, Twist};
 use super::super::scenario::Scenario;
@@ -7,7 +9,6 @@ use super::cause::{Cause, Setting};
 use super::conditions::{Conditions, Now};
 use super::list::listed;
 use super::processor::Processor;
-use crate::error::Result;
 
 /// All causes of a run, with what they need to know of it.
 #[derive(Debug, Clone)]

@@ -1,6 +1,6 @@
 //! An entry of the dictionary of causes, and an effect that somebody asks for.
 
-use crate::error::{Error, Result};
+use support::error::{Error, Result};
 
 /// What an option of an effect can be.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
+use support::error::{Error, Result};
+
 use super::cause::Listed;
 use super::entry::{Choice, Effect, Entry, Values};
 use super::{friction, gearing, heat, load, road, sensing, statics, supply};
-use crate::error::{Error, Result};
 
 /// Effects of what `gmr simulate` writes, beside the moving robot: static power, and sensors of a log.
 const OF_LOGS: [&str; 6] =

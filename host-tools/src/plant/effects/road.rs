@@ -1,11 +1,12 @@
 //! The floor: slope, rolling resistance, scrub.
 
+use support::error::Result;
+
 use super::super::body::GRAVITY;
 use super::cause::{Cause, Listed, Onset, Setting, onset, onset_drawn};
 use super::conditions::{Conditions, Now};
 use super::entry::{Choice, Effect, Entry, Values};
 use super::options::{AT, DRAWN_AT};
-use crate::error::Result;
 
 pub(super) const GRADE: Listed = Listed {
     entry: Entry {

@@ -1,9 +1,10 @@
 //! How large an effect is: what it adds to the logged power.
 
+use support::error::{Error, Result};
+
 use super::super::scenario::Scenario;
 use super::super::simulation::{Record, simulate};
 use super::Effect;
-use crate::error::{Error, Result};
 
 /// Span over which the added power is averaged, s: what a log's filter would not pass does not count.
 const SMOOTHING_S: f64 = 0.25;

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
+use support::error::{Error, Result};
+use support::input::{MOST_PROFILE, read_text};
+
 use super::super::kinematics::{Geometry, MAX_WHEELS};
 use super::Profile;
-use crate::error::{Error, Result};
-use crate::input::{MOST_PROFILE, read_text};
 
 /// Reads a profile: `time_s` and either `v_m_s, omega_rad_s` (`vx_m_s, vy_m_s, omega_rad_s` for robots that move
 /// sideways) or `wheel1_rad_s … wheelN_rad_s`. Times ascend; motion is linear between rows.

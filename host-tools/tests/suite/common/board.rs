@@ -11,13 +11,13 @@ use firmware::power_sensors::Health;
 use firmware::record::Record;
 use host_tools::board::store_image::StoreImage;
 use host_tools::board::transport::Transport;
-use host_tools::error::{Error, Result};
 use host_tools::robot::Robot;
 use model_core::coefficients::Coefficients;
 use model_core::effects::Columns;
 use model_core::model::Model;
 use model_core::payload::{Mass, Noise};
 use model_core::torque::{Drive, TorqueModel};
+use support::error::{Error, Result};
 
 /// Samples per second.
 pub(crate) const RATE_HZ: u64 = 200;

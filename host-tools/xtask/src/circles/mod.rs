@@ -19,11 +19,12 @@ use graph::{Arrows, arrows, circles};
 use tree::Tree;
 
 /// Packages, by their folders.
-const PACKAGES: [&str; 7] = [
+const PACKAGES: [&str; 8] = [
     "model-core",
     "firmware",
     "host-tools",
     "host-tools/formats",
+    "host-tools/support",
     "host-tools/python",
     "host-tools/xtask",
     "tests",

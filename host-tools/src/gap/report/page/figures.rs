@@ -1,9 +1,9 @@
 //! The plots of the page.
 
 use maud::Markup;
+use support::error::Result;
 
 use super::course::Course;
-use crate::error::Result;
 use crate::gap::report::Report;
 use crate::gap::report::localise::{Cell, Map, Square};
 use crate::gap::report::summary;

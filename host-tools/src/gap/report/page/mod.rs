@@ -8,13 +8,13 @@ mod sections;
 use std::path::Path;
 
 use maud::html;
+use support::error::{Error, Result};
+use support::output;
 
 pub use self::course::{Course, Picture};
 pub use self::given::{Inputs, Simulated};
 use super::summary;
-use crate::error::{Error, Result};
 use crate::gap::report::Report;
-use crate::output;
 use crate::report::html::document;
 
 /// Refuses a file that is no page, or has no folder: asked before the long work.

@@ -4,11 +4,11 @@ use std::path::Path;
 
 use maud::{Markup, html};
 use serde_json::Value;
+use support::error::Result;
 
 use super::course::Course;
 use super::figures;
 use super::given::{Inputs, Simulated};
-use crate::error::Result;
 use crate::gap::report::Report;
 use crate::gap::report::advice;
 use crate::gap::report::localise::{Cell, Map};

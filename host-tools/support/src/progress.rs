@@ -56,13 +56,13 @@ impl FileProgress {
 }
 
 /// Work in stages of unknown length: a spinner that says which one, on a terminal only.
-pub(crate) struct StageProgress {
+pub struct StageProgress {
     bar: ProgressBar,
 }
 
 impl StageProgress {
     /// With the first one.
-    pub(crate) fn new(stage: &'static str) -> Self {
+    pub fn new(stage: &'static str) -> Self {
         let bar = ProgressBar::no_length();
         if let Ok(style) = ProgressStyle::with_template("{spinner} {wide_msg} {elapsed}") {
             bar.set_style(style);
@@ -73,7 +73,7 @@ impl StageProgress {
     }
 
     /// Now this one.
-    pub(crate) fn at(&self, stage: &'static str) {
+    pub fn at(&self, stage: &'static str) {
         job::at(stage, 0, 0);
         self.bar.set_message(stage);
     }
@@ -86,13 +86,13 @@ impl Drop for StageProgress {
 }
 
 /// So many pieces of work of one kind: a bar, on a terminal only. Pieces may end on any thread.
-pub(crate) struct CountProgress {
+pub struct CountProgress {
     bar: ProgressBar,
 }
 
 impl CountProgress {
     /// None is done.
-    pub(crate) fn new(what: &'static str, count: u64) -> Self {
+    pub fn new(what: &'static str, count: u64) -> Self {
         let bar = ProgressBar::new(count).with_prefix(what);
         if let Ok(style) =
             ProgressStyle::with_template("{prefix} {bar:40} {pos} of {len}, {elapsed}, {eta} left")
@@ -104,7 +104,7 @@ impl CountProgress {
     }
 
     /// One more is done.
-    pub(crate) fn one_more(&self) {
+    pub fn one_more(&self) {
         self.bar.inc(1);
         job::at(&self.bar.prefix(), self.bar.position(), self.bar.length().unwrap_or(0));
     }
@@ -117,14 +117,14 @@ impl Drop for CountProgress {
 }
 
 /// A recording: a bar where its length is known, a spinner where not, and what the board says.
-pub(crate) struct RecordProgress {
+pub struct RecordProgress {
     bar: ProgressBar,
     drawn: Option<Instant>,
 }
 
 impl RecordProgress {
     /// So long, where that is known.
-    pub(crate) fn new(length: Option<Duration>) -> Self {
+    pub fn new(length: Option<Duration>) -> Self {
         let bar = match length {
             Some(length) => ProgressBar::new(length.as_millis().try_into().unwrap_or(u64::MAX)),
             None => ProgressBar::no_length(),
@@ -138,7 +138,7 @@ impl RecordProgress {
     }
 
     /// So much is recorded. The text is asked for only when there is somebody to read it.
-    pub(crate) fn at(&mut self, elapsed: Duration, text: impl FnOnce() -> String) {
+    pub fn at(&mut self, elapsed: Duration, text: impl FnOnce() -> String) {
         let is_due = self.drawn.is_none_or(|drawn| drawn.elapsed() > Duration::from_millis(100));
         if self.bar.is_hidden() || !is_due {
             return;
@@ -150,19 +150,19 @@ impl RecordProgress {
     }
 
     /// Takes the bar away.
-    pub(crate) fn finish(&mut self) {
+    pub fn finish(&mut self) {
         self.bar.finish_and_clear();
     }
 }
 
 /// Waiting for something that may take up to a limit.
-pub(crate) struct WaitProgress {
+pub struct WaitProgress {
     bar: ProgressBar,
 }
 
 impl WaitProgress {
     /// For what, and how long at most.
-    pub(crate) fn new(what: &'static str, limit: Duration) -> Self {
+    pub fn new(what: &'static str, limit: Duration) -> Self {
         let bar = ProgressBar::new(limit.as_millis().try_into().unwrap_or(u64::MAX));
         if let Ok(style) = ProgressStyle::with_template("{prefix} {bar:40} {msg}") {
             bar.set_style(style);
@@ -172,7 +172,7 @@ impl WaitProgress {
     }
 
     /// So long already.
-    pub(crate) fn at(&self, waited: Duration) {
+    pub fn at(&self, waited: Duration) {
         self.bar.set_message(format!("{:.0} s", waited.as_secs_f64()));
         self.bar.set_position(waited.as_millis().try_into().unwrap_or(u64::MAX));
     }

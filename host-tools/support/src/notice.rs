@@ -14,7 +14,7 @@ const MOST: usize = 1_000;
 static NOTICES: Mutex<(Vec<String>, usize)> = Mutex::new((Vec::new(), 0));
 
 /// Adds a line: `notice!`.
-pub(crate) fn add(line: Arguments<'_>) {
+pub fn add(line: Arguments<'_>) {
     // Of a job they are its own, and dropped with whatever it said where it fails.
     if job::keep_said(&printable::line(&format!("gmr: {line}"))) {
         return;
@@ -28,7 +28,7 @@ pub(crate) fn add(line: Arguments<'_>) {
 }
 
 /// Prints the lines so far, on standard error; none of them comes a second time.
-pub(crate) fn tell() {
+pub fn tell() {
     let (lines, dropped) = std::mem::take(&mut *NOTICES.lock().unwrap_or_else(PoisonError::into_inner));
     for line in lines {
         eprintln!("gmr: {line}");

@@ -14,7 +14,7 @@ fn there() -> MutexGuard<'static, BTreeSet<PathBuf>> {
 
 /// A name that is forgotten when the file or folder is gone, or has taken its own name.
 #[derive(Debug)]
-pub(crate) struct Known(PathBuf);
+pub struct Known(PathBuf);
 
 impl Drop for Known {
     fn drop(&mut self) {
@@ -23,7 +23,7 @@ impl Drop for Known {
 }
 
 /// A file beside the one that it is to become.
-pub(crate) fn file_in(folder: &Path) -> io::Result<(tempfile::NamedTempFile, Known)> {
+pub fn file_in(folder: &Path) -> io::Result<(tempfile::NamedTempFile, Known)> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".gmr-").suffix(".tmp");
     // As readable as any other new file: what the umask leaves of it.
@@ -41,7 +41,7 @@ pub(crate) fn file_in(folder: &Path) -> io::Result<(tempfile::NamedTempFile, Kno
 }
 
 /// A folder beside the one that it is to become.
-pub(crate) fn folder_in(folder: &Path) -> io::Result<(tempfile::TempDir, Known)> {
+pub fn folder_in(folder: &Path) -> io::Result<(tempfile::TempDir, Known)> {
     let mut there = there();
     let found = tempfile::Builder::new().prefix(".gmr-").tempdir_in(folder)?;
     there.insert(found.path().to_owned());
@@ -50,7 +50,7 @@ pub(crate) fn folder_in(folder: &Path) -> io::Result<(tempfile::TempDir, Known)>
 }
 
 /// Removes them all, and lets nobody make others: for a process that is about to end.
-pub(crate) fn remove_all() -> impl Sized {
+pub fn remove_all() -> impl Sized {
     let there = there();
     for path in there.iter() {
         // Whatever cannot be removed stays: there is nobody left to tell.
