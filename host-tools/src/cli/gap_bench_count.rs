@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use numerics::robust::median;
 use serde::Serialize;
 
 use crate::gap::bench::coverage::Covered;
 use crate::gap::bench::{Case, Outcome};
 use crate::gap::types::Verdict;
-use crate::numerics::robust::median;
 
 /// What is hidden in a set.
 pub(super) fn label(outcome: &Outcome) -> String {

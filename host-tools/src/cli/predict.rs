@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
+use numerics::robust::NORMAL_95;
 use support::error::{Error, Result};
 use support::output;
 
 use super::units::UnitArguments;
 use crate::coefficients::CoefficientsFile;
 use crate::export::rmf;
-use crate::numerics::robust::NORMAL_95;
 use crate::predict::{self, Load, Plan, Question};
 use crate::robot::{FOUND, Robot};
 use crate::with_wheels;

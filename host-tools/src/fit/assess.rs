@@ -3,11 +3,11 @@
 use model_core::model::Model;
 use model_core::payload::Noise;
 use nalgebra::{DMatrix, DVector};
+use numerics::robust::{NORMAL_95, median, quantile, scale_of_sizes};
+use numerics::scaled_inverse::ScaledInverse;
 use support::metrics::{Metrics, Quality};
 
 use super::dataset::{Dataset, Row};
-use crate::numerics::robust::{NORMAL_95, median, quantile, scale_of_sizes};
-use crate::numerics::scaled_inverse::ScaledInverse;
 
 /// Blocks that standard errors are drawn from, at most.
 const MOST_BLOCKS: usize = 64;

@@ -7,12 +7,12 @@
 use model_core::model::Model;
 use model_core::payload::Noise;
 use nalgebra::{DMatrix, DVector};
+use numerics::intervals::student_95;
+use numerics::robust::NORMAL_95;
+use numerics::scaled_inverse::ScaledInverse;
+use numerics::search::bisect;
 
 use super::dataset::{Dataset, Row};
-use crate::numerics::intervals::student_95;
-use crate::numerics::robust::NORMAL_95;
-use crate::numerics::scaled_inverse::ScaledInverse;
-use crate::numerics::search::bisect;
 
 /// Half a window, s. A window of 25 s is the estimators' default; every half of one ends a window.
 const HALF_S: f64 = 12.5;

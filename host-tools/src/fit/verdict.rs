@@ -1,11 +1,11 @@
 //! Whether the data determine a parameter, and what to drive if they do not.
 
 use nalgebra::{DMatrix, DVector};
+use numerics::robust::NORMAL_95;
 use serde::Serialize;
 
 use super::assess::Uncertainty;
 use crate::coefficients::{self, Quantity};
-use crate::numerics::robust::NORMAL_95;
 
 /// One fitted parameter.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -4,12 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use model_core::torque::TorqueModel;
 use nalgebra::{DMatrix, DVector};
+use numerics::scaled_inverse::ScaledInverse;
 
 use super::keys::{DAY, ROBOT, key};
 use crate::fit::physical::{PARAMETERS, parameters};
 use crate::fit::verdict;
 use crate::gram::{Local, RunGram};
-use crate::numerics::scaled_inverse::ScaledInverse;
 
 /// A coefficient, or a combination of some, that may change.
 pub(super) struct Direction {

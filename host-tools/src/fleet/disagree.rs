@@ -8,6 +8,7 @@
 //! (`gmr gap`). What lasts for a small part of a run, and what is as large on every run, is not seen here.
 
 use nalgebra::DVector;
+use numerics::robust::{median, scale};
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -15,7 +16,6 @@ use super::base::{Run, by_robot};
 use super::drift::{Drift, FALSE_NAMES};
 use super::outlier::{MAD_EFFICIENCY, in_common, unchanged};
 use crate::gram::RunGram;
-use crate::numerics::robust::{median, scale};
 
 /// Fewest runs from which their scatter is known.
 const LEAST_RUNS: usize = 20;

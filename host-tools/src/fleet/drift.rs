@@ -15,14 +15,14 @@ use std::collections::BTreeSet;
 
 use model_core::torque::TorqueModel;
 use nalgebra::DVector;
+use numerics::robust::{NORMAL_95, median};
+use numerics::scaled_inverse::DETERMINED;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::base::{Direction, Robot, Run, by_robot, directions};
 use crate::fit::physical::PARAMETERS;
 use crate::gram::RunGram;
-use crate::numerics::robust::{NORMAL_95, median};
-use crate::numerics::scaled_inverse::DETERMINED;
 
 /// Chance that a fleet in which nothing changes has any name.
 pub(super) const FALSE_NAMES: f64 = 0.01;

@@ -8,6 +8,8 @@ use std::collections::BTreeSet;
 
 use model_core::torque::TorqueModel;
 use nalgebra::DVector;
+use numerics::robust::{NORMAL_95, median, scale};
+use numerics::scaled_inverse::DETERMINED;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -15,8 +17,6 @@ use super::base::{Direction, Robot, by_robot, directions};
 use super::drift::{APART, Drift, FALSE_NAMES};
 use crate::fit::physical::PARAMETERS;
 use crate::gram::RunGram;
-use crate::numerics::robust::{NORMAL_95, median, scale};
-use crate::numerics::scaled_inverse::DETERMINED;
 
 /// Fewest robots from which their scatter is known.
 const LEAST_ROBOTS: usize = 10;

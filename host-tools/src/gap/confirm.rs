@@ -3,6 +3,8 @@
 use std::sync::Arc;
 
 use model_core::torque::TorqueModel;
+use numerics::intervals::{MeanInterval, mean_interval, student_95};
+use numerics::robust::NORMAL_95;
 
 use super::noise::{Memory, Noise};
 use super::problem::Problem;
@@ -14,8 +16,6 @@ use crate::effects::Regressor;
 use crate::gap::noise::whiten::Signal;
 use crate::gap::types::Base;
 use crate::log::runs::Runs;
-use crate::numerics::intervals::{MeanInterval, mean_interval, student_95};
-use crate::numerics::robust::NORMAL_95;
 
 /// What the locked runs say.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use model_core::payload::Noise;
 use nalgebra::{DMatrix, DVector};
+use numerics::robust::{NORMAL_95, median, quantile, scale_of_sizes};
 use support::error::{Error, Result};
 
 use super::report::Report;
@@ -14,7 +15,6 @@ use crate::coefficients::{CoefficientsFile, InvalidCoefficients};
 use crate::effects::Regressor;
 use crate::effects::written::Written;
 use crate::log::runs::Runs;
-use crate::numerics::robust::{NORMAL_95, median, quantile, scale_of_sizes};
 
 /// Writes the coefficients with the effects that were named, and the base as it moved. What is not written is said in a line each on
 /// standard error; where nothing is left, so is the file.

@@ -4,6 +4,7 @@ use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::REGRESSORS;
 use model_core::torque::Drive;
 use nalgebra::{DMatrix, DVector};
+use numerics::levenberg_marquardt::{self, Ending, Tolerances};
 use serde::Serialize;
 use support::error::{Error, Result};
 
@@ -16,7 +17,6 @@ use crate::fit::linear;
 use crate::fit::physical::{self, Bounds};
 use crate::fit::verdict::{self, Description, Parameter, Verdict};
 use crate::fit::warning::Warning;
-use crate::numerics::levenberg_marquardt::{self, Ending, Tolerances};
 use crate::robot::Robot;
 
 /// A model fitted to sums.

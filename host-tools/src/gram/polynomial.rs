@@ -11,10 +11,10 @@ use model_core::eq18::{self, Gate, REGRESSORS};
 use model_core::motion::Motion;
 use model_core::torque::{self, Drive, SCRUB_POWERS, SCRUB_PRODUCTS, TorqueModel};
 use nalgebra::{Const, SMatrix, SVector};
+use numerics::levenberg_marquardt::LeastSquares;
 
 use crate::fit::gram::{Gram, Vector};
 use crate::fit::physical::{Alone, PARAMETERS, Parameters, torque};
-use crate::numerics::levenberg_marquardt::LeastSquares;
 
 /// Regressors of the signed model.
 pub(super) const PRODUCTS: usize = REGRESSORS + SCRUB_PRODUCTS;

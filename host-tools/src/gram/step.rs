@@ -4,6 +4,7 @@ use std::path::Path;
 
 use model_core::model::Model;
 use nalgebra::{DMatrix, DVector};
+use numerics::scaled_inverse::ScaledInverse;
 use serde::Serialize;
 use support::error::{Error, Result};
 
@@ -13,7 +14,6 @@ use super::run::{RunGram, total};
 use crate::coefficients::CoefficientsFile;
 use crate::fit::physical::{Bounds, parameters, torque};
 use crate::fit::verdict;
-use crate::numerics::scaled_inverse::ScaledInverse;
 use crate::robot::Robot;
 
 /// A parameter before and after.

@@ -1,7 +1,8 @@
 //! Power in blocks of equal length: what segmentation and figures work on. Memory does not grow with the log.
 
+use numerics::robust::MEDIAN_TO_STD;
+
 use super::sketch::median;
-use crate::numerics::robust::MEDIAN_TO_STD;
 
 /// Shortest block, s, and fewest rows in one: mean and spread of a block mean something.
 const BLOCK_S: f64 = 0.5;

@@ -1,9 +1,9 @@
 //! Sensors that lie: spikes. Values that stand still: [`crate::log::standing`].
 
+use numerics::robust::MEDIAN_TO_STD;
 use serde::Serialize;
 
 use super::sketch::{Sketch, median};
-use crate::numerics::robust::MEDIAN_TO_STD;
 
 /// Rows around a row whose median it is compared with.
 const AROUND: usize = 7;

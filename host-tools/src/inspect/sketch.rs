@@ -1,6 +1,6 @@
 //! Quantiles of a stream in constant memory.
 
-use crate::numerics::robust;
+use numerics::robust;
 
 /// Counts of magnitudes in bins 1/32 of an octave wide: quantiles within 1.6 %.
 pub(super) struct Sketch {

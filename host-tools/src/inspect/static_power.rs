@@ -4,12 +4,12 @@
 //! joined in time; what is left is gathered into levels. Two levels closer than one standard deviation of the samples
 //! are one state: their Gaussians could not be told apart anyway.
 
+use numerics::robust::MEDIAN_TO_STD;
 use serde::Serialize;
 
 use super::blocks::Block;
 use super::segment::{self, Point};
 use super::sketch::median;
-use crate::numerics::robust::MEDIAN_TO_STD;
 
 /// Whether the robot moved while its power was at a level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

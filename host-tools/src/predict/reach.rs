@@ -1,11 +1,10 @@
 //! Whether the battery has what a task needs.
 
 use model_core::charge::{Pack, USUAL_RESISTANCE_OHM};
+use numerics::robust::NORMAL_95;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 use support::error::{Error, Result};
-
-use crate::numerics::robust::NORMAL_95;
 
 /// A pack's capacity is known to this share unless it was measured: what makers allow between cells.
 const CAPACITY_STD: f64 = 0.03;

@@ -2,12 +2,12 @@
 
 use std::fmt::Write as _;
 
+use numerics::robust::NORMAL_95;
 use serde::Serialize;
 
 use super::load::Load;
 use super::reach::{Need, Reach};
 use super::rmf::Vehicle;
-use crate::numerics::robust::NORMAL_95;
 
 /// Energy of a plan or a leg.
 #[derive(Debug, Clone, Copy, PartialEq)]

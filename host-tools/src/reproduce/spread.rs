@@ -1,8 +1,7 @@
 //! A figure over seeds, with the interval of its mean.
 
+use numerics::intervals::mean_interval;
 use serde::Serialize;
-
-use crate::numerics::intervals::mean_interval;
 
 /// A figure over seeds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

@@ -18,6 +18,7 @@ mod term;
 mod tests;
 
 use nalgebra::{Const, SMatrix, SVector};
+use numerics::levenberg_marquardt::{self, Bounds, LeastSquares, Tolerances};
 use support::error::{Error, Result};
 
 pub use self::term::Term;
@@ -26,7 +27,6 @@ use super::point::Point;
 use super::training;
 use crate::fit::gram::Gram;
 use crate::fit::nnls;
-use crate::numerics::levenberg_marquardt::{self, Bounds, LeastSquares, Tolerances};
 
 /// Most constants: κ, then those of the terms.
 const MOST: usize = 6;

@@ -21,6 +21,7 @@ mod term;
 #[cfg(test)]
 mod tests;
 
+use numerics::search::golden_section;
 use support::error::{Error, Result};
 
 use self::term::{Bristles, rigid};
@@ -29,7 +30,6 @@ use super::point::Point;
 use super::training;
 use crate::fit::gram::Gram;
 use crate::fit::nnls;
-use crate::numerics::search::golden_section;
 use crate::robot::Robot;
 
 pub use self::term::Term;

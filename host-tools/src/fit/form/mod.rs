@@ -14,13 +14,13 @@ mod term;
 mod tests;
 
 use model_core::coefficients::Robot as CoreRobot;
+use numerics::intervals::mean_interval;
 use serde::Serialize;
 
 use self::candidate::{Errors, Problem};
 pub use self::nested::Form;
 pub use self::term::{TERMS, TERMS_WITH_GYRO, Term};
 use super::pilot::Pilots;
-use crate::numerics::intervals::mean_interval;
 use crate::robot::Robot;
 
 /// Fewer blocks tell nothing.

@@ -4,13 +4,13 @@ use model_core::coefficients::Robot as CoreRobot;
 use model_core::conditioning::Conditioning;
 use model_core::delay::DelayLine;
 use model_core::slip::SlipMemory;
+use numerics::search::golden_section;
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::super::physical::{self, Parameters};
 use super::candidate::{Errors, FOLDS, Problem, Trial, Unseen};
 use super::nested::Form;
-use crate::numerics::search::golden_section;
 
 /// One further term.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

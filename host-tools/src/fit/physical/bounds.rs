@@ -6,11 +6,11 @@
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::effects::GRAVITY;
 use nalgebra::Const;
+use numerics::levenberg_marquardt;
 
 use super::super::dataset::Row;
 use super::super::verdict::{self, Description};
 use super::cost::{PARAMETERS as COUNT, Parameters, WINDING_LOSS};
-use crate::numerics::levenberg_marquardt;
 use crate::robot::Motor;
 
 /// Least efficiency of motor, gear and drive together: torques are found with it folded in.

@@ -2,10 +2,10 @@
 
 use model_core::torque::{self, Drive, TorqueModel};
 use nalgebra::{Const, SMatrix, SVector};
+use numerics::levenberg_marquardt::LeastSquares;
 use rayon::prelude::*;
 
 use super::super::dataset::Row;
-use crate::numerics::levenberg_marquardt::LeastSquares;
 
 /// How many parameters there are: what both sides share, and their imbalance.
 pub const PARAMETERS: usize = torque::PARAMETERS + 1;

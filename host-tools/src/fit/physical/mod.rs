@@ -26,8 +26,8 @@ pub(super) use self::search::{Descent, search};
 use self::search::{FINAL, TRIAL, best_of};
 pub use self::starts::Alone;
 use super::dataset::{Dataset, Row};
-pub use crate::numerics::levenberg_marquardt::Ending;
 use crate::robot::Robot;
+pub use numerics::levenberg_marquardt::Ending;
 
 /// A fitted torque model.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,6 +1,7 @@
 //! Whether the search has missed a lower minimum: random starts of other draws, on the cost that it ended on.
 
 use model_core::torque::{Drive, TorqueModel};
+use numerics::levenberg_marquardt::{LeastSquares, descend};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -10,7 +11,6 @@ use super::cost::{Cost, Loss, parameters};
 use super::robust::Huber;
 use super::search::FINAL;
 use super::starts::{Alone, DRAWS};
-use crate::numerics::levenberg_marquardt::{LeastSquares, descend};
 use crate::robot::Robot;
 
 /// What random starts found.

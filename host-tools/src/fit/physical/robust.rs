@@ -9,13 +9,13 @@
 //! where there is no such.
 
 use model_core::torque::Drive;
+use numerics::levenberg_marquardt::LeastSquares;
+use numerics::robust::scale_of_sizes;
 
 use super::super::dataset::Row;
 use super::bounds::Bounds;
 use super::cost::{Cost, Loss, Parameters, residual, torque};
 use super::search::{Descent, FINAL, best_of};
-use crate::numerics::levenberg_marquardt::LeastSquares;
-use crate::numerics::robust::scale_of_sizes;
 
 /// Residuals beyond this many standard deviations count linearly: the tightest that costs no more than [`MOST_COST`].
 const THRESHOLDS: [f64; 3] = [4.0, 8.0, 16.0];

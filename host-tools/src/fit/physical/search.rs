@@ -2,12 +2,12 @@
 
 use model_core::torque::Drive;
 use nalgebra::Const;
+use numerics::levenberg_marquardt::{self, Ending, Tolerances};
 
 use super::super::dataset::Row;
 use super::bounds::Bounds;
 use super::cost::{Cost, Loss, PARAMETERS, Parameters};
 use super::starts;
-use crate::numerics::levenberg_marquardt::{self, Ending, Tolerances};
 
 /// Where a search ended.
 pub(in crate::fit) type Descent = levenberg_marquardt::Descent<Const<PARAMETERS>>;

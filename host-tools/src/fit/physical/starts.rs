@@ -1,12 +1,12 @@
 //! Where the search begins: shares of the power put down to each parameter, and points drawn within the bounds.
 
+use numerics::levenberg_marquardt::{self, Tolerances};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::bounds::Bounds;
 use super::cost::{Cost, PARAMETERS, Parameters, WINDING_LOSS, gradient, torque};
-use crate::numerics::levenberg_marquardt::{self, Tolerances};
 
 /// Draws of shares: with the ordered starts, as many as found every minimum that fifty found on the robots of the bench.
 pub(super) const DRAWS: u64 = 16;

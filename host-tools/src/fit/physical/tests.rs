@@ -2,13 +2,13 @@
 
 use model_core::motion::{Motion, Wheel};
 use model_core::torque::{Drive, TorqueModel};
+use numerics::levenberg_marquardt::{Bounds as Box, LeastSquares, Tolerances, descend};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::cost::{Cost, Loss};
 use super::restarts::restart_within;
 use super::{Bounds, PARAMETERS, Parameters, Row, solve_within};
-use crate::numerics::levenberg_marquardt::{Bounds as Box, LeastSquares, Tolerances, descend};
 
 const TRUTH: [f64; PARAMETERS] = [0.05, 0.008, 0.007, 0.0065, 1.6, 2.5, 0.02, -0.01];
 

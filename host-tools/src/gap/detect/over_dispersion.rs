@@ -1,10 +1,11 @@
 //! Disturbance without structure: bursts, a rattle, an uneven floor leave no mean, but they scatter more than clean runs do.
 
+use numerics::intervals::mean_interval;
+
 use crate::gap::noise::spread::Spread;
 use crate::gap::problem::Problem;
 use crate::gap::thresholds::detect::{DISTURBANCE, DISTURBANCE_Z, MOST_SIGMAS};
 use crate::gap::twin::State;
-use crate::numerics::intervals::mean_interval;
 
 /// The scatter of what is left in the field, per that of clean runs.
 #[derive(Debug, Clone, Copy, PartialEq)]

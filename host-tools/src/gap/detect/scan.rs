@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::DVector;
+use numerics::least_squares::{Factored, FurtherColumn};
 
 use crate::effects::{
     Candidate, Detail, HALF_SLIP, PAYLOAD_MISLABEL, Regressor, Runs, STATIC_STEP, SURFACE_SWITCH, Switched,
@@ -15,7 +16,6 @@ use crate::gap::thresholds::detect::{
 };
 use crate::gap::thresholds::problem::LEAST_SHARE;
 use crate::gap::twin::State;
-use crate::numerics::least_squares::{Factored, FurtherColumn};
 
 /// The best time of a step in each run, and in all runs together.
 struct Times {

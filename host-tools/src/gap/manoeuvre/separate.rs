@@ -8,6 +8,7 @@ use std::mem::discriminant;
 use model_core::effects::Term;
 use model_core::estimator::Sample;
 use nalgebra::{DMatrix, DVector};
+use numerics::least_squares::{NormalEquations, Prior};
 use support::error::Result;
 
 use super::super::smooth;
@@ -23,7 +24,6 @@ use crate::gap::thresholds::problem::DISCREPANCY_RIDGE;
 use crate::log::Shared;
 use crate::log::motions::Motions;
 use crate::log::runs::{RawRun, Row, Run, Runs};
-use crate::numerics::least_squares::{NormalEquations, Prior};
 
 /// A drive as the filter would show it: rows without power.
 ///

@@ -1,4 +1,7 @@
 //! Candidates fitted with all that they bend, their shapes searched, and when two of them are no different.
+use numerics::intervals::mean_interval;
+use numerics::search::golden_section;
+
 use crate::effects::{Candidate, Detail, Regressor, Runs};
 use crate::gap::problem::Problem;
 use crate::gap::problem::fit::Fitted;
@@ -6,8 +9,6 @@ use crate::gap::problem::times::cost_of_a_time;
 use crate::gap::thresholds::name::{IN_RUN_ERRORS, SEARCH_TOLERANCE, SHARPENED, TIE, TIE_ERRORS, TIE_SHARE};
 use crate::gap::thresholds::problem::MOST_FIT_STEPS;
 use crate::gap::twin::State;
-use crate::numerics::intervals::mean_interval;
-use crate::numerics::search::golden_section;
 
 /// A candidate with its fit.
 #[derive(Debug, Clone, PartialEq)]

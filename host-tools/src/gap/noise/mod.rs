@@ -4,6 +4,8 @@ pub mod spread;
 pub mod whiten;
 
 use nalgebra::{DMatrix, DVector};
+use numerics::least_squares::NormalEquations;
+use numerics::robust::scale_of_sizes;
 
 use self::spread::Spread;
 use self::whiten::{Signal, Whitener};
@@ -13,8 +15,6 @@ use super::thresholds::noise::{
 use super::twin::{State, Twin};
 use crate::effects::Regressor;
 use crate::log::runs::Runs;
-use crate::numerics::least_squares::NormalEquations;
-use crate::numerics::robust::scale_of_sizes;
 
 /// Where the memory of the noise is told.
 #[derive(Debug, Clone, Copy)]

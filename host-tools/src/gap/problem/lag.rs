@@ -1,8 +1,7 @@
 //! By how much power is later than speed already in clean runs.
 
 use model_core::torque::TorqueModel;
-
-use crate::numerics::search::golden_section;
+use numerics::search::golden_section;
 
 use crate::gap::thresholds::problem::{LAG_ACCURACY_ROWS, MOST_LAG_ROWS};
 use crate::gap::twin::{State, Twin};

@@ -14,6 +14,7 @@ use std::ops::Range;
 
 use model_core::torque::TorqueModel;
 use nalgebra::{DMatrix, DVector};
+use numerics::least_squares::{Factored, NormalEquations, Prior};
 
 use self::linear::Linear;
 use self::panel::{Fixed, Panel};
@@ -23,7 +24,6 @@ use super::thresholds::problem::RIDGE;
 use super::twin::{State, Twin};
 use super::types::penalty;
 use crate::effects::{Candidate, Regressor};
-use crate::numerics::least_squares::{Factored, NormalEquations, Prior};
 
 /// The runs in question, and what is known of base and noise.
 #[derive(Debug)]

@@ -12,7 +12,7 @@ use crate::log::runs::Runs;
 use model_core::effects::Term;
 use nalgebra::{DMatrix, DVector};
 
-use crate::numerics::least_squares::{Factored, NormalEquations};
+use numerics::least_squares::{Factored, NormalEquations};
 
 /// Of effects that are `known` noise and discrepancy are told; what is looked for begins without them.
 pub(crate) fn open_problem<'a, const N: usize>(

@@ -3,6 +3,7 @@
 use model_core::effects::Term;
 use model_core::torque::{Drive, TorqueModel};
 use nalgebra::DMatrix;
+use numerics::intervals::mean_interval;
 
 use super::localise::Cell;
 use crate::effects::{Candidate, Detail, NotTestable, Regressor, Runs, World, physical};
@@ -13,7 +14,6 @@ use crate::gap::split::Split;
 use crate::gap::twin::State;
 use crate::gap::types::{Named, Round, Scored, Status, Verdict};
 use crate::gap::words;
-use crate::numerics::intervals::mean_interval;
 
 /// As full as a report may be: twelve runs with long names, three effects, many ties and cells.
 pub(crate) fn report(verdict: Verdict) -> Report {

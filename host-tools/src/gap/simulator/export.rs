@@ -6,6 +6,7 @@
 use std::fmt::Write as _;
 
 use model_core::effects::GRAVITY;
+use numerics::robust::NORMAL_95;
 use serde::Serialize;
 
 use crate::effects::{Detail, find};
@@ -13,7 +14,6 @@ use crate::export::joints::Language;
 use crate::gap::report::Report;
 use crate::gap::types::Named;
 use crate::gap::words;
-use crate::numerics::robust::NORMAL_95;
 use crate::robot::Robot;
 
 /// One change of the model.

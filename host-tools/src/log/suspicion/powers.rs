@@ -1,10 +1,10 @@
 //! Power in another unit than watts, or none at all.
 
 use model_core::effects::GRAVITY;
+use numerics::robust;
 
 use super::doubt::{Kind, Suspicion, usual_mass_kg};
 use super::thinned::Row;
-use crate::numerics::robust;
 use crate::robot::Robot;
 
 /// Watts per kilogram that a robot on wheels takes at most: 10 the most seen (a Warthog, a Burger's total power).

@@ -4,9 +4,10 @@
 //! tells: robots drive them about a point outside their wheels, and what a turned wheel makes of such a curve is one about a point between the
 //! wheels, but not in their middle, which is hardly ever driven. Four wheels on the ground have to agree among themselves.
 
+use numerics::robust;
+
 use super::doubt::{Kind, Suspicion};
 use super::thinned::Row;
-use crate::numerics::robust;
 use crate::robot::{Geometry, Robot};
 
 /// Wheels slower than this share of the usual greatest are left out.

@@ -1,10 +1,10 @@
 //! Speeds of wheels in another unit than rad/s: too fast for the robot, or so slow that driving would cost too much.
 
 use model_core::effects::GRAVITY;
+use numerics::robust;
 
 use super::doubt::{Kind, Suspicion, usual_mass_kg};
 use super::thinned::Row;
-use crate::numerics::robust;
 use crate::robot::{Robot, SpeedUnit};
 
 /// Robots whose file does not say how fast they are drive at most so many of their tracks a second: 4.6 the fastest seen (a Warthog at its

@@ -1,6 +1,6 @@
 //! Some rows of a log, evenly over the whole, in bounded memory.
 
-use crate::numerics::robust;
+use numerics::robust;
 
 /// Most wheels that the tools are compiled for.
 const MOST_WHEELS: usize = model_core::coefficients::MOST_WHEELS;

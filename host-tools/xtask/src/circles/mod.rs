@@ -19,11 +19,12 @@ use graph::{Arrows, arrows, circles};
 use tree::Tree;
 
 /// Packages, by their folders.
-const PACKAGES: [&str; 8] = [
+const PACKAGES: [&str; 9] = [
     "model-core",
     "firmware",
     "host-tools",
     "host-tools/formats",
+    "host-tools/numerics",
     "host-tools/support",
     "host-tools/python",
     "host-tools/xtask",

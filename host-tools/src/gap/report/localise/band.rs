@@ -1,8 +1,9 @@
 //! Mean of the runs' means in a cell, and its band.
 
+use numerics::intervals::mean_interval;
+
 use crate::gap::noise::whiten::Signal;
 use crate::gap::thresholds::localise::{LEAST_ROWS, LEAST_RUNS};
-use crate::numerics::intervals::mean_interval;
 
 /// Mean of runs' means.
 #[derive(Debug, Clone, Copy, PartialEq)]
