@@ -33,7 +33,6 @@ pub mod inspect;
 pub mod log;
 pub mod look;
 pub mod node;
-pub mod plant;
 pub mod predict;
 pub mod report;
 pub mod reproduce;

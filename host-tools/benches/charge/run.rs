@@ -3,8 +3,8 @@
 use firmware::measurement::BatteryMeter;
 use firmware::parameters::RAILS;
 use firmware::power_sensors::RailReading;
-use host_tools::plant::battery::{Battery, BatteryState, CURVE};
 use model_core::charge::{Charge, Curve, Gauge, Pack, Point, Start};
+use plant::battery::{Battery, BatteryState, CURVE};
 use rand::RngExt as _;
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use plant::{Kinematics, ProfileKind};
 use serde::Serialize;
 use support::error::{Error, Result};
 use support::interrupt;
@@ -15,7 +16,6 @@ use support::own::Form;
 use super::drive::DriveArguments;
 use super::overwrite::OverwriteArgument;
 use crate::board::transport::Transport as _;
-use crate::plant::{Kinematics, ProfileKind};
 use crate::virtual_board::board::{BoardOptions, VirtualBoard};
 use crate::virtual_board::faults::FaultScript;
 use crate::virtual_board::flash::VirtualFlash;

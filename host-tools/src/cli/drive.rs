@@ -3,12 +3,11 @@
 use std::path::Path;
 
 use clap::ValueEnum;
-use support::error::{Error, Result};
-
-use crate::plant::scenario::duration_allowed;
-use crate::plant::{
+use plant::scenario::duration_allowed;
+use plant::{
     Effect, Geometry, Kinematics, PayloadSchedule, PlantSet, Profile, ProfileKind, Scenario, profile,
 };
+use support::error::{Error, Result};
 
 /// Arguments about robot and drive.
 #[derive(clap::Args)]

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;
 use model_core::model::Model;
+use plant::PlantSet;
 use support::error::{Error, Result};
 use support::output::{check_apart, write_content};
 use support::own::Form;
@@ -33,7 +34,6 @@ use crate::gap::{extension, manoeuvre, refit, simulation};
 use crate::log::checks;
 use crate::log::runs::Runs;
 use crate::log::speed_column;
-use crate::plant::PlantSet;
 use crate::robot::{FOUND, Robot};
 use crate::with_wheels;
 

@@ -6,6 +6,14 @@ use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
+use plant::encoder::SpeedSource;
+use plant::experiment::{self, Drive};
+use plant::log::Totals;
+use plant::sensors::PowerSource;
+use plant::{
+    Column, Columns, Geometry, Kinematics, PlantSet, Profile, ProfileKind, Scenario, Sensors, Simulation,
+    effects, log,
+};
 use serde::Serialize;
 use support::error::{Error, Result};
 use support::job;
@@ -14,14 +22,6 @@ use support::own::Form;
 
 use super::drive::DriveArguments;
 use super::overwrite::OverwriteArgument;
-use crate::plant::encoder::SpeedSource;
-use crate::plant::experiment::{self, Drive};
-use crate::plant::log::Totals;
-use crate::plant::sensors::PowerSource;
-use crate::plant::{
-    Column, Columns, Geometry, Kinematics, PlantSet, Profile, ProfileKind, Scenario, Sensors, Simulation,
-    effects, log,
-};
 
 /// Arguments of `gmr simulate`.
 #[derive(clap::Args)]

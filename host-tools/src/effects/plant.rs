@@ -1,9 +1,9 @@
 //! A named effect as the physical cause that the plant has for it.
 
+use plant::Effect;
 use support::error::Result;
 
 use super::{Candidate, Regressor};
-use crate::plant::Effect;
 
 /// In which runs a cause acts, by their places among all runs of a set.
 #[derive(Debug, Clone, PartialEq)]

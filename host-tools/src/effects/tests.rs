@@ -3,11 +3,11 @@
 use model_core::effects::{Cause, Side, Term};
 use model_core::torque::TorqueModel;
 use nalgebra::DMatrix;
+use plant::effects::{Effect, entries};
 use serde_json::json;
 
 use super::written::{Written, columns, id_of};
 use super::*;
-use crate::plant::effects::{Effect, entries};
 
 /// A robot with two wheels, its base, and columns without a plausible content.
 fn scope(columns: &[&str]) -> Scope {

@@ -4,10 +4,9 @@
 //! low and its pull-up of 4.7 kΩ draws 2.3 mW. At 200 Hz and for two lines that is 0.1 mW, a thirtieth of what
 //! the sensor draws, and at 20 Hz a tenth of that.
 
+use plant::experiment;
 use serde::Serialize;
 use support::error::{Error, Result};
-
-use crate::plant::experiment;
 
 /// Supply of sensors and core, V.
 const SUPPLY_V: f64 = 3.3;

@@ -7,11 +7,11 @@
 //! A joule that is predicted wrongly is counted as a joule spent. It is not: what a wrong joule costs is the mission's business.
 //! [`Best::break_even`] says how little it may be worth before sensing and computing weigh as much.
 
+use plant::experiment;
 use serde::Serialize;
 
 use super::parts::{Counts, INSTRUCTION_J, SHUNT_OHM, sensors_w};
 use super::table::{Cell, Column, Format, Mark, Row, Table, column, distinct, number};
-use crate::plant::experiment;
 
 /// What prices are computed from.
 #[derive(Debug, Clone, PartialEq, Serialize)]

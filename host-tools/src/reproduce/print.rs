@@ -7,6 +7,9 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use plant::Scenario;
+use plant::experiment::{self, Drive};
+use plant::log::{Columns, write};
 use serde::Serialize;
 use support::error::Result;
 
@@ -19,9 +22,6 @@ use super::table::{Cell, Column, Format, Mark, Row, Table, column, distinct, wit
 use super::work::{on_all_cores, temporary_folder};
 use crate::fit;
 use crate::fit::dataset::Reading;
-use crate::plant::Scenario;
-use crate::plant::experiment::{self, Drive};
-use crate::plant::log::{Columns, write};
 use crate::robot::Robot;
 
 /// Where print and derivation differ.

@@ -1,13 +1,13 @@
 //! The experiment's regime as a reader is told of it: its knobs, how near it comes to what was published, and its rails.
 
+use plant::Rounds;
+use plant::experiment::{self, REGIME, RailReading};
 use support::error::Result;
 
 use super::section7::{ModelRow, PUBLISHED};
 use super::spread::Spread;
 use super::table::{Cell, Column, Format, Mark, Row, Table, column, number, with_unit};
 use super::windows::{PUBLISHED_WORST, WindowRow};
-use crate::plant::Rounds;
-use crate::plant::experiment::{self, REGIME, RailReading};
 
 const KNOBS: [Column; 3] = [
     column("name", "knob", Format::Words),

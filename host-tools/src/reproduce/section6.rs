@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use plant::log::{Columns, write};
+use plant::{Kinematics, PayloadSchedule, PlantSet, Profile, ProfileKind, Rounds, Scenario};
 use serde_json::Value;
 use support::error::Result;
 use support::metrics::Metrics;
@@ -12,8 +14,6 @@ use super::spread::Spread;
 use super::table::{Cell, Column, Format, Mark, Row, Table, column, number};
 use crate::compare::points::Wanted;
 use crate::estimate::{Policy, PolicyKind};
-use crate::plant::log::{Columns, write};
-use crate::plant::{Kinematics, PayloadSchedule, PlantSet, Profile, ProfileKind, Rounds, Scenario};
 use crate::robot::Robot;
 
 /// The window of Fig. 6, s.

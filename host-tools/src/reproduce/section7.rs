@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use plant::experiment::{Drive, REGIME, scenario};
+use plant::log::{Column, Columns, write};
 use support::error::Result;
 use support::metrics::Metrics;
 
@@ -15,8 +17,6 @@ use crate::compare::points::Wanted;
 use crate::compare::{Horizon, LeftOut, MassSearch, MassSource, WeightSeeds, evaluate, persistence_r2};
 use crate::estimate::{Instant, Policy, PolicyKind};
 use crate::fit::dataset::Dataset;
-use crate::plant::experiment::{Drive, REGIME, scenario};
-use crate::plant::log::{Column, Columns, write};
 use crate::robot::Robot;
 
 /// The window of Fig. 13 to 15, s.

@@ -253,9 +253,9 @@ mod tests {
     use std::thread::JoinHandle;
 
     use firmware::exchange::{Kind, NOTICE_LINK};
+    use plant::{Kinematics, PlantSet, ProfileKind, Scenario};
 
     use super::*;
-    use crate::plant::{Kinematics, PlantSet, ProfileKind, Scenario};
     use crate::virtual_board::pipes::{ANSWERS, REQUESTS};
     use crate::virtual_board::robot::{RobotOptions, SENSOR_ADDRESSES};
 

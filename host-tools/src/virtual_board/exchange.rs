@@ -174,8 +174,9 @@ impl ExchangeServer {
 
 #[cfg(test)]
 mod tests {
+    use plant::{Kinematics, PlantSet, ProfileKind, Scenario};
+
     use super::*;
-    use crate::plant::{Kinematics, PlantSet, ProfileKind, Scenario};
     use crate::virtual_board::robot::RobotOptions;
 
     fn server() -> ExchangeServer {

@@ -11,12 +11,12 @@
 use std::path::Path;
 use std::time::Duration;
 
+use plant::rails::RAILS;
 use serde::Deserialize;
 use support::error::{Error, Result};
 
 use super::robot::VirtualRobot;
 use super::servo::{OVERLOAD, VirtualServo};
-use crate::plant::rails::RAILS;
 
 /// Longest time in a script, s: a year.
 const LONGEST_S: f64 = 3.2e7;
@@ -202,8 +202,9 @@ impl Change {
 
 #[cfg(test)]
 mod tests {
+    use plant::{Kinematics, PlantSet, ProfileKind, Scenario};
+
     use super::*;
-    use crate::plant::{Kinematics, PlantSet, ProfileKind, Scenario};
     use crate::virtual_board::robot::RobotOptions;
 
     fn robot() -> VirtualRobot {

@@ -3,7 +3,7 @@
 //! Source: datasheet SBOS448G, by section. What it leaves open is decided as TI's later chips of this family document it, and
 //! said where it is.
 
-use crate::plant::ina219::{BUS_LSB_V, SHUNT_LSB_V};
+use plant::ina219::{BUS_LSB_V, SHUNT_LSB_V};
 
 /// Configuration after power-on: 32 V, ±320 mV, 12 bit, both voltages continuously (8.6.2.1).
 const CONFIGURATION_RESET: u16 = 0x399F;

@@ -1,14 +1,13 @@
 //! A run that goes as far as it is told: to any microsecond, for a board that asks when it likes.
 
+use plant::effects;
+use plant::kinematics::Kinematics;
+use plant::motion::{Command, Motion, Moved};
+use plant::noise::{Stream, stream};
+use plant::rails::{LB_012, PowerTree, RAILS, SERVOS, Supply};
+use plant::scenario::{DEFAULT_STEP_S, Scenario};
+use plant::{MAX_WHEELS, Robot};
 use support::error::{Error, Result};
-
-use crate::plant::effects;
-use crate::plant::kinematics::Kinematics;
-use crate::plant::motion::{Command, Motion, Moved};
-use crate::plant::noise::{Stream, stream};
-use crate::plant::rails::{LB_012, PowerTree, RAILS, SERVOS, Supply};
-use crate::plant::scenario::{DEFAULT_STEP_S, Scenario};
-use crate::plant::{MAX_WHEELS, Robot};
 
 use rand::RngExt;
 
@@ -215,8 +214,9 @@ impl Lockstep {
 
 #[cfg(test)]
 mod tests {
+    use plant::{Effect, PlantSet, Profile, ProfileKind, simulate};
+
     use super::*;
-    use crate::plant::{Effect, PlantSet, Profile, ProfileKind, simulate};
 
     fn scenario() -> Scenario {
         Scenario::new(PlantSet::Servo, Kinematics::Differential, ProfileKind::Training, 20.0, 5)

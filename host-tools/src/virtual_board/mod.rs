@@ -9,7 +9,7 @@
 //! ```
 //!
 //! It runs on Linux; everything that needs no emulator, no FIFO and no pseudo terminal runs anywhere. The plant itself and its
-//! power tree stay in [`crate::plant`]: the paper's experiment reads the same rails without a board.
+//! power tree stay in [`plant`]: the paper's experiment reads the same rails without a board.
 
 #[cfg(target_os = "linux")]
 pub mod board;

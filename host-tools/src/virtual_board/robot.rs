@@ -1,6 +1,9 @@
 //! The robot around a virtual board: its power sensors and servos, in step with the plant.
 
 use firmware::exchange::BusAnswer;
+use plant::Scenario;
+use plant::noise::{Stream, stream};
+use plant::rails::{RAILS, Supply};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use support::error::{Error, Result};
@@ -11,9 +14,6 @@ use super::lockstep::Span;
 use super::lockstep::{Lockstep, Truth};
 use super::servo::VirtualServo;
 use super::servo_bus::{ServoAnswer, ServoBus};
-use crate::plant::Scenario;
-use crate::plant::noise::{Stream, stream};
-use crate::plant::rails::{RAILS, Supply};
 
 /// Addresses of the sensors of battery, motors, computer and lidar, as soldered.
 pub const SENSOR_ADDRESSES: [u8; RAILS] = [0x40, 0x41, 0x44, 0x45];
@@ -173,8 +173,9 @@ impl VirtualRobot {
 
 #[cfg(test)]
 mod tests {
+    use plant::{Kinematics, PlantSet, ProfileKind};
+
     use super::*;
-    use crate::plant::{Kinematics, PlantSet, ProfileKind};
 
     /// ±320 mV, 32 V, means of four, both continuously: 4.256 ms.
     const SET_UP: [u8; 3] = [0x00, 0x3D, 0x57];

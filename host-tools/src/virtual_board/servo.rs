@@ -5,9 +5,9 @@
 use std::f64::consts::TAU;
 
 use firmware::dynamixel::status::{ALERT, Refusal};
+use plant::encoder::{VELOCITY_COUNT, ticks};
 
 use super::lockstep::WheelState;
-use crate::plant::encoder::{VELOCITY_COUNT, ticks};
 
 /// Model number of the XL430-W250.
 pub const MODEL: u16 = 1060;

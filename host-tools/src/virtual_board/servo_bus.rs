@@ -6,10 +6,10 @@
 use crc::{CRC_16_UMTS, Crc};
 use firmware::dynamixel::packet::{BROADCAST, Instruction, OVERHEAD, Packet, Parser, encode};
 use firmware::dynamixel::status::Refusal;
+use plant::rails::SERVOS;
 
 use super::lockstep::WheelState;
 use super::servo::{FIRMWARE, MODEL, VirtualServo};
-use crate::plant::rails::SERVOS;
 
 /// Time of a byte at 1 Mbit/s, ten bits, µs.
 pub const BYTE_US: u32 = 10;

@@ -41,8 +41,9 @@ impl TruthRows {
 
 #[cfg(test)]
 mod tests {
+    use plant::rails::Supply;
+
     use super::*;
-    use crate::plant::rails::Supply;
 
     /// By hand: 2 J more after 0.5 s are 4 W.
     #[test]

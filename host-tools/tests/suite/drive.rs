@@ -8,10 +8,10 @@ use firmware::dynamixel::packet::{Instruction, encode};
 use host_tools::board::client::Client;
 use host_tools::board::status::Status;
 use host_tools::board::transport::Transport as _;
-use host_tools::plant::{Kinematics, PlantSet, ProfileKind, Scenario};
 use host_tools::virtual_board::board::{BoardOptions, VirtualBoard};
 use host_tools::virtual_board::flash::VirtualFlash;
 use host_tools::virtual_board::robot::{RobotOptions, VirtualRobot};
+use plant::{Kinematics, PlantSet, ProfileKind, Scenario};
 
 const TENTH: Duration = Duration::from_millis(100);
 

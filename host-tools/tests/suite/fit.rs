@@ -144,8 +144,8 @@ fn the_covariance_is_in_the_order_of_the_parameters() {
 /// omni robot, whose mass matrix is the same in every order.)
 #[test]
 fn plant_and_model_count_the_wheels_alike() {
-    use host_tools::plant::{Geometry, Kinematics as Layout};
     use model_core::kinematics::Kinematics;
+    use plant::{Geometry, Kinematics as Layout};
     fn check<const N: usize>(layout: Layout, model: &Kinematics<f64, N>, twist: [f64; 3]) {
         let geometry = Geometry { kinematics: layout, wheel_radius_m: 0.05, track_m: 0.4, wheelbase_m: 0.3 };
         let all = geometry.wheel_speeds(twist);

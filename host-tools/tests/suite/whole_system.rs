@@ -18,7 +18,6 @@ use host_tools::board::client::{Board, Client};
 use host_tools::board::flasher::{Running, Target as _};
 use host_tools::board::recorder::{self, Ending, Options};
 use host_tools::coefficients::CoefficientsFile;
-use host_tools::plant::{Effect, Kinematics, PayloadSchedule, PlantSet, ProfileKind, Scenario};
 use host_tools::robot::Robot;
 use host_tools::virtual_board::board::{BoardOptions, VirtualBoard};
 use host_tools::virtual_board::flash::VirtualFlash;
@@ -26,6 +25,7 @@ use host_tools::virtual_board::robot::{RobotOptions, VirtualRobot};
 use host_tools::virtual_board::truth::{self, TruthRows};
 use model_core::coefficients::{Coefficients, Name};
 use model_core::model::Model;
+use plant::{Effect, Kinematics, PayloadSchedule, PlantSet, ProfileKind, Scenario};
 use serde_json::Value;
 use tempfile::TempDir;
 

@@ -1,6 +1,8 @@
 //! Whether the suggested manoeuvre parts what tied: the plant drives it with the same hidden effect, and the workflow looks again.
 
 use indicatif::ProgressBar;
+use plant::effects::Effect;
+use plant::{PayloadSchedule, Profile, Scenario};
 use support::error::Result;
 
 use super::super::manoeuvre::{Suggestion, Wish, suggest};
@@ -11,8 +13,6 @@ use crate::gap::report::Report;
 use crate::gap::thresholds::manoeuvre::RUNS;
 use crate::gap::types::{Options, Verdict};
 use crate::log::runs::{RawRun, Runs};
-use crate::plant::effects::Effect;
-use crate::plant::{PayloadSchedule, Profile, Scenario};
 use crate::robot::Robot;
 
 /// What became of a tie.

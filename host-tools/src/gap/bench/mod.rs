@@ -7,6 +7,7 @@ pub mod sets;
 use std::time::Instant;
 
 use indicatif::ProgressBar;
+use plant::effects::Effect;
 use rayon::prelude::*;
 use support::error::Result;
 
@@ -15,7 +16,6 @@ use crate::effects::ENTRIES;
 use crate::gap::investigate::investigate;
 use crate::gap::types::{Options, Verdict};
 use crate::log::runs::Runs;
-use crate::plant::effects::Effect;
 use crate::robot::Robot;
 
 /// What is hidden, and in how large a set.

@@ -2,16 +2,16 @@
 
 use std::path::PathBuf;
 
+use plant::effects::Effect;
+use plant::effects::size::scale_to;
+use plant::field::{Field, Noise};
+use plant::{Scenario, simulate};
 use support::error::{Error, Result};
 
 use crate::fit::dataset::{Dataset, Row, Run};
 use crate::fit::{self, Method, ModelKind, pgd};
 use crate::gap::types::Base;
 use crate::log::runs::{RawRun, Runs};
-use crate::plant::effects::Effect;
-use crate::plant::effects::size::scale_to;
-use crate::plant::field::{Field, Noise};
-use crate::plant::{Scenario, simulate};
 use crate::robot::Robot;
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;

@@ -2,6 +2,7 @@
 
 use model_core::coefficients::Robot as CoreRobot;
 use nalgebra::{DMatrix, DVector};
+use plant::body::Wheel;
 use serde_json::{Map, Value, json};
 use support::error::Result;
 
@@ -11,7 +12,6 @@ use super::search::squares;
 use super::track::{Followed, Follower};
 use crate::gap::thresholds::simulation::{FIT_STEPS, LAG_STEP_ROWS, LEAST_GAIN, MOST_LAG_ROWS, NUDGE, TRUST};
 use crate::log::runs::RawRun;
-use crate::plant::body::Wheel;
 
 /// A parameter that is fitted, the same for all wheels.
 #[derive(Debug, Clone, Copy)]

@@ -13,6 +13,7 @@ use std::sync::Arc;
 use std::thread;
 
 use model_core::coefficients::Robot as CoreRobot;
+use plant::PlantSet;
 use serde_json::{Map, Value, json};
 use support::error::Result;
 
@@ -29,7 +30,6 @@ use crate::gap::report::localise::{self, Cell};
 use crate::gap::report::page::{self, Course};
 use crate::gap::types::Verdict;
 use crate::log::runs::RawRun;
-use crate::plant::PlantSet;
 use crate::robot::Robot;
 
 /// An effect in the plant.
@@ -285,7 +285,7 @@ fn drive<const N: usize>(
     follower: &Follower,
     core: &CoreRobot<f64, N>,
     runs: &[RawRun<N>],
-    effects: impl Fn(usize) -> Result<Vec<crate::plant::Effect>> + Sync,
+    effects: impl Fn(usize) -> Result<Vec<plant::Effect>> + Sync,
     missed: &mut f64,
 ) -> Result<Vec<Vec<f64>>> {
     let followed = in_parallel(runs, |place, run| follower.follow(core, run, &effects(place)?))?;

@@ -2,15 +2,15 @@
 
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::filter::{Channel, LowPass};
+use plant::drive::Drive;
+use plant::{
+    Effect, Kinematics, MAX_WHEELS, PayloadSchedule, PlantSet, Profile, Robot as Machine, Scenario, Sensors,
+    Simulation,
+};
 use support::error::{Error, Result};
 
 use crate::gap::thresholds::simulation::{LEAD_S, MOST_CUTOFF, SMOOTHER, STEP_S};
 use crate::log::runs::RawRun;
-use crate::plant::drive::Drive;
-use crate::plant::{
-    Effect, Kinematics, MAX_WHEELS, PayloadSchedule, PlantSet, Profile, Robot as Machine, Scenario, Sensors,
-    Simulation,
-};
 use crate::robot::{Geometry, Robot};
 
 /// A plant that can follow a robot's wheel speeds.

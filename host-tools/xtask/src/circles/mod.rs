@@ -19,12 +19,13 @@ use graph::{Arrows, arrows, circles};
 use tree::Tree;
 
 /// Packages, by their folders.
-const PACKAGES: [&str; 9] = [
+const PACKAGES: [&str; 10] = [
     "model-core",
     "firmware",
     "host-tools",
     "host-tools/formats",
     "host-tools/numerics",
+    "host-tools/plant",
     "host-tools/support",
     "host-tools/python",
     "host-tools/xtask",

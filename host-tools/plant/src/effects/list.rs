@@ -14,7 +14,7 @@ const OF_LOGS: [&str; 6] =
 
 /// The first of these effects that only a log can show, not a robot in lockstep with a board: that has rails and
 /// sensors of its own.
-pub(crate) fn of_logs(effects: &[Effect]) -> Option<&Effect> {
+pub fn of_logs(effects: &[Effect]) -> Option<&Effect> {
     effects.iter().find(|effect| OF_LOGS.contains(&effect.id()))
 }
 

@@ -12,7 +12,7 @@ use super::scenario::{LOOP_PERIOD_S, Scenario};
 
 /// Who says how fast the wheels should turn.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Command {
+pub enum Command {
     /// The scenario's profile.
     Profile,
     /// These wheel speeds, rad/s.
@@ -21,22 +21,22 @@ pub(crate) enum Command {
 
 /// What happened in one step.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Moved {
+pub struct Moved {
     /// By how much each wheel has turned, rad.
-    pub(crate) turned_rad: [f64; MAX_WHEELS],
+    pub turned_rad: [f64; MAX_WHEELS],
     /// Mean power that the drives drew from the supply, W.
-    pub(crate) power_w: f64,
+    pub power_w: f64,
     /// Voltage at the drives, V.
-    pub(crate) drive_v: f64,
+    pub drive_v: f64,
     /// Winding voltage of each wheel, V.
-    pub(crate) voltage: [f64; MAX_WHEELS],
+    pub voltage: [f64; MAX_WHEELS],
     /// Mean winding current of each wheel, A.
-    pub(crate) current: [f64; MAX_WHEELS],
+    pub current: [f64; MAX_WHEELS],
 }
 
 /// The moving part of a run. The same scenario has to be given to every step.
 #[derive(Debug, Clone)]
-pub(crate) struct Motion {
+pub struct Motion {
     body: Body,
     controllers: [Controller; MAX_WHEELS],
     voltage: [f64; MAX_WHEELS],
@@ -55,7 +55,7 @@ impl Motion {
     ///
     /// # Errors
     /// Usage: an effect that makes no sense for this robot.
-    pub(crate) fn new(scenario: &Scenario) -> Result<Self> {
+    pub fn new(scenario: &Scenario) -> Result<Self> {
         let Scenario { robot, seed, step_s, .. } = scenario;
         let mut causes = Causes::new(scenario)?;
         causes.begin(0.0, scenario.payload.mass_at(0.0));
@@ -73,17 +73,17 @@ impl Motion {
     }
 
     /// Steps done.
-    pub(crate) fn steps(&self) -> u64 {
+    pub fn steps(&self) -> u64 {
         self.step
     }
 
     /// Wheel speeds, rad/s.
-    pub(crate) fn wheel_speeds(&self) -> [f64; MAX_WHEELS] {
+    pub fn wheel_speeds(&self) -> [f64; MAX_WHEELS] {
         self.body.wheel_speeds()
     }
 
     /// Body twist: forward m/s, leftward m/s, turn rate rad/s.
-    pub(crate) fn twist(&self) -> Twist {
+    pub fn twist(&self) -> Twist {
         self.body.twist()
     }
 
@@ -93,12 +93,12 @@ impl Motion {
     }
 
     /// Load of the computer at a time that never goes back, percent.
-    pub(crate) fn cpu_percent_at(&mut self, time_s: f64) -> f64 {
+    pub fn cpu_percent_at(&mut self, time_s: f64) -> f64 {
         self.causes.cpu_percent_at(time_s)
     }
 
     /// One step, the loop's output limited by a supply of `supply_v`.
-    pub(crate) fn advance(&mut self, scenario: &Scenario, command: Command, supply_v: f64) -> Moved {
+    pub fn advance(&mut self, scenario: &Scenario, command: Command, supply_v: f64) -> Moved {
         let Scenario { robot, drive, payload, step_s, .. } = scenario;
         let time_s = self.step as f64 * step_s;
         let noted_kg = payload.mass_at(time_s);

@@ -1,10 +1,12 @@
 //! The simulated robot: a forward simulation that shares no formula and no code with `model-core`.
 //!
-//! A wheel speed loop sets voltages ([`controller`]), windings and rotors answer ([`motor`]), gears pass torque with
-//! a loss ([`gear`]), and one rigid body couples the wheels that roll on the floor ([`body`]). Sensors turn what is
-//! true into what a log shows ([`sensors`]). Which robot: [`sets`]; what it does: [`profile`], [`payload`].
-//! What may be otherwise than a fit knew it, from a slope to a sensor that is wrong: [`effects`].
-//! Every supply of a robot that has such a board: [`rails`]; the battery behind them, as far as its charge goes: [`battery`].
+//! A wheel speed loop sets voltages ([`controller`]), windings and rotors answer ([`motor`]), gears pass torque
+//! with a loss ([`gear`]), and one rigid body couples the wheels that roll on the floor ([`body`]). Sensors turn
+//! what is true into what a log shows ([`sensors`]). [`sets`] has the robots, [`profile`] and [`payload`] what
+//! they do, [`effects`] what may differ from what a fit knew, from a slope to a wrong sensor. [`rails`] are the
+//! supplies of a robot that has such a board, [`battery`] the charge behind them.
+//!
+//! Its face: [`simulate`] of a [`Scenario`], and [`log`] to write it.
 
 pub mod battery;
 pub mod body;
@@ -19,9 +21,9 @@ mod imu;
 pub mod ina219;
 pub mod kinematics;
 pub mod log;
-pub(crate) mod motion;
+pub mod motion;
 pub mod motor;
-pub(crate) mod noise;
+pub mod noise;
 pub mod payload;
 pub mod profile;
 pub mod rails;

@@ -6,7 +6,7 @@ use rand_distr::{Distribution, StandardNormal, StudentT};
 
 /// What a stream of random numbers is for.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Stream {
+pub enum Stream {
     Training = 1,
     Test = 2,
     SpeedLoop = 3,
@@ -25,7 +25,7 @@ pub(crate) enum Stream {
 }
 
 /// The generator of a stream. ChaCha8 is specified, so the same seed gives the same bytes on every machine.
-pub(crate) fn stream(seed: u64, purpose: Stream) -> ChaCha8Rng {
+pub fn stream(seed: u64, purpose: Stream) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(purpose as u64);
     rng

@@ -17,7 +17,7 @@ pub const DEFAULT_STEP_S: f64 = 0.25e-3;
 pub const LOOP_PERIOD_S: f64 = 1e-3;
 
 /// Whether a run may last this long, s: up to 115 days, of which the profile's knots fill 0.2 GB.
-pub(crate) fn duration_allowed(duration_s: f64) -> bool {
+pub fn duration_allowed(duration_s: f64) -> bool {
     duration_s > 0.0 && duration_s <= 1e7
 }
 

@@ -25,6 +25,6 @@ mod tests;
 pub(super) use causes::Causes;
 pub(super) use conditions::Conditions;
 pub use entry::{Choice, Effect, Entry, Values};
-pub(crate) use list::of_logs;
+pub use list::of_logs;
 pub use list::{entries, json, list};
 pub(super) use sensing::{DelayLine, power_delay_s};
