@@ -34,7 +34,6 @@ pub mod log;
 pub mod look;
 pub mod node;
 pub mod predict;
-pub mod report;
 pub mod reproduce;
 pub mod robot;
 pub mod virtual_board;

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use report::{Binned, Page, check_extension};
 use serde::Serialize;
 use support::error::{Error, Result};
 use support::output::check_apart;
@@ -9,7 +10,6 @@ use support::own::Form;
 
 use crate::baselines;
 use crate::compare::{self, Comparison, Entry, LeftOut, MassSource, Settings, Split, compare};
-use crate::report::{Binned, Page, check_extension};
 use crate::robot::{FOUND, Robot};
 use crate::with_wheels;
 

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use report::check_extension;
 use serde::Serialize;
 use support::error::{Error, Result};
 use support::metrics::Quality;
@@ -19,7 +20,6 @@ use crate::estimate::{
     replay_at,
 };
 use crate::log::checks::check_mass;
-use crate::report::check_extension;
 use crate::robot::{FOUND, Robot};
 use crate::with_wheels;
 

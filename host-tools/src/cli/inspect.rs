@@ -10,7 +10,6 @@ use support::progress::FileProgress;
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
 use crate::inspect::{Moving, Report, Severity, StaticState};
-use crate::report;
 use crate::robot::FOUND;
 
 /// Arguments of `gmr inspect`.

@@ -1,7 +1,8 @@
 //! A replay as a picture: power measured and predicted, and the mass with its interval.
 
+use report::{Band, Line, Page, Stroke, TimeSeries, palette};
+
 use super::Instant;
-use crate::report::{Band, Line, Page, Stroke, TimeSeries, palette};
 
 /// Most instants kept; beyond, every second one goes.
 const MOST_INSTANTS: usize = 100_000;

@@ -3,6 +3,8 @@
 use std::path::Path;
 
 use maud::{Markup, html};
+use report::html::{WHOLE, document, figure, tile};
+use report::{Bars, Panel, palette};
 use support::error::Result;
 use support::output::write_content;
 
@@ -11,8 +13,6 @@ use super::disagree::Disagreements;
 use super::drift::Drift;
 use super::outlier::Outliers;
 use super::rank::Standing;
-use crate::report::html::{WHOLE, document, figure, tile};
-use crate::report::{Bars, Panel, palette};
 
 /// Robots that are drawn; all of them stand in the table.
 const DRAWN: usize = 20;

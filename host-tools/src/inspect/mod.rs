@@ -41,7 +41,7 @@ impl Report {
     /// Writes the figure: histogram of static power with its Gaussians, and power over time with the states.
     ///
     /// # Errors
-    /// As [`crate::report::Page::save`].
+    /// As [`report::Page::save`].
     pub fn save_figure(&self, file: &Path) -> Result<()> {
         plot::page(self).save(file)
     }

@@ -1,9 +1,10 @@
 //! The figure of an inspection.
 
+use report::{Band, Gaussian, Histogram, Line, Page, Stroke, TimeSeries, palette};
+
 use super::blocks::Block;
 use super::report::Report;
 use super::static_power::StaticState;
-use crate::report::{Band, Gaussian, Histogram, Line, Page, Stroke, TimeSeries, palette};
 
 /// Histogram of power at standstill with the fitted Gaussians, and power over time with the states in colour.
 pub(super) fn page(report: &Report) -> Page {

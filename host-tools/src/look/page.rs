@@ -1,12 +1,12 @@
 //! The page of a look: what the summary says, and power over time, speed and turn.
 
 use maud::html;
+use report::html::WHOLE;
+use report::zoom::{Zoomed, document, figure};
+use report::{CellSeries, Cells, Line, Stroke, TimeSeries, palette};
 use support::error::Result;
 
 use super::report::Report;
-use crate::report::html::WHOLE;
-use crate::report::zoom::{Zoomed, document, figure};
-use crate::report::{CellSeries, Cells, Line, Stroke, TimeSeries, palette};
 
 /// One self-contained page.
 ///

@@ -1,6 +1,6 @@
 //! A method's colour: the same in every figure.
 
-use crate::report::{Colour, palette};
+use report::{Colour, palette};
 
 /// Methods in the order of the palette.
 pub(super) struct Colours {

@@ -1,6 +1,6 @@
 //! A log over time, what methods made of it, and the panels that several figures share.
 
-use crate::report::{Band, Colour, Line, Stroke, TimeSeries, Validated, Validation, palette};
+use report::{Band, Colour, Line, Stroke, TimeSeries, Validated, Validation, palette};
 
 use super::colours::{Colours, black};
 

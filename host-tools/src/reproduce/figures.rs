@@ -1,9 +1,10 @@
 //! The paper's figures as data: what each shows, in panels of series and axes; the same for the page and for files.
 
-use crate::compare::MassSource;
-use crate::report::{
+use report::{
     Bars, Binned, Curve, Curves, Gaussian, Histogram, Line, Marks, Page, Panel, Stroke, TimeSeries, palette,
 };
+
+use crate::compare::MassSource;
 
 use super::colours::{Colours, black};
 use super::contender::CONTENDERS;

@@ -1,6 +1,7 @@
 //! The reproduction as one page: what came out on top, then tables and figures in the order of the paper.
 
 use maud::{Markup, html};
+use report::html::{document, drawing, tile};
 use support::error::Result;
 
 use super::figures::Figure;
@@ -8,8 +9,6 @@ use super::price::Best;
 use super::standing::{Goal, Standing, Standings};
 use super::study::{INTERVALS, Study};
 use super::table::{Mark, Table, number, with_unit};
-
-use crate::report::html::{document, drawing, tile};
 
 /// A part of the page, by its name.
 enum Part {

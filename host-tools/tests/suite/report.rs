@@ -1,6 +1,6 @@
 //! Figures are drawn in both formats, without fonts of the system.
 
-use host_tools::report::{
+use report::{
     Band, Binned, Curve, Curves, Gaussian, Histogram, Line, Page, Stroke, TimeSeries, Validated, Validation,
     palette,
 };

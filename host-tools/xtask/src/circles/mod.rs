@@ -19,13 +19,14 @@ use graph::{Arrows, arrows, circles};
 use tree::Tree;
 
 /// Packages, by their folders.
-const PACKAGES: [&str; 10] = [
+const PACKAGES: [&str; 11] = [
     "model-core",
     "firmware",
     "host-tools",
     "host-tools/formats",
     "host-tools/numerics",
     "host-tools/plant",
+    "host-tools/report",
     "host-tools/support",
     "host-tools/python",
     "host-tools/xtask",

@@ -1,6 +1,8 @@
 //! The plots of the page.
 
 use maud::Markup;
+use report::html::{HALF, WHOLE, figure};
+use report::{Bars, CellSeries, Cells, Colour, Heat, HeatSquare, Line, Stroke, TimeSeries, palette};
 use support::error::Result;
 
 use super::course::Course;
@@ -9,8 +11,6 @@ use crate::gap::report::localise::{Cell, Map, Square};
 use crate::gap::report::summary;
 use crate::gap::types::{Round, Status};
 use crate::gap::words;
-use crate::report::html::{HALF, WHOLE, figure};
-use crate::report::{Bars, CellSeries, Cells, Colour, Heat, HeatSquare, Line, Stroke, TimeSeries, palette};
 
 /// Before: what the model lacks shows in orange. After: blue.
 fn colours() -> [Colour; 2] {

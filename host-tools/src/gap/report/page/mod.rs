@@ -8,6 +8,7 @@ mod sections;
 use std::path::Path;
 
 use maud::html;
+use report::html::document;
 use support::error::{Error, Result};
 use support::output;
 
@@ -15,7 +16,6 @@ pub use self::course::{Course, Picture};
 pub use self::given::{Inputs, Simulated};
 use super::summary;
 use crate::gap::report::Report;
-use crate::report::html::document;
 
 /// Refuses a file that is no page, or has no folder: asked before the long work.
 ///

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use maud::{Markup, html};
+use report::html::tile;
 use serde_json::Value;
 use support::error::Result;
 
@@ -16,7 +17,6 @@ use crate::gap::report::summary;
 use crate::gap::thresholds::localise::{LEAST_ROWS, LEAST_RUNS};
 use crate::gap::types::Verdict;
 use crate::gap::words;
-use crate::report::html::tile;
 
 /// Runs that are drawn over time.
 const DRAWN: usize = 8;

@@ -10,7 +10,7 @@ use super::{Cells, Colour, Page, Panel, TimeSeries};
 
 /// What is drawn: curves over one x, pieces apart by a y of NaN.
 #[derive(Debug, Clone, Serialize)]
-pub(crate) struct Zoomed {
+pub struct Zoomed {
     x_label: String,
     y_label: String,
     x: Vec<f64>,
@@ -40,7 +40,7 @@ impl Curve {
 
 impl Zoomed {
     /// The first line of a series.
-    pub(crate) fn of_line(series: &TimeSeries) -> Option<Self> {
+    pub fn of_line(series: &TimeSeries) -> Option<Self> {
         let line = series.lines.first()?;
         let (x, y) = line.points.iter().copied().unzip();
         let curves = vec![Curve::new(&line.name, line.colour, 1.5, y)];
@@ -54,7 +54,7 @@ impl Zoomed {
     }
 
     /// The first set of cells: a step each, with its band around it.
-    pub(crate) fn of_cells(cells: &Cells) -> Option<Self> {
+    pub fn of_cells(cells: &Cells) -> Option<Self> {
         let series = cells.series.first()?;
         let ends = |of: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
             let steps = series
@@ -91,7 +91,7 @@ impl Zoomed {
 ///
 /// # Errors
 /// It cannot be drawn.
-pub(crate) fn figure(
+pub fn figure(
     panel: impl Into<Panel>,
     zoomed: Option<&Zoomed>,
     (width, height): (u32, u32),
@@ -108,7 +108,7 @@ const LIBRARY_STYLE: &str = include_str!("../../assets/uPlot.min.css");
 const SCRIPT: &str = include_str!("zoom.js");
 
 /// The page around a body with such plots.
-pub(crate) fn document(title: &str, body: Markup) -> String {
+pub fn document(title: &str, body: Markup) -> String {
     // Commented out for HTML, so that a strict reader of XML takes the page as well.
     let script = |text: &str| html! { script { (PreEscaped(format!("//<![CDATA[\n{text}\n//]]>"))) } };
     // Fingers scroll the page up and down; across and together they are the plot's.
@@ -121,7 +121,7 @@ pub(crate) fn document(title: &str, body: Markup) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::{CellSeries, palette};
+    use crate::{CellSeries, palette};
 
     /// Whatever a label holds, the numbers end where they end; a cell is one step with a hole behind it.
     #[test]

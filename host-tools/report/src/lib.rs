@@ -1,7 +1,8 @@
-//! Figures for users: SVG and PNG from one drawing.
+//! Figures and pages: SVG, PNG and HTML from one drawing.
 //!
-//! A [`Page`] is a stack of panels; [`Page::save`] draws it into the file format that the extension names. What a panel shows is a
-//! value; the frame around it (`chart`), its axes and what is cut at them are the same for all.
+//! A [`Page`] is a stack of [`Panel`]s; [`Page::save`] draws it in the format that the file's extension names.
+//! What a panel shows is a value; its frame, its axes and what is cut at them are the same for all.
+//! [`html`] and [`zoom`] put drawings into documents.
 
 mod axis;
 mod bars;
@@ -13,7 +14,7 @@ mod curves;
 mod decimate;
 mod heat;
 mod histogram;
-pub(crate) mod html;
+pub mod html;
 mod mark;
 mod page;
 mod panel;
@@ -21,7 +22,7 @@ mod raster;
 mod series;
 mod style;
 mod validation;
-pub(crate) mod zoom;
+pub mod zoom;
 
 pub use bars::Bars;
 pub use binned::Binned;

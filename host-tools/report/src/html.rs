@@ -10,13 +10,13 @@ use support::error::Result;
 use super::{Page, Panel};
 
 /// Width and height of a plot that takes the whole page.
-pub(crate) const WHOLE: (u32, u32) = (1000, 340);
+pub const WHOLE: (u32, u32) = (1000, 340);
 
 /// Of one that shares the page with another.
-pub(crate) const HALF: (u32, u32) = (560, 330);
+pub const HALF: (u32, u32) = (560, 330);
 
 /// One plot. `about` says what it shows, and what one sees there.
-pub(crate) fn figure(
+pub fn figure(
     panel: impl Into<Panel>,
     (width, height): (u32, u32),
     title: &str,
@@ -26,7 +26,7 @@ pub(crate) fn figure(
 }
 
 /// A stack of plots, drawn by plotters, titled and described for those who do not see it; `numbers` is what a script makes more of.
-pub(crate) fn drawing(page: &Page, title: &str, about: &str, numbers: Option<Markup>) -> Result<Markup> {
+pub fn drawing(page: &Page, title: &str, about: &str, numbers: Option<Markup>) -> Result<Markup> {
     let drawn = page.inline()?;
     let view = format!("0 0 {} {}", drawn.size.0, drawn.size.1);
     Ok(html! {
@@ -42,7 +42,7 @@ pub(crate) fn drawing(page: &Page, title: &str, about: &str, numbers: Option<Mar
 }
 
 /// A figure in large letters, and what it is.
-pub(crate) fn tile(figure: &str, what: &str, class: &str) -> Markup {
+pub fn tile(figure: &str, what: &str, class: &str) -> Markup {
     html! { div class="tile" { b class=(class) { (figure) } span { (what) } } }
 }
 
@@ -51,7 +51,7 @@ const HEAD: &str = "<meta charset=\"utf-8\"/>\n<meta name=\"viewport\" content=\
                     <meta name=\"color-scheme\" content=\"light dark\"/>";
 
 /// The page around `body`.
-pub(crate) fn document(title: &str, body: Markup) -> String {
+pub fn document(title: &str, body: Markup) -> String {
     page(title, "", body)
 }
 
