@@ -10,7 +10,7 @@ use host_tools::fit::dataset::Reading;
 use host_tools::fit::gram::{Scaled, Vector};
 use host_tools::fit::pgd::{self, Settings};
 use host_tools::fit::{self, ModelKind};
-use host_tools::robot::Robot;
+use logs::robot::Robot;
 use model_core::eq18::REGRESSORS;
 
 /// Rows of the short log.

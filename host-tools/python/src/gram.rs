@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use host_tools::cli;
 use host_tools::gram::{Flat, Merge, TEXTS, names, write_all};
-use host_tools::log::Table;
+use logs::Table;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use support::error::Result;

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use host_tools::log::{ColumnRequest, Header, RUN, Role, TIME};
+use logs::{ColumnRequest, Header, RUN, Role, TIME};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;

@@ -1,5 +1,7 @@
 //! What a baseline is, takes and assumes: shown in lists, tables and refusals.
 
+use logs::robot::{Geometry, Robot};
+
 use super::baseline::Baseline;
 use super::dynamics::{self, Braking, Dynamics};
 use super::longitudinal::TERMS;
@@ -9,7 +11,6 @@ use super::point::Readings;
 use super::process::GaussianProcess;
 use super::recursive::{Bayes, Forgetting, Online};
 use super::regression::{Listed, Regression};
-use crate::robot::{Geometry, Robot};
 
 /// One baseline's description.
 pub struct Card {

@@ -1,10 +1,10 @@
 //! Data made by a baseline's own assumptions, for its test.
 
+use logs::robot::Robot;
 use model_core::kinematics::{Kinematics, Twist};
 use model_core::motion::Motion;
 
 use super::{Card, Point, Readings, Wheels};
-use crate::robot::Robot;
 
 /// Period of [`drive`]'s points, s.
 pub(crate) const PERIOD_S: f64 = 0.05;

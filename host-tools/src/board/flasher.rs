@@ -7,6 +7,7 @@ use firmware::control_table::{self as table, Item, Reason, UploadState};
 use firmware::items::{Calibration, RobotIdentity, SIGNATURE_BYTES, check_coefficients, checksum, parts};
 use firmware::power_sensors::RAIL_COUNT;
 use firmware::wheels::WHEELS;
+use logs::robot::Robot;
 use model_core::coefficients::Coefficients;
 use model_core::effects::Cause;
 use model_core::eq18::Gate;
@@ -19,7 +20,6 @@ use super::store_image::StoreImage;
 use super::transport::Transport;
 use crate::coefficients::{CoefficientsFile, GROUND_NEEDS};
 use crate::effects::written::id_of;
-use crate::robot::Robot;
 
 /// Samples per second of a board that cannot be asked.
 pub const USUAL_RATE_HZ: u16 = 200;

@@ -14,12 +14,12 @@ use std::time::Duration;
 use firmware::control_table as table;
 use firmware::record::{RECORD_BYTES, Record};
 use firmware::wheels::WHEELS;
+use logs::{MASS, POWER, TIME, speed_column};
 use support::error::{Error, Result};
 
 use super::client::{Board, Client};
 use super::transport::Transport;
 use super::{motors_rail, rail_names};
-use crate::log::{MASS, POWER, TIME, speed_column};
 
 /// A board that answers but has taken no sample for so long takes none.
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use logs::robot::{FOUND, Robot};
 use report::{Binned, Page, check_extension};
 use serde::Serialize;
 use support::error::{Error, Result};
@@ -10,8 +11,7 @@ use support::own::Form;
 
 use crate::baselines;
 use crate::compare::{self, Comparison, Entry, LeftOut, MassSource, Settings, Split, compare};
-use crate::robot::{FOUND, Robot};
-use crate::with_wheels;
+use logs::with_wheels;
 
 use super::compare_text::{print_list, print_table};
 use super::overwrite::OverwriteArgument;

@@ -1,11 +1,11 @@
 //! What `gmr compare` prints: the list of models, and the table.
 
+use logs::robot::Robot;
 use serde::Serialize;
 use support::error::Result;
 
 use crate::baselines::{self, Card, Layout};
 use crate::compare::{Comparison, HOLD_OUT, Horizon, LeftOut, MassSource, OWN, WeightSeeds};
-use crate::robot::Robot;
 
 /// A model as the list describes it.
 #[derive(Serialize)]

@@ -6,15 +6,15 @@ use std::path::{Path, PathBuf};
 
 use log_formats::table::Cell;
 use log_formats::write::{Mcap, Parquet};
+use logs::foreign::{self, Reading};
+use logs::robot::{FOUND, Robot};
+use logs::{MASS, RUN, TableReader};
 use support::error::{Error, Result};
 use support::output;
 use support::own::Form;
 use support::progress::FileProgress;
 
 use super::overwrite::OverwriteArgument;
-use crate::log::foreign::{self, Reading};
-use crate::log::{MASS, RUN, TableReader};
-use crate::robot::{FOUND, Robot};
 
 /// Arguments of `gmr convert`.
 #[derive(clap::Args)]

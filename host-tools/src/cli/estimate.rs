@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use logs::checks::check_mass;
+use logs::robot::{FOUND, Robot};
 use report::check_extension;
 use serde::Serialize;
 use support::error::{Error, Result};
@@ -19,9 +21,7 @@ use crate::estimate::{
     Change, GroundAt, Instant, Payloads, Policy, PolicyKind, Replay, Told, WindowMass, replay_adapting,
     replay_at,
 };
-use crate::log::checks::check_mass;
-use crate::robot::{FOUND, Robot};
-use crate::with_wheels;
+use logs::with_wheels;
 
 /// Arguments of `gmr estimate`.
 #[derive(clap::Args)]

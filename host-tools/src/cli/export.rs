@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use logs::robot::{FOUND, Robot};
 use support::error::{Error, Result};
 use support::output;
 use support::own::Form;
@@ -10,8 +11,7 @@ use super::overwrite::OverwriteArgument;
 use crate::coefficients::CoefficientsFile;
 use crate::export::joints::{self, Language};
 use crate::export::{cruise_m_s, rmf, vda5050};
-use crate::robot::{FOUND, Robot};
-use crate::with_wheels;
+use logs::with_wheels;
 
 /// Arguments of `gmr export`.
 #[derive(clap::Args)]

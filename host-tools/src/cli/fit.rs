@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use firmware::control_table::Reason;
 use firmware::items::check_coefficients;
 use firmware::wheels::WHEELS;
+use logs::robot::{FOUND, Robot};
 use model_core::coefficients::Coefficients;
 use serde::Serialize;
 use support::error::{Error, Result};
@@ -21,8 +22,7 @@ use crate::fit::form::{Judged, TERMS, TERMS_WITH_GYRO, Term};
 use crate::fit::verdict::{Parameter, Verdict};
 use crate::fit::warning::Warning;
 use crate::fit::{self, Fit, Method, ModelKind, linear::Certificate, pgd, physical::Restarts};
-use crate::robot::{FOUND, Robot};
-use crate::with_wheels;
+use logs::with_wheels;
 
 /// Arguments of `gmr fit`.
 #[derive(clap::Args)]

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use logs::robot::Robot;
 use serde::Serialize;
 use support::error::{Error, Result};
 use support::output;
 
 use crate::fit::ModelKind;
 use crate::gram::{self, Fitted, LeftOut, Moved, RunGram, Step};
-use crate::robot::Robot;
 
 #[derive(Serialize)]
 struct Report<'a> {

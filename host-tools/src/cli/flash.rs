@@ -7,6 +7,7 @@ use firmware::control_table::{Item, Reason};
 use firmware::items::{Calibration, check_coefficients, checksum, parts};
 use firmware::power_sensors::RAIL_COUNT;
 use firmware::wheels::WHEELS;
+use logs::robot::Robot;
 use model_core::coefficients::Coefficients;
 use serde::Serialize;
 use support::error::{Error, Result};
@@ -23,7 +24,6 @@ use crate::board::signing::SecretKey;
 use crate::board::store_image::StoreImage;
 use crate::board::{dfu, image_file, probe, rail_names};
 use crate::effects::written::id_of;
-use crate::robot::Robot;
 
 /// Arguments of `gmr flash`.
 #[derive(clap::Args)]

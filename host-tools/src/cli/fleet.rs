@@ -5,6 +5,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
+use logs::checks::check_mass;
+use logs::foreign;
+use logs::robot::Robot;
 use model_core::torque::TorqueModel;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -17,10 +20,7 @@ use crate::fleet::{
     self, Change, Disagreements, Drift, Found, Judged, Log, Outcome, Outliers, Place, Source, Standing, State,
 };
 use crate::gram::{self, Conditioned, RunGram, Spent, Summed};
-use crate::log::checks::check_mass;
-use crate::log::foreign;
-use crate::robot::Robot;
-use crate::with_wheels;
+use logs::with_wheels;
 
 /// Arguments of `gmr fleet`.
 #[derive(clap::Args)]

@@ -2,6 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use logs::checks;
+use logs::robot::{FOUND, Robot};
+use logs::runs::Runs;
+use logs::speed_column;
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;
 use model_core::model::Model;
@@ -31,11 +35,7 @@ use crate::gap::simulator::{Simulator, Source, Told};
 use crate::gap::types::{Base, Options, Verdict};
 use crate::gap::user::{self, UserCandidates};
 use crate::gap::{extension, manoeuvre, refit, simulation};
-use crate::log::checks;
-use crate::log::runs::Runs;
-use crate::log::speed_column;
-use crate::robot::{FOUND, Robot};
-use crate::with_wheels;
+use logs::with_wheels;
 
 /// Arguments of `gmr gap`.
 #[derive(clap::Args)]

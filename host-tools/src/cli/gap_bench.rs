@@ -3,6 +3,7 @@
 use std::io::IsTerminal;
 
 use indicatif::{ProgressBar, ProgressStyle};
+use logs::robot::Robot;
 use support::error::{Error, Result};
 use support::output::print_json;
 
@@ -10,7 +11,6 @@ use super::gap_bench_count::label;
 use super::{gap_bench_json as as_json, gap_bench_text as text};
 use crate::gap::bench::sets::noises;
 use crate::gap::bench::{self, Case, coverage, manoeuvre};
-use crate::robot::Robot;
 
 /// Arguments of `gmr gap-bench`.
 #[derive(clap::Args)]

@@ -2,6 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use logs::checks::check_mass;
+use logs::robot::{FOUND, Robot};
+use logs::{Header, Table};
 use rayon::prelude::*;
 use serde::Serialize;
 use support::error::{Error, Result};
@@ -13,10 +16,7 @@ use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
 use crate::fit;
 use crate::gram::{self, Conditioned, RunGram};
-use crate::log::checks::check_mass;
-use crate::log::{Header, Table};
-use crate::robot::{FOUND, Robot};
-use crate::with_wheels;
+use logs::with_wheels;
 
 /// Arguments of `gmr gram`.
 #[derive(clap::Args)]

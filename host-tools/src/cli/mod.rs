@@ -36,13 +36,13 @@ use std::process::ExitCode;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory as _, Parser, Subcommand};
+use logs::Table;
 use support::error::{Error, Result};
 use support::interrupt;
 use support::notice;
 use support::output;
 
 use crate::gram::RunGram;
-use crate::log::Table;
 
 pub use fit::NotForBoards;
 

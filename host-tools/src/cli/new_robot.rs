@@ -4,10 +4,9 @@ use std::fmt::Write as _;
 use std::io::{BufRead as _, IsTerminal as _, Write as _};
 use std::path::PathBuf;
 
+use logs::robot::Robot;
 use support::error::{Error, Result};
 use support::output;
-
-use crate::robot::Robot;
 
 /// Arguments of `gmr new-robot`.
 #[derive(clap::Args)]

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+use logs::robot::{FOUND, PowerChip, Robot};
 use model_core::charge::Charge;
 use support::error::{Error, Result};
 use support::interrupt;
@@ -13,8 +14,7 @@ use super::units::UnitArguments;
 use crate::coefficients::CoefficientsFile;
 use crate::node::power::LoggedPower;
 use crate::node::{Health, Node, Outlet, PowerSource, State, WheelSource, replay};
-use crate::robot::{FOUND, PowerChip, Robot};
-use crate::with_wheels;
+use logs::with_wheels;
 
 /// Between two looks at sensor and network: twice as often as the sensor converts.
 const NAP: Duration = Duration::from_millis(5);

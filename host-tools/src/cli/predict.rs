@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use logs::robot::{FOUND, Robot};
 use numerics::robust::NORMAL_95;
 use support::error::{Error, Result};
 use support::output;
@@ -10,8 +11,7 @@ use super::units::UnitArguments;
 use crate::coefficients::CoefficientsFile;
 use crate::export::rmf;
 use crate::predict::{self, Load, Plan, Question};
-use crate::robot::{FOUND, Robot};
-use crate::with_wheels;
+use logs::with_wheels;
 
 /// Arguments of `gmr predict`.
 #[derive(clap::Args)]

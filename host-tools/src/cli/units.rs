@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
+use logs::foreign::{self, Reading};
+use logs::robot::{LogUnits, MassUnit, PowerUnit, Robot, SpeedUnit};
 use support::error::Result;
-
-use crate::log::foreign::{self, Reading};
-use crate::robot::{LogUnits, MassUnit, PowerUnit, Robot, SpeedUnit};
 
 /// Units of the logs' columns, where they are not those that the columns' names say.
 #[derive(clap::Args)]

@@ -12,6 +12,7 @@ mod robot;
 
 use std::path::{Path, PathBuf};
 
+use logs::robot::Robot;
 use model_core::coefficients::Coefficients;
 use model_core::conditioning::Conditioning;
 use model_core::effects::Columns;
@@ -32,7 +33,6 @@ use self::document::{
     Document, ExtensionSection, FORMAT, FORMAT_WITH_GYRO, FORMAT_WITH_TRAITS, FitSection, NoiseSection,
 };
 use crate::effects::written::{self, Written, Wrong};
-use crate::robot::Robot;
 
 /// What is said of coefficients whose ground cannot adapt.
 pub const GROUND_NEEDS: &str =

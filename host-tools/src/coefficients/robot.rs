@@ -1,12 +1,12 @@
 //! The robot that coefficients were fitted for, and what makes another of it.
 
+use logs::robot::Robot;
 use model_core::coefficients::{Name, Robot as CoreRobot};
 use model_core::kinematics::Kinematics;
 use model_core::model::MassRange;
 
 use super::document::RobotSection;
 use super::error::{Difference, InvalidCoefficients};
-use crate::robot::Robot;
 
 /// Numbers of two files that differ by no more than this share are one number, written with other digits.
 const SAME: f64 = 1e-6;

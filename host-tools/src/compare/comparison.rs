@@ -1,5 +1,6 @@
 //! The table of models.
 
+use logs::robot::Robot;
 use support::error::{Error, Result};
 use support::metrics::{Metrics, Quality};
 
@@ -14,7 +15,6 @@ use crate::baselines::{self, Card, Parameter, Point};
 use crate::estimate::{Payloads, Policy, PolicyKind, bucket_length, replay};
 use crate::fit::dataset::Row;
 use crate::fit::{self, ModelKind, pgd};
-use crate::robot::Robot;
 
 /// A table, and for each entry the pairs to plot.
 pub struct Comparison {

@@ -7,14 +7,14 @@
 
 use std::path::PathBuf;
 
+use logs::SampleReader;
+use logs::robot::Robot;
 use rayon::prelude::*;
 use support::error::Result;
 
 use super::points::{self, Wanted};
 use crate::baselines::cards::{JARAMILLO, LINEAR, SADRPOUR_OFFLINE, TOUZOUT};
 use crate::baselines::{Card, Point};
-use crate::log::SampleReader;
-use crate::robot::Robot;
 
 /// Candidates, Hz: half-octaves from where means over a second pass unchanged, as in a fit.
 const CANDIDATES: [f64; 11] = [1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0, 32.0];

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::time::Instant;
 
+use logs::robot::Robot;
 use rayon::prelude::*;
 use support::error::{Error, Result};
 use support::metrics::Metrics;
@@ -12,7 +13,6 @@ use super::entry::{Pair, WeightSeeds};
 use super::points::Wanted;
 use super::search::{Searched, search};
 use crate::baselines::{Baseline, Card, Layout, Need, Parameter, Point};
-use crate::robot::Robot;
 
 /// What came of one baseline.
 pub struct Evaluation {

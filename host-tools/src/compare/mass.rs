@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
+use logs::{Header, MASS};
 use support::error::Result;
 
 use super::own::OWN;
 use super::settings::Settings;
 use crate::baselines::{self, Point};
-use crate::log::{Header, MASS};
 
 /// Names each log that does not tell its mass, and the mass that is taken for it.
 ///

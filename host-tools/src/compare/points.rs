@@ -3,6 +3,8 @@
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
+use logs::robot::Robot;
+use logs::{Exclusions, Header, SampleReader};
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::estimator::GAP_PERIODS;
 use model_core::filter::{Channel, LowPass};
@@ -10,8 +12,6 @@ use support::error::{Error, Result};
 
 use crate::baselines::{Need, Point, Readings};
 use crate::fit::dataset::{Row, condition, conditioner};
-use crate::log::{Exclusions, Header, SampleReader};
-use crate::robot::Robot;
 
 /// What is wanted of a log beside speeds and power, and in which columns it is.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use logs::robot::Robot;
+use logs::{Exclusions, Header, YAW_RATE};
 use support::error::{Error, Result};
 
 use super::points::{self, Wanted};
@@ -11,8 +13,6 @@ use crate::baselines::Point;
 use crate::fit;
 use crate::fit::dataset::{Dataset, Reading, Row};
 use crate::fit::form::Term;
-use crate::log::{Exclusions, Header, YAW_RATE};
-use crate::robot::Robot;
 
 /// Where training ends and testing begins.
 #[derive(Debug, Clone)]

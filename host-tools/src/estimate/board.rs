@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
+use logs::{ColumnRequest, Header, LogReader, Role, TIME};
 use serde::Serialize;
 use support::error::Result;
 use support::metrics::{Metrics, Quality};
 
 use super::{Change, Instant};
-use crate::log::{ColumnRequest, Header, LogReader, Role, TIME};
 
 /// The board's columns of a recorded log.
 const COLUMNS: [&str; 4] = ["board_power_w", "board_mass_kg", "board_mass_low_kg", "board_mass_high_kg"];
@@ -69,7 +69,7 @@ impl BoardTrack {
     pub fn open(log: &Path, truth: Option<&Path>, mape_floor_w: f64) -> Result<Self> {
         let is_recorded = Header::open(log)?.has(COLUMNS[0]);
         let log = is_recorded.then(|| Columns::open(log, COLUMNS, false)).transpose()?;
-        let truth = truth.map(|truth| Columns::open(truth, [crate::log::MASS], true)).transpose()?;
+        let truth = truth.map(|truth| Columns::open(truth, [logs::MASS], true)).transpose()?;
         Ok(Self {
             log,
             truth,
@@ -161,7 +161,7 @@ pub struct Delay {
 /// # Errors
 /// The truth cannot be read.
 pub fn delays(truth: &Path, from_s: f64, to_s: f64, noticed: &[Change]) -> Result<Vec<Delay>> {
-    let mut columns = Columns::open(truth, [crate::log::MASS], true)?;
+    let mut columns = Columns::open(truth, [logs::MASS], true)?;
     let mut before = None;
     let mut times = Vec::new();
     while let Some((time, [mass])) = columns.advance()? {

@@ -8,6 +8,8 @@ mod told;
 
 use std::path::Path;
 
+use logs::robot::Robot;
+use logs::{Exclusions, Header, NO_GYRO, RawRow, SampleReader, YAW_RATE};
 use model_core::adapt::Ground;
 use model_core::coefficients::Coefficients;
 use model_core::estimator::{Estimate, Timing, Unfit};
@@ -29,8 +31,6 @@ use told::Telling;
 pub use told::Told;
 
 use crate::coefficients::GROUND_NEEDS;
-use crate::log::{Exclusions, Header, NO_GYRO, RawRow, SampleReader, YAW_RATE};
-use crate::robot::Robot;
 
 /// How the mass is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]

@@ -1,12 +1,11 @@
 //! Power and energy at a payload that somebody knows: the log, or who asks.
 
+use logs::RawRow;
 use model_core::coefficients::Coefficients;
 use model_core::effects::live::{Additions, Live};
 use model_core::estimator::Estimate;
 use serde::Serialize;
 use support::metrics::{Metrics, Quality};
-
-use crate::log::RawRow;
 
 /// The model at a known mass, against the measured power.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

@@ -2,13 +2,13 @@
 
 use std::fmt::Write as _;
 
+use logs::robot::Robot;
 use model_core::coefficients::Coefficients;
 use model_core::model::Model;
 use serde::Serialize;
 use support::error::{Error, Result};
 
 use super::{Lost, drives_lost};
-use crate::robot::Robot;
 
 /// Which program's words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, clap::ValueEnum)]

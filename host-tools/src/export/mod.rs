@@ -5,13 +5,12 @@ pub mod joints;
 pub mod rmf;
 pub mod vda5050;
 
+use logs::robot::Robot;
 use model_core::coefficients::Coefficients;
 use model_core::estimator::Conditioned;
 use model_core::model::Model;
 use model_core::motion::Motion;
 use support::error::{Error, Result};
-
-use crate::robot::Robot;
 
 /// Share of the robot's greatest speed that is taken for cruising unless told otherwise, and that speed where robot.toml has none, m/s.
 const CRUISE_SHARE: f64 = 0.8;

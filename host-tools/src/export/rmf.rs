@@ -2,13 +2,13 @@
 
 use std::fmt::Write as _;
 
+use logs::robot::Robot;
 use model_core::coefficients::Coefficients;
 use serde::Serialize;
 use support::error::Result;
 
 use super::{Lost, cruise_m_s, drives_lost, straight_w};
 use crate::predict::rmf::Vehicle;
-use crate::robot::Robot;
 
 /// What Open-RMF is told of a robot.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -1,12 +1,12 @@
 //! Battery and load as a VDA 5050 state (version 2.1) has them.
 
+use logs::robot::Robot;
 use model_core::charge::{Pack, USUAL_RESISTANCE_OHM};
 use model_core::coefficients::Coefficients;
 use serde::Serialize;
 use support::error::Result;
 
 use super::straight_w;
-use crate::robot::Robot;
 
 /// What is known now.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -10,6 +10,7 @@
 
 use std::collections::BTreeMap;
 
+use logs::robot::Robot;
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;
 use model_core::model::Model;
@@ -20,7 +21,6 @@ use super::dataset::Dataset;
 use super::form::{self, Choice, Form, Term};
 use super::physical;
 use super::pilot::Pilots;
-use crate::robot::Robot;
 
 /// Candidates, Hz: half-octaves from where means over a second pass unchanged.
 const CANDIDATES: [f64; 11] = [1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0, 32.0];

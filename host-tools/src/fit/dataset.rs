@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread;
 
+use logs::robot::Robot;
+use logs::{RawRow, SampleReader};
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::{self, Gate, REGRESSORS};
 use model_core::gyro::GyroConditioner;
@@ -18,9 +20,7 @@ use support::job;
 use support::progress::FileProgress;
 
 use super::gram::Gram;
-pub use crate::log::conditioner;
-use crate::log::{RawRow, SampleReader};
-use crate::robot::Robot;
+pub use logs::conditioner;
 
 /// Most rows in the store.
 pub const STORE_ROWS: usize = 1 << 18;

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use logs::robot::Robot;
+use logs::standing::{Standings, Stuck};
+use logs::suspicion::{Kind, Look, Suspicion};
+use logs::{MASS, POWER, SampleReader};
 use support::error::{Error, Result};
 
 use super::warning::Warning;
-use crate::log::standing::{Standings, Stuck};
-use crate::log::suspicion::{Kind, Look, Suspicion};
-use crate::log::{MASS, POWER, SampleReader};
-use crate::robot::Robot;
 
 /// Rows of a log that are looked at: half an hour at 200 Hz. What units and signs are is seen in far fewer, and logs of 10⁷ rows are still read
 /// about once.
@@ -50,7 +50,7 @@ pub fn look<const N: usize>(robot: &Robot, files: &[PathBuf], mass_kg: f64) -> R
 /// What there is to doubt of a log, what stands still in it, and whether it tells masses.
 fn look_at<const N: usize>(robot: &Robot, file: &Path) -> Result<(Vec<Suspicion>, Vec<Stuck>, bool)> {
     let mut reader = SampleReader::<N>::open(file, robot)?;
-    let gap = crate::log::MIN_GAP_FACTOR * reader.period_s();
+    let gap = logs::MIN_GAP_FACTOR * reader.period_s();
     let mut look = Look::new(robot);
     let mut standings = Standings::new(robot, N);
     let mut told = false;

@@ -19,6 +19,7 @@ pub mod warning;
 use std::path::PathBuf;
 use std::time::Instant;
 
+use logs::robot::Robot;
 use model_core::coefficients::{Coefficients, Robot as CoreRobot};
 use model_core::effects::Columns;
 use model_core::eq18::{self, Gate};
@@ -36,7 +37,6 @@ use self::pilot::Pilots;
 use self::verdict::Parameter;
 use self::warning::Warning;
 pub use crate::coefficients::{Method, ModelKind};
-use crate::robot::Robot;
 
 /// A model, what it is worth, and how it was found.
 #[derive(Debug, Clone)]
@@ -360,7 +360,7 @@ fn shortcoming<const N: usize>(dataset: &Dataset<N>) -> Result<Option<String>> {
             dataset.robot.dead_band
         ))
         .in_file(file)
-        .in_column(crate::log::speed_column(0)));
+        .in_column(logs::speed_column(0)));
     }
     let slowest = speeds().map(|wheel| wheel.speed.abs()).fold(f64::INFINITY, f64::min);
     if fastest - slowest <= SAME_SPEED * fastest {
@@ -368,7 +368,7 @@ fn shortcoming<const N: usize>(dataset: &Dataset<N>) -> Result<Option<String>> {
             "{}:{}: constant speed only ({slowest:.3} to {fastest:.3} rad/s): friction, inertia and losses cannot be told \
              apart, so payload estimates with these coefficients will be unknown; drive at several speeds, and accelerate",
             file.display(),
-            crate::log::speed_column(0)
+            logs::speed_column(0)
         )));
     }
     if let [mass] = dataset.masses[..] {

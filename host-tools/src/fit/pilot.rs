@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
+use logs::robot::Robot;
+use logs::{RawRow, SampleReader};
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::gyro::GyroConditioner;
 use support::error::Result;
 
 use super::dataset::{Row, condition};
-use crate::log::{RawRow, SampleReader};
-use crate::robot::Robot;
 
 /// Rows that take part, over all logs.
 const MOST_ROWS: usize = 50_000;

@@ -3,6 +3,7 @@
 //! A model whose form is not quite the robot's leaves structure between any two handfuls of runs. How much, the clean runs tell: some are
 //! asked about as if they came from the field, with the others as the clean ones. What the field shows has to exceed that.
 
+use logs::runs::Runs;
 use rayon::prelude::*;
 
 use super::detect::structure;
@@ -12,7 +13,6 @@ use super::thresholds::calibrate::{DEALS, LEAST_RUNS, PARTS};
 use super::twin::Twin;
 use super::types::{Base, Options};
 use crate::effects::Candidate;
-use crate::log::runs::Runs;
 
 /// The most structure, |z|, that parts of the clean runs show of each other, the mean of all deals; `None` where they are too few to be parted.
 pub(super) fn shown_by_clean<const N: usize>(

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use logs::runs::Runs;
 use model_core::torque::TorqueModel;
 use numerics::intervals::{MeanInterval, mean_interval, student_95};
 use numerics::robust::NORMAL_95;
@@ -15,7 +16,6 @@ use super::twin::{State, Twin};
 use crate::effects::Regressor;
 use crate::gap::noise::whiten::Signal;
 use crate::gap::types::Base;
-use crate::log::runs::Runs;
 
 /// What the locked runs say.
 #[derive(Debug, Clone, PartialEq)]

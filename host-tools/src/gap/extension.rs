@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use logs::runs::Runs;
 use model_core::payload::Noise;
 use nalgebra::{DMatrix, DVector};
 use numerics::robust::{NORMAL_95, median, quantile, scale_of_sizes};
@@ -14,7 +15,6 @@ use super::twin::{State, Twin};
 use crate::coefficients::{CoefficientsFile, InvalidCoefficients};
 use crate::effects::Regressor;
 use crate::effects::written::Written;
-use crate::log::runs::Runs;
 
 /// Writes the coefficients with the effects that were named, and the base as it moved. What is not written is said in a line each on
 /// standard error; where nothing is left, so is the file.

@@ -3,10 +3,11 @@
 //! What the base gets wrong is as late as the rest of the measured power. Told of clean runs it is in time, and moves a delay of the runs in
 //! question by a tenth of a row or more. So where a delay was found, the question is asked again of runs that are in time.
 
+use logs::runs::{Row, Runs};
+
 use super::noise::whiten::Signal;
 use super::twin::delayed;
 use crate::effects::Regressor;
-use crate::log::runs::{Row, Runs};
 
 /// A delay in whole rows of `period_s` seconds, s: parts of one are left to the model, for setting measured power earlier by them would
 /// smooth its noise.

@@ -1,17 +1,18 @@
 //! Some forty smooth functions of what a drive does: structure in the residual shows against them, whatever its cause.
 
+use logs::runs::Runs;
+
 use super::thresholds::problem::{LEAST_SHOWN, MOST_FOLLOWED};
 use crate::gap::noise::whiten::Signal;
-use crate::log::runs::Runs;
 
 /// The functions, one signal each. All vary about as gently as an effect would, and none asks for the model.
 pub fn functions<const N: usize>(runs: &Runs<N>) -> Vec<Signal> {
     let rows = || runs.runs.iter().flat_map(|run| &run.rows);
-    let most = |values: &dyn Fn(&crate::log::runs::Row<N>) -> f64| rows().map(values).fold(1e-9, f64::max);
-    let wheels = |row: &crate::log::runs::Row<N>| {
+    let most = |values: &dyn Fn(&logs::runs::Row<N>) -> f64| rows().map(values).fold(1e-9, f64::max);
+    let wheels = |row: &logs::runs::Row<N>| {
         row.motion.wheels.iter().map(|wheel| wheel.speed.abs()).sum::<f64>() / N as f64
     };
-    let gain = |row: &crate::log::runs::Row<N>| {
+    let gain = |row: &logs::runs::Row<N>| {
         row.motion.wheels.iter().map(|wheel| wheel.speed * wheel.acceleration).sum::<f64>() / N as f64
     };
     let (top, top_turn) = (most(&wheels), most(&|row| row.turn_rate.abs()));
@@ -153,11 +154,11 @@ pub fn shown_by_clean<const N: usize>(runs: &Runs<N>, signals: Vec<Signal>) -> V
 
 #[cfg(test)]
 mod tests {
+    use logs::robot::Robot;
+    use logs::runs::{RawRun, Runs};
     use model_core::estimator::Sample;
 
     use super::further;
-    use crate::log::runs::{RawRun, Runs};
-    use crate::robot::Robot;
 
     /// The motors' current is the power over the battery's 12 V; an arm draws when it likes; the light has nothing to do with either.
     #[test]

@@ -1,10 +1,10 @@
 //! Runs that are looked at, and runs that stay locked until the end.
 
+use logs::runs::Runs;
 use support::error::{Error, Result};
 
 use super::thresholds::split::{LEAST_OPEN, ONE_LOCKED_OF};
 use crate::gap::noise::whiten::Signal;
-use crate::log::runs::Runs;
 
 /// Places of runs.
 #[derive(Debug, Clone, PartialEq, Eq)]

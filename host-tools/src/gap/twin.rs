@@ -1,5 +1,6 @@
 //! The digital twin: the fitted model, extended by effects, along the wheel speeds of a run.
 
+use logs::runs::{Row, Run, Runs};
 use model_core::coefficients::Robot;
 use model_core::delay::cubic;
 use model_core::effects::{Effect, Extended, Heat, Scene, Side, Term};
@@ -9,7 +10,6 @@ use model_core::torque::{Drive, PARAMETERS, TorqueModel};
 use super::noise::whiten::Signal;
 use super::thresholds::problem::{LINEAR, SLOPE_TRIALS};
 use crate::effects::{Regressor, Switched};
-use crate::log::runs::{Row, Run, Runs};
 
 /// When something is on.
 #[derive(Debug, Clone, Copy)]
@@ -325,15 +325,15 @@ pub(super) fn delayed<const N: usize>(run: &Run<N>, power: &[f64], delay: f64) -
 
 #[cfg(test)]
 mod tests {
+    use logs::runs::RawRun;
     use model_core::estimator::Sample;
     use model_core::slip::SlipMemory;
 
     use super::*;
-    use crate::log::runs::RawRun;
 
     /// A Husky's curves of many radii, its scrub following at once, with this half slip.
     fn curves(half_slip: f64) -> Runs<2> {
-        let mut core = crate::robot::Robot::load("husky").unwrap().core::<2>(2.0).unwrap();
+        let mut core = logs::robot::Robot::load("husky").unwrap().core::<2>(2.0).unwrap();
         core.conditioning.slip = SlipMemory { half_slip, relaxation: 0.0 };
         let rows = (0..600).map(|k| {
             let time = 0.05 * f64::from(k);

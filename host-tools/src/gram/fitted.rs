@@ -1,5 +1,6 @@
 //! Fits from sums alone: Eq. 18 as from the rows, the signed model from the rows that its clamp leaves alone.
 
+use logs::robot::Robot;
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::REGRESSORS;
 use model_core::torque::Drive;
@@ -17,7 +18,6 @@ use crate::fit::linear;
 use crate::fit::physical::{self, Bounds};
 use crate::fit::verdict::{self, Description, Parameter, Verdict};
 use crate::fit::warning::Warning;
-use crate::robot::Robot;
 
 /// A model fitted to sums.
 #[derive(Debug, Clone, Serialize)]

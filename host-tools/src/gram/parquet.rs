@@ -4,12 +4,12 @@ use std::path::Path;
 
 use log_formats::table::{Cell, Columns, Values};
 use log_formats::write::Parquet;
+use logs::foreign::wrong;
 use support::error::{Error, Result};
 use support::output::write_content;
 
 use super::columns::{Flat, TEXTS, names};
 use super::run::RunGram;
-use crate::log::foreign::wrong;
 
 /// How such a file begins.
 pub(super) const MAGIC: &[u8] = b"PAR1";

@@ -5,6 +5,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
+use logs::robot::Robot;
+use logs::{Header, MIN_GAP_FACTOR, RawRow, SampleReader, conditioner};
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::{self, Gate};
 use model_core::gyro::GyroConditioner;
@@ -21,8 +23,6 @@ use super::summary::{Moment, Summary};
 use crate::coefficients::CoefficientsFile;
 use crate::fit::dataset::{Row, condition};
 use crate::fit::gram::Gram;
-use crate::log::{Header, MIN_GAP_FACTOR, RawRow, SampleReader, conditioner};
-use crate::robot::Robot;
 
 /// How logs are read.
 #[derive(Debug, Clone)]

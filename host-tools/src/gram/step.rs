@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use logs::robot::Robot;
 use model_core::model::Model;
 use nalgebra::{DMatrix, DVector};
 use numerics::scaled_inverse::ScaledInverse;
@@ -14,7 +15,6 @@ use super::run::{RunGram, total};
 use crate::coefficients::CoefficientsFile;
 use crate::fit::physical::{Bounds, parameters, torque};
 use crate::fit::verdict;
-use crate::robot::Robot;
 
 /// A parameter before and after.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

@@ -1,8 +1,7 @@
 //! What a run was, beside its sums.
 
+use logs::Exclusions;
 use serde::{Deserialize, Serialize};
-
-use crate::log::Exclusions;
 
 /// Counts over bins of one width; the last one holds all beyond.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use logs::robot::{Geometry, Robot};
 use serde::Serialize;
 
 use super::sketch::Sketch;
-use crate::robot::{Geometry, Robot};
 
 /// Accelerations are taken over this time, s: over one sample they would be noise.
 const ACCELERATION_S: f64 = 0.2;

@@ -2,14 +2,15 @@
 
 use std::path::Path;
 
+use logs::MIN_GAP_FACTOR;
+use logs::robot::Robot;
+use logs::suspicion::{Kind, Suspicion};
+
 use super::finding::{Finding, Severity};
 use super::report::Report;
 use super::scan::Scan;
 use super::static_power::{Moving, StaticPower};
 use super::verdict::Verdict;
-use crate::log::MIN_GAP_FACTOR;
-use crate::log::suspicion::{Kind, Suspicion};
-use crate::robot::Robot;
 
 /// Noise alone makes the power of slow drives negative now and then: up to this share of the moving rows.
 const NEGATIVE: f64 = 0.05;

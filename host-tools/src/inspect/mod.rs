@@ -19,6 +19,7 @@ use std::path::Path;
 pub use blocks::{Block, Blocks};
 pub use excitation::{Excitation, PayloadShare};
 pub use finding::{Finding, Severity};
+use logs::robot::Robot;
 pub use report::Report;
 pub use sensors::Outliers;
 pub use static_power::{Moving, StaticPower, StaticState};
@@ -26,13 +27,11 @@ use support::error::Result;
 pub use timing::Timing;
 pub use verdict::{Use, Verdict};
 
-use crate::robot::Robot;
-
 impl Report {
     /// Reads the log of a run of `robot`.
     ///
     /// # Errors
-    /// As [`crate::log::LogReader`]; the log has other wheels than the robot.
+    /// As [`logs::LogReader`]; the log has other wheels than the robot.
     pub fn of(path: &Path, robot: &Robot, progress: impl FnMut(u64, Option<u64>)) -> Result<Self> {
         let scan = scan::scan(path, robot, progress)?;
         Ok(findings::report(path, robot, scan))

@@ -1,5 +1,7 @@
 //! What is known of a log after it was looked through.
 
+use logs::Exclusions;
+use logs::standing::Stuck;
 use serde::Serialize;
 
 use super::blocks::Block;
@@ -9,8 +11,6 @@ use super::sensors::Outliers;
 use super::static_power::StaticState;
 use super::timing::Timing;
 use super::verdict::Verdict;
-use crate::log::Exclusions;
-use crate::log::standing::Stuck;
 
 /// Everything `gmr inspect` says about a log, in the order it is printed as JSON.
 #[derive(Debug, Clone, Serialize)]

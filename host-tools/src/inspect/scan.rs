@@ -2,19 +2,19 @@
 
 use std::path::Path;
 
+use logs::robot::Robot;
+use logs::standing::{Standings, Stuck};
+use logs::suspicion::{Look, Suspicion};
+use logs::{
+    ColumnRequest, Exclusions, Header, LogReader, MASS, POWER, RUN, Role, TIME, acceleration_column,
+    check_wheels, speed_column,
+};
 use support::error::Result;
 
 use super::blocks::{Block, Blocks};
 use super::excitation::{Excitation, Watch};
 use super::sensors::{Outliers, Spikes};
 use super::timing::{Steps, Timing};
-use crate::log::standing::{Standings, Stuck};
-use crate::log::suspicion::{Look, Suspicion};
-use crate::log::{
-    ColumnRequest, Exclusions, Header, LogReader, MASS, POWER, RUN, Role, TIME, acceleration_column,
-    check_wheels, speed_column,
-};
-use crate::robot::Robot;
 
 /// After a stop, power has settled this much later, s.
 const SETTLING_S: f64 = 1.0;

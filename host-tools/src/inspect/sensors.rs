@@ -1,4 +1,4 @@
-//! Sensors that lie: spikes. Values that stand still: [`crate::log::standing`].
+//! Sensors that lie: spikes. Values that stand still: [`logs::standing`].
 
 use numerics::robust::MEDIAN_TO_STD;
 use serde::Serialize;

@@ -1,9 +1,9 @@
 //! Steps of time: rate, jitter, gaps.
 
+use logs::{Gap, MIN_GAP_FACTOR};
 use serde::Serialize;
 
 use super::sketch::median;
-use crate::log::{Gap, MIN_GAP_FACTOR};
 
 /// Rows whose steps give the median sample period.
 const PERIOD_ROWS: usize = 4096;

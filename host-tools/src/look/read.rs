@@ -4,12 +4,12 @@ use std::path::Path;
 
 use log_formats::merge::merge;
 use log_formats::table::Cell;
+use logs::foreign::{self, CHARGE, CURRENT, Column, SPEED, TURN};
+use logs::{MASS, POWER, RUN, TIME, TableReader};
 use support::error::{Error, Result};
 
 use super::tally::{Moment, Tally};
 use super::topics::{Topic, Topics};
-use crate::log::foreign::{self, CHARGE, CURRENT, Column, SPEED, TURN};
-use crate::log::{MASS, POWER, RUN, TIME, TableReader};
 
 /// Places of what a moment needs among named columns.
 struct Places {

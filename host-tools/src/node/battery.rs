@@ -1,9 +1,9 @@
 //! The battery as the sensor sees it: voltage always, current and charge where it sits in the battery's own wire.
 
+use logs::robot::Robot;
 use model_core::charge::{Charge, Gauge, Remaining, Resistance, Start};
 
 use super::power::Reading;
-use crate::robot::Robot;
 
 /// Counts charge from readings.
 #[derive(Debug, Clone)]

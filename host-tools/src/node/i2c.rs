@@ -10,10 +10,10 @@ use embassy_futures::block_on;
 use embedded_hal::i2c::{ErrorType, I2c, Operation};
 use firmware::power_sensors::{Event, PowerSensor, RAILS, Rail, Shunt};
 use linux_embedded_hal::I2cdev;
+use logs::robot::{NodeSettings, PowerChip};
 use support::error::{Error, Result};
 
 use super::power::{PowerSource, Reading};
-use crate::robot::{NodeSettings, PowerChip};
 
 /// Time between two polls, s: no chip converts faster as it is set up here.
 const POLL_S: f64 = 0.01;

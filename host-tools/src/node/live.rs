@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use logs::RawRow;
+use logs::robot::Robot;
 use model_core::charge::Charge;
 use model_core::coefficients::Coefficients;
 use model_core::estimator::Sample;
@@ -14,8 +16,6 @@ use super::power::Reading;
 use super::state::{Health, State};
 use super::wheels::{WheelMessage, Wheels};
 use crate::estimate::reason_text;
-use crate::log::RawRow;
-use crate::robot::Robot;
 
 /// What `gmr node` knows.
 pub struct Node<'a, const N: usize> {

@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
+use logs::robot::Robot;
+use logs::{ColumnRequest, LogReader, POWER, Role, TIME};
 use support::error::Result;
-
-use crate::log::{ColumnRequest, LogReader, POWER, Role, TIME};
-use crate::robot::Robot;
 
 /// Column of the voltage at the sensor, V, as `gmr record` writes it.
 pub const VOLTAGE: &str = "bus_v";

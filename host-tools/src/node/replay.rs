@@ -4,12 +4,12 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use logs::robot::Robot;
+use logs::{Header, SampleReader};
 use support::error::Result;
 
 use super::power::VOLTAGE;
 use super::{Node, Outlet};
-use crate::log::{Header, SampleReader};
-use crate::robot::Robot;
 
 /// Looks at whether it is to end at least so often.
 const NAP: Duration = Duration::from_millis(50);

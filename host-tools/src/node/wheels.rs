@@ -1,9 +1,8 @@
 //! Messages about the wheels, as speeds in the order of a log's columns.
 
+use logs::foreign::wheel_joints;
+use logs::robot::Robot;
 use nalgebra::DMatrix;
-
-use crate::log::foreign::wheel_joints;
-use crate::robot::Robot;
 
 /// A message about the wheels.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,11 +1,11 @@
 //! Any plan as frames: wheel speeds at even times, as a log would have them.
 
+use logs::SampleReader;
+use logs::robot::Robot;
 use support::error::{Error, Result};
 
 use super::legs::{Limits, Stretch, stretches};
 use super::plan::{Plan, Row};
-use crate::log::SampleReader;
-use crate::robot::Robot;
 
 /// Wheel speeds at an instant.
 #[derive(Debug, Clone, Copy, PartialEq)]

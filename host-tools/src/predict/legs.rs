@@ -1,7 +1,8 @@
 //! Legs to speeds: turn on the spot, drive straight, pause; each with the ramps that the robot's limits allow.
 
+use logs::robot::Robot;
+
 use super::report::Limit;
-use crate::robot::Robot;
 
 /// Turn by `turn_rad` on the spot, then drive `distance_m`, then stand `pause_s`.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use logs::{Header, speed_column};
 use support::error::{Error, Result};
 
 use super::legs::Leg;
-use crate::log::{Header, speed_column};
 
 /// A planned motion.
 #[derive(Debug, Clone, PartialEq)]

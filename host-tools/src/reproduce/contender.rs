@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use logs::robot::Robot;
 use model_core::coefficients::Coefficients;
 use support::error::{Error, Result};
 
@@ -11,7 +12,6 @@ use crate::compare::points::{self, Wanted};
 use crate::estimate::{Instant, Payloads, Policy, PolicyKind, Replay, replay};
 use crate::fit::dataset::{Dataset, Reading, Row};
 use crate::fit::{self, Method, ModelKind, pgd};
-use crate::robot::Robot;
 
 /// Wheels of the robot of both studies.
 pub(super) const WHEELS: usize = 2;

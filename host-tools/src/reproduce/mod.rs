@@ -34,12 +34,12 @@ use std::sync::atomic::AtomicBool;
 pub use self::settings::Settings;
 pub use self::study::Study;
 
+use logs::robot::Robot;
 use support::error::Result;
 
 use self::regime::Rails;
 use self::study::Found;
 use self::work::{go_on, on_all_cores, temporary_folder};
-use crate::robot::Robot;
 
 /// Does all of it, seeds on all cores. `done` hears of every seed that is.
 ///

@@ -7,6 +7,7 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use logs::robot::Robot;
 use plant::Scenario;
 use plant::experiment::{self, Drive};
 use plant::log::{Columns, write};
@@ -22,7 +23,6 @@ use super::table::{Cell, Column, Format, Mark, Row, Table, column, distinct, wit
 use super::work::{on_all_cores, temporary_folder};
 use crate::fit;
 use crate::fit::dataset::Reading;
-use crate::robot::Robot;
 
 /// Where print and derivation differ.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -262,12 +262,12 @@ pub(super) fn table(differences: &[Difference]) -> Table {
 mod tests {
     //! Logs that Eq. 18 itself has made, as derived or as printed.
 
+    use logs::robot::Robot;
     use model_core::eq18::{self, Gate, REGRESSORS};
     use model_core::motion::Motion;
 
     use super::{Cost, Pair, list, measure};
     use crate::fit::dataset::{Dataset, Row};
-    use crate::robot::Robot;
 
     /// Positive, and of a size that every product shows: a few tenths of a watt each at 3 kg and 3 rad/s.
     const BETA: [f64; REGRESSORS] =

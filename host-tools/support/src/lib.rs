@@ -13,6 +13,12 @@ macro_rules! eprintln {
     ($($text:tt)*) => { $crate::output::say(format_args!($($text)*)) };
 }
 
+/// A line of [`notice`](mod@notice).
+#[macro_export]
+macro_rules! notice {
+    ($($text:tt)*) => { $crate::notice::add(format_args!($($text)*)) };
+}
+
 pub mod error;
 pub mod input;
 pub mod interrupt;

@@ -10,13 +10,13 @@ use firmware::dynamixel::packet::{Instruction, Parser, encode};
 use firmware::items::{self, ItemBytes, RobotIdentity};
 use firmware::link::{Device, LONGEST_ANSWER, State};
 use host_tools::coefficients::CoefficientsFile;
-use host_tools::log::SampleReader;
-use host_tools::log::foreign::choose;
-use host_tools::robot::Robot;
 use host_tools::virtual_board::servo_bus::ServoBus;
 use log_formats::Bag;
 use log_formats::merge::merge;
 use log_formats::table::{Cell, Taker};
+use logs::SampleReader;
+use logs::foreign::choose;
+use logs::robot::Robot;
 use model_core::coefficients::Coefficients;
 
 /// Gets the bytes, and a path to write them to where it reads a file.

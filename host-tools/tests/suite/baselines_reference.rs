@@ -6,12 +6,12 @@
 
 use std::path::{Path, PathBuf};
 
+use logs::robot::Robot;
 use support::metrics::Metrics;
 
 use crate::common::number;
 use host_tools::baselines::network::{Ending, Settings, perceptron};
 use host_tools::baselines::{Baseline, Card, Point, Readings, Wheels, cards};
-use host_tools::robot::Robot;
 use model_core::kinematics::Twist;
 use model_core::motion::Motion;
 use serde_json::Value;

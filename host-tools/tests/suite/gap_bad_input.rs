@@ -4,12 +4,13 @@
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
+use logs::robot::Robot;
+use logs::runs::Runs;
+
 use crate::common::{Bench, ROBOT, TRUTH, drive};
 use host_tools::gap::investigate::investigate;
 use host_tools::gap::power_only;
 use host_tools::gap::types::{Base, Options};
-use host_tools::log::runs::Runs;
-use host_tools::robot::Robot;
 use model_core::torque::{Drive, TorqueModel};
 use proptest::prelude::{ProptestConfig, any, prop, proptest};
 use proptest::strategy::Strategy;

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use host_tools::log::{ColumnRequest, DriveReader, Header, LogReader, Record, Role};
-use host_tools::robot::Robot;
+use logs::robot::Robot;
+use logs::{ColumnRequest, DriveReader, Header, LogReader, Record, Role};
 use support::error::Error;
 
 /// A log in a folder that lives as long as it.

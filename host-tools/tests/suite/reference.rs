@@ -3,10 +3,11 @@
 
 use std::path::{Path, PathBuf};
 
+use logs::robot::Robot;
+
 use crate::common::{Bench, NAMES, ROBOT, number};
 use host_tools::fit;
 use host_tools::fit::dataset::Reading;
-use host_tools::robot::Robot;
 use model_core::eq18::Gate;
 use serde_json::Value;
 

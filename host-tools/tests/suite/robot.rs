@@ -1,6 +1,6 @@
 //! robot.toml: what loads, what is refused and how.
 
-use host_tools::robot::{Geometry, Robot};
+use logs::robot::{Geometry, Robot};
 
 const BURGER: &str = "name = \"b\"\nkinematics = \"differential\"\nwheel_radius_m = 0.033\ntrack_m = 0.16\n\
                       mass_no_load_kg = 1\nmass_full_load_kg = 6\n";

@@ -21,6 +21,7 @@ mod term;
 #[cfg(test)]
 mod tests;
 
+use logs::robot::Robot;
 use numerics::search::golden_section;
 use support::error::{Error, Result};
 
@@ -30,7 +31,6 @@ use super::point::Point;
 use super::training;
 use crate::fit::gram::Gram;
 use crate::fit::nnls;
-use crate::robot::Robot;
 
 pub use self::term::Term;
 

@@ -1,12 +1,12 @@
 //! A baseline whose parameters recursive least squares follow while it drives.
 
+use logs::robot::Robot;
 use support::error::Result;
 
 use super::estimator::Recursive;
 use crate::baselines::baseline::{Baseline, Parameter, named};
 use crate::baselines::point::Point;
 use crate::baselines::regression::{Body, Listed, rows, unfitted};
-use crate::robot::Robot;
 
 /// How long it remembers, s: the forgetting factor is λ = exp(-Δt / 60 s) between two points Δt apart, 0.9992 at 20 Hz, so
 /// that it means the same in logs of any rate. The sources give no figure; a minute holds several manoeuvres, and is shorter

@@ -6,6 +6,7 @@ pub mod term;
 mod tests;
 mod wheels;
 
+use logs::robot::Robot;
 use support::error::{Error, Result};
 
 pub use self::least_squares::{Observation, least_squares, rows, unfitted, weigh};
@@ -13,7 +14,6 @@ pub use self::term::{Body, Listed, Term};
 use self::wheels::WheelSpeeds;
 use super::baseline::{Baseline, Parameter, named};
 use super::point::Point;
-use crate::robot::Robot;
 
 /// A regression of the power on terms of a point.
 pub struct Regression {

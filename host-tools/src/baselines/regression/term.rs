@@ -1,10 +1,10 @@
 //! Terms that the power of a robot may be linear in.
 
+use logs::robot::{Geometry, Robot};
 use model_core::effects::GRAVITY;
 
 use crate::baselines::longitudinal;
 use crate::baselines::point::Point;
-use crate::robot::{Geometry, Robot};
 
 /// A coefficient's symbol and unit, and what it multiplies.
 pub type Listed = (&'static str, &'static str, Term);

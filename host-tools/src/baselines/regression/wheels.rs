@@ -10,11 +10,11 @@
 //!
 //! Degree and signs are choices of this project.
 
+use logs::robot::Robot;
 use nalgebra::{DMatrix, DVector};
 
 use crate::baselines::baseline::Symbol;
 use crate::baselines::point::{MOST_WHEELS, Point};
-use crate::robot::Robot;
 
 const AT_REST: Symbol = ("a0", "W");
 

@@ -2,13 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use logs::robot::Robot;
 use model_core::coefficients::Robot as CoreRobot;
 
 use super::super::dataset::Row;
 use super::super::physical::{self, Bounds, Descent, Loss, Parameters};
 use super::super::pilot::Pilots;
 use super::nested::Form;
-use crate::robot::Robot;
 
 /// So many runs are blocks of their own: ground and payload differ from run to run, and what is learned has to hold on the next.
 const ENOUGH_RUNS: usize = 6;

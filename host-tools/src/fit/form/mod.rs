@@ -13,6 +13,7 @@ mod term;
 #[cfg(test)]
 mod tests;
 
+use logs::robot::Robot;
 use model_core::coefficients::Robot as CoreRobot;
 use numerics::intervals::mean_interval;
 use serde::Serialize;
@@ -21,7 +22,6 @@ use self::candidate::{Errors, Problem};
 pub use self::nested::Form;
 pub use self::term::{TERMS, TERMS_WITH_GYRO, Term};
 use super::pilot::Pilots;
-use crate::robot::Robot;
 
 /// Fewer blocks tell nothing.
 const LEAST_BLOCKS: usize = 6;

@@ -1,5 +1,7 @@
 //! Terms on logs made from known models: taken where they are there, left where they are not.
 
+use logs::RawRow;
+use logs::robot::Robot;
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::conditioning::Conditioning;
 use model_core::estimator::Sample;
@@ -11,8 +13,6 @@ use rand_chacha::ChaCha8Rng;
 
 use super::super::pilot::Pilots;
 use super::{Choice, TERMS, TERMS_WITH_GYRO, Term, choose};
-use crate::log::RawRow;
-use crate::robot::Robot;
 
 const PERIOD_S: f64 = 0.05;
 const ROWS: usize = 4000;

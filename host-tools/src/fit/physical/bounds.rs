@@ -3,6 +3,7 @@
 //! Wide ranges from the robot's mass, its wheels and the speeds that it drove, narrower ones for κ where robot.toml tells of the
 //! motors. Data that determine a parameter do not come near them; data that do not would run to 10⁶ or 10⁻⁵ without.
 
+use logs::robot::Motor;
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::effects::GRAVITY;
 use nalgebra::Const;
@@ -11,7 +12,6 @@ use numerics::levenberg_marquardt;
 use super::super::dataset::Row;
 use super::super::verdict::{self, Description};
 use super::cost::{PARAMETERS as COUNT, Parameters, WINDING_LOSS};
-use crate::robot::Motor;
 
 /// Least efficiency of motor, gear and drive together: torques are found with it folded in.
 const LEAST_EFFICIENCY: f64 = 0.2;

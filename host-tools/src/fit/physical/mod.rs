@@ -13,6 +13,7 @@ mod starts;
 #[cfg(test)]
 mod tests;
 
+use logs::robot::Robot;
 use model_core::torque::{Drive, TorqueModel};
 
 pub use self::bounds::{AtBound, Bounds};
@@ -26,7 +27,6 @@ pub(super) use self::search::{Descent, search};
 use self::search::{FINAL, TRIAL, best_of};
 pub use self::starts::Alone;
 use super::dataset::{Dataset, Row};
-use crate::robot::Robot;
 pub use numerics::levenberg_marquardt::Ending;
 
 /// A fitted torque model.

@@ -1,5 +1,6 @@
 //! Whether the search has missed a lower minimum: random starts of other draws, on the cost that it ended on.
 
+use logs::robot::Robot;
 use model_core::torque::{Drive, TorqueModel};
 use numerics::levenberg_marquardt::{LeastSquares, descend};
 use rayon::prelude::*;
@@ -11,7 +12,6 @@ use super::cost::{Cost, Loss, parameters};
 use super::robust::Huber;
 use super::search::FINAL;
 use super::starts::{Alone, DRAWS};
-use crate::robot::Robot;
 
 /// What random starts found.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

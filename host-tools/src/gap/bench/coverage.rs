@@ -1,6 +1,8 @@
 //! Whether the mass interval that an extended model gives holds the mass: in runs that nobody has seen, which have the effect.
 
 use indicatif::ProgressBar;
+use logs::robot::Robot;
+use logs::runs::{RawRun, Runs};
 use model_core::coefficients::Coefficients;
 use model_core::effects::live::{Live, Outside};
 use model_core::estimator::{Estimator, Timing};
@@ -16,8 +18,6 @@ use crate::effects::written::{self, Written};
 use crate::gap::extension;
 use crate::gap::investigate::investigate;
 use crate::gap::types::Options;
-use crate::log::runs::{RawRun, Runs};
-use crate::robot::Robot;
 
 /// Windows of this length, one behind the other, s: those of the paper.
 const WINDOW_S: f64 = 25.0;

@@ -1,6 +1,8 @@
 //! Whether the suggested manoeuvre parts what tied: the plant drives it with the same hidden effect, and the workflow looks again.
 
 use indicatif::ProgressBar;
+use logs::robot::Robot;
+use logs::runs::{RawRun, Runs};
 use plant::effects::Effect;
 use plant::{PayloadSchedule, Profile, Scenario};
 use support::error::Result;
@@ -12,8 +14,6 @@ use crate::gap::investigate::investigate;
 use crate::gap::report::Report;
 use crate::gap::thresholds::manoeuvre::RUNS;
 use crate::gap::types::{Options, Verdict};
-use crate::log::runs::{RawRun, Runs};
-use crate::robot::Robot;
 
 /// What became of a tie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]

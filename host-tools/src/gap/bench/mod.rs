@@ -7,6 +7,8 @@ pub mod sets;
 use std::time::Instant;
 
 use indicatif::ProgressBar;
+use logs::robot::Robot;
+use logs::runs::Runs;
 use plant::effects::Effect;
 use rayon::prelude::*;
 use support::error::Result;
@@ -15,8 +17,6 @@ use self::sets::{NoiseKind, noises};
 use crate::effects::ENTRIES;
 use crate::gap::investigate::investigate;
 use crate::gap::types::{Options, Verdict};
-use crate::log::runs::Runs;
-use crate::robot::Robot;
 
 /// What is hidden, and in how large a set.
 #[derive(Debug, Clone, PartialEq)]

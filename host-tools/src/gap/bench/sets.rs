@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use logs::robot::Robot;
+use logs::runs::{RawRun, Runs};
 use plant::effects::Effect;
 use plant::effects::size::scale_to;
 use plant::field::{Field, Noise};
@@ -11,8 +13,6 @@ use support::error::{Error, Result};
 use crate::fit::dataset::{Dataset, Row, Run};
 use crate::fit::{self, Method, ModelKind, pgd};
 use crate::gap::types::Base;
-use crate::log::runs::{RawRun, Runs};
-use crate::robot::Robot;
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;
 use model_core::estimator::{Conditioner, Sample};

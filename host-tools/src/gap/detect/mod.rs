@@ -129,7 +129,7 @@ mod tests {
         let powers: Vec<Vec<f64>> = (0..2).map(|run| twin.predict(run, &truth(run))).collect();
         for (run, powers) in runs.runs.iter_mut().zip(powers) {
             let rows = run.rows.iter().zip(powers);
-            run.rows = rows.map(|(row, power)| crate::log::runs::Row { power, ..*row }).collect();
+            run.rows = rows.map(|(row, power)| logs::runs::Row { power, ..*row }).collect();
         }
         let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
         let mut problem = example::bare(twin, torque, 0);

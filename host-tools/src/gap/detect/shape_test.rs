@@ -6,13 +6,13 @@
 //! What a drive clamps before the filter is exact to first order only: of braking power that returns, what is left may follow its speed or
 //! mass. But it returns in turns as it does straight ahead.
 
+use logs::runs::Row;
 use model_core::effects::Term;
 
 use crate::effects::Regressor;
 use crate::gap::noise::whiten::Signal;
 use crate::gap::problem::Problem;
 use crate::gap::twin::State;
-use crate::log::runs::Row;
 
 /// Columns of the state's effects times speed, time, mass, turn rate and acceleration, whitened; of braking power that returns times the
 /// turn rate only. 0 in clean runs.

@@ -165,11 +165,12 @@ pub fn at(knots: &Knots, time: f64) -> [f64; 2] {
 
 #[cfg(test)]
 mod tests {
+    use logs::motions::Step;
+    use logs::robot::Robot;
+    use logs::runs::Runs;
+
     use super::super::super::bench::sets::CUTOFF_HZ;
     use super::*;
-    use crate::log::motions::Step;
-    use crate::log::runs::Runs;
-    use crate::robot::Robot;
 
     const ROBOT: &str = "kinematics = \"differential\"\nwheel_radius_m = 0.033\ntrack_m = 0.16\nmass_no_load_kg = 1\n\
                          mass_full_load_kg = 6\nmax_speed_m_s = 0.5\nmax_turn_rad_s = 2.0\nmax_acceleration_m_s2 = 0.8\n";

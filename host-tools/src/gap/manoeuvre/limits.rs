@@ -1,10 +1,10 @@
 //! How fast a profile may ask the robot to drive, turn and accelerate.
 
+use logs::robot::Robot;
+use logs::runs::Runs;
 use nalgebra::DMatrix;
 
 use crate::gap::thresholds::manoeuvre::USUAL;
-use crate::log::runs::Runs;
-use crate::robot::Robot;
 
 /// Limits, and the wheel speeds of a twist.
 #[derive(Debug, Clone, PartialEq)]

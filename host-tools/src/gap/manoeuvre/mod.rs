@@ -9,6 +9,8 @@ pub mod separate;
 
 use std::path::Path;
 
+use logs::robot::Robot;
+use logs::runs::Runs;
 use serde_json::{Value, json};
 use support::error::{Error, Result};
 use support::output::write_whole;
@@ -26,8 +28,6 @@ use crate::gap::thresholds::manoeuvre::{
     WORTH,
 };
 use crate::gap::types::Verdict;
-use crate::log::runs::Runs;
-use crate::robot::Robot;
 
 /// Two hypotheses, and by how many standard errors they would differ.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,6 +5,9 @@
 
 use std::mem::discriminant;
 
+use logs::Shared;
+use logs::motions::Motions;
+use logs::runs::{RawRun, Row, Run, Runs};
 use model_core::effects::Term;
 use model_core::estimator::Sample;
 use nalgebra::{DMatrix, DVector};
@@ -21,9 +24,6 @@ use crate::gap::noise::whiten::Signal;
 use crate::gap::report::Basis;
 use crate::gap::thresholds::manoeuvre::{SAMPLES_PER_CUTOFF, SHAPE_STEP, SHAPE_UNCERTAINTY};
 use crate::gap::thresholds::problem::DISCREPANCY_RIDGE;
-use crate::log::Shared;
-use crate::log::motions::Motions;
-use crate::log::runs::{RawRun, Row, Run, Runs};
 
 /// A drive as the filter would show it: rows without power.
 ///

@@ -363,7 +363,7 @@ mod tests {
         let powers: Vec<Vec<f64>> = (0..2).map(|run| twin.predict(run, &truth)).collect();
         for (run, powers) in runs.runs.iter_mut().zip(powers) {
             let rows = run.rows.iter().zip(powers);
-            run.rows = rows.map(|(row, power)| crate::log::runs::Row { power, ..*row }).collect();
+            run.rows = rows.map(|(row, power)| logs::runs::Row { power, ..*row }).collect();
         }
         let twin = Twin { runs: &runs, drive: Drive::Dissipative, lag: 0.0, early: 0.0 };
         let mut problem = example::bare(twin, torque, 0);
@@ -393,7 +393,7 @@ mod tests {
         torque: TorqueModel<f64>,
         delay: f64,
         sensor: impl Fn(&[f64]) -> Vec<f64>,
-    ) -> crate::log::runs::Runs<2> {
+    ) -> logs::runs::Runs<2> {
         let mut runs = example::runs([5.0, 7.0]);
         let state = State { torque, effects: vec![(Regressor::Delay, delay)] };
         let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
@@ -409,7 +409,7 @@ mod tests {
     }
 
     /// A delay fitted to runs of [`late`], and what it gains: as it counts, and in χ².
-    fn delay_of(runs: &crate::log::runs::Runs<2>, torque: TorqueModel<f64>) -> (f64, [f64; 2]) {
+    fn delay_of(runs: &logs::runs::Runs<2>, torque: TorqueModel<f64>) -> (f64, [f64; 2]) {
         let twin = Twin { runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
         let problem = example::bare(twin, torque, 0);
         let mut candidate = hypothesis("sensor-delay", 0.0, 0.0).candidate;

@@ -69,6 +69,7 @@ fn is_of_all_runs(regressor: &Regressor) -> bool {
 mod tests {
     use std::sync::Arc;
 
+    use logs::runs::{Row, Runs};
     use model_core::effects::Term;
     use model_core::torque::{Drive, TorqueModel};
 
@@ -76,7 +77,6 @@ mod tests {
     use crate::effects::{Candidate, Detail, Switched};
     use crate::gap::problem::example;
     use crate::gap::twin::Twin;
-    use crate::log::runs::{Row, Runs};
 
     /// Base parameters that move along.
     const BASE: usize = 4;

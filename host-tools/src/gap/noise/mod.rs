@@ -3,6 +3,7 @@
 pub mod spread;
 pub mod whiten;
 
+use logs::runs::Runs;
 use nalgebra::{DMatrix, DVector};
 use numerics::least_squares::NormalEquations;
 use numerics::robust::scale_of_sizes;
@@ -14,7 +15,6 @@ use super::thresholds::noise::{
 };
 use super::twin::{State, Twin};
 use crate::effects::Regressor;
-use crate::log::runs::Runs;
 
 /// Where the memory of the noise is told.
 #[derive(Debug, Clone, Copy)]

@@ -4,9 +4,10 @@
 //! the filter mixes what was before with what comes behind. Such rows scatter several times as much as steady ones. Weighed alike
 //! they would drown what the steady ones say.
 
+use logs::runs::Runs;
+
 use super::whiten::Signal;
 use crate::gap::thresholds::noise::{KEPT_MEAN, KEPT_TENTHS, LEAST_ROWS, LEVELS, REACH, ROUNDS};
-use crate::log::runs::Runs;
 
 /// How the scatter depends on the three measures, as factors of the variance.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,7 +1,8 @@
 //! Prewhitening: an autoregression that leaves the noise of the power without memory.
 
+use logs::runs::Runs;
+
 use crate::gap::thresholds::noise::{ORDER, WHITE_FLOOR};
-use crate::log::runs::Runs;
 
 /// Values of one signal: a vector a run, a value a row.
 pub type Signal = Vec<Vec<f64>>;
@@ -60,7 +61,7 @@ impl Whitener {
 
     /// Whether the past of each row is known.
     pub fn known<const N: usize>(&self, runs: &Runs<N>) -> Vec<Vec<bool>> {
-        let known = |rows: &[crate::log::runs::Row<N>]| {
+        let known = |rows: &[logs::runs::Row<N>]| {
             let mut age = 0;
             rows.iter()
                 .map(|row| {

@@ -1,5 +1,6 @@
 //! Steps that runs have in common, and what the locked runs say of them.
 
+use logs::speed_column;
 use model_core::torque::{PARAMETERS, TorqueModel};
 use numerics::intervals::mean_interval;
 use serde_json::{Value, json};
@@ -18,7 +19,6 @@ use crate::gap::thresholds::power_only::{
 };
 use crate::gap::twin::State;
 use crate::gap::types::{Named, Round, Scored, Status, Verdict};
-use crate::log::speed_column;
 
 /// The one effect that shows.
 const STEP: &str = STATIC_STEP.id;

@@ -1,5 +1,7 @@
 //! A small problem for tests.
 
+use logs::robot::Robot;
+use logs::runs::{RawRun, Runs};
 use model_core::estimator::Sample;
 use model_core::torque::TorqueModel;
 use nalgebra::DMatrix;
@@ -9,8 +11,6 @@ use super::panel::Fixed;
 use crate::gap::noise::Noise;
 use crate::gap::noise::whiten::Whitener;
 use crate::gap::twin::Twin;
-use crate::log::runs::{RawRun, Runs};
-use crate::robot::Robot;
 
 /// Standard deviation of the noise, W.
 pub(crate) const STD_W: f64 = 0.07;

@@ -1,12 +1,12 @@
 //! By how much power is later than speed already in clean runs.
 
+use logs::runs::Runs;
 use model_core::torque::TorqueModel;
 use numerics::search::golden_section;
 
 use crate::gap::thresholds::problem::{LAG_ACCURACY_ROWS, MOST_LAG_ROWS};
 use crate::gap::twin::{State, Twin};
 use crate::gap::types::Base;
-use crate::log::runs::Runs;
 
 /// The lag with the least residual, s; to a hundredth of a row.
 ///

@@ -1,12 +1,12 @@
 //! The problem made linear about a state: what further columns say about what is left.
 
+use logs::runs::Runs;
 use nalgebra::DMatrix;
 use numerics::least_squares::{Factored, FurtherColumn};
 
 use super::panel::Panel;
 use crate::gap::noise::Noise;
 use crate::gap::thresholds::problem::LEAST_SHARE;
-use crate::log::runs::Runs;
 
 /// What a column says about the residual when base and effects may move along.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,4 +1,7 @@
 //! Poses a problem: the noise, what the base gets wrong on any run, and how far it may be off.
+use logs::runs::Runs;
+use numerics::least_squares::{Factored, NormalEquations};
+
 use super::panel::Fixed;
 use crate::effects::{Candidate, Regressor};
 use crate::gap::noise::whiten::Signal;
@@ -8,11 +11,8 @@ use crate::gap::smooth;
 use crate::gap::thresholds::problem::{DISCREPANCY_RIDGE, UNKNOWN};
 use crate::gap::twin::{State, Twin};
 use crate::gap::types::{Base, Options};
-use crate::log::runs::Runs;
 use model_core::effects::Term;
 use nalgebra::{DMatrix, DVector};
-
-use numerics::least_squares::{Factored, NormalEquations};
 
 /// Of effects that are `known` noise and discrepancy are told; what is looked for begins without them.
 pub(crate) fn open_problem<'a, const N: usize>(

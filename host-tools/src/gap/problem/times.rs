@@ -149,7 +149,7 @@ mod tests {
             };
             for (run, powers) in runs.runs.iter_mut().zip(powers) {
                 let rows = run.rows.iter().zip(powers);
-                run.rows = rows.map(|(row, power)| crate::log::runs::Row { power, ..*row }).collect();
+                run.rows = rows.map(|(row, power)| logs::runs::Row { power, ..*row }).collect();
             }
             let twin = Twin { runs: &runs, drive: Drive::Dissipative, lag: 0.0, early: 0.0 };
             let problem = example::bare(twin, torque, 0);

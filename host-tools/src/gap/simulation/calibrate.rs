@@ -1,5 +1,6 @@
 //! A nominal plant becomes this robot's: some of its physical parameters, fitted to runs without effects.
 
+use logs::runs::RawRun;
 use model_core::coefficients::Robot as CoreRobot;
 use nalgebra::{DMatrix, DVector};
 use plant::body::Wheel;
@@ -11,7 +12,6 @@ use super::in_parallel;
 use super::search::squares;
 use super::track::{Followed, Follower};
 use crate::gap::thresholds::simulation::{FIT_STEPS, LAG_STEP_ROWS, LEAST_GAIN, MOST_LAG_ROWS, NUDGE, TRUST};
-use crate::log::runs::RawRun;
 
 /// A parameter that is fitted, the same for all wheels.
 #[derive(Debug, Clone, Copy)]

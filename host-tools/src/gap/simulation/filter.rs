@@ -1,9 +1,8 @@
 //! Measured and simulated power behind the same filter.
 
+use logs::runs::{RawRun, Runs};
 use model_core::coefficients::Robot as CoreRobot;
 use support::error::Result;
-
-use crate::log::runs::{RawRun, Runs};
 
 /// Runs as measured, with all that is needed to put another power in place of the measured one.
 #[derive(Debug)]

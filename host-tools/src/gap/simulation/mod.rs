@@ -12,6 +12,8 @@ use std::panic::resume_unwind;
 use std::sync::Arc;
 use std::thread;
 
+use logs::robot::Robot;
+use logs::runs::RawRun;
 use model_core::coefficients::Robot as CoreRobot;
 use plant::PlantSet;
 use serde_json::{Map, Value, json};
@@ -29,8 +31,6 @@ use crate::gap::report::Report;
 use crate::gap::report::localise::{self, Cell};
 use crate::gap::report::page::{self, Course};
 use crate::gap::types::Verdict;
-use crate::log::runs::RawRun;
-use crate::robot::Robot;
 
 /// An effect in the plant.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,5 +1,7 @@
 //! The plant along the wheel speeds that were recorded: what it would have drawn.
 
+use logs::robot::{Geometry, Robot};
+use logs::runs::RawRun;
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::filter::{Channel, LowPass};
 use plant::drive::Drive;
@@ -10,8 +12,6 @@ use plant::{
 use support::error::{Error, Result};
 
 use crate::gap::thresholds::simulation::{LEAD_S, MOST_CUTOFF, SMOOTHER, STEP_S};
-use crate::log::runs::RawRun;
-use crate::robot::{Geometry, Robot};
 
 /// A plant that can follow a robot's wheel speeds.
 #[derive(Debug, Clone)]

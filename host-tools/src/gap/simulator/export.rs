@@ -5,6 +5,7 @@
 
 use std::fmt::Write as _;
 
+use logs::robot::Robot;
 use model_core::effects::GRAVITY;
 use numerics::robust::NORMAL_95;
 use serde::Serialize;
@@ -14,7 +15,6 @@ use crate::export::joints::Language;
 use crate::gap::report::Report;
 use crate::gap::types::Named;
 use crate::gap::words;
-use crate::robot::Robot;
 
 /// One change of the model.
 #[derive(Debug, Clone, PartialEq, Serialize)]

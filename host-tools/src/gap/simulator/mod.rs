@@ -8,6 +8,9 @@ pub mod export;
 
 use std::path::PathBuf;
 
+use logs::robot::{PowerSource, Robot};
+use logs::runs::{RawRun, Runs};
+use logs::simulated;
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;
 use model_core::model::Model;
@@ -20,9 +23,6 @@ use crate::fit::{self, Method, ModelKind, pgd};
 use crate::gap::noise::whiten::Signal;
 use crate::gap::report::Report;
 use crate::gap::types::Base;
-use crate::log::runs::{RawRun, Runs};
-use crate::log::simulated;
-use crate::robot::{PowerSource, Robot};
 
 /// Where a simulator's power is.
 #[derive(Debug, Clone, PartialEq)]
@@ -127,8 +127,8 @@ impl<const N: usize> Simulator<N> {
         Told {
             files: self.source.files.clone(),
             power_from: match self.source.columns {
-                PowerSource::Measured => crate::log::POWER,
-                PowerSource::Simulated => crate::log::SIM_POWER,
+                PowerSource::Measured => logs::POWER,
+                PowerSource::Simulated => logs::SIM_POWER,
                 PowerSource::SimulatedTorques => "sim_torqueN_nm",
             },
             model_r2: self.quality.r2,

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
+use logs::runs::Runs;
 use support::error::{Error, Result};
 
 use super::{Signals, UserEffect};
 use crate::effects::{Candidate, Detail, NotTestable, Regressor};
-use crate::log::runs::Runs;
 
 /// What the runs can show of a user's effects.
 #[derive(Debug, Clone, Default, PartialEq)]

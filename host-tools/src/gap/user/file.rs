@@ -3,6 +3,8 @@
 use std::ops::Range;
 use std::path::Path;
 
+use logs::POWER;
+use logs::robot::position;
 use serde::Deserialize;
 use support::error::{Error, Result};
 use support::input::{MOST_DESCRIPTION, read_text};
@@ -10,8 +12,6 @@ use toml::Spanned;
 
 use super::Formula;
 use crate::effects::{ENTRIES, Sign, find};
-use crate::log::POWER;
-use crate::robot::position;
 
 /// Effects in a file, at most: three times the dictionary's. Each is tried on every run.
 const MOST_EFFECTS: usize = 64;

@@ -2,9 +2,8 @@
 
 use exmex::prelude::*;
 use exmex::{FloatOpsFactory, MatchLiteral, literal_matcher_from_pattern};
-
-use crate::log::runs::{Row, Run};
-use crate::log::{MASS, TIME, acceleration_column, speed_column};
+use logs::runs::{Row, Run};
+use logs::{MASS, TIME, acceleration_column, speed_column};
 
 // Unlike exmex' own numbers these may have an exponent.
 literal_matcher_from_pattern!(Number, r"^([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?");

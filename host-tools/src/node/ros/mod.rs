@@ -7,6 +7,7 @@ mod messages;
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use logs::robot::{NodeSettings, Robot};
 use rustdds::no_key::{DataReaderCdr, DataWriterCdr};
 use rustdds::policy::{Durability, History, Reliability};
 use rustdds::{
@@ -20,7 +21,6 @@ use support::error::{Error, Result};
 use self::messages::{BatteryState, DiagnosticArray, Float64, JointState, Odometry, Time};
 use super::wheels::{Motion, WheelMessage};
 use super::{Outlet, State, WheelSource};
-use crate::robot::{NodeSettings, Robot};
 
 const JOINT_STATE: &str = "sensor_msgs::msg::dds_::JointState_";
 const ODOMETRY: &str = "nav_msgs::msg::dds_::Odometry_";

@@ -11,7 +11,7 @@ use firmware::power_sensors::Health;
 use firmware::record::Record;
 use host_tools::board::store_image::StoreImage;
 use host_tools::board::transport::Transport;
-use host_tools::robot::Robot;
+use logs::robot::Robot;
 use model_core::coefficients::Coefficients;
 use model_core::effects::Columns;
 use model_core::model::Model;

@@ -19,7 +19,7 @@ use graph::{Arrows, arrows, circles};
 use tree::Tree;
 
 /// Packages, by their folders.
-const PACKAGES: [&str; 11] = [
+const PACKAGES: [&str; 12] = [
     "model-core",
     "firmware",
     "host-tools",
@@ -27,6 +27,7 @@ const PACKAGES: [&str; 11] = [
     "host-tools/numerics",
     "host-tools/plant",
     "host-tools/report",
+    "host-tools/logs",
     "host-tools/support",
     "host-tools/python",
     "host-tools/xtask",

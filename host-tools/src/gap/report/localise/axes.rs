@@ -1,9 +1,10 @@
 //! What the residual is binned by, and where the bins end.
 
+use logs::runs::{Row, Runs};
+
 use crate::gap::noise::whiten::Signal;
 use crate::gap::smooth;
 use crate::gap::thresholds::localise::{CELLS, STEPS, STRAIGHT};
-use crate::log::runs::{Row, Runs};
 
 /// One axis.
 #[derive(Debug, Clone, PartialEq)]

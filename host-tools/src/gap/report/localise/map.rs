@@ -1,10 +1,11 @@
 //! The residual over two axes.
 
+use logs::runs::{Row, Runs};
+
 use super::axes::{acceleration, round_step};
 use super::band::{Spread, spread};
 use crate::gap::noise::whiten::Signal;
 use crate::gap::thresholds::localise::SQUARES;
-use crate::log::runs::{Row, Runs};
 
 /// A square with enough runs in it.
 #[derive(Debug, Clone, PartialEq)]

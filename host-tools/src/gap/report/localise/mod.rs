@@ -8,13 +8,13 @@ mod band;
 mod map;
 mod words;
 
+use logs::runs::Runs;
 use serde::Serialize;
 
 use self::axes::{Axis, axes};
 use self::band::spread;
 pub use self::map::{Map, Square, map};
 use crate::gap::noise::whiten::Signal;
-use crate::log::runs::Runs;
 
 /// One cell of a map.
 #[derive(Debug, Clone, PartialEq, Serialize)]

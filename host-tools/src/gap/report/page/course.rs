@@ -1,8 +1,9 @@
 //! The runs over time, freed of how many wheels the robot has.
 
+use logs::runs::Runs;
+
 use crate::gap::report::Report;
 use crate::gap::report::localise::{self, Map};
-use crate::log::runs::Runs;
 
 /// One run: power as measured and as predicted.
 #[derive(Debug, Clone, PartialEq)]

@@ -71,7 +71,7 @@ fn read_log<const N: usize>(
     }
     let excluded = reader.exclusions();
     if excluded.total() > 0 {
-        notice!("{}: {excluded}", file.display());
+        support::notice!("{}: {excluded}", file.display());
     }
     let several = runs.len() > 1;
     for (run, name) in runs.iter_mut().zip(0..) {

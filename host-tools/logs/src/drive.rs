@@ -368,7 +368,7 @@ impl<const N: usize> DriveReader<N> {
 ///
 /// # Errors
 /// They have not.
-pub(crate) fn check_wheels(header: &Header, robot: &Robot) -> Result<()> {
+pub fn check_wheels(header: &Header, robot: &Robot) -> Result<()> {
     let wheels = robot.wheels();
     let highest = header.columns().iter().filter_map(|column| wheel_number(column)).max().unwrap_or(0);
     if highest == 0 && !header.has(&speed_column(0)) {

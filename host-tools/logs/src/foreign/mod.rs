@@ -24,7 +24,7 @@ use support::input::{Input, Spool};
 
 use crate::robot::Robot;
 
-pub(crate) use wrong::wrong;
+pub use wrong::wrong;
 
 pub use choose::{Chosen, choose};
 pub use columns::{Column, Expression};
@@ -164,7 +164,7 @@ fn turn(path: &Path, input: Input, format: Option<Format>, reading: Option<&Read
         }
     };
     for line in said {
-        notice!("{}: {line}", path.display());
+        support::notice!("{}: {line}", path.display());
     }
     Spool::new(spool).map_err(|error| Error::io(path, &error))
 }

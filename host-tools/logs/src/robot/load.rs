@@ -9,9 +9,9 @@ use super::{Robot, lenient, parse};
 
 /// Robots that need no file: their names, and the content of the file they were read from.
 const BUILT_IN: [(&[&str], &str); 3] = [
-    (&["burger", "turtlebot3burger", "turtlebot3"], include_str!("../../robots/burger.toml")),
-    (&["warthog"], include_str!("../../robots/warthog.toml")),
-    (&["husky", "huskya200"], include_str!("../../robots/husky.toml")),
+    (&["burger", "turtlebot3burger", "turtlebot3"], include_str!("../../../robots/burger.toml")),
+    (&["warthog"], include_str!("../../../robots/warthog.toml")),
+    (&["husky", "huskya200"], include_str!("../../../robots/husky.toml")),
 ];
 
 /// Instead of a name or path: the `robot.toml` in the working directory or the nearest folder above that has one, else the burger.
@@ -37,7 +37,7 @@ impl Robot {
                 None => Path::new("burger"),
                 Some(file) => {
                     nearest = file;
-                    notice!("the robot is that of {}", nearest.display());
+                    support::notice!("the robot is that of {}", nearest.display());
                     &nearest
                 }
             };
@@ -57,7 +57,7 @@ impl Robot {
         let text = read_text(path, MOST_DESCRIPTION)?;
         let robot = Self::parse(&text).map_err(|error| error.in_file(path))?;
         for unknown in &robot.unknown_keys {
-            notice!("{}:{unknown}", path.display());
+            support::notice!("{}:{unknown}", path.display());
         }
         Ok(robot)
     }

@@ -365,7 +365,7 @@ fn at(text: &str, span: &Range<usize>, message: String) -> Error {
 }
 
 /// Line and column, counted from 1, of a byte.
-pub(crate) fn position(text: &str, byte: usize) -> (u64, u64) {
+pub fn position(text: &str, byte: usize) -> (u64, u64) {
     let before = &text.as_bytes()[..byte.min(text.len())];
     let line_start = before.iter().rposition(|&b| b == b'\n').map_or(0, |newline| newline + 1);
     let line = before.iter().filter(|&&b| b == b'\n').count() + 1;

@@ -3,7 +3,7 @@
 use support::error::Error;
 
 /// An error of a reader as one of ours; that of our own rows comes back as it was.
-pub(crate) fn wrong(error: log_formats::Error) -> Error {
+pub fn wrong(error: log_formats::Error) -> Error {
     match error {
         log_formats::Error::Taker(ours) => match ours.downcast::<Error>() {
             Ok(ours) => *ours,

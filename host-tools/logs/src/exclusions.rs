@@ -19,7 +19,7 @@ impl Exclusions {
         self.cut_line + self.non_finite
     }
 
-    pub(crate) fn add_non_finite(&mut self, line: u64) {
+    pub fn add_non_finite(&mut self, line: u64) {
         self.non_finite += 1;
         self.first_non_finite_line.get_or_insert(line);
     }

@@ -14,7 +14,7 @@ pub use geometry::Geometry;
 pub use load::FOUND;
 pub use motor::Motor;
 pub use node::{NodeSettings, PowerChip};
-pub(crate) use parse::position;
+pub use parse::position;
 use support::error::Result;
 pub use topics::{Clock, Signal, Topics};
 pub use units::{LogUnits, MassUnit, PowerSource, PowerUnit, SpeedUnit};
@@ -213,6 +213,6 @@ impl Robot {
 }
 
 /// A name without case, `-`, `_` and spaces.
-pub(crate) fn lenient(name: &str) -> String {
+pub fn lenient(name: &str) -> String {
     name.chars().filter(|c| !matches!(c, '-' | '_' | ' ')).flat_map(char::to_lowercase).collect()
 }

@@ -1,8 +1,9 @@
-//! Run logs: CSV with a header, read as a stream, or rows by columns (Parquet, memory); other formats are turned into CSV on the way
-//! ([`foreign`]).
+//! Logs of runs, and the robots that they are of.
 //!
-//! [`Header`] and [`LogReader`] know files, lines and columns; [`DriveReader`] knows what a drive is: wheels, power,
-//! payload, runs and gaps; [`SampleReader`] what an estimator takes, static power off. [`runs`] holds logs whole, behind the filter.
+//! Its face: [`robot::Robot`], read from robot.toml; [`SampleReader`], a log as a stream of rows; [`runs::Runs`],
+//! logs whole and filtered. [`Header`] and [`LogReader`] know files, lines and columns; [`DriveReader`] wheels,
+//! power, payload, runs and gaps; [`SampleReader`] what an estimator takes, without static power. Bags and tables
+//! become such rows in [`foreign`]; [`suspicion`] asks whether a log is what its columns say.
 
 pub mod checks;
 mod columnar;
@@ -16,6 +17,7 @@ mod masses;
 pub mod motions;
 mod raw;
 mod reader;
+pub mod robot;
 mod row;
 pub mod runs;
 mod samples;
@@ -30,7 +32,7 @@ mod table;
 pub use columnar::{Table, Values};
 pub use conditioned::NO_GYRO;
 pub use conditioner::conditioner;
-pub(crate) use drive::check_wheels;
+pub use drive::check_wheels;
 pub use drive::{DriveReader, Gap, MIN_GAP_FACTOR, Record, wheel_columns};
 pub use exclusions::Exclusions;
 pub use header::Header;

@@ -111,7 +111,7 @@ pub fn check_power<const N: usize>(runs: &Runs<N>) -> Result<()> {
         }
     }
     if !moves {
-        notice!("the robot moves in none of these runs: effects of motion cannot be seen");
+        support::notice!("the robot moves in none of these runs: effects of motion cannot be seen");
     }
     Ok(())
 }

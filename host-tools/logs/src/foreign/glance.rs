@@ -7,8 +7,8 @@ use support::error::Result;
 use super::choose::{Chosen, Fields, Power, column, field, joints, mass, power, topic};
 use super::columns::{Column, Expression};
 use super::known::{BATTERIES, BATTERY_STATE, ODOMETRY, ODOMETRY_KIND};
-use crate::log::{POWER, speed_column};
 use crate::robot::Topics;
+use crate::{POWER, speed_column};
 
 /// Forward speed, m/s.
 pub const SPEED: &str = "v_m_s";

@@ -10,8 +10,8 @@ use super::known::{
     TWISTS, find, is_called, is_of, wheel_joints,
 };
 use super::wrong::wrong;
-use crate::log::{MASS, POWER, YAW_RATE, speed_column};
 use crate::robot::{self, Robot, Signal, Topics};
+use crate::{MASS, POWER, YAW_RATE, speed_column};
 
 /// What is read of a bag, and which columns are made of it.
 #[derive(Debug, Clone)]

@@ -12,8 +12,8 @@ use support::error::{Error, Result};
 use super::choose::choose;
 use super::columns::Expression;
 use super::wrong::wrong;
-use crate::log::{POWER, TIME};
 use crate::robot::Robot;
+use crate::{POWER, TIME};
 
 /// What is written; errors of it are ours, and pass through the readers.
 struct Writer<'a> {
