@@ -20,9 +20,7 @@ macro_rules! notice {
 pub mod baselines;
 pub mod board;
 pub mod cli;
-pub mod coefficients;
 pub mod compare;
-pub mod effects;
 pub mod estimate;
 pub mod export;
 pub mod fit;

@@ -8,6 +8,8 @@ use firmware::items::{Calibration, RobotIdentity, SIGNATURE_BYTES, check_coeffic
 use firmware::power_sensors::RAIL_COUNT;
 use firmware::wheels::WHEELS;
 use logs::robot::Robot;
+use model::coefficients::{CoefficientsFile, GROUND_NEEDS};
+use model::effects::written::id_of;
 use model_core::coefficients::Coefficients;
 use model_core::effects::Cause;
 use model_core::eq18::Gate;
@@ -18,8 +20,6 @@ use super::client::{Board, Client};
 use super::rail_names;
 use super::store_image::StoreImage;
 use super::transport::Transport;
-use crate::coefficients::{CoefficientsFile, GROUND_NEEDS};
-use crate::effects::written::id_of;
 
 /// Samples per second of a board that cannot be asked.
 pub const USUAL_RATE_HZ: u16 = 200;

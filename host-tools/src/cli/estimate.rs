@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use logs::checks::check_mass;
 use logs::robot::{FOUND, Robot};
+use logs::with_wheels;
+use model::coefficients::CoefficientsFile;
 use report::check_extension;
 use serde::Serialize;
 use support::error::{Error, Result};
@@ -14,14 +16,12 @@ use support::own::{Form, POWER};
 
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
-use crate::coefficients::CoefficientsFile;
 use crate::estimate::board::{self, BoardReport, BoardTrack, Delay};
 use crate::estimate::plot::Track;
 use crate::estimate::{
     Change, GroundAt, Instant, Payloads, Policy, PolicyKind, Replay, Told, WindowMass, replay_adapting,
     replay_at,
 };
-use logs::with_wheels;
 
 /// Arguments of `gmr estimate`.
 #[derive(clap::Args)]

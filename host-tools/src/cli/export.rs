@@ -3,15 +3,15 @@
 use std::path::PathBuf;
 
 use logs::robot::{FOUND, Robot};
+use logs::with_wheels;
+use model::coefficients::CoefficientsFile;
 use support::error::{Error, Result};
 use support::output;
 use support::own::Form;
 
 use super::overwrite::OverwriteArgument;
-use crate::coefficients::CoefficientsFile;
 use crate::export::joints::{self, Language};
 use crate::export::{cruise_m_s, rmf, vda5050};
-use logs::with_wheels;
 
 /// Arguments of `gmr export`.
 #[derive(clap::Args)]

@@ -8,6 +8,7 @@ use firmware::items::{Calibration, check_coefficients, checksum, parts};
 use firmware::power_sensors::RAIL_COUNT;
 use firmware::wheels::WHEELS;
 use logs::robot::Robot;
+use model::effects::written::id_of;
 use model_core::coefficients::Coefficients;
 use serde::Serialize;
 use support::error::{Error, Result};
@@ -23,7 +24,6 @@ use crate::board::serial::Serial;
 use crate::board::signing::SecretKey;
 use crate::board::store_image::StoreImage;
 use crate::board::{dfu, image_file, probe, rail_names};
-use crate::effects::written::id_of;
 
 /// Arguments of `gmr flash`.
 #[derive(clap::Args)]

@@ -6,6 +6,9 @@ use logs::checks;
 use logs::robot::{FOUND, Robot};
 use logs::runs::Runs;
 use logs::speed_column;
+use logs::with_wheels;
+use model::coefficients::{CoefficientsFile, InvalidCoefficients};
+use model::effects::{NotTestable, written};
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;
 use model_core::model::Model;
@@ -17,8 +20,6 @@ use support::progress::StageProgress;
 
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
-use crate::coefficients::{CoefficientsFile, InvalidCoefficients};
-use crate::effects::{NotTestable, written};
 use crate::export::joints::Language;
 use crate::fit::dataset::Reading;
 use crate::fit::{self, physical};
@@ -35,7 +36,6 @@ use crate::gap::simulator::{Simulator, Source, Told};
 use crate::gap::types::{Base, Options, Verdict};
 use crate::gap::user::{self, UserCandidates};
 use crate::gap::{extension, manoeuvre, refit, simulation};
-use logs::with_wheels;
 
 /// Arguments of `gmr gap`.
 #[derive(clap::Args)]

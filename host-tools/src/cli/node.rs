@@ -6,15 +6,15 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use logs::robot::{FOUND, PowerChip, Robot};
+use logs::with_wheels;
+use model::coefficients::CoefficientsFile;
 use model_core::charge::Charge;
 use support::error::{Error, Result};
 use support::interrupt;
 
 use super::units::UnitArguments;
-use crate::coefficients::CoefficientsFile;
 use crate::node::power::LoggedPower;
 use crate::node::{Health, Node, Outlet, PowerSource, State, WheelSource, replay};
-use logs::with_wheels;
 
 /// Between two looks at sensor and network: twice as often as the sensor converts.
 const NAP: Duration = Duration::from_millis(5);

@@ -3,15 +3,15 @@
 use std::path::PathBuf;
 
 use logs::robot::{FOUND, Robot};
+use logs::with_wheels;
+use model::coefficients::CoefficientsFile;
 use numerics::robust::NORMAL_95;
 use support::error::{Error, Result};
 use support::output;
 
 use super::units::UnitArguments;
-use crate::coefficients::CoefficientsFile;
 use crate::export::rmf;
 use crate::predict::{self, Load, Plan, Question};
-use logs::with_wheels;
 
 /// Arguments of `gmr predict`.
 #[derive(clap::Args)]

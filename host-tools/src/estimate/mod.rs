@@ -10,6 +10,7 @@ use std::path::Path;
 
 use logs::robot::Robot;
 use logs::{Exclusions, Header, NO_GYRO, RawRow, SampleReader, YAW_RATE};
+use model::coefficients::GROUND_NEEDS;
 use model_core::adapt::Ground;
 use model_core::coefficients::Coefficients;
 use model_core::estimator::{Estimate, Timing, Unfit};
@@ -29,8 +30,6 @@ use pipeline::{Adapting, BUCKETS};
 pub(crate) use pipeline::{Fitted, Pipeline};
 use told::Telling;
 pub use told::Told;
-
-use crate::coefficients::GROUND_NEEDS;
 
 /// How the mass is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]

@@ -3,12 +3,11 @@
 use std::path::Path;
 
 use logs::Header;
+use model::effects::written::id_of;
+use model::effects::{PITCH, PROCESSOR};
 use model_core::coefficients::Coefficients;
 use model_core::effects::live::Outside;
 use support::error::{Error, Result};
-
-use crate::effects::written::id_of;
-use crate::effects::{PITCH, PROCESSOR};
 
 /// Names of the columns, and what they are.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -36,7 +36,7 @@ use self::form::{Form, Judged, Term};
 use self::pilot::Pilots;
 use self::verdict::Parameter;
 use self::warning::Warning;
-pub use crate::coefficients::{Method, ModelKind};
+pub use model::coefficients::{Method, ModelKind};
 
 /// A model, what it is worth, and how it was found.
 #[derive(Debug, Clone)]

@@ -1,10 +1,10 @@
 //! A fit as coefficients.toml keeps it.
 
+use model::coefficients::{CoefficientsFile, FittedLog, ModelKind, Origin, TORQUE};
 use nalgebra::DMatrix;
 use support::error::Result;
 
 use super::Fit;
-use crate::coefficients::{CoefficientsFile, FittedLog, ModelKind, Origin, TORQUE};
 
 impl<const N: usize> Fit<N> {
     /// Of the parameters that both sides share: the imbalance, which is the last, may be anything that its own scatter allows.

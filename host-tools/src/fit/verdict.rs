@@ -1,11 +1,11 @@
 //! Whether the data determine a parameter, and what to drive if they do not.
 
+use model::coefficients::{self, Quantity};
 use nalgebra::{DMatrix, DVector};
 use numerics::robust::NORMAL_95;
 use serde::Serialize;
 
 use super::assess::Uncertainty;
-use crate::coefficients::{self, Quantity};
 
 /// One fitted parameter.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use crate::coefficients::FittedLog;
+use model::coefficients::FittedLog;
 
 /// A log of the fleet.
 #[derive(Debug, Clone, PartialEq, Eq)]

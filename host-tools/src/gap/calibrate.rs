@@ -4,6 +4,7 @@
 //! asked about as if they came from the field, with the others as the clean ones. What the field shows has to exceed that.
 
 use logs::runs::Runs;
+use model::effects::Candidate;
 use rayon::prelude::*;
 
 use super::detect::structure;
@@ -12,7 +13,6 @@ use super::split::by_mass;
 use super::thresholds::calibrate::{DEALS, LEAST_RUNS, PARTS};
 use super::twin::Twin;
 use super::types::{Base, Options};
-use crate::effects::Candidate;
 
 /// The most structure, |z|, that parts of the clean runs show of each other, the mean of all deals; `None` where they are too few to be parted.
 pub(super) fn shown_by_clean<const N: usize>(

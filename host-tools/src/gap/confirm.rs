@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use logs::runs::Runs;
+use model::effects::Regressor;
 use model_core::torque::TorqueModel;
 use numerics::intervals::{MeanInterval, mean_interval, student_95};
 use numerics::robust::NORMAL_95;
@@ -13,7 +14,6 @@ use super::smooth;
 use super::split::Split;
 use super::thresholds::confirm::{LEAST_SHARE, ONE_SIDED, TIMES};
 use super::twin::{State, Twin};
-use crate::effects::Regressor;
 use crate::gap::noise::whiten::Signal;
 use crate::gap::types::Base;
 

@@ -4,6 +4,9 @@
 use std::path::Path;
 
 use logs::runs::Runs;
+use model::coefficients::{CoefficientsFile, InvalidCoefficients};
+use model::effects::Regressor;
+use model::effects::written::Written;
 use model_core::payload::Noise;
 use nalgebra::{DMatrix, DVector};
 use numerics::robust::{NORMAL_95, median, quantile, scale_of_sizes};
@@ -12,9 +15,6 @@ use support::error::{Error, Result};
 use super::report::Report;
 use super::thresholds::extension::{BLOCK_S, LEAST_INFORMATION, WINDOW_S};
 use super::twin::{State, Twin};
-use crate::coefficients::{CoefficientsFile, InvalidCoefficients};
-use crate::effects::Regressor;
-use crate::effects::written::Written;
 
 /// Writes the coefficients with the effects that were named, and the base as it moved. What is not written is said in a line each on
 /// standard error; where nothing is left, so is the file.

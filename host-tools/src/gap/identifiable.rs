@@ -1,10 +1,10 @@
 //! What a base cannot part from its own parameters, whatever the field shows.
 
 use logs::runs::Runs;
+use model::effects::{Candidate, NotTestable};
 
 use super::thresholds::problem::ONE_MASS;
 use super::types::{Round, Scored, Status};
-use crate::effects::{Candidate, NotTestable};
 
 /// Effects that are no findings with a base that was fitted to these total masses, kg; to those of the runs where there are none.
 ///
@@ -44,10 +44,10 @@ pub(super) fn has_one_mass<const N: usize>(masses_kg: &[f64], runs: &Runs<N>) ->
 mod tests {
     use logs::robot::Robot;
     use logs::runs::{RawRun, Runs};
+    use model::effects::{Candidate, Detail};
     use model_core::estimator::Sample;
 
     use super::{also_with_one_mass, unidentifiable};
-    use crate::effects::{Candidate, Detail};
     use crate::gap::types::{Round, Scored, Status};
 
     fn runs(masses: [f64; 2]) -> Runs<2> {

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use logs::runs::Runs;
+use model::effects::{Candidate, Regressor, World, physical};
 use support::error::Result;
 
 use super::calibrate::shown_by_clean;
@@ -28,7 +29,6 @@ use super::thresholds::name::{DELAY_SAMPLES, LEAST_FURTHER};
 use super::twin::{State, Twin};
 use super::types::{Base, Named, Options, Round, Verdict};
 use super::words;
-use crate::effects::{Candidate, Regressor, World, physical};
 use model_core::kinematics::Kinematics;
 use nalgebra::DMatrix;
 

@@ -4,10 +4,10 @@
 //! question by a tenth of a row or more. So where a delay was found, the question is asked again of runs that are in time.
 
 use logs::runs::{Row, Runs};
+use model::effects::Regressor;
 
 use super::noise::whiten::Signal;
 use super::twin::delayed;
-use crate::effects::Regressor;
 
 /// A delay in whole rows of `period_s` seconds, s: parts of one are left to the model, for setting measured power earlier by them would
 /// smooth its noise.

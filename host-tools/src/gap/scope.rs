@@ -1,11 +1,11 @@
 //! The sizes of runs and base by which effects say what can show and what is plausible.
 
 use logs::runs::Runs;
+use model::effects::{self, Candidate, NotTestable, Scope, ScopeColumn};
 use model_core::torque::Drive;
 
 use super::identifiable::has_one_mass;
 use super::types::Base;
-use crate::effects::{self, Candidate, NotTestable, Scope, ScopeColumn};
 
 /// Every candidate that these runs can show, and the effects that they cannot.
 pub(super) fn candidates<const N: usize>(runs: &Runs<N>, base: &Base) -> (Vec<Candidate>, Vec<NotTestable>) {

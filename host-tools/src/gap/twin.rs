@@ -1,6 +1,7 @@
 //! The digital twin: the fitted model, extended by effects, along the wheel speeds of a run.
 
 use logs::runs::{Row, Run, Runs};
+use model::effects::{Regressor, Switched};
 use model_core::coefficients::Robot;
 use model_core::delay::cubic;
 use model_core::effects::{Effect, Extended, Heat, Scene, Side, Term};
@@ -9,7 +10,6 @@ use model_core::torque::{Drive, PARAMETERS, TorqueModel};
 
 use super::noise::whiten::Signal;
 use super::thresholds::problem::{LINEAR, SLOPE_TRIALS};
-use crate::effects::{Regressor, Switched};
 
 /// When something is on.
 #[derive(Debug, Clone, Copy)]
@@ -106,7 +106,7 @@ impl<const N: usize> Twin<'_, N> {
         let rolling = switched.iter().filter(|own| own.is(Switched::Rolling));
         effects.extend(rolling.map(|_| Effect { term: Term::Rolling, coefficient: 0.0 }));
         // Clean runs may lack it: they are level.
-        let pitch = self.runs.columns.iter().position(|name| name == crate::effects::PITCH);
+        let pitch = self.runs.columns.iter().position(|name| name == model::effects::PITCH);
         let pitch = pitch.map(|column| run.extra(column)).filter(|pitch| !pitch.is_empty());
         let mut heat = [Heat::default(); N];
         let mut last = 0.0;

@@ -1,5 +1,6 @@
 //! What the workflow is given, and what it says of effects: values that every step shares.
 
+use model::effects::{Candidate, Detail, Physical};
 use model_core::torque::{Drive, TorqueModel};
 use nalgebra::DMatrix;
 use serde::{Serialize, Serializer};
@@ -9,7 +10,6 @@ use super::thresholds::detect::{STRUCTURE, STRUCTURE_ALONE, TOLERANCE};
 use super::thresholds::name::{COLUMN_PENALTY, MOST_EFFECTS};
 use super::thresholds::problem::SLACK;
 use super::user::UserCandidates;
-use crate::effects::{Candidate, Detail, Physical};
 
 /// Where the base comes from.
 #[derive(Debug, Clone, PartialEq)]

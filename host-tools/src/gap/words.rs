@@ -1,8 +1,8 @@
 //! Effects and figures in words.
 
-pub use crate::effects::words::{file_name, some_of};
+pub use model::effects::words::{file_name, some_of};
+use model::effects::{Candidate, Regressor, find};
 
-use crate::effects::{Candidate, Regressor, find};
 use crate::gap::types::Named;
 use model_core::effects::Term;
 

@@ -7,6 +7,7 @@ use std::time::Instant;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use logs::robot::Robot;
 use logs::{Header, MIN_GAP_FACTOR, RawRow, SampleReader, conditioner};
+use model::coefficients::CoefficientsFile;
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::{self, Gate};
 use model_core::gyro::GyroConditioner;
@@ -20,7 +21,6 @@ use super::local::{Local, Reference};
 use super::polynomial;
 use super::run::{FORMAT, RunGram, Setting};
 use super::summary::{Moment, Summary};
-use crate::coefficients::CoefficientsFile;
 use crate::fit::dataset::{Row, condition};
 use crate::fit::gram::Gram;
 

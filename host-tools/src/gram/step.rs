@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use logs::robot::Robot;
+use model::coefficients::CoefficientsFile;
 use model_core::model::Model;
 use nalgebra::{DMatrix, DVector};
 use numerics::scaled_inverse::ScaledInverse;
@@ -12,7 +13,6 @@ use support::error::{Error, Result};
 use super::local::Local;
 use super::read::checksum_of;
 use super::run::{RunGram, total};
-use crate::coefficients::CoefficientsFile;
 use crate::fit::physical::{Bounds, parameters, torque};
 use crate::fit::verdict;
 

@@ -1,6 +1,7 @@
 //! Energy of a plan and its uncertainty.
 
 use logs::robot::Robot;
+use model::coefficients::CoefficientsFile;
 use model_core::coefficients::Coefficients;
 use model_core::effects::live::{Additions as _, Live, Outside};
 use model_core::effects::{Cause, GRAVITY, Term};
@@ -17,7 +18,6 @@ use super::load::Load;
 use super::plan::Plan;
 use super::report::{Cost, Leg, Report};
 use super::rmf::Vehicle;
-use crate::coefficients::CoefficientsFile;
 
 /// Derivatives are taken over this share of a standard deviation to both sides: small beside what is uncertain, large beside rounding.
 const SHARE: f64 = 0.25;

@@ -9,7 +9,6 @@ use firmware::control_table::{Item, UPLOAD_BYTES};
 use firmware::dynamixel::packet::{Instruction, Parser, encode};
 use firmware::items::{self, ItemBytes, RobotIdentity};
 use firmware::link::{Device, LONGEST_ANSWER, State};
-use host_tools::coefficients::CoefficientsFile;
 use host_tools::virtual_board::servo_bus::ServoBus;
 use log_formats::Bag;
 use log_formats::merge::merge;
@@ -17,6 +16,7 @@ use log_formats::table::{Cell, Taker};
 use logs::SampleReader;
 use logs::foreign::choose;
 use logs::robot::Robot;
+use model::coefficients::CoefficientsFile;
 use model_core::coefficients::Coefficients;
 
 /// Gets the bytes, and a path to write them to where it reads a file.

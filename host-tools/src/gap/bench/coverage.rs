@@ -3,6 +3,7 @@
 use indicatif::ProgressBar;
 use logs::robot::Robot;
 use logs::runs::{RawRun, Runs};
+use model::effects::written::{self, Written};
 use model_core::coefficients::Coefficients;
 use model_core::effects::live::{Live, Outside};
 use model_core::estimator::{Estimator, Timing};
@@ -14,7 +15,6 @@ use support::error::{Error, Result};
 
 use super::sets;
 use super::{Case, columns};
-use crate::effects::written::{self, Written};
 use crate::gap::extension;
 use crate::gap::investigate::investigate;
 use crate::gap::types::Options;
@@ -114,7 +114,7 @@ fn windows(coefficients: &Coefficients<f64, 2>, run: &RawRun<2>) -> Result<Vec<(
     let mut live = Live::new(coefficients, run.period_s).map_err(|_| unfit("effects that do not fit"))?;
     let mut estimator: Estimator<f64, Window<f64>, 2, BUCKETS> =
         Estimator::new(coefficients, method, &timing).map_err(|_| unfit("too slow for the filter"))?;
-    let processor = run.columns.iter().position(|column| column == crate::effects::PROCESSOR);
+    let processor = run.columns.iter().position(|column| column == model::effects::PROCESSOR);
     let (mut found, mut closed, mut last) = (Vec::new(), 0_usize, f64::NAN);
     for (time, sample, mass, extras) in &run.rows {
         let mut outside = Outside::UNKNOWN;

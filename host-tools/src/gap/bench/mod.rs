@@ -9,12 +9,12 @@ use std::time::Instant;
 use indicatif::ProgressBar;
 use logs::robot::Robot;
 use logs::runs::Runs;
+use model::effects::ENTRIES;
 use plant::effects::Effect;
 use rayon::prelude::*;
 use support::error::Result;
 
 use self::sets::{NoiseKind, noises};
-use crate::effects::ENTRIES;
 use crate::gap::investigate::investigate;
 use crate::gap::types::{Options, Verdict};
 

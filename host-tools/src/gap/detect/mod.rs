@@ -3,11 +3,12 @@ pub mod over_dispersion;
 mod scan;
 mod shape_test;
 
+use model::effects::{Candidate, Regressor};
+
 use super::problem::Problem;
 use super::thresholds::detect::MORE_LOOKS;
 use super::twin::State;
 use super::types::{Scored, Status};
-use crate::effects::{Candidate, Regressor};
 
 /// What the detector sees.
 pub(super) struct Structure {

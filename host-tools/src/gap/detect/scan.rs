@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
+use model::effects::{
+    Candidate, Detail, HALF_SLIP, PAYLOAD_MISLABEL, Regressor, Runs, STATIC_STEP, SURFACE_SWITCH, Switched,
+};
 use nalgebra::DVector;
 use numerics::least_squares::{Factored, FurtherColumn};
 
-use crate::effects::{
-    Candidate, Detail, HALF_SLIP, PAYLOAD_MISLABEL, Regressor, Runs, STATIC_STEP, SURFACE_SWITCH, Switched,
-};
 use crate::gap::problem::Problem;
 use crate::gap::problem::panel::Panel;
 use crate::gap::problem::times::cost_of_a_time;

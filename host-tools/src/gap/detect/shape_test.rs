@@ -7,9 +7,9 @@
 //! mass. But it returns in turns as it does straight ahead.
 
 use logs::runs::Row;
+use model::effects::Regressor;
 use model_core::effects::Term;
 
-use crate::effects::Regressor;
 use crate::gap::noise::whiten::Signal;
 use crate::gap::problem::Problem;
 use crate::gap::twin::State;

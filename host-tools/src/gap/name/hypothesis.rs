@@ -1,8 +1,8 @@
 //! Candidates fitted with all that they bend, their shapes searched, and when two of them are no different.
+use model::effects::{Candidate, Detail, Regressor, Runs};
 use numerics::intervals::mean_interval;
 use numerics::search::golden_section;
 
-use crate::effects::{Candidate, Detail, Regressor, Runs};
 use crate::gap::problem::Problem;
 use crate::gap::problem::fit::Fitted;
 use crate::gap::problem::times::cost_of_a_time;

@@ -3,6 +3,8 @@
 pub mod hypothesis;
 pub(super) mod with_locked;
 
+use model::effects::Candidate;
+
 use self::hypothesis::{
     Hypothesis, as_good, better_without_a_run, disagree, fit_hypothesis, implausible_and_better, sharpen,
     shows_no_shape, tie_width,
@@ -13,7 +15,6 @@ use super::thresholds::name::{REFINED, REFINED_SHARE, WAYS};
 use super::thresholds::problem::MOST_FIT_STEPS;
 use super::twin::State;
 use super::types::{Options, Round, Scored, Status};
-use crate::effects::Candidate;
 use rayon::prelude::*;
 
 pub(super) struct Choice {

@@ -3,8 +3,9 @@
 //! The open runs say who explains most and by how much. Half as many runs again may say that a rival does not: it is struck then. Nothing
 //! else is taken from the locked runs, and if with them another than the winner were best, the tie stays as it is.
 
+use model::effects::Regressor;
+
 use super::hypothesis::{Hypothesis, as_good, better_without_a_run, disagree, fit_hypothesis, tie_width};
-use crate::effects::Regressor;
 use crate::gap::problem::Problem;
 use crate::gap::thresholds::problem::MOST_FIT_STEPS;
 use crate::gap::twin::State;
@@ -70,11 +71,11 @@ mod tests {
     use std::sync::Arc;
 
     use logs::runs::{Row, Runs};
+    use model::effects::{Candidate, Detail, Switched};
     use model_core::effects::Term;
     use model_core::torque::{Drive, TorqueModel};
 
     use super::*;
-    use crate::effects::{Candidate, Detail, Switched};
     use crate::gap::problem::example;
     use crate::gap::twin::Twin;
 

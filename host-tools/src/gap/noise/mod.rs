@@ -4,6 +4,7 @@ pub mod spread;
 pub mod whiten;
 
 use logs::runs::Runs;
+use model::effects::Regressor;
 use nalgebra::{DMatrix, DVector};
 use numerics::least_squares::NormalEquations;
 use numerics::robust::scale_of_sizes;
@@ -14,7 +15,6 @@ use super::thresholds::noise::{
     BLOCKS_S, HUBER, LEAST_QUIET, LEAST_WORTH, MOST_TAKEN, PASSES, QUIETER, RIDGE,
 };
 use super::twin::{State, Twin};
-use crate::effects::Regressor;
 
 /// Where the memory of the noise is told.
 #[derive(Debug, Clone, Copy)]

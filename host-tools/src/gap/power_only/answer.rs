@@ -1,6 +1,7 @@
 //! Steps that runs have in common, and what the locked runs say of them.
 
 use logs::speed_column;
+use model::effects::{Detail, ENTRIES, NotTestable, Physical, STATIC_STEP};
 use model_core::torque::{PARAMETERS, TorqueModel};
 use numerics::intervals::mean_interval;
 use serde_json::{Value, json};
@@ -9,7 +10,6 @@ use support::error::Result;
 use super::gap::{Squares, at_rest};
 use super::read::PowerRun;
 use super::rests::{Rests, Step};
-use crate::effects::{Detail, ENTRIES, NotTestable, Physical, STATIC_STEP};
 use crate::gap::confirm::Confirmed;
 use crate::gap::report::Report;
 use crate::gap::report::localise::Cell;

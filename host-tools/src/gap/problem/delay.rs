@@ -1,8 +1,9 @@
 //! A delay fitted from none at all, and from wherever along its range least is left.
 
+use model::effects::Regressor;
+
 use super::Problem;
 use super::fit::Fitted;
-use crate::effects::Regressor;
 use crate::gap::thresholds::name::DELAY_GRID_ROWS;
 use crate::gap::thresholds::problem::MOST_FIT_STEPS;
 use crate::gap::twin::State;

@@ -1,10 +1,10 @@
 //! A state fitted with all its effects, the model made linear anew at each step (Gauss and Newton).
 
+use model::effects::Regressor;
 use nalgebra::{DMatrix, DVector};
 
 use super::Problem;
 use super::panel::Products;
-use crate::effects::Regressor;
 use crate::gap::noise::whiten::Signal;
 use crate::gap::thresholds::problem::{HALVINGS, LEAST_STEP_GAIN, SHORTER};
 use crate::gap::twin::State;

@@ -66,12 +66,12 @@ impl<const N: usize> Linear<'_, N> {
 
 #[cfg(test)]
 mod tests {
+    use model::effects::Regressor;
     use model_core::effects::Term;
     use model_core::torque::{Drive, TorqueModel};
     use nalgebra::{DMatrix, DVector};
 
     use super::super::example::{STD_W, bare, runs};
-    use crate::effects::Regressor;
     use crate::gap::twin::{State, Twin};
 
     /// The regression of the residual on base and effect at once, β = (XᵀX)⁻¹ Xᵀr, has z_j = β_j / (σ √((XᵀX)⁻¹)_jj); the score, which

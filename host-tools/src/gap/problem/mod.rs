@@ -12,6 +12,7 @@ pub mod times;
 
 use std::ops::Range;
 
+use model::effects::{Candidate, Regressor};
 use model_core::torque::TorqueModel;
 use nalgebra::{DMatrix, DVector};
 use numerics::least_squares::{Factored, NormalEquations, Prior};
@@ -23,7 +24,6 @@ use super::noise::whiten::Signal;
 use super::thresholds::problem::RIDGE;
 use super::twin::{State, Twin};
 use super::types::penalty;
-use crate::effects::{Candidate, Regressor};
 
 /// The runs in question, and what is known of base and noise.
 #[derive(Debug)]

@@ -1,9 +1,9 @@
 //! Poses a problem: the noise, what the base gets wrong on any run, and how far it may be off.
 use logs::runs::Runs;
+use model::effects::{Candidate, Regressor};
 use numerics::least_squares::{Factored, NormalEquations};
 
 use super::panel::Fixed;
-use crate::effects::{Candidate, Regressor};
 use crate::gap::noise::whiten::Signal;
 use crate::gap::noise::{Memory, Noise};
 use crate::gap::problem::Problem;

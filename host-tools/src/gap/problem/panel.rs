@@ -1,8 +1,8 @@
 //! The model made linear about a state, whitened: columns of base, discrepancy, effects and tests, and the residual.
 
+use model::effects::Regressor;
 use nalgebra::{DMatrix, DVector, DVectorView};
 
-use crate::effects::Regressor;
 use crate::gap::noise::Noise;
 use crate::gap::noise::whiten::Signal;
 use crate::gap::twin::{State, Twin};

@@ -1,10 +1,10 @@
 //! Times of an effect's steps, run by run.
 
+use model::effects::{Regressor, Switched};
 use nalgebra::DVector;
 
 use super::Problem;
 use super::fit::Fitted;
-use crate::effects::{Regressor, Switched};
 use crate::gap::thresholds::detect::{MOST_TIMES, RUN_ENDS, TIME_GRID_S, TIME_PENALTY};
 use crate::gap::thresholds::name::{LEAST_ROUND, TIME_ROUNDS, TIME_STEPS_S};
 use crate::gap::twin::State;

@@ -1,5 +1,6 @@
 //! What to do next: what tells an effect from its rivals, and what to record where none explains what is seen.
-use crate::effects::{PITCH, PROCESSOR, find};
+use model::effects::{PITCH, PROCESSOR, find};
+
 use crate::gap::refit;
 use crate::gap::report::Report;
 use crate::gap::types::{Status, Verdict};

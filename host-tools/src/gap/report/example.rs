@@ -1,12 +1,12 @@
 //! Invented reports, one of each verdict, for tests of what is shown.
 
+use model::effects::{Candidate, Detail, NotTestable, Regressor, Runs, World, physical};
 use model_core::effects::Term;
 use model_core::torque::{Drive, TorqueModel};
 use nalgebra::DMatrix;
 use numerics::intervals::mean_interval;
 
 use super::localise::Cell;
-use crate::effects::{Candidate, Detail, NotTestable, Regressor, Runs, World, physical};
 use crate::gap::confirm::Confirmed;
 use crate::gap::noise::whiten::Whitener;
 use crate::gap::report::{Basis, Report};

@@ -1,9 +1,9 @@
 //! The answer as JSON: always these keys, watts and SI units; what is not known, or not finite, is null.
 
+use model::effects::{Sign, find};
 use serde_json::{Map, Value, json};
 
 use super::advice;
-use crate::effects::{Sign, find};
 use crate::gap::manoeuvre::Suggestion;
 use crate::gap::report::Report;
 use crate::gap::simulation::Simulated;

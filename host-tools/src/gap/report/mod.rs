@@ -8,6 +8,7 @@ pub mod localise;
 pub mod page;
 pub mod summary;
 
+use model::effects::NotTestable;
 use model_core::torque::{Drive, TorqueModel};
 use nalgebra::DMatrix;
 use serde_json::{Value, json};
@@ -23,7 +24,6 @@ use super::thresholds::confirm::MUCH_MORE;
 use super::thresholds::detect::STRUCTURE;
 use super::twin::State;
 use super::types::{Named, Round, Verdict};
-use crate::effects::NotTestable;
 use crate::fit::form::Judged;
 
 /// All that was found.
@@ -105,7 +105,7 @@ impl Report {
 
     /// The base's parameters before and after.
     pub fn base_moves(&self) -> Value {
-        let names = crate::coefficients::TORQUE;
+        let names = model::coefficients::TORQUE;
         let [before, after] = self.base.map(TorqueModel::to_array);
         let moves = names.iter().zip(before.iter().zip(after));
         Value::Object(

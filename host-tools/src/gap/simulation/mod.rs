@@ -14,6 +14,8 @@ use std::thread;
 
 use logs::robot::Robot;
 use logs::runs::RawRun;
+use model::effects::plant::{Finding, Part, Scene};
+use model::effects::{Regressor, Switched, cause};
 use model_core::coefficients::Robot as CoreRobot;
 use plant::PlantSet;
 use serde_json::{Map, Value, json};
@@ -25,8 +27,6 @@ use self::track::Follower;
 use super::confirm;
 use super::thresholds::simulation::FOLLOWS;
 use super::twin::Twin;
-use crate::effects::plant::{Finding, Part, Scene};
-use crate::effects::{Regressor, Switched, cause};
 use crate::gap::report::Report;
 use crate::gap::report::localise::{self, Cell};
 use crate::gap::report::page::{self, Course};

@@ -6,11 +6,11 @@
 use std::fmt::Write as _;
 
 use logs::robot::Robot;
+use model::effects::{Detail, find};
 use model_core::effects::GRAVITY;
 use numerics::robust::NORMAL_95;
 use serde::Serialize;
 
-use crate::effects::{Detail, find};
 use crate::export::joints::Language;
 use crate::gap::report::Report;
 use crate::gap::types::Named;

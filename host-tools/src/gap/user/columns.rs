@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use logs::runs::Runs;
+use model::effects::{Candidate, Detail, NotTestable, Regressor};
 use support::error::{Error, Result};
 
 use super::{Signals, UserEffect};
-use crate::effects::{Candidate, Detail, NotTestable, Regressor};
 
 /// What the runs can show of a user's effects.
 #[derive(Debug, Clone, Default, PartialEq)]

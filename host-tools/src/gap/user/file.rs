@@ -5,13 +5,13 @@ use std::path::Path;
 
 use logs::POWER;
 use logs::robot::position;
+use model::effects::{ENTRIES, Sign, find};
 use serde::Deserialize;
 use support::error::{Error, Result};
 use support::input::{MOST_DESCRIPTION, read_text};
 use toml::Spanned;
 
 use super::Formula;
-use crate::effects::{ENTRIES, Sign, find};
 
 /// Effects in a file, at most: three times the dictionary's. Each is tried on every run.
 const MOST_EFFECTS: usize = 64;

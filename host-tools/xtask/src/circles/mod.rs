@@ -19,7 +19,7 @@ use graph::{Arrows, arrows, circles};
 use tree::Tree;
 
 /// Packages, by their folders.
-const PACKAGES: [&str; 12] = [
+const PACKAGES: [&str; 13] = [
     "model-core",
     "firmware",
     "host-tools",
@@ -28,6 +28,7 @@ const PACKAGES: [&str; 12] = [
     "host-tools/plant",
     "host-tools/report",
     "host-tools/logs",
+    "host-tools/model",
     "host-tools/support",
     "host-tools/python",
     "host-tools/xtask",

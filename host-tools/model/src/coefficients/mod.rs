@@ -298,7 +298,7 @@ impl<const N: usize> CoefficientsFile<N> {
         }
         let all = self.origin.logs.len();
         if !found.is_empty() && found.len() < all {
-            notice!(
+            support::notice!(
                 "{}: {} of the {all} clean runs are no longer where they were, and are done without",
                 file.display(),
                 all - found.len()

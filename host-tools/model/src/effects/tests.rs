@@ -1,9 +1,9 @@
 //! Every list in the tree that names effects names exactly those of [`ENTRIES`], and what one place says of them the others mean.
 
+use ::plant::effects::{Effect, entries};
 use model_core::effects::{Cause, Side, Term};
 use model_core::torque::TorqueModel;
 use nalgebra::DMatrix;
-use plant::effects::{Effect, entries};
 use serde_json::json;
 
 use super::written::{Written, columns, id_of};
@@ -59,7 +59,7 @@ fn the_plant_has_a_cause_for_each_and_no_other() {
 /// Between the heading "What it can name" and the next: one row an effect, in this order, with unit and sign as here.
 #[test]
 fn the_documentation_names_each_and_no_other() {
-    let docs = include_str!("../../../docs/gap.md");
+    let docs = include_str!("../../../../docs/gap.md");
     let section = docs.split("## What it can name").nth(1).unwrap().split("\n## ").next().unwrap();
     let rows: Vec<&str> = section.lines().filter(|line| line.starts_with("| `")).collect();
     let expected: Vec<String> = ENTRIES.iter().map(table_row).collect();
@@ -81,7 +81,7 @@ fn table_row(entry: &Entry) -> String {
 /// The second simulator, which judges the names, has a cause for each as well.
 #[test]
 fn the_judge_has_a_cause_for_each() {
-    let judge = include_str!("../../tests/reference/gap_judge/effects.py");
+    let judge = include_str!("../../../tests/reference/gap_judge/effects.py");
     for id in ids() {
         assert!(judge.contains(&format!("\"{id}\"")), "{id}");
     }

@@ -1,0 +1,7 @@
+//! What a fit knows, and what it may lack.
+//!
+//! Its face: [`coefficients::CoefficientsFile`], coefficients.toml as one typed value, read and written once;
+//! [`effects`], each effect with all there is to say of it: id, unit, sign, range, regressors, cause, words.
+
+pub mod coefficients;
+pub mod effects;
