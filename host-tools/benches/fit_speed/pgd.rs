@@ -6,11 +6,11 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::time::Instant;
 
-use host_tools::fit::dataset::Reading;
-use host_tools::fit::gram::{Scaled, Vector};
-use host_tools::fit::pgd::{self, Settings};
-use host_tools::fit::{self, ModelKind};
+use fit::dataset::Reading;
+use fit::gram::{Scaled, Vector};
+use fit::pgd::{self, Settings};
 use logs::robot::Robot;
+use model::coefficients::ModelKind;
 use model_core::eq18::REGRESSORS;
 
 /// Rows of the short log.

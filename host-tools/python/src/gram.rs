@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use fit::run_gram::{Flat, Merge, TEXTS, names, write_all};
 use host_tools::cli;
-use host_tools::gram::{Flat, Merge, TEXTS, names, write_all};
 use logs::Table;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;

@@ -1,10 +1,9 @@
 //! One conditioned row of a log, as baselines see it.
 
+use fit::dataset::Row;
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::kinematics::Twist;
 use model_core::motion::Wheel;
-
-use crate::fit::dataset::Row;
 
 /// Most wheels of a robot.
 pub const MOST_WHEELS: usize = 6;

@@ -5,7 +5,14 @@ use std::path::PathBuf;
 use firmware::control_table::Reason;
 use firmware::items::check_coefficients;
 use firmware::wheels::WHEELS;
+use fit::entrance;
+use fit::form::{Judged, TERMS, TERMS_WITH_GYRO, Term};
+use fit::verdict::{Parameter, Verdict};
+use fit::warning::Warning;
+use fit::{Fit, linear::Certificate, pgd, physical::Restarts};
 use logs::robot::{FOUND, Robot};
+use logs::with_wheels;
+use model::coefficients::{Method, ModelKind};
 use model_core::coefficients::Coefficients;
 use serde::Serialize;
 use support::error::{Error, Result};
@@ -17,12 +24,6 @@ use super::fit_grams;
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
 use crate::board::flasher::{self, USUAL_RATE_HZ};
-use crate::fit::entrance;
-use crate::fit::form::{Judged, TERMS, TERMS_WITH_GYRO, Term};
-use crate::fit::verdict::{Parameter, Verdict};
-use crate::fit::warning::Warning;
-use crate::fit::{self, Fit, Method, ModelKind, linear::Certificate, pgd, physical::Restarts};
-use logs::with_wheels;
 
 /// Arguments of `gmr fit`.
 #[derive(clap::Args)]

@@ -2,13 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use fit::run_gram::{self, Fitted, LeftOut, Moved, RunGram, Step};
 use logs::robot::Robot;
+use model::coefficients::ModelKind;
 use serde::Serialize;
 use support::error::{Error, Result};
 use support::output;
-
-use crate::fit::ModelKind;
-use crate::gram::{self, Fitted, LeftOut, Moved, RunGram, Step};
 
 #[derive(Serialize)]
 struct Report<'a> {
@@ -34,8 +33,8 @@ pub(super) fn run<const N: usize>(
     let runs = read::<N>(robot, files)?;
     let setting = &runs[0].setting;
     let fitted = match model {
-        ModelKind::Signed => gram::signed(&robot.core::<N>(setting.filter_cutoff_hz)?, robot, &runs)?,
-        ModelKind::Eq18 | ModelKind::Eq18Published => gram::eq18(model, &runs)?,
+        ModelKind::Signed => run_gram::signed(&robot.core::<N>(setting.filter_cutoff_hz)?, robot, &runs)?,
+        ModelKind::Eq18 | ModelKind::Eq18Published => run_gram::eq18(model, &runs)?,
     };
     let left_out = match (leave_one_out, model) {
         (false, _) => None,
@@ -44,7 +43,7 @@ pub(super) fn run<const N: usize>(
                 "--leave-one-out with --model signed: expected eq18 or eq18-published, whose sums hold every row",
             ));
         }
-        (true, _) => Some(gram::leave_one_out(model, &runs)?),
+        (true, _) => Some(run_gram::leave_one_out(model, &runs)?),
     };
     fitted.warnings.iter().for_each(|warning| notice!("{warning}"));
     if json {
@@ -79,7 +78,7 @@ pub(super) fn run<const N: usize>(
 fn read<const N: usize>(robot: &Robot, files: &[PathBuf]) -> Result<Vec<RunGram>> {
     let mut runs: Vec<RunGram> = Vec::new();
     for file in files {
-        let read = gram::read_all(file)?;
+        let read = run_gram::read_all(file)?;
         if let Some(other) =
             read.iter().find(|run| run.setting.robot != robot.name() || run.setting.wheels != N)
         {
@@ -121,7 +120,7 @@ pub(super) fn step<const N: usize>(
         ));
     }
     let runs = read::<N>(robot, files)?;
-    let step = gram::step::<N>(robot, near, &runs)?;
+    let step = run_gram::step::<N>(robot, near, &runs)?;
     if let Some(out) = out {
         step.file.write(out)?;
     }

@@ -5,9 +5,11 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
+use fit::run_gram::{self, Conditioned, RunGram, Spent, Summed};
 use logs::checks::check_mass;
 use logs::foreign;
 use logs::robot::Robot;
+use logs::with_wheels;
 use model_core::torque::TorqueModel;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -19,8 +21,6 @@ use super::units::UnitArguments;
 use crate::fleet::{
     self, Change, Disagreements, Drift, Found, Judged, Log, Outcome, Outliers, Place, Source, Standing, State,
 };
-use crate::gram::{self, Conditioned, RunGram, Spent, Summed};
-use logs::with_wheels;
 
 /// Arguments of `gmr fleet`.
 #[derive(clap::Args)]
@@ -127,7 +127,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
         Seconds { logs: spent, all_logs_s: started.elapsed().as_secs_f64(), ..Seconds::default() };
     let started = Instant::now();
     let (grams, mut judged) = collect(&logs, &state, not_now)?;
-    gram::write_all(&arguments.out.join("grams.jsonl"), &grams)?;
+    run_gram::write_all(&arguments.out.join("grams.jsonl"), &grams)?;
     seconds.sums_kept_s = started.elapsed().as_secs_f64();
     let started = Instant::now();
     let verdicts: Vec<Judged> = grams.iter().map(|run| fleet::judge(run, &arguments.group)).collect();
@@ -225,7 +225,7 @@ fn read<const N: usize>(
     log: &Log,
     path: &Path,
 ) -> Result<(Outcome, Spent)> {
-    let summed = gram::of_log(robot, how, path);
+    let summed = run_gram::of_log(robot, how, path);
     // Nobody opens it again, and a fleet has more logs than a process may have files open.
     foreign::forget(path);
     let file = path.display().to_string();

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use fit::dataset::Reading;
+use fit::physical;
 use logs::checks;
 use logs::robot::{FOUND, Robot};
 use logs::runs::Runs;
@@ -21,8 +23,6 @@ use support::progress::StageProgress;
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
 use crate::export::joints::Language;
-use crate::fit::dataset::Reading;
-use crate::fit::{self, physical};
 use crate::gap::investigate::investigate;
 use crate::gap::manoeuvre::room::Room;
 use crate::gap::manoeuvre::{Suggestion, Wish};

@@ -2,8 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use fit::run_gram::{self, Conditioned, RunGram};
 use logs::checks::check_mass;
 use logs::robot::{FOUND, Robot};
+use logs::with_wheels;
 use logs::{Header, Table};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -14,9 +16,6 @@ use support::progress::CountProgress;
 
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
-use crate::fit;
-use crate::gram::{self, Conditioned, RunGram};
-use logs::with_wheels;
 
 /// Arguments of `gmr gram`.
 #[derive(clap::Args)]
@@ -83,7 +82,7 @@ pub(super) fn of_table(arguments: &Arguments, table: Table) -> Result<Vec<RunGra
 
 fn of_header<const N: usize>(robot: &Robot, arguments: &Arguments, header: Header) -> Result<Vec<RunGram>> {
     let how = conditioned::<N>(robot, arguments)?;
-    gram::of_header(robot, &how, header).map(|summed| summed.runs)
+    run_gram::of_header(robot, &how, header).map(|summed| summed.runs)
 }
 
 fn conditioned<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Conditioned<N>> {
@@ -109,7 +108,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     let how = conditioned::<N>(robot, arguments)?;
     let progress = CountProgress::new("logs read", arguments.runs.len() as u64);
     let of_log = |log: &PathBuf| {
-        let runs = gram::of_log(robot, &how, log).map(|summed| summed.runs);
+        let runs = run_gram::of_log(robot, &how, log).map(|summed| summed.runs);
         progress.one_more();
         runs
     };
@@ -119,8 +118,8 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     for run in runs.iter().filter(|run| run.summary.exclusions.total() > 0) {
         notice!("{}: {}", run.run, run.summary.exclusions);
     }
-    gram::write_all(&arguments.out, &runs)?;
-    let all = gram::total(&runs)?;
+    run_gram::write_all(&arguments.out, &runs)?;
+    let all = run_gram::total(&runs)?;
     let summary = Summary {
         file: &arguments.out,
         runs: runs.len(),

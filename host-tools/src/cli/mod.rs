@@ -36,13 +36,12 @@ use std::process::ExitCode;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory as _, Parser, Subcommand};
+use fit::run_gram::RunGram;
 use logs::Table;
 use support::error::{Error, Result};
 use support::interrupt;
 use support::notice;
 use support::output;
-
-use crate::gram::RunGram;
 
 pub use fit::NotForBoards;
 

@@ -1,6 +1,9 @@
 //! The table of models.
 
+use fit::dataset::Row;
+use fit::pgd;
 use logs::robot::Robot;
+use model::coefficients::ModelKind;
 use support::error::{Error, Result};
 use support::metrics::{Metrics, Quality};
 
@@ -13,8 +16,6 @@ use super::settings::Settings;
 use super::split::{Data, Split};
 use crate::baselines::{self, Card, Parameter, Point};
 use crate::estimate::{Payloads, Policy, PolicyKind, bucket_length, replay};
-use crate::fit::dataset::Row;
-use crate::fit::{self, ModelKind, pgd};
 
 /// A table, and for each entry the pairs to plot.
 pub struct Comparison {

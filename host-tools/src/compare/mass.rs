@@ -46,12 +46,11 @@ fn same(one: f64, other: f64) -> bool {
     (one - other).abs() < 1e-3
 }
 
-/// Masses in order of appearance, at most [`MOST_MASSES`](crate::fit::dataset::MOST_MASSES).
+/// Masses in order of appearance, at most [`MOST_MASSES`](fit::dataset::MOST_MASSES).
 fn masses<'a>(points: impl Iterator<Item = &'a Point>) -> Vec<f64> {
     let mut known: Vec<f64> = Vec::new();
     for point in points {
-        if known.len() < crate::fit::dataset::MOST_MASSES && !known.iter().any(|mass| same(*mass, point.mass))
-        {
+        if known.len() < fit::dataset::MOST_MASSES && !known.iter().any(|mass| same(*mass, point.mass)) {
             known.push(point.mass);
         }
     }

@@ -1,7 +1,8 @@
 //! The models of this project and the paper, as `compare` runs them.
 
+use model::coefficients::{Method, ModelKind};
+
 use crate::baselines;
-use crate::fit::{Method, ModelKind};
 
 /// A model of this project or the paper: it can find the mass itself.
 #[derive(Debug, Clone, Copy)]

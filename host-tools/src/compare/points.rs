@@ -3,6 +3,8 @@
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
+use fit::dataset::{Row, condition};
+use logs::conditioner;
 use logs::robot::Robot;
 use logs::{Exclusions, Header, SampleReader};
 use model_core::coefficients::Robot as CoreRobot;
@@ -11,7 +13,6 @@ use model_core::filter::{Channel, LowPass};
 use support::error::{Error, Result};
 
 use crate::baselines::{Need, Point, Readings};
-use crate::fit::dataset::{Row, condition, conditioner};
 
 /// What is wanted of a log beside speeds and power, and in which columns it is.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use fit::dataset::{Dataset, Reading, Row};
+use fit::form::Term;
 use logs::robot::Robot;
 use logs::{Exclusions, Header, YAW_RATE};
 use support::error::{Error, Result};
@@ -10,9 +12,6 @@ use super::points::{self, Wanted};
 use super::settings::Settings;
 use super::{cutoff, delay, mass};
 use crate::baselines::Point;
-use crate::fit;
-use crate::fit::dataset::{Dataset, Reading, Row};
-use crate::fit::form::Term;
 
 /// Where training ends and testing begins.
 #[derive(Debug, Clone)]

@@ -292,7 +292,7 @@ impl<'a, const N: usize> Log<'a, N> {
         }
         let reader = SampleReader::<N>::open_with(file, robot, &columns.names())?;
         // The conditioner's message names file and rate better than the estimator's error could.
-        crate::fit::dataset::conditioner(&coefficients.robot, file, reader.period_s())?;
+        logs::conditioner(&coefficients.robot, file, reader.period_s())?;
         Ok(Self { file, reader, columns, mass_kg })
     }
 

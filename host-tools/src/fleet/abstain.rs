@@ -1,8 +1,7 @@
 //! What a run is not good for, said of each; the others go on.
 
+use fit::run_gram::RunGram;
 use serde::Serialize;
-
-use crate::gram::RunGram;
 
 /// Whether a run takes part.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]

@@ -2,14 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use fit::physical::{PARAMETERS, parameters};
+use fit::run_gram::{Local, RunGram};
+use fit::verdict;
 use model_core::torque::TorqueModel;
 use nalgebra::{DMatrix, DVector};
 use numerics::scaled_inverse::ScaledInverse;
 
 use super::keys::{DAY, ROBOT, key};
-use crate::fit::physical::{PARAMETERS, parameters};
-use crate::fit::verdict;
-use crate::gram::{Local, RunGram};
 
 /// A coefficient, or a combination of some, that may change.
 pub(super) struct Direction {

@@ -7,6 +7,7 @@
 //! ln q of a run is held against all runs of the fleet. That a run disagrees is all that its sums tell: which effect it is needs its rows
 //! (`gmr gap`). What lasts for a small part of a run, and what is as large on every run, is not seen here.
 
+use fit::run_gram::RunGram;
 use nalgebra::DVector;
 use numerics::robust::{median, scale};
 use serde::Serialize;
@@ -15,7 +16,6 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use super::base::{Run, by_robot};
 use super::drift::{Drift, FALSE_NAMES};
 use super::outlier::{MAD_EFFICIENCY, in_common, unchanged};
-use crate::gram::RunGram;
 
 /// Fewest runs from which their scatter is known.
 const LEAST_RUNS: usize = 20;

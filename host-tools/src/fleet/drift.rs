@@ -1,6 +1,6 @@
 //! Which coefficient of which robot is another since which day.
 //!
-//! A robot's runs are held against coefficients that are known ([`crate::gram::Local`]). A robot may differ from them in all coefficients,
+//! A robot's runs are held against coefficients that are known ([`fit::run_gram::Local`]). A robot may differ from them in all coefficients,
 //! and always has: that is its own base. The question is a step in one of them from a day on:
 //!
 //! ```text
@@ -13,6 +13,8 @@
 
 use std::collections::BTreeSet;
 
+use fit::physical::PARAMETERS;
+use fit::run_gram::RunGram;
 use model_core::torque::TorqueModel;
 use nalgebra::DVector;
 use numerics::robust::{NORMAL_95, median};
@@ -21,8 +23,6 @@ use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::base::{Direction, Robot, Run, by_robot, directions};
-use crate::fit::physical::PARAMETERS;
-use crate::gram::RunGram;
 
 /// Chance that a fleet in which nothing changes has any name.
 pub(super) const FALSE_NAMES: f64 = 0.01;

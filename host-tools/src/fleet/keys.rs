@@ -1,6 +1,6 @@
 //! What runs are told apart by.
 
-use crate::gram::RunGram;
+use fit::run_gram::RunGram;
 
 /// Key of a run: whose it is.
 pub(super) const ROBOT: &str = "robot";

@@ -1,4 +1,4 @@
-//! Many robots over many days: every log read once into its sums ([`crate::gram`]), what they say of each robot, and since when.
+//! Many robots over many days: every log read once into its sums ([`fit::run_gram`]), what they say of each robot, and since when.
 
 mod abstain;
 mod base;

@@ -6,6 +6,8 @@
 
 use std::collections::BTreeSet;
 
+use fit::physical::PARAMETERS;
+use fit::run_gram::RunGram;
 use model_core::torque::TorqueModel;
 use nalgebra::DVector;
 use numerics::robust::{NORMAL_95, median, scale};
@@ -15,8 +17,6 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::base::{Direction, Robot, by_robot, directions};
 use super::drift::{APART, Drift, FALSE_NAMES};
-use crate::fit::physical::PARAMETERS;
-use crate::gram::RunGram;
 
 /// Fewest robots from which their scatter is known.
 const LEAST_ROBOTS: usize = 10;
@@ -226,10 +226,11 @@ fn named(
 
 #[cfg(test)]
 mod tests {
+    use fit::run_gram::RunGram;
+
     use super::*;
     use crate::fleet::disagreements;
     use crate::fleet::tests::{REFERENCE, fleet, no_change};
-    use crate::gram::RunGram;
 
     /// Robots 1 % apart in all coefficients; one of them 20 % off in viscous friction, which is far beyond.
     #[test]

@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use fit::run_gram::RunGram;
 use serde::Serialize;
 
 use super::keys::{DAY, ROBOT, key};
-use crate::gram::RunGram;
 
 /// A robot's share of the fleet's work.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use crc::{CRC_64_XZ, Crc};
+use fit::run_gram::RunGram;
 use serde::{Deserialize, Serialize};
 use support::error::{Error, Result};
 use support::output::write_content;
 
 use super::logs::Log;
-use crate::gram::RunGram;
 
 /// A folder of such files.
 #[derive(Debug, Clone)]

@@ -1,5 +1,7 @@
 //! Fleets of sums, made up: what the tests of this room share.
 
+use fit::physical::{PARAMETERS, parameters};
+use fit::run_gram::{Local, RunGram};
 use model_core::torque::TorqueModel;
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng as _;
@@ -7,8 +9,6 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, StandardNormal};
 
 use super::Drift;
-use crate::fit::physical::{PARAMETERS, parameters};
-use crate::gram::{Local, RunGram};
 
 const ROBOTS: usize = 30;
 const DAYS: usize = 5;

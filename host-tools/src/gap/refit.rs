@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
+use fit::form::{Judged, TERMS, Term};
+use fit::lacking;
 use logs::robot::Robot;
 use model_core::coefficients::Robot as CoreRobot;
 use support::error::Result;
 
 use super::report::Report;
 use super::types::{Base, Verdict};
-use crate::fit::form::{Judged, TERMS, Term};
-use crate::fit::lacking;
 
 /// What a fit of the clean logs would have that the base has not. Asked only where something is to be named or explained: it takes as
 /// long as a fit.

@@ -1,15 +1,14 @@
 //! Eq. 18 with some of its print and some of its derivation: fitted, and judged.
 
+use fit::dataset::{Dataset, Row};
+use fit::gram::Gram;
+use fit::linear;
 use model_core::eq18::{self, Gate, REGRESSORS};
 use model_core::model::Response;
 use model_core::payload::roots::{RootMean, Sums};
 use model_core::payload::{self, Method};
 use support::error::{Error, Result};
 use support::metrics::Metrics;
-
-use crate::fit::dataset::{Dataset, Row};
-use crate::fit::gram::Gram;
-use crate::fit::linear;
 
 /// One training log and one test log of a plant, as one seed drew them.
 #[derive(Debug, Clone)]

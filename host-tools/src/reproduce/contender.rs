@@ -2,7 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use fit::dataset::{Dataset, Reading, Row};
+use fit::pgd;
 use logs::robot::Robot;
+use model::coefficients::{Method, ModelKind};
 use model_core::coefficients::Coefficients;
 use support::error::{Error, Result};
 
@@ -10,8 +13,6 @@ use super::course::{Course, Followed, Trace};
 use crate::baselines::Point;
 use crate::compare::points::{self, Wanted};
 use crate::estimate::{Instant, Payloads, Policy, PolicyKind, Replay, replay};
-use crate::fit::dataset::{Dataset, Reading, Row};
-use crate::fit::{self, Method, ModelKind, pgd};
 
 /// Wheels of the robot of both studies.
 pub(super) const WHEELS: usize = 2;

@@ -7,6 +7,7 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use fit::dataset::Reading;
 use logs::robot::Robot;
 use plant::Scenario;
 use plant::experiment::{self, Drive};
@@ -21,8 +22,6 @@ use super::settings::Settings;
 use super::spread::Spread;
 use super::table::{Cell, Column, Format, Mark, Row, Table, column, distinct, with_unit};
 use super::work::{on_all_cores, temporary_folder};
-use crate::fit;
-use crate::fit::dataset::Reading;
 
 /// Where print and derivation differ.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -262,12 +261,12 @@ pub(super) fn table(differences: &[Difference]) -> Table {
 mod tests {
     //! Logs that Eq. 18 itself has made, as derived or as printed.
 
+    use fit::dataset::{Dataset, Row};
     use logs::robot::Robot;
     use model_core::eq18::{self, Gate, REGRESSORS};
     use model_core::motion::Motion;
 
     use super::{Cost, Pair, list, measure};
-    use crate::fit::dataset::{Dataset, Row};
 
     /// Positive, and of a size that every product shows: a few tenths of a watt each at 3 kg and 3 rad/s.
     const BETA: [f64; REGRESSORS] =

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use fit::dataset::Dataset;
 use logs::robot::Robot;
 use plant::experiment::{Drive, REGIME, scenario};
 use plant::log::{Column, Columns, write};
@@ -17,7 +18,6 @@ use crate::baselines;
 use crate::compare::points::Wanted;
 use crate::compare::{Horizon, LeftOut, MassSearch, MassSource, WeightSeeds, evaluate, persistence_r2};
 use crate::estimate::{Instant, Policy, PolicyKind};
-use crate::fit::dataset::Dataset;
 
 /// The window of Fig. 13 to 15, s.
 const WINDOW_S: f64 = 25.0;

@@ -6,10 +6,9 @@ use std::path::Path;
 use std::time::Instant;
 
 use assert_cmd::Command;
+use fit::dataset::Reading;
 use host_tools::baselines::network::{Ending, Network, Settings, perceptron};
 use host_tools::baselines::{Baseline, Point};
-use host_tools::fit;
-use host_tools::fit::dataset::Reading;
 use logs::robot::Robot;
 use model_core::eq18::Gate;
 use support::metrics::{Metrics, Quality};

@@ -3,11 +3,10 @@
 
 use std::path::{Path, PathBuf};
 
+use fit::dataset::Reading;
 use logs::robot::Robot;
 
 use crate::common::{Bench, NAMES, ROBOT, number};
-use host_tools::fit;
-use host_tools::fit::dataset::Reading;
 use model_core::eq18::Gate;
 use serde_json::Value;
 

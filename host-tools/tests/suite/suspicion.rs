@@ -1,10 +1,10 @@
 //! Logs that are not what their columns say: named by `inspect`, warned of by `fit`, read rightly with the remedy; and right logs, of which
 //! nothing is said.
 
+use fit::entrance;
 use logs::robot::Robot;
 
 use crate::common::{Bench, excerpt};
-use host_tools::fit::entrance;
 use serde_json::Value;
 
 /// A log as columns.

@@ -17,6 +17,8 @@ mod term;
 #[cfg(test)]
 mod tests;
 
+use fit::gram::Gram;
+use fit::nnls;
 use nalgebra::{Const, SMatrix, SVector};
 use numerics::levenberg_marquardt::{self, Bounds, LeastSquares, Tolerances};
 use support::error::{Error, Result};
@@ -25,8 +27,6 @@ pub use self::term::Term;
 use super::baseline::{Baseline, Parameter, named};
 use super::point::Point;
 use super::training;
-use crate::fit::gram::Gram;
-use crate::fit::nnls;
 
 /// Most constants: κ, then those of the terms.
 const MOST: usize = 6;

@@ -21,6 +21,8 @@ mod term;
 #[cfg(test)]
 mod tests;
 
+use fit::gram::Gram;
+use fit::nnls;
 use logs::robot::Robot;
 use numerics::search::golden_section;
 use support::error::{Error, Result};
@@ -29,8 +31,6 @@ use self::term::{Bristles, rigid};
 use super::baseline::{Baseline, Parameter, named};
 use super::point::Point;
 use super::training;
-use crate::fit::gram::Gram;
-use crate::fit::nnls;
 
 pub use self::term::Term;
 

@@ -2,16 +2,17 @@
 
 use std::path::PathBuf;
 
+use fit::dataset::{Dataset, Row, Run};
+use fit::pgd;
 use logs::robot::Robot;
 use logs::runs::{RawRun, Runs};
+use model::coefficients::{Method, ModelKind};
 use plant::effects::Effect;
 use plant::effects::size::scale_to;
 use plant::field::{Field, Noise};
 use plant::{Scenario, simulate};
 use support::error::{Error, Result};
 
-use crate::fit::dataset::{Dataset, Row, Run};
-use crate::fit::{self, Method, ModelKind, pgd};
 use crate::gap::types::Base;
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;

@@ -8,6 +8,7 @@ pub mod localise;
 pub mod page;
 pub mod summary;
 
+use fit::form::Judged;
 use model::effects::NotTestable;
 use model_core::torque::{Drive, TorqueModel};
 use nalgebra::DMatrix;
@@ -24,7 +25,6 @@ use super::thresholds::confirm::MUCH_MORE;
 use super::thresholds::detect::STRUCTURE;
 use super::twin::State;
 use super::types::{Named, Round, Verdict};
-use crate::fit::form::Judged;
 
 /// All that was found.
 #[derive(Debug, Clone, PartialEq)]

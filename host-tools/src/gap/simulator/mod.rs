@@ -8,9 +8,12 @@ pub mod export;
 
 use std::path::PathBuf;
 
+use fit::dataset::Reading;
+use fit::pgd;
 use logs::robot::{PowerSource, Robot};
 use logs::runs::{RawRun, Runs};
 use logs::simulated;
+use model::coefficients::{Method, ModelKind};
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;
 use model_core::model::Model;
@@ -18,8 +21,6 @@ use serde::Serialize;
 use support::error::{Error, Result};
 use support::metrics::Quality;
 
-use crate::fit::dataset::Reading;
-use crate::fit::{self, Method, ModelKind, pgd};
 use crate::gap::noise::whiten::Signal;
 use crate::gap::report::Report;
 use crate::gap::types::Base;

@@ -19,7 +19,7 @@ use graph::{Arrows, arrows, circles};
 use tree::Tree;
 
 /// Packages, by their folders.
-const PACKAGES: [&str; 13] = [
+const PACKAGES: [&str; 14] = [
     "model-core",
     "firmware",
     "host-tools",
@@ -29,6 +29,7 @@ const PACKAGES: [&str; 13] = [
     "host-tools/report",
     "host-tools/logs",
     "host-tools/model",
+    "host-tools/fit",
     "host-tools/support",
     "host-tools/python",
     "host-tools/xtask",

@@ -21,8 +21,8 @@ use super::local::{Local, Reference};
 use super::polynomial;
 use super::run::{FORMAT, RunGram, Setting};
 use super::summary::{Moment, Summary};
-use crate::fit::dataset::{Row, condition};
-use crate::fit::gram::Gram;
+use crate::dataset::{Row, condition};
+use crate::gram::Gram;
 
 /// How logs are read.
 #[derive(Debug, Clone)]

@@ -1,4 +1,7 @@
 //! Step one of the paper: coefficients from logs whose payload is known.
+//!
+//! Its face: [`fit`], from files to coefficients with standard errors and a verdict on every parameter;
+//! [`run_gram`], all that a fit needs to know of a run, as sums that add up.
 
 pub mod assess;
 mod cutoff;
@@ -11,6 +14,7 @@ pub mod nnls;
 pub mod pgd;
 pub mod physical;
 mod pilot;
+pub mod run_gram;
 mod stored;
 mod unseen;
 pub mod verdict;
@@ -36,7 +40,7 @@ use self::form::{Form, Judged, Term};
 use self::pilot::Pilots;
 use self::verdict::Parameter;
 use self::warning::Warning;
-pub use model::coefficients::{Method, ModelKind};
+use model::coefficients::{Method, ModelKind};
 
 /// A model, what it is worth, and how it was found.
 #[derive(Debug, Clone)]

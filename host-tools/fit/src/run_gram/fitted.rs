@@ -11,13 +11,13 @@ use support::error::{Error, Result};
 
 use super::polynomial::{self, Cost};
 use super::run::{RunGram, total};
-use crate::fit::ModelKind;
-use crate::fit::assess::{Uncertainty, sandwich};
-use crate::fit::gram::{Gram, Vector};
-use crate::fit::linear;
-use crate::fit::physical::{self, Bounds};
-use crate::fit::verdict::{self, Description, Parameter, Verdict};
-use crate::fit::warning::Warning;
+use crate::assess::{Uncertainty, sandwich};
+use crate::gram::{Gram, Vector};
+use crate::linear;
+use crate::physical::{self, Bounds};
+use crate::verdict::{self, Description, Parameter, Verdict};
+use crate::warning::Warning;
+use model::coefficients::ModelKind;
 
 /// A model fitted to sums.
 #[derive(Debug, Clone, Serialize)]
@@ -77,7 +77,7 @@ pub fn eq18(kind: ModelKind, runs: &[RunGram]) -> Result<Fitted> {
 
 /// The signed model by least squares on rows in which no wheel can be clamped; all rows where drives do not clamp. Sides alike.
 ///
-/// Not what [`crate::fit::fit`] finds: that knows clamped rows, weighs rows far beyond the others down, and looks for delay, slip memory
+/// Not what [`crate::fit`] finds: that knows clamped rows, weighs rows far beyond the others down, and looks for delay, slip memory
 /// and unequal sides. What it costs to be the same: docs/fleet.md.
 ///
 /// # Errors

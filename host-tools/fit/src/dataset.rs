@@ -20,7 +20,7 @@ use support::job;
 use support::progress::FileProgress;
 
 use super::gram::Gram;
-pub use logs::conditioner;
+use logs::conditioner;
 
 /// Most rows in the store.
 pub const STORE_ROWS: usize = 1 << 18;
@@ -112,7 +112,7 @@ impl<const N: usize> Dataset<N> {
             let exclusions = reader.exclusions();
             dataset.excluded += exclusions.total();
             if exclusions.total() > 0 {
-                notice!("{}: {exclusions}", file.display());
+                support::notice!("{}: {exclusions}", file.display());
             }
         }
         progress.finish();
@@ -127,7 +127,7 @@ impl<const N: usize> Dataset<N> {
         Ok(dataset)
     }
 
-    pub(crate) fn empty(robot: CoreRobot<f64, N>, gate: Gate) -> Self {
+    pub fn empty(robot: CoreRobot<f64, N>, gate: Gate) -> Self {
         Self {
             robot,
             gate,
@@ -197,7 +197,7 @@ impl<const N: usize> Dataset<N> {
         }
     }
 
-    pub(crate) fn keep(&mut self, row: Row<N>) {
+    pub fn keep(&mut self, row: Row<N>) {
         if self.store.len() == STORE_ROWS {
             let mut index = 0_usize;
             self.store.retain(|_| {
@@ -281,7 +281,7 @@ fn parse<const N: usize>(reader: &mut SampleReader<N>, out: &SyncSender<Block<N>
 }
 
 /// A raw row behind the filter; `None` while that settles, and of a robot with true slip where the row has no turn rate. A log without masses is at `mass_kg`.
-pub(crate) fn condition<const N: usize>(
+pub fn condition<const N: usize>(
     conditioner: &mut GyroConditioner<f64, N>,
     raw: &RawRow<N>,
     mass_kg: f64,

@@ -13,8 +13,8 @@ use model_core::torque::{self, Drive, SCRUB_POWERS, SCRUB_PRODUCTS, TorqueModel}
 use nalgebra::{Const, SMatrix, SVector};
 use numerics::levenberg_marquardt::LeastSquares;
 
-use crate::fit::gram::{Gram, Vector};
-use crate::fit::physical::{Alone, PARAMETERS, Parameters, torque};
+use crate::gram::{Gram, Vector};
+use crate::physical::{Alone, PARAMETERS, Parameters, torque};
 
 /// Regressors of the signed model.
 pub(super) const PRODUCTS: usize = REGRESSORS + SCRUB_PRODUCTS;

@@ -10,7 +10,7 @@ use super::cost::{Cost, Loss, PARAMETERS, Parameters};
 use super::starts;
 
 /// Where a search ended.
-pub(in crate::fit) type Descent = levenberg_marquardt::Descent<Const<PARAMETERS>>;
+pub(crate) type Descent = levenberg_marquardt::Descent<Const<PARAMETERS>>;
 
 /// Trials need not end where the last digit stays.
 pub(super) const TRIAL: Tolerances =
@@ -20,7 +20,7 @@ pub(super) const FINAL: Tolerances =
     Tolerances { steps: 500, cost_share: 1e-13, cost: 0.0, step: 1e-12, gradient: 1e-10 };
 
 /// The lowest cost of any rows, from one start, or from all starts where none is given.
-pub(in crate::fit) fn search<const N: usize>(
+pub(crate) fn search<const N: usize>(
     rows: &[Row<N>],
     drive: Drive,
     loss: Loss,

@@ -13,8 +13,8 @@ use support::error::{Error, Result};
 use super::local::Local;
 use super::read::checksum_of;
 use super::run::{RunGram, total};
-use crate::fit::physical::{Bounds, parameters, torque};
-use crate::fit::verdict;
+use crate::physical::{Bounds, parameters, torque};
+use crate::verdict;
 
 /// A parameter before and after.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

@@ -9,7 +9,7 @@ use support::error::{Error, Result};
 use super::local::Local;
 use super::polynomial::PRODUCTS;
 use super::summary::Summary;
-use crate::fit::gram::Gram;
+use crate::gram::Gram;
 
 /// Of the lines.
 pub const FORMAT: u32 = 1;

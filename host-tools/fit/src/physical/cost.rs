@@ -23,7 +23,7 @@ const IMBALANCE: usize = PARAMETERS - 1;
 
 /// What a residual of r W costs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::fit) enum Loss {
+pub(crate) enum Loss {
     /// r².
     Squares,
     /// r² up to this size k in W, then k (2 |r| − k) (Huber 1964).

@@ -73,11 +73,7 @@ pub(super) fn weigh<const N: usize>(
 }
 
 /// The loss of the tightest threshold for rows whose least squares has these parameters.
-pub(in crate::fit) fn usual_loss<const N: usize>(
-    rows: &[Row<N>],
-    drive: Drive,
-    parameters: &Parameters,
-) -> Loss {
+pub(crate) fn usual_loss<const N: usize>(rows: &[Row<N>], drive: Drive, parameters: &Parameters) -> Loss {
     let all = Cost { rows, drive, loss: Loss::Squares };
     usual(&all, parameters).map_or(Loss::Squares, |usual| Loss::Huber(THRESHOLDS[0] * usual))
 }

@@ -10,8 +10,8 @@ use model_core::torque::{Drive, TorqueModel};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use crate::fit::dataset::Row;
-use crate::fit::physical::{self, PARAMETERS};
+use crate::dataset::Row;
+use crate::physical::{self, PARAMETERS};
 
 /// Coefficients that rows are held against.
 #[derive(Debug, Clone, PartialEq)]
