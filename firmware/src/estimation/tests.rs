@@ -151,7 +151,7 @@ struct Known {
 /// An estimate in double precision, and the energies up to it, J.
 type Replayed = (Estimate<f64, WHEELS>, (f64, f64));
 
-/// As `host_tools::estimate` replays a recorded log: rows that lack something are not there, steps are differences of
+/// As `answers::estimate` replays a recorded log: rows that lack something are not there, steps are differences of
 /// times, and the ring has room for 512 buckets.
 fn replay(
     mut push: impl FnMut(&Sample<f64, WHEELS>, f64) -> Replayed,

@@ -2,6 +2,12 @@
 
 use std::path::PathBuf;
 
+use answers::estimate::board::{self, BoardReport, BoardTrack, Delay};
+use answers::estimate::plot::Track;
+use answers::estimate::{
+    Change, GroundAt, Instant, Payloads, Policy, PolicyKind, Replay, Told, WindowMass, replay_adapting,
+    replay_at,
+};
 use clap::ValueEnum;
 use logs::checks::check_mass;
 use logs::robot::{FOUND, Robot};
@@ -16,12 +22,6 @@ use support::own::{Form, POWER};
 
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
-use crate::estimate::board::{self, BoardReport, BoardTrack, Delay};
-use crate::estimate::plot::Track;
-use crate::estimate::{
-    Change, GroundAt, Instant, Payloads, Policy, PolicyKind, Replay, Told, WindowMass, replay_adapting,
-    replay_at,
-};
 
 /// Arguments of `gmr estimate`.
 #[derive(clap::Args)]

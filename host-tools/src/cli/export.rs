@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use answers::export::joints::{self, Language};
+use answers::export::{cruise_m_s, rmf, vda5050};
 use logs::robot::{FOUND, Robot};
 use logs::with_wheels;
 use model::coefficients::CoefficientsFile;
@@ -10,8 +12,6 @@ use support::output;
 use support::own::Form;
 
 use super::overwrite::OverwriteArgument;
-use crate::export::joints::{self, Language};
-use crate::export::{cruise_m_s, rmf, vda5050};
 
 /// Arguments of `gmr export`.
 #[derive(clap::Args)]

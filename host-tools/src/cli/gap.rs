@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use answers::export::joints::Language;
 use fit::dataset::Reading;
 use fit::physical;
 use logs::checks;
@@ -22,7 +23,6 @@ use support::progress::StageProgress;
 
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
-use crate::export::joints::Language;
 use crate::gap::investigate::investigate;
 use crate::gap::manoeuvre::room::Room;
 use crate::gap::manoeuvre::{Suggestion, Wish};

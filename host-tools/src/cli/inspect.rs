@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use answers::inspect::{Moving, Report, Severity, StaticState};
 use logs::robot::FOUND;
 use support::error::Result;
 use support::output;
@@ -10,7 +11,6 @@ use support::progress::FileProgress;
 
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
-use crate::inspect::{Moving, Report, Severity, StaticState};
 
 /// Arguments of `gmr inspect`.
 #[derive(clap::Args)]

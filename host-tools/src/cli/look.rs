@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
+use answers::look::{self, Report};
 use support::error::{Error, Result};
 use support::output;
 use support::own::Form;
 
 use super::overwrite::OverwriteArgument;
-use crate::look::{self, Report};
 
 /// Arguments of `gmr look`.
 #[derive(clap::Args)]

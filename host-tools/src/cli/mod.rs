@@ -34,16 +34,16 @@ mod watch;
 
 use std::process::ExitCode;
 
+use ::fit::run_gram::RunGram;
 use clap::error::ErrorKind;
 use clap::{CommandFactory as _, Parser, Subcommand};
-use fit::run_gram::RunGram;
 use logs::Table;
 use support::error::{Error, Result};
 use support::interrupt;
 use support::notice;
 use support::output;
 
-pub use fit::NotForBoards;
+pub use self::fit::NotForBoards;
 
 /// How much power does a wheeled robot draw, when nobody told it what it carries?
 #[derive(Parser)]

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use answers::export::rmf;
+use answers::predict::{self, Load, Plan, Question};
 use logs::robot::{FOUND, Robot};
 use logs::with_wheels;
 use model::coefficients::CoefficientsFile;
@@ -10,8 +12,6 @@ use support::error::{Error, Result};
 use support::output;
 
 use super::units::UnitArguments;
-use crate::export::rmf;
-use crate::predict::{self, Load, Plan, Question};
 
 /// Arguments of `gmr predict`.
 #[derive(clap::Args)]

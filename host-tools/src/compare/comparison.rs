@@ -1,5 +1,6 @@
 //! The table of models.
 
+use answers::estimate::{Payloads, Policy, PolicyKind, bucket_length, replay};
 use fit::dataset::Row;
 use fit::pgd;
 use logs::robot::Robot;
@@ -15,7 +16,6 @@ use super::persistence::persistence_r2;
 use super::settings::Settings;
 use super::split::{Data, Split};
 use crate::baselines::{self, Card, Parameter, Point};
-use crate::estimate::{Payloads, Policy, PolicyKind, bucket_length, replay};
 
 /// A table, and for each entry the pairs to plot.
 pub struct Comparison {

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-#[cfg(feature = "bucket")]
 use support::error::{Error, Result};
 
+#[cfg(feature = "bucket")]
 use super::bucket::Bucket;
 use super::logs::{ENDINGS, Log, Place};
 

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use answers::estimate::reason_text;
 use logs::RawRow;
 use logs::robot::Robot;
 use model_core::charge::Charge;
@@ -15,7 +16,6 @@ use super::pipeline::Pipeline;
 use super::power::Reading;
 use super::state::{Health, State};
 use super::wheels::{WheelMessage, Wheels};
-use crate::estimate::reason_text;
 
 /// What `gmr node` knows.
 pub struct Node<'a, const N: usize> {

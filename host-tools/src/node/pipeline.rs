@@ -1,5 +1,6 @@
 //! model-core's estimator, set up as `gmr estimate` and the board do: the same windows, the same answers.
 
+use answers::estimate::{Fitted, Pipeline as Estimating, bucket_length};
 use model_core::coefficients::Coefficients;
 use model_core::effects::live::Outside;
 use model_core::estimator::{Estimate, Sample, Timing, Unfit};
@@ -8,8 +9,6 @@ use model_core::payload::roots::RootMean;
 use model_core::payload::schedule::Schedule;
 use model_core::payload::window::Window;
 use support::error::{Error, Result};
-
-use crate::estimate::{Fitted, Pipeline as Estimating, bucket_length};
 
 /// Length of the window, s: as `gmr estimate`.
 const WINDOW_S: f64 = 25.0;

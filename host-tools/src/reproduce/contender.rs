@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use answers::estimate::{Instant, Payloads, Policy, PolicyKind, Replay, replay};
 use fit::dataset::{Dataset, Reading, Row};
 use fit::pgd;
 use logs::robot::Robot;
@@ -12,7 +13,6 @@ use support::error::{Error, Result};
 use super::course::{Course, Followed, Trace};
 use crate::baselines::Point;
 use crate::compare::points::{self, Wanted};
-use crate::estimate::{Instant, Payloads, Policy, PolicyKind, Replay, replay};
 
 /// Wheels of the robot of both studies.
 pub(super) const WHEELS: usize = 2;

@@ -1,5 +1,6 @@
 //! When to look for the mass again: Fig. 4's policies and the change detector, on the same logs.
 
+use answers::estimate::{Change, Instant, Policy, PolicyKind};
 use fit::dataset::Row;
 use plant::experiment::{Drive, SUPPLY_V};
 use support::error::Result;
@@ -9,7 +10,6 @@ use super::price::PricePoint;
 use super::section7::Learned;
 use super::spread::Spread;
 use super::table::{Cell, Column, Format, Mark, Row as TableRow, Table, column};
-use crate::estimate::{Change, Instant, Policy, PolicyKind};
 
 /// Length of every window, s.
 const WINDOW_S: f64 = 25.0;

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use answers::estimate::{Policy, PolicyKind};
 use logs::robot::Robot;
 use plant::log::{Columns, write};
 use plant::{Kinematics, PayloadSchedule, PlantSet, Profile, ProfileKind, Rounds, Scenario};
@@ -14,7 +15,6 @@ use super::course::Course;
 use super::spread::Spread;
 use super::table::{Cell, Column, Format, Mark, Row, Table, column, number};
 use crate::compare::points::Wanted;
-use crate::estimate::{Policy, PolicyKind};
 
 /// The window of Fig. 6, s.
 const WINDOW_S: f64 = 10.0;

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use answers::estimate::{Instant, Policy, PolicyKind};
 use fit::dataset::Dataset;
 use logs::robot::Robot;
 use plant::experiment::{Drive, REGIME, scenario};
@@ -17,7 +18,6 @@ use super::windows::{PUBLISHED_WORST, Swept, at_window, lengths};
 use crate::baselines;
 use crate::compare::points::Wanted;
 use crate::compare::{Horizon, LeftOut, MassSearch, MassSource, WeightSeeds, evaluate, persistence_r2};
-use crate::estimate::{Instant, Policy, PolicyKind};
 
 /// The window of Fig. 13 to 15, s.
 const WINDOW_S: f64 = 25.0;

@@ -1,5 +1,6 @@
 //! What a payload window of a given length is worth: its worst start, as Fig. 12 of the paper has it, and all of them.
 
+use answers::estimate::WindowMass;
 use support::error::Result;
 use support::metrics::Metrics;
 
@@ -7,7 +8,6 @@ use super::contender::{CONTENDERS, Fitted, Log, moving};
 use super::settings::Settings;
 use super::spread::Spread;
 use super::table::{Cell, Column, Format, Mark, Row, Table, column};
-use crate::estimate::WindowMass;
 
 /// Worst-case windows (Section 8): length in s, mass error and MAPE in %, R².
 pub(super) const PUBLISHED_WORST: [[f64; 4]; 2] = [[12.5, 19.8, 11.1, 0.68], [50.0, 11.6, 8.6, 0.79]];

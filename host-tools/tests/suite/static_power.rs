@@ -1,6 +1,6 @@
 //! Static states found in synthetic power: how many, where, and none in noise alone.
 
-use host_tools::inspect::{Blocks, Moving, StaticPower};
+use answers::inspect::{Blocks, Moving, StaticPower};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal, StudentT};

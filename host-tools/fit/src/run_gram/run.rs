@@ -90,7 +90,7 @@ impl RunGram {
     }
 
     /// Of no row, with all that a run may have.
-    pub(crate) fn blank() -> Self {
+    pub fn blank() -> Self {
         Self {
             format: FORMAT,
             run: String::new(),

@@ -12,7 +12,7 @@ mod robot;
 
 use std::path::{Path, PathBuf};
 
-use logs::robot::Robot;
+use ::logs::robot::Robot;
 use model_core::coefficients::Coefficients;
 use model_core::conditioning::Conditioning;
 use model_core::effects::Columns;

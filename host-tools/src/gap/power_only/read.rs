@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use answers::inspect::{Block, Blocks};
 use logs::{ColumnRequest, Header, LogReader, MIN_GAP_FACTOR, POWER, RUN, Role, TIME, wheel_columns};
 use support::error::{Error, Result};
 
 use crate::gap::thresholds::power_only::ROWS_PER_S;
-use crate::inspect::{Block, Blocks};
 
 /// One run.
 #[derive(Debug, Clone)]

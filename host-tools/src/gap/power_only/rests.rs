@@ -1,10 +1,10 @@
 //! The levels that the power of a run keeps returning to, and the times at which they change.
 
+use answers::inspect::{Block, StaticPower, StaticState};
 use numerics::robust::scale;
 
 use super::read::PowerRun;
 use crate::gap::thresholds::power_only::{LEAST_REST_S, LEAST_RETURNS, LEAST_SHARE, ROUGHER, WANDER_S};
-use crate::inspect::{Block, StaticPower, StaticState};
 
 /// A level that the power stays at, from a time to another.
 #[derive(Debug, Clone, Copy, PartialEq)]

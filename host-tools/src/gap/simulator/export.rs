@@ -5,13 +5,13 @@
 
 use std::fmt::Write as _;
 
+use answers::export::joints::Language;
 use logs::robot::Robot;
 use model::effects::{Detail, find};
 use model_core::effects::GRAVITY;
 use numerics::robust::NORMAL_95;
 use serde::Serialize;
 
-use crate::export::joints::Language;
 use crate::gap::report::Report;
 use crate::gap::types::Named;
 use crate::gap::words;

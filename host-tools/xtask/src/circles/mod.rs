@@ -19,7 +19,7 @@ use graph::{Arrows, arrows, circles};
 use tree::Tree;
 
 /// Packages, by their folders.
-const PACKAGES: [&str; 14] = [
+const PACKAGES: [&str; 15] = [
     "model-core",
     "firmware",
     "host-tools",
@@ -30,6 +30,7 @@ const PACKAGES: [&str; 14] = [
     "host-tools/logs",
     "host-tools/model",
     "host-tools/fit",
+    "host-tools/answers",
     "host-tools/support",
     "host-tools/python",
     "host-tools/xtask",

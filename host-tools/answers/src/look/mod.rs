@@ -10,5 +10,5 @@ mod report;
 mod tally;
 mod topics;
 
+pub use self::report::Report;
 pub use page::page;
-pub use report::Report;

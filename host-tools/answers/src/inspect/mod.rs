@@ -16,11 +16,11 @@ mod verdict;
 
 use std::path::Path;
 
+pub use self::report::Report;
 pub use blocks::{Block, Blocks};
 pub use excitation::{Excitation, PayloadShare};
 pub use finding::{Finding, Severity};
 use logs::robot::Robot;
-pub use report::Report;
 pub use sensors::Outliers;
 pub use static_power::{Moving, StaticPower, StaticState};
 use support::error::Result;

@@ -13,8 +13,8 @@ mod reach;
 mod report;
 pub mod rmf;
 
+pub use self::report::{Limit, Report};
 pub use energy::predict;
 pub use load::Load;
 pub use plan::Plan;
 pub use reach::{Need, Question, Reach, reach};
-pub use report::{Limit, Report};

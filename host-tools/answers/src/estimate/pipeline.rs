@@ -27,7 +27,7 @@ pub struct GroundAt {
 }
 
 /// Samples in, mass and power out.
-pub(crate) trait Pipeline<const N: usize> {
+pub trait Pipeline<const N: usize> {
     /// Takes a sample, `elapsed` s after the one before, and what is measured beside.
     fn push(&mut self, sample: &Sample<f64, N>, outside: &Outside<f64, N>, elapsed: f64) -> Estimate<f64, N>;
     /// The robot's turn rate (counter-clockwise, rad/s) at the next sample; no number where no gyro tells it.
@@ -47,7 +47,7 @@ pub(crate) trait Pipeline<const N: usize> {
 }
 
 /// As boards do it: with effects only where the coefficients hold any.
-pub(crate) struct Fitted<M: Method<f64>, const N: usize> {
+pub struct Fitted<M: Method<f64>, const N: usize> {
     estimator: Estimator<f64, M, N, BUCKETS>,
     live: Option<Live<f64, N>>,
     gyro: Option<Gyro<f64>>,
@@ -58,11 +58,7 @@ pub(crate) struct Fitted<M: Method<f64>, const N: usize> {
 impl<M: Method<f64>, const N: usize> Fitted<M, N> {
     /// # Errors
     /// What these coefficients cannot have at this rate.
-    pub(crate) fn new(
-        coefficients: &Coefficients<f64, N>,
-        method: M,
-        timing: &Timing,
-    ) -> Result<Self, Unfit> {
+    pub fn new(coefficients: &Coefficients<f64, N>, method: M, timing: &Timing) -> Result<Self, Unfit> {
         let estimator = Estimator::new(coefficients, method, timing)?;
         let live = (!coefficients.columns.is_empty()).then(|| Live::new(coefficients, timing.period_s));
         let robot = &coefficients.robot;

@@ -27,7 +27,7 @@ use support::progress::FileProgress;
 use outside::Columns;
 pub use pipeline::GroundAt;
 use pipeline::{Adapting, BUCKETS};
-pub(crate) use pipeline::{Fitted, Pipeline};
+pub use pipeline::{Fitted, Pipeline};
 use told::Telling;
 pub use told::Told;
 
