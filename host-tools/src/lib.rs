@@ -22,7 +22,6 @@ pub mod board;
 pub mod cli;
 pub mod compare;
 pub mod fleet;
-pub mod gap;
 pub mod node;
 pub mod reproduce;
 pub mod virtual_board;

@@ -5,6 +5,19 @@ use std::path::{Path, PathBuf};
 use answers::export::joints::Language;
 use fit::dataset::Reading;
 use fit::physical;
+use gap::investigate::investigate;
+use gap::manoeuvre::room::Room;
+use gap::manoeuvre::{Suggestion, Wish};
+use gap::power_only;
+use gap::report::Report;
+use gap::report::json::Beside;
+use gap::report::{json as output, page, summary};
+use gap::simulation::Simulated;
+use gap::simulator::export::Changes;
+use gap::simulator::{Simulator, Source, Told};
+use gap::types::{Base, Options, Verdict};
+use gap::user::{self, UserCandidates};
+use gap::{extension, manoeuvre, refit, simulation};
 use logs::checks;
 use logs::robot::{FOUND, Robot};
 use logs::runs::Runs;
@@ -23,19 +36,6 @@ use support::progress::StageProgress;
 
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
-use crate::gap::investigate::investigate;
-use crate::gap::manoeuvre::room::Room;
-use crate::gap::manoeuvre::{Suggestion, Wish};
-use crate::gap::power_only;
-use crate::gap::report::Report;
-use crate::gap::report::json::Beside;
-use crate::gap::report::{json as output, page, summary};
-use crate::gap::simulation::Simulated;
-use crate::gap::simulator::export::Changes;
-use crate::gap::simulator::{Simulator, Source, Told};
-use crate::gap::types::{Base, Options, Verdict};
-use crate::gap::user::{self, UserCandidates};
-use crate::gap::{extension, manoeuvre, refit, simulation};
 
 /// Arguments of `gmr gap`.
 #[derive(clap::Args)]

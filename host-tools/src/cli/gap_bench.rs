@@ -2,6 +2,8 @@
 
 use std::io::IsTerminal;
 
+use gap::bench::sets::noises;
+use gap::bench::{self, Case, coverage, manoeuvre};
 use indicatif::{ProgressBar, ProgressStyle};
 use logs::robot::Robot;
 use support::error::{Error, Result};
@@ -9,8 +11,6 @@ use support::output::print_json;
 
 use super::gap_bench_count::label;
 use super::{gap_bench_json as as_json, gap_bench_text as text};
-use crate::gap::bench::sets::noises;
-use crate::gap::bench::{self, Case, coverage, manoeuvre};
 
 /// Arguments of `gmr gap-bench`.
 #[derive(clap::Args)]

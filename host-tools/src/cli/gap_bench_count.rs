@@ -2,12 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use gap::bench::coverage::Covered;
+use gap::bench::{Case, Outcome};
+use gap::types::Verdict;
 use numerics::robust::median;
 use serde::Serialize;
-
-use crate::gap::bench::coverage::Covered;
-use crate::gap::bench::{Case, Outcome};
-use crate::gap::types::Verdict;
 
 /// What is hidden in a set.
 pub(super) fn label(outcome: &Outcome) -> String {

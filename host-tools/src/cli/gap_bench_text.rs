@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use gap::bench::Outcome;
+use gap::bench::coverage::Covered;
+use gap::bench::manoeuvre::{Ending, Parted};
+
 use super::gap_bench_count::{Closed, Count, Coverage, Seconds, count, figures, label};
-use crate::gap::bench::Outcome;
-use crate::gap::bench::coverage::Covered;
-use crate::gap::bench::manoeuvre::{Ending, Parted};
 
 /// How often the mass interval of an extended model holds the mass.
 pub(super) fn print_coverage(covered: &[Covered], all: bool) {

@@ -112,7 +112,7 @@ fn coefficients(data: &[u8], path: &Path) {
 /// A file of one's own effects.
 fn effects(data: &[u8], path: &Path) {
     std::fs::write(path, data).expect("the folder is there");
-    let _ = host_tools::gap::user::read(path);
+    let _ = gap::user::read(path);
 }
 
 /// A coefficients' image and the store's other items: as they are, and with a checksum that is right.

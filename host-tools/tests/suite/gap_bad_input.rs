@@ -4,13 +4,13 @@
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
+use gap::investigate::investigate;
+use gap::power_only;
+use gap::types::{Base, Options};
 use logs::robot::Robot;
 use logs::runs::Runs;
 
 use crate::common::{Bench, ROBOT, TRUTH, drive};
-use host_tools::gap::investigate::investigate;
-use host_tools::gap::power_only;
-use host_tools::gap::types::{Base, Options};
 use model_core::torque::{Drive, TorqueModel};
 use proptest::prelude::{ProptestConfig, any, prop, proptest};
 use proptest::strategy::Strategy;
@@ -386,14 +386,14 @@ proptest! {
         let core = robot.core::<2>(5.0).unwrap();
         match Runs::<2>::read(&robot, &core, &files, 2.0).and_then(|runs| investigate(&runs, None, &base, &Options::default())) {
             Ok(report) => {
-                let json = host_tools::gap::report::json::json(&report, host_tools::gap::report::json::Beside::default());
+                let json = gap::report::json::json(&report, gap::report::json::Beside::default());
                 assert!(json["verdict"].is_string());
-                host_tools::gap::report::summary::text(&report);
+                gap::report::summary::text(&report);
             }
             Err(error) => assert!(!error.to_string().is_empty() && !error.to_string().contains('\n'), "{error}"),
         }
         match power_only::read(&files, 1.0).and_then(|runs| power_only::investigate(&runs)) {
-            Ok(report) => drop(host_tools::gap::report::json::json(&report, host_tools::gap::report::json::Beside::default())),
+            Ok(report) => drop(gap::report::json::json(&report, gap::report::json::Beside::default())),
             Err(error) => assert!(!error.to_string().contains('\n'), "{error}"),
         }
     }

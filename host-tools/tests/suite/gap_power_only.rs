@@ -1,9 +1,10 @@
 //! Logs of power only: steps of the static power are named, pulses are not, and the measured ones are those of the data's page.
 
+use gap::power_only::{PowerRun, investigate};
+use gap::report::Report;
+use gap::types::Verdict;
+
 use crate::common::{Bench, keys, number, whole_data};
-use host_tools::gap::power_only::{PowerRun, investigate};
-use host_tools::gap::report::Report;
-use host_tools::gap::types::Verdict;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal, StudentT};

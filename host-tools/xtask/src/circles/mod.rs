@@ -19,7 +19,7 @@ use graph::{Arrows, arrows, circles};
 use tree::Tree;
 
 /// Packages, by their folders.
-const PACKAGES: [&str; 15] = [
+const PACKAGES: [&str; 16] = [
     "model-core",
     "firmware",
     "host-tools",
@@ -31,6 +31,7 @@ const PACKAGES: [&str; 15] = [
     "host-tools/model",
     "host-tools/fit",
     "host-tools/answers",
+    "host-tools/gap",
     "host-tools/support",
     "host-tools/python",
     "host-tools/xtask",

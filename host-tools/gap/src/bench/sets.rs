@@ -1,0 +1,177 @@
+//! Sets of runs from the plant: clean ones for the base, and field runs with effects that nobody tells.
+
+use std::path::PathBuf;
+
+use fit::dataset::{Dataset, Row, Run};
+use fit::pgd;
+use logs::robot::Robot;
+use logs::runs::{RawRun, Runs};
+use model::coefficients::{Method, ModelKind};
+use plant::effects::Effect;
+use plant::effects::size::scale_to;
+use plant::field::{Field, Noise};
+use plant::{Scenario, simulate};
+use support::error::{Error, Result};
+
+use crate::types::Base;
+use model_core::coefficients::Robot as CoreRobot;
+use model_core::eq18::Gate;
+use model_core::estimator::{Conditioner, Sample};
+
+/// Length of a run, s.
+pub const DURATION_S: f64 = 60.0;
+
+/// Standard deviation of the power noise, W.
+pub const NOISE_W: f64 = 0.05;
+
+/// What `gmr fit` chooses for such runs, Hz.
+pub const CUTOFF_HZ: f64 = 4.0;
+
+/// A kind of noise and its name in tables.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NoiseKind {
+    /// Its name.
+    pub name: &'static str,
+    /// The noise.
+    pub noise: Noise,
+}
+
+/// The kinds that effect-free sets are made with.
+pub fn noises() -> [NoiseKind; 4] {
+    [
+        NoiseKind { name: "white", noise: Noise::white(NOISE_W) },
+        NoiseKind { name: "autocorrelated", noise: Noise::autocorrelated(NOISE_W, 0.6) },
+        NoiseKind { name: "heavy-tailed", noise: Noise::heavy_tailed(NOISE_W) },
+        NoiseKind { name: "heteroscedastic", noise: Noise::heteroscedastic(NOISE_W, 4.0) },
+    ]
+}
+
+/// The sets: 6 clean runs, 12 in the field, 60 s at 20 Hz.
+pub fn field(effects: &[Effect], noise: Noise) -> Field {
+    Field { effects: effects.to_vec(), noise, ..Field::default() }
+}
+
+/// Runs the scenarios.
+///
+/// # Errors
+/// What the plant refuses.
+pub fn record(scenarios: &[Scenario], columns: &[&str]) -> Result<Vec<RawRun<2>>> {
+    let mut runs = Vec::new();
+    for (place, scenario) in scenarios.iter().enumerate() {
+        let record = simulate(&Scenario { step_s: STEP_S, ..scenario.clone() })?;
+        let rows = (0..record.time_s.len()).map(|k| {
+            let sample = Sample {
+                wheel_speed: [record.wheel_rad_s[0][k], record.wheel_rad_s[1][k]],
+                wheel_acceleration: None,
+                power: record.power_w[k],
+            };
+            let value = |column: &&str| match *column {
+                "pitch_rad" => record.pitch_rad[k],
+                "cpu_percent" => record.cpu_percent[k],
+                "motor1_temp_c" => record.motor_temp_c[0][k],
+                "motor2_temp_c" => record.motor_temp_c[1][k],
+                _ => f64::NAN,
+            };
+            (record.time_s[k], sample, record.mass_kg[k], columns.iter().map(value).collect())
+        });
+        runs.push(RawRun {
+            name: format!("run {}", place + 1),
+            rows: rows.collect(),
+            columns: columns.iter().map(|&column| column.to_owned()).collect(),
+            period_s: 1.0 / scenario.rate_hz,
+        });
+    }
+    Ok(runs)
+}
+
+/// Integration step, s: half as fine as usual, twice as fast.
+const STEP_S: f64 = 0.5e-3;
+
+/// A base with the clean runs that it was fitted to.
+#[derive(Debug, Clone)]
+pub struct Clean {
+    /// The fit.
+    pub base: Base,
+    /// Its runs.
+    pub runs: Runs<2>,
+    /// The robot.
+    pub core: CoreRobot<f64, 2>,
+    /// What mass estimates with the base have to expect.
+    pub noise: model_core::payload::Noise<f64>,
+}
+
+/// Fits a base to clean runs, as `gmr fit` does.
+///
+/// # Errors
+/// What plant and fit refuse.
+pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str]) -> Result<Clean> {
+    let core = robot.core::<2>(CUTOFF_HZ)?;
+    let raw = record(&field(&[], noise).base(seed), columns)?;
+    let mut dataset = Dataset {
+        robot: core,
+        gate: Gate::Signed,
+        runs: Vec::new(),
+        store: Vec::new(),
+        stride: 1,
+        period_s: raw[0].period_s,
+        rows: 0,
+        used: 0,
+        excluded: 0,
+        unequal_sides: false,
+        masses: Vec::new(),
+    };
+    for (place, run) in raw.iter().enumerate() {
+        dataset.runs.push(Run { file: PathBuf::from(&run.name), gram: fit::gram::Gram::default() });
+        let mut conditioner =
+            Conditioner::new(&core, run.period_s).map_err(|error| Error::failed(format!("{error:?}")))?;
+        for (time, sample, mass, _) in &run.rows {
+            let Some(now) = conditioner.push(sample, run.period_s) else { continue };
+            if now.settled {
+                let (motion, power, run) = (now.motion, now.power, place as u32);
+                dataset.store.push(Row { motion, power, mass: *mass, run, time: *time });
+            }
+            dataset.rows += 1;
+        }
+        let mass = run.rows[0].2;
+        if !dataset.masses.contains(&mass) {
+            dataset.masses.push(mass);
+        }
+    }
+    dataset.used = dataset.store.len() as u64;
+    let fit = fit::fit(robot, &dataset, ModelKind::Signed, Method::Physical, &pgd::Settings::default())?;
+    let model_core::model::Model::Signed { torque, drive } = fit.coefficients.model else {
+        return Err(Error::failed("the fit is not of the signed model"));
+    };
+    let base = Base {
+        torque,
+        covariance: Some(fit.uncertainty.covariance),
+        drive,
+        masses_kg: dataset.masses,
+        of_simulator: false,
+    };
+    let noise = fit.coefficients.noise;
+    Ok(Clean { base, runs: Runs::condition(&core, raw)?, core, noise })
+}
+
+/// The effect scaled so that it adds `size` standard deviations of the noise to the power of the field runs; the greatest that
+/// there can be where none is large enough.
+///
+/// # Errors
+/// What the plant refuses.
+pub fn scaled(effect: &Effect, size: f64, seed: u64) -> Result<Effect> {
+    // Three runs say what all twelve would, and no payload is mislabelled in the others.
+    let mut runs: Vec<Scenario> = field(&[], Noise::white(NOISE_W)).field(seed);
+    runs.truncate(3);
+    for run in &mut runs {
+        run.step_s = STEP_S;
+    }
+    match scale_to(effect, &runs, size * NOISE_W) {
+        Ok(effect) => Ok(effect),
+        Err(_) => {
+            let (low, high) = effect.entry().range;
+            let end = if effect.size() < 0.0 { low } else { high };
+            // Loads on the edge lift a wheel.
+            effect.clone().with_size(if effect.id() == "payload-offset" { 0.6 * end } else { end })
+        }
+    }
+}

@@ -1,0 +1,282 @@
+//! The gap on the locked runs, before and after.
+
+use std::sync::Arc;
+
+use logs::runs::Runs;
+use model::effects::Regressor;
+use model_core::torque::TorqueModel;
+use numerics::intervals::{MeanInterval, mean_interval, student_95};
+use numerics::robust::NORMAL_95;
+
+use super::noise::{Memory, Noise};
+use super::problem::Problem;
+use super::smooth;
+use super::split::Split;
+use super::thresholds::confirm::{LEAST_SHARE, ONE_SIDED, TIMES};
+use super::twin::{State, Twin};
+use crate::noise::whiten::Signal;
+use crate::types::Base;
+
+/// What the locked runs say.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Confirmed {
+    /// Names of the locked runs.
+    pub runs: Vec<String>,
+    /// RMS of measured less predicted power before, W.
+    pub before_w: f64,
+    /// After.
+    pub after_w: f64,
+    /// What no effect can remove, W: what is left of the locked runs when everything that varies smoothly is taken out, and what
+    /// the base gets wrong on its own clean runs.
+    pub floor_w: f64,
+    /// The same before it was held at `after_w`: a floor above what is left says that the estimate is too high there, W.
+    pub floor_unclipped_w: f64,
+    /// RMS of measured less predicted power on the clean runs, W.
+    pub clean_w: Option<f64>,
+    /// How the floor was estimated, for users.
+    pub floor_how: &'static str,
+    /// Share of the gap that is closed; `None` where nothing was to be closed, or no locked run has the effect.
+    pub closed: Option<f64>,
+    /// How much of what was added the locked runs show. `None` as above, and where nothing was added.
+    pub share: Option<ConfirmedShare>,
+    /// Mean square before less after, W²: mean over the runs, with its 95 % interval.
+    pub gain_w2: MeanInterval,
+    /// Mean square before and after, run by run, W².
+    pub by_run: Vec<(f64, f64)>,
+    /// Measured less predicted power before and after, run by run, W.
+    pub residuals: [Signal; 2],
+}
+
+/// How the noise floor is estimated with the clean runs of the base.
+const FLOOR_WITH_CLEAN: &str = "RMS left on the locked runs when all that varies smoothly with the drive is regressed out, \
+                                and what the base gets wrong on its own clean runs";
+
+/// The same with a simulator.
+const FLOOR_WITH_SIMULATOR: &str = "RMS left on the locked runs when all that varies smoothly with the drive is regressed out, \
+                                    and what the base gets wrong of the simulator";
+
+/// The same without.
+const FLOOR_ALONE: &str = "RMS left on the locked runs when all that varies smoothly with the drive is regressed out; what \
+                           the base gets wrong on clean runs is not known";
+
+/// How much of what was added is there, by the locked runs and the clean ones alone: 1 where the effects are as found, 0 where nothing
+/// of them is. What the base gets wrong on any run is fitted along, as it was when they were named.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ConfirmedShare {
+    /// The share.
+    pub share: f64,
+    /// Its standard error.
+    pub std_err: f64,
+    /// How many locked runs told.
+    pub runs: usize,
+}
+
+impl ConfirmedShare {
+    /// 95 % interval: by Student's t over the runs; of one run by the scatter within it.
+    pub fn interval(&self) -> (f64, f64) {
+        let half = student_95(self.runs as f64 - 1.0).unwrap_or(NORMAL_95) * self.std_err;
+        (self.share - half, self.share + half)
+    }
+
+    /// Less than half of it is there, or it might be none.
+    fn is_missing(&self) -> bool {
+        let too_small = self.share < LEAST_SHARE && self.share + ONE_SIDED * self.std_err < 1.0;
+        too_small || self.interval().0 <= 0.0
+    }
+
+    /// By a problem posed of locked runs, then clean ones, and what the locked ones leave before and after.
+    pub fn of<const N: usize>(locked: &Problem<'_, N>, residuals: &[Signal; 2]) -> Option<Self> {
+        let runs = &locked.twin.runs.runs;
+        let [before, after] = residuals;
+        let added = (0..runs.len()).map(|place| match (before.get(place), after.get(place)) {
+            (Some(before), Some(after)) if !runs[place].clean => {
+                let added: Vec<f64> =
+                    before.iter().zip(after).map(|(before, after)| before - after).collect();
+                locked.noise.whiten(locked.twin.runs, place, &added)
+            }
+            _ => vec![0.0; runs[place].rows.len()],
+        });
+        let start = locked.start();
+        let linear = locked.linear(&start, &[], &[added.collect()])?;
+        let score = linear.score(0)?;
+        let count = runs.iter().filter(|run| !run.clean).count();
+        Some(Self { share: score.value, std_err: score.std_err, runs: count })
+    }
+}
+
+impl Confirmed {
+    /// The locked runs speak against what was added, or do not surely speak for it. Where the share of it that they show is known, it
+    /// decides: what the base gets wrong may be larger than the effect, and move single runs either way; but predictions that got worse
+    /// on the whole are no confirmation.
+    pub fn refuted(&self) -> bool {
+        if let Some(share) = self.share {
+            return share.is_missing() || self.gain_w2.mean <= 0.0;
+        }
+        let (shrunk, grown) = self.by_run.iter().fold((0, 0), |(shrunk, grown), (before, after)| {
+            (shrunk + usize::from(after < before), grown + usize::from(after > before))
+        });
+        self.closed.is_some() && shrunk <= grown
+    }
+
+    /// Share of what the locked runs have beyond clean ones that is closed; `None` without clean runs, or where they have nothing more.
+    pub fn closed_to_clean(&self) -> Option<f64> {
+        let [before, after] = [self.before_w, self.after_w].map(|gap| gap * gap);
+        let open = before - self.clean_w?.powi(2);
+        (open > 0.0).then(|| (before - after) / open)
+    }
+}
+
+/// Predicts the locked runs before and after, by what the open ones told.
+pub fn on_locked<const N: usize>(
+    runs: &Runs<N>,
+    split: &Split,
+    clean: Option<&Runs<N>>,
+    base: &Base,
+    state: &State,
+    open: &Problem<'_, N>,
+    parameters: usize,
+) -> Confirmed {
+    let locked = runs.subset(&split.locked);
+    let lag = open.twin.lag;
+    let twin = Twin { runs: &locked, drive: base.drive, lag, early: 0.0 };
+    let start = State { torque: base.torque, effects: Vec::new() };
+    let before = twin.residual(&start);
+    // Effects of single runs are those of the runs they were found in: none of these.
+    let common: Vec<(Regressor, f64)> =
+        state.effects.iter().filter(|(regressor, _)| regressor.run().is_none()).cloned().collect();
+    let common = with_own_times(&twin, state.torque, common);
+    let after = twin.residual(&State { torque: state.torque, effects: common.clone() });
+    let square = |run: &Vec<f64>| run.iter().map(|x| x * x).sum::<f64>() / run.len() as f64;
+    let by_run: Vec<(f64, f64)> = before.iter().zip(&after).map(|(b, a)| (square(b), square(a))).collect();
+    let rows = before.iter().map(Vec::len).sum::<usize>() as f64;
+    let mean = |all: &[Vec<f64>]| all.iter().flatten().map(|x| x * x).sum::<f64>() / rows;
+    let (before_w2, after_w2) = (mean(&before), mean(&after));
+    let functions = smooth::functions(&locked);
+    let regressors: Vec<Regressor> = common.iter().map(|(regressor, _)| regressor.clone()).collect();
+    let own = Noise::estimate(
+        &twin,
+        &State { torque: state.torque, effects: common.clone() },
+        parameters,
+        &regressors,
+        &functions,
+        Memory::Known(&open.noise.whitener),
+    );
+    let misfit = clean.map(|clean| Misfit::of(clean, base, lag, parameters));
+    // A simulator has no noise that its misfit could be a multiple of: the misfit is added to that of the runs.
+    let floor_unclipped_w2 = match misfit {
+        Some(misfit) if base.of_simulator => own.floor_w2 + misfit.whole_w2,
+        Some(misfit) => own.floor_w2 * misfit.factor,
+        None => own.floor_w2,
+    };
+    let floor_w2 = floor_unclipped_w2.min(after_w2);
+    let only_single = !state.effects.is_empty() && common.is_empty();
+    let gap = before_w2 - floor_w2;
+    let closed =
+        (!state.effects.is_empty() && !only_single && gap > 0.0).then(|| (before_w2 - after_w2) / gap);
+    let gains: Vec<f64> = by_run.iter().map(|(b, a)| b - a).collect();
+    Confirmed {
+        runs: locked.runs.iter().map(|run| run.name.clone()).collect(),
+        before_w: before_w2.sqrt(),
+        after_w: after_w2.sqrt(),
+        floor_w: floor_w2.sqrt(),
+        floor_unclipped_w: floor_unclipped_w2.sqrt(),
+        clean_w: misfit.map(|misfit| misfit.whole_w2.sqrt()),
+        floor_how: match clean {
+            Some(_) if base.of_simulator => FLOOR_WITH_SIMULATOR,
+            Some(_) => FLOOR_WITH_CLEAN,
+            None => FLOOR_ALONE,
+        },
+        closed,
+        share: None,
+        gain_w2: mean_interval(&gains),
+        by_run,
+        residuals: [before, after],
+    }
+}
+
+/// What the base gets wrong without any effect.
+#[derive(Debug, Clone, Copy)]
+struct Misfit {
+    /// Mean square of what is left of the clean runs, W².
+    whole_w2: f64,
+    /// The same per what is left when everything that varies smoothly is taken out, at least 1: no effect explains that.
+    factor: f64,
+}
+
+impl Misfit {
+    fn of<const N: usize>(clean: &Runs<N>, base: &Base, lag: f64, parameters: usize) -> Self {
+        let twin = Twin { runs: clean, drive: base.drive, lag, early: 0.0 };
+        let state = State { torque: base.torque, effects: Vec::new() };
+        let left = twin.residual(&state);
+        let rows = left.iter().map(Vec::len).sum::<usize>() as f64;
+        let whole_w2 = left.iter().flatten().map(|x| x * x).sum::<f64>() / rows;
+        let noise = Noise::estimate(&twin, &state, parameters, &[], &smooth::functions(clean), Memory::OfAll);
+        let factor = if noise.floor_w2 > 0.0 { (whole_w2 / noise.floor_w2).max(1.0) } else { 1.0 };
+        Self { whole_w2, factor }
+    }
+}
+
+/// Steps come at a time of their own in each run: in locked runs, too, it has to be looked for. Their size is not.
+pub(super) fn with_own_times<const N: usize>(
+    twin: &Twin<'_, N>,
+    torque: TorqueModel<f64>,
+    mut effects: Vec<(Regressor, f64)>,
+) -> Vec<(Regressor, f64)> {
+    for place in 0..effects.len() {
+        let (Regressor::Switch(what, _), coefficient) = &effects[place] else { continue };
+        let (what, coefficient) = (*what, *coefficient);
+        let mut others = effects.clone();
+        others.remove(place);
+        let times = (0..twin.runs.runs.len()).map(|run| {
+            let rows = &twin.runs.runs[run].rows;
+            let error = |at: f64| {
+                let mut state = State { torque, effects: others.clone() };
+                let mut alone = vec![f64::INFINITY; twin.runs.runs.len()];
+                alone[run] = at;
+                state.effects.push((Regressor::Switch(what, alone.into()), coefficient));
+                let predicted = twin.predict(run, &state);
+                rows.iter().zip(predicted).map(|(row, p)| (row.power - p).powi(2)).sum::<f64>()
+            };
+            let end = rows.last().map_or(0.0, |row| row.time);
+            let candidates = (0..TIMES).map(|k| end * f64::from(k) / f64::from(TIMES)).chain([f64::INFINITY]);
+            candidates
+                .map(|at| (at, error(at)))
+                .min_by(|a, b| a.1.total_cmp(&b.1))
+                .map_or(f64::INFINITY, |best| best.0)
+        });
+        let times: Arc<[f64]> = times.collect();
+        effects[place].0 = Regressor::Switch(what, times);
+    }
+    effects
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::example::report;
+    use crate::types::Verdict;
+
+    /// Four locked runs that show a share of what was added, and whose mean square shrank by so much each.
+    fn confirmed(share: f64, std_err: f64, gains: [f64; 4]) -> Confirmed {
+        Confirmed {
+            share: Some(ConfirmedShare { share, std_err, runs: 4 }),
+            gain_w2: mean_interval(&gains),
+            ..report(Verdict::Named).confirmed
+        }
+    }
+
+    /// t(0.975, 3) = 3.182: 1 ± 0.3 leaves out zero, 1 ± 0.35 does not.
+    #[test]
+    fn a_name_needs_a_locked_gain_whose_interval_leaves_out_zero() {
+        assert!(!confirmed(1.0, 0.3, [0.1; 4]).refuted());
+        assert!(confirmed(1.0, 0.35, [0.1; 4]).refuted());
+        assert!(confirmed(0.3, 0.05, [0.1; 4]).refuted(), "surely less than half of it");
+        assert!(confirmed(1.0, 0.1, [-0.3, 0.1, 0.05, 0.1]).refuted(), "the locked runs got worse");
+    }
+
+    /// What the base gets wrong makes two of four runs worse, but the effect is there.
+    #[test]
+    fn what_the_base_gets_wrong_does_not_hide_what_the_effect_adds() {
+        assert!(!confirmed(1.0, 0.1, [-0.1, 0.5, -0.1, 0.5]).refuted());
+    }
+}

@@ -1,0 +1,143 @@
+//! Whether there is structure in what is left, and which candidates see it.
+pub mod over_dispersion;
+mod scan;
+mod shape_test;
+
+use model::effects::{Candidate, Regressor};
+
+use super::problem::Problem;
+use super::thresholds::detect::MORE_LOOKS;
+use super::twin::State;
+use super::types::{Scored, Status};
+
+/// What the detector sees.
+pub(super) struct Structure {
+    pub(super) greatest: f64,
+    /// Scores of all candidates, made linear at the state.
+    pub(super) scored: Vec<Scored>,
+    /// Their places in the list with their gains, best first.
+    pub(super) order: Vec<(usize, f64)>,
+    /// Of single runs and unknown times.
+    pub(super) further: Vec<Candidate>,
+}
+
+pub(super) fn structure<const N: usize>(
+    problem: &Problem<'_, N>,
+    state: &State,
+    list: &[Candidate],
+    named: &[Candidate],
+) -> Structure {
+    let regressors: Vec<_> = list
+        .iter()
+        .flat_map(|candidate| candidate.regressors.iter().cloned())
+        .filter(|regressor| state.effects.iter().all(|(own, _)| own != regressor))
+        .collect();
+    let empty =
+        || Structure { greatest: f64::INFINITY, scored: Vec::new(), order: Vec::new(), further: Vec::new() };
+    let Some(linear) = problem.linear(state, &regressors, &problem.smooth) else { return empty() };
+    let null = linear.factored.loss();
+    let (active, runs) = (problem.active(state), problem.twin.runs);
+    let mut greatest = 0.0_f64;
+    for further in regressors.len()..linear.further() {
+        if let Some(score) = linear.score(further) {
+            greatest = greatest.max(score.z.abs());
+        }
+    }
+    let mut scored = Vec::new();
+    let mut order = Vec::new();
+    for (place, candidate) in list.iter().enumerate() {
+        if !may_stand_with(named, candidate) {
+            continue;
+        }
+        let own: Vec<usize> = candidate
+            .regressors
+            .iter()
+            .filter_map(|regressor| regressors.iter().position(|other| other == regressor))
+            .collect();
+        let scores: Vec<_> = own.iter().map(|&further| linear.score(further)).collect();
+        let columns = active.clone().chain(own.iter().map(|&further| linear.place(further)));
+        let solved = problem.factored(&linear.products, state, columns);
+        let (mut gain, coefficients, status) = match solved {
+            Some(solved) if scores.iter().any(Option::is_some) => {
+                let values = solved.solution().iter().skip(problem.first_further(state)).copied().collect();
+                (null - solved.loss() - problem.price(candidate), values, Status::NotNeeded)
+            }
+            _ => (0.0, Vec::new(), Status::Unidentifiable),
+        };
+        if let [Some(score)] = scores[..] {
+            greatest = greatest.max(score.z.abs());
+            // To first order a delay shows only where the power's waves are longer than it. Within a sample it is what sampling makes.
+            if candidate.regressors == [Regressor::Delay]
+                && let Some(found) = problem.fit_delay(state, candidate.range)
+                && found.state.effects.last().is_some_and(|(_, delay)| delay.abs() > runs.step.period_s())
+            {
+                gain = gain.max(null - found.loss - problem.price(candidate));
+                let inflation = problem.variance_inflation(state, &candidate.regressors, &found.state);
+                greatest = greatest.max((gain / inflation).max(0.0).sqrt() - MORE_LOOKS);
+            }
+        }
+        order.push((place, gain));
+        let detail = candidate.detail.clone();
+        scored.push(Scored { id: candidate.id.clone(), detail, gain, coefficients, status });
+    }
+    order.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let mut further = Vec::new();
+    for (candidate, z) in scan::candidates(problem, state) {
+        if may_stand_with(named, &candidate) {
+            // More times and runs were looked at than smooth functions: their scores count for less.
+            greatest = greatest.max((z - MORE_LOOKS) / problem.in_runs);
+            further.push(candidate);
+        }
+    }
+    Structure { greatest, scored, order, further }
+}
+
+/// Whether a candidate is another effect than those named, and none of them has the robot's half slip for itself already.
+fn may_stand_with(named: &[Candidate], candidate: &Candidate) -> bool {
+    let has_half_slip = |own: &Candidate| own.regressors.contains(&Regressor::HalfSlip);
+    named.iter().all(|own| own.id != candidate.id && !(has_half_slip(own) && has_half_slip(candidate)))
+}
+
+/// Greatest |z| of the effects' own columns times something else; 0 without effects.
+pub(super) fn shape_test<const N: usize>(problem: &Problem<'_, N>, state: &State) -> f64 {
+    let signals = shape_test::deformations(problem, state);
+    let Some(linear) = problem.linear(state, &[], &signals) else { return 0.0 };
+    let scores = (0..signals.len()).filter_map(|further| linear.score(further));
+    scores.fold(0.0, |most, score| most.max(score.z.abs()))
+}
+
+#[cfg(test)]
+mod tests {
+    use model_core::effects::Term;
+    use model_core::torque::{Drive, TorqueModel};
+
+    use super::*;
+    use crate::problem::example;
+    use crate::twin::Twin;
+
+    /// Two runs, the second with a step of its own. What single runs show counts as much less as it has to exceed clean runs by more;
+    /// what runs share counts as it is.
+    #[test]
+    fn single_runs_have_to_exceed_clean_ones_by_more() {
+        let torque = TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]);
+        let truth = |run: usize| {
+            let step = Regressor::Term(Term::StepAt(12.0));
+            let effects = if run == 1 { vec![(step, 0.2)] } else { Vec::new() };
+            State { torque, effects }
+        };
+        let mut runs = example::runs([5.0, 7.0]);
+        let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
+        let powers: Vec<Vec<f64>> = (0..2).map(|run| twin.predict(run, &truth(run))).collect();
+        for (run, powers) in runs.runs.iter_mut().zip(powers) {
+            let rows = run.rows.iter().zip(powers);
+            run.rows = rows.map(|(row, power)| logs::runs::Row { power, ..*row }).collect();
+        }
+        let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
+        let mut problem = example::bare(twin, torque, 0);
+        let greatest = |problem: &Problem<'_, 2>| structure(problem, &problem.start(), &[], &[]).greatest;
+        let usual = greatest(&problem);
+        problem.in_runs = 1.3;
+        let less = greatest(&problem);
+        assert!(usual > 10.0 && (usual / less - 1.3).abs() < 1e-9, "{usual} {less}");
+    }
+}

@@ -1,0 +1,58 @@
+//! Whether what is left after an effect was added follows the effect's own column times something else.
+//!
+//! An effect that is not in the dictionary is often nearly another one: w³ is w² times the speed. What is left is then small, and
+//! spread over many smooth functions, but all of it lies along the winner's column times the speed.
+//!
+//! What a drive clamps before the filter is exact to first order only: of braking power that returns, what is left may follow its speed or
+//! mass. But it returns in turns as it does straight ahead.
+
+use logs::runs::Row;
+use model::effects::Regressor;
+use model_core::effects::Term;
+
+use crate::noise::whiten::Signal;
+use crate::problem::Problem;
+use crate::twin::State;
+
+/// Columns of the state's effects times speed, time, mass, turn rate and acceleration, whitened; of braking power that returns times the
+/// turn rate only. 0 in clean runs.
+pub(super) fn deformations<const N: usize>(problem: &Problem<'_, N>, state: &State) -> Vec<Signal> {
+    let runs = problem.twin.runs;
+    let along: [fn(&Row<N>) -> f64; 5] = [
+        |row| row.turn_rate.abs(),
+        |row| row.motion.wheels.iter().map(|wheel| wheel.speed.abs()).sum(),
+        |row| row.time,
+        |row| row.mass,
+        |row| row.motion.wheels.iter().map(|wheel| wheel.acceleration * wheel.direction).sum(),
+    ];
+    let mut found = Vec::new();
+    // What passes the filter at another time is exact to first order only.
+    let has_shape =
+        |regressor: &Regressor| regressor.run().is_none() && !matches!(regressor, Regressor::Delay);
+    for (regressor, _) in state.effects.iter().filter(|(regressor, _)| has_shape(regressor)) {
+        let column: Signal = (0..runs.runs.len())
+            .map(|place| {
+                problem.twin.effect_slope(place, state, regressor, &problem.twin.predict(place, state))
+            })
+            .collect();
+        let count = if matches!(regressor, Regressor::Term(Term::Return)) { 1 } else { along.len() };
+        for value in &along[..count] {
+            let (mut weight, mut sum) = (0.0, 0.0);
+            for (run, column) in runs.runs.iter().zip(&column) {
+                for (row, x) in run.rows.iter().zip(column) {
+                    weight += x * x;
+                    sum += x * x * value(row);
+                }
+            }
+            let middle = if weight > 0.0 { sum / weight } else { 0.0 };
+            let deformed = |(place, column): (usize, &Vec<f64>)| {
+                let rows = &runs.runs[place].rows;
+                let raw: Vec<f64> =
+                    rows.iter().zip(column).map(|(row, x)| x * (value(row) - middle)).collect();
+                problem.noise.whiten(runs, place, &raw)
+            };
+            found.push(column.iter().enumerate().map(deformed).collect());
+        }
+    }
+    found
+}

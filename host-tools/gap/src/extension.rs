@@ -1,0 +1,160 @@
+//! The coefficients with the effects that were named, written for estimator and board, and what they are worth: the covariance of base
+//! and effects, and the noise that mass estimates have to expect.
+
+use std::path::Path;
+
+use logs::runs::Runs;
+use model::coefficients::{CoefficientsFile, InvalidCoefficients};
+use model::effects::Regressor;
+use model::effects::written::Written;
+use model_core::payload::Noise;
+use nalgebra::{DMatrix, DVector};
+use numerics::robust::{NORMAL_95, median, quantile, scale_of_sizes};
+use support::error::{Error, Result};
+
+use super::report::Report;
+use super::thresholds::extension::{BLOCK_S, LEAST_INFORMATION, WINDOW_S};
+use super::twin::{State, Twin};
+
+/// Writes the coefficients with the effects that were named, and the base as it moved. What is not written is said in a line each on
+/// standard error; where nothing is left, so is the file.
+///
+/// # Errors
+/// The file cannot be written; the effects are more than a board holds.
+pub fn write<const N: usize>(
+    runs: &Runs<N>,
+    report: &Report,
+    base: &CoefficientsFile<N>,
+    out: &Path,
+) -> Result<()> {
+    let written: Vec<_> = report
+        .effects
+        .iter()
+        .map(|named| Written::of(&named.candidate, &named.coefficients, &named.std_errs))
+        .collect();
+    let kept: Vec<bool> = written.iter().map(std::result::Result::is_ok).collect();
+    for why in written.iter().filter_map(|effect| effect.as_ref().err()) {
+        support::notice!("{why}");
+    }
+    if !kept.contains(&true) {
+        support::notice!("{}: not written: no effect is to be added", out.display());
+        return Ok(());
+    }
+    if !report.ambiguous_with.is_empty() {
+        support::notice!(
+            "{}: its effects cannot be told from {}: power is predicted as well with either, the cause is open",
+            out.display(),
+            report.ambiguous_with.join(", ")
+        );
+    }
+    let extended =
+        base.clone().with_torque(&report.state.torque).with_effects(written.into_iter().flatten().collect());
+    let extended = extended.map_err(|wrong| Error::of(InvalidCoefficients::Effect(wrong)).in_file(out))?;
+    let extended = match of(runs, report, &kept, &base.coefficients.noise) {
+        Some(worth) => extended.with_joint_covariance(worth.covariance, worth.noise),
+        None => extended,
+    };
+    extended.write(out)
+}
+
+/// What is known of an extended model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Extension {
+    /// Of the base's parameters, then of the coefficients that are kept.
+    pub covariance: DMatrix<f64>,
+    /// What mass estimates have to expect.
+    pub noise: Noise<f64>,
+}
+
+/// Of the open runs of a report. `kept` says of each named effect whether it is added to the model: findings about runs are not. `base`
+/// is the noise of the model without effects, of which the extended one never has less.
+pub fn of<const N: usize>(
+    runs: &Runs<N>,
+    report: &Report,
+    kept: &[bool],
+    base: &Noise<f64>,
+) -> Option<Extension> {
+    let (joint, drive) = (report.covariance.as_ref()?, report.basis.as_ref()?.drive);
+    let open = runs.subset(&report.split.open);
+    // Estimators know of no lag.
+    let twin = Twin { runs: &open, drive, lag: 0.0, early: 0.0 };
+    let parameters = joint.nrows() - report.state.effects.len();
+    let columns = report
+        .effects
+        .iter()
+        .zip(kept)
+        .flat_map(|(named, kept)| std::iter::repeat_n(*kept, named.candidate.regressors.len()));
+    let kept: Vec<usize> = columns.enumerate().filter(|(_, kept)| *kept).map(|(column, _)| column).collect();
+    let places: Vec<usize> = (0..parameters).chain(kept.iter().map(|column| parameters + column)).collect();
+    let covariance = DMatrix::from_fn(places.len(), places.len(), |i, j| joint[(places[i], places[j])]);
+    let mut windows = Windows { covariance: &covariance, base, errors: Vec::new(), blocks: Vec::new() };
+    for place in 0..open.runs.len() {
+        windows.see(&twin, place, &report.state, parameters, &kept);
+    }
+    let noise = windows.noise(open.period_s);
+    Some(Extension { covariance, noise })
+}
+
+/// Sums over windows and blocks of all runs.
+struct Windows<'a> {
+    covariance: &'a DMatrix<f64>,
+    base: &'a Noise<f64>,
+    /// The lasting error of each window, W.
+    errors: Vec<f64>,
+    /// Score and information of each block.
+    blocks: Vec<(f64, f64)>,
+}
+
+impl Windows<'_> {
+    fn see<const N: usize>(
+        &mut self,
+        twin: &Twin<'_, N>,
+        place: usize,
+        state: &State,
+        parameters: usize,
+        kept: &[usize],
+    ) {
+        let predicted = twin.predict(place, state);
+        let by_mass = twin.effect_slope(place, state, &Regressor::Masses, &predicted);
+        let mut slopes = twin.base_slopes(place, state, &predicted, parameters);
+        slopes.extend(
+            kept.iter().map(|&column| twin.effect_slope(place, state, &state.effects[column].0, &predicted)),
+        );
+        let rows = &twin.runs.runs[place].rows;
+        let mut windows: Vec<(DVector<f64>, f64)> = Vec::new();
+        let mut blocks: Vec<(f64, f64)> = Vec::new();
+        for (index, row) in rows.iter().enumerate() {
+            let slope = self.base.weight(predicted[index]) * by_mass[index];
+            let window = (row.time / WINDOW_S) as usize;
+            windows.resize(windows.len().max(window + 1), (DVector::zeros(slopes.len()), 0.0));
+            windows[window].0 += DVector::from_fn(slopes.len(), |i, _| slope * slopes[i][index]);
+            windows[window].1 += slope;
+            let block = (row.time / BLOCK_S) as usize;
+            blocks.resize(blocks.len().max(block + 1), (0.0, 0.0));
+            blocks[block].0 += slope * (row.power - predicted[index]);
+            blocks[block].1 += slope * by_mass[index];
+        }
+        let told = windows.iter().filter(|(_, slope)| *slope != 0.0);
+        let error = |(score, slope): &(DVector<f64>, f64)| {
+            (self.covariance * score).dot(score).max(0.0).sqrt() / slope.abs()
+        };
+        self.errors.extend(told.map(error));
+        self.blocks.extend(blocks);
+    }
+
+    /// Never less than the base's own: what is left in the field is the scatter of a few runs.
+    fn noise(mut self, period_s: f64) -> Noise<f64> {
+        let mut noise = *self.base;
+        if let Some(error) = median(&mut self.errors) {
+            noise.model_std = noise.model_std.max(error);
+        }
+        let most = self.blocks.iter().map(|(_, information)| *information).fold(0.0, f64::max);
+        let told = self.blocks.iter().filter(|(_, information)| *information > LEAST_INFORMATION * most);
+        let mut sizes: Vec<f64> = told.map(|(score, information)| score.abs() / information.sqrt()).collect();
+        if let (Some(rare), Some(usual)) = (quantile(&mut sizes, 0.95), scale_of_sizes(&mut sizes)) {
+            noise.density = noise.density.max(period_s * usual * usual);
+            noise.tail = noise.tail.max(rare / (NORMAL_95 * usual));
+        }
+        noise
+    }
+}

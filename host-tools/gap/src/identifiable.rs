@@ -1,0 +1,109 @@
+//! What a base cannot part from its own parameters, whatever the field shows.
+
+use logs::runs::Runs;
+use model::effects::{Candidate, NotTestable};
+
+use super::thresholds::problem::ONE_MASS;
+use super::types::{Round, Scored, Status};
+
+/// Effects that are no findings with a base that was fitted to these total masses, kg; to those of the runs where there are none.
+///
+/// With one mass the friction that grows with it and the friction that does not are one: what a kilogram more would do to the power is
+/// then a guess, and a mass that was noted wrongly stands for whatever differs (−58.7 kg was ice).
+pub(super) fn unidentifiable<const N: usize>(masses_kg: &[f64], runs: &Runs<N>) -> Vec<NotTestable> {
+    if !has_one_mass(masses_kg, runs) {
+        return Vec::new();
+    }
+    let reason = "unidentifiable here: the base was fitted at one total mass, and does not know what a kilogram more does to the power; \
+                  record clean runs with another payload, and fit again";
+    vec![NotTestable { id: "payload-mislabel".to_owned(), reason: reason.to_owned() }]
+}
+
+/// What names may stand for as well with a base of one mass: more friction on one side is a drag there, or another floor that the sides meet
+/// unequally, which only a second payload tells apart. Ids of what was a plausible hypothesis of these rounds.
+pub(super) fn also_with_one_mass(named: &[Candidate], rounds: &[Round]) -> Vec<String> {
+    let floor = "rolling-resistance-change";
+    let is_plausible = |scored: &Scored| {
+        scored.id == floor && scored.gain > 0.0 && matches!(scored.status, Status::Worse | Status::Tie)
+    };
+    let drags = named.iter().any(|own| own.id == "wheel-drag");
+    let could_be = rounds.iter().flat_map(|round| &round.candidates).any(is_plausible);
+    if drags && could_be { vec![floor.to_owned()] } else { Vec::new() }
+}
+
+/// Whether a base that was fitted to these total masses, kg, or to those of the runs where there are none, knows one mass only.
+pub(super) fn has_one_mass<const N: usize>(masses_kg: &[f64], runs: &Runs<N>) -> bool {
+    let own: Vec<f64> = runs.runs.iter().flat_map(|run| &run.rows).map(|row| row.mass).collect();
+    let known = if masses_kg.is_empty() { &own } else { masses_kg };
+    let (low, high) =
+        known.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), mass| (low.min(*mass), high.max(*mass)));
+    high - low <= ONE_MASS * high
+}
+
+#[cfg(test)]
+mod tests {
+    use logs::robot::Robot;
+    use logs::runs::{RawRun, Runs};
+    use model::effects::{Candidate, Detail};
+    use model_core::estimator::Sample;
+
+    use super::{also_with_one_mass, unidentifiable};
+    use crate::types::{Round, Scored, Status};
+
+    fn runs(masses: [f64; 2]) -> Runs<2> {
+        let core = Robot::load("burger").unwrap().core::<2>(2.0).unwrap();
+        let raw = masses.map(|mass| {
+            let sample = Sample { wheel_speed: [3.0, 2.0], wheel_acceleration: None, power: 1.0 };
+            let rows = (0..400).map(|i| (0.05 * f64::from(i), sample, mass, Vec::new())).collect();
+            RawRun { name: "run".to_owned(), rows, columns: Vec::new(), period_s: 0.05 }
+        });
+        Runs::condition(&core, raw.into()).unwrap()
+    }
+
+    /// By the masses of the base's fit; where they are not known, by the runs' own.
+    #[test]
+    fn a_base_of_one_mass_finds_no_wrong_one() {
+        let ids = |base: &[f64], field| {
+            let found = unidentifiable(base, &runs(field));
+            found.into_iter().map(|missing| missing.id).collect::<Vec<_>>()
+        };
+        assert_eq!(ids(&[75.0], [75.0, 90.0]), ["payload-mislabel"]);
+        assert_eq!(ids(&[75.0, 76.0], [75.0, 90.0]), ["payload-mislabel"]);
+        assert!(ids(&[1.0, 6.0], [2.0, 2.0]).is_empty());
+        assert_eq!(ids(&[], [2.0, 2.0]), ["payload-mislabel"]);
+        assert!(ids(&[], [2.0, 3.0]).is_empty());
+    }
+
+    /// A Husky on sand, with a base of 75 kg on tiles: a drag on one side gains 443, another floor 347.
+    #[test]
+    fn with_one_mass_a_drag_may_be_a_floor() {
+        let floor = |gain, status| Round {
+            structure: 17.4,
+            allowed: 5.3,
+            candidates: vec![Scored {
+                id: "rolling-resistance-change".to_owned(),
+                detail: Detail::Plain,
+                gain,
+                coefficients: vec![0.05],
+                status,
+            }],
+            outcome: String::new(),
+        };
+        let named = |id: &str| {
+            vec![Candidate {
+                id: id.to_owned(),
+                regressors: Vec::new(),
+                unit: String::new(),
+                range: (0.0, 1.0),
+                least: Vec::new(),
+                detail: Detail::Plain,
+                search: 0.0,
+            }]
+        };
+        let drag = named("wheel-drag");
+        assert_eq!(also_with_one_mass(&drag, &[floor(347.0, Status::Worse)]), ["rolling-resistance-change"]);
+        assert!(also_with_one_mass(&drag, &[floor(347.0, Status::Implausible)]).is_empty());
+        assert!(also_with_one_mass(&drag, &[floor(-2.0, Status::Worse)]).is_empty());
+        assert!(also_with_one_mass(&named("windage"), &[floor(347.0, Status::Worse)]).is_empty());
+    }
+}

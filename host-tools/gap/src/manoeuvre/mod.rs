@@ -1,0 +1,403 @@
+//! The manoeuvre that parts hypotheses: a speed profile within the robot's limits along which they would disagree most.
+
+pub mod advice;
+pub mod effort;
+pub mod family;
+pub mod limits;
+pub mod room;
+pub mod separate;
+
+use std::path::Path;
+
+use logs::robot::Robot;
+use logs::runs::Runs;
+use serde_json::{Value, json};
+use support::error::{Error, Result};
+use support::output::write_whole;
+
+pub use family::Knots;
+
+use self::family::{Block, Recipe, blocks};
+use self::limits::Limits;
+use self::room::Room;
+use self::separate::{Ground, Products};
+use super::name::hypothesis::Hypothesis;
+use crate::report::Report;
+use crate::thresholds::manoeuvre::{
+    CHOICE_S, DURATIONS_S, LEADS_S, LEAST_RISE, MOST_BLOCKS, ONE_LOAD, OPEN, PARTED, RUNS, RUNS_TRIED, SURE,
+    WORTH,
+};
+use crate::types::Verdict;
+
+/// Two hypotheses, and by how many standard errors they would differ.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pair {
+    /// Their ids.
+    pub ids: [String; 2],
+    /// Expected difference.
+    pub z: f64,
+}
+
+/// What a drive is asked to be.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Wish {
+    /// To part the rivals with this probability, 0 to 1; as well as [`RUNS`] runs do it where none is asked for.
+    pub probability: Option<f64>,
+    /// To stay in this room.
+    pub room: Option<Room>,
+}
+
+/// What to drive.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Suggestion {
+    /// The profile; none where no drive parts any of the hypotheses.
+    pub knots: Option<Knots>,
+    /// What it does, in words.
+    pub words: String,
+    /// How often to drive it.
+    pub runs: usize,
+    /// The probability with which that parts the least parted pair.
+    pub probability: f64,
+    /// The one that was asked for.
+    pub wanted: Option<f64>,
+    /// Total masses to drive it with, by turns, kg.
+    pub masses_kg: Vec<f64>,
+    /// Hypotheses, and how well the profile parts them.
+    pub pairs: Vec<Pair>,
+    /// Runs of the same profile that are needed without the effect, with the robot as it was in the fit: the model gets too much wrong
+    /// along it, and no run says what. 0 where the field's are enough.
+    pub reference_runs: usize,
+    /// What else to record for those that it does not part.
+    pub record: Vec<String>,
+}
+
+/// Looks for the profile that parts the hypotheses of an ambiguous report best: the least parted pair counts. `None` where there is
+/// no tie.
+///
+/// # Errors
+/// As [`Runs::condition`].
+pub fn suggest<const N: usize>(
+    robot: &Robot,
+    runs: &Runs<N>,
+    clean: Option<&Runs<N>>,
+    report: &Report,
+    wish: &Wish,
+) -> Result<Option<Suggestion>> {
+    let (Verdict::Ambiguous, Some(basis)) = (report.verdict, &report.basis) else { return Ok(None) };
+    let hypotheses = (0..)
+        .zip(&report.ties)
+        .flat_map(|(round, tie)| tie.iter().map(move |hypothesis| (round, hypothesis.clone())));
+    let (seen, unseen): (Vec<_>, Vec<_>) =
+        hypotheses.partition(|(_, hypothesis)| separate::foreseen(hypothesis));
+    let (rounds, seen): (Vec<usize>, Vec<Hypothesis>) = seen.into_iter().unzip();
+    let known = runs.subset(&report.split.open).with_clean(clean);
+    let limits = Limits::new(robot, &known);
+    let search = Search {
+        field: runs,
+        blocks: wish.room.map_or_else(blocks, |room| room.fitted(blocks(), &limits)),
+        limits,
+        ground: Ground { runs: known, basis, hypotheses: &seen, has_clean: clean.is_some() },
+        rounds,
+        loads: [robot.mass_no_load_kg(), robot.mass_full_load_kg()],
+    };
+    let mut pairs = Vec::new();
+    let mut best = None;
+    let (mut reference_runs, mut count) = (0, RUNS);
+    if search
+        .ground
+        .hypotheses
+        .iter()
+        .any(|hypothesis| hypothesis.candidate.id != search.ground.hypotheses[0].candidate.id)
+    {
+        let mut recipe = search.best(0)?;
+        let mut loaded = search.loaded(&recipe, 0)?;
+        if worst(&loaded.1) < PARTED && clean.is_some() {
+            let other = search.best(RUNS)?;
+            let with_clean = search.loaded(&other, RUNS)?;
+            // Nobody records what helps little.
+            if worst(&with_clean.1) > worst(&loaded.1) + 1.0 {
+                (recipe, loaded, reference_runs) = (other, with_clean, RUNS);
+            }
+        }
+        let masses;
+        (masses, pairs) = loaded;
+        if let Some(wanted) = wish.probability {
+            (recipe, count, pairs) = search.effort(recipe, &masses, reference_runs, wanted)?;
+        }
+        best = Some((recipe, masses));
+    }
+    let mut record: Vec<String> =
+        unseen.iter().map(|(_, hypothesis)| advice::to_record(&hypothesis.candidate.id)).collect();
+    for pair in pairs.iter().filter(|pair| pair.z < PARTED) {
+        record.extend(pair.ids.iter().map(|id| advice::to_record(id)));
+    }
+    record.sort();
+    record.dedup();
+    let parts = pairs.iter().any(|pair| pair.z >= WORTH);
+    let probability = if pairs.is_empty() { 0.0 } else { effort::probability(worst(&pairs)) };
+    let wanted = wish.probability;
+    let suggestion = match best.filter(|_| parts) {
+        Some((recipe, masses)) => Suggestion {
+            knots: Some(recipe.knots(&search.blocks, &search.limits)),
+            words: recipe.words(&search.blocks),
+            runs: count,
+            probability,
+            wanted,
+            masses_kg: masses,
+            pairs,
+            reference_runs,
+            record,
+        },
+        None => Suggestion {
+            knots: None,
+            words: String::new(),
+            runs: 0,
+            probability,
+            wanted,
+            masses_kg: Vec::new(),
+            pairs,
+            reference_runs: 0,
+            record,
+        },
+    };
+    Ok(Some(suggestion))
+}
+
+/// The search over the family.
+struct Search<'a, const N: usize> {
+    field: &'a Runs<N>,
+    ground: Ground<'a, N>,
+    limits: Limits,
+    blocks: Vec<Block>,
+    /// The round in which each hypothesis tied: only those of one round are hypotheses.
+    rounds: Vec<usize>,
+    /// The lightest and the heaviest total mass, kg.
+    loads: [f64; 2],
+}
+
+impl<const N: usize> Search<'_, N> {
+    fn planned(&self, recipe: &Recipe, masses: &[f64]) -> Result<Runs<N>> {
+        let knots = recipe.knots(&self.blocks, &self.limits);
+        separate::planned(self.field, &knots, &self.limits, masses)
+    }
+
+    /// How well each pair of ids is parted: of the ways in which their effects may show the two that are closest.
+    fn separations(
+        &self,
+        known: &Products,
+        recipe: &Recipe,
+        masses: &[f64],
+        reference: usize,
+    ) -> Result<Vec<Pair>> {
+        self.separations_by(known, recipe, masses, reference, RUNS)
+    }
+
+    /// The same after so many runs.
+    fn separations_by(
+        &self,
+        known: &Products,
+        recipe: &Recipe,
+        masses: &[f64],
+        reference: usize,
+        runs: usize,
+    ) -> Result<Vec<Pair>> {
+        let weight = OPEN * runs as f64 / masses.len() as f64;
+        let planned = self.ground.of(&self.planned(recipe, masses)?);
+        let mut pairs: Vec<Pair> = Vec::new();
+        let clean = reference as f64 / masses.len() as f64;
+        for (i, j, z) in self.ground.separations(known, &planned, weight, clean) {
+            let ids = [i, j].map(|place| self.ground.hypotheses[place].candidate.id.clone());
+            if self.rounds[i] != self.rounds[j] || ids[0] == ids[1] {
+                continue;
+            }
+            let swapped = [ids[1].clone(), ids[0].clone()];
+            match pairs.iter_mut().find(|pair| pair.ids == ids || pair.ids == swapped) {
+                Some(pair) => pair.z = pair.z.min(z),
+                None => pairs.push(Pair { ids, z }),
+            }
+        }
+        Ok(pairs)
+    }
+
+    /// What counts: the least parted pair, and a little of all pairs, so that those that nothing parts do not hide the others.
+    fn score(&self, known: &Products, recipe: &Recipe, reference: usize) -> Result<f64> {
+        let found = self.separations(known, recipe, &self.loads, reference)?;
+        let mean = found.iter().map(|pair| pair.z.min(SURE)).sum::<f64>() / found.len().max(1) as f64;
+        Ok(worst(&found) + 0.1 * mean)
+    }
+
+    /// Products of what is known, at the scale of recipes of that length.
+    fn known(&self, duration_s: f64) -> Result<Products> {
+        let recipe = Recipe { lead_s: 0.0, duration_s, blocks: vec![0] };
+        Ok(self.ground.known(&self.planned(&recipe, &self.loads)?))
+    }
+
+    /// Blocks one after the other, each the best beside those chosen before; then rest and length.
+    fn best(&self, reference: usize) -> Result<Recipe> {
+        let known = self.known(CHOICE_S)?;
+        let mut best: Option<(f64, Recipe)> = None;
+        let mut tail: Vec<usize> = Vec::new();
+        while tail.len() < MOST_BLOCKS {
+            let mut further: Option<(f64, Recipe)> = None;
+            for block in 0..self.blocks.len() {
+                for lead_s in LEADS_S {
+                    // The rest is chosen with the first block, and kept.
+                    if best.as_ref().is_some_and(|(_, best)| best.lead_s != lead_s) {
+                        continue;
+                    }
+                    let blocks = tail.iter().copied().chain([block]).collect();
+                    let recipe = Recipe { lead_s, duration_s: CHOICE_S, blocks };
+                    let score = self.score(&known, &recipe, reference)?;
+                    if further.as_ref().is_none_or(|(most, _)| score > *most) {
+                        further = Some((score, recipe));
+                    }
+                }
+            }
+            match (further, &best) {
+                (Some(found), Some((most, _))) if found.0 <= LEAST_RISE * most => break,
+                (Some(found), _) => {
+                    tail.clone_from(&found.1.blocks);
+                    best = Some(found);
+                }
+                (None, _) => break,
+            }
+        }
+        let (_, mut recipe) = best.ok_or_else(|| Error::failed("no profile can be tried"))?;
+        for duration_s in DURATIONS_S {
+            recipe.duration_s = duration_s;
+            let found = self.separations(&self.known(duration_s)?, &recipe, &self.loads, reference)?;
+            if worst(&found) >= SURE {
+                break;
+            }
+        }
+        Ok(recipe)
+    }
+
+    /// The least time on the road that parts all pairs with a probability: length and number of runs. Where none of those tried is
+    /// enough, what parts them best.
+    fn effort(
+        &self,
+        recipe: Recipe,
+        masses: &[f64],
+        reference: usize,
+        wanted: f64,
+    ) -> Result<(Recipe, usize, Vec<Pair>)> {
+        let mut tried = Vec::new();
+        for duration_s in DURATIONS_S {
+            let recipe = Recipe { duration_s, ..recipe.clone() };
+            let known = self.known(duration_s)?;
+            for runs in RUNS_TRIED {
+                let pairs = self.separations_by(&known, &recipe, masses, reference, runs)?;
+                tried.push((recipe.clone(), runs, pairs));
+            }
+        }
+        let reached = |tried: &(Recipe, usize, Vec<Pair>)| effort::probability(worst(&tried.2));
+        let time = |(recipe, runs, _): &(Recipe, usize, Vec<Pair>)| recipe.duration_s * *runs as f64;
+        let enough = tried.iter().filter(|tried| reached(tried) >= wanted);
+        let found = enough.min_by(|a, b| time(a).total_cmp(&time(b)));
+        let best = || {
+            tried.iter().max_by(|a, b| reached(a).total_cmp(&reached(b)).then(time(b).total_cmp(&time(a))))
+        };
+        found.or_else(best).cloned().ok_or_else(|| Error::failed("no profile can be tried"))
+    }
+
+    /// The loads to drive it with, and what they part.
+    fn loaded(&self, recipe: &Recipe, reference: usize) -> Result<(Vec<f64>, Vec<Pair>)> {
+        let known = self.known(recipe.duration_s)?;
+        let mut best = (self.loads.to_vec(), self.separations(&known, recipe, &self.loads, reference)?);
+        for load in self.loads {
+            let found = self.separations(&known, recipe, &[load], reference)?;
+            if worst(&found) > ONE_LOAD * worst(&best.1) {
+                best = (vec![load], found);
+            }
+        }
+        Ok(best)
+    }
+}
+
+/// The least parted pair's z.
+fn worst(pairs: &[Pair]) -> f64 {
+    pairs.iter().map(|pair| pair.z).fold(f64::INFINITY, f64::min)
+}
+
+impl Suggestion {
+    /// Writes the profile as `gmr simulate --profile` takes it; whole or not at all.
+    ///
+    /// # Errors
+    /// What the operating system reports.
+    pub fn write(&self, file: &Path) -> Result<()> {
+        let Some(knots) = &self.knots else { return Ok(()) };
+        write_whole(file, |out| {
+            let refused = |error: std::io::Error| Error::io(file, &error);
+            writeln!(out, "time_s,v_m_s,omega_rad_s").map_err(refused)?;
+            for (time, [speed, turn]) in knots {
+                writeln!(out, "{time:.4},{speed:.6},{turn:.6}").map_err(refused)?;
+            }
+            Ok(())
+        })
+    }
+
+    /// Length of the profile, s.
+    pub fn duration_s(&self) -> Option<f64> {
+        self.knots.as_ref()?.last().map(|(time, _)| *time)
+    }
+
+    /// For scripts.
+    pub fn json(&self) -> Value {
+        let pairs: Vec<Value> =
+            self.pairs.iter().map(|pair| json!({"rivals": pair.ids, "expected_z": pair.z})).collect();
+        json!({
+            "duration_s": self.duration_s(),
+            "does": self.words,
+            "runs": self.knots.as_ref().map(|_| self.runs),
+            "driving_s": self.duration_s().map(|duration| duration * self.runs as f64),
+            "probability": self.probability,
+            "wanted_probability": self.wanted,
+            "reference_runs": self.reference_runs,
+            "masses_kg": self.masses_kg,
+            "separates": pairs,
+            "record": self.record,
+        })
+    }
+
+    /// Lines for the terminal.
+    pub fn lines(&self, file: &Path) -> String {
+        let mut out = String::new();
+        if let Some(duration) = self.duration_s() {
+            let masses: Vec<String> = self.masses_kg.iter().map(|mass| format!("{mass}")).collect();
+            out += &format!(
+                "to tell them apart: drive {} ({duration:.0} s) {} times, with {} kg in all\n  {}\n",
+                file.display(),
+                self.runs,
+                masses.join(" and "),
+                self.words
+            );
+            if self.reference_runs > 0 {
+                out += &format!(
+                    "  and {} times more with the robot as it was in the fit, added to the clean runs (--base): what the model gets \
+                     wrong along it is not known yet\n",
+                    self.reference_runs
+                );
+            }
+            let pairs: Vec<String> =
+                self.pairs.iter().map(|pair| format!("{} z = {:.1}", pair.ids.join(" / "), pair.z)).collect();
+            out += &format!("  expected: {}\n", pairs.join("; "));
+            if let Some(wanted) = self.wanted {
+                let short =
+                    if self.probability < wanted { ": no drive that was tried does better" } else { "" };
+                out += &format!(
+                    "  {:.0} min of driving part them with {:.0} % probability ({:.0} % asked for{short})\n",
+                    duration * self.runs as f64 / 60.0,
+                    100.0 * self.probability,
+                    100.0 * wanted
+                );
+            }
+        } else {
+            out += "no drive tells them apart\n";
+        }
+        if !self.record.is_empty() {
+            out += &format!("  record as well: {}\n", self.record.join("; "));
+        }
+        out
+    }
+}

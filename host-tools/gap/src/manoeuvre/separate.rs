@@ -1,0 +1,287 @@
+//! How well a drive would part two hypotheses: what is left of their difference when the worse one may adapt itself.
+//!
+//! As in the workflow, the model may be wrong along smooth functions of the drive and along the effects in clean and field runs alike,
+//! which only the clean runs tell from an effect: where these have not been, no drive of the field parts anything.
+
+use std::mem::discriminant;
+
+use logs::Shared;
+use logs::motions::Motions;
+use logs::runs::{RawRun, Row, Run, Runs};
+use model::effects::Regressor;
+use model_core::effects::Term;
+use model_core::estimator::Sample;
+use nalgebra::{DMatrix, DVector};
+use numerics::least_squares::{NormalEquations, Prior};
+use support::error::Result;
+
+use super::super::smooth;
+use super::super::twin::{State, Twin};
+use super::family::{Knots, at};
+use super::limits::Limits;
+use crate::name::hypothesis::Hypothesis;
+use crate::noise::whiten::Signal;
+use crate::report::Basis;
+use crate::thresholds::manoeuvre::{SAMPLES_PER_CUTOFF, SHAPE_STEP, SHAPE_UNCERTAINTY};
+use crate::thresholds::problem::DISCREPANCY_RIDGE;
+
+/// A drive as the filter would show it: rows without power.
+///
+/// # Errors
+/// As [`Runs::condition`].
+pub fn planned<const N: usize>(
+    field: &Runs<N>,
+    knots: &Knots,
+    limits: &Limits,
+    masses: &[f64],
+) -> Result<Runs<N>> {
+    let end = knots.last().map_or(0.0, |(time, _)| *time);
+    // Rows as far apart as those that the whitener knows.
+    let parts = (1..=8)
+        .map(f64::from)
+        .find(|parts| field.period_s / parts * SAMPLES_PER_CUTOFF * field.robot.cutoff_hz <= 1.0)
+        .unwrap_or(8.0);
+    let period_s = field.period_s / parts;
+    let run = |mass: &f64| {
+        let rows = (0..=(end / period_s) as usize).map(|k| {
+            let time = k as f64 * period_s;
+            let mut wheel_speed = [0.0; N];
+            for (own, speed) in wheel_speed.iter_mut().zip(limits.wheel_speeds(at(knots, time))) {
+                *own = speed;
+            }
+            (time, Sample { wheel_speed, wheel_acceleration: None, power: 0.0 }, *mass, Vec::new())
+        });
+        RawRun { name: "planned".to_owned(), rows: rows.collect(), columns: Vec::new(), period_s }
+    };
+    // What the wheels will slip nobody knows before: planned drives do not.
+    let mut core = field.robot;
+    core.conditioning.true_slip = 0.0;
+    Runs::condition(&core, masses.iter().map(run).collect())
+}
+
+/// Whether a drive can show what this hypothesis says: nobody can foresee what other columns will hold.
+pub fn foreseen(hypothesis: &Hypothesis) -> bool {
+    hypothesis.candidate.regressors.iter().all(|regressor| match regressor {
+        Regressor::Column(_) | Regressor::Temperature(..) => false,
+        Regressor::Term(term) => !matches!(term, Term::GradeByPitch),
+        _ => true,
+    })
+}
+
+/// A hypothesis's state in runs to come: what steps does so in their middle, and by as much as it did on average in single runs; payloads
+/// are put on scales.
+fn to_come<const N: usize>(state: &State, runs: &Runs<N>) -> State {
+    let longest = runs.runs.iter().filter_map(|run| run.rows.last()).map(|row| row.time).fold(0.0, f64::max);
+    let mut coming = state.clone();
+    let single = |of: &Term<f64>| {
+        let same = |regressor: &Regressor| matches!(regressor, Regressor::InRun(_, own) if discriminant(own) == discriminant(of));
+        let sizes: Vec<f64> =
+            state.effects.iter().filter(|(regressor, _)| same(regressor)).map(|(_, c)| *c).collect();
+        sizes.iter().sum::<f64>() / sizes.len().max(1) as f64
+    };
+    let mut seen = Vec::new();
+    for (regressor, coefficient) in &mut coming.effects {
+        match regressor {
+            Regressor::Switch(_, times) => *times = vec![0.5 * longest; runs.runs.len()].into(),
+            Regressor::InRun(_, term) if !seen.contains(&discriminant(term)) => {
+                seen.push(discriminant(term));
+                *coefficient = single(term);
+                *regressor = Regressor::Term(*term).with_shape(0.5 * longest);
+            }
+            Regressor::InRun(run, _) | Regressor::Mass(run) => *run = usize::MAX,
+            _ => {}
+        }
+    }
+    coming
+}
+
+/// A shape that a hypothesis may adapt. Times of steps are not: each run has its own.
+fn width(regressor: &Regressor) -> Option<f64> {
+    match regressor {
+        Regressor::Term(Term::StepAt(_) | Term::RollingFrom(_)) => None,
+        other => other.shape(),
+    }
+}
+
+/// What is known already: the open runs of the field and the clean ones, and the hypotheses that explain them.
+pub struct Ground<'a, const N: usize> {
+    /// Open runs, then clean ones.
+    pub runs: Runs<N>,
+    /// What predictions rest on.
+    pub basis: &'a Basis,
+    /// Who is to be parted.
+    pub hypotheses: &'a [Hypothesis],
+    /// Whether there are clean runs: without, the base moves instead of the discrepancy.
+    pub has_clean: bool,
+}
+
+/// Sums of products of all columns: discrepancy, each hypothesis's effects and shapes, each hypothesis's power.
+#[derive(Debug, Clone)]
+pub struct Products {
+    sums: DMatrix<f64>,
+    discrepancy: usize,
+    /// First column and number of columns of each hypothesis's effects, shapes behind them.
+    blocks: Vec<(usize, usize, usize)>,
+}
+
+impl<const N: usize> Ground<'_, N> {
+    /// Of the runs that there are, as they stand beside `planned` ones: smooth functions are scaled by the largest of all.
+    pub fn known(&self, planned: &Runs<N>) -> Products {
+        // A planned drive has none of the logs' further columns.
+        let all = self.runs.followed_by(planned);
+        let own = self.runs.runs.len();
+        let smooth = smooth::functions(&all);
+        self.products(&all, &smooth, 0..own, false)
+    }
+
+    /// Of planned runs.
+    pub fn of(&self, planned: &Runs<N>) -> Products {
+        let mut all = planned.clone();
+        all.runs.push(self.anchor());
+        let smooth = smooth::functions(&all);
+        self.products(&all, &smooth, 0..planned.runs.len(), true)
+    }
+
+    /// A run of those rows by which smooth functions are scaled.
+    fn anchor(&self) -> Run<N> {
+        let rows = || self.runs.runs.iter().flat_map(|run| &run.rows);
+        let speed = |row: &Row<N>| row.motion.wheels.iter().map(|wheel| wheel.speed.abs()).sum::<f64>();
+        let gain =
+            |row: &Row<N>| row.motion.wheels.iter().map(|w| w.speed * w.acceleration).sum::<f64>().abs();
+        let most =
+            |value: &dyn Fn(&Row<N>) -> f64| rows().max_by(|a, b| value(a).total_cmp(&value(b))).copied();
+        let kept = [
+            most(&speed),
+            most(&gain),
+            most(&|row| row.turn_rate.abs()),
+            most(&|row| row.mass),
+            most(&|row| -row.mass),
+            most(&|row| row.time),
+        ];
+        let extras = vec![Shared::default(); self.runs.columns.len()];
+        let rows = kept.into_iter().flatten().collect();
+        Run { name: "anchor".to_owned(), rows, extras, motions: Motions::default().into(), clean: false }
+    }
+
+    fn products(
+        &self,
+        runs: &Runs<N>,
+        smooth: &[Signal],
+        places: std::ops::Range<usize>,
+        planned: bool,
+    ) -> Products {
+        // What the model may get wrong is wrong in clean runs too: effects show there as they would in the field.
+        let mut bare = runs.clone();
+        bare.runs.iter_mut().for_each(|run| run.clean = false);
+        let twin = Twin { runs, drive: self.basis.drive, lag: self.basis.lag, early: 0.0 };
+        let field = Twin { runs: &bare, ..twin };
+        let states: Vec<State> = self
+            .hypotheses
+            .iter()
+            .map(|hypothesis| {
+                if planned {
+                    to_come(&hypothesis.fitted.state, runs)
+                } else {
+                    hypothesis.fitted.state.clone()
+                }
+            })
+            .collect();
+        let base = self.basis.precision.nrows();
+        let mut sums: Option<DMatrix<f64>> = None;
+        let (mut discrepancy, mut blocks) = (0, Vec::new());
+        for place in places {
+            let mut columns: Vec<Vec<f64>> = Vec::new();
+            let Some(first) = states.first() else { break };
+            let start = State { torque: first.torque, effects: Vec::new() };
+            let at = field.predict(place, &start);
+            columns.extend(field.base_slopes(place, &start, &at, base));
+            if self.has_clean {
+                columns.extend(smooth.iter().map(|signal| signal[place].clone()));
+                for (regressor, _) in states.iter().flat_map(|state| &state.effects) {
+                    columns.push(field.effect_slope(place, &start, regressor, &at));
+                }
+            }
+            discrepancy = columns.len();
+            blocks.clear();
+            let mut power = Vec::new();
+            for state in &states {
+                let at = twin.predict(place, state);
+                let from = columns.len();
+                columns.extend(
+                    state
+                        .effects
+                        .iter()
+                        .map(|(regressor, _)| twin.effect_slope(place, state, regressor, &at)),
+                );
+                let effects = columns.len() - from;
+                for (effect, (regressor, _)) in state.effects.iter().enumerate() {
+                    let Some(shape) = width(regressor) else { continue };
+                    let mut moved = state.clone();
+                    moved.effects[effect].0 = regressor.with_shape(shape * (1.0 + SHAPE_STEP));
+                    let there = twin.predict(place, &moved);
+                    columns
+                        .push(there.iter().zip(&at).map(|(there, at)| (there - at) / SHAPE_STEP).collect());
+                }
+                blocks.push((from, effects, columns.len() - from - effects));
+                power.push(at);
+            }
+            columns.extend(power);
+            let rows = runs.runs[place].rows.len();
+            let white = columns.iter().flat_map(|column| {
+                self.basis.whitener.apply_run(runs, place, column).into_iter().map(|x| x / self.basis.std_w)
+            });
+            let matrix = DMatrix::from_iterator(rows, columns.len(), white);
+            let own = matrix.tr_mul(&matrix);
+            sums = Some(match sums {
+                Some(sums) => sums + own,
+                None => own,
+            });
+        }
+        Products { sums: sums.unwrap_or_else(|| DMatrix::zeros(0, 0)), discrepancy, blocks }
+    }
+
+    /// Standard errors by which each pair of hypotheses would differ after `weight` runs for each of the planned ones, and `clean` of them
+    /// without the effect, all that is known taken together: places of the two, and z.
+    pub fn separations(
+        &self,
+        known: &Products,
+        planned: &Products,
+        weight: f64,
+        clean: f64,
+    ) -> Vec<(usize, usize, f64)> {
+        let mut total = &known.sums + weight * &planned.sums;
+        // Where there is no effect, only what the model gets wrong shows.
+        let own = (planned.discrepancy, planned.discrepancy);
+        let mut wrong = total.view_mut((0, 0), own);
+        wrong += clean * planned.sums.view((0, 0), own);
+        let mut pairs = Vec::new();
+        for i in 0..self.hypotheses.len() {
+            for j in i + 1..self.hypotheses.len() {
+                let z = self.left(&total, known, i, j).min(self.left(&total, known, j, i));
+                pairs.push((i, j, z.max(0.0).sqrt()));
+            }
+        }
+        pairs
+    }
+
+    /// χ² that a hypothesis has to leave where another is true.
+    fn left(&self, total: &DMatrix<f64>, of: &Products, truth: usize, hypothesis: usize) -> f64 {
+        let powers = total.ncols() - self.hypotheses.len();
+        let (first, effects, shapes) = of.blocks[hypothesis];
+        let places: Vec<usize> = (0..of.discrepancy).chain(first..first + effects + shapes).collect();
+        let size = places.len();
+        let (a, b) = (powers + truth, powers + hypothesis);
+        let whole = total[(a, a)] - 2.0 * total[(a, b)] + total[(b, b)];
+        let right = DVector::from_fn(size, |i, _| total[(places[i], a)] - total[(places[i], b)]);
+        let matrix = DMatrix::from_fn(size, size, |i, j| total[(places[i], places[j])]);
+        let mut equations = NormalEquations::from_sums(matrix, right, whole);
+        if !self.has_clean {
+            let offset = DVector::zeros(self.basis.precision.nrows());
+            equations.add_prior(&Prior { precision: self.basis.precision.clone(), offset });
+        }
+        for place in of.discrepancy + effects..size {
+            equations.hold(place, SHAPE_UNCERTAINTY);
+        }
+        equations.factor(DISCREPANCY_RIDGE).map_or(0.0, |factored| factored.loss())
+    }
+}

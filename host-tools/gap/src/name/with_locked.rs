@@ -1,0 +1,128 @@
+//! A tie of the open runs, asked again with the locked ones beside them.
+//!
+//! The open runs say who explains most and by how much. Half as many runs again may say that a rival does not: it is struck then. Nothing
+//! else is taken from the locked runs, and if with them another than the winner were best, the tie stays as it is.
+
+use model::effects::Regressor;
+
+use super::hypothesis::{Hypothesis, as_good, better_without_a_run, disagree, fit_hypothesis, tie_width};
+use crate::problem::Problem;
+use crate::thresholds::problem::MOST_FIT_STEPS;
+use crate::twin::State;
+
+/// Ids of the rivals that are struck of a tie, the winner first in it. `others` is the base with what else was named; `problem` is posed of
+/// the open runs, then the locked ones, then the clean ones.
+pub(crate) fn struck<const N: usize>(
+    problem: &Problem<'_, N>,
+    others: &State,
+    tie: &[Hypothesis],
+    threshold: f64,
+) -> Vec<String> {
+    let effects = others.effects.iter().map(|(regressor, _)| regressor);
+    let Some((winner, rivals)) = tie.split_first().filter(|_| effects.clone().all(is_of_all_runs)) else {
+        return Vec::new();
+    };
+    let is_askable = |own: &Hypothesis| own.candidate.regressors.iter().all(is_of_all_runs);
+    if !is_askable(winner) {
+        return Vec::new();
+    }
+    let own_id = &winner.candidate.id;
+    let ask = |own: &Hypothesis| fit_hypothesis(problem, others, &own.candidate);
+    let (Some(null), Some(mut winner)) = (problem.fit(others, &[], MOST_FIT_STEPS), ask(winner)) else {
+        return Vec::new();
+    };
+    let mut asked: Vec<Hypothesis> = Vec::new();
+    let mut unasked: Vec<&str> = Vec::new();
+    for rival in rivals {
+        match is_askable(rival).then(|| ask(rival)).flatten() {
+            // Another way of the winner's own effect.
+            Some(own) if own.candidate.id == *own_id => {
+                if own.is_plausible() && own.penalised < winner.penalised {
+                    winner = own;
+                }
+            }
+            Some(own) => asked.push(own),
+            None => unasked.push(&rival.candidate.id),
+        }
+    }
+    let plausible: Vec<&Hypothesis> = asked.iter().filter(|own| own.is_plausible()).collect();
+    if !winner.is_plausible() || plausible.iter().any(|own| own.penalised < winner.penalised) {
+        return Vec::new();
+    }
+    let width = tie_width(null.loss - winner.penalised, disagree(problem, &winner), problem.misfit);
+    let mut kept: Vec<String> =
+        as_good(&null, &winner, &plausible, width).iter().map(|own| own.candidate.id.clone()).collect();
+    let all: Vec<&Hypothesis> = std::iter::once(&winner).chain(plausible).collect();
+    kept.extend(better_without_a_run(problem, &null, &winner, &all, &kept, threshold));
+    let mut struck: Vec<String> = asked.into_iter().map(|own| own.candidate.id).collect();
+    struck.retain(|id| !kept.contains(id) && !unasked.contains(&id.as_str()));
+    struck.sort();
+    struck.dedup();
+    struck
+}
+
+/// Whether locked runs have it as open ones do: not what is of single runs, or comes at a time of each run's own.
+fn is_of_all_runs(regressor: &Regressor) -> bool {
+    regressor.run().is_none() && !matches!(regressor, Regressor::Switch(..))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use logs::runs::{Row, Runs};
+    use model::effects::{Candidate, Detail, Switched};
+    use model_core::effects::Term;
+    use model_core::torque::{Drive, TorqueModel};
+
+    use super::*;
+    use crate::problem::example;
+    use crate::twin::Twin;
+
+    /// Base parameters that move along.
+    const BASE: usize = 4;
+
+    fn twin(runs: &Runs<2>) -> Twin<'_, 2> {
+        Twin { runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 }
+    }
+
+    /// Power with 0.3 W more: friction at low speeds and at lower ones is struck from a tie with an offset, the same offset by another name and a step at times
+    /// of its own stay. Where friction is said to have won nothing is struck.
+    #[test]
+    fn a_rival_is_struck_that_all_runs_together_say_is_worse() {
+        let mut runs = example::runs([0.8, 0.3]);
+        let start = State {
+            torque: TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]),
+            effects: Vec::new(),
+        };
+        let offset = Regressor::Term(Term::Offset);
+        let truth = State { effects: vec![(offset.clone(), 0.3)], ..start.clone() };
+        let powers: Vec<Vec<f64>> =
+            (0..runs.runs.len()).map(|place| twin(&runs).predict(place, &truth)).collect();
+        for (run, powers) in runs.runs.iter_mut().zip(powers) {
+            run.rows = run.rows.iter().zip(powers).map(|(row, power)| Row { power, ..*row }).collect();
+        }
+        let problem = example::bare(twin(&runs), start.torque, BASE);
+        let candidate = |id: &str, regressor: Regressor| Candidate {
+            id: id.to_owned(),
+            regressors: vec![regressor],
+            unit: String::new(),
+            range: (-10.0, 10.0),
+            least: Vec::new(),
+            detail: Detail::Plain,
+            search: 0.0,
+        };
+        let times: Arc<[f64]> = [10.0, 10.0].into();
+        let fitted = [
+            candidate("offset", offset.clone()),
+            candidate("same", offset),
+            candidate("friction", Regressor::Term(Term::Stribeck(1.0))),
+            candidate("narrow", Regressor::Term(Term::Stribeck(0.05))),
+            candidate("step", Regressor::Switch(Switched::Static, times)),
+        ]
+        .map(|candidate| fit_hypothesis(&problem, &start, &candidate).unwrap());
+        assert_eq!(struck(&problem, &start, &fitted, 5.0), ["friction", "narrow"]);
+        let [own, same, friction, narrow, step] = fitted;
+        assert!(struck(&problem, &start, &[friction, own, same, narrow, step], 5.0).is_empty());
+    }
+}

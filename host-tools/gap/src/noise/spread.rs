@@ -1,0 +1,146 @@
+//! How the scatter of what is left varies from row to row: with jerk, acceleration and power.
+//!
+//! No model of filtered signals is right where a wheel starts or stops: the power is no linear function of the speeds there, and
+//! the filter mixes what was before with what comes behind. Such rows scatter several times as much as steady ones. Weighed alike
+//! they would drown what the steady ones say.
+
+use logs::runs::Runs;
+
+use super::whiten::Signal;
+use crate::thresholds::noise::{KEPT_MEAN, KEPT_TENTHS, LEAST_ROWS, LEVELS, REACH, ROUNDS};
+
+/// How the scatter depends on the three measures, as factors of the variance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spread {
+    /// Where the levels of each measure end.
+    edges: [Vec<f64>; 3],
+    /// The factor of each level.
+    factors: [Vec<f64>; 3],
+}
+
+impl Spread {
+    /// Of the rows of some runs whose weight is not 0.
+    pub fn fit<const N: usize>(
+        runs: &Runs<N>,
+        left: &Signal,
+        known: &Signal,
+        of: impl Fn(usize) -> bool,
+    ) -> Self {
+        let places: Vec<usize> = (0..runs.runs.len()).filter(|&place| of(place)).collect();
+        let rows = || {
+            let known = move |place: usize, row: usize| known[place][row] > 0.0;
+            places.iter().flat_map(move |&place| {
+                (0..left[place].len()).filter(move |&row| known(place, row)).map(move |row| (place, row))
+            })
+        };
+        let measures = measures(runs);
+        let edges = std::array::from_fn(|m| {
+            let values: Vec<f64> = rows().map(|(place, row)| measures[m][place][row]).collect();
+            edges_of(values)
+        });
+        let mut spread = Self { edges, factors: std::array::from_fn(|_| vec![1.0; LEVELS]) };
+        for _ in 0..ROUNDS {
+            for m in 0..3 {
+                let mut squares: Vec<Vec<f64>> = vec![Vec::new(); LEVELS];
+                for (place, row) in rows() {
+                    let at = std::array::from_fn(|m| measures[m][place][row]);
+                    squares[level(&spread.edges[m], at[m])]
+                        .push(left[place][row].powi(2) / spread.variance(&at));
+                }
+                for (factor, squares) in spread.factors[m].iter_mut().zip(squares) {
+                    *factor *= scatter(squares);
+                }
+            }
+        }
+        spread
+    }
+
+    /// Standard deviation of each row's scatter.
+    pub fn of<const N: usize>(&self, runs: &Runs<N>) -> Signal {
+        let measures = measures(runs);
+        let row = |place: usize, row: usize| {
+            self.variance(&std::array::from_fn(|m| measures[m][place][row])).sqrt()
+        };
+        let runs = runs.runs.iter().enumerate();
+        runs.map(|(place, run)| (0..run.rows.len()).map(|k| row(place, k)).collect()).collect()
+    }
+
+    fn variance(&self, at: &[f64; 3]) -> f64 {
+        let factors = self.edges.iter().zip(&self.factors).zip(at);
+        factors.map(|((edges, factors), value)| factors[level(edges, *value)]).product()
+    }
+}
+
+fn level(edges: &[f64], value: f64) -> usize {
+    edges.iter().filter(|edge| value >= **edge).count()
+}
+
+fn edges_of(mut values: Vec<f64>) -> Vec<f64> {
+    if values.is_empty() {
+        return Vec::new();
+    }
+    values.sort_by(f64::total_cmp);
+    (1..LEVELS).map(|level| values[level * values.len() / LEVELS]).collect()
+}
+
+fn measures<const N: usize>(runs: &Runs<N>) -> [Signal; 3] {
+    [jerk(runs), acceleration(runs), power(runs)]
+}
+
+/// Mean square without the stray tenth, which the weights deal with.
+fn scatter(mut squares: Vec<f64>) -> f64 {
+    if squares.len() < LEAST_ROWS {
+        return 1.0;
+    }
+    squares.sort_by(f64::total_cmp);
+    squares.truncate(squares.len() * KEPT_TENTHS / 10);
+    // Of a normal variable the lower nine tenths of squares have a mean of 0.623.
+    (squares.iter().sum::<f64>() / squares.len() as f64 / KEPT_MEAN).max(1e-12)
+}
+
+fn acceleration<const N: usize>(runs: &Runs<N>) -> Signal {
+    runs.runs
+        .iter()
+        .map(|run| {
+            run.rows
+                .iter()
+                .map(|row| row.motion.wheels.iter().map(|wheel| wheel.acceleration.abs()).sum())
+                .collect()
+        })
+        .collect()
+}
+
+fn power<const N: usize>(runs: &Runs<N>) -> Signal {
+    // Speed stands for the power: the power itself holds the noise.
+    runs.runs
+        .iter()
+        .map(|run| {
+            run.rows
+                .iter()
+                .map(|row| row.mass * row.motion.wheels.iter().map(|wheel| wheel.speed.abs()).sum::<f64>())
+                .collect()
+        })
+        .collect()
+}
+
+/// Greatest change of a wheel's acceleration near a row.
+fn jerk<const N: usize>(runs: &Runs<N>) -> Signal {
+    runs.runs
+        .iter()
+        .map(|run| {
+            let steps: Vec<f64> = (0..run.rows.len())
+                .map(|k| {
+                    let before = &run.rows[k.saturating_sub(1)].motion.wheels;
+                    let now = &run.rows[k].motion.wheels;
+                    now.iter().zip(before).map(|(a, b)| (a.acceleration - b.acceleration).abs()).sum()
+                })
+                .collect();
+            (0..steps.len())
+                .map(|k| {
+                    let near = k.saturating_sub(REACH)..(k + REACH).min(steps.len());
+                    steps[near].iter().fold(0.0, |most: f64, step| most.max(*step))
+                })
+                .collect()
+        })
+        .collect()
+}

@@ -1,0 +1,115 @@
+//! Prewhitening: an autoregression that leaves the noise of the power without memory.
+
+use logs::runs::Runs;
+
+use crate::thresholds::noise::{ORDER, WHITE_FLOOR};
+
+/// Values of one signal: a vector a run, a value a row.
+pub type Signal = Vec<Vec<f64>>;
+
+/// x_t − Σ a_k x_{t−k}.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Whitener {
+    /// a_1 … a_p.
+    pub coefficients: Vec<f64>,
+}
+
+impl Whitener {
+    /// From the autocovariance of residuals over some runs, by Levinson and Durbin.
+    pub fn estimate<const N: usize>(runs: &Runs<N>, residual: &Signal, of: impl Fn(usize) -> bool) -> Self {
+        let mut lags = vec![0.0; ORDER + 1];
+        let some = runs.runs.iter().zip(residual).enumerate().filter(|(place, _)| of(*place));
+        for (_, (run, values)) in some {
+            let mut age = 0;
+            for (t, row) in run.rows.iter().enumerate() {
+                age = if row.starts { 0 } else { age + 1 };
+                for (lag, sum) in lags.iter_mut().enumerate().take(ORDER.min(age) + 1) {
+                    *sum += values[t] * values[t - lag];
+                }
+            }
+        }
+        lags[0] *= 1.0 + WHITE_FLOOR;
+        Self { coefficients: levinson(&lags) }
+    }
+
+    /// Filters a signal. The first rows of each piece, whose past is not known, become 0 as [`Self::known`] tells.
+    pub fn apply<const N: usize>(&self, runs: &Runs<N>, signal: &Signal) -> Signal {
+        runs.runs
+            .iter()
+            .zip(signal)
+            .enumerate()
+            .map(|(place, (_, values))| self.apply_run(runs, place, values))
+            .collect()
+    }
+
+    /// As [`apply`](Self::apply) for the values of one run.
+    pub fn apply_run<const N: usize>(&self, runs: &Runs<N>, place: usize, values: &[f64]) -> Vec<f64> {
+        let mut age = 0;
+        let rows = &runs.runs[place].rows;
+        let order = self.coefficients.len();
+        let mut out = vec![0.0; values.len()];
+        for (t, row) in rows.iter().enumerate() {
+            age = if row.starts { 0 } else { age + 1 };
+            if age >= order {
+                let past = values[t - order..t].iter().rev();
+                let expected: f64 = self.coefficients.iter().zip(past).map(|(a, x)| a * x).sum();
+                out[t] = values[t] - expected;
+            }
+        }
+        out
+    }
+
+    /// Whether the past of each row is known.
+    pub fn known<const N: usize>(&self, runs: &Runs<N>) -> Vec<Vec<bool>> {
+        let known = |rows: &[logs::runs::Row<N>]| {
+            let mut age = 0;
+            rows.iter()
+                .map(|row| {
+                    age = if row.starts { 0 } else { age + 1 };
+                    age >= self.coefficients.len()
+                })
+                .collect()
+        };
+        runs.runs.iter().map(|run| known(&run.rows)).collect()
+    }
+}
+
+/// Solves the Yule–Walker equations; none where the autocovariance is none.
+fn levinson(lags: &[f64]) -> Vec<f64> {
+    let order = lags.len() - 1;
+    let mut a: Vec<f64> = Vec::with_capacity(order);
+    let mut error = lags[0];
+    for k in 1..=order {
+        if error <= 0.0 || error.is_nan() {
+            break;
+        }
+        let sum: f64 = a.iter().enumerate().map(|(i, a)| a * lags[k - 1 - i]).sum();
+        let reflection = (lags[k] - sum) / error;
+        let before = a.clone();
+        for (i, value) in a.iter_mut().enumerate() {
+            *value -= reflection * before[before.len() - 1 - i];
+        }
+        a.push(reflection);
+        error *= 1.0 - reflection * reflection;
+    }
+    a.resize(order, 0.0);
+    a
+}
+
+#[cfg(test)]
+mod tests {
+    use super::levinson;
+
+    /// An AR(2) process x_t = 0.6 x_{t−1} + 0.3 x_{t−2} + e has autocorrelations ρ1 = 0.6/0.7, ρ_k = 0.6 ρ_{k−1} + 0.3 ρ_{k−2}.
+    #[test]
+    fn levinson_finds_the_process_of_its_autocovariance() {
+        let mut lags = vec![1.0, 0.6 / 0.7];
+        for k in 2..6 {
+            lags.push(0.6 * lags[k - 1] + 0.3 * lags[k - 2]);
+        }
+        let found = levinson(&lags);
+        for (found, expected) in found.iter().zip([0.6, 0.3, 0.0, 0.0, 0.0]) {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+    }
+}

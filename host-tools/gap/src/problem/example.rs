@@ -1,0 +1,60 @@
+//! A small problem for tests.
+
+use logs::robot::Robot;
+use logs::runs::{RawRun, Runs};
+use model_core::estimator::Sample;
+use model_core::torque::TorqueModel;
+use nalgebra::DMatrix;
+
+use super::Problem;
+use super::panel::Fixed;
+use crate::noise::Noise;
+use crate::noise::whiten::Whitener;
+use crate::twin::Twin;
+
+/// Standard deviation of the noise, W.
+pub(crate) const STD_W: f64 = 0.07;
+
+/// Two runs of different masses at two paces, rad/s; the power is what nobody's model says.
+pub(crate) fn runs(paces: [f64; 2]) -> Runs<2> {
+    let core = Robot::load("burger").unwrap().core::<2>(2.0).unwrap();
+    let raw = [(1.0, paces[0]), (4.0, paces[1])].map(|(mass, pace)| {
+        let rows = (0..500).map(|i| {
+            let time = 0.05 * f64::from(i);
+            let speed = [5.0 * (pace * time).sin(), 4.0 * (0.7 * pace * time).cos()];
+            let power = 0.5 + 0.2 * mass * (1.3 * time).sin() + 0.1 * (11.0 * time * time).sin();
+            (time, Sample { wheel_speed: speed, wheel_acceleration: None, power }, mass, Vec::new())
+        });
+        RawRun { name: "run".to_owned(), rows: rows.collect(), columns: Vec::new(), period_s: 0.05 }
+    });
+    Runs::condition(&core, raw.into()).unwrap()
+}
+
+/// Noise of a known standard deviation that has no memory, and of which nothing says that it scatters more along any column.
+fn white(runs: &Runs<2>) -> Noise {
+    let all = |value: f64| runs.runs.iter().map(|run| vec![value; run.rows.len()]).collect();
+    Noise {
+        whitener: Whitener { coefficients: Vec::new() },
+        std_w: STD_W,
+        weights: all(1.0),
+        left: all(0.0),
+        left_w: all(0.0),
+        floor_w2: 0.0,
+    }
+}
+
+/// A problem without clean runs: nothing is known of the base, and nothing of what it gets wrong.
+pub(crate) fn bare<'a>(twin: Twin<'a, 2>, centre: TorqueModel<f64>, base: usize) -> Problem<'a, 2> {
+    Problem {
+        twin,
+        centre,
+        base,
+        precision: DMatrix::zeros(base, base),
+        noise: white(twin.runs),
+        discrepancy: Fixed::default(),
+        factor: None,
+        smooth: Vec::new(),
+        misfit: 1.0,
+        in_runs: 1.0,
+    }
+}

@@ -1,0 +1,168 @@
+//! Times of an effect's steps, run by run.
+
+use model::effects::{Regressor, Switched};
+use nalgebra::DVector;
+
+use super::Problem;
+use super::fit::Fitted;
+use crate::thresholds::detect::{MOST_TIMES, RUN_ENDS, TIME_GRID_S, TIME_PENALTY};
+use crate::thresholds::name::{LEAST_ROUND, TIME_ROUNDS, TIME_STEPS_S};
+use crate::twin::State;
+
+/// What the search for a step's own time in one of so many runs costs, in χ²: which runs have one was chosen, too.
+pub(crate) fn cost_of_a_time(runs: usize) -> f64 {
+    TIME_PENALTY + 2.0 * (runs as f64).ln()
+}
+
+impl<const N: usize> Problem<'_, N> {
+    /// Looks for the times of the last effect's steps between those that were tried, run by run, and in runs in which there was none: what
+    /// the others have may have hidden it.
+    pub fn sharpen_times(&self, fitted: &mut Fitted) {
+        let Some((Regressor::Switch(what, times), _)) = fitted.state.effects.last().cloned() else {
+            return;
+        };
+        let mut times = times.to_vec();
+        let field: Vec<usize> = (0..times.len()).filter(|&run| !self.twin.runs.runs[run].clean).collect();
+        for _ in 0..TIME_ROUNDS {
+            let before = fitted.loss;
+            let mut search = Search::new(self, &fitted.state, what, times);
+            let mut moved = false;
+            for &run in &field {
+                let end = self.twin.runs.runs[run].rows.last().map_or(0.0, |row| row.time);
+                let inside = RUN_ENDS * end..(1.0 - RUN_ENDS) * end;
+                if search.times[run].is_infinite() {
+                    let step = TIME_GRID_S.max(end / MOST_TIMES);
+                    let grid = (1..).map(|k| step * f64::from(k)).take_while(|at| *at < end);
+                    for at in grid.filter(|at| inside.contains(at)) {
+                        moved |= search.moves(run, at, cost_of_a_time(field.len()));
+                    }
+                }
+                for by in TIME_STEPS_S.into_iter().flat_map(|step| [-step, step]) {
+                    let at = search.times[run] + by;
+                    moved |= (0.0..end).contains(&at) && search.moves(run, at, 0.0);
+                }
+            }
+            times = search.times;
+            if moved && let Some(again) = self.fit(&with_times(&fitted.state, what, &times), &[], 2) {
+                *fitted = again;
+            }
+            if before - fitted.loss < LEAST_ROUND {
+                break;
+            }
+        }
+    }
+
+    /// What one run adds to the sum of squares.
+    fn part(&self, state: &State, run: usize) -> Part {
+        let predicted = self.twin.predict(run, state);
+        let rows = &self.twin.runs.runs[run].rows;
+        let left: Vec<f64> = rows.iter().zip(predicted).map(|(row, p)| row.power - p).collect();
+        let white = DVector::from_vec(self.noise.whiten(self.twin.runs, run, &left));
+        let along =
+            self.discrepancy.runs.get(run).map_or(DVector::zeros(0), |signals| signals.tr_mul(&white));
+        Part { square: white.norm_squared(), along }
+    }
+
+    /// Sum of squares of all runs, the discrepancy taken out; without the prior's penalty.
+    fn joint_loss(&self, parts: &[Part]) -> f64 {
+        let square: f64 = parts.iter().map(|part| part.square).sum();
+        let Some(factor) = &self.factor else { return square };
+        let mut along = DVector::zeros(self.discrepancy.len());
+        for part in parts {
+            along += &part.along;
+        }
+        square - along.dot(&factor.solve(&along))
+    }
+}
+
+/// Times that are tried, and what they leave.
+struct Search<'p, const N: usize> {
+    problem: &'p Problem<'p, N>,
+    state: &'p State,
+    what: Switched,
+    times: Vec<f64>,
+    parts: Vec<Part>,
+    loss: f64,
+}
+
+impl<'p, const N: usize> Search<'p, N> {
+    fn new(problem: &'p Problem<'p, N>, state: &'p State, what: Switched, times: Vec<f64>) -> Self {
+        let now = with_times(state, what, &times);
+        let parts: Vec<Part> = (0..times.len()).map(|run| problem.part(&now, run)).collect();
+        let loss = problem.joint_loss(&parts);
+        Self { problem, state, what, times, parts, loss }
+    }
+
+    /// Sets the time of a run, if that is better; the first one of a run by more than it costs.
+    fn moves(&mut self, run: usize, at: f64, cost: f64) -> bool {
+        let kept = std::mem::replace(&mut self.times[run], at);
+        let part = self.problem.part(&with_times(self.state, self.what, &self.times), run);
+        let part = std::mem::replace(&mut self.parts[run], part);
+        let loss = self.problem.joint_loss(&self.parts);
+        let cost = if kept.is_infinite() { cost } else { 0.0 };
+        let better = loss < self.loss - cost;
+        if better {
+            self.loss = loss;
+        } else {
+            self.times[run] = kept;
+            self.parts[run] = part;
+        }
+        better
+    }
+}
+
+/// Of one run: its sum of squares, and its products with the discrepancy.
+struct Part {
+    square: f64,
+    along: DVector<f64>,
+}
+
+/// The state with other times of its last effect's steps.
+fn with_times(state: &State, what: Switched, times: &[f64]) -> State {
+    let mut state = state.clone();
+    if let Some((regressor, _)) = state.effects.last_mut() {
+        *regressor = Regressor::Switch(what, times.into());
+    }
+    state
+}
+
+#[cfg(test)]
+mod tests {
+    use model_core::torque::{Drive, TorqueModel};
+
+    use super::*;
+    use crate::problem::example;
+    use crate::thresholds::problem::MOST_FIT_STEPS;
+    use crate::twin::Twin;
+
+    /// Steps of 0.5 W at 8 and 17 s; of the second run nobody knew that it has one. In a run without a step none is found.
+    #[test]
+    fn a_step_is_found_in_a_run_in_which_there_was_none() {
+        let torque = TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]);
+        let found = |hidden: [f64; 2]| {
+            let mut runs = example::runs([0.8, 0.3]);
+            let step = |times: [f64; 2]| Regressor::Switch(Switched::Static, times.to_vec().into());
+            let truth = State { torque, effects: vec![(step(hidden), 0.5)] };
+            let powers: Vec<Vec<f64>> = {
+                let twin = Twin { runs: &runs, drive: Drive::Dissipative, lag: 0.0, early: 0.0 };
+                (0..2).map(|run| twin.predict(run, &truth)).collect()
+            };
+            for (run, powers) in runs.runs.iter_mut().zip(powers) {
+                let rows = run.rows.iter().zip(powers);
+                run.rows = rows.map(|(row, power)| logs::runs::Row { power, ..*row }).collect();
+            }
+            let twin = Twin { runs: &runs, drive: Drive::Dissipative, lag: 0.0, early: 0.0 };
+            let problem = example::bare(twin, torque, 0);
+            let none = State { torque, effects: Vec::new() };
+            let start = step([hidden[0], f64::INFINITY]);
+            let mut fitted = problem.fit(&none, &[(start, 0.0)], MOST_FIT_STEPS).unwrap();
+            problem.sharpen_times(&mut fitted);
+            let Some((Regressor::Switch(_, times), size)) = fitted.state.effects.pop() else { panic!() };
+            (times.to_vec(), size)
+        };
+        let (times, size) = found([8.0, 17.0]);
+        assert!((times[0] - 8.0).abs() < 0.2 && (times[1] - 17.0).abs() < 0.2, "{times:?}");
+        assert!((size - 0.5).abs() < 0.02, "{size}");
+        assert!(found([8.0, f64::INFINITY]).0[1].is_infinite());
+    }
+}

@@ -1,0 +1,197 @@
+//! A nominal plant becomes this robot's: some of its physical parameters, fitted to runs without effects.
+
+use logs::runs::RawRun;
+use model_core::coefficients::Robot as CoreRobot;
+use nalgebra::{DMatrix, DVector};
+use plant::body::Wheel;
+use serde_json::{Map, Value, json};
+use support::error::Result;
+
+use super::filter::Behind;
+use super::in_parallel;
+use super::search::squares;
+use super::track::{Followed, Follower};
+use crate::thresholds::simulation::{FIT_STEPS, LAG_STEP_ROWS, LEAST_GAIN, MOST_LAG_ROWS, NUDGE, TRUST};
+
+/// A parameter that is fitted, the same for all wheels.
+#[derive(Debug, Clone, Copy)]
+struct Knob {
+    /// Its name in the output, with its unit.
+    name: &'static str,
+    of: fn(&mut Wheel) -> &mut f64,
+    /// The least and the greatest value.
+    range: (f64, f64),
+    /// Where a set has none of it: what a small robot may have.
+    typical: f64,
+}
+
+/// Winding, friction, inertia and gear: what makers' figures leave open.
+const KNOBS: [Knob; 6] = [
+    Knob {
+        name: "resistance_ohm",
+        of: |wheel| &mut wheel.motor.resistance_ohm,
+        range: (0.01, 100.0),
+        typical: 1.0,
+    },
+    Knob { name: "coulomb_n_m", of: |wheel| &mut wheel.motor.coulomb, range: (0.0, 1.0), typical: 1e-4 },
+    Knob { name: "viscous_n_m_s", of: |wheel| &mut wheel.motor.viscous, range: (0.0, 1.0), typical: 1e-7 },
+    Knob {
+        name: "rolling_resistance",
+        of: |wheel| &mut wheel.rolling_resistance,
+        range: (0.0, 0.5),
+        typical: 0.02,
+    },
+    Knob {
+        name: "rotor_inertia_kg_m2",
+        of: |wheel| &mut wheel.motor.rotor_inertia,
+        range: (1e-9, 1.0),
+        typical: 1e-6,
+    },
+    Knob { name: "gear_efficiency", of: |wheel| &mut wheel.gear.efficiency, range: (0.1, 1.0), typical: 0.7 },
+];
+
+impl Follower {
+    /// Fits the plant to runs without effects: Gauss–Newton on the filtered power, parameters per wheel type.
+    ///
+    /// # Errors
+    /// As [`Follower::follow`].
+    pub fn calibrate<const N: usize>(&mut self, core: &CoreRobot<f64, N>, runs: &[RawRun<N>]) -> Result<()> {
+        let behind = Behind::new(core, runs)?;
+        let scales = KNOBS.map(|knob| {
+            let nominal = *(knob.of)(&mut self.machine.wheels[0].clone());
+            if nominal > 0.0 { nominal } else { knob.typical }
+        });
+        let mut best = self.try_on(core, runs, &behind)?;
+        for _ in 0..FIT_STEPS {
+            let now = self.knobs();
+            let mut slopes = Vec::new();
+            for (place, (knob, scale)) in KNOBS.iter().zip(scales).enumerate() {
+                let mut nudged = self.clone();
+                // Into the range, whichever end the parameter may be at.
+                let step = if now[place] + NUDGE * scale <= knob.range.1 { NUDGE } else { -NUDGE };
+                nudged.set(place, now[place] + step * scale);
+                let there = behind.residual(&nudged.power(core, runs, self.lag_s)?)?;
+                slopes.push(DVector::from_iterator(
+                    best.residual.len(),
+                    best.residual.iter().zip(&there).map(|(now, there)| (now - there) / step),
+                ));
+            }
+            let Some(step) = self.step(&best.residual, &slopes, &now, &scales) else { break };
+            let mut moved = None;
+            for share in [1.0, 0.4, 0.1] {
+                let mut tried = self.clone();
+                for (place, by) in step.iter().enumerate() {
+                    tried.set(place, now[place] + share * by * scales[place]);
+                }
+                let fit = tried.try_on(core, runs, &behind)?;
+                if fit.loss < best.loss {
+                    moved = Some((tried, fit));
+                    break;
+                }
+            }
+            let Some((tried, fit)) = moved else { break };
+            let gained = 1.0 - fit.loss / best.loss;
+            (*self, best) = (tried, fit);
+            if gained < LEAST_GAIN {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// The step of Gauss and Newton in units of the scales, held to the set's own values where the runs do not tell.
+    fn step(
+        &self,
+        residual: &[f64],
+        slopes: &[DVector<f64>],
+        now: &[f64; KNOBS.len()],
+        scales: &[f64; KNOBS.len()],
+    ) -> Option<DVector<f64>> {
+        let rows = residual.len() as f64;
+        let variance = squares(residual) / rows;
+        let size = KNOBS.len();
+        let residual = DVector::from_column_slice(residual);
+        let mut matrix = DMatrix::from_fn(size, size, |i, j| slopes[i].dot(&slopes[j]));
+        let mut right = DVector::from_fn(size, |i, _| slopes[i].dot(&residual));
+        let pull = variance / (TRUST * TRUST);
+        for i in 0..size {
+            matrix[(i, i)] += pull;
+            right[i] -= pull * (now[i] / scales[i] - 1.0);
+        }
+        Some(matrix.cholesky()?.solve(&right))
+    }
+
+    /// Residual at the lag that suits best, which the follower takes over.
+    fn try_on<const N: usize>(
+        &mut self,
+        core: &CoreRobot<f64, N>,
+        runs: &[RawRun<N>],
+        behind: &Behind<N>,
+    ) -> Result<Fit> {
+        let followed = self.follow_all(core, runs)?;
+        let period = runs.first().map_or(0.0, |run| run.period_s);
+        let at = |lag: f64| -> Result<Fit> {
+            let power: Vec<Vec<f64>> =
+                runs.iter().zip(&followed).map(|(run, followed)| followed.power(run, lag)).collect();
+            let residual = behind.residual(&power)?;
+            Ok(Fit { loss: squares(&residual), residual })
+        };
+        let mut best = (self.lag_s, at(self.lag_s)?);
+        // Downhill in ever finer steps.
+        let mut step = 0.5 * period;
+        while step >= LAG_STEP_ROWS * period {
+            for lag in [best.0 - step, best.0 + step] {
+                if lag.abs() <= MOST_LAG_ROWS * period {
+                    let fit = at(lag)?;
+                    if fit.loss < best.1.loss {
+                        best = (lag, fit);
+                    }
+                }
+            }
+            step *= 0.5;
+        }
+        self.lag_s = best.0;
+        Ok(best.1)
+    }
+
+    fn follow_all<const N: usize>(
+        &self,
+        core: &CoreRobot<f64, N>,
+        runs: &[RawRun<N>],
+    ) -> Result<Vec<Followed>> {
+        in_parallel(runs, |_, run| self.follow(core, run, &[]))
+    }
+
+    fn power<const N: usize>(
+        &self,
+        core: &CoreRobot<f64, N>,
+        runs: &[RawRun<N>],
+        lag: f64,
+    ) -> Result<Vec<Vec<f64>>> {
+        let followed = self.follow_all(core, runs)?;
+        Ok(runs.iter().zip(&followed).map(|(run, followed)| followed.power(run, lag)).collect())
+    }
+
+    fn knobs(&self) -> [f64; KNOBS.len()] {
+        let mut wheel = self.machine.wheels[0];
+        KNOBS.map(|knob| *(knob.of)(&mut wheel))
+    }
+
+    fn set(&mut self, place: usize, value: f64) {
+        let Knob { of, range: (low, high), .. } = KNOBS[place];
+        for wheel in &mut self.machine.wheels {
+            *of(wheel) = value.clamp(low, high);
+        }
+    }
+
+    /// The fitted parameters, for people and scripts.
+    pub fn parameters(&self) -> Map<String, Value> {
+        let values = KNOBS.iter().zip(self.knobs()).map(|(knob, value)| (knob.name.to_owned(), json!(value)));
+        values.chain([("lag_s".to_owned(), json!(self.lag_s))]).collect()
+    }
+}
+
+struct Fit {
+    loss: f64,
+    residual: Vec<f64>,
+}

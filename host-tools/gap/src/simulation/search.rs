@@ -1,0 +1,70 @@
+//! The size of a cause in the plant, found on the open runs: the one with which the simulation's gap is least.
+
+use support::error::Result;
+
+use crate::thresholds::simulation::{FIRST_SIZE, SAME_SIZE, SIZE_STEPS};
+
+/// Searches a size within a range by secants: what the last change of size changed in the power says how far the next
+/// has to go. `power` gives the simulated power of all runs, `now` is that without the cause.
+///
+/// # Errors
+/// What the plant refuses.
+pub fn size(
+    mut power: impl FnMut(f64) -> Result<Vec<f64>>,
+    measured: &[f64],
+    now: &[f64],
+    (low, high): (f64, f64),
+) -> Result<(f64, Vec<f64>)> {
+    let left = |power: &[f64]| -> Vec<f64> { measured.iter().zip(power).map(|(m, p)| m - p).collect() };
+    let mut best = (0.0, now.to_vec());
+    let mut last = best.clone();
+    let mut size = (FIRST_SIZE * high).clamp(low, high);
+    for _ in 0..SIZE_STEPS {
+        let there = power(size)?;
+        if squares(&left(&there)) < squares(&left(&best.1)) {
+            best = (size, there.clone());
+        }
+        let slope: Vec<f64> = there.iter().zip(&last.1).map(|(t, l)| (t - l) / (size - last.0)).collect();
+        let steep = squares(&slope);
+        if steep <= 0.0 {
+            break;
+        }
+        let along: f64 = left(&there).iter().zip(&slope).map(|(r, s)| r * s).sum();
+        let next = (size + along / steep).clamp(low, high);
+        last = (size, there);
+        if (next - size).abs() <= SAME_SIZE * next.abs().max(size.abs()) {
+            break;
+        }
+        size = next;
+    }
+    Ok(best)
+}
+
+/// Sum of squares.
+pub(super) fn squares(values: &[f64]) -> f64 {
+    values.iter().map(|x| x * x).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::size;
+
+    /// Powers that grow with the size and a little with its square: (1 + 0.2 s) s x, wanted at s = −1.3.
+    #[test]
+    fn a_size_is_found_within_a_few_runs_on_either_side_of_nought() {
+        let x: Vec<f64> = (0..50).map(|k| (f64::from(k) * 0.7).sin()).collect();
+        let at = |s: f64| -> Vec<f64> { x.iter().map(|x| (1.0 + 0.2 * s) * s * x).collect() };
+        let mut runs = 0;
+        let mut power = |s: f64| {
+            runs += 1;
+            Ok(at(s))
+        };
+        let (found, there) = size(&mut power, &at(-1.3), &at(0.0), (-2.0, 2.0)).unwrap();
+        assert!((found + 1.3).abs() < 0.005, "{found}");
+        assert_eq!(there, at(found));
+        assert!(runs <= 6);
+        // An end of the range stops it.
+        let (found, _) = size(|s| Ok(at(s)), &at(-1.3), &at(0.0), (0.0, 2.0)).unwrap();
+        assert!(found.abs() < 1e-12, "{found}");
+    }
+}

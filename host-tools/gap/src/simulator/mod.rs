@@ -1,0 +1,207 @@
+//! Somebody's simulator in the place of a clean fit: what does the robot have that it lacks?
+//!
+//! The signed model is fitted to what the simulator says, so that its effects have torques to act on. What that model gets wrong of the
+//! simulator is told by the simulator's own runs, as it is by clean runs of a robot, and is no gap. Where simulator and robot went along the
+//! same drive, row by row, measured less simulated power needs no model at all, and is told beside.
+
+pub mod export;
+
+use std::path::PathBuf;
+
+use fit::dataset::Reading;
+use fit::pgd;
+use logs::robot::{PowerSource, Robot};
+use logs::runs::{RawRun, Runs};
+use logs::simulated;
+use model::coefficients::{Method, ModelKind};
+use model_core::coefficients::Robot as CoreRobot;
+use model_core::eq18::Gate;
+use model_core::model::Model;
+use serde::Serialize;
+use support::error::{Error, Result};
+use support::metrics::Quality;
+
+use crate::noise::whiten::Signal;
+use crate::report::Report;
+use crate::types::Base;
+
+/// Where a simulator's power is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Source {
+    /// Its logs; the measured ones where it is beside their power.
+    pub files: Vec<PathBuf>,
+    /// In which columns.
+    pub columns: PowerSource,
+    /// Whether its rows are those of the measured logs.
+    pub paired: bool,
+}
+
+impl Source {
+    /// Of logs of its own.
+    ///
+    /// # Errors
+    /// A log that cannot be read or has no power.
+    pub fn of_logs(files: &[PathBuf], robot: &Robot) -> Result<Self> {
+        let columns = simulated::of_simulator(files, robot.wheels())?;
+        Ok(Self { files: files.to_owned(), columns, paired: false })
+    }
+
+    /// Beside the measured power of these logs; `None` where they know of no simulator.
+    ///
+    /// # Errors
+    /// A log that cannot be read; logs that differ in what they have.
+    pub fn beside(files: &[PathBuf], robot: &Robot) -> Result<Option<Self>> {
+        let columns = simulated::beside(files, robot.wheels())?;
+        Ok(columns.map(|columns| Self { files: files.to_owned(), columns, paired: true }))
+    }
+}
+
+/// A simulator as the workflow takes it.
+#[derive(Debug, Clone)]
+pub struct Simulator<const N: usize> {
+    /// Where it comes from.
+    pub source: Source,
+    /// The robot behind the filter that the measured logs need.
+    pub core: CoreRobot<f64, N>,
+    /// The model fitted to it.
+    pub base: Base,
+    /// What of its power that model explains.
+    pub quality: Quality,
+    /// Its runs as recorded.
+    pub raw: Vec<RawRun<N>>,
+}
+
+impl<const N: usize> Simulator<N> {
+    /// Reads it, and fits the model to it. Logs without a mass are at `mass_kg`; `powers` as for [`Runs::raw`].
+    ///
+    /// # Errors
+    /// A log that cannot be read or is not one of this robot; a simulator whose robot never moves.
+    pub fn read(
+        robot: &Robot,
+        source: Source,
+        field: &[PathBuf],
+        mass_kg: f64,
+        powers: &[String],
+    ) -> Result<Self> {
+        let simulated = robot.clone().with_power_from(source.columns);
+        // What is measured has the noise: it decides which filter is needed.
+        let cutoff_hz = fit::choose_cutoff::<N>(robot, field, mass_kg)?;
+        let reading = Reading { gate: Gate::Signed, cutoff_hz: Some(cutoff_hz), mass_kg };
+        let dataset = fit::read::<N>(&simulated, &source.files, &reading)?;
+        let fitted =
+            fit::fit(&simulated, &dataset, ModelKind::Signed, Method::Physical, &pgd::Settings::default())?;
+        let Model::Signed { torque, drive } = fitted.coefficients.model else {
+            return Err(Error::failed("the model fitted to the simulator has no torques"));
+        };
+        let base = Base {
+            torque,
+            covariance: Some(fitted.uncertainty.covariance.clone()),
+            drive,
+            masses_kg: fitted.masses.clone(),
+            of_simulator: true,
+        };
+        let raw = Runs::<N>::raw(&simulated, &source.files, mass_kg, powers)?;
+        Ok(Self { core: dataset.robot, base, quality: fitted.quality, raw, source })
+    }
+
+    /// Refuses rows that are further apart, or closer together, than those that were measured: the noise's memory is told in rows.
+    ///
+    /// # Errors
+    /// They are.
+    pub fn check_rate(&self, runs: &Runs<N>, clean: &Runs<N>) -> Result<()> {
+        if clean.is_as_fast_as(runs) {
+            return Ok(());
+        }
+        let (own, measured) = (1.0 / clean.period_s, 1.0 / runs.period_s);
+        let message = format!(
+            "{own:.2} rows a second behind the filter, the measured logs have {measured:.2}; expected one sample rate: resample the simulator's log"
+        );
+        let mut error = Error::failed(message);
+        if let Some(run) = self.raw.first() {
+            error = error.in_file(&run.name);
+        }
+        Err(error)
+    }
+
+    /// What is told of it beside the report on measured `runs`, its own being `clean`.
+    pub fn told(&self, runs: &Runs<N>, clean: &Runs<N>, report: &Report) -> Told {
+        Told {
+            files: self.source.files.clone(),
+            power_from: match self.source.columns {
+                PowerSource::Measured => logs::POWER,
+                PowerSource::Simulated => logs::SIM_POWER,
+                PowerSource::SimulatedTorques => "sim_torqueN_nm",
+            },
+            model_r2: self.quality.r2,
+            model_rmse_w: self.quality.rmse_w,
+            difference: if self.source.paired { Difference::of(runs, clean, report) } else { None },
+        }
+    }
+}
+
+/// What is said of a simulator.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Told {
+    /// Its logs.
+    pub files: Vec<PathBuf>,
+    /// Column of its power.
+    pub power_from: &'static str,
+    /// R² of the model fitted to it, on it.
+    pub model_r2: Option<f64>,
+    /// Its residual there, W.
+    pub model_rmse_w: f64,
+    /// Without any model; `None` where the simulator has drives of its own.
+    pub difference: Option<Difference>,
+}
+
+/// RMS of measured less simulated power over the locked runs, behind the filter, W.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Difference {
+    /// As the simulator is.
+    pub before_w: f64,
+    /// With what the named effects draw added to what it says; the same number where none stands.
+    pub after_w: f64,
+}
+
+impl Difference {
+    fn of<const N: usize>(runs: &Runs<N>, clean: &Runs<N>, report: &Report) -> Option<Self> {
+        let [before, after] = &report.confirmed.residuals;
+        let (mut squares, mut count) = ([0.0; 2], 0.0);
+        for (locked, &place) in report.split.locked.iter().enumerate() {
+            let (measured, simulated) = (&runs.runs[place].rows, &clean.runs.get(place)?.rows);
+            // Rows that were left out of one of them part the two.
+            if measured.len() != simulated.len() {
+                return None;
+            }
+            let own = |signals: &Signal, row: usize| signals.get(locked)?.get(row).copied();
+            for (row, (measured, simulated)) in measured.iter().zip(simulated.iter()).enumerate() {
+                let difference = measured.power - simulated.power;
+                let drawn = own(before, row)? - own(after, row)?;
+                squares[0] += difference * difference;
+                squares[1] += (difference - drawn).powi(2);
+                count += 1.0;
+            }
+        }
+        let [before_w, after_w] = squares.map(|sum: f64| (sum / count).sqrt());
+        Some(Self { before_w, after_w: if report.verdict.stands() { after_w } else { before_w } })
+    }
+}
+
+impl Told {
+    /// A line for the terminal.
+    pub fn line(&self) -> String {
+        let r2 = self.model_r2.map_or_else(String::new, |r2| format!(", R² {r2:.4}"));
+        let model = format!("the model of the simulator is off by {:.3} W of it{r2}", self.model_rmse_w);
+        match self.difference {
+            Some(Difference { before_w, after_w }) if before_w == after_w => {
+                format!(
+                    "Simulator: measured less simulated power {before_w:.3} W on the locked runs; {model}."
+                )
+            }
+            Some(Difference { before_w, after_w }) => format!(
+                "Simulator: measured less simulated power {before_w:.3} → {after_w:.3} W on the locked runs with what is named added; {model}."
+            ),
+            None => format!("Simulator: {model}."),
+        }
+    }
+}
