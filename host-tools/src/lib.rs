@@ -17,11 +17,7 @@ macro_rules! notice {
     ($($text:tt)*) => { support::notice::add(format_args!($($text)*)) };
 }
 
-pub mod baselines;
 pub mod board;
 pub mod cli;
-pub mod compare;
-pub mod fleet;
 pub mod node;
-pub mod reproduce;
 pub mod virtual_board;

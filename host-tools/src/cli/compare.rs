@@ -3,15 +3,14 @@
 use std::path::PathBuf;
 
 use logs::robot::{FOUND, Robot};
+use logs::with_wheels;
 use report::{Binned, Page, check_extension};
 use serde::Serialize;
+use study::baselines;
+use study::compare::{self, Comparison, Entry, LeftOut, MassSource, Settings, Split, compare};
 use support::error::{Error, Result};
 use support::output::check_apart;
 use support::own::Form;
-
-use crate::baselines;
-use crate::compare::{self, Comparison, Entry, LeftOut, MassSource, Settings, Split, compare};
-use logs::with_wheels;
 
 use super::compare_text::{print_list, print_table};
 use super::overwrite::OverwriteArgument;

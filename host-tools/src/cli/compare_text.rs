@@ -2,10 +2,9 @@
 
 use logs::robot::Robot;
 use serde::Serialize;
+use study::baselines::{self, Card, Layout};
+use study::compare::{Comparison, HOLD_OUT, Horizon, LeftOut, MassSource, OWN, WeightSeeds};
 use support::error::Result;
-
-use crate::baselines::{self, Card, Layout};
-use crate::compare::{Comparison, HOLD_OUT, Horizon, LeftOut, MassSource, OWN, WeightSeeds};
 
 /// A model as the list describes it.
 #[derive(Serialize)]

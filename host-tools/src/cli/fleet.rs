@@ -6,6 +6,9 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use fit::run_gram::{self, Conditioned, RunGram, Spent, Summed};
+use fleet::{
+    self, Change, Disagreements, Drift, Found, Judged, Log, Outcome, Outliers, Place, Source, Standing, State,
+};
 use logs::checks::check_mass;
 use logs::foreign;
 use logs::robot::Robot;
@@ -18,9 +21,6 @@ use support::output;
 use support::progress::CountProgress;
 
 use super::units::UnitArguments;
-use crate::fleet::{
-    self, Change, Disagreements, Drift, Found, Judged, Log, Outcome, Outliers, Place, Source, Standing, State,
-};
 
 /// Arguments of `gmr fleet`.
 #[derive(clap::Args)]

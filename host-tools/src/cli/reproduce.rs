@@ -2,13 +2,12 @@
 
 use std::path::PathBuf;
 
+use study::baselines;
+use study::reproduce::{Settings, output, run as reproduce};
 use support::error::{Error, Result};
 use support::interrupt;
 use support::output::check_room;
 use support::progress::CountProgress;
-
-use crate::baselines;
-use crate::reproduce::{Settings, output, run as reproduce};
 
 /// Arguments of `gmr reproduce`.
 #[derive(clap::Args)]

@@ -7,11 +7,11 @@
 use std::path::{Path, PathBuf};
 
 use logs::robot::Robot;
+use study::baselines::network::{Ending, Settings, perceptron};
+use study::baselines::{Baseline, Card, Point, Readings, Wheels, cards};
 use support::metrics::Metrics;
 
 use crate::common::number;
-use host_tools::baselines::network::{Ending, Settings, perceptron};
-use host_tools::baselines::{Baseline, Card, Point, Readings, Wheels, cards};
 use model_core::kinematics::Twist;
 use model_core::motion::Motion;
 use serde_json::Value;

@@ -7,10 +7,10 @@ use std::time::Instant;
 
 use assert_cmd::Command;
 use fit::dataset::Reading;
-use host_tools::baselines::network::{Ending, Network, Settings, perceptron};
-use host_tools::baselines::{Baseline, Point};
 use logs::robot::Robot;
 use model_core::eq18::Gate;
+use study::baselines::network::{Ending, Network, Settings, perceptron};
+use study::baselines::{Baseline, Point};
 use support::metrics::{Metrics, Quality};
 
 fn simulated(folder: &Path, arguments: &str) -> Vec<Point> {

@@ -19,7 +19,7 @@ use graph::{Arrows, arrows, circles};
 use tree::Tree;
 
 /// Packages, by their folders.
-const PACKAGES: [&str; 16] = [
+const PACKAGES: [&str; 18] = [
     "model-core",
     "firmware",
     "host-tools",
@@ -32,6 +32,8 @@ const PACKAGES: [&str; 16] = [
     "host-tools/fit",
     "host-tools/answers",
     "host-tools/gap",
+    "host-tools/study",
+    "host-tools/fleet",
     "host-tools/support",
     "host-tools/python",
     "host-tools/xtask",

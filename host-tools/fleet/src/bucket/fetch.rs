@@ -13,7 +13,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::task::JoinSet;
 
 use super::refused;
-use crate::fleet::logs::{Log, Place};
+use crate::logs::{Log, Place};
 
 /// Logs that are here or on their way at a time: enough that cores do not wait for a bucket that gives 50 MB/s a stream, few enough for a disk.
 const AT_ONCE: usize = 8;

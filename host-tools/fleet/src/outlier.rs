@@ -229,8 +229,8 @@ mod tests {
     use fit::run_gram::RunGram;
 
     use super::*;
-    use crate::fleet::disagreements;
-    use crate::fleet::tests::{REFERENCE, fleet, no_change};
+    use crate::disagreements;
+    use crate::tests::{REFERENCE, fleet, no_change};
 
     /// Robots 1 % apart in all coefficients; one of them 20 % off in viscous friction, which is far beyond.
     #[test]

@@ -87,7 +87,7 @@ impl<const N: usize> Data<N> {
             Split::Files { test, .. } => {
                 let tell = |file: &Path, exclusions: Exclusions| {
                     if exclusions.total() > 0 {
-                        notice!("{}: {exclusions}", file.display());
+                        support::notice!("{}: {exclusions}", file.display());
                     }
                 };
                 let test = points::read_telling(robot, &core, test, settings.mass_kg, (&wanted, 1), tell)?;

@@ -16,7 +16,7 @@ use crate::baselines::{self, Point};
 pub(super) fn tell_taken(files: &[PathBuf], mass_kg: f64) -> Result<()> {
     for (index, file) in files.iter().enumerate() {
         if !files[..index].contains(file) && !Header::open(file)?.has(MASS) {
-            notice!("{}: no {MASS}: {mass_kg} kg taken (--mass)", file.display());
+            support::notice!("{}: no {MASS}: {mass_kg} kg taken (--mass)", file.display());
         }
     }
     Ok(())
@@ -37,7 +37,9 @@ pub(super) fn tell_extrapolation<'a>(
         masses(test).iter().filter(|mass| !same(**mass, only)).map(f64::to_string).collect();
     if !others.is_empty() && settings.models.iter().any(takes) {
         let others = others.join(", ");
-        notice!("training at {only} kg only, test at {others} kg: models that take the mass extrapolate");
+        support::notice!(
+            "training at {only} kg only, test at {others} kg: models that take the mass extrapolate"
+        );
     }
 }
 

@@ -46,7 +46,7 @@ pub(super) fn sensors_w() -> f64 {
 }
 
 /// What the bench has found, committed: it says where it finds otherwise.
-const COUNTED: &str = include_str!("../../../docs/instructions.txt");
+const COUNTED: &str = include_str!("../../../../docs/instructions.txt");
 
 /// Instructions of one estimator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

@@ -16,7 +16,7 @@ pub(crate) fn burger() -> Robot {
 
 /// Numbers of NumPy and scikit-learn, by their name in `tests/reference/baselines/reference.json`.
 pub(crate) fn reference(name: &str) -> serde_json::Value {
-    let text = include_str!("../../tests/reference/baselines/reference.json");
+    let text = include_str!("../../../tests/reference/baselines/reference.json");
     let all: serde_json::Value = serde_json::from_str(text).expect("made by make.py");
     all[name].clone()
 }
