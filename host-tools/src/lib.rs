@@ -17,7 +17,4 @@ macro_rules! notice {
     ($($text:tt)*) => { support::notice::add(format_args!($($text)*)) };
 }
 
-pub mod board;
 pub mod cli;
-pub mod node;
-pub mod virtual_board;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use board::transport::Transport as _;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use plant::{Kinematics, ProfileKind};
 use serde::Serialize;
@@ -12,18 +13,17 @@ use support::error::{Error, Result};
 use support::interrupt;
 use support::output::{check_apart, write_whole};
 use support::own::Form;
+use virtual_board::board::{BoardOptions, VirtualBoard};
+use virtual_board::faults::FaultScript;
+use virtual_board::flash::VirtualFlash;
+use virtual_board::pace::Pace;
+use virtual_board::qemu::BoardLog;
+use virtual_board::robot::{RobotOptions, VirtualRobot};
+use virtual_board::terminal::{Heard, VirtualTerminal, wait_for_any};
+use virtual_board::truth::{HEADER, PERIOD_US, TruthRows};
 
 use super::drive::DriveArguments;
 use super::overwrite::OverwriteArgument;
-use crate::board::transport::Transport as _;
-use crate::virtual_board::board::{BoardOptions, VirtualBoard};
-use crate::virtual_board::faults::FaultScript;
-use crate::virtual_board::flash::VirtualFlash;
-use crate::virtual_board::pace::Pace;
-use crate::virtual_board::qemu::BoardLog;
-use crate::virtual_board::robot::{RobotOptions, VirtualRobot};
-use crate::virtual_board::terminal::{Heard, VirtualTerminal, wait_for_any};
-use crate::virtual_board::truth::{HEADER, PERIOD_US, TruthRows};
 
 /// Where cargo puts the image.
 const IMAGE: &str = "target/thumbv7em-none-eabihf/release/virtual";

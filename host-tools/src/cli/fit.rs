@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use board::flasher::{self, USUAL_RATE_HZ};
 use firmware::control_table::Reason;
 use firmware::items::check_coefficients;
 use firmware::wheels::WHEELS;
@@ -23,7 +24,6 @@ use support::own::Form;
 use super::fit_grams;
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
-use crate::board::flasher::{self, USUAL_RATE_HZ};
 
 /// Arguments of `gmr fit`.
 #[derive(clap::Args)]

@@ -3,6 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use board::client::Client;
+use board::flasher::{self, Outcome, Request, Running, Target, flash, roll_back};
+use board::serial::Serial;
+use board::signing::SecretKey;
+use board::store_image::StoreImage;
+use board::{dfu, image_file, probe, rail_names};
 use firmware::control_table::{Item, Reason};
 use firmware::items::{Calibration, check_coefficients, checksum, parts};
 use firmware::power_sensors::RAIL_COUNT;
@@ -18,12 +24,6 @@ use support::printable;
 use support::progress::WaitProgress;
 
 use super::overwrite::OverwriteArgument;
-use crate::board::client::Client;
-use crate::board::flasher::{self, Outcome, Request, Running, Target, flash, roll_back};
-use crate::board::serial::Serial;
-use crate::board::signing::SecretKey;
-use crate::board::store_image::StoreImage;
-use crate::board::{dfu, image_file, probe, rail_names};
 
 /// Arguments of `gmr flash`.
 #[derive(clap::Args)]

@@ -2,10 +2,9 @@
 
 use std::path::PathBuf;
 
+use board::signing::SecretKey;
 use serde::Serialize;
 use support::error::Result;
-
-use crate::board::signing::SecretKey;
 
 /// Arguments of `gmr key`.
 #[derive(clap::Args)]

@@ -9,12 +9,12 @@ use logs::robot::{FOUND, PowerChip, Robot};
 use logs::with_wheels;
 use model::coefficients::CoefficientsFile;
 use model_core::charge::Charge;
+use node::power::LoggedPower;
+use node::{Health, Node, Outlet, PowerSource, State, WheelSource, replay};
 use support::error::{Error, Result};
 use support::interrupt;
 
 use super::units::UnitArguments;
-use crate::node::power::LoggedPower;
-use crate::node::{Health, Node, Outlet, PowerSource, State, WheelSource, replay};
 
 /// Between two looks at sensor and network: twice as often as the sensor converts.
 const NAP: Duration = Duration::from_millis(5);
@@ -177,7 +177,7 @@ fn source(robot: &Robot, arguments: &Arguments) -> Result<Box<dyn PowerSource>> 
     }
     #[cfg(target_os = "linux")]
     {
-        Ok(Box::new(crate::node::i2c::Sensor::open(robot.node())?))
+        Ok(Box::new(node::i2c::Sensor::open(robot.node())?))
     }
     #[cfg(not(target_os = "linux"))]
     {
@@ -194,7 +194,7 @@ struct Network {
 
 #[cfg(feature = "ros")]
 fn network(robot: &Robot, arguments: &Arguments) -> Result<Network> {
-    use crate::node::ros::Domain;
+    use node::ros::Domain;
     if arguments.no_ros {
         return Ok(Network::default());
     }

@@ -7,18 +7,17 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+use board::client::{Board, Client};
+use board::live_view::{ADDRESS, LiveView};
+use board::mcap_lines::McapLines;
+use board::recorder::{self, Ending, Options, Progress, Recording};
+use board::serial::Serial;
+use board::{health_text, rail_names};
 use firmware::power_sensors::Health;
 use serde::Serialize;
 use support::error::{Error, Result};
 use support::interrupt;
 use support::progress::RecordProgress;
-
-use crate::board::client::{Board, Client};
-use crate::board::live_view::{ADDRESS, LiveView};
-use crate::board::mcap_lines::McapLines;
-use crate::board::recorder::{self, Ending, Options, Progress, Recording};
-use crate::board::serial::Serial;
-use crate::board::{health_text, rail_names};
 
 /// Arguments of `gmr record`.
 #[derive(clap::Args)]

@@ -6,11 +6,10 @@ use std::net::UdpSocket;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use board::client::{Board, Client};
+use board::serial::Serial;
+use board::status::{BatteryStatus, Status};
 use support::error::{Error, Result};
-
-use crate::board::client::{Board, Client};
-use crate::board::serial::Serial;
-use crate::board::status::{BatteryStatus, Status};
 
 /// Arguments of `gmr watch`.
 #[derive(clap::Args)]

@@ -9,7 +9,6 @@ use firmware::control_table::{Item, UPLOAD_BYTES};
 use firmware::dynamixel::packet::{Instruction, Parser, encode};
 use firmware::items::{self, ItemBytes, RobotIdentity};
 use firmware::link::{Device, LONGEST_ANSWER, State};
-use host_tools::virtual_board::servo_bus::ServoBus;
 use log_formats::Bag;
 use log_formats::merge::merge;
 use log_formats::table::{Cell, Taker};
@@ -18,6 +17,7 @@ use logs::foreign::choose;
 use logs::robot::Robot;
 use model::coefficients::CoefficientsFile;
 use model_core::coefficients::Coefficients;
+use virtual_board::servo_bus::ServoBus;
 
 /// Gets the bytes, and a path to write them to where it reads a file.
 pub(crate) type Target = fn(&[u8], &Path);

@@ -3,15 +3,15 @@
 
 use std::time::Duration;
 
+use board::client::Client;
+use board::status::Status;
+use board::transport::Transport as _;
 use firmware::control_table::{self as table, BOARD_ID};
 use firmware::dynamixel::packet::{Instruction, encode};
-use host_tools::board::client::Client;
-use host_tools::board::status::Status;
-use host_tools::board::transport::Transport as _;
-use host_tools::virtual_board::board::{BoardOptions, VirtualBoard};
-use host_tools::virtual_board::flash::VirtualFlash;
-use host_tools::virtual_board::robot::{RobotOptions, VirtualRobot};
 use plant::{Kinematics, PlantSet, ProfileKind, Scenario};
+use virtual_board::board::{BoardOptions, VirtualBoard};
+use virtual_board::flash::VirtualFlash;
+use virtual_board::robot::{RobotOptions, VirtualRobot};
 
 const TENTH: Duration = Duration::from_millis(100);
 

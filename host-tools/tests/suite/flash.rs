@@ -1,10 +1,11 @@
 //! Flashing: what is refused and why, images, and the bootloader.
 
+use board::image_file;
+use board::store_image::StoreImage;
+
 use crate::common::{Bench, ROBOT, number};
 use firmware::control_table::Item;
 use firmware::items::{Calibration, RobotIdentity, check_coefficients, is_signed_by, key_of_hex, parts};
-use host_tools::board::image_file;
-use host_tools::board::store_image::StoreImage;
 
 /// A robot whose filter is slow enough for boards, and its name.
 const BOARD_ROBOT: (&str, &str) = ("filter_cutoff_hz = 20\n", "filter_cutoff_hz = 2\n");
@@ -324,12 +325,12 @@ mod bootloader {
 mod running {
     use std::time::Duration;
 
+    use board::client::Client;
+    use board::flasher::{Outcome, Request, Running, Target as _, flash, roll_back};
+    use board::signing::SecretKey;
+    use board::transport::Transport;
     use firmware::control_table::{self as table, Reason, UploadState};
     use firmware::items::is_signed_by;
-    use host_tools::board::client::Client;
-    use host_tools::board::flasher::{Outcome, Request, Running, Target as _, flash, roll_back};
-    use host_tools::board::signing::SecretKey;
-    use host_tools::board::transport::Transport;
     use support::error::Result;
 
     use super::*;

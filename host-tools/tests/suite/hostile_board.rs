@@ -5,6 +5,9 @@ use std::collections::VecDeque;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
+use board::client::Client;
+use board::recorder::{Ending, Options, record};
+use board::transport::Transport;
 use support::error::Result;
 use support::printable::is_harmful;
 
@@ -13,9 +16,6 @@ use crate::common::board::{TestBoard, sample};
 use crate::common::{Bench, Ran};
 use firmware::dynamixel::packet::{Instruction, Parser, encode};
 use firmware::record::Record;
-use host_tools::board::client::Client;
-use host_tools::board::recorder::{Ending, Options, record};
-use host_tools::board::transport::Transport;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;

@@ -3,6 +3,10 @@
 use std::ops::ControlFlow;
 use std::time::Duration;
 
+use board::client::Client;
+use board::mcap_lines::McapLines;
+use board::recorder::{Ending, Options, Recording, record};
+use board::transport::Transport;
 use support::error::Result;
 
 use crate::common::Bench;
@@ -11,10 +15,6 @@ use firmware::control_table::{self as table, Item};
 use firmware::dynamixel::packet::{Instruction, Parser, encode};
 use firmware::dynamixel::status::Refusal;
 use firmware::record::Record;
-use host_tools::board::client::Client;
-use host_tools::board::mcap_lines::McapLines;
-use host_tools::board::recorder::{Ending, Options, Recording, record};
-use host_tools::board::transport::Transport;
 
 /// A board that estimates.
 fn with_coefficients() -> TestBoard {
@@ -519,7 +519,7 @@ mod command {
     #[test]
     fn a_port_is_for_one() {
         let (bench, terminal) = (Bench::new(), Terminal::new(TestBoard::new()));
-        let _first = host_tools::board::serial::Serial::open(&terminal.path).unwrap();
+        let _first = board::serial::Serial::open(&terminal.path).unwrap();
         let ran = bench.gmr(&["record", "--port", terminal.name(), "--out", "run.csv", "--duration", "0.2"]);
         assert_eq!(ran.code, Some(1));
         assert!(ran.stderr.contains("is in use by another program"), "{}", ran.stderr);
@@ -622,9 +622,10 @@ mod command {
     #[test]
     #[ignore = "a measurement"]
     fn throughput() {
+        use board::client::Client;
+        use board::serial::Serial;
+
         use super::table;
-        use host_tools::board::client::Client;
-        use host_tools::board::serial::Serial;
 
         let terminal = Terminal::new(TestBoard::new());
         let (mut client, _) = Client::connect(Serial::open(&terminal.path).unwrap()).unwrap();

@@ -12,15 +12,11 @@ use std::process::Command;
 use std::sync::OnceLock;
 use std::time::Duration;
 
+use board::client::{Board, Client};
+use board::flasher::{Running, Target as _};
+use board::recorder::{self, Ending, Options};
 use firmware::control_table::{self as table, Item, Reason, UploadState};
 use firmware::record::RECORD_BYTES;
-use host_tools::board::client::{Board, Client};
-use host_tools::board::flasher::{Running, Target as _};
-use host_tools::board::recorder::{self, Ending, Options};
-use host_tools::virtual_board::board::{BoardOptions, VirtualBoard};
-use host_tools::virtual_board::flash::VirtualFlash;
-use host_tools::virtual_board::robot::{RobotOptions, VirtualRobot};
-use host_tools::virtual_board::truth::{self, TruthRows};
 use logs::robot::Robot;
 use model::coefficients::CoefficientsFile;
 use model_core::coefficients::{Coefficients, Name};
@@ -28,6 +24,10 @@ use model_core::model::Model;
 use plant::{Effect, Kinematics, PayloadSchedule, PlantSet, ProfileKind, Scenario};
 use serde_json::Value;
 use tempfile::TempDir;
+use virtual_board::board::{BoardOptions, VirtualBoard};
+use virtual_board::flash::VirtualFlash;
+use virtual_board::robot::{RobotOptions, VirtualRobot};
+use virtual_board::truth::{self, TruthRows};
 
 /// What a drive is.
 struct Drive {

@@ -4,13 +4,13 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
+use board::store_image::StoreImage;
+use board::transport::Transport;
 use firmware::control_table::{Item, Reason};
 use firmware::items::{ITEMS, ItemBytes, Verify, check_signature};
 use firmware::link::{Device, LONGEST_ANSWER, State};
 use firmware::power_sensors::Health;
 use firmware::record::Record;
-use host_tools::board::store_image::StoreImage;
-use host_tools::board::transport::Transport;
 use logs::robot::Robot;
 use model_core::coefficients::Coefficients;
 use model_core::effects::Columns;
@@ -353,7 +353,7 @@ pub(crate) mod terminal {
     use std::thread::JoinHandle;
     use std::time::{Duration, Instant};
 
-    use host_tools::board::transport::Transport;
+    use board::transport::Transport;
     use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 
     /// Ends the board when dropped.

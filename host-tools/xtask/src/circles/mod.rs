@@ -19,7 +19,7 @@ use graph::{Arrows, arrows, circles};
 use tree::Tree;
 
 /// Packages, by their folders.
-const PACKAGES: [&str; 18] = [
+const PACKAGES: [&str; 21] = [
     "model-core",
     "firmware",
     "host-tools",
@@ -34,6 +34,9 @@ const PACKAGES: [&str; 18] = [
     "host-tools/gap",
     "host-tools/study",
     "host-tools/fleet",
+    "host-tools/board",
+    "host-tools/virtual-board",
+    "host-tools/node",
     "host-tools/support",
     "host-tools/python",
     "host-tools/xtask",

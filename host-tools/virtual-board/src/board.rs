@@ -6,6 +6,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use board::transport::Transport;
 use support::error::{Error, Result};
 use tempfile::TempDir;
 
@@ -15,7 +16,6 @@ use super::one_core::OneCore;
 use super::pipes::{VirtualPipes, Waited};
 use super::qemu::{BoardLog, Qemu};
 use super::robot::VirtualRobot;
-use crate::board::transport::Transport;
 
 /// Instructions of the emulated core take 8 ns: 125 million a second, somewhat less than the real core does.
 const DEFAULT_SHIFT: u8 = 3;
@@ -256,8 +256,8 @@ mod tests {
     use plant::{Kinematics, PlantSet, ProfileKind, Scenario};
 
     use super::*;
-    use crate::virtual_board::pipes::{ANSWERS, REQUESTS};
-    use crate::virtual_board::robot::{RobotOptions, SENSOR_ADDRESSES};
+    use crate::pipes::{ANSWERS, REQUESTS};
+    use crate::robot::{RobotOptions, SENSOR_ADDRESSES};
 
     /// A board on a thread: samples four sensors and both servos at 200 Hz, sends what comes on the link back, and ends after so many
     /// samples, or when told to.

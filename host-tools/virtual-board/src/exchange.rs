@@ -177,7 +177,7 @@ mod tests {
     use plant::{Kinematics, PlantSet, ProfileKind, Scenario};
 
     use super::*;
-    use crate::virtual_board::robot::RobotOptions;
+    use crate::robot::RobotOptions;
 
     fn server() -> ExchangeServer {
         let scenario =

@@ -205,7 +205,7 @@ mod tests {
     use plant::{Kinematics, PlantSet, ProfileKind, Scenario};
 
     use super::*;
-    use crate::virtual_board::robot::RobotOptions;
+    use crate::robot::RobotOptions;
 
     fn robot() -> VirtualRobot {
         let scenario =

@@ -1,7 +1,8 @@
-//! `gmr node`: one power sensor on the robot's own computer, wheel speeds from ROS 2, and what follows from both.
+//! One power sensor on the robot's own computer, wheel speeds from ROS 2, and what follows from both: `gmr node`.
 //!
-//! Readings of power and messages of wheels go into a [`Node`], which answers with a [`State`] at any time; where they come from and who
-//! hears the answers is not its business: a sensor ([`i2c`]) or a log ([`power`], [`replay`]); a DDS domain ([`ros`]) or a terminal.
+//! Its face: a [`Node`] takes readings of power and messages of wheels, and gives a [`State`] at any time.
+//! Readings come from a sensor (`i2c`) or a log ([`power`], [`replay`]); states go to a DDS domain (`ros`) or a
+//! terminal.
 
 mod battery;
 mod clock;

@@ -1,5 +1,6 @@
-//! The controller board as the host sees it: its link, what is recorded from it and what is stored on it. Any board: the
-//! virtual one is a room of its own ([`crate::virtual_board`]).
+//! The controller board as the host sees it. Any board: the virtual one is a crate of its own, `virtual-board`.
+//!
+//! Its face: [`recorder`], [`flasher`] and [`client`] below both; [`live_view`], [`probe`], [`dfu`]; [`signing`].
 
 pub mod client;
 pub mod dfu;
@@ -29,7 +30,7 @@ pub fn rail_names() -> [&'static str; RAIL_COUNT] {
 }
 
 /// Position of the motors among the rails.
-pub(crate) fn motors_rail() -> Option<usize> {
+pub fn motors_rail() -> Option<usize> {
     RAILS.iter().position(|rail| rail.name == RailName::Motors)
 }
 

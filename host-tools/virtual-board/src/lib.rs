@@ -1,5 +1,4 @@
-//! The virtual board: the firmware on an emulated core, and around it the simulated robot with the chips that the firmware
-//! talks to.
+//! The firmware on an emulated core, and around it the simulated robot with the chips that the firmware talks to.
 //!
 //! ```text
 //! board ── qemu, pipes ── exchange ─┬─ robot ─┬─ ina219_chip  power sensors, register by register
@@ -8,8 +7,8 @@
 //!                                   └─ flash  the store's sectors
 //! ```
 //!
-//! It runs on Linux; everything that needs no emulator, no FIFO and no pseudo terminal runs anywhere. The plant itself and its
-//! power tree stay in [`plant`]: the paper's experiment reads the same rails without a board.
+//! It runs on Linux. What needs no emulator, FIFO or pseudo terminal runs anywhere. The plant and its power tree
+//! stay in [`plant`]: the paper's experiment reads the same rails without a board.
 
 #[cfg(target_os = "linux")]
 pub mod board;

@@ -6,7 +6,7 @@ use model_core::payload::Noise;
 use model_core::torque::{Drive, TorqueModel};
 
 use super::*;
-use crate::node::Motion;
+use crate::Motion;
 
 const STEP_S: f64 = 0.05;
 /// Total mass of the robot that is simulated here, kg.

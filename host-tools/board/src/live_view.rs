@@ -19,7 +19,7 @@ mod serving {
     use log_formats::json_rows::{ENCODING, JsonRows, SCHEMA, SCHEMA_ENCODING, TOPIC};
     use support::error::{Error, Result};
 
-    use crate::board::lines::{cells, names};
+    use crate::lines::{cells, names};
 
     /// Listens from [`open`](Self::open) on, and has a channel from the first lines on.
     pub struct LiveView {

@@ -15,7 +15,7 @@ mod attached {
     use probe_rs::{MemoryInterface, Permissions, Session};
     use support::error::{Error, Result};
 
-    use crate::board::store_image::StoreImage;
+    use crate::store_image::StoreImage;
 
     /// The OpenCR's, as probe-rs calls it.
     const CHIP: &str = "STM32F746ZGTx";
@@ -78,7 +78,7 @@ mod attached {
 mod absent {
     use support::error::{Error, Result};
 
-    use crate::board::store_image::StoreImage;
+    use crate::store_image::StoreImage;
 
     /// Says how to build with probes.
     ///

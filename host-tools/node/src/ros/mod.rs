@@ -203,10 +203,10 @@ impl RosOutlet {
         };
         if !self.others && self.domain.participant.discovered_writers().iter().any(is_other) {
             self.others = true;
-            eprintln!(
+            support::output::say(format_args!(
                 "somebody else publishes {} as well; expected another battery_state in [node] of robot.toml, or that one switched off",
                 self.domain.settings.battery_state
-            );
+            ));
         }
     }
 }
