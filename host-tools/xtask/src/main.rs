@@ -1,7 +1,6 @@
 //! `cargo xtask demo | test | bench | size`: sets up what it needs, then runs a list of commands.
 
 mod bench;
-mod circles;
 mod demo;
 mod fleet;
 mod fuzz;
@@ -48,8 +47,6 @@ usage: cargo xtask <command>
          4 GB; beside Polars, NumPy and SciPy
   bench robots --json
          the figures of docs/robots.txt
-  circles
-         files of a crate that need each other, and rooms that need those above them: part of test
   fuzz [log | robot | coefficients | effects | image | link | servo | mcap | sqlite | ulog |
         parquet] [--runs N]
          libFuzzer over the readers of files and packets; a C++ compiler is needed
@@ -82,13 +79,6 @@ fn main() -> ExitCode {
                 return ExitCode::from(2);
             };
             reached
-        }
-        ["circles"] => {
-            let result = circles::check();
-            if let Err(stop) = &result {
-                println!("   {stop}");
-            }
-            result.is_ok()
         }
         ["fuzz", ref rest @ ..] if let Some(request) = fuzz::Request::parse(rest) => fuzz::run(&request),
         ["bench", "fleet", "--rows", rows] if rows.parse::<usize>().is_ok_and(|rows| rows >= 1_000_000) => {

@@ -2,7 +2,6 @@
 
 use std::process::Command;
 
-use crate::circles;
 use crate::images;
 use crate::python;
 use crate::set_up::{self, Consent, TARGET, TargetCargo};
@@ -54,7 +53,6 @@ fn all(steps: &mut Steps, consent: Consent) -> Result<(), Stop> {
     let target = target.ok_or_else(|| Stop::new("no target"))?;
 
     steps.run("format", command("cargo fmt --all --check"))?;
-    steps.work("no circles between files", circles::check)?;
     steps.run(
         "lints, host",
         command(&format!("cargo clippy --workspace --all-targets {HOST_FEATURES} -- -D warnings")),
