@@ -1,6 +1,7 @@
 //! `cargo xtask demo | test | bench | size`: sets up what it needs, then runs a list of commands.
 
 mod bench;
+mod bloat;
 mod demo;
 mod fleet;
 mod fuzz;
@@ -47,6 +48,9 @@ usage: cargo xtask <command>
          4 GB; beside Polars, NumPy and SciPy
   bench robots --json
          the figures of docs/robots.txt
+  bloat
+         machine code of ours in the release build of gmr, and what of it stands there in four
+         copies or more; needs nm, of binutils
   fuzz [log | robot | coefficients | effects | image | link | servo | mcap | sqlite | ulog |
         parquet] [--runs N]
          libFuzzer over the readers of files and packets; a C++ compiler is needed
@@ -80,6 +84,7 @@ fn main() -> ExitCode {
             };
             reached
         }
+        ["bloat"] => bloat::run(),
         ["fuzz", ref rest @ ..] if let Some(request) = fuzz::Request::parse(rest) => fuzz::run(&request),
         ["bench", "fleet", "--rows", rows] if rows.parse::<usize>().is_ok_and(|rows| rows >= 1_000_000) => {
             bench::fleet_of(rows.parse().unwrap_or_default())

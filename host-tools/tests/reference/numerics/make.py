@@ -1,4 +1,4 @@
-"""Reference numbers for least squares with a prior (host-tools/src/numerics/least_squares), by SciPy.
+"""Reference numbers for least squares with a prior (host-tools/numerics/src/least_squares), by SciPy.
 
     python3 -m venv venv && venv/bin/pip install numpy scipy && venv/bin/python make.py
 
