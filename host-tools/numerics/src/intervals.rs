@@ -10,7 +10,8 @@ pub struct MeanInterval {
     pub mean: f64,
     /// Standard deviation of the values (n − 1); `None` below two.
     pub std_dev: Option<f64>,
-    /// Half the 95 % interval of the mean; `None` below two values: one value says nothing about its own scatter.
+    /// Half the 95 % interval of the mean; `None` below two values: one value says nothing about
+    /// its own scatter.
     pub half_width: Option<f64>,
     /// How many values.
     pub count: usize,
@@ -33,7 +34,8 @@ impl MeanInterval {
     }
 }
 
-/// The mean of independent values with its 95 % interval by Student's t; right for normal values, whatever their number.
+/// The mean of independent values with its 95 % interval by Student's t; right for normal values,
+/// whatever their number.
 pub fn mean_interval(values: &[f64]) -> MeanInterval {
     let count = values.len();
     let mean = values.iter().sum::<f64>() / count as f64;
@@ -44,7 +46,8 @@ pub fn mean_interval(values: &[f64]) -> MeanInterval {
     MeanInterval { mean, std_dev, half_width, count }
 }
 
-/// Size that Student's t with so many degrees of freedom exceeds once in twenty; `None` without a degree of freedom.
+/// Size that Student's t with so many degrees of freedom exceeds once in twenty; `None` without a
+/// degree of freedom.
 pub fn student_95(freedom: f64) -> Option<f64> {
     StudentsT::new(0.0, 1.0, freedom).ok().map(|student| student.inverse_cdf(0.975))
 }
@@ -56,7 +59,8 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use rand_distr::StandardNormal;
 
-    /// By hand: 1, 2, 3, 4 have the mean 2.5 and the standard deviation 1.29099; t(3 degrees, 97.5 %) = 3.18245.
+    /// By hand: 1, 2, 3, 4 have the mean 2.5 and the standard deviation 1.29099; t(3 degrees,
+    /// 97.5 %) = 3.18245.
     #[test]
     fn the_interval_is_students() {
         let found = mean_interval(&[1.0, 2.0, 3.0, 4.0]);
@@ -74,7 +78,8 @@ mod tests {
         assert!(mean_interval(&[]).mean.is_nan());
     }
 
-    /// Of 2,000 means of three normal values 95 % are inside; the binomial's standard deviation is 0.5 %. With 1.96 it were 81 %.
+    /// Of 2,000 means of three normal values 95 % are inside; the binomial's standard deviation is
+    /// 0.5 %. With 1.96 it were 81 %.
     #[test]
     fn covers_with_three_values() {
         let mut random = ChaCha8Rng::seed_from_u64(1);

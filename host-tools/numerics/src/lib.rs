@@ -3,8 +3,8 @@
 //! An estimate has its standard error; a search has a typed ending. Its face: [`least_squares`],
 //! [`levenberg_marquardt`], [`search`], [`robust`], [`intervals`], [`scaled_inverse`].
 //!
-//! Callers that share work among cores use rayon's indexed iterators and add the collected parts in order,
-//! so the same input gives the same bytes whatever the number of cores.
+//! Callers that share work among cores use rayon's indexed iterators and add the collected parts in
+//! order, so the same input gives the same bytes whatever the number of cores.
 
 pub mod intervals;
 pub mod least_squares;

@@ -1,15 +1,16 @@
 //! Order statistics, and scales that a few wild values do not move.
 
-/// Standard deviation of a normal variable over the median of its size: 1/Φ⁻¹(3/4) = 1.482602…, since half of |N(0, 1)| is
-/// below Φ⁻¹(3/4) = 0.674490.
+/// Standard deviation of a normal variable over the median of its size: 1/Φ⁻¹(3/4) = 1.482602…,
+/// since half of |N(0, 1)| is below Φ⁻¹(3/4) = 0.674490.
 pub const MEDIAN_TO_STD: f64 = 1.482_602_218_505_602;
 
-/// Size that a standard normal variable exceeds once in twenty: Φ⁻¹(0.975). For quantiles of a known distribution; an
-/// interval of a mean over a handful of values takes [`super::intervals::mean_interval`].
+/// Size that a standard normal variable exceeds once in twenty: Φ⁻¹(0.975). For quantiles of a
+/// known distribution; an interval of a mean over a handful of values takes
+/// [`super::intervals::mean_interval`].
 pub const NORMAL_95: f64 = 1.959_963_984_540_054;
 
-/// The middle value, the mean of the two middle ones of an even number; `None` of none. Reorders the values. NaN sorts
-/// behind every number.
+/// The middle value, the mean of the two middle ones of an even number; `None` of none. Reorders
+/// the values. NaN sorts after every number.
 pub fn median(values: &mut [f64]) -> Option<f64> {
     if values.is_empty() {
         return None;
@@ -25,8 +26,8 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
     Some(0.5 * (lower + upper))
 }
 
-/// The value that a share (0 to 1) of the others lies below, linear between neighbours (definition 7 of Hyndman and Fan 1996,
-/// NumPy's default); `None` of no values. Reorders the values.
+/// The value that a share (0 to 1) of the others lies below, linear between neighbours (definition
+/// 7 of Hyndman and Fan 1996, NumPy's default); `None` of no values. Reorders the values.
 pub fn quantile(values: &mut [f64], share: f64) -> Option<f64> {
     let place = share.clamp(0.0, 1.0) * values.len().checked_sub(1)? as f64;
     let below = place.floor() as usize;
@@ -38,12 +39,14 @@ pub fn quantile(values: &mut [f64], share: f64) -> Option<f64> {
     Some(if between > 0.0 { low + between * (high - low) } else { low })
 }
 
-/// Standard deviation of zero-mean normal values, from the median of their sizes; `None` of none. Takes sizes |x|, reorders them.
+/// Standard deviation of zero-mean normal values, from the median of their sizes; `None` of none.
+/// Takes sizes |x|, reorders them.
 pub fn scale_of_sizes(sizes: &mut [f64]) -> Option<f64> {
     median(sizes).map(|middle| MEDIAN_TO_STD * middle)
 }
 
-/// Standard deviation of normal values about their median (the median absolute deviation, scaled); `None` of none.
+/// Standard deviation of normal values about their median (the median absolute deviation, scaled);
+/// `None` of none.
 pub fn scale(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     let middle = median(&mut sorted)?;
@@ -84,8 +87,8 @@ mod tests {
         assert_eq!(quantile(&mut [1.0, f64::INFINITY], 0.0), Some(1.0));
     }
 
-    /// A quarter of a normal sample thrown far away moves the scale by less than a third: the 50 % of |x| becomes the 2/3 quantile,
-    /// Φ⁻¹(5/6)/Φ⁻¹(3/4) = 1.434, and no outlier's size enters.
+    /// A quarter of a normal sample thrown far away moves the scale by less than a third: the 50 %
+    /// of |x| becomes the 2/3 quantile, Φ⁻¹(5/6)/Φ⁻¹(3/4) = 1.434, and no outlier's size enters.
     #[test]
     fn scale_does_not_see_sizes_of_outliers() {
         let normal = Normal::standard();

@@ -2,11 +2,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Eigenvalues of the scaled matrix below this share of the greatest are rounding: sums of some 10⁵ products in double precision are good to
-/// 10⁻¹¹ of their size.
+/// Eigenvalues of the scaled matrix below this share of the greatest are rounding: sums of some 10⁵
+/// products in double precision are good to 10⁻¹¹ of their size.
 pub const DETERMINED: f64 = 1e-9;
 
-/// The inverse of a matrix N whose parameters are scaled to a diagonal of ones, so that no unit decides what is determined.
+/// The inverse of a matrix N whose parameters are scaled to a diagonal of ones, so that no unit
+/// decides what is determined.
 #[derive(Debug, Clone)]
 pub struct ScaledInverse {
     /// By what each parameter was multiplied, 1 / √N_ii; 0 for parameters that no row depends on.

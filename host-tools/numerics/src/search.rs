@@ -12,8 +12,9 @@ pub struct Minimum {
 /// 1/φ: each step of the search keeps this share of the interval.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-/// Golden-section search (Kiefer 1953) for the minimum of a function with one minimum between `low` and `high`, to the share
-/// `tolerance` of the interval. A cost that is not a number counts as infinite. `None` where every cost met was.
+/// Golden-section search (Kiefer 1953) for the minimum of a function with one minimum between `low`
+/// and `high`, to the share `tolerance` of the interval. A cost that is not a number counts as
+/// infinite. `None` where every cost met was.
 pub fn golden_section(
     mut low: f64,
     mut high: f64,
@@ -46,8 +47,9 @@ pub fn golden_section(
     best
 }
 
-/// The best of `grid` (ascending), then golden section between its neighbours: for functions with several minima, as many
-/// as the grid can tell apart. Never worse than the grid's best. `None` where no cost on the grid is a number.
+/// The best of `grid` (ascending), then golden section between its neighbours: for functions with
+/// several minima, as many as the grid can separate. Never worse than the grid's best. `None` where
+/// no cost on the grid is a number.
 pub fn grid_then_golden(grid: &[f64], tolerance: f64, mut cost: impl FnMut(f64) -> f64) -> Option<Minimum> {
     let costs: Vec<f64> = grid.iter().map(|at| finite(cost(*at))).collect();
     let (place, best) = costs.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1))?;
@@ -60,7 +62,8 @@ pub fn grid_then_golden(grid: &[f64], tolerance: f64, mut cost: impl FnMut(f64) 
     Some(refined.filter(|refined| refined.cost < on_grid.cost).unwrap_or(on_grid))
 }
 
-/// Where a function that is above 0 at `low` and not at `high` crosses it, to a double's precision of the interval.
+/// Where a function that is above 0 at `low` and not at `high` crosses it, to a double's precision
+/// of the interval.
 pub fn bisect(mut low: f64, mut high: f64, function: impl Fn(f64) -> f64) -> f64 {
     for _ in 0..f64::MANTISSA_DIGITS {
         let middle = 0.5 * (low + high);
@@ -77,7 +80,8 @@ fn finite(cost: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The interval ends a millionth of its first length wide, and a cost of order 1 near its minimum is flat to 1e-8.
+    /// The interval ends a millionth of its first length wide, and a cost of order 1 near its
+    /// minimum is flat to 1e-8.
     #[test]
     fn finds_the_minimum_inside_and_at_an_end() {
         let at = |cost: fn(f64) -> f64| golden_section(-1.0, 2.0, 1e-6, cost).unwrap().at;
@@ -85,7 +89,8 @@ mod tests {
         assert!((at(|x| -x) - 2.0).abs() < 3e-6);
     }
 
-    /// cos(3 x) + x/10 has minima at 3 x = π − asin(1/30) (mod 2π); the one left of 0 is the least on [−2, 4].
+    /// cos(3 x) + x/10 has minima at 3 x = π − asin(1/30) (mod 2π); the one left of 0 is the least
+    /// on [−2, 4].
     #[test]
     fn a_grid_finds_the_least_of_several() {
         let grid: Vec<f64> = (0..13).map(|k| -2.0 + 0.5 * f64::from(k)).collect();

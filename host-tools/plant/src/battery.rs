@@ -1,11 +1,15 @@
-//! A battery: what its terminals show and what is truly in it. Shares no formula with `model_core::charge`.
+//! A battery: what its terminals show and what is truly in it. Shares no formula with
+//! `model_core::charge`.
 //!
-//! Cells of another make: their own open-circuit curve, with hysteresis; a drop over electrolyte and electrodes that grows in the cold and
-//! towards empty; charge transfer whose overvoltage follows the current's inverse hyperbolic sine (Butler and Volmer); diffusion as two
-//! reservoirs, the surface's charge running ahead of the cell's; and a temperature that the losses raise.
+//! Cells of a different make: their own open-circuit curve, with hysteresis; a drop over
+//! electrolyte and electrodes that grows in the cold and towards empty; charge transfer whose
+//! overvoltage follows the current's inverse hyperbolic sine (Butler and Volmer); diffusion as two
+//! reservoirs, the surface's charge running ahead of the cell's; and a temperature that the losses
+//! raise.
 
-/// Open-circuit voltage of a cell Samsung INR21700-40T over charge, discharged and charged at C/20 and room temperature, the mean of both
-/// (S. Sunil, K. R. Pattipati, B. Balasingam, IEEE Transactions on Instrumentation and Measurement, 2025).
+/// Open-circuit voltage of a cell Samsung INR21700-40T over charge, discharged and charged at C/20
+/// and room temperature, the mean of both (S. Sunil, K. R. Pattipati, B. Balasingam, IEEE
+/// Transactions on Instrumentation and Measurement, 2025).
 pub const CURVE: [(f64, f64); 10] = [
     (0.0, 2.5000),
     (0.0050, 2.8080),
@@ -46,7 +50,8 @@ pub struct Battery {
 #[derive(Debug, Clone, Copy)]
 pub struct BatteryState {
     battery: Battery,
-    /// Charge of inner and outer reservoir, shares of the capacity at which each would be in balance.
+    /// Charge of inner and outer reservoir, shares of the capacity at which each would be in
+    /// balance.
     inner: f64,
     outer: f64,
     transfer_v: f64,
@@ -91,7 +96,8 @@ impl BatteryState {
         self.temperature_c
     }
 
-    /// A current, A, positive while discharging, for a short time, s. Gives the voltage at the terminals, V.
+    /// A current, A, positive while discharging, for a short time, s. Gives the voltage at the
+    /// terminals, V.
     pub fn draw(&mut self, current: f64, elapsed: f64) -> f64 {
         let battery = self.battery;
         let capacity = 3600.0 * battery.capacity_ah;
@@ -146,7 +152,8 @@ mod tests {
         }
     }
 
-    /// Counted: an hour of 0.9 A is half of 1.8 A·h; at rest the curve is back, less the hysteresis.
+    /// Counted: an hour of 0.9 A is half of 1.8 A·h; at rest the curve is back, less the
+    /// hysteresis.
     #[test]
     fn what_is_drawn_is_gone() {
         let mut state = pack().at(0.9523);
@@ -162,7 +169,8 @@ mod tests {
         assert!((voltage - 3.0 * (3.6941 - 0.008)).abs() < 1e-3, "{voltage}");
     }
 
-    /// A step of 1 A at 25 °C: 3 · 40 mΩ at once; the charge transfer's 2 R T / F asinh(I / 2 I0) comes later, and the cold makes more.
+    /// A step of 1 A at 25 °C: 3 · 40 mΩ at once; the charge transfer's 2 R T / F asinh(I / 2 I0)
+    /// comes later, and the cold makes more.
     #[test]
     fn a_load_step_drops_at_once_and_then_creeps() {
         let mut state = pack().at(0.6);

@@ -6,11 +6,11 @@
 //! (diag(m, m, m k²) + Jᵀ diag(gain_i n_i Jm_i) J) Δζ = h (Jᵀ (τ_i − λ_i) + Coriolis)
 //! ```
 //!
-//! where gain_i is the gear's wheel torque per motor torque in the direction in which power passes it, τ_i the
-//! smooth wheel torques, and λ_i the dry friction, an element of F_i·Sgn(w_i): exactly F_i against the motion,
-//! anything within ±F_i at rest. It is found at the end of the step (time stepping after Moreau), so a robot
-//! at rest rests, without a smoothed sign and without chatter. Tyres that scrub in turns are one contact more, whose
-//! speed is the turn rate.
+//! where gain_i is the gear's wheel torque per motor torque in the direction in which power passes
+//! it, τ_i the smooth wheel torques, and λ_i the dry friction, an element of F_i·Sgn(w_i): exactly
+//! F_i against the motion, anything within ±F_i at rest. It is found at the end of the step (time
+//! stepping after Moreau), so a robot at rest rests, without a smoothed sign and without chatter.
+//! Tyres that scrub in turns are one contact more, whose speed is the turn rate.
 
 use super::gear::{Flow, Gear};
 use super::kinematics::{Geometry, MAX_WHEELS, Twist, dot};
@@ -25,7 +25,8 @@ const CONTACTS: usize = MAX_WHEELS + 1;
 /// Index of the contact that resists turning.
 const TURNING: usize = MAX_WHEELS;
 
-/// One driven wheel with all that belongs to it. A cause that concerns one wheel changes its values alone.
+/// One driven wheel with all that belongs to it. A cause that concerns one wheel changes its values
+/// alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wheel {
     /// Its motor.
@@ -109,7 +110,8 @@ struct Response {
     key: Option<(f64, f64, [f64; MAX_WHEELS])>,
     /// Inverse of the mass matrix.
     inverse: [Twist; 3],
-    /// Acceleration per torque of every contact, C M⁻¹ Cᵀ with C the wheels' rows of J and (0, 0, 1).
+    /// Acceleration per torque of every contact, C M⁻¹ Cᵀ with C the wheels' rows of J and (0, 0,
+    /// 1).
     contact: [[f64; CONTACTS]; CONTACTS],
 }
 
@@ -172,8 +174,9 @@ impl Body {
             steps[i] = WheelStep { voltage: voltage[i], current, predicted_speed: predicted, ..steps[i] };
         }
         let start = self.twist;
-        // The power flow at each gear depends on the acceleration and the other way round. Almost always the
-        // flow of the last step still fits; near zero gear torque both directions give the same motion.
+        // The power flow at each gear depends on the acceleration and the other way round. Almost
+        // always the flow of the last step still fits; near zero gear torque both directions give
+        // the same motion.
         for _ in 0..4 {
             let end = self.solve(start, &mut steps, mass_kg, h);
             let speeds = self.wheel_per_twist.map(|row| dot(row, end));
@@ -210,7 +213,8 @@ impl Body {
         self.prepare_response(mass_kg, steps.map(|step| step.torque_gain));
         let Loads { mut force, wheel_friction, turning_friction, offset_m, .. } = self.loads;
         if self.geometry.holonomic() {
-            // The body frame turns with the robot. (Wheels that cannot roll sideways take this force themselves.)
+            // The body frame turns with the robot. (Wheels that cannot roll sideways take this
+            // force themselves.)
             let [vx, vy, omega] = start;
             force[0] += mass_kg * omega * vy;
             force[1] -= mass_kg * omega * (vx - omega * offset_m);
@@ -243,7 +247,8 @@ impl Body {
         self.advance(start, force, h)
     }
 
-    /// Rolling resistance of a wheel as a torque, N·m: μ_r times its share of the weight times the radius.
+    /// Rolling resistance of a wheel as a torque, N·m: μ_r times its share of the weight times the
+    /// radius.
     pub(super) fn rolling_torque(&self, wheel: usize, mass_kg: f64) -> f64 {
         let Wheel { rolling_resistance, load_share, .. } = self.wheels[wheel];
         rolling_resistance * mass_kg * load_share * self.loads.normal_gravity * self.geometry.wheel_radius_m
@@ -257,9 +262,11 @@ impl Body {
         end
     }
 
-    /// Dry friction that brings each contact's speed to zero where the limit allows it (projected Gauss–Seidel).
+    /// Dry friction that brings each contact's speed to zero where the limit allows it (projected
+    /// Gauss–Seidel).
     fn find_friction(&mut self, free: Twist, limit: &[f64; CONTACTS], h: f64) {
-        // Row i: what torque at contact i does to the speed of every contact within the step (symmetric).
+        // Row i: what torque at contact i does to the speed of every contact within the step
+        // (symmetric).
         let reach = self.response.contact.map(|row| row.map(|x| h * x));
         let mut speed = [0.0; CONTACTS];
         for (s, row) in speed.iter_mut().zip(self.wheel_per_twist) {
@@ -300,7 +307,8 @@ impl Body {
         if self.response.key == Some((mass_kg, offset, gains)) {
             return;
         }
-        // A mass beside the middle resists turning more, and turning moves it forward or back (Steiner).
+        // A mass beside the middle resists turning more, and turning moves it forward or back
+        // (Steiner).
         let turning = mass_kg * (self.gyration_radius_m * self.gyration_radius_m + offset * offset);
         let coupling = -mass_kg * offset;
         let mut inertia = [[mass_kg, 0.0, coupling], [0.0, mass_kg, 0.0], [coupling, 0.0, turning]];

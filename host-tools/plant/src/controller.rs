@@ -9,7 +9,7 @@ pub struct Gains {
     pub proportional: f64,
     /// Volts per speed error and second, V/rad.
     pub integral: f64,
-    /// Below this speed, rad/s, a wheel that is told to stand is switched off instead of held: a
+    /// Below this speed, rad/s, a wheel with command 0 is switched off instead of held: a
     /// servo that integrates against stiction would heat its winding at rest.
     pub rest_band: f64,
 }

@@ -4,10 +4,12 @@ use std::f64::consts::TAU;
 
 use serde::Serialize;
 
-/// Encoder ticks per wheel revolution (XL430 e-manual, Present Position 132: 0 … 4095 per revolution).
+/// Encoder ticks per wheel revolution (XL430 e-manual, Present Position 132: 0 … 4095 per
+/// revolution).
 pub const TICKS_PER_REVOLUTION: f64 = 4096.0;
 
-/// One count of the servo's velocity register, rad/s (XL430 e-manual, Present Velocity 128: 0.229 rev/min).
+/// One count of the servo's velocity register, rad/s (XL430 e-manual, Present Velocity 128: 0.229
+/// rev/min).
 pub const VELOCITY_COUNT: f64 = 0.229 * TAU / 60.0;
 
 /// Where wheel speeds come from.

@@ -1,9 +1,12 @@
-//! The regime of the paper's experiment (Section 7): one robot, its drives and its sensors, as a preset.
+//! The regime of the paper's experiment (Section 7): one robot, its drives and its sensors, as a
+//! preset.
 //!
-//! The paper publishes no log. What it says is kept: the servos of a TurtleBot3, wheel speeds that come as messages at about
-//! 20 Hz, an INA219, one floor, training without and with full load over the whole range of speeds (not of turns), a test from
-//! 2 kg to 3 kg of payload on another profile. What it does not say, how briskly and how noisily, is [`REGIME`], set so that its own method, its
-//! regression and its perceptron come near the figures that it states for them. How near: `gmr reproduce`.
+//! The paper publishes no log. What it says is kept: the servos of a TurtleBot3, wheel speeds that
+//! come as messages at about 20 Hz, an INA219, one floor, training without and with full load over
+//! the whole range of speeds (not of turns), a test from 2 kg to 3 kg of payload on another
+//! profile. What it does not say, how briskly and how noisily, is [`REGIME`], set so that its own
+//! method, its regression and its perceptron come near the figures that it states for them. How
+//! near: `gmr reproduce`.
 
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
@@ -24,7 +27,7 @@ pub enum Drive {
     Training,
     /// 3 kg, then 4 kg.
     Test,
-    /// Ten minutes of errands, the payload another after each.
+    /// Ten minutes of errands, with a new payload after each.
     Errands,
 }
 
@@ -85,7 +88,7 @@ const LEAST_CHANGE_KG: f64 = 0.5;
 /// A payload schedule that cannot be.
 pub fn scenario(drive: Drive, seed: u64) -> Result<Scenario> {
     let regime = &REGIME;
-    // Every drive is another one: seeds of drives do not meet, but for those so large that they wrap.
+    // Every drive has its own seed; they repeat only where they wrap.
     let seed = seed.wrapping_mul(3).wrapping_add(drive as u64);
     let (rounds, duration_s) = match drive {
         Drive::Training => (&regime.training, regime.duration_s),
@@ -144,7 +147,8 @@ pub struct RailReading {
     pub time_s: f64,
     /// W
     pub battery_w: f64,
-    /// Of the drives: the motors' rail without what the servos' electronics take at rest (P_stdby of Eq. 2), W.
+    /// Of the drives: the motors' rail without what the servos' electronics take at rest (P_stdby
+    /// of Eq. 2), W.
     pub actuation_w: f64,
     /// Of all but the motors' rail: sensing, computing, communication, W.
     pub static_w: f64,
@@ -191,7 +195,8 @@ mod tests {
         assert_ne!(drive(Drive::Test).seed, scenario(Drive::Training, 5).unwrap().seed);
     }
 
-    /// 600 s of errands of 70 to 140 s: five to nine of them, each with a payload that differs from the one before.
+    /// 600 s of errands of 70 to 140 s: five to nine of them, each with a payload that differs from
+    /// the one before.
     #[test]
     fn errands_change_the_payload() {
         for seed in 1..20 {

@@ -1,4 +1,5 @@
-//! Sets of runs as a robot would bring them home: some clean ones to fit, more of them in which something may hide.
+//! Sets of runs as a robot would bring them home: some clean ones to fit, more of them in which
+//! something may hide.
 
 use rand::RngExt;
 use rand::seq::SliceRandom;
@@ -30,7 +31,8 @@ pub struct Field {
     pub mass_kg: (f64, f64),
     /// Noise of the power sensor.
     pub noise: Noise,
-    /// What hides in the field's runs. A mislabelled payload is in every third of them, everything else in all.
+    /// What hides in the field's runs. A mislabelled payload is in every third of them, everything
+    /// else in all.
     pub effects: Vec<Effect>,
 }
 
@@ -70,10 +72,12 @@ impl Noise {
 }
 
 impl Default for Field {
-    /// 6 clean runs and 12 in the field, 60 s at 20 Hz, 1 to 6 kg, 0.05 W of white noise, nothing hidden.
+    /// 6 clean runs and 12 in the field, 60 s at 20 Hz, 1 to 6 kg, 0.05 W of white noise, nothing
+    /// hidden.
     ///
-    /// Gear motors, because every effect of the dictionary can be as large as that noise and still be plausible. On the
-    /// servo copper, leads and braking cannot: it is slow, and most of what it draws turns its own gears.
+    /// Gear motors, because every effect of the dictionary can be as large as that noise and still
+    /// be plausible. On the servo copper, leads and braking cannot: it is slow, and most of what it
+    /// draws turns its own gears.
     fn default() -> Self {
         Self {
             plant: PlantSet::Gearmotor,
@@ -93,7 +97,8 @@ impl Default for Field {
 const SEEDS_PER_SET: u64 = 1000;
 
 impl Field {
-    /// The clean runs of set `seed`: training drives, the lightest and the heaviest load among them.
+    /// The clean runs of set `seed`: training drives, the lightest and the heaviest load among
+    /// them.
     pub fn base(&self, seed: u64) -> Vec<Scenario> {
         let (low, high) = self.mass_kg;
         let last = self.base_runs.saturating_sub(1).max(1) as f64;
@@ -104,7 +109,8 @@ impl Field {
             .collect()
     }
 
-    /// The field's runs of set `seed`: training and test drives by turns, masses spread over the range in random order.
+    /// The field's runs of set `seed`: training and test drives by turns, masses spread over the
+    /// range in random order.
     pub fn field(&self, seed: u64) -> Vec<Scenario> {
         let first = seed * SEEDS_PER_SET + SEEDS_PER_SET / 2;
         let mut rng = stream(first, Stream::Field);
@@ -171,7 +177,8 @@ mod tests {
         assert_ne!(field.field(1)[0].payload, field.field(2)[0].payload);
     }
 
-    /// Twelve strata of 1 to 6 kg: no two masses further apart than two strata, both ends within the first.
+    /// Twelve strata of 1 to 6 kg: no two masses further apart than two strata, both ends within
+    /// the first.
     #[test]
     fn masses_cover_the_range() {
         let mut masses: Vec<f64> =
@@ -189,7 +196,8 @@ mod tests {
         assert_eq!(base, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
     }
 
-    /// Half the noise, the least size that a comparison has to find, is within the plausible range of every effect.
+    /// Half the noise, the least size that a comparison has to find, is within the plausible range
+    /// of every effect.
     #[test]
     fn every_effect_can_be_seen_in_the_field() {
         let field = Field::default();
@@ -243,7 +251,8 @@ mod tests {
         for noise in [Noise::white(0.05), Noise::heteroscedastic(0.05, 4.0), Noise::autocorrelated(0.05, 0.6)]
         {
             let [still, busy] = spread(noise);
-            // 400 samples at rest: standard error 3.5 %, with the correlation of 0.6 5.2 %; steps of 12 mW add 0.2 %.
+            // 400 samples at rest: standard error 3.5 %, with the correlation of 0.6 5.2 %; steps
+            // of 12 mW add 0.2 %.
             assert!((still / 0.05 - 1.0).abs() < 0.15 && (busy / 0.05 - 1.0).abs() < 0.06, "{still} {busy}");
         }
     }

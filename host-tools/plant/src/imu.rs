@@ -1,4 +1,5 @@
-//! An inertial measurement unit in the middle of the robot, axes along the body's: forward, left, up.
+//! An inertial measurement unit in the middle of the robot, axes along the body's: forward, left,
+//! up.
 
 use rand_chacha::ChaCha8Rng;
 
@@ -6,10 +7,12 @@ use super::body::GRAVITY;
 use super::kinematics::Twist;
 use super::noise::{Stream, bounded, stream};
 
-/// Noise at rest, m/s²: 300 µg/√Hz over 41 Hz (TDK InvenSense MPU-9250, the Burger's; product specification, Table 2).
+/// Noise at rest, m/s²: 300 µg/√Hz over 41 Hz (TDK InvenSense MPU-9250, the Burger's; product
+/// specification, Table 2).
 const NOISE_M_S2: f64 = 300e-6 * GRAVITY * 6.403;
 
-/// What the floor's roughness adds for every m/s of speed, m/s²: chosen, a fifth of a m/s² at a small robot's cruise.
+/// What the floor's roughness adds for every m/s of speed, m/s²: chosen, a fifth of a m/s² at a
+/// small robot's cruise.
 const ROUGHNESS_PER_S: f64 = 1.0;
 
 /// How the ground lies under the robot.
@@ -69,7 +72,8 @@ mod tests {
         (mean, [0, 1, 2].map(|i| (square(i) / 1e4).sqrt()))
     }
 
-    /// 10 000 readings: a mean errs by σ/100, a spread by 0.7 %; four of each, and 0.4 % less spread for the clipping at 3 σ.
+    /// 10 000 readings: a mean errs by σ/100, a spread by 0.7 %; four of each, and 0.4 % less
+    /// spread for the clipping at 3 σ.
     #[test]
     fn feels_gravity_the_turn_and_the_floor() {
         let (mean, spread) = held([0.0; 3], LEVEL);
@@ -77,7 +81,8 @@ mod tests {
             assert!((mean[i] - [0.0, 0.0, GRAVITY][i]).abs() < 0.04 * NOISE_M_S2, "{mean:?}");
             assert!((spread[i] / NOISE_M_S2 - 0.996).abs() < 0.03, "{spread:?}");
         }
-        // 0.5 m/s at 2 rad/s: 1 m/s² to the left. On 0.1 rad, nose uphill to the right: (cos, sin) of −30°.
+        // 0.5 m/s at 2 rad/s: 1 m/s² to the left. On 0.1 rad, nose uphill to the right: (cos, sin)
+        // of −30°.
         let (sin, cos) = 0.1_f64.sin_cos();
         let rise = [sin * 0.75_f64.sqrt(), -0.5 * sin];
         let slope = Ground { rise, normal_gravity: GRAVITY * cos };
@@ -90,7 +95,8 @@ mod tests {
         }
     }
 
-    /// From 0 to 1 m/s forwards, 0.5 m/s sideways, in 0.1 s: 10 and 5 m/s², less and more what the turn adds.
+    /// From 0 to 1 m/s forwards, 0.5 m/s sideways, in 0.1 s: 10 and 5 m/s², less and more what the
+    /// turn adds.
     #[test]
     fn feels_acceleration_between_readings() {
         let mut imu = Imu::new(1);

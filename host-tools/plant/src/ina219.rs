@@ -21,7 +21,8 @@ pub struct Ina219 {
 }
 
 impl Default for Ina219 {
-    /// The breakout board's 0.1 Ω and 0.1 mA per code, so that shunt and current codes agree (calibration 4096).
+    /// The breakout board's 0.1 Ω and 0.1 mA per code, so that shunt and current codes agree
+    /// (calibration 4096).
     fn default() -> Self {
         Self { shunt_ohm: 0.1, current_lsb_a: 1e-4, averages: 1 }
     }
@@ -41,12 +42,14 @@ pub struct Registers {
 }
 
 impl Ina219 {
-    /// The calibration register: trunc(0.04096 / (current LSB · shunt)), bit 0 void (datasheet Eq. 1).
+    /// The calibration register: trunc(0.04096 / (current LSB · shunt)), bit 0 void (datasheet Eq.
+    /// 1).
     pub fn calibration(&self) -> u16 {
         ((0.04096 / (self.current_lsb_a * self.shunt_ohm)) as u16) & !1
     }
 
-    /// The most averages of which shunt and bus conversion, one after the other, fit into a period, s.
+    /// The most averages of which shunt and bus conversion, one after the other, fit into a period,
+    /// s.
     pub fn averages_within(period_s: f64) -> u32 {
         let mut averages = 1;
         while averages < 128 && 2.0 * f64::from(2 * averages) * CONVERSION_S <= period_s {
@@ -70,8 +73,8 @@ impl Ina219 {
         Registers { shunt, bus, current, power: power.min(i64::from(u16::MAX)) as u16 }
     }
 
-    /// Power, W, as firmware computes it: current register times bus register. The power register is coarser
-    /// (20 current codes) and has no sign.
+    /// Power, W, as firmware computes it: current register times bus register. The power register
+    /// is coarser (20 current codes) and has no sign.
     pub fn power_w(&self, registers: Registers) -> f64 {
         f64::from(registers.current) * self.current_lsb_a * f64::from(registers.bus) * BUS_LSB_V
     }
@@ -85,12 +88,13 @@ mod tests {
     fn codes_follow_the_datasheet_formulas() {
         let sensor = Ina219::default();
         assert_eq!(sensor.calibration(), 4096);
-        // 0.1 A · 0.1 Ω = 10 mV = 1000 codes; 12 V = 3000 codes; power 1000 · 3000 / 5000 = 600 codes of 2 mW.
+        // 0.1 A · 0.1 Ω = 10 mV = 1000 codes; 12 V = 3000 codes; power 1000 · 3000 / 5000 = 600
+        // codes of 2 mW.
         let registers = sensor.convert(0.1, 12.0);
         assert_eq!(registers, Registers { shunt: 1000, bus: 3000, current: 1000, power: 600 });
         assert!((sensor.power_w(registers) - 1.2).abs() < 1e-12);
-        // Datasheet's worked example (Table 8): 20 mV, 11.98 V, 2 mΩ, 1 mA LSB: cal 20480, current 10 000,
-        // bus 2995 codes, power 5990 codes.
+        // Datasheet's worked example (Table 8): 20 mV, 11.98 V, 2 mΩ, 1 mA LSB: cal 20480, current
+        // 10 000, bus 2995 codes, power 5990 codes.
         let example = Ina219 { shunt_ohm: 0.002, current_lsb_a: 1e-3, averages: 1 };
         assert_eq!(example.calibration(), 20_480);
         assert_eq!(
@@ -109,7 +113,8 @@ mod tests {
 
     #[test]
     fn averages_fit_the_sample_period() {
-        // Two conversions of n · 532 µs: 4 take 4.3 ms, 8 take 8.5 ms, 16 take 17 ms, 64 take 68 ms.
+        // Two conversions of n · 532 µs: 4 take 4.3 ms, 8 take 8.5 ms, 16 take 17 ms, 64 take 68
+        // ms.
         assert_eq!(
             [200.0, 100.0, 20.0, 5.0].map(|rate| Ina219::averages_within(1.0 / rate)),
             [4, 8, 32, 128]

@@ -1,7 +1,8 @@
 //! How wheels and body move together while every wheel rolls without slipping.
 //!
-//! The plant integrates the body's twist and derives the wheels' speeds from it, so every layout is the
-//! matrix of wheel speed per twist. Body frame: x forward, y to the left, turning counter-clockwise.
+//! The plant integrates the body's twist and derives the wheels' speeds from it, so every layout is
+//! the matrix of wheel speed per twist. Body frame: x forward, y to the left, turning
+//! counter-clockwise.
 
 use serde::Serialize;
 
@@ -32,8 +33,8 @@ pub struct Geometry {
     pub kinematics: Kinematics,
     /// Wheel radius, m.
     pub wheel_radius_m: f64,
-    /// Distance between left and right wheels; for omni wheels twice the distance from centre to wheel, m.
-    /// For skid steer it is the effective track: the tyres' scrub is not simulated.
+    /// Distance between left and right wheels; for omni wheels twice the distance from centre to
+    /// wheel, m. For skid steer it is the effective track: the tyres' scrub is not simulated.
     pub track_m: f64,
     /// Distance between front and rear wheels (mecanum only), m.
     pub wheelbase_m: f64,
@@ -54,7 +55,8 @@ impl Geometry {
         matches!(self.kinematics, Kinematics::Omni | Kinematics::Mecanum)
     }
 
-    /// Wheel speed per twist, row i for wheel i: rad/s per (m/s, m/s, rad/s). Rows of missing wheels are 0.
+    /// Wheel speed per twist, row i for wheel i: rad/s per (m/s, m/s, rad/s). Rows of missing
+    /// wheels are 0.
     pub fn wheel_per_twist(&self) -> [Twist; MAX_WHEELS] {
         let half_track = self.track_m / 2.0;
         let rim: [Twist; MAX_WHEELS] = match self.kinematics {
@@ -79,7 +81,8 @@ impl Geometry {
         rim.map(|row| row.map(|x| x / self.wheel_radius_m))
     }
 
-    /// The wheels' values with left and right exchanged (an omni robot's rear wheel turns the other way).
+    /// The wheels' values with left and right exchanged (an omni robot's rear wheel turns the other
+    /// way).
     pub fn mirrored(&self, wheels: [f64; MAX_WHEELS]) -> [f64; MAX_WHEELS] {
         let [a, b, c, d] = wheels;
         match self.kinematics {
@@ -93,8 +96,8 @@ impl Geometry {
         self.wheel_per_twist().map(|row| dot(row, twist))
     }
 
-    /// The twist whose wheel speeds come nearest to these, rad/s. The columns of the matrix are orthogonal in every
-    /// layout, so each is projected on alone.
+    /// The twist whose wheel speeds come nearest to these, rad/s. The columns of the matrix are
+    /// orthogonal in every layout, so each is projected on alone.
     pub fn twist(&self, wheels: [f64; MAX_WHEELS]) -> Twist {
         let rows = self.wheel_per_twist();
         std::array::from_fn(|k| {
@@ -135,8 +138,8 @@ mod tests {
     fn contact_points_do_not_slip() {
         let twist = [0.3, -0.2, 0.7];
         let [vx, vy, omega] = twist;
-        // Mecanum, front left at (0.15, 0.2): its roller rolls along (1, 1)/√2, so the point slips only
-        // along that line: (v + ω×p − r w x̂) · (1, −1) = 0.
+        // Mecanum, front left at (0.15, 0.2): its roller rolls along (1, 1)/√2, so the point slips
+        // only along that line: (v + ω×p − r w x̂) · (1, −1) = 0.
         let w = geometry(Kinematics::Mecanum).wheel_speeds(twist);
         let at = |x: f64, y: f64| [vx - omega * y, vy + omega * x];
         for (i, (x, y)) in [(0.15, 0.2), (0.15, -0.2), (-0.15, 0.2), (-0.15, -0.2)].into_iter().enumerate() {

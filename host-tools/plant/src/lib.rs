@@ -1,10 +1,11 @@
 //! The simulated robot: a forward simulation that shares no formula and no code with `model-core`.
 //!
-//! A wheel speed loop sets voltages ([`controller`]), windings and rotors answer ([`motor`]), gears pass torque
-//! with a loss ([`gear`]), and one rigid body couples the wheels that roll on the floor ([`body`]). Sensors turn
-//! what is true into what a log shows ([`sensors`]). [`sets`] has the robots, [`profile`] and [`payload`] what
-//! they do, [`effects`] what may differ from what a fit knew, from a slope to a wrong sensor. [`rails`] are the
-//! supplies of a robot that has such a board, [`battery`] the charge behind them.
+//! A wheel speed loop sets voltages ([`controller`]), windings and rotors answer ([`motor`]), gears
+//! pass torque with a loss ([`gear`]), and one rigid body couples the wheels that roll on the floor
+//! ([`body`]). Sensors turn what is true into what a log shows ([`sensors`]). [`sets`] has the
+//! robots, [`profile`] and [`payload`] what they do, [`effects`] what may differ from what a fit
+//! knew, from a slope to a wrong sensor. [`rails`] are the supplies of a robot that has such a
+//! board, [`battery`] the charge behind them.
 //!
 //! Its face: [`simulate`] of a [`Scenario`], and [`log`] to write it.
 

@@ -85,7 +85,7 @@ pub fn write(file: &Path, scenario: &Scenario, columns: &Columns) -> Result<Tota
     write_whole(file, |log| write_rows(log, failed, simulation, columns, |_| ()))
 }
 
-/// Writes header and rows; `at` is told how many rows are done after every one.
+/// Writes header and rows; `at` gets the number of rows so far after every one.
 ///
 /// # Errors
 /// `failed` of what the writer refuses.
@@ -147,7 +147,8 @@ struct Row<'a> {
 }
 
 impl Row<'_> {
-    /// Time to a microsecond, speeds to 1e-7 rad/s, power to a microwatt; mass as short as it is exact.
+    /// Time to a microsecond, speeds to 1e-7 rad/s, power to a microwatt; mass as short as it is
+    /// exact.
     fn push(&mut self, columns: &Columns) {
         let Self { sample, geometry, .. } = *self;
         let wheels = geometry.wheels();

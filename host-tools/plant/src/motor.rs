@@ -9,7 +9,8 @@ pub struct Motor {
     pub inductance_h: f64,
     /// Torque per current, N·m/A.
     pub torque_constant: f64,
-    /// Voltage per shaft speed, V/(rad/s). Equal to the torque constant in a motor that conserves energy.
+    /// Voltage per shaft speed, V/(rad/s). Equal to the torque constant in a motor that conserves
+    /// energy.
     pub electrical_constant: f64,
     /// Rotor inertia, kg·m².
     pub rotor_inertia: f64,
@@ -38,9 +39,11 @@ impl Motor {
         self.viscous * shaft_speed + self.windage * shaft_speed * shaft_speed.abs()
     }
 
-    /// Solves L di/dt + R i = V − Ke w over one step of `h` seconds with voltage and shaft speed held.
+    /// Solves L di/dt + R i = V − Ke w over one step of `h` seconds with voltage and shaft speed
+    /// held.
     ///
-    /// The solution is exact, so that L/R may be shorter than the step (it is for small coreless motors).
+    /// The solution is exact, so that L/R may be shorter than the step (it is for small coreless
+    /// motors).
     pub fn conduct(&self, start: f64, voltage: f64, shaft_speed: f64, h: f64) -> Current {
         let settled = (voltage - self.electrical_constant * shaft_speed) / self.resistance_ohm;
         let time_constant = self.inductance_h / self.resistance_ohm;
@@ -61,8 +64,8 @@ impl Motor {
 mod tests {
     use super::*;
 
-    /// Against forward Euler with ten thousand steps within one: its error is about T_step/2τ of the change, where
-    /// T_step = 1e-7 s, τ = 0.96 ms (Table 3): 5e-5.
+    /// Against forward Euler with ten thousand steps within one: its error is about T_step/2τ of
+    /// the change, where T_step = 1e-7 s, τ = 0.96 ms (Table 3): 5e-5.
     #[test]
     fn the_winding_follows_its_differential_equation() {
         let motor = Motor {

@@ -1,4 +1,5 @@
-//! Noise with a seed: every use has its own stream, so that switching one on does not move another.
+//! Noise with a seed: every use has its own stream, so that switching one on does not change the
+//! others.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -24,7 +25,8 @@ pub enum Stream {
     Errands = 15,
 }
 
-/// The generator of a stream. ChaCha8 is specified, so the same seed gives the same bytes on every machine.
+/// The generator of a stream. ChaCha8 is specified, so the same seed gives the same bytes on every
+/// machine.
 pub fn stream(seed: u64, purpose: Stream) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(purpose as u64);
@@ -42,14 +44,15 @@ pub(super) fn bounded(rng: &mut ChaCha8Rng) -> f64 {
 pub(super) struct Ar1 {
     rng: ChaCha8Rng,
     autocorrelation: f64,
-    /// Student's distribution, and what brings it to unit standard deviation; none for Gaussian noise.
+    /// Student's distribution, and what brings it to unit standard deviation; none for Gaussian
+    /// noise.
     tail: Option<(StudentT<f64>, f64)>,
     last: Option<f64>,
 }
 
 impl Ar1 {
-    /// Noise whose neighbouring samples correlate by `autocorrelation` (within −1..1), driven by Student's t of
-    /// `degrees` of freedom (more than 2, or its spread is infinite) where given.
+    /// Noise whose neighbouring samples correlate by `autocorrelation` (within −1..1), driven by
+    /// Student's t of `degrees` of freedom (more than 2, or its spread is infinite) where given.
     pub(super) fn new(rng: ChaCha8Rng, autocorrelation: f64, degrees: Option<f64>) -> Self {
         let tail = degrees.and_then(|nu| Some((StudentT::new(nu).ok()?, ((nu - 2.0) / nu).sqrt())));
         Self { rng, autocorrelation, tail, last: None }
@@ -75,8 +78,8 @@ impl Ar1 {
 mod tests {
     use super::*;
 
-    /// 200 000 samples: standard error of the lag-1 autocorrelation √((1−ρ²)/n) ≤ 0.0023, of the standard
-    /// deviation σ √((1+ρ²)/(1−ρ²)/2n) ≤ 0.0016 σ at ρ = 0.6; four of them are allowed.
+    /// 200 000 samples: standard error of the lag-1 autocorrelation √((1−ρ²)/n) ≤ 0.0023, of the
+    /// standard deviation σ √((1+ρ²)/(1−ρ²)/2n) ≤ 0.0016 σ at ρ = 0.6; four of them are allowed.
     #[test]
     fn ar1_has_the_spread_and_autocorrelation_asked_for() {
         for rho in [-0.5, 0.0, 0.2, 0.6] {
@@ -90,9 +93,10 @@ mod tests {
         }
     }
 
-    /// Student's t with ν = 10, scaled to unit variance, has the fourth moment 3 + 6/(ν − 4) = 4 and the eighth
-    /// 105 (ν−2)³/((ν−4)(ν−6)(ν−8)) = 1120, so that of 10⁶ samples the mean fourth power errs by √(1104/10⁶) = 0.033.
-    /// Beyond 5 σ (t = 5.59) lie 2.3e-4 of them by the integral of its density, 6e-7 of Gaussian ones. Four standard errors.
+    /// Student's t with ν = 10, scaled to unit variance, has the fourth moment 3 + 6/(ν − 4) = 4
+    /// and the eighth 105 (ν−2)³/((ν−4)(ν−6)(ν−8)) = 1120, so that of 10⁶ samples the mean fourth
+    /// power errs by √(1104/10⁶) = 0.033. Beyond 5 σ (t = 5.59) lie 2.3e-4 of them by the integral
+    /// of its density, 6e-7 of Gaussian ones. Four standard errors.
     #[test]
     fn heavy_tails_keep_the_spread() {
         let mut noise = Ar1::new(stream(5, Stream::Power), 0.0, Some(10.0));

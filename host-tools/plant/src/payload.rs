@@ -18,7 +18,8 @@ impl PayloadSchedule {
     /// Steps of (from s, kg).
     ///
     /// # Errors
-    /// Usage: no step, the first not at 0 s, times not ascending, a mass that is not positive and finite.
+    /// Usage: no step, the first not at 0 s, times not ascending, a mass that is not positive and
+    /// finite.
     pub fn steps(steps: Vec<(f64, f64)>) -> Result<Self> {
         let allowed =
             "allowed: KG or KG@SECONDS,KG@SECONDS,… with positive masses, the first at 0, times ascending";
@@ -64,7 +65,8 @@ impl PayloadSchedule {
 
     /// Total mass, kg, at a time, s.
     pub fn mass_at(&self, time_s: f64) -> f64 {
-        // Half a nanosecond of slack: the step belongs to the sample at its very time despite rounding.
+        // Half a nanosecond of slack: the step belongs to the sample at its very time despite
+        // rounding.
         let after = self.steps.partition_point(|&(from, _)| from <= time_s + 0.5e-9);
         self.steps[after.max(1) - 1].1
     }

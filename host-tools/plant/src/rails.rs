@@ -7,7 +7,8 @@
 //!                            └─ the controller board itself, which no sensor sees alone
 //! ```
 //!
-//! Source of the layout: OpenCR schematic (motors straight from the battery, a step-down converter for 5 V).
+//! Source of the layout: OpenCR schematic (motors straight from the battery, a step-down converter
+//! for 5 V).
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -21,27 +22,31 @@ pub const RAILS: usize = 4;
 /// Servos of the robots that have such a board.
 pub const SERVOS: usize = 2;
 
-/// Current of a servo's electronics without torque, A (XL430-W250 e-manual, Specifications: standby current).
+/// Current of a servo's electronics without torque, A (XL430-W250 e-manual, Specifications: standby
+/// current).
 pub const SERVO_STANDBY_A: f64 = 0.052;
 
-/// What a servo's electronics take more with torque on, A: a standing TurtleBot3 drew 1.12 W more once its motors had been
-/// switched on (INA219 at its battery; S2-group's MSR 2021 replication package), two servos, at about 12 V.
+/// What a servo's electronics take more with torque on, A: a standing TurtleBot3 drew 1.12 W more
+/// once its motors had been switched on (INA219 at its battery; S2-group's MSR 2021 replication
+/// package), two servos, at about 12 V.
 pub const SERVO_TORQUE_A: f64 = 1.12 / 2.0 / 12.0;
 
-/// Power of a Raspberry Pi 3 B+ that waits, W. Published measurements lie between 1.9 and 2.5 W; with a network and a few ROS
-/// nodes the upper end.
+/// Power of a Raspberry Pi 3 B+ that waits, W. Published measurements lie between 1.9 and 2.5 W;
+/// with a network and a few ROS nodes the upper end.
 pub const COMPUTER_IDLE_W: f64 = 2.5;
 
 /// The same at work on one or two of its four cores, W (all four: about 5 W).
 pub const COMPUTER_BUSY_W: f64 = 3.5;
 
-/// Mean time that the computer waits, and then works, s. An assumption: navigation goals come every half a minute.
+/// Mean time that the computer waits, and then works, s. An assumption: navigation goals come every
+/// half a minute.
 const COMPUTER_DWELL_S: [f64; 2] = [20.0, 8.0];
 
 /// Power of the laser scanner LDS-01 while it turns, W (e-manual: 400 mA at 5 V or less).
 pub const LIDAR_W: f64 = 2.0;
 
-/// Power of the controller board itself, W: an STM32F746 at 216 MHz with its peripherals takes about 100 mA at 5 V.
+/// Power of the controller board itself, W: an STM32F746 at 216 MHz with its peripherals takes
+/// about 100 mA at 5 V.
 pub const BOARD_W: f64 = 0.5;
 
 /// Efficiency of the 5 V converter: an XL4005 from 12 V at 1 A, after its data sheet's curve.
@@ -50,13 +55,14 @@ pub const CONVERTER_EFFICIENCY: f64 = 0.9;
 /// Its output, V.
 pub const CONVERTER_V: f64 = 5.0;
 
-/// Inner resistance of the battery with its leads, Ω: three lithium cells of 1.8 Ah with some 30 mΩ each.
+/// Inner resistance of the battery with its leads, Ω: three lithium cells of 1.8 Ah with some 30 mΩ
+/// each.
 pub const BATTERY_OHM: f64 = 0.1;
 
-/// The battery's sensor's own, Ω: behind it a discharging battery's voltage is lower by its drop.
+/// Shunt of the battery's sensor, Ω: after it a discharging battery's voltage is lower by its drop.
 const SHUNT_OHM: f64 = 0.1;
 
-/// ROBOTIS LB-012 with cells of another make than the gauge's curve, in the middle of what such cells are.
+/// ROBOTIS LB-012 with cells of a different make than the gauge's curve, typical ones.
 pub const LB_012: Battery = Battery {
     capacity_ah: 1.8,
     cells: 3.0,
@@ -99,14 +105,15 @@ pub struct PowerTree {
 /// What everything comes from.
 #[derive(Debug, Clone)]
 enum Source {
-    /// Never empty: this voltage without load, V, behind [`BATTERY_OHM`].
+    /// Never empty: this open-circuit voltage, V, in series with [`BATTERY_OHM`].
     Constant(f64),
-    /// Cells, and when they were asked last, s, and their voltage behind the shunt then, V.
+    /// Cells, the time of the last reading, s, and their voltage after the shunt then, V.
     Cells { state: BatteryState, time_s: f64, voltage_v: f64 },
 }
 
 impl Source {
-    /// The voltage behind the battery's sensor, V, at a time, s, that never goes back, under a current, A, and a power, W.
+    /// The voltage after the battery's sensor, V, at a time, s, that never decreases, under a
+    /// current, A, and a power, W.
     fn voltage(&mut self, now_s: f64, current_a: f64, power_w: f64) -> f64 {
         match self {
             // V = E − R (I + P / V).
@@ -157,7 +164,8 @@ impl PowerTree {
         self.computer.busy
     }
 
-    /// The rails' powers and voltages at a time, s, that never goes back, while the drives draw `actuation_w`.
+    /// The rails' powers and voltages at a time, s, that never goes back, while the drives draw
+    /// `actuation_w`.
     pub fn supply(&mut self, time_s: f64, actuation_w: f64) -> [Supply; RAILS] {
         let computer = if self.computer.is_busy_at(time_s) { COMPUTER_BUSY_W } else { COMPUTER_IDLE_W };
         let lidar = if self.lidar { LIDAR_W } else { 0.0 };
@@ -224,7 +232,8 @@ mod tests {
         }
     }
 
-    /// What flows is gone from the cells, and the voltage is theirs less the shunt's drop: at rest in the tree 7.5 W or so.
+    /// What flows is gone from the cells, and the voltage is theirs less the shunt's drop: at rest
+    /// in the tree 7.5 W or so.
     #[test]
     fn cells_give_what_the_rails_take() {
         let mut tree = PowerTree::with_cells(LB_012, 0.8, 1);
@@ -243,8 +252,9 @@ mod tests {
         assert_eq!(PowerTree::new(12.0, 1).charge(), None);
     }
 
-    /// By hand, at a battery of 12 V: the converter gives (2.5 + 2 + 0.5) W / 0.9 = 5.5556 W, the servos take 0.104 A. The voltage
-    /// solves V² − (12 − 0.0104) V + 0.55556 = 0: 11.94308 V. Motors 1.24208 W; with torque 1.12 W / 12 V more current: 2.3556 W.
+    /// By hand, at a battery of 12 V: the converter gives (2.5 + 2 + 0.5) W / 0.9 = 5.5556 W, the
+    /// servos take 0.104 A. The voltage solves V² − (12 − 0.0104) V + 0.55556 = 0: 11.94308 V.
+    /// Motors 1.24208 W; with torque 1.12 W / 12 V more current: 2.3556 W.
     #[test]
     fn a_standing_robot_draws_what_its_data_sheets_say() {
         let mut tree = PowerTree::new(12.0, 1);
@@ -258,8 +268,8 @@ mod tests {
         assert!((more - 1.1129).abs() < 1e-3, "{more}");
     }
 
-    /// Exponential dwells of 20 and 8 s: at work for 2/7 of the time. Over 100 000 s, 3571 cycles, the share's standard
-    /// deviation is √(2 (2/7)² (5/7)² / 3571) = 0.0048; four of them.
+    /// Exponential dwells of 20 and 8 s: at work for 2/7 of the time. Over 100 000 s, 3571 cycles,
+    /// the share's standard deviation is √(2 (2/7)² (5/7)² / 3571) = 0.0048; four of them.
     #[test]
     fn the_computer_works_for_its_share_of_the_time() {
         let mut tree = PowerTree::new(12.0, 3);

@@ -10,7 +10,8 @@ use super::profile::{Profile, ProfileKind};
 use super::sensors::Sensors;
 use super::sets::{PlantSet, Robot};
 
-/// Integration step, s: a quarter of the speed loop's period. Halving it moves the power by less than 0.2 %.
+/// Integration step, s: a quarter of the speed loop's period. Halving it moves the power by less
+/// than 0.2 %.
 pub const DEFAULT_STEP_S: f64 = 0.25e-3;
 
 /// Period of the wheel speed loop, s (the paper's simulation runs at 1 ms throughout).

@@ -33,9 +33,11 @@ pub struct Sensors {
     pub ina219: Ina219,
     /// Standard deviation of the noise added to the power before quantisation, W.
     pub power_noise_w: f64,
-    /// What is added to that standard deviation for every watt read: noise that grows with the power.
+    /// What is added to that standard deviation for every watt read: noise that grows with the
+    /// power.
     pub power_noise_per_w: f64,
-    /// Degrees of freedom of Student's t, above 2, whose heavy tails that noise has; none for Gaussian noise.
+    /// Degrees of freedom of Student's t, above 2, whose heavy tails that noise has; none for
+    /// Gaussian noise.
     pub power_noise_tail: Option<f64>,
     /// Correlation of that noise from one sample to the next, −1 to 1.
     pub power_autocorrelation: f64,
@@ -59,7 +61,8 @@ impl Sensors {
         }
     }
 
-    /// What an OpenCR with an INA219 sees at `rate_hz`: encoder ticks, as many averages as fit, 0.1 W noise.
+    /// What an OpenCR with an INA219 sees at `rate_hz`: encoder ticks, as many averages as fit, 0.1
+    /// W noise.
     pub fn servo(rate_hz: f64) -> Self {
         let ina219 = Ina219 { averages: Ina219::averages_within(1.0 / rate_hz), ..Ina219::default() };
         Self {
@@ -71,7 +74,8 @@ impl Sensors {
         }
     }
 
-    /// As in the paper's experiment (Section 7): meant for 20 Hz, the stock firmware's speed register, 16 averages.
+    /// As in the paper's experiment (Section 7): meant for 20 Hz, the stock firmware's speed
+    /// register, 16 averages.
     pub fn paper20() -> Self {
         let ina219 = Ina219 { averages: 16, ..Ina219::default() };
         Self { speed: SpeedSource::Register, ina219, ..Self::servo(20.0) }
@@ -190,7 +194,8 @@ impl PowerReader {
         match self.source {
             PowerSource::Exact => self.last_power_w + noise(self.last_power_w, unit),
             PowerSource::Ina219 => {
-                // The shunt is converted first, then the bus: the current is older than the reading by a conversion.
+                // The shunt is converted first, then the bus: the current is older than the reading
+                // by a conversion.
                 let conversion = self.ina219.conversion_time_s();
                 let energy = self.energy_before(conversion) - self.energy_before(2.0 * conversion);
                 let power = energy / conversion;
@@ -205,8 +210,9 @@ impl PowerReader {
 mod tests {
     use super::*;
 
-    /// 12 V, so one current code of 0.1 mA is 1.2 mW. Power steps from 0 to 6 W at 20 ms; with 16 averages a
-    /// conversion takes 8.512 ms, so the shunt's window ends 8.512 ms before the reading.
+    /// 12 V, so one current code of 0.1 mA is 1.2 mW. Power steps from 0 to 6 W at 20 ms; with 16
+    /// averages a conversion takes 8.512 ms, so the shunt's window ends 8.512 ms before the
+    /// reading.
     #[test]
     fn the_power_sensor_averages_and_quantises() {
         let sensors = Sensors { power_noise_w: 0.0, ..Sensors::paper20() };
@@ -238,7 +244,8 @@ mod tests {
             sum += reader.read(f64::from(k) * 0.005, [9.9; 4])[0] * 0.005;
         }
         let turned = (reader.last_ticks[0] - start) as f64 * std::f64::consts::TAU / 4096.0;
-        // Within a tick of the true angle, and speeds add up to the ticks (a thousand roundings of 1e-16).
+        // Within a tick of the true angle, and speeds add up to the ticks (a thousand roundings of
+        // 1e-16).
         assert!((turned - 5.0 * 1.2345).abs() <= std::f64::consts::TAU / 4096.0);
         assert!((sum - turned).abs() < 1e-9);
     }

@@ -36,10 +36,11 @@ fn the_servo_meets_its_no_load_and_stall_figures() {
     assert!(overcome.wheel_speeds()[0] > 1e-3, "{}", overcome.wheel_speeds()[0]);
 }
 
-/// By hand, per motor at 0.2 m/s (w = 6.0606 rad/s, shaft 1566.67 rad/s), rolling torque 0.032 m g r / 2:
+/// By hand, per motor at 0.2 m/s (w = 6.0606 rad/s, shaft 1566.67 rad/s), rolling torque 0.032 m g
+/// r / 2:
 ///
-/// - 1 kg: 5.1779e-3 N·m at the wheel, 2.6707e-5 at the shaft with 75 %, viscous 3.1333e-4, so 9.1902 mA;
-///   2 · 9.1902 mA · (0.75 Ω · 9.1902 mA + 0.0072 · 1566.67) = 0.207460 W.
+/// - 1 kg: 5.1779e-3 N·m at the wheel, 2.6707e-5 at the shaft with 75 %, viscous 3.1333e-4, so
+///   9.1902 mA; 2 · 9.1902 mA · (0.75 Ω · 9.1902 mA + 0.0072 · 1566.67) = 0.207460 W.
 /// - 6 kg: six times the rolling torque: 12.7993 mA, 0.289003 W.
 #[test]
 fn the_table_3_plant_draws_the_power_derived_by_hand() {
@@ -59,10 +60,11 @@ fn the_table_3_plant_draws_the_power_derived_by_hand() {
 
 /// Energy into the windings = copper + friction + gear + rolling losses + change of stored energy.
 ///
-/// The mechanical step keeps this to rounding. What is left is back EMF taken at a predicted instead of the true
-/// mid-step speed, which errs by h/2 times the change of acceleration from one step to the next. Loop noise of
-/// 1.4e-3 rad/s moves voltages by 3 mV and accelerations by 0.06 rad/s²: 8e-6 rad/s, 1e-6 of the speed, of either
-/// sign. Hence 1e-6 of the energy; dropping any loss or the prediction misses it by orders of magnitude.
+/// The mechanical step keeps this to rounding. What is left is back EMF taken at a predicted
+/// instead of the true mid-step speed, which errs by h/2 times the change of acceleration from one
+/// step to the next. Loop noise of 1.4e-3 rad/s moves voltages by 3 mV and accelerations by 0.06
+/// rad/s²: 8e-6 rad/s, 1e-6 of the speed, of either sign. Hence 1e-6 of the energy; dropping any
+/// loss or the prediction misses it by orders of magnitude.
 #[test]
 fn no_energy_is_lost_or_made_in_the_servo_plant() {
     for kinematics in ALL {
@@ -99,8 +101,8 @@ fn no_energy_is_lost_or_made_in_the_servo_plant() {
                 let shaft_friction = step.friction_share * motor.coulomb * gear.ratio * middle;
                 let gear_loss = step.shaft_torque * (gear.ratio - step.torque_gain) * middle;
                 let rolling = step.friction_share * body.rolling_torque(i, mass) * middle;
-                // But for rounding and for the one step in which a wheel stops or turns back, whose mean speed has
-                // not the sign that friction and gear saw at its end.
+                // But for rounding and for the one step in which a wheel stops or turns back, whose
+                // mean speed has not the sign that friction and gear saw at its end.
                 let turning = before[i] * after[i] > 0.0 && after[i].abs() > 1e-3;
                 let smallest = shaft_friction.min(rolling).min(gear_loss);
                 assert!(!turning || smallest >= -1e-9, "{kinematics:?}: a loss of {smallest} W gives power");
@@ -130,8 +132,8 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
     (square / b.iter().map(|b| b * b).sum::<f64>()).sqrt()
 }
 
-/// A method of at least first order halves its error when the step is halved: the differences between successive
-/// halvings fall by 2 or more (0.6 allows for the noise that the loop adds).
+/// A method of at least first order halves its error when the step is halved: the differences
+/// between successive halvings fall by 2 or more (0.6 allows for the noise that the loop adds).
 #[test]
 fn halving_the_step_converges() {
     for set in [PlantSet::Table3, PlantSet::Servo] {
@@ -145,7 +147,8 @@ fn halving_the_step_converges() {
         for errors in [power, speed] {
             assert!(errors[1] < 0.6 * errors[0] && errors[2] < 0.6 * errors[1], "{set:?}: {errors:?}");
         }
-        // What is left at the default step, 0.25 ms: about twice the difference to the next halving.
+        // What is left at the default step, 0.25 ms: about twice the difference to the next
+        // halving.
         assert!(power[1] < 1e-3 && speed[1] < 1e-6, "{set:?}: power {power:?}, speed {speed:?}");
     }
 }
@@ -159,7 +162,8 @@ fn a_robot_at_rest_rests_and_draws_nothing() {
             assert!(record.power_w.iter().all(|&p| p == 0.0));
             assert!(record.wheel_rad_s.iter().flatten().all(|&w| w == 0.0));
 
-            // Up to speed within 1 s, down again from 3 s to 4 s: from 4.5 s on at rest to the last digit of a log.
+            // Up to speed within 1 s, down again from 3 s to 4 s: from 4.5 s on at rest to the last
+            // digit of a log.
             let mut stop = still.clone();
             let twists = [[0.0; 3], [0.1, 0.0, 0.3], [0.1, 0.0, 0.3], [0.0; 3]];
             stop.profile = Profile::from_twists([0.0, 1.0, 3.0, 4.0].into_iter().zip(twists));
@@ -171,8 +175,9 @@ fn a_robot_at_rest_rests_and_draws_nothing() {
     }
 }
 
-/// Left and right exchanged, without noise: the same power, wheels exchanged. Sums run in another order, and a
-/// gear near zero torque may then pick the other direction, hence a little more than rounding.
+/// Left and right exchanged, without noise: the same power, wheels exchanged. Sums run in a
+/// different order, and a gear near zero torque may then pick the other direction, hence a little
+/// more than rounding.
 #[test]
 fn a_mirrored_drive_draws_the_same_power() {
     for kinematics in ALL {
@@ -197,8 +202,9 @@ fn a_mirrored_drive_draws_the_same_power() {
     }
 }
 
-/// Without motors and friction an omni robot that spins keeps its velocity over ground: seen from the body it
-/// turns backwards. The explicit force errs by ω² t h / 2 = 5e-4 of the speed after 1 s at 2 rad/s.
+/// Without motors and friction an omni robot that spins keeps its velocity over ground: seen from
+/// the body it turns backwards. The explicit force errs by ω² t h / 2 = 5e-4 of the speed after 1 s
+/// at 2 rad/s.
 #[test]
 fn a_free_body_keeps_its_velocity_over_ground() {
     let mut robot = Robot::new(PlantSet::Servo, Kinematics::Omni);
@@ -262,12 +268,14 @@ fn jitter_moves_the_instants_and_keeps_their_order() {
     let times = simulate(&scenario).unwrap().time_s;
     let off: Vec<f64> = (0..).zip(&times).map(|(k, t)| t - f64::from(k) * 0.01).collect();
     let rms = (off.iter().map(|x| x * x).sum::<f64>() / off.len() as f64).sqrt();
-    // 2000 draws: ±1.6 % standard error; clipping at 3 σ takes 0.7 %, rounding to 0.25 ms adds 0.3 %.
+    // 2000 draws: ±1.6 % standard error; clipping at 3 σ takes 0.7 %, rounding to 0.25 ms adds
+    // 0.3 %.
     assert!((rms / 1e-3 - 1.0).abs() < 0.06, "{rms}");
     assert!(times.windows(2).all(|pair| pair[1] > pair[0]));
 }
 
-/// Rigid rolling: the four wheels of a skid-steered or mecanum robot have only two or three freedoms.
+/// Rigid rolling: the four wheels of a skid-steered or mecanum robot have only two or three
+/// freedoms.
 #[test]
 fn redundant_wheels_stay_coupled() {
     let run = |kinematics| {

@@ -18,7 +18,8 @@ pub(super) struct Axis {
 const MOST_TICKS: f64 = 10.0;
 
 impl Axis {
-    /// Over these values and a margin of this share of their range, on to the next ticks at both ends.
+    /// Over these values and a margin of this share of their range, on to the next ticks at both
+    /// ends.
     pub(super) fn over(values: impl IntoIterator<Item = f64>, margin: f64) -> Self {
         let (from, to) = range(values, margin);
         Self::to_ticks(from, to)
@@ -67,7 +68,7 @@ impl Axis {
         let step = self.ticks.windows(2).map(|pair| pair[1] - pair[0]).next().unwrap_or(1.0);
         let digits = (-(step.log10() + 1e-6).floor()).clamp(0.0, 9.0) as usize;
         let text = format!("{value:.digits$}");
-        // Rounded to nought from below.
+        // Rounded to zero from below.
         if text.strip_prefix('-').is_some_and(|rest| rest.chars().all(|c| matches!(c, '0' | '.'))) {
             return text[1..].to_owned();
         }

@@ -9,8 +9,8 @@ use super::axis::Axis;
 use super::chart::{Drawn, Frame, Key, NUMBERS};
 use super::style::{Colour, INK, palette};
 
-/// Mean prediction and its spread for every bin of measured power, one curve a model; the diagonal is the truth. Holds
-/// one sum a bin, however many samples are added.
+/// Mean prediction and its spread for every bin of measured power, one curve a model; the diagonal
+/// is the truth. Holds one sum a bin, however many samples are added.
 #[derive(Debug, Clone)]
 pub struct Binned {
     title: String,
@@ -59,7 +59,8 @@ impl Binned {
         Self { title: title.into(), bin_w, models: Vec::new() }
     }
 
-    /// A model in this colour, at its place in the legend. Those that are not told get the palette's, in order of first use.
+    /// A model in this colour, at its place in the legend. Models without a colour get the
+    /// palette's, in order of first use.
     #[must_use]
     pub fn with_model(mut self, name: impl Into<String>, colour: Colour) -> Self {
         self.models.push(Model { name: name.into(), colour, bins: BTreeMap::new() });

@@ -1,6 +1,7 @@
 //! The frame that all figures share (title, legend, axes), and what may be drawn within it.
 //!
-//! The legend stands between title and plot, so that it never lies on a curve, whatever the values are.
+//! The legend stands between title and plot, so that it never lies on a curve, whatever the values
+//! are.
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -45,7 +46,7 @@ pub(super) const NUMBERS: u32 = 64;
 
 const MARGIN: i32 = 12;
 const LINE_HEIGHT: i32 = 20;
-/// Width of what stands before a name, of the gap behind it, and of that between two names.
+/// Width of the sample before a name, of the gap after it, and of the gap between two names.
 const SAMPLE: i32 = 22;
 const GAP: i32 = 8;
 const BETWEEN: i32 = 20;
@@ -205,7 +206,7 @@ impl<DB: DrawingBackend> Chart<'_, DB> {
         self.context.draw_series([Rectangle::new([within(from), within(to)], style)]).map(|_| ())
     }
 
-    /// Circles of so many pixels.
+    /// Circles of this radius, pixels.
     pub(super) fn dots(
         &mut self,
         points: impl IntoIterator<Item = At>,
@@ -229,7 +230,7 @@ impl<DB: DrawingBackend> Chart<'_, DB> {
         self.context.draw_series(shown.map(|at| Cross::new(at, CROSS, style))).map(|_| ())
     }
 
-    /// A text so many pixels right of a point, to the left of there or about it; it may stand beside the axes.
+    /// A text `right` pixels right of a point, aligned by `place`; it may lie outside of the axes.
     pub(super) fn text(&mut self, at: At, right: i32, place: HPos, size: u32, text: String) -> Drawn<DB> {
         let style = (FONT, size, &INK).into_text_style(self.context.plotting_area());
         let style = style.pos(Pos::new(place, VPos::Center));

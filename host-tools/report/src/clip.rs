@@ -1,4 +1,5 @@
-//! What lies within the axes of a chart: lines and areas are cut there, not drawn over what stands beside the plot.
+//! What lies within the axes of a chart: lines and areas are cut there, not drawn over what stands
+//! beside the plot.
 
 /// A point of a chart.
 pub(super) type At = (f64, f64);
@@ -15,7 +16,8 @@ impl Window {
         (self.x.0..=self.x.1).contains(&x) && (self.y.0..=self.y.1).contains(&y)
     }
 
-    /// The pieces of a line that are inside; a point that is not finite ends a piece (Liang and Barsky 1984, segment by segment).
+    /// The pieces of a line that are inside; a point that is not finite ends a piece (Liang and
+    /// Barsky 1984, segment by segment).
     pub(super) fn line(&self, points: &[At]) -> Vec<Vec<At>> {
         let mut pieces: Vec<Vec<At>> = Vec::new();
         let mut open = false;
@@ -59,7 +61,8 @@ impl Window {
         (enters <= leaves).then_some((first, last))
     }
 
-    /// The part of an area that is inside (Sutherland and Hodgman 1974); nothing where there is none.
+    /// The part of an area that is inside (Sutherland and Hodgman 1974); nothing where there is
+    /// none.
     pub(super) fn area(&self, corners: Vec<At>) -> Vec<At> {
         type Axis = fn(At) -> f64;
         let edges: [(Axis, f64, f64); 4] = [

@@ -18,7 +18,7 @@ pub struct Curve {
     pub points: Vec<(f64, f64, f64, f64)>,
 }
 
-/// Points that stand alone: what somebody else has published.
+/// Single points: published figures of others.
 #[derive(Debug, Clone)]
 pub struct Marks {
     /// Name in the legend.

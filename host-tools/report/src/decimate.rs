@@ -1,7 +1,7 @@
 //! Long series for a screen: nothing that a pixel could show is lost.
 
-/// The smallest and the greatest of every one of `columns` columns of equal width, in their order. Points whose y is
-/// not finite end a piece: the pieces are drawn apart.
+/// The smallest and the greatest of every one of `columns` columns of equal width, in their order.
+/// Points whose y is not finite end a piece: the pieces are drawn apart.
 pub(super) fn pieces(points: &[(f64, f64)], x: (f64, f64), columns: usize) -> Vec<Vec<(f64, f64)>> {
     let mut pieces = Vec::new();
     for piece in points.split(|(x, y)| !x.is_finite() || !y.is_finite()) {

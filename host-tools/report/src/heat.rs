@@ -19,7 +19,7 @@ pub struct HeatSquare {
     pub value: f64,
 }
 
-/// Squares, coloured from one colour through white at 0 to another.
+/// Squares, coloured from one colour through white at 0 to a second one.
 #[derive(Debug, Clone)]
 pub struct Heat {
     /// Title.

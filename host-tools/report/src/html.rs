@@ -1,8 +1,8 @@
 //! What the pages of text share: the document around them, plots inside them, tiles.
 //!
-//! A page is self-contained (no network, plots inline; scripts only where plots are zoomed) and well-formed XML, too, so that a
-//! test can read it strictly.
-//! Every text goes through maud, which escapes it.
+//! A page is self-contained (no network, plots inline; scripts only where plots are zoomed) and
+//! well-formed XML, too, so that a test can read it strictly. Every text goes through maud, which
+//! escapes it.
 
 use maud::{Markup, PreEscaped, html};
 use support::error::Result;
@@ -12,7 +12,7 @@ use super::{Page, Panel};
 /// Width and height of a plot that takes the whole page.
 pub const WHOLE: (u32, u32) = (1000, 340);
 
-/// Of one that shares the page with another.
+/// Of one of two plots side by side.
 pub const HALF: (u32, u32) = (560, 330);
 
 /// One plot. `about` says what it shows, and what one sees there.
@@ -25,7 +25,8 @@ pub fn figure(
     drawing(&Page::new([panel.into()]).with_panels_of(width, height), title, about, None)
 }
 
-/// A stack of plots, drawn by plotters, titled and described for those who do not see it; `numbers` is what a script makes more of.
+/// A stack of plots, drawn by plotters, titled and described for those who do not see it; `numbers`
+/// is what a script makes more of.
 pub fn drawing(page: &Page, title: &str, about: &str, numbers: Option<Markup>) -> Result<Markup> {
     let drawn = page.inline()?;
     let view = format!("0 0 {} {}", drawn.size.0, drawn.size.1);

@@ -1,8 +1,8 @@
 //! Figures and pages: SVG, PNG and HTML from one drawing.
 //!
-//! A [`Page`] is a stack of [`Panel`]s; [`Page::save`] draws it in the format that the file's extension names.
-//! What a panel shows is a value; its frame, its axes and what is cut at them are the same for all.
-//! [`html`] and [`zoom`] put drawings into documents.
+//! A [`Page`] is a stack of [`Panel`]s; [`Page::save`] draws it in the format that the file's
+//! extension names. What a panel shows is a value; its frame, its axes and what is cut at them are
+//! the same for all. [`html`] and [`zoom`] put drawings into documents.
 
 mod axis;
 mod bars;

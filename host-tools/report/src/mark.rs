@@ -7,7 +7,8 @@ pub(super) fn svg(text: String) -> String {
     format!("<!-- {MARK} -->\n{text}")
 }
 
-/// Bytes of the signature and the header chunk, behind which any other chunk may stand (PNG specification, 5.6).
+/// Bytes of the signature and the header chunk, after which any other chunk may stand (PNG
+/// specification, 5.6).
 const BEHIND_HEADER: usize = 8 + 25;
 
 /// With a text chunk (PNG specification, 11.3.4.3): keyword `Software`, a zero, the text.

@@ -37,7 +37,7 @@ impl Page {
         Self { panels: panels.into_iter().collect(), panel: (WIDTH, PANEL_HEIGHT) }
     }
 
-    /// The same with panels of another width and height, pixels.
+    /// The same with panels of this width and height, pixels.
     #[must_use]
     pub fn with_panels_of(self, width: u32, height: u32) -> Self {
         Self { panel: (width, height), ..self }
@@ -67,7 +67,8 @@ impl Page {
         Ok(text)
     }
 
-    /// Draws the page into `file`: SVG or PNG, as the extension says. The file is written whole or not at all.
+    /// Draws the page into `file`: SVG or PNG, as the extension says. The file is written whole or
+    /// not at all.
     ///
     /// # Errors
     /// Another extension (wrong usage), or the file cannot be written.

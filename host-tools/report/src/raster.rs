@@ -4,9 +4,10 @@ use plotters_backend::{BackendColor, BackendCoord, BackendStyle, DrawingBackend,
 
 /// A backend of pixels whose wide lines have no needles.
 ///
-/// plotters makes a polygon of a wide line, and a corner of it at the crossing of the two edges. On the inner side of a sharp turn these
-/// cross far away, up to hundreds of pixels: a needle, or a hole where it folds over the line. So a line is drawn in pieces, which end where
-/// it turns by more than a right angle; up to there a corner is no farther away than 1.5 half widths.
+/// plotters makes a polygon of a wide line, and a corner of it at the crossing of the two edges. On
+/// the inner side of a sharp turn these cross far away, up to hundreds of pixels: a needle, or a
+/// hole where it folds over the line. So a line is drawn in pieces, which end where it turns by
+/// more than a right angle; up to there a corner is at most 1.5 half widths away.
 pub(super) struct Raster<B>(pub(super) B);
 
 type Outcome<B> = Result<(), DrawingErrorKind<<B as DrawingBackend>::ErrorType>>;
@@ -92,8 +93,9 @@ mod tests {
         assert!(pieces(&[(3, 3), (3, 3)]).is_empty());
     }
 
-    /// A peak 2 pixels wide and 60 high, 4 pixels thick: nothing of it is outside of its box, widened by the thickness. (Without the
-    /// pieces the corner on the inner side is at 4 ∕ 2 ∕ sin(1 ∕ 60) = 120 pixels below the peak.)
+    /// A peak 2 pixels wide and 60 high, 4 pixels thick: nothing of it is outside of its box,
+    /// widened by the thickness. (Without the pieces the corner on the inner side is at 4 ∕ 2 ∕
+    /// sin(1 ∕ 60) = 120 pixels below the peak.)
     #[test]
     fn a_sharp_peak_has_no_needle() {
         let size = (100, 200);

@@ -19,7 +19,7 @@ pub enum Stroke {
     Dashed,
 }
 
-/// One curve. A point whose y is NaN ends a piece; the next one starts another.
+/// One curve. A point whose y is NaN ends a piece; the next one starts a new piece.
 #[derive(Debug, Clone)]
 pub struct Line {
     /// Name in the legend; none if empty.

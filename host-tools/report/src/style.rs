@@ -8,14 +8,16 @@ use plotters::style::{FontStyle, register_font};
 /// A colour, red, green and blue.
 pub type Colour = RGBColor;
 
-/// Name that the embedded font is registered under; in SVG the viewer's own font of this name is used.
+/// Name that the embedded font is registered under; in SVG the viewer's own font of this name is
+/// used.
 pub(super) const FONT: &str = "sans-serif";
 pub(super) const TITLE_SIZE: u32 = 20;
 pub(super) const LABEL_SIZE: u32 = 15;
 pub(super) const GRID: Colour = RGBColor(225, 225, 225);
 pub(super) const INK: Colour = RGBColor(40, 40, 40);
 
-/// Colour `index` of the palette of Okabe and Ito, which colour-blind readers tell apart; it repeats after seven.
+/// Colour `index` of the palette of Okabe and Ito, which colour-blind readers can distinguish; it
+/// repeats after seven.
 pub fn palette(index: usize) -> Colour {
     const COLOURS: [Colour; 7] = [
         RGBColor(0, 114, 178),

@@ -1,4 +1,5 @@
-//! Prediction validation (Figs. 7 and 14 of the paper): predicted over measured, and residuals over predicted.
+//! Prediction validation (Figs. 7 and 14 of the paper): predicted over measured, and residuals over
+//! predicted.
 
 use plotters::coord::Shift;
 use plotters::prelude::*;

@@ -1,4 +1,5 @@
-//! Plots that whoever reads a page can zoom: drawn by uPlot, which the page brings with it, in the place of a drawing that stays where no scripts run.
+//! Plots with zoom. uPlot draws them; the page contains it. Where no scripts run, a plain drawing
+//! stays in their place.
 
 use maud::{Markup, PreEscaped, html};
 use plotters::style::Color as _;
@@ -123,7 +124,7 @@ mod tests {
     use super::*;
     use crate::{CellSeries, palette};
 
-    /// Whatever a label holds, the numbers end where they end; a cell is one step with a hole behind it.
+    /// No label can end the numbers early; a cell is one step with a gap after it.
     #[test]
     fn numbers_are_neither_html_nor_xml() {
         let series =

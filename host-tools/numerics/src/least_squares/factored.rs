@@ -14,7 +14,8 @@ pub struct Factored {
 }
 
 impl Factored {
-    /// With the factor of the matrix between columns of unit length, `scale` being their inverse lengths.
+    /// With the factor of the matrix between columns of unit length, `scale` being their inverse
+    /// lengths.
     pub(super) fn new(
         cholesky: Cholesky<f64, Dyn>,
         scale: DVector<f64>,
@@ -55,7 +56,8 @@ impl Factored {
         &self.right
     }
 
-    /// Effective number of parameters that data with the normal matrix `data` (without prior and ridge) determine: tr(H⁻¹ XᵀWX).
+    /// Effective number of parameters that data with the normal matrix `data` (without prior and
+    /// ridge) determine: tr(H⁻¹ XᵀWX).
     pub fn determined(&self, data: &DMatrix<f64>) -> f64 {
         (self.covariance() * data).trace()
     }

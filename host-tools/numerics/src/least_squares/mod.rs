@@ -5,9 +5,10 @@
 //! (XᵀWX + P) δ = XᵀWr − P (θ − μ)
 //! ```
 //!
-//! r is the residual at θ, X its slopes, W the inverse variances of the rows, μ the prior's mean and P its precision (inverse
-//! covariance). Columns are brought to unit length before they are factored, so that neither their units nor the damping see
-//! each other. The factor is kept: solution, covariance and the score of any further column come from it.
+//! r is the residual at θ, X its slopes, W the inverse variances of the rows, μ the prior's mean
+//! and P its precision (inverse covariance). Columns are brought to unit length before they are
+//! factored, so that neither their units nor the damping see each other. The factor is kept:
+//! solution, covariance and the score of any further column come from it.
 
 mod factored;
 mod score;
@@ -29,8 +30,8 @@ pub struct Prior {
     pub offset: DVector<f64>,
 }
 
-/// The normal matrix cannot be factored: columns that depend on each other without ridge or prior, or values that are not
-/// finite.
+/// The normal matrix cannot be factored: columns that depend on each other without ridge or prior,
+/// or values that are not finite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum LeastSquaresError {
     /// Columns depend on each other.
@@ -50,7 +51,7 @@ pub struct NormalEquations {
 }
 
 impl NormalEquations {
-    /// Of so many parameters, without rows.
+    /// Of this number of parameters, without rows.
     pub fn zeros(parameters: usize) -> Self {
         Self {
             matrix: DMatrix::zeros(parameters, parameters),
@@ -64,8 +65,8 @@ impl NormalEquations {
         Self { matrix, right, square }
     }
 
-    /// From the products of all columns of a panel with each other, the last column being the residual; the parameters are
-    /// those of the columns in `places`, in that order.
+    /// From the products of all columns of a panel with each other, the last column being the
+    /// residual; the parameters are those of the columns in `places`, in that order.
     pub fn from_products(products: &DMatrix<f64>, places: &[usize]) -> Self {
         let (size, residual) = (places.len(), products.ncols() - 1);
         Self {
@@ -114,8 +115,9 @@ impl NormalEquations {
         &self.matrix
     }
 
-    /// Factors the problem. `ridge` is added to the diagonal after columns have been brought to unit length: 0 for none, or some
-    /// 1e-10 where columns may repeat each other and it does not matter which takes the credit.
+    /// Factors the problem. `ridge` is added to the diagonal after columns have been brought to
+    /// unit length: 0 for none, or some 1e-10 where columns may repeat each other and it does not
+    /// matter which takes the credit.
     ///
     /// # Errors
     /// Not positive definite, or not finite.

@@ -1,4 +1,5 @@
-//! What a further column would explain, all others moving along (Rao's score test; the Frisch–Waugh–Lovell theorem).
+//! What a further column would explain, all others moving along (Rao's score test; the
+//! Frisch–Waugh–Lovell theorem).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -16,8 +17,8 @@ pub struct FurtherColumn {
 }
 
 impl FurtherColumn {
-    /// From the products of all columns of a panel, the last column being the residual: the column at `column` beside those in
-    /// `places`.
+    /// From the products of all columns of a panel, the last column being the residual: the column
+    /// at `column` beside those in `places`.
     pub fn from_products(products: &DMatrix<f64>, places: &[usize], column: usize) -> Self {
         Self {
             along: DVector::from_fn(places.len(), |i, _| products[(places[i], column)]),
@@ -34,7 +35,8 @@ pub struct Score {
     pub by: DVector<f64>,
     /// xᵀW(r − Xδ): the slope of half the loss along the column.
     pub score: f64,
-    /// Its variance where weights and prior are right: the square of what the others leave of the column.
+    /// Its variance where weights and prior are right: the square of what the others leave of the
+    /// column.
     pub variance: f64,
     /// Share of the column's square that the others leave, 0 to 1.
     pub share: f64,
@@ -58,8 +60,8 @@ impl Score {
 }
 
 impl Factored {
-    /// The score of a further column; `None` where the problem's columns leave no more than `least_share` of its square, or the
-    /// column is none.
+    /// The score of a further column; `None` where the problem's columns leave no more than
+    /// `least_share` of its square, or the column is none.
     pub fn score(&self, column: &FurtherColumn, least_share: f64) -> Option<Score> {
         if column.square.is_nan() || column.square <= 0.0 {
             return None;

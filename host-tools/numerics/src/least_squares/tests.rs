@@ -80,7 +80,8 @@ fn solution_covariance_and_loss_are_scipys() {
     }
 }
 
-/// A score is the coefficient that the column gets where it is in the problem itself, and its square is what that gains.
+/// A score is the coefficient that the column gets where it is in the problem itself, and its
+/// square is what that gains.
 #[test]
 fn a_score_is_the_regression_coefficients_z() {
     let reference = Reference::read();
@@ -125,7 +126,8 @@ fn columns_that_repeat_each_other_are_told() {
     assert_eq!(problem.factor(0.0).unwrap_err(), LeastSquaresError::NotFinite);
 }
 
-/// A prior of precision p on a mean over n rows of unit weight leaves n/(n + p) of a parameter to the data.
+/// A prior of precision p on a mean over n rows of unit weight leaves n/(n + p) of a parameter to
+/// the data.
 #[test]
 fn determined_parameters_are_counted() {
     let mut problem = NormalEquations::zeros(1);

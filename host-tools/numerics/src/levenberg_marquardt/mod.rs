@@ -1,8 +1,11 @@
-//! Nonlinear least squares within a box: Levenberg (1944) and Marquardt (1963), with a typed ending.
+//! Nonlinear least squares within a box: Levenberg (1944) and Marquardt (1963), with a typed
+//! ending.
 //!
-//! Each step solves (JᵀJ + λ D) δ = −Jᵀr, D the greatest diagonal of JᵀJ so far (Moré 1978), over the parameters that are free: those at a bound towards which the gradient
-//! pushes stay there; one that a step would take beyond a bound ends at it, and the others' step is found anew. A step that does not lower the cost, that ends at a cost which is not a
-//! number, or whose matrix cannot be factored is taken back and λ raised.
+//! Each step solves (JᵀJ + λ D) δ = −Jᵀr, D the greatest diagonal of JᵀJ so far (Moré 1978), over
+//! the parameters that are free: those at a bound towards which the gradient pushes stay there; one
+//! that a step would take beyond a bound ends at it, and the step of the others is solved again. A
+//! step that does not lower the cost, that ends at a cost which is not a number, or whose matrix
+//! cannot be factored is taken back and λ raised.
 
 mod problem;
 #[cfg(test)]
@@ -27,7 +30,8 @@ pub enum Ending {
     ConvergedByCost,
     /// The matrix could not be factored however much it was damped: it is no JᵀJ.
     NotPositiveDefinite,
-    /// The cost at the start, a derivative, or the cost at every step that was tried is not a number.
+    /// The cost at the start, a derivative, or the cost at every step that was tried is not a
+    /// number.
     NotFinite,
     /// Steps were still being found when their number was used up.
     OutOfSteps,
@@ -114,7 +118,8 @@ where
 const FIRST_DAMPING: f64 = 1e-3;
 /// λ is divided by this after a step that gained at least [`GOOD`] of what was promised,
 const EASE: f64 = 5.0;
-/// multiplied by this after one that was taken back, or gained less than [`POOR`] of it (Moré 1978),
+/// multiplied by this after one that was taken back, or gained less than [`POOR`] of it (Moré
+/// 1978),
 const STIFFEN: f64 = 4.0;
 const GOOD: f64 = 0.75;
 const POOR: f64 = 0.25;
@@ -200,11 +205,13 @@ where
 /// Most steps of [`polish`].
 const POLISHING: u32 = 20;
 
-/// A first step longer than this share of the parameters says that the search had not ended at a minimum.
+/// A first step longer than this share of the parameters says that the search had not ended at a
+/// minimum.
 const NEAR: f64 = 1e-3;
 
-/// Undamped steps from where a search has ended, each less than half as long as the one before: beside a minimum the cost's own rounding
-/// hides steps of 10⁻⁸ of the parameters, the gradient only those of 10⁻¹⁶ times the condition.
+/// Undamped steps from where a search has ended, each less than half as long as the one before:
+/// beside a minimum the cost's own rounding hides steps of 10⁻⁸ of the parameters, the gradient
+/// only those of 10⁻¹⁶ times the condition.
 pub fn polish<D: Dim>(
     problem: &impl LeastSquares<D>,
     ended: &OVector<f64, D>,
@@ -277,8 +284,8 @@ where
         self.free.iter().all(orthogonal).then_some(Ending::ConvergedByGradient)
     }
 
-    /// The damped step's end within the bounds, and its length in units of each column's length; `None` where the matrix cannot be
-    /// factored.
+    /// The damped step's end within the bounds, and its length in units of each column's length;
+    /// `None` where the matrix cannot be factored.
     fn step(
         &self,
         parameters: &OVector<f64, D>,

@@ -3,8 +3,8 @@
 use nalgebra::allocator::Allocator;
 use nalgebra::{DMatrix, DVector, DefaultAllocator, Dim, Dyn, OMatrix, OVector};
 
-/// A sum of squares as a function of parameters, of a dimension that is constant ([`nalgebra::Const`]) or dynamic
-/// ([`nalgebra::Dyn`]).
+/// A sum of squares as a function of parameters, of a dimension that is constant
+/// ([`nalgebra::Const`]) or dynamic ([`nalgebra::Dyn`]).
 pub trait LeastSquares<D: Dim>
 where
     DefaultAllocator: Allocator<D> + Allocator<D, D>,
@@ -28,7 +28,8 @@ impl<F: Fn(&DVector<f64>) -> DVector<f64>> FromResiduals<F> {
     }
 }
 
-/// Step of a central difference as a share of the parameter: the cube root of the rounding, where truncation and rounding meet.
+/// Step of a central difference as a share of the parameter: the cube root of the rounding, where
+/// truncation and rounding meet.
 const DIFFERENCE: f64 = 6e-6;
 
 impl<F: Fn(&DVector<f64>) -> DVector<f64>> LeastSquares<Dyn> for FromResiduals<F> {

@@ -1,5 +1,5 @@
-//! The problems of Moré, Garbow and Hillstrom (1981), "Testing unconstrained optimization software": functions, data, starts
-//! and minima as printed there. Then endings and bounds.
+//! The problems of Moré, Garbow and Hillstrom (1981), "Testing unconstrained optimization
+//! software": functions, data, starts and minima as printed there. Then endings and bounds.
 
 mod endings;
 mod polished;
@@ -10,7 +10,8 @@ use nalgebra::DVector;
 use super::{Bounds, FromResiduals, Tolerances, descend};
 use problems::{PROBLEMS, Problem};
 
-/// Minima are printed with six digits; those that are 0 are met to 1e-12 of the cost at the start (or 1e-12, if that is less).
+/// Minima are printed with six digits; those that are 0 are met to 1e-12 of the cost at the start
+/// (or 1e-12, if that is less).
 fn is_met(found: f64, problem: &Problem, start_cost: f64) -> bool {
     problem.minima.iter().any(|minimum| {
         if *minimum == 0.0 {
@@ -39,8 +40,9 @@ fn known_minima_are_met_from_the_standard_start() {
     }
 }
 
-/// The paper's farther starts, ten times the standard one. `far` is false where it overflows, and where the cost falls towards a
-/// minimum at infinity (8: 17.4286; 12: 0.0756, as MINPACK's too).
+/// The paper's more distant starts, ten times the standard one. `far` is false where it overflows,
+/// and where the cost falls towards a minimum at infinity (8: 17.4286; 12: 0.0756, as MINPACK's
+/// too).
 #[test]
 fn known_minima_are_met_from_ten_times_as_far() {
     for problem in PROBLEMS.iter().filter(|problem| problem.far) {

@@ -25,13 +25,14 @@ pub(in super::super) struct Setting<'a> {
     pub(in super::super) place: u64,
 }
 
-/// A physical cause in the plant: changes the conditions of every step by what is known at its start.
+/// A physical cause in the plant: changes the conditions of every step by what is known at its
+/// start.
 pub(in super::super) trait Cause: Debug + Send + Sync + CloneBox {
     /// Acts on the step that begins now.
     fn act(&mut self, now: &Now, conditions: &mut Conditions);
 }
 
-/// Clones a cause behind its box, so that a run in progress can be cloned.
+/// Clones a boxed cause, so that a run in progress can be cloned.
 pub(in super::super) trait CloneBox {
     fn clone_box(&self) -> Box<dyn Cause>;
 }
@@ -56,18 +57,20 @@ pub(super) struct Onset {
 }
 
 impl Onset {
-    /// Size at a time. Half a nanosecond of slack: a step belongs to the sample at its very time despite rounding.
+    /// Size at a time. Half a nanosecond of slack: a step belongs to the sample at its very time
+    /// despite rounding.
     pub(super) fn at(self, time_s: f64) -> f64 {
         if time_s + 0.5e-9 >= self.at_s { self.size } else { 0.0 }
     }
 }
 
-/// Size and time of an effect that begins when told.
+/// Size and onset of an effect that begins at a given time.
 pub(super) fn onset(effect: &Effect) -> Onset {
     Onset { size: effect.size(), at_s: effect.option("at").unwrap_or(0.0) }
 }
 
-/// Size and time of an effect that begins, unless told when, somewhere between a quarter and three quarters of the run.
+/// Size and onset of an effect: without a given time it begins between a quarter and three quarters
+/// of the run.
 pub(super) fn onset_drawn(effect: &Effect, setting: &Setting<'_>) -> Onset {
     let mut rng = stream(setting.scenario.seed, Stream::Onset);
     let drawn = (0..=setting.place).map(|_| rng.random_range(0.25..0.75)).last().unwrap_or(0.5);

@@ -28,7 +28,8 @@ impl Causes {
     pub(in super::super) fn new(scenario: &Scenario) -> Result<Self> {
         let untouched = Conditions::new(&scenario.robot);
         let mut effects: Vec<_> = (0..).zip(&scenario.effects).collect();
-        // What others weigh with comes first, in whatever order they were asked for: the mass, then the slope.
+        // What others weigh with comes first, in whatever order they were asked for: the mass, then
+        // the slope.
         effects.sort_by_key(|(_, effect)| match effect.id() {
             "payload-mislabel" => 0,
             "grade" => 1,

@@ -5,7 +5,8 @@ use super::super::drive::Drive;
 use super::super::kinematics::{MAX_WHEELS, Twist};
 use super::super::sets::Robot;
 
-/// Everything that effects may change, for one integration step. Without effects it is the scenario's robot.
+/// Everything that effects may change, for one integration step. Without effects it is the
+/// scenario's robot.
 #[derive(Debug, Clone, PartialEq)]
 pub(in super::super) struct Conditions {
     /// Wheels with motors and gears.
@@ -82,10 +83,12 @@ impl Conditions {
         }
     }
 
-    /// Current, A, that the drives draw through the leads from a supply of `supply_v` to get `power_w`.
+    /// Current, A, that the drives draw through the leads from a supply of `supply_v` to get
+    /// `power_w`.
     ///
-    /// The smaller solution of (E − R I) I = P. Where the leads cannot carry P, the current at which they carry most,
-    /// E/(2R): the drives' voltage is then half of E, and the loop has to do with that from its next period on.
+    /// The smaller solution of (E − R I) I = P. Where the leads cannot carry P, the current at
+    /// which they carry most, E/(2R): the drives' voltage is then half of E, and the loop has to do
+    /// with that from its next period on.
     pub(in super::super) fn lead_current(&self, power_w: f64, supply_v: f64) -> f64 {
         let rest = supply_v * supply_v - 4.0 * self.lead_ohm * power_w;
         if rest < 0.0 {

@@ -1,4 +1,4 @@
-//! An entry of the dictionary of causes, and an effect that somebody asks for.
+//! An entry of the dictionary of causes, and an effect that a user asks for.
 
 use support::error::{Error, Result};
 
@@ -18,7 +18,8 @@ pub struct Choice {
     pub name: &'static str,
     /// What it can be.
     pub values: Values,
-    /// What it is when not given; for words their place in the list. `None`: its meaning says what then.
+    /// What it is when not given; for words their place in the list. `None`: its meaning says what
+    /// then.
     pub default: Option<f64>,
     /// What it means, with its unit.
     pub meaning: &'static str,
@@ -61,7 +62,7 @@ impl Effect {
         Self { entry, size: 0.0, given: Vec::new() }
     }
 
-    /// The same effect of another size.
+    /// The same effect with this size.
     ///
     /// # Errors
     /// Usage: the size is out of the plausible range.

@@ -8,12 +8,13 @@ use super::cause::Listed;
 use super::entry::{Choice, Effect, Entry, Values};
 use super::{friction, gearing, heat, load, road, sensing, statics, supply};
 
-/// Effects of what `gmr simulate` writes, beside the moving robot: static power, and sensors of a log.
+/// Effects of what `gmr simulate` writes, beside the moving robot: static power, and sensors of a
+/// log.
 const OF_LOGS: [&str; 6] =
     ["static-step", "compute-load", "sensor-gain", "sensor-offset", "sensor-delay", "speed-scale"];
 
-/// The first of these effects that only a log can show, not a robot in lockstep with a board: that has rails and
-/// sensors of its own.
+/// The first of these effects that only a log can show, not a robot in lockstep with a board: that
+/// has rails and sensors of its own.
 pub fn of_logs(effects: &[Effect]) -> Option<&Effect> {
     effects.iter().find(|effect| OF_LOGS.contains(&effect.id()))
 }
@@ -96,7 +97,7 @@ impl Effect {
         let (id, size) = parts.next().and_then(|first| first.split_once('=')).ok_or_else(|| {
             Error::usage(format!("effect `{text}`; allowed: ID=SIZE or ID=SIZE:OPTION=VALUE:…"))
         })?;
-        // An unknown id is the first thing to be told, whatever else is wrong.
+        // An unknown id is reported first, whatever else is wrong.
         let effect = Self::new(id, 0.0)?;
         let size = number(size).ok_or_else(|| effect.refuse_size(size))?;
         let mut effect = effect.with_size(size)?;

@@ -56,8 +56,8 @@ impl Cause for Offset {
 
 /// Share of the weight that a wheel carries more per metre of offset to the left, 1/m.
 ///
-/// Moments about the robot's axis: Σ share_i y_i = offset. With three and more wheels the stiffest floor is taken,
-/// on which loads differ in proportion to y.
+/// Moments about the robot's axis: Σ share_i y_i = offset. With three and more wheels the stiffest
+/// floor is taken, on which loads differ in proportion to y.
 fn levers(geometry: &Geometry) -> [f64; MAX_WHEELS] {
     let half = geometry.track_m / 2.0;
     let left: [f64; MAX_WHEELS] = match geometry.kinematics {

@@ -1,7 +1,9 @@
-//! The dictionary of effects as physical causes: forces, torques, resistances and sensors that are wrong.
+//! The dictionary of effects as physical causes: forces, torques, resistances and sensors that are
+//! wrong.
 //!
-//! The ids are those of the gap workflow. No formula here is taken from the models that explain the effects: a cause
-//! changes what the plant meets, and motors, gears, body and sensors make of it what they make of everything else.
+//! The ids are those of the gap workflow. No formula here is taken from the models that explain the
+//! effects: a cause changes what the plant meets, and motors, gears, body and sensors make of it
+//! what they make of everything else.
 
 mod cause;
 mod causes;

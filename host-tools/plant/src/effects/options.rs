@@ -2,7 +2,7 @@
 
 use super::entry::{Choice, Values};
 
-/// When an effect begins that is there from the start unless told otherwise.
+/// Onset of an effect that is present from the start by default.
 pub(super) const AT: Choice = Choice {
     name: "at",
     values: Values::Number(0.0, 1e7),
@@ -10,7 +10,7 @@ pub(super) const AT: Choice = Choice {
     meaning: "when it begins, s since the start",
 };
 
-/// When an effect begins whose time nobody knows.
+/// Onset of an effect that is drawn at random.
 pub(super) const DRAWN_AT: Choice = Choice {
     default: None,
     meaning: "when it begins, s since the start [default: drawn from the seed]",

@@ -1,4 +1,4 @@
-//! The computer on board: works by turns, one load for some seconds, then another.
+//! The computer on board: one load for some seconds, then the next.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

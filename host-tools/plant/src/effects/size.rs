@@ -6,7 +6,8 @@ use super::super::scenario::Scenario;
 use super::super::simulation::{Record, simulate};
 use super::Effect;
 
-/// Span over which the added power is averaged, s: what a log's filter would not pass does not count.
+/// Span over which the added power is averaged, s: what a log's filter would not pass does not
+/// count.
 const SMOOTHING_S: f64 = 0.25;
 
 /// How near to the wanted size [`scale_to`] comes.
@@ -21,8 +22,8 @@ pub struct Added {
     pub mean_w: f64,
 }
 
-/// What the effects of these runs add to their logged power: every run is simulated with its effects and without, with
-/// the same seeds but without noise of the power sensor.
+/// What the effects of these runs add to their logged power: every run is simulated with its
+/// effects and without, with the same seeds but without noise of the power sensor.
 ///
 /// # Errors
 /// What [`Scenario::check`] finds; an effect that makes no sense in one of the runs.
@@ -31,12 +32,13 @@ pub fn added(runs: &[Scenario]) -> Result<Added> {
     compare(runs, &clean)
 }
 
-/// The effect in the size that adds `rms_w` to the logged power of these runs (within 2 %); its sign and options are
-/// kept, effects that the runs have already are left out. Three or four runs of a minute tell the size well; every run
-/// is simulated some four times.
+/// The effect in the size that adds `rms_w` to the logged power of these runs (within 2 %); its
+/// sign and options are kept, effects that the runs have already are left out. Three or four runs
+/// of a minute tell the size well; every run is simulated some four times.
 ///
 /// # Errors
-/// Failed: no plausible size adds so much. What [`Scenario::check`] finds; an effect that makes no sense for the robot.
+/// Failed: no plausible size adds so much. What [`Scenario::check`] finds; an effect that makes no
+/// sense for the robot.
 pub fn scale_to(effect: &Effect, runs: &[Scenario], rms_w: f64) -> Result<Effect> {
     if !(rms_w.is_finite() && rms_w > 0.0) {
         return Err(Error::usage(format!("an added power of {rms_w} W; allowed: above 0")));
@@ -50,7 +52,8 @@ pub fn scale_to(effect: &Effect, runs: &[Scenario], rms_w: f64) -> Result<Effect
             runs.iter().map(|run| Scenario { effects: vec![effect.clone()], ..run.clone() }).collect();
         Ok((effect, compare(&runs, &clean)?.rms_w))
     };
-    // Most effects are nearly in proportion to their size, all grow with it: a power law through the last two sizes.
+    // Most effects are nearly in proportion to their size, all grow with it: a power law through
+    // the last two sizes.
     let mut size = 0.1 * end;
     let mut last: Option<(f64, f64)> = None;
     for _ in 0..20 {
@@ -146,7 +149,8 @@ mod tests {
         assert!((scaled.size() + 0.05).abs() < 0.001 + 1e-9, "{}", scaled.size());
     }
 
-    /// Half a watt for half of the time is 0.5/√2 W in the root mean square; the step's 0.25 s are smoothed.
+    /// Half a watt for half of the time is 0.5/√2 W in the root mean square; the step's 0.25 s are
+    /// smoothed.
     #[test]
     fn a_step_counts_for_the_time_that_it_lasts() {
         let mut runs = runs();

@@ -8,8 +8,9 @@ use support::input::{MOST_PROFILE, read_text};
 use super::super::kinematics::{Geometry, MAX_WHEELS};
 use super::Profile;
 
-/// Reads a profile: `time_s` and either `v_m_s, omega_rad_s` (`vx_m_s, vy_m_s, omega_rad_s` for robots that move
-/// sideways) or `wheel1_rad_s … wheelN_rad_s`. Times ascend; motion is linear between rows.
+/// Reads a profile: `time_s` and either `v_m_s, omega_rad_s` (`vx_m_s, vy_m_s, omega_rad_s` for
+/// robots that move sideways) or `wheel1_rad_s … wheelN_rad_s`. Times ascend; motion is linear
+/// between rows.
 ///
 /// # Errors
 /// Names file, line and column, and what was expected there.

@@ -9,7 +9,8 @@ use super::super::noise::{Stream, stream};
 use super::{Limits, Profile, ProfileKind, Rounds};
 
 impl Profile {
-    /// A generated profile of a kind that needs no further figures; `Constant` drives straight at 0.9 of the limit.
+    /// A generated profile of a kind that needs no further figures; `Constant` drives straight at
+    /// 0.9 of the limit.
     pub fn generate(
         kind: ProfileKind,
         geometry: &Geometry,
@@ -25,7 +26,7 @@ impl Profile {
         }
     }
 
-    /// Rounds of at least so many seconds.
+    /// Rounds of at least `duration_s` seconds.
     pub fn rounds(geometry: &Geometry, limits: &Limits, duration_s: f64, kind: &Rounds, seed: u64) -> Self {
         rounds(geometry, limits, duration_s, kind, seed)
     }
@@ -56,7 +57,8 @@ impl<'a> Path<'a> {
         self.knots.push((self.now_s, self.twist));
     }
 
-    /// Time, s, to change by `change` when the fastest changing rim does so at `acceleration`, m/s².
+    /// Time, s, to change by `change` when the fastest changing rim does so at `acceleration`,
+    /// m/s².
     fn ramp_time(&self, change: Twist, acceleration: f64) -> f64 {
         let rim = self.geometry.wheel_speeds(change).into_iter().fold(0.0, |a: f64, w| a.max(w.abs()));
         rim * self.geometry.wheel_radius_m / acceleration
@@ -136,8 +138,8 @@ enum Manoeuvre {
     Stop,
 }
 
-/// Decks of manoeuvres in random order, speeds stratified within each deck, so that every deck (about 50 s)
-/// holds slow and fast, forward and reverse, left and right.
+/// Decks of manoeuvres in random order, speeds stratified within each deck, so that every deck
+/// (about 50 s) holds slow and fast, forward and reverse, left and right.
 fn training(geometry: &Geometry, limits: &Limits, duration_s: f64, seed: u64) -> Profile {
     use Manoeuvre::{Curve, Reverse, ReverseCurve, Sideways, Spin, Stop, Straight};
     let mut path = Path::new(geometry, limits, stream(seed, Stream::Training));
@@ -179,7 +181,8 @@ fn training(geometry: &Geometry, limits: &Limits, duration_s: f64, seed: u64) ->
     path.finish()
 }
 
-/// Legs of a mission: the speed swings and the heading weaves while driving, turns are rounded, stops are short.
+/// Legs of a mission: the speed swings and the heading weaves while driving, turns are rounded,
+/// stops are short.
 fn test(geometry: &Geometry, limits: &Limits, duration_s: f64, seed: u64) -> Profile {
     let mut path = Path::new(geometry, limits, stream(seed, Stream::Test));
     path.hold(0.5);
@@ -218,7 +221,8 @@ fn test(geometry: &Geometry, limits: &Limits, duration_s: f64, seed: u64) -> Pro
     path.finish()
 }
 
-/// Legs of a round, each with a speed and a curve of its own; turns on the spot, legs in reverse and stops among them.
+/// Legs of a round, each with a speed and a curve of its own; turns on the spot, legs in reverse
+/// and stops among them.
 fn rounds(geometry: &Geometry, limits: &Limits, duration_s: f64, rounds: &Rounds, seed: u64) -> Profile {
     let mut path = Path::new(geometry, limits, stream(seed, Stream::Rounds));
     path.hold(1.0);

@@ -1,4 +1,4 @@
-//! What the robot is told to do: commanded motion over time.
+//! Commanded motion over time.
 
 mod file;
 mod generate;
@@ -58,7 +58,7 @@ pub enum ProfileKind {
     Standstill,
 }
 
-/// Rounds of a robot that was told a linear and an angular velocity at a time (the paper's Section 7.1).
+/// Rounds driven by commands of a linear and an angular velocity (the paper's Section 7.1).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Rounds {
     /// The slowest and the fastest leg, share of the limit.
@@ -87,7 +87,8 @@ enum Commands {
 }
 
 impl Profile {
-    /// Commanded body twists (m/s, m/s, rad/s) at ascending times, s. The first should be at 0 and at rest.
+    /// Commanded body twists (m/s, m/s, rad/s) at ascending times, s. The first should be at 0 and
+    /// at rest.
     pub fn from_twists(knots: impl IntoIterator<Item = (f64, Twist)>) -> Self {
         let (time_s, twists) = knots.into_iter().unzip();
         Self { time_s, command: Commands::Twist(twists) }
@@ -113,7 +114,8 @@ impl Profile {
         Self { time_s: self.time_s.clone(), command }
     }
 
-    /// Wheel speeds asked for at a time. `cursor` remembers the place between calls with ascending times.
+    /// Wheel speeds asked for at a time. `cursor` remembers the place between calls with ascending
+    /// times.
     pub(super) fn wheel_speeds_at(
         &self,
         geometry: &Geometry,

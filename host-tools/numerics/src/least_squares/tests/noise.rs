@@ -1,5 +1,6 @@
-//! The score of pure noise is N(0, 1), whatever the noise: white; with a memory, behind an autoregressive whitener estimated from what
-//! is left, as the gap workflow does; heteroscedastic, weighed by the variance of each row.
+//! The score of pure noise is N(0, 1), whatever the noise: white; correlated, after an
+//! autoregressive whitener estimated from what is left, as the gap workflow does; heteroscedastic,
+//! weighed by the variance of each row.
 
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
@@ -23,13 +24,15 @@ fn distance(mut draws: Vec<f64>) -> f64 {
     gaps.fold(0.0, f64::max)
 }
 
-/// Of 1,000 draws of N(0, 1) one sample in a thousand is farther off: 1.949/√n (Smirnov's limit law). A standard deviation off by 15 %
-/// moves the distribution by 0.036, 1.5 times less than this; by 30 % by 0.07.
+/// Of 1,000 draws of N(0, 1) one sample in a thousand deviates more: 1.949/√n (Smirnov's limit
+/// law). A standard deviation off by 15 % moves the distribution by 0.036, 1.5 times less than
+/// this; by 30 % by 0.07.
 fn critical() -> f64 {
     1.949 / (DRAWS as f64).sqrt()
 }
 
-/// Slopes as a robot's: a level, a slow sway and a fast one, and the column in question, correlated with the second.
+/// Slopes as a robot's: a level, a slow sway and a fast one, and the column in question, correlated
+/// with the second.
 fn columns(random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
     let phase: f64 = random.random();
     let wave = |rate: f64, t: usize| (rate * t as f64 + 6.0 * phase).sin();
@@ -56,7 +59,7 @@ fn score(columns: &[Vec<f64>], residual: &[f64]) -> f64 {
     factored.score(&FurtherColumn::from_products(&products, &places, columns.len() - 1), 1e-3).unwrap().z()
 }
 
-/// What is left of the residual behind all columns but the last.
+/// The residual after a fit of all columns but the last.
 fn left(columns: &[Vec<f64>], residual: &[f64]) -> Vec<f64> {
     let mut problem = NormalEquations::zeros(columns.len() - 1);
     let row = |t: usize| columns[..columns.len() - 1].iter().map(|column| column[t]).collect::<Vec<f64>>();
@@ -79,8 +82,9 @@ fn of_white_noise() {
     assert!(found < critical(), "{found}");
 }
 
-/// e_t = 0.9 e_{t−1} + n_t. The autoregression is estimated from what the other columns leave and applied to columns and residual;
-/// its own scatter of what is left is the standard deviation. Without the whitening the scores would scatter some 4 times as much.
+/// e_t = 0.9 e_{t−1} + n_t. The autoregression is estimated from what the other columns leave and
+/// applied to columns and residual; its own scatter of what is left is the standard deviation.
+/// Without the whitening the scores would scatter some 4 times as much.
 #[test]
 fn of_noise_with_a_memory_behind_the_whitener() {
     let draw = |seed: u64, whiten: bool| {
@@ -116,8 +120,8 @@ fn autoregression(values: &[f64]) -> f64 {
     product / values.iter().map(|value| value * value).sum::<f64>()
 }
 
-/// Noise that grows with the fourth column: rows weigh by the inverse of their variance; if all weighed alike, the scores would be
-/// too wide.
+/// Noise that grows with the fourth column: rows weigh by the inverse of their variance; if all
+/// weighed alike, the scores would be too wide.
 #[test]
 fn of_heteroscedastic_noise() {
     let draw = |seed: u64, weigh: bool| {

@@ -44,7 +44,8 @@ fn numbers_that_are_none_end_as_such() {
     assert_eq!(ending(&elsewhere, &tolerances), Ending::NotFinite);
 }
 
-/// [[1, 3], [3, 1]] has the eigenvalue −2: it can be factored once the damping is above 2, and then leads to the minimum.
+/// [[1, 3], [3, 1]] has the eigenvalue −2: it can be factored once the damping is above 2, and then
+/// leads to the minimum.
 #[test]
 fn a_failed_factorisation_raises_the_damping() {
     let indefinite = Made { matrix: Matrix::new(1.0, 3.0, 3.0, 1.0), ..BOWL };
@@ -66,7 +67,8 @@ fn what_no_damping_makes_positive_ends_as_such() {
 #[test]
 fn converged_endings_say_by_what() {
     let never = Tolerances { steps: 300, cost_share: 0.0, cost: 0.0, step: 0.0, gradient: 0.0 };
-    // 1 is left of the cost, so that rounding ends every descent; the gradient is only ever told to a hundredth.
+    // The cost ends at 1, so rounding ends every descent; the gradient is known to a hundredth
+    // only.
     let shifted = Made { cost: |x| 1.0 + x.norm_squared(), ..BOWL };
     let rough = Made { gradient: |x| *x + Vector::new(0.01, 0.0), ..shifted };
     let by_gradient = Tolerances { gradient: 1e-6, ..never };
@@ -80,8 +82,9 @@ fn converged_endings_say_by_what() {
     assert!(!Ending::NotPositiveDefinite.has_converged() && Ending::ConvergedByCost.has_converged());
 }
 
-/// Rosenbrock's function with x ≤ 0.5: along the bound (1 − x)² + 100 (y − x²)² is least at y = 0.25, where 0.25 is left. With y ≥ 2
-/// the minimum on that bound solves 400 x (x² − 2) = 2 (1 − x): x = 1.4137, by bisection below.
+/// Rosenbrock's function with x ≤ 0.5: along the bound (1 − x)² + 100 (y − x²)² is least at y =
+/// 0.25, where 0.25 is left. With y ≥ 2 the minimum on that bound solves 400 x (x² − 2) = 2 (1 −
+/// x): x = 1.4137, by bisection below.
 #[test]
 fn minima_at_bounds_are_met() {
     let residuals = FromResiduals::new(|x: &DVector<f64>| {

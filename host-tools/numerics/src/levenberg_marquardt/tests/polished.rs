@@ -4,7 +4,8 @@ use nalgebra::{Const, SMatrix, SVector};
 
 use super::super::{Bounds, LeastSquares, Tolerances, descend, polish};
 
-/// a e^{b x} through points that are on no such curve, so that the cost at the minimum is not small.
+/// a e^{b x} through points that are on no such curve, so that the cost at the minimum is not
+/// small.
 struct Decay;
 
 /// x, and y: 2 e^{−x / 2} and up to 0.3 beside it.

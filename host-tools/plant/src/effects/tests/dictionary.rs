@@ -46,7 +46,7 @@ fn the_same_seed_gives_the_same_run() {
     let first = noisy(Kinematics::Differential, &all, 3);
     assert!(first == noisy(Kinematics::Differential, &all, 3));
     assert!(first != noisy(Kinematics::Differential, &all, 4));
-    // Sums in another order differ by rounding; times that are drawn by place stay with those that have them.
+    // Sums in a different order differ by rounding; random onsets stay with their effects.
     all.retain(|effect| effect.option("at").is_some() || effect.id() == "sensor-delay");
     let first = noisy(Kinematics::Differential, &all, 3);
     all.reverse();

@@ -4,7 +4,8 @@ use super::super::super::body::{Body, Loads, Wheel};
 use super::super::super::{Kinematics, MAX_WHEELS, PlantSet, Robot};
 use super::{G, steady};
 
-/// On a plane that rises by φ towards a direction, a robot at the bearing θ from it has its nose up by asin(sin φ cos θ).
+/// On a plane that rises by φ towards a direction, a robot at the bearing θ from it has its nose up
+/// by asin(sin φ cos θ).
 #[test]
 fn the_pitch_follows_the_heading() {
     let record = steady([0.0, 0.0, 1.0], &["grade=0.1:heading=0.5"]);
@@ -19,7 +20,8 @@ fn the_pitch_follows_the_heading() {
     assert!(turned > 15.0);
 }
 
-/// Nothing but gravity: from rest, over s metres down a slope, v² = 2 g s sin φ; the plane keeps the energy.
+/// Nothing but gravity: from rest, over s metres down a slope, v² = 2 g s sin φ; the plane keeps
+/// the energy.
 #[test]
 fn gravity_gives_what_the_height_is_worth() {
     let mut robot = Robot::new(PlantSet::Servo, Kinematics::Differential);
@@ -67,8 +69,8 @@ fn friction_only_takes() {
     }
 }
 
-/// A mass m beside the axle's middle by y: pushed straight, a free robot turns as a rigid body does about its centre of
-/// mass, at F y / (m k²), towards the mass.
+/// A mass m beside the axle's middle by y: pushed straight, a free robot turns as a rigid body does
+/// about its centre of mass, at F y / (m k²), towards the mass.
 #[test]
 fn an_off_centre_mass_turns_a_pushed_robot() {
     let mut robot = Robot::new(PlantSet::Servo, Kinematics::Omni);

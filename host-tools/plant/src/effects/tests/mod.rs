@@ -38,7 +38,8 @@ fn settled(column: &[f64]) -> f64 {
     column[column.len() - 100..].iter().sum::<f64>() / 100.0
 }
 
-/// A training drive of 3 kg with exact sensors, so that what effects add can be told to the last digit.
+/// A training drive of 3 kg with exact sensors, so that what effects add is exact to the last
+/// digit.
 fn drive(plant: PlantSet, texts: &[&str]) -> Record {
     let kind = ProfileKind::Training;
     let mut scenario = Scenario::new(plant, Kinematics::Differential, kind, 40.0, 4);

@@ -25,7 +25,8 @@ fn wrong_sensors_change_what_is_read_and_nothing_else() {
     assert!(late.power_w[..3] == [0.0; 3] && early.wheel_rad_s[0][..3] == [0.0; 3]);
 }
 
-/// What the sensor averages is delayed, wrong and offset as what it reads at once: within its step of 1.2 mW.
+/// What the sensor averages is delayed, wrong and offset as what it reads at once: within its step
+/// of 1.2 mW.
 #[test]
 fn the_averaging_sensor_is_wrong_by_as_much() {
     let run = |texts: &[&str]| {
@@ -102,7 +103,7 @@ fn braking_power_returns_by_its_share() {
     assert_eq!(simulate(&drives_return).unwrap().power_w, whole.power_w);
 }
 
-/// A robot with another mass than noted is that robot; only the log differs.
+/// A wrong mass in the log changes the log alone, not the robot.
 #[test]
 fn a_mislabelled_payload_moves_as_what_it_is() {
     let wrong = drive(PlantSet::Servo, &["payload-mislabel=2"]);

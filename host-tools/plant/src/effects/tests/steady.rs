@@ -11,8 +11,8 @@ struct Servo {
 }
 
 impl Servo {
-    /// From the data sheet's figures (see `sets`): R = 11.1/1.3; K = 6.91711e-3; half of K · 0.05 A is viscous at
-    /// 1543.006 rad/s, half Coulomb; η = 0.614097.
+    /// From the data sheet's figures (see `sets`): R = 11.1/1.3; K = 6.91711e-3; half of K · 0.05 A
+    /// is viscous at 1543.006 rad/s, half Coulomb; η = 0.614097.
     const K: f64 = 6.917_09e-3;
     const RATIO: f64 = 258.5;
     const COULOMB: f64 = 0.5 * Self::K * 0.05;
@@ -29,7 +29,8 @@ impl Servo {
         shaft / Self::K
     }
 
-    /// Power, W, that turns a wheel at `speed` against `torque` behind the gear and `air` at the rotor.
+    /// Power, W, that turns a wheel at `speed` against `torque` after the gear and `air` at the
+    /// rotor.
     fn power(self, torque: f64, speed: f64, air: f64) -> f64 {
         let current = self.current(torque, speed, air);
         current * (self.ohm * current + Self::K * Self::RATIO * speed)
@@ -57,7 +58,8 @@ fn straight_on_the_power_is_that_of_the_balance_of_torques() {
     let pull = |slope: f64| rolling(ROLLING) * slope.cos() + G * 3.0 * slope.sin() * 0.033 / 2.0;
     let hot = Servo { ohm: servo.ohm * (1.0 + 0.0039 * 40.0), ..servo };
     let thick = Servo { viscous: 1.5 * servo.viscous, ..servo };
-    // The last second's hundred readings, each with what is left of the cold; so slow that the speed loop keeps up.
+    // The last second's hundred readings, each with what is left of the cold; so slow that the
+    // speed loop keeps up.
     let cold = (1..=100).map(|k| {
         let left = (-(19.0 + f64::from(k) / 100.0) / 200.0).exp();
         let servo = Servo { viscous: servo.viscous * (1.0 + 0.5 * left), ..servo };
@@ -106,7 +108,8 @@ fn straight_on_the_power_is_that_of_the_balance_of_torques() {
         assert_near(settled(&record.wheel_rad_s[1]), w, &format!("{texts:?}"));
         assert_eq!(record.mass_kg[0], 3.0);
     }
-    // The wheel whose encoder reads 10 % more turns slower by that; now it is a curve, which costs nothing more.
+    // The wheel whose encoder reads 10 % more turns slower by that; now it is a curve, which costs
+    // nothing more.
     let record = steady([0.15, 0.0, 0.0], &["speed-scale=0.1:side=right"]);
     assert_near(settled(&record.power_w), slower, "speed-scale");
     assert_near(settled(&record.wheel_rad_s[1]), w, "speed-scale");
@@ -128,7 +131,8 @@ fn windings_heat_by_their_loss() {
     assert_near(settled(&record.power_w), 2.0 * hot.power(rolling(ROLLING), w, 0.0), "hot winding");
 }
 
-/// Gearing to 1 m/s² in a second: the leads' voltage, the reading and what the drives get fit together at every sample.
+/// Gearing to 1 m/s² in a second: the leads' voltage, the reading and what the drives get fit
+/// together at every sample.
 #[test]
 fn the_supply_sags_by_its_current() {
     let clean = steady([0.15, 0.0, 0.0], &[]);
@@ -141,7 +145,8 @@ fn the_supply_sags_by_its_current() {
     assert!(clean.bus_v.iter().all(|&v| v == 12.0));
 }
 
-/// In a curve the outer wheel carries more or less. Axle 160 mm, 3 kg, 30 mm to the left: 1.5 kg ± 3·0.03/0.16.
+/// In a curve the outer wheel carries more or less. Axle 160 mm, 3 kg, 30 mm to the left: 1.5 kg ±
+/// 3·0.03/0.16.
 #[test]
 fn the_side_that_carries_more_rolls_harder() {
     let (left, right) = ((0.12 - 0.08 * 0.5) / 0.033, (0.12 + 0.08 * 0.5) / 0.033);
