@@ -1,4 +1,4 @@
-//! Registers of a board over its link: instructions, answers, and another try where one got lost.
+//! Registers of a board over its link: instructions, answers, and a retry where one was lost.
 
 use std::time::Duration;
 
@@ -10,17 +10,20 @@ use support::printable;
 
 use super::transport::Transport;
 
-/// The longest packet there is: a status with the whole table, every three bytes of which may need a fourth.
+/// The longest packet there is: a status with the whole table, every three bytes of which may need
+/// a fourth.
 const LONGEST: usize = OVERHEAD + (1 + table::END as usize) * 4 / 3 + 4;
 
-/// How long the first answer is waited for. A board answers within a sample period or two; what an operating system adds
-/// is less than this.
+/// How long the first answer is waited for. A board answers within a sample period or two; what an
+/// operating system adds is less than this.
 const ANSWER_TIMEOUT: Duration = Duration::from_millis(50);
-/// Each further one is waited for twice as long, up to this: while it erases flash the board's processor stands still.
+/// Each further one is waited for twice as long, up to this: while it erases flash the board's
+/// processor stands still.
 const LONGEST_TIMEOUT: Duration = Duration::from_millis(800);
-/// After so long without an answer the board counts as gone: longer than erasing both sectors of its store.
+/// After so long without an answer the board counts as gone: longer than erasing both sectors of
+/// its store.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Broken answers come at once: a line on which so many in a row are broken is of no use.
+/// Broken answers come at once: after this number in a row the line counts as unusable.
 const MOST_ATTEMPTS: u32 = 40;
 /// After a lost answer it may still be under way: silence for so long says that it is not.
 const QUIET: Duration = Duration::from_millis(30);
@@ -125,7 +128,7 @@ impl Block {
     /// The values of a register.
     ///
     /// # Errors
-    /// It was not read, or is of another type.
+    /// It was not read, or has a different type.
     pub fn all<V: Value>(&self, register: &Register) -> Result<Vec<V>> {
         check_kind::<V>(register)?;
         let bytes = self.bytes(register)?;
@@ -159,7 +162,7 @@ impl<T: Transport> Client<T> {
     /// Finds out whether this is a board whose registers are known here.
     ///
     /// # Errors
-    /// Nothing answers, something else does, or the board's table is of another version.
+    /// Nothing answers, something else does, or the board's table has a different version.
     pub fn connect(transport: T) -> Result<(Self, Board)> {
         let mut client = Self::new(transport);
         let board = client.identify()?;
@@ -201,7 +204,7 @@ impl<T: Transport> Client<T> {
         })
     }
 
-    /// Model number and firmware version of whoever answers.
+    /// Model number and firmware version of the answering device.
     ///
     /// # Errors
     /// Nobody does.
@@ -220,7 +223,7 @@ impl<T: Transport> Client<T> {
         self.block(register, register)?.get(register)
     }
 
-    /// Reads all registers from one to another, both included, at one instant.
+    /// Reads all registers between two, both included, at one instant.
     ///
     /// # Errors
     /// The board does not answer or refuses.
@@ -296,7 +299,8 @@ impl<T: Transport> Client<T> {
         self.transport
     }
 
-    /// Data of the answer. Only for instructions that may be carried out twice, as reading and writing registers.
+    /// Data of the answer. Only for instructions that may be carried out twice, as reading and
+    /// writing registers.
     fn exchange(&mut self, request: &Request, expected: usize) -> Result<Vec<u8>> {
         match self.attempt(request, expected)? {
             Answer::Data(data) => Ok(data),
@@ -304,7 +308,8 @@ impl<T: Transport> Client<T> {
         }
     }
 
-    /// Sends until there is an answer or no hope of one; `expected` is how many bytes the right one has.
+    /// Sends until there is an answer or no hope of one; `expected` is how many bytes the right one
+    /// has.
     fn attempt(&mut self, request: &Request, expected: usize) -> Result<Answer> {
         let mut buffer = [0; LONGEST];
         let parameters: &[&[u8]] = &[&request.parameters];
@@ -343,7 +348,7 @@ impl<T: Transport> Client<T> {
                 }
                 match packet.parameters {
                     [error, data @ ..] if error & !ALERT == 0 => {
-                        // Of another length it answers something earlier.
+                        // With a different length it answers an earlier request.
                         if data.len() == expected {
                             return Ok(Answer::Data(data.to_vec()));
                         }
@@ -409,7 +414,7 @@ fn refusal(error: u8) -> String {
     format!("the board refuses: {why}")
 }
 
-/// Text that is padded with zeros, printable: whoever is at the other end of the link has written it.
+/// Text that is padded with zeros, made printable: the other end of the link wrote it.
 pub(super) fn text(bytes: &[u8]) -> String {
     let length = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
     printable::name(&String::from_utf8_lossy(&bytes[..length]))

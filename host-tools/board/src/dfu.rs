@@ -34,7 +34,7 @@ pub fn write(image: &StoreImage) -> Result<()> {
     let folder = folder()?;
     let file = folder.path().join("store.bin");
     std::fs::write(&file, image.as_bytes()).map_err(|error| Error::io(&file, &error))?;
-    // Not `:leave`: the board stays in its bootloader, for the comparison and until somebody resets it.
+    // Not `:leave`: the board stays in its bootloader, for the comparison, until a reset.
     run(&["-s", &format!("{:#010x}", StoreImage::ADDRESS), "-D"], &file)?;
     if read()? == *image {
         return Ok(());

@@ -1,4 +1,5 @@
-//! The store as a file that any programmer takes: raw bytes, or Intel HEX, which carries the address.
+//! The store as a file that any programmer takes: raw bytes, or Intel HEX, which carries the
+//! address.
 
 use std::path::Path;
 
@@ -14,7 +15,7 @@ const LINE: usize = 32;
 /// Kinds of files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Bytes alone: whoever writes them has to know the address.
+    /// Bytes alone: the programmer has to know the address.
     Raw,
     /// Text with addresses and checksums.
     IntelHex,
@@ -24,7 +25,7 @@ impl Kind {
     /// By the file's extension.
     ///
     /// # Errors
-    /// It has none, or another.
+    /// It has none, or a different one.
     pub fn of(file: &Path) -> Result<Self> {
         match file.extension().and_then(|extension| extension.to_str()) {
             Some("bin") => Ok(Self::Raw),

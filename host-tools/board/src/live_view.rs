@@ -1,14 +1,15 @@
-//! Samples as they come, for whoever looks on over Foxglove's WebSocket: with the cargo feature `foxglove` only.
+//! Samples as they come, live over Foxglove's WebSocket: with the cargo feature `foxglove` only.
 //!
-//! The channel, its schema and every message are those of `gmr record --format mcap`. A recording waits for nobody: each client has a queue
-//! that loses its oldest messages where the client is slower than the board.
+//! The channel, its schema and every message are those of `gmr record --format mcap`. A recording
+//! waits for no client: each has a queue that loses its oldest messages where the client is slower
+//! than the board.
 
 #[cfg(not(feature = "foxglove"))]
 pub use absent::LiveView;
 #[cfg(feature = "foxglove")]
 pub use serving::LiveView;
 
-/// Where Foxglove looks unless told otherwise: on this machine only.
+/// Foxglove's default address: on this machine only.
 pub const ADDRESS: &str = "127.0.0.1:8765";
 
 #[cfg(feature = "foxglove")]
@@ -58,7 +59,8 @@ mod serving {
             format!("ws://{}:{}", self.host, self.server.port())
         }
 
-        /// Sends whole lines, the first one ever being the header. Nobody there is no error, nor is anybody who leaves.
+        /// Sends whole lines, the first one ever being the header. Nobody there is no error, nor is
+        /// anybody who leaves.
         ///
         /// # Errors
         /// A header without time.
@@ -114,7 +116,7 @@ mod absent {
             match *self {}
         }
 
-        /// To nobody.
+        /// To no client.
         ///
         /// # Errors
         /// None.

@@ -1,4 +1,5 @@
-//! A recording as MCAP: the recorder's lines become messages in JSON, which PlotJuggler and Foxglove open without ROS.
+//! A recording as MCAP: the recorder's lines become messages in JSON, which PlotJuggler and
+//! Foxglove open without ROS.
 
 use std::io::{Seek, Write};
 
@@ -7,8 +8,8 @@ use support::error::{Error, Result};
 
 use super::lines::{cells, names};
 
-/// Takes the recorder's lines; the file is whole only when it was [finished](Self::finish), and read up to where it breaks off with
-/// `--allow-truncated` else.
+/// Takes the recorder's lines; the file is whole only when it was [finished](Self::finish), and
+/// read up to where it breaks off with `--allow-truncated` else.
 pub struct McapLines<W: Write + Seek> {
     /// Until the header has come.
     to: Option<W>,

@@ -1,7 +1,8 @@
-//! The store of a board on a debug probe (SWD), through probe-rs: with the cargo feature `probe` only.
+//! The store of a board on a debug probe (SWD), through probe-rs: with the cargo feature `probe`
+//! only.
 //!
-//! The processor is halted meanwhile, and the wheel servos keep turning as they were told last: lift the robot off the
-//! floor.
+//! The processor is halted meanwhile, and the wheel servos keep turning at their last command: lift
+//! the robot off the floor.
 
 #[cfg(not(feature = "probe"))]
 pub use absent::{read, write};

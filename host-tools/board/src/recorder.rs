@@ -1,11 +1,12 @@
 //! Samples of a board, as it takes them, into a log that every other command reads.
 //!
-//! The log is the one file here that is not written whole or not at all: it grows by whole lines, so that it is of use up
-//! to the last sample whatever ends it. Columns: `time_s` since the board's start; `wheel1_rad_s`, `wheel2_rad_s`; `power_w`,
-//! which is the motors' rail; `bus_v`, the battery's voltage; `battery_w`, `motors_w`, `computer_w`, `lidar_w`; with
-//! coefficients the board's own estimate, `board_power_w`, `board_mass_kg`, `board_mass_low_kg`, `board_mass_high_kg`; `mass_kg`
-//! where it is given. Single-precision numbers have the digits that bring back the same number, and what is not known is
-//! empty.
+//! The log is the one file here that is not written whole or not at all: it grows by whole lines,
+//! so that it is of use up to the last sample whatever ends it. Columns: `time_s` since the board's
+//! start; `wheel1_rad_s`, `wheel2_rad_s`; `power_w`, which is the motors' rail; `bus_v`, the
+//! battery's voltage; `battery_w`, `motors_w`, `computer_w`, `lidar_w`; with coefficients the
+//! board's own estimate, `board_power_w`, `board_mass_kg`, `board_mass_low_kg`,
+//! `board_mass_high_kg`; `mass_kg` where it is given. Single-precision numbers have the digits that
+//! bring back the same number, and what is not known is empty.
 
 use std::fmt::Write as _;
 use std::ops::ControlFlow;
@@ -34,8 +35,9 @@ pub struct Options {
     pub duration: Option<Duration>,
     /// Total mass, kg, where it is known: for fits.
     pub mass_kg: Option<f64>,
-    /// Begin with the oldest sample that the board keeps. From its start on, a replay makes the very estimates that the
-    /// board made; from any other sample its seconds begin at another time.
+    /// Begin with the oldest sample that the board keeps. From its start on, a replay makes the
+    /// very estimates that the board made; from any other sample its seconds begin at a different
+    /// time.
     pub backlog: bool,
 }
 
@@ -84,9 +86,9 @@ pub struct Recording {
     pub ending: Ending,
 }
 
-/// Records until the duration is over, `progress` breaks, or the board is gone. `append` gets whole lines, of a few samples at
-/// a time, and nothing before the first. `progress` is asked a few times a second,
-/// whether there are new samples or not.
+/// Records until the duration is over, `progress` breaks, or the board is gone. `append` gets whole
+/// lines, of a few samples at a time, and nothing before the first. `progress` is asked a few times
+/// a second, whether there are new samples or not.
 ///
 /// # Errors
 /// The log cannot be written, or the board is gone before the first sample.
@@ -222,7 +224,8 @@ impl Run {
         None
     }
 
-    /// By how much its clock is ahead of what the number of samples since the last one takes, s, where that is more than a board pauses.
+    /// By how much its clock is ahead of what the number of samples since the last one takes, s,
+    /// where that is more than a board pauses.
     fn jump(&self, record: &Record) -> Option<f64> {
         let last = self.last.as_ref()?;
         let passed = Duration::from_micros(record.time_us - last.time_us).as_secs_f64();
@@ -245,7 +248,7 @@ impl Run {
     }
 }
 
-/// Whether a sequence number lies before another; they count round.
+/// Whether one sequence number precedes the other; they wrap.
 fn is_before(sequence: u32, other: u32) -> bool {
     sequence.wrapping_sub(other) > u32::MAX / 2
 }

@@ -9,8 +9,8 @@ use support::error::{Error, Result};
 
 use super::transport::Transport;
 
-/// Over USB the rate means nothing, but 1200 Bd is how the stock firmware is told to enter its bootloader: the rate that
-/// the stock node opens the port with.
+/// Over USB the rate means nothing, but 1200 Bd is how the stock firmware is asked to enter its
+/// bootloader: the rate that the stock node opens the port with.
 const BAUD_RATE: u32 = 1_000_000;
 
 /// A board takes a packet in milliseconds. One that takes nothing for so long hangs.
@@ -30,7 +30,8 @@ impl Serial {
     /// Opens a port and keeps other users of it out.
     ///
     /// # Errors
-    /// There is no such port (those that there are are named), it may not be opened, or somebody else has it.
+    /// There is no such port (those that there are are named), it may not be opened, or another
+    /// program has it.
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let settings = |mut settings: Settings| {
@@ -70,7 +71,8 @@ impl Transport for Serial {
     }
 
     fn receive(&mut self, buffer: &mut [u8], limit: Duration) -> Result<usize> {
-        // The operating system counts milliseconds: what is left of one is waited for, not spun through.
+        // The operating system counts milliseconds: what is left of one is waited for, not spun
+        // through.
         let limit = Duration::from_millis(limit.as_micros().div_ceil(1000).try_into().unwrap_or(u64::MAX));
         self.port.set_read_timeout(limit).map_err(|error| self.lost(&error))?;
         match self.port.read(buffer) {
@@ -153,7 +155,8 @@ pub fn ports() -> Vec<Port> {
     paths.into_iter().map(port).collect()
 }
 
-/// Vendor and product of the USB device behind a port, from Linux's sysfs: its folder is some levels above the port's.
+/// Vendor and product of a port's USB device, from Linux's sysfs: its folder is some levels above
+/// the port's.
 fn usb_id(port: &Path) -> Option<(String, String)> {
     let device = Path::new("/sys/class/tty").join(port.file_name()?).join("device").canonicalize().ok()?;
     device.ancestors().take(4).find_map(|folder| {

@@ -53,7 +53,7 @@ impl SecretKey {
         hex(self.0.pk.as_ref())
     }
 
-    /// The image, and its signature behind it.
+    /// The image, followed by its signature.
     pub fn sign(&self, image: &[u8]) -> Vec<u8> {
         // Without noise: the same image has the same signature (RFC 8032).
         let signature: [u8; SIGNATURE_BYTES] = *self.0.sk.sign(image, None);

@@ -18,11 +18,12 @@ pub trait Transport {
     /// The other side is gone.
     fn receive(&mut self, buffer: &mut [u8], limit: Duration) -> Result<usize>;
 
-    /// Time as the other side counts it: a real board's passes by itself, an emulated one's only while somebody receives.
+    /// Time as the other side counts it: a real board's passes by itself, an emulated one's only
+    /// during a receive.
     fn now(&self) -> Duration;
 }
 
-/// For whoever only borrows a link.
+/// For a borrowed link.
 impl<T: Transport> Transport for &mut T {
     fn send(&mut self, bytes: &[u8]) -> Result<()> {
         (**self).send(bytes)

@@ -100,9 +100,11 @@ impl<const P: usize> Gram<P> {
         self.rows += 1;
     }
 
-    /// Adds the sums of a block of rows, each padded to [`GROUPS`](Self::GROUPS) groups: products, power, zeros.
+    /// Adds the sums of a block of rows, each padded to [`GROUPS`](Self::GROUPS) groups: products,
+    /// power, zeros.
     ///
-    /// 16 sums at a time, which fit into registers; row after row, each sum would be loaded and stored again.
+    /// 16 sums at a time, which fit into registers; row after row, each sum would be loaded and
+    /// stored again.
     fn add_block(&mut self, block: &[Group]) {
         for i in 0..Self::GROUPS {
             for j in 0..=i {
@@ -139,7 +141,7 @@ impl<const P: usize> Gram<P> {
     /// Groups of a padded row.
     const GROUPS: usize = P / GROUP + 1;
 
-    /// Adds another's sums.
+    /// Adds the sums of the other.
     pub fn merge(&mut self, other: &Self) {
         for (sum, value) in self.xx.iter_mut().flatten().zip(other.xx.iter().flatten()) {
             *sum += value;
@@ -251,8 +253,8 @@ impl<const P: usize> Scaled<P> {
         Vector::from_fn(|i, _| beta[i] * self.column[i] / self.power)
     }
 
-    /// Ratio of the largest to the smallest eigenvalue among columns that are not zero; infinite where columns depend on
-    /// each other to rounding.
+    /// Ratio of the largest to the smallest eigenvalue among columns that are not zero; infinite
+    /// where columns depend on each other to rounding.
     pub fn condition(&self) -> f64 {
         let used: Vec<usize> = (0..P).filter(|&i| self.xx[(i, i)] > 0.0).collect();
         if used.is_empty() {
@@ -269,7 +271,8 @@ impl<const P: usize> Scaled<P> {
 mod tests {
     use super::{BLOCK_ROWS, Gram};
 
-    /// Blocks sum the same products in another order: over n rows of one sign the rounding stays below n ε of a sum.
+    /// Blocks sum the same products in a different order: over n rows of one sign the rounding
+    /// stays below n ε of a sum.
     #[test]
     fn blocks_are_rows() {
         fn check<const P: usize>() {

@@ -1,4 +1,5 @@
-//! The exact optimum of Eq. 20, or of any linear least squares, under β ≥ 0: the active-set method of Lawson and Hanson on the Gram matrix.
+//! The exact optimum of Eq. 20, or of any linear least squares, under β ≥ 0: the active-set method
+//! of Lawson and Hanson on the Gram matrix.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -25,7 +26,7 @@ pub struct Solution<const P: usize> {
     pub iterations: u32,
 }
 
-/// Gradients below this share of the (unit) columns count as nought.
+/// Gradients below this share of the (unit) columns count as zero.
 const TOLERANCE: f64 = 1e-12;
 
 /// Most iterations for each coefficient.
@@ -89,7 +90,8 @@ pub fn solve<const P: usize>(problem: &Scaled<P>) -> Solution<P> {
     }
 }
 
-/// The least-squares solution with only the free coefficients; `None` where their columns depend on each other.
+/// The least-squares solution with only the free coefficients; `None` where their columns depend on
+/// each other.
 fn unconstrained<const P: usize>(problem: &Scaled<P>, free: &[bool; P]) -> Option<Vector<P>> {
     let used: Vec<usize> = (0..P).filter(|&i| free[i]).collect();
     let matrix = DMatrix::from_fn(used.len(), used.len(), |i, j| problem.xx[(used[i], used[j])]);

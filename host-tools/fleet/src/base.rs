@@ -1,4 +1,5 @@
-//! A robot's runs as sums near coefficients that are known, and its own base: what it differs from them by.
+//! A robot's runs as sums near coefficients that are known, and its own base: what it differs from
+//! them by.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -48,7 +49,7 @@ pub(super) struct Run<'a> {
     pub(super) day: &'a str,
     pub(super) normal: DMatrix<f64>,
     pub(super) score: DVector<f64>,
-    /// Σ e², W², of so many rows.
+    /// Σ e², W², and the number of rows.
     pub(super) squares: f64,
     pub(super) rows: u64,
 }

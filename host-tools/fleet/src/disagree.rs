@@ -1,11 +1,13 @@
-//! Which run disagrees with its robot's base more than runs do: the first question of `gmr gap`, from sums.
+//! Which run disagrees with its robot's base more than runs do: the first question of `gmr gap`,
+//! from sums.
 //!
 //! ```text
 //! q = (Σ e² − 2 bᵀ Jᵀe + bᵀ JᵀJ b) / rows      b: what the robot differs from the reference by
 //! ```
 //!
-//! ln q of a run is held against all runs of the fleet. That a run disagrees is all that its sums tell: which effect it is needs its rows
-//! (`gmr gap`). What lasts for a small part of a run, and what is as large on every run, is not seen here.
+//! ln q of a run is held against all runs of the fleet. That a run disagrees is all that its sums
+//! tell: which effect it is needs its rows (`gmr gap`). What lasts for a small part of a run, and
+//! what is as large on every run, is not seen here.
 
 use fit::run_gram::RunGram;
 use nalgebra::DVector;

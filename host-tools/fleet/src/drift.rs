@@ -1,15 +1,18 @@
-//! Which coefficient of which robot is another since which day.
+//! Which coefficient of which robot has changed, and since which day.
 //!
-//! A robot's runs are held against coefficients that are known ([`fit::run_gram::Local`]). A robot may differ from them in all coefficients,
-//! and always has: that is its own base. The question is a step in one of them from a day on:
+//! A robot's runs are held against coefficients that are known ([`fit::run_gram::Local`]). A robot
+//! may differ from them in all coefficients, and always has: that is its own base. The question is
+//! a step in one of them from a day on:
 //!
 //! ```text
 //! Jᵀe of run r  =  N_r δ  +  [r from day d on] N_r v Δ  +  noise
 //! ```
 //!
-//! δ is the robot's own, v a coefficient, Δ its step. How much scores scatter from run to run is taken from the whole fleet, by the median over
-//! its robots, for the same v and d: that scatter, not the scatter of rows, is what a step has to stand out of. A step is named where it is
-//! beyond chance over all robots, coefficients and days that were asked (Bonferroni), and where no other coefficient explains it nearly as well.
+//! δ is the robot's own, v a coefficient, Δ its step. How much scores scatter from run to run is
+//! taken from the whole fleet, by the median over its robots, for the same v and d: that scatter,
+//! not the scatter of rows, is what a step has to stand out of. A step is named where it is beyond
+//! chance over all robots, coefficients and days that were asked (Bonferroni), and where no other
+//! coefficient explains it nearly as well.
 
 use std::collections::BTreeSet;
 
@@ -27,11 +30,11 @@ use super::base::{Direction, Robot, Run, by_robot, directions};
 /// Chance that a fleet in which nothing changes has any name.
 pub(super) const FALSE_NAMES: f64 = 0.01;
 
-/// What two explanations must differ by in χ² to be told apart: odds of 100 to 1, 2 ln 100.
+/// Difference in χ² that separates two explanations: odds of 100 to 1, 2 ln 100.
 pub(super) const APART: f64 = 9.21;
 
-/// Fewest runs beyond two a robot, over the fleet, from which the scatter of runs is known: Student's t with ten degrees of freedom is 1.14 of the
-/// normal's at 95 %.
+/// Fewest runs beyond two a robot, over the fleet, from which the scatter of runs is known:
+/// Student's t with ten degrees of freedom is 1.14 of the normal's at 95 %.
 const LEAST_SPARE: usize = 10;
 
 /// A step in one coefficient.
@@ -100,7 +103,8 @@ struct Asked {
     scatter: f64,
 }
 
-/// Looks for steps in all coefficients of all robots, from every day but the first. Runs are those that count, near `reference`.
+/// Looks for steps in all coefficients of all robots, from every day but the first. Runs are those
+/// that count, near `reference`.
 pub fn changes(runs: &[&RunGram], reference: &TorqueModel<f64>) -> Drift {
     let mut drift = Drift { changes: Vec::new(), asked: 0, threshold: None, silent: Vec::new() };
     let mut robots = Vec::new();
@@ -196,7 +200,8 @@ fn named(
     scatters: &[f64],
     threshold: f64,
 ) -> Option<Change> {
-    // What a step takes off the squares, W²: on one scale for all coefficients, which their own scatters are not.
+    // What a step takes off the squares, W²: on one scale for all coefficients, which their own
+    // scatters are not.
     let gain = |one: &Asked| one.step * one.step * one.information;
     let best = asked.iter().filter(|one| gain(one).is_finite()).max_by(|a, b| gain(a).total_cmp(&gain(b)))?;
     let most = gain(best);

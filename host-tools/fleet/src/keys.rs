@@ -1,4 +1,4 @@
-//! What runs are told apart by.
+//! The keys that runs are grouped by.
 
 use fit::run_gram::RunGram;
 

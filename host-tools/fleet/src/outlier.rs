@@ -1,8 +1,9 @@
 //! Which robot's coefficients stand out from the other robots'.
 //!
-//! Robots differ, and how much is taken from the fleet: the median over robots is what they have in common, the median of the distances from
-//! it their scatter. A robot stands out where it is beyond chance over all robots and coefficients (Bonferroni). Runs from a change on
-//! ([`super::drift`]) are left out: a robot that changed is one thing, a robot that always was another is the other.
+//! Robots differ, and how much is taken from the fleet: the median over robots is what they have in
+//! common, the median of the distances from it their scatter. A robot stands out where it is beyond
+//! chance over all robots and coefficients (Bonferroni). Runs from a change on ([`super::drift`])
+//! are left out: a robot that changed is no outlier; a robot that always differed is.
 
 use std::collections::BTreeSet;
 
@@ -21,7 +22,8 @@ use super::drift::{APART, Drift, FALSE_NAMES};
 /// Fewest robots from which their scatter is known.
 const LEAST_ROBOTS: usize = 10;
 
-/// The median of distances knows a scatter as well as the standard deviation of this share of the values (Rousseeuw and Croux 1993).
+/// The median of distances knows a scatter as well as the standard deviation of this share of the
+/// values (Rousseeuw and Croux 1993).
 pub(super) const MAD_EFFICIENCY: f64 = 0.37;
 
 /// A robot that is not like the others.
@@ -37,7 +39,8 @@ pub struct Outlier {
     pub plus_minus: f64,
     /// Of difference and interval.
     pub unit: String,
-    /// Difference in percent of the coefficient that the fleet is held against; none where that is 0.
+    /// Difference in percent of the coefficient that the fleet is held against; none where that is
+    /// 0.
     pub percent: Option<f64>,
     /// Half of its 95 % interval.
     pub percent_plus_minus: Option<f64>,
@@ -81,7 +84,8 @@ struct Asked {
     direction: usize,
     difference: f64,
     information: f64,
-    /// Σ (score left)² / Σ information of the runs, for the runs that are to spare; none of a robot with one run.
+    /// Σ (score left)² / Σ information of the runs, for the runs that are to spare; none of a robot
+    /// with one run.
     scatter: Option<f64>,
 }
 
@@ -232,7 +236,8 @@ mod tests {
     use crate::disagreements;
     use crate::tests::{REFERENCE, fleet, no_change};
 
-    /// Robots 1 % apart in all coefficients; one of them 20 % off in viscous friction, which is far beyond.
+    /// Robots 1 % apart in all coefficients; one of them 20 % off in viscous friction, which is far
+    /// beyond.
     #[test]
     fn the_robot_that_is_unlike_the_others_is_named_and_no_other() {
         let found = |robot: Option<usize>| {
@@ -249,7 +254,7 @@ mod tests {
         assert!((percent - 20.0).abs() < plus_minus, "{outlier:?}");
     }
 
-    /// Of few robots nobody knows how much robots differ.
+    /// Few robots do not show how much robots differ.
     #[test]
     fn a_few_robots_are_no_fleet() {
         let runs = fleet(|at, _| if at == 1 { 0.2 } else { 0.0 }, |_, _| 1.0);
@@ -258,7 +263,8 @@ mod tests {
         assert!(found.found.is_empty() && found.silent.is_some(), "{found:?}");
     }
 
-    /// Of one run three times as much is left as of the others, in a direction that no coefficient has.
+    /// Of one run three times as much is left as of the others, in a direction that no coefficient
+    /// has.
     #[test]
     fn the_run_that_disagrees_is_named_and_no_other() {
         let found = |odd: bool| {

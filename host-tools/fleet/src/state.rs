@@ -1,4 +1,5 @@
-//! What has been read already: a small file a log, whole or not there, so that whoever is killed goes on where they were.
+//! What has been read already: one small file a log, whole or absent, so that a killed run resumes
+//! where it was.
 
 use std::path::PathBuf;
 
@@ -52,7 +53,8 @@ impl State {
         self.folder.join(format!("{name:016x}.json"))
     }
 
-    /// What came of a log, if it was read with these settings and has not changed since. What is no such file is as good as none.
+    /// What came of a log, if it was read with these settings and has not changed since. What is no
+    /// such file is as good as none.
     pub fn done(&self, log: &Log) -> Option<Outcome> {
         let text = std::fs::read_to_string(self.file(log)).ok()?;
         let done: Done = serde_json::from_str(&text).ok()?;

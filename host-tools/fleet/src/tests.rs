@@ -29,8 +29,8 @@ pub(super) fn no_change() -> Drift {
     Drift { changes: Vec::new(), asked: 0, threshold: None, silent: Vec::new() }
 }
 
-/// A run a robot and day. Robots differ by 1 % of each coefficient, and by the share `of` (robot, day) of viscous friction; rows have noise of
-/// 10 mW times `noise`.
+/// A run a robot and day. Robots differ by 1 % of each coefficient, and by the share `of` (robot,
+/// day) of viscous friction; rows have noise of 10 mW times `noise`.
 pub(super) fn fleet(of: impl Fn(usize, usize) -> f64, noise: impl Fn(usize, usize) -> f64) -> Vec<RunGram> {
     let mut random = ChaCha8Rng::seed_from_u64(7);
     let mut normal = move || -> f64 { StandardNormal.sample(&mut random) };

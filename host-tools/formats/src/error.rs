@@ -3,7 +3,8 @@
 /// Result with the error of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// Why a log is not read. The text says what was found and what was expected, without the file's name.
+/// Why a log is not read. The text says what was found and what was expected, without the file's
+/// name.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The operating system refused.

@@ -1,4 +1,5 @@
-//! A number within a message: `/joint_states:velocity[wheel_left_joint]`, `/odom:twist.twist.linear.x`, `esc_status:esc[0].esc_rpm`.
+//! A number within a message: `/joint_states:velocity[wheel_left_joint]`,
+//! `/odom:twist.twist.linear.x`, `esc_status:esc[0].esc_rpm`.
 
 use crate::error::{Error, Result};
 

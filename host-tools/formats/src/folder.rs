@@ -1,4 +1,5 @@
-//! A bag of ROS 2 as its recorder leaves it: a folder with `metadata.yaml` and one file or several, split by size or time.
+//! A bag of ROS 2 as its recorder leaves it: a folder with `metadata.yaml` and one file or several,
+//! split by size or time.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -54,7 +55,8 @@ fn inside(folder: &Path, name: &str) -> Result<PathBuf> {
     }
 }
 
-/// The items of `relative_file_paths`: a YAML list of plain or quoted names, a line each, or in brackets.
+/// The items of `relative_file_paths`: a YAML list of plain or quoted names, a line each, or in
+/// brackets.
 fn listed(text: &str) -> Vec<String> {
     let mut lines = text.lines().map(str::trim).skip_while(|line| !line.starts_with("relative_file_paths:"));
     let first = lines.next().and_then(|line| line.strip_prefix("relative_file_paths:")).unwrap_or("").trim();

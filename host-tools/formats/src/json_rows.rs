@@ -1,4 +1,5 @@
-//! Rows as JSON objects with their JSON schema: what PlotJuggler and Foxglove take without ROS, from a file or as it comes.
+//! Rows as JSON objects with their JSON schema: what PlotJuggler and Foxglove take without ROS,
+//! from a file or as it comes.
 
 use crate::cell::Cell;
 use crate::error::{Error, Result};

@@ -1,9 +1,11 @@
 //! Rows out of several topics, on the clock of one of them.
 //!
-//! The rule: each message of the base topic in which the base fields are numbers is a row, at the time of its header's stamp, or of its
-//! receipt where it bears none. Other fields are interpolated linearly between the messages of their topic before and behind that time, if these
-//! are no further apart than the greatest gap; else the row has no number there (NaN). Nothing is extrapolated. A message that is not later than the
-//! one before it of its topic is left out, and counted.
+//! The rule: each message of the base topic in which the base fields are numbers is a row, at the
+//! time of its header's stamp, or of its receipt where it bears none. Other fields are interpolated
+//! linearly between the messages of their topic before and behind that time, if these are no
+//! further apart than the greatest gap; else the row has no number there (NaN). Nothing is
+//! extrapolated. A message that is not later than the one before it of its topic is left out, and
+//! counted.
 
 use std::collections::VecDeque;
 
@@ -19,7 +21,8 @@ const CLOCKS_APART_S: f64 = 30.0;
 /// Beyond twice the greatest gap a late message is waited for so long, ns.
 const PATIENCE_NS: i64 = 1_000_000_000;
 
-/// Rows that wait for messages of other topics at most: with more, memory would grow with a topic that has gone silent.
+/// Rows that wait for messages of other topics at most: with more, memory would grow with a topic
+/// that has gone silent.
 const MOST_WAITING: usize = 1 << 16;
 
 /// Which time a message has.
@@ -61,7 +64,8 @@ pub struct Merged {
 /// Hands out the rows of a bag: seconds since the first, then the base fields, then the others.
 ///
 /// # Errors
-/// A topic or field that the bag does not have; topics on different clocks; damage; and what `row` reports.
+/// A topic or field that the bag does not have; topics on different clocks; damage; and what `row`
+/// reports.
 pub fn merge(bag: &Bag, request: &Request, row: &mut dyn FnMut(f64, &[f64]) -> Result<()>) -> Result<Merged> {
     let mut merger = Merger::new(bag, request)?;
     let wanted: Vec<usize> = merger.tracks.iter().map(|track| track.topic).collect();
@@ -252,7 +256,8 @@ impl Merger {
             row((time - start) as f64 / 1e9, &self.row)?;
             self.rows += 1;
         }
-        // What no row can ask for any more, so that memory does not grow where the base topic is silent.
+        // What no row can ask for any more, so that memory does not grow where the base topic is
+        // silent.
         let first = self.waiting.front().map_or(i64::MAX, |first| first.time);
         for track in &mut self.tracks[1..] {
             let oldest = track.last.unwrap_or(0).saturating_sub(patience).min(first);

@@ -1,4 +1,5 @@
-//! Bags of ROS 2 in SQLite: the tables `topics`, `messages` and, since ROS 2 Iron, `message_definitions` (rosbag2_storage_sqlite3).
+//! Bags of ROS 2 in SQLite: the tables `topics`, `messages` and, since ROS 2 Iron,
+//! `message_definitions` (rosbag2_storage_sqlite3).
 
 use std::collections::HashMap;
 use std::path::Path;

@@ -1,4 +1,5 @@
-//! Rows as Parquet, and as MCAP in JSON, which PlotJuggler and Foxglove open without ROS. Read back, each number is the same.
+//! Rows as Parquet, and as MCAP in JSON, which PlotJuggler and Foxglove open without ROS. Read
+//! back, each number is the same.
 
 use std::io::{Seek, Write};
 use std::sync::Arc;

@@ -1,7 +1,8 @@
 //! What clean runs show of each other: structure that no effect has made.
 //!
-//! A model whose form is not quite the robot's leaves structure between any two handfuls of runs. How much, the clean runs tell: some are
-//! asked about as if they came from the field, with the others as the clean ones. What the field shows has to exceed that.
+//! A model whose form is not quite the robot's leaves structure between any two handfuls of runs.
+//! How much, the clean runs tell: some are asked about as if they came from the field, with the
+//! others as the clean ones. What the field shows has to exceed that.
 
 use logs::runs::Runs;
 use model::effects::Candidate;
@@ -14,7 +15,8 @@ use super::thresholds::calibrate::{DEALS, LEAST_RUNS, PARTS};
 use super::twin::Twin;
 use super::types::{Base, Options};
 
-/// The most structure, |z|, that parts of the clean runs show of each other, the mean of all deals; `None` where they are too few to be parted.
+/// The most structure, |z|, that parts of the clean runs show of each other, the mean of all deals;
+/// `None` where they are too few to be parted.
 pub(super) fn shown_by_clean<const N: usize>(
     clean: &Runs<N>,
     lag: f64,

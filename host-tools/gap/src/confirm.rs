@@ -26,18 +26,21 @@ pub struct Confirmed {
     pub before_w: f64,
     /// After.
     pub after_w: f64,
-    /// What no effect can remove, W: what is left of the locked runs when everything that varies smoothly is taken out, and what
-    /// the base gets wrong on its own clean runs.
+    /// What no effect can remove, W: what is left of the locked runs when everything that varies
+    /// smoothly is taken out, and what the base gets wrong on its own clean runs.
     pub floor_w: f64,
-    /// The same before it was held at `after_w`: a floor above what is left says that the estimate is too high there, W.
+    /// The same before it was held at `after_w`: a floor above what is left says that the estimate
+    /// is too high there, W.
     pub floor_unclipped_w: f64,
     /// RMS of measured less predicted power on the clean runs, W.
     pub clean_w: Option<f64>,
     /// How the floor was estimated, for users.
     pub floor_how: &'static str,
-    /// Share of the gap that is closed; `None` where nothing was to be closed, or no locked run has the effect.
+    /// Share of the gap that is closed; `None` where nothing was to be closed, or no locked run has
+    /// the effect.
     pub closed: Option<f64>,
-    /// How much of what was added the locked runs show. `None` as above, and where nothing was added.
+    /// How much of what was added the locked runs show. `None` as above, and where nothing was
+    /// added.
     pub share: Option<ConfirmedShare>,
     /// Mean square before less after, W²: mean over the runs, with its 95 % interval.
     pub gain_w2: MeanInterval,
@@ -59,8 +62,9 @@ const FLOOR_WITH_SIMULATOR: &str = "RMS left on the locked runs when all that va
 const FLOOR_ALONE: &str = "RMS left on the locked runs when all that varies smoothly with the drive is regressed out; what \
                            the base gets wrong on clean runs is not known";
 
-/// How much of what was added is there, by the locked runs and the clean ones alone: 1 where the effects are as found, 0 where nothing
-/// of them is. What the base gets wrong on any run is fitted along, as it was when they were named.
+/// How much of what was added is there, by the locked runs and the clean ones alone: 1 where the
+/// effects are as found, 0 where nothing of them is. What the base gets wrong on any run is fitted
+/// along, as it was when they were named.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ConfirmedShare {
     /// The share.
@@ -84,7 +88,8 @@ impl ConfirmedShare {
         too_small || self.interval().0 <= 0.0
     }
 
-    /// By a problem posed of locked runs, then clean ones, and what the locked ones leave before and after.
+    /// By a problem posed of locked runs, then clean ones, and what the locked ones leave before
+    /// and after.
     pub fn of<const N: usize>(locked: &Problem<'_, N>, residuals: &[Signal; 2]) -> Option<Self> {
         let runs = &locked.twin.runs.runs;
         let [before, after] = residuals;
@@ -105,9 +110,10 @@ impl ConfirmedShare {
 }
 
 impl Confirmed {
-    /// The locked runs speak against what was added, or do not surely speak for it. Where the share of it that they show is known, it
-    /// decides: what the base gets wrong may be larger than the effect, and move single runs either way; but predictions that got worse
-    /// on the whole are no confirmation.
+    /// The locked runs speak against what was added, or do not surely speak for it. Where the share
+    /// of it that they show is known, it decides: what the base gets wrong may be larger than the
+    /// effect, and move single runs either way; but predictions that got worse on the whole are no
+    /// confirmation.
     pub fn refuted(&self) -> bool {
         if let Some(share) = self.share {
             return share.is_missing() || self.gain_w2.mean <= 0.0;
@@ -118,7 +124,8 @@ impl Confirmed {
         self.closed.is_some() && shrunk <= grown
     }
 
-    /// Share of what the locked runs have beyond clean ones that is closed; `None` without clean runs, or where they have nothing more.
+    /// Share of what the locked runs have beyond clean ones that is closed; `None` without clean
+    /// runs, or where they have nothing more.
     pub fn closed_to_clean(&self) -> Option<f64> {
         let [before, after] = [self.before_w, self.after_w].map(|gap| gap * gap);
         let open = before - self.clean_w?.powi(2);
@@ -162,7 +169,8 @@ pub fn on_locked<const N: usize>(
         Memory::Known(&open.noise.whitener),
     );
     let misfit = clean.map(|clean| Misfit::of(clean, base, lag, parameters));
-    // A simulator has no noise that its misfit could be a multiple of: the misfit is added to that of the runs.
+    // A simulator has no noise that its misfit could be a multiple of: the misfit is added to that
+    // of the runs.
     let floor_unclipped_w2 = match misfit {
         Some(misfit) if base.of_simulator => own.floor_w2 + misfit.whole_w2,
         Some(misfit) => own.floor_w2 * misfit.factor,
@@ -199,7 +207,8 @@ pub fn on_locked<const N: usize>(
 struct Misfit {
     /// Mean square of what is left of the clean runs, W².
     whole_w2: f64,
-    /// The same per what is left when everything that varies smoothly is taken out, at least 1: no effect explains that.
+    /// The same per what is left when everything that varies smoothly is taken out, at least 1: no
+    /// effect explains that.
     factor: f64,
 }
 
@@ -216,7 +225,8 @@ impl Misfit {
     }
 }
 
-/// Steps come at a time of their own in each run: in locked runs, too, it has to be looked for. Their size is not.
+/// Steps come at a time of their own in each run: in locked runs, too, it has to be looked for.
+/// Their size is not.
 pub(super) fn with_own_times<const N: usize>(
     twin: &Twin<'_, N>,
     torque: TorqueModel<f64>,
@@ -256,7 +266,8 @@ mod tests {
     use crate::report::example::report;
     use crate::types::Verdict;
 
-    /// Four locked runs that show a share of what was added, and whose mean square shrank by so much each.
+    /// Four locked runs that show a share of what was added, and whose mean square shrank by so
+    /// much each.
     fn confirmed(share: f64, std_err: f64, gains: [f64; 4]) -> Confirmed {
         Confirmed {
             share: Some(ConfirmedShare { share, std_err, runs: 4 }),

@@ -177,7 +177,8 @@ struct Found {
     rounds: Vec<Round>,
 }
 
-/// Round after round: is there structure, and what explains it? Noise alone makes a |z| of `by_noise` at most.
+/// Round after round: is there structure, and what explains it? Noise alone makes a |z| of
+/// `by_noise` at most.
 fn search<const N: usize>(
     problem: &Problem<'_, N>,
     list: &[Candidate],
@@ -303,8 +304,9 @@ impl Found {
         }
     }
 
-    /// The effects with their sizes in the world, and the standard errors of a covariance whose last rows are theirs and whose first, if
-    /// there are more, are the base's; these are uncertain by a share `slack` of their own besides.
+    /// The effects with their sizes in the world, and the standard errors of a covariance whose
+    /// last rows are theirs and whose first, if there are more, are the base's; these are uncertain
+    /// by a share `slack` of their own besides.
     fn effects<const N: usize>(
         &self,
         covariance: &DMatrix<f64>,
@@ -341,8 +343,9 @@ impl Found {
     }
 }
 
-/// Covariance of the base's parameters and the effects' coefficients. Where clean runs tell what the base gets wrong, effects were fitted
-/// whatever the base's error is: the two do not depend on each other. `None` where nothing is known of the base.
+/// Covariance of the base's parameters and the effects' coefficients. Where clean runs tell what
+/// the base gets wrong, effects were fitted whatever the base's error is: the two do not depend on
+/// each other. `None` where nothing is known of the base.
 fn joint(own: &DMatrix<f64>, has_base: bool, base: &Base) -> Option<DMatrix<f64>> {
     if has_base {
         return Some(own.clone());

@@ -1,7 +1,8 @@
 //! Power that comes late, set earlier.
 //!
-//! What the base gets wrong is as late as the rest of the measured power. Told of clean runs it is in time, and moves a delay of the runs in
-//! question by a tenth of a row or more. So where a delay was found, the question is asked again of runs that are in time.
+//! What the base gets wrong is as late as the rest of the measured power. Told of clean runs it is
+//! in time, and moves a delay of the runs in question by a tenth of a row or more. So where a delay
+//! was found, the question is asked again of runs that are in time.
 
 use logs::runs::{Row, Runs};
 use model::effects::Regressor;
@@ -9,8 +10,8 @@ use model::effects::Regressor;
 use super::noise::whiten::Signal;
 use super::twin::delayed;
 
-/// A delay in whole rows of `period_s` seconds, s: parts of one are left to the model, for setting measured power earlier by them would
-/// smooth its noise.
+/// A delay in whole rows of `period_s` seconds, s: parts of one are left to the model, for setting
+/// measured power earlier by them would smooth its noise.
 pub(super) fn in_whole_rows(delay: f64, period_s: f64) -> f64 {
     (delay / period_s).round() * period_s
 }

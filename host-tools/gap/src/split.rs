@@ -16,7 +16,8 @@ pub struct Split {
 }
 
 impl Split {
-    /// Signals of open and of locked runs, put in the order of all runs. What follows the open runs is left out.
+    /// Signals of open and of locked runs, put in the order of all runs. What follows the open runs
+    /// is left out.
     pub fn in_order(&self, open: &Signal, locked: &Signal) -> Signal {
         let mut all: Vec<(usize, &Vec<f64>)> = self.open.iter().copied().zip(open).collect();
         all.extend(self.locked.iter().copied().zip(locked));
@@ -25,7 +26,8 @@ impl Split {
     }
 }
 
-/// Every third run in the order of payloads is locked, so that both parts meet light and heavy ones.
+/// Every third run in the order of payloads is locked, so that both parts meet light and heavy
+/// ones.
 ///
 /// # Errors
 /// Fewer runs than naming and confirming need.

@@ -45,8 +45,8 @@ pub struct Options {
     pub whitener: Option<Whitener>,
     /// Relative uncertainty of every base parameter beyond its covariance.
     pub slack: f64,
-    /// How many times the variance of what noise alone does is shown by clean runs of each other, at least 1: rivals are as much less told
-    /// apart, and coefficients as much less sure.
+    /// How many times the variance of what noise alone does is shown by clean runs of each other,
+    /// at least 1: rivals are as much less told apart, and coefficients as much less sure.
     pub misfit: f64,
     /// Effects of the user's own.
     pub user: UserCandidates,

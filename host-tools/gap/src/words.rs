@@ -11,9 +11,9 @@ pub fn meaning(candidate: &Candidate) -> &str {
     find(&candidate.id).map_or(&candidate.id, |entry| entry.meaning)
 }
 
-/// The one number of an effect with its standard error: its coefficient. Of a slope in a direction of the world its size; of an
-/// effect with a coefficient for each of several runs the greatest; of one with a half slip that is another its own. Coefficients are
-/// taken for independent.
+/// The one number of an effect with its standard error: its coefficient. Of a slope in a direction
+/// of the world its size; of an effect with a coefficient for each of several runs the greatest; of
+/// one with a half slip that is another its own. Coefficients are taken for independent.
 pub fn headline(named: &Named) -> (f64, f64) {
     if named.coefficients.is_empty() {
         return (f64::NAN, f64::NAN);
@@ -46,7 +46,8 @@ fn half_slip(named: &Named) -> Option<usize> {
     (place > 0).then_some(place)
 }
 
-/// `0.0250 ± 0.0009 rad (1.4°), coefficient 0.0332 ± 0.0009`: the size in the world first, the coefficient where it is another.
+/// `0.0250 ± 0.0009 rad (1.4°), coefficient 0.0332 ± 0.0009`: the size in the world first, the
+/// coefficient where it is another.
 pub fn size(named: &Named) -> String {
     let (value, error) = headline(named);
     let mut coefficient = quantity(value, error, &named.candidate.unit);
@@ -70,7 +71,8 @@ pub fn physical(named: &Named) -> Option<String> {
     Some(quantity(physical.value, physical.std_err, &physical.unit) + &degrees)
 }
 
-/// Where a slope along a direction of the world rises, rad counter-clockwise from the heading at the start.
+/// Where a slope along a direction of the world rises, rad counter-clockwise from the heading at
+/// the start.
 pub fn direction(named: &Named) -> Option<f64> {
     let along = |regressor: &Regressor| matches!(regressor, Regressor::Term(Term::GradeAlong(_)));
     match (&named.candidate.regressors[..], &named.coefficients[..]) {
@@ -121,7 +123,7 @@ pub fn watts(value: f64) -> String {
     format!("{value:.digits$} W")
 }
 
-/// Watts with their sign, two decimals, without the unit; what rounds to nought is no −0.
+/// Watts with their sign, two decimals, without the unit; what rounds to zero is no −0.
 pub fn signed_watts(value: f64) -> String {
     let value = if value.abs() < 0.005 { 0.0 } else { value };
     format!("{value:+.2}")

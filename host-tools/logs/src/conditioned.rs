@@ -1,4 +1,4 @@
-//! A run behind the filter, as the board conditions it, thinned to some twenty rows a second.
+//! A run after the filter, as the board conditions it, thinned to some twenty rows a second.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -58,7 +58,7 @@ pub(super) fn condition<const N: usize>(
     let (mut course, mut starts) = (Course::default(), true);
     let mut last = f64::NEG_INFINITY;
     let mut since = 0_usize;
-    // Whether a wheel moves, before and behind the filter.
+    // Whether a wheel moves, before and after the filter.
     let mut moves: Vec<(f64, bool, bool)> = Vec::new();
     for (time, sample, mass, further) in &run.rows {
         let elapsed = time - last;

@@ -5,7 +5,8 @@ use std::fmt;
 /// Rows left out so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Exclusions {
-    /// 1 if the last line has no line end: the file was cut there, so even its whole fields may be short.
+    /// 1 if the last line has no line end: the file was cut there, so even its whole fields may be
+    /// short.
     pub cut_line: u64,
     /// Rows with an empty, NaN or infinite value in a column that was needed.
     pub non_finite: u64,
@@ -25,7 +26,8 @@ impl Exclusions {
     }
 }
 
-/// One line for people, for example `excluded 3 rows with NaN, inf or no value (first: line 17) and 1 cut last line`.
+/// One line for people, for example
+/// `excluded 3 rows with NaN, inf or no value (first: line 17) and 1 cut last line`.
 impl fmt::Display for Exclusions {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.total() == 0 {

@@ -5,7 +5,8 @@ use support::error::{Error, Result};
 use super::MASS;
 use crate::robot::Robot;
 
-/// Masses below the robot's least by more than this factor, or above its greatest, are of another unit.
+/// Masses below the robot's least by more than this factor, or above its greatest, are of a
+/// different unit.
 const FAR: f64 = 5.0;
 
 /// The masses that a log of a robot can have, kg.

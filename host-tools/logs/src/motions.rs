@@ -1,4 +1,5 @@
-//! Steps behind the filter: what was switched within one sample shows in the filtered power as the filter's step response.
+//! Steps after the filter: what was switched within one sample shows in the filtered power as the
+//! filter's step response.
 
 use model_core::filter::{Channel, LowPass};
 
@@ -25,7 +26,8 @@ impl Step {
         Self { response: (0..count).map(|_| filter.step(&mut channel, 1.0).value).collect(), period_s }
     }
 
-    /// How much of a step is seen `since` seconds after it: 0 before, straight lines between samples.
+    /// How much of a step is seen `since` seconds after it: 0 before, straight lines between
+    /// samples.
     pub fn at(&self, since: f64) -> f64 {
         let place = since / self.period_s;
         // Written so that a step that never comes (−∞) is none.
@@ -44,7 +46,8 @@ impl Step {
     }
 }
 
-/// When a run's robot began and ceased to move, by the samples before the filter, s since the start of the run.
+/// When a run's robot began and ceased to move, by the samples before the filter, s since the start
+/// of the run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Motions {
     /// From when to when, in order; the last may end at infinity.
@@ -71,8 +74,8 @@ impl Motions {
         Self { spans }
     }
 
-    /// What is on while the robot moves and `hold` seconds longer, as it shows behind the filter at `time`. A negative hold: it
-    /// is off before the robot stands.
+    /// What is on while the robot moves and `hold` seconds longer, as it shows after the filter at
+    /// `time`. A negative hold: it is off before the robot stands.
     pub fn shown(&self, step: &Step, hold: f64, time: f64) -> f64 {
         let mut sum = 0.0;
         let mut on_until = f64::NEG_INFINITY;

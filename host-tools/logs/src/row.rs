@@ -1,4 +1,4 @@
-//! Rows behind the filter, and the run that they are.
+//! Rows after the filter, and the run that they are.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use model_core::motion::Motion;
 use super::motions::Motions;
 use super::shared::Shared;
 
-/// One row behind the filter.
+/// One row after the filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row<const N: usize> {
     /// The wheels.
@@ -26,7 +26,7 @@ pub struct Row<const N: usize> {
     pub heading: [f64; 2],
     /// How long the robot has not moved, s: 0 while it moves, infinite before it first does.
     pub still: f64,
-    /// Does not continue the row before: the first of the run, or behind a gap.
+    /// Does not continue the row before: the first of the run, or after a gap.
     pub starts: bool,
 }
 
@@ -37,7 +37,8 @@ pub struct Run<const N: usize> {
     pub name: String,
     /// Its rows.
     pub rows: Shared<Row<N>>,
-    /// Further columns behind the filter, in the order of [`Runs::columns`](super::runs::Runs::columns); empty where this run lacks one.
+    /// Further columns after the filter, in the order of
+    /// [`Runs::columns`](super::runs::Runs::columns); empty where this run lacks one.
     pub extras: Vec<Shared<f64>>,
     /// When the robot moved.
     pub motions: Arc<Motions>,

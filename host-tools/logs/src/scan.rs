@@ -60,12 +60,13 @@ pub(super) fn unquote(field: &[u8]) -> Cow<'_, [u8]> {
     }
 }
 
-/// A number at the start of a text and its length; `None` if it is anything but what logs are full of: a sign or none,
-/// digits, a point or none, digits, 15 in all at most. The caller has to see
+/// A number at the start of a text and its length; `None` if it is anything but what logs are full
+/// of: a sign or none, digits, a point or none, digits, 15 in all at most. The caller has to see
 /// that the field ends there.
 ///
-/// The result is the nearest `f64`: the quotient of two integers that are exact. A byte at a time: where a field ends is
-/// then predicted, and the next field begun before this one is done; finding its end by arithmetic takes longer.
+/// The result is the nearest `f64`: the quotient of two integers that are exact. A byte at a time:
+/// where a field ends is then predicted, and the next field begun before this one is done; finding
+/// its end by arithmetic takes longer.
 #[inline(always)]
 pub(super) fn plain_number(text: &[u8]) -> Option<(f64, usize)> {
     let negative = *text.first()? == b'-';
@@ -123,7 +124,8 @@ mod tests {
 
     use super::plain_field;
 
-    /// The standard parser finds the nearest `f64`: so does the scanner, at the end of a line and before another field.
+    /// The standard parser finds the nearest `f64`: so does the scanner, at the end of a line and
+    /// before another field.
     fn is_exact(field: &str) -> bool {
         let exact: f64 = field.parse().unwrap();
         let scanned = |line: &str| plain_field(line.as_bytes()).map(|(value, end)| (value.to_bits(), end));

@@ -1,4 +1,5 @@
-//! The battery as the sensor sees it: voltage always, current and charge where it sits in the battery's own wire.
+//! The battery as the sensor sees it: voltage always, current and charge where it sits in the
+//! battery's own wire.
 
 use logs::robot::Robot;
 use model_core::charge::{Charge, Gauge, Remaining, Resistance, Start};
@@ -17,7 +18,7 @@ pub(super) struct Battery {
 }
 
 impl Battery {
-    /// Of a robot; its charge now, 0 to 1, if somebody knows it.
+    /// Of a robot; its charge now, 0 to 1, if it is known.
     pub(super) fn new(robot: &Robot, charge: Option<Charge<f64>>) -> Self {
         let sees_all = robot.power_is_total();
         let start = charge.map_or(Start::Unknown, Start::Known);

@@ -1,11 +1,13 @@
 //! The time between messages of the wheels: by their stamps, as long as these can be believed.
 //!
-//! A sender's clock may be another one, jump, or stand still; a receipt is late by what the network does. So steps are those of the stamps
-//! where receipts do not contradict them, and those of the receipts where they do.
+//! A sender's clock may differ from ours, jump, or stand still; a receipt is late by what the
+//! network does. So steps are those of the stamps where receipts do not contradict them, and those
+//! of the receipts where they do.
 
 use std::collections::VecDeque;
 
-/// Stamps and receipts that differ by more over one step contradict each other, s: no network of a robot is late by so much.
+/// Stamps and receipts that differ by more over one step contradict each other, s: no network of a
+/// robot is late by so much.
 const JUMP_S: f64 = 0.5;
 
 /// Steps that the period is the median of: at 20 Hz the first two seconds.
@@ -17,7 +19,7 @@ const OTHER_RATE: f64 = 0.3;
 /// A message in time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Step {
-    /// The first one, or the first behind a gap of unknown length.
+    /// The first one, or the first after a gap of unknown length.
     First,
     /// So much later than the one before, s.
     After(f64),
@@ -66,7 +68,7 @@ impl Clock {
         step
     }
 
-    /// Another sender: its clock is another, its rate as well.
+    /// A new sender, with its own clock and rate.
     pub(super) fn restart(&mut self) {
         *self = Self::default();
     }
@@ -81,7 +83,7 @@ impl Clock {
         Some(sorted[STEPS / 2]).filter(|period| *period > 0.0)
     }
 
-    /// The time between messages, s, where it is another than this one.
+    /// The time between messages, s, where it differs from this one.
     pub(super) fn other_period_s(&self, period_s: f64) -> Option<f64> {
         self.period_s().filter(|now| (now / period_s - 1.0).abs() > OTHER_RATE)
     }
@@ -112,7 +114,8 @@ mod tests {
     fn a_clock_that_jumps_is_not_believed() {
         let mut clock = Clock::default();
         clock.step(0.0, Some(100.0));
-        // Forward by an hour, then back by two; a message that is out of order, and one that comes twice.
+        // Forward by an hour, then back by two; a message that is out of order, and one that comes
+        // twice.
         assert_eq!(clock.step(1.0, Some(3701.0)), Step::Jumped(1.0));
         assert_eq!(clock.step(1.25, Some(-3500.0)), Step::Jumped(0.25));
         assert_eq!(clock.step(1.5, Some(-3500.25)), Step::Late);

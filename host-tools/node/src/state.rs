@@ -35,7 +35,7 @@ pub struct State {
     pub payload_high_kg: Option<f64>,
     /// Total mass, kg.
     pub mass_kg: Option<f64>,
-    /// Power of the drives, behind the filter, W.
+    /// Power of the drives, filtered, W.
     pub measured_w: Option<f64>,
     /// The same by the model, W.
     pub predicted_w: Option<f64>,

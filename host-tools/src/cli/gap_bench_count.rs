@@ -16,7 +16,8 @@ pub(super) fn label(outcome: &Outcome) -> String {
     if ids.is_empty() { format!("none, {}", case.noise.name) } else { ids.join(" + ") + kind }
 }
 
-/// Effects that no drive on level ground tells apart within a minute: a tie between them is the right answer.
+/// Effects that no drive on level ground distinguishes within a minute: a tie between them is the
+/// right answer.
 const TWINS: [[&str; 2]; 5] = [
     ["viscous-change", "lubricant-warm-up"],
     ["viscous-change", "windage"],

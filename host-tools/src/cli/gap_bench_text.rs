@@ -26,7 +26,7 @@ pub(super) fn print_coverage(covered: &[Covered], all: bool) {
     }
 }
 
-/// A line a tie, and how many were told apart.
+/// A line a tie, and how many were distinguished.
 pub(super) fn print_parted(parted: &[Parted], sets: usize) {
     for tie in parted {
         let case = &tie.case;

@@ -31,10 +31,12 @@ pub(crate) struct Arguments {
     /// The log to write. It grows while the board is recorded
     #[arg(long, value_name = "RUN.csv")]
     out: PathBuf,
-    /// As what: MCAP with messages in JSON is opened by PlotJuggler and Foxglove without ROS [default: by the name's ending, else csv]
+    /// As what: MCAP with messages in JSON is opened by PlotJuggler and Foxglove without ROS
+    /// [default: by the name's ending, else csv]
     #[arg(long, value_enum)]
     format: Option<Format>,
-    /// Show each sample live over Foxglove's WebSocket as well, as the message of --format mcap (feature foxglove)
+    /// Show each sample live over Foxglove's WebSocket as well, as the message of --format mcap
+    /// (feature foxglove)
     #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = ADDRESS)]
     foxglove: Option<String>,
     /// Length of the log on the board's clock, s [default: until Ctrl-C]
@@ -111,7 +113,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
 }
 
-/// The log, which begins to exist with the first sample: a board that is not there costs no older log.
+/// The log, which begins to exist with the first sample: a board that is not there costs no older
+/// log.
 struct Log<'a> {
     path: &'a Path,
     force: bool,
@@ -123,7 +126,8 @@ struct Log<'a> {
 }
 
 impl Log<'_> {
-    /// In one write: whatever ends this process leaves no half of a line, and a full disk none either.
+    /// In one write: whatever ends this process leaves no half of a line, and a full disk none
+    /// either.
     fn append(&mut self, lines: &str) -> Result<()> {
         let refused = |error: std::io::Error| Error::io(self.path, &error);
         if let Some(mcap) = &mut self.mcap {

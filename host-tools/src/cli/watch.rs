@@ -29,7 +29,8 @@ pub(crate) struct Arguments {
     /// One line of JSON a look, on standard output
     #[arg(long)]
     json: bool,
-    /// Send each look as a datagram of JSON as well: PlotJuggler's UDP Server takes it, message protocol json, timestamp uptime_s
+    /// Send each look as a datagram of JSON as well: PlotJuggler's UDP Server takes it, message
+    /// protocol json, timestamp uptime_s
     #[arg(long, value_name = "HOST:PORT")]
     udp: Option<String>,
 }

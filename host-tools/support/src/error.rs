@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 /// Result with the error of `gmr`.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// Something the user can mend. Printed as `file:line:column: what was found; what was expected`, on one line.
+/// Something the user can mend. Printed as `file:line:column: what was found; what was expected`,
+/// on one line.
 #[derive(Debug)]
 pub struct Error {
     /// Wrong usage ends with exit code 2, a reader that has left with 0, everything else with 1.
@@ -49,7 +50,8 @@ impl Error {
         self.cause.as_ref()?.downcast_ref()
     }
 
-    /// The command line asks for something that does not exist or does not fit together (exit code 2).
+    /// The command line asks for something that does not exist or does not fit together (exit code
+    /// 2).
     pub fn usage(message: impl Into<String>) -> Self {
         Self { kind: Kind::Usage, ..Self::failed(message) }
     }
@@ -112,7 +114,8 @@ impl Error {
         Self { cause: Some(Box::new(std::io::Error::from(error.kind()))), ..Self::failed(error.to_string()) }
     }
 
-    /// The operating system refused something, which it may grant another time: no fault of what a file holds.
+    /// The operating system refused something, which it may grant another time: no fault of what a
+    /// file holds.
     pub fn is_of_system(&self) -> bool {
         use std::io::ErrorKind::{InvalidData, InvalidInput, UnexpectedEof};
         let kind = self.cause::<std::io::Error>().map(std::io::Error::kind);

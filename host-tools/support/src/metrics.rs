@@ -19,7 +19,8 @@ pub struct Metrics {
 pub struct Quality {
     /// 1 − Σ(P − P̂)² / Σ(P − P̄)²; null where the power never changes.
     pub r2: Option<f64>,
-    /// Mean |P − P̂| / |P| over samples with |P| at or above the floor, %; null without such samples.
+    /// Mean |P − P̂| / |P| over samples with |P| at or above the floor, %; null without such
+    /// samples.
     pub mape_percent: Option<f64>,
     /// The floor, W.
     pub mape_floor_w: f64,
@@ -41,7 +42,8 @@ impl Metrics {
     pub fn add(&mut self, measured: f64, predicted: f64) {
         let error = measured - predicted;
         self.rows += 1;
-        // Welford would be safer for years of data about a large mean; powers of robots are not that far from 0.
+        // Welford would be safer for years of data about a large mean; powers of robots are not
+        // that far from 0.
         self.measured += measured;
         self.measured_squares += measured * measured;
         self.error_squares += error * error;

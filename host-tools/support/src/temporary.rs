@@ -1,4 +1,5 @@
-//! Temporary files and folders of this process: known by name, so that whoever ends it from outside leaves none behind.
+//! Temporary files and folders of this process: known by name, so that whoever ends it from outside
+//! leaves none behind.
 
 use std::collections::BTreeSet;
 use std::io;

@@ -1,7 +1,7 @@
 //! The virtual board as a whole: the emulator, the robot around it, and the link to it.
 //!
-//! Its time runs only while somebody receives from it or lets it run: it goes as fast as this machine can, nothing piles
-//! up, and the same calls give the same bytes.
+//! Its time runs only while somebody receives from it or lets it run: it goes as fast as this
+//! machine can, nothing piles up, and the same calls give the same bytes.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -17,10 +17,12 @@ use super::pipes::{VirtualPipes, Waited};
 use super::qemu::{BoardLog, Qemu};
 use super::robot::VirtualRobot;
 
-/// Instructions of the emulated core take 8 ns: 125 million a second, somewhat less than the real core does.
+/// Instructions of the emulated core take 8 ns: 125 million a second, somewhat less than the real
+/// core does.
 const DEFAULT_SHIFT: u8 = 3;
 
-/// A board that has asked for nothing for so long hangs. It asks some thousand times a second of its own time.
+/// A board that has asked for nothing for so long hangs. It asks some thousand times a second of
+/// its own time.
 const SILENCE: Duration = Duration::from_secs(20);
 
 /// How often the emulator is looked at while nothing comes.
@@ -54,7 +56,7 @@ pub trait Peer {
     /// Nobody can say.
     fn ended(&mut self) -> Result<Option<String>>;
 
-    /// It has been told to end: waits until it has.
+    /// It was asked to end: waits until it has.
     fn finish(&mut self);
 }
 
@@ -68,8 +70,8 @@ impl Peer for Qemu {
     }
 }
 
-/// A board in lockstep with its robot. Dropped, it ends and leaves nothing behind but the flash's file. The thread that starts it
-/// should be the one that runs it: both stay on one processor core.
+/// A board in lockstep with its robot. Dropped, it ends and leaves only the flash's file. The
+/// thread that starts it should be the one that runs it: both stay on one processor core.
 pub struct VirtualBoard {
     // Dropped in this order: the process, its pipes, their folder.
     peer: Box<dyn Peer + Send>,
@@ -83,7 +85,7 @@ pub struct VirtualBoard {
 }
 
 impl VirtualBoard {
-    /// Starts an image on the emulator. It stands still until somebody receives or lets it run.
+    /// Starts an image on the emulator. It stands still until it is received from or run.
     ///
     /// # Errors
     /// No image, no emulator, no room for FIFOs.
@@ -259,8 +261,8 @@ mod tests {
     use crate::pipes::{ANSWERS, REQUESTS};
     use crate::robot::{RobotOptions, SENSOR_ADDRESSES};
 
-    /// A board on a thread: samples four sensors and both servos at 200 Hz, sends what comes on the link back, and ends after so many
-    /// samples, or when told to.
+    /// A board on a thread: samples four sensors and both servos at 200 Hz, sends what comes on the
+    /// link back, and ends after so many samples, or when told to.
     struct FakeBoard(Option<JoinHandle<u64>>);
 
     impl FakeBoard {
@@ -342,7 +344,7 @@ mod tests {
         .unwrap()
     }
 
-    /// The clock stands while nobody receives, runs while somebody does, and stops when something has come.
+    /// The clock runs only during a receive, and stops when something has arrived.
     #[test]
     fn the_link_echoes_in_the_boards_time() {
         let mut board = board(u64::MAX);
@@ -387,7 +389,8 @@ mod tests {
         assert!(error.to_string().contains("cargo build --release -p firmware --bin virtual"), "{error}");
     }
 
-    /// What an exchange costs with the plant behind it, pipes included: run by hand with `--ignored --nocapture`.
+    /// What an exchange with the plant costs, pipes included: run by hand with
+    /// `--ignored --nocapture`.
     #[test]
     #[ignore = "a measurement"]
     fn speed() {

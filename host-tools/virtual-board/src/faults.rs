@@ -31,17 +31,17 @@ enum What {
     SensorAbsent,
     /// A sensor's supply breaks down for a moment.
     SensorBrownOut,
-    /// A sensor does not acknowledge so many times.
+    /// A sensor does not acknowledge, this number of times.
     SensorSilent,
     /// A servo is off the bus: lasts.
     ServoDead,
     /// So many answers of a servo get lost.
     ServoDrop,
-    /// In so many answers of a servo a bit flips.
+    /// A bit flips in this number of answers of a servo.
     ServoCorrupt,
     /// A servo shuts down for overload.
     ServoOverload,
-    /// A servo starts anew.
+    /// A servo restarts.
     ServoRestart,
 }
 

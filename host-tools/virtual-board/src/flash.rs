@@ -1,6 +1,7 @@
 //! The flash sectors of the virtual board's store, with the rules of NOR flash.
 //!
-//! Kept in a file, every change is made in place and in order: a process killed at any time leaves what a power cut would.
+//! Kept in a file, every change is made in place and in order: a process killed at any time leaves
+//! what a power cut would.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -37,7 +38,8 @@ impl Default for VirtualFlash {
 }
 
 impl VirtualFlash {
-    /// The content of `path`, and of it when the board writes. A file that does not exist yet is an erased flash.
+    /// The content of `path`, and of it when the board writes. A file that does not exist yet is an
+    /// erased flash.
     ///
     /// # Errors
     /// The file cannot be read and written, or has not the size of the flash.
@@ -79,7 +81,8 @@ impl VirtualFlash {
         self.bytes.get(from..to).ok_or(Refused)
     }
 
-    /// Programs whole words. Bits only go from 1 to 0: a 1 leaves what is there. `Ok(Err)`: not on the grid.
+    /// Programs whole words. Bits only go from 1 to 0: a 1 leaves what is there. `Ok(Err)`: not on
+    /// the grid.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -99,7 +102,7 @@ impl VirtualFlash {
         Ok(Ok(()))
     }
 
-    /// Erases the sectors from one address up to another. `Ok(Err)`: not on the grid.
+    /// Erases the sectors between two addresses. `Ok(Err)`: not on the grid.
     ///
     /// # Errors
     /// The file cannot be written.

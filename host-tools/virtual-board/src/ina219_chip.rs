@@ -1,7 +1,8 @@
-//! The power sensor TI INA219 as its bus sees it: registers, conversions in time, and the faults a chip can have.
+//! The power sensor TI INA219 as its bus sees it: registers, conversions in time, and the faults a
+//! chip can have.
 //!
-//! Source: datasheet SBOS448G, by section. What it leaves open is decided as TI's later chips of this family document it, and
-//! said where it is.
+//! Source: datasheet SBOS448G, by section. What it leaves open is decided as TI's later chips of
+//! this family document it, and said where it is.
 
 use plant::ina219::{BUS_LSB_V, SHUNT_LSB_V};
 
@@ -64,7 +65,7 @@ pub struct Ina219Chip {
     ready: bool,
     overflow: bool,
     conversion: Option<Conversion>,
-    /// The chip is not on the bus: nobody acknowledges its address. It converts on.
+    /// The chip is off the bus: its address is not acknowledged. It keeps converting.
     pub absent: bool,
     /// So many of the next transactions it does not acknowledge.
     pub nack_next: u32,
@@ -110,7 +111,8 @@ impl Ina219Chip {
         self.start();
     }
 
-    /// Writes `bytes`, then reads into `answer`: a transaction with either part empty is a plain read or write.
+    /// Writes `bytes`, then reads into `answer`: a transaction with either part empty is a plain
+    /// read or write.
     ///
     /// # Errors
     /// A fault is switched on. A transaction that is not acknowledged does nothing.
@@ -177,7 +179,8 @@ impl Ina219Chip {
         self.configuration & 0b111
     }
 
-    /// Writing the configuration begins anew, whatever was under way (the INA219's sheet is silent; INA226, 7.1.1).
+    /// Writing the configuration starts a new conversion, even during one (the INA219's sheet is
+    /// silent; INA226, 7.1.1).
     fn start(&mut self) {
         let signal = match self.mode() {
             1 | 3 | 5 | 7 => Some(Signal::Shunt),
@@ -196,7 +199,8 @@ impl Ina219Chip {
         Conversion { signal, length_us, left_us: length_us, integral: 0.0 }
     }
 
-    /// `span_us` pass while the rail shows `seen`. `noise_a` gives the current noise of one reading, A.
+    /// `span_us` pass while the rail shows `seen`. `noise_a` gives the current noise of one
+    /// reading, A.
     pub fn pass(&mut self, span_us: u64, seen: Seen, mut noise_a: impl FnMut() -> f64) {
         let mut left = span_us;
         while let Some(conversion) = &mut self.conversion
@@ -237,7 +241,8 @@ impl Ina219Chip {
         }
     }
 
-    /// 10 µV a code whatever the amplifier's range, which only clips (8.6.3.1); fewer bits make larger steps.
+    /// 10 µV a code whatever the amplifier's range, which only clips (8.6.3.1); fewer bits make
+    /// larger steps.
     fn shunt_code(&self, volts: f64) -> i16 {
         let full = f64::from(4000_u16 << (self.configuration >> 11 & 0b11));
         let step = step(self.configuration >> 3 & 0xF);
@@ -252,7 +257,8 @@ impl Ina219Chip {
         ((volts / BUS_LSB_V / step).round() * step).clamp(0.0, full) as u16
     }
 
-    /// Current = shunt · calibration / 4096, power = current · bus / 5000 (8.5.2); OVF when either does not fit (8.6.3.2).
+    /// Current = shunt · calibration / 4096, power = current · bus / 5000 (8.5.2); OVF when either
+    /// does not fit (8.6.3.2).
     fn multiply(&mut self) {
         let current = i64::from(self.shunt) * i64::from(self.calibration) / 4096;
         let power = current.abs() * i64::from(self.bus) / 5000;
@@ -271,7 +277,8 @@ fn step(code: u16) -> f64 {
     }
 }
 
-/// Typical time of a conversion, µs, by BADC or SADC (Table 5): 9 to 12 bit, or a mean of 2 to 128 of 12 bit.
+/// Typical time of a conversion, µs, by BADC or SADC (Table 5): 9 to 12 bit, or a mean of 2 to 128
+/// of 12 bit.
 fn conversion_us(code: u16) -> u64 {
     match code {
         0b1000.. => 532 << (code & 0b111),
@@ -313,8 +320,8 @@ mod tests {
         assert_eq!((read(&mut chip, 0), read(&mut chip, 5)), (0x399F, 0));
     }
 
-    /// The data sheet's example (9.2.2.1, Table 8): 10 A through 2 mΩ at 11.98 V, calibration 5000h: shunt 07D0h, bus 5D98h (with
-    /// CNVR 5D9Ah), current 2710h, power 1766h.
+    /// The data sheet's example (9.2.2.1, Table 8): 10 A through 2 mΩ at 11.98 V, calibration
+    /// 5000h: shunt 07D0h, bus 5D98h (with CNVR 5D9Ah), current 2710h, power 1766h.
     #[test]
     fn the_worked_example() {
         let mut chip = Ina219Chip::new(0.002);
@@ -358,7 +365,8 @@ mod tests {
         }
     }
 
-    /// Shunt first: only what flows in the first 2.128 ms of a cycle of 4.256 ms counts, in the share of the time it flows.
+    /// Shunt first: only what flows in the first 2.128 ms of a cycle of 4.256 ms counts, in the
+    /// share of the time it flows.
     #[test]
     fn a_reading_is_the_mean_over_its_window() {
         let mut chip = Ina219Chip::new(0.1);
@@ -417,8 +425,8 @@ mod tests {
         }
     }
 
-    /// Full scale by PG (8.6.3.1, Figures 20 to 23): ±40, 80, 160, 320 mV are 0FA0h to 7D00h, negative F060h to 8300h. BRNG: 16 or
-    /// 32 V.
+    /// Full scale by PG (8.6.3.1, Figures 20 to 23): ±40, 80, 160, 320 mV are 0FA0h to 7D00h,
+    /// negative F060h to 8300h. BRNG: 16 or 32 V.
     #[test]
     fn ranges_clip() {
         let ranges = [(0, 0x0FA0, 0xF060), (1, 0x1F40, 0xE0C0), (2, 0x3E80, 0xC180), (3, 0x7D00, 0x8300)];

@@ -1,4 +1,4 @@
-//! A run that goes as far as it is told: to any microsecond, for a board that asks when it likes.
+//! A run that advances to any given microsecond, for a board that asks at any time.
 
 use plant::effects;
 use plant::kinematics::Kinematics;
@@ -58,7 +58,7 @@ pub struct Span {
     pub rails: [Supply; RAILS],
 }
 
-/// The plant of a differential drive, in lockstep with whoever asks; constant in memory.
+/// The plant of a differential drive, in lockstep with its caller; constant in memory.
 #[derive(Debug, Clone)]
 pub struct Lockstep {
     scenario: Scenario,
@@ -84,7 +84,7 @@ impl Lockstep {
     /// A robot about to start.
     ///
     /// # Errors
-    /// What [`Scenario::check`] finds; a robot that has not two wheels; another step than the default.
+    /// What [`Scenario::check`] finds; a robot without two wheels; a step other than the default.
     pub fn new(scenario: Scenario) -> Result<Self> {
         scenario.check()?;
         if scenario.robot.geometry.kinematics != Kinematics::Differential {
@@ -122,7 +122,8 @@ impl Lockstep {
         })
     }
 
-    /// A battery that has this much in it, 0 to 1, instead of one that is never empty. Before the start only.
+    /// A battery that has this much in it, 0 to 1, instead of one that is never empty. Before the
+    /// start only.
     pub fn set_charge(&mut self, charge: f64) {
         let lidar = self.power.lidar;
         self.power = PowerTree::with_cells(LB_012, charge, self.scenario.seed);
@@ -140,8 +141,8 @@ impl Lockstep {
         &self.scenario
     }
 
-    /// Goes towards `time_us`, up to the end of the present step, and gives the stretch that has passed; `None` when there. What lies
-    /// in the past stays as it was.
+    /// Goes towards `time_us`, up to the end of the present step, and gives the stretch that has
+    /// passed; `None` when there. What lies in the past stays as it was.
     pub fn advance_towards(&mut self, time_us: u64) -> Option<Span> {
         if time_us <= self.now_us {
             return None;
@@ -226,7 +227,8 @@ mod tests {
         while run.advance_towards(time_us).is_some() {}
     }
 
-    /// However often somebody asks, the run is the same; at whole steps to the last digit.
+    /// The run does not depend on how often it is asked; at whole steps it is the same to the last
+    /// digit.
     #[test]
     fn asking_does_not_disturb() {
         let (mut often, mut seldom) =
@@ -244,8 +246,9 @@ mod tests {
         assert_eq!(often.rails, seldom.rails);
     }
 
-    /// The board's plant is the one that `gmr simulate` runs, but for the battery's sag: that limits the loop's output by some
-    /// 0.1 V less than the log's 12 V, seldom in a training drive. 0.1 % of the speed, 1 % of the power.
+    /// The board's plant is the one that `gmr simulate` runs, but for the battery's sag: that
+    /// limits the loop's output by some 0.1 V less than the log's 12 V, seldom in a training drive.
+    /// 0.1 % of the speed, 1 % of the power.
     #[test]
     fn it_drives_as_the_simulated_log_does() {
         let record = simulate(&scenario()).unwrap();
@@ -265,7 +268,8 @@ mod tests {
         );
     }
 
-    /// The angle is the integral of the speed, between steps too: by trapezoids over 40 µs, within 2 · 10⁻⁶ rad after 3 s.
+    /// The angle is the integral of the speed, between steps too: by trapezoids over 40 µs, within
+    /// 2 · 10⁻⁶ rad after 3 s.
     #[test]
     fn the_angle_follows_the_speed() {
         let mut run = Lockstep::new(scenario()).unwrap();
@@ -281,7 +285,8 @@ mod tests {
         assert!((angle - start.angle_rad).abs() > 1.0);
     }
 
-    /// By hand: 1 kg up 0.1 rad at 0.1 m/s needs 97.9 mW at the wheels, behind gears of 0.61 and with hotter copper.
+    /// By hand: 1 kg up 0.1 rad at 0.1 m/s needs 97.9 mW at the wheels, after gears of 0.61 and
+    /// with hotter copper.
     #[test]
     fn effects_of_the_robot_act_and_those_of_a_log_are_refused() {
         let climb = |texts: &[&str]| {

@@ -1,8 +1,9 @@
 //! Keeps the virtual board and its robot on one processor core.
 //!
-//! They take turns: while one works the other waits, some thousand times a second. On one core such a turn is a switch between
-//! two processes; across two it wakes a core that has gone to sleep, which on a virtual machine takes several times as long
-//! (measured on two cores of one: 9 µs an exchange instead of 35 to 57).
+//! They take turns: while one works the other waits, some thousand times a second. On one core such
+//! a turn is a switch between two processes; across two it wakes a core that has gone to sleep,
+//! which on a virtual machine takes several times as long (measured on two cores of one: 9 µs an
+//! exchange instead of 35 to 57).
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -11,8 +12,8 @@ use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 /// Boards of this process so far: each takes the next core.
 static STARTED: AtomicUsize = AtomicUsize::new(0);
 
-/// While it lives, this thread and the processes that it starts stay on one core. Only a matter of speed: where the system
-/// does not allow it, nothing happens.
+/// While it lives, this thread and the processes that it starts stay on one core. Only a matter of
+/// speed: where the system does not allow it, nothing happens.
 #[derive(Debug)]
 pub(super) struct OneCore {
     before: Option<CpuSet>,

@@ -2,13 +2,14 @@
 
 use std::time::{Duration, Instant};
 
-/// How far the board may run ahead of its client's last byte: a tenth of what its FIFO of samples holds at least.
+/// How far the board may run ahead of its client's last byte: a tenth of what its FIFO of samples
+/// holds at least.
 const LEAD: Duration = Duration::from_millis(500);
 
 /// A client that has said nothing for so long, of its own time, is not waited for.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// Board time that is behind real time by more is not made up for.
+/// A greater lag of board time after real time is not made up for.
 const LAG: Duration = Duration::from_millis(500);
 
 /// The pace: times real time, and no faster than an active client can follow.

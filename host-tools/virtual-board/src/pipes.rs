@@ -33,9 +33,9 @@ pub enum Waited {
 
 /// The robot's ends.
 ///
-/// Opening never waits, whichever side comes first: the requests are opened without blocking, and of the answers this
-/// side keeps the reading end too, so that there always is one. When this process ends, however it does, the board reads the end of the
-/// answers, and ends.
+/// Opening never waits, whichever side comes first: the requests are opened without blocking, and
+/// of the answers this side keeps the reading end too, so that there always is one. When this
+/// process ends, however it does, the board reads the end of the answers, and ends.
 #[derive(Debug)]
 pub struct VirtualPipes {
     requests: File,
@@ -94,7 +94,8 @@ impl VirtualPipes {
                     return Ok(Waited::Request);
                 }
             }
-            // Asking the kernel to wait first would cost one call more whenever the request is there already.
+            // Asking the kernel to wait first would cost one call more whenever the request is
+            // there already.
             match self.requests.read(&mut self.buffer[self.filled..]) {
                 Ok(0) => {}
                 Ok(count) => {
@@ -119,7 +120,7 @@ impl VirtualPipes {
         let mut entry = [PollFd::from_borrowed_fd(self.requests.as_fd(), PollFlags::IN)];
         match poll(&mut entry, Timespec::try_from(limit).ok().as_ref()) {
             Ok(_) => Ok(entry[0].revents()),
-            // A signal: whoever sent it wants to be looked at.
+            // A signal: handle it first.
             Err(rustix::io::Errno::INTR) => Ok(PollFlags::empty()),
             Err(error) => Err(error.into()),
         }
@@ -130,7 +131,8 @@ impl VirtualPipes {
         self.buffer.get(LENGTH..self.handed_out).unwrap_or(&[])
     }
 
-    /// Sends a frame, in one piece: the board reads it in one, too. It always fits, since the board has read the one before.
+    /// Sends a frame, in one piece: the board reads it in one, too. It always fits, since the board
+    /// has read the one before.
     ///
     /// # Errors
     /// The operating system refuses.

@@ -41,12 +41,13 @@ pub struct Qemu {
 }
 
 impl Qemu {
-    /// Starts the image in `folder`, where its files are. `shift`: an instruction takes 2^`shift` ns of the board's time.
+    /// Starts the image in `folder`, where its files are. `shift`: an instruction takes 2^`shift`
+    /// ns of the board's time.
     ///
     /// # Errors
     /// There is no image, no emulator, or no decoder for the log.
     pub fn start(image: &Path, folder: &Path, shift: u8, log: &BoardLog) -> Result<Self> {
-        // The emulator runs in another folder.
+        // The emulator runs in a different folder.
         let image = std::fs::canonicalize(image).map_err(|error| match error.kind() {
             ErrorKind::NotFound => {
                 Error::failed(format!("there is no such image; built with: {BUILD}")).in_file(image)

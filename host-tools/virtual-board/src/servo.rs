@@ -43,7 +43,7 @@ mod at {
     pub(super) const TEMPERATURE: u16 = 146;
 }
 
-/// First address behind the registers that are simulated; the indirect ones are not.
+/// First address after the simulated registers; the indirect ones are not simulated.
 const END: usize = 147;
 /// First address that is not lost without power: below, torque has to be off to write.
 const RAM: u16 = 64;
@@ -64,7 +64,7 @@ enum Allowed {
     Never,
     /// From, to.
     Within(i32, i32),
-    /// Plus and minus the limit that stands in another register.
+    /// Plus and minus the limit in this other register.
     UpTo(u16),
 }
 
@@ -123,17 +123,20 @@ const REGISTERS: &[Register] = &[
     Register(at::TEMPERATURE, 1, 0, Never),
 ];
 
-/// Winding current at which the load register shows 100 %, A: at stall (e-manual, Specifications, 11.1 V).
+/// Winding current at which the load register shows 100 %, A: at stall (e-manual, Specifications,
+/// 11.1 V).
 const STALL_A: f64 = 1.3;
 
-/// Temperature that the servo shows, °C: warm after a while of driving. It has no part in the model.
+/// Temperature that the servo shows, °C: warm after a while of driving. It has no part in the
+/// model.
 const TEMPERATURE: u8 = 32;
 
 /// One servo.
 #[derive(Debug, Clone)]
 pub struct VirtualServo {
     table: [u8; END],
-    /// Its axis points to the robot's left: counter-clockwise, its positive direction, drives forward.
+    /// Its axis points to the robot's left: counter-clockwise, its positive direction, drives
+    /// forward.
     faces_left: bool,
     /// What the multi-turn counter has forgotten, rad.
     forgotten_rad: f64,
@@ -144,13 +147,13 @@ pub struct VirtualServo {
     pub dead: bool,
     /// So many of its next answers get lost.
     pub drop_next: u32,
-    /// In so many of its next answers one bit flips.
+    /// Number of its next answers in which one bit flips.
     pub corrupt_next: u32,
 }
 
 impl VirtualServo {
-    /// The left (ID 1) or right (ID 2, set to reverse) wheel's servo, as the TurtleBot3's set-up leaves it: velocity mode at 1 Mbit/s;
-    /// equal signs mean forward on both.
+    /// The left (ID 1) or right (ID 2, set to reverse) wheel's servo, as the TurtleBot3's set-up
+    /// leaves it: velocity mode at 1 Mbit/s; equal signs mean forward on both.
     pub fn new(left: bool) -> Self {
         let mut servo = Self {
             table: [0; END],
@@ -226,7 +229,7 @@ impl VirtualServo {
         if self.faces_left == (self.byte(at::DRIVE_MODE) & REVERSE == 0) { 1.0 } else { -1.0 }
     }
 
-    /// The wheel speed that it is told to keep, rad/s, positive forward: 0 without torque or in another mode.
+    /// The commanded wheel speed, rad/s, positive forward: 0 without torque or in a different mode.
     pub fn goal_rad_s(&self) -> f64 {
         if !self.has_torque()
             || self.byte(at::OPERATING_MODE) != VELOCITY_MODE
@@ -250,7 +253,8 @@ impl VirtualServo {
         let position = ticks(direction * (wheel.angle_rad - self.forgotten_rad)) as i32;
         let velocity = (direction * wheel.speed_rad_s / VELOCITY_COUNT).round() as i32;
         let moving = velocity.abs() > self.number(at::MOVING_THRESHOLD);
-        // The load is positive counter-clockwise whatever the drive mode: inferred, as the servo does without a current sensor.
+        // The load is positive counter-clockwise whatever the drive mode: inferred, as the servo
+        // does without a current sensor.
         let clockwise = if self.faces_left { 1.0 } else { -1.0 };
         let load = (clockwise * wheel.current_a / STALL_A * 1000.0).round().clamp(-1000.0, 1000.0);
         self.set(at::TICK, 2, (time_us / 1000 % 32_768) as i32);
@@ -263,7 +267,7 @@ impl VirtualServo {
         self.set(at::TEMPERATURE, 1, i32::from(TEMPERATURE));
     }
 
-    /// An instruction has come: the watchdog begins anew.
+    /// An instruction has come: the watchdog restarts.
     pub fn hear(&mut self, time_us: u64) {
         self.heard_us = time_us;
     }
@@ -336,7 +340,8 @@ impl VirtualServo {
         }
     }
 
-    /// Restarts: torque off, errors gone, volatile registers as after power-on; the position counts from within one turn again.
+    /// Restarts: torque off, errors gone, volatile registers as after power-on; the position counts
+    /// from within one turn again.
     pub fn reboot(&mut self) {
         for &Register(address, size, value, _) in REGISTERS.iter().filter(|register| register.0 >= RAM) {
             self.set(address, size, value);
@@ -370,8 +375,9 @@ mod tests {
         }
     }
 
-    /// By hand: 10 rad are 10 / 2π · 4096 = 6518.99 ticks; 6 rad/s are 57.296 rev/min, 250.2 counts of 0.229; 0.13 A of 1.3 A are
-    /// 10 %; 0.8 of 885 is 708. Forward shows with equal signs on both sides, but for the load.
+    /// By hand: 10 rad are 10 / 2π · 4096 = 6518.99 ticks; 6 rad/s are 57.296 rev/min, 250.2 counts
+    /// of 0.229; 0.13 A of 1.3 A are 10 %; 0.8 of 885 is 708. Forward shows with equal signs on
+    /// both sides, but for the load.
     #[test]
     fn forward_shows_alike_on_both_sides() {
         for left in [true, false] {

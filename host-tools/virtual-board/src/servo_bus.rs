@@ -1,7 +1,7 @@
 //! The bus of the wheel servos: packets in, answers and the time they take out.
 //!
-//! The codec is the firmware's own, on purpose: its tests hold it against the vectors of the e-manual. What is checked here is
-//! what the servos make of the packets.
+//! The codec is the firmware's own, on purpose: its tests hold it against the vectors of the
+//! e-manual. What is checked here is what the servos make of the packets.
 
 use crc::{CRC_16_UMTS, Crc};
 use firmware::dynamixel::packet::{BROADCAST, Instruction, OVERHEAD, Packet, Parser, encode};
@@ -23,7 +23,7 @@ const LONGEST: usize = 512;
 pub struct ServoAnswer {
     /// From the first byte of the request to the first of the answer, µs.
     pub delay_us: u32,
-    /// Empty when nobody answers. Silences between the answers of several servos are left out.
+    /// Empty without an answer. Silences between the answers of several servos are left out.
     pub bytes: Vec<u8>,
 }
 
@@ -65,7 +65,8 @@ impl ServoBus {
         while !left.is_empty() {
             left = &left[self.parser.feed(left)..];
             while let Some(found) = self.parser.next_packet() {
-                // A servo does not answer to what it cannot understand: the ID may be what is broken.
+                // A servo does not answer to what it cannot understand: the ID may be what is
+                // broken.
                 if let Ok(packet) = found {
                     obey(&mut self.servos, time_us, packet, &mut answer);
                 }
@@ -76,7 +77,8 @@ impl ServoBus {
     }
 }
 
-/// Everybody who listens does what the packet says; the first delay and all bytes gather in `answer`.
+/// Everybody who listens does what the packet says; the first delay and all bytes gather in
+/// `answer`.
 fn obey(servos: &mut [VirtualServo; SERVOS], time_us: u64, packet: Packet<'_>, answer: &mut ServoAnswer) {
     for servo in servos.iter_mut().filter(|servo| servo.listens()) {
         servo.hear(time_us);
@@ -134,7 +136,7 @@ fn write(servo: &mut VirtualServo, parameters: &[u8]) -> Result<Vec<u8>, Refusal
     servo.write(u16::from_le_bytes([*a, *b]), data).map(|()| Vec::new())
 }
 
-/// A servo's status, behind those of others. A fault of the servo may spoil it.
+/// A servo's status, after those of others. A fault of the servo may spoil it.
 fn status(servo: &mut VirtualServo, result: &Result<Vec<u8>, Refusal>, answer: &mut ServoAnswer) {
     let (error, data) = match result {
         Ok(data) => (servo.alert(), &data[..]),
@@ -173,7 +175,8 @@ fn sync_request(parameters: &[u8]) -> Option<(u16, u16, &[u8])> {
     Some((u16::from_le_bytes([*a, *b]), u16::from_le_bytes([*c, *d]), ids))
 }
 
-/// Each servo that is named answers after the one before it: who hears nothing from that one stays silent too.
+/// Each servo that is named answers after the one before it: who hears nothing from that one stays
+/// silent too.
 fn sync_read(servos: &mut [VirtualServo; SERVOS], packet: Packet<'_>, answer: &mut ServoAnswer) {
     let Some((address, count, ids)) = sync_request(packet.parameters) else { return };
     for &id in ids {
@@ -201,8 +204,8 @@ fn sync_write(servos: &mut [VirtualServo; SERVOS], parameters: &[u8]) {
     }
 }
 
-/// One status for all: error, ID, data and checksum of each servo behind each other, every checksum over all before it.
-/// Without stuffing, since the first servo could not know the length otherwise.
+/// One status for all: error, ID, data and checksum of each servo in turn, every checksum over all
+/// before it. Without stuffing, since the first servo could not know the length otherwise.
 fn fast_sync_read(servos: &mut [VirtualServo; SERVOS], packet: Packet<'_>, answer: &mut ServoAnswer) {
     let Some((address, count, ids)) = sync_request(packet.parameters) else { return };
     let each = usize::from(count) + 4;
@@ -269,8 +272,9 @@ mod tests {
         found
     }
 
-    /// The e-manual's examples of ping (Protocol 2.0, 5.1): to ID 1, and to all. Its answers are of model 1030 with firmware 26h;
-    /// here 1060 with firmware 46. The request of ten bytes takes 100 µs, the return delay 500 µs.
+    /// The e-manual's examples of ping (Protocol 2.0, 5.1): to ID 1, and to all. Its answers are of
+    /// model 1030 with firmware 26h; here 1060 with firmware 46. The request of ten bytes takes 100
+    /// µs, the return delay 500 µs.
     #[test]
     fn ping() {
         let request = [0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x03, 0x00, 0x01, 0x19, 0x4E];
@@ -282,7 +286,8 @@ mod tests {
         assert_eq!(ids, [1, 2]);
     }
 
-    /// The e-manual's example of a sync read of the present position (132, 4 bytes) from 1 and 2 (Protocol 2.0, 5.10).
+    /// The e-manual's example of a sync read of the present position (132, 4 bytes) from 1 and 2
+    /// (Protocol 2.0, 5.10).
     #[test]
     fn sync_read_as_the_manual_has_it() {
         let request =
@@ -349,7 +354,8 @@ mod tests {
         assert_eq!(bus.servos[1].read(104, 4), Ok(&[0xCE, 0xFF, 0xFF, 0xFF][..]));
     }
 
-    /// Error, ID, data and checksum of each, the last checksum that of the packet (e-manual, Protocol 2.0, 5.12).
+    /// Error, ID, data and checksum of each, the last checksum that of the packet (e-manual,
+    /// Protocol 2.0, 5.12).
     #[test]
     fn fast_sync_read() {
         let answer = send(&mut bus(), BROADCAST, Instruction::FastSyncRead, &[132, 0, 4, 0, 1, 2]);

@@ -1,5 +1,5 @@
-//! A fit in the words of other programs: Open-RMF's vehicle parameters, VDA 5050's battery and load, joints of Gazebo and MuJoCo; with what
-//! they cannot express said.
+//! A fit in the words of other programs: Open-RMF's vehicle parameters, VDA 5050's battery and
+//! load, joints of Gazebo and MuJoCo; with what they cannot express said.
 
 pub mod joints;
 pub mod rmf;
@@ -12,7 +12,8 @@ use model_core::model::Model;
 use model_core::motion::Motion;
 use support::error::{Error, Result};
 
-/// Share of the robot's greatest speed that is taken for cruising unless told otherwise, and that speed where robot.toml has none, m/s.
+/// Share of the robot's greatest speed that is taken for cruising by default, and that speed where
+/// robot.toml has none, m/s.
 const CRUISE_SHARE: f64 = 0.8;
 const CRUISE_M_S: f64 = 0.2;
 

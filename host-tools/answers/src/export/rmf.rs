@@ -1,4 +1,5 @@
-//! Open-RMF's `config.yaml` of a fleet, from a fit: `rmf_battery`'s mechanical, ambient and tool system.
+//! Open-RMF's `config.yaml` of a fleet, from a fit: `rmf_battery`'s mechanical, ambient and tool
+//! system.
 
 use std::fmt::Write as _;
 

@@ -1,4 +1,5 @@
-//! Power in blocks of equal length: what segmentation and figures work on. Memory does not grow with the log.
+//! Power in blocks of equal length: what segmentation and figures work on. Memory does not grow
+//! with the log.
 
 use numerics::robust::MEDIAN_TO_STD;
 
@@ -35,9 +36,11 @@ pub struct Block {
     pub still: bool,
     /// Whether the block does not continue the one before.
     pub starts: bool,
-    /// Stretches of standing, or of moving, that begin in it: 1 or none, more where blocks were joined over others in between.
+    /// Stretches of standing, or of moving, that begin in it: 1 or none, more where blocks were
+    /// joined over others in between.
     pub stretches: u32,
-    /// Time that its rows cover, s; blocks that were joined over others in between cover less than their ends say.
+    /// Time that its rows cover, s; blocks that were joined over others in between cover less than
+    /// their ends say.
     pub seconds: f64,
 }
 
@@ -181,7 +184,8 @@ impl Blocks {
         self.blocks = joined;
     }
 
-    /// Joins every second block of a kind with the one of that kind before it, over what lies between.
+    /// Joins every second block of a kind with the one of that kind before it, over what lies
+    /// between.
     fn halve_apart(&mut self) {
         let mut joined: Vec<Block> = Vec::with_capacity(MOST_BLOCKS);
         // Of moving and of standing: the place of a block that waits for its second.

@@ -11,7 +11,7 @@ use super::sketch::Sketch;
 const ACCELERATION_S: f64 = 0.2;
 /// Power below this share of the usual greatest is near 0.
 const NEAR_ZERO: f64 = 0.01;
-/// Most payloads told apart; a log with more has a mass that varies.
+/// Most payloads distinguished; a log with more has a mass that varies.
 const MOST_PAYLOADS: usize = 64;
 
 /// What a drive shows.
@@ -25,17 +25,22 @@ pub struct Excitation {
     pub speed_quantiles_rad_s: [f64; 3],
     /// Magnitude of wheel accelerations while moving: 50 % and 95 % quantile, rad/s².
     pub acceleration_quantiles_rad_s2: [f64; 2],
-    /// Share of moving rows in which the fastest wheel changes its speed by more than a tenth of the usual in a second.
+    /// Share of moving rows in which the fastest wheel changes its speed by more than a tenth of
+    /// the usual in a second.
     pub share_accelerating: f64,
-    /// Share of moving rows in which the robot drives straight: the rim turns by less than 5 % of the way.
+    /// Share of moving rows in which the robot drives straight: the rim turns by less than 5 % of
+    /// the way.
     pub share_straight: f64,
     /// Share of moving rows in which it turns: by more than 20 % of the way.
     pub share_turning: f64,
-    /// Share of moving rows with power near 0: a drive that cannot feed back hides what happens there.
+    /// Share of moving rows with power near 0: a drive that cannot feed back hides what happens
+    /// there.
     pub share_power_near_zero: f64,
-    /// Share of moving rows whose power is negative by more than noise about 0: by 2 % of the greatest.
+    /// Share of moving rows whose power is negative by more than noise about 0: by 2 % of the
+    /// greatest.
     pub share_power_negative: f64,
-    /// Total masses in the log, kg, and the share of rows with each; rows without a mass are left out.
+    /// Total masses in the log, kg, and the share of rows with each; rows without a mass are left
+    /// out.
     pub payloads: Vec<PayloadShare>,
     /// Greatest power, 99.9 % quantile of its magnitude, W.
     pub power_high_w: f64,

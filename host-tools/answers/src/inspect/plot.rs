@@ -6,7 +6,8 @@ use super::blocks::Block;
 use super::report::Report;
 use super::static_power::StaticState;
 
-/// Histogram of power at standstill with the fitted Gaussians, and power over time with the states in colour.
+/// Histogram of power at standstill with the fitted Gaussians, and power over time with the states
+/// in colour.
 pub(super) fn page(report: &Report) -> Page {
     let levels: Vec<(&StaticState, &str)> = report
         .static_states

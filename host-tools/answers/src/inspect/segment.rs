@@ -1,4 +1,5 @@
-//! Change points of the mean: optimal partitioning with pruning (PELT; Killick, Fearnhead and Eckley 2012).
+//! Change points of the mean: optimal partitioning with pruning (PELT; Killick, Fearnhead and
+//! Eckley 2012).
 
 /// One value and how much it weighs.
 #[derive(Debug, Clone, Copy)]
@@ -7,8 +8,9 @@ pub(super) struct Point {
     pub(super) weight: f64,
 }
 
-/// Ends (exclusive) of the pieces of constant mean that minimise weighted squares / `variance` + `penalty` a piece.
-/// Every piece has at least `shortest` points, unless there are fewer than twice as many in all.
+/// Ends (exclusive) of the pieces of constant mean that minimise weighted squares / `variance` +
+/// `penalty` a piece. Every piece has at least `shortest` points, unless there are fewer than twice
+/// as many in all.
 pub(super) fn pieces(points: &[Point], variance: f64, penalty: f64, shortest: usize) -> Vec<usize> {
     let count = points.len();
     if count < 2 * shortest {
@@ -36,7 +38,8 @@ pub(super) fn pieces(points: &[Point], variance: f64, penalty: f64, shortest: us
     let mut best = vec![f64::INFINITY; count + 1];
     let mut previous = vec![0; count + 1];
     best[0] = -penalty;
-    // A start that is worse than a cut at `to` stays worse, but that cut can be used `shortest` points later only.
+    // A start that is worse than a cut at `to` stays worse, but that cut can be used `shortest`
+    // points later only.
     let mut candidates = vec![(0, usize::MAX)];
     for to in shortest..=count {
         for &(from, _) in &candidates {

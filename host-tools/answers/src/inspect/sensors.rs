@@ -11,8 +11,8 @@ const AROUND: usize = 7;
 /// Robust standard deviations beyond which a value is an outlier: a Gaussian passes it once in 10⁹.
 const OUTLIER_Z: f64 = 6.0;
 
-/// Deviations below this share of the usual greatest value are no outliers, however quiet the rest is: steps of
-/// quantisation, say.
+/// Deviations below this share of the usual greatest value are no outliers, however quiet the rest
+/// is: steps of quantisation, say.
 const OUTLIER_SHARE: f64 = 0.05;
 
 /// Spikes of one quantity.
@@ -20,8 +20,8 @@ const OUTLIER_SHARE: f64 = 0.05;
 pub struct Outliers {
     /// Column, or `acceleration` of the wheel.
     pub quantity: String,
-    /// Values more than six robust standard deviations, and 5 % of the usual greatest value, from the median of the
-    /// seven rows around them.
+    /// Values more than six robust standard deviations, and 5 % of the usual greatest value, from
+    /// the median of the seven rows around them.
     pub count: u64,
     /// That limit, in the unit of the quantity.
     pub limit: f64,
@@ -75,9 +75,11 @@ impl Spikes {
 
     /// Deviations up to `floor` are no outliers.
     pub(super) fn finish(self, floor: f64) -> Outliers {
-        // Where most values repeat, the median deviation is 0 and says nothing about the noise of those that do not.
+        // Where most values repeat, the median deviation is 0 and says nothing about the noise of
+        // those that do not.
         let scale = [(&0.5, MEDIAN_TO_STD), (&0.9, 1.0 / 1.645), (&0.99, 1.0 / 2.576)];
-        // Where values come in coarse steps, fewer than half of the deviations are none, and those that are not make the noise.
+        // Where values come in coarse steps, fewer than half of the deviations are none, and those
+        // that are not make the noise.
         let [middle, most, nearly_all] =
             scale.map(|(&share, factor)| self.deviations.quantile(share) * factor);
         let sigma = Some(middle.max(most)).filter(|sigma| *sigma > 0.0).or(Some(nearly_all));

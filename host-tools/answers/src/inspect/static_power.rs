@@ -1,8 +1,9 @@
 //! P_static of Eq. 29 for every state: how many there are is found from the data.
 //!
-//! Block means of power at standstill are cut where their mean changes; pieces whose boundary is no step (drift) are
-//! joined in time; what is left is gathered into levels. Two levels closer than one standard deviation of the samples
-//! are one state: their Gaussians could not be told apart anyway.
+//! Block means of power at standstill are cut where their mean changes; pieces whose boundary is no
+//! step (drift) are joined in time; what is left is gathered into levels. Two levels closer than
+//! one standard deviation of the samples are one state: their Gaussians could not be distinguished
+//! anyway.
 
 use numerics::robust::MEDIAN_TO_STD;
 use serde::Serialize;
@@ -88,7 +89,8 @@ struct Piece {
 }
 
 impl StaticPower {
-    /// The levels of the blocks in which the robot stands. `has_wheels` says whether the log itself tells standstill.
+    /// The levels of the blocks in which the robot stands. `has_wheels` says whether the log itself
+    /// tells standstill.
     pub fn of(blocks: &[Block], has_wheels: bool) -> Self {
         let usable = |block: &Block| block.still && block.mean.abs() < LARGEST_W && block.squares.is_finite();
         let blocks: Vec<Block> = blocks.iter().copied().filter(usable).collect();
@@ -102,7 +104,8 @@ impl StaticPower {
             .zip(&blocks)
             .map(|(&value, block)| Point { value, weight: block.count / noise.typical_count })
             .collect();
-        // Yao's penalty for the position and the level of a change, inflated by the autocorrelation.
+        // Yao's penalty for the position and the level of a change, inflated by the
+        // autocorrelation.
         let penalty = 3.0 * (points.len() as f64).ln().max(2.0) * noise.inflation;
         let mut from = 0;
         let mut pieces = Vec::new();
@@ -148,8 +151,8 @@ impl Noise {
         let high = means.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let floor = (RESOLUTION * (high - low)).max(1e-9 * high.abs()).max(f64::MIN_POSITIVE.sqrt());
 
-        // For an AR(1) with correlation ρ the variance of x(k+2) − x(k) is 1 + ρ times that of x(k+1) − x(k); medians
-        // of their magnitudes hardly see the few that cross a change.
+        // For an AR(1) with correlation ρ the variance of x(k+2) − x(k) is 1 + ρ times that of
+        // x(k+1) − x(k); medians of their magnitudes hardly see the few that cross a change.
         let spread = |lag: usize| {
             let mut steps: Vec<f64> =
                 means.iter().zip(means.iter().skip(lag)).map(|(a, b)| (b - a).abs()).collect();
@@ -211,7 +214,8 @@ fn join_drifts(pieces: &mut Vec<Piece>, points: &[Point], noise: &Noise) {
     }
 }
 
-/// Gives every piece its level, 0 being the lowest: the closest two are joined until all are apart. The number of levels.
+/// Gives every piece its level, 0 being the lowest: the closest two are joined until all are apart.
+/// The number of levels.
 fn gather(pieces: &mut [Piece], closest: f64) -> usize {
     let mut clusters: Vec<(f64, f64, Vec<usize>)> =
         pieces.iter().enumerate().map(|(index, piece)| (piece.mean, piece.weight, vec![index])).collect();
@@ -291,7 +295,8 @@ fn begun(blocks: &[Block]) -> u32 {
     blocks.iter().map(|block| block.stretches).sum::<u32>().max(1)
 }
 
-/// Blocks as stretches of standing: start and end, s. What lies between two of them was no standing.
+/// Blocks as stretches of standing: start and end, s. What lies between two of them was no
+/// standing.
 fn stretches(blocks: &[Block]) -> Vec<(f64, f64)> {
     let mut found: Vec<(f64, f64)> = Vec::new();
     for block in blocks {
@@ -303,14 +308,15 @@ fn stretches(blocks: &[Block]) -> Vec<(f64, f64)> {
     found
 }
 
-/// Whether a level above the lowest looks like motion in a log that does not tell: it recurs, and every time it either
-/// rises above what surrounds it or is passed through quickly.
+/// Whether a level above the lowest looks like motion in a log that does not tell: it recurs, and
+/// every time it either rises above what surrounds it or is passed through quickly.
 fn moving(pieces: &[Piece], level: usize) -> Moving {
     let visits: Vec<(usize, usize)> = pieces
         .chunk_by(|a, b| a.level == b.level)
         .map(|visit| (visit[0].level, visit[visit.len() - 1].to - visit[0].from))
         .collect();
-    // How long the robot stays at a level, when it does: single visits may be cut off by the ends of the log.
+    // How long the robot stays at a level, when it does: single visits may be cut off by the ends
+    // of the log.
     let stay =
         |level: usize| visits.iter().filter(|visit| visit.0 == level).map(|visit| visit.1).max().unwrap_or(0);
     let mut signs = 0;

@@ -1,4 +1,5 @@
-//! What is in a log, and what its energy goes into, at a glance: the first command that anybody runs, without a robot.toml.
+//! What is in a log, and what its energy goes into, at a glance: the first command that anybody
+//! runs, without a robot.toml.
 //!
 //! Everything is a sum over one pass; memory does not grow with the log.
 

@@ -1,4 +1,5 @@
-//! Legs to speeds: turn on the spot, drive straight, pause; each with the ramps that the robot's limits allow.
+//! Legs to speeds: turn on the spot, drive straight, pause; each with the ramps that the robot's
+//! limits allow.
 
 use logs::robot::Robot;
 
@@ -15,7 +16,8 @@ pub struct Leg {
     pub(super) pause_s: f64,
 }
 
-/// Where robot.toml does not say: acceleration of the wheels' rims, m/s², and turn rate, rad/s. What small and middling robots do.
+/// Where robot.toml does not say: acceleration of the wheels' rims, m/s², and turn rate, rad/s.
+/// What small and middling robots do.
 const ACCELERATION_M_S2: f64 = 0.5;
 const TURN_RAD_S: f64 = 1.0;
 
@@ -63,7 +65,8 @@ pub(super) struct Stretch {
     pub(super) slope_rad: f64,
 }
 
-/// Ramp up, cruise, ramp down over a way; a short one has no cruise. Durations and the speed reached.
+/// Ramp up, cruise, ramp down over a way; a short one has no cruise. Durations and the speed
+/// reached.
 fn ramps(way: f64, speed: f64, acceleration: f64) -> ([f64; 3], f64) {
     let reached = speed.min((way * acceleration).sqrt());
     let ramp = reached / acceleration;
@@ -103,7 +106,8 @@ pub(super) fn stretches(legs: &[Leg], limits: &Limits) -> Vec<Stretch> {
 mod tests {
     use super::*;
 
-    /// 2 m at 0.5 m/s and 0.25 m/s²: 2 s and 0.5 m for each ramp, 2 s in between. 0.25 m are no way to get so fast: √(0.25 · 0.25) m/s.
+    /// 2 m at 0.5 m/s and 0.25 m/s²: 2 s and 0.5 m for each ramp, 2 s in between. 0.25 m are no way
+    /// to get so fast: √(0.25 · 0.25) m/s.
     #[test]
     fn ramps_take_their_way() {
         assert_eq!(ramps(2.0, 0.5, 0.25), ([2.0, 2.0, 2.0], 0.5));

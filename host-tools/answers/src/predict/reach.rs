@@ -6,7 +6,8 @@ use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 use support::error::{Error, Result};
 
-/// A pack's capacity is known to this share unless it was measured: what makers allow between cells.
+/// A pack's capacity is known to this share unless it was measured: what makers allow between
+/// cells.
 const CAPACITY_STD: f64 = 0.03;
 /// How well a cell's resistance is known where nobody has learned it, Ω. Chosen: about half of it.
 const CELL_STD_OHM: f64 = 0.06;

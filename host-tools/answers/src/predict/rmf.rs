@@ -1,7 +1,8 @@
-//! Open-RMF's formula of what driving takes: `rmf_battery`, `SimpleMotionPowerSink` and `SimpleDevicePowerSink`.
+//! Open-RMF's formula of what driving takes: `rmf_battery`, `SimpleMotionPowerSink` and
+//! `SimpleDevicePowerSink`.
 //!
-//! P = m |a| |v| + I |α| |ω| + f m g |v| + ambient + tool. Braking costs as much as starting, turning on the spot costs inertia only, and
-//! friction knows no speed.
+//! P = m |a| |v| + I |α| |ω| + f m g |v| + ambient + tool. Braking costs as much as starting,
+//! turning on the spot costs inertia only, and friction knows no speed.
 
 use serde::Serialize;
 
@@ -20,14 +21,16 @@ pub struct Vehicle {
 }
 
 impl Vehicle {
-    /// What driving takes, W, at a speed in m/s and a turn rate in rad/s with their rates of change.
+    /// What driving takes, W, at a speed in m/s and a turn rate in rad/s with their rates of
+    /// change.
     pub fn power_w(&self, speed: f64, acceleration: f64, turn: f64, turn_acceleration: f64) -> f64 {
         let inertia = self.mass_kg * (acceleration * speed).abs()
             + self.moment_of_inertia_kg_m2 * (turn_acceleration * turn).abs();
         inertia + self.friction_coefficient * self.mass_kg * GRAVITY * speed.abs()
     }
 
-    /// The same vehicle with the friction at which this power, W, drives it straight at this speed, m/s.
+    /// The same vehicle with the friction at which this power, W, drives it straight at this speed,
+    /// m/s.
     #[must_use]
     pub fn with_friction_of(self, power_w: f64, speed: f64) -> Self {
         let friction_coefficient = (power_w / (self.mass_kg * GRAVITY * speed)).max(0.0);

@@ -10,7 +10,8 @@ use super::super::physical::{self, Bounds, Descent, Loss, Parameters};
 use super::super::pilot::Pilots;
 use super::nested::Form;
 
-/// So many runs are blocks of their own: ground and payload differ from run to run, and what is learned has to hold on the next.
+/// So many runs are blocks of their own: ground and payload differ from run to run, and what is
+/// learned has to hold on the next.
 const ENOUGH_RUNS: usize = 6;
 
 /// Blocks that fewer runs are cut into, if that makes them no longer
@@ -51,7 +52,8 @@ pub(super) type Errors = BTreeMap<Block, f64>;
 /// What of a term is found without the block that judges it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Unseen {
-    /// Its own numbers; the parameters that the model has with and without it are those of all blocks on both sides.
+    /// Its own numbers; the parameters that the model has with and without it are those of all
+    /// blocks on both sides.
     Numbers,
     /// Every parameter: the term brings one of its own.
     Parameters,
@@ -69,7 +71,8 @@ pub(super) struct Trial {
 }
 
 impl<'a, const N: usize> Problem<'a, N> {
-    /// Every block is in a fold, in turn. Of `held_out` times (s) nothing is seen: they are to judge the whole fit.
+    /// Every block is in a fold, in turn. Of `held_out` times (s) nothing is seen: they are to
+    /// judge the whole fit.
     pub(super) fn new(
         robot: &'a Robot,
         core: &'a CoreRobot<f64, N>,
@@ -101,8 +104,8 @@ impl<'a, const N: usize> Problem<'a, N> {
         Some(open.filter_map(|row| Some((*self.folds.get(&block(&row, self.block_s))?, row))).collect())
     }
 
-    /// Fits a form, from the parameters of `near`'s or from all starts where there is none. `None` where the logs cannot have the form,
-    /// or hold nothing.
+    /// Fits a form, from the parameters of `near`'s or from all starts where there is none. `None`
+    /// where the logs cannot have the form, or hold nothing.
     pub(super) fn trial(&self, form: &Form, unseen: Unseen, near: Option<&Trial>) -> Option<Trial> {
         let rows = self.rows(form)?;
         match unseen {
@@ -171,8 +174,8 @@ impl<'a, const N: usize> Problem<'a, N> {
     }
 }
 
-/// The blocks dealt out by how much their power varies, so that each fold has its share of every kind of driving: in their order in time
-/// a manoeuvre that repeats would fall into one fold.
+/// The blocks dealt out by how much their power varies, so that each fold has its share of every
+/// kind of driving: in their order in time a manoeuvre that repeats would fall into one fold.
 fn dealt<const N: usize>(rows: &[&Row<N>], block_s: f64) -> BTreeMap<Block, usize> {
     let mean = rows.iter().map(|row| row.power).sum::<f64>() / rows.len().max(1) as f64;
     let mut variation: BTreeMap<Block, f64> = BTreeMap::new();

@@ -1,11 +1,12 @@
-//! Which further terms the data carry: a delay between speeds and power, the slip memory of a turn's scrub, unequal
-//! sides, true slip by a gyro.
+//! Which further terms the data carry: a delay between speeds and power, the slip memory of a
+//! turn's scrub, unequal sides, true slip by a gyro.
 //!
-//! Each is nested: without it the model is as it was. Each has numbers that no least squares can give, so they are searched for on a
-//! grid, then refined. And each is taken only for what it gains on data that its numbers have not seen: one run in three, or one
-//! block of time where there are few runs, is held out at a time while grid and parameters are fitted to the others, and the squared
-//! error of every block is compared with that of the model without the term. It is taken where the mean gain is above nought beyond
-//! chance (`SURELY`) and at least `LEAST_GAIN`.
+//! Each is nested: without it the model is as it was. Each has numbers that no least squares can
+//! give, so they are searched for on a grid, then refined. And each is taken only for what it gains
+//! on data that its numbers have not seen: one run in three, or one block of time where there are
+//! few runs, is held out at a time while grid and parameters are fitted to the others, and the
+//! squared error of every block is compared with that of the model without the term. It is taken
+//! where the mean gain is above zero beyond chance (`SURELY`) and at least `LEAST_GAIN`.
 
 mod candidate;
 mod nested;
@@ -26,10 +27,11 @@ use super::pilot::Pilots;
 /// Fewer blocks tell nothing.
 const LEAST_BLOCKS: usize = 6;
 
-/// A term that takes away less of the held-out error is not worth its instructions on a board, however surely it does.
+/// A term that takes away less of the held-out error is not worth its instructions on a board,
+/// however surely it does.
 const LEAST_GAIN: f64 = 0.01;
 
-/// Standard errors by which a gain lies above nought: by chance once in twenty.
+/// Standard errors by which a gain lies above zero: by chance once in twenty.
 const SURELY: f64 = 1.645;
 
 /// What one term changes is seen by the next: all are asked again where one was taken.
@@ -57,8 +59,8 @@ pub struct Choice {
     pub judged: Vec<Judged>,
 }
 
-/// Chooses among `terms` by the first rows of the logs, those of `held_out` times (s) left out: they are to judge the whole fit. What
-/// `core` has already is where it begins.
+/// Chooses among `terms` by the first rows of the logs, those of `held_out` times (s) left out:
+/// they are to judge the whole fit. What `core` has already is where it begins.
 pub(super) fn choose<const N: usize>(
     robot: &Robot,
     core: &CoreRobot<f64, N>,

@@ -159,7 +159,8 @@ impl<const N: usize> LeastSquares<Const<PARAMETERS>> for Cost<'_, N> {
         chunks.into_iter().sum()
     }
 
-    /// Of the squares that lie above the loss and touch it here: their minimum lowers the loss, too.
+    /// Of the squares that lie above the loss and touch it here: their minimum lowers the loss,
+    /// too.
     fn derivatives(&self, parameters: &Parameters) -> (Parameters, Matrix) {
         let torque = torque(parameters);
         let chunk = |rows: &[Row<N>]| {

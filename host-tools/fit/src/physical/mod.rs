@@ -1,8 +1,9 @@
 //! The parameters of the signed torque model, from rows whose payload is known.
 //!
-//! The cost is that of the model itself, clamped wheels included: Σ ρ(P − Σ_i max(0, τ_i w_i + κ τ_i²)). It has several minima
-//! (power may be torque or winding loss, a wheel may brake or be clamped), so the search begins at several starts, and it
-//! stays within what a motor and a wheel can be ([`Bounds`]).
+//! The cost is that of the model itself, clamped wheels included: Σ ρ(P − Σ_i max(0, τ_i w_i + κ
+//! τ_i²)). It has several minima (power may be torque or winding loss, a wheel may brake or be
+//! clamped), so the search begins at several starts, and it stays within what a motor and a wheel
+//! can be ([`Bounds`]).
 
 mod bounds;
 mod cost;
@@ -54,9 +55,10 @@ const FINALISTS: usize = 3;
 
 /// Fits the rows of the store.
 ///
-/// Least squares first, from all starts; then rows far beyond the usual residual count linearly, by Huber's rule at a fixed
-/// scale, where that does not cost what the model explains (`robust`): where acceleration starts or a clamp lets go within
-/// the filter's memory no model of filtered signals is right, and on clean data those few rows would decide the fit.
+/// Least squares first, from all starts; then rows far beyond the usual residual count linearly, by
+/// Huber's rule at a fixed scale, where that does not cost what the model explains (`robust`):
+/// where acceleration starts or a clamp lets go within the filter's memory no model of filtered
+/// signals is right, and on clean data those few rows would decide the fit.
 pub fn solve<const N: usize>(dataset: &Dataset<N>, robot: &Robot) -> Solution {
     let bounds = Bounds::of(&dataset.robot, &dataset.store, robot.motor(), dataset.unequal_sides);
     solve_within(&dataset.store, robot.drive(), &bounds)

@@ -1,4 +1,5 @@
-//! Whether the search has missed a lower minimum: random starts of other draws, on the cost that it ended on.
+//! Whether the search has missed a lower minimum: random starts of other draws, on the cost that it
+//! ended on.
 
 use logs::robot::Robot;
 use model_core::torque::{Drive, TorqueModel};
@@ -18,7 +19,8 @@ use super::starts::{Alone, DRAWS};
 pub struct Restarts {
     /// How many.
     pub starts: u32,
-    /// What the fit costs above the lowest end of theirs, as a share of it; below 0 where none came as low.
+    /// What the fit costs above the lowest end of theirs, as a share of it; below 0 where none came
+    /// as low.
     pub cost_above_share: f64,
 }
 

@@ -1,12 +1,13 @@
 //! Weights that converge and cannot weigh the truth away.
 //!
-//! The loss is Huber's at a scale that is fixed before each search, so each search minimises one well-defined cost and ends as its
-//! ending says. The scale comes from least squares, then once from the first robust fit: where a few rows had drawn the least
-//! squares away, the usual residual is smaller than it looked.
+//! The loss is Huber's at a scale that is fixed before each search, so each search minimises one
+//! well-defined cost and ends as its ending says. The scale comes from least squares, then once
+//! from the first robust fit: where a few rows had drawn the least squares away, the usual residual
+//! is smaller than it looked.
 //!
-//! A robust loss is right where a few rows are wrong. Where the model is, the rows far from it are the ones that tell; so the
-//! threshold is the tightest at which the robust fit explains nearly as much of the power's variance as least squares does, and none
-//! where there is no such.
+//! A robust loss is right where a few rows are wrong. Where the model is, the rows far from it are
+//! the ones that tell; so the threshold is the tightest at which the robust fit explains nearly as
+//! much of the power's variance as least squares does, and none where there is no such.
 
 use model_core::torque::Drive;
 use numerics::levenberg_marquardt::LeastSquares;
@@ -17,11 +18,12 @@ use super::bounds::Bounds;
 use super::cost::{Cost, Loss, Parameters, residual, torque};
 use super::search::{Descent, FINAL, best_of};
 
-/// Residuals beyond this many standard deviations count linearly: the tightest that costs no more than [`MOST_COST`].
+/// Residuals beyond this many standard deviations count linearly: the tightest that costs no more
+/// than [`MOST_COST`].
 const THRESHOLDS: [f64; 3] = [4.0, 8.0, 16.0];
 
-/// R² that weights may cost on the rows they are fitted to. On clean data of the plant they cost below 0.001, on measured data whose
-/// model lacks a term 0.1 and more.
+/// R² that weights may cost on the rows they are fitted to. On clean data of the plant they cost
+/// below 0.001, on measured data whose model lacks a term 0.1 and more.
 const MOST_COST: f64 = 0.005;
 
 /// Where residuals count linearly, not squared.
@@ -42,7 +44,8 @@ impl From<Huber> for Loss {
 /// What came of it.
 pub(super) struct Weighed {
     pub(super) descent: Descent,
-    /// The loss that it minimises; `None` where weights cost too much and all residuals are squared.
+    /// The loss that it minimises; `None` where weights cost too much and all residuals are
+    /// squared.
     pub(super) huber: Option<Huber>,
 }
 
@@ -78,8 +81,8 @@ pub(crate) fn usual_loss<const N: usize>(rows: &[Row<N>], drive: Drive, paramete
     usual(&all, parameters).map_or(Loss::Squares, |usual| Loss::Huber(THRESHOLDS[0] * usual))
 }
 
-/// Robust standard deviation of the residuals of rows in which a wheel draws power, W; `None` where there is no such row or the model
-/// meets most of them exactly.
+/// Robust standard deviation of the residuals of rows in which a wheel draws power, W; `None` where
+/// there is no such row or the model meets most of them exactly.
 fn usual<const N: usize>(all: &Cost<'_, N>, parameters: &Parameters) -> Option<f64> {
     let torque = torque(parameters);
     let sizes = all.rows.iter().filter_map(|row| residual(&torque, row, all.drive).map(f64::abs));

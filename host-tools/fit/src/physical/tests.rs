@@ -73,7 +73,8 @@ fn returns_the_truth_clamped_or_not() {
     }
 }
 
-/// One row in fifty is up to 1 W off: least squares moves by far more than the noise, Huber's does not, and it says its threshold.
+/// One row in fifty is up to 1 W off: least squares moves by far more than the noise, Huber's does
+/// not, and it says its threshold.
 #[test]
 fn a_few_wrong_rows_do_not_decide() {
     let mut rows = rows(6000, 0.01, Drive::Regenerative);
@@ -86,8 +87,9 @@ fn a_few_wrong_rows_do_not_decide() {
     assert!(found.weights.iter().step_by(50).filter(|weight| **weight < 0.5).count() > 100);
 }
 
-/// Where one row in twelve holds what the model lacks, those rows are what tells: the tightest threshold is not taken, and no more is
-/// given away of what least squares explains than the rule allows.
+/// Where one row in twelve holds what the model lacks, those rows are what tells: the tightest
+/// threshold is not taken, and no more is given away of what least squares explains than the rule
+/// allows.
 #[test]
 fn what_the_model_lacks_is_not_weighed_away() {
     let mut rows = rows(3000, 0.01, Drive::Regenerative);
@@ -110,7 +112,8 @@ fn threshold(found: &super::Solution) -> Option<f64> {
     found.huber.map(|huber| huber.threshold_std)
 }
 
-/// Fifty random starts on the same cost end nowhere lower; where the fit is not at its optimum, they do.
+/// Fifty random starts on the same cost end nowhere lower; where the fit is not at its optimum,
+/// they do.
 #[test]
 fn no_start_ends_lower() {
     let mut rows = rows(1500, 0.05, Drive::Dissipative);

@@ -1,4 +1,5 @@
-//! A run's sums as columns, for tables and the engines that add tables up: a number a column, four of text.
+//! A run's sums as columns, for tables and the engines that add tables up: a number a column, four
+//! of text.
 //!
 //! Names are the paths of the JSON with `_` between: `eq18_products_17`, `summary_distance_m`.
 
@@ -10,7 +11,8 @@ use support::error::{Error, Result};
 
 use super::run::{FORMAT, RunGram};
 
-/// Columns of text: the run's name, and JSON of what groups it, of how it was read and of its payloads.
+/// Columns of text: the run's name, and JSON of what groups it, of how it was read and of its
+/// payloads.
 pub const TEXTS: [&str; 4] = ["run", "keys", "setting", "summary_masses"];
 
 /// Where they are in a gram.

@@ -1,4 +1,5 @@
-//! Fits from sums alone: Eq. 18 as from the rows, the signed model from the rows that its clamp leaves alone.
+//! Fits from sums alone: Eq. 18 as from the rows, the signed model from the rows that its clamp
+//! leaves alone.
 
 use logs::robot::Robot;
 use model_core::coefficients::Robot as CoreRobot;
@@ -30,7 +31,7 @@ pub struct Fitted {
     pub rmse_w: f64,
     /// Rows in the sums.
     pub rows: u64,
-    /// Rows behind the filter that are not in them: in which a wheel can be clamped (signed model).
+    /// Rows after the filter that are not in them: in which a wheel can be clamped (signed model).
     pub left_out_rows: u64,
     /// The parameters; their standard errors are drawn from how runs differ.
     pub parameters: Vec<Parameter>,
@@ -75,10 +76,11 @@ pub fn eq18(kind: ModelKind, runs: &[RunGram]) -> Result<Fitted> {
     Ok(fitted(kind, &all, &beta, 0, parameters, warnings))
 }
 
-/// The signed model by least squares on rows in which no wheel can be clamped; all rows where drives do not clamp. Sides alike.
+/// The signed model by least squares on rows in which no wheel can be clamped; all rows where
+/// drives do not clamp. Sides alike.
 ///
-/// Not what [`crate::fit`] finds: that knows clamped rows, weighs rows far beyond the others down, and looks for delay, slip memory
-/// and unequal sides. What it costs to be the same: docs/fleet.md.
+/// Not what [`crate::fit`] finds: that knows clamped rows, weighs rows far beyond the others down,
+/// and looks for delay, slip memory and unequal sides. What it costs to be the same: docs/fleet.md.
 ///
 /// # Errors
 /// Runs of different settings; no row; sums that are not of this robot.
@@ -94,7 +96,7 @@ pub fn signed<const N: usize>(core: &CoreRobot<f64, N>, robot: &Robot, runs: &[R
     let best = best.ok_or_else(|| {
         Error::failed("no start of the search has a finite cost: the sums are not of a drive")
     })?;
-    // Sums that were added in another order, by an engine, end at the same coefficients.
+    // Sums that were added in a different order, by an engine, end at the same coefficients.
     let found = levenberg_marquardt::polish(&cost, &best.parameters, bounds.as_box());
     let torque = physical::torque(&found);
     let mut warnings: Vec<String> =
@@ -140,7 +142,7 @@ pub fn leave_one_out(kind: ModelKind, runs: &[RunGram]) -> Result<Vec<LeftOut>> 
     // That they add up.
     total(runs)?;
     let left_out = runs.iter().enumerate().map(|(place, run)| {
-        // Added anew: taken away from the whole, rounding would be what is left of a small run.
+        // Added again: taken away from the whole, rounding would be what is left of a small run.
         let mut others = Gram::default();
         for (_, other) in runs.iter().enumerate().filter(|(other, _)| *other != place) {
             others.merge(of_kind(kind, other));

@@ -1,10 +1,12 @@
-//! The signed model near coefficients that are known: what rows say of every parameter there, clamped wheels, delay and slip memory included.
+//! The signed model near coefficients that are known: what rows say of every parameter there,
+//! clamped wheels, delay and slip memory included.
 //!
 //! ```text
 //! e = p − P(θ₀),  J = ∂P/∂θ at θ₀:   JᵀJ δ = Jᵀe
 //! ```
 //!
-//! One step of Gauss and Newton, from sums that add up; exact where δ is small, for which clamped wheels stay clamped.
+//! One step of Gauss and Newton, from sums that add up; exact where δ is small, for which clamped
+//! wheels stay clamped.
 
 use model_core::torque::{Drive, TorqueModel};
 use nalgebra::{DMatrix, DVector};
@@ -63,7 +65,7 @@ impl Local {
         self.normal.iter_mut().zip(pairs).for_each(|(sum, (i, j))| *sum += slope[i] * slope[j]);
     }
 
-    /// Adds another's.
+    /// Adds the other.
     pub fn merge(&mut self, other: &Self) {
         self.rows += other.rows;
         self.squares += other.squares;

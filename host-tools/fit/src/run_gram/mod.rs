@@ -1,4 +1,5 @@
-//! All that a fit needs to know of a run, in a few kilobytes: sums that add up over runs, whoever made them.
+//! All that a fit needs to know of a run, in a few kilobytes: sums that add up over runs, whoever
+//! made them.
 //!
 //! What they hold and what they cannot tell: docs/fleet.md.
 

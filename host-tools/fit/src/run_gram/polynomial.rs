@@ -1,11 +1,12 @@
-//! The signed model away from its clamp: a polynomial of its parameters over 21 regressors, so that its cost is a sum over rows that no
-//! later question needs again.
+//! The signed model away from its clamp: a polynomial of its parameters over 21 regressors, so that
+//! its cost is a sum over rows that no later question needs again.
 //!
 //! ```text
 //! P = β(θ)ᵀ x,   Σ (p − β(θ)ᵀ x)² = pᵀp − 2 β(θ)ᵀ Xᵀp + β(θ)ᵀ XᵀX β(θ)
 //! ```
 //!
-//! β(θ) are [`TorqueModel::expand`] and [`TorqueModel::expand_scrub`]; both sides are taken for alike.
+//! β(θ) are [`TorqueModel::expand`] and [`TorqueModel::expand_scrub`]; both sides are taken for
+//! alike.
 
 use model_core::eq18::{self, Gate, REGRESSORS};
 use model_core::motion::Motion;
@@ -68,7 +69,8 @@ impl<'a> Cost<'a> {
 
     /// What each parameter of a linear part explains alone: where a search begins.
     pub(super) fn alone(&self) -> Alone {
-        /// Of coulomb, rolling, viscous, rotor inertia, inertia gain and scrub: their products where κ is 0.
+        /// Of coulomb, rolling, viscous, rotor inertia, inertia gain and scrub: their products
+        /// where κ is 0.
         const LINEAR: [(usize, usize); 6] = [(0, 6), (1, 7), (2, 3), (3, 12), (4, 13), (6, REGRESSORS)];
         let with = self.gram.xp();
         let mut parameters = Parameters::zeros();

@@ -53,7 +53,8 @@ pub struct RunGram {
     pub eq18: Gram<REGRESSORS>,
     /// Eq. 18 as printed, of all rows.
     pub eq18_published: Gram<REGRESSORS>,
-    /// The signed model, of rows in which no wheel can be clamped, nor could within the filter's memory before.
+    /// The signed model, of rows in which no wheel can be clamped, nor could within the filter's
+    /// memory before.
     pub signed: Gram<PRODUCTS>,
     /// The other rows: the signed model needs them one by one.
     pub may_clamp: u64,
@@ -63,7 +64,7 @@ pub struct RunGram {
 }
 
 impl RunGram {
-    /// Adds another's sums.
+    /// Adds the sums of the other.
     ///
     /// # Errors
     /// They were read with other settings.

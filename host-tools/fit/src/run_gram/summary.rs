@@ -52,18 +52,19 @@ pub struct Summary {
     pub exclusions: Exclusions,
     /// Fastest wheel, rad/s.
     pub fastest_rad_s: f64,
-    /// Total masses, kg, and the seconds at each; at most 16, the last one holds the time of all others.
+    /// Total masses, kg, and the seconds at each; at most 16, the last one holds the time of all
+    /// others.
     pub masses: Vec<(f64, f64)>,
     /// Forward speed, m/s.
     pub speeds: Histogram,
     /// Turn rate, rad/s.
     pub turns: Histogram,
-    /// Σ v u, Σ u² of forward speed and its command (`cmd_v_m_s`), where the log has one: their ratio is how far the robot went of what it
-    /// was told.
+    /// Σ v u, Σ u² of forward speed and its command (`cmd_v_m_s`), where the log has one: their
+    /// ratio is how far the robot went of what it was told.
     pub commanded: Option<[f64; 2]>,
 }
 
-/// Masses told apart.
+/// Masses distinguished.
 const MOST_MASSES: usize = 16;
 
 /// To the gram.
@@ -141,7 +142,7 @@ impl Summary {
         }
     }
 
-    /// Adds another's.
+    /// Adds the other.
     pub fn merge(&mut self, other: &Self) {
         self.span_s = [self.span_s[0].min(other.span_s[0]), self.span_s[1].max(other.span_s[1])];
         self.recorded_s += other.recorded_s;
@@ -169,7 +170,8 @@ impl Summary {
         };
     }
 
-    /// How far the robot went of what it was told: 1 on wheels of the radius that its file says; none without commands.
+    /// How far the robot went of what it was told: 1 on wheels of the radius that its file says;
+    /// none without commands.
     pub fn way_per_command(&self) -> Option<f64> {
         self.commanded.filter(|[_, square]| *square > 0.0).map(|[with, square]| with / square)
     }

@@ -1,6 +1,8 @@
-//! A bucket as the source of a fleet's logs: listed, and its objects copied here whole, some of them ahead of who reads them.
+//! A bucket as the source of a fleet's logs: listed, and its objects copied here whole, some of
+//! them ahead of who reads them.
 //!
-//! `object_store` talks to the bucket; what it is asked for is in [`store`], what it says when it refuses in [`refused`].
+//! `object_store` talks to the bucket; what it is asked for is in [`store`], what it says when it
+//! refuses in [`refused`].
 
 mod fetch;
 mod refused;
@@ -27,7 +29,7 @@ pub struct Bucket {
     runtime: Runtime,
 }
 
-/// Ends what fetches when nobody wants it any more.
+/// Ends the fetching when its receiver is gone.
 struct Ended(tokio::task::AbortHandle);
 
 impl Drop for Ended {
@@ -37,7 +39,8 @@ impl Drop for Ended {
 }
 
 impl Bucket {
-    /// Of `s3://bucket/logs`, `gs://…`, `az://…`, `https://…` or `file:///…`, with what the environment says of credentials and endpoints.
+    /// Of `s3://bucket/logs`, `gs://…`, `az://…`, `https://…` or `file:///…`, with what the
+    /// environment says of credentials and endpoints.
     ///
     /// # Errors
     /// No such kind of URL; an environment that does not fit it.

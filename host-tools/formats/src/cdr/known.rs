@@ -1,6 +1,8 @@
-//! Definitions of common messages, for bags that carry none: those of rosbag2 in SQLite before ROS 2 Iron.
+//! Definitions of common messages, for bags that carry none: those of rosbag2 in SQLite before ROS
+//! 2 Iron.
 //!
-//! Fields as in ros2/common_interfaces and ros2/rcl_interfaces (Apache-2.0), without their comments.
+//! Fields as in ros2/common_interfaces and ros2/rcl_interfaces (Apache-2.0), without their
+//! comments.
 
 /// The definition of this type, with those that it needs behind it, as a bag would carry it.
 pub(crate) fn definition(kind: &str) -> Option<String> {

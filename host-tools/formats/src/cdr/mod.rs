@@ -1,7 +1,8 @@
 //! Numbers out of CDR and of what ROS 1 wrote, by the definition of the message.
 //!
-//! The definition is parsed by `re_ros_msg`; the messages are walked here: that crate's decoder builds every value of a message, follows a
-//! definition that holds itself without end, and we need a few numbers of each.
+//! The definition is parsed by `re_ros_msg`; the messages are walked here: that crate's decoder
+//! builds every value of a message, follows a definition that holds itself without end, and we need
+//! a few numbers of each.
 
 mod known;
 mod layout;
@@ -14,9 +15,11 @@ pub(crate) use walk::{Walker, names};
 /// How the members of a message follow each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Serialization {
-    /// CDR, of ROS 2: four bytes in front that say how, numbers aligned to their size, texts with a zero at their end.
+    /// CDR, of ROS 2: four bytes in front that say how, numbers aligned to their size, texts with a
+    /// zero at their end.
     Cdr,
-    /// ROS 1: little-endian, nothing in front and nothing in between (wiki.ros.org/msg; genpy writes it so).
+    /// ROS 1: little-endian, nothing in front and nothing in between (wiki.ros.org/msg; genpy
+    /// writes it so).
     Ros1,
 }
 

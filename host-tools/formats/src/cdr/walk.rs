@@ -298,7 +298,8 @@ mod tests {
         [&[0, 1, 0, 0][..], &parts.concat()].concat()
     }
 
-    /// Bytes laid out by hand by the rules of CDR: a text has its length and a zero, numbers are aligned to their size.
+    /// Bytes laid out by hand by the rules of CDR: a text has its length and a zero, numbers are
+    /// aligned to their size.
     #[test]
     fn numbers_are_found_by_name_and_index() {
         let layout = layout("string[] name\nfloat64[] velocity\nuint8 n\nfloat32[2] pair\n");

@@ -1,4 +1,5 @@
-//! Sets of runs from the plant: clean ones for the base, and field runs with effects that nobody tells.
+//! Sets of runs from the plant: clean ones for the base, and field runs with effects that nobody
+//! tells.
 
 use std::path::PathBuf;
 
@@ -153,8 +154,8 @@ pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str]) -> Result
     Ok(Clean { base, runs: Runs::condition(&core, raw)?, core, noise })
 }
 
-/// The effect scaled so that it adds `size` standard deviations of the noise to the power of the field runs; the greatest that
-/// there can be where none is large enough.
+/// The effect scaled so that it adds `size` standard deviations of the noise to the power of the
+/// field runs; the greatest that there can be where none is large enough.
 ///
 /// # Errors
 /// What the plant refuses.

@@ -66,7 +66,8 @@ pub(super) fn structure<const N: usize>(
         };
         if let [Some(score)] = scores[..] {
             greatest = greatest.max(score.z.abs());
-            // To first order a delay shows only where the power's waves are longer than it. Within a sample it is what sampling makes.
+            // To first order a delay shows only where the power's waves are longer than it. Within
+            // a sample it is what sampling makes.
             if candidate.regressors == [Regressor::Delay]
                 && let Some(found) = problem.fit_delay(state, candidate.range)
                 && found.state.effects.last().is_some_and(|(_, delay)| delay.abs() > runs.step.period_s())
@@ -84,7 +85,8 @@ pub(super) fn structure<const N: usize>(
     let mut further = Vec::new();
     for (candidate, z) in scan::candidates(problem, state) {
         if may_stand_with(named, &candidate) {
-            // More times and runs were looked at than smooth functions: their scores count for less.
+            // More times and runs were looked at than smooth functions: their scores count for
+            // less.
             greatest = greatest.max((z - MORE_LOOKS) / problem.in_runs);
             further.push(candidate);
         }
@@ -92,7 +94,8 @@ pub(super) fn structure<const N: usize>(
     Structure { greatest, scored, order, further }
 }
 
-/// Whether a candidate is another effect than those named, and none of them has the robot's half slip for itself already.
+/// Whether a candidate is another effect than those named, and none of them has the robot's half
+/// slip for itself already.
 fn may_stand_with(named: &[Candidate], candidate: &Candidate) -> bool {
     let has_half_slip = |own: &Candidate| own.regressors.contains(&Regressor::HalfSlip);
     named.iter().all(|own| own.id != candidate.id && !(has_half_slip(own) && has_half_slip(candidate)))
@@ -115,8 +118,8 @@ mod tests {
     use crate::problem::example;
     use crate::twin::Twin;
 
-    /// Two runs, the second with a step of its own. What single runs show counts as much less as it has to exceed clean runs by more;
-    /// what runs share counts as it is.
+    /// Two runs, the second with a step of its own. What single runs show counts as much less as it
+    /// has to exceed clean runs by more; what runs share counts as it is.
     #[test]
     fn single_runs_have_to_exceed_clean_ones_by_more() {
         let torque = TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]);

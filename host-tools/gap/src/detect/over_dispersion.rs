@@ -1,4 +1,5 @@
-//! Disturbance without structure: bursts, a rattle, an uneven floor leave no mean, but they scatter more than clean runs do.
+//! Disturbance without structure: bursts, a rattle, an uneven floor leave no mean, but they scatter
+//! more than clean runs do.
 
 use numerics::intervals::mean_interval;
 
@@ -17,7 +18,8 @@ pub struct OverDispersion {
 }
 
 impl OverDispersion {
-    /// Of the runs at a state; `None` without clean runs, which alone say what is usual, or with fewer than two of a kind.
+    /// Of the runs at a state; `None` without clean runs, which alone say what is usual, or with
+    /// fewer than two of a kind.
     pub fn of<const N: usize>(problem: &Problem<'_, N>, state: &State) -> Option<Self> {
         let runs = problem.twin.runs;
         if !runs.runs.iter().any(|run| run.clean) {

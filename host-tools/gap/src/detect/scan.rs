@@ -1,4 +1,4 @@
-//! Effects that live in single runs, or begin at a time that nobody knows.
+//! Effects that live in single runs, or begin at a time that is unknown.
 
 use std::sync::Arc;
 
@@ -27,7 +27,8 @@ struct Times {
     looks: usize,
 }
 
-/// Candidates for steps and for masses that were noted wrongly, as far as they stand out of the noise.
+/// Candidates for steps and for masses that were noted wrongly, as far as they stand out of the
+/// noise.
 pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State) -> Vec<(Candidate, f64)> {
     let mut found = Vec::new();
     let Some(in_run) = InRun::new(problem, state) else { return found };
@@ -102,7 +103,8 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
     found
 }
 
-/// Times of steps of one sign, the likelier one, in runs that show any, and what they come to [`together`].
+/// Times of steps of one sign, the likelier one, in runs that show any, and what they come to
+/// [`together`].
 fn one_size(times: &Times) -> Option<(Vec<Option<f64>>, f64)> {
     let all: Vec<(f64, f64)> = times.runs.iter().flatten().copied().collect();
     let sign = all.iter().map(|(_, z)| z * z.abs()).sum::<f64>().signum();
@@ -113,16 +115,17 @@ fn one_size(times: &Times) -> Option<(Vec<Option<f64>>, f64)> {
     (count >= 2).then(|| (at, together(&scores, times.looks)))
 }
 
-/// What several scores come to, each the greatest of so many: the root of what each z² has beyond that of noise, 2 ln(looks); never
-/// below the greatest alone.
+/// What several scores come to, each the greatest of so many: the root of what each z² has beyond
+/// that of noise, 2 ln(looks); never below the greatest alone.
 fn together(scores: &[f64], looks: usize) -> f64 {
     let chance = 2.0 * (looks as f64).max(1.0).ln();
     let sum: f64 = scores.iter().map(|z| (z * z - chance).max(0.0)).sum();
     scores.iter().fold(sum.sqrt(), |most, z| most.max(z.abs()))
 }
 
-/// Runs whose masses may be wrong, by their scores: those that noise does not explain, and those beyond what clean runs show of each other
-/// too, where these are fewer. In every run at once it is no slip of the pen.
+/// Runs whose masses may be wrong, by their scores: those that noise does not explain, and those
+/// beyond what clean runs show of each other too, where these are fewer. In every run at once it is
+/// no slip of the pen.
 fn wrong_masses(scores: &[(usize, f64)], least: [f64; 2], open: usize) -> Vec<Vec<(usize, f64)>> {
     let beyond = least.map(|least| scores.iter().copied().filter(|(_, z)| z.abs() > least).collect());
     let mut found: Vec<Vec<(usize, f64)>> = Vec::from(beyond);
@@ -131,7 +134,8 @@ fn wrong_masses(scores: &[(usize, f64)], least: [f64; 2], open: usize) -> Vec<Ve
     found
 }
 
-/// Masses of single runs: at least those of the empty robot, and not above the greatest noted by more than that.
+/// Masses of single runs: at least those of the empty robot, and not above the greatest noted by
+/// more than that.
 fn mislabelled<const N: usize>(
     problem: &Problem<'_, N>,
     wrong: Vec<Regressor>,
@@ -256,7 +260,8 @@ fn times<const N: usize>(in_run: &InRun<'_, N>, state: &State, what: Switched) -
 mod tests {
     use super::{together, wrong_masses};
 
-    /// Of seven runs all are beyond noise, three beyond what clean runs show: those. Of eight, both sets are asked about.
+    /// Of seven runs all are beyond noise, three beyond what clean runs show: those. Of eight, both
+    /// sets are asked about.
     #[test]
     fn wrong_masses_are_those_of_some_runs() {
         let scores: Vec<(usize, f64)> =
@@ -271,7 +276,8 @@ mod tests {
         assert!(runs([3.2, 20.0], 7).is_empty());
     }
 
-    /// Of noise alone each z² is 2 ln(looks) at most, about; three runs of 4, each the greatest of 8, are √(3 · (16 − 4.16)) together.
+    /// Of noise alone each z² is 2 ln(looks) at most, about; three runs of 4, each the greatest of
+    /// 8, are √(3 · (16 − 4.16)) together.
     #[test]
     fn scores_of_several_runs_add_up_beyond_chance() {
         assert!((together(&[4.0, -4.0, 4.0], 8) - 5.960).abs() < 1e-3);

@@ -1,10 +1,13 @@
-//! Whether what is left after an effect was added follows the effect's own column times something else.
+//! Whether what is left after an effect was added follows the effect's own column times something
+//! else.
 //!
-//! An effect that is not in the dictionary is often nearly another one: w³ is w² times the speed. What is left is then small, and
-//! spread over many smooth functions, but all of it lies along the winner's column times the speed.
+//! An effect that is not in the dictionary is often nearly another one: w³ is w² times the speed.
+//! What is left is then small, and spread over many smooth functions, but all of it lies along the
+//! winner's column times the speed.
 //!
-//! What a drive clamps before the filter is exact to first order only: of braking power that returns, what is left may follow its speed or
-//! mass. But it returns in turns as it does straight ahead.
+//! What a drive clamps before the filter is exact to first order only: of braking power that
+//! returns, what is left may follow its speed or mass. But it returns in turns as it does straight
+//! ahead.
 
 use logs::runs::Row;
 use model::effects::Regressor;
@@ -14,8 +17,8 @@ use crate::noise::whiten::Signal;
 use crate::problem::Problem;
 use crate::twin::State;
 
-/// Columns of the state's effects times speed, time, mass, turn rate and acceleration, whitened; of braking power that returns times the
-/// turn rate only. 0 in clean runs.
+/// Columns of the state's effects times speed, time, mass, turn rate and acceleration, whitened; of
+/// braking power that returns times the turn rate only. 0 in clean runs.
 pub(super) fn deformations<const N: usize>(problem: &Problem<'_, N>, state: &State) -> Vec<Signal> {
     let runs = problem.twin.runs;
     let along: [fn(&Row<N>) -> f64; 5] = [

@@ -1,4 +1,5 @@
-//! How often a drive has to be driven until it parts rivals with a probability that somebody asks for.
+//! How often a drive has to be driven until it parts rivals with a probability that somebody asks
+//! for.
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -6,8 +7,9 @@ use crate::thresholds::manoeuvre::{PARTED, WORTH};
 
 /// The probability that rivals are parted which are expected to differ by `z` standard errors.
 ///
-/// The difference of their χ² is then normal about z² with a standard deviation of 2 z, and has to exceed the tie's 9; what the model gets
-/// wrong where no run has been takes as much of z as the noise does.
+/// The difference of their χ² is then normal about z² with a standard deviation of 2 z, and has to
+/// exceed the tie's 9; what the model gets wrong where no run has been takes as much of z as the
+/// noise does.
 pub fn probability(z: f64) -> f64 {
     let z = z * WORTH / PARTED;
     if z <= 0.0 || z.is_nan() {
@@ -25,7 +27,8 @@ mod tests {
         assert!((probability(PARTED) - 0.5).abs() < 1e-12);
         assert!(probability(2.0 * PARTED) > 0.98);
         assert_eq!(probability(0.0), 0.0);
-        // 9.0816 by hand: z' = q + √(q² + 9) with q = 1.2816 is 4.544, and twice that for the model.
+        // 9.0816 by hand: z' = q + √(q² + 9) with q = 1.2816 is 4.544, and twice that for the
+        // model.
         assert!((probability(9.0876) - 0.9).abs() < 1e-4, "{}", probability(9.0876));
     }
 }

@@ -1,4 +1,5 @@
-//! The profiles that are tried: short blocks, each from rest to rest, repeated in turn behind a rest.
+//! The profiles that are tried: short blocks, each from rest to rest, repeated in turn behind a
+//! rest.
 
 use super::limits::Limits;
 use crate::thresholds::manoeuvre::EASY;
@@ -98,7 +99,8 @@ pub fn blocks() -> Vec<Block> {
 }
 
 impl Block {
-    /// With holds of this share of theirs, and then the same backwards in time: it ends where it began, and heads there as it did.
+    /// With holds of this share of theirs, and then the same backwards in time: it ends where it
+    /// began, and heads there as it did.
     pub(super) fn there_and_back(&self, share: f64) -> Self {
         let there: Vec<Leg> =
             self.legs.iter().map(|leg| Leg { hold_s: share * leg.hold_s, ..*leg }).collect();
@@ -134,7 +136,8 @@ impl Recipe {
                 now += leg.hold_s;
                 knots.push((now, twist));
             }
-            // Blocks begin and end at rest: the one that is too long is left out, and the rest of the time rested.
+            // Blocks begin and end at rest: the one that is too long is left out, and the rest of
+            // the time rested.
             if now > self.duration_s || now <= before.1 {
                 knots.truncate(before.0);
                 break;
@@ -175,7 +178,8 @@ mod tests {
     const ROBOT: &str = "kinematics = \"differential\"\nwheel_radius_m = 0.033\ntrack_m = 0.16\nmass_no_load_kg = 1\n\
                          mass_full_load_kg = 6\nmax_speed_m_s = 0.5\nmax_turn_rad_s = 2.0\nmax_acceleration_m_s2 = 0.8\n";
 
-    /// Limits of a robot whose file gives them all: the runs, of which there are none, do not matter.
+    /// Limits of a robot whose file gives them all: the runs, of which there are none, do not
+    /// matter.
     fn limits() -> Limits {
         let robot = Robot::parse(ROBOT).unwrap();
         let core = robot.core::<2>(CUTOFF_HZ).unwrap();

@@ -1,4 +1,5 @@
-//! The manoeuvre that parts hypotheses: a speed profile within the robot's limits along which they would disagree most.
+//! The manoeuvre that parts hypotheses: a speed profile within the robot's limits along which they
+//! would disagree most.
 
 pub mod advice;
 pub mod effort;
@@ -41,7 +42,8 @@ pub struct Pair {
 /// What a drive is asked to be.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Wish {
-    /// To part the rivals with this probability, 0 to 1; as well as [`RUNS`] runs do it where none is asked for.
+    /// To part the rivals with this probability, 0 to 1; as well as [`RUNS`] runs do it where none
+    /// is asked for.
     pub probability: Option<f64>,
     /// To stay in this room.
     pub room: Option<Room>,
@@ -64,15 +66,16 @@ pub struct Suggestion {
     pub masses_kg: Vec<f64>,
     /// Hypotheses, and how well the profile parts them.
     pub pairs: Vec<Pair>,
-    /// Runs of the same profile that are needed without the effect, with the robot as it was in the fit: the model gets too much wrong
-    /// along it, and no run says what. 0 where the field's are enough.
+    /// Runs of the same profile that are needed without the effect, with the robot as it was in the
+    /// fit: the model gets too much wrong along it, and no run says what. 0 where the field's are
+    /// enough.
     pub reference_runs: usize,
     /// What else to record for those that it does not part.
     pub record: Vec<String>,
 }
 
-/// Looks for the profile that parts the hypotheses of an ambiguous report best: the least parted pair counts. `None` where there is
-/// no tie.
+/// Looks for the profile that parts the hypotheses of an ambiguous report best: the least parted
+/// pair counts. `None` where there is no tie.
 ///
 /// # Errors
 /// As [`Runs::condition`].
@@ -181,7 +184,8 @@ impl<const N: usize> Search<'_, N> {
         separate::planned(self.field, &knots, &self.limits, masses)
     }
 
-    /// How well each pair of ids is parted: of the ways in which their effects may show the two that are closest.
+    /// How well each pair of ids is parted: of the ways in which their effects may show the two
+    /// that are closest.
     fn separations(
         &self,
         known: &Products,
@@ -219,7 +223,8 @@ impl<const N: usize> Search<'_, N> {
         Ok(pairs)
     }
 
-    /// What counts: the least parted pair, and a little of all pairs, so that those that nothing parts do not hide the others.
+    /// What counts: the least parted pair, and a little of all pairs, so that those that nothing
+    /// parts do not hide the others.
     fn score(&self, known: &Products, recipe: &Recipe, reference: usize) -> Result<f64> {
         let found = self.separations(known, recipe, &self.loads, reference)?;
         let mean = found.iter().map(|pair| pair.z.min(SURE)).sum::<f64>() / found.len().max(1) as f64;
@@ -273,8 +278,8 @@ impl<const N: usize> Search<'_, N> {
         Ok(recipe)
     }
 
-    /// The least time on the road that parts all pairs with a probability: length and number of runs. Where none of those tried is
-    /// enough, what parts them best.
+    /// The least time on the road that parts all pairs with a probability: length and number of
+    /// runs. Where none of those tried is enough, what parts them best.
     fn effort(
         &self,
         recipe: Recipe,

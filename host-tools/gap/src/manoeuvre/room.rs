@@ -1,4 +1,5 @@
-//! Drives that stay in a room: what goes out comes back the way it went, and no further than there is room.
+//! Drives that stay in a room: what goes out comes back the way it went, and no further than there
+//! is room.
 
 use super::family::{Block, Knots, Recipe, at};
 use super::limits::Limits;
@@ -22,8 +23,8 @@ const STEP_S: f64 = 0.02;
 const ONE_BLOCK_S: f64 = 120.0;
 
 impl Room {
-    /// The blocks that fit, each followed by itself backwards in time: it ends where it began. Those that do not fit even with the shortest
-    /// holds are left out.
+    /// The blocks that fit, each followed by itself backwards in time: it ends where it began.
+    /// Those that do not fit even with the shortest holds are left out.
     pub(super) fn fitted(&self, blocks: Vec<Block>, limits: &Limits) -> Vec<Block> {
         blocks.into_iter().filter_map(|block| self.fit(&block, limits)).collect()
     }

@@ -1,7 +1,9 @@
-//! How well a drive would part two hypotheses: what is left of their difference when the worse one may adapt itself.
+//! How well a drive would part two hypotheses: what is left of their difference when the worse one
+//! may adapt itself.
 //!
-//! As in the workflow, the model may be wrong along smooth functions of the drive and along the effects in clean and field runs alike,
-//! which only the clean runs tell from an effect: where these have not been, no drive of the field parts anything.
+//! As in the workflow, the model may be wrong along smooth functions of the drive and along the
+//! effects in clean and field runs alike, which only the clean runs tell from an effect: where
+//! these have not been, no drive of the field parts anything.
 
 use std::mem::discriminant;
 
@@ -59,7 +61,8 @@ pub fn planned<const N: usize>(
     Runs::condition(&core, masses.iter().map(run).collect())
 }
 
-/// Whether a drive can show what this hypothesis says: nobody can foresee what other columns will hold.
+/// Whether a drive can show what this hypothesis says: nobody can foresee what other columns will
+/// hold.
 pub fn foreseen(hypothesis: &Hypothesis) -> bool {
     hypothesis.candidate.regressors.iter().all(|regressor| match regressor {
         Regressor::Column(_) | Regressor::Temperature(..) => false,
@@ -68,8 +71,8 @@ pub fn foreseen(hypothesis: &Hypothesis) -> bool {
     })
 }
 
-/// A hypothesis's state in runs to come: what steps does so in their middle, and by as much as it did on average in single runs; payloads
-/// are put on scales.
+/// A hypothesis's state in runs to come: what steps does so in their middle, and by as much as it
+/// did on average in single runs; payloads are put on scales.
 fn to_come<const N: usize>(state: &State, runs: &Runs<N>) -> State {
     let longest = runs.runs.iter().filter_map(|run| run.rows.last()).map(|row| row.time).fold(0.0, f64::max);
     let mut coming = state.clone();
@@ -103,7 +106,8 @@ fn width(regressor: &Regressor) -> Option<f64> {
     }
 }
 
-/// What is known already: the open runs of the field and the clean ones, and the hypotheses that explain them.
+/// What is known already: the open runs of the field and the clean ones, and the hypotheses that
+/// explain them.
 pub struct Ground<'a, const N: usize> {
     /// Open runs, then clean ones.
     pub runs: Runs<N>,
@@ -115,7 +119,8 @@ pub struct Ground<'a, const N: usize> {
     pub has_clean: bool,
 }
 
-/// Sums of products of all columns: discrepancy, each hypothesis's effects and shapes, each hypothesis's power.
+/// Sums of products of all columns: discrepancy, each hypothesis's effects and shapes, each
+/// hypothesis's power.
 #[derive(Debug, Clone)]
 pub struct Products {
     sums: DMatrix<f64>,
@@ -125,7 +130,8 @@ pub struct Products {
 }
 
 impl<const N: usize> Ground<'_, N> {
-    /// Of the runs that there are, as they stand beside `planned` ones: smooth functions are scaled by the largest of all.
+    /// Of the runs that there are, as they stand beside `planned` ones: smooth functions are scaled
+    /// by the largest of all.
     pub fn known(&self, planned: &Runs<N>) -> Products {
         // A planned drive has none of the logs' further columns.
         let all = self.runs.followed_by(planned);
@@ -170,7 +176,8 @@ impl<const N: usize> Ground<'_, N> {
         places: std::ops::Range<usize>,
         planned: bool,
     ) -> Products {
-        // What the model may get wrong is wrong in clean runs too: effects show there as they would in the field.
+        // What the model may get wrong is wrong in clean runs too: effects show there as they would
+        // in the field.
         let mut bare = runs.clone();
         bare.runs.iter_mut().for_each(|run| run.clean = false);
         let twin = Twin { runs, drive: self.basis.drive, lag: self.basis.lag, early: 0.0 };
@@ -240,8 +247,9 @@ impl<const N: usize> Ground<'_, N> {
         Products { sums: sums.unwrap_or_else(|| DMatrix::zeros(0, 0)), discrepancy, blocks }
     }
 
-    /// Standard errors by which each pair of hypotheses would differ after `weight` runs for each of the planned ones, and `clean` of them
-    /// without the effect, all that is known taken together: places of the two, and z.
+    /// Standard errors by which each pair of hypotheses would differ after `weight` runs for each
+    /// of the planned ones, and `clean` of them without the effect, all that is known taken
+    /// together: places of the two, and z.
     pub fn separations(
         &self,
         known: &Products,

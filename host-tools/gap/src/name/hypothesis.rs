@@ -1,4 +1,5 @@
-//! Candidates fitted with all that they bend, their shapes searched, and when two of them are no different.
+//! Candidates fitted with all that they bend, their shapes searched, and when two of them are no
+//! different.
 use model::effects::{Candidate, Detail, Regressor, Runs};
 use numerics::intervals::mean_interval;
 use numerics::search::golden_section;
@@ -29,12 +30,14 @@ impl Hypothesis {
         effects[from..].iter().map(|(_, coefficient)| *coefficient).collect()
     }
 
-    /// Whether sign and size of the coefficients are those that the effect can have. Of several columns only the size counts.
+    /// Whether sign and size of the coefficients are those that the effect can have. Of several
+    /// columns only the size counts.
     pub fn is_plausible(&self) -> bool {
         let (low, high) = self.candidate.range;
         match self.coefficients()[..] {
             [only] if self.candidate.least.is_empty() => only >= low && only <= high,
-            // Of single runs each is one of its own, of one run its own; the parts of a direction make up one.
+            // Of single runs each is one of its own, of one run its own; the parts of a direction
+            // make up one.
             _ if self.lives_in_single_runs() => self.plausible_runs().into_iter().all(|plausible| plausible),
             [size, with] if let Some((least, most)) = self.candidate.regressors[1].range() => {
                 (low..=high).contains(&size) && (least..=most).contains(&with)
@@ -57,8 +60,8 @@ impl Hypothesis {
         coefficients.map(|(place, c)| c >= least(place) && c <= high).collect()
     }
 
-    /// An implausible one of single runs without those in which it is. A mass that no robot has may be what the model gets wrong in one run;
-    /// those noted wrongly in others are no less so.
+    /// An implausible one of single runs without those in which it is. A mass that no robot has may
+    /// be what the model gets wrong in one run; those noted wrongly in others are no less so.
     pub(super) fn without_implausible_runs<const N: usize>(
         &self,
         problem: &Problem<'_, N>,
@@ -130,7 +133,8 @@ pub(super) fn fit_hypothesis<const N: usize>(
     Some(Hypothesis { candidate, fitted, penalised })
 }
 
-/// Searches the shapes of the best hypotheses: widths, time constants and times between those of the dictionary.
+/// Searches the shapes of the best hypotheses: widths, time constants and times between those of
+/// the dictionary.
 pub(super) fn sharpen<const N: usize>(
     problem: &Problem<'_, N>,
     state: &State,
@@ -168,14 +172,16 @@ pub(super) fn sharpen<const N: usize>(
     hypotheses.sort_by(|a, b| a.penalised.total_cmp(&b.penalised));
 }
 
-/// By how much a hypothesis may be worse in χ², to first order, and still be as good. χ² counts in variances of the noise: where runs
-/// [`disagree`] about the winner by more than that, or clean runs about anything, a difference says less by as much. No term of the model
-/// is exact: a [share](TIE_SHARE) of the gain comes on top.
+/// By how much a hypothesis may be worse in χ², to first order, and still be as good. χ² counts in
+/// variances of the noise: where runs [`disagree`] about the winner by more than that, or clean
+/// runs about anything, a difference says less by as much. No term of the model is exact: a
+/// [share](TIE_SHARE) of the gain comes on top.
 pub(super) fn tie_width(gain: f64, disagreement: f64, misfit: f64) -> f64 {
     TIE * disagreement.max(misfit) + TIE_SHARE * gain
 }
 
-/// Whether a hypothesis is not significantly worse: by less than a [width](tie_width), and by less than runs differ about it.
+/// Whether a hypothesis is not significantly worse: by less than a [width](tie_width), and by less
+/// than runs differ about it.
 pub(super) fn is_tie(winner: &Hypothesis, hypothesis: &Hypothesis, width: f64) -> bool {
     let differences: Vec<f64> =
         hypothesis.fitted.run_losses.iter().zip(&winner.fitted.run_losses).map(|(r, w)| r - w).collect();
@@ -199,8 +205,9 @@ pub(super) fn as_good<'a>(
     rivals.iter().filter(is_as_good).copied().collect()
 }
 
-/// Ids of those that beat a winner and all that are `tied` with it when a run is left out, one for each run that decides so. Where the
-/// winner lives in single runs there may then be nothing left to be won: who beats it there has to stand out of the noise by `threshold`.
+/// Ids of those that beat a winner and all that are `tied` with it when a run is left out, one for
+/// each run that decides so. Where the winner lives in single runs there may then be nothing left
+/// to be won: who beats it there has to stand out of the noise by `threshold`.
 pub(super) fn better_without_a_run<const N: usize>(
     problem: &Problem<'_, N>,
     null: &Fitted,
@@ -223,8 +230,8 @@ pub(super) fn better_without_a_run<const N: usize>(
     better.collect()
 }
 
-/// How many times more runs disagree about what a hypothesis adds than its equations say. What lives in single runs is of these alone: no
-/// other could agree.
+/// How many times more runs disagree about what a hypothesis adds than its equations say. What
+/// lives in single runs is of these alone: no other could agree.
 pub(super) fn disagree<const N: usize>(problem: &Problem<'_, N>, hypothesis: &Hypothesis) -> f64 {
     let regressors = &hypothesis.candidate.regressors;
     if regressors.iter().any(|regressor| regressor.run().is_some()) {
@@ -233,8 +240,9 @@ pub(super) fn disagree<const N: usize>(problem: &Problem<'_, N>, hypothesis: &Hy
     problem.disagreement(&hypothesis.fitted, regressors.len())
 }
 
-/// An implausible hypothesis of another effect than the best plausible one's that explains more than a tie would: by more than
-/// [`TIE`] and a [share](TIE_SHARE) of the gain. `hypotheses` are sorted, the best first.
+/// An implausible hypothesis of another effect than the best plausible one's that explains more
+/// than a tie would: by more than [`TIE`] and a [share](TIE_SHARE) of the gain. `hypotheses` are
+/// sorted, the best first.
 pub(super) fn implausible_and_better(hypotheses: &[Hypothesis], null_loss: f64) -> Option<&Hypothesis> {
     let first = hypotheses.first().filter(|first| !first.is_plausible())?;
     let winner = hypotheses.iter().find(|hypothesis| hypothesis.is_plausible())?;
@@ -243,8 +251,9 @@ pub(super) fn implausible_and_better(hypotheses: &[Hypothesis], null_loss: f64) 
     (first.candidate.id != winner.candidate.id && worse > TIE + TIE_SHARE * gain).then_some(first)
 }
 
-/// Whether a candidate is no better than its own limit, see [`Regressor::limit`]: what makes it this effect does not show then. Where the
-/// dictionary has the limit as an effect it is a hypothesis, and in a tie.
+/// Whether a candidate is no better than its own limit, see [`Regressor::limit`]: what makes it
+/// this effect does not show then. Where the dictionary has the limit as an effect it is a
+/// hypothesis, and in a tie.
 pub(super) fn shows_no_shape<const N: usize>(
     problem: &Problem<'_, N>,
     state: &State,
@@ -293,8 +302,8 @@ mod tests {
         }
     }
 
-    /// 60 behind in χ² of 400 with a run-level scatter that hides it: no tie where the equations' error is right (9 + 1 % of 400 = 13), one
-    /// where runs disagree ten times as much (90 + 4).
+    /// 60 behind in χ² of 400 with a run-level scatter that hides it: no tie where the equations'
+    /// error is right (9 + 1 % of 400 = 13), one where runs disagree ten times as much (90 + 4).
     #[test]
     fn a_tie_is_as_wide_as_runs_disagree() {
         let runs = |losses: [f64; 4]| {
@@ -311,8 +320,8 @@ mod tests {
         assert!(!is_tie(&winner, &runs([115.0; 4]), width(10.0)));
     }
 
-    /// Gains of 2184 and 2126, as a Husky on another floor had them: the next best name was a wrong one. A tie would be within
-    /// 9 + 1 % of 2126 = 30.
+    /// Gains of 2184 and 2126, as a Husky on another floor had them: the next best name was a wrong
+    /// one. A tie would be within 9 + 1 % of 2126 = 30.
     #[test]
     fn the_next_best_takes_no_name_that_an_implausible_one_explains_better() {
         let null = 10_000.0;
@@ -331,7 +340,8 @@ mod tests {
         assert_eq!(better(2184.0, 1.5, "wheel-drag"), None);
     }
 
-    /// Of two runs noted with 1.4 and 5 kg on a robot of 1 kg the second may be 2 kg lighter, the first may not.
+    /// Of two runs noted with 1.4 and 5 kg on a robot of 1 kg the second may be 2 kg lighter, the
+    /// first may not.
     #[test]
     fn a_mass_is_plausible_by_what_its_own_run_noted() {
         let of = |shifts: [f64; 2]| {
@@ -351,8 +361,9 @@ mod tests {
         assert!(second.is_plausible());
     }
 
-    /// Runs noted with 1 and 4 kg whose power is that of 0.5 and 2.4 kg: a robot of 1 kg is never as light as the first, but the second is wrong.
-    /// Where clean runs show twice the variance of noise, that costs twice as much.
+    /// Runs noted with 1 and 4 kg whose power is that of 0.5 and 2.4 kg: a robot of 1 kg is never
+    /// as light as the first, but the second is wrong. Where clean runs show twice the variance of
+    /// noise, that costs twice as much.
     #[test]
     fn a_mass_that_no_robot_has_leaves_the_others() {
         let torque = TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]);
@@ -422,8 +433,8 @@ mod tests {
         (found.coefficients()[0], [counts, null - found.fitted.loss])
     }
 
-    /// Behind a filter of 2 Hz a quarter of a period is 0.125 s. Power that is 0.4 s late is found there, though its slope at no delay
-    /// leads elsewhere; power that is in time is not late.
+    /// Behind a filter of 2 Hz a quarter of a period is 0.125 s. Power that is 0.4 s late is found
+    /// there, though its slope at no delay leads elsewhere; power that is in time is not late.
     #[test]
     fn a_delay_of_more_than_a_quarter_period_is_found() {
         let torque = TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]);
@@ -434,8 +445,9 @@ mod tests {
         assert!(found(0.0).abs() < 1e-3, "{}", found(0.0));
     }
 
-    /// A sensor with a little of the rows beside each makes no delay worth a name, though one of part of a row explains some of it. Of what is
-    /// late by less than a row, and smoothed as far as that takes interpolation, most counts.
+    /// A sensor with a little of the rows beside each makes no delay worth a name, though one of
+    /// part of a row explains some of it. Of what is late by less than a row, and smoothed as far
+    /// as that takes interpolation, most counts.
     #[test]
     fn what_is_smoothed_is_not_late() {
         let torque = TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]);

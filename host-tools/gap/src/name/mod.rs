@@ -21,7 +21,8 @@ pub(super) struct Choice {
     pub(super) hypothesis: Hypothesis,
     pub(super) gain: f64,
     pub(super) ties: Vec<String>,
-    /// The best other fit of each effect, and all that are not much worse, in several ways of one effect also.
+    /// The best other fit of each effect, and all that are not much worse, in several ways of one
+    /// effect also.
     pub(super) others: Vec<Hypothesis>,
 }
 
@@ -96,7 +97,8 @@ pub(super) fn name<const N: usize>(
     if (null.loss - winner.fitted.loss) / inflation - problem.price(&winner.candidate) < least.powi(2) {
         return refuse(record, "what explains most does not stand out of the noise");
     }
-    // The truth is then none of these, or the robot is none that its file describes: the next best name would be a wrong one.
+    // The truth is then none of these, or the robot is none that its file describes: the next best
+    // name would be a wrong one.
     if let Some(better) = better {
         let why = format!("{} explains most, with no plausible sign or size", better.candidate.id);
         return refuse(record, &why);

@@ -1,7 +1,8 @@
 //! A tie of the open runs, asked again with the locked ones beside them.
 //!
-//! The open runs say who explains most and by how much. Half as many runs again may say that a rival does not: it is struck then. Nothing
-//! else is taken from the locked runs, and if with them another than the winner were best, the tie stays as it is.
+//! The open runs say who explains most and by how much. Half as many runs again may say that a
+//! rival does not: it is struck then. Nothing else is taken from the locked runs, and if with them
+//! another than the winner were best, the tie stays as it is.
 
 use model::effects::Regressor;
 
@@ -10,8 +11,9 @@ use crate::problem::Problem;
 use crate::thresholds::problem::MOST_FIT_STEPS;
 use crate::twin::State;
 
-/// Ids of the rivals that are struck of a tie, the winner first in it. `others` is the base with what else was named; `problem` is posed of
-/// the open runs, then the locked ones, then the clean ones.
+/// Ids of the rivals that are struck of a tie, the winner first in it. `others` is the base with
+/// what else was named; `problem` is posed of the open runs, then the locked ones, then the clean
+/// ones.
 pub(crate) fn struck<const N: usize>(
     problem: &Problem<'_, N>,
     others: &State,
@@ -61,7 +63,8 @@ pub(crate) fn struck<const N: usize>(
     struck
 }
 
-/// Whether locked runs have it as open ones do: not what is of single runs, or comes at a time of each run's own.
+/// Whether locked runs have it as open ones do: not what is of single runs, or comes at a time of
+/// each run's own.
 fn is_of_all_runs(regressor: &Regressor) -> bool {
     regressor.run().is_none() && !matches!(regressor, Regressor::Switch(..))
 }
@@ -86,8 +89,9 @@ mod tests {
         Twin { runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 }
     }
 
-    /// Power with 0.3 W more: friction at low speeds and at lower ones is struck from a tie with an offset, the same offset by another name and a step at times
-    /// of its own stay. Where friction is said to have won nothing is struck.
+    /// Power with 0.3 W more: friction at low speeds and at lower ones is struck from a tie with an
+    /// offset, the same offset by another name and a step at times of its own stay. Where friction
+    /// is said to have won nothing is struck.
     #[test]
     fn a_rival_is_struck_that_all_runs_together_say_is_worse() {
         let mut runs = example::runs([0.8, 0.3]);

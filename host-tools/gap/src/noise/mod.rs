@@ -21,7 +21,8 @@ use super::twin::{State, Twin};
 pub enum Memory<'a> {
     /// As it was told before.
     Known(&'a Whitener),
-    /// In the clean runs, where there are any: a step that the field has beyond them would be taken for a long memory, and whitened away.
+    /// In the clean runs, where there are any: a step that the field has beyond them would be taken
+    /// for a long memory, and whitened away.
     OfClean,
     /// In all runs: a simulator's have none.
     OfAll,
@@ -36,7 +37,8 @@ pub struct Noise {
     pub std_w: f64,
     /// Root of each row's weight; 0 where the past is not known.
     pub weights: Signal,
-    /// What is left when everything that varies smoothly is taken out: whitened, weighted, per standard deviation.
+    /// What is left when everything that varies smoothly is taken out: whitened, weighted, per
+    /// standard deviation.
     pub left: Signal,
     /// What is left, as it was before whitening, W.
     pub left_w: Signal,
@@ -45,7 +47,8 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// From the residual at `state` less its regression on base, regressors and smooth functions, before and after whitening.
+    /// From the residual at `state` less its regression on base, regressors and smooth functions,
+    /// before and after whitening.
     pub fn estimate<const N: usize>(
         twin: &Twin<'_, N>,
         state: &State,
@@ -117,7 +120,8 @@ impl Noise {
             }
         }
         let rows = left_w.iter().map(Vec::len).sum::<usize>() as f64;
-        // What the fit takes along of coloured noise grows with its memory: the rows that the noise is worth.
+        // What the fit takes along of coloured noise grows with its memory: the rows that the noise
+        // is worth.
         let worth =
             rows * (1.0 - noise.whitener.coefficients.iter().sum::<f64>()).powi(2).clamp(LEAST_WORTH, 1.0);
         noise.floor_w2 = left_w.iter().flatten().map(|x| x * x).sum::<f64>() / rows
@@ -126,7 +130,8 @@ impl Noise {
         noise
     }
 
-    /// Standard deviation of the whitened noise of the rows that count, W: as if all scattered alike.
+    /// Standard deviation of the whitened noise of the rows that count, W: as if all scattered
+    /// alike.
     pub fn usual_w(&self) -> f64 {
         let known = || self.weights.iter().flatten().filter(|weight| **weight > 0.0);
         let square: f64 = known().map(|weight| weight * weight).sum();
@@ -142,7 +147,7 @@ impl Noise {
         white
     }
 
-    /// Weights and standard deviation anew, from what is left.
+    /// Weights and standard deviation again, from what is left.
     fn weigh<const N: usize>(&mut self, runs: &Runs<N>) {
         let plain: Signal = self
             .left
@@ -180,8 +185,9 @@ impl Noise {
         }
     }
 
-    /// Variance of Σ x e, e being what is left, by the scatter of its parts: over blocks of some seconds or over whole runs,
-    /// whichever is greater. 1 per Σ x² if model and normality were right.
+    /// Variance of Σ x e, e being what is left, by the scatter of its parts: over blocks of some
+    /// seconds or over whole runs, whichever is greater. 1 per Σ x² if model and normality were
+    /// right.
     pub fn score_variance(&self, period_s: f64, column: &Signal) -> f64 {
         let along = along(column.iter().flatten(), self.left.iter().flatten());
         let (mut blocks, mut runs) = ([0.0; BLOCKS_S.len()], 0.0);
@@ -206,8 +212,8 @@ impl Noise {
     }
 }
 
-/// Clean runs that are far quieter than those in question are a simulator's: they scatter less by as much, down to a share that keeps
-/// them from outweighing everything.
+/// Clean runs that are far quieter than those in question are a simulator's: they scatter less by
+/// as much, down to a share that keeps them from outweighing everything.
 fn quieten_clean<const N: usize>(runs: &Runs<N>, plain: &Signal, weights: &Signal, spread: &mut Signal) {
     let usual = |clean: bool| {
         let of = runs.runs.iter().zip(plain).zip(spread.iter().zip(weights));
@@ -228,7 +234,8 @@ fn quieten_clean<const N: usize>(runs: &Runs<N>, plain: &Signal, weights: &Signa
     }
 }
 
-/// How much of a column is in what is left: an effect of single runs, which no smooth function takes out, is no noise.
+/// How much of a column is in what is left: an effect of single runs, which no smooth function
+/// takes out, is no noise.
 fn along<'a>(column: impl Iterator<Item = &'a f64>, left: impl Iterator<Item = &'a f64>) -> f64 {
     let (with, own) = column.zip(left).fold((0.0, 0.0), |(with, own), (x, e)| (with + x * e, own + x * x));
     if own > 0.0 { with / own } else { 0.0 }
@@ -254,8 +261,8 @@ fn matrices(columns: &[Vec<Vec<f64>>], weights: &Signal) -> Vec<DMatrix<f64>> {
         .collect()
 }
 
-/// Least squares of the last column on the others, all runs together; directions that the rows do not hold are left out.
-/// What is left, the coefficients, and how many directions were fitted.
+/// Least squares of the last column on the others, all runs together; directions that the rows do
+/// not hold are left out. What is left, the coefficients, and how many directions were fitted.
 fn regress(runs: &[DMatrix<f64>]) -> (Signal, DVector<f64>, f64) {
     let columns = runs.first().map_or(0, |run| run.ncols().saturating_sub(1));
     let mut gram = DMatrix::<f64>::zeros(columns + 1, columns + 1);

@@ -1,8 +1,9 @@
 //! How the scatter of what is left varies from row to row: with jerk, acceleration and power.
 //!
-//! No model of filtered signals is right where a wheel starts or stops: the power is no linear function of the speeds there, and
-//! the filter mixes what was before with what comes behind. Such rows scatter several times as much as steady ones. Weighed alike
-//! they would drown what the steady ones say.
+//! No model of filtered signals is right where a wheel starts or stops: the power is no linear
+//! function of the speeds there, and the filter mixes what was before with what comes behind. Such
+//! rows scatter several times as much as steady ones. Weighed alike they would drown what the
+//! steady ones say.
 
 use logs::runs::Runs;
 

@@ -32,7 +32,8 @@ impl Whitener {
         Self { coefficients: levinson(&lags) }
     }
 
-    /// Filters a signal. The first rows of each piece, whose past is not known, become 0 as [`Self::known`] tells.
+    /// Filters a signal. The first rows of each piece, whose past is not known, become 0 as
+    /// [`Self::known`] tells.
     pub fn apply<const N: usize>(&self, runs: &Runs<N>, signal: &Signal) -> Signal {
         runs.runs
             .iter()
@@ -100,7 +101,8 @@ fn levinson(lags: &[f64]) -> Vec<f64> {
 mod tests {
     use super::levinson;
 
-    /// An AR(2) process x_t = 0.6 x_{t−1} + 0.3 x_{t−2} + e has autocorrelations ρ1 = 0.6/0.7, ρ_k = 0.6 ρ_{k−1} + 0.3 ρ_{k−2}.
+    /// An AR(2) process x_t = 0.6 x_{t−1} + 0.3 x_{t−2} + e has autocorrelations ρ1 = 0.6/0.7, ρ_k
+    /// = 0.6 ρ_{k−1} + 0.3 ρ_{k−2}.
     #[test]
     fn levinson_finds_the_process_of_its_autocovariance() {
         let mut lags = vec![1.0, 0.6 / 0.7];

@@ -197,7 +197,8 @@ fn named(size_w: f64, std_err_w: f64, detail: Detail) -> Named {
     Named { candidate, coefficients: vec![size_w], std_errs: vec![std_err_w], physical: Some(physical) }
 }
 
-/// Runs that lie lower than others by the same power before and behind the step: a state that does not change within a run.
+/// Runs that lie lower than others by the same power before and after the step: a state that does
+/// not change within a run.
 fn between_runs(runs: &[PowerRun], kind: &Kind) -> Option<Named> {
     let mut levels: Vec<(usize, f64, f64, f64)> = kind
         .members
@@ -235,7 +236,8 @@ fn between_runs(runs: &[PowerRun], kind: &Kind) -> Option<Named> {
     })
 }
 
-/// The gap at rest of the locked runs; the size of a step is that of the open ones, its time their own.
+/// The gap at rest of the locked runs; the size of a step is that of the open ones, its time their
+/// own.
 fn confirm(runs: &[PowerRun], rests: &[Rests], split: &Split, kinds: &[Kind]) -> Confirmed {
     let mut all = Squares::default();
     let mut by_run = Vec::new();

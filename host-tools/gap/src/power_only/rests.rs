@@ -47,7 +47,7 @@ impl Step {
         self.from.std_err_w.hypot(self.to.std_err_w)
     }
 
-    /// Whether a level, at rest, is of the state behind the step.
+    /// Whether a level, at rest, is of the state after the step.
     fn is_behind(&self, time: f64) -> bool {
         time >= self.between_s.1
     }
@@ -94,7 +94,8 @@ impl Rests {
         Self { others: levels.len().saturating_sub(used), steps, lowest, wander_w: greatest }
     }
 
-    /// The steps' rests that a time is at: the state's number from 0, if the time is at rest at all.
+    /// The steps' rests that a time is at: the state's number from 0, if the time is at rest at
+    /// all.
     pub fn state_at(&self, time: f64) -> Option<usize> {
         let inside = |rest: &Rest| rest.visits.iter().any(|&(from, to)| time >= from && time <= to);
         let state = self.steps.iter().filter(|step| step.is_behind(time)).count();
@@ -112,7 +113,8 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Steps among these visits: up behind the last visit of the lowest level, down before its first.
+    /// Steps among these visits: up behind the last visit of the lowest level, down before its
+    /// first.
     fn collect(&mut self, visits: &[Visit]) {
         let Some(lowest) = visits.iter().map(|visit| visit.level).min() else { return };
         let at = |visit: &Visit| visit.level == lowest;
@@ -142,7 +144,8 @@ impl Search<'_> {
         self.steps.sort_by(|a, b| a.between_s.0.total_cmp(&b.between_s.0));
     }
 
-    /// The lowest level of some visits if it is one that the power returns to, with their beginning and end.
+    /// The lowest level of some visits if it is one that the power returns to, with their beginning
+    /// and end.
     fn rest(&self, visits: &[Visit]) -> Option<(Rest, f64, f64)> {
         let lowest = visits.iter().map(|visit| visit.level).min()?;
         let rest = self.all(visits, lowest);

@@ -1,4 +1,5 @@
-//! A state fitted with all its effects, the model made linear anew at each step (Gauss and Newton).
+//! A state fitted with all its effects, the model made linear again at each step (Gauss and
+//! Newton).
 
 use model::effects::Regressor;
 use nalgebra::{DMatrix, DVector};
@@ -25,7 +26,8 @@ pub struct Fitted {
 }
 
 impl<const N: usize> Problem<'_, N> {
-    /// Adds regressors to a state and fits all that is in it, the model made linear anew at each step.
+    /// Adds regressors to a state and fits all that is in it, the model made linear again at each
+    /// step.
     pub fn fit(&self, state: &State, regressors: &[(Regressor, f64)], steps: usize) -> Option<Fitted> {
         let mut state = state.clone();
         state.effects.extend_from_slice(regressors);
@@ -59,7 +61,8 @@ impl<const N: usize> Problem<'_, N> {
         Some(Fitted { state, loss: best.0, run_losses: best.1, products, covariance: solved?.covariance() })
     }
 
-    /// Where along a regressor a fit is to start: the coefficient with the least loss, where that is less than without the regressor.
+    /// Where along a regressor a fit is to start: the coefficient with the least loss, where that
+    /// is less than without the regressor.
     pub(crate) fn best_start(
         &self,
         state: &State,
@@ -128,8 +131,9 @@ impl<const N: usize> Problem<'_, N> {
         white
     }
 
-    /// Covariance of base and effects: as the equations say, or as large as runs disagree, each left out in turn (the jackknife of
-    /// Quenouille and Tukey, field and clean runs apart), whichever is greater for each coefficient.
+    /// Covariance of base and effects: as the equations say, or as large as runs disagree, each
+    /// left out in turn (the jackknife of Quenouille and Tukey, field and clean runs apart),
+    /// whichever is greater for each coefficient.
     pub(crate) fn covariance(&self, fitted: &Fitted) -> DMatrix<f64> {
         let wanted: Vec<usize> =
             (0..self.base).chain(self.base + self.discrepancy.len()..fitted.covariance.nrows()).collect();
@@ -157,7 +161,8 @@ impl<const N: usize> Problem<'_, N> {
         DMatrix::from_fn(size, size, |i, j| formal(i, j) * inflation[i] * inflation[j])
     }
 
-    /// How many times greater the variance of the last `count` coefficients is by what runs disagree than by the equations; at least 1.
+    /// How many times greater the variance of the last `count` coefficients is by what runs
+    /// disagree than by the equations; at least 1.
     pub(crate) fn disagreement(&self, fitted: &Fitted, count: usize) -> f64 {
         let (own, formal) = (self.covariance(fitted).diagonal(), fitted.covariance.diagonal());
         let pairs = own.iter().rev().zip(formal.iter().rev()).take(count);

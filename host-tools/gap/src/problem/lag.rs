@@ -10,8 +10,9 @@ use crate::types::Base;
 
 /// The lag with the least residual, s; to a hundredth of a row.
 ///
-/// Speeds from encoder ticks are means over the sample before, and power sensors average over a time of their own. In the
-/// residual that looks like a derivative, of the base and of every effect alike.
+/// Speeds from encoder ticks are means over the sample before, and power sensors average over a
+/// time of their own. In the residual that looks like a derivative, of the base and of every effect
+/// alike.
 pub fn of_clean<const N: usize>(clean: &Runs<N>, base: &Base) -> f64 {
     let cost = |torque: TorqueModel<f64>, lag: f64| {
         let twin = Twin { runs: clean, drive: base.drive, lag, early: 0.0 };

@@ -19,7 +19,8 @@ pub(crate) struct Score {
     pub(crate) z: f64,
     /// Share of the column that base and effects leave.
     pub(crate) share: f64,
-    /// 1 where what is left scatters along the column as noise does, more where it scatters more: there a gain in χ² means less.
+    /// 1 where what is left scatters along the column as noise does, more where it scatters more:
+    /// there a gain in χ² means less.
     pub(crate) variance_inflation: f64,
 }
 
@@ -27,7 +28,7 @@ pub(crate) struct Score {
 pub(crate) struct Linear<'a, const N: usize> {
     pub(super) noise: &'a Noise,
     pub(super) runs: &'a Runs<N>,
-    /// The first column behind base, discrepancy and effects.
+    /// The first column after base, discrepancy and effects.
     pub(super) first: usize,
     pub(super) panel: Panel<'a>,
     /// Of all columns of the panel, over all runs.
@@ -37,7 +38,7 @@ pub(crate) struct Linear<'a, const N: usize> {
 }
 
 impl<const N: usize> Linear<'_, N> {
-    /// Columns behind base, discrepancy and effects: further regressors, then signals.
+    /// Columns after base, discrepancy and effects: further regressors, then signals.
     pub(crate) fn further(&self) -> usize {
         self.products.ncols() - 1 - self.first
     }
@@ -47,7 +48,8 @@ impl<const N: usize> Linear<'_, N> {
         self.first + further
     }
 
-    /// The score of a further column: its variance is that of what is left along it, and never below that of white noise.
+    /// The score of a further column: its variance is that of what is left along it, and never
+    /// below that of white noise.
     pub(crate) fn score(&self, further: usize) -> Option<Score> {
         let (places, column): (Vec<usize>, usize) = ((0..self.first).collect(), self.place(further));
         let own = FurtherColumn::from_products(&self.products, &places, column);
@@ -74,9 +76,10 @@ mod tests {
     use super::super::example::{STD_W, bare, runs};
     use crate::twin::{State, Twin};
 
-    /// The regression of the residual on base and effect at once, β = (XᵀX)⁻¹ Xᵀr, has z_j = β_j / (σ √((XᵀX)⁻¹)_jj); the score, which
-    /// takes the base out of the column first, has to be the same number (Frisch, Waugh and Lovell). Tolerance: the ridge on the
-    /// scaled diagonal is 1e-10 and the scaled matrix's condition some 1e3.
+    /// The regression of the residual on base and effect at once, β = (XᵀX)⁻¹ Xᵀr, has z_j = β_j /
+    /// (σ √((XᵀX)⁻¹)_jj); the score, which takes the base out of the column first, has to be the
+    /// same number (Frisch, Waugh and Lovell). Tolerance: the ridge on the scaled diagonal is 1e-10
+    /// and the scaled matrix's condition some 1e3.
     #[test]
     fn a_score_is_the_z_of_the_regression_coefficient() {
         const BASE: usize = 4;

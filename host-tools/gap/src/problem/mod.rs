@@ -1,4 +1,5 @@
-//! One state of knowledge about some runs: how far a column, or an added effect, explains what is left.
+//! One state of knowledge about some runs: how far a column, or an added effect, explains what is
+//! left.
 
 pub mod delay;
 #[cfg(test)]
@@ -44,9 +45,11 @@ pub struct Problem<'a, const N: usize> {
     pub factor: Option<Factored>,
     /// Smooth functions in the runs in question, whitened; 0 in clean runs.
     pub smooth: Vec<Signal>,
-    /// How many times the variance of what noise alone does clean runs show of each other, at least 1.
+    /// How many times the variance of what noise alone does clean runs show of each other, at least
+    /// 1.
     pub misfit: f64,
-    /// How many times as high as other |z| one of single runs, or of a time that was searched for, has to be.
+    /// How many times as high as other |z| one of single runs, or of a time that was searched for,
+    /// has to be.
     pub in_runs: f64,
 }
 
@@ -67,13 +70,15 @@ impl<const N: usize> Problem<'_, N> {
         z * self.misfit.sqrt()
     }
 
-    /// What a candidate's search and its further columns cost, in χ² that counts in variances of the noise: by chance they gain as many
-    /// times more as clean runs show [beyond noise](Self::misfit).
+    /// What a candidate's search and its further columns cost, in χ² that counts in variances of
+    /// the noise: by chance they gain as many times more as clean runs show [beyond
+    /// noise](Self::misfit).
     pub(crate) fn price(&self, candidate: &Candidate) -> f64 {
         self.misfit * penalty(candidate)
     }
 
-    /// As [`price`](Self::price) when a run is left out: what was searched for in that run costs nothing.
+    /// As [`price`](Self::price) when a run is left out: what was searched for in that run costs
+    /// nothing.
     pub(crate) fn price_without(&self, candidate: &Candidate, run: usize) -> f64 {
         let regressors = &candidate.regressors;
         let there = regressors.iter().filter(|regressor| regressor.run() == Some(run)).count() as f64;
@@ -85,12 +90,13 @@ impl<const N: usize> Problem<'_, N> {
         self.base..self.first_further(state)
     }
 
-    /// The first column behind base, discrepancy and effects.
+    /// The first column after base, discrepancy and effects.
     pub fn first_further(&self, state: &State) -> usize {
         self.base + self.discrepancy.len() + state.effects.len()
     }
 
-    /// Columns of the base, the discrepancy, a state's effects, further regressors, and whitened signals.
+    /// Columns of the base, the discrepancy, a state's effects, further regressors, and whitened
+    /// signals.
     pub(crate) fn panel(&self, state: &State, further: &[Regressor], signals: &[Signal]) -> Panel<'_> {
         let mut regressors: Vec<Regressor> =
             state.effects.iter().map(|(regressor, _)| regressor.clone()).collect();
@@ -103,7 +109,8 @@ impl<const N: usize> Problem<'_, N> {
         Prior { precision: self.precision.clone(), offset: self.offset(state) }
     }
 
-    /// The equations of the base and some columns of a panel about a state, by the panel's products.
+    /// The equations of the base and some columns of a panel about a state, by the panel's
+    /// products.
     pub(crate) fn factored(
         &self,
         products: &DMatrix<f64>,
@@ -136,8 +143,9 @@ impl<const N: usize> Problem<'_, N> {
         })
     }
 
-    /// The greatest [`Score::variance_inflation`](linear::Score) of regressors that were added to a state and fitted; 1 where there is
-    /// none. It is told by what the fit leaves: a step at times of its own is no smooth function, and would be taken for its own noise.
+    /// The greatest [`Score::variance_inflation`](linear::Score) of regressors that were added to a
+    /// state and fitted; 1 where there is none. It is told by what the fit leaves: a step at times
+    /// of its own is no smooth function, and would be taken for its own noise.
     pub(crate) fn variance_inflation(&self, state: &State, regressors: &[Regressor], fitted: &State) -> f64 {
         let Some(linear) = self.linear(state, regressors, &[]) else { return 1.0 };
         let noise = match self.left_smoothly(fitted) {
@@ -151,7 +159,8 @@ impl<const N: usize> Problem<'_, N> {
             .fold(1.0, f64::max)
     }
 
-    /// What a state leaves, whitened, when the discrepancy, its effects and everything smooth are taken out.
+    /// What a state leaves, whitened, when the discrepancy, its effects and everything smooth are
+    /// taken out.
     fn left_smoothly(&self, state: &State) -> Option<Signal> {
         let panel = self.panel(state, &[], &self.smooth);
         let products = panel.products().total(None);

@@ -14,7 +14,8 @@ use crate::types::{Base, Options};
 use model_core::effects::Term;
 use nalgebra::{DMatrix, DVector};
 
-/// Of effects that are `known` noise and discrepancy are told; what is looked for begins without them.
+/// Of effects that are `known` noise and discrepancy are told; what is looked for begins without
+/// them.
 pub(crate) fn open_problem<'a, const N: usize>(
     twin: Twin<'a, N>,
     known: &[(Regressor, f64)],
@@ -44,7 +45,8 @@ pub(crate) fn open_problem<'a, const N: usize>(
     let discrepancy = Fixed::new(&unit(whiten(&shared)), &lengths);
     let factor = factor(&discrepancy);
     let smooth = whiten(&field);
-    // With clean runs the discrepancy holds the base's columns: it moves instead, and the base stays where it was.
+    // With clean runs the discrepancy holds the base's columns: it moves instead, and the base
+    // stays where it was.
     let parameters = if has_clean { 0 } else { parameters };
     let precision = precision(base, parameters, options.slack);
     Problem {
@@ -67,7 +69,8 @@ fn only_field<const N: usize>(runs: &Runs<N>, signal: &Signal) -> Signal {
     runs.map(|(run, values)| if run.clean { vec![0.0; values.len()] } else { values.clone() }).collect()
 }
 
-/// What the base may get wrong on any run: along the smooth functions, and along the effects as they would show in it.
+/// What the base may get wrong on any run: along the smooth functions, and along the effects as
+/// they would show in it.
 fn shared<const N: usize>(
     twin: &Twin<'_, N>,
     start: &State,
@@ -128,7 +131,7 @@ fn factor(discrepancy: &Fixed) -> Option<Factored> {
 /// Λ of the base's covariance, widened by a relative slack; next to nothing without a covariance.
 pub(crate) fn precision(base: &Base, parameters: usize, slack: f64) -> DMatrix<f64> {
     let values = base.torque.to_array();
-    // Sizes of parameters that were found to be nought.
+    // Sizes of parameters that were found to be zero.
     let typical = [1e-2, 1e-2, 1e-3, 1e-3, 1.0, 1.0, 1e-2];
     let size = |i: usize| values[i].abs().max(1e-2 * typical[i]);
     let Some(covariance) = &base.covariance else { return loose(base, parameters) };

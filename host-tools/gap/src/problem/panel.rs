@@ -1,4 +1,5 @@
-//! The model made linear about a state, whitened: columns of base, discrepancy, effects and tests, and the residual.
+//! The model made linear about a state, whitened: columns of base, discrepancy, effects and tests,
+//! and the residual.
 
 use model::effects::Regressor;
 use nalgebra::{DMatrix, DVector, DVectorView};
@@ -7,7 +8,8 @@ use crate::noise::Noise;
 use crate::noise::whiten::Signal;
 use crate::twin::{State, Twin};
 
-/// Signals that are the same at every state, whitened, with their sums of products: what the base gets wrong on clean runs too.
+/// Signals that are the same at every state, whitened, with their sums of products: what the base
+/// gets wrong on clean runs too.
 #[derive(Debug, Clone, Default)]
 pub struct Fixed {
     /// A matrix a run, a column a signal.
@@ -45,7 +47,8 @@ impl Fixed {
     }
 }
 
-/// Sums of products of whitened signals; the last column is the residual. One a run, so that runs can be left out.
+/// Sums of products of whitened signals; the last column is the residual. One a run, so that runs
+/// can be left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Products {
     /// A matrix a run, per variance of the noise.

@@ -9,14 +9,15 @@ use crate::thresholds::detect::{MOST_TIMES, RUN_ENDS, TIME_GRID_S, TIME_PENALTY}
 use crate::thresholds::name::{LEAST_ROUND, TIME_ROUNDS, TIME_STEPS_S};
 use crate::twin::State;
 
-/// What the search for a step's own time in one of so many runs costs, in χ²: which runs have one was chosen, too.
+/// What the search for a step's own time in one of so many runs costs, in χ²: which runs have one
+/// was chosen, too.
 pub(crate) fn cost_of_a_time(runs: usize) -> f64 {
     TIME_PENALTY + 2.0 * (runs as f64).ln()
 }
 
 impl<const N: usize> Problem<'_, N> {
-    /// Looks for the times of the last effect's steps between those that were tried, run by run, and in runs in which there was none: what
-    /// the others have may have hidden it.
+    /// Looks for the times of the last effect's steps between those that were tried, run by run,
+    /// and in runs in which there was none: what the others have may have hidden it.
     pub fn sharpen_times(&self, fitted: &mut Fitted) {
         let Some((Regressor::Switch(what, times), _)) = fitted.state.effects.last().cloned() else {
             return;
@@ -135,7 +136,8 @@ mod tests {
     use crate::thresholds::problem::MOST_FIT_STEPS;
     use crate::twin::Twin;
 
-    /// Steps of 0.5 W at 8 and 17 s; of the second run nobody knew that it has one. In a run without a step none is found.
+    /// Steps of 0.5 W at 8 and 17 s; of the second run nobody knew that it has one. In a run
+    /// without a step none is found.
     #[test]
     fn a_step_is_found_in_a_run_in_which_there_was_none() {
         let torque = TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]);

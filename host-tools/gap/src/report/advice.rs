@@ -1,4 +1,5 @@
-//! What to do next: what tells an effect from its rivals, and what to record where none explains what is seen.
+//! What to do next: what tells an effect from its rivals, and what to record where none explains
+//! what is seen.
 use model::effects::{PITCH, PROCESSOR, find};
 
 use crate::refit;
@@ -11,7 +12,8 @@ pub fn shows_in(id: &str) -> Option<&'static str> {
     find(id).map(|entry| entry.shows_in)
 }
 
-/// What would part the named effects from those in a tie with them: an effect, and where it shows alone.
+/// What would part the named effects from those in a tie with them: an effect, and where it shows
+/// alone.
 pub fn parts(report: &Report) -> Vec<(String, &'static str)> {
     let winners = report.effects.iter().map(|effect| effect.candidate.id.clone());
     let last = winners.rev().find(|id| !report.ambiguous_with.contains(id));
@@ -19,7 +21,8 @@ pub fn parts(report: &Report) -> Vec<(String, &'static str)> {
     hypotheses.filter_map(|id| shows_in(&id).map(|how| (id, how))).collect()
 }
 
-/// The cells whose mean residual surely is the greatest, by the end of its band; one an axis, the greatest first.
+/// The cells whose mean residual surely is the greatest, by the end of its band; one an axis, the
+/// greatest first.
 pub fn worst_cells(report: &Report, most: usize) -> Vec<&super::localise::Cell> {
     let mut cells: Vec<_> = report.localisation.iter().filter(|cell| cell.stands_out()).collect();
     let surely = |cell: &super::localise::Cell| cell.mean_residual_w.abs() - cell.band_w;
@@ -103,7 +106,7 @@ pub fn next_steps(report: &Report) -> Vec<String> {
     }
 }
 
-/// Columns that would make more effects testable, or effects easier to tell apart.
+/// Columns that would make more effects testable, or effects easier to distinguish.
 fn missing_columns(report: &Report) -> Vec<&'static str> {
     let has = |name: &str| report.localisation.iter().any(|cell| cell.axis.starts_with(name));
     [(PITCH, PITCH), ("motor1_temp_c", "motor1_temp_c …"), ("bus_v", "bus_v"), (PROCESSOR, PROCESSOR)]

@@ -1,4 +1,5 @@
-//! The answer as JSON: always these keys, watts and SI units; what is not known, or not finite, is null.
+//! The answer as JSON: always these keys, watts and SI units; what is not known, or not finite, is
+//! null.
 
 use model::effects::{Sign, find};
 use serde_json::{Map, Value, json};

@@ -41,27 +41,30 @@ pub struct Report {
     pub rounds: Vec<Round>,
     /// Where the residual lies before anything is added, and after: open and locked runs together.
     pub localisation: Vec<Cell>,
-    /// Measured less predicted power, W, of every run before, and after where effects stand: of open runs as they were fitted, of
-    /// locked runs as they were confirmed.
+    /// Measured less predicted power, W, of every run before, and after where effects stand: of
+    /// open runs as they were fitted, of locked runs as they were confirmed.
     pub residuals: (Signal, Option<Signal>),
     /// On the locked runs.
     pub confirmed: Confirmed,
     /// Base and effects at the end.
     pub state: State,
-    /// Of the base's parameters, then the effects' coefficients as in `state`; `None` where nothing was added, or nothing is known of
-    /// the base.
+    /// Of the base's parameters, then the effects' coefficients as in `state`; `None` where nothing
+    /// was added, or nothing is known of the base.
     pub covariance: Option<DMatrix<f64>>,
     /// The split.
     pub split: Split,
     /// The scatter of what is left against that of clean runs.
     pub over_dispersion: Option<OverDispersion>,
-    /// The most structure, |z|, that clean runs show of each other; `None` where they are too few to tell.
+    /// The most structure, |z|, that clean runs show of each other; `None` where they are too few
+    /// to tell.
     pub clean_structure: Option<f64>,
-    /// Terms that the clean runs ask for and the base lacks: nothing is named before it is refitted.
+    /// Terms that the clean runs ask for and the base lacks: nothing is named before it is
+    /// refitted.
     pub refit: Vec<Judged>,
     /// Base before, and after.
     pub base: [TorqueModel<f64>; 2],
-    /// Hypotheses of each round that ended in a tie, the winner first, each in all ways in which it may show.
+    /// Hypotheses of each round that ended in a tie, the winner first, each in all ways in which it
+    /// may show.
     pub ties: Vec<Vec<Hypothesis>>,
     /// What predictions rest on.
     pub basis: Option<Basis>,
@@ -88,12 +91,14 @@ impl Report {
         self.basis.is_none()
     }
 
-    /// Whether the model is off by more than the noise: no effect is named, but not all is explained.
+    /// Whether the model is off by more than the noise: no effect is named, but not all is
+    /// explained.
     pub fn is_off(&self) -> bool {
         self.confirmed.before_w > MUCH_MORE * self.confirmed.floor_unclipped_w
     }
 
-    /// Whether the model's form is off by more than noise in clean runs already, which hides small effects.
+    /// Whether the model's form is off by more than noise in clean runs already, which hides small
+    /// effects.
     pub fn hides(&self) -> bool {
         self.clean_structure.is_some_and(|shown| MARGIN * shown > STRUCTURE)
     }

@@ -232,7 +232,8 @@ mod tests {
             assert!(text.lines().count() <= LINES, "{text}");
             assert!(text.lines().all(|line| line.chars().count() <= COLUMNS), "{text}");
         }
-        // A slope along the world: √(0.03² + 0.06²) by the motors, three quarters of it by the road, rising towards atan2(2, 1).
+        // A slope along the world: √(0.03² + 0.06²) by the motors, three quarters of it by the
+        // road, rising towards atan2(2, 1).
         let named = text(&report(Verdict::Named)).split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(
             named.contains("grade = 0.05033 ± 0.00075 rad (2.9°), coefficient 0.0671 ± 0.0010: ")

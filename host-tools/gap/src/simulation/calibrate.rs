@@ -1,4 +1,5 @@
-//! A nominal plant becomes this robot's: some of its physical parameters, fitted to runs without effects.
+//! A nominal plant becomes this robot's: some of its physical parameters, fitted to runs without
+//! effects.
 
 use logs::runs::RawRun;
 use model_core::coefficients::Robot as CoreRobot;
@@ -51,7 +52,8 @@ const KNOBS: [Knob; 6] = [
 ];
 
 impl Follower {
-    /// Fits the plant to runs without effects: Gauss–Newton on the filtered power, parameters per wheel type.
+    /// Fits the plant to runs without effects: Gauss–Newton on the filtered power, parameters per
+    /// wheel type.
     ///
     /// # Errors
     /// As [`Follower::follow`].
@@ -99,7 +101,8 @@ impl Follower {
         Ok(())
     }
 
-    /// The step of Gauss and Newton in units of the scales, held to the set's own values where the runs do not tell.
+    /// The step of Gauss and Newton in units of the scales, held to the set's own values where the
+    /// runs do not tell.
     fn step(
         &self,
         residual: &[f64],

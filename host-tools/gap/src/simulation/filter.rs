@@ -22,8 +22,8 @@ impl<'a, const N: usize> Behind<'a, N> {
         Ok(Self { core, raw, measured: Runs::condition(core, raw.to_vec())? })
     }
 
-    /// Another power, W, one vector a run and a value a row of the log, as the filter passes it: a value a row of
-    /// [`measured`](Self::measured).
+    /// Another power, W, one vector a run and a value a row of the log, as the filter passes it: a
+    /// value a row of [`measured`](Self::measured).
     ///
     /// # Errors
     /// As [`Runs::condition`].

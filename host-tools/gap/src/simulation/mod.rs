@@ -1,7 +1,9 @@
-//! The simulation's side: the plant driven along the measured wheel speeds, before and after the named effect is added to it.
+//! The simulation's side: the plant driven along the measured wheel speeds, before and after the
+//! named effect is added to it.
 //!
-//! The plant shares no formula with the model. It is calibrated on runs without effects, gets the effect as a physical cause
-//! whose size is searched for on the open runs, and has to come closer to the locked ones.
+//! The plant shares no formula with the model. It is calibrated on runs without effects, gets the
+//! effect as a physical cause whose size is searched for on the open runs, and has to come closer
+//! to the locked ones.
 
 pub mod calibrate;
 pub mod filter;
@@ -52,7 +54,7 @@ pub struct Missing {
     pub reason: String,
 }
 
-/// One run, behind the common filter: a value a row.
+/// One run, after the common filter: a value a row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trace {
     /// Its name.
@@ -89,7 +91,8 @@ pub struct Simulated {
     pub parameters: Map<String, Value>,
     /// Runs that they were fitted to.
     pub calibrated_on: Vec<String>,
-    /// Root mean square of measured less simulated power on them, W: what the plant gets wrong without any effect.
+    /// Root mean square of measured less simulated power on them, W: what the plant gets wrong
+    /// without any effect.
     pub calibrated_w: f64,
     /// How far the plant's wheels were off the recorded speeds, as a share of these: the worst run.
     pub missed: f64,
@@ -101,7 +104,8 @@ pub struct Simulated {
     pub before_w: f64,
     /// The same with them.
     pub after_w: f64,
-    /// The part of it that nothing removes, W: the model's noise floor with what the plant gets wrong without any effect.
+    /// The part of it that nothing removes, W: the model's noise floor with what the plant gets
+    /// wrong without any effect.
     pub floor_w: f64,
     /// Share of the gap that is closed; `None` without effects.
     pub closed: Option<f64>,
@@ -188,7 +192,8 @@ pub fn simulate<const N: usize>(
             / left.iter().map(Vec::len).sum::<usize>().max(1) as f64
     };
     let (before_w2, after_w2) = (mean(&left_before), mean(&left_after));
-    // What the plant gets wrong on runs without effects is no effect's; of runs that may have one it says nothing.
+    // What the plant gets wrong on runs without effects is no effect's; of runs that may have one
+    // it says nothing.
     let own_w2 = if clean.is_some() { calibrated_w.powi(2) } else { 0.0 };
     let floor_w2 = report.confirmed.floor_w.powi(2).max(own_w2).min(after_w2);
     let effects: Vec<Acting> = ids
@@ -280,7 +285,8 @@ fn locked_times<const N: usize>(behind: &Behind<'_, N>, report: &Report) -> Vec<
     times.collect()
 }
 
-/// Power of all runs, W, a value a row of the log, and the worst share of the speeds that was missed.
+/// Power of all runs, W, a value a row of the log, and the worst share of the speeds that was
+/// missed.
 fn drive<const N: usize>(
     follower: &Follower,
     core: &CoreRobot<f64, N>,

@@ -1,11 +1,13 @@
-//! The size of a cause in the plant, found on the open runs: the one with which the simulation's gap is least.
+//! The size of a cause in the plant, found on the open runs: the one with which the simulation's
+//! gap is least.
 
 use support::error::Result;
 
 use crate::thresholds::simulation::{FIRST_SIZE, SAME_SIZE, SIZE_STEPS};
 
-/// Searches a size within a range by secants: what the last change of size changed in the power says how far the next
-/// has to go. `power` gives the simulated power of all runs, `now` is that without the cause.
+/// Searches a size within a range by secants: what the last change of size changed in the power
+/// says how far the next has to go. `power` gives the simulated power of all runs, `now` is that
+/// without the cause.
 ///
 /// # Errors
 /// What the plant refuses.
@@ -49,7 +51,8 @@ pub(super) fn squares(values: &[f64]) -> f64 {
 mod tests {
     use super::size;
 
-    /// Powers that grow with the size and a little with its square: (1 + 0.2 s) s x, wanted at s = −1.3.
+    /// Powers that grow with the size and a little with its square: (1 + 0.2 s) s x, wanted at s =
+    /// −1.3.
     #[test]
     fn a_size_is_found_within_a_few_runs_on_either_side_of_nought() {
         let x: Vec<f64> = (0..50).map(|k| (f64::from(k) * 0.7).sin()).collect();

@@ -27,11 +27,13 @@ pub struct Follower {
 /// What the plant did along a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Followed {
-    /// Energy drawn since the start, J, at the end of every step; power before effects on sensors included.
+    /// Energy drawn since the start, J, at the end of every step; power before effects on sensors
+    /// included.
     energy_j: Vec<f64>,
     /// By how much plant time is ahead of the log's, s.
     lead_s: f64,
-    /// Root mean square of what the plant's wheels missed of the recorded speeds, as a share of these.
+    /// Root mean square of what the plant's wheels missed of the recorded speeds, as a share of
+    /// these.
     pub missed: f64,
 }
 
@@ -134,7 +136,8 @@ impl Follower {
 }
 
 impl Followed {
-    /// Power at every row of the run, W: the mean over a sample period about it, as a sensor averages; `lag_s` later.
+    /// Power at every row of the run, W: the mean over a sample period about it, as a sensor
+    /// averages; `lag_s` later.
     pub fn power<const N: usize>(&self, run: &RawRun<N>, lag_s: f64) -> Vec<f64> {
         let start = run.rows.first().map_or(0.0, |row| row.0);
         let energy = |time: f64| {
@@ -157,7 +160,8 @@ impl Followed {
     }
 }
 
-/// An effect that begins at a time of the log begins later in the plant, which has to get going first.
+/// An effect that begins at a time of the log begins later in the plant, which has to get going
+/// first.
 fn later(effect: &Effect, lead_s: f64) -> Result<Effect> {
     match effect.option("at") {
         Some(at) if lead_s > 0.0 && at > 0.0 => effect.clone().with("at", at + lead_s),

@@ -43,8 +43,8 @@ impl UserEffect {
 }
 
 impl UserCandidates {
-    /// Adds the formulas' values to field runs and clean runs. Clean runs that lack a formula's columns do without it: it is then new
-    /// in the field altogether.
+    /// Adds the formulas' values to field runs and clean runs. Clean runs that lack a formula's
+    /// columns do without it: it is then new in the field altogether.
     ///
     /// # Errors
     /// A formula has no finite value in some row of a run, with the time.

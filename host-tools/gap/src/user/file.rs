@@ -58,8 +58,9 @@ struct Raw {
 /// Reads a file of effects.
 ///
 /// # Errors
-/// The file cannot be read or is no such file; an id that is the dictionary's, or there twice; a formula that is none; a range that
-/// holds no number of the sign. With line and column, and what was allowed.
+/// The file cannot be read or is no such file; an id that is the dictionary's, or there twice; a
+/// formula that is none; a range that holds no number of the sign. With line and column, and what
+/// was allowed.
 pub fn read(file: &Path) -> Result<Vec<UserEffect>> {
     let text = read_text(file, MOST_DESCRIPTION)?;
     parse(&text).map_err(|error| error.in_file(file))

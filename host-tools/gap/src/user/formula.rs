@@ -78,7 +78,8 @@ impl Formula {
     }
 }
 
-/// The text from a sign up to a `^` that the sign's operand is the base of: a square below zero in mathematics, above it in exmex.
+/// The text from a sign up to a `^` that the sign's operand is the base of: a square below zero in
+/// mathematics, above it in exmex.
 fn negated_power(text: &str) -> Option<&str> {
     let bytes = text.as_bytes();
     let blank = |at: &usize| bytes[*at] == b' ';

@@ -1,4 +1,5 @@
-//! Effects of the user's own: a formula over the columns of the logs, beside those of the dictionary.
+//! Effects of the user's own: a formula over the columns of the logs, beside those of the
+//! dictionary.
 //!
 //! ```toml
 //! [[effect]]
@@ -10,8 +11,9 @@
 //! range = [0, 5]
 //! ```
 //!
-//! The power that such an effect takes is its coefficient times the formula. Like any effect it is what is new in the field: where
-//! the clean runs have the formula's columns too, and the formula varies in them, what it takes there already is none.
+//! The power that such an effect takes is its coefficient times the formula. Like any effect it is
+//! what is new in the field: where the clean runs have the formula's columns too, and the formula
+//! varies in them, what it takes there already is none.
 
 mod columns;
 mod file;

@@ -1,7 +1,8 @@
 //! What robots call their topics and joints, where robot.toml does not say it.
 //!
-//! From the documentation of the robots: TurtleBot3 (turtlebot3_node), Clearpath (docs.clearpathrobotics.com, platform API), Husarion
-//! (husarion.com/manuals, ROS 2 API), and PX4's message definitions. A name counts under any namespace.
+//! From the documentation of the robots: TurtleBot3 (turtlebot3_node), Clearpath
+//! (docs.clearpathrobotics.com, platform API), Husarion (husarion.com/manuals, ROS 2 API), and
+//! PX4's message definitions. A name counts under any namespace.
 
 use log_formats::Topic;
 
@@ -18,8 +19,8 @@ const FOURS: [[&str; 4]; 3] = [
     ["front_left_wheel", "front_right_wheel", "rear_left_wheel", "rear_right_wheel"],
 ];
 
-/// Sets of joints that may be the wheels of a robot with so many columns: for each column the joints whose mean it is. Four wheels of a robot
-/// with a column a side are averaged.
+/// Sets of joints that may be the wheels of a robot with so many columns: for each column the
+/// joints whose mean it is. Four wheels of a robot with a column a side are averaged.
 pub fn wheel_joints(columns: usize) -> Vec<Vec<Vec<&'static str>>> {
     let pairs = PAIRS.iter().map(|set| set.iter().map(|joint| vec![*joint]).collect());
     let sides = FOURS.iter().map(|[fl, fr, rl, rr]| vec![vec![*fl, *rl], vec![*fr, *rr]]);
@@ -56,7 +57,8 @@ pub(super) fn is_called(topic: &Topic, name: &str) -> bool {
     own == name || own.strip_suffix(name).is_some_and(|before| before.ends_with('/'))
 }
 
-/// The topic of one of these types with the first of these names; several with that name are none, and said.
+/// The topic of one of these types with the first of these names; several with that name are none,
+/// and said.
 ///
 /// # Errors
 /// Gives the names of those among which nobody can choose.

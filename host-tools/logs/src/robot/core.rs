@@ -72,15 +72,17 @@ impl Robot {
         })
     }
 
-    /// R⁺, which makes wheel speeds (rad/s), a row a wheel, of vx, vy (m/s) and ω (rad/s): of those with that motion the smallest.
-    /// NaN for a robot that has no R: logs of such a robot cannot be read.
+    /// R⁺, which makes wheel speeds (rad/s), a row a wheel, of vx, vy (m/s) and ω (rad/s): of those
+    /// with that motion the smallest. NaN for a robot that has no R: logs of such a robot cannot be
+    /// read.
     pub fn wheel_speeds_of_motion(&self) -> DMatrix<f64> {
         let unknown = || DMatrix::from_element(self.wheels(), 3, f64::NAN);
         with_wheels!(self, inverse(self)).ok().flatten().unwrap_or_else(unknown)
     }
 
     fn kinematics<const N: usize>(&self) -> std::result::Result<Kinematics<f64, N>, InvalidLength> {
-        // Rows of the fixed-size kinematics, given back as those of N wheels: the sizes are equal, or `core` has panicked.
+        // Rows of the fixed-size kinematics, given back as those of N wheels: the sizes are equal,
+        // or `core` has panicked.
         fn rows<const M: usize, const N: usize>(kinematics: &Kinematics<f64, M>) -> [[f64; N]; 3] {
             kinematics.rows().map(|row| std::array::from_fn(|wheel| row[wheel]))
         }

@@ -16,11 +16,12 @@ pub enum Geometry {
         wheel_radius_m: f64,
         /// Effective distance of the two sides, m: wider than the wheels stand, because they slip.
         track_m: f64,
-        /// 2: one log column a side (left, right); 4: one a wheel (front left, front right, rear left, rear right).
+        /// 2: one log column a side (left, right); 4: one a wheel (front left, front right, rear
+        /// left, rear right).
         wheels: usize,
     },
-    /// Three omnidirectional wheels at 60°, 180° and 300° from the front, counter-clockwise: front left, rear, front
-    /// right.
+    /// Three omnidirectional wheels at 60°, 180° and 300° from the front, counter-clockwise: front
+    /// left, rear, front right.
     ThreeWheelOmni {
         /// Wheel radius, m.
         wheel_radius_m: f64,

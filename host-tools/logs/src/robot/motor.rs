@@ -14,8 +14,9 @@ pub struct Motor {
 }
 
 impl Motor {
-    /// What it draws to give the wheel a torque (N·m) at a speed (rad/s), W: the gear keeps its share in the direction in which power flows,
-    /// the winding heats by the current squared. Below 0 where it brakes.
+    /// What it draws to give the wheel a torque (N·m) at a speed (rad/s), W: the gear keeps its
+    /// share in the direction in which power flows, the winding heats by the current squared. Below
+    /// 0 where it brakes.
     pub fn power_w(&self, torque: f64, speed: f64) -> f64 {
         let efficiency = self.gear_efficiency.unwrap_or(1.0);
         let drives = torque * speed >= 0.0;
@@ -29,7 +30,8 @@ impl Motor {
 mod tests {
     use super::*;
 
-    /// 1 Ω, 0.1 N·m/A, 1:10: one newton metre at the wheel is 1 A and 1 W of heat; a gear of 0.8 asks for 1.25 of them.
+    /// 1 Ω, 0.1 N·m/A, 1:10: one newton metre at the wheel is 1 A and 1 W of heat; a gear of 0.8
+    /// asks for 1.25 of them.
     #[test]
     fn a_torque_costs_its_work_and_the_heat_of_its_current() {
         let ideal =

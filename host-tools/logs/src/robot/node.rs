@@ -1,4 +1,5 @@
-//! `[node]` of robot.toml: the sensor on the robot's own computer, and what `gmr node` calls its topics.
+//! `[node]` of robot.toml: the sensor on the robot's own computer, and what `gmr node` calls its
+//! topics.
 
 use serde::Deserialize;
 
@@ -29,7 +30,8 @@ pub struct NodeSettings {
     pub shunt_ohm: f64,
     /// Topic of `sensor_msgs/JointState`.
     pub joint_states: String,
-    /// Names of the wheels' joints, as the columns of a log; those that TurtleBot3, Clearpath's and Husarion's robots use unless given.
+    /// Names of the wheels' joints, as the columns of a log; those that TurtleBot3, Clearpath's and
+    /// Husarion's robots use unless given.
     pub joints: Vec<String>,
     /// A topic of `nav_msgs/Odometry`, read instead of joints.
     pub odometry: Option<String>,
@@ -37,13 +39,14 @@ pub struct NodeSettings {
     pub greatest_gap_s: f64,
     /// `sensor_msgs/BatteryState`.
     pub battery_state: String,
-    /// `std_msgs/Float64`, kg: total mass less the mass without payload; the next two are the ends of its 95 % interval.
+    /// `std_msgs/Float64`, kg: total mass less the mass without payload; the next two are the ends
+    /// of its 95 % interval.
     pub payload: String,
     /// kg.
     pub payload_low: String,
     /// kg.
     pub payload_high: String,
-    /// `std_msgs/Float64`, W: what the drives draw, behind the filter.
+    /// `std_msgs/Float64`, W: what the drives draw, after the filter.
     pub measured_power: String,
     /// W: the same by the model.
     pub predicted_power: String,

@@ -1,17 +1,19 @@
-//! A sensor or an amplifier that ends at a value: the greatest one comes again and again, where no other does.
+//! A sensor or an amplifier that ends at a value: the greatest one comes again and again, where no
+//! other does.
 
 use super::doubt::{Kind, Suspicion};
 use super::thinned::Row;
 
-/// Fewest rows at the greatest value, and fewest times that it is come to: noise comes to its greatest once.
+/// Fewest rows at the greatest value, and fewest times that it is come to: noise comes to its
+/// greatest once.
 const LEAST_ROWS: usize = 20;
 const LEAST_TIMES: usize = 3;
 
 /// Any other value is met this many times less often.
 const OFTENER: usize = 5;
 
-/// Sensors that count in steps coarser than this share of their greatest value repeat themselves anyway: a speed in encoder ticks stays at the
-/// speed limit of the robot.
+/// Sensors that count in steps coarser than this share of their greatest value repeat themselves
+/// anyway: a speed in encoder ticks stays at the speed limit of the robot.
 const COARSE: f64 = 5e-3;
 
 /// Which quantity ends.

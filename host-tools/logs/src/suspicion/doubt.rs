@@ -19,11 +19,11 @@ pub struct Suspicion {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
-    /// Speeds of the wheels are in another unit.
+    /// Speeds of the wheels are in a different unit.
     SpeedUnit,
     /// A wheel's speed has the wrong sign.
     SpeedSign,
-    /// Power is in another unit.
+    /// Power is in a different unit.
     PowerUnit,
     /// Power is 0 while the robot drives.
     NoPower,
@@ -31,13 +31,14 @@ pub enum Kind {
     Clipped,
     /// Power comes later, or earlier, than the speeds that it belongs to.
     PowerLate,
-    /// Masses are in another unit, or none that this robot can have.
+    /// Masses are in a different unit, or none that this robot can have.
     Mass,
     /// Some rows have no mass.
     Unlabelled,
 }
 
-/// The mass that stands for a robot whose log tells none, kg: between empty and full, as far from either.
+/// The mass that stands for a robot whose log tells none, kg: between empty and full, as far from
+/// either.
 pub(super) fn usual_mass_kg(robot: &Robot) -> f64 {
     (robot.mass_no_load_kg() * robot.mass_full_load_kg()).sqrt()
 }

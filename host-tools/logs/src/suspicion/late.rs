@@ -1,7 +1,7 @@
 //! Power that was logged later, or earlier, than the speeds that it belongs to.
 //!
-//! Power is regressed on speeds and accelerations, each mass on its own, with the power moved by so much. Where another time fits much better
-//! than none, the clocks of the two sensors differ.
+//! Power is regressed on speeds and accelerations, each mass on its own, with the power moved by so
+//! much. Where another time fits much better than none, the clocks of the two sensors differ.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -22,8 +22,9 @@ const FARTHEST_S: f64 = 2.5;
 /// Less is for the fit to find: a filter in the power sensor, a bus that is read in turns.
 const LATE_S: f64 = 0.3;
 
-// The four shares below were set so that every right log of tests/suite/suspicion.rs passes (simulated drives of four robots, excerpts of
-// measured ones) and every one whose power was moved by a second is named; what lies between was not looked at.
+// The four shares below were set so that every right log of tests/suite/suspicion.rs passes
+// (simulated drives of four robots, excerpts of measured ones) and every one whose power was moved
+// by a second is named; what lies between was not looked at.
 
 /// Least R² at the best time: below, nothing is known of the power.
 const LEAST_R2: f64 = 0.5;
@@ -186,7 +187,8 @@ impl Cells {
         if count < LEAST_CELLS as f64 / 4.0 || total <= 0.0 {
             return None;
         }
-        // Columns that repeat others (one mass) take nothing away from the fit: a little of their own size keeps it solvable.
+        // Columns that repeat others (one mass) take nothing away from the fit: a little of their
+        // own size keeps it solvable.
         for place in 0..REGRESSORS {
             gram[(place, place)] *= 1.0 + 1e-9;
         }

@@ -1,4 +1,4 @@
-//! Masses in another unit, of the payload alone, twice too large; and rows without any.
+//! Masses in a different unit, of the payload alone, twice too large; and rows without any.
 
 use super::doubt::{Kind, Suspicion};
 use crate::robot::{MassUnit, Robot};

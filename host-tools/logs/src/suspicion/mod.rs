@@ -1,10 +1,12 @@
-//! What makes a log another one than its columns say: speeds in rpm, power in kW, masses in grams, a wheel's sign, a clipped sensor,
-//! a late clock.
+//! What makes a log another one than its columns say: speeds in rpm, power in kW, masses in grams,
+//! a wheel's sign, a clipped sensor, a late clock.
 //!
-//! A log is checked against what robot.toml says of the robot (how fast its wheels can turn, what it weighs) and against what driving
-//! costs at all. The limits were set so that none of some hundred right logs is suspected: simulated ones of three sets of motors on four
-//! layouts of wheels, and measured ones of a Husky (two floors), a Warthog and a TurtleBot3. What a wrong unit makes of a log is a factor of
-//! ten and more, so there is room on both sides; a slow drive of an unknown robot may pass in a wrong unit all the same.
+//! A log is checked against what robot.toml says of the robot (how fast its wheels can turn, what
+//! it weighs) and against what driving costs at all. The limits were set so that none of some
+//! hundred right logs is suspected: simulated ones of three sets of motors on four layouts of
+//! wheels, and measured ones of a Husky (two floors), a Warthog and a TurtleBot3. What a wrong unit
+//! makes of a log is a factor of ten and more, so there is room on both sides; a slow drive of an
+//! unknown robot may pass in a wrong unit all the same.
 
 mod clipped;
 mod doubt;
@@ -38,8 +40,8 @@ impl<'a> Look<'a> {
         }
     }
 
-    /// The next row: its speeds, rad/s, the power of the drives, W, and the total mass, kg, NaN where it is not told. `fresh` where it
-    /// does not continue the row before.
+    /// The next row: its speeds, rad/s, the power of the drives, W, and the total mass, kg, NaN
+    /// where it is not told. `fresh` where it does not continue the row before.
     pub fn add(&mut self, time_s: f64, fresh: bool, wheels: &[f64], power_w: f64, mass_kg: f64) {
         let fastest = wheels.iter().fold(0.0_f64, |fastest, speed| fastest.max(speed.abs()));
         let moves = fastest > self.robot.speed_dead_band_rad_s();
@@ -57,7 +59,7 @@ impl<'a> Look<'a> {
             return found;
         }
         let power = powers::suspicion(self.robot, &moving);
-        // Power in another unit says nothing about what the speed costs.
+        // Power in a different unit says nothing about what the speed costs.
         let standing = power.is_none().then(|| self.rows.standing_power_w());
         let speed = speeds::suspicion(self.robot, &moving, standing);
         let is_doubted = speed.is_some() || power.is_some();

@@ -1,4 +1,4 @@
-//! Power in another unit than watts, or none at all.
+//! Power in a different unit than watts, or none at all.
 
 use model_core::effects::GRAVITY;
 use numerics::robust;
@@ -7,14 +7,16 @@ use super::doubt::{Kind, Suspicion, usual_mass_kg};
 use super::thinned::Row;
 use crate::robot::Robot;
 
-/// Watts per kilogram that a robot on wheels takes at most: 10 the most seen (a Warthog, a Burger's total power).
+/// Watts per kilogram that a robot on wheels takes at most: 10 the most seen (a Warthog, a Burger's
+/// total power).
 const MOST_W_KG: f64 = 100.0;
 
-/// And at least, where it moves: 0.06 the least seen, a simulated robot whose motors waste nothing at a tenth of its speed.
+/// And at least, where it moves: 0.06 the least seen, a simulated robot whose motors waste nothing
+/// at a tenth of its speed.
 const LEAST_W_KG: f64 = 0.03;
 
-/// Power per weight and speed that no wheel on any ground goes below, by far: steel on steel takes 0.001 to 0.002, the most frugal robot
-/// seen 0.015.
+/// Power per weight and speed that no wheel on any ground goes below, by far: steel on steel takes
+/// 0.001 to 0.002, the most frugal robot seen 0.015.
 const LEAST_COST: f64 = 0.01;
 
 pub(super) fn suspicion(robot: &Robot, moving: &[&Row]) -> Option<Suspicion> {

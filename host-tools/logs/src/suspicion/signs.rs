@@ -1,8 +1,10 @@
 //! A wheel whose speed is logged with the wrong sign.
 //!
-//! With one of two wheels turned over, straight drives are spins and spins straight drives. Either may be what was driven. Curves are what
-//! tells: robots drive them about a point outside their wheels, and what a turned wheel makes of such a curve is one about a point between the
-//! wheels, but not in their middle, which is hardly ever driven. Four wheels on the ground have to agree among themselves.
+//! With one of two wheels turned over, straight drives are spins and spins straight drives. Either
+//! may be what was driven. Curves are what tells: robots drive them about a point outside their
+//! wheels, and what a turned wheel makes of such a curve is one about a point between the wheels,
+//! but not in their middle, which is hardly ever driven. Four wheels on the ground have to agree
+//! among themselves.
 
 use numerics::robust;
 
@@ -13,8 +15,8 @@ use crate::robot::{Geometry, Robot};
 /// Wheels slower than this share of the usual greatest are left out.
 const FAST: f64 = 0.2;
 
-/// Curves about a point between the wheels, over curves about one outside. Of right logs at most 0.7 (a Warthog, on gravel), of turned ones at
-/// least 1.6.
+/// Curves about a point between the wheels, over curves about one outside. Of right logs at most
+/// 0.7 (a Warthog, on gravel), of turned ones at least 1.6.
 const TURNED: f64 = 1.5;
 
 /// A share of curves that says anything.
@@ -23,7 +25,8 @@ const LEAST_CURVES: f64 = 0.05;
 /// Fewest rows.
 const LEAST_ROWS: usize = 100;
 
-/// Turning costs wheels that scrub some ten times what straight driving does; where straight drives cost this much more, they are spins.
+/// Turning costs wheels that scrub some ten times what straight driving does; where straight drives
+/// cost this much more, they are spins.
 const SCRUB: f64 = 3.0;
 
 /// Speeds of four wheels that disagree by this share of themselves are not of one robot.

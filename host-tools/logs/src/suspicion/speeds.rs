@@ -1,4 +1,5 @@
-//! Speeds of wheels in another unit than rad/s: too fast for the robot, or so slow that driving would cost too much.
+//! Speeds of wheels in a different unit than rad/s: too fast for the robot, or so slow that driving
+//! would cost too much.
 
 use model_core::effects::GRAVITY;
 use numerics::robust;
@@ -7,21 +8,23 @@ use super::doubt::{Kind, Suspicion, usual_mass_kg};
 use super::thinned::Row;
 use crate::robot::{Robot, SpeedUnit};
 
-/// Robots whose file does not say how fast they are drive at most so many of their tracks a second: 4.6 the fastest seen (a Warthog at its
-/// 5 m/s, and the gear motors of the simulator).
+/// Robots whose file does not say how fast they are drive at most so many of their tracks a second:
+/// 4.6 the fastest seen (a Warthog at its 5 m/s, and the gear motors of the simulator).
 const TRACKS_PER_S: f64 = 6.0;
 
 /// No wheeled robot with these tools in mind is faster, m/s.
 const FASTEST_M_S: f64 = 20.0;
 
-/// What is faster than the robot can be by this factor is in another unit: wheels slip, and data sheets round.
+/// What is faster than the robot can be by this factor is in a different unit: wheels slip, and
+/// data sheets round.
 const TOO_FAST: f64 = 1.5;
 
 /// What another unit explains has to be within this factor of what the robot can do.
 const EXPLAINED: f64 = 1.1;
 
-/// Power per weight and speed of straight drives beyond which slow ones are suspected: right ones as slow take 0.3 at most (simulated gear
-/// motors at 0.02 m/s), and m/s for rad/s makes it three (Warthog) to thirty times (Burger) as much.
+/// Power per weight and speed of straight drives beyond which slow ones are suspected: right ones
+/// as slow take 0.3 at most (simulated gear motors at 0.02 m/s), and m/s for rad/s makes it three
+/// (Warthog) to thirty times (Burger) as much.
 const DEAR: f64 = 0.5;
 
 /// As slow as that share of what it can do, all the time.

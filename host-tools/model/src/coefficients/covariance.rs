@@ -4,11 +4,13 @@ use nalgebra::DMatrix;
 
 use super::error::InvalidCovariance;
 
-/// Entries across the diagonal may differ by this share of √(c_ii c_jj), and variances lie below 0 by this share of the
-/// largest entry of their row: sums of some 10⁵ products in double precision, through a matrix with a condition of up to 10⁶.
+/// Entries across the diagonal may differ by this share of √(c_ii c_jj), and variances lie below 0
+/// by this share of the largest entry of their row: sums of some 10⁵ products in double precision,
+/// through a matrix with a condition of up to 10⁶.
 const ROUNDING: f64 = 1e-6;
 
-/// Correlations lie above 1 by so much at most: rounding where one direction is all but undetermined is larger than elsewhere.
+/// Correlations lie above 1 by so much at most: rounding where one direction is all but
+/// undetermined is larger than elsewhere.
 const CORRELATION_ROUNDING: f64 = 1e-3;
 
 /// A covariance as a fit computed it, without what rounding did to it.
@@ -57,7 +59,8 @@ fn check(matrix: &DMatrix<f64>, size: usize) -> Result<(), InvalidCovariance> {
         for j in i + 1..size {
             let (above, below) = (matrix[(i, j)], matrix[(j, i)]);
             let scale = (matrix[(i, i)] * matrix[(j, j)]).sqrt().max(f64::MIN_POSITIVE);
-            // Beside a variance of 0 only rounding is left, of a size that nothing here tells: both are then taken for it.
+            // Beside a variance of 0 only rounding is left, of a size that nothing here tells: both
+            // are then taken for it.
             let tells = matrix[(i, i)] > 0.0 && matrix[(j, j)] > 0.0;
             if tells && (above - below).abs() > ROUNDING * scale {
                 return Err(InvalidCovariance::Asymmetric { row: i + 1, column: j + 1, above, below });

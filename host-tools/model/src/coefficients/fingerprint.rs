@@ -1,5 +1,6 @@
-//! What tells that a log is no longer what it was: its size, and a checksum of its ends. Logs are long, and grow or are cut at their
-//! ends; reading all of a year's rows again would take as long as the fit.
+//! What tells that a log is no longer what it was: its size, and a checksum of its ends. Logs are
+//! long, and grow or are cut at their ends; reading all of a year's rows again would take as long
+//! as the fit.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -10,7 +11,8 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 /// Bytes looked at from either end.
 const END: u64 = 1 << 16;
 
-/// `size-checksum`, both hexadecimal; `None` for what is no file (a pipe), and cannot be read twice.
+/// `size-checksum`, both hexadecimal; `None` for what is no file (a pipe), and cannot be read
+/// twice.
 ///
 /// # Errors
 /// What the operating system refuses.

@@ -40,7 +40,7 @@ pub enum Method {
 }
 
 impl Method {
-    /// What a model is fitted with unless told otherwise.
+    /// What a model is fitted with by default.
     pub fn default_for(model: ModelKind) -> Self {
         match model {
             ModelKind::Signed => Self::Physical,

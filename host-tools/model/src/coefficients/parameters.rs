@@ -1,4 +1,5 @@
-//! The parameters of each model by name, in the order of their vector: that of `[parameters]` and of the covariance's rows.
+//! The parameters of each model by name, in the order of their vector: that of `[parameters]` and
+//! of the covariance's rows.
 
 use model_core::eq18::REGRESSORS;
 use model_core::model::Model;
@@ -31,8 +32,8 @@ pub const TORQUE: [Quantity; PARAMETERS] = [
     quantity("scrub", "N·m/kg"),
 ];
 
-/// What the right side's Coulomb torque has beyond the left's, halved; of either sign. Not in the covariance, and only in files whose
-/// sides differ.
+/// What the right side's Coulomb torque has beyond the left's, halved; of either sign. Not in the
+/// covariance, and only in files whose sides differ.
 pub const IMBALANCE: Quantity = quantity("imbalance", "N·m");
 
 /// β_0 … β_14 of Eq. 18.

@@ -8,11 +8,13 @@ use model_core::model::MassRange;
 use super::document::RobotSection;
 use super::error::{Difference, InvalidCoefficients};
 
-/// Numbers of two files that differ by no more than this share are one number, written with other digits.
+/// Numbers of two files that differ by no more than this share are one number, written with other
+/// digits.
 const SAME: f64 = 1e-6;
 
-/// Refuses coefficients that were fitted for another robot than `now`, whose file is `robot`. Static power may differ: what was fitted to
-/// had its own taken off. Drives say whether braking power returns, where the model has them (`drives`).
+/// Refuses coefficients that were fitted for a different robot than `now`, whose file is `robot`.
+/// Static power may differ: what was fitted to had its own taken off. Drives say whether braking
+/// power returns, where the model has them (`drives`).
 ///
 /// # Errors
 /// The first difference.

@@ -19,7 +19,8 @@ pub struct Candidate {
     pub least: Vec<f64>,
     /// What is special about it.
     pub detail: Detail,
-    /// What the search for its shape, times or runs costs, in χ²: the best of many is better than the right one.
+    /// What the search for its shape, times or runs costs, in χ²: the best of many is better than
+    /// the right one.
     pub search: f64,
 }
 
@@ -33,7 +34,7 @@ pub struct NotTestable {
 }
 
 impl Candidate {
-    /// The same with another shape parameter, where its one regressor has any.
+    /// The same with a different shape parameter, where its one regressor has any.
     pub fn set_shape(&mut self, shape: f64) {
         if let [regressor] = &mut self.regressors[..] {
             *regressor = regressor.with_shape(shape);
@@ -41,7 +42,8 @@ impl Candidate {
         }
     }
 
-    /// It is a half slip that is another from a time on: a share, whatever unit its effect has else.
+    /// It is a half slip that is another from a time on: a share, whatever unit its effect has
+    /// else.
     pub fn steps_half_slip(&self) -> bool {
         self.regressors.iter().any(|regressor| matches!(regressor, Regressor::Switch(Switched::HalfSlip, _)))
     }
@@ -101,7 +103,8 @@ impl Way {
         Self { search: SHAPE, ..self }
     }
 
-    /// Leads and sensor see the whole power, the part that was calibrated away as static included: unless it was calibrated anew.
+    /// Leads and sensor see the whole power, the part that was calibrated away as static included:
+    /// unless it was calibrated again.
     pub(super) fn with_static_power(scope: &Scope, way: impl Fn(f64) -> Self) -> Vec<Self> {
         if scope.static_power > 0.0 {
             let with = way(scope.static_power).with(Detail::WithStatic { power_w: scope.static_power });

@@ -1,4 +1,5 @@
-//! What is special about one way in which an effect shows: typed here, flat keys in JSON and files, words for people.
+//! What is special about one way in which an effect shows: typed here, flat keys in JSON and files,
+//! words for people.
 
 use serde::{Serialize, Serializer};
 use serde_json::{Map, Value, json};
@@ -41,7 +42,8 @@ pub enum Detail {
         /// Slip at which 1/√2 of it is there.
         half_slip: f64,
     },
-    /// It grows with the mass, and changes the slip at which 1/√2 of the base's scrub is there: as a share the second coefficient.
+    /// It grows with the mass, and changes the slip at which 1/√2 of the base's scrub is there: as
+    /// a share the second coefficient.
     WithHalfSlip,
     /// A load off the centre, by how much more easily the robot turns.
     OffCentre {
@@ -71,7 +73,8 @@ pub enum Detail {
     InRuns {
         /// Which.
         runs: Runs,
-        /// One a run, s since the start; none in runs without it. No list where it is there throughout.
+        /// One a run, s since the start; none in runs without it. No list where it is there
+        /// throughout.
         at_s: Option<Vec<Option<f64>>>,
     },
     /// A user's own.
@@ -167,7 +170,8 @@ impl Along {
     }
 }
 
-/// What files say of windings that are hot from the start, and of a power that is there from the first motion on.
+/// What files say of windings that are hot from the start, and of a power that is there from the
+/// first motion on.
 pub(super) const FROM_START: &str = "the start";
 pub(super) const FROM_MOTION: &str = "the first motion on";
 /// What they say of a power that is there with motion.
@@ -215,7 +219,7 @@ impl Detail {
         }
     }
 
-    /// The same with another shape parameter, where it has any.
+    /// The same with a different shape parameter, where it has any.
     #[must_use]
     pub fn with_shape(&self, shape: f64) -> Self {
         match self {

@@ -31,13 +31,14 @@ pub struct Entry {
     pub shows_in: &'static str,
     /// The plant's cause in typical strengths, one a kind: benchmarks scale them.
     pub typical: &'static [&'static str],
-    /// How its coefficient converts to the world's size, where that is another.
+    /// How its coefficient converts to the world's size, where that differs.
     pub(super) physical: fn(&Detail) -> Option<Conversion>,
     /// The ways in which it may show in some runs, or why these cannot show it.
     pub(super) candidates: fn(&Scope) -> Result<Vec<Way>, String>,
     /// Whether it is what estimator and board know as this.
     pub(super) owns: fn(&Cause<f64>) -> bool,
-    /// What estimator and board make of an entry of a coefficients file, with the coefficient of each.
+    /// What estimator and board make of an entry of a coefficients file, with the coefficient of
+    /// each.
     pub(super) read: fn(&Fields<'_>) -> Read,
     /// The plant's cause, or why there is none.
     pub(super) cause: fn(&Finding<'_>) -> error::Result<Result<Part, String>>,

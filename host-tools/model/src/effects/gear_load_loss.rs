@@ -1,4 +1,5 @@
-//! A gear that loses more of what passes it: a share of the torque T, or T², a loss that grows faster than the torque.
+//! A gear that loses more of what passes it: a share of the torque T, or T², a loss that grows
+//! faster than the torque.
 
 use model_core::effects::{Cause, Term};
 
@@ -28,8 +29,8 @@ pub(super) const GEAR_LOAD_LOSS: Entry = Entry {
     cause: |finding| finding.everywhere(),
 };
 
-/// Fall of the efficiency per torque at the wheel: the motor's torque is G t (1 + c t) for a wheel's t, G being the inertia gain, and the
-/// model's k (G t)² is its second part.
+/// Fall of the efficiency per torque at the wheel: the motor's torque is G t (1 + c t) for a
+/// wheel's t, G being the inertia gain, and the model's k (G t)² is its second part.
 const FALL: Conversion =
     Conversion { unit: "1/(N·m)", of: |coefficient, world| Some(coefficient * world.torque.inertia_gain) };
 

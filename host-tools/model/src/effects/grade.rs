@@ -1,4 +1,5 @@
-//! A road that slopes: gravity along the way, by a measured pitch, ahead, or in a direction of the world.
+//! A road that slopes: gravity along the way, by a measured pitch, ahead, or in a direction of the
+//! world.
 
 use model_core::effects::{Cause, Term};
 use support::error;
@@ -31,7 +32,8 @@ pub(super) const GRADE: Entry = Entry {
     cause,
 };
 
-/// Gravity along the way is the weight times the sine of the slope; by a measured pitch the coefficient says how much of it there is.
+/// Gravity along the way is the weight times the sine of the slope; by a measured pitch the
+/// coefficient says how much of it there is.
 fn slope(detail: &Detail) -> Conversion {
     if *detail == Detail::Slope(Along::Pitch) {
         return Conversion::of_torque("1");
@@ -46,7 +48,8 @@ fn slope(detail: &Detail) -> Conversion {
 /// A slope of 0.35 rad is a steep ramp; drives pass a third of the torque at worst.
 const STEEP: f64 = 0.35 * 3.0;
 
-/// Gravity's share that the drive may feel of a measured pitch: losses, and a mass or a pitch that is somewhat off.
+/// Gravity's share that the drive may feel of a measured pitch: losses, and a mass or a pitch that
+/// is somewhat off.
 const BY_PITCH: (f64, f64) = (0.2, 5.0);
 
 fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {

@@ -53,8 +53,9 @@ pub fn candidates(scope: &Scope) -> (Vec<Candidate>, Vec<NotTestable>) {
     (found, missing)
 }
 
-/// The size in the world of an effect's coefficient with its standard error, `with_base` being its covariance with the base's parameters:
-/// where nothing is folded in, and of users' effects, the coefficient itself. None where this robot does not let it be told.
+/// The size in the world of an effect's coefficient with its standard error, `with_base` being its
+/// covariance with the base's parameters: where nothing is folded in, and of users' effects, the
+/// coefficient itself. None where this robot does not let it be told.
 pub fn physical(
     candidate: &Candidate,
     (coefficient, std_err): (f64, f64),

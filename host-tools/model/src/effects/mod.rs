@@ -1,8 +1,10 @@
 //! Effects that a fitted model may lack: one file each.
 //!
-//! A file says all that there is to say of its effect: name, meaning, unit, signs and range, what the log needs, the regressors that
-//! show it, how coefficient files hold it, how its coefficient converts to the world's size, the plant's cause for it, and where it
-//! shows. A new effect is a file here, named below, and a line in [`ENTRIES`]; if boards are to know it, a term in model-core as well.
+//! A file says all that there is to say of its effect: name, meaning, unit, signs and range, what
+//! the log needs, the regressors that show it, how coefficient files hold it, how its coefficient
+//! converts to the world's size, the plant's cause for it, and where it shows. A new effect is a
+//! file here, named below, and a line in [`ENTRIES`]; if boards are to know it, a term in
+//! model-core as well.
 //!
 //! | here | there |
 //! |---|---|

@@ -30,8 +30,8 @@ pub(super) const PAYLOAD_OFFSET: Entry = Entry {
     cause,
 };
 
-/// How far the centre of the total mass lies to the right, m: rolling resistance is in proportion to the weight on a wheel, which the
-/// offset over half the track changes by that share of itself.
+/// How far the centre of the total mass lies to the right, m: rolling resistance is in proportion
+/// to the weight on a wheel, which the offset over half the track changes by that share of itself.
 const TO_THE_RIGHT: Conversion = Conversion {
     unit: "m",
     of: |coefficient, world| {

@@ -1,8 +1,10 @@
 //! What a coefficient comes to in the world.
 //!
-//! Base and effects are torques as the motors supply them: the drive's losses are folded in, and the base's inertia gain, which turns
-//! the body's torques into the motors', is what they are folded in by. A slope of 0.03 is then a coefficient of 0.04. What the world has
-//! is found by taking it out again; how uncertain that is by the delta method over coefficient and base together.
+//! Base and effects are torques as the motors supply them: the drive's losses are folded in, and
+//! the base's inertia gain, which turns the body's torques into the motors', is what they are
+//! folded in by. A slope of 0.03 is then a coefficient of 0.04. What the world has is found by
+//! taking it out again; how uncertain that is by the delta method over coefficient and base
+//! together.
 
 use model_core::kinematics::Kinematics;
 use model_core::torque::{PARAMETERS, TorqueModel};
@@ -27,14 +29,16 @@ pub struct World {
     pub torque: TorqueModel<f64>,
     /// Covariance of its first parameters, as many as there are rows.
     pub covariance: DMatrix<f64>,
-    /// Forward speed of the robot per speed of a wheel, m, the others standing; none where wheels differ in it.
+    /// Forward speed of the robot per speed of a wheel, m, the others standing; none where wheels
+    /// differ in it.
     pub forward: Option<f64>,
     /// Turn rate of the robot per speed of its outermost wheel.
     pub turn: f64,
 }
 
 impl World {
-    /// Of a robot and its base, with the covariance of as many of the base's parameters as there are rows.
+    /// Of a robot and its base, with the covariance of as many of the base's parameters as there
+    /// are rows.
     pub fn new<const N: usize>(
         kinematics: &Kinematics<f64, N>,
         torque: TorqueModel<f64>,
@@ -72,8 +76,8 @@ impl Conversion {
         Self { unit, of: |coefficient, world| Some(coefficient / world.torque.inertia_gain) }
     }
 
-    /// The size of a coefficient with its standard error, and what it has in common with each parameter of the base; none where it cannot
-    /// be told.
+    /// The size of a coefficient with its standard error, and what it has in common with each
+    /// parameter of the base; none where it cannot be told.
     pub(super) fn apply(
         &self,
         coefficient: f64,

@@ -51,9 +51,11 @@ pub enum Regressor {
     Warming(f64),
     /// Winding loss that is greater throughout, as a share.
     Hot,
-    /// Winding loss by the columns of motor temperatures, from this place on; per kelvin above `1` (°C).
+    /// Winding loss by the columns of motor temperatures, from this place on; per kelvin above `1`
+    /// (°C).
     Temperature(usize, f64),
-    /// A step of power, W, of rolling torque, N·m/kg, or of the half slip, as a share, of one size at a time of its own in each run; infinite where there is none.
+    /// A step of power, W, of rolling torque, N·m/kg, or of the half slip, as a share, of one size
+    /// at a time of its own in each run; infinite where there is none.
     Switch(Switched, Arc<[f64]>),
     /// The mass of one run is off, kg.
     Mass(usize),
@@ -75,7 +77,7 @@ impl Regressor {
         self.clone().shape_mut().map(|shape| *shape).filter(|shape| shape.is_finite())
     }
 
-    /// The same with another shape parameter.
+    /// The same with a different shape parameter.
     #[must_use]
     pub fn with_shape(&self, shape: f64) -> Self {
         let mut other = self.clone();
@@ -101,8 +103,9 @@ impl Regressor {
         }
     }
 
-    /// What it comes to at the end of its shape's range, where nothing of its shape shows: a warm-up that takes longer than the runs is
-    /// grease that is thicker, a switch at the start is none.
+    /// What it comes to at the end of its shape's range, where nothing of its shape shows: a
+    /// warm-up that takes longer than the runs is grease that is thicker, a switch at the start is
+    /// none.
     pub fn limit(&self) -> Option<Self> {
         match self {
             Self::Term(Term::WarmUp(_)) => Some(Self::Term(Term::Viscous)),
@@ -121,7 +124,8 @@ impl Regressor {
         }
     }
 
-    /// Where its shape parameter is looked for: times are known to their grid, the others to a factor of two.
+    /// Where its shape parameter is looked for: times are known to their grid, the others to a
+    /// factor of two.
     pub fn interval(&self) -> Option<(f64, f64)> {
         let shape = self.shape()?;
         Some(match self {
@@ -131,8 +135,8 @@ impl Regressor {
         })
     }
 
-    /// The coefficients that it can have beside another's: from a tenth of the half slip to ten times as much. `None` where what it stands
-    /// with says so.
+    /// The coefficients that it can have beside another's: from a tenth of the half slip to ten
+    /// times as much. `None` where what it stands with says so.
     pub fn range(&self) -> Option<(f64, f64)> {
         matches!(self, Self::HalfSlip).then_some(HALF_SLIP)
     }

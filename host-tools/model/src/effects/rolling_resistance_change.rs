@@ -36,8 +36,9 @@ pub(super) const ROLLING_RESISTANCE_CHANGE: Entry = Entry {
     cause: change,
 };
 
-/// Friction coefficient of the floor by the torque per kilogram of every wheel: μ g m r / N of the weight on it, r / N being what a wheel
-/// moves the robot forward. Told where all wheels do so alike.
+/// Friction coefficient of the floor by the torque per kilogram of every wheel: μ g m r / N of the
+/// weight on it, r / N being what a wheel moves the robot forward. Told where all wheels do so
+/// alike.
 pub(super) const FLOOR: Conversion = Conversion {
     unit: "1",
     of: |coefficient, world| Some(coefficient / (world.torque.inertia_gain * GRAVITY * world.forward?)),

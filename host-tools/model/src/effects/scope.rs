@@ -1,4 +1,5 @@
-//! What candidates are made for: the sizes of some runs, of the robot, and of what was fitted to it.
+//! What candidates are made for: the sizes of some runs, of the robot, and of what was fitted to
+//! it.
 
 use model_core::torque::TorqueModel;
 
@@ -18,7 +19,8 @@ pub struct ScopeColumn {
 pub struct Scope {
     /// The base.
     pub base: TorqueModel<f64>,
-    /// Whether it was fitted at one total mass: friction that grows with the mass and friction that does not are then one.
+    /// Whether it was fitted at one total mass: friction that grows with the mass and friction that
+    /// does not are then one.
     pub one_mass: bool,
     /// Whether the drives feed braking power back.
     pub regenerative: bool,

@@ -30,7 +30,8 @@ pub const STATIC_STEP: Entry = Entry {
     cause,
 };
 
-/// How long it stays on after motion, s. With the command the power goes before the wheel stands: a negative hold.
+/// How long it stays on after motion, s. With the command the power goes before the wheel stands: a
+/// negative hold.
 const HOLDS_S: [f64; 5] = [-0.3, 0.0, 1.0, 4.0, f64::INFINITY];
 
 /// With motion; times of its own are looked for run by run.

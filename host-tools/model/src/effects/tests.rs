@@ -1,4 +1,5 @@
-//! Every list in the tree that names effects names exactly those of [`ENTRIES`], and what one place says of them the others mean.
+//! Every list in the tree that names effects names exactly those of [`ENTRIES`], and what one place
+//! says of them the others mean.
 
 use ::plant::effects::{Effect, entries};
 use model_core::effects::{Cause, Side, Term};
@@ -56,7 +57,8 @@ fn the_plant_has_a_cause_for_each_and_no_other() {
     }
 }
 
-/// Between the heading "What it can name" and the next: one row an effect, in this order, with unit and sign as here.
+/// Between the heading "What it can name" and the next: one row an effect, in this order, with unit
+/// and sign as here.
 #[test]
 fn the_documentation_names_each_and_no_other() {
     let docs = include_str!("../../../../docs/gap.md");
@@ -194,8 +196,9 @@ fn any(id: &str, detail: Detail) -> Candidate {
     find(id).unwrap().candidate(Vec::new(), (-1.0, 1.0), detail, 0.0)
 }
 
-/// 0.04 of gravity's share with an inertia gain of 1.3333 ± 0.0133 is a slope of 0.03: 1 % of the coefficient's error and 1 % of the
-/// gain's are √2 % of the slope, and where both err alike nothing.
+/// 0.04 of gravity's share with an inertia gain of 1.3333 ± 0.0133 is a slope of 0.03: 1 % of the
+/// coefficient's error and 1 % of the gain's are √2 % of the slope, and where both err alike
+/// nothing.
 #[test]
 fn a_slope_is_what_the_world_has_whatever_the_drive_folds_in() {
     let mut covariance = DMatrix::zeros(7, 7);
@@ -228,7 +231,8 @@ fn a_half_slip_that_steps_is_a_share() {
     assert!((of(Switched::Rolling) - 0.6 / (1.25 * 9.80665 * 0.0165)).abs() < 1e-9);
 }
 
-/// A base of one mass may hold a floor as friction that does not depend on it: 0.03 N·m at 2 kg are 0.015 N·m/kg.
+/// A base of one mass may hold a floor as friction that does not depend on it: 0.03 N·m at 2 kg are
+/// 0.015 N·m/kg.
 #[test]
 fn a_floor_may_take_away_what_a_base_of_one_mass_holds_as_friction_of_the_drive() {
     let least = |one_mass| {
@@ -239,7 +243,8 @@ fn a_floor_may_take_away_what_a_base_of_one_mass_holds_as_friction_of_the_drive(
     assert!((least(true) + 0.01 + 0.03 / 2.0).abs() < 1e-12);
 }
 
-/// Where wheels scrub in the base already, another floor may have less grip, and the ways of it in proportion to the mass show.
+/// Where wheels scrub in the base already, another floor may have less grip, and the ways of it in
+/// proportion to the mass show.
 #[test]
 fn a_scrub_that_the_base_has_may_shrink() {
     let least = |scrubs| {

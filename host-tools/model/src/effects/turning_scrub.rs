@@ -28,8 +28,8 @@ pub(super) const TURNING_SCRUB: Entry = Entry {
     cause: |finding| finding.everywhere(),
 };
 
-/// Moment of friction about the turning centre: what it takes times the turn rate is what the outermost wheel's torque takes times its
-/// speed.
+/// Moment of friction about the turning centre: what it takes times the turn rate is what the
+/// outermost wheel's torque takes times its speed.
 fn moment(detail: &Detail) -> Conversion {
     let of = |coefficient: f64, world: &World| {
         let moment = coefficient / (world.torque.inertia_gain * world.turn);
@@ -39,8 +39,9 @@ fn moment(detail: &Detail) -> Conversion {
     Conversion { unit, of }
 }
 
-/// Slip at which 1/√2 of a scrub is there that shares its grip with rolling; the best is searched about it. Chosen: at four times as much
-/// only spins show it, at a quarter it is the sign of the turn.
+/// Slip at which 1/√2 of a scrub is there that shares its grip with rolling; the best is searched
+/// about it. Chosen: at four times as much only spins show it, at a quarter it is the sign of the
+/// turn.
 const HALF_SLIP: f64 = 0.5;
 
 fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
@@ -64,7 +65,8 @@ fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
     Ok(ways)
 }
 
-/// The half slip may come with another floor's rolling resistance, too; by itself it is how tyres scrub.
+/// The half slip may come with another floor's rolling resistance, too; by itself it is how tyres
+/// scrub.
 fn owns(cause: &Cause<f64>) -> bool {
     matches!(cause, Cause::HalfSlip | Cause::Term(Term::Scrub | Term::ScrubPerKg | Term::Sliding(_)))
 }

@@ -1,4 +1,5 @@
-//! Hot copper: the winding loss is greater, by measured temperatures, by its own heat, with time, or throughout.
+//! Hot copper: the winding loss is greater, by measured temperatures, by its own heat, with time,
+//! or throughout.
 
 use model_core::effects::{Cause, Term};
 use support::error;
@@ -54,7 +55,8 @@ const TIMES: [f64; 3] = [0.15, 0.5, 1.5];
 /// Most that a kelvin adds: five times copper's.
 const MOST_PER_K: f64 = 0.02;
 
-/// Most that a winding's resistance rises, as a share: copper some 250 K warmer, which no enamel survives.
+/// Most that a winding's resistance rises, as a share: copper some 250 K warmer, which no enamel
+/// survives.
 const MOST_RISE: f64 = 1.0;
 
 fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
@@ -69,7 +71,8 @@ fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
         return Ok(vec![measured.with(Detail::Heated(Heated::Measured(coldest)))]);
     }
     let hot = Way::new(Regressor::Hot, (0.0, MOST_RISE)).with(Detail::Heated(Heated::FromStart));
-    // Per watt of mean loss, at the torque of steady driving: what accelerating adds to the loss makes the bound wider than it is.
+    // Per watt of mean loss, at the torque of steady driving: what accelerating adds to the loss
+    // makes the bound wider than it is.
     let most = MOST_RISE / (scope.base.winding_loss * scope.torque.powi(2));
     let by_loss = |share: f64| {
         let time = share * scope.duration;
@@ -98,7 +101,8 @@ fn read(fields: &Fields<'_>) -> Read {
     fields.one(Cause::Heat(fields.number(key::TIME_CONSTANT)?))
 }
 
-/// Loss at which a winding's rise settles, W: small, so that any heating is within the plant's range of rises.
+/// Loss at which a winding's rise settles, W: small, so that any heating is within the plant's
+/// range of rises.
 const SETTLED_LOSS_W: f64 = 0.01;
 
 fn cause(finding: &Finding<'_>) -> error::Result<Result<Part, String>> {

@@ -1,8 +1,8 @@
-//! Effects as coefficient files hold them, and what estimator and board make of them: the one place that maps the dictionary's ids and
-//! details to columns of model-core and back.
+//! Effects as coefficient files hold them, and what estimator and board make of them: the one place
+//! that maps the dictionary's ids and details to columns of model-core and back.
 //!
-//! An `[[effects]]` entry of coefficients.toml has the keys of the JSON: `id`, `coefficient`, `unit`, `std_err`, and in `detail` what is
-//! special about it:
+//! An `[[effects]]` entry of coefficients.toml has the keys of the JSON: `id`, `coefficient`,
+//! `unit`, `std_err`, and in `detail` what is special about it:
 //!
 //! | id | `detail` |
 //! |---|---|
@@ -20,8 +20,9 @@
 //! | `static-step` | `at_s`; or `with = "motion"`, `hold_s`; or `from = "the first motion on"` |
 //! | `speed-scale` | `side`: left, right or both |
 //!
-//! The others have none. Further keys are for people. What concerns single runs (`payload-mislabel`, steps at a time of their own in
-//! each run) says something about those runs and nothing about the robot: no file holds it.
+//! The others have none. Further keys are for people. What concerns single runs
+//! (`payload-mislabel`, steps at a time of their own in each run) says something about those runs
+//! and nothing about the robot: no file holds it.
 
 use model_core::effects::{Cause, Column, Columns, InvalidColumns, Needs};
 use model_core::real::Real;
@@ -162,7 +163,8 @@ impl Written {
             detail.insert(key::COEFFICIENTS.to_owned(), json!(coefficients));
             detail.insert(key::STD_ERRS.to_owned(), json!(std_errs));
         }
-        // Switched off shortly before the robot stands, by what the runs say: a board that is not ahead of its time, as it stands.
+        // Switched off shortly before the robot stands, by what the runs say: a board that is not
+        // ahead of its time, as it stands.
         if let Detail::WithMotion { hold_s } = candidate.detail {
             detail.insert(key::HOLD.to_owned(), json!(hold_s.max(0.0)));
         }

@@ -1,4 +1,5 @@
-//! The messages, field by field as their definitions have them (common_interfaces): CDR has no names, only an order.
+//! The messages, field by field as their definitions have them (common_interfaces): CDR has no
+//! names, only an order.
 
 use serde::{Deserialize, Serialize};
 

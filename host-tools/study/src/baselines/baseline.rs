@@ -14,14 +14,15 @@ pub trait Baseline: Send {
 
     /// Predicted power of every point, W, in their order; NaN where a point is not finite.
     ///
-    /// A method that learns while it drives (recursive least squares) may learn from the power of the points before
-    /// each, within one run; the others leave [`Point::power`] alone.
+    /// A method that learns while it drives (recursive least squares) may learn from the power of
+    /// the points before each, within one run; the others leave [`Point::power`] alone.
     ///
     /// # Errors
     /// It has not been fitted.
     fn predict(&self, points: &[Point]) -> Result<Vec<f64>>;
 
-    /// The mass at every point, kg, of a model that finds it itself from the powers before; `None` of the others.
+    /// The mass at every point, kg, of a model that finds it itself from the powers before; `None`
+    /// of the others.
     ///
     /// # Errors
     /// It has not been fitted.

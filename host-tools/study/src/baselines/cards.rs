@@ -1,11 +1,13 @@
 //! The methods of the paper's Table 1 as data: which engine each runs, and with what.
 //!
-//! Kumar, Bensekrane and Merzouki (2022) are not among them. Their bond graph is a way to write equations down, not
-//! another set of them: joined at its 0- and 1-junctions, its inertias, resistances and transformers give the dynamics of
-//! a robot with friction and without motor losses, which is [`TOUZOUT`] for wheels that do not steer.
-//! What is their own belongs to a car-like robot with four steered wheels that changes its structure: power of the
-//! steering, and kinematics that depend on steering angles. No log here has steering angles, and R is one constant matrix,
-//! so that part has neither input nor data to be fitted to; without it the baseline would be Touzout's under another name.
+//! Kumar, Bensekrane and Merzouki (2022) are not among them. Their bond graph is a way to write
+//! equations down, not another set of them: joined at its 0- and 1-junctions, its inertias,
+//! resistances and transformers give the dynamics of a robot with friction and without motor
+//! losses, which is [`TOUZOUT`] for wheels that do not steer. What is their own belongs to a
+//! car-like robot with four steered wheels that changes its structure: power of the steering, and
+//! kinematics that depend on steering angles. No log here has steering angles, and R is one
+//! constant matrix, so that part has neither input nor data to be fitted to; without it the
+//! baseline would be Touzout's under another name.
 
 use super::card::{Card, Family, Layout, Need, PowerOfBraking, Preset};
 use super::dynamics::Term as Torque;
@@ -86,7 +88,8 @@ pub const KIM: Card = Card {
     ..DYNAMICS
 };
 
-/// The only one of them with the payload as a variable: it bears on rolling friction and on the inertia of the body.
+/// The only one of them with the payload as a variable: it bears on rolling friction and on the
+/// inertia of the body.
 ///
 /// The radius of gyration stays when the payload changes, as everywhere in this project.
 pub const JARAMILLO: Card = Card {
@@ -115,8 +118,8 @@ pub const MORALES: Card = Card {
 
 /// Straight ahead on a road of given grade; level where a log does not tell.
 ///
-/// The speeds of the wheels stay their own, so that a turn costs friction, but no inertia. For robots whose wheels all
-/// turn forwards when it drives ahead.
+/// The speeds of the wheels stay their own, so that a turn costs friction, but no inertia. For
+/// robots whose wheels all turn forwards when it drives ahead.
 pub const YACOUB: Card = Card {
     name: "yacoub",
     source: "Yacoub, Necsulescu and Sasiadek 2013: dynamics of robot and DC motor, straight on a road grade",
@@ -129,7 +132,8 @@ pub const YACOUB: Card = Card {
     ..DYNAMICS
 };
 
-/// For paths that a local planner predicts at one v and one ω each: no accelerations, so no power below 0 either.
+/// For paths that a local planner predicts at one v and one ω each: no accelerations, so no power
+/// below 0 either.
 pub const YAO: Card = Card {
     name: "yao",
     source: "Yao 2024: dynamics of robot and DC motor at constant v and ω",
@@ -142,8 +146,8 @@ pub const YAO: Card = Card {
 pub(super) const LONGITUDINAL: [Listed; TERMS] =
     [("b", "W", Term::One), ("f", "N", Term::Rolling), ("M", "kg", Term::Inertial)];
 
-/// The energy of a mission of an unmanned ground vehicle. Its mass is known and constant in the source; here it is in the lumped
-/// parameters, and no input.
+/// The energy of a mission of an unmanned ground vehicle. Its mass is known and constant in the
+/// source; here it is in the lumped parameters, and no input.
 pub const SADRPOUR: Card = Card {
     name: "sadrpour-rls",
     source: "Sadrpour 2012/2013: longitudinal dynamics, recursive least squares while driving (forgetting over 60 s)",
@@ -153,7 +157,8 @@ pub const SADRPOUR: Card = Card {
     ..REGRESSION
 };
 
-/// [`SADRPOUR`] by Bayesian estimation, which begins with what earlier drives over such ground tell of the parameters' distribution.
+/// [`SADRPOUR`] by Bayesian estimation, which begins with what earlier drives over such ground tell
+/// of the parameters' distribution.
 pub const SADRPOUR_BAYES: Card = Card {
     name: "sadrpour-bayes",
     source: "Sadrpour 2012/2013: longitudinal dynamics, Bayesian estimation with a prior from the training drives",
@@ -171,7 +176,8 @@ pub(crate) const SADRPOUR_OFFLINE: Card = Card {
     ..SADRPOUR
 };
 
-/// Vahidi, Stefanopoulou and Peng 2005 find mass and grade of a truck from its engine's torque; here from the power.
+/// Vahidi, Stefanopoulou and Peng 2005 find mass and grade of a truck from its engine's torque;
+/// here from the power.
 pub const VAHIDI: Card = Card {
     name: "vahidi",
     source: "Vahidi 2005: longitudinal dynamics, the mass by recursive least squares with several forgetting factors",
@@ -223,7 +229,8 @@ const WITH_MOTORS: [Energy; 7] = [
     Energy::InertiaHeat,
 ];
 
-/// [`WAHAB`] for three omni wheels: kinetic energy of sideways motion, too, and three wheels with their own speeds.
+/// [`WAHAB`] for three omni wheels: kinetic energy of sideways motion, too, and three wheels with
+/// their own speeds.
 pub const DATOUO: Card = Card {
     name: "datouo",
     source: "Datouo 2017: kinetic and traction energy and the losses of the motors, three omni wheels",
@@ -231,8 +238,9 @@ pub const DATOUO: Card = Card {
     ..WAHAB
 };
 
-/// [`WAHAB`] for four mecanum wheels. The source's temperature of the motors, its terrains and its shifted centre of
-/// gravity are in no log: its constants are those of one temperature, terrain and load.
+/// [`WAHAB`] for four mecanum wheels. The source's temperature of the motors, its terrains and its
+/// shifted centre of gravity are in no log: its constants are those of one temperature, terrain and
+/// load.
 pub const HOU: Card = Card {
     name: "hou",
     source: "Hou 2021: kinetic and traction energy and the losses of the motors, four mecanum wheels",
@@ -244,8 +252,8 @@ pub const HOU: Card = Card {
 
 /// [`WAHAB`] for skid steer: wheels dragged sideways in turns, and a slope where the log tells it.
 ///
-/// σ shares the scrub among the wheels, so that Σ σ w is in proportion to |ω|. Chosen here: the lateral friction is the
-/// same in every turn, whatever its radius.
+/// σ shares the scrub among the wheels, so that Σ σ w is in proportion to |ω|. Chosen here: the
+/// lateral friction is the same in every turn, whatever its radius.
 pub const DOGRU: Card = Card {
     name: "dogru",
     source: "Dogru and Marques 2018: kinetic, traction, scrub and slope energy and the losses of the motors, skid steer",
@@ -299,11 +307,14 @@ const CENTRES_OF_ROTATION: Card = Card {
     ..REGRESSION
 };
 
-/// P = g + G (|V_l| + |V_r|) + F |V_r − V_l|, with a gain constant g, taken as an offset, the resistance G of a side, and friction.
+/// P = g + G (|V_l| + |V_r|) + F |V_r − V_l|, with a gain constant g, taken as an offset, the
+/// resistance G of a side, and friction.
 ///
-/// The source learns the centres of rotation from the robot's track over the ground by an extended Kalman filter. Logs of wheel speeds
-/// and power do not hold that track: since ω = (V_r − V_l) ∕ B, friction and centres act on the power only as the product F = μ m g a ∕ B,
-/// which is learned instead of its factors. Overhead imagery, from which the source refines the friction ahead of the robot, is left out.
+/// The source learns the centres of rotation from the robot's track over the ground by an extended
+/// Kalman filter. Logs of wheel speeds and power do not hold that track: since ω = (V_r − V_l) ∕ B,
+/// friction and centres act on the power only as the product F = μ m g a ∕ B, which is learned
+/// instead of its factors. Overhead imagery, from which the source refines the friction ahead of
+/// the robot, is left out.
 pub const PENTZER: Card = Card {
     name: "pentzer",
     source: "Pentzer 2022: skid steer by unknown centres of rotation, recursive least squares while driving",
@@ -319,8 +330,8 @@ pub const PENTZER: Card = Card {
 
 /// P = G (|V_l| + |V_r|) + μ m g a |ω|, the centres known from the slip-track.
 ///
-/// Without an offset, so that the energy of a path does not depend on the speed at which it is driven: what the source builds its
-/// energy-optimal paths on.
+/// Without an offset, so that the energy of a path does not depend on the speed at which it is
+/// driven: what the source builds its energy-optimal paths on.
 pub const EFFATI: Card = Card {
     name: "effati",
     source: "Effati 2023: skid steer by known centres of rotation",
@@ -330,8 +341,9 @@ pub const EFFATI: Card = Card {
     ..CENTRES_OF_ROTATION
 };
 
-/// P = c0 + c1 |v|, fitted to straight drives and circles at constant speed; only the speed along the path enters (Table 1:
-/// "longitudinal speed"), so that a spin on the spot is predicted as standing.
+/// P = c0 + c1 |v|, fitted to straight drives and circles at constant speed; only the speed along
+/// the path enters (Table 1: "longitudinal speed"), so that a spin on the spot is predicted as
+/// standing.
 pub const MEI: Card = Card {
     name: "mei",
     source: "Mei 2005: first-order regression on the speed",
@@ -354,7 +366,8 @@ pub const JAIEM: Card = Card {
     ..REGRESSION
 };
 
-/// P = c0 + c1 |v| + c2 m. The mass is added, not multiplied by the speed: so it is where Leng's regression takes it over (Eq. 31).
+/// P = c0 + c1 |v| + c2 m. The mass is added, not multiplied by the speed: so it is where Leng's
+/// regression takes it over (Eq. 31).
 pub const PARASURAMAN: Card = Card {
     name: "parasuraman",
     source: "Parasuraman 2012/2014: first-order regression on speed and mass",

@@ -1,13 +1,14 @@
 //! Longitudinal dynamics of a vehicle: what Sadrpour 2012/2013 and Quann 2020 have in common.
 //!
-//! The wheels push against inertia, grade and rolling resistance (aerodynamic drag is negligible at the speeds of robots):
+//! The wheels push against inertia, grade and rolling resistance (aerodynamic drag is negligible at
+//! the speeds of robots):
 //!
 //! ```text
 //! P = b + F v / η,   F = m v̇ + m g sin γ + C m g cos γ sgn v
 //! ```
 //!
-//! with the grade γ, nose up, and the drive's efficiency η. Where neither m nor η is an input, three lumped constants remain,
-//! in which P is linear:
+//! with the grade γ, nose up, and the drive's efficiency η. Where neither m nor η is an input,
+//! three lumped constants remain, in which P is linear:
 //!
 //! ```text
 //! P = b + f |v| cos γ + M (v̇ + g sin γ) v,   f = C m g / η,   M = m / η
@@ -40,8 +41,8 @@ mod tests {
     use crate::baselines::testing::still;
     use model_core::kinematics::Twist;
 
-    /// 2 kg that climb 30° at 0.5 m/s gain 2 · 9.80665 · 0.5 · 0.5 W of height and, at 0.2 m/s², 0.2 W of speed; backwards
-    /// they lose both.
+    /// 2 kg that climb 30° at 0.5 m/s gain 2 · 9.80665 · 0.5 · 0.5 W of height and, at 0.2 m/s²,
+    /// 0.2 W of speed; backwards they lose both.
     #[test]
     fn the_effective_mass_gains_energy_of_height_and_speed() {
         let mut point = still();

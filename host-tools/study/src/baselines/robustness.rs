@@ -23,8 +23,8 @@ fn changed(change: impl Fn(&mut Point)) -> Vec<Point> {
     points
 }
 
-/// Trained and tested on the same drive, no power is beyond three times the highest it has seen, which is far from the
-/// numbers that a singular matrix makes; or the refusal says who refuses.
+/// Trained and tested on the same drive, no power is beyond three times the highest it has seen,
+/// which is far from the numbers that a singular matrix makes; or the refusal says who refuses.
 fn bears(what: &str, points: &[Point]) {
     let highest = points.iter().map(|point| point.power.abs()).fold(0.0, f64::max);
     for card in cards() {
@@ -85,7 +85,8 @@ fn trainings_that_are_not_finite() {
     }
 }
 
-/// A point that is not finite has no power, and spoils no other; a power that is not known spoils nothing.
+/// A point that is not finite has no power, and spoils no other; a power that is not known spoils
+/// nothing.
 #[test]
 fn tests_that_are_not_finite() {
     let mut points = changed(|_| {});
@@ -93,7 +94,8 @@ fn tests_that_are_not_finite() {
     unknown_power(&mut points[78]);
     for card in cards() {
         let mut model = card.make(&burger());
-        // This power follows no model of theirs: one may refuse it, and has a test on data of its own.
+        // This power follows no model of theirs: one may refuse it, and has a test on data of its
+        // own.
         if let Err(error) = model.fit(&changed(|_| {})) {
             assert!(error.to_string().contains(card.name), "{error}");
             continue;

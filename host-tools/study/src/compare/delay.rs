@@ -1,7 +1,9 @@
-//! How much later the power is than the speeds, found from the training logs by a rule that no model owns.
+//! How much later the power is than the speeds, found from the training logs by a rule that no
+//! model owns.
 //!
-//! The power is regressed on all products of up to two of speed, turn rate, their derivatives along the way and the mass, for every delay on a
-//! grid; the shortest delay whose error is not more than a hundredth above the least is taken, for every model alike.
+//! The power is regressed on all products of up to two of speed, turn rate, their derivatives along
+//! the way and the mass, for every delay on a grid; the shortest delay whose error is not more than
+//! a hundredth above the least is taken, for every model alike.
 
 use crate::baselines::Point;
 use crate::baselines::regression::{least_squares, weigh};
@@ -32,7 +34,8 @@ pub(super) fn choose(points: &[Point]) -> f64 {
     shifts[place] as f64 * period_s
 }
 
-/// RMS of what the regression leaves when the power of so many points later is taken; over the points that have one `most` later.
+/// RMS of what the regression leaves when the power of so many points later is taken; over the
+/// points that have one `most` later.
 fn error(points: &[Point], shift: usize, most: usize) -> f64 {
     let thinned = points.len().div_ceil(MOST_POINTS).max(1);
     let within = |&index: &usize| points[index].run == points[index + most].run;

@@ -1,4 +1,5 @@
-//! One row of a comparison: what a model was told, how good it is, and what it is fair to hold it against.
+//! One row of a comparison: what a model was told, how good it is, and what it is fair to hold it
+//! against.
 
 use serde::Serialize;
 
@@ -38,8 +39,9 @@ impl MassSource {
 
 /// Whether a prediction uses power that was measured on the test drive itself, and how far behind.
 ///
-/// Power changes slowly beside a sample period: whoever has seen the last sample starts ahead of whoever has a plan only. So every row says
-/// which it is, and stands beside what persistence (the power of that long ago) reaches.
+/// Power changes slowly beside a sample period: whoever has seen the last sample starts ahead of
+/// whoever has a plan only. So every row says which it is, and stands beside what persistence (the
+/// power of that long ago) reaches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Horizon {

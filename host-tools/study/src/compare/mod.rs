@@ -1,7 +1,8 @@
 //! Every model and baseline on the same split.
 //!
-//! Nothing here is chosen for our model alone: the filter's cutoff by models of the literature (`cutoff`), the delay between speeds and
-//! power by a regression that is nobody's (`delay`), and a model that takes the mass has a row in which it finds it ([`search`]).
+//! Nothing here is chosen for our model alone: the filter's cutoff by models of the literature
+//! (`cutoff`), the delay between speeds and power by a regression that is nobody's (`delay`), and a
+//! model that takes the mass has a row in which it finds it ([`search`]).
 
 mod comparison;
 mod cutoff;

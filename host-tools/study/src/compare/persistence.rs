@@ -28,7 +28,8 @@ mod tests {
     use super::persistence_r2;
     use crate::baselines::testing::drive;
 
-    /// A sine of ω = 1 rad/s at a lag τ: the mean square of the difference over the variance is 2 (1 − cos τ), over whole periods.
+    /// A sine of ω = 1 rad/s at a lag τ: the mean square of the difference over the variance is 2
+    /// (1 − cos τ), over whole periods.
     #[test]
     fn a_sine_persists_as_its_autocorrelation() {
         let points = drive(20_000, |point| 5.0 + point.time.sin());

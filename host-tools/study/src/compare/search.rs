@@ -1,7 +1,8 @@
 //! The mass of a model that takes it, found as ours is: by a search over the latest window.
 //!
-//! Every second, the mass at which the model's power over the last window is nearest to the measured one (least squares; a grid over the
-//! robot's masses, then the parabola through the best three) is taken for the second that follows. So any model with a mass as its input is an
+//! Every second, the mass at which the model's power over the last window is nearest to the
+//! measured one (least squares; a grid over the robot's masses, then the parabola through the best
+//! three) is taken for the second that follows. So any model with a mass as its input is an
 //! estimator of the mass, too, and predicts without being told it.
 
 use support::error::Result;
@@ -89,7 +90,8 @@ mod tests {
     use crate::baselines::testing::{burger, drive};
     use crate::baselines::{Baseline, Point};
 
-    /// A plane over speed and mass, learned at 1 to 3 kg, on a drive that carries 2.3 kg and from 40 s on 1.7 kg.
+    /// A plane over speed and mass, learned at 1 to 3 kg, on a drive that carries 2.3 kg and from
+    /// 40 s on 1.7 kg.
     fn planned() -> (Box<dyn Baseline>, Vec<Point>) {
         let power = |point: &Point| 0.3 + 2.0 * point.speed.vx.abs() + 0.4 * point.mass;
         let mut model = PARASURAMAN.make(&burger());
@@ -102,7 +104,8 @@ mod tests {
         (model, points)
     }
 
-    /// The cost is a parabola in the mass, so the parabola through three points of the grid is exact: rounding only.
+    /// The cost is a parabola in the mass, so the parabola through three points of the grid is
+    /// exact: rounding only.
     #[test]
     fn finds_the_mass_of_its_own_data() {
         let (model, points) = planned();

@@ -11,7 +11,7 @@ pub(super) struct Colours {
 const METHODS: usize = 6;
 
 impl Colours {
-    /// Of these methods; the first six tell apart.
+    /// Of these methods; the first six distinguish.
     pub(super) fn of(methods: Vec<String>) -> Self {
         Self { methods }
     }

@@ -4,7 +4,7 @@ use report::{Band, Colour, Line, Stroke, TimeSeries, Validated, Validation, pale
 
 use super::colours::{Colours, black};
 
-/// One log behind the filter.
+/// One log after the filter.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Trace {
     /// Time since its start, s.
@@ -93,7 +93,8 @@ pub(super) fn masses(title: &str, Course { trace, methods }: &Course, colours: &
         .iter()
         .rev()
         .map(|method| line(&method.method, &method.mass_kg, colours.get(&method.method), Stroke::Solid));
-    // Of the masses themselves: the interval of a window that has just begun would leave nothing else to see.
+    // Of the masses themselves: the interval of a window that has just begun would leave nothing
+    // else to see.
     let values = known.iter().flat_map(|method| &method.mass_kg).chain(&trace.truth_kg);
     let ends = values.copied().filter(|mass| mass.is_finite()).fold(None, |ends, mass| match ends {
         None => Some((mass, mass)),

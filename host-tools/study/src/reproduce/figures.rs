@@ -1,4 +1,5 @@
-//! The paper's figures as data: what each shows, in panels of series and axes; the same for the page and for files.
+//! The paper's figures as data: what each shows, in panels of series and axes; the same for the
+//! page and for files.
 
 use report::{
     Bars, Binned, Curve, Curves, Gaussian, Histogram, Line, Marks, Page, Panel, Stroke, TimeSeries, palette,
@@ -250,7 +251,8 @@ fn static_power(rails: &Rails) -> Histogram {
     )
 }
 
-/// One figure over the windows' lengths: its place in a row, and in what is published behind the length.
+/// One figure over the windows' lengths: its place in a row, and in what is published behind the
+/// length.
 fn over_windows(
     title: &str,
     y: &str,
@@ -283,7 +285,8 @@ fn over_windows(
 /// Bins, W. The paper's are 0.5 W wide, which would leave three of the regime's power.
 const BIN_W: f64 = 0.1;
 
-/// Ours, the paper's and the two that the paper compares with: of all baselines nobody could tell the curves apart.
+/// Ours, the paper's and the two that the paper compares with: of all baselines nobody could tell
+/// the curves apart.
 fn binned(course: &Course, models: &[ModelRow], colours: &Colours) -> Binned {
     let published = |name: &str| models.iter().any(|row| row.name == name && row.published.is_some());
     let methods = course.methods.iter().enumerate();
@@ -323,7 +326,8 @@ fn bars(models: &[ModelRow]) -> Bars {
     }
 }
 
-/// What sensing costs against what it saves: over the windows of the middle task; split for the first method.
+/// What sensing costs against what it saves: over the windows of the middle task; split for the
+/// first method.
 fn prices(
     price: &Price,
     colours: &Colours,

@@ -25,7 +25,8 @@ const FORMATS: [&str; 2] = ["svg", "png"];
 /// What may stand in a folder's place.
 const EXPECTED: &str = "expected a new or empty folder, or an earlier reproduction";
 
-/// Refuses a place that is taken by anything but an earlier reproduction: asked before the long work.
+/// Refuses a place that is taken by anything but an earlier reproduction: asked before the long
+/// work.
 ///
 /// # Errors
 /// A file, a folder with anything in it that no reproduction writes, or no folder to put it into.
@@ -93,7 +94,8 @@ pub fn save(study: &Study, folder: &Path) -> Result<()> {
     let (new, _new) = temporary::folder_in(beside).map_err(refused)?;
     write(study, new.path())?;
     open_to_others(new.path()).map_err(refused)?;
-    // The earlier one goes only when the new one is complete, and comes back if that cannot take its place.
+    // The earlier one goes only when the new one is complete, and comes back if that cannot take
+    // its place.
     let old = tempfile::Builder::new().prefix(".gmr-").tempdir_in(beside).map_err(refused)?;
     let kept = old.path().join("earlier");
     let had = place.exists();

@@ -1,4 +1,5 @@
-//! The reproduction as one page: what came out on top, then tables and figures in the order of the paper.
+//! The reproduction as one page: what came out on top, then tables and figures in the order of the
+//! paper.
 
 use maud::{Markup, html};
 use report::html::{document, drawing, tile};

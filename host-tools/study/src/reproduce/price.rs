@@ -1,11 +1,13 @@
 //! What sensing and computing cost against what they save, over window lengths.
 //!
-//! The policy is Algorithm 2's: a task begins with another payload; for T s sensors and estimator run, and power is predicted with
-//! the mass of the task before; from then on with m̂(T). The paper names this price and leaves it open (Sections 5.2 and 8); what
-//! follows is this project's reading of it, with figures from data sheets and from the bench ([`parts`](super::parts)).
+//! The policy is Algorithm 2's: a task begins with another payload; for T s sensors and estimator
+//! run, and power is predicted with the mass of the task before; from then on with m̂(T). The paper
+//! names this price and leaves it open (Sections 5.2 and 8); what follows is this project's reading
+//! of it, with figures from data sheets and from the bench ([`parts`](super::parts)).
 //!
-//! A joule that is predicted wrongly is counted as a joule spent. It is not: what a wrong joule costs is the mission's business.
-//! [`Best::break_even`] says how little it may be worth before sensing and computing weigh as much.
+//! A joule that is predicted wrongly is counted as a joule spent. It is not: what a wrong joule
+//! costs is the mission's business. [`Best::break_even`] says how little it may be worth before
+//! sensing and computing weigh as much.
 
 use plant::experiment;
 use serde::Serialize;
@@ -26,10 +28,11 @@ pub(super) struct Input {
     pub(super) instructions: Vec<(&'static str, Counts)>,
 }
 
-/// Lengths of the tasks unless told otherwise, s: a minute, five and thirty.
+/// Lengths of the tasks by default, s: a minute, five and thirty.
 const TASKS_S: [f64; 3] = [60.0, 300.0, 1800.0];
 
-/// What the bench calls the estimators of the methods that find the mass. Windows of up to 32 s; longer rings cost the same.
+/// What the bench calls the estimators of the methods that find the mass. Windows of up to 32 s;
+/// longer rings cost the same.
 const COUNTED: [(&str, &str); 3] = [
     ("signed", "signed window, 32 buckets"),
     ("eq18-published", "eq18-published roots, 32 buckets"),
@@ -69,8 +72,8 @@ pub(super) struct PricePoint {
 pub(super) struct Split {
     /// Supply and inputs of the sensors during T.
     pub(super) sensors_j: f64,
-    /// The motors' current through the sensor's shunt. It stays in the rail when the sensor sleeps: it counts for the whole task,
-    /// and is the same for every window.
+    /// The motors' current through the sensor's shunt. It stays in the rail when the sensor sleeps:
+    /// it counts for the whole task, and is the same for every window.
     pub(super) shunt_j: f64,
     /// Instructions of the estimator during T.
     pub(super) computing_j: f64,
@@ -141,8 +144,9 @@ pub(super) struct Best {
     pub(super) total_j: f64,
     /// The part that weighs most.
     pub(super) dominant: &'static str,
-    /// Joules spent because of T for every joule mispredicted: a mispredicted joule that is worth less than this share of a spent one
-    /// makes sensing and computing the greater part. NaN where nothing is mispredicted.
+    /// Joules spent because of T for every joule mispredicted: a mispredicted joule that is worth
+    /// less than this share of a spent one makes sensing and computing the greater part. NaN where
+    /// nothing is mispredicted.
     pub(super) break_even: f64,
 }
 
@@ -159,7 +163,8 @@ pub(super) struct Price {
     pub(super) instruction_j: f64,
 }
 
-/// Prices of every task with every window that fits into it. A point that is not finite is priced NaN and is never the best.
+/// Prices of every task with every window that fits into it. A point that is not finite is priced
+/// NaN and is never the best.
 pub(super) fn price(input: &Input) -> Price {
     let mut price = Price { sensors_w: sensors_w(), instruction_j: INSTRUCTION_J, ..Price::default() };
     for &task_s in &input.tasks_s {
@@ -261,16 +266,18 @@ mod tests {
         Input { tasks_s, points, rate_hz: 200.0, instructions: vec![("ours", counts), ("paper", counts)] }
     }
 
-    /// By hand: 3.3 V · 0.7 mA + 12 V · 77.5 µA = 2.31 + 0.93 mW; 3.3 V · 102 mA ∕ 216 MHz = 1.55833 nJ.
+    /// By hand: 3.3 V · 0.7 mA + 12 V · 77.5 µA = 2.31 + 0.93 mW; 3.3 V · 102 mA ∕ 216 MHz =
+    /// 1.55833 nJ.
     #[test]
     fn the_parts_draw_what_their_data_sheets_say() {
         assert!((sensors_w() - 3.24e-3).abs() < 1e-9, "{}", sensors_w());
         assert!((INSTRUCTION_J - 1.55833e-9).abs() < 1e-14, "{}", INSTRUCTION_J);
     }
 
-    /// 60 s with 10 s of estimating at 200 Hz, by hand: sensors 3.24 mW · 10 s; shunt 0.1 Ω · 0.16 A² · 60 s = 0.96 J; computing
-    /// 300 · 1.55833 nJ · 200 Hz · 10 s = 0.935 mJ; errors 0.5 W · 10 s and 0.1 W · 50 s. All are products of a few numbers: what rounding
-    /// leaves is far below a nanojoule but for computing's constant, whose sixth digit is 5e-9 J here.
+    /// 60 s with 10 s of estimating at 200 Hz, by hand: sensors 3.24 mW · 10 s; shunt 0.1 Ω · 0.16
+    /// A² · 60 s = 0.96 J; computing 300 · 1.55833 nJ · 200 Hz · 10 s = 0.935 mJ; errors 0.5 W · 10
+    /// s and 0.1 W · 50 s. All are products of a few numbers: what rounding leaves is far below a
+    /// nanojoule but for computing's constant, whose sixth digit is 5e-9 J here.
     #[test]
     fn a_task_is_priced_part_by_part() {
         let price = price(&input(vec![60.0], vec![point(10.0, "ours", 0.1)]));
@@ -285,7 +292,8 @@ mod tests {
         near(price.best[0].break_even, 0.033_335 / 10.0);
     }
 
-    /// Errors of 0.5 W before and 2 ∕ T W behind: 60 s cost 5 + 10, 10 + 4 and 20 + 1 J beside the same shunt and little else.
+    /// Errors of 0.5 W before and 2 ∕ T W behind: 60 s cost 5 + 10, 10 + 4 and 20 + 1 J beside the
+    /// same shunt and little else.
     #[test]
     fn the_best_window_is_the_cheapest_of_its_task_and_method() {
         let points = [10.0, 20.0, 40.0].map(|t| point(t, "ours", 2.0 / t)).to_vec();

@@ -46,8 +46,9 @@ const COMPARED: [(&str, Again, usize); 7] = [
     ("change detector", Again::Detected, 0),
 ];
 
-/// Of one comparison and one seed: delay (s, mean over the changes after which the mass was found), false restarts an hour, energy error,
-/// the same of errors of both signs added up, share of the time without an estimate (%).
+/// Of one comparison and one seed: delay (s, mean over the changes after which the mass was found),
+/// false restarts an hour, energy error, the same of errors of both signs added up, share of the
+/// time without an estimate (%).
 type Figures<T> = [T; 5];
 
 /// What one seed gives.
@@ -129,7 +130,8 @@ fn noticed(changes: &[Change]) -> Vec<f64> {
     changes.iter().map(|change| change.noticed_s).collect()
 }
 
-/// Restarts that no payload change asked for: each change asks for the first one within [`NOTICED_WITHIN_S`] behind it.
+/// Restarts that no payload change asked for: each change asks for the first one within
+/// [`NOTICED_WITHIN_S`] behind it.
 fn needless(restarts_s: &[f64], changes_s: &[f64]) -> usize {
     let asked = changes_s.iter().filter(|change| {
         restarts_s.iter().any(|restart| (0.0..=NOTICED_WITHIN_S).contains(&(restart - **change)))
@@ -137,7 +139,8 @@ fn needless(restarts_s: &[f64], changes_s: &[f64]) -> usize {
     restarts_s.len() - asked.count().min(restarts_s.len())
 }
 
-/// Energies of a log, J. Where the mass is unknown the last known one is taken, as one would who has to plan.
+/// Energies of a log, J. Where the mass is unknown the last known one is taken, as one would who
+/// has to plan.
 struct Energy {
     measured_j: f64,
     predicted_j: f64,
@@ -166,9 +169,9 @@ impl Energy {
     }
 }
 
-/// By how much the power of a task is mispredicted with the mass of the task before, and with that of the task's own first
-/// window: mean over its rows of |P̂(m) − P̂(truth)|, then over tasks, W. Where that window says nothing, the mass of the task
-/// before stays.
+/// By how much the power of a task is mispredicted with the mass of the task before, and with that
+/// of the task's own first window: mean over its rows of |P̂(m) − P̂(truth)|, then over tasks, W.
+/// Where that window says nothing, the mass of the task before stays.
 fn misprediction(fitted: &Fitted<'_>, log: &Log, window_s: f64) -> Result<(f64, f64)> {
     let (replayed, _) = fitted.follow(log, &moving(window_s, false))?;
     let tasks = log.tasks();
@@ -250,7 +253,8 @@ mod tests {
 
     #[test]
     fn a_change_asks_for_one_restart() {
-        // Changes at 100 and 200 s; the restart at 105 s is the first one's, those at 20, 110 and 290 s nobody's.
+        // Changes at 100 and 200 s; the restart at 105 s is the first one's, those at 20, 110 and
+        // 290 s nobody's.
         assert_eq!(needless(&[20.0, 105.0, 110.0, 290.0], &[100.0, 200.0]), 3);
         assert_eq!(needless(&[], &[100.0]), 0);
         assert_eq!(needless(&[99.0], &[100.0]), 1);

@@ -1,4 +1,5 @@
-//! The experiment's regime as a reader is told of it: its knobs, how near it comes to what was published, and its rails.
+//! The experiment's regime as a reader is told of it: its knobs, how near it comes to what was
+//! published, and its rails.
 
 use plant::Rounds;
 use plant::experiment::{self, REGIME, RailReading};
@@ -126,7 +127,8 @@ pub(super) fn nearness(windows: &[WindowRow], models: &[ModelRow], share_known: 
     }
 }
 
-/// Powers of the rails over time (moving averages of 20 samples, as the paper's), and the static power (Eq. 29).
+/// Powers of the rails over time (moving averages of 20 samples, as the paper's), and the static
+/// power (Eq. 29).
 #[derive(Debug, Clone, Default)]
 pub(super) struct Rails {
     /// s

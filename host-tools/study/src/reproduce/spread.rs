@@ -47,7 +47,8 @@ impl Spread {
 mod tests {
     use super::Spread;
 
-    /// By hand: 1, 2, 3, 4 have the mean 2.5 and the standard deviation 1.29099; t(3 degrees, 97.5 %) = 3.18245.
+    /// By hand: 1, 2, 3, 4 have the mean 2.5 and the standard deviation 1.29099; t(3 degrees,
+    /// 97.5 %) = 3.18245.
     #[test]
     fn the_interval_is_students() {
         let spread = Spread::over(&[1.0, f64::NAN, 2.0, 3.0, 4.0]);

@@ -21,12 +21,14 @@ pub(super) enum Standing {
     Behind,
 }
 
-/// Chance of as many seeds or more, where both were equally good, below which chance is not believed (two-sided: 5 %).
+/// Chance of as many seeds or more, where both were equally good, below which chance is not
+/// believed (two-sided: 5 %).
 const BELIEVED: f64 = 0.025;
 
 impl Standing {
-    /// The sign test: seeds are independent, and within one both models see the same log. It asks for no distribution, so that one
-    /// seed in which a network went astray does not hide the others.
+    /// The sign test: seeds are independent, and within one both models see the same log. It asks
+    /// for no distribution, so that one seed in which a network went astray does not hide the
+    /// others.
     pub(super) fn of(row: &ModelRow) -> Self {
         let seeds = row.ours_ahead + row.ours_behind;
         if is_more_than_chance(row.ours_ahead, seeds) {
@@ -52,7 +54,8 @@ impl Standing {
     }
 }
 
-/// Whether a fair coin falls on one side so often in so many throws with a probability below [`BELIEVED`].
+/// Whether a fair coin falls on one side so often in so many throws with a probability below
+/// [`BELIEVED`].
 fn is_more_than_chance(often: u64, throws: u64) -> bool {
     let Ok(coin) = Binomial::new(0.5, throws) else { return false };
     often > 0 && coin.sf(often - 1) < BELIEVED
@@ -63,7 +66,7 @@ fn is_more_than_chance(often: u64, throws: u64) -> bool {
 pub(super) struct Standings {
     /// How many ours is ahead of.
     pub(super) ahead: usize,
-    /// Not told apart from ours.
+    /// Not distinguished from ours.
     pub(super) level: Vec<String>,
     /// Ahead of ours in MAPE, R² or both.
     pub(super) behind: Vec<String>,
@@ -265,8 +268,8 @@ mod tests {
         Spread { mean: (low + high) / 2.0, low, high, least: low, greatest: high, count: 20 }
     }
 
-    /// Of 20 throws of a fair coin 15 or more fall on one side with a probability of 21700/2²⁰ = 2.07 %, 14 or more with 5.77 %.
-    /// Six of six: 1.6 %; five of five: 3.1 %.
+    /// Of 20 throws of a fair coin 15 or more fall on one side with a probability of 21700/2²⁰ =
+    /// 2.07 %, 14 or more with 5.77 %. Six of six: 1.6 %; five of five: 3.1 %.
     #[test]
     fn chance_is_believed_up_to_a_fortieth() {
         let decided = [(15, 20), (14, 20), (6, 6), (5, 5), (0, 0)];

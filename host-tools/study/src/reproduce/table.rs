@@ -1,5 +1,5 @@
-//! Tables as data: columns with a key, a head and a format, and rows of values. One renderer makes text of them, one JSON; the third, to
-//! markup, is the page's.
+//! Tables as data: columns with a key, a head and a format, and rows of values. One renderer makes
+//! text of them, one JSON; the third, to markup, is the page's.
 
 use std::fmt::{self, Write as _};
 
@@ -249,7 +249,7 @@ pub(super) fn number(value: f64, digits: usize) -> String {
         return "–".to_owned();
     }
     let text = format!("{value:.digits$}");
-    // Rounded to nought from below.
+    // Rounded to zero from below.
     match text.strip_prefix('-') {
         Some(rest) if rest.chars().all(|c| matches!(c, '0' | '.')) => rest.to_owned(),
         _ => text,
@@ -265,7 +265,8 @@ pub(super) fn with_unit(text: String, unit: &str) -> String {
 mod tests {
     use super::*;
 
-    /// Two values: ± 12.7062 · half their distance. 1 and 2: −4.85 … 7.85; 60 and 100: −174 … 334; 0.9 and 1.0: 0.315 … 1.585.
+    /// Two values: ± 12.7062 · half their distance. 1 and 2: −4.85 … 7.85; 60 and 100: −174 … 334;
+    /// 0.9 and 1.0: 0.315 … 1.585.
     #[test]
     fn an_interval_is_shown_as_far_as_its_figure_can_be() {
         let text = |values: &[f64], format| Spread::over(values).text(format);

@@ -1,4 +1,5 @@
-//! What a payload window of a given length is worth: its worst start, as Fig. 12 of the paper has it, and all of them.
+//! What a payload window of a given length is worth: its worst start, as Fig. 12 of the paper has
+//! it, and all of them.
 
 use answers::estimate::WindowMass;
 use support::error::Result;
@@ -12,8 +13,9 @@ use super::table::{Cell, Column, Format, Mark, Row, Table, column};
 /// Worst-case windows (Section 8): length in s, mass error and MAPE in %, R².
 pub(super) const PUBLISHED_WORST: [[f64; 4]; 2] = [[12.5, 19.8, 11.1, 0.68], [50.0, 11.6, 8.6, 0.79]];
 
-/// One method at one window: mass error of the worst window of each payload, mean of the payloads (%); that of all windows (%); MAPE (%) and R² of
-/// the power predicted with the worst windows' masses; share of the windows in which the mass is known (%).
+/// One method at one window: mass error of the worst window of each payload, mean of the payloads
+/// (%); that of all windows (%); MAPE (%) and R² of the power predicted with the worst windows'
+/// masses; share of the windows in which the mass is known (%).
 pub(super) type AtWindow<T> = [T; 5];
 
 /// The lengths of the sweep, and the published ones, s.
@@ -22,7 +24,8 @@ pub(super) fn lengths(settings: &Settings) -> Vec<f64> {
     asked.chain(PUBLISHED_WORST.map(|published| published[0])).collect()
 }
 
-/// Step two done once a payload, at the worst moment; step three with that mass until the payload changes.
+/// Step two done once a payload, at the worst moment; step three with that mass until the payload
+/// changes.
 pub(super) fn at_window(
     fitted: &Fitted<'_>,
     log: &Log,

@@ -20,7 +20,8 @@ pub(super) fn go_on(stopped: &AtomicBool) -> Result<()> {
     Ok(())
 }
 
-/// `work` for 0 … `count` on all cores; the results in order, or a failure. Once `stopped` is set no more is begun.
+/// `work` for 0 … `count` on all cores; the results in order, or a failure. Once `stopped` is set
+/// no more is begun.
 pub(super) fn on_all_cores<T: Send>(
     count: u64,
     stopped: &AtomicBool,

@@ -68,7 +68,8 @@ fn over(x: &Signal, y: &Signal, before: &Signal, after: Option<&Signal>) -> Vec<
     names.into_iter().filter_map(square).collect()
 }
 
-/// A round step that parts the middle nine tenths of the values into [`SQUARES`] at most: a few spins shall not make it coarse.
+/// A round step that parts the middle nine tenths of the values into [`SQUARES`] at most: a few
+/// spins shall not make it coarse.
 fn step(values: &Signal) -> f64 {
     let mut sorted: Vec<f64> = values.iter().flatten().copied().collect();
     sorted.sort_by(f64::total_cmp);
@@ -82,7 +83,8 @@ fn step(values: &Signal) -> f64 {
 mod tests {
     use super::over;
 
-    /// A residual of 1 W where x and y are both above 0, in four runs over a grid of values; after: nothing.
+    /// A residual of 1 W where x and y are both above 0, in four runs over a grid of values; after:
+    /// nothing.
     #[test]
     fn squares_lie_where_their_rows_are() {
         let grid = |of: fn(f64, f64) -> f64| -> Vec<Vec<f64>> {

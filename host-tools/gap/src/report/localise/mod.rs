@@ -1,7 +1,9 @@
-//! Where the residual lies: its mean by speed, acceleration, turn rate, mass, time, side, heading and every further column.
+//! Where the residual lies: its mean by speed, acceleration, turn rate, mass, time, side, heading
+//! and every further column.
 //!
-//! The unit of a band is the run: a cell's mean is the mean of its runs' means, its band the interval that their scatter leaves.
-//! A cell of which fewer than `LEAST_RUNS` runs have `LEAST_ROWS` rows is joined to its neighbour, or not shown.
+//! The unit of a band is the run: a cell's mean is the mean of its runs' means, its band the
+//! interval that their scatter leaves. A cell of which fewer than `LEAST_RUNS` runs have
+//! `LEAST_ROWS` rows is joined to its neighbour, or not shown.
 
 mod axes;
 mod band;
@@ -19,9 +21,10 @@ use crate::noise::whiten::Signal;
 /// One cell of a map.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cell {
-    /// What is binned: `speed` (m/s, forward), `acceleration` (m/s², positive while the speed grows), `turn-rate` (rad/s, left),
-    /// `mass` (kg), `time` (s since the start), `side` (rad/s: right turns, straight, left turns), `heading` (rad since the
-    /// start), `speed-turning-left`, `speed-turning-right` (m/s), `standing`, or the name of a further column.
+    /// What is binned: `speed` (m/s, forward), `acceleration` (m/s², positive while the speed
+    /// grows), `turn-rate` (rad/s, left), `mass` (kg), `time` (s since the start), `side` (rad/s:
+    /// right turns, straight, left turns), `heading` (rad since the start), `speed-turning-left`,
+    /// `speed-turning-right` (m/s), `standing`, or the name of a further column.
     pub axis: String,
     /// From …
     pub from: f64,
@@ -74,7 +77,8 @@ fn cells_of(axis: &Axis, residual: &Signal) -> Vec<Cell> {
     let (least, most) = axis.extent();
     let mut found: Vec<Cell> = Vec::new();
     let edges = axis.edges();
-    // Cells of too few runs grow until they have enough; what is left over at the end grows the last one.
+    // Cells of too few runs grow until they have enough; what is left over at the end grows the
+    // last one.
     let mut from = 0;
     for to in 1..edges.len() {
         let whole = |from: f64, to: f64| {
@@ -118,7 +122,8 @@ mod tests {
         Axis { name: "mass".to_owned(), values, signed: false, joins: true, edges: None }
     }
 
-    /// Means 1, 2, 3 W: standard deviation 1, t(0.975, 2) = 4.303, 4.303/√3 = 2.484. However many rows a run has, it counts once.
+    /// Means 1, 2, 3 W: standard deviation 1, t(0.975, 2) = 4.303, 4.303/√3 = 2.484. However many
+    /// rows a run has, it counts once.
     #[test]
     fn the_band_is_that_of_three_runs_not_of_their_rows() {
         let values = vec![vec![0.0; 10], vec![0.0; 1000], vec![0.0; 20]];
@@ -135,7 +140,8 @@ mod tests {
         assert_eq!(band(&[1.0, 2.0]), None);
     }
 
-    /// Twelve runs, each of one mass: cells of a sixth of the rows would hold two runs, so neighbours join until they hold three.
+    /// Twelve runs, each of one mass: cells of a sixth of the rows would hold two runs, so
+    /// neighbours join until they hold three.
     #[test]
     fn neighbours_join_until_they_have_runs_enough() {
         let values: Vec<Vec<f64>> = (1..=12).map(|mass| vec![f64::from(mass); 100]).collect();

@@ -12,9 +12,10 @@ pub struct Course {
     pub name: String,
     /// Not looked at before the end.
     pub locked: bool,
-    /// Time since its start, s; a step after which the filter starts anew is marked by a row of NaN powers.
+    /// Time since its start, s; a step after which the filter starts again is marked by a row of
+    /// NaN powers.
     pub time_s: Vec<f64>,
-    /// Actuation power behind the filter, W.
+    /// Actuation power after the filter, W.
     pub measured_w: Vec<f64>,
     /// Predicted before anything is added, W.
     pub before_w: Vec<f64>,

@@ -1,17 +1,18 @@
 //! Known dynamics of the robot and its DC motors: one model, of which each source takes a part.
 //!
-//! A wheel's torque τ is a sum of [`Term`]s, its motor's current i = τ/(n Kt) with the gear ratio n, its voltage
-//! V = R i + Ke n w, and the power P = Σ V i over the wheels (Kim and Kim 2012, Morales and Mendoza 2018). With
-//! Ke = Kt, as energy asks for, that is
+//! A wheel's torque τ is a sum of [`Term`]s, its motor's current i = τ/(n Kt) with the gear ratio
+//! n, its voltage V = R i + Ke n w, and the power P = Σ V i over the wheels (Kim and Kim 2012,
+//! Morales and Mendoza 2018). With Ke = Kt, as energy asks for, that is
 //!
 //! ```text
 //! P = Σ τ w + κ τ²,   κ = R/(n Kt)²
 //! ```
 //!
-//! The sources read κ and the constants of τ from data sheets. A log has none, so they are found by least squares from
-//! the training points, each at least 0; losses of gears and drives are part of what is found. A source that has no
-//! payload treats the mass as one constant, so it is found with the others and the mass of a point is not looked at.
-//! The inductance is left out: its time constant is a millisecond, far below the filter of the logs.
+//! The sources read κ and the constants of τ from data sheets. A log has none, so they are found by
+//! least squares from the training points, each at least 0; losses of gears and drives are part of
+//! what is found. A source that has no payload treats the mass as one constant, so it is found with
+//! the others and the mass of a point is not looked at. The inductance is left out: its time
+//! constant is a millisecond, far below the filter of the logs.
 
 mod term;
 #[cfg(test)]
@@ -34,7 +35,8 @@ const MOST: usize = 6;
 type Constants = SVector<f64, MOST>;
 type Descent = levenberg_marquardt::Descent<Const<MOST>>;
 
-/// More training points than these are thinned evenly: time grows with them, and filtered neighbours repeat each other.
+/// More training points than these are thinned evenly: time grows with them, and filtered
+/// neighbours repeat each other.
 const MOST_POINTS: usize = 20_000;
 /// From these the starts are tried.
 const TRIAL_POINTS: usize = 1_000;
@@ -42,8 +44,9 @@ const MOST_STEPS: u32 = 300;
 /// A step that lowers the cost by less than this share of Σ P² is the last.
 const SMALLEST_GAIN: f64 = 1e-12;
 
-/// So is one that lowers it by less than this share of it. Where a log's power does not grow with the speed, the winding
-/// loss takes all of it: κ grows and the torques shrink without end, while the power of the model stays.
+/// So is one that lowers it by less than this share of it. Where a log's power does not grow with
+/// the speed, the winding loss takes all of it: κ grows and the torques shrink without end, while
+/// the power of the model stays.
 const SMALLEST_SHARE: f64 = 1e-5;
 
 /// Shares of the power that are mechanical, from which the search for κ starts.
@@ -160,7 +163,8 @@ impl Problem<'_> {
         levenberg_marquardt::descend(self, &start, &Bounds::non_negative(&start), &tolerances)
     }
 
-    /// Without winding loss the power is linear in the constants; with it they are smaller, and κ carries the rest.
+    /// Without winding loss the power is linear in the constants; with it they are smaller, and κ
+    /// carries the rest.
     fn starts(&self) -> Vec<Constants> {
         let mut gram = Gram::<MOST>::default();
         gram.extend(self.points.iter().map(|point| {

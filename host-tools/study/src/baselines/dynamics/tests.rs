@@ -23,8 +23,9 @@ fn power(point: &Point, torque: impl Fn(&Wheel<f64>) -> f64) -> f64 {
     point.wheels.iter().map(|wheel| motor(torque(wheel), wheel.speed)).sum()
 }
 
-/// Without noise the last step gains less than 1e-12 of Σ P², so the residual before it was below 1e-6 of the power, and
-/// the step itself is a Gauss–Newton one: what is left is 1e-6 times the condition of these drives, below a hundred.
+/// Without noise the last step gains less than 1e-12 of Σ P², so the residual before it was below
+/// 1e-6 of the power, and the step itself is a Gauss–Newton one: what is left is 1e-6 times the
+/// condition of these drives, below a hundred.
 const WITHIN: f64 = 1e-4;
 
 #[test]
@@ -87,7 +88,8 @@ fn yao_recovers_its_constants() {
 
 const ALL: [&Card; 5] = [&KIM, &JARAMILLO, &MORALES, &YACOUB, &YAO];
 
-/// One mass, one speed, no turns: constants that the drive does not determine, but no power that is not a number.
+/// One mass, one speed, no turns: constants that the drive does not determine, but no power that is
+/// not a number.
 #[test]
 fn poor_drives_give_finite_powers() {
     let moving = drive(500, |_| 1.0).into_iter().find(|point| point.speed.vx > 0.1).unwrap();
@@ -102,7 +104,8 @@ fn poor_drives_give_finite_powers() {
     }
 }
 
-/// Power that does not grow with the speed is all winding loss, of which κ and the torques tell only the product.
+/// Power that does not grow with the speed is all winding loss, of which κ and the torques tell
+/// only the product.
 #[test]
 fn power_that_knows_no_speed_ends_the_search() {
     let points = drive(2000, |point| 2.0 + 0.3 * (91.0 * point.time).sin());
@@ -111,7 +114,8 @@ fn power_that_knows_no_speed_ends_the_search() {
         model.fit(&points).unwrap();
         let moving = model.predict(&points[1..]).unwrap();
         let mean = moving.iter().sum::<f64>() / moving.len() as f64;
-        // The wave has a mean of a hundredth of a watt; the search leaves a mechanical share of a few per cent.
+        // The wave has a mean of a hundredth of a watt; the search leaves a mechanical share of a
+        // few per cent.
         assert!((mean - 2.0).abs() < 0.1, "{}: {mean} W", card.name);
     }
 }

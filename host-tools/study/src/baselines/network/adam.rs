@@ -1,4 +1,5 @@
-//! Adam: steps by running means of the derivative and of its square (Kingma and Ba 2015, Algorithm 1).
+//! Adam: steps by running means of the derivative and of its square (Kingma and Ba 2015, Algorithm
+//! 1).
 
 use super::layers::Layer;
 
@@ -47,9 +48,10 @@ mod tests {
         Layer { weight: DMatrix::from_element(1, 1, weight), bias: DVector::from_element(1, bias) }
     }
 
-    /// The first step is `rate` against the sign, whatever the size of the derivative. The second, by the algorithm:
-    /// derivatives 4 then −1 have the corrected mean (0.9·0.1·4 − 0.1)/(1 − 0.81) = 0.26/0.19 and the corrected square
-    /// (0.999·0.001·16 + 0.001)/(1 − 0.998001) = 0.016984/0.001999. f32 keeps 1e-4 of the small square's correction.
+    /// The first step is `rate` against the sign, whatever the size of the derivative. The second,
+    /// by the algorithm: derivatives 4 then −1 have the corrected mean (0.9·0.1·4 − 0.1)/(1 − 0.81)
+    /// = 0.26/0.19 and the corrected square (0.999·0.001·16 + 0.001)/(1 − 0.998001) =
+    /// 0.016984/0.001999. f32 keeps 1e-4 of the small square's correction.
     #[test]
     fn steps_as_its_source_says() {
         let (mut adam, mut layers) = (Adam::default(), [layer(1.0, 2.0)]);

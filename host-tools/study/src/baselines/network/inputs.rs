@@ -13,7 +13,8 @@ pub enum Input {
     Acceleration,
     /// True total mass.
     Mass,
-    /// Commanded vx, vy and ω. They stand for the motors' commands: by the kinematics the ones follow from the others.
+    /// Commanded vx, vy and ω. They stand for the motors' commands: by the kinematics the ones
+    /// follow from the others.
     Command,
     /// Measured speed of every wheel.
     Wheels,
@@ -58,8 +59,9 @@ mod tests {
     use crate::baselines::testing::{burger, drive};
     use crate::baselines::{Card, Point, Readings};
 
-    /// Trained on 2000 points of a power that its own inputs tell, it explains the next 1000 but for 3 %, and what it
-    /// does not take makes no difference. (Waves are incommensurable: the next points are others.)
+    /// Trained on 2000 points of a power that its own inputs tell, it explains the next 1000 but
+    /// for 3 %, and what it does not take makes no difference. (Waves are incommensurable: the next
+    /// points are others.)
     fn learns_its_own(card: &Card, power: fn(&Point) -> f64, change_the_rest: fn(&mut Point)) {
         let mut points = drive(3000, power);
         let mut model = card.make(&burger());
@@ -156,7 +158,8 @@ mod tests {
         );
     }
 
-    /// Networks with a ReLU at the output never predict a power below 0, even where training has it.
+    /// Networks with a ReLU at the output never predict a power below 0, even where training has
+    /// it.
     #[test]
     fn a_rectified_output_is_never_negative() {
         let points = drive(2000, |point| 20.0 * point.readings.pitch * point.speed.vx.signum());

@@ -1,4 +1,5 @@
-//! Fully connected layers and their derivatives (back-propagation: Rumelhart, Hinton and Williams 1986).
+//! Fully connected layers and their derivatives (back-propagation: Rumelhart, Hinton and Williams
+//! 1986).
 //!
 //! Every column of a matrix is a row of data, so that a layer is one product of matrices.
 
@@ -26,7 +27,8 @@ pub(super) struct Layers {
 }
 
 impl Layers {
-    /// Weights and biases uniform within ±√(6 / (in + out)) (Glorot and Bengio 2010, Eq. 16), as in scikit-learn.
+    /// Weights and biases uniform within ±√(6 / (in + out)) (Glorot and Bengio 2010, Eq. 16), as in
+    /// scikit-learn.
     pub(super) fn new(inputs: usize, settings: &Settings, rng: &mut ChaCha8Rng) -> Self {
         let mut sizes = vec![inputs];
         sizes.extend(vec![settings.width; settings.hidden_layers]);
@@ -41,7 +43,8 @@ impl Layers {
         Self { layers: sizes.windows(2).map(layer).collect(), rectified: settings.rectified }
     }
 
-    /// Raises the output's bias: a rectified output that starts below 0 for every row would never learn.
+    /// Raises the output's bias: a rectified output that starts below 0 for every row would never
+    /// learn.
     pub(super) fn lift(&mut self, by: f32) {
         if let Some(last) = self.layers.last_mut() {
             last.bias.add_scalar_mut(by);
@@ -69,7 +72,8 @@ impl Layers {
         signals
     }
 
-    /// The derivative by every weight and bias, given what [`Self::forward`] gave and the derivative by the output.
+    /// The derivative by every weight and bias, given what [`Self::forward`] gave and the
+    /// derivative by the output.
     pub(super) fn backward(
         &self,
         inputs: &DMatrix<f32>,
@@ -120,9 +124,10 @@ mod tests {
         DMatrix::from_fn(rows, columns, |i, j| ((i * columns + j + 1) as f32 * k).sin())
     }
 
-    /// Derivatives against central differences of Σ slope · output. The outputs are linear in one parameter between two
-    /// kinks of ReLUs, so that a difference over 2h errs by rounding only: sums of about 10 in f32 err by 1e-6, over
-    /// 2h = 0.02 that is 5e-5 (times 4); a kink inside the step is seen by one-sided slopes that differ, and passed over.
+    /// Derivatives against central differences of Σ slope · output. The outputs are linear in one
+    /// parameter between two kinks of ReLUs, so that a difference over 2h errs by rounding only:
+    /// sums of about 10 in f32 err by 1e-6, over 2h = 0.02 that is 5e-5 (times 4); a kink inside
+    /// the step is seen by one-sided slopes that differ, and passed over.
     #[test]
     fn derivatives_agree_with_differences() {
         for rectified in [false, true] {
@@ -167,7 +172,8 @@ mod tests {
         }
     }
 
-    /// One neuron by hand: 2·3 − 1 = 5 passes, 2·0 − 1 does not, and the output weighs it with −0.5 and adds 1.
+    /// One neuron by hand: 2·3 − 1 = 5 passes, 2·0 − 1 does not, and the output weighs it with −0.5
+    /// and adds 1.
     #[test]
     fn two_layers_by_hand() {
         let layer = |weight: f32, bias: f32| Layer {
@@ -180,8 +186,9 @@ mod tests {
         assert_eq!(layers(true).output(&inputs).as_slice(), [0.0, 1.0]);
     }
 
-    /// Outputs and derivatives of a small network against NumPy's in double precision: each is a sum of at most 32 products
-    /// of single precision, 6e-8 a rounding, through three layers; the largest intermediate is below 10.
+    /// Outputs and derivatives of a small network against NumPy's in double precision: each is a
+    /// sum of at most 32 products of single precision, 6e-8 a rounding, through three layers; the
+    /// largest intermediate is below 10.
     #[test]
     fn outputs_and_derivatives_are_numpys() {
         let reference = crate::baselines::testing::reference("network");

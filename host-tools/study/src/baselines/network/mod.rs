@@ -1,9 +1,9 @@
 //! Feed-forward neural networks: the paper's own perceptron (Section 7.2) and those of its Table 1.
 //!
-//! What the sources leave open is scikit-learn's `MLPRegressor`: Adam, mini-batches of 200, weights within Glorot's bound,
-//! the last epoch's weights kept. Not scikit-learn's: no penalty on weights, and the tolerance is in variances of the
-//! power (the paper does not say what unit its loss has). `tests/network_seeds.rs` trains the perceptron at the published
-//! learning rate with ten seeds.
+//! What the sources leave open is scikit-learn's `MLPRegressor`: Adam, mini-batches of 200, weights
+//! within Glorot's bound, the last epoch's weights kept. Not scikit-learn's: no penalty on weights,
+//! and the tolerance is in variances of the power (the paper does not say what unit its loss has).
+//! `tests/network_seeds.rs` trains the perceptron at the published learning rate with ten seeds.
 
 mod adam;
 mod inputs;

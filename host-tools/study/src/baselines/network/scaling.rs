@@ -32,7 +32,8 @@ pub(super) struct Scaling {
 }
 
 impl Scaling {
-    /// By the training; `None` where nothing changes that a network could learn from. A rectified output keeps its zero.
+    /// By the training; `None` where nothing changes that a network could learn from. A rectified
+    /// output keeps its zero.
     pub(super) fn new(seen: &[Vec<f64>], powers: &[f64], rectified: bool) -> Option<Self> {
         let places = 0..seen.first()?.len();
         let standard = |place: usize| Some((place, Standard::new(seen.iter().map(|row| row[place]))?));
@@ -67,7 +68,8 @@ impl Scaling {
 mod tests {
     use super::*;
 
-    /// 1 and 3 have mean 2 and standard deviation 1; the second quantity stays and is not an input; powers 10 and 30 W.
+    /// 1 and 3 have mean 2 and standard deviation 1; the second quantity stays and is not an input;
+    /// powers 10 and 30 W.
     #[test]
     fn scales_what_changes() {
         let (seen, powers) = ([vec![1.0, 7.0], vec![3.0, 7.0]], [10.0, 30.0]);

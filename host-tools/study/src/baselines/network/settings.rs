@@ -15,20 +15,24 @@ pub struct Settings {
     pub learning_rate: f64,
     /// Rows in a mini-batch; not published, 200 in scikit-learn.
     pub batch: usize,
-    /// An epoch improves if it lowers the loss by this much, in variances of the power; published: 1e-4.
+    /// An epoch improves if it lowers the loss by this much, in variances of the power; published:
+    /// 1e-4.
     pub tolerance: f64,
     /// Epochs in a row that need not improve; published: 50.
     pub patience: u32,
     /// Most epochs; published: 1000.
     pub most_epochs: u32,
-    /// More training points than these are thinned evenly: time grows with them, and filtered neighbours repeat each other.
+    /// More training points than these are thinned evenly: time grows with them, and filtered
+    /// neighbours repeat each other.
     pub most_points: usize,
-    /// Same seed, same weights (on the same kind of processor: sums are vectorised differently on others).
+    /// Same seed, same weights (on the same kind of processor: sums are vectorised differently on
+    /// others).
     pub seed: u64,
 }
 
 impl Settings {
-    /// Section 7.2: seven hidden layers (how wide it does not say), the learning rate 0.01, the end of the training.
+    /// Section 7.2: seven hidden layers (how wide it does not say), the learning rate 0.01, the end
+    /// of the training.
     pub const PERCEPTRON: Self = Self {
         hidden_layers: 7,
         width: 32,
@@ -42,7 +46,8 @@ impl Settings {
         seed: 1,
     };
 
-    /// For sources that do not say how large their network is: two hidden layers of 16, trained alike.
+    /// For sources that do not say how large their network is: two hidden layers of 16, trained
+    /// alike.
     pub const SMALL: Self = Self { hidden_layers: 2, width: 16, ..Self::PERCEPTRON };
 
     /// As [`SMALL`](Self::SMALL), with a ReLU at the output.

@@ -35,7 +35,8 @@ fn r2(model: &Network, points: &[Point]) -> f64 {
     metrics.quality().unwrap().r2.unwrap()
 }
 
-/// The five changing inputs explain the power entirely; what a small network misses of it is under 2 %.
+/// The five changing inputs explain the power entirely; what a small network misses of it is under
+/// 2 %.
 #[test]
 fn learns_a_smooth_function() {
     let mut model = perceptron(SMALL);
@@ -81,7 +82,8 @@ fn fits_again_from_new_weights() {
     assert_eq!(model.predict(&test).unwrap(), first);
 }
 
-/// Every way in which a training ends, provoked; of seven single ReLUs in a row one is almost surely dead from the start.
+/// Every way in which a training ends, provoked; of seven single ReLUs in a row one is almost
+/// surely dead from the start.
 #[test]
 fn names_its_ending() {
     let end = |settings: Settings| {

@@ -37,7 +37,8 @@ pub struct Training {
 /// In variances of the power: guessing the mean is worth 1.
 const WORTHLESS: f64 = 2.0;
 
-/// Minimises Eq. 32 until it improves no more. Columns of inputs and outputs are points, both about unit size.
+/// Minimises Eq. 32 until it improves no more. Columns of inputs and outputs are points, both about
+/// unit size.
 pub(super) fn train(
     layers: &mut Layers,
     inputs: &DMatrix<f32>,

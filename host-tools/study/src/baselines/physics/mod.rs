@@ -1,5 +1,5 @@
-//! Physics-based power from outside: what the motion of the body and the resistance of the ground ask for, with or
-//! without the losses of the motors.
+//! Physics-based power from outside: what the motion of the body and the resistance of the ground
+//! ask for, with or without the losses of the motors.
 //!
 //! ```text
 //! P = m max(v·v̇, 0) + I max(ω ω̇, 0)      growth of the kinetic energy
@@ -7,14 +7,16 @@
 //!   + b Σ w² + R Σ (i_f sgn w + i_K K)²    losses of the motors
 //! ```
 //!
-//! The split into kinetic, traction and motor energy is that of Wahab, Rios-Gutierrez and El Shahat (2015), with the
-//! resistance μ m g r at every wheel. The sources measure the constants one by one; a log has none of these measurements,
-//! so they are found together by least squares, each at least 0, with the mass as one of them: no source has a payload.
+//! The split into kinetic, traction and motor energy is that of Wahab, Rios-Gutierrez and El Shahat
+//! (2015), with the resistance μ m g r at every wheel. The sources measure the constants one by
+//! one; a log has none of these measurements, so they are found together by least squares, each at
+//! least 0, with the mass as one of them: no source has a payload.
 //!
-//! Chosen here: what motion gives up in braking is lost, as in the paper's Eq. 8. The motors' winding loss is that of a
-//! current of friction i_f and one of inertia i_K K, where K = (M'' a) is the inertial torque of a wheel per kilogram,
-//! multiplied out, so that the power is linear in all constants. The constant power of electronics is left out: it is not
-//! part of a log's actuation power.
+//! Chosen here: what motion gives up in braking is lost, as in the paper's Eq. 8. The motors'
+//! winding loss is that of a current of friction i_f and one of inertia i_K K, where K = (M'' a) is
+//! the inertial torque of a wheel per kilogram, multiplied out, so that the power is linear in all
+//! constants. The constant power of electronics is left out: it is not part of a log's actuation
+//! power.
 
 mod lugre;
 mod term;
@@ -50,7 +52,8 @@ pub struct Physics {
 enum Friction {
     /// The same torque at any speed.
     Constant,
-    /// The bristles of LuGre under a wheel of this radius, m; `None` where the robot's file does not tell.
+    /// The bristles of LuGre under a wheel of this radius, m; `None` where the robot's file does
+    /// not tell.
     LuGre(Option<f64>),
 }
 
@@ -99,8 +102,8 @@ impl Physics {
         (constants.into(), gram.cost(&constants))
     }
 
-    /// The Stribeck speed with the least error: the best of a grid over the speeds of the points, then between its
-    /// neighbours.
+    /// The Stribeck speed with the least error: the best of a grid over the speeds of the points,
+    /// then between its neighbours.
     fn stribeck(&self, points: &[Point], bristles: &[Bristles]) -> f64 {
         let speeds = points.iter().flat_map(|point| point.wheels.iter()).map(|wheel| wheel.speed.abs());
         let fastest = speeds.fold(0.0, f64::max);
@@ -151,7 +154,8 @@ impl Baseline for Physics {
         Ok(points.iter().zip(&bristles).map(predict).collect())
     }
 
-    /// The constants, and vs where there are bristles: NaN where friction does not fall with the speed.
+    /// The constants, and vs where there are bristles: NaN where friction does not fall with the
+    /// speed.
     fn parameters(&self) -> Vec<Parameter> {
         let Some((constants, stribeck)) = &self.fitted else { return Vec::new() };
         let mut parameters = named(self.terms.iter().map(|term| term.symbol()), constants);

@@ -29,13 +29,14 @@ pub enum Term {
     ScrubHeat,
     /// Weight along a slope: m g v sin θ.
     Grade,
-    /// What friction falls by from rest to speed: (Fs − Fc) Σ exp(−(w/vs)²) y w. With bristles only.
+    /// What friction falls by from rest to speed: (Fs − Fc) Σ exp(−(w/vs)²) y w. With bristles
+    /// only.
     Stribeck,
 }
 
 impl Term {
-    /// Power per unit of its constant at a point, with the friction `bristle` of each wheel as a share of its steady
-    /// size, and the Stribeck speed in rad/s.
+    /// Power per unit of its constant at a point, with the friction `bristle` of each wheel as a
+    /// share of its steady size, and the Stribeck speed in rad/s.
     pub(super) fn power(self, point: &Point, bristle: &Bristles, stribeck: f64) -> f64 {
         let wheels = &point.wheels;
         let Point { speed, acceleration, .. } = point;

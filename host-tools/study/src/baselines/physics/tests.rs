@@ -9,7 +9,8 @@ use crate::baselines::cards::{ANJUM, DATOUO, DOGRU, HOU, TOUZOUT, WAHAB};
 use crate::baselines::testing::{burger, drive, drive_on, recovers};
 use crate::baselines::{Card, Point};
 
-/// Data without noise: rounding of 1e-16, grown by the condition of the Gram matrix, below 1e8 on these drives.
+/// Data without noise: rounding of 1e-16, grown by the condition of the Gram matrix, below 1e8 on
+/// these drives.
 const WITHIN: f64 = 1e-7;
 
 /// Mass, inertia, traction and viscous friction, and the windings' R, i_f and i_K.
@@ -115,15 +116,16 @@ fn anjum_recovers_the_stribeck_curve() {
             points[index].power += torque * wheel.speed;
         }
     }
-    // The small steps are off by (1800/4000)²/6 of what is left to bend after each, and that only at the few points
-    // where a wheel reverses at a crawl.
+    // The small steps are off by (1800/4000)²/6 of what is left to bend after each, and that only
+    // at the few points where a wheel reverses at a crawl.
     let truth = [MASS, INERTIA, TRACTION, STATIC_EXCESS, VISCOUS, STRIBECK];
     recovers(&ANJUM, &points, &truth, 1e-3);
 }
 
 const ALL: [&Card; 6] = [&WAHAB, &DATOUO, &HOU, &DOGRU, &TOUZOUT, &ANJUM];
 
-/// One mass, one speed, no turns: constants that the drive does not determine, but the power that it has.
+/// One mass, one speed, no turns: constants that the drive does not determine, but the power that
+/// it has.
 #[test]
 fn poor_drives_give_finite_powers() {
     let moving = drive(500, |_| 1.0).into_iter().find(|point| point.speed.vx > 0.1).unwrap();

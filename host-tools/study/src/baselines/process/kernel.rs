@@ -1,8 +1,9 @@
 //! Gaussian-process regression with a squared-exponential kernel, exact.
 //!
-//! Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), Algorithm 2.1, with the signal's variance
-//! s² factored out of the covariance, K = s² (C + ν 1): for given lengths and noise ratio ν its most likely value has a
-//! closed form, s² = yᵀ (C + ν 1)⁻¹ y / n, and need not be searched.
+//! Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), Algorithm 2.1, with the
+//! signal's variance s² factored out of the covariance, K = s² (C + ν 1): for given lengths and
+//! noise ratio ν its most likely value has a closed form, s² = yᵀ (C + ν 1)⁻¹ y / n, and need not
+//! be searched.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -70,8 +71,8 @@ impl Process {
     }
 }
 
-/// Log marginal likelihood of the samples, at the most likely variance of the signal (Eq. 5.8 there). `None` as for
-/// [`Process::new`].
+/// Log marginal likelihood of the samples, at the most likely variance of the signal (Eq. 5.8
+/// there). `None` as for [`Process::new`].
 pub(super) fn log_likelihood(samples: &[Sample], hyper: &Hyper) -> Option<f64> {
     let Solved { factor, signal_variance, .. } = Solved::new(samples, hyper)?;
     let count = samples.len() as f64;
@@ -121,8 +122,9 @@ mod tests {
     const HYPER: Hyper = Hyper { lengths: [0.5, 2.0, f64::INFINITY, f64::INFINITY], noise: 0.1 };
     const SAMPLES: [([f64; INPUTS], f64); 2] = [([0.0, 0.0, 3.0, 0.0], 1.0), ([0.5, 2.0, -7.0, 0.0], -0.5)];
 
-    /// Two samples by hand: both inputs are one length apart, so c = exp(-1); a = 1.1. (C + ν)⁻¹ y = (a y1 - c y2,
-    /// a y2 - c y1) / (a² - c²), ln det = ln(a² - c²), and the density of N(0, s² (C + ν)) at y.
+    /// Two samples by hand: both inputs are one length apart, so c = exp(-1); a = 1.1. (C + ν)⁻¹ y
+    /// = (a y1 - c y2, a y2 - c y1) / (a² - c²), ln det = ln(a² - c²), and the density of N(0, s²
+    /// (C + ν)) at y.
     #[test]
     fn two_samples_are_as_by_hand() {
         let (a, c) = (1.1_f64, (-1.0_f64).exp());

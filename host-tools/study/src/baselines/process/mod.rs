@@ -1,9 +1,10 @@
 //! Quann 2020: Gaussian-process regression of the power over the robot's motion.
 //!
-//! The power is the longitudinal dynamics of [`super::longitudinal`], fitted by least squares, and what these leave: a
-//! Gaussian process over v, ω, v̇ and the road grade, with a squared-exponential kernel, a length for each input, and noise.
-//! The source has place and terrain among the inputs, which logs do not tell. Lengths and noise maximise the log
-//! marginal likelihood of a part of the training; the process is exact, on at most 1000 points of it.
+//! The power is the longitudinal dynamics of [`super::longitudinal`], fitted by least squares, and
+//! what these leave: a Gaussian process over v, ω, v̇ and the road grade, with a
+//! squared-exponential kernel, a length for each input, and noise. The source has place and terrain
+//! among the inputs, which logs do not tell. Lengths and noise maximise the log marginal likelihood
+//! of a part of the training; the process is exact, on at most 1000 points of it.
 
 mod kernel;
 mod search;
@@ -19,7 +20,8 @@ use super::training::evenly;
 
 const NAME: &str = "quann";
 
-/// Training points of the process, thinned evenly: time grows with their cube, and filtered neighbours repeat each other.
+/// Training points of the process, thinned evenly: time grows with their cube, and filtered
+/// neighbours repeat each other.
 pub const MOST_POINTS: usize = 1000;
 
 /// Of them, those that lengths and noise are searched on: at each trial their cube again.

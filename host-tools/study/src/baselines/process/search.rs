@@ -2,8 +2,8 @@
 
 use super::kernel::{Hyper, INPUTS, Sample, log_likelihood};
 
-/// Bounds of a length, in standard deviations of its input: a tenth of it is finer than thinned samples resolve, and
-/// from a hundred on the input has no influence.
+/// Bounds of a length, in standard deviations of its input: a tenth of it is finer than thinned
+/// samples resolve, and from a hundred on the input has no influence.
 const LENGTHS: (f64, f64) = (0.1, 100.0);
 
 /// Bounds of the noise ratio: the lower keeps the covariance of repeated samples positive definite.
@@ -52,7 +52,8 @@ fn likelihood(samples: &[Sample], hyper: &Hyper) -> f64 {
     log_likelihood(samples, hyper).unwrap_or(f64::NEG_INFINITY)
 }
 
-/// One coordinate multiplied by a factor, within its bounds: a length, or the noise as the last. Infinite lengths stay.
+/// One coordinate multiplied by a factor, within its bounds: a length, or the noise as the last.
+/// Infinite lengths stay.
 fn moved(hyper: &Hyper, coordinate: usize, factor: f64) -> Hyper {
     let mut moved = *hyper;
     match moved.lengths.get_mut(coordinate) {

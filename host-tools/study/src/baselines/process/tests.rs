@@ -9,7 +9,8 @@ use super::{GaussianProcess, search};
 use crate::baselines::testing::{drive, reference};
 use crate::baselines::{Baseline, Point};
 
-/// Values of a process with this kernel and a signal of 2, at inputs that wander over two lengths and more.
+/// Values of a process with this kernel and a signal of 2, at inputs that wander over two lengths
+/// and more.
 fn drawn(hyper: &Hyper, count: usize) -> Vec<Sample> {
     let wave = |i: usize, k: f64| (i as f64 * k).sin() * std::f64::consts::SQRT_2;
     let inputs: Vec<[f64; INPUTS]> =
@@ -25,10 +26,12 @@ fn drawn(hyper: &Hyper, count: usize) -> Vec<Sample> {
     inputs.into_iter().zip(values.iter().copied()).collect()
 }
 
-/// Samples of its own process give its parameters back. What is found must be at least as likely as the truth, but for the
-/// search's last step: half of it, 7 % of a length and 14 % of the noise, costs ½ (0.07/0.2)² = 0.06 for each length and
-/// ½ (0.14/0.15)² = 0.4 for the noise. The inputs span 2.8, so that seven, four and two lengths fit in: the estimate of a
-/// length scatters by a fifth to a third, that of the noise by √(2/200) and more, since the signal takes a part of the samples.
+/// Samples of its own process give its parameters back. What is found must be at least as likely as
+/// the truth, but for the search's last step: half of it, 7 % of a length and 14 % of the noise,
+/// costs ½ (0.07/0.2)² = 0.06 for each length and ½ (0.14/0.15)² = 0.4 for the noise. The inputs
+/// span 2.8, so that seven, four and two lengths fit in: the estimate of a length scatters by a
+/// fifth to a third, that of the noise by √(2/200) and more, since the signal takes a part of the
+/// samples.
 #[test]
 fn recovers_lengths_noise_and_signal() {
     let truth = Hyper { lengths: [0.4, 0.8, 1.2, f64::INFINITY], noise: 0.05 };
@@ -58,8 +61,9 @@ fn level(count: usize, power: fn(&Point) -> f64) -> Vec<Point> {
     points
 }
 
-/// The mean leaves ω² alone; a process over ω learns it on points that it has not seen: smooth and without noise, so that only
-/// the lower bound of the noise and thinning remain, below 1 % of its spread.
+/// The mean leaves ω² alone; a process over ω learns it on points that it has not seen: smooth and
+/// without noise, so that only the lower bound of the noise and thinning remain, below 1 % of its
+/// spread.
 #[test]
 fn learns_what_the_longitudinal_dynamics_leave() {
     let points = level(4000, power);
@@ -129,8 +133,9 @@ fn samples() -> (Vec<Sample>, Vec<[f64; INPUTS]>) {
     (samples, rows("at").iter().map(inputs).collect())
 }
 
-/// At given parameters scikit-learn finds this likelihood and predicts these means. Rounding grows by the condition of the
-/// covariance, below 140 (1 + 1/ν) = 1.4e5, in 140 samples of order 1: 1e-16 · 1.4e5 · 140 = 2e-9.
+/// At given parameters scikit-learn finds this likelihood and predicts these means. Rounding grows
+/// by the condition of the covariance, below 140 (1 + 1/ν) = 1.4e5, in 140 samples of order 1:
+/// 1e-16 · 1.4e5 · 140 = 2e-9.
 #[test]
 fn likelihood_and_means_are_scikit_learns() {
     let (samples, at) = samples();
@@ -150,8 +155,9 @@ fn likelihood_and_means_are_scikit_learns() {
     }
 }
 
-/// scikit-learn's optimiser, by gradients and from seven starts, finds nothing that is likelier by more than the search's last
-/// step costs: half of it in four lengths and the noise, 4 · 0.06 + 0.4 (see above).
+/// scikit-learn's optimiser, by gradients and from seven starts, finds nothing that is likelier by
+/// more than the search's last step costs: half of it in four lengths and the noise, 4 · 0.06 + 0.4
+/// (see above).
 #[test]
 fn the_search_finds_what_scikit_learn_finds() {
     let (samples, _) = samples();

@@ -1,4 +1,5 @@
-//! Bayesian estimation of the longitudinal parameters: a normal prior, updated at every point of the drive.
+//! Bayesian estimation of the longitudinal parameters: a normal prior, updated at every point of
+//! the drive.
 
 use support::error::Result;
 
@@ -11,10 +12,12 @@ use crate::baselines::regression::{rows, unfitted};
 
 const NAME: &str = "sadrpour-bayes";
 
-/// Length of a segment with an estimate of its own, s. The source has one a road segment; logs do not name roads.
+/// Length of a segment with an estimate of its own, s. The source has one a road segment; logs do
+/// not name roads.
 const SEGMENT_S: f64 = 10.0;
 
-/// Smallest share of the mean squared power that counts as noise: below it is the rounding of data without noise.
+/// Smallest share of the mean squared power that counts as noise: below it is the rounding of data
+/// without noise.
 const LEAST_NOISE: f64 = 1e-12;
 
 /// Longitudinal dynamics with a prior.
@@ -24,7 +27,8 @@ pub struct Bayes {
 }
 
 impl Baseline for Bayes {
-    /// The prior: mean and covariance of the parameters between segments of ten seconds of the training runs.
+    /// The prior: mean and covariance of the parameters between segments of ten seconds of the
+    /// training runs.
     fn fit(&mut self, training: &[Point]) -> Result<()> {
         self.prior = None;
         let rows = rows(NAME, training, terms)?;
@@ -34,7 +38,8 @@ impl Baseline for Bayes {
         for points in training.chunk_by(same) {
             let (own, others) = rest.split_at(points.len());
             rest = others;
-            // A last stretch that is hardly longer than its parameters are many tells nothing of noise.
+            // A last stretch that is hardly longer than its parameters are many tells nothing of
+            // noise.
             if own.len() > 2 * TERMS {
                 segments.push(own);
             }
@@ -69,16 +74,17 @@ mod tests {
 
     const PER_SEGMENT: usize = (SEGMENT_S / PERIOD_S) as usize;
 
-    /// Rolling resistance of the segment in which a point is: 2 N and 4 N in turn, mean 3 N, and for n segments of each a
-    /// variance of 1 · 2n/(2n - 1) N².
+    /// Rolling resistance of the segment in which a point is: 2 N and 4 N in turn, mean 3 N, and
+    /// for n segments of each a variance of 1 · 2n/(2n - 1) N².
     fn patchwork(point: &Point) -> f64 {
         let force = if (point.time / SEGMENT_S).floor() as i64 % 2 == 0 { 2.0 } else { 4.0 };
         1.0 + force * terms(point)[1]
     }
 
-    /// Mean and variance of the parameters that the training was made with: exact but for the leaning of each segment's
-    /// estimate on the mean by 1 % (0.01 N of the deviation of 1 N; twice that in the variance, and three times as much where
-    /// a segment is less excited than the average).
+    /// Mean and variance of the parameters that the training was made with: exact but for the
+    /// leaning of each segment's estimate on the mean by 1 % (0.01 N of the deviation of 1 N; twice
+    /// that in the variance, and three times as much where a segment is less excited than the
+    /// average).
     #[test]
     fn the_prior_is_the_distribution_of_the_training() {
         let points = drive(10 * PER_SEGMENT, patchwork);
@@ -97,7 +103,8 @@ mod tests {
         );
     }
 
-    /// On a ground of 4 N it begins at the prior's 3 N, and has found the truth before one segment is over.
+    /// On a ground of 4 N it begins at the prior's 3 N, and has found the truth before one segment
+    /// is over.
     #[test]
     fn the_drive_updates_the_prior() {
         let mut model = Bayes::default();
@@ -110,7 +117,8 @@ mod tests {
         assert!(error(last).abs() < 0.05, "last {}", error(last));
     }
 
-    /// One speed on level ground: the terms are collinear, and the prior holds what the segments cannot tell apart.
+    /// One speed on level ground: the terms are collinear, and the prior holds what the segments
+    /// cannot distinguish.
     #[test]
     fn one_speed_gives_finite_predictions() {
         let mut points = drive(10 * PER_SEGMENT, |point| 1.0 + 0.1 * point.time.sin());

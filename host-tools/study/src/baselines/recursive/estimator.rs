@@ -5,9 +5,9 @@ use nalgebra::{SMatrix, SVector};
 use crate::baselines::point::Point;
 use crate::baselines::regression::weigh;
 
-/// Largest variance of a parameter, in variances of the power's noise per squared SI unit: the start where nothing is known, and
-/// what forgetting cannot exceed. Against the information of one minute of driving, at least about 1 in these units, it is
-/// nothing.
+/// Largest variance of a parameter, in variances of the power's noise per squared SI unit: the
+/// start where nothing is known, and what forgetting cannot exceed. Against the information of one
+/// minute of driving, at least about 1 in these units, it is nothing.
 const DIFFUSE: f64 = 1e6;
 
 /// Forgetting is no faster than this in one step, whatever the time since the last.
@@ -42,11 +42,13 @@ impl<const TERMS: usize> Recursive<TERMS> {
     pub fn forget(&self, share: f64) -> Self {
         let covariance = self.covariance / share.clamp(MOST_FORGETTING, 1.0);
         let within = covariance.diagonal().map(|variance| (DIFFUSE / variance.max(DIFFUSE)).sqrt());
-        // Without bounds, forgetting what is not refreshed lets its variance grow to infinity (wind-up).
+        // Without bounds, forgetting what is not refreshed lets its variance grow to infinity
+        // (wind-up).
         Self { covariance: covariance.component_mul(&(within * within.transpose())), ..*self }
     }
 
-    /// Learns from one power, after what was known has been forgotten by a factor λ (1: nothing). Ignores what is not finite.
+    /// Learns from one power, after what was known has been forgotten by a factor λ (1: nothing).
+    /// Ignores what is not finite.
     pub fn update(&mut self, terms: &[f64; TERMS], power: f64, forgetting: f64) {
         if !(power.is_finite() && terms.iter().all(|term| term.is_finite())) {
             return;
@@ -61,8 +63,8 @@ impl<const TERMS: usize> Recursive<TERMS> {
         self.covariance = (covariance + covariance.transpose()) * 0.5;
     }
 
-    /// The power of every point from the powers of those before it in its run; each run begins with what is known now. What
-    /// is known loses the weight exp(-Δt / `memory_s`) from point to point.
+    /// The power of every point from the powers of those before it in its run; each run begins with
+    /// what is known now. What is known loses the weight exp(-Δt / `memory_s`) from point to point.
     pub fn drive(&self, points: &[Point], memory_s: f64, terms: impl Fn(&Point) -> [f64; TERMS]) -> Vec<f64> {
         let mut powers = Vec::with_capacity(points.len());
         for run in points.chunk_by(|a, b| a.run == b.run) {
@@ -91,8 +93,9 @@ mod tests {
         points.iter().map(|point| (longitudinal::terms(point), point.power)).collect()
     }
 
-    /// Without forgetting it ends at the batch solution, but for the prior, whose pull is at most |θ| / (DIFFUSE λ), with the
-    /// smallest eigenvalue λ of XᵀX (asserted above 1) and |θ| below 10.
+    /// Without forgetting it ends at the batch solution, but for the prior, whose pull is at most
+    /// |θ| / (DIFFUSE λ), with the smallest eigenvalue λ of XᵀX (asserted above 1) and |θ| below
+    /// 10.
     #[test]
     fn agrees_with_the_batch_where_nothing_is_forgotten() {
         let rows = rows();
@@ -109,7 +112,8 @@ mod tests {
         }
     }
 
-    /// With forgetting λ it minimises the sum of squares weighted by λ^age: the batch solution of rows scaled by the root.
+    /// With forgetting λ it minimises the sum of squares weighted by λ^age: the batch solution of
+    /// rows scaled by the root.
     #[test]
     fn agrees_with_the_weighted_batch_where_it_forgets() {
         let (rows, forgetting) = (rows(), 0.99_f64);
@@ -120,13 +124,15 @@ mod tests {
             let root = forgetting.powf(0.5 * (rows.len() - 1 - index) as f64);
             weighted.push((terms.map(|term| root * term), root * power));
         }
-        // A weight of 100 rows in place of 1000: a tenth of the information above, hence ten times the tolerance.
+        // A weight of 100 rows in place of 1000: a tenth of the information above, hence ten times
+        // the tolerance.
         for (recursive, batch) in recursive.estimate().iter().zip(least_squares(&weighted).unwrap()) {
             assert!((recursive - batch).abs() < 100.0 / DIFFUSE, "{recursive} {batch}");
         }
     }
 
-    /// An hour of standing forgets the other parameters, but stays finite and learns again from the first motion.
+    /// An hour of standing forgets the other parameters, but stays finite and learns again from the
+    /// first motion.
     #[test]
     fn does_not_wind_up() {
         let mut recursive = Recursive::diffuse();
@@ -153,7 +159,8 @@ mod tests {
         assert_eq!(recursive, Recursive::diffuse());
     }
 
-    /// A point's own power and later ones must not reach its prediction, nor must those of another run.
+    /// A point's own power and later ones must not reach its prediction, nor must those of another
+    /// run.
     #[test]
     fn predicts_from_the_past_of_the_same_run() {
         let mut points = drive(200, |point| 0.5 + 3.0 * point.speed.vx.abs());

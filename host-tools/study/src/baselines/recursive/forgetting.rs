@@ -1,15 +1,19 @@
-//! The mass by recursive least squares with several forgetting factors (Vahidi, Stefanopoulou and Peng 2005), and a robust form of it.
+//! The mass by recursive least squares with several forgetting factors (Vahidi, Stefanopoulou and
+//! Peng 2005), and a robust form of it.
 //!
-//! The source finds a vehicle's mass and a road's grade while it drives: two parameters that change at different paces, so that one
-//! forgetting factor for both lets the mass drift or the grade lag. Here the second parameter is what the ground takes:
+//! The source finds a vehicle's mass and a road's grade while it drives: two parameters that change
+//! at different paces, so that one forgetting factor for both lets the mass drift or the grade lag.
+//! Here the second parameter is what the ground takes:
 //!
 //! ```text
 //! P = b + f |v| cos φ + M (v̇ + g sin φ) v,   M = c m
 //! ```
 //!
-//! b and c are learned from the training, whose masses are known; f and M are followed while driving, each with a memory of its own. The update
-//! is the source's: the gain looks at both, each variance at its own parameter only. The robust form bounds a residual at 1.345 times
-//! its usual size (Huber 1964). Memories are a choice of this project: a payload stays for minutes, ground changes within seconds.
+//! b and c are learned from the training, whose masses are known; f and M are followed while
+//! driving, each with a memory of its own. The update is the source's: the gain looks at both, each
+//! variance at its own parameter only. The robust form bounds a residual at 1.345 times its usual
+//! size (Huber 1964). Memories are a choice of this project: a payload stays for minutes, ground
+//! changes within seconds.
 
 use support::error::{Error, Result};
 
@@ -103,7 +107,8 @@ impl State {
 }
 
 impl Baseline for Forgetting {
-    /// b, c and where a drive begins: the mean payload of the training, known as well as one memory of it tells.
+    /// b, c and where a drive begins: the mean payload of the training, known as well as one memory
+    /// of it tells.
     fn fit(&mut self, training: &[Point]) -> Result<()> {
         self.fitted = None;
         let all = |point: &Point| {
@@ -191,8 +196,8 @@ mod tests {
         points
     }
 
-    /// What remains of the start after five memories is exp(−5) = 0.7 % of the way from 2 kg, and of the ground's step, which the
-    /// mass sees for as long as f lags, as little.
+    /// What remains of the start after five memories is exp(−5) = 0.7 % of the way from 2 kg, and
+    /// of the ground's step, which the mass sees for as long as f lags, as little.
     #[test]
     fn the_mass_is_found_whatever_the_ground_does() {
         let points = loaded(2.8, 0.0);
@@ -204,7 +209,8 @@ mod tests {
         assert!(error < 0.12, "its scatter, and a little: {error}");
     }
 
-    /// One sample in 37 with 10 W too much: bounded, a spike is worth no more than 1.345 usual residuals.
+    /// One sample in 37 with 10 W too much: bounded, a spike is worth no more than 1.345 usual
+    /// residuals.
     #[test]
     fn the_robust_form_bears_spikes() {
         let points = loaded(2.8, 10.0);

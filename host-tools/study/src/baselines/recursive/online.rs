@@ -8,9 +8,9 @@ use crate::baselines::baseline::{Baseline, Parameter, named};
 use crate::baselines::point::Point;
 use crate::baselines::regression::{Body, Listed, rows, unfitted};
 
-/// How long it remembers, s: the forgetting factor is λ = exp(-Δt / 60 s) between two points Δt apart, 0.9992 at 20 Hz, so
-/// that it means the same in logs of any rate. The sources give no figure; a minute holds several manoeuvres, and is shorter
-/// than what stays on one ground.
+/// How long it remembers, s: the forgetting factor is λ = exp(-Δt / 60 s) between two points Δt
+/// apart, 0.9992 at 20 Hz, so that it means the same in logs of any rate. The sources give no
+/// figure; a minute holds several manoeuvres, and is shorter than what stays on one ground.
 pub const MEMORY_S: f64 = 60.0;
 
 /// Terms of a power that is linear in them, and what is known of their coefficients.
@@ -34,8 +34,9 @@ impl<const TERMS: usize> Online<TERMS> {
 }
 
 impl<const TERMS: usize> Baseline for Online<TERMS> {
-    /// The training gives the parameters with which a drive begins. All of it weighs alike, and no more than one memory
-    /// of driving, or a long training would hold on against what the drive shows.
+    /// The training gives the parameters with which a drive begins. All of it weighs alike, and no
+    /// more than one memory of driving, or a long training would hold on against what the drive
+    /// shows.
     fn fit(&mut self, training: &[Point]) -> Result<()> {
         self.known = None;
         let mut known = Recursive::diffuse();

@@ -13,8 +13,8 @@ type Square = SMatrix<f64, TERMS, TERMS>;
 /// Fewest segments: fewer leave the covariance of the parameters singular.
 const FEWEST_SEGMENTS: usize = TERMS + 1;
 
-/// How strongly a segment's estimate leans on that of all segments, in average segments: enough to hold the parameters that
-/// its own manoeuvres do not show.
+/// How strongly a segment's estimate leans on that of all segments, in average segments: enough to
+/// hold the parameters that its own manoeuvres do not show.
 const LEANING: f64 = 0.01;
 
 /// Smallest information about a parameter, as in recursive least squares that know nothing.
@@ -30,7 +30,8 @@ pub(super) struct Prior {
 }
 
 impl Prior {
-    /// Mean and covariance of one estimate a segment, and the variance that these leave within the segments.
+    /// Mean and covariance of one estimate a segment, and the variance that these leave within the
+    /// segments.
     pub(super) fn of(segments: &[&[Observation<[f64; TERMS]>]]) -> Result<Self> {
         if segments.len() < FEWEST_SEGMENTS {
             return Err(Error::failed(format!(

@@ -1,4 +1,5 @@
-//! Data made by each source's own equation give its parameters back, and a drive follows what changes.
+//! Data made by each source's own equation give its parameters back, and a drive follows what
+//! changes.
 
 use model_core::effects::GRAVITY;
 
@@ -11,10 +12,11 @@ fn online() -> Online<{ longitudinal::TERMS }> {
     Online::new("online", &LONGITUDINAL, &burger())
 }
 
-/// After ten minutes at 3 N the ground becomes one of 6 N. The training weighs one memory T, which has decayed to
-/// T exp(-t/T) after a time t in which the drive has collected T (1 - exp(-t/T)). Where all terms are as excited in both,
-/// 3 memories leave exp(-3) = 5 % of the training, so the estimate is within 5 % of the step (doubled: they are not
-/// quite); with the training's full ten minutes (weight 10 T) a third would be left.
+/// After ten minutes at 3 N the ground becomes one of 6 N. The training weighs one memory T, which
+/// has decayed to T exp(-t/T) after a time t in which the drive has collected T (1 - exp(-t/T)).
+/// Where all terms are as excited in both, 3 memories leave exp(-3) = 5 % of the training, so the
+/// estimate is within 5 % of the step (doubled: they are not quite); with the training's full ten
+/// minutes (weight 10 T) a third would be left.
 #[test]
 fn follows_a_change_of_ground_within_its_memory() {
     let minute = (60.0 / PERIOD_S) as usize;
@@ -44,7 +46,8 @@ fn refuses_what_it_cannot_learn_from() {
     assert!(online().fit(&points).unwrap_err().to_string().starts_with("online: training point 3 has"));
 }
 
-/// A robot that only stood has no figure for motion: it keeps 0 there, and predicts standing power at rest.
+/// A robot that only stood has no figure for motion: it keeps 0 there, and predicts standing power
+/// at rest.
 #[test]
 fn learns_standing_from_standing() {
     let mut points = drive(100, |_| 0.7);
@@ -55,8 +58,8 @@ fn learns_standing_from_standing() {
     assert!((values[0] - 0.7).abs() < 1e-6 && values[1..] == [0.0, 0.0], "{values:?}");
 }
 
-/// Data made by its own equation from the wheels' speeds. The start where nothing is known pulls each by less than 1e-5
-/// (see below).
+/// Data made by its own equation from the wheels' speeds. The start where nothing is known pulls
+/// each by less than 1e-5 (see below).
 #[test]
 fn pentzer_recovers_its_own_parameters() {
     let points = drive(2000, |point| {
@@ -77,15 +80,16 @@ fn road() -> Vec<Point> {
     })
 }
 
-/// The start where nothing is known pulls each parameter by at most |θ| / (1e6 λ), λ the smallest eigenvalue of XᵀX: above
-/// 1 with 2000 points (see `estimator`), so 5e-6 and less than 1e-5 of the smallest parameter; predictions drift with them.
+/// The start where nothing is known pulls each parameter by at most |θ| / (1e6 λ), λ the smallest
+/// eigenvalue of XᵀX: above 1 with 2000 points (see `estimator`), so 5e-6 and less than 1e-5 of the
+/// smallest parameter; predictions drift with them.
 #[test]
 fn recursive_recovers_its_own_parameters() {
     recovers(&SADRPOUR, &road(), &VEHICLE, 1e-5);
 }
 
-/// Segments of one truth agree but for the weak pull on each towards the mean of all, which is the truth as well: rounding,
-/// and the pull of its ridge of 1e-6 as above.
+/// Segments of one truth agree but for the weak pull on each towards the mean of all, which is the
+/// truth as well: rounding, and the pull of its ridge of 1e-6 as above.
 #[test]
 fn bayesian_recovers_its_own_parameters() {
     recovers(&SADRPOUR_BAYES, &road(), &VEHICLE, 1e-5);

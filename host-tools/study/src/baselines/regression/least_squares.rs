@@ -38,8 +38,8 @@ pub fn rows<T: AsRef<[f64]>>(
     Ok(rows)
 }
 
-/// The coefficients that lower the sum of squared residuals most, the smallest where several do. `None` without rows, and if
-/// a sum is not finite.
+/// The coefficients that lower the sum of squared residuals most, the smallest where several do.
+/// `None` without rows, and if a sum is not finite.
 pub fn least_squares<T: AsRef<[f64]>>(rows: &[Observation<T>]) -> Option<Vec<f64>> {
     let count = rows.first()?.0.as_ref().len();
     let mut normal = DMatrix::<f64>::zeros(count, count);

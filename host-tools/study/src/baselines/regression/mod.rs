@@ -35,7 +35,8 @@ impl Regression {
         Self { name, terms: Terms::Listed(terms, Body::of(robot)), coefficients: None }
     }
 
-    /// Not fitted, on the commanded and measured speeds of this robot's wheels, and on their products.
+    /// Not fitted, on the commanded and measured speeds of this robot's wheels, and on their
+    /// products.
     pub fn of_wheels(name: &'static str, products: bool, robot: &Robot) -> Self {
         Self { name, terms: Terms::Wheels(WheelSpeeds::of(robot, products)), coefficients: None }
     }

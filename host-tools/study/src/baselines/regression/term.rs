@@ -42,15 +42,17 @@ pub enum Term {
     Inertial,
     /// Speeds of the two sides: |V_l| + |V_r|.
     ///
-    /// Each side's contact turns about a centre of its own, on a line across the body, the slip-track B apart: twice the
-    /// turning radius at which the inner wheels stand. The sides' speeds are V = v ∓ ω B / 2, and a contact at the distance a from the
-    /// centre of its side slides over the ground at a |ω|. The form follows from the kinematics; the full texts of both sources were not
-    /// at hand to compare it with.
+    /// Each side's contact turns about a centre of its own, on a line across the body, the
+    /// slip-track B apart: twice the turning radius at which the inner wheels stand. The sides'
+    /// speeds are V = v ∓ ω B / 2, and a contact at the distance a from the centre of its side
+    /// slides over the ground at a |ω|. The form follows from the kinematics; the full texts of
+    /// both sources were not at hand to compare it with.
     Sides,
     /// Their difference: |V_r − V_l| = B |ω|.
     SideDifference,
-    /// Sliding under the weight of the robot without payload: m g a |ω|, with a = B ∕ 2. Robot files do not tell where the
-    /// wheels stand; a and m scale the coefficient, not the predicted power.
+    /// Sliding under the weight of the robot without payload: m g a |ω|, with a = B ∕ 2. Robot
+    /// files do not tell where the wheels stand; a and m scale the coefficient, not the predicted
+    /// power.
     Sliding,
 }
 

@@ -1,4 +1,5 @@
-//! Least squares by hand, and data made by each source's own equation, which give its coefficients back.
+//! Least squares by hand, and data made by each source's own equation, which give its coefficients
+//! back.
 
 use model_core::effects::GRAVITY;
 
@@ -11,7 +12,8 @@ fn line() -> Regression {
     Regression::new("line", &[("a", "W", Term::One), ("b", "W s/m", Term::Speed)], &burger())
 }
 
-/// y = 1 + 2 x and the residuals (1, -2, 1), which sum to 0 and are orthogonal to x: exact in small integers.
+/// y = 1 + 2 x and the residuals (1, -2, 1), which sum to 0 and are orthogonal to x: exact in small
+/// integers.
 #[test]
 fn residuals_are_orthogonal_to_the_terms() {
     let found = least_squares(&[([1.0, 0.0], 2.0), ([1.0, 1.0], 1.0), ([1.0, 2.0], 6.0)]).unwrap();
@@ -63,8 +65,8 @@ fn mei_recovers_its_own_coefficients() {
     recovers(&MEI, &points, &[0.3, 7.4], 1e-9);
 }
 
-/// Data made by its own parabola, driven both ways. Scaled, the condition number of 1, |v|, v² over [0, 0.2] m/s is
-/// below 1e4: rounding only.
+/// Data made by its own parabola, driven both ways. Scaled, the condition number of 1, |v|, v² over
+/// [0, 0.2] m/s is below 1e4: rounding only.
 #[test]
 fn jaiem_recovers_its_own_coefficients() {
     let points = drive(500, |point| 0.3 + 2.0 * point.speed.vx.abs() + 5.0 * point.speed.vx.powi(2));
@@ -78,7 +80,7 @@ fn parasuraman_recovers_its_own_coefficients() {
     recovers(&PARASURAMAN, &points, &[0.3, 2.0, 0.4], 1e-9);
 }
 
-/// With one mass, c0 and c2 m cannot be told apart: the sum is right all the same, to rounding.
+/// With one mass, c0 and c2 m cannot be distinguished: the sum is right all the same, to rounding.
 #[test]
 fn learns_from_one_mass() {
     let mut points = drive(500, |point| 1.1 + 2.0 * point.speed.vx.abs());
@@ -138,7 +140,8 @@ fn an_unknown_acceleration_is_not_zero() {
     assert!(model.fit(&points).is_err());
 }
 
-/// Data made by its own equation from the wheels' speeds, μ = 0.3 under the Burger's weight at 80 mm: rounding only.
+/// Data made by its own equation from the wheels' speeds, μ = 0.3 under the Burger's weight at 80
+/// mm: rounding only.
 #[test]
 fn effati_recovers_its_own_parameters() {
     let weight = burger().mass_no_load_kg() * GRAVITY;
@@ -156,8 +159,8 @@ fn wheels(point: &Point) -> [f64; 4] {
     [left, right, point.wheels[0].speed, point.wheels[1].speed]
 }
 
-/// Data made by its own equation: rounding, which the likeness of command and feedback (10 % apart, so a condition
-/// number near 1e4 of the normal equations) raises to 1e-11.
+/// Data made by its own equation: rounding, which the likeness of command and feedback (10 % apart,
+/// so a condition number near 1e4 of the normal equations) raises to 1e-11.
 #[test]
 fn linear_recovers_its_own_coefficients() {
     let truth = [0.4, 0.3, 0.1, 0.05, 0.25];
@@ -168,7 +171,8 @@ fn linear_recovers_its_own_coefficients() {
     recovers(&LIU_LINEAR, &points, &truth, 1e-9);
 }
 
-/// As above; squares and products of speeds 10 % apart square its condition number to 1e8: 1e-16 · 1e8 of the largest.
+/// As above; squares and products of speeds 10 % apart square its condition number to 1e8: 1e-16 ·
+/// 1e8 of the largest.
 #[test]
 fn polynomial_recovers_its_own_coefficients() {
     let points = drive(4000, |point| {

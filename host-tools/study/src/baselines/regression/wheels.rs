@@ -1,12 +1,13 @@
 //! Regressions on the motors' commands and their feedback (Liu 2023).
 //!
-//! The source has a mecanum robot whose motors take speeds; here commanded motion of the body is brought to the wheels by the
-//! inverse of R, c = R⁺ ζ (of the wheel speeds with that motion the smallest), and the feedback is the measured speed w.
+//! The source has a mecanum robot whose motors take speeds; here commanded motion of the body is
+//! brought to the wheels by the inverse of R, c = R⁺ ζ (of the wheel speeds with that motion the
+//! smallest), and the feedback is the measured speed w.
 //!
-//! - linear: P = a0 + Σ a_i |c_i| + Σ b_i |w_i|. Magnitudes: a wheel draws the same both ways, and a mecanum robot that moves
-//!   sideways turns half of them backwards.
-//! - polynomial: of degree 2, with x = (c, w): P = a0 + Σ a_i |x_i| + Σ a_ij x_i x_j. The products keep their signs: whether two
-//!   wheels turn with or against each other is a turn's mark.
+//! - linear: P = a0 + Σ a_i |c_i| + Σ b_i |w_i|. Magnitudes: a wheel draws the same both ways, and
+//!   a mecanum robot that moves sideways turns half of them backwards.
+//! - polynomial: of degree 2, with x = (c, w): P = a0 + Σ a_i |x_i| + Σ a_ij x_i x_j. The products
+//!   keep their signs: whether two wheels turn with or against each other is a turn's mark.
 //!
 //! Degree and signs are choices of this project.
 
@@ -35,7 +36,8 @@ impl WheelSpeeds {
         Self { to_wheels: robot.wheel_speeds_of_motion(), products }
     }
 
-    /// The coefficients of the polynomial go unnamed: a0, a_i in the order of (c, w), then a_ij with i ≤ j row by row.
+    /// The coefficients of the polynomial go unnamed: a0, a_i in the order of (c, w), then a_ij
+    /// with i ≤ j row by row.
     pub(super) fn symbols(&self) -> Vec<Symbol> {
         if self.products {
             return Vec::new();
