@@ -116,7 +116,7 @@ pub mod calibrate {
 /// Detection: whether there is structure.
 pub mod detect {
     /// |z| of a smooth function or an effect beyond which there is structure. Tuned on the own bench's effect-free sets (0 alarms of 300; 0 of 100 of them in
-    /// docs/gap-bench.txt, seeds from 101,000); some sixty columns of normal scores ask for 3.5 only: what is above it stands for scores
+    /// docs/results/gap-bench.txt, seeds from 101,000); some sixty columns of normal scores ask for 3.5 only: what is above it stands for scores
     /// that are no normal variables.
     pub const STRUCTURE: f64 = 5.3;
     /// The same where no clean runs say what the model gets wrong without any effect. Tuned on the own bench without clean runs, run unknown.

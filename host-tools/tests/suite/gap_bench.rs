@@ -1,4 +1,4 @@
-//! A small version of the bench whose whole table is docs/gap-bench.txt: effects that the plant hides, and sets without any.
+//! A small version of the bench whose whole table is docs/results/gap-bench.txt: effects that the plant hides, and sets without any.
 
 use crate::common::Bench;
 

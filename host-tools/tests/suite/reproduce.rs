@@ -77,13 +77,13 @@ fn a_reduced_reproduction_is_the_committed_one() {
         assert!(contents(&bench.path("second"))[name] == *bytes, "{} is another", name.display());
     }
     let table = String::from_utf8(files[Path::new("tables.txt")].clone()).unwrap();
-    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/paper-reduced.txt");
+    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/results/paper-reduced.txt");
     if std::env::var_os("GMR_BLESS").is_some() {
         std::fs::write(&golden, &table).unwrap();
     }
     let committed = std::fs::read_to_string(&golden).unwrap();
     for (line, (found, expected)) in (1..).zip(table.lines().zip(committed.lines())) {
-        assert_eq!(found, expected, "docs/paper-reduced.txt:{line}; GMR_BLESS=1 writes it anew");
+        assert_eq!(found, expected, "docs/results/paper-reduced.txt:{line}; GMR_BLESS=1 writes it anew");
     }
     assert_eq!(table.lines().count(), committed.lines().count());
 }

@@ -78,7 +78,7 @@ fn host_bench(steps: &mut Steps, name: &str, bench: &str) -> Result<(), Stop> {
 /// How often intervals hold the mass: the table is kept, whatever it says.
 fn coverage(steps: &mut Steps) -> Result<(), Stop> {
     let mut bench = command("cargo bench --package host-tools --bench coverage -- --table");
-    bench.arg(root().join("docs/coverage.txt"));
+    bench.arg(root().join("docs/results/coverage.txt"));
     steps.run("coverage", bench)
 }
 

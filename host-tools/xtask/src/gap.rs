@@ -25,7 +25,7 @@ const KINDS: [(&str, &str); 3] = [
     ("foreign", "--kind foreign --sizes 1 --seeds 0 1"),
 ];
 
-/// Writes both tables: docs/gap-bench.txt and docs/gap-judge.txt. A night's work on two cores.
+/// Writes both tables: docs/results/gap-bench.txt and docs/results/gap-judge.txt. A night's work on two cores.
 pub(crate) fn run(steps: &mut Steps) -> Result<(), Stop> {
     steps.run("gmr", command("cargo build --quiet --release --package host-tools --bin gmr"))?;
     let gmr = target_folder().join("release/gmr");
@@ -38,7 +38,7 @@ pub(crate) fn run(steps: &mut Steps) -> Result<(), Stop> {
                 Ok(format!("$ gmr {arguments}\n{}", text_of(bench)?))
             })
             .collect();
-        keep("docs/gap-bench.txt", &tables?.join("\n"))
+        keep("docs/results/gap-bench.txt", &tables?.join("\n"))
     })?;
     let python = python()?;
     let folder = target_folder().join("gap-judge");
@@ -57,14 +57,14 @@ pub(crate) fn run(steps: &mut Steps) -> Result<(), Stop> {
         let mut tally = Command::new(&python);
         tally.arg(format!("{JUDGE}/tally.py")).args(&results);
         let lines = KINDS.map(|(name, arguments)| format!("$ batch.py {name}.jsonl {arguments}\n")).concat();
-        keep("docs/gap-judge.txt", &format!("{lines}{}", text_of(tally)?))
+        keep("docs/results/gap-judge.txt", &format!("{lines}{}", text_of(tally)?))
     })
 }
 
 /// What other ways to find a gap need from PyPI, beside the judge.
 const RIVALS: [&str; 2] = ["pysindy>=2", "scikit-learn>=1.5"];
 
-/// `gmr gap` beside other ways to find what a model lacks, on the same sets: docs/gap-leaderboard.txt.
+/// `gmr gap` beside other ways to find what a model lacks, on the same sets: docs/results/gap-leaderboard.txt.
 pub(crate) fn leaderboard(steps: &mut Steps) -> Result<(), Stop> {
     steps.run("gmr", command("cargo build --quiet --release --package host-tools --bin gmr"))?;
     let python = python()?;
@@ -76,6 +76,6 @@ pub(crate) fn leaderboard(steps: &mut Steps) -> Result<(), Stop> {
     steps.work("leaderboard", || {
         let mut table = Command::new(&python);
         table.arg(format!("{JUDGE}/leaderboard.py")).arg("--gmr").arg(target_folder().join("release/gmr"));
-        keep("docs/gap-leaderboard.txt", &text_of(table)?)
+        keep("docs/results/gap-leaderboard.txt", &text_of(table)?)
     })
 }

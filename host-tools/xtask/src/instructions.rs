@@ -114,7 +114,7 @@ fn print_table(measured: &[Measured]) {
 }
 
 /// Figures that other parts of the project reckon with, of the workspace's directory.
-const COMMITTED: &str = "docs/instructions.txt";
+const COMMITTED: &str = "docs/results/instructions.txt";
 
 /// Lines of that file that are no figures.
 const HEAD: &str = "\

@@ -8,7 +8,7 @@ use crate::robots::{keep, text_of};
 use crate::steps::{Steps, Stop, command};
 
 /// The table as it is committed.
-const TABLE: &str = "docs/logs-bench.txt";
+const TABLE: &str = "docs/results/logs-bench.txt";
 
 /// Prints the table and writes it.
 pub(crate) fn run(steps: &mut Steps) -> Result<(), Stop> {

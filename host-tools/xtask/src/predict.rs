@@ -6,7 +6,7 @@ use crate::steps::{Steps, Stop};
 
 const SCRIPT: &str = "host-tools/benches/predict/bench.py";
 /// The table as it is committed.
-const TABLE: &str = "docs/predict.txt";
+const TABLE: &str = "docs/results/predict.txt";
 
 /// Prints the table and writes it.
 pub(crate) fn run(steps: &mut Steps) -> Result<(), Stop> {

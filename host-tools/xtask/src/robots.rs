@@ -15,15 +15,15 @@ const JUDGE: &str = "host-tools/tests/reference/gap_judge";
 /// What the scripts need from PyPI.
 const PACKAGES: [&str; 4] = ["mujoco>=3.2", "numpy>=2", "scipy>=1.13", "numba>=0.61"];
 /// The table as it is committed.
-const TABLE: &str = "docs/robots.txt";
+const TABLE: &str = "docs/results/robots.txt";
 /// The table of simulators that were closed.
-const CLOSED: &str = "docs/gap-simulator.txt";
+const CLOSED: &str = "docs/results/gap-simulator.txt";
 /// What is named of the effects in the MuJoCo robots.
-const MUJOCO: &str = "docs/gap-mujoco.txt";
+const MUJOCO: &str = "docs/results/gap-mujoco.txt";
 /// What is named between floors and within each.
-const FLOORS: &str = "docs/gap-floors.txt";
+const FLOORS: &str = "docs/results/gap-floors.txt";
 /// How well the sizes of named effects are known.
-const SIZES: &str = "docs/gap-sizes.txt";
+const SIZES: &str = "docs/results/gap-sizes.txt";
 /// Measured logs. Beside the project, not part of it.
 pub(crate) const DATA: &str = "../shared/data";
 

@@ -46,7 +46,7 @@ pub(super) fn sensors_w() -> f64 {
 }
 
 /// What the bench has found, committed: it says where it finds otherwise.
-const COUNTED: &str = include_str!("../../../../docs/instructions.txt");
+const COUNTED: &str = include_str!("../../../../docs/results/instructions.txt");
 
 /// Instructions of one estimator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -76,7 +76,7 @@ impl Counts {
         match (figure("median"), figure("closing")) {
             (Some(sample), Some(closing)) => Ok(Self { sample, closing }),
             _ => Err(Error::failed(format!(
-                "docs/instructions.txt: no counts of `{name}`; expected a line `{name}: median … closing …`"
+                "docs/results/instructions.txt: no counts of `{name}`; expected a line `{name}: median … closing …`"
             ))),
         }
     }

@@ -17,7 +17,7 @@ use crate::python;
 use crate::steps::{Steps, Stop, command};
 
 /// The table of the large fleet as it is committed.
-const TABLE: &str = "docs/fleet-bench.txt";
+const TABLE: &str = "docs/results/fleet-bench.txt";
 
 /// Of the small fleet that is measured when nobody says how large: CSV, minutes to simulate.
 pub(crate) fn run(steps: &mut Steps) -> Result<(), Stop> {
