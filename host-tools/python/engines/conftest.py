@@ -11,8 +11,8 @@ import pyarrow as pa
 import pyarrow.parquet as parquet
 import pytest
 
-import gmr
-from gmr._log import _columns
+import wheelwatt
+from wheelwatt._log import _columns
 
 ROBOTS, DAYS, LENGTH_S, RATE_HZ = 8, 3, 120, 200
 
@@ -99,7 +99,7 @@ def figures():
 
 def coefficients(sums):
     """Of Eq. 18, of the signed model, and by how much it is off the coefficients given, by one step of Gauss and Newton."""
-    eq18, signed = (gmr.fit_grams(sums, model=model) for model in ("eq18", "signed"))
+    eq18, signed = (wheelwatt.fit_grams(sums, model=model) for model in ("eq18", "signed"))
     return {
         "eq18": [one.value for one in eq18.parameters],
         "step": step(sums),

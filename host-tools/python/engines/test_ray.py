@@ -6,7 +6,7 @@ import pytest
 import ray
 from conftest import are_same, coefficients
 
-import gmr.ray
+import wheelwatt.ray
 
 KEYS = ["robot", "day"]
 
@@ -25,7 +25,7 @@ def check(runs, fleet, expected, figures, name, started):
     assert runs.count() == len(fleet.paths)
     print(f"{name}: {fleet.rows / took:.3g} rows/s", end="; ")
     figures[name] = fleet.rows / took
-    assert are_same(coefficients(gmr.ray.total(runs)), expected)
+    assert are_same(coefficients(wheelwatt.ray.total(runs)), expected)
 
 
 def test_logs_on_two_workers(cluster, fleet, expected, figures):
@@ -36,12 +36,12 @@ def test_logs_on_two_workers(cluster, fleet, expected, figures):
     for blocks in (2, 6):
         started = time.perf_counter()
         logs = ray.data.from_items(items, override_num_blocks=blocks)
-        runs = gmr.ray.grams_of_logs(logs, keys=KEYS, coefficients=fleet.coefficients)
+        runs = wheelwatt.ray.grams_of_logs(logs, keys=KEYS, coefficients=fleet.coefficients)
         check(runs, fleet, expected, figures, "ray, logs, 2 workers", started)
 
 
 def test_rows_on_two_workers(cluster, fleet, expected, figures):
     started = time.perf_counter()
     rows = ray.data.read_parquet(str(fleet.table))
-    runs = gmr.ray.grams(rows, run=["run"], keys=KEYS, coefficients=fleet.coefficients)
+    runs = wheelwatt.ray.grams(rows, run=["run"], keys=KEYS, coefficients=fleet.coefficients)
     check(runs, fleet, expected, figures, "ray, rows, 2 workers", started)

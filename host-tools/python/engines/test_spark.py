@@ -13,7 +13,7 @@ import pytest
 from conftest import are_same, coefficients
 from pyspark.sql import SparkSession
 
-import gmr.spark
+import wheelwatt.spark
 
 KEYS = ["robot", "day"]
 
@@ -53,7 +53,7 @@ def logs(spark, fleet, partitions):
 
 def fitted(runs):
     """The engine adds up; one row comes back."""
-    return coefficients(gmr.spark.total(runs).toArrow())
+    return coefficients(wheelwatt.spark.total(runs).toArrow())
 
 
 def check(runs, fleet, expected, figures, name, started):
@@ -69,7 +69,7 @@ def test_logs_give_the_same_coefficients(spark, fleet, expected, figures):
     """On any number of executors, in any number of partitions."""
     partitions = 3 * spark.executors
     started = time.perf_counter()
-    runs = gmr.spark.grams_of_logs(logs(spark, fleet, partitions), keys=KEYS, coefficients=fleet.coefficients)
+    runs = wheelwatt.spark.grams_of_logs(logs(spark, fleet, partitions), keys=KEYS, coefficients=fleet.coefficients)
     check(runs, fleet, expected, figures, f"spark, logs, {spark.executors} executors, {partitions} partitions", started)
 
 
@@ -78,18 +78,18 @@ def test_rows_give_the_same_coefficients(spark, fleet, expected, figures):
     partitions = 2 * spark.executors + 1
     started = time.perf_counter()
     rows = spark.read.parquet(str(fleet.table)).repartition(partitions)
-    runs = gmr.spark.grams(rows, run=["run"], keys=KEYS, coefficients=fleet.coefficients)
+    runs = wheelwatt.spark.grams(rows, run=["run"], keys=KEYS, coefficients=fleet.coefficients)
     check(runs, fleet, expected, figures, f"spark, rows, {spark.executors} executors, {partitions} partitions", started)
 
 
 def test_totals_by_robot_are_those_of_its_logs(spark, fleet, tmp_path):
     if spark.executors != 2:
         pytest.skip("on two executors")
-    runs = gmr.spark.grams_of_logs(logs(spark, fleet, 4), keys=KEYS, coefficients=fleet.coefficients)
-    by_robot = gmr.spark.total(runs, by=["robot"]).toPandas()
+    runs = wheelwatt.spark.grams_of_logs(logs(spark, fleet, 4), keys=KEYS, coefficients=fleet.coefficients)
+    by_robot = wheelwatt.spark.total(runs, by=["robot"]).toPandas()
     assert sorted(by_robot["robot"]) == [str(robot) for robot in range(8)]
     of_one = [path for path in fleet.paths if "robot=3" in str(path)]
-    gmr.gram(of_one, tmp_path / "one.parquet", coefficients=fleet.coefficients)
+    wheelwatt.gram(of_one, tmp_path / "one.parquet", coefficients=fleet.coefficients)
     found = coefficients(by_robot[by_robot["robot"] == "3"])
     assert are_same(found, coefficients(tmp_path / "one.parquet"))
 
@@ -123,7 +123,7 @@ def test_an_executor_killed_half_way_changes_nothing(spark, fleet, expected, tmp
     """By its process id, when half of the logs are read; the job ends all the same, and says the same."""
     if spark.executors != 2:
         pytest.skip("on two executors")
-    recipe = gmr.spark.Recipe.of("burger", fleet.coefficients, None, None, {})
+    recipe = wheelwatt.spark.Recipe.of("burger", fleet.coefficients, None, None, {})
     marks = tmp_path / "marks"
     marks.mkdir()
 
@@ -148,8 +148,8 @@ def test_an_executor_killed_half_way_changes_nothing(spark, fleet, expected, tmp
     killer.start()
     # One log a task, so that what the dead executor had done is lost, and done again.
     frame = logs(spark, fleet, len(fleet.paths))
-    runs = frame.mapInArrow(some, gmr.spark._schema(KEYS)).cache()
-    table = gmr.spark.total(runs).toArrow()
+    runs = frame.mapInArrow(some, wheelwatt.spark._schema(KEYS)).cache()
+    table = wheelwatt.spark.total(runs).toArrow()
     assert isinstance(table, pa.Table)
     killer.join(timeout=60)
     assert killed and not pathlib.Path(f"/proc/{killed[0]}/exe").exists()

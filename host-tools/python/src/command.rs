@@ -1,5 +1,6 @@
 //! A command, away from Python's lock, and ended by Ctrl-C.
 
+use std::ffi::OsString;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
@@ -27,6 +28,12 @@ pub(crate) fn run(
 ) -> PyResult<(String, Vec<String>)> {
     let ((), Kept { printed, said }) = watched(py, move || cli::answer(&arguments), progress.as_ref())?;
     Ok((printed, said))
+}
+
+/// The command `gmr` itself with these arguments: it prints, and gives its exit code.
+#[pyfunction]
+pub(crate) fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
+    py.detach(|| cli::run(std::iter::once("gmr".into()).chain(arguments)))
 }
 
 /// Does `work` on a thread of its own while Python goes on; Ctrl-C stops it at its next point.

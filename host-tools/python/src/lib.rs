@@ -1,4 +1,4 @@
-//! `gmr._gmr`: the commands of `gmr` as functions, and logs as columns. What it gives is made into objects in `gmr/*.py`.
+//! `wheelwatt._gmr`: the commands of `gmr` as functions, and logs as columns. What it gives is made into objects in `wheelwatt/*.py`.
 //!
 //! There is no work here: a function's work is its command's, so that both say the same.
 
@@ -10,6 +10,8 @@ mod table;
 /// The native module.
 #[pyo3::pymodule]
 mod _gmr {
+    #[pymodule_export]
+    use super::command::main;
     #[pymodule_export]
     use super::command::run;
     #[pymodule_export]

@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-import gmr
+import wheelwatt
 
 
 @pytest.fixture(scope="session")
@@ -27,7 +27,7 @@ def drives(tmp_path_factory):
     folder = tmp_path_factory.mktemp("drives")
     paths = []
     for name, mass, seed in [("empty", "1", 1), ("full", "6", 2), ("between", "3", 3)]:
-        log = gmr.simulate(duration=40, rate=20, mass=mass, seed=seed)
+        log = wheelwatt.simulate(duration=40, rate=20, mass=mass, seed=seed)
         paths.append(folder / f"{name}.csv")
         log.save(paths[-1])
     return paths
@@ -36,4 +36,4 @@ def drives(tmp_path_factory):
 @pytest.fixture(scope="session")
 def fitted(drives):
     """Eq. 18: solved at once, where the signed model tries several forms."""
-    return gmr.fit(drives[:2], model="eq18")
+    return wheelwatt.fit(drives[:2], model="eq18")

@@ -18,7 +18,7 @@ fn deps() -> PathBuf {
 fn lay_out(package: &Path, module: &Path) {
     let _ = std::fs::remove_dir_all(package);
     std::fs::create_dir_all(package).unwrap();
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("gmr");
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("wheelwatt");
     for file in source.read_dir().unwrap().map(|file| file.unwrap().path()) {
         if file.is_file() {
             std::fs::copy(&file, package.join(file.file_name().unwrap())).unwrap();
@@ -43,7 +43,7 @@ fn the_package_passes_its_tests() {
         return skipped("no module or no command: cargo test --workspace builds both, on Linux");
     }
     let packages = target.join("python/packages");
-    lay_out(&packages.join("gmr"), &module);
+    lay_out(&packages.join("wheelwatt"), &module);
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap();
     let output = Command::new(&python)
         .args(["-m", "pytest", "--rootdir"])

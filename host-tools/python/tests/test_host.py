@@ -9,8 +9,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-import gmr
-from gmr._draw import page, table
+import wheelwatt
+from wheelwatt._draw import page, table
 
 
 def test_ctrl_c_ends_the_work_soon():
@@ -28,10 +28,10 @@ def ends_soon():
     started = time.monotonic()
     killer.start()
     with pytest.raises(KeyboardInterrupt):
-        gmr.simulate(duration=864_000, rate=100)
+        wheelwatt.simulate(duration=864_000, rate=100)
     assert time.monotonic() - started < 10.0
     # Nothing of it is left: what comes then is not stopped.
-    assert gmr.simulate(duration=1).rows > 0
+    assert wheelwatt.simulate(duration=1).rows > 0
 
 
 def test_other_threads_go_on_meanwhile():
@@ -48,7 +48,7 @@ def test_other_threads_go_on_meanwhile():
     try:
         started = time.monotonic()
         before = counts[0]
-        gmr.simulate(duration=200, rate=200)
+        wheelwatt.simulate(duration=200, rate=200)
         took, counted = time.monotonic() - started, counts[0] - before
     finally:
         ended.set()
@@ -60,28 +60,28 @@ def test_other_threads_go_on_meanwhile():
 def test_whoever_wants_to_hears_how_far_it_is(drives, tmp_path):
     """A log of three hundred drives is read for some tenths of a second: heard of every 20 ms."""
     heard = []
-    columns = gmr.read(drives[0])
+    columns = wheelwatt.read(drives[0])
     many = {name: np.tile(values, 300) for name, values in columns.items()}
-    many = gmr.Log({**many, "run": np.repeat(np.arange(300), columns.rows)})
-    gmr.progress(lambda what, done, total: heard.append((what, done, total)))
+    many = wheelwatt.Log({**many, "run": np.repeat(np.arange(300), columns.rows)})
+    wheelwatt.progress(lambda what, done, total: heard.append((what, done, total)))
     try:
-        gmr.fit(many, model="eq18")
+        wheelwatt.fit(many, model="eq18")
         assert any(what == "reading" for what, _, _ in heard), heard
         assert all(0 <= done <= total or total == 0 for _, done, total in heard), heard
 
         def enough(*_):
             raise LookupError("enough")
 
-        gmr.progress(enough)
+        wheelwatt.progress(enough)
         with pytest.raises(LookupError, match="enough"):
-            gmr.fit(many, model="eq18")
+            wheelwatt.fit(many, model="eq18")
     finally:
-        gmr.progress(True)
+        wheelwatt.progress(True)
 
 
 def test_results_draw_themselves(drives, fitted):
-    estimate = gmr.estimate(drives[2], fitted, window=10.0)
-    inspection = gmr.inspect(drives[0])
+    estimate = wheelwatt.estimate(drives[2], fitted, window=10.0)
+    inspection = wheelwatt.inspect(drives[0])
     for answer in (estimate, inspection):
         assert ElementTree.fromstring(answer._repr_svg_()).tag.endswith("svg")
         assert answer.svg in answer._repr_html_()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-import gmr
+import wheelwatt
 
 COLUMNS = {
     "time_s": np.arange(400) * 0.05,
@@ -17,9 +17,9 @@ COLUMNS = {
 def test_columns_survive_the_file(tmp_path):
     power = COLUMNS["power_w"].copy()
     power[3] = np.nan
-    log = gmr.Log({**COLUMNS, "power_w": power, "run": ["a, b"] * 200 + ["c"] * 200})
+    log = wheelwatt.Log({**COLUMNS, "power_w": power, "run": ["a, b"] * 200 + ["c"] * 200})
     log.save(tmp_path / "log.csv")
-    again = gmr.read(tmp_path / "log.csv")
+    again = wheelwatt.read(tmp_path / "log.csv")
     assert list(again) == list(log) and again.rows == 400
     for column in log:
         np.testing.assert_array_equal(again[column], log[column])
@@ -27,9 +27,9 @@ def test_columns_survive_the_file(tmp_path):
 
 
 def test_a_log_in_memory_is_inspected_as_its_file(tmp_path):
-    log = gmr.Log(COLUMNS, name="mine")
+    log = wheelwatt.Log(COLUMNS, name="mine")
     log.save(tmp_path / "mine")
-    in_memory, of_file = gmr.inspect(log, plot=False).data, gmr.inspect(tmp_path / "mine", plot=False).data
+    in_memory, of_file = wheelwatt.inspect(log, plot=False).data, wheelwatt.inspect(tmp_path / "mine", plot=False).data
     assert in_memory.pop("log") != of_file.pop("log")
     assert in_memory == of_file
 
@@ -57,24 +57,24 @@ class Table:
 
 
 def test_tables_are_taken_by_their_columns():
-    log = gmr.Log(Table())
+    log = wheelwatt.Log(Table())
     for name, values in COLUMNS.items():
         np.testing.assert_array_equal(log[name], values)
 
 
 def test_columns_cannot_be_changed_behind_its_back():
-    log = gmr.Log(COLUMNS)
+    log = wheelwatt.Log(COLUMNS)
     with pytest.raises(ValueError):
         log["time_s"][0] = 1.0
     with pytest.raises(ValueError, match="one length"):
-        gmr.Log({"time_s": [0.0, 1.0], "power_w": [1.0]})
+        wheelwatt.Log({"time_s": [0.0, 1.0], "power_w": [1.0]})
 
 
 def test_errors_name_the_log_and_the_place():
     times = COLUMNS["time_s"].copy()
     times[7] = times[6]
-    with pytest.raises(gmr.Error) as caught:
-        gmr.inspect(gmr.Log({**COLUMNS, "time_s": times}, name="stuck clock"), plot=False)
+    with pytest.raises(wheelwatt.Error) as caught:
+        wheelwatt.inspect(wheelwatt.Log({**COLUMNS, "time_s": times}, name="stuck clock"), plot=False)
     error = caught.value
     assert (error.file, error.line, error.column, error.exit_code) == ("stuck clock", 9, "time_s", 1)
     assert str(error).startswith("stuck clock:9:time_s: time 0.3")

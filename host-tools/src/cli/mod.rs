@@ -32,7 +32,7 @@ mod simulate;
 mod units;
 mod watch;
 
-use std::process::ExitCode;
+use std::ffi::OsString;
 
 use ::fit::run_gram::RunGram;
 use clap::error::ErrorKind;
@@ -104,20 +104,22 @@ enum Command {
     Man(shell::Man),
 }
 
-/// Parses the command line and runs it. Exit codes: 0 done, 1 failed, 2 wrong usage.
-pub fn run() -> ExitCode {
-    let result =
-        interrupt::install().and_then(|()| parse()).and_then(execute).and_then(|()| output::finish());
+/// Parses a command line, the program's name first, and runs it. Gives the exit code: 0 done, 1 failed, 2 wrong usage.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let result = interrupt::install()
+        .and_then(|()| parse(arguments))
+        .and_then(execute)
+        .and_then(|()| output::finish());
     match result {
         Ok(()) => {
             notice::tell();
-            ExitCode::SUCCESS
+            0
         }
         Err(error) => {
             if !error.is_quiet() {
                 eprintln!("gmr: {error}");
             }
-            ExitCode::from(error.exit_code())
+            error.exit_code()
         }
     }
 }
@@ -146,8 +148,8 @@ pub fn gram_of_table(arguments: &[String], table: Table) -> Result<Vec<RunGram>>
 }
 
 /// The command line. Help and version are printed, and end the command, here.
-fn parse() -> Result<Cli> {
-    Cli::try_parse().map_err(|refusal| match refusal.kind() {
+fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Cli> {
+    Cli::try_parse_from(arguments).map_err(|refusal| match refusal.kind() {
         ErrorKind::DisplayHelp
         | ErrorKind::DisplayVersion
         | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => refusal.exit(),

@@ -2,6 +2,7 @@ from collections.abc import Callable
 from os import PathLike
 from typing import Any
 
+def main(arguments: list[str]) -> int: ...
 def run(
     arguments: list[str], progress: Callable[[str, int, int], Any] | None = None
 ) -> tuple[str, list[str]]: ...

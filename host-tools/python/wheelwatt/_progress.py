@@ -15,8 +15,7 @@ _callback: Union[Heard, None, bool] = True
 
 def progress(callback: Heard | None | bool) -> None:
     """Sets who hears how far work is, some times a second: ``callback(what, done, total)`` with bytes or pieces, `total` 0 where nobody
-    knows. What it raises ends the work. None: nobody. True, as it is at first: a line on standard error in notebooks, after a second; in a
-    terminal there are bars anyway.
+    knows. What it raises ends the work. None: nobody. True, as it is at first: a line in notebooks, after a second; in a terminal there are bars anyway.
     """
     global _callback
     _callback = callback
@@ -30,12 +29,20 @@ def heard() -> Heard | None:
 
 
 class _Line:
-    """One line that is written over."""
+    """One line of a notebook, written over and empty at the end. Standard error would be red there."""
 
     def __init__(self) -> None:
         self._started = time.monotonic()
+        self._line: Any = None
 
     def __call__(self, what: str, done: int, total: int) -> None:
-        if time.monotonic() - self._started > 1.0:
-            share = f"{done / total:6.1%}" if total else ""
-            print(f"\rgmr: {what} {share}   ", end="\r" if done == total else "", file=sys.stderr, flush=True)
+        if time.monotonic() - self._started <= 1.0:
+            return
+        share = f"{done / total:.1%}" if total else ""
+        line = {"text/plain": "" if done == total else f"{what} {share}"}
+        if self._line is None:
+            from IPython.display import display
+
+            self._line = display(line, raw=True, display_id=True)
+        else:
+            self._line.update(line, raw=True)

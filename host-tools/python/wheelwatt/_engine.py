@@ -1,4 +1,4 @@
-"""Sums of runs on engines of many machines: what `gmr.spark` and `gmr.ray` share. Whole runs are the unit; adding is the engine's."""
+"""Sums of runs on engines of many machines: what `wheelwatt.spark` and `wheelwatt.ray` share. Whole runs are the unit; adding is the engine's."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Sums of runs on Ray Data: as `gmr.spark`. Needs ``ray[data]``, which has ``pyarrow``.
+"""Sums of runs on Ray Data: as `wheelwatt.spark`. Needs ``ray[data]``, which has ``pyarrow``.
 
 >>> logs = ray.data.from_items([{"path": path} for path in paths])
->>> runs = gmr.ray.grams_of_logs(logs, coefficients="c.toml")
->>> gmr.fit_grams(gmr.ray.total(runs), model="eq18")
+>>> runs = wheelwatt.ray.grams_of_logs(logs, coefficients="c.toml")
+>>> wheelwatt.fit_grams(wheelwatt.ray.total(runs), model="eq18")
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def grams(
     mass: float | None = None,
     **units: Any,
 ) -> Dataset:
-    """Rows of logs to a row of sums a run: as `gmr.spark.grams`."""
+    """Rows of logs to a row of sums a run: as `wheelwatt.spark.grams`."""
     recipe = Recipe.of(robot, coefficients, cutoff, mass, units)
     run, keys = list(run), list(keys)
 
@@ -54,7 +54,7 @@ def grams_of_logs(
     batch: int = 8,
     **units: Any,
 ) -> Dataset:
-    """Paths of logs to a row of sums a run, `batch` logs at a time: as `gmr.spark.grams_of_logs`."""
+    """Paths of logs to a row of sums a run, `batch` logs at a time: as `wheelwatt.spark.grams_of_logs`."""
     recipe = Recipe.of(robot, coefficients, cutoff, mass, units)
     keys = list(keys)
 
@@ -65,7 +65,7 @@ def grams_of_logs(
 
 
 def total(grams: Dataset) -> dict[str, list[Any]]:
-    """Adds all sums up: a table of one row, for `gmr.fit_grams`. Sums of different settings are refused."""
+    """Adds all sums up: a table of one row, for `wheelwatt.fit_grams`. Sums of different settings are refused."""
     merge = {"sum": Sum, "min": Min, "max": Max}
     found = grams.aggregate(
         *(merge[how](name, ignore_nulls=False) for name, how in NUMBERS.items()), Min("setting"), Max("setting")

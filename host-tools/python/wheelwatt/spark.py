@@ -1,10 +1,10 @@
 """Sums of runs on Spark: runs are summed up where their rows lie, and the engine adds the sums. Needs ``pyspark`` and ``pyarrow``.
 
 >>> rows = spark.read.parquet("s3a://logs")                             # robot, day, run, time_s, wheel1_rad_s, …, power_w
->>> runs = gmr.spark.grams(rows, run=["run"], keys=["robot", "day"], coefficients="c.toml")
+>>> runs = wheelwatt.spark.grams(rows, run=["run"], keys=["robot", "day"], coefficients="c.toml")
 >>> runs.write.parquet("s3a://grams")                                   # a row a run: gmr fit --grams reads it
->>> total = gmr.spark.total(runs)                                       # or by=["robot"]
->>> gmr.fit_grams(total.toPandas(), model="eq18")
+>>> total = wheelwatt.spark.total(runs)                                       # or by=["robot"]
+>>> wheelwatt.fit_grams(total.toPandas(), model="eq18")
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def grams(
 
     rows : with the columns of a log (SI; ``time_s`` in s), and those that tell runs apart
     run, keys : the columns that tell runs apart; `keys` are kept as columns, to group by
-    coefficients, cutoff (Hz) : one of them, so that sums add up; as of `gmr.gram`, and so are the others
+    coefficients, cutoff (Hz) : one of them, so that sums add up; as of `wheelwatt.gram`, and so are the others
     """
     recipe = Recipe.of(robot, coefficients, cutoff, mass, units)
     run, keys = list(run), list(keys)
@@ -76,7 +76,7 @@ def grams_of_logs(
 
 
 def total(grams: DataFrame, by: Sequence[str] = ()) -> DataFrame:
-    """Adds sums up, by these columns or all: for `gmr.fit_grams`. Sums of different settings are refused."""
+    """Adds sums up, by these columns or all: for `wheelwatt.fit_grams`. Sums of different settings are refused."""
     merge = {"sum": sql.sum, "min": sql.min, "max": sql.max}
     one_setting = sql.min("setting") == sql.max("setting")
     refusal = sql.raise_error(sql.lit("sums of different settings; expected one robot, filter and reference"))

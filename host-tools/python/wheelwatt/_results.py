@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._draw import lines, page, table
+from ._draw import page, table
 
 Array = NDArray[np.float64]
 
@@ -104,7 +104,7 @@ class Coefficients:
             file.write(self.text)
 
     def __repr__(self) -> str:
-        return f"<gmr.Coefficients of {len(self.text)} bytes>"
+        return f"<wheelwatt.Coefficients of {len(self.text)} bytes>"
 
 
 class Fitted(Answer):
@@ -126,7 +126,7 @@ class Fitted(Answer):
 
     def __repr__(self) -> str:
         r2 = "–" if self.r2 is None else f"{self.r2:.4f}"
-        return f"<gmr.{type(self).__name__} of {self.robot}: {self.model}, R² {r2}, RMSE {self.rmse_w:.4g} W, {self.rows} rows>"
+        return f"<wheelwatt.{type(self).__name__} of {self.robot}: {self.model}, R² {r2}, RMSE {self.rmse_w:.4g} W, {self.rows} rows>"
 
     def _repr_html_(self) -> str:
         rows = [
@@ -194,7 +194,7 @@ class Inspection(Answer):
         )
 
     def __repr__(self) -> str:
-        return f"<gmr.Inspection of {self.robot}: {self.rows} rows, {self.duration_s:.1f} s: {self.summary}>"
+        return f"<wheelwatt.Inspection of {self.robot}: {self.rows} rows, {self.duration_s:.1f} s: {self.summary}>"
 
     def _repr_html_(self) -> str:
         rows = [(one.severity, one.text, one.advice) for one in self.findings]
@@ -208,12 +208,14 @@ class Estimate(Answer):
     ----------
     windows : arrays of one length, a window each: ``t0_s``, ``t1_s``, ``mass_kg``, ``low_kg``, ``high_kg`` (95 %); NaN where unknown
     changes : changes of payload that were noticed
+    power : over time, arrays of one length: ``time_s``, ``measured_w``, ``predicted_w`` (at the mass estimated), ``told_w`` (at the mass that
+        the log or `mass` gives), ``mass_kg``, ``low_kg``, ``high_kg``; NaN where unknown
     energy_j : measured energy
     r2, mape_percent, rmse_w : of the power predicted at the estimated masses; None where no mass was known
     """
 
-    def __init__(self, text: str, said: Sequence[str], svg: str) -> None:
-        self._text, self.said, self.svg = text, tuple(said), svg
+    def __init__(self, text: str, said: Sequence[str], svg: str, power: Mapping[str, Array]) -> None:
+        self._text, self.said, self.svg, self.power = text, tuple(said), svg, power
         data = self.data
         self.rows: int = data["rows"]
         self.r2: float | None = data["r2"]
@@ -232,7 +234,7 @@ class Estimate(Answer):
         mass = self.windows["mass_kg"]
         known = mass[np.isfinite(mass)]
         of = f"median {np.median(known):.3f} kg" if len(known) else "unknown"
-        return f"<gmr.Estimate: mass {of}, known in {len(known)} of {len(mass)} windows; {self.energy_j:.1f} J>"
+        return f"<wheelwatt.Estimate: mass {of}, known in {len(known)} of {len(mass)} windows; {self.energy_j:.1f} J>"
 
     def _repr_html_(self) -> str:
         rows = [(f"{one.time_s:.1f}", f"{one.noticed_s:.1f}") for one in self.changes]
@@ -241,37 +243,105 @@ class Estimate(Answer):
 
 
 class Prediction(Answer):
-    """What a model says that a robot draws at a known payload.
+    """The energy of a planned drive.
 
     Attributes
     ----------
-    time_s, predicted_w, measured_w : arrays, shape (rows,): actuation power by the model and as measured, both behind the filter, from
-        where it has settled
-    mass_kg : the payload; None where the log tells several
-    energy_j : actuation energy by the model
-    r2, mape_percent, rmse_w : of predicted against measured power
+    energy_j, low_j, high_j : with the static power, where it is known, and its 95 % interval
+    duration_s, distance_m : of the plan
+    legs : its legs as dictionaries, with the same fields
     """
 
-    def __init__(self, text: str, said: Sequence[str], power: Mapping[str, Array]) -> None:
+    def __init__(self, text: str, said: Sequence[str]) -> None:
         self._text, self.said = text, tuple(said)
-        self.time_s: Array = power["time_s"]
-        self.measured_w: Array = power["measured_w"]
-        self.predicted_w: Array = power["told_w"]
-        told = self.data["told"]
-        self.mass_kg: float | None = told["mass_kg"]
-        self.energy_j: float = told["predicted_j"]
-        self.r2: float | None = told["r2"]
-        self.mape_percent: float | None = told["mape_percent"]
-        self.rmse_w: float = told["rmse_w"]
-        self.svg = lines("W over s", self.time_s, {"measured": self.measured_w, "predicted": self.predicted_w})
+        data = self.data
+        self.energy_j: float = data["energy_j"]
+        self.low_j: float = data["low_j"]
+        self.high_j: float = data["high_j"]
+        self.duration_s: float = data["duration_s"]
+        self.distance_m: float = data["distance_m"]
+        self.legs: tuple[dict[str, Any], ...] = tuple(data["legs"])
 
     def __repr__(self) -> str:
-        at = "the log's masses" if self.mass_kg is None else f"{self.mass_kg:g} kg"
-        r2 = "–" if self.r2 is None else f"{self.r2:.4f}"
-        return f"<gmr.Prediction at {at}: {self.energy_j:.1f} J, R² {r2}, RMSE {self.rmse_w:.4g} W>"
+        return f"<wheelwatt.Prediction: {self.energy_j:.1f} J ({self.low_j:.1f} to {self.high_j:.1f}, 95 %)>"
 
     def _repr_html_(self) -> str:
-        return table(repr(self)[1:-1], (), (), self.said, self.svg)
+        names = ("leg", "duration_s", "distance_m", "energy_j", "low_j", "high_j")
+        rows = [[leg["leg"], *(f"{leg[name]:.1f}" for name in names[1:])] for leg in self.legs]
+        return table(repr(self)[1:-1], names, rows, self.said)
+
+
+class Look(Answer):
+    """What is in a log.
+
+    Attributes
+    ----------
+    rows, duration_s : its length
+    energy_per_m_j : energy per metre, standing included; None where the log does not show it
+    page : the page of ``gmr look --page``, HTML that needs nothing else
+    """
+
+    def __init__(self, text: str, said: Sequence[str], html: str) -> None:
+        self._text, self.said, self.page = text, tuple(said), html
+        data = self.data
+        self.rows: int = data["rows"]
+        self.duration_s: float = data["duration_s"]
+        self.energy_per_m_j: float | None = data["energy_per_m_j"]
+
+    def __repr__(self) -> str:
+        per_m = "energy per metre unknown" if self.energy_per_m_j is None else f"{self.energy_per_m_j:.4g} J/m"
+        return f"<wheelwatt.Look: {per_m}; {self.rows} rows, {self.duration_s:.1f} s>"
+
+    def _repr_html_(self) -> str:
+        return page(self.page) if self.page else table(repr(self)[1:-1], (), (), self.said)
+
+
+class Export(Answer):
+    """A fit in the terms of another program.
+
+    Attributes
+    ----------
+    text : what ``gmr export --out`` writes
+    """
+
+    def __init__(self, text: str, said: Sequence[str], written: str) -> None:
+        self._text, self.said, self.text = text, tuple(said), written
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """To a file."""
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(self.text)
+
+    def __repr__(self) -> str:
+        return f"<wheelwatt.Export of {len(self.text)} bytes>"
+
+
+class Comparison(Answer):
+    """Every model on the same split.
+
+    Attributes
+    ----------
+    models : dictionaries with ``name``, ``r2``, ``mape_percent``, ``rmse_w`` and more, the smallest error first
+    left_out : those that robot or logs do not allow, and why
+    """
+
+    def __init__(self, text: str, said: Sequence[str], svg: str) -> None:
+        self._text, self.said, self.svg = text, tuple(said), svg
+        data = self.data
+        self.models: tuple[dict[str, Any], ...] = tuple(sorted(data["models"], key=lambda model: model["rmse_w"]))
+        self.left_out: tuple[dict[str, Any], ...] = tuple(data["left_out"])
+
+    def __repr__(self) -> str:
+        best = f"{self.models[0]['name']} is best" if self.models else "no model"
+        return f"<wheelwatt.Comparison of {len(self.models)} models: {best}>"
+
+    def _repr_html_(self) -> str:
+        names = ("name", "r2", "mape_percent", "rmse_w")
+        rows = [
+            [model["name"], *("–" if model[name] is None else f"{model[name]:.4g}" for name in names[1:])]
+            for model in self.models
+        ]
+        return table(repr(self)[1:-1], names, rows, (), self.svg)
 
 
 class Gap(Answer):
@@ -306,7 +376,7 @@ class Gap(Answer):
 
     def __repr__(self) -> str:
         named = ", ".join(effect.id for effect in self.effects) or "no effect"
-        return f"<gmr.Gap: {self.verdict}: {named}>"
+        return f"<wheelwatt.Gap: {self.verdict}: {named}>"
 
     def _repr_html_(self) -> str:
         if self.page:

@@ -75,7 +75,7 @@ class Log(Mapping[str, Array]):
         return len(self._columns)
 
     def __repr__(self) -> str:
-        return f"<gmr.Log {self.name!r}: {self.rows} rows of {', '.join(self._columns)}>"
+        return f"<wheelwatt.Log {self.name!r}: {self.rows} rows of {', '.join(self._columns)}>"
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes it as CSV, whole or not at all; numbers so that reading gives the same back."""

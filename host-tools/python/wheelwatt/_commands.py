@@ -11,14 +11,14 @@ from typing import Any, Union
 from . import _gmr, _progress
 from ._error import Error, NotForBoards
 from ._log import Log, LogLike, read
-from ._results import Coefficients, Estimate, Fit, Gap, Inspection, Prediction
+from ._results import Coefficients, Comparison, Estimate, Export, Fit, Gap, Inspection, Look, Prediction
 
 #: A robot.toml, or burger, warthog, husky.
 RobotLike = Union[str, "os.PathLike[str]"]
 #: A fit, its coefficients, or the path of a coefficients.toml.
 CoefficientsLike = Union[Fit, Coefficients, str, "os.PathLike[str]"]
 
-__all__ = ["estimate", "fit", "gap", "gram", "inspect", "predict", "read", "simulate"]
+__all__ = ["compare", "estimate", "export", "fit", "gap", "gram", "inspect", "look", "predict", "read", "simulate"]
 
 
 def inspect(log: LogLike, *, robot: RobotLike = "burger", plot: bool = True, **units: Any) -> Inspection:
@@ -111,33 +111,114 @@ def estimate(
         call.add("--changes", ",".join(repr(float(time)) for time in changes) or None)
         call.flag("--no-detection", not detection).units(units).log(log)
         svg = call.output("--plot", "estimate.svg") if plot else None
+        power = call.output("--power", "power.csv")
         text, said = call.run()
-        return Estimate(text, said, _text(svg))
+        return Estimate(text, said, _text(svg), read(power))
+
+
+def look(log: LogLike, *, page: bool = True) -> Look:
+    """What is in a log, where the robot's energy goes, and which sensor would show more. No robot.toml needed.
+
+    log : a `Log`, or the path of one: a bag, ULog, Parquet or CSV
+    page : make the page with plots (`Look.page`)
+    """
+    with _Call("look") as call:
+        call.log(log)
+        html = call.output("--page", "look.html") if page else None
+        text, said = call.run()
+        return Look(text, said, _text(html))
 
 
 def predict(
-    log: LogLike,
+    plan: LogLike,
     coefficients: CoefficientsLike,
+    *,
+    mass: float,
+    robot: RobotLike = "burger",
+    mass_interval: tuple[float, float] | None = None,
+    static_power: float | None = None,
+    static_std: float | None = None,
+    charge: float | None = None,
+    charge_std: float | None = None,
+    reserve: float | None = None,
+    resistance: float | None = None,
+    **units: Any,
+) -> Prediction:
+    """Predicts the energy of a planned drive with its 95 % interval, and whether the battery has it.
+
+    plan : columns time_s, v_m_s, omega_rad_s (slope_rad, leg), or a leg a row: distance_m, speed_m_s (turn_rad, slope_rad, pause_s, leg);
+        as a file, or as a `Log`. A log's speeds are taken as planned, and its power is given beside.
+    mass : total mass, kg; `mass_interval`: its 95 % interval, kg
+    static_power, static_std : what the robot draws besides driving, W, and its standard deviation
+    charge, charge_std, reserve : of the battery, 0 to 1; resistance : of the pack, Ohm
+    units : as of `inspect`
+    """
+    with _Call("predict") as call:
+        call.add("--robot", robot).add("--coeffs", call.coefficients(coefficients)).add("--mass", mass)
+        if mass_interval is not None:
+            call.add("--mass-interval", ",".join(repr(float(end)) for end in mass_interval))
+        call.add("--static-power", static_power).add("--static-std", static_std).add("--charge", charge)
+        call.add("--charge-std", charge_std).add("--reserve", reserve).add("--resistance", resistance)
+        call.units(units).add("--plan", call.file(plan))
+        return Prediction(*call.run())
+
+
+def export(
+    coefficients: CoefficientsLike,
+    target: str,
     *,
     robot: RobotLike = "burger",
     mass: float | None = None,
-    **units: Any,
-) -> Prediction:
-    """What the model says that a robot draws at a payload that is known, beside what it drew.
+    static_power: float | None = None,
+    speed: float | None = None,
+    charge: float | None = None,
+) -> Export:
+    """A fit in the terms of another program, with what that program cannot express.
 
-    mass : total mass, kg; what the log's mass_kg tells, row by row, unless given
-    units : as of `inspect`
-
-    Raises `Error` where neither tells a mass, and where the log is shorter than the filter takes to settle.
+    target : ``rmf``, ``vda5050``, ``sdf`` or ``mjcf``; the other arguments as of ``gmr export``
     """
-    with _Call("estimate") as call:
-        call.add("--robot", robot).add("--coeffs", call.coefficients(coefficients)).add("--mass", mass)
-        call.flag("--no-detection", True).units(units).log(log)
-        power = call.output("--power", "power.csv")
+    with _Call("export") as call:
+        call.arguments.append(target)
+        call.add("--robot", robot).add("--coeffs", call.coefficients(coefficients))
+        call.add("--mass", mass).add("--static-power", static_power).add("--speed", speed).add("--charge", charge)
+        written = call.output("--out", "exported")
         text, said = call.run()
-        if json.loads(text)["told"] is None:
-            raise Error("no mass; expected a column mass_kg, or the argument mass", file=_name(log), column="mass_kg")
-        return Prediction(text, said, read(power))
+        return Export(text, said, _text(written))
+
+
+def compare(
+    train: LogLike | Sequence[LogLike],
+    test: LogLike | Sequence[LogLike] = (),
+    *,
+    robot: RobotLike = "burger",
+    models: Sequence[str] = (),
+    block: float | None = None,
+    window: float | None = None,
+    mass: float | None = None,
+    no_perceptron: bool = False,
+    plot: bool = True,
+    **units: Any,
+) -> Comparison:
+    """Fits every model of the literature and ours to the same logs, and evaluates all on the same others.
+
+    test : logs to evaluate on; one in three blocks of the training logs, held out, unless given
+    models : their names; all that robot and logs allow unless given
+    block, window : length of held-out blocks, and of the payload window, s
+    mass : total mass of logs without a mass_kg column, kg
+    plot : draw predicted against measured power (`Comparison.svg`)
+    units : as of `inspect`
+    """
+    with _Call("compare") as call:
+        call.add("--robot", robot).add("--block", block).add("--window", window).add("--mass", mass)
+        call.add("--models", ",".join(models) or None).flag("--no-perceptron", no_perceptron).units(units)
+        svg = call.output("--plot", "compare.svg") if plot else None
+        call.arguments.append("--train")
+        call.logs(train)
+        if isinstance(test, (Log, str, os.PathLike)) or len(test) > 0:
+            call.arguments.append("--test")
+            call.logs(test)
+        text, said = call.run()
+        return Comparison(text, said, _text(svg))
 
 
 def gap(
@@ -278,13 +359,16 @@ class _Call:
             self.add("--" + name.replace("_", "-"), value)
         return self
 
-    def log(self, log: LogLike) -> _Call:
+    def file(self, log: LogLike) -> str:
+        """The path of a log, in memory or not."""
         if isinstance(log, Log):
             path = log._path()
             self._names[path] = log.name
-        else:
-            path = os.fspath(log)
-        self.arguments.append(path)
+            return path
+        return os.fspath(log)
+
+    def log(self, log: LogLike) -> _Call:
+        self.arguments.append(self.file(log))
         return self
 
     def logs(self, logs: LogLike | Sequence[LogLike]) -> _Call:
@@ -313,10 +397,6 @@ class _Call:
         for path, name in self._names.items():
             said = [line.replace(path, name) for line in said]
         return text, said
-
-
-def _name(log: LogLike) -> str:
-    return log.name if isinstance(log, Log) else os.fspath(log)
 
 
 def _text(file: str | None) -> str:

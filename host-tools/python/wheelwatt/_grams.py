@@ -72,7 +72,7 @@ def _rows(grams: Any) -> list[tuple[list[str], list[float]]]:
     columns = {name: np.asarray(values) for name, values in _columns(grams)}
     missing = [name for name in [*TEXTS, *NUMBERS] if name not in columns]
     if missing:
-        raise ValueError(f"column {missing[0]} is missing; expected the columns of gmr.gram")
+        raise ValueError(f"column {missing[0]} is missing; expected the columns of wheelwatt.gram")
     texts = zip(*(columns[name] for name in TEXTS))
     numbers = np.column_stack([np.asarray(columns[name], dtype=np.float64) for name in NUMBERS])
     return [([str(text) for text in row], list(values)) for row, values in zip(texts, numbers.tolist())]
