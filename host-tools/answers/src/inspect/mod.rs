@@ -40,7 +40,7 @@ impl Report {
     /// Writes the figure: histogram of static power with its Gaussians, and power over time with the states.
     ///
     /// # Errors
-    /// As [`report::Page::save`].
+    /// As [`Page::save`](::report::Page::save).
     pub fn save_figure(&self, file: &Path) -> Result<()> {
         plot::page(self).save(file)
     }
