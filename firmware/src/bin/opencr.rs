@@ -10,7 +10,7 @@ mod image {
         sampling, watchdog,
     };
     use firmware::boards::{SharedSensorBus, VERIFY, sampler, send, start, watch_stack};
-    use firmware::tasks::{self, Buffers, BusCounters, CountedBus, Shared};
+    use firmware::tasks::{self, Buffers, BusCounters, CountedBus, Reporter, Shared};
     use static_cell::{ConstStaticCell, StaticCell};
 
     type Sensors = SharedSensorBus<SensorBus>;
@@ -29,10 +29,11 @@ mod image {
         let above = sampling();
         send(above, measure(sensors, servos, counters, shared));
         send(above, orient(inertial, shared));
-        for (link, buffers) in links.into_iter().zip(BUFFERS.take()) {
-            start(spawner, serve(link, buffers, shared));
+        let ports = [Reporter::NodePort, Reporter::OwnPort];
+        for ((link, buffers), port) in links.into_iter().zip(BUFFERS.take()).zip(ports) {
+            start(spawner, serve(link, buffers, shared, port));
         }
-        start(spawner, run_usb(usb));
+        start(spawner, run_usb(usb, shared));
         shared.set_reset(reset);
         start(spawner, blink(status_led));
         start(spawner, panel_task(panel, shared));
@@ -56,8 +57,8 @@ mod image {
     }
 
     #[embassy_executor::task(pool_size = 2)]
-    async fn serve(link: UsbLink, buffers: &'static mut Buffers, shared: &'static Shared) {
-        tasks::serve(link, buffers, shared).await
+    async fn serve(link: UsbLink, buffers: &'static mut Buffers, shared: &'static Shared, port: Reporter) {
+        tasks::serve(link, buffers, shared, port).await
     }
 
     #[embassy_executor::task]
@@ -66,8 +67,8 @@ mod image {
     }
 
     #[embassy_executor::task]
-    async fn run_usb(mut usb: UsbDevice) {
-        usb.run().await
+    async fn run_usb(mut usb: UsbDevice, shared: &'static Shared) {
+        usb.run(shared).await
     }
 
     #[embassy_executor::task]

@@ -1,6 +1,6 @@
 //! Reads the store at start, writes what the host uploads, when the robot stands, and the totals.
 
-use embassy_time::{Duration, Timer};
+use embassy_time::{Duration, Instant, Timer};
 use embedded_storage_async::nor_flash::NorFlash;
 
 use super::shared::{Reporter, Shared};
@@ -32,7 +32,7 @@ pub async fn keep(flash: impl NorFlash, verify: Option<Verify>, shared: &Shared)
     keeper.load().await;
     shared.resume();
     loop {
-        shared.report(Reporter::Keep);
+        shared.report(Reporter::Keep, Instant::now().as_micros());
         Timer::after(PERIOD).await;
         keeper.look().await;
     }
@@ -42,7 +42,7 @@ async fn refuse(error: StoreError, shared: &Shared) -> ! {
     let reason = Reason::from(error);
     ITEMS.into_iter().for_each(|item| shared.with(|state| state.load(item, Err(reason))));
     loop {
-        shared.report(Reporter::Keep);
+        shared.report(Reporter::Keep, Instant::now().as_micros());
         Timer::after(PERIOD).await;
         if let Some((item, _)) = shared.with(|state| state.take_pending()) {
             shared.with(|state| state.stored(item, Err(reason)));

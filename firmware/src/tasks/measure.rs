@@ -36,12 +36,18 @@ where
             Timer::at(Instant::from_micros(stop_us)).await;
             let now_us = Instant::now().as_micros();
             let orders = shared.with(|state| state.pilot.orders(now_us));
-            sampler.hurry(now_us, &orders).await;
+            // No packet while the flash is written, and none is begun while one is on the bus: then the next sample stops the wheels.
+            shared.set_sampling(true);
+            if !shared.is_held() {
+                sampler.hurry(now_us, &orders).await;
+            }
+            shared.set_sampling(false);
             continue;
         }
         Timer::at(Instant::from_micros(next_us)).await;
         let now_us = Instant::now().as_micros();
         let missed = schedule.begin(now_us);
+        shared.report(Reporter::Measure, now_us);
         shared.set_sampling(true);
         if shared.is_held() {
             shared.set_sampling(false);
@@ -60,7 +66,6 @@ where
 
         let record = sampler.sample_and_drive(now_us, &orders).await;
         shared.set_sampling(false);
-        shared.report(Reporter::Measure);
         let snapshot = sampler.snapshot();
         shared.with(|state| {
             state.fifo.push(record);

@@ -3,7 +3,7 @@
 use embassy_time::{Delay, Duration, Instant, Ticker};
 use embedded_hal_async::spi::SpiDevice;
 
-use super::shared::Shared;
+use super::shared::{Reporter, Shared};
 use crate::inertial::{Chip, Fault, InertialHealth, InertialSnapshot, Motion, Tracker};
 use crate::log::{info, warning};
 use crate::parameters::SAMPLE_PERIOD_US;
@@ -55,6 +55,7 @@ pub async fn orient<S: SpiDevice>(spi: S, shared: &Shared) -> ! {
         known.is_calibrating = reading.is_some() && tracker.is_calibrating();
         known.orientation = Some(tracker.quaternion());
         shared.with(|state| state.inertial = sensor.known);
+        shared.report(Reporter::Orient, Instant::now().as_micros());
     }
 }
 

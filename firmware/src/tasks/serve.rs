@@ -4,7 +4,7 @@ use embassy_futures::yield_now;
 use embassy_time::Instant;
 use embedded_io_async::{Read, Write};
 
-use super::shared::{FIFO_RECORDS, Shared};
+use super::shared::{FIFO_RECORDS, Reporter, Shared};
 use crate::link::{Device, LONGEST_ANSWER, State, Step};
 use crate::log::info;
 
@@ -37,18 +37,25 @@ impl Buffers {
     }
 }
 
-/// Serves one host after the other.
-pub async fn serve<L: Connection>(link: L, buffers: &mut Buffers, shared: &Shared) -> ! {
-    serve_by(link, buffers, shared, || Instant::now().as_micros()).await
+/// Serves one host after the other, as `port`.
+pub async fn serve<L: Connection>(link: L, buffers: &mut Buffers, shared: &Shared, port: Reporter) -> ! {
+    serve_by(link, buffers, shared, port, || Instant::now().as_micros()).await
 }
 
 /// By any clock, µs since start.
-async fn serve_by<L: Connection>(mut link: L, buffers: &mut Buffers, shared: &Shared, now: fn() -> u64) -> ! {
+async fn serve_by<L: Connection>(
+    mut link: L,
+    buffers: &mut Buffers,
+    shared: &Shared,
+    port: Reporter,
+    now: fn() -> u64,
+) -> ! {
     loop {
+        shared.rest(port);
         link.wait_connection().await;
         info!("link: a host");
         buffers.device.clear();
-        while answer(&mut link, buffers, shared, now).await.is_ok() {}
+        while answer(&mut link, buffers, shared, port, now).await.is_ok() {}
         info!("link: no host");
     }
 }
@@ -58,11 +65,14 @@ async fn answer<L: Connection>(
     link: &mut L,
     buffers: &mut Buffers,
     shared: &Shared,
+    port: Reporter,
     now: fn() -> u64,
 ) -> Result<(), L::Error> {
     let Buffers { device, answer } = buffers;
     let mut received = [0; READ_BYTES];
+    shared.rest(port);
     let count = link.read(&mut received).await?;
+    shared.report(port, now());
     let mut rest = received.get(..count).unwrap_or(&[]);
     while !rest.is_empty() {
         let taken = device.feed(rest);
@@ -150,7 +160,13 @@ mod tests {
         let headers = b"\xFF\xFF\xFD\x00\x01\xFF\xFF".repeat(9);
         for bytes in [&pings[..], &headers[..], &[0x55; 64]] {
             let (reads, shared, mut buffers) = (Cell::new(0), Shared::new(), Buffers::new());
-            let mut serving = pin!(serve_by(Flood { bytes, reads: &reads }, &mut buffers, &shared, || 0));
+            let mut serving = pin!(serve_by(
+                Flood { bytes, reads: &reads },
+                &mut buffers,
+                &shared,
+                Reporter::NodePort,
+                || 0,
+            ));
             let mut turns = 0;
             while reads.get() < 2 {
                 turns += 1;

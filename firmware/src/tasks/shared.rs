@@ -1,13 +1,13 @@
 //! What the tasks have in common.
 
-use core::cell::{Cell, RefCell};
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::cell::RefCell;
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use embassy_sync::blocking_mutex::Mutex;
-use embassy_time::Instant;
+use embassy_time::Duration;
 
 use crate::link::State;
-use crate::parameters::{SAMPLE_RATE_HZ, WINDOW_S};
+use crate::parameters::{SAMPLE_RATE_HZ, SERVO_WATCHDOG, WINDOW_S};
 use crate::reset::ResetReport;
 
 /// Records that wait for the host: 5 s of them. They are most of the board's static memory.
@@ -29,15 +29,49 @@ pub struct Shared {
     is_held: AtomicBool,
     /// The flash was written since the last sample: that one may be late.
     has_stalled: AtomicBool,
-    /// When those tasks last worked that never wait for long.
-    reports: Mutex<Guard, Cell<[Instant; 2]>>,
+    /// When each task last worked, µs since start, which wraps in 71 minutes; 0 while it waits for a host.
+    reports: [AtomicU32; Reporter::ALL.len()],
 }
 
-/// A task that never waits for long.
+/// A task that the watchdog looks after.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Reporter {
+pub enum Reporter {
+    /// Takes the samples.
     Measure,
+    /// Reads the inertial sensor.
+    Orient,
+    /// Keeps what is uploaded.
     Keep,
+    /// Takes note of what the host does to the bus.
+    Usb,
+    /// Answers on the port that the ROS node opens.
+    NodePort,
+    /// Answers on the second port.
+    OwnPort,
+    /// Shows LEDs, reads buttons and the supply.
+    Panel,
+}
+
+impl Reporter {
+    const ALL: [Self; 7] =
+        [Self::Measure, Self::Orient, Self::Keep, Self::Usb, Self::NodePort, Self::OwnPort, Self::Panel];
+
+    /// How long the task may work or wait for a device before it counts as hung.
+    const fn limit(self) -> Duration {
+        Duration::from_millis(match self {
+            // The servos stop by themselves so long after the last packet: from then on nobody drives.
+            Self::Measure => SERVO_WATCHDOG as u64 * 20,
+            // Starting a sensor takes a tenth of a second.
+            Self::Orient => 500,
+            // Moving the store: both sectors erased, each in half a second at most (datasheet), and written.
+            Self::Keep => 2_000,
+            // A reset brings the link back within this time.
+            Self::Usb => 200,
+            // A packet of six questions, each of whose answers the host may leave for 20 ms; and a signature that is verified meanwhile.
+            Self::NodePort | Self::OwnPort => 500,
+            Self::Panel => 500,
+        })
+    }
 }
 
 impl Default for Shared {
@@ -55,7 +89,7 @@ impl Shared {
             is_sampling: AtomicBool::new(false),
             is_held: AtomicBool::new(false),
             has_stalled: AtomicBool::new(false),
-            reports: Mutex::new(Cell::new([Instant::MIN; 2])),
+            reports: [const { AtomicU32::new(1) }; Reporter::ALL.len()],
         }
     }
 
@@ -74,21 +108,31 @@ impl Shared {
         });
     }
 
-    /// The task works.
-    pub(super) fn report(&self, reporter: Reporter) {
-        let now = Instant::now();
-        self.reports.lock(|reports| {
-            let [measure, keep] = reports.get();
-            reports.set(match reporter {
-                Reporter::Measure => [now, keep],
-                Reporter::Keep => [measure, now],
-            });
-        });
+    /// The task works, `now_us` since start.
+    pub fn report(&self, reporter: Reporter, now_us: u64) {
+        self.note(reporter, (now_us as u32).max(1));
     }
 
-    /// When each task last worked.
-    pub(super) fn reports(&self) -> [Instant; 2] {
-        self.reports.lock(Cell::get)
+    /// The task waits for a host, for as long as that likes.
+    pub(super) fn rest(&self, reporter: Reporter) {
+        self.note(reporter, 0);
+    }
+
+    fn note(&self, reporter: Reporter, time_us: u32) {
+        if let Some(report) = self.reports.get(reporter as usize) {
+            report.store(time_us, Ordering::Relaxed);
+        }
+    }
+
+    /// A task that has worked for longer than it may without a report, if there is one.
+    pub(super) fn hung(&self, now_us: u64) -> Option<Reporter> {
+        Reporter::ALL.into_iter().zip(&self.reports).find_map(|(reporter, report)| {
+            let report = report.load(Ordering::Relaxed);
+            // Negative where it has reported since `now_us` was asked for.
+            let silence_us = (now_us as u32).wrapping_sub(report) as i32;
+            let is_hung = report != 0 && i64::from(silence_us) > reporter.limit().as_micros() as i64;
+            is_hung.then_some(reporter)
+        })
     }
 
     /// Uses the state. `work` cannot wait, must not come here again, and is what a sample may have to wait for: short.
@@ -126,5 +170,39 @@ impl Shared {
     /// Whether it did since the last time somebody asked.
     pub(super) fn take_stall(&self) -> bool {
         self.has_stalled.swap(false, Ordering::SeqCst)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each task by its own limit, over the wrap of 32 bits of microseconds too; one that waits for a host for good is not hung.
+    #[test]
+    fn a_task_hangs_after_its_own_limit() {
+        for reporter in Reporter::ALL {
+            let limit_us = reporter.limit().as_micros();
+            for reported_us in [1, u64::from(u32::MAX) - 1_000] {
+                let shared = Shared::new();
+                Reporter::ALL.into_iter().for_each(|other| shared.rest(other));
+                shared.note(reporter, reported_us as u32);
+                assert_eq!(shared.hung(reported_us + limit_us), None, "{reporter:?}");
+                assert_eq!(shared.hung(reported_us + limit_us + 1), Some(reporter));
+                shared.rest(reporter);
+                assert_eq!(shared.hung(reported_us + 60_000_000), None, "{reporter:?}");
+            }
+        }
+    }
+
+    /// A task that never began to work is one that hangs.
+    #[test]
+    fn every_task_has_to_report_after_the_start() {
+        let shared = Shared::new();
+        let silent = |shared: &Shared| shared.hung(3_000_000);
+        for _ in Reporter::ALL {
+            let reporter = silent(&shared).expect("one more that has not reported");
+            shared.note(reporter, 3_000_000);
+        }
+        assert_eq!(silent(&shared), None);
     }
 }

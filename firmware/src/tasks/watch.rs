@@ -3,18 +3,20 @@
 use embassy_time::{Duration, Instant, Timer};
 
 use super::shared::Shared;
+use crate::log::warning;
 
-/// A task that has not reported for so long stands still. Erasing a sector of the flash, during which none can, takes less.
-const MOST_SILENCE: Duration = Duration::from_secs(2);
-
-/// Lets `feed` feed the watchdog every `period`, as long as every task that has to has reported. Who answers the host reports nothing: it
-/// waits for a host for good, and what it writes has a limit of its own.
+/// Lets `feed` feed the watchdog every `period`, as long as no task hangs.
 pub async fn watch(period: Duration, mut feed: impl FnMut(), shared: &Shared) -> ! {
+    let mut before = None;
     loop {
-        let now = Instant::now();
-        if shared.reports().iter().all(|report| now.saturating_duration_since(*report) < MOST_SILENCE) {
-            feed();
+        let hung = shared.hung(Instant::now().as_micros());
+        match hung {
+            None => feed(),
+            // Once may be because nothing ran while the flash was written, and its turn is yet to come.
+            Some(reporter) if before == hung => warning!("task {=u8} hangs", reporter as u8),
+            Some(_) => {}
         }
+        before = hung;
         Timer::after(period).await;
     }
 }

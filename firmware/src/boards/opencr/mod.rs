@@ -13,14 +13,13 @@ mod servo_port;
 mod start;
 mod store_flash;
 mod time;
-mod usb_endpoint;
-mod usb_link;
+mod usb;
 pub mod watchdog;
 
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::peripherals::PG9;
-use embassy_stm32::{bind_interrupts, dma, peripherals, usart, usb};
+use embassy_stm32::{bind_interrupts, dma, peripherals, usart};
 use embassy_time::{Duration, Timer};
 
 use defmt_rtt as _;
@@ -34,7 +33,7 @@ pub use sampling::sampling;
 pub use sensor_bus::SensorBus;
 pub use servo_port::ServoPort;
 pub use store_flash::StoreFlash;
-pub use usb_link::{UsbDevice, UsbLink};
+pub use usb::{UsbDevice, UsbLink};
 
 bind_interrupts!(struct Irqs {
     I2C1_EV => sensor_bus::Events;
@@ -44,7 +43,7 @@ bind_interrupts!(struct Irqs {
     USART3 => usart::InterruptHandler<peripherals::USART3>, servo_port::TurnAround;
     DMA1_STREAM3 => dma::InterruptHandler<peripherals::DMA1_CH3>;
     DMA1_STREAM1 => dma::InterruptHandler<peripherals::DMA1_CH1>;
-    OTG_FS => usb::InterruptHandler<peripherals::USB_OTG_FS>;
+    OTG_FS => usb::Interrupt;
     TIM5 => time::Tick;
 });
 
@@ -98,7 +97,7 @@ pub fn init(counters: &'static BusCounters) -> Board {
     clock::enable_instruction_cache();
     erase::watch_supply();
     defmt::info!("OpenCR: up after {=str}", reset.cause.text());
-    let (links, usb) = usb_link::new(p.USB_OTG_FS, p.PA12, p.PA11);
+    let (links, usb) = usb::new(p.USB_OTG_FS, p.PA12, p.PA11);
     let servos =
         servo_port::Parts { usart: p.USART3, rx: p.PC11, tx: p.PC10, tx_dma: p.DMA1_CH3, rx_dma: p.DMA1_CH1 };
     Board {

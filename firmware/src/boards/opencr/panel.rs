@@ -4,9 +4,9 @@ use embassy_stm32::Peri;
 use embassy_stm32::adc::{Adc, SampleTime};
 use embassy_stm32::gpio::{AnyPin, Input, Level, Output, Pull, Speed};
 use embassy_stm32::peripherals::{ADC3, PC0};
-use embassy_time::{Duration, Timer};
+use embassy_time::{Duration, Instant, Timer};
 
-use crate::tasks::Shared;
+use crate::tasks::{Reporter, Shared};
 
 /// As often as the stock firmware looks.
 const PERIOD: Duration = Duration::from_millis(20);
@@ -54,6 +54,7 @@ impl Panel {
                 let pressed = self.buttons.each_ref().map(|button| u8::from(button.is_high()));
                 (pressed, Some(voltage))
             });
+            shared.report(Reporter::Panel, Instant::now().as_micros());
             Timer::after(PERIOD).await;
         }
     }

@@ -4,22 +4,20 @@
 use embassy_futures::select::{Either, Either3, select, select3};
 use embassy_stm32::Peri;
 use embassy_stm32::peripherals::{PA11, PA12, USB_OTG_FS};
-use embassy_stm32::usb::{self, Driver};
 use embassy_time::{Duration, Instant, Timer};
 use embassy_usb::Builder;
 use embassy_usb::class::cdc_acm::{BufferedReceiver, CdcAcmClass, ControlChanged, Sender, State};
 use embedded_io_async::{ErrorKind, ErrorType, Read, Write};
 use static_cell::StaticCell;
 
-use super::{Irqs, loader, usb_endpoint};
-use crate::tasks::Connection;
+use super::state::STATE;
+use super::{Driver, PACKET_BYTES, hardware};
+use crate::boards::opencr::loader;
+use crate::tasks::{Connection, Reporter, Shared};
 
 /// STMicroelectronics, virtual COM port: what the udev rule of the TurtleBot3 looks for.
 const VENDOR: u16 = 0x0483;
 const PRODUCT: u16 = 0x5740;
-/// Of a full-speed bulk endpoint.
-const PACKET_BYTES: usize = 64;
-
 /// The IN endpoints of the two ports' data, as the builder numbers them: each port has one for notifications before it.
 const IN_ENDPOINTS: [usize; 2] = [2, 4];
 
@@ -30,15 +28,31 @@ const PATIENCE: Duration = Duration::from_millis(20);
 /// Packets of a session that has ended which may still be in the driver's hands.
 const MOST_STALE_READS: usize = 4;
 
-type Otg = Driver<'static, USB_OTG_FS>;
+/// How often somebody looks whether resets of the bus are taken note of, which takes some microseconds.
+const LOOK: Duration = Duration::from_millis(50);
 
 /// Answers the host's requests to the device.
-pub struct UsbDevice(embassy_usb::UsbDevice<'static, Otg>);
+pub struct UsbDevice(embassy_usb::UsbDevice<'static, Driver>);
 
 impl UsbDevice {
     /// Never ends.
-    pub async fn run(&mut self) -> ! {
-        self.0.run().await
+    pub async fn run(&mut self, shared: &Shared) -> ! {
+        match select(self.0.run(), report(shared)).await {
+            Either::First(never) | Either::Second(never) => never,
+        }
+    }
+}
+
+/// Reports for as long as no reset of the bus is left waiting.
+async fn report(shared: &Shared) -> ! {
+    let mut has_waited = false;
+    loop {
+        let waits = STATE.has_reset();
+        if !(waits && has_waited) {
+            shared.report(Reporter::Usb, Instant::now().as_micros());
+        }
+        has_waited = waits;
+        Timer::after(LOOK).await;
     }
 }
 
@@ -47,8 +61,8 @@ impl UsbDevice {
 /// Where no host has set the port up, where it was pulled, or the program on the host has closed the port, reading and writing fail:
 /// [`Connection::wait_connection`] waits for the next one, to whom nothing of the old answers is sent.
 pub struct UsbLink {
-    sender: Sender<'static, Otg>,
-    receiver: BufferedReceiver<'static, Otg>,
+    sender: Sender<'static, Driver>,
+    receiver: BufferedReceiver<'static, Driver>,
     control: ControlChanged<'static>,
     in_endpoint: usize,
     /// A program has the port open, by its DTR line. Some never raise it: only its fall counts.
@@ -78,27 +92,28 @@ impl embedded_io_async::Error for NotConnected {
 }
 
 /// The node's port, and `gmr`'s.
-pub(super) fn new(
-    peripheral: Peri<'static, USB_OTG_FS>,
+pub(in crate::boards::opencr) fn new(
+    _peripheral: Peri<'static, USB_OTG_FS>,
     plus: Peri<'static, PA12>,
     minus: Peri<'static, PA11>,
 ) -> ([UsbLink; 2], UsbDevice) {
-    static RECEIVED: StaticCell<[u8; 256]> = StaticCell::new();
     static CONFIGURATION: StaticCell<[u8; 256]> = StaticCell::new();
     static CONTROL: StaticCell<[u8; 64]> = StaticCell::new();
     static PACKETS: StaticCell<[[u8; PACKET_BYTES]; 2]> = StaticCell::new();
     static STATES: StaticCell<[State<'static>; 2]> = StaticCell::new();
 
-    let mut config = usb::Config::default();
-    // The bus's supply is wired to PD3, not to the pin that the peripheral watches.
-    config.vbus_detection = false;
-    let driver = Driver::new_fs(peripheral, Irqs, plus, minus, RECEIVED.init([0; 256]), config);
-
+    hardware::take_pins(plus, minus);
     let mut device = embassy_usb::Config::new(VENDOR, PRODUCT);
     device.manufacturer = Some("ROBOTIS OpenCR");
     device.product = Some("Power and payload estimation");
-    let mut builder =
-        Builder::new(driver, device, CONFIGURATION.init([0; 256]), &mut [], &mut [], CONTROL.init([0; 64]));
+    let mut builder = Builder::new(
+        Driver::new(),
+        device,
+        CONFIGURATION.init([0; 256]),
+        &mut [],
+        &mut [],
+        CONTROL.init([0; 64]),
+    );
     let [first, second] = STATES.init([State::new(), State::new()]);
     let [first_packet, second_packet] = PACKETS.init([[0; PACKET_BYTES]; 2]);
     let [first_in, second_in] = IN_ENDPOINTS;
@@ -111,7 +126,7 @@ pub(super) fn new(
 
 impl UsbLink {
     fn new(
-        class: CdcAcmClass<'static, Otg>,
+        class: CdcAcmClass<'static, Driver>,
         packet: &'static mut [u8; PACKET_BYTES],
         in_endpoint: usize,
     ) -> Self {
@@ -141,7 +156,7 @@ impl UsbLink {
 
     /// Takes back what the host has not fetched.
     fn give_up(&mut self) {
-        usb_endpoint::abandon(self.in_endpoint);
+        hardware::abandon(self.in_endpoint);
         self.deadline = None;
         self.is_open_ended = false;
     }
