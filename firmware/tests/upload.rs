@@ -394,7 +394,8 @@ fn a_signature_goes_with_the_coefficients() {
 #[test]
 fn what_needs_an_erase_waits_until_torque_is_off() {
     let mut state = set_up();
-    state.snapshot.drive = DriveSnapshot { state: DriveState::Ready, has_torque: true, goals: [0; 2] };
+    state.snapshot.drive =
+        DriveSnapshot { state: DriveState::Ready, has_torque: true, are_off: [false; 2], goals: [0; 2] };
     assert_eq!(upload(&mut state, 1, &other()), WAITING);
     let (item, _) = state.take_pending().unwrap();
     state.stored(item, Err(Reason::Erase));
@@ -402,7 +403,16 @@ fn what_needs_an_erase_waits_until_torque_is_off() {
     // Off by order, but the servos do not know yet.
     state.snapshot.drive.state = DriveState::Off;
     assert_eq!(state.take_pending(), None);
+    // Each servo by itself: one that is off does not speak for the other.
     state.snapshot.drive.has_torque = false;
+    for are_off in [[true, false], [false, true]] {
+        state.snapshot.drive.are_off = are_off;
+        assert_eq!(state.take_pending(), None);
+        state.snapshot.drive.state = DriveState::Unfit;
+        assert!(!state.may_erase(), "{are_off:?}");
+        state.snapshot.drive.state = DriveState::Off;
+    }
+    state.snapshot.drive.are_off = [true; 2];
     assert_eq!(keep(&mut state), Some(Item::Coefficients));
     assert_eq!((outcome(&state), read(&state, table::COEFFICIENTS_CRC)), (STORED, crc(&other()).to_vec()));
     // A servo that has just started has no torque yet, and is about to get one.

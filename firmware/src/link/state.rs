@@ -189,8 +189,9 @@ impl<const RECORDS: usize> State<RECORDS> {
     #[must_use]
     pub const fn may_erase(&self) -> bool {
         let drive = &self.snapshot.drive;
-        let is_off = matches!(drive.state, DriveState::Off | DriveState::CutOff | DriveState::Unfit);
-        self.snapshot.is_standing && is_off && !drive.has_torque
+        let stays_off = matches!(drive.state, DriveState::Off | DriveState::CutOff | DriveState::Unfit);
+        let [left, right] = drive.are_off;
+        self.snapshot.is_standing && stays_off && left && right
     }
 
     /// An upload to be written now: there is one, it is checked, and the robot stands still. [`Self::stored`] has to follow.

@@ -128,6 +128,7 @@ impl<I: I2c, P: Read + Write, D: DelayNs> Sampler<I, P, D> {
             drive: DriveSnapshot {
                 state: self.wheels.drive_state(),
                 has_torque: self.wheels.has_torque(),
+                are_off: self.wheels.are_off(),
                 goals: self.wheels.goals(),
             },
         }

@@ -85,13 +85,16 @@ pub struct DriveSnapshot {
     pub state: DriveState,
     /// Both servos hold their torque.
     pub has_torque: bool,
+    /// Of each servo, whether it is known to hold no torque, or does not answer.
+    pub are_off: [bool; WHEELS],
     /// What the servos were told last: 0.229 rev/min, positive forward.
     pub goals: [i32; WHEELS],
 }
 
 impl DriveSnapshot {
     /// Before the first sample.
-    pub const UNKNOWN: Self = Self { state: DriveState::Lost, has_torque: false, goals: [0; WHEELS] };
+    pub const UNKNOWN: Self =
+        Self { state: DriveState::Lost, has_torque: false, are_off: [false; WHEELS], goals: [0; WHEELS] };
 }
 
 /// Of the battery.

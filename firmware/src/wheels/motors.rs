@@ -47,10 +47,10 @@ enum Step {
     Failed,
     Reboot,
     #[default]
+    ReadTorque,
     ReadModes,
     ReadLimit,
-    ReadTorque,
-    /// Set up as needed, without torque.
+    /// Set up as needed.
     Checked,
     ClearWatchdog,
     SetProfile,
@@ -64,6 +64,10 @@ struct Motor {
     step: Step,
     /// The register that does not fit.
     misfit: u8,
+    /// It is known to hold no torque: by its own word, or because it acknowledged that it was switched off.
+    is_off: bool,
+    /// It has said that it holds one, and was not told to let it go since.
+    says_on: bool,
     /// Register 44: never negative, goals are clamped to it.
     limit: i32,
     /// Written last.
@@ -110,9 +114,15 @@ impl Motors {
         self.motors.iter().all(|motor| motor.step > Step::SwitchOn)
     }
 
-    /// The supply was cut: nothing that is known of the servos holds.
+    /// Of each servo, whether it is known to hold no torque. One of which nothing is known may hold one from before the board's start.
+    pub(super) fn are_off(&self) -> [bool; WHEELS] {
+        self.motors.map(|motor| motor.is_off)
+    }
+
+    /// The supply was cut: nothing that is known of the servos holds, but that they have no torque.
     pub(super) fn forget(&mut self) {
-        *self = Self { state: DriveState::CutOff, ..Self::default() };
+        let motor = Motor { is_off: true, ..Motor::default() };
+        *self = Self { motors: [motor; WHEELS], state: DriveState::CutOff, ..Self::default() };
     }
 
     /// Sends goals where they have changed or are due, and, if there `is_time`, one packet more.
@@ -135,7 +145,7 @@ impl Motors {
             }
             if is_switched_on && motor.step <= Step::Failed {
                 // Whoever switches torque on again has looked.
-                motor.step = if motor.step == Step::Failed { Step::Reboot } else { Step::ReadModes };
+                motor.step = if motor.step == Step::Failed { Step::Reboot } else { Step::ReadTorque };
                 motor.misfit = 0;
             }
         }
@@ -171,7 +181,7 @@ impl Motors {
         time_us: u64,
         counters: &mut ServoCounters,
     ) {
-        if self.motors.iter().all(|motor| motor.step <= Step::ReadTorque) && self.sent.is_none() {
+        if self.motors.iter().all(|motor| motor.step <= Step::ReadLimit) && self.sent.is_none() {
             return;
         }
         let is_ready = orders.torque && self.state == DriveState::Ready;
@@ -273,7 +283,7 @@ impl Motors {
                 if hardware_error == 0 {
                     motor.restarted(counters);
                 } else {
-                    motor.step = Step::Failed;
+                    (motor.step, motor.is_off) = (Step::Failed, true);
                 }
             }
         }
@@ -287,13 +297,16 @@ impl Motor {
     }
 
     fn has_work(&self, torque: bool, are_checked: bool, profile: i32) -> bool {
+        if !torque && !self.is_off {
+            return true;
+        }
         match self.step {
             Step::Unfit | Step::Failed => false,
-            Step::ReadModes | Step::Reboot => torque,
+            Step::ReadTorque | Step::Reboot => torque,
             Step::Checked => torque && are_checked,
             Step::Running => !torque || self.profile != profile,
-            Step::ReadLimit
-            | Step::ReadTorque
+            Step::ReadModes
+            | Step::ReadLimit
             | Step::ClearWatchdog
             | Step::SetProfile
             | Step::SwitchOn
@@ -310,15 +323,18 @@ impl Motor {
         torque: bool,
         profile: i32,
     ) -> Result<(), BusError> {
-        if !torque && self.step > Step::Checked {
-            bus.write(id, TORQUE, &[0]).await?;
-            self.step = Step::Checked;
-            return Ok(());
+        if !torque && !self.is_off {
+            return self.switch_off(bus, id).await;
         }
         self.step = match self.step {
             Step::Reboot => {
                 bus.reboot(id).await?;
-                Step::ReadModes
+                Step::ReadTorque
+            }
+            Step::ReadTorque => {
+                let [found, _, _, _, level] = bus.read(id, TORQUE).await?.data;
+                self.is_off = found == 0;
+                if level == ANSWERS_ALL { Step::ReadModes } else { self.unfit(TORQUE + 4) }
             }
             Step::ReadModes => {
                 let [delay, found, mode] = bus.read(id, MODES).await?.data;
@@ -334,14 +350,10 @@ impl Motor {
                 let limit = i32::from_le_bytes(bus.read(id, VELOCITY_LIMIT).await?.data);
                 if limit > 0 {
                     self.limit = limit;
-                    Step::ReadTorque
+                    Step::Checked
                 } else {
                     self.unfit(VELOCITY_LIMIT)
                 }
-            }
-            Step::ReadTorque => {
-                let [_, _, _, _, level] = bus.read(id, TORQUE).await?.data;
-                if level == ANSWERS_ALL { Step::Checked } else { self.unfit(TORQUE + 4) }
             }
             Step::Checked | Step::ClearWatchdog => {
                 bus.write(id, WATCHDOG, &[0]).await?;
@@ -352,6 +364,8 @@ impl Motor {
                 Step::SwitchOn
             }
             Step::SwitchOn => {
+                // Also where its acknowledgement gets lost.
+                self.is_off = false;
                 bus.write(id, TORQUE, &[1]).await?;
                 Step::SetWatchdog
             }
@@ -365,6 +379,25 @@ impl Motor {
             }
             Step::Unfit | Step::Failed => self.step,
         };
+        Ok(())
+    }
+
+    /// Asks whether it holds a torque, and if so takes that: what a servo that acknowledges nothing did shows with the next question.
+    async fn switch_off<P: Read + Write, D: DelayNs>(
+        &mut self,
+        bus: &mut Bus<P, D>,
+        id: u8,
+    ) -> Result<(), BusError> {
+        if self.step > Step::SwitchOn || self.says_on {
+            self.says_on = false;
+            self.step = self.step.min(Step::Checked);
+            bus.write(id, TORQUE, &[0]).await?;
+            self.is_off = true;
+        } else {
+            let [found] = bus.read(id, TORQUE).await?.data;
+            self.is_off = found == 0;
+            self.says_on = found != 0;
+        }
         Ok(())
     }
 

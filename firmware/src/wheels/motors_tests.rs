@@ -70,7 +70,7 @@ fn without_orders_nothing_is_written() {
     run(&mut wheels, &Orders::NONE, 0, 200);
     assert_eq!((torque(&servos), wheels.drive_state()), ([false; 2], DriveState::Off));
     let sent = servos.instructions.borrow();
-    assert!(sent.iter().all(|code| [0x01, 0x82].contains(code)), "{sent:?}");
+    assert!(sent.iter().all(|code| [0x01, 0x02, 0x82].contains(code)), "{sent:?}");
 }
 
 #[test]
@@ -196,4 +196,53 @@ fn no_sample_has_more_than_three_packets() {
         assert!(servos.instructions.borrow().len() <= 3, "sample {i}");
     }
     assert_eq!(servos.patience.0.get(), 0);
+}
+
+/// One servo restarts with another set-up while the other one runs: that one's torque is its own.
+#[test]
+fn each_servo_is_off_by_itself() {
+    let servos = Servos::new();
+    let mut wheels = driving(&servos);
+    assert_eq!(wheels.are_off(), [false; 2]);
+    servos.servos.borrow_mut()[0].restart();
+    servos.servos.borrow_mut()[0].table[11] = 3;
+    run(&mut wheels, &FORWARD, 40, 100);
+    assert_eq!((wheels.drive_state(), torque(&servos)), (DriveState::Unfit, [false, true]));
+    assert_eq!((wheels.has_torque(), wheels.are_off()), (false, [true, false]));
+    run(&mut wheels, &Orders { torque: false, ..FORWARD }, 100, 110);
+    assert_eq!((torque(&servos), wheels.are_off()), ([false; 2], [true; 2]));
+}
+
+/// The board has restarted and the servos have not: a torque that nobody has switched on since is found, and switched off as asked.
+#[test]
+fn torque_from_before_the_start_is_found() {
+    for (address, value) in [(64, 1), (9, 254)] {
+        let servos = Servos::new();
+        for servo in servos.servos.borrow_mut().iter_mut() {
+            (servo.table[64], servo.table[address]) = (1, value);
+        }
+        let mut wheels = board(&servos);
+        run(&mut wheels, &FORWARD, 0, 4);
+        assert_eq!(wheels.are_off(), [false; 2], "{address}");
+        run(&mut wheels, &Orders::NONE, 4, 60);
+        assert_eq!((torque(&servos), wheels.are_off()), ([false; 2], [true; 2]), "{address}");
+    }
+}
+
+/// Every write whose acknowledgement gets lost: whatever a servo then holds, nobody takes it for off.
+#[test]
+fn an_unacknowledged_torque_counts_as_one() {
+    for lost in 0..40 {
+        let servos = Servos::new();
+        let mut wheels = board(&servos);
+        for i in 0..60 {
+            now(wheels.poll(STEP_US * i));
+            let breaks = u32::from(i >= lost);
+            servos.servos.borrow_mut().iter_mut().for_each(|servo| servo.broken = breaks);
+            now(wheels.drive(STEP_US * i, &FORWARD));
+            servos.servos.borrow_mut().iter_mut().for_each(|servo| servo.broken = 0);
+            let pairs = torque(&servos).into_iter().zip(wheels.are_off());
+            assert!(pairs.into_iter().all(|(holds, is_off)| !(holds && is_off)), "{lost}, sample {i}");
+        }
+    }
 }

@@ -187,6 +187,16 @@ impl<P: Read + Write, D: DelayNs> Wheels<P, D> {
         self.motors.has_torque()
     }
 
+    /// Of each servo, whether it is known to hold no torque, or does not answer, so that nothing that the board does reaches it.
+    #[must_use]
+    pub fn are_off(&self) -> [bool; WHEELS] {
+        let mut are_off = self.motors.are_off();
+        for (is_off, wheel) in are_off.iter_mut().zip(&self.wheels) {
+            *is_off |= wheel.presence.is_absent();
+        }
+        are_off
+    }
+
     /// Whether the wheels cannot turn by themselves: no servo answers, and their supply is off.
     #[must_use]
     pub fn is_dead(&self) -> bool {
