@@ -20,7 +20,7 @@ pub const BOARD_MODEL: u16 = 0x5000;
 pub const OURS: u16 = 512;
 
 /// First address beyond the table.
-pub const END: u16 = PREDICTED_SAMPLES.end();
+pub const END: u16 = RAIL_IMPLAUSIBLE.end();
 
 /// Most records that the FIFO window shows at once.
 pub const FIFO_WINDOW_RECORDS: usize = 16;
@@ -186,8 +186,8 @@ registers! {
     RAIL_VOLTAGE: 572, F32[RAIL_COUNT], Read, "V", "Bus voltage of each rail";
     RAIL_CURRENT: 588, F32[RAIL_COUNT], Read, "A", "Current of each rail";
     RAIL_ENERGY: 604, F32[RAIL_COUNT], Read, "J", "Energy that each rail delivered since start";
-    RAIL_HEALTH: 620, U8[RAIL_COUNT], Read, "", "0 ok, 1 stale, 2 overflow, 3 absent, 4 lost calibration";
-    RAIL_COUNTERS: 624, U32[5 * RAIL_COUNT], Read, "", "Of each rail: readings, polls without a new one, clipped, no answer, set-up lost";
+    RAIL_HEALTH: 620, U8[RAIL_COUNT], Read, "", "0 ok, 1 stale, 2 overflow, 3 absent, 4 lost calibration, 5 implausible";
+    RAIL_COUNTERS: 624, U32[5 * RAIL_COUNT], Read, "", "Of each rail: readings, polls without a new one, clipped, no answer, set-up lost; RAIL_IMPLAUSIBLE is the sixth";
     RAIL_CALIBRATION: 704, F32[RAIL_COUNT], Read, "", "True power over measured power, from the store; 1 without";
 
     WHEEL_HEALTH: 720, U8[WHEELS], Read, "", "Left, right: 0 ok, 1 alert (see WHEEL_HARDWARE_ERROR), 3 absent";
@@ -281,6 +281,7 @@ registers! {
     UPLOAD_SIGNATURE: 2504, U8[SIGNATURE_BYTES], ReadWrite, "", "Ed25519 signature of the coefficients in the window; zeros: none";
     MEASURED_SAMPLES: 2568, U32[1], Read, "", "Samples that MEASURED_ENERGY counts: what is missing of SAMPLES nobody measured, or had no coefficients";
     PREDICTED_SAMPLES: 2572, U32[1], Read, "", "Samples that PREDICTED_ENERGY counts";
+    RAIL_IMPLAUSIBLE: 2576, U32[RAIL_COUNT], Read, "", "Of each rail, readings left out because they are not the sensor's own product of current and voltage";
 }
 
 /// Why an upload is refused, or what is stored not used.

@@ -27,19 +27,19 @@ pub const MOST_BUCKETS: usize = 32;
 /// Clock of the power sensors' bus, Hz. At 400 kHz a register takes 120 µs, four sensors with three each 1.5 ms.
 pub const SENSOR_BUS_HZ: u32 = 400_000;
 
-/// What each power sensor is set to: 32 V, which no rail reaches, ±320 mV, both voltages continuously as means of four
-/// 12-bit conversions.
+/// What each power sensor is set to: 32 V, which no rail reaches, ±320 mV, both voltages once, when a poll asks for it, as means of
+/// four 12-bit conversions.
 ///
 /// The two means take 2 × 2.13 ms, at most 2 × 2.34 ms (INA219 datasheet 7.5, 8.6.2.1), so each poll of a 5 ms period
-/// finds one it has not seen. It has to differ from what the chip starts with, so that a supply that broke down
-/// shows.
+/// finds those that the one before has started. It has to differ from what the chip starts with, so that a supply that
+/// broke down shows.
 pub const SENSOR_SET_UP: Configuration = Configuration {
     reset: Reset::Run,
     bus_voltage_range: BusVoltageRange::Fsr32v,
     shunt_voltage_range: ShuntVoltageRange::Fsr320mv,
     bus_resolution: Resolution::Avg4,
     shunt_resolution: Resolution::Avg4,
-    operating_mode: OperatingMode::Continous(MeasuredSignals::ShutAndBusVoltage),
+    operating_mode: OperatingMode::Triggered(MeasuredSignals::ShutAndBusVoltage),
 };
 
 /// As fitted to common INA219 modules: 0.1 Ω, so the sensor saturates at 3.2 A. Two stalled wheel servos draw 2.6 A.

@@ -233,6 +233,7 @@ fn show_measurements<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl
     to.values(table::RAIL_ENERGY, rails().map(|rail| rail.energy));
     to.values(table::RAIL_HEALTH, rails().map(|rail| rail.health.code()));
     to.values(table::RAIL_COUNTERS, rails().flat_map(rail_counters));
+    to.values(table::RAIL_IMPLAUSIBLE, rails().map(|rail| rail.counters.implausible));
     to.values(table::RAIL_CALIBRATION, state.settings.calibration().power_factors);
     let wheels = || state.snapshot.wheels.iter();
     to.values(table::WHEEL_HEALTH, wheels().map(|wheel| wheel.health as u8));

@@ -16,8 +16,8 @@ pub struct Shunt {
     pub power_factor: f32,
 }
 
-/// One conversion of an INA219: the two voltages it measures. Its current and power registers are these two multiplied
-/// on the chip with fewer digits, and are not used.
+/// One conversion of an INA219: the two voltages it measures. Its power register is these two multiplied on the chip with fewer
+/// digits: a check, and no measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reading {
     /// Across the shunt; positive when the rail feeds its consumer.

@@ -1,10 +1,12 @@
 //! Whether a sensor can be believed: one event per poll goes in, one verdict comes out.
 
 /// Polls without a finished conversion after which a sensor counts as [`Health::Stale`]. Its conversions are faster
-/// than the polls (see `sensor::CONFIGURATION`), so one is chance and three are not.
+/// than the polls ([`crate::parameters::SENSOR_SET_UP`]), so one is chance and three are not.
 const STALE_AFTER: u8 = 3;
 /// Polls without an answer after which a sensor counts as [`Health::Absent`]: a single one may be a disturbed bus.
 const ABSENT_AFTER: u8 = 3;
+/// Polls after which one counts as [`Health::Implausible`]: likewise.
+const IMPLAUSIBLE_AFTER: u8 = 3;
 
 /// The verdict on a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -21,6 +23,8 @@ pub enum Health {
     Absent = 3,
     /// It answers, but no longer has the set-up it was given: its supply broke down. It is set up again.
     LostCalibration = 4,
+    /// It answers with readings that disagree with themselves.
+    Implausible = 5,
 }
 
 impl Health {
@@ -39,6 +43,7 @@ impl Health {
             2 => Self::Overflow,
             3 => Self::Absent,
             4 => Self::LostCalibration,
+            5 => Self::Implausible,
             _ => return None,
         })
     }
@@ -55,8 +60,10 @@ pub enum Event {
     Clipped,
     /// The bus reported an error, such as a missing acknowledge.
     NoAnswer,
-    /// The configuration read back is not the one written.
+    /// The set-up read back is not the one written.
     SetUpLost,
+    /// A reading that is not the chip's own product of its voltages: left out.
+    Implausible,
 }
 
 /// How often each event happened since start. Stops at its maximum.
@@ -72,11 +79,14 @@ pub struct Counters {
     pub no_answer: u32,
     /// [`Event::SetUpLost`]
     pub set_up_lost: u32,
+    /// [`Event::Implausible`]
+    pub implausible: u32,
 }
 
 impl Counters {
     /// Before the first poll.
-    pub const NONE: Self = Self { fresh: 0, not_ready: 0, clipped: 0, no_answer: 0, set_up_lost: 0 };
+    pub const NONE: Self =
+        Self { fresh: 0, not_ready: 0, clipped: 0, no_answer: 0, set_up_lost: 0, implausible: 0 };
 }
 
 /// The state machine: a verdict and what led to it.
@@ -88,14 +98,15 @@ pub struct Status {
     not_ready: u8,
     /// Polls in a row that ended as [`Event::NoAnswer`].
     no_answer: u8,
+    /// Polls in a row that ended as [`Event::Implausible`].
+    implausible: u8,
 }
 
 impl Status {
     /// A sensor never heard of is absent.
     #[must_use]
     pub const fn new() -> Self {
-        let counters = Counters { fresh: 0, not_ready: 0, clipped: 0, no_answer: 0, set_up_lost: 0 };
-        Self { health: Health::Absent, counters, not_ready: 0, no_answer: 0 }
+        Self { health: Health::Absent, counters: Counters::NONE, not_ready: 0, no_answer: 0, implausible: 0 }
     }
 
     /// The verdict after the last poll.
@@ -128,18 +139,21 @@ impl Status {
             Event::Clipped => &mut self.counters.clipped,
             Event::NoAnswer => &mut self.counters.no_answer,
             Event::SetUpLost => &mut self.counters.set_up_lost,
+            Event::Implausible => &mut self.counters.implausible,
         };
         *counter = counter.saturating_add(1);
 
         self.not_ready = if event == Event::NotReady { self.not_ready.saturating_add(1) } else { 0 };
         self.no_answer = if event == Event::NoAnswer { self.no_answer.saturating_add(1) } else { 0 };
+        self.implausible = if event == Event::Implausible { self.implausible.saturating_add(1) } else { 0 };
         self.health = match event {
             Event::Fresh => Health::Ok,
             Event::Clipped => Health::Overflow,
             Event::SetUpLost => Health::LostCalibration,
             Event::NotReady if self.not_ready >= STALE_AFTER => Health::Stale,
             Event::NoAnswer if self.no_answer >= ABSENT_AFTER => Health::Absent,
-            Event::NotReady | Event::NoAnswer => self.health,
+            Event::Implausible if self.implausible >= IMPLAUSIBLE_AFTER => Health::Implausible,
+            Event::NotReady | Event::NoAnswer | Event::Implausible => self.health,
         };
     }
 }

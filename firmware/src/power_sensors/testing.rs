@@ -18,6 +18,7 @@ pub(crate) struct Chip {
     pub(crate) shunt_10uv: i16,
     pub(crate) bus_mv: u16,
     configuration: u16,
+    calibration: u16,
 }
 
 /// Each handle is a reference to it.
@@ -35,6 +36,7 @@ impl Chips {
             shunt_10uv: 1000,
             bus_mv: 12_000,
             configuration: RESET,
+            calibration: 0,
         };
         Self { chips: RefCell::new([chip; RAIL_COUNT]), transactions: Cell::new(0) }
     }
@@ -55,17 +57,30 @@ impl I2c for &Chips {
         let place = RAILS.iter().position(|rail| rail.address.as_byte() == address).unwrap();
         let chip = &mut chips[place];
         if !chip.is_present {
-            chip.configuration = RESET;
+            (chip.configuration, chip.calibration) = (RESET, 0);
             return Err(ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address));
         }
         match operations {
-            [Operation::Write([0x00, high, low])] => chip.configuration = u16::from_be_bytes([*high, *low]),
-            [Operation::Write([register]), Operation::Read(place)] => {
+            [Operation::Write([register, written @ ..]), Operation::Read(place)] => {
+                if let [high, low] = written {
+                    let value = u16::from_be_bytes([*high, *low]);
+                    match register {
+                        0x00 => chip.configuration = value,
+                        0x05 => chip.calibration = value,
+                        register => panic!("register {register:#x}"),
+                    }
+                }
                 let value = match register {
                     0x00 => chip.configuration,
                     0x01 => chip.shunt_10uv as u16,
                     0x02 => (chip.bus_mv / 4) << 3 | u16::from(chip.has_converted) << 1,
-                    0x03 => 0,
+                    // 8.5.2
+                    0x03 => {
+                        let current =
+                            u32::from(chip.shunt_10uv.unsigned_abs()) * u32::from(chip.calibration) / 4096;
+                        (current * u32::from(chip.bus_mv / 4) / 5000) as u16
+                    }
+                    0x05 => chip.calibration,
                     register => panic!("register {register:#x}"),
                 };
                 place.copy_from_slice(&value.to_be_bytes());

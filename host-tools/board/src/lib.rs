@@ -42,5 +42,6 @@ pub fn health_text(health: Health) -> &'static str {
         Health::Overflow => "overflow",
         Health::Absent => "absent",
         Health::LostCalibration => "lost calibration",
+        Health::Implausible => "implausible",
     }
 }

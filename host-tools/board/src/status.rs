@@ -127,7 +127,7 @@ pub struct BatteryStatus {
 }
 
 /// Counters of which any but 0 is worth a look.
-const FAULTS: [(&table::Register, &str); 18] = [
+const FAULTS: [(&table::Register, &str); 19] = [
     (&table::MISSED_DEADLINES, "missed deadlines"),
     (&table::SERVO_TIMEOUTS, "servo timeouts"),
     (&table::SERVO_BROKEN, "broken servo packets"),
@@ -146,6 +146,7 @@ const FAULTS: [(&table::Register, &str); 18] = [
     (&table::LINK_ABANDONED, "answers not fetched"),
     (&table::INERTIAL_ERRORS, "inertial sensor errors"),
     (&table::INERTIAL_RESTARTS, "inertial sensor restarts"),
+    (&table::RAIL_IMPLAUSIBLE, "power readings left out that disagree with themselves"),
 ];
 
 impl Status {
@@ -155,7 +156,7 @@ impl Status {
     /// The board does not answer.
     pub fn read<T: Transport>(client: &mut Client<T>) -> Result<Self> {
         let block = client.block(&table::TABLE_VERSION, &table::STORE_WRITES)?;
-        let behind = client.block(&table::RESET_CAUSE, &table::PREDICTED_SAMPLES)?;
+        let behind = client.block(&table::RESET_CAUSE, &table::RAIL_IMPLAUSIBLE)?;
         let stock = client.block(&table::ORIENTATION, &table::ORIENTATION)?;
         let number = |register: &table::Register| Ok(known(block.get(register)?));
         let samples = f64::from(block.get::<u32>(&table::SAMPLES)?);
@@ -259,7 +260,7 @@ fn faults(blocks: &[Block; 2]) -> Result<Vec<(&'static str, u32)>> {
         let block = if register.address < table::RESET_CAUSE.address { before } else { behind };
         let count = match register.kind {
             table::Kind::U8 => block.all::<u8>(register)?.into_iter().map(u32::from).max().unwrap_or(0),
-            _ => block.get(register)?,
+            _ => block.all::<u32>(register)?.into_iter().fold(0, u32::saturating_add),
         };
         if count > 0 {
             faults.push((text, count));

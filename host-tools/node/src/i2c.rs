@@ -91,6 +91,8 @@ impl<I: I2c> Chip<I> {
                     Event::Clipped
                 } else if after.set_up_lost > before.set_up_lost {
                     Event::SetUpLost
+                } else if after.implausible > before.implausible {
+                    Event::Implausible
                 } else if after.no_answer > before.no_answer {
                     Event::NoAnswer
                 } else {
@@ -191,7 +193,7 @@ pub struct Sensor {
     settings: NodeSettings,
     chip: Option<Chip<I2cdev>>,
     next_s: f64,
-    counts: [(&'static str, u64); 3],
+    counts: [(&'static str, u64); 4],
 }
 
 impl Sensor {
@@ -205,6 +207,7 @@ impl Sensor {
             ("power sensor clipped", 0),
             ("power sensor without answer", 0),
             ("power sensor lost its set-up", 0),
+            ("power sensor disagreed with itself", 0),
         ];
         Ok(Self { settings: settings.clone(), chip, next_s: 0.0, counts })
     }
@@ -243,6 +246,7 @@ impl PowerSource for Sensor {
                 }
             }
             Event::SetUpLost => self.counts[2].1 += 1,
+            Event::Implausible => self.counts[3].1 += 1,
             Event::Fresh | Event::NotReady => {}
         }
         Ok(reading.map(|reading| (now, reading)).into_iter().collect())
@@ -272,6 +276,12 @@ mod tests {
     fn write(register: u8, value: u16) -> Transaction {
         let [high, low] = value.to_be_bytes();
         Transaction::write(ADDRESS, vec![register, high, low])
+    }
+
+    /// Written and read back.
+    fn set(register: u8, value: u16) -> Transaction {
+        let [high, low] = value.to_be_bytes();
+        Transaction::write_read(ADDRESS, vec![register, high, low], vec![high, low])
     }
 
     fn play(sensor: PowerChip, transcript: &[Transaction], polls: usize) -> Vec<Polled> {
@@ -347,7 +357,14 @@ mod tests {
     fn ina219_is_read_by_the_boards_driver() {
         let polled = play(
             PowerChip::Ina219,
-            &[write(0x00, 0x3D57), read(0x02, 0x5D98 | 0b10), read(0x01, 0x07D0), read(0x03, 0)],
+            &[
+                set(0x05, 0x1000),
+                set(0x00, 0x3D53),
+                read(0x02, 0x5D98 | 0b10),
+                set(0x00, 0x3D53),
+                read(0x01, 0x07D0),
+                read(0x03, 1198),
+            ],
             1,
         );
         near(&polled[0], 119.8, 11.98);

@@ -36,6 +36,7 @@ fn state() -> State<20> {
                 clipped: 20 + count,
                 no_answer: 30 + count,
                 set_up_lost: 40 + count,
+                implausible: 50 + count,
             },
             power_factor: 1.0,
         };
@@ -198,7 +199,7 @@ fn values_stand_at_their_addresses() {
     assert_eq!((bytes[2492], bytes[2493], word(2496), bytes[2500]), (2, 1, 0x0403_0201, 3));
     assert_eq!((bytes[2501], bytes[2504], bytes[2567]), (1, 0x55, 0x55));
     assert_eq!([2568, 2572].map(word), [71, 70]);
-    assert_eq!(bytes.len(), 2576);
+    assert_eq!(bytes.len(), 2592);
     // Between registers.
     assert_eq!((bytes[8], bytes[24], bytes[500], bytes[750]), (0, 0, 0, 0));
     assert_eq!(UPLOAD_BYTES, 256);
