@@ -19,6 +19,7 @@
 //! | [`Kind::FlashErase`] | from u32, to u32 | u8: 0 done, 1 refused |
 //! | [`Kind::NodeLink`] | as [`Kind::Link`], on the port of the ROS node | likewise |
 //! | [`Kind::ServoSupply`] | u8: 1 the servos have their supply, 0 not | nothing |
+//! | [`Kind::Inertial`] | bytes to the inertial sensor | as many bytes from it |
 //!
 //! Every answer begins with one byte of notices: bit 0 is set while bytes from the host wait for a [`Kind::Link`], bit 1 likewise for a
 //! [`Kind::NodeLink`]. An answer of length 0 ends the board.
@@ -60,6 +61,8 @@ pub enum Kind {
     NodeLink = 7,
     /// Switches the servos' supply.
     ServoSupply = 8,
+    /// One transaction on the inertial sensor's bus, bytes both ways at once.
+    Inertial = 9,
 }
 
 impl Kind {
@@ -75,6 +78,7 @@ impl Kind {
             6 => Self::FlashErase,
             7 => Self::NodeLink,
             8 => Self::ServoSupply,
+            9 => Self::Inertial,
             _ => return None,
         })
     }

@@ -4,9 +4,11 @@
 #[cfg(target_os = "none")]
 mod image {
     use embassy_sync::mutex::Mutex;
-    use firmware::boards::virtual_board::{Board, Link, SensorBus, ServoPort, StoreFlash, init, run};
+    use firmware::boards::virtual_board::{
+        Board, InertialPort, Link, SensorBus, ServoPort, StoreFlash, init, run,
+    };
     use firmware::boards::{SharedSensorBus, VERIFY, sampler, start, watch_stack};
-    use firmware::tasks::{self, Buffers, BusCounters, CountedBus, Shared};
+    use firmware::tasks::{self, Buffers, BusCounters, CountedBus, Reporter, Shared};
     use static_cell::{ConstStaticCell, StaticCell};
 
     type Sensors = SharedSensorBus<SensorBus>;
@@ -19,13 +21,15 @@ mod image {
         static BUFFERS: ConstStaticCell<[Buffers; 2]> = ConstStaticCell::new([const { Buffers::new() }; 2]);
 
         let (shared, counters) = (&*SHARED.init_with(Shared::new), &*COUNTERS.take());
-        let Board { sensors, servos, links, store } = init();
+        let Board { sensors, servos, inertial, links, store } = init();
         let sensors = &*SENSORS.init(Mutex::new(CountedBus::new(sensors, counters)));
         run(|spawner| {
             start(spawner, keep(store, shared));
             start(spawner, measure(sensors, servos, counters, shared));
-            for (link, buffers) in links.into_iter().zip(BUFFERS.take()) {
-                start(spawner, serve(link, buffers, shared));
+            start(spawner, orient(inertial, shared));
+            let ports = [Reporter::NodePort, Reporter::OwnPort];
+            for ((link, buffers), port) in links.into_iter().zip(BUFFERS.take()).zip(ports) {
+                start(spawner, serve(link, buffers, shared, port));
             }
             start(spawner, stack());
         })
@@ -46,9 +50,14 @@ mod image {
         tasks::measure(sampler(sensors, servos), counters, shared).await
     }
 
+    #[embassy_executor::task]
+    async fn orient(inertial: InertialPort, shared: &'static Shared) {
+        tasks::orient(inertial, shared).await
+    }
+
     #[embassy_executor::task(pool_size = 2)]
-    async fn serve(link: Link, buffers: &'static mut Buffers, shared: &'static Shared) {
-        tasks::serve(link, buffers, shared).await
+    async fn serve(link: Link, buffers: &'static mut Buffers, shared: &'static Shared, port: Reporter) {
+        tasks::serve(link, buffers, shared, port).await
     }
 
     #[embassy_executor::task]

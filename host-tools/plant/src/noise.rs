@@ -23,6 +23,7 @@ pub enum Stream {
     Rounds = 13,
     Speed = 14,
     Errands = 15,
+    InertialChip = 26,
 }
 
 /// The generator of a stream. ChaCha8 is specified, so the same seed gives the same bytes on every

@@ -6,6 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use board::transport::Transport as _;
+use firmware::control_table::BOARD_ID;
+use firmware::dynamixel::packet::{Instruction, encode};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use plant::{Kinematics, ProfileKind};
 use serde::Serialize;
@@ -36,6 +38,11 @@ const LINK_PERIOD: Duration = Duration::from_micros(500);
 
 /// Bytes that wait on either way of the link at most: some seconds of what a board says.
 const MOST_QUEUED: usize = 1 << 16;
+
+/// Bytes of the answer to a ping.
+const PING_ANSWER_BYTES: usize = 14;
+/// A board answers within milliseconds of its time.
+const LONGEST_START: Duration = Duration::from_secs(5);
 
 /// Longest wait for anything, so that Ctrl-C is heard.
 const LOOK: Duration = Duration::from_millis(20);
@@ -118,14 +125,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let robot = robot(arguments)?;
     let interrupted = interrupt::catch();
     let flash = arguments.flash.as_deref().map_or_else(|| Ok(VirtualFlash::default()), VirtualFlash::open)?;
-    let terminal = VirtualTerminal::open(arguments.link.as_deref())?;
-    let node = VirtualTerminal::open(arguments.node.as_deref())?;
+    let terminal = VirtualTerminal::hidden(arguments.link.as_deref())?;
+    let node = VirtualTerminal::hidden(arguments.node.as_deref())?;
     let faults = arguments.faults.as_deref().map_or_else(|| Ok(FaultScript::default()), FaultScript::read)?;
     let log = if arguments.log { BoardLog::Print } else { BoardLog::Discard };
     let options = BoardOptions { flash, log, ..BoardOptions::default() };
     let board = VirtualBoard::start(&arguments.image, robot, options)?;
-    eprintln!("link: {}", arguments.link.as_deref().unwrap_or(terminal.path()).display());
-    eprintln!("node: {}", arguments.node.as_deref().unwrap_or(node.path()).display());
 
     let mut session = Session {
         board,
@@ -197,14 +202,16 @@ impl Session {
         if truth.is_some() {
             self.board.server_mut().note_truths(PERIOD_US);
         }
+        self.wait_for_board()?;
+        self.show_links(arguments)?;
         if arguments.wait {
             while self.bytes == [0; 2] && !self.interrupted.load(Ordering::Relaxed) {
                 self.terminal.wait(LOOK);
                 self.look_at_link()?;
             }
-            self.begun = Instant::now();
-            self.pace.restart(self.begun, Duration::ZERO);
         }
+        self.begun = Instant::now();
+        self.pace.restart(self.begun, self.board.now());
         let bar = status_line();
         let mut shown = Instant::now();
         while self.board.now() < end && !self.interrupted.load(Ordering::Relaxed) {
@@ -224,6 +231,45 @@ impl Session {
             }
         }
         bar.finish_and_clear();
+        Ok(())
+    }
+
+    /// Lets the board run until it has answered a ping on both ports: a tenth of a second, in which the emulator starts.
+    fn wait_for_board(&mut self) -> Result<()> {
+        let mut buffer = [0; 16];
+        let ping = encode(BOARD_ID, Instruction::Ping, &[], &mut buffer)
+            .map_err(|_| Error::failed("a ping does not fit its place"))?
+            .to_vec();
+        let server = self.board.server_mut();
+        server.to_board.extend(&ping);
+        server.node_to_board.extend(&ping);
+        while self.board.server().from_board.len() < PING_ANSWER_BYTES
+            || self.board.server().node_from_board.len() < PING_ANSWER_BYTES
+        {
+            if self.interrupted.load(Ordering::Relaxed) {
+                return Ok(());
+            }
+            if self.board.now() > LONGEST_START {
+                return Err(Error::failed(format!(
+                    "the virtual board has not answered within {} s of its time",
+                    LONGEST_START.as_secs()
+                )));
+            }
+            self.faults.apply(self.board.now(), self.board.robot_mut());
+            self.board.try_exchange(LOOK)?;
+        }
+        let server = self.board.server_mut();
+        server.from_board.clear();
+        server.node_from_board.clear();
+        Ok(())
+    }
+
+    /// From here on a client that opens a port is answered.
+    fn show_links(&mut self, arguments: &Arguments) -> Result<()> {
+        self.terminal.show()?;
+        self.node.show()?;
+        eprintln!("link: {}", arguments.link.as_deref().unwrap_or(self.terminal.path()).display());
+        eprintln!("node: {}", arguments.node.as_deref().unwrap_or(self.node.path()).display());
         Ok(())
     }
 

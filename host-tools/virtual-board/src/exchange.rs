@@ -133,6 +133,7 @@ impl ExchangeServer {
                 let &[on] = body else { return Err(strange()) };
                 self.robot.set_servo_supply(on != 0);
             }
+            Kind::Inertial => frame.extend(self.robot.inertial(body)),
             Kind::FlashRead => {
                 let &[a, b, c, d, low, high] = body else { return Err(strange()) };
                 let (offset, count) = (u32::from_le_bytes([a, b, c, d]), u16::from_le_bytes([low, high]));
@@ -201,6 +202,7 @@ mod tests {
         // Configuration after power-on.
         assert_eq!(ask(&mut server, Kind::I2c, 0, &[0x40, 2, 0]), (0, vec![0, 0x39, 0x9F]));
         assert_eq!(ask(&mut server, Kind::I2c, 0, &[0x50, 2, 0]).1[0], 1);
+        assert_eq!(ask(&mut server, Kind::Inertial, 0, &[0xF5, 0]).1, [0, 0x71]);
         let ping = [0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x03, 0x00, 0x01, 0x19, 0x4E];
         let (_, answer) = ask(&mut server, Kind::Servo, 1000, &ping);
         assert_eq!(

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! board ── qemu, pipes ── exchange ─┬─ robot ─┬─ ina219_chip  power sensors, register by register
+//!   │                               │         ├─ mpu9250_chip  inertial sensor, likewise
 //!   │                               │         ├─ servo_bus, servo  wheels, packet by packet
 //!   └─ terminal, pace               │         └─ lockstep  the plant, to any microsecond
 //!                                   └─ flash  the store's sectors
@@ -17,6 +18,7 @@ pub mod faults;
 pub mod flash;
 pub mod ina219_chip;
 pub mod lockstep;
+pub mod mpu9250_chip;
 #[cfg(target_os = "linux")]
 mod one_core;
 pub mod pace;

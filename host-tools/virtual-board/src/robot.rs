@@ -12,6 +12,7 @@ use super::ina219_chip::Ina219Chip;
 use super::ina219_chip::Seen;
 use super::lockstep::Span;
 use super::lockstep::{Lockstep, Truth};
+use super::mpu9250_chip::{Felt, Mpu9250Chip};
 use super::servo::VirtualServo;
 use super::servo_bus::{ServoAnswer, ServoBus};
 
@@ -51,6 +52,10 @@ pub struct VirtualRobot {
     pub sensors: [Ina219Chip; RAILS],
     /// Their fields switch faults on.
     pub servo_bus: ServoBus,
+    inertial: Mpu9250Chip,
+    inertial_noise: ChaCha8Rng,
+    /// Forward speed, m/s, when the inertial sensor was read last, and when, µs.
+    speed_before: (f64, u64),
     /// A line of the sensors' bus is held low.
     pub is_bus_stuck: bool,
     driven_by_board: bool,
@@ -83,6 +88,9 @@ impl VirtualRobot {
             plant,
             sensors: std::array::from_fn(|_| Ina219Chip::new(SHUNT_OHM)),
             servo_bus: ServoBus::default(),
+            inertial: Mpu9250Chip::default(),
+            inertial_noise: stream(seed, Stream::InertialChip),
+            speed_before: (0.0, 0),
             is_bus_stuck: false,
             driven_by_board,
             has_servo_supply: true,
@@ -157,6 +165,26 @@ impl VirtualRobot {
             Some(Ok(())) => BusAnswer::Done,
             Some(Err(_)) | None => BusAnswer::NoAcknowledge,
         }
+    }
+
+    /// A transaction on the inertial sensor's bus now.
+    pub fn inertial(&mut self, bytes: &[u8]) -> Vec<u8> {
+        let geometry = self.plant.scenario().robot.geometry;
+        let [left, right] = self.plant.wheels().map(|wheel| wheel.speed_rad_s * geometry.wheel_radius_m);
+        let (speed, now_us) = ((left + right) / 2.0, self.now_us());
+        let (before, before_us) = self.speed_before;
+        // A reading a millisecond: within one it stays.
+        if now_us >= before_us + 1000 {
+            let elapsed_s = (now_us - before_us) as f64 * 1e-6;
+            let felt = Felt {
+                yaw_rad_s: (right - left) / geometry.track_m,
+                forward_m_s2: (speed - before) / elapsed_s,
+            };
+            let rng = &mut self.inertial_noise;
+            self.inertial.feel(felt, || StandardNormal.sample(rng));
+            self.speed_before = (speed, now_us);
+        }
+        self.inertial.transact(bytes)
     }
 
     /// Bytes on the servo bus, the first of them now.
@@ -304,6 +332,41 @@ mod tests {
         for speed in robot.truth().wheel_rad_s {
             assert!((speed - 200.0 * 0.023_980_82).abs() < 0.02, "{speed}");
         }
+    }
+
+    /// On the spot by 100 counts of 0.229 rev/min: 0.033 m over 0.160 m of 2 · 2.398 rad/s, in counts of 500 °/s / 32,768, with the bias.
+    #[test]
+    fn the_inertial_sensor_feels_what_the_robot_does() {
+        let scenario =
+            Scenario::new(PlantSet::Servo, Kinematics::Differential, ProfileKind::Standstill, 30.0, 1);
+        let options = RobotOptions { driven_by_board: true, ..RobotOptions::default() };
+        let mut robot = VirtualRobot::new(scenario, options).unwrap();
+        let geometry = robot.scenario().robot.geometry;
+        robot.inertial(&[0x1B, 0x08, 0x08]);
+        let mean = |robot: &mut VirtualRobot, from: u64| {
+            let mut sums = [0.0; 2];
+            for reading in 0..1000_u64 {
+                robot.advance_to(from + reading * 1000);
+                let bytes = robot.inertial(&[[0x80 | 0x3B].as_slice(), &[0; 14]].concat());
+                let count = |at: usize| f64::from(i16::from_be_bytes([bytes[at], bytes[at + 1]]));
+                sums = [sums[0] + count(5), sums[1] + count(13)];
+            }
+            sums.map(|sum| sum / 1000.0)
+        };
+        let [gravity, still] = mean(&mut robot, 1000);
+        assert!((gravity - 8192.0).abs() < 5.0, "{gravity}");
+        for (servo, goal) in robot.servo_bus.servos.iter_mut().zip([-100_i32, 100]) {
+            servo.write(64, &[1]).unwrap();
+            servo.write(104, &goal.to_le_bytes()).unwrap();
+        }
+        robot.advance_to(4_000_000);
+        let [_, turning] = mean(&mut robot, 4_000_000);
+        let [left, right] = robot.truth().wheel_rad_s;
+        let rate = ((right - left) * geometry.wheel_radius_m / geometry.track_m).to_degrees();
+        assert!(
+            rate > 40.0 && ((turning - still) * 500.0 / 32_768.0 - rate).abs() < 0.05 * rate,
+            "{turning} {still} {rate}"
+        );
     }
 
     #[test]

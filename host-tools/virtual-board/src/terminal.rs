@@ -20,6 +20,8 @@ const HUNG_UP_LOOK: Duration = Duration::from_micros(500);
 pub struct VirtualTerminal {
     master: File,
     path: PathBuf,
+    /// Where its link is to be.
+    place: Option<PathBuf>,
     link: Option<PathBuf>,
 }
 
@@ -40,6 +42,16 @@ impl VirtualTerminal {
     /// # Errors
     /// The system has no more, or the link's place is taken.
     pub fn open(link: Option<&Path>) -> Result<Self> {
+        let mut terminal = Self::hidden(link)?;
+        terminal.show()?;
+        Ok(terminal)
+    }
+
+    /// As [`Self::open`]; its link comes with [`Self::show`]. Programs take a link for a board that answers.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn hidden(link: Option<&Path>) -> Result<Self> {
         let failed = |error: rustix::io::Errno| Error::failed(format!("no pseudo terminal: {error}"));
         let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).map_err(failed)?;
         grantpt(&master).map_err(failed)?;
@@ -54,9 +66,23 @@ impl VirtualTerminal {
             if std::fs::symlink_metadata(link).is_ok_and(|found| found.is_symlink()) && !link.exists() {
                 std::fs::remove_file(link).map_err(|error| Error::io(link, &error))?;
             }
-            std::os::unix::fs::symlink(&path, link).map_err(|error| Error::io(link, &error))?;
+            if std::fs::symlink_metadata(link).is_ok() {
+                return Err(Error::io(link, &ErrorKind::AlreadyExists.into()));
+            }
         }
-        Ok(Self { master: File::from(master), path, link: link.map(Path::to_owned) })
+        Ok(Self { master: File::from(master), path, place: link.map(Path::to_owned), link: None })
+    }
+
+    /// Makes the link, where there is to be one.
+    ///
+    /// # Errors
+    /// Its place is taken, or its folder is missing.
+    pub fn show(&mut self) -> Result<()> {
+        if let Some(place) = self.place.take() {
+            std::os::unix::fs::symlink(&self.path, &place).map_err(|error| Error::io(&place, &error))?;
+            self.link = Some(place);
+        }
+        Ok(())
     }
 
     /// The client's side.

@@ -6,6 +6,7 @@
 
 mod executor;
 mod failure;
+mod inertial_port;
 mod link;
 mod queue;
 mod robot;
@@ -23,6 +24,7 @@ use crate::exchange::Kind;
 pub use executor::run;
 use link::Queues;
 
+pub use inertial_port::InertialPort;
 pub use link::Link;
 pub use robot::Robot;
 pub use sensor_bus::SensorBus;
@@ -35,6 +37,8 @@ pub struct Board {
     pub sensors: SensorBus,
     /// The wheel servos.
     pub servos: ServoPort,
+    /// The inertial sensor.
+    pub inertial: InertialPort,
     /// The host: the port that the ROS node opens, and ours.
     pub links: [Link; 2],
     /// Coefficients, calibration and robot.
@@ -56,6 +60,7 @@ pub fn init() -> Board {
     Board {
         sensors: SensorBus(robot),
         servos: ServoPort::new(robot),
+        inertial: InertialPort(robot),
         links: [Link::new(robot, Kind::NodeLink, node), Link::new(robot, Kind::Link, host)],
         store: StoreFlash(robot),
     }
