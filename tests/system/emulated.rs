@@ -6,12 +6,12 @@ mod common;
 
 use std::process::Command;
 
-/// Runs the script with these arguments. `None` where there is no emulator.
-fn emulate(arguments: &[&str]) -> Option<(bool, String)> {
+/// Runs a script with these arguments. `None` where there is no emulator.
+fn run(script: &str, arguments: &[&str]) -> Option<(bool, String)> {
     let folder = common::emulator()?;
     let output = Command::new(folder.join("emu"))
         .env("PYTHONPATH", &folder)
-        .arg(common::root().join("tests/system/opencr_emulated.py"))
+        .arg(common::root().join("tests/system").join(script))
         .arg(common::opencr())
         .args(arguments)
         .output()
@@ -20,10 +20,18 @@ fn emulate(arguments: &[&str]) -> Option<(bool, String)> {
     Some((output.status.success(), said.into_owned()))
 }
 
-fn passes(arguments: &[&str]) {
-    if let Some((is_good, said)) = emulate(arguments) {
+fn emulate(arguments: &[&str]) -> Option<(bool, String)> {
+    run("opencr_emulated.py", arguments)
+}
+
+fn script_passes(script: &str, arguments: &[&str]) {
+    if let Some((is_good, said)) = run(script, arguments) {
         assert!(is_good, "{said}");
     }
+}
+
+fn passes(arguments: &[&str]) {
+    script_passes("opencr_emulated.py", arguments);
 }
 
 /// 3 s: no deadline missed, no bus error, 200 samples a second with four sensors and two servos in each. Longer: the script by hand.
@@ -50,4 +58,17 @@ fn the_check_can_fail() {
     if let Some((is_good, said)) = emulate(&["--seconds", "2", "--silent-servo", "2"]) {
         assert!(!is_good && said.contains("wheels"), "{said}");
     }
+}
+
+/// Control transfers that are left unfinished, floods of them, SETUP packets that are none, requests to endpoints that the chip has not: the
+/// next transfer is answered, a bus reset brings the link back within 0.2 s, and the board never restarts.
+#[test]
+fn no_host_kills_the_link() {
+    script_passes("opencr_usb.py", &[]);
+}
+
+/// One bit in 10,000 on the power sensors' bus is another: no power that is off by more than 1 % counts.
+#[test]
+fn flipped_bits_are_no_powers() {
+    script_passes("opencr_flips.py", &["--seconds", "3"]);
 }

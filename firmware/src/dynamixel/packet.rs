@@ -16,6 +16,8 @@ const HEADER: [u8; 4] = [0xFF, 0xFF, 0xFD, 0x00];
 const STUFFED: u32 = 0x00FF_FFFD;
 /// Before the instruction: header, ID and length.
 const PREFIX: usize = HEADER.len() + 1 + 2;
+/// Where the parameters begin.
+pub const PARAMETERS: usize = PREFIX + 1;
 /// Polynomial 8005h, initial 0, not reflected, low byte sent first.
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_UMTS);
 
@@ -84,33 +86,58 @@ pub fn encode<'b>(
     parameters: &[&[u8]],
     buffer: &'b mut [u8],
 ) -> Result<&'b [u8], TooLong> {
-    let mut length = 0;
-    let mut put = |byte: u8, at: usize| -> Result<(), TooLong> {
-        *buffer.get_mut(at).ok_or(TooLong)? = byte;
-        Ok(())
-    };
-    for byte in HEADER.into_iter().chain([id, 0, 0]) {
-        put(byte, length)?;
-        length += 1;
+    let mut count = 0;
+    for piece in parameters {
+        let place = buffer.get_mut(PARAMETERS + count..).and_then(|rest| rest.get_mut(..piece.len()));
+        place.ok_or(TooLong)?.copy_from_slice(piece);
+        count += piece.len();
     }
-    let mut last = LastThree(0);
-    for piece in [&[&[instruction as u8][..]], parameters].into_iter().flatten() {
-        for byte in *piece {
-            put(*byte, length)?;
-            length += 1;
-            if last.push(*byte) {
-                put(0xFD, length)?;
-                length += 1;
-            }
-        }
-    }
+    seal(id, instruction, count, buffer)
+}
+
+/// Makes a packet of the `count` parameters that stand in `buffer` from [`PARAMETERS`] on, where they are, and gives the bytes to send.
+///
+/// # Errors
+/// As [`encode`].
+pub fn seal(id: u8, instruction: Instruction, count: usize, buffer: &mut [u8]) -> Result<&[u8], TooLong> {
+    let [a, b, c, d] = HEADER;
+    *buffer.first_chunk_mut().ok_or(TooLong)? = [a, b, c, d, id, 0, 0, instruction as u8];
+    let end = PARAMETERS + count;
+    let body = buffer.get(PREFIX..end).ok_or(TooLong)?;
+    let stuffing = body.windows(3).filter(|three| is_stuffed(three)).count();
+    let length = end + stuffing;
     let counted = u16::try_from(length - PREFIX + 2).map_err(|_| TooLong)?;
+    stuff(buffer.get_mut(PREFIX..length).ok_or(TooLong)?, end - PREFIX);
     if let Some(place) = buffer.get_mut(PREFIX - 2..PREFIX) {
         place.copy_from_slice(&counted.to_le_bytes());
     }
     let checksum = CRC.checksum(buffer.get(..length).ok_or(TooLong)?);
     buffer.get_mut(length..length + 2).ok_or(TooLong)?.copy_from_slice(&checksum.to_le_bytes());
     buffer.get(..length + 2).ok_or(TooLong)
+}
+
+/// Whether one more byte follows these three.
+fn is_stuffed(three: &[u8]) -> bool {
+    three == [0xFF, 0xFF, 0xFD]
+}
+
+/// Moves the first `count` bytes apart until they fill the whole place, from the last one on: each goes behind where it was.
+fn stuff(body: &mut [u8], count: usize) {
+    let (mut from, mut to) = (count, body.len());
+    while from < to && from > 0 {
+        let last = body.get(from - 1).copied().unwrap_or(0);
+        if from >= 3 && body.get(from - 3..from).is_some_and(is_stuffed) {
+            to -= 1;
+            if let Some(place) = body.get_mut(to) {
+                *place = last;
+            }
+        }
+        from -= 1;
+        to -= 1;
+        if let Some(place) = body.get_mut(to) {
+            *place = last;
+        }
+    }
 }
 
 /// The latest three bytes, the last one lowest.

@@ -2,11 +2,14 @@
 
 use super::{FIRMWARE, State, render, write};
 use crate::control_table::{BOARD_ID, BOARD_MODEL, END};
-use crate::dynamixel::packet::{BROADCAST, Instruction, OVERHEAD, Packet, Parser, encode};
+use crate::dynamixel::packet::{BROADCAST, Instruction, OVERHEAD, PARAMETERS, Packet, Parser, seal};
 use crate::dynamixel::status::Refusal;
 
 /// Bytes of the longest answer: a read of the whole table, with an error byte and all the stuffing there can be.
 pub const LONGEST_ANSWER: usize = OVERHEAD + stuffed(1 + 1 + END as usize);
+
+/// Where an answer's data stand: behind its error byte.
+const DATA: usize = PARAMETERS + 1;
 
 /// Bytes of the longest instruction that a host needs: a write of the upload window.
 pub const LONGEST_INSTRUCTION: usize = 512;
@@ -30,8 +33,6 @@ pub enum Step {
 /// Answers complete instructions for its ID, and pings for any; a write for any ID is carried out without an answer.
 pub struct Device {
     parser: Parser<LONGEST_INSTRUCTION>,
-    /// Where registers are read to before they are stuffed.
-    data: [u8; END as usize],
 }
 
 impl Default for Device {
@@ -44,7 +45,7 @@ impl Device {
     /// Has received nothing.
     #[must_use]
     pub const fn new() -> Self {
-        Self { parser: Parser::new(), data: [0; END as usize] }
+        Self { parser: Parser::new() }
     }
 
     /// Takes as many of the received bytes as fit and says how many; the rest does after [`Self::answer`] gave `None`.
@@ -88,8 +89,7 @@ impl Device {
         mut with: impl FnMut(&mut dyn FnMut(&mut State<RECORDS>)),
         buffer: &mut [u8],
     ) -> Option<Step> {
-        let Self { parser, data } = self;
-        let Ok(packet) = parser.next_packet()? else {
+        let Ok(packet) = self.parser.next_packet()? else {
             with(&mut |state| state.counters.link_broken = state.counters.link_broken.saturating_add(1));
             return Some(Step::Silence);
         };
@@ -100,12 +100,11 @@ impl Device {
         let mut result = Err(Refusal::Limit);
         with(&mut |state| {
             state.counters.link_packets = state.counters.link_packets.saturating_add(1);
-            result = execute(state, &packet, data);
+            result = execute(state, &packet, buffer.get_mut(DATA..).unwrap_or(&mut []));
         });
         if is_for_all && packet.instruction != Instruction::Ping as u8 {
             return Some(Step::Silence);
         }
-        let result = result.and_then(|length| data.get(..length).ok_or(Refusal::Limit));
         let length = status(result, buffer).or_else(|| status(Err(Refusal::Limit), buffer));
         Some(length.map_or(Step::Silence, Step::Answer))
     }
@@ -147,12 +146,14 @@ fn execute<const RECORDS: usize>(
     }
 }
 
-fn status(result: Result<&[u8], Refusal>, buffer: &mut [u8]) -> Option<usize> {
-    let (error, data) = match result {
-        Ok(data) => (0, data),
-        Err(refusal) => (refusal as u8, &[] as &[u8]),
+/// Of an answer whose data stand in the buffer from [`DATA`] on, so many bytes.
+fn status(result: Result<usize, Refusal>, buffer: &mut [u8]) -> Option<usize> {
+    let (error, length) = match result {
+        Ok(length) => (0, length),
+        Err(refusal) => (refusal as u8, 0),
     };
-    encode(BOARD_ID, Instruction::Status, &[&[error], data], buffer).ok().map(<[u8]>::len)
+    *buffer.get_mut(PARAMETERS)? = error;
+    seal(BOARD_ID, Instruction::Status, 1 + length, buffer).ok().map(<[u8]>::len)
 }
 
 #[cfg(test)]

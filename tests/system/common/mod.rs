@@ -40,25 +40,25 @@ pub(crate) fn emulator() -> Option<PathBuf> {
 /// The `opencr` image as users flash it, built if it is not there or not from these sources.
 #[allow(dead_code, reason = "not every test that shares this file needs every image")]
 pub(crate) fn opencr() -> PathBuf {
-    image("opencr")
+    image("opencr", "image")
 }
 
 /// The image for the emulated core, as users run it.
 #[allow(dead_code, reason = "not every test that shares this file needs every image")]
 pub(crate) fn virtual_board() -> PathBuf {
-    image("virtual")
+    image("virtual", "release")
 }
 
-fn image(name: &str) -> PathBuf {
+fn image(name: &str, profile: &str) -> PathBuf {
     // Where rustup has no core for the board, xtask names the toolchain that has.
     let mut cargo = Command::new("cargo");
     if let Ok(toolchain) = std::env::var("BOARD_TOOLCHAIN") {
         cargo.env_remove("RUSTUP_TOOLCHAIN").arg(format!("+{toolchain}"));
     }
-    cargo.args(["build", "--quiet", "--release", "--package", "firmware", "--features", name]);
+    cargo.args(["build", "--quiet", "--profile", profile, "--package", "firmware", "--features", name]);
     cargo.args(["--bin", name, "--target", TARGET]);
     let status = cargo.current_dir(root()).status().expect("cargo runs");
     assert!(status.success(), "the image {name} does not build");
     let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
-    root().join(target).join(TARGET).join("release").join(name)
+    root().join(target).join(TARGET).join(profile).join(name)
 }
