@@ -3,10 +3,13 @@
 use crate::control_table::FIFO_WINDOW_RECORDS;
 use crate::record::{RECORD_BYTES, Record};
 
+/// Bytes of a record's number, which stands first: it follows from the record's place, and is not kept.
+const NUMBER: usize = size_of::<u32>();
+
 /// A ring of `N` records. It never waits for the host: the oldest are overwritten.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fifo<const N: usize> {
-    records: [[u8; RECORD_BYTES]; N],
+    records: [[u8; RECORD_BYTES - NUMBER]; N],
     /// Where the next one goes.
     head: usize,
     count: usize,
@@ -31,7 +34,7 @@ impl<const N: usize> Fifo<N> {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            records: [[0; RECORD_BYTES]; N],
+            records: [[0; RECORD_BYTES - NUMBER]; N],
             head: 0,
             count: 0,
             next: 0,
@@ -53,7 +56,8 @@ impl<const N: usize> Fifo<N> {
             self.count += 1;
         }
         if let Some(place) = self.records.get_mut(self.head) {
-            *place = Record { sequence, ..record }.encode();
+            let [_, _, _, _, rest @ ..] = record.encode();
+            *place = rest;
         }
         self.head = if self.head + 1 < N { self.head + 1 } else { 0 };
         self.next = sequence.wrapping_add(1);
@@ -111,10 +115,12 @@ impl<const N: usize> Fifo<N> {
     }
 
     /// The records of the window, oldest first.
-    pub fn window(&self) -> impl Iterator<Item = &[u8; RECORD_BYTES]> {
-        let behind = self.next.wrapping_sub(self.window_start()) as usize;
+    pub fn window(&self) -> impl Iterator<Item = [u8; RECORD_BYTES]> {
+        let start = self.window_start();
+        let behind = self.next.wrapping_sub(start) as usize;
         let (latest, earliest) = self.records.split_at_checked(self.head).unwrap_or((&[], &[]));
-        earliest.iter().chain(latest).skip(N.saturating_sub(behind)).take(self.window_count())
+        let records = earliest.iter().chain(latest).skip(N.saturating_sub(behind)).take(self.window_count());
+        records.zip(0..).map(move |(rest, index)| numbered(start.wrapping_add(index), rest))
     }
 
     /// Where the window begins: behind what the host has, as far as it is still there.
@@ -122,6 +128,13 @@ impl<const N: usize> Fifo<N> {
         let unacknowledged = self.next.wrapping_sub(self.acknowledged);
         self.next.wrapping_sub(unacknowledged.min(self.count as u32))
     }
+}
+
+fn numbered(number: u32, rest: &[u8; RECORD_BYTES - NUMBER]) -> [u8; RECORD_BYTES] {
+    let mut record = [0; RECORD_BYTES];
+    let bytes = number.to_le_bytes().into_iter().chain(*rest);
+    record.iter_mut().zip(bytes).for_each(|(place, byte)| *place = byte);
+    record
 }
 
 #[cfg(test)]
@@ -143,7 +156,7 @@ mod tests {
     }
 
     fn window(fifo: &Small) -> Vec<(u32, u64)> {
-        fifo.window().map(|bytes| Record::decode(bytes).unwrap()).map(|r| (r.sequence, r.time_us)).collect()
+        fifo.window().map(|bytes| Record::decode(&bytes).unwrap()).map(|r| (r.sequence, r.time_us)).collect()
     }
 
     #[test]

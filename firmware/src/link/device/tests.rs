@@ -7,6 +7,7 @@ use crate::control_table::{
     FIFO_ACKNOWLEDGE, FIFO_WINDOW, TABLE_VERSION, UPLOAD_COMMAND, UPLOAD_ITEM, UPLOAD_LENGTH, UPLOAD_STATE,
     UPLOAD_WINDOW,
 };
+use crate::dynamixel::packet::encode;
 use crate::record::Record;
 
 /// A host: sends one packet, and takes every answer apart.
