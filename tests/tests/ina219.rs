@@ -68,33 +68,33 @@ impl I2c for &Bus {
         let Some((chip, _)) = chip else {
             return Err(ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address));
         };
-        match operations {
-            [Operation::Write([register, value @ ..]), Operation::Read(place)] => {
-                if let [high, low] = value {
-                    let value = u16::from_be_bytes([*high, *low]);
-                    match register {
-                        0x00 => chip.configuration = value,
-                        0x05 => chip.calibration = value,
-                        _ => return Err(ErrorKind::Other),
-                    }
+        for pair in operations.as_chunks_mut().0 {
+            let [Operation::Write([register, value @ ..]), Operation::Read(place)] = pair else {
+                return Err(ErrorKind::Other);
+            };
+            if let [high, low] = value {
+                let value = u16::from_be_bytes([*high, *low]);
+                match register {
+                    0x00 => chip.configuration = value,
+                    0x05 => chip.calibration = value,
+                    _ => return Err(ErrorKind::Other),
                 }
-                let value = match register {
-                    0x00 => chip.configuration,
-                    0x01 => chip.shunt,
-                    0x02 => chip.bus,
-                    // 8.5.2
-                    0x03 => {
-                        let current = u32::from(chip.shunt.cast_signed().unsigned_abs())
-                            * u32::from(chip.calibration)
-                            / 4096;
-                        (current * u32::from(chip.bus >> 3) / 5000) as u16
-                    }
-                    0x05 => chip.calibration,
-                    _ => 0,
-                };
-                place.copy_from_slice(&value.to_be_bytes());
             }
-            _ => return Err(ErrorKind::Other),
+            let value = match register {
+                0x00 => chip.configuration,
+                0x01 => chip.shunt,
+                0x02 => chip.bus,
+                // 8.5.2
+                0x03 => {
+                    let current = u32::from(chip.shunt.cast_signed().unsigned_abs())
+                        * u32::from(chip.calibration)
+                        / 4096;
+                    (current * u32::from(chip.bus >> 3) / 5000) as u16
+                }
+                0x05 => chip.calibration,
+                _ => 0,
+            };
+            place.copy_from_slice(&value.to_be_bytes());
         }
         Ok(())
     }

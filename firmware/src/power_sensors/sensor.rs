@@ -4,7 +4,7 @@
 //! two voltages itself, and its product has to be the one that is made of them here. That holds as long as all three are of one
 //! conversion. So a poll starts the next conversion and reads the last one, which stands still until the new one ends.
 
-use embedded_hal_async::i2c::I2c;
+use embedded_hal_async::i2c::{I2c, Operation};
 use ina219::measurements::{BusVoltage, ShuntVoltage};
 
 use super::{Event, Rail, Reading, Status};
@@ -26,18 +26,14 @@ const UNITY: u16 = 4096;
 const POWER_DIVISOR: u32 = 5_000;
 /// The data sheet does not say whether what is lost is cut off or rounded.
 const POWER_TOLERANCE: u32 = 1;
-/// A conversion that was started and has not ended after two polls was not started.
-const NOT_STARTED_AFTER: u8 = 2;
 
 /// The sensor of one rail. Owns its handle of the bus; a shared bus hands out one for each.
 pub struct PowerSensor<I> {
     rail: Rail,
     i2c: I,
     status: Status,
-    /// Whether the chip has the rail's set-up, as far as is known, and converts.
+    /// Whether the chip has the rail's set-up, as far as is known.
     is_set_up: bool,
-    /// Polls in a row that found a conversion under way.
-    waited: u8,
 }
 
 /// Why a poll gives no reading.
@@ -46,7 +42,7 @@ type Failure = Event;
 impl<I: I2c> PowerSensor<I> {
     /// A sensor that the first poll sets up. Nothing is sent yet.
     pub fn new(i2c: I, rail: Rail) -> Self {
-        Self { rail, i2c, status: Status::new(), is_set_up: false, waited: 0 }
+        Self { rail, i2c, status: Status::new(), is_set_up: false }
     }
 
     /// Where the sensor sits.
@@ -80,11 +76,8 @@ impl<I: I2c> PowerSensor<I> {
             Ok(reading) => (Event::Fresh, Some(reading)),
             Err(event) => (event, None),
         };
-        self.waited = if event == Event::NotReady { self.waited.saturating_add(1) } else { 0 };
         // Whoever was away, or says what it did not measure, may have lost its set-up.
-        if matches!(event, Event::NoAnswer | Event::SetUpLost | Event::Implausible)
-            || self.waited >= NOT_STARTED_AFTER
-        {
+        if matches!(event, Event::NoAnswer | Event::SetUpLost | Event::Implausible) {
             self.is_set_up = false;
         }
         self.status.observe(event);
@@ -92,25 +85,26 @@ impl<I: I2c> PowerSensor<I> {
     }
 
     async fn ask(&mut self) -> Result<Reading, Failure> {
+        let set_up = self.rail.set_up.as_bits();
         if !self.is_set_up {
             self.write(CALIBRATION, UNITY).await?;
-            self.convert().await?;
+            // What was converted with another set-up is not ready any more.
+            self.write(CONFIGURATION, set_up).await?;
             self.is_set_up = true;
-            self.waited = 0;
         }
-        let bus = self.read(BUS).await?;
+        let [bus, found, shunt, power] = self.convert(set_up).await?;
+        if found != set_up {
+            return Err(Event::SetUpLost);
+        }
         if bus & CNVR == 0 {
             return Err(Event::NotReady);
         }
-        // What was converted stays until the next conversion ends, 2 ms later at the soonest.
-        self.convert().await?;
-        let shunt = self.read(SHUNT).await?.cast_signed();
-        let power = self.read(POWER).await?;
+        let shunt = shunt.cast_signed();
         if bus & OVF != 0 || shunt.unsigned_abs() >= self.full_scale_10uv() {
             return Err(Event::Clipped);
         }
         if !is_product(power, shunt, bus >> 3) {
-            let found = self.read(CALIBRATION).await?;
+            let found = self.exchange(&[CALIBRATION]).await?;
             return Err(if found == UNITY { Event::Implausible } else { Event::SetUpLost });
         }
         Ok(Reading {
@@ -119,9 +113,24 @@ impl<I: I2c> PowerSensor<I> {
         })
     }
 
-    /// Starts a conversion by writing the set-up anew (8.6.2.1, mode 3), which a supply that broke down had lost.
-    async fn convert(&mut self) -> Result<(), Failure> {
-        self.write(CONFIGURATION, self.rail.set_up.as_bits()).await
+    /// In one transaction: the bus voltage with its flags, which the next conversion clears; that conversion, started by writing the set-up
+    /// (8.6.2.1, mode 3); the set-up read back; shunt voltage and power, which stay until it ends, 2 ms later at the soonest.
+    async fn convert(&mut self, set_up: u16) -> Result<[u16; 4], Failure> {
+        let [high, low] = set_up.to_be_bytes();
+        let written = [CONFIGURATION, high, low];
+        let (mut bus, mut found, mut shunt, mut power) = ([0; 2], [0; 2], [0; 2], [0; 2]);
+        let mut operations = [
+            Operation::Write(&[BUS]),
+            Operation::Read(&mut bus),
+            Operation::Write(&written),
+            Operation::Read(&mut found),
+            Operation::Write(&[SHUNT]),
+            Operation::Read(&mut shunt),
+            Operation::Write(&[POWER]),
+            Operation::Read(&mut power),
+        ];
+        let result = self.i2c.transaction(self.rail.address.as_byte(), &mut operations).await;
+        result.map(|()| [bus, found, shunt, power].map(u16::from_be_bytes)).map_err(|_| Event::NoAnswer)
     }
 
     /// Writes a register and reads it back.
@@ -129,10 +138,6 @@ impl<I: I2c> PowerSensor<I> {
         let [high, low] = value.to_be_bytes();
         let found = self.exchange(&[register, high, low]).await?;
         if found == value { Ok(()) } else { Err(Event::SetUpLost) }
-    }
-
-    async fn read(&mut self, register: u8) -> Result<u16, Failure> {
-        self.exchange(&[register]).await
     }
 
     async fn exchange(&mut self, bytes: &[u8]) -> Result<u16, Failure> {
@@ -157,8 +162,9 @@ fn is_product(power: u16, shunt: i16, bus: u16) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use embedded_hal::i2c::{ErrorKind, NoAcknowledgeSource};
-    use embedded_hal_mock::eh1::i2c::{Mock, Transaction};
+    use std::collections::VecDeque;
+
+    use embedded_hal::i2c::{ErrorKind, ErrorType, NoAcknowledgeSource};
     use proptest::prelude::*;
 
     use super::*;
@@ -176,42 +182,77 @@ mod tests {
     const POWER_CODE: u16 = 1198;
     const READING: (i16, u16) = (2000, 11_980);
 
-    fn write(register: u8, value: u16, found: u16) -> Transaction {
+    /// A transaction: what is written, and what is read after each of it, or that nobody acknowledges.
+    type Call = (Vec<Vec<u8>>, Option<Vec<u16>>);
+
+    /// Plays them.
+    struct Script(VecDeque<Call>);
+
+    impl ErrorType for Script {
+        type Error = ErrorKind;
+    }
+
+    impl I2c for Script {
+        async fn transaction(
+            &mut self,
+            address: u8,
+            operations: &mut [Operation<'_>],
+        ) -> Result<(), ErrorKind> {
+            assert_eq!(address, ADDRESS);
+            let (written, read) = self.0.pop_front().expect("the script is over");
+            let pairs = operations.as_chunks_mut::<2>().0;
+            let found: Vec<&[u8]> = pairs
+                .iter()
+                .map(|pair| if let [Operation::Write(bytes), _] = pair { *bytes } else { panic!("{pair:?}") })
+                .collect();
+            assert_eq!(found, written);
+            let values = read.ok_or(ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address))?;
+            for (pair, value) in pairs.iter_mut().zip(values) {
+                let [_, Operation::Read(place)] = pair else { panic!("{pair:?}") };
+                place.copy_from_slice(&value.to_be_bytes());
+            }
+            Ok(())
+        }
+    }
+
+    fn write(register: u8, value: u16, found: u16) -> Call {
         let [high, low] = value.to_be_bytes();
-        Transaction::write_read(ADDRESS, vec![register, high, low], found.to_be_bytes().to_vec())
+        (vec![vec![register, high, low]], Some(vec![found]))
     }
 
-    fn read(register: u8, value: u16) -> Transaction {
-        Transaction::write_read(ADDRESS, vec![register], value.to_be_bytes().to_vec())
+    fn read(register: u8, value: u16) -> Call {
+        (vec![vec![register]], Some(vec![value]))
     }
 
-    fn not_acknowledged(transaction: Transaction) -> Transaction {
-        transaction.with_error(ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address))
+    fn silent((written, _): Call) -> Call {
+        (written, None)
     }
 
-    fn convert() -> Transaction {
-        write(CONFIGURATION, CONFIGURED, CONFIGURED)
+    fn set_up() -> [Call; 2] {
+        [write(CALIBRATION, UNITY, UNITY), write(CONFIGURATION, CONFIGURED, CONFIGURED)]
     }
 
-    fn set_up() -> [Transaction; 2] {
-        [write(CALIBRATION, UNITY, UNITY), convert()]
+    fn transaction(bus: u16, found: u16, shunt: u16, power: u16) -> Call {
+        let [high, low] = CONFIGURED.to_be_bytes();
+        let written = vec![vec![BUS], vec![CONFIGURATION, high, low], vec![SHUNT], vec![POWER]];
+        (written, Some(vec![bus, found, shunt, power]))
     }
 
-    fn conversion_of(bus: u16, shunt: u16, power: u16) -> [Transaction; 4] {
-        [read(BUS, bus), convert(), read(SHUNT, shunt), read(POWER, power)]
+    fn conversion_of(bus: u16, shunt: u16, power: u16) -> Call {
+        transaction(bus, CONFIGURED, shunt, power)
     }
 
-    fn conversion() -> [Transaction; 4] {
+    fn conversion() -> Call {
         conversion_of(BUS_CODE, SHUNT_CODE, POWER_CODE)
     }
 
-    fn not_ready() -> Transaction {
-        read(BUS, BUS_CODE & !CNVR)
+    fn not_ready() -> Call {
+        conversion_of(BUS_CODE & !CNVR, SHUNT_CODE, POWER_CODE)
     }
 
-    /// Polls until the transcript is used up: (shunt in 10 µV, bus in mV) and health after each poll.
-    fn play(transcript: &[Transaction], polls: usize) -> Vec<(Option<(i16, u16)>, Health)> {
-        let mut sensor = PowerSensor::new(Mock::new(transcript), RAILS[1]);
+    /// Polls until the script is over: (shunt in 10 µV, bus in mV) and health after each poll.
+    fn play(calls: &[Call], polls: usize) -> Vec<(Option<(i16, u16)>, Health)> {
+        let mut sensor = PowerSensor::new(Script(calls.iter().cloned().collect()), RAILS[1]);
         let results = (0..polls)
             .map(|_| {
                 let reading = now(sensor.poll());
@@ -219,120 +260,93 @@ mod tests {
                 (voltages, sensor.status().health())
             })
             .collect();
-        sensor.release().done();
+        assert!(sensor.release().0.is_empty());
         results
     }
 
     #[test]
     fn sets_up_once_then_converts_and_reads() {
-        let mut transcript = set_up().to_vec();
-        transcript.push(not_ready());
-        transcript.extend(conversion());
-        transcript.extend(conversion());
+        let mut calls = set_up().to_vec();
+        calls.extend([not_ready(), conversion(), conversion()]);
         let expected = [(None, Health::Absent), (Some(READING), Health::Ok), (Some(READING), Health::Ok)];
-        assert_eq!(play(&transcript, 3), expected);
+        assert_eq!(play(&calls, 3), expected);
     }
 
-    /// A conversion that does not end was not started: it is started anew.
     #[test]
-    fn no_new_conversion_reads_nothing_else() {
-        let mut transcript = set_up().to_vec();
-        transcript.extend(conversion());
-        transcript.extend([not_ready(), not_ready()]);
-        transcript.extend(set_up());
-        transcript.push(not_ready());
-        transcript.extend(conversion());
+    fn no_new_conversion_is_no_reading() {
+        let mut calls = set_up().to_vec();
+        calls.extend([conversion(), not_ready(), not_ready(), not_ready(), conversion()]);
         let (ok, missing, stale) = ((Some(READING), Health::Ok), (None, Health::Ok), (None, Health::Stale));
-        assert_eq!(play(&transcript, 5), [ok, missing, missing, stale, ok]);
+        assert_eq!(play(&calls, 5), [ok, missing, missing, stale, ok]);
     }
 
     /// The overflow flag, and both ends of the ±320 mV range (7D00h and 8300h), cost the reading but not the next one.
     #[test]
     fn overflow() {
-        let mut transcript = set_up().to_vec();
+        let mut calls = set_up().to_vec();
         let codes =
             [(BUS_CODE | OVF, SHUNT_CODE), (BUS_CODE, 0x7D00), (BUS_CODE, 0x8300), (BUS_CODE, 0x7D01)];
-        for (bus, shunt) in codes {
-            transcript.extend(conversion_of(bus, shunt, 0));
-        }
-        transcript.extend(conversion());
+        calls.extend(codes.map(|(bus, shunt)| conversion_of(bus, shunt, 0)));
+        calls.push(conversion());
         let mut expected = vec![(None, Health::Overflow); 4];
         expected.push((Some(READING), Health::Ok));
-        assert_eq!(play(&transcript, 5), expected);
+        assert_eq!(play(&calls, 5), expected);
     }
 
     /// A sensor that was never there, comes, goes and comes back: each time it is set up first.
     #[test]
     fn unplugged_and_plugged_in_again() {
         let [calibrate, _] = set_up();
-        let mut transcript = vec![not_acknowledged(calibrate.clone())];
-        transcript.extend(set_up());
-        transcript.extend(conversion());
-        transcript.push(not_acknowledged(read(BUS, 0)));
-        transcript.extend([not_acknowledged(calibrate.clone()), not_acknowledged(calibrate)]);
-        transcript.extend(set_up());
-        transcript.extend(conversion());
+        let mut calls = vec![silent(calibrate.clone())];
+        calls.extend(set_up());
+        calls.extend([conversion(), silent(conversion()), silent(calibrate.clone()), silent(calibrate)]);
+        calls.extend(set_up());
+        calls.push(conversion());
         let (ok, absent) = ((Some(READING), Health::Ok), (None, Health::Absent));
-        assert_eq!(play(&transcript, 6), [absent, ok, (None, Health::Ok), (None, Health::Ok), absent, ok]);
-    }
-
-    #[test]
-    fn a_bus_error_at_any_step_costs_the_reading() {
-        for failing in 0..4 {
-            let mut transcript = set_up().to_vec();
-            let mut reads = conversion().to_vec();
-            reads[failing] = not_acknowledged(reads[failing].clone());
-            reads.truncate(failing + 1);
-            transcript.extend(reads);
-            assert_eq!(play(&transcript, 1), [(None, Health::Absent)], "step {failing}");
-        }
+        assert_eq!(play(&calls, 6), [absent, ok, (None, Health::Ok), (None, Health::Ok), absent, ok]);
     }
 
     /// After a brown-out the chip multiplies by 0: it is set up again.
     #[test]
     fn brown_out() {
-        let mut transcript = set_up().to_vec();
-        transcript.extend(conversion());
-        transcript.extend(conversion_of(BUS_CODE, SHUNT_CODE, 0));
-        transcript.push(read(CALIBRATION, 0));
-        transcript.extend(set_up());
-        transcript.extend(conversion());
+        let mut calls = set_up().to_vec();
+        calls.extend([conversion(), conversion_of(BUS_CODE, SHUNT_CODE, 0), read(CALIBRATION, 0)]);
+        calls.extend(set_up());
+        calls.push(conversion());
         let (ok, lost) = ((Some(READING), Health::Ok), (None, Health::LostCalibration));
-        assert_eq!(play(&transcript, 3), [ok, lost, ok]);
+        assert_eq!(play(&calls, 3), [ok, lost, ok]);
     }
 
     /// What is written is read back: another range or another mode would be measured with, and nothing would show it.
     #[test]
     fn a_set_up_that_was_not_taken_is_written_again() {
         for found in [RESET, CONFIGURED ^ 1 << 11, CONFIGURED ^ 1] {
-            let mut transcript = set_up().to_vec();
-            transcript.extend([read(BUS, BUS_CODE), write(CONFIGURATION, CONFIGURED, found)]);
-            transcript.extend(set_up());
-            transcript.extend(conversion());
-            assert_eq!(play(&transcript, 2), [(None, Health::LostCalibration), (Some(READING), Health::Ok)]);
+            let mut calls = set_up().to_vec();
+            calls.push(transaction(BUS_CODE, found, SHUNT_CODE, POWER_CODE));
+            calls.extend(set_up());
+            calls.push(conversion());
+            assert_eq!(play(&calls, 2), [(None, Health::LostCalibration), (Some(READING), Health::Ok)]);
         }
     }
 
     /// One is left out and counted; three in a row, and the sensor is not believed.
     #[test]
     fn what_disagrees_with_the_chips_own_product_is_left_out() {
-        let mut transcript = set_up().to_vec();
-        transcript.extend(conversion());
+        let mut calls = set_up().to_vec();
+        calls.push(conversion());
         for shunt in [SHUNT_CODE ^ 1 << 3, SHUNT_CODE ^ 1 << 14, SHUNT_CODE ^ 1 << 5] {
-            transcript.extend(conversion_of(BUS_CODE, shunt, POWER_CODE));
-            transcript.push(read(CALIBRATION, UNITY));
-            transcript.extend(set_up());
+            calls.extend([conversion_of(BUS_CODE, shunt, POWER_CODE), read(CALIBRATION, UNITY)]);
+            calls.extend(set_up());
         }
-        transcript.extend(conversion());
+        calls.push(conversion());
         let left_out = [(None, Health::Ok), (None, Health::Ok), (None, Health::Implausible)];
-        assert_eq!(play(&transcript, 5)[1..4], left_out);
+        assert_eq!(play(&calls, 5)[1..4], left_out);
     }
 
     #[test]
     fn dead_bus() {
         let [calibrate, _] = set_up();
-        let transcript = vec![not_acknowledged(calibrate); 5];
-        assert_eq!(play(&transcript, 5), [(None, Health::Absent); 5]);
+        assert_eq!(play(&vec![silent(calibrate); 5], 5), [(None, Health::Absent); 5]);
     }
 
     proptest! {

@@ -60,32 +60,32 @@ impl I2c for &Chips {
             (chip.configuration, chip.calibration) = (RESET, 0);
             return Err(ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address));
         }
-        match operations {
-            [Operation::Write([register, written @ ..]), Operation::Read(place)] => {
-                if let [high, low] = written {
-                    let value = u16::from_be_bytes([*high, *low]);
-                    match register {
-                        0x00 => chip.configuration = value,
-                        0x05 => chip.calibration = value,
-                        register => panic!("register {register:#x}"),
-                    }
-                }
-                let value = match register {
-                    0x00 => chip.configuration,
-                    0x01 => chip.shunt_10uv as u16,
-                    0x02 => (chip.bus_mv / 4) << 3 | u16::from(chip.has_converted) << 1,
-                    // 8.5.2
-                    0x03 => {
-                        let current =
-                            u32::from(chip.shunt_10uv.unsigned_abs()) * u32::from(chip.calibration) / 4096;
-                        (current * u32::from(chip.bus_mv / 4) / 5000) as u16
-                    }
-                    0x05 => chip.calibration,
+        for pair in operations.as_chunks_mut().0 {
+            let [Operation::Write([register, written @ ..]), Operation::Read(place)] = pair else {
+                panic!("{pair:?}")
+            };
+            if let [high, low] = written {
+                let value = u16::from_be_bytes([*high, *low]);
+                match register {
+                    0x00 => chip.configuration = value,
+                    0x05 => chip.calibration = value,
                     register => panic!("register {register:#x}"),
-                };
-                place.copy_from_slice(&value.to_be_bytes());
+                }
             }
-            operations => panic!("{operations:?}"),
+            let value = match register {
+                0x00 => chip.configuration,
+                0x01 => chip.shunt_10uv as u16,
+                0x02 => (chip.bus_mv / 4) << 3 | u16::from(chip.has_converted) << 1,
+                // 8.5.2
+                0x03 => {
+                    let current =
+                        u32::from(chip.shunt_10uv.unsigned_abs()) * u32::from(chip.calibration) / 4096;
+                    (current * u32::from(chip.bus_mv / 4) / 5000) as u16
+                }
+                0x05 => chip.calibration,
+                register => panic!("register {register:#x}"),
+            };
+            place.copy_from_slice(&value.to_be_bytes());
         }
         Ok(())
     }

@@ -13,14 +13,20 @@ impl ErrorType for SensorBus {
 }
 
 impl I2c for SensorBus {
-    /// The shapes that a register device knows: a write, a read, or a write and a read.
+    /// Any number of writes, each followed by a read: the shape that a register device knows.
     async fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), ErrorKind> {
-        let (sent, received): (&[u8], &mut [u8]) = match operations {
-            [Operation::Write(sent)] => (sent, &mut []),
-            [Operation::Read(received)] => (&[], received),
-            [Operation::Write(sent), Operation::Read(received)] => (sent, received),
-            _ => return Err(ErrorKind::Other),
-        };
+        for pair in operations.as_chunks_mut().0 {
+            let [Operation::Write(sent), Operation::Read(received)] = pair else {
+                return Err(ErrorKind::Other);
+            };
+            self.exchange(address, sent, received)?;
+        }
+        Ok(())
+    }
+}
+
+impl SensorBus {
+    fn exchange(&mut self, address: u8, sent: &[u8], received: &mut [u8]) -> Result<(), ErrorKind> {
         let count = u8::try_from(received.len()).map_err(|_| ErrorKind::Other)?;
         self.0.exchange(Kind::I2c, &[&[address, count], sent], |answer| {
             let (code, bytes) = answer.split_first().ok_or(ErrorKind::Other)?;
