@@ -165,7 +165,7 @@ fn a_link_answers_from_the_moment_that_it_is_there() {
     while !link.exists() && begun.elapsed() < Duration::from_secs(60) {
         std::thread::sleep(Duration::from_micros(200));
     }
-    let mut port = host_tools::board::serial::Serial::open(&link).unwrap();
+    let mut port = board::serial::Serial::open(&link).unwrap();
     let mut buffer = [0; 32];
     let asked = std::time::Instant::now();
     port.send(encode(BOARD_ID, Instruction::Read, &[&[0, 0, 2, 0]], &mut buffer).unwrap()).unwrap();
