@@ -38,7 +38,11 @@ const KNOWN: [(&str, &str, &str); 47] = [
         "borrowed",
         "borrows end before the function that takes them does, none of which can wait or calls another",
     ),
-    ("firmware", "unwrap", "starting the first task: its pool has room for one, and it is started once"),
+    (
+        "firmware: bin/opencr.rs",
+        "unwrap",
+        "starting the first task: its pool has room for one, and it is started once",
+    ),
     ("firmware: boards/opencr/usb/link.rs", "panic", "static buffers of USB are taken once, at start"),
     ("firmware: bin/opencr.rs", "panic", "statics of the tasks are taken once, at start"),
     (
