@@ -132,8 +132,10 @@ impl<const N: usize> Fifo<N> {
 
 fn numbered(number: u32, rest: &[u8; RECORD_BYTES - NUMBER]) -> [u8; RECORD_BYTES] {
     let mut record = [0; RECORD_BYTES];
-    let bytes = number.to_le_bytes().into_iter().chain(*rest);
-    record.iter_mut().zip(bytes).for_each(|(place, byte)| *place = byte);
+    if let Some((place, behind)) = record.split_first_chunk_mut() {
+        *place = number.to_le_bytes();
+        behind.copy_from_slice(rest);
+    }
     record
 }
 

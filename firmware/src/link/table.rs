@@ -58,6 +58,9 @@ trait Sink {
     /// Pieces of a register's bytes, of values of this kind.
     fn put(&mut self, register: Register, kind: Kind, pieces: impl Iterator<Item = impl AsRef<[u8]>>);
 
+    /// Whether anything of the registers from one to another is asked for.
+    fn wants(&self, first: Register, last: Register) -> bool;
+
     fn values<V: Value>(&mut self, register: Register, values: impl IntoIterator<Item = V>) {
         self.put(register, V::KIND, values.into_iter().map(V::bytes));
     }
@@ -85,8 +88,9 @@ impl Window<'_> {
         // What of the piece lies before the window, and where in the window it begins.
         let (before, offset) = (first.saturating_sub(at), at.saturating_sub(first));
         if let (Some(bytes), Some(place)) = (piece.get(before..), self.out.get_mut(offset..)) {
-            for (place, byte) in place.iter_mut().zip(bytes) {
-                *place = *byte;
+            let count = bytes.len().min(place.len());
+            if let (Some(bytes), Some(place)) = (bytes.get(..count), place.get_mut(..count)) {
+                place.copy_from_slice(bytes);
             }
         }
     }
@@ -94,9 +98,7 @@ impl Window<'_> {
 
 impl Sink for Window<'_> {
     fn put(&mut self, register: Register, _: Kind, pieces: impl Iterator<Item = impl AsRef<[u8]>>) {
-        let first = usize::from(self.address);
-        let end = first + self.out.len();
-        if usize::from(register.end()) <= first || usize::from(register.address) >= end {
+        if !self.wants(register, register) {
             return;
         }
         let mut at = usize::from(register.address);
@@ -106,20 +108,36 @@ impl Sink for Window<'_> {
             at += piece.len();
         }
     }
+
+    fn wants(&self, first: Register, last: Register) -> bool {
+        let from = usize::from(self.address);
+        usize::from(last.end()) > from && usize::from(first.address) < from + self.out.len()
+    }
 }
 
+/// What is not asked for is not computed, a group of registers at a time: nothing interrupts meanwhile.
 fn show<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
     show_board(state, to);
-    show_stock(state, to);
-    show_drive(state, to);
-    show_inertial(&state.inertial, to);
-    show_battery(&state.snapshot.battery, to);
+    if to.wants(table::DEVICE_STATUS, table::PROFILE_ACCELERATION) {
+        show_stock(state, to);
+    }
+    if to.wants(table::RESET_CAUSE, table::LINK_ABANDONED) {
+        show_drive(state, to);
+    }
+    if to.wants(table::INERTIAL_STATE, table::GYROSCOPE_BIAS) {
+        show_inertial(&state.inertial, to);
+    }
+    if to.wants(table::BATTERY_CHARGE, table::BATTERY_LOAD) {
+        show_battery(&state.snapshot.battery, to);
+    }
     show_measurements(state, to);
     show_estimate(state, to);
     show_counters(state, to);
     show_upload(state, to);
     show_fifo(state, to);
-    show_store(state, to);
+    if to.wants(table::TOTAL_ENERGY, table::UPLOAD_SIGNATURE) {
+        show_store(state, to);
+    }
 }
 
 fn show_board<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {

@@ -126,6 +126,10 @@ impl Sink for Shown {
     fn put(&mut self, register: Register, kind: Kind, pieces: impl Iterator<Item = impl AsRef<[u8]>>) {
         self.0.push((register, kind, pieces.map(|piece| piece.as_ref().len()).sum()));
     }
+
+    fn wants(&self, _: Register, _: Register) -> bool {
+        true
+    }
 }
 
 /// All of them once, of the type and with as many values as declared; only what is stored, and records, may be fewer.
