@@ -3,6 +3,7 @@
 use crate::fleet;
 use crate::gap;
 use crate::instructions;
+use crate::kinds;
 use crate::logs;
 use crate::paths::root;
 use crate::predict;
@@ -12,7 +13,7 @@ use crate::steps::{Steps, Stop, command};
 type Measure = fn(&mut Steps) -> Result<(), Stop>;
 
 /// What can be measured.
-const BENCHES: [(&str, Measure); 15] = [
+const BENCHES: [(&str, Measure); 16] = [
     ("accuracy", |steps| host_bench(steps, "accuracy", "accuracy")),
     ("charge", |steps| host_bench(steps, "charge", "charge")),
     ("coverage", coverage),
@@ -21,6 +22,7 @@ const BENCHES: [(&str, Measure); 15] = [
     ("floors", robots::floors),
     ("gap", gap::run),
     ("instructions", instructions::run),
+    ("kinds", kinds::run),
     ("logs", logs::run),
     ("predict", predict::run),
     ("robots", |steps| robots::run(steps, false)),

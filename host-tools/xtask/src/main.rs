@@ -8,6 +8,7 @@ mod fuzz;
 mod gap;
 mod images;
 mod instructions;
+mod kinds;
 mod logs;
 mod paths;
 mod predict;
@@ -40,7 +41,8 @@ usage: cargo xtask <command>
   demo [--yes]
          record, fit, flash and estimate on the virtual board; plots go to demo-output/
   bench [accuracy | charge | coverage | fit-speed | fleet | floors | gap | gap-mujoco |
-         gap-simulator | gap-sizes | instructions | leaderboard | logs | predict | robots]
+         gap-simulator | gap-sizes | instructions | kinds | leaderboard | logs | predict |
+         robots]
          the figures of the README, measured again; minutes. gap: a night, gap-mujoco and
          leaderboard: ten minutes to an hour, only by name
   bench fleet --rows N
