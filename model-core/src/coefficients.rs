@@ -13,7 +13,7 @@
 //! | 11 | 1 | 1 where the wheels scrub in turns, plus 2 where the mass cannot be told ([`Coefficients::identifies_mass`]), plus 4 where the ground adapts |
 //! | 12 | 24 | robot name, UTF-8, padded with zeros |
 //! | 36 | 24 | gyration radius, dead band, filter cutoff, mass without and with full load, static power |
-//! | 60 | 16 | noise: density, lasting error, power scale, tail |
+//! | 60 | 16 | noise: density, lasting error, 0 (not negative and without a meaning: what older versions weighed samples by), tail |
 //! | 76 | 60 | 15 coefficients, or the torque model's 7 and zeros |
 //! | 136 | 12 N | R, rows vx, vy, ω |
 //! | 136 + 12 N | 4 | CRC-32 (ISO-HDLC) of all before |
@@ -64,6 +64,7 @@ use crate::eq18::{Gate, REGRESSORS};
 use crate::kinematics::{Kinematics, MassMatrix};
 use crate::model::{MassRange, Model};
 use crate::payload::Noise;
+use crate::payload::window::Window;
 use crate::real::Real;
 use crate::slip::SlipMemory;
 use crate::torque::{Drive, PARAMETERS, TorqueModel};
@@ -332,6 +333,12 @@ const fn length_of(version: u16, wheels: usize, columns: usize) -> usize {
 }
 
 impl<T: Real, const N: usize> Coefficients<T, N> {
+    /// The estimator of the mass by them, for samples `period` (s) apart.
+    pub fn window(&self, period: T) -> Window<T> {
+        let (range, noise) = (self.robot.range, self.noise);
+        Window { range, noise, period, linear_beyond: noise.linear_beyond(self.robot.cutoff_hz) }
+    }
+
     /// The image, in single precision. `None` for more than [`MOST_WHEELS`] wheels, for what has no model id (ungated products
     /// with coefficients of their own), for effects and traits of another model than the signed one, and for true slip, which needs a
     /// gyro. Of the versions that have room for all it is the first: older firmware takes it.
@@ -385,7 +392,8 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
             robot.static_power,
             self.noise.density,
             self.noise.model_std,
-            self.noise.power_scale,
+            // Up to here older firmware weighs by the predicted power: not at all.
+            T::ZERO,
             self.noise.tail,
         ] {
             image.put_number(value);
@@ -460,7 +468,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         let static_power = reader.number("static_power_w")?;
         let density = reader.not_negative("noise")?;
         let model_std = reader.not_negative("noise")?;
-        let power_scale = reader.not_negative("noise")?;
+        let _: T = reader.not_negative("noise")?;
         let tail = reader.not_negative("noise")?;
         let mut values = [T::ZERO; REGRESSORS];
         for value in &mut values {
@@ -538,7 +546,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
                 static_power,
             },
             model,
-            noise: Noise { density, model_std, power_scale, tail },
+            noise: Noise { density, model_std, tail },
             columns,
             identifies_mass: flags & NO_MASS == 0,
             ground_adapts,
@@ -558,7 +566,6 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
             noise: Noise {
                 density: number(self.noise.density),
                 model_std: number(self.noise.model_std),
-                power_scale: number(self.noise.power_scale),
                 tail: number(self.noise.tail),
             },
             columns: self.columns.convert(),

@@ -68,6 +68,8 @@ where
     bucket_length: T,
     /// Time into the open bucket, s.
     phase: T,
+    /// Buckets summed since the mass is known; `None` where none before them was summed without it.
+    since_known: Option<usize>,
     mass: MassEstimate<T>,
     /// The mass beyond the middle of the range, kg; no number while it is unknown.
     d: T,
@@ -86,6 +88,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     /// A filter cutoff that this sample rate cannot have, or a delay that is too long for it.
     pub fn new(coefficients: &Coefficients<T, N>, method: M, timing: &Timing) -> Result<Self, Unfit> {
         let Coefficients { robot, columns, .. } = coefficients;
+        let since_known = method.weighs_by_mass().then_some(0);
         Ok(Self {
             conditioner: Conditioner::with_columns(robot, columns, timing.period_s)?,
             model: coefficients.model,
@@ -102,6 +105,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
             bucket_length: T::from_f64(timing.bucket_s),
             full_at: T::from_f64(timing.bucket_s - timing.period_s / 2.0),
             phase: T::ZERO,
+            since_known,
             mass: MassEstimate::Unknown(if coefficients.identifies_mass {
                 Unknown::NoSamples
             } else {
@@ -148,7 +152,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
             let Answer { mut response, power: expected, drawn } =
                 additions.respond(&self.model, now, &self.range, self.d);
             response.may_clamp = self.clamp.holds(response.may_clamp, elapsed);
-            self.method.add(&mut self.bucket, drawn, &response, now.motion.summed_speed());
+            self.method.add(&mut self.bucket, drawn, &response, now.motion.summed_speed(), self.d);
             // Zero times what is not finite is no number; neither is what an unknown mass makes expect.
             if expected * T::ZERO == T::ZERO {
                 self.bucket_predicted += T::ZERO.at_least(expected) * *held;
@@ -172,6 +176,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         self.restart(0);
         // What it holds so far was carried by the payload before.
         self.bucket = M::Sums::default();
+        self.since_known = self.method.weighs_by_mass().then_some(0);
         self.learn(MassEstimate::Unknown(Unknown::NoSamples));
     }
 
@@ -253,6 +258,9 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         if self.ahead.is_none() {
             self.look_ahead();
         }
+        if let Some(since) = self.since_known {
+            self.weigh_again(since);
+        }
         self.buckets.push(self.bucket);
         if let (Some(count), Some(total)) = (self.timeline.advance(), &mut self.ahead) {
             total.merge(&self.bucket);
@@ -263,6 +271,29 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         self.ahead = None;
         self.bucket = M::Sums::default();
         changed
+    }
+
+    /// Samples that came while the mass was unknown could not be weighed by what they leave at it: such buckets go once those that came
+    /// later tell the mass alone. `since` of these were closed before the one in hand.
+    #[cold]
+    #[inline(never)]
+    fn weigh_again(&mut self, since: usize) {
+        if !self.d.is_finite() {
+            self.since_known = Some(0);
+            return;
+        }
+        let [older, recent] = self.buckets.latest_parts(since);
+        let mut later = total([older, recent]);
+        let ahead = later;
+        later.merge(&self.bucket);
+        let parts = [older, recent, core::slice::from_ref(&self.bucket)];
+        let alone = self.method.estimate_of(&later, parts, self.spread.excess());
+        let all_in_window = since < self.timeline.next().map_or(0, |count| count.min(B).saturating_sub(1));
+        self.since_known = all_in_window.then_some(since + 1);
+        if all_in_window && matches!(alone, MassEstimate::Known(_)) {
+            self.buckets.blank_older(since);
+            (self.ahead, self.since_known) = (Some(ahead), None);
+        }
     }
 
     /// For one more bucket in a full ring whose buckets all count: those before the last change go, and only where

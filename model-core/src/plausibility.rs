@@ -125,7 +125,6 @@ impl<T: Real> Noise<T> {
         let largest = MOST_POWER * MOST_POWER;
         is_within(self.density, largest)
             && is_within(self.model_std, MOST_POWER)
-            && is_within(self.power_scale, largest)
             && is_within(self.tail, MOST_POWER)
     }
 }

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Rng, burger, coefficients, range, servo};
+use common::{Rng, burger, coefficients, servo};
 use model_core::adapt::belief::{Belief, Evidence};
 use model_core::adapt::{Adaptive, Ground};
 use model_core::coefficients::{Coefficients, Robot};
@@ -25,7 +25,7 @@ fn robot() -> Coefficients<f64, 2> {
     let found = coefficients();
     Coefficients {
         robot: Robot { cutoff_hz: 20.0, ..found.robot },
-        noise: Noise { density: SIGMA * SIGMA * PERIOD, model_std: 0.0, power_scale: 0.0, tail: 1.0 },
+        noise: Noise { density: SIGMA * SIGMA * PERIOD, model_std: 0.0, tail: 1.0 },
         ..found
     }
 }
@@ -69,7 +69,7 @@ fn masses(drive: &mut Drive3) -> [Vec<Option<Mass<f64>>>; 2] {
     let robot = robot();
     let schedule = Schedule::Moving { window: 25 };
     let timing = Timing { period_s: PERIOD, bucket_s: 1.0, schedule, detect_changes: false };
-    let method = Window { range: range(), noise: robot.noise, period: PERIOD };
+    let method = robot.window(PERIOD);
     let mut plain = Estimator::<f64, Window<f64>, 2, 32>::new(&robot, method, &timing).unwrap();
     let mut adaptive = Adaptive::new(&robot, &Ground::usual(), PERIOD, 1.0).unwrap();
     let (mut adapted, mut fixed) = (vec![], vec![]);

@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::{burger, coefficients, range};
+use common::{burger, coefficients};
 use model_core::coefficients::{Coefficients, Robot};
 use model_core::estimator::{Estimator, Sample, Timing};
 use model_core::motion::Motion;
@@ -65,7 +65,7 @@ fn hard_braking_costs_no_mass() {
         schedule: Schedule::Moving { window: 25 },
         detect_changes: false,
     };
-    let method = Window { range: range(), noise: robot().noise, period: PERIOD };
+    let method = robot().window(PERIOD);
     for mass in [1.5, 3.0, 5.0] {
         let estimator = Estimator::<f64, _, 2, 32>::new(&robot(), method, &timing).unwrap();
         let found = error(mass, estimator);

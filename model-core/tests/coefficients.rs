@@ -67,13 +67,12 @@ fn any_coefficients<const N: usize>() -> impl Strategy<Value = Coefficients<f32,
         -9.0..99.0_f32,
     );
     let flags = (proptest::bool::ANY, proptest::bool::ANY);
-    (robot, model(), number(), number(), number(), number(), flags).prop_map(
+    (robot, model(), number(), number(), number(), flags).prop_map(
         |(
             (name, rows, gyration_radius, dead_band, cutoff_hz, empty, payload, static_power),
             model,
             density,
             model_std,
-            power_scale,
             tail,
             (identifies_mass, ground_adapts),
         )| {
@@ -91,7 +90,7 @@ fn any_coefficients<const N: usize>() -> impl Strategy<Value = Coefficients<f32,
                     static_power,
                 },
                 model,
-                noise: Noise { density, model_std, power_scale, tail },
+                noise: Noise { density, model_std, tail },
                 columns: Columns::NONE,
                 identifies_mass,
                 ground_adapts: ground_adapts && matches!(model, Model::Signed { .. }),

@@ -51,10 +51,11 @@ fn coverage(correlation: f64, seconds: usize, stated_over_true: f64) -> Coverage
             noise: Noise {
                 density: sigma * sigma * noise.density(PERIOD) * stated_over_true,
                 model_std: 0.0,
-                power_scale: 0.0,
+
                 tail: 1.0,
             },
             period: PERIOD,
+            linear_beyond: f64::INFINITY,
         };
         let mass = rng.uniform(1.0, 6.0);
         let start = rng.uniform(0.0, 7.3);
@@ -63,7 +64,7 @@ fn coverage(correlation: f64, seconds: usize, stated_over_true: f64) -> Coverage
             let b = slope(start + i as f64 * PERIOD);
             let response = Response { polynomial: Polynomial { a: 0.0, b, c: 1.0 }, may_clamp: false };
             let power = 1.0 + b * (mass - range.middle()) + sigma * noise.step(&mut rng);
-            window.add(&mut buckets[i / PER_BUCKET], power, &response, 1.0);
+            window.add(&mut buckets[i / PER_BUCKET], power, &response, 1.0, f64::NAN);
         }
         if let MassEstimate::Known(found) = window.estimate(buckets.iter()) {
             known += 1;

@@ -158,7 +158,7 @@ fn the_estimator_sees_the_same() {
     let coefficients = Coefficients { robot, model: Model::Signed { torque, drive }, ..coefficients() };
     let schedule = Schedule::Moving { window: 10 };
     let timing = Timing { period_s: PERIOD, bucket_s: 1.0, schedule, detect_changes: false };
-    let window = Window { range: range(), noise: coefficients.noise, period: PERIOD };
+    let window = coefficients.window(PERIOD);
     let estimator = || Estimator::<f64, Window<f64>, 2, 32>::new(&coefficients, window, &timing).unwrap();
     let (mut with, mut without) = (estimator(), estimator());
     let mut gyro = Gyro::new(&robot, 0.0, PERIOD).unwrap().unwrap();

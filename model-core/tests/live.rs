@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Rng, burger, coefficients, range, servo};
+use common::{Rng, burger, coefficients, servo};
 use model_core::coefficients::{Coefficients, Robot};
 use model_core::conditioning::Conditioning;
 use model_core::effects::live::{Live, Outside};
@@ -34,7 +34,7 @@ fn robot(columns: &[Column<f64>]) -> Coefficients<f64, 2> {
     Coefficients {
         // Little delay, so that P(filtered speed) and filtered P(speed) are the same to a mW.
         robot: Robot { cutoff_hz: 20.0, ..found.robot },
-        noise: Noise { density: SIGMA * SIGMA * PERIOD, model_std: 0.0, power_scale: 0.0, tail: 1.0 },
+        noise: Noise { density: SIGMA * SIGMA * PERIOD, model_std: 0.0, tail: 1.0 },
         columns: Columns::new(columns, 2).unwrap(),
         ..found
     }
@@ -48,7 +48,7 @@ const TIMING: Timing = Timing {
 };
 
 fn method() -> Window<f64> {
-    Window { range: range(), noise: robot(&[]).noise, period: PERIOD }
+    robot(&[]).window(PERIOD)
 }
 
 /// Wheel speeds and accelerations: forward and back, rests, turns both ways.

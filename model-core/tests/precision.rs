@@ -3,14 +3,13 @@
 
 mod common;
 
-use common::{Rng, burger, coefficients, range, servo};
+use common::{Rng, burger, coefficients, servo};
 use model_core::coefficients::Coefficients;
 use model_core::eq18::{self, Gate};
 use model_core::estimator::{Estimator, Sample, Timing};
-use model_core::model::{MassRange, Model};
+use model_core::model::Model;
 use model_core::motion::{Motion, Wheel};
 use model_core::payload::schedule::Schedule;
-use model_core::payload::window::Window;
 use model_core::torque::{Drive, TorqueModel};
 use proptest::prelude::*;
 
@@ -103,9 +102,8 @@ fn drive(model: Model<f64>, seconds: usize, schedule: Schedule) -> f64 {
     let coefficients: Coefficients<f64, 2> = single.convert().unwrap();
     let (period, bucket_s) = (0.005, 1.0);
     let timing = Timing { period_s: period, bucket_s, schedule, detect_changes: false };
-    let window = Window { range: range(), noise: coefficients.noise, period };
-    let window32 =
-        Window { range: MassRange::new(1.0_f32, 6.0).unwrap(), noise: single.noise, period: period as f32 };
+    let window = coefficients.window(period);
+    let window32 = single.window(period as f32);
     let mut host: Estimator<f64, _, 2, 30> = Estimator::new(&coefficients, window, &timing).unwrap();
     let mut board: Estimator<f32, _, 2, 30> = Estimator::new(&single, window32, &timing).unwrap();
     let (_, matrix) = burger();

@@ -93,8 +93,8 @@ fn products_are_numpys() {
 /// worst, beside the few ε of the inputs.
 fn assert_masses<T: Real>() {
     let range = MassRange::new(T::from_f64(1.0), T::from_f64(6.0)).unwrap();
-    let noise = Noise { density: T::from_f64(1e-4), model_std: T::ZERO, power_scale: T::ZERO, tail: T::ONE };
-    let window = Window { range, noise, period: T::from_f64(0.1) };
+    let noise = Noise { density: T::from_f64(1e-4), model_std: T::ZERO, tail: T::ONE };
+    let window = Window { range, noise, period: T::from_f64(0.1), linear_beyond: T::INFINITY };
     let samples = table(include_str!("reference/window_samples.csv"));
     let mut worst = 0.0_f64;
     for row in table(include_str!("reference/window_masses.csv")) {
@@ -106,7 +106,7 @@ fn assert_masses<T: Real>() {
             for sample in part {
                 let [a, b, c, power] = [1, 2, 3, 4].map(|i| T::from_f64(sample[i]));
                 let response = Response { polynomial: Polynomial { a, b, c }, may_clamp: false };
-                window.add(&mut sums, power, &response, T::ONE);
+                window.add(&mut sums, power, &response, T::ONE, T::NAN);
             }
             buckets.push(sums);
         }

@@ -53,7 +53,7 @@ fn sums(gate: Gate, samples: &[Seen]) -> Vec<Sums<f64>> {
         let mut sums = Sums::default();
         for seen in bucket {
             let response = model.response(&seen.motion, &range());
-            method.add(&mut sums, seen.power, &response, seen.motion.mean_speed());
+            method.add(&mut sums, seen.power, &response, seen.motion.mean_speed(), f64::NAN);
         }
         sums
     });

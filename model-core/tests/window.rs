@@ -17,8 +17,9 @@ use proptest::prelude::*;
 fn window() -> Window<f64> {
     Window {
         range: range(),
-        noise: Noise { density: 1e-6, model_std: 0.0, power_scale: 0.0, tail: 1.0 },
+        noise: Noise { density: 1e-6, model_std: 0.0, tail: 1.0 },
         period: 0.02,
+        linear_beyond: f64::INFINITY,
     }
 }
 
@@ -31,7 +32,7 @@ fn buckets(window: &Window<f64>, samples: &[Seen], cuts: &[usize]) -> Vec<Sums<f
     for to in cuts.iter().copied().chain([samples.len()]) {
         let mut sums = Sums::default();
         for (power, response) in &samples[from..to] {
-            window.add(&mut sums, *power, response, 1.0);
+            window.add(&mut sums, *power, response, 1.0, f64::NAN);
         }
         buckets.push(sums);
         from = to;
@@ -149,14 +150,14 @@ proptest! {
         values in proptest::collection::vec(proptest::array::uniform4(any::<f32>()), 1..30), speed in any::<f32>(),
     ) {
         let range = MassRange::new(1.0_f32, 6.0).unwrap();
-        let window = Window { range, noise: Noise { density: 1e-4, model_std: 0.1, power_scale: 0.0, tail: 1.0 }, period: 0.02 };
+        let window = Window { range, noise: Noise { density: 1e-4, model_std: 0.1, tail: 1.0 }, period: 0.02, linear_beyond: 0.3 };
         let roots = RootMean { range };
         let mut sums = (vec![], vec![]);
         for [power, a, b, c] in values {
             let response = Response { polynomial: Polynomial { a, b, c }, may_clamp: false };
             let (mut of_window, mut of_roots) = Default::default();
-            window.add(&mut of_window, power, &response, speed);
-            roots.add(&mut of_roots, power, &response, speed);
+            window.add(&mut of_window, power, &response, speed, speed);
+            roots.add(&mut of_roots, power, &response, speed, speed);
             sums.0.push(of_window);
             sums.1.push(of_roots);
         }
@@ -210,8 +211,8 @@ fn standing_still_is_unknown() {
             let (window, roots) = (window(), RootMean { range });
             let (mut of_window, mut of_roots) = Default::default();
             for _ in 0..1000 {
-                window.add(&mut of_window, power, &response, rest.mean_speed());
-                roots.add(&mut of_roots, power, &response, rest.mean_speed());
+                window.add(&mut of_window, power, &response, rest.mean_speed(), f64::NAN);
+                roots.add(&mut of_roots, power, &response, rest.mean_speed(), f64::NAN);
             }
             assert_eq!(
                 window.estimate([of_window; 20].iter()),
@@ -255,17 +256,17 @@ fn too_much_noise_is_unknown() {
         let window = Window { noise, ..window() };
         window.estimate(buckets(&window, &samples, &even_cuts(100, 10)).iter())
     };
-    assert!(with(Noise { density: 1e-6, model_std: 1e-3, power_scale: 0.0, tail: 1.0 }).known().is_some());
+    assert!(with(Noise { density: 1e-6, model_std: 1e-3, tail: 1.0 }).known().is_some());
     assert_eq!(
-        with(Noise { density: 10.0, model_std: 0.0, power_scale: 0.0, tail: 1.0 }),
+        with(Noise { density: 10.0, model_std: 0.0, tail: 1.0 }),
         MassEstimate::Unknown(Unknown::TooWide)
     );
     assert_eq!(
-        with(Noise { density: 1e-6, model_std: 10.0, power_scale: 0.0, tail: 1.0 }),
+        with(Noise { density: 1e-6, model_std: 10.0, tail: 1.0 }),
         MassEstimate::Unknown(Unknown::TooWide)
     );
     assert_eq!(
-        with(Noise { density: f64::NAN, model_std: 0.0, power_scale: 0.0, tail: 1.0 }),
+        with(Noise { density: f64::NAN, model_std: 0.0, tail: 1.0 }),
         MassEstimate::Unknown(Unknown::TooWide)
     );
 }
@@ -341,7 +342,7 @@ fn one_bucket_has_the_fits_interval() {
         squares += response.polynomial.b.powi(2);
     }
     for (density, model_std) in [(1e-3, 0.0), (0.0, 0.02), (2e-3, 0.03)] {
-        let window = Window { noise: Noise { density, model_std, power_scale: 0.0, tail: 1.0 }, ..window() };
+        let window = Window { noise: Noise { density, model_std, tail: 1.0 }, ..window() };
         let found = window.estimate(buckets(&window, &samples, &[]).iter()).known().unwrap();
         let variance: f64 = density / (squares * window.period) + (model_std * sum / squares).powi(2);
         // t.ppf(0.975, 6) of SciPy; the estimator's expansion of it is good to 1 %.
@@ -353,7 +354,7 @@ fn one_bucket_has_the_fits_interval() {
         let mut sums = buckets(&window, &samples, &[])[0];
         let surprise = window.surprise(&sums, found.mass - off).unwrap();
         assert!((surprise - 1.5).abs() < 1e-9, "{surprise}");
-        window.add(&mut sums, f64::NAN, &samples[0].1, 1.0);
+        window.add(&mut sums, f64::NAN, &samples[0].1, 1.0, f64::NAN);
         assert_eq!(window.surprise(&sums, 3.0), None);
     }
 }

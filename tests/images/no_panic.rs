@@ -22,7 +22,6 @@ use model_core::estimator::{Estimator, Sample, Timing};
 use model_core::payload::Method;
 use model_core::payload::roots::RootMean;
 use model_core::payload::schedule::Schedule;
-use model_core::payload::window::Window;
 
 const WHEELS: usize = 2;
 const BUCKETS: usize = 60;
@@ -94,8 +93,8 @@ fn everything() {
     serve();
     let image = [0; 256];
     let Ok(coefficients) = Coefficients::<f32, WHEELS>::decode(black_box(&image)) else { return };
-    let (range, noise) = (coefficients.robot.range, coefficients.noise);
-    estimate(&coefficients, Window { range, noise, period: black_box(0.005) });
+    let range = coefficients.robot.range;
+    estimate(&coefficients, coefficients.window(black_box(0.005)));
     estimate(&coefficients, RootMean { range });
     black_box(Name::new(black_box("burger")).as_str());
     black_box(coefficients.encode());

@@ -12,7 +12,6 @@ use model_core::kinematics::Kinematics;
 use model_core::model::{MassRange, Model};
 use model_core::motion::Motion;
 use model_core::payload::schedule::Schedule;
-use model_core::payload::window::Window;
 use model_core::payload::{MassEstimate, Noise};
 use model_core::torque::{Drive, TorqueModel};
 use on_target_tests::{Failed, Outcome, close, ensure, tests};
@@ -43,7 +42,7 @@ fn coefficients() -> Option<Coefficients<f32, 2>> {
             static_power: STATIC_W,
         },
         model: Model::Signed { torque: TorqueModel::from_array(power::TORQUE), drive: Drive::Dissipative },
-        noise: Noise { density: 5e-5, model_std: 0.01, power_scale: 0.0, tail: 1.0 },
+        noise: Noise { density: 5e-5, model_std: 0.01, tail: 1.0 },
         columns: Columns::NONE,
         identifies_mass: true,
         ground_adapts: false,
@@ -87,7 +86,7 @@ fn equals_double_precision() -> Outcome {
         schedule: Schedule::Moving { window: WINDOW_S },
         detect_changes: true,
     };
-    let method = Window { range: double.robot.range, noise: double.noise, period: 0.005 };
+    let method = double.window(0.005);
     let mut host = Estimator::<f64, _, 2, 64>::new(&double, method, &timing).map_err(|_| Failed)?;
     let mut last_us = None;
     let mut known = 0;

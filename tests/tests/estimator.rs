@@ -37,12 +37,7 @@ fn coefficients() -> Option<Coefficients<f32, 2>> {
     let [no_load, full_load] = MASSES;
     let range = MassRange::new(no_load, full_load)?;
     // White noise: its variance times twice the correlation time, which is half a sample.
-    let noise = Noise {
-        density: NOISE_STD * NOISE_STD * PERIOD_S as f32,
-        model_std: 0.0,
-        power_scale: 0.0,
-        tail: 1.0,
-    };
+    let noise = Noise { density: NOISE_STD * NOISE_STD * PERIOD_S as f32, model_std: 0.0, tail: 1.0 };
     Some(Coefficients {
         robot: Robot {
             name: Name::new("reference"),
@@ -70,8 +65,8 @@ fn pipeline_of<T: Real>(coefficients: &Coefficients<T, 2>) -> Option<Pipeline<T>
         schedule: Schedule::Moving { window: BUCKETS },
         detect_changes: false,
     };
-    let method =
-        Window { range: coefficients.robot.range, noise: coefficients.noise, period: T::from_f64(PERIOD_S) };
+    // The reference squares all residuals.
+    let method = Window { linear_beyond: T::INFINITY, ..coefficients.window(T::from_f64(PERIOD_S)) };
     Estimator::new(coefficients, method, &timing).ok()
 }
 

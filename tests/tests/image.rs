@@ -16,7 +16,7 @@ mod reference {
 }
 use reference::{
     CUTOFF_HZ, DEAD_BAND, FULL_LOAD, GYRATION_RADIUS, IMAGE, NAME, NO_LOAD, NOISE_DENSITY, NOISE_MODEL_STD,
-    NOISE_POWER_SCALE, NOISE_TAIL, ROWS, STATIC_POWER, TORQUE,
+    NOISE_TAIL, ROWS, STATIC_POWER, TORQUE,
 };
 
 tests!(
@@ -41,12 +41,7 @@ fn coefficients() -> Option<Coefficients<f32, 2>> {
             static_power: STATIC_POWER,
         },
         model: Model::Signed { torque: TorqueModel::from_array(TORQUE), drive: Drive::Regenerative },
-        noise: Noise {
-            density: NOISE_DENSITY,
-            model_std: NOISE_MODEL_STD,
-            power_scale: NOISE_POWER_SCALE,
-            tail: NOISE_TAIL,
-        },
+        noise: Noise { density: NOISE_DENSITY, model_std: NOISE_MODEL_STD, tail: NOISE_TAIL },
         columns: Columns::NONE,
         identifies_mass: true,
         ground_adapts: false,

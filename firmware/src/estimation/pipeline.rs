@@ -44,7 +44,7 @@ impl Pipeline {
     /// A filter cutoff or effects that the sample rate cannot have.
     pub(super) fn new(coefficients: &Coefficients<f32, WHEELS>) -> Result<Self, Unfit> {
         let range = coefficients.robot.range;
-        let window = Window { range, noise: coefficients.noise, period: PERIOD_S as f32 };
+        let window = coefficients.window(PERIOD_S as f32);
         match coefficients.model {
             Model::Signed { .. } if coefficients.ground_adapts => adapting(coefficients),
             Model::Signed { .. } if coefficients.columns.is_empty() => {

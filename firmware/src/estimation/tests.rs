@@ -60,12 +60,7 @@ pub(crate) fn coefficients(model: Model<f32>) -> Coefficients<f32, WHEELS> {
             static_power: STATIC_W,
         },
         model,
-        noise: Noise {
-            density: (NOISE_W * NOISE_W * 0.005) as f32,
-            model_std: 0.01,
-            power_scale: 4.0,
-            tail: 1.0,
-        },
+        noise: Noise { density: (NOISE_W * NOISE_W * 0.005) as f32, model_std: 0.01, tail: 1.0 },
         columns: Columns::NONE,
         identifies_mass: true,
         ground_adapts: false,
@@ -255,7 +250,7 @@ fn compare_with(
 }
 
 fn window(coefficients: &Coefficients<f64, WHEELS>) -> Window<f64> {
-    Window { range: coefficients.robot.range, noise: coefficients.noise, period: 0.005 }
+    coefficients.window(0.005)
 }
 
 fn roots(coefficients: &Coefficients<f64, WHEELS>) -> RootMean<f64> {

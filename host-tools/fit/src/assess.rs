@@ -1,8 +1,11 @@
 //! What a fit is worth: errors on its own rows, standard errors, and the noise that payload estimates have to expect.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use model_core::model::Model;
-use model_core::payload::Noise;
+use model_core::payload::{Noise, huber};
 use nalgebra::{DMatrix, DVector};
+use numerics::intervals::student_95;
 use numerics::robust::{NORMAL_95, median, quantile, scale_of_sizes};
 use numerics::scaled_inverse::ScaledInverse;
 use support::metrics::{Metrics, Quality};
@@ -116,6 +119,7 @@ pub fn lasting_error<const N: usize>(
     noise: &Noise<f64>,
 ) -> f64 {
     let range = &dataset.robot.range;
+    let linear_beyond = noise.linear_beyond(dataset.robot.cutoff_hz);
     let mut errors = Vec::new();
     let mut close = |score: &DVector<f64>, slope: f64| {
         if slope != 0.0 {
@@ -134,8 +138,9 @@ pub fn lasting_error<const N: usize>(
         }
         let response = model.response(&row.motion, range);
         if !response.may_clamp {
-            let weight = noise.weight(response.polynomial.c);
-            let slope = weight * response.polynomial.slope(row.mass - range.middle());
+            let beyond = row.mass - range.middle();
+            let weight = huber(row.power - response.polynomial.at(beyond), linear_beyond);
+            let slope = weight * response.polynomial.slope(beyond);
             score.axpy(slope, &gradient(row), 1.0);
             slope_sum += slope;
         }
@@ -147,9 +152,16 @@ pub fn lasting_error<const N: usize>(
 /// How far the residuals stray as a payload estimator sees them: the usual scatter of Σ g e over two seconds, per Σ g²,
 /// g = ∂P/∂m. The usual one, by the median: the few blocks in which no model of filtered signals is right show in the
 /// estimator's own windows. What lasts longer is left at 0.
-pub fn noise<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, power_scale: f64) -> Noise<f64> {
+///
+/// Once with all squared, which says beyond which residual they count linearly, and again with that.
+pub fn noise<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>) -> Noise<f64> {
+    let squared = scatter(dataset, model, f64::INFINITY);
+    scatter(dataset, model, squared.linear_beyond(dataset.robot.cutoff_hz))
+}
+
+fn scatter<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, linear_beyond: f64) -> Noise<f64> {
     let range = &dataset.robot.range;
-    let mut noise = Noise { density: 0.0, model_std: 0.0, power_scale, tail: 1.0 };
+    let mut noise = Noise { density: 0.0, model_std: 0.0, tail: 1.0 };
     // Score and information of each block.
     let mut blocks: Vec<(f64, f64)> = Vec::new();
     let mut current: Option<(u32, i64)> = None;
@@ -165,8 +177,9 @@ pub fn noise<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, power_sca
         {
             let beyond = row.mass - range.middle();
             let slope = response.polynomial.slope(beyond);
-            let weighted = noise.weight(response.polynomial.c) * slope;
-            *score += weighted * (row.power - response.polynomial.at(beyond));
+            let error = row.power - response.polynomial.at(beyond);
+            let weighted = huber(error, linear_beyond) * slope;
+            *score += weighted * error;
             *information += weighted * slope;
         }
     }
@@ -178,35 +191,6 @@ pub fn noise<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, power_sca
     let rare = quantile(&mut sizes, 0.95).unwrap_or(0.0);
     noise.tail = (rare / (NORMAL_95 * usual)).max(1.0);
     noise
-}
-
-/// Where the residual begins to grow with the power: from what is usual below the middle of the power to the root
-/// mean square in the topmost tenth, where rare large errors are what weighs.
-pub fn power_scale<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>) -> f64 {
-    let mut rows: Vec<(f64, f64)> = dataset
-        .store
-        .iter()
-        .filter_map(|row| {
-            let predicted = model.power(&row.motion, row.mass)?;
-            (predicted > 0.0).then(|| (predicted, (row.power - predicted).abs()))
-        })
-        .collect();
-    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (low, high) = (rows.len() / 2, rows.len() * 9 / 10);
-    let power = rows.get((high + rows.len()) / 2).map_or(0.0, |(power, _)| *power);
-    if low == 0 {
-        return 0.0;
-    }
-    let above = &rows[high..];
-    let mut below: Vec<f64> = rows[..low].iter().map(|(_, size)| *size).collect();
-    let usual = scale_of_sizes(&mut below).unwrap_or(0.0);
-    let at_power = (above.iter().map(|(_, size)| size * size).sum::<f64>() / above.len() as f64).sqrt();
-    if usual > 0.0 && at_power > usual {
-        // Cruising at the usual power always counts.
-        (power / ((at_power / usual).powi(2) - 1.0).sqrt()).max(rows[low].0)
-    } else {
-        0.0
-    }
 }
 
 /// Blocks with less than this share of the most informative one's information are left out.

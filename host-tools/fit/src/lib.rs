@@ -232,8 +232,7 @@ pub fn fit<const N: usize>(
         }
     };
     let solve_s = started.elapsed().as_secs_f64();
-    let power_scale = assess::power_scale(dataset, &model);
-    let mut noise = assess::noise(dataset, &model, power_scale);
+    let mut noise = assess::noise(dataset, &model);
     let Judgement { uncertainty, parameters, lasting_error } = judge(dataset, &model, &weights, &noise);
     let quality = assess::quality(dataset, &model, robot.mape_floor_w())
         .ok_or_else(|| Error::failed("the fitted model predicts no finite power for any row"))?;

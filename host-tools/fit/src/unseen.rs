@@ -5,7 +5,7 @@
 //! drives alike. Residuals of the fit itself hide that: every window has pulled the coefficients its own way.
 
 use model_core::model::Model;
-use model_core::payload::Noise;
+use model_core::payload::{Noise, huber};
 use nalgebra::{DMatrix, DVector};
 use numerics::intervals::student_95;
 use numerics::robust::NORMAL_95;
@@ -116,6 +116,7 @@ fn halves<const N: usize>(
     noise: &Noise<f64>,
 ) -> Vec<(u32, Sums)> {
     let range = &dataset.robot.range;
+    let linear_beyond = noise.linear_beyond(dataset.robot.cutoff_hz);
     let mut halves: Vec<(u32, Sums)> = Vec::new();
     let mut current: Option<(u32, i64)> = None;
     for (row, &weight) in dataset.store.iter().zip(weights) {
@@ -135,7 +136,7 @@ fn halves<const N: usize>(
         let response = model.response(&row.motion, range);
         if !response.may_clamp {
             let slope = response.polynomial.slope(row.mass - range.middle());
-            let weighted = noise.weight(response.polynomial.c) * slope;
+            let weighted = huber(error, linear_beyond) * slope;
             half.score += weighted * error;
             half.leverage.axpy(weighted, &along, 1.0);
             half.information += weighted * slope;

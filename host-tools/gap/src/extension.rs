@@ -7,7 +7,7 @@ use logs::runs::Runs;
 use model::coefficients::{CoefficientsFile, InvalidCoefficients};
 use model::effects::Regressor;
 use model::effects::written::Written;
-use model_core::payload::Noise;
+use model_core::payload::{Noise, huber};
 use nalgebra::{DMatrix, DVector};
 use numerics::robust::{NORMAL_95, median, quantile, scale_of_sizes};
 use support::error::{Error, Result};
@@ -87,7 +87,9 @@ pub fn of<const N: usize>(
     let kept: Vec<usize> = columns.enumerate().filter(|(_, kept)| *kept).map(|(column, _)| column).collect();
     let places: Vec<usize> = (0..parameters).chain(kept.iter().map(|column| parameters + column)).collect();
     let covariance = DMatrix::from_fn(places.len(), places.len(), |i, j| joint[(places[i], places[j])]);
-    let mut windows = Windows { covariance: &covariance, base, errors: Vec::new(), blocks: Vec::new() };
+    let linear_beyond = base.linear_beyond(open.robot.cutoff_hz);
+    let mut windows =
+        Windows { covariance: &covariance, base, linear_beyond, errors: Vec::new(), blocks: Vec::new() };
     for place in 0..open.runs.len() {
         windows.see(&twin, place, &report.state, parameters, &kept);
     }
@@ -99,6 +101,8 @@ pub fn of<const N: usize>(
 struct Windows<'a> {
     covariance: &'a DMatrix<f64>,
     base: &'a Noise<f64>,
+    /// Residuals beyond this count linearly, W.
+    linear_beyond: f64,
     /// The lasting error of each window, W.
     errors: Vec<f64>,
     /// Score and information of each block.
@@ -124,14 +128,15 @@ impl Windows<'_> {
         let mut windows: Vec<(DVector<f64>, f64)> = Vec::new();
         let mut blocks: Vec<(f64, f64)> = Vec::new();
         for (index, row) in rows.iter().enumerate() {
-            let slope = self.base.weight(predicted[index]) * by_mass[index];
+            let error = row.power - predicted[index];
+            let slope = huber(error, self.linear_beyond) * by_mass[index];
             let window = (row.time / WINDOW_S) as usize;
             windows.resize(windows.len().max(window + 1), (DVector::zeros(slopes.len()), 0.0));
             windows[window].0 += DVector::from_fn(slopes.len(), |i, _| slope * slopes[i][index]);
             windows[window].1 += slope;
             let block = (row.time / BLOCK_S) as usize;
             blocks.resize(blocks.len().max(block + 1), (0.0, 0.0));
-            blocks[block].0 += slope * (row.power - predicted[index]);
+            blocks[block].0 += slope * error;
             blocks[block].1 += slope * by_mass[index];
         }
         let told = windows.iter().filter(|(_, slope)| *slope != 0.0);

@@ -7,7 +7,6 @@ use model_core::estimator::{Estimate, Sample, Timing, Unfit};
 use model_core::model::Model;
 use model_core::payload::roots::RootMean;
 use model_core::payload::schedule::Schedule;
-use model_core::payload::window::Window;
 use support::error::{Error, Result};
 
 /// Length of the window, s: as `gmr estimate`.
@@ -36,11 +35,11 @@ impl<const N: usize> Pipeline<N> {
         let bucket_s = bucket_length(WINDOW_S)?;
         let schedule = Schedule::Moving { window: (WINDOW_S / bucket_s).round() as usize };
         let timing = Timing { period_s, bucket_s, schedule, detect_changes: true };
-        let (range, noise) = (coefficients.robot.range, coefficients.noise);
+        let range = coefficients.robot.range;
         let unfit = |why| unfit(why, period_s);
         let estimating: Box<dyn Estimating<N>> = match coefficients.model {
             Model::Signed { .. } => {
-                let window = Window { range, noise, period: period_s };
+                let window = coefficients.window(period_s);
                 Box::new(Fitted::new(coefficients, window, &timing).map_err(unfit)?)
             }
             Model::Eq18 { .. } => {

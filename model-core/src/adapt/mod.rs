@@ -14,7 +14,7 @@ use crate::estimator::{Conditioned, Conditioner, Estimate, GAP_PERIODS, Sample, 
 use crate::model::{MassRange, Model};
 use crate::motion::Motion;
 use crate::payload::spread::Spread;
-use crate::payload::{MassEstimate, Noise, Unknown, interval};
+use crate::payload::{Mass, MassEstimate, Noise, Unknown, huber, interval};
 use crate::real::Real;
 use crate::torque::{Drive, TorqueModel, WheelPower};
 use belief::{Belief, Evidence, STATES};
@@ -58,6 +58,8 @@ pub struct Adaptive<T, const N: usize> {
     drive: Drive,
     range: MassRange<T>,
     noise: Noise<T>,
+    /// Residuals beyond this count linearly, W.
+    linear_beyond: T,
     period: T,
     /// What the states are in units of: kg, N·m/kg, N·m/kg.
     units: [T; STATES],
@@ -113,6 +115,7 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
             noise: *noise,
             period: T::from_f64(period_s),
             units,
+            linear_beyond: noise.linear_beyond(robot.cutoff_hz),
             belief: Belief::default(),
             evidence: Evidence::default(),
             slope: T::ZERO,
@@ -174,7 +177,6 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
     pub fn payload_changed(&mut self) {
         self.evidence = Evidence::default();
         (self.slope, self.lasting) = (T::ZERO, Lasting::default());
-        self.belief.forget_mass();
         self.spread.part();
         self.adapted.mass = MassEstimate::Unknown(if self.identifies_mass {
             Unknown::NoSamples
@@ -187,7 +189,6 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
     fn see(&mut self, now: &Conditioned<T, N>) -> T {
         let (expected, slopes) = self.slopes(&now.motion);
         if let Some(slopes) = slopes {
-            let weight = self.noise.weight(expected) * self.period / self.noise.density;
             let residual = now.power - expected;
             // Zero times what is not finite is no number.
             if (residual + weight) * T::ZERO == T::ZERO {
@@ -206,6 +207,9 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         let mass = self.range.middle() + d * mass_unit;
         let (mut power, mut slopes, mut least) = (T::ZERO, [T::ZERO; STATES], T::INFINITY);
         for wheel in &motion.wheels {
+            let is_known = self.adapted.mass.known().is_some();
+            let counts = if is_known { huber(residual, self.linear_beyond) } else { T::ONE };
+            let weight = counts * self.period / self.noise.density;
             let [fixed, per_kg] = self.torque.parts(wheel);
             let torque = fixed + mass * per_kg;
             let own = torque * (wheel.speed + self.torque.winding_loss * torque);

@@ -62,6 +62,18 @@ impl<S: Copy + Default, const B: usize> Ring<S, B> {
         *self = kept;
     }
 
+    /// Empties all but the latest `count`; their places stay.
+    pub fn blank_older(&mut self, count: usize) {
+        let mut blanked = Self::default();
+        for _ in count..self.filled {
+            blanked.push(S::default());
+        }
+        for bucket in self.latest(count) {
+            blanked.push(*bucket);
+        }
+        *self = blanked;
+    }
+
     /// Replaces every two neighbours by one, so that there is room for as many again.
     pub fn halve(&mut self, mut merge: impl FnMut(S, S) -> S) {
         let mut halved = Self::default();
@@ -100,6 +112,18 @@ mod tests {
             assert_eq!(two, (i.saturating_sub(1).max(1)..=i).collect::<Vec<_>>());
         }
         assert_eq!(ring.latest(0).count(), 0);
+    }
+
+    #[test]
+    fn blanking_keeps_places() {
+        let mut ring = Ring::<u32, 4>::default();
+        for i in 1..=6 {
+            ring.push(i);
+        }
+        ring.blank_older(3);
+        assert_eq!(ring.latest(4).copied().collect::<Vec<_>>(), [0, 4, 5, 6]);
+        ring.blank_older(9);
+        assert_eq!(ring.latest(4).copied().collect::<Vec<_>>(), [0, 4, 5, 6]);
     }
 
     #[test]

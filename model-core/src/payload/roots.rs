@@ -51,7 +51,7 @@ impl<T: Real> Method<T> for RootMean<T> {
     type Sums = Sums<T>;
 
     #[inline]
-    fn add(&self, sums: &mut Sums<T>, power: T, response: &Response<T>, speed: T) {
+    fn add(&self, sums: &mut Sums<T>, power: T, response: &Response<T>, speed: T, _: T) {
         sums.add(power, response, &self.range, speed);
     }
 

@@ -3,12 +3,15 @@
 //! Minimises Σ (P_k − a_k d² − b_k d − c_k)² over d = m − m₀ within the robot's masses. The sum is a quartic in d
 //! whose coefficients are sums over samples, so a window of any length is a few sums per second of it: constant
 //! memory, no samples kept. Each sample weighs by how much it says about the mass, and the curvature gives an interval.
+//!
+//! A sample whose residual at the mass known now is beyond the noise counts less (Huber): a square loss lets ten samples at the corners of
+//! the acceleration move the mass by percents.
 
 use crate::model::{MassRange, Response};
 use crate::real::Real;
 
 use super::interval::{Scatter, within};
-use super::{Bucket, MassEstimate, Method, Noise, Unknown};
+use super::{Bucket, MassEstimate, Method, Noise, Unknown, huber};
 
 /// Sums over the samples of a bucket, r being measured power minus c.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -24,13 +27,12 @@ pub struct Sums<T> {
 
 impl<T: Real> Sums<T> {
     #[inline]
-    fn add(&mut self, power: T, response: &Response<T>, noise: &Noise<T>) {
+    fn add(&mut self, power: T, response: &Response<T>, linear_beyond: T, d: T) {
         if response.may_clamp {
             return;
         }
         let p = &response.polynomial;
-        // By the predicted power, not the measured one: a weight that knew the error would bias the mass.
-        let weight = noise.weight(p.c);
+        let weight = huber(power - p.at(d), linear_beyond);
         let r = power - p.c;
         let (weighted_a, weighted_b) = (weight * p.a, weight * p.b);
         self.rb += r * weighted_b;
@@ -87,6 +89,8 @@ pub struct Window<T> {
     pub noise: Noise<T>,
     /// Time between samples, s.
     pub period: T,
+    /// Residuals beyond this count linearly, W ([`Noise::linear_beyond`]).
+    pub linear_beyond: T,
 }
 
 /// How many buckets of scatter the fit's own noise level counts for.
@@ -151,12 +155,16 @@ impl<T: Real> Method<T> for Window<T> {
     type Sums = Sums<T>;
 
     #[inline]
-    fn add(&self, sums: &mut Sums<T>, power: T, response: &Response<T>, speed: T) {
+    fn add(&self, sums: &mut Sums<T>, power: T, response: &Response<T>, speed: T, d: T) {
         // Eq. 18's β1 and β2 act at rest too, where no payload can be told from the standing robot's other losses.
         let at_rest = speed <= T::ZERO;
         if !at_rest {
-            sums.add(power, response, &self.noise);
+            sums.add(power, response, self.linear_beyond, d);
         }
+    }
+
+    fn weighs_by_mass(&self) -> bool {
+        self.linear_beyond.is_finite()
     }
 
     // A function of its own, so that its loop over the buckets is compiled alone: inlined, it has too few registers.

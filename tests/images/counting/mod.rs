@@ -15,7 +15,6 @@ use model_core::kinematics::Kinematics;
 use model_core::model::{MassRange, Model};
 use model_core::payload::roots::RootMean;
 use model_core::payload::schedule::Schedule;
-use model_core::payload::window::Window;
 use model_core::payload::{Method, Noise};
 use model_core::torque::{Drive, TorqueModel};
 use semihosting::println;
@@ -34,8 +33,8 @@ pub(crate) fn run() -> bool {
     let Some(signed) = coefficients() else { return false };
     let corrected = eq18(&signed, Gate::Corrected);
     let published = eq18(&signed, Gate::Published);
-    let (range, noise) = (signed.robot.range, signed.noise);
-    let window = Window { range, noise, period: PERIOD_S as f32 };
+    let range = signed.robot.range;
+    let window = signed.window(PERIOD_S as f32);
     let roots = RootMean { range };
     measure::<_, 32>(&counter, "signed window", &signed, window);
     measure::<_, 60>(&counter, "signed window", &signed, window);
@@ -160,7 +159,7 @@ fn coefficients() -> Option<Coefficients<f32, WHEELS>> {
             static_power: 0.0,
         },
         model: Model::Signed { torque, drive: Drive::Dissipative },
-        noise: Noise { density: 5e-5, model_std: 2e-3, power_scale: 4.0, tail: 1.2 },
+        noise: Noise { density: 5e-5, model_std: 2e-3, tail: 1.2 },
         columns: Columns::NONE,
         identifies_mass: true,
         ground_adapts: false,

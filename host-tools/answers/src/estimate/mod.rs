@@ -17,7 +17,6 @@ use model_core::estimator::{Estimate, Timing, Unfit};
 use model_core::model::Model;
 use model_core::payload::roots::RootMean;
 use model_core::payload::schedule::Schedule;
-use model_core::payload::window::Window;
 use model_core::payload::{MassEstimate, Place, Unknown};
 use serde::{Deserialize, Serialize};
 use support::error::{Error, Result};
@@ -214,7 +213,7 @@ pub fn replay_at<const N: usize>(
     let unfit = |why| Error::failed(unfit_text(why, coefficients)).in_file(file);
     match payloads {
         Payloads::Window => {
-            let method = Window { range, noise: coefficients.noise, period };
+            let method = coefficients.window(period);
             let pipeline = Fitted::new(coefficients, method, &timing).map_err(unfit)?;
             Run::new(coefficients, log, pipeline, policy, robot)?.finish(robot, watch)
         }
@@ -225,7 +224,7 @@ pub fn replay_at<const N: usize>(
     }
 }
 
-/// As [`replay_at`], rolling resistance and scrub adapting beside the mass (with a memory of a minute).
+/// As [`replay_at`], rolling resistance and scrub adapting (with a memory of a minute) beside the mass, or at the one that is given.
 ///
 /// # Errors
 /// As [`replay`]; coefficients of another model than the signed one, or with effects.

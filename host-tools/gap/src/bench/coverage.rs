@@ -102,7 +102,7 @@ fn one(robot: &Robot, case: &Case) -> Result<Option<Covered>> {
 
 /// The windows of a run whose mass is known: whether the interval holds the mass, and its half width, kg.
 fn windows(coefficients: &Coefficients<f64, 2>, run: &RawRun<2>) -> Result<Vec<(bool, f64)>> {
-    let method = Window { range: coefficients.robot.range, noise: coefficients.noise, period: run.period_s };
+    let method = coefficients.window(run.period_s);
     let window = (WINDOW_S / BUCKET_S) as usize;
     let timing = Timing {
         period_s: run.period_s,

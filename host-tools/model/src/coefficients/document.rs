@@ -94,6 +94,7 @@ pub(super) struct NoiseSection {
     /// That the mass cannot be told with these coefficients.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) mass: Option<MassSection>,
+    /// Without a meaning: 0 for older readers, who weighed samples by it.
     pub(super) power_scale_w: f64,
     pub(super) tail: f64,
 }
@@ -131,7 +132,7 @@ impl NoiseSection {
             density_w2_s: noise.density,
             model_std_w: identifies_mass.then_some(noise.model_std),
             mass: (!identifies_mass).then_some(MassSection::NotIdentifiable),
-            power_scale_w: noise.power_scale,
+            power_scale_w: 0.0,
             tail: noise.tail,
         }
     }

@@ -134,7 +134,6 @@ impl<const N: usize> CoefficientsFile<N> {
         let noise = Noise {
             density: document.noise.density_w2_s,
             model_std: lasting.unwrap_or(0.0),
-            power_scale: document.noise.power_scale_w,
             tail: document.noise.tail,
         };
         let size = parameters::named(&model, scrubs).len();

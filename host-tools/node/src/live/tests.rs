@@ -18,7 +18,7 @@ fn coefficients(robot: &Robot) -> Coefficients<f64, 2> {
     Coefficients {
         robot: robot.core(2.0).unwrap(),
         model: Model::Signed { torque, drive: Drive::Dissipative },
-        noise: Noise { density: 1e-6, model_std: 1e-4, power_scale: 0.0, tail: 1.0 },
+        noise: Noise { density: 1e-6, model_std: 1e-4, tail: 1.0 },
         columns: Columns::NONE,
         identifies_mass: true,
         ground_adapts: false,

@@ -128,7 +128,7 @@ impl Variant {
             let products = eq18::products(self.gates, &row.motion);
             let polynomial = eq18::polynomial(self.powers, &products, beta).about(roots.range.middle());
             let response = Response { polynomial, may_clamp: false };
-            roots.add(&mut sums, row.power, &response, row.motion.mean_speed());
+            roots.add(&mut sums, row.power, &response, row.motion.mean_speed(), f64::NAN);
         }
         sums
     }

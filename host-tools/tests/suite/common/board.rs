@@ -83,12 +83,12 @@ pub(crate) fn other_coefficients() -> Vec<u8> {
     coefficients_with(0.02)
 }
 
-fn coefficients_with(power_scale: f32) -> Vec<u8> {
+fn coefficients_with(model_std: f32) -> Vec<u8> {
     let robot = Robot::load("burger").unwrap().core::<2>(2.0).unwrap();
     let [a0, a1, g2, g3, g4, kappa] = crate::common::TRUTH;
     let torque = TorqueModel::from_array([a0, a1, g2, g3, g4, kappa, 0.0]);
     let model = Model::Signed { torque, drive: Drive::Dissipative };
-    let noise = Noise { density: 1e-4, model_std: 0.01, power_scale: power_scale.into(), tail: 0.0 };
+    let noise = Noise { density: 1e-4, model_std: model_std.into(), tail: 0.0 };
     Coefficients { robot, model, noise, columns: Columns::NONE, identifies_mass: true, ground_adapts: false }
         .encode()
         .unwrap()
