@@ -2,27 +2,28 @@
 //!
 //! A high cutoff lets the noise of speeds and their derivatives through, which the sizes in the model turn into bias; a
 //! low one smears short accelerations and clamps that the model could have followed. The right one depends on the sensors,
-//! so it is measured: each candidate filters the first rows of the logs, the signed model is fitted, and the residual's
-//! means over a second, which every cutoff passes alike, are compared.
+//! so it is measured: each candidate filters the first rows of the logs, the signed model is fitted, and what mass and energy of blocks of
+//! ten seconds lose by what it leaves is compared. (The lowest cutoff whose residual was no worse, as it was before, smears what tells the
+//! mass: `cargo xtask bench kinds`.)
 //!
 //! What the model lacks hides what a cutoff smears: with the slip memory of a skid-steered robot left out every cutoff is as bad as the
 //! next. So candidates are asked again with the terms that the logs carry behind each ([`by_the_data`]).
-
-use std::collections::BTreeMap;
 
 use logs::robot::Robot;
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;
 use model_core::model::Model;
+use model_core::payload::huber;
 use rayon::prelude::*;
 use support::error::Result;
 
+use super::assess;
 use super::dataset::Dataset;
 use super::form::{self, Choice, Form, Term};
 use super::physical;
 use super::pilot::Pilots;
 
-/// Candidates, Hz: half-octaves from where means over a second pass unchanged.
+/// Candidates, Hz: half-octaves from where a second passes unchanged.
 const CANDIDATES: [f64; 11] = [1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0, 32.0];
 
 /// Candidates in an octave.
@@ -30,6 +31,9 @@ const OCTAVE: usize = 2;
 
 /// Highest candidate as a share of the sample rate.
 const HIGHEST_SHARE: f64 = 0.3;
+
+/// Mass and energy are judged over blocks of this length, s: of a filtered signal's many correlation times, and many in a log.
+const BLOCK_S: f64 = 10.0;
 
 /// Rows of which the residual is taken, at most about.
 const MOST_ROWS: usize = 50_000;
@@ -58,7 +62,7 @@ pub(super) fn by_the_data<const N: usize>(
         tried(robot, &cores[place], pilots, choice)
     };
     let all: Vec<Option<Tried>> = (0..cores.len()).into_par_iter().map(plain).collect();
-    let first = lowest_good_enough(&all).unwrap_or(0);
+    let first = best(&all).unwrap_or(0);
     let mut asked: Vec<Option<Tried>> = cores.iter().map(|_| None).collect();
     asked[first] = own(first);
     if asked[first].as_ref().is_some_and(|tried| tried.choice.form != Form::default()) {
@@ -68,7 +72,7 @@ pub(super) fn by_the_data<const N: usize>(
             asked[place] = found;
         }
     }
-    let chosen = lowest_good_enough(&asked).unwrap_or(first);
+    let chosen = best(&asked).unwrap_or(first);
     let choice = asked[chosen].take().map(|tried| tried.choice).unwrap_or_default();
     Ok((cores[chosen].cutoff_hz, choice))
 }
@@ -76,7 +80,7 @@ pub(super) fn by_the_data<const N: usize>(
 /// The form of the model behind a candidate, and what that leaves.
 struct Tried {
     choice: Choice,
-    left: Seconds,
+    loss: f64,
 }
 
 /// `None` where a log is too slow for it.
@@ -86,75 +90,88 @@ fn tried<const N: usize>(
     pilots: &Pilots<N>,
     choice: Choice,
 ) -> Option<Tried> {
-    let left = residual(robot, core, pilots, &choice.form)?;
-    Some(Tried { choice, left })
+    let loss = loss(robot, core, pilots, &choice.form)?;
+    Some(Tried { choice, loss })
 }
 
-/// The lowest cutoff that is not worse than the best by more than one standard error of their difference: the less passes
-/// the filter, the less noise the predicted power is compared with.
-fn lowest_good_enough(tried: &[Option<Tried>]) -> Option<usize> {
-    let best = tried.iter().flatten().min_by(|a, b| a.left.mean_size().total_cmp(&b.left.mean_size()))?;
-    tried.iter().position(|own| own.as_ref().is_some_and(|own| own.left.not_worse_than(&best.left)))
+/// The one that loses least.
+fn best(tried: &[Option<Tried>]) -> Option<usize> {
+    let loss = |place: &usize| tried[*place].as_ref().map_or(f64::INFINITY, |tried| tried.loss);
+    (0..tried.len()).filter(|place| loss(place).is_finite()).min_by(|a, b| loss(a).total_cmp(&loss(b)))
 }
 
-/// The residual's means over each second.
-fn residual<const N: usize>(
+/// What mass and energy lose, as shares of both; `None` where a log is too slow for the cutoff.
+fn loss<const N: usize>(
     robot: &Robot,
     core: &CoreRobot<f64, N>,
     pilots: &Pilots<N>,
     form: &Form,
-) -> Option<Seconds> {
+) -> Option<f64> {
     let core = CoreRobot { conditioning: form.conditioning, ..*core };
     let mut dataset = Dataset::empty(core, Gate::Signed);
     dataset.unequal_sides = form.unequal_sides;
     dataset.store = pilots.condition(&core, MOST_ROWS)?;
     let model = Model::Signed { torque: physical::solve(&dataset, robot).torque, drive: robot.drive() };
-    let mut seconds = Seconds::default();
+    let linear_beyond = assess::noise(&dataset, &model).linear_beyond(core.cutoff_hz);
+    let first = dataset.store.first()?.mass;
+    let one_payload = dataset.store.iter().all(|row| row.mass == first);
+    let mut lost = Lost::default();
     for row in &dataset.store {
-        seconds.add((row.run, row.time.floor() as i64), row.power - model.power(&row.motion, row.mass)?);
+        let error = row.power - model.power(&row.motion, row.mass)?;
+        let response = model.response(&row.motion, &core.range);
+        // Of one payload the fit knows no slope.
+        let slope = if response.may_clamp || one_payload {
+            0.0
+        } else {
+            row.mass * response.polynomial.slope(row.mass - core.range.middle())
+        };
+        let weighted = huber(error, linear_beyond) * slope;
+        lost.add(
+            (row.run, (row.time / BLOCK_S).floor() as i64),
+            [weighted * error, weighted * slope],
+            [error, row.power],
+        );
     }
-    seconds.close();
-    (!seconds.sizes.is_empty()).then_some(seconds)
+    lost.close();
+    Some(lost.share()).filter(|share| share.is_finite())
 }
 
-/// Sizes of a residual's means over seconds, W. Sizes, not squares: the few seconds with the hardest starts and stops must
-/// not decide alone.
+/// By blocks: what the scores of the mass and the energies add up to whatever their signs. Sizes, not squares: the few blocks with the
+/// hardest starts and stops must not decide alone.
 #[derive(Default)]
-struct Seconds {
+struct Lost {
     current: Option<(u32, i64)>,
-    sum: f64,
-    rows: f64,
-    sizes: BTreeMap<(u32, i64), f64>,
+    /// Of the block in hand: Σ w g e and Σ e, g being the slope by the logarithm of the mass, W.
+    score: f64,
+    energy: f64,
+    scores: f64,
+    energies: f64,
+    /// Σ w g², W², and Σ |P|, W.
+    information: f64,
+    power: f64,
 }
 
-impl Seconds {
-    fn add(&mut self, second: (u32, i64), residual: f64) {
-        if self.current != Some(second) {
+impl Lost {
+    fn add(&mut self, block: (u32, i64), [score, information]: [f64; 2], [error, power]: [f64; 2]) {
+        if self.current != Some(block) {
             self.close();
-            self.current = Some(second);
+            self.current = Some(block);
         }
-        self.sum += residual;
-        self.rows += 1.0;
+        self.score += score;
+        self.energy += error;
+        self.information += information;
+        self.power += power.abs();
     }
 
     fn close(&mut self) {
-        if let Some(second) = self.current.take() {
-            self.sizes.insert(second, (self.sum / self.rows).abs());
-        }
-        (self.sum, self.rows) = (0.0, 0.0);
+        self.scores += self.score.abs();
+        self.energies += self.energy.abs();
+        (self.score, self.energy) = (0.0, 0.0);
     }
 
-    fn mean_size(&self) -> f64 {
-        self.sizes.values().sum::<f64>() / self.sizes.len() as f64
-    }
-
-    /// Compared second by second.
-    fn not_worse_than(&self, best: &Self) -> bool {
-        let worse: Vec<f64> =
-            self.sizes.iter().filter_map(|(second, size)| Some(size - best.sizes.get(second)?)).collect();
-        let count = worse.len() as f64;
-        let mean = worse.iter().sum::<f64>() / count;
-        let variance = worse.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
-        mean <= (variance / count).sqrt()
+    /// The share of the mass by which blocks err, weighed by what they say of it, and that of their energy.
+    fn share(&self) -> f64 {
+        let mass = if self.information > 0.0 { self.scores / self.information } else { 0.0 };
+        mass + self.energies / self.power
     }
 }
