@@ -116,6 +116,34 @@ fn another_floor_is_not_another_mass() {
     assert!(inside * 100 >= known * 92, "{inside} of {known}");
 }
 
+/// At a mass that somebody told the floor alone adapts: the rolling resistance of each is found, and the mass stays what it was told.
+#[test]
+fn at_a_told_mass_the_floor_adapts() {
+    let (mass, harder) = (3.3, 0.6 * servo().rolling);
+    for speeds in [swinging as fn(f64) -> _, steady] {
+        let mut drive = Drive3 { rng: Rng::new(7), speeds, mass, harder };
+        let mut adaptive = Adaptive::new(&robot(), &Ground::usual(), PERIOD, 1.0).unwrap().with_mass(mass);
+        let told = Mass { mass, low: mass, high: mass };
+        let mut rolling = vec![];
+        for i in 0..(3.0 * FLOOR_S as f64 / PERIOD) as usize {
+            let out = adaptive.push(&drive.sample(i as f64 * PERIOD), PERIOD);
+            assert_eq!(out.mass.known(), Some(told));
+            if out.closed {
+                rolling.push(adaptive.adapted().rolling);
+            }
+        }
+        for (floor, truth) in [(0, servo().rolling), (1, servo().rolling + harder), (2, servo().rolling)] {
+            let [found, std] = rolling[(floor + 1) * FLOOR_S - 2];
+            assert!(
+                (found - truth).abs() < 3.0 * std && std < 0.2 * harder,
+                "{floor}: {found} ± {std}, {truth}"
+            );
+        }
+        adaptive.payload_changed();
+        assert_eq!(adaptive.adapted().mass.known(), Some(told));
+    }
+}
+
 /// Where nothing but rolling tells the mass, the interval says so: wider than the fit's floor alone would have it, or unknown.
 #[test]
 fn what_cannot_be_told_apart_is_not_claimed() {

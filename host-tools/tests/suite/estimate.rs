@@ -86,6 +86,11 @@ fn on_another_floor_the_ground_adapts_and_the_mass_stays() {
     let ground = adapted["ground"].as_array().unwrap();
     let [first, last] = [&ground[0], ground.last().unwrap()].map(|at| number(&at["rolling_nm_kg"]));
     assert!(last > 1.2 * first, "the floor is found to be harder: {first} {last}");
+    // Told the mass, all that is missing is the floor's: nothing is found, and the power comes out.
+    let (told, adapting) = (found(&["--mass", "4.5"]), found(&["--adapt", "--mass", "4.5"]));
+    let r2 = |report: &Value| number(&report["told"]["r2"]);
+    assert!(r2(&adapting) > 0.98 && r2(&told) < 0.95, "{} {}", told["told"], adapting["told"]);
+    assert!(windows(&adapting).is_empty() && !windows(&told).is_empty());
     for more in [["--adapt", "--payload", "roots"], ["--adapt", "--schedule", "periodic"]] {
         let refused = bench.gmr(&[&ESTIMATE[..], &["floor.csv"], &more[..]].concat());
         assert_eq!(refused.code, Some(2), "{more:?}");
@@ -241,6 +246,18 @@ fn schedules_do_what_they_say() {
     assert!(mape(&periodic) < 1.0, "{}", mape(&periodic));
     let late = run(&["--schedule", "periodic", "--every", "70"]);
     assert!(mape(&late) > 5.0 && mape(&late) < mape(&untold), "{}", mape(&late));
+
+    // The windows are those of the schedule.
+    let times = |report: &Value| -> Vec<[f64; 2]> {
+        windows(report)
+            .iter()
+            .map(|window| ["t0_s", "t1_s"].map(|key| number(&window[key]).round()))
+            .collect()
+    };
+    assert_eq!(times(&known), [[0.0, 10.0], [40.0, 50.0]]);
+    assert_eq!(times(&periodic), [[0.0, 10.0], [40.0, 50.0]]);
+    let cumulative_times = times(&cumulative);
+    assert_eq!((cumulative_times[0], cumulative_times.last()), ([0.0, 10.0], Some(&[40.0, 80.0])));
 
     for report in [&known, &cumulative] {
         for window in windows(report) {

@@ -86,7 +86,8 @@ impl<T: Real> Belief<T> {
         let spread = T::ONE - square;
         // Never wider than the prior: a mass of which nothing new is heard may be anywhere, not everywhere.
         let mm_later = (mm * fade).at_most(T::ONE.at_least(mm));
-        let across = ground * (mm_later / mm).sqrt();
+        // A mass that somebody told has no variance, and keeps none.
+        let across = if mm > T::ZERO { ground * (mm_later / mm).sqrt() } else { T::ZERO };
         let (mr, ms, rs) = (across * mr, across * ms, square * rs);
         self.covariance =
             [[mm_later, mr, ms], [mr, square * rr + spread, rs], [ms, rs, square * ss + spread]];
@@ -109,11 +110,23 @@ impl<T: Real> Belief<T> {
         for (value, row) in state.iter_mut().zip(&covariance) {
             *value += row.iter().zip(&evidence.score).map(|(entry, score)| *entry * *score).sum();
         }
-        let sound = [mm, rr, ss].iter().all(|variance| *variance > T::ZERO && variance.is_finite())
+        let sound = mm >= T::ZERO
+            && rr > T::ZERO
+            && ss > T::ZERO
+            && [mm, rr, ss].iter().all(|variance| variance.is_finite())
             && state.iter().all(|value| value.is_finite());
         if sound {
             *self = Self { state, covariance };
         }
+    }
+
+    /// The mass is known for sure, in its unit beyond what was believed at first: samples tell of the ground alone.
+    pub fn tell_mass(&mut self, mass: T) {
+        self.forget_mass();
+        let [_, rolling, scrub] = self.state;
+        self.state = [mass, rolling, scrub];
+        let [[mm, ..], ..] = &mut self.covariance;
+        *mm = T::ZERO;
     }
 
     /// The payload is another: of the mass nothing is known any more, of the ground what was.

@@ -68,6 +68,8 @@ pub struct Adaptive<T, const N: usize> {
     /// Σ w g of the bucket in hand, g being the power's slope by the mass.
     slope: T,
     lasting: Lasting<T>,
+    /// The mass that somebody told, kg: the ground alone adapts.
+    told: Option<T>,
     /// Whether the coefficients tell masses apart.
     identifies_mass: bool,
     spread: Spread<T>,
@@ -113,13 +115,14 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
             drive,
             range: robot.range,
             noise: *noise,
+            linear_beyond: noise.linear_beyond(robot.cutoff_hz),
             period: T::from_f64(period_s),
             units,
-            linear_beyond: noise.linear_beyond(robot.cutoff_hz),
             belief: Belief::default(),
             evidence: Evidence::default(),
             slope: T::ZERO,
             lasting: Lasting::default(),
+            told: None,
             identifies_mass: *identifies_mass,
             spread: Spread::default(),
             fading: [left(ground.window), left(ground.memory)],
@@ -133,6 +136,16 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
             measured: Energy::default(),
             predicted: Energy::default(),
         })
+    }
+
+    /// The same for a robot whose total mass is known, kg: what the power lacks or has beyond the fit's is the ground's.
+    #[must_use]
+    pub fn with_mass(mut self, mass: T) -> Self {
+        let [unit, ..] = self.units;
+        self.told = Some(mass);
+        self.belief.tell_mass((mass - self.range.middle()) / unit);
+        self.adapted.mass = MassEstimate::Known(Mass { mass, low: mass, high: mass });
+        self
     }
 
     /// What is known as of the last closed bucket.
@@ -178,6 +191,10 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         self.evidence = Evidence::default();
         (self.slope, self.lasting) = (T::ZERO, Lasting::default());
         self.spread.part();
+        if self.told.is_some() {
+            return;
+        }
+        self.belief.forget_mass();
         self.adapted.mass = MassEstimate::Unknown(if self.identifies_mass {
             Unknown::NoSamples
         } else {
@@ -190,6 +207,9 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         let (expected, slopes) = self.slopes(&now.motion);
         if let Some(slopes) = slopes {
             let residual = now.power - expected;
+            let is_known = self.adapted.mass.known().is_some();
+            let counts = if is_known { huber(residual, self.linear_beyond) } else { T::ONE };
+            let weight = counts * self.period / self.noise.density;
             // Zero times what is not finite is no number.
             if (residual + weight) * T::ZERO == T::ZERO {
                 self.evidence.add(&slopes, residual, weight);
@@ -207,9 +227,6 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         let mass = self.range.middle() + d * mass_unit;
         let (mut power, mut slopes, mut least) = (T::ZERO, [T::ZERO; STATES], T::INFINITY);
         for wheel in &motion.wheels {
-            let is_known = self.adapted.mass.known().is_some();
-            let counts = if is_known { huber(residual, self.linear_beyond) } else { T::ONE };
-            let weight = counts * self.period / self.noise.density;
             let [fixed, per_kg] = self.torque.parts(wheel);
             let torque = fixed + mass * per_kg;
             let own = torque * (wheel.speed + self.torque.winding_loss * torque);
@@ -258,7 +275,9 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         let variance = (mass_variance + lasting * lasting).at_most(T::ONE.at_least(mass_variance));
         let half_width = T::from_f64(TWO_SIGMA) * variance.sqrt() * mass_unit;
         self.adapted = Adapted {
-            mass: if self.identifies_mass {
+            mass: if self.told.is_some() {
+                self.adapted.mass
+            } else if self.identifies_mass {
                 interval::within(&self.range, d * mass_unit, half_width)
             } else {
                 MassEstimate::Unknown(Unknown::NotIdentifiable)

@@ -130,7 +130,7 @@ pub struct Instant {
 /// A replayed log.
 #[derive(Debug, Clone)]
 pub struct Replay {
-    /// One entry a second from the first full window on.
+    /// One entry a second from the first full window on; where the schedule holds a mass, one a window.
     pub windows: Vec<WindowMass>,
     /// Payload changes noticed.
     pub changes: Vec<Change>,
@@ -246,7 +246,7 @@ pub fn replay_adapting<const N: usize>(
     let timing = log.timing(policy)?;
     let ground = Ground { window: policy.window_s, ..Ground::usual() };
     let unfit = |why| Error::failed(unfit_text(why, coefficients)).in_file(file);
-    let pipeline = Adapting::new(coefficients, &ground, &timing).map_err(unfit)?;
+    let pipeline = Adapting::new(coefficients, &ground, &timing, mass_kg).map_err(unfit)?;
     Run::new(coefficients, log, pipeline, policy, robot)?.finish(robot, watch)
 }
 
@@ -352,7 +352,7 @@ impl<'a, P: Pipeline<N>, const N: usize> Run<'a, P, N> {
         let mut pending: Vec<f64> = self.policy.changes_s.clone();
         pending.sort_by(f64::total_cmp);
         let mut pending = pending.into_iter().peekable();
-        let mut energy = 0.0;
+        let (mut energy, mut since) = (0.0, 0.0);
         while let Some(row) = self.log.reader.next_row()? {
             if self.log.reader.rows().is_multiple_of(1 << 16) {
                 progress.at(self.log.reader.progress());
@@ -360,13 +360,16 @@ impl<'a, P: Pipeline<N>, const N: usize> Run<'a, P, N> {
             if start.is_nan() {
                 start = row.time;
             }
+            let mut is_another = false;
             if row.elapsed.is_infinite() && row.run > 0 {
                 // Another run: nothing is known of its payload.
                 self.pipeline.restart();
+                is_another = true;
             }
             while pending.peek().is_some_and(|change| row.time - start >= *change) {
                 pending.next();
                 self.pipeline.payload_changed();
+                is_another = true;
             }
             // The first row of a run has no step before it.
             let step = if row.elapsed.is_finite() { row.elapsed } else { 0.0 };
@@ -375,6 +378,9 @@ impl<'a, P: Pipeline<N>, const N: usize> Run<'a, P, N> {
             self.pipeline.turn(row.yaw_rate);
             let estimate = self.pipeline.push(&row.sample, &outside, elapsed);
             clock += step;
+            if is_another {
+                since = clock;
+            }
             energy += robot.static_power_w().unwrap_or(0.0) * step;
             truth.note(clock, row.mass);
             if let Some(ago) = estimate.changed {
@@ -383,7 +389,8 @@ impl<'a, P: Pipeline<N>, const N: usize> Run<'a, P, N> {
                     noticed_s: row.time,
                 });
             }
-            let told_w = self.telling.add(self.pipeline.live(), &row, &estimate, step);
+            let adapted_w = estimate.power.filter(|_| self.pipeline.is_told());
+            let told_w = self.telling.add(self.pipeline.live(), adapted_w, &row, &estimate, step);
             if let Some(instant) = instant(&row, &estimate) {
                 let instant = Instant { told_w, ..instant };
                 settled += 1;
@@ -395,7 +402,8 @@ impl<'a, P: Pipeline<N>, const N: usize> Run<'a, P, N> {
             }
             last = row.time;
             if estimate.closed && at_second(clock, self.log.reader.period_s()) {
-                self.close(clock, start, &truth, &mut windows);
+                let window = self.window(clock, since, estimate.mass);
+                windows.extend(window.map(|(times, mass)| mass_over(times, start, mass, &truth)));
                 ground.extend(self.pipeline.ground(row.time));
             }
         }
@@ -420,24 +428,47 @@ impl<'a, P: Pipeline<N>, const N: usize> Run<'a, P, N> {
         })
     }
 
-    fn close(&self, clock: f64, start: f64, truth: &Truth, windows: &mut Vec<WindowMass>) {
-        let Some(payload) = self.pipeline.over_latest(self.window_buckets) else { return };
-        let end = clock.round();
-        let begin = end - self.policy.window_s;
-        let mass = payload.known();
-        windows.push(WindowMass {
-            t0_s: start + begin,
-            t1_s: start + end,
-            mass_kg: mass.map(|mass| mass.mass),
-            low_kg: mass.map(|mass| mass.low),
-            high_kg: mass.map(|mass| mass.high),
-            range: payload.place().map(place_name),
-            unknown: match payload {
-                MassEstimate::Known(_) | MassEstimate::Beyond(_) => None,
-                MassEstimate::Unknown(reason) => Some(reason_text(reason)),
-            },
-            truth_kg: truth.over(begin),
-        });
+    /// The window that the schedule ends now, from when to when (s on the replay's clock), and the mass over it. The last known change was
+    /// at `since`.
+    fn window(
+        &self,
+        clock: f64,
+        since: f64,
+        now: MassEstimate<f64>,
+    ) -> Option<([f64; 2], MassEstimate<f64>)> {
+        let (end, length) = (clock.round(), self.policy.window_s);
+        // Buckets end with the seconds, whenever the payload changed.
+        let since = (since + 1e-9).floor();
+        let held = |begin: f64| {
+            let ends = (length..length + 1.0).contains(&(end - begin));
+            ends.then_some(([begin, begin + length], now))
+        };
+        match self.policy.kind {
+            PolicyKind::Moving => {
+                Some(([end - length, end], self.pipeline.over_latest(self.window_buckets)?))
+            }
+            PolicyKind::Cumulative => (end - since >= length).then_some(([since, end], now)),
+            PolicyKind::Known => held(since),
+            PolicyKind::Periodic(every) => held(since + every * ((end - since - 0.5) / every).floor()),
+        }
+    }
+}
+
+/// What a window over this time, s on the replay's clock, says of the mass.
+fn mass_over([begin, end]: [f64; 2], start: f64, payload: MassEstimate<f64>, truth: &Truth) -> WindowMass {
+    let mass = payload.known();
+    WindowMass {
+        t0_s: start + begin,
+        t1_s: start + end,
+        mass_kg: mass.map(|mass| mass.mass),
+        low_kg: mass.map(|mass| mass.low),
+        high_kg: mass.map(|mass| mass.high),
+        range: payload.place().map(place_name),
+        unknown: match payload {
+            MassEstimate::Known(_) | MassEstimate::Beyond(_) => None,
+            MassEstimate::Unknown(reason) => Some(reason_text(reason)),
+        },
+        truth_kg: truth.over(begin),
     }
 }
 

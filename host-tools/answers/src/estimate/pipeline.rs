@@ -42,6 +42,10 @@ pub trait Pipeline<const N: usize> {
     fn energy(&self) -> (f64, f64);
     /// The coefficients' effects, where they hold any.
     fn live(&self) -> Option<&Live<f64, N>>;
+    /// Whether the power predicted is that at a mass that was given.
+    fn is_told(&self) -> bool {
+        false
+    }
     /// The ground in hand, where it adapts: the record at a time, s.
     fn ground(&self, time_s: f64) -> Option<GroundAt>;
 }
@@ -121,6 +125,7 @@ pub(super) struct Adapting<const N: usize> {
     adaptive: Adaptive<f64, N>,
     /// Buckets since the payload was another.
     buckets: usize,
+    is_told: bool,
 }
 
 impl<const N: usize> Adapting<N> {
@@ -130,11 +135,12 @@ impl<const N: usize> Adapting<N> {
         coefficients: &Coefficients<f64, N>,
         ground: &Ground<f64>,
         timing: &Timing,
+        mass_kg: Option<f64>,
     ) -> Result<Self, Unfit> {
-        Ok(Self {
-            adaptive: Adaptive::new(coefficients, ground, timing.period_s, timing.bucket_s)?,
-            buckets: 0,
-        })
+        let adaptive = Adaptive::new(coefficients, ground, timing.period_s, timing.bucket_s)?;
+        let is_told = mass_kg.is_some();
+        let adaptive = mass_kg.map_or(adaptive, |mass| adaptive.with_mass(mass));
+        Ok(Self { adaptive, buckets: 0, is_told })
     }
 }
 
@@ -155,7 +161,8 @@ impl<const N: usize> Pipeline<N> for Adapting<N> {
     }
 
     fn over_latest(&self, count: usize) -> Option<MassEstimate<f64>> {
-        (self.buckets >= count).then_some(self.adaptive.adapted().mass)
+        // What was given is nothing that was found.
+        (self.buckets >= count && !self.is_told).then_some(self.adaptive.adapted().mass)
     }
 
     fn energy(&self) -> (f64, f64) {
@@ -164,6 +171,10 @@ impl<const N: usize> Pipeline<N> for Adapting<N> {
 
     fn live(&self) -> Option<&Live<f64, N>> {
         None
+    }
+
+    fn is_told(&self) -> bool {
+        self.is_told
     }
 
     fn ground(&self, time_s: f64) -> Option<GroundAt> {

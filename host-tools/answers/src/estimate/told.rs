@@ -43,10 +43,12 @@ impl<const N: usize> Telling<N> {
         }
     }
 
-    /// A sample that passed the filter, `step` s after the one before: its power by the model, W, where a mass is known.
+    /// A sample that passed the filter, `step` s after the one before: its power by the model, W, where a mass is known. By a floor that
+    /// adapted at that mass, where it does.
     pub(super) fn add(
         &mut self,
         live: Option<&Live<f64, N>>,
+        adapted_w: Option<f64>,
         row: &RawRow<N>,
         estimate: &Estimate<f64, N>,
         step: f64,
@@ -55,15 +57,16 @@ impl<const N: usize> Telling<N> {
         let now = estimate.conditioned.filter(|now| now.settled)?;
         let Coefficients { robot, model, .. } = &self.coefficients;
         let beyond = mass - robot.range.middle();
-        let answer = match live {
-            Some(live) => live.respond(model, &now, &robot.range, beyond),
-            None => ().respond(model, &now, &robot.range, beyond),
+        let power = match (adapted_w, live) {
+            (Some(power), _) => power,
+            (None, Some(live)) => live.respond(model, &now, &robot.range, beyond).power,
+            (None, None) => ().respond(model, &now, &robot.range, beyond).power,
         };
         self.is_one &= self.mass_kg.is_none_or(|known| known == mass);
         self.mass_kg = Some(mass);
-        self.pairs.add(now.power, answer.power);
-        self.joules += answer.power.max(0.0) * step;
-        Some(answer.power)
+        self.pairs.add(now.power, power);
+        self.joules += power.max(0.0) * step;
+        Some(power)
     }
 
     /// `None` where no mass was known.
