@@ -30,6 +30,10 @@ const STUCK_ROWS: u64 = 8;
 const OTHERS_CHANGE: u64 = 8;
 const OTHERS_CHANGE_SHARE: u64 = 20;
 
+/// Others have moved where they are further from where they were than so many of their smallest steps: a register of coarse steps that
+/// goes to and fro between two of them says that nothing moves.
+const STEPS: f64 = 1.5;
+
 /// Watches one column for standing still.
 struct Standing {
     column: String,
@@ -39,6 +43,8 @@ struct Standing {
     to_s: f64,
     rows: u64,
     others_changed: u64,
+    /// All wheels' speeds as the stretch began.
+    speeds: Vec<f64>,
     found: Option<Stuck>,
 }
 
@@ -52,20 +58,31 @@ impl Standing {
             to_s: 0.0,
             rows: 0,
             others_changed: 0,
+            speeds: Vec::new(),
             found: None,
         }
     }
 
-    fn add(&mut self, line: u64, time_s: f64, value: f64, others_change: bool) {
+    /// Another value in this row; `others` are the wheels beside it that changed, each with the smallest step that it ever made.
+    fn add(
+        &mut self,
+        (line, time_s): (u64, f64),
+        value: f64,
+        speeds: &[f64],
+        mut others: impl Iterator<Item = (usize, f64)>,
+    ) {
         if value == self.value {
             self.rows += 1;
-            self.others_changed += u64::from(others_change);
+            let moved = others.any(|(wheel, step)| (speeds[wheel] - self.speeds[wheel]).abs() > STEPS * step);
+            self.others_changed += u64::from(moved);
             self.to_s = time_s;
             return;
         }
         self.close();
         (self.value, self.line, self.from_s, self.to_s) = (value, line, time_s, time_s);
         (self.rows, self.others_changed) = (1, 0);
+        self.speeds.clear();
+        self.speeds.extend_from_slice(speeds);
     }
 
     fn restart(&mut self) {
@@ -113,6 +130,8 @@ pub struct Standings<'a> {
     power: Standing,
     wheels: Vec<Standing>,
     before: Vec<f64>,
+    /// The smallest change of each wheel.
+    steps: Vec<f64>,
 }
 
 impl<'a> Standings<'a> {
@@ -123,6 +142,7 @@ impl<'a> Standings<'a> {
             power: Standing::new(POWER.to_owned()),
             wheels: (0..wheels).map(|wheel| Standing::new(speed_column(wheel))).collect(),
             before: vec![0.0; wheels],
+            steps: vec![f64::INFINITY; wheels],
         }
     }
 
@@ -132,13 +152,21 @@ impl<'a> Standings<'a> {
             self.power.restart();
             self.wheels.iter_mut().for_each(Standing::restart);
         }
-        let changed = |wheel: usize| speeds[wheel] != self.before[wheel];
-        let changes = (0..speeds.len()).filter(|wheel| changed(*wheel)).count();
+        let mut changed = Vec::new();
+        if !fresh {
+            for (wheel, (now, before)) in speeds.iter().zip(&self.before).enumerate() {
+                let change = (now - before).abs();
+                if change > 0.0 {
+                    self.steps[wheel] = self.steps[wheel].min(change);
+                    changed.push((wheel, self.steps[wheel]));
+                }
+            }
+        }
         // Without wheels nothing tells whether power had a reason to change.
-        self.power.add(line, time_s, power, !fresh && changes > 0);
+        self.power.add((line, time_s), power, speeds, changed.iter().copied());
         for (wheel, standing) in self.wheels.iter_mut().enumerate() {
-            let others = changes - usize::from(changed(wheel));
-            standing.add(line, time_s, speeds[wheel], !fresh && others > 0);
+            let others = changed.iter().copied().filter(|(other, _)| *other != wheel);
+            standing.add((line, time_s), speeds[wheel], speeds, others);
         }
         self.before.copy_from_slice(speeds);
     }

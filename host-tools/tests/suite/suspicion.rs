@@ -286,3 +286,32 @@ fn a_fit_names_sensors_that_stand_still() {
         );
     }
 }
+
+/// A register of coarse steps at 20 Hz, one wheel of which goes to and fro between two of its steps while the other keeps one: both are
+/// held at a speed, and no sensor is stuck. It is where the second wheel leaves for good.
+#[test]
+fn a_register_of_coarse_steps_does_not_stand_still() {
+    let bench = Bench::new();
+    let step = 0.024;
+    let log = |second: fn(usize) -> f64| {
+        let row = |row: usize| {
+            let held = (row.min(100) as f64).floor();
+            let other = if row < 100 { held } else { 100.0 + second(row) };
+            format!(
+                "{:.2},{:.3},{:.3},{:.3},2\n",
+                0.05 * row as f64,
+                step * held,
+                step * other,
+                0.4 + 0.01 * held
+            )
+        };
+        let rows: String = (0..400).map(row).collect();
+        "time_s,wheel1_rad_s,wheel2_rad_s,power_w,mass_kg\n".to_owned() + &rows
+    };
+    let said = |second: fn(usize) -> f64| {
+        bench.put("register.csv", log(second));
+        bench.gmr(&["inspect", "register.csv"]).stdout.matches("wheel1_rad_s stays at").count()
+    };
+    assert_eq!(said(|row| (row / 3 % 2) as f64), 0);
+    assert_eq!(said(|row| 10.0 * (row as f64 / 20.0).sin()), 1);
+}
