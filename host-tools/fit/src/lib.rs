@@ -100,8 +100,17 @@ pub fn fit_logs<const N: usize>(
     random_starts: u32,
 ) -> Result<Fit<N>> {
     let reading = Reading { gate: kind.gate(), cutoff_hz: None, mass_kg };
-    let (dataset, judged) = read_choosing::<N>(robot, files, &reading, terms)?;
-    let fitted = fit(robot, &dataset, kind, method, pgd)?;
+    let mut terms = terms.to_vec();
+    let (dataset, judged, fitted) = loop {
+        let (dataset, judged) = read_choosing::<N>(robot, files, &reading, &terms)?;
+        let fitted = fit(robot, &dataset, kind, method, pgd)?;
+        // What no board takes is no robot's: a term that ends so explains chance, and the form without it is asked.
+        let taken = judged.iter().rev().find(|judged| judged.taken).map(|judged| judged.term);
+        match taken.filter(|_| fitted.shortcoming.is_none() && !fitted.coefficients.is_plausible()) {
+            Some(last) => terms.retain(|term| *term != last),
+            None => break (dataset, judged, fitted),
+        }
+    };
     let restarts = match &fitted.coefficients.model {
         Model::Signed { torque, .. } if random_starts > 0 => {
             Some(physical::restart(&dataset, robot, torque, fitted.huber, random_starts))
