@@ -167,6 +167,12 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
         Some((conditioned, held))
     }
 
+    /// The wheels at speeds (rad/s) and accelerations (rad/s²) that have no noise, as a plan has them: past the filter, `since` s after
+    /// those before.
+    pub fn planned(&mut self, speed: &[T; N], acceleration: &[T; N], since: T) -> Motion<T, N> {
+        self.motion(speed, acceleration, since)
+    }
+
     /// The wheels at these filtered speeds, `since` s after the sample before; no number behind a gap.
     #[inline(always)]
     fn motion(&mut self, speed: &[T; N], acceleration: &[T; N], since: T) -> Motion<T, N> {

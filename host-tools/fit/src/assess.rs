@@ -149,6 +149,38 @@ pub fn lasting_error<const N: usize>(
     median(&mut errors).unwrap_or(0.0)
 }
 
+/// Runs from which on each counts as one drive; of fewer, stretches of [`DRIVE_S`] do.
+const ENOUGH_RUNS: usize = 6;
+
+/// A stretch that counts as a drive where there are few runs, s: the estimators' default window.
+const DRIVE_S: f64 = 25.0;
+
+/// Standard deviation of a drive's energy about the model's, beyond what the noise explains, as a share of it: between runs, which differ by
+/// floor, warmth and battery, where there are enough. As much wider as Student's t is for so many; 0 where there are too few to tell.
+pub fn energy_spread<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, noise: &Noise<f64>) -> f64 {
+    let runs: BTreeSet<u32> = dataset.store.iter().map(|row| row.run).collect();
+    let stretch = |time: f64| if runs.len() < ENOUGH_RUNS { (time / DRIVE_S).floor() as i64 } else { 0 };
+    let period = dataset.store_period_s();
+    // Error and energy, J, and time, s.
+    let mut drives: BTreeMap<(u32, i64), [f64; 3]> = BTreeMap::new();
+    for row in &dataset.store {
+        let Some(predicted) = model.power(&row.motion, row.mass) else { continue };
+        let [error, energy, time] = drives.entry((row.run, stretch(row.time))).or_default();
+        *error += (row.power - predicted) * period;
+        *energy += predicted.abs() * period;
+        *time += period;
+    }
+    let all: f64 = drives.values().map(|[_, energy, _]| energy).sum();
+    // Each weighs by its energy: the least say nothing of shares.
+    let told = drives.values().filter(|[_, energy, _]| *energy > 0.0);
+    let squares: f64 =
+        told.map(|[error, energy, time]| (error * error - noise.density * time) / energy).sum();
+    let effective = all * all / drives.values().map(|[_, energy, _]| energy * energy).sum::<f64>();
+    let wider = student_95(effective).map_or(0.0, |student| student / NORMAL_95);
+    let share = wider * (squares / all).max(0.0).sqrt();
+    if share.is_finite() { share } else { 0.0 }
+}
+
 /// How far the residuals stray as a payload estimator sees them: the usual scatter of Σ g e over two seconds, per Σ g²,
 /// g = ∂P/∂m. The usual one, by the median: the few blocks in which no model of filtered signals is right show in the
 /// estimator's own windows. What lasts longer is left at 0.

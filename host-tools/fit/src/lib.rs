@@ -81,6 +81,8 @@ pub struct Fit<const N: usize> {
     pub restarts: Option<physical::Restarts>,
     /// What keeps the coefficients from being what they look like.
     pub warnings: Vec<Warning>,
+    /// Standard deviation of a drive's energy about the model's, beyond the noise, as a share of it ([`assess::energy_spread`]).
+    pub energy_std_share: f64,
     /// What unseen blocks said of each further term; empty where none was asked for.
     pub judged: Vec<Judged>,
 }
@@ -248,6 +250,7 @@ pub fn fit<const N: usize>(
     // With one payload or speed the model's dependence on the mass is a guess: no window says anything about it.
     let identifies_mass = shortcoming.is_none();
     noise.model_std = if identifies_mass { lasting_error } else { 0.0 };
+    let energy_std_share = assess::energy_spread(dataset, &model, &noise);
     let coefficients = Coefficients {
         robot: dataset.robot,
         model,
@@ -286,6 +289,7 @@ pub fn fit<const N: usize>(
         huber,
         restarts: None,
         warnings,
+        energy_std_share,
         judged: Vec::new(),
     })
 }

@@ -36,6 +36,7 @@ impl<const N: usize> Fit<N> {
                 static_power_w: self.coefficients.robot.static_power,
                 r2: self.quality.r2,
                 rmse_w: self.quality.rmse_w,
+                energy_std_share: self.energy_std_share,
             },
         })
     }

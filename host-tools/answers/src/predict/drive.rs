@@ -12,6 +12,8 @@ use super::plan::{Plan, Row};
 pub(super) struct Frame<const N: usize> {
     pub(super) leg: usize,
     pub(super) wheel_speed: [f64; N],
+    /// As planned, rad/s²: no filter is needed. `None` where speeds come from a log, whose noise is to be filtered as in the fit.
+    pub(super) wheel_acceleration: Option<[f64; N]>,
     /// Since the frame before, s; infinite at a start.
     pub(super) elapsed: f64,
     /// Uphill ahead, rad.
@@ -28,12 +30,10 @@ pub(super) trait Follow<const N: usize> {
     fn frame(&mut self, frame: &Frame<N>);
 }
 
-/// Frames of planned motion are so far apart, s, or closer where the filter asks for it.
+/// Frames of planned motion are at most so far apart, s, or closer where the filter of what is measured beside asks for it.
 const PERIOD_S: f64 = 0.05;
 /// Samples per period of the filter's cutoff.
 const PER_CUTOFF: f64 = 8.0;
-/// Behind a plan that ends at rest the filter is let out for so many periods of its cutoff.
-const AFTERMATH: f64 = 2.0;
 /// In a log a stop of this length, s, ends a leg.
 const STOP_S: f64 = 2.0;
 /// More frames than this are no plan.
@@ -65,28 +65,26 @@ pub(super) fn frames<const N: usize>(
     }
     follow.start(period)?;
     let wheels = robot.wheel_speeds_of_motion();
-    let mut time = 0.0;
-    let mut frame = |leg: usize, [v, turn]: [f64; 2], slope_rad: f64| {
-        let wheel_speed = std::array::from_fn(|wheel| wheels[(wheel, 0)] * v + wheels[(wheel, 2)] * turn);
-        let elapsed = if time == 0.0 { f64::INFINITY } else { period };
-        follow.frame(&Frame { leg, wheel_speed, elapsed, slope_rad, measured_w: None });
-        time += period;
-        time
+    let of_wheels = |[ahead, turn]: [f64; 2]| -> [f64; N] {
+        std::array::from_fn(|wheel| wheels[(wheel, 0)] * ahead + wheels[(wheel, 2)] * turn)
     };
-    let (mut from, mut next) = (0.0, 0.0);
-    for stretch in &stretches {
-        while next < from + stretch.duration_s {
-            let share = (next - from) / stretch.duration_s;
-            let motion =
-                [0, 1].map(|axis| stretch.from[axis] + share * (stretch.to[axis] - stretch.from[axis]));
-            next = frame(stretch.leg, motion, stretch.slope_rad);
-        }
-        from += stretch.duration_s;
-    }
-    if let Some(last) = stretches.last().filter(|last| last.to == [0.0; 2]) {
-        let until = next + AFTERMATH / cutoff_hz;
-        while next < until {
-            next = frame(last.leg, [0.0; 2], last.slope_rad);
+    for stretch in stretches.iter().filter(|stretch| stretch.duration_s > 0.0) {
+        // Each frame stands for its own part of the stretch, at the middle of it.
+        let parts = (stretch.duration_s / period).ceil();
+        let elapsed = stretch.duration_s / parts;
+        let gained = [0, 1].map(|axis| stretch.to[axis] - stretch.from[axis]);
+        let acceleration = of_wheels(gained.map(|gained| gained / stretch.duration_s));
+        for part in 0..parts as u64 {
+            let share = (part as f64 + 0.5) / parts;
+            let wheel_speed = of_wheels([0, 1].map(|axis| stretch.from[axis] + share * gained[axis]));
+            follow.frame(&Frame {
+                leg: stretch.leg,
+                wheel_speed,
+                wheel_acceleration: Some(acceleration),
+                elapsed,
+                slope_rad: stretch.slope_rad,
+                measured_w: None,
+            });
         }
     }
     Ok(match plan {
@@ -141,6 +139,7 @@ fn logged<const N: usize>(
         follow.frame(&Frame {
             leg,
             wheel_speed: row.sample.wheel_speed,
+            wheel_acceleration: None,
             elapsed: row.elapsed,
             slope_rad: 0.0,
             measured_w: Some(row.sample.power),

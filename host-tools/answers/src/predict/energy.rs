@@ -36,8 +36,10 @@ struct Variant<const N: usize> {
 struct Tally {
     time_s: f64,
     way_m: f64,
-    /// Σ density · dt, scaled as the residual grows with power, J².
+    /// Σ density · dt, J².
     noise_j2: f64,
+    /// Time in motion, s.
+    moving_s: f64,
     measured_j: f64,
     rmf_j: f64,
     is_measured: bool,
@@ -66,6 +68,8 @@ struct Sums<'a, const N: usize> {
     load: &'a Load,
     rmf: &'a Vehicle,
     slope_is_an_effect: bool,
+    /// [`crate::coefficients::Origin::energy_std_share`].
+    energy_std_share: f64,
     legs: Vec<Tally>,
     /// How far each parameter was moved to either side.
     moved: Vec<f64>,
@@ -91,6 +95,7 @@ impl<'a, const N: usize> Sums<'a, N> {
             load,
             rmf,
             slope_is_an_effect: file.coefficients.columns.iter().any(is_slope),
+            energy_std_share: file.origin.energy_std_share,
             legs: Vec::new(),
             running: None,
         }
@@ -119,7 +124,11 @@ impl<'a, const N: usize> Sums<'a, N> {
         let Coefficients { robot, noise, .. } = self.coefficients;
         let sample = Sample { wheel_speed: frame.wheel_speed, wheel_acceleration: None, power: 0.0 };
         let step = if frame.elapsed.is_finite() { frame.elapsed } else { 0.0 };
-        let Some(mut now) = conditioner.push(&sample, frame.elapsed) else { return };
+        let planned = frame.wheel_acceleration.map(|acceleration| {
+            let motion = conditioner.planned(&frame.wheel_speed, &acceleration, frame.elapsed);
+            Conditioned { motion, power: 0.0, settled: true }
+        });
+        let Some(mut now) = planned.or_else(|| conditioner.push(&sample, frame.elapsed)) else { return };
         let twist = robot.kinematics.twist(&now.motion.wheels.map(|wheel| wheel.speed));
         if !self.slope_is_an_effect {
             climb(&mut now.motion, robot.kinematics.rows()[0], frame.slope_rad);
@@ -128,20 +137,19 @@ impl<'a, const N: usize> Sums<'a, N> {
             self.legs.resize(frame.leg + 1, Tally::default());
         }
         let outside = Outside { pitch: frame.slope_rad, ..Outside::UNKNOWN };
-        let mut power = 0.0;
-        for (place, variant) in variants.iter_mut().enumerate() {
+        for variant in variants.iter_mut() {
             let watts = variant.power(self.coefficients, &now, &sample, &outside, frame.elapsed);
             variant.joules.resize(self.legs.len(), 0.0);
             variant.joules[frame.leg] += watts * step;
-            if place == 0 {
-                power = watts;
-            }
         }
         let rates = robot.kinematics.twist(&now.motion.wheels.map(|wheel| wheel.acceleration));
         let tally = &mut self.legs[frame.leg];
         tally.time_s += step;
         tally.way_m += twist.vx.hypot(twist.vy) * step;
-        tally.noise_j2 += noise.density * step / noise.weight(power);
+        tally.noise_j2 += noise.density * step;
+        if now.motion.is_moving() {
+            tally.moving_s += step;
+        }
         let speed = twist.vx.hypot(twist.vy);
         tally.rmf_j += self.rmf.power_w(speed, rates.vx.hypot(rates.vy), twist.omega, rates.omega) * step;
         if let Some(measured) = frame.measured_w {
@@ -170,8 +178,11 @@ impl<'a, const N: usize> Sums<'a, N> {
             let mass = (heavier - lighter) / (2.0 * SHARE);
             let duration_s = tally(|tally| tally.time_s);
             let static_std = load.static_std_w * duration_s;
-            let noise = tally(|tally| tally.noise_j2);
+            // What the model's form gets wrong lasts for as long as the robot drives alike: for all of the plan, at worst.
             let driving_j = sum(&variants[0]);
+            let lasting = self.coefficients.noise.model_std * tally(|tally| tally.moving_s);
+            let lasting = lasting.max(self.energy_std_share * driving_j.abs());
+            let noise = tally(|tally| tally.noise_j2) + lasting * lasting;
             let measured = legs.iter().all(|leg| self.legs[*leg].is_measured);
             let std = [parameters, mass * mass, noise, static_std * static_std].map(f64::sqrt);
             Cost {

@@ -210,6 +210,7 @@ impl Report {
             "standard deviation: {:.1} J by the coefficients, {:.1} by the mass, {:.1} by what the model leaves, {:.1} by static power",
             self.std_parameters_j, self.std_mass_j, self.std_residual_j, self.std_static_j
         );
+        text += "the interval is for the same robot on the same floor as in the fit\n";
         for limit in self.limits.iter().filter(|limit| !limit.is_given) {
             let _ = writeln!(text, "{} is taken as {}: robot.toml does not say it", limit.name, limit.value);
         }

@@ -151,6 +151,9 @@ pub(super) struct FitSection {
     /// Not a number where the power never changes.
     pub(super) r2: f64,
     pub(super) rmse_w: f64,
+    /// How much energies of whole drives stray from the model's, as a share.
+    #[serde(default)]
+    pub(super) energy_std_share: f64,
     /// Covariance of the parameters in the order above.
     pub(super) covariance: Vec<Vec<f64>>,
 }
@@ -203,6 +206,7 @@ impl Document {
             ("model_std_w", self.noise.model_std_w.unwrap_or(0.0)),
             ("power_scale_w", self.noise.power_scale_w),
             ("tail", self.noise.tail),
+            ("energy_std_share", self.fit.energy_std_share),
             ("filter_cutoff_hz", self.robot.filter_cutoff_hz),
             ("half_slip", self.robot.half_slip),
             ("slip_relaxation_rad", self.robot.slip_relaxation_rad),

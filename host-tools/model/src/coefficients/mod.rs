@@ -72,6 +72,8 @@ pub struct Origin {
     pub r2: Option<f64>,
     /// Root mean square of the residual, W.
     pub rmse_w: f64,
+    /// Standard deviation of a drive's energy about the model's, beyond the noise, as a share of it; 0 in files that do not tell.
+    pub energy_std_share: f64,
 }
 
 impl<const N: usize> CoefficientsFile<N> {
@@ -139,7 +141,8 @@ impl<const N: usize> CoefficientsFile<N> {
         let size = parameters::named(&model, scrubs).len();
         let covariance =
             covariance::of_rows(&document.fit.covariance, size).map_err(InvalidCoefficients::Covariance)?;
-        let FitSection { rows, logs, fingerprints, masses_kg, r2, rmse_w, .. } = document.fit;
+        let FitSection { rows, logs, fingerprints, masses_kg, r2, rmse_w, energy_std_share, .. } =
+            document.fit;
         let fingerprints = fingerprints.into_iter().map(|text| (!text.is_empty()).then_some(text));
         let fingerprints = fingerprints.chain(std::iter::repeat(None));
         let logs = logs.into_iter().zip(fingerprints);
@@ -165,6 +168,7 @@ impl<const N: usize> CoefficientsFile<N> {
                 static_power_w: document.robot.static_power_w,
                 r2: r2.is_finite().then_some(r2),
                 rmse_w,
+                energy_std_share,
             },
         };
         let extended = plain.with_effects(document.effects).map_err(InvalidCoefficients::Effect)?;
@@ -228,6 +232,7 @@ impl<const N: usize> CoefficientsFile<N> {
                 masses_kg: self.origin.masses_kg.clone(),
                 r2: self.origin.r2.unwrap_or(f64::NAN),
                 rmse_w: self.origin.rmse_w,
+                energy_std_share: self.origin.energy_std_share,
                 covariance: rows(&covariance),
             },
             extension: joint.map(|joint| ExtensionSection { joint_covariance: rows(&joint) }),
