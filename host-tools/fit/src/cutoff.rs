@@ -3,11 +3,13 @@
 //! A high cutoff lets the noise of speeds and their derivatives through, which the sizes in the model turn into bias; a
 //! low one smears short accelerations and clamps that the model could have followed. The right one depends on the sensors,
 //! so it is measured: each candidate filters the first rows of the logs, the signed model is fitted, and what mass and energy of blocks of
-//! ten seconds lose by what it leaves is compared. (The lowest cutoff whose residual was no worse, as it was before, smears what tells the
-//! mass: `cargo xtask bench kinds`.)
+//! ten seconds lose by what it leaves is compared. (Their residual alone hardly shows what a low
+//! cutoff smears of what tells the mass: `cargo xtask bench kinds`.)
 //!
 //! What the model lacks hides what a cutoff smears: with the slip memory of a skid-steered robot left out every cutoff is as bad as the
 //! next. So candidates are asked again with the terms that the logs carry behind each ([`by_the_data`]).
+
+use std::collections::BTreeMap;
 
 use logs::robot::Robot;
 use model_core::coefficients::Robot as CoreRobot;
@@ -62,7 +64,7 @@ pub(super) fn by_the_data<const N: usize>(
         tried(robot, &cores[place], pilots, choice)
     };
     let all: Vec<Option<Tried>> = (0..cores.len()).into_par_iter().map(plain).collect();
-    let first = best(&all).unwrap_or(0);
+    let first = lowest_good_enough(&all).unwrap_or(0);
     let mut asked: Vec<Option<Tried>> = cores.iter().map(|_| None).collect();
     asked[first] = own(first);
     if asked[first].as_ref().is_some_and(|tried| tried.choice.form != Form::default()) {
@@ -72,7 +74,7 @@ pub(super) fn by_the_data<const N: usize>(
             asked[place] = found;
         }
     }
-    let chosen = best(&asked).unwrap_or(first);
+    let chosen = lowest_good_enough(&asked).unwrap_or(first);
     let choice = asked[chosen].take().map(|tried| tried.choice).unwrap_or_default();
     Ok((cores[chosen].cutoff_hz, choice))
 }
@@ -80,7 +82,7 @@ pub(super) fn by_the_data<const N: usize>(
 /// The form of the model behind a candidate, and what that leaves.
 struct Tried {
     choice: Choice,
-    loss: f64,
+    lost: Lost,
 }
 
 /// `None` where a log is too slow for it.
@@ -90,23 +92,24 @@ fn tried<const N: usize>(
     pilots: &Pilots<N>,
     choice: Choice,
 ) -> Option<Tried> {
-    let loss = loss(robot, core, pilots, &choice.form)?;
-    Some(Tried { choice, loss })
+    let lost = lost(robot, core, pilots, &choice.form)?;
+    Some(Tried { choice, lost })
 }
 
-/// The one that loses least.
-fn best(tried: &[Option<Tried>]) -> Option<usize> {
-    let loss = |place: &usize| tried[*place].as_ref().map_or(f64::INFINITY, |tried| tried.loss);
-    (0..tried.len()).filter(|place| loss(place).is_finite()).min_by(|a, b| loss(a).total_cmp(&loss(b)))
+/// The lowest cutoff that does not lose more than the best by more than one standard error of their difference: the less passes
+/// the filter, the less noise the predicted power is compared with.
+fn lowest_good_enough(tried: &[Option<Tried>]) -> Option<usize> {
+    let best = tried.iter().flatten().min_by(|a, b| a.lost.mean().total_cmp(&b.lost.mean()))?;
+    tried.iter().position(|own| own.as_ref().is_some_and(|own| own.lost.not_worse_than(&best.lost)))
 }
 
 /// What mass and energy lose, as shares of both; `None` where a log is too slow for the cutoff.
-fn loss<const N: usize>(
+fn lost<const N: usize>(
     robot: &Robot,
     core: &CoreRobot<f64, N>,
     pilots: &Pilots<N>,
     form: &Form,
-) -> Option<f64> {
+) -> Option<Lost> {
     let core = CoreRobot { conditioning: form.conditioning, ..*core };
     let mut dataset = Dataset::empty(core, Gate::Signed);
     dataset.unequal_sides = form.unequal_sides;
@@ -132,46 +135,47 @@ fn loss<const N: usize>(
             [error, row.power],
         );
     }
-    lost.close();
-    Some(lost.share()).filter(|share| share.is_finite())
+    Some(lost).filter(|lost| lost.mean().is_finite())
 }
 
-/// By blocks: what the scores of the mass and the energies add up to whatever their signs. Sizes, not squares: the few blocks with the
-/// hardest starts and stops must not decide alone.
+/// By blocks, what mass and energy lose. Sizes, not squares: the few blocks with the hardest starts and stops must not decide alone.
 #[derive(Default)]
 struct Lost {
-    current: Option<(u32, i64)>,
-    /// Of the block in hand: Σ w g e and Σ e, g being the slope by the logarithm of the mass, W.
-    score: f64,
-    energy: f64,
-    scores: f64,
-    energies: f64,
+    /// Σ w g e, W², and Σ e, W, g being the power's slope by the logarithm of the mass.
+    blocks: BTreeMap<(u32, i64), [f64; 2]>,
     /// Σ w g², W², and Σ |P|, W.
-    information: f64,
-    power: f64,
+    all: [f64; 2],
 }
 
 impl Lost {
     fn add(&mut self, block: (u32, i64), [score, information]: [f64; 2], [error, power]: [f64; 2]) {
-        if self.current != Some(block) {
-            self.close();
-            self.current = Some(block);
-        }
-        self.score += score;
-        self.energy += error;
-        self.information += information;
-        self.power += power.abs();
+        let [scores, errors] = self.blocks.entry(block).or_default();
+        *scores += score;
+        *errors += error;
+        let [all_information, all_power] = &mut self.all;
+        *all_information += information;
+        *all_power += power.abs();
     }
 
-    fn close(&mut self) {
-        self.scores += self.score.abs();
-        self.energies += self.energy.abs();
-        (self.score, self.energy) = (0.0, 0.0);
+    /// The share of the mass by which a block errs, weighed by what it says of it, and that of the energy.
+    fn of(&self, [score, error]: [f64; 2]) -> f64 {
+        let [information, power] = self.all.map(|all| all / self.blocks.len() as f64);
+        let mass = if information > 0.0 { score.abs() / information } else { 0.0 };
+        mass + error.abs() / power
     }
 
-    /// The share of the mass by which blocks err, weighed by what they say of it, and that of their energy.
-    fn share(&self) -> f64 {
-        let mass = if self.information > 0.0 { self.scores / self.information } else { 0.0 };
-        mass + self.energies / self.power
+    fn mean(&self) -> f64 {
+        self.blocks.values().map(|sums| self.of(*sums)).sum::<f64>() / self.blocks.len() as f64
+    }
+
+    /// Compared block by block.
+    fn not_worse_than(&self, best: &Self) -> bool {
+        let pairs = self.blocks.iter().filter_map(|(block, sums)| Some((sums, best.blocks.get(block)?)));
+        let worse: Vec<f64> = pairs.map(|(own, other)| self.of(*own) - best.of(*other)).collect();
+        let count = worse.len() as f64;
+        let mean = worse.iter().sum::<f64>() / count;
+        let variance = worse.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        // Of a single block nothing is known of that: the best alone is good enough.
+        mean <= (variance / count).sqrt().max(0.0)
     }
 }
