@@ -13,7 +13,7 @@
 //! | 11 | 1 | 1 where the wheels scrub in turns, plus 2 where the mass cannot be told ([`Coefficients::identifies_mass`]), plus 4 where the ground adapts |
 //! | 12 | 24 | robot name, UTF-8, padded with zeros |
 //! | 36 | 24 | gyration radius, dead band, filter cutoff, mass without and with full load, static power |
-//! | 60 | 16 | noise: density, lasting error, 0 (not negative and without a meaning: what older versions weighed samples by), tail |
+//! | 60 | 16 | noise: density, lasting error, 0 (once a weight, ignored), tail |
 //! | 76 | 60 | 15 coefficients, or the torque model's 7 and zeros |
 //! | 136 | 12 N | R, rows vx, vy, ω |
 //! | 136 + 12 N | 4 | CRC-32 (ISO-HDLC) of all before |

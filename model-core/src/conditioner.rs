@@ -167,8 +167,8 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
         Some((conditioned, held))
     }
 
-    /// The wheels at speeds (rad/s) and accelerations (rad/s²) that have no noise, as a plan has them: past the filter, `since` s after
-    /// those before.
+    /// The wheels at speeds (rad/s) and accelerations (rad/s²) that have no noise, as a plan has
+    /// them: past the filter, `since` s after those before.
     pub fn planned(&mut self, speed: &[T; N], acceleration: &[T; N], since: T) -> Motion<T, N> {
         self.motion(speed, acceleration, since)
     }

@@ -273,8 +273,9 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         changed
     }
 
-    /// Samples that came while the mass was unknown could not be weighed by what they leave at it: such buckets go once those that came
-    /// later tell the mass alone. `since` of these were closed before the one in hand.
+    /// Samples that came while the mass was unknown could not be weighed by what they leave at it:
+    /// such buckets go once those that came later tell the mass alone. `since` of these were closed
+    /// before the one in hand.
     #[cold]
     #[inline(never)]
     fn weigh_again(&mut self, since: usize) {

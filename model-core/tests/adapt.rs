@@ -116,7 +116,8 @@ fn another_floor_is_not_another_mass() {
     assert!(inside * 100 >= known * 92, "{inside} of {known}");
 }
 
-/// At a mass that somebody told the floor alone adapts: the rolling resistance of each is found, and the mass stays what it was told.
+/// At a mass that somebody told the floor alone adapts: the rolling resistance of each is found,
+/// and the mass stays what it was told.
 #[test]
 fn at_a_told_mass_the_floor_adapts() {
     let (mass, harder) = (3.3, 0.6 * servo().rolling);

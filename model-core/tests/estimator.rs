@@ -132,8 +132,9 @@ fn moving_window_is_the_method_over_the_latest_buckets() {
     assert_eq!(pipeline.over_latest(RING + 1), None);
 }
 
-/// Ten spikes of 2 W within five seconds, in the first of which nothing is known of the mass: squared they move it by percents, but
-/// not where what is beyond the noise counts linearly. Once later samples tell the mass, the first second is forgotten.
+/// Ten spikes of 2 W within five seconds, in the first of which nothing is known of the mass:
+/// squared they move it by percents, but not where what is beyond the noise counts linearly. Once
+/// later samples tell the mass, the first second is forgotten.
 #[test]
 fn what_is_beyond_the_noise_hardly_moves_the_mass() {
     let timing = Timing {

@@ -155,8 +155,9 @@ const ENOUGH_RUNS: usize = 6;
 /// A stretch that counts as a drive where there are few runs, s: the estimators' default window.
 const DRIVE_S: f64 = 25.0;
 
-/// Standard deviation of a drive's energy about the model's, beyond what the noise explains, as a share of it: between runs, which differ by
-/// floor, warmth and battery, where there are enough. As much wider as Student's t is for so many; 0 where there are too few to tell.
+/// Standard deviation of a drive's energy about the model's, beyond what the noise explains, as a
+/// share of it: between runs, which differ by floor, warmth and battery, where there are enough. As
+/// much wider as Student's t is for so many; 0 where there are too few to tell.
 pub fn energy_spread<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, noise: &Noise<f64>) -> f64 {
     let runs: BTreeSet<u32> = dataset.store.iter().map(|row| row.run).collect();
     let stretch = |time: f64| if runs.len() < ENOUGH_RUNS { (time / DRIVE_S).floor() as i64 } else { 0 };
@@ -185,7 +186,8 @@ pub fn energy_spread<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, n
 /// g = ∂P/∂m. The usual one, by the median: the few blocks in which no model of filtered signals is right show in the
 /// estimator's own windows. What lasts longer is left at 0.
 ///
-/// Once with all squared, which says beyond which residual they count linearly, and again with that.
+/// Once with all squared, which says beyond which residual they count linearly, and again with
+/// that.
 pub fn noise<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>) -> Noise<f64> {
     let squared = scatter(dataset, model, f64::INFINITY);
     scatter(dataset, model, squared.linear_beyond(dataset.robot.cutoff_hz))

@@ -1,10 +1,11 @@
 //! Which filter a robot's sensors need.
 //!
-//! A high cutoff lets the noise of speeds and their derivatives through, which the sizes in the model turn into bias; a
-//! low one smears short accelerations and clamps that the model could have followed. The right one depends on the sensors,
-//! so it is measured: each candidate filters the first rows of the logs, the signed model is fitted, and what mass and energy of blocks of
-//! ten seconds lose by what it leaves is compared. (Their residual alone hardly shows what a low
-//! cutoff smears of what tells the mass: `cargo xtask bench kinds`.)
+//! A high cutoff lets the noise of speeds and their derivatives through, which the sizes in the
+//! model turn into bias; a low one smears short accelerations and clamps that the model could have
+//! followed. The right one depends on the sensors, so it is measured: each candidate filters the
+//! first rows of the logs, the signed model is fitted, and what mass and energy of blocks of ten
+//! seconds lose by what it leaves is compared. (Their residual alone hardly shows what a low cutoff
+//! smears of what tells the mass: `cargo xtask bench kinds`.)
 //!
 //! What the model lacks hides what a cutoff smears: with the slip memory of a skid-steered robot left out every cutoff is as bad as the
 //! next. So candidates are asked again with the terms that the logs carry behind each ([`by_the_data`]).
@@ -34,7 +35,8 @@ const OCTAVE: usize = 2;
 /// Highest candidate as a share of the sample rate.
 const HIGHEST_SHARE: f64 = 0.3;
 
-/// Mass and energy are judged over blocks of this length, s: of a filtered signal's many correlation times, and many in a log.
+/// Mass and energy are judged over blocks of this length, s: of a filtered signal's many
+/// correlation times, and many in a log.
 const BLOCK_S: f64 = 10.0;
 
 /// Rows of which the residual is taken, at most about.
@@ -96,8 +98,8 @@ fn tried<const N: usize>(
     Some(Tried { choice, lost })
 }
 
-/// The lowest cutoff that does not lose more than the best by more than one standard error of their difference: the less passes
-/// the filter, the less noise the predicted power is compared with.
+/// The lowest cutoff that does not lose more than the best by more than one standard error of their
+/// difference: the less passes the filter, the less noise the predicted power is compared with.
 fn lowest_good_enough(tried: &[Option<Tried>]) -> Option<usize> {
     let best = tried.iter().flatten().min_by(|a, b| a.lost.mean().total_cmp(&b.lost.mean()))?;
     tried.iter().position(|own| own.as_ref().is_some_and(|own| own.lost.not_worse_than(&best.lost)))
@@ -138,7 +140,8 @@ fn lost<const N: usize>(
     Some(lost).filter(|lost| lost.mean().is_finite())
 }
 
-/// By blocks, what mass and energy lose. Sizes, not squares: the few blocks with the hardest starts and stops must not decide alone.
+/// By blocks, what mass and energy lose. Sizes, not squares: the few blocks with the hardest starts
+/// and stops must not decide alone.
 #[derive(Default)]
 struct Lost {
     /// Σ w g e, W², and Σ e, W, g being the power's slope by the logarithm of the mass.
@@ -157,7 +160,8 @@ impl Lost {
         *all_power += power.abs();
     }
 
-    /// The share of the mass by which a block errs, weighed by what it says of it, and that of the energy.
+    /// The share of the mass by which a block errs, weighed by what it says of it, and that of the
+    /// energy.
     fn of(&self, [score, error]: [f64; 2]) -> f64 {
         let [information, power] = self.all.map(|all| all / self.blocks.len() as f64);
         let mass = if information > 0.0 { score.abs() / information } else { 0.0 };

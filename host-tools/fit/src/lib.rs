@@ -81,7 +81,8 @@ pub struct Fit<const N: usize> {
     pub restarts: Option<physical::Restarts>,
     /// What keeps the coefficients from being what they look like.
     pub warnings: Vec<Warning>,
-    /// Standard deviation of a drive's energy about the model's, beyond the noise, as a share of it ([`assess::energy_spread`]).
+    /// Standard deviation of a drive's energy about the model's, beyond the noise, as a share of it
+    /// ([`assess::energy_spread`]).
     pub energy_std_share: f64,
     /// What unseen blocks said of each further term; empty where none was asked for.
     pub judged: Vec<Judged>,
@@ -106,7 +107,8 @@ pub fn fit_logs<const N: usize>(
     let (dataset, judged, fitted) = loop {
         let (dataset, judged) = read_choosing::<N>(robot, files, &reading, &terms)?;
         let fitted = fit(robot, &dataset, kind, method, pgd)?;
-        // What no board takes is no robot's: a term that ends so explains chance, and the form without it is asked.
+        // What no board takes is no robot's: a term that ends so explains chance, and the form
+        // without it is asked.
         let taken = judged.iter().rev().find(|judged| judged.taken).map(|judged| judged.term);
         match taken.filter(|_| fitted.shortcoming.is_none() && !fitted.coefficients.is_plausible()) {
             Some(last) => terms.retain(|term| *term != last),

@@ -30,8 +30,9 @@ const STUCK_ROWS: u64 = 8;
 const OTHERS_CHANGE: u64 = 8;
 const OTHERS_CHANGE_SHARE: u64 = 20;
 
-/// Others have moved where they are further from where they were than so many of their smallest steps: a register of coarse steps that
-/// goes to and fro between two of them says that nothing moves.
+/// Others have moved where they are further from where they were than so many of their smallest
+/// steps: a register of coarse steps that goes to and fro between two of them says that nothing
+/// moves.
 const STEPS: f64 = 1.5;
 
 /// Watches one column for standing still.
@@ -63,7 +64,8 @@ impl Standing {
         }
     }
 
-    /// Another value in this row; `others` are the wheels beside it that changed, each with the smallest step that it ever made.
+    /// Another value in this row; `others` are the wheels beside it that changed, each with the
+    /// smallest step that it ever made.
     fn add(
         &mut self,
         (line, time_s): (u64, f64),

@@ -287,8 +287,9 @@ fn a_fit_names_sensors_that_stand_still() {
     }
 }
 
-/// A register of coarse steps at 20 Hz, one wheel of which goes to and fro between two of its steps while the other keeps one: both are
-/// held at a speed, and no sensor is stuck. It is where the second wheel leaves for good.
+/// A register of coarse steps at 20 Hz, one wheel of which goes to and fro between two of its steps
+/// while the other keeps one: both are held at a speed, and no sensor is stuck. It is where the
+/// second wheel leaves for good.
 #[test]
 fn a_register_of_coarse_steps_does_not_stand_still() {
     let bench = Bench::new();

@@ -1,4 +1,5 @@
-//! `cargo xtask bench kinds`: mass and energy on robots that are not ours, by kind of driving and by sensors: host-tools/benches/kinds.
+//! `cargo xtask bench kinds`: mass and energy on robots that are not ours, by kind of driving and
+//! by sensors: host-tools/benches/kinds.
 
 use crate::paths::target_folder;
 use crate::robots::{keep, script, text_of};

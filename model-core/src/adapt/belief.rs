@@ -120,7 +120,8 @@ impl<T: Real> Belief<T> {
         }
     }
 
-    /// The mass is known for sure, in its unit beyond what was believed at first: samples tell of the ground alone.
+    /// The mass is known for sure, in its unit beyond what was believed at first: samples tell of
+    /// the ground alone.
     pub fn tell_mass(&mut self, mass: T) {
         self.forget_mass();
         let [_, rolling, scrub] = self.state;

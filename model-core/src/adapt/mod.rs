@@ -138,7 +138,8 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         })
     }
 
-    /// The same for a robot whose total mass is known, kg: what the power lacks or has beyond the fit's is the ground's.
+    /// The same for a robot whose total mass is known, kg: what the power lacks or has beyond the
+    /// fit's is the ground's.
     #[must_use]
     pub fn with_mass(mut self, mass: T) -> Self {
         let [unit, ..] = self.units;

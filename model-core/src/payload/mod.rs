@@ -117,24 +117,27 @@ pub struct Noise<T> {
     pub tail: T,
 }
 
-/// Residuals beyond so many standard deviations count linearly (Huber 1964). Of normal noise 98.8 % lie within; hard starts, at which no
-/// model of filtered signals is right, lie far beyond. 1.5 to 4 do about as well (`cargo xtask bench kinds`).
+/// Residuals beyond so many standard deviations count linearly (Huber 1964). Of normal noise 98.8 %
+/// lie within; hard starts, at which no model of filtered signals is right, lie far beyond. 1.5 to
+/// 4 do about as well (`cargo xtask bench kinds`).
 const HUBER: f64 = 2.5;
 
-/// Bandwidth in which a fifth-order Butterworth filter passes as much white noise as an ideal one, in units of its cutoff:
-/// (π / 10) / sin(π / 10).
+/// Bandwidth in which a fifth-order Butterworth filter passes as much white noise as an ideal one,
+/// in units of its cutoff: (π / 10) / sin(π / 10).
 const NOISE_BANDWIDTH: f64 = 1.016_6;
 
 impl<T: Real> Noise<T> {
-    /// Residuals beyond this count linearly, not squared, W: [`HUBER`] times what white noise of the density leaves behind a filter of
-    /// this cutoff, Hz. For ever squared where no density is known.
+    /// Residuals beyond this count linearly, not squared, W: [`HUBER`] times what white noise of
+    /// the density leaves behind a filter of this cutoff, Hz. For ever squared where no density is
+    /// known.
     pub fn linear_beyond(&self, cutoff_hz: T) -> T {
         let variance = T::from_f64(2.0 * NOISE_BANDWIDTH) * cutoff_hz * self.density;
         if variance > T::ZERO { T::from_f64(HUBER) * variance.sqrt() } else { T::INFINITY }
     }
 }
 
-/// What a sample with this residual counts for, both in W. 1 where the residual is no number: nothing is known to be wrong with it.
+/// What a sample with this residual counts for, both in W. 1 where the residual is no number:
+/// nothing is known to be wrong with it.
 #[inline(always)]
 pub fn huber<T: Real>(residual: T, linear_beyond: T) -> T {
     let size = residual.abs();
@@ -168,9 +171,9 @@ pub trait Method<T: Real> {
     /// Its sums over the samples of a bucket.
     type Sums: Bucket<T>;
 
-    /// Adds one sample: filtered power in W, the model's response, the wheels' absolute speeds in rad/s, their mean or
-    /// their sum (what they are divided by is divided out again, Eq. 26), and the mass known now, kg beyond the middle of the range;
-    /// no number while it is unknown.
+    /// Adds one sample: filtered power in W, the model's response, the wheels' absolute speeds in
+    /// rad/s, their mean or their sum (what they are divided by is divided out again, Eq. 26), and
+    /// the mass known now, kg beyond the middle of the range; no number while it is unknown.
     fn add(&self, sums: &mut Self::Sums, power: T, response: &Response<T>, speed: T, d: T);
 
     /// Whether what a sample counts for depends on the mass known now.

@@ -4,8 +4,8 @@
 //! whose coefficients are sums over samples, so a window of any length is a few sums per second of it: constant
 //! memory, no samples kept. Each sample weighs by how much it says about the mass, and the curvature gives an interval.
 //!
-//! A sample whose residual at the mass known now is beyond the noise counts less (Huber): a square loss lets ten samples at the corners of
-//! the acceleration move the mass by percents.
+//! A sample whose residual at the mass known now is beyond the noise counts less (Huber): a square
+//! loss lets ten samples at the corners of the acceleration move the mass by percents.
 
 use crate::model::{MassRange, Response};
 use crate::real::Real;

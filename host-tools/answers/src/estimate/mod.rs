@@ -130,7 +130,8 @@ pub struct Instant {
 /// A replayed log.
 #[derive(Debug, Clone)]
 pub struct Replay {
-    /// One entry a second from the first full window on; where the schedule holds a mass, one a window.
+    /// One entry a second from the first full window on; where the schedule holds a mass, one a
+    /// window.
     pub windows: Vec<WindowMass>,
     /// Payload changes noticed.
     pub changes: Vec<Change>,
@@ -224,7 +225,8 @@ pub fn replay_at<const N: usize>(
     }
 }
 
-/// As [`replay_at`], rolling resistance and scrub adapting (with a memory of a minute) beside the mass, or at the one that is given.
+/// As [`replay_at`], rolling resistance and scrub adapting (with a memory of a minute) beside the
+/// mass, or at the one that is given.
 ///
 /// # Errors
 /// As [`replay`]; coefficients of another model than the signed one, or with effects.
@@ -428,8 +430,8 @@ impl<'a, P: Pipeline<N>, const N: usize> Run<'a, P, N> {
         })
     }
 
-    /// The window that the schedule ends now, from when to when (s on the replay's clock), and the mass over it. The last known change was
-    /// at `since`.
+    /// The window that the schedule ends now, from when to when (s on the replay's clock), and the
+    /// mass over it. The last known change was at `since`.
     fn window(
         &self,
         clock: f64,

@@ -43,8 +43,8 @@ impl<const N: usize> Telling<N> {
         }
     }
 
-    /// A sample that passed the filter, `step` s after the one before: its power by the model, W, where a mass is known. By a floor that
-    /// adapted at that mass, where it does.
+    /// A sample that passed the filter, `step` s after the one before: its power by the model, W,
+    /// where a mass is known. By a floor that adapted at that mass, where it does.
     pub(super) fn add(
         &mut self,
         live: Option<&Live<f64, N>>,

@@ -12,7 +12,8 @@ use super::plan::{Plan, Row};
 pub(super) struct Frame<const N: usize> {
     pub(super) leg: usize,
     pub(super) wheel_speed: [f64; N],
-    /// As planned, rad/s²: no filter is needed. `None` where speeds come from a log, whose noise is to be filtered as in the fit.
+    /// As planned, rad/s²: no filter is needed. `None` where speeds come from a log, whose noise is
+    /// to be filtered as in the fit.
     pub(super) wheel_acceleration: Option<[f64; N]>,
     /// Since the frame before, s; infinite at a start.
     pub(super) elapsed: f64,
@@ -30,7 +31,8 @@ pub(super) trait Follow<const N: usize> {
     fn frame(&mut self, frame: &Frame<N>);
 }
 
-/// Frames of planned motion are at most so far apart, s, or closer where the filter of what is measured beside asks for it.
+/// Frames of planned motion are at most so far apart, s, or closer where the filter of what is
+/// measured beside asks for it.
 const PERIOD_S: f64 = 0.05;
 /// Samples per period of the filter's cutoff.
 const PER_CUTOFF: f64 = 8.0;

@@ -178,7 +178,8 @@ impl<'a, const N: usize> Sums<'a, N> {
             let mass = (heavier - lighter) / (2.0 * SHARE);
             let duration_s = tally(|tally| tally.time_s);
             let static_std = load.static_std_w * duration_s;
-            // What the model's form gets wrong lasts for as long as the robot drives alike: for all of the plan, at worst.
+            // What the model's form gets wrong lasts for as long as the robot drives alike: for all
+            // of the plan, at worst.
             let driving_j = sum(&variants[0]);
             let lasting = self.coefficients.noise.model_std * tally(|tally| tally.moving_s);
             let lasting = lasting.max(self.energy_std_share * driving_j.abs());

@@ -72,7 +72,8 @@ pub struct Origin {
     pub r2: Option<f64>,
     /// Root mean square of the residual, W.
     pub rmse_w: f64,
-    /// Standard deviation of a drive's energy about the model's, beyond the noise, as a share of it; 0 in files that do not tell.
+    /// Standard deviation of a drive's energy about the model's, beyond the noise, as a share of
+    /// it; 0 in files that do not tell.
     pub energy_std_share: f64,
 }
 
