@@ -20,7 +20,8 @@ pub struct Extractor {
 enum How {
     Ros(Walker),
     Json(Vec<Vec<Step>>),
-    Packed(Vec<(Primitive, usize)>),
+    /// Kind, place and factor.
+    Packed(Vec<(Primitive, usize, f64)>),
 }
 
 /// Where ROS's messages bear their time.
@@ -56,7 +57,7 @@ impl Extractor {
             Encoding::Packed { fields: packed } => {
                 let found = all.iter().enumerate().map(|(place, field)| {
                     let found = packed.iter().find(|packed| packed.name == field.path);
-                    found.map(|found| (found.kind, found.offset)).ok_or_else(|| refuse(place))
+                    found.map(|found| (found.kind, found.offset, found.scale)).ok_or_else(|| refuse(place))
                 });
                 How::Packed(found.collect::<Result<_>>()?)
             }
@@ -79,9 +80,9 @@ impl Extractor {
                 }
             }
             How::Packed(places) => {
-                for (taken, (kind, offset)) in self.taken.iter_mut().zip(places) {
+                for (taken, (kind, offset, scale)) in self.taken.iter_mut().zip(places) {
                     let number = message.get(*offset..).and_then(|bytes| kind.number(bytes, true));
-                    *taken = number.unwrap_or(f64::NAN);
+                    *taken = number.map_or(f64::NAN, |number| number * *scale);
                 }
             }
         }

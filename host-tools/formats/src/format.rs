@@ -1,6 +1,8 @@
 //! Which format a file is in, by its first bytes: names lie.
+//!
+//! VESC Tool's is text, but no table of this dialect: its time counts from midnight, its separator is a semicolon.
 
-/// A format of logs that is no text.
+/// A format of logs that is no table in text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// MCAP (mcap.dev/spec).
@@ -19,10 +21,14 @@ pub enum Format {
     Lz4,
     /// A bag of ROS 1.
     Ros1,
+    /// DataFlash of ArduPilot.
+    Dataflash,
+    /// What VESC Tool logs.
+    VescTool,
 }
 
 /// First bytes, by format (each format's specification; a bag of ROS 1: wiki.ros.org/Bags/Format).
-const MAGIC: [(&[u8], Format); 8] = [
+const MAGIC: [(&[u8], Format); 10] = [
     (b"\x89MCAP0\r\n", Format::Mcap),
     (b"SQLite format 3\0", Format::Sqlite),
     (b"ULog\x01\x12\x35", Format::Ulog),
@@ -31,6 +37,9 @@ const MAGIC: [(&[u8], Format); 8] = [
     (b"\x1F\x8B", Format::Gzip),
     (b"\x04\x22\x4D\x18", Format::Lz4),
     (b"#ROSBAG V", Format::Ros1),
+    // Its first message says what such a message is.
+    (b"\xA3\x95\x80\x80", Format::Dataflash),
+    (b"ms_today;", Format::VescTool),
 ];
 
 impl Format {
@@ -53,25 +62,27 @@ impl Format {
             Self::Gzip => "gzip",
             Self::Lz4 => "LZ4",
             Self::Ros1 => "ROS 1 bag",
+            Self::Dataflash => "DataFlash",
+            Self::VescTool => "VESC Tool log",
         }
     }
 
     /// Whether it is read here, or why not and what helps.
     ///
     /// # Errors
-    /// Of the formats that only wrap another one, and of those that have gone out of use.
+    /// Of the formats that only wrap another one.
     pub fn check(self) -> crate::Result<()> {
         let unpack = match self {
-            Self::Mcap | Self::Sqlite | Self::Ulog | Self::Parquet => return Ok(()),
+            Self::Mcap
+            | Self::Sqlite
+            | Self::Ulog
+            | Self::Parquet
+            | Self::Ros1
+            | Self::Dataflash
+            | Self::VescTool => return Ok(()),
             Self::Zstd => "zstd -d",
             Self::Gzip => "gunzip",
             Self::Lz4 => "lz4 -d",
-            Self::Ros1 => {
-                return Err(crate::Error::Unsupported(
-                    "is a bag of ROS 1; expected it as MCAP (mcap convert old.bag new.mcap) or of ROS 2 (rosbags-convert)"
-                        .to_owned(),
-                ));
-            }
         };
         Err(crate::Error::Unsupported(format!(
             "is compressed as a whole ({}); expected the log itself ({unpack} FILE)",

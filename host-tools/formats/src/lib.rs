@@ -4,7 +4,10 @@
 //! |---|---|
 //! | MCAP | bags of ROS 2 (CDR, by the schema that the file carries), messages in JSON, and tables that [`write`](mod@write) wrote |
 //! | SQLite | bags of ROS 2 (`.db3`); definitions from the bag, or of common messages from here |
+//! | ROS 1 | its bags of version 2.0 |
 //! | ULog | logs of PX4 |
+//! | DataFlash | logs of ArduPilot |
+//! | VESC Tool | its tables with semicolons |
 //! | Parquet | tables |
 //!
 //! A [`Bag`], one file or the [`folder`] of a split recording, has topics whose messages arrive one by one; [`merge`](mod@merge) makes rows of them on the clock of one topic. A [`table`] has rows
@@ -13,6 +16,7 @@
 mod bag;
 mod cdr;
 mod cell;
+mod dataflash;
 mod ending;
 mod error;
 mod extract;
@@ -24,10 +28,12 @@ pub mod json_rows;
 mod mcap_file;
 pub mod merge;
 mod parquet_file;
+mod ros1;
 mod sqlite;
 pub mod table;
 mod topic;
 mod ulog;
+mod vesc_tool;
 pub mod write;
 
 pub use bag::Bag;

@@ -3,7 +3,7 @@
 pub use crate::cdr::Serialization;
 
 /// How a topic's messages are written.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Encoding {
     /// As ROS writes messages, by a definition in the language of its `.msg` files.
     Ros {
@@ -17,7 +17,7 @@ pub enum Encoding {
         /// The schema.
         schema: String,
     },
-    /// Structs of a ULog: each field's name, kind and place.
+    /// Structs, as ULog and DataFlash have them: each field's name, kind and place.
     Packed {
         /// Flattened.
         fields: Vec<PackedField>,
@@ -27,7 +27,7 @@ pub enum Encoding {
 }
 
 /// A number at a fixed place of a message.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct PackedField {
     /// Path, as in the log's format.
     pub name: String,
@@ -35,12 +35,14 @@ pub struct PackedField {
     pub kind: crate::cdr::Primitive,
     /// Bytes before it.
     pub offset: usize,
+    /// What the number is multiplied by.
+    pub scale: f64,
 }
 
 /// A topic: its name, what its messages are, and how they are written.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Topic {
-    /// With its slash, as ROS writes it; in a ULog the message's name, with `.1`, `.2` … for further instances.
+    /// With its slash, as ROS writes it; in a ULog or DataFlash the message's name, with `.1`, `.2` … for further instances.
     pub name: String,
     /// The messages' type, `sensor_msgs/msg/JointState`; of ROS 1 without `msg`.
     pub kind: String,

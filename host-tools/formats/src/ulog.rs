@@ -33,6 +33,7 @@ pub(crate) fn topics(path: &Path, allow_cut: bool) -> Result<Vec<Topic>> {
             name: field.flattened_field_name.clone(),
             kind: primitive(&field.field_type),
             offset: usize::from(field.offset),
+            scale: 1.0,
         });
         let encoding = Encoding::Packed { fields: fields.collect() };
         places.insert(message.msg_id, topics.len());

@@ -23,7 +23,7 @@ use virtual_board::servo_bus::ServoBus;
 pub(crate) type Target = fn(&[u8], &Path);
 
 /// By name.
-pub(crate) const TARGETS: [(&str, Target); 11] = [
+pub(crate) const TARGETS: [(&str, Target); 14] = [
     ("log", log),
     ("robot", robot),
     ("coefficients", coefficients),
@@ -34,6 +34,9 @@ pub(crate) const TARGETS: [(&str, Target); 11] = [
     ("mcap", bag),
     ("sqlite", bag),
     ("ulog", bag),
+    ("ros1", bag),
+    ("dataflash", bag),
+    ("vesc_tool", bag),
     ("parquet", parquet),
 ];
 

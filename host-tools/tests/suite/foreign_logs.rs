@@ -209,7 +209,7 @@ fn what_cannot_be_read_is_said_in_one_line() {
             1,
             "packed.mcap: is compressed as a whole (zstd); expected the log itself (zstd -d FILE)",
         ),
-        ("robot.toml", "ros1.bag", 1, "ros1.bag: is a bag of ROS 1"),
+        ("robot.toml", "ros1.bag", 1, "ros1.bag: is no ROS 1 file that can be read"),
         ("wrong.toml", "drive.mcap", 1, "drive.mcap: has no topic /powr; it has: /power, "),
         ("field.toml", "drive.mcap", 1, "has no number watts; it has: data"),
         ("key.toml", "drive.mcap", 1, "[topics]: unknown field `powre`"),

@@ -14,7 +14,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-/// For each of eleven readers, on two cores: about half a minute.
+/// For each of fourteen readers, on two cores: about half a minute.
 const TIME: Duration = Duration::from_secs(2);
 /// So many anyway, where the machine has other things to do.
 const LEAST: usize = 300;
@@ -115,4 +115,19 @@ macro_rules! readers {
     };
 }
 
-readers!(log, robot, coefficients, effects, image, link, servo, mcap, sqlite, ulog, parquet);
+readers!(
+    log,
+    robot,
+    coefficients,
+    effects,
+    image,
+    link,
+    servo,
+    mcap,
+    sqlite,
+    ulog,
+    ros1,
+    dataflash,
+    vesc_tool,
+    parquet
+);

@@ -11,7 +11,7 @@ use crate::paths::{root, target_folder};
 use crate::steps::{Steps, Stop, answer, command};
 
 /// As `host-tools/tests/fuzz/targets.rs` has them.
-const TARGETS: [&str; 11] = [
+const TARGETS: [&str; 14] = [
     "log",
     "robot",
     "coefficients",
@@ -22,6 +22,9 @@ const TARGETS: [&str; 11] = [
     "mcap",
     "sqlite",
     "ulog",
+    "ros1",
+    "dataflash",
+    "vesc_tool",
     "parquet",
 ];
 
