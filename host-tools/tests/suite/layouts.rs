@@ -1,0 +1,46 @@
+//! The layouts in docs/ show topics that `gmr node` has.
+
+use host_tools::robot::NodeSettings;
+use serde_json::Value;
+
+fn layout(name: &str) -> String {
+    let path = format!("{}/../docs/layouts/{name}", env!("CARGO_MANIFEST_DIR"));
+    std::fs::read_to_string(path).unwrap()
+}
+
+/// What both show: mass, interval, power measured and predicted.
+fn expected() -> Vec<String> {
+    let own = NodeSettings::default();
+    let mut names =
+        vec![own.payload, own.payload_low, own.payload_high, own.measured_power, own.predicted_power];
+    names.sort();
+    names
+}
+
+#[test]
+fn foxgloves_shows_payload_and_power() {
+    let layout: Value = serde_json::from_str(&layout("foxglove.json")).unwrap();
+    let panels = layout["configById"].as_object().unwrap();
+    let mut shown: Vec<String> = panels
+        .values()
+        .flat_map(|panel| panel["paths"].as_array().unwrap())
+        .map(|path| path["value"].as_str().unwrap().strip_suffix(".data").unwrap().to_owned())
+        .collect();
+    shown.sort();
+    assert_eq!(shown, expected());
+    for place in ["first", "second"] {
+        assert!(panels.contains_key(layout["layout"][place].as_str().unwrap()), "{place}");
+    }
+}
+
+#[test]
+fn plotjugglers_shows_payload_and_power() {
+    let text = layout("plotjuggler.xml");
+    let document = roxmltree::Document::parse(&text).unwrap();
+    let curves = document.descendants().filter(|node| node.has_tag_name("curve"));
+    let mut shown: Vec<String> = curves
+        .map(|curve| curve.attribute("name").unwrap().strip_suffix("/data").unwrap().to_owned())
+        .collect();
+    shown.sort();
+    assert_eq!(shown, expected());
+}
