@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
     /// Logs to evaluate [default: one in three blocks of time of the training logs, held out]
     #[arg(long, value_name = "RUN.csv", num_args = 1..)]
     test: Vec<PathBuf>,
-    /// The robot: a robot.toml, or burger, warthog, husky; auto: the nearest robot.toml upward, else burger
+    /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml upward, else burger
     #[arg(long, default_value = FOUND)]
     robot: PathBuf,
     /// Length of held-out blocks, s [default: 5, or a sixth of the longest log if that is less]

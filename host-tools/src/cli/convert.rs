@@ -20,7 +20,7 @@ use super::overwrite::OverwriteArgument;
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  gmr convert --robot robot.toml --mass 1.06 empty.mcap --out empty.csv")]
 pub(crate) struct Arguments {
-    /// Robot: a built-in name (burger, warthog, husky) or a robot.toml; its [topics] say where a bag has what; auto: the nearest robot.toml upward, else burger
+    /// Robot: a built-in name (burger, turtlebot4, warthog, husky) or a robot.toml; its [topics] say where a bag has what; auto: the nearest robot.toml upward, else burger
     #[arg(long, value_name = "R.toml", default_value = FOUND)]
     robot: PathBuf,
     /// Total mass of logs that do not tell it, kg

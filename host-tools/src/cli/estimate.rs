@@ -32,7 +32,7 @@ pub(crate) struct Arguments {
     /// The log
     #[arg(value_name = "RUN.csv")]
     run: PathBuf,
-    /// The robot: a robot.toml, or burger, warthog, husky; auto: the nearest robot.toml upward, else burger
+    /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml upward, else burger
     #[arg(long, default_value = FOUND)]
     robot: PathBuf,
     /// Coefficients as gmr fit writes them

@@ -45,7 +45,7 @@ pub(crate) struct Arguments {
     /// With --grams: also how well each run is predicted by the others
     #[arg(long, requires = "grams")]
     leave_one_out: bool,
-    /// The robot: a robot.toml, or burger, warthog, husky; auto: the nearest robot.toml upward, else burger
+    /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml upward, else burger
     #[arg(long, default_value = FOUND)]
     robot: PathBuf,
     /// Where the coefficients go

@@ -44,7 +44,7 @@ pub(crate) struct Arguments {
     /// Logs: four runs at least, one or several a file
     #[arg(required = true, value_name = "RUN.csv")]
     runs: Vec<PathBuf>,
-    /// The robot: a robot.toml, or burger, warthog, husky; auto: the nearest robot.toml upward, else burger
+    /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml upward, else burger
     #[arg(long, default_value = FOUND)]
     robot: PathBuf,
     /// Coefficients of an earlier clean fit: what is new since then? Without, base and effects are fitted together

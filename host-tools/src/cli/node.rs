@@ -32,7 +32,7 @@ const TOLD_STD: f64 = 0.05;
     --speed 10\n  gmr node --robot robot.toml --replay run.csv --no-ros --speed max --json"
 )]
 pub(crate) struct Arguments {
-    /// The robot: a robot.toml, whose [node] has sensor and topics, or burger, warthog, husky; auto: the nearest robot.toml upward, else burger
+    /// The robot: a robot.toml, whose [node] has sensor and topics, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml upward, else burger
     #[arg(long, default_value = FOUND)]
     robot: PathBuf,
     /// Coefficients as gmr fit writes them; without any there is a battery, but no payload

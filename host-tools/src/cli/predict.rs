@@ -20,7 +20,7 @@ use super::units::UnitArguments;
     gmr predict --robot robot.toml --coeffs coefficients.toml --plan route.csv --mass 3.2 --static-power 6.4 --charge 0.6"
 )]
 pub(crate) struct Arguments {
-    /// The robot: a robot.toml, or burger, warthog, husky; auto: the nearest robot.toml upward, else burger
+    /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml upward, else burger
     #[arg(long, default_value = FOUND)]
     robot: PathBuf,
     /// The coefficients

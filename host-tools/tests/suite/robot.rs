@@ -39,7 +39,7 @@ fn built_in_robots_load_by_lenient_names() {
 fn what_is_no_robot_says_so() {
     let error = Robot::load("burgr").unwrap_err();
     assert_eq!(error.exit_code(), 2, "a name that does not exist is wrong usage");
-    assert!(error.to_string().contains("expected burger, warthog, husky or the path"), "{error}");
+    assert!(error.to_string().contains("expected burger, turtlebot4, warthog, husky or the path"), "{error}");
     let error = Robot::load("no/such/robot.toml").unwrap_err();
     assert_eq!(error.exit_code(), 1);
     assert!(error.to_string().starts_with("no/such/robot.toml: "), "{error}");

@@ -8,8 +8,9 @@ use support::input::{MOST_DESCRIPTION, read_text};
 use super::{Robot, lenient, parse};
 
 /// Robots that need no file: their names, and the content of the file they were read from.
-const BUILT_IN: [(&[&str], &str); 3] = [
+const BUILT_IN: [(&[&str], &str); 4] = [
     (&["burger", "turtlebot3burger", "turtlebot3"], include_str!("../../../robots/burger.toml")),
+    (&["turtlebot4", "create3"], include_str!("../../../robots/turtlebot4.toml")),
     (&["warthog"], include_str!("../../../robots/warthog.toml")),
     (&["husky", "huskya200"], include_str!("../../../robots/husky.toml")),
 ];
@@ -49,7 +50,7 @@ impl Robot {
         let is_name = path.extension().is_none() && path.components().count() == 1;
         if is_name && !path.exists() {
             let message = format!(
-                "no robot is called {}; expected burger, warthog, husky or the path of a robot.toml",
+                "no robot is called {}; expected burger, turtlebot4, warthog, husky or the path of a robot.toml",
                 path.display()
             );
             return Err(Error::usage(message));
