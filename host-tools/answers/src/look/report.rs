@@ -105,7 +105,7 @@ impl Report {
             gaps: tally.gaps,
             longest_gap_s: tally.longest_gap_s,
             distance_m: distance,
-            energy_j: powered(tally.moving.joules + tally.resting.joules),
+            energy_j: powered(tally.joules),
             moving_s: powered(tally.moving.seconds),
             moving_w,
             resting_s: powered(tally.resting.seconds),

@@ -47,6 +47,8 @@ pub(super) struct Tally {
     pub(super) distance_m: f64,
     pub(super) turned_rad: f64,
     pub(super) rolled_rad: f64,
+    /// All energy, of motion known or not, J.
+    pub(super) joules: f64,
     pub(super) powered_rows: u64,
     /// Rows with power that is not exactly 0: what is not measured is often 0.
     pub(super) drawn_rows: u64,
@@ -77,6 +79,7 @@ impl Tally {
             distance_m: 0.0,
             turned_rad: 0.0,
             rolled_rad: 0.0,
+            joules: 0.0,
             powered_rows: 0,
             drawn_rows: 0,
             negative_rows: 0,
@@ -140,6 +143,7 @@ impl Tally {
             return;
         }
         let joules = moment.power_w * step;
+        self.joules += joules;
         self.power.add(moment.time_s, moment.power_w, step);
         if !is_known {
             return;
@@ -190,6 +194,7 @@ mod tests {
         let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found} {expected}");
         near(tally.resting.joules, 50.0);
         near(tally.moving.joules, 90.0);
+        near(tally.joules, 140.0);
         near(tally.distance_m, 5.0);
         near(tally.ampere_seconds, 10.0);
         near(tally.longest_gap_s, 60.0);
