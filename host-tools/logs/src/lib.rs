@@ -53,6 +53,8 @@ pub const SIM_POWER: &str = "sim_power_w";
 pub const MASS: &str = "mass_kg";
 /// Name of the optional column of the turn rate by a gyro, counter-clockwise, rad/s.
 pub const YAW_RATE: &str = "yaw_rate_rad_s";
+/// Name of the optional column of the pitch, nose up, rad.
+pub const PITCH: &str = "pitch_rad";
 /// Name of the optional column that tells runs apart; time may restart where it changes.
 pub const RUN: &str = "run";
 

@@ -1,6 +1,6 @@
 //! The layouts in docs/ show topics that `gmr node` has.
 
-use host_tools::robot::NodeSettings;
+use logs::robot::NodeSettings;
 use serde_json::Value;
 
 fn layout(name: &str) -> String {

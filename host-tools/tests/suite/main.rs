@@ -46,10 +46,12 @@ mod hostile_board;
 mod inspect;
 mod json;
 mod ladder;
+mod layouts;
 #[cfg(all(unix, feature = "foxglove"))]
 mod live_view;
 mod log;
 mod look;
+mod makers;
 mod network_seeds;
 mod node;
 mod predict;

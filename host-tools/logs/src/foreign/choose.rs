@@ -5,13 +5,14 @@ use log_formats::{Bag, Field, Topic};
 use support::error::{Error, Result};
 
 use super::columns::{Column, Expression};
+use super::drivers::{self, Part};
 use super::known::{
     BATTERIES, BATTERY_STATE, COMMANDS, FLOATS, IMU, JOINT_STATE, MASSES, ODOMETRY, ODOMETRY_KIND, POWERS,
     TWISTS, find, is_called, is_of, wheel_joints,
 };
 use super::wrong::wrong;
-use crate::robot::{self, Robot, Signal, Topics};
-use crate::{MASS, POWER, YAW_RATE, speed_column};
+use crate::robot::{self, Robot, Signal, Term, Topics};
+use crate::{MASS, PITCH, POWER, YAW_RATE, sim_torque_column, speed_column};
 
 /// What is read of a bag, and which columns are made of it.
 #[derive(Debug, Clone)]
@@ -57,7 +58,10 @@ pub fn choose(bag: &Bag, robot: &Robot) -> Result<Chosen> {
     match wheels(bag, robot, &mut fields)? {
         Some(found) => columns.extend(found),
         None => {
-            lacking.push("wheel speeds (JointState with known joints, Odometry, wheel_encoders)".to_owned())
+            let named = drivers::hint(bag).map_or(String::new(), |hint| format!("; say {hint}"));
+            lacking.push(format!(
+                "wheel speeds (JointState with known joints, Odometry, wheel_encoders{named})"
+            ));
         }
     }
     let mut battery = None;
@@ -73,6 +77,7 @@ pub fn choose(bag: &Bag, robot: &Robot) -> Result<Chosen> {
             let (voltage, current) = (fields.place(voltage), fields.place(current));
             columns.push(column(POWER, Expression::Product(voltage, current, scale), source));
         }
+        Some(Power::Sum(parts)) => columns.push(sum(parts, &mut fields)),
         None => {
             lacking.push("power (a Float topic called power, a BatteryState with its current)".to_owned())
         }
@@ -88,6 +93,7 @@ pub fn choose(bag: &Bag, robot: &Robot) -> Result<Chosen> {
     columns.extend(mass(bag, topics, &mut fields)?);
     columns.extend(commands(bag, robot, &mut fields)?);
     columns.extend(imu(bag, topics, &mut fields)?);
+    columns.extend(torques(robot, &mut fields)?);
     let clock = match topics.clock {
         robot::Clock::Stamp => Clock::Stamp,
         robot::Clock::Receipt => Clock::Receipt,
@@ -148,6 +154,11 @@ fn wheels(bag: &Bag, robot: &Robot, fields: &mut Fields) -> Result<Option<Vec<Co
         return columns.collect::<Result<Vec<_>>>().map(Some);
     }
     if topics.odometry.is_none() {
+        if let Some(columns) =
+            drivers_wheels(bag, robot.motor().map(|motor| motor.gear_ratio), count, fields)?
+        {
+            return Ok(Some(columns));
+        }
         if let Some(columns) = joints(bag, count, fields)? {
             return Ok(Some(columns));
         }
@@ -177,6 +188,50 @@ fn wheels(bag: &Bag, robot: &Robot, fields: &mut Fields) -> Result<Option<Vec<Co
         column(speed_column(wheel), Expression::Sum(terms), source.clone())
     });
     Ok(Some(columns.collect()))
+}
+
+/// Wheel speeds as a base or motor drivers tell them.
+pub(super) fn drivers_wheels(
+    bag: &Bag,
+    gear_ratio: Option<f64>,
+    count: usize,
+    fields: &mut Fields,
+) -> Result<Option<Vec<Column>>> {
+    let Some(speeds) = drivers::wheels(bag, gear_ratio)?.filter(|_| count == 2) else { return Ok(None) };
+    let columns = speeds.into_iter().enumerate().map(|(wheel, (field, scale))| {
+        let source = if scale == 1.0 { field.to_string() } else { format!("{field} × {scale:.4}") };
+        column(speed_column(wheel), Expression::Number(fields.place(field), scale), source)
+    });
+    Ok(Some(columns.collect()))
+}
+
+/// Torques as robot.toml names them, under the names that a simulator's have.
+fn torques(robot: &Robot, fields: &mut Fields) -> Result<Vec<Column>> {
+    let (given, count) = (&robot.topics().torques, robot.wheels());
+    if !given.is_empty() && given.len() != count {
+        return Err(Error::failed(format!(
+            "[topics] names {} torques; expected {count}, one a wheel",
+            given.len()
+        )));
+    }
+    let columns = given.iter().enumerate().map(|(wheel, signal)| {
+        let place = fields.place(parsed(signal)?);
+        Ok(column(sim_torque_column(wheel), Expression::Number(place, signal.scale), signal.to_string()))
+    });
+    columns.collect()
+}
+
+/// The column of power that is a sum of products.
+pub(super) fn sum(parts: Vec<Part>, fields: &mut Fields) -> Column {
+    let mut words = Vec::new();
+    let mut terms = Vec::new();
+    for part in parts {
+        let named: Vec<String> = part.fields.iter().map(ToString::to_string).collect();
+        let scale = if part.scale == 1.0 { String::new() } else { format!("{} times ", part.scale) };
+        words.push(format!("{scale}{}", named.join(" times ")));
+        terms.push((part.fields.into_iter().map(|field| fields.place(field)).collect(), part.scale));
+    }
+    column(POWER, Expression::Products(terms), words.join(" plus "))
 }
 
 /// Wheel speeds from the first topic of joints that has all of a known set; four wheels of a robot with a column a side are averaged.
@@ -212,11 +267,21 @@ pub(super) fn joints(bag: &Bag, count: usize, fields: &mut Fields) -> Result<Opt
 pub(super) enum Power {
     Direct(Field, f64),
     Product { voltage: Field, current: Field, scale: f64, is_battery_state: bool },
+    Sum(Vec<Part>),
 }
 
 pub(super) fn power(bag: &Bag, topics: &Topics) -> Result<Option<Power>> {
-    if let Some(signal) = &topics.power {
-        return Ok(Some(Power::Direct(parsed(signal)?, signal.scale)));
+    match &topics.power.0[..] {
+        [] => {}
+        [Term { scale, factors }] if factors.len() == 1 => {
+            return Ok(Some(Power::Direct(parsed(&factors[0])?, *scale)));
+        }
+        terms => {
+            let part = |Term { scale, factors }: &Term| {
+                Ok(Part { fields: factors.iter().map(parsed).collect::<Result<_>>()?, scale: *scale })
+            };
+            return Ok(Some(Power::Sum(terms.iter().map(part).collect::<Result<_>>()?)));
+        }
     }
     match (&topics.voltage, &topics.current) {
         (Some(voltage), Some(current)) => {
@@ -239,7 +304,8 @@ pub(super) fn power(bag: &Bag, topics: &Topics) -> Result<Option<Power>> {
         return Ok(Some(Power::Product { voltage, current, scale: 1.0, is_battery_state: false }));
     }
     let Some(topic) = topic(bag, None, BATTERY_STATE, &BATTERIES, "voltage and current")? else {
-        return Ok(None);
+        let parts = drivers::power(bag)?;
+        return Ok((!parts.is_empty()).then_some(Power::Sum(parts)));
     };
     let (voltage, current) = (field(topic, "voltage")?, field(topic, "current")?);
     Ok(Some(Power::Product { voltage, current, scale: -1.0, is_battery_state: true }))
@@ -273,7 +339,7 @@ fn commands(bag: &Bag, robot: &Robot, fields: &mut Fields) -> Result<Vec<Column>
     columns.collect()
 }
 
-/// Acceleration and turn rate of the only inertial sensor, or of the one that robot.toml names.
+/// Acceleration, turn rate and pitch of the only inertial sensor, or of the one that robot.toml names.
 fn imu(bag: &Bag, topics: &Topics, fields: &mut Fields) -> Result<Vec<Column>> {
     let mut sensors = bag.topics().iter().filter(|topic| is_of(topic, IMU));
     let only = match (&topics.imu, sensors.next(), sensors.next()) {
@@ -289,5 +355,13 @@ fn imu(bag: &Bag, topics: &Topics, fields: &mut Fields) -> Result<Vec<Column>> {
         let place = fields.place(field(topic, &path)?);
         Ok(column(name, Expression::Number(place, 1.0), topic.name.clone()))
     });
-    columns.collect()
+    let mut columns = columns.collect::<Result<Vec<_>>>()?;
+    let mut places = [0; 5];
+    let orientation =
+        ["orientation.x", "orientation.y", "orientation.z", "orientation.w", "orientation_covariance[0]"];
+    for (place, path) in places.iter_mut().zip(orientation) {
+        *place = fields.place(field(topic, path)?);
+    }
+    columns.push(column(PITCH, Expression::NoseUp(places), format!("{}:orientation", topic.name)));
+    Ok(columns)
 }

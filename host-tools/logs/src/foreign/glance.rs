@@ -4,7 +4,7 @@ use log_formats::Bag;
 use log_formats::merge::{Clock, Request};
 use support::error::Result;
 
-use super::choose::{Chosen, Fields, Power, column, field, joints, mass, power, topic};
+use super::choose::{Chosen, Fields, Power, column, drivers_wheels, field, joints, mass, power, sum, topic};
 use super::columns::{Column, Expression};
 use super::known::{BATTERIES, BATTERY_STATE, ODOMETRY, ODOMETRY_KIND};
 use crate::robot::Topics;
@@ -27,7 +27,9 @@ pub fn glance(bag: &Bag) -> Result<Option<Chosen>> {
     let topics = Topics::default();
     let mut fields = Fields::default();
     let mut columns: Vec<Column> = Vec::new();
-    if let Some(found) = joints(bag, 2, &mut fields)? {
+    if let Some(found) = drivers_wheels(bag, None, 2, &mut fields)? {
+        columns.extend(found);
+    } else if let Some(found) = joints(bag, 2, &mut fields)? {
         columns.extend(found);
     } else if let Some(encoders) = bag.topics().iter().find(|topic| topic.kind == "wheel_encoders") {
         for (wheel, index) in [1, 0].into_iter().enumerate() {
@@ -52,6 +54,7 @@ pub fn glance(bag: &Bag) -> Result<Option<Chosen>> {
             columns.push(column(POWER, Expression::Product(voltage, current, scale), &*source));
             columns.push(column(CURRENT, Expression::Number(current, scale), source));
         }
+        Some(Power::Sum(parts)) => columns.push(sum(parts, &mut fields)),
         None => {}
     }
     if let Some(battery) = topic(bag, None, BATTERY_STATE, &BATTERIES, "voltage and current")? {

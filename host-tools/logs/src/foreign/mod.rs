@@ -5,6 +5,7 @@
 
 mod choose;
 mod columns;
+mod drivers;
 mod glance;
 mod known;
 mod rows;

@@ -121,8 +121,12 @@ pub(super) fn of_bag(bag: &Bag, robot: &Robot, spool: &File) -> Result<Vec<Strin
         cells.clear();
         cells.push(Cell::Number(time));
         cells.extend(chosen.columns.iter().map(|column| Cell::Number(column.expression.of(numbers))));
-        if let Some(Expression::Product(_, place, scale)) = power {
-            let drawn = numbers[*place] * scale.signum();
+        let drawn = match power {
+            Some(Expression::Product(_, place, scale)) => Some(numbers[*place] * scale.signum()),
+            Some(sum @ Expression::Products(_)) => Some(sum.of(numbers)),
+            _ => None,
+        };
+        if let Some(drawn) = drawn {
             current.rows += 1;
             current.not_zero += u64::from(drawn.abs() > 0.0);
             current.negative += u64::from(drawn < 0.0);
@@ -149,6 +153,14 @@ pub(super) fn of_bag(bag: &Bag, robot: &Robot, spool: &File) -> Result<Vec<Strin
              another topic ([topics] of robot.toml), or a power sensor"
         )));
     }
+    let is_sum = matches!(power, Some(Expression::Products(_)));
+    if is_sum && current.rows > 0 && current.not_zero == 0 {
+        let source =
+            chosen.columns.iter().find(|column| column.name == POWER).map_or("", |column| &*column.source);
+        return Err(Error::failed(format!(
+            "power, {source}, is 0 or missing in all rows; expected drivers that measure it, or other sources as power in [topics] of robot.toml"
+        )));
+    }
     let mut said = Vec::new();
     let mut sources: Vec<String> = Vec::new();
     for column in &chosen.columns {
@@ -165,7 +177,9 @@ pub(super) fn of_bag(bag: &Bag, robot: &Robot, spool: &File) -> Result<Vec<Strin
             merged.out_of_order
         ));
     }
-    if current.negative * 2 > current.rows {
+    if is_sum && current.negative * 2 > current.rows {
+        said.push("power is negative in most rows: turn its sign with scale = -1 where power is named in [topics] of robot.toml".to_owned());
+    } else if current.negative * 2 > current.rows {
         said.push(
             "power is negative in most rows: this robot's driver counts a discharging current positive; say current = \
              \"topic:current\" and voltage = \"topic:voltage\" in [topics] of robot.toml"

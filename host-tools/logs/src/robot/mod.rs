@@ -7,6 +7,7 @@ mod load;
 mod motor;
 mod node;
 mod parse;
+mod signal;
 mod topics;
 mod units;
 
@@ -15,8 +16,9 @@ pub use load::FOUND;
 pub use motor::Motor;
 pub use node::{NodeSettings, PowerChip};
 pub use parse::position;
+pub use signal::{Signal, Sum, Term};
 use support::error::Result;
-pub use topics::{Clock, Signal, Topics};
+pub use topics::{Clock, Topics};
 pub use units::{LogUnits, MassUnit, PowerSource, PowerUnit, SpeedUnit};
 
 use model_core::charge::Pack;

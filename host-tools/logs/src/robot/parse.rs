@@ -136,12 +136,15 @@ fn motor(file: &File<'_>) -> Result<Option<Motor>> {
 
 /// Where bags have what the logs need.
 fn topics(file: &File<'_>) -> Result<Topics> {
-    const EXPECTED: &str = "wheel_speeds, odometry, power, voltage, current, commands, imu, mass, greatest_gap_s, clock (stamp or receipt)";
+    const EXPECTED: &str = "wheel_speeds, odometry, power, voltage, current, commands, imu, mass, torques, greatest_gap_s, clock (stamp or receipt)";
     let Some(written) = file.get("topics") else { return Ok(Topics::default()) };
     let read = Topics::deserialize(toml::de::ValueDeserializer::from(written.clone()));
     let is_gap = |topics: &Topics| topics.greatest_gap_s > 0.0 && topics.greatest_gap_s <= 3600.0;
     let why = match read {
-        Ok(topics) if is_gap(&topics) => return Ok(topics),
+        Ok(topics) if is_gap(&topics) => match topics.checked() {
+            Ok(topics) => return Ok(topics),
+            Err(why) => why,
+        },
         Ok(topics) => {
             format!("greatest_gap_s = {}; expected above 0 and at most 3600", topics.greatest_gap_s)
         }

@@ -1,8 +1,8 @@
 //! `[topics]` of robot.toml: where bags have what a log needs, if not where most robots have it.
 
-use std::fmt;
-
 use serde::Deserialize;
+
+use super::signal::{Quantity, Signal, Sum};
 
 /// Messages further apart than this, s, say nothing of the time between them: a battery that reports once a second still does.
 const DEFAULT_GREATEST_GAP_S: f64 = 2.0;
@@ -16,8 +16,8 @@ pub struct Topics {
     pub wheel_speeds: Vec<Signal>,
     /// A topic of `nav_msgs/Odometry`, where no wheel speeds are: they follow from the kinematics.
     pub odometry: Option<String>,
-    /// Power, W.
-    pub power: Option<Signal>,
+    /// Power, W, from one source or as a sum; none if empty.
+    pub power: Sum,
     /// Voltage, V; with the current it gives power.
     pub voltage: Option<Signal>,
     /// Current, A, positive while discharging. ROS's batteries count the other way: `scale = -1`.
@@ -28,6 +28,8 @@ pub struct Topics {
     pub imu: Option<String>,
     /// Total mass, kg.
     pub mass: Option<Signal>,
+    /// Torque at each wheel, N·m, in the order of the log's columns: efforts of joints, where they are torques.
+    pub torques: Vec<Signal>,
     /// Messages further apart than this, s, say nothing of the time between them.
     pub greatest_gap_s: f64,
     /// Which time counts.
@@ -39,15 +41,28 @@ impl Default for Topics {
         Self {
             wheel_speeds: Vec::new(),
             odometry: None,
-            power: None,
+            power: Sum::default(),
             voltage: None,
             current: None,
             commands: None,
             imu: None,
             mass: None,
+            torques: Vec::new(),
             greatest_gap_s: DEFAULT_GREATEST_GAP_S,
             clock: Clock::Stamp,
         }
+    }
+}
+
+impl Topics {
+    /// Units have to be those of what a signal stands for.
+    pub(super) fn checked(mut self) -> Result<Self, String> {
+        let speeds =
+            self.wheel_speeds.into_iter().map(|signal| signal.must_be(Quantity::Speed, "wheel_speeds"));
+        self.wheel_speeds = speeds.collect::<Result<_, _>>()?;
+        self.voltage = self.voltage.map(|signal| signal.must_be(Quantity::Voltage, "voltage")).transpose()?;
+        self.current = self.current.map(|signal| signal.must_be(Quantity::Current, "current")).transpose()?;
+        Ok(self)
     }
 }
 
@@ -59,40 +74,4 @@ pub enum Clock {
     Stamp,
     /// When the recorder received it.
     Receipt,
-}
-
-/// A number in the messages of a topic: `"/power:data"`, or with a factor `{ field = "/power:data", scale = 1e-3 }`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(from = "Written")]
-pub struct Signal {
-    /// `topic:field`.
-    pub field: String,
-    /// What the number is multiplied by.
-    pub scale: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum Written {
-    Field(String),
-    Scaled { field: String, scale: f64 },
-}
-
-impl From<Written> for Signal {
-    fn from(written: Written) -> Self {
-        match written {
-            Written::Field(field) => Self { field, scale: 1.0 },
-            Written::Scaled { field, scale } => Self { field, scale },
-        }
-    }
-}
-
-impl fmt::Display for Signal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.scale == 1.0 {
-            f.write_str(&self.field)
-        } else {
-            write!(f, "{} × {}", self.field, self.scale)
-        }
-    }
 }

@@ -1,7 +1,7 @@
 //! Columns of a log that effects ask for beside speeds and power.
 
 /// Column with the pitch, nose up, rad.
-pub const PITCH: &str = "pitch_rad";
+pub const PITCH: &str = logs::PITCH;
 /// Column with the processor's load, percent.
 pub const PROCESSOR: &str = "cpu_percent";
 /// What the columns of motor temperatures are called, for people.
