@@ -73,7 +73,8 @@ impl Format {
     /// Of a message `FMT`; `None` of one that contradicts itself.
     fn of(message: &[u8]) -> Option<(u8, Self)> {
         let (kind, length) = (*message.get(3)?, usize::from(*message.get(4)?));
-        let (name, letters, labels) = (text(message.get(5..9)?), message.get(9..25)?, text(message.get(25..89)?));
+        let (name, letters, labels) =
+            (text(message.get(5..9)?), message.get(9..25)?, text(message.get(25..89)?));
         let mut labels = labels.split(',');
         let mut format = Self { length, name, fields: Vec::new(), time: None, instance: None };
         let mut offset = HEAD.len() + 1;
@@ -116,7 +117,9 @@ fn messages(path: &Path, each: &mut EachMessage<'_>) -> Result<Ending> {
     let mut message = [0; 256];
     let mut place = 0_u64;
     let cut = |place: u64, why: &str| {
-        Ok(Ending::Cut(format!("breaks off at byte {place} ({why}); --allow-truncated reads what comes before")))
+        Ok(Ending::Cut(format!(
+            "breaks off at byte {place} ({why}); --allow-truncated reads what comes before"
+        )))
     };
     loop {
         let got = fill(&mut file, &mut message[..3])?;
@@ -127,14 +130,17 @@ fn messages(path: &Path, each: &mut EachMessage<'_>) -> Result<Ending> {
             _ => return cut(place, "no message begins there"),
         }
         let kind = message[2];
-        let length = if kind == FORMAT { Some(FORMAT_BYTES) } else { formats.get(&kind).map(|format| format.length) };
+        let length =
+            if kind == FORMAT { Some(FORMAT_BYTES) } else { formats.get(&kind).map(|format| format.length) };
         let Some(length) = length else { return cut(place, "no message before it says what it is") };
         if fill(&mut file, &mut message[3..length])? < length - 3 {
             return cut(place, "it ends within a message");
         }
         let message = &message[..length];
         if kind == FORMAT {
-            let Some((kind, format)) = Format::of(message) else { return cut(place, "a definition contradicts itself") };
+            let Some((kind, format)) = Format::of(message) else {
+                return cut(place, "a definition contradicts itself");
+            };
             formats.insert(kind, format);
         } else if let Some(format) = formats.get(&kind)
             && !each(format, kind, message)?
@@ -232,7 +238,9 @@ mod tests {
     fn definitions_that_contradict_themselves_are_refused() {
         assert_eq!(ending(&format(15, "Qf", "TimeUS,Volt")), "whole");
         // Shorter than what each message begins with; not as long as its columns; a column of no known type.
-        for wrong in [format(2, "Qf", "TimeUS,Volt"), format(16, "Qf", "TimeUS,Volt"), format(12, "Q?", "TimeUS,Volt")] {
+        for wrong in
+            [format(2, "Qf", "TimeUS,Volt"), format(16, "Qf", "TimeUS,Volt"), format(12, "Q?", "TimeUS,Volt")]
+        {
             assert!(ending(&wrong).contains("breaks off at byte 0 (a definition contradicts itself)"));
         }
         let unknown = [&format(15, "Qf", "TimeUS,Volt")[..], &[HEAD[0], HEAD[1], 9]].concat();

@@ -60,7 +60,10 @@ impl<'a> Header<'a> {
     fn time(&self) -> Option<i64> {
         let (seconds, nanoseconds) = self.get(b"time")?.split_first_chunk::<4>()?;
         let nanoseconds: [u8; 4] = nanoseconds.try_into().ok()?;
-        Some(i64::from(u32::from_le_bytes(*seconds)) * 1_000_000_000 + i64::from(u32::from_le_bytes(nanoseconds)))
+        Some(
+            i64::from(u32::from_le_bytes(*seconds)) * 1_000_000_000
+                + i64::from(u32::from_le_bytes(nanoseconds)),
+        )
     }
 }
 
@@ -79,6 +82,9 @@ struct Record {
 impl Record {
     /// Reads the next one; `None` at the end of the file, and why not where there is none.
     fn read(&mut self, from: &mut impl Read) -> Result<Option<()>, Ending> {
+        // Nothing of the last one is left in one that is cut off.
+        self.header.clear();
+        self.data.clear();
         let mut length = [0; 4];
         let failed = |error: std::io::Error| cut(&error.to_string());
         let got = from.by_ref().take(4).read(&mut length).map_err(failed)?;
@@ -96,7 +102,6 @@ impl Record {
             if wanted > longest {
                 return Err(cut(&format!("{what} of {wanted} bytes; expected {longest} at most")));
             }
-            part.clear();
             // Grows as bytes arrive: a length alone takes no memory.
             let got = from.by_ref().take(wanted as u64).read_to_end(part).map_err(failed)?;
             if got < wanted {
@@ -118,7 +123,9 @@ fn open(path: &Path) -> Result<(BufReader<File>, u64)> {
     file.read_exact(&mut version).map_err(|_| Error::damaged("ROS 1", "it ends within its first line"))?;
     if version != VERSION {
         let found = String::from_utf8_lossy(&version).trim_end().to_owned();
-        return Err(Error::Unsupported(format!("is a bag of ROS 1 of another version, {found}; expected 2.0 (rosbag migrate)")));
+        return Err(Error::Unsupported(format!(
+            "is a bag of ROS 1 of another version, {found}; expected 2.0 (rosbag migrate)"
+        )));
     }
     let mut record = Record::default();
     let read = record.read(&mut file).ok().flatten();
@@ -172,7 +179,12 @@ struct Connections {
 impl Connections {
     fn add(&mut self, header: Header<'_>, data: &[u8]) {
         let own = Header(data);
-        let all = (header.number(b"conn"), header.text(b"topic"), own.text(b"type"), own.text(b"message_definition"));
+        let all = (
+            header.number(b"conn"),
+            header.text(b"topic"),
+            own.text(b"type"),
+            own.text(b"message_definition"),
+        );
         let (Some(connection), Some(topic), Some(kind), Some(definition)) = all else { return };
         if !self.found.iter().any(|(known, ..)| *known == connection) {
             self.found.push((connection, topic, kind, definition));
@@ -362,12 +374,14 @@ mod tests {
         let header = field("op", &[CHUNK]);
         let long = [&(header.len() as u32).to_le_bytes()[..], &header, &[0xFF; 4]].concat();
         assert!(ending(&long).contains("a record of 4294967295 bytes; expected 134217728 at most"));
-        let short = [&(header.len() as u32).to_le_bytes()[..], &header, &100_u32.to_le_bytes(), b"abc"].concat();
+        let short =
+            [&(header.len() as u32).to_le_bytes()[..], &header, &100_u32.to_le_bytes(), b"abc"].concat();
         assert!(ending(&short).contains("a record of 100 bytes has 3"));
 
         let mut encoder = lz4::EncoderBuilder::new().build(Vec::new()).unwrap();
         encoder.write_all(&vec![0; 10 << 20]).unwrap();
-        let header = [field("op", &[CHUNK]), field("compression", b"lz4"), field("size", &100_u32.to_le_bytes())];
+        let header =
+            [field("op", &[CHUNK]), field("compression", b"lz4"), field("size", &100_u32.to_le_bytes())];
         let packed = Record { header: header.concat(), data: encoder.finish().0 };
         let mut chunk = Vec::new();
         let (unpacked, is_whole) = unpack(&packed, &mut chunk).unwrap();
@@ -379,10 +393,12 @@ mod tests {
     #[test]
     fn a_chunk_that_was_never_closed_is_read() {
         let chunk = [field("op", &[CHUNK]), field("compression", b"none"), field("size", &[0; 4])];
-        let own = [field("type", b"std_msgs/Float64"), field("message_definition", b"float64 data\n")].concat();
+        let own =
+            [field("type", b"std_msgs/Float64"), field("message_definition", b"float64 data\n")].concat();
         let number = |kind| [field("op", &[kind]), field("conn", &[7, 0, 0, 0])].concat();
         let connection = record(&[number(CONNECTION), field("topic", b"/power")], &own);
-        let message = record(&[number(MESSAGE), field("time", &[1, 0, 0, 0, 2, 0, 0, 0])], &2.5_f64.to_le_bytes());
+        let message =
+            record(&[number(MESSAGE), field("time", &[1, 0, 0, 0, 2, 0, 0, 0])], &2.5_f64.to_le_bytes());
         let file = bag(&[record(&chunk, b""), connection, message].concat());
         let topics = topics(file.path(), true).unwrap();
         assert_eq!(topics.iter().map(|topic| &topic.name[..]).collect::<Vec<_>>(), ["/power"]);

@@ -36,7 +36,10 @@ fn open(path: &Path) -> Result<(BufReader<File>, Vec<String>)> {
     let mut file = BufReader::with_capacity(1 << 20, File::open(path)?);
     let mut header = String::new();
     line(&mut file, &mut header)?;
-    Ok((file, header.trim_end().trim_end_matches(';').split(';').map(|name| name.trim().to_owned()).collect()))
+    Ok((
+        file,
+        header.trim_end().trim_end_matches(';').split(';').map(|name| name.trim().to_owned()).collect(),
+    ))
 }
 
 /// Its only topic.
@@ -55,7 +58,9 @@ pub(crate) fn topics(path: &Path) -> Result<Vec<Topic>> {
 /// Hands out the lines as messages of numbers with eight bytes each.
 pub(crate) fn read(path: &Path, topics: &[Topic], wanted: &[usize], each: &mut Each<'_>) -> Result<Ending> {
     let (mut file, columns) = open(path)?;
-    let Some(place) = topics.iter().position(|topic| topic.name == NAME).filter(|place| wanted.contains(place)) else {
+    let Some(place) =
+        topics.iter().position(|topic| topic.name == NAME).filter(|place| wanted.contains(place))
+    else {
         return Ok(Ending::Whole);
     };
     let time = columns.iter().position(|name| name == TIME).unwrap_or(0);
@@ -71,7 +76,11 @@ pub(crate) fn read(path: &Path, topics: &[Topic], wanted: &[usize], each: &mut E
         let mut milliseconds = f64::NAN;
         for (at, field) in fields.split(';').enumerate() {
             let value: f64 = field.trim().parse().map_err(|_| {
-                Error::Damaged(format!("line {number}: {:?} of {} is no number", field, columns.get(at).map_or("a further column", |name| name)))
+                Error::Damaged(format!(
+                    "line {number}: {:?} of {} is no number",
+                    field,
+                    columns.get(at).map_or("a further column", |name| name)
+                ))
             })?;
             if at == time {
                 milliseconds = value;
@@ -79,9 +88,15 @@ pub(crate) fn read(path: &Path, topics: &[Topic], wanted: &[usize], each: &mut E
             message.extend(value.to_le_bytes());
         }
         if message.len() != columns.len() * SIZE {
-            let message = format!("line {number} has {} fields, the first line {}", message.len() / SIZE, columns.len());
+            let message = format!(
+                "line {number} has {} fields, the first line {}",
+                message.len() / SIZE,
+                columns.len()
+            );
             if !text.ends_with('\n') {
-                return Ok(Ending::Cut(format!("breaks off ({message}); --allow-truncated reads what comes before")));
+                return Ok(Ending::Cut(format!(
+                    "breaks off ({message}); --allow-truncated reads what comes before"
+                )));
             }
             return Err(Error::Damaged(format!("{message}; expected as many")));
         }
