@@ -1,10 +1,12 @@
-//! The layouts in docs/ show topics that `gmr node` has.
+//! The layouts in docs/ show topics that `gmr node` has, and its service calls it by options that it has.
 
 use logs::robot::NodeSettings;
 use serde_json::Value;
 
-fn layout(name: &str) -> String {
-    let path = format!("{}/../docs/layouts/{name}", env!("CARGO_MANIFEST_DIR"));
+use crate::common::Bench;
+
+fn document(name: &str) -> String {
+    let path = format!("{}/../docs/{name}", env!("CARGO_MANIFEST_DIR"));
     std::fs::read_to_string(path).unwrap()
 }
 
@@ -19,7 +21,7 @@ fn expected() -> Vec<String> {
 
 #[test]
 fn foxgloves_shows_payload_and_power() {
-    let layout: Value = serde_json::from_str(&layout("foxglove.json")).unwrap();
+    let layout: Value = serde_json::from_str(&document("layouts/foxglove.json")).unwrap();
     let panels = layout["configById"].as_object().unwrap();
     let mut shown: Vec<String> = panels
         .values()
@@ -35,12 +37,28 @@ fn foxgloves_shows_payload_and_power() {
 
 #[test]
 fn plotjugglers_shows_payload_and_power() {
-    let text = layout("plotjuggler.xml");
-    let document = roxmltree::Document::parse(&text).unwrap();
-    let curves = document.descendants().filter(|node| node.has_tag_name("curve"));
+    let text = document("layouts/plotjuggler.xml");
+    let tree = roxmltree::Document::parse(&text).unwrap();
+    let curves = tree.descendants().filter(|node| node.has_tag_name("curve"));
     let mut shown: Vec<String> = curves
         .map(|curve| curve.attribute("name").unwrap().strip_suffix("/data").unwrap().to_owned())
         .collect();
     shown.sort();
     assert_eq!(shown, expected());
+}
+
+#[test]
+fn the_service_calls_the_node_as_it_is_called() {
+    let unit = document("gmr-node.service");
+    let called = unit.lines().find_map(|line| line.strip_prefix("ExecStart=")).unwrap();
+    let words: Vec<&str> = called.split(' ').collect();
+    assert_eq!(words[..2], ["/usr/local/bin/gmr", "node"]);
+    // Its files are not here: that is what it says, not that it does not know an option.
+    let ran = Bench::new().gmr(&words[1..]);
+    assert!(
+        ran.code == Some(1) && ran.stderr.contains("/etc/gmr/robot.toml"),
+        "{:?} {}",
+        ran.code,
+        ran.stderr
+    );
 }
