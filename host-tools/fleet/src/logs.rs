@@ -33,7 +33,7 @@ pub enum Place {
 }
 
 /// Endings of logs: what else lies between them is left alone. What a file is, its first bytes say.
-pub(super) const ENDINGS: [&str; 5] = ["csv", "parquet", "mcap", "db3", "ulg"];
+pub(super) const ENDINGS: [&str; 7] = ["csv", "parquet", "mcap", "db3", "ulg", "bag", "bin"];
 
 impl Log {
     /// The log at these folders and file below the source, where its name ends as a log's. `robot=7/day=2026-11-02/a.csv` says its keys itself; of

@@ -26,7 +26,7 @@ use super::units::UnitArguments;
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  gmr fleet logs/ --coeffs coefficients.toml --out fleet/")]
 pub(crate) struct Arguments {
-    /// Folder of logs (CSV, Parquet, MCAP, db3, ULog) in folders such as robot=7/day=2026-11-02, or 7/2026-11-02; with the feature bucket also the URL
+    /// Folder of logs (CSV, Parquet, MCAP, db3, ULog, bag, DataFlash) in folders such as robot=7/day=2026-11-02, or 7/2026-11-02; with the feature bucket also the URL
     /// of a bucket, s3://bucket/logs
     #[arg(value_name = "SOURCE")]
     source: PathBuf,
