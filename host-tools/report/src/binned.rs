@@ -119,7 +119,10 @@ impl Binned {
                 chart.line(&[(x, bin.mean - std), (x, bin.mean + std)], colour.mix(0.6).stroke_width(1))?;
             }
             let means: Vec<_> = curve.iter().map(|(x, bin)| (x + shift, bin.mean)).collect();
-            chart.line(&means, colour.stroke_width(2))?;
+            // No line over bins that are empty.
+            for stretch in means.chunk_by(|a, b| b.0 - a.0 < 1.5 * self.bin_w) {
+                chart.line(stretch, colour.stroke_width(2))?;
+            }
             chart.marks(means, *colour)?;
         }
         Ok(())

@@ -7,6 +7,7 @@
 use maud::{Markup, PreEscaped, html};
 use support::error::Result;
 
+use super::style::LABEL_SIZE;
 use super::{Page, Panel};
 
 /// Width and height of a plot that takes the whole page.
@@ -32,7 +33,7 @@ pub fn drawing(page: &Page, title: &str, about: &str, numbers: Option<Markup>) -
     let view = format!("0 0 {} {}", drawn.size.0, drawn.size.1);
     Ok(html! {
         figure {
-            svg viewBox=(view) role="img" aria-label=(format!("{title}. {about}")) {
+            svg viewBox=(view) style=(format!("min-width:{:.0}px", least_width(drawn.size.0))) role="img" aria-label=(format!("{title}. {about}")) {
                 title { (title) }
                 (PreEscaped(drawn.content))
             }
@@ -40,6 +41,14 @@ pub fn drawing(page: &Page, title: &str, about: &str, numbers: Option<Markup>) -
             @if let Some(numbers) = numbers { (numbers) }
         }
     })
+}
+
+/// Text in plots is at least so tall on any screen, px: smaller letters are not read on a phone.
+const LEAST_TEXT_PX: f64 = 11.0;
+
+/// The least width of a drawing so many units wide; a narrower screen scrolls it.
+fn least_width(units: u32) -> f64 {
+    f64::from(units) * LEAST_TEXT_PX / f64::from(LABEL_SIZE)
 }
 
 /// A figure in large letters, and what it is.

@@ -13,6 +13,8 @@ use super::style::Colour;
 pub enum Stroke {
     /// Thin, half transparent: measured values with their noise.
     Faint,
+    /// Thin: a prediction over what was measured, which stays visible on both sides.
+    Thin,
     /// Two pixels wide.
     Solid,
     /// Dashes: a truth or a bound.
@@ -107,12 +109,13 @@ impl TimeSeries {
         for line in &self.lines {
             let style = match line.stroke {
                 Stroke::Faint => line.colour.mix(0.55).stroke_width(1),
+                Stroke::Thin => line.colour.stroke_width(1),
                 Stroke::Solid | Stroke::Dashed => line.colour.stroke_width(2),
             };
             for piece in decimate::pieces(&line.points, x, columns) {
                 match line.stroke {
                     Stroke::Dashed => chart.dashes(&piece, style)?,
-                    Stroke::Faint | Stroke::Solid => chart.line(&piece, style)?,
+                    Stroke::Faint | Stroke::Thin | Stroke::Solid => chart.line(&piece, style)?,
                 }
             }
         }

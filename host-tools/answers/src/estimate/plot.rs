@@ -38,8 +38,8 @@ impl Track {
         self.seen += 1;
     }
 
-    /// The picture.
-    pub fn page(&self, robot: &str) -> Page {
+    /// The picture, titled by what it shows.
+    pub fn page(&self, title: &str) -> Page {
         let or_gap = |value: Option<f64>| value.unwrap_or(f64::NAN);
         let line = |name: &str, colour, stroke, value: &dyn Fn(&Instant) -> f64| Line {
             name: name.to_owned(),
@@ -48,11 +48,11 @@ impl Track {
             stroke,
         };
         let power = TimeSeries {
-            title: format!("{robot}: actuation power"),
-            y_label: "power (W)".to_owned(),
+            title: title.to_owned(),
+            y_label: "actuation power (W)".to_owned(),
             lines: vec![
-                line("measured", 0, Stroke::Faint, &|instant| instant.measured_w),
-                line("predicted with the estimated mass", 1, Stroke::Solid, &|instant| {
+                line("measured", 5, Stroke::Solid, &|instant| instant.measured_w),
+                line("predicted with the estimated mass", 1, Stroke::Thin, &|instant| {
                     or_gap(instant.predicted_w)
                 }),
             ],
