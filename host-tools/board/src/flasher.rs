@@ -8,7 +8,7 @@ use firmware::items::{Calibration, RobotIdentity, SIGNATURE_BYTES, check_coeffic
 use firmware::power_sensors::RAIL_COUNT;
 use firmware::wheels::WHEELS;
 use logs::robot::Robot;
-use model::coefficients::{CoefficientsFile, GROUND_NEEDS};
+use model::coefficients::{CoefficientsFile, GROUND_NEEDS, Taking};
 use model::effects::written::id_of;
 use model_core::coefficients::Coefficients;
 use model_core::effects::Cause;
@@ -405,13 +405,20 @@ fn calibration(target: &mut dyn Target, factors: [Option<f32>; RAIL_COUNT]) -> R
     }
 }
 
-/// The image of coefficients that are for `robot`; with ground that adapts where that is asked for.
+/// The image of coefficients that are for `robot`; with ground that adapts where that is asked for, and of a fit that cannot be used only
+/// where that is asked for.
 ///
 /// # Errors
 /// As [`CoefficientsFile::read`]; the robot has more wheels than the board drives; ground cannot adapt with this model.
-pub fn coefficients_image(robot: &Robot, coefficients: &Path, ground_adapts: bool) -> Result<Vec<u8>> {
+pub fn coefficients_image(
+    robot: &Robot,
+    coefficients: &Path,
+    ground_adapts: bool,
+    not_usable: bool,
+) -> Result<Vec<u8>> {
     check_wheels(robot)?;
-    let read = CoefficientsFile::<WHEELS>::read(coefficients, robot)?.coefficients;
+    let taking = Taking { not_usable, ..Taking::default() };
+    let read = CoefficientsFile::<WHEELS>::read_taking(coefficients, robot, taking)?.coefficients;
     if ground_adapts && !(matches!(read.model, Model::Signed { .. }) && read.columns.is_empty()) {
         return Err(Error::failed(GROUND_NEEDS).in_file(coefficients));
     }

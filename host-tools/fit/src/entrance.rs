@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use logs::robot::Robot;
 use logs::standing::{Standings, Stuck};
 use logs::suspicion::{Kind, Look, Suspicion};
-use logs::{MASS, POWER, SampleReader};
+use logs::{Header, MASS, POWER, SampleReader};
 use support::error::{Error, Result};
 
 use super::warning::Warning;
@@ -45,6 +45,28 @@ pub fn look<const N: usize>(robot: &Robot, files: &[PathBuf], mass_kg: f64) -> R
         )));
     }
     Ok(warnings)
+}
+
+/// Refuses several logs none of which says what the robot weighed: taken for one mass, they would say nothing of the payload.
+///
+/// # Errors
+/// Says how masses are given (wrong usage); a log that cannot be read.
+pub fn check_masses(robot: &Robot, files: &[PathBuf]) -> Result<()> {
+    if files.len() < 2 {
+        return Ok(());
+    }
+    for file in files {
+        if robot.log_units().mass_of(file).is_some() || Header::open(file)?.has(MASS) {
+            return Ok(());
+        }
+    }
+    let names: Vec<String> = files.iter().take(2).map(|file| format!("{}=KG", file.display())).collect();
+    Err(Error::usage(format!(
+        "none of the {} logs says what the robot weighed; expected the total mass behind each name: {}; or --mass KG where it is the same \
+         in all",
+        files.len(),
+        names.join(" ")
+    )))
 }
 
 /// What there is to doubt of a log, what stands still in it, and whether it tells masses.

@@ -17,6 +17,7 @@ mod pilot;
 pub mod run_gram;
 mod stored;
 mod unseen;
+pub mod usable;
 pub mod verdict;
 pub mod warning;
 
@@ -38,6 +39,7 @@ use self::assess::Uncertainty;
 use self::dataset::{Dataset, Reading, Row};
 use self::form::{Form, Judged, Term};
 use self::pilot::Pilots;
+use self::usable::{Defect, MassEffect};
 use self::verdict::Parameter;
 use self::warning::Warning;
 use model::coefficients::{Method, ModelKind};
@@ -75,6 +77,8 @@ pub struct Fit<const N: usize> {
     pub solve_s: f64,
     /// Why payloads estimated with these coefficients are unknown, in one line; `None` where they are not.
     pub shortcoming: Option<String>,
+    /// Why the fit cannot be used; `None` where it can.
+    pub defect: Option<Defect>,
     /// Which residuals counted linearly, not squared; `None` where all counted squared.
     pub huber: Option<physical::Huber>,
     /// What random starts found, where they were asked for.
@@ -219,13 +223,14 @@ pub fn fit<const N: usize>(
     let started = Instant::now();
     let everything = vec![1.0; dataset.store.len()];
     let mut certificate = None;
-    let (mut huber, mut warnings) = (None, Vec::new());
+    let (mut huber, mut warnings, mut at_bounds) = (None, Vec::new(), Vec::new());
     let (model, ending, iterations, weights) = match kind {
         ModelKind::Signed => {
             let solution = physical::solve(dataset, robot);
             let model = Model::Signed { torque: solution.torque, drive: robot.drive() };
             huber = solution.huber;
             warnings.extend(solution.at_bounds.iter().map(Warning::at_bound));
+            at_bounds = solution.at_bounds;
             if !solution.ending.has_converged() {
                 warnings.push(Warning::not_converged(&ending_name(&solution.ending)));
             }
@@ -246,13 +251,16 @@ pub fn fit<const N: usize>(
     };
     let solve_s = started.elapsed().as_secs_f64();
     let mut noise = assess::noise(dataset, &model);
-    let Judgement { uncertainty, parameters, lasting_error } = judge(dataset, &model, &weights, &noise);
+    let Judgement { uncertainty, parameters, lasting_error, mass_effect } =
+        judge(dataset, &model, &weights, &noise);
     let quality = assess::quality(dataset, &model, robot.mape_floor_w())
         .ok_or_else(|| Error::failed("the fitted model predicts no finite power for any row"))?;
     // With one payload or speed the model's dependence on the mass is a guess: no window says anything about it.
     let identifies_mass = shortcoming.is_none();
     noise.model_std = if identifies_mass { lasting_error } else { 0.0 };
     let energy_std_share = assess::energy_spread(dataset, &model, &noise);
+    let mass_effect = mass_effect.filter(|_| identifies_mass);
+    let defect = usable::defect(&quality, &at_bounds, mass_effect.as_ref());
     let coefficients = Coefficients {
         robot: dataset.robot,
         model,
@@ -288,6 +296,7 @@ pub fn fit<const N: usize>(
         rows: dataset.rows,
         solve_s,
         shortcoming,
+        defect,
         huber,
         restarts: None,
         warnings,
@@ -309,6 +318,36 @@ struct Judgement {
     parameters: Vec<Parameter>,
     /// What lasts longer than a window, W: the greater of [`assess::lasting_error`] and [`unseen::lasting_error`].
     lasting_error: f64,
+    /// What the payload does to the power; `None` of one payload.
+    mass_effect: Option<MassEffect>,
+}
+
+/// What the payload does to the power by a model, with the scatter of its parameters.
+fn mass_effect<const N: usize>(
+    dataset: &Dataset<N>,
+    predict: impl Fn(&Row<N>) -> f64,
+    gradient: impl Fn(&Row<N>) -> DVector<f64>,
+    uncertainty: &Uncertainty,
+) -> Option<MassEffect> {
+    if dataset.masses.len() < 2 {
+        return None;
+    }
+    let light = dataset.masses.iter().copied().fold(f64::INFINITY, f64::min);
+    let heavy = dataset.masses.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let mut difference = 0.0;
+    let mut slopes = DVector::zeros(uncertainty.covariance.nrows());
+    for row in &dataset.store {
+        let [at_light, at_heavy] = [light, heavy].map(|mass| Row { mass, ..*row });
+        difference += predict(&at_heavy) - predict(&at_light);
+        slopes += gradient(&at_heavy) - gradient(&at_light);
+    }
+    let rows = dataset.store.len().max(1) as f64;
+    let variance = (&uncertainty.covariance * &slopes).dot(&slopes).max(0.0);
+    Some(MassEffect {
+        mean_w: difference / rows,
+        std_err_w: variance.sqrt() / rows,
+        masses_kg: [light, heavy],
+    })
 }
 
 fn judge<const N: usize>(
@@ -344,7 +383,8 @@ fn judge<const N: usize>(
             let uncertainty = assess::uncertainty(dataset, weights, predict, gradient, values.len());
             let lasting_error = lasting(&gradient, &values, &uncertainty.covariance);
             let parameters = verdict::judge(&descriptions, &values, &uncertainty);
-            Judgement { uncertainty, parameters, lasting_error }
+            let mass_effect = mass_effect(dataset, predict, gradient, &uncertainty);
+            Judgement { uncertainty, parameters, lasting_error, mass_effect }
         }
         Model::Eq18 { gate, beta } => {
             let gradient = |row: &Row<N>| {
@@ -355,7 +395,8 @@ fn judge<const N: usize>(
             let uncertainty = assess::uncertainty(dataset, weights, predict, gradient, beta.len());
             let lasting_error = lasting(&gradient, beta, &uncertainty.covariance);
             let parameters = verdict::judge(&verdict::EQ18, beta, &uncertainty);
-            Judgement { uncertainty, parameters, lasting_error }
+            let mass_effect = mass_effect(dataset, predict, gradient, &uncertainty);
+            Judgement { uncertainty, parameters, lasting_error, mass_effect }
         }
     }
 }

@@ -4,7 +4,7 @@ use model::coefficients::{CoefficientsFile, FittedLog, ModelKind, Origin, TORQUE
 use nalgebra::DMatrix;
 use support::error::Result;
 
-use super::Fit;
+use super::{Fit, usable};
 
 impl<const N: usize> Fit<N> {
     /// Of the parameters that both sides share: the imbalance, which is the last, may be anything that its own scatter allows.
@@ -37,6 +37,7 @@ impl<const N: usize> Fit<N> {
                 r2: self.quality.r2,
                 rmse_w: self.quality.rmse_w,
                 energy_std_share: self.energy_std_share,
+                usability: usable::usability(self.defect.as_ref()),
             },
         })
     }

@@ -22,6 +22,9 @@ pub struct Parameter {
     pub verdict: Verdict,
     /// Why, with the parameters it is confused with, and the manoeuvre or payload that would settle it.
     pub advice: Option<String>,
+    /// The manoeuvre or payload alone.
+    #[serde(skip)]
+    pub remedy: &'static str,
 }
 
 /// How well the data determine a parameter.
@@ -84,6 +87,7 @@ pub fn judge(descriptions: &[Description], values: &[f64], uncertainty: &Uncerta
                 std_err,
                 verdict,
                 advice,
+                remedy: description.remedy,
             }
         })
         .collect()
@@ -107,7 +111,7 @@ fn partners(index: usize, descriptions: &[Description], uncertainty: &Uncertaint
         .collect()
 }
 
-const PAYLOADS: &str = "add a run with another payload, empty and full at best";
+pub(super) const PAYLOADS: &str = "add a run with another payload, empty and full at best";
 const THREE_PAYLOADS: &str = "constant, linear and quadratic mass terms need at least three payloads";
 const SPEEDS: &str = "drive at more speeds, from slow to full, each for some seconds";
 const ACCELERATE: &str = "accelerate and brake harder and more often";

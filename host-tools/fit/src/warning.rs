@@ -35,13 +35,12 @@ impl Warning {
     pub fn at_bound(at: &AtBound) -> Self {
         let AtBound { description, bound, of_motor } = at;
         let whose = if *of_motor { "this robot's motor" } else { "a motor or a wheel" };
-        let mut text = format!(
+        let text = format!(
             "{} is at its bound of {bound:.3e} {}, the end of what {whose} can be: these runs do not determine it; {}",
-            description.name, description.unit, description.remedy
+            description.name,
+            description.unit,
+            at.remedy()
         );
-        if description.name == "winding_loss" && !of_motor {
-            text.push_str(", or give motor_resistance_ohm, motor_torque_constant_nm_a and motor_gear_ratio in robot.toml");
-        }
         Self { kind: Kind::AtBound, text }
     }
 

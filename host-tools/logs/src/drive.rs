@@ -74,6 +74,8 @@ pub struct DriveReader<const N: usize> {
     slots: Slots<N>,
     /// What makes a power of a simulator's torques.
     torques: Option<Torques>,
+    /// The mass that somebody weighed with this log, kg.
+    weighed: Option<f64>,
     power_column: &'static str,
     values: Vec<f64>,
     extras: Vec<f64>,
@@ -171,7 +173,7 @@ impl<const N: usize> DriveReader<N> {
         slots.yaw_rate = slots.yaw_rate.or(wanted.map(|place| slots.extras + place));
         requests.extend(extra.iter().map(|name| ColumnRequest::required(*name, Role::MaybeNumber)));
         let mut scales = vec![1.0; requests.len()];
-        scales[POWER_SLOT] = robot.log_units().power.in_w();
+        scales[POWER_SLOT] = robot.log_units().power_in_w();
         scales[slots.mass] = robot.log_units().mass.in_kg();
         for wheel in 0..N {
             for slot in [Some(SPEED_SLOT), slots.acceleration].into_iter().flatten() {
@@ -182,10 +184,12 @@ impl<const N: usize> DriveReader<N> {
             }
         }
 
+        let weighed = robot.log_units().mass_of(header.path());
         let mut drive = Self {
             values: vec![0.0; requests.len()],
             reader: header.read(&requests)?.scaled(scales),
             torques,
+            weighed,
             power_column: if robot.power_source() == PowerSource::Simulated { SIM_POWER } else { POWER },
             extras: vec![f64::NAN; extra.len()],
             slots,
@@ -269,7 +273,7 @@ impl<const N: usize> DriveReader<N> {
             wheel_speed,
             wheel_acceleration: self.slots.acceleration.map(wheels),
             power_w,
-            mass_kg: mass.is_finite().then_some(mass),
+            mass_kg: self.weighed.or(mass.is_finite().then_some(mass)),
             yaw_rate: self.slots.yaw_rate.map(|slot| self.values[slot]).filter(|rate| rate.is_finite()),
         }))
     }
@@ -335,7 +339,7 @@ impl<const N: usize> DriveReader<N> {
 
     /// Whether the log tells the mass.
     pub fn has_mass(&self) -> bool {
-        self.reader.has(self.slots.mass)
+        self.weighed.is_some() || self.reader.has(self.slots.mass)
     }
 
     /// Whether the log has wheel accelerations.

@@ -8,6 +8,7 @@ use support::error::{Error, Result};
 use super::columnar::{Columnar, Values};
 use super::exclusions::Exclusions;
 use super::header::{From, Header};
+use super::missing::missing;
 use super::scan;
 use super::source::Line;
 
@@ -131,8 +132,7 @@ impl LogReader {
                     present[slot] = true;
                 }
                 None if request.required => {
-                    let message =
-                        format!("column {} is missing; the log has: {}", request.name, columns.join(", "));
+                    let message = missing(&request.name, &columns);
                     return Err(Error::failed(message).in_file(from.path()).at_line(1));
                 }
                 None => {}

@@ -62,7 +62,7 @@ impl LoggedPower {
             ColumnRequest::required(POWER, Role::Number),
             ColumnRequest::optional(VOLTAGE, Role::MaybeNumber),
         ];
-        let scales = vec![1.0, robot.log_units().power.in_w(), 1.0];
+        let scales = vec![1.0, robot.log_units().power_in_w(), 1.0];
         let reader = LogReader::open(log, &requests)?.scaled(scales);
         let mut log = Self { reader, start_s: 0.0, ahead: None };
         log.ahead = log.next()?;

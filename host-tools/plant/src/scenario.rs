@@ -58,7 +58,11 @@ impl Scenario {
         duration_s: f64,
         seed: u64,
     ) -> Self {
-        let robot = Robot::new(set, kinematics);
+        Self::of(Robot::new(set, kinematics), profile, duration_s, seed)
+    }
+
+    /// The same of any robot.
+    pub fn of(robot: Robot, profile: ProfileKind, duration_s: f64, seed: u64) -> Self {
         let profile = Profile::generate(profile, &robot.geometry, &robot.limits, duration_s, seed);
         Self {
             robot,

@@ -9,7 +9,7 @@ use board::transport::Transport as _;
 use firmware::control_table::BOARD_ID;
 use firmware::dynamixel::packet::{Instruction, encode};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use plant::{Kinematics, ProfileKind};
+use plant::{Kinematics, ProfileKind, Robot};
 use serde::Serialize;
 use support::error::{Error, Result};
 use support::interrupt;
@@ -164,7 +164,10 @@ fn speed(text: &str) -> Result<Option<f64>> {
 fn robot(arguments: &Arguments) -> Result<VirtualRobot> {
     let driven_by_board = arguments.drive.profile == DRIVEN_BY_BOARD;
     let scenario = if driven_by_board {
-        arguments.drive.scenario_of(ProfileKind::Standstill, Kinematics::Differential)?
+        {
+            let robot = Robot::new(arguments.drive.plant, Kinematics::Differential);
+            arguments.drive.scenario_of(ProfileKind::Standstill, robot)?
+        }
     } else {
         arguments.drive.scenario(Kinematics::Differential)?
     };

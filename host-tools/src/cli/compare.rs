@@ -15,6 +15,9 @@ use support::own::Form;
 use super::compare_text::{print_list, print_table};
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
+use super::weighed::{Log, paths};
+use fit::entrance;
+use logs::checks;
 
 /// Arguments of `gmr compare`.
 #[derive(clap::Args)]
@@ -22,12 +25,12 @@ use super::units::UnitArguments;
     after_help = "Examples:\n  gmr compare --robot robot.toml --train empty.csv full.csv --test other.csv\n  gmr compare --list"
 )]
 pub(crate) struct Arguments {
-    /// Logs to fit
-    #[arg(long, value_name = "RUN.csv", num_args = 1.., required_unless_present = "list")]
-    train: Vec<PathBuf>,
+    /// Logs to fit, with the total mass behind the name where they do not hold it
+    #[arg(long, value_name = "LOG[=KG]", num_args = 1.., required_unless_present = "list")]
+    train: Vec<Log>,
     /// Logs to evaluate [default: one in three blocks of time of the training logs, held out]
-    #[arg(long, value_name = "RUN.csv", num_args = 1..)]
-    test: Vec<PathBuf>,
+    #[arg(long, value_name = "LOG[=KG]", num_args = 1..)]
+    test: Vec<Log>,
     /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml upward, else burger
     #[arg(long, default_value = FOUND)]
     robot: PathBuf,
@@ -50,6 +53,9 @@ pub(crate) struct Arguments {
     /// Leave out the neural networks
     #[arg(long, conflicts_with = "models")]
     no_perceptron: bool,
+    /// Print all models, and why others were left out, not only the best and ours
+    #[arg(long)]
+    all: bool,
     /// Draw predicted against measured power, binned as in the paper's Fig. 15: the models asked for, or the best few
     #[arg(long, value_name = "FILE.svg|png")]
     plot: Option<PathBuf>,
@@ -82,20 +88,30 @@ struct Report<'a> {
 const BINS: f64 = 30.0;
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let robot = arguments.units.robot(&arguments.robot)?;
+    let robot = arguments.units.robot(&arguments.robot, arguments.train.iter().chain(&arguments.test))?;
     if arguments.list {
         return print_list(&robot, &chosen(arguments)?, arguments.json);
     }
     if let Some(plot) = &arguments.plot {
         check_extension(plot)?;
     }
-    let inputs = arguments.train.iter().chain(&arguments.test).chain([&arguments.robot]);
+    let (train, test) = (paths(&arguments.train), paths(&arguments.test));
+    let inputs = train.iter().chain(&test).chain([&arguments.robot]);
     check_apart(arguments.plot.as_deref(), inputs.map(PathBuf::as_path))?;
+    checks::each_once(&train, &[])?;
+    if arguments.mass.is_none() {
+        entrance::check_masses(&robot, &train)?;
+    }
     arguments.overwrite.check(&arguments.plot, Form::Drawing)?;
-    with_wheels!(robot, run_with(&robot, arguments))
+    with_wheels!(robot, run_with(&robot, arguments, train, test))
 }
 
-fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
+fn run_with<const N: usize>(
+    robot: &Robot,
+    arguments: &Arguments,
+    train: Vec<PathBuf>,
+    test: Vec<PathBuf>,
+) -> Result<()> {
     let mass_kg = arguments.mass.unwrap_or(robot.mass_no_load_kg());
     if !(mass_kg > 0.0 && mass_kg.is_finite()) {
         return Err(Error::usage(format!("--mass {mass_kg}: expected a mass above 0 kg")));
@@ -106,9 +122,9 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
         return Err(Error::usage(format!("--block {block}: expected a length above 0 s")));
     }
     let split = if arguments.test.is_empty() {
-        Split::Blocks { files: arguments.train.clone(), block_s: arguments.block }
+        Split::Blocks { files: train, block_s: arguments.block }
     } else {
-        Split::Files { train: arguments.train.clone(), test: arguments.test.clone() }
+        Split::Files { train, test }
     };
     let settings = Settings { mass_kg, window_s: arguments.window, models: chosen(arguments)? };
     let comparison = compare::<N>(robot, &split, &settings)?;
@@ -129,7 +145,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
             left_out: &comparison.left_out,
         });
     }
-    print_table(robot, arguments.test.is_empty(), &comparison);
+    print_table(robot, arguments.test.is_empty(), &comparison, arguments.all);
     Ok(())
 }
 

@@ -3,9 +3,10 @@
 use logs::robot::Robot;
 use serde::Serialize;
 use study::baselines::{self, Card, Layout};
-use study::compare::{Comparison, HOLD_OUT, Horizon, LeftOut, MassSource, OWN, WeightSeeds};
+use study::compare::{Comparison, Entry, HOLD_OUT, Horizon, LeftOut, MassSource, OWN, WeightSeeds};
 use support::error::Result;
 
+use support::figure::figure;
 /// A model as the list describes it.
 #[derive(Serialize)]
 struct Listed {
@@ -114,8 +115,31 @@ const HEADS: [&str; 10] = [
     "mass",
 ];
 
-/// The figures of every model, and which models were left out.
-pub(super) fn print_table(robot: &Robot, held_out: bool, comparison: &Comparison) {
+/// The best model and ours, in one line. The best predicts without power that was measured on the drive; of masses as well where any does.
+fn answer(comparison: &Comparison) -> Option<String> {
+    let own = comparison.entries.first()?;
+    let fair =
+        comparison.entries.iter().filter(|entry| entry.horizon != Horizon::Sample && entry.mass == own.mass);
+    let mut fair: Vec<&Entry> = fair.collect();
+    fair.sort_by(|a, b| a.rmse_w.total_cmp(&b.rmse_w));
+    let place = 1 + fair.iter().position(|entry| entry.name == own.name)?;
+    let error = |entry: &Entry| format!("{} ({} W)", entry.name, figure(entry.rmse_w));
+    Some(if place == 1 {
+        let next = fair.get(1).map_or(String::new(), |next| format!("; next {}", error(next)));
+        format!("Best of {}: ours, {}{next}", fair.len(), error(own))
+    } else {
+        format!("Best of {}: {}; ours, {}, is number {place}", fair.len(), error(fair[0]), error(own))
+    })
+}
+
+/// Rows shown unless all are asked for: the best, and ours.
+const SHOWN: usize = 5;
+
+/// The answer, and the figures of the best models, or of all and why others were left out.
+pub(super) fn print_table(robot: &Robot, held_out: bool, comparison: &Comparison, all: bool) {
+    if let Some(answer) = answer(comparison) {
+        println!("{answer}");
+    }
     let split = if held_out {
         format!("one in {HOLD_OUT} blocks held out")
     } else {
@@ -127,8 +151,16 @@ pub(super) fn print_table(robot: &Robot, held_out: bool, comparison: &Comparison
         comparison.train_rows,
         comparison.test_rows
     );
+    let mut entries: Vec<&Entry> = comparison.entries.iter().collect();
+    if !all {
+        // Ours first, then the best by their error.
+        if let Some((_, others)) = entries.split_first_mut() {
+            others.sort_by(|a, b| a.rmse_w.total_cmp(&b.rmse_w));
+        }
+        entries.truncate(1 + SHOWN);
+    }
     let mut rows = vec![HEADS.map(str::to_owned)];
-    rows.extend(comparison.entries.iter().map(|entry| {
+    rows.extend(entries.iter().map(|entry| {
         [
             entry.name.clone(),
             number(entry.r2, 5),
@@ -151,6 +183,16 @@ pub(super) fn print_table(robot: &Robot, held_out: bool, comparison: &Comparison
             line += &format!("  {figure:>width$}");
         }
         println!("{line}  {horizon:<width$}  {mass}", width = widths[8]);
+    }
+    let more = comparison.entries.len() - entries.len();
+    if !all {
+        if more + comparison.left_out.len() > 0 {
+            println!(
+                "  {more} more rows, and {} models left out with the reason: --all",
+                comparison.left_out.len()
+            );
+        }
+        return;
     }
     for LeftOut { name, reason } in &comparison.left_out {
         println!("  {name:<width$}  left out: {reason}", width = widths[0]);

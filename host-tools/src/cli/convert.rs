@@ -15,6 +15,7 @@ use support::own::Form;
 use support::progress::FileProgress;
 
 use super::overwrite::OverwriteArgument;
+use super::weighed::{Log, paths};
 
 /// Arguments of `gmr convert`.
 #[derive(clap::Args)]
@@ -35,11 +36,18 @@ pub(crate) struct Arguments {
     /// Answer as JSON
     #[arg(long)]
     json: bool,
-    /// The logs; of several, each is a run
-    #[arg(value_name = "LOG", required = true)]
-    logs: Vec<PathBuf>,
+    /// The logs; of several, each is a run. The total mass behind the name is written into mass_kg
+    #[arg(value_name = "LOG[=KG]", required = true)]
+    logs: Vec<Log>,
     #[command(flatten)]
     overwrite: OverwriteArgument,
+}
+
+impl Arguments {
+    /// The total mass that is written for a log, kg.
+    fn mass_of(&self, log: &Log) -> Option<f64> {
+        log.mass_kg.or(self.mass)
+    }
 }
 
 #[derive(serde::Serialize)]
@@ -72,12 +80,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if let Some(mass) = arguments.mass.filter(|mass| !(*mass > 0.0 && mass.is_finite())) {
         return Err(Error::usage(format!("--mass {mass}: expected a mass above 0 kg")));
     }
-    let inputs = arguments.logs.iter().chain([&arguments.robot]).map(PathBuf::as_path);
+    for log in &arguments.logs {
+        if let Some(mass) = log.mass_kg.filter(|mass| !(*mass > 0.0 && mass.is_finite())) {
+            let message = format!("={mass}: expected a total mass above 0 kg behind the log's name");
+            return Err(Error::usage(message).in_file(&log.path));
+        }
+    }
+    let inputs = arguments.logs.iter().map(AsRef::as_ref).chain([arguments.robot.as_path()]);
     output::check_apart([arguments.out.as_path()], inputs)?;
     output::folder_of(&arguments.out)?;
     arguments.overwrite.check([&arguments.out], Form::Converted)?;
     let robot = Robot::load(&arguments.robot)?;
-    foreign::read_as(Reading { robot, allow_cut: arguments.allow_truncated });
+    foreign::read_as(Reading { robot, allow_cut: arguments.allow_truncated, verbose: true });
 
     let columns = columns(arguments)?;
     let mut rows = 0;
@@ -121,22 +135,27 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 
 /// Columns of the first log, which the others have to have as well; with the run's, where there are several logs.
 fn columns(arguments: &Arguments) -> Result<Vec<String>> {
-    let mut columns = TableReader::open(&arguments.logs[0])?.columns().to_vec();
+    let mut columns = TableReader::open(&arguments.logs[0].path)?.columns().to_vec();
     for log in &arguments.logs[1..] {
-        let other = TableReader::open(log)?;
+        let other = TableReader::open(&log.path)?;
         if other.columns() != columns {
             let message = format!(
                 "has the columns {}; expected {}, as the first log",
                 other.columns().join(", "),
                 columns.join(", ")
             );
-            return Err(Error::failed(message).in_file(log));
+            return Err(Error::failed(message).in_file(&log.path));
         }
     }
-    if arguments.mass.is_some() {
+    let weighed = arguments.logs.iter().filter(|log| arguments.mass_of(log).is_some()).count();
+    if let Some(log) = arguments.logs.iter().find(|log| weighed > 0 && arguments.mass_of(log).is_none()) {
+        let message = format!("has no mass, and others have; expected {}=KG", log.path.display());
+        return Err(Error::usage(message).in_file(&log.path));
+    }
+    if weighed > 0 {
         if columns.iter().any(|name| name == MASS) {
             let message = format!("tells its mass ({MASS}); expected none where --mass is given");
-            return Err(Error::usage(message).in_file(&arguments.logs[0]));
+            return Err(Error::usage(message).in_file(&arguments.logs[0].path));
         }
         columns.push(MASS.to_owned());
     }
@@ -153,21 +172,24 @@ fn each_row(
     take: &mut dyn FnMut(&[Cell]) -> Result<()>,
 ) -> Result<u64> {
     let several = arguments.logs.len() > 1;
-    let mut progress = FileProgress::new(&arguments.logs);
+    let mut progress = FileProgress::new(&paths(&arguments.logs));
     let mut rows = 0;
     let mut row = Vec::with_capacity(columns.len());
     for (place, log) in arguments.logs.iter().enumerate() {
-        let mut reader = TableReader::open(log)?;
+        let mut reader = TableReader::open(&log.path)?;
         let own_run = reader.columns().iter().position(|name| name == RUN);
         // Two logs of one name are two runs still.
-        let name = log.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        let name = if arguments.logs.iter().filter(|other| other.file_stem() == log.file_stem()).count() > 1 {
-            format!("{}-{name}", place + 1)
-        } else {
-            name
-        };
+        let name = log.path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        let name =
+            if arguments.logs.iter().filter(|other| other.path.file_stem() == log.path.file_stem()).count()
+                > 1
+            {
+                format!("{}-{name}", place + 1)
+            } else {
+                name
+            };
         while reader.next_row(&mut row)? {
-            row.extend(arguments.mass.map(Cell::Number));
+            row.extend(arguments.mass_of(log).map(Cell::Number));
             match own_run {
                 Some(run) if several => {
                     if let Cell::Text(own) = &row[run] {

@@ -5,7 +5,7 @@ use std::path::Path;
 use clap::ValueEnum;
 use plant::scenario::duration_allowed;
 use plant::{
-    Effect, Geometry, Kinematics, PayloadSchedule, PlantSet, Profile, ProfileKind, Scenario, profile,
+    Effect, Geometry, Kinematics, PayloadSchedule, PlantSet, Profile, ProfileKind, Robot, Scenario, profile,
 };
 use support::error::{Error, Result};
 
@@ -22,9 +22,9 @@ pub(super) struct DriveArguments {
     /// Length of the run, s
     #[arg(long, default_value_t = 200.0, allow_negative_numbers = true)]
     pub(super) duration: f64,
-    /// Total mass, kg, or steps of KG@SECONDS: `1@0,6@100`
-    #[arg(long, default_value = "1", allow_hyphen_values = true)]
-    pub(super) mass: String,
+    /// Total mass, kg, or steps of KG@SECONDS: `1@0,6@100` [default: 1]
+    #[arg(long, allow_hyphen_values = true)]
+    mass: Option<String>,
     /// Bounded noise on the speed loop's measurement, rad/s at the wheel [default: 0.0002 table3, 0.002 servo, 0.01
     /// gearmotor]
     #[arg(long, allow_negative_numbers = true)]
@@ -45,6 +45,16 @@ pub(super) struct DriveArguments {
 }
 
 impl DriveArguments {
+    /// Total mass over time, as written.
+    pub(super) fn mass(&self) -> &str {
+        self.mass.as_deref().unwrap_or("1")
+    }
+
+    /// Whether somebody said what the robot weighs.
+    pub(super) fn has_mass(&self) -> bool {
+        self.mass.is_some()
+    }
+
     /// The profile's kind; `None` for a file.
     pub(super) fn kind(&self) -> Option<ProfileKind> {
         ProfileKind::from_str(&self.profile, false).ok()
@@ -52,22 +62,27 @@ impl DriveArguments {
 
     /// What they ask for, with exact sensors.
     pub(super) fn scenario(&self, kinematics: Kinematics) -> Result<Scenario> {
+        self.scenario_on(Robot::new(self.plant, kinematics))
+    }
+
+    /// The same with a robot of other lengths.
+    pub(super) fn scenario_on(&self, robot: Robot) -> Result<Scenario> {
         if let Some(kind) = self.kind() {
-            return self.scenario_of(kind, kinematics);
+            return self.scenario_of(kind, robot);
         }
-        let mut scenario = self.scenario_of(ProfileKind::Standstill, kinematics)?;
+        let mut scenario = self.scenario_of(ProfileKind::Standstill, robot)?;
         scenario.profile = read_profile(&self.profile, &scenario.robot.geometry)?;
         Ok(scenario)
     }
 
     /// The same with a profile of this kind, whatever the arguments say of it.
-    pub(super) fn scenario_of(&self, kind: ProfileKind, kinematics: Kinematics) -> Result<Scenario> {
+    pub(super) fn scenario_of(&self, kind: ProfileKind, robot: Robot) -> Result<Scenario> {
         // Checked before any profile of that length is drawn.
         if !duration_allowed(self.duration) {
             return Err(Error::usage(format!("duration {}; allowed: s, above 0 to 1e7", self.duration)));
         }
-        let mut scenario = Scenario::new(self.plant, kinematics, kind, self.duration, self.seed);
-        scenario.payload = PayloadSchedule::parse(&self.mass)?;
+        let mut scenario = Scenario::of(robot, kind, self.duration, self.seed);
+        scenario.payload = PayloadSchedule::parse(self.mass())?;
         scenario.effects = self.effect.iter().map(|text| Effect::parse(text)).collect::<Result<_>>()?;
         scenario.drive.efficiency = self.drive_efficiency;
         scenario.drive.regeneration = self.regeneration;

@@ -12,7 +12,7 @@ use clap::ValueEnum;
 use logs::checks::check_mass;
 use logs::robot::{FOUND, Robot};
 use logs::with_wheels;
-use model::coefficients::CoefficientsFile;
+use model::coefficients::{CoefficientsFile, Taking};
 use report::check_extension;
 use serde::Serialize;
 use support::error::{Error, Result};
@@ -22,6 +22,9 @@ use support::own::{Form, POWER};
 
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
+use super::weighed::Log;
+use gap::words::quantity;
+use support::figure::figure;
 
 /// Arguments of `gmr estimate`.
 #[derive(clap::Args)]
@@ -29,9 +32,9 @@ use super::units::UnitArguments;
     after_help = "Example:\n  gmr estimate --robot robot.toml --coeffs coefficients.toml --plot run.png run.csv"
 )]
 pub(crate) struct Arguments {
-    /// The log
-    #[arg(value_name = "RUN.csv")]
-    run: PathBuf,
+    /// The log; a total mass behind its name is reported against, never used
+    #[arg(value_name = "LOG[=KG]")]
+    run: Log,
     /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml upward, else burger
     #[arg(long, default_value = FOUND)]
     robot: PathBuf,
@@ -157,11 +160,11 @@ impl MassError {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let robot = arguments.units.robot(&arguments.robot)?;
+    let robot = arguments.units.robot(&arguments.robot, [&arguments.run])?;
     if let Some(plot) = &arguments.plot {
         check_extension(plot)?;
     }
-    let inputs = [&arguments.run, &arguments.robot, &arguments.coeffs];
+    let inputs = [&arguments.run.path, &arguments.robot, &arguments.coeffs];
     let outputs = arguments.plot.iter().chain(&arguments.power);
     check_apart(
         outputs.map(PathBuf::as_path),
@@ -173,11 +176,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
-    let coefficients = CoefficientsFile::<N>::read_with_gyro(&arguments.coeffs, robot)?.coefficients;
+    let taking = Taking { true_slip: true, not_usable: arguments.overwrite.force };
+    let coefficients = CoefficientsFile::<N>::read_taking(&arguments.coeffs, robot, taking)?.coefficients;
     let payloads = arguments.payload.unwrap_or(Payloads::default_for(&coefficients.model));
     let policy = policy(arguments)?;
     let mut track = Track::default();
-    let mut board = BoardTrack::open(&arguments.run, arguments.truth.as_deref(), robot.mape_floor_w())?;
+    let mut board = BoardTrack::open(&arguments.run.path, arguments.truth.as_deref(), robot.mape_floor_w())?;
     let mut broken = None;
     if let Some(mass) = arguments.mass {
         check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
@@ -192,7 +196,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
                 broken.get_or_insert(error);
             }
         };
-        let (run, mass) = (&arguments.run, arguments.mass);
+        let (run, mass) = (&arguments.run.path, arguments.mass);
         if arguments.adapt {
             let replay = replay_adapting(robot, &coefficients, run, &policy, mass, watch);
             return replay.map_err(|error| {
@@ -220,12 +224,16 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     };
     let beside = Beside { board: board.report(), true_changes };
     if let Some(plot) = &arguments.plot {
-        track.page(robot.name()).save(plot)?;
+        track.page(&answer(robot, &replay)).save(plot)?;
     }
     if replay.exclusions.total() > 0 {
-        notice!("{}: {}", arguments.run.display(), replay.exclusions);
+        notice!("{}: {}", arguments.run.path.display(), replay.exclusions);
     }
-    if arguments.json { print_json(robot, &replay, beside) } else { print_text(robot, &replay, &beside) }
+    if arguments.json {
+        print_json(robot, &replay, beside)
+    } else {
+        print_text(robot, &replay, &beside, arguments.units.verbose)
+    }
 }
 
 /// A row of [`POWER`]; empty where a figure is not known.
@@ -279,7 +287,84 @@ fn print_json(robot: &Robot, replay: &Replay, beside: Beside) -> Result<()> {
     })
 }
 
-fn print_text(robot: &Robot, replay: &Replay, beside: &Beside) -> Result<()> {
+/// The payload now, and since when it is the same.
+pub(super) fn answer(robot: &Robot, replay: &Replay) -> String {
+    let since = match replay.changes.last() {
+        Some(change) => format!("changed at {:.0} s", change.time_s),
+        None => format!("no change in {:.0} s", replay.duration_s),
+    };
+    let known = |window: &&WindowMass| window.mass_kg.is_some();
+    let Some(window) = replay.windows.iter().rev().find(known) else {
+        let why = replay.windows.last().and_then(|window| window.unknown);
+        let why = why.unwrap_or("the log is shorter than the window (--window)");
+        return format!("Payload unknown: {why}");
+    };
+    let empty = robot.mass_no_load_kg();
+    let (total, low, high) = match (window.mass_kg, window.low_kg, window.high_kg) {
+        (Some(total), Some(low), Some(high)) => (total, low, high),
+        (total, ..) => {
+            return format!("Payload about {} kg, {since}", figure(total.unwrap_or(empty) - empty));
+        }
+    };
+    let beyond = match window.range {
+        Some("below") => " or less: lighter than the robot without payload",
+        Some("above") => " or more: heavier than the robot with its full payload",
+        _ => "",
+    };
+    // As many digits as the interval has.
+    let digits = (1.0 - (high - low).max(1e-3).log10().floor()).clamp(0.0, 3.0) as usize;
+    let payload = |mass: f64| format!("{:.digits$}", (mass - empty).max(0.0));
+    format!(
+        "Payload {} kg{beyond} ({} to {}, 95 %); total {total:.digits$} kg, {since}",
+        payload(total),
+        payload(low),
+        payload(high)
+    )
+}
+
+fn print_text(robot: &Robot, replay: &Replay, beside: &Beside, verbose: bool) -> Result<()> {
+    println!("{}", answer(robot, replay));
+    println!("energy: {:.1} J, of actuation {:.1} J by the model", replay.energy_j, replay.predicted_j);
+    if let Some(told) = &replay.told {
+        print_told(told);
+    }
+    for change in &replay.changes {
+        println!("payload changed at {:.1} s, noticed at {:.1} s", change.time_s, change.noticed_s);
+    }
+    if let (Some(first), Some(last)) = (replay.ground.first(), replay.ground.last()) {
+        println!(
+            "ground: rolling {} N·m/kg at {:.0} s, {} at {:.0} s",
+            figure(first.rolling_nm_kg),
+            first.time_s,
+            quantity(last.rolling_nm_kg, last.rolling_std_nm_kg, "N·m/kg"),
+            last.time_s
+        );
+        if last.scrub_std_nm_kg > 0.0 {
+            println!(
+                "        scrub {} N·m/kg, {}",
+                figure(first.scrub_nm_kg),
+                quantity(last.scrub_nm_kg, last.scrub_std_nm_kg, "N·m/kg")
+            );
+        }
+    }
+    if let Some(error) = MassError::of(&replay.windows) {
+        println!(
+            "against the logged mass, {} windows: mean error {:.1} %, worst {:.1} %, interval contains it in {:.0} %",
+            error.windows,
+            error.mean_percent,
+            error.worst_percent,
+            100.0 * error.interval_contains_truth
+        );
+    }
+    print_beside(beside);
+    if verbose {
+        print_details(robot, replay);
+    }
+    Ok(())
+}
+
+/// How well the power is predicted, and the mass window by window.
+fn print_details(robot: &Robot, replay: &Replay) {
     println!("{}: {} rows, {:.1} s", robot.name(), replay.rows, replay.duration_s);
     match replay.quality {
         Some(Quality { r2, mape_percent, mape_share, rmse_w, .. }) => println!(
@@ -294,25 +379,6 @@ fn print_text(robot: &Robot, replay: &Replay, beside: &Beside) -> Result<()> {
             "power: unknown, because the mass never was known{}",
             if replay.told.is_none() { "; --mass gives it at a known payload" } else { "" }
         ),
-    }
-    println!("energy: {:.1} J, of actuation {:.1} J by the model", replay.energy_j, replay.predicted_j);
-    if let Some(told) = &replay.told {
-        print_told(told);
-    }
-    for change in &replay.changes {
-        println!("payload changed at {:.1} s, noticed at {:.1} s", change.time_s, change.noticed_s);
-    }
-    if let (Some(first), Some(last)) = (replay.ground.first(), replay.ground.last()) {
-        println!(
-            "ground: rolling {:.5} N·m/kg at {:.0} s, {:.5} ± {:.5} at {:.0} s",
-            first.rolling_nm_kg, first.time_s, last.rolling_nm_kg, last.rolling_std_nm_kg, last.time_s
-        );
-        if last.scrub_std_nm_kg > 0.0 {
-            println!(
-                "        scrub {:.5} N·m/kg, {:.5} ± {:.5}",
-                first.scrub_nm_kg, last.scrub_nm_kg, last.scrub_std_nm_kg
-            );
-        }
     }
     let known: Vec<&WindowMass> = replay.windows.iter().filter(|window| window.mass_kg.is_some()).collect();
     println!("mass: known in {} of {} windows", known.len(), replay.windows.len());
@@ -337,17 +403,6 @@ fn print_text(robot: &Robot, replay: &Replay, beside: &Beside) -> Result<()> {
             ),
         }
     }
-    if let Some(error) = MassError::of(&replay.windows) {
-        println!(
-            "against the logged mass, {} windows: mean error {:.2} %, worst {:.2} %, interval contains it in {:.1} %",
-            error.windows,
-            error.mean_percent,
-            error.worst_percent,
-            100.0 * error.interval_contains_truth
-        );
-    }
-    print_beside(beside);
-    Ok(())
 }
 
 /// Power and energy at the payload that somebody knows.

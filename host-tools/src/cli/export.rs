@@ -6,7 +6,7 @@ use answers::export::joints::{self, Language};
 use answers::export::{cruise_m_s, rmf, vda5050};
 use logs::robot::{FOUND, Robot};
 use logs::with_wheels;
-use model::coefficients::CoefficientsFile;
+use model::coefficients::{CoefficientsFile, Taking};
 use support::error::{Error, Result};
 use support::output;
 use support::own::Form;
@@ -83,7 +83,8 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     let speed = allowed("speed", arguments.speed.unwrap_or_else(|| cruise_m_s(robot)), 1e-3, 100.0)?;
     let given = arguments.static_power.map(|watts| allowed("static-power", watts, 0.0, 1e6)).transpose()?;
     let static_w = given.or(robot.static_power_w());
-    let file = CoefficientsFile::<N>::read(&arguments.coeffs, robot)?;
+    let taking = Taking { not_usable: arguments.overwrite.force, ..Taking::default() };
+    let file = CoefficientsFile::<N>::read_taking(&arguments.coeffs, robot, taking)?;
     let coefficients = &file.coefficients;
     let (text, json) = match arguments.target {
         Target::Rmf => {

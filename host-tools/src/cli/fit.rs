@@ -24,16 +24,23 @@ use support::own::Form;
 use super::fit_grams;
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
+use super::weighed::{Log, paths};
+use answers::inspect::{self, Severity};
+use fit::usable::Defect;
+use gap::words::quantity;
+use logs::checks;
+use support::figure::figure;
 
 /// Arguments of `gmr fit`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  gmr fit --robot robot.toml --out coefficients.toml empty.csv full.csv\n  gmr fit --robot husky --mass 75 --json floor_*.csv"
+    after_help = "Examples:\n  gmr fit --robot robot.toml --out coefficients.toml empty.mcap=1.0 full.mcap=6.0\n  gmr fit --robot husky --mass 75 --json floor_*.csv"
 )]
 pub(crate) struct Arguments {
-    /// Logs of drives with known payload: two of them, empty and fully loaded, at least
-    #[arg(required_unless_present = "grams", value_name = "RUN.csv")]
-    runs: Vec<PathBuf>,
+    /// Logs of drives with known payload: two of them, empty and fully loaded, at least. Where a log does not hold the robot's total mass
+    /// (mass_kg), write it behind the name: empty.mcap=1.0 full.mcap=6.0
+    #[arg(required_unless_present = "grams", value_name = "LOG[=KG]")]
+    runs: Vec<Log>,
     /// Sums of gmr gram instead of logs: Eq. 18 as from the rows, the signed model from those that its clamp leaves alone. Without what
     /// needs rows: errors in percent, delay and slip memory, robust weights, and --out but with --coeffs
     #[arg(long, value_name = "GRAMS.jsonl", num_args = 1.., conflicts_with_all = ["runs", "mass"])]
@@ -48,7 +55,7 @@ pub(crate) struct Arguments {
     /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml upward, else burger
     #[arg(long, default_value = FOUND)]
     robot: PathBuf,
-    /// Where the coefficients go
+    /// Where the coefficients go. A fit that cannot be used is not written but with --force, which marks it
     #[arg(long, value_name = "C.toml")]
     out: Option<PathBuf>,
     /// Which model
@@ -86,6 +93,11 @@ pub(crate) struct Arguments {
 
 #[derive(Serialize)]
 struct Report<'a> {
+    /// `usable`, `usable-for-power` (no payload can be found with it) or `not-usable`.
+    verdict: &'static str,
+    /// Why it cannot be used, and the one thing to do.
+    why: Option<&'a str>,
+    remedy: Option<&'a str>,
     robot: &'a str,
     model: ModelKind,
     method: Method,
@@ -116,7 +128,7 @@ struct Report<'a> {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let robot = arguments.units.robot(&arguments.robot)?;
+    let robot = arguments.units.robot(&arguments.robot, &arguments.runs)?;
     with_wheels!(robot, run_with(&robot, arguments))
 }
 
@@ -141,10 +153,9 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
         }
         return fit_grams::run::<N>(robot, grams, *model, *leave_one_out, *json);
     }
-    check_apart(
-        arguments.out.as_deref(),
-        arguments.runs.iter().chain([&arguments.robot]).map(PathBuf::as_path),
-    )?;
+    let logs = paths(&arguments.runs);
+    check_apart(arguments.out.as_deref(), logs.iter().chain([&arguments.robot]).map(PathBuf::as_path))?;
+    checks::each_once(&logs, &[])?;
     arguments.overwrite.check(&arguments.out, Form::Coefficients)?;
     let method = arguments.method.unwrap_or(Method::default_for(arguments.model)).check(arguments.model)?;
     let mass = arguments.mass.unwrap_or(robot.mass_no_load_kg());
@@ -155,19 +166,32 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
         return Err(Error::usage("--starts: expected model signed; the cost of the others has one minimum"));
     }
     let settings = settings(arguments)?;
-    let mut suspicions = entrance::look::<N>(robot, &arguments.runs, mass)?;
+    if arguments.mass.is_none() {
+        entrance::check_masses(robot, &logs)?;
+    }
+    let mut suspicions = entrance::look::<N>(robot, &logs, mass)?;
     let doubted = suspicions.first().map(|suspicion| suspicion.text.clone());
     let terms: &[Term] = if arguments.no_gyro { &TERMS } else { &TERMS_WITH_GYRO };
     let model = (arguments.model, terms);
-    let mut fit =
-        fit::fit_logs::<N>(robot, &arguments.runs, mass, model, method, &settings, arguments.starts)?;
+    let mut fit = fit::fit_logs::<N>(robot, &logs, mass, model, method, &settings, arguments.starts)?;
+    if let Some(defect) = fit.defect.take() {
+        let defect = explained(robot, &logs, defect)?;
+        if !arguments.overwrite.force {
+            let Defect { why, remedy } = defect;
+            return Err(Error::failed(format!("NOT USABLE ({why}): {remedy}. Nothing written")));
+        }
+        fit.defect = Some(defect);
+    }
     // What the logs look like explains what the fit says of itself.
     suspicions.append(&mut fit.warnings);
     fit.warnings = suspicions;
     fit.shortcoming.iter().for_each(|shortcoming| notice!("{shortcoming}"));
     fit.warnings.iter().for_each(|warning| notice!("{}", warning.text));
     if let Some(out) = &arguments.out {
-        let file = fit.to_file()?;
+        let mut file = fit.to_file()?;
+        for log in &mut file.origin.logs {
+            log.weighed_kg = robot.log_units().mass_of(&log.path);
+        }
         check_for_boards(robot, &file.coefficients).map_err(|error| {
             // Absurd coefficients may come from a log that is in another unit.
             doubted.iter().fold(error.in_file(out), |error, text| error.after(text))
@@ -175,6 +199,18 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
         file.write(out)?;
     }
     if arguments.json { print_json(robot, &fit) } else { print_text(robot, &fit, arguments) }
+}
+
+/// A defect with the first problem of the logs as the reason for it: that one can be mended.
+fn explained(robot: &Robot, logs: &[PathBuf], defect: Defect) -> Result<Defect> {
+    for log in logs {
+        let report = inspect::Report::of(log, robot, |_, _| {})?;
+        if let Some(problem) = report.findings.iter().find(|found| found.severity == Severity::Problem) {
+            let remedy = format!("{}: {}; {}", log.display(), problem.text, problem.advice);
+            return Ok(Defect { remedy, ..defect });
+        }
+    }
+    Ok(defect)
 }
 
 /// Coefficients that no board would take are not written. Whoever wants the figures of such a fit asks without `--out`.
@@ -232,6 +268,13 @@ fn settings(arguments: &Arguments) -> Result<pgd::Settings> {
 
 fn print_json<const N: usize>(robot: &Robot, fit: &Fit<N>) -> Result<()> {
     support::output::print_json(&Report {
+        verdict: match (&fit.defect, &fit.shortcoming) {
+            (Some(_), _) => "not-usable",
+            (None, Some(_)) => "usable-for-power",
+            (None, None) => "usable",
+        },
+        why: fit.defect.as_ref().map(|defect| defect.why.as_str()),
+        remedy: fit.defect.as_ref().map(|defect| defect.remedy.as_str()),
         robot: robot.name(),
         model: fit.kind,
         method: fit.method,
@@ -291,9 +334,67 @@ fn print_terms<const N: usize>(fit: &Fit<N>) {
 }
 
 fn print_text<const N: usize>(robot: &Robot, fit: &Fit<N>, arguments: &Arguments) -> Result<()> {
+    println!("{}", answer(fit));
+    for parameter in &fit.parameters {
+        let value = quantity(parameter.value, parameter.std_err.unwrap_or(f64::INFINITY), &parameter.unit);
+        let value = if parameter.std_err.is_some() {
+            value
+        } else {
+            format!("{} {}", figure(parameter.value), parameter.unit)
+        };
+        println!("  {:<14} {value:<36} {}", parameter.name, verdict_word(parameter.verdict));
+    }
+    if arguments.units.verbose {
+        print_details(robot, fit);
+    }
+    if let Some(out) = &arguments.out {
+        println!("wrote {}", out.display());
+    }
+    Ok(())
+}
+
+/// What the fit is worth, in one line.
+fn answer<const N: usize>(fit: &Fit<N>) -> String {
+    if let Some(Defect { why, remedy }) = &fit.defect {
+        return format!("NOT USABLE ({why}): {remedy}. Marked so");
+    }
+    let explained = fit.quality.r2.map_or("the power never changes".to_owned(), |r2| {
+        // What is not all of it is not rounded to all of it.
+        format!("explains {:.1} % of the power", (1000.0 * r2).floor() / 10.0)
+    });
+    let mut masses: Vec<f64> = fit.masses.clone();
+    masses.sort_by(f64::total_cmp);
+    let kg = match &masses[..] {
+        [few @ .., last] if few.len() < 3 => {
+            let few: Vec<String> = few.iter().map(f64::to_string).collect();
+            if few.is_empty() { format!("{last} kg") } else { format!("{} and {last} kg", few.join(", ")) }
+        }
+        many => format!("{} masses of {} to {} kg", many.len(), masses[0], masses[many.len() - 1]),
+    };
+    let error = figure(fit.quality.rmse_w);
+    let usable = if fit.shortcoming.is_some() { "Usable for power, not for payload" } else { "Usable" };
+    let unsure: Vec<&Parameter> =
+        fit.parameters.iter().filter(|parameter| parameter.verdict != Verdict::Determined).collect();
+    let weak = unsure.first().map_or(String::new(), |first| {
+        let names: Vec<&str> = unsure.iter().take(3).map(|parameter| parameter.name.as_str()).collect();
+        let more = if unsure.len() > names.len() { ", …" } else { "" };
+        format!(". Weak: {}{more}: {}", names.join(", "), first.remedy)
+    });
+    format!("{usable}: {explained} at {kg} (error {error} W){weak}")
+}
+
+fn verdict_word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Determined => "determined",
+        Verdict::Weak => "weak",
+        Verdict::Undetermined => "undetermined",
+    }
+}
+
+/// How the fit was found, and all that it says of its errors.
+fn print_details<const N: usize>(robot: &Robot, fit: &Fit<N>) {
     let quality = &fit.quality;
-    let masses: Vec<String> = fit.masses.iter().map(|mass| format!("{mass:.3}")).collect();
-    println!("{}: {} rows at {} kg", robot.name(), fit.rows, masses.join(", "));
+    println!("{}: {} rows", robot.name(), fit.rows);
     println!(
         "R² {}, MAPE {} (of {:.0} % of the samples, above {} W), RMSE {:.4} W",
         quality.r2.map_or("–".to_owned(), |r2| format!("{r2:.5}")),
@@ -336,24 +437,8 @@ fn print_text<const N: usize>(robot: &Robot, fit: &Fit<N>, arguments: &Arguments
     }
     print_terms(fit);
     for parameter in &fit.parameters {
-        let error = parameter.std_err.map_or("–".to_owned(), |error| format!("{error:.2e}"));
-        let verdict = match parameter.verdict {
-            Verdict::Determined => "determined",
-            Verdict::Weak => "weak",
-            Verdict::Undetermined => "undetermined",
-        };
-        println!(
-            "  {:<14} {:>12.5e} ± {:<9} {:<10} {}{}",
-            parameter.name,
-            parameter.value,
-            error,
-            parameter.unit,
-            verdict,
-            parameter.advice.as_ref().map_or(String::new(), |advice| format!(" ({advice})"))
-        );
+        if let Some(advice) = &parameter.advice {
+            println!("{}: {advice}", parameter.name);
+        }
     }
-    if let Some(out) = &arguments.out {
-        println!("wrote {}", out.display());
-    }
-    Ok(())
 }

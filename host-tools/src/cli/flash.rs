@@ -185,9 +185,10 @@ fn request(arguments: &Arguments) -> Result<Request> {
     let robot = Robot::load(&arguments.robot)?;
     // A file replaces the whole store: it says itself for which robot.
     let sets_robot = arguments.set_robot || arguments.out.is_some();
-    let coefficients =
-        arguments.coeffs.as_ref().map(|file| flasher::coefficients_image(&robot, file, arguments.adapt));
-    let mut coefficients = coefficients.transpose()?;
+    let image = |file: &PathBuf| {
+        flasher::coefficients_image(&robot, file, arguments.adapt, arguments.overwrite.force)
+    };
+    let mut coefficients = arguments.coeffs.as_ref().map(image).transpose()?;
     if let (Some(image), Some(file)) = (&mut coefficients, &arguments.sign) {
         *image = SecretKey::read(file)?.sign(image);
     }

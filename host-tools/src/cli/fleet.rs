@@ -33,7 +33,7 @@ pub(crate) struct Arguments {
     /// Coefficients of a clean fit (signed) of such a robot: what robots and days are held against
     #[arg(long, value_name = "C.toml")]
     coeffs: PathBuf,
-    /// The robot that they all are: a robot.toml, or burger, warthog, husky
+    /// The robot that they all are: a robot.toml, or burger, turtlebot4, warthog, husky
     #[arg(long, default_value = "burger")]
     robot: PathBuf,
     /// What folders are called, from the outermost one; robot and day among them
@@ -91,7 +91,7 @@ struct Seconds {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let robot = arguments.units.robot(&arguments.robot)?;
+    let robot = arguments.units.robot(&arguments.robot, [])?;
     with_wheels!(robot, run_with(&robot, arguments))
 }
 
@@ -271,6 +271,9 @@ fn collect(
     Ok((grams, refused))
 }
 
+/// Robots listed on a terminal.
+const MOST_SHOWN: usize = 10;
+
 fn print_text(report: &Report<'_>, drift: &Drift, out: &Path) {
     let left_out = report.runs.iter().filter(|run| !run.is_used).count();
     println!(
@@ -294,12 +297,15 @@ fn print_text(report: &Report<'_>, drift: &Drift, out: &Path) {
     for run in &report.disagreements.found {
         println!("{}", run.sentence());
     }
-    for standing in report.robots.iter().take(10) {
+    for standing in report.robots.iter().take(MOST_SHOWN) {
         let cost = standing.energy_per_metre_j_m.map_or("–".to_owned(), |cost| format!("{cost:.3}"));
         println!(
             "  {:<20} {cost:>9} J/m at {:.2} kg over {:.0} m",
             standing.robot, standing.mean_mass_kg, standing.distance_m
         );
+    }
+    if let Some(more) = report.robots.len().checked_sub(MOST_SHOWN).filter(|more| *more > 0) {
+        println!("  and {more} more, on the page");
     }
     for run in report.runs.iter().filter(|run| !run.is_used) {
         println!("  left out: {}: {}", run.run, run.notes.join("; "));

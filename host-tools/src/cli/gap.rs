@@ -23,7 +23,7 @@ use logs::robot::{FOUND, Robot};
 use logs::runs::Runs;
 use logs::speed_column;
 use logs::with_wheels;
-use model::coefficients::{CoefficientsFile, InvalidCoefficients};
+use model::coefficients::{CoefficientsFile, InvalidCoefficients, Taking};
 use model::effects::{NotTestable, written};
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;
@@ -36,14 +36,16 @@ use support::progress::StageProgress;
 
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
+use super::weighed::{Log, paths};
+use gap::thresholds::calibrate::LEAST_RUNS;
 
 /// Arguments of `gmr gap`.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  gmr gap --robot robot.toml --coeffs coefficients.toml --report gap.html --out extended.toml monday/*.csv", after_long_help = format!("{}\n\n{}", "Example:\n  gmr gap --robot robot.toml --coeffs coefficients.toml --report gap.html --out extended.toml monday/*.csv", output::KEYS))]
 pub(crate) struct Arguments {
-    /// Logs: four runs at least, one or several a file
-    #[arg(required = true, value_name = "RUN.csv")]
-    runs: Vec<PathBuf>,
+    /// Logs: four runs at least, one or several a file; the total mass behind the name where they do not hold it
+    #[arg(required = true, value_name = "LOG[=KG]")]
+    runs: Vec<Log>,
     /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml upward, else burger
     #[arg(long, default_value = FOUND)]
     robot: PathBuf,
@@ -52,13 +54,13 @@ pub(crate) struct Arguments {
     coeffs: Option<PathBuf>,
     /// The clean runs that the coefficients were fitted to, if they are no longer where they were: what the model gets wrong
     /// there as well is no effect
-    #[arg(long, value_name = "RUN.csv", num_args = 1..)]
-    base: Vec<PathBuf>,
+    #[arg(long, value_name = "LOG[=KG]", num_args = 1..)]
+    base: Vec<Log>,
     /// Logs of your simulator in place of a clean fit: what does the robot have that it lacks? Columns as in a measured log, the power in
     /// power_w or sim_power_w, or the wheels' torques in sim_torque1_nm and so on. Without this, measured logs that have such sim_
     /// columns are held against them, row by row
     #[arg(long, value_name = "SIM.csv", num_args = 1.., conflicts_with_all = ["coeffs", "base", "plant"])]
-    sim: Vec<PathBuf>,
+    sim: Vec<Log>,
     /// Write what the simulator's model of the robot needs for what is named: elements, sizes, intervals
     #[arg(long, value_enum)]
     export: Option<Language>,
@@ -101,13 +103,14 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let robot = arguments.units.robot(&arguments.robot)?;
+    let given = arguments.runs.iter().chain(&arguments.base).chain(&arguments.sim);
+    let robot = arguments.units.robot(&arguments.robot, given)?;
     if let Some(file) = &arguments.report {
         page::check(file)?;
     }
-    let found = if power_only::is_power_only(&arguments.runs)? {
+    let found = if power_only::is_power_only(&paths(&arguments.runs))? {
         Found {
-            report: run_power_only(arguments, robot.log_units().power.in_w())?,
+            report: run_power_only(arguments, robot.log_units().power_in_w())?,
             simulated: None,
             simulator: None,
             changes: None,
@@ -138,8 +141,9 @@ fn run_power_only(arguments: &Arguments, unit_w: f64) -> Result<Report> {
         }
     }
     check_outputs(arguments, &[])?;
-    checks::each_once(&arguments.runs, &[])?;
-    let mut report = power_only::investigate(&power_only::read(&arguments.runs, unit_w)?)?;
+    let logs = paths(&arguments.runs);
+    checks::each_once(&logs, &[])?;
+    let mut report = power_only::investigate(&power_only::read(&logs, unit_w)?)?;
     if let Some(file) = &arguments.effects {
         let own = user::read(file)?.into_iter();
         let needs = || format!("needs {}", speed_column(0));
@@ -152,7 +156,8 @@ fn run_power_only(arguments: &Arguments, unit_w: f64) -> Result<Report> {
 fn check_outputs(arguments: &Arguments, clean_logs: &[PathBuf]) -> Result<()> {
     let export = arguments.export_file();
     let outputs = arguments.out.iter().chain(&arguments.report).chain([&arguments.profile]).chain(&export);
-    let inputs = arguments.runs.iter().chain(&arguments.coeffs).chain(&arguments.effects);
+    let runs = paths(&arguments.runs);
+    let inputs = runs.iter().chain(&arguments.coeffs).chain(&arguments.effects);
     let inputs = inputs.chain(clean_logs).chain([&arguments.robot]);
     check_apart(outputs.map(PathBuf::as_path), inputs.map(PathBuf::as_path))?;
     arguments.overwrite.check(&arguments.out, Form::Coefficients)?;
@@ -238,6 +243,7 @@ fn show(found: &Found, arguments: &Arguments) -> Result<()> {
 }
 
 fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Found> {
+    let (logs, sim) = (paths(&arguments.runs), paths(&arguments.sim));
     let mass = arguments.mass.unwrap_or(robot.mass_no_load_kg());
     checks::check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
     let own = match &arguments.effects {
@@ -246,9 +252,14 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
     };
     // Before the long work, and before the clean logs are asked whether they have changed.
     let fitted = match &arguments.coeffs {
-        Some(file) => Some((file, CoefficientsFile::<N>::read_with_gyro(file, robot)?)),
+        Some(file) => {
+            let taking = Taking { true_slip: true, not_usable: arguments.overwrite.force };
+            Some((file, CoefficientsFile::<N>::read_taking(file, robot, taking)?))
+        }
         None => None,
     };
+    let weighed = fitted.as_ref().map(|(_, fitted)| fitted.with_weighed(robot)).transpose()?;
+    let robot = weighed.as_ref().unwrap_or(robot);
     if let (Some(_), Some((file, fitted))) = (&arguments.plant, &fitted)
         && fitted.coefficients.robot.conditioning.true_slip != 0.0
     {
@@ -257,25 +268,24 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
     }
     let clean_logs = match (&arguments.base[..], &fitted) {
         ([], Some((file, fitted))) => fitted.logs_still_there(file)?,
-        (given, _) => given.to_owned(),
+        (given, _) => paths(given),
     };
-    let simulator = match (&arguments.sim[..], &fitted) {
+    let simulator = match (&sim[..], &fitted) {
         ([], Some(_)) => None,
-        ([], None) => Source::beside(&arguments.runs, robot)?,
+        ([], None) => Source::beside(&logs, robot)?,
         (logs, _) => Some(Source::of_logs(logs, robot)?),
     };
-    check_outputs(arguments, &[&clean_logs[..], &arguments.sim].concat())?;
-    checks::each_once(&arguments.runs, &[&clean_logs[..], &arguments.sim].concat())?;
+    check_outputs(arguments, &[&clean_logs[..], &sim].concat())?;
+    checks::each_once(&logs, &[&clean_logs[..], &sim].concat())?;
     let named: Vec<String> = own.iter().flat_map(|effect| effect.formula.variables()).cloned().collect();
-    let simulator = simulator
-        .map(|source| Simulator::<N>::read(robot, source, &arguments.runs, mass, &named))
-        .transpose()?;
+    let simulator =
+        simulator.map(|source| Simulator::<N>::read(robot, source, &logs, mass, &named)).transpose()?;
     let (core, base) = match (&simulator, &fitted) {
         (Some(simulator), _) => (simulator.core, simulator.base.clone()),
         (None, Some((file, fitted))) => fitted_base(file, fitted)?,
         (None, None) => own_base(robot, arguments, mass)?,
     };
-    let raw = Runs::<N>::raw(robot, &arguments.runs, mass, &named)?;
+    let raw = Runs::<N>::raw(robot, &logs, mass, &named)?;
     let mut runs = Runs::condition(&core, raw.clone())?;
     let raw_clean = match (&simulator, &clean_logs[..]) {
         (Some(simulator), _) => Some(simulator.raw.clone()),
@@ -290,6 +300,14 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
         notice!(
             "the clean runs of these coefficients are not there: what the model gets wrong without any effect is not \
              known, so only large effects are named; give the runs with --base"
+        );
+    }
+    if let Some(count) = clean.as_ref().map(|clean| clean.runs.len()).filter(|count| *count < LEAST_RUNS) {
+        notice!(
+            "{count} clean run{}: how much clean runs differ is not known, so small effects may be named that are none; record {} more, \
+             and fit them all",
+            if count == 1 { "" } else { "s" },
+            LEAST_RUNS - count
         );
     }
     checks::check_power(&runs)?;
@@ -327,8 +345,8 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
         let inputs = page::Inputs {
             robot: robot.name().to_owned(),
             coefficients: arguments.coeffs.clone(),
-            logs: arguments.runs.clone(),
-            clean: [clean_logs, arguments.sim.clone()].concat(),
+            logs: logs.clone(),
+            clean: [clean_logs, sim.clone()].concat(),
             options: vec![
                 ("mass of logs without one".to_owned(), format!("{mass} kg")),
                 ("filter".to_owned(), format!("{} Hz", core.cutoff_hz)),
@@ -352,6 +370,10 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
     let changes = arguments.export.map(|language| Changes::of(&report, robot, mean_mass(&runs), language));
     if let (Some(file), Some(changes)) = (arguments.export_file(), &changes) {
         write_content(&file, changes.text(robot))?;
+    }
+    let asked = [("--part", arguments.part.is_some()), ("--room", arguments.room.is_some())];
+    for (flag, _) in asked.iter().filter(|(_, given)| *given && suggestion.is_none()) {
+        notice!("{flag} is not used: it plans a drive that parts the rivals of a tie, and this is none");
     }
     let found = Found { report, simulated, simulator, changes, suggestion };
     if let Some(suggestion) = found.drive() {
@@ -391,7 +413,7 @@ fn own_base<const N: usize>(
     mass_kg: f64,
 ) -> Result<(CoreRobot<f64, N>, Base)> {
     let reading = Reading { gate: Gate::Signed, cutoff_hz: None, mass_kg };
-    let dataset = fit::read::<N>(robot, &arguments.runs, &reading)?;
+    let dataset = fit::read::<N>(robot, &paths(&arguments.runs), &reading)?;
     let torque = physical::solve(&dataset, robot).torque;
     let masses_kg = dataset.masses;
     let base = Base { torque, covariance: None, drive: robot.drive(), masses_kg, of_simulator: false };

@@ -16,14 +16,15 @@ use support::progress::CountProgress;
 
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
+use super::weighed::{Log, paths};
 
 /// Arguments of `gmr gram`.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  gmr gram --robot robot.toml --out sums.jsonl monday/*.csv")]
 pub(crate) struct Arguments {
-    /// Logs
-    #[arg(required = true, value_name = "RUN.csv")]
-    runs: Vec<PathBuf>,
+    /// Logs, with the total mass behind the name where they do not hold it
+    #[arg(required = true, value_name = "LOG[=KG]")]
+    runs: Vec<Log>,
     /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml upward, else burger
     #[arg(long, default_value = FOUND)]
     robot: PathBuf,
@@ -60,7 +61,7 @@ struct Summary<'a> {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let robot = arguments.units.robot(&arguments.robot)?;
+    let robot = arguments.units.robot(&arguments.robot, &arguments.runs)?;
     with_wheels!(robot, run_with(&robot, arguments))
 }
 
@@ -75,8 +76,8 @@ pub(super) fn of_table(arguments: &Arguments, table: Table) -> Result<Vec<RunGra
             "neither --cutoff nor --coeffs; expected one of them, so that sums of all machines add up";
         return Err(Error::usage(message));
     }
-    let robot = arguments.units.robot(&arguments.robot)?;
-    let header = Header::of_table(&arguments.runs[0], table)?;
+    let robot = arguments.units.robot(&arguments.robot, &arguments.runs)?;
+    let header = Header::of_table(&arguments.runs[0].path, table)?;
     with_wheels!(robot, of_header(&robot, arguments, header))
 }
 
@@ -96,23 +97,24 @@ fn conditioned<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<C
         Some(given) => {
             return Err(Error::usage(format!("--cutoff {given}: expected a number above 0, Hz")));
         }
-        None => fit::choose_cutoff::<N>(robot, &arguments.runs, mass)?,
+        None => fit::choose_cutoff::<N>(robot, &paths(&arguments.runs), mass)?,
     };
     Ok(Conditioned { core: robot.core::<N>(cutoff)?, drive: robot.drive(), reference: None, mass_kg: mass })
 }
 
 fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
-    let inputs = arguments.runs.iter().chain([&arguments.robot]).chain(&arguments.coeffs);
+    let logs = paths(&arguments.runs);
+    let inputs = logs.iter().chain([&arguments.robot]).chain(&arguments.coeffs);
     check_apart([arguments.out.as_path()], inputs.map(PathBuf::as_path))?;
     arguments.overwrite.check([&arguments.out], Form::Grams)?;
     let how = conditioned::<N>(robot, arguments)?;
-    let progress = CountProgress::new("logs read", arguments.runs.len() as u64);
+    let progress = CountProgress::new("logs read", logs.len() as u64);
     let of_log = |log: &PathBuf| {
         let runs = run_gram::of_log(robot, &how, log).map(|summed| summed.runs);
         progress.one_more();
         runs
     };
-    let of_logs: Vec<Result<Vec<RunGram>>> = arguments.runs.par_iter().map(of_log).collect();
+    let of_logs: Vec<Result<Vec<RunGram>>> = logs.par_iter().map(of_log).collect();
     drop(progress);
     let runs: Vec<RunGram> = of_logs.into_iter().collect::<Result<Vec<_>>>()?.into_iter().flatten().collect();
     for run in runs.iter().filter(|run| run.summary.exclusions.total() > 0) {

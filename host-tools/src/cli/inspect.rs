@@ -2,64 +2,141 @@
 
 use std::path::PathBuf;
 
-use answers::inspect::{Moving, Report, Severity, StaticState};
+use answers::inspect::{Moving, Report, Severity, StaticState, Use};
 use logs::robot::FOUND;
-use support::error::Result;
+use support::error::{Error, Result};
 use support::output;
 use support::own::Form;
 use support::progress::FileProgress;
 
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
+use super::weighed::{Log, paths};
+use gap::thresholds::calibrate::LEAST_RUNS;
+use logs::checks;
 
 /// Arguments of `gmr inspect`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  gmr inspect --robot robot.toml run.csv\n  gmr inspect bag.mcap --plot bag.png"
+    after_help = "Examples:\n  gmr inspect --robot robot.toml run.csv\n  gmr inspect empty.mcap=1.0 full.mcap=6.0\n  gmr inspect bag.mcap --plot bag.png"
 )]
 pub(crate) struct Arguments {
     /// Robot: a built-in name (burger, turtlebot4, warthog, husky) or a robot.toml; auto: the nearest robot.toml upward, else burger
     #[arg(long, value_name = "R.toml", default_value = FOUND)]
     robot: PathBuf,
-    /// Answer as JSON
+    /// Answer as JSON: an object of one log, a list of several
     #[arg(long)]
     json: bool,
-    /// Draw static power and its states into this file
+    /// Draw static power and its states into this file; of one log
     #[arg(long, value_name = "FILE.svg|png")]
     plot: Option<PathBuf>,
-    /// The log
-    #[arg(value_name = "RUN.csv")]
-    run: PathBuf,
+    /// The logs, with the total mass behind the name where they do not hold it
+    #[arg(value_name = "LOG[=KG]", required = true)]
+    runs: Vec<Log>,
     #[command(flatten)]
     units: UnitArguments,
     #[command(flatten)]
     overwrite: OverwriteArgument,
 }
 
+/// Several logs.
+#[derive(serde::Serialize)]
+struct Several<'a> {
+    logs: &'a [Report],
+}
+
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if let Some(file) = &arguments.plot {
         report::check_extension(file)?;
+        if arguments.runs.len() > 1 {
+            return Err(Error::usage(format!("--plot with {} logs: expected one", arguments.runs.len())));
+        }
     }
-    output::check_apart(arguments.plot.as_deref(), [&arguments.run, &arguments.robot].map(PathBuf::as_path))?;
+    let logs = paths(&arguments.runs);
+    let inputs = logs.iter().chain([&arguments.robot]).map(PathBuf::as_path);
+    output::check_apart(arguments.plot.as_deref(), inputs)?;
     arguments.overwrite.check(&arguments.plot, Form::Drawing)?;
-    let robot = arguments.units.robot(&arguments.robot)?;
-    let mut progress = FileProgress::new(std::slice::from_ref(&arguments.run));
-    let report = Report::of(&arguments.run, &robot, |read, size| progress.at((read, size)))?;
+    checks::each_once(&logs, &[])?;
+    let robot = arguments.units.robot(&arguments.robot, &arguments.runs)?;
+    let mut progress = FileProgress::new(&logs);
+    let reports = logs.iter().map(|log| Report::of(log, &robot, |read, size| progress.at((read, size))));
+    let reports = reports.collect::<Result<Vec<_>>>()?;
     progress.finish();
+    let [only] = &reports[..] else {
+        if arguments.json {
+            return output::print_json(&Several { logs: &reports });
+        }
+        println!("{}", answer(&reports));
+        for report in &reports {
+            println!("{}: {}", report.log, report.verdict);
+        }
+        if arguments.units.verbose {
+            reports.iter().for_each(|report| println!("\n{}", summary(report, true).trim_end()));
+        }
+        return Ok(());
+    };
     if let Some(file) = &arguments.plot {
-        report.save_figure(file)?;
+        only.save_figure(file)?;
     }
     if arguments.json {
-        return output::print_json(&report);
+        return output::print_json(only);
     }
-    output::print(format_args!("{}", summary(&report)));
+    output::print(format_args!("{}", summary(only, arguments.units.verbose)));
     Ok(())
 }
 
-/// One screen for people.
-fn summary(report: &Report) -> String {
-    let mut lines = vec![
-        format!("{} ({}): {}", report.log, report.robot, report.verdict),
+/// What several logs are good for together.
+fn answer(reports: &[Report]) -> String {
+    let ready: Vec<&Report> = reports.iter().filter(|report| report.verdict.fit_for == Use::Fit).collect();
+    if let Some(first) = reports.iter().find(|report| report.verdict.fit_for != Use::Fit) {
+        let (ready, all) = (ready.len(), reports.len());
+        let why = &first.verdict.verdict;
+        return format!("NOT READY: {ready} of {all} logs are ready for gmr fit; {}: {why}", first.log);
+    }
+    let mut masses: Vec<f64> = ready
+        .iter()
+        .filter_map(|report| report.excitation.as_ref())
+        .flat_map(|drive| drive.payloads.iter().map(|payload| payload.mass_kg))
+        .collect();
+    masses.sort_by(f64::total_cmp);
+    masses.dedup();
+    let kg: Vec<String> = masses.iter().map(f64::to_string).collect();
+    let kg = kg.join(", ");
+    if masses.len() < 2 {
+        return format!(
+            "READY for gmr fit of power, not of payload: all at {kg} kg; add a drive at another mass"
+        );
+    }
+    let further = match LEAST_RUNS.saturating_sub(ready.len()) {
+        0 => " and gmr gap".to_owned(),
+        missing => format!("; for gmr gap record {missing} more clean runs"),
+    };
+    format!("READY for gmr fit: {} runs at {kg} kg{further}", ready.len())
+}
+
+/// The answer and what is wrong; all there is to know where that is asked for.
+fn summary(report: &Report, verbose: bool) -> String {
+    let mut lines = vec![format!("{} ({}): {}", report.log, report.robot, report.verdict)];
+    if verbose {
+        details(report, &mut lines);
+    }
+    for finding in report.findings.iter().filter(|finding| verbose || finding.severity != Severity::Note) {
+        let severity = match finding.severity {
+            Severity::Problem => "problem",
+            Severity::Warning => "warning",
+            Severity::Note => "note   ",
+        };
+        lines.push(format!("  {severity}  {}", finding.text));
+        if !finding.advice.is_empty() {
+            lines.push(format!("           → {}", finding.advice));
+        }
+    }
+    lines.join("\n") + "\n"
+}
+
+/// Sampling, drive and static power.
+fn details(report: &Report, lines: &mut Vec<String>) {
+    lines.extend([
         format!(
             "  {} rows in {:.1} s at {}, steps {:.4} to {:.4} s (std {:.4} s), {} gap(s)",
             report.rows,
@@ -71,7 +148,7 @@ fn summary(report: &Report) -> String {
             report.timing.gap_count
         ),
         format!("  {}", report.exclusions),
-    ];
+    ]);
     if let Some(drive) = &report.excitation {
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
         let [slow, usual, fast] = drive.speed_quantiles_rad_s;
@@ -125,20 +202,4 @@ fn summary(report: &Report) -> String {
         lines.push("  none found".to_owned());
     }
     lines.push(String::new());
-    lines.push("Findings:".to_owned());
-    for finding in &report.findings {
-        let severity = match finding.severity {
-            Severity::Problem => "problem",
-            Severity::Warning => "warning",
-            Severity::Note => "note   ",
-        };
-        lines.push(format!("  {severity}  {}", finding.text));
-        if !finding.advice.is_empty() {
-            lines.push(format!("           → {}", finding.advice));
-        }
-    }
-    if report.findings.is_empty() {
-        lines.push("  nothing to complain about".to_owned());
-    }
-    lines.join("\n") + "\n"
 }

@@ -8,6 +8,10 @@ use support::output;
 use support::own::Form;
 
 use super::overwrite::OverwriteArgument;
+use super::units::UnitArguments;
+use super::weighed::{Log, paths};
+use logs::checks;
+use logs::robot::FOUND;
 
 /// Arguments of `gmr look`.
 #[derive(clap::Args)]
@@ -19,12 +23,15 @@ pub(crate) struct Arguments {
     /// Write a page with plots as well; of one log
     #[arg(long, value_name = "FILE.html")]
     page: Option<PathBuf>,
-    /// Read what is there of a bag or ULog that was cut off while it was recorded
-    #[arg(long)]
-    allow_truncated: bool,
+    /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml upward, else burger. Its [topics] say where a bag has
+    /// what
+    #[arg(long, value_name = "R.toml", default_value = FOUND)]
+    robot: PathBuf,
     /// The logs: MCAP, db3, ULog, Parquet or CSV
-    #[arg(value_name = "LOG", required = true)]
-    logs: Vec<PathBuf>,
+    #[arg(value_name = "LOG[=KG]", required = true)]
+    logs: Vec<Log>,
+    #[command(flatten)]
+    units: UnitArguments,
     #[command(flatten)]
     overwrite: OverwriteArgument,
 }
@@ -42,9 +49,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         }
         output::folder_of(page)?;
     }
-    output::check_apart(arguments.page.as_deref(), arguments.logs.iter().map(PathBuf::as_path))?;
+    let logs = paths(&arguments.logs);
+    output::check_apart(arguments.page.as_deref(), logs.iter().map(PathBuf::as_path))?;
+    checks::each_once(&logs, &[])?;
     arguments.overwrite.check(&arguments.page, Form::Page)?;
-    let reports = arguments.logs.iter().map(|log| Report::of(log, arguments.allow_truncated));
+    let robot = arguments.units.robot(&arguments.robot, &arguments.logs)?;
+    let reports = logs.iter().map(|log| Report::of(log, &robot, arguments.units.allow_truncated));
     let reports = reports.collect::<Result<Vec<_>>>()?;
     if let (Some(file), [only]) = (&arguments.page, &reports[..]) {
         output::write_content(file, look::page(only)?)?;

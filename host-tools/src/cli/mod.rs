@@ -5,6 +5,8 @@ mod board;
 mod compare;
 mod compare_text;
 mod convert;
+mod demo;
+mod doctor;
 mod drive;
 mod estimate;
 mod export;
@@ -31,6 +33,7 @@ mod shell;
 mod simulate;
 mod units;
 mod watch;
+mod weighed;
 
 use std::ffi::OsString;
 
@@ -55,6 +58,10 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    /// From a log to the payload on a simulated robot, in under a minute, on one page: nothing else is needed
+    Demo(demo::Arguments),
+    /// Say what is there, what is missing and what comes next: robot.toml, logs, coefficients, board, sensor, ROS
+    Doctor(doctor::Arguments),
     /// Say what is in a log, what the robot's energy goes into, and what can be learned from it: no robot.toml needed
     Look(look::Arguments),
     /// Say what a log is worth: data quality, excitation, static power
@@ -167,6 +174,8 @@ fn one_line(refusal: &str) -> String {
 
 fn execute(cli: Cli) -> Result<()> {
     match cli.command {
+        Command::Demo(arguments) => demo::run(&arguments),
+        Command::Doctor(arguments) => doctor::run(&arguments),
         Command::Look(arguments) => look::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),

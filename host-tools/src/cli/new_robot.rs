@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::io::{BufRead as _, IsTerminal as _, Write as _};
 use std::path::PathBuf;
 
-use logs::robot::Robot;
+use logs::robot::{MassUnit, Robot};
 use support::error::{Error, Result};
 use support::output;
 
@@ -21,17 +21,17 @@ pub(crate) struct Arguments {
     /// differential or skid-steer, two log columns: left and right; other layouts are in the README
     #[arg(long, value_parser = ["differential", "skid-steer"])]
     kinematics: Option<String>,
-    /// Radius of the driven wheels, m
-    #[arg(long, value_name = "M")]
+    /// Radius of the driven wheels: 0.033, 33mm, 1.3in
+    #[arg(long, value_parser = length, value_name = "M")]
     wheel_radius: Option<f64>,
-    /// Distance of the left and right wheels, m; for skid-steer the effective one, 1.5 to 2 times that
-    #[arg(long, value_name = "M")]
+    /// Distance of the left and right wheels: 0.16, 160mm; for skid-steer the effective one, 1.5 to 2 times that
+    #[arg(long, value_parser = length, value_name = "M")]
     track: Option<f64>,
-    /// Total mass without payload, kg
-    #[arg(long, value_name = "KG")]
+    /// Total mass without payload: 1.0, 1000g, 2.2lb
+    #[arg(long, value_parser = mass, value_name = "KG")]
     empty: Option<f64>,
-    /// Total mass with the greatest payload, kg
-    #[arg(long, value_name = "KG")]
+    /// Total mass with the greatest payload: 6.0, 6000g
+    #[arg(long, value_parser = mass, value_name = "KG")]
     full: Option<f64>,
     /// What it draws standing, W, where logs hold the total power
     #[arg(long, value_name = "W")]
@@ -64,21 +64,36 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 fn text(arguments: &Arguments) -> Result<String> {
-    let number = |flag: &str, question: &str, given: Option<f64>| -> Result<f64> {
-        let answer = given.map_or_else(|| ask(flag, question), |value| Ok(value.to_string()))?;
-        let value = answer.parse::<f64>().ok().filter(|value| value.is_finite());
-        value.ok_or_else(|| Error::usage(format!("--{flag} {answer:?}; expected a number")))
+    let words = |flag: &str, question: &str, given: &Option<String>, allowed: &[&str]| match given {
+        Some(given) => Ok(given.clone()),
+        None => ask(flag, question, |answer| {
+            let is_allowed = allowed.is_empty() || allowed.contains(&answer);
+            if is_allowed { Ok(answer.to_owned()) } else { Err(format!("expected {}", allowed.join(" or "))) }
+        }),
     };
-    let words = |flag: &str, question: &str, given: &Option<String>| {
-        given.clone().map_or_else(|| ask(flag, question), Ok)
+    let number = |flag: &str, question: &str, given: Option<f64>, parse: fn(&str) -> Parsed| match given {
+        Some(given) => Ok(given),
+        None => ask(flag, question, parse),
     };
-    let name = words("name", "Name", &arguments.name)?;
-    let kinematics = words("kinematics", "Kinematics (differential or skid-steer)", &arguments.kinematics)?;
+    let name = words("name", "Name", &arguments.name, &[])?;
+    let kinds = ["differential", "skid-steer"];
+    let question = "Kinematics (differential or skid-steer)";
+    let kinematics = words("kinematics", question, &arguments.kinematics, &kinds)?;
+    let radius = "Radius of the driven wheels (0.033, 33 mm)";
+    let track = "Distance of left and right wheels (0.16, 160 mm)";
+    let empty = number("empty", "Total mass without payload (1.0, 1000 g)", arguments.empty, mass)?;
+    let full = match arguments.full {
+        Some(full) => full,
+        None => ask("full", "Total mass with the greatest payload (6.0, 6 kg)", |answer| {
+            let full = mass(answer)?;
+            if full > empty { Ok(full) } else { Err(format!("expected more than the {empty} kg without")) }
+        })?,
+    };
     let lengths = [
-        ("wheel_radius_m", number("wheel-radius", "Radius of the driven wheels, m", arguments.wheel_radius)?),
-        ("track_m", number("track", "Distance of left and right wheels, m", arguments.track)?),
-        ("mass_no_load_kg", number("empty", "Total mass without payload, kg", arguments.empty)?),
-        ("mass_full_load_kg", number("full", "Total mass with the greatest payload, kg", arguments.full)?),
+        ("wheel_radius_m", number("wheel-radius", radius, arguments.wheel_radius, length)?),
+        ("track_m", number("track", track, arguments.track, length)?),
+        ("mass_no_load_kg", empty),
+        ("mass_full_load_kg", full),
     ];
     let mut text = String::new();
     // Writing to a String cannot fail.
@@ -104,18 +119,59 @@ fn text(arguments: &Arguments) -> Result<String> {
     Ok(text)
 }
 
-/// Asks on a terminal; elsewhere the flag is missing.
-fn ask(flag: &str, question: &str) -> Result<String> {
+/// A number, or why it is none.
+type Parsed = std::result::Result<f64, String>;
+
+/// A length in m, from a number with a unit or without.
+fn length(text: &str) -> Parsed {
+    measured(text, &[("mm", 1e-3), ("cm", 1e-2), ("m", 1.0), ("in", 0.0254)])
+}
+
+/// A mass in kg, from a number with a unit or without.
+fn mass(text: &str) -> Parsed {
+    measured(text, &[("kg", 1.0), ("g", 1e-3), ("lb", MassUnit::Pound.in_kg())])
+}
+
+/// A number above 0 in one of these units; without one it is in SI.
+fn measured(text: &str, units: &[(&str, f64)]) -> Parsed {
+    let text = text.trim();
+    let digits = text.trim_end_matches(|letter: char| letter.is_alphabetic());
+    let unit = &text[digits.len()..];
+    let scale = if unit.is_empty() {
+        Some(1.0)
+    } else {
+        units.iter().find(|(name, _)| *name == unit).map(|(_, scale)| *scale)
+    };
+    let value = digits.trim_end().parse::<f64>().ok().filter(|value| *value > 0.0 && value.is_finite());
+    match (value, scale) {
+        // In decimal, as people wrote it: 33 mm are 0.033 m.
+        (Some(value), Some(scale)) => Ok((value * scale * 1e9).round() / 1e9),
+        _ => {
+            let names: Vec<&str> = units.iter().map(|(name, _)| *name).collect();
+            Err(format!("expected a number above 0, with {} or no unit", names.join(", ")))
+        }
+    }
+}
+
+/// Asks on a terminal until the answer is one; elsewhere the flag is missing.
+fn ask<T>(flag: &str, question: &str, parse: impl Fn(&str) -> std::result::Result<T, String>) -> Result<T> {
     let missing = || Error::usage(format!("--{flag} is missing; expected it, or a terminal to ask on"));
     if !std::io::stdin().is_terminal() {
         return Err(missing());
     }
-    eprint(question);
-    let mut line = String::new();
-    let read = std::io::stdin().lock().read_line(&mut line);
-    match read {
-        Ok(count) if count > 0 && !line.trim().is_empty() => Ok(line.trim().to_owned()),
-        _ => Err(missing()),
+    loop {
+        eprint(question);
+        let mut line = String::new();
+        let read = std::io::stdin().lock().read_line(&mut line);
+        let answer = match read {
+            Ok(count) if count > 0 => line.trim(),
+            _ => return Err(missing()),
+        };
+        match parse(answer) {
+            _ if answer.is_empty() => {}
+            Ok(value) => return Ok(value),
+            Err(why) => eprintln!("{answer:?}: {why}"),
+        }
     }
 }
 
@@ -124,4 +180,18 @@ fn eprint(question: &str) {
     // Nobody there to read it is nobody to answer.
     let _ = write!(to, "{question}: ");
     let _ = to.flush();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_and_masses_take_units() {
+        assert_eq!(["33 mm", "33mm", "0.033", "3.3 cm", "0.033 m"].map(length), [const { Ok(0.033) }; 5]);
+        assert_eq!(["900 g", "0.9kg", "0.9"].map(mass), [const { Ok(0.9) }; 3]);
+        for wrong in ["33 kg", "-1", "", "mm", "nan", "1 2"] {
+            assert!(length(wrong).is_err(), "{wrong}");
+        }
+    }
 }

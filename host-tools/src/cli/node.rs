@@ -81,7 +81,7 @@ enum WheelsFrom {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let mut robot = arguments.units.robot(&arguments.robot)?;
+    let mut robot = arguments.units.robot(&arguments.robot, [])?;
     robot.set_node(arguments.sensor, arguments.bus.as_deref());
     let robot = robot;
     with_wheels!(robot, run_with(&robot, arguments))

@@ -62,7 +62,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let robot = arguments.units.robot(&arguments.robot)?;
+    let robot = arguments.units.robot(&arguments.robot, [])?;
     with_wheels!(robot, run_with(&robot, arguments))
 }
 

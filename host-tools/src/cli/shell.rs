@@ -40,7 +40,7 @@ pub(crate) fn man(arguments: &Man, mut gmr: Command) -> Result<()> {
         output::print(format_args!("{}", String::from_utf8_lossy(&page(gmr, Path::new("-"))?)));
         return Ok(());
     };
-    output::folder_of(&folder.join("gmr.1"))?;
+    std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, &error))?;
     for command in gmr.get_subcommands().filter(|command| command.get_name() != "help") {
         let name = format!("gmr-{}", command.get_name());
         let file = folder.join(format!("{name}.1"));

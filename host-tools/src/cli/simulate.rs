@@ -11,8 +11,8 @@ use plant::experiment::{self, Drive};
 use plant::log::Totals;
 use plant::sensors::PowerSource;
 use plant::{
-    Column, Columns, Geometry, Kinematics, PlantSet, Profile, ProfileKind, Scenario, Sensors, Simulation,
-    effects, log,
+    Column, Columns, Geometry, Kinematics, PayloadSchedule, PlantSet, Profile, ProfileKind, Robot, Scenario,
+    Sensors, Simulation, effects, log,
 };
 use serde::Serialize;
 use support::error::{Error, Result};
@@ -34,6 +34,9 @@ pub(crate) struct Arguments {
     /// A drive of the paper's experiment as `gmr reproduce` has it, whole: motors, floor, sensors, profile and payload
     #[arg(long, value_enum, value_name = "DRIVE", conflicts_with_all = SETTINGS)]
     experiment: Option<Drive>,
+    /// The robot's lengths, and its mass without payload, from a robot.toml (or burger, turtlebot4, warthog, husky); the motors are those of --plant
+    #[arg(long, value_name = "R.toml", conflicts_with_all = ["kinematics", "experiment"])]
+    robot: Option<PathBuf>,
     /// Wheel layout
     #[arg(long, value_enum, default_value = "differential")]
     kinematics: Kinematics,
@@ -201,7 +204,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             plant: arguments.drive.plant,
             profile: if preset { PRESET } else { &arguments.drive.profile },
             sensors: if preset { Chain::Paper20 } else { arguments.sensors },
-            mass: if preset { PRESET } else { &arguments.drive.mass },
+            mass: if preset { PRESET } else { arguments.drive.mass() },
             effects: &arguments.drive.effect,
             geometry: scenario.robot.geometry,
             gyration_radius_m: scenario.robot.gyration_radius_m,
@@ -239,7 +242,17 @@ fn scenario(arguments: &Arguments) -> Result<Scenario> {
         return experiment::scenario(experiment, drive.seed);
     }
     let constant = arguments.speed.is_some() || arguments.turn.is_some();
-    let mut scenario = drive.scenario(arguments.kinematics)?;
+    let mut scenario = match &arguments.robot {
+        None => drive.scenario(arguments.kinematics)?,
+        Some(name) => {
+            let described = logs::robot::Robot::load(name)?;
+            let mut scenario = drive.scenario_on(body_of(&described, drive.plant)?)?;
+            if !drive.has_mass() {
+                scenario.payload = PayloadSchedule::constant(described.mass_no_load_kg());
+            }
+            scenario
+        }
+    };
     if constant && drive.kind() != Some(ProfileKind::Constant) {
         return Err(Error::usage("--speed and --turn go with --profile constant only"));
     }
@@ -255,6 +268,43 @@ fn scenario(arguments: &Arguments) -> Result<Scenario> {
     scenario.sensors = sensors(arguments, scenario.rate_hz);
     scenario.static_power_w = arguments.static_power;
     Ok(scenario)
+}
+
+/// A robot with the lengths of a robot.toml, and motors of a set.
+fn body_of(described: &logs::robot::Robot, set: PlantSet) -> Result<Robot> {
+    use logs::robot::Geometry as Described;
+    let (kinematics, wheel_radius_m, track_m, wheelbase_m) = match *described.geometry() {
+        Described::DifferentialDrive { wheel_radius_m, track_m } => {
+            (Kinematics::Differential, wheel_radius_m, track_m, track_m)
+        }
+        // Two columns a side are those of two wheels: the plant's four would be four columns.
+        Described::SkidSteer { wheel_radius_m, track_m, wheels: 2 } => {
+            (Kinematics::Differential, wheel_radius_m, track_m, track_m)
+        }
+        Described::SkidSteer { wheel_radius_m, track_m, .. } => {
+            (Kinematics::Skid, wheel_radius_m, track_m, track_m)
+        }
+        Described::ThreeWheelOmni { wheel_radius_m, arm_m } => {
+            (Kinematics::Omni, wheel_radius_m, 2.0 * arm_m, 2.0 * arm_m)
+        }
+        Described::FourMecanum { wheel_radius_m, half_length_m, half_width_m } => {
+            (Kinematics::Mecanum, wheel_radius_m, 2.0 * half_width_m, 2.0 * half_length_m)
+        }
+        Described::Matrix { .. } => {
+            let message =
+                "--robot with kinematics = \"matrix\": expected differential, skid-steer, omni3 or mecanum4";
+            return Err(Error::usage(message));
+        }
+    };
+    let mut body = Robot::new(set, kinematics);
+    // The motors turn as fast as on the wheels that they were made for.
+    let scale = wheel_radius_m / body.geometry.wheel_radius_m;
+    let speed = body.limits.speed_m_s * scale;
+    body.limits.speed_m_s = described.limits().speed_m_s.map_or(speed, |given| given.min(speed));
+    body.limits.turn_rad_s = body.limits.turn_rad_s.min(2.0 * body.limits.speed_m_s / track_m);
+    body.geometry = Geometry { kinematics, wheel_radius_m, track_m, wheelbase_m };
+    body.gyration_radius_m = described.gyration_radius_m();
+    Ok(body)
 }
 
 fn sensors(arguments: &Arguments, rate_hz: f64) -> Sensors {

@@ -1,7 +1,8 @@
 //! Arguments about how logs are written, of all commands that read them.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use super::weighed::Log;
 use logs::foreign::{self, Reading};
 use logs::robot::{LogUnits, MassUnit, PowerUnit, Robot, SpeedUnit};
 use support::error::Result;
@@ -22,24 +23,41 @@ pub(super) struct UnitArguments {
     /// Wheels, counted from 1, whose speed is negative when they drive forward
     #[arg(long, value_name = "WHEEL,…", value_delimiter = ',')]
     flip_wheel: Vec<usize>,
+    /// Power is negative where the robot draws it: drivers that count a discharging current positive make such bags
+    #[arg(long)]
+    flip_power: bool,
     /// Read what is there of a bag or ULog that was cut off while it was recorded
     #[arg(long)]
-    allow_truncated: bool,
+    pub(super) allow_truncated: bool,
+    /// Say all there is to say, not only what counts: where columns came from, every figure
+    #[arg(long, short)]
+    pub(super) verbose: bool,
 }
 
 impl UnitArguments {
-    /// The robot by its name or file, with these units of its logs.
+    /// The robot by its name or file, with these units of its logs and what was weighed with each of them.
     ///
     /// # Errors
     /// As [`Robot::load`]; units that this robot's logs cannot have.
-    pub(super) fn robot(&self, name_or_path: &Path) -> Result<Robot> {
+    pub(super) fn robot<'a>(
+        &self,
+        name_or_path: &Path,
+        logs: impl IntoIterator<Item = &'a Log>,
+    ) -> Result<Robot> {
+        let weighed = |log: &Log| -> Option<(PathBuf, f64)> { Some((log.path.clone(), log.mass_kg?)) };
         let robot = Robot::load(name_or_path)?.with_log_units(LogUnits {
             speed: self.speed_unit,
             power: self.power_unit,
             mass: self.mass_unit,
             flipped: self.flip_wheel.clone(),
+            power_is_flipped: self.flip_power,
+            masses: logs.into_iter().filter_map(weighed).collect(),
         })?;
-        foreign::read_as(Reading { robot: robot.clone(), allow_cut: self.allow_truncated });
+        foreign::read_as(Reading {
+            robot: robot.clone(),
+            allow_cut: self.allow_truncated,
+            verbose: self.verbose,
+        });
         Ok(robot)
     }
 }

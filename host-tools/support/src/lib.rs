@@ -20,6 +20,7 @@ macro_rules! notice {
 }
 
 pub mod error;
+pub mod figure;
 pub mod input;
 pub mod interrupt;
 pub mod job;

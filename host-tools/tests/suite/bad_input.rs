@@ -484,7 +484,7 @@ fn wrong_usage_is_one_line_and_exit_code_2() {
         (fit(&["--momentum", "1"]), "--momentum 1: expected 0 to below 1"),
         (fit(&["--robot", "burgr"]), "the argument '--robot <ROBOT>' cannot be used multiple times"),
         (vec!["fit", "--robot", "burgr", "good.csv"], "no robot is called burgr"),
-        (vec!["fit"], "the following required arguments were not provided: <RUN.csv>..."),
+        (vec!["fit"], "the following required arguments were not provided: <LOG[=KG]>..."),
         (vec!["fot"], "unrecognized subcommand 'fot'"),
     ];
     for (arguments, expected) in cases {

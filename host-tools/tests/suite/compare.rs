@@ -133,7 +133,7 @@ fn every_measured_run_is_fitted() {
 fn fit_all(warthog: &Path, husky: &Path) {
     let bench = Bench::new();
     let fit = |robot: &str, path: &Path| {
-        bench.gmr(&["fit", "--robot", robot, "--json", "--out", "c.toml", path.to_str().unwrap()])
+        bench.gmr(&["fit", "--robot", robot, "--json", "--force", "--out", "c.toml", path.to_str().unwrap()])
     };
     let ran = fit("warthog", warthog);
     let report: Value = serde_json::from_str(&ran.stdout).unwrap();
@@ -157,6 +157,7 @@ fn fit_all(warthog: &Path, husky: &Path) {
             ran.stderr.lines().skip(1).map(|line| line.strip_prefix("gmr: ").unwrap()).collect();
         assert_eq!(said, warnings, "{name}: {}", ran.stderr);
         assert!(number(&report["r2"]).is_finite() && number(&report["rmse_w"]) > 0.0, "{name}");
+        assert_eq!(report["verdict"] == "not-usable", number(&report["r2"]) < 0.0, "{name}: {report}");
         let unequal = report["terms"]
             .as_array()
             .unwrap()
@@ -182,12 +183,15 @@ fn the_signed_model_is_ahead_of_the_regression_on_measured_data() {
 fn assert_ahead(data: &Path) {
     let bench = Bench::new();
     let husky = "husky-currents";
-    let cases =
-        [("warthog", "warthog", "drive"), ("husky", husky, "flooring"), ("husky", husky, "sandy_loam")];
-    for (robot, folder, prefix) in cases {
+    let cases = [
+        ("warthog", "470", "warthog", "drive"),
+        ("husky", "75", husky, "flooring"),
+        ("husky", "75", husky, "sandy_loam"),
+    ];
+    for (robot, mass, folder, prefix) in cases {
         let files = csv_files(&data.join(folder), prefix);
         let files: Vec<&str> = files.iter().map(|path| path.to_str().unwrap()).collect();
-        let report = compare(&bench, &[&["--robot", robot, "--train"], &files[..]].concat());
+        let report = compare(&bench, &[&["--robot", robot, "--mass", mass, "--train"], &files[..]].concat());
         let (signed, linear) = (r2(&report, "signed"), r2(&report, "linear"));
         println!("{prefix}: R² signed {signed:.3}, linear {linear:.3}");
         assert!(signed > linear, "{prefix}: {signed} {linear}");

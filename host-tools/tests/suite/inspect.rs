@@ -193,7 +193,7 @@ fn total_power_is_recognised_and_states_are_told_from_wheels() {
     assert_eq!(means.len(), 2, "{means:?}");
     assert!((means[0] - 8.6).abs() < 0.02 && (means[1] - 9.7).abs() < 0.02, "{means:?}");
     assert!(states.iter().all(|state| state["moving"] == "no"));
-    assert!(texts(&report).contains("power_w looks like total power"), "{}", texts(&report));
+    assert!(texts(&report).contains("power_w is total power (9.7"), "{}", texts(&report));
 }
 
 #[test]

@@ -92,7 +92,10 @@ fn rows_longer_than_one_read_are_joined() {
 #[test]
 fn a_missing_column_is_named_with_those_present() {
     let text = message("time_s,watts\n0,1\n1,1\n");
-    assert_eq!(text, ":1: column power_w is missing; the log has: time_s, watts");
+    assert_eq!(
+        text,
+        ":1: column power_w is missing; the log has: time_s, watts; perhaps watts: rename it to power_w"
+    );
 }
 
 #[test]

@@ -53,6 +53,7 @@ mod log;
 mod look;
 mod makers;
 mod network_seeds;
+mod newcomer;
 mod node;
 mod predict;
 mod record;

@@ -15,6 +15,9 @@ use super::verdict::Verdict;
 /// Noise alone makes the power of slow drives negative now and then: up to this share of the moving rows.
 const NEGATIVE: f64 = 0.05;
 
+/// Drives never feed back for more of the time than they draw: they would gain energy.
+const MOST_NEGATIVE: f64 = 0.5;
+
 /// Up to this share of the rows, outliers are the starts and stops of a robot with play in its gears: 3 % in measured logs of a Husky.
 const MANY_OUTLIERS: f64 = 0.05;
 
@@ -185,7 +188,13 @@ impl Findings {
         }
         // Six standard deviations of the sensor's noise: what is within them says nothing about signs.
         let noise = scan.outliers.first().map_or(0.0, |power| power.limit);
-        if drive.share_power_negative > NEGATIVE && drive.power_high_w > 1.5 * noise && !robot.regeneration()
+        if drive.share_power_negative > MOST_NEGATIVE {
+            let text =
+                format!("power_w is negative in {:.0} % of moving rows", 100.0 * drive.share_power_negative);
+            self.add(Problem, text, "its sign is turned: read it with --flip-power");
+        } else if drive.share_power_negative > NEGATIVE
+            && drive.power_high_w > 1.5 * noise
+            && !robot.regeneration()
         {
             let text = format!(
                 "{:.0} % of moving rows have negative power, but {} does not feed power back",
@@ -232,7 +241,7 @@ impl Findings {
     }
 
     fn static_power(&mut self, robot: &Robot, scan: &Scan, power: &StaticPower) {
-        use Severity::{Note, Warning};
+        use Severity::{Note, Problem, Warning};
         let Some(lowest) = power.standing.first() else {
             let text = "no standstill longer than a second: static power cannot be found";
             self.add(Note, text, "let the robot stand for ten seconds and more, motors on and off");
@@ -262,13 +271,10 @@ impl Findings {
         }
         match robot.static_power_w() {
             None if lowest.mean_w > 3.0 * lowest.std_w && lowest.mean_w > 0.1 * high => {
-                let text = format!(
-                    "the robot draws {:.2} W at standstill: power_w looks like total power, not actuation power",
-                    lowest.mean_w
-                );
                 let state =
                     power.standing.iter().max_by(|a, b| a.share.total_cmp(&b.share)).unwrap_or(lowest);
-                self.add(Warning, text, format!("set static_power_w = {:.2} in robot.toml", state.mean_w));
+                let text = format!("power_w is total power ({:.2} W standing)", state.mean_w);
+                self.add(Problem, text, format!("add static_power_w = {:.2} to robot.toml", state.mean_w));
             }
             Some(set) => {
                 let near = power

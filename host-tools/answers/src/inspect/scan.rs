@@ -70,7 +70,7 @@ fn open(path: &Path, robot: &Robot) -> Result<(LogReader, usize, bool)> {
         );
     }
     let mut scales = vec![1.0; requests.len()];
-    scales[POWER_SLOT] = robot.log_units().power.in_w();
+    scales[POWER_SLOT] = robot.log_units().power_in_w();
     scales[MASS_SLOT] = robot.log_units().mass.in_kg();
     for (place, scale) in scales[SPEED_SLOT..].iter_mut().enumerate() {
         *scale = robot.log_speed_scale(place % wheels.max(1));
@@ -80,6 +80,7 @@ fn open(path: &Path, robot: &Robot) -> Result<(LogReader, usize, bool)> {
 
 pub(super) fn scan(path: &Path, robot: &Robot, mut progress: impl FnMut(u64, Option<u64>)) -> Result<Scan> {
     let (mut reader, wheels, accelerations) = open(path, robot)?;
+    let weighed = robot.log_units().mass_of(path);
     let mut values = vec![0.0; SPEED_SLOT + wheels * if accelerations { 2 } else { 1 }];
     let mut before = values.clone();
     let mut steps = Steps::default();
@@ -96,6 +97,9 @@ pub(super) fn scan(path: &Path, robot: &Robot, mut progress: impl FnMut(u64, Opt
     let mut started = false;
 
     while let Some(line) = reader.next_row(&mut values)? {
+        if let Some(mass) = weighed {
+            values[MASS_SLOT] = mass;
+        }
         let (time_s, power_w) = (values[TIME_SLOT], values[POWER_SLOT]);
         let run_before = before[RUN_SLOT].to_bits();
         let new_run = !started || (reader.has(RUN_SLOT) && values[RUN_SLOT].to_bits() != run_before);
@@ -167,7 +171,7 @@ pub(super) fn scan(path: &Path, robot: &Robot, mut progress: impl FnMut(u64, Opt
         stuck: standings.finish(),
         excitation,
         blocks: blocks.finish(),
-        has_mass: reader.has(MASS_SLOT),
+        has_mass: weighed.is_some() || reader.has(MASS_SLOT),
         suspicions: look.map_or_else(Vec::new, Look::finish),
         other_columns: reader.columns().iter().filter(|column| !known(column)).cloned().collect(),
     })

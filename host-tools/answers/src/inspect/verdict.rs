@@ -46,7 +46,7 @@ impl Verdict {
             );
         }
         if let Some(problem) = findings.iter().find(|finding| finding.severity == Severity::Problem) {
-            return nothing(format!("not as it is: {}", problem.text));
+            return nothing(format!("{}. {}", problem.text, sentence(&problem.advice)));
         }
         let driving_s = drive.share_moving * scan.duration_s;
         if driving_s < LEAST_DRIVING_S {
@@ -58,7 +58,7 @@ impl Verdict {
             return estimate("one speed all the time; a fit needs slow and fast, with ramps");
         }
         match drive.payloads.len() {
-            0 => estimate("it does not say what the robot weighs; a fit needs mass_kg, or --mass"),
+            0 => estimate("it does not say what the robot weighed; a fit needs the total mass, as LOG=KG"),
             1 => Self {
                 fit_for: Use::Fit,
                 verdict: format!(
@@ -76,9 +76,15 @@ impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { fit_for, verdict } = self;
         match fit_for {
-            Use::Fit => write!(f, "good for gmr fit ({verdict}) and gmr estimate"),
-            Use::Estimate => write!(f, "good for gmr estimate, not for gmr fit ({verdict})"),
-            Use::Nothing => write!(f, "good for neither gmr fit nor gmr estimate ({verdict})"),
+            Use::Fit => write!(f, "READY for gmr fit ({verdict}) and gmr estimate"),
+            Use::Estimate => write!(f, "READY for gmr estimate, not for gmr fit ({verdict})"),
+            Use::Nothing => write!(f, "NOT READY: {verdict}"),
         }
     }
+}
+
+/// With a capital letter.
+fn sentence(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }

@@ -37,17 +37,14 @@ impl Advice {
                 "power at 10 Hz or more: one INA219 in the motors' wire, on the I²C bus of the robot's computer"
             }
             (true, true) => {
-                possible.push(
-                    "a power model of this robot at this payload: gmr fit --robot robot.toml --mass KG"
-                        .to_owned(),
-                );
+                possible.push("a power model of this robot at this payload: gmr fit LOG=KG".to_owned());
                 let masses = tally.mass_kg.filter(|(least, most)| most > least);
                 if masses.is_some() {
                     possible.push("payload from power and speeds: the log tells several masses".to_owned());
                     "nothing: gmr inspect says how good the log is"
                 } else {
                     impossible.push("payload: the log tells one mass at most".to_owned());
-                    "no sensor: a second log with the full payload, and --mass for each"
+                    "no sensor: a second log with the full payload, then gmr fit EMPTY=KG FULL=KG"
                 }
             }
             (true, false) => {
@@ -64,11 +61,8 @@ impl Advice {
                 "one INA219 in the motors' wire, on the I²C bus of the robot's computer: power, a model and payload"
             }
         };
-        if tally.negative_rows * 2 > tally.powered_rows.max(1) {
-            impossible.push(
-                "anything with this power's sign: it is negative in most rows (see docs/logs.md, current)"
-                    .to_owned(),
-            );
+        if tally.negative_share().is_some() {
+            impossible.push("anything with this power's sign: read it with --flip-power".to_owned());
         }
         Self { possible, impossible, next: next.to_owned() }
     }

@@ -58,8 +58,8 @@ pub fn page(report: &Report) -> Result<String> {
     let is_verdict = |(title, _): &(&str, Vec<String>)| !matches!(*title, "In the log" | "Read here");
     let (verdict, contents): (Vec<_>, Vec<_>) = report.lists().into_iter().partition(is_verdict);
     let body = html! {
-        h1 { "A look at the log" }
-        p { (report.title()) }
+        h1 { (report.answer()) }
+        p { (report.log()) ":" (report.title()) }
         ul { @for line in report.lines() { li { (line.trim()) } } }
         @for figure in &figures { (figure) }
         @for (title, lines) in verdict.into_iter().chain(contents) {

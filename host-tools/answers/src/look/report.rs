@@ -10,6 +10,8 @@ use super::advice::Advice;
 use super::read;
 use super::tally::Tally;
 use super::topics::Topic;
+use logs::robot::Robot;
+use support::figure::figure;
 
 /// A log at a glance. What the log does not tell is left out (`null` in JSON).
 #[derive(Debug, Clone, serde::Serialize)]
@@ -75,8 +77,8 @@ impl Report {
     ///
     /// # Errors
     /// A log that cannot be read.
-    pub fn of(log: &Path, allow_cut: bool) -> Result<Self> {
-        let (tally, topics) = read::read(log, allow_cut)?;
+    pub fn of(log: &Path, robot: &Robot, allow_cut: bool) -> Result<Self> {
+        let (tally, topics) = read::read(log, robot, allow_cut)?;
         let has_power = tally.drawn_rows > 0;
         let powered = |value: f64| has_power.then_some(value);
         let distance = tally.has_speed.then_some(tally.distance_m);
@@ -124,7 +126,8 @@ impl Report {
     /// One screen for people.
     pub fn summary(&self) -> String {
         let mut text = String::new();
-        for line in std::iter::once(self.title()).chain(self.lines()) {
+        let head = [format!("{}: {}", self.log, self.answer()), self.title()];
+        for line in head.into_iter().chain(self.lines()) {
             let _ = writeln!(text, "{line}");
         }
         for (title, lines) in self.lists() {
@@ -134,13 +137,37 @@ impl Report {
         text
     }
 
+    /// The log's name.
+    pub(super) fn log(&self) -> &str {
+        &self.log
+    }
+
+    /// What driving and standing cost.
+    pub(super) fn answer(&self) -> String {
+        if let Some(share) = self.tally.negative_share() {
+            return format!(
+                "NOT READY: power is negative in {:.0} % of the rows, so a discharging current counts as positive. Read it with --flip-power",
+                100.0 * share
+            );
+        }
+        let watts = |what: &str, power: Option<f64>| power.map(|power| format!("{} W {what}", figure(power)));
+        let powers = [watts("driving", self.moving_w), watts("standing", self.resting_w)];
+        let powers: Vec<String> = powers.into_iter().flatten().collect();
+        if powers.is_empty() {
+            return match (self.tally.drawn_rows > 0, self.distance_m) {
+                (true, _) => "power, but nothing that says how the robot moved".to_owned(),
+                (false, Some(distance)) => format!("{} m driven; power is not measured", figure(distance)),
+                (false, None) => "power is not measured".to_owned(),
+            };
+        }
+        let per = self.energy_per_m_j.map_or(String::new(), |per| format!("{} J/m; ", figure(per)));
+        per + &powers.join(", ")
+    }
+
     pub(super) fn title(&self) -> String {
         let cut = if self.was_cut { ", cut off: what comes before is used" } else { "" };
         let rate = self.rate_hz.map_or(String::new(), |rate| format!(" at {rate:.1} Hz"));
-        format!(
-            "{}: {} rows in {:.1} s{rate}, {} gap(s){cut}",
-            self.log, self.rows, self.duration_s, self.gaps
-        )
+        format!("  {} rows in {:.1} s{rate}, {} gap(s){cut}", self.rows, self.duration_s, self.gaps)
     }
 
     pub(super) fn lines(&self) -> Vec<String> {

@@ -125,6 +125,12 @@ impl Tally {
         self.add_step(moment, step);
     }
 
+    /// The share of the rows with negative power, where it is most of them: no robot feeds back for more of the time than it draws.
+    pub(super) fn negative_share(&self) -> Option<f64> {
+        let share = self.negative_rows as f64 / self.drawn_rows.max(1) as f64;
+        (share > 0.5).then_some(share)
+    }
+
     fn add_step(&mut self, moment: &Moment, step: f64) {
         let motions = [moment.speed_m_s, moment.turn_rad_s, moment.wheels_rad_s];
         let is_known = motions.iter().any(|motion| motion.is_finite());

@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::load::Load;
 use super::reach::{Need, Reach};
 use super::rmf::Vehicle;
+use support::figure::figure;
 
 /// Energy of a plan or a leg.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -188,15 +189,14 @@ impl Report {
 
     fn sentences(&self) -> String {
         let mut text = format!(
-            "{}, {:.3} kg: {:.2} m in {:.0} s take {:.1} J, 95 %: {:.1} to {:.1} J ({:.2} W h)\n",
-            self.robot,
-            self.mass_kg,
-            self.distance_m,
+            "{} J ({} to {}, 95 %) for {} m in {:.0} s with {} kg in all; {} W h\n",
+            figure(self.energy_j),
+            figure(self.low_j),
+            figure(self.high_j),
+            figure(self.distance_m),
             self.duration_s,
-            self.energy_j,
-            self.low_j,
-            self.high_j,
-            self.energy_j / 3600.0
+            figure(self.mass_kg),
+            figure(self.energy_j / 3600.0)
         );
         let _ = match self.static_power_w {
             Some(watts) => writeln!(text, "{:.1} J of it drive, {watts:.2} W are static", self.driving_j),

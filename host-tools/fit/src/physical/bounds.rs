@@ -52,6 +52,17 @@ pub struct AtBound {
     pub of_motor: bool,
 }
 
+impl AtBound {
+    /// What would determine the parameter.
+    pub fn remedy(&self) -> String {
+        let mut remedy = self.description.remedy.to_owned();
+        if self.description.name == "winding_loss" && !self.of_motor {
+            remedy.push_str(", or give motor_resistance_ohm, motor_torque_constant_nm_a and motor_gear_ratio in robot.toml");
+        }
+        remedy
+    }
+}
+
 impl Bounds {
     /// For a robot on these drives, with what is known of its motors; both sides alike unless said otherwise.
     ///

@@ -140,18 +140,8 @@ pub(super) fn topic<'a>(
 /// Wheel speeds: as robot.toml says, of known joints, of PX4's encoders, or of odometry.
 fn wheels(bag: &Bag, robot: &Robot, fields: &mut Fields) -> Result<Option<Vec<Column>>> {
     let (topics, count) = (robot.topics(), robot.wheels());
-    let given = &topics.wheel_speeds;
-    if !given.is_empty() {
-        if given.len() != count {
-            let message =
-                format!("[topics] names {} wheel_speeds; expected {count}, one a wheel", given.len());
-            return Err(Error::failed(message));
-        }
-        let columns = given.iter().enumerate().map(|(wheel, signal)| {
-            let place = fields.place(parsed(signal)?);
-            Ok(column(speed_column(wheel), Expression::Number(place, signal.scale), signal.to_string()))
-        });
-        return columns.collect::<Result<Vec<_>>>().map(Some);
+    if let Some(columns) = named_wheels(robot, fields)? {
+        return Ok(Some(columns));
     }
     if topics.odometry.is_none() {
         if let Some(columns) =
@@ -234,18 +224,53 @@ pub(super) fn sum(parts: Vec<Part>, fields: &mut Fields) -> Column {
     column(POWER, Expression::Products(terms), words.join(" plus "))
 }
 
-/// Wheel speeds from the first topic of joints that has all of a known set; four wheels of a robot with a column a side are averaged.
+/// Wheel speeds as robot.toml names them.
+pub(super) fn named_wheels(robot: &Robot, fields: &mut Fields) -> Result<Option<Vec<Column>>> {
+    let (given, count) = (&robot.topics().wheel_speeds, robot.wheels());
+    if given.is_empty() {
+        return Ok(None);
+    }
+    if given.len() != count {
+        let message = format!("[topics] names {} wheel_speeds; expected {count}, one a wheel", given.len());
+        return Err(Error::failed(message));
+    }
+    let columns = given.iter().enumerate().map(|(wheel, signal)| {
+        let place = fields.place(parsed(signal)?);
+        Ok(column(speed_column(wheel), Expression::Number(place, signal.scale), signal.to_string()))
+    });
+    columns.collect::<Result<Vec<_>>>().map(Some)
+}
+
+/// Wheel speeds from the topic of joints that has all of a known set; four wheels of a robot with a column a side are averaged.
 pub(super) fn joints(bag: &Bag, count: usize, fields: &mut Fields) -> Result<Option<Vec<Column>>> {
     let is_joints = |place: &usize| is_of(&bag.topics()[*place], JOINT_STATE);
     let mut places: Vec<usize> = (0..bag.topics().len()).filter(is_joints).collect();
     // A platform's own before one that joins it with an arm's.
-    places.sort_by_key(|&place| !is_called(&bag.topics()[place], "platform/joint_states"));
+    let is_platform = |place: usize| is_called(&bag.topics()[place], "platform/joint_states");
+    places.sort_by_key(|&place| !is_platform(place));
+    let mut found = Vec::new();
     for place in places {
-        let topic = &bag.topics()[place];
         let names = bag.names(place).map_err(wrong)?;
         let is_there = |joint: &&str| names.iter().any(|name| name == joint);
         let has_all = |set: &Vec<Vec<&str>>| set.iter().flatten().all(is_there);
-        let Some(wheels) = wheel_joints(count).into_iter().find(has_all) else { continue };
+        if let Some(wheels) = wheel_joints(count).into_iter().find(has_all) {
+            found.push((place, wheels));
+        }
+    }
+    if let [(first, wheels), (second, _), ..] = &found[..]
+        && !(is_platform(*first) && !is_platform(*second))
+    {
+        let names: Vec<&str> = found.iter().map(|(place, _)| bag.topics()[*place].name.as_str()).collect();
+        return Err(Error::failed(format!(
+            "has several topics with the wheels' joints: {}; expected one named in [topics] of robot.toml, as in wheel_speeds = [\
+             \"{}:velocity[{}]\", …]",
+            names.join(", "),
+            names[0],
+            wheels[0][0]
+        )));
+    }
+    if let Some((place, wheels)) = found.into_iter().next() {
+        let topic = &bag.topics()[place];
         let columns = wheels.iter().enumerate().map(|(wheel, joints)| {
             let mut own = Vec::new();
             for joint in joints {
@@ -299,16 +324,46 @@ pub(super) fn power(bag: &Bag, topics: &Topics) -> Result<Option<Power>> {
         return Ok(Some(Power::Direct(field(topic, "data")?, 1.0)));
     }
     // PX4 counts a discharging current positive.
-    if let Some(topic) = bag.topics().iter().find(|topic| topic.kind == "battery_status") {
+    let of_px4: Vec<&Topic> = bag.topics().iter().filter(|topic| topic.kind == "battery_status").collect();
+    if let [first, second, ..] = of_px4[..] {
+        return Err(Error::failed(format!(
+            "has several topics for voltage and current: {}, {}; expected voltage and current of one in [topics] of robot.toml",
+            first.name, second.name
+        )));
+    }
+    if let Some(topic) = of_px4.first() {
         let (voltage, current) = (field(topic, "voltage_v")?, field(topic, "current_a")?);
         return Ok(Some(Power::Product { voltage, current, scale: 1.0, is_battery_state: false }));
     }
-    let Some(topic) = topic(bag, None, BATTERY_STATE, &BATTERIES, "voltage and current")? else {
+    let Some(topic) = battery(bag)? else {
         let parts = drivers::power(bag)?;
         return Ok((!parts.is_empty()).then_some(Power::Sum(parts)));
     };
     let (voltage, current) = (field(topic, "voltage")?, field(topic, "current")?);
     Ok(Some(Power::Product { voltage, current, scale: -1.0, is_battery_state: true }))
+}
+
+/// The battery: by the names that robots give it, or the only topic of its type, under whatever name.
+///
+/// # Errors
+/// Several of them.
+pub(super) fn battery(bag: &Bag) -> Result<Option<&Topic>> {
+    let key = "voltage and current";
+    if let Some(found) = topic(bag, None, BATTERY_STATE, &BATTERIES, key)? {
+        return Ok(Some(found));
+    }
+    let all: Vec<&Topic> = bag.topics().iter().filter(|topic| is_of(topic, BATTERY_STATE)).collect();
+    match all[..] {
+        [] => Ok(None),
+        [only] => Ok(Some(only)),
+        _ => {
+            let names: Vec<&str> = all.iter().map(|topic| topic.name.as_str()).collect();
+            Err(Error::failed(format!(
+                "has several topics for {key}: {}; expected one named as voltage and current in [topics] of robot.toml",
+                names.join(", ")
+            )))
+        }
+    }
 }
 
 pub(super) fn mass(bag: &Bag, topics: &Topics, fields: &mut Fields) -> Result<Option<Column>> {

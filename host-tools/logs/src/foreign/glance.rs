@@ -4,10 +4,13 @@ use log_formats::Bag;
 use log_formats::merge::{Clock, Request};
 use support::error::Result;
 
-use super::choose::{Chosen, Fields, Power, column, drivers_wheels, field, joints, mass, power, sum, topic};
+use super::choose::{
+    Chosen, Fields, Power, battery, column, drivers_wheels, field, joints, mass, named_wheels, power, sum,
+    topic,
+};
 use super::columns::{Column, Expression};
-use super::known::{BATTERIES, BATTERY_STATE, ODOMETRY, ODOMETRY_KIND};
-use crate::robot::Topics;
+use super::known::{ODOMETRY, ODOMETRY_KIND};
+use crate::robot::Robot;
 use crate::{POWER, speed_column};
 
 /// Forward speed, m/s.
@@ -23,13 +26,15 @@ pub const CHARGE: &str = "charge";
 ///
 /// # Errors
 /// Several topics of one name; a definition that cannot be read.
-pub fn glance(bag: &Bag) -> Result<Option<Chosen>> {
-    let topics = Topics::default();
+pub fn glance(bag: &Bag, robot: &Robot) -> Result<Option<Chosen>> {
+    let topics = robot.topics();
     let mut fields = Fields::default();
     let mut columns: Vec<Column> = Vec::new();
-    if let Some(found) = drivers_wheels(bag, None, 2, &mut fields)? {
+    if let Some(found) = named_wheels(robot, &mut fields)? {
         columns.extend(found);
-    } else if let Some(found) = joints(bag, 2, &mut fields)? {
+    } else if let Some(found) = drivers_wheels(bag, None, robot.wheels(), &mut fields)? {
+        columns.extend(found);
+    } else if let Some(found) = joints(bag, robot.wheels(), &mut fields)? {
         columns.extend(found);
     } else if let Some(encoders) = bag.topics().iter().find(|topic| topic.kind == "wheel_encoders") {
         for (wheel, index) in [1, 0].into_iter().enumerate() {
@@ -37,13 +42,13 @@ pub fn glance(bag: &Bag) -> Result<Option<Chosen>> {
             columns.push(column(speed_column(wheel), Expression::Number(place, 1.0), &*encoders.name));
         }
     }
-    if let Some(odometry) = topic(bag, None, ODOMETRY_KIND, &ODOMETRY, "odometry")? {
+    if let Some(odometry) = topic(bag, topics.odometry.as_ref(), ODOMETRY_KIND, &ODOMETRY, "odometry")? {
         for (name, member) in [(SPEED, "linear.x"), (TURN, "angular.z")] {
             let place = fields.place(field(odometry, &format!("twist.twist.{member}"))?);
             columns.push(column(name, Expression::Number(place, 1.0), &*odometry.name));
         }
     }
-    match power(bag, &topics)? {
+    match power(bag, topics)? {
         Some(Power::Direct(own, scale)) => {
             let source = own.to_string();
             columns.push(column(POWER, Expression::Number(fields.place(own), scale), source));
@@ -57,7 +62,7 @@ pub fn glance(bag: &Bag) -> Result<Option<Chosen>> {
         Some(Power::Sum(parts)) => columns.push(sum(parts, &mut fields)),
         None => {}
     }
-    if let Some(battery) = topic(bag, None, BATTERY_STATE, &BATTERIES, "voltage and current")? {
+    if let Some(battery) = battery(bag)? {
         let place = fields.place(field(battery, "percentage")?);
         columns.push(column(CHARGE, Expression::Number(place, 1.0), &*battery.name));
     } else if let Some(battery) = bag.topics().iter().find(|topic| topic.kind == "battery_status") {
@@ -67,7 +72,7 @@ pub fn glance(bag: &Bag) -> Result<Option<Chosen>> {
     if fields.base.is_empty() {
         return Ok(None);
     }
-    columns.extend(mass(bag, &topics, &mut fields)?);
+    columns.extend(mass(bag, topics, &mut fields)?);
     let Fields { base, others } = fields;
     let request = Request { base, others, greatest_gap_s: topics.greatest_gap_s, clock: Clock::Stamp };
     Ok(Some(Chosen { request, columns, battery: None, lacking: Vec::new() }))

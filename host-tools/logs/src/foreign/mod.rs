@@ -39,6 +39,8 @@ pub struct Reading {
     pub robot: Robot,
     /// What is left of a file that was cut off is read as well.
     pub allow_cut: bool,
+    /// Which topic became which column is said.
+    pub verbose: bool,
 }
 
 static READING: Mutex<Option<Arc<Reading>>> = Mutex::new(None);
@@ -160,8 +162,8 @@ fn turn(path: &Path, input: Input, format: Option<Format>, reading: Option<&Read
         let bag = Bag::open(&file, allow_cut).map_err(wrong)?;
         match (log_formats::table::topic(&bag), reading) {
             (Some(topic), _) => rows::of_table(&bag, topic, &spool)?,
-            (None, Some(reading)) => rows::of_bag(&bag, &reading.robot, &spool)?,
-            (None, None) => rows::of_bag(&bag, &Robot::load("burger")?, &spool)?,
+            (None, Some(reading)) => rows::of_bag(&bag, &reading.robot, reading.verbose, &spool)?,
+            (None, None) => rows::of_bag(&bag, &Robot::load("burger")?, false, &spool)?,
         }
     };
     for line in said {

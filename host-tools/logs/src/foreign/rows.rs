@@ -107,7 +107,7 @@ struct Current {
 }
 
 /// Of a bag. Gives what is to be said: where the columns come from, and what is missing.
-pub(super) fn of_bag(bag: &Bag, robot: &Robot, spool: &File) -> Result<Vec<String>> {
+pub(super) fn of_bag(bag: &Bag, robot: &Robot, says_sources: bool, spool: &File) -> Result<Vec<String>> {
     let chosen = choose(bag, robot)?;
     let mut writer = writer(spool);
     let names: Vec<String> = std::iter::once(TIME.to_owned())
@@ -162,14 +162,11 @@ pub(super) fn of_bag(bag: &Bag, robot: &Robot, spool: &File) -> Result<Vec<Strin
         )));
     }
     let mut said = Vec::new();
-    let mut sources: Vec<String> = Vec::new();
-    for column in &chosen.columns {
-        let line = format!("{} from {}", column.name, column.source);
-        if !sources.contains(&line) {
-            sources.push(line);
-        }
+    if says_sources {
+        let sources = chosen.columns.iter().map(|column| format!("{} from {}", column.name, column.source));
+        let sources = sources.collect::<Vec<_>>().join("; ");
+        said.push(format!("{} rows on the clock of {}: {sources}", merged.rows, base[0].topic));
     }
-    said.push(format!("{} rows on the clock of {}: {}", merged.rows, base[0].topic, sources.join("; ")));
     said.extend(cut(&merged.ending));
     if merged.out_of_order > 0 {
         said.push(format!(
@@ -181,8 +178,7 @@ pub(super) fn of_bag(bag: &Bag, robot: &Robot, spool: &File) -> Result<Vec<Strin
         said.push("power is negative in most rows: turn its sign with scale = -1 where power is named in [topics] of robot.toml".to_owned());
     } else if current.negative * 2 > current.rows {
         said.push(
-            "power is negative in most rows: this robot's driver counts a discharging current positive; say current = \
-             \"topic:current\" and voltage = \"topic:voltage\" in [topics] of robot.toml"
+            "power is negative in most rows: this robot's driver counts a discharging current positive; read it with --flip-power"
                 .to_owned(),
         );
     }

@@ -19,7 +19,7 @@ const BUILT_IN: [(&[&str], &str); 4] = [
 pub const FOUND: &str = "auto";
 
 /// The nearest robot.toml from the working directory upward.
-fn found() -> Option<PathBuf> {
+pub fn nearest() -> Option<PathBuf> {
     let folder = std::env::current_dir().ok()?;
     folder.ancestors().map(|folder| folder.join("robot.toml")).find(|file| file.is_file())
 }
@@ -32,14 +32,14 @@ impl Robot {
     /// The name is not known (wrong usage), the file cannot be read, or its content is not a robot: with line and column.
     pub fn load(name_or_path: impl AsRef<Path>) -> Result<Self> {
         let mut path = name_or_path.as_ref();
-        let nearest;
+        let file_above;
         if path == Path::new(FOUND) {
-            path = match found() {
+            path = match nearest() {
                 None => Path::new("burger"),
                 Some(file) => {
-                    nearest = file;
-                    support::notice!("the robot is that of {}", nearest.display());
-                    &nearest
+                    file_above = file;
+                    support::notice!("the robot is that of {}", file_above.display());
+                    &file_above
                 }
             };
         }
@@ -50,10 +50,18 @@ impl Robot {
         let is_name = path.extension().is_none() && path.components().count() == 1;
         if is_name && !path.exists() {
             let message = format!(
-                "no robot is called {}; expected burger, turtlebot4, warthog, husky or the path of a robot.toml",
-                path.display()
+                "no robot is called {}; expected {} or the path of a robot.toml (gmr new-robot writes one)",
+                path.display(),
+                BUILT_IN.map(|(names, _)| names[0]).join(", ")
             );
             return Err(Error::usage(message));
+        }
+        if !path.exists() {
+            let message = format!(
+                "is not there; expected a robot.toml (gmr new-robot writes one), or {}",
+                BUILT_IN.map(|(names, _)| names[0]).join(", ")
+            );
+            return Err(Error::failed(message).in_file(path));
         }
         let text = read_text(path, MOST_DESCRIPTION)?;
         let robot = Self::parse(&text).map_err(|error| error.in_file(path))?;

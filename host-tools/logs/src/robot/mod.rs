@@ -12,7 +12,7 @@ mod topics;
 mod units;
 
 pub use geometry::Geometry;
-pub use load::FOUND;
+pub use load::{FOUND, nearest};
 pub use motor::Motor;
 pub use node::{NodeSettings, PowerChip};
 pub use parse::position;

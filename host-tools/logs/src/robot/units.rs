@@ -1,6 +1,7 @@
 //! Units that logs are written in where they are not SI: said once, beside the robot, and taken off while a log is read.
 
 use std::f64::consts::PI;
+use std::path::{Path, PathBuf};
 
 use support::error::{Error, Result};
 
@@ -56,7 +57,7 @@ pub enum MassUnit {
 }
 
 /// How the logs of a robot are written, whatever their columns are called.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct LogUnits {
     /// Of the wheels' speeds.
     pub speed: SpeedUnit,
@@ -66,6 +67,10 @@ pub struct LogUnits {
     pub mass: MassUnit,
     /// Wheels, counted from 1, whose sign is turned.
     pub flipped: Vec<usize>,
+    /// Whether power is negative where the robot draws it.
+    pub power_is_flipped: bool,
+    /// Logs with the total mass that somebody weighed, kg: it stands for whatever the log itself says.
+    pub masses: Vec<(PathBuf, f64)>,
 }
 
 /// Which columns of a log its power is read from.
@@ -117,6 +122,16 @@ impl MassUnit {
 }
 
 impl LogUnits {
+    /// W in one unit of the logs' power, with its sign.
+    pub fn power_in_w(&self) -> f64 {
+        if self.power_is_flipped { -self.power.in_w() } else { self.power.in_w() }
+    }
+
+    /// The total mass that somebody weighed with this log, kg.
+    pub fn mass_of(&self, log: &Path) -> Option<f64> {
+        self.masses.iter().find(|(own, _)| own == log).map(|(_, mass)| *mass)
+    }
+
     /// Refuses what a robot cannot have.
     ///
     /// # Errors
@@ -124,6 +139,10 @@ impl LogUnits {
     pub(super) fn check(&self, wheels: usize, wheel_radius_m: Option<f64>) -> Result<()> {
         if self.speed.in_rad_s(wheel_radius_m).is_none() {
             return Err(Error::usage("--speed-unit m/s: expected a robot whose file gives wheel_radius_m"));
+        }
+        if let Some((log, mass)) = self.masses.iter().find(|(_, mass)| !(*mass > 0.0 && mass.is_finite())) {
+            let message = format!("={mass}: expected a total mass above 0 kg behind the log's name");
+            return Err(Error::usage(message).in_file(log));
         }
         match self.flipped.iter().find(|wheel| !(1..=wheels).contains(*wheel)) {
             Some(wheel) => {

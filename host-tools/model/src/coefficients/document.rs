@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::error::{InvalidCoefficients, TRUE_SLIP};
 use super::kind::{Method, ModelKind};
 use super::parameters::{IMBALANCE, number};
+use super::usability::VerdictSection;
 use crate::effects::written::Written;
 
 /// Version of the file's layout.
@@ -147,6 +148,9 @@ pub(super) struct FitSection {
     /// Size and checksum of each, empty where it was no file: whether they are still what was fitted.
     #[serde(default)]
     pub(super) fingerprints: Vec<String>,
+    /// Total mass that somebody weighed with each log, kg; not a number where the log says it, and empty where all do.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) weighed_kg: Vec<f64>,
     pub(super) masses_kg: Vec<f64>,
     /// Not a number where the power never changes.
     pub(super) r2: f64,
@@ -154,6 +158,12 @@ pub(super) struct FitSection {
     /// How much energies of whole drives stray from the model's, as a share.
     #[serde(default)]
     pub(super) energy_std_share: f64,
+    /// Whether it can be used; files of older versions do not say it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) verdict: Option<VerdictSection>,
+    /// Why not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) why_not: Option<String>,
     /// Covariance of the parameters in the order above.
     pub(super) covariance: Vec<Vec<f64>>,
 }

@@ -7,6 +7,9 @@ use crate::effects::written::Wrong;
 /// Key of the true slip's coefficient.
 pub(super) const TRUE_SLIP: &str = "true_slip_s_rad";
 
+/// Key of the share of the power that a fit explains.
+const R2: &str = "r2";
+
 /// Why a text is no coefficients, or none for this robot.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum InvalidCoefficients {
@@ -52,6 +55,9 @@ pub enum InvalidCoefficients {
          gmr fit --no-gyro"
     )]
     TrueSlip,
+    /// A fit that says less than the mean of its own rows.
+    #[error("NOT USABLE ({0}): fit again; gmr inspect says what the logs lack")]
+    NotUsable(String),
     /// No covariance of these parameters.
     #[error("{0}")]
     Covariance(InvalidCovariance),
@@ -148,6 +154,7 @@ impl InvalidCoefficients {
             Self::Number { key, .. } => Some(key),
             Self::NoParameter { .. } => Some("parameters"),
             Self::TrueSlip => Some(TRUE_SLIP),
+            Self::NotUsable(_) => Some(R2),
             Self::Covariance(_) => Some("covariance"),
             Self::Effect(wrong) => Some(wrong.key),
         }
@@ -159,6 +166,7 @@ impl InvalidCoefficients {
             Self::Layout { line, .. } => *line,
             Self::Number { key, .. } => line_of(text, key),
             Self::TrueSlip => line_of(text, TRUE_SLIP),
+            Self::NotUsable(_) => line_of(text, R2),
             Self::Covariance(_) => line_of(text, "covariance"),
             Self::Effect(wrong) => line_of_effect(text, wrong.place, wrong.key),
             Self::Format { .. } | Self::OtherRobot(_) | Self::Robot(_) | Self::NoParameter { .. } => None,

@@ -7,12 +7,14 @@ use support::error::{Error, Result};
 use super::fingerprint;
 
 /// A log that coefficients were fitted to.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct FittedLog {
     /// Its path, as seen from here.
     pub path: PathBuf,
     /// Its size and a checksum; none for what was no file.
     pub fingerprint: Option<String>,
+    /// Total mass that somebody weighed with it, kg, where the log itself does not say it.
+    pub weighed_kg: Option<f64>,
 }
 
 impl FittedLog {
@@ -22,7 +24,7 @@ impl FittedLog {
     /// It cannot be read.
     pub fn now(path: &Path) -> Result<Self> {
         let fingerprint = fingerprint::of(path).map_err(|error| Error::io(path, &error))?;
-        Ok(Self { path: path.to_owned(), fingerprint })
+        Ok(Self { path: path.to_owned(), fingerprint, weighed_kg: None })
     }
 
     /// Whether it is there, and still what was fitted; `coefficients` is the file that says so.

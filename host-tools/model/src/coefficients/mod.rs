@@ -9,6 +9,7 @@ mod kind;
 mod logs;
 mod parameters;
 mod robot;
+mod usability;
 
 use std::path::{Path, PathBuf};
 
@@ -28,6 +29,7 @@ pub use self::error::{Difference, InvalidCoefficients, InvalidCovariance};
 pub use self::kind::{Method, ModelKind};
 pub use self::logs::FittedLog;
 pub use self::parameters::{EQ18, IMBALANCE, Quantity, TORQUE};
+pub use self::usability::{Usability, of_r2};
 
 use self::document::{
     Document, ExtensionSection, FORMAT, FORMAT_WITH_GYRO, FORMAT_WITH_TRAITS, FitSection, NoiseSection,
@@ -75,6 +77,17 @@ pub struct Origin {
     /// Standard deviation of a drive's energy about the model's, beyond the noise, as a share of
     /// it; 0 in files that do not tell.
     pub energy_std_share: f64,
+    /// Whether the fit can be used.
+    pub usability: Usability,
+}
+
+/// What a reader of coefficients takes besides those that every reader does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Taking {
+    /// True slip: the reader gives the turn rate of a gyro with every sample.
+    pub true_slip: bool,
+    /// Coefficients that are marked as not usable.
+    pub not_usable: bool,
 }
 
 impl<const N: usize> CoefficientsFile<N> {
@@ -85,7 +98,7 @@ impl<const N: usize> CoefficientsFile<N> {
     /// The file cannot be read, is of another format, is for another robot, holds what no model can have, or true slip: an
     /// [`InvalidCoefficients`] as [`Error::cause`].
     pub fn read(file: &Path, robot: &Robot) -> Result<Self> {
-        Self::read_for(file, robot, false)
+        Self::read_taking(file, robot, Taking::default())
     }
 
     /// The same for whoever gives the turn rate of a gyro with every sample.
@@ -93,10 +106,14 @@ impl<const N: usize> CoefficientsFile<N> {
     /// # Errors
     /// As [`read`](Self::read), but for true slip.
     pub fn read_with_gyro(file: &Path, robot: &Robot) -> Result<Self> {
-        Self::read_for(file, robot, true)
+        Self::read_taking(file, robot, Taking { true_slip: true, ..Taking::default() })
     }
 
-    fn read_for(file: &Path, robot: &Robot, has_gyro: bool) -> Result<Self> {
+    /// The same for a reader that takes more, or less.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read), but for what is taken.
+    pub fn read_taking(file: &Path, robot: &Robot, taking: Taking) -> Result<Self> {
         let text = read_text(file, MOST_DESCRIPTION)?;
         let refused = |wrong: InvalidCoefficients| {
             let (key, line) = (wrong.key().map(str::to_owned), wrong.line(&text));
@@ -117,10 +134,19 @@ impl<const N: usize> CoefficientsFile<N> {
         robot::check(&fitted, document.robot.regeneration, &now, robot, drives)
             .map_err(|difference| refused(InvalidCoefficients::OtherRobot(difference)))?;
         let read = Self::of_document(document, now, logs::folder_of(file)).map_err(refused)?;
-        if read.coefficients.robot.conditioning.true_slip != 0.0 && !has_gyro {
+        if read.coefficients.robot.conditioning.true_slip != 0.0 && !taking.true_slip {
             return Err(refused(InvalidCoefficients::TrueSlip));
         }
-        Ok(read)
+        match &read.origin.usability {
+            Usability::NotUsable(why) if !taking.not_usable => {
+                Err(refused(InvalidCoefficients::NotUsable(why.clone())))
+            }
+            Usability::NotUsable(why) => {
+                support::notice!("{}: NOT USABLE ({why}), and used because of --force", file.display());
+                Ok(read)
+            }
+            Usability::Usable => Ok(read),
+        }
     }
 
     /// What a document means for a robot; its logs are seen from `folder`.
@@ -142,12 +168,29 @@ impl<const N: usize> CoefficientsFile<N> {
         let size = parameters::named(&model, scrubs).len();
         let covariance =
             covariance::of_rows(&document.fit.covariance, size).map_err(InvalidCoefficients::Covariance)?;
-        let FitSection { rows, logs, fingerprints, masses_kg, r2, rmse_w, energy_std_share, .. } =
-            document.fit;
+        let FitSection {
+            rows,
+            logs,
+            fingerprints,
+            weighed_kg,
+            masses_kg,
+            r2,
+            rmse_w,
+            energy_std_share,
+            verdict,
+            why_not,
+            ..
+        } = document.fit;
         let fingerprints = fingerprints.into_iter().map(|text| (!text.is_empty()).then_some(text));
         let fingerprints = fingerprints.chain(std::iter::repeat(None));
-        let logs = logs.into_iter().zip(fingerprints);
-        let logs = logs.map(|(log, fingerprint)| FittedLog { path: folder.join(log), fingerprint });
+        let weighed = weighed_kg.into_iter().map(|mass| (mass > 0.0).then_some(mass));
+        let weighed = weighed.chain(std::iter::repeat(None));
+        let logs = logs.into_iter().zip(fingerprints).zip(weighed);
+        let logs = logs.map(|((log, fingerprint), weighed_kg)| FittedLog {
+            path: folder.join(log),
+            fingerprint,
+            weighed_kg,
+        });
         let plain = Self {
             coefficients: Coefficients {
                 robot,
@@ -170,6 +213,7 @@ impl<const N: usize> CoefficientsFile<N> {
                 r2: r2.is_finite().then_some(r2),
                 rmse_w,
                 energy_std_share,
+                usability: Usability::of_file(verdict, why_not, r2),
             },
         };
         let extended = plain.with_effects(document.effects).map_err(InvalidCoefficients::Effect)?;
@@ -203,6 +247,7 @@ impl<const N: usize> CoefficientsFile<N> {
         let rows = |matrix: &DMatrix<f64>| -> Vec<Vec<f64>> {
             matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
         };
+        let (verdict, why_not) = self.origin.usability.section();
         let (parameters, imbalance) = (parameters::named(model, scrubs), parameters::imbalance(model));
         Ok(Document {
             format: if robot.conditioning.true_slip != 0.0 {
@@ -230,15 +275,33 @@ impl<const N: usize> CoefficientsFile<N> {
                     .iter()
                     .map(|log| log.fingerprint.clone().unwrap_or_default())
                     .collect(),
+                weighed_kg: if self.origin.logs.iter().any(|log| log.weighed_kg.is_some()) {
+                    self.origin.logs.iter().map(|log| log.weighed_kg.unwrap_or(f64::NAN)).collect()
+                } else {
+                    Vec::new()
+                },
                 masses_kg: self.origin.masses_kg.clone(),
                 r2: self.origin.r2.unwrap_or(f64::NAN),
                 rmse_w: self.origin.rmse_w,
                 energy_std_share: self.origin.energy_std_share,
+                verdict: Some(verdict),
+                why_not,
                 covariance: rows(&covariance),
             },
             extension: joint.map(|joint| ExtensionSection { joint_covariance: rows(&joint) }),
             effects: self.effects.clone(),
         })
+    }
+
+    /// The robot with what was weighed with the logs of this fit: they do not say it themselves.
+    ///
+    /// # Errors
+    /// As [`Robot::with_log_units`].
+    pub fn with_weighed(&self, robot: &Robot) -> Result<Robot> {
+        let mut units = robot.log_units().clone();
+        let weighed = self.origin.logs.iter().filter_map(|log| Some((log.path.clone(), log.weighed_kg?)));
+        units.masses.extend(weighed);
+        robot.clone().with_log_units(units)
     }
 
     /// The same with the torque model as it moved.

@@ -8,14 +8,16 @@ use support::error::Result;
 use super::own::OWN;
 use super::settings::Settings;
 use crate::baselines::{self, Point};
+use logs::robot::Robot;
 
 /// Names each log that does not tell its mass, and the mass that is taken for it.
 ///
 /// # Errors
 /// A log cannot be read.
-pub(super) fn tell_taken(files: &[PathBuf], mass_kg: f64) -> Result<()> {
+pub(super) fn tell_taken(robot: &Robot, files: &[PathBuf], mass_kg: f64) -> Result<()> {
     for (index, file) in files.iter().enumerate() {
-        if !files[..index].contains(file) && !Header::open(file)?.has(MASS) {
+        let is_weighed = robot.log_units().mass_of(file).is_some();
+        if !is_weighed && !files[..index].contains(file) && !Header::open(file)?.has(MASS) {
             support::notice!("{}: no {MASS}: {mass_kg} kg taken (--mass)", file.display());
         }
     }

@@ -112,7 +112,7 @@ impl<const N: usize> Data<N> {
         };
         let training = training.into_iter().map(|(_, point)| point).collect();
         // A log that is refused says no more than why.
-        mass::tell_taken(&all, settings.mass_kg)?;
+        mass::tell_taken(robot, &all, settings.mass_kg)?;
         Ok(Self { wanted, train, training, test })
     }
 }
