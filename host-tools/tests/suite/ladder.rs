@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::common::Bench;
+use crate::common::{Bench, excerpt};
 
 fn docs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs")
@@ -26,6 +26,9 @@ fn blocks(page: &str) -> Vec<(String, String)> {
 #[test]
 fn every_command_of_the_ladder_runs() {
     let bench = Bench::new();
+    for bag in ["empty.mcap", "full.mcap"] {
+        bench.put(bag, std::fs::read(excerpt("turtlebot3-bags").join(bag)).unwrap());
+    }
     let page = std::fs::read_to_string(docs().join("ladder.md")).unwrap();
     let mut ran = 0;
     for (kind, text) in blocks(&page) {
@@ -48,7 +51,7 @@ fn every_command_of_the_ladder_runs() {
                     }
                 }
             }
-            ("csv", name) => bench.put(name, text),
+            ("csv" | "toml", name) => bench.put(name, text),
             (other, _) => panic!("a block that nobody runs: {other}"),
         }
     }
