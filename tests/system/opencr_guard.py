@@ -18,8 +18,9 @@ from protocol import packet
 DRIVE = struct.pack("<6i", 6, 0, 0, 0, 0, 0)
 UPLOAD_S, END_S = 3.0, 3.6
 HEARTBEAT_MS = 500
-# A packet of two goals takes 220 us; the board takes a heartbeat some 0.1 ms after the host has sent it.
-STEPS_US = range(-150, 450, 50)
+# A packet of two goals takes 220 us, the board takes a heartbeat some 0.1 ms after the host has sent it, and it prepares for a millisecond
+# at most before it writes.
+STEPS_US = range(-150, 1350, 100)
 
 
 def stand(servo):
