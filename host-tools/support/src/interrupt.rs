@@ -12,28 +12,41 @@ static STOPPED: AtomicBool = AtomicBool::new(false);
 /// Exit code of a program that a signal ended, as shells have it for SIGINT.
 const INTERRUPTED: i32 = 130;
 
-/// From now on Ctrl-C ends the process and takes its temporary files away; behind a limit of the size of files writing is an error as any
+/// From now on Ctrl-C ends the process and takes its temporary files away; beyond a limit of the size of files, writing is an error as any
 /// other. Once a process.
 ///
 /// # Errors
-/// The operating system refuses, or somebody else catches them already.
+/// The operating system refuses.
+#[cfg(unix)]
 pub fn install() -> Result<()> {
-    #[cfg(unix)]
-    {
-        // With a handler, whatever it does, the write that went too far says so itself (setrlimit(2)).
-        let seen = std::sync::Arc::new(AtomicBool::new(false));
-        signal_hook::flag::register(signal_hook::consts::SIGXFSZ, seen)
-            .map_err(|error| Error::failed(format!("SIGXFSZ cannot be caught: {error}")))?;
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
+
+    let refused = |error: std::io::Error| Error::failed(format!("signals cannot be caught: {error}"));
+    // With a handler, whatever it does, the write that went too far says so itself (setrlimit(2)).
+    signal_hook::flag::register(SIGXFSZ, std::sync::Arc::default()).map_err(refused)?;
+    let mut signals = signal_hook::iterator::Signals::new([SIGHUP, SIGINT, SIGTERM]).map_err(refused)?;
+    let watch = move || signals.forever().for_each(|_| end());
+    std::thread::Builder::new().name("signals".to_owned()).spawn(watch).map_err(refused)?;
+    Ok(())
+}
+
+/// The same, where there are no signals.
+///
+/// # Errors
+/// The operating system refuses.
+#[cfg(not(unix))]
+pub fn install() -> Result<()> {
+    ctrlc::set_handler(end).map_err(|error| Error::failed(format!("Ctrl-C cannot be caught: {error}")))
+}
+
+/// What a signal asks for.
+fn end() {
+    // Whoever asks twice does not want to wait.
+    if CAUGHT.load(Ordering::Relaxed) && !STOPPED.swap(true, Ordering::Relaxed) {
+        return;
     }
-    ctrlc::set_handler(|| {
-        // Whoever asks twice does not want to wait.
-        if CAUGHT.load(Ordering::Relaxed) && !STOPPED.swap(true, Ordering::Relaxed) {
-            return;
-        }
-        let _held = temporary::remove_all();
-        std::process::exit(INTERRUPTED);
-    })
-    .map_err(|error| Error::failed(format!("Ctrl-C cannot be caught: {error}")))
+    let _held = temporary::remove_all();
+    std::process::exit(INTERRUPTED);
 }
 
 /// Set by Ctrl-C from now on, which no longer ends the process; a second one does.
