@@ -12,9 +12,4 @@ macro_rules! eprintln {
     ($($text:tt)*) => { support::output::say(format_args!($($text)*)) };
 }
 
-/// A line of [`notice`].
-macro_rules! notice {
-    ($($text:tt)*) => { support::notice::add(format_args!($($text)*)) };
-}
-
 pub mod cli;

@@ -12,6 +12,7 @@ use fit::pgd::{self, Settings};
 use logs::robot::Robot;
 use model::coefficients::ModelKind;
 use model_core::eq18::REGRESSORS;
+use support::context::Context;
 
 /// Rows of the short log.
 const FEW: usize = 10_000;
@@ -44,13 +45,13 @@ pub(crate) fn compare(log: &Path) -> Result<Option<String>, Box<dyn Error>> {
 }
 
 fn problem(log: &Path) -> Result<Scaled<REGRESSORS>, Box<dyn Error>> {
-    let robot = Robot::load("burger")?;
+    let robot = Robot::named("burger")?;
     let reading = Reading {
         gate: ModelKind::Eq18Published.gate(),
         cutoff_hz: Some(8.0),
         mass_kg: robot.mass_no_load_kg(),
     };
-    Ok(fit::read::<2>(&robot, &[log.to_owned()], &reading)?.gram().scaled())
+    Ok(fit::read::<2>(&Context::default(), &robot, &[log.to_owned()], &reading)?.gram().scaled())
 }
 
 fn iteration_ns(problem: &Scaled<REGRESSORS>) -> f64 {

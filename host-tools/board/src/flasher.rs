@@ -14,6 +14,7 @@ use model_core::coefficients::Coefficients;
 use model_core::effects::Cause;
 use model_core::eq18::Gate;
 use model_core::model::Model;
+use support::context::Context;
 use support::error::{Error, Result};
 
 use super::client::{Board, Client};
@@ -414,7 +415,7 @@ pub fn coefficients_image(
     robot: &Robot,
     coefficients: &Path,
     ground_adapts: bool,
-    not_usable: bool,
+    not_usable: Option<&Context>,
 ) -> Result<Vec<u8>> {
     check_wheels(robot)?;
     let taking = Taking { not_usable, ..Taking::default() };

@@ -15,8 +15,8 @@ use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::{self, Gate, REGRESSORS};
 use model_core::gyro::GyroConditioner;
 use model_core::motion::Motion;
+use support::context::Context;
 use support::error::{Error, Result};
-use support::job;
 use support::progress::FileProgress;
 
 use super::gram::Gram;
@@ -96,6 +96,7 @@ impl<const N: usize> Dataset<N> {
     /// # Errors
     /// A log that cannot be read or is not one of this robot; no usable row in any.
     pub fn read(
+        context: &Context,
         robot: &Robot,
         core: CoreRobot<f64, N>,
         files: &[PathBuf],
@@ -104,15 +105,15 @@ impl<const N: usize> Dataset<N> {
         let Some(first) = files.first() else { return Err(Error::usage("no log was given")) };
         let cutoff_hz = core.cutoff_hz;
         let mut dataset = Self::empty(core, reading.gate);
-        let mut progress = FileProgress::new(files);
+        let mut progress = FileProgress::new(context, files);
         for file in files {
-            let mut reader = SampleReader::open(file, robot)?;
-            dataset.read_log(file, &mut reader, reading.mass_kg, &mut progress)?;
+            let mut reader = SampleReader::open(context, file, robot)?;
+            dataset.read_log(context, file, &mut reader, reading.mass_kg, &mut progress)?;
             progress.done_with_file();
             let exclusions = reader.exclusions();
             dataset.excluded += exclusions.total();
             if exclusions.total() > 0 {
-                support::notice!("{}: {exclusions}", file.display());
+                context.notice(format_args!("{}: {exclusions}", file.display()));
             }
         }
         progress.finish();
@@ -145,6 +146,7 @@ impl<const N: usize> Dataset<N> {
 
     fn read_log(
         &mut self,
+        context: &Context,
         file: &Path,
         reader: &mut SampleReader<N>,
         mass_kg: f64,
@@ -163,7 +165,7 @@ impl<const N: usize> Dataset<N> {
             for Block { raw_rows, bytes } in blocks {
                 self.rows += raw_rows.len() as u64;
                 progress.at(bytes);
-                job::point();
+                context.point();
                 for raw in &raw_rows {
                     let run = first_run + raw.run as usize;
                     while self.runs.len() <= run {

@@ -2,10 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use logs::foreign;
 use logs::robot::Robot;
 use logs::standing::{Standings, Stuck};
 use logs::suspicion::{Kind, Look, Suspicion};
 use logs::{Header, MASS, POWER, SampleReader};
+use support::context::Context;
 use support::error::{Error, Result};
 
 use super::warning::Warning;
@@ -18,12 +20,18 @@ const MOST_ROWS: u64 = 360_000;
 ///
 /// # Errors
 /// A log that cannot be read or is not one of this robot; power that is 0 all the time.
-pub fn look<const N: usize>(robot: &Robot, files: &[PathBuf], mass_kg: f64) -> Result<Vec<Warning>> {
+pub fn look<const N: usize>(
+    context: &Context,
+    robot: &Robot,
+    files: &[PathBuf],
+    mass_kg: f64,
+) -> Result<Vec<Warning>> {
     let mut warnings = Vec::new();
     let mut untold = Vec::new();
     let mut tells = false;
+    foreign::prepare(context, files);
     for file in files {
-        let (suspicions, stuck, told) = look_at::<N>(robot, file)?;
+        let (suspicions, stuck, told) = look_at::<N>(context, robot, file)?;
         warnings.extend(stuck.iter().map(|stuck| {
             Warning::of_log(format!("{}: {stuck}; check the sensor, leave this stretch out", file.display()))
         }));
@@ -51,12 +59,12 @@ pub fn look<const N: usize>(robot: &Robot, files: &[PathBuf], mass_kg: f64) -> R
 ///
 /// # Errors
 /// Says how masses are given (wrong usage); a log that cannot be read.
-pub fn check_masses(robot: &Robot, files: &[PathBuf]) -> Result<()> {
+pub fn check_masses(context: &Context, robot: &Robot, files: &[PathBuf]) -> Result<()> {
     if files.len() < 2 {
         return Ok(());
     }
     for file in files {
-        if robot.log_units().mass_of(file).is_some() || Header::open(file)?.has(MASS) {
+        if robot.log_units().mass_of(file).is_some() || Header::open(context, file)?.has(MASS) {
             return Ok(());
         }
     }
@@ -70,8 +78,12 @@ pub fn check_masses(robot: &Robot, files: &[PathBuf]) -> Result<()> {
 }
 
 /// What there is to doubt of a log, what stands still in it, and whether it tells masses.
-fn look_at<const N: usize>(robot: &Robot, file: &Path) -> Result<(Vec<Suspicion>, Vec<Stuck>, bool)> {
-    let mut reader = SampleReader::<N>::open(file, robot)?;
+fn look_at<const N: usize>(
+    context: &Context,
+    robot: &Robot,
+    file: &Path,
+) -> Result<(Vec<Suspicion>, Vec<Stuck>, bool)> {
+    let mut reader = SampleReader::<N>::open(context, file, robot)?;
     let gap = logs::MIN_GAP_FACTOR * reader.period_s();
     let mut look = Look::new(robot);
     let mut standings = Standings::new(robot, N);

@@ -2,6 +2,7 @@
 //!
 //! Its face: [`fit`], from files to coefficients with standard errors and a verdict on every parameter;
 //! [`run_gram`], all that a fit needs to know of a run, as sums that add up.
+#![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod assess;
 mod cutoff;
@@ -24,6 +25,7 @@ pub mod warning;
 use std::path::PathBuf;
 use std::time::Instant;
 
+use logs::foreign;
 use logs::robot::Robot;
 use model_core::coefficients::{Coefficients, Robot as CoreRobot};
 use model_core::effects::Columns;
@@ -32,6 +34,7 @@ use model_core::model::Model;
 use model_core::payload::Noise;
 use nalgebra::DVector;
 use serde::Serialize;
+use support::context::Context;
 use support::error::{Error, Result};
 use support::metrics::Quality;
 
@@ -92,24 +95,35 @@ pub struct Fit<const N: usize> {
     pub judged: Vec<Judged>,
 }
 
-/// Reads the logs and fits the model, the signed one with those of the terms that the logs ask for, and held against so many random
-/// starts on its own cost.
+/// What a fit is asked for.
+#[derive(Debug, Clone, Copy)]
+pub struct Request<'a> {
+    /// Logs with known payload.
+    pub files: &'a [PathBuf],
+    /// Total mass of logs that do not tell it, kg.
+    pub mass_kg: f64,
+    /// Which model.
+    pub kind: ModelKind,
+    /// Further terms of the signed model that the logs may ask for.
+    pub terms: &'a [Term],
+    /// Which method.
+    pub method: Method,
+    /// Of Algorithm 1.
+    pub pgd: &'a pgd::Settings,
+    /// So many random starts are held against the fit on its own cost.
+    pub random_starts: u32,
+}
+
+/// Reads the logs and fits the model, the signed one with those of the terms that the logs ask for.
 ///
 /// # Errors
 /// As [`read`] and [`fit`].
-pub fn fit_logs<const N: usize>(
-    robot: &Robot,
-    files: &[PathBuf],
-    mass_kg: f64,
-    (kind, terms): (ModelKind, &[Term]),
-    method: Method,
-    pgd: &pgd::Settings,
-    random_starts: u32,
-) -> Result<Fit<N>> {
+pub fn fit_logs<const N: usize>(context: &Context, robot: &Robot, request: &Request<'_>) -> Result<Fit<N>> {
+    let Request { files, mass_kg, kind, terms, method, pgd, random_starts } = *request;
     let reading = Reading { gate: kind.gate(), cutoff_hz: None, mass_kg };
     let mut terms = terms.to_vec();
     let (dataset, judged, fitted) = loop {
-        let (dataset, judged) = read_choosing::<N>(robot, files, &reading, &terms)?;
+        let (dataset, judged) = read_choosing::<N>(context, robot, files, &reading, &terms)?;
         let fitted = fit(robot, &dataset, kind, method, pgd)?;
         // What no board takes is no robot's: a term that ends so explains chance, and the form
         // without it is asked.
@@ -133,8 +147,13 @@ pub fn fit_logs<const N: usize>(
 ///
 /// # Errors
 /// As [`Dataset::read`].
-pub fn read<const N: usize>(robot: &Robot, files: &[PathBuf], reading: &Reading) -> Result<Dataset<N>> {
-    Ok(read_choosing(robot, files, reading, &form::TERMS)?.0)
+pub fn read<const N: usize>(
+    context: &Context,
+    robot: &Robot,
+    files: &[PathBuf],
+    reading: &Reading,
+) -> Result<Dataset<N>> {
+    Ok(read_choosing(context, robot, files, reading, &form::TERMS)?.0)
 }
 
 /// As [`read`], with what the first rows said of each of these further terms of the signed model; other models have none.
@@ -142,6 +161,7 @@ pub fn read<const N: usize>(robot: &Robot, files: &[PathBuf], reading: &Reading)
 /// # Errors
 /// As [`read`].
 pub fn read_choosing<const N: usize>(
+    context: &Context,
     robot: &Robot,
     files: &[PathBuf],
     reading: &Reading,
@@ -150,7 +170,8 @@ pub fn read_choosing<const N: usize>(
     if files.is_empty() {
         return Err(Error::usage("no log was given"));
     }
-    let pilots = Pilots::<N>::read(robot, files, reading.mass_kg)?;
+    foreign::prepare(context, files);
+    let pilots = Pilots::<N>::read(context, robot, files, reading.mass_kg)?;
     let given = reading.cutoff_hz.or(robot.filter_cutoff_hz());
     let terms = if reading.gate == Gate::Signed { terms } else { &[] };
     let (cutoff_hz, choice) = match given {
@@ -159,7 +180,7 @@ pub fn read_choosing<const N: usize>(
     };
     let mut core = robot.core(cutoff_hz)?;
     core.conditioning = choice.form.conditioning;
-    let mut dataset = Dataset::read(robot, core, files, reading)?;
+    let mut dataset = Dataset::read(context, robot, core, files, reading)?;
     dataset.unequal_sides = choice.form.unequal_sides;
     Ok((dataset, choice.judged))
 }
@@ -168,10 +189,18 @@ pub fn read_choosing<const N: usize>(
 ///
 /// # Errors
 /// A log that cannot be read.
-pub fn choose_cutoff<const N: usize>(robot: &Robot, files: &[PathBuf], mass_kg: f64) -> Result<f64> {
+pub fn choose_cutoff<const N: usize>(
+    context: &Context,
+    robot: &Robot,
+    files: &[PathBuf],
+    mass_kg: f64,
+) -> Result<f64> {
     match robot.filter_cutoff_hz() {
         Some(given) => Ok(given),
-        None => Ok(cutoff::by_the_data(robot, &Pilots::<N>::read(robot, files, mass_kg)?, &form::TERMS)?.0),
+        None => {
+            Ok(cutoff::by_the_data(robot, &Pilots::<N>::read(context, robot, files, mass_kg)?, &form::TERMS)?
+                .0)
+        }
     }
 }
 
@@ -180,6 +209,7 @@ pub fn choose_cutoff<const N: usize>(robot: &Robot, files: &[PathBuf], mass_kg: 
 /// # Errors
 /// A log that cannot be read.
 pub fn choose_form<const N: usize>(
+    context: &Context,
     robot: &Robot,
     core: &CoreRobot<f64, N>,
     terms: &[Term],
@@ -187,7 +217,7 @@ pub fn choose_form<const N: usize>(
     mass_kg: f64,
     held_out: &(dyn Fn(f64) -> bool + Sync),
 ) -> Result<Form> {
-    let pilots = Pilots::<N>::read(robot, files, mass_kg)?;
+    let pilots = Pilots::<N>::read(context, robot, files, mass_kg)?;
     Ok(form::choose(robot, core, terms, &pilots, held_out).form)
 }
 
@@ -196,13 +226,14 @@ pub fn choose_form<const N: usize>(
 /// # Errors
 /// A log that cannot be read.
 pub fn lacking<const N: usize>(
+    context: &Context,
     robot: &Robot,
     core: &CoreRobot<f64, N>,
     terms: &[Term],
     files: &[PathBuf],
     mass_kg: f64,
 ) -> Result<Vec<Judged>> {
-    let pilots = Pilots::<N>::read(robot, files, mass_kg)?;
+    let pilots = Pilots::<N>::read(context, robot, files, mass_kg)?;
     let judged = form::choose(robot, core, terms, &pilots, &|_| false).judged;
     Ok(judged.into_iter().filter(|judged| judged.taken).collect())
 }

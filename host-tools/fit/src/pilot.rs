@@ -6,6 +6,7 @@ use logs::robot::Robot;
 use logs::{RawRow, SampleReader};
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::gyro::GyroConditioner;
+use support::context::Context;
 use support::error::Result;
 
 use super::dataset::{Row, condition};
@@ -31,11 +32,11 @@ struct Pilot<const N: usize> {
 impl<const N: usize> Pilots<N> {
     /// # Errors
     /// A log that cannot be read.
-    pub(super) fn read(robot: &Robot, files: &[PathBuf], mass_kg: f64) -> Result<Self> {
+    pub(super) fn read(context: &Context, robot: &Robot, files: &[PathBuf], mass_kg: f64) -> Result<Self> {
         let share = MOST_ROWS / files.len().max(1);
         let mut logs = Vec::new();
         for file in files {
-            let mut reader = SampleReader::<N>::open(file, robot)?;
+            let mut reader = SampleReader::<N>::open(context, file, robot)?;
             let mut rows = Vec::new();
             while rows.len() < share
                 && let Some(row) = reader.next_row()?

@@ -1,4 +1,5 @@
 //! Many robots over many days: every log read once into its sums ([`fit::run_gram`]), what they say of each robot, and since when.
+#![deny(clippy::print_stderr, clippy::print_stdout)]
 
 mod abstain;
 mod base;

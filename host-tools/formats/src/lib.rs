@@ -12,6 +12,7 @@
 //!
 //! A [`Bag`], one file or the [`folder`] of a split recording, has topics whose messages arrive one by one; [`merge`](mod@merge) makes rows of them on the clock of one topic. A [`table`] has rows
 //! already. Everything is read as a stream: memory does not grow with the file. Nothing here knows what the numbers mean.
+#![deny(clippy::print_stderr, clippy::print_stdout)]
 
 mod bag;
 mod cdr;

@@ -10,6 +10,7 @@ use model::effects::written::Written;
 use model_core::payload::{Noise, huber};
 use nalgebra::{DMatrix, DVector};
 use numerics::robust::{NORMAL_95, median, quantile, scale_of_sizes};
+use support::context::Context;
 use support::error::{Error, Result};
 
 use super::report::Report;
@@ -22,6 +23,7 @@ use super::twin::{State, Twin};
 /// # Errors
 /// The file cannot be written; the effects are more than a board holds.
 pub fn write<const N: usize>(
+    context: &Context,
     runs: &Runs<N>,
     report: &Report,
     base: &CoefficientsFile<N>,
@@ -34,18 +36,18 @@ pub fn write<const N: usize>(
         .collect();
     let kept: Vec<bool> = written.iter().map(std::result::Result::is_ok).collect();
     for why in written.iter().filter_map(|effect| effect.as_ref().err()) {
-        support::notice!("{why}");
+        context.notice(why);
     }
     if !kept.contains(&true) {
-        support::notice!("{}: not written: no effect is to be added", out.display());
+        context.notice(format_args!("{}: not written: no effect is to be added", out.display()));
         return Ok(());
     }
     if !report.ambiguous_with.is_empty() {
-        support::notice!(
+        context.notice(format_args!(
             "{}: its effects cannot be told from {}: power is predicted as well with either, the cause is open",
             out.display(),
             report.ambiguous_with.join(", ")
-        );
+        ));
     }
     let extended =
         base.clone().with_torque(&report.state.torque).with_effects(written.into_iter().flatten().collect());

@@ -51,7 +51,7 @@ mod tests {
     use crate::types::{Round, Scored, Status};
 
     fn runs(masses: [f64; 2]) -> Runs<2> {
-        let core = Robot::load("burger").unwrap().core::<2>(2.0).unwrap();
+        let core = Robot::named("burger").unwrap().core::<2>(2.0).unwrap();
         let raw = masses.map(|mass| {
             let sample = Sample { wheel_speed: [3.0, 2.0], wheel_acceleration: None, power: 1.0 };
             let rows = (0..400).map(|i| (0.05 * f64::from(i), sample, mass, Vec::new())).collect();

@@ -2,6 +2,7 @@
 //!
 //! Arrows go one way: [`types`] → [`problem`] (what is asked of which runs) → [`detect`] → [`name`] →
 //! [`confirm`] → [`report`]. Its face: [`investigate`], which walks them.
+#![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod bench;
 mod calibrate;

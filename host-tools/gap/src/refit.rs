@@ -6,6 +6,7 @@ use fit::form::{Judged, TERMS, Term};
 use fit::lacking;
 use logs::robot::Robot;
 use model_core::coefficients::Robot as CoreRobot;
+use support::context::Context;
 use support::error::Result;
 
 use super::report::Report;
@@ -17,6 +18,7 @@ use super::types::{Base, Verdict};
 /// # Errors
 /// A log that cannot be read.
 pub fn asked_for<const N: usize>(
+    context: &Context,
     robot: &Robot,
     core: &CoreRobot<f64, N>,
     base: &Base,
@@ -30,7 +32,7 @@ pub fn asked_for<const N: usize>(
     let has_sides = base.torque.imbalance != 0.0;
     let terms: Vec<Term> =
         TERMS.into_iter().filter(|term| *term != Term::UnequalSides || !has_sides).collect();
-    lacking(robot, core, &terms, clean_logs, mass_kg)
+    lacking(context, robot, core, &terms, clean_logs, mass_kg)
 }
 
 impl Report {

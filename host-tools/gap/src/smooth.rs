@@ -163,7 +163,7 @@ mod tests {
     /// The motors' current is the power over the battery's 12 V; an arm draws when it likes; the light has nothing to do with either.
     #[test]
     fn a_current_that_follows_the_power_is_no_cause() {
-        let core = Robot::load("burger").unwrap().core::<2>(2.0).unwrap();
+        let core = Robot::named("burger").unwrap().core::<2>(2.0).unwrap();
         let rows = (0..600).map(|i| {
             let time = 0.05 * f64::from(i);
             let power = 1.0 + (0.9 * time).sin();

@@ -5,6 +5,7 @@ use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use model_core::effects::GRAVITY;
+use support::context::Context;
 use support::error::{Error, Result};
 
 use super::POWER;
@@ -97,7 +98,7 @@ fn is_same(one: &Path, other: &Path) -> Result<bool> {
 ///
 /// # Errors
 /// A run whose power is far from what moving the robot can take.
-pub fn check_power<const N: usize>(runs: &Runs<N>) -> Result<()> {
+pub fn check_power<const N: usize>(context: &Context, runs: &Runs<N>) -> Result<()> {
     let mut moves = false;
     for run in &runs.runs {
         let Some((ratio, power)) = transport(runs, run) else { continue };
@@ -111,7 +112,7 @@ pub fn check_power<const N: usize>(runs: &Runs<N>) -> Result<()> {
         }
     }
     if !moves {
-        support::notice!("the robot moves in none of these runs: effects of motion cannot be seen");
+        context.notice("the robot moves in none of these runs: effects of motion cannot be seen");
     }
     Ok(())
 }

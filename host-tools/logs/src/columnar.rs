@@ -2,12 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use log_formats::table::Columns;
 pub use log_formats::table::Values;
+use support::context::Context;
 use support::error::{Error, Result};
-use support::job;
 
-use super::foreign;
+use super::foreign::{self, Rows};
 
 /// Columns of equal length in memory, by name.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,13 +50,14 @@ fn length(values: &Values) -> usize {
 }
 
 enum From {
-    File(Columns),
+    Rows(Rows),
     /// Handed out at once.
     Memory(Option<Vec<Values>>),
 }
 
 /// Reads rows one by one.
 pub(super) struct Columnar {
+    context: Context,
     path: PathBuf,
     from: From,
     /// Some of the next rows.
@@ -72,23 +72,45 @@ pub(super) struct Columnar {
 
 impl Columnar {
     /// Of a file, with its columns' names.
-    pub(super) fn of_file(path: &Path, columns: Columns) -> (Self, Vec<String>) {
-        let names = columns.names().to_vec();
-        let total = columns.rows();
+    pub(super) fn of_file(context: &Context, path: &Path, rows: Rows) -> (Self, Vec<String>) {
+        let (names, total) = match &rows {
+            Rows::File(columns) => (columns.names().to_vec(), columns.rows()),
+            Rows::Spool(spool) => (spool.names().to_vec(), spool.rows()),
+        };
         let size = std::fs::metadata(path).ok().map(|found| found.len());
-        (Self::new(path, From::File(columns), names.len(), total, size), names)
+        (Self::new(context, path, From::Rows(rows), names.len(), total, size), names)
     }
 
     /// Of memory, with its columns' names; `name` is what errors call it.
-    pub(super) fn of_table(name: &Path, table: Table) -> (Self, Vec<String>) {
+    pub(super) fn of_table(context: &Context, name: &Path, table: Table) -> (Self, Vec<String>) {
         let total = table.rows() as u64;
         let size = Some(8 * total * table.values.len() as u64);
-        (Self::new(name, From::Memory(Some(table.values)), table.names.len(), total, size), table.names)
+        (
+            Self::new(context, name, From::Memory(Some(table.values)), table.names.len(), total, size),
+            table.names,
+        )
     }
 
-    fn new(path: &Path, from: From, columns: usize, total: u64, size: Option<u64>) -> Self {
+    fn new(
+        context: &Context,
+        path: &Path,
+        from: From,
+        columns: usize,
+        total: u64,
+        size: Option<u64>,
+    ) -> Self {
         let batch = vec![Values::Unread; columns];
-        Self { path: path.to_owned(), from, batch, count: 0, next: 0, rows: 0, size, total }
+        Self {
+            context: context.clone(),
+            path: path.to_owned(),
+            from,
+            batch,
+            count: 0,
+            next: 0,
+            rows: 0,
+            size,
+            total,
+        }
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -108,7 +130,7 @@ impl Columnar {
 
     /// Only these columns are read.
     pub(super) fn only(&mut self, is_wanted: &[bool]) {
-        if let From::File(columns) = &mut self.from {
+        if let From::Rows(Rows::File(columns)) = &mut self.from {
             columns.only(is_wanted);
         }
     }
@@ -128,11 +150,14 @@ impl Columnar {
     }
 
     fn refill(&mut self) -> Result<()> {
-        job::point();
+        self.context.point();
         self.next = 0;
         self.count = match &mut self.from {
-            From::File(columns) => {
+            From::Rows(Rows::File(columns)) => {
                 columns.next(&mut self.batch).map_err(|error| foreign::wrong(error).in_file(&self.path))?
+            }
+            From::Rows(Rows::Spool(spool)) => {
+                spool.read(self.rows, &mut self.batch).map_err(|error| Error::io(&self.path, &error))?
             }
             From::Memory(values) => match values.take() {
                 Some(values) => {

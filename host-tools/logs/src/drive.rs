@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::path::Path;
 
+use support::context::Context;
 use support::error::{Error, Result};
 
 use super::exclusions::Exclusions;
@@ -111,16 +112,21 @@ impl<const N: usize> DriveReader<N> {
     ///
     /// # Panics
     /// If `N` is not the number of wheels of the robot.
-    pub fn open(path: impl AsRef<Path>, robot: &Robot) -> Result<Self> {
-        Self::open_with(path, robot, &[])
+    pub fn open(context: &Context, path: impl AsRef<Path>, robot: &Robot) -> Result<Self> {
+        Self::open_with(context, path, robot, &[])
     }
 
     /// As [`open`](Self::open), with further columns (candidate drivers), handed out by [`extras`](Self::extras).
     ///
     /// # Errors
     /// As [`open`](Self::open); an extra column is missing.
-    pub fn open_with(path: impl AsRef<Path>, robot: &Robot, extra: &[&str]) -> Result<Self> {
-        Self::of(Header::open(path)?, robot, extra)
+    pub fn open_with(
+        context: &Context,
+        path: impl AsRef<Path>,
+        robot: &Robot,
+        extra: &[&str],
+    ) -> Result<Self> {
+        Self::of(Header::open(context, path)?, robot, extra)
     }
 
     /// Of an opened log.

@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 use std::path::Path;
 
+use support::context::Context;
 use support::error::{Error, Result};
 
 use super::columnar::{Columnar, Table};
@@ -27,11 +28,11 @@ impl Header {
     /// # Errors
     /// The file does not exist or is a folder, is empty, is no UTF-8 text, has no comma-separated header or names a
     /// column twice.
-    pub fn open(path: impl AsRef<Path>) -> Result<Self> {
-        if let Some(columns) = foreign::columns(path.as_ref())? {
-            return Self::of_columns(Columnar::of_file(path.as_ref(), columns));
+    pub fn open(context: &Context, path: impl AsRef<Path>) -> Result<Self> {
+        if let Some(rows) = foreign::open(context, path.as_ref())? {
+            return Self::of_columns(Columnar::of_file(context, path.as_ref(), rows));
         }
-        let mut source = Source::open(path.as_ref())?;
+        let mut source = Source::open(context, path.as_ref())?;
         let columns = match source.next_line()? {
             Line::End => {
                 Err(Error::failed("is empty; expected a run log: a CSV header and at least two rows"))
@@ -51,8 +52,8 @@ impl Header {
     ///
     /// # Errors
     /// A column is there twice.
-    pub fn of_table(name: impl AsRef<Path>, table: Table) -> Result<Self> {
-        Self::of_columns(Columnar::of_table(name.as_ref(), table))
+    pub fn of_table(context: &Context, name: impl AsRef<Path>, table: Table) -> Result<Self> {
+        Self::of_columns(Columnar::of_table(context, name.as_ref(), table))
     }
 
     fn of_columns((columnar, columns): (Columnar, Vec<String>)) -> Result<Self> {

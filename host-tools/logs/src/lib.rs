@@ -4,6 +4,7 @@
 //! logs whole and filtered. [`Header`] and [`LogReader`] know files, lines and columns; [`DriveReader`] wheels,
 //! power, payload, runs and gaps; [`SampleReader`] what an estimator takes, without static power. Bags and tables
 //! become such rows in [`foreign`]; [`suspicion`] asks whether a log is what its columns say.
+#![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod checks;
 mod columnar;

@@ -3,12 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use model_core::estimator::Sample;
+use support::context::Context;
 use support::error::Result;
 use support::printable;
 
 use super::masses::check_mass;
 use super::table::numbers_in_first_row;
-use super::{Header, MASS, POWER, RUN, SIM, SampleReader, TIME, YAW_RATE, acceleration_column, speed_column};
+use super::{
+    Header, MASS, POWER, RUN, SIM, SampleReader, TIME, YAW_RATE, acceleration_column, foreign, speed_column,
+};
 use crate::robot::Robot;
 
 /// A run as recorded.
@@ -29,28 +32,31 @@ pub struct RawRun<const N: usize> {
 /// # Errors
 /// A log that cannot be read or is not one of this robot.
 pub(super) fn read<const N: usize>(
+    context: &Context,
     robot: &Robot,
     files: &[PathBuf],
     mass_kg: f64,
     powers: &[String],
 ) -> Result<Vec<RawRun<N>>> {
     let mut raw = Vec::new();
+    foreign::prepare(context, files);
     for file in files {
-        raw.extend(read_log::<N>(robot, file, mass_kg, powers)?);
+        raw.extend(read_log::<N>(context, robot, file, mass_kg, powers)?);
     }
     Ok(raw)
 }
 
 /// Reads a log whole: its runs as recorded, static power taken off.
 fn read_log<const N: usize>(
+    context: &Context,
     robot: &Robot,
     file: &Path,
     mass_kg: f64,
     powers: &[String],
 ) -> Result<Vec<RawRun<N>>> {
-    let columns = further_columns::<N>(file, powers)?;
+    let columns = further_columns::<N>(context, file, powers)?;
     let names: Vec<&str> = columns.iter().map(String::as_str).collect();
-    let mut reader = SampleReader::<N>::open_with(file, robot, &names)?;
+    let mut reader = SampleReader::<N>::open_with(context, file, robot, &names)?;
     let yaw_rate = columns.iter().position(|name| name == YAW_RATE);
     let mut runs: Vec<RawRun<N>> = Vec::new();
     while let Some(row) = reader.next_row()? {
@@ -71,7 +77,7 @@ fn read_log<const N: usize>(
     }
     let excluded = reader.exclusions();
     if excluded.total() > 0 {
-        support::notice!("{}: {excluded}", file.display());
+        context.notice(format_args!("{}: {excluded}", file.display()));
     }
     let several = runs.len() > 1;
     for (run, name) in runs.iter_mut().zip(0..) {
@@ -90,8 +96,8 @@ const BOARD: &str = "board_";
 
 /// Columns beyond those of a drive that hold numbers. Powers (`…_w`) are left out, but for those asked for: they are what is to be
 /// explained; and what a board made of them, its mass above all: a gap moves it. What a simulator says explains nothing either.
-fn further_columns<const N: usize>(file: &Path, powers: &[String]) -> Result<Vec<String>> {
-    let header = Header::open(file)?;
+fn further_columns<const N: usize>(context: &Context, file: &Path, powers: &[String]) -> Result<Vec<String>> {
+    let header = Header::open(context, file)?;
     let known = |name: &str| {
         [TIME, POWER, MASS, RUN, ""].contains(&name)
             || (name.ends_with("_w") && !powers.iter().any(|power| power == name))
@@ -99,7 +105,7 @@ fn further_columns<const N: usize>(file: &Path, powers: &[String]) -> Result<Vec
             || name.starts_with(SIM)
             || (0..N).any(|wheel| name == speed_column(wheel) || name == acceleration_column(wheel))
     };
-    let numbers = numbers_in_first_row(file)?;
+    let numbers = numbers_in_first_row(context, file)?;
     let columns = header.columns().iter().enumerate();
     let wanted =
         columns.filter(|(place, name)| !known(name) && numbers.get(*place).copied().unwrap_or(false));

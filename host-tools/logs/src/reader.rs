@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use support::context::Context;
 use support::error::{Error, Result};
 
 use super::columnar::{Columnar, Values};
@@ -112,8 +113,8 @@ impl LogReader {
     ///
     /// # Errors
     /// As [`Header::open`] and [`Header::read`].
-    pub fn open(path: impl AsRef<Path>, requests: &[ColumnRequest]) -> Result<Self> {
-        Header::open(path)?.read(requests)
+    pub fn open(context: &Context, path: impl AsRef<Path>, requests: &[ColumnRequest]) -> Result<Self> {
+        Header::open(context, path)?.read(requests)
     }
 
     pub(super) fn new(from: From, columns: Vec<String>, requests: &[ColumnRequest]) -> Result<Self> {

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::effects::Layout;
+use support::context::Context;
 use support::error::{Error, Result};
 
 use super::conditioned;
@@ -51,8 +52,14 @@ impl<const N: usize> Runs<N> {
     ///
     /// # Errors
     /// A log that cannot be read or is not one of this robot; runs of different sample rates; a run too short for the filter.
-    pub fn read(robot: &Robot, core: &CoreRobot<f64, N>, files: &[PathBuf], mass_kg: f64) -> Result<Self> {
-        Self::read_with(robot, core, files, mass_kg, &[])
+    pub fn read(
+        context: &Context,
+        robot: &Robot,
+        core: &CoreRobot<f64, N>,
+        files: &[PathBuf],
+        mass_kg: f64,
+    ) -> Result<Self> {
+        Self::read_with(context, robot, core, files, mass_kg, &[])
     }
 
     /// As [`read`](Self::read), with further columns that are powers (`…_w`), where a log has them.
@@ -60,21 +67,28 @@ impl<const N: usize> Runs<N> {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn read_with(
+        context: &Context,
         robot: &Robot,
         core: &CoreRobot<f64, N>,
         files: &[PathBuf],
         mass_kg: f64,
         powers: &[String],
     ) -> Result<Self> {
-        Self::condition(core, Self::raw(robot, files, mass_kg, powers)?)
+        Self::condition(core, Self::raw(context, robot, files, mass_kg, powers)?)
     }
 
     /// The logs as recorded, before any filter.
     ///
     /// # Errors
     /// A log that cannot be read or is not one of this robot.
-    pub fn raw(robot: &Robot, files: &[PathBuf], mass_kg: f64, powers: &[String]) -> Result<Vec<RawRun<N>>> {
-        raw::read(robot, files, mass_kg, powers)
+    pub fn raw(
+        context: &Context,
+        robot: &Robot,
+        files: &[PathBuf],
+        mass_kg: f64,
+        powers: &[String],
+    ) -> Result<Vec<RawRun<N>>> {
+        raw::read(context, robot, files, mass_kg, powers)
     }
 
     /// Conditions runs as recorded.
@@ -175,7 +189,7 @@ mod tests {
     use super::*;
 
     fn runs(columns: &[&str]) -> Runs<2> {
-        let core = Robot::load("burger").unwrap().core::<2>(2.0).unwrap();
+        let core = Robot::named("burger").unwrap().core::<2>(2.0).unwrap();
         let sample = |i: usize| Sample {
             wheel_speed: [3.0 + (0.05 * i as f64).sin(), 2.0],
             wheel_acceleration: None,

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use model_core::estimator::{GAP_PERIODS, Sample};
+use support::context::Context;
 use support::error::{Error, Result};
 
 use super::drive::DriveReader;
@@ -44,16 +45,21 @@ impl<const N: usize> SampleReader<N> {
     ///
     /// # Errors
     /// As [`DriveReader::open`].
-    pub fn open(path: impl AsRef<Path>, robot: &Robot) -> Result<Self> {
-        Self::open_with(path, robot, &[])
+    pub fn open(context: &Context, path: impl AsRef<Path>, robot: &Robot) -> Result<Self> {
+        Self::open_with(context, path, robot, &[])
     }
 
     /// As [`open`](Self::open), with further columns, handed out by [`extras`](Self::extras).
     ///
     /// # Errors
     /// As [`DriveReader::open_with`].
-    pub fn open_with(path: impl AsRef<Path>, robot: &Robot, columns: &[&str]) -> Result<Self> {
-        Self::of(Header::open(path)?, robot, columns)
+    pub fn open_with(
+        context: &Context,
+        path: impl AsRef<Path>,
+        robot: &Robot,
+        columns: &[&str],
+    ) -> Result<Self> {
+        Self::of(Header::open(context, path)?, robot, columns)
     }
 
     /// Of an opened log.

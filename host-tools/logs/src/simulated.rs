@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use support::context::Context;
 use support::error::{Error, Result};
 
 use super::{Header, POWER, SIM_POWER, sim_torque_column};
@@ -42,8 +43,8 @@ impl Torques {
 }
 
 /// Which of a simulator's columns a log has.
-fn columns_of(file: &Path, wheels: usize) -> Result<Option<PowerSource>> {
-    let header = Header::open(file)?;
+fn columns_of(context: &Context, file: &Path, wheels: usize) -> Result<Option<PowerSource>> {
+    let header = Header::open(context, file)?;
     let has_torques = (0..wheels).all(|wheel| header.has(&sim_torque_column(wheel)));
     Ok(if header.has(SIM_POWER) {
         Some(PowerSource::Simulated)
@@ -58,11 +59,11 @@ fn columns_of(file: &Path, wheels: usize) -> Result<Option<PowerSource>> {
 ///
 /// # Errors
 /// A log that cannot be read; logs that differ in it.
-pub fn beside(files: &[PathBuf], wheels: usize) -> Result<Option<PowerSource>> {
+pub fn beside(context: &Context, files: &[PathBuf], wheels: usize) -> Result<Option<PowerSource>> {
     let Some(first) = files.first() else { return Ok(None) };
-    let expected = columns_of(first, wheels)?;
+    let expected = columns_of(context, first, wheels)?;
     for file in files {
-        if columns_of(file, wheels)? != expected {
+        if columns_of(context, file, wheels)? != expected {
             let message = format!(
                 "has other columns of a simulator than {}; expected {SIM_POWER}, or {} and so on, in all logs or in none",
                 first.display(),
@@ -78,12 +79,12 @@ pub fn beside(files: &[PathBuf], wheels: usize) -> Result<Option<PowerSource>> {
 ///
 /// # Errors
 /// A log that cannot be read, or has none of them; logs that differ in it.
-pub fn of_simulator(files: &[PathBuf], wheels: usize) -> Result<PowerSource> {
-    if let Some(source) = beside(files, wheels)? {
+pub fn of_simulator(context: &Context, files: &[PathBuf], wheels: usize) -> Result<PowerSource> {
+    if let Some(source) = beside(context, files, wheels)? {
         return Ok(source);
     }
     for file in files {
-        if !Header::open(file)?.has(POWER) {
+        if !Header::open(context, file)?.has(POWER) {
             let message = format!(
                 "no power; expected {POWER} or {SIM_POWER}, W, or {} and so on, N·m, of all wheels",
                 sim_torque_column(0)

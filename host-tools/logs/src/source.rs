@@ -3,11 +3,9 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use support::context::Context;
 use support::error::{Error, Result};
 use support::input::Input;
-use support::job;
-
-use super::foreign;
 
 /// Bytes read at once, and the longest line accepted.
 const BUFFER: usize = 1 << 20;
@@ -30,6 +28,7 @@ pub(super) fn carriage_returns() -> Error {
 }
 
 pub(super) struct Source {
+    context: Context,
     path: PathBuf,
     file: Input,
     size: Option<u64>,
@@ -42,8 +41,8 @@ pub(super) struct Source {
 }
 
 impl Source {
-    pub(super) fn open(path: &Path) -> Result<Self> {
-        let file = foreign::open(path)?;
+    pub(super) fn open(context: &Context, path: &Path) -> Result<Self> {
+        let file = Input::open(context, path)?;
         let metadata = file.metadata();
         if metadata.is_dir() && !log_formats::folder::is_bag(path) {
             return Err(Error::failed(
@@ -53,6 +52,7 @@ impl Source {
         }
         let size = file.size();
         Ok(Self {
+            context: context.clone(),
             path: path.to_owned(),
             file,
             size,
@@ -124,7 +124,7 @@ impl Source {
     }
 
     fn refill(&mut self) -> Result<()> {
-        job::point();
+        self.context.point();
         self.buffer.copy_within(self.start..self.end, 0);
         self.end -= self.start;
         self.start = 0;

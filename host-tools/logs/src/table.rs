@@ -1,23 +1,44 @@
 //! A log as a table: every column of numbers, and the runs' names, whatever format it came in.
 
-use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use log_formats::table::Cell;
+use support::context::Context;
 use support::error::Result;
 
+use super::columnar::Values;
+use super::header::From;
 use super::reader::{ColumnRequest, LogReader, Role};
-use super::{Header, RUN, TIME, foreign, scan};
+use super::source::Line;
+use super::{Header, RUN, TIME, scan};
 
 /// Which fields of a log's first row are numbers or empty; none where there is no row.
 ///
 /// # Errors
 /// The log cannot be opened.
-pub(super) fn numbers_in_first_row(path: &Path) -> Result<Vec<bool>> {
-    let first = BufReader::new(foreign::open(path)?).split(b'\n').nth(1);
-    let Some(Ok(first)) = first else { return Ok(Vec::new()) };
+pub(super) fn numbers_in_first_row(context: &Context, path: &Path) -> Result<Vec<bool>> {
     let is_number = |field: &[u8]| field.is_empty() || fast_float2::parse::<f64, _>(field).is_ok();
-    Ok(scan::Fields::new(&first).map(|field| is_number(&scan::unquote(field))).collect())
+    let is_text_of_number =
+        |text: &Option<String>| text.as_ref().is_none_or(|text| is_number(text.as_bytes()));
+    match Header::open(context, path)? {
+        Header { from: From::Text(mut source), .. } => Ok(match source.next_line() {
+            Ok(Line::Whole(start, end) | Line::Cut(start, end)) => {
+                scan::Fields::new(source.bytes(start, end))
+                    .map(|field| is_number(&scan::unquote(field)))
+                    .collect()
+            }
+            Ok(Line::End) | Err(_) => Vec::new(),
+        }),
+        Header { from: From::Columns(mut columnar), columns } => Ok(match columnar.advance() {
+            Ok(Some(place)) => (0..columns.len())
+                .map(|column| match columnar.values(column) {
+                    Values::Texts(texts) => is_text_of_number(&texts[place]),
+                    Values::Numbers(_) | Values::Unread => true,
+                })
+                .collect(),
+            Ok(None) | Err(_) => Vec::new(),
+        }),
+    }
 }
 
 /// Rows of a log, all columns of numbers at once.
@@ -33,9 +54,9 @@ impl TableReader {
     ///
     /// # Errors
     /// As [`LogReader::open`].
-    pub fn open(path: &Path) -> Result<Self> {
-        let header = Header::open(path)?;
-        let numbers = numbers_in_first_row(path)?;
+    pub fn open(context: &Context, path: &Path) -> Result<Self> {
+        let header = Header::open(context, path)?;
+        let numbers = numbers_in_first_row(context, path)?;
         let columns = header.columns().iter().enumerate();
         let kept = columns.filter(|(place, name)| {
             !name.is_empty() && (*name == RUN || numbers.get(*place).copied().unwrap_or(true))

@@ -3,6 +3,7 @@
 //! Its face: a [`Node`] takes readings of power and messages of wheels, and gives a [`State`] at any time.
 //! Readings come from a sensor (`i2c`) or a log ([`power`], [`replay`]); states go to a DDS domain (`ros`) or a
 //! terminal.
+#![deny(clippy::print_stderr, clippy::print_stdout)]
 
 mod battery;
 mod clock;
@@ -31,6 +32,11 @@ pub trait Outlet {
     /// # Errors
     /// It cannot, and never will again: whatever passes is not an error.
     fn publish(&mut self, state: &State) -> Result<()>;
+
+    /// What is wrong where states go, said once.
+    fn trouble(&mut self) -> Option<String> {
+        None
+    }
 }
 
 /// Where messages about the wheels come from.

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use logs::robot::Robot;
 use logs::{ColumnRequest, LogReader, POWER, Role, TIME};
+use support::context::Context;
 use support::error::Result;
 
 /// Column of the voltage at the sensor, V, as `gmr record` writes it.
@@ -56,14 +57,14 @@ impl LoggedPower {
     ///
     /// # Errors
     /// It cannot be read, or has no power.
-    pub fn open(log: &Path, robot: &Robot) -> Result<Self> {
+    pub fn open(context: &Context, log: &Path, robot: &Robot) -> Result<Self> {
         let requests = [
             ColumnRequest::required(TIME, Role::Time),
             ColumnRequest::required(POWER, Role::Number),
             ColumnRequest::optional(VOLTAGE, Role::MaybeNumber),
         ];
         let scales = vec![1.0, robot.log_units().power_in_w(), 1.0];
-        let reader = LogReader::open(log, &requests)?.scaled(scales);
+        let reader = LogReader::open(context, log, &requests)?.scaled(scales);
         let mut log = Self { reader, start_s: 0.0, ahead: None };
         log.ahead = log.next()?;
         log.start_s = log.ahead.map_or(0.0, |(time, _)| time);

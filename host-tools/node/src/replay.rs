@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use logs::robot::Robot;
 use logs::{Header, SampleReader};
+use support::context::Context;
 use support::error::Result;
 
 use super::power::VOLTAGE;
@@ -20,16 +21,16 @@ const NAP: Duration = Duration::from_millis(50);
 /// # Errors
 /// The log cannot be read, does not fit the coefficients, or nobody takes the states.
 pub fn rows<const N: usize>(
+    context: &Context,
     node: &mut Node<'_, N>,
     robot: &Robot,
     log: &Path,
-    speed: Option<f64>,
-    every_s: f64,
+    (speed, every_s): (Option<f64>, f64),
     outlet: &mut dyn Outlet,
     stopped: &AtomicBool,
 ) -> Result<bool> {
-    let columns: &[&str] = if Header::open(log)?.has(VOLTAGE) { &[VOLTAGE] } else { &[] };
-    let mut reader = SampleReader::<N>::open_with(log, robot, columns)?;
+    let columns: &[&str] = if Header::open(context, log)?.has(VOLTAGE) { &[VOLTAGE] } else { &[] };
+    let mut reader = SampleReader::<N>::open_with(context, log, robot, columns)?;
     let period = reader.period_s();
     let began = Instant::now();
     // Time of the log, without what lies between its runs.

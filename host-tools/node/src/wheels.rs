@@ -91,7 +91,7 @@ mod tests {
 
     #[test]
     fn wheels_are_found_by_name_in_any_order() {
-        let burger = Wheels::<2>::of(&Robot::load("burger").unwrap());
+        let burger = Wheels::<2>::of(&Robot::named("burger").unwrap());
         let right_first = joints(&["wheel_right_joint", "arm", "wheel_left_joint"], &[2.0, 9.0, 1.0]);
         assert_eq!(burger.speeds(&right_first), Ok([1.0, 2.0]));
         // Four wheels of a robot with a column a side are averaged.
@@ -114,7 +114,7 @@ mod tests {
     /// v = r (wl + wr) / 2, ω = r (wr − wl) / b with r = 0.033 m, b = 0.16 m.
     #[test]
     fn odometry_goes_through_the_kinematics() {
-        let burger = Wheels::<2>::of(&Robot::load("burger").unwrap());
+        let burger = Wheels::<2>::of(&Robot::named("burger").unwrap());
         let motion = Motion::Twist([0.033 * 3.0, 0.0, 0.033 * 2.0 / 0.16]);
         let [left, right] = burger.speeds(&WheelMessage { from: [0; 16], stamp_s: None, motion }).unwrap();
         assert!((left - 2.0).abs() < 1e-9 && (right - 4.0).abs() < 1e-9, "{left} {right}");

@@ -5,6 +5,7 @@
 //!
 //! Callers that share work among cores use rayon's indexed iterators and add the collected parts in
 //! order, so the same input gives the same bytes whatever the number of cores.
+#![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod intervals;
 pub mod least_squares;

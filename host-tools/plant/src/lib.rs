@@ -8,6 +8,7 @@
 //! board, [`battery`] the charge behind them.
 //!
 //! Its face: [`simulate`] of a [`Scenario`], and [`log`] to write it.
+#![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod battery;
 pub mod body;

@@ -9,6 +9,7 @@ use std::time::Duration;
 use host_tools::cli;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use support::context::Context;
 use support::error::Result;
 use support::job::{self, Job, Kept};
 
@@ -26,7 +27,8 @@ pub(crate) fn run(
     arguments: Vec<String>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(String, Vec<String>)> {
-    let ((), Kept { printed, said }) = watched(py, move || cli::answer(&arguments), progress.as_ref())?;
+    let ((), Kept { printed, said }) =
+        watched(py, move |context| cli::answer(context, &arguments), progress.as_ref())?;
     Ok((printed, said))
 }
 
@@ -39,7 +41,7 @@ pub(crate) fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
 /// Does `work` on a thread of its own while Python goes on; Ctrl-C stops it at its next point.
 pub(crate) fn stoppable<T: Send + 'static>(
     py: Python<'_>,
-    work: impl FnOnce() -> Result<T> + Send + 'static,
+    work: impl FnOnce(&Context) -> Result<T> + Send + 'static,
 ) -> PyResult<(T, Kept)> {
     watched(py, work, None)
 }
@@ -47,12 +49,12 @@ pub(crate) fn stoppable<T: Send + 'static>(
 /// The same; `progress` hears how far it is.
 fn watched<T: Send + 'static>(
     py: Python<'_>,
-    work: impl FnOnce() -> Result<T> + Send + 'static,
+    work: impl FnOnce(&Context) -> Result<T> + Send + 'static,
     progress: Option<&Py<PyAny>>,
 ) -> PyResult<(T, Kept)> {
     let mut last = None;
     let mut tell = |job: &Job| -> PyResult<()> {
-        let now = job.progress();
+        let now = job.context.progress();
         if let (Some(callback), Some(progress)) = (progress, &now)
             && now != last
         {
@@ -86,7 +88,7 @@ fn watched<T: Send + 'static>(
                     if interrupted.is_some() {
                         return Err(interrupt);
                     }
-                    job.stop();
+                    job.context.stop();
                     interrupted = Some(interrupt);
                 }
             }

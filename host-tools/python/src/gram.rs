@@ -7,6 +7,7 @@ use host_tools::cli;
 use logs::Table;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use support::context::Context;
 use support::error::Result;
 
 use crate::command::stoppable;
@@ -34,9 +35,9 @@ pub(crate) fn gram_of_columns(
     runs: Option<Vec<String>>,
 ) -> PyResult<Vec<(Vec<String>, Vec<f64>)>> {
     let columns: Vec<Vec<f64>> = columns.iter().map(|bytes| numbers(bytes)).collect();
-    let work = move || {
+    let work = move |context: &Context| {
         let table = Table::new(column_names, columns, runs)?;
-        let rows = cli::gram_of_table(&arguments, table)?;
+        let rows = cli::gram_of_table(context, &arguments, table)?;
         rows.iter().map(|run| Flat::of(run).map(|flat| (flat.texts.to_vec(), flat.numbers))).collect()
     };
     stoppable(py, work).map(|(rows, _)| rows)
@@ -52,7 +53,7 @@ pub(crate) fn write_grams(py: Python<'_>, path: PathBuf, rows: Vec<(Vec<String>,
         }
     };
     let rows = rows.into_iter().map(flat).collect::<PyResult<Vec<Flat>>>()?;
-    let work = move || {
+    let work = move |_: &Context| {
         let grams = rows.iter().map(Flat::gram).collect::<Result<Vec<_>>>()?;
         write_all(&path, &grams)
     };

@@ -7,8 +7,8 @@ use logs::{ColumnRequest, Header, RUN, Role, TIME};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
+use support::context::Context;
 use support::error::{Error, Result};
-use support::job;
 use support::output;
 
 use crate::command::stoppable;
@@ -20,7 +20,7 @@ type Columns<'py> = (Vec<String>, Vec<Bound<'py, PyBytes>>, Vec<String>, Vec<u32
 /// Reads a log: every column of numbers.
 #[pyfunction]
 pub(crate) fn read_log(py: Python<'_>, path: PathBuf) -> PyResult<Columns<'_>> {
-    let (table, _) = stoppable(py, move || Table::read(&path))?;
+    let (table, _) = stoppable(py, move |context| Table::read(context, &path))?;
     let columns = table.columns.iter().map(|column| {
         let bytes: Vec<u8> = column.iter().flat_map(|value| value.to_ne_bytes()).collect();
         PyBytes::new(py, &bytes)
@@ -44,7 +44,7 @@ pub(crate) fn write_log(
     if names.len() != columns.len() || lengths.into_iter().any(|length| length != rows) {
         return Err(PyValueError::new_err("columns differ in length"));
     }
-    stoppable(py, move || write(&path, &names, &columns, runs.as_deref())).map(|_| ())
+    stoppable(py, move |context| write(context, &path, &names, &columns, runs.as_deref())).map(|_| ())
 }
 
 pub(crate) fn numbers(bytes: &[u8]) -> Vec<f64> {
@@ -63,8 +63,8 @@ struct Table {
 }
 
 impl Table {
-    fn read(path: &Path) -> Result<Self> {
-        let header = Header::open(path)?;
+    fn read(context: &Context, path: &Path) -> Result<Self> {
+        let header = Header::open(context, path)?;
         let names: Vec<String> =
             header.columns().iter().filter(|name| !name.is_empty() && *name != RUN).cloned().collect();
         let has_runs = header.has(RUN);
@@ -90,7 +90,13 @@ impl Table {
 }
 
 /// Numbers as short as they can be written so that reading gives them back; empty fields where there is none.
-fn write(path: &Path, names: &[String], columns: &[Vec<f64>], runs: Option<&[String]>) -> Result<()> {
+fn write(
+    context: &Context,
+    path: &Path,
+    names: &[String],
+    columns: &[Vec<f64>],
+    runs: Option<&[String]>,
+) -> Result<()> {
     let failed = |error: std::io::Error| Error::io(path, &error);
     output::write_whole(path, |file| {
         let mut line = String::new();
@@ -99,7 +105,7 @@ fn write(path: &Path, names: &[String], columns: &[Vec<f64>], runs: Option<&[Str
         file.write_all(line.as_bytes()).map_err(failed)?;
         for row in 0..columns.first().map_or(0, Vec::len) {
             if row.is_multiple_of(4096) {
-                job::point();
+                context.point();
             }
             line.clear();
             for (place, column) in columns.iter().enumerate() {

@@ -3,6 +3,7 @@
 //! A [`Page`] is a stack of [`Panel`]s; [`Page::save`] draws it in the format that the file's
 //! extension names. What a panel shows is a value; its frame, its axes and what is cut at them are
 //! the same for all. [`html`] and [`zoom`] put drawings into documents.
+#![deny(clippy::print_stderr, clippy::print_stdout)]
 
 mod axis;
 mod bars;

@@ -8,6 +8,7 @@ use report::{Binned, Page, check_extension};
 use serde::Serialize;
 use study::baselines;
 use study::compare::{self, Comparison, Entry, LeftOut, MassSource, Settings, Split, compare};
+use support::context::Context;
 use support::error::{Error, Result};
 use support::output::check_apart;
 use support::own::Form;
@@ -87,10 +88,11 @@ struct Report<'a> {
 /// Bins of the figure over the range of the measured power.
 const BINS: f64 = 30.0;
 
-pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let robot = arguments.units.robot(&arguments.robot, arguments.train.iter().chain(&arguments.test))?;
+pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
+    let (context, robot) =
+        &arguments.units.robot(context, &arguments.robot, arguments.train.iter().chain(&arguments.test))?;
     if arguments.list {
-        return print_list(&robot, &chosen(arguments)?, arguments.json);
+        return print_list(robot, &chosen(arguments)?, arguments.json);
     }
     if let Some(plot) = &arguments.plot {
         check_extension(plot)?;
@@ -100,13 +102,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     check_apart(arguments.plot.as_deref(), inputs.map(PathBuf::as_path))?;
     checks::each_once(&train, &[])?;
     if arguments.mass.is_none() {
-        entrance::check_masses(&robot, &train)?;
+        entrance::check_masses(context, robot, &train)?;
     }
     arguments.overwrite.check(&arguments.plot, Form::Drawing)?;
-    with_wheels!(robot, run_with(&robot, arguments, train, test))
+    with_wheels!(robot, run_with(context, robot, arguments, train, test))
 }
 
 fn run_with<const N: usize>(
+    context: &Context,
     robot: &Robot,
     arguments: &Arguments,
     train: Vec<PathBuf>,
@@ -127,7 +130,7 @@ fn run_with<const N: usize>(
         Split::Files { train, test }
     };
     let settings = Settings { mass_kg, window_s: arguments.window, models: chosen(arguments)? };
-    let comparison = compare::<N>(robot, &split, &settings)?;
+    let comparison = compare::<N>(context, robot, &split, &settings)?;
     if let Some(plot) = &arguments.plot {
         draw(&comparison, arguments.models.is_empty())?.save(plot)?;
     }

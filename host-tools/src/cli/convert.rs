@@ -9,6 +9,7 @@ use log_formats::write::{Mcap, Parquet};
 use logs::foreign::{self, Reading};
 use logs::robot::{FOUND, Robot};
 use logs::{MASS, RUN, TableReader};
+use support::context::Context;
 use support::error::{Error, Result};
 use support::output;
 use support::own::Form;
@@ -75,7 +76,7 @@ impl Target {
     }
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     let target = Target::of(&arguments.out)?;
     if let Some(mass) = arguments.mass.filter(|mass| !(*mass > 0.0 && mass.is_finite())) {
         return Err(Error::usage(format!("--mass {mass}: expected a mass above 0 kg")));
@@ -90,10 +91,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     output::check_apart([arguments.out.as_path()], inputs)?;
     output::folder_of(&arguments.out)?;
     arguments.overwrite.check([&arguments.out], Form::Converted)?;
-    let robot = Robot::load(&arguments.robot)?;
-    foreign::read_as(Reading { robot, allow_cut: arguments.allow_truncated, verbose: true });
+    let robot = Robot::load(context, &arguments.robot)?;
+    let reading = Reading { robot, allow_cut: arguments.allow_truncated, verbose: true };
+    let context = &context.with_reading(reading);
 
-    let columns = columns(arguments)?;
+    let columns = columns(context, arguments)?;
     let mut rows = 0;
     output::write_whole(&arguments.out, |to| {
         let is_text: Vec<bool> = columns.iter().map(|name| name == RUN).collect();
@@ -102,7 +104,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             let mut names = columns.join(",");
             names.push('\n');
             to.write_all(names.as_bytes()).map_err(refused)?;
-            rows = each_row(arguments, &columns, &mut |row| write_csv(to, row).map_err(refused))?;
+            rows = each_row(context, arguments, &columns, &mut |row| write_csv(to, row).map_err(refused))?;
             return Ok(());
         }
         // Both formats go back to write what they know at the end only.
@@ -111,11 +113,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         let wrong = |error| foreign::wrong(error).in_file(&arguments.out);
         if let Target::Parquet = target {
             let mut writer = Parquet::new(file, &columns, &is_text).map_err(wrong)?;
-            rows = each_row(arguments, &columns, &mut |row| writer.row(row).map_err(wrong))?;
+            rows = each_row(context, arguments, &columns, &mut |row| writer.row(row).map_err(wrong))?;
             writer.finish().map_err(wrong)?;
         } else {
             let mut writer = Mcap::new(file, &columns, &is_text).map_err(wrong)?;
-            rows = each_row(arguments, &columns, &mut |row| writer.row(row).map_err(wrong))?;
+            rows = each_row(context, arguments, &columns, &mut |row| writer.row(row).map_err(wrong))?;
             writer.finish().map_err(wrong)?;
         }
         kept.rewind().map_err(refused)?;
@@ -134,10 +136,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 /// Columns of the first log, which the others have to have as well; with the run's, where there are several logs.
-fn columns(arguments: &Arguments) -> Result<Vec<String>> {
-    let mut columns = TableReader::open(&arguments.logs[0].path)?.columns().to_vec();
+fn columns(context: &Context, arguments: &Arguments) -> Result<Vec<String>> {
+    let mut columns = TableReader::open(context, &arguments.logs[0].path)?.columns().to_vec();
     for log in &arguments.logs[1..] {
-        let other = TableReader::open(&log.path)?;
+        let other = TableReader::open(context, &log.path)?;
         if other.columns() != columns {
             let message = format!(
                 "has the columns {}; expected {}, as the first log",
@@ -167,16 +169,17 @@ fn columns(arguments: &Arguments) -> Result<Vec<String>> {
 
 /// Hands out the rows of all logs. Gives their number.
 fn each_row(
+    context: &Context,
     arguments: &Arguments,
     columns: &[String],
     take: &mut dyn FnMut(&[Cell]) -> Result<()>,
 ) -> Result<u64> {
     let several = arguments.logs.len() > 1;
-    let mut progress = FileProgress::new(&paths(&arguments.logs));
+    let mut progress = FileProgress::new(context, &paths(&arguments.logs));
     let mut rows = 0;
     let mut row = Vec::with_capacity(columns.len());
     for (place, log) in arguments.logs.iter().enumerate() {
-        let mut reader = TableReader::open(&log.path)?;
+        let mut reader = TableReader::open(context, &log.path)?;
         let own_run = reader.columns().iter().position(|name| name == RUN);
         // Two logs of one name are two runs still.
         let name = log.path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());

@@ -125,7 +125,7 @@ fn answer_of(command: &str, folder: &Path) -> Result<String> {
     let words: Vec<String> = words.collect();
     let job = Arc::new(Job::default());
     // Nobody stops it.
-    job::run(&job, || super::answer(&words))?;
+    job::run(&job, |context| super::answer(context, &words))?;
     Ok(job.take().printed)
 }
 

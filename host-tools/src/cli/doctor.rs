@@ -8,6 +8,7 @@ use board::serial::ports;
 use logs::robot::{Robot, nearest};
 use logs::with_wheels;
 use model::coefficients::CoefficientsFile;
+use support::context::Context;
 use support::error::Result;
 use support::output;
 
@@ -51,8 +52,8 @@ const LOGS: [&str; 6] = ["csv", "mcap", "db3", "ulg", "parquet", "bag"];
 /// The name that the examples give coefficients.
 const COEFFICIENTS: &str = "coefficients.toml";
 
-pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let report = look();
+pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
+    let report = look(context);
     if arguments.json {
         return output::print_json(&report);
     }
@@ -68,10 +69,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-fn look() -> Report {
+fn look(context: &Context) -> Report {
     let check = |what, state, text: String| Check { what, state, text };
     let file = nearest();
-    let robot = file.as_ref().map(Robot::load);
+    let robot = file.as_ref().map(|file| Robot::load(context, file));
     let described = match (&file, &robot) {
         (Some(file), Some(Ok(robot))) => {
             check("robot.toml", State::There, format!("{}: {}", file.display(), robot.name()))
@@ -91,7 +92,7 @@ fn look() -> Report {
         let more = if logs.len() > names.len() { ", …" } else { "" };
         check("logs", State::There, format!("{}: {}{more}", logs.len(), names.join(", ")))
     };
-    let burger = Robot::load("burger").ok();
+    let burger = Robot::named("burger").ok();
     let robot = robot.and_then(Result::ok).or(burger);
     let fitted = match robot.as_ref().and_then(fitted) {
         Some(Ok(())) => check("coefficients", State::There, format!("{COEFFICIENTS}: usable")),

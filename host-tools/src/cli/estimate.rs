@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use answers::estimate::board::{self, BoardReport, BoardTrack, Delay};
 use answers::estimate::plot::Track;
 use answers::estimate::{
-    Change, GroundAt, Instant, Payloads, Policy, PolicyKind, Replay, Told, WindowMass, replay_adapting,
-    replay_at,
+    Change, GroundAt, Instant, Payloads, Policy, PolicyKind, Recorded, Replay, Told, WindowMass,
+    replay_adapting, replay_at,
 };
 use clap::ValueEnum;
 use logs::checks::check_mass;
@@ -15,6 +15,7 @@ use logs::with_wheels;
 use model::coefficients::{CoefficientsFile, Taking};
 use report::check_extension;
 use serde::Serialize;
+use support::context::Context;
 use support::error::{Error, Result};
 use support::metrics::Quality;
 use support::output::{check_apart, write_whole};
@@ -159,8 +160,8 @@ impl MassError {
     }
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let robot = arguments.units.robot(&arguments.robot, [&arguments.run])?;
+pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
+    let (context, robot) = &arguments.units.robot(context, &arguments.robot, [&arguments.run])?;
     if let Some(plot) = &arguments.plot {
         check_extension(plot)?;
     }
@@ -172,16 +173,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     )?;
     arguments.overwrite.check(&arguments.plot, Form::Drawing)?;
     arguments.overwrite.check(&arguments.power, Form::Power)?;
-    with_wheels!(robot, run_with(&robot, arguments))
+    with_wheels!(robot, run_with(context, robot, arguments))
 }
 
-fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
-    let taking = Taking { true_slip: true, not_usable: arguments.overwrite.force };
+fn run_with<const N: usize>(context: &Context, robot: &Robot, arguments: &Arguments) -> Result<()> {
+    let taking = Taking { true_slip: true, not_usable: arguments.overwrite.force.then_some(context) };
     let coefficients = CoefficientsFile::<N>::read_taking(&arguments.coeffs, robot, taking)?.coefficients;
     let payloads = arguments.payload.unwrap_or(Payloads::default_for(&coefficients.model));
     let policy = policy(arguments)?;
     let mut track = Track::default();
-    let mut board = BoardTrack::open(&arguments.run.path, arguments.truth.as_deref(), robot.mape_floor_w())?;
+    let mut board =
+        BoardTrack::open(context, &arguments.run.path, arguments.truth.as_deref(), robot.mape_floor_w())?;
     let mut broken = None;
     if let Some(mass) = arguments.mass {
         check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
@@ -196,14 +198,14 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
                 broken.get_or_insert(error);
             }
         };
-        let (run, mass) = (&arguments.run.path, arguments.mass);
+        let recorded = Recorded { file: &arguments.run.path, mass_kg: arguments.mass };
         if arguments.adapt {
-            let replay = replay_adapting(robot, &coefficients, run, &policy, mass, watch);
+            let replay = replay_adapting(context, robot, &coefficients, &recorded, &policy, watch);
             return replay.map_err(|error| {
                 if error.file().is_none() { error.in_file(&arguments.coeffs) } else { error }
             });
         }
-        replay_at(robot, &coefficients, run, payloads, &policy, mass, watch)
+        replay_at(context, robot, &coefficients, &recorded, payloads, &policy, watch)
     };
     let replay = match &arguments.power {
         None => replay_to(&mut |_| Ok(())),
@@ -217,9 +219,13 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
         return Err(error);
     }
     let true_changes = match &arguments.truth {
-        Some(truth) => {
-            board::delays(truth, replay.start_s, replay.start_s + replay.duration_s, &replay.changes)?
-        }
+        Some(truth) => board::delays(
+            context,
+            truth,
+            replay.start_s,
+            replay.start_s + replay.duration_s,
+            &replay.changes,
+        )?,
         None => Vec::new(),
     };
     let beside = Beside { board: board.report(), true_changes };
@@ -227,7 +233,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
         track.page(&answer(robot, &replay)).save(plot)?;
     }
     if replay.exclusions.total() > 0 {
-        notice!("{}: {}", arguments.run.path.display(), replay.exclusions);
+        context.notice(format_args!("{}: {}", arguments.run.path.display(), replay.exclusions));
     }
     if arguments.json {
         print_json(robot, &replay, beside)

@@ -7,6 +7,7 @@ use answers::export::{cruise_m_s, rmf, vda5050};
 use logs::robot::{FOUND, Robot};
 use logs::with_wheels;
 use model::coefficients::{CoefficientsFile, Taking};
+use support::context::Context;
 use support::error::{Error, Result};
 use support::output;
 use support::own::Form;
@@ -64,12 +65,12 @@ enum Target {
     Mjcf,
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let robot = Robot::load(&arguments.robot)?;
-    with_wheels!(robot, run_with(&robot, arguments))
+pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
+    let robot = Robot::load(context, &arguments.robot)?;
+    with_wheels!(robot, run_with(context, &robot, arguments))
 }
 
-fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
+fn run_with<const N: usize>(context: &Context, robot: &Robot, arguments: &Arguments) -> Result<()> {
     let inputs = [&arguments.robot, &arguments.coeffs].map(PathBuf::as_path);
     output::check_apart(arguments.out.as_deref(), inputs)?;
     arguments.overwrite.check(&arguments.out, Form::Exported)?;
@@ -83,7 +84,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     let speed = allowed("speed", arguments.speed.unwrap_or_else(|| cruise_m_s(robot)), 1e-3, 100.0)?;
     let given = arguments.static_power.map(|watts| allowed("static-power", watts, 0.0, 1e6)).transpose()?;
     let static_w = given.or(robot.static_power_w());
-    let taking = Taking { not_usable: arguments.overwrite.force, ..Taking::default() };
+    let taking = Taking { not_usable: arguments.overwrite.force.then_some(context), ..Taking::default() };
     let file = CoefficientsFile::<N>::read_taking(&arguments.coeffs, robot, taking)?;
     let coefficients = &file.coefficients;
     let (text, json) = match arguments.target {

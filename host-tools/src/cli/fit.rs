@@ -16,6 +16,7 @@ use logs::with_wheels;
 use model::coefficients::{Method, ModelKind};
 use model_core::coefficients::Coefficients;
 use serde::Serialize;
+use support::context::Context;
 use support::error::{Error, Result};
 use support::metrics::Quality;
 use support::output::check_apart;
@@ -127,19 +128,27 @@ struct Report<'a> {
     warnings: &'a [Warning],
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let robot = arguments.units.robot(&arguments.robot, &arguments.runs)?;
-    with_wheels!(robot, run_with(&robot, arguments))
+pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
+    let (context, robot) = &arguments.units.robot(context, &arguments.robot, &arguments.runs)?;
+    with_wheels!(robot, run_with(context, robot, arguments))
 }
 
-fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
+fn run_with<const N: usize>(context: &Context, robot: &Robot, arguments: &Arguments) -> Result<()> {
     if !arguments.grams.is_empty() {
         let Arguments { grams, model, method, leave_one_out, json, .. } = arguments;
         if let Some(near) = &arguments.coeffs {
             let outputs = arguments.out.as_deref();
             check_apart(outputs, grams.iter().chain([near, &arguments.robot]).map(PathBuf::as_path))?;
             arguments.overwrite.check(&arguments.out, Form::Coefficients)?;
-            return fit_grams::step::<N>(robot, grams, near, *model, arguments.out.as_deref(), *json);
+            return fit_grams::step::<N>(
+                context,
+                robot,
+                grams,
+                near,
+                *model,
+                arguments.out.as_deref(),
+                *json,
+            );
         }
         if arguments.out.is_some() {
             let message = "--out with --grams: expected --coeffs as well, the coefficients that gmr gram --coeffs took the sums near";
@@ -151,7 +160,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
             let message = format!("--method {method:?} with --grams: expected nnls, the exact optimum");
             return Err(Error::usage(message.to_lowercase()));
         }
-        return fit_grams::run::<N>(robot, grams, *model, *leave_one_out, *json);
+        return fit_grams::run::<N>(context, robot, grams, *model, *leave_one_out, *json);
     }
     let logs = paths(&arguments.runs);
     check_apart(arguments.out.as_deref(), logs.iter().chain([&arguments.robot]).map(PathBuf::as_path))?;
@@ -167,15 +176,23 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     }
     let settings = settings(arguments)?;
     if arguments.mass.is_none() {
-        entrance::check_masses(robot, &logs)?;
+        entrance::check_masses(context, robot, &logs)?;
     }
-    let mut suspicions = entrance::look::<N>(robot, &logs, mass)?;
+    let mut suspicions = entrance::look::<N>(context, robot, &logs, mass)?;
     let doubted = suspicions.first().map(|suspicion| suspicion.text.clone());
     let terms: &[Term] = if arguments.no_gyro { &TERMS } else { &TERMS_WITH_GYRO };
-    let model = (arguments.model, terms);
-    let mut fit = fit::fit_logs::<N>(robot, &logs, mass, model, method, &settings, arguments.starts)?;
+    let request = fit::Request {
+        files: &logs,
+        mass_kg: mass,
+        kind: arguments.model,
+        terms,
+        method,
+        pgd: &settings,
+        random_starts: arguments.starts,
+    };
+    let mut fit = fit::fit_logs::<N>(context, robot, &request)?;
     if let Some(defect) = fit.defect.take() {
-        let defect = explained(robot, &logs, defect)?;
+        let defect = explained(context, robot, &logs, defect)?;
         if !arguments.overwrite.force {
             let Defect { why, remedy } = defect;
             return Err(Error::failed(format!("NOT USABLE ({why}): {remedy}. Nothing written")));
@@ -185,14 +202,14 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     // What the logs look like explains what the fit says of itself.
     suspicions.append(&mut fit.warnings);
     fit.warnings = suspicions;
-    fit.shortcoming.iter().for_each(|shortcoming| notice!("{shortcoming}"));
-    fit.warnings.iter().for_each(|warning| notice!("{}", warning.text));
+    fit.shortcoming.iter().for_each(|shortcoming| context.notice(shortcoming));
+    fit.warnings.iter().for_each(|warning| context.notice(&warning.text));
     if let Some(out) = &arguments.out {
         let mut file = fit.to_file()?;
         for log in &mut file.origin.logs {
             log.weighed_kg = robot.log_units().mass_of(&log.path);
         }
-        check_for_boards(robot, &file.coefficients).map_err(|error| {
+        check_for_boards(context, robot, &file.coefficients).map_err(|error| {
             // Absurd coefficients may come from a log that is in another unit.
             doubted.iter().fold(error.in_file(out), |error, text| error.after(text))
         })?;
@@ -202,9 +219,9 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
 }
 
 /// A defect with the first problem of the logs as the reason for it: that one can be mended.
-fn explained(robot: &Robot, logs: &[PathBuf], defect: Defect) -> Result<Defect> {
+fn explained(context: &Context, robot: &Robot, logs: &[PathBuf], defect: Defect) -> Result<Defect> {
     for log in logs {
-        let report = inspect::Report::of(log, robot, |_, _| {})?;
+        let report = inspect::Report::of(context, log, robot, |_, _| {})?;
         if let Some(problem) = report.findings.iter().find(|found| found.severity == Severity::Problem) {
             let remedy = format!("{}: {}; {}", log.display(), problem.text, problem.advice);
             return Ok(Defect { remedy, ..defect });
@@ -219,7 +236,11 @@ fn explained(robot: &Robot, logs: &[PathBuf], defect: Defect) -> Result<Defect> 
 pub struct NotForBoards(String);
 
 /// What is written, `gmr flash` takes: a file that no board would use would be found out too late.
-fn check_for_boards<const N: usize>(robot: &Robot, coefficients: &Coefficients<f64, N>) -> Result<()> {
+fn check_for_boards<const N: usize>(
+    context: &Context,
+    robot: &Robot,
+    coefficients: &Coefficients<f64, N>,
+) -> Result<()> {
     // A robot that no board drives has nothing to ask one for.
     if N != WHEELS {
         return Ok(());
@@ -239,7 +260,10 @@ fn check_for_boards<const N: usize>(robot: &Robot, coefficients: &Coefficients<f
     match check_coefficients(image.as_bytes(), &identity, USUAL_RATE_HZ) {
         // How long a delay a board can keep, and how slow a filter, depends on its sample rate: another may take them.
         Err(reason @ (Reason::Delay | Reason::Cutoff)) => {
-            notice!("a board at {USUAL_RATE_HZ} Hz would not take these coefficients: {}", reason.text());
+            context.notice(format_args!(
+                "a board at {USUAL_RATE_HZ} Hz would not take these coefficients: {}",
+                reason.text()
+            ));
         }
         Err(reason) => return Err(refused(reason.text())),
         Ok(_) => {}

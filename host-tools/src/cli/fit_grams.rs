@@ -6,6 +6,7 @@ use fit::run_gram::{self, Fitted, LeftOut, Moved, RunGram, Step};
 use logs::robot::Robot;
 use model::coefficients::ModelKind;
 use serde::Serialize;
+use support::context::Context;
 use support::error::{Error, Result};
 use support::output;
 
@@ -24,13 +25,14 @@ struct Report<'a> {
 /// # Errors
 /// Files that are no grams, of another robot, or read with different settings.
 pub(super) fn run<const N: usize>(
+    context: &Context,
     robot: &Robot,
     files: &[PathBuf],
     model: ModelKind,
     leave_one_out: bool,
     json: bool,
 ) -> Result<()> {
-    let runs = read::<N>(robot, files)?;
+    let runs = read::<N>(context, robot, files)?;
     let setting = &runs[0].setting;
     let fitted = match model {
         ModelKind::Signed => run_gram::signed(&robot.core::<N>(setting.filter_cutoff_hz)?, robot, &runs)?,
@@ -45,7 +47,7 @@ pub(super) fn run<const N: usize>(
         }
         (true, _) => Some(run_gram::leave_one_out(model, &runs)?),
     };
-    fitted.warnings.iter().for_each(|warning| notice!("{warning}"));
+    fitted.warnings.iter().for_each(|warning| context.notice(warning));
     if json {
         return output::print_json(&Report {
             robot: robot.name(),
@@ -75,10 +77,10 @@ pub(super) fn run<const N: usize>(
 }
 
 /// The runs of these files, of this robot.
-fn read<const N: usize>(robot: &Robot, files: &[PathBuf]) -> Result<Vec<RunGram>> {
+fn read<const N: usize>(context: &Context, robot: &Robot, files: &[PathBuf]) -> Result<Vec<RunGram>> {
     let mut runs: Vec<RunGram> = Vec::new();
     for file in files {
-        let read = run_gram::read_all(file)?;
+        let read = run_gram::read_all(context, file)?;
         if let Some(other) =
             read.iter().find(|run| run.setting.robot != robot.name() || run.setting.wheels != N)
         {
@@ -107,6 +109,7 @@ struct Stepped<'a> {
 /// # Errors
 /// As [`run`]; sums near other coefficients; another model than the signed one.
 pub(super) fn step<const N: usize>(
+    context: &Context,
     robot: &Robot,
     files: &[PathBuf],
     near: &Path,
@@ -119,7 +122,7 @@ pub(super) fn step<const N: usize>(
             "--coeffs with --model eq18: expected signed; Eq. 18 needs no step from known coefficients",
         ));
     }
-    let runs = read::<N>(robot, files)?;
+    let runs = read::<N>(context, robot, files)?;
     let step = run_gram::step::<N>(robot, near, &runs)?;
     if let Some(out) = out {
         step.file.write(out)?;

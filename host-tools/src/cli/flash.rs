@@ -17,6 +17,7 @@ use logs::robot::Robot;
 use model::effects::written::id_of;
 use model_core::coefficients::Coefficients;
 use serde::Serialize;
+use support::context::Context;
 use support::error::{Error, Result};
 use support::output::check_apart;
 use support::own::Form;
@@ -124,14 +125,14 @@ struct HeldCoefficients {
     refused: Option<&'static str>,
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     let inputs = [&arguments.robot].into_iter().chain(&arguments.coeffs).chain(&arguments.sign);
     check_apart(arguments.out.as_deref(), inputs.map(PathBuf::as_path))?;
     arguments.overwrite.check(&arguments.out, Form::Store)?;
     let task = match (arguments.read, arguments.rollback) {
         (true, _) => Task::Read,
         (_, true) => Task::RollBack,
-        _ => Task::Store(request(arguments)?),
+        _ => Task::Store(request(context, arguments)?),
     };
     let done = if let Some(port) = &arguments.port {
         let timeout = Duration::try_from_secs_f64(arguments.timeout)
@@ -181,12 +182,17 @@ fn on_image(
 }
 
 /// What is asked for, checked as far as that goes without a board.
-fn request(arguments: &Arguments) -> Result<Request> {
-    let robot = Robot::load(&arguments.robot)?;
+fn request(context: &Context, arguments: &Arguments) -> Result<Request> {
+    let robot = Robot::load(context, &arguments.robot)?;
     // A file replaces the whole store: it says itself for which robot.
     let sets_robot = arguments.set_robot || arguments.out.is_some();
     let image = |file: &PathBuf| {
-        flasher::coefficients_image(&robot, file, arguments.adapt, arguments.overwrite.force)
+        flasher::coefficients_image(
+            &robot,
+            file,
+            arguments.adapt,
+            arguments.overwrite.force.then_some(context),
+        )
     };
     let mut coefficients = arguments.coeffs.as_ref().map(image).transpose()?;
     if let (Some(image), Some(file)) = (&mut coefficients, &arguments.sign) {

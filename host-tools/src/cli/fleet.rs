@@ -16,6 +16,7 @@ use logs::with_wheels;
 use model_core::torque::TorqueModel;
 use rayon::prelude::*;
 use serde::Serialize;
+use support::context::Context;
 use support::error::{Error, Result};
 use support::output;
 use support::progress::CountProgress;
@@ -90,12 +91,12 @@ struct Seconds {
     all_logs_s: f64,
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let robot = arguments.units.robot(&arguments.robot, [])?;
-    with_wheels!(robot, run_with(&robot, arguments))
+pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
+    let (context, robot) = &arguments.units.robot(context, &arguments.robot, [])?;
+    with_wheels!(robot, run_with(context, robot, arguments))
 }
 
-fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
+fn run_with<const N: usize>(context: &Context, robot: &Robot, arguments: &Arguments) -> Result<()> {
     for key in ["robot", "day"] {
         if !arguments.group.iter().any(|known| known == key) {
             return Err(Error::usage(format!(
@@ -122,7 +123,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     let settings = format!("{:?} {:?} {mass} {:?}", how.reference, robot, arguments.group);
     let state = State::open(arguments.out.join("read"), &settings)?;
     let started = Instant::now();
-    let New { spent, not_now } = read_new(robot, &how, &source, &logs, &state, &arguments.out)?;
+    let New { spent, not_now } = read_new(context, robot, &how, &source, &logs, &state, &arguments.out)?;
     let mut seconds =
         Seconds { logs: spent, all_logs_s: started.elapsed().as_secs_f64(), ..Seconds::default() };
     let started = Instant::now();
@@ -181,6 +182,7 @@ struct New {
 
 /// Reads what has not been read yet, a log a core.
 fn read_new<const N: usize>(
+    context: &Context,
     robot: &Robot,
     how: &Conditioned<N>,
     source: &Source,
@@ -188,7 +190,7 @@ fn read_new<const N: usize>(
     state: &State,
     out: &Path,
 ) -> Result<New> {
-    let progress = CountProgress::new("logs read", logs.len() as u64);
+    let progress = CountProgress::new(context, "logs read", logs.len() as u64);
     let unread = |log: &&Log| {
         let is_unread = state.done(log).is_none();
         if !is_unread {
@@ -200,7 +202,7 @@ fn read_new<const N: usize>(
     let new = Mutex::new(New::default());
     let change = || new.lock().unwrap_or_else(PoisonError::into_inner);
     source.each(&unread, &out.join("fetched"), |log, here| {
-        match here.and_then(|path| read(robot, how, log, path)) {
+        match here.and_then(|path| read(context, robot, how, log, path)) {
             Ok((outcome, spent)) => {
                 change().spent.add(&spent);
                 state.keep(log, outcome)?;
@@ -220,14 +222,15 @@ fn read_new<const N: usize>(
 /// # Errors
 /// What it would be wrong to remember: too many open files, no right to read, no space. Another time it may be given.
 fn read<const N: usize>(
+    context: &Context,
     robot: &Robot,
     how: &Conditioned<N>,
     log: &Log,
     path: &Path,
 ) -> Result<(Outcome, Spent)> {
-    let summed = run_gram::of_log(robot, how, path);
+    let summed = run_gram::of_log(context, robot, how, path);
     // Nobody opens it again, and a fleet has more logs than a process may have files open.
-    foreign::forget(path);
+    foreign::forget(context, path);
     let file = path.display().to_string();
     match summed {
         Ok(Summed { mut runs, spent }) => {

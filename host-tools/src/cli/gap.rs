@@ -29,6 +29,7 @@ use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;
 use model_core::model::Model;
 use plant::PlantSet;
+use support::context::Context;
 use support::error::{Error, Result};
 use support::output::{check_apart, write_content};
 use support::own::Form;
@@ -102,28 +103,28 @@ pub(crate) struct Arguments {
     overwrite: OverwriteArgument,
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     let given = arguments.runs.iter().chain(&arguments.base).chain(&arguments.sim);
-    let robot = arguments.units.robot(&arguments.robot, given)?;
+    let (context, robot) = &arguments.units.robot(context, &arguments.robot, given)?;
     if let Some(file) = &arguments.report {
         page::check(file)?;
     }
-    let found = if power_only::is_power_only(&paths(&arguments.runs))? {
+    let found = if power_only::is_power_only(context, &paths(&arguments.runs))? {
         Found {
-            report: run_power_only(arguments, robot.log_units().power_in_w())?,
+            report: run_power_only(context, arguments, robot.log_units().power_in_w())?,
             simulated: None,
             simulator: None,
             changes: None,
             suggestion: None,
         }
     } else {
-        with_wheels!(robot, run_with(&robot, arguments))?
+        with_wheels!(robot, run_with(context, robot, arguments))?
     };
     show(&found, arguments)
 }
 
 /// Logs that do not say how the robot moved.
-fn run_power_only(arguments: &Arguments, unit_w: f64) -> Result<Report> {
+fn run_power_only(context: &Context, arguments: &Arguments, unit_w: f64) -> Result<Report> {
     let given = [
         (arguments.coeffs.is_some(), "--coeffs"),
         (!arguments.base.is_empty(), "--base"),
@@ -143,7 +144,7 @@ fn run_power_only(arguments: &Arguments, unit_w: f64) -> Result<Report> {
     check_outputs(arguments, &[])?;
     let logs = paths(&arguments.runs);
     checks::each_once(&logs, &[])?;
-    let mut report = power_only::investigate(&power_only::read(&logs, unit_w)?)?;
+    let mut report = power_only::investigate(&power_only::read(context, &logs, unit_w)?)?;
     if let Some(file) = &arguments.effects {
         let own = user::read(file)?.into_iter();
         let needs = || format!("needs {}", speed_column(0));
@@ -242,7 +243,7 @@ fn show(found: &Found, arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Found> {
+fn run_with<const N: usize>(context: &Context, robot: &Robot, arguments: &Arguments) -> Result<Found> {
     let (logs, sim) = (paths(&arguments.runs), paths(&arguments.sim));
     let mass = arguments.mass.unwrap_or(robot.mass_no_load_kg());
     checks::check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
@@ -253,7 +254,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
     // Before the long work, and before the clean logs are asked whether they have changed.
     let fitted = match &arguments.coeffs {
         Some(file) => {
-            let taking = Taking { true_slip: true, not_usable: arguments.overwrite.force };
+            let taking = Taking { true_slip: true, not_usable: arguments.overwrite.force.then_some(context) };
             Some((file, CoefficientsFile::<N>::read_taking(file, robot, taking)?))
         }
         None => None,
@@ -267,63 +268,69 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
         return Err(Error::of(InvalidCoefficients::TrueSlip).in_file(file).in_column("true_slip_s_rad"));
     }
     let clean_logs = match (&arguments.base[..], &fitted) {
-        ([], Some((file, fitted))) => fitted.logs_still_there(file)?,
+        ([], Some((file, fitted))) => fitted.logs_still_there(context, file)?,
         (given, _) => paths(given),
     };
     let simulator = match (&sim[..], &fitted) {
         ([], Some(_)) => None,
-        ([], None) => Source::beside(&logs, robot)?,
-        (logs, _) => Some(Source::of_logs(logs, robot)?),
+        ([], None) => Source::beside(context, &logs, robot)?,
+        (logs, _) => Some(Source::of_logs(context, logs, robot)?),
     };
     check_outputs(arguments, &[&clean_logs[..], &sim].concat())?;
     checks::each_once(&logs, &[&clean_logs[..], &sim].concat())?;
     let named: Vec<String> = own.iter().flat_map(|effect| effect.formula.variables()).cloned().collect();
-    let simulator =
-        simulator.map(|source| Simulator::<N>::read(robot, source, &logs, mass, &named)).transpose()?;
+    let simulator = simulator
+        .map(|source| Simulator::<N>::read(context, robot, source, &logs, mass, &named))
+        .transpose()?;
     let (core, base) = match (&simulator, &fitted) {
         (Some(simulator), _) => (simulator.core, simulator.base.clone()),
         (None, Some((file, fitted))) => fitted_base(file, fitted)?,
-        (None, None) => own_base(robot, arguments, mass)?,
+        (None, None) => own_base(context, robot, arguments, mass)?,
     };
-    let raw = Runs::<N>::raw(robot, &logs, mass, &named)?;
+    let raw = Runs::<N>::raw(context, robot, &logs, mass, &named)?;
     let mut runs = Runs::condition(&core, raw.clone())?;
     let raw_clean = match (&simulator, &clean_logs[..]) {
         (Some(simulator), _) => Some(simulator.raw.clone()),
         (None, []) => None,
-        (None, files) => Some(Runs::<N>::raw(robot, files, mass, &named)?),
+        (None, files) => Some(Runs::<N>::raw(context, robot, files, mass, &named)?),
     };
     let mut clean = raw_clean.clone().map(|raw| Runs::condition(&core, raw)).transpose()?;
     if let (Some(simulator), Some(clean)) = (&simulator, &clean) {
         simulator.check_rate(&runs, clean)?;
     }
     if clean.is_none() && arguments.coeffs.is_some() {
-        notice!(
+        context.notice(
             "the clean runs of these coefficients are not there: what the model gets wrong without any effect is not \
-             known, so only large effects are named; give the runs with --base"
+             known, so only large effects are named; give the runs with --base",
         );
     }
     if let Some(count) = clean.as_ref().map(|clean| clean.runs.len()).filter(|count| *count < LEAST_RUNS) {
-        notice!(
+        context.notice(format_args!(
             "{count} clean run{}: how much clean runs differ is not known, so small effects may be named that are none; record {} more, \
              and fit them all",
             if count == 1 { "" } else { "s" },
             LEAST_RUNS - count
-        );
+        ));
     }
-    checks::check_power(&runs)?;
-    clean.as_ref().map_or(Ok(()), checks::check_power)?;
+    checks::check_power(context, &runs)?;
+    clean.as_ref().map_or(Ok(()), |clean| checks::check_power(context, clean))?;
     let mut options = Options::default();
     if let Some(file) = &arguments.effects {
         options.user = UserCandidates::add(&own, file, &mut runs, clean.as_mut())?;
         for effect in &options.user.not_testable {
-            notice!("{}: {}: not testable: {}", file.display(), effect.id, effect.reason);
+            context.notice(format_args!(
+                "{}: {}: not testable: {}",
+                file.display(),
+                effect.id,
+                effect.reason
+            ));
         }
     }
-    let progress = StageProgress::new("looking for what the model lacks");
+    let progress = StageProgress::new(context, "looking for what the model lacks");
     let report = investigate(&runs, clean.as_ref(), &base, &options)?;
     let report = match (&simulator, &fitted) {
         (None, Some(_)) => {
-            let refit = refit::asked_for(robot, &core, &base, &clean_logs, mass, &report)?;
+            let refit = refit::asked_for(context, robot, &core, &base, &clean_logs, mass, &report)?;
             report.withheld(refit)
         }
         _ => report,
@@ -363,7 +370,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
         )?;
     }
     if let (Some(out), Some((_, base))) = (&arguments.out, &fitted) {
-        extension::write(&runs, &report, base, out)?;
+        extension::write(context, &runs, &report, base, out)?;
     }
     drop(progress);
     let simulator = simulator.zip(clean.as_ref()).map(|(own, clean)| own.told(&runs, clean, &report));
@@ -373,7 +380,9 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Foun
     }
     let asked = [("--part", arguments.part.is_some()), ("--room", arguments.room.is_some())];
     for (flag, _) in asked.iter().filter(|(_, given)| *given && suggestion.is_none()) {
-        notice!("{flag} is not used: it plans a drive that parts the rivals of a tie, and this is none");
+        context.notice(format_args!(
+            "{flag} is not used: it plans a drive that parts the rivals of a tie, and this is none"
+        ));
     }
     let found = Found { report, simulated, simulator, changes, suggestion };
     if let Some(suggestion) = found.drive() {
@@ -408,12 +417,13 @@ fn fitted_base<const N: usize>(
 
 /// A base fitted to the very runs in question.
 fn own_base<const N: usize>(
+    context: &Context,
     robot: &Robot,
     arguments: &Arguments,
     mass_kg: f64,
 ) -> Result<(CoreRobot<f64, N>, Base)> {
     let reading = Reading { gate: Gate::Signed, cutoff_hz: None, mass_kg };
-    let dataset = fit::read::<N>(robot, &paths(&arguments.runs), &reading)?;
+    let dataset = fit::read::<N>(context, robot, &paths(&arguments.runs), &reading)?;
     let torque = physical::solve(&dataset, robot).torque;
     let masses_kg = dataset.masses;
     let base = Base { torque, covariance: None, drive: robot.drive(), masses_kg, of_simulator: false };

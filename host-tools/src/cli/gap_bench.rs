@@ -52,7 +52,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let robot = Robot::load("burger")?;
+    let robot = Robot::named("burger")?;
     let effects: Vec<_> = bench::typical()?
         .into_iter()
         .filter(|effect| arguments.only.is_empty() || arguments.only.iter().any(|only| only == effect.id()))

@@ -9,6 +9,7 @@ use logs::with_wheels;
 use logs::{Header, Table};
 use rayon::prelude::*;
 use serde::Serialize;
+use support::context::Context;
 use support::error::{Error, Result};
 use support::output::{self, check_apart};
 use support::own::Form;
@@ -60,9 +61,9 @@ struct Summary<'a> {
     may_clamp_rows: u64,
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let robot = arguments.units.robot(&arguments.robot, &arguments.runs)?;
-    with_wheels!(robot, run_with(&robot, arguments))
+pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
+    let (context, robot) = &arguments.units.robot(context, &arguments.robot, &arguments.runs)?;
+    with_wheels!(robot, run_with(context, robot, arguments))
 }
 
 /// What `gmr gram` with these arguments makes of columns in memory, in the place of its log: nothing is written. Cutoff or coefficients have
@@ -70,23 +71,32 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 ///
 /// # Errors
 /// As the command.
-pub(super) fn of_table(arguments: &Arguments, table: Table) -> Result<Vec<RunGram>> {
+pub(super) fn of_table(context: &Context, arguments: &Arguments, table: Table) -> Result<Vec<RunGram>> {
     if arguments.cutoff.is_none() && arguments.coeffs.is_none() {
         let message =
             "neither --cutoff nor --coeffs; expected one of them, so that sums of all machines add up";
         return Err(Error::usage(message));
     }
-    let robot = arguments.units.robot(&arguments.robot, &arguments.runs)?;
-    let header = Header::of_table(&arguments.runs[0].path, table)?;
-    with_wheels!(robot, of_header(&robot, arguments, header))
+    let (context, robot) = &arguments.units.robot(context, &arguments.robot, &arguments.runs)?;
+    let header = Header::of_table(context, &arguments.runs[0].path, table)?;
+    with_wheels!(robot, of_header(context, robot, arguments, header))
 }
 
-fn of_header<const N: usize>(robot: &Robot, arguments: &Arguments, header: Header) -> Result<Vec<RunGram>> {
-    let how = conditioned::<N>(robot, arguments)?;
+fn of_header<const N: usize>(
+    context: &Context,
+    robot: &Robot,
+    arguments: &Arguments,
+    header: Header,
+) -> Result<Vec<RunGram>> {
+    let how = conditioned::<N>(context, robot, arguments)?;
     run_gram::of_header(robot, &how, header).map(|summed| summed.runs)
 }
 
-fn conditioned<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<Conditioned<N>> {
+fn conditioned<const N: usize>(
+    context: &Context,
+    robot: &Robot,
+    arguments: &Arguments,
+) -> Result<Conditioned<N>> {
     let mass = arguments.mass.unwrap_or(robot.mass_no_load_kg());
     check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
     if let Some(file) = &arguments.coeffs {
@@ -97,20 +107,20 @@ fn conditioned<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<C
         Some(given) => {
             return Err(Error::usage(format!("--cutoff {given}: expected a number above 0, Hz")));
         }
-        None => fit::choose_cutoff::<N>(robot, &paths(&arguments.runs), mass)?,
+        None => fit::choose_cutoff::<N>(context, robot, &paths(&arguments.runs), mass)?,
     };
     Ok(Conditioned { core: robot.core::<N>(cutoff)?, drive: robot.drive(), reference: None, mass_kg: mass })
 }
 
-fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
+fn run_with<const N: usize>(context: &Context, robot: &Robot, arguments: &Arguments) -> Result<()> {
     let logs = paths(&arguments.runs);
     let inputs = logs.iter().chain([&arguments.robot]).chain(&arguments.coeffs);
     check_apart([arguments.out.as_path()], inputs.map(PathBuf::as_path))?;
     arguments.overwrite.check([&arguments.out], Form::Grams)?;
-    let how = conditioned::<N>(robot, arguments)?;
-    let progress = CountProgress::new("logs read", logs.len() as u64);
+    let how = conditioned::<N>(context, robot, arguments)?;
+    let progress = CountProgress::new(context, "logs read", logs.len() as u64);
     let of_log = |log: &PathBuf| {
-        let runs = run_gram::of_log(robot, &how, log).map(|summed| summed.runs);
+        let runs = run_gram::of_log(context, robot, &how, log).map(|summed| summed.runs);
         progress.one_more();
         runs
     };
@@ -118,7 +128,7 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
     drop(progress);
     let runs: Vec<RunGram> = of_logs.into_iter().collect::<Result<Vec<_>>>()?.into_iter().flatten().collect();
     for run in runs.iter().filter(|run| run.summary.exclusions.total() > 0) {
-        notice!("{}: {}", run.run, run.summary.exclusions);
+        context.notice(format_args!("{}: {}", run.run, run.summary.exclusions));
     }
     run_gram::write_all(&arguments.out, &runs)?;
     let all = run_gram::total(&runs)?;

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use answers::inspect::{Moving, Report, Severity, StaticState, Use};
 use logs::robot::FOUND;
+use support::context::Context;
 use support::error::{Error, Result};
 use support::output;
 use support::own::Form;
@@ -45,7 +46,7 @@ struct Several<'a> {
     logs: &'a [Report],
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     if let Some(file) = &arguments.plot {
         report::check_extension(file)?;
         if arguments.runs.len() > 1 {
@@ -57,9 +58,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     output::check_apart(arguments.plot.as_deref(), inputs)?;
     arguments.overwrite.check(&arguments.plot, Form::Drawing)?;
     checks::each_once(&logs, &[])?;
-    let robot = arguments.units.robot(&arguments.robot, &arguments.runs)?;
-    let mut progress = FileProgress::new(&logs);
-    let reports = logs.iter().map(|log| Report::of(log, &robot, |read, size| progress.at((read, size))));
+    let (context, robot) = &arguments.units.robot(context, &arguments.robot, &arguments.runs)?;
+    let mut progress = FileProgress::new(context, &logs);
+    let reports =
+        logs.iter().map(|log| Report::of(context, log, robot, |read, size| progress.at((read, size))));
     let reports = reports.collect::<Result<Vec<_>>>()?;
     progress.finish();
     let [only] = &reports[..] else {

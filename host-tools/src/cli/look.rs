@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use answers::look::{self, Report};
+use support::context::Context;
 use support::error::{Error, Result};
 use support::output;
 use support::own::Form;
@@ -42,7 +43,7 @@ struct Several<'a> {
     logs: &'a [Report],
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     if let Some(page) = &arguments.page {
         if arguments.logs.len() > 1 {
             return Err(Error::usage(format!("--page with {} logs: expected one", arguments.logs.len())));
@@ -53,8 +54,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     output::check_apart(arguments.page.as_deref(), logs.iter().map(PathBuf::as_path))?;
     checks::each_once(&logs, &[])?;
     arguments.overwrite.check(&arguments.page, Form::Page)?;
-    let robot = arguments.units.robot(&arguments.robot, &arguments.logs)?;
-    let reports = logs.iter().map(|log| Report::of(log, &robot, arguments.units.allow_truncated));
+    let (context, robot) = &arguments.units.robot(context, &arguments.robot, &arguments.logs)?;
+    let reports = logs.iter().map(|log| Report::of(context, log, robot, arguments.units.allow_truncated));
     let reports = reports.collect::<Result<Vec<_>>>()?;
     if let (Some(file), [only]) = (&arguments.page, &reports[..]) {
         output::write_content(file, look::page(only)?)?;

@@ -41,9 +41,9 @@ use ::fit::run_gram::RunGram;
 use clap::error::ErrorKind;
 use clap::{CommandFactory as _, Parser, Subcommand};
 use logs::Table;
+use support::context::{Context, Notices};
 use support::error::{Error, Result};
 use support::interrupt;
-use support::notice;
 use support::output;
 
 pub use self::fit::NotForBoards;
@@ -113,13 +113,15 @@ enum Command {
 
 /// Parses a command line, the program's name first, and runs it. Gives the exit code: 0 done, 1 failed, 2 wrong usage.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
-    let result = interrupt::install()
-        .and_then(|()| parse(arguments))
-        .and_then(execute)
-        .and_then(|()| output::finish());
-    match result {
+    let context = Context::default();
+    let done = interrupt::install().and_then(|()| parse(arguments)).and_then(|cli| execute(&context, cli));
+    match done.and_then(|()| output::finish()) {
         Ok(()) => {
-            notice::tell();
+            let Notices { lines, dropped } = context.take_notices();
+            lines.iter().for_each(|line| eprintln!("gmr: {line}"));
+            if dropped > 0 {
+                eprintln!("gmr: {dropped} more");
+            }
             0
         }
         Err(error) => {
@@ -135,21 +137,21 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
 ///
 /// # Errors
 /// As the command; help and version, which are the command line's.
-pub fn answer(arguments: &[String]) -> Result<()> {
+pub fn answer(context: &Context, arguments: &[String]) -> Result<()> {
     let cli = Cli::try_parse_from(std::iter::once("gmr").chain(arguments.iter().map(String::as_str)))
         .map_err(|refusal| Error::usage(one_line(&refusal.to_string())))?;
-    execute(cli)
+    execute(context, cli)
 }
 
 /// The sums that `gmr gram` makes of columns in memory; its arguments name them in the place of a log, and a file that is not written.
 ///
 /// # Errors
 /// As [`answer`]; arguments of another command.
-pub fn gram_of_table(arguments: &[String], table: Table) -> Result<Vec<RunGram>> {
+pub fn gram_of_table(context: &Context, arguments: &[String], table: Table) -> Result<Vec<RunGram>> {
     let cli = Cli::try_parse_from(std::iter::once("gmr").chain(arguments.iter().map(String::as_str)))
         .map_err(|refusal| Error::usage(one_line(&refusal.to_string())))?;
     match cli.command {
-        Command::Gram(arguments) => gram::of_table(&arguments, table),
+        Command::Gram(arguments) => gram::of_table(context, &arguments, table),
         _ => Err(Error::usage("expected the arguments of gmr gram")),
     }
 }
@@ -172,31 +174,31 @@ fn one_line(refusal: &str) -> String {
     said.map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
-fn execute(cli: Cli) -> Result<()> {
+fn execute(context: &Context, cli: Cli) -> Result<()> {
     match cli.command {
         Command::Demo(arguments) => demo::run(&arguments),
-        Command::Doctor(arguments) => doctor::run(&arguments),
-        Command::Look(arguments) => look::run(&arguments),
-        Command::Inspect(arguments) => inspect::run(&arguments),
-        Command::Convert(arguments) => convert::run(&arguments),
-        Command::Simulate(arguments) => simulate::run(&arguments),
-        Command::Fit(arguments) => fit::run(&arguments),
-        Command::Gram(arguments) => gram::run(&arguments),
-        Command::Fleet(arguments) => fleet::run(&arguments),
-        Command::Estimate(arguments) => estimate::run(&arguments),
-        Command::Predict(arguments) => predict::run(&arguments),
-        Command::Export(arguments) => export::run(&arguments),
-        Command::Compare(arguments) => compare::run(&arguments),
-        Command::Gap(arguments) => gap::run(&arguments),
+        Command::Doctor(arguments) => doctor::run(context, &arguments),
+        Command::Look(arguments) => look::run(context, &arguments),
+        Command::Inspect(arguments) => inspect::run(context, &arguments),
+        Command::Convert(arguments) => convert::run(context, &arguments),
+        Command::Simulate(arguments) => simulate::run(context, &arguments),
+        Command::Fit(arguments) => fit::run(context, &arguments),
+        Command::Gram(arguments) => gram::run(context, &arguments),
+        Command::Fleet(arguments) => fleet::run(context, &arguments),
+        Command::Estimate(arguments) => estimate::run(context, &arguments),
+        Command::Predict(arguments) => predict::run(context, &arguments),
+        Command::Export(arguments) => export::run(context, &arguments),
+        Command::Compare(arguments) => compare::run(context, &arguments),
+        Command::Gap(arguments) => gap::run(context, &arguments),
         Command::GapBench(arguments) => gap_bench::run(&arguments),
-        Command::Reproduce(arguments) => reproduce::run(&arguments),
+        Command::Reproduce(arguments) => reproduce::run(context, &arguments),
         #[cfg(target_os = "linux")]
         Command::Board(arguments) => board::run(&arguments),
         Command::Record(arguments) => record::run(&arguments),
-        Command::Flash(arguments) => flash::run(&arguments),
+        Command::Flash(arguments) => flash::run(context, &arguments),
         Command::Key(arguments) => key::run(&arguments),
         Command::Watch(arguments) => watch::run(&arguments),
-        Command::Node(arguments) => node::run(&arguments),
+        Command::Node(arguments) => node::run(context, &arguments),
         Command::NewRobot(arguments) => new_robot::run(&arguments),
         Command::Completions(arguments) => shell::completions(&arguments, Cli::command()),
         Command::Man(arguments) => shell::man(&arguments, Cli::command()),

@@ -11,6 +11,7 @@ use model::coefficients::CoefficientsFile;
 use model_core::charge::Charge;
 use node::power::LoggedPower;
 use node::{Health, Node, Outlet, PowerSource, State, WheelSource, replay};
+use support::context::Context;
 use support::error::{Error, Result};
 use support::interrupt;
 
@@ -80,14 +81,14 @@ enum WheelsFrom {
     Topic,
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let mut robot = arguments.units.robot(&arguments.robot, [])?;
+pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
+    let (context, mut robot) = arguments.units.robot(context, &arguments.robot, [])?;
     robot.set_node(arguments.sensor, arguments.bus.as_deref());
     let robot = robot;
-    with_wheels!(robot, run_with(&robot, arguments))
+    with_wheels!(robot, run_with(&context, &robot, arguments))
 }
 
-fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
+fn run_with<const N: usize>(context: &Context, robot: &Robot, arguments: &Arguments) -> Result<()> {
     let every = arguments.every;
     if !(0.01..=3600.0).contains(&every) {
         return Err(Error::usage(format!("--every {every}: expected 0.01 to 3600 s")));
@@ -108,12 +109,13 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
         && let Some(log) = &arguments.replay
     {
         let stopped = interrupt::catch();
-        return replay::rows(&mut node, robot, log, speed, every, &mut outlets, stopped).map(|_| ());
+        return replay::rows(context, &mut node, robot, log, (speed, every), &mut outlets, stopped)
+            .map(|_| ());
     }
     let Some(wheels) = wheels else {
         return Err(Error::usage("--wheels topic with --no-ros: expected speeds from one of log and topic"));
     };
-    let mut power = source(robot, arguments)?;
+    let mut power = source(context, robot, arguments)?;
     let Some(speed) = speed else {
         return Err(Error::usage(
             "--speed max with --wheels topic: expected a number, for both to keep in step",
@@ -171,9 +173,9 @@ fn live<const N: usize>(
 }
 
 /// The sensor, or a log in its place.
-fn source(robot: &Robot, arguments: &Arguments) -> Result<Box<dyn PowerSource>> {
+fn source(context: &Context, robot: &Robot, arguments: &Arguments) -> Result<Box<dyn PowerSource>> {
     if let Some(log) = &arguments.replay {
-        return Ok(Box::new(LoggedPower::open(log, robot)?));
+        return Ok(Box::new(LoggedPower::open(context, log, robot)?));
     }
     #[cfg(target_os = "linux")]
     {
@@ -241,6 +243,7 @@ struct Outlets {
 impl Outlet for Outlets {
     fn publish(&mut self, state: &State) -> Result<()> {
         if let Some(ros) = &mut self.ros {
+            ros.trouble().iter().for_each(|trouble| eprintln!("{trouble}"));
             ros.publish(state)?;
         }
         self.terminal.publish(state)

@@ -8,6 +8,7 @@ use logs::robot::{FOUND, Robot};
 use logs::with_wheels;
 use model::coefficients::CoefficientsFile;
 use numerics::robust::NORMAL_95;
+use support::context::Context;
 use support::error::{Error, Result};
 use support::output;
 
@@ -61,12 +62,12 @@ pub(crate) struct Arguments {
     units: UnitArguments,
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let robot = arguments.units.robot(&arguments.robot, [])?;
-    with_wheels!(robot, run_with(&robot, arguments))
+pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
+    let (context, robot) = &arguments.units.robot(context, &arguments.robot, [])?;
+    with_wheels!(robot, run_with(context, robot, arguments))
 }
 
-fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> {
+fn run_with<const N: usize>(context: &Context, robot: &Robot, arguments: &Arguments) -> Result<()> {
     let load = load(robot, arguments)?;
     let question = question(arguments)?;
     let pack = match (&question, robot.battery()) {
@@ -80,9 +81,9 @@ fn run_with<const N: usize>(robot: &Robot, arguments: &Arguments) -> Result<()> 
         (_, pack) => pack,
     };
     let file = CoefficientsFile::<N>::read(&arguments.coeffs, robot)?;
-    let plan = Plan::read(&arguments.plan)?;
+    let plan = Plan::read(context, &arguments.plan)?;
     let vehicle = rmf::vehicle(robot, &file.coefficients, load.mass_kg)?;
-    let report = predict::predict(robot, &file, &plan, &load, &vehicle);
+    let report = predict::predict(context, robot, &file, &plan, &load, &vehicle);
     let mut report = report.map_err(|error| error.in_file(&arguments.plan))?;
     if let (Some(question), Some(pack)) = (&question, pack) {
         report.battery = Some(predict::reach(&report.need(), pack, question)?);

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use study::baselines;
 use study::reproduce::{Settings, output, run as reproduce};
+use support::context::Context;
 use support::error::{Error, Result};
 use support::interrupt;
 use support::output::check_room;
@@ -45,14 +46,14 @@ const SEEDS: u64 = 20;
 /// Those of a reduced one: the fewest that have an interval.
 const REDUCED_SEEDS: u64 = 2;
 
-pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     let settings = settings(arguments)?;
     output::check(&arguments.out)?;
     check_room(&arguments.out, ROOM_BYTES)?;
     let stopped = interrupt::catch();
     let study = {
-        let progress = CountProgress::new("seeds", settings.seeds);
-        reproduce(&settings, stopped, || progress.one_more())?
+        let progress = CountProgress::new(context, "seeds", settings.seeds);
+        reproduce(context, &settings, stopped, || progress.one_more())?
     };
     output::save(&study, &arguments.out)?;
     if arguments.json {

@@ -15,8 +15,8 @@ use plant::{
     Sensors, Simulation, effects, log,
 };
 use serde::Serialize;
+use support::context::Context;
 use support::error::{Error, Result};
-use support::job;
 use support::output::{check_apart, write_whole};
 use support::own::Form;
 
@@ -163,7 +163,7 @@ struct Summary<'a> {
     peak_power_w: f64,
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     if arguments.effects && arguments.json {
         return support::output::print_json(&effects::json());
     }
@@ -182,15 +182,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         arguments.overwrite.check(&arguments.out, Form::SimulatedLog)?;
     }
     check_columns(&arguments.columns)?;
-    let scenario = scenario(arguments)?;
+    let scenario = scenario(context, arguments)?;
     let simulation = Simulation::new(&scenario)?;
     let totals = if to_stdout {
         let mut stdout = std::io::BufWriter::new(std::io::stdout().lock());
-        let totals = write_rows(&mut stdout, out, arguments, simulation)?;
+        let totals = write_rows(context, &mut stdout, out, arguments, simulation)?;
         stdout.flush().map_err(|error| Error::stdout(&error))?;
         totals
     } else {
-        write_whole(out, |file| write_rows(file, out, arguments, simulation))?
+        write_whole(out, |file| write_rows(context, file, out, arguments, simulation))?
     };
     if arguments.json {
         let preset = arguments.experiment.is_some();
@@ -236,7 +236,7 @@ fn check_columns(columns: &[Column]) -> Result<()> {
 }
 
 /// The scenario that the arguments ask for.
-fn scenario(arguments: &Arguments) -> Result<Scenario> {
+fn scenario(context: &Context, arguments: &Arguments) -> Result<Scenario> {
     let drive = &arguments.drive;
     if let Some(experiment) = arguments.experiment {
         return experiment::scenario(experiment, drive.seed);
@@ -245,7 +245,7 @@ fn scenario(arguments: &Arguments) -> Result<Scenario> {
     let mut scenario = match &arguments.robot {
         None => drive.scenario(arguments.kinematics)?,
         Some(name) => {
-            let described = logs::robot::Robot::load(name)?;
+            let described = logs::robot::Robot::load(context, name)?;
             let mut scenario = drive.scenario_on(body_of(&described, drive.plant)?)?;
             if !drive.has_mass() {
                 scenario.payload = PayloadSchedule::constant(described.mass_no_load_kg());
@@ -337,7 +337,13 @@ fn constant_profile(arguments: &Arguments, scenario: &Scenario) -> Result<Profil
     Ok(Profile::constant(&robot.geometry, limits, twist))
 }
 
-fn write_rows(log: &mut dyn Write, out: &Path, arguments: &Arguments, run: Simulation<'_>) -> Result<Totals> {
+fn write_rows(
+    context: &Context,
+    log: &mut dyn Write,
+    out: &Path,
+    arguments: &Arguments,
+    run: Simulation<'_>,
+) -> Result<Totals> {
     let failed = |error: std::io::Error| {
         if out.as_os_str() == "-" { Error::stdout(&error) } else { Error::io(out, &error) }
     };
@@ -346,7 +352,7 @@ fn write_rows(log: &mut dyn Write, out: &Path, arguments: &Arguments, run: Simul
     let (bar, begun) = (progress(run.rows()), Instant::now());
     let totals = log::write_rows(log, failed, run, &columns, |rows| {
         if rows.is_multiple_of(1000) {
-            job::point();
+            context.point();
         }
         if rows.is_multiple_of(1000) && begun.elapsed() > Duration::from_secs(1) {
             bar.set_position(rows);

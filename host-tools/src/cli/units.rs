@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use super::weighed::Log;
-use logs::foreign::{self, Reading};
+use logs::foreign::Reading;
 use logs::robot::{LogUnits, MassUnit, PowerUnit, Robot, SpeedUnit};
+use support::context::Context;
 use support::error::Result;
 
 /// Units of the logs' columns, where they are not those that the columns' names say.
@@ -35,17 +36,19 @@ pub(super) struct UnitArguments {
 }
 
 impl UnitArguments {
-    /// The robot by its name or file, with these units of its logs and what was weighed with each of them.
+    /// The robot by its name or file, with these units of its logs and what was weighed with each of them; and
+    /// the context that reads them so.
     ///
     /// # Errors
     /// As [`Robot::load`]; units that this robot's logs cannot have.
     pub(super) fn robot<'a>(
         &self,
+        context: &Context,
         name_or_path: &Path,
         logs: impl IntoIterator<Item = &'a Log>,
-    ) -> Result<Robot> {
+    ) -> Result<(Context, Robot)> {
         let weighed = |log: &Log| -> Option<(PathBuf, f64)> { Some((log.path.clone(), log.mass_kg?)) };
-        let robot = Robot::load(name_or_path)?.with_log_units(LogUnits {
+        let robot = Robot::load(context, name_or_path)?.with_log_units(LogUnits {
             speed: self.speed_unit,
             power: self.power_unit,
             mass: self.mass_unit,
@@ -53,11 +56,8 @@ impl UnitArguments {
             power_is_flipped: self.flip_power,
             masses: logs.into_iter().filter_map(weighed).collect(),
         })?;
-        foreign::read_as(Reading {
-            robot: robot.clone(),
-            allow_cut: self.allow_truncated,
-            verbose: self.verbose,
-        });
-        Ok(robot)
+        let reading =
+            Reading { robot: robot.clone(), allow_cut: self.allow_truncated, verbose: self.verbose };
+        Ok((context.with_reading(reading), robot))
     }
 }

@@ -7,8 +7,9 @@ use std::collections::HashMap;
 use std::fs::{File, Metadata};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, LazyLock, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
+use crate::context::Context;
 use crate::error::{Error, Result};
 
 /// Bytes of the longest description (robot, coefficients, effects): some 10⁵ lines, where people write a hundred.
@@ -39,39 +40,25 @@ struct Kept {
     length: u64,
 }
 
-/// Rows that were made of another file, kept in a temporary one for whoever opens that file.
-#[derive(Debug, Clone)]
-pub struct Spool(Arc<Mutex<Kept>>);
-
-impl Spool {
-    /// Of a temporary file that has been written.
-    ///
-    /// # Errors
-    /// What the operating system refuses.
-    pub fn new(read: File) -> io::Result<Self> {
-        let length = read.metadata()?.len();
-        Ok(Self(Arc::new(Mutex::new(Kept { pipe: None, read, length }))))
-    }
-}
-
-/// Pipes that have been opened, by the name that they were opened by.
-static PIPES: LazyLock<Mutex<HashMap<PathBuf, Arc<Mutex<Kept>>>>> = LazyLock::new(Mutex::default);
+/// Pipes that a call has opened, by the name that they were opened by.
+type Pipes = Mutex<HashMap<PathBuf, Arc<Mutex<Kept>>>>;
 
 impl Input {
-    /// Opens a file or a pipe.
+    /// Opens a file or a pipe, which the call keeps as long as it lasts.
     ///
     /// # Errors
     /// What the operating system refuses.
-    pub fn open(path: &Path) -> Result<Self> {
-        Self::try_open(path).map_err(|error| Error::io(path, &error))
+    pub fn open(context: &Context, path: &Path) -> Result<Self> {
+        Self::try_open(context, path).map_err(|error| Error::io(path, &error))
     }
 
-    fn try_open(path: &Path) -> io::Result<Self> {
+    fn try_open(context: &Context, path: &Path) -> io::Result<Self> {
         let metadata = std::fs::metadata(path)?;
         if metadata.is_file() || metadata.is_dir() {
             return Ok(Self { from: From::File(File::open(path)?), metadata });
         }
-        let mut pipes = PIPES.lock().unwrap_or_else(PoisonError::into_inner);
+        let pipes = context.kept::<Pipes>();
+        let mut pipes = pipes.lock().unwrap_or_else(PoisonError::into_inner);
         let kept = match pipes.get(path) {
             Some(kept) => Arc::clone(kept),
             None => {
@@ -82,15 +69,6 @@ impl Input {
             }
         };
         Ok(Self { from: From::Pipe { kept, offset: 0 }, metadata })
-    }
-
-    /// What was made of a file, in its place.
-    ///
-    /// # Errors
-    /// The file is gone.
-    pub fn of_spool(path: &Path, spool: &Spool) -> Result<Self> {
-        let metadata = std::fs::metadata(path).map_err(|error| Error::io(path, &error))?;
-        Ok(Self { from: From::Pipe { kept: Arc::clone(&spool.0), offset: 0 }, metadata })
     }
 
     /// What it is.
@@ -143,14 +121,21 @@ impl Kept {
     }
 }
 
-/// All of a text, as long as it has at most so many bytes.
+/// All of a text that is read once, as long as it has at most so many bytes.
 ///
 /// # Errors
 /// What the operating system refuses; a longer text, or none.
 pub fn read_text(path: &Path, most: u64) -> Result<String> {
+    text_of(File::open(path).map_err(|error| Error::io(path, &error))?, path, most)
+}
+
+/// The same of what has been opened.
+///
+/// # Errors
+/// As [`read_text`].
+pub fn text_of(input: impl Read, path: &Path, most: u64) -> Result<String> {
     let mut text = Vec::new();
-    let mut input = Input::open(path)?;
-    (&mut input).take(most + 1).read_to_end(&mut text).map_err(|error| Error::io(path, &error))?;
+    input.take(most + 1).read_to_end(&mut text).map_err(|error| Error::io(path, &error))?;
     if text.len() as u64 > most {
         let message = format!("is longer than {most} bytes; expected a text that somebody wrote");
         return Err(Error::failed(message).in_file(path));
@@ -178,13 +163,14 @@ mod tests {
         let content: Vec<u8> = (0..100_000_u32).flat_map(u32::to_le_bytes).collect();
         let (to, written) = (path.clone(), content.clone());
         let writer = std::thread::spawn(move || File::create(to).unwrap().write_all(&written).unwrap());
-        let mut first = Input::open(&path).unwrap();
+        let context = Context::default();
+        let mut first = Input::open(&context, &path).unwrap();
         let mut start = vec![0; 1000];
         first.read_exact(&mut start).unwrap();
         assert_eq!(start, content[..1000]);
         for _ in 0..2 {
             let mut all = Vec::new();
-            Input::open(&path).unwrap().read_to_end(&mut all).unwrap();
+            Input::open(&context, &path).unwrap().read_to_end(&mut all).unwrap();
             assert_eq!(all, content);
         }
         let mut rest = Vec::new();

@@ -3,30 +3,20 @@
 use std::any::Any;
 use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rayon::ThreadPoolBuilder;
 
+use crate::context::{Context, Stopped};
 use crate::error::{Error, Result};
+use crate::printable;
 
 /// Work of which somebody else decides when it ends, and who reads what it says.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub struct Job {
-    is_stopped: AtomicBool,
+    /// Of the work.
+    pub context: Context,
     kept: Mutex<Kept>,
-    progress: Mutex<Option<Progress>>,
-}
-
-/// How far a job is.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Progress {
-    /// What it does: a few words.
-    pub what: String,
-    /// Of `total`, in bytes or pieces.
-    pub done: u64,
-    /// 0 where nobody knows.
-    pub total: u64,
 }
 
 /// What a job would have printed.
@@ -38,28 +28,18 @@ pub struct Kept {
     pub said: Vec<String>,
 }
 
-/// Unwinds out of the work of a stopped job. No panic: nothing is printed, and [`run`] catches it.
-struct Stopped;
-
 thread_local! {
     /// The job that this thread works for.
     static CURRENT: RefCell<Option<Arc<Job>>> = const { RefCell::new(None) };
 }
 
 impl Job {
-    /// Ends the work at its next [`point`].
-    pub fn stop(&self) {
-        self.is_stopped.store(true, Ordering::Relaxed);
-    }
-
-    /// What it has said so far, which is then forgotten.
+    /// What it has said so far, which is then forgotten: notices first.
     pub fn take(&self) -> Kept {
-        std::mem::take(&mut *self.kept())
-    }
-
-    /// How far it is, where it has said so.
-    pub fn progress(&self) -> Option<Progress> {
-        self.progress.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        let Kept { printed, said } = std::mem::take(&mut *self.kept());
+        let notices = self.context.take_notices().lines;
+        let notices = notices.iter().map(|line| printable::line(&format!("gmr: {line}")));
+        Kept { printed, said: notices.chain(said).collect() }
     }
 
     fn kept(&self) -> MutexGuard<'_, Kept> {
@@ -74,13 +54,13 @@ impl Job {
 ///
 /// # Panics
 /// As `work`.
-pub fn run<T: Send>(job: &Arc<Job>, work: impl FnOnce() -> Result<T> + Send) -> Result<Option<T>> {
+pub fn run<T: Send>(job: &Arc<Job>, work: impl FnOnce(&Context) -> Result<T> + Send) -> Result<Option<T>> {
     let for_threads = Arc::clone(job);
     let threads = ThreadPoolBuilder::new()
         .start_handler(move |_| CURRENT.set(Some(Arc::clone(&for_threads))))
         .build()
         .map_err(|error| Error::failed(format!("no threads to work on: {error}")))?;
-    match catch_unwind(AssertUnwindSafe(|| threads.install(work))) {
+    match catch_unwind(AssertUnwindSafe(|| threads.install(|| work(&job.context)))) {
         Ok(result) => result.map(Some),
         Err(payload) if is_stop(&*payload) => Ok(None),
         Err(panic) => resume_unwind(panic),
@@ -91,25 +71,13 @@ fn is_stop(payload: &(dyn Any + Send)) -> bool {
     payload.is::<Stopped>()
 }
 
-/// Where a stopped job ends: long work comes by several times a second. It unwinds, as whoever computes cannot fail otherwise. Outside
-/// of jobs it does nothing.
+/// [`Context::point`] of the job that this thread works for; outside of jobs it does nothing.
 #[inline]
 pub fn point() {
-    let is_stopped =
-        CURRENT.with_borrow(|job| job.as_ref().is_some_and(|job| job.is_stopped.load(Ordering::Relaxed)));
-    if is_stopped {
-        resume_unwind(Box::new(Stopped));
+    let context = CURRENT.with_borrow(|job| job.as_ref().map(|job| job.context.clone()));
+    if let Some(context) = context {
+        context.point();
     }
-}
-
-/// Says how far this thread's job is; outside of jobs nothing.
-pub(crate) fn at(what: &str, done: u64, total: u64) {
-    CURRENT.with_borrow(|job| {
-        if let Some(job) = job {
-            let now = Progress { what: what.to_owned(), done, total };
-            *job.progress.lock().unwrap_or_else(PoisonError::into_inner) = Some(now);
-        }
-    });
 }
 
 /// Keeps what would go to standard output; false outside of jobs.
@@ -131,15 +99,17 @@ mod tests {
     use rayon::prelude::*;
 
     use super::*;
+    use crate::output;
 
     /// Whatever thread it is printed on.
     #[test]
     fn what_a_job_says_is_its_own() {
         let jobs = [Arc::new(Job::default()), Arc::new(Job::default())];
         let work = |job: &Arc<Job>, what: &str| {
-            let all = || {
-                (0..100).into_par_iter().for_each(|_| println!("{what}"));
-                eprintln!("{what} is done");
+            let all = |context: &Context| {
+                (0..100).into_par_iter().for_each(|_| output::print(format_args!("{what}\n")));
+                output::say(format_args!("{what} is done"));
+                context.notice(format_args!("{what} was there"));
                 Ok(what.len())
             };
             run(job, all).unwrap()
@@ -148,16 +118,17 @@ mod tests {
             let first = scope.spawn(|| work(&jobs[0], "one"));
             assert_eq!((work(&jobs[1], "three"), first.join().unwrap()), (Some(5), Some(3)));
         });
-        let kept = jobs.map(|job| job.take());
-        assert_eq!(kept[0], Kept { printed: "one\n".repeat(100), said: vec!["one is done".to_owned()] });
-        assert_eq!(kept[1], Kept { printed: "three\n".repeat(100), said: vec!["three is done".to_owned()] });
+        for (kept, what) in jobs.map(|job| job.take()).iter().zip(["one", "three"]) {
+            assert_eq!(kept.printed, format!("{what}\n").repeat(100));
+            assert_eq!(kept.said, [format!("gmr: {what} was there"), format!("{what} is done")]);
+        }
     }
 
     #[test]
     fn a_stopped_job_ends_on_all_its_threads() {
         let job = Arc::new(Job::default());
-        job.stop();
-        let endless = || {
+        job.context.stop();
+        let endless = |_: &Context| {
             (0..4).into_par_iter().for_each(|_| {
                 loop {
                     point();

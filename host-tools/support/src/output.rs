@@ -218,7 +218,7 @@ pub fn json_line(report: &impl serde::Serialize) -> Result<String> {
 /// # Errors
 /// As [`json`].
 pub fn print_json(report: &impl serde::Serialize) -> Result<()> {
-    println!("{}", json(report)?);
+    print(format_args!("{}\n", json(report)?));
     Ok(())
 }
 

@@ -5,10 +5,11 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::job;
+use crate::context::Context;
 
 /// Bytes read of a list of files.
 pub struct FileProgress {
+    context: Context,
     bar: Option<ProgressBar>,
     started: Instant,
     total: u64,
@@ -18,15 +19,22 @@ pub struct FileProgress {
 
 impl FileProgress {
     /// Over these files; those whose size is not known count as empty.
-    pub fn new(files: &[PathBuf]) -> Self {
+    pub fn new(context: &Context, files: &[PathBuf]) -> Self {
         let size = |file: &PathBuf| std::fs::metadata(file).map_or(0, |metadata| metadata.len());
-        Self { bar: None, started: Instant::now(), total: files.iter().map(size).sum(), done: 0, current: 0 }
+        Self {
+            context: context.clone(),
+            bar: None,
+            started: Instant::now(),
+            total: files.iter().map(size).sum(),
+            done: 0,
+            current: 0,
+        }
     }
 
     /// So many bytes of the current file are read.
     pub fn at(&mut self, (bytes, _): (u64, Option<u64>)) {
         self.current = bytes;
-        job::at("reading", self.done + bytes, self.total);
+        self.context.at("reading", self.done + bytes, self.total);
         if self.bar.is_none() && self.started.elapsed() > Duration::from_secs(1) {
             let bar = ProgressBar::new(self.total);
             if let Ok(style) =
@@ -57,24 +65,25 @@ impl FileProgress {
 
 /// Work in stages of unknown length: a spinner that says which one, on a terminal only.
 pub struct StageProgress {
+    context: Context,
     bar: ProgressBar,
 }
 
 impl StageProgress {
     /// With the first one.
-    pub fn new(stage: &'static str) -> Self {
+    pub fn new(context: &Context, stage: &'static str) -> Self {
         let bar = ProgressBar::no_length();
         if let Ok(style) = ProgressStyle::with_template("{spinner} {wide_msg} {elapsed}") {
             bar.set_style(style);
         }
         bar.set_message(stage);
         bar.enable_steady_tick(Duration::from_millis(120));
-        Self { bar }
+        Self { context: context.clone(), bar }
     }
 
     /// Now this one.
     pub fn at(&self, stage: &'static str) {
-        job::at(stage, 0, 0);
+        self.context.at(stage, 0, 0);
         self.bar.set_message(stage);
     }
 }
@@ -87,12 +96,13 @@ impl Drop for StageProgress {
 
 /// So many pieces of work of one kind: a bar, on a terminal only. Pieces may end on any thread.
 pub struct CountProgress {
+    context: Context,
     bar: ProgressBar,
 }
 
 impl CountProgress {
     /// None is done.
-    pub fn new(what: &'static str, count: u64) -> Self {
+    pub fn new(context: &Context, what: &'static str, count: u64) -> Self {
         let bar = ProgressBar::new(count).with_prefix(what);
         if let Ok(style) =
             ProgressStyle::with_template("{prefix} {bar:40} {pos} of {len}, {elapsed}, {eta} left")
@@ -100,13 +110,14 @@ impl CountProgress {
             bar.set_style(style);
         }
         bar.enable_steady_tick(Duration::from_millis(250));
-        Self { bar }
+        Self { context: context.clone(), bar }
     }
 
     /// One more is done.
     pub fn one_more(&self) {
         self.bar.inc(1);
-        job::at(&self.bar.prefix(), self.bar.position(), self.bar.length().unwrap_or(0));
+        let (done, total) = (self.bar.position(), self.bar.length().unwrap_or(0));
+        self.context.at(&self.bar.prefix(), done, total);
     }
 }
 

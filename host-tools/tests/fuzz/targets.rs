@@ -17,6 +17,7 @@ use logs::foreign::choose;
 use logs::robot::Robot;
 use model::coefficients::CoefficientsFile;
 use model_core::coefficients::Coefficients;
+use support::context::Context;
 use virtual_board::servo_bus::ServoBus;
 
 /// Gets the bytes, and a path to write them to where it reads a file.
@@ -43,8 +44,8 @@ pub(crate) const TARGETS: [(&str, Target); 14] = [
 /// A CSV log, as `fit` and `estimate` read it.
 fn log(data: &[u8], path: &Path) {
     std::fs::write(path, data).expect("the folder is there");
-    let robot = Robot::load("burger").expect("it is built in");
-    let Ok(mut rows) = SampleReader::<2>::open(path, &robot) else { return };
+    let robot = Robot::named("burger").expect("it is built in");
+    let Ok(mut rows) = SampleReader::<2>::open(&Context::default(), path, &robot) else { return };
     while let Ok(Some(row)) = rows.next_row() {
         assert!(row.time.is_finite() && row.sample.power.is_finite(), "what is handed out is a number");
     }
@@ -53,7 +54,7 @@ fn log(data: &[u8], path: &Path) {
 /// A bag or ULog, cut off or not: its topics, what is chosen of them for this robot, and all rows of that.
 fn bag(data: &[u8], path: &Path) {
     std::fs::write(path, data).expect("the folder is there");
-    let robot = Robot::load("burger").expect("it is built in");
+    let robot = Robot::named("burger").expect("it is built in");
     let Ok(bag) = Bag::open(path, true) else { return };
     for topic in bag.topics() {
         let _ = log_formats::paths(topic);
@@ -105,7 +106,7 @@ fn robot(data: &[u8], _: &Path) {
 /// A coefficients.toml, with all that is read of it.
 fn coefficients(data: &[u8], path: &Path) {
     std::fs::write(path, data).expect("the folder is there");
-    let robot = Robot::load("burger").expect("it is built in");
+    let robot = Robot::named("burger").expect("it is built in");
     if let Ok(read) = CoefficientsFile::<2>::read(path, &robot) {
         // As `flash` does.
         let _ = read.coefficients.convert::<f32>().and_then(|single| single.encode());

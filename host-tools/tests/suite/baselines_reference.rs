@@ -32,7 +32,7 @@ fn numbers(value: &Value) -> Vec<f64> {
 }
 
 fn robot(name: &str) -> Robot {
-    Robot::load(name).unwrap()
+    Robot::named(name).unwrap()
 }
 
 /// A point of a robot whose left and right wheels move so; without a dead band.

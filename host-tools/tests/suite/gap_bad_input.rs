@@ -14,6 +14,7 @@ use crate::common::{Bench, ROBOT, TRUTH, drive};
 use model_core::torque::{Drive, TorqueModel};
 use proptest::prelude::{ProptestConfig, any, prop, proptest};
 use proptest::strategy::Strategy;
+use support::context::Context;
 
 const FIELD: [&str; 4] = ["f1.csv", "f2.csv", "f3.csv", "f4.csv"];
 const BASE: [&str; 3] = ["b1.csv", "b2.csv", "b3.csv"];
@@ -387,7 +388,7 @@ proptest! {
         let torque = TorqueModel::from_array([coulomb, rolling, viscous, rotor, gain, loss, 0.0]);
         let base = Base { torque, covariance: None, drive: Drive::Dissipative, masses_kg: Vec::new(), of_simulator: false };
         let core = robot.core::<2>(5.0).unwrap();
-        match Runs::<2>::read(&robot, &core, &files, 2.0).and_then(|runs| investigate(&runs, None, &base, &Options::default())) {
+        match Runs::<2>::read(&Context::default(), &robot, &core, &files, 2.0).and_then(|runs| investigate(&runs, None, &base, &Options::default())) {
             Ok(report) => {
                 let json = gap::report::json::json(&report, gap::report::json::Beside::default());
                 assert!(json["verdict"].is_string());
@@ -395,7 +396,7 @@ proptest! {
             }
             Err(error) => assert!(!error.to_string().is_empty() && !error.to_string().contains('\n'), "{error}"),
         }
-        match power_only::read(&files, 1.0).and_then(|runs| power_only::investigate(&runs)) {
+        match power_only::read(&Context::default(), &files, 1.0).and_then(|runs| power_only::investigate(&runs)) {
             Ok(report) => drop(gap::report::json::json(&report, gap::report::json::Beside::default())),
             Err(error) => assert!(!error.to_string().contains('\n'), "{error}"),
         }

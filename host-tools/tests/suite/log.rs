@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use logs::robot::Robot;
 use logs::{ColumnRequest, DriveReader, Header, LogReader, Record, Role};
+use support::context::Context;
 use support::error::Error;
 
 /// A log in a folder that lives as long as it.
@@ -29,7 +30,7 @@ fn requests() -> [ColumnRequest; 3] {
 }
 
 fn rows(log: &Log) -> Result<(Vec<[f64; 3]>, LogReader), Error> {
-    let mut reader = LogReader::open(&log.path, &requests())?;
+    let mut reader = LogReader::open(&Context::default(), &log.path, &requests())?;
     let (mut rows, mut values) = (Vec::new(), [0.0; 3]);
     while reader.next_row(&mut values)?.is_some() {
         rows.push(values);
@@ -133,7 +134,7 @@ fn time_must_increase_and_both_times_are_named() {
 fn time_may_restart_where_the_run_changes() {
     let log = log("time_s,run,power_w\n0,first,1\n1,first,1\n0,second,1\n1,second,1\n");
     let requests = [ColumnRequest::required("time_s", Role::Time), ColumnRequest::required("run", Role::Run)];
-    let mut reader = LogReader::open(&log.path, &requests).unwrap();
+    let mut reader = LogReader::open(&Context::default(), &log.path, &requests).unwrap();
     let (mut runs, mut values) = (Vec::new(), [0.0; 2]);
     while reader.next_row(&mut values).unwrap().is_some() {
         runs.push(values[1]);
@@ -192,15 +193,17 @@ fn what_is_no_log_says_what_it_is() {
 #[test]
 fn paths_that_are_no_file_say_so() {
     let folder = tempfile::tempdir().unwrap();
-    let error = Header::open(folder.path()).err().unwrap().to_string();
+    let error = Header::open(&Context::default(), folder.path()).err().unwrap().to_string();
     assert!(error.contains("is a folder; expected a run log"), "{error}");
-    let error = Header::open(folder.path().join("absent.csv")).err().unwrap().to_string();
+    let error =
+        Header::open(&Context::default(), folder.path().join("absent.csv")).err().unwrap().to_string();
     assert!(error.contains("absent.csv: No such file"), "{error}");
 }
 
 fn drive(content: &str) -> Result<(Vec<Record<2>>, DriveReader<2>), Error> {
     let log = log(content);
-    let mut reader = DriveReader::<2>::open(&log.path, &Robot::load("burger").unwrap())?;
+    let mut reader =
+        DriveReader::<2>::open(&Context::default(), &log.path, &Robot::named("burger").unwrap())?;
     let mut records = Vec::new();
     while let Some(record) = reader.next_record()? {
         records.push(record);
@@ -262,7 +265,8 @@ fn time_in_milliseconds_is_recognised() {
 #[test]
 fn a_fault_among_the_rows_read_ahead_comes_after_the_rows_before_it() {
     let log = log("time_s,wheel1_rad_s,wheel2_rad_s,power_w\n0,1,1,1\n1,1,1,1\n2,1,1,1\n3,1,x,1\n");
-    let mut reader = DriveReader::<2>::open(&log.path, &Robot::load("burger").unwrap()).unwrap();
+    let mut reader =
+        DriveReader::<2>::open(&Context::default(), &log.path, &Robot::named("burger").unwrap()).unwrap();
     for _ in 0..3 {
         assert!(reader.next_record().unwrap().is_some());
     }
@@ -277,8 +281,9 @@ fn extra_columns_come_with_their_row() {
         writeln!(text, "{row},1,1,1,{}", 2 * row).unwrap();
     }
     let log = log(text);
-    let robot = Robot::load("burger").unwrap();
-    let mut reader = DriveReader::<2>::open_with(&log.path, &robot, &["pitch_rad"]).unwrap();
+    let robot = Robot::named("burger").unwrap();
+    let mut reader =
+        DriveReader::<2>::open_with(&Context::default(), &log.path, &robot, &["pitch_rad"]).unwrap();
     let mut rows = 0;
     while let Some(record) = reader.next_record().unwrap() {
         assert_eq!(reader.extras(), [2.0 * record.time_s]);
@@ -311,10 +316,10 @@ fn throughput() {
         }
     }
     let megabytes = std::fs::metadata(&path).unwrap().len() as f64 / 1e6;
-    let robot = Robot::load("burger").unwrap();
+    let robot = Robot::named("burger").unwrap();
     for _ in 0..3 {
         let start = std::time::Instant::now();
-        let mut reader = DriveReader::<2>::open(&path, &robot).unwrap();
+        let mut reader = DriveReader::<2>::open(&Context::default(), &path, &robot).unwrap();
         let (mut rows, mut sum) = (0_u64, 0.0);
         while let Some(record) = reader.next_record().unwrap() {
             rows += 1;

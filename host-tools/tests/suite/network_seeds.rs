@@ -11,15 +11,17 @@ use logs::robot::Robot;
 use model_core::eq18::Gate;
 use study::baselines::network::{Ending, Network, Settings, perceptron};
 use study::baselines::{Baseline, Point};
+use support::context::Context;
 use support::metrics::{Metrics, Quality};
 
 fn simulated(folder: &Path, arguments: &str) -> Vec<Point> {
     let log = folder.join("log.csv");
     let mut command = Command::cargo_bin("gmr").expect("gmr is built with its tests");
     command.arg("simulate").args(arguments.split(' ')).arg("--out").arg(&log).assert().success();
-    let robot = Robot::load("burger").expect("built in");
+    let robot = Robot::named("burger").expect("built in");
     let reading = Reading { gate: Gate::Signed, cutoff_hz: Some(1.0), mass_kg: 1.0 };
-    let dataset = fit::read::<2>(&robot, &[log], &reading).expect("a log of the simulator");
+    let dataset =
+        fit::read::<2>(&Context::default(), &robot, &[log], &reading).expect("a log of the simulator");
     dataset.store.iter().map(|row| Point::new(&dataset.robot, row)).collect()
 }
 

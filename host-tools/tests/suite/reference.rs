@@ -9,6 +9,7 @@ use logs::robot::Robot;
 use crate::common::{Bench, NAMES, ROBOT, number};
 use model_core::eq18::Gate;
 use serde_json::Value;
+use support::context::Context;
 
 /// The filter's cutoff of the reference, Hz.
 const CUTOFF_HZ: f64 = 3.0;
@@ -43,7 +44,7 @@ fn fit(arguments: &[&str]) -> Value {
 fn the_filter_is_scipys() {
     let robot = Robot::parse(&robot()).unwrap();
     let reading = Reading { gate: Gate::Signed, cutoff_hz: None, mass_kg: 1.0 };
-    let dataset = fit::read::<2>(&robot, &[folder().join("log.csv")], &reading).unwrap();
+    let dataset = fit::read::<2>(&Context::default(), &robot, &[folder().join("log.csv")], &reading).unwrap();
     let reference = reference();
     assert_eq!(reference["filtered_rows"], dataset.store.len());
     for expected in reference["filtered"].as_array().unwrap() {

@@ -1,6 +1,7 @@
 //! robot.toml: what loads, what is refused and how.
 
 use logs::robot::{Geometry, Robot};
+use support::context::Context;
 
 const BURGER: &str = "name = \"b\"\nkinematics = \"differential\"\nwheel_radius_m = 0.033\ntrack_m = 0.16\n\
                       mass_no_load_kg = 1\nmass_full_load_kg = 6\n";
@@ -23,24 +24,24 @@ fn built_in_robots_load_by_lenient_names() {
     for name in
         ["burger", "Burger", "turtlebot3-burger", "TurtleBot3_Burger", "warthog", "husky", "husky-a200"]
     {
-        assert_eq!(Robot::load(name).unwrap().wheels(), 2, "{name}");
+        assert_eq!(Robot::load(&Context::default(), name).unwrap().wheels(), 2, "{name}");
     }
-    let burger = Robot::load("burger").unwrap();
+    let burger = Robot::named("burger").unwrap();
     assert_eq!(*burger.geometry(), Geometry::DifferentialDrive { wheel_radius_m: 0.033, track_m: 0.16 });
     assert!(!burger.power_is_total(), "logs of the simulator hold actuation power");
     assert!(burger.sensors().is_some());
-    assert!(Robot::load("warthog").unwrap().regeneration());
+    assert!(Robot::named("warthog").unwrap().regeneration());
     for robot in ["burger", "warthog", "husky"] {
-        assert!(Robot::load(robot).unwrap().unknown_keys().is_empty(), "{robot}");
+        assert!(Robot::load(&Context::default(), robot).unwrap().unknown_keys().is_empty(), "{robot}");
     }
 }
 
 #[test]
 fn what_is_no_robot_says_so() {
-    let error = Robot::load("burgr").unwrap_err();
+    let error = Robot::load(&Context::default(), "burgr").unwrap_err();
     assert_eq!(error.exit_code(), 2, "a name that does not exist is wrong usage");
     assert!(error.to_string().contains("expected burger, turtlebot4, warthog, husky or the path"), "{error}");
-    let error = Robot::load("no/such/robot.toml").unwrap_err();
+    let error = Robot::load(&Context::default(), "no/such/robot.toml").unwrap_err();
     assert_eq!(error.exit_code(), 1);
     assert!(error.to_string().starts_with("no/such/robot.toml: "), "{error}");
 }

@@ -6,6 +6,7 @@ use logs::robot::Robot;
 
 use crate::common::{Bench, excerpt};
 use serde_json::Value;
+use support::context::Context;
 
 /// A log as columns.
 struct Log {
@@ -88,12 +89,13 @@ fn assert_named(bench: &Bench, robot: &str, log: &Log, radius: f64) {
     bench.put("right.csv", log.with(&[], |value, _| value));
     let (said, right) = findings(bench, robot, "right.csv", &[]);
     assert!(!said.contains("--"), "{said}");
-    let known = Robot::load(robot).unwrap();
+    let known = Robot::load(&Context::default(), robot).unwrap();
     for (name, text, expected) in wrong(log, radius) {
         bench.put("wrong.csv", text);
         let (said, report) = findings(bench, robot, "wrong.csv", &[]);
         assert!(said.contains(expected), "{robot} {name}: {said}");
-        let warned = entrance::look::<2>(&known, &[bench.path("wrong.csv")], 1.0).unwrap();
+        let warned =
+            entrance::look::<2>(&Context::default(), &known, &[bench.path("wrong.csv")], 1.0).unwrap();
         let warned: String = warned.into_iter().map(|warning| warning.text).collect();
         assert!(warned.contains(expected), "{robot} {name}, as fit sees it: {warned}");
         if let Some(remedy) = expected.strip_prefix("--") {

@@ -23,6 +23,7 @@ use model_core::coefficients::{Coefficients, Name};
 use model_core::model::Model;
 use plant::{Effect, Kinematics, PayloadSchedule, PlantSet, ProfileKind, Scenario};
 use serde_json::Value;
+use support::context::Context;
 use tempfile::TempDir;
 use virtual_board::board::{BoardOptions, VirtualBoard};
 use virtual_board::flash::VirtualFlash;
@@ -181,7 +182,7 @@ fn train(folder: &TempDir) -> (String, String, Coefficients<f32, 2>) {
     let coefficients = path(folder, "coefficients.toml");
     let (empty, full) = (path(folder, "empty.csv"), path(folder, "full.csv"));
     gmr(&["fit", "--robot", &robot_file, "--out", &coefficients, &empty, &full]);
-    let robot = Robot::load(Path::new(&robot_file)).unwrap();
+    let robot = Robot::load(&Context::default(), Path::new(&robot_file)).unwrap();
     let fitted = CoefficientsFile::<2>::read(Path::new(&coefficients), &robot)
         .unwrap()
         .coefficients
@@ -324,7 +325,7 @@ fn a_slope_that_nobody_told_is_named_flashed_and_gone() {
     assert!((slope / 0.02 - 1.0).abs() < 0.1, "{slope}");
     assert!(found["gap_closed"].as_f64().unwrap() > 0.9, "{found:#}");
 
-    let loaded = Robot::load(Path::new(robot)).unwrap();
+    let loaded = Robot::load(&Context::default(), Path::new(robot)).unwrap();
     let read = CoefficientsFile::<2>::read(Path::new(extended), &loaded).unwrap().coefficients;
     upload(read.convert::<f32>().unwrap().encode().unwrap().as_bytes());
     let before = estimate(coefficients, &runs[1]);

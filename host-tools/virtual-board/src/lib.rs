@@ -10,6 +10,7 @@
 //!
 //! It runs on Linux. What needs no emulator, FIFO or pseudo terminal runs anywhere. The plant and its power tree
 //! stay in [`plant`]: the paper's experiment reads the same rails without a board.
+#![deny(clippy::print_stderr, clippy::print_stdout)]
 
 #[cfg(target_os = "linux")]
 pub mod board;

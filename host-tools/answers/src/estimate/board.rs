@@ -4,6 +4,7 @@ use std::path::Path;
 
 use logs::{ColumnRequest, Header, LogReader, Role, TIME};
 use serde::Serialize;
+use support::context::Context;
 use support::error::Result;
 use support::metrics::{Metrics, Quality};
 
@@ -66,10 +67,10 @@ impl BoardTrack {
     ///
     /// # Errors
     /// A file cannot be read, or the truth has no mass.
-    pub fn open(log: &Path, truth: Option<&Path>, mape_floor_w: f64) -> Result<Self> {
-        let is_recorded = Header::open(log)?.has(COLUMNS[0]);
-        let log = is_recorded.then(|| Columns::open(log, COLUMNS, false)).transpose()?;
-        let truth = truth.map(|truth| Columns::open(truth, [logs::MASS], true)).transpose()?;
+    pub fn open(context: &Context, log: &Path, truth: Option<&Path>, mape_floor_w: f64) -> Result<Self> {
+        let is_recorded = Header::open(context, log)?.has(COLUMNS[0]);
+        let log = is_recorded.then(|| Columns::open(context, log, COLUMNS, false)).transpose()?;
+        let truth = truth.map(|truth| Columns::open(context, truth, [logs::MASS], true)).transpose()?;
         Ok(Self {
             log,
             truth,
@@ -160,8 +161,14 @@ pub struct Delay {
 ///
 /// # Errors
 /// The truth cannot be read.
-pub fn delays(truth: &Path, from_s: f64, to_s: f64, noticed: &[Change]) -> Result<Vec<Delay>> {
-    let mut columns = Columns::open(truth, [logs::MASS], true)?;
+pub fn delays(
+    context: &Context,
+    truth: &Path,
+    from_s: f64,
+    to_s: f64,
+    noticed: &[Change],
+) -> Result<Vec<Delay>> {
+    let mut columns = Columns::open(context, truth, [logs::MASS], true)?;
     let mut before = None;
     let mut times = Vec::new();
     while let Some((time, [mass])) = columns.advance()? {
@@ -188,7 +195,7 @@ struct Columns<const K: usize> {
 }
 
 impl<const K: usize> Columns<K> {
-    fn open(path: &Path, names: [&str; K], required: bool) -> Result<Self> {
+    fn open(context: &Context, path: &Path, names: [&str; K], required: bool) -> Result<Self> {
         let mut requests = vec![ColumnRequest::required(TIME, Role::Time)];
         requests.extend(names.map(|name| {
             if required {
@@ -197,7 +204,7 @@ impl<const K: usize> Columns<K> {
                 ColumnRequest::optional(name, Role::MaybeNumber)
             }
         }));
-        let mut columns = Self { reader: LogReader::open(path, &requests)?, row: None, ahead: None };
+        let mut columns = Self { reader: LogReader::open(context, path, &requests)?, row: None, ahead: None };
         columns.ahead = columns.read()?;
         Ok(columns)
     }
@@ -264,7 +271,7 @@ mod tests {
         let rows = "0.5,,,,\n1,2,3,2,4\n26,2.5,4.1,3.9,4.3\n27,2,3.9,4.05,4.1\n";
         write(&log, format!("{header}\n{rows}")).unwrap();
         write(&truth, "time_s,mass_kg\n0.4,3\n1,4\n2,4\n25.9,4\n").unwrap();
-        let mut track = BoardTrack::open(&log, Some(&truth), 0.1).unwrap();
+        let mut track = BoardTrack::open(&Context::default(), &log, Some(&truth), 0.1).unwrap();
         // A sample that the replay has and the board has not changes nothing.
         for (time, mass) in
             [(0.5, Some(3.0)), (1.0, Some(3.0)), (1.5, None), (26.0, Some(4.1)), (27.0, Some(3.0))]
@@ -285,9 +292,12 @@ mod tests {
         );
 
         let noticed = [Change { time_s: 0.9, noticed_s: 3.5 }];
-        let changes = delays(&truth, 0.5, 27.0, &noticed).unwrap();
+        let changes = delays(&Context::default(), &truth, 0.5, 27.0, &noticed).unwrap();
         assert_eq!(changes, [Delay { time_s: 1.0, delay_s: Some(2.5) }]);
-        assert_eq!(delays(&truth, 0.5, 27.0, &[]).unwrap(), [Delay { time_s: 1.0, delay_s: None }]);
+        assert_eq!(
+            delays(&Context::default(), &truth, 0.5, 27.0, &[]).unwrap(),
+            [Delay { time_s: 1.0, delay_s: None }]
+        );
     }
 
     #[test]
@@ -295,7 +305,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let log = folder.path().join("run.csv");
         write(&log, "time_s,wheel1_rad_s,power_w\n0,1,2\n1,1,2\n").unwrap();
-        let mut track = BoardTrack::open(&log, None, 0.1).unwrap();
+        let mut track = BoardTrack::open(&Context::default(), &log, None, 0.1).unwrap();
         track.add(&instant(0.0, None)).unwrap();
         assert!(track.report().is_none());
     }

@@ -19,6 +19,7 @@ use model_core::payload::roots::RootMean;
 use model_core::payload::schedule::Schedule;
 use model_core::payload::{MassEstimate, Place, Unknown};
 use serde::{Deserialize, Serialize};
+use support::context::Context;
 use support::error::{Error, Result};
 use support::metrics::{Metrics, Quality};
 use support::progress::FileProgress;
@@ -180,11 +181,21 @@ pub fn bucket_length(window_s: f64) -> Result<f64> {
     })
 }
 
+/// A log, and what its robot weighed where that is known beside it.
+#[derive(Debug, Clone, Copy)]
+pub struct Recorded<'a> {
+    /// The log.
+    pub file: &'a Path,
+    /// Total mass, kg: power and energy at it are given beside, instead of those at the mass that the log tells.
+    pub mass_kg: Option<f64>,
+}
+
 /// Replays a log. `watch` sees every settled sample.
 ///
 /// # Errors
 /// The log cannot be read or is not one of this robot; the policy's lengths do not fit.
 pub fn replay<const N: usize>(
+    context: &Context,
     robot: &Robot,
     coefficients: &Coefficients<f64, N>,
     file: &Path,
@@ -192,35 +203,35 @@ pub fn replay<const N: usize>(
     policy: &Policy,
     watch: impl FnMut(&Instant),
 ) -> Result<Replay> {
-    replay_at(robot, coefficients, file, payloads, policy, None, watch)
+    replay_at(context, robot, coefficients, &Recorded { file, mass_kg: None }, payloads, policy, watch)
 }
 
-/// As [`replay`], with power and energy at a given total mass beside, kg, instead of the one that the log tells.
+/// As [`replay`], with power and energy at the mass that is given with the log beside.
 ///
 /// # Errors
 /// As [`replay`].
 pub fn replay_at<const N: usize>(
+    context: &Context,
     robot: &Robot,
     coefficients: &Coefficients<f64, N>,
-    file: &Path,
+    recorded: &Recorded<'_>,
     payloads: Payloads,
     policy: &Policy,
-    mass_kg: Option<f64>,
     watch: impl FnMut(&Instant),
 ) -> Result<Replay> {
-    let log = Log::open(robot, coefficients, file, mass_kg)?;
+    let log = Log::open(context, robot, coefficients, recorded)?;
     let timing = log.timing(policy)?;
     let (range, period) = (coefficients.robot.range, timing.period_s);
-    let unfit = |why| Error::failed(unfit_text(why, coefficients)).in_file(file);
+    let unfit = |why| Error::failed(unfit_text(why, coefficients)).in_file(recorded.file);
     match payloads {
         Payloads::Window => {
             let method = coefficients.window(period);
             let pipeline = Fitted::new(coefficients, method, &timing).map_err(unfit)?;
-            Run::new(coefficients, log, pipeline, policy, robot)?.finish(robot, watch)
+            Run::new(coefficients, log, pipeline, policy, robot)?.finish(context, robot, watch)
         }
         Payloads::Roots => {
             let pipeline = Fitted::new(coefficients, RootMean { range }, &timing).map_err(unfit)?;
-            Run::new(coefficients, log, pipeline, policy, robot)?.finish(robot, watch)
+            Run::new(coefficients, log, pipeline, policy, robot)?.finish(context, robot, watch)
         }
     }
 }
@@ -231,11 +242,11 @@ pub fn replay_at<const N: usize>(
 /// # Errors
 /// As [`replay`]; coefficients of another model than the signed one, or with effects.
 pub fn replay_adapting<const N: usize>(
+    context: &Context,
     robot: &Robot,
     coefficients: &Coefficients<f64, N>,
-    file: &Path,
+    recorded: &Recorded<'_>,
     policy: &Policy,
-    mass_kg: Option<f64>,
     watch: impl FnMut(&Instant),
 ) -> Result<Replay> {
     if !matches!(coefficients.model, Model::Signed { .. }) || !coefficients.columns.is_empty() {
@@ -244,12 +255,12 @@ pub fn replay_adapting<const N: usize>(
     if coefficients.robot.conditioning.true_slip != 0.0 {
         return Err(Error::failed(NO_TRUE_SLIP));
     }
-    let log = Log::open(robot, coefficients, file, mass_kg)?;
+    let log = Log::open(context, robot, coefficients, recorded)?;
     let timing = log.timing(policy)?;
     let ground = Ground { window: policy.window_s, ..Ground::usual() };
-    let unfit = |why| Error::failed(unfit_text(why, coefficients)).in_file(file);
-    let pipeline = Adapting::new(coefficients, &ground, &timing, mass_kg).map_err(unfit)?;
-    Run::new(coefficients, log, pipeline, policy, robot)?.finish(robot, watch)
+    let unfit = |why| Error::failed(unfit_text(why, coefficients)).in_file(recorded.file);
+    let pipeline = Adapting::new(coefficients, &ground, &timing, recorded.mass_kg).map_err(unfit)?;
+    Run::new(coefficients, log, pipeline, policy, robot)?.finish(context, robot, watch)
 }
 
 /// Why ground does not adapt beside a gyro.
@@ -282,16 +293,17 @@ struct Log<'a, const N: usize> {
 
 impl<'a, const N: usize> Log<'a, N> {
     fn open(
+        context: &Context,
         robot: &Robot,
         coefficients: &Coefficients<f64, N>,
-        file: &'a Path,
-        mass_kg: Option<f64>,
+        recorded: &Recorded<'a>,
     ) -> Result<Self> {
-        let columns = Columns::of(coefficients, file)?;
-        if coefficients.robot.conditioning.true_slip != 0.0 && !Header::open(file)?.has(YAW_RATE) {
+        let Recorded { file, mass_kg } = *recorded;
+        let columns = Columns::of(context, coefficients, file)?;
+        if coefficients.robot.conditioning.true_slip != 0.0 && !Header::open(context, file)?.has(YAW_RATE) {
             return Err(Error::failed(NO_GYRO).in_file(file).in_column(YAW_RATE));
         }
-        let reader = SampleReader::<N>::open_with(file, robot, &columns.names())?;
+        let reader = SampleReader::<N>::open_with(context, file, robot, &columns.names())?;
         // The conditioner's message names file and rate better than the estimator's error could.
         logs::conditioner(&coefficients.robot, file, reader.period_s())?;
         Ok(Self { file, reader, columns, mass_kg })
@@ -343,8 +355,8 @@ impl<'a, P: Pipeline<N>, const N: usize> Run<'a, P, N> {
         Ok(Self { log, pipeline, telling, policy, bucket_s, window_buckets })
     }
 
-    fn finish(mut self, robot: &Robot, mut watch: impl FnMut(&Instant)) -> Result<Replay> {
-        let mut progress = FileProgress::new(&[self.log.file.to_owned()]);
+    fn finish(mut self, context: &Context, robot: &Robot, mut watch: impl FnMut(&Instant)) -> Result<Replay> {
+        let mut progress = FileProgress::new(context, &[self.log.file.to_owned()]);
         let mut metrics = Metrics::new(robot.mape_floor_w());
         let mut windows = Vec::new();
         let (mut changes, mut ground) = (Vec::new(), Vec::new());

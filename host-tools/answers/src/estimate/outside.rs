@@ -7,6 +7,7 @@ use model::effects::written::id_of;
 use model::effects::{PITCH, PROCESSOR};
 use model_core::coefficients::Coefficients;
 use model_core::effects::live::Outside;
+use support::context::Context;
 use support::error::{Error, Result};
 
 /// Names of the columns, and what they are.
@@ -23,7 +24,7 @@ impl<const N: usize> Columns<N> {
     ///
     /// # Errors
     /// The log lacks one.
-    pub(super) fn of(coefficients: &Coefficients<f64, N>, log: &Path) -> Result<Self> {
+    pub(super) fn of(context: &Context, coefficients: &Coefficients<f64, N>, log: &Path) -> Result<Self> {
         let needs = coefficients.columns.needs();
         let mut names = Vec::new();
         if needs.pitch {
@@ -40,7 +41,7 @@ impl<const N: usize> Columns<N> {
         if needs.nothing() {
             return Ok(found);
         }
-        let header = Header::open(log)?;
+        let header = Header::open(context, log)?;
         match found.names.iter().find(|name| !header.has(name)) {
             None => Ok(found),
             Some(missing) => {

@@ -23,6 +23,7 @@ pub use finding::{Finding, Severity};
 use logs::robot::Robot;
 pub use sensors::Outliers;
 pub use static_power::{Moving, StaticPower, StaticState};
+use support::context::Context;
 use support::error::Result;
 pub use timing::Timing;
 pub use verdict::{Use, Verdict};
@@ -32,8 +33,13 @@ impl Report {
     ///
     /// # Errors
     /// As [`logs::LogReader`]; the log has other wheels than the robot.
-    pub fn of(path: &Path, robot: &Robot, progress: impl FnMut(u64, Option<u64>)) -> Result<Self> {
-        let scan = scan::scan(path, robot, progress)?;
+    pub fn of(
+        context: &Context,
+        path: &Path,
+        robot: &Robot,
+        progress: impl FnMut(u64, Option<u64>),
+    ) -> Result<Self> {
+        let scan = scan::scan(context, path, robot, progress)?;
         Ok(findings::report(path, robot, scan))
     }
 

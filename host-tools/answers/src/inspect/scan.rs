@@ -9,6 +9,7 @@ use logs::{
     ColumnRequest, Exclusions, Header, LogReader, MASS, POWER, RUN, Role, TIME, acceleration_column,
     check_wheels, speed_column,
 };
+use support::context::Context;
 use support::error::Result;
 
 use super::blocks::{Block, Blocks};
@@ -49,8 +50,8 @@ const RUN_SLOT: usize = 3;
 const SPEED_SLOT: usize = 4;
 
 /// The columns of a log: with wheels if it has any, which are then the robot's.
-fn open(path: &Path, robot: &Robot) -> Result<(LogReader, usize, bool)> {
-    let header = Header::open(path)?;
+fn open(context: &Context, path: &Path, robot: &Robot) -> Result<(LogReader, usize, bool)> {
+    let header = Header::open(context, path)?;
     let mut requests = vec![
         ColumnRequest::required(TIME, Role::Time),
         ColumnRequest::required(POWER, Role::Number),
@@ -78,8 +79,13 @@ fn open(path: &Path, robot: &Robot) -> Result<(LogReader, usize, bool)> {
     Ok((header.read(&requests)?.scaled(scales), wheels, accelerations))
 }
 
-pub(super) fn scan(path: &Path, robot: &Robot, mut progress: impl FnMut(u64, Option<u64>)) -> Result<Scan> {
-    let (mut reader, wheels, accelerations) = open(path, robot)?;
+pub(super) fn scan(
+    context: &Context,
+    path: &Path,
+    robot: &Robot,
+    mut progress: impl FnMut(u64, Option<u64>),
+) -> Result<Scan> {
+    let (mut reader, wheels, accelerations) = open(context, path, robot)?;
     let weighed = robot.log_units().mass_of(path);
     let mut values = vec![0.0; SPEED_SLOT + wheels * if accelerations { 2 } else { 1 }];
     let mut before = values.clone();

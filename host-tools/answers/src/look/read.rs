@@ -7,6 +7,7 @@ use log_formats::table::Cell;
 use logs::foreign::{self, CHARGE, CURRENT, Column, SPEED, TURN};
 use logs::robot::Robot;
 use logs::{MASS, POWER, RUN, TIME, TableReader, missing};
+use support::context::Context;
 use support::error::{Error, Result};
 
 use super::tally::{Moment, Tally};
@@ -70,9 +71,9 @@ impl Places {
 ///
 /// # Errors
 /// A log that cannot be read.
-pub(super) fn read(log: &Path, robot: &Robot, allow_cut: bool) -> Result<(Tally, Topics)> {
+pub(super) fn read(context: &Context, log: &Path, robot: &Robot, allow_cut: bool) -> Result<(Tally, Topics)> {
     let mut tally = Tally::new();
-    if let Some(bag) = foreign::bag_of(log, allow_cut)? {
+    if let Some(bag) = foreign::bag_of(context, log, allow_cut)? {
         let bag = &bag.0;
         let mut topics: Vec<Topic> = bag
             .topics()
@@ -101,7 +102,7 @@ pub(super) fn read(log: &Path, robot: &Robot, allow_cut: bool) -> Result<(Tally,
         let cut = merged.ending != log_formats::Ending::Whole;
         return Ok((tally, Topics { topics, sources: chosen.columns.iter().map(source).collect(), cut }));
     }
-    let mut reader = TableReader::open(log)?;
+    let mut reader = TableReader::open(context, log)?;
     let columns = reader.columns().to_vec();
     let Some(time) = columns.iter().position(|name| name == TIME) else {
         let message = missing(TIME, &columns);

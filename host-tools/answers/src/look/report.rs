@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use support::context::Context;
 use support::error::Result;
 use support::printable;
 
@@ -77,8 +78,8 @@ impl Report {
     ///
     /// # Errors
     /// A log that cannot be read.
-    pub fn of(log: &Path, robot: &Robot, allow_cut: bool) -> Result<Self> {
-        let (tally, topics) = read::read(log, robot, allow_cut)?;
+    pub fn of(context: &Context, log: &Path, robot: &Robot, allow_cut: bool) -> Result<Self> {
+        let (tally, topics) = read::read(context, log, robot, allow_cut)?;
         let has_power = tally.drawn_rows > 0;
         let powered = |value: f64| has_power.then_some(value);
         let distance = tally.has_speed.then_some(tally.distance_m);

@@ -2,6 +2,7 @@
 
 use logs::SampleReader;
 use logs::robot::Robot;
+use support::context::Context;
 use support::error::{Error, Result};
 
 use super::legs::{Limits, Stretch, stretches};
@@ -43,6 +44,7 @@ const MOST_FRAMES: f64 = 5e7;
 
 /// Hands out the frames of a plan. Gives the legs' names.
 pub(super) fn frames<const N: usize>(
+    context: &Context,
     plan: &Plan,
     robot: &Robot,
     cutoff_hz: f64,
@@ -50,7 +52,7 @@ pub(super) fn frames<const N: usize>(
 ) -> Result<Vec<String>> {
     let stretches = match plan {
         Plan::Log(path) => {
-            let mut reader = SampleReader::<N>::open(path, robot)?;
+            let mut reader = SampleReader::<N>::open(context, path, robot)?;
             follow.start(reader.period_s())?;
             return logged(&mut reader, robot, follow);
         }

@@ -10,6 +10,7 @@ use model_core::model::Model;
 use model_core::motion::Motion;
 use model_core::torque::TorqueModel;
 use nalgebra::{DMatrix, DVector};
+use support::context::Context;
 use support::error::{Error, Result};
 
 use super::drive::{Follow, Frame, frames};
@@ -50,6 +51,7 @@ struct Tally {
 /// # Errors
 /// The plan cannot be read, or lasts too long; a filter that its samples cannot have.
 pub fn predict<const N: usize>(
+    context: &Context,
     robot: &Robot,
     file: &CoefficientsFile<N>,
     plan: &Plan,
@@ -57,7 +59,7 @@ pub fn predict<const N: usize>(
     rmf: &Vehicle,
 ) -> Result<Report> {
     let mut sums = Sums::new(file, load, rmf);
-    let names = frames(plan, robot, file.coefficients.robot.cutoff_hz, &mut sums)?;
+    let names = frames(context, plan, robot, file.coefficients.robot.cutoff_hz, &mut sums)?;
     let limits = if matches!(plan, Plan::Legs(_)) { Limits::named(robot) } else { Vec::new() };
     sums.report(robot, &names, limits)
 }

@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use logs::{Header, speed_column};
+use support::context::Context;
 use support::error::{Error, Result};
+use support::input::{Input, MOST_PROFILE, text_of};
 
 use super::legs::Leg;
 
@@ -38,13 +40,13 @@ impl Plan {
     ///
     /// # Errors
     /// None of the three kinds; a number that no plan has, with its line and column.
-    pub fn read(path: &Path) -> Result<Self> {
-        let header = Header::open(path)?;
+    pub fn read(context: &Context, path: &Path) -> Result<Self> {
+        let header = Header::open(context, path)?;
         if header.has(&speed_column(0)) {
             return Ok(Self::Log(path.to_owned()));
         }
         let columns = header.columns().to_vec();
-        let text = support::input::read_text(path, support::input::MOST_PROFILE)?;
+        let text = text_of(Input::open(context, path)?, path, MOST_PROFILE)?;
         let table = Table { path, columns: &columns, text: &text };
         if header.has("distance_m") {
             return table.legs().map(Self::Legs);

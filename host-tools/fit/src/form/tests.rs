@@ -49,7 +49,7 @@ enum Gyroscope {
 }
 
 fn husky() -> (Robot, CoreRobot<f64, 2>) {
-    let robot = Robot::load("husky").unwrap();
+    let robot = Robot::named("husky").unwrap();
     // A lower filter makes the steps of sgn and clamp later than the speeds, which is a delay as far as the model goes.
     let core = robot.core::<2>(8.0).unwrap();
     (robot, core)

@@ -3,6 +3,7 @@
 use std::io::{BufRead as _, BufReader};
 use std::path::Path;
 
+use support::context::Context;
 use support::error::{Error, Result};
 use support::input::Input;
 use support::output::write_whole;
@@ -36,8 +37,8 @@ const MOST_LINE: u64 = 1 << 20;
 ///
 /// # Errors
 /// A line or row that is no gram of this format: names it.
-pub fn read_all(file: &Path) -> Result<Vec<RunGram>> {
-    let mut text = BufReader::new(Input::open(file)?);
+pub fn read_all(context: &Context, file: &Path) -> Result<Vec<RunGram>> {
+    let mut text = BufReader::new(Input::open(context, file)?);
     if text.fill_buf().is_ok_and(|head| head.starts_with(parquet::MAGIC)) {
         return parquet::read(file);
     }

@@ -7,13 +7,14 @@ use std::time::Instant;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use logs::robot::Robot;
 use logs::{Header, MIN_GAP_FACTOR, RawRow, SampleReader, conditioner};
-use model::coefficients::CoefficientsFile;
+use model::coefficients::{CoefficientsFile, Taking};
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::{self, Gate};
 use model_core::gyro::GyroConditioner;
 use model_core::model::Model;
 use model_core::torque::Drive;
 use serde::Serialize;
+use support::context::Context;
 use support::error::{Error, Result};
 use support::input::{MOST_DESCRIPTION, read_text};
 
@@ -43,7 +44,8 @@ impl<const N: usize> Conditioned<N> {
     /// # Errors
     /// They cannot be read, are of another robot or of another model than the signed one, or hold effects.
     pub fn near(robot: &Robot, file: &Path, mass_kg: f64) -> Result<Self> {
-        let read = CoefficientsFile::<N>::read(file, robot)?.coefficients;
+        let text = read_text(file, MOST_DESCRIPTION)?;
+        let read = CoefficientsFile::<N>::parse(&text, file, robot, Taking::default())?.coefficients;
         let Model::Signed { torque, drive } = read.model else {
             return Err(Error::failed("model eq18; expected signed").in_file(file).in_column("model"));
         };
@@ -51,11 +53,10 @@ impl<const N: usize> Conditioned<N> {
             let message = "they hold effects; expected the coefficients as gmr fit wrote them";
             return Err(Error::failed(message).in_file(file).in_column("effects"));
         }
-        let checksum = checksum_of(file)?;
         Ok(Self {
             core: read.robot,
             drive,
-            reference: Some((Reference { torque, drive }, checksum)),
+            reference: Some((Reference { torque, drive }, checksum_of(&text))),
             mass_kg,
         })
     }
@@ -75,12 +76,8 @@ impl<const N: usize> Conditioned<N> {
 }
 
 /// By what sums know the coefficients that they were taken near.
-///
-/// # Errors
-/// A file that cannot be read.
-pub(super) fn checksum_of(file: &Path) -> Result<String> {
-    let text = read_text(file, MOST_DESCRIPTION)?;
-    Ok(format!("{:08x}", Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(text.as_bytes())))
+pub(super) fn checksum_of(coefficients: &str) -> String {
+    format!("{:08x}", Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(coefficients.as_bytes()))
 }
 
 /// What commands are called in logs.
@@ -137,9 +134,14 @@ struct Work<'a, const N: usize> {
 ///
 /// # Errors
 /// A log that cannot be read, is not one of this robot or is too slow for the filter.
-pub fn of_log<const N: usize>(robot: &Robot, how: &Conditioned<N>, file: &Path) -> Result<Summed> {
+pub fn of_log<const N: usize>(
+    context: &Context,
+    robot: &Robot,
+    how: &Conditioned<N>,
+    file: &Path,
+) -> Result<Summed> {
     let started = Instant::now();
-    let header = Header::open(file)?;
+    let header = Header::open(context, file)?;
     let mut summed = of_header(robot, how, header)?;
     summed.spent.reading_s =
         (started.elapsed().as_secs_f64() - summed.spent.filter_s - summed.spent.sums_s).max(0.0);

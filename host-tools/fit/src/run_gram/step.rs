@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use logs::robot::Robot;
-use model::coefficients::CoefficientsFile;
+use model::coefficients::{CoefficientsFile, Taking};
 use model_core::model::Model;
 use nalgebra::{DMatrix, DVector};
 use numerics::scaled_inverse::ScaledInverse;
 use serde::Serialize;
 use support::error::{Error, Result};
+use support::input::{MOST_DESCRIPTION, read_text};
 
 use super::local::Local;
 use super::read::checksum_of;
@@ -54,11 +55,12 @@ pub struct Step<const N: usize> {
 /// Sums of other settings, or taken near other coefficients; coefficients of another model.
 pub fn step<const N: usize>(robot: &Robot, file: &Path, runs: &[RunGram]) -> Result<Step<N>> {
     let all = total(runs)?;
-    let mut next = CoefficientsFile::<N>::read(file, robot)?;
+    let text = read_text(file, MOST_DESCRIPTION)?;
+    let mut next = CoefficientsFile::<N>::parse(&text, file, robot, Taking::default())?;
     let Model::Signed { torque: reference, drive } = next.coefficients.model else {
         return Err(Error::failed("model eq18; expected signed").in_file(file).in_column("model"));
     };
-    let near = checksum_of(file)?;
+    let near = checksum_of(&text);
     let sums =
         all.local.as_ref().filter(|_| all.setting.reference.as_ref() == Some(&near)).ok_or_else(|| {
             let found = match &all.setting.reference {

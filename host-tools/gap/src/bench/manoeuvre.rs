@@ -150,7 +150,7 @@ mod tests {
     /// An offset of the sensor half as large as the noise, in drives that hardly rest: it might be on with motion only.
     #[test]
     fn a_tie_is_parted_by_driving_what_is_suggested() {
-        let robot = Robot::load("burger").unwrap();
+        let robot = Robot::named("burger").unwrap();
         let effects =
             vec![typical().unwrap().into_iter().find(|effect| effect.id() == "sensor-offset").unwrap()];
         let case = Case { effects, size: 0.5, seed: 2, noise: noises()[0], removed: Vec::new() };

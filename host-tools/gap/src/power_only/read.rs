@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use answers::inspect::{Block, Blocks};
 use logs::{ColumnRequest, Header, LogReader, MIN_GAP_FACTOR, POWER, RUN, Role, TIME, wheel_columns};
+use support::context::Context;
 use support::error::{Error, Result};
 
 use crate::thresholds::power_only::ROWS_PER_S;
@@ -21,10 +22,10 @@ pub struct PowerRun {
 ///
 /// # Errors
 /// A log cannot be read. Logs with wheel speeds among logs without.
-pub fn is_power_only(files: &[PathBuf]) -> Result<bool> {
+pub fn is_power_only(context: &Context, files: &[PathBuf]) -> Result<bool> {
     let mut first: Option<(&Path, bool)> = None;
     for file in files {
-        let header = Header::open(file)?;
+        let header = Header::open(context, file)?;
         let has = wheel_columns(header.columns()) > 0;
         match first {
             None => first = Some((file, has)),
@@ -46,21 +47,21 @@ pub fn is_power_only(files: &[PathBuf]) -> Result<bool> {
 ///
 /// # Errors
 /// A log that cannot be read, or lacks time or power.
-pub fn read(files: &[PathBuf], unit_w: f64) -> Result<Vec<PowerRun>> {
+pub fn read(context: &Context, files: &[PathBuf], unit_w: f64) -> Result<Vec<PowerRun>> {
     let mut runs = Vec::new();
     for file in files {
-        read_log(file, unit_w, &mut runs)?;
+        read_log(context, file, unit_w, &mut runs)?;
     }
     Ok(runs)
 }
 
-fn read_log(file: &Path, unit_w: f64, runs: &mut Vec<PowerRun>) -> Result<()> {
+fn read_log(context: &Context, file: &Path, unit_w: f64, runs: &mut Vec<PowerRun>) -> Result<()> {
     let requests = [
         ColumnRequest::required(TIME, Role::Time),
         ColumnRequest::required(POWER, Role::Number),
         ColumnRequest::optional(RUN, Role::Run),
     ];
-    let mut reader = LogReader::open(file, &requests)?.scaled(vec![1.0, unit_w, 1.0]);
+    let mut reader = LogReader::open(context, file, &requests)?.scaled(vec![1.0, unit_w, 1.0]);
     let mut values = [0.0; 3];
     let mut own: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
     while reader.next_row(&mut values)?.is_some() {
@@ -72,7 +73,7 @@ fn read_log(file: &Path, unit_w: f64, runs: &mut Vec<PowerRun>) -> Result<()> {
         own[run].1.push(values[1]);
     }
     if reader.exclusions().total() > 0 {
-        support::notice!("{}: {}", file.display(), reader.exclusions());
+        context.notice(format_args!("{}: {}", file.display(), reader.exclusions()));
     }
     let several = own.len() > 1;
     for (place, (times, power)) in own.iter().enumerate().filter(|(_, (times, _))| !times.is_empty()) {

@@ -17,7 +17,7 @@ pub(crate) const STD_W: f64 = 0.07;
 
 /// Two runs of different masses at two paces, rad/s; the power is what nobody's model says.
 pub(crate) fn runs(paces: [f64; 2]) -> Runs<2> {
-    let core = Robot::load("burger").unwrap().core::<2>(2.0).unwrap();
+    let core = Robot::named("burger").unwrap().core::<2>(2.0).unwrap();
     let raw = [(1.0, paces[0]), (4.0, paces[1])].map(|(mass, pace)| {
         let rows = (0..500).map(|i| {
             let time = 0.05 * f64::from(i);

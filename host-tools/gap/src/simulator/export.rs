@@ -236,7 +236,7 @@ mod tests {
     /// Every effect of the dictionary has an element or a formula, and a finite number either way.
     #[test]
     fn what_is_named_can_be_written_down() {
-        let robot = Robot::load("burger").unwrap();
+        let robot = Robot::named("burger").unwrap();
         for language in [Language::Mjcf, Language::Sdf] {
             let changes = Changes::of(&report(Verdict::Named), &robot, 1.5, language);
             assert_eq!(changes.changes.len(), report(Verdict::Named).effects.len());

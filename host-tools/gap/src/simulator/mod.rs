@@ -18,6 +18,7 @@ use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;
 use model_core::model::Model;
 use serde::Serialize;
+use support::context::Context;
 use support::error::{Error, Result};
 use support::metrics::Quality;
 
@@ -41,8 +42,8 @@ impl Source {
     ///
     /// # Errors
     /// A log that cannot be read or has no power.
-    pub fn of_logs(files: &[PathBuf], robot: &Robot) -> Result<Self> {
-        let columns = simulated::of_simulator(files, robot.wheels())?;
+    pub fn of_logs(context: &Context, files: &[PathBuf], robot: &Robot) -> Result<Self> {
+        let columns = simulated::of_simulator(context, files, robot.wheels())?;
         Ok(Self { files: files.to_owned(), columns, paired: false })
     }
 
@@ -50,8 +51,8 @@ impl Source {
     ///
     /// # Errors
     /// A log that cannot be read; logs that differ in what they have.
-    pub fn beside(files: &[PathBuf], robot: &Robot) -> Result<Option<Self>> {
-        let columns = simulated::beside(files, robot.wheels())?;
+    pub fn beside(context: &Context, files: &[PathBuf], robot: &Robot) -> Result<Option<Self>> {
+        let columns = simulated::beside(context, files, robot.wheels())?;
         Ok(columns.map(|columns| Self { files: files.to_owned(), columns, paired: true }))
     }
 }
@@ -77,6 +78,7 @@ impl<const N: usize> Simulator<N> {
     /// # Errors
     /// A log that cannot be read or is not one of this robot; a simulator whose robot never moves.
     pub fn read(
+        context: &Context,
         robot: &Robot,
         source: Source,
         field: &[PathBuf],
@@ -85,9 +87,9 @@ impl<const N: usize> Simulator<N> {
     ) -> Result<Self> {
         let simulated = robot.clone().with_power_from(source.columns);
         // What is measured has the noise: it decides which filter is needed.
-        let cutoff_hz = fit::choose_cutoff::<N>(robot, field, mass_kg)?;
+        let cutoff_hz = fit::choose_cutoff::<N>(context, robot, field, mass_kg)?;
         let reading = Reading { gate: Gate::Signed, cutoff_hz: Some(cutoff_hz), mass_kg };
-        let dataset = fit::read::<N>(&simulated, &source.files, &reading)?;
+        let dataset = fit::read::<N>(context, &simulated, &source.files, &reading)?;
         let fitted =
             fit::fit(&simulated, &dataset, ModelKind::Signed, Method::Physical, &pgd::Settings::default())?;
         let Model::Signed { torque, drive } = fitted.coefficients.model else {
@@ -100,7 +102,7 @@ impl<const N: usize> Simulator<N> {
             masses_kg: fitted.masses.clone(),
             of_simulator: true,
         };
-        let raw = Runs::<N>::raw(&simulated, &source.files, mass_kg, powers)?;
+        let raw = Runs::<N>::raw(context, &simulated, &source.files, mass_kg, powers)?;
         Ok(Self { core: dataset.robot, base, quality: fitted.quality, raw, source })
     }
 

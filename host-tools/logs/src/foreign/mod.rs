@@ -1,7 +1,5 @@
-//! Logs in other formats: bags of ROS 2 (MCAP, SQLite), ULog, Parquet. Each is turned into rows of this dialect once, in a temporary file that
-//! whoever opens the log reads in its place, so that all that stands on rows stays as it is.
-//!
-//! Numbers are written with as many digits as give them back bit for bit.
+//! Logs in other formats: bags of ROS 2 (MCAP, SQLite), ULog, Parquet. A call turns each into rows once, in a temporary file that whoever
+//! opens the log reads in its place; a Parquet file has such rows already.
 
 mod choose;
 mod columns;
@@ -9,19 +7,23 @@ mod drivers;
 mod glance;
 mod known;
 mod rows;
+mod spool;
+#[cfg(test)]
+mod tests;
 mod wrong;
 
 use std::collections::HashMap;
-use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, LazyLock, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
 
 use log_formats::table::Columns;
 use log_formats::{Bag, Format, folder};
+use rayon::prelude::*;
+use support::context::Context;
 use support::error::{Error, Result};
-use support::input::{Input, Spool};
+use support::input::Input;
 
 use crate::robot::Robot;
 
@@ -31,8 +33,10 @@ pub use choose::{Chosen, choose};
 pub use columns::{Column, Expression};
 pub use glance::{CHARGE, CURRENT, SPEED, TURN, glance};
 pub use known::wheel_joints;
+pub(crate) use spool::Spool;
+use spool::Writer;
 
-/// How logs in other formats are read, for the whole of this process: a command reads its robot before its logs.
+/// How a call reads logs in other formats ([`Context::with_reading`]).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
     /// Its kinematics and topics.
@@ -43,60 +47,95 @@ pub struct Reading {
     pub verbose: bool,
 }
 
-static READING: Mutex<Option<Arc<Reading>>> = Mutex::new(None);
+/// Logs that a call has turned into rows, by their name. Each has a lock of its own: others are read meanwhile.
+type Known = Mutex<HashMap<PathBuf, Arc<Mutex<Option<Turned>>>>>;
 
-/// Logs that have been turned into rows, by their name: length and time of the file, the way that it was read, and its rows.
-type Known = HashMap<PathBuf, (Version, Option<Arc<Reading>>, Spool)>;
+/// Length and time of the file, the way that it was read, and its rows.
+struct Turned {
+    version: Version,
+    reading: Option<Reading>,
+    spool: Spool,
+    said: Vec<String>,
+}
 
 /// Of a file that may have been written again since.
 type Version = (u64, Option<SystemTime>);
-static KNOWN: LazyLock<Mutex<Known>> = LazyLock::new(Mutex::default);
 
-/// Sets how logs in other formats are read from now on.
-pub fn read_as(reading: Reading) {
-    *READING.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::new(reading));
+/// Gives up the rows of a log that the call does not open again.
+pub fn forget(context: &Context, path: &Path) {
+    context.kept::<Known>().lock().unwrap_or_else(PoisonError::into_inner).remove(path);
 }
 
-/// Gives up the rows of a log that nobody opens again.
-pub fn forget(path: &Path) {
-    KNOWN.lock().unwrap_or_else(PoisonError::into_inner).remove(path);
+/// Turns logs into rows, as many at once as there are cores, for whoever opens them after this. What is wrong with one, its reader says.
+/// Pipes are left alone: they are opened in the order in which they are read.
+pub fn prepare(context: &Context, paths: &[PathBuf]) {
+    let stays =
+        |path: &&PathBuf| std::fs::metadata(path).is_ok_and(|found| found.is_file() || found.is_dir());
+    paths.par_iter().filter(stays).for_each(|path| drop(turned(context, path, false)));
 }
 
-/// Opens a log: itself where it is text, its rows where it is in another format.
+/// Where rows are that are no text.
+pub(super) enum Rows {
+    /// In a Parquet file.
+    File(Columns),
+    /// Made of a bag or a pipe.
+    Spool(Spool),
+}
+
+/// Opens a log in another format; `None` of one that is text.
 ///
 /// # Errors
 /// What the operating system refuses; a format that is not read, or content that gives no rows.
-pub(super) fn open(path: &Path) -> Result<Input> {
-    let mut input = Input::open(path)?;
+pub(super) fn open(context: &Context, path: &Path) -> Result<Option<Rows>> {
+    match columns(context, path)? {
+        Some(columns) => Ok(Some(Rows::File(columns))),
+        None => Ok(turned(context, path, true)?.map(Rows::Spool)),
+    }
+}
+
+/// A bag's rows; `None` of a log that is text or a Parquet file. What there is to say of them is said once, to whoever opens them first.
+fn turned(context: &Context, path: &Path, is_opened: bool) -> Result<Option<Spool>> {
+    let mut input = Input::open(context, path)?;
     let is_folder = input.metadata().is_dir();
     if is_folder && !folder::is_bag(path) {
-        return Ok(input);
+        return Ok(None);
     }
     let format =
         if is_folder { None } else { format_of(&mut input).map_err(|error| Error::io(path, &error))? };
-    if format.is_none() && !is_folder {
-        return Input::open(path);
+    let has_rows = format == Some(Format::Parquet) && input.metadata().is_file();
+    if has_rows || format.is_none() && !is_folder {
+        return Ok(None);
     }
     let version = (input.metadata().len(), input.metadata().modified().ok());
-    let reading = READING.lock().unwrap_or_else(PoisonError::into_inner).clone();
-    // Locked while it is read: whoever else wants this log waits for it.
-    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some((read, as_before, spool)) = known.get(path)
-        && (*read, as_before) == (version, &reading)
-    {
-        return Input::of_spool(path, spool);
+    let reading = context.reading::<Reading>();
+    let own = {
+        let known = context.kept::<Known>();
+        let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
+        Arc::clone(known.entry(path.to_owned()).or_default())
+    };
+    // Locked while it is read: whoever else of this call wants this log waits for it.
+    let mut own = own.lock().unwrap_or_else(PoisonError::into_inner);
+    let is_as_before = |own: &Turned| own.version == version && own.reading.as_ref() == reading;
+    if !own.as_ref().is_some_and(is_as_before) {
+        let (spool, said) =
+            turn(context, path, &input, format, reading).map_err(|error| error.in_file(path))?;
+        *own = Some(Turned { version, reading: reading.cloned(), spool, said });
     }
-    let spool = turn(path, input, format, reading.as_deref()).map_err(|error| error.in_file(path))?;
-    known.insert(path.to_owned(), (version, reading, spool.clone()));
-    Input::of_spool(path, &spool)
+    let Some(turned) = own.as_mut() else { return Ok(None) };
+    if is_opened {
+        for line in std::mem::take(&mut turned.said) {
+            context.notice(format_args!("{}: {line}", path.display()));
+        }
+    }
+    Ok(Some(turned.spool.clone()))
 }
 
 /// Opens a Parquet file by its columns: it needs no rows as text. `None` of anything else, and of a pipe.
 ///
 /// # Errors
 /// What the operating system refuses; a file that is cut off or damaged.
-pub(super) fn columns(path: &Path) -> Result<Option<Columns>> {
-    let mut input = Input::open(path)?;
+fn columns(context: &Context, path: &Path) -> Result<Option<Columns>> {
+    let mut input = Input::open(context, path)?;
     if !input.metadata().is_file() {
         return Ok(None);
     }
@@ -116,8 +155,12 @@ fn format_of(input: &mut Input) -> io::Result<Option<Format>> {
 ///
 /// # Errors
 /// Content that is not what its format says.
-pub fn bag_of(path: &Path, allow_cut: bool) -> Result<Option<(Bag, Option<tempfile::NamedTempFile>)>> {
-    let mut input = Input::open(path)?;
+pub fn bag_of(
+    context: &Context,
+    path: &Path,
+    allow_cut: bool,
+) -> Result<Option<(Bag, Option<tempfile::NamedTempFile>)>> {
+    let mut input = Input::open(context, path)?;
     let named = |error| wrong(error).in_file(path);
     if input.metadata().is_dir() {
         if !folder::is_bag(path) {
@@ -129,45 +172,52 @@ pub fn bag_of(path: &Path, allow_cut: bool) -> Result<Option<(Bag, Option<tempfi
     let format = format_of(&mut input).map_err(|error| Error::io(path, &error))?;
     let Some(format) = format.filter(|format| *format != Format::Parquet) else { return Ok(None) };
     format.check().map_err(named)?;
-    let (file, kept) = on_disk(path, &input)?;
+    let (file, kept) = on_disk(context, path, &input)?;
     let bag = Bag::open(&file, allow_cut).map_err(named)?;
     Ok(log_formats::table::topic(&bag).is_none().then_some((bag, kept)))
 }
 
 /// A file that can be sought in.
-fn on_disk(path: &Path, input: &Input) -> Result<(PathBuf, Option<tempfile::NamedTempFile>)> {
+fn on_disk(
+    context: &Context,
+    path: &Path,
+    input: &Input,
+) -> Result<(PathBuf, Option<tempfile::NamedTempFile>)> {
     if input.metadata().is_file() {
         return Ok((path.to_owned(), None));
     }
     let refused = |error: io::Error| Error::io(path, &error);
     let mut kept = tempfile::NamedTempFile::new().map_err(refused)?;
-    io::copy(&mut Input::open(path)?, &mut kept).map_err(refused)?;
+    io::copy(&mut Input::open(context, path)?, &mut kept).map_err(refused)?;
     Ok((kept.path().to_owned(), Some(kept)))
 }
 
 /// The rows of a file, or of a bag's folder, which has no format of its own.
-fn turn(path: &Path, input: Input, format: Option<Format>, reading: Option<&Reading>) -> Result<Spool> {
+fn turn(
+    context: &Context,
+    path: &Path,
+    input: &Input,
+    format: Option<Format>,
+    reading: Option<&Reading>,
+) -> Result<(Spool, Vec<String>)> {
     let (file, _kept) = match format {
         Some(format) => {
             format.check().map_err(wrong)?;
-            on_disk(path, &input)?
+            on_disk(context, path, input)?
         }
         None => (path.to_owned(), None),
     };
     let allow_cut = reading.is_some_and(|reading| reading.allow_cut);
-    let spool: File = tempfile::tempfile().map_err(|error| Error::io(path, &error))?;
+    let mut writer = Writer::new().map_err(|error| Error::io(path, &error))?;
     let said = if format == Some(Format::Parquet) {
-        rows::of_parquet(&file, &spool)?
+        rows::of_parquet(&file, &mut writer)?
     } else {
         let bag = Bag::open(&file, allow_cut).map_err(wrong)?;
         match (log_formats::table::topic(&bag), reading) {
-            (Some(topic), _) => rows::of_table(&bag, topic, &spool)?,
-            (None, Some(reading)) => rows::of_bag(&bag, &reading.robot, reading.verbose, &spool)?,
-            (None, None) => rows::of_bag(&bag, &Robot::load("burger")?, false, &spool)?,
+            (Some(topic), _) => rows::of_table(&bag, topic, &mut writer)?,
+            (None, Some(reading)) => rows::of_bag(&bag, &reading.robot, reading.verbose, &mut writer)?,
+            (None, None) => rows::of_bag(&bag, &Robot::named("burger")?, false, &mut writer)?,
         }
     };
-    for line in said {
-        support::notice!("{}: {line}", path.display());
-    }
-    Spool::new(spool).map_err(|error| Error::io(path, &error))
+    Ok((writer.finish()?, said))
 }

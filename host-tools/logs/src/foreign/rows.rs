@@ -1,7 +1,5 @@
-//! Rows of other formats, written as the text that all commands read.
+//! Rows of other formats.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use log_formats::merge::merge;
@@ -11,81 +9,20 @@ use support::error::{Error, Result};
 
 use super::choose::choose;
 use super::columns::Expression;
+use super::spool::Writer;
 use super::wrong::wrong;
 use crate::robot::Robot;
 use crate::{POWER, TIME};
 
-/// What is written; errors of it are ours, and pass through the readers.
-struct Writer<'a> {
-    to: BufWriter<&'a File>,
-}
-
-fn full(error: std::io::Error) -> log_formats::Error {
-    log_formats::Error::Taker(Box::new(spool_failed(&error)))
-}
-
-fn spool_failed(error: &std::io::Error) -> Error {
-    let said =
-        std::io::Error::new(error.kind(), format!("its rows cannot be kept in a temporary file: {error}"));
-    Error::of_system(&said)
-}
-
-impl Writer<'_> {
-    fn field(&mut self, place: usize, cell: &Cell) -> std::io::Result<()> {
-        if place > 0 {
-            self.to.write_all(b",")?;
-        }
-        match cell {
-            Cell::Number(number) if number.is_nan() => Ok(()),
-            // The fewest digits that give the number back.
-            Cell::Number(number) => write!(self.to, "{number}"),
-            Cell::Text(text) => {
-                // No line of a log goes on in the next.
-                let text = text.replace(['\n', '\r'], " ").replace('"', "\"\"");
-                write!(self.to, "\"{text}\"")
-            }
-        }
-    }
-}
-
-impl Taker for Writer<'_> {
-    fn columns(&mut self, columns: &[String]) -> log_formats::Result<()> {
-        for (place, name) in columns.iter().enumerate() {
-            if name.contains(['"', ',', '\n', '\r']) {
-                self.field(place, &Cell::Text(name.clone())).map_err(full)?;
-            } else {
-                let comma = if place > 0 { "," } else { "" };
-                write!(self.to, "{comma}{name}").map_err(full)?;
-            }
-        }
-        self.to.write_all(b"\n").map_err(full)
-    }
-
-    fn row(&mut self, row: &[Cell]) -> log_formats::Result<()> {
-        for (place, cell) in row.iter().enumerate() {
-            self.field(place, cell).map_err(full)?;
-        }
-        self.to.write_all(b"\n").map_err(full)
-    }
-}
-
-fn writer(spool: &File) -> Writer<'_> {
-    Writer { to: BufWriter::with_capacity(1 << 20, spool) }
-}
-
-/// Of a Parquet file. Gives what is to be said.
-pub(super) fn of_parquet(path: &Path, spool: &File) -> Result<Vec<String>> {
-    let mut writer = writer(spool);
-    table::parquet(path, &mut writer).map_err(wrong)?;
-    writer.to.flush().map_err(|error| spool_failed(&error))?;
+/// Of a Parquet file.
+pub(super) fn of_parquet(path: &Path, writer: &mut Writer) -> Result<Vec<String>> {
+    table::parquet(path, writer).map_err(wrong)?;
     Ok(Vec::new())
 }
 
 /// Of a bag that is a table. Gives what is to be said.
-pub(super) fn of_table(bag: &Bag, topic: usize, spool: &File) -> Result<Vec<String>> {
-    let mut writer = writer(spool);
-    let ending = table::json_topic(bag, topic, &mut writer).map_err(wrong)?;
-    writer.to.flush().map_err(|error| spool_failed(&error))?;
+pub(super) fn of_table(bag: &Bag, topic: usize, writer: &mut Writer) -> Result<Vec<String>> {
+    let ending = table::json_topic(bag, topic, writer).map_err(wrong)?;
     Ok(cut(&ending).into_iter().collect())
 }
 
@@ -107,13 +44,17 @@ struct Current {
 }
 
 /// Of a bag. Gives what is to be said: where the columns come from, and what is missing.
-pub(super) fn of_bag(bag: &Bag, robot: &Robot, says_sources: bool, spool: &File) -> Result<Vec<String>> {
+pub(super) fn of_bag(
+    bag: &Bag,
+    robot: &Robot,
+    says_sources: bool,
+    writer: &mut Writer,
+) -> Result<Vec<String>> {
     let chosen = choose(bag, robot)?;
-    let mut writer = writer(spool);
     let names: Vec<String> = std::iter::once(TIME.to_owned())
         .chain(chosen.columns.iter().map(|column| column.name.clone()))
         .collect();
-    Taker::columns(&mut writer, &names).map_err(wrong)?;
+    writer.columns(&names).map_err(wrong)?;
     let power = chosen.columns.iter().find(|column| column.name == POWER).map(|column| &column.expression);
     let mut current = Current::default();
     let mut cells = Vec::with_capacity(names.len());
@@ -134,7 +75,6 @@ pub(super) fn of_bag(bag: &Bag, robot: &Robot, says_sources: bool, spool: &File)
         writer.row(&cells)
     })
     .map_err(wrong)?;
-    writer.to.flush().map_err(|error| spool_failed(&error))?;
     let base = &chosen.request.base;
     if merged.rows == 0 {
         let fields: Vec<String> = base.iter().map(|field| field.path.clone()).collect();

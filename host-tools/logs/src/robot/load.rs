@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use support::context::Context;
 use support::error::{Error, Result};
 use support::input::{MOST_DESCRIPTION, read_text};
 
@@ -24,13 +25,26 @@ pub fn nearest() -> Option<PathBuf> {
     folder.ancestors().map(|folder| folder.join("robot.toml")).find(|file| file.is_file())
 }
 
+/// The file of a built-in robot.
+fn built_in(name: &str) -> Option<&'static str> {
+    let name = lenient(name);
+    BUILT_IN.iter().find(|(names, _)| names.contains(&name.as_str())).map(|(_, text)| *text)
+}
+
+fn unknown(name: &str) -> Error {
+    Error::usage(format!(
+        "no robot is called {name}; expected {} or the path of a robot.toml (gmr new-robot writes one)",
+        BUILT_IN.map(|(names, _)| names[0]).join(", ")
+    ))
+}
+
 impl Robot {
     /// A built-in robot by its name (`burger`, …) or the robot of a file. Upper case, `-`, `_` and spaces do not matter
-    /// in names. Keys of the file that are not known are named on standard error.
+    /// in names. Keys of the file that are not known are noticed.
     ///
     /// # Errors
     /// The name is not known (wrong usage), the file cannot be read, or its content is not a robot: with line and column.
-    pub fn load(name_or_path: impl AsRef<Path>) -> Result<Self> {
+    pub fn load(context: &Context, name_or_path: impl AsRef<Path>) -> Result<Self> {
         let mut path = name_or_path.as_ref();
         let file_above;
         if path == Path::new(FOUND) {
@@ -38,23 +52,17 @@ impl Robot {
                 None => Path::new("burger"),
                 Some(file) => {
                     file_above = file;
-                    support::notice!("the robot is that of {}", file_above.display());
+                    context.notice(format_args!("the robot is that of {}", file_above.display()));
                     &file_above
                 }
             };
         }
-        let name = path.to_str().map(lenient).unwrap_or_default();
-        if let Some((_, text)) = BUILT_IN.iter().find(|(names, _)| names.contains(&name.as_str())) {
+        if let Some(text) = path.to_str().and_then(built_in) {
             return Self::parse(text).map_err(|error| error.in_file(path));
         }
         let is_name = path.extension().is_none() && path.components().count() == 1;
         if is_name && !path.exists() {
-            let message = format!(
-                "no robot is called {}; expected {} or the path of a robot.toml (gmr new-robot writes one)",
-                path.display(),
-                BUILT_IN.map(|(names, _)| names[0]).join(", ")
-            );
-            return Err(Error::usage(message));
+            return Err(unknown(&path.display().to_string()));
         }
         if !path.exists() {
             let message = format!(
@@ -66,9 +74,17 @@ impl Robot {
         let text = read_text(path, MOST_DESCRIPTION)?;
         let robot = Self::parse(&text).map_err(|error| error.in_file(path))?;
         for unknown in &robot.unknown_keys {
-            support::notice!("{}:{unknown}", path.display());
+            context.notice(format_args!("{}:{unknown}", path.display()));
         }
         Ok(robot)
+    }
+
+    /// A built-in robot by its name.
+    ///
+    /// # Errors
+    /// The name is not known (wrong usage).
+    pub fn named(name: &str) -> Result<Self> {
+        Self::parse(built_in(name).ok_or_else(|| unknown(name))?)
     }
 
     /// The robot that a text in the form of robot.toml describes.

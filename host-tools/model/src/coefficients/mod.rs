@@ -21,6 +21,7 @@ use model_core::model::Model;
 use model_core::payload::Noise;
 use model_core::torque::{Drive, TorqueModel};
 use nalgebra::DMatrix;
+use support::context::Context;
 use support::error::{Error, Result};
 use support::input::{MOST_DESCRIPTION, read_text};
 use support::output::write_content;
@@ -82,12 +83,12 @@ pub struct Origin {
 }
 
 /// What a reader of coefficients takes besides those that every reader does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Taking {
+#[derive(Clone, Copy, Default)]
+pub struct Taking<'a> {
     /// True slip: the reader gives the turn rate of a gyro with every sample.
     pub true_slip: bool,
-    /// Coefficients that are marked as not usable.
-    pub not_usable: bool,
+    /// Coefficients that are marked as not usable; this call says so.
+    pub not_usable: Option<&'a Context>,
 }
 
 impl<const N: usize> CoefficientsFile<N> {
@@ -113,10 +114,17 @@ impl<const N: usize> CoefficientsFile<N> {
     ///
     /// # Errors
     /// As [`read`](Self::read), but for what is taken.
-    pub fn read_taking(file: &Path, robot: &Robot, taking: Taking) -> Result<Self> {
-        let text = read_text(file, MOST_DESCRIPTION)?;
+    pub fn read_taking(file: &Path, robot: &Robot, taking: Taking<'_>) -> Result<Self> {
+        Self::parse(&read_text(file, MOST_DESCRIPTION)?, file, robot, taking)
+    }
+
+    /// As [`read_taking`](Self::read_taking), of the text that `file` holds.
+    ///
+    /// # Errors
+    /// As [`read_taking`](Self::read_taking).
+    pub fn parse(text: &str, file: &Path, robot: &Robot, taking: Taking<'_>) -> Result<Self> {
         let refused = |wrong: InvalidCoefficients| {
-            let (key, line) = (wrong.key().map(str::to_owned), wrong.line(&text));
+            let (key, line) = (wrong.key().map(str::to_owned), wrong.line(text));
             let mut error = Error::of(wrong).in_file(file);
             if let Some(key) = key {
                 error = error.in_column(key);
@@ -126,7 +134,7 @@ impl<const N: usize> CoefficientsFile<N> {
                 None => error,
             }
         };
-        let document = Document::parse(&text).map_err(refused)?;
+        let document = Document::parse(text).map_err(refused)?;
         let fitted = robot::of_section::<N>(&document.robot).map_err(refused)?;
         let mut now = robot.core::<N>(fitted.cutoff_hz)?;
         now.conditioning = fitted.conditioning;
@@ -137,16 +145,14 @@ impl<const N: usize> CoefficientsFile<N> {
         if read.coefficients.robot.conditioning.true_slip != 0.0 && !taking.true_slip {
             return Err(refused(InvalidCoefficients::TrueSlip));
         }
-        match &read.origin.usability {
-            Usability::NotUsable(why) if !taking.not_usable => {
-                Err(refused(InvalidCoefficients::NotUsable(why.clone())))
-            }
-            Usability::NotUsable(why) => {
-                support::notice!("{}: NOT USABLE ({why}), and used because of --force", file.display());
-                Ok(read)
-            }
-            Usability::Usable => Ok(read),
+        if let Usability::NotUsable(why) = &read.origin.usability {
+            let Some(context) = taking.not_usable else {
+                return Err(refused(InvalidCoefficients::NotUsable(why.clone())));
+            };
+            context
+                .notice(format_args!("{}: NOT USABLE ({why}), and used because of --force", file.display()));
         }
+        Ok(read)
     }
 
     /// What a document means for a robot; its logs are seen from `folder`.
@@ -357,7 +363,7 @@ impl<const N: usize> CoefficientsFile<N> {
     ///
     /// # Errors
     /// A log is no longer what was fitted.
-    pub fn logs_still_there(&self, file: &Path) -> Result<Vec<PathBuf>> {
+    pub fn logs_still_there(&self, context: &Context, file: &Path) -> Result<Vec<PathBuf>> {
         let mut found = Vec::new();
         for log in &self.origin.logs {
             if log.is_there(file)? {
@@ -366,11 +372,11 @@ impl<const N: usize> CoefficientsFile<N> {
         }
         let all = self.origin.logs.len();
         if !found.is_empty() && found.len() < all {
-            support::notice!(
+            context.notice(format_args!(
                 "{}: {} of the {all} clean runs are no longer where they were, and are done without",
                 file.display(),
                 all - found.len()
-            );
+            ));
         }
         Ok(found)
     }

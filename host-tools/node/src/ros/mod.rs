@@ -169,7 +169,6 @@ pub struct RosOutlet {
 
 impl Outlet for RosOutlet {
     fn publish(&mut self, state: &State) -> Result<()> {
-        self.look_for_others();
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let stamp =
             Time { sec: i32::try_from(now.as_secs()).unwrap_or(i32::MAX), nanosec: now.subsec_nanos() };
@@ -190,23 +189,22 @@ impl Outlet for RosOutlet {
         }
         Ok(())
     }
-}
 
-impl RosOutlet {
     /// Two senders of one topic contradict each other, and nobody sees who is who.
-    fn look_for_others(&mut self) {
-        let name = format!("rt{}", self.domain.settings.battery_state);
+    fn trouble(&mut self) -> Option<String> {
+        let topic = &self.domain.settings.battery_state;
+        let name = format!("rt{topic}");
         let own = self.domain.participant.guid().prefix;
         let is_other = |writer: &rustdds::discovery::DiscoveredWriterData| {
             let told = &writer.publication_topic_data;
             told.topic_name == name && told.key.prefix != own
         };
-        if !self.others && self.domain.participant.discovered_writers().iter().any(is_other) {
-            self.others = true;
-            support::output::say(format_args!(
-                "somebody else publishes {} as well; expected another battery_state in [node] of robot.toml, or that one switched off",
-                self.domain.settings.battery_state
-            ));
+        if self.others || !self.domain.participant.discovered_writers().iter().any(is_other) {
+            return None;
         }
+        self.others = true;
+        Some(format!(
+            "somebody else publishes {topic} as well; expected another battery_state in [node] of robot.toml, or that one switched off"
+        ))
     }
 }

@@ -11,7 +11,7 @@ pub(crate) const PERIOD_S: f64 = 0.05;
 
 /// A robot for tests: the Burger.
 pub(crate) fn burger() -> Robot {
-    Robot::load("burger").expect("built in")
+    Robot::named("burger").expect("built in")
 }
 
 /// Numbers of NumPy and scikit-learn, by their name in `tests/reference/baselines/reference.json`.

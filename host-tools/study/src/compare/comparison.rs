@@ -5,6 +5,7 @@ use fit::dataset::Row;
 use fit::pgd;
 use logs::robot::Robot;
 use model::coefficients::ModelKind;
+use support::context::Context;
 use support::error::{Error, Result};
 use support::metrics::{Metrics, Quality};
 
@@ -58,10 +59,15 @@ struct Judged<'a> {
 ///
 /// # Errors
 /// A log that cannot be read, data that determine no model, or no model that can be had for this robot and these logs.
-pub fn compare<const N: usize>(robot: &Robot, split: &Split, settings: &Settings) -> Result<Comparison> {
+pub fn compare<const N: usize>(
+    context: &Context,
+    robot: &Robot,
+    split: &Split,
+    settings: &Settings,
+) -> Result<Comparison> {
     // Wrong usage even where this split has no use for a window.
     bucket_length(settings.window_s)?;
-    let data = Data::<N>::read(robot, split, settings)?;
+    let data = Data::<N>::read(context, robot, split, settings)?;
     let test: Vec<Point> = data.test.iter().map(|(_, point)| *point).collect();
     let period_s = data.train.period_s;
     let mut comparison = Comparison {
@@ -82,15 +88,15 @@ pub fn compare<const N: usize>(robot: &Robot, split: &Split, settings: &Settings
         _ => None,
     };
     for own in OWN.iter().filter(|own| settings.models.contains(&own.name)) {
-        comparison.add_own(robot, own, &data, replayed, settings.window_s)?;
+        comparison.add_own(context, robot, own, &data, replayed, settings.window_s)?;
     }
-    mass::tell_extrapolation(settings, data.training.iter(), test.iter());
+    mass::tell_extrapolation(context, settings, data.training.iter(), test.iter());
     let cards: Vec<&Card> = baselines::every().filter(|card| settings.models.contains(&card.name)).collect();
     let masses = replayed.map(|_| MassSearch {
         range: (robot.mass_no_load_kg(), robot.mass_full_load_kg()),
         window_s: settings.window_s,
     });
-    let evaluations = evaluate_all(robot, &cards, &data.wanted, &data.training, &test, masses);
+    let evaluations = evaluate_all(context, robot, &cards, &data.wanted, &data.training, &test, masses);
     for (card, evaluation) in cards.into_iter().zip(evaluations) {
         match evaluation {
             Err(error) => comparison.leave_out(card.name, error.to_string()),
@@ -109,6 +115,7 @@ impl Comparison {
     /// Fits a model of ours; where it can find the mass, with and without it.
     fn add_own<const N: usize>(
         &mut self,
+        context: &Context,
         robot: &Robot,
         own: &Own,
         data: &Data<N>,
@@ -139,7 +146,7 @@ impl Comparison {
             };
             let payloads = Payloads::default_for(&fit.coefficients.model);
             for file in test {
-                replay(robot, &fit.coefficients, file, payloads, &policy, |instant| {
+                replay(context, robot, &fit.coefficients, file, payloads, &policy, |instant| {
                     if let Some(predicted) = instant.predicted_w {
                         pairs.push((instant.measured_w, predicted));
                     }

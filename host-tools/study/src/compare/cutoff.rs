@@ -10,6 +10,7 @@ use std::path::PathBuf;
 use logs::SampleReader;
 use logs::robot::Robot;
 use rayon::prelude::*;
+use support::context::Context;
 use support::error::Result;
 
 use super::points::{self, Wanted};
@@ -36,6 +37,7 @@ const VOTERS: [&Card; 4] = [&JARAMILLO, &TOUZOUT, &LINEAR, &SADRPOUR_OFFLINE];
 /// # Errors
 /// A log that cannot be read, or a robot with impossible dimensions.
 pub(super) fn choose<const N: usize>(
+    context: &Context,
     robot: &Robot,
     files: &[PathBuf],
     mass_kg: f64,
@@ -43,14 +45,14 @@ pub(super) fn choose<const N: usize>(
 ) -> Result<f64> {
     let mut slowest = 0.0_f64;
     for file in files {
-        slowest = slowest.max(SampleReader::<N>::open(file, robot)?.period_s());
+        slowest = slowest.max(SampleReader::<N>::open(context, file, robot)?.period_s());
     }
     let highest = HIGHEST_SHARE / slowest;
     let candidates: Vec<f64> = CANDIDATES.into_iter().filter(|cutoff| *cutoff <= highest).collect();
-    let wanted = Wanted::of(robot, files)?;
+    let wanted = Wanted::of(context, robot, files)?;
     let tried = candidates.par_iter().with_max_len(1).map(|cutoff_hz| {
         let core = robot.core::<N>(*cutoff_hz)?;
-        let read = points::read(robot, &core, files, mass_kg, &wanted, 1)?;
+        let read = points::read(context, robot, &core, files, mass_kg, &wanted, 1)?;
         let points = training(read.into_iter().map(|(_, point)| point).collect());
         let stride = points.len().div_ceil(MOST_POINTS).max(1);
         let points: Vec<Point> = points.into_iter().step_by(stride).collect();

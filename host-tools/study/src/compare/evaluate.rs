@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use logs::robot::Robot;
 use rayon::prelude::*;
+use support::context::Context;
 use support::error::{Error, Result};
 use support::metrics::Metrics;
 use support::progress::CountProgress;
@@ -184,6 +185,7 @@ pub fn allowed(robot: &Robot, card: &Card, wanted: &Wanted) -> Result<()> {
 
 /// [`evaluate`] of every card, in their order. Nothing of it depends on the number of cores but the time.
 pub fn evaluate_all(
+    context: &Context,
     robot: &Robot,
     cards: &[&Card],
     wanted: &Wanted,
@@ -191,7 +193,7 @@ pub fn evaluate_all(
     test: &[Point],
     masses: Option<MassSearch>,
 ) -> Vec<Result<Evaluation>> {
-    let progress = CountProgress::new("fitting models", cards.len() as u64);
+    let progress = CountProgress::new(context, "fitting models", cards.len() as u64);
     let one = |card: &&Card| {
         let evaluation = evaluate(robot, card, wanted, training, test, masses);
         progress.one_more();

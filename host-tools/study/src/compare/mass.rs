@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use logs::{Header, MASS};
+use support::context::Context;
 use support::error::Result;
 
 use super::own::OWN;
@@ -14,11 +15,11 @@ use logs::robot::Robot;
 ///
 /// # Errors
 /// A log cannot be read.
-pub(super) fn tell_taken(robot: &Robot, files: &[PathBuf], mass_kg: f64) -> Result<()> {
+pub(super) fn tell_taken(context: &Context, robot: &Robot, files: &[PathBuf], mass_kg: f64) -> Result<()> {
     for (index, file) in files.iter().enumerate() {
         let is_weighed = robot.log_units().mass_of(file).is_some();
-        if !is_weighed && !files[..index].contains(file) && !Header::open(file)?.has(MASS) {
-            support::notice!("{}: no {MASS}: {mass_kg} kg taken (--mass)", file.display());
+        if !is_weighed && !files[..index].contains(file) && !Header::open(context, file)?.has(MASS) {
+            context.notice(format_args!("{}: no {MASS}: {mass_kg} kg taken (--mass)", file.display()));
         }
     }
     Ok(())
@@ -26,6 +27,7 @@ pub(super) fn tell_taken(robot: &Robot, files: &[PathBuf], mass_kg: f64) -> Resu
 
 /// Says so where models take a mass that all training was at one other value of: what they say of it, no data have told.
 pub(super) fn tell_extrapolation<'a>(
+    context: &Context,
     settings: &Settings,
     training: impl Iterator<Item = &'a Point>,
     test: impl Iterator<Item = &'a Point>,
@@ -39,9 +41,9 @@ pub(super) fn tell_extrapolation<'a>(
         masses(test).iter().filter(|mass| !same(**mass, only)).map(f64::to_string).collect();
     if !others.is_empty() && settings.models.iter().any(takes) {
         let others = others.join(", ");
-        support::notice!(
+        context.notice(format_args!(
             "training at {only} kg only, test at {others} kg: models that take the mass extrapolate"
-        );
+        ));
     }
 }
 

@@ -10,6 +10,7 @@ use logs::{Exclusions, Header, SampleReader};
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::estimator::GAP_PERIODS;
 use model_core::filter::{Channel, LowPass};
+use support::context::Context;
 use support::error::{Error, Result};
 
 use crate::baselines::{Need, Point, Readings};
@@ -26,8 +27,8 @@ impl Wanted {
     ///
     /// # Errors
     /// A log cannot be read.
-    pub fn of(robot: &Robot, files: &[PathBuf]) -> Result<Self> {
-        let headers = files.iter().map(Header::open).collect::<Result<Vec<_>>>()?;
+    pub fn of(context: &Context, robot: &Robot, files: &[PathBuf]) -> Result<Self> {
+        let headers = files.iter().map(|file| Header::open(context, file)).collect::<Result<Vec<_>>>()?;
         let has = |column: &str| headers.iter().all(|header| header.has(column));
         let needs: Vec<Need> = Need::ALL
             .into_iter()
@@ -70,6 +71,7 @@ impl Wanted {
 /// # Errors
 /// A log that cannot be read or is not one of this robot.
 pub fn read<const N: usize>(
+    context: &Context,
     robot: &Robot,
     core: &CoreRobot<f64, N>,
     files: &[PathBuf],
@@ -77,11 +79,12 @@ pub fn read<const N: usize>(
     wanted: &Wanted,
     stride: u32,
 ) -> Result<Vec<(Row<N>, Point)>> {
-    read_telling(robot, core, files, mass_kg, (wanted, stride), |_, _| ())
+    read_telling(context, robot, core, files, mass_kg, (wanted, stride), |_, _| ())
 }
 
 /// The same; `excluded` is told of every log what of it cannot be used.
 pub(super) fn read_telling<const N: usize>(
+    context: &Context,
     robot: &Robot,
     core: &CoreRobot<f64, N>,
     files: &[PathBuf],
@@ -92,7 +95,7 @@ pub(super) fn read_telling<const N: usize>(
     let mut points = Vec::new();
     let (mut runs, mut used) = (0, 0_u64);
     for file in files {
-        let mut reader = SampleReader::<N>::open_with(file, robot, &wanted.columns)?;
+        let mut reader = SampleReader::<N>::open_with(context, file, robot, &wanted.columns)?;
         let period = reader.period_s();
         let mut conditioner = conditioner(core, file, period)?;
         let filter = LowPass::new(core.cutoff_hz, period).map_err(|_| {

@@ -6,6 +6,7 @@ use fit::dataset::{Dataset, Reading, Row};
 use fit::form::Term;
 use logs::robot::Robot;
 use logs::{Exclusions, Header, YAW_RATE};
+use support::context::Context;
 use support::error::{Error, Result};
 
 use super::points::{self, Wanted};
@@ -47,7 +48,7 @@ pub(super) struct Data<const N: usize> {
 }
 
 impl<const N: usize> Data<N> {
-    pub(super) fn read(robot: &Robot, split: &Split, settings: &Settings) -> Result<Self> {
+    pub(super) fn read(context: &Context, robot: &Robot, split: &Split, settings: &Settings) -> Result<Self> {
         let reading =
             Reading { gate: model_core::eq18::Gate::Signed, cutoff_hz: None, mass_kg: settings.mass_kg };
         let (files, others): (&[PathBuf], &[PathBuf]) = match split {
@@ -55,15 +56,15 @@ impl<const N: usize> Data<N> {
             Split::Blocks { files, .. } => (files, &[]),
         };
         let all = [files, others].concat();
-        let wanted = Wanted::of(robot, &all)?;
+        let wanted = Wanted::of(context, robot, &all)?;
         if files.is_empty() {
             return Err(Error::usage("no log was given"));
         }
         let given = robot.filter_cutoff_hz();
         let mass_kg = settings.mass_kg;
-        let choose = || cutoff::choose::<N>(robot, files, mass_kg, |points| split.training(points));
+        let choose = || cutoff::choose::<N>(context, robot, files, mass_kg, |points| split.training(points));
         let mut core = robot.core::<N>(given.map_or_else(choose, Ok)?)?;
-        let undelayed = points::read(robot, &core, files, mass_kg, &wanted, 1)?;
+        let undelayed = points::read(context, robot, &core, files, mass_kg, &wanted, 1)?;
         let undelayed: Vec<Point> = undelayed.into_iter().map(|(_, point)| point).collect();
         let block_s = match split {
             Split::Blocks { block_s, .. } => block_s.unwrap_or_else(|| default_block(undelayed.iter())),
@@ -73,24 +74,25 @@ impl<const N: usize> Data<N> {
         core.conditioning.delay = delay::choose(&split.training(undelayed));
         // The delay is every model's, the others are the signed model's own.
         let mut terms = vec![Term::SlipMemory, Term::UnequalSides];
-        let headers = all.iter().map(Header::open).collect::<Result<Vec<_>>>()?;
+        let headers = all.iter().map(|file| Header::open(context, file)).collect::<Result<Vec<_>>>()?;
         if headers.iter().all(|header| header.has(YAW_RATE)) {
             terms.push(Term::TrueSlip);
         }
-        let form = fit::choose_form(robot, &core, &terms, files, settings.mass_kg, &held_out)?;
+        let form = fit::choose_form(context, robot, &core, &terms, files, settings.mass_kg, &held_out)?;
         core.conditioning = form.conditioning;
-        let mut train = Dataset::<N>::read(robot, core, files, &reading)?;
+        let mut train = Dataset::<N>::read(context, robot, core, files, &reading)?;
         train.unequal_sides = form.unequal_sides;
         // The fit has told already what it excluded.
-        let read = points::read(robot, &core, files, settings.mass_kg, &wanted, train.stride)?;
+        let read = points::read(context, robot, &core, files, settings.mass_kg, &wanted, train.stride)?;
         let (training, test) = match split {
             Split::Files { test, .. } => {
                 let tell = |file: &Path, exclusions: Exclusions| {
                     if exclusions.total() > 0 {
-                        support::notice!("{}: {exclusions}", file.display());
+                        context.notice(format_args!("{}: {exclusions}", file.display()));
                     }
                 };
-                let test = points::read_telling(robot, &core, test, settings.mass_kg, (&wanted, 1), tell)?;
+                let test =
+                    points::read_telling(context, robot, &core, test, settings.mass_kg, (&wanted, 1), tell)?;
                 if test.is_empty() {
                     return Err(Error::failed("no usable row to evaluate on").in_file(&others[0]));
                 }
@@ -112,7 +114,7 @@ impl<const N: usize> Data<N> {
         };
         let training = training.into_iter().map(|(_, point)| point).collect();
         // A log that is refused says no more than why.
-        mass::tell_taken(robot, &all, settings.mass_kg)?;
+        mass::tell_taken(context, robot, &all, settings.mass_kg)?;
         Ok(Self { wanted, train, training, test })
     }
 }

@@ -8,6 +8,7 @@ use fit::pgd;
 use logs::robot::Robot;
 use model::coefficients::{Method, ModelKind};
 use model_core::coefficients::Coefficients;
+use support::context::Context;
 use support::error::{Error, Result};
 
 use super::course::{Course, Followed, Trace};
@@ -57,11 +58,16 @@ pub(super) const CONTENDERS: [Contender; 3] = [
 
 impl Contender {
     /// Fits the training rows.
-    pub(super) fn fit<'a>(&self, robot: &'a Robot, training: &Dataset<WHEELS>) -> Result<Fitted<'a>> {
+    pub(super) fn fit<'a>(
+        &self,
+        context: &'a Context,
+        robot: &'a Robot,
+        training: &Dataset<WHEELS>,
+    ) -> Result<Fitted<'a>> {
         let settings = pgd::Settings::default();
         let training = training.with_gate(self.kind.gate());
         let fit = fit::fit(robot, &training, self.kind, self.method, &settings)?;
-        Ok(Fitted { contender: *self, robot, coefficients: fit.coefficients })
+        Ok(Fitted { contender: *self, context, robot, coefficients: fit.coefficients })
     }
 }
 
@@ -69,6 +75,7 @@ impl Contender {
 pub(super) struct Fitted<'a> {
     /// Which.
     pub(super) contender: Contender,
+    context: &'a Context,
     robot: &'a Robot,
     coefficients: Coefficients<f64, WHEELS>,
 }
@@ -93,7 +100,9 @@ impl Fitted<'_> {
         let mut instants = Vec::with_capacity(log.rows.len());
         let payloads = Payloads::default_for(&self.coefficients.model);
         let replayed =
-            replay(self.robot, &self.coefficients, &log.file, payloads, policy, |now| instants.push(*now))?;
+            replay(self.context, self.robot, &self.coefficients, &log.file, payloads, policy, |now| {
+                instants.push(*now)
+            })?;
         if instants.len() != log.rows.len() {
             let (found, expected) = (instants.len(), log.rows.len());
             return Err(Error::failed(format!("{found} estimates for {expected} rows")).in_file(&log.file));
@@ -128,13 +137,14 @@ pub(super) struct Log {
 impl Log {
     /// Behind the filter of a fit.
     pub(super) fn read(
+        context: &Context,
         robot: &Robot,
         training: &Dataset<WHEELS>,
         file: &Path,
         wanted: &Wanted,
     ) -> Result<Self> {
         let files = [file.to_owned()];
-        let read = points::read(robot, &training.robot, &files, robot.mass_no_load_kg(), wanted, 1)?;
+        let read = points::read(context, robot, &training.robot, &files, robot.mass_no_load_kg(), wanted, 1)?;
         let (rows, points) = read.into_iter().unzip();
         Ok(Self { file: file.to_owned(), rows, points })
     }
@@ -186,8 +196,8 @@ pub(super) struct Task {
 }
 
 /// Reads the log to fit.
-pub(super) fn training(robot: &Robot, file: &Path) -> Result<Dataset<WHEELS>> {
+pub(super) fn training(context: &Context, robot: &Robot, file: &Path) -> Result<Dataset<WHEELS>> {
     let gate = ModelKind::Signed.gate();
     let reading = Reading { gate, cutoff_hz: None, mass_kg: robot.mass_no_load_kg() };
-    fit::read(robot, &[file.to_owned()], &reading)
+    fit::read(context, robot, &[file.to_owned()], &reading)
 }

@@ -35,6 +35,7 @@ pub use self::settings::Settings;
 pub use self::study::Study;
 
 use logs::robot::Robot;
+use support::context::Context;
 use support::error::Result;
 
 use self::regime::Rails;
@@ -45,21 +46,28 @@ use self::work::{go_on, on_all_cores, temporary_folder};
 ///
 /// # Errors
 /// A log cannot be written, a contender cannot be fitted, or `stopped` was set meanwhile.
-pub fn run(settings: &Settings, stopped: &AtomicBool, done: impl Fn() + Sync) -> Result<Study> {
-    let robot = Robot::load("burger")?;
+pub fn run(
+    context: &Context,
+    settings: &Settings,
+    stopped: &AtomicBool,
+    done: impl Fn() + Sync,
+) -> Result<Study> {
+    let robot = Robot::named("burger")?;
     let folder = temporary_folder()?;
     let seeds = on_all_cores(settings.seeds, stopped, |index| {
-        let seed = one(folder.path(), &robot, settings, stopped, settings.first_seed + index, index == 0);
+        let seed =
+            one(context, folder.path(), &robot, settings, stopped, settings.first_seed + index, index == 0);
         done();
         seed
     })?;
     let (section6, (section7, recalibration)) = seeds.into_iter().unzip();
     let rails = Rails::measure(settings.first_seed)?;
-    let differences = print::differences(&robot, settings, stopped)?;
+    let differences = print::differences(context, &robot, settings, stopped)?;
     Ok(Study::of(settings, Found { section6, section7, recalibration, rails, differences }))
 }
 
 fn one(
+    context: &Context,
     folder: &Path,
     robot: &Robot,
     settings: &Settings,
@@ -67,8 +75,8 @@ fn one(
     seed: u64,
     draw: bool,
 ) -> Result<(section6::Seed, (section7::Seed, recalibration::Seed))> {
-    let learned = section7::learn(folder, robot, seed)?;
-    let section6 = section6::seed(folder, robot, seed, draw)?;
+    let learned = section7::learn(context, folder, robot, seed)?;
+    let section6 = section6::seed(context, folder, robot, seed, draw)?;
     go_on(stopped)?;
     let section7 = section7::seed(&learned, settings, draw)?;
     go_on(stopped)?;

@@ -13,6 +13,7 @@ use plant::Scenario;
 use plant::experiment::{self, Drive};
 use plant::log::{Columns, write};
 use serde::Serialize;
+use support::context::Context;
 use support::error::Result;
 
 use super::ablation::{Figures, Pair, Variant};
@@ -63,19 +64,20 @@ const MOST_SEEDS: u64 = 5;
 /// # Errors
 /// A log cannot be written or read, or determines no coefficients; `stopped` was set meanwhile.
 pub(super) fn differences(
+    context: &Context,
     robot: &Robot,
     settings: &Settings,
     stopped: &AtomicBool,
 ) -> Result<Vec<Difference>> {
     let folder = temporary_folder()?;
     let seeds = on_all_cores(settings.seeds.min(MOST_SEEDS), stopped, |index| {
-        measure(&pairs(folder.path(), robot, settings.first_seed + index)?)
+        measure(&pairs(context, folder.path(), robot, settings.first_seed + index)?)
     })?;
     Ok(list(&seeds.concat()))
 }
 
 /// Section 6's, with exact sensors on motors that do not conserve energy, and the experiment's, with noise on motors that do.
-fn pairs(folder: &Path, robot: &Robot, seed: u64) -> Result<Vec<Pair<WHEELS>>> {
+fn pairs(context: &Context, folder: &Path, robot: &Robot, seed: u64) -> Result<Vec<Pair<WHEELS>>> {
     let regime = [experiment::scenario(Drive::Training, seed)?, experiment::scenario(Drive::Test, seed)?];
     let plants =
         [("Section 6", section6::scenarios(section6::Drives::Any, seed)?), ("experiment's regime", regime)];
@@ -83,14 +85,14 @@ fn pairs(folder: &Path, robot: &Robot, seed: u64) -> Result<Vec<Pair<WHEELS>>> {
         let files = ["training", "test"].map(|name| folder.join(format!("{plant}-{name}-{seed}.csv")));
         write(&files[0], &train, &Columns::default())?;
         write(&files[1], &test, &Columns::default())?;
-        let training = training(robot, &files[0])?;
+        let training = training(context, robot, &files[0])?;
         // Behind the filter of the fit.
         let reading = Reading {
             gate: training.gate,
             cutoff_hz: Some(training.robot.cutoff_hz),
             mass_kg: robot.mass_no_load_kg(),
         };
-        let test = fit::read(robot, &files[1..], &reading)?;
+        let test = fit::read(context, robot, &files[1..], &reading)?;
         Ok(Pair { plant, training, test, floor_w: robot.mape_floor_w() })
     };
     plants.into_iter().map(pair).collect()
@@ -274,7 +276,7 @@ mod tests {
 
     /// Ninety seconds at 20 Hz of two wheels that speed up and brake at their own rhythms, without noise.
     fn log(gate: Gate, masses: &[f64], phase: f64) -> Dataset<2> {
-        let core = Robot::load("burger").unwrap().core::<2>(2.0).unwrap();
+        let core = Robot::named("burger").unwrap().core::<2>(2.0).unwrap();
         let mut dataset = Dataset::empty(core, gate);
         for k in 0..1800_usize {
             let time = k as f64 / 20.0;

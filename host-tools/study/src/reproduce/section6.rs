@@ -7,6 +7,7 @@ use logs::robot::Robot;
 use plant::log::{Columns, write};
 use plant::{Kinematics, PayloadSchedule, PlantSet, Profile, ProfileKind, Rounds, Scenario};
 use serde_json::Value;
+use support::context::Context;
 use support::error::Result;
 use support::metrics::Metrics;
 
@@ -77,25 +78,34 @@ pub(super) fn scenarios(drives: Drives, seed: u64) -> Result<[Scenario; 2]> {
 }
 
 /// Drives, fits and judges one seed. `draw` keeps what figures need.
-pub(super) fn seed(folder: &Path, robot: &Robot, seed: u64, draw: bool) -> Result<Seed> {
-    let mut any = judged(folder, robot, Drives::Any, seed, draw)?;
-    any.outcomes.extend(judged(folder, robot, Drives::Gentle, seed, false)?.outcomes);
+pub(super) fn seed(context: &Context, folder: &Path, robot: &Robot, seed: u64, draw: bool) -> Result<Seed> {
+    let mut any = judged(context, folder, robot, Drives::Any, seed, draw)?;
+    any.outcomes.extend(judged(context, folder, robot, Drives::Gentle, seed, false)?.outcomes);
     Ok(any)
 }
 
 /// Every contender on drives of a kind.
-fn judged(folder: &Path, robot: &Robot, drives: Drives, seed: u64, draw: bool) -> Result<Seed> {
+fn judged(
+    context: &Context,
+    folder: &Path,
+    robot: &Robot,
+    drives: Drives,
+    seed: u64,
+    draw: bool,
+) -> Result<Seed> {
     let file = |name: &str| folder.join(format!("table3-{}-{name}-{seed}.csv", drives as u8));
     let [train, test] = ["training", "test"].map(file);
     for (scenario, file) in scenarios(drives, seed)?.iter().zip([&train, &test]) {
         write(file, scenario, &Columns::default())?;
     }
-    let dataset = training(robot, &train)?;
-    let wanted = Wanted::of(robot, &[train.clone(), test.clone()])?;
-    let known = Log::read(robot, &dataset, &train, &wanted)?;
-    let log = Log::read(robot, &dataset, &test, &wanted)?;
-    let fitted =
-        CONTENDERS.iter().map(|contender| contender.fit(robot, &dataset)).collect::<Result<Vec<_>>>()?;
+    let dataset = training(context, robot, &train)?;
+    let wanted = Wanted::of(context, robot, &[train.clone(), test.clone()])?;
+    let known = Log::read(context, robot, &dataset, &train, &wanted)?;
+    let log = Log::read(context, robot, &dataset, &test, &wanted)?;
+    let fitted = CONTENDERS
+        .iter()
+        .map(|contender| contender.fit(context, robot, &dataset))
+        .collect::<Result<Vec<_>>>()?;
     let outcomes = fitted.iter().map(|one| judge(one, &log, robot.mape_floor_w())).collect::<Result<_>>()?;
     let courses = if draw { Some(courses(&fitted, &known, &log)?) } else { None };
     Ok(Seed { outcomes, courses })

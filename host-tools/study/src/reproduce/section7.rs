@@ -7,6 +7,7 @@ use fit::dataset::Dataset;
 use logs::robot::Robot;
 use plant::experiment::{Drive, REGIME, scenario};
 use plant::log::{Column, Columns, write};
+use support::context::Context;
 use support::error::Result;
 use support::metrics::Metrics;
 
@@ -28,6 +29,7 @@ pub(super) struct Learned<'a> {
     pub(super) robot: &'a Robot,
     /// Ours, the paper's, the paper's without its misprints.
     pub(super) fitted: Vec<Fitted<'a>>,
+    context: &'a Context,
     folder: &'a Path,
     file: PathBuf,
     dataset: Dataset<WHEELS>,
@@ -35,19 +37,25 @@ pub(super) struct Learned<'a> {
 }
 
 /// Drives the training of a seed into the folder, and fits the contenders.
-pub(super) fn learn<'a>(folder: &'a Path, robot: &'a Robot, seed: u64) -> Result<Learned<'a>> {
+pub(super) fn learn<'a>(
+    context: &'a Context,
+    folder: &'a Path,
+    robot: &'a Robot,
+    seed: u64,
+) -> Result<Learned<'a>> {
     let file = drive(folder, Drive::Training, seed)?;
-    let dataset = training(robot, &file)?;
-    let fitted = CONTENDERS.iter().map(|contender| contender.fit(robot, &dataset)).collect::<Result<_>>()?;
-    Ok(Learned { robot, fitted, folder, file, dataset, seed })
+    let dataset = training(context, robot, &file)?;
+    let fitted =
+        CONTENDERS.iter().map(|contender| contender.fit(context, robot, &dataset)).collect::<Result<_>>()?;
+    Ok(Learned { context, robot, fitted, folder, file, dataset, seed })
 }
 
 impl Learned<'_> {
     /// Another drive of the seed, and what baselines may read of it and of the training.
     pub(super) fn drive(&self, which: Drive) -> Result<(Log, Wanted)> {
         let file = drive(self.folder, which, self.seed)?;
-        let wanted = Wanted::of(self.robot, &[self.file.clone(), file.clone()])?;
-        Ok((Log::read(self.robot, &self.dataset, &file, &wanted)?, wanted))
+        let wanted = Wanted::of(self.context, self.robot, &[self.file.clone(), file.clone()])?;
+        Ok((Log::read(self.context, self.robot, &self.dataset, &file, &wanted)?, wanted))
     }
 }
 
@@ -104,7 +112,7 @@ pub(super) struct Courses {
 pub(super) fn seed(learned: &Learned<'_>, settings: &Settings, draw: bool) -> Result<Seed> {
     let Learned { robot, fitted, .. } = learned;
     let (log, wanted) = learned.drive(Drive::Test)?;
-    let known = Log::read(robot, &learned.dataset, &learned.file, &wanted)?;
+    let known = Log::read(learned.context, robot, &learned.dataset, &learned.file, &wanted)?;
     let mut windows = Vec::new();
     for window_s in lengths(settings) {
         for fitted in fitted {

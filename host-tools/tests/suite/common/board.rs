@@ -84,7 +84,7 @@ pub(crate) fn other_coefficients() -> Vec<u8> {
 }
 
 fn coefficients_with(model_std: f32) -> Vec<u8> {
-    let robot = Robot::load("burger").unwrap().core::<2>(2.0).unwrap();
+    let robot = Robot::named("burger").unwrap().core::<2>(2.0).unwrap();
     let [a0, a1, g2, g3, g4, kappa] = crate::common::TRUTH;
     let torque = TorqueModel::from_array([a0, a1, g2, g3, g4, kappa, 0.0]);
     let model = Model::Signed { torque, drive: Drive::Dissipative };
