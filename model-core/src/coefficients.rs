@@ -59,7 +59,7 @@
 use crc::{CRC_32_ISO_HDLC, Crc};
 
 use crate::conditioning::Conditioning;
-use crate::effects::{Cause, Column, Columns, Encoded, MOST_COLUMNS};
+use crate::effects::{Cause, Column, Columns, Encoded, MOST_COLUMNS, Term};
 use crate::eq18::{Gate, REGRESSORS};
 use crate::kinematics::{Kinematics, MassMatrix};
 use crate::model::{MassRange, Model};
@@ -337,6 +337,16 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
     pub fn window(&self, period: T) -> Window<T> {
         let (range, noise) = (self.robot.range, self.noise);
         Window { range, noise, period, linear_beyond: noise.linear_beyond(self.robot.cutoff_hz) }
+    }
+
+    /// The least power that counts as energy, W: 0, by Eq. 9, where braking power is burnt or the model (Eq. 18) knows of none; −∞ where
+    /// it returns to the supply, by the drives or by an effect.
+    pub fn energy_floor(&self) -> T {
+        let returns = |column: &Column<T>| {
+            matches!(column.cause, Cause::Term(Term::Return)) && column.coefficient > T::ZERO
+        };
+        let regenerative = matches!(self.model, Model::Signed { drive: Drive::Regenerative, .. });
+        if regenerative || self.columns.iter().any(returns) { -T::INFINITY } else { T::ZERO }
     }
 
     /// The image, in single precision. `None` for more than [`MOST_WHEELS`] wheels, for what has no model id (ungated products

@@ -1,8 +1,11 @@
-//! Energy by Eq. 9: the integral of the positive part of the power.
+//! Energy: the integral of the power that counts.
+//!
+//! Eq. 9 counts its positive part: a drive that burns braking power takes nothing back, and what is below 0 there is noise. Where drives
+//! return braking power, energy is what the battery gives less what it takes ([`energy_floor`](crate::coefficients::Coefficients::energy_floor)).
 
 use crate::real::Real;
 
-/// Running ∫ max(0, P) dt in J, compensated so that single precision keeps counting after hours of milliwatt-seconds.
+/// Running ∫ P dt in J, compensated so that single precision keeps counting after hours of milliwatt-seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Energy<T> {
     sum: T,
@@ -11,12 +14,12 @@ pub struct Energy<T> {
 }
 
 impl<T: Real> Energy<T> {
-    /// Adds `power` (W) held for `duration` (s). What is not finite adds nothing, nor does time that runs
+    /// Adds `power` (W, of either sign) held for `duration` (s). What is not finite adds nothing, nor does time that runs
     /// backwards.
     #[inline]
     pub fn add(&mut self, power: T, duration: T) {
-        let joules = power.at_least(T::ZERO) * duration;
-        if !(joules.is_finite() && joules > T::ZERO) {
+        let joules = power * duration;
+        if !(joules.is_finite() && duration > T::ZERO) {
             return;
         }
         let term = joules - self.owed;
@@ -35,15 +38,16 @@ impl<T: Real> Energy<T> {
 mod tests {
     use super::Energy;
 
-    /// 10 h of 1.5 W with as much braking in between: plain single-precision summing is off by percents.
+    /// 10 h of 1.5 W out and 0.5 W back: plain single-precision summing is off by percents.
     #[test]
     fn counts_for_hours_in_single_precision() {
         let mut energy = Energy::<f32>::default();
         for _ in 0..7_200_000 {
             energy.add(1.5, 0.005);
-            energy.add(-1.5, 0.005);
+            energy.add(-0.5, 0.005);
             energy.add(f32::NAN, 0.005);
+            energy.add(1.0, -0.005);
         }
-        assert!((energy.joules() / 54_000.0 - 1.0).abs() < 1e-6, "{}", energy.joules());
+        assert!((energy.joules() / 36_000.0 - 1.0).abs() < 1e-6, "{}", energy.joules());
     }
 }

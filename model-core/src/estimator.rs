@@ -75,6 +75,8 @@ where
     d: T,
     measured: Energy<T>,
     predicted: Energy<T>,
+    /// The least power that counts for both, W.
+    floor: T,
     /// What the samples of the bucket in hand add to both, J. So few can be summed without compensation: single precision
     /// loses some 10⁻⁶ of 200.
     bucket_measured: T,
@@ -113,6 +115,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
             }),
             measured: Energy::default(),
             predicted: Energy::default(),
+            floor: coefficients.energy_floor(),
             d: T::NAN,
             bucket_measured: T::ZERO,
             bucket_predicted: T::ZERO,
@@ -143,7 +146,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         let elapsed = T::ZERO.at_least(elapsed);
         let mut power = None;
         if let Some((now, held)) = &conditioned {
-            self.bucket_measured += T::ZERO.at_least(now.power) * *held;
+            self.bucket_measured += self.floor.at_least(now.power) * *held;
             additions.follow(&now.motion, &self.range, self.d);
         }
         if let Some((now, held)) = &conditioned
@@ -155,7 +158,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
             self.method.add(&mut self.bucket, drawn, &response, now.motion.summed_speed(), self.d);
             // Zero times what is not finite is no number; neither is what an unknown mass makes expect.
             if expected * T::ZERO == T::ZERO {
-                self.bucket_predicted += T::ZERO.at_least(expected) * *held;
+                self.bucket_predicted += self.floor.at_least(expected) * *held;
                 power = Some(expected);
             }
         }
@@ -198,8 +201,8 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         if self.identifies_mass { mass } else { MassEstimate::Unknown(Unknown::NotIdentifiable) }
     }
 
-    /// Actuation energy measured, and predicted while the mass was known, since the start (Eq. 9), J. A gap counts as one
-    /// longest step: nobody measured it.
+    /// Actuation energy measured, and predicted while the mass was known, since the start, J: by Eq. 9, or what the battery gave less
+    /// what it took where drives return power ([`Coefficients::energy_floor`]). A gap counts as one longest step: nobody measured it.
     pub fn energy(&self) -> (T, T) {
         (self.measured.joules() + self.bucket_measured, self.predicted.joules() + self.bucket_predicted)
     }

@@ -157,6 +157,89 @@ fn what_cannot_be_told_apart_is_not_claimed() {
     assert!(adapted.iter().flatten().all(|mass| mass.high - mass.low > 1.0));
 }
 
+/// A mass before the gap, another behind it: what is known right behind it, and then at the end of every second.
+fn across<T: Real>(gap: f64, harder: f64) -> (Option<Mass<f64>>, Vec<Option<Mass<f64>>>) {
+    let robot: Coefficients<T, 2> = robot().convert().unwrap();
+    let ground = Ground { window: T::from_f64(25.0), ..Ground::usual() };
+    let mut adaptive = Adaptive::new(&robot, &ground, PERIOD, 1.0).unwrap();
+    let mut drive = Drive3 { rng: Rng::new(11), speeds: swinging, mass: 2.0, harder };
+    let (mut at_once, mut later) = (None, vec![]);
+    for i in 0..12_000 {
+        if i == 6000 {
+            drive.mass = 5.0;
+        }
+        let found = drive.sample(f64::from(i) * PERIOD);
+        let sample = Sample {
+            wheel_speed: found.wheel_speed.map(T::from_f64),
+            wheel_acceleration: None,
+            power: T::from_f64(found.power),
+        };
+        let elapsed = if i == 6000 { gap } else { PERIOD };
+        let estimate = adaptive.push(&sample, T::from_f64(elapsed));
+        let known = estimate.mass.known().map(|mass| Mass {
+            mass: mass.mass.to_f64(),
+            low: mass.low.to_f64(),
+            high: mass.high.to_f64(),
+        });
+        match i {
+            5999 => assert!(known.is_some_and(|mass| mass.low < 2.0 && mass.high > 2.0), "{known:?}"),
+            6000 => at_once = known,
+            _ if i > 6000 && estimate.closed => later.push(known),
+            _ => {}
+        }
+    }
+    (at_once, later)
+}
+
+/// A gap that is longer than the window leaves nothing of the mass, as with the plain estimator: it is unknown until the new one is
+/// known. A shorter one leaves the old mass, less sure the longer it was.
+#[test]
+fn a_gap_forgets_the_mass() {
+    fn check<T: Real>() {
+        let mut width = 0.0;
+        for gap in [1.0, 5.0, 12.0, 20.0] {
+            let (at_once, _) = across::<T>(gap, 0.0);
+            let found = at_once.unwrap().high - at_once.unwrap().low;
+            assert!(found > width, "{gap} s: {found} after {width}");
+            width = found;
+        }
+        for gap in [25.5, 26.3, 60.0, 600.0, 3600.0, 86_400.0, 1e9, f64::from(f32::MAX)] {
+            let (at_once, later) = across::<T>(gap, 0.0);
+            assert_eq!(at_once, None, "{gap} s");
+            assert!(later.len() >= 59, "{gap} s: {}", later.len());
+            let known: Vec<&Mass<f64>> = later.iter().flatten().collect();
+            let right = known.iter().filter(|mass| mass.low <= 5.0 && mass.high >= 5.0).count();
+            // 95 % of 60 seconds, of which one tells much of what the next one does.
+            assert!(known.len() > 30 && right * 10 >= known.len() * 9, "{gap} s: {right} of {}", known.len());
+        }
+    }
+    check::<f64>();
+    check::<f32>();
+}
+
+/// Samples that are no numbers are a gap as well; and of the ground no more is known behind an hour than at the start.
+#[test]
+fn a_gap_forgets_the_ground_and_may_hold_samples() {
+    let at_start = Adaptive::new(&robot(), &Ground::usual(), PERIOD, 1.0).unwrap();
+    let mut adaptive = at_start;
+    let mut drive = Drive3 { rng: Rng::new(12), speeds: swinging, mass: 2.0, harder: 0.6 * servo().rolling };
+    let floor = FLOOR_S as f64;
+    for i in 0..6000 {
+        adaptive.push(&drive.sample(floor + f64::from(i) * PERIOD), PERIOD);
+    }
+    let spread = |adaptive: &Adaptive<f64, 2>| adaptive.adapted().rolling[1];
+    assert!(spread(&adaptive) < 0.5 * spread(&at_start) && adaptive.adapted().mass.known().is_some());
+    let nothing = Sample { wheel_speed: [f64::NAN; 2], wheel_acceleration: None, power: 1.0 };
+    let mut silent = adaptive;
+    let until = (0..4000).position(|_| silent.push(&nothing, PERIOD).mass.known().is_none()).unwrap();
+    assert!((2490..2700).contains(&until), "{until}");
+    adaptive.push(&drive.sample(floor), 3600.0);
+    let ([rolling, _], [fitted, _]) = (adaptive.adapted().rolling, at_start.adapted().rolling);
+    assert!(
+        (spread(&adaptive) / spread(&at_start) - 1.0).abs() < 1e-9 && (rolling / fitted - 1.0).abs() < 1e-9
+    );
+}
+
 /// What is believed after a year of buckets is what dense Gaussian conditioning says: `reference_adapt.py`.
 fn worst<T: Real>() -> f64 {
     let mut belief = Belief::<T>::default();

@@ -4,7 +4,9 @@
 mod common;
 
 use common::{Rng, burger, coefficients, range, servo};
+use model_core::adapt::{Adaptive, Ground};
 use model_core::coefficients::{Coefficients, Robot};
+use model_core::effects::{Cause, Column, Columns, Term};
 use model_core::eq18::Gate;
 use model_core::estimator::{Conditioner, Estimate, Estimator, Sample, Timing};
 use model_core::model::Model;
@@ -475,6 +477,54 @@ fn energy_is_the_integral_of_the_power() {
     assert!((found_predicted - predicted).abs() < 1e-9 * predicted, "{found_predicted} {predicted}");
     // Nothing is predicted in the first second of the 60, in which the mass is unknown.
     assert!((found_predicted / found_measured - 59.0 / 60.0).abs() < 0.01);
+}
+
+/// Where drives return braking power, energy is what the battery gives less what it takes; where they burn it, Eq. 9, to the last digit
+/// as before.
+#[test]
+fn energy_is_net_where_drives_return_power() {
+    let Model::Signed { torque, .. } = robot().model else { panic!("signed") };
+    let timing = Timing {
+        period_s: PERIOD,
+        bucket_s: 1.0,
+        schedule: Schedule::Moving { window: 5 },
+        detect_changes: false,
+    };
+    let (_, matrix) = burger();
+    let returns =
+        |share| Columns::new(&[Column { cause: Cause::Term(Term::Return), coefficient: share }], 2).unwrap();
+    for (drive, columns, is_net) in [
+        (Drive::Dissipative, Columns::NONE, false),
+        (Drive::Regenerative, Columns::NONE, true),
+        (Drive::Dissipative, returns(0.5), true),
+        (Drive::Dissipative, returns(0.0), false),
+    ] {
+        let model = Model::Signed { torque, drive };
+        let coefficients = Coefficients { model, columns, ..robot() };
+        let mut pipeline = Pipeline::new(&coefficients, method(), &timing).unwrap();
+        let mut adaptive = Adaptive::new(&coefficients, &Ground::usual(), PERIOD, 1.0).ok();
+        let (mut measured, mut braked) = (0.0, 0.0);
+        for i in 0..60 * PER_BUCKET {
+            let t = i as f64 * PERIOD;
+            // Hard starts and stops: inertia drives the motors.
+            let (speed, acceleration) = ([6.0 + 5.0 * (8.0 * t).sin(); 2], [40.0 * (8.0 * t).cos(); 2]);
+            let regenerative = Model::Signed { torque, drive: Drive::Regenerative };
+            let power = regenerative.power(&Motion::new(&speed, &acceleration, &matrix, 0.02), 5.0).unwrap();
+            let sample = Sample { wheel_speed: speed, wheel_acceleration: None, power };
+            let now = pipeline.push(&sample, PERIOD).conditioned.unwrap();
+            if let Some(adaptive) = &mut adaptive {
+                adaptive.push(&sample, PERIOD);
+            }
+            measured += now.power.max(if is_net { f64::NEG_INFINITY } else { 0.0 }) * PERIOD;
+            braked += now.power.min(0.0) * PERIOD;
+        }
+        assert!(braked < -1.0, "{braked}");
+        let (found, _) = pipeline.energy();
+        assert!((found / measured - 1.0).abs() < 1e-9, "{drive:?} {is_net}: {found} {measured}");
+        if let Some(adaptive) = adaptive {
+            assert!((adaptive.energy().0 / measured - 1.0).abs() < 1e-3, "{drive:?}");
+        }
+    }
 }
 
 /// The state does not grow: it is plain data of one size, and a copy of it goes on as the original does.

@@ -63,7 +63,10 @@ impl Pipeline {
     ) -> Estimate<f32, WHEELS> {
         match self {
             Self::Window(estimator) => estimator.push(sample, elapsed),
-            Self::Adapting(adaptive) => adaptive.push(sample, elapsed),
+            Self::Adapting(adaptive) => {
+                adaptive.pass(beyond);
+                adaptive.push(sample, elapsed)
+            }
             Self::Extended(estimator, live) => {
                 live.pass(beyond);
                 estimator.push_with(live, sample, &Outside::UNKNOWN, elapsed)

@@ -334,6 +334,31 @@ fn equals_the_host_on_ground_that_adapts() {
     assert_eq!(board.model(), 3);
 }
 
+/// An hour on the charger, in which somebody has taken the payload off: what was known before is not shown, by any model.
+#[test]
+fn a_gap_of_an_hour_forgets_the_mass() {
+    let plain = coefficients(signed());
+    for ground_adapts in [false, true] {
+        let mut board = Estimation::default();
+        board.set_coefficients(Some(&Coefficients { ground_adapts, ..plain })).unwrap();
+        let samples = &drive(&signed())[..20_000];
+        let before = samples.iter().map(|s| board.sample(s.wheel_speed, s.power, s.time_us)).last().unwrap();
+        assert!(before.mass.known().is_some());
+        // The same 3 kg again: only what was seen since counts.
+        let mut first = None;
+        for (i, s) in samples.iter().enumerate() {
+            let found = board.sample(s.wheel_speed, s.power, s.time_us + 3_700_000_000);
+            assert!(found.taken);
+            let Some(mass) = found.mass.known() else { continue };
+            first = first.or(Some(i));
+            assert!(mass.low <= 3.05 && mass.high >= 2.95, "{ground_adapts}: {mass:?}");
+        }
+        // Not before the filter has settled, and a bucket is full.
+        let first = first.unwrap();
+        assert!((200..6_000).contains(&first), "{ground_adapts}: {first}");
+    }
+}
+
 #[test]
 fn without_coefficients_nothing_is_estimated() {
     let mut board = Estimation::default();

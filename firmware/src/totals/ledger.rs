@@ -71,15 +71,19 @@ impl Ledger {
         &mut self.trip
     }
 
-    /// All, with the energy that each rail has delivered since start, J.
+    /// All, with the energy that each rail has delivered since start, J: negative where it took back more.
     #[must_use]
     pub fn totals(&self, energies: [f32; RAIL_COUNT], time_us: u64) -> Totals {
-        self.before.plus(&Totals {
-            energy_mj: energies.map(|joules| (1000.0 * joules) as u64),
+        let mut totals = self.before.plus(&Totals {
+            energy_mj: [0; RAIL_COUNT],
             distance_cm: self.trip.distance_cm(),
             driving_s: self.trip.driving_s(),
             on_s: u32::try_from(time_us / 1_000_000).unwrap_or(u32::MAX),
-        })
+        });
+        for (total, joules) in totals.energy_mj.iter_mut().zip(energies) {
+            *total = total.saturating_add_signed((1000.0 * joules) as i64);
+        }
+        totals
     }
 
     /// Whether they are to be written now.
@@ -133,6 +137,8 @@ mod tests {
         ledger.load(Ok(Some(BEFORE)));
         let totals = ledger.totals([1.5, 0.0, f32::NAN, 0.0625], 7 * S + 999_999);
         assert_eq!(totals.energy_mj, [6_500, 0, 0, 63]);
+        // Downhill on drives that return what they brake: less than before, but never below 0.
+        assert_eq!(ledger.totals([-1.5, -1.0, 0.0, 0.0], 0).energy_mj, [3_500, 0, 0, 1]);
         assert_eq!((totals.distance_cm, totals.driving_s, totals.on_s), (10, 3, 107));
     }
 

@@ -17,7 +17,7 @@ pub const TOTALS_BYTES: usize = 8 * RAIL_COUNT + 4 + 4 + 4;
 /// Of the board's whole life. All stop at their maximum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Totals {
-    /// Delivered by each rail (Eq. 9: what is fed back is not taken off), mJ.
+    /// Delivered by each rail, less what was fed back, mJ; never below 0.
     pub energy_mj: [u64; RAIL_COUNT],
     /// Way of the middle between the wheels, forward and back, cm.
     pub distance_cm: u32,

@@ -141,3 +141,43 @@ fn what_is_no_plan_is_refused_in_one_line() {
     refused("flat.csv", &["--mass", "2", "--charge", "80"], 2, "expected a share of 0 to 1");
     refused("flat.csv", &["--mass", "2", "--charge", "0.8"], 1, "expected --static-power");
 }
+
+/// Two wheels of 0.1 m straight ahead, speeding up and slowing down, on drives that return what they brake.
+fn regenerating(mass: f64, seconds: f64) -> (String, [f64; 2]) {
+    let (mut text, mut net, mut drawn) =
+        ("time_s,wheel1_rad_s,wheel2_rad_s,power_w,mass_kg\n".to_owned(), 0.0, 0.0);
+    for i in 0..(seconds * 50.0) as u32 {
+        let t = f64::from(i) / 50.0;
+        // Fast and slow, so that every parameter is told apart.
+        let (rate, fast) = (0.9 + 0.4 * (0.03 * t).sin(), 5.0 + 2.0 * (0.011 * t).sin());
+        let (speed, acceleration) = (fast + 4.0 * (rate * t).sin(), 4.0 * rate * (rate * t).cos());
+        let torque = 0.3 + 0.004 * mass + 0.01 * speed + (0.02 + 1.3 * mass * 0.005) * acceleration;
+        let power = 2.0 * torque * (speed + 0.2 * torque);
+        (net, drawn) = (net + power / 50.0, drawn + power.max(0.0) / 50.0);
+        text += &format!("{t},{speed},{speed},{power},{mass}\n");
+    }
+    (text, [net, drawn])
+}
+
+/// One energy: what `estimate` measures, what it predicts and what `predict` says are what the battery gives less what it takes.
+#[test]
+fn energy_is_one_where_drives_return_power() {
+    let bench = Bench::new();
+    bench.put(
+        "robot.toml",
+        "name = \"r\"\nkinematics = \"differential\"\nwheel_radius_m = 0.1\ntrack_m = 0.4\ngyration_radius_m = 0.2\n\
+         mass_no_load_kg = 10\nmass_full_load_kg = 60\nregeneration = true\nfilter_cutoff_hz = 8\n",
+    );
+    bench.put("empty.csv", regenerating(10.0, 150.0).0);
+    bench.put("full.csv", regenerating(60.0, 150.0).0);
+    let (log, [net, drawn]) = regenerating(45.0, 150.0);
+    bench.put("log.csv", log);
+    assert!(drawn > 1.1 * net, "{drawn} {net}");
+    bench.done(&["fit", "--robot", "robot.toml", "--out", "c.toml", "empty.csv", "full.csv"]);
+    let found = bench.json(&["estimate", "--robot", "robot.toml", "--coeffs", "c.toml", "log.csv"]);
+    near(&found["energy_j"], net, 0.01);
+    near(&found["told"]["predicted_j"], net, 0.01);
+    let planned = predict(&bench, "log.csv", &["--mass", "45"]);
+    near(&planned["driving_j"], net, 0.01);
+    near(&planned["measured_j"], net, 0.01);
+}

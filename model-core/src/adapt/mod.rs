@@ -73,13 +73,21 @@ pub struct Adaptive<T, const N: usize> {
     /// Whether the coefficients tell masses apart.
     identifies_mass: bool,
     spread: Spread<T>,
+    ground: Ground<T>,
     /// Shares of what is known that are left after a bucket: of the mass and of the ground.
     fading: [T; 2],
     bucket_length: T,
+    /// Time into the open bucket, and half a period, s.
     phase: T,
+    /// Since the last sample that was a number, s.
+    silent: T,
+    /// What of that the samples' steps do not say, s.
+    beyond: T,
     adapted: Adapted<T>,
     measured: Energy<T>,
     predicted: Energy<T>,
+    /// The least power that counts for both, W.
+    floor: T,
 }
 
 impl<T: Real, const N: usize> Adaptive<T, N> {
@@ -125,9 +133,12 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
             told: None,
             identifies_mass: *identifies_mass,
             spread: Spread::default(),
+            ground: *ground,
             fading: [left(ground.window), left(ground.memory)],
             bucket_length: T::from_f64(bucket_s),
             phase: T::from_f64(period_s) * T::HALF,
+            silent: T::ZERO,
+            beyond: T::ZERO,
             adapted: Adapted {
                 mass: unknown,
                 rolling: [torque.rolling, rolling_unit],
@@ -135,6 +146,7 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
             },
             measured: Energy::default(),
             predicted: Energy::default(),
+            floor: coefficients.energy_floor(),
         })
     }
 
@@ -154,37 +166,49 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         &self.adapted
     }
 
-    /// Actuation energy measured, and predicted while the mass was known, since the start (Eq. 9), J. A gap counts as
-    /// [`GAP_PERIODS`] periods: nobody measured more of it.
+    /// Actuation energy measured, and predicted while the mass was known, since the start, J, as the plain estimator counts it. A gap
+    /// counts as [`GAP_PERIODS`] periods: nobody measured more of it.
     pub fn energy(&self) -> (T, T) {
         (self.measured.joules(), self.predicted.joules())
     }
 
     /// Takes one sample, `elapsed` (s) after the one before. The power is that at mass and ground in hand; a change of the payload is
-    /// never noticed here: it looks like another ground at first.
+    /// never noticed here: it looks like another ground at first. Behind a gap that is longer than the window nothing is known of the
+    /// payload.
     pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Estimate<T, N> {
         let conditioned = self.conditioner.push(sample, elapsed);
-        let held = T::ZERO.at_least(elapsed).at_most(T::from_f64(GAP_PERIODS) * self.period);
+        // In this order NaN counts as none.
+        let elapsed = T::ZERO.at_least(elapsed);
+        let held = elapsed.at_most(T::from_f64(GAP_PERIODS) * self.period);
+        self.silent += elapsed;
         let mut power = None;
         if let Some(now) = &conditioned {
-            self.measured.add(now.power, held);
+            self.measured.add(self.floor.at_least(now.power), held);
         }
         if let Some(now) = &conditioned
             && now.settled
         {
             let expected = self.see(now);
             if self.adapted.mass.known().is_some() && expected.is_finite() {
-                self.predicted.add(expected, held);
+                self.predicted.add(self.floor.at_least(expected), held);
                 power = Some(expected);
             }
         }
-        self.phase += T::ZERO.at_least(elapsed).at_most(self.bucket_length);
+        self.phase += elapsed;
         let closed = self.phase >= self.bucket_length;
         if closed {
-            self.phase -= self.bucket_length;
             self.close();
         }
+        if conditioned.is_some() {
+            self.silent = T::ZERO;
+        }
         Estimate { conditioned, mass: self.adapted.mass, power, closed, changed: None }
+    }
+
+    /// So much time (s), whole buckets of it, has passed beyond what the next sample's step says.
+    pub fn pass(&mut self, time: T) {
+        self.silent += time;
+        self.beyond += time;
     }
 
     /// The payload is another from now on.
@@ -196,11 +220,12 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
             return;
         }
         self.belief.forget_mass();
-        self.adapted.mass = MassEstimate::Unknown(if self.identifies_mass {
-            Unknown::NoSamples
-        } else {
-            Unknown::NotIdentifiable
-        });
+        self.adapted.mass = self.identified(MassEstimate::Unknown(Unknown::NoSamples));
+    }
+
+    /// An estimate by coefficients that tell masses apart.
+    fn identified(&self, mass: MassEstimate<T>) -> MassEstimate<T> {
+        if self.identifies_mass { mass } else { MassEstimate::Unknown(Unknown::NotIdentifiable) }
     }
 
     /// P̂ at mass and ground in hand; what the sample says beyond that is added to the evidence.
@@ -248,8 +273,10 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         (power, (!may_clamp && motion.is_moving()).then_some(slopes))
     }
 
+    /// The bucket in hand is full, and with it those of a gap, if there was one.
     #[inline(never)]
     fn close(&mut self) {
+        self.phase -= self.bucket_length;
         let [mass_left, ground_left] = self.fading;
         self.belief.pass(mass_left, ground_left);
         let Evidence { information: [[information, ..], ..], score: [score, ..] } = self.evidence;
@@ -260,10 +287,43 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         self.lasting.pass(mass_left, self.slope, information);
         self.slope = T::ZERO;
         self.evidence = Evidence::default();
-        let [[mass_variance, ..], [_, rolling_variance, _], [_, _, scrub_variance]] =
-            self.belief.covariance();
-        let [d, rolling, scrub] = self.belief.state();
-        let [mass_unit, rolling_unit, scrub_unit] = self.units;
+        if self.silent > self.ground.window {
+            self.outlast();
+            return;
+        }
+        while self.phase >= self.bucket_length {
+            self.phase -= self.bucket_length;
+            self.belief.pass(mass_left, ground_left);
+            self.lasting.pass(mass_left, T::ZERO, T::ZERO);
+        }
+        self.publish_ground();
+        let ([[mass_variance, ..], ..], [d, ..]) = (self.belief.covariance(), self.belief.state());
+        let [mass_unit, ..] = self.units;
+        // What lasts shifts the mass for as long as the robot drives alike; never by more than nothing is known at all.
+        let lasting = self.noise.model_std * self.lasting.shift();
+        let variance = (mass_variance + lasting * lasting).at_most(T::ONE.at_least(mass_variance));
+        let half_width = T::from_f64(TWO_SIGMA) * variance.sqrt() * mass_unit;
+        if self.told.is_none() {
+            self.adapted.mass =
+                self.identified(interval::within(&self.range, d * mass_unit, half_width));
+        }
+    }
+
+    /// Behind a gap that is longer than the window: the payload may be another, and of the ground is known what its memory left. The
+    /// next buckets end when they would have.
+    fn outlast(&mut self) {
+        self.payload_changed();
+        self.belief.pass(T::ONE, (-((self.phase + self.beyond) / self.ground.memory)).exp());
+        self.beyond = T::ZERO;
+        self.phase = remainder(self.phase, self.bucket_length).unwrap_or(self.period * T::HALF);
+        self.publish_ground();
+    }
+
+    /// The torques on the ground as it is believed to be now.
+    fn publish_ground(&mut self) {
+        let [_, [_, rolling_variance, _], [_, _, scrub_variance]] = self.belief.covariance();
+        let [_, rolling, scrub] = self.belief.state();
+        let [_, rolling_unit, scrub_unit] = self.units;
         // Nothing takes less than no torque.
         let not_negative = |fitted: T, by: T| T::ZERO.at_least(fitted + by);
         self.torque = TorqueModel {
@@ -271,22 +331,27 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
             scrub: not_negative(self.fitted.scrub, scrub * scrub_unit),
             ..self.fitted
         };
-        // What lasts shifts the mass for as long as the robot drives alike; never by more than nothing is known at all.
-        let lasting = self.noise.model_std * self.lasting.shift();
-        let variance = (mass_variance + lasting * lasting).at_most(T::ONE.at_least(mass_variance));
-        let half_width = T::from_f64(TWO_SIGMA) * variance.sqrt() * mass_unit;
-        self.adapted = Adapted {
-            mass: if self.told.is_some() {
-                self.adapted.mass
-            } else if self.identifies_mass {
-                interval::within(&self.range, d * mass_unit, half_width)
-            } else {
-                MassEstimate::Unknown(Unknown::NotIdentifiable)
-            },
-            rolling: [self.torque.rolling, rolling_variance.sqrt() * rolling_unit],
-            scrub: [self.torque.scrub, scrub_variance.sqrt() * scrub_unit],
-        };
+        self.adapted.rolling = [self.torque.rolling, rolling_variance.sqrt() * rolling_unit];
+        self.adapted.scrub = [self.torque.scrub, scrub_variance.sqrt() * scrub_unit];
     }
+}
+
+/// What is left of a time (s) when all whole `length`s are taken off; `None` of one without end.
+fn remainder<T: Real>(time: T, length: T) -> Option<T> {
+    if !time.is_finite() {
+        return None;
+    }
+    let (mut left, mut step) = (time, length);
+    while step + step <= left {
+        step += step;
+    }
+    while step >= length {
+        if left >= step {
+            left -= step;
+        }
+        step = step * T::HALF;
+    }
+    Some(left)
 }
 
 /// What a constant error of the power does to the mass: sums over the window, faded as the evidence is.

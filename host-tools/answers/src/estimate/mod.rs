@@ -144,7 +144,7 @@ pub struct Replay {
     pub told: Option<Told>,
     /// Share of the settled samples for which the mass was known.
     pub known_share: f64,
-    /// Energy drawn, static power included (Eq. 9), J.
+    /// Energy drawn, static power included, J; less what returns where drives return it.
     pub energy_j: f64,
     /// Actuation energy by the model while the mass was known, J.
     pub predicted_j: f64,

@@ -15,7 +15,7 @@ pub struct Told {
     /// P̂ at it against the measured power.
     #[serde(flatten)]
     pub quality: Quality,
-    /// Actuation energy by the model (Eq. 9), J.
+    /// Actuation energy by the model, J: as the measured one counts ([`Coefficients::energy_floor`]).
     pub predicted_j: f64,
 }
 
@@ -65,7 +65,7 @@ impl<const N: usize> Telling<N> {
         self.is_one &= self.mass_kg.is_none_or(|known| known == mass);
         self.mass_kg = Some(mass);
         self.pairs.add(now.power, power);
-        self.joules += power.max(0.0) * step;
+        self.joules += self.coefficients.energy_floor().max(power) * step;
         Some(power)
     }
 

@@ -139,10 +139,11 @@ impl<'a, const N: usize> Sums<'a, N> {
             self.legs.resize(frame.leg + 1, Tally::default());
         }
         let outside = Outside { pitch: frame.slope_rad, ..Outside::UNKNOWN };
+        let floor = self.coefficients.energy_floor();
         for variant in variants.iter_mut() {
             let watts = variant.power(self.coefficients, &now, &sample, &outside, frame.elapsed);
             variant.joules.resize(self.legs.len(), 0.0);
-            variant.joules[frame.leg] += watts * step;
+            variant.joules[frame.leg] += floor.max(watts) * step;
         }
         let rates = robot.kinematics.twist(&now.motion.wheels.map(|wheel| wheel.acceleration));
         let tally = &mut self.legs[frame.leg];
