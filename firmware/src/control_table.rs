@@ -185,7 +185,7 @@ registers! {
     RAIL_POWER: 556, F32[RAIL_COUNT], Read, "W", "Power of battery, motors, computer, lidar";
     RAIL_VOLTAGE: 572, F32[RAIL_COUNT], Read, "V", "Bus voltage of each rail";
     RAIL_CURRENT: 588, F32[RAIL_COUNT], Read, "A", "Current of each rail";
-    RAIL_ENERGY: 604, F32[RAIL_COUNT], Read, "J", "Energy that each rail delivered since start";
+    RAIL_ENERGY: 604, F32[RAIL_COUNT], Read, "J", "Energy that each rail delivered since start, less what was fed back";
     RAIL_HEALTH: 620, U8[RAIL_COUNT], Read, "", "0 ok, 1 stale, 2 overflow, 3 absent, 4 lost calibration, 5 implausible";
     RAIL_COUNTERS: 624, U32[5 * RAIL_COUNT], Read, "", "Of each rail: readings, polls without a new one, clipped, no answer, set-up lost; RAIL_IMPLAUSIBLE is the sixth";
     RAIL_CALIBRATION: 704, F32[RAIL_COUNT], Read, "", "True power over measured power, from the store; 1 without";
@@ -203,7 +203,7 @@ registers! {
     MASS_HIGH: 760, F32[1], Read, "kg", "Upper end of its 95 % interval";
     MEASURED_POWER: 764, F32[1], Read, "W", "Actuation power, filtered, static power taken off";
     PREDICTED_POWER: 768, F32[1], Read, "W", "Actuation power by model and mass";
-    MEASURED_ENERGY: 772, F32[1], Read, "J", "Actuation energy since start (Eq. 9)";
+    MEASURED_ENERGY: 772, F32[1], Read, "J", "Actuation energy since start: by Eq. 9, or less what returned where the coefficients say that drives return power";
     PREDICTED_ENERGY: 776, F32[1], Read, "J", "The same by the model, while the mass was known";
     PAYLOAD_CHANGES: 780, U32[1], Read, "", "Payload changes noticed since start";
     LAST_CHANGE: 784, U64[1], Read, "µs", "Since when the payload is another, by the last change noticed";
@@ -267,7 +267,7 @@ registers! {
     INERTIAL_RESTARTS: 2424, U32[1], Read, "", "Times that it was set up anew";
     GYROSCOPE_BIAS: 2428, F32[3], Read, "rad/s", "What is taken off its rotation; NaN before it is known";
 
-    TOTAL_ENERGY: 2440, U64[RAIL_COUNT], Read, "mJ", "Energy that each rail has ever delivered: kept over resets, but for what came after the last write, a minute at most";
+    TOTAL_ENERGY: 2440, U64[RAIL_COUNT], Read, "mJ", "Energy that each rail has ever delivered, less what was fed back: kept over resets, but for what came after the last write, a minute at most";
     TOTAL_DISTANCE: 2472, U32[1], Read, "cm", "Way of the middle between the wheels, forward and back, likewise";
     TOTAL_DRIVING_TIME: 2476, U32[1], Read, "s", "Time in motion with torque on, likewise";
     TOTAL_TIME: 2480, U32[1], Read, "s", "Time switched on, likewise";
@@ -326,6 +326,10 @@ pub enum Reason {
     Erase = 17,
     /// Not signed, on a board that is built with a key, or with another key.
     Signature = 18,
+    /// A filter that settles only after most of the window, or loses the power in single precision.
+    Slow = 19,
+    /// The mass would stay unknown however the robot drives.
+    Mass = 20,
 }
 
 impl Reason {
@@ -352,6 +356,8 @@ impl Reason {
             16 => Self::Delay,
             17 => Self::Erase,
             18 => Self::Signature,
+            19 => Self::Slow,
+            20 => Self::Mass,
             _ => return None,
         })
     }
@@ -381,6 +387,10 @@ impl Reason {
             Self::Delay => "a delay longer than the board keeps samples for",
             Self::Erase => "the flash has to be erased first, which waits until torque is off",
             Self::Signature => "not signed with the key that the board asks for",
+            Self::Slow => "a filter cutoff below 0.1 Hz, which settles too late for any mass",
+            Self::Mass => {
+                "a mass that stays unknown however the robot drives: the power does not depend on it, or its noise hides it"
+            }
         }
     }
 }

@@ -12,6 +12,7 @@ use model_core::effects::{Cause, Column, Columns, Side, Term};
 use model_core::eq18::Gate;
 use model_core::kinematics::Kinematics;
 use model_core::model::{MassRange, Model};
+use model_core::plausibility::LEAST_CUTOFF;
 use model_core::torque::{Drive, TorqueModel};
 use proptest::prelude::*;
 
@@ -107,8 +108,12 @@ fn what_no_robot_has_is_refused() {
         }
     }
     // Both wheels at 10 rad/s and 6 kg, all torques Coulomb's: 2 (10 τ + 6.5 τ²) is 100 kW at τ = 86.95 N·m.
-    assert_eq!(refusal(&with_torque([86.9, 0.0, 0.0, 0.0, 0.0, 6.5, 0.0])), None);
-    assert_eq!(refusal(&with_torque([87.0, 0.0, 0.0, 0.0, 0.0, 6.5, 0.0])), Some(Reason::Value));
+    let coulomb = |torque| Coefficients {
+        identifies_mass: false,
+        ..with_torque([torque, 0.0, 0.0, 0.0, 0.0, 6.5, 0.0])
+    };
+    assert_eq!(refusal(&coulomb(86.9)), None);
+    assert_eq!(refusal(&coulomb(87.0)), Some(Reason::Value));
     // The same torque from rolling under 6 kg.
     assert_eq!(refusal(&with_torque([0.0, 14.48, 0.0, 0.0, 0.0, 6.5, 0.0])), None);
     assert_eq!(refusal(&with_torque([0.0, 14.5, 0.0, 0.0, 0.0, 6.5, 0.0])), Some(Reason::Value));
@@ -122,6 +127,8 @@ fn what_no_robot_has_is_refused() {
         ("no load above full load", 48, 7.0),
         ("static power of 1e6 W", 56, 1e6),
         ("static power of −1e38 W", 56, -1e38),
+        ("negative static power", 56, -1.0),
+        ("a payload of a gram", 48, 5.999),
         ("noise density", 60, 1e38),
         ("lasting error", 64, 1e38),
         ("power scale", 68, 1e38),
@@ -130,10 +137,61 @@ fn what_no_robot_has_is_refused() {
         assert_eq!(check(&with_number(&bytes, offset, value)).err(), Some(Reason::Value), "{what}");
     }
     assert_eq!(check(&with_number(&bytes, 48, 5e-3)).err(), None);
-    // Where power does not depend on the mass, only the bound itself refuses.
-    let bytes = image(&with_torque([0.04, 0.0, 0.006, 0.0081, 0.0, 6.5, 0.0]));
+    // Where power does not depend on the mass, and nobody says that it does, only the bound itself refuses.
+    let massless = with_torque([0.04, 0.0, 0.006, 0.0081, 0.0, 6.5, 0.0]);
+    let bytes = image(&Coefficients { identifies_mass: false, ..massless });
     assert_eq!(check(&with_number(&bytes, 52, 100_000.0)).err(), None);
     assert_eq!(check(&with_number(&bytes, 52, 100_001.0)).err(), Some(Reason::Value));
+}
+
+/// The mass would be unknown for ever, and the reason on display the drive: without what tells masses apart, and with noise that hides
+/// them. With coefficients that say so the reason is true, and the board takes them.
+#[test]
+fn a_mass_that_cannot_be_known_is_refused() {
+    let good = image(&burger());
+    let massless = with_torque([0.04, 0.0, 0.006, 0.0081, 0.0, 6.5, 0.0]);
+    let eq18 = Coefficients { model: Model::Eq18 { gate: Gate::Corrected, beta: [0.0; 15] }, ..burger() };
+    for (what, bytes) in [
+        ("no mass in the torque", image(&massless)),
+        ("no mass in Eq. 18", image(&eq18)),
+        ("noise density", with_number(&good, 60, 1e6)),
+        ("lasting error", with_number(&good, 64, 1e4)),
+    ] {
+        assert_eq!(check(&bytes).err(), Some(Reason::Mass), "{what}");
+        let mut honest = bytes;
+        honest[11] |= 2;
+        assert_eq!(check(&sealed(honest)).err(), None, "{what}");
+    }
+    // Ground that adapts divides by the density; the plain estimator has the scatter that it sees.
+    let mut adapting = with_number(&good, 60, 0.0);
+    assert_eq!(check(&adapting).err(), None);
+    adapting[11] |= 4;
+    assert_eq!(check(&sealed(adapting)).err(), Some(Reason::Value));
+}
+
+/// Sensors that show a tenth, or ten times what they measure, and no more.
+#[test]
+fn a_sensor_that_shows_next_to_nothing_is_refused() {
+    for cause in [Cause::Scale(Side::Left), Cause::Scale(Side::Both), Cause::Term(Term::Gain(0.0))] {
+        for (coefficient, expected) in
+            [(-0.89, None), (-0.91, Some(Reason::Value)), (8.9, None), (9.1, Some(Reason::Value))]
+        {
+            let columns = Columns::new(&[Column { cause, coefficient }], 2).unwrap();
+            assert_eq!(refusal(&Coefficients { columns, ..burger() }), expected, "{cause:?} {coefficient}");
+        }
+    }
+}
+
+/// A filter needs two periods of its cutoff behind a start or a gap, and single precision.
+#[test]
+fn a_filter_that_no_robot_has_is_refused() {
+    let good = image(&burger());
+    for (cutoff, expected) in
+        [(0.1, None), (0.099, Some(Reason::Slow)), (0.001, Some(Reason::Slow)), (1e-30, Some(Reason::Slow))]
+    {
+        assert_eq!(check(&with_number(&good, 44, cutoff)).err(), expected, "{cutoff} Hz");
+    }
+    assert!(Reason::Slow.text().contains(&LEAST_CUTOFF.to_string()));
 }
 
 /// 0.45 of the sample rate is where the filter ends.

@@ -480,7 +480,7 @@ fn what_is_stored_is_checked_at_start() {
 #[test]
 fn reasons_have_codes_and_words() {
     let reasons: Vec<Reason> = (0..=255).map_while(Reason::from_code).collect();
-    assert_eq!(reasons.len(), 19);
+    assert_eq!(reasons.len(), 21);
     for (code, reason) in (0..).zip(&reasons) {
         assert_eq!(*reason as u8, code);
         assert!(reasons.iter().all(|other| other == reason || other.text() != reason.text()));

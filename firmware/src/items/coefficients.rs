@@ -3,6 +3,7 @@
 use model_core::coefficients::{Coefficients, DecodeError};
 use model_core::delay::DelayLine;
 use model_core::filter::LowPass;
+use model_core::plausibility::Implausible;
 
 use super::RobotIdentity;
 use crate::control_table::Reason;
@@ -28,9 +29,11 @@ pub fn check_coefficients(
     if !robot.is(&coefficients.robot) {
         return Err(Reason::Robot);
     }
-    if !coefficients.is_plausible() {
-        return Err(Reason::Value);
-    }
+    coefficients.check_plausible().map_err(|implausible| match implausible {
+        Implausible::Value => Reason::Value,
+        Implausible::Cutoff => Reason::Slow,
+        Implausible::Mass => Reason::Mass,
+    })?;
     if !coefficients.columns.needs().nothing() {
         return Err(Reason::Input);
     }

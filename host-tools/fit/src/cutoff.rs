@@ -17,6 +17,7 @@ use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;
 use model_core::model::Model;
 use model_core::payload::huber;
+use model_core::plausibility::LEAST_CUTOFF;
 use rayon::prelude::*;
 use support::error::Result;
 
@@ -52,7 +53,7 @@ pub(super) fn by_the_data<const N: usize>(
     pilots: &Pilots<N>,
     terms: &[Term],
 ) -> Result<(f64, Choice)> {
-    let highest = HIGHEST_SHARE / pilots.slowest_s();
+    let highest = (HIGHEST_SHARE / pilots.slowest_s()).max(LEAST_CUTOFF);
     let mut cores = Vec::new();
     for cutoff_hz in CANDIDATES.into_iter().filter(|cutoff| *cutoff <= highest) {
         cores.push(robot.core::<N>(cutoff_hz)?);

@@ -350,6 +350,11 @@ fn wrong_coefficients_are_named_with_their_line() {
             format!("wrong.toml:{}:{key}: found {found}; expected a finite number not below 0", line(key));
         assert_eq!(estimate(&bench, &with(key, &format!("{key} = {value}"))), expected);
     }
+    let slow = format!(
+        "wrong.toml:{}:filter_cutoff_hz: found 0.001; expected 0.1 or more: a slower filter settles too late for any mass",
+        line("filter_cutoff_hz")
+    );
+    assert_eq!(estimate(&bench, &with("filter_cutoff_hz", "filter_cutoff_hz = 0.001")), slow);
     assert_eq!(
         estimate(&bench, &with("format", "format = 4")),
         "wrong.toml:format: format 4; expected 1, 2 or 3"

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use model_core::charge::Pack;
+use model_core::plausibility::LEAST_CUTOFF;
 use serde::Deserialize;
 use support::error::{Error, Result};
 use support::printable;
@@ -91,7 +92,7 @@ pub(super) fn robot(text: &str) -> Result<Robot> {
         static_power_w,
         mape_floor_w: file.number("mape_floor_w")?.map_or(Ok(DEFAULT_MAPE_FLOOR_W), not_negative)?,
         regeneration: file.boolean("regeneration")?.unwrap_or(false),
-        filter_cutoff_hz: file.number("filter_cutoff_hz")?.map(positive).transpose()?,
+        filter_cutoff_hz: file.number("filter_cutoff_hz")?.map(cutoff).transpose()?,
         speed_dead_band_rad_s: file
             .number("speed_dead_band_rad_s")?
             .map_or(Ok(DEFAULT_SPEED_DEAD_BAND_RAD_S), not_negative)?,
@@ -230,6 +231,12 @@ fn geometry(file: &File<'_>) -> Result<(Geometry, &'static str)> {
 
 fn positive(number: Value<'_, f64>) -> Result<f64> {
     number.check(|value| value > 0.0, || "a number above 0".to_owned())
+}
+
+/// A filter that settles within a window.
+fn cutoff(number: Value<'_, f64>) -> Result<f64> {
+    let expected = || format!("{LEAST_CUTOFF} or more: a slower filter settles too late for any mass");
+    number.check(|value| value >= LEAST_CUTOFF, expected)
 }
 
 fn not_negative(number: Value<'_, f64>) -> Result<f64> {

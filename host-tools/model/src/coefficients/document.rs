@@ -9,10 +9,11 @@ use std::path::PathBuf;
 
 use model_core::conditioning::Conditioning;
 use model_core::payload::Noise;
+use model_core::plausibility::LEAST_CUTOFF;
 use model_core::slip::SlipMemory;
 use serde::{Deserialize, Serialize};
 
-use super::error::{InvalidCoefficients, TRUE_SLIP};
+use super::error::{CUTOFF, InvalidCoefficients, TRUE_SLIP};
 use super::kind::{Method, ModelKind};
 use super::parameters::{IMBALANCE, number};
 use super::usability::VerdictSection;
@@ -196,9 +197,12 @@ impl Document {
         let signed = [(IMBALANCE.name, self.imbalance()), ("power_delay_s", self.robot.power_delay_s)];
         let signed = signed.into_iter().find(|(_, value)| !value.is_finite());
         let others = || self.numbers().into_iter().find(|(_, value)| !(value.is_finite() && *value >= 0.0));
-        match signed.or_else(others) {
-            Some((key, value)) => Err(InvalidCoefficients::Number { key: key.to_owned(), value }),
-            None => Ok(()),
+        if let Some((key, value)) = signed.or_else(others) {
+            return Err(InvalidCoefficients::Number { key: key.to_owned(), value });
+        }
+        match self.robot.filter_cutoff_hz {
+            value if value < LEAST_CUTOFF => Err(InvalidCoefficients::Cutoff { value }),
+            _ => Ok(()),
         }
     }
 
@@ -217,7 +221,7 @@ impl Document {
             ("power_scale_w", self.noise.power_scale_w),
             ("tail", self.noise.tail),
             ("energy_std_share", self.fit.energy_std_share),
-            ("filter_cutoff_hz", self.robot.filter_cutoff_hz),
+            (CUTOFF, self.robot.filter_cutoff_hz),
             ("half_slip", self.robot.half_slip),
             ("slip_relaxation_rad", self.robot.slip_relaxation_rad),
             (TRUE_SLIP, self.robot.true_slip_s_rad),

@@ -1,8 +1,12 @@
 //! What can be wrong with coefficients, as a value: whoever reads them can tell another robot's from damaged ones.
 
+use model_core::plausibility::LEAST_CUTOFF;
 use thiserror::Error;
 
 use crate::effects::written::Wrong;
+
+/// Key of the filter's cutoff.
+pub(super) const CUTOFF: &str = "filter_cutoff_hz";
 
 /// Key of the true slip's coefficient.
 pub(super) const TRUE_SLIP: &str = "true_slip_s_rad";
@@ -41,6 +45,12 @@ pub enum InvalidCoefficients {
         /// Its key.
         key: String,
         /// The number.
+        value: f64,
+    },
+    /// A filter that no robot has.
+    #[error("found {value}; expected {LEAST_CUTOFF} or more: a slower filter settles too late for any mass")]
+    Cutoff {
+        /// Hz
         value: f64,
     },
     /// A parameter of the model is not there.
@@ -152,6 +162,7 @@ impl InvalidCoefficients {
             Self::Format { .. } => Some("format"),
             Self::OtherRobot(_) | Self::Robot(_) => Some("robot"),
             Self::Number { key, .. } => Some(key),
+            Self::Cutoff { .. } => Some(CUTOFF),
             Self::NoParameter { .. } => Some("parameters"),
             Self::TrueSlip => Some(TRUE_SLIP),
             Self::NotUsable(_) => Some(R2),
@@ -165,6 +176,7 @@ impl InvalidCoefficients {
         match self {
             Self::Layout { line, .. } => *line,
             Self::Number { key, .. } => line_of(text, key),
+            Self::Cutoff { .. } => line_of(text, CUTOFF),
             Self::TrueSlip => line_of(text, TRUE_SLIP),
             Self::NotUsable(_) => line_of(text, R2),
             Self::Covariance(_) => line_of(text, "covariance"),
