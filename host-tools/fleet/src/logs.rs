@@ -46,6 +46,23 @@ impl Log {
         Some(Self { place: place(), name: parts.join("/"), keys: keys(parts, group) })
     }
 
+    /// The day that its path says, where that is written as a date (YYYY-MM-DD) and there is no such date.
+    pub(super) fn wrong_day(&self) -> Option<&str> {
+        let day = self.keys.get(super::keys::DAY)?;
+        let numbers: Vec<u32> = day.split('-').map(|part| part.parse().ok()).collect::<Option<_>>()?;
+        let is_written = day.split('-').map(str::len).eq([4, 2, 2]);
+        let &[year, month, of_month] = &numbers[..] else { return None };
+        let is_leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+        let length = match month {
+            2 if is_leap => 29,
+            2 => 28,
+            4 | 6 | 9 | 11 => 30,
+            1..=12 => 31,
+            _ => 0,
+        };
+        (is_written && !(1..=length).contains(&of_month)).then_some(day)
+    }
+
     /// By what it is known whether it has changed; `None` of what cannot be read now.
     pub(super) fn fingerprint(&self) -> Option<String> {
         match &self.place {

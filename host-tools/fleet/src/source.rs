@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use support::error::{Error, Result};
+use support::notice;
 
 #[cfg(feature = "bucket")]
 use super::bucket::Bucket;
@@ -48,6 +49,13 @@ impl Source {
             #[cfg(feature = "bucket")]
             Self::Bucket(bucket) => (bucket.find(group)?, Path::new(bucket.url())),
         };
+        logs.retain(|log| match log.wrong_day() {
+            None => true,
+            Some(day) => {
+                notice!("{}: day={day} is no date; expected YYYY-MM-DD; left out", log.name);
+                false
+            }
+        });
         if logs.is_empty() {
             let message = format!(
                 "no logs below it; expected files *.{} in folders such as robot=7/day=2026-11-02",
@@ -95,11 +103,24 @@ fn walk(folder: &Path, group: &[String], parts: &mut Vec<String>, found: &mut Ve
         let entry = entry.map_err(refused)?;
         let path = entry.path();
         parts.push(entry.file_name().to_string_lossy().into_owned());
-        // Links are not followed: they may lead in a circle.
-        if entry.file_type().map_err(refused)?.is_dir() {
+        let kind = entry.file_type().map_err(refused)?;
+        if kind.is_dir() {
             walk(&path, group, parts, found)?;
-        } else {
-            found.extend(Log::at(parts, group, || Place::File(path)));
+        } else if let Some(log) = Log::at(parts, group, || Place::File(path.clone())) {
+            match std::fs::metadata(&path) {
+                Ok(is) if is.is_file() => found.push(log),
+                // Opened, a pipe would wait for its writer, and a device need not end.
+                Ok(_) => {
+                    notice!("{}: is no file (a pipe, socket, device or folder); left out", path.display())
+                }
+                Err(error) if kind.is_symlink() => {
+                    notice!("{}: a link that leads nowhere ({error}); left out", path.display());
+                }
+                // It has gone since the folder was listed, or will say so itself.
+                Err(_) => found.push(log),
+            }
+        } else if kind.is_symlink() && path.is_dir() {
+            notice!("{}: a link to a folder, which may lead in a circle; not followed", path.display());
         }
         parts.pop();
     }
@@ -109,6 +130,46 @@ fn walk(folder: &Path, group: &[String], parts: &mut Vec<String>, found: &mut Ve
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What would never end, leads nowhere or leads in a circle is left out; a link to a log is one.
+    #[cfg(unix)]
+    #[test]
+    fn what_is_no_file_is_left_out() {
+        use std::os::unix::fs::symlink;
+        use std::os::unix::net::UnixListener;
+        let place = tempfile::tempdir().unwrap();
+        let folder = place.path().join("robot=1/day=2026-11-02");
+        std::fs::create_dir_all(&folder).unwrap();
+        let at = |name: &str| folder.join(name);
+        std::fs::write(at("good.csv"), "time_s\n").unwrap();
+        let (kind, mode) = (rustix::fs::FileType::Fifo, rustix::fs::Mode::RUSR | rustix::fs::Mode::WUSR);
+        rustix::fs::mknodat(rustix::fs::CWD, &at("pipe.csv"), kind, mode, 0).unwrap();
+        let _socket = UnixListener::bind(at("socket.csv")).unwrap();
+        symlink(at("good.csv"), at("link.csv")).unwrap();
+        symlink(at("gone"), at("dangling.csv")).unwrap();
+        symlink(at("loop.csv"), at("loop.csv")).unwrap();
+        symlink(at("pipe.csv"), at("to_pipe.mcap")).unwrap();
+        symlink("/dev/zero", at("device.parquet")).unwrap();
+        symlink(place.path(), at("circle")).unwrap();
+        symlink(place.path(), at("circle.csv")).unwrap();
+        let found = Source::of(place.path()).unwrap().find(&[]).unwrap();
+        let names: Vec<&str> = found.iter().filter_map(|log| log.name.rsplit('/').next()).collect();
+        assert_eq!(names, ["good.csv", "link.csv"]);
+    }
+
+    /// A month has twelve at most, and February its own; what is not written as a date sorts as the text that it is.
+    #[test]
+    fn a_day_that_there_is_not_is_left_out() {
+        let place = tempfile::tempdir().unwrap();
+        for day in ["2026-13-45", "2026-02-29", "2026-00-10", "2024-02-29", "2026-11-02", "monday"] {
+            let folder = place.path().join(format!("robot=1/day={day}"));
+            std::fs::create_dir_all(&folder).unwrap();
+            std::fs::write(folder.join("a.csv"), "time_s\n").unwrap();
+        }
+        let found = Source::of(place.path()).unwrap().find(&[]).unwrap();
+        let days: Vec<&str> = found.iter().map(|log| &log.keys["day"][..]).collect();
+        assert_eq!(days, ["2024-02-29", "2026-11-02", "monday"]);
+    }
 
     /// Without the feature it is named; with it, what no store is behind is refused as well.
     #[test]

@@ -152,3 +152,16 @@ fn killed_and_resumed_it_writes_the_same() {
     bench.done(&FLEET);
     assert_eq!(std::fs::metadata(bench.path("out/read")).unwrap().modified().unwrap(), before);
 }
+
+/// A folder's name is text of somebody's: on the page it is shown, and acts on no terminal.
+#[test]
+fn names_do_nothing_on_the_page() {
+    let bench = fleet(1);
+    let strange = format!("logs/robot=a\u{1b}[31m\u{202e}<b>/day={}", DAYS[0]);
+    std::fs::create_dir_all(bench.path(&strange)).unwrap();
+    std::fs::copy(bench.path("empty.csv"), bench.path(&format!("{strange}/0.csv"))).unwrap();
+    bench.done(&FLEET);
+    let page = bench.text("out/fleet.html");
+    assert!(page.contains("a\\u001b[31m\\u202e&lt;b&gt;"), "the name is there");
+    assert!(!page.contains('\u{1b}') && !page.contains('\u{202e}'));
+}
