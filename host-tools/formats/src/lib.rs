@@ -24,6 +24,7 @@ mod extract;
 mod field;
 pub mod folder;
 mod format;
+mod guarded;
 mod json;
 pub mod json_rows;
 mod mcap_file;

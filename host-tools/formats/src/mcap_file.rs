@@ -1,13 +1,12 @@
 //! MCAP, by the crate of its makers.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use mcap::records::Record;
+use mcap::records::{Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mcap::sans_io::summary_reader::{SummaryReadEvent, SummaryReader, SummaryReaderOptions};
 use mcap::{MAGIC, McapError};
 
 use crate::ending::{Each, Ending};
@@ -16,6 +15,9 @@ use crate::topic::{Encoding, Serialization, Topic};
 
 /// Bytes of the longest record: a point cloud or picture has some ten million.
 const LONGEST: usize = 128 << 20;
+
+/// Bytes of the footer: opcode, length, two places and a checksum.
+const FOOTER: i64 = 1 + 8 + 20;
 
 /// The topics, from the summary at its end, or from all of the file where it has none.
 pub(crate) fn topics(path: &Path, allow_cut: bool) -> Result<Vec<Topic>> {
@@ -45,40 +47,103 @@ fn ends_whole(path: &Path) -> Result<bool> {
     Ok(end == MAGIC)
 }
 
+/// The topics that the summary tells; `None` where there is none, or one that is damaged: then the data tell.
 fn summary(path: &Path) -> Result<Option<Vec<Topic>>> {
-    let damaged = |error: McapError| Error::damaged("MCAP", error);
-    let mut file = File::open(path)?;
-    let options = SummaryReaderOptions::default().with_record_length_limit(LONGEST);
-    let mut reader = SummaryReader::new_with_options(options);
-    while let Some(event) = reader.next_event() {
-        match event.map_err(damaged)? {
-            SummaryReadEvent::SeekRequest(to) => {
-                let place = file.seek(to)?;
-                reader.notify_seeked(place);
+    let mut file = BufReader::new(File::open(path)?);
+    let length = file.get_ref().metadata()?.len();
+    file.seek(SeekFrom::End(-(FOOTER + MAGIC.len() as i64)))?;
+    let Some((op::FOOTER, footer)) = next_record(&mut file, length)? else { return Ok(None) };
+    let Ok(Record::Footer(footer)) = mcap::parse_record(op::FOOTER, &footer) else { return Ok(None) };
+    if footer.summary_start == 0 || footer.summary_start >= length {
+        return Ok(None);
+    }
+    file.seek(SeekFrom::Start(footer.summary_start))?;
+    let (mut schemas, mut channels, mut counts) = (HashMap::new(), BTreeMap::new(), None);
+    loop {
+        let Some((opcode, body)) = next_record(&mut file, length)? else { return Ok(None) };
+        match parsed(opcode, &body) {
+            Some(Ok(Record::Schema { header, data })) => {
+                schemas.insert(header.id, (header.name, header.encoding, data.into_owned()));
             }
-            SummaryReadEvent::ReadRequest(count) => {
-                let read = file.read(reader.insert(count.min(LONGEST)))?;
-                reader.notify_read(read);
-            }
+            Some(Ok(Record::Channel(channel))) => _ = channels.insert(channel.id, channel),
+            Some(Ok(Record::Statistics(statistics))) => counts = Some(statistics.channel_message_counts),
+            Some(Err(_)) => return Ok(None),
+            _ if opcode == op::FOOTER => break,
+            _ => {}
         }
     }
-    let Some(summary) = reader.finish() else { return Ok(None) };
-    let counts = summary.stats.as_ref().map(|stats| &stats.channel_message_counts);
     let mut topics: Vec<Topic> = Vec::new();
-    let mut channels: Vec<_> = summary.channels.values().collect();
-    channels.sort_by_key(|channel| channel.id);
-    for channel in channels {
-        let messages = counts.map(|counts| counts.get(&channel.id).copied().unwrap_or(0));
-        let schema = channel.schema.as_ref();
-        add(
-            &mut topics,
-            &channel.topic,
-            &channel.message_encoding,
-            schema.map(|schema| (&schema.name[..], &schema.encoding[..], &schema.data[..])),
-            messages,
-        );
+    for channel in channels.values() {
+        let schema = schemas.get(&channel.schema_id);
+        let schema = schema.map(|(name, encoding, data)| (&name[..], &encoding[..], &data[..]));
+        let messages = counts.as_ref().map(|counts| counts.get(&channel.id).copied().unwrap_or(0));
+        add(&mut topics, &channel.topic, &channel.message_encoding, schema, messages);
     }
     Ok(Some(topics))
+}
+
+/// The record at this place of a file that is so long; `None` where there is none that fits.
+fn next_record(file: &mut BufReader<File>, length: u64) -> Result<Option<(u8, Vec<u8>)>> {
+    let (mut opcode, mut size) = ([0], [0; 8]);
+    if file.read_exact(&mut opcode).and_then(|()| file.read_exact(&mut size)).is_err() {
+        return Ok(None);
+    }
+    let left = length.saturating_sub(file.stream_position()?);
+    let Some(size) = usize::try_from(u64::from_le_bytes(size)).ok().filter(|size| *size as u64 <= left)
+    else {
+        return Ok(None);
+    };
+    if size > LONGEST {
+        return Ok(None);
+    }
+    let mut body = vec![0; size];
+    file.read_exact(&mut body)?;
+    let [opcode] = opcode;
+    Ok(Some((opcode, body)))
+}
+
+/// A record of those that are looked at; `None` of any other. The crate takes a length within a record for true, and memory for it:
+/// up to 4 GB for a text of which there are ten bytes.
+fn parsed(opcode: u8, body: &[u8]) -> Option<Result<Record<'_>, McapError>> {
+    let fields = match opcode {
+        op::SCHEMA => "2ttt",
+        op::CHANNEL => "22ttm",
+        op::MESSAGE => "2488",
+        op::STATISTICS => "82444488",
+        op::DATA_END => "4",
+        _ => return None,
+    };
+    if fit(fields, body) {
+        Some(mcap::parse_record(opcode, body))
+    } else {
+        Some(Err(McapError::UnexpectedEof))
+    }
+}
+
+/// Whether these fields are within a record: numbers of so many bytes, texts (`t`) and maps of texts (`m`) with their lengths before them
+/// (MCAP's specification, Records).
+fn fit(fields: &str, mut body: &[u8]) -> bool {
+    fields.bytes().all(|field| match field {
+        b't' => text(&mut body).is_some(),
+        b'm' => text(&mut body).is_some_and(|mut texts| {
+            // A key and its value, until there is no more.
+            while !texts.is_empty() {
+                if text(&mut texts).is_none() {
+                    return false;
+                }
+            }
+            true
+        }),
+        size => body.split_off(..usize::from(size - b'0')).is_some(),
+    })
+}
+
+/// The bytes of a text at the start of `body`, which then begins behind it.
+fn text<'a>(body: &mut &'a [u8]) -> Option<&'a [u8]> {
+    let (length, rest) = body.split_first_chunk()?;
+    let (text, rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
+    *body = rest;
+    Some(text)
 }
 
 /// Adds a topic, or the messages of another publisher of one that is there.
@@ -167,9 +232,10 @@ fn records(path: &Path, each: &mut dyn FnMut(Record<'_>) -> Result<bool>) -> Res
                 reader.notify_read(read);
             }
             Ok(LinearReadEvent::Record { data, opcode }) => {
-                let record = match mcap::parse_record(opcode, data) {
-                    Ok(record) => record,
-                    Err(error) => return Ok(Ending::Cut(cut(error))),
+                let record = match parsed(opcode, data) {
+                    Some(Ok(record)) => record,
+                    Some(Err(error)) => return Ok(Ending::Cut(cut(error))),
+                    None => continue,
                 };
                 if matches!(record, Record::DataEnd(_)) || !each(record)? {
                     return Ok(Ending::Whole);
@@ -183,4 +249,36 @@ fn records(path: &Path, each: &mut dyn FnMut(Record<'_>) -> Result<bool>) -> Res
         }
     }
     Ok(Ending::Cut("ends before its data do; --allow-truncated reads what is there".to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text_of(text: &str) -> Vec<u8> {
+        [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat()
+    }
+
+    /// Every length of a channel and of a schema, as it is and as long as it can say: 4 GB are not even asked for.
+    #[test]
+    fn lengths_beyond_the_record_are_refused() {
+        let map = [text_of("key"), text_of("value")].concat();
+        let map = [&(map.len() as u32).to_le_bytes()[..], &map].concat();
+        let channel = [&[1, 0, 2, 0][..], &text_of("/t"), &text_of("cdr"), &map].concat();
+        let schema = [&[1, 0][..], &text_of("p/A"), &text_of("ros2msg"), &text_of("int8 a")].concat();
+        assert!(matches!(parsed(op::CHANNEL, &channel), Some(Ok(Record::Channel(it))) if it.topic == "/t"));
+        assert!(matches!(parsed(op::SCHEMA, &schema), Some(Ok(Record::Schema { .. }))));
+        for (opcode, record, lengths) in
+            [(op::CHANNEL, channel, &[4, 10, 17, 21, 28][..]), (op::SCHEMA, schema, &[2, 9, 20])]
+        {
+            for &at in lengths {
+                let mut wrong = record.clone();
+                wrong[at..at + 4].copy_from_slice(&u32::MAX.to_le_bytes());
+                assert!(matches!(parsed(opcode, &wrong), Some(Err(_))), "{opcode} {at}");
+            }
+            for end in 0..record.len() {
+                assert!(matches!(parsed(opcode, &record[..end]), Some(Err(_))), "{opcode} {end}");
+            }
+        }
+    }
 }

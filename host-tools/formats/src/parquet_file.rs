@@ -1,7 +1,6 @@
 //! Parquet: rows out of its columns, some thousand at a time.
 
 use std::fs::File;
-use std::panic::AssertUnwindSafe;
 use std::path::Path;
 
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type as Physical};
@@ -13,6 +12,7 @@ use parquet::schema::types::ColumnDescriptor;
 
 use crate::cell::{Cell, Taker};
 use crate::error::{Error, Result};
+use crate::guarded::guarded;
 
 /// Rows at a time.
 const BATCH: usize = 4096;
@@ -33,13 +33,12 @@ fn damaged(error: ParquetError) -> Error {
 
 /// Hands out columns and rows. Columns that are neither numbers nor text are left out.
 pub(crate) fn read(path: &Path, taker: &mut dyn Taker) -> Result<()> {
-    guarded(|| read_unguarded(path, taker))
+    without_panics(|| read_unguarded(path, taker))
 }
 
 /// The crate has assertions on what files say of themselves (negative lengths, for one); those that are not seen beforehand end here.
-fn guarded<T>(read: impl FnOnce() -> Result<T>) -> Result<T> {
-    let read = std::panic::catch_unwind(AssertUnwindSafe(read));
-    read.unwrap_or_else(|_| Err(Error::damaged("Parquet", "its directory contradicts itself")))
+fn without_panics<T>(read: impl FnOnce() -> Result<T>) -> Result<T> {
+    guarded(read).unwrap_or_else(|| Err(Error::damaged("Parquet", "its directory contradicts itself")))
 }
 
 /// Whether the directory's lengths and places are within the file.
@@ -124,7 +123,7 @@ impl Columns {
     /// # Errors
     /// What the operating system refuses; a file that is cut off or damaged, or has no column of numbers or text.
     pub fn open(path: &Path) -> Result<Self> {
-        guarded(|| Self::open_unguarded(path))
+        without_panics(|| Self::open_unguarded(path))
     }
 
     fn open_unguarded(path: &Path) -> Result<Self> {
@@ -172,7 +171,7 @@ impl Columns {
     /// # Panics
     /// If there are not as many `values` as columns.
     pub fn next(&mut self, values: &mut [Values]) -> Result<usize> {
-        guarded(|| self.next_unguarded(values))
+        without_panics(|| self.next_unguarded(values))
     }
 
     fn next_unguarded(&mut self, values: &mut [Values]) -> Result<usize> {

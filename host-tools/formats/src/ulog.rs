@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
-use std::panic::AssertUnwindSafe;
 use std::path::Path;
 
 use px4_ulog::stream_parser::LogParser;
@@ -12,6 +11,7 @@ use px4_ulog::stream_parser::model::{DataMessage, FlattenedFieldType};
 use crate::cdr::Primitive;
 use crate::ending::{Each, Ending};
 use crate::error::{Error, Result};
+use crate::guarded::guarded;
 use crate::topic::{Encoding, PackedField, Topic};
 
 /// Bytes handed to the parser at once.
@@ -130,8 +130,7 @@ fn messages(path: &Path, each: &mut dyn FnMut(&DataMessage<'_>) -> Result<bool>)
         }
         place += count as u64;
         // The crate trusts some lengths within messages and panics where they are wrong.
-        let consumed = std::panic::catch_unwind(AssertUnwindSafe(|| parser.consume_bytes(&piece[..count])));
-        let Ok(consumed) = consumed else {
+        let Some(consumed) = guarded(|| parser.consume_bytes(&piece[..count])) else {
             return Err(Error::damaged("ULog", "a length within a message is wrong"));
         };
         if let Err(error) = consumed {
