@@ -12,7 +12,7 @@ use super::cost::{Cost, PARAMETERS, Parameters, WINDING_LOSS, gradient, torque};
 pub(super) const DRAWS: u64 = 16;
 
 /// Ends of which the cost differs by less than this share are one and the same.
-const SAME: f64 = 1e-4;
+pub(super) const SAME: f64 = 1e-4;
 
 /// Winding loss per mechanical power.
 const LOSSES: [f64; 4] = [0.0, 0.1, 1.0, 10.0];

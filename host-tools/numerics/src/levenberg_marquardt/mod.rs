@@ -35,6 +35,9 @@ pub enum Ending {
     NotFinite,
     /// Steps were still being found when their number was used up.
     OutOfSteps,
+    /// Steps were still being found, but many of them together gained next to nothing: a valley without a lowest point, as data make it
+    /// that no such model made.
+    Stalled,
 }
 
 impl Ending {
@@ -57,12 +60,35 @@ pub struct Tolerances {
     pub step: f64,
     /// Cosine of the angle between residual and column.
     pub gradient: f64,
+    /// When to give up.
+    pub patience: Patience,
+}
+
+/// So many steps that together gain less than this share of the cost are no way down.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Patience {
+    /// Steps, those that were taken back included.
+    pub steps: u32,
+    /// Share of the cost.
+    pub share: f64,
+}
+
+impl Patience {
+    /// As long as steps are found.
+    pub const ENDLESS: Self = Self { steps: u32::MAX, share: 0.0 };
 }
 
 impl Default for Tolerances {
     /// Some hundred roundings wide.
     fn default() -> Self {
-        Self { steps: 1000, cost_share: 1e-14, cost: 0.0, step: 1e-12, gradient: 1e-10 }
+        Self {
+            steps: 1000,
+            cost_share: 1e-14,
+            cost: 0.0,
+            step: 1e-12,
+            gradient: 1e-10,
+            patience: Patience::ENDLESS,
+        }
     }
 }
 
@@ -146,6 +172,8 @@ where
     let mut damping = FIRST_DAMPING;
     let mut local = Local::at(problem, &descent.parameters, bounds);
     let mut greatest = local.matrix.diagonal();
+    // Steps and cost when the patience began.
+    let mut since = (0, descent.cost);
     loop {
         if let Some(ending) = local.ending(descent.cost, tolerances) {
             descent.ending = ending;
@@ -155,6 +183,14 @@ where
         loop {
             if descent.steps >= tolerances.steps {
                 return descent;
+            }
+            let Patience { steps, share } = tolerances.patience;
+            if descent.steps - since.0 >= steps {
+                if since.1 - descent.cost <= share * since.1 {
+                    descent.ending = Ending::Stalled;
+                    return descent;
+                }
+                since = (descent.steps, descent.cost);
             }
             descent.steps += 1;
             job::point();

@@ -2,7 +2,7 @@
 
 use nalgebra::{DVector, SMatrix, SVector};
 
-use super::super::{Bounds, Ending, FromResiduals, LeastSquares, Tolerances, descend};
+use super::super::{Bounds, Ending, FromResiduals, LeastSquares, Patience, Tolerances, descend};
 
 type Vector = SVector<f64, 2>;
 type Matrix = SMatrix<f64, 2, 2>;
@@ -66,7 +66,14 @@ fn what_no_damping_makes_positive_ends_as_such() {
 
 #[test]
 fn converged_endings_say_by_what() {
-    let never = Tolerances { steps: 300, cost_share: 0.0, cost: 0.0, step: 0.0, gradient: 0.0 };
+    let never = Tolerances {
+        steps: 300,
+        cost_share: 0.0,
+        cost: 0.0,
+        step: 0.0,
+        gradient: 0.0,
+        patience: Patience::ENDLESS,
+    };
     // The cost ends at 1, so rounding ends every descent; the gradient is known to a hundredth
     // only.
     let shifted = Made { cost: |x| 1.0 + x.norm_squared(), ..BOWL };
@@ -78,6 +85,8 @@ fn converged_endings_say_by_what() {
     let by_step = Tolerances { step: 1e-6, ..never };
     assert_eq!(ending(&rough, &by_step), Ending::ConvergedByStep);
     assert_eq!(ending(&shifted, &Tolerances { steps: 2, ..never }), Ending::OutOfSteps);
+    let patience = Patience { steps: 10, share: 1e-3 };
+    assert_eq!(ending(&shifted, &Tolerances { patience, ..never }), Ending::Stalled);
     assert!(!Ending::OutOfSteps.has_converged() && !Ending::NotFinite.has_converged());
     assert!(!Ending::NotPositiveDefinite.has_converged() && Ending::ConvergedByCost.has_converged());
 }
