@@ -9,6 +9,7 @@ use model_core::charge::Charge;
 use model_core::coefficients::Coefficients;
 use model_core::estimator::Sample;
 use model_core::payload::MassEstimate;
+use model_core::plausibility::MOST_POWER;
 
 use super::battery::Battery;
 use super::clock::{Clock, Step};
@@ -33,10 +34,15 @@ pub struct Node<'a, const N: usize> {
     /// Sum and number of the readings since the message before.
     power: (f64, u32),
     last_reading: Option<(f64, Reading)>,
+    /// The greatest power so far, W.
+    greatest_w: f64,
     battery: Battery,
     samples: u64,
     faults: BTreeMap<&'static str, u64>,
 }
+
+/// As a share of the greatest power: more below nought is no noise, but another sign.
+const NOISE_SHARE: f64 = 0.05;
 
 impl<'a, const N: usize> Node<'a, N> {
     /// Of a robot. Without coefficients there is no payload; the battery's charge is unknown at first unless somebody knows it.
@@ -56,21 +62,40 @@ impl<'a, const N: usize> Node<'a, N> {
             owed_s: 0.0,
             power: (0.0, 0),
             last_reading: None,
+            greatest_w: 0.0,
             battery: Battery::new(robot, charge),
             samples: 0,
             faults: BTreeMap::new(),
         }
     }
 
-    /// A reading of the sensor.
+    /// A reading of the sensor. One that this robot cannot draw, or give back, is left out and counted.
     pub fn reading(&mut self, at_s: f64, reading: Reading) {
-        if !reading.power_w.is_finite() {
-            return self.fault("power that is no number");
+        self.take_reading(at_s, reading);
+    }
+
+    /// Whether it was taken.
+    fn take_reading(&mut self, at_s: f64, reading: Reading) -> bool {
+        let watts = reading.power_w;
+        if !watts.is_finite() {
+            self.fault("power that is no number");
+            return false;
         }
+        if watts.abs() > MOST_POWER {
+            self.fault("power that no robot draws");
+            return false;
+        }
+        // A little below nought is noise; drives that burn what they brake give nothing back.
+        if !self.robot.regeneration() && watts < -NOISE_SHARE * self.greatest_w {
+            self.fault("power below 0 W without regeneration: is the sensor the other way round?");
+            return false;
+        }
+        self.greatest_w = self.greatest_w.max(watts);
         self.battery.add(at_s, &reading);
         self.power.0 += reading.power_w;
         self.power.1 += 1;
         self.last_reading = Some((at_s, reading));
+        true
     }
 
     /// A message about the wheels: a sample, with the mean power since the message before.
@@ -128,16 +153,18 @@ impl<'a, const N: usize> Node<'a, N> {
             pipeline.restart();
         }
         let power_w = row.sample.power + self.robot.static_power_w().unwrap_or(0.0);
-        self.reading(row.time, Reading { power_w, voltage_v });
+        let is_taken = self.take_reading(row.time, Reading { power_w, voltage_v });
         self.speaker = Some(([0; 16], row.time));
         self.owed_s = if row.elapsed.is_finite() {
-            row.elapsed
+            self.owed_s + row.elapsed
         } else if is_other_run {
             f64::MAX
         } else {
             0.0
         };
-        self.sample(&row.sample);
+        if is_taken {
+            self.sample(&row.sample);
+        }
         Ok(())
     }
 

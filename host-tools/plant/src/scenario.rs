@@ -49,6 +49,9 @@ pub struct Scenario {
     pub step_s: f64,
 }
 
+/// No power stage loses more than 99 parts in a hundred; the power that it draws stays a number.
+const LEAST_EFFICIENCY: f64 = 0.01;
+
 impl Scenario {
     /// A run of 1 kg with exact sensors at 100 Hz.
     pub fn new(
@@ -138,8 +141,8 @@ impl Scenario {
             (
                 "drive efficiency",
                 self.drive.efficiency,
-                "above 0 to 1",
-                self.drive.efficiency > 0.0 && self.drive.efficiency <= 1.0,
+                &format!("{LEAST_EFFICIENCY} to 1"),
+                (LEAST_EFFICIENCY..=1.0).contains(&self.drive.efficiency),
             ),
             ("static power", self.static_power_w, "W, 0 or more", self.static_power_w >= 0.0),
             (

@@ -6,6 +6,7 @@
 
 use maud::{Markup, PreEscaped, html};
 use support::error::Result;
+use support::printable;
 
 use super::style::LABEL_SIZE;
 use super::{Page, Panel};
@@ -78,5 +79,6 @@ pub(super) fn page(title: &str, more_style: &str, body: Markup) -> String {
             body { main { (body) } }
         }
     };
-    page.into_string()
+    // maud escapes what acts in HTML. Names come from files, and what acts on a terminal is no XML either.
+    printable::text(&page.into_string()).into_owned()
 }

@@ -258,8 +258,9 @@ fn check_for_boards<const N: usize>(
     let image = coefficients.encode().ok_or_else(|| refused("boards have no such model"))?;
     let identity = flasher::robot_identity(robot)?;
     match check_coefficients(image.as_bytes(), &identity, USUAL_RATE_HZ) {
-        // How long a delay a board can keep, and how slow a filter, depends on its sample rate: another may take them.
-        Err(reason @ (Reason::Delay | Reason::Cutoff)) => {
+        // How long a delay a board can keep, and how fast a filter, depends on its sample rate: another
+        // may take them. Without a mass they still say what a drive takes.
+        Err(reason @ (Reason::Delay | Reason::Cutoff | Reason::Slow | Reason::Mass)) => {
             context.notice(format_args!(
                 "a board at {USUAL_RATE_HZ} Hz would not take these coefficients: {}",
                 reason.text()
@@ -269,6 +270,15 @@ fn check_for_boards<const N: usize>(
         Ok(_) => {}
     }
     Ok(())
+}
+
+/// Of the parameters' information; none where it is singular.
+fn condition_text(condition: f64) -> String {
+    if condition.is_finite() {
+        format!("condition {condition:.1e}")
+    } else {
+        "no condition, for these rows leave some parameter open".to_owned()
+    }
 }
 
 fn settings(arguments: &Arguments) -> Result<pgd::Settings> {
@@ -428,10 +438,10 @@ fn print_details<const N: usize>(robot: &Robot, fit: &Fit<N>) {
         quality.rmse_w
     );
     println!(
-        "filter {:.2} Hz; at rest or clamped in {:.1} % of the rows; condition {:.1e}; {} after {} steps in {:.3} s",
+        "filter {:.2} Hz; at rest or clamped in {:.1} % of the rows; {}; {} after {} steps in {:.3} s",
         fit.coefficients.robot.cutoff_hz,
         100.0 * fit.idle_share,
-        fit.uncertainty.condition,
+        condition_text(fit.uncertainty.condition),
         fit.ending,
         fit.iterations,
         fit.solve_s

@@ -6,8 +6,11 @@
 use std::borrow::Cow;
 use std::fmt::Write as _;
 
-/// Characters of a line on standard error, at most: a screen full.
-pub const LONGEST_LINE: usize = 4000;
+/// Characters of a line on standard error, at most: a dozen lines of a terminal.
+pub const LONGEST_LINE: usize = 1000;
+
+/// Of these the last ones: what was expected, and the remedy, stand at the end.
+const LONGEST_END: usize = 400;
 
 pub fn is_harmful(character: char) -> bool {
     let separates = matches!(character, '\u{2028}' | '\u{2029}');
@@ -37,14 +40,15 @@ pub fn name(name: &str) -> String {
     text(name).replace('\n', "\\u000a")
 }
 
-/// The same, cut to [`LONGEST_LINE`]: a line of its own.
+/// The same, cut to [`LONGEST_LINE`] in its middle: a line of its own.
 pub fn line(line: &str) -> String {
-    let mut shown = name(line);
-    if let Some((end, _)) = shown.char_indices().nth(LONGEST_LINE) {
-        shown.truncate(end);
-        shown.push('…');
+    let shown = name(line);
+    let count = shown.chars().count();
+    if count <= LONGEST_LINE {
+        return shown;
     }
-    shown
+    let start = shown.chars().take(LONGEST_LINE - LONGEST_END - 1);
+    start.chain(std::iter::once('…')).chain(shown.chars().skip(count - LONGEST_END)).collect()
 }
 
 #[cfg(test)]
@@ -64,9 +68,9 @@ mod tests {
 
     #[test]
     fn a_line_is_one_line_and_ends() {
-        let shown = line(&"é\n".repeat(3 * LONGEST_LINE));
-        assert_eq!((shown.chars().count(), shown.lines().count()), (LONGEST_LINE + 1, 1));
-        assert!(shown.starts_with("é\\u000aé") && shown.ends_with('…'));
+        let shown = line(&format!("{}; expected less", "é\n".repeat(3 * LONGEST_LINE)));
+        assert_eq!((shown.chars().count(), shown.lines().count()), (LONGEST_LINE, 1));
+        assert!(shown.starts_with("é\\u000aé") && shown.contains('…') && shown.ends_with("; expected less"));
         assert_eq!(line("short"), "short");
     }
 

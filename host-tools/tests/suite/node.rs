@@ -166,3 +166,29 @@ fn a_peer_that_is_not_ours_hears_and_feeds_it() {
     println!("{said}");
     assert!(output.status.success(), "{}\n{said}", output.status);
 }
+
+/// A sensor the other way round, or a number that no robot draws, is left out, counted, and no power.
+#[test]
+fn a_power_that_no_robot_draws_is_left_out() {
+    let bench = bench();
+    let good = bench.text("log.csv");
+    for (power, said) in
+        [("-5000", "power below 0 W without regeneration"), ("1e9", "power that no robot draws")]
+    {
+        let wrong = good.lines().enumerate().map(|(place, line)| {
+            let mut fields: Vec<&str> = line.split(',').collect();
+            if place > 0 {
+                fields[3] = power;
+            }
+            fields.join(",") + "\n"
+        });
+        bench.put("log.csv", wrong.collect::<String>());
+        let states = replayed(&bench, &["--coeffs", "coefficients.toml"]);
+        let last = states.last().unwrap();
+        assert_eq!(last["state"], "no-power", "{last}");
+        assert!(last["power_w"].is_null() && last["mass_kg"].is_null(), "{last}");
+        let faults = last["faults"].as_object().unwrap();
+        let count = faults.iter().find(|(what, _)| what.starts_with(said)).map(|(_, count)| count.as_u64());
+        assert!(count.flatten().is_some_and(|count| count > 1000), "{faults:?}");
+    }
+}
