@@ -1,9 +1,10 @@
-//! Commands against inputs that somebody has spoiled: `cargo xtask mutate [COUNT [SEED]]`.
+//! Commands against inputs that somebody has spoiled: `cargo xtask mutate [COUNT [SEED]]`, COUNT files of every case in turn.
 //!
-//! Every input starts as a good file and is changed in one to four ways: bytes, lines, fields, columns, values of keys. The command that
-//! reads it runs in a process of its own, with 2 GB of memory, and has to keep what all commands promise: it ends within 5 s, with exit
-//! code 0, 1 or 2; what it prints is printable, in lines that end; a refusal is one line and leaves every file as it was; no input is ever
-//! changed; coefficients that it writes are read by `estimate` and `flash`.
+//! Every input starts as a good file and is changed in one to four ways: bytes, lines, fields, columns, values of keys; of what is no text:
+//! bytes, pieces, and numbers of four and eight bytes that may be lengths. The command that reads it runs in a process of its own, with
+//! 2 GB of memory, and has to keep what all commands promise: it ends within 5 s, with exit code 0, 1 or 2; what it prints is printable, in
+//! lines that end, and nothing that a crate says when it panics; a refusal is one line and leaves every file as it was; no input is ever
+//! changed; a page holds nothing that acts on a terminal; coefficients that it writes are read by `estimate` and `flash`.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -14,19 +15,21 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-/// Inputs, unless the caller says otherwise.
-const COUNT: u64 = 10_000;
+/// Inputs of each case, unless the caller says otherwise.
+const COUNT: u64 = 500;
 const LIMIT: Duration = Duration::from_secs(5);
 /// KiB of address space, as `ulimit -v` takes them.
 const MEMORY: u64 = 2_000_000;
-/// Characters of a line: [`support::printable::LONGEST_LINE`] and the mark that it was cut.
-const LONGEST_LINE: usize = 4001;
+/// Characters of a line.
+const LONGEST_LINE: usize = support::printable::LONGEST_LINE;
 
 const ROBOT: &str = "name = \"mine\"\nkinematics = \"differential\"\nwheel_radius_m = 0.033\ntrack_m = 0.16\n\
                      gyration_radius_m = 0.06\nmass_no_load_kg = 1\nmass_full_load_kg = 6\nfilter_cutoff_hz = 2\n";
 const EFFECTS: &str = "[[effect]]\nid = \"mine\"\nformula = \"v * mass\"\nunit = \"W\"\nsign = \"positive\"\n\
                        range = [0.0, 1.0]\nmeaning = \"mine\"\n";
 const PROFILE: &str = "time_s,v_m_s,omega_rad_s\n0,0,0\n2,0.1,0\n5,0.2,0.5\n8,0,0\n";
+
+const PLAN: &str = "distance_m,speed_m_s,turn_rad,pause_s,leg\n2,0.2,0,0,out\n3,0.15,1.57,5,back\n";
 
 /// A command, and which of its files is spoiled.
 struct Case {
@@ -35,7 +38,7 @@ struct Case {
     arguments: &'static [&'static str],
 }
 
-const CASES: [Case; 10] = [
+const CASES: [Case; 22] = [
     Case {
         name: "inspect log",
         spoiled: "log.csv",
@@ -116,9 +119,134 @@ const CASES: [Case; 10] = [
             "new.csv",
         ],
     },
+    Case {
+        name: "look drive.mcap",
+        spoiled: "drive.mcap",
+        arguments: &["look", "drive.mcap", "--page", "new.html"],
+    },
+    Case {
+        name: "look core-zstd.mcap",
+        spoiled: "core-zstd.mcap",
+        arguments: &["look", "core-zstd.mcap", "--page", "new.html"],
+    },
+    Case {
+        name: "look core-ros1.mcap",
+        spoiled: "core-ros1.mcap",
+        arguments: &["look", "core-ros1.mcap", "--page", "new.html"],
+    },
+    Case {
+        name: "look drive.db3",
+        spoiled: "drive.db3",
+        arguments: &["look", "drive.db3", "--page", "new.html"],
+    },
+    Case {
+        name: "look drive.ulg",
+        spoiled: "drive.ulg",
+        arguments: &["look", "drive.ulg", "--page", "new.html"],
+    },
+    Case {
+        name: "look drive.parquet",
+        spoiled: "drive.parquet",
+        arguments: &["look", "drive.parquet", "--page", "new.html"],
+    },
+    Case {
+        name: "convert turtlebot3.mcap",
+        spoiled: "turtlebot3.mcap",
+        arguments: &[
+            "convert",
+            "--robot",
+            "robot.toml",
+            "--allow-truncated",
+            "turtlebot3.mcap",
+            "--out",
+            "new.csv",
+        ],
+    },
+    Case {
+        name: "convert compressed.db3",
+        spoiled: "compressed.db3",
+        arguments: &[
+            "convert",
+            "--robot",
+            "robot.toml",
+            "--allow-truncated",
+            "compressed.db3",
+            "--out",
+            "new.csv",
+        ],
+    },
+    Case {
+        name: "convert drive.ulg",
+        spoiled: "drive.ulg",
+        arguments: &[
+            "convert",
+            "--robot",
+            "robot.toml",
+            "--allow-truncated",
+            "drive.ulg",
+            "--out",
+            "new.csv",
+        ],
+    },
+    Case {
+        name: "convert drive.parquet",
+        spoiled: "drive.parquet",
+        arguments: &[
+            "convert",
+            "--robot",
+            "robot.toml",
+            "--allow-truncated",
+            "drive.parquet",
+            "--out",
+            "new.csv",
+        ],
+    },
+    Case {
+        name: "fit --grams",
+        spoiled: "sums.json",
+        arguments: &[
+            "fit",
+            "--robot",
+            "robot.toml",
+            "--model",
+            "eq18",
+            "--out",
+            "new.toml",
+            "--grams",
+            "sums.json",
+        ],
+    },
+    Case {
+        name: "predict plan",
+        spoiled: "plan.csv",
+        arguments: &[
+            "predict",
+            "--robot",
+            "robot.toml",
+            "--coeffs",
+            "c.toml",
+            "--plan",
+            "plan.csv",
+            "--mass",
+            "3",
+        ],
+    },
 ];
 
-const FILES: [&str; 6] = ["log.csv", "field.csv", "robot.toml", "c.toml", "mine.toml", "profile.csv"];
+const FILES: [&str; 8] =
+    ["log.csv", "field.csv", "robot.toml", "c.toml", "mine.toml", "profile.csv", "plan.csv", "sums.json"];
+
+/// Those of other formats, as the reader's tests have them.
+const RECORDED: [&str; 8] = [
+    "drive.mcap",
+    "core-zstd.mcap",
+    "core-ros1.mcap",
+    "turtlebot3.mcap",
+    "drive.db3",
+    "compressed.db3",
+    "drive.ulg",
+    "drive.parquet",
+];
 
 fn main() -> ExitCode {
     // `cargo bench` passes flags of its own.
@@ -145,12 +273,13 @@ fn run(count: u64, seed: u64) -> std::io::Result<Vec<String>> {
     let mut faults = Vec::new();
     let mut endings: BTreeMap<(&str, i32), (u64, Duration)> = BTreeMap::new();
     let begun = Instant::now();
-    for number in 0..count {
+    let count = count * CASES.len() as u64;
+    for (number, case) in (0..count).zip(CASES.iter().cycle()) {
         let mut rng = ChaCha8Rng::seed_from_u64(seed.wrapping_mul(1 << 32).wrapping_add(number));
-        let case = &CASES[rng.random_range(0..CASES.len())];
         let mut content = good[case.spoiled].clone();
+        let is_text = std::str::from_utf8(&content).is_ok();
         for _ in 0..rng.random_range(1..=4) {
-            spoil(&mut rng, &mut content);
+            if is_text { spoil(&mut rng, &mut content) } else { spoil_binary(&mut rng, &mut content) }
         }
         std::fs::write(folder.path().join(case.spoiled), &content)?;
         let before = listing(folder.path())?;
@@ -168,7 +297,7 @@ fn run(count: u64, seed: u64) -> std::io::Result<Vec<String>> {
             std::fs::write(&kept, &content)?;
             faults.push(format!("{}: {fault}; {} of it in {}", case.name, case.spoiled, kept.display()));
         }
-        for name in after.keys().filter(|name| !FILES.contains(&name.as_str())) {
+        for name in after.keys().filter(|name| !before.contains_key(*name)) {
             std::fs::remove_file(folder.path().join(name))?;
         }
         std::fs::write(folder.path().join(case.spoiled), &good[case.spoiled])?;
@@ -185,6 +314,7 @@ fn good(folder: &Path) -> std::io::Result<BTreeMap<&'static str, Vec<u8>>> {
     std::fs::write(folder.join("robot.toml"), ROBOT)?;
     std::fs::write(folder.join("mine.toml"), EFFECTS)?;
     std::fs::write(folder.join("profile.csv"), PROFILE)?;
+    std::fs::write(folder.join("plan.csv"), PLAN)?;
     let simulate = |out, mass, seed| {
         let fixed = ["simulate", "--rate", "20", "--sensors", "servo", "--duration", "40"];
         gmr(folder, &[&fixed[..], &["--mass", mass, "--seed", seed, "--out", out]].concat())
@@ -193,11 +323,16 @@ fn good(folder: &Path) -> std::io::Result<BTreeMap<&'static str, Vec<u8>>> {
         simulate("log.csv", "1@0,6@20", "1")?,
         simulate("field.csv", "3", "2")?,
         gmr(folder, &["fit", "--robot", "robot.toml", "--out", "c.toml", "log.csv"])?,
+        gmr(folder, &["gram", "--robot", "robot.toml", "--cutoff", "2", "--out", "sums.json", "log.csv"])?,
     ];
+    for name in RECORDED {
+        let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("formats/tests/data").join(name);
+        std::fs::copy(from, folder.join(name))?;
+    }
     if let Some(failed) = done.iter().find(|ran| ran.code != 0) {
         return Err(std::io::Error::other(failed.stderr.clone()));
     }
-    FILES.iter().map(|name| Ok((*name, std::fs::read(folder.join(name))?))).collect()
+    FILES.iter().chain(&RECORDED).map(|name| Ok((*name, std::fs::read(folder.join(name))?))).collect()
 }
 
 /// All files of a folder.
@@ -255,6 +390,15 @@ impl Ran {
         let harmful = |text: &str| text.chars().any(|c| c != '\n' && support::printable::is_harmful(c));
         if harmful(&self.stdout) || harmful(&self.stderr) {
             faults.push("prints what acts on a terminal".to_owned());
+        }
+        if ["panicked", "RUST_BACKTRACE", "/registry/", "/rustc/", "memory allocation"]
+            .iter()
+            .any(|sign| self.stderr.contains(sign))
+        {
+            faults.push(format!("prints what a crate says: {}", self.stderr));
+        }
+        if after.get("new.html").is_some_and(|page| harmful(&String::from_utf8_lossy(page))) {
+            faults.push("writes a page with what acts on a terminal".to_owned());
         }
         if self.stderr.lines().any(|line| line.chars().count() > LONGEST_LINE) {
             faults.push("a line without end".to_owned());
@@ -330,6 +474,50 @@ fn spoil(rng: &mut ChaCha8Rng, content: &mut Vec<u8>) {
         4 => ends(rng, content),
         5 | 6 => field(rng, content),
         _ => value(rng, content),
+    }
+}
+
+/// Changes what is no text in one way: lengths are numbers of four or eight bytes, little or big end first.
+fn spoil_binary(rng: &mut ChaCha8Rng, content: &mut Vec<u8>) {
+    let places = content.len().saturating_sub(8);
+    match rng.random_range(0..6) {
+        0 => bytes(rng, content),
+        1 => cut(rng, content),
+        // A piece of it at another place.
+        2 if places > 0 => {
+            let (from, to) = (rng.random_range(0..places), rng.random_range(0..places));
+            let length = rng.random_range(1..=(content.len() - from.max(to)).min(4096));
+            content.copy_within(from..from + length, to);
+        }
+        _ if places > 0 => {
+            // Beginnings and ends are where directories are.
+            let at = match rng.random_range(0..3) {
+                0 => rng.random_range(0..places.min(256)),
+                1 => places - rng.random_range(0..places.min(2048)),
+                _ => rng.random_range(0..places),
+            };
+            let number = [
+                0,
+                1,
+                0x7f,
+                0xff,
+                0xffff,
+                1 << 24,
+                1 << 31,
+                u64::from(u32::MAX),
+                1 << 40,
+                u64::MAX >> 1,
+                u64::MAX,
+            ][rng.random_range(0..11)];
+            let wide = number.to_le_bytes();
+            let place = &mut content[at..];
+            match rng.random_range(0..3) {
+                0 => place[..8].copy_from_slice(&wide),
+                1 => place[..4].copy_from_slice(&wide[..4]),
+                _ => place[..4].copy_from_slice(&(number as u32).to_be_bytes()),
+            }
+        }
+        _ => {}
     }
 }
 

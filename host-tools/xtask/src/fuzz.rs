@@ -5,7 +5,8 @@
 //! has `host-tools/tests/suite/fuzz.rs`, over the same targets.
 
 use std::fs;
-use std::process::Command;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 
 use crate::paths::{root, target_folder};
 use crate::steps::{Steps, Stop, answer, command};
@@ -75,7 +76,50 @@ pub(crate) fn run(request: &Request<'_>) -> bool {
     result.is_ok()
 }
 
-fn all(steps: &mut Steps, request: &Request<'_>) -> Result<(), Stop> {
+/// Each of these targets, its executions dealt to as many processes as there are cores. They share what they find, and begin at seeds of
+/// their own; what each says stands in a file.
+///
+/// # Errors
+/// An input made a target fail; it cannot be built or started.
+pub(crate) fn on_all_cores(steps: &mut Steps, targets: &[&str], executions: u64) -> Result<(), Stop> {
+    let (program, folder) = built(steps)?;
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    for target in targets {
+        let name = format!("{target}, {executions} executions on {cores} cores");
+        steps.work(&name, || {
+            let mut running = Vec::new();
+            for core in 1..=cores {
+                let said = folder.join(format!("{target}-{core}.log"));
+                let file = fs::File::create(&said)
+                    .map_err(|error| Stop::new(format!("{}: {error}", said.display())))?;
+                let mut fuzz = fuzzer(&program, &folder, target, executions.div_ceil(cores as u64))?;
+                let child = fuzz.arg(format!("-seed={core}")).stderr(file).stdout(Stdio::null()).spawn();
+                running.push((said, child.map_err(|error| Stop::new(format!("fuzz: {error}")))?));
+            }
+            let mut all = Ok(());
+            let mut done = 0;
+            for (said, mut child) in running {
+                let status = child.wait().map_err(|error| Stop::new(format!("fuzz: {error}")))?;
+                let text = fs::read_to_string(&said).unwrap_or_default();
+                done += executed(&text).unwrap_or(0);
+                if !status.success() {
+                    all = Err(Stop::new(format!("{status}; see {}", said.display())));
+                }
+            }
+            println!("   {done} executions");
+            all
+        })?;
+    }
+    Ok(())
+}
+
+/// What libFuzzer says at its end of how many inputs it ran.
+fn executed(text: &str) -> Option<u64> {
+    text.lines().find_map(|line| line.strip_prefix("stat::number_of_executed_units:")?.trim().parse().ok())
+}
+
+/// The program with its counters, and the folder of what it finds.
+fn built(steps: &mut Steps) -> Result<(PathBuf, PathBuf), Stop> {
     let host = answer("rustc --print host-tuple")
         .ok_or_else(|| Stop::new("rustc --print host-tuple says nothing"))?;
     let folder = target_folder().join("fuzz");
@@ -84,21 +128,30 @@ fn all(steps: &mut Steps, request: &Request<'_>) -> Result<(), Stop> {
     // Only with an explicit --target are programs that run during the build left without counters.
     build.env("CARGO_TARGET_DIR", &folder).env("RUSTFLAGS", FLAGS);
     steps.run("build", build)?;
+    Ok((folder.join(&host).join("release/fuzz"), folder))
+}
+
+/// The program on a target, so many times.
+fn fuzzer(program: &Path, folder: &Path, target: &str, runs: u64) -> Result<Command, Stop> {
+    // New inputs go to the first folder; the kept ones are only read.
+    let found = folder.join("corpus").join(target);
+    fs::create_dir_all(&found).map_err(|error| Stop::new(format!("{}: {error}", found.display())))?;
+    let mut fuzz = Command::new(program);
+    fuzz.env("FUZZ_TARGET", target).arg(&found).arg(root().join("host-tools/tests/fuzz/corpus").join(target));
+    fuzz.arg(format!("-runs={runs}")).args([
+        LONGEST,
+        "-timeout=10",
+        "-rss_limit_mb=1000",
+        "-print_final_stats=1",
+    ]);
+    fuzz.arg(format!("-artifact_prefix={}/", folder.display()));
+    Ok(fuzz)
+}
+
+fn all(steps: &mut Steps, request: &Request<'_>) -> Result<(), Stop> {
+    let (program, folder) = built(steps)?;
     for target in TARGETS.into_iter().filter(|target| request.target.is_none_or(|chosen| chosen == *target)) {
-        // New inputs go to the first folder; the kept ones are only read.
-        let found = folder.join("corpus").join(target);
-        fs::create_dir_all(&found).map_err(|error| Stop::new(format!("{}: {error}", found.display())))?;
-        let mut fuzz = Command::new(folder.join(&host).join("release/fuzz"));
-        fuzz.env("FUZZ_TARGET", target)
-            .arg(&found)
-            .arg(root().join("host-tools/tests/fuzz/corpus").join(target));
-        fuzz.arg(format!("-runs={}", request.runs)).args([
-            LONGEST,
-            "-timeout=10",
-            "-rss_limit_mb=1000",
-            "-print_final_stats=1",
-        ]);
-        fuzz.arg(format!("-artifact_prefix={}/", folder.display()));
+        let fuzz = fuzzer(&program, &folder, target, request.runs)?;
         steps.run(&format!("{target}, {} executions", request.runs), fuzz)?;
     }
     Ok(())
@@ -118,6 +171,12 @@ mod tests {
                 .iter()
                 .all(|wrong| Request::parse(wrong).is_none())
         );
+    }
+
+    #[test]
+    fn executions_are_read_from_what_it_says() {
+        let said = "Done 7 runs\nstat::number_of_executed_units: 1234\nstat::slowest_unit_time_sec: 0\n";
+        assert_eq!((executed(said), executed("Done")), (Some(1234), None));
     }
 
     /// The same list as the targets' own.

@@ -10,6 +10,7 @@ mod images;
 mod instructions;
 mod kinds;
 mod logs;
+mod long;
 mod paths;
 mod predict;
 mod python;
@@ -57,8 +58,13 @@ usage: cargo xtask <command>
         parquet] [--runs N]
          libFuzzer over the readers of files and packets; a C++ compiler is needed
   mutate [COUNT [SEED]]
-         spoiled inputs, each to the command that reads it, within 5 s and 2 GB: 10,000 in
-         half an hour
+         spoiled inputs, COUNT (500) of each kind, each to the command that reads it, within
+         5 s and 2 GB: 11,000 in three quarters of an hour
+  long fuzz [EXECUTIONS] | soak [HOURS] | cuts [CUTS] | client [MINUTES]
+         what takes a night: the parsers of link and servo bus on all cores (100,000,000 each);
+         the virtual board with faults and changing payloads (4 h of its time), its masses and
+         energies against the plant's; power cuts on the real image (1,000; STM32EMU names
+         the emulator); ROBOTIS's client on the virtual board (60, in real time)
   wheel
          the Python package, optimised, into target/wheels; installed afresh, and the
          README's example run with it
@@ -96,6 +102,9 @@ fn main() -> ExitCode {
             if numbers.len() <= 2 && numbers.iter().all(|n| n.parse::<u64>().is_ok()) =>
         {
             bench::mutants(numbers)
+        }
+        ["long", ref rest @ ..] if let Some(what) = long::Long::parse(rest) => {
+            steps::carried_out(|steps| long::run(steps, what))
         }
         ["wheel"] => match python::wheel() {
             Ok(()) => true,
