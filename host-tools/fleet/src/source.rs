@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
+use support::context::Context;
 use support::error::{Error, Result};
-use support::notice;
 
 #[cfg(feature = "bucket")]
 use super::bucket::Bucket;
@@ -43,16 +43,19 @@ impl Source {
     ///
     /// # Errors
     /// What cannot be listed; none of the files is a log.
-    pub fn find(&self, group: &[String]) -> Result<Vec<Log>> {
+    pub fn find(&self, context: &Context, group: &[String]) -> Result<Vec<Log>> {
         let (mut logs, of) = match self {
-            Self::Folder(folder) => (in_folder(folder, group)?, folder.as_path()),
+            Self::Folder(folder) => (in_folder(context, folder, group)?, folder.as_path()),
             #[cfg(feature = "bucket")]
             Self::Bucket(bucket) => (bucket.find(group)?, Path::new(bucket.url())),
         };
         logs.retain(|log| match log.wrong_day() {
             None => true,
             Some(day) => {
-                notice!("{}: day={day} is no date; expected YYYY-MM-DD; left out", log.name);
+                context.notice(format_args!(
+                    "{}: day={day} is no date; expected YYYY-MM-DD; left out",
+                    log.name
+                ));
                 false
             }
         });
@@ -91,13 +94,19 @@ impl Source {
     }
 }
 
-fn in_folder(source: &Path, group: &[String]) -> Result<Vec<Log>> {
+fn in_folder(context: &Context, source: &Path, group: &[String]) -> Result<Vec<Log>> {
     let mut found = Vec::new();
-    walk(source, group, &mut Vec::new(), &mut found)?;
+    walk(context, source, group, &mut Vec::new(), &mut found)?;
     Ok(found)
 }
 
-fn walk(folder: &Path, group: &[String], parts: &mut Vec<String>, found: &mut Vec<Log>) -> Result<()> {
+fn walk(
+    context: &Context,
+    folder: &Path,
+    group: &[String],
+    parts: &mut Vec<String>,
+    found: &mut Vec<Log>,
+) -> Result<()> {
     let refused = |error: std::io::Error| Error::io(folder, &error);
     for entry in std::fs::read_dir(folder).map_err(refused)? {
         let entry = entry.map_err(refused)?;
@@ -105,22 +114,29 @@ fn walk(folder: &Path, group: &[String], parts: &mut Vec<String>, found: &mut Ve
         parts.push(entry.file_name().to_string_lossy().into_owned());
         let kind = entry.file_type().map_err(refused)?;
         if kind.is_dir() {
-            walk(&path, group, parts, found)?;
+            walk(context, &path, group, parts, found)?;
         } else if let Some(log) = Log::at(parts, group, || Place::File(path.clone())) {
             match std::fs::metadata(&path) {
                 Ok(is) if is.is_file() => found.push(log),
                 // Opened, a pipe would wait for its writer, and a device need not end.
-                Ok(_) => {
-                    notice!("{}: is no file (a pipe, socket, device or folder); left out", path.display())
-                }
+                Ok(_) => context.notice(format_args!(
+                    "{}: is no file (a pipe, socket, device or folder); left out",
+                    path.display()
+                )),
                 Err(error) if kind.is_symlink() => {
-                    notice!("{}: a link that leads nowhere ({error}); left out", path.display());
+                    context.notice(format_args!(
+                        "{}: a link that leads nowhere ({error}); left out",
+                        path.display()
+                    ));
                 }
                 // It has gone since the folder was listed, or will say so itself.
                 Err(_) => found.push(log),
             }
         } else if kind.is_symlink() && path.is_dir() {
-            notice!("{}: a link to a folder, which may lead in a circle; not followed", path.display());
+            context.notice(format_args!(
+                "{}: a link to a folder, which may lead in a circle; not followed",
+                path.display()
+            ));
         }
         parts.pop();
     }
@@ -152,7 +168,7 @@ mod tests {
         symlink("/dev/zero", at("device.parquet")).unwrap();
         symlink(place.path(), at("circle")).unwrap();
         symlink(place.path(), at("circle.csv")).unwrap();
-        let found = Source::of(place.path()).unwrap().find(&[]).unwrap();
+        let found = Source::of(place.path()).unwrap().find(&Context::default(), &[]).unwrap();
         let names: Vec<&str> = found.iter().filter_map(|log| log.name.rsplit('/').next()).collect();
         assert_eq!(names, ["good.csv", "link.csv"]);
     }
@@ -166,7 +182,7 @@ mod tests {
             std::fs::create_dir_all(&folder).unwrap();
             std::fs::write(folder.join("a.csv"), "time_s\n").unwrap();
         }
-        let found = Source::of(place.path()).unwrap().find(&[]).unwrap();
+        let found = Source::of(place.path()).unwrap().find(&Context::default(), &[]).unwrap();
         let days: Vec<&str> = found.iter().map(|log| &log.keys["day"][..]).collect();
         assert_eq!(days, ["2024-02-29", "2026-11-02", "monday"]);
     }

@@ -109,7 +109,7 @@ fn run_with<const N: usize>(context: &Context, robot: &Robot, arguments: &Argume
     let how = Conditioned::<N>::near(robot, &arguments.coeffs, mass)?;
     let reference = how.reference.as_ref().map_or(TorqueModel::default(), |(reference, _)| reference.torque);
     let source = Source::of(&arguments.source)?;
-    let logs = source.find(&arguments.group)?;
+    let logs = source.find(context, &arguments.group)?;
     let file = |log: &Log| match &log.place {
         Place::File(path) => Some(path.clone()),
         Place::Object { .. } => None,

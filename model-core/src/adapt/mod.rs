@@ -304,8 +304,7 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         let variance = (mass_variance + lasting * lasting).at_most(T::ONE.at_least(mass_variance));
         let half_width = T::from_f64(TWO_SIGMA) * variance.sqrt() * mass_unit;
         if self.told.is_none() {
-            self.adapted.mass =
-                self.identified(interval::within(&self.range, d * mass_unit, half_width));
+            self.adapted.mass = self.identified(interval::within(&self.range, d * mass_unit, half_width));
         }
     }
 
