@@ -87,7 +87,7 @@ def main():
     for step in STEPS_US:
         beat = times[0] - HEARTBEAT_MS * MS - step * US
         found, within, stops = written(arguments.image, beat)
-        near += any(abs(stop - times[0]) < 2 * MS for stop in stops)
+        near += any(abs(stop - times[0]) < 6 * MS for stop in stops)
         if within:
             wrong.append(f"{step} us before: {len(within)} words while a packet was on the bus")
     if not near:
