@@ -63,12 +63,12 @@ pub(crate) fn run(steps: &mut Steps, long: Long) -> Result<(), Stop> {
             })?;
             let emulator = root().join(folder);
             let build = format!(
-                "cargo build --release --package firmware --features opencr --bin opencr --target {TARGET}"
+                "cargo build --profile image --package firmware --features opencr --bin opencr --target {TARGET}"
             );
             steps.run("firmware", command(&build))?;
             let mut run = Command::new(emulator.join("emu"));
             run.env("PYTHONPATH", &emulator).arg(root().join("tests/system/opencr_cuts.py"));
-            run.arg(firmware("opencr")).args(["--cuts", &cuts.to_string()]);
+            run.arg(target_folder().join(TARGET).join("image/opencr")).args(["--cuts", &cuts.to_string()]);
             steps.run(&format!("{cuts} power cuts"), run)
         }
         Long::Client(minutes) => {
