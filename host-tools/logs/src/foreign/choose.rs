@@ -258,7 +258,7 @@ pub(super) fn joints(bag: &Bag, count: usize, fields: &mut Fields) -> Result<Opt
         }
     }
     if let [(first, wheels), (second, _), ..] = &found[..]
-        && !(is_platform(*first) && !is_platform(*second))
+        && (!is_platform(*first) || is_platform(*second))
     {
         let names: Vec<&str> = found.iter().map(|(place, _)| bag.topics()[*place].name.as_str()).collect();
         return Err(Error::failed(format!(

@@ -172,8 +172,9 @@ mod tests {
         writer.columns(&["a", "b"].map(str::to_owned)).unwrap();
         let odd = f64::from_bits(TEXT | 3);
         let number = |row: usize| if row == 7 { odd } else { 0.1 * row as f64 - 0.0 };
-        let name =
-            |row: usize| if row % 3 == 0 { Cell::Number(1.5) } else { Cell::Text(format!("{}", row % 5)) };
+        let name = |row: usize| {
+            if row.is_multiple_of(3) { Cell::Number(1.5) } else { Cell::Text(format!("{}", row % 5)) }
+        };
         let count = 2 * BATCH + 3;
         for row in 0..count {
             writer.row(&[Cell::Number(number(row)), name(row)]).unwrap();
