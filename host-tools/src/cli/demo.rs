@@ -120,9 +120,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 
 /// What a command answers, as another program gets it.
 fn answer_of(command: &str, folder: &Path) -> Result<String> {
-    let folder = folder.display().to_string();
-    let words = command.split_whitespace().map(|word| word.replacen('@', &folder, 1));
-    let words: Vec<String> = words.collect();
+    // `3@0` is a mass from a time on.
+    let place = |word: &str| match word.strip_prefix("@/") {
+        Some(name) => folder.join(name).display().to_string(),
+        None => word.to_owned(),
+    };
+    let words: Vec<String> = command.split_whitespace().map(place).collect();
     let job = Arc::new(Job::default());
     // Nobody stops it.
     job::run(&job, |context| super::answer(context, &words))?;
