@@ -159,7 +159,7 @@ mod tests {
         let at = |name: &str| folder.join(name);
         std::fs::write(at("good.csv"), "time_s\n").unwrap();
         let (kind, mode) = (rustix::fs::FileType::Fifo, rustix::fs::Mode::RUSR | rustix::fs::Mode::WUSR);
-        rustix::fs::mknodat(rustix::fs::CWD, &at("pipe.csv"), kind, mode, 0).unwrap();
+        rustix::fs::mknodat(rustix::fs::CWD, at("pipe.csv"), kind, mode, 0).unwrap();
         let _socket = UnixListener::bind(at("socket.csv")).unwrap();
         symlink(at("good.csv"), at("link.csv")).unwrap();
         symlink(at("gone"), at("dangling.csv")).unwrap();
