@@ -113,10 +113,7 @@ impl Term {
             Self::Delay => {
                 let fastest = problem.pilots.fastest_s();
                 let now = form.conditioning.delay;
-                // Speeds that are means of 50 ms are later than the power by half of that: a step
-                // to either side would gain nothing.
-                let near = [-0.5, 0.5].map(|half| now + half * DELAY_STEP_S);
-                let delays = (EARLIEST..=LATEST).map(|step| f64::from(step) * DELAY_STEP_S).chain(near);
+                let delays = (EARLIEST..=LATEST).map(|step| f64::from(step) * DELAY_STEP_S);
                 let others = delays.filter(|delay| (delay - now).abs() > 0.1 * DELAY_STEP_S);
                 let reachable = others.filter(|delay| DelayLine::<f64, N>::reaches(*delay, fastest));
                 reachable.map(|delay| with(Conditioning { delay, ..form.conditioning })).collect()
