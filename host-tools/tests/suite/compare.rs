@@ -117,7 +117,7 @@ fn csv_files(folder: &Path, prefix: &str) -> Vec<PathBuf> {
 }
 
 /// Runs of the Husky on sandy loam in which it kept one speed from before the log began: a fit says so.
-const ONE_SPEED: [&str; 9] = ["00", "01", "02", "03", "05", "07", "10", "11", "12"];
+const ONE_SPEED: [&str; 7] = ["00", "01", "02", "03", "10", "11", "12"];
 
 #[test]
 fn measured_pieces_are_fitted() {
@@ -322,7 +322,8 @@ fn assert_all_are_named(data: &Path) {
     {
         let files = csv_files(&data.join(folder), prefix);
         let files: Vec<&str> = files.iter().map(|path| path.to_str().unwrap()).collect();
-        let report = bench.json(&[&["compare", "--robot", robot, "--train"], &files[..]].concat());
+        let options = ["compare", "--robot", robot, "--mass", "75", "--train"];
+        let report = bench.json(&[&options[..], &files[..]].concat());
         let skid_steer = |model: &Value| {
             let layouts = model["layouts"].as_array().unwrap();
             layouts.is_empty() || layouts.iter().any(|layout| layout == "skid steer")
@@ -423,10 +424,10 @@ fn arguments_that_do_not_go_together_are_refused() {
         assert_eq!((ran.code, ran.stdout.as_str()), (Some(2), ""), "{rest:?}: {}", ran.stderr);
         assert!(ran.stderr.contains(expected), "{rest:?}: {}", ran.stderr);
     };
+    bench.simulate("a.csv", &["--duration", "5"]);
     refused(&["--block", "4", "--test", "b.csv"], "cannot be used with");
     refused(&["--block", "-4"], "--block -4: expected a length above 0 s");
     refused(&["--mass", "-1"], "--mass -1: expected a mass above 0 kg");
-    bench.simulate("a.csv", &["--duration", "5"]);
     refused(&["--window", "-5"], "--window -5: expected 0.8 s");
 }
 

@@ -121,9 +121,9 @@ fn names_cannot_act_on_a_terminal() {
     let bench = bench();
     let escaped = WILD.chars().map(|c| format!("\\u{:04x}", u32::from(c))).collect::<String>();
     bench.put("wild.toml", ROBOT.replace("\"exact\"", &format!("\"{escaped}\\ngmr: forged\"")));
-    let ran = bench.done(&["fit", "--robot", "wild.toml", "good.csv"]);
+    let ran = bench.done(&["fit", "--verbose", "--robot", "wild.toml", "good.csv"]);
     assert_printable(&ran.stdout);
-    assert!(ran.stdout.starts_with("\\u001b]0;title\\u0007") && !ran.stdout.contains("\ngmr: forged"));
+    assert!(ran.stdout.contains("\n\\u001b]0;title\\u0007") && !ran.stdout.contains("\ngmr: forged"));
     let json = bench.done(&["fit", "--robot", "wild.toml", "--json", "good.csv"]);
     assert_printable(&json.stdout);
     assert!(serde_json::from_str::<serde_json::Value>(&json.stdout).is_ok(), "{}", json.stdout);
@@ -146,7 +146,7 @@ fn lines_on_standard_error_are_short() {
     let columns: String = (0..4000).map(|k| format!(",column_{k}")).collect();
     bench.put("wide.csv", format!("time_s{columns}\n1\n2\n"));
     let found = refusal(&bench, &["fit", "--robot", "robot.toml", "wide.csv"], 1);
-    assert!(found.chars().count() <= 4010 && found.ends_with('…'), "{} characters", found.len());
+    assert!(found.chars().count() <= 1010 && found.contains('…'), "{} characters", found.len());
     let keys: String = (0..20_000).map(|k| format!("key_{k} = 1\n")).collect();
     bench.put("keys.toml", keys + ROBOT);
     let ran = bench.done(&["fit", "--robot", "keys.toml", "good.csv"]);
