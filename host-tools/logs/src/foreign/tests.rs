@@ -71,7 +71,7 @@ fn rows_go_when_the_call_ends() {
     }
     let lines = context.take_notices().lines;
     assert!(lines.len() == 1 && lines[0].contains("second.mcap: "), "{lines:?}");
-    let known = std::sync::Arc::downgrade(&known);
-    drop(context);
-    assert!(known.upgrade().is_none());
+    let rows_of_the_call = std::sync::Arc::downgrade(&known);
+    drop((known, context));
+    assert!(rows_of_the_call.upgrade().is_none());
 }
