@@ -1,20 +1,46 @@
 //! What a shell wants of a command: completions, man pages, examples, robot.toml made and found.
 
+use std::fmt::Write as _;
+use std::path::Path;
+
 use crate::common::{Bench, ROBOT, drive};
 
-#[test]
-fn completions_and_pages_know_every_command() {
-    let bench = Bench::new();
-    let help = bench.done(&["--help"]).stdout;
-    let commands: Vec<&str> = help
-        .lines()
+/// Commands in the order of `gmr --help`.
+fn commands(help: &str) -> Vec<&str> {
+    help.lines()
         .skip_while(|line| !line.starts_with("Commands:"))
         .skip(1)
         .take_while(|line| line.starts_with("  "))
         .filter_map(|line| line.strip_prefix("  ").filter(|line| !line.starts_with(' ')))
         .filter_map(|line| line.split_whitespace().next())
         .filter(|name| *name != "help")
-        .collect();
+        .collect()
+}
+
+/// docs/commands.md is what each command's `--help` prints.
+#[test]
+fn the_page_of_commands_is_what_they_say() {
+    let bench = Bench::new();
+    let help = bench.done(&["--help"]).stdout;
+    let mut page = "# Commands\n\nThis page is what `gmr COMMAND --help` prints.\n".to_owned();
+    for name in commands(&help) {
+        let said = bench.done(&[name, "--help"]).stdout;
+        let said: Vec<&str> = said.lines().map(str::trim_end).collect();
+        let _ = write!(page, "\n## gmr {name}\n\n```text\n{}\n```\n", said.join("\n"));
+    }
+    let committed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/commands.md");
+    if std::env::var_os("GMR_BLESS").is_some() {
+        std::fs::write(&committed, &page).unwrap();
+    }
+    let found = std::fs::read_to_string(&committed).unwrap_or_default();
+    assert!(found == page, "docs/commands.md is out of date: GMR_BLESS=1 writes it anew");
+}
+
+#[test]
+fn completions_and_pages_know_every_command() {
+    let bench = Bench::new();
+    let help = bench.done(&["--help"]).stdout;
+    let commands = commands(&help);
     assert!(commands.len() > 15, "{commands:?}");
     bench.done(&["man", "--out", "."]);
     for shell in ["bash", "zsh", "fish"] {

@@ -3,6 +3,7 @@
 mod bench;
 mod bloat;
 mod demo;
+mod docs;
 mod fleet;
 mod fuzz;
 mod gap;
@@ -47,13 +48,14 @@ usage: cargo xtask <command>
          the figures of the README, measured again; minutes. gap: a night, gap-mujoco and
          leaderboard: ten minutes to an hour, only by name
   bench fleet --rows N
-         the figures of docs/fleet-bench.txt, by 100000000: a quarter of an hour to simulate,
+         the figures of docs/results/fleet-bench.txt, by 100000000: a quarter of an hour to simulate,
          4 GB; beside Polars, NumPy and SciPy
   bench robots --json
-         the figures of docs/robots.txt
+         the figures of docs/results/robots.txt
   bloat
          machine code of ours in the release build of gmr, and what of it stands there in four
          copies or more; needs nm, of binutils
+  docs   links, length of sentences and of README, and the book: part of test
   fuzz [log | robot | coefficients | effects | image | link | servo | mcap | sqlite | ulog |
         parquet] [--runs N]
          libFuzzer over the readers of files and packets; a C++ compiler is needed
@@ -93,6 +95,13 @@ fn main() -> ExitCode {
             reached
         }
         ["bloat"] => bloat::run(),
+        ["docs"] => {
+            let result = docs::check();
+            if let Err(stop) = &result {
+                println!("   {stop}");
+            }
+            result.is_ok()
+        }
         ["fuzz", ref rest @ ..] if let Some(request) = fuzz::Request::parse(rest) => fuzz::run(&request),
         ["bench", "fleet", "--rows", rows] if rows.parse::<usize>().is_ok_and(|rows| rows >= 1_000_000) => {
             bench::fleet_of(rows.parse().unwrap_or_default())

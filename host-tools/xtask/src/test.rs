@@ -2,6 +2,7 @@
 
 use std::process::Command;
 
+use crate::docs;
 use crate::images;
 use crate::python;
 use crate::set_up::{self, Consent, TARGET, TargetCargo};
@@ -92,6 +93,7 @@ fn all(steps: &mut Steps, consent: Consent) -> Result<(), Stop> {
     let mut documentation = command(&format!("cargo doc --workspace --no-deps {HOST_FEATURES}"));
     documentation.env("RUSTDOCFLAGS", "-D warnings");
     steps.run("documentation", documentation)?;
+    steps.work("pages", docs::check)?;
     let host_tests = |which: &str| {
         let mut tests = command(&format!("cargo test --workspace {HOST_FEATURES} {which}"));
         target.tell(&mut tests);
