@@ -17,10 +17,10 @@ use firmware::store::{BYTES, RamFlash, Store};
 use firmware::wheels::DriveState;
 use model_core::coefficients::Name;
 
-type State = link::State<1>;
+type State = link::State<'static>;
 
 fn board() -> State {
-    State::new(SAMPLE_RATE_HZ, 25)
+    State::new(SAMPLE_RATE_HZ, 25, &mut [])
 }
 
 fn read(state: &State, register: Register) -> Vec<u8> {

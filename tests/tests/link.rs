@@ -105,8 +105,8 @@ fn reads_the_whole_table() -> Outcome {
 }
 
 /// A board of the robot that the reference image is for.
-fn board() -> Result<State<1>, Failed> {
-    let mut state = State::new(SAMPLE_RATE_HZ, 25);
+fn board() -> Result<State<'static>, Failed> {
+    let mut state = State::new(SAMPLE_RATE_HZ, 25, &mut []);
     let coefficients = Coefficients::<f32, 2>::decode(&IMAGE).map_err(|_| Failed)?;
     let robot = RobotIdentity::of(&coefficients.robot).encode();
     state.load(Item::Robot, Ok(ItemBytes::new(&robot).ok_or(Failed)?));
@@ -114,7 +114,7 @@ fn board() -> Result<State<1>, Failed> {
     Ok(state)
 }
 
-fn upload(state: &mut State<1>, bytes: &[u8]) -> Result<(UploadState, Reason), Failed> {
+fn upload(state: &mut State<'static>, bytes: &[u8]) -> Result<(UploadState, Reason), Failed> {
     write(state, UPLOAD_WINDOW.address, bytes).map_err(|_| Failed)?;
     let [low, high] = (bytes.len() as u16).to_le_bytes();
     write(state, UPLOAD_ITEM.address, &[Item::Coefficients as u8, 1, low, high]).map_err(|_| Failed)?;
@@ -122,7 +122,7 @@ fn upload(state: &mut State<1>, bytes: &[u8]) -> Result<(UploadState, Reason), F
 }
 
 /// A board with the reference image in use.
-fn set_up() -> Result<State<1>, Failed> {
+fn set_up() -> Result<State<'static>, Failed> {
     let mut state = board()?;
     let found = upload(&mut state, &IMAGE)?;
     ensure(found == (UploadState::Waiting, Reason::None), format_args!("{found:?}"))?;
@@ -139,7 +139,7 @@ fn stores_a_good_upload() -> Outcome {
     ensure(found == Ok(&coefficients), format_args!("{found:?}"))
 }
 
-fn ensure_refused(state: &mut State<1>, bytes: &[u8]) -> Outcome {
+fn ensure_refused(state: &mut State<'static>, bytes: &[u8]) -> Outcome {
     let before = state.settings().clone();
     let (found, reason) = upload(state, bytes)?;
     ensure(found == UploadState::Refused && reason != Reason::None, format_args!("{found:?}, {reason:?}"))?;

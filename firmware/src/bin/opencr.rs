@@ -10,19 +10,21 @@ mod image {
         sampling, watchdog,
     };
     use firmware::boards::{SharedSensorBus, VERIFY, sampler, send, start, watch_stack};
-    use firmware::tasks::{self, Buffers, BusCounters, CountedBus, Reporter, Shared};
+    use firmware::tasks::{self, Buffers, BusCounters, CountedBus, Records, Reporter, Shared};
     use static_cell::{ConstStaticCell, StaticCell};
 
     type Sensors = SharedSensorBus<SensorBus>;
 
     #[embassy_executor::main]
     async fn main(spawner: Spawner) {
+        // Of its own, all zero: made with the rest it would pass over the stack.
+        static RECORDS: ConstStaticCell<Records> = ConstStaticCell::new([[0; _]; _]);
         static SHARED: StaticCell<Shared> = StaticCell::new();
         static COUNTERS: ConstStaticCell<BusCounters> = ConstStaticCell::new(BusCounters::new());
         static SENSORS: StaticCell<Sensors> = StaticCell::new();
         static BUFFERS: ConstStaticCell<[Buffers; 2]> = ConstStaticCell::new([const { Buffers::new() }; 2]);
 
-        let (shared, counters) = (&*SHARED.init_with(Shared::new), &*COUNTERS.take());
+        let (shared, counters) = (&*SHARED.init(Shared::new(RECORDS.take())), &*COUNTERS.take());
         let Board { sensors, servos, inertial, links, usb, store, status_led, panel, reset } = init(counters);
         let sensors = &*SENSORS.init(Mutex::new(CountedBus::new(sensors, counters)));
         start(spawner, keep(store, shared));

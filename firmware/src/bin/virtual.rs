@@ -8,19 +8,21 @@ mod image {
         Board, InertialPort, Link, SensorBus, ServoPort, StoreFlash, init, run,
     };
     use firmware::boards::{SharedSensorBus, VERIFY, sampler, start, watch_stack};
-    use firmware::tasks::{self, Buffers, BusCounters, CountedBus, Reporter, Shared};
+    use firmware::tasks::{self, Buffers, BusCounters, CountedBus, Records, Reporter, Shared};
     use static_cell::{ConstStaticCell, StaticCell};
 
     type Sensors = SharedSensorBus<SensorBus>;
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
+        // Of its own, all zero: made with the rest it would pass over the stack.
+        static RECORDS: ConstStaticCell<Records> = ConstStaticCell::new([[0; _]; _]);
         static SHARED: StaticCell<Shared> = StaticCell::new();
         static COUNTERS: ConstStaticCell<BusCounters> = ConstStaticCell::new(BusCounters::new());
         static SENSORS: StaticCell<Sensors> = StaticCell::new();
         static BUFFERS: ConstStaticCell<[Buffers; 2]> = ConstStaticCell::new([const { Buffers::new() }; 2]);
 
-        let (shared, counters) = (&*SHARED.init_with(Shared::new), &*COUNTERS.take());
+        let (shared, counters) = (&*SHARED.init(Shared::new(RECORDS.take())), &*COUNTERS.take());
         let Board { sensors, servos, inertial, links, store } = init();
         let sensors = &*SENSORS.init(Mutex::new(CountedBus::new(sensors, counters)));
         run(|spawner| {

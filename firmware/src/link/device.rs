@@ -61,11 +61,7 @@ impl Device {
     /// Carries out what was received, up to the first instruction that is answered: the answer stands at the front of `buffer`, so
     /// many bytes. `None` when more has to be received. A `buffer` of [`LONGEST_ANSWER`] suffices; an answer that does not fit
     /// becomes a refusal.
-    pub fn answer<const RECORDS: usize>(
-        &mut self,
-        state: &mut State<RECORDS>,
-        buffer: &mut [u8],
-    ) -> Option<usize> {
+    pub fn answer(&mut self, state: &mut State<'_>, buffer: &mut [u8]) -> Option<usize> {
         loop {
             if let Step::Answer(length) = self.step(state, buffer)? {
                 return Some(length);
@@ -74,19 +70,15 @@ impl Device {
     }
 
     /// As [`Self::answer`], but of one packet, whole or broken: for who has other work to do between two of them.
-    pub fn step<const RECORDS: usize>(
-        &mut self,
-        state: &mut State<RECORDS>,
-        buffer: &mut [u8],
-    ) -> Option<Step> {
+    pub fn step(&mut self, state: &mut State<'_>, buffer: &mut [u8]) -> Option<Step> {
         self.step_with(|work| work(state), buffer)
     }
 
     /// As [`Self::step`], of a state that others wait for: `with` lends it for what needs it, which is neither looking for the packet nor
     /// encoding the answer.
-    pub fn step_with<const RECORDS: usize>(
+    pub fn step_with(
         &mut self,
-        mut with: impl FnMut(&mut dyn FnMut(&mut State<RECORDS>)),
+        mut with: impl FnMut(&mut dyn FnMut(&mut State<'_>)),
         buffer: &mut [u8],
     ) -> Option<Step> {
         let Ok(packet) = self.parser.next_packet()? else {
@@ -111,11 +103,7 @@ impl Device {
 }
 
 /// Does what the packet asks for; the answer's data are the first bytes of `data`, so many.
-fn execute<const RECORDS: usize>(
-    state: &mut State<RECORDS>,
-    packet: &Packet<'_>,
-    data: &mut [u8],
-) -> Result<usize, Refusal> {
+fn execute(state: &mut State<'_>, packet: &Packet<'_>, data: &mut [u8]) -> Result<usize, Refusal> {
     match Instruction::from_code(packet.instruction) {
         Some(Instruction::Ping) => {
             if !packet.parameters.is_empty() {

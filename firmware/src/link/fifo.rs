@@ -6,10 +6,15 @@ use crate::record::{RECORD_BYTES, Record};
 /// Bytes of a record's number, which stands first: it follows from the record's place, and is not kept.
 const NUMBER: usize = size_of::<u32>();
 
-/// A ring of `N` records. It never waits for the host: the oldest are overwritten.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Fifo<const N: usize> {
-    records: [[u8; RECORD_BYTES - NUMBER]; N],
+/// What is kept of a record.
+pub type Place = [u8; RECORD_BYTES - NUMBER];
+
+/// A ring of records. It never waits for the host: the oldest are overwritten.
+///
+/// The memory is lent: it is most of a board's, and no stack has room for it while a state is made.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Fifo<'a> {
+    records: &'a mut [Place],
     /// Where the next one goes.
     head: usize,
     count: usize,
@@ -20,36 +25,20 @@ pub struct Fifo<const N: usize> {
     lost: u32,
 }
 
-impl<const N: usize> Default for Fifo<N> {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl<const N: usize> Fifo<N> {
-    /// A host that acknowledged nothing while so many records came is no longer there: what it misses is not lost.
-    const PATIENCE: u32 = 2 * N as u32;
-
+impl<'a> Fifo<'a> {
     /// Empty; the first record will be number 0.
     #[must_use]
-    pub const fn new() -> Self {
-        Self {
-            records: [[0; RECORD_BYTES - NUMBER]; N],
-            head: 0,
-            count: 0,
-            next: 0,
-            acknowledged: 0,
-            since_acknowledged: u32::MAX,
-            lost: 0,
-        }
+    pub const fn new(records: &'a mut [Place]) -> Self {
+        Self { records, head: 0, count: 0, next: 0, acknowledged: 0, since_acknowledged: u32::MAX, lost: 0 }
     }
 
     /// Numbers the record and adds it; gives its number.
     pub fn push(&mut self, record: Record) -> u32 {
         let sequence = self.next;
-        if self.count >= N {
+        let size = self.records.len();
+        if self.count >= size {
             let overwritten = self.oldest();
-            if self.since_acknowledged < Self::PATIENCE && self.window_start() == overwritten {
+            if self.since_acknowledged < self.patience() && self.window_start() == overwritten {
                 self.lost = self.lost.saturating_add(1);
             }
         } else {
@@ -59,7 +48,7 @@ impl<const N: usize> Fifo<N> {
             let [_, _, _, _, rest @ ..] = record.encode();
             *place = rest;
         }
-        self.head = if self.head + 1 < N { self.head + 1 } else { 0 };
+        self.head = if self.head + 1 < size { self.head + 1 } else { 0 };
         self.next = sequence.wrapping_add(1);
         self.since_acknowledged = self.since_acknowledged.saturating_add(1);
         if !self.can_acknowledge(self.acknowledged) {
@@ -119,8 +108,18 @@ impl<const N: usize> Fifo<N> {
         let start = self.window_start();
         let behind = self.next.wrapping_sub(start) as usize;
         let (latest, earliest) = self.records.split_at_checked(self.head).unwrap_or((&[], &[]));
-        let records = earliest.iter().chain(latest).skip(N.saturating_sub(behind)).take(self.window_count());
+        let records = earliest
+            .iter()
+            .chain(latest)
+            .skip(self.records.len().saturating_sub(behind))
+            .take(self.window_count());
         records.zip(0..).map(move |(rest, index)| numbered(start.wrapping_add(index), rest))
+    }
+
+    /// A host that acknowledged nothing while so many records came is no longer there: what it misses is
+    /// not lost.
+    const fn patience(&self) -> u32 {
+        2 * self.records.len() as u32
     }
 
     /// Where the window begins: behind what the host has, as far as it is still there.
@@ -130,7 +129,7 @@ impl<const N: usize> Fifo<N> {
     }
 }
 
-fn numbered(number: u32, rest: &[u8; RECORD_BYTES - NUMBER]) -> [u8; RECORD_BYTES] {
+fn numbered(number: u32, rest: &Place) -> [u8; RECORD_BYTES] {
     let mut record = [0; RECORD_BYTES];
     if let Some((place, behind)) = record.split_first_chunk_mut() {
         *place = number.to_le_bytes();
@@ -145,14 +144,18 @@ mod tests {
     use proptest::prelude::*;
 
     const SIZE: usize = 20;
-    type Small = Fifo<SIZE>;
+    type Small = Fifo<'static>;
+
+    fn small() -> Small {
+        Fifo::new(Box::leak(Box::new([[0; _]; SIZE])))
+    }
 
     fn record(time_us: u64) -> Record {
         Record { time_us, ..Record::default() }
     }
 
     fn filled(count: u64) -> Small {
-        let mut fifo = Small::new();
+        let mut fifo = small();
         (0..count).for_each(|time| assert_eq!(u64::from(fifo.push(record(time))), time));
         fifo
     }
@@ -214,7 +217,7 @@ mod tests {
 
     #[test]
     fn numbers_wrap() {
-        let mut fifo = Small { next: u32::MAX - 2, acknowledged: u32::MAX - 2, ..Small::new() };
+        let mut fifo = Small { next: u32::MAX - 2, acknowledged: u32::MAX - 2, ..small() };
         (0..5).for_each(|time| _ = fifo.push(record(time)));
         assert_eq!(window(&fifo), [(u32::MAX - 2, 0), (u32::MAX - 1, 1), (u32::MAX, 2), (0, 3), (1, 4)]);
         fifo.acknowledge(0);
@@ -224,7 +227,7 @@ mod tests {
     /// After 2³² records of which none was acknowledged the window still begins with the oldest.
     #[test]
     fn an_old_acknowledgement_does_not_come_true_again() {
-        let mut fifo = Small { next: u32::MAX - 5, ..Small::new() };
+        let mut fifo = Small { next: u32::MAX - 5, ..small() };
         (0..15).for_each(|time| _ = fifo.push(record(time)));
         assert_eq!(window(&fifo)[0], (u32::MAX - 5, 0));
     }
@@ -234,7 +237,7 @@ mod tests {
         /// is what is counted as lost.
         #[test]
         fn every_record_once_or_counted(bursts in proptest::collection::vec(0..30_u64, 1..100)) {
-            let mut fifo = Small::new();
+            let mut fifo = small();
             fifo.acknowledge(0);
             let (mut pushed, mut expected, mut missed) = (0, 0, 0);
             for burst in bursts {

@@ -12,7 +12,7 @@ mod upload;
 mod write;
 
 pub use device::{Device, LONGEST_ANSWER, LONGEST_INSTRUCTION, Step};
-pub use fifo::Fifo;
+pub use fifo::{Fifo, Place};
 pub use settings::Settings;
 pub use state::{Counters, State};
 pub use table::{FIRMWARE, render};

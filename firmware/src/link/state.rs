@@ -1,6 +1,6 @@
 //! All that the link shows: the board's tasks fill it in, [`super::render`] makes registers of it.
 
-use super::{Fifo, Settings, Upload};
+use super::{Fifo, Place, Settings, Upload};
 use crate::control_table::{Item, Reason};
 use crate::drive::{Heading, Pilot};
 use crate::inertial::InertialSnapshot;
@@ -10,9 +10,9 @@ use crate::reset::ResetReport;
 use crate::totals::{Ledger, Totals};
 use crate::wheels::DriveState;
 
-/// The board as the link shows it. `RECORDS` is the size of its [`Fifo`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct State<const RECORDS: usize> {
+/// The board as the link shows it.
+#[derive(Debug, PartialEq)]
+pub struct State<'a> {
     /// Now: time since start, µs.
     pub time_us: u64,
     /// Length of the estimator's window, s.
@@ -22,7 +22,7 @@ pub struct State<const RECORDS: usize> {
     /// What happened since start, beyond the snapshot's own counts.
     pub counters: Counters,
     /// The samples.
-    pub fifo: Fifo<RECORDS>,
+    pub fifo: Fifo<'a>,
     /// What the host wants driven.
     pub pilot: Pilot,
     /// From the wheels, since start.
@@ -104,16 +104,16 @@ impl Counters {
     };
 }
 
-impl<const RECORDS: usize> State<RECORDS> {
-    /// Nothing measured, nothing stored.
+impl<'a> State<'a> {
+    /// Nothing measured, nothing stored. Samples go to `records`.
     #[must_use]
-    pub const fn new(sample_rate_hz: u16, window_s: u16) -> Self {
+    pub const fn new(sample_rate_hz: u16, window_s: u16, records: &'a mut [Place]) -> Self {
         Self {
             time_us: 0,
             window_s,
             snapshot: Snapshot::UNKNOWN,
             counters: Counters::NONE,
-            fifo: Fifo::new(),
+            fifo: Fifo::new(records),
             pilot: Pilot::new(),
             heading: Heading::START,
             inertial: InertialSnapshot::UNKNOWN,

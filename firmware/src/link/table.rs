@@ -21,7 +21,7 @@ const J_PER_WH: f32 = 3600.0;
 pub const FIRMWARE: u8 = 1;
 
 /// The bytes of the addresses from `address` on. Between registers, and beyond the table, they are 0.
-pub fn render<const RECORDS: usize>(state: &State<RECORDS>, address: u16, out: &mut [u8]) {
+pub fn render(state: &State<'_>, address: u16, out: &mut [u8]) {
     out.fill(0);
     show(state, &mut Window { address, out });
 }
@@ -116,7 +116,7 @@ impl Sink for Window<'_> {
 }
 
 /// What is not asked for is not computed, a group of registers at a time: nothing interrupts meanwhile.
-fn show<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
+fn show(state: &State<'_>, to: &mut impl Sink) {
     show_board(state, to);
     if to.wants(table::DEVICE_STATUS, table::PROFILE_ACCELERATION) {
         show_stock(state, to);
@@ -140,7 +140,7 @@ fn show<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
     }
 }
 
-fn show_board<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
+fn show_board(state: &State<'_>, to: &mut impl Sink) {
     let settings = &state.settings;
     let coefficients = settings.coefficients();
     to.value(table::MODEL_NUMBER, BOARD_MODEL);
@@ -162,7 +162,7 @@ fn show_board<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) 
 }
 
 /// What the ROS node reads, where the stock firmware has it.
-fn show_stock<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
+fn show_stock(state: &State<'_>, to: &mut impl Sink) {
     let State { pilot, panel, snapshot, .. } = state;
     let wheels = || snapshot.wheels.iter();
     let has_motors =
@@ -202,7 +202,7 @@ fn yaw_rate(snapshot: &Snapshot) -> f32 {
     (right - left) * (WHEEL_RADIUS_M / TRACK_M)
 }
 
-fn show_drive<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
+fn show_drive(state: &State<'_>, to: &mut impl Sink) {
     let State { pilot, reset, snapshot, .. } = state;
     let servos = &snapshot.servo_bus;
     to.value(table::RESET_CAUSE, reset.cause as u8);
@@ -243,7 +243,7 @@ fn show_battery(battery: &BatterySnapshot, to: &mut impl Sink) {
     to.value(table::BATTERY_LOAD, remaining.map(|left| left.load));
 }
 
-fn show_measurements<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
+fn show_measurements(state: &State<'_>, to: &mut impl Sink) {
     let rails = || state.snapshot.rails.iter();
     to.values(table::RAIL_POWER, rails().map(|rail| rail.power));
     to.values(table::RAIL_VOLTAGE, rails().map(|rail| rail.voltage));
@@ -261,7 +261,7 @@ fn show_measurements<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl
     to.values(table::WHEEL_POSITION, wheels().map(|wheel| wheel.position.unwrap_or(0)));
 }
 
-fn show_estimate<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
+fn show_estimate(state: &State<'_>, to: &mut impl Sink) {
     let estimate = &state.snapshot.estimate;
     let mass = estimate.mass.known();
     to.value(table::PAYLOAD_STATE, mass_code(&estimate.mass));
@@ -279,7 +279,7 @@ fn show_estimate<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sin
     to.value(table::LAST_CHANGE, estimate.changes.last_us.unwrap_or(0));
 }
 
-fn show_counters<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
+fn show_counters(state: &State<'_>, to: &mut impl Sink) {
     let (counters, servo_bus) = (&state.counters, &state.snapshot.servo_bus);
     to.value(table::SAMPLES, state.snapshot.samples);
     to.value(table::MISSED_DEADLINES, counters.missed_deadlines);
@@ -293,7 +293,7 @@ fn show_counters<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sin
     to.value(table::STORE_WRITES, counters.store_writes);
 }
 
-fn show_upload<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
+fn show_upload(state: &State<'_>, to: &mut impl Sink) {
     let upload = &state.upload;
     let (stored, _) = parts(Item::from_code(upload.item).map_or(&[][..], |item| state.settings.stored(item)));
     to.value(table::UPLOAD_ITEM, upload.item);
@@ -306,7 +306,7 @@ fn show_upload<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink)
     to.bytes(table::STORED_WINDOW, stored);
 }
 
-fn show_fifo<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
+fn show_fifo(state: &State<'_>, to: &mut impl Sink) {
     let fifo = &state.fifo;
     to.value(table::FIFO_ACKNOWLEDGE, fifo.acknowledged());
     to.value(table::FIFO_OLDEST, fifo.oldest());
@@ -316,7 +316,7 @@ fn show_fifo<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
     to.put(table::FIFO_WINDOW, Kind::U8, fifo.window());
 }
 
-fn show_store<const RECORDS: usize>(state: &State<RECORDS>, to: &mut impl Sink) {
+fn show_store(state: &State<'_>, to: &mut impl Sink) {
     let totals = state.totals();
     to.values(table::TOTAL_ENERGY, totals.energy_mj);
     to.value(table::TOTAL_DISTANCE, totals.distance_cm);

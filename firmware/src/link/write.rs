@@ -17,11 +17,7 @@ const FORGET: u8 = 2;
 /// Nothing was changed: [`Refusal::Length`] for no data or a part of a number; [`Refusal::Range`] beyond the table, for unknown commands
 /// and for acknowledging what is yet to come; [`Refusal::Access`] for registers that only the board changes, where there is no
 /// register, and for the upload while it is waiting to be written.
-pub fn write<const RECORDS: usize>(
-    state: &mut State<RECORDS>,
-    address: u16,
-    data: &[u8],
-) -> Result<(), Refusal> {
+pub fn write(state: &mut State<'_>, address: u16, data: &[u8]) -> Result<(), Refusal> {
     let request = Request::new(address, data)?;
     let command = request.value(UPLOAD_COMMAND).map(u8::from_le_bytes);
     let item = request.value(UPLOAD_ITEM).map(u8::from_le_bytes);
@@ -68,7 +64,7 @@ pub fn write<const RECORDS: usize>(
 }
 
 /// What the node writes. Each value counts that the request covers whole.
-fn write_drive<const RECORDS: usize>(state: &mut State<RECORDS>, request: &Request<'_>) {
+fn write_drive(state: &mut State<'_>, request: &Request<'_>) {
     let State { pilot, panel, time_us, .. } = state;
     if let Some([value]) = request.value(HEARTBEAT) {
         pilot.beat(value, *time_us);

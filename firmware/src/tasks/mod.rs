@@ -20,5 +20,5 @@ pub use measure::measure;
 pub use orient::orient;
 pub use sensor_bus::{BusCounters, CountedBus};
 pub use serve::{Buffers, Connection, serve};
-pub use shared::{FIFO_RECORDS, Reporter, Shared};
+pub use shared::{Records, Reporter, Shared};
 pub use watch::watch;

@@ -4,7 +4,7 @@ use embassy_futures::yield_now;
 use embassy_time::Instant;
 use embedded_io_async::{Read, Write};
 
-use super::shared::{FIFO_RECORDS, Reporter, Shared};
+use super::shared::{Reporter, Shared};
 use crate::link::{Device, LONGEST_ANSWER, State, Step};
 use crate::log::info;
 
@@ -77,7 +77,7 @@ async fn answer<L: Connection>(
     while !rest.is_empty() {
         let taken = device.feed(rest);
         rest = rest.get(taken..).unwrap_or(&[]);
-        let with = |work: &mut dyn FnMut(&mut State<FIFO_RECORDS>)| {
+        let with = |work: &mut dyn FnMut(&mut State<'_>)| {
             shared.with(|state| {
                 state.time_us = now();
                 work(state);
@@ -159,7 +159,7 @@ mod tests {
         let pings = ping.repeat(6);
         let headers = b"\xFF\xFF\xFD\x00\x01\xFF\xFF".repeat(9);
         for bytes in [&pings[..], &headers[..], &[0x55; 64]] {
-            let (reads, shared, mut buffers) = (Cell::new(0), Shared::new(), Buffers::new());
+            let (reads, shared, mut buffers) = (Cell::new(0), Shared::new(&mut []), Buffers::new());
             let mut serving = pin!(serve_by(
                 Flood { bytes, reads: &reads },
                 &mut buffers,

@@ -6,12 +6,12 @@ use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_time::Duration;
 
-use crate::link::State;
+use crate::link::{Place, State};
 use crate::parameters::{SAMPLE_RATE_HZ, SERVO_WATCHDOG, WINDOW_S};
 use crate::reset::ResetReport;
 
 /// Records that wait for the host: 5 s of them. They are most of the board's static memory.
-pub const FIFO_RECORDS: usize = 1000;
+pub type Records = [Place; 1000];
 
 /// On a board sampling interrupts whoever else uses the state: interrupts are masked meanwhile.
 #[cfg(target_os = "none")]
@@ -22,7 +22,7 @@ type Guard = embassy_sync::blocking_mutex::raw::NoopRawMutex;
 
 /// The state that the link shows.
 pub struct Shared {
-    state: Mutex<Guard, RefCell<State<FIFO_RECORDS>>>,
+    state: Mutex<Guard, RefCell<State<'static>>>,
     /// A sample is being taken: the buses are busy.
     is_sampling: AtomicBool,
     /// No sample may begin.
@@ -74,18 +74,12 @@ impl Reporter {
     }
 }
 
-impl Default for Shared {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Shared {
-    /// Nothing measured yet.
+    /// Nothing measured yet. Samples wait for the host in `records`.
     #[must_use]
-    pub const fn new() -> Self {
+    pub const fn new(records: &'static mut [Place]) -> Self {
         Self {
-            state: Mutex::new(RefCell::new(State::new(SAMPLE_RATE_HZ as u16, WINDOW_S as u16))),
+            state: Mutex::new(RefCell::new(State::new(SAMPLE_RATE_HZ as u16, WINDOW_S as u16, records))),
             is_sampling: AtomicBool::new(false),
             is_held: AtomicBool::new(false),
             has_stalled: AtomicBool::new(false),
@@ -136,7 +130,7 @@ impl Shared {
     }
 
     /// Uses the state. `work` cannot wait, must not come here again, and is what a sample may have to wait for: short.
-    pub(super) fn with<T>(&self, work: impl FnOnce(&mut State<FIFO_RECORDS>) -> T) -> T {
+    pub(super) fn with<T>(&self, work: impl FnOnce(&mut State<'static>) -> T) -> T {
         self.state.lock(|state| work(&mut state.borrow_mut()))
     }
 
@@ -183,7 +177,7 @@ mod tests {
         for reporter in Reporter::ALL {
             let limit_us = reporter.limit().as_micros();
             for reported_us in [1, u64::from(u32::MAX) - 1_000] {
-                let shared = Shared::new();
+                let shared = Shared::new(&mut []);
                 Reporter::ALL.into_iter().for_each(|other| shared.rest(other));
                 shared.note(reporter, reported_us as u32);
                 assert_eq!(shared.hung(reported_us + limit_us), None, "{reporter:?}");
@@ -197,7 +191,7 @@ mod tests {
     /// A task that never began to work is one that hangs.
     #[test]
     fn every_task_has_to_report_after_the_start() {
-        let shared = Shared::new();
+        let shared = Shared::new(&mut []);
         let silent = |shared: &Shared| shared.hung(3_000_000);
         for _ in Reporter::ALL {
             let reporter = silent(&shared).expect("one more that has not reported");

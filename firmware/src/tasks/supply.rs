@@ -21,7 +21,7 @@ impl Supply {
     ///
     /// Off with a low battery, and while something waits to be written to the flash on a board whose servos do not answer: without a
     /// supply they stand, which nobody could know otherwise. A board on USB alone takes its coefficients that way.
-    pub(super) fn is_wanted<const RECORDS: usize>(&mut self, state: &State<RECORDS>, now_us: u64) -> bool {
+    pub(super) fn is_wanted(&mut self, state: &State<'_>, now_us: u64) -> bool {
         let is_low = self.battery.look(state.battery_voltage(), now_us);
         let are_absent = state.snapshot.wheels.iter().all(|wheel| wheel.health == WheelHealth::Absent);
         if are_absent {
@@ -42,8 +42,8 @@ mod tests {
     use crate::items::Calibration;
     use crate::link::write;
 
-    fn waiting() -> State<4> {
-        let mut state = State::new(200, 25);
+    fn waiting() -> State<'static> {
+        let mut state = State::new(200, 25, &mut []);
         let image = Calibration { power_factors: [1.0, 1.1, 1.0, 1.0] }.encode();
         write(&mut state, UPLOAD_WINDOW.address, &image).unwrap();
         write(&mut state, UPLOAD_LENGTH.address, &(image.len() as u16).to_le_bytes()).unwrap();

@@ -170,7 +170,7 @@ fn bad_lines_lose_no_sample() {
 /// A board that remembers 12 samples: a lost answer, noticed after 50 ms, costs some.
 #[test]
 fn lost_samples_are_counted() {
-    let small = TestBoard::<12>::with_memory();
+    let small = TestBoard::with_memory(12);
     let (recording, text, _) = recorded(BadLine::new(small, Fault::LostAnswer(40)), &seconds(20));
     let recording = recording.unwrap();
     assert!(recording.lost > 0);

@@ -97,7 +97,7 @@ impl ErrorType for SensorBus {
 }
 
 impl embedded_hal_async::i2c::I2c for SensorBus {
-    /// Writes, each followed by a read, as [`transfer::transfer`] makes them.
+    /// Writes, each followed by a read.
     async fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), Error> {
         self.prepare().await?;
         let result = with_timeout(TIMEOUT, transfer::transfer(address, operations)).await;

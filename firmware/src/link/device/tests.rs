@@ -13,14 +13,14 @@ use crate::record::Record;
 /// A host: sends one packet, and takes every answer apart.
 struct Host {
     device: Device,
-    state: State<20>,
+    state: State<'static>,
 }
 
 type Answer = Result<Vec<u8>, u8>;
 
 impl Host {
     fn new() -> Self {
-        Self { device: Device::new(), state: State::new(200, 25) }
+        Self { device: Device::new(), state: State::new(200, 25, Box::leak(Box::new([[0; _]; 20]))) }
     }
 
     fn receive(&mut self, mut bytes: &[u8]) -> Vec<Answer> {

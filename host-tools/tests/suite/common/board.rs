@@ -28,8 +28,9 @@ pub(crate) const WRITING: Duration = Duration::from_millis(700);
 
 /// The firmware's link and store, with samples that are made up. Its time passes while somebody waits for it, and a little
 /// with every packet.
-pub(crate) struct TestBoard<const RECORDS: usize = MEMORY> {
-    pub(crate) state: State<RECORDS>,
+pub(crate) struct TestBoard {
+    pub(crate) state: State<'static>,
+    memory: usize,
     pub(crate) flash: StoreImage,
     device: Device,
     outbox: VecDeque<u8>,
@@ -96,17 +97,21 @@ fn coefficients_with(model_std: f32) -> Vec<u8> {
         .to_vec()
 }
 
-impl TestBoard {
-    pub(crate) fn new() -> Self {
-        Self::with_memory()
-    }
+/// Switched on just now.
+fn fresh(memory: usize) -> State<'static> {
+    State::new(RATE_HZ as u16, 25, vec![[0; _]; memory].leak())
 }
 
-impl<const RECORDS: usize> TestBoard<RECORDS> {
-    /// One that has run for 0.4 s before anybody asks.
-    pub(crate) fn with_memory() -> Self {
+impl TestBoard {
+    pub(crate) fn new() -> Self {
+        Self::with_memory(MEMORY)
+    }
+
+    /// One that has run for 0.4 s before anybody asks, and remembers so many samples.
+    pub(crate) fn with_memory(memory: usize) -> Self {
         let mut board = Self {
-            state: State::new(RATE_HZ as u16, 25),
+            state: fresh(memory),
+            memory,
             flash: StoreImage::erased(),
             device: Device::new(),
             outbox: VecDeque::new(),
@@ -146,7 +151,7 @@ impl<const RECORDS: usize> TestBoard<RECORDS> {
         if self.restart_at.is_some_and(|restart| self.now >= restart) {
             self.restart_at = None;
             self.started = self.now;
-            self.state = State::new(RATE_HZ as u16, 25);
+            self.state = fresh(self.memory);
             self.load();
         }
         let uptime = self.now - self.started;
@@ -185,7 +190,7 @@ impl<const RECORDS: usize> TestBoard<RECORDS> {
     }
 }
 
-impl<const RECORDS: usize> Transport for TestBoard<RECORDS> {
+impl Transport for TestBoard {
     fn send(&mut self, bytes: &[u8]) -> Result<()> {
         self.advance(Duration::from_micros(500));
         self.check_cable()?;
