@@ -271,6 +271,10 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
             let mass = self.method.estimate_of(total, self.buckets.latest_parts(count), excess);
             self.learn(mass);
         }
+        if changed.is_some() {
+            // What came since the change was weighed by what it leaves at the mass before.
+            self.since_known = self.method.weighs_by_mass().then_some(0);
+        }
         self.ahead = None;
         self.bucket = M::Sums::default();
         changed
