@@ -113,6 +113,14 @@ impl Columnar {
         }
     }
 
+    /// What was looked for in a bag and not found, and how robot.toml may name it.
+    pub(super) fn lacks(&self) -> Option<&str> {
+        match &self.from {
+            From::Rows(Rows::Spool(spool)) => spool.lacks(),
+            _ => None,
+        }
+    }
+
     pub(super) fn path(&self) -> &Path {
         &self.path
     }

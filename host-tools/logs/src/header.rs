@@ -78,6 +78,14 @@ impl Header {
 }
 
 impl From {
+    /// What was looked for in a bag and not found, and how robot.toml may name it.
+    pub(super) fn lacks(&self) -> Option<&str> {
+        match self {
+            Self::Text(_) => None,
+            Self::Columns(columnar) => columnar.lacks(),
+        }
+    }
+
     pub(super) fn path(&self) -> &Path {
         match self {
             Self::Text(source) => source.path(),

@@ -133,7 +133,10 @@ impl LogReader {
                     present[slot] = true;
                 }
                 None if request.required => {
-                    let message = missing(&request.name, &columns);
+                    let mut message = missing(&request.name, &columns);
+                    if let Some(lacks) = from.lacks() {
+                        message = format!("{message}; it {lacks}");
+                    }
                     return Err(Error::failed(message).in_file(from.path()).at_line(1));
                 }
                 None => {}

@@ -96,7 +96,7 @@ fn from_log_to_estimate() {
         found["windows"].as_array().unwrap().iter().filter_map(|window| window["mass_kg"].as_f64()).collect();
     assert!(windows.len() > 20, "{found}");
     assert!(windows.iter().all(|mass| (mass - 3.5).abs() < 0.1), "{windows:?}");
-    let said = bench.done(&["fit", "--robot", "robot.toml", "empty.csv", "full.csv"]).stdout;
+    let said = bench.done(&["fit", "--robot", "robot.toml", "--verbose", "empty.csv", "full.csv"]).stdout;
     assert!(said.contains("true slip by the gyro: 0."), "{said}");
 }
 

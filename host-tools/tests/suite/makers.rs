@@ -90,7 +90,8 @@ fn robot(bench: &Bench, log: &str, topics: &str) -> String {
 }
 
 fn parameters(bench: &Bench, robot: &str, log: &str) -> (Vec<f64>, String) {
-    let ran = bench.gmr(&["fit", "--robot", robot, "--out", &format!("{log}.toml"), "--json", log]);
+    let ran =
+        bench.gmr(&["fit", "--robot", robot, "--out", &format!("{log}.toml"), "--json", "--verbose", log]);
     assert_eq!(ran.code, Some(0), "{log}: {}", ran.stderr);
     let report: Value = serde_json::from_str(&ran.stdout).unwrap();
     assert_eq!(report["rows"], 601, "{log}");
@@ -128,7 +129,7 @@ fn every_makers_log_is_looked_at_and_inspected() {
         bench.put(log, std::fs::read(data(log)).unwrap());
         let found = energy(bench.done(&["look", "--json", log]).stdout);
         assert!((found - expected).abs() < 1e-6 * expected, "{log}: {found} {expected}");
-        let inspected = bench.gmr(&["inspect", "--robot", &robot(&bench, log, topics), log]);
+        let inspected = bench.gmr(&["inspect", "--verbose", "--robot", &robot(&bench, log, topics), log]);
         assert!(inspected.code.is_some_and(|code| code < 2), "{log}: {}", inspected.stderr);
         assert!(
             inspected.stderr.contains("601 rows on the clock"),
@@ -276,7 +277,7 @@ fn cut_logs_are_refused_and_read_on_request() {
         let bytes = std::fs::read(data(log)).unwrap();
         bench.put(log, &bytes[..bytes.len() * 6 / 10]);
         let robot = robot(&bench, log, topics);
-        let refused = bench.gmr(&["convert", "--robot", &robot, log, "--out", "out.csv"]);
+        let refused = bench.gmr(&["convert", "--robot", &robot, log, "--out", "out.csv", "--force"]);
         assert_eq!(refused.code, Some(1), "{log}: {}", refused.stderr);
         assert!(refused.stderr.contains("--allow-truncated reads"), "{log}: {}", refused.stderr);
         assert_eq!(refused.stderr.lines().count(), 1, "{log}: {}", refused.stderr);

@@ -173,7 +173,7 @@ fn a_power_that_no_robot_draws_is_left_out() {
     let bench = bench();
     let good = bench.text("log.csv");
     for (power, said) in
-        [("-5000", "power below 0 W without regeneration"), ("1e9", "power that no robot draws")]
+        [("-5000", "power below 0 W without regeneration"), ("1e8", "power that no robot draws")]
     {
         let wrong = good.lines().enumerate().map(|(place, line)| {
             let mut fields: Vec<&str> = line.split(',').collect();

@@ -54,7 +54,9 @@ fn completions_and_pages_know_every_command() {
         assert!(page.contains(".TH gmr-"), "{command}");
     }
     assert!(bench.done(&["man"]).stdout.contains(".TH gmr"));
-    assert_eq!(bench.gmr(&["man", "--out", "nowhere"]).code, Some(1));
+    bench.done(&["man", "--out", "new/pages"]);
+    assert!(bench.text("new/pages/gmr-fit.1").contains(".TH gmr-fit"));
+    assert_eq!(bench.gmr(&["man", "--out", "gmr-fit.1/pages"]).code, Some(1));
 }
 
 /// Every help ends with a line that can be typed; none has colours where nobody can see them.

@@ -223,8 +223,9 @@ fn no_power_is_refused_and_a_wrong_remedy_is_named() {
         refused.stderr
     );
     assert!(!bench.path("c.toml").exists());
-    let warned = bench.done(&["fit", "--power-unit", "kW", "log.csv"]);
-    assert!(warned.stderr.contains("power_w looks like mW"), "{}", warned.stderr);
+    let refused = bench.gmr(&["fit", "--power-unit", "kW", "log.csv"]);
+    assert_eq!(refused.code, Some(1), "{}", refused.stderr);
+    assert!(refused.stderr.contains("power_w looks like mW"), "{}", refused.stderr);
     let refused = bench.gmr(&["inspect", "--flip-wheel", "3", "log.csv"]);
     assert_eq!(refused.code, Some(2), "{}", refused.stderr);
 }

@@ -123,7 +123,9 @@ pub(super) fn of_bag(
         );
     }
     if !chosen.lacking.is_empty() {
-        said.push(format!("has no {}", chosen.lacking.join(", no ")));
+        let lacks = format!("has no {}", chosen.lacking.join(", no "));
+        said.push(lacks.clone());
+        writer.lacks = Some(lacks);
     }
     Ok(said)
 }

@@ -28,6 +28,7 @@ struct Rows {
     is_text: Vec<bool>,
     texts: Vec<String>,
     rows: u64,
+    lacks: Option<String>,
     file: Mutex<File>,
 }
 
@@ -35,6 +36,11 @@ impl Spool {
     /// The columns' names.
     pub(crate) fn names(&self) -> &[String] {
         &self.0.names
+    }
+
+    /// What was looked for in the log and not found, and how robot.toml may name it.
+    pub(crate) fn lacks(&self) -> Option<&str> {
+        self.0.lacks.as_deref()
     }
 
     /// How many rows there are.
@@ -87,6 +93,8 @@ pub(super) struct Writer {
     texts: Vec<String>,
     places: HashMap<String, u64>,
     rows: u64,
+    /// What was looked for in the log and not found, and how robot.toml may name it.
+    pub(super) lacks: Option<String>,
 }
 
 impl Writer {
@@ -102,6 +110,7 @@ impl Writer {
             texts: Vec::new(),
             places: HashMap::new(),
             rows: 0,
+            lacks: None,
         })
     }
 
@@ -110,9 +119,9 @@ impl Writer {
     /// # Errors
     /// The disk is full.
     pub(super) fn finish(self) -> support::error::Result<Spool> {
-        let Self { to, names, is_text, texts, rows, .. } = self;
+        let Self { to, names, is_text, texts, rows, lacks, .. } = self;
         let file = to.into_inner().map_err(|error| failed(error.error()))?;
-        Ok(Spool(Arc::new(Rows { names, is_text, texts, rows, file: Mutex::new(file) })))
+        Ok(Spool(Arc::new(Rows { names, is_text, texts, rows, lacks, file: Mutex::new(file) })))
     }
 
     fn bits(&mut self, column: usize, cell: &Cell) -> u64 {
