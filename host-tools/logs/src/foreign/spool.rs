@@ -53,7 +53,7 @@ impl Spool {
     /// # Errors
     /// What the operating system refuses.
     pub(crate) fn read(&self, first: u64, batch: &mut [Values]) -> io::Result<usize> {
-        let Rows { names, is_text, texts, rows, file } = &*self.0;
+        let Rows { names, is_text, texts, rows, file, .. } = &*self.0;
         let count = (rows - first).min(BATCH as u64) as usize;
         let width = CELL * names.len();
         let mut bytes = vec![0; count * width];
