@@ -2,12 +2,11 @@
 
 use std::path::PathBuf;
 
-use logs::robot::{FOUND, Robot};
-use logs::with_wheels;
-use report::{Binned, Page, check_extension};
+use logs::robot::FOUND;
+use report::check_extension;
 use serde::Serialize;
 use study::baselines;
-use study::compare::{self, Comparison, Entry, LeftOut, MassSource, Settings, Split, compare};
+use study::compare::{self, Entry, LeftOut, Settings, Split, compare};
 use support::context::Context;
 use support::error::{Error, Result};
 use support::output::check_apart;
@@ -85,9 +84,6 @@ struct Report<'a> {
     left_out: &'a [LeftOut],
 }
 
-/// Bins of the figure over the range of the measured power.
-const BINS: f64 = 30.0;
-
 pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     let (context, robot) =
         &arguments.units.robot(context, &arguments.robot, arguments.train.iter().chain(&arguments.test))?;
@@ -105,16 +101,6 @@ pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
         entrance::check_masses(context, robot, &train)?;
     }
     arguments.overwrite.check(&arguments.plot, Form::Drawing)?;
-    with_wheels!(robot, run_with(context, robot, arguments, train, test))
-}
-
-fn run_with<const N: usize>(
-    context: &Context,
-    robot: &Robot,
-    arguments: &Arguments,
-    train: Vec<PathBuf>,
-    test: Vec<PathBuf>,
-) -> Result<()> {
     let mass_kg = arguments.mass.unwrap_or(robot.mass_no_load_kg());
     if !(mass_kg > 0.0 && mass_kg.is_finite()) {
         return Err(Error::usage(format!("--mass {mass_kg}: expected a mass above 0 kg")));
@@ -130,9 +116,9 @@ fn run_with<const N: usize>(
         Split::Files { train, test }
     };
     let settings = Settings { mass_kg, window_s: arguments.window, models: chosen(arguments)? };
-    let comparison = compare::<N>(context, robot, &split, &settings)?;
+    let comparison = compare(context, robot, &split, &settings)?;
     if let Some(plot) = &arguments.plot {
-        draw(&comparison, arguments.models.is_empty())?.save(plot)?;
+        comparison.figure(arguments.models.is_empty()).save(plot)?;
     }
     if arguments.json {
         return support::output::print_json(&Report {
@@ -165,43 +151,4 @@ fn chosen(arguments: &Arguments) -> Result<Vec<&'static str>> {
         })
     };
     arguments.models.iter().map(known).collect()
-}
-
-/// Most curves that a figure takes: as many as there are colours that everybody tells apart.
-const MOST_CURVES: usize = 7;
-
-/// The figure; where nobody chose the models, of the best and ours only.
-fn draw(comparison: &Comparison, choose: bool) -> Result<Page> {
-    let highest = comparison.pairs.iter().flatten().map(|(measured, _)| *measured).fold(0.0, f64::max);
-    let mut drawn: Vec<usize> = (0..comparison.entries.len())
-        .filter(|&index| {
-            let entry = &comparison.entries[index];
-            entry.mass == MassSource::Estimated || !entry.name.contains("mass given")
-        })
-        .collect();
-    let all = drawn.len();
-    let mut title = "Predicted against measured power".to_owned();
-    if choose && all > MOST_CURVES {
-        // The default model first, whatever its place.
-        let place = |&index: &usize| (index > 0, comparison.entries[index].rmse_w);
-        drawn.sort_by(|a, b| {
-            let ((late, error), (other_late, other_error)) = (place(a), place(b));
-            late.cmp(&other_late).then(error.total_cmp(&other_error))
-        });
-        drawn.truncate(MOST_CURVES);
-        title = format!("{title}: the best {MOST_CURVES} of {all} models");
-    }
-    let mut figure = Binned::new(title, nice(highest / BINS));
-    for index in drawn {
-        for (measured, predicted) in &comparison.pairs[index] {
-            figure.add(&comparison.entries[index].name, *measured, *predicted);
-        }
-    }
-    Ok(Page::new([figure.into()]))
-}
-
-/// The next of 1, 2, 5 times a power of ten.
-fn nice(width: f64) -> f64 {
-    let decade = 10_f64.powf(width.max(1e-6).log10().floor());
-    [1.0, 2.0, 5.0, 10.0].into_iter().map(|step| step * decade).find(|step| *step >= width).unwrap_or(width)
 }

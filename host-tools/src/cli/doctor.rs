@@ -6,8 +6,7 @@ use serde::Serialize;
 
 use board::serial::ports;
 use logs::robot::{Robot, nearest};
-use logs::with_wheels;
-use model::coefficients::CoefficientsFile;
+use model::coefficients;
 use support::context::Context;
 use support::error::Result;
 use support::output;
@@ -145,11 +144,7 @@ fn look(context: &Context) -> Report {
 /// Whether the coefficients of this folder can be used with this robot; `None` where there are none.
 fn fitted(robot: &Robot) -> Option<Result<()>> {
     let file = Path::new(COEFFICIENTS);
-    file.exists().then(|| with_wheels!(robot, read(file, robot)))
-}
-
-fn read<const N: usize>(file: &Path, robot: &Robot) -> Result<()> {
-    CoefficientsFile::<N>::read_with_gyro(file, robot).map(drop)
+    file.exists().then(|| coefficients::check(file, robot))
 }
 
 /// Logs in the working directory, by the ends of their names.

@@ -2,30 +2,27 @@
 
 use std::path::PathBuf;
 
-use answers::estimate::board::{self, BoardReport, BoardTrack, Delay};
-use answers::estimate::plot::Track;
+use answers::estimate::board::{BoardReport, Delay};
 use answers::estimate::{
-    Change, GroundAt, Instant, Payloads, Policy, PolicyKind, Recorded, Replay, Told, WindowMass,
-    replay_adapting, replay_at,
+    Answer, Change, GroundAt, MassError, Payloads, Policy, PolicyKind, Recorded, Replay, Request, Told,
+    WindowMass, estimate,
 };
 use clap::ValueEnum;
+use gap::words::quantity;
 use logs::checks::check_mass;
 use logs::robot::{FOUND, Robot};
-use logs::with_wheels;
-use model::coefficients::{CoefficientsFile, Taking};
 use report::check_extension;
 use serde::Serialize;
 use support::context::Context;
 use support::error::{Error, Result};
+use support::figure::figure;
 use support::metrics::Quality;
-use support::output::{check_apart, write_whole};
-use support::own::{Form, POWER};
+use support::output::check_apart;
+use support::own::Form;
 
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
 use super::weighed::Log;
-use gap::words::quantity;
-use support::figure::figure;
 
 /// Arguments of `gmr estimate`.
 #[derive(clap::Args)]
@@ -119,45 +116,7 @@ struct Report<'a> {
     /// The estimates that the board made of the same samples, where the log holds them.
     board: Option<BoardReport>,
     /// Changes of the true mass, where the truth is given.
-    true_changes: Vec<Delay>,
-}
-
-/// What there is beside the replay.
-struct Beside {
-    board: Option<BoardReport>,
-    true_changes: Vec<Delay>,
-}
-
-/// Errors of the windows whose true mass the log tells.
-#[derive(Debug, Clone, Copy, Serialize)]
-struct MassError {
-    windows: usize,
-    mean_percent: f64,
-    worst_percent: f64,
-    interval_contains_truth: f64,
-}
-
-impl MassError {
-    fn of(windows: &[WindowMass]) -> Option<Self> {
-        let known: Vec<(f64, bool)> = windows
-            .iter()
-            .filter_map(|window| {
-                let (mass, truth) = (window.mass_kg?, window.truth_kg?);
-                let inside = window.low_kg? <= truth + 1e-9 && truth - 1e-9 <= window.high_kg?;
-                Some((100.0 * (mass / truth - 1.0).abs(), inside))
-            })
-            .collect();
-        if known.is_empty() {
-            return None;
-        }
-        let count = known.len() as f64;
-        Some(Self {
-            windows: known.len(),
-            mean_percent: known.iter().map(|(error, _)| error).sum::<f64>() / count,
-            worst_percent: known.iter().map(|(error, _)| *error).fold(0.0, f64::max),
-            interval_contains_truth: known.iter().filter(|(_, inside)| *inside).count() as f64 / count,
-        })
-    }
+    true_changes: &'a [Delay],
 }
 
 pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
@@ -173,85 +132,28 @@ pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     )?;
     arguments.overwrite.check(&arguments.plot, Form::Drawing)?;
     arguments.overwrite.check(&arguments.power, Form::Power)?;
-    with_wheels!(robot, run_with(context, robot, arguments))
-}
-
-fn run_with<const N: usize>(context: &Context, robot: &Robot, arguments: &Arguments) -> Result<()> {
-    let taking = Taking { true_slip: true, not_usable: arguments.overwrite.force.then_some(context) };
-    let coefficients = CoefficientsFile::<N>::read_taking(&arguments.coeffs, robot, taking)?.coefficients;
-    let payloads = arguments.payload.unwrap_or(Payloads::default_for(&coefficients.model));
     let policy = policy(arguments)?;
-    let mut track = Track::default();
-    let mut board =
-        BoardTrack::open(context, &arguments.run.path, arguments.truth.as_deref(), robot.mape_floor_w())?;
-    let mut broken = None;
     if let Some(mass) = arguments.mass {
         check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
     }
-    let mut replay_to = |write: &mut dyn FnMut(&Instant) -> Result<()>| {
-        let watch = |instant: &Instant| {
-            let done = board.add(instant).and_then(|instant| {
-                track.add(&instant);
-                write(&instant)
-            });
-            if let Err(error) = done {
-                broken.get_or_insert(error);
-            }
-        };
-        let recorded = Recorded { file: &arguments.run.path, mass_kg: arguments.mass };
-        if arguments.adapt {
-            let replay = replay_adapting(context, robot, &coefficients, &recorded, &policy, watch);
-            return replay.map_err(|error| {
-                if error.file().is_none() { error.in_file(&arguments.coeffs) } else { error }
-            });
-        }
-        replay_at(context, robot, &coefficients, &recorded, payloads, &policy, watch)
+    let request = Request {
+        robot,
+        recorded: Recorded { file: &arguments.run.path, mass_kg: arguments.mass },
+        coeffs: &arguments.coeffs,
+        force: arguments.overwrite.force,
+        payloads: arguments.payload,
+        policy,
+        adapt: arguments.adapt,
+        truth: arguments.truth.as_deref(),
+        power: arguments.power.as_deref(),
+        plot: arguments.plot.as_deref(),
     };
-    let replay = match &arguments.power {
-        None => replay_to(&mut |_| Ok(())),
-        Some(file) => write_whole(file, |out| {
-            let failed = |error: std::io::Error| Error::io(file, &error);
-            out.write_all(POWER.as_bytes()).map_err(failed)?;
-            replay_to(&mut |instant| out.write_all(power_line(instant).as_bytes()).map_err(failed))
-        }),
-    }?;
-    if let Some(error) = broken {
-        return Err(error);
-    }
-    let true_changes = match &arguments.truth {
-        Some(truth) => board::delays(
-            context,
-            truth,
-            replay.start_s,
-            replay.start_s + replay.duration_s,
-            &replay.changes,
-        )?,
-        None => Vec::new(),
-    };
-    let beside = Beside { board: board.report(), true_changes };
-    if let Some(plot) = &arguments.plot {
-        track.page(&answer(robot, &replay)).save(plot)?;
-    }
-    if replay.exclusions.total() > 0 {
-        context.notice(format_args!("{}: {}", arguments.run.path.display(), replay.exclusions));
-    }
+    let answer = estimate(context, &request)?;
     if arguments.json {
-        print_json(robot, &replay, beside)
-    } else {
-        print_text(robot, &replay, &beside, arguments.units.verbose)
+        return print_json(robot, &answer);
     }
-}
-
-/// A row of [`POWER`]; empty where a figure is not known.
-fn power_line(instant: &Instant) -> String {
-    let (low, high) = instant.interval_kg.unzip();
-    let fields = [Some(instant.measured_w), instant.predicted_w, instant.told_w, instant.mass_kg, low, high];
-    let mut line = instant.time_s.to_string();
-    for field in fields {
-        line.push(',');
-        line += &field.map_or_else(String::new, |number| number.to_string());
-    }
-    line + "\n"
+    print_text(robot, &answer, arguments.units.verbose);
+    Ok(())
 }
 
 fn policy(arguments: &Arguments) -> Result<Policy> {
@@ -271,7 +173,8 @@ fn policy(arguments: &Arguments) -> Result<Policy> {
     Ok(Policy { window_s: arguments.window, kind, changes_s: arguments.changes.clone(), detect })
 }
 
-fn print_json(robot: &Robot, replay: &Replay, beside: Beside) -> Result<()> {
+fn print_json(robot: &Robot, answer: &Answer) -> Result<()> {
+    let replay = &answer.replay;
     let quality = replay.quality;
     support::output::print_json(&Report {
         r2: quality.and_then(|q| q.r2),
@@ -287,49 +190,15 @@ fn print_json(robot: &Robot, replay: &Replay, beside: Beside) -> Result<()> {
         changes: &replay.changes,
         ground: &replay.ground,
         windows: &replay.windows,
-        mass_error: MassError::of(&replay.windows),
-        board: beside.board,
-        true_changes: beside.true_changes,
+        mass_error: answer.mass_error,
+        board: answer.board,
+        true_changes: &answer.true_changes,
     })
 }
 
-/// The payload now, and since when it is the same.
-pub(super) fn answer(robot: &Robot, replay: &Replay) -> String {
-    let since = match replay.changes.last() {
-        Some(change) => format!("changed at {:.0} s", change.time_s),
-        None => format!("no change in {:.0} s", replay.duration_s),
-    };
-    let known = |window: &&WindowMass| window.mass_kg.is_some();
-    let Some(window) = replay.windows.iter().rev().find(known) else {
-        let why = replay.windows.last().and_then(|window| window.unknown);
-        let why = why.unwrap_or("the log is shorter than the window (--window)");
-        return format!("Payload unknown: {why}");
-    };
-    let empty = robot.mass_no_load_kg();
-    let (total, low, high) = match (window.mass_kg, window.low_kg, window.high_kg) {
-        (Some(total), Some(low), Some(high)) => (total, low, high),
-        (total, ..) => {
-            return format!("Payload about {} kg, {since}", figure(total.unwrap_or(empty) - empty));
-        }
-    };
-    let beyond = match window.range {
-        Some("below") => " or less: lighter than the robot without payload",
-        Some("above") => " or more: heavier than the robot with its full payload",
-        _ => "",
-    };
-    // As many digits as the interval has.
-    let digits = (1.0 - (high - low).max(1e-3).log10().floor()).clamp(0.0, 3.0) as usize;
-    let payload = |mass: f64| format!("{:.digits$}", (mass - empty).max(0.0));
-    format!(
-        "Payload {} kg{beyond} ({} to {}, 95 %); total {total:.digits$} kg, {since}",
-        payload(total),
-        payload(low),
-        payload(high)
-    )
-}
-
-fn print_text(robot: &Robot, replay: &Replay, beside: &Beside, verbose: bool) -> Result<()> {
-    println!("{}", answer(robot, replay));
+fn print_text(robot: &Robot, answer: &Answer, verbose: bool) {
+    let Answer { replay, headline, .. } = answer;
+    println!("{headline}");
     println!("energy: {:.1} J, of actuation {:.1} J by the model", replay.energy_j, replay.predicted_j);
     if let Some(told) = &replay.told {
         print_told(told);
@@ -353,7 +222,7 @@ fn print_text(robot: &Robot, replay: &Replay, beside: &Beside, verbose: bool) ->
             );
         }
     }
-    if let Some(error) = MassError::of(&replay.windows) {
+    if let Some(error) = answer.mass_error {
         println!(
             "against the logged mass, {} windows: mean error {:.1} %, worst {:.1} %, interval contains it in {:.0} %",
             error.windows,
@@ -362,11 +231,10 @@ fn print_text(robot: &Robot, replay: &Replay, beside: &Beside, verbose: bool) ->
             100.0 * error.interval_contains_truth
         );
     }
-    print_beside(beside);
+    print_beside(answer);
     if verbose {
         print_details(robot, replay);
     }
-    Ok(())
 }
 
 /// How well the power is predicted, and the mass window by window.
@@ -424,7 +292,7 @@ fn print_told(told: &Told) {
     );
 }
 
-fn print_beside(beside: &Beside) {
+fn print_beside(beside: &Answer) {
     if let Some(board) = &beside.board {
         print!("the board's own estimates: ");
         match board.quality {

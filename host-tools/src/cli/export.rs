@@ -2,13 +2,10 @@
 
 use std::path::PathBuf;
 
-use answers::export::joints::{self, Language};
-use answers::export::{cruise_m_s, rmf, vda5050};
+use answers::export::{Answer, Request, Target, allowed, cruise_m_s, export};
 use logs::robot::{FOUND, Robot};
-use logs::with_wheels;
-use model::coefficients::{CoefficientsFile, Taking};
 use support::context::Context;
-use support::error::{Error, Result};
+use support::error::Result;
 use support::output;
 use support::own::Form;
 
@@ -53,65 +50,25 @@ pub(crate) struct Arguments {
     overwrite: OverwriteArgument,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum Target {
-    /// Open-RMF: mass, friction, inertia, ambient and tool power, as YAML
-    Rmf,
-    /// VDA 5050: battery and load fields of a state
-    Vda5050,
-    /// Gazebo: friction and damping of a wheel's joint
-    Sdf,
-    /// MuJoCo: friction, damping and armature of a wheel's joint
-    Mjcf,
-}
-
 pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     let robot = Robot::load(context, &arguments.robot)?;
-    with_wheels!(robot, run_with(context, &robot, arguments))
-}
-
-fn run_with<const N: usize>(context: &Context, robot: &Robot, arguments: &Arguments) -> Result<()> {
     let inputs = [&arguments.robot, &arguments.coeffs].map(PathBuf::as_path);
     output::check_apart(arguments.out.as_deref(), inputs)?;
     arguments.overwrite.check(&arguments.out, Form::Exported)?;
-    let allowed = |name: &str, value: f64, least: f64, most: f64| {
-        if value >= least && value <= most {
-            return Ok(value);
-        }
-        Err(Error::usage(format!("--{name} {value}; expected {least} to {most}")))
-    };
-    let mass = allowed("mass", arguments.mass.unwrap_or(robot.mass_no_load_kg()), 1e-6, 1e6)?;
-    let speed = allowed("speed", arguments.speed.unwrap_or_else(|| cruise_m_s(robot)), 1e-3, 100.0)?;
+    let mass_kg = allowed("mass", arguments.mass.unwrap_or(robot.mass_no_load_kg()), 1e-6, 1e6)?;
+    let speed_m_s = allowed("speed", arguments.speed.unwrap_or_else(|| cruise_m_s(&robot)), 1e-3, 100.0)?;
     let given = arguments.static_power.map(|watts| allowed("static-power", watts, 0.0, 1e6)).transpose()?;
-    let static_w = given.or(robot.static_power_w());
-    let taking = Taking { not_usable: arguments.overwrite.force.then_some(context), ..Taking::default() };
-    let file = CoefficientsFile::<N>::read_taking(&arguments.coeffs, robot, taking)?;
-    let coefficients = &file.coefficients;
-    let (text, json) = match arguments.target {
-        Target::Rmf => {
-            let export = rmf::export(robot, coefficients, mass, speed, static_w)?;
-            (export.yaml(robot), pretty(&export))
-        }
-        Target::Sdf | Target::Mjcf => {
-            let export = joints::export(robot, coefficients, mass)?;
-            let language = if arguments.target == Target::Sdf { Language::Sdf } else { Language::Mjcf };
-            (export.text(language), pretty(&export))
-        }
-        Target::Vda5050 => {
-            let missing = |what: &str| Error::usage(format!("vda5050 needs {what}"));
-            let charge = arguments.charge.ok_or_else(|| missing("--charge, 0 to 1"))?;
-            let now = vda5050::Now {
-                charge: allowed("charge", charge, 0.0, 1.0)?,
-                mass_kg: mass,
-                static_w: static_w
-                    .ok_or_else(|| missing("--static-power W, or static_power_w in robot.toml"))?,
-                speed_m_s: speed,
-            };
-            let pack = robot.battery().ok_or_else(|| missing("[battery] in robot.toml"))?;
-            let state = pretty(&vda5050::state(robot, coefficients, pack, &now)?);
-            (state.clone(), state)
-        }
+    let request = Request {
+        target: arguments.target,
+        robot: &robot,
+        coeffs: &arguments.coeffs,
+        force: arguments.overwrite.force,
+        mass_kg,
+        speed_m_s,
+        static_w: given.or(robot.static_power_w()),
+        charge: arguments.charge,
     };
+    let Answer { text, json } = export(context, &request)?;
     match &arguments.out {
         Some(file) => output::write_content(file, text)?,
         None if !arguments.json => output::print(format_args!("{text}")),
@@ -121,9 +78,4 @@ fn run_with<const N: usize>(context: &Context, robot: &Robot, arguments: &Argume
         output::print(format_args!("{json}"));
     }
     Ok(())
-}
-
-fn pretty(value: &impl serde::Serialize) -> String {
-    // Numbers and strings only: there is nothing to refuse.
-    serde_json::to_string_pretty(value).unwrap_or_default() + "\n"
 }

@@ -2,11 +2,8 @@
 
 use std::path::PathBuf;
 
-use answers::export::rmf;
-use answers::predict::{self, Load, Plan, Question};
+use answers::predict::{Load, Question, Request, predict};
 use logs::robot::{FOUND, Robot};
-use logs::with_wheels;
-use model::coefficients::CoefficientsFile;
 use numerics::robust::NORMAL_95;
 use support::context::Context;
 use support::error::{Error, Result};
@@ -64,30 +61,14 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     let (context, robot) = &arguments.units.robot(context, &arguments.robot, [])?;
-    with_wheels!(robot, run_with(context, robot, arguments))
-}
-
-fn run_with<const N: usize>(context: &Context, robot: &Robot, arguments: &Arguments) -> Result<()> {
-    let load = load(robot, arguments)?;
-    let question = question(arguments)?;
-    let pack = match (&question, robot.battery()) {
-        (Some(_), None) => {
-            let message = format!(
-                "robot {} has no [battery]; expected capacity_ah and cells in its robot.toml",
-                robot.name()
-            );
-            return Err(Error::usage(message));
-        }
-        (_, pack) => pack,
+    let request = Request {
+        robot,
+        coeffs: &arguments.coeffs,
+        plan: &arguments.plan,
+        load: load(robot, arguments)?,
+        question: question(arguments)?,
     };
-    let file = CoefficientsFile::<N>::read(&arguments.coeffs, robot)?;
-    let plan = Plan::read(context, &arguments.plan)?;
-    let vehicle = rmf::vehicle(robot, &file.coefficients, load.mass_kg)?;
-    let report = predict::predict(context, robot, &file, &plan, &load, &vehicle);
-    let mut report = report.map_err(|error| error.in_file(&arguments.plan))?;
-    if let (Some(question), Some(pack)) = (&question, pack) {
-        report.battery = Some(predict::reach(&report.need(), pack, question)?);
-    }
+    let report = predict(context, &request)?;
     if arguments.json {
         return output::print_json(&report);
     }

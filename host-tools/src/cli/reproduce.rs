@@ -53,7 +53,7 @@ pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     let stopped = interrupt::catch();
     let study = {
         let progress = CountProgress::new(context, "seeds", settings.seeds);
-        reproduce(context, &settings, stopped, || progress.one_more())?
+        reproduce(context, &settings, stopped, &|| progress.one_more())?
     };
     output::save(&study, &arguments.out)?;
     if arguments.json {

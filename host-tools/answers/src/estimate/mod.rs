@@ -1,5 +1,6 @@
 //! Replays a log through model-core's estimator, as the board would run it.
 
+mod answer;
 pub mod board;
 mod outside;
 mod pipeline;
@@ -24,6 +25,7 @@ use support::error::{Error, Result};
 use support::metrics::{Metrics, Quality};
 use support::progress::FileProgress;
 
+pub use answer::{Answer, MassError, Request, estimate};
 use outside::Columns;
 pub use pipeline::GroundAt;
 use pipeline::{Adapting, BUCKETS};
@@ -201,7 +203,7 @@ pub fn replay<const N: usize>(
     file: &Path,
     payloads: Payloads,
     policy: &Policy,
-    watch: impl FnMut(&Instant),
+    watch: &mut dyn FnMut(&Instant),
 ) -> Result<Replay> {
     replay_at(context, robot, coefficients, &Recorded { file, mass_kg: None }, payloads, policy, watch)
 }
@@ -217,7 +219,7 @@ pub fn replay_at<const N: usize>(
     recorded: &Recorded<'_>,
     payloads: Payloads,
     policy: &Policy,
-    watch: impl FnMut(&Instant),
+    watch: &mut dyn FnMut(&Instant),
 ) -> Result<Replay> {
     let log = Log::open(context, robot, coefficients, recorded)?;
     let timing = log.timing(policy)?;
@@ -247,7 +249,7 @@ pub fn replay_adapting<const N: usize>(
     coefficients: &Coefficients<f64, N>,
     recorded: &Recorded<'_>,
     policy: &Policy,
-    watch: impl FnMut(&Instant),
+    watch: &mut dyn FnMut(&Instant),
 ) -> Result<Replay> {
     if !matches!(coefficients.model, Model::Signed { .. }) || !coefficients.columns.is_empty() {
         return Err(Error::failed(GROUND_NEEDS));
@@ -355,7 +357,7 @@ impl<'a, P: Pipeline<N>, const N: usize> Run<'a, P, N> {
         Ok(Self { log, pipeline, telling, policy, bucket_s, window_buckets })
     }
 
-    fn finish(mut self, context: &Context, robot: &Robot, mut watch: impl FnMut(&Instant)) -> Result<Replay> {
+    fn finish(mut self, context: &Context, robot: &Robot, watch: &mut dyn FnMut(&Instant)) -> Result<Replay> {
         let mut progress = FileProgress::new(context, &[self.log.file.to_owned()]);
         let mut metrics = Metrics::new(robot.mape_floor_w());
         let mut windows = Vec::new();

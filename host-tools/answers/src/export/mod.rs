@@ -1,6 +1,7 @@
 //! A fit in the words of other programs: Open-RMF's vehicle parameters, VDA 5050's battery and
 //! load, joints of Gazebo and MuJoCo; with what they cannot express said.
 
+mod answer;
 pub mod joints;
 pub mod rmf;
 pub mod vda5050;
@@ -11,6 +12,8 @@ use model_core::estimator::Conditioned;
 use model_core::model::Model;
 use model_core::motion::Motion;
 use support::error::{Error, Result};
+
+pub use self::answer::{Answer, Request, Target, allowed, export};
 
 /// Share of the robot's greatest speed that is taken for cruising by default, and that speed where
 /// robot.toml has none, m/s.

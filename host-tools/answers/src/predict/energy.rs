@@ -50,7 +50,7 @@ struct Tally {
 ///
 /// # Errors
 /// The plan cannot be read, or lasts too long; a filter that its samples cannot have.
-pub fn predict<const N: usize>(
+pub(super) fn predict<const N: usize>(
     context: &Context,
     robot: &Robot,
     file: &CoefficientsFile<N>,

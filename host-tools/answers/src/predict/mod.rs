@@ -7,6 +7,7 @@
 //! gradient. The interval holds the coefficients' covariance, the mass' uncertainty, and the
 //! residual that the fit left.
 
+mod answer;
 mod drive;
 mod energy;
 mod legs;
@@ -16,8 +17,8 @@ mod reach;
 mod report;
 pub mod rmf;
 
+pub use self::answer::{Request, predict};
 pub use self::report::{Limit, Report};
-pub use energy::predict;
 pub use load::Load;
 pub use plan::Plan;
 pub use reach::{Need, Question, Reach, reach};

@@ -14,6 +14,7 @@ mod usability;
 use std::path::{Path, PathBuf};
 
 use ::logs::robot::Robot;
+use ::logs::with_wheels;
 use model_core::coefficients::Coefficients;
 use model_core::conditioning::Conditioning;
 use model_core::effects::Columns;
@@ -40,6 +41,17 @@ use crate::effects::written::{self, Written, Wrong};
 /// What is said of coefficients whose ground cannot adapt.
 pub const GROUND_NEEDS: &str =
     "coefficients of eq18, or with effects, on ground that adapts; expected those of gmr fit --model signed";
+
+/// Whether the coefficients of a file can be used with a robot, with a gyro or without.
+///
+/// # Errors
+/// As [`CoefficientsFile::read_with_gyro`].
+pub fn check(file: &Path, robot: &Robot) -> Result<()> {
+    fn read<const N: usize>(file: &Path, robot: &Robot) -> Result<()> {
+        CoefficientsFile::<N>::read_with_gyro(file, robot).map(drop)
+    }
+    with_wheels!(robot, read(file, robot))
+}
 
 /// Coefficients with where they come from.
 #[derive(Debug, Clone)]
@@ -235,12 +247,18 @@ impl<const N: usize> CoefficientsFile<N> {
     /// # Errors
     /// What the operating system refuses; a covariance that is none.
     pub fn write(&self, file: &Path) -> Result<()> {
+        write_content(file, self.text(file)?)
+    }
+
+    /// As `file` would hold them.
+    ///
+    /// # Errors
+    /// A covariance that is none.
+    pub fn text(&self, file: &Path) -> Result<String> {
         let document = self.document(file).map_err(|wrong| {
             Error::of(InvalidCoefficients::Covariance(wrong)).in_file(file).in_column("covariance")
         })?;
-        let text =
-            toml::to_string(&document).map_err(|error| Error::failed(error.to_string()).in_file(file))?;
-        write_content(file, text)
+        toml::to_string(&document).map_err(|error| Error::failed(error.to_string()).in_file(file))
     }
 
     /// As `file` holds them.

@@ -4,6 +4,7 @@ use answers::estimate::{Payloads, Policy, PolicyKind, bucket_length, replay};
 use fit::dataset::Row;
 use fit::pgd;
 use logs::robot::Robot;
+use logs::with_wheels;
 use model::coefficients::ModelKind;
 use support::context::Context;
 use support::error::{Error, Result};
@@ -59,7 +60,11 @@ struct Judged<'a> {
 ///
 /// # Errors
 /// A log that cannot be read, data that determine no model, or no model that can be had for this robot and these logs.
-pub fn compare<const N: usize>(
+pub fn compare(context: &Context, robot: &Robot, split: &Split, settings: &Settings) -> Result<Comparison> {
+    with_wheels!(robot, compare_with(context, robot, split, settings))
+}
+
+fn compare_with<const N: usize>(
     context: &Context,
     robot: &Robot,
     split: &Split,
@@ -146,7 +151,7 @@ impl Comparison {
             };
             let payloads = Payloads::default_for(&fit.coefficients.model);
             for file in test {
-                replay(context, robot, &fit.coefficients, file, payloads, &policy, |instant| {
+                replay(context, robot, &fit.coefficients, file, payloads, &policy, &mut |instant| {
                     if let Some(predicted) = instant.predicted_w {
                         pairs.push((instant.measured_w, predicted));
                     }

@@ -9,6 +9,7 @@ mod cutoff;
 mod delay;
 mod entry;
 mod evaluate;
+mod figure;
 mod mass;
 mod own;
 mod persistence;

@@ -100,7 +100,7 @@ impl Fitted<'_> {
         let mut instants = Vec::with_capacity(log.rows.len());
         let payloads = Payloads::default_for(&self.coefficients.model);
         let replayed =
-            replay(self.context, self.robot, &self.coefficients, &log.file, payloads, policy, |now| {
+            replay(self.context, self.robot, &self.coefficients, &log.file, payloads, policy, &mut |now| {
                 instants.push(*now)
             })?;
         if instants.len() != log.rows.len() {

@@ -50,7 +50,7 @@ pub fn run(
     context: &Context,
     settings: &Settings,
     stopped: &AtomicBool,
-    done: impl Fn() + Sync,
+    done: &(dyn Fn() + Sync),
 ) -> Result<Study> {
     let robot = Robot::named("burger")?;
     let folder = temporary_folder()?;
