@@ -10,7 +10,7 @@ use firmware::wheels::WHEELS;
 use logs::robot::Robot;
 use model::coefficients::{CoefficientsFile, GROUND_NEEDS, Taking};
 use model::effects::written::id_of;
-use model_core::coefficients::Coefficients;
+use model_core::coefficients::{Coefficients, Image};
 use model_core::effects::Cause;
 use model_core::eq18::Gate;
 use model_core::model::Model;
@@ -433,6 +433,44 @@ pub fn coefficients_image(
         Error::failed(format!("no board would use them: {}{effects}", reason.text())).in_file(coefficients)
     })?;
     Ok(image.as_bytes().to_vec())
+}
+
+/// Coefficients that no board would take are not written. Whoever wants the figures of such a fit asks without `--out`.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct NotForBoards(String);
+
+/// Refuses a fit that no board of this robot would take: found out at `gmr flash`, that would be too late. `image` is the fit as a board
+/// would hold it, but for true slip; none where boards have no such model.
+///
+/// # Errors
+/// A [`NotForBoards`] as [`Error::cause`].
+pub fn check_fitted(context: &Context, robot: &Robot, image: Option<&Image>) -> Result<()> {
+    // A robot that no board drives has nothing to ask one for.
+    if robot.wheels() != WHEELS {
+        return Ok(());
+    }
+    let refused = |why: &str| {
+        let message = format!(
+            "not written: no board would take these coefficients ({why}); drive at more speeds, turns and payloads, and look at the logs \
+             with gmr inspect"
+        );
+        Error::of(NotForBoards(message))
+    };
+    let image = image.ok_or_else(|| refused("boards have no such model"))?;
+    match check_coefficients(image.as_bytes(), &robot_identity(robot)?, USUAL_RATE_HZ) {
+        // How long a delay a board can keep, and how fast a filter, depends on its sample rate: another
+        // may take them. Without a mass they still say what a drive takes.
+        Err(reason @ (Reason::Delay | Reason::Cutoff | Reason::Slow | Reason::Mass)) => {
+            context.notice(format_args!(
+                "a board at {USUAL_RATE_HZ} Hz would not take these coefficients: {}",
+                reason.text()
+            ));
+            Ok(())
+        }
+        Err(reason) => Err(refused(reason.text())),
+        Ok(_) => Ok(()),
+    }
 }
 
 /// The effects for which a board refuses coefficients, by name: behind the reason, where it is about effects.

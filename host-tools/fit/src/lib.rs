@@ -9,6 +9,8 @@ mod cutoff;
 pub mod dataset;
 pub mod entrance;
 pub mod form;
+pub mod from_grams;
+pub mod from_logs;
 pub mod gram;
 pub mod linear;
 pub mod nnls;
@@ -93,53 +95,6 @@ pub struct Fit<const N: usize> {
     pub energy_std_share: f64,
     /// What unseen blocks said of each further term; empty where none was asked for.
     pub judged: Vec<Judged>,
-}
-
-/// What a fit is asked for.
-#[derive(Debug, Clone, Copy)]
-pub struct Request<'a> {
-    /// Logs with known payload.
-    pub files: &'a [PathBuf],
-    /// Total mass of logs that do not tell it, kg.
-    pub mass_kg: f64,
-    /// Which model.
-    pub kind: ModelKind,
-    /// Further terms of the signed model that the logs may ask for.
-    pub terms: &'a [Term],
-    /// Which method.
-    pub method: Method,
-    /// Of Algorithm 1.
-    pub pgd: &'a pgd::Settings,
-    /// So many random starts are held against the fit on its own cost.
-    pub random_starts: u32,
-}
-
-/// Reads the logs and fits the model, the signed one with those of the terms that the logs ask for.
-///
-/// # Errors
-/// As [`read`] and [`fit`].
-pub fn fit_logs<const N: usize>(context: &Context, robot: &Robot, request: &Request<'_>) -> Result<Fit<N>> {
-    let Request { files, mass_kg, kind, terms, method, pgd, random_starts } = *request;
-    let reading = Reading { gate: kind.gate(), cutoff_hz: None, mass_kg };
-    let mut terms = terms.to_vec();
-    let (dataset, judged, fitted) = loop {
-        let (dataset, judged) = read_choosing::<N>(context, robot, files, &reading, &terms)?;
-        let fitted = fit(robot, &dataset, kind, method, pgd)?;
-        // What no board takes is no robot's: a term that ends so explains chance, and the form
-        // without it is asked.
-        let taken = judged.iter().rev().find(|judged| judged.taken).map(|judged| judged.term);
-        match taken.filter(|_| fitted.shortcoming.is_none() && !fitted.coefficients.is_plausible()) {
-            Some(last) => terms.retain(|term| *term != last),
-            None => break (dataset, judged, fitted),
-        }
-    };
-    let restarts = match &fitted.coefficients.model {
-        Model::Signed { torque, .. } if random_starts > 0 => {
-            Some(physical::restart(&dataset, robot, torque, fitted.huber, random_starts))
-        }
-        _ => None,
-    };
-    Ok(Fit { judged, restarts, ..fitted })
 }
 
 /// Reads the logs: the first rows of each to choose the filter's cutoff unless it is given, and the signed model's further terms

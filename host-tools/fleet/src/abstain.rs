@@ -19,7 +19,7 @@ pub struct Judged {
 const MOST_OFF_COMMAND: f64 = 0.05;
 
 /// Judges a run by its sums, `group` being the keys that it must have.
-pub fn judge(run: &RunGram, group: &[String]) -> Judged {
+pub(super) fn judge(run: &RunGram, group: &[String]) -> Judged {
     let summary = &run.summary;
     let mut refusals = Vec::new();
     for key in group.iter().filter(|key| !run.keys.contains_key(*key)) {

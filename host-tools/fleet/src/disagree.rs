@@ -62,7 +62,7 @@ pub struct Disagreements {
 }
 
 /// Holds every run against its robot's base, and what is left against what is left of other runs.
-pub fn disagreements(runs: &[&RunGram], drift: &Drift) -> Disagreements {
+pub(super) fn disagreements(runs: &[&RunGram], drift: &Drift) -> Disagreements {
     let robots = unchanged(runs, drift);
     let common = in_common(&robots);
     let base_of = |name: &str| {

@@ -82,7 +82,7 @@ impl Change {
 
 /// What was asked, and what came of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Drift {
+pub(super) struct Drift {
     /// Steps beyond chance, by robot.
     pub changes: Vec<Change>,
     /// Robots, times coefficients, times days that were asked.
@@ -105,7 +105,7 @@ struct Asked {
 
 /// Looks for steps in all coefficients of all robots, from every day but the first. Runs are those
 /// that count, near `reference`.
-pub fn changes(runs: &[&RunGram], reference: &TorqueModel<f64>) -> Drift {
+pub(super) fn changes(runs: &[&RunGram], reference: &TorqueModel<f64>) -> Drift {
     let mut drift = Drift { changes: Vec::new(), asked: 0, threshold: None, silent: Vec::new() };
     let mut robots = Vec::new();
     for (name, runs) in by_robot(runs) {

@@ -1,4 +1,6 @@
 //! Many robots over many days: every log read once into its sums ([`fit::run_gram`]), what they say of each robot, and since when.
+//!
+//! Its face: [`fleet`].
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
 mod abstain;
@@ -16,13 +18,6 @@ mod source;
 mod state;
 #[cfg(test)]
 mod tests;
+mod workflow;
 
-pub use self::abstain::{Judged, judge};
-pub use self::disagree::{Disagreement, Disagreements, disagreements};
-pub use self::drift::{Change, Drift, changes};
-pub use self::logs::{Log, Place};
-pub use self::outlier::{Outlier, Outliers, outliers};
-pub use self::page::{Found, save};
-pub use self::rank::{Standing, rank};
-pub use self::source::Source;
-pub use self::state::{Outcome, State};
+pub use self::workflow::{Answer, Report, Request, Seconds, fleet};

@@ -7,7 +7,7 @@ use model::coefficients::FittedLog;
 
 /// A log of the fleet.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Log {
+pub(super) struct Log {
     /// Where it is.
     pub place: Place,
     /// Its path within the source, with `/` between folders: what it is called everywhere.
@@ -18,10 +18,11 @@ pub struct Log {
 
 /// Where a log is.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Place {
+pub(super) enum Place {
     /// On this machine.
     File(PathBuf),
     /// In a bucket, which has to be asked for it.
+    #[cfg(feature = "bucket")]
     Object {
         /// Its whole path there.
         location: String,
@@ -67,6 +68,7 @@ impl Log {
     pub(super) fn fingerprint(&self) -> Option<String> {
         match &self.place {
             Place::File(path) => FittedLog::now(path).ok().and_then(|log| log.fingerprint),
+            #[cfg(feature = "bucket")]
             Place::Object { bytes, version, .. } => Some(format!("{bytes:x}-{version}")),
         }
     }

@@ -112,7 +112,7 @@ pub(super) fn in_common(robots: &[Robot<'_>]) -> DVector<f64> {
 }
 
 /// Holds every robot against the others. Runs are those that count, near `reference`.
-pub fn outliers(runs: &[&RunGram], reference: &TorqueModel<f64>, drift: &Drift) -> Outliers {
+pub(super) fn outliers(runs: &[&RunGram], reference: &TorqueModel<f64>, drift: &Drift) -> Outliers {
     let robots = unchanged(runs, drift);
     let mut outliers = Outliers { level: FALSE_NAMES, ..Outliers::default() };
     if robots.len() < LEAST_ROBOTS {
@@ -233,7 +233,7 @@ mod tests {
     use fit::run_gram::RunGram;
 
     use super::*;
-    use crate::disagreements;
+    use crate::disagree::disagreements;
     use crate::tests::{REFERENCE, fleet, no_change};
 
     /// Robots 1 % apart in all coefficients; one of them 20 % off in viscous friction, which is far

@@ -19,7 +19,7 @@ const DRAWN: usize = 20;
 
 /// What is on the page.
 #[derive(Debug, Clone, Copy)]
-pub struct Found<'a> {
+pub(super) struct Found<'a> {
     /// The robots, the dearest first.
     pub standings: &'a [Standing],
     /// What changed.
@@ -36,7 +36,7 @@ pub struct Found<'a> {
 ///
 /// # Errors
 /// It cannot be drawn or written.
-pub fn save(file: &Path, found: &Found<'_>) -> Result<()> {
+pub(super) fn save(file: &Path, found: &Found<'_>) -> Result<()> {
     let Found { standings, drift, outliers, disagreements, judged } = *found;
     let used = judged.iter().filter(|run| run.is_used).count();
     let body = html! {

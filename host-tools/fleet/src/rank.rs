@@ -27,7 +27,7 @@ pub struct Standing {
 }
 
 /// All robots, the one to which a metre costs most first.
-pub fn rank(runs: &[&RunGram]) -> Vec<Standing> {
+pub(super) fn rank(runs: &[&RunGram]) -> Vec<Standing> {
     let mut robots: BTreeMap<&str, Vec<&RunGram>> = BTreeMap::new();
     for run in runs {
         robots.entry(key(run, ROBOT)).or_default().push(run);

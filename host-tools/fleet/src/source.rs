@@ -13,7 +13,7 @@ use super::logs::{ENDINGS, Log, Place};
 
 /// Where the logs come from.
 #[derive(Debug)]
-pub enum Source {
+pub(super) enum Source {
     /// A folder of this machine.
     Folder(PathBuf),
     /// A bucket of S3, Google Cloud Storage, Azure, or what WebDAV lists.
@@ -26,7 +26,7 @@ impl Source {
     ///
     /// # Errors
     /// A URL of something else, or in a gmr that was built without the feature `bucket`.
-    pub fn of(text: &Path) -> Result<Self> {
+    pub(super) fn of(text: &Path) -> Result<Self> {
         match text.to_str().filter(|text| text.contains("://")) {
             None => Ok(Self::Folder(text.to_owned())),
             #[cfg(feature = "bucket")]
@@ -43,7 +43,7 @@ impl Source {
     ///
     /// # Errors
     /// What cannot be listed; none of the files is a log.
-    pub fn find(&self, context: &Context, group: &[String]) -> Result<Vec<Log>> {
+    pub(super) fn find(&self, context: &Context, group: &[String]) -> Result<Vec<Log>> {
         let (mut logs, of) = match self {
             Self::Folder(folder) => (in_folder(context, folder, group)?, folder.as_path()),
             #[cfg(feature = "bucket")]
@@ -76,7 +76,7 @@ impl Source {
     ///
     /// # Errors
     /// The first of `work`; what the operating system refuses.
-    pub fn each(
+    pub(super) fn each(
         &self,
         logs: &[&Log],
         aside: &Path,
@@ -86,6 +86,7 @@ impl Source {
         match self {
             Self::Folder(_) => logs.par_iter().try_for_each(|log| match &log.place {
                 Place::File(path) => work(log, Ok(path)),
+                #[cfg(feature = "bucket")]
                 Place::Object { .. } => work(log, Err(Error::failed("is in a bucket; expected a file"))),
             }),
             #[cfg(feature = "bucket")]

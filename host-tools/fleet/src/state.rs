@@ -13,7 +13,7 @@ use super::logs::Log;
 
 /// A folder of such files.
 #[derive(Debug, Clone)]
-pub struct State {
+pub(super) struct State {
     folder: PathBuf,
     /// Checksum of what they were made with.
     settings: String,
@@ -22,7 +22,7 @@ pub struct State {
 /// What came of a log.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Outcome {
+pub(super) enum Outcome {
     /// The sums of its runs.
     Read(Vec<RunGram>),
     /// Why it cannot be read.
@@ -42,7 +42,7 @@ impl State {
     ///
     /// # Errors
     /// What the operating system refuses.
-    pub fn open(folder: PathBuf, settings: &str) -> Result<Self> {
+    pub(super) fn open(folder: PathBuf, settings: &str) -> Result<Self> {
         std::fs::create_dir_all(&folder).map_err(|error| Error::io(&folder, &error))?;
         let settings = format!("{:016x}", Crc::<u64>::new(&CRC_64_XZ).checksum(settings.as_bytes()));
         Ok(Self { folder, settings })
@@ -55,7 +55,7 @@ impl State {
 
     /// What came of a log, if it was read with these settings and has not changed since. What is no
     /// such file is as good as none.
-    pub fn done(&self, log: &Log) -> Option<Outcome> {
+    pub(super) fn done(&self, log: &Log) -> Option<Outcome> {
         let text = std::fs::read_to_string(self.file(log)).ok()?;
         let done: Done = serde_json::from_str(&text).ok()?;
         let same =
@@ -67,7 +67,7 @@ impl State {
     ///
     /// # Errors
     /// What the operating system refuses.
-    pub fn keep(&self, log: &Log, outcome: Outcome) -> Result<()> {
+    pub(super) fn keep(&self, log: &Log, outcome: Outcome) -> Result<()> {
         let file = self.file(log);
         let done = Done {
             log: log.name.clone(),

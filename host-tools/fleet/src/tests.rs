@@ -8,7 +8,7 @@ use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, StandardNormal};
 
-use super::Drift;
+use super::drift::Drift;
 
 const ROBOTS: usize = 30;
 const DAYS: usize = 5;

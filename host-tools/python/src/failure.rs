@@ -1,6 +1,6 @@
 //! Errors as Python's exceptions.
 
-use host_tools::cli::NotForBoards;
+use board::flasher::NotForBoards;
 use pyo3::prelude::*;
 use support::error::Error;
 

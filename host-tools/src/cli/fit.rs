@@ -2,35 +2,28 @@
 
 use std::path::PathBuf;
 
-use board::flasher::{self, USUAL_RATE_HZ};
-use firmware::control_table::Reason;
-use firmware::items::check_coefficients;
-use firmware::wheels::WHEELS;
+use answers::inspect::{self, Severity};
+use board::flasher;
 use fit::entrance;
-use fit::form::{Judged, TERMS, TERMS_WITH_GYRO, Term};
+use fit::form::{TERMS, TERMS_WITH_GYRO, Term};
+use fit::from_logs::{Answer, Request, Use, from_logs};
+use fit::pgd;
 use fit::verdict::{Parameter, Verdict};
-use fit::warning::Warning;
-use fit::{Fit, linear::Certificate, pgd, physical::Restarts};
+use fit::warning::Kind;
+use gap::words::quantity;
+use logs::checks;
 use logs::robot::{FOUND, Robot};
-use logs::with_wheels;
 use model::coefficients::{Method, ModelKind};
-use model_core::coefficients::Coefficients;
-use serde::Serialize;
 use support::context::Context;
 use support::error::{Error, Result};
-use support::metrics::Quality;
-use support::output::check_apart;
+use support::figure::figure;
+use support::output::{self, check_apart, write_content};
 use support::own::Form;
 
 use super::fit_grams;
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
 use super::weighed::{Log, paths};
-use answers::inspect::{self, Severity};
-use fit::usable::Defect;
-use gap::words::quantity;
-use logs::checks;
-use support::figure::figure;
 
 /// Arguments of `gmr fit`.
 #[derive(clap::Args)]
@@ -92,75 +85,10 @@ pub(crate) struct Arguments {
     overwrite: OverwriteArgument,
 }
 
-#[derive(Serialize)]
-struct Report<'a> {
-    /// `usable`, `usable-for-power` (no payload can be found with it) or `not-usable`.
-    verdict: &'static str,
-    /// Why it cannot be used, and the one thing to do.
-    why: Option<&'a str>,
-    remedy: Option<&'a str>,
-    robot: &'a str,
-    model: ModelKind,
-    method: Method,
-    #[serde(flatten)]
-    quality: Quality,
-    rows: u64,
-    masses_kg: &'a [f64],
-    filter_cutoff_hz: f64,
-    idle_share: f64,
-    condition: Option<f64>,
-    ending: &'a str,
-    huber_threshold_std: Option<f64>,
-    iterations: u64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    restarts: Option<Restarts>,
-    fit_s: f64,
-    pgd: Option<Certificate>,
-    noise_density_w2_s: f64,
-    prediction_std_w: f64,
-    parameters: &'a [Parameter],
-    /// s; 0 where the power is not late.
-    power_delay_s: f64,
-    half_slip: f64,
-    slip_relaxation_rad: f64,
-    true_slip_s_rad: f64,
-    terms: &'a [Judged],
-    warnings: &'a [Warning],
-}
-
 pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     let (context, robot) = &arguments.units.robot(context, &arguments.robot, &arguments.runs)?;
-    with_wheels!(robot, run_with(context, robot, arguments))
-}
-
-fn run_with<const N: usize>(context: &Context, robot: &Robot, arguments: &Arguments) -> Result<()> {
     if !arguments.grams.is_empty() {
-        let Arguments { grams, model, method, leave_one_out, json, .. } = arguments;
-        if let Some(near) = &arguments.coeffs {
-            let outputs = arguments.out.as_deref();
-            check_apart(outputs, grams.iter().chain([near, &arguments.robot]).map(PathBuf::as_path))?;
-            arguments.overwrite.check(&arguments.out, Form::Coefficients)?;
-            return fit_grams::step::<N>(
-                context,
-                robot,
-                grams,
-                near,
-                *model,
-                arguments.out.as_deref(),
-                *json,
-            );
-        }
-        if arguments.out.is_some() {
-            let message = "--out with --grams: expected --coeffs as well, the coefficients that gmr gram --coeffs took the sums near";
-            return Err(Error::usage(message));
-        }
-        if let Some(method @ (Method::Pgd | Method::Physical)) = method
-            && *model != ModelKind::Signed
-        {
-            let message = format!("--method {method:?} with --grams: expected nnls, the exact optimum");
-            return Err(Error::usage(message.to_lowercase()));
-        }
-        return fit_grams::run::<N>(context, robot, grams, *model, *leave_one_out, *json);
+        return run_grams(context, robot, arguments);
     }
     let logs = paths(&arguments.runs);
     check_apart(arguments.out.as_deref(), logs.iter().chain([&arguments.robot]).map(PathBuf::as_path))?;
@@ -178,107 +106,84 @@ fn run_with<const N: usize>(context: &Context, robot: &Robot, arguments: &Argume
     if arguments.mass.is_none() {
         entrance::check_masses(context, robot, &logs)?;
     }
-    let mut suspicions = entrance::look::<N>(context, robot, &logs, mass)?;
-    let doubted = suspicions.first().map(|suspicion| suspicion.text.clone());
-    let terms: &[Term] = if arguments.no_gyro { &TERMS } else { &TERMS_WITH_GYRO };
-    let request = fit::Request {
-        files: &logs,
-        mass_kg: mass,
-        kind: arguments.model,
-        terms,
-        method,
-        pgd: &settings,
-        random_starts: arguments.starts,
-    };
-    let mut fit = fit::fit_logs::<N>(context, robot, &request)?;
-    if let Some(defect) = fit.defect.take() {
-        let defect = explained(context, robot, &logs, defect)?;
+    let mut fit = from_logs(
+        context,
+        &Request {
+            robot,
+            files: &logs,
+            mass_kg: mass,
+            kind: arguments.model,
+            terms: if arguments.no_gyro { &TERMS } else { &TERMS_WITH_GYRO },
+            method,
+            pgd: &settings,
+            random_starts: arguments.starts,
+            out: arguments.out.as_deref(),
+            force: arguments.overwrite.force,
+        },
+    )?;
+    if let (Some(why), Some(remedy)) = (&fit.why, &mut fit.remedy) {
+        if let Some(mendable) = first_problem(context, robot, &logs)? {
+            *remedy = mendable;
+        }
         if !arguments.overwrite.force {
-            let Defect { why, remedy } = defect;
             return Err(Error::failed(format!("NOT USABLE ({why}): {remedy}. Nothing written")));
         }
-        fit.defect = Some(defect);
     }
-    // What the logs look like explains what the fit says of itself.
-    suspicions.append(&mut fit.warnings);
-    fit.warnings = suspicions;
     fit.shortcoming.iter().for_each(|shortcoming| context.notice(shortcoming));
     fit.warnings.iter().for_each(|warning| context.notice(&warning.text));
-    if let Some(out) = &arguments.out {
-        let mut file = fit.to_file()?;
-        for log in &mut file.origin.logs {
-            log.weighed_kg = robot.log_units().mass_of(&log.path);
-        }
-        check_for_boards(context, robot, &file.coefficients).map_err(|error| {
+    if let (Some(out), Some(written)) = (&arguments.out, fit.written.take()) {
+        flasher::check_fitted(context, robot, fit.image.as_ref()).map_err(|error| {
             // Absurd coefficients may come from a log that is in another unit.
-            doubted.iter().fold(error.in_file(out), |error, text| error.after(text))
+            let doubted = fit.warnings.iter().find(|warning| warning.kind == Kind::SuspectLog);
+            doubted.iter().fold(error.in_file(out), |error, warning| error.after(&warning.text))
         })?;
-        file.write(out)?;
+        write_content(out, written)?;
     }
-    if arguments.json { print_json(robot, &fit) } else { print_text(robot, &fit, arguments) }
-}
-
-/// A defect with the first problem of the logs as the reason for it: that one can be mended.
-fn explained(context: &Context, robot: &Robot, logs: &[PathBuf], defect: Defect) -> Result<Defect> {
-    for log in logs {
-        let report = inspect::Report::of(context, log, robot, |_, _| {})?;
-        if let Some(problem) = report.findings.iter().find(|found| found.severity == Severity::Problem) {
-            let remedy = format!("{}: {}; {}", log.display(), problem.text, problem.advice);
-            return Ok(Defect { remedy, ..defect });
-        }
+    if arguments.json {
+        return output::print_json(&fit);
     }
-    Ok(defect)
-}
-
-/// Coefficients that no board would take are not written. Whoever wants the figures of such a fit asks without `--out`.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-pub struct NotForBoards(String);
-
-/// What is written, `gmr flash` takes: a file that no board would use would be found out too late.
-fn check_for_boards<const N: usize>(
-    context: &Context,
-    robot: &Robot,
-    coefficients: &Coefficients<f64, N>,
-) -> Result<()> {
-    // A robot that no board drives has nothing to ask one for.
-    if N != WHEELS {
-        return Ok(());
-    }
-    let refused = |why: &str| {
-        let message = format!(
-            "not written: no board would take these coefficients ({why}); drive at more speeds, turns and payloads, and look at the logs \
-             with gmr inspect"
-        );
-        Error::of(NotForBoards(message))
-    };
-    let mut coefficients = *coefficients;
-    // That a gyro is needed has been said; what else they hold can still be absurd.
-    coefficients.robot.conditioning.true_slip = 0.0;
-    let image = coefficients.encode().ok_or_else(|| refused("boards have no such model"))?;
-    let identity = flasher::robot_identity(robot)?;
-    match check_coefficients(image.as_bytes(), &identity, USUAL_RATE_HZ) {
-        // How long a delay a board can keep, and how fast a filter, depends on its sample rate: another
-        // may take them. Without a mass they still say what a drive takes.
-        Err(reason @ (Reason::Delay | Reason::Cutoff | Reason::Slow | Reason::Mass)) => {
-            context.notice(format_args!(
-                "a board at {USUAL_RATE_HZ} Hz would not take these coefficients: {}",
-                reason.text()
-            ));
-        }
-        Err(reason) => return Err(refused(reason.text())),
-        Ok(_) => {}
-    }
+    print_text(&fit, arguments);
     Ok(())
 }
 
-/// Of the parameters' information; none where it is singular.
-fn condition_text(condition: f64) -> String {
-    if condition.is_finite() {
-        format!("condition {condition:.1e}")
-    } else {
-        "no condition, for these rows leave some parameter open".to_owned()
+fn run_grams(context: &Context, robot: &Robot, arguments: &Arguments) -> Result<()> {
+    let Arguments { grams, model, method, leave_one_out, json, .. } = arguments;
+    if let Some(near) = &arguments.coeffs {
+        let outputs = arguments.out.as_deref();
+        check_apart(outputs, grams.iter().chain([near, &arguments.robot]).map(PathBuf::as_path))?;
+        arguments.overwrite.check(&arguments.out, Form::Coefficients)?;
+        return fit_grams::step(context, robot, grams, near, *model, arguments.out.as_deref(), *json);
     }
+    if arguments.out.is_some() {
+        let message = "--out with --grams: expected --coeffs as well, the coefficients that gmr gram --coeffs took the sums near";
+        return Err(Error::usage(message));
+    }
+    if let Some(method @ (Method::Pgd | Method::Physical)) = method
+        && *model != ModelKind::Signed
+    {
+        let message = format!("--method {method:?} with --grams: expected nnls, the exact optimum");
+        return Err(Error::usage(message.to_lowercase()));
+    }
+    fit_grams::run(context, robot, grams, *model, *leave_one_out, *json)
+}
+
+/// The first problem of the logs, as the reason for a defect: that one can be mended.
+fn first_problem(context: &Context, robot: &Robot, logs: &[PathBuf]) -> Result<Option<String>> {
+    for log in logs {
+        let report = inspect::Report::of(context, log, robot, &mut |_, _| {})?;
+        if let Some(problem) = report.findings.iter().find(|found| found.severity == Severity::Problem) {
+            return Ok(Some(format!("{}: {}; {}", log.display(), problem.text, problem.advice)));
+        }
+    }
+    Ok(None)
+}
+
+/// Of the parameters' information; none where it is singular.
+fn condition_text(condition: Option<f64>) -> String {
+    condition.map_or_else(
+        || "no condition, for these rows leave some parameter open".to_owned(),
+        |condition| format!("condition {condition:.1e}"),
+    )
 }
 
 fn settings(arguments: &Arguments) -> Result<pgd::Settings> {
@@ -300,58 +205,20 @@ fn settings(arguments: &Arguments) -> Result<pgd::Settings> {
     })
 }
 
-fn print_json<const N: usize>(robot: &Robot, fit: &Fit<N>) -> Result<()> {
-    support::output::print_json(&Report {
-        verdict: match (&fit.defect, &fit.shortcoming) {
-            (Some(_), _) => "not-usable",
-            (None, Some(_)) => "usable-for-power",
-            (None, None) => "usable",
-        },
-        why: fit.defect.as_ref().map(|defect| defect.why.as_str()),
-        remedy: fit.defect.as_ref().map(|defect| defect.remedy.as_str()),
-        robot: robot.name(),
-        model: fit.kind,
-        method: fit.method,
-        quality: fit.quality,
-        rows: fit.rows,
-        masses_kg: &fit.masses,
-        filter_cutoff_hz: fit.coefficients.robot.cutoff_hz,
-        idle_share: fit.idle_share,
-        condition: fit.uncertainty.condition.is_finite().then_some(fit.uncertainty.condition),
-        ending: &fit.ending,
-        huber_threshold_std: fit.huber.map(|huber| huber.threshold_std),
-        iterations: fit.iterations,
-        restarts: fit.restarts,
-        fit_s: fit.solve_s,
-        pgd: fit.certificate,
-        noise_density_w2_s: fit.coefficients.noise.density,
-        prediction_std_w: fit.uncertainty.prediction_std_w,
-        parameters: &fit.parameters,
-        power_delay_s: fit.coefficients.robot.conditioning.delay,
-        half_slip: fit.coefficients.robot.conditioning.slip.half_slip,
-        slip_relaxation_rad: fit.coefficients.robot.conditioning.slip.relaxation,
-        true_slip_s_rad: fit.coefficients.robot.conditioning.true_slip,
-        terms: &fit.judged,
-        warnings: &fit.warnings,
-    })
-}
-
 /// The further terms that were taken, and what the others would have gained.
-fn print_terms<const N: usize>(fit: &Fit<N>) {
-    let conditioning = &fit.coefficients.robot.conditioning;
-    for judged in &fit.judged {
+fn print_terms(fit: &Answer) {
+    for judged in &fit.terms {
         let what = match (judged.term, judged.taken) {
-            (Term::Delay, true) => format!("power {:.3} s behind the speeds", conditioning.delay),
+            (Term::Delay, true) => format!("power {:.3} s behind the speeds", fit.power_delay_s),
             (Term::SlipMemory, true) => {
-                let slip = &conditioning.slip;
                 format!(
                     "scrub builds up: half at a slip of {:.3}, over {:.2} rad",
-                    slip.half_slip, slip.relaxation
+                    fit.half_slip, fit.slip_relaxation_rad
                 )
             }
             (Term::UnequalSides, true) => "unequal sides".to_owned(),
             (Term::TrueSlip, true) => {
-                format!("true slip by the gyro: {:.3} of the scrub per rad/s", conditioning.true_slip)
+                format!("true slip by the gyro: {:.3} of the scrub per rad/s", fit.true_slip_s_rad)
             }
             (Term::TrueSlip, false) => "no true slip by the gyro".to_owned(),
             (Term::Delay, false) => "no delay".to_owned(),
@@ -367,7 +234,7 @@ fn print_terms<const N: usize>(fit: &Fit<N>) {
     }
 }
 
-fn print_text<const N: usize>(robot: &Robot, fit: &Fit<N>, arguments: &Arguments) -> Result<()> {
+fn print_text(fit: &Answer, arguments: &Arguments) {
     println!("{}", answer(fit));
     for parameter in &fit.parameters {
         let value = quantity(parameter.value, parameter.std_err.unwrap_or(f64::INFINITY), &parameter.unit);
@@ -379,24 +246,23 @@ fn print_text<const N: usize>(robot: &Robot, fit: &Fit<N>, arguments: &Arguments
         println!("  {:<14} {value:<36} {}", parameter.name, verdict_word(parameter.verdict));
     }
     if arguments.units.verbose {
-        print_details(robot, fit);
+        print_details(fit);
     }
     if let Some(out) = &arguments.out {
         println!("wrote {}", out.display());
     }
-    Ok(())
 }
 
 /// What the fit is worth, in one line.
-fn answer<const N: usize>(fit: &Fit<N>) -> String {
-    if let Some(Defect { why, remedy }) = &fit.defect {
+fn answer(fit: &Answer) -> String {
+    if let (Some(why), Some(remedy)) = (&fit.why, &fit.remedy) {
         return format!("NOT USABLE ({why}): {remedy}. Marked so");
     }
     let explained = fit.quality.r2.map_or("the power never changes".to_owned(), |r2| {
         // What is not all of it is not rounded to all of it.
         format!("explains {:.1} % of the power", (1000.0 * r2).floor() / 10.0)
     });
-    let mut masses: Vec<f64> = fit.masses.clone();
+    let mut masses: Vec<f64> = fit.masses_kg.clone();
     masses.sort_by(f64::total_cmp);
     let kg = match &masses[..] {
         [few @ .., last] if few.len() < 3 => {
@@ -406,7 +272,8 @@ fn answer<const N: usize>(fit: &Fit<N>) -> String {
         many => format!("{} masses of {} to {} kg", many.len(), masses[0], masses[many.len() - 1]),
     };
     let error = figure(fit.quality.rmse_w);
-    let usable = if fit.shortcoming.is_some() { "Usable for power, not for payload" } else { "Usable" };
+    let usable =
+        if fit.verdict == Use::UsableForPower { "Usable for power, not for payload" } else { "Usable" };
     let unsure: Vec<&Parameter> =
         fit.parameters.iter().filter(|parameter| parameter.verdict != Verdict::Determined).collect();
     let weak = unsure.first().map_or(String::new(), |first| {
@@ -426,9 +293,9 @@ fn verdict_word(verdict: Verdict) -> &'static str {
 }
 
 /// How the fit was found, and all that it says of its errors.
-fn print_details<const N: usize>(robot: &Robot, fit: &Fit<N>) {
+fn print_details(fit: &Answer) {
     let quality = &fit.quality;
-    println!("{}: {} rows", robot.name(), fit.rows);
+    println!("{}: {} rows", fit.robot, fit.rows);
     println!(
         "R² {}, MAPE {} (of {:.0} % of the samples, above {} W), RMSE {:.4} W",
         quality.r2.map_or("–".to_owned(), |r2| format!("{r2:.5}")),
@@ -439,17 +306,16 @@ fn print_details<const N: usize>(robot: &Robot, fit: &Fit<N>) {
     );
     println!(
         "filter {:.2} Hz; at rest or clamped in {:.1} % of the rows; {}; {} after {} steps in {:.3} s",
-        fit.coefficients.robot.cutoff_hz,
+        fit.filter_cutoff_hz,
         100.0 * fit.idle_share,
-        condition_text(fit.uncertainty.condition),
+        condition_text(fit.condition),
         fit.ending,
         fit.iterations,
-        fit.solve_s
+        fit.fit_s
     );
-    if fit.kind == ModelKind::Signed {
-        match fit.huber {
-            Some(huber) => {
-                let threshold = huber.threshold_std;
+    if fit.model == ModelKind::Signed {
+        match fit.huber_threshold_std {
+            Some(threshold) => {
                 println!("residuals beyond {threshold} standard deviations count linearly (Huber)")
             }
             None => println!("all residuals count squared: weights would cost what the model explains"),
@@ -466,7 +332,7 @@ fn print_details<const N: usize>(robot: &Robot, fit: &Fit<N>) {
             );
         }
     }
-    if let Some(found) = &fit.certificate {
+    if let Some(found) = &fit.pgd {
         println!("pgd: {:.4} % above the exact optimum's cost", 100.0 * found.excess_cost);
     }
     print_terms(fit);

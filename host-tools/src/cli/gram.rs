@@ -1,19 +1,15 @@
 //! `gmr gram`: logs to sums, from which fits are made without the logs.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use fit::run_gram::{self, Conditioned, RunGram};
+use fit::run_gram::{Request, RunGram, gram, gram_of_table};
+use logs::Table;
 use logs::checks::check_mass;
 use logs::robot::{FOUND, Robot};
-use logs::with_wheels;
-use logs::{Header, Table};
-use rayon::prelude::*;
-use serde::Serialize;
 use support::context::Context;
 use support::error::{Error, Result};
 use support::output::{self, check_apart};
 use support::own::Form;
-use support::progress::CountProgress;
 
 use super::overwrite::OverwriteArgument;
 use super::units::UnitArguments;
@@ -50,20 +46,26 @@ pub(crate) struct Arguments {
     overwrite: OverwriteArgument,
 }
 
-#[derive(Serialize)]
-struct Summary<'a> {
-    file: &'a Path,
-    runs: usize,
-    rows: u64,
-    filter_cutoff_hz: f64,
-    distance_m: f64,
-    energy_j: f64,
-    may_clamp_rows: u64,
-}
-
 pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     let (context, robot) = &arguments.units.robot(context, &arguments.robot, &arguments.runs)?;
-    with_wheels!(robot, run_with(context, robot, arguments))
+    let logs = paths(&arguments.runs);
+    let inputs = logs.iter().chain([&arguments.robot]).chain(&arguments.coeffs);
+    check_apart([arguments.out.as_path()], inputs.map(PathBuf::as_path))?;
+    arguments.overwrite.check([&arguments.out], Form::Grams)?;
+    let summary = gram(context, &request(robot, &logs, arguments)?, &arguments.out)?;
+    if arguments.json {
+        return output::print_json(&summary);
+    }
+    println!(
+        "{}: {} runs, {} rows, {:.1} m, {:.1} J; filter {} Hz",
+        summary.file.display(),
+        summary.runs,
+        summary.rows,
+        summary.distance_m,
+        summary.energy_j,
+        summary.filter_cutoff_hz
+    );
+    Ok(())
 }
 
 /// What `gmr gram` with these arguments makes of columns in memory, in the place of its log: nothing is written. Cutoff or coefficients have
@@ -78,80 +80,15 @@ pub(super) fn of_table(context: &Context, arguments: &Arguments, table: Table) -
         return Err(Error::usage(message));
     }
     let (context, robot) = &arguments.units.robot(context, &arguments.robot, &arguments.runs)?;
-    let header = Header::of_table(context, &arguments.runs[0].path, table)?;
-    with_wheels!(robot, of_header(context, robot, arguments, header))
-}
-
-fn of_header<const N: usize>(
-    context: &Context,
-    robot: &Robot,
-    arguments: &Arguments,
-    header: Header,
-) -> Result<Vec<RunGram>> {
-    let how = conditioned::<N>(context, robot, arguments)?;
-    run_gram::of_header(robot, &how, header).map(|summed| summed.runs)
-}
-
-fn conditioned<const N: usize>(
-    context: &Context,
-    robot: &Robot,
-    arguments: &Arguments,
-) -> Result<Conditioned<N>> {
-    let mass = arguments.mass.unwrap_or(robot.mass_no_load_kg());
-    check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
-    if let Some(file) = &arguments.coeffs {
-        return Conditioned::near(robot, file, mass);
-    }
-    let cutoff = match arguments.cutoff {
-        Some(given) if given > 0.0 && given.is_finite() => given,
-        Some(given) => {
-            return Err(Error::usage(format!("--cutoff {given}: expected a number above 0, Hz")));
-        }
-        None => fit::choose_cutoff::<N>(context, robot, &paths(&arguments.runs), mass)?,
-    };
-    Ok(Conditioned { core: robot.core::<N>(cutoff)?, drive: robot.drive(), reference: None, mass_kg: mass })
-}
-
-fn run_with<const N: usize>(context: &Context, robot: &Robot, arguments: &Arguments) -> Result<()> {
     let logs = paths(&arguments.runs);
-    let inputs = logs.iter().chain([&arguments.robot]).chain(&arguments.coeffs);
-    check_apart([arguments.out.as_path()], inputs.map(PathBuf::as_path))?;
-    arguments.overwrite.check([&arguments.out], Form::Grams)?;
-    let how = conditioned::<N>(context, robot, arguments)?;
-    let progress = CountProgress::new(context, "logs read", logs.len() as u64);
-    let of_log = |log: &PathBuf| {
-        let runs = run_gram::of_log(context, robot, &how, log).map(|summed| summed.runs);
-        progress.one_more();
-        runs
-    };
-    let of_logs: Vec<Result<Vec<RunGram>>> = logs.par_iter().map(of_log).collect();
-    drop(progress);
-    let runs: Vec<RunGram> = of_logs.into_iter().collect::<Result<Vec<_>>>()?.into_iter().flatten().collect();
-    for run in runs.iter().filter(|run| run.summary.exclusions.total() > 0) {
-        context.notice(format_args!("{}: {}", run.run, run.summary.exclusions));
+    gram_of_table(context, &request(robot, &logs, arguments)?, table)
+}
+
+fn request<'a>(robot: &'a Robot, logs: &'a [PathBuf], arguments: &'a Arguments) -> Result<Request<'a>> {
+    let mass_kg = arguments.mass.unwrap_or(robot.mass_no_load_kg());
+    check_mass(robot, mass_kg).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
+    if let Some(given) = arguments.cutoff.filter(|given| !(*given > 0.0 && given.is_finite())) {
+        return Err(Error::usage(format!("--cutoff {given}: expected a number above 0, Hz")));
     }
-    run_gram::write_all(&arguments.out, &runs)?;
-    let all = run_gram::total(&runs)?;
-    let summary = Summary {
-        file: &arguments.out,
-        runs: runs.len(),
-        rows: all.summary.rows,
-        filter_cutoff_hz: how.core.cutoff_hz,
-        distance_m: all.summary.distance_m,
-        energy_j: all.summary.energy_j,
-        may_clamp_rows: all.may_clamp,
-    };
-    if arguments.json {
-        return output::print_json(&summary);
-    }
-    println!(
-        "{}: {} runs, {} rows, {:.1} m, {:.1} J; filter {} Hz",
-        summary.file.display(),
-        summary.runs,
-        summary.rows,
-        summary.distance_m,
-        summary.energy_j,
-        summary.filter_cutoff_hz
-    );
-    Ok(())
+    Ok(Request { robot, logs, near: arguments.coeffs.as_deref(), cutoff_hz: arguments.cutoff, mass_kg })
 }

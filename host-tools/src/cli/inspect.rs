@@ -61,7 +61,7 @@ pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     let (context, robot) = &arguments.units.robot(context, &arguments.robot, &arguments.runs)?;
     let mut progress = FileProgress::new(context, &logs);
     let reports =
-        logs.iter().map(|log| Report::of(context, log, robot, |read, size| progress.at((read, size))));
+        logs.iter().map(|log| Report::of(context, log, robot, &mut |read, size| progress.at((read, size))));
     let reports = reports.collect::<Result<Vec<_>>>()?;
     progress.finish();
     let [only] = &reports[..] else {

@@ -46,8 +46,6 @@ use support::error::{Error, Result};
 use support::interrupt;
 use support::output;
 
-pub use self::fit::NotForBoards;
-
 /// How much power does a wheeled robot draw, when nobody told it what it carries?
 #[derive(Parser)]
 #[command(name = "gmr", version, about, max_term_width = 110)]

@@ -37,7 +37,7 @@ impl Report {
         context: &Context,
         path: &Path,
         robot: &Robot,
-        progress: impl FnMut(u64, Option<u64>),
+        progress: &mut dyn FnMut(u64, Option<u64>),
     ) -> Result<Self> {
         let scan = scan::scan(context, path, robot, progress)?;
         Ok(findings::report(path, robot, scan))

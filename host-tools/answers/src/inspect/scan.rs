@@ -83,7 +83,7 @@ pub(super) fn scan(
     context: &Context,
     path: &Path,
     robot: &Robot,
-    mut progress: impl FnMut(u64, Option<u64>),
+    progress: &mut dyn FnMut(u64, Option<u64>),
 ) -> Result<Scan> {
     let (mut reader, wheels, accelerations) = open(context, path, robot)?;
     let weighed = robot.log_units().mass_of(path);

@@ -6,6 +6,7 @@
 mod columns;
 mod files;
 mod fitted;
+mod how;
 mod local;
 mod parquet;
 mod polynomial;
@@ -13,14 +14,17 @@ mod read;
 mod run;
 mod step;
 mod summary;
+mod summing;
 #[cfg(test)]
 mod tests;
 
 pub use self::columns::{Flat, Merge, Number, TEXTS, names};
 pub use self::files::{read_all, write_all};
 pub use self::fitted::{Fitted, LeftOut, eq18, leave_one_out, signed};
+pub use self::how::How;
 pub use self::local::{Local, Reference};
-pub use self::read::{Conditioned, Spent, Summed, of_header, of_log};
+pub use self::read::{Spent, Summed};
 pub use self::run::{FORMAT, RunGram, Setting, total};
 pub use self::step::{Moved, Step, step};
 pub use self::summary::{Histogram, Summary};
+pub use self::summing::{Answer, Request, gram, gram_of_table};

@@ -14,7 +14,6 @@ use model_core::gyro::GyroConditioner;
 use model_core::model::Model;
 use model_core::torque::Drive;
 use serde::Serialize;
-use support::context::Context;
 use support::error::{Error, Result};
 use support::input::{MOST_DESCRIPTION, read_text};
 
@@ -27,7 +26,7 @@ use crate::gram::Gram;
 
 /// How logs are read.
 #[derive(Debug, Clone)]
-pub struct Conditioned<const N: usize> {
+pub(super) struct Conditioned<const N: usize> {
     /// Filter, delay and slip memory.
     pub core: CoreRobot<f64, N>,
     /// Whether the drives clamp.
@@ -43,7 +42,7 @@ impl<const N: usize> Conditioned<N> {
     ///
     /// # Errors
     /// They cannot be read, are of another robot or of another model than the signed one, or hold effects.
-    pub fn near(robot: &Robot, file: &Path, mass_kg: f64) -> Result<Self> {
+    pub(super) fn near(robot: &Robot, file: &Path, mass_kg: f64) -> Result<Self> {
         let text = read_text(file, MOST_DESCRIPTION)?;
         let read = CoefficientsFile::<N>::parse(&text, file, robot, Taking::default())?.coefficients;
         let Model::Signed { torque, drive } = read.model else {
@@ -130,29 +129,15 @@ struct Work<'a, const N: usize> {
     spent: Spent,
 }
 
-/// The sums of a log's runs.
+/// The sums of the runs of a log that is open.
 ///
 /// # Errors
-/// A log that cannot be read, is not one of this robot or is too slow for the filter.
-pub fn of_log<const N: usize>(
-    context: &Context,
+/// A log that is not one of this robot or is too slow for the filter.
+pub(super) fn of_header<const N: usize>(
     robot: &Robot,
     how: &Conditioned<N>,
-    file: &Path,
+    header: Header,
 ) -> Result<Summed> {
-    let started = Instant::now();
-    let header = Header::open(context, file)?;
-    let mut summed = of_header(robot, how, header)?;
-    summed.spent.reading_s =
-        (started.elapsed().as_secs_f64() - summed.spent.filter_s - summed.spent.sums_s).max(0.0);
-    Ok(summed)
-}
-
-/// The same, of a log that is open: of columns in memory, for one.
-///
-/// # Errors
-/// As [`of_log`].
-pub fn of_header<const N: usize>(robot: &Robot, how: &Conditioned<N>, header: Header) -> Result<Summed> {
     let file = header.path().to_owned();
     let is_commanded = header.has(COMMAND);
     let further: &[&str] = if is_commanded { &[COMMAND] } else { &[] };
