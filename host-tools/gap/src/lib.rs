@@ -1,7 +1,7 @@
 //! Where model and measurement disagree, which effect is missing, and what is left when it is added.
 //!
 //! Arrows go one way: [`types`] → [`problem`] (what is asked of which runs) → [`detect`] → [`name`] →
-//! [`confirm`] → [`report`]. Its face: [`investigate`], which walks them.
+//! [`confirm`] → [`report`]; [`investigate`] walks them. Its face: [`workflow::gap`], from files to all that was found.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod bench;
@@ -29,3 +29,4 @@ pub mod twin;
 pub mod types;
 pub mod user;
 pub mod words;
+pub mod workflow;

@@ -2,14 +2,12 @@
 
 use std::io::IsTerminal;
 
-use gap::bench::sets::noises;
-use gap::bench::{self, Case, coverage, manoeuvre};
+use gap::bench::{self, Request, coverage, manoeuvre};
 use indicatif::{ProgressBar, ProgressStyle};
 use logs::robot::Robot;
-use support::error::{Error, Result};
+use support::error::Result;
 use support::output::print_json;
 
-use super::gap_bench_count::label;
 use super::{gap_bench_json as as_json, gap_bench_text as text};
 
 /// Arguments of `gmr gap-bench`.
@@ -52,38 +50,11 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let Arguments { seeds, first_seed, free, removed, pairs, all, json, .. } = *arguments;
+    let request =
+        Request { only: &arguments.only, sizes: &arguments.sizes, seeds, first_seed, free, removed, pairs };
     let robot = Robot::named("burger")?;
-    let effects: Vec<_> = bench::typical()?
-        .into_iter()
-        .filter(|effect| arguments.only.is_empty() || arguments.only.iter().any(|only| only == effect.id()))
-        .collect();
-    let last = arguments.first_seed + arguments.seeds;
-    let case =
-        |effects: Vec<_>, size, seed| Case { effects, size, seed, noise: noises()[0], removed: Vec::new() };
-    let mut cases = Vec::new();
-    for effect in &effects {
-        for &size in &arguments.sizes {
-            for seed in arguments.first_seed..last {
-                cases.push(case(vec![effect.clone()], size, seed));
-            }
-        }
-        for seed in arguments.first_seed..arguments.first_seed + arguments.removed {
-            let removed = vec![effect.id().to_owned()];
-            cases.push(Case { removed, ..case(vec![effect.clone()], 1.0, seed) });
-        }
-    }
-    for pair in 0..arguments.pairs {
-        let (first, step) = (pair % effects.len(), 1 + pair / effects.len() * 3 % (effects.len() - 1).max(1));
-        let second = (first + step) % effects.len();
-        if effects[first].id() != effects[second].id() {
-            let both = vec![effects[first].clone(), effects[second].clone()];
-            cases.push(case(both, 1.0, arguments.first_seed + pair as u64));
-        }
-    }
-    cases.extend((0..arguments.free).map(|k| bench::effect_free(1000 * arguments.first_seed + k)));
-    if cases.is_empty() {
-        return Err(Error::usage("no set is asked for"));
-    }
+    let cases = request.cases()?;
     let bar = if std::io::stderr().is_terminal() {
         ProgressBar::new(cases.len() as u64)
     } else {
@@ -93,30 +64,30 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         ProgressStyle::with_template("{wide_bar} {pos}/{len} {eta}")
             .unwrap_or_else(|_| ProgressStyle::default_bar()),
     );
+    let sets = cases.len();
     if arguments.manoeuvre {
         let parted = manoeuvre::run(&robot, &cases, &bar)?;
         bar.finish_and_clear();
-        if arguments.json {
-            return print_json(&as_json::parted(&parted, cases.len()));
+        if json {
+            return print_json(&as_json::parted(&parted, sets));
         }
-        text::print_parted(&parted, cases.len());
+        text::print_parted(&parted, sets);
         return Ok(());
     }
     if arguments.coverage {
         let covered = coverage::run(&robot, &cases, &bar)?;
         bar.finish_and_clear();
-        if arguments.json {
+        if json {
             return print_json(&as_json::coverage(&covered));
         }
-        text::print_coverage(&covered, arguments.all);
+        text::print_coverage(&covered, all);
         return Ok(());
     }
-    let mut outcomes = bench::run(&robot, cases, &bar)?;
+    let outcomes = bench::run(&robot, &cases, &bar)?;
     bar.finish_and_clear();
-    outcomes.sort_by_key(|outcome| (label(outcome), outcome.case.size.to_bits(), outcome.case.seed));
-    if arguments.json {
+    if json {
         return print_json(&as_json::outcomes(&outcomes));
     }
-    text::print(&outcomes, arguments.all);
+    text::print(&outcomes, all);
     Ok(())
 }

@@ -1,11 +1,10 @@
 //! What `gmr gap-bench --json` prints.
 
+use gap::bench::count::{Closed, Coverage, Seconds, count, figures};
 use gap::bench::coverage::Covered;
 use gap::bench::manoeuvre::Parted;
 use gap::bench::{Case, Outcome};
 use serde_json::{Map, Value, json};
-
-use super::gap_bench_count::{Closed, Coverage, Seconds, count, figures};
 
 /// Every set with what was made of it, and the figures.
 pub(super) fn outcomes(outcomes: &[Outcome]) -> Value {

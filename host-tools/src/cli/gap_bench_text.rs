@@ -3,10 +3,9 @@
 use std::collections::BTreeMap;
 
 use gap::bench::Outcome;
+use gap::bench::count::{Closed, Count, Coverage, Seconds, count, figures, label};
 use gap::bench::coverage::Covered;
 use gap::bench::manoeuvre::{Ending, Parted};
-
-use super::gap_bench_count::{Closed, Count, Coverage, Seconds, count, figures, label};
 
 /// How often the mass interval of an extended model holds the mass.
 pub(super) fn print_coverage(covered: &[Covered], all: bool) {

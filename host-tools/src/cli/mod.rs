@@ -16,7 +16,6 @@ mod flash;
 mod fleet;
 mod gap;
 mod gap_bench;
-mod gap_bench_count;
 mod gap_bench_json;
 mod gap_bench_text;
 mod gram;

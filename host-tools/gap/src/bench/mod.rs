@@ -1,5 +1,6 @@
 //! `gmr gap-bench`: hidden effects from the plant, and what the workflow makes of them.
 
+pub mod count;
 pub mod coverage;
 pub mod manoeuvre;
 pub mod sets;
@@ -12,7 +13,7 @@ use logs::runs::Runs;
 use model::effects::ENTRIES;
 use plant::effects::Effect;
 use rayon::prelude::*;
-use support::error::Result;
+use support::error::{Error, Result};
 
 use self::sets::{NoiseKind, noises};
 use crate::investigate::investigate;
@@ -31,6 +32,69 @@ pub struct Case {
     pub noise: NoiseKind,
     /// Ids that are taken out of the dictionary.
     pub removed: Vec<String>,
+}
+
+/// Which cases are asked for.
+#[derive(Debug, Clone, Copy)]
+pub struct Request<'a> {
+    /// Only these effects; all where none is named.
+    pub only: &'a [String],
+    /// As [`Case::size`].
+    pub sizes: &'a [f64],
+    /// How many of every effect and size.
+    pub seeds: u64,
+    /// The first one.
+    pub first_seed: u64,
+    /// Cases without effects.
+    pub free: u64,
+    /// Cases whose effect is taken out of the dictionary, of every effect.
+    pub removed: u64,
+    /// Cases with two effects.
+    pub pairs: usize,
+}
+
+impl Request<'_> {
+    /// The cases.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn cases(&self) -> Result<Vec<Case>> {
+        let Self { only, sizes, seeds, first_seed, free, removed, pairs } = *self;
+        let is_asked = |effect: &Effect| only.is_empty() || only.iter().any(|only| only == effect.id());
+        let effects: Vec<Effect> = typical()?.into_iter().filter(is_asked).collect();
+        let case = |effects: Vec<Effect>, size, seed| Case {
+            effects,
+            size,
+            seed,
+            noise: noises()[0],
+            removed: Vec::new(),
+        };
+        let mut cases = Vec::new();
+        for effect in &effects {
+            for &size in sizes {
+                let seeds = first_seed..first_seed + seeds;
+                cases.extend(seeds.map(|seed| case(vec![effect.clone()], size, seed)));
+            }
+            for seed in first_seed..first_seed + removed {
+                let removed = vec![effect.id().to_owned()];
+                cases.push(Case { removed, ..case(vec![effect.clone()], 1.0, seed) });
+            }
+        }
+        for pair in 0..pairs {
+            let (first, step) =
+                (pair % effects.len(), 1 + pair / effects.len() * 3 % (effects.len() - 1).max(1));
+            let second = (first + step) % effects.len();
+            if effects[first].id() != effects[second].id() {
+                let both = vec![effects[first].clone(), effects[second].clone()];
+                cases.push(case(both, 1.0, first_seed + pair as u64));
+            }
+        }
+        cases.extend((0..free).map(|k| effect_free(1000 * first_seed + k)));
+        if cases.is_empty() {
+            return Err(Error::usage("no set is asked for"));
+        }
+        Ok(cases)
+    }
 }
 
 /// What became of it.
@@ -60,12 +124,14 @@ pub fn typical() -> Result<Vec<Effect>> {
     ENTRIES.iter().flat_map(|entry| entry.typical).map(|effect| Effect::parse(effect)).collect()
 }
 
-/// Runs the cases on all cores.
+/// Runs the cases on all cores; the outcomes are ordered by what was hidden.
 ///
 /// # Errors
 /// What plant, fit and workflow refuse.
-pub fn run(robot: &Robot, cases: Vec<Case>, bar: &ProgressBar) -> Result<Vec<Outcome>> {
-    all(&cases, bar, |case| one(robot, case))
+pub fn run(robot: &Robot, cases: &[Case], bar: &ProgressBar) -> Result<Vec<Outcome>> {
+    let mut outcomes = all(cases, bar, |case| one(robot, case))?;
+    outcomes.sort_by_key(|outcome| (count::label(outcome), outcome.case.size.to_bits(), outcome.case.seed));
+    Ok(outcomes)
 }
 
 /// Works on the cases on all cores; the outcomes are in the order of the cases.

@@ -2,14 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use gap::bench::coverage::Covered;
-use gap::bench::{Case, Outcome};
-use gap::types::Verdict;
 use numerics::robust::median;
 use serde::Serialize;
 
+use super::coverage::Covered;
+use super::{Case, Outcome};
+use crate::types::Verdict;
+
 /// What is hidden in a set.
-pub(super) fn label(outcome: &Outcome) -> String {
+pub fn label(outcome: &Outcome) -> String {
     let case = &outcome.case;
     let ids: Vec<&str> = case.effects.iter().map(|effect| effect.id()).collect();
     let kind = if case.removed.is_empty() { "" } else { " (removed)" };
@@ -29,17 +30,23 @@ const TWINS: [[&str; 2]; 5] = [
 /// How an outcome is counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(super) enum Count {
+pub enum Count {
+    /// What was hidden is named, and nothing else.
     Right,
+    /// It is in a tie of what no drive tells apart.
     TwinTie,
+    /// It is in a tie.
     InTie,
+    /// Another effect is named, or it is in no tie.
     Wrong,
+    /// Something is there, and nothing is named.
     Abstained,
+    /// Nothing is there.
     Missed,
 }
 
 /// Counts an outcome.
-pub(super) fn count(outcome: &Outcome) -> Count {
+pub fn count(outcome: &Outcome) -> Count {
     let truth: Vec<&str> = outcome.case.effects.iter().map(|effect| effect.id()).collect();
     let has = |list: &[String], id: &str| list.iter().any(|own| own == id);
     match outcome.verdict {
@@ -71,10 +78,13 @@ pub(super) fn count(outcome: &Outcome) -> Count {
 
 /// How many sets of a kind ended in a way.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub(super) struct Figure {
-    pub(super) name: &'static str,
-    pub(super) count: usize,
-    pub(super) of: usize,
+pub struct Figure {
+    /// Of which sets, and how.
+    pub name: &'static str,
+    /// How many.
+    pub count: usize,
+    /// Of so many.
+    pub of: usize,
 }
 
 impl Figure {
@@ -84,13 +94,14 @@ impl Figure {
         (!sets.is_empty()).then_some(Self { name, count, of: sets.len() })
     }
 
-    pub(super) fn percent(&self) -> f64 {
+    /// %
+    pub fn percent(&self) -> f64 {
         100.0 * self.count as f64 / self.of as f64
     }
 }
 
 /// All figures of a bench.
-pub(super) fn figures(outcomes: &[Outcome]) -> Vec<Figure> {
+pub fn figures(outcomes: &[Outcome]) -> Vec<Figure> {
     let of = |wanted: &dyn Fn(&Case) -> bool| -> Vec<&Outcome> {
         outcomes.iter().filter(|outcome| wanted(&outcome.case)).collect()
     };
@@ -127,16 +138,16 @@ fn is_alone(case: &Case) -> bool {
 
 /// Share of the gap that is closed on locked runs where an effect alone is rightly named.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub(super) struct Closed {
-    pub(super) median: f64,
+pub struct Closed {
+    pub median: f64,
     /// The least median of an effect.
-    pub(super) worst: f64,
-    pub(super) worst_effect: String,
+    pub worst: f64,
+    pub worst_effect: String,
 }
 
 impl Closed {
     /// None where no effect is.
-    pub(super) fn of(outcomes: &[Outcome]) -> Option<Self> {
+    pub fn of(outcomes: &[Outcome]) -> Option<Self> {
         let mut closed: BTreeMap<String, Vec<f64>> = BTreeMap::new();
         let right = |outcome: &&Outcome| {
             is_alone(&outcome.case) && matches!(count(outcome), Count::Right | Count::TwinTie)
@@ -155,13 +166,13 @@ impl Closed {
 
 /// Time for one set, s.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub(super) struct Seconds {
-    pub(super) median: f64,
-    pub(super) slowest: f64,
+pub struct Seconds {
+    pub median: f64,
+    pub slowest: f64,
 }
 
 impl Seconds {
-    pub(super) fn of(outcomes: &[Outcome]) -> Option<Self> {
+    pub fn of(outcomes: &[Outcome]) -> Option<Self> {
         let mut seconds: Vec<f64> = outcomes.iter().map(|outcome| outcome.seconds).collect();
         let slowest = seconds.iter().copied().max_by(f64::total_cmp)?;
         Some(Self { median: middle(&mut seconds), slowest })
@@ -176,28 +187,29 @@ fn middle(values: &mut [f64]) -> f64 {
 
 /// How often mass intervals hold the mass.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub(super) struct Coverage {
-    pub(super) name: &'static str,
-    pub(super) holds: usize,
-    pub(super) windows: usize,
+pub struct Coverage {
+    pub name: &'static str,
+    pub holds: usize,
+    pub windows: usize,
     /// Median of the intervals' half widths.
-    pub(super) half_width_kg: Option<f64>,
+    pub half_width_kg: Option<f64>,
 }
 
 impl Coverage {
     /// Of windows: whether the interval holds the mass, and its half width, kg.
-    pub(super) fn of(name: &'static str, windows: impl Iterator<Item = (bool, f64)>) -> Self {
+    pub fn of(name: &'static str, windows: impl Iterator<Item = (bool, f64)>) -> Self {
         let (inside, mut widths): (Vec<bool>, Vec<f64>) = windows.unzip();
         let holds = inside.iter().filter(|holds| **holds).count();
         Self { name, holds, windows: inside.len(), half_width_kg: median(&mut widths) }
     }
 
-    pub(super) fn percent(&self) -> f64 {
+    /// %
+    pub fn percent(&self) -> f64 {
         100.0 * self.holds as f64 / self.windows as f64
     }
 
     /// All figures of a bench.
-    pub(super) fn all(covered: &[Covered]) -> [Self; 3] {
+    pub fn all(covered: &[Covered]) -> [Self; 3] {
         let of = |right: bool, windows: fn(&Covered) -> &Vec<(bool, f64)>| {
             let wanted = covered.iter().filter(move |own| own.right || !right);
             wanted.flat_map(move |own| windows(own).iter().copied())

@@ -1,0 +1,354 @@
+//! What `gmr gap` asks of logs, and what it is told: from files to the report, with all that is written beside it.
+
+use std::path::{Path, PathBuf};
+
+use answers::export::joints::Language;
+use fit::dataset::Reading;
+use fit::physical;
+use logs::checks;
+use logs::robot::Robot;
+use logs::runs::Runs;
+use logs::{speed_column, with_wheels};
+use model::coefficients::{CoefficientsFile, InvalidCoefficients, Taking};
+use model::effects::{NotTestable, written};
+use model_core::coefficients::Robot as CoreRobot;
+use model_core::eq18::Gate;
+use model_core::model::Model;
+use plant::PlantSet;
+use serde_json::Value;
+use support::context::Context;
+use support::error::{Error, Result};
+use support::output::{check_apart, write_content};
+use support::own::{self, Form};
+use support::progress::StageProgress;
+
+use crate::investigate::investigate;
+use crate::manoeuvre::{Suggestion, Wish};
+use crate::report::json::Beside;
+use crate::report::{Report, json, page};
+use crate::simulation::Simulated;
+use crate::simulator::export::Changes;
+use crate::simulator::{Simulator, Source, Told};
+use crate::thresholds::calibrate::LEAST_RUNS;
+use crate::types::{Base, Options, Verdict};
+use crate::user::{self, UserCandidates};
+use crate::{extension, manoeuvre, power_only, refit, simulation};
+
+/// What is asked for.
+#[derive(Debug, Clone, Copy)]
+pub struct Request<'a> {
+    /// The robot, which knows in which units its logs are.
+    pub robot: &'a Robot,
+    /// Where it was read.
+    pub robot_file: &'a Path,
+    /// The logs in question.
+    pub logs: &'a [PathBuf],
+    /// Coefficients of an earlier clean fit.
+    pub coeffs: Option<&'a Path>,
+    /// The clean logs, where they are not those that the coefficients name.
+    pub base: &'a [PathBuf],
+    /// Logs of a simulator in the place of a clean fit.
+    pub sim: &'a [PathBuf],
+    /// In which words, and where, a simulator is told what its model needs.
+    pub export: Option<(Language, &'a Path)>,
+    /// Total mass of logs that do not tell it, kg.
+    pub mass_kg: f64,
+    /// Effects of the user's own.
+    pub effects: Option<&'a Path>,
+    /// Where everything that was found is drawn.
+    pub report: Option<&'a Path>,
+    /// Where the coefficients with the named effects go.
+    pub out: Option<&'a Path>,
+    /// Motors of a simulated robot that is driven along.
+    pub plant: Option<PlantSet>,
+    /// Where the drive that parts the rivals of a tie is written.
+    pub profile: &'a Path,
+    /// What that drive is asked to be.
+    pub wish: Wish,
+    /// Whether any file is written over, and coefficients are taken that cannot be used.
+    pub force: bool,
+}
+
+/// All that was found.
+pub struct Answer {
+    /// The verdict, and what led to it.
+    pub report: Report,
+    /// The simulation's side.
+    pub simulated: Option<Simulated>,
+    /// Somebody's own simulator.
+    pub simulator: Option<Told>,
+    /// What its model of the robot needs.
+    pub changes: Option<Changes>,
+    /// What to drive where there is a tie.
+    pub suggestion: Option<Suggestion>,
+}
+
+impl Answer {
+    fn of(report: Report) -> Self {
+        Self { report, simulated: None, simulator: None, changes: None, suggestion: None }
+    }
+
+    /// What is suggested, where it is a drive.
+    fn drive(&self) -> Option<&Suggestion> {
+        self.suggestion.as_ref().filter(|suggestion| suggestion.knots.is_some())
+    }
+
+    /// For scripts; a drive was written to `profile`.
+    pub fn json(&self, profile: &Path) -> Value {
+        let profile = self.drive().map(|_| profile.display().to_string());
+        let beside = Beside {
+            simulated: self.simulated.as_ref(),
+            simulator: self.simulator.as_ref(),
+            changes: self.changes.as_ref(),
+            suggestion: self.suggestion.as_ref(),
+            profile: profile.as_deref(),
+        };
+        json::json(&self.report, beside)
+    }
+}
+
+/// Asks logs what the model lacks, and writes what is asked for.
+///
+/// # Errors
+/// A file that cannot be read, is not of this robot or would be written over; too few runs; data that determine no model.
+pub fn gap(context: &Context, request: &Request<'_>) -> Result<Answer> {
+    let robot = request.robot;
+    if let Some(file) = request.report {
+        page::check(file)?;
+    }
+    if power_only::is_power_only(context, request.logs)? {
+        return Ok(Answer::of(of_power_only(context, request)?));
+    }
+    with_wheels!(robot, answer(context, request))
+}
+
+/// Of logs that do not say how the robot moved.
+fn of_power_only(context: &Context, request: &Request<'_>) -> Result<Report> {
+    let given = [
+        (request.coeffs.is_some(), "--coeffs"),
+        (!request.base.is_empty(), "--base"),
+        (request.report.is_some(), "--report"),
+        (request.plant.is_some(), "--plant"),
+        (!request.sim.is_empty(), "--sim"),
+        (request.export.is_some(), "--export"),
+    ];
+    for (given, flag) in given {
+        if given {
+            return Err(Error::usage(format!(
+                "{flag} with logs without wheel speeds: nothing can be predicted; expected logs with {}, or no {flag}",
+                speed_column(0)
+            )));
+        }
+    }
+    check_outputs(request, &[])?;
+    checks::each_once(request.logs, &[])?;
+    let unit_w = request.robot.log_units().power_in_w();
+    let mut report = power_only::investigate(&power_only::read(context, request.logs, unit_w)?)?;
+    if let Some(file) = request.effects {
+        let own = user::read(file)?.into_iter();
+        let needs = || format!("needs {}", speed_column(0));
+        report.not_testable.extend(own.map(|effect| NotTestable { id: effect.id, reason: needs() }));
+    }
+    Ok(report)
+}
+
+/// Refuses to write over what is read, the clean logs that the coefficients name included.
+fn check_outputs(request: &Request<'_>, clean_logs: &[PathBuf]) -> Result<()> {
+    let Request { out, report, profile, robot_file, logs, coeffs, effects, force, .. } = *request;
+    let export = request.export.map(|(_, file)| file);
+    let outputs = out.into_iter().chain(report).chain([profile]).chain(export);
+    let logs = logs.iter().chain(clean_logs).map(PathBuf::as_path);
+    let inputs = logs.chain(coeffs).chain(effects).chain([robot_file]);
+    check_apart(outputs, inputs)?;
+    let written = [
+        (out, Form::Coefficients),
+        (report, Form::Page),
+        (export, Form::Exported),
+        (Some(profile), Form::Profile),
+    ];
+    written.into_iter().try_for_each(|(file, form)| file.map_or(Ok(()), |file| own::check(file, form, force)))
+}
+
+fn answer<const N: usize>(context: &Context, request: &Request<'_>) -> Result<Answer> {
+    let Request { robot, logs, coeffs, sim, mass_kg: mass, effects, .. } = *request;
+    checks::check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
+    let own = effects.map_or(Ok(Vec::new()), user::read)?;
+    // Before the long work, and before the clean logs are asked whether they have changed.
+    let taking = Taking { true_slip: true, not_usable: request.force.then_some(context) };
+    let read = |file| Ok((file, CoefficientsFile::<N>::read_taking(file, robot, taking)?));
+    let fitted: Option<(&Path, _)> = coeffs.map(read).transpose()?;
+    let weighed = fitted.as_ref().map(|(_, fitted)| fitted.with_weighed(robot)).transpose()?;
+    let robot = weighed.as_ref().unwrap_or(robot);
+    if let (Some(_), Some((file, fitted))) = (request.plant, &fitted)
+        && fitted.coefficients.robot.conditioning.true_slip != 0.0
+    {
+        // The simulated robot has no gyro.
+        return Err(Error::of(InvalidCoefficients::TrueSlip).in_file(file).in_column("true_slip_s_rad"));
+    }
+    let clean_logs = match (request.base, &fitted) {
+        ([], Some((file, fitted))) => fitted.logs_still_there(context, file)?,
+        (given, _) => given.to_vec(),
+    };
+    let simulator = match (sim, &fitted) {
+        ([], Some(_)) => None,
+        ([], None) => Source::beside(context, logs, robot)?,
+        (logs, _) => Some(Source::of_logs(context, logs, robot)?),
+    };
+    let clean_and_sim = [&clean_logs[..], sim].concat();
+    check_outputs(request, &clean_and_sim)?;
+    checks::each_once(logs, &clean_and_sim)?;
+    let named: Vec<String> = own.iter().flat_map(|effect| effect.formula.variables()).cloned().collect();
+    let simulator = simulator
+        .map(|source| Simulator::<N>::read(context, robot, source, logs, mass, &named))
+        .transpose()?;
+    let (core, base) = match (&simulator, &fitted) {
+        (Some(simulator), _) => (simulator.core, simulator.base.clone()),
+        (None, Some((file, fitted))) => fitted_base(file, fitted)?,
+        (None, None) => own_base(context, robot, logs, mass)?,
+    };
+    let raw = Runs::<N>::raw(context, robot, logs, mass, &named)?;
+    let mut runs = Runs::condition(&core, raw.clone())?;
+    let raw_clean = match (&simulator, &clean_logs[..]) {
+        (Some(simulator), _) => Some(simulator.raw.clone()),
+        (None, []) => None,
+        (None, files) => Some(Runs::<N>::raw(context, robot, files, mass, &named)?),
+    };
+    let mut clean = raw_clean.clone().map(|raw| Runs::condition(&core, raw)).transpose()?;
+    if let (Some(simulator), Some(clean)) = (&simulator, &clean) {
+        simulator.check_rate(&runs, clean)?;
+    }
+    say_what_is_missing(context, clean.as_ref().map(|clean| clean.runs.len()), coeffs.is_some());
+    checks::check_power(context, &runs)?;
+    clean.as_ref().map_or(Ok(()), |clean| checks::check_power(context, clean))?;
+    let mut options = Options::default();
+    if let Some(file) = effects {
+        options.user = UserCandidates::add(&own, file, &mut runs, clean.as_mut())?;
+        for NotTestable { id, reason } in &options.user.not_testable {
+            context.notice(format_args!("{}: {id}: not testable: {reason}", file.display()));
+        }
+    }
+    let progress = StageProgress::new(context, "looking for what the model lacks");
+    let report = investigate(&runs, clean.as_ref(), &base, &options)?;
+    let report = match (&simulator, &fitted) {
+        (None, Some(_)) => {
+            let refit = refit::asked_for(context, robot, &core, &base, &clean_logs, mass, &report)?;
+            report.withheld(refit)
+        }
+        _ => report,
+    };
+    let simulated = match request.plant {
+        Some(plant) => {
+            progress.at("driving the simulated robot");
+            Some(simulation::simulate(plant, robot, &core, &raw, raw_clean.as_deref(), &report)?)
+        }
+        None => None,
+    };
+    if report.verdict == Verdict::Ambiguous {
+        progress.at("looking for a drive that parts the rivals");
+    }
+    let suggestion = manoeuvre::suggest(robot, &runs, clean.as_ref(), &report, &request.wish)?;
+    if let Some(file) = request.report {
+        progress.at("drawing");
+        let threshold = if clean.is_some() { options.threshold } else { options.threshold_alone };
+        let inputs = page::Inputs {
+            robot: robot.name().to_owned(),
+            coefficients: coeffs.map(Path::to_owned),
+            logs: logs.to_vec(),
+            clean: clean_and_sim,
+            options: vec![
+                ("mass of logs without one".to_owned(), format!("{mass} kg")),
+                ("filter".to_owned(), format!("{} Hz", core.cutoff_hz)),
+                ("threshold of structure".to_owned(), threshold.to_string()),
+                ("most effects".to_owned(), options.most_effects.to_string()),
+            ],
+        };
+        page::save(
+            file,
+            &report,
+            &page::Picture::of(&runs, &report),
+            &inputs,
+            simulated.as_ref().map(Simulated::picture).as_ref(),
+        )?;
+    }
+    if let (Some(out), Some((_, base))) = (request.out, &fitted) {
+        extension::write(context, &runs, &report, base, out)?;
+    }
+    drop(progress);
+    let simulator = simulator.zip(clean.as_ref()).map(|(own, clean)| own.told(&runs, clean, &report));
+    let changes = |(language, file): (Language, &Path)| {
+        let changes = Changes::of(&report, robot, mean_mass(&runs), language);
+        write_content(file, changes.text(robot)).map(|()| changes)
+    };
+    let changes = request.export.map(changes).transpose()?;
+    let asked = [("--part", request.wish.probability.is_some()), ("--room", request.wish.room.is_some())];
+    for (flag, _) in asked.iter().filter(|(_, given)| *given && suggestion.is_none()) {
+        context.notice(format_args!(
+            "{flag} is not used: it plans a drive that parts the rivals of a tie, and this is none"
+        ));
+    }
+    let found = Answer { report, simulated, simulator, changes, suggestion };
+    found.drive().map_or(Ok(()), |suggestion| suggestion.write(request.profile))?;
+    Ok(found)
+}
+
+/// Notices of the clean runs: that there are none though coefficients are given, or too few.
+fn say_what_is_missing(context: &Context, clean_runs: Option<usize>, has_coefficients: bool) {
+    match clean_runs {
+        None if has_coefficients => context.notice(
+            "the clean runs of these coefficients are not there: what the model gets wrong without any effect is not \
+             known, so only large effects are named; give the runs with --base",
+        ),
+        Some(count) if count < LEAST_RUNS => context.notice(format_args!(
+            "{count} clean run{}: how much clean runs differ is not known, so small effects may be named that are none; record {} more, \
+             and fit them all",
+            if count == 1 { "" } else { "s" },
+            LEAST_RUNS - count
+        )),
+        _ => {}
+    }
+}
+
+/// The base of coefficients as `gmr fit` wrote them.
+fn fitted_base<const N: usize>(
+    file: &Path,
+    fitted: &CoefficientsFile<N>,
+) -> Result<(CoreRobot<f64, N>, Base)> {
+    let read = &fitted.coefficients;
+    let Model::Signed { torque, drive } = read.model else {
+        return Err(Error::failed("model eq18; expected signed: effects act on its torques")
+            .in_file(file)
+            .in_column("model"));
+    };
+    if let Some(effect) = read.columns.iter().next() {
+        let message = format!(
+            "they hold the effect {} already; expected the coefficients as gmr fit wrote them, from which all effects are looked for \
+             together",
+            written::id_of(&effect.cause).0
+        );
+        return Err(Error::failed(message).in_file(file).in_column("effects"));
+    }
+    let covariance = Some(fitted.covariance.clone());
+    let masses_kg = fitted.origin.masses_kg.clone();
+    Ok((read.robot, Base { torque, covariance, drive, masses_kg, of_simulator: false }))
+}
+
+/// A base fitted to the very runs in question.
+fn own_base<const N: usize>(
+    context: &Context,
+    robot: &Robot,
+    logs: &[PathBuf],
+    mass_kg: f64,
+) -> Result<(CoreRobot<f64, N>, Base)> {
+    let reading = Reading { gate: Gate::Signed, cutoff_hz: None, mass_kg };
+    let dataset = fit::read::<N>(context, robot, logs, &reading)?;
+    let torque = physical::solve(&dataset, robot).torque;
+    let masses_kg = dataset.masses;
+    let base = Base { torque, covariance: None, drive: robot.drive(), masses_kg, of_simulator: false };
+    Ok((dataset.robot, base))
+}
+
+/// Mean total mass of the rows, kg.
+fn mean_mass<const N: usize>(runs: &Runs<N>) -> f64 {
+    let masses = || runs.runs.iter().flat_map(|run| run.rows.iter().map(|row| row.mass));
+    masses().sum::<f64>() / masses().count().max(1) as f64
+}
