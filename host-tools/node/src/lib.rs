@@ -1,6 +1,6 @@
 //! One power sensor on the robot's own computer, wheel speeds from ROS 2, and what follows from both: `gmr node`.
 //!
-//! Its face: a [`Node`] takes readings of power and messages of wheels, and gives a [`State`] at any time.
+//! Its face: [`node`]. Within it a [`Node`] takes readings of power and messages of wheels, and gives a [`State`] at any time.
 //! Readings come from a sensor (`i2c`) or a log ([`power`], [`replay`]); states go to a DDS domain (`ros`) or a
 //! terminal.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
@@ -15,12 +15,14 @@ pub mod power;
 pub mod replay;
 #[cfg(feature = "ros")]
 pub mod ros;
+mod run;
 mod state;
 mod wheels;
 
 pub use live::Node;
 pub use pipeline::Pipeline;
 pub use power::{PowerSource, Reading};
+pub use run::{Request, WheelsFrom, node};
 pub use state::{Health, State};
 use support::error::Result;
 pub use wheels::{Motion, WheelMessage};
@@ -32,6 +34,9 @@ pub trait Outlet {
     /// # Errors
     /// It cannot, and never will again: whatever passes is not an error.
     fn publish(&mut self, state: &State) -> Result<()>;
+
+    /// Takes what is wrong elsewhere, for people.
+    fn say(&mut self, _: &str) {}
 
     /// What is wrong where states go, said once.
     fn trouble(&mut self) -> Option<String> {
