@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread;
 
+use logs::compiled_here;
 use logs::robot::Robot;
 use logs::{RawRow, SampleReader};
 use model_core::coefficients::Robot as CoreRobot;
@@ -90,12 +91,42 @@ pub struct Reading {
     pub mass_kg: f64,
 }
 
+compiled_here! {
+    fn read<N>(
+        context: &Context,
+        robot: &Robot,
+        core: CoreRobot<f64, N>,
+        files: &[PathBuf],
+        reading: &Reading,
+    ) -> Result<Dataset<N>> = read_here;
+}
+
+fn read_here<const N: usize>(
+    context: &Context,
+    robot: &Robot,
+    core: CoreRobot<f64, N>,
+    files: &[PathBuf],
+    reading: &Reading,
+) -> Result<Dataset<N>> {
+    Dataset::read_here(context, robot, core, files, reading)
+}
+
 impl<const N: usize> Dataset<N> {
     /// Reads the logs behind the filter of `core`, each once. [`super::read`] chooses its cutoff first.
     ///
     /// # Errors
     /// A log that cannot be read or is not one of this robot; no usable row in any.
     pub fn read(
+        context: &Context,
+        robot: &Robot,
+        core: CoreRobot<f64, N>,
+        files: &[PathBuf],
+        reading: &Reading,
+    ) -> Result<Self> {
+        read(context, robot, core, files, reading)
+    }
+
+    fn read_here(
         context: &Context,
         robot: &Robot,
         core: CoreRobot<f64, N>,

@@ -27,8 +27,8 @@ pub mod warning;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use logs::foreign;
 use logs::robot::Robot;
+use logs::{compiled_here, foreign};
 use model_core::coefficients::{Coefficients, Robot as CoreRobot};
 use model_core::effects::Columns;
 use model_core::eq18::{self, Gate};
@@ -111,11 +111,21 @@ pub fn read<const N: usize>(
     Ok(read_choosing(context, robot, files, reading, &form::TERMS)?.0)
 }
 
-/// As [`read`], with what the first rows said of each of these further terms of the signed model; other models have none.
-///
-/// # Errors
-/// As [`read`].
-pub fn read_choosing<const N: usize>(
+compiled_here! {
+    /// As [`read`], with what the first rows said of each of these further terms of the signed model; other models have none.
+    ///
+    /// # Errors
+    /// As [`read`].
+    pub fn read_choosing<N>(
+        context: &Context,
+        robot: &Robot,
+        files: &[PathBuf],
+        reading: &Reading,
+        terms: &[Term],
+    ) -> Result<(Dataset<N>, Vec<Judged>)> = read_choosing_here;
+}
+
+fn read_choosing_here<const N: usize>(
     context: &Context,
     robot: &Robot,
     files: &[PathBuf],
@@ -140,11 +150,20 @@ pub fn read_choosing<const N: usize>(
     Ok((dataset, choice.judged))
 }
 
-/// The filter's cutoff for these logs as [`read`] chooses it, Hz: the robot's, or by the data.
-///
-/// # Errors
-/// A log that cannot be read.
-pub fn choose_cutoff<const N: usize>(
+compiled_here! {
+    /// The filter's cutoff for these logs as [`read`] chooses it, Hz: the robot's, or by the data.
+    ///
+    /// # Errors
+    /// A log that cannot be read.
+    pub fn choose_cutoff<N>(
+        context: &Context,
+        robot: &Robot,
+        files: &[PathBuf],
+        mass_kg: f64,
+    ) -> Result<f64> = choose_cutoff_here;
+}
+
+fn choose_cutoff_here<const N: usize>(
     context: &Context,
     robot: &Robot,
     files: &[PathBuf],
@@ -159,11 +178,23 @@ pub fn choose_cutoff<const N: usize>(
     }
 }
 
-/// Chooses among further terms of the signed model for logs that are to be read as `core` says, without the rows of `held_out` times (s).
-///
-/// # Errors
-/// A log that cannot be read.
-pub fn choose_form<const N: usize>(
+compiled_here! {
+    /// Chooses among further terms of the signed model for logs that are to be read as `core` says, without the rows of `held_out` times (s).
+    ///
+    /// # Errors
+    /// A log that cannot be read.
+    pub fn choose_form<N>(
+        context: &Context,
+        robot: &Robot,
+        core: &CoreRobot<f64, N>,
+        terms: &[Term],
+        files: &[PathBuf],
+        mass_kg: f64,
+        held_out: &(dyn Fn(f64) -> bool + Sync),
+    ) -> Result<Form> = choose_form_here;
+}
+
+fn choose_form_here<const N: usize>(
     context: &Context,
     robot: &Robot,
     core: &CoreRobot<f64, N>,
@@ -176,11 +207,22 @@ pub fn choose_form<const N: usize>(
     Ok(form::choose(robot, core, terms, &pilots, held_out).form)
 }
 
-/// Terms that a fit of these logs would take beyond those that `core` has, by unseen blocks: none for what this version fitted to them.
-///
-/// # Errors
-/// A log that cannot be read.
-pub fn lacking<const N: usize>(
+compiled_here! {
+    /// Terms that a fit of these logs would take beyond those that `core` has, by unseen blocks: none for what this version fitted to them.
+    ///
+    /// # Errors
+    /// A log that cannot be read.
+    pub fn lacking<N>(
+        context: &Context,
+        robot: &Robot,
+        core: &CoreRobot<f64, N>,
+        terms: &[Term],
+        files: &[PathBuf],
+        mass_kg: f64,
+    ) -> Result<Vec<Judged>> = lacking_here;
+}
+
+fn lacking_here<const N: usize>(
     context: &Context,
     robot: &Robot,
     core: &CoreRobot<f64, N>,
@@ -193,11 +235,21 @@ pub fn lacking<const N: usize>(
     Ok(judged.into_iter().filter(|judged| judged.taken).collect())
 }
 
-/// Fits the model to what was read.
-///
-/// # Errors
-/// The data cannot determine a model: the robot stood still.
-pub fn fit<const N: usize>(
+compiled_here! {
+    /// Fits the model to what was read.
+    ///
+    /// # Errors
+    /// The data cannot determine a model: the robot stood still.
+    pub fn fit<N>(
+        robot: &Robot,
+        dataset: &Dataset<N>,
+        kind: ModelKind,
+        method: Method,
+        pgd: &pgd::Settings,
+    ) -> Result<Fit<N>> = fit_here;
+}
+
+fn fit_here<const N: usize>(
     robot: &Robot,
     dataset: &Dataset<N>,
     kind: ModelKind,

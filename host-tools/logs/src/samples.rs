@@ -8,6 +8,7 @@ use support::error::{Error, Result};
 
 use super::drive::DriveReader;
 use super::{Exclusions, Header, MASS};
+use crate::compiled_here;
 use crate::robot::Robot;
 
 /// A row before the filter.
@@ -40,6 +41,22 @@ pub struct SampleReader<const N: usize> {
     rows: u64,
 }
 
+compiled_here! {
+    fn open<N>(header: Header, robot: &Robot, columns: &[&str]) -> Result<DriveReader<N>> = open_here;
+}
+
+fn open_here<const N: usize>(header: Header, robot: &Robot, columns: &[&str]) -> Result<DriveReader<N>> {
+    DriveReader::of(header, robot, columns)
+}
+
+compiled_here! {
+    fn next_row<N>(reader: &mut SampleReader<N>) -> Result<Option<RawRow<N>>> = next_row_here;
+}
+
+fn next_row_here<const N: usize>(reader: &mut SampleReader<N>) -> Result<Option<RawRow<N>>> {
+    reader.next_row_here()
+}
+
 impl<const N: usize> SampleReader<N> {
     /// Opens the log of a run of `robot`.
     ///
@@ -67,7 +84,7 @@ impl<const N: usize> SampleReader<N> {
     /// # Errors
     /// As [`open_with`](Self::open_with).
     pub fn of(header: Header, robot: &Robot, columns: &[&str]) -> Result<Self> {
-        let reader = DriveReader::of(header, robot, columns)?;
+        let reader = open(header, robot, columns)?;
         let static_power = robot.static_power_w().unwrap_or(0.0);
         Ok(Self { reader, static_power, last: None, yaw_rate: (f64::NAN, 0.0), rows: 0 })
     }
@@ -76,8 +93,11 @@ impl<const N: usize> SampleReader<N> {
     ///
     /// # Errors
     /// As [`DriveReader::next_record`]; a mass that is not above 0.
-    #[inline]
     pub fn next_row(&mut self) -> Result<Option<RawRow<N>>> {
+        next_row(self)
+    }
+
+    fn next_row_here(&mut self) -> Result<Option<RawRow<N>>> {
         let Some(record) = self.reader.next_record()? else { return Ok(None) };
         self.rows += 1;
         if let Some(mass) = record.mass_kg

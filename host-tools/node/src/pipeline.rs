@@ -1,11 +1,9 @@
 //! model-core's estimator, set up as `gmr estimate` and the board do: the same windows, the same answers.
 
-use answers::estimate::{Fitted, Pipeline as Estimating, bucket_length};
+use answers::estimate::{Payloads, Pipeline as Estimating, bucket_length, fitted};
 use model_core::coefficients::Coefficients;
 use model_core::effects::live::Outside;
 use model_core::estimator::{Estimate, Sample, Timing, Unfit};
-use model_core::model::Model;
-use model_core::payload::roots::RootMean;
 use model_core::payload::schedule::Schedule;
 use support::error::{Error, Result};
 
@@ -35,17 +33,8 @@ impl<const N: usize> Pipeline<N> {
         let bucket_s = bucket_length(WINDOW_S)?;
         let schedule = Schedule::Moving { window: (WINDOW_S / bucket_s).round() as usize };
         let timing = Timing { period_s, bucket_s, schedule, detect_changes: true };
-        let range = coefficients.robot.range;
-        let unfit = |why| unfit(why, period_s);
-        let estimating: Box<dyn Estimating<N>> = match coefficients.model {
-            Model::Signed { .. } => {
-                let window = coefficients.window(period_s);
-                Box::new(Fitted::new(coefficients, window, &timing).map_err(unfit)?)
-            }
-            Model::Eq18 { .. } => {
-                Box::new(Fitted::new(coefficients, RootMean { range }, &timing).map_err(unfit)?)
-            }
-        };
+        let payloads = Payloads::default_for(&coefficients.model);
+        let estimating = fitted(coefficients, payloads, &timing).map_err(|why| unfit(why, period_s))?;
         Ok(Self { estimating, period_s, latest: None, changes: 0 })
     }
 

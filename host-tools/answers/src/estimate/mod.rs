@@ -10,13 +10,12 @@ mod told;
 use std::path::Path;
 
 use logs::robot::Robot;
-use logs::{Exclusions, Header, NO_GYRO, RawRow, SampleReader, YAW_RATE};
+use logs::{Exclusions, Header, NO_GYRO, RawRow, SampleReader, YAW_RATE, compiled_here};
 use model::coefficients::GROUND_NEEDS;
 use model_core::adapt::Ground;
 use model_core::coefficients::Coefficients;
 use model_core::estimator::{Estimate, Timing, Unfit};
 use model_core::model::Model;
-use model_core::payload::roots::RootMean;
 use model_core::payload::schedule::Schedule;
 use model_core::payload::{MassEstimate, Place, Unknown};
 use serde::{Deserialize, Serialize};
@@ -29,7 +28,7 @@ pub use answer::{Answer, MassError, Request, estimate};
 use outside::Columns;
 pub use pipeline::GroundAt;
 use pipeline::{Adapting, BUCKETS};
-pub use pipeline::{Fitted, Pipeline};
+pub use pipeline::{Pipeline, fitted};
 use told::Telling;
 pub use told::Told;
 
@@ -208,11 +207,23 @@ pub fn replay<const N: usize>(
     replay_at(context, robot, coefficients, &Recorded { file, mass_kg: None }, payloads, policy, watch)
 }
 
-/// As [`replay`], with power and energy at the mass that is given with the log beside.
-///
-/// # Errors
-/// As [`replay`].
-pub fn replay_at<const N: usize>(
+compiled_here! {
+    /// As [`replay`], with power and energy at the mass that is given with the log beside.
+    ///
+    /// # Errors
+    /// As [`replay`].
+    pub fn replay_at<N>(
+        context: &Context,
+        robot: &Robot,
+        coefficients: &Coefficients<f64, N>,
+        recorded: &Recorded<'_>,
+        payloads: Payloads,
+        policy: &Policy,
+        watch: &mut dyn FnMut(&Instant),
+    ) -> Result<Replay> = replay_at_here;
+}
+
+fn replay_at_here<const N: usize>(
     context: &Context,
     robot: &Robot,
     coefficients: &Coefficients<f64, N>,
@@ -223,19 +234,9 @@ pub fn replay_at<const N: usize>(
 ) -> Result<Replay> {
     let log = Log::open(context, robot, coefficients, recorded)?;
     let timing = log.timing(policy)?;
-    let (range, period) = (coefficients.robot.range, timing.period_s);
     let unfit = |why| Error::failed(unfit_text(why, coefficients)).in_file(recorded.file);
-    match payloads {
-        Payloads::Window => {
-            let method = coefficients.window(period);
-            let pipeline = Fitted::new(coefficients, method, &timing).map_err(unfit)?;
-            Run::new(coefficients, log, pipeline, policy, robot)?.finish(context, robot, watch)
-        }
-        Payloads::Roots => {
-            let pipeline = Fitted::new(coefficients, RootMean { range }, &timing).map_err(unfit)?;
-            Run::new(coefficients, log, pipeline, policy, robot)?.finish(context, robot, watch)
-        }
-    }
+    let pipeline = fitted(coefficients, payloads, &timing).map_err(unfit)?;
+    Run::new(coefficients, log, pipeline, policy, robot)?.finish(context, robot, watch)
 }
 
 /// As [`replay_at`], rolling resistance and scrub adapting (with a memory of a minute) beside the
@@ -262,7 +263,7 @@ pub fn replay_adapting<const N: usize>(
     let ground = Ground { window: policy.window_s, ..Ground::usual() };
     let unfit = |why| Error::failed(unfit_text(why, coefficients)).in_file(recorded.file);
     let pipeline = Adapting::new(coefficients, &ground, &timing, recorded.mass_kg).map_err(unfit)?;
-    Run::new(coefficients, log, pipeline, policy, robot)?.finish(context, robot, watch)
+    Run::new(coefficients, log, Box::new(pipeline), policy, robot)?.finish(context, robot, watch)
 }
 
 /// Why ground does not adapt beside a gyro.
@@ -334,20 +335,20 @@ impl<'a, const N: usize> Log<'a, N> {
     }
 }
 
-struct Run<'a, P: Pipeline<N>, const N: usize> {
+struct Run<'a, const N: usize> {
     log: Log<'a, N>,
-    pipeline: P,
+    pipeline: Box<dyn Pipeline<N>>,
     telling: Telling<N>,
     policy: &'a Policy,
     bucket_s: f64,
     window_buckets: usize,
 }
 
-impl<'a, P: Pipeline<N>, const N: usize> Run<'a, P, N> {
+impl<'a, const N: usize> Run<'a, N> {
     fn new(
         coefficients: &Coefficients<f64, N>,
         log: Log<'a, N>,
-        pipeline: P,
+        pipeline: Box<dyn Pipeline<N>>,
         policy: &'a Policy,
         robot: &Robot,
     ) -> Result<Self> {

@@ -1,12 +1,16 @@
 //! What a log is replayed through: the estimator on the ground of the fit, as boards run it, or one whose ground adapts.
 
+use logs::compiled_here;
 use model_core::adapt::{Adaptive, Ground};
 use model_core::coefficients::Coefficients;
 use model_core::effects::live::{Live, Outside};
 use model_core::estimator::{Estimate, Estimator, Sample, Timing, Unfit};
 use model_core::gyro::{Gyro, WithGyro};
+use model_core::payload::roots::RootMean;
 use model_core::payload::{MassEstimate, Method};
 use serde::Serialize;
+
+use super::Payloads;
 
 /// Most buckets in a window.
 pub(super) const BUCKETS: usize = 512;
@@ -50,8 +54,34 @@ pub trait Pipeline<const N: usize> {
     fn ground(&self, time_s: f64) -> Option<GroundAt>;
 }
 
+/// What [`fitted`] gives.
+type Made<const N: usize> = Result<Box<dyn Pipeline<N>>, Unfit>;
+
+compiled_here! {
+    /// The estimator on the ground of the fit.
+    ///
+    /// # Errors
+    /// What these coefficients cannot have at this rate.
+    pub fn fitted<N>(coefficients: &Coefficients<f64, N>, payloads: Payloads, timing: &Timing) -> Made<N> = fitted_here;
+}
+
+fn fitted_here<const N: usize>(
+    coefficients: &Coefficients<f64, N>,
+    payloads: Payloads,
+    timing: &Timing,
+) -> Made<N> {
+    Ok(match payloads {
+        Payloads::Window => {
+            Box::new(Fitted::new(coefficients, coefficients.window(timing.period_s), timing)?)
+        }
+        Payloads::Roots => {
+            Box::new(Fitted::new(coefficients, RootMean { range: coefficients.robot.range }, timing)?)
+        }
+    })
+}
+
 /// As boards do it: with effects only where the coefficients hold any.
-pub struct Fitted<M: Method<f64>, const N: usize> {
+struct Fitted<M: Method<f64>, const N: usize> {
     estimator: Estimator<f64, M, N, BUCKETS>,
     live: Option<Live<f64, N>>,
     gyro: Option<Gyro<f64>>,
@@ -62,7 +92,7 @@ pub struct Fitted<M: Method<f64>, const N: usize> {
 impl<M: Method<f64>, const N: usize> Fitted<M, N> {
     /// # Errors
     /// What these coefficients cannot have at this rate.
-    pub fn new(coefficients: &Coefficients<f64, N>, method: M, timing: &Timing) -> Result<Self, Unfit> {
+    fn new(coefficients: &Coefficients<f64, N>, method: M, timing: &Timing) -> Result<Self, Unfit> {
         let estimator = Estimator::new(coefficients, method, timing)?;
         let live = (!coefficients.columns.is_empty()).then(|| Live::new(coefficients, timing.period_s));
         let robot = &coefficients.robot;

@@ -32,6 +32,29 @@ macro_rules! with_wheels {
     };
 }
 
+/// A function of the number of wheels whose instances are compiled where this stands: calling it from another crate compiles nothing again.
+/// `$function` is the generic function itself; `N` is 1 to 6, as [`with_wheels!`] gives it.
+#[macro_export]
+macro_rules! compiled_here {
+    ($(#[$about:meta])* $view:vis fn $name:ident<$n:ident>($($argument:ident: $type:ty),* $(,)?) -> $answer:ty = $function:ident;) => {
+        $(#[$about])*
+        $view fn $name<const $n: usize>($($argument: $type),*) -> $answer {
+            type Function<const $n: usize> = fn($($type),*) -> $answer;
+            static HERE: [&(dyn std::any::Any + Send + Sync); 6] = [
+                &($function::<1> as Function<1>),
+                &($function::<2> as Function<2>),
+                &($function::<3> as Function<3>),
+                &($function::<4> as Function<4>),
+                &($function::<5> as Function<5>),
+                &($function::<6> as Function<6>),
+            ];
+            let here = HERE.get($n.wrapping_sub(1)).and_then(|here| here.downcast_ref::<Function<$n>>());
+            let Some(here) = here else { panic!("{} wheels; expected 1 to 6", $n) };
+            here($($argument),*)
+        }
+    };
+}
+
 impl Robot {
     /// Whether its drives clamp braking power.
     pub fn drive(&self) -> Drive {
@@ -46,6 +69,10 @@ impl Robot {
     /// # Panics
     /// If `N` is not its number of wheels.
     pub fn core<const N: usize>(&self, cutoff_hz: f64) -> Result<CoreRobot<f64, N>> {
+        core(self, cutoff_hz)
+    }
+
+    fn core_here<const N: usize>(&self, cutoff_hz: f64) -> Result<CoreRobot<f64, N>> {
         assert_eq!(self.wheels(), N, "as many wheels as the robot has");
         let invalid = |error: InvalidLength| {
             Error::failed(format!("robot {}: {} has to be finite and above zero", self.name(), error.name))
@@ -108,6 +135,14 @@ impl Robot {
         let scrubs = matches!(self.geometry, Geometry::SkidSteer { .. });
         Ok(Kinematics::from_rows(rows)?.with_scrub(scrubs))
     }
+}
+
+compiled_here! {
+    fn core<N>(robot: &Robot, cutoff_hz: f64) -> Result<CoreRobot<f64, N>> = core_here;
+}
+
+fn core_here<const N: usize>(robot: &Robot, cutoff_hz: f64) -> Result<CoreRobot<f64, N>> {
+    robot.core_here(cutoff_hz)
 }
 
 fn inverse<const N: usize>(robot: &Robot) -> Result<Option<DMatrix<f64>>> {

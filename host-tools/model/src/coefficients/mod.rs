@@ -14,7 +14,7 @@ mod usability;
 use std::path::{Path, PathBuf};
 
 use ::logs::robot::Robot;
-use ::logs::with_wheels;
+use ::logs::{compiled_here, with_wheels};
 use model_core::coefficients::Coefficients;
 use model_core::conditioning::Conditioning;
 use model_core::effects::Columns;
@@ -51,6 +51,19 @@ pub fn check(file: &Path, robot: &Robot) -> Result<()> {
         CoefficientsFile::<N>::read_with_gyro(file, robot).map(drop)
     }
     with_wheels!(robot, read(file, robot))
+}
+
+compiled_here! {
+    fn parse<N>(text: &str, file: &Path, robot: &Robot, taking: Taking<'_>) -> Result<CoefficientsFile<N>> = parse_here;
+}
+
+fn parse_here<const N: usize>(
+    text: &str,
+    file: &Path,
+    robot: &Robot,
+    taking: Taking<'_>,
+) -> Result<CoefficientsFile<N>> {
+    CoefficientsFile::parse_here(text, file, robot, taking)
 }
 
 /// Coefficients with where they come from.
@@ -135,6 +148,10 @@ impl<const N: usize> CoefficientsFile<N> {
     /// # Errors
     /// As [`read_taking`](Self::read_taking).
     pub fn parse(text: &str, file: &Path, robot: &Robot, taking: Taking<'_>) -> Result<Self> {
+        parse(text, file, robot, taking)
+    }
+
+    fn parse_here(text: &str, file: &Path, robot: &Robot, taking: Taking<'_>) -> Result<Self> {
         let refused = |wrong: InvalidCoefficients| {
             let (key, line) = (wrong.key().map(str::to_owned), wrong.line(text));
             let mut error = Error::of(wrong).in_file(file);
