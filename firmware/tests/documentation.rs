@@ -68,7 +68,7 @@ fn the_example_is_true() {
     let mut buffer = [0; 64];
     let mut device = Device::new();
     device.feed(&request);
-    let length = device.answer(&mut State::<1>::new(200, 25), &mut buffer).unwrap();
+    let length = device.answer(&mut State::new(200, 25, &mut []), &mut buffer).unwrap();
     assert_eq!(buffer.get(..length), Some(answer.as_slice()));
     assert_eq!(Parser::<LONGEST_INSTRUCTION>::new().space().len(), 512);
 }

@@ -128,6 +128,30 @@ impl<'a> State<'a> {
         }
     }
 
+    /// The same without its samples, whose memory is lent once: for tests that go on from it in several
+    /// ways.
+    #[must_use]
+    pub fn without_samples(&self) -> State<'static> {
+        State {
+            time_us: self.time_us,
+            window_s: self.window_s,
+            snapshot: self.snapshot,
+            counters: self.counters,
+            fifo: Fifo::new(&mut []),
+            pilot: self.pilot,
+            heading: self.heading,
+            inertial: self.inertial,
+            panel: self.panel,
+            supply_voltage: self.supply_voltage,
+            reset: self.reset,
+            ledger: self.ledger,
+            needs_signature: self.needs_signature,
+            is_store_prepared: self.is_store_prepared,
+            settings: self.settings.clone(),
+            upload: self.upload.clone(),
+        }
+    }
+
     /// Coefficients, calibration and robot in use.
     #[must_use]
     pub const fn settings(&self) -> &Settings {

@@ -54,7 +54,7 @@ mod tests {
 
     #[test]
     fn a_board_without_servos_rests_while_an_upload_waits() {
-        let (idle, waiting) = (State::<4>::new(200, 25), waiting());
+        let (idle, waiting) = (State::new(200, 25, &mut []), waiting());
         let mut supply = Supply::default();
         assert!(supply.is_wanted(&idle, 0) && supply.is_wanted(&waiting, 999_999));
         assert!(!supply.is_wanted(&waiting, 1_000_000));

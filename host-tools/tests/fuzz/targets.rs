@@ -147,7 +147,7 @@ fn decode(bytes: &[u8]) {
 
 /// Bytes of a host, in pieces, as the board gets them: as they are, and as instructions whose checksums are right.
 fn link(data: &[u8], _: &Path) {
-    let mut state = State::<8>::new(200, 25);
+    let mut state = State::new(200, 25, &mut []);
     let mut device = Device::new();
     let mut answer = [0; LONGEST_ANSWER];
     if let Some(bytes) = ItemBytes::new(data) {

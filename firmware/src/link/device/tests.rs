@@ -79,7 +79,7 @@ fn ping() {
 /// Byte by byte: a ping of ID 200 and its answer, their checksums by a bitwise division in Python.
 #[test]
 fn ping_as_bytes() {
-    let (mut device, mut state, mut buffer) = (Device::new(), State::<20>::new(200, 25), [0; 20]);
+    let (mut device, mut state, mut buffer) = (Device::new(), State::new(200, 25, &mut []), [0; 20]);
     assert_eq!(device.feed(b"\xFF\xFF\xFD\x00\xC8\x03\x00\x01\x3B\xFA"), 10);
     let length = device.answer(&mut state, &mut buffer).unwrap();
     assert_eq!(buffer[..length], *b"\xFF\xFF\xFD\x00\xC8\x07\x00\x55\x00\x00\x50\x01\x57\x37");
@@ -177,7 +177,7 @@ fn the_longest_answer_fits() {
 
 #[test]
 fn an_answer_that_does_not_fit_becomes_a_refusal() {
-    let (mut device, mut state) = (Device::new(), State::<20>::new(200, 25));
+    let (mut device, mut state) = (Device::new(), State::new(200, 25, &mut []));
     let mut request = [0; 20];
     let request = encode(200, Instruction::Read, &[&[0, 0, 200, 0]], &mut request).unwrap();
     let mut buffer = [0; 64];
@@ -233,7 +233,7 @@ fn writes_are_done_whole_or_not_at_all() {
 /// Writes of up to 65,535 bytes and addresses beyond all: refused or done, never a panic.
 #[test]
 fn extreme_writes() {
-    let mut state = State::<20>::new(200, 25);
+    let mut state = State::new(200, 25, &mut []);
     assert_eq!(write(&mut state, 0xFFFF, &vec![0; 70_000]), Err(Refusal::Range));
     assert_eq!(write(&mut state, 0, &vec![0; END.into()]), Err(Refusal::Access));
 }

@@ -279,7 +279,7 @@ fn what_is_unknown_is_no_number() {
 /// Nobody knows where a silent servo is; what it said last is the best there is.
 #[test]
 fn a_silent_wheel_stays_where_it_was() {
-    let mut state = State::<1>::new(200, 25);
+    let mut state = State::new(200, 25, &mut []);
     let mut snapshot = Snapshot::UNKNOWN;
     snapshot.wheels[0].position = Some(7);
     state.show(snapshot);
