@@ -79,7 +79,7 @@ fn finds_packets_in_noise() -> Outcome {
 
 /// Checksums by a bitwise division in Python.
 fn answers_a_ping() -> Outcome {
-    let (mut device, mut state) = (Device::new(), State::<1>::new(SAMPLE_RATE_HZ, 25));
+    let (mut device, mut state) = (Device::new(), State::new(SAMPLE_RATE_HZ, 25, &mut []));
     let mut buffer = [0; LONGEST_ANSWER];
     device.feed(b"\xFF\xFF\xFD\x00\xC8\x03\x00\x01\x3B\xFA");
     let length = device.answer(&mut state, &mut buffer).ok_or(Failed)?;
@@ -89,7 +89,7 @@ fn answers_a_ping() -> Outcome {
 }
 
 fn reads_the_whole_table() -> Outcome {
-    let (mut device, mut state) = (Device::new(), State::<16>::new(SAMPLE_RATE_HZ, 25));
+    let (mut device, mut state) = (Device::new(), State::new(SAMPLE_RATE_HZ, 25, &mut []));
     let (mut request, mut buffer) = ([0; 32], [0; LONGEST_ANSWER]);
     let [low, high] = firmware::control_table::END.to_le_bytes();
     let read = Instruction::Read;

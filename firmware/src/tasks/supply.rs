@@ -60,7 +60,7 @@ mod tests {
         assert!(!supply.is_wanted(&waiting, 1_000_000));
         assert!(supply.is_wanted(&idle, 1_005_000));
         // With servos that answer it waits for them to stand.
-        let mut driving = waiting.clone();
+        let mut driving = waiting.without_samples();
         driving.snapshot.wheels[0].health = WheelHealth::Ok;
         assert!(!supply.is_wanted(&waiting, 3_000_000));
         assert!(supply.is_wanted(&driving, 3_005_000) && supply.is_wanted(&driving, 9_000_000));
