@@ -214,6 +214,10 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     fn restart(&mut self, ago: usize) {
         self.ahead = None;
         self.timeline.restart(ago);
+        self.forget_surprises();
+    }
+
+    fn forget_surprises(&mut self) {
         self.spread.part();
         if let Some(detector) = &mut self.detector {
             detector.reset();
@@ -301,6 +305,8 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         if all_in_window && matches!(alone, MassEstimate::Known(_)) {
             self.buckets.blank_older(since);
             (self.ahead, self.since_known) = (Some(ahead), None);
+            // Surprises so far were about the mass that goes with them.
+            self.forget_surprises();
         }
     }
 

@@ -36,7 +36,7 @@ fn complaint(content: &str) -> String {
     let log = log(content);
     let figure = log.folder.path().join("figure.svg");
     let path = log.path.to_str().unwrap();
-    let output = gmr(&["--robot", "burger", "--verbose", "--plot", figure.to_str().unwrap(), path]);
+    let output = gmr(&["--robot", "burger", "--plot", figure.to_str().unwrap(), path]);
     assert_eq!(output.status.code(), Some(1));
     assert!(output.stdout.is_empty() && !figure.exists());
     let text = String::from_utf8(output.stderr).unwrap();
@@ -248,7 +248,7 @@ fn figures_are_drawn_and_people_get_one_screen() {
     for name in ["figure.svg", "figure.png"] {
         let figure = log.folder.path().join(name);
         let output =
-            gmr(&["--robot", "burger", "--plot", figure.to_str().unwrap(), log.path.to_str().unwrap()]);
+            gmr(&["--robot", "burger", "-v", "--plot", figure.to_str().unwrap(), log.path.to_str().unwrap()]);
         assert!(output.status.success());
         let text = String::from_utf8(output.stdout).unwrap();
         assert!(text.lines().count() <= 40, "{text}");

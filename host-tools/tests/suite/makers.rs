@@ -283,6 +283,7 @@ fn cut_logs_are_refused_and_read_on_request() {
         assert_eq!(refused.stderr.lines().count(), 1, "{log}: {}", refused.stderr);
         bench.done(&["convert", "--robot", &robot, "--allow-truncated", log, "--out", "out.csv", "--force"]);
         let rows = bench.text("out.csv").lines().count();
-        assert!((100..602).contains(&rows), "{log}: {rows}");
+        // LZ4 makes so little of the messages that their index alone is cut off.
+        assert!((100..=602).contains(&rows), "{log}: {rows}");
     }
 }
