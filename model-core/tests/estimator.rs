@@ -49,11 +49,13 @@ fn pipeline(schedule: Schedule, detect_changes: bool) -> Pipeline {
 struct Driver {
     rng: Rng,
     time: f64,
+    /// Of the measured power, W.
+    sigma: f64,
 }
 
 impl Driver {
     fn new(seed: u64) -> Self {
-        Self { rng: Rng::new(seed), time: 0.0 }
+        Self { rng: Rng::new(seed), time: 0.0, sigma: SIGMA }
     }
 
     fn sample(&mut self, mass: f64) -> Sample<f64, 2> {
@@ -63,7 +65,7 @@ impl Driver {
         let acceleration = [1.5 * 0.9 * (0.9 * t).cos(), -1.5 * 0.7 * (0.7 * t).sin()];
         let (_, matrix) = burger();
         let power = robot().model.power(&Motion::new(&speed, &acceleration, &matrix, 0.02), mass).unwrap();
-        Sample { wheel_speed: speed, wheel_acceleration: None, power: power + SIGMA * self.rng.normal() }
+        Sample { wheel_speed: speed, wheel_acceleration: None, power: power + self.sigma * self.rng.normal() }
     }
 
     /// Drives for so many buckets; what came of the last sample of each.
@@ -309,6 +311,33 @@ fn unannounced_changes_are_noticed() {
 }
 
 /// A sensor five times as noisy as in the fit: intervals widen, and no payload seems to change.
+/// Samples since the change are weighed by what they leave at the mass before, until it is noticed. They
+/// go when later ones tell the mass, and make no second change.
+#[test]
+fn a_change_is_noticed_once_where_samples_are_weighed_by_the_mass_known() {
+    for (seed, [before, after]) in (1..).zip([[3.0, 5.0], [5.0, 3.0], [2.0, 5.5], [4.0, 2.5]]) {
+        // Nearly exact, so that the sample within which the payload changes stands out.
+        let sigma = 1e-3 * SIGMA;
+        let noise = Noise { density: sigma * sigma * PERIOD, ..robot().noise };
+        let coefficients = Coefficients { noise, ..robot() };
+        let timing = Timing {
+            period_s: PERIOD,
+            bucket_s: 1.0,
+            schedule: Schedule::Moving { window: RING },
+            detect_changes: true,
+        };
+        let mut pipeline: Pipeline =
+            Estimator::new(&coefficients, coefficients.window(PERIOD), &timing).unwrap();
+        let mut driver = Driver { sigma, ..Driver::new(seed) };
+        driver.run(&mut pipeline, before, 40);
+        let closed = driver.run(&mut pipeline, after, 30);
+        let noticed = closed.iter().filter(|out| out.changed.is_some()).count();
+        assert_eq!(noticed, 1, "{before} to {after} kg");
+        let at_last = mass(&closed.last().unwrap().mass);
+        assert!((at_last - after).abs() < 0.1, "{at_last} {after}");
+    }
+}
+
 #[test]
 fn noise_beyond_the_fits_widens_intervals_and_is_no_change() {
     let (mut inside, mut known, mut alarms) = (0, 0, 0);
