@@ -146,11 +146,37 @@ def stack_bytes(machine):
     return STACK[1] - 4 * untouched
 
 
+class Sensor(devices.INA219):
+    """As the chip, unlike the emulator's: all registers are of one conversion, which writing the set-up begins."""
+
+    CONVERSION_S = 4e-3
+
+    def __init__(self, machine, shunt, bus):
+        super().__init__(machine, shunt, bus)
+        self.begun, self.seen = None, (0, 0)
+
+    def write(self, byte):
+        done = super().write(byte)
+        if self.ptr == 0 and self.n == 3:
+            now = self.m.now() / PS
+            self.begun = now, (self.shunt(now), self.bus(now))
+        return done
+
+    def value(self, pointer):
+        if self.begun and self.m.now() / PS - self.begun[0] >= self.CONVERSION_S:
+            self.seen, self.begun = self.begun[1], None
+        live = self.shunt, self.bus
+        self.shunt, self.bus = (lambda _, seen=seen: seen for seen in self.seen)
+        value = super().value(pointer)
+        self.shunt, self.bus = live
+        return value
+
+
 def set_up(arguments, **chip):
     # Without the log: the emulator looks for it in memory every millisecond, also while that is being initialised.
     machine = make(elf=arguments.image, dirty=True, rtt=False, log=lambda *_: None, **chip)
     for address, (shunt, bus) in RAILS.items():
-        sensor = devices.INA219(machine, shunt=lambda t, v=shunt: v, bus=lambda t, v=bus: v)
+        sensor = Sensor(machine, shunt=lambda t, v=shunt: v, bus=lambda t, v=bus: v)
         sensor.present = address not in arguments.absent
         machine.i2c[1].devs[address] = sensor
     for servo in machine.servos:
