@@ -23,6 +23,21 @@ fn plant() -> Bench {
     bench
 }
 
+/// The log with white noise of 3 mW in its power.
+fn noisy(log: &str) -> String {
+    let mut random = 1_u64;
+    let mut text = crate::common::HEADER.to_owned();
+    for line in log.lines().skip(1) {
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        // Uniform within ±√3 standard deviations.
+        let noise = 3e-3 * 3_f64.sqrt() * ((random >> 32) as f64 / f64::from(1_u32 << 31) - 1.0);
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        fields[3] = format!("{:.9}", fields[3].parse::<f64>().unwrap() + noise);
+        text += &(fields.join(",") + "\n");
+    }
+    text
+}
+
 fn estimate(bench: &Bench, rest: &[&str]) -> Value {
     bench.json(&[&ESTIMATE[..], rest].concat())
 }
@@ -223,7 +238,10 @@ fn a_change_of_payload_is_noticed_and_no_window_straddles_it() {
 #[test]
 fn schedules_do_what_they_say() {
     let bench = exact();
-    bench.put("run.csv", drive(80.0, 100.0, |time| if time < 40.0 { 3.0 } else { 5.0 }));
+    // Without noise a tenth of a gram would be a change of the payload.
+    bench.put("train.csv", noisy(&drive(80.0, 100.0, |time| if time < 40.0 { 1.0 } else { 6.0 })));
+    bench.done(&["fit", "--robot", "robot.toml", "--force", "--out", "c.toml", "train.csv"]);
+    bench.put("run.csv", noisy(&drive(80.0, 100.0, |time| if time < 40.0 { 3.0 } else { 5.0 })));
     let run = |rest: &[&str]| estimate(&bench, &[&["--window", "10", "run.csv"], rest].concat());
     let mape = |report: &Value| number(&report["mape_percent"]);
     let share = |report: &Value| number(&report["known_share"]);
