@@ -11,13 +11,16 @@ use support::error::Result;
 use super::local::Reference;
 use super::read::{Conditioned, Summed, of_header};
 
+/// Sums a log's rows, of a robot of so many wheels.
+type SumHeader = dyn Fn(&Robot, Header) -> Result<Summed> + Send + Sync;
+
 /// How logs are read and summed.
 pub struct How {
     /// Coefficients with their checksum, that the sums of the signed model are taken near.
     pub reference: Option<(Reference, String)>,
     /// Of the filter.
     pub filter_cutoff_hz: f64,
-    of_header: Box<dyn Fn(&Robot, Header) -> Result<Summed> + Send + Sync>,
+    of_header: Box<SumHeader>,
 }
 
 impl How {
