@@ -127,7 +127,7 @@ const HUBER: f64 = 2.5;
 const NOISE_BANDWIDTH: f64 = 1.016_6;
 
 impl<T: Real> Noise<T> {
-    /// Residuals beyond this count linearly, not squared, W: [`HUBER`] times what white noise of
+    /// Residuals beyond this count linearly, not squared, W: 2.5 times what white noise of
     /// the density leaves behind a filter of this cutoff, Hz. For ever squared where no density is
     /// known.
     pub fn linear_beyond(&self, cutoff_hz: T) -> T {
