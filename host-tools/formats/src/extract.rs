@@ -145,3 +145,45 @@ fn unreadable(topic: &Topic) -> Error {
         topic.name, topic.kind
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cdr::Serialization;
+
+    #[test]
+    fn one_number_of_a_message_serves_two_columns() {
+        let topic = Topic {
+            name: "/mass".to_owned(),
+            kind: "std_msgs/msg/Float64".to_owned(),
+            encoding: Encoding::Ros {
+                definition: "float64 data\nfloat64 error\n".to_owned(),
+                serialization: Serialization::Cdr,
+            },
+            messages: None,
+        };
+        let fields = ["data", "error", "data"].map(|path| Field::new("/mass", path).unwrap());
+        let fields: Vec<&Field> = fields.iter().collect();
+        let mut extractor = Extractor::new(&topic, &fields).unwrap();
+        let message = [&[0, 1, 0, 0][..], &1.5_f64.to_le_bytes(), &0.25_f64.to_le_bytes()].concat();
+        assert_eq!(extractor.numbers(&message).unwrap(), [1.5, 0.25, 1.5]);
+    }
+
+    /// The field that is missing is named, whichever stand before it, and however often.
+    #[test]
+    fn a_missing_number_is_named_behind_one_that_is_taken_twice() {
+        let topic = Topic {
+            name: "/mass".to_owned(),
+            kind: "std_msgs/msg/Float64".to_owned(),
+            encoding: Encoding::Ros {
+                definition: "float64 data\n".to_owned(),
+                serialization: Serialization::Cdr,
+            },
+            messages: None,
+        };
+        let fields = ["data", "data", "weight"].map(|path| Field::new("/mass", path).unwrap());
+        let fields: Vec<&Field> = fields.iter().collect();
+        let error = Extractor::new(&topic, &fields).unwrap_err().to_string();
+        assert!(error.contains("no number weight; it has: data"), "{error}");
+    }
+}
