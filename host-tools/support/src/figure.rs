@@ -1,6 +1,6 @@
 //! Figures for people.
 
-/// Three significant digits, without a power of ten where people read them without: 0.0492, 12.3, 4920, −2.6.
+/// Three significant digits, without a power of ten where people read them without: 0.0492, 12.3, 4920, −2.60.
 pub fn figure(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -30,7 +30,7 @@ mod tests {
             (-2.6, "−2.60"),
             (0.999_96, "1.00"),
             (98.23, "98.2"),
-            (2286.4, "2286"),
+            (2286.4, "2290"),
             (0.0, "0"),
             (1.0, "1.00"),
             (3.2e-9, "3.2e−9"),
