@@ -18,9 +18,7 @@ pub struct Extractor {
 
 #[derive(Debug)]
 enum How {
-    /// The walker, what it takes of a message, and where in that each field is: two columns may be made of
-    /// one number.
-    Ros(Walker, Vec<f64>, Vec<usize>),
+    Ros(Walker),
     Json(Vec<Vec<Step>>),
     /// Kind, place and factor.
     Packed(Vec<(Primitive, usize, f64)>),
@@ -52,20 +50,8 @@ impl Extractor {
         let how = match &topic.encoding {
             Encoding::Ros { definition, serialization } => {
                 let layout = Layout::of(&topic.kind, definition, *serialization)?;
-                let mut steps: Vec<&[Step]> = Vec::with_capacity(all.len());
-                let places: Vec<usize> = all
-                    .iter()
-                    .map(|field| {
-                        steps.iter().position(|steps| **steps == field.steps[..]).unwrap_or_else(|| {
-                            steps.push(&field.steps);
-                            steps.len() - 1
-                        })
-                    })
-                    .collect();
-                let first = |place| places.iter().position(|other| *other == place).unwrap_or(0);
-                let walker =
-                    Walker::new(&layout, *serialization, &steps).map_err(|place| refuse(first(place)))?;
-                How::Ros(walker, vec![f64::NAN; steps.len()], places)
+                let steps: Vec<&[Step]> = all.iter().map(|field| &field.steps[..]).collect();
+                How::Ros(Walker::new(&layout, *serialization, &steps).map_err(refuse)?)
             }
             Encoding::Json { .. } => How::Json(all.iter().map(|field| field.steps.clone()).collect()),
             Encoding::Packed { fields: packed } => {
@@ -86,12 +72,7 @@ impl Extractor {
     /// The message is not what its topic says.
     pub fn numbers(&mut self, message: &[u8]) -> Result<&[f64]> {
         match &mut self.how {
-            How::Ros(walker, found, places) => {
-                walker.numbers(message, found)?;
-                for (taken, place) in self.taken.iter_mut().zip(places) {
-                    *taken = found[*place];
-                }
-            }
+            How::Ros(walker) => walker.numbers(message, &mut self.taken)?,
             How::Json(paths) => {
                 let message = json::parse(message)?;
                 for (taken, path) in self.taken.iter_mut().zip(paths) {

@@ -7,7 +7,8 @@ use crate::field::Step;
 /// What is taken at one place of a message.
 #[derive(Debug)]
 enum Node {
-    Number(Primitive, Option<usize>),
+    /// It goes to each of these places: two columns may be made of one number.
+    Number(Primitive, Vec<usize>),
     Text,
     WideText,
     /// Members; that called `name` tells the names of the arrays behind it.
@@ -80,8 +81,7 @@ fn compile(layout: &Layout, wants: &[Want<'_>]) -> Result<Node, usize> {
     match layout {
         Layout::Number(kind) => match wants.iter().find(|(_, steps)| !steps.is_empty()) {
             Some((slot, _)) => Err(*slot),
-            None if wants.len() > 1 => Err(wants[1].0),
-            None => Ok(Node::Number(*kind, first)),
+            None => Ok(Node::Number(*kind, wants.iter().map(|want| want.0).collect())),
         },
         Layout::Text => first.map_or(Ok(Node::Text), Err),
         Layout::WideText => first.map_or(Ok(Node::WideText), Err),
@@ -139,9 +139,9 @@ impl Taking<'_> {
     /// `None` where the message ends too early.
     fn walk(&mut self, node: &Node, cursor: &mut Cursor<'_>) -> Option<()> {
         match node {
-            Node::Number(kind, slot) => {
+            Node::Number(kind, slots) => {
                 let number = cursor.number(*kind)?;
-                if let Some(slot) = slot {
+                for slot in slots {
                     self.numbers[*slot] = number;
                 }
             }
