@@ -62,7 +62,8 @@ fn estimate<M: Method<f32>>(coefficients: &Coefficients<f32, WHEELS>, method: M)
 
 /// Any bytes from the host, any items from the flash.
 fn serve() {
-    let (mut device, mut state) = (Device::new(), State::<64>::new(black_box(200), 25));
+    let mut records = [[0; _]; 64];
+    let (mut device, mut state) = (Device::new(), State::new(black_box(200), 25, &mut records));
     let mut answer = [0; LONGEST_ANSWER];
     loop {
         state.fifo.push(Record { time_us: black_box(0), ..Record::default() });

@@ -87,9 +87,21 @@ fn all(steps: &mut Steps, consent: Consent) -> Result<(), Stop> {
     steps.run(
         "lints, images",
         target.command(&format!(
-            "clippy --package on-target-tests --lib --bins --tests --target {TARGET} -- -D warnings"
+            "clippy --package on-target-tests --features panic-probe --lib --bins --tests --target {TARGET} -- \
+             -D warnings"
         )),
     )?;
+    steps.run(
+        "tests, emulated board",
+        target.command(&format!("test --package on-target-tests --target {TARGET} --no-fail-fast")),
+    )?;
+    steps.work("the harness can fail", || harness_can_fail(&target))?;
+    steps.run("no panics on the board", target.command(&panic_probe("no-panic")))?;
+    steps.work("no double precision on the board", no_double_precision)?;
+    steps.work("the panic probe can fail", || {
+        fails_with(&target, &panic_probe("must-not-link"), "undefined symbol")
+    })?;
+
     let mut documentation = command(&format!("cargo doc --workspace --no-deps {HOST_FEATURES}"));
     documentation.env("RUSTDOCFLAGS", "-D warnings");
     steps.run("documentation", documentation)?;
@@ -105,17 +117,6 @@ fn all(steps: &mut Steps, consent: Consent) -> Result<(), Stop> {
         host_tests(&format!("--no-fail-fast -- --skip {LONGEST_TEST}")),
         host_tests(&format!("--test emulated -- {LONGEST_TEST}")),
     )?;
-    steps.run(
-        "tests, emulated board",
-        target.command(&format!("test --package on-target-tests --target {TARGET} --no-fail-fast")),
-    )?;
-    steps.work("the harness can fail", || harness_can_fail(&target))?;
-    steps.run("no panics on the board", target.command(&panic_probe("no-panic")))?;
-    steps.work("no double precision on the board", no_double_precision)?;
-    steps.work("the panic probe can fail", || {
-        fails_with(&target, &panic_probe("must-not-link"), "undefined symbol")
-    })?;
-
     let mut deny = None;
     steps.work("set-up of cargo-deny", || {
         deny = Some(set_up::cargo_deny()?);
