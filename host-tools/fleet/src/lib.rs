@@ -9,9 +9,12 @@ mod base;
 mod bucket;
 mod disagree;
 mod drift;
+mod finding;
 mod keys;
 mod logs;
+mod metrics;
 mod outlier;
+mod own;
 mod page;
 mod rank;
 mod source;
@@ -20,4 +23,5 @@ mod state;
 mod tests;
 mod workflow;
 
+pub use self::own::Exported;
 pub use self::workflow::{Answer, Report, Request, Seconds, fleet};

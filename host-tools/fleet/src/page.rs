@@ -20,6 +20,8 @@ const DRAWN: usize = 20;
 /// What is on the page.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Found<'a> {
+    /// In one sentence.
+    pub finding: &'a str,
     /// The robots, the dearest first.
     pub standings: &'a [Standing],
     /// What changed.
@@ -37,10 +39,10 @@ pub(super) struct Found<'a> {
 /// # Errors
 /// It cannot be drawn or written.
 pub(super) fn save(file: &Path, found: &Found<'_>) -> Result<()> {
-    let Found { standings, drift, outliers, disagreements, judged } = *found;
+    let Found { finding, standings, drift, outliers, disagreements, judged } = *found;
     let used = judged.iter().filter(|run| run.is_used).count();
     let body = html! {
-        h1 { "Fleet" }
+        h1 { (sentence(finding)) }
         div class="tiles" {
             (tile(&standings.len().to_string(), "robots", ""))
             (tile(&used.to_string(), "runs that count", ""))
@@ -53,8 +55,14 @@ pub(super) fn save(file: &Path, found: &Found<'_>) -> Result<()> {
         (ranking(standings)?)
         (runs(judged))
     };
-    let page = document("gmr fleet", body);
+    let page = document(&format!("gmr fleet: {finding}"), body);
     write_content(file, page)
+}
+
+/// With a great letter before it.
+fn sentence(finding: &str) -> String {
+    let mut letters = finding.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 fn changes(drift: &Drift) -> Markup {
@@ -120,7 +128,7 @@ fn ranking(standings: &[Standing]) -> Result<Markup> {
         h2 { "Energy per metre" }
         (figure(Panel::from(bars), (WHOLE.0, height), "Energy per metre", &about)?)
         table {
-            thead { tr { th { "robot" } th { "J/m" } th { "km" } th { "kJ" } th { "mean mass, kg" } th { "runs" } th { "days" } } }
+            thead { tr { th { "robot" } th { "J/m" } th { "km" } th { "kJ" } th { "mean mass, kg" } th { "straight, empty, W" } th { "runs" } th { "days" } } }
             tbody {
                 @for one in standings {
                     tr {
@@ -129,6 +137,7 @@ fn ranking(standings: &[Standing]) -> Result<Markup> {
                         td { (format!("{:.3}", one.distance_m / 1e3)) }
                         td { (format!("{:.3}", one.energy_j / 1e3)) }
                         td { (format!("{:.2}", one.mean_mass_kg)) }
+                        td { (one.straight_w.map_or("–".to_owned(), |watts| format!("{watts:.3}"))) }
                         td { (one.runs) }
                         td { (one.days) }
                     }

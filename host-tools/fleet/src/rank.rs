@@ -24,6 +24,8 @@ pub struct Standing {
     pub runs: usize,
     /// Days with such a run.
     pub days: usize,
+    /// What driving straight without payload takes by its own coefficients, W; none where its runs do not say.
+    pub straight_w: Option<f64>,
 }
 
 /// All robots, the one to which a metre costs most first.
@@ -53,5 +55,6 @@ fn standing(robot: &str, runs: &[&RunGram]) -> Standing {
         mean_mass_kg: masses().map(|(mass, time)| mass * time).sum::<f64>() / seconds,
         runs: runs.len(),
         days: days.len(),
+        straight_w: None,
     }
 }

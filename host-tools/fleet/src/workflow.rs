@@ -20,8 +20,10 @@ use support::progress::CountProgress;
 use super::abstain::{Judged, judge};
 use super::disagree::{Disagreements, disagreements};
 use super::drift::{Change, Drift, changes};
+use super::finding::finding;
 use super::logs::{Log, Place};
 use super::outlier::{Outliers, outliers};
+use super::own::{self, Exported};
 use super::page::{Found, save};
 use super::rank::{Standing, rank};
 use super::source::Source;
@@ -42,6 +44,10 @@ pub struct Request<'a> {
     pub out: &'a Path,
     /// Total mass of logs that do not tell it, kg.
     pub mass_kg: f64,
+    /// Whether a file for Open-RMF is written for each robot.
+    pub rmf: bool,
+    /// Where figures for Prometheus go.
+    pub metrics: Option<&'a Path>,
 }
 
 /// What was found, and where the time went: files are the same however long they took.
@@ -50,6 +56,8 @@ pub struct Answer {
     /// As it is kept in fleet.json.
     #[serde(flatten)]
     pub report: Report,
+    /// Files for Open-RMF, if asked for, and how far they are from those that were there before.
+    pub exported: Vec<Exported>,
     /// Beside it, on standard output only.
     pub seconds: Seconds,
 }
@@ -57,6 +65,8 @@ pub struct Answer {
 /// What was found.
 #[derive(Debug, Clone, Serialize)]
 pub struct Report {
+    /// Who stands out, in one sentence.
+    pub finding: String,
     /// How many there are.
     pub logs: usize,
     /// Of all of them.
@@ -100,7 +110,7 @@ pub struct Seconds {
 /// # Errors
 /// Folder or coefficients cannot be read; keys without robot and day; a file that cannot be written.
 pub fn fleet(context: &Context, request: &Request<'_>) -> Result<Answer> {
-    let Request { robot, coeffs, group, out, mass_kg: mass, .. } = *request;
+    let Request { robot, coeffs, group, out, mass_kg: mass, rmf, metrics, .. } = *request;
     for key in ["robot", "day"] {
         if !group.iter().any(|known| known == key) {
             return Err(Error::usage(format!(
@@ -138,15 +148,18 @@ pub fn fleet(context: &Context, request: &Request<'_>) -> Result<Answer> {
     let verdicts: Vec<Judged> = grams.iter().map(|run| judge(run, group)).collect();
     let used: Vec<&RunGram> =
         grams.iter().zip(&verdicts).filter(|(_, verdict)| verdict.is_used).map(|(run, _)| run).collect();
-    let standings = rank(&used);
+    let mut standings = rank(&used);
     let drift = changes(&used, &reference);
+    let models = own::models(robot, coeffs, &mut standings, &used, &drift);
     let outliers = outliers(&used, &reference, &drift);
     let disagreements = disagreements(&used, &drift);
+    let finding = finding(&standings, &drift, &outliers, &disagreements);
     seconds.judging_s = started.elapsed().as_secs_f64();
     let started = Instant::now();
     judged.extend(verdicts);
     judged.sort_by(|a, b| a.run.cmp(&b.run));
     let found = Found {
+        finding: &finding,
         standings: &standings,
         drift: &drift,
         outliers: &outliers,
@@ -155,7 +168,9 @@ pub fn fleet(context: &Context, request: &Request<'_>) -> Result<Answer> {
     };
     save(&out.join("fleet.html"), &found)?;
     let Drift { changes, asked, threshold, silent, .. } = drift;
+    let exported = if rmf { own::write(&out.join("rmf"), robot, &standings, &models)? } else { Vec::new() };
     let report = Report {
+        finding,
         logs: logs.len(),
         rows: grams.iter().map(|run| run.summary.rows).sum(),
         robots: standings,
@@ -168,8 +183,11 @@ pub fn fleet(context: &Context, request: &Request<'_>) -> Result<Answer> {
         runs: judged,
     };
     output::write_content(&out.join("fleet.json"), output::json(&report)? + "\n")?;
+    if let Some(file) = metrics {
+        super::metrics::save(file, &report)?;
+    }
     seconds.page_s = started.elapsed().as_secs_f64();
-    Ok(Answer { report, seconds })
+    Ok(Answer { report, exported, seconds })
 }
 
 /// What came of the logs that had not been read.

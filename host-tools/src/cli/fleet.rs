@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use fleet::{Report, Request, fleet};
+use fleet::{Answer, Exported, Request, fleet};
 use support::context::Context;
 use support::error::Result;
 use support::output;
@@ -32,11 +32,24 @@ pub(crate) struct Arguments {
     /// Total mass of logs without a mass_kg column, kg [default: the robot's mass without payload]
     #[arg(long, value_name = "KG")]
     mass: Option<f64>,
+    /// A file for each robot as well, by its own coefficients at the mean of its masses, in OUT/rmf; how far it is from the last one is said
+    #[arg(long, value_enum)]
+    export: Option<Export>,
+    /// Figures of each robot as well, in Prometheus's text format: for node_exporter's textfile collector, NAME.prom
+    #[arg(long, value_name = "FILE")]
+    metrics: Option<PathBuf>,
     /// Figures as JSON on standard output
     #[arg(long)]
     json: bool,
     #[command(flatten)]
     units: UnitArguments,
+}
+
+/// In whose words.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum Export {
+    /// Open-RMF: mass, friction, inertia and ambient power, as YAML
+    Rmf,
 }
 
 pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
@@ -48,19 +61,29 @@ pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
         group: &arguments.group,
         out: &arguments.out,
         mass_kg: arguments.mass.unwrap_or(robot.mass_no_load_kg()),
+        rmf: matches!(arguments.export, Some(Export::Rmf)),
+        metrics: arguments.metrics.as_deref(),
     };
+    if let Some(file) = request.metrics {
+        output::folder_of(file)?;
+    }
+    output::check_apart(request.metrics, [&*arguments.coeffs, &*arguments.robot])?;
     let answer = fleet(context, &request)?;
     if arguments.json {
         return output::print_json(&answer);
     }
-    print_text(&answer.report, &arguments.out);
+    print_text(&answer, &arguments.out);
     Ok(())
 }
 
 /// Robots listed on a terminal.
 const MOST_SHOWN: usize = 10;
 
-fn print_text(report: &Report, out: &Path) {
+/// Friction that is less off the last file's is not listed, %.
+const LEAST_DRIFT_PERCENT: f64 = 1.0;
+
+fn print_text(Answer { report, exported, .. }: &Answer, out: &Path) {
+    println!("{}", report.finding);
     let left_out = report.runs.iter().filter(|run| !run.is_used).count();
     println!(
         "{} logs, {} rows; {} runs, {left_out} of them left out",
@@ -95,6 +118,24 @@ fn print_text(report: &Report, out: &Path) {
     }
     for run in report.runs.iter().filter(|run| !run.is_used) {
         println!("  left out: {}: {}", run.run, run.notes.join("; "));
+    }
+    let drift = |one: &Exported| one.drift_percent().map_or(0.0, f64::abs);
+    let mut moved: Vec<&Exported> = exported.iter().filter(|one| drift(one) >= LEAST_DRIFT_PERCENT).collect();
+    moved.sort_by(|a, b| drift(b).total_cmp(&drift(a)));
+    for Exported { robot, friction_coefficient, before, .. } in moved.iter().take(MOST_SHOWN) {
+        let before = before.unwrap_or(0.0);
+        println!(
+            "{robot}: friction for Open-RMF is {friction_coefficient:.5}, was {before:.5} when last written"
+        );
+    }
+    if !exported.is_empty() {
+        let known = exported.iter().filter(|one| one.before.is_some()).count();
+        let last = if known == 0 {
+            String::new()
+        } else {
+            format!("; of {known} that were there {} were {LEAST_DRIFT_PERCENT} % off or more", moved.len())
+        };
+        println!("wrote {} files for Open-RMF in {}{last}", exported.len(), out.join("rmf").display());
     }
     println!("wrote {}", out.join("fleet.html").display());
 }

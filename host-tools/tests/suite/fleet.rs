@@ -51,7 +51,8 @@ fn the_robot_that_changed_is_named_with_its_day_and_no_other() {
     let (csv, parquet) = (format!("{kept}.csv"), format!("{kept}.parquet"));
     bench.done(&["convert", &csv, "--out", &parquet]);
     std::fs::remove_file(bench.path(&csv)).unwrap();
-    let report = bench.json(&FLEET);
+    let all = [&FLEET[..], &["--export", "rmf", "--metrics", "fleet.prom"]].concat();
+    let report = bench.json(&all);
     let (is_used, said) = notes(&report, "robot=b/day=2026-11-02/1.parquet");
     assert!(is_used == true, "{said}");
     let changes = report["changes"].as_array().unwrap();
@@ -62,7 +63,46 @@ fn the_robot_that_changed_is_named_with_its_day_and_no_other() {
     let named = format!("{} {}", change["coefficient"], change["or_coefficients"]);
     assert!(named.contains("coulomb"), "{change}");
     assert_eq!(report["robots"].as_array().unwrap().len(), 4);
-    assert!(bench.text("out/fleet.html").contains("since 2026-11-04"));
+    let page = bench.text("out/fleet.html");
+    assert!(page.contains("since 2026-11-04"));
+    let finding = report["finding"].as_str().unwrap();
+    assert!(
+        finding.starts_with("robot c draws ") && finding.contains("more than the fleet's median"),
+        "{finding}"
+    );
+    assert!(finding.ends_with("; it changed on 2026-11-04"), "{finding}");
+    assert!(page.contains("<title>gmr fleet: robot c draws "), "{finding}");
+
+    // A file a robot for Open-RMF, and of the next time how far it is from the last.
+    let friction = |report: &Value, key: &str| {
+        let exported = report["exported"].as_array().unwrap();
+        exported.iter().map(|one| (one["robot"].to_string(), one[key].as_f64())).collect::<Vec<_>>()
+    };
+    let first = friction(&report, "friction_coefficient");
+    assert!(first.len() == 4 && friction(&report, "before").iter().all(|(_, before)| before.is_none()));
+    let greatest = first.iter().max_by(|a, b| a.1.partial_cmp(&b.1).unwrap()).unwrap();
+    assert_eq!(greatest.0, "\"c\"", "{first:?}");
+    let yaml = bench.text("out/rmf/c.yaml");
+    assert!(
+        yaml.contains("# c: from a fit, at ") && yaml.contains("\n  mechanical_system:\n    mass: "),
+        "{yaml}"
+    );
+    let before = friction(&bench.json(&all), "before");
+    for ((_, written), (robot, before)) in first.iter().zip(&before) {
+        assert!((written.unwrap() - before.unwrap()).abs() <= 5e-6, "{robot}: as written to five digits");
+    }
+    bench.put("out/rmf/c.yaml", yaml.replace("friction_coefficient: ", "friction_coefficient: 0.5  # "));
+    let said = bench.done(&all).stdout;
+    assert!(said.starts_with("robot c draws ") && said.contains(", was 0.50000 when last written"), "{said}");
+
+    // A line a robot and figure, for Prometheus.
+    let metrics = bench.text("fleet.prom");
+    let lines = |robot: &str| {
+        metrics.lines().filter(|line| line.contains(&format!("{{robot=\"{robot}\"}} "))).count()
+    };
+    assert_eq!(ROBOTS.map(lines), [8; 4], "{metrics}");
+    assert!(metrics.contains("gmr_robot_has_changed{robot=\"c\"} 1.0\n"), "{metrics}");
+    assert!(metrics.contains("# TYPE gmr_robot_straight_watts gauge\n"), "{metrics}");
 
     // Runs that are not what they should be are said each, and the rest goes on with the same answer.
     let log = |name: &str| format!("logs/robot={name}");
