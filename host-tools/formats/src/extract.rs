@@ -33,10 +33,17 @@ impl Extractor {
     /// # Errors
     /// A topic whose messages cannot be read, by the name of what they are, or that has no such field; the nearest are named.
     pub fn new(topic: &Topic, fields: &[&Field]) -> Result<Self> {
-        let stamp = STAMP.map(|path| Field::new(&topic.name, path));
-        let [Ok(seconds), Ok(nanoseconds)] = &stamp else { return Err(Error::Choice("no stamp".to_owned())) };
+        // An element of tf2_msgs/TFMessage bears its own.
+        let element =
+            fields.first().and_then(|field| field.path.split_once("].")).map(|(element, _)| element);
+        let head = element.map_or(String::new(), |element| format!("{element}]."));
+        let of_element = STAMP.map(|path| format!("{}[].{path}", head.split('[').next().unwrap_or("")));
         let paths = paths(topic)?;
-        let has_stamp = STAMP.iter().all(|stamp| paths.iter().any(|path| path == stamp));
+        let has = |stamp: &str| paths.iter().any(|path| path == stamp);
+        let head = if of_element.iter().all(|stamp| has(stamp)) { head } else { String::new() };
+        let stamp = STAMP.map(|path| Field::new(&topic.name, &format!("{head}{path}")));
+        let has_stamp = !head.is_empty() || STAMP.iter().all(|stamp| has(stamp));
+        let [Ok(seconds), Ok(nanoseconds)] = &stamp else { return Err(Error::Choice("no stamp".to_owned())) };
         let mut all: Vec<&Field> = fields.to_vec();
         if has_stamp {
             all.extend([seconds, nanoseconds]);

@@ -38,6 +38,11 @@ impl Field {
         Ok(Self { topic: topic.to_owned(), path: path.to_owned(), steps })
     }
 
+    /// Whether it is of an element of an array by its name.
+    pub(crate) fn is_named(&self) -> bool {
+        self.steps.iter().any(|step| matches!(step, Step::Named(_)))
+    }
+
     /// Of `topic:path`.
     ///
     /// # Errors

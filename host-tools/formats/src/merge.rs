@@ -89,6 +89,8 @@ struct Track {
     extractor: Extractor,
     /// Where its numbers go in a row.
     slots: Vec<usize>,
+    /// Its numbers are of elements by their names: messages without them are no messages of ours.
+    is_named: bool,
     /// Whether its messages bear a time, once one has been seen.
     stamped: Option<bool>,
     recent: VecDeque<(i64, Vec<f64>)>,
@@ -167,7 +169,8 @@ impl Merger {
     fn track(bag: &Bag, fields: &[&Field], slots: Vec<usize>) -> Result<Track> {
         let topic = find_topic(bag, &fields[0].topic)?;
         let extractor = Extractor::new(&bag.topics()[topic], fields)?;
-        Ok(Track { topic, extractor, slots, stamped: None, recent: VecDeque::new(), last: None })
+        let is_named = fields.iter().all(|field| field.is_named());
+        Ok(Track { topic, extractor, slots, is_named, stamped: None, recent: VecDeque::new(), last: None })
     }
 
     fn take(&mut self, bag: &Bag, topic: usize, received: i64, message: &[u8]) -> Result<()> {
@@ -185,7 +188,8 @@ impl Merger {
                 error => error,
             })?;
             // Another publisher's joints: no message of ours.
-            if place == 0 && numbers.iter().any(|number| number.is_nan()) {
+            let is_none = |number: &f64| number.is_nan();
+            if place == 0 && numbers.iter().any(is_none) || track.is_named && numbers.iter().all(is_none) {
                 continue;
             }
             let numbers = numbers.to_vec();

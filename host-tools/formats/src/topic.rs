@@ -1,6 +1,8 @@
 //! A topic of a bag.
 
+use crate::cdr;
 pub use crate::cdr::Serialization;
+use crate::error::{Error, Result};
 
 /// How a topic's messages are written.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,7 +34,7 @@ pub struct PackedField {
     /// Path, as in the log's format.
     pub name: String,
     /// Its type.
-    pub kind: crate::cdr::Primitive,
+    pub kind: cdr::Primitive,
     /// Bytes before it.
     pub offset: usize,
     /// What the number is multiplied by.
@@ -50,4 +52,21 @@ pub struct Topic {
     pub encoding: Encoding,
     /// Messages, where the file says it.
     pub messages: Option<u64>,
+}
+
+impl Topic {
+    /// One of ROS 2's messages of a type that is known here, where nothing tells its definition.
+    ///
+    /// # Errors
+    /// Another type; those that are known are named.
+    pub fn known(name: &str, kind: &str) -> Result<Self> {
+        let definition = cdr::known_definition(kind).ok_or_else(|| {
+            let known = cdr::known_kinds().collect::<Vec<_>>().join(", ");
+            Error::Choice(format!(
+                "topic {name} is of {kind}, whose definition is not known here; expected one of {known}"
+            ))
+        })?;
+        let encoding = Encoding::Ros { definition, serialization: Serialization::Cdr };
+        Ok(Self { name: name.to_owned(), kind: kind.to_owned(), encoding, messages: None })
+    }
 }

@@ -17,6 +17,7 @@ pub mod replay;
 pub mod ros;
 mod run;
 mod state;
+mod sum;
 mod wheels;
 
 pub use live::Node;

@@ -34,6 +34,8 @@ pub struct Node<'a, const N: usize> {
     /// Sum and number of the readings since the message before.
     power: (f64, u32),
     last_reading: Option<(f64, Reading)>,
+    /// Why there is none, where its source knows.
+    missing_power: Option<String>,
     /// The greatest power so far, W.
     greatest_w: f64,
     battery: Battery,
@@ -62,6 +64,7 @@ impl<'a, const N: usize> Node<'a, N> {
             owed_s: 0.0,
             power: (0.0, 0),
             last_reading: None,
+            missing_power: None,
             greatest_w: 0.0,
             battery: Battery::new(robot, charge),
             samples: 0,
@@ -72,6 +75,16 @@ impl<'a, const N: usize> Node<'a, N> {
     /// A reading of the sensor. One that this robot cannot draw, or give back, is left out and counted.
     pub fn reading(&mut self, at_s: f64, reading: Reading) {
         self.take_reading(at_s, reading);
+    }
+
+    /// Why there is no power, until there is some again; whether that is news.
+    pub fn lacks_power(&mut self, why: Option<String>) -> bool {
+        let is_news = why.is_some() != self.missing_power.is_some();
+        if why.is_some() {
+            (self.power, self.last_reading) = ((0.0, 0), None);
+        }
+        self.missing_power = why;
+        is_news
     }
 
     /// Whether it was taken.
@@ -255,6 +268,7 @@ impl<'a, const N: usize> Node<'a, N> {
         let said = |health, why: &str| (health, Some(why.to_owned()));
         if !is_powered {
             return match self.last_reading {
+                None if self.missing_power.is_some() => (Health::NoPower, self.missing_power.clone()),
                 None => said(Health::NoPower, "no power has been read yet"),
                 Some((at, _)) => said(Health::NoPower, &format!("no power for {:.1} s", now_s - at)),
             };

@@ -34,6 +34,11 @@ pub trait PowerSource {
     /// There will be no more.
     fn take(&mut self, now: f64) -> Result<Vec<(f64, Reading)>>;
 
+    /// Why there is no power though some of it comes, where that is known.
+    fn missing(&self, _: f64) -> Option<String> {
+        None
+    }
+
     /// What went wrong so far, how often.
     fn faults(&self) -> Vec<(&'static str, u64)> {
         Vec::new()

@@ -4,6 +4,8 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+#[cfg(feature = "ros")]
+use logs::robot::PowerChip;
 use logs::robot::Robot;
 use logs::with_wheels;
 use model::coefficients::CoefficientsFile;
@@ -64,7 +66,7 @@ fn run<const N: usize>(context: &Context, request: &Request<'_>, terminal: &mut 
     let file = request.coeffs.map(|file| CoefficientsFile::<N>::read(file, robot)).transpose()?;
     let coefficients = file.as_ref().map(|file| &file.coefficients);
     let mut node = Node::new(robot, coefficients, charge);
-    let Network { wheels, outlet } = network(request)?;
+    let Network { wheels, outlet, power } = network(request)?;
     let mut outlets = Outlets { ros: outlet, terminal };
     if request.wheels == WheelsFrom::Log
         && let Some(log) = request.replay
@@ -76,7 +78,7 @@ fn run<const N: usize>(context: &Context, request: &Request<'_>, terminal: &mut 
     let Some(wheels) = wheels else {
         return Err(Error::usage("--wheels topic with --no-ros: expected speeds from one of log and topic"));
     };
-    let mut power = source(context, request)?;
+    let mut power = power.map_or_else(|| source(context, request), Ok)?;
     let Some(speed) = speed else {
         return Err(Error::usage(
             "--speed max with --wheels topic: expected a number, for both to keep in step",
@@ -111,7 +113,8 @@ fn live<const N: usize>(
         for message in wheels.take() {
             node.wheels(now, &message);
         }
-        if now >= next {
+        let is_news = node.lacks_power(power.missing(now));
+        if is_news || now >= next {
             next = now.max(next + pace.every_s);
             let mut state = node.state(now);
             state.faults.extend(power.faults());
@@ -142,6 +145,8 @@ fn source(context: &Context, request: &Request<'_>) -> Result<Box<dyn PowerSourc
 struct Network {
     wheels: Option<Box<dyn WheelSource>>,
     outlet: Option<Box<dyn Outlet>>,
+    /// Of topics, if it is there.
+    power: Option<Box<dyn PowerSource>>,
 }
 
 #[cfg(feature = "ros")]
@@ -157,7 +162,11 @@ fn network(request: &Request<'_>) -> Result<Network> {
         } else {
             Some(Box::new(domain.wheels()?))
         };
-    Ok(Network { wheels, outlet: Some(Box::new(domain.outlet(request.robot)?)) })
+    let power: Option<Box<dyn PowerSource>> = match request.robot.node().sensor {
+        PowerChip::Topics if request.replay.is_none() => Some(Box::new(domain.power(request.robot)?)),
+        _ => None,
+    };
+    Ok(Network { wheels, outlet: Some(Box::new(domain.outlet(request.robot)?)), power })
 }
 
 #[cfg(feature = "ros")]

@@ -1,9 +1,9 @@
-"""Messages of ROS 2 as its definitions have them (common_interfaces), for Eclipse Cyclone DDS."""
+"""Messages of ROS 2 as its definitions have them (common_interfaces, rmw_dds_common), and ODrive's, for Eclipse Cyclone DDS."""
 
 from dataclasses import dataclass
 
 from cyclonedds.idl import IdlStruct
-from cyclonedds.idl.types import array, float32, float64, int32, sequence, uint8, uint32
+from cyclonedds.idl.types import array, bounded_str, float32, float64, int32, sequence, uint8, uint32
 
 
 @dataclass
@@ -118,3 +118,32 @@ class Odometry(IdlStruct, typename="nav_msgs::msg::dds_::Odometry_"):
     child_frame_id: str
     pose: PoseWithCovariance
     twist: TwistWithCovariance
+
+
+@dataclass
+class ODriveStatus(IdlStruct, typename="odrive_can::msg::dds_::ODriveStatus_"):
+    bus_voltage: float32
+    bus_current: float32
+    fet_temperature: float32
+    motor_temperature: float32
+    active_errors: uint32
+    disarm_reason: uint32
+
+
+@dataclass
+class Gid(IdlStruct, typename="rmw_dds_common::msg::dds_::Gid_"):
+    data: array[uint8, 16]
+
+
+@dataclass
+class NodeEntitiesInfo(IdlStruct, typename="rmw_dds_common::msg::dds_::NodeEntitiesInfo_"):
+    node_namespace: bounded_str[256]
+    node_name: bounded_str[256]
+    reader_gid_seq: sequence[Gid]
+    writer_gid_seq: sequence[Gid]
+
+
+@dataclass
+class ParticipantEntitiesInfo(IdlStruct, typename="rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_"):
+    gid: Gid
+    node_entities_info_seq: sequence[NodeEntitiesInfo]

@@ -2,7 +2,7 @@
 
     python peer.py GMR FOLDER
 
-FOLDER has robot.toml, odometry.toml (the same robot, read by its odometry), coefficients.toml and log.csv: 2 kg of payload, 12 V, all power.
+FOLDER has robot.toml, odometry.toml and drivers.toml (the same robot, read by its odometry, and by the power of its motor drivers), coefficients.toml and log.csv: 2 kg of payload, 12 V, all power.
 Ends with 0 and what it found, or with the assertion that did not hold.
 """
 
@@ -14,6 +14,7 @@ import subprocess
 import sys
 import time
 
+from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsParticipant, BuiltinTopicDcpsPublication
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.internal import InvalidSample
@@ -23,8 +24,8 @@ from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
 from messages import (
-    BatteryState, DiagnosticArray, Float64, Header, JointState, Odometry, Pose, PoseWithCovariance, Quaternion, Time, Twist,
-    TwistWithCovariance, Vector3,
+    BatteryState, DiagnosticArray, Float64, Header, JointState, ODriveStatus, Odometry, ParticipantEntitiesInfo, Pose, PoseWithCovariance,
+    Quaternion, Time, Twist, TwistWithCovariance, Vector3,
 )
 
 SPEED = 8.0
@@ -213,8 +214,67 @@ def tells_of_odometry(gmr, folder):
     told.end()
 
 
+# As ROS 2's own nodes keep it for whoever comes later.
+GRAPH = Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.Durability.TransientLocal, Policy.History.KeepLast(1))
+
+
+def is_in_the_graph(domain, readers):
+    """What `ros2 node list` is made of, heard by a peer that comes later: a node, and endpoints that are there."""
+    info = DataReader(domain, Topic(domain, "ros_discovery_info", ParticipantEntitiesInfo, qos=GRAPH), qos=GRAPH)
+    keys = lambda topic: {sample.key.bytes for sample in BuiltinDataReader(domain, topic).take(100)}
+    end, found = time.time() + 5, []
+    while time.time() < end and not (found and len(found[-1].node_entities_info_seq[0].reader_gid_seq) == readers):
+        found += [sample for sample in info.take(10) if not isinstance(sample, InvalidSample)]
+        time.sleep(0.02)
+    (node,) = found[-1].node_entities_info_seq
+    assert (node.node_namespace, node.node_name) == ("/", "gmr_node"), node
+    assert bytes(found[-1].gid.data) in keys(BuiltinTopicDcpsParticipant)
+    written = {bytes(gid.data) for gid in node.writer_gid_seq}
+    assert len(written) == 9 and written <= keys(BuiltinTopicDcpsPublication), node
+    assert len(node.reader_gid_seq) == readers, node
+    print(f"in the graph: {node.node_namespace}{node.node_name}, {len(written)} topics told, {readers} heard")
+
+
+def adds_up_what_drivers_say(gmr, folder):
+    """Power of two motor drivers, no sensor; one falls silent: within a second the payload is unknown, and it is said why."""
+    rows = list(csv.DictReader(open(os.path.join(folder, "log.csv"))))
+    peer = Peer()
+    command = [gmr, "node", "--robot", "drivers.toml", "--coeffs", "coefficients.toml", "--domain", str(DOMAIN), "--json"]
+    with open(os.path.join(folder, "drivers.jsonl"), "w") as to:
+        running = subprocess.Popen(command, cwd=folder, stdout=to)
+    began, payloads, messages, silent_at, unknown_at = time.time(), [], [], None, None
+    for row in rows:
+        time.sleep(max(0.0, began + float(row["time_s"]) - time.time()))
+        peer.tell("/joint_states", joints(row, float(row["time_s"]) + 1.7e9))
+        half = float(row["power_w"]) / 2 / 12.0
+        peer.tell("/left/odrive_status", ODriveStatus(12.0, half, 30.0, 30.0, 0, 0))
+        if silent_at is None:
+            # Mounted the other way round, and in mV.
+            peer.tell("/right/odrive_status", ODriveStatus(12000.0, -half, 30.0, 30.0, 0, 0))
+        heard = [message.data for message in peer.heard("/payload")]
+        payloads += heard
+        messages += [message.status[0] for message in peer.heard("/diagnostics")]
+        if silent_at is not None and heard and math.isnan(heard[-1]):
+            unknown_at = time.time()
+            break
+        if silent_at is None and float(row["time_s"]) > 45:
+            assert payloads and is_payload(payloads[-1]), (payloads[-5:], messages[-1:])
+            known = payloads[-1]
+            is_in_the_graph(peer.domain, 3)
+            silent_at = time.time()
+            began = silent_at - float(row["time_s"])
+    assert unknown_at is not None and unknown_at - silent_at < 1.0, (silent_at, unknown_at)
+    time.sleep(0.1)
+    messages += [message.status[0] for message in peer.heard("/diagnostics")]
+    assert messages[-1].level == 2 and "/right/odrive_status is silent" in messages[-1].message, messages[-1]
+    print(f"power of two drivers: {known:.3f} kg; unknown {unknown_at - silent_at:.2f} s after one fell silent: \"{messages[-1].message}\"")
+    running.kill()
+    running.wait()
+
+
 if __name__ == "__main__":
     gmr, folder = sys.argv[1:]
     hears_what_the_node_knows(gmr, folder)
     tells_of_the_wheels(gmr, folder)
     tells_of_odometry(gmr, folder)
+    adds_up_what_drivers_say(gmr, folder)

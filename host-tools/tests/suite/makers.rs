@@ -151,6 +151,25 @@ fn pitch_comes_from_an_orientation() {
     assert!((pitch - 0.05).abs() < 1e-12, "{pitch}");
 }
 
+/// /tf, among other transforms and through half turns, at which quaternions change their sign; odometry that knows the plane only tells none.
+#[test]
+fn pitch_comes_from_transforms() {
+    let bench = bench(&["level.mcap", "planar.mcap"]);
+    let said = bench.done(&["convert", "--robot", "burger", "level.mcap", "--out", "out.csv"]).stderr;
+    assert!(said.contains("pitch_rad from /tf of odom>base_link"), "{said}");
+    let text = bench.text("out.csv");
+    let place = text.lines().next().unwrap().split(',').position(|name| name == "pitch_rad").unwrap();
+    let pitches: Vec<f64> =
+        text.lines().skip(1).filter_map(|line| line.split(',').nth(place).unwrap().parse().ok()).collect();
+    // None before the first transform, nor at the three half turns of 7.9 s at 2 rad/s.
+    assert!(
+        pitches.len() == 80 - 4 && pitches.iter().all(|pitch| (pitch - 0.05).abs() < 1e-6),
+        "{pitches:?}"
+    );
+    bench.done(&["convert", "--robot", "burger", "planar.mcap", "--out", "planar.csv"]);
+    assert!(!bench.text("planar.csv").lines().next().unwrap().contains("pitch_rad"));
+}
+
 /// Efforts are torques only where robot.toml says so.
 #[test]
 fn efforts_become_torques_on_request() {

@@ -18,6 +18,16 @@ fn bench() -> Bench {
     let robot = format!("{ROBOT}static_power_w = {STATIC_W}\n");
     bench.put("robot.toml", format!("{robot}{battery}"));
     bench.put("odometry.toml", format!("{robot}{battery}[node]\nodometry = \"/odom\"\n"));
+    let product = |side: &str, unit: &str, scale: f64| {
+        let field = |of: &str| format!("\"/{side}/odrive_status:bus_{of}\"");
+        format!(
+            "{{ voltage = {{ field = {}, unit = \"{unit}\" }}, current = {{ field = {}, scale = {scale} }} }}",
+            field("voltage"),
+            field("current")
+        )
+    };
+    let power = format!("power = [{}, {}]\n", product("left", "V", 1.0), product("right", "mV", -1.0));
+    bench.put("drivers.toml", format!("{robot}{battery}[node]\nsensor = \"topics\"\n[topics]\n{power}"));
     for (name, seconds, mass) in [("empty.csv", 40.0, 1.0), ("full.csv", 40.0, 6.0), ("log.csv", 100.0, 3.0)]
     {
         bench.put(name, with_battery(&drive(seconds, 50.0, |_| mass)));
@@ -142,6 +152,8 @@ fn what_does_not_fit_together_is_refused() {
     refused(&replay, 1, "robot.toml:9:1: [node]: payload = \"load\"; expected an absolute topic");
     bench.put("robot.toml", format!("{ROBOT}[node]\nsensor = \"ina3221\"\n"));
     refused(&replay, 1, "ina219");
+    bench.put("robot.toml", ROBOT);
+    refused(&["--sensor", "topics", "--domain", "77"], 2, "names no power; expected power as a field");
 }
 
 /// PyPI's cyclonedds, in an environment of its own: `tests/node/peer.py`.

@@ -1,8 +1,9 @@
-//! Definitions of common messages, for bags that carry none: those of rosbag2 in SQLite before ROS
-//! 2 Iron.
+//! Definitions of common messages, for what carries none: bags of rosbag2 in SQLite before ROS 2
+//! Iron, and messages as they arrive.
 //!
-//! Fields as in ros2/common_interfaces and ros2/rcl_interfaces (Apache-2.0), without their
-//! comments.
+//! Fields as in ros2/common_interfaces and ros2/rcl_interfaces (Apache-2.0), and as the makers of motor
+//! drivers have them (odriverobotics/ros_odrive, f1tenth/vesc, clearpathrobotics/clearpath_msgs,
+//! husarion/husarion_ugv_ros), without their comments.
 
 /// The definition of this type, with those that it needs behind it, as a bag would carry it.
 pub(crate) fn definition(kind: &str) -> Option<String> {
@@ -29,10 +30,16 @@ fn lookup(kind: &str) -> Option<(&'static str, &'static str)> {
 
 /// Types of other messages.
 fn needs(body: &str) -> Vec<&str> {
-    body.lines().filter_map(|line| line.split_whitespace().next()).filter(|kind| kind.contains('/')).collect()
+    let kinds = body.lines().filter_map(|line| line.split_whitespace().next());
+    kinds.filter(|kind| kind.contains('/')).map(|kind| kind.trim_end_matches("[]")).collect()
 }
 
-const DEFINITIONS: [(&str, &str); 18] = [
+/// Types that are known, with `msg`.
+pub(crate) fn kinds() -> impl Iterator<Item = String> {
+    DEFINITIONS.iter().map(|(name, _)| name.replace('/', "/msg/"))
+}
+
+const DEFINITIONS: [(&str, &str); 30] = [
     ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"),
     ("std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"),
     ("std_msgs/Float32", "float32 data\n"),
@@ -72,6 +79,50 @@ const DEFINITIONS: [(&str, &str); 18] = [
         "std_msgs/Header header\ngeometry_msgs/Vector3 magnetic_field\nfloat64[9] magnetic_field_covariance\n",
     ),
     ("sensor_msgs/Temperature", "std_msgs/Header header\nfloat64 temperature\nfloat64 variance\n"),
+    ("geometry_msgs/Transform", "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n"),
+    (
+        "geometry_msgs/TransformStamped",
+        "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n",
+    ),
+    ("tf2_msgs/TFMessage", "geometry_msgs/TransformStamped[] transforms\n"),
+    (
+        "odrive_can/ODriveStatus",
+        "float32 bus_voltage\nfloat32 bus_current\nfloat32 fet_temperature\nfloat32 motor_temperature\n\
+         uint32 active_errors\nuint32 disarm_reason\n",
+    ),
+    (
+        "vesc_msgs/VescState",
+        "float64 temp_fet\nfloat64 temp_motor\nfloat64 current_motor\nfloat64 current_input\nfloat64 avg_id\n\
+         float64 avg_iq\nfloat64 duty_cycle\nfloat64 speed\nfloat64 voltage_input\nfloat64 charge_drawn\n\
+         float64 charge_regen\nfloat64 energy_drawn\nfloat64 energy_regen\nint32 displacement\n\
+         int32 distance_traveled\nint32 fault_code\nfloat64 pid_pos_now\nint32 controller_id\n\
+         float64 ntc_temp_mos1\nfloat64 ntc_temp_mos2\nfloat64 ntc_temp_mos3\nfloat64 avg_vd\nfloat64 avg_vq\n",
+    ),
+    ("vesc_msgs/VescStateStamped", "std_msgs/Header header\nvesc_msgs/VescState state\n"),
+    (
+        "clearpath_platform_msgs/Power",
+        "std_msgs/Header header\nint8 shore_power_connected\nint8 battery_connected\nint8 power_12v_user_nominal\n\
+         int8 charger_connected\nint8 charging_complete\nfloat32[] measured_voltages\nfloat32[] measured_currents\n",
+    ),
+    (
+        "clearpath_motor_msgs/LynxFeedback",
+        "uint8 can_id\nstring joint_name\nfloat32 current\nfloat32 voltage\nfloat32 velocity\nfloat32 travel\n",
+    ),
+    (
+        "clearpath_motor_msgs/LynxMultiFeedback",
+        "std_msgs/Header header\nclearpath_motor_msgs/LynxFeedback[] drivers\n",
+    ),
+    (
+        "husarion_ugv_msgs/RobotDriverState",
+        "std_msgs/Header header\nhusarion_ugv_msgs/DriverStateNamed[] driver_states\nbool error\n\
+         bool write_pdo_cmds_error\nbool read_pdo_motor_states_error\nbool read_pdo_driver_state_error\n",
+    ),
+    ("husarion_ugv_msgs/DriverStateNamed", "string name\nhusarion_ugv_msgs/DriverState state\n"),
+    (
+        "husarion_ugv_msgs/DriverState",
+        "float32 voltage\nfloat32 current\nfloat32 temperature\nfloat32 heatsink_temperature\n\
+         bool motor_states_data_timed_out\nbool driver_state_data_timed_out\nbool can_error\nbool heartbeat_timeout\n",
+    ),
 ];
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ mod known;
 mod layout;
 mod walk;
 
-pub(crate) use known::definition as known_definition;
+pub(crate) use known::{definition as known_definition, kinds as known_kinds};
 pub(crate) use layout::Layout;
 pub(crate) use walk::{Walker, names};
 

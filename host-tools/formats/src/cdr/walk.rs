@@ -34,6 +34,8 @@ pub(crate) struct Walker {
     serialization: Serialization,
     names: Vec<String>,
     named: usize,
+    /// Names of elements that are structs, where they are asked for.
+    elements: Option<Vec<String>>,
 }
 
 /// A number asked for: where it goes, and where it is.
@@ -50,7 +52,8 @@ impl Walker {
         paths: &[&[Step]],
     ) -> Result<Self, usize> {
         let wants: Vec<Want<'_>> = paths.iter().copied().enumerate().collect();
-        Ok(Self { node: compile(layout, &wants)?, serialization, names: Vec::new(), named: 0 })
+        let node = compile(layout, &wants)?;
+        Ok(Self { node, serialization, names: Vec::new(), named: 0, elements: None })
     }
 
     /// The numbers of a message, NaN for elements that its arrays do not have.
@@ -61,18 +64,21 @@ impl Walker {
         numbers.fill(f64::NAN);
         self.named = 0;
         let mut cursor = Cursor::new(message, self.serialization)?;
-        let mut taking = Taking { numbers, names: &mut self.names, named: &mut self.named };
+        let (names, named) = (&mut self.names, &mut self.named);
+        let mut taking = Taking { numbers, names, named, text: None, elements: self.elements.as_mut() };
         taking.walk(&self.node, &mut cursor).ok_or_else(|| {
             Error::Damaged(format!("a message of {} bytes ends before its definition does", message.len()))
         })
     }
 }
 
-/// What the `name` array of a message says, empty where it has none.
+/// What the `name` array of a message says, and what the elements of its other arrays are called; empty where it has none.
 pub(crate) fn names(layout: &Layout, serialization: Serialization, message: &[u8]) -> Result<Vec<String>> {
     let Ok(mut walker) = Walker::new(layout, serialization, &[]) else { return Ok(Vec::new()) };
+    walker.elements = Some(Vec::new());
     walker.numbers(message, &mut [])?;
     walker.names.truncate(walker.named);
+    walker.names.extend(walker.elements.into_iter().flatten());
     Ok(walker.names)
 }
 
@@ -133,9 +139,19 @@ struct Taking<'a> {
     numbers: &'a mut [f64],
     names: &'a mut Vec<String>,
     named: &'a mut usize,
+    /// Texts passed, where they are the name of what they are in.
+    text: Option<String>,
+    elements: Option<&'a mut Vec<String>>,
 }
 
 impl Taking<'_> {
+    /// What an element is called that is a struct: the texts in it, `odom>base_link`.
+    fn called(&mut self, element: &Node, mut ahead: Cursor<'_>) -> Option<String> {
+        let outer = self.text.replace(String::new());
+        self.walk(element, &mut ahead)?;
+        std::mem::replace(&mut self.text, outer)
+    }
+
     /// `None` where the message ends too early.
     fn walk(&mut self, node: &Node, cursor: &mut Cursor<'_>) -> Option<()> {
         match node {
@@ -146,7 +162,11 @@ impl Taking<'_> {
                 }
             }
             Node::Text => {
-                cursor.text()?;
+                let text = cursor.text()?;
+                if let Some(passed) = &mut self.text {
+                    *passed += if passed.is_empty() { "" } else { ">" };
+                    *passed += &String::from_utf8_lossy(text);
+                }
             }
             Node::WideText => {
                 // Units of two bytes, without an end mark (rmw_fastrtps).
@@ -181,11 +201,18 @@ impl Taking<'_> {
                     }
                     return Some(());
                 }
+                let is_named = picks.iter().any(|(pick, _)| matches!(pick, Pick::Named(_)));
+                let is_called = matches!(**element, Node::Struct(_)) && (is_named || self.elements.is_some());
                 for place in 0..count {
+                    let called = if is_called { Some(self.called(element, cursor.clone())?) } else { None };
+                    if let (Some(elements), Some(called)) = (&mut self.elements, &called) {
+                        elements.push(called.clone());
+                    }
                     let picked = picks.iter().find(|(pick, _)| match pick {
                         Pick::Index(index) => *index == place,
                         Pick::Named(name) => {
-                            place < *self.named && self.names.get(place).is_some_and(|here| here == name)
+                            let listed = self.names[..*self.named].get(place);
+                            listed.is_some_and(|here| here == name) || called.as_ref() == Some(name)
                         }
                     });
                     self.walk(picked.map_or(element, |(_, node)| node), cursor)?;
@@ -209,6 +236,7 @@ impl CloneInto for std::borrow::Cow<'_, str> {
 }
 
 /// Where in a message one is; places are counted from behind its header, as CDR aligns.
+#[derive(Clone)]
 struct Cursor<'a> {
     bytes: &'a [u8],
     place: usize,
@@ -333,6 +361,25 @@ mod tests {
         for end in 0..bytes.len() {
             assert!(walker.numbers(&bytes[..end], &mut numbers).is_err(), "{end}");
         }
+    }
+
+    /// Elements that are structs are called by their texts, whatever their place.
+    #[test]
+    fn elements_are_found_by_their_texts() {
+        let layout = layout("Pair[] pairs\n================\nMSG: p/Pair\nstring from\nuint8 n\nstring to\n");
+        let element = |n: u8| {
+            [&2_u32.to_le_bytes()[..], b"a\0", &[n, 0], &2_u32.to_le_bytes(), &[b'b' + n, 0], &[0; 2]]
+                .concat()
+        };
+        let bytes = message(&[&2_u32.to_le_bytes(), &element(1), &element(0)]);
+        let fields =
+            ["pairs[a>b].n", "pairs[a>c].n", "pairs[a>d].n"].map(|path| Field::new("/t", path).unwrap());
+        let steps: Vec<&[Step]> = fields.iter().map(|field| &field.steps[..]).collect();
+        let mut walker = Walker::new(&layout, Serialization::Cdr, &steps).unwrap();
+        let mut numbers = [0.0; 3];
+        walker.numbers(&bytes, &mut numbers).unwrap();
+        assert!(numbers[..2] == [0.0, 1.0] && numbers[2].is_nan(), "{numbers:?}");
+        assert_eq!(names(&layout, Serialization::Cdr, &bytes).unwrap(), ["a>c", "a>b"]);
     }
 
     /// Bytes laid out by hand: nothing in front, no gaps, no zeros; a time is two numbers.

@@ -1,14 +1,14 @@
 //! Which fields of a bag become which columns.
 
 use log_formats::merge::{Clock, Request, find_topic};
-use log_formats::{Bag, Field, Topic};
+use log_formats::{Bag, Extractor, Field, Topic};
 use support::error::{Error, Result};
 
-use super::columns::{Column, Expression};
+use super::columns::{Column, Expression, nose_up};
 use super::drivers::{self, Part};
 use super::known::{
     BATTERIES, BATTERY_STATE, COMMANDS, FLOATS, IMU, JOINT_STATE, MASSES, ODOMETRY, ODOMETRY_KIND, POWERS,
-    TWISTS, find, is_called, is_of, wheel_joints,
+    TRANSFORMS, TWISTS, find, is_called, is_of, is_tilt, wheel_joints,
 };
 use super::wrong::wrong;
 use crate::robot::{self, Robot, Signal, Term, Topics};
@@ -295,7 +295,43 @@ pub(super) enum Power {
     Sum(Vec<Part>),
 }
 
-pub(super) fn power(bag: &Bag, topics: &Topics) -> Result<Option<Power>> {
+/// Power as `[topics]` of robot.toml names it, whatever carries the messages.
+#[derive(Debug, Clone)]
+pub struct NamedPower {
+    /// The numbers that it is made of.
+    pub fields: Vec<Field>,
+    /// W, of these numbers.
+    pub expression: Expression,
+    /// Which of them is a voltage, and what it is multiplied by to be in V.
+    pub voltage: Option<(usize, f64)>,
+}
+
+/// The power that robot.toml names; none where it names none.
+///
+/// # Errors
+/// A field that is none; voltage without current.
+pub fn named_power(robot: &Robot) -> Result<Option<NamedPower>> {
+    let topics = robot.topics();
+    let parts = match named(topics)? {
+        None => return Ok(None),
+        Some(Power::Direct(field, scale)) => vec![Part { fields: vec![field], scale }],
+        Some(Power::Product { voltage, current, scale, .. }) => {
+            vec![Part { fields: vec![voltage, current], scale }]
+        }
+        Some(Power::Sum(parts)) => parts,
+    };
+    let factors = topics.power.0.iter().flat_map(|term| &term.factors);
+    let alone = topics.voltage.iter().filter(|_| topics.power.0.is_empty());
+    let voltage = factors.chain(alone).enumerate().find(|(_, factor)| factor.is_voltage());
+    let voltage = voltage.map(|(place, factor)| (place, factor.scale));
+    let mut fields = Fields::default();
+    let expression = sum(parts, &mut fields).expression;
+    let Fields { mut base, others } = fields;
+    base.extend(others);
+    Ok(Some(NamedPower { fields: base, expression, voltage }))
+}
+
+fn named(topics: &Topics) -> Result<Option<Power>> {
     match &topics.power.0[..] {
         [] => {}
         [Term { scale, factors }] if factors.len() == 1 => {
@@ -312,13 +348,19 @@ pub(super) fn power(bag: &Bag, topics: &Topics) -> Result<Option<Power>> {
         (Some(voltage), Some(current)) => {
             let scale = voltage.scale * current.scale;
             let (voltage, current) = (parsed(voltage)?, parsed(current)?);
-            return Ok(Some(Power::Product { voltage, current, scale, is_battery_state: false }));
+            Ok(Some(Power::Product { voltage, current, scale, is_battery_state: false }))
         }
-        (None, None) => {}
+        (None, None) => Ok(None),
         _ => {
             let message = "[topics] of robot.toml names one of voltage and current; expected both, or power";
-            return Err(Error::failed(message));
+            Err(Error::failed(message))
         }
+    }
+}
+
+pub(super) fn power(bag: &Bag, topics: &Topics) -> Result<Option<Power>> {
+    if let Some(named) = named(topics)? {
+        return Ok(Some(named));
     }
     if let Some(topic) = topic(bag, None, FLOATS, &POWERS, "power")? {
         return Ok(Some(Power::Direct(field(topic, "data")?, 1.0)));
@@ -402,7 +444,7 @@ fn imu(bag: &Bag, topics: &Topics, fields: &mut Fields) -> Result<Vec<Column>> {
         (None, first, None) => first,
         _ => None,
     };
-    let Some(topic) = only else { return Ok(Vec::new()) };
+    let Some(topic) = only else { return Ok(tilt(bag, fields)?.into_iter().collect()) };
     let accelerations =
         ["x", "y", "z"].map(|axis| (format!("accel_{axis}_m_s2"), format!("linear_acceleration.{axis}")));
     let turn = (YAW_RATE.to_owned(), "angular_velocity.z".to_owned());
@@ -411,12 +453,48 @@ fn imu(bag: &Bag, topics: &Topics, fields: &mut Fields) -> Result<Vec<Column>> {
         Ok(column(name, Expression::Number(place, 1.0), topic.name.clone()))
     });
     let mut columns = columns.collect::<Result<Vec<_>>>()?;
-    let mut places = [0; 5];
     let orientation =
         ["orientation.x", "orientation.y", "orientation.z", "orientation.w", "orientation_covariance[0]"];
-    for (place, path) in places.iter_mut().zip(orientation) {
-        *place = fields.place(field(topic, path)?);
+    let place = bag.topics().iter().position(|known| known.name == topic.name).unwrap_or(0);
+    let first = drivers::first(bag, place, &orientation.map(str::to_owned))?;
+    if nose_up([first[0], first[1], first[2], first[3]], Some(first[4])).is_nan()
+        && let Some(tilt) = tilt(bag, fields)?
+    {
+        columns.push(tilt);
+        return Ok(columns);
     }
-    columns.push(column(PITCH, Expression::NoseUp(places), format!("{}:orientation", topic.name)));
+    let [x, y, z, w, covariance] = orientation.map(|path| Ok(fields.place(field(topic, path)?)));
+    let turned = Expression::NoseUp([x?, y?, z?, w?], Some(covariance?));
+    columns.push(column(PITCH, turned, format!("{}:orientation", topic.name)));
     Ok(columns)
+}
+
+/// Pitch of the robot's body as /tf has it, where no Imu tells it. Odometry that knows the plane only turns about nothing but z.
+fn tilt(bag: &Bag, fields: &mut Fields) -> Result<Option<Column>> {
+    const LOOKED_AT: usize = 100;
+    for (place, topic) in bag.topics().iter().enumerate() {
+        if !is_of(topic, TRANSFORMS) || !is_called(topic, "tf") {
+            continue;
+        }
+        for transform in bag.names(place).map_err(wrong)?.iter().filter(|name| is_tilt(name)) {
+            let [x, y, z, w] = ["x", "y", "z", "w"]
+                .map(|axis| field(topic, &format!("transforms[{transform}].transform.rotation.{axis}")));
+            let all = [x?, y?, z?, w?];
+            let mut extractor = Extractor::new(topic, &[&all[0], &all[1]]).map_err(wrong)?;
+            let (mut left, mut is_tilted) = (LOOKED_AT, false);
+            let read = bag.read(&[place], &mut |_, _, message| {
+                let numbers = extractor.numbers(message)?;
+                left -= usize::from(!numbers[0].is_nan());
+                is_tilted |= numbers.iter().any(|number| number.abs() > 0.0);
+                Ok(left > 0 && !is_tilted)
+            });
+            read.map_err(wrong)?;
+            if is_tilted {
+                let places = all.map(|field| fields.place(field));
+                let source = format!("{} of {transform}", topic.name);
+                return Ok(Some(column(PITCH, Expression::NoseUp(places, None), source)));
+            }
+        }
+    }
+    Ok(None)
 }

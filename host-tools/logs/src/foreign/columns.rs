@@ -13,8 +13,8 @@ pub enum Expression {
     Sum(Vec<(usize, f64)>),
     /// Products of some numbers, each times its factor, added: the power of several motor drivers.
     Products(Vec<(Vec<usize>, f64)>),
-    /// Pitch, nose up, rad, of an orientation x, y, z, w (its z axis up) and the first entry of its covariance.
-    NoseUp([usize; 5]),
+    /// Pitch, nose up, rad, of an orientation x, y, z, w (its z axis up), and the first entry of its covariance if it has one.
+    NoseUp([usize; 4], Option<usize>),
 }
 
 impl Expression {
@@ -32,16 +32,19 @@ impl Expression {
                 let product = |places: &[usize]| places.iter().map(|place| numbers[*place]).product::<f64>();
                 terms.iter().map(|(places, factor)| product(places) * factor).sum()
             }
-            Self::NoseUp(places) => nose_up(places.map(|place| numbers[place])),
+            Self::NoseUp(places, covariance) => {
+                nose_up(places.map(|place| numbers[place]), covariance.map(|place| numbers[place]))
+            }
         }
     }
 }
 
 /// ROS turns about y, which points left, with the nose down (REP 103).
-fn nose_up([x, y, z, w, covariance]: [f64; 5]) -> f64 {
+pub(super) fn nose_up([x, y, z, w]: [f64; 4], covariance: Option<f64>) -> f64 {
     let square = x * x + y * y + z * z + w * w;
-    // A covariance of -1, or an orientation of nothing but zeros, says that there is none (sensor_msgs/Imu).
-    if covariance == -1.0 || square == 0.0 {
+    // A covariance of -1, or an orientation of nothing but zeros, says that there is none (sensor_msgs/Imu). Between two that
+    // are the same with opposite signs, as at half a turn, there is none either.
+    if covariance == Some(-1.0) || square < 0.5 {
         return f64::NAN;
     }
     -(2.0 * (w * y - z * x) / square).clamp(-1.0, 1.0).asin()
@@ -68,10 +71,11 @@ mod tests {
         let ((s, c), (u, v)) = ((-0.05_f64).sin_cos(), 1.0_f64.sin_cos());
         let turned = [-u * s, v * s, u * c, v * c];
         let pitch = |[x, y, z, w]: [f64; 4], covariance| {
-            Expression::NoseUp([0, 1, 2, 3, 4]).of(&[x, y, z, w, covariance])
+            Expression::NoseUp([0, 1, 2, 3], Some(4)).of(&[x, y, z, w, covariance])
         };
         assert!((pitch(turned, 0.0) - 0.1).abs() < 1e-12);
         assert!(pitch(turned, -1.0).is_nan() && pitch([0.0; 4], 0.0).is_nan());
+        assert!(pitch(turned.map(|part| 0.6 * part), 0.0).is_nan(), "between two of opposite signs");
     }
 
     #[test]

@@ -38,7 +38,7 @@ fn of(bag: &Bag, kind: &str) -> Vec<usize> {
 }
 
 /// These numbers of the first message of a topic; NaN where it has none.
-fn first(bag: &Bag, place: usize, paths: &[String]) -> Result<Vec<f64>> {
+pub(super) fn first(bag: &Bag, place: usize, paths: &[String]) -> Result<Vec<f64>> {
     let topic = &bag.topics()[place];
     let fields = paths.iter().map(|path| field(topic, path)).collect::<Result<Vec<_>>>()?;
     let mut extractor = Extractor::new(topic, &fields.iter().collect::<Vec<_>>()).map_err(wrong)?;

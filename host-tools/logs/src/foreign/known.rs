@@ -43,8 +43,19 @@ pub(super) const JOINT_STATE: &[&str] = &["sensor_msgs/msg/JointState"];
 pub(super) const ODOMETRY_KIND: &[&str] = &["nav_msgs/msg/Odometry"];
 pub(super) const BATTERY_STATE: &[&str] = &["sensor_msgs/msg/BatteryState"];
 pub(super) const IMU: &[&str] = &["sensor_msgs/msg/Imu"];
+pub(super) const TRANSFORMS: &[&str] = &["tf2_msgs/msg/TFMessage"];
 pub(super) const TWISTS: &[&str] = &["geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"];
 pub(super) const FLOATS: &[&str] = &["std_msgs/msg/Float64", "std_msgs/msg/Float32"];
+
+/// Frames that stay level, and those of a robot's body (REP 105), under any prefix.
+const LEVEL: [&str; 3] = ["odom", "map", "world"];
+const BODIES: [&str; 2] = ["base_link", "base_footprint"];
+
+/// Whether a transform, `odom>base_link`, tells how a robot's body is tilted.
+pub(super) fn is_tilt(transform: &str) -> bool {
+    let is_one = |frame: &str, of: &[&str]| of.contains(&frame.rsplit('/').next().unwrap_or(frame));
+    transform.split_once('>').is_some_and(|(from, to)| is_one(from, &LEVEL) && is_one(to, &BODIES))
+}
 
 /// Whether a topic is of one of these types, however they are written.
 pub(super) fn is_of(topic: &Topic, kinds: &[&str]) -> bool {

@@ -29,7 +29,7 @@ use crate::robot::Robot;
 
 pub use wrong::wrong;
 
-pub use choose::{Chosen, choose};
+pub use choose::{Chosen, NamedPower, choose, named_power};
 pub use columns::{Column, Expression};
 pub use glance::{CHARGE, CURRENT, SPEED, TURN, glance};
 pub use known::wheel_joints;

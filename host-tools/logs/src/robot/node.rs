@@ -14,6 +14,8 @@ pub enum PowerChip {
     Ina226,
     /// 36 V, ±15 A through its own shunt
     Ina260,
+    /// No chip: the power that [topics] of robot.toml names, from the motor drivers' own messages
+    Topics,
 }
 
 /// What `gmr node` reads and says, and where. What is not given is as here.

@@ -81,8 +81,13 @@ impl Signal {
                 self.field,
                 quantity.units()
             )),
-            _ => Ok(self),
+            _ => Ok(Self { quantity: Some(quantity), ..self }),
         }
+    }
+
+    /// Whether it stands for a voltage.
+    pub fn is_voltage(&self) -> bool {
+        self.quantity == Some(Quantity::Voltage)
     }
 }
 

@@ -1,6 +1,7 @@
 //! The messages, field by field as their definitions have them (common_interfaces): CDR has no
 //! names, only an order.
 
+use rustdds::GUID;
 use serde::{Deserialize, Serialize};
 
 use crate::{Health, State};
@@ -126,6 +127,45 @@ impl BatteryState {
             location: String::new(),
             serial_number: String::new(),
         }
+    }
+}
+
+/// `rmw_dds_common/Gid`: 16 bytes since ROS 2 Iron, 24 before.
+pub(super) type Gid<const LENGTH: usize> = [u8; LENGTH];
+
+/// `rmw_dds_common/NodeEntitiesInfo`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct NodeEntitiesInfo<G> {
+    node_namespace: String,
+    node_name: String,
+    reader_gid_seq: Vec<G>,
+    writer_gid_seq: Vec<G>,
+}
+
+/// `rmw_dds_common/ParticipantEntitiesInfo`: which nodes a process has, and what is theirs. `ros2 node list` shows what it says.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct ParticipantEntitiesInfo<G> {
+    gid: G,
+    node_entities_info_seq: Vec<NodeEntitiesInfo<G>>,
+}
+
+impl<const LENGTH: usize> ParticipantEntitiesInfo<Gid<LENGTH>>
+where
+    Gid<LENGTH>: Serialize,
+{
+    /// One node with all of it.
+    pub(super) fn of(participant: GUID, node: &str, readers: &[GUID], writers: &[GUID]) -> Self {
+        let gid = |guid: &GUID| {
+            let bytes = guid.to_bytes();
+            std::array::from_fn(|place| bytes.get(place).copied().unwrap_or(0))
+        };
+        let node = NodeEntitiesInfo {
+            node_namespace: "/".to_owned(),
+            node_name: node.to_owned(),
+            reader_gid_seq: readers.iter().map(gid).collect(),
+            writer_gid_seq: writers.iter().map(gid).collect(),
+        };
+        Self { gid: gid(&participant), node_entities_info_seq: vec![node] }
     }
 }
 

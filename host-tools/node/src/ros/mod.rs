@@ -4,21 +4,27 @@
 //! (design.ros2.org/articles/topic_and_service_names). Lost peers, new ones and their discovery are RustDDS's.
 
 mod messages;
+mod power;
 
+use std::cell::RefCell;
+use std::rc::Rc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use logs::robot::{NodeSettings, Robot};
 use rustdds::no_key::{DataReaderCdr, DataWriterCdr};
 use rustdds::policy::{Durability, History, Reliability};
 use rustdds::{
-    DomainParticipant, DomainParticipantBuilder, Duration, QosPolicies, QosPolicyBuilder, RTPSEntity as _,
-    TopicKind,
+    DomainParticipant, DomainParticipantBuilder, Duration, GUID, QosPolicies, QosPolicyBuilder,
+    RTPSEntity as _, TopicKind,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use support::error::{Error, Result};
 
-use self::messages::{BatteryState, DiagnosticArray, Float64, JointState, Odometry, Time};
+use self::messages::{
+    BatteryState, DiagnosticArray, Float64, Gid, JointState, Odometry, ParticipantEntitiesInfo, Time,
+};
+pub use self::power::RosPower;
 use super::wheels::{Motion, WheelMessage};
 use super::{Outlet, State, WheelSource};
 
@@ -28,6 +34,11 @@ const BATTERY_STATE: &str = "sensor_msgs::msg::dds_::BatteryState_";
 const FLOAT64: &str = "std_msgs::msg::dds_::Float64_";
 const DIAGNOSTIC_ARRAY: &str = "diagnostic_msgs::msg::dds_::DiagnosticArray_";
 
+const ENTITIES: &str = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_";
+
+/// What `ros2 node list` shows.
+const NODE: &str = "gmr_node";
+
 /// As ROS 2 keeps messages unless told otherwise.
 const DEPTH: i32 = 10;
 
@@ -36,9 +47,18 @@ fn failed(what: &str, error: impl std::fmt::Display) -> Error {
 }
 
 /// A DDS domain that was joined.
+#[derive(Clone)]
 pub struct Domain {
     participant: DomainParticipant,
     settings: NodeSettings,
+    entities: Rc<RefCell<Entities>>,
+}
+
+/// What of the domain is the node's.
+#[derive(Default)]
+struct Entities {
+    readers: Vec<GUID>,
+    writers: Vec<GUID>,
 }
 
 impl Domain {
@@ -50,7 +70,7 @@ impl Domain {
         let participant = DomainParticipantBuilder::new(number)
             .build()
             .map_err(|error| failed(&format!("domain {number} cannot be joined"), error))?;
-        Ok(Self { participant, settings: robot.node().clone() })
+        Ok(Self { participant, settings: robot.node().clone(), entities: Rc::default() })
     }
 
     fn qos(reliability: Reliability) -> QosPolicies {
@@ -63,24 +83,51 @@ impl Domain {
 
     fn topic(&self, name: &str, kind: &str, qos: &QosPolicies) -> Result<rustdds::Topic> {
         self.participant
-            .create_topic(format!("rt{name}"), kind.to_owned(), qos, TopicKind::NoKey)
+            .create_topic(name.to_owned(), kind.to_owned(), qos, TopicKind::NoKey)
             .map_err(|error| failed(name, error))
     }
 
     fn writer<M: Serialize>(&self, name: &str, kind: &str) -> Result<DataWriterCdr<M>> {
         // What is offered reliably is heard by those who ask for less as well.
         let qos = Self::qos(Reliability::Reliable { max_blocking_time: Duration::from_millis(10) });
-        let topic = self.topic(name, kind, &qos)?;
-        let publisher = self.participant.create_publisher(&qos).map_err(|error| failed(name, error))?;
+        let writer = self.writer_of(&format!("rt{name}"), kind, &qos)?;
+        self.entities.borrow_mut().writers.push(writer.guid());
+        Ok(writer)
+    }
+
+    fn writer_of<M: Serialize>(&self, name: &str, kind: &str, qos: &QosPolicies) -> Result<DataWriterCdr<M>> {
+        let topic = self.topic(name, kind, qos)?;
+        let publisher = self.participant.create_publisher(qos).map_err(|error| failed(name, error))?;
         publisher.create_datawriter_no_key_cdr(&topic, None).map_err(|error| failed(name, error))
+    }
+
+    /// Says of which node all that is, as ROS's own nodes do (`rmw_dds_common`).
+    fn graph<G: Serialize>(&self) -> Result<DataWriterCdr<ParticipantEntitiesInfo<G>>> {
+        let qos = QosPolicyBuilder::new()
+            .reliability(Reliability::Reliable { max_blocking_time: Duration::from_millis(10) })
+            .durability(Durability::TransientLocal)
+            .history(History::KeepLast { depth: 1 })
+            .build();
+        self.writer_of("ros_discovery_info", ENTITIES, &qos)
     }
 
     fn reader<M: DeserializeOwned + 'static>(&self, name: &str, kind: &str) -> Result<DataReaderCdr<M>> {
         // Every sender offers at least this; a speed that comes late is of no use.
         let qos = Self::qos(Reliability::BestEffort);
-        let topic = self.topic(name, kind, &qos)?;
+        let topic = self.topic(&format!("rt{name}"), kind, &qos)?;
         let subscriber = self.participant.create_subscriber(&qos).map_err(|error| failed(name, error))?;
-        subscriber.create_datareader_no_key_cdr(&topic, None).map_err(|error| failed(name, error))
+        let reader: DataReaderCdr<M> =
+            subscriber.create_datareader_no_key_cdr(&topic, None).map_err(|error| failed(name, error))?;
+        self.entities.borrow_mut().readers.push(reader.guid());
+        Ok(reader)
+    }
+
+    /// Hears the power that robot.toml names.
+    ///
+    /// # Errors
+    /// It names none.
+    pub fn power(&self, robot: &Robot) -> Result<RosPower> {
+        RosPower::of(self.clone(), robot)
     }
 
     /// Hears of the wheels.
@@ -116,6 +163,8 @@ impl Domain {
             cells: robot.battery().map_or(0, |pack| pack.cells as usize),
             name: robot.name().to_owned(),
             others: false,
+            graph: Graph::of(&self)?,
+            announced: 0,
             domain: self,
         })
     }
@@ -164,11 +213,50 @@ pub struct RosOutlet {
     name: String,
     /// That somebody else tells of the battery has been said.
     others: bool,
+    graph: Graph,
+    /// How many entities have been told of.
+    announced: usize,
     domain: Domain,
 }
 
+/// As the releases of ROS 2 write it.
+enum Graph {
+    Since(DataWriterCdr<ParticipantEntitiesInfo<Gid<16>>>),
+    Before(DataWriterCdr<ParticipantEntitiesInfo<Gid<24>>>),
+}
+
+impl Graph {
+    /// By `ROS_DISTRO`: nothing on the network tells the two from each other.
+    fn of(domain: &Domain) -> Result<Self> {
+        let is_before = std::env::var("ROS_DISTRO").is_ok_and(|name| BEFORE_IRON.contains(&&*name));
+        Ok(if is_before { Self::Before(domain.graph()?) } else { Self::Since(domain.graph()?) })
+    }
+
+    fn tell(&self, participant: GUID, Entities { readers, writers }: &Entities) {
+        // As with the topics: what DDS did not take is not sent again.
+        let _ = match self {
+            Self::Since(to) => {
+                to.write(ParticipantEntitiesInfo::of(participant, NODE, readers, writers), None).is_ok()
+            }
+            Self::Before(to) => {
+                to.write(ParticipantEntitiesInfo::of(participant, NODE, readers, writers), None).is_ok()
+            }
+        };
+    }
+}
+
+/// Releases of ROS 2 whose `Gid` has 24 bytes.
+const BEFORE_IRON: [&str; 3] = ["foxy", "galactic", "humble"];
+
 impl Outlet for RosOutlet {
     fn publish(&mut self, state: &State) -> Result<()> {
+        let entities = self.domain.entities.borrow();
+        let count = entities.readers.len() + entities.writers.len();
+        if count != self.announced {
+            self.announced = count;
+            self.graph.tell(self.domain.participant.guid(), &entities);
+        }
+        drop(entities);
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let stamp =
             Time { sec: i32::try_from(now.as_secs()).unwrap_or(i32::MAX), nanosec: now.subsec_nanos() };

@@ -13,6 +13,8 @@ clearpath     a Husky A200: joints of four wheels, power of both drivers and of 
 jackal        a Jackal: the same topics, four currents, the first of which is the total
 lynx          motor feedback of four wheels, and no other power
 husarion      a Panther: two motor drivers, front and rear
+level         the first 80 rows on a slope of 0.05 rad, nose up, turning about: /tf, among the transforms of the wheels
+planar        the same as odometry sees it that knows the plane only
 ros1-*.bag    the same drive as ROS 1 records it, in chunks as they are, by lz4 and by bz2
 rover.bin     DataFlash of ArduPilot, by its documented format; read back with pymavlink
 vesc-tool.csv what VESC Tool logs of one VESC
@@ -128,6 +130,29 @@ def bag(name, messages):
                 writer.write(connections[topic], received, TYPES.serialize_cdr(value, kind))
         [made] = path.glob("*.mcap")
         shutil.copy(made, HERE / name)
+
+
+def tilted(name, rows, nose_up):
+    """Turns at 2 rad/s: the quaternion of tf2's setRPY(0, -nose_up, yaw), which changes its sign at half a turn."""
+    stamped, moved = T["geometry_msgs/msg/TransformStamped"], T["geometry_msgs/msg/Transform"]
+    vector, quaternion = T["geometry_msgs/msg/Vector3"], T["geometry_msgs/msg/Quaternion"]
+    head = lambda ns, frame: T["std_msgs/msg/Header"](T["builtin_interfaces/msg/Time"](ns // 10**9, ns % 10**9), frame)
+    transform = lambda ns, frame, child, turn: stamped(head(ns, frame), child, moved(vector(0.1, 0.0, 0.0), quaternion(*turn)))
+    messages = []
+    for place, (t, left, right, watts, kilograms) in enumerate(rows):
+        messages.append((t, "/joint_states", joints(t, ["wheel_left_joint", "wheel_right_joint"], [left, right])))
+        messages.append((t, "/power", mass(watts)))
+        messages.append((t, "/total_mass", mass(kilograms)))
+        # Between two rows, and received late, as over a network: their own stamps count.
+        t += 50_000_000
+        yaw = (2e-9 * (t - START) + math.pi) % math.tau - math.pi
+        (s, c), (u, v) = (math.sin(-nose_up / 2), math.cos(nose_up / 2)), (math.sin(yaw / 2), math.cos(yaw / 2))
+        body = transform(t, "odom", "base_link", (-u * s, v * s, u * c, v * c))
+        wheel = lambda side: transform(t, "base_link", f"wheel_{side}_link", (0.0, math.sin(place), 0.0, math.cos(place)))
+        tf = "tf2_msgs/msg/TFMessage"
+        messages.append((t + 30_000_000, "/tf", message(tf, [wheel("left"), body])))
+        messages.append((t + 31_000_000, "/tf", message(tf, [wheel("right")])))
+    bag(name, messages)
 
 
 def bag1(name, compression, rows):
@@ -259,6 +284,8 @@ def main():
         bag(f"{name}.mcap", messages)
     for name, compression in (("plain", None), ("lz4", Writer1.CompressionFormat.LZ4), ("bz2", Writer1.CompressionFormat.BZ2)):
         bag1(f"ros1-{name}.bag", compression, rows)
+    tilted("level.mcap", rows[:80], 0.05)
+    tilted("planar.mcap", rows[:80], 0.0)
     dataflash("rover.bin", rows)
     vesc_tool("vesc-tool.csv", rows)
 
