@@ -5,7 +5,7 @@ use core::cell::{Cell, RefCell};
 
 use embedded_hal_async::i2c::{ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
 use firmware::parameters::{RAILS, SENSOR_PROBE_SAMPLES};
-use firmware::power_sensors::{Health, PowerSensor, PowerSensors, RAIL_COUNT, Reading};
+use firmware::power_sensors::{Convert, Health, PowerSensor, PowerSensors, RAIL_COUNT, Reading};
 use on_target_tests::{Failed, Outcome, close, ensure, now, tests};
 
 tests!(
@@ -58,6 +58,8 @@ impl Bus {
 impl ErrorType for &Bus {
     type Error = ErrorKind;
 }
+
+impl Convert for &Bus {}
 
 impl I2c for &Bus {
     async fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), ErrorKind> {
@@ -198,7 +200,7 @@ fn brown_out_is_found() -> Outcome {
 fn a_dead_sensor_costs_its_own_rail() -> Outcome {
     let bus = Bus::new();
     bus.change(2, |chip| chip.is_present = false);
-    let mut sensors = PowerSensors::new([&bus; RAIL_COUNT]);
+    let mut sensors = PowerSensors::new(&bus);
     for poll in 0..u64::from(2 * SENSOR_PROBE_SAMPLES) {
         let [battery, motors, computer, lidar] =
             now(sensors.poll(5_000 * poll))?.map(|reading| reading.is_some());

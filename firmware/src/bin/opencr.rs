@@ -4,16 +4,13 @@
 #[cfg(target_os = "none")]
 mod image {
     use embassy_executor::Spawner;
-    use embassy_sync::mutex::Mutex;
     use firmware::boards::opencr::{
         Board, InertialPort, Panel, SensorBus, ServoPort, StatusLed, StoreFlash, UsbDevice, UsbLink, init,
         sampling, watchdog,
     };
-    use firmware::boards::{SharedSensorBus, VERIFY, sampler, send, start, watch_stack};
-    use firmware::tasks::{self, Buffers, BusCounters, CountedBus, Records, Reporter, Shared};
+    use firmware::boards::{VERIFY, sampler, send, start, watch_stack};
+    use firmware::tasks::{self, Buffers, BusCounters, Records, Reporter, Shared};
     use static_cell::{ConstStaticCell, StaticCell};
-
-    type Sensors = SharedSensorBus<SensorBus>;
 
     #[embassy_executor::main]
     async fn main(spawner: Spawner) {
@@ -21,12 +18,10 @@ mod image {
         static RECORDS: ConstStaticCell<Records> = ConstStaticCell::new([[0; _]; _]);
         static SHARED: StaticCell<Shared> = StaticCell::new();
         static COUNTERS: ConstStaticCell<BusCounters> = ConstStaticCell::new(BusCounters::new());
-        static SENSORS: StaticCell<Sensors> = StaticCell::new();
         static BUFFERS: ConstStaticCell<[Buffers; 2]> = ConstStaticCell::new([const { Buffers::new() }; 2]);
 
         let (shared, counters) = (&*SHARED.init(Shared::new(RECORDS.take())), &*COUNTERS.take());
         let Board { sensors, servos, inertial, links, usb, store, status_led, panel, reset } = init(counters);
-        let sensors = &*SENSORS.init(Mutex::new(CountedBus::new(sensors, counters)));
         start(spawner, keep(store, shared));
         let above = sampling();
         send(above, measure(sensors, servos, counters, shared));
@@ -50,12 +45,12 @@ mod image {
 
     #[embassy_executor::task]
     async fn measure(
-        sensors: &'static Sensors,
+        sensors: SensorBus,
         servos: ServoPort,
         counters: &'static BusCounters,
         shared: &'static Shared,
     ) {
-        tasks::measure(sampler(sensors, servos), counters, shared).await
+        tasks::measure(sampler(sensors, servos, counters), counters, shared).await
     }
 
     #[embassy_executor::task(pool_size = 2)]

@@ -3,15 +3,12 @@
 
 #[cfg(target_os = "none")]
 mod image {
-    use embassy_sync::mutex::Mutex;
     use firmware::boards::virtual_board::{
         Board, InertialPort, Link, SensorBus, ServoPort, StoreFlash, init, run,
     };
-    use firmware::boards::{SharedSensorBus, VERIFY, sampler, start, watch_stack};
-    use firmware::tasks::{self, Buffers, BusCounters, CountedBus, Records, Reporter, Shared};
+    use firmware::boards::{VERIFY, sampler, start, watch_stack};
+    use firmware::tasks::{self, Buffers, BusCounters, Records, Reporter, Shared};
     use static_cell::{ConstStaticCell, StaticCell};
-
-    type Sensors = SharedSensorBus<SensorBus>;
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
@@ -19,12 +16,10 @@ mod image {
         static RECORDS: ConstStaticCell<Records> = ConstStaticCell::new([[0; _]; _]);
         static SHARED: StaticCell<Shared> = StaticCell::new();
         static COUNTERS: ConstStaticCell<BusCounters> = ConstStaticCell::new(BusCounters::new());
-        static SENSORS: StaticCell<Sensors> = StaticCell::new();
         static BUFFERS: ConstStaticCell<[Buffers; 2]> = ConstStaticCell::new([const { Buffers::new() }; 2]);
 
         let (shared, counters) = (&*SHARED.init(Shared::new(RECORDS.take())), &*COUNTERS.take());
         let Board { sensors, servos, inertial, links, store } = init();
-        let sensors = &*SENSORS.init(Mutex::new(CountedBus::new(sensors, counters)));
         run(|spawner| {
             start(spawner, keep(store, shared));
             start(spawner, measure(sensors, servos, counters, shared));
@@ -44,12 +39,12 @@ mod image {
 
     #[embassy_executor::task]
     async fn measure(
-        sensors: &'static Sensors,
+        sensors: SensorBus,
         servos: ServoPort,
         counters: &'static BusCounters,
         shared: &'static Shared,
     ) {
-        tasks::measure(sampler(sensors, servos), counters, shared).await
+        tasks::measure(sampler(sensors, servos, counters), counters, shared).await
     }
 
     #[embassy_executor::task]

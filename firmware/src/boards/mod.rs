@@ -15,7 +15,7 @@ mod wiring;
 pub use {
     key::VERIFY,
     stack::watch_stack,
-    wiring::{SensorHandle, SharedSensorBus, sampler, send, start},
+    wiring::{sampler, send, start},
 };
 
 // What stands before every line of the log.

@@ -1,31 +1,22 @@
 //! From a board's drivers to a sampler and running tasks.
 
-use embassy_embedded_hal::shared_bus::asynch::i2c::I2cDevice;
 use embassy_executor::{SendSpawner, SpawnError, SpawnToken, Spawner};
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::mutex::Mutex;
 use embassy_time::Delay;
-use embedded_hal_async::i2c::I2c;
 use embedded_io_async::{Read, Write};
 
 use crate::measurement::Sampler;
-use crate::power_sensors::{PowerSensors, RAILS};
-use crate::tasks::CountedBus;
+use crate::power_sensors::{Convert, PowerSensors};
+use crate::tasks::{BusCounters, CountedBus};
 use crate::wheels::Wheels;
 
-/// The sensors' bus.
-pub type SharedSensorBus<B> = Mutex<CriticalSectionRawMutex, CountedBus<B>>;
-
-/// One sensor's handle of it.
-pub type SensorHandle<B> = I2cDevice<'static, CriticalSectionRawMutex, CountedBus<B>>;
-
-/// Samples on these buses.
-pub fn sampler<B: I2c + 'static, P: Read + Write>(
-    sensors: &'static SharedSensorBus<B>,
+/// Samples on these buses. What happens on the sensors' is counted.
+pub fn sampler<B: Convert, P: Read + Write>(
+    sensors: B,
     servos: P,
-) -> Sampler<SensorHandle<B>, P, Delay> {
-    let handles = RAILS.map(|_| I2cDevice::new(sensors));
-    Sampler::new(PowerSensors::new(handles), Wheels::new(servos, Delay))
+    counters: &'static BusCounters,
+) -> Sampler<CountedBus<B>, P, Delay> {
+    let sensors = PowerSensors::new(CountedBus::new(sensors, counters));
+    Sampler::new(sensors, Wheels::new(servos, Delay))
 }
 
 /// Starts a task.

@@ -2,7 +2,6 @@
 
 use embassy_futures::join::join;
 use embedded_hal_async::delay::DelayNs;
-use embedded_hal_async::i2c::I2c;
 use embedded_io_async::{Read, Write};
 use model_core::coefficients::Coefficients;
 use model_core::estimator::Unfit;
@@ -10,11 +9,11 @@ use model_core::estimator::Unfit;
 use super::{BatteryMeter, DriveSnapshot, EstimateSnapshot, RailSnapshot, Snapshot, WheelSnapshot};
 use crate::drive::Orders;
 use crate::estimation::{Estimated, Estimation};
-use crate::power_sensors::{Health, PowerSensors, RAIL_COUNT, RailName};
+use crate::power_sensors::{Convert, Health, PowerSensors, RAIL_COUNT, RailName};
 use crate::record::Record;
 use crate::wheels::{Standstill, SwitchedPort, WHEELS, Wheels};
 
-/// Everything that a sample goes through: `I` is a handle of the power sensors' bus, `P` the port of the servo bus,
+/// Everything that a sample goes through: `I` is the power sensors' bus, `P` the port of the servo bus,
 /// `D` limits the time that is waited there.
 pub struct Sampler<I, P, D> {
     sensors: PowerSensors<I>,
@@ -36,7 +35,7 @@ struct Latest {
     is_standing: bool,
 }
 
-impl<I: I2c, P: Read + Write, D: DelayNs> Sampler<I, P, D> {
+impl<I: Convert, P: Read + Write, D: DelayNs> Sampler<I, P, D> {
     /// Without coefficients and calibration, until they are set.
     pub fn new(sensors: PowerSensors<I>, wheels: Wheels<P, D>) -> Self {
         Self {
@@ -191,7 +190,7 @@ impl<I: I2c, P: Read + Write, D: DelayNs> Sampler<I, P, D> {
     }
 }
 
-impl<I: I2c, P: SwitchedPort, D: DelayNs> Sampler<I, P, D> {
+impl<I: Convert, P: SwitchedPort, D: DelayNs> Sampler<I, P, D> {
     /// Switches the servos' supply.
     pub fn set_servo_supply(&mut self, on: bool) {
         self.wheels.set_supply(on);
@@ -231,7 +230,7 @@ mod tests {
         }
 
         fn board(&self) -> Board<'_> {
-            let sensors = PowerSensors::new([&self.chips; RAIL_COUNT]);
+            let sensors = PowerSensors::new(&self.chips);
             Sampler::new(sensors, Wheels::new(&self.servos, &self.servos.patience))
         }
 

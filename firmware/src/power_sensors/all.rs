@@ -1,63 +1,62 @@
 //! All four sensors on their common bus.
 
-use embedded_hal_async::i2c::I2c;
-
-use super::{Meter, PowerSensor, RAIL_COUNT, RailReading, Status};
+use super::convert::{Conversion, Convert};
+use super::sensor::Sensor;
+use super::{Meter, RAIL_COUNT, RailReading, Status};
 use crate::parameters::{RAILS, SENSOR_PROBE_SAMPLES};
 
-/// The sensors of all rails, each with its own handle of the bus.
+/// The sensors of all rails on their bus.
 pub struct PowerSensors<I> {
-    sensors: [PowerSensor<I>; RAIL_COUNT],
+    bus: I,
+    sensors: [Sensor; RAIL_COUNT],
     meters: [Meter; RAIL_COUNT],
     latest: [Option<RailReading>; RAIL_COUNT],
     /// Position in the round in which silent sensors have their turn.
     turn: u32,
 }
 
-impl<I: I2c> PowerSensors<I> {
-    /// On these handles of the bus, in the order of [`RAILS`]. Nothing is sent yet.
-    pub fn new(handles: [I; RAIL_COUNT]) -> Self {
-        let [battery, motors, computer, lidar] = handles;
-        let [of_battery, of_motors, of_computer, of_lidar] = RAILS;
+impl<I: Convert> PowerSensors<I> {
+    /// The rails of [`RAILS`] on this bus. Nothing is sent yet.
+    pub fn new(bus: I) -> Self {
         Self {
-            sensors: [
-                PowerSensor::new(battery, of_battery),
-                PowerSensor::new(motors, of_motors),
-                PowerSensor::new(computer, of_computer),
-                PowerSensor::new(lidar, of_lidar),
-            ],
+            bus,
+            sensors: RAILS.map(Sensor::new),
             meters: [Meter::default(); RAIL_COUNT],
             latest: [None; RAIL_COUNT],
             turn: 0,
         }
     }
 
-    /// Asks the sensors one after the other: what is new of each. `time_us` since start.
+    /// Asks the sensors one after the other, those that are set up in one go: what is new of each. `time_us` since start.
     ///
     /// A sensor that has gone costs its own rail, and the bus the time in which that finds out: at every poll until
     /// it counts as silent, then once in [`SENSOR_PROBE_SAMPLES`] polls, and never two silent ones in the same poll.
     pub async fn poll(&mut self, time_us: u64) -> [Option<RailReading>; RAIL_COUNT] {
-        let mut readings = [None; RAIL_COUNT];
-        let places = self.sensors.iter_mut().zip(&mut self.meters).zip(&mut self.latest).zip(&mut readings);
-        for (index, (((sensor, meter), latest), place)) in (0..).zip(places) {
-            if sensor.status().is_silent() && self.turn != index * TURNS {
-                continue;
+        let Self { bus, sensors, meters, latest, turn } = self;
+        let mut asked: [Option<Conversion>; RAIL_COUNT] = [None; RAIL_COUNT];
+        for (index, (sensor, asked)) in (0..).zip(sensors.iter_mut().zip(&mut asked)) {
+            if !sensor.status().is_silent() || *turn == index * TURNS {
+                *asked = sensor.begin(bus).await;
             }
-            let reading = sensor.poll().await.map(|reading| RailReading::new(reading, sensor.rail().shunt));
-            if let Some(reading) = reading {
-                meter.add(reading.power, time_us);
-                *latest = Some(reading);
-            }
-            *place = reading;
         }
-        self.turn = (self.turn + 1) % SENSOR_PROBE_SAMPLES;
+        *turn = (*turn + 1) % SENSOR_PROBE_SAMPLES;
+        bus.convert_each(&mut asked).await;
+        let mut readings = [None; RAIL_COUNT];
+        let places = sensors.iter_mut().zip(meters).zip(latest).zip(&mut readings);
+        for (conversion, (((sensor, meter), latest), place)) in asked.into_iter().zip(places) {
+            let Some(conversion) = conversion else { continue };
+            let Some(reading) = sensor.end(bus, conversion.answer).await else { continue };
+            let reading = RailReading::new(reading, sensor.rail().shunt);
+            meter.add(reading.power, time_us);
+            (*latest, *place) = (Some(reading), Some(reading));
+        }
         readings
     }
 
     /// Whether each can be believed, and its counters.
     #[must_use]
     pub fn statuses(&self) -> [Status; RAIL_COUNT] {
-        self.sensors.each_ref().map(PowerSensor::status)
+        self.sensors.each_ref().map(|sensor| *sensor.status())
     }
 
     /// What each said last.
@@ -85,9 +84,9 @@ impl<I: I2c> PowerSensors<I> {
         }
     }
 
-    /// Gives the handles back.
-    pub fn release(self) -> [I; RAIL_COUNT] {
-        self.sensors.map(PowerSensor::release)
+    /// Gives the bus back.
+    pub fn release(self) -> I {
+        self.bus
     }
 }
 
@@ -112,7 +111,7 @@ mod tests {
         for (chip, shunt_10uv) in chips.chips.borrow_mut().iter_mut().zip([1000, -1000, 2000, 3000]) {
             chip.shunt_10uv = shunt_10uv;
         }
-        let mut sensors = PowerSensors::new([&chips; RAIL_COUNT]);
+        let mut sensors = PowerSensors::new(&chips);
         assert_eq!(powers(now(sensors.poll(0))), [Some(1.2), Some(-1.2), Some(2.4), Some(3.6)]);
         sensors.set_power_factors([1.0, 1.0, 0.5, 1.5]);
         assert_eq!(powers(now(sensors.poll(5_000))), [Some(1.2), Some(-1.2), Some(1.2), Some(5.4)]);
@@ -124,7 +123,7 @@ mod tests {
     fn a_dead_sensor_costs_its_own_rail() {
         let chips = Chips::new();
         chips.chips.borrow_mut()[2].is_present = false;
-        let mut sensors = PowerSensors::new([&chips; RAIL_COUNT]);
+        let mut sensors = PowerSensors::new(&chips);
         for poll in 0..200 {
             let readings = now(sensors.poll(poll * 5_000));
             assert_eq!(readings.map(|r| r.is_some()), [true, true, false, true], "poll {poll}");
@@ -142,7 +141,7 @@ mod tests {
     fn a_dead_bus_is_waited_for_once_a_poll() {
         let chips = Chips::new();
         chips.chips.borrow_mut().iter_mut().for_each(|chip| chip.is_present = false);
-        let mut sensors = PowerSensors::new([&chips; RAIL_COUNT]);
+        let mut sensors = PowerSensors::new(&chips);
         for poll in 0..100 {
             let before = chips.transactions();
             now(sensors.poll(poll * 5_000));

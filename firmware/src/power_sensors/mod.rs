@@ -4,6 +4,7 @@
 
 mod all;
 mod conversion;
+mod convert;
 mod health;
 mod meter;
 mod rails;
@@ -14,6 +15,7 @@ pub(crate) mod testing;
 pub use crate::parameters::RAILS;
 pub use all::PowerSensors;
 pub use conversion::{Reading, Shunt};
+pub use convert::{Conversion, Convert};
 pub use health::{Counters, Event, Health, Status};
 pub use meter::{Meter, RailReading};
 pub use rails::{RAIL_COUNT, Rail, RailName};

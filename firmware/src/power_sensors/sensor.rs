@@ -4,16 +4,13 @@
 //! two voltages itself, and its product has to be the one that is made of them here. That holds as long as all three are of one
 //! conversion. So a poll starts the next conversion and reads the last one, which stands still until the new one ends.
 
-use embedded_hal_async::i2c::{I2c, Operation};
+use embedded_hal_async::i2c::I2c;
 use ina219::measurements::{BusVoltage, ShuntVoltage};
 
+use super::convert::{CONFIGURATION, Conversion};
 use super::{Event, Rail, Reading, Status};
 
-/// Registers (8.6.1).
-const CONFIGURATION: u8 = 0;
-const SHUNT: u8 = 1;
-const BUS: u8 = 2;
-const POWER: u8 = 3;
+/// Register (8.6.1).
 const CALIBRATION: u8 = 5;
 /// Flags of the bus voltage (8.6.3.2).
 const CNVR: u16 = 1 << 1;
@@ -27,10 +24,15 @@ const POWER_DIVISOR: u32 = 5_000;
 /// The data sheet does not say whether what is lost is cut off or rounded.
 const POWER_TOLERANCE: u32 = 1;
 
-/// The sensor of one rail. Owns its handle of the bus; a shared bus hands out one for each.
+/// The sensor of one rail with its bus.
 pub struct PowerSensor<I> {
-    rail: Rail,
+    sensor: Sensor,
     i2c: I,
+}
+
+/// The sensor of one rail.
+pub(super) struct Sensor {
+    rail: Rail,
     status: Status,
     /// Whether the chip has the rail's set-up, as far as is known.
     is_set_up: bool,
@@ -42,24 +44,24 @@ type Failure = Event;
 impl<I: I2c> PowerSensor<I> {
     /// A sensor that the first poll sets up. Nothing is sent yet.
     pub fn new(i2c: I, rail: Rail) -> Self {
-        Self { rail, i2c, status: Status::new(), is_set_up: false }
+        Self { sensor: Sensor::new(rail), i2c }
     }
 
     /// Where the sensor sits.
     #[must_use]
     pub fn rail(&self) -> Rail {
-        self.rail
+        self.sensor.rail
     }
 
     /// From now on true power is measured power times `factor`: a calibration from the store.
     pub fn set_power_factor(&mut self, factor: f32) {
-        self.rail.shunt.power_factor = factor;
+        self.sensor.set_power_factor(factor);
     }
 
     /// Whether it can be believed, and its counters.
     #[must_use]
     pub fn status(&self) -> Status {
-        self.status
+        self.sensor.status
     }
 
     /// Gives the bus back.
@@ -72,28 +74,76 @@ impl<I: I2c> PowerSensor<I> {
     /// Errors stay here: one dead sensor costs its own rail only. Poll no faster than the chip converts: it begins with one poll and has
     /// to have ended with the next.
     pub async fn poll(&mut self) -> Option<Reading> {
-        let (event, reading) = match self.ask().await {
-            Ok(reading) => (Event::Fresh, Some(reading)),
-            Err(event) => (event, None),
+        let Self { sensor, i2c } = self;
+        let mut conversion = sensor.begin(i2c).await?;
+        // It shows by its missing answer.
+        let _ = conversion.ask(i2c).await;
+        sensor.end(i2c, conversion.answer).await
+    }
+}
+
+impl Sensor {
+    pub(super) const fn new(rail: Rail) -> Self {
+        Self { rail, status: Status::new(), is_set_up: false }
+    }
+
+    pub(super) const fn rail(&self) -> &Rail {
+        &self.rail
+    }
+
+    pub(super) fn set_power_factor(&mut self, factor: f32) {
+        self.rail.shunt.power_factor = factor;
+    }
+
+    pub(super) const fn status(&self) -> &Status {
+        &self.status
+    }
+
+    /// The first half of a poll: sets the chip up where it is not, and says what to ask it. `None`, and the poll is over, where it takes
+    /// no set-up.
+    pub(super) async fn begin<I: I2c>(&mut self, i2c: &mut I) -> Option<Conversion> {
+        if !self.is_set_up
+            && let Err(event) = self.set_up(i2c).await
+        {
+            self.observe(event);
+            return None;
+        }
+        let set_up = self.rail.set_up.as_bits();
+        Some(Conversion { address: self.rail.address.as_byte(), set_up, answer: None })
+    }
+
+    /// The second half: what the answer is worth.
+    pub(super) async fn end<I: I2c>(&mut self, i2c: &mut I, answer: Option<[u16; 4]>) -> Option<Reading> {
+        let result = match answer {
+            Some(answer) => self.judge(i2c, answer).await,
+            None => Err(Event::NoAnswer),
         };
+        self.observe(result.err().unwrap_or(Event::Fresh));
+        result.ok()
+    }
+
+    fn observe(&mut self, event: Event) {
         // Whoever was away, or says what it did not measure, may have lost its set-up.
         if matches!(event, Event::NoAnswer | Event::SetUpLost | Event::Implausible) {
             self.is_set_up = false;
         }
         self.status.observe(event);
-        reading
     }
 
-    async fn ask(&mut self) -> Result<Reading, Failure> {
-        let set_up = self.rail.set_up.as_bits();
-        if !self.is_set_up {
-            self.write(CALIBRATION, UNITY).await?;
-            // What was converted with another set-up is not ready any more.
-            self.write(CONFIGURATION, set_up).await?;
-            self.is_set_up = true;
-        }
-        let [bus, found, shunt, power] = self.convert(set_up).await?;
-        if found != set_up {
+    async fn set_up<I: I2c>(&mut self, i2c: &mut I) -> Result<(), Failure> {
+        self.write(i2c, CALIBRATION, UNITY).await?;
+        // What was converted with another set-up is not ready any more.
+        self.write(i2c, CONFIGURATION, self.rail.set_up.as_bits()).await?;
+        self.is_set_up = true;
+        Ok(())
+    }
+
+    async fn judge<I: I2c>(
+        &self,
+        i2c: &mut I,
+        [bus, found, shunt, power]: [u16; 4],
+    ) -> Result<Reading, Failure> {
+        if found != self.rail.set_up.as_bits() {
             return Err(Event::SetUpLost);
         }
         if bus & CNVR == 0 {
@@ -104,7 +154,7 @@ impl<I: I2c> PowerSensor<I> {
             return Err(Event::Clipped);
         }
         if !is_product(power, shunt, bus >> 3) {
-            let found = self.exchange(&[CALIBRATION]).await?;
+            let found = self.exchange(i2c, &[CALIBRATION]).await?;
             return Err(if found == UNITY { Event::Implausible } else { Event::SetUpLost });
         }
         Ok(Reading {
@@ -113,36 +163,16 @@ impl<I: I2c> PowerSensor<I> {
         })
     }
 
-    /// In one transaction: the bus voltage with its flags, which the next conversion clears; that conversion, started by writing the set-up
-    /// (8.6.2.1, mode 3); the set-up read back; shunt voltage and power, which stay until it ends, 2 ms later at the soonest.
-    async fn convert(&mut self, set_up: u16) -> Result<[u16; 4], Failure> {
-        let [high, low] = set_up.to_be_bytes();
-        let written = [CONFIGURATION, high, low];
-        let (mut bus, mut found, mut shunt, mut power) = ([0; 2], [0; 2], [0; 2], [0; 2]);
-        let mut operations = [
-            Operation::Write(&[BUS]),
-            Operation::Read(&mut bus),
-            Operation::Write(&written),
-            Operation::Read(&mut found),
-            Operation::Write(&[SHUNT]),
-            Operation::Read(&mut shunt),
-            Operation::Write(&[POWER]),
-            Operation::Read(&mut power),
-        ];
-        let result = self.i2c.transaction(self.rail.address.as_byte(), &mut operations).await;
-        result.map(|()| [bus, found, shunt, power].map(u16::from_be_bytes)).map_err(|_| Event::NoAnswer)
-    }
-
     /// Writes a register and reads it back.
-    async fn write(&mut self, register: u8, value: u16) -> Result<(), Failure> {
+    async fn write<I: I2c>(&self, i2c: &mut I, register: u8, value: u16) -> Result<(), Failure> {
         let [high, low] = value.to_be_bytes();
-        let found = self.exchange(&[register, high, low]).await?;
+        let found = self.exchange(i2c, &[register, high, low]).await?;
         if found == value { Ok(()) } else { Err(Event::SetUpLost) }
     }
 
-    async fn exchange(&mut self, bytes: &[u8]) -> Result<u16, Failure> {
+    async fn exchange<I: I2c>(&self, i2c: &mut I, bytes: &[u8]) -> Result<u16, Failure> {
         let mut value = [0; 2];
-        let result = self.i2c.write_read(self.rail.address.as_byte(), bytes, &mut value).await;
+        let result = i2c.write_read(self.rail.address.as_byte(), bytes, &mut value).await;
         result.map(|()| u16::from_be_bytes(value)).map_err(|_| Event::NoAnswer)
     }
 
@@ -164,7 +194,7 @@ fn is_product(power: u16, shunt: i16, bus: u16) -> bool {
 mod tests {
     use std::collections::VecDeque;
 
-    use embedded_hal::i2c::{ErrorKind, ErrorType, NoAcknowledgeSource};
+    use embedded_hal::i2c::{ErrorKind, ErrorType, NoAcknowledgeSource, Operation};
     use proptest::prelude::*;
 
     use super::*;
@@ -234,7 +264,8 @@ mod tests {
 
     fn transaction(bus: u16, found: u16, shunt: u16, power: u16) -> Call {
         let [high, low] = CONFIGURED.to_be_bytes();
-        let written = vec![vec![BUS], vec![CONFIGURATION, high, low], vec![SHUNT], vec![POWER]];
+        // Registers 2, 0, 1 and 3.
+        let written = vec![vec![2], vec![CONFIGURATION, high, low], vec![1], vec![3]];
         (written, Some(vec![bus, found, shunt, power]))
     }
 

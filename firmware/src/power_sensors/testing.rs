@@ -5,7 +5,7 @@ use core::cell::{Cell, RefCell};
 use embedded_hal::i2c::{ErrorKind, ErrorType, NoAcknowledgeSource, Operation};
 use embedded_hal_async::i2c::I2c;
 
-use super::RAIL_COUNT;
+use super::{Convert, RAIL_COUNT};
 use crate::parameters::RAILS;
 
 /// After a power-on reset (8.6.2.1).
@@ -49,6 +49,8 @@ impl Chips {
 impl ErrorType for &Chips {
     type Error = ErrorKind;
 }
+
+impl Convert for &Chips {}
 
 impl I2c for &Chips {
     async fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), ErrorKind> {

@@ -2,7 +2,6 @@
 
 use embassy_time::{Instant, Timer};
 use embedded_hal_async::delay::DelayNs;
-use embedded_hal_async::i2c::I2c;
 
 use super::deadline::Schedule;
 use super::sensor_bus::BusCounters;
@@ -12,6 +11,7 @@ use crate::control_table::Reason;
 use crate::log::{Shown, info, warning};
 use crate::measurement::{Sampler, Snapshot};
 use crate::parameters::SAMPLE_RATE_HZ;
+use crate::power_sensors::Convert;
 use crate::wheels::SwitchedPort;
 
 /// Missed deadlines are logged once in so many samples: ten seconds.
@@ -20,7 +20,7 @@ const SAMPLES_PER_REPORT: u32 = 10 * SAMPLE_RATE_HZ;
 /// Samples at the rate of the parameters file and drives as the host asks, for good.
 pub async fn measure<I, P, D>(mut sampler: Sampler<I, P, D>, bus: &BusCounters, shared: &Shared) -> !
 where
-    I: I2c,
+    I: Convert,
     P: SwitchedPort,
     D: DelayNs,
 {
@@ -81,7 +81,7 @@ where
 /// Estimates with what is stored now, or not at all.
 fn use_settings<I, P, D>(sampler: &mut Sampler<I, P, D>, shared: &Shared)
 where
-    I: I2c,
+    I: Convert,
     P: SwitchedPort,
     D: DelayNs,
 {

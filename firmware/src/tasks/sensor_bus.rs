@@ -4,6 +4,8 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use embedded_hal_async::i2c::{ErrorType, I2c, Operation};
 
+use crate::power_sensors::{Conversion, Convert};
+
 /// What happened on the bus since start. Stops at its maximum.
 #[derive(Debug, Default)]
 pub struct BusCounters {
@@ -80,5 +82,15 @@ impl<I: I2c> I2c for CountedBus<I> {
 
     async fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), I::Error> {
         self.counters.count(self.bus.transaction(address, operations).await)
+    }
+}
+
+impl<I: Convert> Convert for CountedBus<I> {
+    async fn convert_each(&mut self, conversions: &mut [Option<Conversion>]) {
+        self.bus.convert_each(conversions).await;
+        for conversion in conversions.iter().flatten() {
+            // Failed, for whatever reason.
+            let _ = self.counters.count(conversion.answer.ok_or(()));
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! OpenCR 1.0: STM32F746ZG, sensors on I2C1, servos on USART3, the link on USB. Pins and traps: docs/board.md.
 
 mod clock;
+mod copy;
 mod erase;
 mod failure;
 mod inertial_port;
@@ -101,7 +102,7 @@ pub fn init(counters: &'static BusCounters) -> Board {
     let servos =
         servo_port::Parts { usart: p.USART3, rx: p.PC11, tx: p.PC10, tx_dma: p.DMA1_CH3, rx_dma: p.DMA1_CH1 };
     Board {
-        sensors: SensorBus::new(p.I2C1, p.PB8, p.PB7, counters),
+        sensors: SensorBus::new(p.I2C1, p.PB8, p.PB7, (p.DMA1_CH5, p.DMA1_CH6), counters),
         servos: ServoPort::new(servos, p.PC9, p.PF15),
         inertial: InertialPort::new(inertial_port::Parts {
             spi: p.SPI1,

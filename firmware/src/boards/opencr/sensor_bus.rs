@@ -8,17 +8,20 @@ mod parts;
 mod transfer;
 
 use embassy_stm32::i2c::Error;
-use embassy_stm32::peripherals::{I2C1, PB7, PB8};
+use embassy_stm32::peripherals::{DMA1_CH5, DMA1_CH6, I2C1, PB7, PB8};
 use embassy_stm32::{Peri, pac};
 use embassy_time::{Duration, Timer, with_timeout};
 use embedded_hal_async::i2c::{ErrorType, Operation};
 
+use crate::power_sensors::{Conversion, Convert};
 use crate::tasks::BusCounters;
 use parts::{Parts, Started};
 pub(super) use transfer::{Errors, Events};
 
 /// A transaction of 22 bytes, a sensor's longest, takes 0.5 ms.
 const TIMEOUT: Duration = Duration::from_millis(1);
+/// Each that follows it without a pause.
+const MORE: Duration = Duration::from_micros(600);
 /// The stop that ends a transaction takes some 2 µs.
 const FREE_WITHIN: Duration = Duration::from_micros(20);
 
@@ -36,6 +39,8 @@ impl SensorBus {
         i2c: Peri<'static, I2C1>,
         scl: Peri<'static, PB8>,
         sda: Peri<'static, PB7>,
+        // Nobody else has the streams that `transfer` uses.
+        _streams: (Peri<'static, DMA1_CH5>, Peri<'static, DMA1_CH6>),
         counters: &'static BusCounters,
     ) -> Self {
         let parts = Parts::new(i2c, scl, sda);
@@ -102,5 +107,31 @@ impl embedded_hal_async::i2c::I2c for SensorBus {
         self.prepare().await?;
         let result = with_timeout(TIMEOUT, transfer::transfer(address, operations)).await;
         self.check(result.unwrap_or(Err(Error::Timeout)))
+    }
+}
+
+impl Convert for SensorBus {
+    /// A sensor that does not acknowledge costs its own answer, and so does what ends one transaction on the bus. Where the bus is held, nobody
+    /// behind is asked: all of it is over within the limit of the first try.
+    async fn convert_each(&mut self, conversions: &mut [Option<Conversion>]) {
+        let mut rest = conversions;
+        loop {
+            let count = rest.iter().flatten().count() as u32;
+            if count == 0 || self.prepare().await.is_err() {
+                return;
+            }
+            let limit = TIMEOUT + MORE * (count - 1);
+            let in_time = with_timeout(limit, transfer::convert(rest)).await;
+            let (failed, error) = match (transfer::collect(rest), in_time) {
+                (Ok(()), _) => return,
+                (Err((failed, _)), Ok(Err(error))) => (failed, error),
+                (Err(failure), Ok(Ok(()))) => failure,
+                (Err(_), Err(_)) => (rest.len(), Error::Timeout),
+            };
+            let _ = self.check::<()>(Err(error));
+            let next = rest.iter().enumerate().filter(|(_, asked)| asked.is_some()).nth(failed);
+            let next = next.map_or(rest.len(), |(index, _)| index + 1);
+            rest = rest.get_mut(next..).unwrap_or_default();
+        }
     }
 }

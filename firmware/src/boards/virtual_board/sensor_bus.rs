@@ -4,6 +4,7 @@ use embedded_hal_async::i2c::{ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Op
 
 use super::Robot;
 use crate::exchange::{BusAnswer, Kind};
+use crate::power_sensors::Convert;
 
 /// The sensors' bus.
 pub struct SensorBus(pub(super) &'static Robot);
@@ -11,6 +12,8 @@ pub struct SensorBus(pub(super) &'static Robot);
 impl ErrorType for SensorBus {
     type Error = ErrorKind;
 }
+
+impl Convert for SensorBus {}
 
 impl I2c for SensorBus {
     /// Any number of writes, each followed by a read: the shape that a register device knows.

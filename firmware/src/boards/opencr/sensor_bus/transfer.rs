@@ -1,79 +1,106 @@
-//! One transaction on I2C1, moved byte by byte in its interrupts: who waits for it is woken once, when it is over.
+//! Transactions on I2C1: DMA moves the bytes, the peripheral's interrupts start the next piece, and who waits is woken once, when the last
+//! of up to four transactions is over.
 //!
-//! The HAL's own future is woken four times for each register of a sensor, sets two DMA channels up for three bytes, and had made up
-//! half of all that the board executes (docs/board.md, "What a tick costs").
+//! The HAL's own future is woken four times for each register of a sensor and sets two DMA channels up for three bytes; an interrupt for
+//! each byte was an eighth of all that the board executed (docs/board.md, "What a tick costs"). Here a piece, a start with the bytes up to
+//! the next, is one word for CR2, made before anything begins.
 
-use core::cell::RefCell;
 use core::future::poll_fn;
+use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, AtomicUsize, Ordering, fence};
 use core::task::Poll;
 
 use embassy_stm32::i2c::Error;
 use embassy_stm32::interrupt::typelevel::{self, Interrupt};
-use embassy_stm32::pac::I2C1;
+use embassy_stm32::pac::dma::regs::{Cr, Ixr};
+use embassy_stm32::pac::dma::vals;
+use embassy_stm32::pac::i2c::regs::{Cr2, Isr};
 use embassy_stm32::pac::i2c::vals::{Autoend, Dir};
-use embassy_sync::blocking_mutex::CriticalSectionMutex;
+use embassy_stm32::pac::{DMA1, I2C1};
 use embassy_sync::waitqueue::AtomicWaker;
 use embedded_hal_async::i2c::Operation;
 
-/// A register's address and its 16 bits.
-const MOST_SENT: usize = 3;
-const MOST_RECEIVED: usize = 2;
-/// Registers of a transaction: what a poll of a sensor asks for.
-const MOST_STEPS: usize = 4;
+use crate::power_sensors::{Conversion, RAIL_COUNT};
 
-/// A write and the read that follows it.
-#[derive(Debug, Clone, Copy)]
-struct Step {
-    out: [u8; MOST_SENT],
-    sending: usize,
-    into: [u8; MOST_RECEIVED],
-    wanted: usize,
+/// Of a transaction: what a poll of a sensor sends, receives, and in how many pieces.
+const MOST_SENT: usize = 6;
+const MOST_RECEIVED: usize = 8;
+const MOST_PIECES: usize = 8;
+const MOST_TRANSACTIONS: usize = RAIL_COUNT;
+
+/// Streams of DMA1 and their channel (RM0385, table 27).
+const RECEIVING: usize = 5;
+const SENDING: usize = 6;
+const CHANNEL: u8 = 1;
+/// All flags of both, in the register of streams 4 to 7.
+const FLAGS: Ixr = Ixr(0x3D << 6 | 0x3D << 16);
+/// A stream ends within some cycles of the bus behind the item that it moves.
+const MOST_LOOKS: u32 = 64;
+
+/// How a transaction ended.
+const PENDING: u8 = 0;
+const DONE: u8 = 1;
+const NACK: u8 = 2;
+const BROKEN: u8 = 3;
+const ARBITRATION: u8 = 4;
+const OVERRUN: u8 = 5;
+
+/// One transaction, as the interrupts carry it out.
+struct Transaction {
+    /// What DMA sends, and how much of it.
+    sent: [AtomicU8; MOST_SENT],
+    sending: AtomicUsize,
+    /// What DMA has received, and how much it is to be.
+    received: [AtomicU8; MOST_RECEIVED],
+    wanted: AtomicUsize,
+    /// CR2 of each piece; 0 behind the last.
+    pieces: [AtomicU32; MOST_PIECES],
+    outcome: AtomicU8,
 }
 
-impl Step {
-    const NONE: Self = Self { out: [0; MOST_SENT], sending: 0, into: [0; MOST_RECEIVED], wanted: 0 };
-}
-
-/// What goes on on the bus.
-#[derive(Debug)]
-struct Transfer {
-    /// 7 bits.
-    address: u8,
-    steps: [Step; MOST_STEPS],
-    count: usize,
-    /// The step that is under way, what of it is sent, what received.
-    at: usize,
-    sent: usize,
-    received: usize,
-    outcome: Option<Result<(), Error>>,
-}
-
-impl Transfer {
-    const NONE: Self = Self {
-        address: 0,
-        steps: [Step::NONE; MOST_STEPS],
-        count: 0,
-        at: 0,
-        sent: 0,
-        received: 0,
-        outcome: None,
-    };
+impl Transaction {
+    const fn new() -> Self {
+        Self {
+            sent: [const { AtomicU8::new(0) }; MOST_SENT],
+            sending: AtomicUsize::new(0),
+            received: [const { AtomicU8::new(0) }; MOST_RECEIVED],
+            wanted: AtomicUsize::new(0),
+            pieces: [const { AtomicU32::new(0) }; MOST_PIECES],
+            outcome: AtomicU8::new(PENDING),
+        }
+    }
 }
 
 struct Bus {
-    transfer: CriticalSectionMutex<RefCell<Transfer>>,
+    transactions: [Transaction; MOST_TRANSACTIONS],
+    count: AtomicUsize,
+    /// The transaction that is under way, and its next piece.
+    at: AtomicUsize,
+    next: AtomicUsize,
+    is_over: AtomicBool,
     waker: AtomicWaker,
 }
 
-static BUS: Bus =
-    Bus { transfer: CriticalSectionMutex::new(RefCell::new(Transfer::NONE)), waker: AtomicWaker::new() };
+static BUS: Bus = Bus {
+    transactions: [const { Transaction::new() }; MOST_TRANSACTIONS],
+    count: AtomicUsize::new(0),
+    at: AtomicUsize::new(0),
+    next: AtomicUsize::new(0),
+    is_over: AtomicBool::new(true),
+    waker: AtomicWaker::new(),
+};
 
-/// Lets the peripheral, which has been set up, interrupt.
+/// Lets the peripheral, which has been set up, interrupt and ask for DMA.
 #[expect(unsafe_code, reason = "enables interrupts: no critical section relies on their being masked")]
 pub(super) fn enable() {
+    for (stream, register) in
+        [(RECEIVING, I2C1.rxdr().as_ptr().addr()), (SENDING, I2C1.txdr().as_ptr().addr())]
+    {
+        halt(stream);
+        DMA1.st(stream).par().write_value(register as u32);
+    }
     I2C1.cr1().modify(|register| {
-        register.set_txie(true);
-        register.set_rxie(true);
+        register.set_txdmaen(true);
+        register.set_rxdmaen(true);
         register.set_tcie(true);
         register.set_stopie(true);
         register.set_errie(true);
@@ -91,23 +118,144 @@ pub(super) fn enable() {
 /// # Errors
 /// Not acknowledged, arbitration lost, a bus error; other operations, or more of them or of their bytes, than a poll of a sensor has.
 pub(super) async fn transfer(address: u8, operations: &mut [Operation<'_>]) -> Result<(), Error> {
+    let [transaction, ..] = &BUS.transactions;
     let pairs = operations.as_chunks_mut::<2>().0;
-    let mut steps = [Step::NONE; MOST_STEPS];
-    for (step, pair) in steps.iter_mut().zip(&*pairs) {
+    let mut plan = Plan::new(transaction, address);
+    for pair in &*pairs {
         let [Operation::Write(out), Operation::Read(into)] = pair else { return Err(Error::Overrun) };
-        step.out.get_mut(..out.len()).ok_or(Error::Overrun)?.copy_from_slice(out);
-        (step.sending, step.wanted) = (out.len(), into.len());
-        if out.is_empty() || into.is_empty() || into.len() > MOST_RECEIVED {
-            return Err(Error::Overrun);
+        plan.add(out, into.len())?;
+    }
+    plan.end()?;
+    run(1).await;
+    outcome(transaction)?;
+    let mut received = transaction.received.iter().map(|byte| byte.load(Ordering::Relaxed));
+    for pair in pairs {
+        if let [_, Operation::Read(into)] = pair {
+            into.iter_mut().zip(&mut received).for_each(|(place, byte)| *place = byte);
         }
     }
-    let count = pairs.len();
-    if count == 0 || count > MOST_STEPS {
-        return Err(Error::Overrun);
+    Ok(())
+}
+
+/// Carries conversions out, one transaction each; [`collect`] has their answers. The bus has to be free, and the caller has a time limit, as
+/// for [`transfer`].
+///
+/// # Errors
+/// More of them than there are rails.
+pub(super) async fn convert(conversions: &[Option<Conversion>]) -> Result<(), Error> {
+    let mut count = 0;
+    for conversion in conversions.iter().flatten() {
+        let transaction = BUS.transactions.get(count).ok_or(Error::Overrun)?;
+        let mut plan = Plan::new(transaction, conversion.address);
+        let written = conversion.written();
+        let mut rest = &written[..];
+        for bytes in Conversion::WRITES {
+            let (piece, behind) = rest.split_at_checked(bytes).ok_or(Error::Overrun)?;
+            plan.add(piece, 2)?;
+            rest = behind;
+        }
+        plan.end()?;
+        count += 1;
     }
-    BUS.transfer.lock(|place| {
-        *place.borrow_mut() = Transfer { address, steps, count, ..Transfer::NONE };
-    });
+    run(count).await;
+    Ok(())
+}
+
+/// Fills in the answers that there are, whether all of it is over or not.
+///
+/// # Errors
+/// What has gone wrong on the bus, and with which of the conversions that were asked for. A chip that does not acknowledge is no error: it has
+/// no answer.
+pub(super) fn collect(conversions: &mut [Option<Conversion>]) -> Result<(), (usize, Error)> {
+    for (at, (conversion, transaction)) in conversions.iter_mut().flatten().zip(&BUS.transactions).enumerate()
+    {
+        match outcome(transaction) {
+            Ok(()) => conversion.answer = Some(words(transaction)),
+            Err(Error::Nack) => {}
+            Err(error) => return Err((at, error)),
+        }
+    }
+    Ok(())
+}
+
+fn words(transaction: &Transaction) -> [u16; 4] {
+    let mut words = [0; 4];
+    for (word, [high, low]) in words.iter_mut().zip(transaction.received.as_chunks().0) {
+        *word = u16::from_be_bytes([high.load(Ordering::Relaxed), low.load(Ordering::Relaxed)]);
+    }
+    words
+}
+
+fn outcome(transaction: &Transaction) -> Result<(), Error> {
+    Err(match transaction.outcome.load(Ordering::Relaxed) {
+        DONE => return Ok(()),
+        NACK => Error::Nack,
+        ARBITRATION => Error::Arbitration,
+        OVERRUN => Error::Overrun,
+        // PENDING too: none behind one that went wrong begins.
+        _ => Error::Bus,
+    })
+}
+
+/// Makes the pieces of a transaction. Nothing may be under way.
+struct Plan {
+    transaction: &'static Transaction,
+    address: u8,
+    count: usize,
+}
+
+impl Plan {
+    fn new(transaction: &'static Transaction, address: u8) -> Self {
+        transaction.outcome.store(PENDING, Ordering::Relaxed);
+        transaction.sending.store(0, Ordering::Relaxed);
+        transaction.wanted.store(0, Ordering::Relaxed);
+        Self { transaction, address, count: 0 }
+    }
+
+    /// A write and the read that follows it.
+    fn add(&mut self, out: &[u8], wanted: usize) -> Result<(), Error> {
+        let Transaction { sent, sending, wanted: all, .. } = self.transaction;
+        let (from, received) = (sending.load(Ordering::Relaxed), all.load(Ordering::Relaxed) + wanted);
+        let place = sent.get(from..from + out.len()).ok_or(Error::Overrun)?;
+        if out.is_empty() || wanted == 0 || received > MOST_RECEIVED {
+            return Err(Error::Overrun);
+        }
+        place.iter().zip(out).for_each(|(place, byte)| place.store(*byte, Ordering::Relaxed));
+        sending.store(from + out.len(), Ordering::Relaxed);
+        all.store(received, Ordering::Relaxed);
+        self.put(out.len(), Dir::WRITE)?;
+        self.put(wanted, Dir::READ)
+    }
+
+    fn put(&mut self, bytes: usize, direction: Dir) -> Result<(), Error> {
+        let mut piece = Cr2(0);
+        piece.set_sadd(u16::from(self.address) << 1);
+        piece.set_dir(direction);
+        piece.set_nbytes(bytes as u8);
+        piece.set_start(true);
+        let place = self.transaction.pieces.get(self.count).ok_or(Error::Overrun)?;
+        place.store(piece.0, Ordering::Relaxed);
+        self.count += 1;
+        Ok(())
+    }
+
+    /// A stop behind the last bytes.
+    fn end(self) -> Result<(), Error> {
+        let Self { transaction, count, .. } = self;
+        let last =
+            count.checked_sub(1).and_then(|last| transaction.pieces.get(last)).ok_or(Error::Overrun)?;
+        let mut piece = Cr2(last.load(Ordering::Relaxed));
+        piece.set_autoend(Autoend::AUTOMATIC);
+        last.store(piece.0, Ordering::Relaxed);
+        transaction.pieces.iter().skip(count).for_each(|piece| piece.store(0, Ordering::Relaxed));
+        Ok(())
+    }
+}
+
+/// The first so many transactions, until the last is over or one goes wrong.
+async fn run(count: usize) {
+    BUS.count.store(count, Ordering::Relaxed);
+    BUS.at.store(0, Ordering::Relaxed);
     I2C1.icr().write(|register| {
         register.set_stopcf(true);
         register.set_nackcf(true);
@@ -115,106 +263,135 @@ pub(super) async fn transfer(address: u8, operations: &mut [Operation<'_>]) -> R
         register.set_arlocf(true);
         register.set_ovrcf(true);
     });
-    // A byte that was not sent any more would be the next one's first.
-    I2C1.isr().write(|register| register.set_txe(true));
-    let [first, ..] = steps;
-    start(address, first.sending, false, false);
+    BUS.is_over.store(count == 0, Ordering::Relaxed);
+    begin(0);
     poll_fn(|context| {
         BUS.waker.register(context.waker());
-        BUS.transfer.lock(|place| place.borrow().outcome).map_or(Poll::Pending, Poll::Ready)
+        if BUS.is_over.load(Ordering::Acquire) { Poll::Ready(()) } else { Poll::Pending }
     })
-    .await?;
-    let steps = BUS.transfer.lock(|place| place.borrow().steps);
-    for (pair, step) in pairs.iter_mut().zip(steps) {
-        if let [_, Operation::Read(into)] = pair {
-            into.iter_mut().zip(step.into).for_each(|(place, byte)| *place = byte);
-        }
-    }
-    Ok(())
+    .await;
 }
 
-/// A start, or a repeated one, and so many bytes; a stop behind the last ones.
-fn start(address: u8, bytes: usize, is_read: bool, is_last: bool) {
-    I2C1.cr2().write(|register| {
-        register.set_sadd(u16::from(address) << 1);
-        register.set_dir(if is_read { Dir::READ } else { Dir::WRITE });
-        register.set_nbytes(bytes as u8);
-        register.set_autoend(if is_last { Autoend::AUTOMATIC } else { Autoend::SOFTWARE });
-        register.set_start(true);
+/// Begins a transaction: its streams, then its first piece. False where there is none.
+fn begin(at: usize) -> bool {
+    if at >= BUS.count.load(Ordering::Relaxed) {
+        return false;
+    }
+    let Some(transaction) = BUS.transactions.get(at) else { return false };
+    // A byte that was not sent any more would be the next one's first.
+    I2C1.isr().write(|register| register.set_txe(true));
+    halt(RECEIVING);
+    halt(SENDING);
+    DMA1.ifcr(1).write_value(FLAGS);
+    aim(RECEIVING, &transaction.received, &transaction.wanted, vals::Dir::PERIPHERAL_TO_MEMORY);
+    aim(SENDING, &transaction.sent, &transaction.sending, vals::Dir::MEMORY_TO_PERIPHERAL);
+    BUS.at.store(at, Ordering::Relaxed);
+    BUS.next.store(0, Ordering::Relaxed);
+    go_on(transaction)
+}
+
+/// What DMA is told to move, it may move from here on.
+fn aim(stream: usize, bytes: &'static [AtomicU8], count: &AtomicUsize, direction: vals::Dir) {
+    let stream = DMA1.st(stream);
+    stream.m0ar().write_value(bytes.as_ptr().addr() as u32);
+    stream.ndtr().write(|register| register.set_ndt(count.load(Ordering::Relaxed) as u16));
+    let mut set_up = Cr(0);
+    set_up.set_chsel(CHANNEL);
+    set_up.set_dir(direction);
+    set_up.set_minc(true);
+    set_up.set_pl(vals::Pl::HIGH);
+    set_up.set_en(true);
+    // The bytes are in memory before it begins.
+    fence(Ordering::SeqCst);
+    stream.cr().write_value(set_up);
+}
+
+/// Stops a stream, which one that has moved all has done itself.
+fn halt(stream: usize) {
+    let control = DMA1.st(stream).cr();
+    if !control.read().en() {
+        return;
+    }
+    control.write_value(Cr(0));
+    for _ in 0..MOST_LOOKS {
+        if !control.read().en() {
+            break;
+        }
+    }
+}
+
+/// The next piece of the transaction. False where there is none.
+fn go_on(transaction: &Transaction) -> bool {
+    let next = BUS.next.load(Ordering::Relaxed);
+    let piece = transaction.pieces.get(next).map_or(0, |piece| piece.load(Ordering::Relaxed));
+    BUS.next.store(next + 1, Ordering::Relaxed);
+    I2C1.cr2().write_value(Cr2(piece));
+    piece != 0
+}
+
+/// What the peripheral has to say. RM0385, I2C master initialisation to DMA requests.
+fn serve() {
+    let status = I2C1.isr().read();
+    let at = BUS.at.load(Ordering::Relaxed);
+    let Some(transaction) = BUS.transactions.get(at) else { return };
+    if status.stopf() {
+        stopped(at, transaction, status);
+    } else if status.tc() && !go_on(transaction) {
+        // Never: the last piece ends with a stop.
+        end(transaction, BROKEN);
+    }
+}
+
+/// The bus is free again. What is not acknowledged ends so too, by a stop that the peripheral sends by itself.
+fn stopped(at: usize, transaction: &Transaction, status: Isr) {
+    I2C1.icr().write(|register| {
+        register.set_stopcf(true);
+        register.set_nackcf(true);
     });
-}
-
-impl Transfer {
-    /// What the peripheral asks for. RM0385, I2C master initialisation to master receiver.
-    fn serve(&mut self) {
-        let status = I2C1.isr().read();
-        let is_last = self.at + 1 >= self.count;
-        let Some(step) = self.steps.get_mut(self.at) else { return };
-        if status.txis() {
-            let byte = step.out.get(self.sent).copied().unwrap_or(0);
-            self.sent += 1;
-            I2C1.txdr().write(|register| register.set_txdata(byte));
-        }
-        if status.rxne() {
-            let byte = I2C1.rxdr().read().rxdata();
-            if let Some(place) = step.into.get_mut(self.received) {
-                *place = byte;
-            }
-            self.received += 1;
-        }
-        let is_whole = self.received == step.wanted;
-        if status.tc() && is_whole {
-            // The next step, which is not the last one's stop.
-            self.at += 1;
-            (self.sent, self.received) = (0, 0);
-            if let Some(next) = self.steps.get(self.at) {
-                start(self.address, next.sending, false, false);
-            }
-        } else if status.tc() {
-            start(self.address, step.wanted, true, is_last);
-        }
-        // Also what is not acknowledged ends with a stop, which the peripheral sends by itself.
-        if status.stopf() {
-            I2C1.icr().write(|register| {
-                register.set_stopcf(true);
-                register.set_nackcf(true);
-            });
-            self.outcome = Some(match (status.nackf(), is_last && is_whole) {
-                (true, _) => Err(Error::Nack),
-                (false, true) => Ok(()),
-                (false, false) => Err(Error::Bus),
-            });
-        }
+    let is_whole = DMA1.st(RECEIVING).ndtr().read().ndt() == 0;
+    if !status.nackf() && !is_whole {
+        end(transaction, BROKEN);
+        return;
     }
-
-    /// What has gone wrong.
-    fn fail(&mut self) {
-        let status = I2C1.isr().read();
-        I2C1.icr().write(|register| {
-            register.set_berrcf(true);
-            register.set_arlocf(true);
-            register.set_ovrcf(true);
-        });
-        self.outcome = Some(Err(if status.arlo() {
-            Error::Arbitration
-        } else if status.berr() {
-            Error::Bus
-        } else {
-            Error::Overrun
-        }));
+    transaction.outcome.store(if status.nackf() { NACK } else { DONE }, Ordering::Relaxed);
+    if !begin(at + 1) {
+        over();
     }
 }
 
-/// Goes on with the transfer, and wakes who waits for it when it is over.
-fn go_on(work: impl FnOnce(&mut Transfer)) {
-    let is_over = BUS.transfer.lock(|place| {
-        let mut transfer = place.borrow_mut();
-        work(&mut transfer);
-        transfer.outcome.is_some()
+/// What has gone wrong.
+fn fail() {
+    let status = I2C1.isr().read();
+    I2C1.icr().write(|register| {
+        register.set_berrcf(true);
+        register.set_arlocf(true);
+        register.set_ovrcf(true);
     });
-    if is_over {
-        BUS.waker.wake();
+    if let Some(transaction) = BUS.transactions.get(BUS.at.load(Ordering::Relaxed)) {
+        end(
+            transaction,
+            if status.arlo() {
+                ARBITRATION
+            } else if status.berr() {
+                BROKEN
+            } else {
+                OVERRUN
+            },
+        );
     }
+}
+
+/// Ends all of it.
+fn end(transaction: &Transaction, outcome: u8) {
+    transaction.outcome.store(outcome, Ordering::Relaxed);
+    over();
+}
+
+fn over() {
+    // What DMA has written is in memory before anybody looks.
+    fence(Ordering::SeqCst);
+    BUS.is_over.store(true, Ordering::Release);
+    BUS.waker.wake();
 }
 
 /// The peripheral's events.
@@ -223,7 +400,7 @@ pub(in crate::boards::opencr) struct Events;
 #[expect(unsafe_code, reason = "the HAL declares handlers unsafe; this one is called for its interrupt only")]
 impl typelevel::Handler<typelevel::I2C1_EV> for Events {
     unsafe fn on_interrupt() {
-        go_on(Transfer::serve);
+        serve();
     }
 }
 
@@ -233,6 +410,6 @@ pub(in crate::boards::opencr) struct Errors;
 #[expect(unsafe_code, reason = "the HAL declares handlers unsafe; this one is called for its interrupt only")]
 impl typelevel::Handler<typelevel::I2C1_ER> for Errors {
     unsafe fn on_interrupt() {
-        go_on(Transfer::fail);
+        fail();
     }
 }
