@@ -1,4 +1,5 @@
-//! Cursors over bytes: what does not fit is not written, what is missing is not read. And the checksum of what is kept.
+//! Cursors over bytes: what does not fit is not written, what is missing is not read. And the
+//! checksum of what is kept.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 

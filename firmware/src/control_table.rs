@@ -1,7 +1,8 @@
 //! The registers of the board as the link shows them: one table for board, host and documentation.
 //!
-//! Little-endian. Below [`OURS`] stand those of the TurtleBot3's stock firmware, which other software expects; ours begin there. What
-//! a register does not know it shows as NaN, or as its state says. Addresses between registers read as 0.
+//! Little-endian. Below [`OURS`] stand those of the TurtleBot3's stock firmware, which other
+//! software expects; ours begin there. What a register does not know it shows as NaN, or as its
+//! state says. Addresses between registers read as 0.
 
 use crate::power_sensors::RAIL_COUNT;
 use crate::record::RECORD_BYTES;

@@ -1,7 +1,9 @@
-//! What crosses between the virtual board and the virtual robot: one request, one answer, in lockstep.
+//! What crosses between the virtual board and the virtual robot: one request, one answer, in
+//! lockstep.
 //!
-//! The board's clock stands still while the robot answers; each request carries the board's time, up to which the
-//! robot moves first. Little-endian, each frame preceded by its length (u16, itself not counted):
+//! The board's clock stands still while the robot answers; each request carries the board's time,
+//! up to which the robot moves first. Little-endian, each frame preceded by its length (u16, itself
+//! not counted):
 //!
 //! | request | bytes |
 //! |---|---|
@@ -21,12 +23,14 @@
 //! | [`Kind::ServoSupply`] | u8: 1 the servos have their supply, 0 not | nothing |
 //! | [`Kind::Inertial`] | bytes to the inertial sensor | as many bytes from it |
 //!
-//! Every answer begins with one byte of notices: bit 0 is set while bytes from the host wait for a [`Kind::Link`], bit 1 likewise for a
+//! Every answer begins with one byte of notices: bit 0 is set while bytes from the host wait for a
+//! [`Kind::Link`], bit 1 likewise for a
 //! [`Kind::NodeLink`]. An answer of length 0 ends the board.
 
 use core::ffi::CStr;
 
-/// Where the board writes its requests: a FIFO in the emulator's folder. The board opens this one first.
+/// Where the board writes its requests: a FIFO in the emulator's folder. The board opens this one
+/// first.
 pub const REQUESTS: &CStr = c"board-to-robot";
 
 /// Where it reads the answers.

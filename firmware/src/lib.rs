@@ -1,5 +1,5 @@
-//! What the robot's controller board does, generic over the bus traits of `embedded-hal-async`: it compiles for the
-//! board and is tested on the host.
+//! What the robot's controller board does, generic over the bus traits of `embedded-hal-async`: it
+//! compiles for the board and is tested on the host.
 #![cfg_attr(not(test), no_std)]
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 

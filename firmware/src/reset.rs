@@ -75,7 +75,8 @@ impl ResetCause {
 pub struct ResetReport {
     /// Why.
     pub cause: ResetCause,
-    /// Where, of a fault: the address of the instruction; the number of an interrupt without a handler; else 0.
+    /// Where, of a fault: the address of the instruction; the number of an interrupt without a
+    /// handler; else 0.
     pub address: u32,
     /// Resets that nobody wanted, since the supply came.
     pub failures: u32,

@@ -1,4 +1,5 @@
-//! docs/link.md says what the code says: its tables are made from the control table. `GMR_BLESS=1` writes them anew.
+//! docs/link.md says what the code says: its tables are made from the control table. `GMR_BLESS=1`
+//! writes them anew.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests")]
 
 use std::fmt::Write;
@@ -33,7 +34,8 @@ fn reasons() -> String {
     table
 }
 
-/// The document with `table` between the line that begins with `<!-- name:` and the next `<!-- end -->`.
+/// The document with `table` between the line that begins with `<!-- name:` and the next `<!--
+/// end -->`.
 fn with_table(document: &str, name: &str, table: &str) -> String {
     let begin = document.find(&format!("<!-- {name}:")).expect("the table's place");
     let begin = begin + document[begin..].find('\n').expect("the end of a line") + 1;

@@ -1,4 +1,5 @@
-//! The images of calibration, robot and coefficients: what comes back, and why what is wrong is refused.
+//! The images of calibration, robot and coefficients: what comes back, and why what is wrong is
+//! refused.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, clippy::panic, reason = "tests")]
 
 mod common;
@@ -41,7 +42,8 @@ fn good_coefficients_of_every_model_come_back() {
     }
 }
 
-/// Lengths that the host rounded from double precision: a few units in the last place are the same robot, 10⁻⁵ is another.
+/// Lengths that the host rounded from double precision: a few units in the last place are the same
+/// robot, 10⁻⁵ is another.
 #[test]
 fn the_same_robot_is_the_same_up_to_rounding() {
     let good = image(&burger());
@@ -107,7 +109,8 @@ fn what_no_robot_has_is_refused() {
             assert_eq!(refusal(&coefficients), Some(Reason::Value), "{gate:?} {regressor}");
         }
     }
-    // Both wheels at 10 rad/s and 6 kg, all torques Coulomb's: 2 (10 τ + 6.5 τ²) is 100 kW at τ = 86.95 N·m.
+    // Both wheels at 10 rad/s and 6 kg, all torques Coulomb's: 2 (10 τ + 6.5 τ²) is 100 kW at
+    // τ = 86.95 N·m.
     let coulomb = |torque| Coefficients {
         identifies_mass: false,
         ..with_torque([torque, 0.0, 0.0, 0.0, 0.0, 6.5, 0.0])
@@ -136,15 +139,17 @@ fn what_no_robot_has_is_refused() {
         assert_eq!(check(&with_number(&bytes, offset, value)).err(), Some(Reason::Value), "{what}");
     }
     assert_eq!(check(&with_number(&bytes, 48, 5e-3)).err(), None);
-    // Where power does not depend on the mass, and nobody says that it does, only the bound itself refuses.
+    // Where power does not depend on the mass, and nobody says that it does, only the bound itself
+    // refuses.
     let massless = with_torque([0.04, 0.0, 0.006, 0.0081, 0.0, 6.5, 0.0]);
     let bytes = image(&Coefficients { identifies_mass: false, ..massless });
     assert_eq!(check(&with_number(&bytes, 52, 100_000.0)).err(), None);
     assert_eq!(check(&with_number(&bytes, 52, 100_001.0)).err(), Some(Reason::Value));
 }
 
-/// The mass would be unknown for ever, and the reason on display the drive: without what tells masses apart, and with noise that hides
-/// them. With coefficients that say so the reason is true, and the board takes them.
+/// The mass would be unknown for ever, and the reason on display the drive: without what tells
+/// masses apart, and with noise that hides them. With coefficients that say so the reason is true,
+/// and the board takes them.
 #[test]
 fn a_mass_that_cannot_be_known_is_refused() {
     let good = image(&burger());
@@ -220,7 +225,8 @@ fn other_kinds_of_image_are_refused() {
         check(&sealed(image)).err()
     };
     assert_eq!(with_byte(0, b'X'), Some(Reason::NotAnImage));
-    // 2 is with effects: here the checksum stands where their number should. 3 is with traits: here are none.
+    // 2 is with effects: here the checksum stands where their number should. 3 is with traits: here
+    // are none.
     assert_eq!(with_byte(4, 2), Some(Reason::Value));
     assert_eq!(with_byte(4, 3), Some(Reason::Value));
     assert_eq!(with_byte(4, 4), Some(Reason::Version));
@@ -380,7 +386,8 @@ proptest! {
         prop_assert!(check(&bytes).is_err());
     }
 
-    /// Whatever the numbers, what is accepted gives a finite power that some robot has, and no panic.
+    /// Whatever the numbers, what is accepted gives a finite power that some robot has, and no
+    /// panic.
     #[test]
     fn what_is_accepted_is_usable(
         numbers in proptest::collection::vec((0..31_usize, prop_oneof![any::<f32>(), Just(1e38), Just(0.0)]), 0..6),
@@ -402,7 +409,8 @@ fn with_effect(cause: Cause<f32>, coefficient: f32) -> Coefficients<f32, 2> {
     Coefficients { columns: Columns::new(&[Column { cause, coefficient }], 2).unwrap(), ..burger() }
 }
 
-/// What the board can run it takes; what needs a column of a log, reaches back too far or draws more than any robot it does not.
+/// What the board can run it takes; what needs a column of a log, reaches back too far or draws
+/// more than any robot it does not.
 #[test]
 fn effects_are_taken_as_far_as_the_board_can_run_them() {
     for (cause, coefficient, expected) in [

@@ -1,4 +1,5 @@
-//! An upload as the host sees it: registers written and read. Whatever is wrong with it, the board keeps what it has and says why.
+//! An upload as the host sees it: registers written and read. Whatever is wrong with it, the board
+//! keeps what it has and says why.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, clippy::panic, reason = "tests")]
 
 mod common;
@@ -231,7 +232,8 @@ fn what_does_not_fit_this_board_is_refused() {
     }
 }
 
-/// Coefficients belong to a robot: set up for another, the board no longer uses those it has, and takes the other's.
+/// Coefficients belong to a robot: set up for another, the board no longer uses those it has, and
+/// takes the other's.
 #[test]
 fn another_robot_needs_other_coefficients() {
     let mut state = set_up();
@@ -318,7 +320,8 @@ fn previous(state: &State) -> (Vec<u8>, Reason) {
     (read(state, table::PREVIOUS_CRC), reason)
 }
 
-/// There and back again, each time at a standstill; what is said twice, because an answer got lost, is done once.
+/// There and back again, each time at a standstill; what is said twice, because an answer got lost,
+/// is done once.
 #[test]
 fn the_coefficients_before_come_back_into_use() {
     let mut state = set_up();
@@ -364,7 +367,8 @@ fn coefficients_before_are_checked_as_an_upload_is() {
     assert_kept(&mut state, &before);
 }
 
-/// Behind the image, in the flash too; a board that asks for none takes it with one. A signature of another item does not get there.
+/// Behind the image, in the flash too; a board that asks for none takes it with one. A signature of
+/// another item does not get there.
 #[test]
 fn a_signature_goes_with_the_coefficients() {
     let mut state = set_up();
@@ -458,7 +462,8 @@ fn survives_a_restart() {
     }
 }
 
-/// What is stored may have been for another version of this firmware, or the flash may fail: no coefficients, and the reason.
+/// What is stored may have been for another version of this firmware, or the flash may fail: no
+/// coefficients, and the reason.
 #[test]
 fn what_is_stored_is_checked_at_start() {
     let mut state = board();

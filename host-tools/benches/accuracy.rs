@@ -2,8 +2,9 @@
 //!
 //!     cargo bench -p host-tools --bench accuracy [-- --seeds 20 --markdown]
 //!
-//! Everything goes through the command: simulate, fit, estimate, compare. Each seed is a training drive at 1 and 6 kg and
-//! one test drive of other speeds at each mass. Ends with exit code 1 where a figure is worse than it has to be.
+//! Everything goes through the command: simulate, fit, estimate, compare. Each seed is a training
+//! drive at 1 and 6 kg and one test drive of other speeds at each mass. Ends with exit code 1 where
+//! a figure is worse than it has to be.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
@@ -220,7 +221,8 @@ fn std(values: &[f64]) -> f64 {
     mean(values.iter().map(|value| (value - centre).powi(2))).sqrt()
 }
 
-/// What the default method has to reach: mean and worst mass error (%), MAPE (%), R², and whether coverage counts.
+/// What the default method has to reach: mean and worst mass error (%), MAPE (%), R², and whether
+/// coverage counts.
 struct Goal {
     mean: f64,
     worst: f64,

@@ -1,10 +1,13 @@
-//! Commands against inputs that somebody has spoiled: `cargo xtask mutate [COUNT [SEED]]`, COUNT files of every case in turn.
+//! Commands against inputs that somebody has spoiled: `cargo xtask mutate [COUNT [SEED]]`, COUNT
+//! files of every case in turn.
 //!
-//! Every input starts as a good file and is changed in one to four ways: bytes, lines, fields, columns, values of keys; of what is no text:
-//! bytes, pieces, and numbers of four and eight bytes that may be lengths. The command that reads it runs in a process of its own, with
-//! 2 GB of memory, and has to keep what all commands promise: it ends within 5 s, with exit code 0, 1 or 2; what it prints is printable, in
-//! lines that end, and nothing that a crate says when it panics; a refusal is one line and leaves every file as it was; no input is ever
-//! changed; a page holds nothing that acts on a terminal; coefficients that it writes are read by `estimate` and `flash`.
+//! Every input starts as a good file and is changed in one to four ways: bytes, lines, fields,
+//! columns, values of keys; of what is no text: bytes, pieces, and numbers of four and eight bytes
+//! that may be lengths. The command that reads it runs in a process of its own, with 2 GB of
+//! memory, and has to keep what all commands promise: it ends within 5 s, with exit code 0, 1 or 2;
+//! what it prints is printable, in lines that end, and nothing that a crate says when it panics; a
+//! refusal is one line and leaves every file as it was; no input is ever changed; a page holds
+//! nothing that acts on a terminal; coefficients that it writes are read by `estimate` and `flash`.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -477,7 +480,8 @@ fn spoil(rng: &mut ChaCha8Rng, content: &mut Vec<u8>) {
     }
 }
 
-/// Changes what is no text in one way: lengths are numbers of four or eight bytes, little or big end first.
+/// Changes what is no text in one way: lengths are numbers of four or eight bytes, little or big
+/// end first.
 fn spoil_binary(rng: &mut ChaCha8Rng, content: &mut Vec<u8>) {
     let places = content.len().saturating_sub(8);
     match rng.random_range(0..6) {

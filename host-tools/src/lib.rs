@@ -1,8 +1,10 @@
 //! The library behind `gmr`: logs, the simulated plant, fits, baselines and reports.
 //!
-//! What the board computes as well (filters, models, payload estimators) is not here but in `model-core`.
+//! What the board computes as well (filters, models, payload estimators) is not here but in
+//! `model-core`.
 
-/// As std's, but without a panic where standard output is closed: `cli::run` ends with what went wrong.
+/// As std's, but without a panic where standard output is closed: `cli::run` ends with what went
+/// wrong.
 macro_rules! println {
     ($($text:tt)*) => { support::output::print(format_args!("{}\n", format_args!($($text)*))) };
 }

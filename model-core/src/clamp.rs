@@ -1,15 +1,18 @@
 //! What the filter remembers of a clamp.
 //!
-//! Where a wheel brakes its drive takes nothing back, and its power stays at nothing. Behind the filter that part of the power is spread
-//! over some time, in which the filtered speeds have long gone on: the model expects more there than is measured, or less, and the mass
-//! would pay for it, by a tenth and more on a robot that reverses every second. So samples tell of the mass only once the filter has let
-//! go of the clamp. Not so on ground that adapts ([`crate::adapt`]): of what samples are left there, floor and mass are told apart less well,
-//! and the mass comes out worse than with them.
+//! Where a wheel brakes its drive takes nothing back, and its power stays at nothing. Behind the
+//! filter that part of the power is spread over some time, in which the filtered speeds have long
+//! gone on: the model expects more there than is measured, or less, and the mass would pay for it,
+//! by a tenth and more on a robot that reverses every second. So samples tell of the mass only once
+//! the filter has let go of the clamp. Not so on ground that adapts ([`crate::adapt`]): of what
+//! samples are left there, floor and mass are told apart less well, and the mass comes out worse
+//! than with them.
 
 use crate::real::Real;
 
-/// How long the filter remembers, in periods of its cutoff: a step has come through by then. Tuned on `cargo xtask bench coverage`: with 0.4
-/// and 0.7 masses of jerky drives are still two to ten percent off, with 2 no less than with this.
+/// How long the filter remembers, in periods of its cutoff: a step has come through by then. Tuned
+/// on `cargo xtask bench coverage`: with 0.4 and 0.7 masses of jerky drives are still two to ten
+/// percent off, with 2 no less than with this.
 const MEMORY: f64 = 1.0;
 
 /// Whether the filter still remembers a clamp.
@@ -27,9 +30,10 @@ impl<T: Real> ClampMemory<T> {
         Self { length: T::from_f64(MEMORY) / cutoff_hz, left: T::ZERO }
     }
 
-    /// Takes the next sample, `elapsed` s after the one before: whether a wheel may be clamped in it, or was so shortly before that the filter
-    /// remembers. Time that is no number passes none. What is left is rounded to whole samples: a length that is a multiple of the period
-    /// ends with the same sample in any precision.
+    /// Takes the next sample, `elapsed` s after the one before: whether a wheel may be clamped in
+    /// it, or was so shortly before that the filter remembers. Time that is no number passes none.
+    /// What is left is rounded to whole samples: a length that is a multiple of the period ends
+    /// with the same sample in any precision.
     #[inline]
     pub fn holds(&mut self, may_clamp: bool, elapsed: T) -> bool {
         let elapsed = T::ZERO.at_least(elapsed);

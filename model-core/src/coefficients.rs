@@ -18,7 +18,8 @@
 //! | 136 | 12 N | R, rows vx, vy, ω |
 //! | 136 + 12 N | 4 | CRC-32 (ISO-HDLC) of all before |
 //!
-//! That is version 1. With effects ([`crate::effects::Columns`]) it is version 2, in which these stand before the checksum:
+//! That is version 1. With effects ([`crate::effects::Columns`]) it is version 2, in which these
+//! stand before the checksum:
 //!
 //! | offset | bytes | what |
 //! |---|---|---|
@@ -26,8 +27,9 @@
 //! | 137 + 12 N | 3 | 0 |
 //! | 140 + 12 N | 10 E | a column each: id, which, coefficient, shape |
 //!
-//! Where a torque model says more of the sides, of slip or of the delay ([`Conditioning`]), it is version 3: behind its 7 values
-//! stand these instead of zeros, and columns as in version 2, of which there may be none.
+//! Where a torque model says more of the sides, of slip or of the delay ([`Conditioning`]), it is
+//! version 3: behind its 7 values stand these instead of zeros, and columns as in version 2, of
+//! which there may be none.
 //!
 //! | offset | what |
 //! |---|---|
@@ -36,8 +38,8 @@
 //! | 116 | delay of the power behind the speeds, s |
 //! | 120 | 16 bytes, 0 |
 //!
-//! A column's id and "which" are a byte each, its coefficient and shape in single precision. Ids never change their meaning; "which"
-//! and shape are 0 where nothing is said of them:
+//! A column's id and "which" are a byte each, its coefficient and shape in single precision. Ids
+//! never change their meaning; "which" and shape are 0 where nothing is said of them:
 //!
 //! | id | what is multiplied | which, shape |
 //! |---|---|---|
@@ -166,12 +168,14 @@ pub struct Robot<T, const N: usize> {
     pub conditioning: Conditioning<T>,
     /// Total masses without and with full payload, kg.
     pub range: MassRange<T>,
-    /// What the robot draws apart from its drives, W; 0 where actuation power is measured on its own.
+    /// What the robot draws apart from its drives, W; 0 where actuation power is measured on its
+    /// own.
     pub static_power: T,
 }
 
 impl<T: Real, const N: usize> Robot<T, N> {
-    /// Whether turns drag its wheels: by its kind of steering, or because a fit has found that scrub builds up.
+    /// Whether turns drag its wheels: by its kind of steering, or because a fit has found that
+    /// scrub builds up.
     pub fn scrubs(&self) -> bool {
         self.kinematics.scrubs() || !self.conditioning.slip.is_off() || self.conditioning.true_slip != T::ZERO
     }
@@ -207,10 +211,11 @@ pub struct Coefficients<T, const N: usize> {
     pub noise: Noise<T>,
     /// Effects that it lacks.
     pub columns: Columns<T>,
-    /// Whether the fit saw what tells one mass from another. Where it saw one payload or one speed only, estimates of the mass are
-    /// unknown, whatever the samples say.
+    /// Whether the fit saw what tells one mass from another. Where it saw one payload or one speed
+    /// only, estimates of the mass are unknown, whatever the samples say.
     pub identifies_mass: bool,
-    /// Whether rolling resistance and scrub are to adapt on the way ([`crate::adapt`]): of the signed model without effects only.
+    /// Whether rolling resistance and scrub are to adapt on the way ([`crate::adapt`]): of the
+    /// signed model without effects only.
     pub ground_adapts: bool,
 }
 
@@ -339,8 +344,9 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         Window { range, noise, period, linear_beyond: noise.linear_beyond(self.robot.cutoff_hz) }
     }
 
-    /// The least power that counts as energy, W: 0, by Eq. 9, where braking power is burnt or the model (Eq. 18) knows of none; −∞ where
-    /// it returns to the supply, by the drives or by an effect.
+    /// The least power that counts as energy, W: 0, by Eq. 9, where braking power is burnt or the
+    /// model (Eq. 18) knows of none; −∞ where it returns to the supply, by the drives or by an
+    /// effect.
     pub fn energy_floor(&self) -> T {
         let returns = |column: &Column<T>| {
             matches!(column.cause, Cause::Term(Term::Return)) && column.coefficient > T::ZERO
@@ -349,9 +355,10 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         if regenerative || self.columns.iter().any(returns) { -T::INFINITY } else { T::ZERO }
     }
 
-    /// The image, in single precision. `None` for more than [`MOST_WHEELS`] wheels, for what has no model id (ungated products
-    /// with coefficients of their own), for effects and traits of another model than the signed one, and for true slip, which needs a
-    /// gyro. Of the versions that have room for all it is the first: older firmware takes it.
+    /// The image, in single precision. `None` for more than [`MOST_WHEELS`] wheels, for what has no
+    /// model id (ungated products with coefficients of their own), for effects and traits of
+    /// another model than the signed one, and for true slip, which needs a gyro. Of the versions
+    /// that have room for all it is the first: older firmware takes it.
     pub fn encode(&self) -> Option<Image> {
         let columns = self.columns.len();
         let traits = self.traits();
@@ -442,7 +449,8 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
     /// Reads an image back.
     ///
     /// # Errors
-    /// The first thing that is wrong with it. Bytes behind the image's length are ignored: flash is longer.
+    /// The first thing that is wrong with it. Bytes behind the image's length are ignored: flash is
+    /// longer.
     pub fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
         let mut reader = Reader(bytes);
         if reader.take::<4>()? != MAGIC {

@@ -1,4 +1,5 @@
-//! From samples to motion: what is late is set beside what was early, speed and power pass one filter, slip builds up.
+//! From samples to motion: what is late is set beside what was early, speed and power pass one
+//! filter, slip builds up.
 
 use crate::coefficients::Robot;
 use crate::delay::DelayLine;
@@ -52,7 +53,8 @@ pub struct Conditioner<T, const N: usize> {
     unsettled: u32,
     /// Since the last finite sample, s; for ever where there was none.
     waited: T,
-    /// Steps up to this one follow the sample before, s: the longest step; none do while `waited` has to be asked.
+    /// Steps up to this one follow the sample before, s: the longest step; none do while `waited`
+    /// has to be asked.
     follows_within: T,
 }
 
@@ -95,15 +97,17 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
         })
     }
 
-    /// Takes one sample, `elapsed` (s) after the one before. `None` where it holds a value that is not finite: the
-    /// filter then stays as it was. Time that runs backwards or is no number is a gap.
+    /// Takes one sample, `elapsed` (s) after the one before. `None` where it holds a value that is
+    /// not finite: the filter then stays as it was. Time that runs backwards or is no number is a
+    /// gap.
     #[inline]
     pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Option<Conditioned<T, N>> {
         self.condition(sample, elapsed, None).map(|(conditioned, _)| conditioned)
     }
 
     /// [`Self::push`], and how long the sample stands for, s: the time since the one before, but behind a gap, which nobody
-    /// measured, at most a longest step. With what a gyro says of the same instant, true slip adds to the scrub.
+    /// measured, at most a longest step. With what a gyro says of the same instant, true slip adds
+    /// to the scrub.
     #[inline(always)]
     pub(crate) fn condition(
         &mut self,
@@ -173,7 +177,8 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
         self.motion(speed, acceleration, since)
     }
 
-    /// The wheels at these filtered speeds, `since` s after the sample before; no number behind a gap.
+    /// The wheels at these filtered speeds, `since` s after the sample before; no number behind a
+    /// gap.
     #[inline(always)]
     fn motion(&mut self, speed: &[T; N], acceleration: &[T; N], since: T) -> Motion<T, N> {
         match self.mass_matrix.sides() {

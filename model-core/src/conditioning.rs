@@ -10,7 +10,8 @@ pub struct Conditioning<T> {
     pub slip: SlipMemory<T>,
     /// By how much the power is later than the speeds, s; negative: earlier.
     pub delay: T,
-    /// q: how much of the scrub a rad/s of true slip adds, s/rad ([`crate::gyro`]); boards have none.
+    /// q: how much of the scrub a rad/s of true slip adds, s/rad ([`crate::gyro`]); boards have
+    /// none.
     pub true_slip: T,
 }
 

@@ -3,13 +3,15 @@
 use crate::real::Real;
 use crate::sample::Sample;
 
-/// Samples that are kept. At the board's 200 Hz they reach back half a second, at 20 Hz five: on the board they cost 1.7 KB.
+/// Samples that are kept. At the board's 200 Hz they reach back half a second, at 20 Hz five: on
+/// the board they cost 1.7 KB.
 pub const FRAMES: usize = 104;
 
 /// Samples beyond the delay that interpolation and jitter take.
 const SPARE: f64 = 3.0;
 
-/// Lagrange's cubic through values at −1, 0, 1 and 2. Straight lines would smooth a signal more the farther from a sample.
+/// Lagrange's cubic through values at −1, 0, 1 and 2. Straight lines would smooth a signal more the
+/// farther from a sample.
 #[inline]
 pub fn cubic<T: Real>([a, b, c, d]: [T; 4], x: T) -> T {
     let (below, above, far) = (x + T::ONE, x - T::ONE, x - T::TWO);
@@ -43,13 +45,15 @@ pub struct DelayLine<T, const N: usize> {
     filled: usize,
     /// Since the newest frame, s.
     since: T,
-    /// The last frame that is later than the time asked for, counted back from the newest, and how long it was before that, s.
+    /// The last frame that is later than the time asked for, counted back from the newest, and how
+    /// long it was before that, s.
     later: usize,
     behind: T,
 }
 
 impl<T: Real, const N: usize> DelayLine<T, N> {
-    /// For samples `period_s` apart, steps beyond `longest_step` being gaps. `None` for a delay that the line does not reach.
+    /// For samples `period_s` apart, steps beyond `longest_step` being gaps. `None` for a delay
+    /// that the line does not reach.
     pub fn new(delay: T, period_s: f64, longest_step: T) -> Option<Self> {
         Self::reaches(delay, period_s).then_some(Self {
             delay,
@@ -75,10 +79,12 @@ impl<T: Real, const N: usize> DelayLine<T, N> {
         self.delay == T::ZERO
     }
 
-    /// Takes a sample, `elapsed` (s) after the one before, and gives it with the speeds of the time that its power is from, their
-    /// accelerations being left to their derivative: or its speeds with the power of theirs. What was before the first sample and
-    /// before a gap is taken as it was then. What is not finite is given back as it came, and leaves no trace but its time.
-    // Once a sample, and only where something is late: a function of its own, for the board's flash.
+    /// Takes a sample, `elapsed` (s) after the one before, and gives it with the speeds of the time
+    /// that its power is from, their accelerations being left to their derivative: or its speeds
+    /// with the power of theirs. What was before the first sample and before a gap is taken as it
+    /// was then. What is not finite is given back as it came, and leaves no trace but its time.
+    // Once a sample, and only where something is late: a function of its own, for the board's
+    // flash.
     #[inline(never)]
     pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Sample<T, N> {
         if self.is_off() {
@@ -170,7 +176,8 @@ mod tests {
         Sample { wheel_speed: [wave(t)], wheel_acceleration: Some([2.0 * wave(t)]), power: 10.0 * wave(t) }
     }
 
-    /// A cubic leaves (3/128) h⁴ f'''' of a sine: 4 × 10⁻⁹ at 4 rad/s and 5 ms; steps that jitter by a tenth leave more.
+    /// A cubic leaves (3/128) h⁴ f'''' of a sine: 4 × 10⁻⁹ at 4 rad/s and 5 ms; steps that jitter
+    /// by a tenth leave more.
     #[test]
     fn what_is_late_is_set_beside_what_was_early() {
         for (delay, jitter, tolerance) in [(0.0237, 0.0, 1e-8), (-0.0837, 0.0, 1e-8), (0.25, 0.0005, 1e-4)] {

@@ -1,11 +1,13 @@
 //! Energy: the integral of the power that counts.
 //!
-//! Eq. 9 counts its positive part: a drive that burns braking power takes nothing back, and what is below 0 there is noise. Where drives
-//! return braking power, energy is what the battery gives less what it takes ([`energy_floor`](crate::coefficients::Coefficients::energy_floor)).
+//! Eq. 9 counts its positive part: a drive that burns braking power takes nothing back, and what is
+//! below 0 there is noise. Where drives return braking power, energy is what the battery gives less
+//! what it takes ([`energy_floor`](crate::coefficients::Coefficients::energy_floor)).
 
 use crate::real::Real;
 
-/// Running ∫ P dt in J, compensated so that single precision keeps counting after hours of milliwatt-seconds.
+/// Running ∫ P dt in J, compensated so that single precision keeps counting after hours of
+/// milliwatt-seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Energy<T> {
     sum: T,
@@ -14,8 +16,8 @@ pub struct Energy<T> {
 }
 
 impl<T: Real> Energy<T> {
-    /// Adds `power` (W, of either sign) held for `duration` (s). What is not finite adds nothing, nor does time that runs
-    /// backwards.
+    /// Adds `power` (W, of either sign) held for `duration` (s). What is not finite adds nothing,
+    /// nor does time that runs backwards.
     #[inline]
     pub fn add(&mut self, power: T, duration: T) {
         let joules = power * duration;

@@ -1,7 +1,7 @@
 //! The 15 products of Eq. 18, gated as published, as derived, or not at all.
 //!
-//! P_act = Σ_j β_j m^pow(j) φ_j, each φ_j summed over the wheels. With K = (M'' a)_i, u = K w, h = sgn w,
-//! s = sgn(a w) and r = sgn u:
+//! P_act = Σ_j β_j m^pow(j) φ_j, each φ_j summed over the wheels. With K = (M'' a)_i, u = K w,
+//! h = sgn w, s = sgn(a w) and r = sgn u:
 //!
 //! | j | pow | φ of one wheel | published where it differs |
 //! |---|---|---|---|
@@ -16,9 +16,9 @@
 //! | 13 | 1 | (1+r) u | |
 //! | 14 | 1 | (1+s)(1+r) K a | |
 //!
-//! The print has (2+s) and (2+r), and m where (M' Ψ)² carries m²: squaring Eq. 16 with s² = r² = 1 gives the others.
-//! Without gates the same products are the expansion of the signed torque model ([`crate::torque`]), with φ₀…φ₂ = h²:
-//! there a wheel at rest draws nothing.
+//! The print has (2+s) and (2+r), and m where (M' Ψ)² carries m²: squaring Eq. 16 with s² = r² = 1
+//! gives the others. Without gates the same products are the expansion of the signed torque model
+//! ([`crate::torque`]), with φ₀…φ₂ = h²: there a wheel at rest draws nothing.
 
 use crate::motion::{Motion, Wheel};
 use crate::polynomial::Polynomial;
@@ -52,8 +52,9 @@ impl Gate {
 
     /// The wheel's quantities along its motion.
     ///
-    /// Times h, the features lose their signs: s = sgn(a w) is the sign of h a, so that (1 + s) h a = h a + |h a|, and
-    /// the other gated products follow from that and from h K likewise. No comparison is needed.
+    /// Times h, the features lose their signs: s = sgn(a w) is the sign of h a, so that (1 + s) h
+    /// a = h a + |h a|, and the other gated products follow from that and from h K likewise. No
+    /// comparison is needed.
     #[inline(always)]
     fn along<T: Real>(self, wheel: &Wheel<T>) -> Along<T> {
         let h = wheel.direction;
@@ -149,7 +150,8 @@ pub fn power<T: Real, const N: usize>(
     motion: &Motion<T, N>,
     beta: &[T; REGRESSORS],
 ) -> Polynomial<T> {
-    // Which gate is asked once a sample, not once a wheel and product; what is equal of the products is computed once.
+    // Which gate is asked once a sample, not once a wheel and product; what is equal of the
+    // products is computed once.
     match gate {
         Gate::Published => polynomial(Gate::Published, &products(Gate::Published, motion), beta),
         Gate::Corrected => polynomial(Gate::Corrected, &products(Gate::Corrected, motion), beta),

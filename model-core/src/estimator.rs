@@ -21,7 +21,8 @@ pub struct Estimate<T, const N: usize> {
     pub conditioned: Option<Conditioned<T, N>>,
     /// The total mass as of the last closed bucket.
     pub mass: MassEstimate<T>,
-    /// P̂_act in W, step three of the paper; `None` while the mass is unknown or the filter unsettled.
+    /// P̂_act in W, step three of the paper; `None` while the mass is unknown or the filter
+    /// unsettled.
     pub power: Option<T>,
     /// This sample closed a bucket, and with it a new estimate.
     pub closed: bool,
@@ -42,7 +43,8 @@ pub struct Timing {
     pub detect_changes: bool,
 }
 
-/// Model, payload and energy of one robot, from its samples. `B` is the most buckets that a window can have.
+/// Model, payload and energy of one robot, from its samples. `B` is the most buckets that a window
+/// can have.
 #[derive(Debug, Clone, Copy)]
 pub struct Estimator<T, M, const N: usize, const B: usize>
 where
@@ -61,7 +63,8 @@ where
     spread: Spread<T>,
     bucket: M::Sums,
     buckets: Ring<M::Sums, B>,
-    /// The sums of the closed buckets that the next estimate will take in, added up while there is time for it.
+    /// The sums of the closed buckets that the next estimate will take in, added up while there is
+    /// time for it.
     ahead: Option<M::Sums>,
     /// A bucket is full this long after it was opened, half a period before its time, s.
     full_at: T,
@@ -77,8 +80,8 @@ where
     predicted: Energy<T>,
     /// The least power that counts for both, W.
     floor: T,
-    /// What the samples of the bucket in hand add to both, J. So few can be summed without compensation: single precision
-    /// loses some 10⁻⁶ of 200.
+    /// What the samples of the bucket in hand add to both, J. So few can be summed without
+    /// compensation: single precision loses some 10⁻⁶ of 200.
     bucket_measured: T,
     bucket_predicted: T,
 }
@@ -122,8 +125,8 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         })
     }
 
-    /// Takes one sample, `elapsed` (s) after the one before. Time that runs backwards or is no number is a gap of
-    /// unknown length: the buckets take it as none.
+    /// Takes one sample, `elapsed` (s) after the one before. Time that runs backwards or is no
+    /// number is a gap of unknown length: the buckets take it as none.
     #[inline(always)]
     pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Estimate<T, N> {
         self.push_with(&mut (), sample, &Outside::UNKNOWN, elapsed)
@@ -156,7 +159,8 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
                 additions.respond(&self.model, now, &self.range, self.d);
             response.may_clamp = self.clamp.holds(response.may_clamp, elapsed);
             self.method.add(&mut self.bucket, drawn, &response, now.motion.summed_speed(), self.d);
-            // Zero times what is not finite is no number; neither is what an unknown mass makes expect.
+            // Zero times what is not finite is no number; neither is what an unknown mass makes
+            // expect.
             if expected * T::ZERO == T::ZERO {
                 self.bucket_predicted += self.floor.at_least(expected) * *held;
                 power = Some(expected);
@@ -188,7 +192,8 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         self.d = self.mass.best().map_or(T::NAN, |best| best - self.range.middle());
     }
 
-    /// The mass over exactly the latest `count` buckets, whatever the schedule; `None` while there are fewer.
+    /// The mass over exactly the latest `count` buckets, whatever the schedule; `None` while there
+    /// are fewer.
     pub fn over_latest(&self, count: usize) -> Option<MassEstimate<T>> {
         (self.buckets.len() >= count && count > 0).then(|| {
             let parts = self.buckets.latest_parts(count);
@@ -201,8 +206,9 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         if self.identifies_mass { mass } else { MassEstimate::Unknown(Unknown::NotIdentifiable) }
     }
 
-    /// Actuation energy measured, and predicted while the mass was known, since the start, J: by Eq. 9, or what the battery gave less
-    /// what it took where drives return power ([`Coefficients::energy_floor`]). A gap counts as one longest step: nobody measured it.
+    /// Actuation energy measured, and predicted while the mass was known, since the start, J: by
+    /// Eq. 9, or what the battery gave less what it took where drives return power
+    /// ([`Coefficients::energy_floor`]). A gap counts as one longest step: nobody measured it.
     pub fn energy(&self) -> (T, T) {
         (self.measured.joules() + self.bucket_measured, self.predicted.joules() + self.bucket_predicted)
     }
@@ -224,8 +230,8 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         }
     }
 
-    /// The bucket in hand is full. A gap closes empty buckets behind it, so that old samples leave the window; never more
-    /// of them than the ring holds.
+    /// The bucket in hand is full. A gap closes empty buckets behind it, so that old samples leave
+    /// the window; never more of them than the ring holds.
     #[inline(never)]
     fn close_buckets(&mut self) -> Option<usize> {
         let mut changed = None;
@@ -241,8 +247,9 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         changed
     }
 
-    /// What closing a bucket leaves to the sample behind it, so that no sample takes much longer than the others: the books
-    /// of the energy, and the sums of what stays in the window when the next bucket closes.
+    /// What closing a bucket leaves to the sample behind it, so that no sample takes much longer
+    /// than the others: the books of the energy, and the sums of what stays in the window when the
+    /// next bucket closes.
     #[inline(never)]
     fn look_ahead(&mut self) {
         self.measured.add(self.bucket_measured, T::ONE);
@@ -310,8 +317,8 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         }
     }
 
-    /// For one more bucket in a full ring whose buckets all count: those before the last change go, and only where
-    /// that frees none are neighbours merged.
+    /// For one more bucket in a full ring whose buckets all count: those before the last change go,
+    /// and only where that frees none are neighbours merged.
     #[cold]
     #[inline(never)]
     fn make_room(&mut self) {

@@ -1,7 +1,8 @@
 //! The causal low-pass filter that speed and power both pass, with the derivative of its output.
 //!
-//! Fifth-order Butterworth (Section 7.1), bilinear transform with the cutoff prewarped: two second-order sections
-//! and, last, one first-order section, whose input and output give the derivative for one subtraction.
+//! Fifth-order Butterworth (Section 7.1), bilinear transform with the cutoff prewarped: two
+//! second-order sections and, last, one first-order section, whose input and output give the
+//! derivative for one subtraction.
 
 use crate::real::Real;
 
@@ -14,8 +15,9 @@ pub struct InvalidCutoff {
     pub below_hz: f64,
 }
 
-/// One second-order section, transposed direct form II. Its numerator is (1 + z⁻¹)², which takes sums only: the gain that
-/// lets a constant pass unchanged is the business of [`LowPass`], once for all sections.
+/// One second-order section, transposed direct form II. Its numerator is (1 + z⁻¹)², which takes
+/// sums only: the gain that lets a constant pass unchanged is the business of [`LowPass`], once for
+/// all sections.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Section<T> {
     /// Of a section that lets a constant pass unchanged.
@@ -30,7 +32,8 @@ impl<T: Real> Section<T> {
         let norm = 1.0 / (1.0 + k / q + k * k);
         let a1 = T::from_f64(2.0 * (k * k - 1.0) * norm);
         let a2 = T::from_f64((1.0 - k / q + k * k) * norm);
-        // From the rounded denominator, so that a constant passes unchanged in single precision as well.
+        // From the rounded denominator, so that a constant passes unchanged in single precision as
+        // well.
         let gain = T::from_f64((1.0 + a1.to_f64() + a2.to_f64()) / 4.0);
         Self { gain, a1, a2 }
     }
@@ -111,16 +114,17 @@ impl<T: Real> LowPass<T> {
             a1,
             last_gain: T::from_f64(last_gain),
             gain: T::from_f64(sections_gain * last_gain),
-            // Tustin: D H = (2 k / T) (1 − H) for H = k (1 + z⁻¹) / ((k + 1) + (k − 1) z⁻¹) = g (1 + z⁻¹) / (1 + a1 z⁻¹).
-            // With y the output of an input x / g, D y = (2 k / T) (x − g y) / g, and with g = (1 + a1) / 2 that
-            // difference is half of (x − a1 y) − (y − x): of the section's state behind the sample and before it.
+            // Tustin: D H = (2 k / T) (1 − H) for H = k (1 + z⁻¹) / ((k + 1) + (k − 1) z⁻¹) = g
+            // (1 + z⁻¹) / (1 + a1 z⁻¹). With y the output of an input x / g, D y = (2 k / T) (x − g
+            // y) / g, and with g = (1 + a1) / 2 that difference is half of (x − a1 y) − (y − x): of
+            // the section's state behind the sample and before it.
             rate: T::from_f64(k / period_s / last_gain),
             settling_samples: libm::ceil(2.0 / (cutoff_hz * period_s)) as u32,
         })
     }
 
-    /// Samples after which the response to the past before the first sample has died away: two periods of the cutoff,
-    /// where a step is within 2 % of its end for good.
+    /// Samples after which the response to the past before the first sample has died away: two
+    /// periods of the cutoff, where a step is within 2 % of its end for good.
     pub fn settling_samples(&self) -> u32 {
         self.settling_samples
     }
@@ -162,8 +166,9 @@ mod tests {
         }
     }
 
-    /// A constant stays itself: the gain is derived from the rounded denominator, so what is left in single
-    /// precision is rounding of some ten operations on states up to 1 / k² ≈ 10³ times smaller than their sum.
+    /// A constant stays itself: the gain is derived from the rounded denominator, so what is left
+    /// in single precision is rounding of some ten operations on states up to 1 / k² ≈ 10³ times
+    /// smaller than their sum.
     #[test]
     fn constant_passes_unchanged() {
         let filter = LowPass::<f32>::new(2.0, 0.005).unwrap();

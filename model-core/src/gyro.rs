@@ -1,12 +1,15 @@
 //! True slip: how much more the wheels turn the robot than it turns, by a gyro.
 //!
-//! Δ is the difference of the sides' wheel speeds, G the difference that the robot's own turn rate would take without slip
-//! ([`Kinematics::difference_per_turn`]), and S = Δ − G what the wheels slip, rad/s, positive to the left. A turn's scrub builds up by the
-//! wheels alone ([`crate::slip`]), so its share s is the same on ice and on rubber; what the ground lets pass shows in S only. Each
-//! wheel's share σ becomes that of s + q S, and its torque b m σ with it: linear in the mass as before, so that all that stands on that
-//! (window, effects, ground that adapts) stays as it is. q = 0 is the model without.
+//! Δ is the difference of the sides' wheel speeds, G the difference that the robot's own turn rate
+//! would take without slip ([`Kinematics::difference_per_turn`]), and S = Δ − G what the wheels
+//! slip, rad/s, positive to the left. A turn's scrub builds up by the wheels alone
+//! ([`crate::slip`]), so its share s is the same on ice and on rubber; what the ground lets pass
+//! shows in S only. Each wheel's share σ becomes that of s + q S, and its torque b m σ with it:
+//! linear in the mass as before, so that all that stands on that (window, effects, ground that
+//! adapts) stays as it is. q = 0 is the model without.
 //!
-//! The turn rate passes the delay and the filter of the wheel speeds. Boards have no place for it: their images refuse a q.
+//! The turn rate passes the delay and the filter of the wheel speeds. Boards have no place for it:
+//! their images refuse a q.
 
 use crate::coefficients::Robot;
 use crate::conditioner::{Conditioned, Conditioner, Unfit};
@@ -28,7 +31,8 @@ pub struct Gyro<T> {
 }
 
 impl<T: Real> Gyro<T> {
-    /// For samples `period_s` apart whose power is `delay` (s) behind the speeds. `None` where the robot has no true slip.
+    /// For samples `period_s` apart whose power is `delay` (s) behind the speeds. `None` where the
+    /// robot has no true slip.
     ///
     /// # Errors
     /// As [`Conditioner::new`]; a robot without two sides.
@@ -60,8 +64,9 @@ impl<T: Real> Gyro<T> {
         }))
     }
 
-    /// Takes the turn rate (counter-clockwise, rad/s) of a sample, `elapsed` (s) after the one before, and gives back the sample as the
-    /// wheels' conditioner has to have it: one without a turn rate is as one without a power, and leaves no trace in either.
+    /// Takes the turn rate (counter-clockwise, rad/s) of a sample, `elapsed` (s) after the one
+    /// before, and gives back the sample as the wheels' conditioner has to have it: one without a
+    /// turn rate is as one without a power, and leaves no trace in either.
     pub fn push<const N: usize>(
         &mut self,
         sample: &Sample<T, N>,
@@ -99,7 +104,8 @@ impl<T: Real, const N: usize> GyroConditioner<T, N> {
         })
     }
 
-    /// Takes one sample with the robot's turn rate (counter-clockwise, rad/s), `elapsed` (s) after the one before. `None` as of
+    /// Takes one sample with the robot's turn rate (counter-clockwise, rad/s), `elapsed` (s) after
+    /// the one before. `None` as of
     /// [`Conditioner::push`], and where the robot has true slip but the sample no turn rate.
     pub fn push(&mut self, sample: &Sample<T, N>, turn_rate: T, elapsed: T) -> Option<Conditioned<T, N>> {
         let Some(gyro) = &mut self.gyro else { return self.wheels.push(sample, elapsed) };

@@ -1,4 +1,5 @@
-//! Wheel speeds to body motion: ζ = R w (Section 4.4), and the mass matrix at the wheels, M'' of Eq. 18.
+//! Wheel speeds to body motion: ζ = R w (Section 4.4), and the mass matrix at the wheels, M'' of
+//! Eq. 18.
 
 use crate::real::Real;
 use crate::slip::Rims;
@@ -21,7 +22,8 @@ pub struct InvalidLength {
     pub name: &'static str,
 }
 
-/// The matrix R, rows vx, vy (m) and ω (dimensionless), one column a wheel. Positive wheel speed drives forward.
+/// The matrix R, rows vx, vy (m) and ω (dimensionless), one column a wheel. Positive wheel speed
+/// drives forward.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kinematics<T, const N: usize> {
     rows: [[T; N]; 3],
@@ -33,8 +35,8 @@ fn length<T: Real>(name: &'static str, value: T) -> Result<T, InvalidLength> {
 }
 
 impl<T: Real> Kinematics<T, 2> {
-    /// Differential drive, wheels left and right, `track` apart (m). Also skid steer with one wheel speed a side and
-    /// the effective track.
+    /// Differential drive, wheels left and right, `track` apart (m). Also skid steer with one wheel
+    /// speed a side and the effective track.
     ///
     /// # Errors
     /// Names a length that is not finite and positive.
@@ -48,7 +50,8 @@ impl<T: Real> Kinematics<T, 2> {
 }
 
 impl<T: Real> Kinematics<T, 4> {
-    /// Skid steer with four driven wheels: front left, front right, rear left, rear right; effective track in m.
+    /// Skid steer with four driven wheels: front left, front right, rear left, rear right;
+    /// effective track in m.
     ///
     /// # Errors
     /// Names a length that is not finite and positive.
@@ -60,8 +63,8 @@ impl<T: Real> Kinematics<T, 4> {
         Ok(Self { rows: [[v; 4], [T::ZERO; 4], [-o, o, -o, o]], scrubs: true })
     }
 
-    /// Four mecanum wheels (rollers at 45°, seen from above forming an X): front left, front right, rear left, rear
-    /// right, at `half_length` ahead and `half_width` aside of the centre (m).
+    /// Four mecanum wheels (rollers at 45°, seen from above forming an X): front left, front right,
+    /// rear left, rear right, at `half_length` ahead and `half_width` aside of the centre (m).
     ///
     /// # Errors
     /// Names a length that is not finite and positive.
@@ -75,8 +78,9 @@ impl<T: Real> Kinematics<T, 4> {
 }
 
 impl<T: Real> Kinematics<T, 3> {
-    /// Three omni wheels at 60°, 180° and 300° from the front, counter-clockwise (front left, rear, front right), each
-    /// `arm` (m) from the centre; all positive turns the robot counter-clockwise.
+    /// Three omni wheels at 60°, 180° and 300° from the front, counter-clockwise (front left, rear,
+    /// front right), each `arm` (m) from the centre; all positive turns the robot
+    /// counter-clockwise.
     ///
     /// # Errors
     /// Names a length that is not finite and positive.
@@ -106,7 +110,8 @@ impl<T: Real, const N: usize> Kinematics<T, N> {
         if any { Ok(Self { rows, scrubs: false }) } else { Err(InvalidLength { name: "matrix" }) }
     }
 
-    /// The same wheels, whether or not they are dragged sideways in turns, as those of skid steer are.
+    /// The same wheels, whether or not they are dragged sideways in turns, as those of skid steer
+    /// are.
     #[must_use]
     pub fn with_scrub(self, scrubs: bool) -> Self {
         Self { scrubs, ..self }
@@ -129,8 +134,9 @@ impl<T: Real, const N: usize> Kinematics<T, N> {
         Twist { vx, vy, omega }
     }
 
-    /// By how much the sides' mean wheel speeds differ (right less left, rad/s) for each rad/s that the robot turns, where nothing slips:
-    /// of a robot with two sides the track over the wheels' radius.
+    /// By how much the sides' mean wheel speeds differ (right less left, rad/s) for each rad/s that
+    /// the robot turns, where nothing slips: of a robot with two sides the track over the wheels'
+    /// radius.
     pub fn difference_per_turn(&self) -> T {
         let [_, _, omega] = &self.rows;
         T::TWO / omega.iter().fold(T::ZERO, |sum, entry| sum + entry.abs())
@@ -162,8 +168,9 @@ impl<T: Real, const N: usize> Kinematics<T, N> {
         })
     }
 
-    /// The two sides of differential drive and skid steer. `None` for wheels that move the robot sideways, for one that has no
-    /// part in driving ahead or in turning, and for wheels all on one side.
+    /// The two sides of differential drive and skid steer. `None` for wheels that move the robot
+    /// sideways, for one that has no part in driving ahead or in turning, and for wheels all on one
+    /// side.
     pub fn sides(&self) -> Option<Sides<T, N>> {
         let [vx, vy, omega] = &self.rows;
         let most = omega.iter().fold(T::ZERO, |most, entry| most.at_least(entry.abs()));
@@ -246,7 +253,8 @@ impl<T: Real, const N: usize> MassMatrix<T, N> {
         self.two_sided.then_some(&self.sides)
     }
 
-    /// K = M'' a: inertial torque at each wheel per kilogram (N·m/kg) for wheel accelerations in rad/s².
+    /// K = M'' a: inertial torque at each wheel per kilogram (N·m/kg) for wheel accelerations in
+    /// rad/s².
     #[inline]
     pub fn torque_per_kg(&self, wheel_acceleration: &[T; N]) -> [T; N] {
         let mut torque = [T::ZERO; N];
@@ -256,8 +264,9 @@ impl<T: Real, const N: usize> MassMatrix<T, N> {
         torque
     }
 
-    /// σ: the share of each wheel in overcoming the scrub of a turn, signed so that σ_i w_i is work done; zeros where the
-    /// wheels do not scrub or the robot turns by less than `dead_band` (rad/s at the outermost wheels).
+    /// σ: the share of each wheel in overcoming the scrub of a turn, signed so that σ_i w_i is work
+    /// done; zeros where the wheels do not scrub or the robot turns by less than `dead_band` (rad/s
+    /// at the outermost wheels).
     #[inline]
     pub fn scrub(&self, wheel_speed: &[T; N], dead_band: T) -> [T; N] {
         if !self.scrubs {

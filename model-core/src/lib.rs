@@ -1,11 +1,13 @@
 //! Power and payload models of wheeled robots.
 //!
-//! What the controller board computes and what the host fits and replays, once: `no_std`, no allocation, no
-//! panics, and no `unsafe` but for one instruction ([`real`]). Everything is generic over the number of wheels `N` and over the scalar (`f32` on the board,
-//! `f64` on the host). Units are SI throughout. "Eq. n" cites the paper named in the README.
+//! What the controller board computes and what the host fits and replays, once: `no_std`, no
+//! allocation, no panics, and no `unsafe` but for one instruction ([`real`]). Everything is generic
+//! over the number of wheels `N` and over the scalar (`f32` on the board, `f64` on the host). Units
+//! are SI throughout. "Eq. n" cites the paper named in the README.
 //!
-//! The way of a sample: [`estimator`] filters speed and power with one [`filter`], forms the wheels' [`motion`],
-//! asks the [`model`] for the power as a polynomial of the mass, and hands that to a [`payload`] estimator.
+//! The way of a sample: [`estimator`] filters speed and power with one [`filter`], forms the
+//! wheels' [`motion`], asks the [`model`] for the power as a polynomial of the mass, and hands that
+//! to a [`payload`] estimator.
 #![no_std]
 
 #[cfg(test)]

@@ -16,8 +16,8 @@ pub struct MassRange<T> {
 }
 
 impl<T: Real> MassRange<T> {
-    /// From the total mass without payload to that with the full one, kg. `None` unless 0 < no load < full load and
-    /// both are finite.
+    /// From the total mass without payload to that with the full one, kg. `None` unless 0 < no load
+    /// < full load and both are finite.
     pub fn new(no_load: T, full_load: T) -> Option<Self> {
         let valid = no_load > T::ZERO && full_load > no_load && full_load.is_finite();
         let (middle, reach) = ((no_load + full_load) * T::HALF, (full_load - no_load) * T::HALF);
@@ -71,7 +71,8 @@ pub enum Model<T> {
 pub struct Response<T> {
     /// About the middle of the mass range.
     pub polynomial: Polynomial<T>,
-    /// Some wheel may be clamped for some mass of the range: the polynomial says nothing reliable about the mass.
+    /// Some wheel may be clamped for some mass of the range: the polynomial says nothing reliable
+    /// about the mass.
     pub may_clamp: bool,
 }
 
@@ -121,7 +122,8 @@ impl<T: Real> Model<T> {
         }
     }
 
-    /// Step three of the paper: P_act in W at a total mass in kg. `None` where mass or motion give no finite power.
+    /// Step three of the paper: P_act in W at a total mass in kg. `None` where mass or motion give
+    /// no finite power.
     #[inline]
     pub fn power<const N: usize>(&self, motion: &Motion<T, N>, mass: T) -> Option<T> {
         let power = match self {
@@ -141,7 +143,8 @@ impl<T: Real> Model<T> {
         (mass > T::ZERO && power.is_finite()).then_some(power)
     }
 
-    /// Whether every coefficient is finite and, as Eq. 20 demands, not negative; the imbalance of the sides has either sign.
+    /// Whether every coefficient is finite and, as Eq. 20 demands, not negative; the imbalance of
+    /// the sides has either sign.
     pub fn is_sound(&self) -> bool {
         let sound = |values: &[T]| values.iter().all(|value| value.is_finite() && *value >= T::ZERO);
         match self {

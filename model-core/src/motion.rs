@@ -14,10 +14,11 @@ pub struct Wheel<T> {
     pub inertial_torque: T,
     /// h: −1, 0 (within the dead band) or 1.
     pub direction: T,
-    /// σ: share of the turn's scrub, −1 … 1, beyond that where true slip adds to it; 0 where the wheels do not scrub, within the dead
-    /// band, and straight ahead.
+    /// σ: share of the turn's scrub, −1 … 1, beyond that where true slip adds to it; 0 where the
+    /// wheels do not scrub, within the dead band, and straight ahead.
     pub scrub: T,
-    /// h of a wheel on the right, −h of one on the left; 0 where the robot has no two sides, and within the dead band.
+    /// h of a wheel on the right, −h of one on the left; 0 where the robot has no two sides, and
+    /// within the dead band.
     pub side: T,
 }
 
@@ -31,18 +32,20 @@ pub struct Motion<T, const N: usize> {
 impl<T: Real, const N: usize> Motion<T, N> {
     /// From filtered speeds (rad/s) and accelerations (rad/s²).
     ///
-    /// A wheel slower than `dead_band` (rad/s) is at rest: friction has no sign there, and its power is taken as
-    /// nought. Without the band the sign of friction follows the noise of a standing wheel, which biases the winding
-    /// loss and Coulomb friction of a fit.
+    /// A wheel slower than `dead_band` (rad/s) is at rest: friction has no sign there, and its
+    /// power is taken as nought. Without the band the sign of friction follows the noise of a
+    /// standing wheel, which biases the winding loss and Coulomb friction of a fit.
     ///
-    /// The scrub follows the sign of the turn; where its memory is known, [`Self::with_scrub`] takes it.
+    /// The scrub follows the sign of the turn; where its memory is known, [`Self::with_scrub`]
+    /// takes it.
     #[inline]
     pub fn new(speed: &[T; N], acceleration: &[T; N], mass_matrix: &MassMatrix<T, N>, dead_band: T) -> Self {
         let scrub = mass_matrix.scrub(speed, dead_band);
         Self::with_scrub(speed, acceleration, &scrub, mass_matrix, dead_band)
     }
 
-    /// The same with σ of every wheel, as [`crate::kinematics::Sides::scrub`] gives it for a share that is there.
+    /// The same with σ of every wheel, as [`crate::kinematics::Sides::scrub`] gives it for a share
+    /// that is there.
     #[inline]
     pub fn with_scrub(
         speed: &[T; N],
@@ -65,7 +68,8 @@ impl<T: Real, const N: usize> Motion<T, N> {
         // Most of the time every wheel turns: one question for all.
         if slowest <= dead_band {
             for wheel in &mut wheels {
-                // What is not a number is not at rest: it stays in, so that no model makes a power of it.
+                // What is not a number is not at rest: it stays in, so that no model makes a power
+                // of it.
                 if wheel.speed.abs() <= dead_band {
                     *wheel = Wheel::default();
                 }

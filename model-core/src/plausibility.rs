@@ -1,7 +1,9 @@
-//! Whether coefficients can be those of a robot at all: a valid checksum says only that they arrived as they were sent.
+//! Whether coefficients can be those of a robot at all: a valid checksum says only that they
+//! arrived as they were sent.
 //!
-//! Two questions. Is every number one that some robot has? And can the estimator ever know the mass with them? Where the model does not
-//! depend on the mass, or its noise is wider than the payload, it would say "unknown" for ever, and blame the drive.
+//! Two questions. Is every number one that some robot has? And can the estimator ever know the mass
+//! with them? Where the model does not depend on the mass, or its noise is wider than the payload,
+//! it would say "unknown" for ever, and blame the drive.
 
 use crate::coefficients::{Coefficients, Robot};
 use crate::effects::{Cause, Columns, Term};
@@ -18,7 +20,8 @@ pub const MOST_POWER: f64 = 1e5;
 pub const MOST_MASS: f64 = 1e5;
 /// Nor lighter, kg. It also keeps the polynomials of the mass within single precision.
 pub const LEAST_MASS: f64 = 1e-3;
-/// The full payload is at least this share of the robot's mass: no power sensor resolves less, an INA219 errs by 0.5 % (datasheet, 7.5).
+/// The full payload is at least this share of the robot's mass: no power sensor resolves less, an
+/// INA219 errs by 0.5 % (datasheet, 7.5).
 pub const LEAST_PAYLOAD: f64 = 1e-3;
 /// Wheels that turn this fast are in motion whatever the robot, rad/s: dead bands are below.
 pub const MOST_DEAD_BAND: f64 = 1.0;
@@ -26,8 +29,8 @@ pub const MOST_DEAD_BAND: f64 = 1.0;
 pub const MOST_LENGTH: f64 = 100.0;
 /// No driven wheel moves its robot by less a radian, m; nor is a radius of gyration shorter.
 pub const LEAST_LENGTH: f64 = 1e-4;
-/// A slower filter settles, two periods of its cutoff, only after most of a window of 25 s, and at 200 Hz single precision loses 0.4 %
-/// of the power in it; at half of this, 3 %. Hz.
+/// A slower filter settles, two periods of its cutoff, only after most of a window of 25 s, and at
+/// 200 Hz single precision loses 0.4 % of the power in it; at half of this, 3 %. Hz.
 pub const LEAST_CUTOFF: f64 = 0.1;
 
 /// A turn on nearly the spot, dimensionless: scrub that is only half there at such a slip is none.
@@ -38,8 +41,8 @@ pub const MOST_RELAXATION: f64 = 1e3;
 pub const MOST_DELAY: f64 = 10.0;
 /// No sensor shows less than a tenth or more than ten times what it measures.
 pub const MOST_FACTOR: f64 = 10.0;
-/// No power sensor is quieter, W²·s: a digit of an INA219, 0.5 mW at 5 V and 0.1 Ω, is 1e-10 at 200 Hz. In single precision the
-/// evidence of ground that adapts would overflow.
+/// No power sensor is quieter, W²·s: a digit of an INA219, 0.5 mW at 5 V and 0.1 Ω, is 1e-10 at 200
+/// Hz. In single precision the evidence of ground that adapts would overflow.
 pub const LEAST_DENSITY: f64 = 1e-12;
 
 /// The window in which a mass is sought, s: the board's.
@@ -52,7 +55,8 @@ pub enum Implausible {
     Value,
     /// A filter slower than [`LEAST_CUTOFF`].
     Cutoff,
-    /// The mass would stay unknown however the robot drives: the model does not depend on it, or its noise is wider than the payload.
+    /// The mass would stay unknown however the robot drives: the model does not depend on it, or
+    /// its noise is wider than the payload.
     Mass,
 }
 
@@ -61,14 +65,16 @@ const SPEEDS: [f64; 2] = [1.0, 10.0];
 /// Wheel accelerations at which it is, rad/s².
 const ACCELERATIONS: [f64; 3] = [-1.0, 0.0, 1.0];
 
-/// How fast wheels are asked whether their power depends on the mass, rad/s, and how they speed up meanwhile, rad/s²: up to what few
-/// robots do, 3 m/s and 1 m/s² on wheels of 0.1 m, so that none is refused for being slow.
+/// How fast wheels are asked whether their power depends on the mass, rad/s, and how they speed up
+/// meanwhile, rad/s²: up to what few robots do, 3 m/s and 1 m/s² on wheels of 0.1 m, so that none
+/// is refused for being slow.
 const FAST: [[f64; 2]; 4] = [[1.0, 0.0], [10.0, 0.0], [10.0, 10.0], [30.0, 10.0]];
 
 impl<T: Real, const N: usize> Coefficients<T, N> {
-    /// Whether lengths, masses and noise are those of some robot, and so are the powers that the model gives for slow and
-    /// fast wheels, straight and on the spot, at both ends of the mass range; and whether the mass can ever be known, where they say
-    /// that it can. Overflow is not plausible.
+    /// Whether lengths, masses and noise are those of some robot, and so are the powers that the
+    /// model gives for slow and fast wheels, straight and on the spot, at both ends of the mass
+    /// range; and whether the mass can ever be known, where they say that it can. Overflow is not
+    /// plausible.
     ///
     /// # Errors
     /// The first thing that no robot has.
@@ -85,7 +91,8 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         {
             return Err(Implausible::Value);
         }
-        // The plain estimator has the buckets' own scatter where the fit tells of no noise; ground that adapts has not.
+        // The plain estimator has the buckets' own scatter where the fit tells of no noise; ground
+        // that adapts has not.
         if self.ground_adapts && self.noise.density < T::from_f64(LEAST_DENSITY) {
             return Err(Implausible::Value);
         }
@@ -98,8 +105,8 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         self.check_plausible().is_ok()
     }
 
-    /// Whether there is a motion that, kept up for a window, would give the mass with a 95 % interval within the range: by
-    /// the noise of that window and by the error that outlasts it.
+    /// Whether there is a motion that, kept up for a window, would give the mass with a 95 %
+    /// interval within the range: by the noise of that window and by the error that outlasts it.
     fn may_know_the_mass(&self) -> bool {
         let (range, noise) = (&self.robot.range, &self.noise);
         let model = match self.model {

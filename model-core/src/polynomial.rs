@@ -6,7 +6,8 @@ use crate::real::Real;
 
 /// P(d) = a d² + b d + c, d the mass in kg beyond a reference mass.
 ///
-/// A reference in the middle of the mass range keeps single precision from cancelling when residuals are summed.
+/// A reference in the middle of the mass range keeps single precision from cancelling when
+/// residuals are summed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Polynomial<T> {
     /// W/kg²
@@ -18,7 +19,8 @@ pub struct Polynomial<T> {
 }
 
 impl<T: Real> Polynomial<T> {
-    /// What sums begin with. Zeros below zero: those plus x is x even where x is −0, so that the first sum costs nothing.
+    /// What sums begin with. Zeros below zero: those plus x is x even where x is −0, so that the
+    /// first sum costs nothing.
     pub(crate) const NOTHING: Self = Self { a: T::NOTHING, b: T::NOTHING, c: T::NOTHING };
 
     /// The power in W at `d` kg beyond the reference.

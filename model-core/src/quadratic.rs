@@ -15,9 +15,10 @@ pub enum Roots<T> {
 
 /// Solves a x² + b x + c = 0.
 ///
-/// The root of larger magnitude is q / a with q = −(b + sgn(b) √(b² − 4ac)) / 2, in which nothing cancels; the other
-/// is c / q. The coefficients are scaled by the largest first, so that b² cannot overflow. Where a is so small that
-/// q / a is not finite, the equation is linear in all but name and c / q is its root.
+/// The root of larger magnitude is q / a with q = −(b + sgn(b) √(b² − 4ac)) / 2, in which nothing
+/// cancels; the other is c / q. The coefficients are scaled by the largest first, so that b² cannot
+/// overflow. Where a is so small that q / a is not finite, the equation is linear in all but name
+/// and c / q is its root.
 pub fn roots<T: Real>(a: T, b: T, c: T) -> Roots<T> {
     let scale = a.abs().at_least(b.abs()).at_least(c.abs());
     if !(a.is_finite() && b.is_finite() && c.is_finite()) || scale == T::ZERO {
@@ -50,10 +51,11 @@ pub fn roots<T: Real>(a: T, b: T, c: T) -> Roots<T> {
     }
 }
 
-/// The real root of a x² + b x + c = 0 within ±`reach`; of two, the upper. `None` too where a square would overflow.
+/// The real root of a x² + b x + c = 0 within ±`reach`; of two, the upper. `None` too where a
+/// square would overflow.
 ///
-/// The same formula as in [`roots`] without its scaling and its cases, for what runs at every sample: a quotient by zero lies
-/// beyond any reach, and no number is within it.
+/// The same formula as in [`roots`] without its scaling and its cases, for what runs at every
+/// sample: a quotient by zero lies beyond any reach, and no number is within it.
 #[inline]
 pub fn root_within<T: Real>(a: T, b: T, c: T, reach: T) -> Option<T> {
     let half = b * T::HALF;
@@ -111,8 +113,8 @@ mod tests {
     }
 
     proptest! {
-        /// Roots put in come out: forming the coefficients perturbs them by ε relative to their terms, which moves a
-        /// root x by at most some ε (x² + |x s| + |p|) / |x − other|.
+        /// Roots put in come out: forming the coefficients perturbs them by ε relative to their
+        /// terms, which moves a root x by at most some ε (x² + |x s| + |p|) / |x − other|.
         #[test]
         fn recovers_chosen_roots(low in -50.0..50.0_f64, gap in 1e-3..50.0_f64, a in 1e-3..1e3_f64) {
             let high = low + gap;

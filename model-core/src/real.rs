@@ -31,7 +31,8 @@ pub trait Real:
 {
     /// 0
     const ZERO: Self;
-    /// −0: plus x it is x, whatever x is, so that a sum which begins with it costs no addition more.
+    /// −0: plus x it is x, whatever x is, so that a sum which begins with it costs no addition
+    /// more.
     const NOTHING: Self;
     /// 1
     const ONE: Self;
@@ -87,15 +88,17 @@ pub trait Real:
     }
 }
 
-/// √x in single precision, correctly rounded both ways: by the FPU where the target is sure to have one, since core has no
-/// square root and libm's takes some fifty instructions of integer arithmetic; by libm elsewhere.
+/// √x in single precision, correctly rounded both ways: by the FPU where the target is sure to have
+/// one, since core has no square root and libm's takes some fifty instructions of integer
+/// arithmetic; by libm elsewhere.
 #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
 #[inline]
 #[expect(unsafe_code, reason = "core offers no square root, and the FPU has it in one instruction")]
 fn sqrt_single(x: f32) -> f32 {
     let root;
-    // SAFETY: the instruction reads one register and writes one; it touches neither memory nor stack. Of the FPU's state it
-    // changes only the exception flags, which is why `preserves_flags` is not among the options.
+    // SAFETY: the instruction reads one register and writes one; it touches neither memory nor
+    // stack. Of the FPU's state it changes only the exception flags, which is why `preserves_flags`
+    // is not among the options.
     unsafe {
         core::arch::asm!(
             "vsqrt.f32 {root}, {x}",

@@ -1,25 +1,30 @@
 //! Slip memory: how far the side force of wheels that are dragged through a turn has built up.
 //!
-//! A tyre's side force grows with its slip angle, saturates, and follows over a distance rolled, the relaxation length. With
-//! w_l and w_r the mean speeds of the sides' wheels, Δ = w_r − w_l and v̄ = |w_l + w_r| / 2, one state s, |s| ≤ 1, does both:
+//! A tyre's side force grows with its slip angle, saturates, and follows over a distance rolled,
+//! the relaxation length. With w_l and w_r the mean speeds of the sides' wheels, Δ = w_r − w_l and
+//! v̄ = |w_l + w_r| / 2, one state s, |s| ≤ 1, does both:
 //!
 //! ```text
 //! ds/dt = (Δ − s √((c v̄)² + Δ² + r²)) / (c λ)
 //! ```
 //!
-//! In a steady curve s = Δ / √((c v̄)² + Δ² + r²): rolling and sliding share the ellipse of the contact's friction. It is 1/√2 where
-//! the slip |Δ| / v̄ is c, nearly ±1 on the spot. r is the dead band: sides that differ by less hardly turn, and a robot that creeps to
-//! its rest is not dragged for the ratio of two speeds that are next to nothing (a robot in MuJoCo: 1 to 36 % less error; a measured
-//! Husky: nothing). The implicit step s ← (c λ s + T Δ) / (c λ + T √((c v̄)² + Δ² + r²)) is a mean of the state before and of that end, so
-//! it never leaves −1 … 1 whatever the step. c → 0 is the sign of the turn; λ → 0 the steady curve at once. (c v̄ + |Δ| instead of the
-//! root saturates too slowly: 0.02 of R² on a measured Husky, 0.01 on a robot in MuJoCo.)
+//! In a steady curve s = Δ / √((c v̄)² + Δ² + r²): rolling and sliding share the ellipse of the
+//! contact's friction. It is 1/√2 where the slip |Δ| / v̄ is c, nearly ±1 on the spot. r is the
+//! dead band: sides that differ by less hardly turn, and a robot that creeps to its rest is not
+//! dragged for the ratio of two speeds that are next to nothing (a robot in MuJoCo: 1 to 36 % less
+//! error; a measured Husky: nothing). The implicit step s ← (c λ s + T Δ) / (c λ + T √((c
+//! v̄)² + Δ² + r²)) is a mean of the state before and of that end, so it never leaves −1 … 1
+//! whatever the step. c → 0 is the sign of the turn; λ → 0 the steady curve at once. (c v̄ + |Δ|
+//! instead of the root saturates too slowly: 0.02 of R² on a measured Husky, 0.01 on a robot in
+//! MuJoCo.)
 
 use crate::real::Real;
 
 /// The two parameters of the memory.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SlipMemory<T> {
-    /// c: the slip |Δ| / v̄ at which 1/√2 of the scrub is there, dimensionless; 0 for the sign of the turn, without memory.
+    /// c: the slip |Δ| / v̄ at which 1/√2 of the scrub is there, dimensionless; 0 for the sign of
+    /// the turn, without memory.
     pub half_slip: T,
     /// λ: how far a wheel turns while the scrub builds up by 1 − 1/e in a gentle curve, rad.
     pub relaxation: T,
@@ -82,8 +87,8 @@ impl<T: Real> SlipMemory<T> {
         slip.0
     }
 
-    /// By how many times more of the scrub is there where c is greater by `share` of itself: as the ends of steady curves say; 1 where
-    /// nothing turns, and without a memory.
+    /// By how many times more of the scrub is there where c is greater by `share` of itself: as the
+    /// ends of steady curves say; 1 where nothing turns, and without a memory.
     #[inline]
     pub fn softened(&self, rims: &Rims<T>, share: T) -> T {
         let softer = Self { half_slip: self.half_slip * (T::ONE + share), ..*self };

@@ -3,19 +3,22 @@
 //! τ_i = (a0 + a1 m) h_i + g2 w_i + g3 a_i + g4 m K_i in N·m, drive efficiency folded in, and
 //! P_act = Σ_i max(0, τ_i w_i + κ τ_i²). A drive that feeds braking power back has no max.
 //!
-//! Robots whose wheels are dragged sideways in turns (skid steer) have a seventh parameter: τ_i gains b m σ_i, σ_i being the
-//! wheel's share in the turn ([`crate::kinematics::MassMatrix::scrub`]). The power Σ τ_i w_i then holds b m |ω|, and the
-//! winding losses of a spin on the spot, which speeds alone do not explain. σ follows the sign of the turn, or builds up with the
-//! distance rolled ([`crate::slip`]).
+//! Robots whose wheels are dragged sideways in turns (skid steer) have a seventh parameter: τ_i
+//! gains b m σ_i, σ_i being the wheel's share in the turn
+//! ([`crate::kinematics::MassMatrix::scrub`]). The power Σ τ_i w_i then holds b m |ω|, and the
+//! winding losses of a spin on the spot, which speeds alone do not explain. σ follows the sign of
+//! the turn, or builds up with the distance rolled ([`crate::slip`]).
 //!
-//! Where the sides of a robot are not alike, Coulomb's torque is a0 − d on the left and a0 + d on the right.
+//! Where the sides of a robot are not alike, Coulomb's torque is a0 − d on the left and a0 + d on
+//! the right.
 
 use crate::eq18::REGRESSORS;
 use crate::motion::{Motion, Wheel};
 use crate::polynomial::Polynomial;
 use crate::real::Real;
 
-/// How many physical parameters there are that both sides share: six, and the scrub of skid-steered wheels.
+/// How many physical parameters there are that both sides share: six, and the scrub of skid-steered
+/// wheels.
 pub const PARAMETERS: usize = 7;
 
 /// How many products the scrub adds to the 15 of Eq. 18.
@@ -35,13 +38,16 @@ pub struct TorqueModel<T> {
     pub viscous: T,
     /// g3: inertia of the rotor as the wheel sees it, kg·m².
     pub rotor_inertia: T,
-    /// g4: how much of the body's inertial torque the drive has to supply; 1 / efficiency, dimensionless.
+    /// g4: how much of the body's inertial torque the drive has to supply; 1 / efficiency,
+    /// dimensionless.
     pub inertia_gain: T,
     /// κ: winding loss, W/(N·m)².
     pub winding_loss: T,
-    /// b: torque at the outermost wheels that a turn takes, per kilogram, N·m/kg; 0 for wheels that do not scrub.
+    /// b: torque at the outermost wheels that a turn takes, per kilogram, N·m/kg; 0 for wheels that
+    /// do not scrub.
     pub scrub: T,
-    /// d: how much Coulomb torque the right side's wheels have beyond a0, and the left side's lack, N·m; of either sign.
+    /// d: how much Coulomb torque the right side's wheels have beyond a0, and the left side's lack,
+    /// N·m; of either sign.
     pub imbalance: T,
 }
 
@@ -64,8 +70,9 @@ pub struct WheelPower<T> {
 }
 
 impl<T: Real> WheelPower<T> {
-    /// Of a wheel whose torque is `torque` (N·m) at the reference mass and grows by `per_kg` (N·m/kg), its winding loss being
-    /// `winding_loss` (W/(N·m)²), for masses up to `reach` (kg) from the reference.
+    /// Of a wheel whose torque is `torque` (N·m) at the reference mass and grows by `per_kg`
+    /// (N·m/kg), its winding loss being `winding_loss` (W/(N·m)²), for masses up to `reach` (kg)
+    /// from the reference.
     #[inline(always)]
     pub(crate) fn new(wheel: &Wheel<T>, torque: T, per_kg: T, winding_loss: T, reach: T) -> Self {
         let loss = winding_loss * torque;
@@ -136,7 +143,8 @@ impl<T: Real> TorqueModel<T> {
             + self.imbalance * wheel.side
     }
 
-    /// The part of the torque that passes the gear, N·m/kg: what moves the body, without the rotor and the motor's own friction.
+    /// The part of the torque that passes the gear, N·m/kg: what moves the body, without the rotor
+    /// and the motor's own friction.
     #[inline(always)]
     pub fn load_per_kg(&self, wheel: &Wheel<T>) -> T {
         self.rolling * wheel.direction + self.inertia_gain * wheel.inertial_torque + self.scrub * wheel.scrub
@@ -166,7 +174,8 @@ impl<T: Real> TorqueModel<T> {
         torque * (wheel.speed + self.winding_loss * torque)
     }
 
-    /// The power of one wheel as a polynomial of d = m − `reference`, |d| ≤ `reach` being the masses in question.
+    /// The power of one wheel as a polynomial of d = m − `reference`, |d| ≤ `reach` being the
+    /// masses in question.
     #[inline(always)]
     pub fn polynomial(&self, wheel: &Wheel<T>, reference: T, reach: T) -> WheelPower<T> {
         let [fixed, per_kg] = self.parts(wheel);
@@ -256,7 +265,8 @@ impl<T: Real> TorqueModel<T> {
     }
 }
 
-/// σ w, h σ (twice: for m and m²), σ², a σ and K σ, summed over the wheels, without the powers of the mass.
+/// σ w, h σ (twice: for m and m²), σ², a σ and K σ, summed over the wheels, without the powers of
+/// the mass.
 #[inline]
 pub fn scrub_products<T: Real, const N: usize>(motion: &Motion<T, N>) -> [T; SCRUB_PRODUCTS] {
     let mut sums = [T::ZERO; SCRUB_PRODUCTS];

@@ -33,7 +33,8 @@ fn robot() -> Coefficients<f64, 2> {
 /// Seconds that a floor lasts.
 const FLOOR_S: usize = 120;
 
-/// A drive over three floors: the fit's, one with more than half as much again of rolling resistance, and the fit's again.
+/// A drive over three floors: the fit's, one with more than half as much again of rolling
+/// resistance, and the fit's again.
 struct Drive3 {
     rng: Rng,
     speeds: fn(f64) -> ([f64; 2], [f64; 2]),
@@ -64,7 +65,8 @@ fn steady(_: f64) -> ([f64; 2], [f64; 2]) {
     ([4.0; 2], [0.0; 2])
 }
 
-/// Masses at the end of every second, from the 30th of each floor on; `None` where unknown. With adaptation and without.
+/// Masses at the end of every second, from the 30th of each floor on; `None` where unknown. With
+/// adaptation and without.
 fn masses(drive: &mut Drive3) -> [Vec<Option<Mass<f64>>>; 2] {
     let robot = robot();
     let schedule = Schedule::Moving { window: 25 };
@@ -91,8 +93,8 @@ fn covered(masses: &[Option<Mass<f64>>], truth: f64) -> (usize, usize) {
     (known.clone().filter(|mass| mass.low <= truth && truth <= mass.high).count(), known.count())
 }
 
-/// On a floor that is not the fit's the mass is wrong, and its interval with it; with adaptation the interval covers it, and the
-/// rolling resistance is found.
+/// On a floor that is not the fit's the mass is wrong, and its interval with it; with adaptation
+/// the interval covers it, and the rolling resistance is found.
 #[test]
 fn another_floor_is_not_another_mass() {
     let (mut inside, mut known, mut wrong) = (0, 0, 0);
@@ -145,7 +147,8 @@ fn at_a_told_mass_the_floor_adapts() {
     }
 }
 
-/// Where nothing but rolling tells the mass, the interval says so: wider than the fit's floor alone would have it, or unknown.
+/// Where nothing but rolling tells the mass, the interval says so: wider than the fit's floor alone
+/// would have it, or unknown.
 #[test]
 fn what_cannot_be_told_apart_is_not_claimed() {
     let mut drive = Drive3 { rng: Rng::new(5), speeds: steady, mass: 3.0, harder: 0.6 * servo().rolling };
@@ -157,7 +160,8 @@ fn what_cannot_be_told_apart_is_not_claimed() {
     assert!(adapted.iter().flatten().all(|mass| mass.high - mass.low > 1.0));
 }
 
-/// A mass before the gap, another behind it: what is known right behind it, and then at the end of every second.
+/// A mass before the gap, another behind it: what is known right behind it, and then at the end of
+/// every second.
 fn across<T: Real>(gap: f64, harder: f64) -> (Option<Mass<f64>>, Vec<Option<Mass<f64>>>) {
     let robot: Coefficients<T, 2> = robot().convert().unwrap();
     let ground = Ground { window: T::from_f64(25.0), ..Ground::usual() };
@@ -191,8 +195,9 @@ fn across<T: Real>(gap: f64, harder: f64) -> (Option<Mass<f64>>, Vec<Option<Mass
     (at_once, later)
 }
 
-/// A gap that is longer than the window leaves nothing of the mass, as with the plain estimator: it is unknown until the new one is
-/// known. A shorter one leaves the old mass, less sure the longer it was.
+/// A gap that is longer than the window leaves nothing of the mass, as with the plain estimator: it
+/// is unknown until the new one is known. A shorter one leaves the old mass, less sure the longer
+/// it was.
 #[test]
 fn a_gap_forgets_the_mass() {
     fn check<T: Real>() {
@@ -217,7 +222,8 @@ fn a_gap_forgets_the_mass() {
     check::<f32>();
 }
 
-/// Samples that are no numbers are a gap as well; and of the ground no more is known behind an hour than at the start.
+/// Samples that are no numbers are a gap as well; and of the ground no more is known behind an hour
+/// than at the start.
 #[test]
 fn a_gap_forgets_the_ground_and_may_hold_samples() {
     let at_start = Adaptive::new(&robot(), &Ground::usual(), PERIOD, 1.0).unwrap();
@@ -240,7 +246,8 @@ fn a_gap_forgets_the_ground_and_may_hold_samples() {
     );
 }
 
-/// What is believed after a year of buckets is what dense Gaussian conditioning says: `reference_adapt.py`.
+/// What is believed after a year of buckets is what dense Gaussian conditioning says:
+/// `reference_adapt.py`.
 fn worst<T: Real>() -> f64 {
     let mut belief = Belief::<T>::default();
     let mut worst = 0.0_f64;
@@ -266,7 +273,8 @@ fn worst<T: Real>() -> f64 {
     worst
 }
 
-/// Single precision: products of numbers up to 10, three thousand of them, in a filter that forgets.
+/// Single precision: products of numbers up to 10, three thousand of them, in a filter that
+/// forgets.
 #[test]
 fn belief_is_gaussian_conditioning() {
     let (double, single) = (worst::<f64>(), worst::<f32>());

@@ -1,4 +1,5 @@
-//! The change detector on synthetic surprises: no false alarms, short delays, the date of the change.
+//! The change detector on synthetic surprises: no false alarms, short delays, the date of the
+//! change.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
 mod common;
@@ -11,8 +12,9 @@ fn detector() -> Cusum<f64> {
     Cusum::new(Threshold::default())
 }
 
-/// With k = 1 and h = 10 one alarm in 10⁸ buckets is expected, one in a few 10⁵ where the fit took the noise for 1/1.4
-/// of what it is (k' = 0.71, h' = 7.1: e^(2·0.71·7.1)/(2·0.71²) = 24 000 by the formula, which is low).
+/// With k = 1 and h = 10 one alarm in 10⁸ buckets is expected, one in a few 10⁵ where the fit took
+/// the noise for 1/1.4 of what it is (k' = 0.71, h' = 7.1: e^(2·0.71·7.1)/(2·0.71²) = 24 000 by the
+/// formula, which is low).
 #[test]
 fn no_false_alarm_on_noise() {
     for seed in 0..40 {
@@ -22,7 +24,8 @@ fn no_false_alarm_on_noise() {
     }
 }
 
-/// Buckets that share some of their noise (correlation time of half a bucket) make none in hours either.
+/// Buckets that share some of their noise (correlation time of half a bucket) make none in hours
+/// either.
 #[test]
 fn no_false_alarm_on_correlated_noise() {
     for seed in 0..40 {
@@ -32,8 +35,8 @@ fn no_false_alarm_on_correlated_noise() {
     }
 }
 
-/// A shift of δ gains δ − 1 a bucket, at most 7.5: 15 is passed after 15 / (δ − 1) buckets on average, and the alarm
-/// dates the change to within the few buckets in which noise hides it.
+/// A shift of δ gains δ − 1 a bucket, at most 7.5: 15 is passed after 15 / (δ − 1) buckets on
+/// average, and the alarm dates the change to within the few buckets in which noise hides it.
 #[test]
 fn shifts_are_noticed_and_dated() {
     for shift in [3.0, -3.0, 5.0, -5.0, 50.0] {

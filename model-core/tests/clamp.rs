@@ -1,6 +1,7 @@
 //! Law: a robot that brakes hard, its wheels clamped, has the mass that it has.
 //!
-//! Its power is made of the speeds as they are; the estimator sees both behind its filter, where the clamp is smeared.
+//! Its power is made of the speeds as they are; the estimator sees both behind its filter, where
+//! the clamp is smeared.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "tests")]
 
 mod common;
@@ -20,8 +21,8 @@ fn robot() -> Coefficients<f64, 2> {
     Coefficients { robot: Robot { cutoff_hz: 4.0, ..found.robot }, ..found }
 }
 
-/// Forward and back by turns, at other speeds each time: ramps of 0.3 s, then 0.4 to 0.9 s as fast as that. Speed (rad/s) and
-/// acceleration (rad/s²) of both wheels.
+/// Forward and back by turns, at other speeds each time: ramps of 0.3 s, then 0.4 to 0.9 s as fast
+/// as that. Speed (rad/s) and acceleration (rad/s²) of both wheels.
 fn jerky(time: f64) -> (f64, f64) {
     const RAMP_S: f64 = 0.3;
     let top = |leg: usize| (if leg.is_multiple_of(2) { 1.0 } else { -1.0 }) * (2.0 + (leg * 7 % 5) as f64);

@@ -108,7 +108,8 @@ fn assert_round_trip<const N: usize>(single: &Coefficients<f32, N>) -> Result<()
     let mut flash = image.as_bytes().to_vec();
     flash.extend([0xff; 100]);
     prop_assert_eq!(&Coefficients::decode(&flash).unwrap(), single);
-    // In double precision the numbers are the same; M'' is computed from them and may be more exact.
+    // In double precision the numbers are the same; M'' is computed from them and may be more
+    // exact.
     let double = Coefficients::<f64, N>::decode(image.as_bytes()).unwrap();
     prop_assert_eq!(&double, &single.convert::<f64>().unwrap());
     prop_assert_eq!(&double.convert::<f32>().unwrap(), single);
@@ -237,7 +238,8 @@ fn impossible_numbers_are_refused() {
     assert_eq!(Two::decode(&no_wheels), Err(DecodeError::Field("kinematics")));
 }
 
-/// What is not finite in single precision, or not allowed, does not survive the round trip as something else.
+/// What is not finite in single precision, or not allowed, does not survive the round trip as
+/// something else.
 #[test]
 fn what_no_board_could_run_does_not_come_back() {
     let with = |torque| Two { model: Model::Signed { torque, drive: Drive::Dissipative }, ..coefficients() };
@@ -396,8 +398,8 @@ fn with_traits(columns: &[Column<f32>]) -> Coefficients<f32, 2> {
     }
 }
 
-/// Sides, slip memory and delay come back one by one and together, with effects and without; images without them stay what
-/// they were.
+/// Sides, slip memory and delay come back one by one and together, with effects and without; images
+/// without them stay what they were.
 #[test]
 fn every_trait_comes_back() {
     let all = with_traits(&[]);
@@ -457,7 +459,8 @@ fn traits_that_are_wrong_are_named() {
             assert_eq!(put(offset, value), wrong, "{value} at {offset}");
         }
     }
-    // Slip and relaxation are not negative; what no version says anything of is 0; traits that are none are no traits.
+    // Slip and relaxation are not negative; what no version says anything of is 0; traits that are
+    // none are no traits.
     for offset in [108, 112, 120, 124, 128, 132] {
         assert_eq!(put(offset, -0.5), wrong, "{offset}");
     }
@@ -587,7 +590,8 @@ fn absurd_effects_are_not_plausible() {
     }
 }
 
-/// Ground adapts by the signed model without effects; anything else is no image, and bytes that say so are none.
+/// Ground adapts by the signed model without effects; anything else is no image, and bytes that say
+/// so are none.
 #[test]
 fn ground_adapts_with_the_signed_model_alone() {
     let plain: Coefficients<f32, 2> = coefficients().convert().unwrap();

@@ -162,8 +162,9 @@ proptest! {
     }
 }
 
-/// A delay of the power is taken out before the filter: a robot whose power comes later, or earlier, is conditioned as one whose
-/// power comes at once, but for what the cubic through four samples leaves (4 × 10⁻⁹ of these waves). Gaps start it anew.
+/// A delay of the power is taken out before the filter: a robot whose power comes later, or
+/// earlier, is conditioned as one whose power comes at once, but for what the cubic through four
+/// samples leaves (4 × 10⁻⁹ of these waves). Gaps start it anew.
 #[test]
 fn late_power_is_set_beside_its_speeds() {
     let at = |time: f64| [3.0 * (1.3 * time).sin(), 2.0 + (0.7 * time).cos(), 1.0 + (2.1 * time).sin()];
@@ -182,7 +183,8 @@ fn late_power_is_set_beside_its_speeds() {
             let found = late.push(&of(time, time - delay), elapsed).unwrap();
             let then = time - delay.max(0.0);
             let expected = plain.push(&of(then, then.min(time - delay)), elapsed).unwrap();
-            // What was before the first sample and before the gap is not known to the one that has to wait.
+            // What was before the first sample and before the gap is not known to the one that has
+            // to wait.
             let is_known = |from: i32| i > from + 1000 && (from > 0 || i < 1200);
             if is_known(0) || is_known(1200) {
                 let error = (found.power - expected.power).abs();

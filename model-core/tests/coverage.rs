@@ -1,7 +1,8 @@
 //! Law: a stated 95 % interval contains the true mass in about 95 % of windows.
 //!
-//! Power is exactly linear in the mass, so all that is tested is what the window makes of the noise. The noise is
-//! AR(1) with correlation times from none to four buckets; the mass is anywhere in the range.
+//! Power is exactly linear in the mass, so all that is tested is what the window makes of the
+//! noise. The noise is AR(1) with correlation times from none to four buckets; the mass is anywhere
+//! in the range.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
 mod common;
@@ -16,7 +17,8 @@ const PERIOD: f64 = 0.02;
 const PER_BUCKET: usize = 50;
 const WINDOWS: usize = 1000;
 
-/// dP/dm of a robot that drives trapezoids: rolling at constant speed, pulses when it speeds up, and stops.
+/// dP/dm of a robot that drives trapezoids: rolling at constant speed, pulses when it speeds up,
+/// and stops.
 fn slope(time: f64) -> f64 {
     let phase = time % 7.3;
     if phase < 1.0 {
@@ -81,7 +83,8 @@ fn coverage(correlation: f64, seconds: usize, stated_over_true: f64) -> Coverage
     }
 }
 
-/// Runs every case and names those whose share of windows that contain the truth is not within `bounds`.
+/// Runs every case and names those whose share of windows that contain the truth is not within
+/// `bounds`.
 fn check(stated_over_true: f64, bounds: impl Fn(usize, f64) -> (f64, f64)) {
     let mut wrong = String::new();
     for seconds in [5, 10, 25, 60, 300] {

@@ -1,5 +1,5 @@
-//! Laws of the effects: none without a coefficient, the model's own parameters where they say the same, and what a
-//! calculation by hand gives.
+//! Laws of the effects: none without a coefficient, the model's own parameters where they say the
+//! same, and what a calculation by hand gives.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
 mod common;
@@ -84,7 +84,8 @@ proptest! {
         prop_assert_eq!(power(servo(), &none, &motion), model.power(&motion, 3.0).unwrap());
     }
 
-    /// Viscous and rolling terms are parameters of the model: adding to one or to the other is the same.
+    /// Viscous and rolling terms are parameters of the model: adding to one or to the other is the
+    /// same.
     #[test]
     fn terms_that_the_model_has_are_the_models(wheels in proptest::array::uniform2(wheel()), size in 0.0..0.02_f64) {
         let motion = Motion { wheels };
@@ -125,8 +126,9 @@ fn extended(effects: &[Effect<f64>]) -> Extended<'_, f64, 2> {
 }
 
 proptest! {
-    /// What the estimator computes for an unknown mass is the power at every known one: exactly but for the gears' loss, whose
-    /// square of the mass is a tangent at the mass in hand. One truth, two ways to it.
+    /// What the estimator computes for an unknown mass is the power at every known one: exactly but
+    /// for the gears' loss, whose square of the mass is a tangent at the mass in hand. One truth,
+    /// two ways to it.
     #[test]
     fn the_polynomial_is_the_power_at_every_mass(
         wheels in proptest::array::uniform2(wheel()),
@@ -143,7 +145,8 @@ proptest! {
             let (response, found) = answer(in_hand);
             prop_assert!(close(found, exact(in_hand), found.abs().max(1.0), 1e-9), "{:?} {}", term, found);
             let (_, found) = answer(mass);
-            // What the motor gives the gear may turn between the two masses: the share of it keeps the direction of the one in hand.
+            // What the motor gives the gear may turn between the two masses: the share of it keeps
+            // the direction of the one in hand.
             let given = |wheel: &Wheel<f64>, mass| servo().torque(wheel, mass) - servo().rotor_inertia * wheel.acceleration;
             if term == Term::GearShare && motion.wheels.iter().any(|wheel| given(wheel, in_hand) * given(wheel, mass) < 0.0) {
                 continue;
@@ -151,7 +154,8 @@ proptest! {
             if term != Term::GearLoad {
                 prop_assert!(close(found, exact(mass), found.abs().max(1.0), 1e-9), "{:?} {}", term, found);
             } else if !response.may_clamp {
-                // The tangent is short by c load² (m − m₀)² of torque, which the winding loss sees as well: τ between the two.
+                // The tangent is short by c load² (m − m₀)² of torque, which the winding loss sees
+                // as well: τ between the two.
                 let mut bound = 0.0;
                 for wheel in &motion.wheels {
                     let torque = servo();
@@ -198,7 +202,8 @@ proptest! {
     }
 }
 
-/// Both wheels at 4 rad/s without acceleration; a model without winding loss, so that power is torque times speed.
+/// Both wheels at 4 rad/s without acceleration; a model without winding loss, so that power is
+/// torque times speed.
 #[test]
 fn each_term_is_what_a_calculation_by_hand_gives() {
     let torque = TorqueModel { winding_loss: 0.0, ..servo() };
@@ -249,8 +254,8 @@ fn a_warm_winding_loses_more() {
     assert!((added - expected).abs() < 1e-12, "{added} {expected}");
 }
 
-/// Offsets act with opposite signs left and right: only a difference of speeds shows them. The right wheel is the fast one in
-/// a left turn, and carries what `Offset` adds.
+/// Offsets act with opposite signs left and right: only a difference of speeds shows them. The
+/// right wheel is the fast one in a left turn, and carries what `Offset` adds.
 #[test]
 fn sides_are_told_apart() {
     let layout = layout();
@@ -265,7 +270,8 @@ fn sides_are_told_apart() {
     // The outermost wheels share the turn's torque: 0.001 N·m · (5 − 2) rad/s.
     assert!((added(Term::Scrub, 0.001) - 0.003).abs() < 1e-12);
     assert!((added(Term::ScrubPerKg, 0.001) - 0.009).abs() < 1e-12);
-    // Of it, at a slip of 3 / 3.5, with a half slip of 8 / 7 and the dead band: 3 / √(3² + 4² + 0.02²).
+    // Of it, at a slip of 3 / 3.5, with a half slip of 8 / 7 and the dead band: 3 /
+    // √(3² + 4² + 0.02²).
     let share = 3.0 / (25.0 + DEAD_BAND * DEAD_BAND).sqrt();
     assert!((added(Term::Sliding(8.0 / 7.0), 0.001) - share * 0.009).abs() < 1e-12);
     // Two of three kilograms are load: (2/3)² of it.

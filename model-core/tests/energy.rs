@@ -23,8 +23,8 @@ fn half_waves_of_a_sine() {
 }
 
 proptest! {
-    /// In single precision the sum is that of double precision to a few ε, however many terms: Kahan's bound is
-    /// 2 ε + O(n ε²) of the terms' sizes, and each term is rounded once.
+    /// In single precision the sum is that of double precision to a few ε, however many terms:
+    /// Kahan's bound is 2 ε + O(n ε²) of the terms' sizes, and each term is rounded once.
     #[test]
     fn single_precision_is_enough(terms in proptest::collection::vec((-50_000..500_000_i32, 1_000..20_000_i32), 1..3000)) {
         let mut energy = Energy::<f32>::default();

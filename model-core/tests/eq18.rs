@@ -98,7 +98,8 @@ proptest! {
         prop_assert!(close(found, expected, scale(&p, &motion, mass), ROUNDING), "{} {}", found, expected);
     }
 
-    /// The print has one a² more a wheel, and (2 + r) K² m where m² (1 + r) K² belongs: nothing else differs.
+    /// The print has one a² more a wheel, and (2 + r) K² m where m² (1 + r) K² belongs: nothing
+    /// else differs.
     #[test]
     fn published_differs_by_its_two_misprints(p in torque_model(), motion in motion(), mass in 0.1..50.0_f64) {
         let beta = beta(&p);
@@ -123,8 +124,8 @@ proptest! {
         }
     }
 
-    /// Eq. 24 is Eq. 18 sorted by powers of the mass: the same number at any mass, more of them than a parabola has
-    /// coefficients.
+    /// Eq. 24 is Eq. 18 sorted by powers of the mass: the same number at any mass, more of them
+    /// than a parabola has coefficients.
     #[test]
     fn eq24_is_eq18(
         beta in proptest::array::uniform(0.0..2.0_f64), motion in motion(),

@@ -45,7 +45,8 @@ fn pipeline(schedule: Schedule, detect_changes: bool) -> Pipeline {
     Estimator::new(&robot(), method(), &timing).unwrap()
 }
 
-/// A drive that never stands still: speed changes smoothly, power follows the model at `mass` with white noise.
+/// A drive that never stands still: speed changes smoothly, power follows the model at `mass` with
+/// white noise.
 struct Driver {
     rng: Rng,
     time: f64,
@@ -121,7 +122,8 @@ fn moving_window_is_the_method_over_the_latest_buckets() {
         let from = (i + 1).saturating_sub(window);
         let expected = method().estimate(buckets[from..=i].iter());
         assert_eq!(out.mass.best(), expected.best(), "bucket {i}");
-        // Where buckets scattered more than the fit's noise says, what is known of that widens the interval.
+        // Where buckets scattered more than the fit's noise says, what is known of that widens the
+        // interval.
         let width = |of: &MassEstimate<f64>| of.known().map_or(0.0, |known| known.high - known.low);
         assert!((1.0..1.3).contains(&(width(&out.mass) / width(&expected))), "bucket {i}");
         assert!(i < 2 || (mass(&out.mass) - 3.3).abs() < 0.2, "{:?}", out.mass);
@@ -166,8 +168,8 @@ fn what_is_beyond_the_noise_hardly_moves_the_mass() {
     assert!(error(&squared) > 0.03 && error(&robust) < 0.3 * error(&squared), "{squared:?} {robust:?}");
 }
 
-/// Coefficients of one payload only know no mass, however well the samples would tell it: not from the start, not over any window,
-/// and not for the power.
+/// Coefficients of one payload only know no mass, however well the samples would tell it: not from
+/// the start, not over any window, and not for the power.
 #[test]
 fn coefficients_of_one_payload_know_no_mass() {
     let timing = Timing {
@@ -248,7 +250,8 @@ fn known_change_forgets() {
         assert_eq!(first.power, None);
         let outputs = driver.run(&mut pipeline, 5.0, 40);
         for (i, out) in outputs.iter().enumerate() {
-            // The filter's memory of the old power, a tenth of a second, weighs most in the first half bucket.
+            // The filter's memory of the old power, a tenth of a second, weighs most in the first
+            // half bucket.
             let tolerance = if i < 2 { 0.6 } else { 0.15 };
             assert!((mass(&out.mass) - 5.0).abs() < tolerance, "{before}, bucket {i}: {:?}", out.mass);
         }
@@ -284,8 +287,8 @@ fn periodic_schedule_estimates_anew_every_round() {
     assert!((mass(&outputs[17].mass) - 5.0).abs() < 0.2);
 }
 
-/// Every change is noticed within four buckets; nine in ten are dated to the bucket. (Where the noise leaned the same way
-/// just before, the sum had begun, and the change is dated too early.)
+/// Every change is noticed within four buckets; nine in ten are dated to the bucket. (Where the
+/// noise leaned the same way just before, the sum had begun, and the change is dated too early.)
 #[test]
 fn unannounced_changes_are_noticed() {
     for schedule in [Schedule::Moving { window: 8 }, Schedule::Cumulative] {
@@ -300,8 +303,8 @@ fn unannounced_changes_are_noticed() {
             assert!(at < 4, "seed {seed}: after {at} buckets");
             if after[at].changed.unwrap().abs_diff(at + 1) <= 1 {
                 well_dated += 1;
-                // From then on the old load is gone but for one bucket: eight buckets of a moving window alone would
-                // still hold five old ones and say 3.1.
+                // From then on the old load is gone but for one bucket: eight buckets of a moving
+                // window alone would still hold five old ones and say 3.1.
                 assert!((mass(&after[at + 2].mass) - 4.0).abs() < 0.6, "{:?}", after[at + 2].mass);
                 assert!((mass(&after[9].mass) - 4.0).abs() < 0.3, "{:?}", after[9].mass);
             }
@@ -311,8 +314,8 @@ fn unannounced_changes_are_noticed() {
 }
 
 /// A sensor five times as noisy as in the fit: intervals widen, and no payload seems to change.
-/// Samples since the change are weighed by what they leave at the mass before, until it is noticed. They
-/// go when later ones tell the mass, and make no second change.
+/// Samples since the change are weighed by what they leave at the mass before, until it is noticed.
+/// They go when later ones tell the mass, and make no second change.
 #[test]
 fn a_change_is_noticed_once_where_samples_are_weighed_by_the_mass_known() {
     for (seed, [before, after]) in (1..).zip([[3.0, 5.0], [5.0, 3.0], [2.0, 5.5], [4.0, 2.5]]) {
@@ -364,8 +367,8 @@ fn noise_beyond_the_fits_widens_intervals_and_is_no_change() {
     assert!(known >= 80 && inside * 100 >= known * 90, "{inside} of {known}");
 }
 
-/// A robot lighter or heavier than it can be is told so: the nearest end, an interval that reaches out to its mass, and no
-/// change of payload. Its power is predicted all the same.
+/// A robot lighter or heavier than it can be is told so: the nearest end, an interval that reaches
+/// out to its mass, and no change of payload. Its power is predicted all the same.
 #[test]
 fn masses_beyond_the_range_are_told() {
     for (truth, place, end) in [
@@ -446,7 +449,8 @@ fn standing_still_is_unknown() {
     }
 }
 
-/// A gap empties the window; however long or odd it is, a window's worth of samples later all is well again.
+/// A gap empties the window; however long or odd it is, a window's worth of samples later all is
+/// well again.
 #[test]
 fn gaps_of_any_kind_are_survived() {
     for elapsed in [30.0, 3600.0, 1e12, f64::INFINITY, f64::NAN, f64::NEG_INFINITY, -5.0, -1e9] {
@@ -508,8 +512,8 @@ fn energy_is_the_integral_of_the_power() {
     assert!((found_predicted / found_measured - 59.0 / 60.0).abs() < 0.01);
 }
 
-/// Where drives return braking power, energy is what the battery gives less what it takes; where they burn it, Eq. 9, to the last digit
-/// as before.
+/// Where drives return braking power, energy is what the battery gives less what it takes; where
+/// they burn it, Eq. 9, to the last digit as before.
 #[test]
 fn energy_is_net_where_drives_return_power() {
     let Model::Signed { torque, .. } = robot().model else { panic!("signed") };
@@ -556,7 +560,8 @@ fn energy_is_net_where_drives_return_power() {
     }
 }
 
-/// The state does not grow: it is plain data of one size, and a copy of it goes on as the original does.
+/// The state does not grow: it is plain data of one size, and a copy of it goes on as the original
+/// does.
 #[test]
 fn memory_is_constant() {
     let mut pipeline = pipeline(Schedule::Cumulative, true);

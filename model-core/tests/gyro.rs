@@ -39,7 +39,8 @@ fn sample(time: f64) -> Sample<f64, 2> {
 
 type Row = Option<Conditioned<f64, 2>>;
 
-/// Every row of a drive: the plain conditioner's, and that with a gyro of which `turn_rate` gives the reading.
+/// Every row of a drive: the plain conditioner's, and that with a gyro of which `turn_rate` gives
+/// the reading.
 fn both(robot: &Robot<f64, 2>, turn_rate: impl Fn(f64) -> f64) -> Vec<(Row, Row)> {
     let mut plain = Conditioner::new(robot, PERIOD).unwrap();
     let mut gyro = GyroConditioner::new(robot, PERIOD).unwrap();
@@ -65,8 +66,9 @@ fn without_a_share_it_is_the_plain_model() {
     }
 }
 
-/// A gyro that says what the wheels say adds nothing, whatever is late: it passes the delay, the filter and the gaps that they pass.
-/// With a tenth more of slip the share rises by q times a tenth of the difference behind the filter.
+/// A gyro that says what the wheels say adds nothing, whatever is late: it passes the delay, the
+/// filter and the gaps that they pass. With a tenth more of slip the share rises by q times a tenth
+/// of the difference behind the filter.
 #[test]
 fn only_what_slips_adds() {
     for delay in [0.0, 0.1037, -0.1037] {
@@ -90,7 +92,8 @@ fn only_what_slips_adds() {
     }
 }
 
-/// By hand: on the spot at ±2 rad/s on ice, nothing turns. s = 4 / √(4² + r²), S = 4 rad/s, q = 0.3 s/rad: σ = ±2.2, all but r's share. Wheels at rest have none.
+/// By hand: on the spot at ±2 rad/s on ice, nothing turns. s = 4 / √(4² + r²), S = 4 rad/s, q = 0.3
+/// s/rad: σ = ±2.2, all but r's share. Wheels at rest have none.
 #[test]
 fn wheels_that_spin_on_ice() {
     let robot = robot(0.3, 0.0);
@@ -111,7 +114,8 @@ fn wheels_that_spin_on_ice() {
     assert_eq!(still, [0.0; 2]);
 }
 
-/// The torque stays linear in the mass: the polynomial that windows sum up is the model at every mass.
+/// The torque stays linear in the mass: the polynomial that windows sum up is the model at every
+/// mass.
 #[test]
 fn the_power_stays_a_quadratic_of_the_mass() {
     let torque = TorqueModel { scrub: 0.2, ..servo() };
@@ -127,7 +131,8 @@ fn the_power_stays_a_quadratic_of_the_mass() {
     }
 }
 
-/// A row without a turn rate is as one without a power: nothing is known of it, and it leaves no trace but its time.
+/// A row without a turn rate is as one without a power: nothing is known of it, and it leaves no
+/// trace but its time.
 #[test]
 fn rows_without_a_turn_rate_are_left_out() {
     let robot = robot(0.4, 0.05);
@@ -147,8 +152,9 @@ fn rows_without_a_turn_rate_are_left_out() {
     }
 }
 
-/// The estimator with a gyro beside no effects has the same rows as the conditioner of logs, and finds the mass that made the power;
-/// without it the slip is taken for payload. The filter is fast beside the signals, so that it passes their powers as it passes them.
+/// The estimator with a gyro beside no effects has the same rows as the conditioner of logs, and
+/// finds the mass that made the power; without it the slip is taken for payload. The filter is fast
+/// beside the signals, so that it passes their powers as it passes them.
 #[test]
 fn the_estimator_sees_the_same() {
     let conditioning = Conditioning { true_slip: 0.4, ..Conditioning::PLAIN };

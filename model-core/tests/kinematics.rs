@@ -19,7 +19,8 @@ fn assert_twist<const N: usize>(
     assert!(off < ROUNDING, "{wheels:?}: {twist:?}, expected {vx} {vy} {omega}");
 }
 
-/// Radius 0.1 m: 10 rad/s is 1 m/s at the rim. A track of 0.5 m: rims at ∓0.5 m/s turn it at 1 m/s / 0.5 m = 2 rad/s.
+/// Radius 0.1 m: 10 rad/s is 1 m/s at the rim. A track of 0.5 m: rims at ∓0.5 m/s turn it at 1 m/s
+/// / 0.5 m = 2 rad/s.
 #[test]
 fn differential_by_hand() {
     let robot = Kinematics::differential(0.1, 0.5).unwrap();
@@ -36,8 +37,9 @@ fn skid_steer_by_hand() {
     assert_twist(&robot, [-5.0, 5.0, -5.0, 5.0], 0.0, 0.0, 2.0);
 }
 
-/// Forward is between the wheels at ±60°, whose rims then run at cos 30° = √3/2 of the speed, the left one's backwards,
-/// the rear wheel's at none; to the left the rear wheel's rim runs at −1 of the speed, the others' at 1/2 of it.
+/// Forward is between the wheels at ±60°, whose rims then run at cos 30° = √3/2 of the speed, the
+/// left one's backwards, the rear wheel's at none; to the left the rear wheel's rim runs at −1 of
+/// the speed, the others' at 1/2 of it.
 #[test]
 fn omni_by_hand() {
     let robot = Kinematics::omni(0.1, 0.2).unwrap();
@@ -47,8 +49,8 @@ fn omni_by_hand() {
     assert_twist(&robot, [4.0; 3], 0.0, 0.0, 2.0);
 }
 
-/// Arm 0.3 m + 0.2 m: rims at 1 m/s turn it at 2 rad/s. To the left the front left wheel runs back, the front right
-/// forward, the rear ones the other way round.
+/// Arm 0.3 m + 0.2 m: rims at 1 m/s turn it at 2 rad/s. To the left the front left wheel runs back,
+/// the front right forward, the rear ones the other way round.
 #[test]
 fn mecanum_by_hand() {
     let robot = Kinematics::mecanum(0.1, 0.3, 0.2).unwrap();
@@ -91,7 +93,8 @@ fn assert_kinetic_energy<const N: usize>(
     let at_wheels: f64 = wheels.iter().zip(momentum).map(|(w, k)| w * k).sum();
     let Twist { vx, vy, omega } = robot.twist(wheels);
     let of_body = vx * vx + vy * vy + (gyration_radius * omega).powi(2);
-    // Rounding is relative to the terms of the sums, which may cancel: no larger than with all speeds positive.
+    // Rounding is relative to the terms of the sums, which may cancel: no larger than with all
+    // speeds positive.
     let size: f64 = matrix.rows().iter().flatten().map(|entry| entry.abs()).sum();
     let scale = size * wheels.iter().map(|w| w * w).fold(0.0, f64::max);
     prop_assert!((at_wheels - of_body).abs() <= 1e-14 * scale, "{} {}", at_wheels, of_body);
@@ -117,8 +120,8 @@ proptest! {
         assert_kinetic_energy(&Kinematics::from_rows(given).unwrap(), &five, k)?;
     }
 
-    /// Rim speeds by geometry: wheel i at angle θ on an arm L drives along (−sin θ, cos θ), so it has to run at
-    /// (−sin θ vx + cos θ vy + L ω) / r.
+    /// Rim speeds by geometry: wheel i at angle θ on an arm L drives along (−sin θ, cos θ), so it
+    /// has to run at (−sin θ vx + cos θ vy + L ω) / r.
     #[test]
     fn omni_inverts_the_geometry(
         vx in -2.0..2.0_f64, vy in -2.0..2.0_f64, omega in -3.0..3.0_f64, r in 0.02..0.2_f64, arm in 0.1..0.5_f64,
@@ -128,14 +131,15 @@ proptest! {
             (-sin * vx + cos * vy + arm * omega) / r
         });
         let twist = Kinematics::omni(r, arm).unwrap().twist(&wheels);
-        // Condition: rims carry arm ω, at most 1.5 m/s, beside v; ω is the rims' mean over the arm, at least 0.1 m.
+        // Condition: rims carry arm ω, at most 1.5 m/s, beside v; ω is the rims' mean over the arm,
+        // at least 0.1 m.
         prop_assert!((twist.vx - vx).abs() < 1e-13 && (twist.vy - vy).abs() < 1e-13, "{:?}", twist);
         prop_assert!((twist.omega - omega).abs() < 1e-12, "{:?}", twist);
     }
 
-    /// A mecanum wheel grips along the axis of the roller on the ground: (1, −1)/√2 front left and rear right, (1, 1)/√2
-    /// at the others (the rollers on top, seen from above, lie the other way and form the X). Along it the speed of the
-    /// wheel's centre is that of the rim: ux ∓ uy = r w.
+    /// A mecanum wheel grips along the axis of the roller on the ground: (1, −1)/√2 front left and
+    /// rear right, (1, 1)/√2 at the others (the rollers on top, seen from above, lie the other way
+    /// and form the X). Along it the speed of the wheel's centre is that of the rim: ux ∓ uy = r w.
     #[test]
     fn mecanum_inverts_the_geometry(
         vx in -2.0..2.0_f64, vy in -2.0..2.0_f64, omega in -3.0..3.0_f64,

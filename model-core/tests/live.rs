@@ -63,8 +63,8 @@ fn wheels(t: f64) -> ([f64; 2], [f64; 2]) {
     ([left.0, right.0], [left.1, right.1])
 }
 
-/// What the model with one effect measures at each sample, by [`Extended::power`] at the true mass: the speeds as its encoders show
-/// them, and the power as late as its sensor is.
+/// What the model with one effect measures at each sample, by [`Extended::power`] at the true mass:
+/// the speeds as its encoders show them, and the power as late as its sensor is.
 fn drive(column: Option<Column<f64>>) -> Vec<(Sample<f64, 2>, Outside<f64, 2>)> {
     let (kinematics, matrix) = burger();
     let effect = column.and_then(|column| {
@@ -155,7 +155,8 @@ fn errors(known: &[Column<f64>], samples: &[(Sample<f64, 2>, Outside<f64, 2>)]) 
     (error, (squares / count).sqrt())
 }
 
-/// With the effect in the coefficients mass and power are as without any; with coefficients that lack it they are not.
+/// With the effect in the coefficients mass and power are as without any; with coefficients that
+/// lack it they are not.
 #[test]
 fn known_effects_are_taken_off() {
     let (clean_kg, clean_w) = errors(&[], &drive(None));
@@ -206,7 +207,8 @@ fn known_effects_are_taken_off() {
     }
 }
 
-/// Without effects the general way gives what the plain one gives, to the last bits that a sum's order leaves.
+/// Without effects the general way gives what the plain one gives, to the last bits that a sum's
+/// order leaves.
 #[test]
 fn without_effects_both_ways_are_one() {
     let robot = robot(&[]);

@@ -1,4 +1,5 @@
-//! What is taken for coefficients can be used: with every image that is plausible there is a drive that gives the mass.
+//! What is taken for coefficients can be used: with every image that is plausible there is a drive
+//! that gives the mass.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, clippy::panic, reason = "tests")]
 
 mod common;
@@ -26,7 +27,8 @@ const WILD: [f32; 21] = [
 
 type Two = Coefficients<f32, 2>;
 
-/// As the image of a robot with everything that an image can hold; its places stand in `model_core::coefficients`.
+/// As the image of a robot with everything that an image can hold; its places stand in
+/// `model_core::coefficients`.
 fn good() -> [Vec<u8>; 4] {
     let plain: Two = coefficients().convert().unwrap();
     let mut memory = plain;
@@ -48,9 +50,9 @@ fn with_number(image: &[u8], offset: usize, value: f32) -> Result<Two, DecodeErr
     Two::decode(&image)
 }
 
-/// Whether a robot that is as the coefficients say, in the middle of its masses, is weighed within three windows when it drives so
-/// fast, straight ahead or in curves, speeding up and slowing down. `None` of a cutoff or delay that the sample rate cannot have, which
-/// is refused for that.
+/// Whether a robot that is as the coefficients say, in the middle of its masses, is weighed within
+/// three windows when it drives so fast, straight ahead or in curves, speeding up and slowing down.
+/// `None` of a cutoff or delay that the sample rate cannot have, which is refused for that.
 fn is_weighed(found: &Two, fast: f32, turns: f32) -> Option<bool> {
     let timing = Timing {
         period_s: PERIOD,
@@ -84,7 +86,8 @@ fn is_weighed(found: &Two, fast: f32, turns: f32) -> Option<bool> {
 fn what_is_plausible_gives_a_mass() {
     let (mut taken, mut refused, mut useless) = (0, [0; 3], Vec::new());
     for (kind, image) in good().iter().enumerate() {
-        // From the gyration radius to the last row of R; what is behind is a checksum or effects, which have bounds of their own.
+        // From the gyration radius to the last row of R; what is behind is a checksum or effects,
+        // which have bounds of their own.
         for offset in (36..160).step_by(4) {
             for value in WILD {
                 let Ok(found) = with_number(image, offset, value) else { continue };
@@ -109,7 +112,8 @@ fn what_is_plausible_gives_a_mass() {
     assert!(taken > 500 && refused.iter().all(|count| *count > 5), "{taken} {refused:?}");
 }
 
-/// What is refused for its mass is not weighed at ordinary speeds: the bound is no narrower than it has to be.
+/// What is refused for its mass is not weighed at ordinary speeds: the bound is no narrower than it
+/// has to be.
 #[test]
 fn what_is_refused_for_its_mass_gives_none() {
     for (kind, image) in good().iter().enumerate() {

@@ -1,4 +1,5 @@
-//! Single precision against double: what the board computes is what the host computes, to a derived tolerance.
+//! Single precision against double: what the board computes is what the host computes, to a derived
+//! tolerance.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
 mod common;
@@ -50,8 +51,9 @@ fn positive(wheel: Wheel<f64>) -> Wheel<f64> {
 }
 
 proptest! {
-    /// A torque takes seven operations, the power four more, of which one squares the torque: with all terms positive
-    /// the relative error is at most (2 · 7 + 4) ε/2 = 9 ε, and terms that cancel err by no more than that of their sum.
+    /// A torque takes seven operations, the power four more, of which one squares the torque: with
+    /// all terms positive the relative error is at most (2 · 7 + 4) ε/2 = 9 ε, and terms that
+    /// cancel err by no more than that of their sum.
     #[test]
     fn power_of_a_wheel(
         torque in common::torque_model(), wheel in common::wheel(), mass in 0.5..50.0_f32,
@@ -64,8 +66,8 @@ proptest! {
         let expected = torque.wheel_power(&wheel, mass.into());
         let scale = torque.wheel_power(&positive(wheel), mass.into());
         prop_assert!((found - expected).abs() <= 9.0 * EPSILON * scale, "{} {}", found, expected);
-        // About the middle of a range, the polynomial's three terms come on top: at any mass that the robot can have they
-        // are at most 4 times the power at full load.
+        // About the middle of a range, the polynomial's three terms come on top: at any mass that
+        // the robot can have they are at most 4 times the power at full load.
         let polynomial = torque32.polynomial(&wheel32, 3.5, 2.5).polynomial;
         let scale = 4.0 * torque.wheel_power(&positive(wheel), 6.0);
         for d in [-2.5_f32, -1.0, 0.0, 2.5] {
@@ -74,8 +76,9 @@ proptest! {
         }
     }
 
-    /// A product takes at most four operations and its sum over the wheels two more, times its coefficient and mass three,
-    /// summed over 15: (4 + 2 + 3 + 15) ε/2 = 12 ε of the sum of magnitudes.
+    /// A product takes at most four operations and its sum over the wheels two more, times its
+    /// coefficient and mass three, summed over 15: (4 + 2 + 3 + 15) ε/2 = 12 ε of the sum of
+    /// magnitudes.
     #[test]
     fn power_by_eq18(
         beta in proptest::array::uniform15(0.0..2.0_f32), wheels in proptest::array::uniform3(common::wheel()),
@@ -94,7 +97,8 @@ proptest! {
     }
 }
 
-/// A drive of `seconds` at 200 Hz through the whole pipeline in both precisions; the largest difference of the masses.
+/// A drive of `seconds` at 200 Hz through the whole pipeline in both precisions; the largest
+/// difference of the masses.
 fn drive(model: Model<f64>, seconds: usize, schedule: Schedule) -> f64 {
     let coefficients = Coefficients { model, ..coefficients() };
     let single: Coefficients<f32, 2> = coefficients.convert().unwrap();
@@ -122,7 +126,8 @@ fn drive(model: Model<f64>, seconds: usize, schedule: Schedule) -> f64 {
         let sample =
             Sample { wheel_speed: speed.map(f64::from), wheel_acceleration: None, power: power.into() };
         let out = host.push(&sample, period);
-        // In the middle of a bucket: after an hour of adding 5 ms in single precision its ends are a sample apart.
+        // In the middle of a bucket: after an hour of adding 5 ms in single precision its ends are
+        // a sample apart.
         if let (100, Some(mass), Some(mass32)) = (i % 200, out.mass.known(), out32.mass.known()) {
             worst = worst.max((f64::from(mass32.mass) - mass.mass).abs());
             worst = worst.max((f64::from(mass32.high) - mass.high).abs());
@@ -136,10 +141,10 @@ fn drive(model: Model<f64>, seconds: usize, schedule: Schedule) -> f64 {
     worst
 }
 
-/// Filtered speed errs by some 1e-4 rad/s and power by 1e-4 W (bound in `reference.rs`), derivative by 1e-3 rad/s². Power
-/// by the model moves with them by dP/dw ≈ 0.3 W·s/rad and dP/da ≈ 0.05 W·s²/rad: 1e-4 W in all, of one sign at worst, on a
-/// slope dP/dm of at least 0.05 W/kg. That is 2e-3 kg; sums of 5000 terms in buckets of 200 add 200 ε · 1 W / 0.05 W/kg
-/// = 5e-4 kg.
+/// Filtered speed errs by some 1e-4 rad/s and power by 1e-4 W (bound in `reference.rs`), derivative
+/// by 1e-3 rad/s². Power by the model moves with them by dP/dw ≈ 0.3 W·s/rad and dP/da ≈ 0.05
+/// W·s²/rad: 1e-4 W in all, of one sign at worst, on a slope dP/dm of at least 0.05 W/kg. That is
+/// 2e-3 kg; sums of 5000 terms in buckets of 200 add 200 ε · 1 W / 0.05 W/kg = 5e-4 kg.
 const MASS_TOLERANCE: f64 = 2.5e-3;
 
 #[test]

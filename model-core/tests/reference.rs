@@ -1,4 +1,5 @@
-//! Against numbers from NumPy and SciPy: `reference.py` writes them, this reads them, in both precisions.
+//! Against numbers from NumPy and SciPy: `reference.py` writes them, this reads them, in both
+//! precisions.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
 mod common;
@@ -34,11 +35,12 @@ fn filter_errors<T: Real>(cutoff: f64, rate: f64, first_column: usize) -> (f64, 
     worst
 }
 
-/// A second-order section with k = tan(π f / f_s) answers a lasting error of its state with 1 / (4 k²) of it (250 at 2 Hz of
-/// 200, 2.4 at 5 Hz of 50), and a white one, remembered for 1 / k steps, with √k of that. A rounding of a number up to 8 is
-/// 8 ε/√12, some six of them a step and section: 8 ε standard deviation for both sections. Of 1200 samples the worst
-/// stays within 4 of them, doubled for the rounding of a1 and a2, which moves the poles by as much.
-/// The derivative is 2 k / T = 12.6 and 32 per second times the difference of two such numbers.
+/// A second-order section with k = tan(π f / f_s) answers a lasting error of its state with 1 / (4
+/// k²) of it (250 at 2 Hz of 200, 2.4 at 5 Hz of 50), and a white one, remembered for 1 / k steps,
+/// with √k of that. A rounding of a number up to 8 is 8 ε/√12, some six of them a step and section:
+/// 8 ε standard deviation for both sections. Of 1200 samples the worst stays within 4 of them,
+/// doubled for the rounding of a1 and a2, which moves the poles by as much. The derivative is 2 k /
+/// T = 12.6 and 32 per second times the difference of two such numbers.
 fn filter_tolerance(epsilon: f64, cutoff: f64, rate: f64) -> (f64, f64) {
     let k = (std::f64::consts::PI * cutoff / rate).tan();
     let value = 8.0 * 8.0 * epsilon * (1.0 / (4.0 * k * k)).max(1.0) * k.sqrt();
@@ -66,10 +68,12 @@ fn assert_products<T: Real>(robot: &Kinematics<T, 2>, gyration_radius: T) {
     for row in table(include_str!("reference/eq18.csv")) {
         let number = |i: usize| T::from_f64(row[i]);
         let motion = Motion::new(&[number(0), number(1)], &[number(2), number(3)], &matrix, T::from_f64(0.0));
-        // K is a sum of two terms that may cancel, so its error is that of the larger: 6 ε of M'' · 20 rad/s².
+        // K is a sum of two terms that may cancel, so its error is that of the larger: 6 ε of M'' ·
+        // 20 rad/s².
         let k_error = 6.0 * epsilon * 40.0 * matrix.rows()[0][0].to_f64();
         let (w, a, k) = (7.0, 20.0, 40.0 * matrix.rows()[0][0].to_f64());
-        // What that does to each product, two wheels and gates up to 4, beside 6 ε of the product itself.
+        // What that does to each product, two wheels and gates up to 4, beside 6 ε of the product
+        // itself.
         let sensitive =
             [0., 0., 0., 0., 0., 2. * k, 0., 0., 0., 0., 1., 1., 0., w, 2. * a].map(|s| 8.0 * s * k_error);
         for (gate, first) in [(Gate::Corrected, 4), (Gate::Published, 19)] {
@@ -88,9 +92,9 @@ fn products_are_numpys() {
     assert_products(&Kinematics::<f32, 2>::differential(0.033, 0.16).unwrap(), 0.064);
 }
 
-/// The mass of a window moves by (error of the score) / (information). Forty terms |r b| of up to 0.36 · 1 W, each
-/// rounded to ε and summed with ε a term, against an information of 40 · 0.2² = 1.6: 40 · 40 · 0.36 ε / 1.6 = 360 ε at
-/// worst, beside the few ε of the inputs.
+/// The mass of a window moves by (error of the score) / (information). Forty terms |r b| of up to
+/// 0.36 · 1 W, each rounded to ε and summed with ε a term, against an information of 40 ·
+/// 0.2² = 1.6: 40 · 40 · 0.36 ε / 1.6 = 360 ε at worst, beside the few ε of the inputs.
 fn assert_masses<T: Real>() {
     let range = MassRange::new(T::from_f64(1.0), T::from_f64(6.0)).unwrap();
     let noise = Noise { density: T::from_f64(1e-4), model_std: T::ZERO, tail: T::ONE };

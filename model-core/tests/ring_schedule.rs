@@ -58,7 +58,8 @@ proptest! {
         assert_ring::<8>(&steps)?;
     }
 
-    /// The naive schedule keeps the bucket numbers since the last change and cuts the window out of them.
+    /// The naive schedule keeps the bucket numbers since the last change and cuts the window out of
+    /// them.
     #[test]
     fn schedule_is_a_window_of_a_vec(
         steps in proptest::collection::vec(prop_oneof![9 => Just(None), 1 => (0..8_usize).prop_map(Some)], 1..80),

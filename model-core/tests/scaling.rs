@@ -31,7 +31,8 @@ fn scale(torque: &TorqueModel<f64>, wheel: &Wheel<f64>, mass: f64) -> f64 {
 const DEGREE: [i32; REGRESSORS] = [0, 0, 0, 2, 2, 2, 1, 1, 1, 1, 1, 1, 2, 2, 2];
 
 proptest! {
-    /// Speed in another unit (w' = c w): torque is per that unit, τ' = τ / c, so that τ w stays power.
+    /// Speed in another unit (w' = c w): torque is per that unit, τ' = τ / c, so that τ w stays
+    /// power.
     #[test]
     fn unit_of_speed(torque in torque_model(), wheel in wheel(), mass in 0.5..50.0_f64, c in 0.1..10.0_f64) {
         let there = TorqueModel {
@@ -87,7 +88,8 @@ proptest! {
         }
     }
 
-    /// All torques times c, with a motor of c times the torque at the same loss per watt: power times c.
+    /// All torques times c, with a motor of c times the torque at the same loss per watt: power
+    /// times c.
     #[test]
     fn more_torque_is_more_power(torque in torque_model(), wheel in wheel(), mass in 0.5..50.0_f64, c in 0.1..10.0_f64) {
         let [a0, a1, g2, g3, g4, loss, b] = torque.to_array();
@@ -99,8 +101,8 @@ proptest! {
         }
     }
 
-    /// A robot of c times the wheels and track at the same wheel speeds: M'' grows with c², so the same torques
-    /// accelerate 1/c² of the mass.
+    /// A robot of c times the wheels and track at the same wheel speeds: M'' grows with c², so the
+    /// same torques accelerate 1/c² of the mass.
     #[test]
     fn size_of_the_robot(
         torque in torque_model(), mass in 0.5..50.0_f64, c in 0.2..5.0_f64,
@@ -114,7 +116,8 @@ proptest! {
         let (small, large) = (Motion::new(&w, &a, &robot(1.0), 0.02), Motion::new(&w, &a, &robot(c), 0.02));
         let here = model(1.0).power(&small, mass).unwrap();
         let there = model(1.0 / (c * c)).power(&large, mass).unwrap();
-        // K may cancel between the wheels, so its rounding is that of its terms, up to M'' · 20 rad/s² = 0.1.
+        // K may cancel between the wheels, so its rounding is that of its terms, up to M'' · 20
+        // rad/s² = 0.1.
         let worst = small.wheels.map(|wheel| scale(&torque, &Wheel { inertial_torque: 0.1, ..wheel }, mass));
         prop_assert!(close(here, there, worst.iter().sum(), ROUNDING), "{} {}", here, there);
     }

@@ -51,7 +51,8 @@ proptest! {
         prop_assert!(close(about, expected, scale * (1.0 + mass), 1e-11), "{} {}", about, expected);
     }
 
-    /// Cubic in the parameters, at most quadratic in each: central differences are exact but for rounding.
+    /// Cubic in the parameters, at most quadratic in each: central differences are exact but for
+    /// rounding.
     #[test]
     fn jacobian_is_the_derivative(torque in scrubbing()) {
         let step = 1e-3;
@@ -86,7 +87,8 @@ proptest! {
         prop_assert!(close(here, reversed, 1.0 + here.abs(), 1e-9), "{} {}", here, reversed);
     }
 
-    /// Without losses the scrub costs b m |ω| over the largest entry of R's row ω, whatever the turn; straight ahead nothing.
+    /// Without losses the scrub costs b m |ω| over the largest entry of R's row ω, whatever the
+    /// turn; straight ahead nothing.
     #[test]
     fn scrub_costs_turning(b in 0.01..0.5_f64, mass in 10.0..100.0_f64, w in proptest::array::uniform2(0.1..10.0_f64)) {
         prop_assume!((w[1] - w[0]).abs() > 2.0 * DEAD_BAND);

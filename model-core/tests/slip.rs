@@ -34,7 +34,8 @@ fn steady(memory: &SlipMemory<f64>, rims: &Rims<f64>) -> f64 {
 }
 
 proptest! {
-    /// A mean of the state before and of the steady curve: it moves towards that, never past it, whatever the step.
+    /// A mean of the state before and of the steady curve: it moves towards that, never past it,
+    /// whatever the step.
     #[test]
     fn moves_towards_the_steady_curve(
         memory in memory(), first in rims(), then in rims(), elapsed in prop_oneof![0.0..0.1_f64, 0.0..1e6_f64],
@@ -93,8 +94,8 @@ proptest! {
         prop_assert!(close(run(1.0, scale), run(1.0, 1.0), 1.0, 1e-12));
     }
 
-    /// With mass m the power stays a polynomial of it: the share holds no mass. d is Coulomb torque on the right, less on the
-    /// left, whichever way the wheels turn.
+    /// With mass m the power stays a polynomial of it: the share holds no mass. d is Coulomb torque
+    /// on the right, less on the left, whichever way the wheels turn.
     #[test]
     fn power_is_still_a_polynomial_of_the_mass(
         torque in torque_model(), scrub in 0.0..0.5_f64, imbalance in -0.5..0.5_f64, share in -1.0..1.0_f64,
@@ -125,7 +126,8 @@ fn kinematics() -> Kinematics<f64, 2> {
     Kinematics::differential(0.033, 0.16).unwrap()
 }
 
-/// Two sides are those of differential drive and skid steer, whatever the number of wheels; others have none.
+/// Two sides are those of differential drive and skid steer, whatever the number of wheels; others
+/// have none.
 #[test]
 fn sides_come_from_the_matrix() {
     let rims = |difference, mean| Rims { difference, mean, rest: 0.02 };
@@ -161,8 +163,8 @@ fn robot(slip: SlipMemory<f64>) -> Robot<f64, 2> {
     Robot { conditioning: Conditioning { slip, ..Conditioning::PLAIN }, ..coefficients().robot }
 }
 
-/// The conditioner runs the memory on filtered speeds, over the time that passed, and settles it behind gaps: whoever has
-/// speeds and times can do the same.
+/// The conditioner runs the memory on filtered speeds, over the time that passed, and settles it
+/// behind gaps: whoever has speeds and times can do the same.
 #[test]
 fn conditioner_runs_the_memory() {
     let memory = SlipMemory { half_slip: 0.13, relaxation: 1.8 };
@@ -224,7 +226,8 @@ fn broken_samples_pass_their_time() {
     assert!(slip.share() > 0.1 && slip.share() < 0.7, "{slip:?}");
 }
 
-/// Off, the arithmetic is what it was: the sign of the turn, bit by bit, and for robots that do not scrub none.
+/// Off, the arithmetic is what it was: the sign of the turn, bit by bit, and for robots that do not
+/// scrub none.
 #[test]
 fn off_is_the_sign_of_the_turn() {
     for scrubs in [false, true] {
@@ -250,7 +253,8 @@ fn off_is_the_sign_of_the_turn() {
     }
 }
 
-/// Largest distance of s from SciPy's, over a course that stands, creeps, turns both ways and spins.
+/// Largest distance of s from SciPy's, over a course that stands, creeps, turns both ways and
+/// spins.
 fn worst<T: Real>() -> f64 {
     let mut rows = include_str!("reference/slip.csv").lines();
     let parameters: Vec<f64> = rows.next().unwrap().split(',').map(|cell| cell.parse().unwrap()).collect();
@@ -270,9 +274,9 @@ fn worst<T: Real>() -> f64 {
     worst
 }
 
-/// `reference_slip.py` solves the differential equation with SciPy's LSODA, speeds between rows straight lines. An implicit step of
-/// T errs by T s'' / 2 of the way, that is by T (pull / cλ) of how fast s changes: with 2 ms and |Δ| up to 4 rad/s
-/// some 1 % of a change.
+/// `reference_slip.py` solves the differential equation with SciPy's LSODA, speeds between rows
+/// straight lines. An implicit step of T errs by T s'' / 2 of the way, that is by T (pull / cλ) of
+/// how fast s changes: with 2 ms and |Δ| up to 4 rad/s some 1 % of a change.
 #[test]
 fn follows_the_differential_equation() {
     let (single, double) = (worst::<f32>(), worst::<f64>());

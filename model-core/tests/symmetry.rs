@@ -1,4 +1,5 @@
-//! Laws of symmetry: the mirrored robot, driving in reverse, and braking as speeding up backwards in time.
+//! Laws of symmetry: the mirrored robot, driving in reverse, and braking as speeding up backwards
+//! in time.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
 mod common;
@@ -48,7 +49,8 @@ fn assert_same<const N: usize>(
 ) -> Result<(), TestCaseError> {
     for model in models(torque) {
         let (left, right) = (model.power(one, mass).unwrap(), model.power(other, mass).unwrap());
-        // M'' a may cancel between the wheels; what is left of it then carries the rounding of the largest terms.
+        // M'' a may cancel between the wheels; what is left of it then carries the rounding of the
+        // largest terms.
         let bound = ROUNDING * (scale(&torque, one, mass) + scale(&torque, other, mass) + 10.0 * mass);
         prop_assert!((left - right).abs() <= bound, "{:?}: {} {}", model, left, right);
     }
@@ -106,8 +108,8 @@ proptest! {
         assert_same(torque, &forward, &Motion::new(&w.map(minus), &a.map(minus), &matrix, DEAD_BAND), mass)?;
     }
 
-    /// Without winding loss and with a drive that feeds back, inertia takes while speeding up what it gives while
-    /// braking: the part of the power that the acceleration makes is odd in it.
+    /// Without winding loss and with a drive that feeds back, inertia takes while speeding up what
+    /// it gives while braking: the part of the power that the acceleration makes is odd in it.
     #[test]
     fn inertial_power_is_odd_in_time(
         lossy in torque_model(), mass in 0.5..50.0_f64, (w, a) in states::<2>(),
@@ -122,8 +124,9 @@ proptest! {
         prop_assert!((speeding_up + braking).abs() <= bound, "{} {}", speeding_up, braking);
     }
 
-    /// Played backwards (speeds turned, accelerations kept) friction still takes power, and the whole is still what
-    /// the forward motion with opposite acceleration draws: all models are blind to the direction of travel.
+    /// Played backwards (speeds turned, accelerations kept) friction still takes power, and the
+    /// whole is still what the forward motion with opposite acceleration draws: all models are
+    /// blind to the direction of travel.
     #[test]
     fn time_reversal_is_braking(torque in torque_model(), mass in 0.5..50.0_f64, (w, a) in states::<2>()) {
         let matrix = Kinematics::differential(0.1, 0.4).unwrap().mass_matrix(0.2).unwrap();

@@ -1,4 +1,5 @@
-//! Laws of the signed torque model: its expansion's Jacobian, its polynomial of the mass, and when it may clamp.
+//! Laws of the signed torque model: its expansion's Jacobian, its polynomial of the mass, and when
+//! it may clamp.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
 mod common;
@@ -23,8 +24,9 @@ fn scale(torque: &TorqueModel<f64>, wheel: &Wheel<f64>, mass: f64) -> f64 {
 }
 
 proptest! {
-    /// The expansion is a cubic in the parameters, in each of them at most a quadratic: central differences are exact
-    /// but for rounding, ε |β| / step with |β| up to some hundred and a step of 1e-3.
+    /// The expansion is a cubic in the parameters, in each of them at most a quadratic: central
+    /// differences are exact but for rounding, ε |β| / step with |β| up to some hundred and a step
+    /// of 1e-3.
     #[test]
     fn jacobian_is_the_derivative(torque in torque_model()) {
         let step = 1e-3;
@@ -54,8 +56,9 @@ proptest! {
         prop_assert!(close(found, expected, scale, 2e-14), "{} {}", found, expected);
     }
 
-    /// Power is negative only where the torque is against the motion: then, for some mass of the range, the flag is up.
-    /// Where the torque drives at all masses it is down, so that no sample is lost for nothing.
+    /// Power is negative only where the torque is against the motion: then, for some mass of the
+    /// range, the flag is up. Where the torque drives at all masses it is down, so that no sample
+    /// is lost for nothing.
     #[test]
     fn clamping_is_foreseen(torque in torque_model(), wheel in wheel(), low in 0.1..20.0_f64, span in 0.1..30.0_f64) {
         let range = MassRange::new(low, low + span).unwrap();

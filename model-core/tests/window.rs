@@ -1,4 +1,5 @@
-//! The window estimator against brute force, its indifference to the buckets' borders, and its refusals.
+//! The window estimator against brute force, its indifference to the buckets' borders, and its
+//! refusals.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
 mod common;
@@ -122,11 +123,13 @@ proptest! {
             window.estimate(buckets(&window, &samples, cuts).iter()).known().map(|found| found.mass)
         };
         let (even, uneven) = (estimate(&even_cuts(300, 30)).unwrap(), estimate(&cuts));
-        // Fewer effective buckets than three besides the prior's do not occur with seven cuts and more.
+        // Fewer effective buckets than three besides the prior's do not occur with seven cuts and
+        // more.
         prop_assert!((even - uneven.unwrap()).abs() < 1e-9, "{} {:?}", even, uneven);
     }
 
-    /// Any coefficients that a fit can give (not negative, about a mass of nought) have one minimum.
+    /// Any coefficients that a fit can give (not negative, about a mass of nought) have one
+    /// minimum.
     #[test]
     fn any_parabola(
         seed in any::<u64>(), mass in 1.0..6.0_f64, size in 0.0..1.0_f64,
@@ -144,7 +147,8 @@ proptest! {
         prop_assert!((found - brute_force(&samples)).abs() <= 1e-3, "{}", found);
     }
 
-    /// Nothing that a sample can hold makes a panic or a mass outside the range, or one that is not a number.
+    /// Nothing that a sample can hold makes a panic or a mass outside the range, or one that is not
+    /// a number.
     #[test]
     fn any_numbers(
         values in proptest::collection::vec(proptest::array::uniform4(any::<f32>()), 1..30), speed in any::<f32>(),
@@ -199,7 +203,8 @@ fn not_finite_is_unknown() {
     assert_eq!(estimate(&samples), MassEstimate::Unknown(Unknown::NotFinite));
 }
 
-/// Standing still says nothing about the mass, in any model: Eq. 18's constants for the mass included.
+/// Standing still says nothing about the mass, in any model: Eq. 18's constants for the mass
+/// included.
 #[test]
 fn standing_still_is_unknown() {
     let (_, matrix) = burger();
@@ -271,7 +276,8 @@ fn too_much_noise_is_unknown() {
     );
 }
 
-/// A robot of 60 kg that may weigh 6 is not said to weigh 6 ± 0.01: the interval is as wide as the disagreement.
+/// A robot of 60 kg that may weigh 6 is not said to weigh 6 ± 0.01: the interval is as wide as the
+/// disagreement.
 #[test]
 fn a_mass_beyond_the_range_is_not_certain() {
     for (mass, bound) in [(60.0, 6.0), (6.5, 6.0), (0.5, 1.0)] {
@@ -288,7 +294,8 @@ fn a_mass_beyond_the_range_is_not_certain() {
     assert!(found.high - found.low < 0.1);
 }
 
-/// Score and information are the first and second derivatives of the sum of squares, but for residual times curvature.
+/// Score and information are the first and second derivatives of the sum of squares, but for
+/// residual times curvature.
 #[test]
 fn sums_are_derivatives() {
     let samples = drive(&models()[0], 3.0, 0.0, 50, 5);
@@ -326,8 +333,8 @@ fn scatter_widens_the_interval() {
     assert!(width(0.05) > 5.0 * width(0.005));
 }
 
-/// One bucket has no scatter to show, so its interval is the fit's noise alone: Student's t for the prior's six buckets
-/// times √(density / (Σ g² Δt) + (model error · Σ g / Σ g²)²), with g = dP/dm.
+/// One bucket has no scatter to show, so its interval is the fit's noise alone: Student's t for the
+/// prior's six buckets times √(density / (Σ g² Δt) + (model error · Σ g / Σ g²)²), with g = dP/dm.
 #[test]
 fn one_bucket_has_the_fits_interval() {
     let samples: Vec<Seen> = (0..50)
@@ -359,8 +366,8 @@ fn one_bucket_has_the_fits_interval() {
     }
 }
 
-/// A step too small to move the estimate ends the search: it once threw it to the middle of the bracket and left the
-/// estimate wherever the last iteration then was.
+/// A step too small to move the estimate ends the search: it once threw it to the middle of the
+/// bracket and left the estimate wherever the last iteration then was.
 #[test]
 fn the_search_ends_at_the_minimum() {
     let samples = drive(&models()[0], 5.166250240976489, 0.02, 300, 11584987153609022412);

@@ -1,4 +1,5 @@
-//! Negative self-test of the harness: a broken expectation fails the run, and the tests after it still run.
+//! Negative self-test of the harness: a broken expectation fails the run, and the tests after it
+//! still run.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 use on_target_tests::{Outcome, close, ensure, tests};

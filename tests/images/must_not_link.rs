@@ -1,4 +1,5 @@
-//! Negative self-test of panic_probe: an index that may be out of bounds keeps an image from linking.
+//! Negative self-test of panic_probe: an index that may be out of bounds keeps an image from
+//! linking.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

@@ -1,9 +1,11 @@
-//! Everything that the board calls of model-core, and the link, in an image that links only without panics: see panic_probe.
+//! Everything that the board calls of model-core, and the link, in an image that links only without
+//! panics: see panic_probe.
 //!
-//! Never run; building it in release is the test. It says nothing of debug builds, which check for overflow.
+//! Never run; building it in release is the test. It says nothing of debug builds, which check for
+//! overflow.
 //!
-//! The filter is designed in double precision, so the image also shows whether the compiler knows that the board's core
-//! has none: it then calls __aeabi_dmul.
+//! The filter is designed in double precision, so the image also shows whether the compiler knows
+//! that the board's core has none: it then calls __aeabi_dmul.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

@@ -1,8 +1,8 @@
-//! A test harness for images without std: a table of named tests, each reported on its own line, all run even when one
-//! fails, exit code 0 only when all passed.
+//! A test harness for images without std: a table of named tests, each reported on its own line,
+//! all run even when one fails, exit code 0 only when all passed.
 //!
-//! The same images run on the host, where `cargo test` runs them too: a difference between the two is a difference of
-//! the arithmetic, not of the test.
+//! The same images run on the host, where `cargo test` runs them too: a difference between the two
+//! is a difference of the arithmetic, not of the test.
 #![cfg_attr(target_os = "none", no_std)]
 
 mod failure;

@@ -1,4 +1,5 @@
-//! The emulated board: output and exit code through semihosting, and an end for every way a test can go astray.
+//! The emulated board: output and exit code through semihosting, and an end for every way a test
+//! can go astray.
 
 use core::fmt::Arguments;
 use core::panic::PanicInfo;

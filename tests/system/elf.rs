@@ -1,7 +1,8 @@
-//! What the image puts where: the OpenCR's bootloader starts whatever stands at 0x0804_0000, and a wrong address would
-//! overwrite it or the store.
+//! What the image puts where: the OpenCR's bootloader starts whatever stands at 0x0804_0000, and a
+//! wrong address would overwrite it or the store.
 //!
-//! Sources: stock linker script and bootloader (ROBOTIS-GIT/OpenCR), RM0385 (memory map, vector table).
+//! Sources: stock linker script and bootloader (ROBOTIS-GIT/OpenCR), RM0385 (memory map, vector
+//! table).
 
 mod common;
 
@@ -78,7 +79,8 @@ fn nothing_is_written_outside_the_application() {
     });
 }
 
-/// DMA only reaches statics, the futures of the tasks among them; and these are where DMA reaches them at any time.
+/// DMA only reaches statics, the futures of the tasks among them; and these are where DMA reaches
+/// them at any time.
 #[test]
 fn statics_are_in_sram_and_nothing_but_the_stack_in_dtcm() {
     with_image(|elf| {
@@ -98,7 +100,8 @@ fn statics_are_in_sram_and_nothing_but_the_stack_in_dtcm() {
     });
 }
 
-/// Trap A of the bootloader: it leaves SysTick running. Our code stops it before anything else runs.
+/// Trap A of the bootloader: it leaves SysTick running. Our code stops it before anything else
+/// runs.
 #[test]
 fn what_the_bootloader_left_running_is_stopped_first() {
     with_image(|elf| {
@@ -119,7 +122,8 @@ fn what_the_bootloader_left_running_is_stopped_first() {
 /// Every interrupt that a driver enables has its handler in the table.
 #[test]
 fn the_drivers_interrupts_have_handlers() {
-    // DMA1 streams 1, 3; I2C1 event and error; USART3; TIM5; UART4, of the executor that samples; OTG_FS.
+    // DMA1 streams 1, 3; I2C1 event and error; USART3; TIM5; UART4, of the executor that samples;
+    // OTG_FS.
     const USED: [usize; 8] = [12, 14, 31, 32, 39, 50, 52, 67];
     with_image(|elf| {
         let (_, vectors) = vectors(elf);

@@ -1,6 +1,8 @@
-//! The very image that is flashed, in an emulated STM32F746 with its buses, started as the bootloader leaves the chip.
+//! The very image that is flashed, in an emulated STM32F746 with its buses, started as the
+//! bootloader leaves the chip.
 //!
-//! The emulator is no part of the project: the variable STM32EMU names its folder. Without, these tests are skipped, and say so.
+//! The emulator is no part of the project: the variable STM32EMU names its folder. Without, these
+//! tests are skipped, and say so.
 
 mod common;
 
@@ -34,7 +36,8 @@ fn passes(arguments: &[&str]) {
     script_passes("opencr_emulated.py", arguments);
 }
 
-/// 3 s: no deadline missed, no bus error, 200 samples a second with four sensors and two servos in each. Longer: the script by hand.
+/// 3 s: no deadline missed, no bus error, 200 samples a second with four sensors and two servos in
+/// each. Longer: the script by hand.
 #[test]
 fn samples_at_200_hz() {
     passes(&["--seconds", "3"]);
@@ -46,7 +49,8 @@ fn an_absent_sensor_costs_its_own_rail() {
     passes(&["--seconds", "3", "--absent", "0x44"]);
 }
 
-/// A line held low, lost arbitration, bus errors, no acknowledgement: the sensors are back half a second later, and no sample is late.
+/// A line held low, lost arbitration, bus errors, no acknowledgement: the sensors are back half a
+/// second later, and no sample is late.
 #[test]
 fn the_sensor_bus_comes_back() {
     passes(&["--seconds", "2", "--bus-faults"]);
@@ -60,14 +64,16 @@ fn the_check_can_fail() {
     }
 }
 
-/// Control transfers that are left unfinished, floods of them, SETUP packets that are none, requests to endpoints that the chip has not: the
-/// next transfer is answered, a bus reset brings the link back within 0.2 s, and the board never restarts.
+/// Control transfers that are left unfinished, floods of them, SETUP packets that are none,
+/// requests to endpoints that the chip has not: the next transfer is answered, a bus reset brings
+/// the link back within 0.2 s, and the board never restarts.
 #[test]
 fn no_host_kills_the_link() {
     script_passes("opencr_usb.py", &[]);
 }
 
-/// One bit in 10,000 on the power sensors' bus is another: no power that is off by more than 1 % counts.
+/// One bit in 10,000 on the power sensors' bus is another: no power that is off by more than 1 %
+/// counts.
 #[test]
 fn flipped_bits_are_no_powers() {
     script_passes("opencr_flips.py", &["--seconds", "3"]);

@@ -32,8 +32,8 @@ fn not_a_number() -> Outcome {
     ensure(!within(nan.into(), 0.0, f64::INFINITY), format_args!("NaN is near 0"))
 }
 
-/// The FPU's square root is libm's, bit for bit: special values, then every 9,973rd of all bit patterns (a prime: all exponents
-/// and endings occur).
+/// The FPU's square root is libm's, bit for bit: special values, then every 9,973rd of all bit
+/// patterns (a prime: all exponents and endings occur).
 fn square_root() -> Outcome {
     let special = [
         0.0,

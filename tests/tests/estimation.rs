@@ -1,5 +1,5 @@
-//! The board's estimates in single precision against the same estimator in double, fed as the host replays a recorded
-//! log.
+//! The board's estimates in single precision against the same estimator in double, fed as the host
+//! replays a recorded log.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 use firmware::estimation::Estimation;
@@ -49,15 +49,16 @@ fn coefficients() -> Option<Coefficients<f32, 2>> {
     })
 }
 
-/// Speed and acceleration of a wheel that goes back and forth between ±`peak` rad/s at ±`rate` rad/s².
+/// Speed and acceleration of a wheel that goes back and forth between ±`peak` rad/s at ±`rate`
+/// rad/s².
 fn zigzag(t: f64, peak: f64, rate: f64) -> (f64, f64) {
     let length = 4.0 * peak / rate;
     let phase = t % length;
     if phase < length / 2.0 { (rate * phase - peak, rate) } else { (3.0 * peak - rate * phase, -rate) }
 }
 
-/// What the sensors give at sample `i`: time in µs, speeds in rad/s, the motors' power in W with 0.1 W of scatter;
-/// `None` where a reading is missing.
+/// What the sensors give at sample `i`: time in µs, speeds in rad/s, the motors' power in W with
+/// 0.1 W of scatter; `None` where a reading is missing.
 fn measured(model: &Model<f64>, robot: &Robot<f64, 2>, i: u64) -> (u64, Option<[f32; 2]>, Option<f32>) {
     // A hash for jitter and scatter.
     let hash = (i.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40) as f64 / f64::from(1 << 24);
@@ -71,7 +72,8 @@ fn measured(model: &Model<f64>, robot: &Robot<f64, 2>, i: u64) -> (u64, Option<[
     (time_us, speed, (i % 97 != 13).then_some(power as f32))
 }
 
-/// Five times the largest difference found; tests/filter.rs and firmware's own tests say what it could be at worst.
+/// Five times the largest difference found; tests/filter.rs and firmware's own tests say what it
+/// could be at worst.
 const MASS_TOLERANCE_KG: f64 = 5e-4;
 const POWER_TOLERANCE_W: f64 = 1e-3;
 

@@ -1,4 +1,5 @@
-//! The whole pipeline in single precision on a drive of 25 s against SciPy in double: reference/estimator.py.
+//! The whole pipeline in single precision on a drive of 25 s against SciPy in double:
+//! reference/estimator.py.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 use model_core::coefficients::{Coefficients, Name, Robot};
@@ -79,9 +80,10 @@ fn sample<T: Real>(recorded: &reference::Sample) -> Sample<T, 2> {
     }
 }
 
-/// The filter at a tenth of the sample rate loses at most 2e-5 of speeds up to 6 rad/s and powers up to 8 W (see filter.rs:
-/// 1 / (1 + a1 + a2) is 12 here, not 266), so some 2e-4 W of the modelled power; at 0.103 W/kg that is 2e-3 kg, were all
-/// samples off in the same direction. The energy is off by the filter's loss only.
+/// The filter at a tenth of the sample rate loses at most 2e-5 of speeds up to 6 rad/s and powers
+/// up to 8 W (see filter.rs: 1 / (1 + a1 + a2) is 12 here, not 266), so some 2e-4 W of the modelled
+/// power; at 0.103 W/kg that is 2e-3 kg, were all samples off in the same direction. The energy is
+/// off by the filter's loss only.
 const MASS_TOLERANCE_KG: f64 = 2e-3;
 const ENERGY_TOLERANCE: f64 = 2e-5;
 

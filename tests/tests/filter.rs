@@ -14,10 +14,11 @@ tests!(follows_scipy, settles_anywhere);
 
 /// What single precision may lose at 2 Hz of 200, in units of the largest value.
 ///
-/// A second-order section rounds some nine times a step, each by at most 2⁻²⁴ of its output. Its recursion sums these
-/// up with the gain 1 / (1 + a1 + a2) = 1 / (4 · 9.4e-4) = 266, times 2.1 where the section rings: 9 · 2⁻²⁴ · (266 + 540)
-/// = 4.3e-4 for both, were all errors as large as can be and of the signs that hurt most. Rounded coefficients move the
-/// poles by some 2e-5. A formula that is wrong shows at once: one sample's delay is 1e-2.
+/// A second-order section rounds some nine times a step, each by at most 2⁻²⁴ of its output. Its
+/// recursion sums these up with the gain 1 / (1 + a1 + a2) = 1 / (4 · 9.4e-4) = 266, times 2.1
+/// where the section rings: 9 · 2⁻²⁴ · (266 + 540) = 4.3e-4 for both, were all errors as large as
+/// can be and of the signs that hurt most. Rounded coefficients move the poles by some 2e-5. A
+/// formula that is wrong shows at once: one sample's delay is 1e-2.
 const LOSS: f64 = 5e-4;
 
 /// The derivative is 2 tan(π f_c / f_s) f_s = 12.6 / s times the difference of two filtered values.

@@ -1,4 +1,5 @@
-//! The INA219's handling on a mock bus that has the chip's registers. Values: TI SBOS448G, by section.
+//! The INA219's handling on a mock bus that has the chip's registers. Values: TI SBOS448G, by
+//! section.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 use core::cell::{Cell, RefCell};

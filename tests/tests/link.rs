@@ -1,5 +1,5 @@
-//! The link on the board's core: packets of the e-manual (docs/en/dxl/protocol2.md, "Instruction Details"), answers, and uploads that have
-//! to be refused.
+//! The link on the board's core: packets of the e-manual (docs/en/dxl/protocol2.md, "Instruction
+//! Details"), answers, and uploads that have to be refused.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 use firmware::control_table::{Item, Reason, UPLOAD_ITEM, UPLOAD_WINDOW, UploadState};

@@ -1,4 +1,5 @@
-//! Eq. 18 and the signed torque model in single precision against NumPy in double: reference/power.py.
+//! Eq. 18 and the signed torque model in single precision against NumPy in double:
+//! reference/power.py.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 use model_core::eq18::{self, Gate};
@@ -25,12 +26,12 @@ tests!(
 /// Unit roundoff of single precision.
 const ROUNDOFF: f64 = 1.0 / (1 << 24) as f64;
 
-/// Roundings on the way to one regressor, each relative to the sizes of what is added: seven in an entry of M'', three in
-/// K = M'' a, which enters squared, then five products and a sum.
+/// Roundings on the way to one regressor, each relative to the sizes of what is added: seven in an
+/// entry of M'', three in K = M'' a, which enters squared, then five products and a sum.
 const REGRESSOR_ROUNDINGS: f64 = 2.0 * 10.0 + 6.0;
 
-/// To a power: a torque takes K's ten, eight in its terms and sums, and enters squared, then four more. Fifteen terms with
-/// rounded coefficients take no more.
+/// To a power: a torque takes K's ten, eight in its terms and sums, and enters squared, then four
+/// more. Fifteen terms with rounded coefficients take no more.
 const POWER_ROUNDINGS: f64 = 2.0 * 18.0 + 4.0;
 
 fn mass_matrix() -> Result<MassMatrix<f32, 2>, Failed> {
@@ -67,7 +68,8 @@ fn eq18_corrected() -> Outcome {
     regressors(Gate::Corrected, |case| &case.corrected)
 }
 
-/// The corrected equation is Eq. 15 with the squared torque of Eq. 16; the reference never expands the square.
+/// The corrected equation is Eq. 15 with the squared torque of Eq. 16; the reference never expands
+/// the square.
 fn eq18_corrected_is_the_squared_torque() -> Outcome {
     let model = Model::Eq18 { gate: Gate::Corrected, beta: BETA.map(|beta| beta as f32) };
     for (i, case) in moving() {
@@ -90,8 +92,8 @@ fn signed_torque() -> Outcome {
     Ok(())
 }
 
-/// The polynomial that the payload estimators use gives the same power. Its terms about the middle of the mass range are
-/// larger than the sum, by at most the square of the masses' ratio.
+/// The polynomial that the payload estimators use gives the same power. Its terms about the middle
+/// of the mass range are larger than the sum, by at most the square of the masses' ratio.
 fn polynomial_of_the_mass() -> Outcome {
     let model = Model::Signed { torque: TorqueModel::from_array(TORQUE), drive: Drive::Regenerative };
     let range = MassRange::new(1.0_f32, 6.0).ok_or(Failed)?;

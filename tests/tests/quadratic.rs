@@ -12,7 +12,8 @@ use reference::CASES;
 
 tests!(roots_to_their_last_digits, what_determines_no_root);
 
-/// Each root within what its own conditioning makes of single precision's roundoff (the tolerance is in the table).
+/// Each root within what its own conditioning makes of single precision's roundoff (the tolerance
+/// is in the table).
 fn roots_to_their_last_digits() -> Outcome {
     for (i, case) in CASES.iter().enumerate() {
         let [a, b, c] = case.coefficients;

@@ -1,4 +1,5 @@
-//! The servo bus and the wheels on it, against a port that answers by script. Packets: ROBOTIS e-manual, Protocol 2.0.
+//! The servo bus and the wheels on it, against a port that answers by script. Packets: ROBOTIS
+//! e-manual, Protocol 2.0.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 use core::cell::Cell;

@@ -23,7 +23,8 @@ mod signed {
     );
 
     pub(super) fn verify(image: &[u8], signature: &[u8; SIGNATURE_BYTES]) -> bool {
-        // It takes a good part of the watchdog's time, in which nothing else on its thread gets a turn (docs/board.md).
+        // It takes a good part of the watchdog's time, in which nothing else on its thread gets a
+        // turn (docs/board.md).
         #[cfg(feature = "opencr")]
         crate::boards::opencr::watchdog::feed();
         KEY.is_some_and(|key| is_signed_by(&key, image, signature))

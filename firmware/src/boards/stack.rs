@@ -20,7 +20,8 @@ mod memory {
 
     /// Bytes between the stack's beginning and the lowest word that does not look painted any more.
     pub(super) fn deepest() -> usize {
-        // SAFETY: only their addresses are used. Between them is the stack's memory: readable words, all of them.
+        // SAFETY: only their addresses are used. Between them is the stack's memory: readable
+        // words, all of them.
         unsafe {
             let (mut lowest, start) = (addr_of!(_stack_end), addr_of!(_stack_start));
             while lowest < start && read_volatile(lowest) == STACK_PAINT_VALUE {

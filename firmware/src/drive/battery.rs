@@ -30,7 +30,8 @@ impl BatteryGuard {
     /// Nothing measured.
     pub const NEW: Self = Self { mean: None, low_us: None, is_cut: false };
 
-    /// Whether the motors' supply has to be off, by this voltage measured `now_us` since start. What is not known changes nothing.
+    /// Whether the motors' supply has to be off, by this voltage measured `now_us` since start.
+    /// What is not known changes nothing.
     pub fn look(&mut self, voltage: Option<f32>, now_us: u64) -> bool {
         let Some(voltage) = voltage else { return self.is_cut };
         let mean = self.mean.map_or(voltage, |mean| mean + SHARE * (voltage - mean));

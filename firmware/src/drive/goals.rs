@@ -1,6 +1,8 @@
-//! From a commanded motion to the goals of the wheels' servos, with the stock firmware's arithmetic, limit for limit.
+//! From a commanded motion to the goals of the wheels' servos, with the stock firmware's
+//! arithmetic, limit for limit.
 //!
-//! Source: OpenCR, turtlebot3_ros2: turtlebot3.cpp and turtlebot3_motor_driver.cpp; numbers of a TurtleBot3 Burger.
+//! Source: OpenCR, turtlebot3_ros2: turtlebot3.cpp and turtlebot3_motor_driver.cpp; numbers of a
+//! TurtleBot3 Burger.
 
 use crate::parameters::{HIGHEST_ANGULAR_RAD_S, HIGHEST_LINEAR_M_S, TRACK_M};
 use crate::wheels::WHEELS;
@@ -13,7 +15,8 @@ const PER_M_S: f32 = 1_263.633;
 /// No goal is beyond, in servo units; the servo's own limit (register 44) may be lower.
 pub const GOAL_LIMIT: i32 = 337;
 
-/// Left and right goal: each of the two motions clamped by itself, then each wheel, fractions cut off.
+/// Left and right goal: each of the two motions clamped by itself, then each wheel, fractions cut
+/// off.
 #[must_use]
 pub fn goals(command: &Command) -> [i32; WHEELS] {
     let [forward, _, _, _, _, turn] = *command;

@@ -1,10 +1,11 @@
-//! The robot's heading from its wheels: what stands for an inertial sensor's orientation, which this firmware does not read.
+//! The robot's heading from its wheels: what stands for an inertial sensor's orientation, which
+//! this firmware does not read.
 
 use crate::dynamixel::xl430::Position;
 use crate::parameters::{TRACK_M, WHEEL_RADIUS_M};
 
-/// A rotation about the vertical axis since start, as a unit quaternion: never all zeros, which the node takes for a robot that never
-/// turns.
+/// A rotation about the vertical axis since start, as a unit quaternion: never all zeros, which the
+/// node takes for a robot that never turns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Heading {
     /// Cosine and sine of half the angle.
@@ -32,7 +33,8 @@ impl Heading {
             return;
         }
         let half = counts as f32 * (Position::COUNT * WHEEL_RADIUS_M / TRACK_M / 2.0);
-        // Beyond what two samples can be apart it is turned in parts that the series below holds for.
+        // Beyond what two samples can be apart it is turned in parts that the series below holds
+        // for.
         let parts = (half.abs() * 10.0) as u32 + 1;
         let step = half / parts as f32;
         for _ in 0..parts.min(1000) {
@@ -69,7 +71,8 @@ mod tests {
         2.0 * z.atan2(w)
     }
 
-    /// Counts of one wheel, the other going back as far, for one turn of the robot: π · 0.160 m / (2π · 0.033 m) turns.
+    /// Counts of one wheel, the other going back as far, for one turn of the robot: π · 0.160 m /
+    /// (2π · 0.033 m) turns.
     const TURN: f64 = 4096.0 * 0.160 / 2.0 / 0.033;
 
     #[test]
@@ -85,7 +88,8 @@ mod tests {
         assert!((yaw(&heading) - expected).abs() < 1e-4, "{}", yaw(&heading));
     }
 
-    /// An hour of turning without a stop, 500 turns: 720,000 roundings of 6e-8 each are 0.04 rad, if all went the same way.
+    /// An hour of turning without a stop, 500 turns: 720,000 roundings of 6e-8 each are 0.04 rad,
+    /// if all went the same way.
     #[test]
     fn it_stays_exact_for_an_hour() {
         let mut heading = Heading::START;

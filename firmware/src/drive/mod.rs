@@ -1,4 +1,5 @@
-//! Driving as the TurtleBot3's stock firmware does: what the ROS node asks for becomes goals of the wheels' servos.
+//! Driving as the TurtleBot3's stock firmware does: what the ROS node asks for becomes goals of the
+//! wheels' servos.
 //!
 //! ```text
 //! link ── pilot: heartbeat, command ── goals: m/s → servo units ── Orders → wheels/motors: torque, goals, their verification
@@ -22,9 +23,11 @@ use crate::wheels::WHEELS;
 pub struct Orders {
     /// Goal velocities, left and right, in the servo's unit of 0.229 rev/min, positive forward.
     pub goals: [i32; WHEELS],
-    /// The servos are to hold their torque; without, nothing is asked of them and nothing written to them.
+    /// The servos are to hold their torque; without, nothing is asked of them and nothing written
+    /// to them.
     pub torque: bool,
-    /// Profile accelerations, left and right, in the servo's unit of 214.577 rev/min²; 0: as fast as they can.
+    /// Profile accelerations, left and right, in the servo's unit of 214.577 rev/min²; 0: as fast
+    /// as they can.
     pub profile: [i32; WHEELS],
 }
 

@@ -1,8 +1,9 @@
 //! What the node asks for, and for how long it counts.
 //!
-//! The node shows that it lives by a heartbeat: a register whose value has to *change*. The first value that it writes is the one that
-//! stands there from the start, so it counts as living from the second one on. 500 ms after the last change the command is forgotten:
-//! it does not come back with the heartbeat, and until then commands are not taken.
+//! The node shows that it lives by a heartbeat: a register whose value has to *change*. The first
+//! value that it writes is the one that stands there from the start, so it counts as living from
+//! the second one on. 500 ms after the last change the command is forgotten: it does not come back
+//! with the heartbeat, and until then commands are not taken.
 
 use super::{Command, Orders, goals};
 use crate::wheels::WHEELS;
@@ -31,7 +32,8 @@ impl Default for Pilot {
 }
 
 impl Pilot {
-    /// Nobody has asked for anything. Torque is on, as with the stock firmware: the node never switches it on.
+    /// Nobody has asked for anything. Torque is on, as with the stock firmware: the node never
+    /// switches it on.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -72,14 +74,16 @@ impl Pilot {
         self.torque = on;
     }
 
-    /// The host sets how fast the servos take up a new goal. Negative ones count as 0, as fast as they can.
+    /// The host sets how fast the servos take up a new goal. Negative ones count as 0, as fast as
+    /// they can.
     pub fn set_profile(&mut self, values: [Option<i32>; WHEELS]) {
         for (place, value) in self.profile.iter_mut().zip(values) {
             *place = value.map_or(*place, |value| value.clamp(0, 32_767));
         }
     }
 
-    /// For how long a command counts while the node lives, ms; 0: for good, as with the stock firmware.
+    /// For how long a command counts while the node lives, ms; 0: for good, as with the stock
+    /// firmware.
     pub fn set_command_timeout(&mut self, timeout_ms: u16) {
         self.command_timeout_ms = timeout_ms;
     }
@@ -108,7 +112,8 @@ impl Pilot {
         is_limited.then(|| self.commanded_us.saturating_add(1000 * u64::from(self.command_timeout_ms)))
     }
 
-    /// When the wheels have to stop if nothing comes, µs since start; `None` while they stand anyway.
+    /// When the wheels have to stop if nothing comes, µs since start; `None` while they stand
+    /// anyway.
     #[must_use]
     pub fn stop_us(&self) -> Option<u64> {
         if self.command == [0; 6] {

@@ -1,11 +1,12 @@
 //! Master of a servo bus: one instruction at a time, its answers within a bounded time.
 //!
-//! The port turns the direction of the half-duplex line itself: after `write` and `flush` everything is sent and the
-//! port listens. A future of the port that is dropped, because its time is over, must leave the port usable.
+//! The port turns the direction of the half-duplex line itself: after `write` and `flush`
+//! everything is sent and the port listens. A future of the port that is dropped, because its time
+//! is over, must leave the port usable.
 //!
-//! At 1 Mbit/s, with the factory's return delay of 500 µs, a sync read of registers 126 … 146 of two servos takes 16
-//! bytes out (160 µs) and twice 500 µs and 32 bytes (320 µs): 1.8 ms, of the 5 ms between samples. Nothing needs
-//! changing in the servos for it.
+//! At 1 Mbit/s, with the factory's return delay of 500 µs, a sync read of registers 126 … 146 of
+//! two servos takes 16 bytes out (160 µs) and twice 500 µs and 32 bytes (320 µs): 1.8 ms, of the 5
+//! ms between samples. Nothing needs changing in the servos for it.
 
 use core::future::ready;
 
@@ -44,7 +45,8 @@ impl Timing {
         (bytes as u32).saturating_mul(10_000_000).div_ceil(baud).saturating_add(self.margin_us)
     }
 
-    /// Until a status with so many data must have come, µs. Stuffing adds a byte to every three at most.
+    /// Until a status with so many data must have come, µs. Stuffing adds a byte to every three at
+    /// most.
     const fn answered_us(&self, data: usize) -> u32 {
         self.return_delay_us.saturating_add(self.sent_us(OVERHEAD + 1 + data + data / 3))
     }
@@ -152,11 +154,12 @@ impl<P: Read + Write, D: DelayNs> Bus<P, D> {
         self.answer::<0>(id).await.map(|_| ())
     }
 
-    /// Reads the same `L` bytes of several servos' registers with one instruction. `None` leaves a place out.
+    /// Reads the same `L` bytes of several servos' registers with one instruction. `None` leaves a
+    /// place out.
     ///
-    /// Each servo answers after the one before it in the list, so one that is silent may silence those behind it:
-    /// when an answer does not come in time, those still missing are asked one by one, at once. A silent servo so
-    /// costs its own answer and time, not the others' answers.
+    /// Each servo answers after the one before it in the list, so one that is silent may silence
+    /// those behind it: when an answer does not come in time, those still missing are asked one by
+    /// one, at once. A silent servo so costs its own answer and time, not the others' answers.
     pub async fn sync_read<const N: usize, const L: usize>(
         &mut self,
         address: u16,
@@ -197,7 +200,8 @@ impl<P: Read + Write, D: DelayNs> Bus<P, D> {
         answers
     }
 
-    /// Writes `L` bytes to the same register of several servos, each its own. Nobody answers: read back what they took.
+    /// Writes `L` bytes to the same register of several servos, each its own. Nobody answers: read
+    /// back what they took.
     ///
     /// # Errors
     /// It could not be sent.
@@ -281,7 +285,8 @@ impl<P: Read + Write, D: DelayNs> Bus<P, D> {
         }
     }
 
-    /// The answer of one servo. Noise before it and other servos' late answers are passed over while there is time.
+    /// The answer of one servo. Noise before it and other servos' late answers are passed over
+    /// while there is time.
     async fn answer<const L: usize>(&mut self, id: u8) -> Result<Answer<L>, BusError> {
         let mut error = BusError::Timeout;
         let mut budget = MOST_HEARD;
@@ -325,7 +330,8 @@ async fn send<P: Write>(port: &mut P, mut bytes: &[u8]) -> Result<(), BusError> 
     port.flush().await.map_err(|_| BusError::Port)
 }
 
-/// Listens for a status; hears at most `budget` bytes. [`BusError::Broken`] where a packet was, or the budget is used up.
+/// Listens for a status; hears at most `budget` bytes. [`BusError::Broken`] where a packet was, or
+/// the budget is used up.
 async fn status<P: Read, const L: usize>(
     port: &mut P,
     parser: &mut Parser<LONGEST>,
@@ -446,7 +452,8 @@ mod tests {
         }
     }
 
-    /// 15 bytes and one of stuffing at 10 µs, the return delay and the margin: 1.16 ms, and it is over.
+    /// 15 bytes and one of stuffing at 10 µs, the return delay and the margin: 1.16 ms, and it is
+    /// over.
     #[test]
     fn silence_costs_a_bounded_time() {
         let silent = on(Script::new(&[(READ, &[])]), async |bus| bus.read::<4>(1, POSITION).await);
@@ -455,7 +462,8 @@ mod tests {
         assert_eq!(read_of_one(&[half]), Err(BusError::Timeout));
     }
 
-    /// Both of the robot's servos silent at once: 21 data bytes, 0.39 ms with stuffing, twice with delay and margin.
+    /// Both of the robot's servos silent at once: 21 data bytes, 0.39 ms with stuffing, twice with
+    /// delay and margin.
     #[test]
     fn a_silent_bus_fits_between_two_samples() {
         let patience = Patience::default();

@@ -1,7 +1,9 @@
-//! Packets of Dynamixel protocol 2.0, encoded and found in a stream of bytes: no I/O, both directions, board and host.
+//! Packets of Dynamixel protocol 2.0, encoded and found in a stream of bytes: no I/O, both
+//! directions, board and host.
 //!
-//! `FF FF FD 00 | ID | LEN16 | INST | parameters | CRC16`. A status has the instruction 55h, and its first parameter is
-//! the error. Source: ROBOTIS e-manual, Protocol 2.0; DynamixelSDK protocol2_packet_handler.
+//! `FF FF FD 00 | ID | LEN16 | INST | parameters | CRC16`. A status has the instruction 55h, and
+//! its first parameter is the error. Source: ROBOTIS e-manual, Protocol 2.0; DynamixelSDK
+//! protocol2_packet_handler.
 
 use crc::{CRC_16_UMTS, Crc};
 
@@ -35,7 +37,8 @@ pub enum Instruction {
     Reboot = 0x08,
     /// An answer: error byte, then data.
     Status = 0x55,
-    /// The same registers of several devices: address, length, IDs. Each answers with a status of its own.
+    /// The same registers of several devices: address, length, IDs. Each answers with a status of
+    /// its own.
     SyncRead = 0x82,
     /// The same registers of several devices: address, length, then ID and data of each.
     SyncWrite = 0x83,
@@ -95,7 +98,8 @@ pub fn encode<'b>(
     seal(id, instruction, count, buffer)
 }
 
-/// Makes a packet of the `count` parameters that stand in `buffer` from [`PARAMETERS`] on, where they are, and gives the bytes to send.
+/// Makes a packet of the `count` parameters that stand in `buffer` from [`PARAMETERS`] on, where
+/// they are, and gives the bytes to send.
 ///
 /// # Errors
 /// As [`encode`].
@@ -121,7 +125,8 @@ fn is_stuffed(three: &[u8]) -> bool {
     three == [0xFF, 0xFF, 0xFD]
 }
 
-/// Moves the first `count` bytes apart until they fill the whole place, from the last one on: each goes behind where it was.
+/// Moves the first `count` bytes apart until they fill the whole place, from the last one on: each
+/// goes behind where it was.
 fn stuff(body: &mut [u8], count: usize) {
     let (mut from, mut to) = (count, body.len());
     while from < to && from > 0 {
@@ -162,8 +167,9 @@ pub enum Broken {
 
 /// Finds packets in a stream. `N` is the longest packet, stuffing included, that it takes.
 ///
-/// It looks for the header at every byte: what is lost in a broken packet is that packet. The one that follows is found even if
-/// the broken one's length pointed beyond it, and as soon as its header is there: stuffing keeps headers out of packets.
+/// It looks for the header at every byte: what is lost in a broken packet is that packet. The one
+/// that follows is found even if the broken one's length pointed beyond it, and as soon as its
+/// header is there: stuffing keeps headers out of packets.
 #[derive(Debug, Clone)]
 pub struct Parser<const N: usize> {
     buffer: [u8; N],
@@ -206,7 +212,8 @@ impl<const N: usize> Parser<N> {
         self.filled = (self.filled + count).min(N);
     }
 
-    /// Takes as many of `bytes` as fit and says how many. Those that did not fit do after [`Self::next_packet`] gave `None`.
+    /// Takes as many of `bytes` as fit and says how many. Those that did not fit do after
+    /// [`Self::next_packet`] gave `None`.
     pub fn feed(&mut self, bytes: &[u8]) -> usize {
         let space = self.space();
         let count = bytes.len().min(space.len());
@@ -232,7 +239,8 @@ impl<const N: usize> Parser<N> {
             return Some(Err(Broken::Length));
         }
         if self.filled < end {
-            // Another header before its end: what began here was cut short. Waiting for the rest would hold up the next packet.
+            // Another header before its end: what began here was cut short. Waiting for the rest
+            // would hold up the next packet.
             self.consumed = self.next_header()?;
             return Some(Err(Broken::Length));
         }

@@ -1,5 +1,5 @@
-//! Servo buses for tests: one that follows a script, and one with servos on it. Nothing waits: when a port has no
-//! more to say, the time for saying it is over.
+//! Servo buses for tests: one that follows a script, and one with servos on it. Nothing waits: when
+//! a port has no more to say, the time for saying it is over.
 
 use core::cell::{Cell, RefCell};
 use core::future::pending;
@@ -12,7 +12,8 @@ use super::packet::{Instruction, Parser, encode};
 use super::status::{ALERT, Refusal};
 use super::xl430::{GOAL_VELOCITY, HARDWARE_ERROR, MODEL, PRESENT, PRESENT_BYTES, TORQUE, TRIPPED, WATCHDOG};
 
-/// A time limit that is over as soon as nobody has anything more to do. Adds up what was waited in vain, µs.
+/// A time limit that is over as soon as nobody has anything more to do. Adds up what was waited in
+/// vain, µs.
 #[derive(Default)]
 pub(crate) struct Patience(pub(crate) Cell<u64>);
 
@@ -177,7 +178,8 @@ impl Servos {
         }
     }
 
-    /// Turns them by these angles, in position codes, and leaves them at these speeds, in velocity codes.
+    /// Turns them by these angles, in position codes, and leaves them at these speeds, in velocity
+    /// codes.
     pub(crate) fn advance(&self, velocities: [i32; 2], angles: [i32; 2]) {
         for ((servo, velocity), angle) in self.servos.borrow_mut().iter_mut().zip(velocities).zip(angles) {
             servo.velocity = velocity;

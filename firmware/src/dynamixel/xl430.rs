@@ -1,12 +1,14 @@
-//! The registers of an XL430-W250 servo, and what their codes mean. Source: ROBOTIS e-manual, XL430-W250.
+//! The registers of an XL430-W250 servo, and what their codes mean. Source: ROBOTIS e-manual,
+//! XL430-W250.
 
 use core::f32::consts::TAU;
 
 /// Register 0, two bytes, and the answer to a ping.
 pub const MODEL: u16 = 1060;
 
-/// Hardware error status, one byte: bit 0 input voltage, 2 overheating, 3 encoder, 4 electrical shock, 5 overload.
-/// While one is set every status carries the alert, and the servo may have switched its torque off.
+/// Hardware error status, one byte: bit 0 input voltage, 2 overheating, 3 encoder, 4 electrical
+/// shock, 5 overload. While one is set every status carries the alert, and the servo may have
+/// switched its torque off.
 pub const HARDWARE_ERROR: u16 = 70;
 
 /// Return delay, drive mode and operating mode, a byte each.
@@ -37,8 +39,8 @@ pub const PRESENT: u16 = 126;
 /// Registers 126 … 146: one read gets all that is measured.
 pub const PRESENT_BYTES: usize = 21;
 
-/// Code of a load register: 0.1 % of the greatest torque, positive counter-clockwise. The servo has no current
-/// sensor; it infers this from the voltage it applies.
+/// Code of a load register: 0.1 % of the greatest torque, positive counter-clockwise. The servo has
+/// no current sensor; it infers this from the voltage it applies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Load(pub i16);
 
@@ -100,8 +102,8 @@ pub struct Present {
 }
 
 impl Present {
-    /// From registers 126 … 146. Between position and voltage are the two trajectories, which a free-running wheel
-    /// has not.
+    /// From registers 126 … 146. Between position and voltage are the two trajectories, which a
+    /// free-running wheel has not.
     #[must_use]
     pub const fn decode(registers: &[u8; PRESENT_BYTES]) -> Self {
         let [

@@ -2,9 +2,9 @@
 
 use crate::parameters::{BUCKET_S, MOST_BUCKETS};
 
-/// In units of 2⁻²⁰ s, just below 1 µs: single precision adds these up without rounding as long as the sum stays
-/// below 16 s. The estimator adds steps up to a bucket's length; steps of 0.005 s, rounded each, would shift its end
-/// by a sample or two an hour against the host's.
+/// In units of 2⁻²⁰ s, just below 1 µs: single precision adds these up without rounding as long as
+/// the sum stays below 16 s. The estimator adds steps up to a bucket's length; steps of 0.005 s,
+/// rounded each, would shift its end by a sample or two an hour against the host's.
 const PER_SECOND: u64 = 1 << 20;
 
 /// One bucket.
@@ -19,9 +19,9 @@ pub(super) struct Clock {
 impl Clock {
     /// Time since the last sample, s: 0 for the first.
     ///
-    /// A gap that the buckets' ring cannot hold is cut by whole buckets: what was known is forgotten all the same,
-    /// and the buckets behind it end when they would have, as with the host's longer ring. The second number is what was cut, s:
-    /// effects of time count it.
+    /// A gap that the buckets' ring cannot hold is cut by whole buckets: what was known is
+    /// forgotten all the same, and the buckets behind it end when they would have, as with the
+    /// host's longer ring. The second number is what was cut, s: effects of time count it.
     pub(super) fn advance(&mut self, time_us: u64) -> (f32, f32) {
         let elapsed = self.last_us.map_or(0, |last| ticks(time_us).saturating_sub(ticks(last)));
         self.last_us = Some(time_us);
@@ -46,7 +46,8 @@ const fn ticks(time_us: u64) -> u64 {
 mod tests {
     use super::*;
 
-    /// An hour of 5 ms, a second at a time: every second ends where it should, which steps of 0.005_f32 miss by 10 ms.
+    /// An hour of 5 ms, a second at a time: every second ends where it should, which steps of
+    /// 0.005_f32 miss by 10 ms.
     #[test]
     fn steps_add_up() {
         let mut clock = Clock::default();

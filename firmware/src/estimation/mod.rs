@@ -1,9 +1,12 @@
-//! What the board makes of its samples: model-core's estimator, whichever model the coefficients hold.
+//! What the board makes of its samples: model-core's estimator, whichever model the coefficients
+//! hold.
 //!
-//! Set up as `gmr estimate` replays a log unless told otherwise, so that the two agree: least squares over the window
-//! for the signed torque model, with its effects where the coefficients hold any, or with ground that adapts where they say so; the paper's
-//! averages of roots for Eq. 18; a moving window; watching for changes. A sample that lacks the power or a wheel is left out, as the log's reader leaves out such a row, and the next one's
-//! step reaches back to the last that counted.
+//! Set up as `gmr estimate` replays a log unless told otherwise, so that the two agree: least
+//! squares over the window for the signed torque model, with its effects where the coefficients
+//! hold any, or with ground that adapts where they say so; the paper's averages of roots for Eq.
+//! 18; a moving window; watching for changes. A sample that lacks the power or a wheel is left out,
+//! as the log's reader leaves out such a row, and the next one's step reaches back to the last that
+//! counted.
 
 mod clock;
 mod pipeline;
@@ -114,8 +117,8 @@ pub struct Estimation {
     counted: Counted,
 }
 
-/// Samples that the actuation energies count, since start: a sample of which speeds or power are not known counts for neither, one at which the
-/// mass is unknown only for what is measured.
+/// Samples that the actuation energies count, since start: a sample of which speeds or power are
+/// not known counts for neither, one at which the mass is unknown only for what is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counted {
     /// By [`Estimation::energy`], measured.
@@ -140,8 +143,8 @@ struct Running {
 }
 
 impl Estimation {
-    /// From now on with these coefficients, or with none. What the estimator knew is forgotten; changes and energies
-    /// go on.
+    /// From now on with these coefficients, or with none. What the estimator knew is forgotten;
+    /// changes and energies go on.
     ///
     /// # Errors
     /// A filter cutoff or effects that the sample rate cannot have. Everything stays as it was.
@@ -150,7 +153,8 @@ impl Estimation {
         coefficients: Option<&Coefficients<f32, WHEELS>>,
     ) -> Result<(), Unfit> {
         let energy = self.energy();
-        // Set where it is to be: an estimator is large, and every hand that passes it on has a copy on the stack.
+        // Set where it is to be: an estimator is large, and every hand that passes it on has a copy
+        // on the stack.
         match coefficients {
             None => self.running = None,
             Some(coefficients) => self.running = Some(Running::new(coefficients)?),
@@ -183,8 +187,9 @@ impl Estimation {
         self.changes
     }
 
-    /// Actuation energy since start, J, by Eq. 9: measured, and predicted while the mass was known. `None` as long as
-    /// there were no coefficients: what of the motors' power is static was not known.
+    /// Actuation energy since start, J, by Eq. 9: measured, and predicted while the mass was known.
+    /// `None` as long as there were no coefficients: what of the motors' power is static was not
+    /// known.
     #[must_use]
     pub fn energy(&self) -> Option<(f32, f32)> {
         let now = self.running.as_ref().map(|running| running.pipeline.energy());
@@ -200,8 +205,8 @@ impl Estimation {
         self.counted
     }
 
-    /// Takes a sample `time_us` since start: wheel speeds in rad/s and the power of the motors' rail in W, where they
-    /// are known.
+    /// Takes a sample `time_us` since start: wheel speeds in rad/s and the power of the motors'
+    /// rail in W, where they are known.
     pub fn sample(
         &mut self,
         wheel_speed: Option<[f32; WHEELS]>,

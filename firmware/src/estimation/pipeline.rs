@@ -55,7 +55,8 @@ impl Pipeline {
         }
     }
 
-    /// Takes a sample, `elapsed` (s) after the one before by the buckets' count, and `beyond` (s) more by the clock.
+    /// Takes a sample, `elapsed` (s) after the one before by the buckets' count, and `beyond` (s)
+    /// more by the clock.
     pub(super) fn push(
         &mut self,
         sample: &Sample<f32, WHEELS>,
@@ -86,7 +87,8 @@ impl Pipeline {
     }
 }
 
-// Each by itself: in one function the compiler would move every field of each kind one by one, 70 KB of the image.
+// Each by itself: in one function the compiler would move every field of each kind one by one, 70
+// KB of the image.
 
 #[inline(never)]
 fn adapting(coefficients: &Coefficients<f32, WHEELS>) -> Result<Pipeline, Unfit> {

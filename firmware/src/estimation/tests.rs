@@ -18,7 +18,8 @@ use model_core::torque::{Drive, TorqueModel};
 use super::*;
 use crate::parameters::SAMPLE_PERIOD_US;
 
-/// A small servo's parameters, and the coefficients of Eq. 18 that follow from them: tests/reference/power.py.
+/// A small servo's parameters, and the coefficients of Eq. 18 that follow from them:
+/// tests/reference/power.py.
 const TORQUE: [f32; 7] = [0.04, 0.012, 0.006, 0.0081, 1.33, 6.5, 0.0];
 const BETA: [f32; 15] = [
     0.0104,
@@ -92,8 +93,8 @@ impl Noisy {
     }
 }
 
-/// 300 s of winding forward and back with 3 kg, and with 4.5 kg from 120 s on, with 0.1 W of noise and jitter of up
-/// to 0.4 ms.
+/// 300 s of winding forward and back with 3 kg, and with 4.5 kg from 120 s on, with 0.1 W of noise
+/// and jitter of up to 0.4 ms.
 fn drive(model: &Model<f32>) -> Vec<Measured> {
     let truth: Coefficients<f64, WHEELS> = coefficients(*model).convert().unwrap();
     let mut noise = Noisy(3);
@@ -118,8 +119,8 @@ fn drive(model: &Model<f32>) -> Vec<Measured> {
         .collect()
 }
 
-/// The same with what goes wrong: readings that did not come, alone and for a while, and gaps up to beyond the
-/// buckets' ring.
+/// The same with what goes wrong: readings that did not come, alone and for a while, and gaps up to
+/// beyond the buckets' ring.
 fn disturbed(model: &Model<f32>) -> Vec<Measured> {
     let mut drive = drive(model);
     for (i, sample) in drive.iter_mut().enumerate() {
@@ -146,8 +147,8 @@ struct Known {
 /// An estimate in double precision, and the energies up to it, J.
 type Replayed = (Estimate<f64, WHEELS>, (f64, f64));
 
-/// As `answers::estimate` replays a recorded log: rows that lack something are not there, steps are differences of
-/// times, and the ring has room for 512 buckets.
+/// As `answers::estimate` replays a recorded log: rows that lack something are not there, steps are
+/// differences of times, and the ring has room for 512 buckets.
 fn replay(
     mut push: impl FnMut(&Sample<f64, WHEELS>, f64) -> Replayed,
     static_power: f64,
@@ -171,13 +172,15 @@ fn replay(
     (known.collect(), energy)
 }
 
-/// What single precision may lose of a mass, kg, and of a power, W: five times the largest difference found.
+/// What single precision may lose of a mass, kg, and of a power, W: five times the largest
+/// difference found.
 ///
-/// It could be more. Were all roundings of the sign that hurts, the filter at 2 Hz of 200 would lose 5e-4 of the
-/// largest value (tests/tests/filter.rs): some 3 mW of 6 W. What is wrong by more than rounding is seen: a window of 24
-/// buckets instead of 25, or steps that are off by a sample.
+/// It could be more. Were all roundings of the sign that hurts, the filter at 2 Hz of 200 would
+/// lose 5e-4 of the largest value (tests/tests/filter.rs): some 3 mW of 6 W. What is wrong by more
+/// than rounding is seen: a window of 24 buckets instead of 25, or steps that are off by a sample.
 const MASS_KG: f64 = 5e-4;
-/// Where the ground adapts: three states are carried on from second to second for minutes, none is summed anew.
+/// Where the ground adapts: three states are carried on from second to second for minutes, none is
+/// summed anew.
 const ADAPTED_KG: f64 = 3e-3;
 const POWER_W: f64 = 1e-3;
 /// Of an energy: the same loss, of a sum of one sign.
@@ -278,7 +281,8 @@ fn equals_the_host_on_what_is_left_of_a_disturbed_drive() {
     compare(model, roots, &disturbed(&model));
 }
 
-/// Every kind of effect that a board can have, four at a time, on a drive with gaps up to beyond the buckets' ring.
+/// Every kind of effect that a board can have, four at a time, on a drive with gaps up to beyond
+/// the buckets' ring.
 #[test]
 fn equals_the_host_with_effects() {
     let samples = disturbed(&signed());
@@ -302,7 +306,8 @@ fn equals_the_host_with_effects() {
         &[
             (Cause::Term(Term::Offset), 1e-3),
             (Cause::Term(Term::Drag(1)), 2e-3),
-            // Where the turn rate is at the dead band's edge, rounding decides whether they act: a mW is 2 κ τ times their sum.
+            // Where the turn rate is at the dead band's edge, rounding decides whether they act: a
+            // mW is 2 κ τ times their sum.
             (Cause::Term(Term::Scrub), 3e-4),
             (Cause::Term(Term::ScrubPerKg), 1e-4),
         ],
@@ -334,7 +339,8 @@ fn equals_the_host_on_ground_that_adapts() {
     assert_eq!(board.model(), 3);
 }
 
-/// An hour on the charger, in which somebody has taken the payload off: what was known before is not shown, by any model.
+/// An hour on the charger, in which somebody has taken the payload off: what was known before is
+/// not shown, by any model.
 #[test]
 fn a_gap_of_an_hour_forgets_the_mass() {
     let plain = coefficients(signed());

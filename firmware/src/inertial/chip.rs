@@ -1,7 +1,8 @@
 //! The driver of both chips.
 //!
-//! Sources: MPU-9250 product specification PS-MPU-9250A-01 and register map RM-MPU-9250A-00; ICM-20648 datasheet DS-000179. Registers up to
-//! 1 MHz (MPU-9250, 7.5), modes 0 and 3, first bit of the address 1 for reading.
+//! Sources: MPU-9250 product specification PS-MPU-9250A-01 and register map RM-MPU-9250A-00;
+//! ICM-20648 datasheet DS-000179. Registers up to 1 MHz (MPU-9250, 7.5), modes 0 and 3, first bit
+//! of the address 1 for reading.
 
 use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::spi::SpiDevice;
@@ -12,7 +13,8 @@ use super::ChipModel;
 const RESET_MS: u32 = 100;
 /// The gyroscope's start, ms: 35 typically.
 const START_MS: u32 = 50;
-/// A chip whose supply broke down measures by other ranges: its set-up is looked at once in so many readings.
+/// A chip whose supply broke down measures by other ranges: its set-up is looked at once in so many
+/// readings.
 const READINGS_PER_LOOK: u8 = 20;
 /// Noise moves the last bits all the time: so many equal readings are of a chip that has stopped.
 const MOST_EQUAL: u8 = 40;
@@ -40,7 +42,8 @@ pub enum Fault {
     Stuck,
 }
 
-/// What the sensor felt, by its own axes: on the board x forward, y left, z up, as the stock firmware takes them.
+/// What the sensor felt, by its own axes: on the board x forward, y left, z up, as the stock
+/// firmware takes them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Motion {
     /// rad/s, bias included.
@@ -79,7 +82,8 @@ impl ChipModel {
         }
     }
 
-    /// After a reset: no I²C, clock by the gyroscope, a reading each millisecond behind some 41 to 51 Hz, ±500 °/s, ±4 g.
+    /// After a reset: no I²C, clock by the gyroscope, a reading each millisecond behind some 41 to
+    /// 51 Hz, ±500 °/s, ±4 g.
     const fn settings(self) -> &'static [Setting] {
         match self {
             Self::Mpu9250 => {
@@ -284,7 +288,8 @@ mod tests {
         }
     }
 
-    /// Within twenty readings, a tenth of a second, though it goes on answering: by its old ranges it would be off by a factor.
+    /// Within twenty readings, a tenth of a second, though it goes on answering: by its old ranges
+    /// it would be off by a factor.
     #[test]
     fn a_brown_out_is_noticed_and_mended() {
         for model in ChipModel::ALL {

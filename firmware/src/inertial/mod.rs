@@ -1,8 +1,9 @@
 //! The board's inertial sensor, and the robot's orientation from it.
 //!
-//! Two chips are fitted to OpenCRs, an MPU-9250 or an ICM-20648 ([`Chip`] asks which). Both measure rotation and acceleration; the first has a
-//! magnetometer besides, which is not read: motors and their currents are its nearest magnets, and the stock firmware keeps it out of its
-//! orientation too.
+//! Two chips are fitted to OpenCRs, an MPU-9250 or an ICM-20648 ([`Chip`] asks which). Both measure
+//! rotation and acceleration; the first has a magnetometer besides, which is not read: motors and
+//! their currents are its nearest magnets, and the stock firmware keeps it out of its orientation
+//! too.
 //!
 //! ```text
 //! Chip: probe, set-up, reading, brown-outs ── Tracker: bias at rest, VQF, yaw that goes on from source to source

@@ -1,4 +1,5 @@
-//! A chip on a bus, as far as the driver sees it. Registers and their starts: the register maps named in the driver.
+//! A chip on a bus, as far as the driver sees it. Registers and their starts: the register maps
+//! named in the driver.
 
 use core::cell::{Cell, RefCell};
 

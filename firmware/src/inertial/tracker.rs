@@ -1,8 +1,10 @@
 //! From readings to an orientation that never jumps.
 //!
-//! The filter is VQF (D. Laidig, T. Seel, "VQF: Highly accurate IMU orientation estimation with bias estimation and magnetic disturbance
-//! rejection", Information Fusion 2023) in the port `vqf-rs`, six axes: rotation summed up, inclination from gravity. What is left of the
-//! gyroscope's bias it learns while the wheels stand; turning slowly and evenly it would take for bias, so meanwhile it may not.
+//! The filter is VQF (D. Laidig, T. Seel, "VQF: Highly accurate IMU orientation estimation with
+//! bias estimation and magnetic disturbance rejection", Information Fusion 2023) in the port
+//! `vqf-rs`, six axes: rotation summed up, inclination from gravity. What is left of the
+//! gyroscope's bias it learns while the wheels stand; turning slowly and evenly it would take for
+//! bias, so meanwhile it may not.
 
 use model_core::real::Real;
 use vqf_rs::{Params, VQF};
@@ -12,9 +14,11 @@ use crate::parameters::SAMPLE_PERIOD_US;
 
 /// Readings of a calibration: the stock firmware's, 2.56 s.
 const CALIBRATION: u16 = 512;
-/// At rest no reading is further from the mean of those before, rad/s: 2 °/s, some thirty times the noise.
+/// At rest no reading is further from the mean of those before, rad/s: 2 °/s, some thirty times the
+/// noise.
 const STILL_RAD_S: f32 = 0.035;
-/// No bias is greater, rad/s: 20 °/s, four times the MPU-9250's tolerance (its specification, table 1).
+/// No bias is greater, rad/s: 20 °/s, four times the MPU-9250's tolerance (its specification, table
+/// 1).
 const MOST_BIAS_RAD_S: f32 = 0.35;
 
 /// A quaternion: w, x, y, z.
@@ -70,7 +74,8 @@ impl Tracker {
         }
     }
 
-    /// Learns the bias anew the next time that the robot stands for 2.56 s; the one before counts until then.
+    /// Learns the bias anew the next time that the robot stands for 2.56 s; the one before counts
+    /// until then.
     pub fn calibrate(&mut self) {
         self.calibration = Some(Calibration::default());
     }
@@ -88,7 +93,8 @@ impl Tracker {
         self.bias.map(|bias| plus(bias, rest))
     }
 
-    /// A reading, `elapsed_s` after the one before; whether the wheels stand. Gives the rotation without bias, rad/s, once that is known.
+    /// A reading, `elapsed_s` after the one before; whether the wheels stand. Gives the rotation
+    /// without bias, rad/s, once that is known.
     pub fn feel(&mut self, motion: Motion, elapsed_s: f32, is_standing: bool) -> Option<[f32; 3]> {
         self.learn(&motion, is_standing);
         let bias = self.bias?;
@@ -130,7 +136,8 @@ impl Tracker {
         self.shown
     }
 
-    /// Takes a source's orientation: one that comes after another source goes on from the yaw that is shown.
+    /// Takes a source's orientation: one that comes after another source goes on from the yaw that
+    /// is shown.
     fn show(&mut self, told: Quaternion, by: Source) {
         if self.source != by {
             self.source = by;

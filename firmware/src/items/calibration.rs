@@ -18,7 +18,8 @@ pub const CALIBRATION_BYTES: usize = FRAME + 4 * RAIL_COUNT;
 
 const MAGIC: [u8; 4] = *b"GMRK";
 
-/// Shunts are off by percents at most. What is further off than this is a wrong shunt, not a calibration.
+/// Shunts are off by percents at most. What is further off than this is a wrong shunt, not a
+/// calibration.
 const PLAUSIBLE: core::ops::RangeInclusive<f32> = 0.5..=2.0;
 
 /// Manual calibration of the power measurement against a reference meter.

@@ -9,7 +9,8 @@ use super::RobotIdentity;
 use crate::control_table::Reason;
 use crate::wheels::WHEELS;
 
-/// Decodes an image of [`model_core::coefficients`] for a board that is set up for `robot` and samples at this rate.
+/// Decodes an image of [`model_core::coefficients`] for a board that is set up for `robot` and
+/// samples at this rate.
 ///
 /// # Errors
 /// The first thing that is wrong with it.
@@ -22,7 +23,8 @@ pub fn check_coefficients(
         return Err(Reason::Empty);
     }
     let coefficients = Coefficients::<f32, WHEELS>::decode(image).map_err(reason)?;
-    // Decoding ignores what follows an image: raw flash is longer. An upload that is longer was cut from something else.
+    // Decoding ignores what follows an image: raw flash is longer. An upload that is longer was cut
+    // from something else.
     if coefficients.encode().is_none_or(|encoded| encoded.as_bytes().len() != image.len()) {
         return Err(Reason::Length);
     }
@@ -49,7 +51,8 @@ pub fn check_coefficients(
     }
 }
 
-/// The CRC-32 at an image's end: by it hosts tell images apart. 0 for bytes that are too few to have one.
+/// The CRC-32 at an image's end: by it hosts tell images apart. 0 for bytes that are too few to
+/// have one.
 #[must_use]
 pub fn checksum(image: &[u8]) -> u32 {
     image.last_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes))

@@ -1,4 +1,5 @@
-//! What calibration and robot identity have in common: `magic | version u16 | length u16 | body | CRC-32`.
+//! What calibration and robot identity have in common: `magic | version u16 | length u16 | body |
+//! CRC-32`.
 
 use crate::bytes::{CRC, Reader, Writer};
 use crate::control_table::Reason;
@@ -24,7 +25,8 @@ pub(super) fn seal<const N: usize>(magic: [u8; 4], body: impl FnOnce(&mut Writer
     image
 }
 
-/// The body of an image that has this magic, a known version, the length that it says and the checksum that belongs to it.
+/// The body of an image that has this magic, a known version, the length that it says and the
+/// checksum that belongs to it.
 pub(super) fn open(magic: [u8; 4], image: &[u8]) -> Result<&[u8], Reason> {
     if image.is_empty() {
         return Err(Reason::Empty);

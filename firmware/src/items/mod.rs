@@ -1,7 +1,8 @@
 //! What the store keeps and the link uploads: coefficients, calibration, and which robot this is.
 //!
-//! Each is a little-endian image with a magic, a version, its own length and a CRC-32 (ISO-HDLC) at its end. The coefficients'
-//! is that of [`model_core::coefficients`]; the other two stand in [`Calibration`] and [`RobotIdentity`].
+//! Each is a little-endian image with a magic, a version, its own length and a CRC-32 (ISO-HDLC) at
+//! its end. The coefficients' is that of [`model_core::coefficients`]; the other two stand in
+//! [`Calibration`] and [`RobotIdentity`].
 
 mod calibration;
 mod coefficients;

@@ -26,7 +26,8 @@ pub const ROBOT_BYTES: usize = FRAME + 4 + NAME_BYTES + 4 + 12 * WHEELS;
 
 const MAGIC: [u8; 4] = *b"GMRR";
 
-/// Lengths that differ by less, relatively, are the same: each side may have rounded them to single precision its own way.
+/// Lengths that differ by less, relatively, are the same: each side may have rounded them to single
+/// precision its own way.
 const SAME: f32 = 1e-6;
 
 /// Name and geometry of the robot.
@@ -48,8 +49,8 @@ impl Default for RobotIdentity {
 }
 
 impl RobotIdentity {
-    /// TurtleBot3 Burger: wheels of 0.033 m, 0.160 m apart (ROBOTIS specification); radius of gyration as in `gmr`'s built-in
-    /// description.
+    /// TurtleBot3 Burger: wheels of 0.033 m, 0.160 m apart (ROBOTIS specification); radius of
+    /// gyration as in `gmr`'s built-in description.
     pub const BURGER: Self = {
         const WHEEL_RADIUS: f32 = 0.033;
         const TRACK: f32 = 0.160;

@@ -1,7 +1,8 @@
 //! Who may write coefficients: on a board that is built with a public key, who has the secret one.
 //!
-//! A signature is 64 bytes behind the image, Ed25519 (RFC 8032) of the image's bytes, checksum included. A board without a key does not look at
-//! it. One with a key (the feature `signed`, and the key in the variable `GMR_COEFFICIENTS_KEY` of the build) uses nothing without a right one,
+//! A signature is 64 bytes behind the image, Ed25519 (RFC 8032) of the image's bytes, checksum
+//! included. A board without a key does not look at it. One with a key (the feature `signed`, and
+//! the key in the variable `GMR_COEFFICIENTS_KEY` of the build) uses nothing without a right one,
 //! neither from the link nor from its flash.
 
 use crate::control_table::Reason;
@@ -17,7 +18,8 @@ pub type Verify = fn(image: &[u8], signature: &[u8; SIGNATURE_BYTES]) -> bool;
 /// Where an image says how long it is: magic, version, length.
 const LENGTH_AT: core::ops::Range<usize> = 6..8;
 
-/// An image, and the signature behind it, if there is one: as far as the image itself says how long it is.
+/// An image, and the signature behind it, if there is one: as far as the image itself says how long
+/// it is.
 #[must_use]
 pub fn parts(bytes: &[u8]) -> (&[u8], Option<&[u8; SIGNATURE_BYTES]>) {
     let length = bytes.get(LENGTH_AT).and_then(|bytes| bytes.try_into().ok()).map(u16::from_le_bytes);
@@ -41,7 +43,8 @@ pub fn check_signature(bytes: &[u8], verify: Option<Verify>) -> Result<(), Reaso
     }
 }
 
-/// Whether the signature is that of `key` and of this image. 2.2 million instructions (`cargo xtask bench instructions`).
+/// Whether the signature is that of `key` and of this image. 2.2 million instructions (`cargo xtask
+/// bench instructions`).
 #[cfg(feature = "signed")]
 #[must_use]
 pub fn is_signed_by(key: &PublicKey, image: &[u8], signature: &[u8; SIGNATURE_BYTES]) -> bool {

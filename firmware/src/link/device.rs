@@ -5,7 +5,8 @@ use crate::control_table::{BOARD_ID, BOARD_MODEL, END};
 use crate::dynamixel::packet::{BROADCAST, Instruction, OVERHEAD, PARAMETERS, Packet, Parser, seal};
 use crate::dynamixel::status::Refusal;
 
-/// Bytes of the longest answer: a read of the whole table, with an error byte and all the stuffing there can be.
+/// Bytes of the longest answer: a read of the whole table, with an error byte and all the stuffing
+/// there can be.
 pub const LONGEST_ANSWER: usize = OVERHEAD + stuffed(1 + 1 + END as usize);
 
 /// Where an answer's data stand: behind its error byte.
@@ -30,7 +31,8 @@ pub enum Step {
 
 /// The device side of the link.
 ///
-/// Answers complete instructions for its ID, and pings for any; a write for any ID is carried out without an answer.
+/// Answers complete instructions for its ID, and pings for any; a write for any ID is carried out
+/// without an answer.
 pub struct Device {
     parser: Parser<LONGEST_INSTRUCTION>,
 }
@@ -48,7 +50,8 @@ impl Device {
         Self { parser: Parser::new() }
     }
 
-    /// Takes as many of the received bytes as fit and says how many; the rest does after [`Self::answer`] gave `None`.
+    /// Takes as many of the received bytes as fit and says how many; the rest does after
+    /// [`Self::answer`] gave `None`.
     pub fn feed(&mut self, bytes: &[u8]) -> usize {
         self.parser.feed(bytes)
     }
@@ -58,9 +61,9 @@ impl Device {
         self.parser.clear();
     }
 
-    /// Carries out what was received, up to the first instruction that is answered: the answer stands at the front of `buffer`, so
-    /// many bytes. `None` when more has to be received. A `buffer` of [`LONGEST_ANSWER`] suffices; an answer that does not fit
-    /// becomes a refusal.
+    /// Carries out what was received, up to the first instruction that is answered: the answer
+    /// stands at the front of `buffer`, so many bytes. `None` when more has to be received. A
+    /// `buffer` of [`LONGEST_ANSWER`] suffices; an answer that does not fit becomes a refusal.
     pub fn answer(&mut self, state: &mut State<'_>, buffer: &mut [u8]) -> Option<usize> {
         loop {
             if let Step::Answer(length) = self.step(state, buffer)? {
@@ -69,13 +72,14 @@ impl Device {
         }
     }
 
-    /// As [`Self::answer`], but of one packet, whole or broken: for who has other work to do between two of them.
+    /// As [`Self::answer`], but of one packet, whole or broken: for who has other work to do
+    /// between two of them.
     pub fn step(&mut self, state: &mut State<'_>, buffer: &mut [u8]) -> Option<Step> {
         self.step_with(|work| work(state), buffer)
     }
 
-    /// As [`Self::step`], of a state that others wait for: `with` lends it for what needs it, which is neither looking for the packet nor
-    /// encoding the answer.
+    /// As [`Self::step`], of a state that others wait for: `with` lends it for what needs it, which
+    /// is neither looking for the packet nor encoding the answer.
     pub fn step_with(
         &mut self,
         mut with: impl FnMut(&mut dyn FnMut(&mut State<'_>)),

@@ -3,7 +3,8 @@
 use crate::control_table::FIFO_WINDOW_RECORDS;
 use crate::record::{RECORD_BYTES, Record};
 
-/// Bytes of a record's number, which stands first: it follows from the record's place, and is not kept.
+/// Bytes of a record's number, which stands first: it follows from the record's place, and is not
+/// kept.
 const NUMBER: usize = size_of::<u32>();
 
 /// What is kept of a record.
@@ -82,13 +83,15 @@ impl<'a> Fifo<'a> {
         self.lost
     }
 
-    /// Whether `sequence` is not beyond the next record: a host that has records yet to come has them from before a restart.
+    /// Whether `sequence` is not beyond the next record: a host that has records yet to come has
+    /// them from before a restart.
     #[must_use]
     pub const fn can_acknowledge(&self, sequence: u32) -> bool {
         self.next.wrapping_sub(sequence) <= i32::MAX as u32
     }
 
-    /// The host has all records before `sequence`, and is there. Going back is allowed: an answer may have got lost. Ignored unless
+    /// The host has all records before `sequence`, and is there. Going back is allowed: an answer
+    /// may have got lost. Ignored unless
     /// [`Self::can_acknowledge`].
     pub fn acknowledge(&mut self, sequence: u32) {
         if self.can_acknowledge(sequence) {
@@ -116,8 +119,8 @@ impl<'a> Fifo<'a> {
         records.zip(0..).map(move |(rest, index)| numbered(start.wrapping_add(index), rest))
     }
 
-    /// A host that acknowledged nothing while so many records came is no longer there: what it misses is
-    /// not lost.
+    /// A host that acknowledged nothing while so many records came is no longer there: what it
+    /// misses is not lost.
     const fn patience(&self) -> u32 {
         2 * self.records.len() as u32
     }
@@ -200,8 +203,9 @@ mod tests {
         assert_eq!(fifo.acknowledged(), 5);
     }
 
-    /// Nobody there: nothing is lost. A host that stops reading loses what is overwritten until it counts as gone: with twenty
-    /// records that is after forty, of which it misses the twenty that were overwritten meanwhile.
+    /// Nobody there: nothing is lost. A host that stops reading loses what is overwritten until it
+    /// counts as gone: with twenty records that is after forty, of which it misses the twenty that
+    /// were overwritten meanwhile.
     #[test]
     fn only_a_host_that_is_there_loses_records() {
         assert_eq!(filled(1000).lost(), 0);
@@ -233,8 +237,8 @@ mod tests {
     }
 
     proptest! {
-        /// A host that acknowledges what it read gets every record that is not overwritten once, in order; what it does not get
-        /// is what is counted as lost.
+        /// A host that acknowledges what it read gets every record that is not overwritten once, in
+        /// order; what it does not get is what is counted as lost.
         #[test]
         fn every_record_once_or_counted(bursts in proptest::collection::vec(0..30_u64, 1..100)) {
             let mut fifo = small();

@@ -1,7 +1,9 @@
-//! The board as a device on its link: Dynamixel protocol 2.0, ID [`BOARD_ID`](crate::control_table::BOARD_ID), no I/O.
+//! The board as a device on its link: Dynamixel protocol 2.0, ID
+//! [`BOARD_ID`](crate::control_table::BOARD_ID), no I/O.
 //!
-//! Bytes from the host go into a [`Device`]; what they ask for is done to the [`State`], which the board's tasks fill; the answer is bytes
-//! again. For people who write the other end: `docs/link.md`.
+//! Bytes from the host go into a [`Device`]; what they ask for is done to the [`State`], which the
+//! board's tasks fill; the answer is bytes again. For people who write the other end:
+//! `docs/link.md`.
 
 mod device;
 mod fifo;

@@ -77,7 +77,8 @@ impl Settings {
         self.sample_rate_hz
     }
 
-    /// What the flash holds of an item, valid or not; nothing where that is longer than such an item.
+    /// What the flash holds of an item, valid or not; nothing where that is longer than such an
+    /// item.
     #[must_use]
     pub fn stored(&self, item: Item) -> &[u8] {
         match item {

@@ -128,8 +128,8 @@ impl<'a> State<'a> {
         }
     }
 
-    /// The same without its samples, whose memory is lent once: for tests that go on from it in several
-    /// ways.
+    /// The same without its samples, whose memory is lent once: for tests that go on from it in
+    /// several ways.
     #[must_use]
     pub fn without_samples(&self) -> State<'static> {
         State {
@@ -178,7 +178,8 @@ impl<'a> State<'a> {
         core::mem::take(&mut self.panel.wants_calibration)
     }
 
-    /// What the register shows: with a sensor, whether it is being calibrated; without, what was written.
+    /// What the register shows: with a sensor, whether it is being calibrated; without, what was
+    /// written.
     pub(super) const fn calibration(&self) -> u8 {
         match self.inertial.model {
             Some(_) => (self.panel.wants_calibration || self.inertial.is_calibrating) as u8,
@@ -199,7 +200,8 @@ impl<'a> State<'a> {
         &self.upload
     }
 
-    /// What the flash held of an item at start, or why that is not known. Every item at once: [`crate::items::ITEMS`].
+    /// What the flash held of an item at start, or why that is not known. Every item at once:
+    /// [`crate::items::ITEMS`].
     pub fn load(&mut self, item: Item, stored: Result<ItemBytes, Reason>) {
         self.settings.load(item, stored);
     }
@@ -209,7 +211,8 @@ impl<'a> State<'a> {
         self.settings.load_previous(stored);
     }
 
-    /// Whether a sector of the flash may be erased: that takes long, so no servo may hold a torque or get one meanwhile.
+    /// Whether a sector of the flash may be erased: that takes long, so no servo may hold a torque
+    /// or get one meanwhile.
     #[must_use]
     pub const fn may_erase(&self) -> bool {
         let drive = &self.snapshot.drive;
@@ -218,14 +221,15 @@ impl<'a> State<'a> {
         self.snapshot.is_standing && stays_off && left && right
     }
 
-    /// An upload to be written now: there is one, it is checked, and the robot stands still. [`Self::stored`] has to follow.
+    /// An upload to be written now: there is one, it is checked, and the robot stands still.
+    /// [`Self::stored`] has to follow.
     pub fn take_pending(&mut self) -> Option<(Item, ItemBytes)> {
         let is_free = !self.upload.needs_erase() || self.may_erase();
         if self.snapshot.is_standing && is_free { self.upload.take() } else { None }
     }
 
-    /// How writing what [`Self::take_pending`] gave went: read back and equal, or not. On success it is what is in use. What needs a sector
-    /// to be erased first waits for that.
+    /// How writing what [`Self::take_pending`] gave went: read back and equal, or not. On success
+    /// it is what is in use. What needs a sector to be erased first waits for that.
     pub fn stored(&mut self, item: Item, result: Result<(), Reason>) {
         if result == Err(Reason::Erase) {
             self.upload.postpone();

@@ -20,7 +20,8 @@ const J_PER_WH: f32 = 3600.0;
 /// Version of this firmware, as the link shows it.
 pub const FIRMWARE: u8 = 1;
 
-/// The bytes of the addresses from `address` on. Between registers, and beyond the table, they are 0.
+/// The bytes of the addresses from `address` on. Between registers, and beyond the table, they are
+/// 0.
 pub fn render(state: &State<'_>, address: u16, out: &mut [u8]) {
     out.fill(0);
     show(state, &mut Window { address, out });
@@ -115,7 +116,8 @@ impl Sink for Window<'_> {
     }
 }
 
-/// What is not asked for is not computed, a group of registers at a time: nothing interrupts meanwhile.
+/// What is not asked for is not computed, a group of registers at a time: nothing interrupts
+/// meanwhile.
 fn show(state: &State<'_>, to: &mut impl Sink) {
     show_board(state, to);
     if to.wants(table::DEVICE_STATUS, table::PROFILE_ACCELERATION) {

@@ -37,13 +37,15 @@ impl Upload {
         self.state
     }
 
-    /// Why it was refused, or [`Reason::Erase`] while it waits for that; [`Reason::None`] otherwise.
+    /// Why it was refused, or [`Reason::Erase`] while it waits for that; [`Reason::None`]
+    /// otherwise.
     #[must_use]
     pub const fn reason(&self) -> Reason {
         self.reason
     }
 
-    /// Whether the flash is being written, or about to be: item, length and window then stay as they were checked.
+    /// Whether the flash is being written, or about to be: item, length and window then stay as
+    /// they were checked.
     pub(super) const fn is_waiting(&self) -> bool {
         matches!(self.state, UploadState::Waiting)
     }
@@ -73,8 +75,9 @@ impl Upload {
         }
     }
 
-    /// The host wants the coefficients with this checksum in use again, which were before those that are. As if it had uploaded them: so
-    /// they are checked, stored and read back likewise, and the two change places.
+    /// The host wants the coefficients with this checksum in use again, which were before those
+    /// that are. As if it had uploaded them: so they are checked, stored and read back likewise,
+    /// and the two change places.
     ///
     /// False while another upload waits.
     pub(super) fn roll_back(&mut self, crc: u32, settings: &Settings) -> bool {

@@ -11,12 +11,14 @@ use crate::dynamixel::status::Refusal;
 const SUBMIT: u8 = 1;
 const FORGET: u8 = 2;
 
-/// Writes `data` to the addresses from `address` on. What lies between registers is ignored, as long as there is a register at all.
+/// Writes `data` to the addresses from `address` on. What lies between registers is ignored, as
+/// long as there is a register at all.
 ///
 /// # Errors
-/// Nothing was changed: [`Refusal::Length`] for no data or a part of a number; [`Refusal::Range`] beyond the table, for unknown commands
-/// and for acknowledging what is yet to come; [`Refusal::Access`] for registers that only the board changes, where there is no
-/// register, and for the upload while it is waiting to be written.
+/// Nothing was changed: [`Refusal::Length`] for no data or a part of a number; [`Refusal::Range`]
+/// beyond the table, for unknown commands and for acknowledging what is yet to come;
+/// [`Refusal::Access`] for registers that only the board changes, where there is no register, and
+/// for the upload while it is waiting to be written.
 pub fn write(state: &mut State<'_>, address: u16, data: &[u8]) -> Result<(), Refusal> {
     let request = Request::new(address, data)?;
     let command = request.value(UPLOAD_COMMAND).map(u8::from_le_bytes);
@@ -119,7 +121,8 @@ impl<'a> Request<'a> {
                 return Err(Refusal::Length);
             }
         }
-        // Somebody who drives by registers that other firmware has must not believe that it was done.
+        // Somebody who drives by registers that other firmware has must not believe that it was
+        // done.
         if has_register { Ok(Self { address, data }) } else { Err(Refusal::Access) }
     }
 

@@ -9,13 +9,14 @@ use crate::time::seconds;
 
 /// Below, there is no battery but a board on USB alone, V.
 const NONE_V: f32 = 5.0;
-/// A sensor that has said nothing for so long leaves the charge unknown, µs: the gauge calls it a gap, in which nobody counted.
+/// A sensor that has said nothing for so long leaves the charge unknown, µs: the gauge calls it a
+/// gap, in which nobody counted.
 const SILENCE_US: u64 = 10_000_000;
 /// How often what is known is worked out anew, µs: the gauge's own step.
 const LOOK_US: u64 = 1_000_000;
 
-/// The gauge behind the battery's sensor. It sees the pack with the sensor's shunt, as everything else on the board does: what remains is
-/// what arrives there.
+/// The gauge behind the battery's sensor. It sees the pack with the sensor's shunt, as everything
+/// else on the board does: what remains is what arrives there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BatteryMeter {
     gauge: Gauge<f32>,
@@ -134,7 +135,8 @@ mod tests {
         assert!((remaining.time.unwrap() * load / remaining.energy - 1.0).abs() < 0.01, "{remaining:?}");
     }
 
-    /// A sensor's shunt is none of the pack's resistance: 0.3 Ω behind the sensor are 0.2 Ω of the pack.
+    /// A sensor's shunt is none of the pack's resistance: 0.3 Ω behind the sensor are 0.2 Ω of the
+    /// pack.
     #[test]
     fn the_shunt_is_not_the_packs() {
         let mut meter = BatteryMeter::new();

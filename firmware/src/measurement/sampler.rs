@@ -13,8 +13,8 @@ use crate::power_sensors::{Convert, Health, PowerSensors, RAIL_COUNT, RailName};
 use crate::record::Record;
 use crate::wheels::{Standstill, SwitchedPort, WHEELS, Wheels};
 
-/// Everything that a sample goes through: `I` is the power sensors' bus, `P` the port of the servo bus,
-/// `D` limits the time that is waited there.
+/// Everything that a sample goes through: `I` is the power sensors' bus, `P` the port of the servo
+/// bus, `D` limits the time that is waited there.
 pub struct Sampler<I, P, D> {
     sensors: PowerSensors<I>,
     wheels: Wheels<P, D>,
@@ -49,8 +49,9 @@ impl<I: Convert, P: Read + Write, D: DelayNs> Sampler<I, P, D> {
         }
     }
 
-    /// Takes one sample, to be called once a period; `time_us` since start. Whatever fails costs its own part of the
-    /// record and a bounded time (see [`PowerSensors::poll`], [`Wheels::poll`]).
+    /// Takes one sample, to be called once a period; `time_us` since start. Whatever fails costs
+    /// its own part of the record and a bounded time (see [`PowerSensors::poll`],
+    /// [`Wheels::poll`]).
     pub async fn sample(&mut self, time_us: u64) -> Record {
         self.sample_and_drive(time_us, &Orders::NONE).await
     }
@@ -286,8 +287,8 @@ mod tests {
         assert_eq!((rail.power_factor, snapshot.rails[3].power_factor), (1.0, 1.5));
     }
 
-    /// The filter at 2 Hz of 200 settles within 200 samples: until then speeds are as measured, and accelerations
-    /// unknown.
+    /// The filter at 2 Hz of 200 settles within 200 samples: until then speeds are as measured, and
+    /// accelerations unknown.
     #[test]
     fn with_coefficients_it_estimates() {
         let robot = Robot::new();
@@ -359,7 +360,8 @@ mod tests {
         assert_eq!(snapshot.estimate.mass, MassEstimate::Unknown(Unknown::NoSamples));
     }
 
-    /// What is not new is not in the record; the control table shows the last of a sensor that can be believed.
+    /// What is not new is not in the record; the control table shows the last of a sensor that can
+    /// be believed.
     #[test]
     fn a_slow_sensor_shows_its_last_reading() {
         let robot = Robot::new();

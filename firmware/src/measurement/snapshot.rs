@@ -1,5 +1,5 @@
-//! What is known now, beyond the record of the sample: what the sampler measured is what the link shows. `None` where nothing
-//! is known.
+//! What is known now, beyond the record of the sample: what the sampler measured is what the link
+//! shows. `None` where nothing is known.
 
 use model_core::charge::{Charge, Remaining};
 use model_core::payload::{MassEstimate, Unknown};

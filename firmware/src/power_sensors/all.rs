@@ -27,10 +27,12 @@ impl<I: Convert> PowerSensors<I> {
         }
     }
 
-    /// Asks the sensors one after the other, those that are set up in one go: what is new of each. `time_us` since start.
+    /// Asks the sensors one after the other, those that are set up in one go: what is new of each.
+    /// `time_us` since start.
     ///
-    /// A sensor that has gone costs its own rail, and the bus the time in which that finds out: at every poll until
-    /// it counts as silent, then once in [`SENSOR_PROBE_SAMPLES`] polls, and never two silent ones in the same poll.
+    /// A sensor that has gone costs its own rail, and the bus the time in which that finds out: at
+    /// every poll until it counts as silent, then once in [`SENSOR_PROBE_SAMPLES`] polls, and never
+    /// two silent ones in the same poll.
     pub async fn poll(&mut self, time_us: u64) -> [Option<RailReading>; RAIL_COUNT] {
         let Self { bus, sensors, meters, latest, turn } = self;
         let mut asked: [Option<Conversion>; RAIL_COUNT] = [None; RAIL_COUNT];
@@ -117,8 +119,8 @@ mod tests {
         assert_eq!(powers(now(sensors.poll(5_000))), [Some(1.2), Some(-1.2), Some(1.2), Some(5.4)]);
     }
 
-    /// One sensor is gone: the others go on with every poll, and the bus is asked for the lost one 3 times, then ten
-    /// times a second.
+    /// One sensor is gone: the others go on with every poll, and the bus is asked for the lost one
+    /// 3 times, then ten times a second.
     #[test]
     fn a_dead_sensor_costs_its_own_rail() {
         let chips = Chips::new();

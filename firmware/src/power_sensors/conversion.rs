@@ -2,7 +2,8 @@
 
 use ina219::measurements::{BusVoltage, ShuntVoltage};
 
-/// Weight of one count of the shunt-voltage register (01h), whatever the amplifier's range (8.6.3.1).
+/// Weight of one count of the shunt-voltage register (01h), whatever the amplifier's range
+/// (8.6.3.1).
 const SHUNT_VOLTS_PER_COUNT: f32 = 10e-6;
 /// Weight of one count of the bus-voltage register (02h), bits 15..3 (8.6.3.2).
 const BUS_VOLTS_PER_COUNT: f32 = 4e-3;
@@ -12,12 +13,13 @@ const BUS_VOLTS_PER_COUNT: f32 = 4e-3;
 pub struct Shunt {
     /// Resistance in Ω, as printed on the part.
     pub ohm: f32,
-    /// Manual calibration: true power / measured power, near 1. Covers the resistor's tolerance and the sensor's gain.
+    /// Manual calibration: true power / measured power, near 1. Covers the resistor's tolerance and
+    /// the sensor's gain.
     pub power_factor: f32,
 }
 
-/// One conversion of an INA219: the two voltages it measures. Its power register is these two multiplied on the chip with fewer
-/// digits: a check, and no measurement.
+/// One conversion of an INA219: the two voltages it measures. Its power register is these two
+/// multiplied on the chip with fewer digits: a check, and no measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reading {
     /// Across the shunt; positive when the rail feeds its consumer.
@@ -60,8 +62,8 @@ mod tests {
         assert!((found - expected).abs() <= tolerance, "found {found}, expected {expected} ± {tolerance}");
     }
 
-    /// The datasheet's example (9.2.2.1): 10 A through 2 mΩ from a 12 V supply; the sensor sees 20 mV and, behind
-    /// the shunt, 11.98 V; the power register reads 119.8 W.
+    /// The datasheet's example (9.2.2.1): 10 A through 2 mΩ from a 12 V supply; the sensor sees 20
+    /// mV and, behind the shunt, 11.98 V; the power register reads 119.8 W.
     #[test]
     fn datasheet_example() {
         let example = Shunt { ohm: 0.002, power_factor: 1.0 };
@@ -71,7 +73,8 @@ mod tests {
         assert_close(reading.power_w(example), 119.8);
     }
 
-    /// −320 mV is 8300h (8.6.3.1) in two's complement. A braking motor feeds power back, with its sign.
+    /// −320 mV is 8300h (8.6.3.1) in two's complement. A braking motor feeds power back, with its
+    /// sign.
     #[test]
     fn reversed_current_is_negative_power() {
         let shunt = Shunt { ohm: 0.1, power_factor: 1.0 };

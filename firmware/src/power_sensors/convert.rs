@@ -1,4 +1,5 @@
-//! What a poll asks of a chip, and of a bus with several: all of them in one go, where the bus can do that by itself.
+//! What a poll asks of a chip, and of a bus with several: all of them in one go, where the bus can
+//! do that by itself.
 
 use embedded_hal_async::i2c::{I2c, Operation};
 
@@ -8,8 +9,9 @@ const SHUNT: u8 = 1;
 const BUS: u8 = 2;
 const POWER: u8 = 3;
 
-/// One transaction: the bus voltage with its flags, which the next conversion clears; that conversion, started by writing the set-up
-/// (8.6.2.1, mode 3); the set-up read back; shunt voltage and power, which stay until it ends, 2 ms later at the soonest.
+/// One transaction: the bus voltage with its flags, which the next conversion clears; that
+/// conversion, started by writing the set-up (8.6.2.1, mode 3); the set-up read back; shunt voltage
+/// and power, which stay until it ends, 2 ms later at the soonest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Conversion {
     /// Of the chip, 7 bits.
@@ -56,7 +58,8 @@ impl Conversion {
 
 /// A bus with several chips.
 pub trait Convert: I2c {
-    /// Asks the chips one after the other. One that fails has no answer, and costs the others no more than time.
+    /// Asks the chips one after the other. One that fails has no answer, and costs the others no
+    /// more than time.
     fn convert_each(&mut self, conversions: &mut [Option<Conversion>]) -> impl Future<Output = ()> {
         async move {
             for conversion in conversions.iter_mut().flatten() {

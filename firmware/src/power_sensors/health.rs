@@ -1,9 +1,11 @@
 //! Whether a sensor can be believed: one event per poll goes in, one verdict comes out.
 
-/// Polls without a finished conversion after which a sensor counts as [`Health::Stale`]. Its conversions are faster
-/// than the polls ([`crate::parameters::SENSOR_SET_UP`]), so one is chance and three are not.
+/// Polls without a finished conversion after which a sensor counts as [`Health::Stale`]. Its
+/// conversions are faster than the polls ([`crate::parameters::SENSOR_SET_UP`]), so one is chance
+/// and three are not.
 const STALE_AFTER: u8 = 3;
-/// Polls without an answer after which a sensor counts as [`Health::Absent`]: a single one may be a disturbed bus.
+/// Polls without an answer after which a sensor counts as [`Health::Absent`]: a single one may be a
+/// disturbed bus.
 const ABSENT_AFTER: u8 = 3;
 /// Polls after which one counts as [`Health::Implausible`]: likewise.
 const IMPLAUSIBLE_AFTER: u8 = 3;
@@ -21,7 +23,8 @@ pub enum Health {
     /// It does not answer.
     #[default]
     Absent = 3,
-    /// It answers, but no longer has the set-up it was given: its supply broke down. It is set up again.
+    /// It answers, but no longer has the set-up it was given: its supply broke down. It is set up
+    /// again.
     LostCalibration = 4,
     /// It answers with readings that disagree with themselves.
     Implausible = 5,
@@ -115,8 +118,8 @@ impl Status {
         self.health
     }
 
-    /// It has not answered so many polls in a row that it counts as absent, whatever it was before. Not so before the
-    /// first poll.
+    /// It has not answered so many polls in a row that it counts as absent, whatever it was before.
+    /// Not so before the first poll.
     #[must_use]
     pub const fn is_silent(&self) -> bool {
         self.no_answer >= ABSENT_AFTER
@@ -130,8 +133,8 @@ impl Status {
 
     /// Takes the result of one poll.
     ///
-    /// A reading decides at once, in either direction; a missing one only after several in a row, so that the verdict
-    /// does not flicker.
+    /// A reading decides at once, in either direction; a missing one only after several in a row,
+    /// so that the verdict does not flicker.
     pub fn observe(&mut self, event: Event) {
         let counter = match event {
             Event::Fresh => &mut self.counters.fresh,

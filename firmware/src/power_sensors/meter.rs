@@ -33,8 +33,8 @@ pub struct Meter {
 }
 
 impl Meter {
-    /// A reading taken at `time_us` since start. Its power counts since the one before, for a longest step at most: what
-    /// a rail drew while nobody looked is not known.
+    /// A reading taken at `time_us` since start. Its power counts since the one before, for a
+    /// longest step at most: what a rail drew while nobody looked is not known.
     pub fn add(&mut self, power: f32, time_us: u64) {
         if let Some(last) = self.last_us {
             self.energy.add(power, seconds(time_us.saturating_sub(last).min(LONGEST_STEP_US)));
@@ -53,7 +53,8 @@ impl Meter {
 mod tests {
     use super::*;
 
-    /// 2 W over 10 steps of 5 ms, 2 W more at the end of a gap of 1 s that counts for 25 ms, and 1 W back for 5 ms: 0.145 J.
+    /// 2 W over 10 steps of 5 ms, 2 W more at the end of a gap of 1 s that counts for 25 ms, and 1
+    /// W back for 5 ms: 0.145 J.
     #[test]
     fn counts_what_was_delivered_while_measured() {
         let mut meter = Meter::default();

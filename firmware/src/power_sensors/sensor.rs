@@ -1,8 +1,9 @@
 //! One INA219: sets it up, polls it, checks what it says, keeps its health.
 //!
-//! Nothing on this bus has a checksum, and a flipped bit looks like a measurement. So the chip is made to say it twice: it multiplies its
-//! two voltages itself, and its product has to be the one that is made of them here. That holds as long as all three are of one
-//! conversion. So a poll starts the next conversion and reads the last one, which stands still until the new one ends.
+//! Nothing on this bus has a checksum, and a flipped bit looks like a measurement. So the chip is
+//! made to say it twice: it multiplies its two voltages itself, and its product has to be the one
+//! that is made of them here. That holds as long as all three are of one conversion. So a poll
+//! starts the next conversion and reads the last one, which stands still until the new one ends.
 
 use embedded_hal_async::i2c::I2c;
 use ina219::measurements::{BusVoltage, ShuntVoltage};
@@ -16,8 +17,9 @@ const CALIBRATION: u8 = 5;
 const CNVR: u16 = 1 << 1;
 const OVF: u16 = 1 << 0;
 
-/// With this the current register is the shunt's: current = shunt · calibration / 4096 (8.5.2). It is the greatest power of two with
-/// which ±320 mV, 32,000 counts, fit its 16 bits, and at 32 V, 8,000 counts, the power fits its own: 32,000 · 8,000 / 5,000 = 51,200.
+/// With this the current register is the shunt's: current = shunt · calibration / 4096 (8.5.2). It
+/// is the greatest power of two with which ±320 mV, 32,000 counts, fit its 16 bits, and at 32 V,
+/// 8,000 counts, the power fits its own: 32,000 · 8,000 / 5,000 = 51,200.
 const UNITY: u16 = 4096;
 /// Power = current · bus / [`POWER_DIVISOR`] (8.5.2): the fraction is lost.
 const POWER_DIVISOR: u32 = 5_000;
@@ -69,10 +71,11 @@ impl<I: I2c> PowerSensor<I> {
         self.i2c
     }
 
-    /// Asks the sensor once. A reading when it has a new one within range that agrees with itself; the status says why when not.
+    /// Asks the sensor once. A reading when it has a new one within range that agrees with itself;
+    /// the status says why when not.
     ///
-    /// Errors stay here: one dead sensor costs its own rail only. Poll no faster than the chip converts: it begins with one poll and has
-    /// to have ended with the next.
+    /// Errors stay here: one dead sensor costs its own rail only. Poll no faster than the chip
+    /// converts: it begins with one poll and has to have ended with the next.
     pub async fn poll(&mut self) -> Option<Reading> {
         let Self { sensor, i2c } = self;
         let mut conversion = sensor.begin(i2c).await?;
@@ -99,8 +102,8 @@ impl Sensor {
         &self.status
     }
 
-    /// The first half of a poll: sets the chip up where it is not, and says what to ask it. `None`, and the poll is over, where it takes
-    /// no set-up.
+    /// The first half of a poll: sets the chip up where it is not, and says what to ask it. `None`,
+    /// and the poll is over, where it takes no set-up.
     pub(super) async fn begin<I: I2c>(&mut self, i2c: &mut I) -> Option<Conversion> {
         if !self.is_set_up
             && let Err(event) = self.set_up(i2c).await
@@ -176,14 +179,15 @@ impl Sensor {
         result.map(|()| u16::from_be_bytes(value)).map_err(|_| Event::NoAnswer)
     }
 
-    /// The last code of the shunt register in the range that is set, in 10 µV: a reading there is clipped (8.6.3.1).
+    /// The last code of the shunt register in the range that is set, in 10 µV: a reading there is
+    /// clipped (8.6.3.1).
     fn full_scale_10uv(&self) -> u16 {
         self.rail.set_up.shunt_voltage_range.range_mv().end().unsigned_abs().saturating_mul(100)
     }
 }
 
-/// Whether the chip's product is that of its two voltages, in counts. Of a reversed current the data sheet leaves open whether the product
-/// has its sign.
+/// Whether the chip's product is that of its two voltages, in counts. Of a reversed current the
+/// data sheet leaves open whether the product has its sign.
 fn is_product(power: u16, shunt: i16, bus: u16) -> bool {
     let product = u32::from(shunt.unsigned_abs()) * u32::from(bus) / POWER_DIVISOR;
     let agrees = |power: u16| u32::from(power).abs_diff(product) <= POWER_TOLERANCE;
@@ -212,7 +216,8 @@ mod tests {
     const POWER_CODE: u16 = 1198;
     const READING: (i16, u16) = (2000, 11_980);
 
-    /// A transaction: what is written, and what is read after each of it, or that nobody acknowledges.
+    /// A transaction: what is written, and what is read after each of it, or that nobody
+    /// acknowledges.
     type Call = (Vec<Vec<u8>>, Option<Vec<u16>>);
 
     /// Plays them.
@@ -311,7 +316,8 @@ mod tests {
         assert_eq!(play(&calls, 5), [ok, missing, missing, stale, ok]);
     }
 
-    /// The overflow flag, and both ends of the ±320 mV range (7D00h and 8300h), cost the reading but not the next one.
+    /// The overflow flag, and both ends of the ±320 mV range (7D00h and 8300h), cost the reading
+    /// but not the next one.
     #[test]
     fn overflow() {
         let mut calls = set_up().to_vec();
@@ -348,7 +354,8 @@ mod tests {
         assert_eq!(play(&calls, 3), [ok, lost, ok]);
     }
 
-    /// What is written is read back: another range or another mode would be measured with, and nothing would show it.
+    /// What is written is read back: another range or another mode would be measured with, and
+    /// nothing would show it.
     #[test]
     fn a_set_up_that_was_not_taken_is_written_again() {
         for found in [RESET, CONFIGURED ^ 1 << 11, CONFIGURED ^ 1] {
@@ -381,7 +388,8 @@ mod tests {
     }
 
     proptest! {
-        /// Every reading that a chip gives, of either sign and either way to lose the fraction and to show the sign.
+        /// Every reading that a chip gives, of either sign and either way to lose the fraction and
+        /// to show the sign.
         #[test]
         fn no_true_product_is_left_out(shunt in -31_999_i16..32_000, bus in 0_u16..=8_000, rounds: bool, has_sign: bool) {
             let product = u32::from(shunt.unsigned_abs()) * u32::from(bus);
@@ -390,7 +398,8 @@ mod tests {
             prop_assert!(is_product(power, shunt, bus));
         }
 
-        /// Any one bit of any of the three: what is still believed is off by 1 % or two counts of the power register at the most.
+        /// Any one bit of any of the three: what is still believed is off by 1 % or two counts of
+        /// the power register at the most.
         #[test]
         fn one_flipped_bit_shows(shunt in -31_999_i16..32_000, bus in 0_u16..=8_000, place in 0_u32..48) {
             let power = (u32::from(shunt.unsigned_abs()) * u32::from(bus) / 5_000) as u16;

@@ -1,16 +1,21 @@
 //! Items and totals in flash that survive a power cut at any moment.
 //!
-//! Two sectors, of which one counts. In its first half the items are a log in the format of the crate `sequential-storage`: a new value is
-//! appended, a torn one is skipped. In its second half the totals are a log of their own ([`totals`](self)): records of one size, of which the
-//! last whole one counts. When something does not fit, or the flash does not take it, all items and the totals are written to the other
-//! sector, and last its generation, one above this sector's: with that the other one counts. Only a sector that
-//! does not count is ever erased, so it does not matter what an interrupted erase leaves behind: zeros, ones or anything between. (The
-//! crate's own way of moving from page to page relies on the markers at both ends of the page that is being erased.)
+//! Two sectors, of which one counts. In its first half the items are a log in the format of the
+//! crate `sequential-storage`: a new value is appended, a torn one is skipped. In its second half
+//! the totals are a log of their own ([`totals`](self)): records of one size, of which the last
+//! whole one counts. When something does not fit, or the flash does not take it, all items and the
+//! totals are written to the other sector, and last its generation, one above this sector's: with
+//! that the other one counts. Only a sector that does not count is ever erased, so it does not
+//! matter what an interrupted erase leaves behind: zeros, ones or anything between. (The crate's
+//! own way of moving from page to page relies on the markers at both ends of the page that is being
+//! erased.)
 //!
-//! Erasing takes long, so it is done ahead of time ([`Store::prepare`]): a mark in the spare sector says that its erase has ended. While the
-//! robot may drive the store only ever writes ([`Store::allow_erasing`]).
+//! Erasing takes long, so it is done ahead of time ([`Store::prepare`]): a mark in the spare sector
+//! says that its erase has ended. While the robot may drive the store only ever writes
+//! ([`Store::allow_erasing`]).
 //!
-//! The same code works on the board's flash and, in `gmr`, on a copy of it in memory ([`RamFlash`]).
+//! The same code works on the board's flash and, in `gmr`, on a copy of it in memory
+//! ([`RamFlash`]).
 
 mod log;
 mod ram;
@@ -85,7 +90,8 @@ impl From<StoreError> for Reason {
 
 /// The items. Owns its flash.
 ///
-/// On the board's chip, whose flash is one bank, erasing and writing stall the core: put items at a standstill. Reading never writes.
+/// On the board's chip, whose flash is one bank, erasing and writing stall the core: put items at a
+/// standstill. Reading never writes.
 pub struct Store<F> {
     flash: F,
     /// Where the sectors begin.
@@ -136,7 +142,8 @@ impl<F: NorFlash> Store<F> {
         self.flash
     }
 
-    /// Whether a sector may be erased from now on, as it may at first: what needs it is refused otherwise ([`StoreError::Unprepared`]).
+    /// Whether a sector may be erased from now on, as it may at first: what needs it is refused
+    /// otherwise ([`StoreError::Unprepared`]).
     pub fn allow_erasing(&mut self, allowed: bool) {
         self.may_erase = allowed;
     }
@@ -146,8 +153,8 @@ impl<F: NorFlash> Store<F> {
         self.erases
     }
 
-    /// The item's bytes, [`ItemBytes::EMPTY`] when there is none. Flash that holds something else than a store, such as the stock
-    /// firmware's settings, has no items.
+    /// The item's bytes, [`ItemBytes::EMPTY`] when there is none. Flash that holds something else
+    /// than a store, such as the stock firmware's settings, has no items.
     ///
     /// # Errors
     /// The flash cannot be read.
@@ -155,7 +162,8 @@ impl<F: NorFlash> Store<F> {
         Ok(self.versions(item).await?.current)
     }
 
-    /// The coefficients that were in use before those that are; [`ItemBytes::EMPTY`] when there are none.
+    /// The coefficients that were in use before those that are; [`ItemBytes::EMPTY`] when there are
+    /// none.
     ///
     /// # Errors
     /// The flash cannot be read.
@@ -190,9 +198,10 @@ impl<F: NorFlash> Store<F> {
         Ok((!bytes.is_empty()).then_some(bytes.len()))
     }
 
-    /// Writes the item, reads it back and compares. Whatever happens meanwhile, the old bytes or the new ones are there
-    /// afterwards, and every other item. Coefficients that it takes the place of are the [`previous`](Self::previous) ones from then on:
-    /// both are one value, so a power cut cannot part them.
+    /// Writes the item, reads it back and compares. Whatever happens meanwhile, the old bytes or
+    /// the new ones are there afterwards, and every other item. Coefficients that it takes the
+    /// place of are the [`previous`](Self::previous) ones from then on: both are one value, so a
+    /// power cut cannot part them.
     ///
     /// # Errors
     /// After an error, too, the item is the old one or the new one.
@@ -217,7 +226,8 @@ impl<F: NorFlash> Store<F> {
         self.append(sector, item as u8, bytes.get(..length).ok_or(StoreError::Length)?).await
     }
 
-    /// Writes all items and the totals, what is new among them, to the sector that does not count, and makes it the one that does.
+    /// Writes all items and the totals, what is new among them, to the sector that does not count,
+    /// and makes it the one that does.
     async fn rewrite(&mut self, current: Option<Current>, change: Change<'_>) -> Result<(), StoreError> {
         let target = self.spare(current);
         let generation = current.map_or(0, |current| current.generation.wrapping_add(1));
@@ -226,7 +236,8 @@ impl<F: NorFlash> Store<F> {
             Change::Item(..) => self.totals().await?,
         };
         self.prepare().await?;
-        // From here on it has to be erased again before it can be used, unless it becomes the one that counts.
+        // From here on it has to be erased again before it can be used, unless it becomes the one
+        // that counts.
         (self.is_prepared, self.log) = (Some(false), None);
         for item in ITEMS {
             let mut bytes = [0; VALUE_BYTES];
@@ -268,7 +279,8 @@ impl<F: NorFlash> Store<F> {
         Ok(newest)
     }
 
-    /// Reads a value of the sector's map to the front of `self.value`, so many bytes; 0 where there is none.
+    /// Reads a value of the sector's map to the front of `self.value`, so many bytes; 0 where there
+    /// is none.
     async fn find(&mut self, sector: u32, key: u8) -> Result<usize, StoreError> {
         let mut map = map(&mut self.flash, sector)?;
         match map.fetch_item::<&[u8]>(&mut self.scratch.0, &key).await {

@@ -16,7 +16,8 @@ impl NorFlashError for OutOfReach {
     }
 }
 
-/// Memory with the words of the chip's flash, and its sectors unless given: writing only clears bits, erasing sets them.
+/// Memory with the words of the chip's flash, and its sectors unless given: writing only clears
+/// bits, erasing sets them.
 #[derive(Debug)]
 pub struct RamFlash<'a, const SECTOR: usize = SECTOR_BYTES>(pub &'a mut [u8]);
 

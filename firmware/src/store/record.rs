@@ -1,4 +1,5 @@
-//! What stands in flash for an item: those bytes that count, and, of coefficients, those before them.
+//! What stands in flash for an item: those bytes that count, and, of coefficients, those before
+//! them.
 //!
 //! | offset | bytes | what |
 //! |---|---|---|
@@ -22,7 +23,8 @@ pub(super) struct Versions {
 impl Versions {
     pub(super) const NONE: Self = Self { current: ItemBytes::EMPTY, previous: ItemBytes::EMPTY };
 
-    /// `new` counts. Coefficients that it takes the place of are kept; the same once more changes nothing.
+    /// `new` counts. Coefficients that it takes the place of are kept; the same once more changes
+    /// nothing.
     pub(super) fn with(self, item: Item, new: ItemBytes) -> Self {
         let previous = match item {
             _ if new == self.current => self.previous,

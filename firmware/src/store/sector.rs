@@ -1,4 +1,5 @@
-//! The items' half of a sector, as `sequential-storage` is to see it: its first page, followed by an erased one that it never gets to.
+//! The items' half of a sector, as `sequential-storage` is to see it: its first page, followed by
+//! an erased one that it never gets to.
 
 use core::ops::Range;
 
@@ -17,7 +18,8 @@ pub(super) struct Sector<'f, F> {
 pub(super) enum Refused {
     /// The flash reported an error.
     ByFlash,
-    /// It would close the sector, go beyond it or erase it: the sector is full, or holds what no store has written.
+    /// It would close the sector, go beyond it or erase it: the sector is full, or holds what no
+    /// store has written.
     HasToStay,
 }
 

@@ -13,8 +13,9 @@ const MARK_WORDS: usize = 3;
 const SHORTEST_WORD: usize = 16;
 
 impl<F: NorFlash> Store<F> {
-    /// Erases the spare sector, unless that was done since it counted last. From then on the next move from sector to sector only
-    /// writes. An erase that was cut off leaves no mark behind, however blank the sector looks, and is done again.
+    /// Erases the spare sector, unless that was done since it counted last. From then on the next
+    /// move from sector to sector only writes. An erase that was cut off leaves no mark behind,
+    /// however blank the sector looks, and is done again.
     ///
     /// # Errors
     /// [`StoreError::Unprepared`] where it has to be erased and may not be now; the flash fails.

@@ -92,8 +92,9 @@ fn stays_within_its_range() {
     assert_eq!(ADDRESS - 0x0800_0000, OFFSET);
 }
 
-/// The power is cut in every operation of a put, from every filling of the sectors, with several kinds of damage each: afterwards every
-/// other item is as it was, this one is the old or the new, and the next put succeeds. Gives the number of cuts.
+/// The power is cut in every operation of a put, from every filling of the sectors, with several
+/// kinds of damage each: afterwards every other item is as it was, this one is the old or the new,
+/// and the next put succeeds. Gives the number of cuts.
 fn cut_everywhere(rewriting: Rewriting) -> u32 {
     let mut cuts = 0;
     for writes in 0..24 {
@@ -161,7 +162,8 @@ proptest! {
         }
     }
 
-    /// Whatever stands there, such as the stock firmware's settings, is no item, no panic, and gives way to ours.
+    /// Whatever stands there, such as the stock firmware's settings, is no item, no panic, and
+    /// gives way to ours.
     #[test]
     fn foreign_contents(
         mut contents in proptest::collection::vec(any::<u8>(), torn::BYTES),
@@ -186,8 +188,8 @@ proptest! {
     }
 }
 
-/// The stock firmware's settings: ST's EEPROM emulation, whose pages begin with the half-word 0000h (valid) or FFFFh (erased) and go on with
-/// pairs of a value and a virtual address (AN3969).
+/// The stock firmware's settings: ST's EEPROM emulation, whose pages begin with the half-word 0000h
+/// (valid) or FFFFh (erased) and go on with pairs of a value and a virtual address (AN3969).
 #[test]
 fn settings_of_the_stock_firmware_are_no_items() {
     let mut memory = vec![0xFF; BYTES];
@@ -206,7 +208,8 @@ fn settings_of_the_stock_firmware_are_no_items() {
     }
 }
 
-/// A cell that stays as it is: nothing helps, and the store says so instead of believing what it wrote.
+/// A cell that stays as it is: nothing helps, and the store says so instead of believing what it
+/// wrote.
 #[test]
 fn a_broken_flash_is_reported() {
     struct Stuck(TornFlash);

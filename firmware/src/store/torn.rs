@@ -1,4 +1,5 @@
-//! Flash whose power is cut: after a given number of words written or sectors erased, in the middle of one.
+//! Flash whose power is cut: after a given number of words written or sectors erased, in the middle
+//! of one.
 
 use embedded_storage_async::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
@@ -56,7 +57,8 @@ impl TornFlash {
         }
     }
 
-    /// Power is back, and goes again in the middle of operation `cut` from now; `seed` decides on the damage.
+    /// Power is back, and goes again in the middle of operation `cut` from now; `seed` decides on
+    /// the damage.
     pub(super) fn power_up(&mut self, cut: Option<u32>, seed: u64) {
         self.random = seed;
         self.until_cut = cut;
@@ -95,7 +97,8 @@ impl TornFlash {
             return Err(Failure::WrittenBefore);
         }
         let is_cut = self.is_cut();
-        // Of a torn word each bit is written or not; sometimes hardly any is, sometimes nearly all are.
+        // Of a torn word each bit is written or not; sometimes hardly any is, sometimes nearly all
+        // are.
         let sparse = self.random() & self.random() & self.random() & self.random() & self.random();
         let masks = [self.random(), sparse, !sparse];
         let mask = masks[self.random() as usize % masks.len()].to_le_bytes();
@@ -108,8 +111,8 @@ impl TornFlash {
         if is_cut { Err(Failure::PowerCut) } else { Ok(()) }
     }
 
-    /// An erase that is cut may leave anything: cells that are still as they were, programmed to zero first, as such chips do, or
-    /// erased, in any mixture.
+    /// An erase that is cut may leave anything: cells that are still as they were, programmed to
+    /// zero first, as such chips do, or erased, in any mixture.
     fn erase_sector(&mut self, at: usize) -> Result<(), Failure> {
         let is_cut = self.is_cut();
         let way = if is_cut { self.random() % 6 } else { 1 };

@@ -1,7 +1,8 @@
-//! The log of totals: records of one size in the second half of a sector, each with a CRC-32, of which the last whole one counts.
+//! The log of totals: records of one size in the second half of a sector, each with a CRC-32, of
+//! which the last whole one counts.
 //!
-//! A log of its own, and not an item, because it is written while the robot drives: it is known where the next record goes, so it costs a few
-//! words and no search.
+//! A log of its own, and not an item, because it is written while the robot drives: it is known
+//! where the next record goes, so it costs a few words and no search.
 
 use embedded_storage_async::nor_flash::NorFlash;
 
@@ -15,7 +16,8 @@ pub(super) const RECORD_BYTES: usize = TOTALS_BYTES + 4;
 
 const BLANK: [u8; RECORD_BYTES] = [0xFF; RECORD_BYTES];
 
-/// Records that may be skipped, because a cut or a worn cell spoiled them, before the log counts as full.
+/// Records that may be skipped, because a cut or a worn cell spoiled them, before the log counts as
+/// full.
 const MOST_SKIPS: usize = 4;
 
 /// Some drivers want what they write on a word boundary.
@@ -40,7 +42,8 @@ impl<F: NorFlash> Store<F> {
         Ok(None)
     }
 
-    /// Whether [`append_totals`](Self::append_totals) would have to move to the other sector, which takes some milliseconds.
+    /// Whether [`append_totals`](Self::append_totals) would have to move to the other sector, which
+    /// takes some milliseconds.
     ///
     /// # Errors
     /// The flash cannot be read.
@@ -48,8 +51,8 @@ impl<F: NorFlash> Store<F> {
         Ok(self.log().await?.is_none_or(|log| log.next >= Self::SLOTS))
     }
 
-    /// Appends totals, reads them back and compares. Whatever happens meanwhile, the old ones or these are there afterwards, and every
-    /// item.
+    /// Appends totals, reads them back and compares. Whatever happens meanwhile, the old ones or
+    /// these are there afterwards, and every item.
     ///
     /// # Errors
     /// After an error, too, the totals are the old ones or these.

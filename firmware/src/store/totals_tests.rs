@@ -1,4 +1,5 @@
-//! The totals are the old ones or the new ones, whenever the power goes; and nothing is erased that was not prepared for it.
+//! The totals are the old ones or the new ones, whenever the power goes; and nothing is erased that
+//! was not prepared for it.
 
 use embassy_futures::block_on;
 
@@ -53,8 +54,8 @@ fn used(rewriting: Rewriting, records: u32) -> TornFlash {
     flash
 }
 
-/// `work` with the power cut in each of its operations, with several kinds of damage: gives what it leaves, until it is not cut any more.
-/// Gives the number of cuts.
+/// `work` with the power cut in each of its operations, with several kinds of damage: gives what it
+/// leaves, until it is not cut any more. Gives the number of cuts.
 fn cut_everywhere(
     before: &TornFlash,
     work: impl Fn(&mut Store<&mut TornFlash>) -> Result<(), StoreError>,
@@ -119,7 +120,8 @@ fn a_power_cut_leaves_old_or_new_totals() {
     assert!(cuts > 2000, "{cuts}");
 }
 
-/// An upload, its way back, and a sector prepared: the totals, and both sets of coefficients, are never parted.
+/// An upload, its way back, and a sector prepared: the totals, and both sets of coefficients, are
+/// never parted.
 #[test]
 fn a_power_cut_in_anything_else_leaves_them_alone() {
     let mut cuts = 0;
@@ -162,7 +164,8 @@ fn a_power_cut_in_anything_else_leaves_them_alone() {
     assert!(cuts > 1000, "{cuts}");
 }
 
-/// From a prepared sector on nothing is erased until both are full; then what does not fit is refused, and nothing of it done.
+/// From a prepared sector on nothing is erased until both are full; then what does not fit is
+/// refused, and nothing of it done.
 #[test]
 fn without_leave_nothing_is_erased() {
     let mut flash = used(Rewriting::Fails, 3);
@@ -196,7 +199,8 @@ fn without_leave_nothing_is_erased() {
     assert_eq!(block_on(store.totals()), Ok(Some(totals(version))));
 }
 
-/// A record more than it holds, of a flash with bits that stay: it is skipped, and the one before it stays in force until another is whole.
+/// A record more than it holds, of a flash with bits that stay: it is skipped, and the one before
+/// it stays in force until another is whole.
 #[test]
 fn a_worn_cell_costs_a_record_not_the_totals() {
     let mut flash = used(Rewriting::Clears, 2);

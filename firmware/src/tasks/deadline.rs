@@ -22,8 +22,8 @@ impl Schedule {
         self.next_us
     }
 
-    /// A sample begins: how many deadlines were missed, this one's and those of samples that are left out because
-    /// their time has passed. The grid stays where it was.
+    /// A sample begins: how many deadlines were missed, this one's and those of samples that are
+    /// left out because their time has passed. The grid stays where it was.
     pub(super) fn begin(&mut self, now_us: u64) -> u32 {
         let late_us = now_us.saturating_sub(self.next_us);
         let left_out = late_us / SAMPLE_PERIOD_US;

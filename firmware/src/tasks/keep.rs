@@ -18,7 +18,8 @@ const LOOK: Duration = Duration::from_micros(SAMPLE_PERIOD_US / 10);
 /// After two periods it is written anyway.
 const MOST_LOOKS: usize = 20;
 
-/// Keeps items and totals in a flash that is the store's, from its beginning to its end. With `verify` coefficients need a signature.
+/// Keeps items and totals in a flash that is the store's, from its beginning to its end. With
+/// `verify` coefficients need a signature.
 pub async fn keep(flash: impl NorFlash, verify: Option<Verify>, shared: &Shared) -> ! {
     shared.with(|state| state.needs_signature = verify.is_some());
     let mut keeper = match Store::new(flash, 0..BYTES as u32) {
@@ -68,7 +69,8 @@ impl<F: NorFlash> Keeper<'_, F> {
             self.shared.with(|state| state.load(item, found));
         }
         let previous = self.store.previous().await.unwrap_or(ItemBytes::EMPTY);
-        // This finds where the next record belongs, too, record by record: some milliseconds that a sample would wait for later.
+        // This finds where the next record belongs, too, record by record: some milliseconds that a
+        // sample would wait for later.
         let totals = self.store.totals().await.map(|bytes| bytes.map(|bytes| Totals::decode(&bytes)));
         self.shared.with(|state| {
             state.load_previous(previous);
@@ -102,7 +104,8 @@ impl<F: NorFlash> Keeper<'_, F> {
         self.show().await;
     }
 
-    /// Sampling goes on while the signature is looked at: only the erase and the words of the flash are in its way.
+    /// Sampling goes on while the signature is looked at: only the erase and the words of the flash
+    /// are in its way.
     async fn put(&mut self, item: Item, bytes: &ItemBytes) -> Result<(), Reason> {
         self.check(item, bytes)?;
         self.shared.stall();
@@ -112,7 +115,8 @@ impl<F: NorFlash> Keeper<'_, F> {
         stored
     }
 
-    /// Whether it is signed as it has to be. Takes some ten milliseconds: at a standstill, as writing.
+    /// Whether it is signed as it has to be. Takes some ten milliseconds: at a standstill, as
+    /// writing.
     fn check(&self, item: Item, bytes: &ItemBytes) -> Result<(), Reason> {
         match item {
             Item::Coefficients => check_signature(bytes.as_slice(), self.verify),
@@ -120,8 +124,9 @@ impl<F: NorFlash> Keeper<'_, F> {
         }
     }
 
-    /// A record costs a fraction of a millisecond, also while the robot drives: it begins between two samples, and one that becomes due goes
-    /// on between its words. Moving to the other sector takes some milliseconds: that waits for a standstill.
+    /// A record costs a fraction of a millisecond, also while the robot drives: it begins between
+    /// two samples, and one that becomes due goes on between its words. Moving to the other sector
+    /// takes some milliseconds: that waits for a standstill.
     async fn append(&mut self, totals: &Totals) {
         let has_to_move = self.store.is_log_full().await != Ok(false);
         if has_to_move {

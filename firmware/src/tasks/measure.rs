@@ -36,7 +36,8 @@ where
             Timer::at(Instant::from_micros(stop_us)).await;
             let now_us = Instant::now().as_micros();
             let orders = shared.with(|state| state.pilot.orders(now_us));
-            // No packet while the flash is written, and none is begun while one is on the bus: then the next sample stops the wheels.
+            // No packet while the flash is written, and none is begun while one is on the bus: then
+            // the next sample stops the wheels.
             shared.set_sampling(true);
             if !shared.is_held() {
                 sampler.hurry(now_us, &orders).await;

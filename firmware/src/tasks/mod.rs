@@ -1,9 +1,10 @@
-//! What the board does all the time, over the drivers of any board: [`measure`], [`serve`] the host, [`keep`]
-//! what it uploads, and [`orient`] by the inertial sensor.
+//! What the board does all the time, over the drivers of any board: [`measure`], [`serve`] the
+//! host, [`keep`] what it uploads, and [`orient`] by the inertial sensor.
 //!
-//! On a board [`measure`] and [`orient`] interrupt the others: whatever a host sends, samples are on time. What they share is lent for a
-//! moment in which nothing interrupts ([`Shared`]), so it is never for long: the longest is a read of all registers. On the virtual board,
-//! where a bus takes no time, one executor polls them all.
+//! On a board [`measure`] and [`orient`] interrupt the others: whatever a host sends, samples are
+//! on time. What they share is lent for a moment in which nothing interrupts ([`Shared`]), so it is
+//! never for long: the longest is a read of all registers. On the virtual board, where a bus takes
+//! no time, one executor polls them all.
 
 mod deadline;
 mod keep;

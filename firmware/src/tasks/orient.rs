@@ -11,11 +11,12 @@ use crate::wheels::WheelHealth;
 
 /// A sensor that does not answer is asked again after this time.
 const RETRY: Duration = Duration::from_secs(1);
-/// Longest time that one reading stands for, s: the flash may have been written meanwhile, at a standstill.
+/// Longest time that one reading stands for, s: the flash may have been written meanwhile, at a
+/// standstill.
 const LONGEST_S: f32 = 0.5;
 
-/// Reads the sensor on `spi` as often as samples are taken, for good. Whatever it does costs nobody else more than its share of the
-/// processor: its bus is its own.
+/// Reads the sensor on `spi` as often as samples are taken, for good. Whatever it does costs nobody
+/// else more than its share of the processor: its bus is its own.
 pub async fn orient<S: SpiDevice>(spi: S, shared: &Shared) -> ! {
     let mut sensor =
         Sensor { chip: Chip::new(spi), known: InertialSnapshot::UNKNOWN, read: None, retry: Instant::MIN };

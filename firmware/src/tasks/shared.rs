@@ -29,7 +29,8 @@ pub struct Shared {
     is_held: AtomicBool,
     /// The flash was written since the last sample: that one may be late.
     has_stalled: AtomicBool,
-    /// When each task last worked, µs since start, which wraps in 71 minutes; 0 while it waits for a host.
+    /// When each task last worked, µs since start, which wraps in 71 minutes; 0 while it waits for
+    /// a host.
     reports: [AtomicU32; Reporter::ALL.len()],
 }
 
@@ -59,15 +60,18 @@ impl Reporter {
     /// How long the task may work or wait for a device before it counts as hung.
     const fn limit(self) -> Duration {
         Duration::from_millis(match self {
-            // The servos stop by themselves so long after the last packet: from then on nobody drives.
+            // The servos stop by themselves so long after the last packet: from then on nobody
+            // drives.
             Self::Measure => SERVO_WATCHDOG as u64 * 20,
             // Starting a sensor takes a tenth of a second.
             Self::Orient => 500,
-            // Moving the store: both sectors erased, each in half a second at most (datasheet), and written.
+            // Moving the store: both sectors erased, each in half a second at most (datasheet), and
+            // written.
             Self::Keep => 2_000,
             // A reset brings the link back within this time.
             Self::Usb => 200,
-            // A packet of six questions, each of whose answers the host may leave for 20 ms; and a signature that is verified meanwhile.
+            // A packet of six questions, each of whose answers the host may leave for 20 ms; and a
+            // signature that is verified meanwhile.
             Self::NodePort | Self::OwnPort => 500,
             Self::Panel => 500,
         })
@@ -92,8 +96,8 @@ impl Shared {
         self.with(|state| state.reset = report);
     }
 
-    /// What the board's panel shows and is told, and its supply voltage: `exchange` gets what the host wants of the LEDs, and gives the
-    /// buttons and the voltage.
+    /// What the board's panel shows and is told, and its supply voltage: `exchange` gets what the
+    /// host wants of the LEDs, and gives the buttons and the voltage.
     pub fn exchange_panel(&self, exchange: impl FnOnce([u8; 4]) -> ([u8; 2], Option<f32>)) {
         self.with(|state| {
             let (buttons, voltage) = exchange(state.panel.leds);
@@ -129,7 +133,8 @@ impl Shared {
         })
     }
 
-    /// Uses the state. `work` cannot wait, must not come here again, and is what a sample may have to wait for: short.
+    /// Uses the state. `work` cannot wait, must not come here again, and is what a sample may have
+    /// to wait for: short.
     pub(super) fn with<T>(&self, work: impl FnOnce(&mut State<'static>) -> T) -> T {
         self.state.lock(|state| work(&mut state.borrow_mut()))
     }
@@ -144,8 +149,8 @@ impl Shared {
         self.is_sampling.load(Ordering::SeqCst)
     }
 
-    /// The processor is about to stand still, for longer than a sample's period: no sample begins any more until [`Self::resume`]; one
-    /// may still be under way.
+    /// The processor is about to stand still, for longer than a sample's period: no sample begins
+    /// any more until [`Self::resume`]; one may still be under way.
     pub(super) fn stall(&self) {
         self.is_held.store(true, Ordering::SeqCst);
         self.has_stalled.store(true, Ordering::SeqCst);
@@ -171,7 +176,8 @@ impl Shared {
 mod tests {
     use super::*;
 
-    /// Each task by its own limit, over the wrap of 32 bits of microseconds too; one that waits for a host for good is not hung.
+    /// Each task by its own limit, over the wrap of 32 bits of microseconds too; one that waits for
+    /// a host for good is not hung.
     #[test]
     fn a_task_hangs_after_its_own_limit() {
         for reporter in Reporter::ALL {

@@ -19,8 +19,9 @@ pub(super) struct Supply {
 impl Supply {
     /// Whether the supply is to be on.
     ///
-    /// Off with a low battery, and while something waits to be written to the flash on a board whose servos do not answer: without a
-    /// supply they stand, which nobody could know otherwise. A board on USB alone takes its coefficients that way.
+    /// Off with a low battery, and while something waits to be written to the flash on a board
+    /// whose servos do not answer: without a supply they stand, which nobody could know otherwise.
+    /// A board on USB alone takes its coefficients that way.
     pub(super) fn is_wanted(&mut self, state: &State<'_>, now_us: u64) -> bool {
         let is_low = self.battery.look(state.battery_voltage(), now_us);
         let are_absent = state.snapshot.wheels.iter().all(|wheel| wheel.health == WheelHealth::Absent);

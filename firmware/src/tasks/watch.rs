@@ -12,7 +12,8 @@ pub async fn watch(period: Duration, mut feed: impl FnMut(), shared: &Shared) ->
         let hung = shared.hung(Instant::now().as_micros());
         match hung {
             None => feed(),
-            // Once may be because nothing ran while the flash was written, and its turn is yet to come.
+            // Once may be because nothing ran while the flash was written, and its turn is yet to
+            // come.
             Some(reporter) if before == hung => warning!("task {=u8} hangs", reporter as u8),
             Some(_) => {}
         }

@@ -4,10 +4,11 @@ use super::{Totals, Trip};
 use crate::control_table::Reason;
 use crate::power_sensors::RAIL_COUNT;
 
-/// They are written after this time, µs: as much is lost at most when the power goes. By this and the size of a record the flash lasts
-/// 13 years of days and nights (docs/board.md).
+/// They are written after this time, µs: as much is lost at most when the power goes. By this and
+/// the size of a record the flash lasts 13 years of days and nights (docs/board.md).
 const PERIOD_US: u64 = 60_000_000;
-/// When the robot comes to stand after a drive, they are written after this time already, µs: who switches it off then loses nothing.
+/// When the robot comes to stand after a drive, they are written after this time already, µs: who
+/// switches it off then loses nothing.
 const STANDING_PERIOD_US: u64 = 30_000_000;
 
 /// How it is with the totals in flash.
@@ -18,8 +19,8 @@ pub enum Keeping {
     Ok = 0,
     /// They were not read: what is shown is since start, and nothing is written.
     Unread = 1,
-    /// Both sectors are full: one is erased as soon as torque is off, or at the next start. Until then what is shown is right, and lost
-    /// at a reset.
+    /// Both sectors are full: one is erased as soon as torque is off, or at the next start. Until
+    /// then what is shown is right, and lost at a reset.
     Waiting = 2,
     /// The flash did not take them.
     Failed = 3,
@@ -71,7 +72,8 @@ impl Ledger {
         &mut self.trip
     }
 
-    /// All, with the energy that each rail has delivered since start, J: negative where it took back more.
+    /// All, with the energy that each rail has delivered since start, J: negative where it took
+    /// back more.
     #[must_use]
     pub fn totals(&self, energies: [f32; RAIL_COUNT], time_us: u64) -> Totals {
         let mut totals = self.before.plus(&Totals {
@@ -142,7 +144,8 @@ mod tests {
         assert_eq!((totals.distance_cm, totals.driving_s, totals.on_s), (10, 3, 107));
     }
 
-    /// Once a minute; after a drive at the first standstill that is half a minute from the last time.
+    /// Once a minute; after a drive at the first standstill that is half a minute from the last
+    /// time.
     #[test]
     fn are_written_once_a_minute_and_after_a_drive() {
         let mut ledger = Ledger::new();

@@ -1,6 +1,7 @@
 //! What the robot has used and driven in its life, kept over resets.
 //!
-//! Counted since the start, and added to what the flash held then: nothing is read back while the robot drives.
+//! Counted since the start, and added to what the flash held then: nothing is read back while the
+//! robot drives.
 
 mod ledger;
 mod trip;

@@ -3,8 +3,8 @@
 use crate::parameters::{LONGEST_STEP_US, WHEEL_RADIUS_M};
 use crate::wheels::WHEELS;
 
-/// Counts, left and right together, that the wheels may go to and fro without having driven: 0.4 mm. A wheel that stands on the edge of
-/// a count would drive 4 m a day otherwise.
+/// Counts, left and right together, that the wheels may go to and fro without having driven: 0.4
+/// mm. A wheel that stands on the edge of a count would drive 4 m a day otherwise.
 const PLAY: u32 = 16;
 
 /// Way of the middle between the wheels for one count of one of them, nm.
@@ -62,7 +62,8 @@ impl Trip {
 mod tests {
     use super::*;
 
-    /// Ten turns of both wheels are 10 · 2π · 3.3 cm = 207.3 cm, there and back as much again; on the spot nothing.
+    /// Ten turns of both wheels are 10 · 2π · 3.3 cm = 207.3 cm, there and back as much again; on
+    /// the spot nothing.
     #[test]
     fn counts_the_way_of_the_middle() {
         let mut trip = Trip::START;

@@ -2,7 +2,8 @@
 
 use crate::dynamixel::bus::BusError;
 
-/// Answers missing in a row after which a servo counts as [`WheelHealth::Absent`]: a single one may be a disturbed bus.
+/// Answers missing in a row after which a servo counts as [`WheelHealth::Absent`]: a single one may
+/// be a disturbed bus.
 const ABSENT_AFTER: u8 = 3;
 
 /// The verdict on a wheel's servo. Codes as the power sensors' where they mean the same.

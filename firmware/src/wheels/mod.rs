@@ -30,7 +30,8 @@ pub trait SwitchedPort: Read + Write {
 pub struct Servo {
     /// On the servo bus.
     pub id: u8,
-    /// It counts backwards when the robot drives forward, whatever its own drive mode makes of that.
+    /// It counts backwards when the robot drives forward, whatever its own drive mode makes of
+    /// that.
     pub reversed: bool,
 }
 

@@ -1,6 +1,8 @@
-//! Makes the servos drive: checks how they are set up, switches their torque, sends goals and reads back what they took.
+//! Makes the servos drive: checks how they are set up, switches their torque, sends goals and reads
+//! back what they took.
 //!
-//! A sync write gets no answer, so goals are verified. All of this is one packet more in a sample at most, beside the goals.
+//! A sync write gets no answer, so goals are verified. All of this is one packet more in a sample
+//! at most, beside the goals.
 
 use embedded_hal_async::delay::DelayNs;
 use embedded_io_async::{Read, Write};
@@ -26,7 +28,8 @@ pub enum DriveState {
     /// A servo does not answer.
     #[default]
     Lost = 1,
-    /// A servo is set up in a way that would drive otherwise than asked: see the register that the fault names.
+    /// A servo is set up in a way that would drive otherwise than asked: see the register that the
+    /// fault names.
     Unfit = 2,
     /// Torque was switched off.
     Off = 3,
@@ -34,7 +37,8 @@ pub enum DriveState {
     Failed = 4,
     /// Being checked, or torque being switched.
     Preparing = 5,
-    /// The motors' supply is cut: the battery is low, or the flash is about to be written on a board without motors.
+    /// The motors' supply is cut: the battery is low, or the flash is about to be written on a
+    /// board without motors.
     CutOff = 6,
 }
 
@@ -64,7 +68,8 @@ struct Motor {
     step: Step,
     /// The register that does not fit.
     misfit: u8,
-    /// It is known to hold no torque: by its own word, or because it acknowledged that it was switched off.
+    /// It is known to hold no torque: by its own word, or because it acknowledged that it was
+    /// switched off.
     is_off: bool,
     /// It has said that it holds one, and was not told to let it go since.
     says_on: bool,
@@ -114,7 +119,8 @@ impl Motors {
         self.motors.iter().all(|motor| motor.step > Step::SwitchOn)
     }
 
-    /// Of each servo, whether it is known to hold no torque. One of which nothing is known may hold one from before the board's start.
+    /// Of each servo, whether it is known to hold no torque. One of which nothing is known may hold
+    /// one from before the board's start.
     pub(super) fn are_off(&self) -> [bool; WHEELS] {
         self.motors.map(|motor| motor.is_off)
     }
@@ -173,7 +179,8 @@ impl Motors {
         }
     }
 
-    /// Goals, where a servo may follow them. A robot of which one wheel is gone stands still with the other.
+    /// Goals, where a servo may follow them. A robot of which one wheel is gone stands still with
+    /// the other.
     pub(super) async fn send<P: Read + Write, D: DelayNs>(
         &mut self,
         bus: &mut Bus<P, D>,
@@ -382,7 +389,8 @@ impl Motor {
         Ok(())
     }
 
-    /// Asks whether it holds a torque, and if so takes that: what a servo that acknowledges nothing did shows with the next question.
+    /// Asks whether it holds a torque, and if so takes that: what a servo that acknowledges nothing
+    /// did shows with the next question.
     async fn switch_off<P: Read + Write, D: DelayNs>(
         &mut self,
         bus: &mut Bus<P, D>,

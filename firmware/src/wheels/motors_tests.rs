@@ -103,7 +103,8 @@ fn a_servo_that_is_set_up_otherwise_gets_no_torque() {
     }
 }
 
-/// A servo that answers nonsense, beside one that is set up as needed, so that goals are sent to both.
+/// A servo that answers nonsense, beside one that is set up as needed, so that goals are sent to
+/// both.
 #[test]
 fn a_negative_limit_is_none() {
     for limit in [-5, i32::MIN] {
@@ -116,7 +117,8 @@ fn a_negative_limit_is_none() {
     }
 }
 
-/// The sync write is not answered: that it was not heard shows when the goals are read back, ten times a second.
+/// The sync write is not answered: that it was not heard shows when the goals are read back, ten
+/// times a second.
 #[test]
 fn a_goal_that_was_not_taken_is_sent_again() {
     let servos = Servos::new();
@@ -141,7 +143,8 @@ fn a_tripped_watchdog_is_cleared_by_an_acknowledged_write() {
     assert_eq!(wheels.counters().tripped, 1);
 }
 
-/// It has forgotten torque, watchdog and turns: found within a tenth of a second, and its position goes on.
+/// It has forgotten torque, watchdog and turns: found within a tenth of a second, and its position
+/// goes on.
 #[test]
 fn a_servo_that_restarts_drives_on() {
     let servos = Servos::new();
@@ -213,7 +216,8 @@ fn each_servo_is_off_by_itself() {
     assert_eq!((torque(&servos), wheels.are_off()), ([false; 2], [true; 2]));
 }
 
-/// The board has restarted and the servos have not: a torque that nobody has switched on since is found, and switched off as asked.
+/// The board has restarted and the servos have not: a torque that nobody has switched on since is
+/// found, and switched off as asked.
 #[test]
 fn torque_from_before_the_start_is_found() {
     for (address, value) in [(64, 1), (9, 254)] {
@@ -229,7 +233,8 @@ fn torque_from_before_the_start_is_found() {
     }
 }
 
-/// Every write whose acknowledgement gets lost: whatever a servo then holds, nobody takes it for off.
+/// Every write whose acknowledgement gets lost: whatever a servo then holds, nobody takes it for
+/// off.
 #[test]
 fn an_unacknowledged_torque_counts_as_one() {
     for lost in 0..40 {

@@ -7,7 +7,8 @@ use crate::time::seconds;
 /// Counts of one turn.
 const TURN: i32 = 4096;
 
-/// Continuous over a servo's restart, after which the servo counts from within one turn: the node takes every jump for a way driven.
+/// Continuous over a servo's restart, after which the servo counts from within one turn: the node
+/// takes every jump for a way driven.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Odometer {
     /// Position, and the servo's own, at a time, µs since start.
@@ -34,7 +35,8 @@ impl Odometer {
     }
 }
 
-/// The counts since `before`: as the servo says, or, where it has restarted, the fewest that lead to the same angle within a turn.
+/// The counts since `before`: as the servo says, or, where it has restarted, the fewest that lead
+/// to the same angle within a turn.
 fn way(before: Position, now: &Present, elapsed_us: u64) -> i32 {
     let counts = now.position.0.wrapping_sub(before.0);
     let has_restarted = if elapsed_us <= LONGEST_STEP_US {

@@ -32,7 +32,8 @@ pub struct WheelStatus {
     pub hardware_error: u8,
     /// What it measured last; `None` while it is absent.
     pub present: Option<Present>,
-    /// Position that goes on over the servo's restarts, 1/4096 turn, positive forward; `None` before it was ever seen.
+    /// Position that goes on over the servo's restarts, 1/4096 turn, positive forward; `None`
+    /// before it was ever seen.
     pub odometer: Option<i32>,
     /// The register that does not fit, of a servo that is set up otherwise than needed; else 0.
     pub misfit: u8,
@@ -107,7 +108,8 @@ impl Wheel {
 }
 
 impl<P: Read + Write, D: DelayNs> Wheels<P, D> {
-    /// The robot's servos ([`SERVOS`]) behind this port. Nothing is sent yet; each is absent until it answered a ping.
+    /// The robot's servos ([`SERVOS`]) behind this port. Nothing is sent yet; each is absent until
+    /// it answered a ping.
     pub fn new(port: P, delay: D) -> Self {
         Self {
             bus: Bus::new(port, delay, TIMING),
@@ -119,12 +121,13 @@ impl<P: Read + Write, D: DelayNs> Wheels<P, D> {
         }
     }
 
-    /// Reads what the servos measure, `time_us` since start. One that gives no answer, or no valid one, costs its own
-    /// place.
+    /// Reads what the servos measure, `time_us` since start. One that gives no answer, or no valid
+    /// one, costs its own place.
     ///
-    /// A servo that is absent is not waited for; it is sought with a ping ten times a second, and belongs to the
-    /// robot if it is of the right model. That, and asking for the cause of an alert, are the one packet more that a
-    /// poll may send; where an answer was missing there is none.
+    /// A servo that is absent is not waited for; it is sought with a ping ten times a second, and
+    /// belongs to the robot if it is of the right model. That, and asking for the cause of an
+    /// alert, are the one packet more that a poll may send; where an answer was missing there is
+    /// none.
     pub async fn poll(&mut self, time_us: u64) -> [Option<WheelReading>; WHEELS] {
         let ids = self.wheels.map(|wheel| (!wheel.presence.is_absent()).then_some(wheel.servo.id));
         let answers = self.bus.sync_read(PRESENT, ids).await;
@@ -146,8 +149,8 @@ impl<P: Read + Write, D: DelayNs> Wheels<P, D> {
         readings
     }
 
-    /// Does what is ordered, after a [`Self::poll`] of the same time: goals, and of all that has to be checked, switched or verified
-    /// one packet, if the poll has left time for it.
+    /// Does what is ordered, after a [`Self::poll`] of the same time: goals, and of all that has to
+    /// be checked, switched or verified one packet, if the poll has left time for it.
     pub async fn drive(&mut self, time_us: u64, orders: &Orders) {
         if self.is_cut_off {
             return;
@@ -187,7 +190,8 @@ impl<P: Read + Write, D: DelayNs> Wheels<P, D> {
         self.motors.has_torque()
     }
 
-    /// Of each servo, whether it is known to hold no torque, or does not answer, so that nothing that the board does reaches it.
+    /// Of each servo, whether it is known to hold no torque, or does not answer, so that nothing
+    /// that the board does reaches it.
     #[must_use]
     pub fn are_off(&self) -> [bool; WHEELS] {
         let mut are_off = self.motors.are_off();
@@ -318,8 +322,8 @@ mod tests {
         assert!(now(wheels.poll(STEP_US * 100))[1].unwrap().speed > 2.4);
     }
 
-    /// The left servo, which the right one waits for, is unplugged: it costs itself, three time limits, and a ping in
-    /// 100 ms.
+    /// The left servo, which the right one waits for, is unplugged: it costs itself, three time
+    /// limits, and a ping in 100 ms.
     #[test]
     fn an_unplugged_servo_costs_its_own_wheel() {
         let servos = Servos::new();

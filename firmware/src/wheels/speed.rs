@@ -1,9 +1,9 @@
 //! A wheel's speed from the two registers that tell it.
 //!
-//! The difference of positions is the mean speed since the last sample: coarse, a count in 5 ms being 0.31 rad/s, but
-//! what one sample rounds away the next has, so that nothing is left of it behind the filter. The servo's velocity
-//! register is finer, 0.024 rad/s, but smoothed and late in ways that nobody documents. So the position counts,
-//! unless it contradicts the register.
+//! The difference of positions is the mean speed since the last sample: coarse, a count in 5 ms
+//! being 0.31 rad/s, but what one sample rounds away the next has, so that nothing is left of it
+//! behind the filter. The servo's velocity register is finer, 0.024 rad/s, but smoothed and late in
+//! ways that nobody documents. So the position counts, unless it contradicts the register.
 
 use crate::dynamixel::xl430::{Position, Present, Velocity};
 use crate::parameters::{LONGEST_STEP_US, SERVO_VELOCITY_LAG_S, WHEEL_ACCELERATION_RAD_S2};
@@ -18,9 +18,9 @@ pub struct Speedometer {
 impl Speedometer {
     /// The wheel's speed, rad/s in the servo's direction, at a sample taken `time_us` since start.
     ///
-    /// It is the velocity register's where there is no position to compare with, or none within a longest step: a
-    /// mean over a gap is no speed at its end. So it is where the position has jumped: a servo that restarts forgets
-    /// its turns.
+    /// It is the velocity register's where there is no position to compare with, or none within a
+    /// longest step: a mean over a gap is no speed at its end. So it is where the position has
+    /// jumped: a servo that restarts forgets its turns.
     pub fn update(&mut self, now: &Present, time_us: u64) -> f32 {
         let register = now.velocity.rad_per_s();
         let difference = self.last.and_then(|(position, at_us)| {
@@ -34,8 +34,8 @@ impl Speedometer {
     }
 }
 
-/// How far the two may be apart, rad/s, over `elapsed` s: a count of either, and what the wheel can have gained
-/// meanwhile.
+/// How far the two may be apart, rad/s, over `elapsed` s: a count of either, and what the wheel can
+/// have gained meanwhile.
 fn disagreement(elapsed: f32) -> f32 {
     Position::COUNT / elapsed + Velocity::COUNT + WHEEL_ACCELERATION_RAD_S2 * (elapsed + SERVO_VELOCITY_LAG_S)
 }

@@ -1,4 +1,5 @@
-//! Whether the robot stands: only then may the flash be written, because that stops the processor for a while.
+//! Whether the robot stands: only then may the flash be written, because that stops the processor
+//! for a while.
 
 use super::{WHEELS, WheelReading};
 use crate::dynamixel::xl430::{Position, Velocity};
@@ -13,11 +14,12 @@ pub struct Standstill {
 }
 
 impl Standstill {
-    /// Whether the wheels have stood still long enough, with this sample taken `time_us` since start.
+    /// Whether the wheels have stood still long enough, with this sample taken `time_us` since
+    /// start.
     ///
-    /// A wheel is at rest while it is slower than `dead_band` (rad/s): by its velocity register, to whose one count
-    /// that has to be widened, and by its position, which over the whole time may not go further than at that speed.
-    /// A wheel that does not answer may be turning.
+    /// A wheel is at rest while it is slower than `dead_band` (rad/s): by its velocity register, to
+    /// whose one count that has to be widened, and by its position, which over the whole time may
+    /// not go further than at that speed. A wheel that does not answer may be turning.
     pub fn update(
         &mut self,
         readings: &[Option<WheelReading>; WHEELS],

@@ -1,8 +1,10 @@
-//! The gauge of `model_core::charge` on full discharges of a simulated battery, beside turtlebot3's map from voltage on the same runs.
+//! The gauge of `model_core::charge` on full discharges of a simulated battery, beside turtlebot3's
+//! map from voltage on the same runs.
 //!
 //!     cargo bench -p host-tools --bench charge [-- SEEDS]
 //!
-//! Ends with exit code 1 where a jump is over one point, or the worst of the median run with known sensors is over two.
+//! Ends with exit code 1 where a jump is over one point, or the worst of the median run with known
+//! sensors is over two.
 
 mod run;
 

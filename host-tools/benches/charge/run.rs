@@ -11,28 +11,34 @@ use rand_chacha::ChaCha8Rng;
 
 /// s between samples: what polarises moves slower.
 const PERIOD_S: f64 = 0.05;
-/// Battery and start are uncertain by this for so long, s: 20 points at 3 a minute are shown after 7 minutes; the rest is for the filter.
+/// Battery and start are uncertain by this for so long, s: 20 points at 3 a minute are shown after
+/// 7 minutes; the rest is for the filter.
 pub(crate) const SETTLED_S: f64 = 1200.0;
 /// How long after a load step a jump counts, s.
 const AFTER_STEP_S: f64 = 10.0;
 /// A discharge ends here, share.
 const EMPTY: f64 = 0.03;
-/// Of an INA219 (SBOS448G): one code of the current with a shunt of 0.1 Ω, A, and of the bus voltage, V.
+/// Of an INA219 (SBOS448G): one code of the current with a shunt of 0.1 Ω, A, and of the bus
+/// voltage, V.
 const CURRENT_LSB_A: f64 = 1e-4;
 const VOLTAGE_LSB_V: f64 = 4e-3;
 
 /// What else is not as the gauge believes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Setting {
-    /// The capacity is that of the label, the sensor's gains are calibrated, the room is between 15 and 30 °C.
+    /// The capacity is that of the label, the sensor's gains are calibrated, the room is between 15
+    /// and 30 °C.
     Known,
-    /// The capacity is 3 % off at most, the gains by 0.3 % (current) and 0.1 % (voltage, one standard deviation), at 5 to 35 °C.
+    /// The capacity is 3 % off at most, the gains by 0.3 % (current) and 0.1 % (voltage, one
+    /// standard deviation), at 5 to 35 °C.
     Harsh,
-    /// As known, and the gauge has this make's curve, as `open_circuit_v` of robot.toml tells it; not its hysteresis.
+    /// As known, and the gauge has this make's curve, as `open_circuit_v` of robot.toml tells it;
+    /// not its hysteresis.
     OwnCurve,
     /// As known, but from 65 to 80 % on, and told 20 points too much.
     TooHigh,
-    /// As known, but by the board's firmware: told nothing, behind its sensor's shunt, on a robot that never draws less than half an ampere.
+    /// As known, but by the board's firmware: told nothing, behind its sensor's shunt, on a robot
+    /// that never draws less than half an ampere.
     Board,
 }
 
@@ -82,7 +88,8 @@ pub(crate) struct Discharge {
     pub(crate) jump: f64,
     /// Share of the samples behind [`SETTLED_S`] whose 95 % interval holds the truth.
     pub(crate) covered: f64,
-    /// Error of the resistance at the end, as a share of the mean drop's; NaN where it stayed unknown.
+    /// Error of the resistance at the end, as a share of the mean drop's; NaN where it stayed
+    /// unknown.
     pub(crate) resistance: f64,
     /// Worst of the stock firmware's map from voltage behind [`SETTLED_S`].
     pub(crate) stock: f64,
@@ -110,8 +117,8 @@ impl Jumps {
     }
 }
 
-/// A full discharge with load steps of 0 to 2 A every 5 to 120 s, one in seven to rest; the gauge starts 20 points off, or told nothing, and
-/// knows no resistance.
+/// A full discharge with load steps of 0 to 2 A every 5 to 120 s, one in seven to rest; the gauge
+/// starts 20 points off, or told nothing, and knows no resistance.
 pub(crate) fn discharge(seed: u64, setting: Setting) -> Discharge {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let harsh = setting == Setting::Harsh;

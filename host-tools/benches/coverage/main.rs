@@ -2,10 +2,11 @@
 //!
 //!     cargo bench -p host-tools --bench coverage [-- --seeds 3] [--gmr PATH] [--table FILE]
 //!
-//! Own plant, whose power is the model's own formula: the table says what intervals make of sensors and drives, not what
-//! they make of a plant that is another. Everything goes through the command. Coefficients come from a training drive with
-//! the same sensors. Beside coverage, each chain is asked with five times its noise whether payloads seem to change, and whether
-//! masses beyond the range are told as such. Ends with exit code 1 where a figure is worse than it has to be.
+//! Own plant, whose power is the model's own formula: the table says what intervals make of sensors
+//! and drives, not what they make of a plant that is another. Everything goes through the command.
+//! Coefficients come from a training drive with the same sensors. Beside coverage, each chain is
+//! asked with five times its noise whether payloads seem to change, and whether masses beyond the
+//! range are told as such. Ends with exit code 1 where a figure is worse than it has to be.
 
 mod drives;
 mod table;
@@ -192,7 +193,8 @@ impl Bench<'_> {
         cell
     }
 
-    /// Windows in which a mass beyond the range is told to be there, its interval reaching out to it within a twentieth.
+    /// Windows in which a mass beyond the range is told to be there, its interval reaching out to
+    /// it within a twentieth.
     fn beyond(&self, coefficients: &Path, seed: u64) -> Cell {
         let mut cell = Cell::default();
         for (place, mass) in (0..).zip(BEYOND) {

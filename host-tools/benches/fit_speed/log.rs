@@ -12,7 +12,8 @@ const RATE_HZ: usize = 200;
 /// Rows of the drive that is repeated.
 const DRIVE_ROWS: usize = 500_000;
 
-/// Simulates a drive of a servo-driven robot with its sensors, and repeats it with the clock running on.
+/// Simulates a drive of a servo-driven robot with its sensors, and repeats it with the clock
+/// running on.
 pub(crate) fn write(folder: &Path) -> Result<PathBuf, Box<dyn Error>> {
     let drive = folder.join("drive.csv");
     let simulated = Command::new(env!("CARGO_BIN_EXE_gmr"))

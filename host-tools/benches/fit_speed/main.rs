@@ -1,7 +1,9 @@
-//! `gmr fit` against NumPy and SciPy on ten million rows, in the same run; and what an iteration of Algorithm 1 costs.
+//! `gmr fit` against NumPy and SciPy on ten million rows, in the same run; and what an iteration of
+//! Algorithm 1 costs.
 //!
-//! `cargo bench -p host-tools --bench fit_speed [-- ROUNDS]`. Needs python3 with venv, and the network once, for NumPy and
-//! SciPy. Times depend on the machine and on what else it does: only ratios of the same run are claims.
+//! `cargo bench -p host-tools --bench fit_speed [-- ROUNDS]`. Needs python3 with venv, and the
+//! network once, for NumPy and SciPy. Times depend on the machine and on what else it does: only
+//! ratios of the same run are claims.
 
 mod log;
 mod pgd;
@@ -22,7 +24,8 @@ const CUTOFF_HZ: &str = "8.0";
 /// Coefficients of the two programs agree to this share.
 const AGREEMENT: f64 = 1e-3;
 
-/// The log's total mass, kg: without other payloads only sums of coefficients are determined, at this mass.
+/// The log's total mass, kg: without other payloads only sums of coefficients are determined, at
+/// this mass.
 const MASS_KG: i32 = 1;
 
 /// What is claimed: at least this many times as fast.

@@ -55,7 +55,8 @@ fn problem(log: &Path) -> Result<Scaled<REGRESSORS>, Box<dyn Error>> {
 }
 
 fn iteration_ns(problem: &Scaled<REGRESSORS>) -> f64 {
-    // No tolerance ends it early: both take the same number of iterations, unless steps fall below rounding.
+    // No tolerance ends it early: both take the same number of iterations, unless steps fall below
+    // rounding.
     let settings = Settings { tolerance: 0.0, most_iterations: ITERATIONS, ..Settings::default() };
     let started = Instant::now();
     let solution = pgd::solve(problem, Vector::zeros(), &settings);

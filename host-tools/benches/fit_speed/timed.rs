@@ -9,12 +9,14 @@ use std::time::{Duration, Instant};
 
 pub(crate) struct Timed {
     pub(crate) seconds: f64,
-    /// Peak resident memory, MB: what the kernel last said, within [`POLL`]; NaN where there is no /proc.
+    /// Peak resident memory, MB: what the kernel last said, within [`POLL`]; NaN where there is no
+    /// /proc.
     pub(crate) memory_mb: f64,
     pub(crate) output: String,
 }
 
-/// How often memory is asked for. The kernel keeps the peak itself, so that only the last interval can be missed.
+/// How often memory is asked for. The kernel keeps the peak itself, so that only the last interval
+/// can be missed.
 const POLL: Duration = Duration::from_millis(5);
 
 /// Runs a program to its end.

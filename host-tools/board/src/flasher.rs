@@ -47,7 +47,8 @@ pub trait Target {
     /// It is refused, not stored in time, or not what was read back.
     fn put(&mut self, item: Item, bytes: &[u8]) -> Result<()>;
 
-    /// Takes the coefficients before those stored into use again, as [`put`](Self::put) would; gives them.
+    /// Takes the coefficients before those stored into use again, as [`put`](Self::put) would;
+    /// gives them.
     ///
     /// # Errors
     /// There are none, and as [`put`](Self::put).
@@ -155,7 +156,8 @@ const STORE: u8 = 1;
 const FORGET: u8 = 2;
 
 impl<T: Transport> Running<'_, T> {
-    /// Makes the board forget what somebody before us left waiting: until then it takes nothing else.
+    /// Makes the board forget what somebody before us left waiting: until then it takes nothing
+    /// else.
     fn settle(&mut self) -> Result<()> {
         let begun = self.client.now();
         loop {
@@ -307,7 +309,8 @@ pub struct Outcome {
     pub unchanged: bool,
 }
 
-/// Checks everything, then stores one item after the other: the robot first, for by it the board judges coefficients.
+/// Checks everything, then stores one item after the other: the robot first, for by it the board
+/// judges coefficients.
 ///
 /// # Errors
 /// Something is not for this board (nothing was stored then), or as [`Target::put`].
@@ -406,11 +409,12 @@ fn calibration(target: &mut dyn Target, factors: [Option<f32>; RAIL_COUNT]) -> R
     }
 }
 
-/// The image of coefficients that are for `robot`; with ground that adapts where that is asked for, and of a fit that cannot be used only
-/// where that is asked for.
+/// The image of coefficients that are for `robot`; with ground that adapts where that is asked for,
+/// and of a fit that cannot be used only where that is asked for.
 ///
 /// # Errors
-/// As [`CoefficientsFile::read`]; the robot has more wheels than the board drives; ground cannot adapt with this model.
+/// As [`CoefficientsFile::read`]; the robot has more wheels than the board drives; ground cannot
+/// adapt with this model.
 pub fn coefficients_image(
     robot: &Robot,
     coefficients: &Path,
@@ -435,13 +439,15 @@ pub fn coefficients_image(
     Ok(image.as_bytes().to_vec())
 }
 
-/// Coefficients that no board would take are not written. Whoever wants the figures of such a fit asks without `--out`.
+/// Coefficients that no board would take are not written. Whoever wants the figures of such a fit
+/// asks without `--out`.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct NotForBoards(String);
 
-/// Refuses a fit that no board of this robot would take: found out at `gmr flash`, that would be too late. `image` is the fit as a board
-/// would hold it, but for true slip; none where boards have no such model.
+/// Refuses a fit that no board of this robot would take: found out at `gmr flash`, that would be
+/// too late. `image` is the fit as a board would hold it, but for true slip; none where boards have
+/// no such model.
 ///
 /// # Errors
 /// A [`NotForBoards`] as [`Error::cause`].
@@ -459,8 +465,8 @@ pub fn check_fitted(context: &Context, robot: &Robot, image: Option<&Image>) -> 
     };
     let image = image.ok_or_else(|| refused("boards have no such model"))?;
     match check_coefficients(image.as_bytes(), &robot_identity(robot)?, USUAL_RATE_HZ) {
-        // How long a delay a board can keep, and how fast a filter, depends on its sample rate: another
-        // may take them. Without a mass they still say what a drive takes.
+        // How long a delay a board can keep, and how fast a filter, depends on its sample rate:
+        // another may take them. Without a mass they still say what a drive takes.
         Err(reason @ (Reason::Delay | Reason::Cutoff | Reason::Slow | Reason::Mass)) => {
             context.notice(format_args!(
                 "a board at {USUAL_RATE_HZ} Hz would not take these coefficients: {}",
@@ -473,7 +479,8 @@ pub fn check_fitted(context: &Context, robot: &Robot, image: Option<&Image>) -> 
     }
 }
 
-/// The effects for which a board refuses coefficients, by name: behind the reason, where it is about effects.
+/// The effects for which a board refuses coefficients, by name: behind the reason, where it is
+/// about effects.
 fn culprits(reason: Reason, coefficients: &Coefficients<f64, WHEELS>) -> String {
     let is_culprit = |cause: &Cause<f64>| match reason {
         Reason::Input => !cause.needs().nothing(),

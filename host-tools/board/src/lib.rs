@@ -1,6 +1,8 @@
-//! The controller board as the host sees it. Any board: the virtual one is a crate of its own, `virtual-board`.
+//! The controller board as the host sees it. Any board: the virtual one is a crate of its own,
+//! `virtual-board`.
 //!
-//! Its face: [`recorder`], [`flasher`] and [`client`] below both; [`live_view`], [`probe`], [`dfu`]; [`signing`].
+//! Its face: [`recorder`], [`flasher`] and [`client`] below both; [`live_view`], [`probe`],
+//! [`dfu`]; [`signing`].
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod client;

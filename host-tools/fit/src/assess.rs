@@ -1,4 +1,5 @@
-//! What a fit is worth: errors on its own rows, standard errors, and the noise that payload estimates have to expect.
+//! What a fit is worth: errors on its own rows, standard errors, and the noise that payload
+//! estimates have to expect.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -18,8 +19,8 @@ const MOST_BLOCKS: usize = 64;
 /// Shortest block, s: several correlation times of power behind the filter.
 const SHORTEST_BLOCK_S: f64 = 2.0;
 
-/// Blocks in which the scatter of mass scores is measured, s: two buckets of a payload estimator, to see the correlation of
-/// neighbours.
+/// Blocks in which the scatter of mass scores is measured, s: two buckets of a payload estimator,
+/// to see the correlation of neighbours.
 const BLOCK_S: f64 = 2.0;
 
 /// A covariance, with the directions in which the data say nothing.
@@ -46,8 +47,8 @@ pub fn quality<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, floor_w
     metrics.quality()
 }
 
-/// Standard errors that hold for autocorrelated residuals: scores are summed over blocks of time, and the scatter of the
-/// sums is what counts (the sandwich estimator, clustered by block).
+/// Standard errors that hold for autocorrelated residuals: scores are summed over blocks of time,
+/// and the scatter of the sums is what counts (the sandwich estimator, clustered by block).
 ///
 /// `gradient` gives ∂P/∂θ of a row, `weights` what each row of the store counted for.
 pub fn uncertainty<const N: usize>(
@@ -78,7 +79,8 @@ pub fn uncertainty<const N: usize>(
     sandwich(&normal, &scores, rows)
 }
 
-/// The sandwich of a normal matrix Σ xxᵀ and the scores Σ x e of clusters whose residuals do not know of each other; `rows` were summed.
+/// The sandwich of a normal matrix Σ xxᵀ and the scores Σ x e of clusters whose residuals do not
+/// know of each other; `rows` were summed.
 pub fn sandwich(normal: &DMatrix<f64>, scores: &[DVector<f64>], rows: usize) -> Uncertainty {
     let parameters = normal.nrows();
     let found = ScaledInverse::of(normal);
@@ -107,10 +109,12 @@ fn block_length<const N: usize>(dataset: &Dataset<N>) -> f64 {
 /// Windows over which an error that lasts is judged, s.
 const WINDOW_S: f64 = 10.0;
 
-/// The constant error in W that would disturb mass estimates over ten seconds as the coefficients' uncertainty does.
+/// The constant error in W that would disturb mass estimates over ten seconds as the coefficients'
+/// uncertainty does.
 ///
-/// A coefficient's error δ adds Σ g xᵀδ to the score of a window, a constant error e adds e Σ g (g = ∂P/∂m, x = ∂P/∂θ); their
-/// standard deviations are equated window by window, and the median taken.
+/// A coefficient's error δ adds Σ g xᵀδ to the score of a window, a constant error e adds e Σ g
+/// (g = ∂P/∂m, x = ∂P/∂θ); their standard deviations are equated window by window, and the median
+/// taken.
 pub fn lasting_error<const N: usize>(
     dataset: &Dataset<N>,
     model: &Model<f64>,
@@ -182,9 +186,10 @@ pub fn energy_spread<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, n
     if share.is_finite() { share } else { 0.0 }
 }
 
-/// How far the residuals stray as a payload estimator sees them: the usual scatter of Σ g e over two seconds, per Σ g²,
-/// g = ∂P/∂m. The usual one, by the median: the few blocks in which no model of filtered signals is right show in the
-/// estimator's own windows. What lasts longer is left at 0.
+/// How far the residuals stray as a payload estimator sees them: the usual scatter of Σ g e over
+/// two seconds, per Σ g², g = ∂P/∂m. The usual one, by the median: the few blocks in which no model
+/// of filtered signals is right show in the estimator's own windows. What lasts longer is left at
+/// 0.
 ///
 /// Once with all squared, which says beyond which residual they count linearly, and again with
 /// that.

@@ -1,12 +1,14 @@
 //! Which filter a robot's sensors need.
 //!
-//! A high cutoff lets the noise of speeds and their derivatives through, which the sizes in the model turn into bias; a
-//! low one smears short accelerations and clamps that the model could have followed. The right one depends on the sensors,
-//! so it is measured: each candidate filters the first rows of the logs, the signed model is fitted, and the residual's
-//! means over a second, which every cutoff passes alike, are compared.
+//! A high cutoff lets the noise of speeds and their derivatives through, which the sizes in the
+//! model turn into bias; a low one smears short accelerations and clamps that the model could have
+//! followed. The right one depends on the sensors, so it is measured: each candidate filters the
+//! first rows of the logs, the signed model is fitted, and the residual's means over a second,
+//! which every cutoff passes alike, are compared.
 //!
-//! What the model lacks hides what a cutoff smears: with the slip memory of a skid-steered robot left out every cutoff is as bad as the
-//! next. So candidates are asked again with the terms that the logs carry behind each ([`by_the_data`]).
+//! What the model lacks hides what a cutoff smears: with the slip memory of a skid-steered robot
+//! left out every cutoff is as bad as the next. So candidates are asked again with the terms that
+//! the logs carry behind each ([`by_the_data`]).
 
 use std::collections::BTreeMap;
 
@@ -35,8 +37,9 @@ const HIGHEST_SHARE: f64 = 0.3;
 /// Rows of which the residual is taken, at most about.
 const MOST_ROWS: usize = 50_000;
 
-/// The cutoff, Hz, with those of the further terms that the logs carry behind it. Where they carry any behind the one that is chosen
-/// without, every octave is asked with its own: their numbers make up for what a cutoff smears.
+/// The cutoff, Hz, with those of the further terms that the logs carry behind it. Where they carry
+/// any behind the one that is chosen without, every octave is asked with its own: their numbers
+/// make up for what a cutoff smears.
 ///
 /// # Errors
 /// A robot with impossible dimensions.
@@ -91,8 +94,8 @@ fn tried<const N: usize>(
     Some(Tried { choice, left })
 }
 
-/// The lowest cutoff that is not worse than the best by more than one standard error of their difference: the less passes
-/// the filter, the less noise the predicted power is compared with.
+/// The lowest cutoff that is not worse than the best by more than one standard error of their
+/// difference: the less passes the filter, the less noise the predicted power is compared with.
 fn lowest_good_enough(tried: &[Option<Tried>]) -> Option<usize> {
     let best = tried.iter().flatten().min_by(|a, b| a.left.mean_size().total_cmp(&b.left.mean_size()))?;
     tried.iter().position(|own| own.as_ref().is_some_and(|own| own.left.not_worse_than(&best.left)))
@@ -118,8 +121,8 @@ fn residual<const N: usize>(
     (!seconds.sizes.is_empty()).then_some(seconds)
 }
 
-/// Sizes of a residual's means over seconds, W. Sizes, not squares: the few seconds with the hardest starts and stops must
-/// not decide alone.
+/// Sizes of a residual's means over seconds, W. Sizes, not squares: the few seconds with the
+/// hardest starts and stops must not decide alone.
 #[derive(Default)]
 struct Seconds {
     current: Option<(u32, i64)>,

@@ -1,8 +1,9 @@
 //! Logs, read once: Gram matrices of every row, and a thinned store of conditioned rows.
 //!
-//! The store keeps every k-th row, k doubling whenever it is full: memory is bounded, and since speed and power have
-//! passed a low-pass filter, neighbouring rows of a long log repeat each other. What needs single rows (which wheels are
-//! clamped, errors in percent, block-wise standard errors) looks at the store; sums over all rows come from the stream.
+//! The store keeps every k-th row, k doubling whenever it is full: memory is bounded, and since
+//! speed and power have passed a low-pass filter, neighbouring rows of a long log repeat each
+//! other. What needs single rows (which wheels are clamped, errors in percent, block-wise standard
+//! errors) looks at the store; sums over all rows come from the stream.
 
 use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
@@ -85,7 +86,8 @@ pub const MOST_MASSES: usize = 16;
 pub struct Reading {
     /// Products of which model.
     pub gate: Gate,
-    /// Cutoff of the filter, Hz; the robot's, or chosen by the data ([`super::read`]), unless given.
+    /// Cutoff of the filter, Hz; the robot's, or chosen by the data ([`super::read`]), unless
+    /// given.
     pub cutoff_hz: Option<f64>,
     /// Total mass where a log has no `mass_kg`, kg.
     pub mass_kg: f64,
@@ -112,7 +114,8 @@ fn read_here<const N: usize>(
 }
 
 impl<const N: usize> Dataset<N> {
-    /// Reads the logs behind the filter of `core`, each once. [`super::read`] chooses its cutoff first.
+    /// Reads the logs behind the filter of `core`, each once. [`super::read`] chooses its cutoff
+    /// first.
     ///
     /// # Errors
     /// A log that cannot be read or is not one of this robot; no usable row in any.
@@ -245,7 +248,8 @@ impl<const N: usize> Dataset<N> {
         self.store.push(row);
     }
 
-    /// The stored rows with the sums of another model. What a split has held out is then in neither.
+    /// The stored rows with the sums of another model. What a split has held out is then in
+    /// neither.
     pub fn with_gate(&self, gate: Gate) -> Self {
         let mut other = Self { gate, ..self.clone() };
         for run in &mut other.runs {
@@ -313,7 +317,8 @@ fn parse<const N: usize>(reader: &mut SampleReader<N>, out: &SyncSender<Block<N>
     }
 }
 
-/// A raw row behind the filter; `None` while that settles, and of a robot with true slip where the row has no turn rate. A log without masses is at `mass_kg`.
+/// A raw row behind the filter; `None` while that settles, and of a robot with true slip where the
+/// row has no turn rate. A log without masses is at `mass_kg`.
 pub fn condition<const N: usize>(
     conditioner: &mut GyroConditioner<f64, N>,
     raw: &RawRow<N>,

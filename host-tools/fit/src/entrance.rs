@@ -1,4 +1,5 @@
-//! What logs look like before they are fitted: another unit, a turned sign, a clipped sensor, rows without a mass.
+//! What logs look like before they are fitted: another unit, a turned sign, a clipped sensor, rows
+//! without a mass.
 
 use std::path::{Path, PathBuf};
 
@@ -12,8 +13,8 @@ use support::error::{Error, Result};
 
 use super::warning::Warning;
 
-/// Rows of a log that are looked at: half an hour at 200 Hz. What units and signs are is seen in far fewer, and logs of 10⁷ rows are still read
-/// about once.
+/// Rows of a log that are looked at: half an hour at 200 Hz. What units and signs are is seen in
+/// far fewer, and logs of 10⁷ rows are still read about once.
 const MOST_ROWS: u64 = 360_000;
 
 /// What there is to doubt of logs that are to be fitted, those without a mass taken for `mass_kg`.
@@ -55,7 +56,8 @@ pub fn look<const N: usize>(
     Ok(warnings)
 }
 
-/// Refuses several logs none of which says what the robot weighed: taken for one mass, they would say nothing of the payload.
+/// Refuses several logs none of which says what the robot weighed: taken for one mass, they would
+/// say nothing of the payload.
 ///
 /// # Errors
 /// Says how masses are given (wrong usage); a log that cannot be read.

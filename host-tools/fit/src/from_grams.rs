@@ -43,7 +43,8 @@ pub struct Answer {
 /// Fits the model to sums.
 ///
 /// # Errors
-/// Files that are no grams, of another robot, or read with different settings; runs left out of the signed model.
+/// Files that are no grams, of another robot, or read with different settings; runs left out of the
+/// signed model.
 pub fn from_grams(context: &Context, request: &Request<'_>) -> Result<Answer> {
     let Request { robot, files, kind, leave_one_out } = *request;
     let runs = read(context, robot, files)?;
@@ -104,13 +105,15 @@ pub struct Stepped {
     pub before_rmse_w: f64,
     /// The same after, as far as the model is linear in between.
     pub after_rmse_w: f64,
-    /// The longest move, in standard errors: a further pass is worth it where it is not far below 1.
+    /// The longest move, in standard errors: a further pass is worth it where it is not far below
+    /// 1.
     pub longest_std_errs: f64,
     /// Parameter by parameter.
     pub parameters: Vec<Moved>,
 }
 
-/// The next coefficients of the signed model from sums near those of `near`; written where `out` says so.
+/// The next coefficients of the signed model from sums near those of `near`; written where `out`
+/// says so.
 ///
 /// # Errors
 /// As [`from_grams`]; sums near other coefficients.

@@ -128,10 +128,12 @@ pub struct Answer {
     pub written: Option<String>,
 }
 
-/// Reads the logs, doubts them, and fits the model, the signed one with those of the terms that they ask for.
+/// Reads the logs, doubts them, and fits the model, the signed one with those of the terms that
+/// they ask for.
 ///
 /// # Errors
-/// A log that cannot be read or is not one of this robot; power that is 0 all the time; data that determine no model.
+/// A log that cannot be read or is not one of this robot; power that is 0 all the time; data that
+/// determine no model.
 pub fn from_logs(context: &Context, request: &Request<'_>) -> Result<Answer> {
     let robot = request.robot;
     with_wheels!(robot, answer(context, request))

@@ -1,6 +1,7 @@
 //! Step one of the paper: coefficients from logs whose payload is known.
 //!
-//! Its face: [`fit`], from files to coefficients with standard errors and a verdict on every parameter;
+//! Its face: [`fit`], from files to coefficients with standard errors and a verdict on every
+//! parameter;
 //! [`run_gram`], all that a fit needs to know of a run, as sums that add up.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
@@ -80,7 +81,8 @@ pub struct Fit<const N: usize> {
     pub rows: u64,
     /// Time for the solver alone, without reading, s.
     pub solve_s: f64,
-    /// Why payloads estimated with these coefficients are unknown, in one line; `None` where they are not.
+    /// Why payloads estimated with these coefficients are unknown, in one line; `None` where they
+    /// are not.
     pub shortcoming: Option<String>,
     /// Why the fit cannot be used; `None` where it can.
     pub defect: Option<Defect>,
@@ -97,8 +99,8 @@ pub struct Fit<const N: usize> {
     pub judged: Vec<Judged>,
 }
 
-/// Reads the logs: the first rows of each to choose the filter's cutoff unless it is given, and the signed model's further terms
-/// ([`form`]), then each once.
+/// Reads the logs: the first rows of each to choose the filter's cutoff unless it is given, and the
+/// signed model's further terms ([`form`]), then each once.
 ///
 /// # Errors
 /// As [`Dataset::read`].
@@ -112,7 +114,8 @@ pub fn read<const N: usize>(
 }
 
 compiled_here! {
-    /// As [`read`], with what the first rows said of each of these further terms of the signed model; other models have none.
+    /// As [`read`], with what the first rows said of each of these further terms of the signed
+    /// model; other models have none.
     ///
     /// # Errors
     /// As [`read`].
@@ -179,7 +182,8 @@ fn choose_cutoff_here<const N: usize>(
 }
 
 compiled_here! {
-    /// Chooses among further terms of the signed model for logs that are to be read as `core` says, without the rows of `held_out` times (s).
+    /// Chooses among further terms of the signed model for logs that are to be read as `core` says,
+    /// without the rows of `held_out` times (s).
     ///
     /// # Errors
     /// A log that cannot be read.
@@ -208,7 +212,8 @@ fn choose_form_here<const N: usize>(
 }
 
 compiled_here! {
-    /// Terms that a fit of these logs would take beyond those that `core` has, by unseen blocks: none for what this version fitted to them.
+    /// Terms that a fit of these logs would take beyond those that `core` has, by unseen blocks:
+    /// none for what this version fitted to them.
     ///
     /// # Errors
     /// A log that cannot be read.
@@ -293,7 +298,8 @@ fn fit_here<const N: usize>(
         judge(dataset, &model, &weights, &noise);
     let quality = assess::quality(dataset, &model, robot.mape_floor_w())
         .ok_or_else(|| Error::failed("the fitted model predicts no finite power for any row"))?;
-    // With one payload or speed the model's dependence on the mass is a guess: no window says anything about it.
+    // With one payload or speed the model's dependence on the mass is a guess: no window says
+    // anything about it.
     let identifies_mass = shortcoming.is_none();
     noise.model_std = if identifies_mass { lasting_error } else { 0.0 };
     let energy_std_share = assess::energy_spread(dataset, &model, &noise);
@@ -354,7 +360,8 @@ fn ending_name(ending: &impl Serialize) -> String {
 struct Judgement {
     uncertainty: Uncertainty,
     parameters: Vec<Parameter>,
-    /// What lasts longer than a window, W: the greater of [`assess::lasting_error`] and [`unseen::lasting_error`].
+    /// What lasts longer than a window, W: the greater of [`assess::lasting_error`] and
+    /// [`unseen::lasting_error`].
     lasting_error: f64,
     /// What the payload does to the power; `None` of one payload.
     mass_effect: Option<MassEffect>,
@@ -442,7 +449,8 @@ fn judge<const N: usize>(
 /// Speeds closer than this share of the fastest are one and the same.
 const SAME_SPEED: f64 = 0.02;
 
-/// What keeps a model of these rows from telling payloads: they were recorded at one speed, or with one payload.
+/// What keeps a model of these rows from telling payloads: they were recorded at one speed, or with
+/// one payload.
 ///
 /// # Errors
 /// The robot never moved: there is nothing to fit.

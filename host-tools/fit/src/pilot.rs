@@ -14,7 +14,8 @@ use super::dataset::{Row, condition};
 /// Rows that take part, over all logs.
 const MOST_ROWS: usize = 50_000;
 
-/// Share of a log's rows that has the turn rate of a gyro at least, where one is looked at: what starts late or ends early has more.
+/// Share of a log's rows that has the turn rate of a gyro at least, where one is looked at: what
+/// starts late or ends early has more.
 const LEAST_GYRO_SHARE: f64 = 0.9;
 
 /// The first rows of every log, before any filter.
@@ -48,8 +49,9 @@ impl<const N: usize> Pilots<N> {
         Ok(Self { logs, mass_kg })
     }
 
-    /// The same without the rows that lack the turn rate of a gyro, so that a model with it and one without are judged by the same rows.
-    /// `None` where a log has no gyro, or for a part of its rows only.
+    /// The same without the rows that lack the turn rate of a gyro, so that a model with it and one
+    /// without are judged by the same rows. `None` where a log has no gyro, or for a part of its
+    /// rows only.
     pub(super) fn with_gyro(&self) -> Option<Self> {
         let has_it = |row: &&RawRow<N>| row.yaw_rate.is_finite();
         let is_whole = |log: &Pilot<N>| {
@@ -78,8 +80,8 @@ impl<const N: usize> Pilots<N> {
         self.logs.iter().map(|log| log.period_s).fold(f64::INFINITY, f64::min)
     }
 
-    /// The rows behind the filter of `core`, at most about so many, evenly over the whole; `None` where a log is too slow for it.
-    /// Logs and their runs are told apart by one number.
+    /// The rows behind the filter of `core`, at most about so many, evenly over the whole; `None`
+    /// where a log is too slow for it. Logs and their runs are told apart by one number.
     pub(super) fn condition(&self, core: &CoreRobot<f64, N>, most: usize) -> Option<Vec<Row<N>>> {
         let all: usize = self.logs.iter().map(|log| log.rows.len()).sum();
         let stride = all.div_ceil(most).max(1);

@@ -7,7 +7,8 @@ use support::error::Result;
 use super::{Fit, usable};
 
 impl<const N: usize> Fit<N> {
-    /// Of the parameters that both sides share: the imbalance, which is the last, may be anything that its own scatter allows.
+    /// Of the parameters that both sides share: the imbalance, which is the last, may be anything
+    /// that its own scatter allows.
     fn shared_covariance(&self) -> DMatrix<f64> {
         let all = &self.uncertainty.covariance;
         let size = match self.kind {

@@ -1,8 +1,10 @@
-//! How far mass estimates stray on windows that the fit has not seen, beyond what its noise explains.
+//! How far mass estimates stray on windows that the fit has not seen, beyond what its noise
+//! explains.
 //!
-//! Each window of the training logs is left out in turn: the coefficients move by one step of Gauss and Newton without its rows, and what
-//! its own rows then say of the mass is held against the noise of the fit. A model that lacks something errs alike for as long as a robot
-//! drives alike. Residuals of the fit itself hide that: every window has pulled the coefficients its own way.
+//! Each window of the training logs is left out in turn: the coefficients move by one step of Gauss
+//! and Newton without its rows, and what its own rows then say of the mass is held against the
+//! noise of the fit. A model that lacks something errs alike for as long as a robot drives alike.
+//! Residuals of the fit itself hide that: every window has pulled the coefficients its own way.
 
 use model_core::model::Model;
 use model_core::payload::{Noise, huber};
@@ -71,11 +73,13 @@ struct Stray {
     lasting: f64,
 }
 
-/// The constant error of the power in W that explains how mass estimates over 25 s stray on windows left out of the fit, beside `noise`;
-/// 0 where noise alone explains it or windows are too few. Wider than the estimate itself by as much as Student's t is wider than the normal
-/// distribution: so few windows know a scatter only so well.
+/// The constant error of the power in W that explains how mass estimates over 25 s stray on windows
+/// left out of the fit, beside `noise`; 0 where noise alone explains it or windows are too few.
+/// Wider than the estimate itself by as much as Student's t is wider than the normal distribution:
+/// so few windows know a scatter only so well.
 ///
-/// `gradient` gives ∂P/∂θ of a row, 0 for parameters that are held; `weights` what each row of the store counted for.
+/// `gradient` gives ∂P/∂θ of a row, 0 for parameters that are held; `weights` what each row of the
+/// store counted for.
 pub(super) fn lasting_error<const N: usize>(
     dataset: &Dataset<N>,
     model: &Model<f64>,
@@ -146,7 +150,8 @@ fn halves<const N: usize>(
     halves
 }
 
-/// The variance between windows by Paule and Mandel (1982), W²: that at which Σ s² / (expected + σ² lasting) is the number of windows.
+/// The variance between windows by Paule and Mandel (1982), W²: that at which Σ s² / (expected + σ²
+/// lasting) is the number of windows.
 fn between(strays: &[Stray]) -> f64 {
     let excess = |variance: f64| {
         let ratio = |stray: &Stray| stray.square / (stray.expected + variance * stray.lasting);
@@ -167,7 +172,8 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use rand_distr::StandardNormal;
 
-    /// Left out of least squares, a window's score is the one by the coefficients that the other windows alone give.
+    /// Left out of least squares, a window's score is the one by the coefficients that the other
+    /// windows alone give.
     #[test]
     fn a_window_left_out_is_judged_by_a_fit_of_the_others() {
         let mut random = ChaCha8Rng::seed_from_u64(7);
@@ -204,7 +210,8 @@ mod tests {
         }
     }
 
-    /// Scores by noise and by an error of their own in each window: its variance is found, and none where there is none.
+    /// Scores by noise and by an error of their own in each window: its variance is found, and none
+    /// where there is none.
     #[test]
     fn the_variance_between_windows_is_that_of_the_errors_that_last() {
         let mut random = ChaCha8Rng::seed_from_u64(11);

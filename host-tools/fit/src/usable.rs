@@ -16,7 +16,8 @@ pub struct Defect {
     pub remedy: String,
 }
 
-/// How much more power the heaviest payload takes than the lightest one by the model, over the rows of a fit.
+/// How much more power the heaviest payload takes than the lightest one by the model, over the rows
+/// of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MassEffect {
     /// Mean difference, W.
@@ -29,9 +30,10 @@ pub struct MassEffect {
 
 /// What makes a fit one that nobody can use; `None` where somebody can.
 ///
-/// With an R² below 0 the mean of the power predicts these rows better. What else the data leave open matters where payloads are to be
-/// found: a parameter at its bound takes the place of what depends on the mass, and an effect of the mass that may as well be 0 gives any
-/// payload. A fit at one payload finds none, and says so: there, neither is a defect.
+/// With an R² below 0 the mean of the power predicts these rows better. What else the data leave
+/// open matters where payloads are to be found: a parameter at its bound takes the place of what
+/// depends on the mass, and an effect of the mass that may as well be 0 gives any payload. A fit at
+/// one payload finds none, and says so: there, neither is a defect.
 pub(super) fn defect(
     quality: &Quality,
     at_bounds: &[AtBound],

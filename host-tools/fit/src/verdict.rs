@@ -20,7 +20,8 @@ pub struct Parameter {
     pub std_err: Option<f64>,
     /// `determined`, `weak` or `undetermined`.
     pub verdict: Verdict,
-    /// Why, with the parameters it is confused with, and the manoeuvre or payload that would settle it.
+    /// Why, with the parameters it is confused with, and the manoeuvre or payload that would settle
+    /// it.
     pub advice: Option<String>,
     /// The manoeuvre or payload alone.
     #[serde(skip)]

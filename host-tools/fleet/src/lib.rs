@@ -1,4 +1,5 @@
-//! Many robots over many days: every log read once into its sums ([`fit::run_gram`]), what they say of each robot, and since when.
+//! Many robots over many days: every log read once into its sums ([`fit::run_gram`]), what they say
+//! of each robot, and since when.
 //!
 //! Its face: [`fleet`].
 #![deny(clippy::print_stderr, clippy::print_stdout)]

@@ -37,8 +37,10 @@ pub(super) enum Place {
 pub(super) const ENDINGS: [&str; 7] = ["csv", "parquet", "mcap", "db3", "ulg", "bag", "bin"];
 
 impl Log {
-    /// The log at these folders and file below the source, where its name ends as a log's. `robot=7/day=2026-11-02/a.csv` says its keys itself; of
-    /// `7/2026-11-02/a.csv` the folders are the keys of `group` in their order, and where folders are one fewer, the file's name is the last.
+    /// The log at these folders and file below the source, where its name ends as a log's.
+    /// `robot=7/day=2026-11-02/a.csv` says its keys itself; of `7/2026-11-02/a.csv` the folders are
+    /// the keys of `group` in their order, and where folders are one fewer, the file's name is the
+    /// last.
     pub(super) fn at(parts: &[String], group: &[String], place: impl FnOnce() -> Place) -> Option<Self> {
         let ending = parts.last()?.rsplit_once('.')?.1;
         if !ENDINGS.iter().any(|known| ending.eq_ignore_ascii_case(known)) {
@@ -47,7 +49,8 @@ impl Log {
         Some(Self { place: place(), name: parts.join("/"), keys: keys(parts, group) })
     }
 
-    /// The day that its path says, where that is written as a date (YYYY-MM-DD) and there is no such date.
+    /// The day that its path says, where that is written as a date (YYYY-MM-DD) and there is no
+    /// such date.
     pub(super) fn wrong_day(&self) -> Option<&str> {
         let day = self.keys.get(super::keys::DAY)?;
         let numbers: Vec<u32> = day.split('-').map(|part| part.parse().ok()).collect::<Option<_>>()?;

@@ -24,7 +24,8 @@ pub struct Standing {
     pub runs: usize,
     /// Days with such a run.
     pub days: usize,
-    /// What driving straight without payload takes by its own coefficients, W; none where its runs do not say.
+    /// What driving straight without payload takes by its own coefficients, W; none where its runs
+    /// do not say.
     pub straight_w: Option<f64>,
 }
 

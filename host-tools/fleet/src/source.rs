@@ -1,4 +1,5 @@
-//! Where the logs of a fleet come from: a folder of folders, or a bucket, whose names say whose and when.
+//! Where the logs of a fleet come from: a folder of folders, or a bucket, whose names say whose and
+//! when.
 
 use std::path::{Path, PathBuf};
 
@@ -71,8 +72,8 @@ impl Source {
         Ok(logs)
     }
 
-    /// Gives `work` each of these logs as a file, a log a core; what comes from a bucket is in `aside` meanwhile, a few logs at a time. An error is
-    /// why it cannot be had just now.
+    /// Gives `work` each of these logs as a file, a log a core; what comes from a bucket is in
+    /// `aside` meanwhile, a few logs at a time. An error is why it cannot be had just now.
     ///
     /// # Errors
     /// The first of `work`; what the operating system refuses.
@@ -124,7 +125,8 @@ fn walk(
                     "{}: is no file (a pipe, socket, device or folder); left out",
                     path.display()
                 )),
-                // Gone since the folder was listed, or a link that leads nowhere: reading it says so.
+                // Gone since the folder was listed, or a link that leads nowhere: reading it says
+                // so.
                 Err(_) => found.push(log),
             }
         } else if kind.is_symlink() && path.is_dir() {
@@ -142,7 +144,8 @@ fn walk(
 mod tests {
     use super::*;
 
-    /// What would never end or leads in a circle is left out; a link to a log is one, and one that leads nowhere is a log that cannot be read.
+    /// What would never end or leads in a circle is left out; a link to a log is one, and one that
+    /// leads nowhere is a log that cannot be read.
     #[cfg(unix)]
     #[test]
     fn what_is_no_file_is_left_out() {
@@ -168,7 +171,8 @@ mod tests {
         assert_eq!(names, ["dangling.csv", "good.csv", "link.csv", "loop.csv"]);
     }
 
-    /// A month has twelve at most, and February its own; what is not written as a date sorts as the text that it is.
+    /// A month has twelve at most, and February its own; what is not written as a date sorts as the
+    /// text that it is.
     #[test]
     fn a_day_that_there_is_not_is_left_out() {
         let place = tempfile::tempdir().unwrap();

@@ -1,4 +1,5 @@
-//! What `gmr fleet` asks of a folder of logs, and what it is told: read what is new, keep its sums, judge all.
+//! What `gmr fleet` asks of a folder of logs, and what it is told: read what is new, keep its sums,
+//! judge all.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -108,7 +109,8 @@ pub struct Seconds {
 /// Reads what is new of a fleet's logs, and says what all of them say.
 ///
 /// # Errors
-/// Folder or coefficients cannot be read; keys without robot and day; a file that cannot be written.
+/// Folder or coefficients cannot be read; keys without robot and day; a file that cannot be
+/// written.
 pub fn fleet(context: &Context, request: &Request<'_>) -> Result<Answer> {
     let Request { robot, coeffs, group, out, mass_kg: mass, rmf, metrics, .. } = *request;
     for key in ["robot", "day"] {
@@ -238,7 +240,8 @@ fn read_new(
 /// What comes of a log that is here as this file.
 ///
 /// # Errors
-/// What it would be wrong to remember: too many open files, no right to read, no space. Another time it may be given.
+/// What it would be wrong to remember: too many open files, no right to read, no space. Another
+/// time it may be given.
 fn read(context: &Context, robot: &Robot, how: &How, log: &Log, path: &Path) -> Result<(Outcome, Spent)> {
     let summed = how.of_log(context, robot, path);
     // Nobody opens it again, and a fleet has more logs than a process may have files open.

@@ -27,11 +27,12 @@ struct Part {
 }
 
 impl Bag {
-    /// Opens a bag, a file or a folder of ROS 2: its topics are read, its messages not yet. What is left of one that was cut off is read only
-    /// if that is allowed.
+    /// Opens a bag, a file or a folder of ROS 2: its topics are read, its messages not yet. What is
+    /// left of one that was cut off is read only if that is allowed.
     ///
     /// # Errors
-    /// Another format; a file that was cut off, or whose bytes are not what its format says; a folder without what its metadata name.
+    /// Another format; a file that was cut off, or whose bytes are not what its format says; a
+    /// folder without what its metadata name.
     pub fn open(path: &Path, allow_cut: bool) -> Result<Self> {
         let files = if path.is_dir() { folder::files(path)? } else { vec![path.to_owned()] };
         let several = path.is_dir();
@@ -76,7 +77,8 @@ impl Bag {
         &self.topics
     }
 
-    /// Hands out the messages of some topics in the order of the file, as long as `each` wants more.
+    /// Hands out the messages of some topics in the order of the file, as long as `each` wants
+    /// more.
     ///
     /// # Errors
     /// Damage, and what `each` reports.
@@ -100,7 +102,8 @@ impl Bag {
         Ok(cut.map_or(Ending::Whole, Ending::Cut))
     }
 
-    /// Names that the first messages of a topic give to the elements of their arrays (`name` of `sensor_msgs/JointState`).
+    /// Names that the first messages of a topic give to the elements of their arrays (`name` of
+    /// `sensor_msgs/JointState`).
     ///
     /// # Errors
     /// Damage.

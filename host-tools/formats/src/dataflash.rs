@@ -1,7 +1,9 @@
-//! DataFlash, the logs of ArduPilot (ardupilot.org/dev/docs/code-overview-adding-a-new-log-message.html; AP_Logger/LogStructure.h).
+//! DataFlash, the logs of ArduPilot
+//! (ardupilot.org/dev/docs/code-overview-adding-a-new-log-message.html; AP_Logger/LogStructure.h).
 //!
-//! Each message is three bytes that say which it is, and numbers in a row as a message `FMT` before it has said. Read here, not by the crate
-//! `ardupilot-binlog` 0.2: it panics on a message of fewer than three bytes, and ends in silence where a file is damaged or cut off.
+//! Each message is three bytes that say which it is, and numbers in a row as a message `FMT` before
+//! it has said. Read here, not by the crate `ardupilot-binlog` 0.2: it panics on a message of fewer
+//! than three bytes, and ends in silence where a file is damaged or cut off.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -15,11 +17,13 @@ use crate::topic::{Encoding, PackedField, Topic};
 
 /// What each message begins with.
 const HEAD: [u8; 2] = [0xA3, 0x95];
-/// The message that says what others are: three bytes, then type, length, name, types of the columns, names of the columns.
+/// The message that says what others are: three bytes, then type, length, name, types of the
+/// columns, names of the columns.
 const FORMAT: u8 = 128;
 const FORMAT_BYTES: usize = 89;
 
-/// Numbers by the letter of their type, with the factor that the letter stands for; `None` of texts and arrays.
+/// Numbers by the letter of their type, with the factor that the letter stands for; `None` of texts
+/// and arrays.
 fn number(letter: u8) -> Option<(Primitive, f64)> {
     Some(match letter {
         b'b' => (Primitive::I8, 1.0),
@@ -237,7 +241,8 @@ mod tests {
     #[test]
     fn definitions_that_contradict_themselves_are_refused() {
         assert_eq!(ending(&format(15, "Qf", "TimeUS,Volt")), "whole");
-        // Shorter than what each message begins with; not as long as its columns; a column of no known type.
+        // Shorter than what each message begins with; not as long as its columns; a column of no
+        // known type.
         for wrong in
             [format(2, "Qf", "TimeUS,Volt"), format(16, "Qf", "TimeUS,Volt"), format(12, "Q?", "TimeUS,Volt")]
         {

@@ -31,7 +31,8 @@ impl Extractor {
     /// For some fields of a topic.
     ///
     /// # Errors
-    /// A topic whose messages cannot be read, by the name of what they are, or that has no such field; the nearest are named.
+    /// A topic whose messages cannot be read, by the name of what they are, or that has no such
+    /// field; the nearest are named.
     pub fn new(topic: &Topic, fields: &[&Field]) -> Result<Self> {
         // An element of tf2_msgs/TFMessage bears its own.
         let element =

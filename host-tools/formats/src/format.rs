@@ -1,6 +1,7 @@
 //! Which format a file is in, by its first bytes: names lie.
 //!
-//! VESC Tool's is text, but no table of this dialect: its time counts from midnight, its separator is a semicolon.
+//! VESC Tool's is text, but no table of this dialect: its time counts from midnight, its separator
+//! is a semicolon.
 
 /// A format of logs that is no table in text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -9,8 +9,9 @@ thread_local! {
     static WITHIN: Cell<u32> = const { Cell::new(0) };
 }
 
-/// What `work` gives; `None` where it panicked. The text of the panic, with the place in somebody else's source, is for nobody who reads a
-/// log: it is not printed. Panics elsewhere are, as before.
+/// What `work` gives; `None` where it panicked. The text of the panic, with the place in somebody
+/// else's source, is for nobody who reads a log: it is not printed. Panics elsewhere are, as
+/// before.
 pub(crate) fn guarded<T>(work: impl FnOnce() -> T) -> Option<T> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {

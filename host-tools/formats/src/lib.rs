@@ -10,8 +10,10 @@
 //! | VESC Tool | its tables with semicolons |
 //! | Parquet | tables |
 //!
-//! A [`Bag`], one file or the [`folder`] of a split recording, has topics whose messages arrive one by one; [`merge`](mod@merge) makes rows of them on the clock of one topic. A [`table`] has rows
-//! already. Everything is read as a stream: memory does not grow with the file. Nothing here knows what the numbers mean.
+//! A [`Bag`], one file or the [`folder`] of a split recording, has topics whose messages arrive one
+//! by one; [`merge`](mod@merge) makes rows of them on the clock of one topic. A [`table`] has rows
+//! already. Everything is read as a stream: memory does not grow with the file. Nothing here knows
+//! what the numbers mean.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
 mod bag;

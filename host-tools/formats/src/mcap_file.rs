@@ -47,7 +47,8 @@ fn ends_whole(path: &Path) -> Result<bool> {
     Ok(end == MAGIC)
 }
 
-/// The topics that the summary tells; `None` where there is none, or one that is damaged: then the data tell.
+/// The topics that the summary tells; `None` where there is none, or one that is damaged: then the
+/// data tell.
 fn summary(path: &Path) -> Result<Option<Vec<Topic>>> {
     let mut file = BufReader::new(File::open(path)?);
     let length = file.get_ref().metadata()?.len();
@@ -102,8 +103,8 @@ fn next_record(file: &mut BufReader<File>, length: u64) -> Result<Option<(u8, Ve
     Ok(Some((opcode, body)))
 }
 
-/// A record of those that are looked at; `None` of any other. The crate takes a length within a record for true, and memory for it:
-/// up to 4 GB for a text of which there are ten bytes.
+/// A record of those that are looked at; `None` of any other. The crate takes a length within a
+/// record for true, and memory for it: up to 4 GB for a text of which there are ten bytes.
 fn parsed(opcode: u8, body: &[u8]) -> Option<Result<Record<'_>, McapError>> {
     let fields = match opcode {
         op::SCHEMA => "2ttt",
@@ -120,8 +121,8 @@ fn parsed(opcode: u8, body: &[u8]) -> Option<Result<Record<'_>, McapError>> {
     }
 }
 
-/// Whether these fields are within a record: numbers of so many bytes, texts (`t`) and maps of texts (`m`) with their lengths before them
-/// (MCAP's specification, Records).
+/// Whether these fields are within a record: numbers of so many bytes, texts (`t`) and maps of
+/// texts (`m`) with their lengths before them (MCAP's specification, Records).
 fn fit(fields: &str, mut body: &[u8]) -> bool {
     fields.bytes().all(|field| match field {
         b't' => text(&mut body).is_some(),
@@ -259,7 +260,8 @@ mod tests {
         [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat()
     }
 
-    /// Every length of a channel and of a schema, as it is and as long as it can say: 4 GB are not even asked for.
+    /// Every length of a channel and of a schema, as it is and as long as it can say: 4 GB are not
+    /// even asked for.
     #[test]
     fn lengths_beyond_the_record_are_refused() {
         let map = [text_of("key"), text_of("value")].concat();

@@ -36,7 +36,8 @@ pub(crate) fn read(path: &Path, taker: &mut dyn Taker) -> Result<()> {
     without_panics(|| read_unguarded(path, taker))
 }
 
-/// The crate has assertions on what files say of themselves (negative lengths, for one); those that are not seen beforehand end here.
+/// The crate has assertions on what files say of themselves (negative lengths, for one); those that
+/// are not seen beforehand end here.
 fn without_panics<T>(read: impl FnOnce() -> Result<T>) -> Result<T> {
     guarded(read).unwrap_or_else(|| Err(Error::damaged("Parquet", "its directory contradicts itself")))
 }
@@ -103,7 +104,8 @@ impl Values {
     }
 }
 
-/// A Parquet file by its columns, some thousand rows at a time. Columns that are neither numbers nor text are left out.
+/// A Parquet file by its columns, some thousand rows at a time. Columns that are neither numbers
+/// nor text are left out.
 pub struct Columns {
     reader: SerializedFileReader<File>,
     names: Vec<String>,
@@ -121,7 +123,8 @@ impl Columns {
     /// Opens a file.
     ///
     /// # Errors
-    /// What the operating system refuses; a file that is cut off or damaged, or has no column of numbers or text.
+    /// What the operating system refuses; a file that is cut off or damaged, or has no column of
+    /// numbers or text.
     pub fn open(path: &Path) -> Result<Self> {
         without_panics(|| Self::open_unguarded(path))
     }
@@ -260,7 +263,8 @@ impl Column {
                 let (mut levels, mut read) = (Vec::with_capacity(count), Vec::with_capacity(count));
                 $reader.read_records(count, Some(&mut levels), None, &mut read)?;
                 let mut read = read.into_iter().map($value);
-                // A level of 0 says that the row has none; a column that must have one has no levels.
+                // A level of 0 says that the row has none; a column that must have one has no
+                // levels.
                 if levels.is_empty() || levels.iter().all(|level| *level > 0) {
                     $into.extend(read);
                 } else {

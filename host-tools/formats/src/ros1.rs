@@ -1,7 +1,8 @@
 //! Bags of ROS 1, version 2.0 (wiki.ros.org/Bags/Format/2.0).
 //!
-//! Read here, not by the crate `rosbag` 0.6.3: it maps the file into memory, panics where the place of the index is wrong, which a recording that
-//! was killed always has, and takes as much memory as a chunk says that it needs.
+//! Read here, not by the crate `rosbag` 0.6.3: it maps the file into memory, panics where the place
+//! of the index is wrong, which a recording that was killed always has, and takes as much memory as
+//! a chunk says that it needs.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -116,7 +117,8 @@ impl Record {
     }
 }
 
-/// Opens a bag behind its first record, and gives the place of its index, 0 where the recording was cut off.
+/// Opens a bag behind its first record, and gives the place of its index, 0 where the recording was
+/// cut off.
 fn open(path: &Path) -> Result<(BufReader<File>, u64)> {
     let mut file = BufReader::with_capacity(1 << 20, File::open(path)?);
     let mut version = [0; VERSION.len()];
@@ -263,7 +265,8 @@ fn records(path: &Path, each: &mut EachRecord<'_>) -> Result<Ending> {
                     _ => return Ok(cut("a chunk cannot be unpacked")),
                 }
             }
-            // Of a chunk that was never closed: its header says that it is empty, and its records follow.
+            // Of a chunk that was never closed: its header says that it is empty, and its records
+            // follow.
             Some(kind @ (MESSAGE | CONNECTION)) if ending.is_none() => each(kind, header, &record.data)?,
             _ => true,
         };
@@ -310,7 +313,8 @@ fn within(bytes: &[u8]) -> Option<(Header<'_>, &[u8], &[u8])> {
     Some((Header(header), &rest[start..end], &rest[end..]))
 }
 
-/// The bytes of a chunk, as far as they can be unpacked, and whether they are all that its header says.
+/// The bytes of a chunk, as far as they can be unpacked, and whether they are all that its header
+/// says.
 fn unpack<'a>(record: &'a Record, chunk: &'a mut Vec<u8>) -> Result<(&'a [u8], bool)> {
     let header = record.header();
     let size = header.number(b"size").map(|size| size as usize).filter(|size| *size <= LONGEST);

@@ -44,7 +44,8 @@ pub struct PackedField {
 /// A topic: its name, what its messages are, and how they are written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Topic {
-    /// With its slash, as ROS writes it; in a ULog or DataFlash the message's name, with `.1`, `.2` … for further instances.
+    /// With its slash, as ROS writes it; in a ULog or DataFlash the message's name, with `.1`, `.2`
+    /// … for further instances.
     pub name: String,
     /// The messages' type, `sensor_msgs/msg/JointState`; of ROS 1 without `msg`.
     pub kind: String,

@@ -1,4 +1,5 @@
-//! ULog, by PX4's own crate. The format has no mark at its end: one that was cut off between two messages cannot be told from a whole one.
+//! ULog, by PX4's own crate. The format has no mark at its end: one that was cut off between two
+//! messages cannot be told from a whole one.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -109,7 +110,8 @@ fn messages(path: &Path, each: &mut dyn FnMut(&DataMessage<'_>) -> Result<bool>)
     let mut appended: Option<Vec<u64>> = None;
     let mut ending = Ending::Whole;
     loop {
-        // A log that was written to after a crash has further data behind this place, and nothing that counts between.
+        // A log that was written to after a crash has further data behind this place, and nothing
+        // that counts between.
         let limit = appended.as_ref().and_then(|places| places.first()).map_or(u64::MAX, |&next| next);
         let most = usize::try_from(limit.saturating_sub(place)).unwrap_or(usize::MAX).min(PIECE);
         let count = file.read(&mut piece[..most])?;

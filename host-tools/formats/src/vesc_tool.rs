@@ -1,4 +1,5 @@
-//! What VESC Tool and its apps log: a line a sample, its fields behind each other with semicolons, their names in the first line.
+//! What VESC Tool and its apps log: a line a sample, its fields behind each other with semicolons,
+//! their names in the first line.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};

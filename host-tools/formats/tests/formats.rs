@@ -54,7 +54,8 @@ fn csv() -> Vec<Vec<f64>> {
     text.lines().skip(1).map(|line| line.split(',').map(|field| field.parse().unwrap()).collect()).collect()
 }
 
-/// All numbers but time have 64 bits in each format: they are the same. Bags count nanoseconds, ULog microseconds.
+/// All numbers but time have 64 bits in each format: they are the same. Bags count nanoseconds,
+/// ULog microseconds.
 #[test]
 fn the_same_drive_in_every_format_has_the_same_numbers() {
     let expected = csv();
@@ -87,7 +88,8 @@ fn the_same_drive_in_every_format_has_the_same_numbers() {
     assert_eq!(found, expected);
 }
 
-/// What MCAP's writer in TypeScript leaves (make_third.mjs): with every index, without any, without chunks, and of ROS 1.
+/// What MCAP's writer in TypeScript leaves (make_third.mjs): with every index, without any, without
+/// chunks, and of ROS 1.
 #[test]
 fn the_same_drive_in_every_form_of_mcap_has_the_same_numbers() {
     let expected = &csv()[..200];
@@ -106,8 +108,9 @@ fn the_same_drive_in_every_form_of_mcap_has_the_same_numbers() {
     }
 }
 
-/// The examples that MCAP's makers publish with their crate: an excerpt of their demo.bag, messages of ROS 1. The expected numbers are those of
-/// their own reader (PyPI: mcap 1.6.0, mcap-ros1-support 0.9.0; `iter_decoded_messages` with `log_time_order=False`).
+/// The examples that MCAP's makers publish with their crate: an excerpt of their demo.bag, messages
+/// of ROS 1. The expected numbers are those of their own reader (PyPI: mcap 1.6.0,
+/// mcap-ros1-support 0.9.0; `iter_decoded_messages` with `log_time_order=False`).
 #[test]
 fn the_examples_of_its_makers_are_read() {
     let Some(folder) = makers_folder() else {
@@ -138,7 +141,8 @@ fn the_examples_of_its_makers_are_read() {
     }
 }
 
-/// Where cargo keeps the source of the crate that this one reads MCAP with; `None` where it comes from elsewhere than a registry.
+/// Where cargo keeps the source of the crate that this one reads MCAP with; `None` where it comes
+/// from elsewhere than a registry.
 fn makers_folder() -> Option<PathBuf> {
     let lock = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../Cargo.lock");
     let lock = std::fs::read_to_string(lock).unwrap();
@@ -151,8 +155,8 @@ fn makers_folder() -> Option<PathBuf> {
     folders.into_iter().find(|folder| folder.is_dir())
 }
 
-/// Charge is published every fourth of the base's times and falls by the same in each: what lies between is on the straight line. Behind the
-/// last battery message there is none.
+/// Charge is published every fourth of the base's times and falls by the same in each: what lies
+/// between is on the straight line. Behind the last battery message there is none.
 #[test]
 fn other_topics_are_interpolated_and_never_extrapolated() {
     let bag = Bag::open(&data("turtlebot3.mcap"), false).unwrap();
@@ -210,7 +214,8 @@ fn what_is_not_there_is_refused_with_the_nearest() {
     assert!(error.starts_with("topic /odom: its messages are compressed one by one (zstd)"), "{error}");
 }
 
-/// Wherever a file ends, it is refused as cut off; what is left of a bag or ULog gives the first of its rows, on request.
+/// Wherever a file ends, it is refused as cut off; what is left of a bag or ULog gives the first of
+/// its rows, on request.
 #[test]
 fn a_cut_file_is_refused_and_its_rest_read_on_request() {
     let folder = tempfile::tempdir().unwrap();
@@ -246,7 +251,8 @@ fn a_cut_file_is_refused_and_its_rest_read_on_request() {
     assert!(matches!(refused, Err(Error::Truncated(_))), "{refused:?}");
 }
 
-/// A parameter whose name is said to be longer than its message, which px4-ulog 0.6.1 does not look at.
+/// A parameter whose name is said to be longer than its message, which px4-ulog 0.6.1 does not look
+/// at.
 #[test]
 fn a_wrong_length_within_a_ulog_is_an_error() {
     let folder = tempfile::tempdir().unwrap();
@@ -355,7 +361,8 @@ fn what_is_written_comes_back_bit_for_bit() {
     }
 }
 
-/// A recording split at a time gives the rows of the whole one; each file's own mistakes are named by it.
+/// A recording split at a time gives the rows of the whole one; each file's own mistakes are named
+/// by it.
 #[test]
 fn a_split_recording_is_one_bag() {
     let whole = Bag::open(&data("drive.db3"), false).unwrap();

@@ -1,5 +1,6 @@
-//! The coefficients with the effects that were named, written for estimator and board, and what they are worth: the covariance of base
-//! and effects, and the noise that mass estimates have to expect.
+//! The coefficients with the effects that were named, written for estimator and board, and what
+//! they are worth: the covariance of base and effects, and the noise that mass estimates have to
+//! expect.
 
 use std::path::Path;
 
@@ -17,8 +18,8 @@ use super::report::Report;
 use super::thresholds::extension::{BLOCK_S, LEAST_INFORMATION, WINDOW_S};
 use super::twin::{State, Twin};
 
-/// Writes the coefficients with the effects that were named, and the base as it moved. What is not written is said in a line each on
-/// standard error; where nothing is left, so is the file.
+/// Writes the coefficients with the effects that were named, and the base as it moved. What is not
+/// written is said in a line each on standard error; where nothing is left, so is the file.
 ///
 /// # Errors
 /// The file cannot be written; the effects are more than a board holds.
@@ -68,8 +69,9 @@ pub struct Extension {
     pub noise: Noise<f64>,
 }
 
-/// Of the open runs of a report. `kept` says of each named effect whether it is added to the model: findings about runs are not. `base`
-/// is the noise of the model without effects, of which the extended one never has less.
+/// Of the open runs of a report. `kept` says of each named effect whether it is added to the model:
+/// findings about runs are not. `base` is the noise of the model without effects, of which the
+/// extended one never has less.
 pub fn of<const N: usize>(
     runs: &Runs<N>,
     report: &Report,

@@ -6,10 +6,12 @@ use model::effects::{Candidate, NotTestable};
 use super::thresholds::problem::ONE_MASS;
 use super::types::{Round, Scored, Status};
 
-/// Effects that are no findings with a base that was fitted to these total masses, kg; to those of the runs where there are none.
+/// Effects that are no findings with a base that was fitted to these total masses, kg; to those of
+/// the runs where there are none.
 ///
-/// With one mass the friction that grows with it and the friction that does not are one: what a kilogram more would do to the power is
-/// then a guess, and a mass that was noted wrongly stands for whatever differs (−58.7 kg was ice).
+/// With one mass the friction that grows with it and the friction that does not are one: what a
+/// kilogram more would do to the power is then a guess, and a mass that was noted wrongly stands
+/// for whatever differs (−58.7 kg was ice).
 pub(super) fn unidentifiable<const N: usize>(masses_kg: &[f64], runs: &Runs<N>) -> Vec<NotTestable> {
     if !has_one_mass(masses_kg, runs) {
         return Vec::new();
@@ -19,8 +21,9 @@ pub(super) fn unidentifiable<const N: usize>(masses_kg: &[f64], runs: &Runs<N>) 
     vec![NotTestable { id: "payload-mislabel".to_owned(), reason: reason.to_owned() }]
 }
 
-/// What names may stand for as well with a base of one mass: more friction on one side is a drag there, or another floor that the sides meet
-/// unequally, which only a second payload tells apart. Ids of what was a plausible hypothesis of these rounds.
+/// What names may stand for as well with a base of one mass: more friction on one side is a drag
+/// there, or another floor that the sides meet unequally, which only a second payload tells apart.
+/// Ids of what was a plausible hypothesis of these rounds.
 pub(super) fn also_with_one_mass(named: &[Candidate], rounds: &[Round]) -> Vec<String> {
     let floor = "rolling-resistance-change";
     let is_plausible = |scored: &Scored| {
@@ -31,7 +34,8 @@ pub(super) fn also_with_one_mass(named: &[Candidate], rounds: &[Round]) -> Vec<S
     if drags && could_be { vec![floor.to_owned()] } else { Vec::new() }
 }
 
-/// Whether a base that was fitted to these total masses, kg, or to those of the runs where there are none, knows one mass only.
+/// Whether a base that was fitted to these total masses, kg, or to those of the runs where there
+/// are none, knows one mass only.
 pub(super) fn has_one_mass<const N: usize>(masses_kg: &[f64], runs: &Runs<N>) -> bool {
     let own: Vec<f64> = runs.runs.iter().flat_map(|run| &run.rows).map(|row| row.mass).collect();
     let known = if masses_kg.is_empty() { &own } else { masses_kg };
@@ -74,7 +78,8 @@ mod tests {
         assert!(ids(&[], [2.0, 3.0]).is_empty());
     }
 
-    /// A Husky on sand, with a base of 75 kg on tiles: a drag on one side gains 443, another floor 347.
+    /// A Husky on sand, with a base of 75 kg on tiles: a drag on one side gains 443, another floor
+    /// 347.
     #[test]
     fn with_one_mass_a_drag_may_be_a_floor() {
         let floor = |gain, status| Round {

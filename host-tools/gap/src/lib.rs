@@ -1,6 +1,8 @@
-//! Where model and measurement disagree, which effect is missing, and what is left when it is added.
+//! Where model and measurement disagree, which effect is missing, and what is left when it is
+//! added.
 //!
-//! Arrows go one way: [`types`] → [`problem`] (what is asked of which runs) → [`detect`] → [`name`] →
+//! Arrows go one way: [`types`] → [`problem`] (what is asked of which runs) → [`detect`] → [`name`]
+//! →
 //! [`confirm`] → [`report`]; [`investigate`] walks them. Its face: [`workflow::gap`], from files to all that was found.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 

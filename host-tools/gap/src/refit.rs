@@ -1,4 +1,5 @@
-//! The base first: where its own clean runs ask for a term that it lacks, a name for what is left would be the term's disguise.
+//! The base first: where its own clean runs ask for a term that it lacks, a name for what is left
+//! would be the term's disguise.
 
 use std::path::PathBuf;
 
@@ -12,8 +13,8 @@ use support::error::Result;
 use super::report::Report;
 use super::types::{Base, Verdict};
 
-/// What a fit of the clean logs would have that the base has not. Asked only where something is to be named or explained: it takes as
-/// long as a fit.
+/// What a fit of the clean logs would have that the base has not. Asked only where something is to
+/// be named or explained: it takes as long as a fit.
 ///
 /// # Errors
 /// A log that cannot be read.

@@ -1,11 +1,13 @@
-//! Some forty smooth functions of what a drive does: structure in the residual shows against them, whatever its cause.
+//! Some forty smooth functions of what a drive does: structure in the residual shows against them,
+//! whatever its cause.
 
 use logs::runs::Runs;
 
 use super::thresholds::problem::{LEAST_SHOWN, MOST_FOLLOWED};
 use crate::noise::whiten::Signal;
 
-/// The functions, one signal each. All vary about as gently as an effect would, and none asks for the model.
+/// The functions, one signal each. All vary about as gently as an effect would, and none asks for
+/// the model.
 pub fn functions<const N: usize>(runs: &Runs<N>) -> Vec<Signal> {
     let rows = || runs.runs.iter().flat_map(|run| &run.rows);
     let most = |values: &dyn Fn(&logs::runs::Row<N>) -> f64| rows().map(values).fold(1e-9, f64::max);
@@ -109,8 +111,8 @@ pub fn count_own<const N: usize>(runs: &Runs<N>, functions: &[Signal]) -> usize 
     functions.len() - further(runs).len()
 }
 
-/// Places of the further columns that every run has and that may say why the power differs: what it is computed from (a current that
-/// follows it, another power) differs with it, whatever the cause.
+/// Places of the further columns that every run has and that may say why the power differs: what it
+/// is computed from (a current that follows it, another power) differs with it, whatever the cause.
 pub fn further<const N: usize>(runs: &Runs<N>) -> Vec<usize> {
     let is_there = |place: &usize| runs.runs.iter().all(|run| !run.extra(*place).is_empty());
     let is_electric =
@@ -136,8 +138,9 @@ fn follows_power<const N: usize>(runs: &Runs<N>, place: usize) -> f64 {
     if pp * xx > 0.0 { px * px / (pp * xx) } else { 0.0 }
 }
 
-/// Those of some signals of field and clean runs that clean runs say something about. What hardly varies in them (a door that was shut,
-/// a slope on level ground) would else be taken for what the base gets wrong anyway, whatever it does in the field.
+/// Those of some signals of field and clean runs that clean runs say something about. What hardly
+/// varies in them (a door that was shut, a slope on level ground) would else be taken for what the
+/// base gets wrong anyway, whatever it does in the field.
 pub fn shown_by_clean<const N: usize>(runs: &Runs<N>, signals: Vec<Signal>) -> Vec<Signal> {
     let variance = |signal: &Signal, clean: bool| {
         let values = || {
@@ -160,7 +163,8 @@ mod tests {
 
     use super::further;
 
-    /// The motors' current is the power over the battery's 12 V; an arm draws when it likes; the light has nothing to do with either.
+    /// The motors' current is the power over the battery's 12 V; an arm draws when it likes; the
+    /// light has nothing to do with either.
     #[test]
     fn a_current_that_follows_the_power_is_no_cause() {
         let core = Robot::named("burger").unwrap().core::<2>(2.0).unwrap();

@@ -1,128 +1,162 @@
 //! Every constant that the workflow decides by: its value, its unit, and where it comes from.
 //!
-//! *Derived* says from what. *Tuned* says on what: the own bench is `gmr gap-bench` (one plant, 60 s runs at 20 Hz, 0.05 W of noise);
-//! where neither the history nor docs/gap.md say by which run of it, the run is unknown, and the value is to be read as that of one
-//! plant. What is only layout (cells of a map, lines of a screen) is marked so: no verdict depends on it.
+//! *Derived* says from what. *Tuned* says on what: the own bench is `gmr gap-bench` (one plant, 60
+//! s runs at 20 Hz, 0.05 W of noise); where neither the history nor docs/gap.md say by which run of
+//! it, the run is unknown, and the value is to be read as that of one plant. What is only layout
+//! (cells of a map, lines of a screen) is marked so: no verdict depends on it.
 
 /// Splitting, and the least that each step needs.
 pub mod split {
-    /// Open runs, at least. Derived: with each run left out two have to remain, whose scatter can be told.
+    /// Open runs, at least. Derived: with each run left out two have to remain, whose scatter can
+    /// be told.
     pub const LEAST_OPEN: usize = 3;
-    /// One run of so many, in the order of payloads, is locked. Chosen: two thirds explore, one third confirms.
+    /// One run of so many, in the order of payloads, is locked. Chosen: two thirds explore, one
+    /// third confirms.
     pub const ONE_LOCKED_OF: usize = 3;
 }
 
 /// Whitening, weights and the variance of scores.
 pub mod noise {
-    /// Order of the autoregression, rows. Chosen by a prototype on its own 20 Hz sets ("about 8"); run unknown.
+    /// Order of the autoregression, rows. Chosen by a prototype on its own 20 Hz sets ("about 8");
+    /// run unknown.
     pub const ORDER: usize = 8;
-    /// White noise added to the autocovariance, as a share of the variance: behind a low-pass filter the noise has next to no power above
-    /// the cutoff, and without this floor the whitener would lift that band. Tuned on the own bench, run unknown.
+    /// White noise added to the autocovariance, as a share of the variance: behind a low-pass
+    /// filter the noise has next to no power above the cutoff, and without this floor the whitener
+    /// would lift that band. Tuned on the own bench, run unknown.
     pub const WHITE_FLOOR: f64 = 0.03;
-    /// Whitened residuals beyond this many standard deviations count linearly: bursts and the kinks of starts and stops. Tuned on the own
-    /// bench, run unknown; 1 of 2,000 normal rows is beyond it.
+    /// Whitened residuals beyond this many standard deviations count linearly: bursts and the kinks
+    /// of starts and stops. Tuned on the own bench, run unknown; 1 of 2,000 normal rows is beyond
+    /// it.
     pub const HUBER: f64 = 3.5;
-    /// Lengths of the blocks whose scores are taken for independent, s: noise with a long memory scatters more over long ones. Tuned on the
-    /// own bench's autocorrelated and heteroscedastic sets, run unknown.
+    /// Lengths of the blocks whose scores are taken for independent, s: noise with a long memory
+    /// scatters more over long ones. Tuned on the own bench's autocorrelated and heteroscedastic
+    /// sets, run unknown.
     pub const BLOCKS_S: [f64; 2] = [4.0, 15.0];
-    /// Added to the diagonal of scaled products: columns that repeat each other share what they explain. Derived: far below the share of
-    /// any noise (1 per row), far above rounding.
+    /// Added to the diagonal of scaled products: columns that repeat each other share what they
+    /// explain. Derived: far below the share of any noise (1 per row), far above rounding.
     pub const RIDGE: f64 = 1e-6;
-    /// The whitener of the first residual shows a better one; weights and regression settle in as many passes. Chosen for time; run unknown.
+    /// The whitener of the first residual shows a better one; weights and regression settle in as
+    /// many passes. Chosen for time; run unknown.
     pub const PASSES: usize = 2;
-    /// The rows that coloured noise is worth, as a share of the rows: least. Guard against a pole at 1.
+    /// The rows that coloured noise is worth, as a share of the rows: least. Guard against a pole
+    /// at 1.
     pub const LEAST_WORTH: f64 = 0.05;
-    /// What the fit takes along of the noise raises the floor by this factor at most. Guard; run unknown.
+    /// What the fit takes along of the noise raises the floor by this factor at most. Guard; run
+    /// unknown.
     pub const MOST_TAKEN: f64 = 1.2;
 
-    /// Clean runs that scatter so many times less than those in question have another noise: a simulator's, or none. Chosen: an effect that no
-    /// column explains (bursts, a rattle) triples no run's scatter in the own bench.
+    /// Clean runs that scatter so many times less than those in question have another noise: a
+    /// simulator's, or none. Chosen: an effect that no column explains (bursts, a rattle) triples
+    /// no run's scatter in the own bench.
     pub const QUIETER: f64 = 4.0;
-    /// They count for no more than this share of the scatter would give. Chosen: their misfit is no noise, and has to stay visible.
+    /// They count for no more than this share of the scatter would give. Chosen: their misfit is no
+    /// noise, and has to stay visible.
     pub const LEAST_QUIET: f64 = 0.1;
 
     /// Levels of jerk, acceleration and power at which scatter is told. Chosen; run unknown.
     pub const LEVELS: usize = 8;
-    /// Rows of a level that tell its scatter. Derived: their mean square is then known to some 25 %.
+    /// Rows of a level that tell its scatter. Derived: their mean square is then known to some 25
+    /// %.
     pub const LEAST_ROWS: usize = 40;
     /// Rounds that settle what each measure explains beyond the others. Chosen; run unknown.
     pub const ROUNDS: usize = 4;
-    /// Rows before and behind that share in the jerk of a row. Derived: the filter's memory at some three rows per period of its cutoff.
+    /// Rows before and behind that share in the jerk of a row. Derived: the filter's memory at some
+    /// three rows per period of its cutoff.
     pub const REACH: usize = 2;
-    /// Tenths of a level's rows that its scatter is told by: the stray one is left to the weights. Chosen.
+    /// Tenths of a level's rows that its scatter is told by: the stray one is left to the weights.
+    /// Chosen.
     pub const KEPT_TENTHS: usize = 9;
-    /// Mean of the lower nine tenths of the squares of a normal variable. Derived: (0.9 − 2 q φ(q)) / 0.9 at q = 1.645.
+    /// Mean of the lower nine tenths of the squares of a normal variable. Derived: (0.9 − 2 q φ(q))
+    /// / 0.9 at q = 1.645.
     pub const KEPT_MEAN: f64 = 0.623;
 }
 
 /// Posing the problem: base, discrepancy, linearisation.
 pub mod problem {
-    /// Columns of which base and effects leave less than this share are no columns of their own. Derived: rounding of the numerical slopes
-    /// is about 1e-5 of a column, of which a thousandth is far.
+    /// Columns of which base and effects leave less than this share are no columns of their own.
+    /// Derived: rounding of the numerical slopes is about 1e-5 of a column, of which a thousandth
+    /// is far.
     pub const LEAST_SHARE: f64 = 1e-3;
     /// Added to the diagonal of the scaled normal matrix. Derived: rounding.
     pub const RIDGE: f64 = 1e-10;
-    /// The same for the discrepancy, whose columns of base and effects nearly repeat each other. Derived: rounding of some ninety columns.
+    /// The same for the discrepancy, whose columns of base and effects nearly repeat each other.
+    /// Derived: rounding of some ninety columns.
     pub const DISCREPANCY_RIDGE: f64 = 1e-9;
-    /// Total masses that differ by less than this share are one: they do not tell what a mass does to the power. Chosen: a scale's error
-    /// and a battery's swap are below it, any payload worth an estimate above.
+    /// Total masses that differ by less than this share are one: they do not tell what a mass does
+    /// to the power. Chosen: a scale's error and a battery's swap are below it, any payload worth
+    /// an estimate above.
     pub const ONE_MASS: f64 = 0.1;
-    /// Share of a signal's variance in the field that clean runs have to have for them to say something about it. Tuned on a door that was
-    /// shut in the clean runs (tests/gap_user_effects.rs) and a measured slope; no bench.
+    /// Share of a signal's variance in the field that clean runs have to have for them to say
+    /// something about it. Tuned on a door that was shut in the clean runs
+    /// (tests/gap_user_effects.rs) and a measured slope; no bench.
     pub const LEAST_SHOWN: f64 = 0.1;
-    /// A current or power whose squared correlation with the measured power is above this is a part of it, no cause. Chosen: each side's
-    /// current of a Husky has 0.3 to 0.7, an arm that is idle in the clean runs next to nothing.
+    /// A current or power whose squared correlation with the measured power is above this is a part
+    /// of it, no cause. Chosen: each side's current of a Husky has 0.3 to 0.7, an arm that is idle
+    /// in the clean runs next to nothing.
     pub const MOST_FOLLOWED: f64 = 0.1;
-    /// Longest lag that a measuring chain has, rows. Chosen: an encoder's mean over a sample and a sensor's over another.
+    /// Longest lag that a measuring chain has, rows. Chosen: an encoder's mean over a sample and a
+    /// sensor's over another.
     pub const MOST_LAG_ROWS: f64 = 2.0;
-    /// The lag is found to this share of a row. Derived: a hundredth of a row moves no score by a tenth.
+    /// The lag is found to this share of a row. Derived: a hundredth of a row moves no score by a
+    /// tenth.
     pub const LAG_ACCURACY_ROWS: f64 = 0.01;
-    /// Changes of the power below this share of its greatest are taken for linear. Derived: second-order terms are then below 1e-4.
+    /// Changes of the power below this share of its greatest are taken for linear. Derived:
+    /// second-order terms are then below 1e-4.
     pub const LINEAR: f64 = 0.01;
     /// Steps of a numerical slope that are tried.
     pub const SLOPE_TRIALS: usize = 6;
-    /// Relative uncertainty of every base parameter beyond its covariance. Tuned on the own bench, run unknown.
+    /// Relative uncertainty of every base parameter beyond its covariance. Tuned on the own bench,
+    /// run unknown.
     pub const SLACK: f64 = 0.01;
-    /// How much less is known of a parameter of which the base's fit knew nothing, sizes. Chosen: an order of magnitude.
+    /// How much less is known of a parameter of which the base's fit knew nothing, sizes. Chosen:
+    /// an order of magnitude.
     pub const UNKNOWN: f64 = 10.0;
     /// A Gauss–Newton step is shortened so many times, at most …
     pub const HALVINGS: usize = 5;
     /// … to this share each time.
     pub const SHORTER: f64 = 0.4;
-    /// A step that gains less in χ² was the last. Derived: a tenth of what one parameter gains by chance.
+    /// A step that gains less in χ² was the last. Derived: a tenth of what one parameter gains by
+    /// chance.
     pub const LEAST_STEP_GAIN: f64 = 0.1;
-    /// Steps of a fit, at most. Chosen: three left a delay of 0.126 s at 0.092 (benches/robots/gap_sizes.py, `sensor-delay`, seed 5); most
-    /// fits end long before this by the gain of a step.
+    /// Steps of a fit, at most. Chosen: three left a delay of 0.126 s at 0.092
+    /// (benches/robots/gap_sizes.py, `sensor-delay`, seed 5); most fits end long before this by the
+    /// gain of a step.
     pub const MOST_FIT_STEPS: usize = 16;
 }
 
 /// What clean runs show of each other.
 pub mod calibrate {
-    /// Parts that the clean runs are dealt into, in the order of masses; each is asked about once. Chosen: two thirds say what is usual.
+    /// Parts that the clean runs are dealt into, in the order of masses; each is asked about once.
+    /// Chosen: two thirds say what is usual.
     pub const PARTS: usize = 3;
-    /// How often they are dealt anew, with other runs together each time. Chosen: of three parts the greatest is a matter of luck; six runs
-    /// have three deals in which no two are together twice.
+    /// How often they are dealt anew, with other runs together each time. Chosen: of three parts
+    /// the greatest is a matter of luck; six runs have three deals in which no two are together
+    /// twice.
     pub const DEALS: usize = 3;
-    /// Clean runs below which none are asked about. Derived: two of a kind, and four that say what is usual.
+    /// Clean runs below which none are asked about. Derived: two of a kind, and four that say what
+    /// is usual.
     pub const LEAST_RUNS: usize = 6;
-    /// What single runs of the field show, or a time that was searched for, has to exceed the most that the parts of a deal show, on the mean, by
-    /// this factor; rivals and sizes are told as much less well. Tuned on the effect-free sets of the MuJoCo robots (`cargo xtask bench gap-mujoco`):
-    /// at 1.25 four of 100 skid-steered ones were alarms, at 1.3 two. What all field runs share has to exceed it by no factor: how far runs
-    /// scatter about that is in its score's variance, but in a part of two runs nobody can tell. There parts show more than the field: of 30
-    /// such sets the field had 0.84 of it at most.
+    /// What single runs of the field show, or a time that was searched for, has to exceed the most
+    /// that the parts of a deal show, on the mean, by this factor; rivals and sizes are told as
+    /// much less well. Tuned on the effect-free sets of the MuJoCo robots (`cargo xtask bench
+    /// gap-mujoco`): at 1.25 four of 100 skid-steered ones were alarms, at 1.3 two. What all field
+    /// runs share has to exceed it by no factor: how far runs scatter about that is in its score's
+    /// variance, but in a part of two runs nobody can tell. There parts show more than the field:
+    /// of 30 such sets the field had 0.84 of it at most.
     pub const MARGIN: f64 = 1.3;
 }
 
 /// Detection: whether there is structure.
 pub mod detect {
     /// |z| of a smooth function or an effect beyond which there is structure. Tuned on the own bench's effect-free sets (0 alarms of 300; 0 of 100 of them in
-    /// docs/results/gap-bench.txt, seeds from 101,000); some sixty columns of normal scores ask for 3.5 only: what is above it stands for scores
-    /// that are no normal variables.
+    /// docs/results/gap-bench.txt, seeds from 101,000); some sixty columns of normal scores ask for
+    /// 3.5 only: what is above it stands for scores that are no normal variables.
     pub const STRUCTURE: f64 = 5.3;
-    /// The same where no clean runs say what the model gets wrong without any effect. Tuned on the own bench without clean runs, run unknown.
+    /// The same where no clean runs say what the model gets wrong without any effect. Tuned on the
+    /// own bench without clean runs, run unknown.
     pub const STRUCTURE_ALONE: f64 = 20.0;
-    /// Share of an effect's own gain in χ² that may be left as structure: no term of the model is exact. Tuned on the own bench, run unknown
-    /// (a prototype needed 0.04).
+    /// Share of an effect's own gain in χ² that may be left as structure: no term of the model is
+    /// exact. Tuned on the own bench, run unknown (a prototype needed 0.04).
     pub const TOLERANCE: f64 = 0.015;
     /// |z| of an effect's column times something else beyond which the effect has not the shape of what is there. Tuned on the own bench's
     /// sets whose effect the dictionary lacks, run unknown.
@@ -130,36 +164,44 @@ pub mod detect {
     /// Share of the gain in χ² that comes on top of it. As above.
     pub const SHAPE_TOLERANCE: f64 = 0.006;
 
-    /// Mean squares that exceed those of clean runs by less than this factor are no disturbance: runs differ. Tuned on the own bench, run
-    /// unknown.
+    /// Mean squares that exceed those of clean runs by less than this factor are no disturbance:
+    /// runs differ. Tuned on the own bench, run unknown.
     pub const DISTURBANCE: f64 = 1.5;
     /// |z| of a difference between two handfuls of runs that chance does not make. Tuned on the own bench, run unknown; Student's t of some
     /// twelve runs is beyond it once in 500.
     pub const DISTURBANCE_Z: f64 = 4.0;
-    /// Residuals beyond this many standard deviations of clean runs count as this many: one stray row is no disturbance. Chosen.
+    /// Residuals beyond this many standard deviations of clean runs count as this many: one stray
+    /// row is no disturbance. Chosen.
     pub const MOST_SIGMAS: f64 = 6.0;
 
-    /// Scores of single runs, or of a step's best time, below this are chance: some hundred times and runs are looked at. Derived: the
-    /// greatest of 1,000 normal scores is below 4.5 in 99 of 100 sets; tuned on the own bench to 5.5, run unknown.
+    /// Scores of single runs, or of a step's best time, below this are chance: some hundred times
+    /// and runs are looked at. Derived: the greatest of 1,000 normal scores is below 4.5 in 99 of
+    /// 100 sets; tuned on the own bench to 5.5, run unknown.
     pub const IN_RUN: f64 = 5.5;
-    /// Masses of single runs with lower scores are taken for right. Tuned on the own bench, run unknown.
+    /// Masses of single runs with lower scores are taken for right. Tuned on the own bench, run
+    /// unknown.
     pub const WRONG_MASS: f64 = 3.2;
-    /// A mass below this share of the empty robot's is none. Chosen: an estimate's error, and a battery that was left out.
+    /// A mass below this share of the empty robot's is none. Chosen: an estimate's error, and a
+    /// battery that was left out.
     pub const LIGHTEST: f64 = 0.9;
-    /// By how much scores of single runs and times have to be higher than those of smooth functions to be as rare. Tuned on the own bench,
-    /// run unknown; derived from normal scores it would be about 1.
+    /// By how much scores of single runs and times have to be higher than those of smooth functions
+    /// to be as rare. Tuned on the own bench, run unknown; derived from normal scores it would be
+    /// about 1.
     pub const MORE_LOOKS: f64 = 1.2;
     /// What the search for a time costs, in χ²: the best of some fifty. Derived: 2 ln 50 = 7.8.
     pub const TIME_PENALTY: f64 = 8.0;
-    /// Share of a run at its ends in which no step is looked for: one there is next to none, or next to always. Chosen.
+    /// Share of a run at its ends in which no step is looked for: one there is next to none, or
+    /// next to always. Chosen.
     pub const RUN_ENDS: f64 = 0.1;
-    /// Times that are tried lie this far apart at least, s. Derived: some two periods of the filter's cutoff.
+    /// Times that are tried lie this far apart at least, s. Derived: some two periods of the
+    /// filter's cutoff.
     pub const TIME_GRID_S: f64 = 1.0;
     /// Times of a run, at most. Chosen for time.
     pub const MOST_TIMES: f64 = 120.0;
     /// Steps of single runs below this |z| are taken for none. Derived: 1 of 400 normal scores.
     pub const LEAST_STEP: f64 = 3.0;
-    /// A floor's step is implausible beyond so many times the base's rolling resistance. Chosen: sand against tiles is some twenty.
+    /// A floor's step is implausible beyond so many times the base's rolling resistance. Chosen:
+    /// sand against tiles is some twenty.
     pub const MOST_ROLLING: f64 = 20.0;
 }
 
@@ -171,33 +213,41 @@ pub mod name {
     pub const REFINED: usize = 40;
     /// … and all whose linear gain is more than this share of the best one's.
     pub const REFINED_SHARE: f64 = 0.6;
-    /// Least gain of a further effect, as a share of what those before it gained: less mops up after a wrong name. Tuned on the own bench's
-    /// pairs, run unknown.
+    /// Least gain of a further effect, as a share of what those before it gained: less mops up
+    /// after a wrong name. Tuned on the own bench's pairs, run unknown.
     pub const LEAST_FURTHER: f64 = 0.1;
     /// Losses closer than this are no difference. Derived: χ² of three standard errors.
     pub const TIE: f64 = 9.0;
-    /// What comes on top, as a share of the winner's gain: no term of the model is exact. Tuned on the own bench, run unknown.
+    /// What comes on top, as a share of the winner's gain: no term of the model is exact. Tuned on
+    /// the own bench, run unknown.
     pub const TIE_SHARE: f64 = 0.01;
-    /// A rival is not worse if its losses are within so many standard errors over runs. Derived: one-sided 95 % of a normal variable.
+    /// A rival is not worse if its losses are within so many standard errors over runs. Derived:
+    /// one-sided 95 % of a normal variable.
     pub const TIE_ERRORS: f64 = 1.64;
-    /// Ways of a tied effect that are further behind than this in χ² are not to be parted by a manoeuvre. Derived: five standard errors.
+    /// Ways of a tied effect that are further behind than this in χ² are not to be parted by a
+    /// manoeuvre. Derived: five standard errors.
     pub const WAYS: f64 = 25.0;
     /// What each further column of a candidate costs, in χ². Derived: Akaike's criterion.
     pub const COLUMN_PENALTY: f64 = 2.0;
-    /// Coefficients of single runs below this many standard errors are taken for none, when others of the candidate are not. Tuned on the
-    /// own bench, run unknown.
+    /// Coefficients of single runs below this many standard errors are taken for none, when others
+    /// of the candidate are not. Tuned on the own bench, run unknown.
     pub const IN_RUN_ERRORS: f64 = 2.5;
-    /// Rows between delays at which a fit may begin. Derived: interpolation is at its worst half a row from any.
+    /// Rows between delays at which a fit may begin. Derived: interpolation is at its worst half a
+    /// row from any.
     pub const DELAY_GRID_ROWS: f64 = 0.5;
-    /// Standard error of a delay beyond the fit's, samples of the log: what changes faster than half their rate is sampled at another phase
-    /// with every fraction of a sample. Tuned on the own plant at 20 Hz (benches/robots/gap_sizes.py, `sensor-delay`: 19 of 20 intervals hold the truth).
+    /// Standard error of a delay beyond the fit's, samples of the log: what changes faster than
+    /// half their rate is sampled at another phase with every fraction of a sample. Tuned on the
+    /// own plant at 20 Hz (benches/robots/gap_sizes.py, `sensor-delay`: 19 of 20 intervals hold the
+    /// truth).
     pub const DELAY_SAMPLES: f64 = 0.04;
     /// Hypotheses whose shape is searched between those of the dictionary. Chosen for time.
     pub const SHARPENED: usize = 3;
-    /// It ends at this share of the interval. Derived: an eighth of a factor of four moves no loss by as much as a tie.
+    /// It ends at this share of the interval. Derived: an eighth of a factor of four moves no loss
+    /// by as much as a tie.
     pub const SEARCH_TOLERANCE: f64 = 0.125;
-    /// Steps in which times are looked for, s. They are long at first: the time at which a step explains most of a single run is drawn
-    /// towards that of the others' while these have none. Chosen: halves of 8 s down to the filter's memory.
+    /// Steps in which times are looked for, s. They are long at first: the time at which a step
+    /// explains most of a single run is drawn towards that of the others' while these have none.
+    /// Chosen: halves of 8 s down to the filter's memory.
     pub const TIME_STEPS_S: [f64; 7] = [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.12];
     /// Rounds over the runs: the time of one depends on those of the others. Chosen; run unknown.
     pub const TIME_ROUNDS: usize = 3;
@@ -207,17 +257,21 @@ pub mod name {
 
 /// Confirmation on the locked runs.
 pub mod confirm {
-    /// Share of what field runs have beyond clean ones that names have to close where the rest scatters more than in clean runs. Tuned on
-    /// the own bench; "naming something that closes less than half is usually a wrong name" by a prototype.
+    /// Share of what field runs have beyond clean ones that names have to close where the rest
+    /// scatters more than in clean runs. Tuned on the own bench; "naming something that closes less
+    /// than half is usually a wrong name" by a prototype.
     pub const LEAST_CLOSED: f64 = 0.5;
-    /// A named effect has to show on the locked runs with at least this share of what it adds. As above.
+    /// A named effect has to show on the locked runs with at least this share of what it adds. As
+    /// above.
     pub const LEAST_SHARE: f64 = 0.5;
-    /// A gap of more than this many times the noise floor is more than noise, though nothing is named. Derived: a mean square that is half as
-    /// large again, as for [`super::detect::DISTURBANCE`].
+    /// A gap of more than this many times the noise floor is more than noise, though nothing is
+    /// named. Derived: a mean square that is half as large again, as for
+    /// [`super::detect::DISTURBANCE`].
     pub const MUCH_MORE: f64 = 1.22;
     /// One-sided 95 % of a normal variable. Derived.
     pub const ONE_SIDED: f64 = 1.64;
-    /// Times that are tried for a locked run's own step. Chosen for time: a quarter of a second in a run of a minute.
+    /// Times that are tried for a locked run's own step. Chosen for time: a quarter of a second in
+    /// a run of a minute.
     pub const TIMES: u32 = 240;
 }
 
@@ -225,39 +279,49 @@ pub mod confirm {
 pub mod manoeuvre {
     /// Runs of the profile that are asked for. Chosen: with twelve field runs a fourth of all.
     pub const RUNS: usize = 4;
-    /// Numbers of runs that are tried where a probability is asked for. Chosen: even, for light and heavy ones by turns; a day's work at most.
+    /// Numbers of runs that are tried where a probability is asked for. Chosen: even, for light and
+    /// heavy ones by turns; a day's work at most.
     pub const RUNS_TRIED: [usize; 8] = [4, 6, 8, 12, 16, 24, 32, 48];
     /// Share of them that is not locked when the workflow splits. Derived from [`super::split`].
     pub const OPEN: f64 = 2.0 / 3.0;
-    /// Rivals that would differ by less than this many standard errors are not worth a drive. Derived: what a tie is short of.
+    /// Rivals that would differ by less than this many standard errors are not worth a drive.
+    /// Derived: what a tie is short of.
     pub const WORTH: f64 = 3.0;
-    /// Rivals that would differ by less than this may stay in their tie: what the model gets wrong where no run has been yet takes as much
-    /// again. Tuned on `gmr gap-bench --manoeuvre` (27 sets of size 0.5), run unknown.
+    /// Rivals that would differ by less than this may stay in their tie: what the model gets wrong
+    /// where no run has been yet takes as much again. Tuned on `gmr gap-bench --manoeuvre` (27 sets
+    /// of size 0.5), run unknown.
     pub const PARTED: f64 = 6.0;
-    /// Rivals that would differ by more than this are parted for sure: a longer drive is not worth its time. As above.
+    /// Rivals that would differ by more than this are parted for sure: a longer drive is not worth
+    /// its time. As above.
     pub const SURE: f64 = 8.0;
-    /// Lengths that are tried, s; the first with which all are parted for sure, or the last. Chosen: minutes that people drive.
+    /// Lengths that are tried, s; the first with which all are parted for sure, or the last.
+    /// Chosen: minutes that people drive.
     pub const DURATIONS_S: [f64; 3] = [60.0, 120.0, 240.0];
     /// Length at which blocks are chosen, s. Chosen for time.
     pub const CHOICE_S: f64 = 60.0;
-    /// Rests before the first motion that are tried, s. Chosen: next to none, and one that offsets show in.
+    /// Rests before the first motion that are tried, s. Chosen: next to none, and one that offsets
+    /// show in.
     pub const LEADS_S: [f64; 2] = [2.0, 15.0];
     /// Most blocks that take turns. Chosen for time.
     pub const MOST_BLOCKS: usize = 4;
     /// A further block has to raise the score by this factor. Chosen.
     pub const LEAST_RISE: f64 = 1.02;
-    /// A load alone is recommended if it parts so many times better than light and heavy runs by turns. Chosen.
+    /// A load alone is recommended if it parts so many times better than light and heavy runs by
+    /// turns. Chosen.
     pub const ONE_LOAD: f64 = 1.25;
-    /// Share of the rows whose speeds and accelerations are below what is taken for the robot's limit. Chosen: the stray hundredth is noise.
+    /// Share of the rows whose speeds and accelerations are below what is taken for the robot's
+    /// limit. Chosen: the stray hundredth is noise.
     pub const USUAL: f64 = 0.99;
-    /// How brisk ramps are where a block is about something else, share of the greatest acceleration. Chosen.
+    /// How brisk ramps are where a block is about something else, share of the greatest
+    /// acceleration. Chosen.
     pub const EASY: f64 = 0.5;
-    /// How uncertain a shape parameter is, as a share of it: a rival may take another width or time constant. Derived: the dictionary's
-    /// shapes are a factor of two to three apart.
+    /// How uncertain a shape parameter is, as a share of it: a rival may take another width or time
+    /// constant. Derived: the dictionary's shapes are a factor of two to three apart.
     pub const SHAPE_UNCERTAINTY: f64 = 0.7;
     /// Relative step of a slope by a shape parameter. Derived: small against that.
     pub const SHAPE_STEP: f64 = 0.1;
-    /// Samples per period of the filter's cutoff of a planned drive. Derived: the filter's design needs two.
+    /// Samples per period of the filter's cutoff of a planned drive. Derived: the filter's design
+    /// needs two.
     pub const SAMPLES_PER_CUTOFF: f64 = 5.0;
 }
 
@@ -265,7 +329,8 @@ pub mod manoeuvre {
 pub mod power_only {
     /// Rows a second at most, about: levels closer than the scatter of rows are one. Chosen.
     pub const ROWS_PER_S: f64 = 200.0;
-    /// Standard errors that a step has to exceed. Tuned on the TurtleBot3's four logs and simulated drives of tests/gap_power_only.rs.
+    /// Standard errors that a step has to exceed. Tuned on the TurtleBot3's four logs and simulated
+    /// drives of tests/gap_power_only.rs.
     pub const STEP_ERRORS: f64 = 5.0;
     /// Steps of runs are one and the same if they differ by no more than so many standard errors …
     pub const SAME_ERRORS: f64 = 3.0;
@@ -277,9 +342,11 @@ pub mod power_only {
     pub const LEAST_REST_S: f64 = 5.0;
     /// Least share of the time that a rest is returned to. As [`STEP_ERRORS`].
     pub const LEAST_SHARE: f64 = 1.0 / 3.0;
-    /// How often it has to be returned to. Derived: a level that is met once is no level that the power returns to.
+    /// How often it has to be returned to. Derived: a level that is met once is no level that the
+    /// power returns to.
     pub const LEAST_RETURNS: usize = 2;
-    /// A rest scatters no more than this many times as much as any other: motion is rougher than standing. As [`STEP_ERRORS`].
+    /// A rest scatters no more than this many times as much as any other: motion is rougher than
+    /// standing. As [`STEP_ERRORS`].
     pub const ROUGHER: f64 = 1.3;
     /// Length of the means whose scatter tells how far a rest wanders, s. Chosen.
     pub const WANDER_S: f64 = 2.0;
@@ -307,38 +374,47 @@ pub mod localise {
 
 /// The plant along recorded speeds.
 pub mod simulation {
-    /// Evaluations of an effect's size, at most. Chosen for time: secants of a nearly linear answer settle in three.
+    /// Evaluations of an effect's size, at most. Chosen for time: secants of a nearly linear answer
+    /// settle in three.
     pub const SIZE_STEPS: usize = 6;
-    /// Sizes closer than this share of each other are the same. Derived: far below any coefficient's error.
+    /// Sizes closer than this share of each other are the same. Derived: far below any
+    /// coefficient's error.
     pub const SAME_SIZE: f64 = 2e-3;
     /// The first size that is tried, as a share of the range. Chosen.
     pub const FIRST_SIZE: f64 = 0.02;
     /// Integration step, s: that of the speed loop. What it moves the power by is calibrated away.
     pub const STEP_S: f64 = 1e-3;
-    /// Time in which the plant gets to the first speed of a log that does not begin at rest, s. Chosen.
+    /// Time in which the plant gets to the first speed of a log that does not begin at rest, s.
+    /// Chosen.
     pub const LEAD_S: f64 = 1.0;
-    /// Speeds are smoothed with a cutoff this many times that of the common filter, forwards and backwards: what that filter passes stays
-    /// as it is, and the steps of the encoder do not shake the plant's motors. Derived: twice the fifth-order filter takes 0.2 % there.
+    /// Speeds are smoothed with a cutoff this many times that of the common filter, forwards and
+    /// backwards: what that filter passes stays as it is, and the steps of the encoder do not shake
+    /// the plant's motors. Derived: twice the fifth-order filter takes 0.2 % there.
     pub const SMOOTHER: f64 = 2.0;
-    /// Cutoffs above this share of the sample rate smooth nothing. Derived: the filter's design ends at half.
+    /// Cutoffs above this share of the sample rate smooth nothing. Derived: the filter's design
+    /// ends at half.
     pub const MOST_CUTOFF: f64 = 0.45;
     /// Steps of the calibration, at most. Chosen for time.
     pub const FIT_STEPS: usize = 4;
     /// A step that gains less than this share of what is left is the last. Chosen.
     pub const LEAST_GAIN: f64 = 1e-3;
-    /// Relative step of a numerical derivative. Chosen: large against the plant's rounding, small against its bends.
+    /// Relative step of a numerical derivative. Chosen: large against the plant's rounding, small
+    /// against its bends.
     pub const NUDGE: f64 = 0.05;
-    /// How far a parameter may be from what the set of motors says, as a share of it: where the runs do not tell, it stays. Chosen.
+    /// How far a parameter may be from what the set of motors says, as a share of it: where the
+    /// runs do not tell, it stays. Chosen.
     pub const TRUST: f64 = 1.0;
     /// Longest lag that is looked for, rows. As [`super::problem::MOST_LAG_ROWS`].
     pub const MOST_LAG_ROWS: f64 = 2.0;
     /// The plant's own lag is found to this share of a row. Chosen for time.
     pub const LAG_STEP_ROWS: f64 = 0.1;
-    /// A plant whose wheels miss more than this share of the recorded speeds is another robot: it is said. Chosen.
+    /// A plant whose wheels miss more than this share of the recorded speeds is another robot: it
+    /// is said. Chosen.
     pub const FOLLOWS: f64 = 0.05;
 }
 
-/// What an extended model is worth. All as the fit's own noise is told (`fit/assess.rs`): the two are compared.
+/// What an extended model is worth. All as the fit's own noise is told (`fit/assess.rs`): the two
+/// are compared.
 pub mod extension {
     /// Windows over which an error that lasts is judged, s.
     pub const WINDOW_S: f64 = 10.0;

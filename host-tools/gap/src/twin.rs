@@ -57,7 +57,8 @@ pub struct Twin<'a, const N: usize> {
     pub runs: &'a Runs<N>,
     /// Whether the drives clamp.
     pub drive: Drive,
-    /// By how much power is later than speed in clean runs already, s: sensors average over the time before a sample.
+    /// By how much power is later than speed in clean runs already, s: sensors average over the
+    /// time before a sample.
     pub lag: f64,
     /// By how much the measured power of the runs in question was set earlier, s.
     pub early: f64,
@@ -133,7 +134,8 @@ impl<const N: usize> Twin<'_, N> {
                 }
                 Some(Regressor::Warming(time)) => [-(-row.time / time).exp_m1(); N],
                 Some(Regressor::Temperature(column, cold)) => {
-                    // Of a drive that is only planned, nobody knows how warm its motors are: as warm as when cold.
+                    // Of a drive that is only planned, nobody knows how warm its motors are: as
+                    // warm as when cold.
                     std::array::from_fn(|wheel| {
                         run.extra(*column + wheel).get(index).map_or(0.0, |temperature| *temperature - *cold)
                     })
@@ -196,7 +198,8 @@ impl<const N: usize> Twin<'_, N> {
         Motion { wheels }
     }
 
-    /// ∂P/∂θ of one run: one vector a parameter of the base. Effects shift the torque about which the base is linear, too.
+    /// ∂P/∂θ of one run: one vector a parameter of the base. Effects shift the torque about which
+    /// the base is linear, too.
     pub fn base_slopes(&self, place: usize, state: &State, at: &[f64], parameters: usize) -> Vec<Vec<f64>> {
         let values = state.torque.to_array();
         (0..parameters.min(PARAMETERS))
@@ -245,7 +248,8 @@ impl<const N: usize> Twin<'_, N> {
         .collect()
     }
 
-    /// Columns of one run before whitening: ∂P/∂ the first `base` parameters, ∂P/∂ the regressors' coefficients, and the residual.
+    /// Columns of one run before whitening: ∂P/∂ the first `base` parameters, ∂P/∂ the regressors'
+    /// coefficients, and the residual.
     pub fn columns(
         &self,
         place: usize,
@@ -262,7 +266,8 @@ impl<const N: usize> Twin<'_, N> {
     }
 
     fn base_step(&self, parameter: usize, value: f64) -> f64 {
-        // Typical sizes where a parameter is nought: N·m, N·m/kg, N·m·s/rad, kg·m², 1, W/(N·m)², N·m/kg.
+        // Typical sizes where a parameter is nought: N·m, N·m/kg, N·m·s/rad, kg·m², 1, W/(N·m)²,
+        // N·m/kg.
         let typical = [1e-2, 1e-2, 1e-3, 1e-3, 1.0, 1.0, 1e-2][parameter];
         1e-4 * value.abs().max(1e-2 * typical)
     }
@@ -277,7 +282,8 @@ pub fn side_of(side: f64) -> Side {
     }
 }
 
-/// Steps of a numerical derivative, small against any plausible coefficient and large against rounding.
+/// Steps of a numerical derivative, small against any plausible coefficient and large against
+/// rounding.
 fn step_of(regressor: &Regressor) -> f64 {
     match regressor {
         Regressor::Heat(_) | Regressor::Warming(_) | Regressor::Hot => 1e-4,
@@ -299,8 +305,9 @@ fn add(power: &mut [f64], column: &[f64], coefficient: f64) {
     }
 }
 
-/// The power as it would be seen later by `delay` s: cubics through four rows, held at the ends of a run. Straight lines would
-/// smooth the power more the farther they are from a row, which looks like an effect.
+/// The power as it would be seen later by `delay` s: cubics through four rows, held at the ends of
+/// a run. Straight lines would smooth the power more the farther they are from a row, which looks
+/// like an effect.
 pub(super) fn delayed<const N: usize>(run: &Run<N>, power: &[f64], delay: f64) -> Vec<f64> {
     let rows = &run.rows;
     let last = rows.len() - 1;
@@ -346,7 +353,8 @@ mod tests {
         Runs::condition(&core, vec![raw]).unwrap()
     }
 
-    /// Of 40 % more winding loss, 1 − exp(−t/T) after t: at T itself 1 − 1/e of what windings take that are as hot from the start.
+    /// Of 40 % more winding loss, 1 − exp(−t/T) after t: at T itself 1 − 1/e of what windings take
+    /// that are as hot from the start.
     #[test]
     fn windings_warm_towards_what_they_are_when_hot() {
         let torque = TorqueModel::from_array([3.0, 0.03, 0.2, 0.7, 1.1, 0.03, 0.57]);
@@ -362,7 +370,8 @@ mod tests {
         assert!(hot.iter().zip(&cold).all(|(hot, cold)| hot > cold));
     }
 
-    /// Tyres that are softer by 60 % are those of a base that was fitted with as much more; from 15 s on, they are so behind it.
+    /// Tyres that are softer by 60 % are those of a base that was fitted with as much more; from 15
+    /// s on, they are so behind it.
     #[test]
     fn a_greater_half_slip_is_another_bases() {
         let torque = TorqueModel::from_array([3.0, 0.03, 0.2, 0.7, 1.1, 0.03, 0.57]);

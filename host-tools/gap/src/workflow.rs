@@ -1,4 +1,5 @@
-//! What `gmr gap` asks of logs, and what it is told: from files to the report, with all that is written beside it.
+//! What `gmr gap` asks of logs, and what it is told: from files to the report, with all that is
+//! written beside it.
 
 use std::path::{Path, PathBuf};
 
@@ -110,7 +111,8 @@ impl Answer {
 /// Asks logs what the model lacks, and writes what is asked for.
 ///
 /// # Errors
-/// A file that cannot be read, is not of this robot or would be written over; too few runs; data that determine no model.
+/// A file that cannot be read, is not of this robot or would be written over; too few runs; data
+/// that determine no model.
 pub fn gap(context: &Context, request: &Request<'_>) -> Result<Answer> {
     let robot = request.robot;
     if let Some(file) = request.report {

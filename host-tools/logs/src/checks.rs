@@ -1,4 +1,5 @@
-//! What logs that are looked at whole have to be, before any long work: each once, and of a size that the robot can have.
+//! What logs that are looked at whole have to be, before any long work: each once, and of a size
+//! that the robot can have.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -13,11 +14,12 @@ pub use super::masses::{check_mass, masses};
 use super::row::Run;
 use super::runs::Runs;
 
-/// Power per weight and speed, W/(N·m/s), that a robot on wheels can take: one of the most frugal needs 0.02, a small one with idle
-/// electronics in its power some tens.
+/// Power per weight and speed, W/(N·m/s), that a robot on wheels can take: one of the most frugal
+/// needs 0.02, a small one with idle electronics in its power some tens.
 const PLAUSIBLE: (f64, f64) = (0.002, 200.0);
 
-/// Refuses logs that are there twice: a run that is open and locked, or clean and in the field, confirms itself.
+/// Refuses logs that are there twice: a run that is open and locked, or clean and in the field,
+/// confirms itself.
 ///
 /// # Errors
 /// Names the log and its double; a log cannot be read.
@@ -117,7 +119,8 @@ pub fn check_power<const N: usize>(context: &Context, runs: &Runs<N>) -> Result<
     Ok(())
 }
 
-/// Median power of a run in motion, per median of weight times the wheels' speed on the ground, and that power, W.
+/// Median power of a run in motion, per median of weight times the wheels' speed on the ground, and
+/// that power, W.
 fn transport<const N: usize>(runs: &Runs<N>, run: &Run<N>) -> Option<(f64, f64)> {
     // What all wheels add to the speed, at equal speeds: their radius.
     let radius = runs.robot.kinematics.rows()[..2]

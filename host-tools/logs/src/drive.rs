@@ -15,7 +15,8 @@ use super::{
 };
 use crate::robot::{PowerSource, Robot};
 
-/// A step longer than this many median sample periods is a gap: derivatives and filters start afresh behind it.
+/// A step longer than this many median sample periods is a gap: derivatives and filters start
+/// afresh behind it.
 pub const MIN_GAP_FACTOR: f64 = 3.0;
 
 /// Rows looked at for the median sample period before the first one is handed out.
@@ -24,7 +25,8 @@ const PEEKED: usize = 4096;
 /// A longer median step is taken for another unit than seconds.
 const LONGEST_STEP_S: f64 = 10.0;
 
-/// No robot draws or returns so much power, W: such a number is a fault, and its squares would drown the others.
+/// No robot draws or returns so much power, W: such a number is a fault, and its squares would
+/// drown the others.
 const MOST_W: f64 = 1e9;
 
 /// No wheel turns so fast, rad/s.
@@ -37,7 +39,8 @@ pub struct Record<const N: usize> {
     pub line: u64,
     /// Run: 0, 1, … in order of appearance; 0 without a `run` column.
     pub run: usize,
-    /// Whether this row does not continue the one before: the first row, a new run, or behind a gap.
+    /// Whether this row does not continue the one before: the first row, a new run, or behind a
+    /// gap.
     pub starts_segment: bool,
     /// Time, s.
     pub time_s: f64,
@@ -107,8 +110,8 @@ impl<const N: usize> DriveReader<N> {
     /// Opens the log of a run of `robot`.
     ///
     /// # Errors
-    /// As [`LogReader::open`]; the log has more or fewer wheels than the robot; accelerations of some wheels only; steps
-    /// of time that cannot be seconds.
+    /// As [`LogReader::open`]; the log has more or fewer wheels than the robot; accelerations of
+    /// some wheels only; steps of time that cannot be seconds.
     ///
     /// # Panics
     /// If `N` is not the number of wheels of the robot.
@@ -116,7 +119,8 @@ impl<const N: usize> DriveReader<N> {
         Self::open_with(context, path, robot, &[])
     }
 
-    /// As [`open`](Self::open), with further columns (candidate drivers), handed out by [`extras`](Self::extras).
+    /// As [`open`](Self::open), with further columns (candidate drivers), handed out by
+    /// [`extras`](Self::extras).
     ///
     /// # Errors
     /// As [`open`](Self::open); an extra column is missing.
@@ -210,8 +214,8 @@ impl<const N: usize> DriveReader<N> {
         Ok(drive)
     }
 
-    /// Reads ahead for the median sample period; a fault found there is reported when its row is asked for, unless no
-    /// row comes before it.
+    /// Reads ahead for the median sample period; a fault found there is reported when its row is
+    /// asked for, unless no row comes before it.
     fn peek(&mut self) -> Result<()> {
         let mut steps = Vec::with_capacity(PEEKED);
         let mut last: Option<(usize, f64)> = None;

@@ -26,8 +26,8 @@ impl Header {
     /// Opens a log and reads its header.
     ///
     /// # Errors
-    /// The file does not exist or is a folder, is empty, is no UTF-8 text, has no comma-separated header or names a
-    /// column twice.
+    /// The file does not exist or is a folder, is empty, is no UTF-8 text, has no comma-separated
+    /// header or names a column twice.
     pub fn open(context: &Context, path: impl AsRef<Path>) -> Result<Self> {
         if let Some(rows) = foreign::open(context, path.as_ref())? {
             return Self::of_columns(Columnar::of_file(context, path.as_ref(), rows));

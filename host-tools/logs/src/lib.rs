@@ -1,9 +1,10 @@
 //! Logs of runs, and the robots that they are of.
 //!
-//! Its face: [`robot::Robot`], read from robot.toml; [`SampleReader`], a log as a stream of rows; [`runs::Runs`],
-//! logs whole and filtered. [`Header`] and [`LogReader`] know files, lines and columns; [`DriveReader`] wheels,
-//! power, payload, runs and gaps; [`SampleReader`] what an estimator takes, without static power. Bags and tables
-//! become such rows in [`foreign`]; [`suspicion`] asks whether a log is what its columns say.
+//! Its face: [`robot::Robot`], read from robot.toml; [`SampleReader`], a log as a stream of rows;
+//! [`runs::Runs`], logs whole and filtered. [`Header`] and [`LogReader`] know files, lines and
+//! columns; [`DriveReader`] wheels, power, payload, runs and gaps; [`SampleReader`] what an
+//! estimator takes, without static power. Bags and tables become such rows in [`foreign`];
+//! [`suspicion`] asks whether a log is what its columns say.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod checks;
@@ -66,7 +67,8 @@ pub fn speed_column(wheel: usize) -> String {
     format!("wheel{}_rad_s", wheel + 1)
 }
 
-/// Name of the column of the torque (N·m) that a simulator's motor gives wheel `wheel`, counted from 0: `sim_torque1_nm` for wheel 0.
+/// Name of the column of the torque (N·m) that a simulator's motor gives wheel `wheel`, counted
+/// from 0: `sim_torque1_nm` for wheel 0.
 pub fn sim_torque_column(wheel: usize) -> String {
     format!("sim_torque{}_nm", wheel + 1)
 }

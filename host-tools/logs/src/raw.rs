@@ -1,4 +1,5 @@
-//! Logs held whole, as recorded: before any filter, with every further column, static power taken off.
+//! Logs held whole, as recorded: before any filter, with every further column, static power taken
+//! off.
 
 use std::path::{Path, PathBuf};
 
@@ -27,7 +28,8 @@ pub struct RawRun<const N: usize> {
     pub period_s: f64,
 }
 
-/// The runs of some logs; each value of a `run` column is one. `powers` are further columns that are powers (`…_w`), where a log has them.
+/// The runs of some logs; each value of a `run` column is one. `powers` are further columns that
+/// are powers (`…_w`), where a log has them.
 ///
 /// # Errors
 /// A log that cannot be read or is not one of this robot.
@@ -94,8 +96,9 @@ fn read_log<const N: usize>(
 /// Columns of what a board estimated while it was recorded.
 const BOARD: &str = "board_";
 
-/// Columns beyond those of a drive that hold numbers. Powers (`…_w`) are left out, but for those asked for: they are what is to be
-/// explained; and what a board made of them, its mass above all: a gap moves it. What a simulator says explains nothing either.
+/// Columns beyond those of a drive that hold numbers. Powers (`…_w`) are left out, but for those
+/// asked for: they are what is to be explained; and what a board made of them, its mass above all:
+/// a gap moves it. What a simulator says explains nothing either.
 fn further_columns<const N: usize>(context: &Context, file: &Path, powers: &[String]) -> Result<Vec<String>> {
     let header = Header::open(context, file)?;
     let known = |name: &str| {

@@ -62,7 +62,8 @@ pub struct LogReader {
     columns: Vec<String>,
     /// One entry a column, up to the last one that is wanted.
     wanted: Vec<Option<Wanted>>,
-    /// The slot of each column, if all are wanted and hold numbers: rows of plain numbers are then read in one go.
+    /// The slot of each column, if all are wanted and hold numbers: rows of plain numbers are then
+    /// read in one go.
     plain: Option<Vec<usize>>,
     present: Vec<bool>,
     time_slot: Option<usize>,
@@ -212,10 +213,12 @@ impl LogReader {
         self.from.progress()
     }
 
-    /// The next row into `values`, in the order of the requests; its line number, or `None` at the end.
+    /// The next row into `values`, in the order of the requests; its line number, or `None` at the
+    /// end.
     ///
     /// # Errors
-    /// Text in a number, too few or too many fields, time that does not increase, or fewer than two rows in all.
+    /// Text in a number, too few or too many fields, time that does not increase, or fewer than two
+    /// rows in all.
     ///
     /// # Panics
     /// If `values` is shorter than the requests.
@@ -404,8 +407,8 @@ enum Fault {
     Runs,
 }
 
-/// Reads a line of plain numbers into the slots of its columns; its length with the line feed. `None` for any other line,
-/// faulty or not: [`parse_row`] knows what to do with it.
+/// Reads a line of plain numbers into the slots of its columns; its length with the line feed.
+/// `None` for any other line, faulty or not: [`parse_row`] knows what to do with it.
 #[inline]
 fn plain_row(text: &[u8], slots: &[usize], values: &mut [f64]) -> Option<usize> {
     let mut rest = text;

@@ -1,5 +1,6 @@
-//! Runs in memory: conditioned as the board does it, thinned to some twenty rows a second, with every further column. Which of them are
-//! looked at (open, locked, clean) is a view: rows and columns are shared, never copied.
+//! Runs in memory: conditioned as the board does it, thinned to some twenty rows a second, with
+//! every further column. Which of them are looked at (open, locked, clean) is a view: rows and
+//! columns are shared, never copied.
 
 use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
@@ -20,8 +21,9 @@ use crate::robot::Robot;
 /// Rows a second that are kept, at most about.
 const ROWS_PER_S: f64 = 20.0;
 
-/// Rows that are kept per period of the filter's cutoff, at least about: more of them repeat each other, and the band above
-/// the cutoff holds nothing but what the model of filtered signals gets wrong.
+/// Rows that are kept per period of the filter's cutoff, at least about: more of them repeat each
+/// other, and the band above the cutoff holds nothing but what the model of filtered signals gets
+/// wrong.
 const ROWS_PER_CUTOFF: f64 = 3.0;
 
 /// Rows a second that are kept at least, where the log has them: interpolating a delay needs them.
@@ -51,7 +53,8 @@ impl<const N: usize> Runs<N> {
     /// Reads the logs of a robot; each value of a `run` column is a run.
     ///
     /// # Errors
-    /// A log that cannot be read or is not one of this robot; runs of different sample rates; a run too short for the filter.
+    /// A log that cannot be read or is not one of this robot; runs of different sample rates; a run
+    /// too short for the filter.
     pub fn read(
         context: &Context,
         robot: &Robot,
@@ -159,7 +162,8 @@ impl<const N: usize> Runs<N> {
         all
     }
 
-    /// A view of these runs, and behind them others with the same columns: empty where those lack one.
+    /// A view of these runs, and behind them others with the same columns: empty where those lack
+    /// one.
     #[must_use]
     pub fn followed_by(&self, others: &Self) -> Self {
         let mut all = self.clone();
@@ -206,7 +210,8 @@ mod tests {
         Runs::condition(&core, vec![raw]).unwrap()
     }
 
-    /// Runs that follow keep the columns that the first have, at their places, and lack the others; nothing is copied.
+    /// Runs that follow keep the columns that the first have, at their places, and lack the others;
+    /// nothing is copied.
     #[test]
     fn what_follows_has_the_columns_of_what_goes_before() {
         let (field, other) = (runs(&["a", "b"]), runs(&["c", "b"]));

@@ -26,8 +26,8 @@ pub struct RawRow<const N: usize> {
     pub run: u32,
     /// Time within the log, s.
     pub time: f64,
-    /// Turn rate by a gyro, counter-clockwise, rad/s; no number where the log has none. An empty field keeps the one before for as long as
-    /// a hole in the log would.
+    /// Turn rate by a gyro, counter-clockwise, rad/s; no number where the log has none. An empty
+    /// field keeps the one before for as long as a hole in the log would.
     pub yaw_rate: f64,
 }
 
@@ -150,7 +150,8 @@ impl<const N: usize> SampleReader<N> {
         Ok(block)
     }
 
-    /// The further columns of the row handed out last, in the order asked for; NaN where a field is empty.
+    /// The further columns of the row handed out last, in the order asked for; NaN where a field is
+    /// empty.
     pub fn extras(&self) -> &[f64] {
         self.reader.extras()
     }

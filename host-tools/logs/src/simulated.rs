@@ -1,4 +1,5 @@
-//! What a simulator says beside, or instead of, a measured power: which columns it has, and what a power is made of.
+//! What a simulator says beside, or instead of, a measured power: which columns it has, and what a
+//! power is made of.
 
 use std::path::{Path, PathBuf};
 

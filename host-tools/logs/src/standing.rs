@@ -22,11 +22,13 @@ pub struct Stuck {
     pub total_s: f64,
 }
 
-/// A value must stand still for this long, s, and this many rows: wheels held at a speed do for a while.
+/// A value must stand still for this long, s, and this many rows: wheels held at a speed do for a
+/// while.
 const STUCK_S: f64 = 5.0;
 const STUCK_ROWS: u64 = 8;
 
-/// The others must change this often meanwhile, and in this share of the rows: sensors that are read seldom keep their values for some rows.
+/// The others must change this often meanwhile, and in this share of the rows: sensors that are
+/// read seldom keep their values for some rows.
 const OTHERS_CHANGE: u64 = 8;
 const OTHERS_CHANGE_SHARE: u64 = 20;
 
@@ -184,7 +186,8 @@ impl<'a> Standings<'a> {
     }
 }
 
-/// Whether a wheel that stands while others turn does what it should: omnidirectional robots drive along its axle, others turn about it.
+/// Whether a wheel that stands while others turn does what it should: omnidirectional robots drive
+/// along its axle, others turn about it.
 fn may_stand(robot: &Robot, stuck: &Stuck) -> bool {
     let omnidirectional = robot.geometry().twist_components() == 3;
     stuck.value.abs() <= robot.speed_dead_band_rad_s()

@@ -1,8 +1,9 @@
 //! An INA219, INA226 or INA260 on the computer's own I²C bus.
 //!
-//! The INA219 is read by the board's code ([`PowerSensor`]). The INA226 and INA260 share their registers but for the one of the current; the
-//! only driver of the INA260 wants the `embedded-hal` of 2019, so one reader of both stands here. Source of its facts: TI SBOS547 (INA226),
-//! SBOS656 (INA260), by register.
+//! The INA219 is read by the board's code ([`PowerSensor`]). The INA226 and INA260 share their
+//! registers but for the one of the current; the only driver of the INA260 wants the `embedded-hal`
+//! of 2019, so one reader of both stands here. Source of its facts: TI SBOS547 (INA226), SBOS656
+//! (INA260), by register.
 
 use std::path::PathBuf;
 
@@ -118,8 +119,8 @@ const BUS_VOLTS: f64 = 1.25e-3;
 const SHUNT_VOLTS: f64 = 2.5e-6;
 /// Weight of one count of the INA260's current, A.
 const CURRENT_AMPERES: f64 = 1.25e-3;
-/// Both voltages continuously, 1.1 ms each, four averaged (AVG 001, CT 100, MODE 111): 8.8 ms. It differs from what the chips start with,
-/// 4127h and 6127h, so that a supply that broke down shows.
+/// Both voltages continuously, 1.1 ms each, four averaged (AVG 001, CT 100, MODE 111): 8.8 ms. It
+/// differs from what the chips start with, 4127h and 6127h, so that a supply that broke down shows.
 const MEASURING: u16 = 0x0327;
 /// The configuration is read back once in so many polls.
 const POLLS_PER_CHECK: u32 = 50;
@@ -298,7 +299,8 @@ mod tests {
         assert!((reading.voltage_v - voltage_v).abs() < 1e-9 + 1e-3 * voltage_v, "{reading:?}");
     }
 
-    /// The example of the INA226's datasheet (8.2.2.1): 10 A through 2 mΩ, 11.98 V behind it: shunt 8000, bus 9584, 119.8 W.
+    /// The example of the INA226's datasheet (8.2.2.1): 10 A through 2 mΩ, 11.98 V behind it: shunt
+    /// 8000, bus 9584, 119.8 W.
     #[test]
     fn ina226_datasheet_example() {
         let polled = play(
@@ -352,7 +354,8 @@ mod tests {
         assert_eq!(polled, [(Event::NoAnswer, None), (Event::Clipped, None)]);
     }
 
-    /// The board's driver on a computer's bus, with the INA219's example (SBOS448G 9.2.2.1): 20 mV across 2 mΩ, 11.98 V.
+    /// The board's driver on a computer's bus, with the INA219's example (SBOS448G 9.2.2.1): 20 mV
+    /// across 2 mΩ, 11.98 V.
     #[test]
     fn ina219_is_read_by_the_boards_driver() {
         let polled = play(

@@ -1,8 +1,9 @@
-//! One power sensor on the robot's own computer, wheel speeds from ROS 2, and what follows from both: `gmr node`.
+//! One power sensor on the robot's own computer, wheel speeds from ROS 2, and what follows from
+//! both: `gmr node`.
 //!
-//! Its face: [`node`]. Within it a [`Node`] takes readings of power and messages of wheels, and gives a [`State`] at any time.
-//! Readings come from a sensor (`i2c`) or a log ([`power`], [`replay`]); states go to a DDS domain (`ros`) or a
-//! terminal.
+//! Its face: [`node`]. Within it a [`Node`] takes readings of power and messages of wheels, and
+//! gives a [`State`] at any time. Readings come from a sensor (`i2c`) or a log ([`power`],
+//! [`replay`]); states go to a DDS domain (`ros`) or a terminal.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
 mod battery;

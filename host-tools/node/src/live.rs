@@ -47,7 +47,8 @@ pub struct Node<'a, const N: usize> {
 const NOISE_SHARE: f64 = 0.05;
 
 impl<'a, const N: usize> Node<'a, N> {
-    /// Of a robot. Without coefficients there is no payload; the battery's charge is unknown at first unless somebody knows it.
+    /// Of a robot. Without coefficients there is no payload; the battery's charge is unknown at
+    /// first unless somebody knows it.
     pub fn new(
         robot: &'a Robot,
         coefficients: Option<&'a Coefficients<f64, N>>,
@@ -72,7 +73,8 @@ impl<'a, const N: usize> Node<'a, N> {
         }
     }
 
-    /// A reading of the sensor. One that this robot cannot draw, or give back, is left out and counted.
+    /// A reading of the sensor. One that this robot cannot draw, or give back, is left out and
+    /// counted.
     pub fn reading(&mut self, at_s: f64, reading: Reading) {
         self.take_reading(at_s, reading);
     }
@@ -151,7 +153,8 @@ impl<'a, const N: usize> Node<'a, N> {
         self.sample(&Sample { wheel_speed: speeds, wheel_acceleration: None, power });
     }
 
-    /// A row of a log, as `gmr estimate` takes it; samples of the log have to come every `period_s`.
+    /// A row of a log, as `gmr estimate` takes it; samples of the log have to come every
+    /// `period_s`.
     ///
     /// # Errors
     /// As [`Pipeline::new`].

@@ -1,4 +1,5 @@
-//! model-core's estimator, set up as `gmr estimate` and the board do: the same windows, the same answers.
+//! model-core's estimator, set up as `gmr estimate` and the board do: the same windows, the same
+//! answers.
 
 use answers::estimate::{Payloads, Pipeline as Estimating, bucket_length, fitted};
 use model_core::coefficients::Coefficients;
@@ -22,7 +23,8 @@ impl<const N: usize> Pipeline<N> {
     /// Of coefficients, for samples that come every `period_s`.
     ///
     /// # Errors
-    /// Coefficients that cannot run at this rate, or whose effects need what no wheel and no power sensor measures.
+    /// Coefficients that cannot run at this rate, or whose effects need what no wheel and no power
+    /// sensor measures.
     pub fn new(coefficients: &Coefficients<f64, N>, period_s: f64) -> Result<Self> {
         if !coefficients.columns.needs().nothing() {
             return Err(Error::failed(

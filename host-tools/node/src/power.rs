@@ -28,7 +28,8 @@ impl Reading {
 
 /// Gives readings.
 pub trait PowerSource {
-    /// Those since the last call, each with its time, s; `now` s have passed since the start. None while the sensor does not answer.
+    /// Those since the last call, each with its time, s; `now` s have passed since the start. None
+    /// while the sensor does not answer.
     ///
     /// # Errors
     /// There will be no more.

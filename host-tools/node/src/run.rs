@@ -55,7 +55,8 @@ pub enum WheelsFrom {
 /// Runs a node, which tells `terminal` what it tells the network.
 ///
 /// # Errors
-/// Coefficients, log, sensor or network cannot be had; what is asked for cannot be together; nobody takes the states.
+/// Coefficients, log, sensor or network cannot be had; what is asked for cannot be together; nobody
+/// takes the states.
 pub fn node(context: &Context, request: &Request<'_>, terminal: &mut dyn Outlet) -> Result<()> {
     let robot = request.robot;
     with_wheels!(robot, run(context, request, terminal))

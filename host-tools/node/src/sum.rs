@@ -1,5 +1,5 @@
-//! Power as `[topics]` of robot.toml names it, of messages as they come: the sum that logs have, of the latest of
-//! each topic.
+//! Power as `[topics]` of robot.toml names it, of messages as they come: the sum that logs have, of
+//! the latest of each topic.
 
 #![cfg_attr(not(feature = "ros"), allow(dead_code, reason = "topics come over ROS 2"))]
 
@@ -10,7 +10,8 @@ use support::error::{Error, Result};
 
 use super::power::Reading;
 
-/// Intervals of a topic in this share of the greatest gap: it is quick, and half of the gap says that it is silent.
+/// Intervals of a topic in this share of the greatest gap: it is quick, and half of the gap says
+/// that it is silent.
 const QUICK_SHARE: f64 = 0.25;
 
 /// Weight of the last interval in the usual one.
@@ -128,7 +129,8 @@ mod tests {
     const BOTH: &str = "power = [{ voltage = \"/left:v\", current = \"/left:i\" }, \
                         { voltage = { field = \"/right:v\", unit = \"mV\" }, current = { field = \"/right:i\", scale = -1 } }]";
 
-    /// 12 V · 2 A + 11 V · 3 A; of two drivers one falls silent: within a second there is no power, and it is named.
+    /// 12 V · 2 A + 11 V · 3 A; of two drivers one falls silent: within a second there is no power,
+    /// and it is named.
     #[test]
     fn a_part_that_falls_silent_leaves_no_sum() {
         let mut sum = sum(BOTH).unwrap();
@@ -149,7 +151,8 @@ mod tests {
         assert!(sum.reading(last + 0.6).is_some());
     }
 
-    /// A battery that reports once a second is held as logs hold it; a number that is none is named.
+    /// A battery that reports once a second is held as logs hold it; a number that is none is
+    /// named.
     #[test]
     fn what_is_slow_is_waited_for() {
         let mut sum =

@@ -18,8 +18,9 @@ use crate::failure::exception;
 /// How often Ctrl-C is looked for: people do not notice, and it costs nothing.
 const WATCH: Duration = Duration::from_millis(20);
 
-/// `gmr` with these arguments: what it prints, and what it says on standard error, line by line. `progress` is called with what is being
-/// done, how much of it and of how much (0: unknown), whenever that has changed, every 20 ms at most; what it raises ends the work.
+/// `gmr` with these arguments: what it prints, and what it says on standard error, line by line.
+/// `progress` is called with what is being done, how much of it and of how much (0: unknown),
+/// whenever that has changed, every 20 ms at most; what it raises ends the work.
 #[pyfunction]
 #[pyo3(signature = (arguments, progress=None))]
 pub(crate) fn run(

@@ -13,7 +13,8 @@ use support::error::Result;
 use crate::command::stoppable;
 use crate::table::numbers;
 
-/// Columns of sums: those of text, then those of numbers with what becomes of each when runs are added up (`sum`, `min`, `max`).
+/// Columns of sums: those of text, then those of numbers with what becomes of each when runs are
+/// added up (`sum`, `min`, `max`).
 #[pyfunction]
 pub(crate) fn gram_columns() -> (Vec<String>, Vec<(String, String)>) {
     let merge = |merge: Merge| match merge {
@@ -25,7 +26,8 @@ pub(crate) fn gram_columns() -> (Vec<String>, Vec<(String, String)>) {
     (TEXTS.map(str::to_owned).to_vec(), numbers.collect())
 }
 
-/// The sums of columns, as `gmr gram` with these arguments would make them of a log: a row a run, its texts and numbers.
+/// The sums of columns, as `gmr gram` with these arguments would make them of a log: a row a run,
+/// its texts and numbers.
 #[pyfunction]
 pub(crate) fn gram_of_columns(
     py: Python<'_>,

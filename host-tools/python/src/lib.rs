@@ -1,4 +1,5 @@
-//! `wheelwatt._gmr`: the commands of `gmr` as functions, and logs as columns. What it gives is made into objects in `wheelwatt/*.py`.
+//! `wheelwatt._gmr`: the commands of `gmr` as functions, and logs as columns. What it gives is made
+//! into objects in `wheelwatt/*.py`.
 //!
 //! There is no work here: a function's work is its command's, so that both say the same.
 

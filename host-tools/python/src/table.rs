@@ -1,4 +1,5 @@
-//! Logs as columns, and columns as logs. Numbers cross as the bytes of an array: the stable interface has no more before Python 3.11.
+//! Logs as columns, and columns as logs. Numbers cross as the bytes of an array: the stable
+//! interface has no more before Python 3.11.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -13,8 +14,8 @@ use support::output;
 
 use crate::command::stoppable;
 
-/// Columns of a log as `gmr` reads it: their names, their numbers (f64, native order), the name of each row's run where the log tells
-/// several (or else none), and what was left out.
+/// Columns of a log as `gmr` reads it: their names, their numbers (f64, native order), the name of
+/// each row's run where the log tells several (or else none), and what was left out.
 type Columns<'py> = (Vec<String>, Vec<Bound<'py, PyBytes>>, Vec<String>, Vec<u32>, String);
 
 /// Reads a log: every column of numbers.
@@ -29,7 +30,8 @@ pub(crate) fn read_log(py: Python<'_>, path: PathBuf) -> PyResult<Columns<'_>> {
     Ok((table.names, columns, table.run_names, table.runs, table.excluded))
 }
 
-/// Writes a log from columns of equal length: their names and numbers, and the name of each row's run where there are any.
+/// Writes a log from columns of equal length: their names and numbers, and the name of each row's
+/// run where there are any.
 #[pyfunction]
 pub(crate) fn write_log(
     py: Python<'_>,
@@ -89,7 +91,8 @@ impl Table {
     }
 }
 
-/// Numbers as short as they can be written so that reading gives them back; empty fields where there is none.
+/// Numbers as short as they can be written so that reading gives them back; empty fields where
+/// there is none.
 fn write(
     context: &Context,
     path: &Path,

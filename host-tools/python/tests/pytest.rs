@@ -1,4 +1,5 @@
-//! The package's own tests (`tests/*.py`), with the module that `cargo test` has just built and the command `gmr` beside it.
+//! The package's own tests (`tests/*.py`), with the module that `cargo test` has just built and the
+//! command `gmr` beside it.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};

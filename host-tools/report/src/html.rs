@@ -79,6 +79,7 @@ pub(super) fn page(title: &str, more_style: &str, body: Markup) -> String {
             body { main { (body) } }
         }
     };
-    // maud escapes what acts in HTML. Names come from files, and what acts on a terminal is no XML either.
+    // maud escapes what acts in HTML. Names come from files, and what acts on a terminal is no XML
+    // either.
     printable::text(&page.into_string()).into_owned()
 }

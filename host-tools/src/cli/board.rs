@@ -56,7 +56,8 @@ pub(crate) struct Arguments {
     /// Board seconds per second: a number, or max
     #[arg(long, default_value = "1", value_name = "N|max")]
     speed: String,
-    /// Keep to wall time whatever clients do: for programs written for the real board, which have time limits of their own
+    /// Keep to wall time whatever clients do: for programs written for the real board, which have
+    /// time limits of their own
     #[arg(long, conflicts_with_all = ["speed", "wait"])]
     realtime: bool,
     /// Stand still until a client has sent its first byte
@@ -65,7 +66,8 @@ pub(crate) struct Arguments {
     /// Standard deviation of a power reading of motors and battery, W
     #[arg(long, default_value_t = 0.1, allow_negative_numbers = true)]
     power_noise: f64,
-    /// Start with so much in a battery of the TurtleBot3's size, 0 to 1, that empties [default: one that never does]
+    /// Start with so much in a battery of the TurtleBot3's size, 0 to 1, that empties [default: one
+    /// that never does]
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     charge: Option<f64>,
     /// The laser scanner stands still
@@ -237,7 +239,8 @@ impl Session {
         Ok(())
     }
 
-    /// Lets the board run until it has answered a ping on both ports: a tenth of a second, in which the emulator starts.
+    /// Lets the board run until it has answered a ping on both ports: a tenth of a second, in which
+    /// the emulator starts.
     fn wait_for_board(&mut self) -> Result<()> {
         let mut buffer = [0; 16];
         let ping = encode(BOARD_ID, Instruction::Ping, &[], &mut buffer)
@@ -315,7 +318,8 @@ impl Session {
                 self.pace.hang_up();
             }
         }
-        // A client that has opened the port and reads nothing loses what a host's buffer does not hold.
+        // A client that has opened the port and reads nothing loses what a host's buffer does not
+        // hold.
         if server.from_board.len() > MOST_QUEUED {
             server.from_board.clear();
         }

@@ -31,7 +31,8 @@ pub(crate) struct Arguments {
     /// Logs to evaluate [default: one in three blocks of time of the training logs, held out]
     #[arg(long, value_name = "LOG[=KG]", num_args = 1..)]
     test: Vec<Log>,
-    /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml upward, else burger
+    /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml
+    /// upward, else burger
     #[arg(long, default_value = FOUND)]
     robot: PathBuf,
     /// Length of held-out blocks, s [default: 5, or a sixth of the longest log if that is less]
@@ -43,11 +44,12 @@ pub(crate) struct Arguments {
     /// Total mass of logs without a mass_kg column, kg [default: the robot's mass without payload]
     #[arg(long, value_name = "KG", allow_negative_numbers = true)]
     mass: Option<f64>,
-    /// Models to compare; those that robot or logs do not allow are named and left out [default: all; `--list`
-    /// describes them]
+    /// Models to compare; those that robot or logs do not allow are named and left out [default:
+    /// all; `--list` describes them]
     #[arg(long, value_delimiter = ',', num_args = 1.., value_name = "NAME,…")]
     models: Vec<String>,
-    /// List the models (all, or those asked for) with their sources and assumptions, and what each needs of this robot's logs, and end
+    /// List the models (all, or those asked for) with their sources and assumptions, and what each
+    /// needs of this robot's logs, and end
     #[arg(long)]
     list: bool,
     /// Leave out the neural networks
@@ -56,7 +58,8 @@ pub(crate) struct Arguments {
     /// Print all models, and why others were left out, not only the best and ours
     #[arg(long)]
     all: bool,
-    /// Draw predicted against measured power, binned as in the paper's Fig. 15: the models asked for, or the best few
+    /// Draw predicted against measured power, binned as in the paper's Fig. 15: the models asked
+    /// for, or the best few
     #[arg(long, value_name = "FILE.svg|png")]
     plot: Option<PathBuf>,
     /// Figures as JSON on standard output

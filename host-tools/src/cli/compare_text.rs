@@ -115,7 +115,8 @@ const HEADS: [&str; 10] = [
     "mass",
 ];
 
-/// The best model and ours, in one line. The best predicts without power that was measured on the drive; of masses as well where any does.
+/// The best model and ours, in one line. The best predicts without power that was measured on the
+/// drive; of masses as well where any does.
 fn answer(comparison: &Comparison) -> Option<String> {
     let own = comparison.entries.first()?;
     let fair =
@@ -219,7 +220,8 @@ pub(super) fn print_table(robot: &Robot, held_out: bool, comparison: &Comparison
     }
 }
 
-/// With so many digits; a figure that has grown absurd by its power of ten, so that the columns stay narrow.
+/// With so many digits; a figure that has grown absurd by its power of ten, so that the columns
+/// stay narrow.
 fn number(value: Option<f64>, digits: usize) -> String {
     match value {
         Some(value) if value.abs() >= 1e4 => format!("{value:.1e}"),

@@ -22,7 +22,8 @@ use super::weighed::{Log, paths};
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  gmr convert --robot robot.toml --mass 1.06 empty.mcap --out empty.csv")]
 pub(crate) struct Arguments {
-    /// Robot: a built-in name (burger, turtlebot4, warthog, husky) or a robot.toml; its [topics] say where a bag has what; auto: the nearest robot.toml upward, else burger
+    /// Robot: a built-in name (burger, turtlebot4, warthog, husky) or a robot.toml; its [topics]
+    /// say where a bag has what; auto: the nearest robot.toml upward, else burger
     #[arg(long, value_name = "R.toml", default_value = FOUND)]
     robot: PathBuf,
     /// Total mass of logs that do not tell it, kg
@@ -135,7 +136,8 @@ pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-/// Columns of the first log, which the others have to have as well; with the run's, where there are several logs.
+/// Columns of the first log, which the others have to have as well; with the run's, where there are
+/// several logs.
 fn columns(context: &Context, arguments: &Arguments) -> Result<Vec<String>> {
     let mut columns = TableReader::open(context, &arguments.logs[0].path)?.columns().to_vec();
     for log in &arguments.logs[1..] {

@@ -1,4 +1,5 @@
-//! `gmr demo`: the main job from a log to a payload and to a name for what changed, on a robot and logs of its own, on one page.
+//! `gmr demo`: the main job from a log to a payload and to a name for what changed, on a robot and
+//! logs of its own, on one page.
 
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
@@ -39,7 +40,8 @@ struct Step {
 /// A drive of a minute, as servo and power sensor log it at 200 Hz.
 const DRIVE: &str = "simulate --sensors servo --duration 60 --force";
 
-/// Drives of the robot as it was, and of the same robot on a slope of 0.03 rad that nobody mentions: total mass, kg, seed, what is different.
+/// Drives of the robot as it was, and of the same robot on a slope of 0.03 rad that nobody
+/// mentions: total mass, kg, seed, what is different.
 const DRIVES: [(&str, &str); 10] = [
     ("clean_empty_1.csv", "--mass 1 --seed 11"),
     ("clean_empty_2.csv", "--mass 1 --seed 12"),

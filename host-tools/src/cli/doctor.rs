@@ -1,4 +1,5 @@
-//! `gmr doctor`: what is there, what is missing, and what comes next: robot.toml, logs, coefficients, board, sensor, ROS.
+//! `gmr doctor`: what is there, what is missing, and what comes next: robot.toml, logs,
+//! coefficients, board, sensor, ROS.
 
 use std::path::{Path, PathBuf};
 
@@ -141,7 +142,8 @@ fn look(context: &Context) -> Report {
     Report { next, checks: vec![described, recorded, fitted, board, sensor, ros] }
 }
 
-/// Whether the coefficients of this folder can be used with this robot; `None` where there are none.
+/// Whether the coefficients of this folder can be used with this robot; `None` where there are
+/// none.
 fn fitted(robot: &Robot) -> Option<Result<()>> {
     let file = Path::new(COEFFICIENTS);
     file.exists().then(|| coefficients::check(file, robot))

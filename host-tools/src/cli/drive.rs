@@ -15,8 +15,8 @@ pub(super) struct DriveArguments {
     /// Motors: the paper's Table 3, a servo like the XL430-W250, or a brisk gear motor
     #[arg(long, value_enum, default_value = "servo")]
     pub(super) plant: PlantSet,
-    /// training, test, constant, standstill, or a CSV file with time_s and v_m_s, omega_rad_s (vx_m_s, vy_m_s,
-    /// omega_rad_s for omni and mecanum) or wheel1_rad_s …
+    /// training, test, constant, standstill, or a CSV file with time_s and v_m_s, omega_rad_s
+    /// (vx_m_s, vy_m_s, omega_rad_s for omni and mecanum) or wheel1_rad_s …
     #[arg(long, default_value = "training", value_name = "KIND|FILE")]
     pub(super) profile: String,
     /// Length of the run, s
@@ -25,8 +25,8 @@ pub(super) struct DriveArguments {
     /// Total mass, kg, or steps of KG@SECONDS: `1@0,6@100` [default: 1]
     #[arg(long, allow_hyphen_values = true)]
     mass: Option<String>,
-    /// Bounded noise on the speed loop's measurement, rad/s at the wheel [default: 0.0002 table3, 0.002 servo, 0.01
-    /// gearmotor]
+    /// Bounded noise on the speed loop's measurement, rad/s at the wheel [default: 0.0002 table3,
+    /// 0.002 servo, 0.01 gearmotor]
     #[arg(long, allow_negative_numbers = true)]
     loop_noise: Option<f64>,
     /// Efficiency of the motor drives
@@ -35,8 +35,8 @@ pub(super) struct DriveArguments {
     /// Let the drives return braking power to the supply
     #[arg(long)]
     regeneration: bool,
-    /// What is not as a fit knew it: ID=SIZE, with options ID=SIZE:OPTION=VALUE:…, e.g. `grade=0.03:heading=1.57`;
-    /// may be given several times (`gmr simulate --effects` lists them)
+    /// What is not as a fit knew it: ID=SIZE, with options ID=SIZE:OPTION=VALUE:…, e.g.
+    /// `grade=0.03:heading=1.57`; may be given several times (`gmr simulate --effects` lists them)
     #[arg(long, value_name = "ID=SIZE", allow_hyphen_values = true)]
     pub(super) effect: Vec<String>,
     /// Seed of profile and noise: same seed, same bytes

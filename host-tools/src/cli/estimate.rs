@@ -33,14 +33,15 @@ pub(crate) struct Arguments {
     /// The log; a total mass behind its name is reported against, never used
     #[arg(value_name = "LOG[=KG]")]
     run: Log,
-    /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml upward, else burger
+    /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml
+    /// upward, else burger
     #[arg(long, default_value = FOUND)]
     robot: PathBuf,
     /// Coefficients as gmr fit writes them
     #[arg(long, value_name = "C.toml")]
     coeffs: PathBuf,
-    /// Total mass, kg, where it is known: power and energy at this payload are given beside those at the estimated one [default: what the log
-    /// tells]
+    /// Total mass, kg, where it is known: power and energy at this payload are given beside those
+    /// at the estimated one [default: what the log tells]
     #[arg(long, value_name = "KG", allow_negative_numbers = true)]
     mass: Option<f64>,
     /// Length of the window, s
@@ -58,8 +59,8 @@ pub(crate) struct Arguments {
     /// Known times of payload changes since the start of the log, s
     #[arg(long, value_name = "S,…", value_delimiter = ',')]
     changes: Vec<f64>,
-    /// Rolling resistance and scrub adapt along the way, with a memory of a minute, beside the mass: for floors that change. What then cannot be
-    /// told apart widens the mass's interval
+    /// Rolling resistance and scrub adapt along the way, with a memory of a minute, beside the
+    /// mass: for floors that change. What then cannot be told apart widens the mass's interval
     #[arg(long, conflicts_with_all = ["payload", "schedule", "every"])]
     adapt: bool,
     /// Do not watch for payload changes
@@ -68,7 +69,8 @@ pub(crate) struct Arguments {
     /// What was true, as gmr board --truth writes it: reported against, never used
     #[arg(long, value_name = "TRUTH.csv")]
     truth: Option<PathBuf>,
-    /// Write power over time: measured and predicted behind the filter, W, at the mass found and at the one told, and the mass found, kg
+    /// Write power over time: measured and predicted behind the filter, W, at the mass found and at
+    /// the one told, and the mass found, kg
     #[arg(long, value_name = "POWER.csv")]
     power: Option<PathBuf>,
     /// Draw power and mass over time

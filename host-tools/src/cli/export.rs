@@ -22,7 +22,8 @@ pub(crate) struct Arguments {
     /// In whose words
     #[arg(value_enum)]
     target: Target,
-    /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml upward, else burger
+    /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml
+    /// upward, else burger
     #[arg(long, default_value = FOUND)]
     robot: PathBuf,
     /// The coefficients

@@ -31,25 +31,29 @@ use super::weighed::{Log, paths};
     after_help = "Examples:\n  gmr fit --robot robot.toml --out coefficients.toml empty.mcap=1.0 full.mcap=6.0\n  gmr fit --robot husky --mass 75 --json floor_*.csv"
 )]
 pub(crate) struct Arguments {
-    /// Logs of drives with known payload: two of them, empty and fully loaded, at least. Where a log does not hold the robot's total mass
-    /// (mass_kg), write it behind the name: empty.mcap=1.0 full.mcap=6.0
+    /// Logs of drives with known payload: two of them, empty and fully loaded, at least. Where a
+    /// log does not hold the robot's total mass (mass_kg), write it behind the name: empty.mcap=1.0
+    /// full.mcap=6.0
     #[arg(required_unless_present = "grams", value_name = "LOG[=KG]")]
     runs: Vec<Log>,
-    /// Sums of gmr gram instead of logs: Eq. 18 as from the rows, the signed model from those that its clamp leaves alone. Without what
-    /// needs rows: errors in percent, delay and slip memory, robust weights, and --out but with --coeffs
+    /// Sums of gmr gram instead of logs: Eq. 18 as from the rows, the signed model from those that
+    /// its clamp leaves alone. Without what needs rows: errors in percent, delay and slip memory,
+    /// robust weights, and --out but with --coeffs
     #[arg(long, value_name = "GRAMS.jsonl", num_args = 1.., conflicts_with_all = ["runs", "mass"])]
     grams: Vec<PathBuf>,
-    /// With --grams: the coefficients that gmr gram --coeffs took the sums near. The next ones, a step of Gauss and Newton on, clamped wheels
-    /// included; --out writes them
+    /// With --grams: the coefficients that gmr gram --coeffs took the sums near. The next ones, a
+    /// step of Gauss and Newton on, clamped wheels included; --out writes them
     #[arg(long, value_name = "C.toml", requires = "grams", conflicts_with_all = ["leave_one_out", "method"])]
     coeffs: Option<PathBuf>,
     /// With --grams: also how well each run is predicted by the others
     #[arg(long, requires = "grams")]
     leave_one_out: bool,
-    /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml upward, else burger
+    /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml
+    /// upward, else burger
     #[arg(long, default_value = FOUND)]
     robot: PathBuf,
-    /// Where the coefficients go. A fit that cannot be used is not written but with --force, which marks it
+    /// Where the coefficients go. A fit that cannot be used is not written but with --force, which
+    /// marks it
     #[arg(long, value_name = "C.toml")]
     out: Option<PathBuf>,
     /// Which model
@@ -73,7 +77,8 @@ pub(crate) struct Arguments {
     /// Most iterations of pgd
     #[arg(long, default_value_t = pgd::Settings::default().most_iterations)]
     iterations: u64,
-    /// Search again from so many random starts, and say how far below the fit's cost the best of them ends: of the signed model
+    /// Search again from so many random starts, and say how far below the fit's cost the best of
+    /// them ends: of the signed model
     #[arg(long, value_name = "N", default_value_t = 0, conflicts_with = "grams")]
     starts: u32,
     /// Figures as JSON on standard output

@@ -10,7 +10,8 @@ use support::context::Context;
 use support::error::{Error, Result};
 use support::output;
 
-/// Fits `model` to the sums of these files; with `leave_one_out` also every run by what the others say.
+/// Fits `model` to the sums of these files; with `leave_one_out` also every run by what the others
+/// say.
 ///
 /// # Errors
 /// As [`from_grams`].

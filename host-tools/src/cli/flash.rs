@@ -39,8 +39,9 @@ pub(crate) struct Arguments {
     /// Coefficients as gmr fit writes them
     #[arg(long, value_name = "C.toml")]
     coeffs: Option<PathBuf>,
-    /// The board lets rolling resistance and scrub adapt along the way, with a memory of a minute, beside the mass: for floors that
-    /// change. It notices no change of the payload then, and follows it within a window or two
+    /// The board lets rolling resistance and scrub adapt along the way, with a memory of a minute,
+    /// beside the mass: for floors that change. It notices no change of the payload then, and
+    /// follows it within a window or two
     #[arg(long, requires = "coeffs")]
     adapt: bool,
     /// To a running board, by its serial port, for example /dev/ttyACM0
@@ -67,7 +68,8 @@ pub(crate) struct Arguments {
     /// Show what the board holds, and write nothing
     #[arg(long, conflicts_with_all = ["coeffs", "calibrate", "set_robot", "out"])]
     read: bool,
-    /// Take the coefficients before those on the board into use again; once more, and the two have changed places twice
+    /// Take the coefficients before those on the board into use again; once more, and the two have
+    /// changed places twice
     #[arg(long, conflicts_with_all = ["coeffs", "calibrate", "set_robot", "out", "read"])]
     rollback: bool,
     /// How long the wheels may take to stand still, s: a running board writes its flash only then

@@ -13,8 +13,9 @@ use super::units::UnitArguments;
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  gmr fleet logs/ --coeffs coefficients.toml --out fleet/")]
 pub(crate) struct Arguments {
-    /// Folder of logs (CSV, Parquet, MCAP, db3, ULog, bag, DataFlash) in folders such as robot=7/day=2026-11-02, or 7/2026-11-02; with the feature bucket also the URL
-    /// of a bucket, s3://bucket/logs
+    /// Folder of logs (CSV, Parquet, MCAP, db3, ULog, bag, DataFlash) in folders such as
+    /// robot=7/day=2026-11-02, or 7/2026-11-02; with the feature bucket also the URL of a bucket,
+    /// s3://bucket/logs
     #[arg(value_name = "SOURCE")]
     source: PathBuf,
     /// Coefficients of a clean fit (signed) of such a robot: what robots and days are held against
@@ -26,16 +27,19 @@ pub(crate) struct Arguments {
     /// What folders are called, from the outermost one; robot and day among them
     #[arg(long, value_name = "KEY,…", value_delimiter = ',', default_value = "robot,day")]
     group: Vec<String>,
-    /// Where everything goes: grams.jsonl, fleet.html, fleet.json, and what has been read so far. A second run reads only what is new
+    /// Where everything goes: grams.jsonl, fleet.html, fleet.json, and what has been read so far. A
+    /// second run reads only what is new
     #[arg(long, value_name = "FOLDER")]
     out: PathBuf,
     /// Total mass of logs without a mass_kg column, kg [default: the robot's mass without payload]
     #[arg(long, value_name = "KG")]
     mass: Option<f64>,
-    /// A file for each robot as well, by its own coefficients at the mean of its masses, in OUT/rmf; how far it is from the last one is said
+    /// A file for each robot as well, by its own coefficients at the mean of its masses, in
+    /// OUT/rmf; how far it is from the last one is said
     #[arg(long, value_enum)]
     export: Option<Export>,
-    /// Figures of each robot as well, in Prometheus's text format: for node_exporter's textfile collector, NAME.prom
+    /// Figures of each robot as well, in Prometheus's text format: for node_exporter's textfile
+    /// collector, NAME.prom
     #[arg(long, value_name = "FILE")]
     metrics: Option<PathBuf>,
     /// Figures as JSON on standard output

@@ -21,25 +21,30 @@ use super::weighed::{Log, paths};
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  gmr gap --robot robot.toml --coeffs coefficients.toml --report gap.html --out extended.toml monday/*.csv", after_long_help = format!("{}\n\n{}", "Example:\n  gmr gap --robot robot.toml --coeffs coefficients.toml --report gap.html --out extended.toml monday/*.csv", json::KEYS))]
 pub(crate) struct Arguments {
-    /// Logs: four runs at least, one or several a file; the total mass behind the name where they do not hold it
+    /// Logs: four runs at least, one or several a file; the total mass behind the name where they
+    /// do not hold it
     #[arg(required = true, value_name = "LOG[=KG]")]
     runs: Vec<Log>,
-    /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml upward, else burger
+    /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml
+    /// upward, else burger
     #[arg(long, default_value = FOUND)]
     robot: PathBuf,
-    /// Coefficients of an earlier clean fit: what is new since then? Without, base and effects are fitted together
+    /// Coefficients of an earlier clean fit: what is new since then? Without, base and effects are
+    /// fitted together
     #[arg(long, value_name = "C.toml")]
     coeffs: Option<PathBuf>,
-    /// The clean runs that the coefficients were fitted to, if they are no longer where they were: what the model gets wrong
-    /// there as well is no effect
+    /// The clean runs that the coefficients were fitted to, if they are no longer where they were:
+    /// what the model gets wrong there as well is no effect
     #[arg(long, value_name = "LOG[=KG]", num_args = 1..)]
     base: Vec<Log>,
-    /// Logs of your simulator in place of a clean fit: what does the robot have that it lacks? Columns as in a measured log, the power in
-    /// power_w or sim_power_w, or the wheels' torques in sim_torque1_nm and so on. Without this, measured logs that have such sim_
-    /// columns are held against them, row by row
+    /// Logs of your simulator in place of a clean fit: what does the robot have that it lacks?
+    /// Columns as in a measured log, the power in power_w or sim_power_w, or the wheels' torques in
+    /// sim_torque1_nm and so on. Without this, measured logs that have such sim_ columns are held
+    /// against them, row by row
     #[arg(long, value_name = "SIM.csv", num_args = 1.., conflicts_with_all = ["coeffs", "base", "plant"])]
     sim: Vec<Log>,
-    /// Write what the simulator's model of the robot needs for what is named: elements, sizes, intervals
+    /// Write what the simulator's model of the robot needs for what is named: elements, sizes,
+    /// intervals
     #[arg(long, value_enum)]
     export: Option<Language>,
     /// Where that is written [default: gap_changes.xml, or .sdf]
@@ -48,8 +53,8 @@ pub(crate) struct Arguments {
     /// Total mass of logs without a mass_kg column, kg [default: the robot's mass without payload]
     #[arg(long, value_name = "KG")]
     mass: Option<f64>,
-    /// Effects of your own beside those of the dictionary, as formulas over the logs' columns: [[effect]] entries with id, formula,
-    /// unit, sign, range = [least, greatest] and meaning
+    /// Effects of your own beside those of the dictionary, as formulas over the logs' columns:
+    /// [[effect]] entries with id, formula, unit, sign, range = [least, greatest] and meaning
     #[arg(long, value_name = "MINE.toml")]
     effects: Option<PathBuf>,
     /// Everything that was found, with plots, as one HTML page that needs nothing else
@@ -58,14 +63,15 @@ pub(crate) struct Arguments {
     /// Write the coefficients with the named effects, for gmr estimate, gmr flash and the board
     #[arg(long, value_name = "FILE.toml", requires = "coeffs")]
     out: Option<PathBuf>,
-    /// Drive a simulated robot with these motors along the recorded wheel speeds as well: calibrated on the clean runs, without the
-    /// named effects and with them
+    /// Drive a simulated robot with these motors along the recorded wheel speeds as well:
+    /// calibrated on the clean runs, without the named effects and with them
     #[arg(long, value_enum)]
     plant: Option<PlantSet>,
     /// Where the speed profile that parts the rivals of a tie is written
     #[arg(long, value_name = "FILE", default_value = "gap_profile.csv")]
     profile: PathBuf,
-    /// On a tie: a drive that parts the rivals with this probability (0.5 to 0.99), and how long that takes
+    /// On a tie: a drive that parts the rivals with this probability (0.5 to 0.99), and how long
+    /// that takes
     #[arg(long, value_name = "PROBABILITY", value_parser = probability)]
     part: Option<f64>,
     /// On a tie: a drive that stays in a room of this length and width, m

@@ -35,10 +35,12 @@ pub(crate) struct Arguments {
     /// Sets with two effects
     #[arg(long, default_value_t = 0)]
     pairs: usize,
-    /// Of sets that end in a tie: drive the suggested manoeuvre, look again, and count what is then told apart
+    /// Of sets that end in a tie: drive the suggested manoeuvre, look again, and count what is then
+    /// told apart
     #[arg(long)]
     manoeuvre: bool,
-    /// Of sets whose effect is named: add it, estimate masses in runs that nobody has seen, and count how often the 95 % interval holds
+    /// Of sets whose effect is named: add it, estimate masses in runs that nobody has seen, and
+    /// count how often the 95 % interval holds
     #[arg(long)]
     coverage: bool,
     /// Print every set

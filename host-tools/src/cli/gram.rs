@@ -22,16 +22,19 @@ pub(crate) struct Arguments {
     /// Logs, with the total mass behind the name where they do not hold it
     #[arg(required = true, value_name = "LOG[=KG]")]
     runs: Vec<Log>,
-    /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml upward, else burger
+    /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml
+    /// upward, else burger
     #[arg(long, default_value = FOUND)]
     robot: PathBuf,
     /// Where the sums go: JSON, a run a line; or GRAMS.parquet, a run a row
     #[arg(long, value_name = "GRAMS.jsonl")]
     out: PathBuf,
-    /// Cutoff of the filter, Hz; only sums of one cutoff add up [default: the robot's, or that of gmr fit for these logs]
+    /// Cutoff of the filter, Hz; only sums of one cutoff add up [default: the robot's, or that of
+    /// gmr fit for these logs]
     #[arg(long, value_name = "HZ", conflicts_with = "coeffs")]
     cutoff: Option<f64>,
-    /// Coefficients of gmr fit (signed): their filter, delay and slip memory, and sums near them that know clamped wheels, too
+    /// Coefficients of gmr fit (signed): their filter, delay and slip memory, and sums near them
+    /// that know clamped wheels, too
     #[arg(long, value_name = "C.toml")]
     coeffs: Option<PathBuf>,
     /// Total mass of logs without a mass_kg column, kg [default: the robot's mass without payload]
@@ -68,8 +71,9 @@ pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-/// What `gmr gram` with these arguments makes of columns in memory, in the place of its log: nothing is written. Cutoff or coefficients have
-/// to be given, as one of many machines cannot choose for all.
+/// What `gmr gram` with these arguments makes of columns in memory, in the place of its log:
+/// nothing is written. Cutoff or coefficients have to be given, as one of many machines cannot
+/// choose for all.
 ///
 /// # Errors
 /// As the command.

@@ -22,7 +22,8 @@ use logs::checks;
     after_help = "Examples:\n  gmr inspect --robot robot.toml run.csv\n  gmr inspect empty.mcap=1.0 full.mcap=6.0\n  gmr inspect bag.mcap --plot bag.png"
 )]
 pub(crate) struct Arguments {
-    /// Robot: a built-in name (burger, turtlebot4, warthog, husky) or a robot.toml; auto: the nearest robot.toml upward, else burger
+    /// Robot: a built-in name (burger, turtlebot4, warthog, husky) or a robot.toml; auto: the
+    /// nearest robot.toml upward, else burger
     #[arg(long, value_name = "R.toml", default_value = FOUND)]
     robot: PathBuf,
     /// Answer as JSON: an object of one log, a list of several

@@ -1,4 +1,5 @@
-//! `gmr look`: what is in a log, what the robot's energy goes into, and what can be learned from it.
+//! `gmr look`: what is in a log, what the robot's energy goes into, and what can be learned from
+//! it.
 
 use std::path::PathBuf;
 
@@ -24,8 +25,8 @@ pub(crate) struct Arguments {
     /// Write a page with plots as well; of one log
     #[arg(long, value_name = "FILE.html")]
     page: Option<PathBuf>,
-    /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml upward, else burger. Its [topics] say where a bag has
-    /// what
+    /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml
+    /// upward, else burger. Its [topics] say where a bag has what
     #[arg(long, value_name = "R.toml", default_value = FOUND)]
     robot: PathBuf,
     /// The logs: MCAP, db3, ULog, Parquet or CSV

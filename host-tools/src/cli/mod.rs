@@ -1,4 +1,5 @@
-//! The command line: one file a subcommand. Figures go to standard output, all else to standard error.
+//! The command line: one file a subcommand. Figures go to standard output, all else to standard
+//! error.
 
 #[cfg(target_os = "linux")]
 mod board;
@@ -55,11 +56,14 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// From a log to the payload on a simulated robot, in under a minute, on one page: nothing else is needed
+    /// From a log to the payload on a simulated robot, in under a minute, on one page: nothing else
+    /// is needed
     Demo(demo::Arguments),
-    /// Say what is there, what is missing and what comes next: robot.toml, logs, coefficients, board, sensor, ROS
+    /// Say what is there, what is missing and what comes next: robot.toml, logs, coefficients,
+    /// board, sensor, ROS
     Doctor(doctor::Arguments),
-    /// Say what is in a log, what the robot's energy goes into, and what can be learned from it: no robot.toml needed
+    /// Say what is in a log, what the robot's energy goes into, and what can be learned from it: no
+    /// robot.toml needed
     Look(look::Arguments),
     /// Say what a log is worth: data quality, excitation, static power
     Inspect(inspect::Arguments),
@@ -98,7 +102,8 @@ enum Command {
     Key(key::Arguments),
     /// Show what a board measures and estimates, live
     Watch(watch::Arguments),
-    /// Payload, battery and what is left on ROS 2's topics, from one power sensor on the robot's own computer
+    /// Payload, battery and what is left on ROS 2's topics, from one power sensor on the robot's
+    /// own computer
     Node(node::Arguments),
     /// Write a robot.toml from flags, or from answers
     NewRobot(new_robot::Arguments),
@@ -108,7 +113,8 @@ enum Command {
     Man(shell::Man),
 }
 
-/// Parses a command line, the program's name first, and runs it. Gives the exit code: 0 done, 1 failed, 2 wrong usage.
+/// Parses a command line, the program's name first, and runs it. Gives the exit code: 0 done, 1
+/// failed, 2 wrong usage.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let context = Context::default();
     let done = interrupt::install().and_then(|()| parse(arguments)).and_then(|cli| execute(&context, cli));
@@ -130,7 +136,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     }
 }
 
-/// Runs a command for another program: its arguments without the program's name. In a [job](support::job) what it prints is kept.
+/// Runs a command for another program: its arguments without the program's name. In a
+/// [job](support::job) what it prints is kept.
 ///
 /// # Errors
 /// As the command; help and version, which are the command line's.
@@ -140,7 +147,8 @@ pub fn answer(context: &Context, arguments: &[String]) -> Result<()> {
     execute(context, cli)
 }
 
-/// The sums that `gmr gram` makes of columns in memory; its arguments name them in the place of a log, and a file that is not written.
+/// The sums that `gmr gram` makes of columns in memory; its arguments name them in the place of a
+/// log, and a file that is not written.
 ///
 /// # Errors
 /// As [`answer`]; arguments of another command.

@@ -24,7 +24,8 @@ pub(crate) struct Arguments {
     /// Radius of the driven wheels: 0.033, 33mm, 1.3in
     #[arg(long, value_parser = length, value_name = "M")]
     wheel_radius: Option<f64>,
-    /// Distance of the left and right wheels: 0.16, 160mm; for skid-steer the effective one, 1.5 to 2 times that
+    /// Distance of the left and right wheels: 0.16, 160mm; for skid-steer the effective one, 1.5 to
+    /// 2 times that
     #[arg(long, value_parser = length, value_name = "M")]
     track: Option<f64>,
     /// Total mass without payload: 1.0, 1000g, 2.2lb

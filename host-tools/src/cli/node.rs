@@ -1,4 +1,5 @@
-//! `gmr node`: one power sensor on the robot's own computer and wheel speeds from ROS 2; payload, battery and what is left back to it.
+//! `gmr node`: one power sensor on the robot's own computer and wheel speeds from ROS 2; payload,
+//! battery and what is left back to it.
 
 use std::io::IsTerminal as _;
 use std::path::PathBuf;
@@ -24,13 +25,15 @@ const TOLD_STD: f64 = 0.05;
     --speed 10\n  gmr node --robot robot.toml --replay run.csv --no-ros --speed max --json"
 )]
 pub(crate) struct Arguments {
-    /// The robot: a robot.toml, whose [node] has sensor and topics, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml upward, else burger
+    /// The robot: a robot.toml, whose [node] has sensor and topics, or burger, turtlebot4, warthog,
+    /// husky; auto: the nearest robot.toml upward, else burger
     #[arg(long, default_value = FOUND)]
     robot: PathBuf,
     /// Coefficients as gmr fit writes them; without any there is a battery, but no payload
     #[arg(long, value_name = "C.toml")]
     coeffs: Option<PathBuf>,
-    /// A log in the sensor's place: its power, its voltage (bus_v), and unless --wheels topic its speeds
+    /// A log in the sensor's place: its power, its voltage (bus_v), and unless --wheels topic its
+    /// speeds
     #[arg(long, value_name = "LOG")]
     replay: Option<PathBuf>,
     /// Where speeds come from in a replay

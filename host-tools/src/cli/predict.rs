@@ -18,14 +18,16 @@ use super::units::UnitArguments;
     gmr predict --robot robot.toml --coeffs coefficients.toml --plan route.csv --mass 3.2 --static-power 6.4 --charge 0.6"
 )]
 pub(crate) struct Arguments {
-    /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml upward, else burger
+    /// The robot: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the nearest robot.toml
+    /// upward, else burger
     #[arg(long, default_value = FOUND)]
     robot: PathBuf,
     /// The coefficients
     #[arg(long, value_name = "C.toml")]
     coeffs: PathBuf,
-    /// The plan: CSV with time_s, v_m_s, omega_rad_s (slope_rad, leg), or a leg a row with distance_m, speed_m_s (turn_rad, slope_rad, pause_s,
-    /// leg), or a log, whose speeds are taken as planned and whose power is shown beside
+    /// The plan: CSV with time_s, v_m_s, omega_rad_s (slope_rad, leg), or a leg a row with
+    /// distance_m, speed_m_s (turn_rad, slope_rad, pause_s, leg), or a log, whose speeds are taken
+    /// as planned and whose power is shown beside
     #[arg(long, value_name = "PLAN")]
     plan: PathBuf,
     /// Total mass, kg
@@ -40,7 +42,8 @@ pub(crate) struct Arguments {
     /// Its standard deviation, W
     #[arg(long, value_name = "W", default_value_t = 0.0)]
     static_std: f64,
-    /// Charge of the battery now, 0 to 1: says whether the task fits. The battery is that of [battery] in robot.toml
+    /// Charge of the battery now, 0 to 1: says whether the task fits. The battery is that of
+    /// [battery] in robot.toml
     #[arg(long, value_name = "SHARE")]
     charge: Option<f64>,
     /// Its standard deviation

@@ -14,7 +14,8 @@ use support::progress::CountProgress;
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  gmr reproduce --out paper/")]
 pub(crate) struct Arguments {
-    /// The folder to write: index.html, tables.txt, study.json and figures/; an earlier reproduction is replaced
+    /// The folder to write: index.html, tables.txt, study.json and figures/; an earlier
+    /// reproduction is replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Seeds that figures with an interval are over [default: 20, reduced 2]
@@ -37,7 +38,8 @@ const WINDOWS_S: [u32; 12] = [5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 55, 60];
 /// Those of a reduced one.
 const REDUCED_WINDOWS_S: [u32; 3] = [10, 25, 50];
 
-/// A reproduction, the logs that it works on, and an earlier one that it replaces: twice what is written, rounded up.
+/// A reproduction, the logs that it works on, and an earlier one that it replaces: twice what is
+/// written, rounded up.
 const ROOM_BYTES: u64 = 64 << 20;
 
 /// Seeds unless told otherwise: as many as an interval is asked over.

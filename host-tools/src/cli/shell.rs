@@ -1,4 +1,5 @@
-//! `gmr completions` and `gmr man`: what shells and man know of the commands, made from the commands themselves.
+//! `gmr completions` and `gmr man`: what shells and man know of the commands, made from the
+//! commands themselves.
 
 use std::path::{Path, PathBuf};
 
@@ -22,7 +23,8 @@ pub(crate) struct Completions {
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  gmr man | man -l -\n  gmr man --out ~/.local/share/man/man1")]
 pub(crate) struct Man {
-    /// Write the page of gmr and one of each command into this folder, instead of gmr's to standard output
+    /// Write the page of gmr and one of each command into this folder, instead of gmr's to standard
+    /// output
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }

@@ -31,10 +31,12 @@ use super::overwrite::OverwriteArgument;
 pub(crate) struct Arguments {
     #[command(flatten)]
     drive: DriveArguments,
-    /// A drive of the paper's experiment as `gmr reproduce` has it, whole: motors, floor, sensors, profile and payload
+    /// A drive of the paper's experiment as `gmr reproduce` has it, whole: motors, floor, sensors,
+    /// profile and payload
     #[arg(long, value_enum, value_name = "DRIVE", conflicts_with_all = SETTINGS)]
     experiment: Option<Drive>,
-    /// The robot's lengths, and its mass without payload, from a robot.toml (or burger, turtlebot4, warthog, husky); the motors are those of --plant
+    /// The robot's lengths, and its mass without payload, from a robot.toml (or burger, turtlebot4,
+    /// warthog, husky); the motors are those of --plant
     #[arg(long, value_name = "R.toml", conflicts_with_all = ["kinematics", "experiment"])]
     robot: Option<PathBuf>,
     /// Wheel layout
@@ -52,7 +54,8 @@ pub(crate) struct Arguments {
     /// Measuring chain: none; encoder ticks and INA219 with 0.1 W noise; the paper's experiment
     #[arg(long, value_enum, default_value = "exact")]
     sensors: Chain,
-    /// Wheel speed: true, from encoder ticks between samples, or the servo's register (overrides the chain's)
+    /// Wheel speed: true, from encoder ticks between samples, or the servo's register (overrides
+    /// the chain's)
     #[arg(long, value_enum)]
     speed_source: Option<SpeedSource>,
     /// Power: true, or through an INA219 (overrides the chain's)
@@ -64,7 +67,8 @@ pub(crate) struct Arguments {
     /// Power noise that grows with the power: standard deviation added for every watt, W/W
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     power_noise_per_watt: f64,
-    /// Heavy tails of the power noise: degrees of freedom of Student's t, above 2 [default: Gaussian]
+    /// Heavy tails of the power noise: degrees of freedom of Student's t, above 2 [default:
+    /// Gaussian]
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
     power_noise_tail: Option<f64>,
     /// Correlation of the power noise from sample to sample, above -1, below 1
@@ -85,8 +89,8 @@ pub(crate) struct Arguments {
     /// List the effects with their units, ranges and options, and end
     #[arg(long)]
     effects: bool,
-    /// Add columns: pitch_rad, slope_heading_rad, cmd_v_m_s …, accel_x_m_s2 …, rolling_friction and static_friction,
-    /// motor1_temp_c …, bus_v, cpu_percent
+    /// Add columns: pitch_rad, slope_heading_rad, cmd_v_m_s …, accel_x_m_s2 …, rolling_friction and
+    /// static_friction, motor1_temp_c …, bus_v, cpu_percent
     #[arg(long, value_enum, value_delimiter = ',', value_name = "NAME,…")]
     columns: Vec<Column>,
     /// Add a column true_power_w: the supply power before sensors and noise, without static power

@@ -12,7 +12,8 @@ use support::error::Result;
 #[derive(clap::Args)]
 #[command(next_help_heading = "How logs are read")]
 pub(super) struct UnitArguments {
-    /// Unit that the wheels' speeds are in (their accelerations: per second), whatever the columns are called
+    /// Unit that the wheels' speeds are in (their accelerations: per second), whatever the columns
+    /// are called
     #[arg(long, value_enum, default_value = "rad/s")]
     speed_unit: SpeedUnit,
     /// Unit that power_w is in
@@ -24,7 +25,8 @@ pub(super) struct UnitArguments {
     /// Wheels, counted from 1, whose speed is negative when they drive forward
     #[arg(long, value_name = "WHEEL,…", value_delimiter = ',')]
     flip_wheel: Vec<usize>,
-    /// Power is negative where the robot draws it: drivers that count a discharging current positive make such bags
+    /// Power is negative where the robot draws it: drivers that count a discharging current
+    /// positive make such bags
     #[arg(long)]
     flip_power: bool,
     /// Read what is there of a bag or ULog that was cut off while it was recorded
@@ -36,8 +38,8 @@ pub(super) struct UnitArguments {
 }
 
 impl UnitArguments {
-    /// The robot by its name or file, with these units of its logs and what was weighed with each of them; and
-    /// the context that reads them so.
+    /// The robot by its name or file, with these units of its logs and what was weighed with each
+    /// of them; and the context that reads them so.
     ///
     /// # Errors
     /// As [`Robot::load`]; units that this robot's logs cannot have.

@@ -1,4 +1,5 @@
-//! Logs on the command line, each with the total mass that was weighed with it where somebody says so.
+//! Logs on the command line, each with the total mass that was weighed with it where somebody says
+//! so.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};

@@ -1,6 +1,7 @@
 //! Our model beside those of the literature, and the paper's figures and tables.
 //!
-//! Its face: [`baselines`], earlier power models, one trait for all; [`compare`], every model on the same split;
+//! Its face: [`baselines`], earlier power models, one trait for all; [`compare`], every model on
+//! the same split;
 //! [`reproduce`], the paper's experiments from simulation.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 

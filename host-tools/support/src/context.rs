@@ -1,5 +1,6 @@
-//! What one call has of its own: how its logs are read, what it keeps of them, what it has to say beside its answer, how far it is, and
-//! whether it is to end. It travels with the call, so that two calls in one process do not mix.
+//! What one call has of its own: how its logs are read, what it keeps of them, what it has to say
+//! beside its answer, how far it is, and whether it is to end. It travels with the call, so that
+//! two calls in one process do not mix.
 
 use std::any::{Any, TypeId};
 use std::collections::HashMap;
@@ -11,7 +12,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// More notices are counted only.
 const MOST_NOTICES: usize = 1_000;
 
-/// Of one call; clones are the same call's. What it keeps (rows of bags, content of pipes) goes with the last clone.
+/// Of one call; clones are the same call's. What it keeps (rows of bags, content of pipes) goes
+/// with the last clone.
 #[derive(Clone, Default)]
 pub struct Context {
     call: Arc<Call>,
@@ -38,7 +40,8 @@ pub struct Progress {
     pub total: u64,
 }
 
-/// What a call has to say of its inputs besides its answer: rows left out, keys that it does not know, masses taken for granted.
+/// What a call has to say of its inputs besides its answer: rows left out, keys that it does not
+/// know, masses taken for granted.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Notices {
     /// In the order in which they came.
@@ -47,7 +50,8 @@ pub struct Notices {
     pub dropped: usize,
 }
 
-/// Unwinds out of the work of a stopped call. No panic: nothing is printed, and whoever began the work catches it.
+/// Unwinds out of the work of a stopped call. No panic: nothing is printed, and whoever began the
+/// work catches it.
 pub(crate) struct Stopped;
 
 impl Context {
@@ -70,7 +74,8 @@ impl Context {
         Arc::clone(own).downcast().unwrap_or_default()
     }
 
-    /// Adds a line, which is said where the call has done what it was asked for: a refusal is one line, and what led to it stands in it.
+    /// Adds a line, which is said where the call has done what it was asked for: a refusal is one
+    /// line, and what led to it stands in it.
     pub fn notice(&self, line: impl Display) {
         let mut notices = lock(&self.call.notices);
         if notices.lines.len() < MOST_NOTICES {
@@ -100,7 +105,8 @@ impl Context {
         self.call.is_stopped.store(true, Ordering::Relaxed);
     }
 
-    /// Where a stopped call ends: long work comes by several times a second. It unwinds, as whoever computes cannot fail otherwise.
+    /// Where a stopped call ends: long work comes by several times a second. It unwinds, as whoever
+    /// computes cannot fail otherwise.
     #[inline]
     pub fn point(&self) {
         if self.call.is_stopped.load(Ordering::Relaxed) {

@@ -1,6 +1,7 @@
 //! Figures for people.
 
-/// Three significant digits, without a power of ten where people read them without: 0.0492, 12.3, 4920, −2.60.
+/// Three significant digits, without a power of ten where people read them without: 0.0492, 12.3,
+/// 4920, −2.60.
 pub fn figure(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();

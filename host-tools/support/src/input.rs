@@ -1,7 +1,8 @@
 //! What commands read: files, and pipes, which can be read once only.
 //!
-//! Some commands look at a log twice (the columns first, then the rows). What is no file is kept in a temporary one while it is read, so
-//! that whoever opens it again begins at its start; it is never opened twice, which would wait for another writer.
+//! Some commands look at a log twice (the columns first, then the rows). What is no file is kept in
+//! a temporary one while it is read, so that whoever opens it again begins at its start; it is
+//! never opened twice, which would wait for another writer.
 
 use std::collections::HashMap;
 use std::fs::{File, Metadata};
@@ -12,7 +13,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use crate::context::Context;
 use crate::error::{Error, Result};
 
-/// Bytes of the longest description (robot, coefficients, effects): some 10⁵ lines, where people write a hundred.
+/// Bytes of the longest description (robot, coefficients, effects): some 10⁵ lines, where people
+/// write a hundred.
 pub const MOST_DESCRIPTION: u64 = 8 << 20;
 
 /// Bytes of the longest speed profile: a week at 20 rows a second.

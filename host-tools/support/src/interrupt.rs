@@ -1,4 +1,5 @@
-//! Ctrl-C, and what else asks a program to end: some commands end in good order, the others at once, without leaving temporary files.
+//! Ctrl-C, and what else asks a program to end: some commands end in good order, the others at
+//! once, without leaving temporary files.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -12,8 +13,8 @@ static STOPPED: AtomicBool = AtomicBool::new(false);
 /// Exit code of a program that a signal ended, as shells have it for SIGINT.
 const INTERRUPTED: i32 = 130;
 
-/// From now on Ctrl-C ends the process and takes its temporary files away; beyond a limit of the size of files, writing is an error as any
-/// other. Once a process.
+/// From now on Ctrl-C ends the process and takes its temporary files away; beyond a limit of the
+/// size of files, writing is an error as any other. Once a process.
 ///
 /// # Errors
 /// The operating system refuses.

@@ -1,4 +1,5 @@
-//! A command's work inside another program: what it would print is kept for that program, and that program can stop it.
+//! A command's work inside another program: what it would print is kept for that program, and that
+//! program can stop it.
 
 use std::any::Any;
 use std::cell::RefCell;
@@ -47,7 +48,8 @@ impl Job {
     }
 }
 
-/// Works for `job` on threads of its own, as many as there are cores, so that two jobs do not mix. `None` if it was stopped.
+/// Works for `job` on threads of its own, as many as there are cores, so that two jobs do not mix.
+/// `None` if it was stopped.
 ///
 /// # Errors
 /// What `work` reports; the operating system gives no threads.

@@ -1,6 +1,7 @@
 //! What every crate of `gmr` stands on.
 //!
-//! Its face: [`error::Error`], [`context::Context`], [`input::Input`], [`output::write_whole`] and the checks before it ([`own`]),
+//! Its face: [`error::Error`], [`context::Context`], [`input::Input`], [`output::write_whole`] and
+//! the checks before it ([`own`]),
 //! [`progress`], [`metrics`].
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 

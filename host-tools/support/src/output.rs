@@ -8,13 +8,15 @@ use std::sync::Mutex;
 use crate::error::{Error, Result};
 use crate::{job, printable, temporary};
 
-/// Writes `file` through a temporary file in the same folder that takes its name only when complete. Gives what `write` gives.
+/// Writes `file` through a temporary file in the same folder that takes its name only when
+/// complete. Gives what `write` gives.
 ///
 /// # Errors
 /// What `write` or the operating system reports; the old file, if any, is then still there.
 pub fn write_whole<T>(file: &Path, write: impl FnOnce(&mut dyn Write) -> Result<T>) -> Result<T> {
     let refused = |error: io::Error| Error::io(file, &error);
-    // A link keeps pointing at its file. A device or a pipe has no content to keep, and no file may take its place.
+    // A link keeps pointing at its file. A device or a pipe has no content to keep, and no file may
+    // take its place.
     let target = target_of(file).map_err(refused)?;
     if std::fs::metadata(&target).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
         let mut device = std::fs::File::options().write(true).open(&target).map_err(refused)?;
@@ -54,7 +56,8 @@ fn target_of(file: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("its links lead in a circle"))
 }
 
-/// Refuses outputs that are inputs as well, or one another, before any work: writing them would lose what was read.
+/// Refuses outputs that are inputs as well, or one another, before any work: writing them would
+/// lose what was read.
 ///
 /// # Errors
 /// Names the first (wrong usage).
@@ -160,7 +163,8 @@ pub fn check_room(_: &Path, _: u64) -> Result<()> {
 /// The first text that standard output did not take.
 static UNPRINTED: Mutex<Option<io::Error>> = Mutex::new(None);
 
-/// Prints to standard output, printable ([`crate::printable`]); that it could not is told by [`finish`].
+/// Prints to standard output, printable ([`crate::printable`]); that it could not is told by
+/// [`finish`].
 pub fn print(text: fmt::Arguments<'_>) {
     let text = text.to_string();
     let text = printable::text(&text);
@@ -169,7 +173,8 @@ pub fn print(text: fmt::Arguments<'_>) {
     }
 }
 
-/// Says a line on standard error, printable and of bounded length. Where nobody reads it, there is nobody left to tell.
+/// Says a line on standard error, printable and of bounded length. Where nobody reads it, there is
+/// nobody left to tell.
 pub fn say(line: fmt::Arguments<'_>) {
     let line = printable::line(&line.to_string());
     if !job::keep_said(&line) {
@@ -177,14 +182,16 @@ pub fn say(line: fmt::Arguments<'_>) {
     }
 }
 
-/// Moves the cursor of a terminal on standard output: the one escape sequence that this program writes.
+/// Moves the cursor of a terminal on standard output: the one escape sequence that this program
+/// writes.
 ///
 /// So many lines up, and clear from there (ECMA-48 CPL and ED).
 pub fn redraw(lines: usize) {
     note(write!(io::stdout(), "\x1b[{lines}F\x1b[J"));
 }
 
-/// Of all JSON that `gmr` prints (docs/json.md): another where a key goes or means something else, the same where one is added.
+/// Of all JSON that `gmr` prints (docs/json.md): another where a key goes or means something else,
+/// the same where one is added.
 pub const JSON_VERSION: u32 = 1;
 
 /// A report with the version before its keys.

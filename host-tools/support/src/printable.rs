@@ -1,7 +1,8 @@
-//! Text for terminals: names come from files and boards, and what they hold must not move the cursor, set the title or forge a line.
+//! Text for terminals: names come from files and boards, and what they hold must not move the
+//! cursor, set the title or forge a line.
 //!
-//! Control characters, line and paragraph separators and those that turn the direction of writing are shown as JSON does, `\u001b`, so
-//! that JSON stays JSON.
+//! Control characters, line and paragraph separators and those that turn the direction of writing
+//! are shown as JSON does, `\u001b`, so that JSON stays JSON.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;

@@ -1,6 +1,8 @@
-//! What is given arbitrary bytes: every reader of files and packets. None may panic, hang or take memory without bound.
+//! What is given arbitrary bytes: every reader of files and packets. None may panic, hang or take
+//! memory without bound.
 //!
-//! Shared by `tests/suite/fuzz.rs`, which mutates a small corpus for some seconds, and by the libFuzzer program in `fuzz/`.
+//! Shared by `tests/suite/fuzz.rs`, which mutates a small corpus for some seconds, and by the
+//! libFuzzer program in `fuzz/`.
 
 use std::path::Path;
 
@@ -51,7 +53,8 @@ fn log(data: &[u8], path: &Path) {
     }
 }
 
-/// A bag or ULog, cut off or not: its topics, what is chosen of them for this robot, and all rows of that.
+/// A bag or ULog, cut off or not: its topics, what is chosen of them for this robot, and all rows
+/// of that.
 fn bag(data: &[u8], path: &Path) {
     std::fs::write(path, data).expect("the folder is there");
     let robot = Robot::named("burger").expect("it is built in");
@@ -119,7 +122,8 @@ fn effects(data: &[u8], path: &Path) {
     let _ = gap::user::read(path);
 }
 
-/// A coefficients' image and the store's other items: as they are, and with a checksum that is right.
+/// A coefficients' image and the store's other items: as they are, and with a checksum that is
+/// right.
 fn image(data: &[u8], _: &Path) {
     decode(data);
     let mut sealed = data.to_vec();
@@ -145,7 +149,8 @@ fn decode(bytes: &[u8]) {
     }
 }
 
-/// Bytes of a host, in pieces, as the board gets them: as they are, and as instructions whose checksums are right.
+/// Bytes of a host, in pieces, as the board gets them: as they are, and as instructions whose
+/// checksums are right.
 fn link(data: &[u8], _: &Path) {
     let mut state = State::new(200, 25, &mut []);
     let mut device = Device::new();
@@ -174,7 +179,8 @@ fn link(data: &[u8], _: &Path) {
     }
 }
 
-/// Bytes on the servo bus: whatever comes, the servos survive it; packets that are well made are found however they are cut.
+/// Bytes on the servo bus: whatever comes, the servos survive it; packets that are well made are
+/// found however they are cut.
 fn servo(data: &[u8], _: &Path) {
     let made = packets(data, 1);
     for size in [made.len().max(1), 1, 7] {
@@ -204,8 +210,8 @@ fn found(bytes: &[u8], size: usize) -> Vec<(u8, u8, Vec<u8>)> {
     found
 }
 
-/// Instructions made of the data, stuffed and with their checksums: each piece's first byte chooses the instruction, its second is the
-/// length of the parameters.
+/// Instructions made of the data, stuffed and with their checksums: each piece's first byte chooses
+/// the instruction, its second is the length of the parameters.
 fn packets(data: &[u8], id: u8) -> Vec<u8> {
     let mut made = Vec::new();
     let mut rest = data;

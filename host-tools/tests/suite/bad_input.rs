@@ -1,5 +1,5 @@
-//! What `gmr` does with logs, coefficients and arguments that are wrong: one line that says where and what, the documented
-//! exit code, nothing on standard output, and no file changed.
+//! What `gmr` does with logs, coefficients and arguments that are wrong: one line that says where
+//! and what, the documented exit code, nothing on standard output, and no file changed.
 
 use std::process::Stdio;
 use std::sync::OnceLock;
@@ -56,7 +56,8 @@ fn bench() -> Bench {
     bench
 }
 
-/// The one line of a command that failed, without `gmr: ` and line end; nothing else is to be seen of it.
+/// The one line of a command that failed, without `gmr: ` and line end; nothing else is to be seen
+/// of it.
 fn refusal(bench: &Bench, arguments: &[&str], code: i32) -> String {
     let before = bench.files();
     let Ran { code: found, stdout, stderr } = bench.gmr(arguments);
@@ -137,7 +138,8 @@ fn a_broken_log_is_refused_by_every_command_with_its_place() {
         bench.put("run.csv", content);
         for (name, arguments) in COMMANDS {
             let found = refusal(&bench, arguments, 1);
-            // A column quoted only in part: the case's last characters are the quoted field's beginning.
+            // A column quoted only in part: the case's last characters are the quoted field's
+            // beginning.
             let matches =
                 if expected.ends_with("\"x") { found.starts_with(expected) } else { found == *expected };
             assert!(matches, "{name}: found {found:?}, expected {expected:?}");

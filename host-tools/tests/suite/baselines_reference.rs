@@ -1,8 +1,8 @@
-//! Baselines against NumPy, SciPy and scikit-learn: `reference/baselines/make.py` makes the log and the numbers, by its own
-//! kinematics, motors and solvers.
+//! Baselines against NumPy, SciPy and scikit-learn: `reference/baselines/make.py` makes the log and
+//! the numbers, by its own kinematics, motors and solvers.
 //!
-//! What has no public way in (the likelihood of the Gaussian process, the derivatives of the network) is compared by unit
-//! tests beside it.
+//! What has no public way in (the likelihood of the Gaussian process, the derivatives of the
+//! network) is compared by unit tests beside it.
 
 use std::path::{Path, PathBuf};
 
@@ -98,10 +98,11 @@ fn apart(found: &[f64], expected: &[f64]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Regressions by `numpy.linalg.lstsq`, which solves the rows where ours solves the Gram matrix: that squares the condition of
-/// the columns, at most 21 for all but the polynomial, and loses 21² · 360 roundings of 1e-16: 2e-11. The polynomial's has
-/// 800² · 360 · 1e-16 = 3e-8, if all roundings add up. That is of the largest share of the power: of a coefficient whose
-/// share is a hundredth, it is a hundred times as much.
+/// Regressions by `numpy.linalg.lstsq`, which solves the rows where ours solves the Gram matrix:
+/// that squares the condition of the columns, at most 21 for all but the polynomial, and loses 21²
+/// · 360 roundings of 1e-16: 2e-11. The polynomial's has 800² · 360 · 1e-16 = 3e-8, if all
+/// roundings add up. That is of the largest share of the power: of a coefficient whose share is a
+/// hundredth, it is a hundred times as much.
 #[test]
 fn regressions_are_numpys_least_squares() {
     let (robot, reference) = (robot("burger"), reference());
@@ -132,8 +133,9 @@ fn regressions_are_numpys_least_squares() {
     }
 }
 
-/// Recursive least squares against weighted least squares of all rows before each row, solved anew. The covariance begins at
-/// 1e6, so that its first steps cancel to 1e6 · 1e-16 = 1e-10 in parameters and terms of order 1 to 10.
+/// Recursive least squares against weighted least squares of all rows before each row, solved anew.
+/// The covariance begins at 1e6, so that its first steps cancel to 1e6 · 1e-16 = 1e-10 in
+/// parameters and terms of order 1 to 10.
 #[test]
 fn recursive_least_squares_are_the_batch_of_what_was_seen() {
     let (robot, reference) = (robot("burger"), reference());
@@ -147,8 +149,9 @@ fn recursive_least_squares_are_the_batch_of_what_was_seen() {
     }
 }
 
-/// The prior's mean, and the posterior's predictions in closed form from all rows before each row. Rounding: 1e-16 times the
-/// ratio of the prior's variances to the noise over a row, below 1e4, and a hundred rows.
+/// The prior's mean, and the posterior's predictions in closed form from all rows before each row.
+/// Rounding: 1e-16 times the ratio of the prior's variances to the noise over a row, below 1e4, and
+/// a hundred rows.
 #[test]
 fn the_bayesian_update_is_the_closed_form() {
     let (robot, reference) = (robot("burger"), reference());
@@ -162,9 +165,10 @@ fn the_bayesian_update_is_the_closed_form() {
     assert!(prior < 2e-11 && found < 1e-10, "{prior} {found}");
 }
 
-/// Nonlinear least squares with bounds. Ours ends when a step gains less than 1e-5 of the cost; were that still to be gained,
-/// the constants would be off by √(1e-5 · 354) = 0.06 of their standard errors. That step is taken, and Gauss and Newton leave
-/// a tenth of it at most where residuals are some hundredths of the power.
+/// Nonlinear least squares with bounds. Ours ends when a step gains less than 1e-5 of the cost;
+/// were that still to be gained, the constants would be off by √(1e-5 · 354) = 0.06 of their
+/// standard errors. That step is taken, and Gauss and Newton leave a tenth of it at most where
+/// residuals are some hundredths of the power.
 #[test]
 fn known_dynamics_are_scipys_least_squares() {
     let (robot, reference) = (robot("burger"), reference());
@@ -184,9 +188,9 @@ fn known_dynamics_are_scipys_least_squares() {
     assert!((-1e-9..1e-5).contains(&excess), "{excess}");
 }
 
-/// Bounded linear least squares by an active set on the rows, where ours has their Gram matrix: with columns of unit size
-/// and a condition below 24, 24² · 360 roundings of 1e-16, 2e-11 of the largest share of the power; the smallest is a
-/// hundredth of it. What is 0 is exactly 0.
+/// Bounded linear least squares by an active set on the rows, where ours has their Gram matrix:
+/// with columns of unit size and a condition below 24, 24² · 360 roundings of 1e-16, 2e-11 of the
+/// largest share of the power; the smallest is a hundredth of it. What is 0 is exactly 0.
 #[test]
 fn physics_based_models_are_scipys_bounded_least_squares() {
     let reference = reference();
@@ -212,7 +216,8 @@ fn physics_based_models_are_scipys_bounded_least_squares() {
     }
 }
 
-/// Straight on, each speed (rad/s) held for a period up to its point, and the torque of each of the two wheels (N m).
+/// Straight on, each speed (rad/s) held for a period up to its point, and the torque of each of the
+/// two wheels (N m).
 fn straight(robot: &Robot, of: &Value) -> Vec<Point> {
     let (speeds, torques) = (numbers(&of["speeds"]), numbers(&of["torques"]));
     let at = |(index, (w, torque)): (usize, (f64, f64))| Point {
@@ -223,10 +228,11 @@ fn straight(robot: &Robot, of: &Value) -> Vec<Point> {
     speeds.into_iter().zip(torques).enumerate().map(at).collect()
 }
 
-/// LuGre friction by SciPy's stiff solver. The Stribeck curve, where bristles have bent to the end, gives the constants of its
-/// differential equation back: the solver errs by 1e-9, and the search for vs ends a millionth of two steps of its grid wide,
-/// a factor of 0.65 each: 1e-6, which the other constants share. In creeping to and fro the torque is that of bristles which
-/// SciPy bends in metres.
+/// LuGre friction by SciPy's stiff solver. The Stribeck curve, where bristles have bent to the end,
+/// gives the constants of its differential equation back: the solver errs by 1e-9, and the search
+/// for vs ends a millionth of two steps of its grid wide, a factor of 0.65 each: 1e-6, which the
+/// other constants share. In creeping to and fro the torque is that of bristles which SciPy bends
+/// in metres.
 #[test]
 fn bristles_bend_as_in_scipys_stiff_solver() {
     let (robot, reference) = (robot("burger"), &reference()["lugre"]);
@@ -247,8 +253,9 @@ fn bristles_bend_as_in_scipys_stiff_solver() {
     assert!(found < 3e-6, "{found}");
 }
 
-/// Seven layers of 32, trained by us and by scikit-learn with eight seeds each, on a run that none has seen. Of the 64 pairs of
-/// one of ours and one of theirs, ours is ahead in 8 to 56 for 99 of 100 draws from one distribution (Mann and Whitney 1947).
+/// Seven layers of 32, trained by us and by scikit-learn with eight seeds each, on a run that none
+/// has seen. Of the 64 pairs of one of ours and one of theirs, ours is ahead in 8 to 56 for 99 of
+/// 100 draws from one distribution (Mann and Whitney 1947).
 #[test]
 fn perceptrons_learn_as_well_as_scikit_learns() {
     let (robot, reference) = (robot("burger"), reference());

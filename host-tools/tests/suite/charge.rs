@@ -1,4 +1,5 @@
-//! The gauge on a simulated battery that shares no formula with it; `cargo xtask bench charge` has the figures over many seeds.
+//! The gauge on a simulated battery that shares no formula with it; `cargo xtask bench charge` has
+//! the figures over many seeds.
 
 #[path = "../../benches/charge/run.rs"]
 #[allow(dead_code, reason = "the bench has use for all of it")]
@@ -10,8 +11,9 @@ use run::{Setting, discharge};
 
 use crate::common::Bench;
 
-/// Started 20 points off and with an unknown resistance: 2 points once settled, no jump over one at a load step. Of six runs one may be
-/// worse: where the curve is flat, 10 mV between two makes are 3 points.
+/// Started 20 points off and with an unknown resistance: 2 points once settled, no jump over one at
+/// a load step. Of six runs one may be worse: where the curve is flat, 10 mV between two makes are
+/// 3 points.
 #[test]
 fn a_discharge_is_followed_within_two_points() {
     let runs: Vec<_> = (1..=6).map(|seed| discharge(seed, Setting::Known)).collect();
@@ -57,8 +59,9 @@ fn unknown_until_known() {
     assert!(gauge.charge().unwrap().std > before + 0.02, "half an hour unseen at an ampere");
 }
 
-/// The firmware's gauge behind its sensor's shunt, on a robot that never rests and told nothing at the start: as good from 20 minutes on, but
-/// for two runs of six, and no jump either. Its resistance is the pack's alone: 0.1 Ω of shunt would be 70 % more.
+/// The firmware's gauge behind its sensor's shunt, on a robot that never rests and told nothing at
+/// the start: as good from 20 minutes on, but for two runs of six, and no jump either. Its
+/// resistance is the pack's alone: 0.1 Ω of shunt would be 70 % more.
 #[test]
 fn the_board_follows_a_discharge_that_it_was_not_told_of() {
     let runs: Vec<_> = (1..=6).map(|seed| discharge(seed, Setting::Board)).collect();

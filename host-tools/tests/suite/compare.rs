@@ -59,7 +59,8 @@ fn the_json_has_the_documented_keys_for_every_model() {
             entry(report, name);
         }
     }
-    // Where models find the mass themselves, the table says so, and has them with the mass given beside.
+    // Where models find the mass themselves, the table says so, and has them with the mass given
+    // beside.
     for name in ["signed", "eq18", "eq18-published"] {
         assert_eq!(entry(&files, name)["mass"], "estimated");
         assert_eq!(entry(&files, &format!("{name}, mass given"))["mass"], "given");
@@ -116,7 +117,8 @@ fn csv_files(folder: &Path, prefix: &str) -> Vec<PathBuf> {
     files
 }
 
-/// Runs of the Husky on sandy loam in which it kept one speed from before the log began: a fit says so.
+/// Runs of the Husky on sandy loam in which it kept one speed from before the log began: a fit says
+/// so.
 const ONE_SPEED: [&str; 9] = ["00", "01", "02", "03", "05", "07", "10", "11", "12"];
 
 #[test]
@@ -168,7 +170,8 @@ fn fit_all(warthog: &Path, husky: &Path) {
     }
 }
 
-/// Of the Husky the power is computed from its currents, not measured: by a form near the signed model's own.
+/// Of the Husky the power is computed from its currents, not measured: by a form near the signed
+/// model's own.
 #[test]
 fn the_signed_model_is_ahead_of_the_regression_on_measured_pieces() {
     assert_ahead(&excerpt(""));
@@ -250,7 +253,8 @@ fn models_are_chosen_by_name() {
     let report = asked("linear,signed");
     assert_eq!(names(&report["models"]), ["signed", "linear"]);
     assert!(names(&report["left_out"]).is_empty());
-    // Asked for and not to be had: named, with the reason; only when nothing else is left it is a failure.
+    // Asked for and not to be had: named, with the reason; only when nothing else is left it is a
+    // failure.
     let report = asked("signed,gora,chikushi");
     assert_eq!(names(&report["models"]), ["signed"]);
     assert_eq!(names(&report["left_out"]), ["gora", "chikushi"]);
@@ -266,8 +270,8 @@ fn models_are_chosen_by_name() {
     assert!(unknown.stderr.starts_with(refusal) && unknown.stderr.contains("sakayori"), "{}", unknown.stderr);
 }
 
-/// A log with every column: no network is left out, and each ends with figures. Networks that know neither the mass nor
-/// accelerations know less than the paper's own.
+/// A log with every column: no network is left out, and each ends with figures. Networks that know
+/// neither the mass nor accelerations know less than the paper's own.
 #[test]
 fn every_network_runs_on_a_log_of_the_plant() {
     let bench = Bench::new();
@@ -301,8 +305,8 @@ fn every_network_runs_on_a_log_of_the_plant() {
     assert_eq!(figures(&report), figures(&run()));
 }
 
-/// On measured logs, which tell speeds and power only, every model that needs no more and fits the wheels is in the
-/// table, and every other is left out by name.
+/// On measured logs, which tell speeds and power only, every model that needs no more and fits the
+/// wheels is in the table, and every other is left out by name.
 #[test]
 fn every_baseline_is_in_the_table_or_left_out_by_name() {
     assert_all_are_named(&excerpt(""));
@@ -342,7 +346,8 @@ fn assert_all_are_named(data: &Path) {
     }
 }
 
-/// The log without the values of a column in rows whose time passes; header and rows keep their fields.
+/// The log without the values of a column in rows whose time passes; header and rows keep their
+/// fields.
 fn emptied(log: &str, column: &str, empty: impl Fn(f64) -> bool) -> String {
     let header = log.lines().next().unwrap();
     let at = header.split(',').position(|name| name == column).unwrap();
@@ -356,8 +361,8 @@ fn emptied(log: &str, column: &str, empty: impl Fn(f64) -> bool) -> String {
     log.lines().map(row).collect()
 }
 
-/// Rows without a reading are left out for the models that need it, and for those only; where they are most, so is the
-/// model.
+/// Rows without a reading are left out for the models that need it, and for those only; where they
+/// are most, so is the model.
 #[test]
 fn empty_fields_of_a_column_cost_their_rows_only() {
     let bench = Bench::new();
@@ -369,7 +374,8 @@ fn empty_fields_of_a_column_cost_their_rows_only() {
         bench.json(&["compare", "--train", train, "--test", test, "--models", "linear,liu-linear"])
     };
     let whole = run("train.csv", "test.csv");
-    // Empty from 20 s to 40 s, known over the first five rows of it: 395 rows of 20 Hz are left out.
+    // Empty from 20 s to 40 s, known over the first five rows of it: 395 rows of 20 Hz are left
+    // out.
     bench.put("gap.csv", emptied(&bench.text("test.csv"), "cmd_v_m_s", |time| (20.0..39.99).contains(&time)));
     let part = run("train.csv", "gap.csv");
     let samples = |report: &Value, name: &str| number(&entry(report, name)["samples"]);
@@ -392,7 +398,8 @@ fn empty_fields_of_a_column_cost_their_rows_only() {
     assert_eq!(most["left_out"][0], serde_json::json!({ "name": "liu-linear", "reason": reason }));
 }
 
-/// A mass that nobody told, and one that no training log knows, are named; the figures are there all the same.
+/// A mass that nobody told, and one that no training log knows, are named; the figures are there
+/// all the same.
 #[test]
 fn masses_that_are_taken_or_extrapolated_are_said() {
     let bench = Bench::new();
@@ -413,7 +420,8 @@ fn masses_that_are_taken_or_extrapolated_are_said() {
     assert_eq!(said(&["--train", "two.csv", "--test", "two.csv", "--models", "linear"]), "");
 }
 
-/// The list holds those asked for; numbers below 0 are refused by value, and blocks where no block is held out.
+/// The list holds those asked for; numbers below 0 are refused by value, and blocks where no block
+/// is held out.
 #[test]
 fn arguments_that_do_not_go_together_are_refused() {
     let bench = Bench::new();

@@ -1,5 +1,5 @@
-//! The firmware's image drives the virtual robot as the ROS node asks, in lockstep: board time runs only here, so nothing depends on the
-//! machine's speed.
+//! The firmware's image drives the virtual robot as the ROS node asks, in lockstep: board time runs
+//! only here, so nothing depends on the machine's speed.
 
 use std::time::Duration;
 
@@ -74,8 +74,9 @@ impl Driven {
     }
 }
 
-/// Energy and way of a drive are in flash as soon as the robot stands, and there again after the power was off; the sector that takes
-/// them was erased before there was torque, and none afterwards. 25 s of 0.1 m/s are 2.5 m, less what the servos take to follow.
+/// Energy and way of a drive are in flash as soon as the robot stands, and there again after the
+/// power was off; the sector that takes them was erased before there was torque, and none
+/// afterwards. 25 s of 0.1 m/s are 2.5 m, less what the servos take to follow.
 #[test]
 fn totals_go_on_after_a_reset() {
     let folder = tempfile::tempdir().unwrap();
@@ -129,7 +130,8 @@ fn commands_reach_the_wheels() {
     assert_eq!(client.get::<u32>(&table::SERVO_UNVERIFIED).unwrap(), 0);
 }
 
-/// A second until the wheels count as standing, 2.56 s of calibration; then half a radian a second to the left. Noise of 0.08 °/s and 2.4 mg a reading.
+/// A second until the wheels count as standing, 2.56 s of calibration; then half a radian a second
+/// to the left. Noise of 0.08 °/s and 2.4 mg a reading.
 #[test]
 fn the_node_finds_gravity_and_rotation() {
     let mut driven = Driven::start();
@@ -148,8 +150,9 @@ fn the_node_finds_gravity_and_rotation() {
     assert_eq!(client.get::<u8>(&table::INERTIAL_CHIP).unwrap(), 1);
 }
 
-/// Whoever opens the node's port the moment that its link is there is answered: the node, which gives up after 34 ms, asks once. Twice that
-/// for a machine that has other work; while its emulator started a board took 130 to 260 ms.
+/// Whoever opens the node's port the moment that its link is there is answered: the node, which
+/// gives up after 34 ms, asks once. Twice that for a machine that has other work; while its
+/// emulator started a board took 130 to 260 ms.
 #[test]
 fn a_link_answers_from_the_moment_that_it_is_there() {
     let folder = tempfile::tempdir().unwrap();
@@ -176,8 +179,8 @@ fn a_link_answers_from_the_moment_that_it_is_there() {
     assert!(count > 0 && waited < Duration::from_millis(68), "{count} bytes after {waited:?}");
 }
 
-/// From when the board takes the last change: not before 500 ms, and within 505, wherever between two samples it falls. The command does
-/// not come back with the heartbeat.
+/// From when the board takes the last change: not before 500 ms, and within 505, wherever between
+/// two samples it falls. The command does not come back with the heartbeat.
 #[test]
 fn silence_stops_the_wheels_in_time() {
     let mut driven = Driven::start();
@@ -216,13 +219,15 @@ fn a_servo_that_restarts_costs_no_way() {
     let (mut client, _) = Client::connect(&mut driven.board).unwrap();
     let block = client.block(&table::SERVO_LOAD, &table::MOTORS_FOUND).unwrap();
     let positions = block.all::<i32>(&table::ODOMETER).unwrap();
-    // 4 s at 4.5 rad/s are 11,900 counts; the right one lost a few tenths of a second while it was set up anew.
+    // 4 s at 4.5 rad/s are 11,900 counts; the right one lost a few tenths of a second while it was
+    // set up anew.
     assert!(positions[1] > 11_000 && (positions[0] - positions[1]).abs() < 3_000, "{positions:?}");
     assert_eq!(client.get::<u32>(&table::SERVO_RESTARTS).unwrap(), 1);
 }
 
-/// 60 % in cells of another make than the board believes: within what it claims once the robot has stood half a minute, the same where
-/// the node looks, and no jump of a point when the wheels start. Its shunt is no part of the pack's 0.15 Ω.
+/// 60 % in cells of another make than the board believes: within what it claims once the robot has
+/// stood half a minute, the same where the node looks, and no jump of a point when the wheels
+/// start. Its shunt is no part of the pack's 0.15 Ω.
 #[test]
 fn the_battery_is_as_full_as_the_board_says() {
     let mut driven = Driven::with_charge(Some(0.6));

@@ -1,5 +1,5 @@
-//! The edges of every command: an output that is also an input is refused, names cannot act on a terminal, pipes are read once, and
-//! nothing is read without bound.
+//! The edges of every command: an output that is also an input is refused, names cannot act on a
+//! terminal, pipes are read once, and nothing is read without bound.
 
 use std::fs::File;
 use std::io::Write as _;
@@ -324,7 +324,8 @@ fn too_much_is_refused_soon() {
     }
 }
 
-/// A log that tells its mass, or whoever knows it, gets the power at it; coefficients of one payload have no other.
+/// A log that tells its mass, or whoever knows it, gets the power at it; coefficients of one
+/// payload have no other.
 #[test]
 fn power_at_a_known_payload_is_told() {
     let bench = bench();

@@ -1,6 +1,8 @@
-//! The commands that talk to a board, on the USB link of the very image that is flashed, in an emulated STM32F746.
+//! The commands that talk to a board, on the USB link of the very image that is flashed, in an
+//! emulated STM32F746.
 //!
-//! The emulator is no part of the project: the variable STM32EMU names its folder, and without this is skipped. It runs in real time.
+//! The emulator is no part of the project: the variable STM32EMU names its folder, and without this
+//! is skipped. It runs in real time.
 
 use std::fs;
 use std::path::Path;

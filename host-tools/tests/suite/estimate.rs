@@ -72,9 +72,9 @@ fn the_json_has_the_documented_keys_and_a_window_a_second() {
     assert!(number(&report["r2"]) > 0.999 && number(&report["mape_percent"]) < 1.0, "{report}");
 }
 
-/// The same drive in a log whose clock has run for a while.
-/// A floor with half as much again of rolling resistance: to the fit's model it is another mass. With ground that adapts it is not, and
-/// the interval holds the mass.
+/// The same drive in a log whose clock has run for a while. A floor with half as much again of
+/// rolling resistance: to the fit's model it is another mass. With ground that adapts it is not,
+/// and the interval holds the mass.
 #[test]
 fn on_another_floor_the_ground_adapts_and_the_mass_stays() {
     let bench = plant();
@@ -163,8 +163,8 @@ fn standing_still_says_nothing_about_the_mass() {
     assert!(report["r2"].is_null() && report["mape_percent"].is_null());
 }
 
-/// At constant speed only rolling friction tells the mass: unknown below the dead band, and where a number is given, it is
-/// an honest one.
+/// At constant speed only rolling friction tells the mass: unknown below the dead band, and where a
+/// number is given, it is an honest one.
 #[test]
 fn constant_low_speed_gives_no_false_mass() {
     let bench = plant();
@@ -233,8 +233,8 @@ fn a_change_of_payload_is_noticed_and_no_window_straddles_it() {
     }
 }
 
-/// Algorithm 2's policies on exact data, 3 kg and from 40 s on 5 kg: who is told of the change predicts the power behind it,
-/// who is not keeps the old mass.
+/// Algorithm 2's policies on exact data, 3 kg and from 40 s on 5 kg: who is told of the change
+/// predicts the power behind it, who is not keeps the old mass.
 #[test]
 fn schedules_do_what_they_say() {
     let bench = exact();
@@ -247,7 +247,8 @@ fn schedules_do_what_they_say() {
     let share = |report: &Value| number(&report["known_share"]);
 
     let known = run(&["--schedule", "known", "--changes", "40"]);
-    // Unknown until the first bucket of a second is full, at the start and at the change: 2 of 80 s at most.
+    // Unknown until the first bucket of a second is full, at the start and at the change: 2 of 80 s
+    // at most.
     assert!(share(&known) > 78.0 / 80.0 && mape(&known) < 1.0, "{} {}", share(&known), mape(&known));
     let untold = run(&["--schedule", "known"]);
     assert!(mape(&untold) > 5.0, "3 kg for 5 kg: {}", mape(&untold));
@@ -291,7 +292,8 @@ fn schedules_do_what_they_say() {
     assert!(mape(&moving) < mape(&blind), "{} {}", mape(&moving), mape(&blind));
 }
 
-/// Eq. 9: ∫ max(0, P) dt by the trapezium rule over the log, static power included where the robot has it.
+/// Eq. 9: ∫ max(0, P) dt by the trapezium rule over the log, static power included where the robot
+/// has it.
 #[test]
 fn energy_is_the_integral_of_positive_power() {
     let bench = exact();

@@ -1,4 +1,5 @@
-//! Coefficients with effects: what `gmr gap --out` writes, who takes it, and what is refused by name.
+//! Coefficients with effects: what `gmr gap --out` writes, who takes it, and what is refused by
+//! name.
 
 use std::sync::OnceLock;
 
@@ -88,7 +89,8 @@ fn what_gap_writes_estimate_and_flash_take() {
         document["fit"].clone()
     };
     assert_eq!(fit(&base), fit(&written));
-    // What is known of base and slope jointly: eight rows of eight, the base's as they were. Masses are no surer than without a slope.
+    // What is known of base and slope jointly: eight rows of eight, the base's as they were. Masses
+    // are no surer than without a slope.
     let document: toml::Table = toml::from_str(&written).unwrap();
     let rows = |value: &toml::Value| value.as_array().unwrap().iter().map(numbers).collect::<Vec<_>>();
     let joint = rows(&document["extension"]["joint_covariance"]);
@@ -168,7 +170,8 @@ fn what_no_robot_has_is_refused_by_name_and_line() {
     assert!(model.contains("changed.toml"), "{model}");
 }
 
-/// A slope by the measured pitch runs on the host, which has the column; a board has not, and is not given it.
+/// A slope by the measured pitch runs on the host, which has the column; a board has not, and is
+/// not given it.
 #[test]
 fn what_a_board_does_not_measure_stays_on_the_host() {
     let bench = extended();

@@ -44,10 +44,11 @@ fn the_json_has_the_documented_keys() {
     }
 }
 
-/// Data made by P = Σ max(0, τ w + κ τ²) give their parameters back. What is left is the filter: it delays tones by
-/// 3.24/(2π f_c) = 26 ms, but one of frequency f by a share of some (f/f_c)² more, so a product lags behind its factors. The
-/// fastest products run at 2 · 0.68 Hz: 26 ms · (1.4/20)² · 2π · 1.4 Hz = 0.1 %. Kinks, where a wheel turns round or the
-/// clamp lets go, cost R², but they lag and lead alike.
+/// Data made by P = Σ max(0, τ w + κ τ²) give their parameters back. What is left is the filter: it
+/// delays tones by 3.24/(2π f_c) = 26 ms, but one of frequency f by a share of some (f/f_c)² more,
+/// so a product lags behind its factors. The fastest products run at 2 · 0.68 Hz: 26 ms · (1.4/20)²
+/// · 2π · 1.4 Hz = 0.1 %. Kinks, where a wheel turns round or the clamp lets go, cost R², but they
+/// lag and lead alike.
 #[test]
 fn the_model_finds_its_own_parameters() {
     let report = fit(&two_payloads(), &["light.csv", "heavy.csv"]);
@@ -78,7 +79,8 @@ fn constants_of_eq18_need_three_payloads() {
     }
 }
 
-/// Data of Eq. 18 itself, its constants among them: three payloads determine β0 to β2, and the values are found.
+/// Data of Eq. 18 itself, its constants among them: three payloads determine β0 to β2, and the
+/// values are found.
 #[test]
 fn three_payloads_determine_the_constants_of_eq18() {
     let bench = Bench::new();
@@ -140,8 +142,8 @@ fn the_covariance_is_in_the_order_of_the_parameters() {
     }
 }
 
-/// The plant's wheel speeds of a twist give the twist back: both count the wheels alike. (A fit alone would not tell for the
-/// omni robot, whose mass matrix is the same in every order.)
+/// The plant's wheel speeds of a twist give the twist back: both count the wheels alike. (A fit
+/// alone would not tell for the omni robot, whose mass matrix is the same in every order.)
 #[test]
 fn plant_and_model_count_the_wheels_alike() {
     use model_core::kinematics::Kinematics;
@@ -161,13 +163,14 @@ fn plant_and_model_count_the_wheels_alike() {
     check(Layout::Mecanum, &Kinematics::mecanum(0.05, 0.15, 0.2).unwrap(), [0.3, -0.2, 0.7]);
 }
 
-/// Every kinematics from the plant's logs to a mass: the plant shares no formula with the model. 10 % is no test of the
-/// wheels' order (see above), but of the whole way.
+/// Every kinematics from the plant's logs to a mass: the plant shares no formula with the model. 10
+/// % is no test of the wheels' order (see above), but of the whole way.
 #[test]
 fn every_kinematics_fits_the_plant_and_finds_the_payload() {
     let lengths =
         "wheel_radius_m = 0.033\ngyration_radius_m = 0.06\nmass_no_load_kg = 1\nmass_full_load_kg = 6\n";
-    // The plant's omni wheels by hand: a wheel at φ drives along (−sin φ, cos φ); φ = 60°, 180°, 300°. R is the inverse.
+    // The plant's omni wheels by hand: a wheel at φ drives along (−sin φ, cos φ); φ = 60°, 180°,
+    // 300°. R is the inverse.
     let (r, arm) = (0.033, 0.08);
     let (side, third) = (r / 3.0_f64.sqrt(), r / 3.0);
     let turn = third / arm;

@@ -45,8 +45,8 @@ fn an_image_file_holds_what_a_board_takes() {
     assert_eq!(std::fs::read(bench.path("store.bin")).unwrap().len(), 65536);
 }
 
-/// Intel HEX: an extended linear address 0801h first (`:02 0000 04 0801 F1`), the end record last; the sum of a line's bytes
-/// is 0 (Intel, Hexadecimal Object File Format Specification, 1988).
+/// Intel HEX: an extended linear address 0801h first (`:02 0000 04 0801 F1`), the end record last;
+/// the sum of a line's bytes is 0 (Intel, Hexadecimal Object File Format Specification, 1988).
 #[test]
 fn intel_hex_says_where_it_belongs() {
     let bench = bench();
@@ -406,7 +406,8 @@ mod running {
         (result, client.into_transport())
     }
 
-    /// The set before, of which only the board knows, comes back and is in use; the same once more takes it away again.
+    /// The set before, of which only the board knows, comes back and is in use; the same once more
+    /// takes it away again.
     #[test]
     fn the_set_before_comes_back() {
         let (result, board) = rolled_back(TestBoard::new(), 60);
@@ -449,7 +450,8 @@ mod running {
         is_signed_by(&PUBLIC, image, signature)
     }
 
-    /// The right key, another one, one bit of image or signature, none; and what is signed on a board that does not ask.
+    /// The right key, another one, one bit of image or signature, none; and what is signed on a
+    /// board that does not ask.
     #[test]
     fn a_board_with_a_key_takes_what_is_signed_with_it() {
         let key = SecretKey::from_seed([7; 32]);
@@ -521,7 +523,8 @@ mod running {
         assert!(board.state.settings().coefficients().is_ok());
     }
 
-    /// Every reason of the board comes out in words: here past the check at home, by an upload of its own.
+    /// Every reason of the board comes out in words: here past the check at home, by an upload of
+    /// its own.
     #[test]
     fn a_refusal_says_why_and_the_old_set_stays() {
         let good = burger_coefficients();

@@ -11,7 +11,8 @@ const ROBOTS: [&str; 4] = ["a", "b", "c", "d"];
 const DAYS: [&str; 4] = ["2026-11-02", "2026-11-03", "2026-11-04", "2026-11-05"];
 const FLEET: [&str; 6] = ["fleet", "logs", "--coeffs", "c.toml", "--out", "out"];
 
-/// Four robots on four days, two runs of 40 s each, at payloads that change from run to run. From the third day on the right wheel of c drags.
+/// Four robots on four days, two runs of 40 s each, at payloads that change from run to run. From
+/// the third day on the right wheel of c drags.
 fn fleet(days: usize) -> Bench {
     let bench = Bench::new();
     bench.simulate("empty.csv", &["--duration", "60", "--rate", "20", "--mass", "1", "--seed", "901"]);
@@ -104,7 +105,8 @@ fn the_robot_that_changed_is_named_with_its_day_and_no_other() {
     assert!(metrics.contains("gmr_robot_has_changed{robot=\"c\"} 1.0\n"), "{metrics}");
     assert!(metrics.contains("# TYPE gmr_robot_straight_watts gauge\n"), "{metrics}");
 
-    // Runs that are not what they should be are said each, and the rest goes on with the same answer.
+    // Runs that are not what they should be are said each, and the rest goes on with the same
+    // answer.
     let log = |name: &str| format!("logs/robot={name}");
     let text = bench.text(&(log("a") + "/day=2026-11-02/0.csv"));
     let put = |name: &str, text: &str| bench.put(&(log("a") + "/day=2026-11-02/" + name), text);

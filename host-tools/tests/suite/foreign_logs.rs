@@ -1,4 +1,5 @@
-//! Bags, ULog and Parquet in the place of CSV, in every command; their files are those of formats/tests/data (make.py there).
+//! Bags, ULog and Parquet in the place of CSV, in every command; their files are those of
+//! formats/tests/data (make.py there).
 
 use std::path::{Path, PathBuf};
 
@@ -45,8 +46,8 @@ fn copy(bench: &Bench, name: &str) {
     bench.put(name, std::fs::read(data(name)).unwrap());
 }
 
-/// Times differ by what each format rounds them to, half a nanosecond; everything else is the same number. Every further digit of a parameter
-/// would be that rounding's.
+/// Times differ by what each format rounds them to, half a nanosecond; everything else is the same
+/// number. Every further digit of a parameter would be that rounding's.
 #[test]
 fn the_same_drive_fits_to_the_same_coefficients_in_every_format() {
     let bench = bench();
@@ -69,7 +70,8 @@ fn the_same_drive_fits_to_the_same_coefficients_in_every_format() {
     }
 }
 
-/// As a third writer of MCAP leaves it, ROS 1's messages among them: the bytes are those of the same rows as text.
+/// As a third writer of MCAP leaves it, ROS 1's messages among them: the bytes are those of the
+/// same rows as text.
 #[test]
 fn every_form_of_mcap_becomes_the_same_text() {
     let bench = bench();
@@ -123,7 +125,8 @@ fn every_command_reads_a_bag_as_its_rows() {
     }
 }
 
-/// Each robot's bag by its defaults: the speeds are those of the drive that it was made of, averaged over the wheels of a side.
+/// Each robot's bag by its defaults: the speeds are those of the drive that it was made of,
+/// averaged over the wheels of a side.
 #[test]
 fn bags_of_known_robots_need_no_topics() {
     let bench = bench();

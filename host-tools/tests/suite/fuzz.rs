@@ -1,7 +1,7 @@
 //! Every reader against bytes that nobody meant: a small corpus, mutated for some seconds a reader.
 //!
-//! Always the same bytes in the same order; how far they get depends on the machine. `cargo xtask fuzz` looks further, guided by
-//! what the readers' code does; what it finds is kept in the corpus.
+//! Always the same bytes in the same order; how far they get depends on the machine. `cargo xtask
+//! fuzz` looks further, guided by what the readers' code does; what it finds is kept in the corpus.
 
 #[path = "../fuzz/targets.rs"]
 mod targets;
@@ -50,7 +50,8 @@ fn corpus(target: &str) -> Vec<Vec<u8>> {
     files.iter().map(|file| std::fs::read(file).unwrap()).collect()
 }
 
-/// Some of the input's bytes changed, doubled, left out or replaced by a word, or by a piece of another input.
+/// Some of the input's bytes changed, doubled, left out or replaced by a word, or by a piece of
+/// another input.
 fn mutate(rng: &mut ChaCha8Rng, input: &mut Vec<u8>, other: &[u8]) {
     let at = rng.random_range(0..=input.len());
     let end = (at + rng.random_range(0..16)).min(input.len());

@@ -1,5 +1,5 @@
-//! What `gmr gap` answers: its JSON, the name of an effect that the plant hid, silence where there is none, and one line for
-//! what cannot be worked with.
+//! What `gmr gap` answers: its JSON, the name of an effect that the plant hid, silence where there
+//! is none, and one line for what cannot be worked with.
 
 use std::sync::OnceLock;
 
@@ -37,7 +37,8 @@ const KEYS: [&str; 25] = [
 /// Field runs of a set: enough for four to stay locked.
 const FIELD: [&str; 8] = ["1.2", "5.6", "2.4", "4.1", "3.3", "1.8", "5.0", "2.9"];
 
-/// A run of a robot with gear motors: 60 s at 20 Hz, 0.05 W of noise. Simulated test drives in every second run.
+/// A run of a robot with gear motors: 60 s at 20 Hz, 0.05 W of noise. Simulated test drives in
+/// every second run.
 fn simulate(bench: &Bench, name: &str, place: usize, mass: &str, seed: usize, more: &[&str]) {
     let profile = if place.is_multiple_of(2) { "training" } else { "test" };
     let seed = seed.to_string();
@@ -79,7 +80,8 @@ fn gap(bench: &Bench, names: &[String], more: &[&str]) -> Value {
     bench.json(&[&["gap"], more, &names[..]].concat())
 }
 
-/// A slope of 0.02 that rises ahead: 3 kg at 0.4 m/s take m g v sin(φ) = 0.24 W more, five times the noise.
+/// A slope of 0.02 that rises ahead: 3 kg at 0.4 m/s take m g v sin(φ) = 0.24 W more, five times
+/// the noise.
 #[test]
 fn a_hidden_slope_is_named_and_the_locked_runs_confirm_it() {
     let (bench, names) = field(&["--effect", "grade=0.02:along=travel"]);
@@ -93,7 +95,8 @@ fn a_hidden_slope_is_named_and_the_locked_runs_confirm_it() {
         ["id", "coefficient", "unit", "std_err", "physical", "detail", "meaning", "sign"]
     );
     assert_eq!(effect["id"], "grade");
-    // The drive folds its efficiency in: the base's inertia gain, 1.34 here, multiplies the weight as it does the mass.
+    // The drive folds its efficiency in: the base's inertia gain, 1.34 here, multiplies the weight
+    // as it does the mass.
     let slope = number(&effect["coefficient"]) / 1.34;
     assert!((slope / 0.02 - 1.0).abs() < 0.1, "{slope}");
     let [before, after, floor] =
@@ -126,7 +129,8 @@ fn a_hidden_slope_is_named_and_the_locked_runs_confirm_it() {
     assert!(summary.stdout.lines().count() < 24, "{}", summary.stdout);
 }
 
-/// What the base gets wrong is as late as the rest of the power. Taken for being in time, as in clean runs, it would move this delay by 5 ms.
+/// What the base gets wrong is as late as the rest of the power. Taken for being in time, as in
+/// clean runs, it would move this delay by 5 ms.
 #[test]
 fn a_delay_is_as_long_as_the_one_that_was_hidden() {
     let (bench, names) = field(&["--effect", "sensor-delay=0.17"]);
@@ -139,7 +143,8 @@ fn a_delay_is_as_long_as_the_one_that_was_hidden() {
     assert!(error > 0.002 && error < 0.004, "{error}");
 }
 
-/// Coefficients without the delay that their own clean runs have: a drag is there to be named, but the base comes first.
+/// Coefficients without the delay that their own clean runs have: a drag is there to be named, but
+/// the base comes first.
 #[test]
 fn a_base_that_lacks_what_its_clean_runs_ask_for_names_nothing() {
     let bench = Bench::new();
@@ -183,7 +188,8 @@ fn a_base_that_lacks_what_its_clean_runs_ask_for_names_nothing() {
     assert!(found["next_steps"][0].as_str().unwrap().starts_with("refit"), "{found:#}");
 }
 
-/// A floor that slopes another way in every run, clean or not: runs disagree far beyond the noise, but the field's no more than the clean ones.
+/// A floor that slopes another way in every run, clean or not: runs disagree far beyond the noise,
+/// but the field's no more than the clean ones.
 #[test]
 fn what_clean_runs_show_of_each_other_is_no_alarm() {
     let bench = Bench::new();
@@ -211,8 +217,9 @@ fn what_clean_runs_show_of_each_other_is_no_alarm() {
     assert!(next.contains("disagree with each other"), "{next}");
 }
 
-/// What the world has, not what the motors make of it: the plant's own sizes, the drive's efficiency of 0.75 taken out again. A moment of
-/// scrub is friction times weight times the plant's lever of half a wheelbase, 80 mm.
+/// What the world has, not what the motors make of it: the plant's own sizes, the drive's
+/// efficiency of 0.75 taken out again. A moment of scrub is friction times weight times the plant's
+/// lever of half a wheelbase, 80 mm.
 #[test]
 fn sizes_are_those_of_the_world() {
     for (effect, id, truth, unit) in [
@@ -262,8 +269,8 @@ fn nothing_is_named_where_nothing_hides() {
     assert_eq!(load["reason"], "needs cpu_percent");
 }
 
-/// Without the runs that the coefficients were fitted to, what the model gets wrong of its own looks like effects: said in a
-/// line, and only large ones are named.
+/// Without the runs that the coefficients were fitted to, what the model gets wrong of its own
+/// looks like effects: said in a line, and only large ones are named.
 #[test]
 fn clean_runs_that_are_gone_are_missed() {
     let (bench, names) = field(&[]);

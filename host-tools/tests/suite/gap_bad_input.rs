@@ -1,5 +1,6 @@
-//! What `gmr gap` does with logs, coefficients and arguments that are wrong: one line that says where and what was allowed, the
-//! documented exit code (1 failed, 2 wrong usage), nothing on standard output, no file changed. And no panic, whatever is in a log.
+//! What `gmr gap` does with logs, coefficients and arguments that are wrong: one line that says
+//! where and what was allowed, the documented exit code (1 failed, 2 wrong usage), nothing on
+//! standard output, no file changed. And no panic, whatever is in a log.
 
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -19,7 +20,8 @@ use support::context::Context;
 const FIELD: [&str; 4] = ["f1.csv", "f2.csv", "f3.csv", "f4.csv"];
 const BASE: [&str; 3] = ["b1.csv", "b2.csv", "b3.csv"];
 
-/// Three clean runs, coefficients fitted to them, and four field runs, all made by the model itself at 100 Hz.
+/// Three clean runs, coefficients fitted to them, and four field runs, all made by the model itself
+/// at 100 Hz.
 fn good() -> &'static Bench {
     static BENCH: OnceLock<Bench> = OnceLock::new();
     BENCH.get_or_init(|| {
@@ -364,7 +366,8 @@ fn damaged(text: &str, damage: &Damage) -> Vec<u8> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Through reading, conditioning and the whole workflow: an answer or an error with a text, never a panic.
+    /// Through reading, conditioning and the whole workflow: an answer or an error with a text,
+    /// never a panic.
     #[test]
     fn nothing_in_a_log_panics(damages in prop::collection::vec(damage(), 1..4)) {
         let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,5 @@
-//! A small version of the bench whose whole table is docs/results/gap-bench.txt: effects that the plant hides, and sets without any.
+//! A small version of the bench whose whole table is docs/results/gap-bench.txt: effects that the
+//! plant hides, and sets without any.
 
 use crate::common::Bench;
 
@@ -10,8 +11,8 @@ fn figure(table: &str, name: &str) -> (f64, String) {
     (share.trim().parse().unwrap(), counts.trim().to_owned())
 }
 
-/// At size 1 and 2, where the noise leaves no doubt, seeds beside those of the table: every name is right, and where there is no effect
-/// there is no alarm.
+/// At size 1 and 2, where the noise leaves no doubt, seeds beside those of the table: every name is
+/// right, and where there is no effect there is no alarm.
 #[test]
 fn what_is_hidden_is_named_and_nothing_else() {
     let bench = Bench::new();

@@ -1,9 +1,10 @@
-//! Ties in logs with further columns, as README invites them: the drive that would part the hypotheses has none of these columns.
+//! Ties in logs with further columns, as README invites them: the drive that would part the
+//! hypotheses has none of these columns.
 
 use crate::common::{Bench, number};
 
-/// Rolling resistance at one speed and payload only cannot be told from friction that depends on neither: hypotheses tie, and a drive
-/// that parts them is looked for.
+/// Rolling resistance at one speed and payload only cannot be told from friction that depends on
+/// neither: hypotheses tie, and a drive that parts them is looked for.
 #[test]
 fn a_tie_with_commanded_speeds_in_the_logs_ends_in_a_drive() {
     let bench = Bench::new();

@@ -1,4 +1,5 @@
-//! Logs of power only: steps of the static power are named, pulses are not, and the measured ones are those of the data's page.
+//! Logs of power only: steps of the static power are named, pulses are not, and the measured ones
+//! are those of the data's page.
 
 use gap::power_only::{PowerRun, investigate};
 use gap::report::Report;
@@ -63,9 +64,10 @@ fn set(seed: u64, noise: Noise, more: impl Fn(f64, f64) -> f64) -> Report {
     investigate(&runs).unwrap()
 }
 
-/// Power that rises with the first motion, by as much as torque enabled takes, and is held: found with size and time, within four of
-/// its stated errors. Where the noise wanders by 0.16 W over two seconds (0.95 from sample to sample), a single rest before the step
-/// is worth that error, and a set may end without a name, but not with another size.
+/// Power that rises with the first motion, by as much as torque enabled takes, and is held: found
+/// with size and time, within four of its stated errors. Where the noise wanders by 0.16 W over two
+/// seconds (0.95 from sample to sample), a single rest before the step is worth that error, and a
+/// set may end without a name, but not with another size.
 #[test]
 fn a_step_with_the_first_motion_is_named() {
     for (noise, least) in
@@ -96,7 +98,8 @@ fn a_step_with_the_first_motion_is_named() {
                 );
             }
             assert_eq!(report.confirmed.runs, ["run_1"]);
-            // A locked run that wanders may show no step of its own: then nothing is confirmed, and null said.
+            // A locked run that wanders may show no step of its own: then nothing is confirmed, and
+            // null said.
             let Some(closed) = report.confirmed.closed else {
                 assert!(noise.rho > 0.9);
                 continue;
@@ -122,8 +125,8 @@ fn a_step_down_is_named() {
     }
 }
 
-/// Pulses, motion at two speeds, drift and noise of any memory are no steps: of 8 × 100 sets none is named, and at most 2 % raise
-/// any alarm.
+/// Pulses, motion at two speeds, drift and noise of any memory are no steps: of 8 × 100 sets none
+/// is named, and at most 2 % raise any alarm.
 #[test]
 fn nothing_is_named_without_a_step() {
     let mut alarms = 0;
@@ -163,7 +166,8 @@ fn a_step_of_one_run_is_not_named() {
     assert!(report.effects.is_empty());
 }
 
-/// A robot that stands, and then drives at two speeds until the log ends: no rest is returned to, and noise grows.
+/// A robot that stands, and then drives at two speeds until the log ends: no rest is returned to,
+/// and noise grows.
 #[test]
 fn motion_for_the_rest_of_a_run_is_no_step() {
     for seed in 0..20 {
@@ -183,8 +187,9 @@ fn too_few_runs_are_refused() {
     assert!(message.starts_with("3 runs; expected at least 4"), "{message}");
 }
 
-/// The four measured logs: torque enabled takes 9.74 − 8.62 = 1.12 W, the camera 0.8 W (SOURCES.md, levels over ten runs with a
-/// spread of 0.04 to 0.09 W each). The drive has no rest to speak of, and the spins with the camera all the time are locked in turn.
+/// The four measured logs: torque enabled takes 9.74 − 8.62 = 1.12 W, the camera 0.8 W (SOURCES.md,
+/// levels over ten runs with a spread of 0.04 to 0.09 W each). The drive has no rest to speak of,
+/// and the spins with the camera all the time are locked in turn.
 #[test]
 fn the_measured_steps_are_found() {
     let names = ["drive_baseline_1", "spin_baseline_1", "spin_baseline_2", "spin_camera_switched_1"];

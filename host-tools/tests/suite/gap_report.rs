@@ -1,4 +1,5 @@
-//! The page that `gmr gap --report` writes: read strictly as XML, and opened in a browser where there is one.
+//! The page that `gmr gap --report` writes: read strictly as XML, and opened in a browser where
+//! there is one.
 
 use std::path::Path;
 use std::sync::OnceLock;
@@ -34,7 +35,8 @@ fn sloped() -> &'static (Bench, String, Value) {
         let clean: Vec<&str> = clean.iter().map(String::as_str).collect();
         bench.done(&[&["fit", "--out", "base.toml"], &clean[..]].concat());
         let mut field: Vec<String> = (1..=MASSES.len()).map(|k| format!("field_{k}.csv")).collect();
-        // The fifth of eight masses is in the middle of its three: this run stays locked, and is drawn over time.
+        // The fifth of eight masses is in the middle of its three: this run stays locked, and is
+        // drawn over time.
         field[4] = NASTY.to_owned();
         for (k, name) in field.iter().enumerate() {
             simulate(&bench, name, k, MASSES[k], 200 + k, &["--effect", "grade=0.02:along=travel"]);
@@ -205,7 +207,8 @@ fn a_page_that_cannot_be_written_is_refused_before_the_work() {
     assert_eq!(bench.files(), files);
 }
 
-/// Counts what a browser shows: drawings that take up room, and the verdict in letters of some height.
+/// Counts what a browser shows: drawings that take up room, and the verdict in letters of some
+/// height.
 const PROBE: &str = "<script>
 addEventListener('load', () => {
   const shown = [...document.querySelectorAll('figure svg')].filter(svg => {

@@ -1,4 +1,5 @@
-//! The simulation's side of `gmr gap`: the plant along the recorded speeds, without the named effect and with it.
+//! The simulation's side of `gmr gap`: the plant along the recorded speeds, without the named
+//! effect and with it.
 
 use std::sync::OnceLock;
 
@@ -46,8 +47,9 @@ fn gap(hidden: &str, more: &[&str]) -> Value {
     bench.json(&[&["gap", "--coeffs", "base.toml"], more, &names[..]].concat())
 }
 
-/// The plant, which shares no formula with the model, gets the effect as a cause, and its size is that of the hidden one. The
-/// calibration knows friction to some ten percent, so a share of the viscous friction is known no better.
+/// The plant, which shares no formula with the model, gets the effect as a cause, and its size is
+/// that of the hidden one. The calibration knows friction to some ten percent, so a share of the
+/// viscous friction is known no better.
 #[test]
 fn the_simulations_gap_shrinks_when_the_effect_is_added_to_the_plant() {
     for (hidden, id, size, within) in [

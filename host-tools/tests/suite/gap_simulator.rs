@@ -1,4 +1,5 @@
-//! `gmr gap --sim`: what a robot has that a simulator lacks, by the simulator's own logs or by its columns beside the measured power.
+//! `gmr gap --sim`: what a robot has that a simulator lacks, by the simulator's own logs or by its
+//! columns beside the measured power.
 
 use std::sync::OnceLock;
 
@@ -8,7 +9,8 @@ use serde_json::Value;
 /// Total masses of the runs, kg; test drives in every second.
 const MASSES: [&str; 8] = ["1.2", "5.6", "2.4", "4.1", "3.3", "1.8", "5.0", "2.9"];
 
-/// A drive of 60 s at 20 Hz of the plant with gear motors, which stands for the robot (with noise) or for a simulator of it.
+/// A drive of 60 s at 20 Hz of the plant with gear motors, which stands for the robot (with noise)
+/// or for a simulator of it.
 fn simulate(bench: &Bench, name: &str, place: usize, more: &[&str]) {
     let profile = if place.is_multiple_of(2) { "training" } else { "test" };
     let seed = (400 + place).to_string();
@@ -16,7 +18,8 @@ fn simulate(bench: &Bench, name: &str, place: usize, more: &[&str]) {
     bench.simulate(name, &[&common[..], &["--mass", MASSES[place], "--seed", &seed], more].concat());
 }
 
-/// Eight drives of the simulator, `sim_1.csv` and so on, and the same of the robot, whose left wheel drags, `run_1.csv` and so on.
+/// Eight drives of the simulator, `sim_1.csv` and so on, and the same of the robot, whose left
+/// wheel drags, `run_1.csv` and so on.
 fn drives() -> &'static Bench {
     static BENCH: OnceLock<Bench> = OnceLock::new();
     BENCH.get_or_init(|| {
@@ -119,7 +122,8 @@ fn place(bench: &Bench, log: &str, column: &str) -> usize {
     text.lines().next().unwrap().split(',').position(|name| name == column).unwrap()
 }
 
-/// A column beside the measured power: no clean fit is needed, and the difference of the two needs no model.
+/// A column beside the measured power: no clean fit is needed, and the difference of the two needs
+/// no model.
 #[test]
 fn a_simulator_s_column_beside_the_measured_power_is_enough() {
     let bench = copy();

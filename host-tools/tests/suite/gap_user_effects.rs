@@ -1,4 +1,5 @@
-//! Effects of the user's own: what the dictionary lacks is named with a formula for it, and is `unexplained` without.
+//! Effects of the user's own: what the dictionary lacks is named with a formula for it, and is
+//! `unexplained` without.
 
 use std::fmt::Write as _;
 use std::sync::OnceLock;
@@ -17,7 +18,8 @@ const ARM: &str = "[[effect]]\nid = \"arm\"\nmeaning = \"the arm's motor\"\nform
 const DOOR: &str = "[[effect]]\nname = \"door\"\nformula = \"0.5 * abs(wheel1_rad_s) * door_open\"\nunit = \"N·m\"\n\
                     sign = \"either\"\nrange = [-5, 5]\n";
 
-/// Runs of a robot with gear motors, 60 s at 20 Hz with 0.05 W of noise: six without any effect, and those of the field.
+/// Runs of a robot with gear motors, 60 s at 20 Hz with 0.05 W of noise: six without any effect,
+/// and those of the field.
 fn plain() -> &'static Bench {
     static BENCH: OnceLock<Bench> = OnceLock::new();
     BENCH.get_or_init(|| {
@@ -37,7 +39,8 @@ fn plain() -> &'static Bench {
     })
 }
 
-/// A run with a further column, and with the power that comes with it; `of` gives both from time and speed of the left wheel.
+/// A run with a further column, and with the power that comes with it; `of` gives both from time
+/// and speed of the left wheel.
 fn with_column(text: &str, name: &str, of: impl Fn(f64, f64) -> (f64, f64)) -> String {
     let mut lines = text.lines();
     let header: Vec<&str> = lines.next().unwrap().split(',').collect();
@@ -57,7 +60,8 @@ fn with_column(text: &str, name: &str, of: impl Fn(f64, f64) -> (f64, f64)) -> S
 /// A further column and the power that comes with it, from time and speed of the left wheel.
 type More = fn(f64, f64) -> (f64, f64);
 
-/// A folder with the runs; what their further column holds is given for clean runs and for those of the field.
+/// A folder with the runs; what their further column holds is given for clean runs and for those of
+/// the field.
 fn set(name: &str, clean: Option<More>, field: More) -> Bench {
     let bench = Bench::new();
     for file in plain().files() {

@@ -28,8 +28,9 @@ fn values(report: &Value) -> Vec<f64> {
     report["parameters"].as_array().unwrap().iter().map(|one| number(&one["value"])).collect()
 }
 
-/// Sums of n numbers in another order differ by n ε of their size, some 1e-12; the condition of Eq. 18's scaled columns, up to 1e6, is
-/// what of that reaches the coefficients, in shares of the greatest contribution.
+/// Sums of n numbers in another order differ by n ε of their size, some 1e-12; the condition of Eq.
+/// 18's scaled columns, up to 1e6, is what of that reaches the coefficients, in shares of the
+/// greatest contribution.
 fn assert_same(a: &Value, b: &Value) {
     for (a, b) in values(a).iter().zip(values(b)) {
         assert!((a - b).abs() <= 1e-6 * b.abs().max(1e-6), "{a} {b}");
@@ -69,7 +70,8 @@ fn sums_add_up_in_any_order() {
     assert!(line < 20_000, "a run takes {line} bytes");
 }
 
-/// Kept as Parquet, a run a row, they are the same; and so are they of a log that is Parquet itself, which is read by its columns.
+/// Kept as Parquet, a run a row, they are the same; and so are they of a log that is Parquet
+/// itself, which is read by its columns.
 #[test]
 fn parquet_keeps_sums_and_gives_the_same() {
     let bench = bench();
@@ -102,7 +104,8 @@ fn parquet_keeps_sums_and_gives_the_same() {
     assert!(ran.stderr.starts_with("gmr: light.parquet:run: is missing"), "{}", ran.stderr);
 }
 
-/// Rows in which no wheel can be clamped are exact for the model that made them: what is left is the filter, as in `fit`.
+/// Rows in which no wheel can be clamped are exact for the model that made them: what is left is
+/// the filter, as in `fit`.
 #[test]
 fn the_signed_model_is_fitted_to_what_its_clamp_leaves_alone_and_says_so() {
     let bench = bench();
@@ -118,7 +121,8 @@ fn the_signed_model_is_fitted_to_what_its_clamp_leaves_alone_and_says_so() {
     assert!(warnings.contains("no standard errors"), "three runs cannot tell them: {warnings}");
 }
 
-/// As fitted to the others alone, and held against the run's own sums: Σ (p − β x)² = pᵀp − 2 βᵀXᵀp + βᵀXᵀX β.
+/// As fitted to the others alone, and held against the run's own sums: Σ (p − β x)² = pᵀp − 2
+/// βᵀXᵀp + βᵀXᵀX β.
 #[test]
 fn a_run_is_predicted_by_the_others() {
     let bench = bench();
@@ -164,7 +168,8 @@ fn sums_of_other_settings_are_refused() {
     assert_eq!(ran.code, Some(2), "noise of payload windows needs rows: {}", ran.stderr);
 }
 
-/// Coefficients spoiled by these factors, then passes over the rows and steps: where they end, and the last move in standard errors.
+/// Coefficients spoiled by these factors, then passes over the rows and steps: where they end, and
+/// the last move in standard errors.
 fn stepped(bench: &Bench, coulomb: f64, others: f64) -> (Vec<f64>, f64) {
     let spoiled: Vec<String> = bench
         .text("fitted.toml")
@@ -195,8 +200,9 @@ fn stepped(bench: &Bench, coulomb: f64, others: f64) -> (Vec<f64>, f64) {
     (values, longest)
 }
 
-/// From coefficients a fifth too high and a tenth too low, and the other way round, clamped wheels included: steps end at one place, the
-/// least squares of all rows, which counts those where a clamp lets go within the filter's memory as well.
+/// From coefficients a fifth too high and a tenth too low, and the other way round, clamped wheels
+/// included: steps end at one place, the least squares of all rows, which counts those where a
+/// clamp lets go within the filter's memory as well.
 #[test]
 fn steps_from_known_coefficients_lead_to_one_place_near_the_truth() {
     let bench = bench();

@@ -38,7 +38,8 @@ fn power(time: f64, mass: f64) -> f64 {
         .sum()
 }
 
-/// A log at 50 Hz from a time on; `gyro` writes what the gyro says where the robot turns by so many rad/s, or nothing of all rows.
+/// A log at 50 Hz from a time on; `gyro` writes what the gyro says where the robot turns by so many
+/// rad/s, or nothing of all rows.
 fn log(from_s: f64, seconds: f64, mass: f64, gyro: Option<fn(f64, f64) -> String>) -> String {
     let mut text = "time_s,wheel1_rad_s,wheel2_rad_s,power_w,mass_kg".to_owned();
     text += if gyro.is_some() { ",yaw_rate_rad_s\n" } else { "\n" };
@@ -80,8 +81,9 @@ fn estimate<'a>(log: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     [&["estimate", "--robot", "robot.toml", "--coeffs", "c.toml", log], more].concat()
 }
 
-/// The fit finds what a rad/s of true slip adds, b q, to a tenth: the sign of the turn, which passes the filter later than speeds do, moves
-/// b alone by a sixth. The file keeps it as a format that older readers refuse, and estimates hold it: the mass in between is told.
+/// The fit finds what a rad/s of true slip adds, b q, to a tenth: the sign of the turn, which
+/// passes the filter later than speeds do, moves b alone by a sixth. The file keeps it as a format
+/// that older readers refuse, and estimates hold it: the mass in between is told.
 #[test]
 fn from_log_to_estimate() {
     let (bench, fit) = bench();
@@ -100,7 +102,8 @@ fn from_log_to_estimate() {
     assert!(said.contains("true slip by the gyro: 0."), "{said}");
 }
 
-/// What the clean runs' slip explains is no gap of runs in question, whose slip is another: without the term it is twenty times as large.
+/// What the clean runs' slip explains is no gap of runs in question, whose slip is another: without
+/// the term it is twenty times as large.
 #[test]
 fn a_gap_holds_it() {
     let (bench, _) = bench();
@@ -159,8 +162,9 @@ fn without_a_gyro_it_is_refused() {
     bench.done(&estimate("blind.csv", &[]));
 }
 
-/// Rows without a turn rate: short holes are held over as in every column, longer ones leave their rows out; half a log without is no
-/// gyro. What goes on behind a hole is what goes on without one, once the filter has forgotten it.
+/// Rows without a turn rate: short holes are held over as in every column, longer ones leave their
+/// rows out; half a log without is no gyro. What goes on behind a hole is what goes on without one,
+/// once the filter has forgotten it.
 #[test]
 fn holes_are_left_out() {
     let (bench, _) = bench();

@@ -1,5 +1,6 @@
-//! A board that lies: names that would act on a terminal, registers of any bytes, lengths that are none, a clock that jumps. Whatever it
-//! answers, commands end, and every byte that they print is printable.
+//! A board that lies: names that would act on a terminal, registers of any bytes, lengths that are
+//! none, a clock that jumps. Whatever it answers, commands end, and every byte that they print is
+//! printable.
 
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
@@ -29,7 +30,8 @@ struct Hostile {
     outbox: VecDeque<u8>,
 }
 
-/// What a terminal would act on, and numbers that are none: NaN, infinity, the greatest of all kinds.
+/// What a terminal would act on, and numbers that are none: NaN, infinity, the greatest of all
+/// kinds.
 const WILD: [&[u8]; 6] = [
     b"\x1b]0;owned\x07\x1b[2J",
     b"\ngmr: done\r\x9b2J",
@@ -45,7 +47,8 @@ impl Hostile {
         Self { inner: TestBoard::new(), rng, share, outbox: VecDeque::new() }
     }
 
-    /// A packet's parameters, the error first; an answer to a ping is left alone, or nobody would ask further.
+    /// A packet's parameters, the error first; an answer to a ping is left alone, or nobody would
+    /// ask further.
     fn spoil(&mut self, parameters: &[u8]) -> Vec<u8> {
         let mut parameters = parameters.to_vec();
         if parameters.len() <= 4 || !self.rng.random_bool(self.share) {

@@ -31,7 +31,8 @@ fn log(content: &str) -> Log {
     Log { folder, path }
 }
 
-/// The one line on standard error for a bad log, behind its path; nothing on standard output, no figure written.
+/// The one line on standard error for a bad log, behind its path; nothing on standard output, no
+/// figure written.
 fn complaint(content: &str) -> String {
     let log = log(content);
     let figure = log.folder.path().join("figure.svg");
@@ -46,7 +47,8 @@ fn complaint(content: &str) -> String {
 
 const HEADER: &str = "time_s,wheel1_rad_s,wheel2_rad_s,power_w\n";
 
-/// Rows of a drive at 50 Hz: ramps to two speeds, turns, stops, power from speed and acceleration with a little noise.
+/// Rows of a drive at 50 Hz: ramps to two speeds, turns, stops, power from speed and acceleration
+/// with a little noise.
 fn drive(seconds: f64, mass: impl Fn(f64) -> Option<f64>) -> String {
     let mut text = "time_s,wheel1_rad_s,wheel2_rad_s,power_w,mass_kg\n".to_owned();
     for row in 0..(seconds * 50.0) as u64 {
@@ -275,8 +277,8 @@ fn static_states_of_whole_measured_logs_are_found() {
     }
 }
 
-/// Standby, standing with torque and spin: means over ten runs in the data's own description, the camera off in the one that switches
-/// it. Single runs differ by 0.1 W from those.
+/// Standby, standing with torque and spin: means over ten runs in the data's own description, the
+/// camera off in the one that switches it. Single runs differ by 0.1 W from those.
 fn static_states(path: &Path, standing: [f64; 2], spinning: f64) {
     let name = path.display();
     let report = json("burger", path);

@@ -1,5 +1,5 @@
-//! What `--json` prints is documented, command by command, and has a version. That every key is named is checked wherever a test reads a
-//! command's JSON (`Bench::json`).
+//! What `--json` prints is documented, command by command, and has a version. That every key is
+//! named is checked wherever a test reads a command's JSON (`Bench::json`).
 
 use crate::common::{Bench, ROBOT, documentation, drive, is_documented};
 

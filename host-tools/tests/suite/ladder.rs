@@ -1,4 +1,5 @@
-//! docs/ladder.md is what a newcomer copies: every command in it runs, in order; and the book that it opens has every page.
+//! docs/ladder.md is what a newcomer copies: every command in it runs, in order; and the book that
+//! it opens has every page.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,5 @@
-//! The layouts in docs/ show topics that `gmr node` has, and its service calls it by options that it has.
+//! The layouts in docs/ show topics that `gmr node` has, and its service calls it by options that
+//! it has.
 
 use logs::robot::NodeSettings;
 use serde_json::Value;

@@ -1,5 +1,6 @@
-//! `gmr record --foxglove`: clients that are not ours see the very messages of the log (`tests/live/client.py`). The feature is off by default,
-//! so this is part of `cargo xtask test-live` only.
+//! `gmr record --foxglove`: clients that are not ours see the very messages of the log
+//! (`tests/live/client.py`). The feature is off by default, so this is part of `cargo xtask
+//! test-live` only.
 
 use std::path::Path;
 use std::process::Command;

@@ -24,7 +24,8 @@ fn near(found: &Value, expected: f64, share: f64) {
     assert!((found - expected).abs() <= share * expected.abs(), "{found} {expected}");
 }
 
-/// Summed here from the rows that the bag was made of: its odometry is v = r (w1 + w2) / 2, its power comes with every row.
+/// Summed here from the rows that the bag was made of: its odometry is v = r (w1 + w2) / 2, its
+/// power comes with every row.
 #[test]
 fn energy_and_way_are_those_of_the_drive() {
     let bench = Bench::new();
@@ -128,7 +129,8 @@ addEventListener('load', () => {
 });
 </script></body>";
 
-/// Half of the plot, dragged over, is half of the time; twice there, and all of it is back. On a laptop and on a phone.
+/// Half of the plot, dragged over, is half of the time; twice there, and all of it is back. On a
+/// laptop and on a phone.
 #[test]
 fn a_browser_zooms_the_plots() {
     let Some(browser) = Browser::find() else { return };

@@ -1,5 +1,6 @@
-//! What `gmr` and its library do, from the outside: one program, because every further one would be linked to all of the library
-//! again. One file a subject; `cargo test --package host-tools --test suite fit::` runs those of a file.
+//! What `gmr` and its library do, from the outside: one program, because every further one would be
+//! linked to all of the library again. One file a subject; `cargo test --package host-tools --test
+//! suite fit::` runs those of a file.
 
 #![allow(
     clippy::duplicate_mod,

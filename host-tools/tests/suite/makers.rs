@@ -1,4 +1,5 @@
-//! Logs as robots, motor drivers and tools of other makers leave them; their files are those of formats/tests/data/makers (make.py there).
+//! Logs as robots, motor drivers and tools of other makers leave them; their files are those of
+//! formats/tests/data/makers (make.py there).
 
 use std::path::{Path, PathBuf};
 
@@ -151,7 +152,8 @@ fn pitch_comes_from_an_orientation() {
     assert!((pitch - 0.05).abs() < 1e-12, "{pitch}");
 }
 
-/// /tf, among other transforms and through half turns, at which quaternions change their sign; odometry that knows the plane only tells none.
+/// /tf, among other transforms and through half turns, at which quaternions change their sign;
+/// odometry that knows the plane only tells none.
 #[test]
 fn pitch_comes_from_transforms() {
     let bench = bench(&["level.mcap", "planar.mcap"]);

@@ -1,4 +1,5 @@
-//! Does the published learning rate train seven layers reliably? Ten seeds on simulated logs; minutes, so on demand:
+//! Does the published learning rate train seven layers reliably? Ten seeds on simulated logs;
+//! minutes, so on demand:
 //!
 //! `cargo test --release -p host-tools --test suite network_seeds -- --ignored --nocapture`
 

@@ -1,4 +1,5 @@
-//! Mistakes of somebody's first hour: each ends in one line that names the remedy, and none writes a file.
+//! Mistakes of somebody's first hour: each ends in one line that names the remedy, and none writes
+//! a file.
 
 use crate::common::{Bench, HEADER, ROBOT, drive, excerpt, fitted};
 

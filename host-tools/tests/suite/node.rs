@@ -1,4 +1,5 @@
-//! `gmr node`: what it says is what `gmr estimate` says; a DDS peer that is not ours hears and feeds it.
+//! `gmr node`: what it says is what `gmr estimate` says; a DDS peer that is not ours hears and
+//! feeds it.
 
 use std::path::Path;
 use std::process::Command;
@@ -179,7 +180,8 @@ fn a_peer_that_is_not_ours_hears_and_feeds_it() {
     assert!(output.status.success(), "{}\n{said}", output.status);
 }
 
-/// A sensor the other way round, or a number that no robot draws, is left out, counted, and no power.
+/// A sensor the other way round, or a number that no robot draws, is left out, counted, and no
+/// power.
 #[test]
 fn a_power_that_no_robot_draws_is_left_out() {
     let bench = bench();

@@ -9,8 +9,8 @@ fn predict(bench: &Bench, plan: &str, more: &[&str]) -> Value {
     bench.json(&[&all[..], more].concat())
 }
 
-/// 20 s at 0.12 m/s from the start on: P of both wheels at v/r, nothing accelerating. A slope adds m g sin θ r / 2 to each wheel's
-/// torque, times g4; the mass alone is what it is uncertain by.
+/// 20 s at 0.12 m/s from the start on: P of both wheels at v/r, nothing accelerating. A slope adds
+/// m g sin θ r / 2 to each wheel's torque, times g4; the mass alone is what it is uncertain by.
 #[test]
 fn an_even_speed_costs_what_the_model_says() {
     let bench = fitted();
@@ -38,7 +38,8 @@ fn an_even_speed_costs_what_the_model_says() {
     );
 }
 
-/// 1 m at 0.1 m/s with ramps of 0.5 m/s² takes 10.2 s; a half turn on the spot by rims at the same acceleration first.
+/// 1 m at 0.1 m/s with ramps of 0.5 m/s² takes 10.2 s; a half turn on the spot by rims at the same
+/// acceleration first.
 #[test]
 fn legs_are_driven_within_the_limits() {
     let bench = fitted();
@@ -142,7 +143,8 @@ fn what_is_no_plan_is_refused_in_one_line() {
     refused("flat.csv", &["--mass", "2", "--charge", "0.8"], 1, "expected --static-power");
 }
 
-/// Two wheels of 0.1 m straight ahead, speeding up and slowing down, on drives that return what they brake.
+/// Two wheels of 0.1 m straight ahead, speeding up and slowing down, on drives that return what
+/// they brake.
 fn regenerating(mass: f64, seconds: f64) -> (String, [f64; 2]) {
     let (mut text, mut net, mut drawn) =
         ("time_s,wheel1_rad_s,wheel2_rad_s,power_w,mass_kg\n".to_owned(), 0.0, 0.0);
@@ -159,7 +161,8 @@ fn regenerating(mass: f64, seconds: f64) -> (String, [f64; 2]) {
     (text, [net, drawn])
 }
 
-/// One energy: what `estimate` measures, what it predicts and what `predict` says are what the battery gives less what it takes.
+/// One energy: what `estimate` measures, what it predicts and what `predict` says are what the
+/// battery gives less what it takes.
 #[test]
 fn energy_is_one_where_drives_return_power() {
     let bench = Bench::new();

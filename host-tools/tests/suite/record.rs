@@ -248,7 +248,8 @@ fn whoever_watches_may_stop() {
     assert!((100..116).contains(&recording.rows), "{}", recording.rows);
 }
 
-/// Something else that speaks the protocol: its model, and what it answers to a read of address 512.
+/// Something else that speaks the protocol: its model, and what it answers to a read of address
+/// 512.
 struct Other {
     model: u16,
     version: std::result::Result<u16, Refusal>,
@@ -283,8 +284,8 @@ impl Transport for Other {
     }
 }
 
-/// The stock firmware has the same model number, and nothing at 512: its library reads zeros there or refuses (fact sheet:
-/// D2A slave.cpp).
+/// The stock firmware has the same model number, and nothing at 512: its library reads zeros there
+/// or refuses (fact sheet: D2A slave.cpp).
 #[test]
 fn other_boards_are_told_apart() {
     let stock = "runs the stock firmware";
@@ -409,7 +410,8 @@ mod command {
         assert_samples(&text);
     }
 
-    /// The log is one that the other commands read: rows with an empty column that is not needed count.
+    /// The log is one that the other commands read: rows with an empty column that is not needed
+    /// count.
     #[test]
     fn other_commands_read_the_log() {
         let (bench, terminal) = (Bench::new(), Terminal::new(TestBoard::new()));
@@ -586,7 +588,8 @@ mod command {
         }
     }
 
-    /// What PlotJuggler gets: each look as a datagram, the very line of --json; nobody listening is no fault.
+    /// What PlotJuggler gets: each look as a datagram, the very line of --json; nobody listening is
+    /// no fault.
     #[test]
     fn watching_sends_each_look_where_it_is_told() {
         let mut board = TestBoard::new();
@@ -618,7 +621,8 @@ mod command {
         assert!(ran.code == Some(2) && ran.stderr.contains("--features foxglove"), "{}", ran.stderr);
     }
 
-    /// Windows a second through a pseudo terminal, printed; run with `--release --ignored --nocapture`.
+    /// Windows a second through a pseudo terminal, printed; run with
+    /// `--release --ignored --nocapture`.
     #[test]
     #[ignore = "a measurement"]
     fn throughput() {

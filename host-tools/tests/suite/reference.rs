@@ -1,5 +1,5 @@
-//! Filter, non-negative least squares and the physical fit against SciPy: `reference/make.py` makes the log and the
-//! numbers, by its own filter, kinematics and equations.
+//! Filter, non-negative least squares and the physical fit against SciPy: `reference/make.py` makes
+//! the log and the numbers, by its own filter, kinematics and equations.
 
 use std::path::{Path, PathBuf};
 
@@ -38,8 +38,9 @@ fn fit(arguments: &[&str]) -> Value {
     )
 }
 
-/// Speed, acceleration and power of the rows behind the filter, settling left out: scipy.signal's Butterworth sections, and
-/// the derivative by the trapezium rule. Both round some 50 operations a row; the derivative multiplies by 2/T = 40.
+/// Speed, acceleration and power of the rows behind the filter, settling left out: scipy.signal's
+/// Butterworth sections, and the derivative by the trapezium rule. Both round some 50 operations a
+/// row; the derivative multiplies by 2/T = 40.
 #[test]
 fn the_filter_is_scipys() {
     let robot = Robot::parse(&robot()).unwrap();
@@ -58,8 +59,9 @@ fn the_filter_is_scipys() {
     }
 }
 
-/// scipy.optimize.nnls solves the rows by Householder, we their Gram matrix: with columns of unit size and a condition of
-/// 121 the latter loses 121² = 1.5e4 roundings of 738 sums, 1e-9 at the very most. What is 0 is exactly 0.
+/// scipy.optimize.nnls solves the rows by Householder, we their Gram matrix: with columns of unit
+/// size and a condition of 121 the latter loses 121² = 1.5e4 roundings of 738 sums, 1e-9 at the
+/// very most. What is 0 is exactly 0.
 #[test]
 fn non_negative_least_squares_are_scipys() {
     let report = fit(&["--model", "eq18", "--method", "nnls"]);
@@ -93,11 +95,12 @@ fn projected_gradients_come_close_to_scipys_optimum() {
     );
 }
 
-/// scipy.optimize.least_squares on the same six parameters with bounds at 0. Huber's limit is 4 standard deviations and the
-/// largest of these Gaussian residuals 2.7 (make.py asserts it), so all weights are 1 and the two problems are one. Ours is
-/// done when a round moves no parameter by more than 1e-4 of itself; with the same weights and no wheel clamped, the round
-/// before was the same problem, so what is left is what Levenberg–Marquardt leaves: cost gains below 1e-13 of ΣP², which
-/// with a condition of some 300 is 3e-7 · 300 = 1e-4 in the parameters.
+/// scipy.optimize.least_squares on the same six parameters with bounds at 0. Huber's limit is 4
+/// standard deviations and the largest of these Gaussian residuals 2.7 (make.py asserts it), so all
+/// weights are 1 and the two problems are one. Ours is done when a round moves no parameter by more
+/// than 1e-4 of itself; with the same weights and no wheel clamped, the round before was the same
+/// problem, so what is left is what Levenberg–Marquardt leaves: cost gains below 1e-13 of ΣP²,
+/// which with a condition of some 300 is 3e-7 · 300 = 1e-4 in the parameters.
 #[test]
 fn the_physical_fit_is_scipys_least_squares() {
     let report = fit(&[]);
@@ -118,7 +121,8 @@ fn the_physical_fit_is_scipys_least_squares() {
     assert!((number(&report["rmse_w"]) / rmse - 1.0).abs() < 1e-6, "{rmse}");
 }
 
-/// The truth that the log was made with lies within four of the stated standard errors of every parameter.
+/// The truth that the log was made with lies within four of the stated standard errors of every
+/// parameter.
 #[test]
 fn stated_errors_contain_the_truth_of_the_log() {
     let report = fit(&[]);

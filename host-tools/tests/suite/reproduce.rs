@@ -1,4 +1,5 @@
-//! `gmr reproduce` from the outside: it refuses what it cannot do before it does any work, and the same seeds give the same bytes.
+//! `gmr reproduce` from the outside: it refuses what it cannot do before it does any work, and the
+//! same seeds give the same bytes.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -60,8 +61,9 @@ fn ctrl_c_leaves_nothing_behind() {
     assert_eq!(left(), 0);
 }
 
-/// A reduced reproduction against the committed one, and against itself: every byte of every file. No neural network is in it:
-/// their sums are vectorised differently on other kinds of processors, and training enlarges the last digit.
+/// A reduced reproduction against the committed one, and against itself: every byte of every file.
+/// No neural network is in it: their sums are vectorised differently on other kinds of processors,
+/// and training enlarges the last digit.
 ///
 /// `GMR_BLESS=1 cargo test -p host-tools --test suite reproduce` writes the committed table anew.
 #[test]

@@ -119,7 +119,8 @@ fn a_new_robot_is_one_that_commands_take() {
     bench.put("log.csv", drive(20.0, 50.0, |_| 2.0));
     let ran = bench.done(&["inspect", "--robot", "robot.toml", "log.csv"]);
     assert!(!ran.stdout.is_empty());
-    // What is there is left alone; nobody is asked where nobody can answer; nonsense is refused before it is written.
+    // What is there is left alone; nobody is asked where nobody can answer; nonsense is refused
+    // before it is written.
     assert_eq!(bench.gmr(&flags).code, Some(1));
     let ran = bench.gmr(&["new-robot", "--name", "x", "--out", "other.toml"]);
     assert!(ran.code == Some(2) && ran.stderr.contains("--kinematics is missing"), "{}", ran.stderr);

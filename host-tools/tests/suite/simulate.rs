@@ -61,7 +61,8 @@ fn the_log_has_the_resolution_of_its_sensors() {
     let folder = tempfile::tempdir().unwrap();
     let options = ["--sensors", "servo", "--duration", "20", "--truth"];
     let columns = columns(&write(folder.path(), "a.csv", &options));
-    // INA219 at 12 V: 0.1 mA codes are 1.2 mW. Encoder: whole ticks of 2π/4096 in 5 ms; the log has 1e-7 rad/s.
+    // INA219 at 12 V: 0.1 mA codes are 1.2 mW. Encoder: whole ticks of 2π/4096 in 5 ms; the log has
+    // 1e-7 rad/s.
     let whole =
         |values: &[f64], step: f64| values.iter().all(|x| (x / step - (x / step).round()).abs() < 1e-3);
     assert!(whole(&columns[3], 1.2e-3), "no whole codes of power");
@@ -235,7 +236,8 @@ fn further_columns_tell_command_floor_and_acceleration() {
     };
     assert!(off(command_v, &|l, r| 0.0165 * (l + r)) < 0.05);
     assert!(off(command_omega, &|l, r| 0.033 / 0.16 * (r - l)) < 0.05);
-    // Rest in the first half second on −0.1 rad: uphill is behind, at 0.5 − π; the nose's part of the slope is pitch.
+    // Rest in the first half second on −0.1 rad: uphill is behind, at 0.5 − π; the nose's part of
+    // the slope is pitch.
     let (heading, pitch) = (found[12][0], found[13][0]);
     assert!((heading - (std::f64::consts::PI - 0.5)).abs() < 1e-6, "{heading}");
     assert!((pitch.sin() - 0.1_f64.sin() * heading.cos()).abs() < 1e-6, "{pitch}");
@@ -290,7 +292,8 @@ fn noise_may_have_heavy_tails_and_grow_with_the_power() {
         let columns = columns(&write(folder.path(), "a.csv", &[&still[..], options].concat()));
         columns[3].iter().fold(0.0_f64, |most, noise| most.max(noise.abs()))
     };
-    // 10 001 samples: the largest is at 3.9 σ, seldom above 4.9 (1 %); of t with 3 degrees at √(1/3)·22 = 13 σ.
+    // 10 001 samples: the largest is at 3.9 σ, seldom above 4.9 (1 %); of t with 3 degrees at
+    // √(1/3)·22 = 13 σ.
     assert!(extreme(&[]) < 0.5);
     assert!(extreme(&["--power-noise-tail", "3"]) > 0.7);
     gmr(folder.path(), &["--power-noise-tail", "2", "--out", "x.csv"]).assert().code(2);

@@ -1,5 +1,5 @@
-//! Logs that are not what their columns say: named by `inspect`, warned of by `fit`, read rightly with the remedy; and right logs, of which
-//! nothing is said.
+//! Logs that are not what their columns say: named by `inspect`, warned of by `fit`, read rightly
+//! with the remedy; and right logs, of which nothing is said.
 
 use fit::entrance;
 use logs::robot::Robot;
@@ -46,7 +46,8 @@ const SPEEDS: [&str; 2] = ["wheel1_rad_s", "wheel2_rad_s"];
 const POWER: [&str; 1] = ["power_w"];
 const MASS: [&str; 1] = ["mass_kg"];
 
-/// A log, made wrong in every way, with the kind of what is to be said and the words that name the remedy.
+/// A log, made wrong in every way, with the kind of what is to be said and the words that name the
+/// remedy.
 fn wrong(log: &Log, radius: f64) -> Vec<(&'static str, String, &'static str)> {
     let high = log.rows.iter().map(|row| row[log.place("power_w")]).fold(0.0, f64::max);
     // A second later, by the median step.
@@ -130,7 +131,8 @@ fn a_husky_s_wrong_logs_are_named() {
     assert_named(&bench, "husky", &Log::of(&log), 0.165);
 }
 
-/// What `fit` and `inspect` suspect of a log, of all kinds that are about units, signs, clocks and sensors.
+/// What `fit` and `inspect` suspect of a log, of all kinds that are about units, signs, clocks and
+/// sensors.
 fn suspicions(bench: &Bench, robot: &str, log: &str) -> Vec<String> {
     let (said, _) = findings(bench, robot, log, &[]);
     let words = [
@@ -208,7 +210,8 @@ fn right_logs_are_not_suspected() {
     assert!(judged >= 60, "{judged} logs");
 }
 
-/// Power of zeros is refused where it would be fitted; a right log with the wrong unit given is warned of, too.
+/// Power of zeros is refused where it would be fitted; a right log with the wrong unit given is
+/// warned of, too.
 #[test]
 fn no_power_is_refused_and_a_wrong_remedy_is_named() {
     let bench = Bench::new();
@@ -262,7 +265,8 @@ fn units_are_taken_off_by_every_command() {
     }
 }
 
-/// A wheel's sensor that keeps its value, and a power sensor that does: named by `fit`, which sees rows only.
+/// A wheel's sensor that keeps its value, and a power sensor that does: named by `fit`, which sees
+/// rows only.
 #[test]
 fn a_fit_names_sensors_that_stand_still() {
     let bench = Bench::new();

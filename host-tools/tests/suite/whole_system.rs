@@ -1,8 +1,10 @@
-//! The demo's loop with asserted figures: the firmware's image on the emulated core, the virtual robot around it.
+//! The demo's loop with asserted figures: the firmware's image on the emulated core, the virtual
+//! robot around it.
 //!
-//! Drive empty and fully loaded, record, fit, flash; then drive with a payload that nobody tells the board and that changes. Then
-//! the road slopes, which nobody tells either: the gap is seen on the board, named, flashed, and gone.
-//! Board time runs only while somebody receives, so these figures do not depend on the machine's speed.
+//! Drive empty and fully loaded, record, fit, flash; then drive with a payload that nobody tells
+//! the board and that changes. Then the road slopes, which nobody tells either: the gap is seen on
+//! the board, named, flashed, and gone. Board time runs only while somebody receives, so these
+//! figures do not depend on the machine's speed.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -79,7 +81,8 @@ impl System {
         .unwrap();
         assert!(matches!(recording.ending, Ending::Complete), "{:?}", recording.ending);
         assert_eq!(recording.lost, 0);
-        // The first sample is late by the start of the inertial sensor: the time since it ends with one more.
+        // The first sample is late by the start of the inertial sensor: the time since it ends with
+        // one more.
         assert!((200 * seconds..=200 * seconds + 1).contains(&recording.rows), "{recording:?}");
         // Before their first conversion, and before the servos are known.
         assert!(recording.incomplete <= 3, "{recording:?}");
@@ -193,8 +196,8 @@ fn train(folder: &TempDir) -> (String, String, Coefficients<f32, 2>) {
     (robot_file, coefficients, fitted)
 }
 
-/// Mass within 3 % from 25 s after each change on, power within 5 % (MAPE), the change noticed within 10 s, no deadline missed, and
-/// the board's estimates those of the host's replay.
+/// Mass within 3 % from 25 s after each change on, power within 5 % (MAPE), the change noticed
+/// within 10 s, no deadline missed, and the board's estimates those of the host's replay.
 #[test]
 fn the_board_finds_a_payload_that_nobody_told_it() {
     let folder = TempDir::new().unwrap();
@@ -255,8 +258,9 @@ fn the_board_finds_a_payload_that_nobody_told_it() {
 
 /// The board's columns are the replay's.
 ///
-/// Single precision against double. What a filter at 1/50 of the sample rate keeps of a constant is off by up to 250 roundings
-/// (1 / (1 + a1 + a2)), 1.5e-5; a mass passes two of them, and sums of 5,000 samples.
+/// Single precision against double. What a filter at 1/50 of the sample rate keeps of a constant is
+/// off by up to 250 roundings (1 / (1 + a1 + a2)), 1.5e-5; a mass passes two of them, and sums of
+/// 5,000 samples.
 fn assert_equal(board: &Value) {
     let number = |key: &str| board[key].as_f64().unwrap();
     assert_eq!(number("disagreements"), 0.0, "{board:#}");
@@ -264,10 +268,12 @@ fn assert_equal(board: &Value) {
     assert!(number("power_difference_w") <= 1e-4 * number("largest_power_w"), "{board:#}");
 }
 
-/// A road that rises ahead by 0.02, a hundredth of the weight more than rolling resistance: on the board the power is off by it.
+/// A road that rises ahead by 0.02, a hundredth of the weight more than rolling resistance: on the
+/// board the power is off by it.
 const SLOPE: Option<&str> = Some("grade=0.02:along=travel");
 
-/// Drives on the slope: training and test drives in turn, so that locked runs and open ones meet both.
+/// Drives on the slope: training and test drives in turn, so that locked runs and open ones meet
+/// both.
 const SLOPES: [(ProfileKind, &str, u64); 4] = [
     (ProfileKind::Training, "1", 11),
     (ProfileKind::Test, "3", 12),
@@ -275,8 +281,9 @@ const SLOPES: [(ProfileKind, &str, u64); 4] = [
     (ProfileKind::Test, "6", 14),
 ];
 
-/// The gap on the board's own records is named, the slope goes into the coefficients, and the same drive again has no gap: the error is
-/// what it is on level ground. What the board computes with the effect is what the replay does.
+/// The gap on the board's own records is named, the slope goes into the coefficients, and the same
+/// drive again has no gap: the error is what it is on level ground. What the board computes with
+/// the effect is what the replay does.
 #[test]
 fn a_slope_that_nobody_told_is_named_flashed_and_gone() {
     let Trained { folder, robot, coefficients, fitted } = trained();

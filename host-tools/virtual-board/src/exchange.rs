@@ -1,4 +1,5 @@
-//! The robot's end of the exchange with the virtual board: requests in, answers out. No I/O; see [`firmware::exchange`].
+//! The robot's end of the exchange with the virtual board: requests in, answers out. No I/O; see
+//! [`firmware::exchange`].
 
 use std::collections::VecDeque;
 

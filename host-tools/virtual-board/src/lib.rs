@@ -1,4 +1,5 @@
-//! The firmware on an emulated core, and around it the simulated robot with the chips that the firmware talks to.
+//! The firmware on an emulated core, and around it the simulated robot with the chips that the
+//! firmware talks to.
 //!
 //! ```text
 //! board ── qemu, pipes ── exchange ─┬─ robot ─┬─ ina219_chip  power sensors, register by register
@@ -8,8 +9,8 @@
 //!                                   └─ flash  the store's sectors
 //! ```
 //!
-//! It runs on Linux. What needs no emulator, FIFO or pseudo terminal runs anywhere. The plant and its power tree
-//! stay in [`plant`]: the paper's experiment reads the same rails without a board.
+//! It runs on Linux. What needs no emulator, FIFO or pseudo terminal runs anywhere. The plant and
+//! its power tree stay in [`plant`]: the paper's experiment reads the same rails without a board.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
 #[cfg(target_os = "linux")]

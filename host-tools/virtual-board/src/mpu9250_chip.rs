@@ -1,7 +1,8 @@
-//! The inertial sensor TDK MPU-9250 as its bus sees it: registers, ranges, and what it feels of the robot.
+//! The inertial sensor TDK MPU-9250 as its bus sees it: registers, ranges, and what it feels of the
+//! robot.
 //!
-//! Sources: product specification PS-MPU-9250A-01 and register map RM-MPU-9250A-00. Its magnetometer is not modelled: the firmware does
-//! not read it.
+//! Sources: product specification PS-MPU-9250A-01 and register map RM-MPU-9250A-00. Its
+//! magnetometer is not modelled: the firmware does not read it.
 
 /// Registers of the map that do something here.
 mod register {
@@ -27,8 +28,8 @@ const REGISTERS: usize = 128;
 
 /// Zero-rate output, degrees a second: ±5 at 25 °C (Table 1). A device of the middle.
 const BIAS_DEG_S: [f64; 3] = [-3.0, 2.0, 1.5];
-/// Noise of a reading behind the filter of 41 Hz that the firmware sets: densities of 0.01 °/s and 300 µg per √Hz (Tables 1 and 2), by
-/// the root of the noise bandwidth, 1.57 · 41 Hz.
+/// Noise of a reading behind the filter of 41 Hz that the firmware sets: densities of 0.01 °/s and
+/// 300 µg per √Hz (Tables 1 and 2), by the root of the noise bandwidth, 1.57 · 41 Hz.
 const NOISE_DEG_S: f64 = 0.080;
 const NOISE_G: f64 = 0.002_4;
 const GRAVITY_M_S2: f64 = 9.806_65;
@@ -80,7 +81,8 @@ impl Mpu9250Chip {
         answer
     }
 
-    /// A new reading, which comes every millisecond as it is set up. `noise` gives a normal deviate of unit variance.
+    /// A new reading, which comes every millisecond as it is set up. `noise` gives a normal deviate
+    /// of unit variance.
     pub fn feel(&mut self, felt: Felt, mut noise: impl FnMut() -> f64) {
         if self.get(register::POWER) & SLEEP != 0 {
             return;
@@ -124,7 +126,8 @@ mod tests {
         std::array::from_fn(|axis| i16::from_be_bytes([answer[1 + 2 * axis], answer[2 + 2 * axis]]))
     }
 
-    /// Register map: identity, resets, addresses that count on, and an identity that nobody can write.
+    /// Register map: identity, resets, addresses that count on, and an identity that nobody can
+    /// write.
     #[test]
     fn registers_are_those_of_the_map() {
         let mut chip = Mpu9250Chip::default();
@@ -138,7 +141,8 @@ mod tests {
         assert_eq!(chip.transact(&[0x75 | READ, 0]), [0, 0x71]);
     }
 
-    /// Sensitivities (Tables 1 and 2): 131 counts per °/s and 16,384 per g, halved with every range.
+    /// Sensitivities (Tables 1 and 2): 131 counts per °/s and 16,384 per g, halved with every
+    /// range.
     #[test]
     fn readings_are_in_the_range_that_is_set() {
         for range in 0..4_u8 {

@@ -22,13 +22,15 @@ pub const SENSOR_ADDRESSES: [u8; RAILS] = [0x40, 0x41, 0x44, 0x45];
 /// Their shunts, Ω: those of common modules.
 const SHUNT_OHM: f64 = 0.1;
 
-/// What a supply's reading scatters by itself, W: computer and scanner have no drives that chop their current. An assumption.
+/// What a supply's reading scatters by itself, W: computer and scanner have no drives that chop
+/// their current. An assumption.
 const QUIET_NOISE_W: f64 = 0.01;
 
 /// Settings beside the scenario.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RobotOptions {
-    /// Standard deviation of a power reading of motors and battery, W, as `gmr simulate --sensors servo` has it.
+    /// Standard deviation of a power reading of motors and battery, W, as `gmr simulate --sensors
+    /// servo` has it.
     pub power_noise_w: f64,
     /// The laser scanner turns.
     pub lidar: bool,
@@ -68,7 +70,8 @@ impl VirtualRobot {
     /// A robot at rest. Sampling rate, sensors and static power of the scenario have no part in it.
     ///
     /// # Errors
-    /// What [`Lockstep::new`] finds; a noise that is negative or not finite; a charge beyond 0 and 1.
+    /// What [`Lockstep::new`] finds; a noise that is negative or not finite; a charge beyond 0 and
+    /// 1.
     pub fn new(scenario: Scenario, options: RobotOptions) -> Result<Self> {
         let RobotOptions { power_noise_w, lidar, driven_by_board, charge } = options;
         if !(power_noise_w >= 0.0 && power_noise_w.is_finite()) {
@@ -247,8 +250,9 @@ mod tests {
         assert!(once != heard(&mut robot(8, 0.1)));
     }
 
-    /// Power from the registers, summed up, is the energy that the rail gave: each reading stands for its 4.256 ms, of which the
-    /// shunt sees the first half. Over 20 s of driving, within 0.5 % (sampled half of the time, quantised to 0.1 mA and 4 mV).
+    /// Power from the registers, summed up, is the energy that the rail gave: each reading stands
+    /// for its 4.256 ms, of which the shunt sees the first half. Over 20 s of driving, within 0.5 %
+    /// (sampled half of the time, quantised to 0.1 mA and 4 mV).
     #[test]
     fn the_sensors_measure_what_the_rails_give() {
         let mut robot = robot(3, 0.0);
@@ -273,8 +277,9 @@ mod tests {
         assert!(truth.actuation_j > 5.0);
     }
 
-    /// 0.1 W at 12 V and no motion: readings scatter by 8.3 mA, 83 codes. 2000 readings: the standard deviation within 1.6 %, four
-    /// of them 6.4 %; the computer, ten times quieter at 5 V, by 2 mA.
+    /// 0.1 W at 12 V and no motion: readings scatter by 8.3 mA, 83 codes. 2000 readings: the
+    /// standard deviation within 1.6 %, four of them 6.4 %; the computer, ten times quieter at 5 V,
+    /// by 2 mA.
     #[test]
     fn readings_scatter_as_asked() {
         let scenario =
@@ -299,7 +304,8 @@ mod tests {
         robot.driven_by_board = true;
         robot.advance_to(10_000);
         let before = robot.truth().rails[1].power_w;
-        // Write 1 to register 64 of ID 1 (checksum by the codec's tests' vectors: taken from the codec).
+        // Write 1 to register 64 of ID 1 (checksum by the codec's tests' vectors: taken from the
+        // codec).
         let mut buffer = [0; 32];
         let packet = firmware::dynamixel::packet::encode(
             1,
@@ -334,7 +340,8 @@ mod tests {
         }
     }
 
-    /// On the spot by 100 counts of 0.229 rev/min: 0.033 m over 0.160 m of 2 · 2.398 rad/s, in counts of 500 °/s / 32,768, with the bias.
+    /// On the spot by 100 counts of 0.229 rev/min: 0.033 m over 0.160 m of 2 · 2.398 rad/s, in
+    /// counts of 500 °/s / 32,768, with the bias.
     #[test]
     fn the_inertial_sensor_feels_what_the_robot_does() {
         let scenario =

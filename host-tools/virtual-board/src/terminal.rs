@@ -1,4 +1,5 @@
-//! The virtual board's link as a pseudo terminal: what a serial port is to a program that expects one.
+//! The virtual board's link as a pseudo terminal: what a serial port is to a program that expects
+//! one.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write};
@@ -37,7 +38,8 @@ pub enum Heard {
 }
 
 impl VirtualTerminal {
-    /// A new pseudo terminal that passes every byte as it is; with a symbolic link to it, if a path is given.
+    /// A new pseudo terminal that passes every byte as it is; with a symbolic link to it, if a path
+    /// is given.
     ///
     /// # Errors
     /// The system has no more, or the link's place is taken.
@@ -47,7 +49,8 @@ impl VirtualTerminal {
         Ok(terminal)
     }
 
-    /// As [`Self::open`]; its link comes with [`Self::show`]. Programs take a link for a board that answers.
+    /// As [`Self::open`]; its link comes with [`Self::show`]. Programs take a link for a board that
+    /// answers.
     ///
     /// # Errors
     /// As [`Self::open`].
@@ -129,7 +132,8 @@ impl VirtualTerminal {
 /// Waits until the client of one of the terminals sends something, at most `limit`.
 pub fn wait_for_any<const N: usize>(terminals: [&VirtualTerminal; N], limit: Duration) {
     let begun = Instant::now();
-    // Without a client, hanging up is reported at once, and again and again: such a terminal is looked at every now and then.
+    // Without a client, hanging up is reported at once, and again and again: such a terminal is
+    // looked at every now and then.
     let mut entries =
         terminals.map(|terminal| PollFd::from_borrowed_fd(terminal.master.as_fd(), PollFlags::IN));
     loop {

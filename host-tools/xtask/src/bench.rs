@@ -35,7 +35,8 @@ const BENCHES: [(&str, Measure); 16] = [
 /// What takes an hour or a night is measured only where it is asked for by name.
 const NIGHTLY: [&str; 3] = ["gap", "gap-mujoco", "leaderboard"];
 
-/// Measures one of them, or all but those. True when every figure was reached; `None` for a name that there is not.
+/// Measures one of them, or all but those. True when every figure was reached; `None` for a name
+/// that there is not.
 pub(crate) fn run(name: Option<&str>) -> Option<bool> {
     let asked = |known: &str| name.map_or(!NIGHTLY.contains(&known), |name| name == known);
     let chosen: Vec<_> = BENCHES.iter().filter(|(known, _)| asked(known)).collect();

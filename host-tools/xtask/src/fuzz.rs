@@ -1,8 +1,9 @@
 //! `cargo xtask fuzz`: libFuzzer over the readers of files and packets, on the stable toolchain.
 //!
-//! The counters at the branches are LLVM's, by flags that stable rustc takes; no sanitizer: safe Rust's own checks find what there is to
-//! find, and overflow counts as a fault. Not part of `cargo xtask test`: the counters mean another build of everything, minutes. That
-//! has `host-tools/tests/suite/fuzz.rs`, over the same targets.
+//! The counters at the branches are LLVM's, by flags that stable rustc takes; no sanitizer: safe
+//! Rust's own checks find what there is to find, and overflow counts as a fault. Not part of `cargo
+//! xtask test`: the counters mean another build of everything, minutes. That has
+//! `host-tools/tests/suite/fuzz.rs`, over the same targets.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -76,8 +77,8 @@ pub(crate) fn run(request: &Request<'_>) -> bool {
     result.is_ok()
 }
 
-/// Each of these targets, its executions dealt to as many processes as there are cores. They share what they find, and begin at seeds of
-/// their own; what each says stands in a file.
+/// Each of these targets, its executions dealt to as many processes as there are cores. They share
+/// what they find, and begin at seeds of their own; what each says stands in a file.
 ///
 /// # Errors
 /// An input made a target fail; it cannot be built or started.

@@ -1,4 +1,5 @@
-//! `cargo xtask bench gap`: what the gap workflow names of effects that two plants hide, one of ours and one that shares nothing with it.
+//! `cargo xtask bench gap`: what the gap workflow names of effects that two plants hide, one of
+//! ours and one that shares nothing with it.
 
 use std::process::{Command, Stdio};
 
@@ -11,8 +12,8 @@ use crate::steps::{Steps, Stop, command};
 /// The second judge.
 const JUDGE: &str = "host-tools/tests/reference/gap_judge";
 
-/// All 21 effects at half the noise, each with ten seeds; effect-free sets; what the dictionary lacks; and the coverage of the mass interval
-/// once the effects are added.
+/// All 21 effects at half the noise, each with ten seeds; effect-free sets; what the dictionary
+/// lacks; and the coverage of the mass interval once the effects are added.
 const OWN: [&str; 2] = [
     "gap-bench --first-seed 101 --seeds 10 --sizes 0.5 --free 100 --removed 2",
     "gap-bench --first-seed 201 --seeds 2 --sizes 1 --free 0 --coverage",
@@ -25,7 +26,8 @@ const KINDS: [(&str, &str); 3] = [
     ("foreign", "--kind foreign --sizes 1 --seeds 0 1"),
 ];
 
-/// Writes both tables: docs/results/gap-bench.txt and docs/results/gap-judge.txt. A night's work on two cores.
+/// Writes both tables: docs/results/gap-bench.txt and docs/results/gap-judge.txt. A night's work on
+/// two cores.
 pub(crate) fn run(steps: &mut Steps) -> Result<(), Stop> {
     steps.run("gmr", command("cargo build --quiet --release --package host-tools --bin gmr"))?;
     let gmr = target_folder().join("release/gmr");
@@ -64,7 +66,8 @@ pub(crate) fn run(steps: &mut Steps) -> Result<(), Stop> {
 /// What other ways to find a gap need from PyPI, beside the judge.
 const RIVALS: [&str; 2] = ["pysindy>=2", "scikit-learn>=1.5"];
 
-/// `gmr gap` beside other ways to find what a model lacks, on the same sets: docs/results/gap-leaderboard.txt.
+/// `gmr gap` beside other ways to find what a model lacks, on the same sets:
+/// docs/results/gap-leaderboard.txt.
 pub(crate) fn leaderboard(steps: &mut Steps) -> Result<(), Stop> {
     steps.run("gmr", command("cargo build --quiet --release --package host-tools --bin gmr"))?;
     let python = python()?;

@@ -1,16 +1,19 @@
-//! `cargo xtask bench instructions`: what a sample costs on the board's core, counted on the emulated one.
+//! `cargo xtask bench instructions`: what a sample costs on the board's core, counted on the
+//! emulated one.
 
 use std::process::Command;
 
 use crate::set_up::{self, Consent, TARGET, TargetCargo};
 use crate::steps::{Steps, Stop, command_line};
 
-/// Most instructions that a sample may take in the median, and most that one may take which closes a second.
+/// Most instructions that a sample may take in the median, and most that one may take which closes
+/// a second.
 const GOAL: Counts = Counts { median: 300, closing: 1_200 };
 /// What hand-written C takes for the same way of a sample, without the change detector.
 const C: Counts = Counts { median: 174, closing: 764 };
 
-/// An instruction takes 1,024 ns of the emulator's time: the image counts by that (tests/images/counting/counter.rs).
+/// An instruction takes 1,024 ns of the emulator's time: the image counts by that
+/// (tests/images/counting/counter.rs).
 const EMULATOR: &str = "qemu-system-arm -cpu cortex-m7 -machine mps2-an500 -nographic -icount shift=10 \
                         -semihosting-config enable=on,target=native -kernel";
 
@@ -31,7 +34,8 @@ struct Measured {
 }
 
 impl Measured {
-    /// From `cost: NAME, B buckets: median 1 p95 1 closing 1 closing-worst 1 worst 1`; `None` for other lines.
+    /// From `cost: NAME, B buckets: median 1 p95 1 closing 1 closing-worst 1 worst 1`; `None` for
+    /// other lines.
     fn from_line(line: &str) -> Option<Self> {
         let (what, figures) = line.strip_prefix("cost: ")?.rsplit_once(": ")?;
         let words: Vec<&str> = figures.split_whitespace().collect();
@@ -122,7 +126,8 @@ const HEAD: &str = "\
 # The bench says where it finds otherwise; GMR_BLESS=1 writes this file anew. `gmr reproduce` reckons with it.
 ";
 
-/// Says which figures are not the committed ones, or commits these. Another compiler may well find others: that is no failure.
+/// Says which figures are not the committed ones, or commits these. Another compiler may well find
+/// others: that is no failure.
 fn compare_with_committed(measured: &[Measured]) -> Result<(), Stop> {
     let file = crate::paths::root().join(COMMITTED);
     let refused = |error: std::io::Error| Stop::new(format!("{COMMITTED}: {error}"));

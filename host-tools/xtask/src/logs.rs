@@ -1,4 +1,5 @@
-//! `cargo xtask bench logs`: a gigabyte of the same drive in every format, fitted, by the scripts in host-tools/benches/logs.
+//! `cargo xtask bench logs`: a gigabyte of the same drive in every format, fitted, by the scripts
+//! in host-tools/benches/logs.
 
 use std::process::Command;
 

@@ -1,4 +1,5 @@
-//! `cargo xtask bench predict`: energy of tasks that nobody has driven yet, by the scripts in host-tools/benches/predict.
+//! `cargo xtask bench predict`: energy of tasks that nobody has driven yet, by the scripts in
+//! host-tools/benches/predict.
 
 use crate::paths::target_folder;
 use crate::robots::{DATA, keep, script, text_of};

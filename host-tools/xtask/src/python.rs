@@ -22,7 +22,8 @@ const LOGS: &str = "host-tools/benches/logs/requirements.txt";
 /// What the clients of a live view need.
 const LIVE: &str = "host-tools/tests/live/requirements.txt";
 
-/// The environment that `host-tools/python/tests/pytest.rs` looks for; made anew where the requirements have changed.
+/// The environment that `host-tools/python/tests/pytest.rs` looks for; made anew where the
+/// requirements have changed.
 ///
 /// # Errors
 /// No Python, or packages that cannot be had.
@@ -122,7 +123,8 @@ pub(crate) fn build() -> Result<PathBuf, Stop> {
     wheel.ok_or_else(|| Stop::new(format!("{}: no wheel", folder.display())))
 }
 
-/// Builds the wheel, installs it into an environment that has nothing else, and runs the example of the README there.
+/// Builds the wheel, installs it into an environment that has nothing else, and runs the example of
+/// the README there.
 pub(crate) fn wheel() -> Result<(), Stop> {
     let wheel = build()?;
     let elsewhere = fresh(&paths::target_folder().join("python/fresh"))?;

@@ -1,5 +1,5 @@
-//! `cargo xtask bench robots`, `floors` and `gap-mujoco`: the models and the gap workflow on robots that are not ours, by the scripts in
-//! host-tools/benches/robots.
+//! `cargo xtask bench robots`, `floors` and `gap-mujoco`: the models and the gap workflow on robots
+//! that are not ours, by the scripts in host-tools/benches/robots.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};

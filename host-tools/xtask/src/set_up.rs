@@ -18,7 +18,8 @@ pub(crate) enum Consent {
     Given,
 }
 
-/// cargo as it builds for [`TARGET`]: another toolchain than rustup's, where the variable BOARD_TOOLCHAIN names one.
+/// cargo as it builds for [`TARGET`]: another toolchain than rustup's, where the variable
+/// BOARD_TOOLCHAIN names one.
 pub(crate) struct TargetCargo {
     toolchain: Option<String>,
 }
@@ -101,7 +102,8 @@ pub(crate) fn java(consent: Consent) -> Result<(), Stop> {
     program("java", "default-jre-headless", missing, consent)
 }
 
-/// A browser without a screen, for the page of `gmr gap --report`. Without one its test is skipped: nothing else needs it.
+/// A browser without a screen, for the page of `gmr gap --report`. Without one its test is skipped:
+/// nothing else needs it.
 pub(crate) fn browser(consent: Consent) {
     let names = ["chromium", "chromium-browser", "google-chrome", "chrome"];
     if names.iter().any(|name| answer(&format!("{name} --version")).is_some()) {
@@ -157,7 +159,8 @@ fn is_yes(said: &str) -> bool {
     ["y", "yes"].contains(&said.trim().to_lowercase().as_str())
 }
 
-/// Whether the database of advisories is there, fetched now: not every machine that builds this project reaches it.
+/// Whether the database of advisories is there, fetched now: not every machine that builds this
+/// project reaches it.
 pub(crate) fn advisories(deny: &Path) -> bool {
     let mut fetch = Command::new(deny);
     fetch.args(["fetch", "db"]);

@@ -29,7 +29,8 @@ pub(crate) struct Steps {
     tests: Tally,
 }
 
-/// Does a list of steps, and says how long each took and why the list ended early. True when it did not.
+/// Does a list of steps, and says how long each took and why the list ended early. True when it did
+/// not.
 pub(crate) fn carried_out(work: impl FnOnce(&mut Steps) -> Result<(), Stop>) -> bool {
     let mut steps = Steps::default();
     let result = work(&mut steps);
@@ -70,8 +71,8 @@ impl Tally {
         self.skipped.iter().map(String::as_str)
     }
 
-    /// Adds `test result: ok. 3 passed; 0 failed; …`, the summary of libtest and of our images, or what a skipped test says, wherever in
-    /// the line it does. Other lines count nothing.
+    /// Adds `test result: ok. 3 passed; 0 failed; …`, the summary of libtest and of our images, or
+    /// what a skipped test says, wherever in the line it does. Other lines count nothing.
     fn add_line(&mut self, line: &str) {
         if let Some((_, said)) = line.split_once(SKIPPED) {
             self.skipped.insert(said.trim_end().to_owned());
@@ -105,7 +106,8 @@ impl Steps {
         if status.success() { Ok(()) } else { Err(Stop::new(format!("{line}\n   {status}"))) }
     }
 
-    /// Runs `command` as the step `name` while `beside` runs on another core; what that says is shown behind.
+    /// Runs `command` as the step `name` while `beside` runs on another core; what that says is
+    /// shown behind.
     pub(crate) fn run_beside(
         &mut self,
         name: &str,
@@ -215,7 +217,8 @@ mod tests {
         assert_eq!((tally.passed(), tally.failed, tally.skipped()), (19, 1, 3));
     }
 
-    /// The harness counts them as passed: they are taken off, each once, wherever in the line it says so.
+    /// The harness counts them as passed: they are taken off, each once, wherever in the line it
+    /// says so.
     #[test]
     fn skipped_tests_are_not_passed_ones() {
         let mut tally = Tally::default();

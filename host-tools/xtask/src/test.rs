@@ -11,8 +11,9 @@ use crate::steps::{Steps, Stop, command, command_line};
 /// A second of the emulated chip takes ten, on one core.
 const LONGEST_TEST: &str = "samples_at_200_hz";
 
-/// One set for all that is about the host: a second one would compile large libraries again. Not --all-features: what talks to a
-/// debug probe has no test without one, and its library takes minutes (`cargo clippy -p host-tools --features probe`).
+/// One set for all that is about the host: a second one would compile large libraries again.
+/// Not --all-features: what talks to a debug probe has no test without one, and its library takes
+/// minutes (`cargo clippy -p host-tools --features probe`).
 const HOST_FEATURES: &str = "--features on-target-tests/system";
 
 /// Images that must not pass, and what each has to say.
@@ -174,9 +175,11 @@ fn fails_with(target: &TargetCargo, arguments: &str, expected: &str) -> Result<(
     Ok(())
 }
 
-/// The compiler knows that the board's core computes in single precision only: arithmetic in f64 calls a function.
+/// The compiler knows that the board's core computes in single precision only: arithmetic in f64
+/// calls a function.
 ///
-/// The emulated core has both and would not show the fault that a board reports (.cargo/config.toml, -fp64).
+/// The emulated core has both and would not show the fault that a board reports
+/// (.cargo/config.toml, -fp64).
 fn no_double_precision() -> Result<(), Stop> {
     let image = crate::paths::target_folder().join(TARGET).join("release/no-panic");
     let bytes = std::fs::read(&image).map_err(|error| Stop::new(format!("{}: {error}", image.display())))?;

@@ -1,5 +1,5 @@
-//! `cargo xtask test-fleet`: sums on engines of many machines, Spark and Ray, as processes of their own on this one, and logs in a bucket.
-//! Minutes, and no part of `cargo xtask test`.
+//! `cargo xtask test-fleet`: sums on engines of many machines, Spark and Ray, as processes of their
+//! own on this one, and logs in a bucket. Minutes, and no part of `cargo xtask test`.
 
 use std::path::Path;
 use std::process::Command;

@@ -1,5 +1,5 @@
-//! `cargo xtask test-live`: `gmr record --foxglove` beside WebSocket clients that are not ours. No part of `cargo xtask test`: the feature is
-//! another build of host-tools.
+//! `cargo xtask test-live`: `gmr record --foxglove` beside WebSocket clients that are not ours. No
+//! part of `cargo xtask test`: the feature is another build of host-tools.
 
 use crate::python;
 use crate::steps::{Steps, Stop, carried_out, command};

@@ -1,5 +1,6 @@
-//! `cargo xtask test-node`: `gmr node` beside a DDS peer that is not ours, in real time and over this machine's network. No part of
-//! `cargo xtask test`, where it is skipped and counted: who else multicasts there, nobody knows.
+//! `cargo xtask test-node`: `gmr node` beside a DDS peer that is not ours, in real time and over
+//! this machine's network. No part of `cargo xtask test`, where it is skipped and counted: who else
+//! multicasts there, nobody knows.
 
 use crate::python;
 use crate::steps::{Steps, Stop, carried_out, command};

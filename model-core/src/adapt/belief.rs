@@ -1,8 +1,10 @@
-//! What is believed of mass and ground: a Kalman filter with three states, in information form per bucket.
+//! What is believed of mass and ground: a Kalman filter with three states, in information form per
+//! bucket.
 //!
-//! State and covariance are in units of what was believed at first, so that the prior is the unit matrix and single precision
-//! has no large numbers to fight with. Ground drifts as a Gauss–Markov process about what the fit found, its standard deviation
-//! 1 whatever the time; of the mass the belief fades, and never goes beyond the prior.
+//! State and covariance are in units of what was believed at first, so that the prior is the unit
+//! matrix and single precision has no large numbers to fight with. Ground drifts as a Gauss–Markov
+//! process about what the fit found, its standard deviation 1 whatever the time; of the mass the
+//! belief fades, and never goes beyond the prior.
 
 use crate::real::Real;
 
@@ -12,8 +14,8 @@ pub const STATES: usize = 3;
 /// A symmetric matrix by rows.
 pub type Matrix<T> = [[T; STATES]; STATES];
 
-/// What samples say: Σ J Jᵀ and Σ J e over the residual's variance, J being the slopes of the power by the states and e what
-/// was measured beyond the prediction at the state in hand.
+/// What samples say: Σ J Jᵀ and Σ J e over the residual's variance, J being the slopes of the power
+/// by the states and e what was measured beyond the prediction at the state in hand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence<T> {
     /// Σ J Jᵀ / σ².
@@ -67,7 +69,8 @@ impl<T: Real> Default for Belief<T> {
 }
 
 impl<T: Real> Belief<T> {
-    /// Mass, rolling resistance and scrub beyond what was believed at first, in units of how sure that was.
+    /// Mass, rolling resistance and scrub beyond what was believed at first, in units of how sure
+    /// that was.
     pub fn state(&self) -> [T; STATES] {
         self.state
     }
@@ -77,14 +80,16 @@ impl<T: Real> Belief<T> {
         self.covariance
     }
 
-    /// Time passes: what is known of the ground decays by `ground` (e^(−Δt/τ)), what is known of the mass by `mass`.
+    /// Time passes: what is known of the ground decays by `ground` (e^(−Δt/τ)), what is known of
+    /// the mass by `mass`.
     pub fn pass(&mut self, mass: T, ground: T) {
         let [m, rolling, scrub] = self.state;
         self.state = [m, ground * rolling, ground * scrub];
         let [[mm, mr, ms], [_, rr, rs], [_, _, ss]] = self.covariance;
         let (square, fade) = (ground * ground, T::ONE / mass);
         let spread = T::ONE - square;
-        // Never wider than the prior: a mass of which nothing new is heard may be anywhere, not everywhere.
+        // Never wider than the prior: a mass of which nothing new is heard may be anywhere, not
+        // everywhere.
         let mm_later = (mm * fade).at_most(T::ONE.at_least(mm));
         // A mass that somebody told has no variance, and keeps none.
         let across = if mm > T::ZERO { ground * (mm_later / mm).sqrt() } else { T::ZERO };

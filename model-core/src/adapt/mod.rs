@@ -1,10 +1,12 @@
-//! Ground that changes along the way: rolling resistance and scrub adapt slowly, beside an unknown mass.
+//! Ground that changes along the way: rolling resistance and scrub adapt slowly, beside an unknown
+//! mass.
 //!
-//! On another floor the torque per kilogram that rolling and scrub take is another, and a mass that is told by them is wrong.
-//! Inertia (and grade, where an effect has it) tell the mass whatever the floor. [`Adaptive`] believes all three at once
-//! ([`belief::Belief`]): ground as what the fit found plus a drift with a memory of about a minute, the mass as anything within the
-//! robot's range, of which old evidence fades over the window. Where a drive cannot tell them apart, the covariance says so, and
-//! with it the interval of the mass.
+//! On another floor the torque per kilogram that rolling and scrub take is another, and a mass that
+//! is told by them is wrong. Inertia (and grade, where an effect has it) tell the mass whatever the
+//! floor. [`Adaptive`] believes all three at once ([`belief::Belief`]): ground as what the fit
+//! found plus a drift with a memory of about a minute, the mass as anything within the robot's
+//! range, of which old evidence fades over the window. Where a drive cannot tell them apart, the
+//! covariance says so, and with it the interval of the mass.
 
 pub mod belief;
 
@@ -94,7 +96,8 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
     /// For samples `period_s` apart, believing anew every `bucket_s`.
     ///
     /// # Errors
-    /// Another model than the signed one, or effects; a filter cutoff or a delay that this rate cannot have.
+    /// Another model than the signed one, or effects; a filter cutoff or a delay that this rate
+    /// cannot have.
     pub fn new(
         coefficients: &Coefficients<T, N>,
         ground: &Ground<T>,
@@ -107,7 +110,8 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
             return Err(Unfit::Model);
         }
         let left = |time: T| (-(T::from_f64(bucket_s) / time)).exp();
-        // Coulomb's torque and rolling resistance are told apart by the mass only: a floor changes what both give together.
+        // Coulomb's torque and rolling resistance are told apart by the mass only: a floor changes
+        // what both give together.
         let rolling = torque.rolling + torque.coulomb / robot.range.middle();
         let units = [robot.range.reach(), ground.share * rolling, ground.share * torque.scrub];
         let unknown = MassEstimate::Unknown(if *identifies_mass {
@@ -166,15 +170,16 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         &self.adapted
     }
 
-    /// Actuation energy measured, and predicted while the mass was known, since the start, J, as the plain estimator counts it. A gap
-    /// counts as [`GAP_PERIODS`] periods: nobody measured more of it.
+    /// Actuation energy measured, and predicted while the mass was known, since the start, J, as
+    /// the plain estimator counts it. A gap counts as [`GAP_PERIODS`] periods: nobody measured more
+    /// of it.
     pub fn energy(&self) -> (T, T) {
         (self.measured.joules(), self.predicted.joules())
     }
 
-    /// Takes one sample, `elapsed` (s) after the one before. The power is that at mass and ground in hand; a change of the payload is
-    /// never noticed here: it looks like another ground at first. Behind a gap that is longer than the window nothing is known of the
-    /// payload.
+    /// Takes one sample, `elapsed` (s) after the one before. The power is that at mass and ground
+    /// in hand; a change of the payload is never noticed here: it looks like another ground at
+    /// first. Behind a gap that is longer than the window nothing is known of the payload.
     pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Estimate<T, N> {
         let conditioned = self.conditioner.push(sample, elapsed);
         // In this order NaN counts as none.
@@ -246,7 +251,8 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         expected
     }
 
-    /// The power in W, and its slopes by the states in their units; none where a wheel may be clamped.
+    /// The power in W, and its slopes by the states in their units; none where a wheel may be
+    /// clamped.
     fn slopes(&self, motion: &Motion<T, N>) -> (T, Option<[T; STATES]>) {
         let [mass_unit, rolling_unit, scrub_unit] = self.units;
         let [d, ..] = self.belief.state();
@@ -299,7 +305,8 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         self.publish_ground();
         let ([[mass_variance, ..], ..], [d, ..]) = (self.belief.covariance(), self.belief.state());
         let [mass_unit, ..] = self.units;
-        // What lasts shifts the mass for as long as the robot drives alike; never by more than nothing is known at all.
+        // What lasts shifts the mass for as long as the robot drives alike; never by more than
+        // nothing is known at all.
         let lasting = self.noise.model_std * self.lasting.shift();
         let variance = (mass_variance + lasting * lasting).at_most(T::ONE.at_least(mass_variance));
         let half_width = T::from_f64(TWO_SIGMA) * variance.sqrt() * mass_unit;
@@ -308,8 +315,8 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         }
     }
 
-    /// Behind a gap that is longer than the window: the payload may be another, and of the ground is known what its memory left. The
-    /// next buckets end when they would have.
+    /// Behind a gap that is longer than the window: the payload may be another, and of the ground
+    /// is known what its memory left. The next buckets end when they would have.
     fn outlast(&mut self) {
         self.payload_changed();
         self.belief.pass(T::ONE, (-((self.phase + self.beyond) / self.ground.memory)).exp());
@@ -353,7 +360,8 @@ fn remainder<T: Real>(time: T, length: T) -> Option<T> {
     Some(left)
 }
 
-/// What a constant error of the power does to the mass: sums over the window, faded as the evidence is.
+/// What a constant error of the power does to the mass: sums over the window, faded as the evidence
+/// is.
 #[derive(Debug, Clone, Copy, Default)]
 struct Lasting<T> {
     /// Σ w g, 1/W.

@@ -21,10 +21,12 @@ pub struct Curve<T> {
     count: usize,
 }
 
-/// Of a cell Molicel INR-21700-P42A (NCA, graphite): discharged and charged at C/32 and room temperature, the mean of both. From S. Sunil,
-/// K. R. Pattipati, B. Balasingam, "Piecewise Linear Approximation of Battery Open-Circuit Voltage Characteristics Using Dynamic
-/// Programming", IEEE Transactions on Instrumentation and Measurement, 2025; the points that they chose. For packs whose own curve is
-/// not known: cells of this chemistry differ from it by some 10 mV between a tenth and full.
+/// Of a cell Molicel INR-21700-P42A (NCA, graphite): discharged and charged at C/32 and room
+/// temperature, the mean of both. From S. Sunil, K. R. Pattipati, B. Balasingam, "Piecewise Linear
+/// Approximation of Battery Open-Circuit Voltage Characteristics Using Dynamic Programming", IEEE
+/// Transactions on Instrumentation and Measurement, 2025; the points that they chose. For packs
+/// whose own curve is not known: cells of this chemistry differ from it by some 10 mV between a
+/// tenth and full.
 const LITHIUM_ION: [(f64, f64); 10] = [
     (0.0, 2.5061),
     (0.0151, 2.8981),
@@ -66,7 +68,8 @@ impl<T: Real> Curve<T> {
         curve
     }
 
-    /// Through these points. `None` unless they are 2 to [`MOST_POINTS`], charges rise from 0 to 1, and voltages are above 0 and rise.
+    /// Through these points. `None` unless they are 2 to [`MOST_POINTS`], charges rise from 0 to 1,
+    /// and voltages are above 0 and rise.
     pub fn new(points: impl IntoIterator<Item = Point<T>>) -> Option<Self> {
         let mut curve = Self { points: [Point::default(); MOST_POINTS], count: 0 };
         let mut last: Option<Point<T>> = None;
@@ -119,7 +122,8 @@ impl<T: Real> Curve<T> {
         T::ZERO.at_least(charge).at_most(T::ONE)
     }
 
-    /// ∫ V dq from one charge to a higher one, V: what a cell gives per ampere-second of capacity without losses.
+    /// ∫ V dq from one charge to a higher one, V: what a cell gives per ampere-second of capacity
+    /// without losses.
     pub fn energy(&self, from: T, to: T) -> T {
         let mut sum = T::ZERO;
         for piece in self.pieces() {
@@ -142,7 +146,8 @@ mod tests {
         Point { charge, voltage }
     }
 
-    /// By hand on two pieces: 3 V at 0, 3.5 V at ½, 4.5 V at 1; ∫ from ¼ to ¾ is ¼ · 3.375 + ¼ · 3.75.
+    /// By hand on two pieces: 3 V at 0, 3.5 V at ½, 4.5 V at 1; ∫ from ¼ to ¾ is ¼ · 3.375 + ¼ ·
+    /// 3.75.
     #[test]
     fn straight_between_its_points() {
         let curve = Curve::new([point(0.0, 3.0), point(0.5, 3.5), point(1.0, 4.5)]).unwrap();

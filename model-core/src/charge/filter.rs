@@ -71,8 +71,8 @@ impl<T: Real> Filter<T> {
         self.covariance.get(place).and_then(|row| row.get(place)).copied().unwrap_or(T::INFINITY)
     }
 
-    /// Takes a measurement that is `surprise` beyond what the state makes expect, `slopes` being how it follows the state and `noise` its
-    /// own variance. What is not finite changes nothing.
+    /// Takes a measurement that is `surprise` beyond what the state makes expect, `slopes` being
+    /// how it follows the state and `noise` its own variance. What is not finite changes nothing.
     pub(super) fn correct(&mut self, surprise: T, slopes: &[T; STATES], noise: T) {
         let mut spread = [T::ZERO; STATES];
         let mut variance = noise;
@@ -103,7 +103,8 @@ impl<T: Real> Filter<T> {
 mod tests {
     use super::*;
 
-    /// One number known to ±2 and measured as 3 ± 1 from 0: the weighted mean 3 · 4 / 5, its variance 4 / 5.
+    /// One number known to ±2 and measured as 3 ± 1 from 0: the weighted mean 3 · 4 / 5, its
+    /// variance 4 / 5.
     #[test]
     fn a_measurement_is_weighed_by_its_variance() {
         let mut filter = Filter::new([0.0; STATES], [2.0, 1.0, 1.0, 1.0, 1.0, 1.0]);

@@ -1,48 +1,58 @@
 //! The gauge: counts charge, and lets the voltage correct the count.
 //!
-//! A cell's voltage is U(s) + b − r₀ I − r₁ I₁ − r₂ I₂: the curve at charge s, what this cell has beyond the curve, and the drops of the
-//! current at once and of its parts that follow with time constants of seconds and minutes. All but U is linear in the unknowns s, b, r,
-//! so one filter learns resistances from load steps and charge from what they leave. At rest the drops vanish with what is not known of
-//! them: there the voltage says most.
+//! A cell's voltage is U(s) + b − r₀ I − r₁ I₁ − r₂ I₂: the curve at charge s, what this cell has
+//! beyond the curve, and the drops of the current at once and of its parts that follow with time
+//! constants of seconds and minutes. All but U is linear in the unknowns s, b, r, so one filter
+//! learns resistances from load steps and charge from what they leave. At rest the drops vanish
+//! with what is not known of them: there the voltage says most.
 
 use super::filter::{CHARGE, DRIFT, Filter, OFFSET, RESISTANCES};
 use super::remaining::{Charge, Remaining, Resistance};
 use super::{Curve, Pack};
 use crate::real::Real;
 
-// Where nothing else is said, what follows was tuned on 60 discharges of the simulated packs of `cargo xtask bench charge`, drawn by another
-// random generator than its own: it is right for packs like those, and no measured pack has been asked.
+// Where nothing else is said, what follows was tuned on 60 discharges of the simulated packs of
+// `cargo xtask bench charge`, drawn by another random generator than its own: it is right for packs
+// like those, and no measured pack has been asked.
 
-/// The filter takes means over so long, s: polarisation does not move faster, and a board samples 200 times as often.
+/// The filter takes means over so long, s: polarisation does not move faster, and a board samples
+/// 200 times as often.
 const STEP_S: f64 = 1.0;
 /// Longer steps of time are gaps, in which nobody counted, s.
 const GAP_S: f64 = 10.0;
-/// Time constants of the two polarisations, s: charge transfer and diffusion of small cells lie around these.
+/// Time constants of the two polarisations, s: charge transfer and diffusion of small cells lie
+/// around these.
 const POLARISATION_S: [f64; 2] = [20.0, 300.0];
-/// What is known of a cell's resistances beforehand: nothing but their size, Ω. A small cell has 20 to 100 mΩ at once and as much again later.
+/// What is known of a cell's resistances beforehand: nothing but their size, Ω. A small cell has 20
+/// to 100 mΩ at once and as much again later.
 const RESISTANCE_OHM: [f64; 3] = [0.06, 0.03, 0.02];
 /// What a cell's resistance is worth after minutes of load where nobody has learned it, Ω.
 pub const USUAL_RESISTANCE_OHM: f64 = RESISTANCE_OHM[0] + RESISTANCE_OHM[1] + RESISTANCE_OHM[2];
 const RESISTANCE_STD_OHM: [f64; 3] = [0.08, 0.03, 0.02];
-/// By how much a cell's curve differs from the table, V, and over which share of the charge that stays so: two makes of one chemistry and
-/// their hysteresis differ by this and not by more (the curves of Molicel's and Samsung's cells in `cargo xtask bench charge`).
+/// By how much a cell's curve differs from the table, V, and over which share of the charge that
+/// stays so: two makes of one chemistry and their hysteresis differ by this and not by more (the
+/// curves of Molicel's and Samsung's cells in `cargo xtask bench charge`).
 const OFFSET_STD_V: f64 = 0.010;
 const OFFSET_SHARE: f64 = 0.15;
 /// By how much capacity and counted current may be wrong over a whole discharge, as shares.
 const COUNT_STD: f64 = 0.03;
-/// Resistances wander by this share of their first size over a tenth of the charge (they rise at its end), and in a quarter of an hour (warmth).
+/// Resistances wander by this share of their first size over a tenth of the charge (they rise at
+/// its end), and in a quarter of an hour (warmth).
 const WANDER: f64 = 0.15;
-/// What a cell's voltage does besides, V, and for how long, s: polarisation of other shapes than these, warmth.
+/// What a cell's voltage does besides, V, and for how long, s: polarisation of other shapes than
+/// these, warmth.
 const DRIFT_STD_V: f64 = 0.015;
 const DRIFT_S: f64 = 30.0;
 /// The same per ampere, Ω.
 const DRIFT_OHM: f64 = 0.02;
 /// Standard deviation of the mean over a step, V per cell: sensor, and steps of load within it.
 const VOLTAGE_STD_V: f64 = 0.004;
-/// What is shown follows what is believed by so much a second, beside what is counted: a load step that teaches the resistance moves the
-/// belief at once, and nobody wants to see that. 3 points a minute.
+/// What is shown follows what is believed by so much a second, beside what is counted: a load step
+/// that teaches the resistance moves the belief at once, and nobody wants to see that. 3 points a
+/// minute.
 const SLEW: f64 = 0.0005;
-/// How much wider than the first voltage tells the charge begins: that voltage counts again as a correction, with the same offset.
+/// How much wider than the first voltage tells the charge begins: that voltage counts again as a
+/// correction, with the same offset.
 const PLACE: f64 = 2.0;
 /// A charge is unknown until it is known to this.
 const KNOWN_STD: f64 = 0.1;
@@ -72,7 +82,8 @@ struct Sums<T> {
     energy: T,
 }
 
-/// Counts charge and corrects the count. [`Self::update`] once a sample; it may be asked at any time.
+/// Counts charge and corrects the count. [`Self::update`] once a sample; it may be asked at any
+/// time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gauge<T> {
     pack: Pack<T>,
@@ -121,8 +132,9 @@ impl<T: Real> Gauge<T> {
         gauge
     }
 
-    /// Takes the current in A, positive while discharging, and the voltage in V of the whole pack, held for `elapsed` s. What is not
-    /// finite, and time that runs backwards, changes nothing; behind a gap the charge is as uncertain as the load before makes it.
+    /// Takes the current in A, positive while discharging, and the voltage in V of the whole pack,
+    /// held for `elapsed` s. What is not finite, and time that runs backwards, changes nothing;
+    /// behind a gap the charge is as uncertain as the load before makes it.
     pub fn update(&mut self, current: T, voltage: T, elapsed: T) {
         let charge = current * elapsed;
         let is_sample = charge.is_finite() && (voltage * elapsed).is_finite() && elapsed > T::ZERO;
@@ -197,8 +209,8 @@ impl<T: Real> Gauge<T> {
         self.load = Some(self.load.map_or(power, |load| load + (power - load) * weight));
     }
 
-    /// Begins where a cell's first voltage points to: from the middle of the scale, corrections would follow a slope that the curve does not
-    /// have where the cell is.
+    /// Begins where a cell's first voltage points to: from the middle of the scale, corrections
+    /// would follow a slope that the curve does not have where the cell is.
     fn place(&mut self, current: T, voltage: T) {
         let number = T::from_f64;
         let [resistance, ..] = RESISTANCE_OHM.map(number);
@@ -246,8 +258,9 @@ impl<T: Real> Gauge<T> {
         self.shown = shown.map(|shown| T::ZERO.at_least(shown).at_most(T::ONE));
     }
 
-    /// How full it is; `None` before that is known to a tenth of the capacity, unless the start told it. While what is shown still follows
-    /// what is believed, the deviation holds the distance of both.
+    /// How full it is; `None` before that is known to a tenth of the capacity, unless the start
+    /// told it. While what is shown still follows what is believed, the deviation holds the
+    /// distance of both.
     pub fn charge(&self) -> Option<Charge<T>> {
         let [believed, ..] = self.filter.state;
         let share = self.shown?;
@@ -268,7 +281,8 @@ impl<T: Real> Gauge<T> {
         })
     }
 
-    /// Energy and time until the robot stops at the present load; `None` while the charge is unknown.
+    /// Energy and time until the robot stops at the present load; `None` while the charge is
+    /// unknown.
     pub fn remaining(&self) -> Option<Remaining<T>> {
         let charge = self.charge()?;
         let load = self.load?;
@@ -283,7 +297,8 @@ impl<T: Real> Gauge<T> {
         })
     }
 
-    /// What the pack gives from this charge on to the cutoff, J, at the mean current of the last minute.
+    /// What the pack gives from this charge on to the cutoff, J, at the mean current of the last
+    /// minute.
     fn energy_from(&self, charge: T) -> T {
         let [_, offset, r0, r1, r2, _] = self.filter.state;
         let drop = (r0 + r1 + r2) * T::ZERO.at_least(self.current);
@@ -301,7 +316,8 @@ struct Curves<T> {
 }
 
 impl<T: Real> Curves<T> {
-    /// Secants over one standard deviation to both sides: a tangent would trust a steep end from afar.
+    /// Secants over one standard deviation to both sides: a tangent would trust a steep end from
+    /// afar.
     fn around(curve: &Curve<T>, charge: T, variance: T) -> Self {
         let reach = variance.sqrt().at_least(T::from_f64(0.01)).at_most(T::from_f64(0.3));
         let middle = curve.voltage(charge);

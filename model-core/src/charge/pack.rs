@@ -26,7 +26,8 @@ pub struct InvalidPack {
 }
 
 impl<T: Real> Pack<T> {
-    /// Of a capacity in A·h, cells in series, the curve of one cell, and the voltage in V at which the robot stops.
+    /// Of a capacity in A·h, cells in series, the curve of one cell, and the voltage in V at which
+    /// the robot stops.
     ///
     /// # Errors
     /// A value that no pack has.
@@ -44,8 +45,9 @@ impl<T: Real> Pack<T> {
         Ok(Self { capacity: T::from_f64(3600.0) * capacity_ah, cells, curve, cutoff })
     }
 
-    /// ROBOTIS LB-012 of the TurtleBot3: three cells, 11.1 V, 1800 mAh, 19.98 Wh (its label). Below 11 V the stock firmware cuts the
-    /// motors. Its cells' curve is not published: that of [`Curve::lithium_ion`].
+    /// ROBOTIS LB-012 of the TurtleBot3: three cells, 11.1 V, 1800 mAh, 19.98 Wh (its label). Below
+    /// 11 V the stock firmware cuts the motors. Its cells' curve is not published: that of
+    /// [`Curve::lithium_ion`].
     pub fn turtlebot3() -> Self {
         Self {
             capacity: T::from_f64(1.8 * 3600.0),
@@ -55,8 +57,8 @@ impl<T: Real> Pack<T> {
         }
     }
 
-    /// The charge below which nothing can be used: where the voltage of a cell that `drop` V of load pull down reaches the cutoff, or a
-    /// reserve.
+    /// The charge below which nothing can be used: where the voltage of a cell that `drop` V of
+    /// load pull down reaches the cutoff, or a reserve.
     fn floor(&self, reserve: T, drop: T) -> T {
         if self.cutoff > T::ZERO {
             self.curve.charge(self.cutoff / self.cells + drop).at_least(reserve)
@@ -65,7 +67,8 @@ impl<T: Real> Pack<T> {
         }
     }
 
-    /// What it gives from a charge down to cutoff or reserve, J, while load pulls each cell down by `drop` V; not below 0.
+    /// What it gives from a charge down to cutoff or reserve, J, while load pulls each cell down by
+    /// `drop` V; not below 0.
     pub fn energy(&self, charge: T, reserve: T, drop: T) -> T {
         let from = self.floor(reserve, drop);
         let given = self.curve.energy(from, charge) - T::ZERO.at_least(charge - from) * drop;
@@ -117,8 +120,9 @@ mod tests {
         Pack::new(1.0, 2.0, Curve::new(points).unwrap(), cutoff).unwrap()
     }
 
-    /// By hand: two cells of 3600 A·s, straight from 3 to 4 V. Full to empty 2 · 3600 · 3.5 J; with 0.1 V less under load 3.4; down to
-    /// 6.4 V that load ends at a charge of 0.3, from where on the cells have 3.65 − 0.1 V on average.
+    /// By hand: two cells of 3600 A·s, straight from 3 to 4 V. Full to empty 2 · 3600 · 3.5 J; with
+    /// 0.1 V less under load 3.4; down to 6.4 V that load ends at a charge of 0.3, from where on
+    /// the cells have 3.65 − 0.1 V on average.
     #[test]
     fn energy_ends_at_the_cutoff_under_load() {
         let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-6, "{found} {expected}");

@@ -1,4 +1,5 @@
-//! The effects that coefficients hold: a few columns, each a cause and its coefficient, and their ids in the image.
+//! The effects that coefficients hold: a few columns, each a cause and its coefficient, and their
+//! ids in the image.
 
 use super::layout::Side;
 use super::term::{Effect, Scene, Term};
@@ -15,9 +16,11 @@ pub enum Cause<T> {
     Term(Term<T>),
     /// Winding loss that is greater throughout, as a share.
     Hot,
-    /// Winding loss that follows the winding's own heat with this time constant, s; per watt of that heat.
+    /// Winding loss that follows the winding's own heat with this time constant, s; per watt of
+    /// that heat.
     Heat(T),
-    /// Winding loss that grows with the time of the run towards a share more, with this time constant, s: warmth from outside.
+    /// Winding loss that grows with the time of the run towards a share more, with this time
+    /// constant, s: warmth from outside.
     Warming(T),
     /// Winding loss by measured temperatures of the motors above this one, °C; per kelvin.
     Temperature(T),
@@ -25,8 +28,9 @@ pub enum Cause<T> {
     Delay,
     /// Speeds of a side are off, as a share.
     Scale(Side),
-    /// The slip at which 1/√2 of the scrub is there ([`SlipMemory::half_slip`](crate::slip::SlipMemory::half_slip)) is greater, as a
-    /// share: nothing where the model has no such slip.
+    /// The slip at which 1/√2 of the scrub is there
+    /// ([`SlipMemory::half_slip`](crate::slip::SlipMemory::half_slip)) is greater, as a share:
+    /// nothing where the model has no such slip.
     HalfSlip,
 }
 
@@ -119,8 +123,8 @@ impl<T: Real> Cause<T> {
         }
     }
 
-    /// Its id in the image. `None` for what no image can hold: a bare [`Term::Winding`], and slopes along other directions than
-    /// the two of the start.
+    /// Its id in the image. `None` for what no image can hold: a bare [`Term::Winding`], and slopes
+    /// along other directions than the two of the start.
     #[inline(never)]
     pub(crate) fn encode(&self) -> Option<Encoded> {
         let plain = |id| Encoded { id, which: 0, shape: 0.0 };
@@ -218,8 +222,8 @@ impl<T: Real> Cause<T> {
 }
 
 impl<T: Real> Column<T> {
-    /// Whether coefficient and shape are finite and have a meaning: losses are not negative, factors do not vanish, times are
-    /// positive, the wheel is one of `wheels`.
+    /// Whether coefficient and shape are finite and have a meaning: losses are not negative,
+    /// factors do not vanish, times are positive, the wheel is one of `wheels`.
     fn is_sound(&self, wheels: usize) -> bool {
         let c = self.coefficient;
         let (loss, factor) = (c >= T::ZERO, c > -T::ONE);
@@ -342,7 +346,8 @@ impl<T: Real> Columns<T> {
         SlipMemory { half_slip: memory.half_slip * (T::ONE + share), ..*memory }
     }
 
-    /// The terms, with one [`Term::Winding`] for all that warms windings: its coefficient is 1, and its warmth is
+    /// The terms, with one [`Term::Winding`] for all that warms windings: its coefficient is 1, and
+    /// its warmth is
     /// [`Self::warmth`].
     pub(crate) fn terms(&self) -> Terms<T> {
         let mut terms =
@@ -362,7 +367,8 @@ impl<T: Real> Columns<T> {
         terms
     }
 
-    /// By how much the loss of a winding is greater, as a share: so long into the run in s, its own heat in W, its temperature in °C.
+    /// By how much the loss of a winding is greater, as a share: so long into the run in s, its own
+    /// heat in W, its temperature in °C.
     pub(crate) fn warmth(&self, time: T, heat: T, temperature: T) -> T {
         let of = |column: &Column<T>| match column.cause {
             Cause::Hot => column.coefficient,

@@ -5,7 +5,8 @@ use crate::real::Real;
 /// Time, heading and standstill since the start of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Course<T> {
-    /// Time in whole parts of [`PART_S`], s, and the rest: single precision would soon lose steps of milliseconds.
+    /// Time in whole parts of [`PART_S`], s, and the rest: single precision would soon lose steps
+    /// of milliseconds.
     whole: T,
     rest: T,
     /// Since the last [`Self::see`], s.
@@ -21,7 +22,8 @@ const PART_S: f64 = 16.0;
 /// How the robot turned in a longer step, s, nobody knows.
 const LONGEST_TURN_S: f64 = 1.0;
 
-/// Largest angle that is turned by at once, rad: the series of its half's tangent is good to 10⁻¹⁰ there.
+/// Largest angle that is turned by at once, rad: the series of its half's tangent is good to 10⁻¹⁰
+/// there.
 const LARGEST_ANGLE: f64 = 0.1;
 
 /// Parts that a larger angle is turned in.
@@ -63,7 +65,8 @@ impl<T: Real> Course<T> {
         }
     }
 
-    /// Takes how the robot moves, behind the time that passed: its turn rate in rad/s, and whether any wheel turns.
+    /// Takes how the robot moves, behind the time that passed: its turn rate in rad/s, and whether
+    /// any wheel turns.
     #[inline]
     pub fn see(&mut self, turn_rate: T, is_moving: bool) {
         let passed = self.passed;
@@ -102,8 +105,8 @@ impl<T: Real> Course<T> {
     }
 }
 
-/// A direction, turned by a small angle in rad: by the tangent t of its half, cos = (1 − t²) / (1 + t²), sin = 2 t / (1 + t²), so
-/// that its length stays 1 whatever t.
+/// A direction, turned by a small angle in rad: by the tangent t of its half, cos = (1 − t²) /
+/// (1 + t²), sin = 2 t / (1 + t²), so that its length stays 1 whatever t.
 #[inline]
 fn turned<T: Real>([x, y]: [T; 2], angle: T) -> [T; 2] {
     let half = angle * T::HALF;

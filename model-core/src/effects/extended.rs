@@ -8,8 +8,9 @@ use crate::polynomial::Polynomial;
 use crate::real::Real;
 use crate::torque::{Drive, TorqueModel, WheelPower};
 
-/// Share of the turn's scrub that is there: as the motion has it where the wheels scrub, else the sign of the turn, 0 straight
-/// ahead, where the outermost wheels' part in it is within the dead band (rad/s).
+/// Share of the turn's scrub that is there: as the motion has it where the wheels scrub, else the
+/// sign of the turn, 0 straight ahead, where the outermost wheels' part in it is within the dead
+/// band (rad/s).
 #[inline]
 fn turning<T: Real, const N: usize>(layout: &Layout<T, N>, motion: &Motion<T, N>, dead_band: T) -> T {
     let mut sum = T::ZERO;
@@ -38,7 +39,8 @@ pub struct Extended<'a, T, const N: usize> {
 }
 
 impl<T: Real, const N: usize> Extended<'_, T, N> {
-    /// The wheels that turn, with their places and how warm they are: at rest there is nothing for a torque to act on.
+    /// The wheels that turn, with their places and how warm they are: at rest there is nothing for
+    /// a torque to act on.
     fn turning_wheels<'m>(
         &'m self,
         motion: &'m Motion<T, N>,
@@ -119,8 +121,9 @@ impl<T: Real, const N: usize> Extended<'_, T, N> {
         power
     }
 
-    /// What the wheels draw where the supply was measured to give `measured`, both in W: the inverse of what effects add on the
-    /// supply's side. Below what any drawn power explains, where the parabola of a sagging supply turns, on a straight line.
+    /// What the wheels draw where the supply was measured to give `measured`, both in W: the
+    /// inverse of what effects add on the supply's side. Below what any drawn power explains, where
+    /// the parabola of a sagging supply turns, on a straight line.
     #[inline]
     pub fn drawn_of(&self, measured: T, scene: &Scene<T, N>) -> T {
         let mut sum = Supply::default();
@@ -130,19 +133,22 @@ impl<T: Real, const N: usize> Extended<'_, T, N> {
             sum.gain += effect.coefficient * own.gain;
             sum.square += effect.coefficient * own.square;
         }
-        // square · drawn² + (1 + gain) · drawn = measured − constant, by the root that stays where the square vanishes.
+        // square · drawn² + (1 + gain) · drawn = measured − constant, by the root that stays where
+        // the square vanishes.
         let (factor, power) = (T::ONE + sum.gain, measured - sum.constant);
         let four = T::TWO * T::TWO;
         let discriminant = T::ZERO.at_least(factor * factor + four * sum.square * power);
         T::TWO * power / (factor + discriminant.sqrt())
     }
 
-    /// What the wheels draw as a polynomial of the mass about the middle of `range`, and the power with all effects at `d` kg
-    /// beyond it: what the estimator asks for every sample.
+    /// What the wheels draw as a polynomial of the mass about the middle of `range`, and the power
+    /// with all effects at `d` kg beyond it: what the estimator asks for every sample.
     ///
-    /// Torques are linear in the mass but for [`Term::GearLoad`], whose square of the mass is replaced by its tangent at the
-    /// mass of the scene: there the polynomial is exact; `off` kg away the torque is short by coefficient · load² · off², load
-    /// being what passes the gear per kilogram. [`Term::GearShare`] keeps the direction that the torque has at the mass of the scene.
+    /// Torques are linear in the mass but for [`Term::GearLoad`], whose square of the mass is
+    /// replaced by its tangent at the mass of the scene: there the polynomial is exact; `off` kg
+    /// away the torque is short by coefficient · load² · off², load being what passes the gear per
+    /// kilogram. [`Term::GearShare`] keeps the direction that the torque has at the mass of the
+    /// scene.
     #[inline]
     pub fn response_and_power(
         &self,

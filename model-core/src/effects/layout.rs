@@ -21,7 +21,8 @@ pub enum Side {
 pub struct Layout<T, const N: usize> {
     /// Row vx of R, m: what a wheel's speed adds to the forward speed.
     pub forward: [T; N],
-    /// −1 for wheels left of the centre, 1 for those right of it, 0 where a wheel is on neither side.
+    /// −1 for wheels left of the centre, 1 for those right of it, 0 where a wheel is on neither
+    /// side.
     pub side: [T; N],
     /// Row ω of R over its largest entry.
     pub turn: [T; N],
@@ -43,7 +44,8 @@ impl<T: Real, const N: usize> Layout<T, N> {
         Self { forward, side, turn }
     }
 
-    /// Share of a scrub that is there where sliding in the turn shares the ground's grip with rolling: Δ / √((c v̄)² + Δ² + r²), as
+    /// Share of a scrub that is there where sliding in the turn shares the ground's grip with
+    /// rolling: Δ / √((c v̄)² + Δ² + r²), as
     /// [`slip`](crate::slip) has it without its memory, c being `half_slip`. 0 where nothing turns.
     #[inline]
     pub(super) fn sliding(&self, motion: &Motion<T, N>, half_slip: T, dead_band: T) -> T {
@@ -51,7 +53,8 @@ impl<T: Real, const N: usize> Layout<T, N> {
         memory.settle(&mut Slip::default(), &self.rims(motion, dead_band))
     }
 
-    /// What the scrub of a motion is where half of it takes a slip that is greater by `share` of the fitted one.
+    /// What the scrub of a motion is where half of it takes a slip that is greater by `share` of
+    /// the fitted one.
     #[inline]
     pub fn soften(&self, motion: &mut Motion<T, N>, fitted: &SlipMemory<T>, share: T, dead_band: T) {
         let times = fitted.softened(&self.rims(motion, dead_band), share);

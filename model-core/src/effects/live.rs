@@ -1,9 +1,11 @@
-//! Effects in real time: the list of the coefficients along with the estimator, on the board and in the host's replay alike.
+//! Effects in real time: the list of the coefficients along with the estimator, on the board and in
+//! the host's replay alike.
 //!
-//! A sample is first [corrected](Additions::correct) for what its sensors get wrong, but for their delay, which the estimator's
-//! conditioner takes care of; behind the filter the run is
-//! [followed](Additions::follow); then the model [answers](Additions::respond) with what the wheels draw as a polynomial of the mass,
-//! the power with all effects at the mass in hand, and what the wheels draw by the measured power.
+//! A sample is first [corrected](Additions::correct) for what its sensors get wrong, but for their
+//! delay, which the estimator's conditioner takes care of; behind the filter the run is
+//! [followed](Additions::follow); then the model [answers](Additions::respond) with what the wheels
+//! draw as a polynomial of the mass, the power with all effects at the mass in hand, and what the
+//! wheels draw by the measured power.
 
 use super::columns::{Cause, Columns, Terms};
 use super::course::{Course, Heat};
@@ -20,7 +22,8 @@ use crate::sample::Sample;
 use crate::slip::TrueTurn;
 use crate::torque::{Drive, TorqueModel};
 
-/// What is measured beside speeds and power. What is not finite is not known: the last known value holds, 0 before there is one.
+/// What is measured beside speeds and power. What is not finite is not known: the last known value
+/// holds, 0 before there is one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outside<T, const N: usize> {
     /// Nose up, rad.
@@ -61,8 +64,8 @@ pub trait Additions<T: Real, const N: usize> {
         None
     }
 
-    /// A sample has passed the filter, settled or not; the mass in hand is `d` kg beyond the middle of `range`, no number while
-    /// it is unknown.
+    /// A sample has passed the filter, settled or not; the mass in hand is `d` kg beyond the middle
+    /// of `range`, no number while it is unknown.
     fn follow(&mut self, motion: &Motion<T, N>, range: &MassRange<T>, d: T);
 
     /// The model's answer to a sample behind the filter.
@@ -145,7 +148,8 @@ impl<T: Real, const N: usize> Live<T, N> {
     /// Of coefficients, for samples `period_s` apart.
     ///
     /// # Errors
-    /// They have another model than the signed one, or a filter cutoff that this sample rate cannot have.
+    /// They have another model than the signed one, or a filter cutoff that this sample rate cannot
+    /// have.
     pub fn new(coefficients: &Coefficients<T, N>, period_s: f64) -> Result<Self, Unfit> {
         let Coefficients { robot, model, columns, .. } = coefficients;
         let Model::Signed { torque, drive } = model else { return Err(Unfit::Model) };
@@ -281,8 +285,8 @@ impl<T: Real, const N: usize> Additions<T, N> for Live<T, N> {
 }
 
 impl<T: Real, const N: usize> Robot<T, N> {
-    /// The powers that the coefficients' effects make of a motion at a mass, early and late, in a scene that is at the far end of
-    /// what they may meet; for [`crate::plausibility`].
+    /// The powers that the coefficients' effects make of a motion at a mass, early and late, in a
+    /// scene that is at the far end of what they may meet; for [`crate::plausibility`].
     #[inline(never)]
     pub(crate) fn powers_at_worst(
         &self,

@@ -1,4 +1,5 @@
-//! What coefficients of effects multiply, term by term: each formula stands here once, for a known mass and for an unknown one.
+//! What coefficients of effects multiply, term by term: each formula stands here once, for a known
+//! mass and for an unknown one.
 
 use super::GRAVITY;
 use super::layout::Layout;
@@ -16,7 +17,8 @@ pub struct Scene<T, const N: usize> {
     pub pitch: T,
     /// Cosine and sine of the heading since the start of the run.
     pub heading: [T; 2],
-    /// How much hotter each winding is than in the fit, K, or what stands for it ([`Term::Winding`]).
+    /// How much hotter each winding is than in the fit, K, or what stands for it
+    /// ([`Term::Winding`]).
     pub warmth: [T; N],
     /// How long the robot has not moved, s: 0 while it moves, infinite before it first does.
     pub still: T,
@@ -27,13 +29,17 @@ pub struct Scene<T, const N: usize> {
 /// What a coefficient multiplies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Term<T> {
-    /// Slope by the measured pitch: torque m g pitch · forward_i. Coefficient: 1 / efficiency, dimensionless.
+    /// Slope by the measured pitch: torque m g pitch · forward_i. Coefficient: 1 / efficiency,
+    /// dimensionless.
     GradeByPitch,
-    /// The same slope wherever the robot goes: uphill forwards, downhill backwards. Coefficient: slope over efficiency.
+    /// The same slope wherever the robot goes: uphill forwards, downhill backwards. Coefficient:
+    /// slope over efficiency.
     GradeAhead,
-    /// A slope fixed in the world, by its share along (1) or across (0, 1) the heading at the start. Coefficient as above.
+    /// A slope fixed in the world, by its share along (1) or across (0, 1) the heading at the
+    /// start. Coefficient as above.
     GradeAlong([T; 2]),
-    /// Winding resistance, relative: κ warmth_i. Coefficient: per kelvin, or per whatever the warmth is in.
+    /// Winding resistance, relative: κ warmth_i. Coefficient: per kelvin, or per whatever the
+    /// warmth is in.
     Winding,
     /// Torque w |w|, N·m·s²/rad².
     Windage,
@@ -55,20 +61,25 @@ pub enum Term<T> {
     Scrub,
     /// As [`Term::Scrub`], times the mass, N·m/kg.
     ScrubPerKg,
-    /// As [`Term::ScrubPerKg`] of tyres whose sliding shares the ground's grip with their rolling, N·m/kg; the slip, dimensionless, at which
-    /// 1/√2 of it is there ([`SlipMemory::half_slip`](crate::slip::SlipMemory::half_slip)).
+    /// As [`Term::ScrubPerKg`] of tyres whose sliding shares the ground's grip with their rolling,
+    /// N·m/kg; the slip, dimensionless, at which 1/√2 of it is there
+    /// ([`SlipMemory::half_slip`](crate::slip::SlipMemory::half_slip)).
     Sliding(T),
-    /// As [`Term::ScrubPerKg`], times the square of the load's share of the mass, N·m/kg; the mass of the empty robot in kg. A load off the
-    /// centre moves the centre of all by that share, and the moment of friction of dragged wheels is greatest about the middle: turning
-    /// about the best point is the least of its losses, so what it takes is concave in the weights, and falls with the square.
+    /// As [`Term::ScrubPerKg`], times the square of the load's share of the mass, N·m/kg; the mass
+    /// of the empty robot in kg. A load off the centre moves the centre of all by that share, and
+    /// the moment of friction of dragged wheels is greatest about the middle: turning about the
+    /// best point is the least of its losses, so what it takes is concave in the weights, and falls
+    /// with the square.
     OffCentre(T),
-    /// Torque T² sgn w, 1/(N·m), T being what passes the gear: the body's share of τ, without that of rotor and motor friction.
-    /// A loss that grows with the torque, whichever way the power goes.
+    /// Torque T² sgn w, 1/(N·m), T being what passes the gear: the body's share of τ, without that
+    /// of rotor and motor friction. A loss that grows with the torque, whichever way the power
+    /// goes.
     GearLoad,
-    /// Torque |T| sgn w, dimensionless, T being what the motor gives the gear, friction included: τ without the rotor's share. A loss in
-    /// proportion to the torque, whichever way the power goes.
+    /// Torque |T| sgn w, dimensionless, T being what the motor gives the gear, friction included: τ
+    /// without the rotor's share. A loss in proportion to the torque, whichever way the power goes.
     GearShare,
-    /// Power (P + s)², 1/W: current through a resistance in the supply, s being the static power (W) that passes it, too.
+    /// Power (P + s)², 1/W: current through a resistance in the supply, s being the static power
+    /// (W) that passes it, too.
     Sag(T),
     /// Share of braking power that returns.
     Return,
@@ -119,7 +130,8 @@ impl<T: Real> Torque<T> {
         self.fixed + mass * (self.per_kg + mass * self.square)
     }
 
-    /// Its tangent at a mass in kg. Away from there it is off by [`square`](Self::square) · (distance in kg)².
+    /// Its tangent at a mass in kg. Away from there it is off by [`square`](Self::square) ·
+    /// (distance in kg)².
     #[inline]
     pub fn tangent(&self, mass: T) -> [T; 2] {
         let slope = self.square * mass;
@@ -165,8 +177,9 @@ pub(super) struct Place<T> {
 }
 
 impl<T: Real> Term<T> {
-    /// Torque at a wheel per coefficient. `gear_input` is what its motor gives the gear without effects: what does not depend on the mass
-    /// (N·m) and what multiplies it (N·m/kg). Zero for supply terms.
+    /// Torque at a wheel per coefficient. `gear_input` is what its motor gives the gear without
+    /// effects: what does not depend on the mass (N·m) and what multiplies it (N·m/kg). Zero for
+    /// supply terms.
     #[inline]
     pub(super) fn torque<const N: usize>(
         &self,
@@ -227,7 +240,8 @@ impl<T: Real> Term<T> {
             Term::Gain(with) => Supply { gain: T::ONE, constant: with, ..Supply::default() },
             Term::Constant => constant(T::ONE),
             Term::StepAt(from) if scene.time >= from => constant(T::ONE),
-            // For ever counts from the first motion on, too: before it the robot has stood still for ever.
+            // For ever counts from the first motion on, too: before it the robot has stood still
+            // for ever.
             Term::WithMotion(hold) if scene.still.is_finite() && scene.still <= hold => constant(T::ONE),
             Term::Driver => constant(scene.driver),
             _ => Supply::default(),

@@ -7,12 +7,14 @@ use crate::real::Real;
 pub struct Threshold<T> {
     /// Drift k taken off each bucket: shifts below 2 k are ignored in the long run.
     pub drift: T,
-    /// Alarm level h. Independent normal surprises reach it once in about e^(2 k h) / (2 k²) buckets.
+    /// Alarm level h. Independent normal surprises reach it once in about e^(2 k h) / (2 k²)
+    /// buckets.
     pub level: T,
 }
 
 impl<T: Real> Default for Threshold<T> {
-    /// k = 1, h = 15: no false alarm to speak of if the fit's noise holds, and room for it to be half of the truth.
+    /// k = 1, h = 15: no false alarm to speak of if the fit's noise holds, and room for it to be
+    /// half of the truth.
     fn default() -> Self {
         Self { drift: T::ONE, level: T::from_f64(15.0) }
     }
@@ -51,9 +53,11 @@ impl<T: Real> Cusum<T> {
         Self { threshold, heavier: Side::default(), lighter: Side::default() }
     }
 
-    /// Takes the surprise of one bucket. `Some(n)`: the payload is another since the latest `n` buckets.
+    /// Takes the surprise of one bucket. `Some(n)`: the payload is another since the latest `n`
+    /// buckets.
     ///
-    /// One bucket's surprise counts for at most half the alarm level: a single outlier is no payload.
+    /// One bucket's surprise counts for at most half the alarm level: a single outlier is no
+    /// payload.
     pub fn push(&mut self, surprise: T) -> Option<usize> {
         let most = self.threshold.level * T::HALF + self.threshold.drift;
         let surprise = surprise.at_least(-most).at_most(most);

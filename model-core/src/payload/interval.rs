@@ -1,4 +1,5 @@
-//! Honest intervals: what the buckets' scatter and the fit's noise say about the error of an estimate.
+//! Honest intervals: what the buckets' scatter and the fit's noise say about the error of an
+//! estimate.
 
 use crate::real::Real;
 
@@ -35,10 +36,11 @@ impl<T: Real> Products<T> {
 
 /// Sums over the buckets of a window that the variance of a weighted estimate needs.
 ///
-/// With scores s_b (the sum of weight times residual in a bucket) and information i_b, the estimate errs by
-/// Σ s_b / Σ i_b. Neighbouring buckets are correlated through the filter and through what the model lacks, so the
-/// variance of Σ s_b counts their products twice (Newey and West's estimator, without its taper), up to a lag that
-/// grows with the window: for an error that lasts two buckets, one lag would see half of its variance.
+/// With scores s_b (the sum of weight times residual in a bucket) and information i_b, the estimate
+/// errs by Σ s_b / Σ i_b. Neighbouring buckets are correlated through the filter and through what
+/// the model lacks, so the variance of Σ s_b counts their products twice (Newey and West's
+/// estimator, without its taper), up to a lag that grows with the window: for an error that lasts
+/// two buckets, one lag would see half of its variance.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Scatter<T> {
     squares: Products<T>,
@@ -61,10 +63,12 @@ impl<T: Real> Scatter<T> {
 
     /// Half-width of the 95 % interval.
     ///
-    /// `information` is that of all buckets. `expected` is the variance of Σ s_b by the fit's noise, which counts as `prior` buckets' worth of evidence beside
-    /// the scatter seen; `lasting` is the variance of the estimate from errors that outlast the window. Such errors show in
-    /// the scatter too as soon as the robot drives at several speeds, so they are expected beside the noise, not added to
-    /// the scatter; at one speed they do not show, and the variance is at least theirs.
+    /// `information` is that of all buckets. `expected` is the variance of Σ s_b by the fit's
+    /// noise, which counts as `prior` buckets' worth of evidence beside the scatter seen; `lasting`
+    /// is the variance of the estimate from errors that outlast the window. Such errors show in the
+    /// scatter too as soon as the robot drives at several speeds, so they are expected beside the
+    /// noise, not added to the scatter; at one speed they do not show, and the variance is at least
+    /// theirs.
     pub(super) fn half_width(&self, information: T, prior: T, expected: T, lasting: T) -> T {
         let total = information * information;
         // Buckets without information tell nothing: this many alike would scatter as these do.
@@ -76,7 +80,8 @@ impl<T: Real> Scatter<T> {
                 sums.information += T::TWO * products.information;
             }
         }
-        // The estimate took its part of the scatter out of every product: for white noise what is left is this share.
+        // The estimate took its part of the scatter out of every product: for white noise what is
+        // left is this share.
         let left = (T::ONE - sums.information / total).at_least(T::ZERO);
         let freedom = buckets * left;
         let bias = if freedom > T::HALF { T::ONE / left } else { T::ZERO };
@@ -88,8 +93,9 @@ impl<T: Real> Scatter<T> {
     }
 }
 
-/// Two-sided 95 % quantile of Student's t: the Cornish–Fisher expansion to second order, low by 1 % at 5 degrees of
-/// freedom. Infinite below 3, where an interval from so little scatter means nothing.
+/// Two-sided 95 % quantile of Student's t: the Cornish–Fisher expansion to second order, low by 1 %
+/// at 5 degrees of freedom. Infinite below 3, where an interval from so little scatter means
+/// nothing.
 fn student_95<T: Real>(freedom: T) -> T {
     if freedom < T::from_f64(3.0) {
         return T::INFINITY;
@@ -100,8 +106,9 @@ fn student_95<T: Real>(freedom: T) -> T {
 
 /// What the estimate `d` ± `half_width` (kg about the middle of the range) says of the mass.
 ///
-/// Within the range the interval is cut to it. An interval that lies beyond the range altogether says that the mass does; one that
-/// reaches in from there leaves it open, and is not cut. Unknown where the interval says too little.
+/// Within the range the interval is cut to it. An interval that lies beyond the range altogether
+/// says that the mass does; one that reaches in from there leaves it open, and is not cut. Unknown
+/// where the interval says too little.
 pub(crate) fn within<T: Real>(range: &MassRange<T>, d: T, half_width: T) -> MassEstimate<T> {
     let (middle, reach) = (range.middle(), range.reach());
     if !d.is_finite() {

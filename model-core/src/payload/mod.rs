@@ -1,8 +1,9 @@
 //! Step two of the paper: the unknown mass, from what the samples say about it.
 //!
-//! Samples are summed into buckets (a second, say); a [`schedule::Schedule`] decides which buckets count; an
-//! estimator turns them into a mass with an interval, or says that it is unknown. [`roots`] is the paper's weighted
-//! mean of Eq. 24's roots, [`window`] least squares over all samples of the window. [`change`] notices a new payload.
+//! Samples are summed into buckets (a second, say); a [`schedule::Schedule`] decides which buckets
+//! count; an estimator turns them into a mass with an interval, or says that it is unknown.
+//! [`roots`] is the paper's weighted mean of Eq. 24's roots, [`window`] least squares over all
+//! samples of the window. [`change`] notices a new payload.
 
 pub mod change;
 pub(crate) mod interval;
@@ -71,14 +72,15 @@ pub enum Place {
 pub struct Beyond<T> {
     /// On which side.
     pub place: Place,
-    /// The nearest end of the range, kg, with an interval from there to as far as the mass may lie beyond it.
+    /// The nearest end of the range, kg, with an interval from there to as far as the mass may lie
+    /// beyond it.
     pub mass: Mass<T>,
     /// What explains the samples best, kg.
     pub best: T,
 }
 
-/// A total mass with its 95 % interval, all in kg. The mass is within the robot's range; its interval is, unless the samples are
-/// explained better by a mass beyond it.
+/// A total mass with its 95 % interval, all in kg. The mass is within the robot's range; its
+/// interval is, unless the samples are explained better by a mass beyond it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mass<T> {
     /// The estimate.
@@ -94,26 +96,29 @@ pub struct Mass<T> {
 pub enum Unknown {
     /// No samples yet, or no coefficients.
     NoSamples,
-    /// The robot stood still, or its drives were clamped: nothing in the samples depends on the mass.
+    /// The robot stood still, or its drives were clamped: nothing in the samples depends on the
+    /// mass.
     NoMotion,
     /// The interval would be wider than half the mass range.
     TooWide,
     /// A sum is not finite.
     NotFinite,
-    /// The coefficients come from one payload or one speed only: [`crate::coefficients::Coefficients::identifies_mass`].
+    /// The coefficients come from one payload or one speed only:
+    /// [`crate::coefficients::Coefficients::identifies_mass`].
     NotIdentifiable,
 }
 
 /// How far measured power strays from the model's, as the fit found it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Noise<T> {
-    /// Residual's spectral density at frequency 0, W²·s: its variance times twice its correlation time.
+    /// Residual's spectral density at frequency 0, W²·s: its variance times twice its correlation
+    /// time.
     pub density: T,
-    /// Standard deviation of the error that lasts longer than a window, W: what the coefficients' own uncertainty
-    /// does to the predicted power.
+    /// Standard deviation of the error that lasts longer than a window, W: what the coefficients'
+    /// own uncertainty does to the predicted power.
     pub model_std: T,
-    /// How much larger than by the density the rare scatter of a few seconds is, at least 1: a change of payload has to stand
-    /// out of that.
+    /// How much larger than by the density the rare scatter of a few seconds is, at least 1: a
+    /// change of payload has to stand out of that.
     pub tail: T,
 }
 
@@ -189,9 +194,10 @@ pub trait Method<T: Real> {
         self.estimate_of(&total([buckets.clone()]), [buckets], T::ONE)
     }
 
-    /// The same for whoever has the buckets' [`total`] already, and the buckets in parts, one behind the other: a loop over
-    /// a slice costs less than one over two that are chained. The residual is known to scatter so much more than the fit's noise
-    /// says, `excess` as a ratio of variances ([`spread::Spread`]).
+    /// The same for whoever has the buckets' [`total`] already, and the buckets in parts, one
+    /// behind the other: a loop over a slice costs less than one over two that are chained. The
+    /// residual is known to scatter so much more than the fit's noise says, `excess` as a ratio of
+    /// variances ([`spread::Spread`]).
     fn estimate_of<'a, P>(
         &self,
         total: &Self::Sums,
@@ -202,7 +208,7 @@ pub trait Method<T: Real> {
         P: IntoIterator<Item = &'a Self::Sums>,
         Self::Sums: 'a;
 
-    /// How many standard deviations of the fit's noise this bucket lies above what `mass` (kg) makes expect; `None` where it
-    /// says nothing.
+    /// How many standard deviations of the fit's noise this bucket lies above what `mass` (kg)
+    /// makes expect; `None` where it says nothing.
     fn surprise(&self, sums: &Self::Sums, mass: T) -> Option<T>;
 }

@@ -23,7 +23,8 @@ impl<T: Real> Sums<T> {
             return;
         }
         let p = &response.polynomial;
-        // Power grows with mass between the two roots of a parabola: with both inside, the upper is on that branch.
+        // Power grows with mass between the two roots of a parabola: with both inside, the upper is
+        // on that branch.
         let root = quadratic::root_within(p.a, p.b, p.c - power, range.reach());
         if let Some(root) = root {
             self.weight += weight;
@@ -39,8 +40,8 @@ impl<T: Real> Bucket<T> for Sums<T> {
     }
 }
 
-/// The averaged-roots estimator. Its interval is that of a weighted mean: it knows the roots' scatter, but not that roots
-/// cut to the range lean towards its middle.
+/// The averaged-roots estimator. Its interval is that of a weighted mean: it knows the roots'
+/// scatter, but not that roots cut to the range lean towards its middle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RootMean<T> {
     /// The masses in question.
@@ -55,7 +56,8 @@ impl<T: Real> Method<T> for RootMean<T> {
         sums.add(power, response, &self.range, speed);
     }
 
-    // A function of its own, so that its loop over the buckets is compiled alone: inlined, it has too few registers.
+    // A function of its own, so that its loop over the buckets is compiled alone: inlined, it has
+    // too few registers.
     #[inline(never)]
     fn estimate_of<'a, P>(&self, total: &Sums<T>, parts: impl IntoIterator<Item = P>, _: T) -> MassEstimate<T>
     where

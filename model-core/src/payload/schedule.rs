@@ -65,7 +65,8 @@ impl Timeline {
         }
     }
 
-    /// Counts one more bucket. `Some(n)`: estimate from the latest `n`; `None`: hold what was estimated.
+    /// Counts one more bucket. `Some(n)`: estimate from the latest `n`; `None`: hold what was
+    /// estimated.
     pub fn advance(&mut self) -> Option<usize> {
         let count = self.next();
         self.age = self.age_with_one_more();

@@ -5,20 +5,23 @@ use crate::real::Real;
 /// Buckets for which the fit's own noise stands, at the start.
 const PRIOR: f64 = 6.0;
 
-/// Buckets over which the scatter is remembered: a minute and a half of seconds, of which one in a few says nothing.
+/// Buckets over which the scatter is remembered: a minute and a half of seconds, of which one in a
+/// few says nothing.
 const MEMORY: f64 = 60.0;
 
-/// A square counts for at most so many times the mean of those before: three standard deviations. One outlier, or the one step
-/// between a payload and the next, is no noise.
+/// A square counts for at most so many times the mean of those before: three standard deviations.
+/// One outlier, or the one step between a payload and the next, is no noise.
 const MOST: f64 = 9.0;
 
-/// Ratios up to this one are chance: over [`MEMORY`] buckets of normal noise, whose neighbours' differences are correlated, the
-/// ratio's own standard deviation is √(3 / 60) = 0.22.
+/// Ratios up to this one are chance: over [`MEMORY`] buckets of normal noise, whose neighbours'
+/// differences are correlated, the ratio's own standard deviation is √(3 / 60) = 0.22.
 const CHANCE: f64 = 1.5;
 
-/// The ratio of the residual's variance to what the fit's noise makes expect, from the buckets' surprises.
+/// The ratio of the residual's variance to what the fit's noise makes expect, from the buckets'
+/// surprises.
 ///
-/// Half the mean square of the differences of neighbours: a lasting surprise, as another payload brings, adds to one of them only.
+/// Half the mean square of the differences of neighbours: a lasting surprise, as another payload
+/// brings, adds to one of them only.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spread<T> {
     ratio: T,
@@ -54,12 +57,14 @@ impl<T: Real> Spread<T> {
         self.last = T::NAN;
     }
 
-    /// As many buckets were seen as the fit's own noise stands for: what is out of the ordinary can be told.
+    /// As many buckets were seen as the fit's own noise stands for: what is out of the ordinary can
+    /// be told.
     pub fn is_known(&self) -> bool {
         self.weight >= T::from_f64(2.0 * PRIOR)
     }
 
-    /// The ratio of variances where it is above chance, else 1: drives in which little happens are no better sensors.
+    /// The ratio of variances where it is above chance, else 1: drives in which little happens are
+    /// no better sensors.
     pub fn excess(&self) -> T {
         if self.ratio > T::from_f64(CHANCE) { self.ratio } else { T::ONE }
     }

@@ -1,8 +1,10 @@
-//! The default estimator: least squares of power over the mass, on all samples of the window at once.
+//! The default estimator: least squares of power over the mass, on all samples of the window at
+//! once.
 //!
-//! Minimises Σ (P_k − a_k d² − b_k d − c_k)² over d = m − m₀ within the robot's masses. The sum is a quartic in d
-//! whose coefficients are sums over samples, so a window of any length is a few sums per second of it: constant
-//! memory, no samples kept. Each sample weighs by how much it says about the mass, and the curvature gives an interval.
+//! Minimises Σ (P_k − a_k d² − b_k d − c_k)² over d = m − m₀ within the robot's masses. The sum is
+//! a quartic in d whose coefficients are sums over samples, so a window of any length is a few sums
+//! per second of it: constant memory, no samples kept. Each sample weighs by how much it says about
+//! the mass, and the curvature gives an interval.
 //!
 //! A sample whose residual at the mass known now is beyond the noise counts less (Huber): a square
 //! loss lets ten samples at the corners of the acceleration move the mass by percents.
@@ -44,7 +46,8 @@ impl<T: Real> Sums<T> {
         self.a += weighted_a;
     }
 
-    /// Σ g e: minus half the slope of the sum of squares at d, W²/kg, with g = 2 a d + b and e the residual.
+    /// Σ g e: minus half the slope of the sum of squares at d, W²/kg, with g = 2 a d + b and e the
+    /// residual.
     #[inline]
     pub fn score(&self, d: T) -> T {
         // Powers of d first: they are the same for all buckets.
@@ -96,11 +99,13 @@ pub struct Window<T> {
 /// How many buckets of scatter the fit's own noise level counts for.
 const PRIOR_BUCKETS: f64 = 6.0;
 
-/// How far below the middle the minimum is sought, in units of the range's half: as far as to no mass at all, or this where that
-/// is farther. What strays a little beyond a bound is cut to it, with the interval that it had.
+/// How far below the middle the minimum is sought, in units of the range's half: as far as to no
+/// mass at all, or this where that is farther. What strays a little beyond a bound is cut to it,
+/// with the interval that it had.
 const BELOW: f64 = 1.5;
 
-/// How far above the middle, in the same units: so far a robot is said to be overloaded by how much.
+/// How far above the middle, in the same units: so far a robot is said to be overloaded by how
+/// much.
 const ABOVE: f64 = 16.0;
 
 /// Enough to halve the bracket below single precision's last digit.
@@ -129,7 +134,8 @@ impl<T: Real> Window<T> {
         if score(high) >= T::ZERO {
             return high;
         }
-        // Newton's step from the current point, or the middle of the bracket where that would leave it.
+        // Newton's step from the current point, or the middle of the bracket where that would leave
+        // it.
         let mut d = T::ZERO;
         for _ in 0..BISECTIONS {
             let score = score(d);
@@ -140,7 +146,8 @@ impl<T: Real> Window<T> {
             }
             let step = score / information(d);
             let newton = d + step;
-            // A step below the last digit ends on the bracket's end: that is the minimum, not a way out.
+            // A step below the last digit ends on the bracket's end: that is the minimum, not a way
+            // out.
             let next = if newton >= low && newton <= high { newton } else { (low + high) * T::HALF };
             if (next - d).abs() <= T::TWO * T::EPSILON * least {
                 return next;
@@ -156,7 +163,8 @@ impl<T: Real> Method<T> for Window<T> {
 
     #[inline]
     fn add(&self, sums: &mut Sums<T>, power: T, response: &Response<T>, speed: T, d: T) {
-        // Eq. 18's β1 and β2 act at rest too, where no payload can be told from the standing robot's other losses.
+        // Eq. 18's β1 and β2 act at rest too, where no payload can be told from the standing
+        // robot's other losses.
         let at_rest = speed <= T::ZERO;
         if !at_rest {
             sums.add(power, response, self.linear_beyond, d);
@@ -167,7 +175,8 @@ impl<T: Real> Method<T> for Window<T> {
         self.linear_beyond.is_finite()
     }
 
-    // A function of its own, so that its loop over the buckets is compiled alone: inlined, it has too few registers.
+    // A function of its own, so that its loop over the buckets is compiled alone: inlined, it has
+    // too few registers.
     #[inline(never)]
     fn estimate_of<'a, P>(
         &self,

@@ -111,7 +111,8 @@ pub(crate) fn coefficients() -> Coefficients<f64, 2> {
     }
 }
 
-/// A turning wheel: speeds of both signs beyond any dead band, accelerations and inertial torques of all signs.
+/// A turning wheel: speeds of both signs beyond any dead band, accelerations and inertial torques
+/// of all signs.
 pub(crate) fn wheel() -> impl Strategy<Value = Wheel<f64>> {
     (0.05..10.0_f64, any::<bool>(), -30.0..30.0_f64, -0.1..0.1_f64).prop_map(
         |(speed, forward, acceleration, inertial_torque)| {

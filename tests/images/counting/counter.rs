@@ -5,7 +5,8 @@ use core::hint::black_box;
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 
-/// An instruction takes 2^SHIFT ns of the emulator's time: `-icount shift=10`, the largest there is.
+/// An instruction takes 2^SHIFT ns of the emulator's time: `-icount shift=10`, the largest there
+/// is.
 pub(crate) const SHIFT: u32 = 10;
 /// The core clock of mps2-an500 has 25 MHz.
 pub(crate) const TICK_NS: u32 = 40;

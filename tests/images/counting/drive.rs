@@ -1,4 +1,5 @@
-//! A drive: cruises, turns, spins on the spot, firm starts and stops, rests; a payload that changes once.
+//! A drive: cruises, turns, spins on the spot, firm starts and stops, rests; a payload that changes
+//! once.
 
 use model_core::estimator::Sample;
 use model_core::kinematics::MassMatrix;

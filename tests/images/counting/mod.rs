@@ -106,7 +106,8 @@ struct Registers {
     changes: u32,
 }
 
-/// As a task of the firmware would do it: the estimator in memory, what came of the sample into registers. The call counts too.
+/// As a task of the firmware would do it: the estimator in memory, what came of the sample into
+/// registers. The call counts too.
 #[inline(never)]
 fn push<M: Method<f32>, const B: usize>(
     estimator: &mut Estimator<f32, M, WHEELS, B>,

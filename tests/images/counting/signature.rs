@@ -1,4 +1,5 @@
-//! What verifying a signature costs: it keeps the thread of the firmware's main executor, and with it the watchdog, waiting.
+//! What verifying a signature costs: it keeps the thread of the firmware's main executor, and with
+//! it the watchdog, waiting.
 
 use core::hint::black_box;
 

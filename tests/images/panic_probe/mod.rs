@@ -1,4 +1,5 @@
-//! A panic handler that cannot be linked: an image with it exists only if the optimiser has removed every panic.
+//! A panic handler that cannot be linked: an image with it exists only if the optimiser has removed
+//! every panic.
 
 #[expect(unsafe_code, reason = "the name of something that does not exist; it is never called")]
 unsafe extern "C" {

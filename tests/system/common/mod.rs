@@ -16,8 +16,9 @@ pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the tests are in the workspace")
 }
 
-/// The emulated STM32F746, in the folder that the variable STM32EMU names: it is no part of the project, so nobody runs it unasked.
-/// `None`, and the test counted as skipped, where there is none.
+/// The emulated STM32F746, in the folder that the variable STM32EMU names: it is no part of the
+/// project, so nobody runs it unasked. `None`, and the test counted as skipped, where there is
+/// none.
 #[allow(dead_code, reason = "not every test that shares this file needs it")]
 pub(crate) fn emulator() -> Option<PathBuf> {
     static READY: Once = Once::new();

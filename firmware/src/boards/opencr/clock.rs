@@ -1,4 +1,5 @@
-//! The clock tree: 25 MHz crystal to 216 MHz for the core, 48 MHz for USB, 54 and 108 MHz for the peripherals.
+//! The clock tree: 25 MHz crystal to 216 MHz for the core, 48 MHz for USB, 54 and 108 MHz for the
+//! peripherals.
 
 use embassy_stm32::Config;
 use embassy_stm32::rcc::{
@@ -7,7 +8,8 @@ use embassy_stm32::rcc::{
 };
 use embassy_stm32::time::Hertz;
 
-/// As the stock firmware sets it. VCO 432 MHz, the most there is (RM0385, RCC_PLLCFGR); USB needs 48 MHz ± 0.25 %.
+/// As the stock firmware sets it. VCO 432 MHz, the most there is (RM0385, RCC_PLLCFGR); USB needs
+/// 48 MHz ± 0.25 %.
 pub(super) fn config() -> Config {
     let mut config = Config::default();
     config.rcc.hse = Some(Hse { freq: Hertz(25_000_000), mode: HseMode::Oscillator });
@@ -27,7 +29,8 @@ pub(super) fn config() -> Config {
     config
 }
 
-/// Flash has seven wait states at 216 MHz, which this cache hides. The data cache stays off: see docs/board.md.
+/// Flash has seven wait states at 216 MHz, which this cache hides. The data cache stays off: see
+/// docs/board.md.
 pub(super) fn enable_instruction_cache() {
     if let Some(mut core) = cortex_m::Peripherals::take() {
         core.SCB.enable_icache();

@@ -1,9 +1,10 @@
 //! Copies memory by words.
 //!
-//! What the compiler brings along copies fewer than sixteen bytes one by one, and more by one word a turn, of four instructions. A tick
-//! copies some 4 KB of futures, records and packets, and a host's read of all registers 18 KB more. These take their place in the image:
-//! the compiler's are weak. Memory is normal memory everywhere, where this core loads and stores words at any address; several at once
-//! only at those of words, which the names with a number promise.
+//! What the compiler brings along copies fewer than sixteen bytes one by one, and more by one word
+//! a turn, of four instructions. A tick copies some 4 KB of futures, records and packets, and a
+//! host's read of all registers 18 KB more. These take their place in the image: the compiler's are
+//! weak. Memory is normal memory everywhere, where this core loads and stores words at any address;
+//! several at once only at those of words, which the names with a number promise.
 #![expect(
     unsafe_code,
     reason = "the run-time ABI's functions, by their contract: memory of both is theirs, apart, so many bytes of it"

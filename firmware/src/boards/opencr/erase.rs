@@ -1,7 +1,8 @@
 //! Erases a sector of the flash while the watchdog runs.
 //!
-//! The chip has one bank: while it erases, whatever fetches from it stands still, for longer than the watchdog allows. So the loop that
-//! waits is in RAM, and feeds it. Interrupts, whose handlers are in flash, are masked meanwhile.
+//! The chip has one bank: while it erases, whatever fetches from it stands still, for longer than
+//! the watchdog allows. So the loop that waits is in RAM, and feeds it. Interrupts, whose handlers
+//! are in flash, are masked meanwhile.
 #![expect(unsafe_code, reason = "device registers from code that may call nothing in flash")]
 
 use core::ptr::{read_volatile, write_volatile};
@@ -23,11 +24,13 @@ const LOCK: u32 = 1 << 31;
 /// The watchdog's counter at its greatest, and its activation bit.
 const FED: u32 = 0xFF;
 
-/// Times that the watchdog is fed at most. Each takes eight cycles of 216 MHz or more (a write and a read behind a bus bridge), so these are
-/// 4 s at least: no sector takes longer (STM32F746 datasheet, flash memory programming). A flash that is busy for ever ends in a reset.
+/// Times that the watchdog is fed at most. Each takes eight cycles of 216 MHz or more (a write and
+/// a read behind a bus bridge), so these are 4 s at least: no sector takes longer (STM32F746
+/// datasheet, flash memory programming). A flash that is busy for ever ends in a reset.
 const MOST_FEEDS: u32 = 108_000_000;
 
-/// 2.8 V falling: programming by 32 bits wants 2.7 V (STM32F746 datasheet, flash memory programming).
+/// 2.8 V falling: programming by 32 bits wants 2.7 V (STM32F746 datasheet, flash memory
+/// programming).
 const LOWEST_SUPPLY: u8 = 6;
 
 /// Watches the chip's supply from now on.

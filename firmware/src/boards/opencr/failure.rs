@@ -1,7 +1,7 @@
 //! What must not happen: says so, keeps why, cuts the motors' supply and starts again.
 //!
-//! The reset is a system reset. The independent watchdog's would leave the board in its bootloader until somebody switches it off
-//! (docs/board.md, trap B).
+//! The reset is a system reset. The independent watchdog's would leave the board in its bootloader
+//! until somebody switches it off (docs/board.md, trap B).
 
 use core::panic::PanicInfo;
 

@@ -52,7 +52,8 @@ impl ErrorType for InertialPort {
 }
 
 impl SpiDevice for InertialPort {
-    /// The one shape that a register device needs, in place: each other would be more of the driver's code in the image.
+    /// The one shape that a register device needs, in place: each other would be more of the
+    /// driver's code in the image.
     async fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
         let [Operation::TransferInPlace(words)] = operations else { return Err(ErrorKind::Other) };
         self.select.set_low();

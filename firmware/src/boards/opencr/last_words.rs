@@ -1,6 +1,7 @@
 //! What the image tells itself over a reset: why it ended, in memory that no start writes.
 //!
-//! The bootloader runs in between and may overwrite it; a checksum tells, and then the chip's own flags say what they know.
+//! The bootloader runs in between and may overwrite it; a checksum tells, and then the chip's own
+//! flags say what they know.
 
 use core::mem::MaybeUninit;
 use core::ptr::{addr_of, addr_of_mut, read_volatile, write_volatile};
@@ -33,7 +34,8 @@ mod memory {
     static mut NOTE: MaybeUninit<Note> = MaybeUninit::uninit();
 
     pub(super) fn read() -> Note {
-        // SAFETY: any four words are a note; whoever writes it resets the chip, or has just started.
+        // SAFETY: any four words are a note; whoever writes it resets the chip, or has just
+        // started.
         unsafe { read_volatile(addr_of!(NOTE).cast()) }
     }
 

@@ -1,6 +1,8 @@
-//! The stock loader's call: `opencr_ld` opens the port at 1200 baud and sends a word; the board has to be in its bootloader within 3 s.
+//! The stock loader's call: `opencr_ld` opens the port at 1200 baud and sends a word; the board has
+//! to be in its bootloader within 3 s.
 //!
-//! The bootloader stays when the independent watchdog has reset the chip (docs/board.md, trap B): what the stock firmware does too.
+//! The bootloader stays when the independent watchdog has reset the chip (docs/board.md, trap B):
+//! what the stock firmware does too.
 
 use embassy_stm32::pac::IWDG;
 use embassy_stm32::pac::iwdg::vals::{Key, Pr};

@@ -1,4 +1,5 @@
-//! OpenCR 1.0: STM32F746ZG, sensors on I2C1, servos on USART3, the link on USB. Pins and traps: docs/board.md.
+//! OpenCR 1.0: STM32F746ZG, sensors on I2C1, servos on USART3, the link on USB. Pins and traps:
+//! docs/board.md.
 
 mod clock;
 mod copy;
@@ -87,7 +88,8 @@ impl StatusLed {
     }
 }
 
-/// Sets up clocks, pins and drivers. To be called once. What happens on the sensors' bus is counted in `counters`.
+/// Sets up clocks, pins and drivers. To be called once. What happens on the sensors' bus is counted
+/// in `counters`.
 pub fn init(counters: &'static BusCounters) -> Board {
     // First: a crystal that does not start is waited for without end.
     let reset = last_words::report();

@@ -1,8 +1,9 @@
 //! The power sensors' bus, I2C1, which comes back from whatever a bus can run into.
 //!
-//! The HAL's driver sets the peripheral up; [`transfer`] moves the bytes. After a timeout, lost arbitration or a bus error the
-//! peripheral is taken down, the bus is cleared by clocking the device that holds it (UM10204, 3.1.16), and everything is set
-//! up anew. While the bus is held there is no driver at all: a transaction then looks at the lines and fails.
+//! The HAL's driver sets the peripheral up; [`transfer`] moves the bytes. After a timeout, lost
+//! arbitration or a bus error the peripheral is taken down, the bus is cleared by clocking the
+//! device that holds it (UM10204, 3.1.16), and everything is set up anew. While the bus is held
+//! there is no driver at all: a transaction then looks at the lines and fails.
 
 mod parts;
 mod transfer;
@@ -27,7 +28,8 @@ const FREE_WITHIN: Duration = Duration::from_micros(20);
 
 /// The sensors' bus.
 pub struct SensorBus {
-    /// While there is no driver: not set up yet, or to be cleared and set up again, once no line is held low.
+    /// While there is no driver: not set up yet, or to be cleared and set up again, once no line is
+    /// held low.
     parts: Option<Parts>,
     started: Option<Started>,
     has_run: bool,
@@ -47,8 +49,8 @@ impl SensorBus {
         Self { parts: Some(parts), started: None, has_run: false, counters }
     }
 
-    /// Sets the driver up, if the lines are free. The first time too: a board that was reset within a transaction finds a sensor
-    /// that holds one.
+    /// Sets the driver up, if the lines are free. The first time too: a board that was reset within
+    /// a transaction finds a sensor that holds one.
     async fn prepare(&mut self) -> Result<(), Error> {
         if let Some(parts) = &mut self.parts
             && parts.clear_lines().await
@@ -66,7 +68,8 @@ impl SensorBus {
         if self.started.is_some() { Ok(()) } else { Err(Error::Bus) }
     }
 
-    /// Takes the peripheral down where it cannot be trusted any more. The next transaction sets it up again.
+    /// Takes the peripheral down where it cannot be trusted any more. The next transaction sets it
+    /// up again.
     fn check<T>(&mut self, result: Result<T, Error>) -> Result<T, Error> {
         match result {
             // A sensor that does not answer is no fault of the bus.
@@ -111,8 +114,9 @@ impl embedded_hal_async::i2c::I2c for SensorBus {
 }
 
 impl Convert for SensorBus {
-    /// A sensor that does not acknowledge costs its own answer, and so does what ends one transaction on the bus. Where the bus is held, nobody
-    /// behind is asked: all of it is over within the limit of the first try.
+    /// A sensor that does not acknowledge costs its own answer, and so does what ends one
+    /// transaction on the bus. Where the bus is held, nobody behind is asked: all of it is over
+    /// within the limit of the first try.
     async fn convert_each(&mut self, conversions: &mut [Option<Conversion>]) {
         let mut rest = conversions;
         loop {

@@ -1,7 +1,8 @@
-//! The servos' bus: one wire that both sides drive in turn, behind a buffer whose direction is a pin.
+//! The servos' bus: one wire that both sides drive in turn, behind a buffer whose direction is a
+//! pin.
 //!
-//! A servo may be set to answer at once, which is sooner than a busy task comes to turn the buffer: the interrupt at the end of the
-//! last bit does ([`TurnAround`]).
+//! A servo may be set to answer at once, which is sooner than a busy task comes to turn the buffer:
+//! the interrupt at the end of the last bit does ([`TurnAround`]).
 
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::interrupt::typelevel;
@@ -15,7 +16,8 @@ use super::Irqs;
 use crate::parameters::SERVO_BAUD;
 use crate::wheels::SwitchedPort;
 
-/// Bytes that may arrive while nobody reads: 2.5 ms at full speed, more than a sync read's two answers.
+/// Bytes that may arrive while nobody reads: 2.5 ms at full speed, more than a sync read's two
+/// answers.
 const RING_BYTES: usize = 256;
 
 /// The direction's pin of port C.
@@ -37,13 +39,15 @@ struct Driver {
 }
 
 impl Parts {
-    /// Sets the peripheral up, its receiver running into the ring. `None` for a rate that the clock cannot divide to: never.
+    /// Sets the peripheral up, its receiver running into the ring. `None` for a rate that the clock
+    /// cannot divide to: never.
     #[expect(unsafe_code, reason = "the HAL has no way to give a driver's parts and its ring back")]
     fn start(&mut self) -> Option<Driver> {
         static mut RING: [u8; RING_BYTES] = [0; RING_BYTES];
         let mut config = usart::Config::default();
         config.baudrate = SERVO_BAUD;
-        // SAFETY: these parts are the only ones, and the driver made of their copies before this one has been dropped: its DMA is off.
+        // SAFETY: these parts are the only ones, and the driver made of their copies before this
+        // one has been dropped: its DMA is off.
         let (uart, ring) = unsafe {
             let uart = Uart::new(
                 self.usart.clone_unchecked(),
@@ -64,8 +68,8 @@ impl Parts {
 /// Sends and receives on the servos' bus.
 ///
 /// [`Write::write`] takes the bus until its last bit is sent, for which [`Write::flush`] waits. The receiver runs all the time, into a
-/// ring that DMA fills. After an error it is set up anew: the driver would resume the ring where it stopped, and what the ring then
-/// holds is not what came.
+/// ring that DMA fills. After an error it is set up anew: the driver would resume the ring where it
+/// stopped, and what the ring then holds is not what came.
 pub struct ServoPort {
     parts: Parts,
     driver: Option<Driver>,

@@ -16,8 +16,8 @@ const STORE: Range<u32> = 0x1_0000..0x2_0000;
 
 /// The store's flash, counted from its own beginning.
 ///
-/// The chip has one bank: while it erases or writes, which happens with interrupts masked, nothing else runs.
-/// Erasing a sector of 32 KB takes a quarter of a second and more.
+/// The chip has one bank: while it erases or writes, which happens with interrupts masked, nothing
+/// else runs. Erasing a sector of 32 KB takes a quarter of a second and more.
 pub struct StoreFlash(Bank1Region1<'static, Blocking>);
 
 /// Beyond the store, not aligned, or refused by the flash.
@@ -35,7 +35,8 @@ impl StoreFlash {
         Self(Flash::new_blocking(flash).into_blocking_regions().bank1_region1)
     }
 
-    /// `count` bytes from `offset` of the store, in the region's counting; the bootloader before it is out of reach.
+    /// `count` bytes from `offset` of the store, in the region's counting; the bootloader before it
+    /// is out of reach.
     fn place(offset: u32, count: usize) -> Result<Range<u32>, StoreFlashError> {
         let outside = StoreFlashError(NorFlashErrorKind::OutOfBounds);
         let count = u32::try_from(count).map_err(|_| outside)?;

@@ -1,7 +1,8 @@
 //! Board time: TIM5, 32 bits at 1 MHz, which wraps once in 71 minutes.
 //!
-//! The HAL's own driver counts 16 bits and the interrupts between them: while the flash is erased no interrupt runs, and every
-//! 65 ms of that are lost. Here nothing is lost as long as no stall lasts an hour.
+//! The HAL's own driver counts 16 bits and the interrupts between them: while the flash is erased
+//! no interrupt runs, and every 65 ms of that are lost. Here nothing is lost as long as no stall
+//! lasts an hour.
 
 use core::cell::{Cell, RefCell};
 use core::task::Waker;
@@ -47,8 +48,8 @@ impl Driver for Clock {
         })
     }
 
-    /// A future that waits for several things asks for its time whenever one of them moves: only what is due before the alarm
-    /// concerns the timer.
+    /// A future that waits for several things asks for its time whenever one of them moves: only
+    /// what is due before the alarm concerns the timer.
     fn schedule_wake(&self, at: u64, waker: &Waker) {
         self.timers.lock(|timers| {
             let mut timers = timers.borrow_mut();

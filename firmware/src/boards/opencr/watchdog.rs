@@ -1,8 +1,10 @@
-//! The window watchdog: what hangs ends in a reset, after which the bootloader starts the image again.
+//! The window watchdog: what hangs ends in a reset, after which the bootloader starts the image
+//! again.
 //!
-//! Not the independent one: after its reset the OpenCR's bootloader stays until somebody presses a button (docs/board.md, trap B).
-//! This one counts the slower bus's clock: 38.8 ms at 54 MHz, 131 ms before the crystal runs. Once started it cannot be
-//! stopped, so the flash is erased by code that feeds it (`erase.rs`).
+//! Not the independent one: after its reset the OpenCR's bootloader stays until somebody presses a
+//! button (docs/board.md, trap B). This one counts the slower bus's clock: 38.8 ms at 54 MHz, 131
+//! ms before the crystal runs. Once started it cannot be stopped, so the flash is erased by code
+//! that feeds it (`erase.rs`).
 
 use embassy_stm32::pac::wwdg::vals::Wdgtb;
 use embassy_stm32::pac::{DBGMCU, RCC, WWDG};

@@ -1,6 +1,7 @@
 //! Runs the tasks and sleeps with WFI in between.
 //!
-//! The executor for boards sleeps with WFE, which the emulator takes for no operation: the core would spin at the host's expense.
+//! The executor for boards sleeps with WFE, which the emulator takes for no operation: the core
+//! would spin at the host's expense.
 #![expect(unsafe_code, reason = "the executor's contract: one context, polled by one caller")]
 
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -24,7 +25,8 @@ pub fn run(spawn: impl FnOnce(Spawner)) -> ! {
     loop {
         // SAFETY: initialised above, and polled from here only.
         unsafe { executor.poll() };
-        // With interrupts masked, so that none comes between the look and the sleep; one that comes ends it all the same.
+        // With interrupts masked, so that none comes between the look and the sleep; one that comes
+        // ends it all the same.
         cortex_m::interrupt::free(|_| {
             if !IS_WOKEN.swap(false, Ordering::Acquire) {
                 cortex_m::asm::wfi();

@@ -1,4 +1,5 @@
-//! The link to the host. Bytes take no board time; that some wait, the answer to any other request says.
+//! The link to the host. Bytes take no board time; that some wait, the answer to any other request
+//! says.
 
 use core::convert::Infallible;
 
@@ -12,14 +13,16 @@ use crate::tasks::Connection;
 /// Either way: the longest status, with stuffing, fits.
 const BYTES: usize = 2048;
 
-/// Bytes from and to the host; what is written goes out with [`Write::flush`]. There is always a host.
+/// Bytes from and to the host; what is written goes out with [`Write::flush`]. There is always a
+/// host.
 pub struct Link {
     robot: &'static Robot,
     kind: Kind,
     queues: &'static mut Queues,
 }
 
-/// What is on its way. In statics: as values they would be copied over the stack, down to where the tasks run.
+/// What is on its way. In statics: as values they would be copied over the stack, down to where the
+/// tasks run.
 pub(super) struct Queues {
     sent: Queue<BYTES>,
     received: Queue<BYTES>,

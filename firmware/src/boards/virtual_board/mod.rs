@@ -1,8 +1,8 @@
-//! The board under QEMU (`mps2-an500`, a Cortex-M7): the buses end at a virtual robot on the emulator's host, everything else is
-//! the image that the OpenCR runs.
+//! The board under QEMU (`mps2-an500`, a Cortex-M7): the buses end at a virtual robot on the
+//! emulator's host, everything else is the image that the OpenCR runs.
 //!
-//! Buses take no board time here, save the delay of the servos' answers: what is late on the real board because a bus is slow
-//! is not late here.
+//! Buses take no board time here, save the delay of the servos' answers: what is late on the real
+//! board because a bus is slow is not late here.
 
 mod executor;
 mod failure;

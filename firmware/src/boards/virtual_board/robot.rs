@@ -1,4 +1,5 @@
-//! The board's end of the exchange with the virtual robot ([`crate::exchange`]): two files of the emulator's host.
+//! The board's end of the exchange with the virtual robot ([`crate::exchange`]): two files of the
+//! emulator's host.
 
 use core::cell::RefCell;
 
@@ -38,7 +39,8 @@ impl Robot {
         Some(Self { pipes, host_has_sent: Signal::new(), node_has_sent: Signal::new() })
     }
 
-    /// Sends a request, waits for the answer and hands its body to `use_answer`. Board time stands still meanwhile.
+    /// Sends a request, waits for the answer and hands its body to `use_answer`. Board time stands
+    /// still meanwhile.
     ///
     /// Ends the emulator when the robot has gone, or says that this is the end.
     pub(super) fn exchange<T>(&self, kind: Kind, body: &[&[u8]], use_answer: impl FnOnce(&[u8]) -> T) -> T {

@@ -14,7 +14,8 @@ use crate::wheels::SwitchedPort;
 /// Both servos' answers to the longest request, and more.
 const BYTES: usize = 512;
 
-/// Sends and receives on the servos' bus, as the board's own does: what is written goes out with [`Write::flush`].
+/// Sends and receives on the servos' bus, as the board's own does: what is written goes out with
+/// [`Write::flush`].
 pub struct ServoPort {
     robot: &'static Robot,
     sent: Queue<BYTES>,

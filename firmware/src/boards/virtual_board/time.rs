@@ -1,6 +1,7 @@
 //! Board time from two of the machine's timers: one that counts on, one that wakes.
 //!
-//! Tickless: between two events the emulated core sleeps, and the emulator goes to the next one at once.
+//! Tickless: between two events the emulated core sleeps, and the emulator goes to the next one at
+//! once.
 #![expect(unsafe_code, reason = "device registers, and the interrupts' own enabling and handler")]
 
 use core::cell::{Cell, RefCell};
@@ -80,7 +81,8 @@ impl Driver for Timers {
     fn now(&self) -> u64 {
         self.wraps.lock(|wraps| {
             let before = COUNTER.read(VALUE);
-            // A zero passed meanwhile whose interrupt has not run yet counts if the value is from after it.
+            // A zero passed meanwhile whose interrupt has not run yet counts if the value is from
+            // after it.
             let (pending, value) = if COUNTER.has_fired() { (1, COUNTER.read(VALUE)) } else { (0, before) };
             (((wraps.get() + pending) << 32) + u64::from(u32::MAX - value)) / COUNTS_PER_US
         })

@@ -1,5 +1,5 @@
-//! Against the e-manual's examples (docs/en/dxl/protocol2.md, "Instruction Details"), an encoder that shares no code, and all kinds of
-//! noise.
+//! Against the e-manual's examples (docs/en/dxl/protocol2.md, "Instruction Details"), an encoder
+//! that shares no code, and all kinds of noise.
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -43,7 +43,8 @@ const EXAMPLES: [(u8, Instruction, &[u8], &[u8]); 13] = {
     ]
 };
 
-/// The same as the code, bit by bit and the other way round: stuffing by counting, the checksum by long division.
+/// The same as the code, bit by bit and the other way round: stuffing by counting, the checksum by
+/// long division.
 fn reference(id: u8, instruction: u8, parameters: &[u8]) -> Vec<u8> {
     let mut body = Vec::new();
     for byte in core::iter::once(&instruction).chain(parameters) {
@@ -112,7 +113,8 @@ fn examples_of_the_manual() {
     }
 }
 
-/// "If FF FF FD already exists, add a FD" (Processing Order of Transmission), counting what was there before, not what was added.
+/// "If FF FF FD already exists, add a FD" (Processing Order of Transmission), counting what was
+/// there before, not what was added.
 #[test]
 fn stuffing() {
     let bytes = encoded(1, Instruction::Write, &[0xFF, 0xFF, 0xFD]);
@@ -179,7 +181,8 @@ fn packet() -> impl Strategy<Value = (u8, Instruction, Vec<u8>)> {
 }
 
 proptest! {
-    // Damage that happens to have the right checksum, once in 65,536, is no failure of the parser: always the same cases.
+    // Damage that happens to have the right checksum, once in 65,536, is no failure of the parser:
+    // always the same cases.
     #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
@@ -192,8 +195,8 @@ proptest! {
         prop_assert_eq!(parsed::<128>(&bytes, piece), (vec![(id, instruction as u8, parameters)], 0));
     }
 
-    /// Good packets come out whatever stands between them: noise, packets cut short, packets with a flipped bit. Nothing else does,
-    /// checksums of 16 bits permitting.
+    /// Good packets come out whatever stands between them: noise, packets cut short, packets with a
+    /// flipped bit. Nothing else does, checksums of 16 bits permitting.
     #[test]
     fn good_packets_between_broken_ones(
         pieces in proptest::collection::vec(

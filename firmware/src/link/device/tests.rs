@@ -140,7 +140,8 @@ fn reads() {
     assert_eq!(host.send(200, Instruction::Read, &[0, 0, 2, 0, 0]), Some(Err(LENGTH)));
 }
 
-/// What ROS 2's turtlebot3_node does, with the values that it writes: it reads 10..182 in one go, and finds what it wrote there.
+/// What ROS 2's turtlebot3_node does, with the values that it writes: it reads 10..182 in one go,
+/// and finds what it wrote there.
 #[test]
 fn the_node_is_read_to_and_obeyed() {
     let mut host = Host::new();
@@ -162,7 +163,8 @@ fn the_node_is_read_to_and_obeyed() {
     assert_eq!(host.write(149, &[0]), Ok(Vec::new()));
     let [status, beat, torque] = [18, 19, 149].map(|address| host.read(address, 1).unwrap()[0]);
     assert_eq!((status, beat, torque), (0xFF, 1, 0));
-    // Nobody is told that something is done where several registers are missing, or one behind a gap.
+    // Nobody is told that something is done where several registers are missing, or one behind a
+    // gap.
     assert_eq!(host.write(300, &[1, 2, 3]), Err(ACCESS));
     assert_eq!(host.write(130, &[1, 2]), Err(ACCESS));
 }
@@ -205,7 +207,8 @@ fn writes() {
 #[test]
 fn writes_are_done_whole_or_not_at_all() {
     let mut host = Host::new();
-    // A register that only the board changes: alone, behind one that may be written, and before one.
+    // A register that only the board changes: alone, behind one that may be written, and before
+    // one.
     assert_eq!(host.write(0, &[1, 2]), Err(ACCESS));
     assert_eq!(host.write(UPLOAD_ITEM.address, &[3, 0, 9, 0, 2]), Err(ACCESS));
     assert_eq!(host.write(UPLOAD_STATE.address, &[0, 0, 0, 0, 9]), Err(ACCESS));

@@ -132,7 +132,8 @@ impl Sink for Shown {
     }
 }
 
-/// All of them once, of the type and with as many values as declared; only what is stored, and records, may be fewer.
+/// All of them once, of the type and with as many values as declared; only what is stored, and
+/// records, may be fewer.
 #[test]
 fn every_register_is_shown_as_declared() {
     let mut shown = Shown::default();
@@ -218,7 +219,8 @@ fn the_node_finds_what_it_reads() {
     // A wheel is absent: -1.
     assert_eq!((bytes[18], bytes[19], bytes[148], bytes[149]), (0xFF, 7, 0, 1));
     assert_eq!((word(42), word(46)), (1140, 6000));
-    // 100 counts of 0.0239808 rad/s, the left wheel backwards: to the left, by 0.033 m over 0.160 m.
+    // 100 counts of 0.0239808 rad/s, the left wheel backwards: to the left, by 0.033 m over 0.160
+    // m.
     assert!((float(68) - 2.398_08 * 0.033 / 0.160).abs() < 1e-5, "{}", float(68));
     assert_eq!([96, 100, 104, 108].map(float), [1.0, 0.0, 0.0, 0.0]);
     assert_eq!([120, 124, 128, 132, 136, 140].map(word), [-250, 0, -100, 0, -70_000, 0]);
@@ -249,7 +251,8 @@ fn the_node_gets_what_the_sensor_says() {
     assert_eq!(whole(&state)[59], 0);
 }
 
-/// Where nobody knows the charge the node sees what the stock firmware would tell it: 11.4 V are half of 10.5 to 12.3 V.
+/// Where nobody knows the charge the node sees what the stock firmware would tell it: 11.4 V are
+/// half of 10.5 to 12.3 V.
 #[test]
 fn without_a_gauge_the_percentage_is_the_stock_one() {
     let mut state = state();

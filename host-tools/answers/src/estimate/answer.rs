@@ -95,7 +95,8 @@ impl MassError {
 /// Replays a log with coefficients, and writes and draws what is asked for.
 ///
 /// # Errors
-/// Log, coefficients or truth cannot be read or are not of this robot; the policy's lengths do not fit; a file cannot be written.
+/// Log, coefficients or truth cannot be read or are not of this robot; the policy's lengths do not
+/// fit; a file cannot be written.
 pub fn estimate(context: &Context, request: &Request<'_>) -> Result<Answer> {
     let robot = request.robot;
     with_wheels!(robot, answer(context, request))

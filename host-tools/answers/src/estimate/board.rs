@@ -1,4 +1,5 @@
-//! What the board estimated while it was recorded, beside the replay of the same samples and beside the truth.
+//! What the board estimated while it was recorded, beside the replay of the same samples and beside
+//! the truth.
 
 use std::path::Path;
 
@@ -82,7 +83,8 @@ impl BoardTrack {
         })
     }
 
-    /// One instant of the replay, in order of time; gives it back with the true mass, where that is known.
+    /// One instant of the replay, in order of time; gives it back with the true mass, where that is
+    /// known.
     ///
     /// # Errors
     /// A file cannot be read on.
@@ -261,8 +263,8 @@ mod tests {
         }
     }
 
-    /// By hand: the true mass is 4 kg from 1 s on, so counts from 26 s; there the board says 4.1 kg, 2.5 % too much, and at 27 s
-    /// 3.9 kg with an interval that begins above.
+    /// By hand: the true mass is 4 kg from 1 s on, so counts from 26 s; there the board says 4.1
+    /// kg, 2.5 % too much, and at 27 s 3.9 kg with an interval that begins above.
     #[test]
     fn counts_what_differs_and_what_is_wrong() {
         let folder = tempfile::tempdir().unwrap();

@@ -91,7 +91,8 @@ pub struct WindowMass {
     pub low_kg: Option<f64>,
     /// 95 % interval, kg.
     pub high_kg: Option<f64>,
-    /// Where the mass lies, seen from the robot's range: within, below or above; beyond it `mass_kg` is the nearest end.
+    /// Where the mass lies, seen from the robot's range: within, below or above; beyond it
+    /// `mass_kg` is the nearest end.
     pub range: Option<&'static str>,
     /// Why the mass is unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -187,7 +188,8 @@ pub fn bucket_length(window_s: f64) -> Result<f64> {
 pub struct Recorded<'a> {
     /// The log.
     pub file: &'a Path,
-    /// Total mass, kg: power and energy at it are given beside, instead of those at the mass that the log tells.
+    /// Total mass, kg: power and energy at it are given beside, instead of those at the mass that
+    /// the log tells.
     pub mass_kg: Option<f64>,
 }
 

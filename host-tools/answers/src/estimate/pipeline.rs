@@ -1,4 +1,5 @@
-//! What a log is replayed through: the estimator on the ground of the fit, as boards run it, or one whose ground adapts.
+//! What a log is replayed through: the estimator on the ground of the fit, as boards run it, or one
+//! whose ground adapts.
 
 use logs::compiled_here;
 use model_core::adapt::{Adaptive, Ground};
@@ -34,7 +35,8 @@ pub struct GroundAt {
 pub trait Pipeline<const N: usize> {
     /// Takes a sample, `elapsed` s after the one before, and what is measured beside.
     fn push(&mut self, sample: &Sample<f64, N>, outside: &Outside<f64, N>, elapsed: f64) -> Estimate<f64, N>;
-    /// The robot's turn rate (counter-clockwise, rad/s) at the next sample; no number where no gyro tells it.
+    /// The robot's turn rate (counter-clockwise, rad/s) at the next sample; no number where no gyro
+    /// tells it.
     fn turn(&mut self, _: f64) {}
     /// Another run begins: nothing is known of its payload, nor of what effects remember.
     fn restart(&mut self);
@@ -160,7 +162,8 @@ pub(super) struct Adapting<const N: usize> {
 
 impl<const N: usize> Adapting<N> {
     /// # Errors
-    /// Another model than the signed one, or effects; what these coefficients cannot have at this rate.
+    /// Another model than the signed one, or effects; what these coefficients cannot have at this
+    /// rate.
     pub(super) fn new(
         coefficients: &Coefficients<f64, N>,
         ground: &Ground<f64>,

@@ -15,7 +15,8 @@ pub struct Told {
     /// P̂ at it against the measured power.
     #[serde(flatten)]
     pub quality: Quality,
-    /// Actuation energy by the model, J: as the measured one counts ([`Coefficients::energy_floor`]).
+    /// Actuation energy by the model, J: as the measured one counts
+    /// ([`Coefficients::energy_floor`]).
     pub predicted_j: f64,
 }
 

@@ -68,7 +68,8 @@ pub fn allowed(name: &str, value: f64, least: f64, most: f64) -> Result<f64> {
 /// Says a fit in the words of another program.
 ///
 /// # Errors
-/// Coefficients that cannot be read or used, or that the program has no words for; what VDA 5050 needs and is not given.
+/// Coefficients that cannot be read or used, or that the program has no words for; what VDA 5050
+/// needs and is not given.
 pub fn export(context: &Context, request: &Request<'_>) -> Result<Answer> {
     let robot = request.robot;
     with_wheels!(robot, answer(context, request))

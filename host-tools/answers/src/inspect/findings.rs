@@ -12,13 +12,15 @@ use super::scan::Scan;
 use super::static_power::{Moving, StaticPower};
 use super::verdict::Verdict;
 
-/// Noise alone makes the power of slow drives negative now and then: up to this share of the moving rows.
+/// Noise alone makes the power of slow drives negative now and then: up to this share of the moving
+/// rows.
 const NEGATIVE: f64 = 0.05;
 
 /// Drives never feed back for more of the time than they draw: they would gain energy.
 const MOST_NEGATIVE: f64 = 0.5;
 
-/// Up to this share of the rows, outliers are the starts and stops of a robot with play in its gears: 3 % in measured logs of a Husky.
+/// Up to this share of the rows, outliers are the starts and stops of a robot with play in its
+/// gears: 3 % in measured logs of a Husky.
 const MANY_OUTLIERS: f64 = 0.05;
 
 /// An offset at standstill below this share of the greatest power does no harm to a fit.
@@ -26,7 +28,8 @@ const OFFSET: f64 = 0.01;
 
 /// Faster than any robot with these tools in mind, m/s: a unit is wrong then.
 const FASTEST_M_S: f64 = 20.0;
-/// Sample rates below these say little about accelerations; see the measured comparison in the model's description.
+/// Sample rates below these say little about accelerations; see the measured comparison in the
+/// model's description.
 const LOW_RATE_HZ: f64 = 15.0;
 const GOOD_RATE_HZ: f64 = 50.0;
 
@@ -186,7 +189,8 @@ impl Findings {
         if drive.share_straight < 0.02 && drive.share_turning > 0.5 {
             self.add(Warning, "hardly any straight driving", "add straight drives with ramps");
         }
-        // Six standard deviations of the sensor's noise: what is within them says nothing about signs.
+        // Six standard deviations of the sensor's noise: what is within them says nothing about
+        // signs.
         let noise = scan.outliers.first().map_or(0.0, |power| power.limit);
         if drive.share_power_negative > MOST_NEGATIVE {
             let text =

@@ -43,7 +43,8 @@ impl Report {
         Ok(findings::report(path, robot, scan))
     }
 
-    /// Writes the figure: histogram of static power with its Gaussians, and power over time with the states.
+    /// Writes the figure: histogram of static power with its Gaussians, and power over time with
+    /// the states.
     ///
     /// # Errors
     /// As [`Page::save`](::report::Page::save).

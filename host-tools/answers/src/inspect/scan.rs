@@ -20,8 +20,8 @@ use super::timing::{Steps, Timing};
 /// After a stop, power has settled this much later, s.
 const SETTLING_S: f64 = 1.0;
 
-/// A jump of speed from row to row by less than this share of the usual speed is a step of quantisation, say, but no
-/// outlier of acceleration.
+/// A jump of speed from row to row by less than this share of the usual speed is a step of
+/// quantisation, say, but no outlier of acceleration.
 const SPEED_STEP: f64 = 0.02;
 
 /// Rows between two reports of progress.

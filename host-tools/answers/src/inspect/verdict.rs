@@ -10,7 +10,8 @@ use super::scan::Scan;
 /// Less driving than this, s, tells neither parameters nor a payload.
 const LEAST_DRIVING_S: f64 = 10.0;
 
-/// Where the 95 % quantile of the speed is above the 5 % one by less than this factor, there is one speed only.
+/// Where the 95 % quantile of the speed is above the 5 % one by less than this factor, there is one
+/// speed only.
 const ONE_SPEED: f64 = 1.25;
 
 /// Which command the log is fit for.

@@ -125,7 +125,8 @@ impl Tally {
         self.add_step(moment, step);
     }
 
-    /// The share of the rows with negative power, where it is most of them: no robot feeds back for more of the time than it draws.
+    /// The share of the rows with negative power, where it is most of them: no robot feeds back for
+    /// more of the time than it draws.
     pub(super) fn negative_share(&self) -> Option<f64> {
         let share = self.negative_rows as f64 / self.drawn_rows.max(1) as f64;
         (share > 0.5).then_some(share)

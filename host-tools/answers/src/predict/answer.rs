@@ -33,7 +33,8 @@ pub struct Request<'a> {
 /// Predicts the energy of a plan.
 ///
 /// # Errors
-/// Coefficients or plan cannot be read, or the plan lasts too long; a filter that its samples cannot have; a battery that is not described.
+/// Coefficients or plan cannot be read, or the plan lasts too long; a filter that its samples
+/// cannot have; a battery that is not described.
 pub fn predict(context: &Context, request: &Request<'_>) -> Result<Report> {
     let robot = request.robot;
     with_wheels!(robot, answer(context, request))

@@ -20,7 +20,8 @@ use super::plan::Plan;
 use super::report::{Cost, Leg, Report};
 use super::rmf::Vehicle;
 
-/// Derivatives are taken over this share of a standard deviation to both sides: small beside what is uncertain, large beside rounding.
+/// Derivatives are taken over this share of a standard deviation to both sides: small beside what
+/// is uncertain, large beside rounding.
 const SHARE: f64 = 0.25;
 
 /// The model with one number moved, and what it says of the legs.

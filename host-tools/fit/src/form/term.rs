@@ -44,8 +44,9 @@ const HALF_SLIPS: [f64; 6] = [0.01, 0.03, 0.1, 0.2, 0.4, 1.0];
 /// Relaxation lengths that are tried, rad of the wheel: from a tenth of a radius to three turns.
 const RELAXATIONS: [f64; 5] = [0.1, 0.5, 1.5, 5.0, 20.0];
 
-/// Shares of the scrub per rad/s of true slip that are tried, s/rad: wheels slip by some rad/s at most, so from what is hardly seen to what
-/// leaves next to nothing of the scrub that speeds alone tell.
+/// Shares of the scrub per rad/s of true slip that are tried, s/rad: wheels slip by some rad/s at
+/// most, so from what is hardly seen to what leaves next to nothing of the scrub that speeds alone
+/// tell.
 const TRUE_SLIPS: [f64; 6] = [0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
 
 /// Refinements end at this share of the interval between neighbours of the grid.
@@ -63,8 +64,8 @@ impl Term {
         }
     }
 
-    /// The term at its best beside what the form has, with how it did on blocks that it had not seen. `None` where the robot cannot
-    /// have it or the grid holds nothing.
+    /// The term at its best beside what the form has, with how it did on blocks that it had not
+    /// seen. `None` where the robot cannot have it or the grid holds nothing.
     pub(super) fn best<const N: usize>(
         self,
         problem: &Problem<'_, N>,
@@ -130,7 +131,8 @@ impl Term {
             Self::UnequalSides if two_sided && !form.unequal_sides => {
                 vec![Form { unequal_sides: true, ..*form }]
             }
-            // It adds to the scrub: where there is none its coefficient could not be told from the scrub's.
+            // It adds to the scrub: where there is none its coefficient could not be told from the
+            // scrub's.
             Self::TrueSlip
                 if two_sided && (problem.core.kinematics.scrubs() || !form.conditioning.slip.is_off()) =>
             {

@@ -36,7 +36,8 @@ enum Gyroscope {
     /// There is none.
     #[default]
     Absent,
-    /// How the robot turns: wheels slip by 0 to 80 % of what they would turn it, as the ground has it.
+    /// How the robot turns: wheels slip by 0 to 80 % of what they would turn it, as the ground has
+    /// it.
     True,
     /// What the wheels say.
     Wheels,
@@ -50,7 +51,8 @@ enum Gyroscope {
 
 fn husky() -> (Robot, CoreRobot<f64, 2>) {
     let robot = Robot::named("husky").unwrap();
-    // A lower filter makes the steps of sgn and clamp later than the speeds, which is a delay as far as the model goes.
+    // A lower filter makes the steps of sgn and clamp later than the speeds, which is a delay as
+    // far as the model goes.
     let core = robot.core::<2>(8.0).unwrap();
     (robot, core)
 }
@@ -73,7 +75,8 @@ fn speeds(seed: u64) -> Vec<[f64; 2]> {
     (0..ROWS).map(both).collect()
 }
 
-/// Share of what the wheels would turn the robot that they slip, 0 to 0.8: as the ground changes, slowly.
+/// Share of what the wheels would turn the robot that they slip, 0 to 0.8: as the ground changes,
+/// slowly.
 fn slipping(seed: u64) -> Vec<f64> {
     let random = &mut ChaCha8Rng::seed_from_u64(200 + seed);
     let phase = 6.3 * random.random::<f64>();
@@ -102,7 +105,8 @@ fn log(core: &CoreRobot<f64, 2>, truth: Truth, seed: u64) -> Pilots<2> {
     let lever = core.kinematics.difference_per_turn();
     let other = self::speeds(seed + 50);
     for (index, speed) in speeds.iter().enumerate() {
-        // Of the time between its neighbours, which is its own: from the one before alone it would be late by half a step.
+        // Of the time between its neighbours, which is its own: from the one before alone it would
+        // be late by half a step.
         let (before, after) = (index.saturating_sub(1), (index + 1).min(speeds.len() - 1));
         let steps = (after - before) as f64;
         let acceleration =
@@ -168,7 +172,8 @@ fn nothing_is_taken_where_nothing_is() {
     }
 }
 
-/// The filter has the speeds before the memory: slip and relaxation are those of filtered speeds, so some 15 % off.
+/// The filter has the speeds before the memory: slip and relaxation are those of filtered speeds,
+/// so some 15 % off.
 #[test]
 fn slip_memory_is_found() {
     let slip = SlipMemory { half_slip: 0.15, relaxation: 1.5 };
@@ -179,8 +184,8 @@ fn slip_memory_is_found() {
     assert!((found.relaxation / slip.relaxation).ln().abs() < 0.3, "{found:?}");
 }
 
-/// Four samples, to half of one: where a wheel or a turn changes its direction the power steps, and a step passes the filter's
-/// fifth order later than the slow speeds do.
+/// Four samples, to half of one: where a wheel or a turn changes its direction the power steps, and
+/// a step passes the filter's fifth order later than the slow speeds do.
 #[test]
 fn a_delay_is_found() {
     let choice = chosen(Truth { late: 4, ..Truth::default() }, 2);
@@ -205,8 +210,8 @@ fn true_slip_is_found() {
     assert!((found / truth.true_slip).ln().abs() < 0.1, "{found}");
 }
 
-/// A gyro that says what the wheels say has nothing to add, one that says anything else neither; without slip in the torque a true one
-/// has not. All are asked.
+/// A gyro that says what the wheels say has nothing to add, one that says anything else neither;
+/// without slip in the torque a true one has not. All are asked.
 #[test]
 fn a_gyro_that_adds_nothing_is_left() {
     for gyro in [Gyroscope::True, Gyroscope::Wheels, Gyroscope::Noise] {
@@ -219,8 +224,8 @@ fn a_gyro_that_adds_nothing_is_left() {
     }
 }
 
-/// Rows without a turn rate are left out of what judges the term, with it and without: a hole does no harm. A gyro that broke off is not
-/// asked.
+/// Rows without a turn rate are left out of what judges the term, with it and without: a hole does
+/// no harm. A gyro that broke off is not asked.
 #[test]
 fn a_gyro_with_holes() {
     let truth = |gyro| Truth { true_slip: 0.4, gyro, ..Truth::default() };

@@ -1,7 +1,8 @@
 //! What a motor and a wheel can be.
 //!
-//! Wide ranges from the robot's mass, its wheels and the speeds that it drove, narrower ones for κ where robot.toml tells of the
-//! motors. Data that determine a parameter do not come near them; data that do not would run to 10⁶ or 10⁻⁵ without.
+//! Wide ranges from the robot's mass, its wheels and the speeds that it drove, narrower ones for κ
+//! where robot.toml tells of the motors. Data that determine a parameter do not come near them;
+//! data that do not would run to 10⁶ or 10⁻⁵ without.
 
 use logs::robot::Motor;
 use model_core::coefficients::Robot as CoreRobot;
@@ -22,14 +23,15 @@ const LEAST_GEAR_EFFICIENCY: f64 = 0.5;
 /// Greatest friction between wheel and ground: rubber on rough asphalt.
 const GREATEST_FRICTION: f64 = 1.5;
 
-/// The robot can climb this on its own wheels, empty: what its motors can do at least, as a share of its weight.
+/// The robot can climb this on its own wheels, empty: what its motors can do at least, as a share
+/// of its weight.
 const LEAST_GRADE: f64 = 0.1;
 
 /// Its motors turn at most so many times as fast as it was driven.
 const SPEED_RESERVE: f64 = 2.0;
 
-/// Rotors have at most so many times the body's own inertia, as the wheels see both: with the square of a gear ratio of some hundreds
-/// those of small servos reach fifty (Table 3).
+/// Rotors have at most so many times the body's own inertia, as the wheels see both: with the
+/// square of a gear ratio of some hundreds those of small servos reach fifty (Table 3).
 const MOST_ROTOR_SHARE: f64 = 1000.0;
 
 /// Copper warms by some 100 K, and leads and bridge have a resistance, too.
@@ -64,9 +66,11 @@ impl AtBound {
 }
 
 impl Bounds {
-    /// For a robot on these drives, with what is known of its motors; both sides alike unless said otherwise.
+    /// For a robot on these drives, with what is known of its motors; both sides alike unless said
+    /// otherwise.
     ///
-    /// Weight m g on N wheels of radius r gives the torque T = m g r / N at which they slip with a friction of 1.
+    /// Weight m g on N wheels of radius r gives the torque T = m g r / N at which they slip with a
+    /// friction of 1.
     ///
     /// | parameter | at most |
     /// |---|---|
@@ -93,8 +97,8 @@ impl Bounds {
         motor: Option<&Motor>,
         unequal_sides: bool,
     ) -> Self {
-        // λ_max of M'' is the inertia per kilogram that the stiffest common motion shows to one wheel: r²/N where all drive
-        // straight ahead.
+        // λ_max of M'' is the inertia per kilogram that the stiffest common motion shows to one
+        // wheel: r²/N where all drive straight ahead.
         let wheels = N as f64;
         let entries = robot.mass_matrix.rows();
         let matrix = nalgebra::DMatrix::from_fn(N, N, |i, j| entries[i][j]);

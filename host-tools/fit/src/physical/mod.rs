@@ -57,10 +57,10 @@ const FINALISTS: usize = 3;
 compiled_here! {
     /// Fits the rows of the store.
     ///
-    /// Least squares first, from all starts; then rows far beyond the usual residual count linearly, by
-    /// Huber's rule at a fixed scale, where that does not cost what the model explains (`robust`):
-    /// where acceleration starts or a clamp lets go within the filter's memory no model of filtered
-    /// signals is right, and on clean data those few rows would decide the fit.
+    /// Least squares first, from all starts; then rows far beyond the usual residual count
+    /// linearly, by Huber's rule at a fixed scale, where that does not cost what the model explains
+    /// (`robust`): where acceleration starts or a clamp lets go within the filter's memory no model
+    /// of filtered signals is right, and on clean data those few rows would decide the fit.
     pub fn solve<N>(
         dataset: &Dataset<N>,
         robot: &Robot,

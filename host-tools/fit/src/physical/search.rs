@@ -12,8 +12,8 @@ use super::starts;
 /// Where a search ended.
 pub(crate) type Descent = levenberg_marquardt::Descent<Const<PARAMETERS>>;
 
-/// Trials need not end where the last digit stays.
-/// Where twenty steps gain less than two ends that count as one may differ by, the search has ended.
+/// Trials need not end where the last digit stays. Where twenty steps gain less than two ends that
+/// count as one may differ by, the search has ended.
 pub(super) const TRIAL: Tolerances = Tolerances {
     steps: 200,
     cost_share: 1e-9,
@@ -23,7 +23,8 @@ pub(super) const TRIAL: Tolerances = Tolerances {
     patience: Patience { steps: 20, share: starts::SAME },
 };
 
-/// On a robot's data the last steps gain by squares of what is left: forty that gain a part in a million find no minimum.
+/// On a robot's data the last steps gain by squares of what is left: forty that gain a part in a
+/// million find no minimum.
 pub(super) const FINAL: Tolerances = Tolerances {
     steps: 500,
     cost_share: 1e-13,

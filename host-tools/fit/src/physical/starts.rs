@@ -1,4 +1,5 @@
-//! Where the search begins: shares of the power put down to each parameter, and points drawn within the bounds.
+//! Where the search begins: shares of the power put down to each parameter, and points drawn within
+//! the bounds.
 
 use numerics::levenberg_marquardt::{self, Tolerances};
 use rand::{RngExt, SeedableRng};
@@ -8,7 +9,8 @@ use rayon::prelude::*;
 use super::bounds::Bounds;
 use super::cost::{Cost, PARAMETERS, Parameters, WINDING_LOSS, gradient, torque};
 
-/// Draws of shares: with the ordered starts, as many as found every minimum that fifty found on the robots of the bench.
+/// Draws of shares: with the ordered starts, as many as found every minimum that fifty found on the
+/// robots of the bench.
 pub(super) const DRAWS: u64 = 16;
 
 /// Ends of which the cost differs by less than this share are one and the same.

@@ -27,7 +27,8 @@ impl How {
     /// As the coefficients of this file were fitted, and near them.
     ///
     /// # Errors
-    /// They cannot be read, are of another robot or of another model than the signed one, or hold effects.
+    /// They cannot be read, are of another robot or of another model than the signed one, or hold
+    /// effects.
     pub fn near(robot: &Robot, file: &Path, mass_kg: f64) -> Result<Self> {
         with_wheels!(robot, near(robot, file, mass_kg))
     }

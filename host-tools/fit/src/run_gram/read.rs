@@ -41,7 +41,8 @@ impl<const N: usize> Conditioned<N> {
     /// As the coefficients of this file were fitted, and near them.
     ///
     /// # Errors
-    /// They cannot be read, are of another robot or of another model than the signed one, or hold effects.
+    /// They cannot be read, are of another robot or of another model than the signed one, or hold
+    /// effects.
     pub(super) fn near(robot: &Robot, file: &Path, mass_kg: f64) -> Result<Self> {
         let text = read_text(file, MOST_DESCRIPTION)?;
         let read = CoefficientsFile::<N>::parse(&text, file, robot, Taking::default())?.coefficients;

@@ -1,4 +1,5 @@
-//! The next coefficients from sums near the last: one step of Gauss and Newton of the signed model, clamp, delay and slip memory included.
+//! The next coefficients from sums near the last: one step of Gauss and Newton of the signed model,
+//! clamp, delay and slip memory included.
 
 use std::path::Path;
 
@@ -45,11 +46,13 @@ pub struct Step<const N: usize> {
     pub before_rmse_w: f64,
     /// The same after, as far as the model is linear in between.
     pub after_rmse_w: f64,
-    /// The longest move, in standard errors: a further pass is worth it where it is not far below 1.
+    /// The longest move, in standard errors: a further pass is worth it where it is not far below
+    /// 1.
     pub longest_std_errs: f64,
 }
 
-/// The step that runs ask for, whose sums were taken near the coefficients of this file (`gmr gram --coeffs`).
+/// The step that runs ask for, whose sums were taken near the coefficients of this file (`gmr
+/// gram --coeffs`).
 ///
 /// # Errors
 /// Sums of other settings, or taken near other coefficients; coefficients of another model.
@@ -129,7 +132,8 @@ pub fn step<const N: usize>(robot: &Robot, file: &Path, runs: &[RunGram]) -> Res
     })
 }
 
-/// Least squares within bounds: what would leave them is held at the end that it leaves by, and the others are solved for anew.
+/// Least squares within bounds: what would leave them is held at the end that it leaves by, and the
+/// others are solved for anew.
 fn bounded(normal: &DMatrix<f64>, score: &DVector<f64>, ends: &[[f64; 2]]) -> DVector<f64> {
     let size = score.len();
     let mut held: Vec<Option<f64>> = vec![None; size];
@@ -156,7 +160,8 @@ fn bounded(normal: &DMatrix<f64>, score: &DVector<f64>, ends: &[[f64; 2]]) -> DV
     }
 }
 
-/// σ² N⁻¹, or as large as runs disagree at the end of the step, whichever is greater for each parameter.
+/// σ² N⁻¹, or as large as runs disagree at the end of the step, whichever is greater for each
+/// parameter.
 fn covariance(
     normal: &DMatrix<f64>,
     runs: &[(DMatrix<f64>, DVector<f64>)],
@@ -185,7 +190,8 @@ fn covariance(
 mod tests {
     use super::*;
 
-    /// min ½ xᵀNx − sᵀx with N = [[2, 1], [1, 2]]: free (1, 1); with x₁ ≥ 1.5 the other moves to (3 − 1.5)/2.
+    /// min ½ xᵀNx − sᵀx with N = [[2, 1], [1, 2]]: free (1, 1); with x₁ ≥ 1.5 the other moves to (3
+    /// − 1.5)/2.
     #[test]
     fn what_leaves_its_bounds_is_held_and_the_others_make_room() {
         let normal = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, 2.0]);

@@ -23,7 +23,8 @@ pub struct Request<'a> {
     pub logs: &'a [PathBuf],
     /// Coefficients whose filter is taken, and near which sums are taken as well.
     pub near: Option<&'a Path>,
-    /// Without such coefficients: the filter's cutoff; none: as a fit of these logs would choose it.
+    /// Without such coefficients: the filter's cutoff; none: as a fit of these logs would choose
+    /// it.
     pub cutoff_hz: Option<f64>,
     /// Total mass of logs that do not tell it, kg.
     pub mass_kg: f64,
@@ -62,7 +63,8 @@ impl Request<'_> {
 /// Sums logs up into a file, a log a core.
 ///
 /// # Errors
-/// A log or coefficients that cannot be read or are not of this robot; a file that cannot be written.
+/// A log or coefficients that cannot be read or are not of this robot; a file that cannot be
+/// written.
 pub fn gram(context: &Context, request: &Request<'_>, out: &Path) -> Result<Answer> {
     let Request { robot, logs, .. } = *request;
     let how = request.how(context)?;

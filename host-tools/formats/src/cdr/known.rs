@@ -1,9 +1,9 @@
 //! Definitions of common messages, for what carries none: bags of rosbag2 in SQLite before ROS 2
 //! Iron, and messages as they arrive.
 //!
-//! Fields as in ros2/common_interfaces and ros2/rcl_interfaces (Apache-2.0), and as the makers of motor
-//! drivers have them (odriverobotics/ros_odrive, f1tenth/vesc, clearpathrobotics/clearpath_msgs,
-//! husarion/husarion_ugv_ros), without their comments.
+//! Fields as in ros2/common_interfaces and ros2/rcl_interfaces (Apache-2.0), and as the makers of
+//! motor drivers have them (odriverobotics/ros_odrive, f1tenth/vesc,
+//! clearpathrobotics/clearpath_msgs, husarion/husarion_ugv_ros), without their comments.
 
 /// The definition of this type, with those that it needs behind it, as a bag would carry it.
 pub(crate) fn definition(kind: &str) -> Option<String> {

@@ -72,7 +72,8 @@ impl Walker {
     }
 }
 
-/// What the `name` array of a message says, and what the elements of its other arrays are called; empty where it has none.
+/// What the `name` array of a message says, and what the elements of its other arrays are called;
+/// empty where it has none.
 pub(crate) fn names(layout: &Layout, serialization: Serialization, message: &[u8]) -> Result<Vec<String>> {
     let Ok(mut walker) = Walker::new(layout, serialization, &[]) else { return Ok(Vec::new()) };
     walker.elements = Some(Vec::new());

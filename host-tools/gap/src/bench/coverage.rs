@@ -1,4 +1,5 @@
-//! Whether the mass interval that an extended model gives holds the mass: in runs that nobody has seen, which have the effect.
+//! Whether the mass interval that an extended model gives holds the mass: in runs that nobody has
+//! seen, which have the effect.
 
 use indicatif::ProgressBar;
 use logs::robot::Robot;
@@ -40,7 +41,8 @@ pub struct Covered {
     pub named: Vec<String>,
     /// Whether what was hidden is among it.
     pub right: bool,
-    /// Of each window whose mass was known: whether the interval holds the mass, and its half width, kg.
+    /// Of each window whose mass was known: whether the interval holds the mass, and its half
+    /// width, kg.
     pub windows: Vec<(bool, f64)>,
     /// The same with the noise of the base alone.
     pub by_base: Vec<(bool, f64)>,
@@ -100,7 +102,8 @@ fn one(robot: &Robot, case: &Case) -> Result<Option<Covered>> {
     }))
 }
 
-/// The windows of a run whose mass is known: whether the interval holds the mass, and its half width, kg.
+/// The windows of a run whose mass is known: whether the interval holds the mass, and its half
+/// width, kg.
 fn windows(coefficients: &Coefficients<f64, 2>, run: &RawRun<2>) -> Result<Vec<(bool, f64)>> {
     let method = coefficients.window(run.period_s);
     let window = (WINDOW_S / BUCKET_S) as usize;

@@ -1,4 +1,5 @@
-//! Whether the suggested manoeuvre parts what tied: the plant drives it with the same hidden effect, and the workflow looks again.
+//! Whether the suggested manoeuvre parts what tied: the plant drives it with the same hidden
+//! effect, and the workflow looks again.
 
 use indicatif::ProgressBar;
 use logs::robot::Robot;
@@ -147,7 +148,8 @@ mod tests {
     use super::super::typical;
     use super::*;
 
-    /// An offset of the sensor half as large as the noise, in drives that hardly rest: it might be on with motion only.
+    /// An offset of the sensor half as large as the noise, in drives that hardly rest: it might be
+    /// on with motion only.
     #[test]
     fn a_tie_is_parted_by_driving_what_is_suggested() {
         let robot = Robot::named("burger").unwrap();

@@ -30,7 +30,8 @@ pub(crate) fn runs(paces: [f64; 2]) -> Runs<2> {
     Runs::condition(&core, raw.into()).unwrap()
 }
 
-/// Noise of a known standard deviation that has no memory, and of which nothing says that it scatters more along any column.
+/// Noise of a known standard deviation that has no memory, and of which nothing says that it
+/// scatters more along any column.
 fn white(runs: &Runs<2>) -> Noise {
     let all = |value: f64| runs.runs.iter().map(|run| vec![value; run.rows.len()]).collect();
     Noise {

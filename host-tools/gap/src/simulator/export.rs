@@ -1,7 +1,9 @@
-//! What to write into a physics engine's model of the robot so that it has what was named: MuJoCo's MJCF, or Gazebo's SDF.
+//! What to write into a physics engine's model of the robot so that it has what was named: MuJoCo's
+//! MJCF, or Gazebo's SDF.
 //!
-//! Joints, contacts, bodies and gravity are the engine's; what turns torque into power, and what measures it, is not: that is told as a
-//! formula for whatever computes the power beside the engine.
+//! Joints, contacts, bodies and gravity are the engine's; what turns torque into power, and what
+//! measures it, is not: that is told as a formula for whatever computes the power beside the
+//! engine.
 
 use std::fmt::Write as _;
 

@@ -1,8 +1,9 @@
 //! Somebody's simulator in the place of a clean fit: what does the robot have that it lacks?
 //!
-//! The signed model is fitted to what the simulator says, so that its effects have torques to act on. What that model gets wrong of the
-//! simulator is told by the simulator's own runs, as it is by clean runs of a robot, and is no gap. Where simulator and robot went along the
-//! same drive, row by row, measured less simulated power needs no model at all, and is told beside.
+//! The signed model is fitted to what the simulator says, so that its effects have torques to act
+//! on. What that model gets wrong of the simulator is told by the simulator's own runs, as it is by
+//! clean runs of a robot, and is no gap. Where simulator and robot went along the same drive, row
+//! by row, measured less simulated power needs no model at all, and is told beside.
 
 pub mod export;
 
@@ -73,7 +74,8 @@ pub struct Simulator<const N: usize> {
 }
 
 impl<const N: usize> Simulator<N> {
-    /// Reads it, and fits the model to it. Logs without a mass are at `mass_kg`; `powers` as for [`Runs::raw`].
+    /// Reads it, and fits the model to it. Logs without a mass are at `mass_kg`; `powers` as for
+    /// [`Runs::raw`].
     ///
     /// # Errors
     /// A log that cannot be read or is not one of this robot; a simulator whose robot never moves.
@@ -106,7 +108,8 @@ impl<const N: usize> Simulator<N> {
         Ok(Self { core: dataset.robot, base, quality: fitted.quality, raw, source })
     }
 
-    /// Refuses rows that are further apart, or closer together, than those that were measured: the noise's memory is told in rows.
+    /// Refuses rows that are further apart, or closer together, than those that were measured: the
+    /// noise's memory is told in rows.
     ///
     /// # Errors
     /// They are.

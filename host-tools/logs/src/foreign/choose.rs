@@ -21,7 +21,8 @@ pub struct Chosen {
     pub request: Request,
     /// Columns behind that of time.
     pub columns: Vec<Column>,
-    /// The topic whose current is to be negative while discharging, as ROS has it, if power comes from one.
+    /// The topic whose current is to be negative while discharging, as ROS has it, if power comes
+    /// from one.
     pub battery: Option<String>,
     /// What a log should have and this bag does not, in words.
     pub lacking: Vec<String>,
@@ -49,7 +50,8 @@ impl Fields {
 /// Chooses as robot.toml says, and where it does not, by what robots call their topics.
 ///
 /// # Errors
-/// A topic or field of robot.toml that the bag does not have; several topics of one name; neither wheel speeds nor power.
+/// A topic or field of robot.toml that the bag does not have; several topics of one name; neither
+/// wheel speeds nor power.
 pub fn choose(bag: &Bag, robot: &Robot) -> Result<Chosen> {
     let topics = robot.topics();
     let mut fields = Fields::default();
@@ -241,7 +243,8 @@ pub(super) fn named_wheels(robot: &Robot, fields: &mut Fields) -> Result<Option<
     columns.collect::<Result<Vec<_>>>().map(Some)
 }
 
-/// Wheel speeds from the topic of joints that has all of a known set; four wheels of a robot with a column a side are averaged.
+/// Wheel speeds from the topic of joints that has all of a known set; four wheels of a robot with a
+/// column a side are averaged.
 pub(super) fn joints(bag: &Bag, count: usize, fields: &mut Fields) -> Result<Option<Vec<Column>>> {
     let is_joints = |place: &usize| is_of(&bag.topics()[*place], JOINT_STATE);
     let mut places: Vec<usize> = (0..bag.topics().len()).filter(is_joints).collect();
@@ -385,7 +388,8 @@ pub(super) fn power(bag: &Bag, topics: &Topics) -> Result<Option<Power>> {
     Ok(Some(Power::Product { voltage, current, scale: -1.0, is_battery_state: true }))
 }
 
-/// The battery: by the names that robots give it, or the only topic of its type, under whatever name.
+/// The battery: by the names that robots give it, or the only topic of its type, under whatever
+/// name.
 ///
 /// # Errors
 /// Several of them.
@@ -436,7 +440,8 @@ fn commands(bag: &Bag, robot: &Robot, fields: &mut Fields) -> Result<Vec<Column>
     columns.collect()
 }
 
-/// Acceleration, turn rate and pitch of the only inertial sensor, or of the one that robot.toml names.
+/// Acceleration, turn rate and pitch of the only inertial sensor, or of the one that robot.toml
+/// names.
 fn imu(bag: &Bag, topics: &Topics, fields: &mut Fields) -> Result<Vec<Column>> {
     let mut sensors = bag.topics().iter().filter(|topic| is_of(topic, IMU));
     let only = match (&topics.imu, sensors.next(), sensors.next()) {
@@ -469,7 +474,8 @@ fn imu(bag: &Bag, topics: &Topics, fields: &mut Fields) -> Result<Vec<Column>> {
     Ok(columns)
 }
 
-/// Pitch of the robot's body as /tf has it, where no Imu tells it. Odometry that knows the plane only turns about nothing but z.
+/// Pitch of the robot's body as /tf has it, where no Imu tells it. Odometry that knows the plane
+/// only turns about nothing but z.
 fn tilt(bag: &Bag, fields: &mut Fields) -> Result<Option<Column>> {
     const LOOKED_AT: usize = 100;
     for (place, topic) in bag.topics().iter().enumerate() {

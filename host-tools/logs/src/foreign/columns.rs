@@ -13,7 +13,8 @@ pub enum Expression {
     Sum(Vec<(usize, f64)>),
     /// Products of some numbers, each times its factor, added: the power of several motor drivers.
     Products(Vec<(Vec<usize>, f64)>),
-    /// Pitch, nose up, rad, of an orientation x, y, z, w (its z axis up), and the first entry of its covariance if it has one.
+    /// Pitch, nose up, rad, of an orientation x, y, z, w (its z axis up), and the first entry of
+    /// its covariance if it has one.
     NoseUp([usize; 4], Option<usize>),
 }
 
@@ -42,8 +43,9 @@ impl Expression {
 /// ROS turns about y, which points left, with the nose down (REP 103).
 pub(super) fn nose_up([x, y, z, w]: [f64; 4], covariance: Option<f64>) -> f64 {
     let square = x * x + y * y + z * z + w * w;
-    // A covariance of -1, or an orientation of nothing but zeros, says that there is none (sensor_msgs/Imu). Between two that
-    // are the same with opposite signs, as at half a turn, there is none either.
+    // A covariance of -1, or an orientation of nothing but zeros, says that there is none
+    // (sensor_msgs/Imu). Between two that are the same with opposite signs, as at half a turn,
+    // there is none either.
     if covariance == Some(-1.0) || square < 0.5 {
         return f64::NAN;
     }
@@ -67,7 +69,8 @@ mod tests {
 
     #[test]
     fn a_robot_that_climbs_has_its_nose_up() {
-        // Turned by -0.1 rad about y and then by 2 rad about z: the quaternions of both, multiplied.
+        // Turned by -0.1 rad about y and then by 2 rad about z: the quaternions of both,
+        // multiplied.
         let ((s, c), (u, v)) = ((-0.05_f64).sin_cos(), 1.0_f64.sin_cos());
         let turned = [-u * s, v * s, u * c, v * c];
         let pitch = |[x, y, z, w]: [f64; 4], covariance| {

@@ -1,9 +1,11 @@
-//! Power and wheel speeds out of what motor drivers and bases say of themselves, found by the types of their messages.
+//! Power and wheel speeds out of what motor drivers and bases say of themselves, found by the types
+//! of their messages.
 //!
-//! Fields and units by the makers' definitions: ODrive (odriverobotics/ros_odrive, `bus_current` positive while it draws: ODrive's API
-//! reference, `ibus`), VESC (f1tenth/vesc, vesc_msgs), Clearpath (clearpathrobotics/clearpath_msgs), Husarion (husarion/husarion_ugv_ros),
-//! iRobot (iRobotEducation/irobot_create_msgs), ArduPilot
-//! (AP_BattMonitor's and AP_ESC_Telem's LogStructure.h; current positive while it is drawn).
+//! Fields and units by the makers' definitions: ODrive (odriverobotics/ros_odrive, `bus_current`
+//! positive while it draws: ODrive's API reference, `ibus`), VESC (f1tenth/vesc, vesc_msgs),
+//! Clearpath (clearpathrobotics/clearpath_msgs), Husarion (husarion/husarion_ugv_ros), iRobot
+//! (iRobotEducation/irobot_create_msgs), ArduPilot (AP_BattMonitor's and AP_ESC_Telem's
+//! LogStructure.h; current positive while it is drawn).
 
 use log_formats::{Bag, Extractor, Field, Topic};
 use support::error::Result;
@@ -71,8 +73,9 @@ fn each(bag: &Bag, place: usize, array: &str, voltage: &str, current: &str) -> R
     (0..drivers).map(of_driver).collect()
 }
 
-/// A Clearpath base's own readings. Its arrays differ by robot, as their constants say: battery voltage and total current come first, but for a
-/// Husky A200, the only one with three currents, which has one a driver and one of all else, each with its voltage.
+/// A Clearpath base's own readings. Its arrays differ by robot, as their constants say: battery
+/// voltage and total current come first, but for a Husky A200, the only one with three currents,
+/// which has one a driver and one of all else, each with its voltage.
 fn clearpath(bag: &Bag, place: usize) -> Result<Vec<Part>> {
     const HUSKY_CURRENTS: usize = 3;
     let currents = elements(bag, place, HUSKY_CURRENTS + 1, |at| format!("measured_currents[{at}]"))?;
@@ -84,7 +87,8 @@ fn clearpath(bag: &Bag, place: usize) -> Result<Vec<Part>> {
     (0..own).map(part).collect()
 }
 
-/// Power as the sum over all drivers, by the first of these types that the bag has; empty if it has none.
+/// Power as the sum over all drivers, by the first of these types that the bag has; empty if it has
+/// none.
 ///
 /// # Errors
 /// Damage; a message whose definition lacks what its type has.
@@ -125,7 +129,8 @@ pub(super) fn power(bag: &Bag) -> Result<Vec<Part>> {
     Ok(Vec::new())
 }
 
-/// Speeds of the left and the right wheel and what they are multiplied by to be rad/s; `None` where nothing says them.
+/// Speeds of the left and the right wheel and what they are multiplied by to be rad/s; `None` where
+/// nothing says them.
 ///
 /// # Errors
 /// A message whose definition lacks what its type has.

@@ -1,5 +1,6 @@
-//! Logs in other formats: bags of ROS 2 (MCAP, SQLite), ULog, Parquet. A call turns each into rows once, in a temporary file that whoever
-//! opens the log reads in its place; a Parquet file has such rows already.
+//! Logs in other formats: bags of ROS 2 (MCAP, SQLite), ULog, Parquet. A call turns each into rows
+//! once, in a temporary file that whoever opens the log reads in its place; a Parquet file has such
+//! rows already.
 
 mod choose;
 mod columns;
@@ -47,7 +48,8 @@ pub struct Reading {
     pub verbose: bool,
 }
 
-/// Logs that a call has turned into rows, by their name. Each has a lock of its own: others are read meanwhile.
+/// Logs that a call has turned into rows, by their name. Each has a lock of its own: others are
+/// read meanwhile.
 type Known = Mutex<HashMap<PathBuf, Arc<Mutex<Option<Turned>>>>>;
 
 /// Length and time of the file, the way that it was read, and its rows.
@@ -66,8 +68,9 @@ pub fn forget(context: &Context, path: &Path) {
     context.kept::<Known>().lock().unwrap_or_else(PoisonError::into_inner).remove(path);
 }
 
-/// Turns logs into rows, as many at once as there are cores, for whoever opens them after this. What is wrong with one, its reader says.
-/// Pipes are left alone: they are opened in the order in which they are read.
+/// Turns logs into rows, as many at once as there are cores, for whoever opens them after this.
+/// What is wrong with one, its reader says. Pipes are left alone: they are opened in the order in
+/// which they are read.
 pub fn prepare(context: &Context, paths: &[PathBuf]) {
     let stays =
         |path: &&PathBuf| std::fs::metadata(path).is_ok_and(|found| found.is_file() || found.is_dir());
@@ -93,7 +96,8 @@ pub(super) fn open(context: &Context, path: &Path) -> Result<Option<Rows>> {
     }
 }
 
-/// A bag's rows; `None` of a log that is text or a Parquet file. What there is to say of them is said once, to whoever opens them first.
+/// A bag's rows; `None` of a log that is text or a Parquet file. What there is to say of them is
+/// said once, to whoever opens them first.
 fn turned(context: &Context, path: &Path, is_opened: bool) -> Result<Option<Spool>> {
     let mut input = Input::open(context, path)?;
     let is_folder = input.metadata().is_dir();
@@ -130,7 +134,8 @@ fn turned(context: &Context, path: &Path, is_opened: bool) -> Result<Option<Spoo
     Ok(Some(turned.spool.clone()))
 }
 
-/// Opens a Parquet file by its columns: it needs no rows as text. `None` of anything else, and of a pipe.
+/// Opens a Parquet file by its columns: it needs no rows as text. `None` of anything else, and of a
+/// pipe.
 ///
 /// # Errors
 /// What the operating system refuses; a file that is cut off or damaged.
@@ -151,7 +156,8 @@ fn format_of(input: &mut Input) -> io::Result<Option<Format>> {
     Ok(Format::of(&head))
 }
 
-/// Opens a bag, of a pipe as well: the file holds what came through it, as long as it is needed. `None` of a table or text.
+/// Opens a bag, of a pipe as well: the file holds what came through it, as long as it is needed.
+/// `None` of a table or text.
 ///
 /// # Errors
 /// Content that is not what its format says.

@@ -1,4 +1,5 @@
-//! Rows of a log in another format, kept in a temporary file as the numbers that they are: row by row, 64 bits a cell.
+//! Rows of a log in another format, kept in a temporary file as the numbers that they are: row by
+//! row, 64 bits a cell.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -48,7 +49,8 @@ impl Spool {
         self.0.rows
     }
 
-    /// Takes the rows from `first` on into `batch`, a column each, as many as come at a time; their number, 0 at the end.
+    /// Takes the rows from `first` on into `batch`, a column each, as many as come at a time; their
+    /// number, 0 at the end.
     ///
     /// # Errors
     /// What the operating system refuses.
@@ -174,7 +176,8 @@ fn failed(error: &io::Error) -> Error {
 mod tests {
     use super::*;
 
-    /// Numbers come back bit for bit, texts as they were, over several batches; what is no number is none, whatever its bits.
+    /// Numbers come back bit for bit, texts as they were, over several batches; what is no number
+    /// is none, whatever its bits.
     #[test]
     fn rows_come_back_as_they_were() {
         let mut writer = Writer::new().unwrap();

@@ -34,8 +34,8 @@ fn rows(context: &Context, log: &Path) -> Vec<[f64; 2]> {
     rows
 }
 
-/// Two hundred times two robots read the same two bags at once: power is what each robot's file says, in every row, and so is what is
-/// said of it.
+/// Two hundred times two robots read the same two bags at once: power is what each robot's file
+/// says, in every row, and so is what is said of it.
 #[test]
 fn each_call_reads_by_its_own_robot() {
     let bags = ["drive.mcap", "second.mcap"].map(data);
@@ -54,7 +54,8 @@ fn each_call_reads_by_its_own_robot() {
     });
 }
 
-/// What was turned into rows before it is opened is said where it is opened, once; the rows go with the call.
+/// What was turned into rows before it is opened is said where it is opened, once; the rows go with
+/// the call.
 #[test]
 fn rows_go_when_the_call_ends() {
     let bags = ["drive.mcap", "second.mcap", "drive.csv"].map(data);

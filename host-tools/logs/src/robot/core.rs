@@ -32,8 +32,9 @@ macro_rules! with_wheels {
     };
 }
 
-/// A function of the number of wheels whose instances are compiled where this stands: calling it from another crate compiles nothing again.
-/// `$function` is the generic function itself; `N` is 1 to 6, as [`with_wheels!`] gives it.
+/// A function of the number of wheels whose instances are compiled where this stands: calling it
+/// from another crate compiles nothing again. `$function` is the generic function itself; `N` is 1
+/// to 6, as [`with_wheels!`] gives it.
 #[macro_export]
 macro_rules! compiled_here {
     ($(#[$about:meta])* $view:vis fn $name:ident<$n:ident>($($argument:ident: $type:ty),* $(,)?) -> $answer:ty = $function:ident;) => {

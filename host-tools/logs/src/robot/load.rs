@@ -16,7 +16,8 @@ const BUILT_IN: [(&[&str], &str); 4] = [
     (&["husky", "huskya200"], include_str!("../../../robots/husky.toml")),
 ];
 
-/// Instead of a name or path: the `robot.toml` in the working directory or the nearest folder above that has one, else the burger.
+/// Instead of a name or path: the `robot.toml` in the working directory or the nearest folder above
+/// that has one, else the burger.
 pub const FOUND: &str = "auto";
 
 /// The nearest robot.toml from the working directory upward.
@@ -39,11 +40,12 @@ fn unknown(name: &str) -> Error {
 }
 
 impl Robot {
-    /// A built-in robot by its name (`burger`, …) or the robot of a file. Upper case, `-`, `_` and spaces do not matter
-    /// in names. Keys of the file that are not known are noticed.
+    /// A built-in robot by its name (`burger`, …) or the robot of a file. Upper case, `-`, `_` and
+    /// spaces do not matter in names. Keys of the file that are not known are noticed.
     ///
     /// # Errors
-    /// The name is not known (wrong usage), the file cannot be read, or its content is not a robot: with line and column.
+    /// The name is not known (wrong usage), the file cannot be read, or its content is not a robot:
+    /// with line and column.
     pub fn load(context: &Context, name_or_path: impl AsRef<Path>) -> Result<Self> {
         let mut path = name_or_path.as_ref();
         let file_above;
@@ -90,7 +92,8 @@ impl Robot {
     /// The robot that a text in the form of robot.toml describes.
     ///
     /// # Errors
-    /// A key is missing, or a value is of another type or outside what is allowed: with line and column.
+    /// A key is missing, or a value is of another type or outside what is allowed: with line and
+    /// column.
     pub fn parse(text: &str) -> Result<Self> {
         parse::robot(text)
     }

@@ -23,12 +23,13 @@ pub use units::{LogUnits, MassUnit, PowerSource, PowerUnit, SpeedUnit};
 
 use model_core::charge::Pack;
 
-/// Mean absolute percentage errors leave out samples below this power unless the robot's file says otherwise, W.
+/// Mean absolute percentage errors leave out samples below this power unless the robot's file says
+/// otherwise, W.
 pub const DEFAULT_MAPE_FLOOR_W: f64 = 0.1;
 /// Wheel speeds below this count as standing unless the robot's file says otherwise, rad/s.
 pub const DEFAULT_SPEED_DEAD_BAND_RAD_S: f64 = 0.02;
-/// Radius of gyration as a share of the width across the wheels where the robot's file does not give it: that of a
-/// square plate as wide as the robot, side/√6.
+/// Radius of gyration as a share of the width across the wheels where the robot's file does not
+/// give it: that of a square plate as wide as the robot, side/√6.
 pub const DEFAULT_GYRATION_SHARE: f64 = 0.4;
 
 /// How far a robot may be driven, as far as its file says.
@@ -178,7 +179,8 @@ impl Robot {
         self.power_source
     }
 
-    /// rad/s in one unit of a wheel's speed in its logs, with the sign of that wheel, counted from 0.
+    /// rad/s in one unit of a wheel's speed in its logs, with the sign of that wheel, counted from
+    /// 0.
     pub fn log_speed_scale(&self, wheel: usize) -> f64 {
         // That there is a radius where it is needed was checked when the units were set.
         let size = self.log_units.speed.in_rad_s(self.wheel_radius_m()).unwrap_or(1.0);

@@ -112,7 +112,8 @@ pub(super) fn robot(text: &str) -> Result<Robot> {
     })
 }
 
-/// The motor, where the file tells resistance, torque constant and gear ratio: one without the others says nothing.
+/// The motor, where the file tells resistance, torque constant and gear ratio: one without the
+/// others says nothing.
 fn motor(file: &File<'_>) -> Result<Option<Motor>> {
     const KEYS: [&str; 3] = ["motor_resistance_ohm", "motor_torque_constant_nm_a", "motor_gear_ratio"];
     let efficiency = file.number("motor_gear_efficiency")?;

@@ -53,7 +53,8 @@ pub struct Signal {
     quantity: Option<Quantity>,
 }
 
-/// A part of the power: a number in W, or voltage times current, with a duty if the current is the motor's.
+/// A part of the power: a number in W, or voltage times current, with a duty if the current is the
+/// motor's.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Term {
     /// A number without a field, and the scales of those with one, multiplied.

@@ -4,11 +4,12 @@ use serde::Deserialize;
 
 use super::signal::{Quantity, Signal, Sum};
 
-/// Messages further apart than this, s, say nothing of the time between them: a battery that reports once a second still does.
+/// Messages further apart than this, s, say nothing of the time between them: a battery that
+/// reports once a second still does.
 const DEFAULT_GREATEST_GAP_S: f64 = 2.0;
 
-/// Where in bags the columns of a log are. What is not given is looked for under the names that TurtleBot3, Clearpath's and Husarion's
-/// robots and PX4 use.
+/// Where in bags the columns of a log are. What is not given is looked for under the names that
+/// TurtleBot3, Clearpath's and Husarion's robots and PX4 use.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Topics {
@@ -28,7 +29,8 @@ pub struct Topics {
     pub imu: Option<String>,
     /// Total mass, kg.
     pub mass: Option<Signal>,
-    /// Torque at each wheel, N·m, in the order of the log's columns: efforts of joints, where they are torques.
+    /// Torque at each wheel, N·m, in the order of the log's columns: efforts of joints, where they
+    /// are torques.
     pub torques: Vec<Signal>,
     /// Messages further apart than this, s, say nothing of the time between them.
     pub greatest_gap_s: f64,

@@ -1,4 +1,5 @@
-//! Units that logs are written in where they are not SI: said once, beside the robot, and taken off while a log is read.
+//! Units that logs are written in where they are not SI: said once, beside the robot, and taken off
+//! while a log is read.
 
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
@@ -69,7 +70,8 @@ pub struct LogUnits {
     pub flipped: Vec<usize>,
     /// Whether power is negative where the robot draws it.
     pub power_is_flipped: bool,
-    /// Logs with the total mass that somebody weighed, kg: it stands for whatever the log itself says.
+    /// Logs with the total mass that somebody weighed, kg: it stands for whatever the log itself
+    /// says.
     pub masses: Vec<(PathBuf, f64)>,
 }
 
@@ -81,7 +83,8 @@ pub enum PowerSource {
     Measured,
     /// What a simulator says would have been measured.
     Simulated,
-    /// The torques that a simulator's motors give the wheels; what they draw for it, by [`Motor::power_w`](super::Motor::power_w).
+    /// The torques that a simulator's motors give the wheels; what they draw for it, by
+    /// [`Motor::power_w`](super::Motor::power_w).
     SimulatedTorques,
 }
 

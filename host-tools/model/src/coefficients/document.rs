@@ -1,9 +1,11 @@
 //! The layout of coefficients.toml, as serde sees it.
 //!
-//! To add a key: give its section here a field with `#[serde(default)]`, so that files without it stay readable, and with
-//! `skip_serializing_if` where most files will not have it; give [`super::CoefficientsFile`] what it means, and say so in
+//! To add a key: give its section here a field with `#[serde(default)]`, so that files without it
+//! stay readable, and with `skip_serializing_if` where most files will not have it; give
+//! [`super::CoefficientsFile`] what it means, and say so in
 //! [`super::CoefficientsFile::document`] and `of_document`; list a number that cannot be negative in [`Document::numbers`]. An older
-//! reader passes over keys that it does not know. Where it would then compute something else, raise [`FORMAT`]: it refuses the file.
+//! reader passes over keys that it does not know. Where it would then compute something else, raise
+//! [`FORMAT`]: it refuses the file.
 
 use std::path::PathBuf;
 
@@ -28,7 +30,8 @@ pub(super) const FORMAT_WITH_GYRO: u32 = 3;
 /// Every version known here.
 pub(super) const FORMATS: [u32; 3] = [FORMAT, FORMAT_WITH_TRAITS, FORMAT_WITH_GYRO];
 
-/// Of files with a delay, slip memory or an imbalance of the sides: a reader that passed over these would compute something else.
+/// Of files with a delay, slip memory or an imbalance of the sides: a reader that passed over these
+/// would compute something else.
 pub(super) const FORMAT_WITH_TRAITS: u32 = 2;
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -90,7 +93,8 @@ impl RobotSection {
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct NoiseSection {
     pub(super) density_w2_s: f64,
-    /// Missing where `mass` says that the mass is not identifiable, so that older readers refuse the file.
+    /// Missing where `mass` says that the mass is not identifiable, so that older readers refuse
+    /// the file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) model_std_w: Option<f64>,
     /// That the mass cannot be told with these coefficients.
@@ -143,13 +147,16 @@ impl NoiseSection {
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct FitSection {
     pub(super) rows: u64,
-    /// The logs, from the folder of this file: `gmr gap` asks them what the model gets wrong without any effect.
+    /// The logs, from the folder of this file: `gmr gap` asks them what the model gets wrong
+    /// without any effect.
     #[serde(default)]
     pub(super) logs: Vec<PathBuf>,
-    /// Size and checksum of each, empty where it was no file: whether they are still what was fitted.
+    /// Size and checksum of each, empty where it was no file: whether they are still what was
+    /// fitted.
     #[serde(default)]
     pub(super) fingerprints: Vec<String>,
-    /// Total mass that somebody weighed with each log, kg; not a number where the log says it, and empty where all do.
+    /// Total mass that somebody weighed with each log, kg; not a number where the log says it, and
+    /// empty where all do.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) weighed_kg: Vec<f64>,
     pub(super) masses_kg: Vec<f64>,
@@ -192,7 +199,8 @@ impl Document {
     }
 
     /// # Errors
-    /// Names a number that no fit can give, and says what was expected (Eq. 20 for the coefficients).
+    /// Names a number that no fit can give, and says what was expected (Eq. 20 for the
+    /// coefficients).
     pub(super) fn check_numbers(&self) -> Result<(), InvalidCoefficients> {
         let signed = [(IMBALANCE.name, self.imbalance()), ("power_delay_s", self.robot.power_delay_s)];
         let signed = signed.into_iter().find(|(_, value)| !value.is_finite());

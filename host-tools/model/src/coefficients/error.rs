@@ -1,4 +1,5 @@
-//! What can be wrong with coefficients, as a value: whoever reads them can tell another robot's from damaged ones.
+//! What can be wrong with coefficients, as a value: whoever reads them can tell another robot's
+//! from damaged ones.
 
 use model_core::plausibility::LEAST_CUTOFF;
 use thiserror::Error;

@@ -1,4 +1,5 @@
-//! The logs that coefficients were fitted to: where they are, and whether they are still what was fitted.
+//! The logs that coefficients were fitted to: where they are, and whether they are still what was
+//! fitted.
 
 use std::path::{Path, PathBuf};
 
@@ -50,7 +51,8 @@ impl FittedLog {
     }
 }
 
-/// The path of a log as seen from the folder of the coefficients, so that both can move together; absolute where they share none.
+/// The path of a log as seen from the folder of the coefficients, so that both can move together;
+/// absolute where they share none.
 pub(super) fn seen_from(coefficients: &Path, log: &Path) -> PathBuf {
     let folder = folder_of(coefficients);
     match (std::fs::canonicalize(log), std::fs::canonicalize(folder)) {

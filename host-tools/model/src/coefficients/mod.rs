@@ -1,5 +1,5 @@
-//! coefficients.toml: what `gmr fit` writes, `gmr gap --out` extends, and every other command reads. One typed value, read once and
-//! written once; the file's layout is `document`'s.
+//! coefficients.toml: what `gmr fit` writes, `gmr gap --out` extends, and every other command
+//! reads. One typed value, read once and written once; the file's layout is `document`'s.
 
 mod covariance;
 mod document;
@@ -75,9 +75,11 @@ pub struct CoefficientsFile<const N: usize> {
     pub kind: ModelKind,
     /// How it was fitted.
     pub method: Method,
-    /// Covariance of the parameters, in the order of [`TORQUE`] or [`EQ18`]; no row for scrub where the wheels do not.
+    /// Covariance of the parameters, in the order of [`TORQUE`] or [`EQ18`]; no row for scrub where
+    /// the wheels do not.
     pub covariance: DMatrix<f64>,
-    /// Of the parameters, then the coefficients of the effects' columns; `None` without effects, and of files that do not tell.
+    /// Of the parameters, then the coefficients of the effects' columns; `None` without effects,
+    /// and of files that do not tell.
     pub joint_covariance: Option<DMatrix<f64>>,
     /// What was added to the fitted model; [`Coefficients::columns`] is what estimators make of it.
     pub effects: Vec<Written>,
@@ -117,11 +119,13 @@ pub struct Taking<'a> {
 }
 
 impl<const N: usize> CoefficientsFile<N> {
-    /// Reads coefficients and checks that they are for this robot. Those with true slip are refused, for most of what asks for
-    /// coefficients has no gyro: [`read_with_gyro`](Self::read_with_gyro).
+    /// Reads coefficients and checks that they are for this robot. Those with true slip are
+    /// refused, for most of what asks for coefficients has no gyro:
+    /// [`read_with_gyro`](Self::read_with_gyro).
     ///
     /// # Errors
-    /// The file cannot be read, is of another format, is for another robot, holds what no model can have, or true slip: an
+    /// The file cannot be read, is of another format, is for another robot, holds what no model can
+    /// have, or true slip: an
     /// [`InvalidCoefficients`] as [`Error::cause`].
     pub fn read(file: &Path, robot: &Robot) -> Result<Self> {
         Self::read_taking(file, robot, Taking::default())
@@ -355,8 +359,8 @@ impl<const N: usize> CoefficientsFile<N> {
         self
     }
 
-    /// The same with what is known of the extended model: the covariance of parameters and effects, and the noise that mass estimates
-    /// have to expect.
+    /// The same with what is known of the extended model: the covariance of parameters and effects,
+    /// and the noise that mass estimates have to expect.
     #[must_use]
     pub fn with_joint_covariance(mut self, joint: DMatrix<f64>, noise: Noise<f64>) -> Self {
         self.joint_covariance = Some(joint);
@@ -394,7 +398,8 @@ impl<const N: usize> CoefficientsFile<N> {
         Ok(self)
     }
 
-    /// The logs that they were fitted to, as far as these are still there; `file` is where they were read.
+    /// The logs that they were fitted to, as far as these are still there; `file` is where they
+    /// were read.
     ///
     /// # Errors
     /// A log is no longer what was fitted.

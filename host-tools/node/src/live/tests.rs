@@ -136,7 +136,8 @@ fn power_that_stops_is_not_remembered_for_long() {
 fn another_sender_waits_until_the_first_has_gone() {
     with_drive(|mut drive| {
         knows(&drive.go(40.0, true, true));
-        // Restarted at once, with a clock that begins at 0: nothing until the first is known to be lost.
+        // Restarted at once, with a clock that begins at 0: nothing until the first is known to be
+        // lost.
         (drive.sender, drive.offset_s) = (2, -drive.now_s);
         let state = drive.go(0.5, true, true);
         assert!(state.faults["speeds from another sender"] == 10, "{state:?}");

@@ -142,7 +142,8 @@ pub(super) struct NodeEntitiesInfo<G> {
     writer_gid_seq: Vec<G>,
 }
 
-/// `rmw_dds_common/ParticipantEntitiesInfo`: which nodes a process has, and what is theirs. `ros2 node list` shows what it says.
+/// `rmw_dds_common/ParticipantEntitiesInfo`: which nodes a process has, and what is theirs. `ros2
+/// node list` shows what it says.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct ParticipantEntitiesInfo<G> {
     gid: G,

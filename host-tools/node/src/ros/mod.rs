@@ -1,7 +1,8 @@
 //! ROS 2 without a ROS installation: topics as DDS has them, through RustDDS.
 //!
-//! A topic `/a` of ROS is `rt/a` in DDS, a type `p/msg/T` is `p::msg::dds_::T_`, and messages are plain CDR
-//! (design.ros2.org/articles/topic_and_service_names). Lost peers, new ones and their discovery are RustDDS's.
+//! A topic `/a` of ROS is `rt/a` in DDS, a type `p/msg/T` is `p::msg::dds_::T_`, and messages are
+//! plain CDR (design.ros2.org/articles/topic_and_service_names). Lost peers, new ones and their
+//! discovery are RustDDS's.
 
 mod messages;
 mod power;
@@ -260,7 +261,8 @@ impl Outlet for RosOutlet {
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let stamp =
             Time { sec: i32::try_from(now.as_secs()).unwrap_or(i32::MAX), nanosec: now.subsec_nanos() };
-        // A full queue empties itself, and the next state is newer: what DDS did not take is not sent again.
+        // A full queue empties itself, and the next state is newer: what DDS did not take is not
+        // sent again.
         let _ = self.battery.write(BatteryState::of(state, stamp, self.capacity_ah, self.cells), None);
         let _ = self.diagnostics.write(DiagnosticArray::of(state, stamp, &self.name), None);
         let numbers = [

@@ -1,4 +1,5 @@
-//! The power that `[topics]` of robot.toml names, heard: messages of whatever type, by the definitions that are known.
+//! The power that `[topics]` of robot.toml names, heard: messages of whatever type, by the
+//! definitions that are known.
 
 use std::convert::Infallible;
 

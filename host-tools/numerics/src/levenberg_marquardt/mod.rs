@@ -35,8 +35,8 @@ pub enum Ending {
     NotFinite,
     /// Steps were still being found when their number was used up.
     OutOfSteps,
-    /// Steps were still being found, but many of them together gained next to nothing: a valley without a lowest point, as data make it
-    /// that no such model made.
+    /// Steps were still being found, but many of them together gained next to nothing: a valley
+    /// without a lowest point, as data make it that no such model made.
     Stalled,
 }
 

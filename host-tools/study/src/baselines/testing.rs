@@ -25,8 +25,9 @@ fn wave(i: usize, k: f64) -> f64 {
     (i as f64 * k).sin()
 }
 
-/// A drive of the Burger of so many points at 20 Hz: speeds, turn rates and accelerations wander independently, forwards
-/// and backwards, at 1 to 3 kg; every reading is there and wanders, too. The power is what `power` says.
+/// A drive of the Burger of so many points at 20 Hz: speeds, turn rates and accelerations wander
+/// independently, forwards and backwards, at 1 to 3 kg; every reading is there and wanders, too.
+/// The power is what `power` says.
 pub(crate) fn drive(count: usize, power: impl Fn(&Point) -> f64) -> Vec<Point> {
     let motion = |i: usize| {
         let speed = Twist { vx: 0.2 * wave(i, 0.11), vy: 0.0, omega: 2.0 * wave(i, 0.17) };
@@ -36,7 +37,8 @@ pub(crate) fn drive(count: usize, power: impl Fn(&Point) -> f64) -> Vec<Point> {
     points(count, motion, power)
 }
 
-/// A drive as [`drive`]'s of any robot: the wheels wander each on its own, and every other second all turn alike.
+/// A drive as [`drive`]'s of any robot: the wheels wander each on its own, and every other second
+/// all turn alike.
 pub(crate) fn drive_on<const N: usize>(
     kinematics: &Kinematics<f64, N>,
     count: usize,
@@ -102,8 +104,8 @@ pub(crate) fn still() -> Point {
     Point { readings: Readings::NONE, ..drive(1, |_| 0.0)[0] }
 }
 
-/// Fitted to these points, the baseline has these parameters (each to `within` of the larger of itself and 1e-3), and it
-/// predicts the points as exactly.
+/// Fitted to these points, the baseline has these parameters (each to `within` of the larger of
+/// itself and 1e-3), and it predicts the points as exactly.
 pub(crate) fn recovers(card: &Card, points: &[Point], truth: &[f64], within: f64) {
     let mut model = card.make(&burger());
     model.fit(points).expect("its own data");

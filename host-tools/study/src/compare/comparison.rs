@@ -59,7 +59,8 @@ struct Judged<'a> {
 /// Fits everything and evaluates it.
 ///
 /// # Errors
-/// A log that cannot be read, data that determine no model, or no model that can be had for this robot and these logs.
+/// A log that cannot be read, data that determine no model, or no model that can be had for this
+/// robot and these logs.
 pub fn compare(context: &Context, robot: &Robot, split: &Split, settings: &Settings) -> Result<Comparison> {
     with_wheels!(robot, compare_with(context, robot, split, settings))
 }

@@ -1,9 +1,10 @@
 //! The filter's cutoff, chosen by models of the literature: ours has no vote.
 //!
-//! A high cutoff lets noise through, a low one smears what a model could have followed. Each candidate filters the training logs; one model of
-//! each of four families is fitted, and the means of its residual over a second are taken, which every cutoff passes alike. Of each model these are
-//! held against its own best; the lowest cutoff whose geometric mean over the models is within a hundredth of the least is taken. A cutoff in the robot's
-//! file comes first.
+//! A high cutoff lets noise through, a low one smears what a model could have followed. Each
+//! candidate filters the training logs; one model of each of four families is fitted, and the means
+//! of its residual over a second are taken, which every cutoff passes alike. Of each model these
+//! are held against its own best; the lowest cutoff whose geometric mean over the models is within
+//! a hundredth of the least is taken. A cutoff in the robot's file comes first.
 
 use std::path::PathBuf;
 
@@ -32,7 +33,8 @@ const AS_GOOD: f64 = 0.01;
 /// Who decides: one of each family that has a quick fit and any wheels.
 const VOTERS: [&Card; 4] = [&JARAMILLO, &TOUZOUT, &LINEAR, &SADRPOUR_OFFLINE];
 
-/// The cutoff for these training logs, Hz. `training` leaves of the points those that may be looked at.
+/// The cutoff for these training logs, Hz. `training` leaves of the points those that may be looked
+/// at.
 ///
 /// # Errors
 /// A log that cannot be read, or a robot with impossible dimensions.
@@ -98,7 +100,8 @@ fn residual(robot: &Robot, card: &Card, points: &[Point]) -> f64 {
 mod tests {
     use super::lowest_good_enough;
 
-    /// One voter is best at 2 Hz, the other at 4 Hz; relative to their own best 4 Hz costs the first 20 %, 2 Hz the second 10 %.
+    /// One voter is best at 2 Hz, the other at 4 Hz; relative to their own best 4 Hz costs the
+    /// first 20 %, 2 Hz the second 10 %.
     #[test]
     fn every_voter_counts_alike() {
         let tried = [[1.5, 30.0], [1.0, 11.0], [1.2, 10.0]];

@@ -21,11 +21,13 @@ pub struct Evaluation {
     pub fit_s: f64,
     /// What it learned.
     pub parameters: Vec<Parameter>,
-    /// Measured and predicted power of every test point; NaN predicted where a reading that it needs has no value.
+    /// Measured and predicted power of every test point; NaN predicted where a reading that it
+    /// needs has no value.
     pub pairs: Vec<Pair>,
     /// The same without being told the mass, where the model takes it and a search was asked for.
     pub found: Option<Found>,
-    /// The mass of every test point as the model itself estimates it, kg; NaN where it does not know.
+    /// The mass of every test point as the model itself estimates it, kg; NaN where it does not
+    /// know.
     pub masses: Option<Vec<f64>>,
     /// Of a network; what else is here is of the median one.
     pub weight_seeds: Option<WeightSeeds>,
@@ -51,8 +53,9 @@ pub struct MassSearch {
 /// Seeds of a network's weights.
 const WEIGHT_SEEDS: [u64; 3] = [1, 2, 3];
 
-/// Fits a baseline and predicts the test points. Points in which a reading that it needs has no value are left out. A network is trained
-/// with three seeds of its weights, and the median one by RMSE is taken.
+/// Fits a baseline and predicts the test points. Points in which a reading that it needs has no
+/// value are left out. A network is trained with three seeds of its weights, and the median one by
+/// RMSE is taken.
 ///
 /// # Errors
 /// Why it cannot be had for this robot and these logs.

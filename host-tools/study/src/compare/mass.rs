@@ -25,7 +25,8 @@ pub(super) fn tell_taken(context: &Context, robot: &Robot, files: &[PathBuf], ma
     Ok(())
 }
 
-/// Says so where models take a mass that all training was at one other value of: what they say of it, no data have told.
+/// Says so where models take a mass that all training was at one other value of: what they say of
+/// it, no data have told.
 pub(super) fn tell_extrapolation<'a>(
     context: &Context,
     settings: &Settings,

@@ -1,4 +1,5 @@
-//! Logs as baselines read them: the rows of the fit, and what only some logs tell, behind the same filter.
+//! Logs as baselines read them: the rows of the fit, and what only some logs tell, behind the same
+//! filter.
 
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
@@ -142,8 +143,9 @@ struct Reading {
 const HEADINGS: [&str; 1] = ["slope_heading_rad"];
 
 impl Reading {
-    /// The filtered value, so many sample periods after the row before. An empty field leaves it as it was for as long as
-    /// a hole in the log would; then nothing is known until the column goes on, and the filter starts afresh there.
+    /// The filtered value, so many sample periods after the row before. An empty field leaves it as
+    /// it was for as long as a hole in the log would; then nothing is known until the column goes
+    /// on, and the filter starts afresh there.
     fn step(&mut self, filter: &LowPass<f64>, value: f64, elapsed: f64) -> f64 {
         self.age += elapsed;
         if self.age > GAP_PERIODS {
@@ -169,21 +171,23 @@ impl Reading {
 mod tests {
     use super::*;
 
-    /// From 3.1 to −3.1 is 0.083 rad on, not 6.2 back: the filter ends at 2π − 3.1, having stayed between the two. After
-    /// a gap it begins anew where the log says.
+    /// From 3.1 to −3.1 is 0.083 rad on, not 6.2 back: the filter ends at 2π − 3.1, having stayed
+    /// between the two. After a gap it begins anew where the log says.
     #[test]
     fn a_heading_goes_on_past_half_a_turn() {
         let filter = LowPass::new(1.0, 0.05).unwrap();
         let mut reading = Reading { turns: true, ..Reading::default() };
         assert!((reading.step(&filter, 3.1, f64::INFINITY) - 3.1).abs() < 1e-9);
         let passed: Vec<f64> = (0..200).map(|_| reading.step(&filter, -3.1, 1.0)).collect();
-        // A Butterworth filter of fifth order overshoots a step by 12.8 %, here by 0.0107 of 0.0832: to 3.1939.
+        // A Butterworth filter of fifth order overshoots a step by 12.8 %, here by 0.0107 of
+        // 0.0832: to 3.1939.
         assert!(passed.iter().all(|value| (3.1..3.1945).contains(value)), "{passed:?}");
         assert!((passed[199] - (TAU - 3.1)).abs() < 1e-6);
         assert!((reading.step(&filter, -3.1, f64::INFINITY) + 3.1).abs() < 1e-9);
     }
 
-    /// Held over five empty rows, unknown from the sixth on; then anew from what the log says, with nothing of before.
+    /// Held over five empty rows, unknown from the sixth on; then anew from what the log says, with
+    /// nothing of before.
     #[test]
     fn an_empty_column_is_held_no_longer_than_a_gap() {
         let filter = LowPass::new(1.0, 0.05).unwrap();

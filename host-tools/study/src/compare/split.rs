@@ -33,13 +33,15 @@ pub enum Split {
     },
 }
 
-/// Length of held-out blocks, s: longer than any correlation of filtered power, short enough for several kinds of driving.
+/// Length of held-out blocks, s: longer than any correlation of filtered power, short enough for
+/// several kinds of driving.
 pub const BLOCK_S: f64 = 5.0;
 
 /// One in this many blocks is held out.
 pub const HOLD_OUT: i64 = 3;
 
-/// Training rows as a dataset and as points, test rows behind the same filter and with the same delay.
+/// Training rows as a dataset and as points, test rows behind the same filter and with the same
+/// delay.
 pub(super) struct Data<const N: usize> {
     pub(super) wanted: Wanted,
     pub(super) train: Dataset<N>,
@@ -120,7 +122,8 @@ impl<const N: usize> Data<N> {
 }
 
 impl Split {
-    /// What of the training logs' points may be looked at before models are judged: all but the blocks held out.
+    /// What of the training logs' points may be looked at before models are judged: all but the
+    /// blocks held out.
     fn training(&self, mut points: Vec<Point>) -> Vec<Point> {
         if let Self::Blocks { block_s, .. } = self {
             let block_s = block_s.unwrap_or_else(|| default_block(points.iter()));

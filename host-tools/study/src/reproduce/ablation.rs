@@ -47,7 +47,8 @@ pub(super) struct Figures {
 const WINDOW_S: f64 = 10.0;
 
 impl Variant {
-    /// As derived, the gates alone as printed, the power of the mass alone as printed, all as printed.
+    /// As derived, the gates alone as printed, the power of the mass alone as printed, all as
+    /// printed.
     pub(super) const ALL: [Self; 4] = [
         Self { gates: Gate::Corrected, powers: Gate::Corrected },
         Self { gates: Gate::Published, powers: Gate::Corrected },
@@ -96,7 +97,8 @@ impl Variant {
         let window = |row: &Row<N>| (row.run, (row.time / WINDOW_S).floor() as i64);
         let (mut sum, mut count) = (0.0, 0.0);
         for rows in pair.test.store.chunk_by(|a, b| window(a) == window(b)) {
-            // Buckets of a second, as on the board: their scatter is what tells whether the mean is known.
+            // Buckets of a second, as on the board: their scatter is what tells whether the mean is
+            // known.
             let second = |row: &Row<N>| row.time.floor() as i64;
             let buckets: Vec<_> = rows
                 .chunk_by(|a, b| second(a) == second(b))

@@ -1,4 +1,5 @@
-//! The models that find the mass themselves: ours, the paper's as printed, and the paper's as derived.
+//! The models that find the mass themselves: ours, the paper's as printed, and the paper's as
+//! derived.
 
 use std::path::{Path, PathBuf};
 

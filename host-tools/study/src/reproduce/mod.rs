@@ -1,6 +1,8 @@
-//! `gmr reproduce`: the paper's figures and tables from simulation, its method and ours side by side.
+//! `gmr reproduce`: the paper's figures and tables from simulation, its method and ours side by
+//! side.
 //!
-//! Each section drives and judges its seeds, and makes tables and figures of them: data that [`output`] and `page` render.
+//! Each section drives and judges its seeds, and makes tables and figures of them: data that
+//! [`output`] and `page` render.
 
 mod ablation;
 mod colours;

@@ -1,8 +1,9 @@
 //! Where the print of Eq. 18 and its derivation differ, and what each difference costs.
 //!
-//! Squaring Eq. 16 gives (1 + s)² = 2 (1 + s) for s = ±1 and m² with (M'' Ψ)²; Eq. 18 prints (2 + s) and m. Each difference is
-//! measured alone and together with the other: the coefficients of Eq. 20 are fitted exactly (not by Algorithm 1, whose distance from
-//! the optimum would be counted as well), and judged on a test log at its true mass and by Step 2's roots.
+//! Squaring Eq. 16 gives (1 + s)² = 2 (1 + s) for s = ±1 and m² with (M'' Ψ)²; Eq. 18 prints
+//! (2 + s) and m. Each difference is measured alone and together with the other: the coefficients
+//! of Eq. 20 are fitted exactly (not by Algorithm 1, whose distance from the optimum would be
+//! counted as well), and judged on a test log at its true mass and by Step 2's roots.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -76,7 +77,8 @@ pub(super) fn differences(
     Ok(list(&seeds.concat()))
 }
 
-/// Section 6's, with exact sensors on motors that do not conserve energy, and the experiment's, with noise on motors that do.
+/// Section 6's, with exact sensors on motors that do not conserve energy, and the experiment's,
+/// with noise on motors that do.
 fn pairs(context: &Context, folder: &Path, robot: &Robot, seed: u64) -> Result<Vec<Pair<WHEELS>>> {
     let regime = [experiment::scenario(Drive::Training, seed)?, experiment::scenario(Drive::Test, seed)?];
     let plants =
@@ -98,7 +100,8 @@ fn pairs(context: &Context, folder: &Path, robot: &Robot, seed: u64) -> Result<V
     plants.into_iter().map(pair).collect()
 }
 
-/// The figures of one training and test log: as derived, gates as printed, power of the mass as printed, both.
+/// The figures of one training and test log: as derived, gates as printed, power of the mass as
+/// printed, both.
 type Measured = (&'static str, [Figures; 4]);
 
 fn measure<const N: usize>(pairs: &[Pair<N>]) -> Result<Vec<Measured>> {
@@ -270,11 +273,13 @@ mod tests {
 
     use super::{Cost, Pair, list, measure};
 
-    /// Positive, and of a size that every product shows: a few tenths of a watt each at 3 kg and 3 rad/s.
+    /// Positive, and of a size that every product shows: a few tenths of a watt each at 3 kg and 3
+    /// rad/s.
     const BETA: [f64; REGRESSORS] =
         [0.2, 0.03, 0.01, 0.01, 0.02, 900.0, 0.03, 0.02, 0.02, 0.01, 5.0, 2.0, 0.02, 8.0, 9.0];
 
-    /// Ninety seconds at 20 Hz of two wheels that speed up and brake at their own rhythms, without noise.
+    /// Ninety seconds at 20 Hz of two wheels that speed up and brake at their own rhythms, without
+    /// noise.
     fn log(gate: Gate, masses: &[f64], phase: f64) -> Dataset<2> {
         let core = Robot::named("burger").unwrap().core::<2>(2.0).unwrap();
         let mut dataset = Dataset::empty(core, gate);
@@ -302,8 +307,9 @@ mod tests {
         costs.iter().find(|cost| cost.figure.starts_with(figure)).unwrap()
     }
 
-    /// Without noise the derivation is exact but for rounding, some 1e-12 of the power through the normal equations: a thousand times that
-    /// is allowed. What the print costs here (β5's part of the power is small) is a million times more than what is allowed.
+    /// Without noise the derivation is exact but for rounding, some 1e-12 of the power through the
+    /// normal equations: a thousand times that is allowed. What the print costs here (β5's part of
+    /// the power is small) is a million times more than what is allowed.
     #[test]
     fn a_log_of_the_derivation_is_the_derivations() {
         let found = list(&measure(&[pair(Gate::Corrected)]).unwrap());

@@ -23,14 +23,15 @@ const WINDOW_S: f64 = 10.0;
 /// When the payload changes in training and in the test, s.
 const CHANGES_S: [f64; 2] = [100.0, 50.0];
 
-/// Figures of a method: MAPE (%) and R² of the predicted power; mass error of the first window, of the first one after the change, of the
-/// worst one (%).
+/// Figures of a method: MAPE (%) and R² of the predicted power; mass error of the first window, of
+/// the first one after the change, of the worst one (%).
 type Figures<T> = [T; 5];
 
 /// What is driven in Section 6's simulation, beside the payload.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Drives {
-    /// Arcs, turns on the spot, stops and legs in reverse, as brisk as the robot's limits allow: the paper does not say.
+    /// Arcs, turns on the spot, stops and legs in reverse, as brisk as the robot's limits allow:
+    /// the paper does not say.
     Any,
     /// Forward arcs that change speed by 0.3 m/s² at most.
     Gentle,
@@ -52,11 +53,13 @@ const GENTLE_ROUNDS: Rounds = Rounds {
 pub(super) struct Seed {
     /// In the order of the contenders: any drives, then gentle ones.
     pub(super) outcomes: Vec<Figures<f64>>,
-    /// Training, payload known; test, payload from the first 10 s of each task; test, moving window of 10 s.
+    /// Training, payload known; test, payload from the first 10 s of each task; test, moving window
+    /// of 10 s.
     pub(super) courses: Option<[Course; 3]>,
 }
 
-/// The logs of a seed: training from 1 to 6 kg, test from 3 to 4 kg, exact sensors as in the paper's Simulink.
+/// The logs of a seed: training from 1 to 6 kg, test from 3 to 4 kg, exact sensors as in the
+/// paper's Simulink.
 pub(super) fn scenarios(drives: Drives, seed: u64) -> Result<[Scenario; 2]> {
     let scenario = |profile, change_s: f64, masses: [f64; 2], seed| {
         let duration_s = 2.0 * change_s;

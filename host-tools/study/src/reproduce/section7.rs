@@ -94,13 +94,15 @@ pub(super) struct Judged {
     pub(super) weight_seeds: Option<WeightSeeds>,
 }
 
-/// MAPE (%), R² and RMSE (W) of the predicted power; mean error of the mass that was found for it (%).
+/// MAPE (%), R² and RMSE (W) of the predicted power; mean error of the mass that was found for it
+/// (%).
 type Quality<T> = [T; 4];
 
 /// What is drawn of the first seed.
 #[derive(Default)]
 pub(super) struct Courses {
-    /// Fig. 13 to 15: power of the test log with a moving window of 25 s; the baselines behind ours and the paper's.
+    /// Fig. 13 to 15: power of the test log with a moving window of 25 s; the baselines behind ours
+    /// and the paper's.
     pub(super) test: Course,
     /// Fig. 10: the mass by all samples since a known change.
     pub(super) cumulative: Course,
@@ -173,7 +175,8 @@ pub(super) fn seed(learned: &Learned<'_>, settings: &Settings, draw: bool) -> Re
     Ok(Seed { models, windows, left_out, known_share: judge.known_share(), persistence_r2, courses })
 }
 
-/// The samples that every model is judged by: from the first full window on, where each contender knows the mass.
+/// The samples that every model is judged by: from the first full window on, where each contender
+/// knows the mass.
 struct Judge<'a> {
     log: &'a Log,
     settled: Vec<bool>,

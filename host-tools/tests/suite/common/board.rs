@@ -26,8 +26,8 @@ pub(crate) const MEMORY: usize = 512;
 /// How long its processor stands still while it writes its flash.
 pub(crate) const WRITING: Duration = Duration::from_millis(700);
 
-/// The firmware's link and store, with samples that are made up. Its time passes while somebody waits for it, and a little
-/// with every packet.
+/// The firmware's link and store, with samples that are made up. Its time passes while somebody
+/// waits for it, and a little with every packet.
 pub(crate) struct TestBoard {
     pub(crate) state: State<'static>,
     memory: usize,
@@ -74,7 +74,8 @@ pub(crate) fn sample(sequence: u32) -> Record {
     }
 }
 
-/// Coefficients that a board takes whose robot was never set: of a signed torque model, as `common::TRUTH` has it.
+/// Coefficients that a board takes whose robot was never set: of a signed torque model, as
+/// `common::TRUTH` has it.
 pub(crate) fn burger_coefficients() -> Vec<u8> {
     coefficients_with(0.01)
 }
@@ -224,7 +225,8 @@ impl Transport for TestBoard {
     }
 }
 
-/// What a bad line does to bytes on their way to the host, and to packets on their way to the board.
+/// What a bad line does to bytes on their way to the host, and to packets on their way to the
+/// board.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Fault {
     /// Every n-th packet to the board is lost.

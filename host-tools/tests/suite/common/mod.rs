@@ -74,7 +74,8 @@ impl Bench {
         ran
     }
 
-    /// The JSON that a command prints; it has to succeed, and what it prints has to be as docs/json.md has it.
+    /// The JSON that a command prints; it has to succeed, and what it prints has to be as
+    /// docs/json.md has it.
     pub(crate) fn json(&self, arguments: &[&str]) -> Value {
         let ran = self.done(&[arguments, &["--json"]].concat());
         let found = serde_json::from_str(&ran.stdout).unwrap();
@@ -117,12 +118,14 @@ pub(crate) fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("expected a number, found {value}"))
 }
 
-/// A piece of a measured log, or a folder of them, as kept in the repository: `tests/data/SOURCES.md`.
+/// A piece of a measured log, or a folder of them, as kept in the repository:
+/// `tests/data/SOURCES.md`.
 pub(crate) fn excerpt(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
 }
 
-/// The folder of all measured logs, whole; `None`, and the test counted as skipped, where they are not there.
+/// The folder of all measured logs, whole; `None`, and the test counted as skipped, where they are
+/// not there.
 pub(crate) fn whole_data() -> Option<PathBuf> {
     // Beside the project, and beside a working copy that lies one folder deeper.
     for shared in ["../../shared/data", "../../../shared/data"] {
@@ -150,8 +153,8 @@ pub(crate) const TRUTH: [f64; 6] = [0.05, 0.008, 0.007, 0.0065, 1.6, 2.5];
 pub(crate) const NAMES: [&str; 6] =
     ["coulomb", "rolling", "viscous", "rotor_inertia", "inertia_gain", "winding_loss"];
 
-/// Speed and acceleration of both wheels at a time: three tones each, up to 0.7 Hz, so that starts, stops, turns and
-/// reverse driving all happen.
+/// Speed and acceleration of both wheels at a time: three tones each, up to 0.7 Hz, so that starts,
+/// stops, turns and reverse driving all happen.
 pub(crate) fn motion(time: f64) -> ([f64; 2], [f64; 2]) {
     let tones = [
         [(3.0, 0.9, 0.0), (1.5, 2.3, 0.4), (0.8, 4.3, 1.0)],
@@ -165,8 +168,8 @@ pub(crate) fn motion(time: f64) -> ([f64; 2], [f64; 2]) {
     (speed, acceleration)
 }
 
-/// P = Σ max(0, τ w + κ τ²), τ = (a0 + a1 m) h + g2 w + g3 a + g4 m K, with K = M'' a worked out by hand: v̇ = r (a1 + a2)/2
-/// and ω̇ = r (a2 − a1)/b give K = r/2 v̇ ∓ k² r/b ω̇.
+/// P = Σ max(0, τ w + κ τ²), τ = (a0 + a1 m) h + g2 w + g3 a + g4 m K, with K = M'' a worked out by
+/// hand: v̇ = r (a1 + a2)/2 and ω̇ = r (a2 − a1)/b give K = r/2 v̇ ∓ k² r/b ω̇.
 pub(crate) fn power(speed: [f64; 2], acceleration: [f64; 2], mass: f64) -> f64 {
     let [a0, a1, g2, g3, g4, kappa] = TRUTH;
     let [left, right] = acceleration;

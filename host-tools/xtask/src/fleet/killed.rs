@@ -1,4 +1,5 @@
-//! A fleet that is killed at ten random moments, and resumed: the bytes of one that nobody disturbed.
+//! A fleet that is killed at ten random moments, and resumed: the bytes of one that nobody
+//! disturbed.
 
 use std::path::Path;
 use std::process::Stdio;
@@ -28,7 +29,8 @@ pub(super) fn ten_times(gmr: &Path, fleet: &Fleet) -> Result<String, Stop> {
             fleet.command(gmr, &out).stdout(Stdio::null()).stderr(Stdio::null()).spawn().map_err(failed)?;
         let share = moments.next();
         let begun = read(&out);
-        // At a random moment of the next sixth of the logs, the file system's half-written files included.
+        // At a random moment of the next sixth of the logs, the file system's half-written files
+        // included.
         let goal = begun + (share * whole as f64 / 6.0) as usize;
         while read(&out) < goal && child.try_wait().map_err(failed)?.is_none() {
             thread::sleep(Duration::from_micros(200 + (800.0 * share) as u64));

@@ -29,7 +29,8 @@ fn failed(error: impl std::fmt::Display) -> Stop {
 /// User and system time of a process, s; the kernel counts in hundredths.
 fn processor_s(process: u32) -> Option<f64> {
     let status = std::fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
-    // The name in brackets may hold anything; behind it the state is field 3, the times are 14 and 15.
+    // The name in brackets may hold anything; behind it the state is field 3, the times are 14 and
+    // 15.
     let mut times = status.rsplit_once(')')?.1.split_whitespace().skip(11);
     let mut next = || times.next()?.parse::<f64>().ok();
     Some((next()? + next()?) / 100.0)
@@ -47,7 +48,8 @@ impl Measured {
         let mut child = command.spawn().map_err(failed)?;
         let (mut peak_kb, mut cpu_s) = (0, 0.0);
         let status = loop {
-            // What the kernel calls the high-water mark; the last look is at most 5 ms before the end.
+            // What the kernel calls the high-water mark; the last look is at most 5 ms before the
+            // end.
             let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
             let mark = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
             let kb = mark.and_then(|mark| mark.split_whitespace().next()?.parse::<u64>().ok());

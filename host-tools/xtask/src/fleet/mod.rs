@@ -1,5 +1,6 @@
-//! `cargo xtask bench fleet`: two hundred simulated robots on five days, three of which change; who is named, how fast, in how much memory, what
-//! the same work takes in Polars, NumPy and SciPy, and whether a fleet that is killed ten times comes to the same.
+//! `cargo xtask bench fleet`: two hundred simulated robots on five days, three of which change; who
+//! is named, how fast, in how much memory, what the same work takes in Polars, NumPy and SciPy, and
+//! whether a fleet that is killed ten times comes to the same.
 
 mod baseline;
 mod changed;

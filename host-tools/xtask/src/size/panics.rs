@@ -1,7 +1,8 @@
 //! Where the board's image may panic, and why none of it is reached.
 //!
-//! Every call of the panic machinery in the linked image, by whose code it stands in. What is not in [`KNOWN`] fails the check: a new
-//! index, division or unwrap in our own code, or a dependency that begins to panic in another way.
+//! Every call of the panic machinery in the linked image, by whose code it stands in. What is not
+//! in [`KNOWN`] fails the check: a new index, division or unwrap in our own code, or a dependency
+//! that begins to panic in another way.
 
 use std::collections::BTreeMap;
 
@@ -25,8 +26,9 @@ const KINDS: [(&str, &str); 10] = [
     ("panicking", "panic"),
 ];
 
-/// Whose code, in which way it may panic, and why what reaches it does not make it: of each kind of each crate, so that a new kind is one
-/// that nobody has argued for. `*` is any code. The first that fits counts.
+/// Whose code, in which way it may panic, and why what reaches it does not make it: of each kind of
+/// each crate, so that a new kind is one that nobody has argued for. `*` is any code. The first
+/// that fits counts.
 const KNOWN: [(&str, &str, &str); 47] = [
     (
         "*",
@@ -192,7 +194,8 @@ fn lines<'a>(file: &object::File<'a>) -> Result<Lines<'a>, addr2line::gimli::Err
     Context::from_dwarf(addr2line::gimli::Dwarf::load(load)?)
 }
 
-/// Calls and far jumps (BL, B.W: ARMv7-M manual, A7.7.18 and A7.7.12) of Thumb code that begins at `base`: from where, to where.
+/// Calls and far jumps (BL, B.W: ARMv7-M manual, A7.7.18 and A7.7.12) of Thumb code that begins at
+/// `base`: from where, to where.
 fn branches(code: &[u8], base: u64) -> impl Iterator<Item = (u64, u64)> + '_ {
     let half = |at: usize| Some(u64::from(u16::from_le_bytes([*code.get(at)?, *code.get(at + 1)?])));
     (0..code.len()).step_by(2).filter_map(move |at| {
@@ -210,7 +213,8 @@ fn branches(code: &[u8], base: u64) -> impl Iterator<Item = (u64, u64)> + '_ {
     })
 }
 
-/// The innermost function around an address that is not the language's own; `None` for the panic machinery itself.
+/// The innermost function around an address that is not the language's own; `None` for the panic
+/// machinery itself.
 fn place(lines: &Lines<'_>, address: u64) -> Option<String> {
     let mut frames = lines.find_frames(address).skip_all_loads().ok()?;
     while let Ok(Some(frame)) = frames.next() {
@@ -259,7 +263,8 @@ fn why(place: &str, kind: &str) -> Option<&'static str> {
 mod tests {
     use super::*;
 
-    /// As LLVM's disassembler reads them: `bl` forwards by 0x1234 and back by 0x20, `b.w` forwards by 0x10, and no branch.
+    /// As LLVM's disassembler reads them: `bl` forwards by 0x1234 and back by 0x20, `b.w` forwards
+    /// by 0x10, and no branch.
     #[test]
     fn branches_are_decoded() {
         let code = |halves: &[u16]| halves.iter().flat_map(|half| half.to_le_bytes()).collect::<Vec<u8>>();

@@ -19,7 +19,8 @@ pub(super) struct Depth {
     pub(super) seconds: u32,
 }
 
-/// Runs the image in the emulated chip and looks how much paint is left; `None` where there is no emulator.
+/// Runs the image in the emulated chip and looks how much paint is left; `None` where there is no
+/// emulator.
 pub(super) fn measure(image: &Path) -> Result<Option<Depth>, Stop> {
     // No part of the project: nobody runs it unasked.
     let Some(folder) = std::env::var_os("STM32EMU") else { return Ok(None) };

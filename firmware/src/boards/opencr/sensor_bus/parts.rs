@@ -1,5 +1,5 @@
-//! What the driver is made of: it takes the parts, and gives them back when it stops. No second driver can be made of them
-//! meanwhile.
+//! What the driver is made of: it takes the parts, and gives them back when it stops. No second
+//! driver can be made of them meanwhile.
 
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Flex, Pull, Speed};
@@ -52,8 +52,9 @@ impl Parts {
     pub(super) fn start(self) -> Started {
         let mut config = Config::default();
         config.frequency = Hertz(SENSOR_BUS_HZ);
-        // SAFETY: these are the only ones, taken by value; they are not used again before the driver that is made of their copies is
-        // dropped, and its type gives them to nobody else. The pins' borrows in `clear_lines` have ended.
+        // SAFETY: these are the only ones, taken by value; they are not used again before the
+        // driver that is made of their copies is dropped, and its type gives them to nobody else.
+        // The pins' borrows in `clear_lines` have ended.
         let driver = unsafe {
             I2c::new_blocking(
                 self.i2c.clone_unchecked(),

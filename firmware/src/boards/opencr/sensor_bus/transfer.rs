@@ -1,9 +1,10 @@
-//! Transactions on I2C1: DMA moves the bytes, the peripheral's interrupts start the next piece, and who waits is woken once, when the last
-//! of up to four transactions is over.
+//! Transactions on I2C1: DMA moves the bytes, the peripheral's interrupts start the next piece, and
+//! who waits is woken once, when the last of up to four transactions is over.
 //!
-//! The HAL's own future is woken four times for each register of a sensor and sets two DMA channels up for three bytes; an interrupt for
-//! each byte was an eighth of all that the board executed (docs/board.md, "What a tick costs"). Here a piece, a start with the bytes up to
-//! the next, is one word for CR2, made before anything begins.
+//! The HAL's own future is woken four times for each register of a sensor and sets two DMA channels
+//! up for three bytes; an interrupt for each byte was an eighth of all that the board executed
+//! (docs/board.md, "What a tick costs"). Here a piece, a start with the bytes up to the next, is
+//! one word for CR2, made before anything begins.
 
 use core::future::poll_fn;
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, AtomicUsize, Ordering, fence};
@@ -112,11 +113,13 @@ pub(super) fn enable() {
     }
 }
 
-/// Carries the operations out, a write and a read by turns, with a repeated start before each but the first. The bus has to be free. Waits for
-/// good where it is held: the caller has a time limit, and takes the peripheral down after it.
+/// Carries the operations out, a write and a read by turns, with a repeated start before each but
+/// the first. The bus has to be free. Waits for good where it is held: the caller has a time limit,
+/// and takes the peripheral down after it.
 ///
 /// # Errors
-/// Not acknowledged, arbitration lost, a bus error; other operations, or more of them or of their bytes, than a poll of a sensor has.
+/// Not acknowledged, arbitration lost, a bus error; other operations, or more of them or of their
+/// bytes, than a poll of a sensor has.
 pub(super) async fn transfer(address: u8, operations: &mut [Operation<'_>]) -> Result<(), Error> {
     let [transaction, ..] = &BUS.transactions;
     let pairs = operations.as_chunks_mut::<2>().0;
@@ -137,8 +140,8 @@ pub(super) async fn transfer(address: u8, operations: &mut [Operation<'_>]) -> R
     Ok(())
 }
 
-/// Carries conversions out, one transaction each; [`collect`] has their answers. The bus has to be free, and the caller has a time limit, as
-/// for [`transfer`].
+/// Carries conversions out, one transaction each; [`collect`] has their answers. The bus has to be
+/// free, and the caller has a time limit, as for [`transfer`].
 ///
 /// # Errors
 /// More of them than there are rails.
@@ -164,8 +167,8 @@ pub(super) async fn convert(conversions: &[Option<Conversion>]) -> Result<(), Er
 /// Fills in the answers that there are, whether all of it is over or not.
 ///
 /// # Errors
-/// What has gone wrong on the bus, and with which of the conversions that were asked for. A chip that does not acknowledge is no error: it has
-/// no answer.
+/// What has gone wrong on the bus, and with which of the conversions that were asked for. A chip
+/// that does not acknowledge is no error: it has no answer.
 pub(super) fn collect(conversions: &mut [Option<Conversion>]) -> Result<(), (usize, Error)> {
     for (at, (conversion, transaction)) in conversions.iter_mut().flatten().zip(&BUS.transactions).enumerate()
     {
@@ -342,7 +345,8 @@ fn serve() {
     }
 }
 
-/// The bus is free again. What is not acknowledged ends so too, by a stop that the peripheral sends by itself.
+/// The bus is free again. What is not acknowledged ends so too, by a stop that the peripheral sends
+/// by itself.
 fn stopped(at: usize, transaction: &Transaction, status: Isr) {
     I2C1.icr().write(|register| {
         register.set_stopcf(true);

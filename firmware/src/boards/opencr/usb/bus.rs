@@ -22,13 +22,15 @@ impl Bus {
     }
 }
 
-/// A number behind the control pipe's that the chip has. The control pipe's own is never set up, down or stalled by a request.
+/// A number behind the control pipe's that the chip has. The control pipe's own is never set up,
+/// down or stalled by a request.
 fn data(index: usize) -> Option<usize> {
     (index > 0 && STATE.endpoint(index).is_some()).then_some(index)
 }
 
 impl UsbBus for Bus {
-    /// Resets only. A board on a battery does nothing else in suspend, and that the bus's supply goes cannot be seen.
+    /// Resets only. A board on a battery does nothing else in suspend, and that the bus's supply
+    /// goes cannot be seen.
     async fn poll(&mut self) -> Event {
         if !self.is_started {
             self.is_started = true;

@@ -80,7 +80,8 @@ impl UsbControlPipe for ControlPipe {
         .await;
     }
 
-    /// The core wants the address before the status stage, in which it still answers to the old one.
+    /// The core wants the address before the status stage, in which it still answers to the old
+    /// one.
     async fn accept_set_address(&mut self, address: u8) {
         let set = unless_overtaken(|| {
             hardware::set_address(address);

@@ -10,7 +10,8 @@ use super::control::ControlPipe;
 use super::endpoint::{FromHost, ToHost};
 use super::{ENDPOINTS, PACKET_BYTES};
 
-/// What each endpoint of one direction is for; `None` is not in use. The control pipe has the first.
+/// What each endpoint of one direction is for; `None` is not in use. The control pipe has the
+/// first.
 pub(super) type Kinds = [Option<Eptyp>; ENDPOINTS];
 
 /// The chip's OTG_FS before it is started.

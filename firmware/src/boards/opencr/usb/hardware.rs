@@ -14,7 +14,8 @@ use super::{ENDPOINTS, PACKET_BYTES};
 
 /// Of a function of the pins: OTG_FS (datasheet, alternate functions).
 const ALTERNATE_FUNCTION: u8 = 10;
-/// Longer than a transaction of 64 bytes takes at full speed: 50 µs, 11,000 cycles, of which a look takes six at least.
+/// Longer than a transaction of 64 bytes takes at full speed: 50 µs, 11,000 cycles, of which a look
+/// takes six at least.
 const MOST_LOOKS: u32 = 2_000;
 /// The core takes up to 25 ms to become a device (RM0385, OTG_GUSBCFG, FDMOD).
 const MOST_MODE_MS: u32 = 30;
@@ -23,8 +24,9 @@ const TURNAROUND: u8 = 6;
 /// SETUP packets that may come one behind the other.
 const SETUP_PACKETS: u8 = 3;
 
-/// Words of the FIFOs, 320 in all. Received: room for three SETUP packets, two packets of 64 bytes, and their status (RM0385,
-/// device FIFO RAM allocation: 10 + 2 · 17 + 2 · 2 + 1), doubled. Sent: one packet each.
+/// Words of the FIFOs, 320 in all. Received: room for three SETUP packets, two packets of 64 bytes,
+/// and their status (RM0385, device FIFO RAM allocation: 10 + 2 · 17 + 2 · 2 + 1), doubled. Sent:
+/// one packet each.
 const RECEIVE_WORDS: u16 = 98;
 const SEND_WORDS: u16 = (PACKET_BYTES / 4) as u16;
 const _: () = assert!(RECEIVE_WORDS as usize + ENDPOINTS * SEND_WORDS as usize <= 320);
@@ -62,7 +64,8 @@ pub(super) async fn start() {
         }
         Timer::after_millis(1).await;
     }
-    // The transceiver on. The bus's supply is wired to PD3, not to the pin that the peripheral watches: as if it were there.
+    // The transceiver on. The bus's supply is wired to PD3, not to the pin that the peripheral
+    // watches: as if it were there.
     OTG.gccfg_v2().modify(|register| {
         register.set_pwrdwn(true);
         register.set_vbden(false);
@@ -112,7 +115,8 @@ fn share_memory() {
     }
 }
 
-/// As a bus reset leaves a device: no address, no endpoint but the control pipe's, nothing sent or received.
+/// As a bus reset leaves a device: no address, no endpoint but the control pipe's, nothing sent or
+/// received.
 pub(super) fn reset() {
     critical_section::with(|_| {
         for index in 0..ENDPOINTS {
@@ -184,8 +188,9 @@ pub(super) fn receives(index: usize) -> bool {
     OTG.doepctl(index).read().usbaep()
 }
 
-/// Hands the host a packet, of at most as many bytes as one has. To be called with interrupts masked: the FIFO must not be written while
-/// other registers are accessed (erratum 2.15.2, "transmit data FIFO is corrupted").
+/// Hands the host a packet, of at most as many bytes as one has. To be called with interrupts
+/// masked: the FIFO must not be written while other registers are accessed (erratum 2.15.2,
+/// "transmit data FIFO is corrupted").
 pub(super) fn send(index: usize, bytes: &[u8]) {
     OTG.dieptsiz(index).write(|register| {
         register.set_mcnt(1);
@@ -203,7 +208,8 @@ pub(super) fn send(index: usize, bytes: &[u8]) {
     }
 }
 
-/// Takes the packet that stands first in the FIFO; of one that is too long for any, nothing is kept.
+/// Takes the packet that stands first in the FIFO; of one that is too long for any, nothing is
+/// kept.
 pub(super) fn receive(length: usize) -> Option<Packet> {
     let mut bytes = [0; PACKET_BYTES];
     let mut places = bytes.as_chunks_mut().0.iter_mut();
@@ -216,7 +222,8 @@ pub(super) fn receive(length: usize) -> Option<Packet> {
     Packet::new(bytes, length)
 }
 
-/// Takes back what the endpoint holds for a host that has not fetched it (RM0385, IN endpoint disable), and empties its FIFO.
+/// Takes back what the endpoint holds for a host that has not fetched it (RM0385, IN endpoint
+/// disable), and empties its FIFO.
 ///
 /// A closed port and a bus reset leave an endpoint enabled.
 pub(super) fn abandon(index: usize) {
@@ -280,7 +287,8 @@ pub(super) fn enable_receiving(index: usize, kind: Option<Eptyp>) {
     }
 }
 
-/// Stalls an endpoint that sends. Where the stall ends, the next packet is the even one (USB 2.0, 9.4.5).
+/// Stalls an endpoint that sends. Where the stall ends, the next packet is the even one (USB 2.0,
+/// 9.4.5).
 pub(super) fn stall_sending(index: usize, stalled: bool) {
     critical_section::with(|_| {
         OTG.diepctl(index).modify(|register| {

@@ -20,7 +20,8 @@ impl typelevel::Handler<typelevel::OTG_FS> for Interrupt {
             STATE.reset();
         }
         if raised.enumdne() {
-            // Full speed, the only one there is: the control pipe's packets have 64 bytes, which is the value after reset.
+            // Full speed, the only one there is: the control pipe's packets have 64 bytes, which is
+            // the value after reset.
             OTG.gintsts().write(|register| register.set_enumdne(true));
         }
         while OTG.gintsts().read().rxflvl() {
@@ -37,7 +38,8 @@ fn receive() {
     match status.pktstsd() {
         Pktstsd::SETUP_DATA_RX => {
             let packet = hardware::receive(usize::from(status.bcnt()));
-            // A SETUP packet ends what was under way (USB 2.0, 8.5.3), whether it is a good one or not.
+            // A SETUP packet ends what was under way (USB 2.0, 8.5.3), whether it is a good one or
+            // not.
             hardware::abandon(0);
             STATE.control().clear();
             STATE.stage_setup(packet.and_then(|packet| packet.setup()).filter(|_| index == 0));
@@ -48,7 +50,8 @@ fn receive() {
                 endpoint.stage(packet);
             }
         }
-        // The end of a transfer raises its endpoint's interrupt; of anything else there is nothing to take.
+        // The end of a transfer raises its endpoint's interrupt; of anything else there is nothing
+        // to take.
         _ => {}
     }
 }

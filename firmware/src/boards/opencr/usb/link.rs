@@ -1,5 +1,6 @@
-//! The links to the host: two serial ports over USB (CDC ACM) with the IDs that the stock firmware has. The first is where the stock
-//! firmware's would be and belongs to the ROS node; the second is for `gmr` beside it. Both answer to the same table.
+//! The links to the host: two serial ports over USB (CDC ACM) with the IDs that the stock firmware
+//! has. The first is where the stock firmware's would be and belongs to the ROS node; the second is
+//! for `gmr` beside it. Both answer to the same table.
 
 use embassy_futures::select::{Either, Either3, select, select3};
 use embassy_stm32::Peri;
@@ -18,17 +19,20 @@ use crate::tasks::{Connection, Reporter, Shared};
 /// STMicroelectronics, virtual COM port: what the udev rule of the TurtleBot3 looks for.
 const VENDOR: u16 = 0x0483;
 const PRODUCT: u16 = 0x5740;
-/// The IN endpoints of the two ports' data, as the builder numbers them: each port has one for notifications before it.
+/// The IN endpoints of the two ports' data, as the builder numbers them: each port has one for
+/// notifications before it.
 const IN_ENDPOINTS: [usize; 2] = [2, 4];
 
-/// How long an answer may wait for the host to fetch it. The node gives up after 34 ms and takes what comes later for the answer to its
-/// next question, which it does not survive: late is worse than never.
+/// How long an answer may wait for the host to fetch it. The node gives up after 34 ms and takes
+/// what comes later for the answer to its next question, which it does not survive: late is worse
+/// than never.
 const PATIENCE: Duration = Duration::from_millis(20);
 
 /// Packets of a session that has ended which may still be in the driver's hands.
 const MOST_STALE_READS: usize = 4;
 
-/// How often somebody looks whether resets of the bus are taken note of, which takes some microseconds.
+/// How often somebody looks whether resets of the bus are taken note of, which takes some
+/// microseconds.
 const LOOK: Duration = Duration::from_millis(50);
 
 /// Answers the host's requests to the device.
@@ -58,7 +62,8 @@ async fn report(shared: &Shared) -> ! {
 
 /// Bytes from and to the host.
 ///
-/// Where no host has set the port up, where it was pulled, or the program on the host has closed the port, reading and writing fail:
+/// Where no host has set the port up, where it was pulled, or the program on the host has closed
+/// the port, reading and writing fail:
 /// [`Connection::wait_connection`] waits for the next one, to whom nothing of the old answers is sent.
 pub struct UsbLink {
     sender: Sender<'static, Driver>,

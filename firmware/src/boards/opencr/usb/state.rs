@@ -16,7 +16,8 @@ pub(super) struct Packet {
 }
 
 impl Packet {
-    /// The first `length` of `bytes`; `None` where the packet would be longer than any that the host may send.
+    /// The first `length` of `bytes`; `None` where the packet would be longer than any that the
+    /// host may send.
     pub(super) fn new(bytes: [u8; PACKET_BYTES], length: usize) -> Option<Self> {
         (length <= PACKET_BYTES).then_some(Self { bytes, length })
     }
@@ -137,7 +138,8 @@ impl State {
         self.setup.lock(Cell::take)
     }
 
-    /// Whether the control transfer under way has ended without the device: the host has begun another one, or reset the bus.
+    /// Whether the control transfer under way has ended without the device: the host has begun
+    /// another one, or reset the bus.
     pub(super) fn is_overtaken(&self) -> bool {
         self.has_reset() || self.setup.lock(|place| place.get().is_some())
     }
