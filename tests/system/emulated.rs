@@ -78,3 +78,10 @@ fn no_host_kills_the_link() {
 fn flipped_bits_are_no_powers() {
     script_passes("opencr_flips.py", &["--seconds", "3"]);
 }
+
+/// Either inertial sensor is found once, calibrated, and turns as the robot does; lost or browned
+/// out, it comes back without a jump.
+#[test]
+fn inertial_sensors_are_found_and_come_back() {
+    script_passes("opencr_inertial.py", &[]);
+}

@@ -177,7 +177,8 @@ class Bench:
         last = self.board_us()
         set_fault(machine, fault, False)
         node.is_asking = False
-        # What came back of the flood is nobody's.
+        # What comes back of the flood is nobody's, the answer under way too.
+        run(machine, 0.05)
         host.waiting.clear()
         host.bytes.clear()
         self.recorder.is_on = True

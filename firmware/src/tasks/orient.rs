@@ -1,6 +1,6 @@
 //! Reads the inertial sensor and keeps the orientation.
 
-use embassy_time::{Delay, Duration, Instant, Ticker};
+use embassy_time::{Delay, Duration, Instant, Timer};
 use embedded_hal_async::spi::SpiDevice;
 
 use super::shared::{Reporter, Shared};
@@ -9,6 +9,8 @@ use crate::log::{info, warning};
 use crate::parameters::SAMPLE_PERIOD_US;
 use crate::wheels::WheelHealth;
 
+/// Between two readings.
+const PERIOD: Duration = Duration::from_micros(SAMPLE_PERIOD_US);
 /// A sensor that does not answer is asked again after this time.
 const RETRY: Duration = Duration::from_secs(1);
 /// Longest time that one reading stands for, s: the flash may have been written meanwhile, at a
@@ -21,9 +23,12 @@ pub async fn orient<S: SpiDevice>(spi: S, shared: &Shared) -> ! {
     let mut sensor =
         Sensor { chip: Chip::new(spi), known: InertialSnapshot::UNKNOWN, read: None, retry: Instant::MIN };
     let mut tracker = Tracker::new();
-    let mut ticker = Ticker::every(Duration::from_micros(SAMPLE_PERIOD_US));
+    let mut due = Instant::MIN;
     loop {
-        ticker.next().await;
+        // Readings missed while a chip starts or the flash is written are not made up for. In one
+        // go they would all be the same, and a chip that gives the same reading counts as stuck.
+        due = (due + PERIOD).max(Instant::now());
+        Timer::at(due).await;
         if shared.with(|state| state.take_calibration()) {
             tracker.calibrate();
         }
