@@ -7,6 +7,7 @@
 //! [`suspicion`] asks whether a log is what its columns say.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
+pub mod arguments;
 pub mod checks;
 mod columnar;
 mod conditioned;

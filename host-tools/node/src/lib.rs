@@ -8,6 +8,7 @@
 
 mod battery;
 mod clock;
+pub mod command;
 #[cfg(target_os = "linux")]
 pub mod i2c;
 mod live;

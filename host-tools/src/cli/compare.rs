@@ -14,9 +14,9 @@ use support::own::Form;
 
 use super::compare_text::{print_list, print_table};
 use super::overwrite::OverwriteArgument;
-use super::units::UnitArguments;
-use super::weighed::{Log, paths};
 use fit::entrance;
+use logs::arguments::UnitArguments;
+use logs::arguments::{Log, paths};
 use logs::checks;
 
 /// Arguments of `gmr compare`.

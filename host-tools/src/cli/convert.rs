@@ -16,7 +16,7 @@ use support::own::Form;
 use support::progress::FileProgress;
 
 use super::overwrite::OverwriteArgument;
-use super::weighed::{Log, paths};
+use logs::arguments::{Log, paths};
 
 /// Arguments of `gmr convert`.
 #[derive(clap::Args)]

@@ -21,8 +21,8 @@ use support::output::check_apart;
 use support::own::Form;
 
 use super::overwrite::OverwriteArgument;
-use super::units::UnitArguments;
-use super::weighed::Log;
+use logs::arguments::Log;
+use logs::arguments::UnitArguments;
 
 /// Arguments of `gmr estimate`.
 #[derive(clap::Args)]

@@ -22,8 +22,8 @@ use support::own::Form;
 
 use super::fit_grams;
 use super::overwrite::OverwriteArgument;
-use super::units::UnitArguments;
-use super::weighed::{Log, paths};
+use logs::arguments::UnitArguments;
+use logs::arguments::{Log, paths};
 
 /// Arguments of `gmr fit`.
 #[derive(clap::Args)]

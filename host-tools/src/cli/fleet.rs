@@ -7,7 +7,7 @@ use support::context::Context;
 use support::error::Result;
 use support::output;
 
-use super::units::UnitArguments;
+use logs::arguments::UnitArguments;
 
 /// Arguments of `gmr fleet`.
 #[derive(clap::Args)]

@@ -14,8 +14,8 @@ use support::error::Result;
 use support::output;
 
 use super::overwrite::OverwriteArgument;
-use super::units::UnitArguments;
-use super::weighed::{Log, paths};
+use logs::arguments::UnitArguments;
+use logs::arguments::{Log, paths};
 
 /// Arguments of `gmr gap`.
 #[derive(clap::Args)]

@@ -12,8 +12,8 @@ use support::output::{self, check_apart};
 use support::own::Form;
 
 use super::overwrite::OverwriteArgument;
-use super::units::UnitArguments;
-use super::weighed::{Log, paths};
+use logs::arguments::UnitArguments;
+use logs::arguments::{Log, paths};
 
 /// Arguments of `gmr gram`.
 #[derive(clap::Args)]

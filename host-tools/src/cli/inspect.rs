@@ -11,9 +11,9 @@ use support::own::Form;
 use support::progress::FileProgress;
 
 use super::overwrite::OverwriteArgument;
-use super::units::UnitArguments;
-use super::weighed::{Log, paths};
 use gap::thresholds::calibrate::LEAST_RUNS;
+use logs::arguments::UnitArguments;
+use logs::arguments::{Log, paths};
 use logs::checks;
 
 /// Arguments of `gmr inspect`.

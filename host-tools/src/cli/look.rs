@@ -10,8 +10,8 @@ use support::output;
 use support::own::Form;
 
 use super::overwrite::OverwriteArgument;
-use super::units::UnitArguments;
-use super::weighed::{Log, paths};
+use logs::arguments::UnitArguments;
+use logs::arguments::{Log, paths};
 use logs::checks;
 use logs::robot::FOUND;
 

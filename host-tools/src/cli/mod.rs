@@ -24,27 +24,22 @@ mod inspect;
 mod key;
 mod look;
 mod new_robot;
-mod node;
 mod overwrite;
 mod predict;
 mod record;
 mod reproduce;
 mod shell;
 mod simulate;
-mod units;
 mod watch;
-mod weighed;
 
 use std::ffi::OsString;
 
 use ::fit::run_gram::RunGram;
-use clap::error::ErrorKind;
 use clap::{CommandFactory as _, Parser, Subcommand};
 use logs::Table;
-use support::context::{Context, Notices};
+use support::context::Context;
 use support::error::{Error, Result};
-use support::interrupt;
-use support::output;
+use support::program;
 
 /// How much power does a wheeled robot draw, when nobody told it what it carries?
 #[derive(Parser)]
@@ -104,7 +99,7 @@ enum Command {
     Watch(watch::Arguments),
     /// Payload, battery and what is left on ROS 2's topics, from one power sensor on the robot's
     /// own computer
-    Node(node::Arguments),
+    Node(::node::command::Arguments),
     /// Write a robot.toml from flags, or from answers
     NewRobot(new_robot::Arguments),
     /// Print what a shell completes commands and arguments by
@@ -116,24 +111,7 @@ enum Command {
 /// Parses a command line, the program's name first, and runs it. Gives the exit code: 0 done, 1
 /// failed, 2 wrong usage.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
-    let context = Context::default();
-    let done = interrupt::install().and_then(|()| parse(arguments)).and_then(|cli| execute(&context, cli));
-    match done.and_then(|()| output::finish()) {
-        Ok(()) => {
-            let Notices { lines, dropped } = context.take_notices();
-            lines.iter().for_each(|line| eprintln!("gmr: {line}"));
-            if dropped > 0 {
-                eprintln!("gmr: {dropped} more");
-            }
-            0
-        }
-        Err(error) => {
-            if !error.is_quiet() {
-                eprintln!("gmr: {error}");
-            }
-            error.exit_code()
-        }
-    }
+    program::run("gmr", arguments, execute)
 }
 
 /// Runs a command for another program: its arguments without the program's name. In a
@@ -142,9 +120,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
 /// # Errors
 /// As the command; help and version, which are the command line's.
 pub fn answer(context: &Context, arguments: &[String]) -> Result<()> {
-    let cli = Cli::try_parse_from(std::iter::once("gmr").chain(arguments.iter().map(String::as_str)))
-        .map_err(|refusal| Error::usage(one_line(&refusal.to_string())))?;
-    execute(context, cli)
+    execute(context, program::parse_given(arguments)?)
 }
 
 /// The sums that `gmr gram` makes of columns in memory; its arguments name them in the place of a
@@ -153,30 +129,10 @@ pub fn answer(context: &Context, arguments: &[String]) -> Result<()> {
 /// # Errors
 /// As [`answer`]; arguments of another command.
 pub fn gram_of_table(context: &Context, arguments: &[String], table: Table) -> Result<Vec<RunGram>> {
-    let cli = Cli::try_parse_from(std::iter::once("gmr").chain(arguments.iter().map(String::as_str)))
-        .map_err(|refusal| Error::usage(one_line(&refusal.to_string())))?;
-    match cli.command {
+    match program::parse_given::<Cli>(arguments)?.command {
         Command::Gram(arguments) => gram::of_table(context, &arguments, table),
         _ => Err(Error::usage("expected the arguments of gmr gram")),
     }
-}
-
-/// The command line. Help and version are printed, and end the command, here.
-fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Cli> {
-    Cli::try_parse_from(arguments).map_err(|refusal| match refusal.kind() {
-        ErrorKind::DisplayHelp
-        | ErrorKind::DisplayVersion
-        | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => refusal.exit(),
-        _ => Error::usage(one_line(&refusal.to_string())),
-    })
-}
-
-/// clap's refusal without its usage, on one line.
-fn one_line(refusal: &str) -> String {
-    let refusal = refusal.strip_prefix("error: ").unwrap_or(refusal);
-    let said =
-        refusal.lines().take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more"));
-    said.map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
 fn execute(context: &Context, cli: Cli) -> Result<()> {
@@ -203,7 +159,7 @@ fn execute(context: &Context, cli: Cli) -> Result<()> {
         Command::Flash(arguments) => flash::run(context, &arguments),
         Command::Key(arguments) => key::run(&arguments),
         Command::Watch(arguments) => watch::run(&arguments),
-        Command::Node(arguments) => node::run(context, &arguments),
+        Command::Node(arguments) => ::node::command::run(context, &arguments),
         Command::NewRobot(arguments) => new_robot::run(&arguments),
         Command::Completions(arguments) => shell::completions(&arguments, Cli::command()),
         Command::Man(arguments) => shell::man(&arguments, Cli::command()),

@@ -9,7 +9,7 @@ use support::context::Context;
 use support::error::{Error, Result};
 use support::output;
 
-use super::units::UnitArguments;
+use logs::arguments::UnitArguments;
 
 /// Arguments of `gmr predict`.
 #[derive(clap::Args)]

@@ -2,7 +2,7 @@
 //!
 //! Its face: [`error::Error`], [`context::Context`], [`input::Input`], [`output::write_whole`] and
 //! the checks before it ([`own`]),
-//! [`progress`], [`metrics`].
+//! [`progress`], [`metrics`]; [`program::run`] is a program's `main`.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod context;
@@ -15,5 +15,6 @@ pub mod metrics;
 pub mod output;
 pub mod own;
 pub mod printable;
+pub mod program;
 pub mod progress;
 pub mod temporary;

@@ -2,16 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use super::weighed::Log;
-use logs::foreign::Reading;
-use logs::robot::{LogUnits, MassUnit, PowerUnit, Robot, SpeedUnit};
+use super::Log;
+use crate::foreign::Reading;
+use crate::robot::{LogUnits, MassUnit, PowerUnit, Robot, SpeedUnit};
 use support::context::Context;
 use support::error::Result;
 
 /// Units of the logs' columns, where they are not those that the columns' names say.
 #[derive(clap::Args)]
 #[command(next_help_heading = "How logs are read")]
-pub(super) struct UnitArguments {
+pub struct UnitArguments {
     /// Unit that the wheels' speeds are in (their accelerations: per second), whatever the columns
     /// are called
     #[arg(long, value_enum, default_value = "rad/s")]
@@ -31,10 +31,10 @@ pub(super) struct UnitArguments {
     flip_power: bool,
     /// Read what is there of a bag or ULog that was cut off while it was recorded
     #[arg(long)]
-    pub(super) allow_truncated: bool,
+    pub allow_truncated: bool,
     /// Say all there is to say, not only what counts: where columns came from, every figure
     #[arg(long, short)]
-    pub(super) verbose: bool,
+    pub verbose: bool,
 }
 
 impl UnitArguments {
@@ -43,7 +43,7 @@ impl UnitArguments {
     ///
     /// # Errors
     /// As [`Robot::load`]; units that this robot's logs cannot have.
-    pub(super) fn robot<'a>(
+    pub fn robot<'a>(
         &self,
         context: &Context,
         name_or_path: &Path,

@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 
 /// A log: `FILE`, or `FILE=KG` with the robot's total mass in it. A file of that very name wins.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Log {
-    pub(super) path: PathBuf,
+pub struct Log {
+    /// Where it is.
+    pub path: PathBuf,
     /// Total mass, kg.
-    pub(super) mass_kg: Option<f64>,
+    pub mass_kg: Option<f64>,
 }
 
 impl From<OsString> for Log {
@@ -33,7 +34,8 @@ impl AsRef<Path> for Log {
 }
 
 /// Their files.
-pub(super) fn paths<'a>(logs: impl IntoIterator<Item = &'a Log>) -> Vec<PathBuf> {
+#[must_use]
+pub fn paths<'a>(logs: impl IntoIterator<Item = &'a Log>) -> Vec<PathBuf> {
     logs.into_iter().map(|log| log.path.clone()).collect()
 }
 

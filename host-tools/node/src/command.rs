@@ -1,16 +1,16 @@
-//! `gmr node`: one power sensor on the robot's own computer and wheel speeds from ROS 2; payload,
-//! battery and what is left back to it.
+//! The command line of `gmr node`, which is also that of `gmr-node`.
 
 use std::io::IsTerminal as _;
 use std::path::PathBuf;
 
+use logs::arguments::UnitArguments;
 use logs::robot::{FOUND, PowerChip};
 use model_core::charge::Charge;
-use node::{Health, Outlet, Request, State, WheelsFrom, node};
 use support::context::Context;
 use support::error::{Error, Result};
+use support::output;
 
-use super::units::UnitArguments;
+use super::{Health, Outlet, Request, State, WheelsFrom, node};
 
 /// Where nobody watches, a line so often, s, and at every change.
 const LINE_S: f64 = 10.0;
@@ -24,7 +24,7 @@ const TOLD_STD: f64 = 0.05;
     after_help = "Examples:\n  gmr node --robot robot.toml --coeffs coefficients.toml\n  gmr node --robot robot.toml --coeffs coefficients.toml --replay run.mcap \
     --speed 10\n  gmr node --robot robot.toml --replay run.csv --no-ros --speed max --json"
 )]
-pub(crate) struct Arguments {
+pub struct Arguments {
     /// The robot: a robot.toml, whose [node] has sensor and topics, or burger, turtlebot4, warthog,
     /// husky; auto: the nearest robot.toml upward, else burger
     #[arg(long, default_value = FOUND)]
@@ -67,7 +67,11 @@ pub(crate) struct Arguments {
     units: UnitArguments,
 }
 
-pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
+/// Runs it.
+///
+/// # Errors
+/// As [`node`]; numbers out of their ranges.
+pub fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     let (context, mut robot) = arguments.units.robot(context, &arguments.robot, [])?;
     robot.set_node(arguments.sensor, arguments.bus.as_deref());
     let every_s = arguments.every;
@@ -120,24 +124,24 @@ impl Terminal {
 
 impl Outlet for Terminal {
     fn say(&mut self, trouble: &str) {
-        eprintln!("{trouble}");
+        output::say(format_args!("{trouble}"));
     }
 
     fn publish(&mut self, state: &State) -> Result<()> {
         if self.json {
-            println!("{}", support::output::json_line(state)?);
-            return support::output::finish();
+            output::print(format_args!("{}\n", output::json_line(state)?));
+            return output::finish();
         }
         let is_due =
             self.last.is_none_or(|(before, at)| before != state.state || state.time_s - at >= LINE_S);
         if self.is_redrawn && self.last.is_some_and(|(before, _)| before == state.state) {
-            support::output::redraw(1);
+            output::redraw(1);
         } else if !is_due {
             return Ok(());
         }
         self.last = Some((state.state, state.time_s));
-        println!("{}", state.line());
+        output::print(format_args!("{}\n", state.line()));
         // Whoever reads this may have left.
-        support::output::finish()
+        output::finish()
     }
 }
