@@ -28,8 +28,9 @@ pub struct Bars {
 /// Share of a row that its bars fill.
 const FILLED: f64 = 0.76;
 
-/// Pixels that the names of rows get.
-const NAMES: u32 = 300;
+/// Pixels that a letter of a row's name gets, and what stands around the name.
+const LETTER: f64 = 7.5;
+const AROUND: f64 = 24.0;
 
 /// Letters that fit there.
 const LETTERS: usize = 40;
@@ -47,8 +48,9 @@ impl Bars {
         let keys = series.chain(line).collect();
         let y = Axis::bare(0.0, count);
         let labels = [self.x_label.as_str(), ""];
-        let mut chart =
-            Frame { title: &self.title, labels, x, y, keys, left: NAMES, grid: true }.draw(area)?;
+        let longest = self.rows.iter().map(|(name, _)| name.chars().count().min(LETTERS)).max();
+        let left = (AROUND + LETTER * longest.unwrap_or(0) as f64) as u32;
+        let mut chart = Frame { title: &self.title, labels, x, y, keys, left, grid: true }.draw(area)?;
         for (row, (name, bars)) in self.rows.iter().enumerate() {
             let middle = count - row as f64 - 0.5;
             let height = FILLED / bars.len().max(1) as f64;

@@ -62,7 +62,9 @@ impl Heat {
         let digits = if self.most < 1.0 { 2 } else { usize::from(self.most < 10.0) };
         for square in self.squares.iter().filter(|_| numbers) {
             let middle = (0.5 * (square.x.0 + square.x.1), 0.5 * (square.y.0 + square.y.1));
-            let number = format!("{:+.digits$}", square.value);
+            // What rounds to zero has no sign.
+            let is_zero = (square.value * 10_f64.powi(digits as i32)).round() == 0.0;
+            let number = if is_zero { "0".to_owned() } else { format!("{:+.digits$}", square.value) };
             chart.text(middle, 0, HPos::Center, NUMBER_SIZE, number)?;
         }
         Ok(())

@@ -47,8 +47,9 @@ pub fn drawing(page: &Page, title: &str, about: &str, numbers: Option<Markup>) -
 /// Text in plots is at least so tall on any screen, px: smaller letters are not read on a phone.
 const LEAST_TEXT_PX: f64 = 11.0;
 
-/// The least width of a drawing so many units wide; a narrower screen scrolls it.
-fn least_width(units: u32) -> f64 {
+/// The least width of a drawing so many units wide, px; a narrower screen scrolls it.
+#[must_use]
+pub fn least_width(units: u32) -> f64 {
     f64::from(units) * LEAST_TEXT_PX / f64::from(LABEL_SIZE)
 }
 

@@ -39,7 +39,7 @@
       bands: bands.map(band => ({ series: band, fill: curves[band[0] - 1].fill })),
     }, [x, ...curves.map(one => one.y)], place);
     pinch(plot);
-    figure.querySelector('figcaption').append(' Drag over a stretch to see it closer, or pinch; twice there for all of it.');
+    figure.querySelector('figcaption').append(' Drag over a stretch to zoom in, or pinch; click twice to see all of it.');
     addEventListener('resize', () => plot.setSize(size()));
   }
 })();

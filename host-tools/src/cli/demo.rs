@@ -9,7 +9,7 @@ use std::sync::Arc;
 use maud::{Markup, PreEscaped, html};
 
 use super::overwrite::OverwriteArgument;
-use report::html::document;
+use report::html::{WHOLE, document, least_width};
 use support::error::{Error, Result};
 use support::job::{self, Job};
 use support::output;
@@ -143,7 +143,9 @@ fn section(step: &Step, folder: &Path, said: &str) -> Result<Markup> {
             let file = folder.join(name);
             let text = std::fs::read_to_string(&file).map_err(|error| Error::io(&file, &error))?;
             // Inline, without what stands before the element.
-            text.find("<svg").map_or(String::new(), |at| text[at..].to_owned())
+            let svg = text.find("<svg").map_or("", |at| &text[at..]);
+            let style = format!("<svg style=\"min-width:{:.0}px\"", least_width(WHOLE.0));
+            svg.replacen("<svg", &style, 1)
         }
     };
     let said = said.replace(&format!("{}/", folder.display()), "");

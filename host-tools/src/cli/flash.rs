@@ -13,7 +13,7 @@ use firmware::control_table::{Item, Reason};
 use firmware::items::{Calibration, check_coefficients, checksum, parts};
 use firmware::power_sensors::RAIL_COUNT;
 use firmware::wheels::WHEELS;
-use logs::robot::Robot;
+use logs::robot::{FOUND, Robot};
 use model::effects::written::id_of;
 use model_core::coefficients::Coefficients;
 use serde::Serialize;
@@ -33,8 +33,8 @@ use super::overwrite::OverwriteArgument;
 )]
 #[command(group = clap::ArgGroup::new("target").required(true).multiple(false))]
 pub(crate) struct Arguments {
-    /// The robot: a robot.toml, or burger
-    #[arg(long, default_value = "burger")]
+    /// The robot: a robot.toml, or burger; auto: the nearest robot.toml upward, else burger
+    #[arg(long, default_value = FOUND)]
     robot: PathBuf,
     /// Coefficients as gmr fit writes them
     #[arg(long, value_name = "C.toml")]

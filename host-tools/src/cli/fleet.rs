@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use fleet::{Answer, Exported, Request, fleet};
+use logs::arguments::UnitArguments;
+use logs::robot::FOUND;
 use support::context::Context;
 use support::error::Result;
 use support::output;
-
-use logs::arguments::UnitArguments;
 
 /// Arguments of `gmr fleet`.
 #[derive(clap::Args)]
@@ -21,8 +21,9 @@ pub(crate) struct Arguments {
     /// Coefficients of a clean fit (signed) of such a robot: what robots and days are held against
     #[arg(long, value_name = "C.toml")]
     coeffs: PathBuf,
-    /// The robot that they all are: a robot.toml, or burger, turtlebot4, warthog, husky
-    #[arg(long, default_value = "burger")]
+    /// The robot that they all are: a robot.toml, or burger, turtlebot4, warthog, husky; auto: the
+    /// nearest robot.toml upward, else burger
+    #[arg(long, default_value = FOUND)]
     robot: PathBuf,
     /// What folders are called, from the outermost one; robot and day among them
     #[arg(long, value_name = "KEY,…", value_delimiter = ',', default_value = "robot,day")]

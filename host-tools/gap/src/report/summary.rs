@@ -95,7 +95,9 @@ pub fn effect(named: &Named) -> String {
     let candidate = &named.candidate;
     let mut text = format!("{} = {}: {}", candidate.id, words::size(named), words::meaning(candidate));
     if let Some(direction) = words::direction(named) {
-        text += &format!(", rising towards {:.0}° from the heading at the start", direction.to_degrees());
+        // Adding zero takes the sign off −0.
+        let degrees = direction.to_degrees().round() + 0.0;
+        text += &format!(", rising towards {degrees}° from the heading at the start");
     } else {
         let detail = candidate.detail.words();
         if !detail.is_empty() {
