@@ -18,6 +18,7 @@ pub mod serial;
 pub mod signing;
 pub mod status;
 pub mod store_image;
+pub mod store_task;
 pub mod transport;
 
 use firmware::power_sensors::{Health, RAIL_COUNT, RAILS, RailName};

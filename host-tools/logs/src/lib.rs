@@ -4,7 +4,7 @@
 //! [`runs::Runs`], logs whole and filtered. [`Header`] and [`LogReader`] know files, lines and
 //! columns; [`DriveReader`] wheels, power, payload, runs and gaps; [`SampleReader`] what an
 //! estimator takes, without static power. Bags and tables become such rows in [`foreign`];
-//! [`suspicion`] asks whether a log is what its columns say.
+//! [`convert`] writes them as one; [`suspicion`] asks whether a log is what its columns say.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod arguments;
@@ -12,6 +12,7 @@ pub mod checks;
 mod columnar;
 mod conditioned;
 mod conditioner;
+pub mod convert;
 mod drive;
 mod exclusions;
 pub mod foreign;

@@ -3,26 +3,18 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use board::client::Client;
-use board::flasher::{self, Outcome, Request, Running, Target, flash, roll_back};
-use board::serial::Serial;
+use board::flasher::{self, Outcome, Request};
+use board::rail_names;
 use board::signing::SecretKey;
 use board::store_image::StoreImage;
-use board::{dfu, image_file, probe, rail_names};
-use firmware::control_table::{Item, Reason};
-use firmware::items::{Calibration, check_coefficients, checksum, parts};
+use board::store_task::{Done, Held, HeldCoefficients, Place, Task, carry_out};
 use firmware::power_sensors::RAIL_COUNT;
-use firmware::wheels::WHEELS;
 use logs::robot::{FOUND, Robot};
-use model::effects::written::id_of;
-use model_core::coefficients::Coefficients;
 use serde::Serialize;
 use support::context::Context;
 use support::error::{Error, Result};
 use support::output::check_apart;
 use support::own::Form;
-use support::printable;
-use support::progress::WaitProgress;
 
 use super::overwrite::OverwriteArgument;
 
@@ -82,19 +74,6 @@ pub(crate) struct Arguments {
     overwrite: OverwriteArgument,
 }
 
-/// What a command is to do.
-enum Task {
-    Store(Request),
-    Read,
-    RollBack,
-}
-
-/// What a command found or did.
-enum Done {
-    Stored { robot: String, items: Vec<Outcome> },
-    Held(Held),
-}
-
 #[derive(Serialize)]
 struct Report<'a> {
     target: &'static str,
@@ -107,26 +86,6 @@ struct Report<'a> {
     address: Option<u32>,
 }
 
-/// What a board holds.
-#[derive(Serialize)]
-struct Held {
-    robot: String,
-    coefficients: Option<HeldCoefficients>,
-    calibration: serde_json::Map<String, serde_json::Value>,
-}
-
-#[derive(Serialize)]
-struct HeldCoefficients {
-    model: Option<&'static str>,
-    robot: Option<String>,
-    /// Effects beyond the fitted model, by the dictionary's ids.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    effects: Vec<&'static str>,
-    crc: u32,
-    /// Why the board does not use them, if it does not.
-    refused: Option<&'static str>,
-}
-
 pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     let inputs = [&arguments.robot].into_iter().chain(&arguments.coeffs).chain(&arguments.sign);
     check_apart(arguments.out.as_deref(), inputs.map(PathBuf::as_path))?;
@@ -136,51 +95,21 @@ pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
         (_, true) => Task::RollBack,
         _ => Task::Store(request(context, arguments)?),
     };
-    let done = if let Some(port) = &arguments.port {
+    let place = if let Some(port) = &arguments.port {
         let timeout = Duration::try_from_secs_f64(arguments.timeout)
             .map_err(|_| Error::usage(format!("--timeout {}: expected s, 0 or more", arguments.timeout)))?;
-        let at_port = |error: Error| error.in_file(port);
-        let (mut client, board) = Client::connect(Serial::open(port)?).map_err(at_port)?;
-        let bar = WaitProgress::new("waiting for the wheels to stand still", timeout);
-        let waiting = &mut |waited| bar.at(waited);
-        let mut target = Running { client: &mut client, board: &board, timeout, waiting };
-        work(&mut target, &task).map_err(at_port)?
+        Place::Port(port, timeout)
     } else if let Some(file) = &arguments.out {
-        on_image(StoreImage::erased(), |image| image_file::write(file, image), &task)?
+        Place::File(file)
     } else if arguments.dfu {
-        on_image(dfu::read()?, dfu::write, &task)?
+        Place::Dfu
     } else {
-        on_image(probe::read()?, probe::write, &task)?
+        Place::Probe
     };
-    match done {
+    match carry_out(place, &task)? {
         Done::Stored { robot, items } => report(arguments, &robot, &items),
         Done::Held(held) => show(&held, arguments.json),
     }
-}
-
-fn work(target: &mut dyn Target, task: &Task) -> Result<Done> {
-    let items = match task {
-        Task::Read => return Ok(Done::Held(held(target)?)),
-        Task::Store(request) => flash(target, request)?,
-        Task::RollBack => vec![roll_back(target)?],
-    };
-    let robot = printable::name(flasher::identity(target)?.name.as_str());
-    Ok(Done::Stored { robot, items })
-}
-
-/// Works on a copy of the store, which is written back if anything in it is new.
-fn on_image(
-    mut image: StoreImage,
-    write: impl FnOnce(&StoreImage) -> Result<()>,
-    task: &Task,
-) -> Result<Done> {
-    let done = work(&mut image, task)?;
-    if let Done::Stored { items, .. } = &done
-        && items.iter().any(|item| !item.unchanged)
-    {
-        write(&image)?;
-    }
-    Ok(done)
 }
 
 /// What is asked for, checked as far as that goes without a board.
@@ -227,31 +156,6 @@ fn factors(texts: &[String]) -> Result<[Option<f32>; RAIL_COUNT]> {
         }
     }
     Ok(factors)
-}
-
-fn held(target: &mut dyn Target) -> Result<Held> {
-    let identity = flasher::identity(target)?;
-    let image = target.stored(Item::Coefficients)?;
-    let image = parts(&image).0;
-    let decoded = Coefficients::<f32, WHEELS>::decode(image).ok();
-    let coefficients = (!image.is_empty()).then(|| HeldCoefficients {
-        model: decoded.as_ref().map(flasher::model_text),
-        robot: decoded.map(|coefficients| printable::name(coefficients.robot.name.as_str())),
-        effects: decoded.map_or_else(Vec::new, |coefficients| {
-            coefficients.columns.iter().map(|column| id_of(&column.cause).0).collect()
-        }),
-        crc: checksum(image),
-        refused: check_coefficients(image, &identity, target.sample_rate_hz()).err().map(Reason::text),
-    });
-    let calibration = Calibration::decode(&target.stored(Item::Calibration)?).unwrap_or_default();
-    let factors = rail_names().into_iter().zip(calibration.power_factors);
-    // As many digits as single precision has.
-    let decimal = |factor: f32| factor.to_string().parse::<f64>().unwrap_or(f64::from(factor));
-    Ok(Held {
-        robot: printable::name(identity.name.as_str()),
-        coefficients,
-        calibration: factors.map(|(rail, factor)| (rail.to_owned(), decimal(factor).into())).collect(),
-    })
 }
 
 fn show(held: &Held, json: bool) -> Result<()> {

@@ -9,6 +9,8 @@
 //!                                   └─ flash  the store's sectors
 //! ```
 //!
+//! Its face: [`session::session`], a board that runs until its time is over.
+//!
 //! It runs on Linux. What needs no emulator, FIFO or pseudo terminal runs anywhere. The plant and
 //! its power tree stay in [`plant`]: the paper's experiment reads the same rails without a board.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
@@ -31,6 +33,8 @@ pub mod qemu;
 pub mod robot;
 pub mod servo;
 pub mod servo_bus;
+#[cfg(target_os = "linux")]
+pub mod session;
 #[cfg(target_os = "linux")]
 pub mod terminal;
 pub mod truth;
