@@ -14,7 +14,7 @@ pub enum PowerChip {
     Ina226,
     /// 36 V, ±15 A through its own shunt
     Ina260,
-    /// No chip: the power that [topics] of robot.toml names, from the motor drivers' own messages
+    /// No chip: the power that `[topics]` of robot.toml names, from the motor drivers' own messages
     Topics,
 }
 
