@@ -114,7 +114,7 @@ impl Term {
             Self::Delay => {
                 let fastest = problem.pilots.fastest_s();
                 let now = form.conditioning.delay;
-                let delays = (EARLIEST..=LATEST).map(|step| f64::from(step) * DELAY_STEP_S);
+                let delays = delays(now, problem.pilots.slowest_s()).into_iter();
                 let others = delays.filter(|delay| (delay - now).abs() > 0.1 * DELAY_STEP_S);
                 let reachable = others.filter(|delay| DelayLine::<f64, N>::reaches(*delay, fastest));
                 reachable.map(|delay| with(Conditioning { delay, ..form.conditioning })).collect()
@@ -187,6 +187,16 @@ impl Term {
         }
         form
     }
+}
+
+/// Delays to try beside the one that there is, s, of samples this far apart.
+pub(super) fn delays(now: f64, sample_s: f64) -> Vec<f64> {
+    // Speeds that are means of 50 ms are later than the power by half of that: a whole step to
+    // either side would gain nothing. Whole samples only: between two of them interpolation smooths,
+    // which gains where nothing is late.
+    let half = (0.5 * DELAY_STEP_S / sample_s).round() * sample_s;
+    let near = [now - half, now + half].into_iter().filter(|_| half < 0.9 * DELAY_STEP_S);
+    (EARLIEST..=LATEST).map(|step| f64::from(step) * DELAY_STEP_S).chain(near).collect()
 }
 
 /// Friction drives no wheel on either side, even of the empty robot: boards refuse what says so.

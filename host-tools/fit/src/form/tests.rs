@@ -12,6 +12,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::super::pilot::Pilots;
+use super::term::delays;
 use super::{Choice, TERMS, TERMS_WITH_GYRO, Term, choose};
 
 const PERIOD_S: f64 = 0.05;
@@ -191,6 +192,19 @@ fn a_delay_is_found() {
     let choice = chosen(Truth { late: 4, ..Truth::default() }, 2);
     assert_eq!(taken(&choice), [Term::Delay], "{choice:?}");
     assert!((choice.form.conditioning.delay - 4.0 * PERIOD_S).abs() < 0.5 * PERIOD_S, "{choice:?}");
+}
+
+/// What a servo says of its speed is a mean over 50 ms: 25 ms late. Half a sample of a slow log
+/// would be taken for how it smooths.
+#[test]
+fn delays_between_the_steps_are_whole_samples() {
+    let beside = |now: f64, sample_s: f64| {
+        let odd = |delay: &f64| (delay / 0.05 - (delay / 0.05).round()).abs() > 1e-6;
+        delays(now, sample_s).into_iter().filter(odd).map(|delay| (1e3 * delay).round()).collect::<Vec<_>>()
+    };
+    assert_eq!(beside(0.0, 0.005), [-25.0, 25.0]);
+    assert_eq!(beside(0.1, 0.02), [80.0, 120.0]);
+    assert!(beside(0.0, 0.05).is_empty());
 }
 
 #[test]
