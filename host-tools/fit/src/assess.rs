@@ -12,6 +12,7 @@ use numerics::scaled_inverse::ScaledInverse;
 use support::metrics::{Metrics, Quality};
 
 use super::dataset::{Dataset, Row};
+use super::kinds::Kinds;
 
 /// Blocks that standard errors are drawn from, at most.
 const MOST_BLOCKS: usize = 64;
@@ -160,27 +161,37 @@ const ENOUGH_RUNS: usize = 6;
 const DRIVE_S: f64 = 25.0;
 
 /// Standard deviation of a drive's energy about the model's, beyond what the noise explains, as a
-/// share of it: between runs, which differ by floor, warmth and battery, where there are enough. As
+/// share of it: between runs, which differ by floor, warmth and battery, where there are enough; or
+/// between kinds of driving in a run ([`Kinds`]), whichever stray more: a task may be of one kind. As
 /// much wider as Student's t is for so many; 0 where there are too few to tell.
 pub fn energy_spread<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, noise: &Noise<f64>) -> f64 {
     let runs: BTreeSet<u32> = dataset.store.iter().map(|row| row.run).collect();
     let stretch = |time: f64| if runs.len() < ENOUGH_RUNS { (time / DRIVE_S).floor() as i64 } else { 0 };
+    let kinds = Kinds::of(&dataset.store);
     let period = dataset.store_period_s();
-    // Error and energy, J, and time, s.
-    let mut drives: BTreeMap<(u32, i64), [f64; 3]> = BTreeMap::new();
+    let (mut drives, mut of_kinds) = (BTreeMap::new(), BTreeMap::new());
     for row in &dataset.store {
         let Some(predicted) = model.power(&row.motion, row.mass) else { continue };
-        let [error, energy, time] = drives.entry((row.run, stretch(row.time))).or_default();
-        *error += (row.power - predicted) * period;
-        *energy += predicted.abs() * period;
-        *time += period;
+        let one = [(row.power - predicted) * period, predicted.abs() * period, period];
+        let drive: &mut [f64; 3] = drives.entry((row.run, stretch(row.time))).or_default();
+        let of_kind: &mut [f64; 3] = of_kinds.entry((row.run, kinds.kind(row))).or_default();
+        for sums in [drive, of_kind] {
+            for (sum, one) in sums.iter_mut().zip(one) {
+                *sum += one;
+            }
+        }
     }
-    let all: f64 = drives.values().map(|[_, energy, _]| energy).sum();
+    share(drives.values(), noise).max(share(of_kinds.values(), noise))
+}
+
+/// Of drives: error and energy in J, and time in s.
+fn share<'a>(drives: impl Iterator<Item = &'a [f64; 3]> + Clone, noise: &Noise<f64>) -> f64 {
+    let all: f64 = drives.clone().map(|[_, energy, _]| energy).sum();
     // Each weighs by its energy: the least say nothing of shares.
-    let told = drives.values().filter(|[_, energy, _]| *energy > 0.0);
+    let told = drives.clone().filter(|[_, energy, _]| *energy > 0.0);
     let squares: f64 =
         told.map(|[error, energy, time]| (error * error - noise.density * time) / energy).sum();
-    let effective = all * all / drives.values().map(|[_, energy, _]| energy * energy).sum::<f64>();
+    let effective = all * all / drives.map(|[_, energy, _]| energy * energy).sum::<f64>();
     let wider = student_95(effective).map_or(0.0, |student| student / NORMAL_95);
     let share = wider * (squares / all).max(0.0).sqrt();
     if share.is_finite() { share } else { 0.0 }

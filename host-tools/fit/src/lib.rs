@@ -13,6 +13,7 @@ pub mod form;
 pub mod from_grams;
 pub mod from_logs;
 pub mod gram;
+mod kinds;
 pub mod linear;
 pub mod nnls;
 pub mod pgd;

@@ -5,6 +5,11 @@
 //! and Newton without its rows, and what its own rows then say of the mass is held against the
 //! noise of the fit. A model that lacks something errs alike for as long as a robot drives alike.
 //! Residuals of the fit itself hide that: every window has pulled the coefficients its own way.
+//!
+//! The same is asked of each kind of driving ([`Kinds`]) in each run: a window of 25 s is mixed
+//! where the training is, and in a mixed one errors of several kinds cancel.
+
+use std::collections::BTreeMap;
 
 use model_core::model::Model;
 use model_core::payload::{Noise, huber};
@@ -15,6 +20,7 @@ use numerics::scaled_inverse::ScaledInverse;
 use numerics::search::bisect;
 
 use super::dataset::{Dataset, Row};
+use super::kinds::Kinds;
 
 /// Half a window, s. A window of 25 s is the estimators' default; every half of one ends a window.
 const HALF_S: f64 = 12.5;
@@ -45,14 +51,13 @@ impl Sums {
         Self { normal, pull: none.clone(), score: 0.0, leverage: none, information: 0.0, slope: 0.0 }
     }
 
-    fn merged(mut self, other: &Self) -> Self {
+    fn merge(&mut self, other: &Self) {
         self.normal += &other.normal;
         self.pull += &other.pull;
         self.score += other.score;
         self.leverage += &other.leverage;
         self.information += other.information;
         self.slope += other.slope;
-        self
     }
 
     /// The score once the rows are left out of the fit of all, whose normal matrix is `whole`.
@@ -73,10 +78,9 @@ struct Stray {
     lasting: f64,
 }
 
-/// The constant error of the power in W that explains how mass estimates over 25 s stray on windows
-/// left out of the fit, beside `noise`; 0 where noise alone explains it or windows are too few.
-/// Wider than the estimate itself by as much as Student's t is wider than the normal distribution:
-/// so few windows know a scatter only so well.
+/// The constant error of the power in W that explains how mass estimates stray on what was left out
+/// of the fit, beside `noise`: windows of 25 s, or all of one kind of driving in a run, whichever
+/// stray more. 0 where noise alone explains it or windows are too few.
 ///
 /// `gradient` gives ∂P/∂θ of a row, 0 for parameters that are held; `weights` what each row of the
 /// store counted for.
@@ -87,67 +91,87 @@ pub(super) fn lasting_error<const N: usize>(
     gradient: impl Fn(&Row<N>) -> DVector<f64>,
     noise: &Noise<f64>,
 ) -> f64 {
-    let halves = halves(dataset, model, weights, gradient, noise);
-    let Some((_, first)) = halves.first() else { return 0.0 };
-    let mut whole = DMatrix::zeros(first.normal.nrows(), first.normal.ncols());
-    for (_, half) in &halves {
-        whole += &half.normal;
+    let parts = parts(dataset, model, weights, gradient, noise);
+    let Some(first) = parts.values().next() else { return 0.0 };
+    let mut whole = Sums::new(first.pull.len());
+    let (mut halves, mut kinds) = (BTreeMap::new(), BTreeMap::new());
+    for (&Place { run, half, kind }, part) in &parts {
+        whole.merge(part);
+        halves.entry((run, half)).or_insert_with(|| Sums::new(part.pull.len())).merge(part);
+        kinds.entry((run, kind)).or_insert_with(|| Sums::new(part.pull.len())).merge(part);
     }
     let density = noise.density / dataset.store_period_s();
-    let strays = halves.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| {
-        let window = pair[0].1.clone().merged(&pair[1].1);
-        Stray {
-            square: window.unseen_score(&whole).powi(2),
-            expected: density * window.information,
-            lasting: window.slope * window.slope,
-        }
+    let stray = |window: &Sums| Stray {
+        square: window.unseen_score(&whole.normal).powi(2),
+        expected: density * window.information,
+        lasting: window.slope * window.slope,
+    };
+    let halves: Vec<((u32, i64), Sums)> = halves.into_iter().collect();
+    let pairs = halves.windows(2).filter(|pair| pair[0].0.0 == pair[1].0.0);
+    let windows = pairs.map(|pair| {
+        let mut window = pair[0].1.clone();
+        window.merge(&pair[1].1);
+        stray(&window)
     });
-    let strays: Vec<Stray> = strays.filter(|stray| stray.expected > 0.0 && stray.lasting > 0.0).collect();
     // Each half is in two windows.
-    let count = 0.5 * strays.len() as f64;
+    constant(windows.collect(), 0.5).max(constant(kinds.values().map(stray).collect(), 1.0))
+}
+
+/// The constant error that explains these, W, each of which is `independent` of one of its own.
+/// Wider than the estimate itself by as much as Student's t is wider than the normal distribution:
+/// so few windows know a scatter only so well.
+fn constant(strays: Vec<Stray>, independent: f64) -> f64 {
+    let strays: Vec<Stray> =
+        strays.into_iter().filter(|stray| stray.expected > 0.0 && stray.lasting > 0.0).collect();
+    let count = independent * strays.len() as f64;
     if count < LEAST_WINDOWS {
         return 0.0;
     }
     student_95(count).map_or(0.0, |student| between(&strays).sqrt() * student / NORMAL_95)
 }
 
-/// The sums of each half window, with its run.
-fn halves<const N: usize>(
+/// Whose rows are summed.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Place {
+    run: u32,
+    half: i64,
+    kind: u8,
+}
+
+/// The sums of each kind of driving in each half window.
+fn parts<const N: usize>(
     dataset: &Dataset<N>,
     model: &Model<f64>,
     weights: &[f64],
     gradient: impl Fn(&Row<N>) -> DVector<f64>,
     noise: &Noise<f64>,
-) -> Vec<(u32, Sums)> {
+) -> BTreeMap<Place, Sums> {
     let range = &dataset.robot.range;
     let linear_beyond = noise.linear_beyond(dataset.robot.cutoff_hz);
-    let mut halves: Vec<(u32, Sums)> = Vec::new();
-    let mut current: Option<(u32, i64)> = None;
+    let kinds = Kinds::of(&dataset.store);
+    let mut parts = BTreeMap::new();
     for (row, &weight) in dataset.store.iter().zip(weights) {
         let Some(predicted) = model.power(&row.motion, row.mass) else { continue };
         let along = gradient(row);
-        let key = (row.run, (row.time / HALF_S).floor() as i64);
-        if current != Some(key) {
-            halves.push((row.run, Sums::new(along.len())));
-            current = Some(key);
-        }
-        let Some((_, half)) = halves.last_mut() else { continue };
+        let half = (row.time / HALF_S).floor() as i64;
+        let place = Place { run: row.run, half, kind: kinds.kind(row) };
+        let part = parts.entry(place).or_insert_with(|| Sums::new(along.len()));
         let error = row.power - predicted;
         if weight > 0.0 {
-            half.normal.ger(weight, &along, &along, 1.0);
-            half.pull.axpy(weight * error, &along, 1.0);
+            part.normal.ger(weight, &along, &along, 1.0);
+            part.pull.axpy(weight * error, &along, 1.0);
         }
         let response = model.response(&row.motion, range);
         if !response.may_clamp {
             let slope = response.polynomial.slope(row.mass - range.middle());
             let weighted = huber(error, linear_beyond) * slope;
-            half.score += weighted * error;
-            half.leverage.axpy(weighted, &along, 1.0);
-            half.information += weighted * slope;
-            half.slope += weighted;
+            part.score += weighted * error;
+            part.leverage.axpy(weighted, &along, 1.0);
+            part.information += weighted * slope;
+            part.slope += weighted;
         }
     }
-    halves
+    parts
 }
 
 /// The variance between windows by Paule and Mandel (1982), W²: that at which Σ s² / (expected + σ²
@@ -168,6 +192,11 @@ fn between(strays: &[Stray]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::physical;
+    use logs::robot::Robot;
+    use model_core::eq18::Gate;
+    use model_core::motion::Motion;
+    use model_core::torque::TorqueModel;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
     use rand_distr::StandardNormal;
@@ -208,6 +237,48 @@ mod tests {
             let found = sums.unseen_score(&whole);
             assert!((found - expected).abs() < 1e-9 * expected.abs().max(1.0), "{found} {expected}");
         }
+    }
+
+    /// Straight on the model errs by 0.1 W, in turns by as much to the other side: windows of both
+    /// see nothing of it, those of one kind of driving do.
+    #[test]
+    fn errors_that_cancel_in_a_mixed_window_are_seen_by_kind() {
+        let robot = Robot::named("burger").unwrap();
+        let core = robot.core::<2>(4.0).unwrap();
+        let torque = TorqueModel::from_array([0.05, 0.008, 0.007, 0.0065, 1.6, 2.5, 0.0]);
+        let (model, drive) = (Model::Signed { torque, drive: robot.drive() }, robot.drive());
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let mut dataset = Dataset::empty(core, Gate::Signed);
+        dataset.period_s = 0.05;
+        for (run, mass) in [(0, 1.0), (1, 6.0)] {
+            for index in 0..4000 {
+                let time = 0.05 * f64::from(index);
+                // A second of each; all drive faster and slower meanwhile.
+                let turning = index / 20 % 2 == 1;
+                let speed = 3.0 + (0.37 * time).sin();
+                let apart = if turning { 1.0 } else { 0.1 };
+                let motion = Motion::with_scrub(
+                    &[speed - apart, speed + apart],
+                    &[0.37 * (0.37 * time).cos(); 2],
+                    &[0.0; 2],
+                    &core.mass_matrix,
+                    core.dead_band,
+                );
+                let noise: f64 = random.sample(StandardNormal);
+                let error = if turning { -0.1 } else { 0.1 };
+                let power = model.power(&motion, mass).unwrap() + error + 0.01 * noise;
+                dataset.store.push(Row { motion, power, mass, run, time });
+            }
+        }
+        let weights = vec![1.0; dataset.store.len()];
+        let noise = Noise { density: 1e-5, model_std: 0.0, tail: 1.0 };
+        let gradient = |row: &Row<2>| {
+            let slope = physical::gradient(&torque, row, drive);
+            // One that the rows determine: Coulomb's.
+            DVector::from_element(1, slope[0])
+        };
+        let found = lasting_error(&dataset, &model, &weights, gradient, &noise);
+        assert!((0.05..0.5).contains(&found), "{found}");
     }
 
     /// Scores by noise and by an error of their own in each window: its variance is found, and none

@@ -1,0 +1,40 @@
+//! Kinds of driving in the logs of a fit: slow or fast, straight on or turning.
+//!
+//! A fit balances what its form gets wrong over all that the robot did. Of one kind of driving
+//! alone much more of that is left, and a task may be of one kind: crawling, dashes to and fro.
+
+use numerics::robust::median;
+
+use super::dataset::Row;
+
+/// Halves of the rows in motion, by how fast the wheels turn and by how much they differ.
+pub(super) struct Kinds {
+    speed: f64,
+    difference: f64,
+}
+
+impl Kinds {
+    pub(super) fn of<const N: usize>(rows: &[Row<N>]) -> Self {
+        let moving = || rows.iter().filter(|row| row.motion.is_moving());
+        let mut speeds: Vec<f64> = moving().map(speed).collect();
+        let mut differences: Vec<f64> = moving().map(difference).collect();
+        let middle = |values: &mut Vec<f64>| median(values).unwrap_or(0.0);
+        Self { speed: middle(&mut speeds), difference: middle(&mut differences) }
+    }
+
+    /// 0 to 3.
+    pub(super) fn kind<const N: usize>(&self, row: &Row<N>) -> u8 {
+        2 * u8::from(speed(row) > self.speed) + u8::from(difference(row) > self.difference)
+    }
+}
+
+/// Mean of the wheels' sizes, rad/s.
+fn speed<const N: usize>(row: &Row<N>) -> f64 {
+    row.motion.wheels.iter().map(|wheel| wheel.speed.abs()).sum::<f64>() / N as f64
+}
+
+/// From the slowest wheel to the fastest, with their signs, rad/s.
+fn difference<const N: usize>(row: &Row<N>) -> f64 {
+    let speeds = || row.motion.wheels.iter().map(|wheel| wheel.speed);
+    speeds().fold(f64::NEG_INFINITY, f64::max) - speeds().fold(f64::INFINITY, f64::min)
+}
