@@ -37,3 +37,15 @@ fn a_log_gives_states() {
     let said = String::from_utf8(done.stdout).unwrap();
     assert!(said.lines().count() >= 2 && said.lines().all(|line| line.starts_with('{')), "{said}");
 }
+
+/// The service of systemd calls it as it is called: it knows the options, and lacks the files.
+#[test]
+fn the_service_calls_it_as_it_is_called() {
+    let unit = include_str!("../../../docs/gmr-node.service");
+    let called = unit.lines().find_map(|line| line.strip_prefix("ExecStart=")).unwrap();
+    let words: Vec<&str> = called.split(' ').collect();
+    assert_eq!(words[0], "/usr/local/bin/gmr-node");
+    let ran = gmr_node(&words[1..]);
+    let said = String::from_utf8_lossy(&ran.stderr).into_owned();
+    assert!(ran.status.code() == Some(1) && said.contains("/etc/gmr/robot.toml"), "{said}");
+}

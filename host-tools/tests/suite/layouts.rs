@@ -1,10 +1,7 @@
-//! The layouts in docs/ show topics that `gmr node` has, and its service calls it by options that
-//! it has.
+//! The layouts in docs/ show topics that `gmr node` has.
 
 use logs::robot::NodeSettings;
 use serde_json::Value;
-
-use crate::common::Bench;
 
 fn document(name: &str) -> String {
     let path = format!("{}/../docs/{name}", env!("CARGO_MANIFEST_DIR"));
@@ -46,20 +43,4 @@ fn plotjugglers_shows_payload_and_power() {
         .collect();
     shown.sort();
     assert_eq!(shown, expected());
-}
-
-#[test]
-fn the_service_calls_the_node_as_it_is_called() {
-    let unit = document("gmr-node.service");
-    let called = unit.lines().find_map(|line| line.strip_prefix("ExecStart=")).unwrap();
-    let words: Vec<&str> = called.split(' ').collect();
-    assert_eq!(words[..2], ["/usr/local/bin/gmr", "node"]);
-    // Its files are not here: that is what it says, not that it does not know an option.
-    let ran = Bench::new().gmr(&words[1..]);
-    assert!(
-        ran.code == Some(1) && ran.stderr.contains("/etc/gmr/robot.toml"),
-        "{:?} {}",
-        ran.code,
-        ran.stderr
-    );
 }
