@@ -161,9 +161,9 @@ const ENOUGH_RUNS: usize = 6;
 const DRIVE_S: f64 = 25.0;
 
 /// Standard deviation of a drive's energy about the model's, beyond what the noise explains, as a
-/// share of it: between runs, which differ by floor, warmth and battery, where there are enough; or
-/// between kinds of driving in a run ([`Kinds`]), whichever stray more: a task may be of one kind. As
-/// much wider as Student's t is for so many; 0 where there are too few to tell.
+/// share of it. Between runs, which differ by floor, warmth and battery, where there are enough; or
+/// between slow and fast, straight and turning parts of a run, whichever stray more: a task may be
+/// of one kind. As much wider as Student's t is for so many; 0 where there are too few to tell.
 pub fn energy_spread<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, noise: &Noise<f64>) -> f64 {
     let runs: BTreeSet<u32> = dataset.store.iter().map(|row| row.run).collect();
     let stretch = |time: f64| if runs.len() < ENOUGH_RUNS { (time / DRIVE_S).floor() as i64 } else { 0 };
