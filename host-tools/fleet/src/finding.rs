@@ -9,7 +9,7 @@ use super::drift::Drift;
 use super::outlier::Outliers;
 use super::rank::Standing;
 
-/// Shares of the median below this are said by the coefficient's name instead, %.
+/// What is less off the median than this rounds to 0 %: the coefficient's name says more.
 const LEAST_PERCENT: f64 = 0.5;
 
 /// One sentence without its point.

@@ -59,7 +59,7 @@ pub(super) fn save(file: &Path, found: &Found<'_>) -> Result<()> {
     write_content(file, page)
 }
 
-/// With a great letter before it.
+/// With a capital letter.
 fn sentence(finding: &str) -> String {
     let mut letters = finding.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())

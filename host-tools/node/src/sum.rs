@@ -10,11 +10,11 @@ use support::error::{Error, Result};
 
 use super::power::Reading;
 
-/// Intervals of a topic in this share of the greatest gap: it is quick, and half of the gap says
-/// that it is silent.
+/// A topic is quick where two messages are at most this share of the greatest gap apart. It is then
+/// silent after half of the gap: one message that is lost is no silence.
 const QUICK_SHARE: f64 = 0.25;
 
-/// Weight of the last interval in the usual one.
+/// Weight of the last interval in the usual one: a memory of five messages.
 const WEIGHT: f64 = 0.2;
 
 /// The sum, and what it waits for.

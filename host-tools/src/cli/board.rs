@@ -119,10 +119,8 @@ fn speed(text: &str) -> Result<Option<f64>> {
 fn robot(arguments: &Arguments) -> Result<VirtualRobot> {
     let driven_by_board = arguments.drive.profile == DRIVEN_BY_BOARD;
     let scenario = if driven_by_board {
-        {
-            let robot = Robot::new(arguments.drive.plant, Kinematics::Differential);
-            arguments.drive.scenario_of(ProfileKind::Standstill, robot)?
-        }
+        let robot = Robot::new(arguments.drive.plant, Kinematics::Differential);
+        arguments.drive.scenario_of(ProfileKind::Standstill, robot)?
     } else {
         arguments.drive.scenario(Kinematics::Differential)?
     };

@@ -2,6 +2,9 @@
 
 use std::path::PathBuf;
 
+use fit::entrance;
+use logs::arguments::{Log, UnitArguments, paths};
+use logs::checks;
 use logs::robot::FOUND;
 use report::check_extension;
 use serde::Serialize;
@@ -14,10 +17,6 @@ use support::own::Form;
 
 use super::compare_text::{print_list, print_table};
 use super::overwrite::OverwriteArgument;
-use fit::entrance;
-use logs::arguments::UnitArguments;
-use logs::arguments::{Log, paths};
-use logs::checks;
 
 /// Arguments of `gmr compare`.
 #[derive(clap::Args)]

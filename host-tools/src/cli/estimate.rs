@@ -9,6 +9,7 @@ use answers::estimate::{
 };
 use clap::ValueEnum;
 use gap::words::quantity;
+use logs::arguments::{Log, UnitArguments};
 use logs::checks::check_mass;
 use logs::robot::{FOUND, Robot};
 use report::check_extension;
@@ -21,8 +22,6 @@ use support::output::check_apart;
 use support::own::Form;
 
 use super::overwrite::OverwriteArgument;
-use logs::arguments::Log;
-use logs::arguments::UnitArguments;
 
 /// Arguments of `gmr estimate`.
 #[derive(clap::Args)]

@@ -11,6 +11,7 @@ use fit::pgd;
 use fit::verdict::{Parameter, Verdict};
 use fit::warning::Kind;
 use gap::words::quantity;
+use logs::arguments::{Log, UnitArguments, paths};
 use logs::checks;
 use logs::robot::{FOUND, Robot};
 use model::coefficients::{Method, ModelKind};
@@ -22,8 +23,6 @@ use support::own::Form;
 
 use super::fit_grams;
 use super::overwrite::OverwriteArgument;
-use logs::arguments::UnitArguments;
-use logs::arguments::{Log, paths};
 
 /// Arguments of `gmr fit`.
 #[derive(clap::Args)]

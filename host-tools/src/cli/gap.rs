@@ -7,6 +7,7 @@ use gap::manoeuvre::Wish;
 use gap::manoeuvre::room::Room;
 use gap::report::{json, summary};
 use gap::workflow::{Answer, Request, gap};
+use logs::arguments::{Log, UnitArguments, paths};
 use logs::robot::FOUND;
 use plant::PlantSet;
 use support::context::Context;
@@ -14,8 +15,6 @@ use support::error::Result;
 use support::output;
 
 use super::overwrite::OverwriteArgument;
-use logs::arguments::UnitArguments;
-use logs::arguments::{Log, paths};
 
 /// Arguments of `gmr gap`.
 #[derive(clap::Args)]

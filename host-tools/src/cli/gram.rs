@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use fit::run_gram::{Request, RunGram, gram, gram_of_table};
 use logs::Table;
+use logs::arguments::{Log, UnitArguments, paths};
 use logs::checks::check_mass;
 use logs::robot::{FOUND, Robot};
 use support::context::Context;
@@ -12,8 +13,6 @@ use support::output::{self, check_apart};
 use support::own::Form;
 
 use super::overwrite::OverwriteArgument;
-use logs::arguments::UnitArguments;
-use logs::arguments::{Log, paths};
 
 /// Arguments of `gmr gram`.
 #[derive(clap::Args)]

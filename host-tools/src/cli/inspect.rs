@@ -3,6 +3,9 @@
 use std::path::PathBuf;
 
 use answers::inspect::{Moving, Report, Severity, StaticState, Use};
+use gap::thresholds::calibrate::LEAST_RUNS;
+use logs::arguments::{Log, UnitArguments, paths};
+use logs::checks;
 use logs::robot::FOUND;
 use support::context::Context;
 use support::error::{Error, Result};
@@ -11,10 +14,6 @@ use support::own::Form;
 use support::progress::FileProgress;
 
 use super::overwrite::OverwriteArgument;
-use gap::thresholds::calibrate::LEAST_RUNS;
-use logs::arguments::UnitArguments;
-use logs::arguments::{Log, paths};
-use logs::checks;
 
 /// Arguments of `gmr inspect`.
 #[derive(clap::Args)]

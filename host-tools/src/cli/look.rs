@@ -4,16 +4,15 @@
 use std::path::PathBuf;
 
 use answers::look::{self, Report};
+use logs::arguments::{Log, UnitArguments, paths};
+use logs::checks;
+use logs::robot::FOUND;
 use support::context::Context;
 use support::error::{Error, Result};
 use support::output;
 use support::own::Form;
 
 use super::overwrite::OverwriteArgument;
-use logs::arguments::UnitArguments;
-use logs::arguments::{Log, paths};
-use logs::checks;
-use logs::robot::FOUND;
 
 /// Arguments of `gmr look`.
 #[derive(clap::Args)]

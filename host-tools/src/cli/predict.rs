@@ -3,13 +3,12 @@
 use std::path::PathBuf;
 
 use answers::predict::{Load, Question, Request, predict};
+use logs::arguments::UnitArguments;
 use logs::robot::{FOUND, Robot};
 use numerics::robust::NORMAL_95;
 use support::context::Context;
 use support::error::{Error, Result};
 use support::output;
-
-use logs::arguments::UnitArguments;
 
 /// Arguments of `gmr predict`.
 #[derive(clap::Args)]

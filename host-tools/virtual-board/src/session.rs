@@ -1,5 +1,6 @@
 //! A board, its links, and who keeps the time: what `gmr board` is asked to do.
 
+use std::collections::VecDeque;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -289,15 +290,7 @@ impl Session {
         if server.from_board.len() > MOST_QUEUED {
             server.from_board.clear();
         }
-        while !server.from_board.is_empty() {
-            let (front, _) = server.from_board.as_slices();
-            let count = self.terminal.send(front)?;
-            if count == 0 {
-                break;
-            }
-            server.from_board.drain(..count);
-            self.bytes[1] += count as u64;
-        }
+        self.bytes[1] += send(&mut server.from_board, &mut self.terminal)?;
         Ok(())
     }
 
@@ -310,14 +303,7 @@ impl Session {
             Heard::Nothing => {}
             Heard::HungUp => server.node_from_board.clear(),
         }
-        while !server.node_from_board.is_empty() {
-            let (front, _) = server.node_from_board.as_slices();
-            let count = self.node.send(front)?;
-            if count == 0 {
-                break;
-            }
-            server.node_from_board.drain(..count);
-        }
+        send(&mut server.node_from_board, &mut self.node)?;
         Ok(())
     }
 
@@ -350,4 +336,18 @@ impl Session {
             charge: truth.charge,
         }
     }
+}
+
+/// Sends as much as the terminal takes now. Gives the bytes.
+fn send(queued: &mut VecDeque<u8>, terminal: &mut VirtualTerminal) -> Result<u64> {
+    let mut sent = 0;
+    while !queued.is_empty() {
+        let count = terminal.send(queued.as_slices().0)?;
+        if count == 0 {
+            break;
+        }
+        queued.drain(..count);
+        sent += count as u64;
+    }
+    Ok(sent)
 }

@@ -118,6 +118,7 @@ fn all(steps: &mut Steps, consent: Consent) -> Result<(), Stop> {
         host_tests(&format!("--no-fail-fast -- --skip {LONGEST_TEST}")),
         host_tests(&format!("--test emulated -- {LONGEST_TEST}")),
     )?;
+
     let mut deny = None;
     steps.work("set-up of cargo-deny", || {
         deny = Some(set_up::cargo_deny()?);

@@ -21,7 +21,7 @@ pub(super) use transfer::{Errors, Events};
 
 /// A transaction of 22 bytes, a sensor's longest, takes 0.5 ms.
 const TIMEOUT: Duration = Duration::from_millis(1);
-/// Each that follows it without a pause.
+/// What each of those behind it adds: its 0.5 ms, and a fifth more.
 const MORE: Duration = Duration::from_micros(600);
 /// The stop that ends a transaction takes some 2 µs.
 const FREE_WITHIN: Duration = Duration::from_micros(20);

@@ -12,7 +12,7 @@ use std::rc::Rc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use logs::robot::{NodeSettings, Robot};
-use rustdds::no_key::{DataReaderCdr, DataWriterCdr};
+use rustdds::no_key::{DataReader, DataReaderCdr, DataWriterCdr, DeserializerAdapter};
 use rustdds::policy::{Durability, History, Reliability};
 use rustdds::{
     DomainParticipant, DomainParticipantBuilder, Duration, GUID, QosPolicies, QosPolicyBuilder,
@@ -112,13 +112,17 @@ impl Domain {
         self.writer_of("ros_discovery_info", ENTITIES, &qos)
     }
 
-    fn reader<M: DeserializeOwned + 'static>(&self, name: &str, kind: &str) -> Result<DataReaderCdr<M>> {
+    fn reader<M, A>(&self, name: &str, kind: &str) -> Result<DataReader<M, A>>
+    where
+        M: 'static,
+        A: DeserializerAdapter<M> + 'static,
+    {
         // Every sender offers at least this; a speed that comes late is of no use.
         let qos = Self::qos(Reliability::BestEffort);
         let topic = self.topic(&format!("rt{name}"), kind, &qos)?;
         let subscriber = self.participant.create_subscriber(&qos).map_err(|error| failed(name, error))?;
-        let reader: DataReaderCdr<M> =
-            subscriber.create_datareader_no_key_cdr(&topic, None).map_err(|error| failed(name, error))?;
+        let reader: DataReader<M, A> =
+            subscriber.create_datareader_no_key(&topic, None).map_err(|error| failed(name, error))?;
         self.entities.borrow_mut().readers.push(reader.guid());
         Ok(reader)
     }

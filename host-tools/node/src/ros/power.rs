@@ -5,12 +5,11 @@ use std::convert::Infallible;
 
 use log_formats::{Extractor, Topic};
 use logs::robot::Robot;
+use rustdds::RepresentationIdentifier;
 use rustdds::no_key::{DataReader, Decode, DefaultDecoder, DeserializerAdapter};
-use rustdds::policy::Reliability;
-use rustdds::{RTPSEntity as _, RepresentationIdentifier};
 use support::error::Result;
 
-use super::{Domain, failed};
+use super::Domain;
 use crate::power::{PowerSource, Reading};
 use crate::sum::Sum;
 
@@ -59,7 +58,7 @@ impl RosPower {
             let known = Topic::known(&name, kind.trim_end_matches('_'));
             match known.and_then(|topic_of| Extractor::new(&topic_of, &self.sum.fields(topic))) {
                 Ok(extractor) => {
-                    let reader = self.reader(&in_dds, &told.type_name)?;
+                    let reader = self.domain.reader(&name, &told.type_name)?;
                     self.heard[topic] = Some(Heard { reader, extractor });
                     self.sum.topics[topic].unreadable = None;
                 }
@@ -67,17 +66,6 @@ impl RosPower {
             }
         }
         Ok(())
-    }
-
-    fn reader(&self, name: &str, kind: &str) -> Result<DataReader<Vec<u8>, Raw>> {
-        let qos = Domain::qos(Reliability::BestEffort);
-        let topic = self.domain.topic(name, kind, &qos)?;
-        let subscriber =
-            self.domain.participant.create_subscriber(&qos).map_err(|error| failed(name, error))?;
-        let reader: DataReader<Vec<u8>, Raw> =
-            subscriber.create_datareader_no_key(&topic, None).map_err(|error| failed(name, error))?;
-        self.domain.entities.borrow_mut().readers.push(reader.guid());
-        Ok(reader)
     }
 }
 
