@@ -137,7 +137,9 @@ fn run_seed(folder: &Path, plant_index: usize, seed: u64) -> Vec<(Key, Row)> {
     let mut rows = Vec::new();
     for (method_index, (_, fit, estimate)) in METHODS.iter().enumerate() {
         let coefficients = file(&format!("{method_index}.toml"));
-        let mut arguments = vec!["fit", "--json", "--out", coefficients.to_str().expect("plain path")];
+        // The paper's method is measured too where its coefficients would not be used.
+        let mut arguments =
+            vec!["fit", "--json", "--force", "--out", coefficients.to_str().expect("plain path")];
         arguments.extend(*fit);
         arguments.push(train.to_str().expect("plain path"));
         let fitted = gmr(&arguments);
@@ -150,8 +152,13 @@ fn run_seed(folder: &Path, plant_index: usize, seed: u64) -> Vec<(Key, Row)> {
             }
             for (mass, log) in &tests {
                 let window_text = window.to_string();
-                let mut arguments =
-                    vec!["estimate", "--json", "--coeffs", coefficients.to_str().expect("plain path")];
+                let mut arguments = vec![
+                    "estimate",
+                    "--json",
+                    "--force",
+                    "--coeffs",
+                    coefficients.to_str().expect("plain path"),
+                ];
                 arguments.extend(["--window", &window_text]);
                 arguments.extend(*estimate);
                 arguments.push(log.to_str().expect("plain path"));
