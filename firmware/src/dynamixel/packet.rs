@@ -15,7 +15,8 @@ pub const OVERHEAD: usize = HEADER.len() + 1 + 2 + 1 + 2;
 
 const HEADER: [u8; 4] = [0xFF, 0xFF, 0xFD, 0x00];
 /// Where these three bytes stand in the part that is stuffed, one more FDh follows them.
-const STUFFED: u32 = 0x00FF_FFFD;
+const STUFFED: [u8; 3] = [0xFF, 0xFF, LAST_STUFFED];
+const LAST_STUFFED: u8 = 0xFD;
 /// Before the instruction: header, ID and length.
 const PREFIX: usize = HEADER.len() + 1 + 2;
 /// Where the parameters begin.
@@ -108,7 +109,7 @@ pub fn seal(id: u8, instruction: Instruction, count: usize, buffer: &mut [u8]) -
     *buffer.first_chunk_mut().ok_or(TooLong)? = [a, b, c, d, id, 0, 0, instruction as u8];
     let end = PARAMETERS + count;
     let body = buffer.get(PREFIX..end).ok_or(TooLong)?;
-    let stuffing = body.windows(3).filter(|three| is_stuffed(three)).count();
+    let stuffing = count_stuffed(body);
     let length = end + stuffing;
     let counted = u16::try_from(length - PREFIX + 2).map_err(|_| TooLong)?;
     stuff(buffer.get_mut(PREFIX..length).ok_or(TooLong)?, end - PREFIX);
@@ -120,9 +121,20 @@ pub fn seal(id: u8, instruction: Instruction, count: usize, buffer: &mut [u8]) -
     buffer.get(..length + 2).ok_or(TooLong)
 }
 
-/// Whether one more byte follows these three.
-fn is_stuffed(three: &[u8]) -> bool {
-    three == [0xFF, 0xFF, 0xFD]
+/// How many bytes stuffing adds. Of three bytes one is looked at, as long as it is none of the
+/// stuffed ones: what lies before it ends there, and what begins behind it ends three on.
+fn count_stuffed(body: &[u8]) -> usize {
+    let (mut count, mut at) = (0, STUFFED.len() - 1);
+    while let Some(byte) = body.get(at) {
+        count += usize::from(*byte == LAST_STUFFED && is_stuffed(body, at + 1));
+        at += if *byte == 0xFF { 1 } else { STUFFED.len() };
+    }
+    count
+}
+
+/// Whether one more byte follows the first so many.
+fn is_stuffed(body: &[u8], count: usize) -> bool {
+    body.get(..count).is_some_and(|first| first.ends_with(&STUFFED))
 }
 
 /// Moves the first `count` bytes apart until they fill the whole place, from the last one on: each
@@ -131,7 +143,7 @@ fn stuff(body: &mut [u8], count: usize) {
     let (mut from, mut to) = (count, body.len());
     while from < to && from > 0 {
         let last = body.get(from - 1).copied().unwrap_or(0);
-        if from >= 3 && body.get(from - 3..from).is_some_and(is_stuffed) {
+        if is_stuffed(body, from) {
             to -= 1;
             if let Some(place) = body.get_mut(to) {
                 *place = last;
@@ -142,17 +154,6 @@ fn stuff(body: &mut [u8], count: usize) {
         if let Some(place) = body.get_mut(to) {
             *place = last;
         }
-    }
-}
-
-/// The latest three bytes, the last one lowest.
-struct LastThree(u32);
-
-impl LastThree {
-    /// Whether they are now those behind which one more byte follows.
-    fn push(&mut self, byte: u8) -> bool {
-        self.0 = (self.0 << 8 | u32::from(byte)) & 0x00FF_FFFF;
-        self.0 == STUFFED
     }
 }
 
@@ -289,20 +290,22 @@ impl<const N: usize> Parser<N> {
 
 /// Takes the stuffing out, in place, and gives the length that is left.
 fn unstuff(bytes: &mut [u8]) -> usize {
-    let mut last = LastThree(0);
-    let mut is_stuffed = false;
+    // Most have no such byte, and are as they are.
+    if !bytes.contains(&LAST_STUFFED) {
+        return bytes.len();
+    }
+    let mut follows = false;
     let mut kept = 0;
     for at in 0..bytes.len() {
         let Some(&byte) = bytes.get(at) else { break };
-        if is_stuffed && byte == 0xFD {
-            (last, is_stuffed) = (LastThree(0), false);
+        if core::mem::take(&mut follows) && byte == LAST_STUFFED {
             continue;
         }
-        is_stuffed = last.push(byte);
         if let Some(place) = bytes.get_mut(kept) {
             *place = byte;
         }
         kept += 1;
+        follows = byte == LAST_STUFFED && is_stuffed(bytes, kept);
     }
     kept
 }

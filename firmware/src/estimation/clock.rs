@@ -27,7 +27,8 @@ impl Clock {
         self.last_us = Some(time_us);
         let most = BUCKET * MOST_BUCKETS as u64;
         let kept = if elapsed < most { elapsed } else { most - BUCKET + elapsed % BUCKET };
-        let seconds = |ticks: u64| ticks as f32 / PER_SECOND as f32;
+        let number = |ticks: u64| u32::try_from(ticks).map_or(ticks as f32, |short| short as f32);
+        let seconds = |ticks: u64| number(ticks) / PER_SECOND as f32;
         (seconds(kept), seconds(elapsed.saturating_sub(kept)))
     }
 

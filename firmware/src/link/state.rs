@@ -159,12 +159,13 @@ impl<'a> State<'a> {
     }
 
     /// Takes over what is known after a sample. A servo that is silent is where it was.
-    pub fn show(&mut self, snapshot: Snapshot) {
-        let before = core::mem::replace(&mut self.snapshot, snapshot);
-        for (wheel, before) in self.snapshot.wheels.iter_mut().zip(before.wheels) {
-            wheel.position = wheel.position.or(before.position);
+    pub fn show(&mut self, snapshot: &Snapshot) {
+        let before = self.snapshot.wheels.each_ref().map(|wheel| wheel.position);
+        self.snapshot = *snapshot;
+        for (wheel, before) in self.snapshot.wheels.iter_mut().zip(before) {
+            wheel.position = wheel.position.or(before);
         }
-        let [left, right] = self.snapshot.wheels.map(|wheel| wheel.odometer);
+        let [left, right] = self.snapshot.wheels.each_ref().map(|wheel| wheel.odometer);
         let positions = left.zip(right).map(|(left, right)| [left, right]);
         if let Some(positions) = positions {
             self.heading.update(positions);

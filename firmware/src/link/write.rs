@@ -106,10 +106,12 @@ impl<'a> Request<'a> {
             return Err(Refusal::Range);
         }
         let mut has_register = false;
-        for register in REGISTERS {
+        // They stand by their addresses.
+        let behind = REGISTERS.partition_point(|register| usize::from(register.end()) <= first);
+        for register in REGISTERS.iter().skip(behind) {
             let (start, stop) = (usize::from(register.address), usize::from(register.end()));
-            if stop <= first || start >= end {
-                continue;
+            if start >= end {
+                break;
             }
             has_register = true;
             if register.access == Access::Read {

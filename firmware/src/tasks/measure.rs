@@ -71,7 +71,7 @@ where
         shared.with(|state| {
             state.fifo.push(record);
             report.add(&state.snapshot, &snapshot, missed);
-            state.show(snapshot);
+            state.show(&snapshot);
             state.counters.missed_deadlines = state.counters.missed_deadlines.saturating_add(missed);
             state.counters.bus_errors = bus.errors();
             state.counters.bus_recoveries = bus.recoveries();

@@ -129,7 +129,7 @@ impl<P: Read + Write, D: DelayNs> Wheels<P, D> {
     /// alert, are the one packet more that a poll may send; where an answer was missing there is
     /// none.
     pub async fn poll(&mut self, time_us: u64) -> [Option<WheelReading>; WHEELS] {
-        let ids = self.wheels.map(|wheel| (!wheel.presence.is_absent()).then_some(wheel.servo.id));
+        let ids = self.wheels.each_ref().map(|wheel| (!wheel.presence.is_absent()).then_some(wheel.servo.id));
         let answers = self.bus.sync_read(PRESENT, ids).await;
         self.counters.broken = self.counters.broken.saturating_add(self.bus.take_port_errors());
         let mut readings = [None; WHEELS];
@@ -155,7 +155,7 @@ impl<P: Read + Write, D: DelayNs> Wheels<P, D> {
         if self.is_cut_off {
             return;
         }
-        let seen = self.wheels.map(|wheel| Seen {
+        let seen = self.wheels.each_ref().map(|wheel| Seen {
             is_absent: wheel.presence.is_absent(),
             hardware_error: wheel.hardware_error,
         });
@@ -238,7 +238,7 @@ impl<P: Read + Write, D: DelayNs> Wheels<P, D> {
     #[must_use]
     pub fn statuses(&self) -> [WheelStatus; WHEELS] {
         let mut misfits = self.motors.misfits().into_iter();
-        self.wheels.map(|wheel| WheelStatus {
+        self.wheels.each_ref().map(|wheel| WheelStatus {
             health: wheel.presence.health(),
             hardware_error: wheel.hardware_error,
             present: wheel.present,

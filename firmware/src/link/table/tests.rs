@@ -285,8 +285,8 @@ fn a_silent_wheel_stays_where_it_was() {
     let mut state = State::new(200, 25, &mut []);
     let mut snapshot = Snapshot::UNKNOWN;
     snapshot.wheels[0].position = Some(7);
-    state.show(snapshot);
-    state.show(Snapshot { samples: 2, ..Snapshot::UNKNOWN });
+    state.show(&snapshot);
+    state.show(&Snapshot { samples: 2, ..Snapshot::UNKNOWN });
     let mut bytes = [0; 8];
     render(&state, table::WHEEL_POSITION.address, &mut bytes);
     assert_eq!((bytes[0], bytes[4], state.snapshot.samples), (7, 0, 2));

@@ -201,10 +201,13 @@ pub(super) fn send(index: usize, bytes: &[u8]) {
         register.set_cnak(true);
         register.set_epena(true);
     });
-    for chunk in bytes.chunks(4) {
-        let mut word = [0; 4];
-        word.iter_mut().zip(chunk).for_each(|(to, from)| *to = *from);
-        OTG.fifo(index).write_value(Fifo(u32::from_le_bytes(word)));
+    let (words, rest) = bytes.as_chunks();
+    for word in words {
+        OTG.fifo(index).write_value(Fifo(u32::from_le_bytes(*word)));
+    }
+    if !rest.is_empty() {
+        let last = rest.iter().rev().fold(0, |word, byte| word << 8 | u32::from(*byte));
+        OTG.fifo(index).write_value(Fifo(last));
     }
 }
 
