@@ -5,8 +5,8 @@
 mod image {
     use embassy_executor::Spawner;
     use firmware::boards::opencr::{
-        Board, InertialPort, Panel, SensorBus, ServoPort, StatusLed, StoreFlash, UsbDevice, UsbLink, init,
-        sampling, watchdog,
+        Board, InertialPort, Limit, Panel, SensorBus, ServoPort, StatusLed, StoreFlash, UsbDevice, UsbLink,
+        init, sampling, watchdog,
     };
     use firmware::boards::{VERIFY, sampler, send, start, watch_stack};
     use firmware::tasks::{self, Buffers, BusCounters, Records, Reporter, Shared};
@@ -21,10 +21,11 @@ mod image {
         static BUFFERS: ConstStaticCell<[Buffers; 2]> = ConstStaticCell::new([const { Buffers::new() }; 2]);
 
         let (shared, counters) = (&*SHARED.init(Shared::new(RECORDS.take())), &*COUNTERS.take());
-        let Board { sensors, servos, inertial, links, usb, store, status_led, panel, reset } = init(counters);
+        let Board { sensors, servos, servo_limit, inertial, links, usb, store, status_led, panel, reset } =
+            init(counters);
         start(spawner, keep(store, shared));
         let above = sampling();
-        send(above, measure(sensors, servos, counters, shared));
+        send(above, measure(sensors, servos, servo_limit, counters, shared));
         send(above, orient(inertial, shared));
         let ports = [Reporter::NodePort, Reporter::OwnPort];
         for ((link, buffers), port) in links.into_iter().zip(BUFFERS.take()).zip(ports) {
@@ -47,10 +48,11 @@ mod image {
     async fn measure(
         sensors: SensorBus,
         servos: ServoPort,
+        limit: Limit,
         counters: &'static BusCounters,
         shared: &'static Shared,
     ) {
-        tasks::measure(sampler(sensors, servos, counters), counters, shared).await
+        tasks::measure(sampler(sensors, servos, limit, counters), counters, shared).await
     }
 
     #[embassy_executor::task(pool_size = 2)]

@@ -3,6 +3,7 @@
 
 #[cfg(target_os = "none")]
 mod image {
+    use embassy_time::Delay;
     use firmware::boards::virtual_board::{
         Board, InertialPort, Link, SensorBus, ServoPort, StoreFlash, init, run,
     };
@@ -44,7 +45,7 @@ mod image {
         counters: &'static BusCounters,
         shared: &'static Shared,
     ) {
-        tasks::measure(sampler(sensors, servos, counters), counters, shared).await
+        tasks::measure(sampler(sensors, servos, Delay, counters), counters, shared).await
     }
 
     #[embassy_executor::task]

@@ -1,7 +1,7 @@
 //! From a board's drivers to a sampler and running tasks.
 
 use embassy_executor::{SendSpawner, SpawnError, SpawnToken, Spawner};
-use embassy_time::Delay;
+use embedded_hal_async::delay::DelayNs;
 use embedded_io_async::{Read, Write};
 
 use crate::measurement::Sampler;
@@ -9,14 +9,16 @@ use crate::power_sensors::{Convert, PowerSensors};
 use crate::tasks::{BusCounters, CountedBus};
 use crate::wheels::Wheels;
 
-/// Samples on these buses. What happens on the sensors' is counted.
-pub fn sampler<B: Convert, P: Read + Write>(
+/// Samples on these buses; `limit` bounds what is waited for on the servos'. What happens on the
+/// sensors' is counted.
+pub fn sampler<B: Convert, P: Read + Write, D: DelayNs>(
     sensors: B,
     servos: P,
+    limit: D,
     counters: &'static BusCounters,
-) -> Sampler<CountedBus<B>, P, Delay> {
+) -> Sampler<CountedBus<B>, P, D> {
     let sensors = PowerSensors::new(CountedBus::new(sensors, counters));
-    Sampler::new(sensors, Wheels::new(servos, Delay))
+    Sampler::new(sensors, Wheels::new(servos, limit))
 }
 
 /// Starts a task.

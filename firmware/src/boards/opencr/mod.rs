@@ -14,14 +14,15 @@ mod sensor_bus;
 mod servo_port;
 mod start;
 mod store_flash;
+mod streams;
 mod time;
 mod usb;
 pub mod watchdog;
 
 use embassy_stm32::Peri;
+use embassy_stm32::bind_interrupts;
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::peripherals::PG9;
-use embassy_stm32::{bind_interrupts, dma, peripherals, usart};
 use embassy_time::{Duration, Timer};
 
 use defmt_rtt as _;
@@ -35,16 +36,14 @@ pub use sampling::sampling;
 pub use sensor_bus::SensorBus;
 pub use servo_port::ServoPort;
 pub use store_flash::StoreFlash;
+pub use time::Limit;
 pub use usb::{UsbDevice, UsbLink};
 
 bind_interrupts!(struct Irqs {
     I2C1_EV => sensor_bus::Events;
     I2C1_ER => sensor_bus::Errors;
-    DMA2_STREAM0 => dma::InterruptHandler<peripherals::DMA2_CH0>;
-    DMA2_STREAM3 => dma::InterruptHandler<peripherals::DMA2_CH3>;
-    USART3 => usart::InterruptHandler<peripherals::USART3>, servo_port::TurnAround;
-    DMA1_STREAM3 => dma::InterruptHandler<peripherals::DMA1_CH3>;
-    DMA1_STREAM1 => dma::InterruptHandler<peripherals::DMA1_CH1>;
+    DMA2_STREAM0 => inertial_port::Received;
+    USART3 => servo_port::Events;
     OTG_FS => usb::Interrupt;
     TIM5 => time::Tick;
 });
@@ -55,6 +54,8 @@ pub struct Board {
     pub sensors: SensorBus,
     /// The wheel servos. Their supply is on.
     pub servos: ServoPort,
+    /// Bounds what is waited for on their bus.
+    pub servo_limit: Limit,
     /// The inertial sensor.
     pub inertial: InertialPort,
     /// The host: the port that the ROS node opens, and ours.
@@ -101,20 +102,16 @@ pub fn init(counters: &'static BusCounters) -> Board {
     erase::watch_supply();
     defmt::info!("OpenCR: up after {=str}", reset.cause.text());
     let (links, usb) = usb::new(p.USB_OTG_FS, p.PA12, p.PA11);
-    let servos =
-        servo_port::Parts { usart: p.USART3, rx: p.PC11, tx: p.PC10, tx_dma: p.DMA1_CH3, rx_dma: p.DMA1_CH1 };
+    let servos = servo_port::Parts { usart: p.USART3, rx: p.PC11, tx: p.PC10 };
+    let inertial = inertial_port::Parts { spi: p.SPI1, clock: p.PA5, out: p.PB5, into: p.PA6, select: p.PA4 };
+    let [sensor_limit, servo_limit, inertial_limit] = Limit::all();
+    let sensor_streams = (p.DMA1_CH5, p.DMA1_CH6);
+    let inertial_streams = (p.DMA2_CH0, p.DMA2_CH3);
     Board {
-        sensors: SensorBus::new(p.I2C1, p.PB8, p.PB7, (p.DMA1_CH5, p.DMA1_CH6), counters),
-        servos: ServoPort::new(servos, p.PC9, p.PF15),
-        inertial: InertialPort::new(inertial_port::Parts {
-            spi: p.SPI1,
-            clock: p.PA5,
-            out: p.PB5,
-            into: p.PA6,
-            select: p.PA4,
-            tx_dma: p.DMA2_CH3,
-            rx_dma: p.DMA2_CH0,
-        }),
+        sensors: SensorBus::new(p.I2C1, p.PB8, p.PB7, sensor_streams, sensor_limit, counters),
+        servos: ServoPort::new(servos, (p.DMA1_CH1, p.DMA1_CH3), p.PC9, p.PF15),
+        servo_limit,
+        inertial: InertialPort::new(inertial, inertial_streams, inertial_limit),
         links,
         usb,
         store: StoreFlash::new(p.FLASH),

@@ -2,7 +2,8 @@
 
 use embassy_stm32::Peri;
 use embassy_stm32::adc::{Adc, SampleTime};
-use embassy_stm32::gpio::{AnyPin, Input, Level, Output, Pull, Speed};
+use embassy_stm32::gpio::{AnyPin, Flex, Input, Level, Output, Pull, Speed};
+use embassy_stm32::pac;
 use embassy_stm32::peripherals::{ADC3, PC0};
 use embassy_time::{Duration, Instant, Timer};
 
@@ -28,8 +29,7 @@ pub(super) struct Parts {
 pub struct Panel {
     leds: [Output<'static>; 4],
     buttons: [Input<'static>; 2],
-    converter: Adc<'static, ADC3>,
-    supply: Peri<'static, PC0>,
+    converter: Converter,
 }
 
 impl Panel {
@@ -37,25 +37,55 @@ impl Panel {
         Self {
             leds: parts.leds.map(|pin| Output::new(pin, Level::High, Speed::Low)),
             buttons: parts.buttons.map(|pin| Input::new(pin, Pull::None)),
-            converter: Adc::new(parts.converter),
-            supply: parts.supply,
+            converter: Converter::new(parts.converter, parts.supply),
         }
     }
 
     /// Shows what the host wants and tells what there is, for good.
     pub async fn run(&mut self, shared: &Shared) -> ! {
         loop {
-            let count = self.converter.blocking_read(&mut self.supply, SampleTime::CYCLES144);
-            let voltage = f32::from(count) * (REFERENCE_V / FULL_SCALE * DIVIDER);
+            let voltage = self.converter.exchange();
             shared.exchange_panel(|leds| {
                 for (led, value) in self.leds.iter_mut().zip(leds) {
                     led.set_level(Level::from(value == 0));
                 }
                 let pressed = self.buttons.each_ref().map(|button| u8::from(button.is_high()));
-                (pressed, Some(voltage))
+                (pressed, voltage)
             });
             shared.report(Reporter::Panel, Instant::now().as_micros());
             Timer::after(PERIOD).await;
         }
+    }
+}
+
+/// The supply's voltage, each time of the conversion that was started the time before: the HAL's
+/// reading waits for its end, however long that takes.
+struct Converter {
+    /// Keeps clock and pin; it converts nothing.
+    _adc: Adc<'static, ADC3>,
+    _supply: Flex<'static>,
+}
+
+impl Converter {
+    /// Sets the converter up for PC0 alone, which it calls its input 10 (DS10916, table 10).
+    fn new(adc: Peri<'static, ADC3>, supply: Peri<'static, PC0>) -> Self {
+        const INPUT: u8 = 10;
+        let adc = Adc::new(adc);
+        let mut supply = Flex::new(supply);
+        supply.set_as_analog();
+        // The first of the inputs from 10 on; a sequence of one.
+        pac::ADC3.smpr1().modify(|register| register.set_smp(0, SampleTime::CYCLES144));
+        pac::ADC3.sqr1().modify(|register| register.set_l(0));
+        pac::ADC3.sqr3().modify(|register| register.set_sq(0, INPUT));
+        Self { _adc: adc, _supply: supply }
+    }
+
+    /// What the last conversion found, V, if it has ended; begins the next.
+    fn exchange(&mut self) -> Option<f32> {
+        let is_done = pac::ADC3.sr().read().eoc();
+        // Reading it clears the flag.
+        let count = pac::ADC3.dr().read().data();
+        pac::ADC3.cr2().modify(|register| register.set_swstart(true));
+        is_done.then_some(f32::from(count) * (REFERENCE_V / FULL_SCALE * DIVIDER))
     }
 }

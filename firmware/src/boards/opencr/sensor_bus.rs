@@ -11,18 +11,19 @@ mod transfer;
 use embassy_stm32::i2c::Error;
 use embassy_stm32::peripherals::{DMA1_CH5, DMA1_CH6, I2C1, PB7, PB8};
 use embassy_stm32::{Peri, pac};
-use embassy_time::{Duration, Timer, with_timeout};
+use embassy_time::{Duration, Timer};
 use embedded_hal_async::i2c::{ErrorType, Operation};
 
+use super::time::Limit;
 use crate::power_sensors::{Conversion, Convert};
 use crate::tasks::BusCounters;
 use parts::{Parts, Started};
 pub(super) use transfer::{Errors, Events};
 
 /// A transaction of 22 bytes, a sensor's longest, takes 0.5 ms.
-const TIMEOUT: Duration = Duration::from_millis(1);
+const LIMIT_US: u32 = 1000;
 /// What each of those behind it adds: its 0.5 ms, and a fifth more.
-const MORE: Duration = Duration::from_micros(600);
+const MORE_US: u32 = 600;
 /// The stop that ends a transaction takes some 2 µs.
 const FREE_WITHIN: Duration = Duration::from_micros(20);
 
@@ -33,6 +34,7 @@ pub struct SensorBus {
     parts: Option<Parts>,
     started: Option<Started>,
     has_run: bool,
+    limit: Limit,
     counters: &'static BusCounters,
 }
 
@@ -43,10 +45,11 @@ impl SensorBus {
         sda: Peri<'static, PB7>,
         // Nobody else has the streams that `transfer` uses.
         _streams: (Peri<'static, DMA1_CH5>, Peri<'static, DMA1_CH6>),
+        limit: Limit,
         counters: &'static BusCounters,
     ) -> Self {
         let parts = Parts::new(i2c, scl, sda);
-        Self { parts: Some(parts), started: None, has_run: false, counters }
+        Self { parts: Some(parts), started: None, has_run: false, limit, counters }
     }
 
     /// Sets the driver up, if the lines are free. The first time too: a board that was reset within
@@ -108,7 +111,7 @@ impl embedded_hal_async::i2c::I2c for SensorBus {
     /// Writes, each followed by a read.
     async fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), Error> {
         self.prepare().await?;
-        let result = with_timeout(TIMEOUT, transfer::transfer(address, operations)).await;
+        let result = self.limit.within(LIMIT_US, transfer::transfer(address, operations)).await;
         self.check(result.unwrap_or(Err(Error::Timeout)))
     }
 }
@@ -124,13 +127,13 @@ impl Convert for SensorBus {
             if count == 0 || self.prepare().await.is_err() {
                 return;
             }
-            let limit = TIMEOUT + MORE * (count - 1);
-            let in_time = with_timeout(limit, transfer::convert(rest)).await;
+            let limit_us = LIMIT_US + MORE_US * (count - 1);
+            let in_time = self.limit.within(limit_us, transfer::convert(rest)).await;
             let (failed, error) = match (transfer::collect(rest), in_time) {
                 (Ok(()), _) => return,
-                (Err((failed, _)), Ok(Err(error))) => (failed, error),
-                (Err(failure), Ok(Ok(()))) => failure,
-                (Err(_), Err(_)) => (rest.len(), Error::Timeout),
+                (Err((failed, _)), Some(Err(error))) => (failed, error),
+                (Err(failure), Some(Ok(()))) => failure,
+                (Err(_), None) => (rest.len(), Error::Timeout),
             };
             let _ = self.check::<()>(Err(error));
             let next = rest.iter().enumerate().filter(|(_, asked)| asked.is_some()).nth(failed);

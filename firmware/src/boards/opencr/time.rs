@@ -5,19 +5,25 @@
 //! lasts an hour.
 
 use core::cell::{Cell, RefCell};
-use core::task::Waker;
+use core::future::poll_fn;
+use core::task::{Poll, Waker};
 
+use embassy_futures::select::{Either, select};
 use embassy_stm32::interrupt::typelevel::{self, Interrupt};
 use embassy_stm32::pac::timer::regs::SrGp16;
 use embassy_stm32::pac::{RCC, TIM5};
 use embassy_sync::blocking_mutex::CriticalSectionMutex;
+use embassy_sync::waitqueue::AtomicWaker;
 use embassy_time_driver::Driver;
 use embassy_time_queue_utils::Queue;
+use embedded_hal_async::delay::DelayNs;
 
 /// The timers of the slower bus run at twice its 54 MHz (`clock.rs`).
 const PRESCALER: u16 = 108 - 1;
-/// The compare channel that wakes.
+/// The compare channel that wakes whoever is in the queue.
 const ALARM: usize = 0;
+/// Those of the three time limits.
+const LIMITS: [usize; 3] = [1, 2, 3];
 /// An alarm further away is set again when half the counter has passed.
 const FURTHEST: u64 = 1 << 31;
 
@@ -25,6 +31,8 @@ struct Clock {
     /// Times that the counter has wrapped.
     wraps: CriticalSectionMutex<Cell<u64>>,
     timers: CriticalSectionMutex<RefCell<Timers>>,
+    /// Who waits for a limit.
+    limited: [AtomicWaker; LIMITS.len()],
 }
 
 struct Timers {
@@ -36,6 +44,7 @@ struct Timers {
 embassy_time_driver::time_driver_impl!(static CLOCK: Clock = Clock {
     wraps: CriticalSectionMutex::new(Cell::new(0)),
     timers: CriticalSectionMutex::new(RefCell::new(Timers { queue: Queue::new(), alarm: u64::MAX })),
+    limited: [const { AtomicWaker::new() }; LIMITS.len()],
 });
 
 impl Driver for Clock {
@@ -80,7 +89,7 @@ impl Clock {
     fn arm(&self, timers: &mut Timers, at: u64) {
         timers.alarm = if at == u64::MAX { at } else { at.min(self.now().saturating_add(FURTHEST)) };
         TIM5.ccr(ALARM).write_value(timers.alarm as u32);
-        TIM5.dier().modify(|register| register.set_ccie(ALARM, at != u64::MAX));
+        set_interrupt(ALARM, at != u64::MAX);
     }
 
     fn on_interrupt(&self) {
@@ -95,11 +104,87 @@ impl Clock {
             });
         }
         if raised.ccif(ALARM) {
-            let mut clear = SrGp16(u32::MAX);
-            clear.set_ccif(ALARM, false);
-            TIM5.sr().write_value(clear);
+            clear(ALARM);
             self.timers.lock(|timers| self.set_alarm(&mut timers.borrow_mut()));
         }
+        for (channel, waker) in LIMITS.into_iter().zip(&self.limited) {
+            if raised.ccif(channel) && TIM5.dier().read().ccie(channel) {
+                set_interrupt(channel, false);
+                waker.wake();
+            }
+        }
+    }
+}
+
+/// Forgets that the channel's time has come. Flags are cleared by writing 0 to them.
+fn clear(channel: usize) {
+    let mut clear = SrGp16(u32::MAX);
+    clear.set_ccif(channel, false);
+    TIM5.sr().write_value(clear);
+}
+
+fn set_interrupt(channel: usize, is_on: bool) {
+    critical_section::with(|_| TIM5.dier().modify(|register| register.set_ccie(channel, is_on)));
+}
+
+/// A time limit with a compare channel of its own. A timer in the queue that nobody waits for any
+/// more, because what it limits has ended in time, wakes its task all the same: once for every
+/// packet and every transaction on a bus. This one is switched off instead.
+pub struct Limit {
+    channel: usize,
+    waker: &'static AtomicWaker,
+}
+
+impl Limit {
+    /// One for each bus.
+    pub(super) fn all() -> [Self; LIMITS.len()] {
+        let [first, second, third] = LIMITS;
+        let [one, two, three] = &CLOCK.limited;
+        [(first, one), (second, two), (third, three)].map(|(channel, waker)| Self { channel, waker })
+    }
+
+    /// What the work gives, if it ends within so many µs.
+    pub(super) async fn within<T>(&mut self, us: u32, work: impl Future<Output = T>) -> Option<T> {
+        match select(work, self.wait(u64::from(us))).await {
+            Either::First(done) => Some(done),
+            Either::Second(()) => None,
+        }
+    }
+
+    async fn wait(&mut self, us: u64) {
+        let until = CLOCK.now().saturating_add(us);
+        let mut waiting = None;
+        poll_fn(|context| {
+            self.waker.register(context.waker());
+            if waiting.is_none() {
+                TIM5.ccr(self.channel).write_value(until as u32);
+                clear(self.channel);
+                set_interrupt(self.channel, true);
+                waiting = Some(Waiting(self.channel));
+            }
+            // What became due while it was being set does not fire.
+            if CLOCK.now() >= until { Poll::Ready(()) } else { Poll::Pending }
+        })
+        .await
+    }
+}
+
+/// Switches the channel off when it is not waited for any more.
+struct Waiting(usize);
+
+impl Drop for Waiting {
+    fn drop(&mut self) {
+        set_interrupt(self.0, false);
+    }
+}
+
+impl DelayNs for Limit {
+    async fn delay_ns(&mut self, ns: u32) {
+        self.wait(u64::from(ns.div_ceil(1000))).await
+    }
+
+    async fn delay_us(&mut self, us: u32) {
+        self.wait(u64::from(us)).await
     }
 }
 

@@ -12,14 +12,14 @@ use core::task::Poll;
 
 use embassy_stm32::i2c::Error;
 use embassy_stm32::interrupt::typelevel::{self, Interrupt};
-use embassy_stm32::pac::dma::regs::{Cr, Ixr};
+use embassy_stm32::pac::I2C1;
 use embassy_stm32::pac::dma::vals;
 use embassy_stm32::pac::i2c::regs::{Cr2, Isr};
 use embassy_stm32::pac::i2c::vals::{Autoend, Dir};
-use embassy_stm32::pac::{DMA1, I2C1};
 use embassy_sync::waitqueue::AtomicWaker;
 use embedded_hal_async::i2c::Operation;
 
+use crate::boards::opencr::streams::{Controller, Manner, Stream};
 use crate::power_sensors::{Conversion, RAIL_COUNT};
 
 /// Of a transaction: what a poll of a sensor sends, receives, and in how many pieces.
@@ -28,14 +28,8 @@ const MOST_RECEIVED: usize = 8;
 const MOST_PIECES: usize = 8;
 const MOST_TRANSACTIONS: usize = RAIL_COUNT;
 
-/// Streams of DMA1 and their channel (RM0385, table 27).
-const RECEIVING: usize = 5;
-const SENDING: usize = 6;
-const CHANNEL: u8 = 1;
-/// All flags of both, in the register of streams 4 to 7.
-const FLAGS: Ixr = Ixr(0x3D << 6 | 0x3D << 16);
-/// A stream ends within some cycles of the bus behind the item that it moves.
-const MOST_LOOKS: u32 = 64;
+const RECEIVING: Stream = Stream { controller: Controller::One, number: 5, channel: 1 };
+const SENDING: Stream = Stream { controller: Controller::One, number: 6, channel: 1 };
 
 /// How a transaction ended.
 const PENDING: u8 = 0;
@@ -56,6 +50,8 @@ struct Transaction {
     /// CR2 of each piece; 0 behind the last.
     pieces: [AtomicU32; MOST_PIECES],
     outcome: AtomicU8,
+    /// Which conversion all this is made for, as [`key`] says; 0 for none.
+    made_for: AtomicU32,
 }
 
 impl Transaction {
@@ -67,6 +63,7 @@ impl Transaction {
             wanted: AtomicUsize::new(0),
             pieces: [const { AtomicU32::new(0) }; MOST_PIECES],
             outcome: AtomicU8::new(PENDING),
+            made_for: AtomicU32::new(0),
         }
     }
 }
@@ -93,12 +90,8 @@ static BUS: Bus = Bus {
 /// Lets the peripheral, which has been set up, interrupt and ask for DMA.
 #[expect(unsafe_code, reason = "enables interrupts: no critical section relies on their being masked")]
 pub(super) fn enable() {
-    for (stream, register) in
-        [(RECEIVING, I2C1.rxdr().as_ptr().addr()), (SENDING, I2C1.txdr().as_ptr().addr())]
-    {
-        halt(stream);
-        DMA1.st(stream).par().write_value(register as u32);
-    }
+    RECEIVING.connect(I2C1.rxdr().as_ptr().cast());
+    SENDING.connect(I2C1.txdr().as_ptr().cast());
     I2C1.cr1().modify(|register| {
         register.set_txdmaen(true);
         register.set_rxdmaen(true);
@@ -149,6 +142,12 @@ pub(super) async fn convert(conversions: &[Option<Conversion>]) -> Result<(), Er
     let mut count = 0;
     for conversion in conversions.iter().flatten() {
         let transaction = BUS.transactions.get(count).ok_or(Error::Overrun)?;
+        count += 1;
+        // From one sample to the next hardly ever another.
+        if transaction.made_for.load(Ordering::Relaxed) == key(conversion) {
+            transaction.outcome.store(PENDING, Ordering::Relaxed);
+            continue;
+        }
         let mut plan = Plan::new(transaction, conversion.address);
         let written = conversion.written();
         let mut rest = &written[..];
@@ -158,10 +157,15 @@ pub(super) async fn convert(conversions: &[Option<Conversion>]) -> Result<(), Er
             rest = behind;
         }
         plan.end()?;
-        count += 1;
+        transaction.made_for.store(key(conversion), Ordering::Relaxed);
     }
     run(count).await;
     Ok(())
+}
+
+/// Tells conversions apart, and from none.
+fn key(conversion: &Conversion) -> u32 {
+    1 << 31 | u32::from(conversion.address) << 16 | u32::from(conversion.set_up)
 }
 
 /// Fills in the answers that there are, whether all of it is over or not.
@@ -210,6 +214,7 @@ struct Plan {
 impl Plan {
     fn new(transaction: &'static Transaction, address: u8) -> Self {
         transaction.outcome.store(PENDING, Ordering::Relaxed);
+        transaction.made_for.store(0, Ordering::Relaxed);
         transaction.sending.store(0, Ordering::Relaxed);
         transaction.wanted.store(0, Ordering::Relaxed);
         Self { transaction, address, count: 0 }
@@ -283,44 +288,13 @@ fn begin(at: usize) -> bool {
     let Some(transaction) = BUS.transactions.get(at) else { return false };
     // A byte that was not sent any more would be the next one's first.
     I2C1.isr().write(|register| register.set_txe(true));
-    halt(RECEIVING);
-    halt(SENDING);
-    DMA1.ifcr(1).write_value(FLAGS);
-    aim(RECEIVING, &transaction.received, &transaction.wanted, vals::Dir::PERIPHERAL_TO_MEMORY);
-    aim(SENDING, &transaction.sent, &transaction.sending, vals::Dir::MEMORY_TO_PERIPHERAL);
+    let (wanted, sending) = (&transaction.wanted, &transaction.sending);
+    let count = |count: &AtomicUsize| count.load(Ordering::Relaxed);
+    RECEIVING.begin(&transaction.received, count(wanted), vals::Dir::PERIPHERAL_TO_MEMORY, Manner::Once);
+    SENDING.begin(&transaction.sent, count(sending), vals::Dir::MEMORY_TO_PERIPHERAL, Manner::Once);
     BUS.at.store(at, Ordering::Relaxed);
     BUS.next.store(0, Ordering::Relaxed);
     go_on(transaction)
-}
-
-/// What DMA is told to move, it may move from here on.
-fn aim(stream: usize, bytes: &'static [AtomicU8], count: &AtomicUsize, direction: vals::Dir) {
-    let stream = DMA1.st(stream);
-    stream.m0ar().write_value(bytes.as_ptr().addr() as u32);
-    stream.ndtr().write(|register| register.set_ndt(count.load(Ordering::Relaxed) as u16));
-    let mut set_up = Cr(0);
-    set_up.set_chsel(CHANNEL);
-    set_up.set_dir(direction);
-    set_up.set_minc(true);
-    set_up.set_pl(vals::Pl::HIGH);
-    set_up.set_en(true);
-    // The bytes are in memory before it begins.
-    fence(Ordering::SeqCst);
-    stream.cr().write_value(set_up);
-}
-
-/// Stops a stream, which one that has moved all has done itself.
-fn halt(stream: usize) {
-    let control = DMA1.st(stream).cr();
-    if !control.read().en() {
-        return;
-    }
-    control.write_value(Cr(0));
-    for _ in 0..MOST_LOOKS {
-        if !control.read().en() {
-            break;
-        }
-    }
 }
 
 /// The next piece of the transaction. False where there is none.
@@ -352,7 +326,7 @@ fn stopped(at: usize, transaction: &Transaction, status: Isr) {
         register.set_stopcf(true);
         register.set_nackcf(true);
     });
-    let is_whole = DMA1.st(RECEIVING).ndtr().read().ndt() == 0;
+    let is_whole = RECEIVING.left() == 0;
     if !status.nackf() && !is_whole {
         end(transaction, BROKEN);
         return;
