@@ -3,7 +3,7 @@
 use std::io::IsTerminal as _;
 use std::path::PathBuf;
 
-use logs::arguments::UnitArguments;
+use logs::arguments::{UnitArguments, times_real_time};
 use logs::robot::{FOUND, PowerChip};
 use model_core::charge::Charge;
 use support::context::Context;
@@ -89,24 +89,13 @@ pub fn run(context: &Context, arguments: &Arguments) -> Result<()> {
         coeffs: arguments.coeffs.as_deref(),
         replay: arguments.replay.as_deref(),
         wheels: arguments.wheels,
-        speed: speed(&arguments.speed)?,
+        speed: times_real_time(&arguments.speed)?,
         every_s,
         charge,
         domain: arguments.domain,
         no_ros: arguments.no_ros,
     };
     node(&context, &request, &mut Terminal::new(arguments.json))
-}
-
-/// How many times as fast as the log; none: as fast as it goes.
-fn speed(written: &str) -> Result<Option<f64>> {
-    if written == "max" {
-        return Ok(None);
-    }
-    match written.parse::<f64>() {
-        Ok(speed) if (1e-3..=1e6).contains(&speed) => Ok(Some(speed)),
-        _ => Err(Error::usage(format!("--speed {written}: expected a number from 0.001 to 1000000, or max"))),
-    }
 }
 
 /// Standard output: lines of JSON, a line that is drawn again, or a log of what changes.

@@ -4,8 +4,9 @@ use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use logs::arguments::times_real_time;
 use plant::{Kinematics, ProfileKind, Robot};
-use support::error::{Error, Result};
+use support::error::Result;
 use support::output::{self, check_apart};
 use support::own::Form;
 use virtual_board::robot::{RobotOptions, VirtualRobot};
@@ -83,7 +84,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let request = Request {
         image: &arguments.image,
         duration_s: arguments.drive.duration,
-        speed: speed(&arguments.speed)?,
+        speed: times_real_time(&arguments.speed)?,
         waits_for_clients: !arguments.realtime,
         waits_for_first: arguments.wait,
         link: arguments.link.as_deref(),
@@ -104,16 +105,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         answer.board_s, answer.wall_s, answer.speed, answer.exchanges
     );
     Ok(())
-}
-
-fn speed(text: &str) -> Result<Option<f64>> {
-    if text == "max" {
-        return Ok(None);
-    }
-    let factor = text.parse().ok().filter(|factor: &f64| (1e-3..=1e6).contains(factor));
-    factor.map(Some).ok_or_else(|| {
-        Error::usage(format!("speed `{text}`; allowed: times real time, 0.001 to 1e6, or max"))
-    })
 }
 
 fn robot(arguments: &Arguments) -> Result<VirtualRobot> {

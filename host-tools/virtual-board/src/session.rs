@@ -259,51 +259,24 @@ impl Session {
         if due { self.look_at_link() } else { Ok(()) }
     }
 
-    /// Bytes both ways between terminal and board.
+    /// Bytes both ways between the terminals and the board.
     fn look_at_link(&mut self) -> Result<()> {
         let now = self.board.now();
         self.looked_at_link = Some(now);
-        self.look_at_node()?;
-        let mut buffer = [0; 4096];
         let server = self.board.server_mut();
-        // A client that sends faster than the board reads waits, as on a wire.
-        if server.to_board.len() > MOST_QUEUED {
-            return Ok(());
-        }
-        match self.terminal.receive(&mut buffer)? {
+        exchange(&mut self.node, &mut server.node_to_board, &mut server.node_from_board)?;
+        let (heard, sent) = exchange(&mut self.terminal, &mut server.to_board, &mut server.from_board)?;
+        self.bytes[1] += sent;
+        match heard {
             Heard::Bytes(count) => {
-                server.to_board.extend(&buffer[..count]);
                 self.bytes[0] += count as u64;
                 if self.is_waiting {
                     self.pace.hear(Instant::now(), now);
                 }
             }
             Heard::Nothing => {}
-            Heard::HungUp => {
-                // As over USB: what nobody reads is gone.
-                server.from_board.clear();
-                self.pace.hang_up();
-            }
+            Heard::HungUp => self.pace.hang_up(),
         }
-        // A client that has opened the port and reads nothing loses what a host's buffer does not
-        // hold.
-        if server.from_board.len() > MOST_QUEUED {
-            server.from_board.clear();
-        }
-        self.bytes[1] += send(&mut server.from_board, &mut self.terminal)?;
-        Ok(())
-    }
-
-    /// The same for the node's port.
-    fn look_at_node(&mut self) -> Result<()> {
-        let mut buffer = [0; 4096];
-        let server = self.board.server_mut();
-        match self.node.receive(&mut buffer)? {
-            Heard::Bytes(count) => server.node_to_board.extend(&buffer[..count]),
-            Heard::Nothing => {}
-            Heard::HungUp => server.node_from_board.clear(),
-        }
-        send(&mut server.node_from_board, &mut self.node)?;
         Ok(())
     }
 
@@ -336,6 +309,26 @@ impl Session {
             charge: truth.charge,
         }
     }
+}
+
+/// What the client has sent, and what it takes now: heard, and how many bytes were sent.
+fn exchange(
+    terminal: &mut VirtualTerminal,
+    to_board: &mut VecDeque<u8>,
+    from_board: &mut VecDeque<u8>,
+) -> Result<(Heard, u64)> {
+    let mut buffer = [0; 4096];
+    // A client that sends faster than the board reads waits, as on a wire.
+    let heard = if to_board.len() > MOST_QUEUED { Heard::Nothing } else { terminal.receive(&mut buffer)? };
+    if let Heard::Bytes(count) = heard {
+        to_board.extend(&buffer[..count]);
+    }
+    // As over USB: what nobody reads is gone. A client that has opened the port and reads nothing
+    // loses what a host's buffer does not hold.
+    if matches!(heard, Heard::HungUp) || from_board.len() > MOST_QUEUED {
+        from_board.clear();
+    }
+    Ok((heard, send(from_board, terminal)?))
 }
 
 /// Sends as much as the terminal takes now. Gives the bytes.
