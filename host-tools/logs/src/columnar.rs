@@ -16,17 +16,12 @@ pub struct Table {
 }
 
 impl Table {
-    /// Of numbers, NaN where a row has none; `runs` names each row's run, where there are several.
+    /// Of numbers, NaN where a row has none.
     ///
     /// # Errors
     /// Columns of different lengths; more or fewer names than columns.
-    pub fn new(names: Vec<String>, columns: Vec<Vec<f64>>, runs: Option<Vec<String>>) -> Result<Self> {
-        let mut names = names;
-        let mut values: Vec<Values> = columns.into_iter().map(Values::Numbers).collect();
-        if let Some(runs) = runs {
-            names.push(super::RUN.to_owned());
-            values.push(Values::Texts(runs.into_iter().map(Some).collect()));
-        }
+    pub fn new(names: Vec<String>, columns: Vec<Vec<f64>>) -> Result<Self> {
+        let values: Vec<Values> = columns.into_iter().map(Values::Numbers).collect();
         let table = Self { names, values };
         let rows = table.rows();
         if table.names.len() != table.values.len() || table.values.iter().any(|column| length(column) != rows)

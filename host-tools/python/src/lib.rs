@@ -3,6 +3,7 @@
 //!
 //! There is no work here: a function's work is its command's, so that both say the same.
 
+mod batches;
 mod command;
 mod failure;
 mod gram;
@@ -16,9 +17,9 @@ mod _gmr {
     #[pymodule_export]
     use super::command::run;
     #[pymodule_export]
-    use super::gram::gram_columns;
+    use super::gram::Sums;
     #[pymodule_export]
-    use super::gram::gram_of_columns;
+    use super::gram::gram_columns;
     #[pymodule_export]
     use super::gram::write_grams;
     #[pymodule_export]

@@ -49,7 +49,7 @@ pub(crate) fn write_log(
     stoppable(py, move |context| write(context, &path, &names, &columns, runs.as_deref())).map(|_| ())
 }
 
-pub(crate) fn numbers(bytes: &[u8]) -> Vec<f64> {
+fn numbers(bytes: &[u8]) -> Vec<f64> {
     let (values, _) = bytes.as_chunks();
     values.iter().map(|value| f64::from_ne_bytes(*value)).collect()
 }

@@ -74,18 +74,6 @@ def test_fit_grams(command, drives, tmp_path):
     assert len(found.left_out) == 2 and "<td>" in found._repr_html_()
 
 
-def test_sums_of_columns_are_those_of_the_log(command, drives, tmp_path):
-    """As an engine's workers make them, of rows in memory; and a table of them is a file of them."""
-    log = wheelwatt.read(drives[0])
-    columns = [values.tobytes() for values in log.values()]
-    arguments = ["gram", "--cutoff=2", "--out=none", str(drives[0])]
-    rows = wheelwatt._gmr.gram_of_columns(arguments, list(log), columns, None)
-    texts, numbers = zip(*rows)
-    table = dict(zip(wheelwatt._grams.TEXTS, map(list, zip(*texts)))) | dict(zip(wheelwatt._grams.NUMBERS, map(list, zip(*numbers))))
-    command("gram", "--cutoff", 2, "--out", tmp_path / "g.jsonl", drives[0])
-    assert wheelwatt.fit_grams(table, model="eq18").json() == wheelwatt.fit_grams(tmp_path / "g.jsonl", model="eq18").json()
-
-
 def test_estimate_at_a_known_mass(command, drives, fitted, tmp_path):
     estimate = wheelwatt.estimate(drives[2], fitted, mass=3.0, detection=False)
     coefficients, power = tmp_path / "c.toml", tmp_path / "power.csv"

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import os
-import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,7 +12,6 @@ import pyarrow as pa
 from . import _gmr
 from ._commands import CoefficientsLike, RobotLike, _Call
 from ._grams import NUMBERS, TEXTS
-from ._log import Log, read
 
 #: Columns of text of a row of sums whose values a total has none of.
 _OF_TOTAL = {"run": "", "keys": "{}", "summary_masses": "[]"}
@@ -58,17 +55,18 @@ class Recipe:
                 robot_text = file.read()
         return cls(os.fspath(robot), robot_text, text, cutoff, mass, tuple(units.items()))
 
-    def rows(self, log: Log) -> list[tuple[list[str], list[float]]]:
-        """Texts and numbers of each run of a log, in the order of `TEXTS` and `NUMBERS`."""
-        with _Call("gram", json=False) as call:
-            call.add("--robot", self._file(call, "robot.toml", self.robot_text) or self.robot)
-            call.add("--coeffs", self._file(call, "coefficients.toml", self.coefficients_text))
-            call.add("--cutoff", self.cutoff if self.coefficients_text is None else None)
-            call.add("--mass", self.mass).add("--out", call.path("unwritten")).units(dict(self.units))
-            columns = [values.tobytes() for values in log.values()]
-            runs = None if log.runs is None else [str(run) for run in log.runs]
-            # Behind "--", as a name may begin with a dash.
-            return _gmr.gram_of_columns([*call.arguments, "--", log.name], list(log), columns, runs)
+    def sums(self) -> _gmr.Sums:
+        """As this process has it: made once, whatever tasks it is given."""
+        # Units may hold a list, which has no hash.
+        key = repr(self)
+        if key not in _SUMS:
+            with _Call("gram", json=False) as call:
+                call.add("--robot", self._file(call, "robot.toml", self.robot_text) or self.robot)
+                call.add("--coeffs", self._file(call, "coefficients.toml", self.coefficients_text))
+                call.add("--cutoff", self.cutoff if self.coefficients_text is None else None)
+                call.add("--mass", self.mass).add("--out", "unwritten").units(dict(self.units))
+                _SUMS[key] = _gmr.Sums([*call.arguments, "log"])
+        return _SUMS[key]
 
     @staticmethod
     def _file(call: _Call, name: str, text: str | None) -> str | None:
@@ -80,22 +78,21 @@ class Recipe:
 
     def of_run(self, table: pa.Table, run: Sequence[str], keys: Sequence[str]) -> pa.Table:
         """A row of sums of a whole run's rows, in whatever order they come."""
-        table = table.combine_chunks().sort_by("time_s")
         told = {name: str(table.column(name)[0].as_py()) for name in [*keys, *run]}
         numbers = [name for name in table.column_names if name not in told and _is_number(table.schema.field(name).type)]
-        log = Log(table.select(numbers), name="/".join(told.values()) or "log")
-        return rows_table(self.rows(log), [{key: told[key] for key in keys}] , keys)
+        rows = table.select(numbers).cast(pa.schema([(name, pa.float64()) for name in numbers]))
+        name = "/".join(told.values()) or "log"
+        return pa.table(self.sums().of_rows(name, rows, list(keys), [told[key] for key in keys]))
 
     def of_logs(self, batch: pa.RecordBatch | pa.Table, path: str, keys: Sequence[str]) -> pa.Table:
         """Rows of sums of the logs whose paths a column has: read where they lie, by whoever works."""
-        tables = []
-        columns = {name: batch.column(name).to_pylist() for name in [path, *keys]}
-        for place, file in enumerate(columns[path]):
-            log = read(file)
-            told = {key: str(columns[key][place]) for key in keys}
-            rows = self.rows(log)
-            tables.append(rows_table(rows, [told] * len(rows), keys))
-        return pa.concat_tables(tables) if tables else schema(keys).empty_table()
+        rows = batch.select([path, *keys]).to_pylist()
+        values = [[str(row[key]) for key in keys] for row in rows]
+        return pa.table(self.sums().of_logs([row[path] for row in rows], list(keys), values))
+
+
+#: What recipes have become in this process.
+_SUMS: dict[str, _gmr.Sums] = {}
 
 
 def _is_number(of: pa.DataType) -> bool:
@@ -103,20 +100,6 @@ def _is_number(of: pa.DataType) -> bool:
 
 
 def schema(keys: Sequence[str]) -> pa.Schema:
-    """Of rows of sums: the keys, the texts, the numbers."""
+    """Of rows of sums: the keys, the texts, the numbers. What a run has none of is NaN, which adds up to NaN: a part that one run lacks, the total lacks."""
     texts = [(name, pa.string()) for name in [*keys, *TEXTS]]
     return pa.schema(texts + [(name, pa.float64()) for name in NUMBERS])
-
-
-def rows_table(
-    rows: Iterable[tuple[list[str], list[float]]], told: Sequence[dict[str, str]], keys: Sequence[str]
-) -> pa.Table:
-    """Rows of sums as a table. What a run has none of is NaN, which sums up to NaN: a part that one run lacks, the total lacks."""
-    lines = []
-    for (texts, numbers), of_run in zip(rows, told):
-        texts[TEXTS.index("keys")] = json.dumps(of_run)
-        lines.append([of_run[key] for key in keys] + texts + numbers)
-    names = schema(keys)
-    return pa.Table.from_arrays(
-        [pa.array(column, type=of.type) for column, of in zip(zip(*lines), names)], schema=names
-    ) if lines else names.empty_table()

@@ -1,12 +1,13 @@
 //! `gmr gram`: logs to sums, from which fits are made without the logs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use fit::run_gram::{Request, RunGram, gram, gram_of_table};
-use logs::Table;
+use fit::run_gram::{How, Request, RunGram, gram};
 use logs::arguments::{Log, UnitArguments, paths};
 use logs::checks::check_mass;
+use logs::foreign::Reading;
 use logs::robot::{FOUND, Robot};
+use logs::{Header, Table};
 use support::context::Context;
 use support::error::{Error, Result};
 use support::output::{self, check_apart};
@@ -70,21 +71,48 @@ pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-/// What `gmr gram` with these arguments makes of columns in memory, in the place of its log:
-/// nothing is written. Cutoff or coefficients have to be given, as one of many machines cannot
-/// choose for all.
-///
-/// # Errors
-/// As the command.
-pub(super) fn of_table(context: &Context, arguments: &Arguments, table: Table) -> Result<Vec<RunGram>> {
-    if arguments.cutoff.is_none() && arguments.coeffs.is_none() {
-        let message =
-            "neither --cutoff nor --coeffs; expected one of them, so that sums of all machines add up";
-        return Err(Error::usage(message));
+/// How `gmr gram` with some arguments sums up: made once, for all logs that a process is given.
+pub struct Sums {
+    reading: Reading,
+    robot: Robot,
+    how: How,
+}
+
+impl Sums {
+    /// Cutoff or coefficients have to be given, as one of many machines cannot choose for all.
+    ///
+    /// # Errors
+    /// As the command.
+    pub(super) fn of(context: &Context, arguments: &Arguments) -> Result<Self> {
+        if arguments.cutoff.is_none() && arguments.coeffs.is_none() {
+            let message =
+                "neither --cutoff nor --coeffs; expected one of them, so that sums of all machines add up";
+            return Err(Error::usage(message));
+        }
+        let (context, robot) = arguments.units.robot(context, &arguments.robot, &arguments.runs)?;
+        let how = request(&robot, &[], arguments)?.how(&context)?;
+        let reading =
+            Reading { robot: robot.clone(), allow_cut: arguments.units.allow_truncated, verbose: false };
+        Ok(Self { reading, robot, how })
     }
-    let (context, robot) = &arguments.units.robot(context, &arguments.robot, &arguments.runs)?;
-    let logs = paths(&arguments.runs);
-    gram_of_table(context, &request(robot, &logs, arguments)?, table)
+
+    /// Of a log.
+    ///
+    /// # Errors
+    /// As the command.
+    pub fn of_log(&self, context: &Context, log: &Path) -> Result<Vec<RunGram>> {
+        let context = context.with_reading(self.reading.clone());
+        self.how.of_log(&context, &self.robot, log).map(|summed| summed.runs)
+    }
+
+    /// Of columns in memory; `name` is what the run and errors are called by.
+    ///
+    /// # Errors
+    /// As the command; columns that are not those of a log.
+    pub fn of_table(&self, context: &Context, name: &Path, table: Table) -> Result<Vec<RunGram>> {
+        let header = Header::of_table(context, name, table)?;
+        self.how.of_header(&self.robot, header).map(|summed| summed.runs)
+    }
 }
 
 fn request<'a>(robot: &'a Robot, logs: &'a [PathBuf], arguments: &'a Arguments) -> Result<Request<'a>> {

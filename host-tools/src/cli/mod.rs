@@ -34,12 +34,12 @@ mod watch;
 
 use std::ffi::OsString;
 
-use ::fit::run_gram::RunGram;
 use clap::{CommandFactory as _, Parser, Subcommand};
-use logs::Table;
 use support::context::Context;
 use support::error::{Error, Result};
 use support::program;
+
+pub use self::gram::Sums;
 
 /// How much power does a wheeled robot draw, when nobody told it what it carries?
 #[derive(Parser)]
@@ -123,14 +123,13 @@ pub fn answer(context: &Context, arguments: &[String]) -> Result<()> {
     execute(context, program::parse_given(arguments)?)
 }
 
-/// The sums that `gmr gram` makes of columns in memory; its arguments name them in the place of a
-/// log, and a file that is not written.
+/// How `gmr gram` with these arguments sums up; the log and the file that they name are not touched.
 ///
 /// # Errors
 /// As [`answer`]; arguments of another command.
-pub fn gram_of_table(context: &Context, arguments: &[String], table: Table) -> Result<Vec<RunGram>> {
+pub fn sums(context: &Context, arguments: &[String]) -> Result<Sums> {
     match program::parse_given::<Cli>(arguments)?.command {
-        Command::Gram(arguments) => gram::of_table(context, &arguments, table),
+        Command::Gram(arguments) => Sums::of(context, &arguments),
         _ => Err(Error::usage("expected the arguments of gmr gram")),
     }
 }

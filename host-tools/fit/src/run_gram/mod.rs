@@ -27,4 +27,4 @@ pub use self::read::{Spent, Summed};
 pub use self::run::{FORMAT, RunGram, Setting, total};
 pub use self::step::{Moved, Step, step};
 pub use self::summary::{Histogram, Summary};
-pub use self::summing::{Answer, Request, gram, gram_of_table};
+pub use self::summing::{Answer, Request, gram};

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use logs::robot::Robot;
-use logs::{Header, Table};
 use rayon::prelude::*;
 use serde::Serialize;
 use support::context::Context;
@@ -50,7 +49,11 @@ pub struct Answer {
 }
 
 impl Request<'_> {
-    fn how(&self, context: &Context) -> Result<How> {
+    /// How such logs are read.
+    ///
+    /// # Errors
+    /// As [`How::near`], [`How::at`] and [`How::chosen`].
+    pub fn how(&self, context: &Context) -> Result<How> {
         let Self { robot, logs, near, cutoff_hz, mass_kg } = *self;
         match (near, cutoff_hz) {
             (Some(file), _) => How::near(robot, file, mass_kg),
@@ -91,13 +94,4 @@ pub fn gram(context: &Context, request: &Request<'_>, out: &Path) -> Result<Answ
         energy_j: all.summary.energy_j,
         may_clamp_rows: all.may_clamp,
     })
-}
-
-/// The sums of columns in memory, in the place of the first log.
-///
-/// # Errors
-/// As [`gram`]; columns that are not those of a log.
-pub fn gram_of_table(context: &Context, request: &Request<'_>, table: Table) -> Result<Vec<RunGram>> {
-    let header = Header::of_table(context, &request.logs[0], table)?;
-    request.how(context)?.of_header(request.robot, header).map(|summed| summed.runs)
 }
