@@ -5,9 +5,11 @@ import json
 import numpy as np
 import pyarrow as pa
 import pytest
+from conftest import are_same, coefficients
 
 import wheelwatt
 from wheelwatt import _gmr
+from wheelwatt._engine import added
 
 
 @pytest.fixture(scope="module")
@@ -51,3 +53,20 @@ def test_what_is_no_column_of_numbers_is_refused(sums, rows):
         sums.of_rows("log", texts, [], [])
     with pytest.raises(AttributeError, match="__arrow_c_stream__"):
         sums.of_rows("log", [1.0], [], [])
+
+
+def test_sums_add_up_by_any_parts_and_only_of_one_setting(fleet, sums, tmp_path):
+    """What workers have added, added again, is all added at once; by keys too."""
+    logs = fleet.paths[:4]
+    rows = pa.table(sums.of_logs(logs, ["robot"], [["1"], ["2"], ["1"], ["2"]]))
+    wheelwatt.gram(logs, tmp_path / "g.parquet", coefficients=fleet.coefficients)
+    parts = pa.concat_tables([added(rows[:3], ["robot"]), added(rows[3:], ["robot"])])
+    assert are_same(coefficients(added(parts)), coefficients(tmp_path / "g.parquet"))
+    by_robot = added(parts, ["robot"])
+    assert by_robot["robot"].to_pylist() == ["1", "2"]
+    assert by_robot["summary_rows"].to_pylist() == [sum(rows["summary_rows"].to_pylist()[k::2]) for k in (0, 1)]
+    place = rows.column_names.index("setting")
+    others = rows.set_column(place, "setting", pa.array(["one", "other", "one", "other"]))
+    assert len(added(others, ["robot"])) == 2
+    with pytest.raises(ValueError, match="sums of different settings"):
+        added(others)

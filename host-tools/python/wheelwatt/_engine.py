@@ -14,7 +14,7 @@ from ._commands import CoefficientsLike, RobotLike, _Call
 from ._grams import NUMBERS, TEXTS
 
 #: Columns of text of a row of sums whose values a total has none of.
-_OF_TOTAL = {"run": "", "keys": "{}", "summary_masses": "[]"}
+OF_TOTAL = {"run": "", "keys": "{}", "summary_masses": "[]"}
 
 
 @dataclass(frozen=True)
@@ -103,3 +103,17 @@ def schema(keys: Sequence[str]) -> pa.Schema:
     """Of rows of sums: the keys, the texts, the numbers. What a run has none of is NaN, which adds up to NaN: a part that one run lacks, the total lacks."""
     texts = [(name, pa.string()) for name in [*keys, *TEXTS]]
     return pa.schema(texts + [(name, pa.float64()) for name in NUMBERS])
+
+
+def added(rows: pa.Table, by: Sequence[str] = ()) -> pa.Table:
+    """Rows of sums added up, by these columns or all: by a worker what it has, and then what workers have. Engines' own sums of 640
+    columns are programs that take seconds to compile."""
+    by = list(by)
+    # By one thread: groups and what they add up to would else come in another order each time.
+    groups = rows.group_by([*by, "setting"], use_threads=False).aggregate([(name, how) for name, how in NUMBERS.items()])
+    if len(groups) > (len(groups.group_by(by).aggregate([])) if by else 1):
+        raise ValueError("sums of different settings; expected one robot, filter and reference")
+    columns = {name: pa.repeat(pa.scalar(text), len(groups)) for name, text in OF_TOTAL.items()}
+    columns |= {name: groups[name] for name in [*by, "setting"]}
+    columns |= {name: groups[f"{name}_{how}"] for name, how in NUMBERS.items()}
+    return pa.table([columns[name] for name in schema(by).names], schema=schema(by))

@@ -11,12 +11,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import pyarrow as pa
+import ray
 from ray.data import Dataset
-from ray.data.aggregate import Max, Min, Sum
 
 from ._commands import CoefficientsLike, RobotLike
-from ._engine import _OF_TOTAL, Recipe
-from ._grams import NUMBERS
+from ._engine import Recipe, added
 
 __all__ = ["grams", "grams_of_logs", "total"]
 
@@ -64,15 +63,7 @@ def grams_of_logs(
     return logs.map_batches(some, batch_format="pyarrow", batch_size=batch)
 
 
-def total(grams: Dataset) -> dict[str, list[Any]]:
+def total(grams: Dataset) -> pa.Table:
     """Adds all sums up: a table of one row, for `wheelwatt.fit_grams`. Sums of different settings are refused."""
-    merge = {"sum": Sum, "min": Min, "max": Max}
-    found = grams.aggregate(
-        *(merge[how](name, ignore_nulls=False) for name, how in NUMBERS.items()), Min("setting"), Max("setting")
-    )
-    setting = found["min(setting)"]
-    if setting != found["max(setting)"]:
-        raise ValueError("sums of different settings; expected one robot, filter and reference")
-    row: dict[str, Any] = {**_OF_TOTAL, "setting": setting}
-    row.update({name: found[f"{how}({name})"] for name, how in NUMBERS.items()})
-    return {name: [value] for name, value in row.items()}
+    parts = grams.map_batches(added, batch_format="pyarrow", batch_size=None)
+    return added(pa.concat_tables(ray.get(parts.to_arrow_refs())))

@@ -14,11 +14,10 @@ from typing import Any
 
 import pyarrow as pa
 from pyspark.sql import DataFrame
-from pyspark.sql import functions as sql
 from pyspark.sql.types import DoubleType, StringType, StructField, StructType
 
 from ._commands import CoefficientsLike, RobotLike
-from ._engine import _OF_TOTAL, Recipe
+from ._engine import Recipe, added
 from ._grams import NUMBERS, TEXTS
 
 __all__ = ["grams", "grams_of_logs", "total"]
@@ -77,14 +76,15 @@ def grams_of_logs(
 
 def total(grams: DataFrame, by: Sequence[str] = ()) -> DataFrame:
     """Adds sums up, by these columns or all: for `wheelwatt.fit_grams`. Sums of different settings are refused."""
-    merge = {"sum": sql.sum, "min": sql.min, "max": sql.max}
-    one_setting = sql.min("setting") == sql.max("setting")
-    refusal = sql.raise_error(sql.lit("sums of different settings; expected one robot, filter and reference"))
-    texts = [sql.lit(value).alias(name) for name, value in _OF_TOTAL.items()]
-    setting = sql.when(one_setting, sql.min("setting")).otherwise(refusal).alias("setting")
-    numbers = [merge[how](name).alias(name) for name, how in NUMBERS.items()]
-    added = grams.groupBy(*by).agg(setting, *numbers)
-    return added.select(*by, *texts, *(name for name in TEXTS if name not in _OF_TOTAL), *NUMBERS)
+    by = list(by)
+
+    def some(batches: Iterator[pa.RecordBatch]) -> Iterator[pa.RecordBatch]:
+        of = list(batches)
+        if of:
+            yield from added(pa.Table.from_batches(of), by).to_batches()
+
+    parts = grams.select(*by, *TEXTS, *NUMBERS).mapInArrow(some, _schema(by))
+    return parts.repartition(1).mapInArrow(some, _schema(by))
 
 
 def _schema(keys: Sequence[str]) -> StructType:

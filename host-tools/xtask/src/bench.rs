@@ -64,6 +64,15 @@ pub(crate) fn fleet_of(rows: usize) -> bool {
     done.is_ok()
 }
 
+/// The bench of engines on a fleet of so many rows. True when it ended well.
+pub(crate) fn engines_of(rows: usize) -> bool {
+    let done = fleet::run_engines(rows);
+    if let Err(stop) = &done {
+        println!("engines: {stop}");
+    }
+    done.is_ok()
+}
+
 /// The bench of robots as JSON. True when it ended well.
 pub(crate) fn robots_json() -> bool {
     let done = robots::run(&mut Steps::default(), true);

@@ -50,6 +50,9 @@ usage: cargo xtask <command>
   bench fleet --rows N
          the figures of docs/results/fleet-bench.txt, by 100000000: a quarter of an hour to simulate,
          4 GB; beside Polars, NumPy and SciPy
+  bench engines --rows N
+         the figures of docs/results/engines-bench.txt, on the same rows: Spark and Ray beside gmr
+         fleet, half an hour; needs what test-fleet does
   bench robots --json
          the figures of docs/results/robots.txt
   bloat
@@ -105,6 +108,9 @@ fn main() -> ExitCode {
         ["fuzz", ref rest @ ..] if let Some(request) = fuzz::Request::parse(rest) => fuzz::run(&request),
         ["bench", "fleet", "--rows", rows] if rows.parse::<usize>().is_ok_and(|rows| rows >= 1_000_000) => {
             bench::fleet_of(rows.parse().unwrap_or_default())
+        }
+        ["bench", "engines", "--rows", rows] if rows.parse::<usize>().is_ok_and(|rows| rows >= 1_000_000) => {
+            bench::engines_of(rows.parse().unwrap_or_default())
         }
         ["bench", "robots", "--json"] => bench::robots_json(),
         ["mutate", ref numbers @ ..]

@@ -1,7 +1,7 @@
 //! `cargo xtask test-fleet`: sums on engines of many machines, Spark and Ray, as processes of their
 //! own on this one, and logs in a bucket. Minutes, and no part of `cargo xtask test`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::paths::{root, target_folder};
@@ -18,6 +18,15 @@ pub(crate) fn run(consent: Consent) -> bool {
 }
 
 fn all(steps: &mut Steps, consent: Consent) -> Result<(), Stop> {
+    let python = engines(steps, consent)?;
+    steps.run("engines", tests(&python))
+}
+
+/// A Python with the engines and the wheel, and gmr beside it.
+///
+/// # Errors
+/// What cannot be had or built.
+pub(crate) fn engines(steps: &mut Steps, consent: Consent) -> Result<PathBuf, Stop> {
     let mut python = None;
     steps.work("set-up", || {
         set_up::java(consent)?;
@@ -33,7 +42,7 @@ fn all(steps: &mut Steps, consent: Consent) -> Result<(), Stop> {
         let wheel = python::build()?;
         set_up::obtain(python::pip(&python).args(["--force-reinstall", "--no-deps"]).arg(wheel))
     })?;
-    steps.run("engines", tests(&python))
+    Ok(python)
 }
 
 fn tests(python: &Path) -> Command {

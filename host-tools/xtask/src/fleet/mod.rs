@@ -4,6 +4,7 @@
 
 mod baseline;
 mod changed;
+mod engines;
 mod killed;
 mod made;
 mod measured;
@@ -15,10 +16,15 @@ use self::made::Fleet;
 use self::measured::Measured;
 use crate::paths::{root, target_folder};
 use crate::python;
+use crate::set_up::Consent;
 use crate::steps::{Steps, Stop, command};
+use crate::test_fleet;
 
 /// The table of the large fleet as it is committed.
 const TABLE: &str = "docs/results/fleet-bench.txt";
+
+/// The same of engines.
+const ENGINES: &str = "docs/results/engines-bench.txt";
 
 /// Of the small fleet that is measured when nobody says how large: CSV, minutes to simulate.
 pub(crate) fn run(steps: &mut Steps) -> Result<(), Stop> {
@@ -71,6 +77,21 @@ pub(crate) fn run_large(rows: usize) -> Result<(), Stop> {
     })?;
     steps.print_summary();
     std::fs::write(root().join(TABLE), text).map_err(|error| Stop::new(format!("{TABLE}: {error}")))
+}
+
+/// Of engines on a fleet of so many rows; its table is written where it is committed.
+pub(crate) fn run_engines(rows: usize) -> Result<(), Stop> {
+    let mut steps = Steps::default();
+    let python = test_fleet::engines(&mut steps, Consent::Ask)?;
+    let (gmr, fleet) = (target_folder().join("release/gmr"), Fleet::of(rows));
+    steps.work("fleet: simulate", || fleet.simulate(&gmr))?;
+    steps.work("engines", || {
+        let text = engines::compare(&python, &gmr, &fleet)?;
+        print!("{text}");
+        std::fs::write(root().join(ENGINES), text).map_err(|error| Stop::new(format!("{ENGINES}: {error}")))
+    })?;
+    steps.print_summary();
+    Ok(())
 }
 
 fn built(steps: &mut Steps) -> Result<PathBuf, Stop> {
