@@ -63,14 +63,18 @@ impl<T: Real> Scatter<T> {
 
     /// Half-width of the 95 % interval.
     ///
-    /// `information` is that of all buckets. `expected` is the variance of Σ s_b by the fit's
-    /// noise, which counts as `prior` buckets' worth of evidence beside the scatter seen; `lasting`
+    /// `information` is that of all buckets, by the weights that their scores have. `share` of it is
+    /// of samples whose scores follow the mass: those beyond the noise count by a weight that takes
+    /// their residual out again, so by Huber (1964) they are in the scatter of Σ s_b, but not in what
+    /// it is divided by. With five times the fit's noise half of the information is of such samples.
+    /// `expected` is the variance of Σ s_b by the fit's noise, which counts as `prior` buckets' worth of evidence beside the scatter seen; `lasting`
     /// is the variance of the estimate from errors that outlast the window. Such errors show in the
     /// scatter too as soon as the robot drives at several speeds, so they are expected beside the
     /// noise, not added to the scatter; at one speed they do not show, and the variance is at least
     /// theirs.
-    pub(super) fn half_width(&self, information: T, prior: T, expected: T, lasting: T) -> T {
+    pub(super) fn half_width(&self, information: T, share: T, prior: T, expected: T, lasting: T) -> T {
         let total = information * information;
+        let follows = total * share * share;
         // Buckets without information tell nothing: this many alike would scatter as these do.
         let buckets = total / self.squares.information;
         let mut sums = self.squares;
@@ -86,9 +90,9 @@ impl<T: Real> Scatter<T> {
         let freedom = buckets * left;
         let bias = if freedom > T::HALF { T::ONE / left } else { T::ZERO };
         let seen = sums.scores.at_least(self.squares.scores * T::HALF) * bias;
-        let expected = expected + lasting * total;
+        let expected = expected + lasting * follows;
         let pooled = (prior * expected + freedom * seen) / (prior + freedom);
-        let variance = (pooled / total).at_least(lasting);
+        let variance = (pooled / follows).at_least(lasting);
         student_95(prior + freedom) * variance.sqrt()
     }
 }

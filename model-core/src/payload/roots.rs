@@ -76,7 +76,7 @@ impl<T: Real> Method<T> for RootMean<T> {
                 scatter.add(bucket.weighted - bucket.weight * d, bucket.weight);
             }
         }
-        within(&self.range, d, scatter.half_width(total.weight, T::ZERO, T::ZERO, T::ZERO))
+        within(&self.range, d, scatter.half_width(total.weight, T::ONE, T::ZERO, T::ZERO, T::ZERO))
     }
 
     /// The paper restarts at known times or periodically; roots have no scale to be surprised on.

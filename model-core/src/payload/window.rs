@@ -7,7 +7,9 @@
 //! the mass, and the curvature gives an interval.
 //!
 //! A sample whose residual at the mass known now is beyond the noise counts less (Huber): a square
-//! loss lets ten samples at the corners of the acceleration move the mass by percents.
+//! loss lets ten samples at the corners of the acceleration move the mass by percents. Such a
+//! sample says on which side of it the mass lies, but no longer how far: the mass is as uncertain as
+//! the samples within the noise leave it.
 
 use crate::model::{MassRange, Response};
 use crate::real::Real;
@@ -21,6 +23,8 @@ pub struct Sums<T> {
     rb: T,
     ra: T,
     bb: T,
+    /// What of `bb` is of samples within the noise.
+    inner: T,
     ab: T,
     aa: T,
     b: T,
@@ -39,7 +43,11 @@ impl<T: Real> Sums<T> {
         let (weighted_a, weighted_b) = (weight * p.a, weight * p.b);
         self.rb += r * weighted_b;
         self.ra += r * weighted_a;
-        self.bb += p.b * weighted_b;
+        let square = p.b * weighted_b;
+        self.bb += square;
+        if weight >= T::ONE {
+            self.inner += square;
+        }
         self.ab += p.a * weighted_b;
         self.aa += p.a * weighted_a;
         self.b += weighted_b;
@@ -76,6 +84,7 @@ impl<T: Real> Bucket<T> for Sums<T> {
         self.rb += other.rb;
         self.ra += other.ra;
         self.bb += other.bb;
+        self.inner += other.inner;
         self.ab += other.ab;
         self.aa += other.aa;
         self.b += other.b;
@@ -211,6 +220,7 @@ impl<T: Real> Method<T> for Window<T> {
             d,
             scatter.half_width(
                 information,
+                total.inner / total.bb,
                 T::from_f64(PRIOR_BUCKETS),
                 excess * self.expected_scatter(information),
                 lasting * lasting,
