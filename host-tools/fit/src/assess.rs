@@ -12,7 +12,7 @@ use numerics::scaled_inverse::ScaledInverse;
 use support::metrics::{Metrics, Quality};
 
 use super::dataset::{Dataset, Row};
-use super::kinds::Kinds;
+use super::kinds::{Kinds, PAIRS};
 
 /// Blocks that standard errors are drawn from, at most.
 const MOST_BLOCKS: usize = 64;
@@ -162,26 +162,27 @@ const DRIVE_S: f64 = 25.0;
 
 /// Standard deviation of a drive's energy about the model's, beyond what the noise explains, as a
 /// share of it. Between runs, which differ by floor, warmth and battery, where there are enough; or
-/// between slow and fast, straight and turning parts of a run, whichever stray more: a task may be
-/// of one kind. As much wider as Student's t is for so many; 0 where there are too few to tell.
+/// between kinds of driving in a run ([`Kinds`]), whichever stray more: a task may be of one kind.
+/// As much wider as Student's t is for so many; 0 where there are too few to tell.
 pub fn energy_spread<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, noise: &Noise<f64>) -> f64 {
     let runs: BTreeSet<u32> = dataset.store.iter().map(|row| row.run).collect();
     let stretch = |time: f64| if runs.len() < ENOUGH_RUNS { (time / DRIVE_S).floor() as i64 } else { 0 };
     let kinds = Kinds::of(&dataset.store);
     let period = dataset.store_period_s();
-    let (mut drives, mut of_kinds) = (BTreeMap::new(), BTreeMap::new());
+    let mut drives = BTreeMap::new();
+    let mut of_kinds = PAIRS.map(|_| BTreeMap::new());
     for row in &dataset.store {
         let Some(predicted) = model.power(&row.motion, row.mass) else { continue };
         let one = [(row.power - predicted) * period, predicted.abs() * period, period];
         let drive: &mut [f64; 3] = drives.entry((row.run, stretch(row.time))).or_default();
-        let of_kind: &mut [f64; 3] = of_kinds.entry((row.run, kinds.kind(row))).or_default();
-        for sums in [drive, of_kind] {
-            for (sum, one) in sums.iter_mut().zip(one) {
-                *sum += one;
-            }
+        let add = |sums: &mut [f64; 3]| sums.iter_mut().zip(one).for_each(|(sum, one)| *sum += one);
+        add(drive);
+        for (pair, of_kind) in PAIRS.iter().zip(&mut of_kinds) {
+            add(of_kind.entry((row.run, kinds.kind(row) & pair)).or_default());
         }
     }
-    share(drives.values(), noise).max(share(of_kinds.values(), noise))
+    let of_kinds = of_kinds.iter().map(|of_kind| share(of_kind.values(), noise));
+    of_kinds.fold(share(drives.values(), noise), f64::max)
 }
 
 /// Of drives: error and energy in J, and time in s.

@@ -1,4 +1,5 @@
-//! Kinds of driving in the logs of a fit: slow or fast, straight on or turning.
+//! Kinds of driving in the logs of a fit: slow or fast, and beside that straight on or turning, or
+//! steady or accelerating.
 //!
 //! A fit balances what its form gets wrong over all that the robot did. Of one kind of driving
 //! alone much more of that is left, and a task may be of one kind: crawling, dashes to and fro.
@@ -7,24 +8,37 @@ use numerics::robust::median;
 
 use super::dataset::Row;
 
-/// Halves of the rows in motion, by how fast the wheels turn and by how much they differ.
+/// Halves of the rows in motion: by how fast the wheels turn, by how much they differ, and by how
+/// hard they accelerate.
 pub(super) struct Kinds {
     speed: f64,
     difference: f64,
+    acceleration: f64,
 }
+
+/// What tells two kinds apart, as the bits of [`Kinds::kind`] that count: speed and turn, or speed
+/// and acceleration. All three at once leave too little in each for its error to stand out of noise.
+pub(super) const PAIRS: [u8; 2] = [0b110, 0b101];
 
 impl Kinds {
     pub(super) fn of<const N: usize>(rows: &[Row<N>]) -> Self {
         let moving = || rows.iter().filter(|row| row.motion.is_moving());
         let mut speeds: Vec<f64> = moving().map(speed).collect();
         let mut differences: Vec<f64> = moving().map(difference).collect();
+        let mut accelerations: Vec<f64> = moving().map(acceleration).collect();
         let middle = |values: &mut Vec<f64>| median(values).unwrap_or(0.0);
-        Self { speed: middle(&mut speeds), difference: middle(&mut differences) }
+        Self {
+            speed: middle(&mut speeds),
+            difference: middle(&mut differences),
+            acceleration: middle(&mut accelerations),
+        }
     }
 
-    /// 0 to 3.
+    /// A bit each: fast, turning, accelerating.
     pub(super) fn kind<const N: usize>(&self, row: &Row<N>) -> u8 {
-        2 * u8::from(speed(row) > self.speed) + u8::from(difference(row) > self.difference)
+        4 * u8::from(speed(row) > self.speed)
+            + 2 * u8::from(difference(row) > self.difference)
+            + u8::from(acceleration(row) > self.acceleration)
     }
 }
 
@@ -37,4 +51,9 @@ fn speed<const N: usize>(row: &Row<N>) -> f64 {
 fn difference<const N: usize>(row: &Row<N>) -> f64 {
     let speeds = || row.motion.wheels.iter().map(|wheel| wheel.speed);
     speeds().fold(f64::NEG_INFINITY, f64::max) - speeds().fold(f64::INFINITY, f64::min)
+}
+
+/// Mean of the wheels' sizes, rad/s².
+fn acceleration<const N: usize>(row: &Row<N>) -> f64 {
+    row.motion.wheels.iter().map(|wheel| wheel.acceleration.abs()).sum::<f64>() / N as f64
 }

@@ -20,7 +20,7 @@ use numerics::scaled_inverse::ScaledInverse;
 use numerics::search::bisect;
 
 use super::dataset::{Dataset, Row};
-use super::kinds::Kinds;
+use super::kinds::{Kinds, PAIRS};
 
 /// Half a window, s. A window of 25 s is the estimators' default; every half of one ends a window.
 const HALF_S: f64 = 12.5;
@@ -98,7 +98,10 @@ pub(super) fn lasting_error<const N: usize>(
     for (&Place { run, half, kind }, part) in &parts {
         whole.merge(part);
         halves.entry((run, half)).or_insert_with(|| Sums::new(part.pull.len())).merge(part);
-        kinds.entry((run, kind)).or_insert_with(|| Sums::new(part.pull.len())).merge(part);
+        for pair in PAIRS {
+            let own = kinds.entry((pair, run, kind & pair));
+            own.or_insert_with(|| Sums::new(part.pull.len())).merge(part);
+        }
     }
     let density = noise.density / dataset.store_period_s();
     let stray = |window: &Sums| Stray {
@@ -113,8 +116,12 @@ pub(super) fn lasting_error<const N: usize>(
         window.merge(&pair[1].1);
         stray(&window)
     });
+    let of_pair = |pair: u8| {
+        let own = kinds.iter().filter(|((told_by, ..), _)| *told_by == pair);
+        constant(own.map(|(_, sums)| stray(sums)).collect(), 1.0)
+    };
     // Each half is in two windows.
-    constant(windows.collect(), 0.5).max(constant(kinds.values().map(stray).collect(), 1.0))
+    PAIRS.map(of_pair).into_iter().fold(constant(windows.collect(), 0.5), f64::max)
 }
 
 /// The constant error that explains these, W, each of which is `independent` of one of its own.
@@ -239,10 +246,20 @@ mod tests {
         }
     }
 
-    /// Straight on the model errs by 0.1 W, in turns by as much to the other side: windows of both
-    /// see nothing of it, those of one kind of driving do.
+    /// In one kind of driving the model errs by 0.1 W, in another by as much to the other side:
+    /// windows of both see nothing of it, those of one kind do.
     #[test]
     fn errors_that_cancel_in_a_mixed_window_are_seen_by_kind() {
+        // Straight on and turning, and steady and accelerating.
+        for (apart, acceleration) in [([0.1, 1.0], [0.4, 0.4]), ([0.4, 0.4], [0.2, 0.9])] {
+            let found = lasting_error_of_kinds(apart, acceleration);
+            assert!((0.05..0.5).contains(&found), "{found}");
+        }
+    }
+
+    /// A second of each kind in turn, with these halves of the sides' difference in rad/s and
+    /// accelerations in rad/s²; all drive faster and slower meanwhile.
+    fn lasting_error_of_kinds(apart: [f64; 2], acceleration: [f64; 2]) -> f64 {
         let robot = Robot::named("burger").unwrap();
         let core = robot.core::<2>(4.0).unwrap();
         let torque = TorqueModel::from_array([0.05, 0.008, 0.007, 0.0065, 1.6, 2.5, 0.0]);
@@ -253,19 +270,18 @@ mod tests {
         for (run, mass) in [(0, 1.0), (1, 6.0)] {
             for index in 0..4000 {
                 let time = 0.05 * f64::from(index);
-                // A second of each; all drive faster and slower meanwhile.
-                let turning = index / 20 % 2 == 1;
+                let kind = index as usize / 20 % 2;
                 let speed = 3.0 + (0.37 * time).sin();
-                let apart = if turning { 1.0 } else { 0.1 };
+                let apart = apart[kind];
                 let motion = Motion::with_scrub(
                     &[speed - apart, speed + apart],
-                    &[0.37 * (0.37 * time).cos(); 2],
+                    &[acceleration[kind] * (0.37 * time).cos().abs(); 2],
                     &[0.0; 2],
                     &core.mass_matrix,
                     core.dead_band,
                 );
                 let noise: f64 = random.sample(StandardNormal);
-                let error = if turning { -0.1 } else { 0.1 };
+                let error = [0.1, -0.1][kind];
                 let power = model.power(&motion, mass).unwrap() + error + 0.01 * noise;
                 dataset.store.push(Row { motion, power, mass, run, time });
             }
@@ -277,8 +293,7 @@ mod tests {
             // One that the rows determine: Coulomb's.
             DVector::from_element(1, slope[0])
         };
-        let found = lasting_error(&dataset, &model, &weights, gradient, &noise);
-        assert!((0.05..0.5).contains(&found), "{found}");
+        lasting_error(&dataset, &model, &weights, gradient, &noise)
     }
 
     /// Scores by noise and by an error of their own in each window: its variance is found, and none
