@@ -134,8 +134,9 @@ pub fn investigate<const N: usize>(
     let known = joint.as_ref().or(own.as_ref()).filter(|_| found.verdict.stands());
     Ok(Report {
         verdict: found.verdict,
-        effects: known
-            .map_or(Vec::new(), |known| found.effects(known, &runs.robot.kinematics, options.slack)),
+        effects: known.map_or(Vec::new(), |known| {
+            named_effects(&found.named, &found.state, known, &runs.robot.kinematics, options.slack)
+        }),
         ambiguous_with: found.ambiguous,
         not_testable,
         rounds: found.rounds,
@@ -150,6 +151,7 @@ pub fn investigate<const N: usize>(
         clean_structure,
         refit: Vec::new(),
         ties: found.ties,
+        likelihood: None,
         basis: Some(Basis {
             drive: base.drive,
             lag,
@@ -303,50 +305,51 @@ impl Found {
             self.verdict = Verdict::Named;
         }
     }
+}
 
-    /// The effects with their sizes in the world, and the standard errors of a covariance whose
-    /// last rows are theirs and whose first, if there are more, are the base's; these are uncertain
-    /// by a share `slack` of their own besides.
-    fn effects<const N: usize>(
-        &self,
-        covariance: &DMatrix<f64>,
-        kinematics: &Kinematics<f64, N>,
-        slack: f64,
-    ) -> Vec<Named> {
-        let coefficients: Vec<f64> = self.state.effects.iter().map(|(_, coefficient)| *coefficient).collect();
-        let first = covariance.nrows() - coefficients.len();
-        let mut base = covariance.view((0, 0), (first, first)).into_owned();
-        for (place, value) in self.state.torque.to_array().iter().enumerate().take(first) {
-            base[(place, place)] += (slack * value).powi(2);
-        }
-        let world = World::new(kinematics, self.state.torque, base);
-        let mut from = 0;
-        let named = self.named.iter().map(|candidate| {
-            let range = from..from + candidate.regressors.len();
-            from = range.end;
-            let places = range.clone().map(|place| first + place);
-            let mut named = Named {
-                candidate: candidate.clone(),
-                coefficients: coefficients[range].to_vec(),
-                std_errs: places.clone().map(|own| covariance[(own, own)].sqrt()).collect(),
-                physical: None,
-            };
-            let weights = words::headline_weights(&named);
-            let with = |parameter: usize| -> f64 {
-                places.clone().zip(&weights).map(|(own, weight)| weight * covariance[(parameter, own)]).sum()
-            };
-            let with_base: Vec<f64> = (0..first).map(with).collect();
-            named.physical = physical(candidate, words::headline(&named), &with_base, &world);
-            named
-        });
-        named.collect()
+/// The effects with their sizes in the world, and the standard errors of a covariance whose
+/// last rows are theirs and whose first, if there are more, are the base's; these are uncertain
+/// by a share `slack` of their own besides.
+pub(crate) fn named_effects<const N: usize>(
+    named: &[Candidate],
+    state: &State,
+    covariance: &DMatrix<f64>,
+    kinematics: &Kinematics<f64, N>,
+    slack: f64,
+) -> Vec<Named> {
+    let coefficients: Vec<f64> = state.effects.iter().map(|(_, coefficient)| *coefficient).collect();
+    let first = covariance.nrows() - coefficients.len();
+    let mut base = covariance.view((0, 0), (first, first)).into_owned();
+    for (place, value) in state.torque.to_array().iter().enumerate().take(first) {
+        base[(place, place)] += (slack * value).powi(2);
     }
+    let world = World::new(kinematics, state.torque, base);
+    let mut from = 0;
+    let named = named.iter().map(|candidate| {
+        let range = from..from + candidate.regressors.len();
+        from = range.end;
+        let places = range.clone().map(|place| first + place);
+        let mut named = Named {
+            candidate: candidate.clone(),
+            coefficients: coefficients[range].to_vec(),
+            std_errs: places.clone().map(|own| covariance[(own, own)].sqrt()).collect(),
+            physical: None,
+        };
+        let weights = words::headline_weights(&named);
+        let with = |parameter: usize| -> f64 {
+            places.clone().zip(&weights).map(|(own, weight)| weight * covariance[(parameter, own)]).sum()
+        };
+        let with_base: Vec<f64> = (0..first).map(with).collect();
+        named.physical = physical(candidate, words::headline(&named), &with_base, &world);
+        named
+    });
+    named.collect()
 }
 
 /// Covariance of the base's parameters and the effects' coefficients. Where clean runs tell what
 /// the base gets wrong, effects were fitted whatever the base's error is: the two do not depend on
 /// each other. `None` where nothing is known of the base.
-fn joint(own: &DMatrix<f64>, has_base: bool, base: &Base) -> Option<DMatrix<f64>> {
+pub(crate) fn joint(own: &DMatrix<f64>, has_base: bool, base: &Base) -> Option<DMatrix<f64>> {
     if has_base {
         return Some(own.clone());
     }

@@ -3,7 +3,7 @@
 //!
 //! Arrows go one way: [`types`] → [`problem`] (what is asked of which runs) → [`detect`] → [`name`]
 //! →
-//! [`confirm`] → [`report`]; [`investigate`] walks them. Its face: [`workflow::gap`], from files to all that was found.
+//! [`confirm`] → [`report`]; [`investigate`] walks them, or [`likelihood`] answers in their place. Its face: [`workflow::gap`], from files to all that was found.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod bench;
@@ -14,6 +14,7 @@ pub mod extension;
 mod identifiable;
 pub mod investigate;
 mod late;
+pub mod likelihood;
 pub mod manoeuvre;
 pub mod name;
 pub mod noise;

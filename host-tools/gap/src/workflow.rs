@@ -33,7 +33,7 @@ use crate::simulator::{Simulator, Source, Told};
 use crate::thresholds::calibrate::LEAST_RUNS;
 use crate::types::{Base, Options, Verdict};
 use crate::user::{self, UserCandidates};
-use crate::{extension, manoeuvre, power_only, refit, simulation};
+use crate::{extension, likelihood, manoeuvre, power_only, refit, simulation};
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy)]
@@ -68,6 +68,21 @@ pub struct Request<'a> {
     pub wish: Wish,
     /// Whether any file is written over, and coefficients are taken that cannot be used.
     pub force: bool,
+    /// By what it is decided.
+    pub engine: Engine,
+}
+
+/// By what it is decided what is missing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Engine {
+    /// Thresholds, ties and confirmation.
+    Rules,
+    /// One likelihood (experimental), with the level of its gate: how often a name or a gap may be
+    /// said of runs that have none.
+    Likelihood {
+        /// 0 to 1.
+        level: f64,
+    },
 }
 
 /// All that was found.
@@ -230,7 +245,12 @@ fn answer<const N: usize>(context: &Context, request: &Request<'_>) -> Result<An
         }
     }
     let progress = StageProgress::new(context, "looking for what the model lacks");
-    let report = investigate(&runs, clean.as_ref(), &base, &options)?;
+    let report = match request.engine {
+        Engine::Rules => investigate(&runs, clean.as_ref(), &base, &options)?,
+        Engine::Likelihood { level } => {
+            likelihood::investigate(&runs, clean.as_ref(), &base, &options, level)?
+        }
+    };
     let report = match (&simulator, &fitted) {
         (None, Some(_)) => {
             let refit = refit::asked_for(context, robot, &core, &base, &clean_logs, mass, &report)?;

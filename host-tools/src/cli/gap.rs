@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use answers::export::joints::Language;
+use gap::likelihood::LEVEL;
 use gap::manoeuvre::Wish;
 use gap::manoeuvre::room::Room;
 use gap::report::{json, summary};
-use gap::workflow::{Answer, Request, gap};
+use gap::workflow::{Answer, Engine, Request, gap};
 use logs::arguments::{Log, UnitArguments, paths};
 use logs::robot::FOUND;
 use plant::PlantSet;
@@ -76,6 +77,14 @@ pub(crate) struct Arguments {
     /// On a tie: a drive that stays in a room of this length and width, m
     #[arg(long, value_name = "LENGTHxWIDTH", value_parser = room)]
     room: Option<Room>,
+    /// By what it is decided: rules, or one likelihood of all causes with their probabilities
+    /// (experimental)
+    #[arg(long, value_enum, default_value_t = By::Rules)]
+    engine: By,
+    /// With --engine likelihood: how often something may be said of runs that have nothing new, as
+    /// a share of relabelled sets
+    #[arg(long, value_name = "SHARE", default_value_t = LEVEL, value_parser = level)]
+    level: f64,
     /// Figures as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -105,9 +114,28 @@ pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
         profile: &arguments.profile,
         wish: Wish { probability: arguments.part, room: arguments.room },
         force: arguments.overwrite.force,
+        engine: match arguments.engine {
+            By::Rules => Engine::Rules,
+            By::Likelihood => Engine::Likelihood { level: arguments.level },
+        },
     };
     let found = gap(context, &request)?;
     show(&found, arguments)
+}
+
+/// By what it is decided what is missing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum By {
+    /// Thresholds, ties and confirmation on locked runs
+    Rules,
+    /// One likelihood of all causes
+    Likelihood,
+}
+
+/// A share of relabelled sets.
+fn level(text: &str) -> std::result::Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "expected a number from 0.02 to 0.5")?;
+    if (0.02..=0.5).contains(&value) { Ok(value) } else { Err("expected 0.02 to 0.5".to_owned()) }
 }
 
 /// A probability that somebody may ask for.

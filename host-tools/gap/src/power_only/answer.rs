@@ -130,6 +130,7 @@ pub fn investigate(runs: &[PowerRun]) -> Result<Report> {
         residuals: (Vec::new(), None),
         base: [unknown, unknown],
         ties: Vec::new(),
+        likelihood: None,
         basis: None,
     })
 }

@@ -69,6 +69,7 @@ pub(crate) fn report(verdict: Verdict) -> Report {
         clean_structure: None,
         refit: Vec::new(),
         ties: Vec::new(),
+        likelihood: None,
         basis: Some(Basis {
             drive: Drive::Dissipative,
             lag: 0.0,

@@ -5,6 +5,7 @@ use model::effects::{Sign, find};
 use serde_json::{Map, Value, json};
 
 use super::advice;
+use crate::likelihood::Found;
 use crate::manoeuvre::Suggestion;
 use crate::report::Report;
 use crate::simulation::Simulated;
@@ -44,6 +45,9 @@ Keys of --json, always all there; watts and SI units; null where something is no
   clean_structure    the most structure, |z|, that clean runs show of each other: it raises what rounds allow where it is
                      beyond noise; null where clean runs are fewer than six
   refit              terms that the clean runs ask for and the coefficients lack: term, gain, std_err; nothing is named before a refit
+  posterior          of --engine likelihood: none, something_else, effects (by id), each with its
+                     probability; relabelled: the share of relabelled sets that show as much, null
+                     where it was not asked; notes. Null with the rules
   noise_floor_how    how the noise floor was estimated
   base_moves         parameters of the base: before, after
   not_testable       effects that these runs cannot show: id, reason
@@ -92,11 +96,25 @@ pub fn json(report: &Report, beside: Beside<'_>) -> Value {
     out.insert("rounds".to_owned(), report.rounds.iter().map(round).collect());
     out.insert("clean_structure".to_owned(), json!(report.clean_structure));
     out.insert("refit".to_owned(), json!(report.refit));
+    out.insert("posterior".to_owned(), report.likelihood.as_ref().map_or(Value::Null, posterior));
     out.insert("noise_floor_how".to_owned(), json!(confirmed.floor_how));
     out.insert("base_moves".to_owned(), report.base_moves());
     out.insert("not_testable".to_owned(), json!(report.not_testable));
     out.insert("next_steps".to_owned(), json!(advice::next_steps(report)));
     Value::Object(out)
+}
+
+fn posterior(found: &Found) -> Value {
+    let effects = found.posterior.effects.iter();
+    let effects: Map<String, Value> =
+        effects.map(|cause| (cause.id.clone(), json!(cause.probability))).collect();
+    json!({
+        "none": found.posterior.none,
+        "something_else": found.posterior.something_else,
+        "effects": effects,
+        "relabelled": found.gate.map(|gate| gate.share),
+        "notes": found.notes,
+    })
 }
 
 fn effect(named: &Named) -> Value {

@@ -17,6 +17,7 @@ use serde_json::{Value, json};
 use self::localise::Cell;
 use super::confirm::Confirmed;
 use super::detect::over_dispersion::OverDispersion;
+use super::likelihood;
 use super::name::hypothesis::Hypothesis;
 use super::noise::whiten::{Signal, Whitener};
 use super::split::Split;
@@ -68,6 +69,8 @@ pub struct Report {
     pub ties: Vec<Vec<Hypothesis>>,
     /// What predictions rest on.
     pub basis: Option<Basis>,
+    /// Probabilities of causes, where the one likelihood was asked.
+    pub likelihood: Option<likelihood::Found>,
 }
 
 /// What predictions of other runs rest on, beside a state.

@@ -2,6 +2,7 @@
 
 use super::advice;
 use super::localise::Cell;
+use crate::likelihood::Found;
 use crate::report::Report;
 use crate::types::{Named, Verdict};
 use crate::words;
@@ -28,6 +29,12 @@ pub fn text(report: &Report) -> String {
     say(0, &headline(report));
     for named in report.effects.iter().take(EFFECTS) {
         say(2, &effect(named));
+    }
+    if let Some(found) = &report.likelihood {
+        say(0, &probabilities(found));
+        for note in &found.notes {
+            say(2, note);
+        }
     }
     say(0, &gap(report));
     say(2, &format!("noise floor: {}", report.confirmed.floor_how));
@@ -58,6 +65,24 @@ pub fn text(report: &Report) -> String {
     }
     cut(&mut out);
     out.join("\n") + "\n"
+}
+
+/// How probable each cause is, the likeliest first; those of less than 1 % together.
+fn probabilities(found: &Found) -> String {
+    let posterior = &found.posterior;
+    let likely = posterior.effects.iter().filter(|cause| cause.probability >= 0.01);
+    let mut all: Vec<(&str, f64)> = likely.map(|cause| (cause.id.as_str(), cause.probability)).collect();
+    all.extend([("nothing new", posterior.none), ("something else", posterior.something_else)]);
+    all.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let each = all.iter().map(|(name, probability)| format!("{name} {:.1} %", 100.0 * probability));
+    let gate = found.gate.map_or(String::new(), |gate| {
+        format!(
+            "; {:.1} % of relabelled sets show as much, {:.1} % are allowed",
+            100.0 * gate.share,
+            100.0 * gate.level
+        )
+    });
+    format!("Probability: {}{gate}.", each.collect::<Vec<_>>().join(", "))
 }
 
 /// The verdict in a sentence.

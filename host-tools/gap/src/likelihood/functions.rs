@@ -1,0 +1,162 @@
+//! What the model's form may get wrong: smooth functions of the drive, and the effects' own
+//! columns, each in a group whose variance clean runs tell.
+
+use logs::runs::Runs;
+use model::effects::{Candidate, Regressor};
+use model_core::effects::Term;
+use rayon::prelude::*;
+
+use super::predicted::Predicted;
+use crate::noise::whiten::Signal;
+use crate::smooth;
+use crate::twin::State;
+
+/// Functions that vary together: in size, not in sign.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Group {
+    /// Power that is there or not.
+    Level,
+    /// With the speed.
+    Speed,
+    /// With acceleration.
+    Acceleration,
+    /// With the power's own changes.
+    Edge,
+    /// In turns, and by side and heading.
+    Turn,
+    /// With the mass.
+    Mass,
+    /// With time.
+    Time,
+    /// With a further column.
+    Column,
+}
+
+use Group::{Acceleration, Column, Edge, Level, Mass, Speed, Time, Turn};
+
+/// Groups of [`smooth::functions`], in their order.
+const OF_SMOOTH: [Group; 40] = [
+    Level,
+    Level,
+    Level,
+    Speed,
+    Speed,
+    Speed,
+    Speed,
+    Speed,
+    Speed,
+    Turn,
+    Turn,
+    Turn,
+    Turn,
+    Turn,
+    Turn,
+    Turn,
+    Turn,
+    Turn,
+    Turn,
+    Turn,
+    Turn,
+    Acceleration,
+    Acceleration,
+    Acceleration,
+    Acceleration,
+    Acceleration,
+    Mass,
+    Mass,
+    Mass,
+    Mass,
+    Time,
+    Time,
+    Time,
+    Time,
+    Time,
+    Time,
+    Time,
+    Time,
+    Turn,
+    Acceleration,
+];
+
+/// The functions with the group of each; `power` is what the base predicts. In `anywhere` every run
+/// may have effects, the clean ones too.
+pub fn functions<const N: usize>(
+    runs: &Runs<N>,
+    anywhere: &Predicted<'_, N>,
+    start: &State,
+    power: &Signal,
+    list: &[Candidate],
+) -> Vec<(Signal, Group)> {
+    let smooth = smooth::functions(runs);
+    let (own, further) = smooth.split_at(smooth::count_own(runs, &smooth));
+    let mut found: Vec<(Signal, Group)> = own.iter().cloned().zip(OF_SMOOTH).collect();
+    let has_clean = runs.runs.iter().any(|run| run.clean);
+    let shown = |signals: Vec<Signal>| match has_clean {
+        true => smooth::shown_by_clean(runs, signals),
+        false => Vec::new(),
+    };
+    found.extend(shown(further.to_vec()).into_iter().map(|signal| (signal, Column)));
+    found.extend(edges(runs, power).into_iter().map(|signal| (signal, Edge)));
+    let both = |candidate: &Candidate| {
+        let id = candidate.id.clone();
+        candidate.regressors.iter().map(move |regressor| (id.clone(), regressor.clone())).collect::<Vec<_>>()
+    };
+    let is_column =
+        |regressor: &Regressor| matches!(regressor, Regressor::Column(_) | Regressor::Temperature(..));
+    let effects: Vec<(String, Regressor)> =
+        list.iter().flat_map(both).filter(|(_, regressor)| !is_column(regressor)).collect();
+    let regressors: Vec<Regressor> = effects.iter().map(|(_, regressor)| regressor.clone()).collect();
+    let mut slopes: Vec<Vec<Vec<f64>>> =
+        (0..power.len()).into_par_iter().map(|run| anywhere.slopes(run, start, &regressors)).collect();
+    for (place, (id, regressor)) in effects.iter().enumerate() {
+        let signal: Signal = slopes.iter_mut().map(|run| std::mem::take(&mut run[place])).collect();
+        match regressor {
+            Regressor::Term(Term::GradeByPitch) => {
+                found.extend(shown(vec![signal]).into_iter().map(|signal| (signal, Column)));
+            }
+            _ => found.push((signal, of_effect(id))),
+        }
+    }
+    found
+}
+
+/// Changes of the predicted power: what filters, and rates of the sensors, get wrong.
+fn edges<const N: usize>(runs: &Runs<N>, power: &Signal) -> Vec<Signal> {
+    let mean = |run: usize| {
+        let rows = &runs.runs[run].rows;
+        rows.iter().map(|row| row.mass).sum::<f64>() / rows.len().max(1) as f64
+    };
+    let slope = |at: &dyn Fn(isize) -> f64, t: isize| 0.5 * (at(t + 1) - at(t - 1));
+    let bend = |at: &dyn Fn(isize) -> f64, t: isize| at(t + 1) - 2.0 * at(t) + at(t - 1);
+    let mut found: Vec<Signal> = vec![Vec::new(); 5];
+    for (run, power) in power.iter().enumerate() {
+        let last = power.len() as isize - 1;
+        let at = |t: isize| power[t.clamp(0, last) as usize];
+        let mass = mean(run);
+        let of = |make: &dyn Fn(isize) -> f64| (0..=last).map(make).collect::<Vec<f64>>();
+        let own = [
+            of(&|t| bend(&at, t)),
+            of(&|t| bend(&at, t) * mass),
+            of(&|t| slope(&at, t).abs()),
+            of(&|t| slope(&at, t) * mass),
+            of(&|t| 0.5 * (bend(&at, t + 1) - bend(&at, t - 1))),
+        ];
+        for (signal, own) in found.iter_mut().zip(own) {
+            signal.push(own);
+        }
+    }
+    found
+}
+
+/// What an effect of the dictionary looks like; a user's own like a speed's.
+fn of_effect(id: &str) -> Group {
+    match id {
+        "winding-temperature" | "supply-sag" | "sensor-gain" | "sensor-offset" | "static-step" => Level,
+        "lubricant-warm-up" => Time,
+        "rolling-resistance-change" | "payload-mislabel" => Mass,
+        "grade" | "payload-offset" | "wheel-drag" | "turning-scrub" => Turn,
+        "gear-load-loss" => Acceleration,
+        "regeneration" | "sensor-delay" => Edge,
+        _ => Speed,
+    }
+}

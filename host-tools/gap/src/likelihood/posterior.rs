@@ -1,0 +1,131 @@
+//! Probabilities of causes, and the verdict that they come to.
+
+use super::normal::{log_mean, log_sum};
+use super::priors::{ELSE, NONE, SURE};
+use super::scored::Scored;
+use crate::types::Verdict;
+
+/// A cause of the dictionary.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cause {
+    /// Its id.
+    pub id: String,
+    /// ln evidence over none.
+    pub evidence: f64,
+    /// Probability.
+    pub probability: f64,
+    /// The way in which it shows best, by its place.
+    pub best: usize,
+}
+
+/// How probable each cause is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Posterior {
+    /// That nothing is new.
+    pub none: f64,
+    /// Something that the dictionary lacks.
+    pub something_else: f64,
+    /// Each effect, the likeliest first.
+    pub effects: Vec<Cause>,
+}
+
+impl Posterior {
+    /// By evidences over none.
+    pub fn of(scored: &[Scored], something_else: f64) -> Self {
+        let mut ids: Vec<&str> = scored.iter().map(|own| own.way.candidate.id.as_str()).collect();
+        ids.sort_unstable();
+        ids.dedup();
+        let each = ((1.0 - NONE - ELSE) / ids.len().max(1) as f64).ln();
+        let mut effects: Vec<Cause> = ids.iter().filter_map(|id| Cause::of(id, scored)).collect();
+        let values = effects.iter().map(|own| own.evidence + each);
+        let total = log_sum(values.chain([NONE.ln(), ELSE.ln() + something_else]));
+        for own in &mut effects {
+            own.probability = (own.evidence + each - total).exp();
+        }
+        effects.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        let [none, something_else] =
+            [NONE.ln(), ELSE.ln() + something_else].map(|value| (value - total).exp());
+        Self { none, something_else, effects }
+    }
+
+    /// The smallest set of causes that is sure comes to a verdict, and the effects that are in it.
+    /// Where nothing may be new, none is said; where something else may be it, no name.
+    pub fn verdict(&self) -> (Verdict, Vec<&Cause>) {
+        let effects = self.effects.iter().map(|own| (own.probability, Some(own)));
+        let mut all: Vec<(f64, Option<&Cause>)> = effects.chain([(self.something_else, None)]).collect();
+        all.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut sum = 0.0;
+        let mut set = Vec::new();
+        // None goes first where it is as probable as another.
+        let mut none = Some(self.none);
+        for (probability, cause) in all {
+            if sum < SURE && none.is_some_and(|none| none >= probability) {
+                sum += none.take().unwrap_or(0.0);
+                if sum - self.none < SURE {
+                    return (Verdict::None, Vec::new());
+                }
+            }
+            if sum >= SURE {
+                break;
+            }
+            sum += probability;
+            set.push(cause);
+        }
+        let names: Vec<&Cause> = set.iter().copied().flatten().collect();
+        match (names.len() == set.len(), names.len()) {
+            (false, _) | (true, 0) => (Verdict::Unexplained, Vec::new()),
+            (true, 1) => (Verdict::Named, names),
+            (true, _) => (Verdict::Ambiguous, names),
+        }
+    }
+}
+
+impl Cause {
+    /// Families of its ways are as likely as each other, and ways within one.
+    fn of(id: &str, scored: &[Scored]) -> Option<Self> {
+        let own: Vec<usize> = (0..scored.len()).filter(|&k| scored[k].way.candidate.id == id).collect();
+        let best = own.iter().copied().max_by(|a, b| scored[*a].evidence.total_cmp(&scored[*b].evidence))?;
+        let mut left = own;
+        let mut families = Vec::new();
+        while let Some(&first) = left.first() {
+            let (same, other): (Vec<usize>, Vec<usize>) = left.iter().partition(|&&k| {
+                scored[k].in_runs == scored[first].in_runs && scored[k].way.is_of_family(&scored[first].way)
+            });
+            families.push(log_mean(same.iter().map(|&k| scored[k].evidence)));
+            left = other;
+        }
+        Some(Self { id: id.to_owned(), evidence: log_mean(families), probability: 0.0, best })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn posterior(none: f64, something_else: f64, effects: &[(&str, f64)]) -> Posterior {
+        let cause = |(id, probability): &(&str, f64)| Cause {
+            id: (*id).to_owned(),
+            evidence: 0.0,
+            probability: *probability,
+            best: 0,
+        };
+        Posterior { none, something_else, effects: effects.iter().map(cause).collect() }
+    }
+
+    #[test]
+    fn the_smallest_sure_set_is_the_verdict() {
+        let verdict = |none, other, effects: &[(&str, f64)]| {
+            let own = posterior(none, other, effects);
+            let (verdict, names) = own.verdict();
+            (verdict, names.iter().map(|cause| cause.id.clone()).collect::<Vec<_>>())
+        };
+        assert_eq!(verdict(0.01, 0.01, &[("a", 0.96), ("b", 0.02)]), (Verdict::Named, vec!["a".to_owned()]));
+        let tie = verdict(0.02, 0.01, &[("a", 0.60), ("b", 0.37)]);
+        assert_eq!(tie, (Verdict::Ambiguous, vec!["a".to_owned(), "b".to_owned()]));
+        assert_eq!(verdict(0.06, 0.0, &[("a", 0.90), ("b", 0.04)]).0, Verdict::None);
+        assert_eq!(verdict(0.97, 0.0, &[("a", 0.03)]).0, Verdict::None);
+        assert_eq!(verdict(0.0, 0.07, &[("a", 0.93)]).0, Verdict::Unexplained);
+        assert_eq!(verdict(0.0, 0.98, &[("a", 0.02)]).0, Verdict::Unexplained);
+        assert_eq!(verdict(0.03, 0.0, &[("a", 0.955), ("b", 0.015)]).0, Verdict::Named);
+    }
+}

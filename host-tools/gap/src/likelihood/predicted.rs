@@ -1,0 +1,65 @@
+//! What the twin predicts, and its slopes, with delays that are [free of interpolation](super::delay).
+
+use model::effects::Regressor;
+
+use super::delay::later;
+use crate::twin::{State, Twin};
+
+/// Step of a slope by a delay, s. Derived: small against a row, large against rounding.
+const STEP_S: f64 = 1e-3;
+
+/// A twin whose lag is kept apart.
+#[derive(Debug, Clone, Copy)]
+pub struct Predicted<'a, const N: usize> {
+    /// Without any lag.
+    pub twin: Twin<'a, N>,
+    /// By how much power is later than speed in clean runs already, s.
+    pub lag: f64,
+}
+
+impl<'a, const N: usize> Predicted<'a, N> {
+    /// Of a twin with its lag.
+    pub fn new(twin: Twin<'a, N>) -> Self {
+        Self { twin: Twin { lag: 0.0, ..twin }, lag: twin.lag }
+    }
+
+    fn shifted(&self, values: &[f64], delay: f64) -> Vec<f64> {
+        later(values, delay, self.twin.runs.period_s)
+    }
+
+    /// The delay of a state, and the state without it.
+    fn parted(&self, state: &State) -> (f64, State) {
+        let is_delay = |(regressor, _): &&(Regressor, f64)| *regressor == Regressor::Delay;
+        let delay: f64 = state.effects.iter().filter(is_delay).map(|(_, delay)| delay).sum();
+        let others = state.effects.iter().filter(|own| !is_delay(own)).cloned().collect();
+        (self.lag + delay, State { effects: others, ..state.clone() })
+    }
+
+    /// Power of one run, W.
+    pub fn power(&self, run: usize, state: &State) -> Vec<f64> {
+        let (delay, state) = self.parted(state);
+        self.shifted(&self.twin.predict(run, &state), delay)
+    }
+
+    /// ∂P/∂ the first parameters of the base.
+    pub fn base_slopes(&self, run: usize, state: &State, parameters: usize) -> Vec<Vec<f64>> {
+        let (delay, state) = self.parted(state);
+        let at = self.twin.predict(run, &state);
+        let slopes = self.twin.base_slopes(run, &state, &at, parameters);
+        slopes.iter().map(|slope| self.shifted(slope, delay)).collect()
+    }
+
+    /// ∂P/∂ coefficients of effects that are in the state already, or of further ones.
+    pub fn slopes(&self, run: usize, state: &State, regressors: &[Regressor]) -> Vec<Vec<f64>> {
+        let (delay, state) = self.parted(state);
+        let at = self.twin.predict(run, &state);
+        let slope = |regressor: &Regressor| match regressor {
+            Regressor::Delay => {
+                let [more, less] = [STEP_S, -STEP_S].map(|step| self.shifted(&at, delay + step));
+                more.iter().zip(&less).map(|(more, less)| (more - less) / (2.0 * STEP_S)).collect()
+            }
+            other => self.shifted(&self.twin.effect_slope(run, &state, other, &at), delay),
+        };
+        regressors.iter().map(slope).collect()
+    }
+}

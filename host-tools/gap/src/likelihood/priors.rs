@@ -1,0 +1,103 @@
+//! Every prior and every constant of the likelihood, each with its reason. None was set by what
+//! verdicts came of it.
+
+/// Probability that nothing is new. Derived: who asks has a suspicion, and no more than that.
+pub const NONE: f64 = 0.5;
+/// Probability of something that the dictionary lacks. Chosen: about that of two of its entries,
+/// so that a name has to explain clearly more than smooth functions do.
+pub const ELSE: f64 = 0.05;
+/// The smallest set of causes with this probability is the answer. Convention.
+pub const SURE: f64 = 0.95;
+
+/// RMS of what an effect adds, standard deviations of the noise: the least. Derived: below it the
+/// runs of an hour tell nothing.
+pub const LEAST_SIZE: f64 = 0.1;
+/// Sizes grow by this factor up to the robot's own power, each as likely: an effect may be of any
+/// order of magnitude. Derived: normal densities a factor of three apart make a flat one.
+pub const SIZE_STEP: f64 = 3.0;
+/// Standard deviation of the share by which a half slip changes beside another coefficient.
+/// Derived: its range ends at −0.9.
+pub const SHARE_SIZE: f64 = 1.0;
+/// What an effect's own form may get wrong, shares of its size, each as likely: nothing, or what
+/// smooth functions of the drive make of a tenth or a third of it. Chosen: filters and backlash
+/// are not in the terms.
+pub const FORM_ERRORS: [f64; 3] = [0.0, 0.1, 0.3];
+
+/// Scale of the half-Cauchy prior of each variance's root, standard deviations of the noise a
+/// function. Derived: seventy functions of that size come to 0.4 together, what a usable fit
+/// leaves.
+pub const DISCREPANCY: f64 = 0.05;
+/// Least and greatest root of a variance. Derived: below, nothing shows in an hour; above, no fit
+/// would be usable.
+pub const DISCREPANCY_RANGE: (f64, f64) = (1e-3, 3.0);
+/// Rounds of the variances' estimate. Chosen for time: changes are below 1 % by then.
+pub const VARIANCE_ROUNDS: usize = 40;
+/// Common scales of what differs from run to run. Derived: six clean runs tell a variance to a
+/// factor of three either way.
+pub const RUN_SCALES: [f64; 5] = [0.1, 0.3, 1.0, 3.0, 10.0];
+/// Precision of the base's parameters where clean runs tell of them, per noise variance. Derived:
+/// next to nothing.
+pub const LOOSE: f64 = 1e-8;
+
+/// Sizes of "something else" in the field, standard deviations of the noise a function. Derived:
+/// from what an hour just shows to ten times the noise.
+pub const ELSE_SIZES: [f64; 5] = [0.01, 0.03, 0.1, 0.3, 1.0];
+/// What is of single runs: times the variance between clean runs. Chosen: decades.
+pub const ELSE_RUNS: [f64; 3] = [10.0, 100.0, 1000.0];
+/// Scatter: times the variance of the noise. Chosen: from what half an hour just shows.
+pub const ELSE_SCATTER: [f64; 5] = [1.5, 2.5, 5.0, 20.0, 100.0];
+
+/// Share of runs without a step of their own, each as likely. Derived: few runs or most have one.
+pub const WITHOUT_STEP: [f64; 2] = [0.05, 0.4];
+/// Share of runs whose mass was noted wrongly. Chosen: one of four, where any is.
+pub const WRONG_MASS: f64 = 0.25;
+/// Times that are tried in a run, at most. Chosen for time.
+pub const MOST_TIMES: f64 = 30.0;
+/// Most of a switch of rolling resistance, times that of the base, as `thresholds::detect`.
+pub use crate::thresholds::detect::{MOST_ROLLING, RUN_ENDS};
+
+/// Order of the autoregression, kept rows. As the rules' own.
+pub use crate::thresholds::noise::ORDER;
+/// Rows that are kept per period of the filter's cutoff. Derived: the filter passes next to
+/// nothing above its cutoff, and an autoregression cannot whiten an empty band.
+pub const ROWS_PER_CUTOFF: f64 = 3.0;
+/// White noise added to the autocovariance, as a share of the variance. Derived: above rounding
+/// and below what a filter leaves.
+pub const WHITE_FLOOR: f64 = 0.01;
+/// Shares of rows below which the change of power ends a level. Derived: most rows are steady, and
+/// a tenth of them has nine tenths of what filtered signals get wrong.
+pub const JERK_LEVELS: [f64; 6] = [0.65, 0.78, 0.86, 0.91, 0.95, 0.975];
+/// Levels of power between which the noise's scale is interpolated. Chosen.
+pub const POWER_LEVELS: usize = 7;
+/// Rows that a level's scale is worth beforehand. Chosen: two seconds of them.
+pub const LEVEL_ROWS: f64 = 50.0;
+/// Variance of the least spike, as a share of the noise's. Derived: no row is known exactly.
+pub const LEAST_SPIKE: f64 = 1e-4;
+/// Degrees of freedom that are tried; the last is normal.
+pub const FREEDOMS: [f64; 8] = [2.5, 3.0, 4.0, 5.0, 7.0, 10.0, 20.0, NORMAL];
+/// From here on Student's t is normal.
+pub const NORMAL: f64 = 100.0;
+/// Values beyond this many standard deviations count as if they were there while memory and
+/// scales are told. Derived: one of 500 million normal ones is.
+pub const STRAY: f64 = 6.0;
+
+/// Causes further behind the first than this cannot win by their bend, nats. Derived: what
+/// linear rankings were seen to be off by is a share of the gain; see [`NEAR_SHARE`].
+pub const NEAR: f64 = 20.0;
+/// The same as a share of the first's evidence.
+pub const NEAR_SHARE: f64 = 0.5;
+/// Causes that are made linear again. Chosen for time.
+pub const BENT: usize = 12;
+/// Ways of each cause among them.
+pub const BENT_WAYS: usize = 2;
+/// Steps of each, at most. Chosen: Gauss and Newton settle in three, near ranges' ends in more.
+pub const BENT_STEPS: usize = 8;
+/// Delays from which one is looked for, a period of the filter's cutoff. Derived: Gauss and Newton
+/// find what is within a quarter of it.
+pub const DELAY_STEPS: f64 = 6.0;
+
+/// Relabelled sets of the gate. Derived: a level of 2 % needs fifty.
+pub const RELABELLED: usize = 59;
+/// Rounds of the variances' estimate of each. Chosen for time; the same for all labels, so that
+/// the share stays exact.
+pub const RELABELLED_ROUNDS: usize = 5;

@@ -1,0 +1,412 @@
+//! Columns and sums of products, run by run.
+
+use logs::runs::Runs;
+use model::effects::{Candidate, Regressor, Switched};
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+use super::evidence::Shape;
+use super::functions::{Group, functions};
+use super::noise::{Noise, Told};
+use super::precision::Precision;
+use super::predicted::Predicted;
+use super::priors::LOOSE;
+use super::rows::{Kept, kept};
+use super::ways::{Way, switched, times, ways};
+use crate::noise::whiten::Signal;
+use crate::problem::open::precision;
+use crate::twin::{State, Twin};
+use crate::types::Base;
+
+/// Rounds of the noise and what the rest leaves for it.
+const RIDGE: f64 = 1e-4;
+
+/// What lives in one run: its mass, and a step at each of some times.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Own {
+    /// Unit of the mass.
+    pub mass_unit: f64,
+    /// Times, s.
+    pub times: Vec<f64>,
+}
+
+/// One run.
+#[derive(Debug, Clone)]
+pub struct RunProducts {
+    /// Which rows count.
+    pub kept: Kept,
+    /// Measured, base, functions, ways; in the field also masses and steps.
+    pub columns: DMatrix<f64>,
+    /// The noise of its rows.
+    pub precision: Precision,
+    /// Precision times measured, base and functions.
+    solved: DMatrix<f64>,
+    /// Sums of products, in variances of the noise.
+    pub products: DMatrix<f64>,
+    /// What lives in it alone.
+    pub own: Own,
+}
+
+/// All runs: those in question, then clean ones.
+#[derive(Debug, Clone)]
+pub struct Posed<'a, const N: usize> {
+    /// Model and runs.
+    pub twin: Twin<'a, N>,
+    /// What it predicts.
+    pub predicted: Predicted<'a, N>,
+    /// The base.
+    pub start: State,
+    /// Columns.
+    pub shape: Shape,
+    /// The group of each function.
+    pub groups: Vec<usize>,
+    /// The ways.
+    pub ways: Vec<Way>,
+    /// What switches in a run, and its range.
+    pub switches: Vec<(Switched, (f64, f64))>,
+    /// Unit of each switch.
+    pub switch_units: Vec<f64>,
+    /// The noise.
+    pub noise: Noise,
+    /// Precision of the base's parameters, in units of their columns.
+    pub base: DMatrix<f64>,
+    /// Run by run.
+    pub runs: Vec<RunProducts>,
+    /// Usual power in motion, standard deviations of the noise.
+    pub power: f64,
+}
+
+/// Runs that may all have effects, the clean ones too.
+pub fn anywhere<const N: usize>(runs: &Runs<N>) -> Runs<N> {
+    let mut all = runs.clone();
+    for run in &mut all.runs {
+        run.clean = false;
+    }
+    all
+}
+
+impl<'a, const N: usize> Posed<'a, N> {
+    /// Of a twin; `None` where the runs have no steady rows.
+    pub fn new(
+        twin: Twin<'a, N>,
+        all: &'a Runs<N>,
+        base: &Base,
+        parameters: usize,
+        slack: f64,
+        list: &[Candidate],
+        removed: &[String],
+    ) -> Option<Self> {
+        let predicted = Predicted::new(twin);
+        let free = Predicted::new(Twin { runs: all, ..twin });
+        let start = State { torque: base.torque, effects: Vec::new() };
+        let runs = &twin.runs.runs;
+        let has_clean = runs.iter().any(|run| run.clean);
+        let power: Signal = (0..runs.len()).map(|run| predicted.power(run, &start)).collect();
+        let kept = kept(twin.runs);
+        let mut regressors: Vec<Regressor> = Vec::new();
+        if has_clean {
+            regressors.push(Regressor::Delay);
+            if !twin.runs.robot.conditioning.slip.is_off() {
+                regressors.push(Regressor::HalfSlip);
+            }
+        }
+        let thin = |run: usize, values: &[f64]| kept[run].thin(values);
+        let left: Signal = (0..runs.len())
+            .map(|run| {
+                let rows = runs[run].rows.iter().zip(&power[run]);
+                thin(run, &rows.map(|(row, predicted)| row.power - predicted).collect::<Vec<_>>())
+            })
+            .collect();
+        let bases: Vec<Vec<Vec<f64>>> = (0..runs.len())
+            .map(|run| {
+                let slopes = free.base_slopes(run, &start, parameters);
+                let more = free.slopes(run, &start, &regressors);
+                slopes.into_iter().chain(more).map(|values| thin(run, &values)).collect()
+            })
+            .collect();
+        let thin_power: Signal = (0..runs.len()).map(|run| thin(run, &power[run])).collect();
+        let (signals, groups): (Vec<Signal>, Vec<Group>) =
+            functions(twin.runs, &free, &start, &power, list).into_iter().unzip();
+        let functions: Vec<Vec<Vec<f64>>> = (0..runs.len())
+            .map(|run| signals.iter().map(|signal| thin(run, &signal[run])).collect())
+            .collect();
+        let told = |run: &usize| runs[*run].clean || !has_clean;
+        let places: Vec<usize> = (0..runs.len()).filter(told).collect();
+        let rough = few_columns(&places, &left, &bases, &functions, &thin_power)?;
+        let noise = Noise::told(
+            &places
+                .iter()
+                .zip(&rough)
+                .map(|(&run, left)| Told { kept: &kept[run], power: &thin_power[run], left })
+                .collect::<Vec<_>>(),
+        )?;
+        let lengths: Vec<f64> = runs
+            .iter()
+            .filter(|run| !run.clean)
+            .filter_map(|run| run.rows.last().map(|row| row.time))
+            .collect();
+        let mut ways = ways(list, removed, &lengths, base.torque.rolling);
+        let slips = !twin.runs.robot.conditioning.slip.is_off();
+        let switches = switched(slips, base.torque.rolling);
+        let columns: Vec<(DMatrix<f64>, Own)> = (0..runs.len())
+            .into_par_iter()
+            .map(|run| {
+                let mut all: Vec<Vec<f64>> = vec![left[run].clone()];
+                all.extend(bases[run].iter().cloned());
+                all.extend(functions[run].iter().cloned());
+                for way in &ways {
+                    let slopes = free.slopes(run, &start, &way.candidate.regressors);
+                    all.extend(slopes.iter().map(|slope| kept[run].thin(slope)));
+                }
+                let length = runs[run].rows.last().map_or(0.0, |row| row.time);
+                let mut own = Own { mass_unit: 1.0, times: Vec::new() };
+                if !runs[run].clean {
+                    own.times = times(length);
+                    let alone = |what: Switched, time: f64| {
+                        let mut times = vec![f64::INFINITY; runs.len()];
+                        times[run] = time;
+                        Regressor::Switch(what, times.into())
+                    };
+                    let steps = switches.iter().flat_map(|(what, _)| {
+                        own.times.iter().map(|time| alone(*what, *time)).collect::<Vec<_>>()
+                    });
+                    let regressors: Vec<Regressor> =
+                        [Regressor::Mass(run)].into_iter().chain(steps).collect();
+                    let slopes = free.slopes(run, &start, &regressors);
+                    all.extend(slopes.iter().map(|slope| kept[run].thin(slope)));
+                }
+                let rows = kept[run].rows.len();
+                (DMatrix::from_iterator(rows, all.len(), all.into_iter().flatten()), own)
+            })
+            .collect();
+        let shape = Shape { base: bases.first()?.len(), functions: signals.len() };
+        let (mut matrices, mut owns): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
+        let is_field = |run: &usize| !runs[*run].clean;
+        let field: Vec<usize> = (0..runs.len()).filter(is_field).collect();
+        let everywhere: Vec<usize> = (0..runs.len()).collect();
+        let base_units = scale(&mut matrices, &everywhere, 1..shape.first(), noise.std_w);
+        scale(&mut matrices, &everywhere, shape.first()..shape.further(), noise.std_w);
+        let count = ways.iter().map(|way| way.units.len()).sum::<usize>();
+        let first = shape.further();
+        let units = scale(&mut matrices, &field, first..first + count, noise.std_w);
+        for way in &mut ways {
+            let range = way.columns();
+            way.units.copy_from_slice(&units[range]);
+        }
+        let mass_place = first + count;
+        for &run in &field {
+            owns[run].mass_unit = scale(&mut matrices, &[run], mass_place..mass_place + 1, noise.std_w)[0];
+        }
+        let mut switch_units = Vec::new();
+        for place in 0..switches.len() {
+            switch_units.push(scale_steps(&mut matrices, &field, &owns, mass_place + 1, place, noise.std_w));
+        }
+        let prior = if has_clean {
+            DMatrix::from_diagonal_element(shape.base, shape.base, LOOSE)
+        } else {
+            let known = precision(base, parameters, slack);
+            DMatrix::from_fn(parameters, parameters, |i, j| known[(i, j)] / base_units[i] / base_units[j])
+        };
+        let mut order = groups.clone();
+        order.sort_unstable();
+        order.dedup();
+        let groups = groups.iter().map(|group| order.iter().position(|own| own == group).unwrap_or(0));
+        let moving: Vec<f64> = runs
+            .iter()
+            .zip(&power)
+            .flat_map(|(run, power)| {
+                run.rows.iter().zip(power).filter(|(row, _)| row.motion.is_moving()).map(|(_, p)| p.abs())
+            })
+            .collect();
+        let usual = moving.iter().sum::<f64>() / moving.len().max(1) as f64;
+        let mut runs: Vec<RunProducts> = matrices
+            .into_par_iter()
+            .zip(owns)
+            .enumerate()
+            .map(|(run, (columns, own))| {
+                let precision = noise.precision(&kept[run], &thin_power[run]);
+                RunProducts::new(kept[run].clone(), columns, precision, own, shape)
+            })
+            .collect();
+        if noise.information() < 1.0 {
+            weigh(&mut runs, &noise, shape, count, &|run| !twin.runs.runs[run].clean);
+        }
+        let power = usual / noise.std_w;
+        Some(Self {
+            twin,
+            predicted,
+            start,
+            shape,
+            groups: groups.collect(),
+            ways,
+            switches,
+            switch_units,
+            noise,
+            base: prior,
+            runs,
+            power,
+        })
+    }
+
+    /// Whether a run is in question.
+    pub fn is_field(&self, run: usize) -> bool {
+        !self.twin.runs.runs[run].clean
+    }
+
+    /// Where the columns that live in single runs begin: the mass, then the steps.
+    pub fn own_first(&self) -> usize {
+        self.shape.further() + self.ways.iter().map(|way| way.units.len()).sum::<usize>()
+    }
+}
+
+impl RunProducts {
+    fn new(kept: Kept, columns: DMatrix<f64>, precision: Precision, own: Own, shape: Shape) -> Self {
+        let solved = precision.inverse_times(&columns);
+        let products = columns.tr_mul(&solved);
+        let solved = solved.columns(0, shape.further()).into_owned();
+        Self { kept, columns, precision, solved, products, own }
+    }
+
+    /// Sums of products of what was measured and further columns anew, base and functions as they
+    /// were.
+    pub fn with(&self, columns: &DMatrix<f64>, shape: Shape, noise: f64) -> DMatrix<f64> {
+        let (old, new) = (shape.further() - 1, columns.ncols());
+        let own = columns.tr_mul(&self.precision.inverse_times(columns)) / noise;
+        let cross = self.solved.columns(1, old).tr_mul(columns) / noise;
+        let mut all = DMatrix::zeros(old + new, old + new);
+        all.view_mut((1, 1), (old, old)).copy_from(&(self.products.view((1, 1), (old, old)) / noise));
+        all[(0, 0)] = own[(0, 0)];
+        all.view_mut((1, 0), (old, 1)).copy_from(&cross.columns(0, 1));
+        all.view_mut((0, 1), (1, old)).copy_from(&cross.columns(0, 1).transpose());
+        let (first, further) = (shape.further(), new - 1);
+        all.view_mut((1, first), (old, further)).copy_from(&cross.columns(1, further));
+        all.view_mut((first, 1), (further, old)).copy_from(&cross.columns(1, further).transpose());
+        all.view_mut((0, first), (1, further)).copy_from(&own.view((0, 1), (1, further)));
+        all.view_mut((first, 0), (further, 1)).copy_from(&own.view((1, 0), (further, 1)));
+        all.view_mut((first, first), (further, further)).copy_from(&own.view((1, 1), (further, further)));
+        all
+    }
+}
+
+/// What base and some functions leave of the runs that tell of the noise. Few: what is fitted to
+/// six runs takes their memory along.
+fn few_columns(
+    places: &[usize],
+    left: &Signal,
+    bases: &[Vec<Vec<f64>>],
+    functions: &[Vec<Vec<f64>>],
+    power: &Signal,
+) -> Option<Signal> {
+    // Level, motion, speed and its square, turning, gain, time, mass.
+    const FEW: [usize; 8] = [0, 1, 3, 4, 9, 21, 30, 26];
+    let all: Vec<DMatrix<f64>> = places
+        .iter()
+        .map(|&run| {
+            let few = FEW.iter().filter_map(|place| functions[run].get(*place));
+            let columns: Vec<&Vec<f64>> = [&left[run]].into_iter().chain(&bases[run]).chain(few).collect();
+            DMatrix::from_fn(power[run].len(), columns.len(), |row, column| columns[column][row])
+        })
+        .collect();
+    let mut sum = DMatrix::zeros(all.first()?.ncols(), all.first()?.ncols());
+    for run in &all {
+        sum += run.tr_mul(run);
+    }
+    let values = least_squares(&sum, 1e-9)?;
+    Some(all.iter().map(|run| left_of(run, &values)).collect())
+}
+
+/// Coefficients of all columns but the first, whose squares they make least; by scaled products
+/// with a ridge.
+fn least_squares(products: &DMatrix<f64>, ridge: f64) -> Option<nalgebra::DVector<f64>> {
+    let count = products.ncols() - 1;
+    let scales: Vec<f64> = (1..=count).map(|k| products[(k, k)].max(1e-300).sqrt()).collect();
+    let scaled = DMatrix::from_fn(count, count, |i, j| {
+        products[(1 + i, 1 + j)] / scales[i] / scales[j] + if i == j { ridge } else { 0.0 }
+    });
+    let right = nalgebra::DVector::from_fn(count, |i, _| products[(1 + i, 0)] / scales[i]);
+    let mut values = nalgebra::Cholesky::new(scaled)?.solve(&right);
+    values.iter_mut().zip(&scales).for_each(|(value, scale)| *value /= scale);
+    Some(values)
+}
+
+fn left_of(columns: &DMatrix<f64>, values: &nalgebra::DVector<f64>) -> Vec<f64> {
+    let fit = columns.columns(1, values.len()) * values;
+    (columns.column(0) - fit).as_slice().to_vec()
+}
+
+/// Scales columns so that their RMS over some runs is `std_w`; the units.
+fn scale(
+    matrices: &mut [DMatrix<f64>],
+    runs: &[usize],
+    columns: std::ops::Range<usize>,
+    std_w: f64,
+) -> Vec<f64> {
+    let rows: f64 = runs.iter().map(|&run| matrices[run].nrows() as f64).sum();
+    let mut units = Vec::new();
+    for column in columns {
+        let square: f64 = runs.iter().map(|&run| matrices[run].column(column).norm_squared()).sum();
+        let unit = (square / rows.max(1.0)).sqrt() / std_w;
+        let unit = if unit > 0.0 && unit.is_finite() { unit } else { 1.0 };
+        for matrix in matrices.iter_mut().filter(|matrix| matrix.ncols() > column) {
+            matrix.column_mut(column).unscale_mut(unit);
+        }
+        units.push(unit);
+    }
+    units
+}
+
+/// The same of the steps of one kind: a unit is that of the first one, which is there longest.
+fn scale_steps(
+    matrices: &mut [DMatrix<f64>],
+    field: &[usize],
+    owns: &[Own],
+    first: usize,
+    kind: usize,
+    std_w: f64,
+) -> f64 {
+    let (mut square, mut rows) = (0.0, 0.0);
+    for &run in field.iter().filter(|&&run| !owns[run].times.is_empty()) {
+        let column = matrices[run].column(first + kind * owns[run].times.len());
+        square += column.norm_squared();
+        rows += column.len() as f64;
+    }
+    let unit = (square / f64::max(rows, 1.0)).sqrt() / std_w;
+    let unit = if unit > 0.0 && unit.is_finite() { unit } else { 1.0 };
+    for &run in field {
+        let count = owns[run].times.len();
+        let mut own = matrices[run].columns_mut(first + kind * count, count);
+        own.unscale_mut(unit);
+    }
+    unit
+}
+
+/// Student's weights, by what a flexible fit of clean and of field runs leaves.
+fn weigh(
+    runs: &mut [RunProducts],
+    noise: &Noise,
+    shape: Shape,
+    ways: usize,
+    is_field: &dyn Fn(usize) -> bool,
+) {
+    for field in [false, true] {
+        let size = shape.further() + if field { ways } else { 0 };
+        let places: Vec<usize> = (0..runs.len()).filter(|&run| is_field(run) == field).collect();
+        let mut sum = DMatrix::zeros(size, size);
+        for &run in &places {
+            sum += runs[run].products.view((0, 0), (size, size));
+        }
+        let Some(values) = least_squares(&sum, RIDGE) else { continue };
+        for &run in &places {
+            let own = &mut runs[run];
+            let left = left_of(&own.columns, &values);
+            own.precision.weigh_by(noise, &left);
+            *own = RunProducts::new(
+                own.kept.clone(),
+                own.columns.clone(),
+                own.precision.clone(),
+                own.own.clone(),
+                shape,
+            );
+        }
+    }
+}

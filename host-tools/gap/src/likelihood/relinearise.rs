@@ -1,0 +1,164 @@
+//! The best few about their own sizes: linear rankings mislead where an effect bends.
+
+use model::effects::Regressor;
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+use super::delay::later;
+use super::evidence::{Marginal, Reduced, Totals, reduce};
+use super::normal::{log_mean, log_sum};
+use super::priors::{BENT_STEPS, DELAY_STEPS, FORM_ERRORS};
+use super::products::Posed;
+use super::scored::Scales;
+use super::ways::Way;
+use crate::twin::State;
+
+/// A hypothesis about its own size.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bent {
+    /// ln evidence over none.
+    pub evidence: f64,
+    /// Likeliest coefficients.
+    pub coefficients: Vec<f64>,
+    /// Their covariance.
+    pub covariance: DMatrix<f64>,
+}
+
+/// Gauss and Newton on the coefficients, base and discrepancy moving along; then the evidence there.
+/// The way's own columns are the only ones.
+pub fn about<const N: usize>(
+    posed: &Posed<'_, N>,
+    scales: &Scales,
+    way: &Way,
+    start: &[f64],
+) -> Option<Bent> {
+    let way = &Way { first: 0, ..way.clone() };
+    let mut coefficients = start.to_vec();
+    let middle = scales.likeliest();
+    for step in 0.. {
+        let products = products(posed, scales.noise, way, &coefficients);
+        let reduced = reduced(posed, scales, &products, middle, 0.0)?;
+        let (next, covariance) = way.likeliest(&reduced, &scales.sizes)?;
+        let errors = (0..next.len()).map(|k| covariance[(k, k)].sqrt());
+        let moved = next.iter().zip(&coefficients).zip(errors).map(|((a, b), error)| (a - b).abs() / error);
+        let settled = moved.fold(0.0, f64::max) < 0.1;
+        if !settled && step < BENT_STEPS {
+            coefficients = next;
+            continue;
+        }
+        // About a size that is not its own the linear model says anything.
+        if !settled {
+            return None;
+        }
+        let size = size(way, &coefficients);
+        let count = posed.shape.functions as f64;
+        let each = scales.weights.iter().enumerate().map(|(scale, weight)| {
+            let forms = FORM_ERRORS.iter().map(|share| {
+                let other = (share * size).powi(2) / count;
+                let Some(reduced) = self::reduced(posed, scales, &products, scale, other) else {
+                    return f64::NEG_INFINITY;
+                };
+                way.gain(&reduced, &scales.sizes) - 0.5 * reduced.minus_two_log
+            });
+            weight + log_mean(forms)
+        });
+        let evidence = log_sum(each) - scales.none;
+        return Some(Bent { evidence, coefficients: next, covariance });
+    }
+    None
+}
+
+/// The delay in a range from which steps lead to the likeliest one: the best of a grid, what differs
+/// between runs left aside.
+pub fn delay<const N: usize>(posed: &Posed<'_, N>, scales: &Scales, (low, high): (f64, f64)) -> f64 {
+    let step = (DELAY_STEPS * posed.twin.runs.robot.cutoff_hz).recip();
+    let count = (high / step) as i32;
+    let powers: Vec<Vec<f64>> =
+        (0..posed.runs.len()).map(|run| posed.predicted.power(run, &posed.start)).collect();
+    let left = |delay: f64| {
+        let runs = (0..posed.runs.len()).map(|run| {
+            let own = &posed.runs[run];
+            let shift = if posed.is_field(run) { delay } else { 0.0 };
+            let late = later(&powers[run], shift, posed.twin.runs.period_s);
+            let rows = posed.twin.runs.runs[run].rows.iter().zip(&late);
+            let left = own.kept.thin(&rows.map(|(row, at)| row.power - at).collect::<Vec<_>>());
+            let columns = DMatrix::from_column_slice(left.len(), 1, &left);
+            Marginal { products: own.with(&columns, posed.shape, scales.noise), log_det: 0.0 }
+        });
+        let runs: Vec<Marginal> = runs.collect();
+        let totals = Totals::of(posed.shape, runs.iter().map(|own| (true, own)));
+        let reduced = reduce(&totals, posed.shape, &scales.variances, 0.0);
+        reduced.map_or(f64::INFINITY, |own| own.minus_two_log)
+    };
+    let grid = (-count..=count).map(|k| step * f64::from(k)).filter(|delay| *delay >= low);
+    let each: Vec<(f64, f64)> =
+        grid.collect::<Vec<_>>().into_par_iter().map(|delay| (delay, left(delay))).collect();
+    each.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0.0, |best| best.0)
+}
+
+/// Size of coefficients, standard deviations of the noise.
+pub fn size(way: &Way, coefficients: &[f64]) -> f64 {
+    let columns = coefficients.iter().zip(&way.units).zip(&way.candidate.regressors);
+    let powers = columns.filter(|(_, regressor)| !matches!(regressor, Regressor::HalfSlip));
+    let sum: f64 = powers.map(|((c, unit), _)| (c * unit).powi(2)).sum();
+    sum.sqrt()
+}
+
+/// Of each field run with the model linear about some coefficients.
+fn products<const N: usize>(
+    posed: &Posed<'_, N>,
+    noise: f64,
+    way: &Way,
+    coefficients: &[f64],
+) -> Vec<Option<DMatrix<f64>>> {
+    let regressors = &way.candidate.regressors;
+    let effects: Vec<(Regressor, f64)> =
+        regressors.iter().cloned().zip(coefficients.iter().copied()).collect();
+    let state = State { torque: posed.start.torque, effects };
+    let of_run = |run: usize| {
+        if !posed.is_field(run) {
+            return None;
+        }
+        let own = &posed.runs[run];
+        let at = posed.predicted.power(run, &state);
+        let slopes = posed.predicted.slopes(run, &state, regressors);
+        let slopes: Vec<Vec<f64>> = slopes.iter().map(|slope| own.kept.thin(slope)).collect();
+        let rows = posed.twin.runs.runs[run].rows.iter().zip(&at);
+        let mut left = own.kept.thin(&rows.map(|(row, at)| row.power - at).collect::<Vec<_>>());
+        for (slope, coefficient) in slopes.iter().zip(coefficients) {
+            for (left, slope) in left.iter_mut().zip(slope) {
+                *left += slope * coefficient;
+            }
+        }
+        let mut columns = DMatrix::zeros(left.len(), 1 + slopes.len());
+        columns.column_mut(0).copy_from_slice(&left);
+        for (k, (slope, unit)) in slopes.iter().zip(&way.units).enumerate() {
+            columns.column_mut(1 + k).copy_from_slice(slope);
+            columns.column_mut(1 + k).unscale_mut(*unit);
+        }
+        Some(own.with(&columns, posed.shape, noise))
+    };
+    (0..posed.runs.len()).into_par_iter().map(of_run).collect()
+}
+
+fn reduced<const N: usize>(
+    posed: &Posed<'_, N>,
+    scales: &Scales,
+    products: &[Option<DMatrix<f64>>],
+    scale: usize,
+    other: f64,
+) -> Option<Reduced> {
+    let variances = scales.run_variances(scale);
+    let marginals: Option<Vec<Marginal>> = products
+        .iter()
+        .enumerate()
+        .map(|(run, own)| match own {
+            Some(own) => Marginal::of(own, posed.shape, &variances),
+            None => Some(scales.marginals[scale][run].clone()),
+        })
+        .collect();
+    let marginals = marginals?;
+    let totals =
+        Totals::of(posed.shape, marginals.iter().enumerate().map(|(run, own)| (posed.is_field(run), own)));
+    reduce(&totals, posed.shape, &scales.variances, other)
+}

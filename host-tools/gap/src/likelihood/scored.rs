@@ -1,0 +1,304 @@
+//! Evidences of every cause about no effect at all, at each scale of what differs between runs.
+
+use model::effects::{
+    Candidate, Detail, PAYLOAD_MISLABEL, Regressor, Runs, STATIC_STEP, SURFACE_SWITCH, Switched,
+};
+
+use super::evidence::{Marginal, Reduced, Totals, Variances, reduce};
+use super::normal::{log_mean, log_sum};
+use super::own_masses::masses;
+use super::own_times::{InRuns, steps};
+use super::priors::{ELSE_RUNS, ELSE_SCATTER, ELSE_SIZES, FORM_ERRORS, RUN_SCALES, VARIANCE_ROUNDS};
+use super::products::Posed;
+use super::relinearise::size;
+use super::variances;
+use super::ways::{Way, sizes};
+
+/// What is known of noise and discrepancy, and the evidence of none.
+#[derive(Debug, Clone)]
+pub struct Scales {
+    /// In variances of the noise.
+    pub variances: Variances,
+    /// Variance of the noise, per what its own estimate said.
+    pub noise: f64,
+    /// ln prior of each scale.
+    pub weights: Vec<f64>,
+    /// At each scale, run by run.
+    pub marginals: Vec<Vec<Marginal>>,
+    /// At each scale, without something else.
+    pub reduced: Vec<Reduced>,
+    /// ln evidence of none, up to what all share.
+    pub none: f64,
+    /// Sizes that an effect may have.
+    pub sizes: Vec<f64>,
+}
+
+impl Scales {
+    /// Variances by the clean runs (by the field's where there are none), then each scale.
+    pub fn told<const N: usize>(posed: &Posed<'_, N>) -> Option<Self> {
+        let has_clean = (0..posed.runs.len()).any(|run| !posed.is_field(run));
+        let told: Vec<usize> =
+            (0..posed.runs.len()).filter(|&run| !has_clean || !posed.is_field(run)).collect();
+        let found = variances_of(posed, &told, VARIANCE_ROUNDS)?;
+        // Six clean runs tell a variance as five normal values do.
+        let half = 0.5 * (told.len() as f64 - 1.0);
+        let weights: Vec<f64> = RUN_SCALES.iter().map(|scale| -half * (scale.ln() + scale.recip())).collect();
+        let total = log_sum(weights.iter().copied());
+        let weights: Vec<f64> = weights.iter().map(|weight| weight - total).collect();
+        let mut scales = Self {
+            variances: found.variances,
+            noise: found.noise,
+            weights,
+            marginals: Vec::new(),
+            reduced: Vec::new(),
+            none: 0.0,
+            sizes: sizes(posed.power / found.noise.sqrt()),
+        };
+        for scale in 0..RUN_SCALES.len() {
+            let variances = scales.run_variances(scale);
+            let marginals: Option<Vec<Marginal>> = posed
+                .runs
+                .iter()
+                .map(|run| Marginal::of(&(&run.products / scales.noise), posed.shape, &variances))
+                .collect();
+            let marginals = marginals?;
+            scales.reduced.push(scales.reduce(posed, &marginals, 0.0)?);
+            scales.marginals.push(marginals);
+        }
+        scales.none =
+            log_sum(scales.weights.iter().zip(&scales.reduced).map(|(w, own)| w - 0.5 * own.minus_two_log));
+        Some(scales)
+    }
+
+    /// From run to run at a scale.
+    pub fn run_variances(&self, scale: usize) -> Vec<f64> {
+        self.variances.runs.iter().map(|variance| variance * RUN_SCALES[scale]).collect()
+    }
+
+    /// The scale that is likeliest without effects.
+    pub fn likeliest(&self) -> usize {
+        let value = |scale: &usize| self.weights[*scale] - 0.5 * self.reduced[*scale].minus_two_log;
+        (0..self.weights.len()).max_by(|a, b| value(a).total_cmp(&value(b))).unwrap_or(0)
+    }
+
+    /// With the effects that all field runs share.
+    fn reduce<const N: usize>(&self, posed: &Posed<'_, N>, runs: &[Marginal], other: f64) -> Option<Reduced> {
+        let size = posed.own_first();
+        let cut: Vec<Marginal> = runs
+            .iter()
+            .map(|own| Marginal {
+                products: own.products.view((0, 0), (size, size)).into_owned(),
+                log_det: own.log_det,
+            })
+            .collect();
+        let totals =
+            Totals::of(posed.shape, cut.iter().enumerate().map(|(run, own)| (posed.is_field(run), own)));
+        reduce(&totals, posed.shape, &self.variances, other)
+    }
+
+    /// Over the scales, less that of none.
+    fn over_none(&self, of_scale: impl Fn(usize) -> f64) -> f64 {
+        log_sum((0..self.weights.len()).map(|scale| self.weights[scale] + of_scale(scale))) - self.none
+    }
+}
+
+/// By the restricted likelihood of some runs.
+pub fn variances_of<const N: usize>(
+    posed: &Posed<'_, N>,
+    runs: &[usize],
+    rounds: usize,
+) -> Option<variances::Found> {
+    let products: Vec<_> = runs.iter().map(|&run| &posed.runs[run].products).collect();
+    let rows: f64 = runs.iter().map(|&run| posed.runs[run].kept.count()).sum();
+    variances::told(
+        &products,
+        posed.shape,
+        &posed.groups,
+        &posed.base,
+        rows * posed.noise.information(),
+        rounds,
+    )
+}
+
+/// One hypothesis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scored {
+    /// What shows, and how.
+    pub way: Way,
+    /// ln evidence over none.
+    pub evidence: f64,
+    /// Coefficients that are likeliest.
+    pub coefficients: Vec<f64>,
+    /// ln prior of what was searched for in single runs and is not in the way's own gain.
+    pub searched: f64,
+    /// Whether it lives in single runs, or at times of their own.
+    pub in_runs: bool,
+}
+
+/// Of every way, with all that may be wrong with its form.
+pub fn ways<const N: usize>(posed: &Posed<'_, N>, scales: &Scales) -> Vec<Scored> {
+    // Something else at a grid of sizes: the nearest one is taken for what a form gets wrong.
+    let grid: Vec<f64> = [0.003].into_iter().chain(ELSE_SIZES).collect();
+    let with: Vec<Vec<Option<Reduced>>> = scales
+        .marginals
+        .iter()
+        .map(|runs| grid.iter().map(|size| scales.reduce(posed, runs, size * size)).collect())
+        .collect();
+    let count = (posed.shape.functions as f64).sqrt();
+    let middle = scales.likeliest();
+    let score = |way: &Way| {
+        let (coefficients, _) = way.likeliest(&scales.reduced[middle], &scales.sizes)?;
+        let size = size(way, &coefficients);
+        let evidence = scales.over_none(|scale| {
+            log_mean(FORM_ERRORS.iter().map(|share| {
+                let wanted = share * size / count;
+                let reduced = match nearest(&grid, wanted) {
+                    Some(place) => with[scale][place].as_ref(),
+                    None => Some(&scales.reduced[scale]),
+                };
+                let value = |own: &Reduced| way.gain(own, &scales.sizes) - 0.5 * own.minus_two_log;
+                reduced.map_or(f64::NEG_INFINITY, value)
+            }))
+        });
+        Some(Scored { way: way.clone(), evidence, coefficients, searched: 0.0, in_runs: false })
+    };
+    posed.ways.iter().filter_map(score).collect()
+}
+
+/// The place of the nearest size by its logarithm; none for what is far below the least.
+fn nearest(grid: &[f64], wanted: f64) -> Option<usize> {
+    if wanted < 0.5 * grid[0] {
+        return None;
+    }
+    let distance = |place: &usize| (grid[*place] / wanted).ln().abs();
+    (0..grid.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)))
+}
+
+/// Something else: smooth functions that all field runs share, what is of single runs, scatter.
+pub fn something_else<const N: usize>(posed: &Posed<'_, N>, scales: &Scales) -> [f64; 3] {
+    let value = |reduced: Option<Reduced>| reduced.map_or(f64::NEG_INFINITY, |own| -0.5 * own.minus_two_log);
+    let smooth = log_mean(ELSE_SIZES.iter().map(|size| {
+        scales.over_none(|scale| value(scales.reduce(posed, &scales.marginals[scale], size * size)))
+    }));
+    let middle = scales.likeliest();
+    // Beside what is asked for, the field may have something of all its runs.
+    let also = [0.0, 0.03_f64.powi(2)];
+    let of = |change: &dyn Fn(usize) -> Option<Marginal>| {
+        let runs: Option<Vec<Marginal>> = (0..posed.runs.len())
+            .map(|run| match posed.is_field(run) {
+                true => change(run),
+                false => Some(scales.marginals[middle][run].clone()),
+            })
+            .collect();
+        let Some(runs) = runs else { return f64::NEG_INFINITY };
+        let own = log_mean(also.iter().map(|other| value(scales.reduce(posed, &runs, *other))));
+        own + 0.5 * scales.reduced[middle].minus_two_log
+    };
+    let single = log_mean(ELSE_RUNS.iter().map(|times| {
+        let variances: Vec<f64> = scales.run_variances(middle).iter().map(|own| own * times).collect();
+        of(&|run| Marginal::of(&(&posed.runs[run].products / scales.noise), posed.shape, &variances))
+    }));
+    let scatter = log_mean(ELSE_SCATTER.iter().map(|times| {
+        let variances: Vec<f64> = scales.run_variances(middle).iter().map(|own| own / times).collect();
+        of(&|run| {
+            let own = &posed.runs[run];
+            let mut marginal =
+                Marginal::of(&(&own.products / (scales.noise * times)), posed.shape, &variances)?;
+            marginal.log_det += own.kept.count() * posed.noise.information() * times.ln();
+            Some(marginal)
+        })
+    }));
+    [smooth, single, scatter]
+}
+
+/// Steps at each run's own time, and masses of single runs.
+pub fn in_runs<const N: usize>(posed: &Posed<'_, N>, scales: &Scales, removed: &[String]) -> Vec<Scored> {
+    let middle = scales.likeliest();
+    let field: Vec<usize> = (0..posed.runs.len()).filter(|&run| posed.is_field(run)).collect();
+    let runs: Vec<&Marginal> = field.iter().map(|&run| &scales.marginals[middle][run]).collect();
+    let first = posed.own_first();
+    let of = |columns: Vec<std::ops::Range<usize>>| {
+        InRuns::of(&scales.reduced[middle], posed.shape, &runs, &columns)
+    };
+    let may = |id: &str| removed.iter().all(|own| own != id);
+    let mut found = Vec::new();
+    for (place, ((what, range), unit)) in posed.switches.iter().zip(&posed.switch_units).enumerate() {
+        let (entry, allowed) = match what {
+            Switched::Static => (&STATIC_STEP, may(STATIC_STEP.id)),
+            _ => (&SURFACE_SWITCH, may(SURFACE_SWITCH.id)),
+        };
+        if !allowed {
+            continue;
+        }
+        let columns = field.iter().map(|&run| {
+            let count = posed.runs[run].own.times.len();
+            first + 1 + place * count..first + 1 + (place + 1) * count
+        });
+        let within = (range.0 * unit, range.1 * unit);
+        let Some(best) = steps(&of(columns.collect()), &scales.sizes, within) else { continue };
+        let mut times = vec![f64::INFINITY; posed.runs.len()];
+        let at_s: Vec<Option<f64>> = field
+            .iter()
+            .zip(&best.at)
+            .map(|(&run, at)| at.and_then(|at| posed.runs[run].own.times.get(at).copied()))
+            .collect();
+        for (&run, at) in field.iter().zip(&at_s) {
+            times[run] = at.unwrap_or(f64::INFINITY);
+        }
+        let detail = Detail::InRuns { runs: Runs::All, at_s: Some(at_s) };
+        let mut candidate =
+            entry.candidate(vec![Regressor::Switch(*what, times.into())], *range, detail, 0.0);
+        if *what == Switched::HalfSlip {
+            candidate.unit = "1".to_owned();
+        }
+        found.push(Scored {
+            way: Way { candidate, units: vec![*unit], first: 0 },
+            evidence: best.evidence,
+            coefficients: vec![0.0],
+            searched: best.evidence - best.gain,
+            in_runs: true,
+        });
+    }
+    if may(PAYLOAD_MISLABEL.id) {
+        let own = of(field.iter().map(|_| first..first + 1).collect());
+        if let Some(best) = masses(&own, &scales.sizes) {
+            found.push(mislabelled(posed, &field, &best.runs, best.evidence, best.gain));
+        }
+    }
+    found
+}
+
+/// Masses of some runs that were noted wrongly: none below the empty robot's.
+fn mislabelled<const N: usize>(
+    posed: &Posed<'_, N>,
+    field: &[usize],
+    wrong: &[usize],
+    evidence: f64,
+    gain: f64,
+) -> Scored {
+    let runs = &posed.twin.runs.runs;
+    let masses = |run: usize| runs[run].rows.iter().map(|row| row.mass);
+    let heaviest = field.iter().flat_map(|&run| masses(run)).fold(0.0, f64::max);
+    let empty = crate::thresholds::detect::LIGHTEST * posed.twin.runs.robot.range.no_load();
+    let mut wrong: Vec<usize> = wrong.iter().map(|place| field[*place]).collect();
+    wrong.sort_unstable();
+    let least = wrong.iter().map(|&run| -(masses(run).fold(f64::INFINITY, f64::min) - empty).max(0.0));
+    let names = wrong.iter().map(|&run| runs[run].name.clone()).collect();
+    let detail = Detail::InRuns { runs: Runs::Named(names), at_s: None };
+    let regressors: Vec<Regressor> = wrong.iter().map(|&run| Regressor::Mass(run)).collect();
+    let candidate = Candidate {
+        least: least.collect(),
+        ..PAYLOAD_MISLABEL.candidate(regressors, (-heaviest, heaviest), detail, 0.0)
+    };
+    Scored {
+        way: Way {
+            candidate,
+            units: wrong.iter().map(|&run| posed.runs[run].own.mass_unit).collect(),
+            first: 0,
+        },
+        evidence,
+        coefficients: vec![0.0; wrong.len()],
+        searched: evidence - gain,
+        in_runs: true,
+    }
+}

@@ -1,0 +1,169 @@
+//! The model against a covariance that nothing was integrated out of, on pure noise, and on runs
+//! with an effect.
+
+use logs::robot::Robot;
+use logs::runs::{RawRun, Row, Runs};
+use model::effects::Regressor;
+use model_core::effects::Term;
+use model_core::estimator::Sample;
+use model_core::torque::{Drive, TorqueModel};
+use nalgebra::{DMatrix, DVector};
+
+use super::evidence::{Marginal, Shape, Totals, Variances, gain_of_several, reduce};
+use super::noise::{Noise, Told};
+use super::priors::ORDER;
+use super::rows::Kept;
+use super::{LEVEL, investigate};
+use crate::twin::{State, Twin};
+use crate::types::{Base, Options, Verdict};
+
+/// Normal values: sums of twelve numbers of a multiplier.
+struct Normal(u64);
+
+impl Normal {
+    fn next(&mut self) -> f64 {
+        let mut uniform = || {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+    }
+
+    /// Noise that remembers 0.7 of itself.
+    fn coloured(&mut self, rows: usize, std_dev: f64) -> Vec<f64> {
+        let mut last = 0.0;
+        (0..rows)
+            .map(|_| {
+                last = 0.7 * last + self.next() * std_dev * (1.0_f64 - 0.49).sqrt();
+                last
+            })
+            .collect()
+    }
+}
+
+/// host-tools/tests/reference/gap_likelihood/dense.py has the same problem and prints the numbers.
+#[test]
+fn evidences_are_those_of_the_whole_covariance() {
+    const ROWS: usize = 25;
+    let shape = Shape { base: 2, functions: 3 };
+    let value = |run: f64, row: f64, column: f64| {
+        (0.37 * (column + 1.0) * row + 1.3 * run + 0.9 * column).sin()
+            + 0.1 * column * (0.11 * row * (run + 1.0)).cos()
+    };
+    let variances = Variances {
+        base: DMatrix::from_diagonal_element(2, 2, 1e-2),
+        shared: vec![0.3, 0.02, 0.5],
+        runs: vec![0.1, 0.2, 0.05],
+    };
+    let runs: Vec<Marginal> = (0..4)
+        .map(|run| {
+            let columns =
+                DMatrix::from_fn(ROWS, 7, |row, column| value(f64::from(run), row as f64, column as f64));
+            Marginal::of(&columns.tr_mul(&columns), shape, &variances.runs).unwrap()
+        })
+        .collect();
+    let totals = Totals::of(shape, runs.iter().enumerate().map(|(run, own)| (run < 2, own)));
+    let (size, other) = (0.7, 0.04);
+    let none = reduce(&totals, shape, &variances, 0.0).unwrap();
+    let with = reduce(&totals, shape, &variances, other).unwrap();
+    let gain = |own: &super::evidence::Reduced| {
+        let along = DVector::from_element(1, own.products[(1, 0)]);
+        let square = DMatrix::from_element(1, 1, own.products[(1, 1)]);
+        let any = (f64::NEG_INFINITY, f64::INFINITY);
+        let one = super::evidence::gain(along[0], square[(0, 0)], size, any);
+        assert!((one - gain_of_several(&along, &square, &[size])).abs() < 1e-9);
+        one
+    };
+    let found = [gain(&none), 0.5 * (none.minus_two_log - with.minus_two_log), gain(&with)];
+    let expected = [-1.362_358_929_720_478_8, -0.384_775_033_954_284_25, -1.361_948_299_994_644_2];
+    for (found, expected) in found.iter().zip(expected) {
+        assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+    }
+}
+
+/// On noise alone z is a standard normal variable: its variance over 200 columns of as many runs is
+/// 1 within three standard errors, 0.3.
+#[test]
+fn the_variance_of_z_on_pure_noise_is_one() {
+    const ROWS: usize = 400;
+    let mut normal = Normal(5);
+    let kept = Kept { rows: (0..ROWS).collect(), known: (0..ROWS).map(|row| row >= ORDER).collect() };
+    let power: Vec<f64> = (0..ROWS).map(|row| 2.0 + (0.03 * row as f64).sin()).collect();
+    let clean: Vec<Vec<f64>> = (0..6).map(|_| normal.coloured(ROWS, 0.05)).collect();
+    let told: Vec<Told<'_>> = clean.iter().map(|left| Told { kept: &kept, power: &power, left }).collect();
+    let noise = Noise::told(&told).unwrap();
+    let precision = noise.precision(&kept, &power);
+    let mut sum = 0.0;
+    for k in 0..200 {
+        let y = normal.coloured(ROWS, 0.05);
+        let column = (0..ROWS).map(|row| (0.002 * f64::from(k + 1) * row as f64).sin());
+        let columns = DMatrix::from_iterator(ROWS, 2, y.iter().copied().chain(column.collect::<Vec<_>>()));
+        let products = columns.tr_mul(&precision.inverse_times(&columns));
+        sum += products[(0, 1)].powi(2) / products[(1, 1)];
+    }
+    let variance = sum / 200.0;
+    assert!((variance - 1.0).abs() < 0.3, "{variance}");
+}
+
+const TORQUE: [f64; 7] = [0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0];
+
+/// Runs of a minute with what the base predicts, an effect, and noise.
+fn runs(count: u32, effects: &[(Regressor, f64)], normal: &mut Normal) -> Runs<2> {
+    let core = Robot::named("burger").unwrap().core::<2>(2.0).unwrap();
+    let raw = (0..count).map(|run| {
+        let pace = 0.3 + 0.11 * f64::from(run % 5);
+        let rows = (0..1200).map(|k| {
+            let time = 0.05 * f64::from(k);
+            let speed = [5.0 * (pace * time).sin(), 4.0 * (0.7 * pace * time + f64::from(run)).sin()];
+            let sample = Sample { wheel_speed: speed, wheel_acceleration: None, power: 0.0 };
+            (time, sample, 1.0 + f64::from(run % 4), Vec::new())
+        });
+        RawRun { name: format!("run{run}"), rows: rows.collect(), columns: Vec::new(), period_s: 0.05 }
+    });
+    let mut runs = Runs::condition(&core, raw.collect()).unwrap();
+    let state = State { torque: TorqueModel::from_array(TORQUE), effects: effects.to_vec() };
+    let powers: Vec<Vec<f64>> = {
+        let twin = Twin { runs: &runs, drive: Drive::Dissipative, lag: 0.0, early: 0.0 };
+        (0..count as usize).map(|run| twin.predict(run, &state)).collect()
+    };
+    for (run, powers) in runs.runs.iter_mut().zip(powers) {
+        let noise = normal.coloured(powers.len(), 0.05);
+        let rows = run.rows.iter().zip(powers).zip(noise);
+        run.rows = rows.map(|((row, power), noise)| Row { power: power + noise, ..*row }).collect();
+    }
+    runs
+}
+
+fn asked(effects: &[(Regressor, f64)]) -> crate::report::Report {
+    let mut normal = Normal(11);
+    let clean = runs(6, &[], &mut normal);
+    let field = runs(6, effects, &mut normal);
+    let base = Base {
+        torque: TorqueModel::from_array(TORQUE),
+        covariance: Some(DMatrix::from_diagonal_element(6, 6, 1e-8)),
+        drive: Drive::Dissipative,
+        masses_kg: vec![1.0, 4.0],
+        of_simulator: false,
+    };
+    investigate(&field, Some(&clean), &base, &Options::default(), LEVEL).unwrap()
+}
+
+/// A drag of 0.03 N·m on the left wheel: its posterior leads, and the size is right to 10 %.
+#[test]
+fn the_effect_that_is_hidden_leads() {
+    let found = asked(&[(Regressor::Term(Term::Drag(0)), 0.03)]);
+    let posterior = &found.likelihood.as_ref().unwrap().posterior;
+    assert_eq!(posterior.effects[0].id, "wheel-drag", "{posterior:?}");
+    assert_eq!(found.verdict, Verdict::Named, "{posterior:?}");
+    assert!((found.effects[0].coefficients[0] / 0.03 - 1.0).abs() < 0.1, "{:?}", found.effects[0]);
+    let gate = found.likelihood.as_ref().unwrap().gate.unwrap();
+    assert!(!gate.is_shut(), "{gate:?}");
+}
+
+#[test]
+fn without_an_effect_nothing_new_leads() {
+    let found = asked(&[]);
+    let posterior = &found.likelihood.as_ref().unwrap().posterior;
+    assert_eq!(found.verdict, Verdict::None, "{posterior:?}");
+    assert!(posterior.none > 0.5, "{posterior:?}");
+}
