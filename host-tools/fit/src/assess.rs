@@ -162,7 +162,8 @@ const DRIVE_S: f64 = 25.0;
 
 /// Standard deviation of a drive's energy about the model's, beyond what the noise explains, as a
 /// share of it. Between runs, which differ by floor, warmth and battery, where there are enough; or
-/// between kinds of driving in a run ([`Kinds`]), whichever stray more: a task may be of one kind.
+/// between kinds of driving in a run (slow or fast, straight or turning), whichever stray more: a
+/// task may be of one kind.
 /// As much wider as Student's t is for so many; 0 where there are too few to tell.
 pub fn energy_spread<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, noise: &Noise<f64>) -> f64 {
     let runs: BTreeSet<u32> = dataset.store.iter().map(|row| row.run).collect();
