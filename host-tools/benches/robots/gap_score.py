@@ -20,15 +20,15 @@ def main():
     lines = [json.loads(line) for line in open(sys.argv[2])]
     failed = [l for l in lines if "error" in l]
     lines = [{**l, "judged": judge(l)} for l in lines if "error" not in l]
-    for robot in dict.fromkeys(l["robot"] for l in lines):
-        own = [l for l in lines if l["robot"] == robot]
+    for robot, engine in dict.fromkeys((l["robot"], l["engine"]) for l in lines):
+        own = [l for l in lines if (l["robot"], l["engine"]) == (robot, engine)]
         known, free = [l for l in own if l["effect"]], [l for l in own if not l["effect"]]
 
         def share(*what):
             return 100.0 * sum(l["judged"] in what for l in known) / max(len(known), 1)
 
         alarms = [l for l in free if l["judged"] == "alarm"]
-        print(f"{robot}: {len(known)} sets with an effect: right {share('right', 'twins'):.1f} %, in the set of names "
+        print(f"{robot}, {engine}: {len(known)} sets with an effect: right {share('right', 'twins'):.1f} %, in the set of names "
               f"{share('right', 'twins', 'tie', 'extra'):.1f} %, wrong {share('WRONG'):.1f} %; alarms in {len(alarms)} of {len(free)} sets without")
         print("  " + "effect".ljust(28) + "".join(o.rjust(12) for o in ORDER) + "   named instead, or with it")
         for effect in dict.fromkeys(l["effect"][0] for l in known):

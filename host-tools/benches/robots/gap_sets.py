@@ -1,14 +1,16 @@
 """Sets for the gap workflow on the MuJoCo robots: six clean runs, ten in the field with an effect or none; and gmr's answer.
 
-    python gap_sets.py OUT.jsonl --gmr PATH --work FOLDER [--free 100] [--free-other 25] [--robots …] [--effects …] [--jobs 2]
+    python gap_sets.py OUT.jsonl --gmr PATH --work FOLDER [--free 100] [--free-other 25] [--robots …] [--effects …]
+                       [--seeds 1 6] [--engines rules likelihood] [--jobs 2]
 
-One line of JSON a set, as tests/reference/gap_judge/tally.py reads it. Sets without effect draw their drives from those of all
+One line of JSON a set and engine, as tests/reference/gap_judge/tally.py reads it. Sets without effect draw their drives from those of all
 seeds and get sensor noise of their own, some of another kind.
 """
 
 import argparse
 import json
 import shutil
+import time
 from multiprocessing import Pool
 from pathlib import Path
 
@@ -62,7 +64,7 @@ def driven(records, plant, seed, place, clean, effect):
     return record
 
 
-def write(folder, records, plant, seed, effect, number, kind=KINDS[0]):
+def write(folder, records, plant, seed, effect, number, kind=KINDS[0], seeds=(1, 6)):
     """clean/*.csv, field/*.csv; `number` parts the noise of sets that share drives."""
     for name, count in (("clean", CLEAN), ("field", FIELD)):
         (folder / name).mkdir(parents=True)
@@ -70,36 +72,40 @@ def write(folder, records, plant, seed, effect, number, kind=KINDS[0]):
             clean = name == "clean"
             rng = np.random.default_rng([seed, number, place, int(clean), 5])
             # Sets without effect: any drive of any seed.
-            of = seed if clean or effect else int(rng.integers(*SEEDS))
+            of = seed if clean or effect else int(rng.integers(*seeds))
             at = place if clean or effect else int(rng.integers(FIELD))
             s = scene(plant, of, at, True) if clean else affected(plant, of, at, effect)
             record = driven(records, plant, of, at, clean, effect)
             sensors.log(folder / name / f"{place:02}.csv", plant, record, s.noted, rng, RATE_HZ, faults=s.faults, kind=kind)
 
 
-SEEDS = (1, 6)
-
-
 def run(task):
-    gmr, work, robot, seed, effect, number, kind = task
+    gmr, work, robot, seed, effect, number, kind, seeds, engines = task
     plant = PLANTS[robot]
     folder = work / "sets" / f"{robot}_{effect or 'free'}_{seed}_{number}"
     shutil.rmtree(folder, ignore_errors=True)
     line = {"robot": robot, "seed": seed, "effect": [effect] if effect else [], "size": 1.0, "reached": [1.0], "magnitude": [], "variant": 0,
             "kind": kind, "memory": 0.9, "mode": "mujoco", "number": number}
     try:
-        write(folder, work / "records", plant, seed, effect, number, kind)
+        write(folder, work / "records", plant, seed, effect, number, kind, seeds)
         toml = f"{generate.LOGGED[robot][-1]}.toml"
         generate.robot_file(folder, toml[:-5], plant)
         base = folder / "base.toml"
         gmr.fit(folder / toml, base, sorted((folder / "clean").glob("*.csv")))
-        answer = gmr.json("gap", "--robot", folder / toml, "--coeffs", base, *sorted((folder / "field").glob("*.csv")))
-        effects = answer["effects"]
-        return {**line, "verdict": answer["verdict"], "named": [e["id"] for e in effects], "ties": answer["ambiguous_with"],
-                "coefficients": [[e["id"], e["coefficient"], e["std_err"]] for e in effects], "closed": answer["gap_closed"],
-                "before": answer["gap_before_w"], "after": answer["gap_after_w"], "floor": answer["noise_floor_w"], "outcome": [], "seconds": 0.0}
+        logs = sorted((folder / "field").glob("*.csv"))
+        lines = []
+        for engine in engines:
+            start = time.time()
+            answer = gmr.json("gap", "--robot", folder / toml, "--coeffs", base, "--engine", engine, *logs)
+            effects = answer["effects"]
+            lines.append({**line, "engine": engine, "verdict": answer["verdict"], "named": [e["id"] for e in effects],
+                          "ties": answer["ambiguous_with"], "posterior": answer["posterior"],
+                          "coefficients": [[e["id"], e["coefficient"], e["std_err"]] for e in effects],
+                          "closed": answer["gap_closed"], "before": answer["gap_before_w"], "after": answer["gap_after_w"],
+                          "floor": answer["noise_floor_w"], "outcome": [], "seconds": time.time() - start})
+        return lines
     except Failed as error:
-        return {**line, "error": str(error)}
+        return [{**line, "engine": engine, "error": str(error)} for engine in engines]
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
@@ -113,20 +119,24 @@ def main():
     parser.add_argument("--free-other", type=int, default=25, help="the same in each other kind of noise")
     parser.add_argument("--robots", nargs="+", default=list(PLANTS))
     parser.add_argument("--effects", nargs="+", default=list(EFFECTS))
+    parser.add_argument("--seeds", nargs=2, type=int, default=[1, 6])
+    parser.add_argument("--engines", nargs="+", choices=["rules", "likelihood"], default=["rules"])
     parser.add_argument("--jobs", type=int, default=2)
     a = parser.parse_args()
     gmr, work = Gmr(a.gmr), a.work.resolve()
+    first, end = a.seeds
+    count = end - first
     todo = []
     for robot in a.robots:
-        for seed in range(*SEEDS):
-            todo += [(gmr, work, robot, seed, effect, 0, KINDS[0]) for effect in a.effects]
+        for seed in range(first, end):
+            todo += [(gmr, work, robot, seed, effect, 0, KINDS[0], a.seeds, a.engines) for effect in a.effects]
             # Before others need them: the drives without effect.
-            todo.insert(0, (gmr, work, robot, seed, None, 0, KINDS[0]))
-        kinds = [KINDS[0]] * max(a.free - 5, 0) + [kind for kind in KINDS[1:] for _ in range(a.free_other)]
-        todo += [(gmr, work, robot, SEEDS[0] + k % (SEEDS[1] - SEEDS[0]), None, k, kind) for k, kind in enumerate(kinds, 5)]
+            todo.insert(0, (gmr, work, robot, seed, None, 0, KINDS[0], a.seeds, a.engines))
+        kinds = [KINDS[0]] * max(a.free - count, 0) + [kind for kind in KINDS[1:] for _ in range(a.free_other)]
+        todo += [(gmr, work, robot, first + k % count, None, k, kind, a.seeds, a.engines) for k, kind in enumerate(kinds, count)]
     with Pool(a.jobs) as pool, open(a.out, "w") as out:
-        for line in pool.imap_unordered(run, todo):
-            out.write(json.dumps(line) + "\n")
+        for lines in pool.imap_unordered(run, todo):
+            out.writelines(json.dumps(line) + "\n" for line in lines)
             out.flush()
 
 

@@ -150,7 +150,11 @@ pub fn investigate<const N: usize>(
         over_dispersion,
         clean_structure,
         refit: Vec::new(),
-        ties: found.ties,
+        ties: found
+            .ties
+            .into_iter()
+            .map(|tie| tie.into_iter().map(Hypothesis::into_rival).collect())
+            .collect(),
         likelihood: None,
         basis: Some(Basis {
             drive: base.drive,

@@ -85,6 +85,25 @@ pub enum Engine {
     },
 }
 
+impl Engine {
+    /// Asks field runs what they have that clean ones lack.
+    ///
+    /// # Errors
+    /// Too few runs, or runs without steady rows.
+    pub fn investigate<const N: usize>(
+        self,
+        runs: &Runs<N>,
+        clean: Option<&Runs<N>>,
+        base: &Base,
+        options: &Options,
+    ) -> Result<Report> {
+        match self {
+            Self::Rules => investigate(runs, clean, base, options),
+            Self::Likelihood { level } => likelihood::investigate(runs, clean, base, options, level),
+        }
+    }
+}
+
 /// All that was found.
 pub struct Answer {
     /// The verdict, and what led to it.
@@ -245,12 +264,7 @@ fn answer<const N: usize>(context: &Context, request: &Request<'_>) -> Result<An
         }
     }
     let progress = StageProgress::new(context, "looking for what the model lacks");
-    let report = match request.engine {
-        Engine::Rules => investigate(&runs, clean.as_ref(), &base, &options)?,
-        Engine::Likelihood { level } => {
-            likelihood::investigate(&runs, clean.as_ref(), &base, &options, level)?
-        }
-    };
+    let report = request.engine.investigate(&runs, clean.as_ref(), &base, &options)?;
     let report = match (&simulator, &fitted) {
         (None, Some(_)) => {
             let refit = refit::asked_for(context, robot, &core, &base, &clean_logs, mass, &report)?;

@@ -114,10 +114,7 @@ pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
         profile: &arguments.profile,
         wish: Wish { probability: arguments.part, room: arguments.room },
         force: arguments.overwrite.force,
-        engine: match arguments.engine {
-            By::Rules => Engine::Rules,
-            By::Likelihood => Engine::Likelihood { level: arguments.level },
-        },
+        engine: arguments.engine.at(arguments.level),
     };
     let found = gap(context, &request)?;
     show(&found, arguments)
@@ -125,11 +122,21 @@ pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
 
 /// By what it is decided what is missing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum By {
+pub(super) enum By {
     /// Thresholds, ties and confirmation on locked runs
     Rules,
     /// One likelihood of all causes
     Likelihood,
+}
+
+impl By {
+    /// The engine; the likelihood's gate at this level.
+    pub(super) fn at(self, level: f64) -> Engine {
+        match self {
+            Self::Rules => Engine::Rules,
+            Self::Likelihood => Engine::Likelihood { level },
+        }
+    }
 }
 
 /// A share of relabelled sets.

@@ -17,6 +17,7 @@ pub(super) fn outcomes(outcomes: &[Outcome]) -> Value {
         put("tie", json!(outcome.ties));
         put("gap_closed", json!(outcome.closed));
         put("seconds", json!(outcome.seconds));
+        put("probability", json!(outcome.probability));
         put("counted", json!(count(outcome)));
         Value::Object(set)
     });

@@ -16,8 +16,8 @@ use rayon::prelude::*;
 use support::error::{Error, Result};
 
 use self::sets::{NoiseKind, noises};
-use crate::investigate::investigate;
 use crate::types::{Options, Verdict};
+use crate::workflow::Engine;
 
 /// What is hidden, and in how large a set.
 #[derive(Debug, Clone, PartialEq)]
@@ -114,6 +114,8 @@ pub struct Outcome {
     pub seconds: f64,
     /// How the last round ended.
     pub note: String,
+    /// Of the likelihood: how probable the likeliest effect is.
+    pub probability: Option<f64>,
 }
 
 /// Effects of a case in a typical strength: sizes are then scaled.
@@ -128,8 +130,8 @@ pub fn typical() -> Result<Vec<Effect>> {
 ///
 /// # Errors
 /// What plant, fit and workflow refuse.
-pub fn run(robot: &Robot, cases: &[Case], bar: &ProgressBar) -> Result<Vec<Outcome>> {
-    let mut outcomes = all(cases, bar, |case| one(robot, case))?;
+pub fn run(robot: &Robot, cases: &[Case], engine: Engine, bar: &ProgressBar) -> Result<Vec<Outcome>> {
+    let mut outcomes = all(cases, bar, |case| one(robot, case, engine))?;
     outcomes.sort_by_key(|outcome| (count::label(outcome), outcome.case.size.to_bits(), outcome.case.seed));
     Ok(outcomes)
 }
@@ -147,7 +149,7 @@ fn all<T: Send>(
 ///
 /// # Errors
 /// As [`run`].
-pub fn one(robot: &Robot, case: &Case) -> Result<Outcome> {
+pub fn one(robot: &Robot, case: &Case, engine: Engine) -> Result<Outcome> {
     let columns = columns(case);
     let clean = sets::clean(robot, case.seed, case.noise.noise, columns)?;
     let mut effects = Vec::new();
@@ -158,7 +160,7 @@ pub fn one(robot: &Robot, case: &Case) -> Result<Outcome> {
     let runs = Runs::condition(&clean.core, raw)?;
     let options = Options { removed: case.removed.clone(), ..Options::default() };
     let started = Instant::now();
-    let report = investigate(&runs, Some(&clean.runs), &clean.base, &options)?;
+    let report = engine.investigate(&runs, Some(&clean.runs), &clean.base, &options)?;
     let seconds = started.elapsed().as_secs_f64();
     Ok(Outcome {
         case: Case { effects, ..case.clone() },
@@ -167,6 +169,10 @@ pub fn one(robot: &Robot, case: &Case) -> Result<Outcome> {
         ties: report.ambiguous_with.clone(),
         closed: report.confirmed.closed,
         seconds,
+        probability: report
+            .likelihood
+            .as_ref()
+            .and_then(|found| Some(found.posterior.effects.first()?.probability)),
         note: report.rounds.last().map_or(String::new(), |round| round.outcome.clone()),
     })
 }

@@ -45,7 +45,7 @@ use crate::investigate::{joint, named_effects};
 use crate::problem::lag;
 use crate::problem::open::{open_problem, precision};
 use crate::report::localise;
-use crate::report::{Basis, Report};
+use crate::report::{Basis, Report, Rival};
 use crate::scope::candidates;
 use crate::split;
 use crate::thresholds::calibrate::LEAST_RUNS;
@@ -163,6 +163,17 @@ pub fn investigate<const N: usize>(
     if verdict.stands() {
         localise::fill_after(runs, &mut localisation, &after);
     }
+    let rival = |cause: &&Cause| {
+        let own = &scored[cause.best];
+        let candidate = own.way.candidate.clone();
+        let effects = candidate.regressors.iter().cloned().zip(own.coefficients.iter().copied());
+        let state = of_open(&State { effects: effects.collect(), ..state.clone() });
+        Rival { candidate, state }
+    };
+    let ties = match verdict {
+        Verdict::Ambiguous => vec![names.iter().map(rival).collect()],
+        _ => Vec::new(),
+    };
     let mut ambiguous_with: Vec<String> = names.iter().skip(1).map(|cause| cause.id.clone()).collect();
     ambiguous_with.sort();
     Ok(Report {
@@ -181,7 +192,7 @@ pub fn investigate<const N: usize>(
         over_dispersion: None,
         clean_structure: None,
         refit: Vec::new(),
-        ties: Vec::new(),
+        ties,
         basis: Some(Basis {
             drive: base.drive,
             lag,

@@ -22,8 +22,7 @@ use self::family::{Block, Recipe, blocks};
 use self::limits::Limits;
 use self::room::Room;
 use self::separate::{Ground, Products};
-use super::name::hypothesis::Hypothesis;
-use crate::report::Report;
+use crate::report::{Report, Rival};
 use crate::thresholds::manoeuvre::{
     CHOICE_S, DURATIONS_S, LEADS_S, LEAST_RISE, MOST_BLOCKS, ONE_LOAD, OPEN, PARTED, RUNS, RUNS_TRIED, SURE,
     WORTH,
@@ -92,7 +91,7 @@ pub fn suggest<const N: usize>(
         .flat_map(|(round, tie)| tie.iter().map(move |hypothesis| (round, hypothesis.clone())));
     let (seen, unseen): (Vec<_>, Vec<_>) =
         hypotheses.partition(|(_, hypothesis)| separate::foreseen(hypothesis));
-    let (rounds, seen): (Vec<usize>, Vec<Hypothesis>) = seen.into_iter().unzip();
+    let (rounds, seen): (Vec<usize>, Vec<Rival>) = seen.into_iter().unzip();
     let known = runs.subset(&report.split.open).with_clean(clean);
     let limits = Limits::new(robot, &known);
     let search = Search {

@@ -21,9 +21,8 @@ use super::super::smooth;
 use super::super::twin::{State, Twin};
 use super::family::{Knots, at};
 use super::limits::Limits;
-use crate::name::hypothesis::Hypothesis;
 use crate::noise::whiten::Signal;
-use crate::report::Basis;
+use crate::report::{Basis, Rival};
 use crate::thresholds::manoeuvre::{SAMPLES_PER_CUTOFF, SHAPE_STEP, SHAPE_UNCERTAINTY};
 use crate::thresholds::problem::DISCREPANCY_RIDGE;
 
@@ -63,7 +62,7 @@ pub fn planned<const N: usize>(
 
 /// Whether a drive can show what this hypothesis says: nobody can foresee what other columns will
 /// hold.
-pub fn foreseen(hypothesis: &Hypothesis) -> bool {
+pub fn foreseen(hypothesis: &Rival) -> bool {
     hypothesis.candidate.regressors.iter().all(|regressor| match regressor {
         Regressor::Column(_) | Regressor::Temperature(..) => false,
         Regressor::Term(term) => !matches!(term, Term::GradeByPitch),
@@ -114,7 +113,7 @@ pub struct Ground<'a, const N: usize> {
     /// What predictions rest on.
     pub basis: &'a Basis,
     /// Who is to be parted.
-    pub hypotheses: &'a [Hypothesis],
+    pub hypotheses: &'a [Rival],
     /// Whether there are clean runs: without, the base moves instead of the discrepancy.
     pub has_clean: bool,
 }
@@ -185,13 +184,11 @@ impl<const N: usize> Ground<'_, N> {
         let states: Vec<State> = self
             .hypotheses
             .iter()
-            .map(|hypothesis| {
-                if planned {
-                    to_come(&hypothesis.fitted.state, runs)
-                } else {
-                    hypothesis.fitted.state.clone()
-                }
-            })
+            .map(
+                |hypothesis| {
+                    if planned { to_come(&hypothesis.state, runs) } else { hypothesis.state.clone() }
+                },
+            )
             .collect();
         let base = self.basis.precision.nrows();
         let mut sums: Option<DMatrix<f64>> = None;

@@ -9,7 +9,7 @@ pub mod page;
 pub mod summary;
 
 use fit::form::Judged;
-use model::effects::NotTestable;
+use model::effects::{Candidate, NotTestable};
 use model_core::torque::{Drive, TorqueModel};
 use nalgebra::DMatrix;
 use serde_json::{Value, json};
@@ -18,7 +18,6 @@ use self::localise::Cell;
 use super::confirm::Confirmed;
 use super::detect::over_dispersion::OverDispersion;
 use super::likelihood;
-use super::name::hypothesis::Hypothesis;
 use super::noise::whiten::{Signal, Whitener};
 use super::split::Split;
 use super::thresholds::calibrate::MARGIN;
@@ -64,13 +63,22 @@ pub struct Report {
     pub refit: Vec<Judged>,
     /// Base before, and after.
     pub base: [TorqueModel<f64>; 2],
-    /// Hypotheses of each round that ended in a tie, the winner first, each in all ways in which it
-    /// may show.
-    pub ties: Vec<Vec<Hypothesis>>,
+    /// Rivals of each round that ended in a tie, the winner first, each in all ways in which it may
+    /// show.
+    pub ties: Vec<Vec<Rival>>,
     /// What predictions rest on.
     pub basis: Option<Basis>,
     /// Probabilities of causes, where the one likelihood was asked.
     pub likelihood: Option<likelihood::Found>,
+}
+
+/// One of those that explain a gap about as well.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rival {
+    /// What it is.
+    pub candidate: Candidate,
+    /// Base and effects with it, of the open runs.
+    pub state: State,
 }
 
 /// What predictions of other runs rest on, beside a state.

@@ -1,7 +1,7 @@
-"""Makes sets, lets gmr judge them, keeps what it said: one line of JSON a set.
+"""Makes sets, lets gmr judge them, keeps what it said: one line of JSON a set and engine.
 
     python batch.py OUT.jsonl --gmr PATH [--kind effects|free|foreign|pairs] [--robots servo brisk] [--sizes 0.5 1 2]
-                    [--seeds 0 4] [--names …] [--mode coeffs|alone|lost] [--jobs 2] [--keep FOLDER] [--minutes M]
+                    [--seeds 0 4] [--names …] [--mode coeffs|alone|lost] [--engines rules likelihood] [--jobs 2] [--keep FOLDER] [--minutes M]
                     [--known EARLIER.jsonl …]
 
 `coeffs`: with base.toml of six clean runs; `alone`: no coefficients; `lost`: base.toml, but the clean runs are gone.
@@ -46,7 +46,7 @@ def tasks(a):
             for name in names:
                 for size in a.sizes if name else [0.0]:
                     yield {"robot": robot, "seed": seed, "effect": name, "size": size, "kind": kind, "memory": memory,
-                           "mode": a.mode, "gmr": a.gmr, "keep": a.keep}
+                           "mode": a.mode, "gmr": a.gmr, "keep": a.keep, "engines": a.engines}
 
 
 def call(arguments, folder):
@@ -67,40 +67,45 @@ def run(t):
             clean = sorted(str(p.relative_to(folder)) for p in (folder / "clean").glob("*.csv"))
             fit, _ = call([t["gmr"], "fit", "--robot", robot, "--out", "base.toml", *clean], folder)
             if fit.returncode:
-                return {**t, "error": fit.stderr}
+                return [{**t, "engine": engine, "error": fit.stderr} for engine in t["engines"]]
             if t["mode"] == "lost":
                 text = (folder / "base.toml").read_text()
                 lines = [line for line in text.splitlines() if not line.startswith("logs")]
                 (folder / "base.toml").write_text("\n".join(lines) + "\n")
                 shutil.rmtree(folder / "clean")
             command += ["--coeffs", "base.toml"]
-        done, seconds = call([*command, *logs], folder)
-        try:
-            answer = json.loads(done.stdout)
-        except ValueError:
-            return {**t, "error": done.stderr[-400:]}
-        (folder / "answer.json").write_text(done.stdout)
-        (folder / "command.txt").write_text(" ".join(["gmr", *command[1:], *logs]) + "\n")
-        line = {k: t[k] for k in ("robot", "seed", "effect", "size", "kind", "memory", "mode")}
-        line.update(reached=truth["reached"], magnitude=truth["magnitude"], variant=truth["variant"], seconds=seconds,
-                    verdict=answer["verdict"], named=[e["id"] for e in answer["effects"]],
-                    coefficients=[[e["id"], e["coefficient"], e["std_err"]] for e in answer["effects"]],
-                    details=[e["detail"] for e in answer["effects"]],
-                    ties=answer["ambiguous_with"], closed=answer["gap_closed"], before=answer["gap_before_w"],
-                    after=answer["gap_after_w"], floor=answer["noise_floor_w"],
-                    outcome=[[r["structure"], r["allowed"], r["outcome"]] for r in answer["rounds"]])
-        if answer["rounds"]:
-            best = sorted(answer["rounds"][0]["candidates"], key=lambda c: -c["gain"])[:6]
-            line["best"] = [[c["id"], round(c["gain"], 1), c["status"]] for c in best]
-        line["judged"] = judge(line)
-        if t["keep"] and line["judged"] in ("WRONG", "alarm", "extra", "missed-name"):
-            label = "+".join(t["effect"]) or "free"
-            place = Path(t["keep"]) / f"{t['mode']}_{t['robot']}_{label}_{t['size']}_{t['seed']}"
-            shutil.rmtree(place, ignore_errors=True)
-            shutil.copytree(folder, place)
-        return line
+        return [answered(t, truth, folder, [*command, "--engine", engine, *logs], engine) for engine in t["engines"]]
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def answered(t, truth, folder, command, engine):
+    """One line: what the engine said of the set."""
+    done, seconds = call(command, folder)
+    try:
+        answer = json.loads(done.stdout)
+    except ValueError:
+        return {**t, "engine": engine, "error": done.stderr[-400:]}
+    (folder / "answer.json").write_text(done.stdout)
+    (folder / "command.txt").write_text(" ".join(["gmr", *command[1:]]) + "\n")
+    line = {k: t[k] for k in ("robot", "seed", "effect", "size", "kind", "memory", "mode")}
+    line.update(engine=engine, reached=truth["reached"], magnitude=truth["magnitude"], variant=truth["variant"], seconds=seconds,
+                verdict=answer["verdict"], named=[e["id"] for e in answer["effects"]],
+                coefficients=[[e["id"], e["coefficient"], e["std_err"]] for e in answer["effects"]],
+                details=[e["detail"] for e in answer["effects"]], posterior=answer["posterior"],
+                ties=answer["ambiguous_with"], closed=answer["gap_closed"], before=answer["gap_before_w"],
+                after=answer["gap_after_w"], floor=answer["noise_floor_w"],
+                outcome=[[r["structure"], r["allowed"], r["outcome"]] for r in answer["rounds"]])
+    if answer["rounds"]:
+        best = sorted(answer["rounds"][0]["candidates"], key=lambda c: -c["gain"])[:6]
+        line["best"] = [[c["id"], round(c["gain"], 1), c["status"]] for c in best]
+    line["judged"] = judge(line)
+    if t["keep"] and line["judged"] in ("WRONG", "alarm", "extra", "missed-name"):
+        label = "+".join(t["effect"]) or "free"
+        place = Path(t["keep"]) / f"{engine}_{t['mode']}_{t['robot']}_{label}_{t['size']}_{t['seed']}"
+        shutil.rmtree(place, ignore_errors=True)
+        shutil.copytree(folder, place)
+    return line
 
 
 def main():
@@ -114,6 +119,7 @@ def main():
     parser.add_argument("--names", nargs="*")
     parser.add_argument("--noise", choices=NOISES)
     parser.add_argument("--mode", choices=["coeffs", "alone", "lost"], default="coeffs")
+    parser.add_argument("--engines", nargs="+", choices=["rules", "likelihood"], default=["rules"])
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--keep")
     parser.add_argument("--known", nargs="*", default=[])
@@ -133,8 +139,8 @@ def main():
     np.random.default_rng(0).shuffle(todo)
     start = time.time()
     with Pool(a.jobs) as pool, open(a.out, "a") as out:
-        for count, line in enumerate(pool.imap_unordered(run, todo), 1):
-            out.write(json.dumps(line) + "\n")
+        for count, lines in enumerate(pool.imap_unordered(run, todo), 1):
+            out.writelines(json.dumps(line) + "\n" for line in lines)
             out.flush()
             if a.minutes and time.time() - start > 60.0 * a.minutes:
                 pool.terminate()

@@ -57,9 +57,9 @@ def main():
     lines = [json.loads(line) for name in a.result for line in open(name)]
     errors = [l for l in lines if "error" in l]
     lines = [l for l in lines if "error" not in l]
-    for mode in dict.fromkeys(l["mode"] for l in lines):
-        here = [l for l in lines if l["mode"] == mode]
-        print(f"==== mode {mode} ====")
+    for mode, engine in dict.fromkeys((l["mode"], l["engine"]) for l in lines):
+        here = [l for l in lines if (l["mode"], l["engine"]) == (mode, engine)]
+        print(f"==== mode {mode}, engine {engine} ====")
         known = [l for l in here if len(l["effect"]) == 1 and l["effect"][0] in DICTIONARY]
         # A limit of physics keeps some below the wanted size: they are judged at what they reached.
         for title, some in [("size reached 0.45 and more", [l for l in known if l["reached"][0] >= 0.45]),
