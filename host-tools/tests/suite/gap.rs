@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use crate::common::{Bench, keys, number};
 use serde_json::Value;
 
-const KEYS: [&str; 25] = [
+const KEYS: [&str; 26] = [
     "version",
     "verdict",
     "effects",
@@ -28,6 +28,7 @@ const KEYS: [&str; 25] = [
     "rounds",
     "clean_structure",
     "refit",
+    "posterior",
     "noise_floor_how",
     "base_moves",
     "not_testable",

@@ -97,7 +97,9 @@ def answered(t, truth, folder, command, engine):
                 after=answer["gap_after_w"], floor=answer["noise_floor_w"],
                 outcome=[[r["structure"], r["allowed"], r["outcome"]] for r in answer["rounds"]])
     if answer["rounds"]:
-        best = sorted(answer["rounds"][0]["candidates"], key=lambda c: -c["gain"])[:6]
+        # One that cannot be has no gain.
+        some = [c for c in answer["rounds"][0]["candidates"] if c["gain"] is not None]
+        best = sorted(some, key=lambda c: -c["gain"])[:6]
         line["best"] = [[c["id"], round(c["gain"], 1), c["status"]] for c in best]
     line["judged"] = judge(line)
     if t["keep"] and line["judged"] in ("WRONG", "alarm", "extra", "missed-name"):
