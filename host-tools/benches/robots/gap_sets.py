@@ -96,7 +96,7 @@ def run(task):
         lines = []
         for engine in engines:
             start = time.time()
-            answer = gmr.json("gap", "--robot", folder / toml, "--coeffs", base, "--engine", engine, *logs)
+            answer = gmr.json("gap", "--robot", folder / toml, "--coeffs", base, "--engine", engine, *logs, folder=folder)
             effects = answer["effects"]
             lines.append({**line, "engine": engine, "verdict": answer["verdict"], "named": [e["id"] for e in effects],
                           "ties": answer["ambiguous_with"], "posterior": answer["posterior"],
