@@ -16,6 +16,7 @@
 //! what the numbers mean.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
+pub mod ahead;
 mod bag;
 mod cdr;
 mod cell;
@@ -31,7 +32,10 @@ mod json;
 pub mod json_rows;
 mod mcap_file;
 pub mod merge;
+mod parquet_column;
 mod parquet_file;
+mod parquet_lanes;
+mod positioned;
 mod ros1;
 mod sqlite;
 pub mod table;

@@ -3,24 +3,25 @@
 use std::fs::File;
 use std::path::Path;
 
-use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type as Physical};
-use parquet::column::reader::ColumnReader;
 use parquet::errors::ParquetError;
 use parquet::file::metadata::ParquetMetaData;
 use parquet::file::reader::{FileReader, SerializedFileReader};
-use parquet::schema::types::ColumnDescriptor;
 
+use crate::ahead::Ahead;
 use crate::cell::{Cell, Taker};
 use crate::error::{Error, Result};
 use crate::guarded::guarded;
-
-/// Rows at a time.
-const BATCH: usize = 4096;
+use crate::parquet_column::{Values, is_flat};
+use crate::parquet_lanes::Lanes;
+use crate::positioned::Positioned;
 
 /// Most columns: as many as the command's own text format takes.
 const MOST_COLUMNS: usize = 4096;
 
-fn damaged(error: ParquetError) -> Error {
+/// Batches of rows that are decoded before other threads are asked to help.
+const ALONE: u32 = 8;
+
+pub(super) fn damaged(error: ParquetError) -> Error {
     let text = error.to_string();
     if text.contains("Corrupt footer") || text.contains("EOF") {
         let message = format!(
@@ -31,15 +32,10 @@ fn damaged(error: ParquetError) -> Error {
     Error::damaged("Parquet", error)
 }
 
-/// Hands out columns and rows. Columns that are neither numbers nor text are left out.
-pub(crate) fn read(path: &Path, taker: &mut dyn Taker) -> Result<()> {
-    without_panics(|| read_unguarded(path, taker))
-}
-
 /// The crate has assertions on what files say of themselves (negative lengths, for one); those that
 /// are not seen beforehand end here.
-fn without_panics<T>(read: impl FnOnce() -> Result<T>) -> Result<T> {
-    guarded(read).unwrap_or_else(|| Err(Error::damaged("Parquet", "its directory contradicts itself")))
+pub(super) fn contradicts_itself() -> Error {
+    Error::damaged("Parquet", "its directory contradicts itself")
 }
 
 /// Whether the directory's lengths and places are within the file.
@@ -57,66 +53,39 @@ fn check(metadata: &ParquetMetaData, length: u64) -> Result<()> {
     if is_right { Ok(()) } else { Err(Error::damaged("Parquet", "its directory points outside of it")) }
 }
 
-fn read_unguarded(path: &Path, taker: &mut dyn Taker) -> Result<()> {
-    let mut columns = Columns::open_unguarded(path)?;
+/// Hands out columns and rows. Columns that are neither numbers nor text are left out.
+pub(crate) fn read(path: &Path, taker: &mut dyn Taker) -> Result<()> {
+    let mut columns = Columns::open(path)?;
     taker.columns(columns.names())?;
     let mut values = vec![Values::Unread; columns.names().len()];
     let mut row = Vec::with_capacity(values.len());
     loop {
-        let count = columns.next_unguarded(&mut values)?;
+        let count = columns.next(&mut values)?;
         if count == 0 {
             return Ok(());
         }
         for place in 0..count {
             row.clear();
-            row.extend(values.iter_mut().map(|column| column.take(place)));
+            row.extend(values.iter_mut().map(|column| cell(column, place)));
             taker.row(&row)?;
         }
     }
 }
 
-/// Some rows of a column.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Values {
-    /// NaN where a row has none.
-    Numbers(Vec<f64>),
-    /// None where a row has none.
-    Texts(Vec<Option<String>>),
-    /// Nobody asked for it.
-    Unread,
-}
-
-impl Values {
-    fn take(&mut self, place: usize) -> Cell {
-        match self {
-            Self::Numbers(numbers) => Cell::Number(numbers[place]),
-            Self::Texts(texts) => texts[place].take().map_or(EMPTY, Cell::Text),
-            Self::Unread => EMPTY,
-        }
-    }
-
-    fn len(&self) -> Option<usize> {
-        match self {
-            Self::Numbers(numbers) => Some(numbers.len()),
-            Self::Texts(texts) => Some(texts.len()),
-            Self::Unread => None,
-        }
+fn cell(values: &mut Values, place: usize) -> Cell {
+    match values {
+        Values::Numbers(numbers) => Cell::Number(numbers[place]),
+        Values::Texts(texts) => texts[place].take().map_or(EMPTY, Cell::Text),
+        Values::Unread => EMPTY,
     }
 }
 
 /// A Parquet file by its columns, some thousand rows at a time. Columns that are neither numbers
-/// nor text are left out.
+/// nor text are left out. Threads of rayon's pool that have nothing to do decode ahead.
 pub struct Columns {
-    reader: SerializedFileReader<File>,
+    lanes: Ahead<Lanes>,
     names: Vec<String>,
-    /// Of each, in the file.
-    places: Vec<usize>,
-    is_wanted: Vec<bool>,
-    /// The group that is read next.
-    group: usize,
-    /// Of the group that is being read; none of a column that nobody asked for.
-    readers: Vec<Option<Column>>,
-    left: usize,
+    rows: u64,
 }
 
 impl Columns {
@@ -126,15 +95,16 @@ impl Columns {
     /// What the operating system refuses; a file that is cut off or damaged, or has no column of
     /// numbers or text.
     pub fn open(path: &Path) -> Result<Self> {
-        without_panics(|| Self::open_unguarded(path))
+        guarded(|| Self::open_unguarded(path)).unwrap_or_else(|| Err(contradicts_itself()))
     }
 
     fn open_unguarded(path: &Path) -> Result<Self> {
         let file = File::open(path)?;
         let length = file.metadata()?.len();
-        let reader = SerializedFileReader::new(file).map_err(damaged)?;
+        let reader = SerializedFileReader::new(Positioned::new(file, length)).map_err(damaged)?;
+        let metadata = reader.metadata().file_metadata();
         check(reader.metadata(), length)?;
-        let schema = reader.metadata().file_metadata().schema_descr_ptr();
+        let schema = metadata.schema_descr_ptr();
         let places: Vec<usize> =
             (0..schema.num_columns()).filter(|&place| is_flat(&schema.column(place))).collect();
         if places.is_empty() || places.len() > MOST_COLUMNS {
@@ -143,8 +113,8 @@ impl Columns {
             return Err(Error::Choice(message));
         }
         let names = places.iter().map(|&place| schema.column(place).name().to_owned()).collect();
-        let is_wanted = vec![true; places.len()];
-        Ok(Self { reader, names, places, is_wanted, group: 0, readers: Vec::new(), left: 0 })
+        let rows = u64::try_from(metadata.num_rows()).unwrap_or(0);
+        Ok(Self { lanes: Ahead::new(Lanes::new(reader, places), ALONE), names, rows })
     }
 
     /// Their names.
@@ -154,16 +124,16 @@ impl Columns {
 
     /// Rows of the file, as its directory says.
     pub fn rows(&self) -> u64 {
-        u64::try_from(self.reader.metadata().file_metadata().num_rows()).unwrap_or(0)
+        self.rows
     }
 
-    /// From the next group of rows on, only these columns are read.
+    /// From the next group of rows on that is opened, only these columns are read.
     ///
     /// # Panics
     /// If there are not as many as columns.
     pub fn only(&mut self, is_wanted: &[bool]) {
         assert_eq!(is_wanted.len(), self.names.len(), "one word a column");
-        self.is_wanted.copy_from_slice(is_wanted);
+        self.lanes.with(|lanes| lanes.only(is_wanted));
     }
 
     /// The next rows of each column that is read; how many, 0 at the end.
@@ -174,138 +144,15 @@ impl Columns {
     /// # Panics
     /// If there are not as many `values` as columns.
     pub fn next(&mut self, values: &mut [Values]) -> Result<usize> {
-        without_panics(|| self.next_unguarded(values))
-    }
-
-    fn next_unguarded(&mut self, values: &mut [Values]) -> Result<usize> {
         assert_eq!(values.len(), self.names.len(), "one a column");
-        while self.left == 0 {
-            if self.group == self.reader.num_row_groups() {
-                return Ok(0);
-            }
-            self.open_group().map_err(damaged)?;
+        self.lanes.with(|lanes| lanes.give_back(values));
+        let Some(next) = self.lanes.next() else { return Ok(0) };
+        let (count, columns) = next?;
+        for (values, column) in values.iter_mut().zip(columns) {
+            *values = column;
         }
-        let count = BATCH.min(self.left);
-        for (column, values) in self.readers.iter_mut().zip(values.iter_mut()) {
-            match column {
-                Some(column) => column.fill(count, values).map_err(damaged)?,
-                None => *values = Values::Unread,
-            }
-            if values.len().is_some_and(|length| length != count) {
-                return Err(Error::Damaged("is a Parquet file with columns of different lengths".to_owned()));
-            }
-        }
-        self.left -= count;
         Ok(count)
-    }
-
-    fn open_group(&mut self) -> Result<(), ParquetError> {
-        let schema = self.reader.metadata().file_metadata().schema_descr_ptr();
-        let group = self.reader.get_row_group(self.group)?;
-        let columns = self.places.iter().zip(&self.is_wanted).map(|(&place, is_wanted)| {
-            let open = || {
-                let column = schema.column(place);
-                let is_text = column.physical_type() == Physical::BYTE_ARRAY;
-                let reader = group.get_column_reader(place)?;
-                Ok(Column { reader, scale: time_scale(&column), is_text })
-            };
-            is_wanted.then(open).transpose()
-        });
-        self.readers = columns.collect::<Result<Vec<_>, ParquetError>>()?;
-        self.left = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
-        self.group += 1;
-        Ok(())
     }
 }
 
 const EMPTY: Cell = Cell::Number(f64::NAN);
-
-/// A number or text in each row, or none.
-fn is_flat(column: &ColumnDescriptor) -> bool {
-    let is_text = matches!(column.logical_type_ref(), Some(LogicalType::String))
-        || column.converted_type() == ConvertedType::UTF8;
-    let is_number = !matches!(
-        column.physical_type(),
-        Physical::BYTE_ARRAY | Physical::FIXED_LEN_BYTE_ARRAY | Physical::INT96
-    );
-    column.max_rep_level() == 0 && column.path().parts().len() == 1 && (is_number || is_text)
-}
-
-/// What a column's integers are multiplied by: times become seconds.
-fn time_scale(column: &ColumnDescriptor) -> f64 {
-    match column.logical_type_ref() {
-        Some(LogicalType::Timestamp(time)) => seconds(time.unit),
-        Some(LogicalType::Time(time)) => seconds(time.unit),
-        _ => 1.0,
-    }
-}
-
-fn seconds(unit: TimeUnit) -> f64 {
-    match unit {
-        TimeUnit::MILLIS => 1e-3,
-        TimeUnit::MICROS => 1e-6,
-        TimeUnit::NANOS => 1e-9,
-    }
-}
-
-struct Column {
-    reader: ColumnReader,
-    scale: f64,
-    is_text: bool,
-}
-
-impl Column {
-    /// The next `count` rows.
-    fn fill(&mut self, count: usize, values: &mut Values) -> Result<(), ParquetError> {
-        /// Into `$into`, with `$empty` where a row has none.
-        macro_rules! read {
-            ($reader:expr, $into:expr, $empty:expr, $value:expr) => {{
-                let (mut levels, mut read) = (Vec::with_capacity(count), Vec::with_capacity(count));
-                $reader.read_records(count, Some(&mut levels), None, &mut read)?;
-                let mut read = read.into_iter().map($value);
-                // A level of 0 says that the row has none; a column that must have one has no
-                // levels.
-                if levels.is_empty() || levels.iter().all(|level| *level > 0) {
-                    $into.extend(read);
-                } else {
-                    let each = levels
-                        .iter()
-                        .map(|level| if *level > 0 { read.next().unwrap_or($empty) } else { $empty });
-                    $into.extend(each);
-                }
-            }};
-        }
-        let scale = self.scale;
-        if self.is_text {
-            let mut texts = Vec::with_capacity(count);
-            if let ColumnReader::ByteArrayColumnReader(reader) = &mut self.reader {
-                read!(reader, texts, None, |value: parquet::data_type::ByteArray| Some(
-                    String::from_utf8_lossy(value.data()).into_owned()
-                ));
-            }
-            *values = Values::Texts(texts);
-            return Ok(());
-        }
-        let mut numbers = match std::mem::replace(values, Values::Unread) {
-            Values::Numbers(numbers) => numbers,
-            _ => Vec::with_capacity(count),
-        };
-        numbers.clear();
-        match &mut self.reader {
-            ColumnReader::BoolColumnReader(reader) => {
-                read!(reader, numbers, f64::NAN, |is| f64::from(u8::from(is)));
-            }
-            ColumnReader::Int32ColumnReader(reader) => {
-                read!(reader, numbers, f64::NAN, |value| f64::from(value) * scale);
-            }
-            ColumnReader::Int64ColumnReader(reader) => {
-                read!(reader, numbers, f64::NAN, |value| value as f64 * scale);
-            }
-            ColumnReader::FloatColumnReader(reader) => read!(reader, numbers, f64::NAN, f64::from),
-            ColumnReader::DoubleColumnReader(reader) => read!(reader, numbers, f64::NAN, |value| value),
-            _ => numbers.resize(count, f64::NAN),
-        }
-        *values = Values::Numbers(numbers);
-        Ok(())
-    }
-}

@@ -7,8 +7,9 @@ pub use crate::cell::{Cell, Taker};
 use crate::ending::Ending;
 use crate::error::{Error, Result};
 use crate::json;
+pub use crate::parquet_column::Values;
 use crate::parquet_file;
-pub use crate::parquet_file::{Columns, Values};
+pub use crate::parquet_file::Columns;
 use crate::topic::Encoding;
 
 /// The column of time in a table of rows.
