@@ -9,7 +9,10 @@ use support::error::{Error, Result};
 use super::columnar::{Columnar, Values};
 use super::exclusions::Exclusions;
 use super::header::{From, Header};
+use super::line::{Fault, Layout, Wanted, parse_row, plain_row};
 use super::missing::missing;
+use super::pieces::Pieces;
+use super::run_numbers::{MOST_RUNS, Runs};
 use super::scan;
 use super::source::Line;
 
@@ -46,57 +49,27 @@ impl ColumnRequest {
     }
 }
 
-/// What to do with the field at one position of a line.
-#[derive(Clone, Copy)]
-struct Wanted {
-    slot: usize,
-    role: Role,
-}
-
-/// Most runs of a log: where every row has another name, the column is something else.
-const MOST_RUNS: usize = 10_000;
+/// Bytes of a text that are read before threads that have nothing to do are asked to help, and that
+/// are left to be worth it.
+const ALONE: u64 = 1 << 20;
 
 /// Reads a log row by row; memory does not grow with the file.
 pub struct LogReader {
     from: From,
+    /// Rows of a large text, of which others make numbers ahead.
+    pieces: Option<Pieces>,
+    /// Bytes of a text behind which they do.
+    ahead_at: u64,
     columns: Vec<String>,
-    /// One entry a column, up to the last one that is wanted.
-    wanted: Vec<Option<Wanted>>,
-    /// The slot of each column, if all are wanted and hold numbers: rows of plain numbers are then
-    /// read in one go.
-    plain: Option<Vec<usize>>,
+    layout: Layout,
     present: Vec<bool>,
     time_slot: Option<usize>,
-    run_slot: Option<usize>,
     runs: Runs,
     /// Factor of each slot, where one is not 1.
     scales: Option<Vec<f64>>,
     last: Option<(f64, f64)>,
     rows: u64,
     exclusions: Exclusions,
-}
-
-/// Names of the runs seen; the one of the row before is found by comparing bytes only.
-#[derive(Default)]
-struct Runs {
-    ids: HashMap<Vec<u8>, usize>,
-    names: Vec<String>,
-    current: Vec<u8>,
-    current_id: usize,
-}
-
-impl Runs {
-    fn id(&mut self, name: &[u8]) -> usize {
-        if self.names.is_empty() || self.current != name {
-            let next = self.names.len();
-            self.current_id = *self.ids.entry(name.to_owned()).or_insert(next);
-            if self.current_id == next && next < MOST_RUNS {
-                self.names.push(String::from_utf8_lossy(name).into_owned());
-            }
-            name.clone_into(&mut self.current);
-        }
-        self.current_id
-    }
 }
 
 impl Header {
@@ -151,13 +124,20 @@ impl LogReader {
         }
         let plain = wanted.iter().map(|wanted| wanted.filter(|column| column.role != Role::Run));
         let plain: Option<Vec<usize>> = plain.map(|wanted| Some(wanted?.slot)).collect();
-        Ok(Self {
+        let layout = Layout {
             plain: plain.filter(|slots| slots.len() == columns.len()),
-            time_slot: slot_of(Role::Time).filter(|&slot| present[slot]),
-            run_slot: slot_of(Role::Run).filter(|&slot| present[slot]),
-            from,
-            columns,
             wanted,
+            columns: columns.len(),
+            width: requests.len(),
+            run_slot: slot_of(Role::Run).filter(|&slot| present[slot]),
+        };
+        Ok(Self {
+            time_slot: slot_of(Role::Time).filter(|&slot| present[slot]),
+            layout,
+            from,
+            pieces: None,
+            ahead_at: ALONE,
+            columns,
             present,
             runs: Runs::default(),
             scales: None,
@@ -243,7 +223,7 @@ impl LogReader {
                 From::Columns(columnar) => {
                     let Some(place) = columnar.advance()? else { return self.finish() };
                     let line = columnar.line_number();
-                    let read = columns_row(columnar, place, &self.wanted, &mut self.runs, values);
+                    let read = columns_row(columnar, place, &self.layout.wanted, &mut self.runs, values);
                     let finite = read.map_err(|fault| self.fault_in_column(place, &fault))?;
                     let accepted = self.check_time(values)?;
                     if finite && accepted {
@@ -254,7 +234,27 @@ impl LogReader {
                     continue;
                 }
             };
-            if let Some(slots) = &self.plain
+            if let Some(pieces) = &mut self.pieces {
+                let Some((rows, place)) = pieces.row() else {
+                    match pieces.advance() {
+                        Some(bytes) => source.count_bytes(bytes),
+                        None => self.go_on_alone()?,
+                    }
+                    continue;
+                };
+                source.count_line();
+                let line = source.line_number();
+                let taken = rows.take(place, &self.layout, &mut self.runs, values);
+                let finite = taken.map_err(|fault| self.fault(&[], fault))?;
+                let accepted = self.check_time(values)?;
+                if finite && accepted {
+                    self.rows += 1;
+                    return Ok(Some(line));
+                }
+                self.exclusions.add_non_finite(line);
+                continue;
+            }
+            if let Some(slots) = &self.layout.plain
                 && let Some(length) = plain_row(source.unread(), slots, values)
             {
                 source.skip_line(length);
@@ -262,6 +262,16 @@ impl LogReader {
                 self.check_time(values)?;
                 self.rows += 1;
                 return Ok(Some(line));
+            }
+            if source.consumed() >= self.ahead_at {
+                self.ahead_at = u64::MAX;
+                if rayon::current_num_threads() > 1
+                    && source.has_left(ALONE)
+                    && let Some((file, unread)) = source.lend()
+                {
+                    self.pieces = Some(Pieces::new(file, unread, self.layout.clone()));
+                    continue;
+                }
             }
             let (start, end) = match source.next_line()? {
                 Line::Whole(start, end) => (start, end),
@@ -276,7 +286,7 @@ impl LogReader {
             let number = source.line_number();
             let line = source.bytes(start, end);
             let line = line.strip_suffix(b"\r").unwrap_or(line);
-            match parse_row(line, &self.wanted, self.columns.len(), &mut self.runs, values) {
+            match parse_row(line, &self.layout.wanted, self.columns.len(), &mut self.runs, values) {
                 Ok(finite) => {
                     let accepted = self.check_time(values)?;
                     if finite && accepted {
@@ -295,6 +305,18 @@ impl LogReader {
                 }
             }
         }
+    }
+
+    /// What is left of a large text is read as that of a small one.
+    #[cold]
+    fn go_on_alone(&mut self) -> Result<()> {
+        let From::Text(source) = &mut self.from else { return Ok(()) };
+        let left = self.pieces.take().and_then(Pieces::end);
+        let Some((file, unread)) = left else {
+            return Err(Error::failed("is no longer there to be read").in_file(self.path()));
+        };
+        source.take_back(file, unread);
+        Ok(())
     }
 
     /// Blank lines are fine at the end only.
@@ -320,7 +342,7 @@ impl LogReader {
         if !time.is_finite() {
             return Ok(false);
         }
-        let run = self.run_slot.map_or(0.0, |slot| values[slot]);
+        let run = self.layout.run_slot.map_or(0.0, |slot| values[slot]);
         if let Some((last_run, last_time)) = self.last
             && last_run == run
             && time <= last_time
@@ -399,75 +421,6 @@ impl LogReader {
             }
         }
     }
-}
-
-enum Fault {
-    Text { field: usize },
-    FieldCount,
-    Runs,
-}
-
-/// Reads a line of plain numbers into the slots of its columns; its length with the line feed.
-/// `None` for any other line, faulty or not: [`parse_row`] knows what to do with it.
-#[inline]
-fn plain_row(text: &[u8], slots: &[usize], values: &mut [f64]) -> Option<usize> {
-    let mut rest = text;
-    let (last, others) = slots.split_last()?;
-    for (slot, end) in others.iter().map(|slot| (slot, b',')).chain([(last, b'\n')]) {
-        let (value, length) = scan::plain_number(rest)?;
-        if rest.get(length) != Some(&end) {
-            return None;
-        }
-        values[*slot] = value;
-        rest = &rest[length + 1..];
-    }
-    Some(text.len() - rest.len())
-}
-
-/// Parses the wanted fields of a line; whether all that are needed are finite.
-#[inline]
-fn parse_row(
-    line: &[u8],
-    wanted: &[Option<Wanted>],
-    columns: usize,
-    runs: &mut Runs,
-    values: &mut [f64],
-) -> std::result::Result<bool, Fault> {
-    let mut finite = true;
-    let mut rest = line;
-    for (field, wanted) in wanted.iter().enumerate() {
-        let length = match wanted {
-            None => scan::field_length(rest),
-            Some(Wanted { slot, role: Role::Run }) => {
-                let length = scan::field_length(rest);
-                let run = runs.id(&scan::unquote(rest[..length].trim_ascii()));
-                if run >= MOST_RUNS {
-                    return Err(Fault::Runs);
-                }
-                values[*slot] = run as f64;
-                length
-            }
-            Some(Wanted { slot, role }) => {
-                let (value, length) = match scan::plain_field(rest) {
-                    Some(number) => number,
-                    None => {
-                        let length = scan::field_length(rest);
-                        let value = scan::number_in_field(&rest[..length]).ok_or(Fault::Text { field })?;
-                        (value, length)
-                    }
-                };
-                finite &= value.is_finite() || *role == Role::MaybeNumber;
-                values[*slot] = value;
-                length
-            }
-        };
-        if length == rest.len() {
-            return if field + 1 == columns { Ok(finite) } else { Err(Fault::FieldCount) };
-        }
-        rest = &rest[length + 1..];
-    }
-    let unread = columns - wanted.len();
-    if unread > 0 && scan::Fields::new(rest).count() == unread { Ok(finite) } else { Err(Fault::FieldCount) }
 }
 
 /// Takes the wanted columns of a row; whether all that are needed are finite.

@@ -1,6 +1,6 @@
 //! Lines of a file through one large buffer: memory does not grow with the file.
 
-use std::io::Read;
+use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
 
 use support::context::Context;
@@ -8,7 +8,7 @@ use support::error::{Error, Result};
 use support::input::Input;
 
 /// Bytes read at once, and the longest line accepted.
-const BUFFER: usize = 1 << 20;
+pub(super) const BUFFER: usize = 1 << 20;
 
 /// One line of a file, as a range of the buffer of [`Source`].
 pub(super) enum Line {
@@ -30,7 +30,10 @@ pub(super) fn carriage_returns() -> Error {
 pub(super) struct Source {
     context: Context,
     path: PathBuf,
-    file: Input,
+    /// None while it is lent.
+    file: Option<Input>,
+    /// What is read before the file.
+    before: Cursor<Vec<u8>>,
     size: Option<u64>,
     buffer: Vec<u8>,
     start: usize,
@@ -54,7 +57,8 @@ impl Source {
         Ok(Self {
             context: context.clone(),
             path: path.to_owned(),
-            file,
+            file: Some(file),
+            before: Cursor::default(),
             size,
             buffer: vec![0; BUFFER],
             start: 0,
@@ -99,6 +103,39 @@ impl Source {
         self.line += 1;
     }
 
+    /// Whether it is a file, of which so many bytes at least have not been read.
+    pub(super) fn has_left(&self, least: u64) -> bool {
+        let is_file = self.file.as_ref().is_some_and(|file| file.metadata().is_file());
+        is_file && self.size.is_some_and(|size| size.saturating_sub(self.read) >= least)
+    }
+
+    /// Lends the file, with what is in the buffer: from there on others read it, and say how far
+    /// they are.
+    pub(super) fn lend(&mut self) -> Option<(Input, Vec<u8>)> {
+        let file = self.file.take()?;
+        let unread = self.unread().to_vec();
+        self.read -= unread.len() as u64;
+        (self.start, self.end) = (0, 0);
+        Some((file, unread))
+    }
+
+    /// Counts a line that others have read.
+    #[inline]
+    pub(super) fn count_line(&mut self) {
+        self.line += 1;
+    }
+
+    /// Counts bytes whose lines others have read.
+    pub(super) fn count_bytes(&mut self, count: usize) {
+        self.context.point();
+        self.read += count as u64;
+    }
+
+    /// Takes the file back, with what was read of it and is still to be handed out.
+    pub(super) fn take_back(&mut self, file: Input, unread: Vec<u8>) {
+        (self.file, self.before) = (Some(file), Cursor::new(unread));
+    }
+
     pub(super) fn next_line(&mut self) -> Result<Line> {
         let mut searched = 0;
         loop {
@@ -139,7 +176,12 @@ impl Source {
             .at_line(self.line + 1));
         }
         loop {
-            match self.file.read(&mut self.buffer[self.end..]) {
+            let free = &mut self.buffer[self.end..];
+            let read = match (self.before.read(free), &mut self.file) {
+                (Ok(0), Some(file)) => file.read(free),
+                (before, _) => before,
+            };
+            match read {
                 Ok(0) => {
                     self.exhausted = true;
                     return Ok(());
