@@ -29,7 +29,7 @@ pub(crate) fn run(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(String, Vec<String>)> {
     let ((), Kept { printed, said }) =
-        watched(py, move |context| cli::answer(context, &arguments), progress.as_ref())?;
+        watched(py, move |context| cli::answer(context, &arguments), progress.as_ref(), 0)?;
     Ok((printed, said))
 }
 
@@ -44,14 +44,23 @@ pub(crate) fn stoppable<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce(&Context) -> Result<T> + Send + 'static,
 ) -> PyResult<(T, Kept)> {
-    watched(py, work, None)
+    watched(py, work, None, 0)
 }
 
-/// The same; `progress` hears how far it is.
+/// The same on one core: what an engine lends a worker.
+pub(crate) fn on_one_core<T: Send + 'static>(
+    py: Python<'_>,
+    work: impl FnOnce(&Context) -> Result<T> + Send + 'static,
+) -> PyResult<(T, Kept)> {
+    watched(py, work, None, 1)
+}
+
+/// The same on so many threads, 0 for as many as there are cores; `progress` hears how far it is.
 fn watched<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce(&Context) -> Result<T> + Send + 'static,
     progress: Option<&Py<PyAny>>,
+    threads: usize,
 ) -> PyResult<(T, Kept)> {
     let mut last = None;
     let mut tell = |job: &Job| -> PyResult<()> {
@@ -64,7 +73,7 @@ fn watched<T: Send + 'static>(
         }
         Ok(())
     };
-    let job = Arc::new(Job::default());
+    let job = Arc::new(Job::on(threads));
     let (done, answer) = channel();
     let for_worker = Arc::clone(&job);
     thread::Builder::new().name("gmr".to_owned()).spawn(move || {

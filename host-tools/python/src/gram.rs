@@ -12,7 +12,7 @@ use support::context::Context;
 use support::error::{Error, Result};
 
 use crate::batches::{Batch, Batches};
-use crate::command::stoppable;
+use crate::command::{on_one_core, stoppable};
 
 /// Columns of sums: those of text, then those of numbers with what becomes of each when runs are
 /// added up (`sum`, `min`, `max`).
@@ -55,7 +55,7 @@ impl Sums {
             }
             rows(&keys, runs)
         };
-        stoppable(py, work).map(|(rows, _)| Batch(rows))
+        on_one_core(py, work).map(|(rows, _)| Batch(rows))
     }
 
     /// The same of a run's rows in whatever order: a stream of batches, whose columns are all of
@@ -72,7 +72,7 @@ impl Sums {
         let work = move |context: &Context| {
             rows(&keys, vec![(sums.of_table(context, &name, batches.table()?)?, values)])
         };
-        stoppable(py, work).map(|(rows, _)| Batch(rows))
+        on_one_core(py, work).map(|(rows, _)| Batch(rows))
     }
 }
 
@@ -115,5 +115,5 @@ pub(crate) fn write_grams(py: Python<'_>, path: PathBuf, rows: Vec<(Vec<String>,
         let grams = rows.iter().map(Flat::gram).collect::<Result<Vec<_>>>()?;
         write_all(&path, &grams)
     };
-    stoppable(py, work).map(|_| ())
+    on_one_core(py, work).map(|_| ())
 }

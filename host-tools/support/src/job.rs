@@ -17,6 +17,8 @@ use crate::printable;
 pub struct Job {
     /// Of the work.
     pub context: Context,
+    /// Threads that it works on; 0 for as many as there are cores.
+    threads: usize,
     kept: Mutex<Kept>,
 }
 
@@ -35,6 +37,11 @@ thread_local! {
 }
 
 impl Job {
+    /// On so many threads; 0 for as many as there are cores.
+    pub fn on(threads: usize) -> Self {
+        Self { threads, ..Self::default() }
+    }
+
     /// What it has said so far, which is then forgotten: notices first.
     pub fn take(&self) -> Kept {
         let Kept { printed, said } = std::mem::take(&mut *self.kept());
@@ -48,7 +55,7 @@ impl Job {
     }
 }
 
-/// Works for `job` on threads of its own, as many as there are cores, so that two jobs do not mix.
+/// Works for `job` on threads of its own, so that two jobs do not mix.
 /// `None` if it was stopped.
 ///
 /// # Errors
@@ -59,6 +66,7 @@ impl Job {
 pub fn run<T: Send>(job: &Arc<Job>, work: impl FnOnce(&Context) -> Result<T> + Send) -> Result<Option<T>> {
     let for_threads = Arc::clone(job);
     let threads = ThreadPoolBuilder::new()
+        .num_threads(job.threads)
         .start_handler(move |_| CURRENT.set(Some(Arc::clone(&for_threads))))
         .build()
         .map_err(|error| Error::failed(format!("no threads to work on: {error}")))?;

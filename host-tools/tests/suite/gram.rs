@@ -1,6 +1,10 @@
 //! `gmr gram` and `gmr fit --grams`: sums say what the rows say, or say that they do not.
 
+use fit::run_gram::How;
+use logs::robot::Robot;
+use rayon::ThreadPoolBuilder;
 use serde_json::Value;
+use support::context::Context;
 
 use crate::common::{Bench, NAMES, ROBOT, TRUTH, drive, number};
 
@@ -228,4 +232,24 @@ fn steps_from_known_coefficients_lead_to_one_place_near_the_truth() {
     }
     let failed = bench.gmr(&["fit", "--robot", "robot.toml", "--grams", "g0.jsonl", "--out", "x.toml"]);
     assert_eq!(failed.code, Some(2), "{}", failed.stderr);
+}
+
+/// However many cores decode and sum one large log, its sums are those of one core, bit for bit.
+#[test]
+fn sums_are_those_of_one_core() {
+    let bench = Bench::new();
+    bench.put("large.csv", drive(800.0, 100.0, |time| 1.0 + (time / 300.0).floor()));
+    bench.done(&["convert", "large.csv", "--out", "large.parquet"]);
+    let robot = Robot::parse(ROBOT).unwrap();
+    let how = How::at(&robot, 5.0, 1.0).unwrap();
+    for log in ["large.csv", "large.parquet"] {
+        let sums = |threads: usize| {
+            let cores = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let summed = cores.install(|| how.of_log(&Context::default(), &robot, &bench.path(log)));
+            serde_json::to_string(&summed.unwrap().runs).unwrap()
+        };
+        let alone = sums(1);
+        assert!(alone.contains("\"rows\":80000"), "{alone}");
+        assert!([2, 4].into_iter().all(|threads| sums(threads) == alone), "{log}");
+    }
 }

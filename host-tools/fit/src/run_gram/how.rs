@@ -56,9 +56,9 @@ impl How {
     pub fn of_log(&self, context: &Context, robot: &Robot, file: &Path) -> Result<Summed> {
         let started = Instant::now();
         let header = Header::open(context, file)?;
+        let opening_s = started.elapsed().as_secs_f64();
         let mut summed = self.of_header(robot, header)?;
-        let spent = &mut summed.spent;
-        spent.reading_s = (started.elapsed().as_secs_f64() - spent.filter_s - spent.sums_s).max(0.0);
+        summed.spent.reading_s += opening_s;
         Ok(summed)
     }
 

@@ -89,7 +89,11 @@ const SETTLES: f64 = 2.0;
 /// Rows that are summed at a time.
 const BLOCK: usize = 1024;
 
-/// Where the time went, s of one thread each.
+/// Blocks that are read and filtered while those before them are summed, on another core if there
+/// is one that has nothing to do.
+const BLOCKS: usize = 8;
+
+/// Where the time went, s of one thread each. What idle threads decode ahead is not in it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Spent {
     /// Bytes to numbers.
@@ -118,19 +122,8 @@ pub struct Summed {
     pub spent: Spent,
 }
 
-/// Rows in the making.
-struct Work<'a, const N: usize> {
-    robot: &'a Robot,
-    how: &'a Conditioned<N>,
-    is_commanded: bool,
-    most_elapsed_s: f64,
-    runs: Vec<RunGram>,
-    /// When the filter has forgotten the last row of a run in which a wheel could be clamped.
-    free_from: BTreeMap<u32, f64>,
-    spent: Spent,
-}
-
-/// The sums of the runs of a log that is open.
+/// The sums of the runs of a log that is open. Its order is that of its rows, however many cores
+/// work: so are the bits.
 ///
 /// # Errors
 /// A log that is not one of this robot or is too slow for the filter.
@@ -140,40 +133,23 @@ pub(super) fn of_header<const N: usize>(
     header: Header,
 ) -> Result<Summed> {
     let file = header.path().to_owned();
-    let is_commanded = header.has(COMMAND);
-    let further: &[&str] = if is_commanded { &[COMMAND] } else { &[] };
-    let mut reader = SampleReader::<N>::of(header, robot, further)?;
-    let mut conditioner = conditioner(&how.core, &file, reader.period_s())?;
-    let mut work = Work {
-        robot,
-        how,
-        is_commanded,
-        most_elapsed_s: MIN_GAP_FACTOR * reader.period_s(),
-        runs: Vec::new(),
-        free_from: BTreeMap::new(),
-        spent: Spent::default(),
-    };
-    let mut raw: Vec<(RawRow<N>, f64)> = Vec::with_capacity(BLOCK);
-    let mut rows: Vec<Row<N>> = Vec::with_capacity(BLOCK);
+    let mut filtered = Filtered::of(robot, how, header)?;
+    let mut sums = Sums::new(robot, how);
+    let (mut blocks, mut ready) = (Vec::new(), Vec::new());
     loop {
-        let started = Instant::now();
-        raw.clear();
-        while raw.len() < BLOCK
-            && let Some(row) = reader.next_row()?
-        {
-            raw.push((row, reader.extras().first().copied().unwrap_or(f64::NAN)));
-        }
-        work.spent.reading_s += started.elapsed().as_secs_f64();
-        if raw.is_empty() {
+        let (is_more, ()) = rayon::join(|| filtered.read(&mut blocks), || sums.add(&ready));
+        if !is_more? {
             break;
         }
-        work.filter(&raw, &mut conditioner, &mut rows);
-        work.sum(&rows);
+        std::mem::swap(&mut blocks, &mut ready);
     }
-    let Work { mut runs, spent, .. } = work;
+    let Filtered { reader, summaries, spent, .. } = filtered;
+    let mut runs = sums.runs;
     let (names, exclusions) = (reader.run_names(), reader.exclusions());
-    let several = runs.len() > 1;
-    for (place, run) in runs.iter_mut().enumerate() {
+    let several = summaries.len() > 1;
+    runs.resize_with(summaries.len(), || empty(how, robot));
+    for (place, (run, summary)) in runs.iter_mut().zip(summaries).enumerate() {
+        run.summary = summary;
         run.run = file.display().to_string();
         if several {
             run.run += &format!("#{}", names.get(place).map_or("", String::as_str));
@@ -182,23 +158,75 @@ pub(super) fn of_header<const N: usize>(
     let Some(first) = runs.first_mut() else { return Err(Error::failed("no row to use").in_file(file)) };
     // They belong to the log; its first run tells of them.
     first.summary.exclusions = exclusions;
+    let spent = Spent { sums_s: sums.spent_s, ..spent };
     Ok(Summed { runs, spent })
 }
 
-impl<const N: usize> Work<'_, N> {
-    /// What rows were, and what of them comes out of the filter.
-    fn filter(
-        &mut self,
-        raw: &[(RawRow<N>, f64)],
-        conditioner: &mut GyroConditioner<f64, N>,
-        rows: &mut Vec<Row<N>>,
-    ) {
+/// Rows of a log behind the filter.
+struct Filtered<'a, const N: usize> {
+    robot: &'a Robot,
+    how: &'a Conditioned<N>,
+    reader: SampleReader<N>,
+    conditioner: GyroConditioner<f64, N>,
+    is_commanded: bool,
+    most_elapsed_s: f64,
+    /// What each run was.
+    summaries: Vec<Summary>,
+    /// A block as it was read, each row with what was commanded.
+    raw: Vec<(RawRow<N>, f64)>,
+    spent: Spent,
+}
+
+impl<'a, const N: usize> Filtered<'a, N> {
+    fn of(robot: &'a Robot, how: &'a Conditioned<N>, header: Header) -> Result<Self> {
         let started = Instant::now();
-        rows.clear();
-        for (raw, command_m_s) in raw {
+        let file = header.path().to_owned();
+        let is_commanded = header.has(COMMAND);
+        let further: &[&str] = if is_commanded { &[COMMAND] } else { &[] };
+        let reader = SampleReader::<N>::of(header, robot, further)?;
+        Ok(Self {
+            robot,
+            how,
+            conditioner: conditioner(&how.core, &file, reader.period_s())?,
+            is_commanded,
+            most_elapsed_s: MIN_GAP_FACTOR * reader.period_s(),
+            reader,
+            summaries: Vec::new(),
+            raw: Vec::with_capacity(BLOCK),
+            spent: Spent { reading_s: started.elapsed().as_secs_f64(), ..Spent::default() },
+        })
+    }
+
+    /// The next blocks; false at the end.
+    fn read(&mut self, blocks: &mut Vec<Vec<Row<N>>>) -> Result<bool> {
+        blocks.resize_with(BLOCKS, || Vec::with_capacity(BLOCK));
+        let mut is_more = false;
+        for rows in blocks {
+            rows.clear();
+            let started = Instant::now();
+            self.raw.clear();
+            while self.raw.len() < BLOCK
+                && let Some(row) = self.reader.next_row()?
+            {
+                self.raw.push((row, self.reader.extras().first().copied().unwrap_or(f64::NAN)));
+            }
+            self.spent.reading_s += started.elapsed().as_secs_f64();
+            if self.raw.is_empty() {
+                continue;
+            }
+            is_more = true;
+            self.filter(rows);
+        }
+        Ok(is_more)
+    }
+
+    /// What rows were, and what of them comes out of the filter.
+    fn filter(&mut self, rows: &mut Vec<Row<N>>) {
+        let started = Instant::now();
+        for (raw, command_m_s) in &self.raw {
             let place = raw.run as usize;
-            while self.runs.len() <= place {
-                self.runs.push(empty(self.how, self.robot, self.is_commanded));
+            while self.summaries.len() <= place {
+                self.summaries.push(summary(self.robot, self.is_commanded));
             }
             let speeds = raw.sample.wheel_speed;
             let twist = self.how.core.kinematics.twist(&speeds);
@@ -214,32 +242,27 @@ impl<const N: usize> Work<'_, N> {
                 mass_kg: raw.mass.unwrap_or(self.how.mass_kg),
                 command_m_s: *command_m_s,
             };
-            self.runs[place].summary.add(&now, self.most_elapsed_s);
-            rows.extend(condition(conditioner, raw, self.how.mass_kg));
+            self.summaries[place].add(&now, self.most_elapsed_s);
+            rows.extend(condition(&mut self.conditioner, raw, self.how.mass_kg));
         }
         self.spent.filter_s += started.elapsed().as_secs_f64();
     }
-
-    fn sum(&mut self, rows: &[Row<N>]) {
-        let started = Instant::now();
-        add(&mut self.runs, rows, self.how, &mut self.free_from);
-        self.spent.sums_s += started.elapsed().as_secs_f64();
-    }
 }
 
-fn empty<const N: usize>(how: &Conditioned<N>, robot: &Robot, is_commanded: bool) -> RunGram {
+/// What no run has said anything of.
+fn summary(robot: &Robot, is_commanded: bool) -> Summary {
     // A robot that does not say how fast it is: bins of 0.1 m/s, and of 0.25 rad/s.
     let limits = robot.limits();
+    Summary::new(limits.speed_m_s.unwrap_or(2.3), limits.turn_rad_s.unwrap_or(5.75), is_commanded)
+}
+
+fn empty<const N: usize>(how: &Conditioned<N>, robot: &Robot) -> RunGram {
     RunGram {
         format: FORMAT,
         run: String::new(),
         keys: BTreeMap::new(),
         setting: how.setting(robot),
-        summary: Summary::new(
-            limits.speed_m_s.unwrap_or(2.3),
-            limits.turn_rad_s.unwrap_or(5.75),
-            is_commanded,
-        ),
+        summary: summary(robot, false),
         eq18: Gram::default(),
         eq18_published: Gram::default(),
         signed: Gram::default(),
@@ -248,32 +271,59 @@ fn empty<const N: usize>(how: &Conditioned<N>, robot: &Robot, is_commanded: bool
     }
 }
 
-/// Adds rows to the sums of their runs.
-fn add<const N: usize>(
-    runs: &mut [RunGram],
-    rows: &[Row<N>],
-    how: &Conditioned<N>,
-    free_from: &mut BTreeMap<u32, f64>,
-) {
-    let memory = SETTLES / how.core.cutoff_hz;
-    for rows in rows.chunk_by(|a, b| a.run == b.run) {
-        let Some(run) = runs.get_mut(rows[0].run as usize) else { continue };
-        let of = |gate: Gate, row: &Row<N>| {
-            (eq18::regressors(gate, &eq18::products(gate, &row.motion), row.mass), row.power)
-        };
-        run.eq18.extend(rows.iter().map(|row| of(Gate::Corrected, row)));
-        run.eq18_published.extend(rows.iter().map(|row| of(Gate::Published, row)));
-        let before = run.signed.rows();
-        let free = free_from.entry(rows[0].run).or_insert(f64::NEG_INFINITY);
-        run.signed.extend(rows.iter().filter_map(|row| {
+/// Sums of rows behind the filter.
+struct Sums<'a, const N: usize> {
+    robot: &'a Robot,
+    how: &'a Conditioned<N>,
+    runs: Vec<RunGram>,
+    /// When the filter has forgotten the last row of a run in which a wheel could be clamped.
+    free_from: BTreeMap<u32, f64>,
+    spent_s: f64,
+}
+
+impl<'a, const N: usize> Sums<'a, N> {
+    fn new(robot: &'a Robot, how: &'a Conditioned<N>) -> Self {
+        Self { robot, how, runs: Vec::new(), free_from: BTreeMap::new(), spent_s: 0.0 }
+    }
+
+    fn add(&mut self, blocks: &[Vec<Row<N>>]) {
+        let started = Instant::now();
+        for rows in blocks.iter().flat_map(|rows| rows.chunk_by(|a, b| a.run == b.run)) {
+            let place = rows[0].run as usize;
+            if self.runs.len() <= place {
+                self.runs.resize_with(place + 1, || empty(self.how, self.robot));
+            }
+            let free = self.free_from.entry(rows[0].run).or_insert(f64::NEG_INFINITY);
+            add(&mut self.runs[place], rows, self.how, free);
+        }
+        self.spent_s += started.elapsed().as_secs_f64();
+    }
+}
+
+/// Adds rows to the sums of their run, each kind of sums on a core of its own where there are some.
+fn add<const N: usize>(run: &mut RunGram, rows: &[Row<N>], how: &Conditioned<N>, free: &mut f64) {
+    let RunGram { eq18, eq18_published, signed, may_clamp, local, .. } = run;
+    let of = |gate: Gate, row: &Row<N>| {
+        (eq18::regressors(gate, &eq18::products(gate, &row.motion), row.mass), row.power)
+    };
+    let of_eq18 = || {
+        eq18.extend(rows.iter().map(|row| of(Gate::Corrected, row)));
+        eq18_published.extend(rows.iter().map(|row| of(Gate::Published, row)));
+    };
+    let of_signed = || {
+        let (memory, before) = (SETTLES / how.core.cutoff_hz, signed.rows());
+        signed.extend(rows.iter().filter_map(|row| {
             if !polynomial::cannot_clamp(&row.motion, how.drive) {
                 *free = row.time + memory;
             }
             (row.time >= *free).then(|| (polynomial::regressors(&row.motion, row.mass), row.power))
         }));
-        run.may_clamp += rows.len() as u64 - (run.signed.rows() - before);
-        if let (Some(local), Some((reference, _))) = (&mut run.local, &how.reference) {
+        *may_clamp += rows.len() as u64 - (signed.rows() - before);
+    };
+    let of_local = || {
+        if let (Some(local), Some((reference, _))) = (local, &how.reference) {
             rows.iter().for_each(|row| local.add(row, reference));
         }
-    }
+    };
+    rayon::join(of_eq18, || rayon::join(of_signed, of_local));
 }
