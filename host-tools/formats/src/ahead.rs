@@ -74,7 +74,7 @@ impl<W: Work> Ahead<W> {
     ///
     /// # Panics
     /// As the work did, on whichever thread.
-    pub fn next(&mut self) -> Option<W::Next> {
+    pub fn take_next(&mut self) -> Option<W::Next> {
         let mut state = lock(&self.shared.state);
         loop {
             if let Some(panic) = state.panic.take() {
@@ -246,8 +246,8 @@ mod tests {
             let by_others = Arc::clone(&squares.threads);
             let mut ahead = Ahead::new(squares, 3);
             let (found, left) = within(threads, || {
-                let found: Vec<usize> = (0..LAST).filter_map(|_| ahead.next()).collect();
-                assert_eq!(ahead.next(), Some(usize::MAX));
+                let found: Vec<usize> = (0..LAST).filter_map(|_| ahead.take_next()).collect();
+                assert_eq!(ahead.take_next(), Some(usize::MAX));
                 (found, ahead.into_work().unwrap())
             });
             assert!(found.iter().copied().eq((0..LAST).map(|place| place * place)), "{threads}");
@@ -262,7 +262,7 @@ mod tests {
         let found = within(2, || {
             let all = |_| {
                 let mut ahead = Ahead::new(Squares::default(), 3);
-                (0..LAST).filter_map(|_| ahead.next()).sum::<usize>()
+                (0..LAST).filter_map(|_| ahead.take_next()).sum::<usize>()
             };
             rayon::join(|| all(()), || all(()))
         });
@@ -276,7 +276,8 @@ mod tests {
         for threads in [1, 3] {
             let told = within(threads, || {
                 let mut ahead = Ahead::new(Squares { fails_at: Some(300), ..Squares::default() }, 3);
-                let all = catch_unwind(AssertUnwindSafe(|| (0..LAST).filter_map(|_| ahead.next()).count()));
+                let all =
+                    catch_unwind(AssertUnwindSafe(|| (0..LAST).filter_map(|_| ahead.take_next()).count()));
                 all.unwrap_err().downcast_ref::<&str>().copied()
             });
             assert_eq!(told, Some("out of squares"), "{threads}");

@@ -146,7 +146,7 @@ impl Columns {
     pub fn next(&mut self, values: &mut [Values]) -> Result<usize> {
         assert_eq!(values.len(), self.names.len(), "one a column");
         self.lanes.with(|lanes| lanes.give_back(values));
-        let Some(next) = self.lanes.next() else { return Ok(0) };
+        let Some(next) = self.lanes.take_next() else { return Ok(0) };
         let (count, columns) = next?;
         for (values, column) in values.iter_mut().zip(columns) {
             *values = column;

@@ -63,7 +63,7 @@ impl Pieces {
         let used = std::mem::take(&mut self.rows);
         self.ahead.with(|text| text.spare.push(used));
         self.next = 0;
-        self.rows = self.ahead.next().flatten()?;
+        self.rows = self.ahead.take_next().flatten()?;
         Some(self.rows.bytes())
     }
 
