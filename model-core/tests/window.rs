@@ -12,6 +12,7 @@ use model_core::payload::roots::RootMean;
 use model_core::payload::window::{Sums, Window};
 use model_core::payload::{Beyond, Bucket, Mass, MassEstimate, Method, Noise, Unknown};
 use model_core::polynomial::Polynomial;
+use model_core::real::Real;
 use model_core::torque::Drive;
 use proptest::prelude::*;
 
@@ -274,6 +275,45 @@ fn too_much_noise_is_unknown() {
         with(Noise { density: f64::NAN, model_std: 0.0, tail: 1.0 }),
         MassEstimate::Unknown(Unknown::TooWide)
     );
+}
+
+/// Half of the samples lie above the model at the middle mass and half below, as far as `apart` W,
+/// `slope` W/kg telling the mass.
+fn of_two_minds<T: Real>(slope: f64, apart: f64, density: f64, linear_beyond: f64) -> MassEstimate<T> {
+    let number = T::from_f64;
+    let window = Window {
+        range: MassRange::new(number(1.0), number(6.0)).unwrap(),
+        noise: Noise { density: number(density), model_std: number(1e-3), tail: T::ONE },
+        period: number(0.02),
+        linear_beyond: number(linear_beyond),
+    };
+    let polynomial = Polynomial { a: T::ZERO, b: number(slope), c: T::ZERO };
+    let mut sums = Sums::default();
+    for power in [apart, -apart] {
+        let response = Response { polynomial, may_clamp: false };
+        window.add(&mut sums, number(power), &response, T::ONE, T::ZERO);
+    }
+    window.estimate([sums; 20].iter())
+}
+
+/// A share of what tells how far off the mass is, of which nothing is left: x / 0 where noise is
+/// known, 0 / 0 where there is none, and 0 / 0 again of information whose square is below the
+/// smallest number. On the board as on the host that is "unknown", and no number.
+#[test]
+fn nothing_that_tells_how_far_off_is_unknown() {
+    fn all<T: Real>(tiny: f64) {
+        let (unknown, known) =
+            (MassEstimate::Unknown(Unknown::TooWide), of_two_minds::<T>(0.1, 0.001, 1e-6, 0.01));
+        assert!(matches!(known, MassEstimate::Known(_)), "{known:?}");
+        for density in [1e-6, 0.0] {
+            assert_eq!(of_two_minds::<T>(0.1, 0.02, density, 0.01), unknown, "{density}");
+        }
+        for apart in [0.0, 0.001, 0.02] {
+            assert_eq!(of_two_minds::<T>(tiny, apart, 0.0, 0.01), unknown, "{apart}");
+        }
+    }
+    all::<f32>(1e-12);
+    all::<f64>(1e-85);
 }
 
 /// A robot of 60 kg that may weigh 6 is not said to weigh 6 ± 0.01: the interval is as wide as the
