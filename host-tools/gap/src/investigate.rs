@@ -19,7 +19,7 @@ use super::problem::fit::Fitted;
 use super::problem::lag;
 use super::problem::open::{open_problem, precision};
 use super::report::localise;
-use super::report::{Basis, Report};
+use super::report::{Basis, Report, Rival};
 use super::scope::candidates;
 use super::split;
 use super::thresholds::calibrate::MARGIN;
@@ -150,11 +150,7 @@ pub fn investigate<const N: usize>(
         over_dispersion,
         clean_structure,
         refit: Vec::new(),
-        ties: found
-            .ties
-            .into_iter()
-            .map(|tie| tie.into_iter().map(Hypothesis::into_rival).collect())
-            .collect(),
+        ties: found.ties.into_iter().map(|tie| tie.into_iter().map(rival).collect()).collect(),
         likelihood: None,
         basis: Some(Basis {
             drive: base.drive,
@@ -164,6 +160,11 @@ pub fn investigate<const N: usize>(
             precision: precision(base, parameters, options.slack),
         }),
     })
+}
+
+/// What a drive has to tell others from.
+fn rival(hypothesis: Hypothesis) -> Rival {
+    Rival { candidate: hypothesis.candidate, state: hypothesis.fitted.state }
 }
 
 /// Whether the locked runs have most of what they have beyond clean ones still.

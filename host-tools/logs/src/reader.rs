@@ -225,12 +225,9 @@ impl LogReader {
                     let line = columnar.line_number();
                     let read = columns_row(columnar, place, &self.layout.wanted, &mut self.runs, values);
                     let finite = read.map_err(|fault| self.fault_in_column(place, &fault))?;
-                    let accepted = self.check_time(values)?;
-                    if finite && accepted {
-                        self.rows += 1;
+                    if self.takes(line, finite, values)? {
                         return Ok(Some(line));
                     }
-                    self.exclusions.add_non_finite(line);
                     continue;
                 }
             };
@@ -246,12 +243,9 @@ impl LogReader {
                 let line = source.line_number();
                 let taken = rows.take(place, &self.layout, &mut self.runs, values);
                 let finite = taken.map_err(|fault| self.fault(&[], fault))?;
-                let accepted = self.check_time(values)?;
-                if finite && accepted {
-                    self.rows += 1;
+                if self.takes(line, finite, values)? {
                     return Ok(Some(line));
                 }
-                self.exclusions.add_non_finite(line);
                 continue;
             }
             if let Some(slots) = &self.layout.plain
@@ -288,12 +282,9 @@ impl LogReader {
             let line = line.strip_suffix(b"\r").unwrap_or(line);
             match parse_row(line, &self.layout.wanted, self.columns.len(), &mut self.runs, values) {
                 Ok(finite) => {
-                    let accepted = self.check_time(values)?;
-                    if finite && accepted {
-                        self.rows += 1;
+                    if self.takes(number, finite, values)? {
                         return Ok(Some(number));
                     }
-                    self.exclusions.add_non_finite(number);
                 }
                 Err(fault) => {
                     if line.trim_ascii().is_empty() {
@@ -334,6 +325,18 @@ impl LogReader {
                 Line::End => return Ok(()),
             }
         }
+    }
+
+    /// Counts a row, as one to hand out or as one that is left out for what is not finite.
+    #[inline]
+    fn takes(&mut self, line: u64, finite: bool, values: &[f64]) -> Result<bool> {
+        let is_taken = self.check_time(values)? && finite;
+        if is_taken {
+            self.rows += 1;
+        } else {
+            self.exclusions.add_non_finite(line);
+        }
+        Ok(is_taken)
     }
 
     fn check_time(&mut self, values: &[f64]) -> Result<bool> {

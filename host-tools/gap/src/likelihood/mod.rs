@@ -137,11 +137,13 @@ pub fn investigate<const N: usize>(
     let names: Vec<&Cause> = if verdict.stands() { names } else { Vec::new() };
     let round = round(&scored, &posterior, &names, outcome);
     let best = names.first().map(|cause| cause.best);
-    let effects = best.map_or(Vec::new(), |best| {
+    let start = State { torque: base.torque, effects: Vec::new() };
+    let state_of = |best: usize| {
         let own = &scored[best];
-        own.way.candidate.regressors.iter().cloned().zip(own.coefficients.iter().copied()).collect()
-    });
-    let state = State { torque: base.torque, effects };
+        let regressors = own.way.candidate.regressors.iter().cloned();
+        State { effects: regressors.zip(own.coefficients.iter().copied()).collect(), ..start.clone() }
+    };
+    let state = best.map_or_else(|| start.clone(), state_of);
     let own = best.and_then(|best| covariances[best].clone());
     // The base stays where it was: its own uncertainty is in that of the effects.
     let joined = own.as_ref().and_then(|own| joint(own, false, base));
@@ -156,19 +158,15 @@ pub fn investigate<const N: usize>(
     let of_open = |state: &State| State { effects: at_places(state, &split.open), ..state.clone() };
     let of_locked = |state: &State| State { effects: at_places(state, &split.locked), ..state.clone() };
     let confirmed = confirm::on_locked(runs, &split, clean, base, &of_locked(&state), &problem, parameters);
-    let start = State { torque: base.torque, effects: Vec::new() };
     let sides = [(open_twin.residual(&start), 0), (open_twin.residual(&of_open(&state)), 1)];
     let [before, after] = sides.map(|(open, side)| split.in_order(&open, &confirmed.residuals[side]));
     let mut localisation = localise::cells(runs, &before);
     if verdict.stands() {
         localise::fill_after(runs, &mut localisation, &after);
     }
-    let rival = |cause: &&Cause| {
-        let own = &scored[cause.best];
-        let candidate = own.way.candidate.clone();
-        let effects = candidate.regressors.iter().cloned().zip(own.coefficients.iter().copied());
-        let state = of_open(&State { effects: effects.collect(), ..state.clone() });
-        Rival { candidate, state }
+    let rival = |cause: &&Cause| Rival {
+        candidate: scored[cause.best].way.candidate.clone(),
+        state: of_open(&state_of(cause.best)),
     };
     let ties = match verdict {
         Verdict::Ambiguous => vec![names.iter().map(rival).collect()],

@@ -7,7 +7,6 @@ use numerics::search::golden_section;
 use crate::problem::Problem;
 use crate::problem::fit::Fitted;
 use crate::problem::times::cost_of_a_time;
-use crate::report::Rival;
 use crate::thresholds::name::{IN_RUN_ERRORS, SEARCH_TOLERANCE, SHARPENED, TIE, TIE_ERRORS, TIE_SHARE};
 use crate::thresholds::problem::MOST_FIT_STEPS;
 use crate::twin::State;
@@ -49,11 +48,6 @@ impl Hypothesis {
 }
 
 impl Hypothesis {
-    /// What a drive has to tell it from.
-    pub fn into_rival(self) -> Rival {
-        Rival { candidate: self.candidate, state: self.fitted.state }
-    }
-
     fn lives_in_single_runs(&self) -> bool {
         self.candidate.regressors.iter().all(|regressor| regressor.run().is_some())
     }
