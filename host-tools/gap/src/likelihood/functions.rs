@@ -97,27 +97,38 @@ pub fn functions<const N: usize>(
     };
     found.extend(shown(further.to_vec()).into_iter().map(|signal| (signal, Column)));
     found.extend(edges(runs, power).into_iter().map(|signal| (signal, Edge)));
-    let both = |candidate: &Candidate| {
-        let id = candidate.id.clone();
-        candidate.regressors.iter().map(move |regressor| (id.clone(), regressor.clone())).collect::<Vec<_>>()
-    };
     let is_column =
         |regressor: &Regressor| matches!(regressor, Regressor::Column(_) | Regressor::Temperature(..));
-    let effects: Vec<(String, Regressor)> =
-        list.iter().flat_map(both).filter(|(_, regressor)| !is_column(regressor)).collect();
-    let regressors: Vec<Regressor> = effects.iter().map(|(_, regressor)| regressor.clone()).collect();
+    let all = list.iter().flat_map(|candidate| &candidate.regressors);
+    let regressors: Vec<Regressor> = all.filter(|regressor| !is_column(regressor)).cloned().collect();
     let mut slopes: Vec<Vec<Vec<f64>>> =
         (0..power.len()).into_par_iter().map(|run| anywhere.slopes(run, start, &regressors)).collect();
-    for (place, (id, regressor)) in effects.iter().enumerate() {
+    let of_drive = found.len();
+    for (place, regressor) in regressors.iter().enumerate() {
         let signal: Signal = slopes.iter_mut().map(|run| std::mem::take(&mut run[place])).collect();
         match regressor {
             Regressor::Term(Term::GradeByPitch) => {
                 found.extend(shown(vec![signal]).into_iter().map(|signal| (signal, Column)));
             }
-            _ => found.push((signal, of_effect(id))),
+            _ => {
+                let group = most_like(&signal, &found[..of_drive]);
+                found.push((signal, group));
+            }
         }
     }
     found
+}
+
+/// The group of the function to which a signal is most in proportion: it varies like that one.
+fn most_like(signal: &Signal, functions: &[(Signal, Group)]) -> Group {
+    let product = |a: &Signal, b: &Signal| -> f64 {
+        a.iter().zip(b).flat_map(|(a, b)| a.iter().zip(b)).map(|(a, b)| a * b).sum()
+    };
+    let likeness = |function: &Signal| {
+        product(signal, function).abs() / product(function, function).sqrt().max(f64::MIN_POSITIVE)
+    };
+    let each = functions.iter().map(|(function, group)| (likeness(function), *group));
+    each.max_by(|a, b| a.0.total_cmp(&b.0)).map_or(Level, |best| best.1)
 }
 
 /// Changes of the predicted power: what filters, and rates of the sensors, get wrong.
@@ -146,17 +157,4 @@ fn edges<const N: usize>(runs: &Runs<N>, power: &Signal) -> Vec<Signal> {
         }
     }
     found
-}
-
-/// What an effect of the dictionary looks like; a user's own like a speed's.
-fn of_effect(id: &str) -> Group {
-    match id {
-        "winding-temperature" | "supply-sag" | "sensor-gain" | "sensor-offset" | "static-step" => Level,
-        "lubricant-warm-up" => Time,
-        "rolling-resistance-change" | "payload-mislabel" => Mass,
-        "grade" | "payload-offset" | "wheel-drag" | "turning-scrub" => Turn,
-        "gear-load-loss" => Acceleration,
-        "regeneration" | "sensor-delay" => Edge,
-        _ => Speed,
-    }
 }
