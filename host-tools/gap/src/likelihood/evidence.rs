@@ -4,6 +4,8 @@
 //! differs from run to run is integrated out of each run's products, the rest out of their sums:
 //! −2 ln p(y) = y'V⁻¹y + ln|V|, up to what all hypotheses share.
 
+use std::ops::Range;
+
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::normal::log_within;
@@ -52,35 +54,30 @@ pub struct Marginal {
 impl Marginal {
     /// With variances of the functions; `None` where they are no numbers.
     pub fn of(products: &DMatrix<f64>, shape: Shape, variances: &[f64]) -> Option<Self> {
-        let (whitened, factor) = own_part(products, shape, variances)?;
-        let log_det = log_det(&factor);
-        Some(Self { products: products - whitened.tr_mul(&whitened), log_det })
+        Self::without(products, shape.first()..shape.further(), variances)
     }
-}
 
-/// L⁻¹ Λ^½ Φ'Z, and the factor L of I + Λ^½ Φ'Φ Λ^½.
-pub(super) fn own_part(
-    products: &DMatrix<f64>,
-    shape: Shape,
-    variances: &[f64],
-) -> Option<(DMatrix<f64>, Cholesky<f64, Dyn>)> {
-    let (first, count) = (shape.first(), shape.functions);
-    let roots: Vec<f64> = variances.iter().map(|variance| variance.sqrt()).collect();
-    let mut along = products.rows(first, count).into_owned();
-    for (mut row, root) in along.row_iter_mut().zip(&roots) {
-        row *= *root;
+    /// Coefficients of some columns, of this run alone and with these variances, integrated out.
+    pub fn without(products: &DMatrix<f64>, columns: Range<usize>, variances: &[f64]) -> Option<Self> {
+        let roots: Vec<f64> = variances.iter().map(|variance| variance.sqrt()).collect();
+        let mut along = products.rows(columns.start, columns.len()).into_owned();
+        for (mut row, root) in along.row_iter_mut().zip(&roots) {
+            row *= *root;
+        }
+        let mut inner = along.columns(columns.start, columns.len()).into_owned();
+        for (mut column, root) in inner.column_iter_mut().zip(&roots) {
+            column *= *root;
+        }
+        inner += DMatrix::identity(columns.len(), columns.len());
+        let factor = Cholesky::new(inner)?;
+        let solved = factor.l_dirty().solve_lower_triangular_mut(&mut along);
+        let products = products - along.transpose() * &along;
+        solved.then(|| Self { products, log_det: log_det(&factor) })
     }
-    let mut inner = along.columns(first, count).into_owned();
-    for (mut column, root) in inner.column_iter_mut().zip(&roots) {
-        column *= *root;
-    }
-    inner += DMatrix::identity(count, count);
-    let factor = Cholesky::new(inner)?;
-    factor.l_dirty().solve_lower_triangular_mut(&mut along).then_some((along, factor))
 }
 
 /// ln of the determinant.
-pub(super) fn log_det(factor: &Cholesky<f64, Dyn>) -> f64 {
+fn log_det(factor: &Cholesky<f64, Dyn>) -> f64 {
     2.0 * factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>()
 }
 
@@ -202,7 +199,7 @@ pub fn reduce(totals: &Totals, shape: Shape, variances: &Variances, other: f64) 
     products
         .view_mut((1, 1), (effects, effects))
         .copy_from(&field.view((further, further), (effects, effects)));
-    products -= solved.tr_mul(&solved);
+    products -= solved.transpose() * &solved;
     let minus_two_log = products[(0, 0)] + totals.log_det + log_det - log_prior;
     Some(Reduced { products, minus_two_log, nuisance })
 }

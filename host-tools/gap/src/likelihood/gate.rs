@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::evidence::{Marginal, Totals, reduce};
-use super::priors::{ELSE_SIZES, RELABELLED, RELABELLED_ROUNDS};
+use super::priors::{ELSE_SIZES, RELABELLED};
 use super::products::Posed;
 use super::scored::variances_of;
 use super::ways::sizes;
@@ -35,23 +35,23 @@ impl Gate {
         let greatest = |labels: &[bool]| {
             // All anew by these labels: what was told by the given ones would favour them.
             let clean: Vec<usize> = (0..count).filter(|&run| !labels[run]).collect();
-            let found = variances_of(posed, &clean, RELABELLED_ROUNDS)?;
+            let variances = variances_of(posed, &clean)?;
             let runs: Option<Vec<Marginal>> = posed
                 .runs
                 .iter()
                 .map(|run| {
-                    let own = run.products.view((0, 0), (size, size)) / found.noise;
-                    Marginal::of(&own, posed.shape, &found.variances.runs)
+                    let own = run.products.view((0, 0), (size, size)).into_owned();
+                    Marginal::of(&own, posed.shape, &variances.runs)
                 })
                 .collect();
             let totals = Totals::of(posed.shape, labels.iter().copied().zip(&runs?));
-            let sizes = sizes(posed.power / found.noise.sqrt());
-            let none = reduce(&totals, posed.shape, &found.variances, 0.0)?;
+            let sizes = sizes(posed.power);
+            let none = reduce(&totals, posed.shape, &variances, 0.0)?;
             let ways = posed.ways.iter().map(|way| way.gain(&none, &sizes)).fold(f64::NEG_INFINITY, f64::max);
             let middle = ELSE_SIZES[ELSE_SIZES.len() / 2];
             let further = posed.shape.further();
             let cut = Totals { field: totals.field.view((0, 0), (further, further)).into_owned(), ..totals };
-            let other = reduce(&cut, posed.shape, &found.variances, middle * middle)?;
+            let other = reduce(&cut, posed.shape, &variances, middle * middle)?;
             Some(ways.max(0.5 * (none.minus_two_log - other.minus_two_log)))
         };
         let labels: Vec<bool> = (0..count).map(|run| posed.is_field(run)).collect();

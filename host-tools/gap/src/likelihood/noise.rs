@@ -36,6 +36,9 @@ pub struct Noise {
     pub memory: Vec<f64>,
     /// Standard deviation of that, where the scale is 1, W.
     pub innovation: f64,
+    /// The same of the autoregression as a model: with the white noise that keeps it apart from what
+    /// a filter leaves empty. Without it all that the filter passes would look a third smaller.
+    pub modelled: f64,
     /// Power, and the scale of the noise there.
     scales: Vec<(f64, f64)>,
     /// Where levels of jerk end, and the variance of the spikes of each.
@@ -62,6 +65,7 @@ impl Noise {
         let mut noise = Self {
             memory: vec![0.0; ORDER],
             innovation: 1.0,
+            modelled: 1.0,
             scales: knots.into_iter().map(|power| (power, 1.0)).collect(),
             spikes: vec![0.0; edges.len() + 1],
             edges,
@@ -135,6 +139,9 @@ impl Noise {
         if let Some((_, freedom, scale)) = best.max_by(|a, b| a.0.total_cmp(&b.0)) {
             (self.freedom, self.innovation) = (freedom, scale);
         }
+        let white = WHITE_FLOOR / (1.0 + WHITE_FLOOR) * variance;
+        let through = 1.0 + self.memory.iter().map(|a| a * a).sum::<f64>();
+        self.modelled = (self.innovation.powi(2) + white * through).sqrt();
         let rows = runs.iter().map(|run| run.power.len()).sum::<usize>().max(1) as f64;
         let usual = runs.iter().flat_map(|run| run.power).map(|p| self.scale(*p)).sum::<f64>() / rows;
         self.std_w = variance.sqrt() * usual;

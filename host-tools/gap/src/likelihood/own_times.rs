@@ -45,7 +45,7 @@ impl InRuns {
         for (own, first) in solved.iter().zip(&firsts) {
             all.view_mut((0, *first), (nuisances, own.ncols())).copy_from(own);
         }
-        let mut own = -all.tr_mul(&all);
+        let mut own = -(all.transpose() * &all);
         for ((run, range), first) in runs.iter().zip(columns).zip(&firsts) {
             let mut block = own.view_mut((*first, *first), (range.len(), range.len()));
             block += run.products.view((range.start, range.start), (range.len(), range.len()));

@@ -42,7 +42,7 @@ impl Precision {
         }
         let mut own = vec![[0.0; ORDER + 1]; count];
         for t in (0..count).filter(|&t| weights[t] > 0.0) {
-            let weight = weights[t] / noise.innovation.powi(2);
+            let weight = weights[t] / noise.modelled.powi(2);
             for i in 0..=ORDER {
                 for j in 0..=i {
                     own[t - i][i - j] += weight * filter[i] * filter[j];

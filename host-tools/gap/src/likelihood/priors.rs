@@ -30,8 +30,13 @@ pub const DISCREPANCY: f64 = 0.05;
 /// Least and greatest root of a variance. Derived: below, nothing shows in an hour; above, no fit
 /// would be usable.
 pub const DISCREPANCY_RANGE: (f64, f64) = (1e-3, 3.0);
-/// Rounds of the variances' estimate. Chosen for time: changes are below 1 % by then.
-pub const VARIANCE_ROUNDS: usize = 40;
+/// Rounds of the variances' estimate, at most: three steps each.
+pub const VARIANCE_ROUNDS: usize = 12;
+/// Logarithms of variances that move less than this have settled. Derived: six runs tell a
+/// variance to a factor of three.
+pub const SETTLED: f64 = 0.02;
+/// How far two steps are extrapolated, at most. Chosen: beyond it rounding leads.
+pub const FARTHEST: f64 = 32.0;
 /// Common scales of what differs from run to run. Derived: six clean runs tell a variance to a
 /// factor of three either way.
 pub const RUN_SCALES: [f64; 5] = [0.1, 0.3, 1.0, 3.0, 10.0];
@@ -44,6 +49,9 @@ pub const LOOSE: f64 = 1e-8;
 pub const ELSE_SIZES: [f64; 5] = [0.01, 0.03, 0.1, 0.3, 1.0];
 /// What is of single runs: times the variance between clean runs. Chosen: decades.
 pub const ELSE_RUNS: [f64; 3] = [10.0, 100.0, 1000.0];
+/// Drift within a run: how far a walk gets in its time, standard deviations of the noise. Chosen:
+/// from what one run just shows.
+pub const ELSE_DRIFTS: [f64; 4] = [0.1, 0.3, 1.0, 3.0];
 /// Scatter: times the variance of the noise. Chosen: from what half an hour just shows.
 pub const ELSE_SCATTER: [f64; 5] = [1.5, 2.5, 5.0, 20.0, 100.0];
 
@@ -90,14 +98,15 @@ pub const NEAR_SHARE: f64 = 0.5;
 pub const BENT: usize = 12;
 /// Ways of each cause among them.
 pub const BENT_WAYS: usize = 2;
-/// Steps of each, at most. Chosen: Gauss and Newton settle in three, near ranges' ends in more.
-pub const BENT_STEPS: usize = 8;
+/// Steps of each, at most. Chosen: Gauss and Newton settle in three, near ranges' ends in more; the
+/// second half of the steps is half as long.
+pub const BENT_STEPS: usize = 10;
+/// Standard errors by which a last step may move. Derived: the evidence is wrong by half its
+/// square.
+pub const BENT_SETTLED: f64 = 0.2;
 /// Delays from which one is looked for, a period of the filter's cutoff. Derived: Gauss and Newton
 /// find what is within a quarter of it.
 pub const DELAY_STEPS: f64 = 6.0;
 
-/// Relabelled sets of the gate. Derived: a level of 2 % needs fifty.
-pub const RELABELLED: usize = 59;
-/// Rounds of the variances' estimate of each. Chosen for time; the same for all labels, so that
-/// the share stays exact.
-pub const RELABELLED_ROUNDS: usize = 5;
+/// Relabelled sets of the gate. Derived: with the given one a level of 2 % needs fifty.
+pub const RELABELLED: usize = 49;

@@ -257,24 +257,31 @@ impl<'a, const N: usize> Posed<'a, N> {
     pub fn own_first(&self) -> usize {
         self.shape.further() + self.ways.iter().map(|way| way.units.len()).sum::<usize>()
     }
+
+    /// Columns of a run's own steps of one kind.
+    pub fn steps(&self, run: usize, kind: usize) -> std::ops::Range<usize> {
+        let count = self.runs[run].own.times.len();
+        let first = self.own_first() + 1 + kind * count;
+        first..first + count
+    }
 }
 
 impl RunProducts {
     fn new(kept: Kept, columns: DMatrix<f64>, precision: Precision, own: Own, shape: Shape) -> Self {
         let solved = precision.inverse_times(&columns);
-        let products = columns.tr_mul(&solved);
+        let products = columns.transpose() * &solved;
         let solved = solved.columns(0, shape.further()).into_owned();
         Self { kept, columns, precision, solved, products, own }
     }
 
     /// Sums of products of what was measured and further columns anew, base and functions as they
     /// were.
-    pub fn with(&self, columns: &DMatrix<f64>, shape: Shape, noise: f64) -> DMatrix<f64> {
+    pub fn with(&self, columns: &DMatrix<f64>, shape: Shape) -> DMatrix<f64> {
         let (old, new) = (shape.further() - 1, columns.ncols());
-        let own = columns.tr_mul(&self.precision.inverse_times(columns)) / noise;
-        let cross = self.solved.columns(1, old).tr_mul(columns) / noise;
+        let own = columns.transpose() * self.precision.inverse_times(columns);
+        let cross = self.solved.columns(1, old).transpose() * columns;
         let mut all = DMatrix::zeros(old + new, old + new);
-        all.view_mut((1, 1), (old, old)).copy_from(&(self.products.view((1, 1), (old, old)) / noise));
+        all.view_mut((1, 1), (old, old)).copy_from(&self.products.view((1, 1), (old, old)));
         all[(0, 0)] = own[(0, 0)];
         all.view_mut((1, 0), (old, 1)).copy_from(&cross.columns(0, 1));
         all.view_mut((0, 1), (1, old)).copy_from(&cross.columns(0, 1).transpose());
@@ -309,7 +316,7 @@ fn few_columns(
         .collect();
     let mut sum = DMatrix::zeros(all.first()?.ncols(), all.first()?.ncols());
     for run in &all {
-        sum += run.tr_mul(run);
+        sum += run.transpose() * run;
     }
     let values = least_squares(&sum, 1e-9)?;
     Some(all.iter().map(|run| left_of(run, &values)).collect())

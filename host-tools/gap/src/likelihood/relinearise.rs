@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::delay::later;
 use super::evidence::{Marginal, Reduced, Totals, reduce};
 use super::normal::{log_mean, log_sum};
-use super::priors::{BENT_STEPS, DELAY_STEPS, FORM_ERRORS};
+use super::priors::{BENT_SETTLED, BENT_STEPS, DELAY_STEPS, FORM_ERRORS};
 use super::products::Posed;
 use super::scored::Scales;
 use super::ways::Way;
@@ -36,14 +36,16 @@ pub fn about<const N: usize>(
     let mut coefficients = start.to_vec();
     let middle = scales.likeliest();
     for step in 0.. {
-        let products = products(posed, scales.noise, way, &coefficients);
+        let products = products(posed, way, &coefficients);
         let reduced = reduced(posed, scales, &products, middle, 0.0)?;
         let (next, covariance) = way.likeliest(&reduced, &scales.sizes)?;
         let errors = (0..next.len()).map(|k| covariance[(k, k)].sqrt());
         let moved = next.iter().zip(&coefficients).zip(errors).map(|((a, b), error)| (a - b).abs() / error);
-        let settled = moved.fold(0.0, f64::max) < 0.1;
+        let settled = moved.fold(0.0, f64::max) < BENT_SETTLED;
         if !settled && step < BENT_STEPS {
-            coefficients = next;
+            // Where a slope changes its sign full steps go to and fro.
+            let share = if step < BENT_STEPS / 2 { 1.0 } else { 0.5 };
+            coefficients.iter_mut().zip(&next).for_each(|(now, next)| *now += share * (next - *now));
             continue;
         }
         // About a size that is not its own the linear model says anything.
@@ -83,7 +85,7 @@ pub fn delay<const N: usize>(posed: &Posed<'_, N>, scales: &Scales, (low, high):
             let rows = posed.twin.runs.runs[run].rows.iter().zip(&late);
             let left = own.kept.thin(&rows.map(|(row, at)| row.power - at).collect::<Vec<_>>());
             let columns = DMatrix::from_column_slice(left.len(), 1, &left);
-            Marginal { products: own.with(&columns, posed.shape, scales.noise), log_det: 0.0 }
+            Marginal { products: own.with(&columns, posed.shape), log_det: 0.0 }
         });
         let runs: Vec<Marginal> = runs.collect();
         let totals = Totals::of(posed.shape, runs.iter().map(|own| (true, own)));
@@ -105,9 +107,8 @@ pub fn size(way: &Way, coefficients: &[f64]) -> f64 {
 }
 
 /// Of each field run with the model linear about some coefficients.
-fn products<const N: usize>(
+pub fn products<const N: usize>(
     posed: &Posed<'_, N>,
-    noise: f64,
     way: &Way,
     coefficients: &[f64],
 ) -> Vec<Option<DMatrix<f64>>> {
@@ -136,7 +137,7 @@ fn products<const N: usize>(
             columns.column_mut(1 + k).copy_from_slice(slope);
             columns.column_mut(1 + k).unscale_mut(*unit);
         }
-        Some(own.with(&columns, posed.shape, noise))
+        Some(own.with(&columns, posed.shape))
     };
     (0..posed.runs.len()).into_par_iter().map(of_run).collect()
 }

@@ -8,7 +8,7 @@ use super::evidence::{Marginal, Reduced, Totals, Variances, reduce};
 use super::normal::{log_mean, log_sum};
 use super::own_masses::masses;
 use super::own_times::{InRuns, steps};
-use super::priors::{ELSE_RUNS, ELSE_SCATTER, ELSE_SIZES, FORM_ERRORS, RUN_SCALES, VARIANCE_ROUNDS};
+use super::priors::{ELSE_DRIFTS, ELSE_RUNS, ELSE_SCATTER, ELSE_SIZES, FORM_ERRORS, RUN_SCALES};
 use super::products::Posed;
 use super::relinearise::size;
 use super::variances;
@@ -19,8 +19,6 @@ use super::ways::{Way, sizes};
 pub struct Scales {
     /// In variances of the noise.
     pub variances: Variances,
-    /// Variance of the noise, per what its own estimate said.
-    pub noise: f64,
     /// ln prior of each scale.
     pub weights: Vec<f64>,
     /// At each scale, run by run.
@@ -39,28 +37,24 @@ impl Scales {
         let has_clean = (0..posed.runs.len()).any(|run| !posed.is_field(run));
         let told: Vec<usize> =
             (0..posed.runs.len()).filter(|&run| !has_clean || !posed.is_field(run)).collect();
-        let found = variances_of(posed, &told, VARIANCE_ROUNDS)?;
+        let variances = variances_of(posed, &told)?;
         // Six clean runs tell a variance as five normal values do.
         let half = 0.5 * (told.len() as f64 - 1.0);
         let weights: Vec<f64> = RUN_SCALES.iter().map(|scale| -half * (scale.ln() + scale.recip())).collect();
         let total = log_sum(weights.iter().copied());
         let weights: Vec<f64> = weights.iter().map(|weight| weight - total).collect();
         let mut scales = Self {
-            variances: found.variances,
-            noise: found.noise,
+            variances,
             weights,
             marginals: Vec::new(),
             reduced: Vec::new(),
             none: 0.0,
-            sizes: sizes(posed.power / found.noise.sqrt()),
+            sizes: sizes(posed.power),
         };
         for scale in 0..RUN_SCALES.len() {
             let variances = scales.run_variances(scale);
-            let marginals: Option<Vec<Marginal>> = posed
-                .runs
-                .iter()
-                .map(|run| Marginal::of(&(&run.products / scales.noise), posed.shape, &variances))
-                .collect();
+            let marginals: Option<Vec<Marginal>> =
+                posed.runs.iter().map(|run| Marginal::of(&run.products, posed.shape, &variances)).collect();
             let marginals = marginals?;
             scales.reduced.push(scales.reduce(posed, &marginals, 0.0)?);
             scales.marginals.push(marginals);
@@ -103,21 +97,9 @@ impl Scales {
 }
 
 /// By the restricted likelihood of some runs.
-pub fn variances_of<const N: usize>(
-    posed: &Posed<'_, N>,
-    runs: &[usize],
-    rounds: usize,
-) -> Option<variances::Found> {
+pub fn variances_of<const N: usize>(posed: &Posed<'_, N>, runs: &[usize]) -> Option<Variances> {
     let products: Vec<_> = runs.iter().map(|&run| &posed.runs[run].products).collect();
-    let rows: f64 = runs.iter().map(|&run| posed.runs[run].kept.count()).sum();
-    variances::told(
-        &products,
-        posed.shape,
-        &posed.groups,
-        &posed.base,
-        rows * posed.noise.information(),
-        rounds,
-    )
+    variances::told(&products, posed.shape, &posed.groups, &posed.base)
 }
 
 /// One hypothesis.
@@ -174,8 +156,9 @@ fn nearest(grid: &[f64], wanted: f64) -> Option<usize> {
     (0..grid.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
-/// Something else: smooth functions that all field runs share, what is of single runs, scatter.
-pub fn something_else<const N: usize>(posed: &Posed<'_, N>, scales: &Scales) -> [f64; 3] {
+/// Something else: smooth functions that all field runs share, what is of single runs, what drifts
+/// within them, scatter.
+pub fn something_else<const N: usize>(posed: &Posed<'_, N>, scales: &Scales) -> [f64; 4] {
     let value = |reduced: Option<Reduced>| reduced.map_or(f64::NEG_INFINITY, |own| -0.5 * own.minus_two_log);
     let smooth = log_mean(ELSE_SIZES.iter().map(|size| {
         scales.over_none(|scale| value(scales.reduce(posed, &scales.marginals[scale], size * size)))
@@ -196,19 +179,29 @@ pub fn something_else<const N: usize>(posed: &Posed<'_, N>, scales: &Scales) -> 
     };
     let single = log_mean(ELSE_RUNS.iter().map(|times| {
         let variances: Vec<f64> = scales.run_variances(middle).iter().map(|own| own * times).collect();
-        of(&|run| Marginal::of(&(&posed.runs[run].products / scales.noise), posed.shape, &variances))
+        of(&|run| Marginal::of(&posed.runs[run].products, posed.shape, &variances))
+    }));
+    // Steps of any size at every time are a walk at random.
+    let kinds = 0..posed.switches.len();
+    let drift = log_mean(kinds.flat_map(|kind| ELSE_DRIFTS.map(|size| (kind, size))).map(|(kind, size)| {
+        of(&|run| {
+            let own = &scales.marginals[middle][run];
+            let columns = posed.steps(run, kind);
+            let variances = vec![size * size / columns.len() as f64; columns.len()];
+            let without = Marginal::without(&own.products, columns, &variances)?;
+            Some(Marginal { log_det: own.log_det + without.log_det, ..without })
+        })
     }));
     let scatter = log_mean(ELSE_SCATTER.iter().map(|times| {
         let variances: Vec<f64> = scales.run_variances(middle).iter().map(|own| own / times).collect();
         of(&|run| {
             let own = &posed.runs[run];
-            let mut marginal =
-                Marginal::of(&(&own.products / (scales.noise * times)), posed.shape, &variances)?;
+            let mut marginal = Marginal::of(&(&own.products / *times), posed.shape, &variances)?;
             marginal.log_det += own.kept.count() * posed.noise.information() * times.ln();
             Some(marginal)
         })
     }));
-    [smooth, single, scatter]
+    [smooth, single, drift, scatter]
 }
 
 /// Steps at each run's own time, and masses of single runs.
@@ -230,10 +223,7 @@ pub fn in_runs<const N: usize>(posed: &Posed<'_, N>, scales: &Scales, removed: &
         if !allowed {
             continue;
         }
-        let columns = field.iter().map(|&run| {
-            let count = posed.runs[run].own.times.len();
-            first + 1 + place * count..first + 1 + (place + 1) * count
-        });
+        let columns = field.iter().map(|&run| posed.steps(run, place));
         let within = (range.0 * unit, range.1 * unit);
         let Some(best) = steps(&of(columns.collect()), &scales.sizes, within) else { continue };
         let mut times = vec![f64::INFINITY; posed.runs.len()];

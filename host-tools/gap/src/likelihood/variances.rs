@@ -1,95 +1,149 @@
-//! Variances of what the form gets wrong, in all runs alike and from run to run, and of the noise:
-//! by the restricted likelihood of clean runs (REML).
+//! Variances of what the form gets wrong, in all runs alike and from run to run: by the restricted
+//! likelihood of clean runs (REML).
 //!
-//! Each round of the minorise–maximise algorithm for variance components (Zhou and others 2019)
-//! raises the likelihood: v² ← (û'û) / tr, with the half-Cauchy prior of each root in both.
+//! Each step of the minorise–maximise algorithm for variance components (Zhou and others 2019)
+//! raises the likelihood: v² ← (û'û) / tr, with the half-Cauchy prior of each root in both. Steps
+//! are small where little is known, so two of them are extrapolated (Varadhan and Roland 2008).
 
-use nalgebra::{Cholesky, DMatrix};
+use nalgebra::{Cholesky, DMatrix, DVector};
 
-use super::evidence::{Marginal, Shape, Totals, Variances, own_part};
-use super::priors::{DISCREPANCY, DISCREPANCY_RANGE};
+use super::evidence::{Shape, Variances};
+use super::priors::{DISCREPANCY, DISCREPANCY_RANGE, FARTHEST, SETTLED, VARIANCE_ROUNDS};
 
-/// What was found: the variances, and that of the noise as a multiple of what its own estimate
-/// said.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Found {
-    /// In variances of the noise.
-    pub variances: Variances,
-    /// Of the noise.
-    pub noise: f64,
-}
-
-/// Of some runs' products. `groups` says which functions vary alike, `rows` how many rows speak
-/// (those of Student's t for less than one).
+/// Of some runs' products. `groups` says which functions vary alike.
 pub fn told(
     products: &[&DMatrix<f64>],
     shape: Shape,
     groups: &[usize],
     base: &DMatrix<f64>,
-    rows: f64,
-    rounds: usize,
-) -> Option<Found> {
+) -> Option<Variances> {
     let count = groups.iter().copied().max().map_or(0, |most| most + 1);
-    let size = shape.further();
-    let clean: Vec<DMatrix<f64>> =
-        products.iter().map(|own| own.view((0, 0), (size, size)).into_owned()).collect();
-    let start = DISCREPANCY.powi(2);
-    let (mut shared, mut runs, mut noise) = (vec![start; count], vec![start; count], 1.0);
-    let spread = |groups: &[usize], values: &[f64]| groups.iter().map(|group| values[*group]).collect();
-    for _ in 0..rounds {
-        let own: Vec<f64> = spread(groups, &runs);
-        let variances = Variances { base: base.clone(), shared: spread(groups, &shared), runs: own };
-        let scaled: Vec<DMatrix<f64>> = clean.iter().map(|own| own / noise).collect();
-        let parts: Option<Vec<_>> = scaled.iter().map(|own| own_part(own, shape, &variances.runs)).collect();
-        let parts = parts?;
-        let marginals: Vec<Marginal> = scaled
-            .iter()
-            .zip(&parts)
-            .map(|(own, (part, _))| Marginal { products: own - part.tr_mul(part), log_det: 0.0 })
-            .collect();
-        let totals = Totals::of(shape, marginals.iter().map(|own| (false, own)));
-        let solved = Solved::of(&totals, shape, &variances)?;
-        let mut sums = vec![Sum::default(); count];
-        for (k, group) in groups.iter().enumerate() {
-            let place = shape.base + k;
-            sums[*group].add(solved.values[place].powi(2), solved.covariance[(place, place)], shared[*group]);
+    let problem = Problem { products, shape, groups, count, base };
+    let start = 2.0 * DISCREPANCY.ln();
+    let mut now = DVector::from_element(2 * count, start);
+    for _ in 0..VARIANCE_ROUNDS {
+        let once = problem.step(&now)?;
+        let twice = problem.step(&once)?;
+        let (first, bend) = (&once - &now, &twice - 2.0 * &once + &now);
+        if first.amax() < SETTLED {
+            now = twice;
+            break;
         }
-        let mut own_sums = vec![Sum::default(); count];
-        for (part, factor) in &parts {
-            // In units of each function's own deviation: v = B⁻¹ (Λ^½ Φ'y − Λ^½ Φ'N β).
-            let mut back = part.columns(0, size).into_owned();
-            factor.l_dirty().tr_solve_lower_triangular_mut(&mut back);
-            let slopes = back.columns(1, size - 1);
-            let values = back.column(0) - slopes * &solved.values;
-            let inverse = factor.inverse();
-            let through = slopes * &solved.covariance;
-            for (k, group) in groups.iter().enumerate() {
-                let variance = inverse[(k, k)] + through.row(k).dot(&slopes.row(k));
-                own_sums[*group].add(values[k].powi(2) * runs[*group], variance * runs[*group], runs[*group]);
+        let far = (first.norm() / bend.norm()).clamp(1.0, FARTHEST);
+        now = problem.step(&problem.allowed(&now + 2.0 * far * first + far * far * bend))?;
+    }
+    Some(problem.variances(&now))
+}
+
+/// What does not change from step to step. Unknowns are logarithms of the groups' variances: in all
+/// runs alike, then from run to run.
+struct Problem<'a> {
+    products: &'a [&'a DMatrix<f64>],
+    shape: Shape,
+    groups: &'a [usize],
+    /// Groups.
+    count: usize,
+    base: &'a DMatrix<f64>,
+}
+
+impl Problem<'_> {
+    fn variances(&self, now: &DVector<f64>) -> Variances {
+        let of = |first: usize| self.groups.iter().map(|group| now[first + group].exp()).collect();
+        Variances { base: self.base.clone(), shared: of(0), runs: of(self.count) }
+    }
+
+    fn allowed(&self, mut now: DVector<f64>) -> DVector<f64> {
+        let (least, most) = DISCREPANCY_RANGE;
+        now.apply(|x| *x = x.clamp(2.0 * least.ln(), 2.0 * most.ln()));
+        now
+    }
+
+    fn step(&self, now: &DVector<f64>) -> Option<DVector<f64>> {
+        let shape = self.shape;
+        let variances = self.variances(now);
+        let runs: Option<Vec<Run>> =
+            self.products.iter().map(|own| Run::of(own, shape, &variances.runs)).collect();
+        let runs = runs?;
+        let mut all = DMatrix::zeros(shape.further(), shape.further());
+        for run in &runs {
+            all += &run.products;
+        }
+        let solved = Solved::of(&all, shape, &variances)?;
+        let mut shared = vec![Sum::default(); self.count];
+        for (k, group) in self.groups.iter().enumerate() {
+            let place = shape.base + k;
+            let own = (solved.values[place].powi(2), solved.covariance[(place, place)]);
+            shared[*group].add(own.0, own.1, variances.shared[k]);
+        }
+        let mut from_run_to_run = vec![Sum::default(); self.count];
+        for run in &runs {
+            let values = &run.measured - &run.slopes * &solved.values;
+            let through = &run.slopes * &solved.covariance;
+            for (k, group) in self.groups.iter().enumerate() {
+                let variance = run.inverse[(k, k)] + through.row(k).dot(&run.slopes.row(k));
+                let own = variances.runs[k];
+                from_run_to_run[*group].add(values[k].powi(2) * own, variance * own, own);
             }
         }
-        shared = shared.iter().zip(&sums).map(|(now, sum)| sum.best(*now)).collect();
-        runs = runs.iter().zip(&own_sums).map(|(now, sum)| sum.best(*now)).collect();
-        let freedom = (rows - shape.base as f64).max(1.0);
-        noise *= (solved.left / freedom).max(1e-12);
+        let sums = shared.iter().chain(&from_run_to_run).zip(now.iter());
+        let next = sums.map(|(sum, now)| sum.best(now.exp()).ln());
+        Some(self.allowed(DVector::from_iterator(now.len(), next)))
     }
-    let variances =
-        Variances { base: base.clone(), shared: spread(groups, &shared), runs: spread(groups, &runs) };
-    Some(Found { variances, noise })
+}
+
+/// One run with what is of this run alone integrated out.
+struct Run {
+    /// Sums of products of what is left.
+    products: DMatrix<f64>,
+    /// B = (I + Λ^½ Φ'Φ Λ^½)⁻¹.
+    inverse: DMatrix<f64>,
+    /// B Λ^½ Φ'y.
+    measured: DVector<f64>,
+    /// B Λ^½ Φ' [J Φ]: by how much base and functions in all runs alike change that.
+    slopes: DMatrix<f64>,
+}
+
+impl Run {
+    /// Φ is among the columns itself, so that B alone has to be solved for.
+    fn of(products: &DMatrix<f64>, shape: Shape, variances: &[f64]) -> Option<Self> {
+        let (first, count, size) = (shape.first(), shape.functions, shape.further());
+        let roots = DVector::from_iterator(count, variances.iter().map(|variance| variance.sqrt()));
+        let inner = DMatrix::from_fn(count, count, |i, j| {
+            roots[i] * roots[j] * products[(first + i, first + j)] + f64::from(u8::from(i == j))
+        });
+        let inverse = inverse(inner)?;
+        let right = DMatrix::from_fn(count, first, |i, j| roots[i] * products[(first + i, j)]);
+        let solved = &inverse * &right;
+        let mut left = DMatrix::zeros(size, size);
+        let own = products.view((0, 0), (first, first)) - right.transpose() * &solved;
+        left.view_mut((0, 0), (first, first)).copy_from(&own);
+        let mut slopes = DMatrix::zeros(count, size - 1);
+        slopes.columns_mut(0, shape.base).copy_from(&solved.columns(1, shape.base));
+        for i in 0..count {
+            for j in 0..first {
+                left[(first + i, j)] = solved[(i, j)] / roots[i];
+                left[(j, first + i)] = left[(first + i, j)];
+            }
+            for j in 0..count {
+                let of_one = f64::from(u8::from(i == j)) - inverse[(i, j)];
+                slopes[(i, shape.base + j)] = of_one / roots[j];
+                left[(first + i, first + j)] = of_one / roots[i] / roots[j];
+            }
+        }
+        Some(Self { products: left, inverse, measured: solved.column(0).into_owned(), slopes })
+    }
 }
 
 /// Base and functions as they are likeliest.
 struct Solved {
-    values: nalgebra::DVector<f64>,
+    values: DVector<f64>,
     covariance: DMatrix<f64>,
-    /// What is left, with what the priors take.
-    left: f64,
 }
 
 impl Solved {
-    fn of(totals: &Totals, shape: Shape, variances: &Variances) -> Option<Self> {
+    fn of(all: &DMatrix<f64>, shape: Shape, variances: &Variances) -> Option<Self> {
         let size = shape.base + shape.functions;
-        let mut matrix = totals.all.view((1, 1), (size, size)).into_owned();
+        let mut matrix = all.view((1, 1), (size, size)).into_owned();
         let mut inner = matrix.view_mut((0, 0), (shape.base, shape.base));
         inner += &variances.base;
         for (k, variance) in variances.shared.iter().enumerate() {
@@ -97,13 +151,19 @@ impl Solved {
         }
         let scales = matrix.diagonal().map(|x| x.sqrt().recip());
         let scaled = DMatrix::from_fn(size, size, |i, j| matrix[(i, j)] * scales[i] * scales[j]);
-        let inverse = Cholesky::new(scaled)?.inverse();
+        let inverse = inverse(scaled)?;
         let covariance = DMatrix::from_fn(size, size, |i, j| inverse[(i, j)] * scales[i] * scales[j]);
-        let right = totals.all.view((1, 0), (size, 1)).column(0).into_owned();
+        let right = all.view((1, 0), (size, 1)).column(0).into_owned();
         let values = &covariance * &right;
-        let left = totals.all[(0, 0)] - right.dot(&values);
-        Some(Self { values, covariance, left })
+        Some(Self { values, covariance })
     }
+}
+
+/// Of a symmetric matrix, by one product: a third of the time of solving for each column.
+fn inverse(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let size = matrix.nrows();
+    let mut half = DMatrix::identity(size, size);
+    Cholesky::new(matrix)?.l_dirty().solve_lower_triangular_mut(&mut half).then(|| half.transpose() * &half)
 }
 
 /// What a group's coefficients say of their variance.
@@ -125,7 +185,6 @@ impl Sum {
     /// being the prior of the root's logarithm.
     fn best(self, now: f64) -> f64 {
         let slope = self.trace + 2.0 / (DISCREPANCY.powi(2) + now);
-        let best = (1.0 + (1.0 + 4.0 * self.squares * slope).sqrt()) / (2.0 * slope);
-        best.clamp(DISCREPANCY_RANGE.0.powi(2), DISCREPANCY_RANGE.1.powi(2))
+        (1.0 + (1.0 + 4.0 * self.squares * slope).sqrt()) / (2.0 * slope)
     }
 }
