@@ -17,6 +17,7 @@ pub mod own_times;
 pub mod posterior;
 pub mod precision;
 pub mod predicted;
+pub mod predictive;
 pub mod priors;
 pub mod products;
 pub mod relinearise;
@@ -33,6 +34,7 @@ pub use posterior::{Cause, Posterior};
 use logs::runs::Runs;
 use model::effects::Regressor;
 use nalgebra::DMatrix;
+use numerics::intervals::MeanInterval;
 use rayon::prelude::*;
 use support::error::{Error, Result};
 
@@ -62,6 +64,8 @@ pub struct Found {
     pub posterior: Posterior,
     /// Relabelled runs, where they were asked.
     pub gate: Option<Gate>,
+    /// By how much likelier a field run is with the first name told of the others, nats.
+    pub predictive: Option<MeanInterval>,
     /// What is less sure than it might be, and why.
     pub notes: Vec<String>,
 }
@@ -101,8 +105,8 @@ pub fn investigate<const N: usize>(
     let mut scored = scored::ways(&posed, &scales);
     scored.extend(scored::in_runs(&posed, &scales, &removed));
     let covariances = bend(&posed, &scales, &mut scored);
-    let [smooth, single, scatter] = scored::something_else(&posed, &scales);
-    let posterior = Posterior::of(&scored, normal::log_mean([smooth, single, scatter]));
+    let other = scored::something_else(&posed, &scales);
+    let posterior = Posterior::of(&scored, normal::log_mean(other));
     let (mut verdict, names) = posterior.verdict();
     if names.first().is_some_and(|cause| covariances[cause.best].is_none()) {
         // Steps to its own size led nowhere: nothing is known of it.
@@ -128,12 +132,6 @@ pub fn investigate<const N: usize>(
             Verdict::Ambiguous => "one of several causes is sure",
         }
     };
-    if verdict.stands() {
-        notes.push(
-            "every field run took part, the locked ones too: that the gap shrinks there is no confirmation"
-                .to_owned(),
-        );
-    }
     let names: Vec<&Cause> = if verdict.stands() { names } else { Vec::new() };
     let round = round(&scored, &posterior, &names, outcome);
     let best = names.first().map(|cause| cause.best);
@@ -143,6 +141,13 @@ pub fn investigate<const N: usize>(
         let regressors = own.way.candidate.regressors.iter().cloned();
         State { effects: regressors.zip(own.coefficients.iter().copied()).collect(), ..start.clone() }
     };
+    // What lives in single runs is told of no other run.
+    let shared = best.filter(|&best| !scored[best].in_runs);
+    let predictive = shared
+        .and_then(|best| predictive::score(&posed, &scales, &scored[best].way, &scored[best].coefficients));
+    if best.is_some() && predictive.is_none() {
+        notes.push("it lives in single runs: no run tells of another, and none confirms it".to_owned());
+    }
     let state = best.map_or_else(|| start.clone(), state_of);
     let own = best.and_then(|best| covariances[best].clone());
     // The base stays where it was: its own uncertainty is in that of the effects.
@@ -198,7 +203,7 @@ pub fn investigate<const N: usize>(
             std_w: problem.noise.usual_w(),
             precision: precision(base, parameters, options.slack),
         }),
-        likelihood: Some(Found { posterior, gate, notes }),
+        likelihood: Some(Found { posterior, gate, predictive, notes }),
     })
 }
 

@@ -47,7 +47,9 @@ Keys of --json, always all there; watts and SI units; null where something is no
   refit              terms that the clean runs ask for and the coefficients lack: term, gain, std_err; nothing is named before a refit
   posterior          of --engine likelihood: none, something_else, effects (by id), each with its
                      probability; relabelled: the share of relabelled sets that show as much, null
-                     where it was not asked; notes. Null with the rules
+                     where it was not asked; predictive: nats_a_run by which a field run is likelier
+                     when the first name is told of the others, its 95 % half_width, and runs; null
+                     without a name or where it lives in single runs; notes. Null with the rules
   noise_floor_how    how the noise floor was estimated
   base_moves         parameters of the base: before, after
   not_testable       effects that these runs cannot show: id, reason
@@ -113,6 +115,11 @@ fn posterior(found: &Found) -> Value {
         "something_else": found.posterior.something_else,
         "effects": effects,
         "relabelled": found.gate.map(|gate| gate.share),
+        "predictive": found.predictive.map(|own| json!({
+            "nats_a_run": own.mean,
+            "half_width": own.half_width,
+            "runs": own.count,
+        })),
         "notes": found.notes,
     })
 }

@@ -6,6 +6,7 @@ use crate::likelihood::Found;
 use crate::report::Report;
 use crate::types::{Named, Verdict};
 use crate::words;
+use numerics::intervals::MeanInterval;
 
 /// Lines of a small terminal, less the one of the next prompt.
 pub const LINES: usize = 23;
@@ -32,6 +33,9 @@ pub fn text(report: &Report) -> String {
     }
     if let Some(found) = &report.likelihood {
         say(0, &probabilities(found));
+        if let Some(own) = &found.predictive {
+            say(0, &confirmed(own));
+        }
         for note in &found.notes {
             say(2, note);
         }
@@ -83,6 +87,20 @@ fn probabilities(found: &Found) -> String {
         )
     });
     format!("Probability: {}{gate}.", each.collect::<Vec<_>>().join(", "))
+}
+
+/// What the runs say of each other.
+fn confirmed(predictive: &MeanInterval) -> String {
+    let MeanInterval { mean, half_width, count, .. } = predictive;
+    let interval = half_width.map_or(String::new(), |half| format!(" ± {half:.1}"));
+    let verdict = match half_width {
+        Some(half) if mean - half > 0.0 => "confirmed",
+        Some(half) if mean + half < 0.0 => "refuted",
+        _ => "neither confirmed nor refuted",
+    };
+    format!(
+        "Each of {count} field runs predicted from the others: {mean:+.1}{interval} nats a run with the cause, {verdict}."
+    )
 }
 
 /// The verdict in a sentence.
