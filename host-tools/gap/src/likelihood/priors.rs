@@ -98,11 +98,9 @@ pub const NEAR_SHARE: f64 = 0.5;
 pub const BENT: usize = 12;
 /// Ways of each cause among them.
 pub const BENT_WAYS: usize = 2;
-/// Steps of each, at most. Chosen: Gauss and Newton settle in three, near ranges' ends in more; the
-/// second half of the steps is half as long.
+/// Steps of each, at most. Chosen: Gauss and Newton settle in three, near ranges' ends in more.
 pub const BENT_STEPS: usize = 10;
-/// Standard errors by which a last step may move. Derived: the evidence is wrong by half its
-/// square.
+/// Standard errors by which a last step may move. Derived: evidences are off by less than a tenth.
 pub const BENT_SETTLED: f64 = 0.2;
 /// Delays from which one is looked for, a period of the filter's cutoff. Derived: Gauss and Newton
 /// find what is within a quarter of it.

@@ -1,7 +1,7 @@
 //! The best few about their own sizes: linear rankings mislead where an effect bends.
 
 use model::effects::Regressor;
-use nalgebra::DMatrix;
+use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::delay::later;
@@ -33,26 +33,27 @@ pub fn about<const N: usize>(
     start: &[f64],
 ) -> Option<Bent> {
     let way = &Way { first: 0, ..way.clone() };
-    let mut coefficients = start.to_vec();
+    let mut coefficients = DVector::from_column_slice(start);
     let middle = scales.likeliest();
+    let (mut share, mut last) = (1.0, DVector::zeros(start.len()));
     for step in 0.. {
-        let products = products(posed, way, &coefficients);
+        let products = products(posed, way, coefficients.as_slice());
         let reduced = reduced(posed, scales, &products, middle, 0.0)?;
         let (next, covariance) = way.likeliest(&reduced, &scales.sizes)?;
-        let errors = (0..next.len()).map(|k| covariance[(k, k)].sqrt());
-        let moved = next.iter().zip(&coefficients).zip(errors).map(|((a, b), error)| (a - b).abs() / error);
-        let settled = moved.fold(0.0, f64::max) < BENT_SETTLED;
-        if !settled && step < BENT_STEPS {
-            // Where a slope changes its sign full steps go to and fro.
-            let share = if step < BENT_STEPS / 2 { 1.0 } else { 0.5 };
-            coefficients.iter_mut().zip(&next).for_each(|(now, next)| *now += share * (next - *now));
+        let left = DVector::from_vec(next) - &coefficients;
+        // Steps to and fro, as where a wheel begins to brake, end between.
+        if left.dot(&last) < 0.0 {
+            share *= 0.5;
+        }
+        last = share * &left;
+        let moves = last.iter().enumerate().map(|(k, by)| by.abs() / covariance[(k, k)].sqrt());
+        if moves.fold(0.0, f64::max) > BENT_SETTLED && step < BENT_STEPS {
+            coefficients += &last;
             continue;
         }
-        // About a size that is not its own the linear model says anything.
-        if !settled {
-            return None;
-        }
-        let size = size(way, &coefficients);
+        // What the linear model promises beyond this size, nobody has seen.
+        let unseen = 0.5 * left.dot(&Cholesky::new(covariance.clone())?.solve(&left));
+        let size = size(way, coefficients.as_slice());
         let count = posed.shape.functions as f64;
         let each = scales.weights.iter().enumerate().map(|(scale, weight)| {
             let forms = FORM_ERRORS.iter().map(|share| {
@@ -64,8 +65,8 @@ pub fn about<const N: usize>(
             });
             weight + log_mean(forms)
         });
-        let evidence = log_sum(each) - scales.none;
-        return Some(Bent { evidence, coefficients: next, covariance });
+        let evidence = log_sum(each) - scales.none - unseen;
+        return Some(Bent { evidence, coefficients: coefficients.as_slice().to_vec(), covariance });
     }
     None
 }
