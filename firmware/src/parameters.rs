@@ -25,7 +25,7 @@ pub const WINDOW_S: usize = 25;
 /// Length of a bucket, s: how often the mass is estimated anew. Divides the window.
 pub const BUCKET_S: usize = 1;
 /// Room for buckets. A gap that outlasts them forgets more than the window holds.
-pub const MOST_BUCKETS: usize = 32;
+pub const MOST_BUCKETS: usize = model_core::board::BUCKETS;
 
 /// Clock of the power sensors' bus, Hz. At 400 kHz a register takes 120 µs, four sensors with three
 /// each 1.5 ms.

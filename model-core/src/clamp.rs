@@ -30,15 +30,24 @@ impl<T: Real> ClampMemory<T> {
         Self { length: T::from_f64(MEMORY) / cutoff_hz, left: T::ZERO }
     }
 
-    /// Takes the next sample, `elapsed` s after the one before: whether a wheel may be clamped in
-    /// it, or was so shortly before that the filter remembers. Time that is no number passes none.
-    /// What is left is rounded to whole samples: a length that is a multiple of the period ends
-    /// with the same sample in any precision.
+    /// A wheel may be clamped in this sample.
     #[inline]
-    pub fn holds(&mut self, may_clamp: bool, elapsed: T) -> bool {
+    pub fn clamped(&mut self) {
+        self.left = self.length;
+    }
+
+    /// Takes a sample in which no wheel is, `elapsed` s after the one before: whether one was so
+    /// shortly before that the filter remembers. Time that is no number passes none. What is left
+    /// is rounded to whole samples: a length that is a multiple of the period ends with the same
+    /// sample in any precision.
+    #[inline]
+    pub fn remembers(&mut self, elapsed: T) -> bool {
+        if self.left == T::ZERO {
+            return false;
+        }
         let elapsed = T::ZERO.at_least(elapsed);
-        self.left = if may_clamp { self.length } else { T::ZERO.at_least(self.left - elapsed) };
-        may_clamp || self.left > T::from_f64(0.5) * elapsed
+        self.left = T::ZERO.at_least(self.left - elapsed);
+        self.left > T::HALF * elapsed
     }
 }
 
@@ -50,11 +59,12 @@ mod tests {
     #[test]
     fn a_clamp_is_remembered_for_a_period_of_the_cutoff() {
         let mut memory = ClampMemory::new(4.0_f32);
-        assert!(!memory.holds(false, 0.08));
-        assert!(memory.holds(true, 0.08) && memory.holds(true, 0.08));
-        assert!(memory.holds(false, 0.08) && memory.holds(false, f32::NAN) && memory.holds(false, 0.08));
-        assert!(!memory.holds(false, 0.08) && !memory.holds(false, 0.08));
-        assert!(memory.holds(true, 0.08));
-        assert!(!memory.holds(false, f32::MAX));
+        assert!(!memory.remembers(0.08));
+        memory.clamped();
+        memory.clamped();
+        assert!(memory.remembers(0.08) && memory.remembers(f32::NAN) && memory.remembers(0.08));
+        assert!(!memory.remembers(0.08) && !memory.remembers(0.08));
+        memory.clamped();
+        assert!(!memory.remembers(f32::MAX));
     }
 }

@@ -38,7 +38,6 @@ pub enum Unfit {
 /// Filters speed and power alike (Section 7.1) and forms the wheels' motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Conditioner<T, const N: usize> {
-    line: DelayLine<T, N>,
     filter: LowPass<T>,
     mass_matrix: MassMatrix<T, N>,
     dead_band: T,
@@ -49,6 +48,8 @@ pub struct Conditioner<T, const N: usize> {
     power: Channel<T>,
     memory: SlipMemory<T>,
     slip: Slip<T>,
+    /// Nothing is late and no wheel scrubs, as of most robots: chosen at set-up, not at every sample.
+    is_straight: bool,
     /// Samples until the filter has settled.
     unsettled: u32,
     /// Since the last finite sample, s; for ever where there was none.
@@ -56,6 +57,8 @@ pub struct Conditioner<T, const N: usize> {
     /// Steps up to this one follow the sample before, s: the longest step; none do while `waited`
     /// has to be asked.
     follows_within: T,
+    /// Last: what every sample asks for stands together.
+    line: DelayLine<T, N>,
 }
 
 /// Steps beyond this many sample periods are gaps: the filter starts anew behind them.
@@ -80,8 +83,12 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
     ) -> Result<Self, Unfit> {
         let delay = robot.conditioning.delay + columns.delay();
         let longest_step = T::from_f64(GAP_PERIODS * period_s);
+        let line = DelayLine::new(delay, period_s, longest_step).ok_or(Unfit::Delay)?;
+        let memory = columns.softened(&robot.conditioning.slip);
+        let has_memory = robot.mass_matrix.sides().is_some() && !memory.is_off();
         Ok(Self {
-            line: DelayLine::new(delay, period_s, longest_step).ok_or(Unfit::Delay)?,
+            is_straight: line.is_off() && !has_memory && !robot.mass_matrix.scrubs(),
+            line,
             filter: LowPass::new(robot.cutoff_hz.to_f64(), period_s).map_err(Unfit::Cutoff)?,
             mass_matrix: robot.mass_matrix,
             dead_band: robot.dead_band,
@@ -89,7 +96,7 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
             speeds: [Channel::default(); N],
             accelerations: [Channel::default(); N],
             power: Channel::default(),
-            memory: columns.softened(&robot.conditioning.slip),
+            memory,
             slip: Slip::default(),
             unsettled: 0,
             waited: T::INFINITY,
@@ -102,21 +109,28 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
     /// gap.
     #[inline]
     pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Option<Conditioned<T, N>> {
-        self.condition(sample, elapsed, None).map(|(conditioned, _)| conditioned)
+        self.condition::<false>(sample, elapsed, None).map(|(conditioned, _)| conditioned)
+    }
+
+    /// Whether nothing is late and no wheel scrubs.
+    #[inline]
+    pub(crate) fn is_straight(&self) -> bool {
+        self.is_straight
     }
 
     /// [`Self::push`], and how long the sample stands for, s: the time since the one before, but behind a gap, which nobody
     /// measured, at most a longest step. With what a gyro says of the same instant, true slip adds
-    /// to the scrub.
+    /// to the scrub. `STRAIGHT` leaves out what is not asked for where [`Self::is_straight`] holds
+    /// and there is no gyro.
     #[inline(always)]
-    pub(crate) fn condition(
+    pub(crate) fn condition<const STRAIGHT: bool>(
         &mut self,
         sample: &Sample<T, N>,
         elapsed: T,
         turn: Option<&TrueTurn<T>>,
     ) -> Option<(Conditioned<T, N>, T)> {
         let aligned;
-        let sample = if self.line.is_off() {
+        let sample = if STRAIGHT || self.line.is_off() {
             sample
         } else {
             aligned = self.line.push(sample, elapsed);
@@ -163,7 +177,11 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
                 *value = self.filter.step(channel, *input).value;
             }
         }
-        let mut motion = self.motion(&speed, &acceleration, since);
+        let mut motion = if STRAIGHT {
+            Motion::with_scrub(&speed, &acceleration, &[T::ZERO; N], &self.mass_matrix, self.dead_band)
+        } else {
+            self.motion(&speed, &acceleration, since)
+        };
         if let (Some(turn), Some(sides)) = (turn, self.mass_matrix.sides()) {
             motion.add_scrub(&sides.scrub(turn.share(sides.rims(&speed, self.dead_band).difference)));
         }

@@ -62,7 +62,6 @@ where
     detector: Option<Cusum<T>>,
     spread: Spread<T>,
     bucket: M::Sums,
-    buckets: Ring<M::Sums, B>,
     /// The sums of the closed buckets that the next estimate will take in, added up while there is
     /// time for it.
     ahead: Option<M::Sums>,
@@ -84,6 +83,8 @@ where
     /// compensation: single precision loses some 10⁻⁶ of 200.
     bucket_measured: T,
     bucket_predicted: T,
+    /// Last: what every sample asks for stands together, within reach of one register.
+    buckets: Ring<M::Sums, B>,
 }
 
 impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B> {
@@ -129,7 +130,16 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     /// number is a gap of unknown length: the buckets take it as none.
     #[inline(always)]
     pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Estimate<T, N> {
-        self.push_with(&mut (), sample, &Outside::UNKNOWN, elapsed)
+        if self.conditioner.is_straight() {
+            self.take::<_, true>(&mut (), sample, &Outside::UNKNOWN, elapsed)
+        } else {
+            self.push_around(sample, elapsed)
+        }
+    }
+
+    #[inline(never)]
+    fn push_around(&mut self, sample: &Sample<T, N>, elapsed: T) -> Estimate<T, N> {
+        self.take::<_, false>(&mut (), sample, &Outside::UNKNOWN, elapsed)
     }
 
     /// [`Self::push`] with the coefficients' effects, [`crate::effects::live::Live`], and what is measured beside speeds and power
@@ -142,27 +152,42 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         outside: &Outside<T, N>,
         elapsed: T,
     ) -> Estimate<T, N> {
+        self.take::<E, false>(additions, sample, outside, elapsed)
+    }
+
+    /// [`Self::push_with`]; `STRAIGHT` as [`Conditioner::condition`] has it.
+    #[inline(always)]
+    fn take<E: Additions<T, N>, const STRAIGHT: bool>(
+        &mut self,
+        additions: &mut E,
+        sample: &Sample<T, N>,
+        outside: &Outside<T, N>,
+        elapsed: T,
+    ) -> Estimate<T, N> {
         additions.correct(sample, outside, elapsed);
         let sample = additions.corrected(sample);
-        let conditioned = self.conditioner.condition(sample, elapsed, additions.true_turn());
+        let conditioned = self.conditioner.condition::<STRAIGHT>(sample, elapsed, additions.true_turn());
         // In this order NaN counts as none.
         let elapsed = T::ZERO.at_least(elapsed);
         let mut power = None;
         if let Some((now, held)) = &conditioned {
-            self.bucket_measured += self.floor.at_least(now.power) * *held;
+            self.bucket_measured += self.floor.most(now.power) * *held;
             additions.follow(&now.motion, &self.range, self.d);
         }
         if let Some((now, held)) = &conditioned
             && now.settled
         {
-            let Answer { mut response, power: expected, drawn } =
+            let Answer { response, power: expected, drawn } =
                 additions.respond(&self.model, now, &self.range, self.d);
-            response.may_clamp = self.clamp.holds(response.may_clamp, elapsed);
-            self.method.add(&mut self.bucket, drawn, &response, now.motion.summed_speed(), self.d);
+            if response.may_clamp {
+                self.clamp.clamped();
+            } else if !self.clamp.remembers(elapsed) {
+                self.method.add(&mut self.bucket, drawn, &response, now.motion.summed_speed(), self.d);
+            }
             // Zero times what is not finite is no number; neither is what an unknown mass makes
             // expect.
             if expected * T::ZERO == T::ZERO {
-                self.bucket_predicted += self.floor.at_least(expected) * *held;
+                self.bucket_predicted += self.floor.most(expected) * *held;
                 power = Some(expected);
             }
         }

@@ -110,7 +110,7 @@ impl<T: Real, const N: usize> GyroConditioner<T, N> {
     pub fn push(&mut self, sample: &Sample<T, N>, turn_rate: T, elapsed: T) -> Option<Conditioned<T, N>> {
         let Some(gyro) = &mut self.gyro else { return self.wheels.push(sample, elapsed) };
         let (sample, turn) = gyro.push(sample, turn_rate, elapsed);
-        self.wheels.condition(&sample, elapsed, turn.as_ref()).map(|(conditioned, _)| conditioned)
+        self.wheels.condition::<false>(&sample, elapsed, turn.as_ref()).map(|(conditioned, _)| conditioned)
     }
 }
 

@@ -253,6 +253,12 @@ impl<T: Real, const N: usize> MassMatrix<T, N> {
         self.two_sided.then_some(&self.sides)
     }
 
+    /// Whether wheels are dragged sideways in turns.
+    #[inline]
+    pub(crate) fn scrubs(&self) -> bool {
+        self.scrubs
+    }
+
     /// K = M'' a: inertial torque at each wheel per kilogram (N·m/kg) for wheel accelerations in
     /// rad/s².
     #[inline]

@@ -14,6 +14,7 @@
 extern crate std;
 
 pub mod adapt;
+pub mod board;
 pub mod charge;
 pub mod clamp;
 pub mod coefficients;

@@ -109,8 +109,10 @@ impl<T: Real> Model<T> {
                     least_of_all = least_of_all.least(least);
                 }
                 let may_clamp = least_of_all < T::ZERO && matches!(drive, Drive::Dissipative);
+                // Before the question: who weighs the sample asks for it again.
+                let unclamped = response.polynomial.at(d);
                 if !may_clamp {
-                    return (response, response.polynomial.at(d));
+                    return (response, unclamped);
                 }
                 response.may_clamp = true;
                 let mut clamped = T::NOTHING;

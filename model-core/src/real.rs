@@ -75,6 +75,9 @@ pub trait Real:
     /// [`Self::at_most`] for whoever knows that `self` is a number: one instruction.
     fn least(self, other: Self) -> Self;
 
+    /// [`Self::at_least`], likewise.
+    fn most(self, other: Self) -> Self;
+
     /// −1, 0 or 1: the sign, with sgn 0 = 0 as in the paper, and 0 for NaN.
     #[inline]
     fn sign(self) -> Self {
@@ -114,7 +117,7 @@ fn sqrt_single(x: f32) -> f32 {
 use libm::sqrtf as sqrt_single;
 
 macro_rules! real {
-    ($scalar:ty, $sqrt:path, $least:path, $exp:path) => {
+    ($scalar:ty, $sqrt:path, $least:path, $most:path, $exp:path) => {
         impl Real for $scalar {
             const ZERO: Self = 0.0;
             const NOTHING: Self = -0.0;
@@ -153,10 +156,15 @@ macro_rules! real {
             fn least(self, other: Self) -> Self {
                 $least(self, other)
             }
+            #[inline]
+            fn most(self, other: Self) -> Self {
+                $most(self, other)
+            }
         }
     };
 }
 
-// The FPU of the board has minNum, which leaves NaN out; a host's processor has the comparison.
-real!(f32, sqrt_single, f32::min, libm::expf);
-real!(f64, libm::sqrt, Real::at_most, libm::exp);
+// The FPU of the board has minNum and maxNum, which leave NaN out; a host's processor has the
+// comparison.
+real!(f32, sqrt_single, f32::min, f32::max, libm::expf);
+real!(f64, libm::sqrt, Real::at_most, Real::at_least, libm::exp);

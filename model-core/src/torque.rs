@@ -147,7 +147,9 @@ impl<T: Real> TorqueModel<T> {
     /// and the motor's own friction.
     #[inline(always)]
     pub fn load_per_kg(&self, wheel: &Wheel<T>) -> T {
-        self.rolling * wheel.direction + self.inertia_gain * wheel.inertial_torque + self.scrub * wheel.scrub
+        let load = self.rolling * wheel.direction + self.inertia_gain * wheel.inertial_torque;
+        // Known to be none where no wheel scrubs: no code at all then.
+        if wheel.scrub == T::ZERO { load } else { load + self.scrub * wheel.scrub }
     }
 
     /// What the motor gives its gear: [`Self::parts`] without what the rotor takes for itself.

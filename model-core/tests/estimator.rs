@@ -6,6 +6,7 @@ mod common;
 use common::{Rng, burger, coefficients, range, servo};
 use model_core::adapt::{Adaptive, Ground};
 use model_core::coefficients::{Coefficients, Robot};
+use model_core::effects::live::Outside;
 use model_core::effects::{Cause, Column, Columns, Term};
 use model_core::eq18::Gate;
 use model_core::estimator::{Conditioner, Estimate, Estimator, Sample, Timing};
@@ -14,6 +15,7 @@ use model_core::motion::Motion;
 use model_core::payload::schedule::Schedule;
 use model_core::payload::window::{Sums, Window};
 use model_core::payload::{Beyond, Bucket, MassEstimate, Method, Noise, Place, Unknown};
+use model_core::slip::SlipMemory;
 use model_core::torque::Drive;
 
 const PERIOD: f64 = 0.01;
@@ -590,5 +592,62 @@ fn sums_of_buckets_add_up() {
         assert!(
             (merged.information(d) - buckets[2].information(d) - buckets[3].information(d)).abs() < 1e-12
         );
+    }
+}
+
+/// The way of most robots leaves delay, scrub and its memory out. Whoever has one of them takes the
+/// other way, and without any both are the same, bit for bit: on a drive that stops, turns back and
+/// spins, with a gap, a sample that is no number and time that runs backwards.
+#[test]
+fn the_straight_way_is_the_same() {
+    let plain = robot();
+    let scrubbing = plain.robot.kinematics.with_scrub(true);
+    let with = |change: &dyn Fn(&mut Robot<f64, 2>)| {
+        let mut changed = plain;
+        change(&mut changed.robot);
+        let Model::Signed { torque, .. } = &mut changed.model else { panic!("another model") };
+        (torque.scrub, torque.imbalance) = (0.02, 0.004);
+        changed
+    };
+    let scrubs = |robot: &mut Robot<f64, 2>| {
+        (robot.kinematics, robot.mass_matrix) = (scrubbing, scrubbing.mass_matrix(0.064).unwrap());
+    };
+    let robots = [
+        plain,
+        with(&|_| ()),
+        with(&|robot| robot.conditioning.delay = 0.013),
+        with(&scrubs),
+        with(&|robot| robot.conditioning.slip = SlipMemory { half_slip: 0.3, relaxation: 0.1 }),
+        with(&|robot| {
+            scrubs(robot);
+            robot.conditioning.slip = SlipMemory { half_slip: 0.3, relaxation: 0.1 };
+        }),
+    ];
+    for (index, coefficients) in robots.iter().enumerate() {
+        let timing = Timing {
+            period_s: PERIOD,
+            bucket_s: 1.0,
+            schedule: Schedule::Moving { window: 5 },
+            detect_changes: true,
+        };
+        let new = || Pipeline::new(coefficients, coefficients.window(PERIOD), &timing).unwrap();
+        let (mut straight, mut around, mut rng) = (new(), new(), Rng::new(5));
+        for i in 0..3000 {
+            let t = f64::from(i) * PERIOD;
+            let level = if i % 700 < 500 { 3.0 } else { 0.0 };
+            let speed = [level * (0.9 * t).sin(), level * (1.3 * t).cos()];
+            let power = if i == 1200 { f64::NAN } else { 0.3 + level * 0.2 + 0.05 * rng.normal() };
+            let sample = Sample { wheel_speed: speed, wheel_acceleration: None, power };
+            let elapsed = match i {
+                900 => 40.0 * PERIOD,
+                1500 => -PERIOD,
+                _ => PERIOD,
+            };
+            let one = straight.push(&sample, elapsed);
+            let other = around.push_with(&mut (), &sample, &Outside::UNKNOWN, elapsed);
+            // Text, since what is no number equals nothing.
+            assert_eq!(format!("{one:?}"), format!("{other:?}"), "robot {index}, sample {i}");
+        }
+        assert_eq!(straight.energy(), around.energy(), "robot {index}");
     }
 }

@@ -5,10 +5,12 @@
 Every round boots the real image on the flash that the round before left, uploads coefficients that differ from those in use, and takes
 the power away at a write to the flash that is drawn from the seed: the word that is being written is left with some of its bits, the
 RAM with noise. What a round checks after the next boot stands in `judge`. Rounds that came to their end without a cut are counted too.
+Ctrl-C ends it behind the round under way, with what it has found so far.
 """
 import argparse
 import json
 import random
+import signal
 import struct
 import sys
 import zlib
@@ -92,9 +94,12 @@ def main():
     cutter = Cutter(machine, generator)
     host, in_use, wrong = Host(machine), 0, []
     cuts = whole = old = new = rounds = 0
+    stopping = []
+    # An exception would get lost in the emulator's calls back.
+    signal.signal(signal.SIGINT, lambda *_: stopping.append(True))
     try:
         run(machine, SETTLED_S)
-        while cuts < arguments.cuts and len(wrong) < 10:
+        while cuts < arguments.cuts and len(wrong) < 10 and not stopping:
             rounds += 1
             upload = image(0.003 + 1e-6 * rounds)
             crc = struct.unpack("<I", upload[-4:])[0]

@@ -1,9 +1,10 @@
 """Where the instructions of a 200 Hz tick go, on the OpenCR image in the emulated STM32F746: a table by who runs and one by what it does.
 
-    PYTHONPATH=folder/of/emu:tests/system emu tests/system/opencr_profile.py IMAGE [--seconds S] [--quiet] [--functions N] [--json]
+    PYTHONPATH=folder/of/emu:tests/system emu tests/system/opencr_profile.py IMAGE [--seconds S] [--quiet] [--worst] [--functions N] [--json]
 
 The robot drives by the ROS node's commands, with coefficients, four sensors, two servos and an inertial sensor; the node reads its block 20
-times a second, and a recorder takes every record from the other port (--quiet: nobody is on the link). Counted are instructions, entering and
+times a second, and a recorder takes every record from the other port (--quiet: nobody is on the link). --worst tells of the tick that took
+the most, and of no other. Counted are instructions, entering and
 leaving an interrupt as the 22 cycles they take; no caches, no wait states. What a sleeping core does not execute is not counted.
 
 An instruction belongs to the innermost function, of those that the compiler made one, that is in a crate named below: `PARTS`. Copies by
@@ -19,7 +20,7 @@ import subprocess
 import unicorn
 import unicorn.arm_const as arm
 
-from board import MS, PS, run
+from board import MS, run
 from opencr_emulated import Host, Node, Recorder, set_up, upload
 from opencr_inertial import Sensor
 from protocol import packet
@@ -71,10 +72,9 @@ class Profile:
         # On each level the task that runs, and where it returns to.
         self.tasks = {}
         self.polls, self.copies = task_polls(machine, image), copiers(machine)
-        self.ticks, self.task_ticks = [], []
-        self.total, self.total_before = 0, 0
         self.is_on = True
         self.copied = collections.Counter()
+        self.ended = []
         machine.uc.hook_add(unicorn.UC_HOOK_BLOCK, self.block)
         # What has been translated before knows nothing of it.
         machine.uc.ctl_flush_tb()
@@ -82,8 +82,8 @@ class Profile:
 
     def tick(self):
         if self.is_on:
-            self.ticks.append(self.total - self.total_before)
-            self.total_before = self.total
+            self.ended.append((self.counts, self.entries, self.copied))
+            self.counts, self.entries, self.copied = (collections.Counter() for _ in range(3))
             self.machine.after(TICK, self.tick, keep=True)
 
     def block(self, uc, address, size, _):
@@ -108,25 +108,26 @@ class Profile:
         self.depth = len(active)
         if self.is_on:
             self.counts[task, address, size] += count
-            self.total += count
             if address in self.copies:
                 size = uc.reg_read(arm.UC_ARM_REG_R1 if self.copies[address] else arm.UC_ARM_REG_R2)
                 self.copied[uc.reg_read(arm.UC_ARM_REG_LR) & ~1, size] += 1
 
-
-    def tables(self, wanted, ticks):
+    def tables(self, wanted, only_worst):
         """Instructions of a tick, by who, by what and by function of the image, the largest first."""
         who_of, parts_of, functions = collections.Counter(), collections.Counter(), collections.Counter()
-        blocks = {key: instructions(self.machine, *key[1:]) for key in self.counts}
+        worst = max(self.ended, key=lambda tick: tick[0].total())
+        told = [worst] if only_worst else self.ended
+        counts, came, copies = (sum(each, collections.Counter()) for each in zip(*told))
+        blocks = {key: instructions(self.machine, *key[1:]) for key in counts}
         copied = collections.Counter()
-        for (caller, size), count in self.copied.items():
+        for (caller, size), count in copies.items():
             copied[f"{size} bytes for {self.machine.sym(caller).split(' ', 1)[-1].rsplit('+', 1)[0]}"] += count * size
         entries = collections.Counter()
-        for who, count in self.entries.items():
+        for who, count in came.items():
             entries[name_of(who)] += count
         known = symbols(self.image, sorted({address for found in blocks.values() for address in found}))
         parts = {address: part(stack) for address, stack in known.items()}
-        for key, count in self.counts.items():
+        for key, count in counts.items():
             who, address = name_of(key[0]), key[1]
             if wanted not in who:
                 continue
@@ -134,10 +135,10 @@ class Profile:
             functions[self.machine.sym(address).split(" ", 1)[-1].rsplit("+", 1)[0]] += count
             for each in blocks[key]:
                 parts_of[parts[each]] += count / len(blocks[key])
-        a_tick = lambda counter: {name: count / ticks for name, count in counter.most_common()}
+        a_tick = lambda counter: {name: count / len(told) for name, count in counter.most_common()}
         return {
-            "mean": sum(who_of.values()) / ticks,
-            "worst": max(self.ticks),
+            "mean": sum(who_of.values()) / len(told),
+            "worst": worst[0].total(),
             "by who": a_tick(who_of),
             "times": a_tick(entries),
             "by what": a_tick(parts_of),
@@ -237,6 +238,7 @@ def main():
     parser.add_argument("image")
     parser.add_argument("--seconds", type=float, default=1.0)
     parser.add_argument("--quiet", action="store_true")
+    parser.add_argument("--worst", action="store_true", help="only of the tick that took the most")
     parser.add_argument("--functions", type=int, default=0)
     parser.add_argument("--task", default="", help="only of tasks and interrupts whose name has this in it")
     parser.add_argument("--json", action="store_true")
@@ -245,7 +247,7 @@ def main():
     profile = Profile(machine, arguments.image)
     run(machine, arguments.seconds)
     profile.is_on = False
-    found = profile.tables(arguments.task, arguments.seconds * PS / TICK)
+    found = profile.tables(arguments.task, arguments.worst)
     if arguments.json:
         print(json.dumps(found))
         return

@@ -2,6 +2,7 @@
 //! link.
 
 pub mod bus;
+mod checksum;
 pub mod packet;
 pub mod status;
 #[cfg(test)]

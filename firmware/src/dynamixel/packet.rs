@@ -5,7 +5,7 @@
 //! its first parameter is the error. Source: ROBOTIS e-manual, Protocol 2.0; DynamixelSDK
 //! protocol2_packet_handler.
 
-use crc::{CRC_16_UMTS, Crc};
+use super::checksum::checksum;
 
 /// Addresses every device on the bus.
 pub const BROADCAST: u8 = 0xFE;
@@ -21,8 +21,6 @@ const LAST_STUFFED: u8 = 0xFD;
 const PREFIX: usize = HEADER.len() + 1 + 2;
 /// Where the parameters begin.
 pub const PARAMETERS: usize = PREFIX + 1;
-/// Polynomial 8005h, initial 0, not reflected, low byte sent first.
-const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_UMTS);
 
 /// What a packet asks for, or that it answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -116,8 +114,8 @@ pub fn seal(id: u8, instruction: Instruction, count: usize, buffer: &mut [u8]) -
     if let Some(place) = buffer.get_mut(PREFIX - 2..PREFIX) {
         place.copy_from_slice(&counted.to_le_bytes());
     }
-    let checksum = CRC.checksum(buffer.get(..length).ok_or(TooLong)?);
-    buffer.get_mut(length..length + 2).ok_or(TooLong)?.copy_from_slice(&checksum.to_le_bytes());
+    let sum = checksum(buffer.get(..length).ok_or(TooLong)?);
+    buffer.get_mut(length..length + 2).ok_or(TooLong)?.copy_from_slice(&sum.to_le_bytes());
     buffer.get(..length + 2).ok_or(TooLong)
 }
 
@@ -245,8 +243,8 @@ impl<const N: usize> Parser<N> {
             self.consumed = self.next_header()?;
             return Some(Err(Broken::Length));
         }
-        let (body, checksum) = self.buffer.get(..end)?.split_last_chunk::<2>()?;
-        if CRC.checksum(body) != u16::from_le_bytes(*checksum) {
+        let (body, sum) = self.buffer.get(..end)?.split_last_chunk::<2>()?;
+        if checksum(body) != u16::from_le_bytes(*sum) {
             // Its length may be what is broken: only the header is known not to begin a packet.
             self.consumed = HEADER.len();
             return Some(Err(Broken::Checksum));

@@ -1,6 +1,7 @@
 //! The estimator that belongs to a model.
 
 use model_core::adapt::{Adaptive, Ground};
+use model_core::board::{self, BoardEstimator};
 use model_core::coefficients::Coefficients;
 use model_core::effects::live::{Live, Outside};
 use model_core::estimator::{Estimate, Estimator, Sample, Timing, Unfit};
@@ -30,9 +31,9 @@ const TIMING: Timing = Timing {
 )]
 pub(super) enum Pipeline {
     /// The default: least squares over the window.
-    Window(Estimator<f32, Window<f32>, WHEELS, MOST_BUCKETS>),
+    Window(BoardEstimator),
     /// The default with effects.
-    Extended(Estimator<f32, Window<f32>, WHEELS, MOST_BUCKETS>, Live<f32, WHEELS>),
+    Extended(BoardEstimator, Live<f32, WHEELS>),
     /// Rolling resistance and scrub adapt beside the mass, where the coefficients say so.
     Adapting(Adaptive<f32, WHEELS>),
     /// The paper's: the weighted mean of Eq. 24's roots.
@@ -63,7 +64,7 @@ impl Pipeline {
         (elapsed, beyond): (f32, f32),
     ) -> Estimate<f32, WHEELS> {
         match self {
-            Self::Window(estimator) => estimator.push(sample, elapsed),
+            Self::Window(estimator) => board::push(estimator, sample, elapsed),
             Self::Adapting(adaptive) => {
                 adaptive.pass(beyond);
                 adaptive.push(sample, elapsed)
@@ -72,7 +73,8 @@ impl Pipeline {
                 live.pass(beyond);
                 estimator.push_with(live, sample, &Outside::UNKNOWN, elapsed)
             }
-            Self::Roots(estimator) => estimator.push(sample, elapsed),
+            // One way for all robots, for the flash: the straight one would be there beside it.
+            Self::Roots(estimator) => estimator.push_with(&mut (), sample, &Outside::UNKNOWN, elapsed),
         }
     }
 

@@ -188,4 +188,18 @@ mod tests {
             targets.lines().filter_map(|line| line.strip_prefix("    (\"")?.split('"').next()).collect();
         assert_eq!(listed, TARGETS);
     }
+
+    /// The program is not of the workspace: nothing else would say that it no longer builds.
+    #[test]
+    fn the_program_has_every_crate_that_targets_use() {
+        let read = |path: &str| fs::read_to_string(root().join(path)).unwrap();
+        let (targets, manifest) = (read("host-tools/tests/fuzz/targets.rs"), read("fuzz/Cargo.toml"));
+        let missing: Vec<&str> = targets
+            .lines()
+            .filter_map(|line| line.strip_prefix("use ")?.split("::").next())
+            .filter(|name| *name != "std")
+            .filter(|name| !manifest.contains(&format!("\n{} = ", name.replace('_', "-"))))
+            .collect();
+        assert_eq!(missing, Vec::<&str>::new());
+    }
 }

@@ -23,8 +23,8 @@ pub struct Sums<T> {
     rb: T,
     ra: T,
     bb: T,
-    /// What of `bb` is of samples within the noise.
-    inner: T,
+    /// What of `bb` is of samples beyond the noise: most add nothing.
+    outer: T,
     ab: T,
     aa: T,
     b: T,
@@ -38,16 +38,18 @@ impl<T: Real> Sums<T> {
             return;
         }
         let p = &response.polynomial;
-        let weight = huber(power - p.at(d), linear_beyond);
         let r = power - p.c;
-        let (weighted_a, weighted_b) = (weight * p.a, weight * p.b);
+        let (mut weighted_a, mut weighted_b) = (p.a, p.b);
+        let weight = huber(power - p.at(d), linear_beyond);
+        // Most samples count in full, and are multiplied by nothing.
+        if weight < T::ONE {
+            weighted_a = weight * p.a;
+            weighted_b = weight * p.b;
+            self.outer += p.b * weighted_b;
+        }
         self.rb += r * weighted_b;
         self.ra += r * weighted_a;
-        let square = p.b * weighted_b;
-        self.bb += square;
-        if weight >= T::ONE {
-            self.inner += square;
-        }
+        self.bb += p.b * weighted_b;
         self.ab += p.a * weighted_b;
         self.aa += p.a * weighted_a;
         self.b += weighted_b;
@@ -84,7 +86,7 @@ impl<T: Real> Bucket<T> for Sums<T> {
         self.rb += other.rb;
         self.ra += other.ra;
         self.bb += other.bb;
-        self.inner += other.inner;
+        self.outer += other.outer;
         self.ab += other.ab;
         self.aa += other.aa;
         self.b += other.b;
@@ -220,7 +222,7 @@ impl<T: Real> Method<T> for Window<T> {
             d,
             scatter.half_width(
                 information,
-                total.inner / total.bb,
+                T::ONE - total.outer / total.bb,
                 T::from_f64(PRIOR_BUCKETS),
                 excess * self.expected_scatter(information),
                 lasting * lasting,

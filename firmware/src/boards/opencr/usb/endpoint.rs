@@ -48,11 +48,12 @@ impl Endpoint for ToHost {
 }
 
 impl EndpointIn for ToHost {
+    /// Of as many packets as the bytes take, not one: the peripheral cuts them.
     async fn write(&mut self, bytes: &[u8]) -> Result<(), EndpointError> {
-        if bytes.len() > usize::from(self.info.max_packet_size) {
+        let index = self.info.addr.index();
+        if bytes.len() > hardware::most_bytes(index) {
             return Err(EndpointError::BufferOverflow);
         }
-        let index = self.info.addr.index();
         poll_fn(|context| {
             if let Some(endpoint) = STATE.endpoint(index) {
                 endpoint.to_host.register(context.waker());

@@ -10,7 +10,7 @@ use embassy_stm32::peripherals::{PA11, PA12};
 use embassy_time::Timer;
 
 use super::state::Packet;
-use super::{ENDPOINTS, PACKET_BYTES};
+use super::{DATA_TO_HOST, ENDPOINTS, PACKET_BYTES, TRANSFER_BYTES};
 
 /// Of a function of the pins: OTG_FS (datasheet, alternate functions).
 const ALTERNATE_FUNCTION: u8 = 10;
@@ -26,10 +26,25 @@ const SETUP_PACKETS: u8 = 3;
 
 /// Words of the FIFOs, 320 in all. Received: room for three SETUP packets, two packets of 64 bytes,
 /// and their status (RM0385, device FIFO RAM allocation: 10 + 2 · 17 + 2 · 2 + 1), doubled. Sent:
-/// one packet each.
+/// what each endpoint may hand over at once.
 const RECEIVE_WORDS: u16 = 98;
-const SEND_WORDS: u16 = (PACKET_BYTES / 4) as u16;
-const _: () = assert!(RECEIVE_WORDS as usize + ENDPOINTS * SEND_WORDS as usize <= 320);
+const _: () = assert!(RECEIVE_WORDS + send_words_before(ENDPOINTS) <= 320);
+
+/// Bytes that this endpoint may hand over at once.
+pub(super) const fn most_bytes(index: usize) -> usize {
+    let [first, second] = DATA_TO_HOST;
+    if index == first || index == second { TRANSFER_BYTES } else { PACKET_BYTES }
+}
+
+/// Of all endpoints below this one.
+const fn send_words_before(index: usize) -> u16 {
+    let (mut words, mut below) = (0, 0);
+    while below < index {
+        words += most_bytes(below) as u16 / 4;
+        below += 1;
+    }
+    words
+}
 
 fn wait_for(holds: impl Fn() -> bool) {
     let _ = (0..MOST_LOOKS).any(|_| holds());
@@ -109,8 +124,8 @@ fn share_memory() {
     for index in 0..ENDPOINTS {
         let place = if index == 0 { OTG.dieptxf0() } else { OTG.dieptxf(index - 1) };
         place.write(|register| {
-            register.set_sa(RECEIVE_WORDS + index as u16 * SEND_WORDS);
-            register.set_fd(SEND_WORDS);
+            register.set_sa(RECEIVE_WORDS + send_words_before(index));
+            register.set_fd(most_bytes(index) as u16 / 4);
         });
     }
 }
@@ -173,7 +188,7 @@ pub(super) fn arm(index: usize) {
     });
 }
 
-/// Whether the last packet for the host was fetched or taken back.
+/// Whether what was last sent has been fetched, all of it, or taken back.
 pub(super) fn is_sent(index: usize) -> bool {
     !OTG.diepctl(index).read().epena()
 }
@@ -188,13 +203,13 @@ pub(super) fn receives(index: usize) -> bool {
     OTG.doepctl(index).read().usbaep()
 }
 
-/// Hands the host a packet, of at most as many bytes as one has. To be called with interrupts
-/// masked: the FIFO must not be written while other registers are accessed (erratum 2.15.2,
-/// "transmit data FIFO is corrupted").
+/// Hands the host these bytes, [`most_bytes`] at most, in as many packets as they take: one where
+/// there are none. To be called with interrupts masked: the FIFO must not be written while other
+/// registers are accessed (erratum 2.15.2, "transmit data FIFO is corrupted").
 pub(super) fn send(index: usize, bytes: &[u8]) {
     OTG.dieptsiz(index).write(|register| {
         register.set_mcnt(1);
-        register.set_pktcnt(1);
+        register.set_pktcnt(bytes.len().div_ceil(PACKET_BYTES).max(1) as u16);
         register.set_xfrsiz(bytes.len() as u32);
     });
     OTG.diepctl(index).modify(|register| {

@@ -12,16 +12,13 @@ use embedded_io_async::{ErrorKind, ErrorType, Read, Write};
 use static_cell::StaticCell;
 
 use super::state::STATE;
-use super::{Driver, PACKET_BYTES, hardware};
+use super::{DATA_TO_HOST, Driver, PACKET_BYTES, TRANSFER_BYTES, hardware};
 use crate::boards::opencr::loader;
 use crate::tasks::{Connection, Reporter, Shared};
 
 /// STMicroelectronics, virtual COM port: what the udev rule of the TurtleBot3 looks for.
 const VENDOR: u16 = 0x0483;
 const PRODUCT: u16 = 0x5740;
-/// The IN endpoints of the two ports' data, as the builder numbers them: each port has one for
-/// notifications before it.
-const IN_ENDPOINTS: [usize; 2] = [2, 4];
 
 /// How long an answer may wait for the host to fetch it. The node gives up after 34 ms and takes
 /// what comes later for the answer to its next question, which it does not survive: late is worse
@@ -121,7 +118,7 @@ pub(in crate::boards::opencr) fn new(
     );
     let [first, second] = STATES.init([State::new(), State::new()]);
     let [first_packet, second_packet] = PACKETS.init([[0; PACKET_BYTES]; 2]);
-    let [first_in, second_in] = IN_ENDPOINTS;
+    let [first_in, second_in] = DATA_TO_HOST;
     let links = [
         UsbLink::new(CdcAcmClass::new(&mut builder, first, PACKET_BYTES as u16), first_packet, first_in),
         UsbLink::new(CdcAcmClass::new(&mut builder, second, PACKET_BYTES as u16), second_packet, second_in),
@@ -147,11 +144,11 @@ impl UsbLink {
         }
     }
 
-    /// Hands the host one packet, or gives the whole answer up.
-    async fn send(&mut self, packet: &[u8]) -> Result<(), NotConnected> {
+    /// Hands the host as much as goes at once, or gives the whole answer up.
+    async fn send(&mut self, bytes: &[u8]) -> Result<(), NotConnected> {
         let deadline = *self.deadline.get_or_insert_with(|| Instant::now() + PATIENCE);
         let closed = closed(&self.control, &mut self.has_terminal);
-        let outcome = select3(closed, self.sender.write_packet(packet), Timer::at(deadline)).await;
+        let outcome = select3(closed, self.sender.write_packet(bytes), Timer::at(deadline)).await;
         if let Either3::Second(Ok(())) = outcome {
             return Ok(());
         }
@@ -221,9 +218,9 @@ impl Read for UsbLink {
 
 impl Write for UsbLink {
     async fn write(&mut self, bytes: &[u8]) -> Result<usize, Self::Error> {
-        let count = bytes.len().min(PACKET_BYTES);
+        let count = bytes.len().min(TRANSFER_BYTES);
         self.send(bytes.get(..count).unwrap_or(bytes)).await?;
-        self.is_open_ended = count == PACKET_BYTES;
+        self.is_open_ended = count > 0 && count.is_multiple_of(PACKET_BYTES);
         Ok(count)
     }
 

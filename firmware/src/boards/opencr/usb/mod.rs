@@ -29,3 +29,9 @@ pub use link::{UsbDevice, UsbLink};
 const ENDPOINTS: usize = 6;
 /// The greatest packet of a full-speed control or bulk endpoint.
 const PACKET_BYTES: usize = 64;
+/// The endpoints that send a port's data, as the builder numbers them: each port has one for
+/// notifications before it.
+const DATA_TO_HOST: [usize; 2] = [2, 4];
+/// What these hand over at once: as many packets as the peripheral's memory has room for, so that
+/// a long answer takes few interrupts.
+const TRANSFER_BYTES: usize = 4 * PACKET_BYTES;
