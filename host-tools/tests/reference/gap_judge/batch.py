@@ -2,10 +2,11 @@
 
     python batch.py OUT.jsonl --gmr PATH [--kind effects|free|foreign|pairs] [--robots servo brisk] [--sizes 0.5 1 2]
                     [--seeds 0 4] [--names …] [--mode coeffs|alone|lost] [--engines rules likelihood] [--jobs 2] [--keep FOLDER] [--minutes M]
-                    [--known EARLIER.jsonl …]
+                    [--count N] [--known EARLIER.jsonl …]
 
 `coeffs`: with base.toml of six clean runs; `alone`: no coefficients; `lost`: base.toml, but the clean runs are gone.
-Sets that were answered wrongly are kept in --keep. The order is shuffled, so that what is done after --minutes is a fair sample.
+Sets that were answered wrongly are kept in --keep. The order is shuffled by the first seed, so that the first --count of them, and what is
+done after --minutes, are a fair sample.
 Earlier results spare the search for the magnitudes.
 """
 
@@ -126,6 +127,7 @@ def main():
     parser.add_argument("--keep")
     parser.add_argument("--known", nargs="*", default=[])
     parser.add_argument("--minutes", type=float)
+    parser.add_argument("--count", type=int, help="no more sets than so many")
     a = parser.parse_args()
     a.gmr = os.path.abspath(a.gmr)
     known = {}
@@ -135,10 +137,10 @@ def main():
                 if x <= limit(effect, ROBOTS[line["robot"]]):
                     known[line["robot"], line["seed"], effect, line["size"]] = (x, got)
     todo = list(tasks(a))
+    todo = [todo[k] for k in np.random.default_rng(a.seeds[0]).permutation(len(todo))[: a.count]]
     for t in todo:
         found = [known.get((t["robot"], t["seed"], name, t["size"])) for name in t["effect"]]
         t["known"] = found if all(found) else None
-    np.random.default_rng(0).shuffle(todo)
     start = time.time()
     with Pool(a.jobs) as pool, open(a.out, "a") as out:
         for count, lines in enumerate(pool.imap_unordered(run, todo), 1):
