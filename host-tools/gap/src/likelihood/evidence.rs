@@ -106,6 +106,9 @@ impl Totals {
                 totals.field += &run.products;
             }
         }
+        if totals.field.is_empty() {
+            totals.field = DMatrix::zeros(size, size);
+        }
         totals
     }
 }

@@ -1,11 +1,10 @@
 //! Confirmation: each field run predicted from all others, with the cause and without.
 
-use nalgebra::DMatrix;
 use numerics::intervals::{MeanInterval, mean_interval};
 
-use super::evidence::{Marginal, Totals, reduce};
+use super::evidence::{Totals, reduce};
 use super::products::Posed;
-use super::relinearise::products;
+use super::relinearise::{marginals, products};
 use super::scored::Scales;
 use super::ways::Way;
 
@@ -18,24 +17,14 @@ pub fn score<const N: usize>(
     coefficients: &[f64],
 ) -> Option<MeanInterval> {
     let way = &Way { first: 0, ..way.clone() };
-    let (middle, further) = (scales.likeliest(), posed.shape.further());
-    let variances = scales.run_variances(middle);
-    let runs: Option<Vec<Marginal>> = products(posed, way, coefficients)
-        .iter()
-        .enumerate()
-        .map(|(run, own)| match own {
-            Some(own) => Marginal::of(own, posed.shape, &variances),
-            None => Some(scales.marginals[middle][run].clone()),
-        })
-        .collect();
-    let runs = runs?;
+    let middle = scales.likeliest();
+    let runs = marginals(posed, scales, &products(posed, way, coefficients), middle)?;
     // ln evidence of the cause over none; where the linear model starts is none of both.
     let evidence = |left_out: Option<usize>| {
         let kept = runs.iter().enumerate().filter(|(run, _)| Some(*run) != left_out);
         let with = Totals::of(posed.shape, kept.clone().map(|(run, own)| (posed.is_field(run), own)));
         let with = reduce(&with, posed.shape, &scales.variances, 0.0)?;
         let none = Totals::of(posed.shape, kept.map(|(run, _)| (false, &scales.marginals[middle][run])));
-        let none = Totals { field: DMatrix::zeros(further, further), ..none };
         let none = reduce(&none, posed.shape, &scales.variances, 0.0)?;
         Some(way.gain(&with, &scales.sizes) - 0.5 * (with.minus_two_log - none.minus_two_log))
     };

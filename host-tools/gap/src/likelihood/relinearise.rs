@@ -143,6 +143,21 @@ pub fn products<const N: usize>(
     (0..posed.runs.len()).into_par_iter().map(of_run).collect()
 }
 
+/// Of every run at a scale: field runs by these products.
+pub fn marginals<const N: usize>(
+    posed: &Posed<'_, N>,
+    scales: &Scales,
+    products: &[Option<DMatrix<f64>>],
+    scale: usize,
+) -> Option<Vec<Marginal>> {
+    let variances = scales.run_variances(scale);
+    let of_run = |(run, own): (usize, &Option<DMatrix<f64>>)| match own {
+        Some(own) => Marginal::of(own, posed.shape, &variances),
+        None => Some(scales.marginals[scale][run].clone()),
+    };
+    products.iter().enumerate().map(of_run).collect()
+}
+
 fn reduced<const N: usize>(
     posed: &Posed<'_, N>,
     scales: &Scales,
@@ -150,16 +165,7 @@ fn reduced<const N: usize>(
     scale: usize,
     other: f64,
 ) -> Option<Reduced> {
-    let variances = scales.run_variances(scale);
-    let marginals: Option<Vec<Marginal>> = products
-        .iter()
-        .enumerate()
-        .map(|(run, own)| match own {
-            Some(own) => Marginal::of(own, posed.shape, &variances),
-            None => Some(scales.marginals[scale][run].clone()),
-        })
-        .collect();
-    let marginals = marginals?;
+    let marginals = marginals(posed, scales, products, scale)?;
     let totals =
         Totals::of(posed.shape, marginals.iter().enumerate().map(|(run, own)| (posed.is_field(run), own)));
     reduce(&totals, posed.shape, &scales.variances, other)

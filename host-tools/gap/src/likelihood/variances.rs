@@ -159,7 +159,7 @@ impl Solved {
     }
 }
 
-/// Of a symmetric matrix, by one product: a third of the time of solving for each column.
+/// Of a symmetric matrix, by one product in place of a second solution of each column.
 fn inverse(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
     let size = matrix.nrows();
     let mut half = DMatrix::identity(size, size);
