@@ -164,7 +164,8 @@ fn asked(effects: &[(Regressor, f64)]) -> crate::report::Report {
     investigate(&field, Some(&clean), &base, &Options::default(), LEVEL).unwrap()
 }
 
-/// A drag of 0.03 N·m on the left wheel: its posterior leads, and the size is right to 10 %.
+/// A drag of 0.03 N·m on the left wheel: its posterior leads, its size is right to 10 %, and the runs
+/// confirm it of each other.
 #[test]
 fn the_effect_that_is_hidden_leads() {
     let found = asked(&[(Regressor::Term(Term::Drag(0)), 0.03)]);
@@ -172,6 +173,8 @@ fn the_effect_that_is_hidden_leads() {
     assert_eq!(posterior.effects[0].id, "wheel-drag", "{posterior:?}");
     assert_eq!(found.verdict, Verdict::Named, "{posterior:?}");
     assert!((found.effects[0].coefficients[0] / 0.03 - 1.0).abs() < 0.1, "{:?}", found.effects[0]);
+    let confirmed = found.likelihood.as_ref().unwrap().predictive.unwrap();
+    assert!(confirmed.mean > confirmed.half_width.unwrap(), "{confirmed:?}");
     let gate = found.likelihood.as_ref().unwrap().gate.unwrap();
     assert!(!gate.is_shut(), "{gate:?}");
 }
