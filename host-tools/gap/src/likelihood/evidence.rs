@@ -135,6 +135,11 @@ pub(super) struct Nuisance {
 }
 
 impl Nuisance {
+    /// How many coefficients were integrated out.
+    pub(super) fn count(&self) -> usize {
+        self.scales.len()
+    }
+
     /// L⁻¹ of products of base and functions (rows) with columns.
     pub(super) fn solved(&self, mut products: DMatrix<f64>) -> DMatrix<f64> {
         for (mut row, scale) in products.row_iter_mut().zip(self.scales.iter()) {

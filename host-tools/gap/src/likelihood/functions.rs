@@ -80,10 +80,10 @@ const OF_SMOOTH: [Group; 40] = [
 
 /// The functions with the group of each; `power` is what the base predicts. In `anywhere` every run
 /// may have effects, the clean ones too.
-pub fn functions<const N: usize>(
+pub fn functions<'a, const N: usize>(
     runs: &Runs<N>,
     anywhere: &Predicted<'_, N>,
-    start: &State,
+    start_of: impl Fn(usize) -> &'a State + Sync,
     power: &Signal,
     list: &[Candidate],
 ) -> Vec<(Signal, Group)> {
@@ -101,8 +101,10 @@ pub fn functions<const N: usize>(
         |regressor: &Regressor| matches!(regressor, Regressor::Column(_) | Regressor::Temperature(..));
     let all = list.iter().flat_map(|candidate| &candidate.regressors);
     let regressors: Vec<Regressor> = all.filter(|regressor| !is_column(regressor)).cloned().collect();
-    let mut slopes: Vec<Vec<Vec<f64>>> =
-        (0..power.len()).into_par_iter().map(|run| anywhere.slopes(run, start, &regressors)).collect();
+    let mut slopes: Vec<Vec<Vec<f64>>> = (0..power.len())
+        .into_par_iter()
+        .map(|run| anywhere.slopes(run, start_of(run), &regressors))
+        .collect();
     let of_drive = found.len();
     for (place, regressor) in regressors.iter().enumerate() {
         let signal: Signal = slopes.iter_mut().map(|run| std::mem::take(&mut run[place])).collect();

@@ -8,6 +8,7 @@
 
 pub mod delay;
 pub mod evidence;
+pub mod extended;
 pub mod functions;
 pub mod gate;
 pub mod noise;
@@ -21,6 +22,7 @@ pub mod predictive;
 pub mod priors;
 pub mod products;
 pub mod relinearise;
+pub mod round;
 pub mod rows;
 pub mod scored;
 #[cfg(test)]
@@ -32,15 +34,12 @@ pub use gate::Gate;
 pub use posterior::{Cause, Posterior};
 
 use logs::runs::Runs;
-use model::effects::Regressor;
-use nalgebra::DMatrix;
+use model::effects::{Candidate, Regressor};
 use numerics::intervals::MeanInterval;
-use rayon::prelude::*;
 use support::error::{Error, Result};
 
-use self::priors::{BENT, BENT_WAYS, NEAR, NEAR_SHARE};
-use self::products::{Posed, anywhere};
-use self::scored::{Scales, Scored};
+use self::products::anywhere;
+use self::round::{Asked, Known, state_of};
 use crate::confirm;
 use crate::identifiable::unidentifiable;
 use crate::investigate::{joint, named_effects};
@@ -52,7 +51,7 @@ use crate::scope::candidates;
 use crate::split;
 use crate::thresholds::calibrate::LEAST_RUNS;
 use crate::twin::{State, Twin};
-use crate::types::{self, Base, Options, Round, Status, Verdict};
+use crate::types::{Base, Options, Verdict};
 
 /// The level of the gate, where none is asked for.
 pub const LEVEL: f64 = 0.02;
@@ -96,66 +95,43 @@ pub fn investigate<const N: usize>(
     list.retain(|candidate| !removed.contains(&candidate.id));
     let twin = Twin { runs: &all, drive: base.drive, lag, early: 0.0 };
     let free = anywhere(&all);
-    let untold = || {
+    let asked =
+        Asked { twin, free: &free, base: (base, parameters), options, list: &list, removed: &removed, level };
+    let first = asked.round(&[]).ok_or_else(|| {
         Error::failed("too few steady rows to tell the noise of the power; expected runs of a minute or so")
-    };
-    let posed =
-        Posed::new(twin, &free, base, parameters, options.slack, &list, &removed).ok_or_else(untold)?;
-    let scales = Scales::told(&posed).ok_or_else(untold)?;
-    let mut scored = scored::ways(&posed, &scales);
-    scored.extend(scored::in_runs(&posed, &scales, &removed));
-    let covariances = bend(&posed, &scales, &mut scored);
-    let other = scored::something_else(&posed, &scales);
-    let posterior = Posterior::of(&scored, normal::log_mean(other));
-    let (mut verdict, names) = posterior.verdict();
-    if names.first().is_some_and(|cause| covariances[cause.best].is_none()) {
-        // Steps to its own size led nowhere: nothing is known of it.
-        verdict = Verdict::Unexplained;
-    }
+    })?;
     let mut notes = few_clean_runs(clean.map_or(0, |clean| clean.runs.len()));
-    let in_runs = names.first().is_some_and(|cause| scored[cause.best].in_runs);
-    // Labels say nothing of what lives in single runs, or begins at times of their own.
-    let gate = if verdict == Verdict::None || in_runs { None } else { Gate::of(&posed, level) };
-    if gate.is_none() && !in_runs && verdict != Verdict::None {
-        notes.push(format!(
-            "these runs can be relabelled in too few ways for a level of {level}: whether they would show as much was not asked"
-        ));
-    }
-    let outcome = if gate.is_some_and(Gate::is_shut) {
-        verdict = Verdict::None;
-        "relabelled runs show as much: no more than what clean runs show of each other"
-    } else {
-        match verdict {
-            Verdict::None => "that nothing is new is too probable",
-            Verdict::Unexplained => "something that the dictionary lacks is too probable",
-            Verdict::Named => "one cause is sure",
-            Verdict::Ambiguous => "one of several causes is sure",
+    notes.extend(first.note.clone());
+    let mut verdict = first.verdict;
+    let mut rounds = vec![first.record()];
+    let mut tied = first.named();
+    let mut known: Vec<Known> = tied.first().cloned().into_iter().collect();
+    // One after the other: what a name explains hides what is beside it.
+    while verdict == Verdict::Named && rounds.len() == known.len() && known.len() < options.most_effects {
+        let Some(next) = asked.round(&known) else { break };
+        rounds.push(next.record());
+        if next.verdict == Verdict::Unexplained {
+            notes.push("something is left beside it that no effect of the list explains".to_owned());
         }
-    };
-    let names: Vec<&Cause> = if verdict.stands() { names } else { Vec::new() };
-    let round = round(&scored, &posterior, &names, outcome);
-    let best = names.first().map(|cause| cause.best);
-    let start = State { torque: base.torque, effects: Vec::new() };
-    let state_of = |best: usize| {
-        let own = &scored[best];
-        let regressors = own.way.candidate.regressors.iter().cloned();
-        State { effects: regressors.zip(own.coefficients.iter().copied()).collect(), ..start.clone() }
-    };
-    // What lives in single runs is told of no other run.
-    let shared = best.filter(|&best| !scored[best].in_runs);
-    let predictive = shared
-        .and_then(|best| predictive::score(&posed, &scales, &scored[best].way, &scored[best].coefficients));
-    if best.is_some() && predictive.is_none() {
+        if next.verdict.stands() {
+            (verdict, tied) = (next.verdict, next.named());
+            known.extend(tied.first().cloned());
+        }
+    }
+    let predictive = first.predictive();
+    if !known.is_empty() && predictive.is_none() {
         notes.push("it lives in single runs: no run tells of another, and none confirms it".to_owned());
     }
-    let state = best.map_or_else(|| start.clone(), state_of);
-    let own = best.and_then(|best| covariances[best].clone());
+    let together = first.together(&known);
+    let own = together.as_ref().map(|(_, own)| own.clone());
+    let others = known.split_last().map_or(Vec::new(), |(_, others)| others.to_vec());
+    let known = together.map_or(known, |(known, _)| known);
+    let state = state_of(base, &known);
     // The base stays where it was: its own uncertainty is in that of the effects.
     let joined = own.as_ref().and_then(|own| joint(own, false, base));
-    let known = joined.as_ref().or(own.as_ref());
-    let named: Vec<_> = best.map(|best| scored[best].way.candidate.clone()).into_iter().collect();
-    let effects = known.map_or(Vec::new(), |known| {
-        named_effects(&named, &state, known, &runs.robot.kinematics, options.slack)
+    let named: Vec<Candidate> = known.into_iter().map(|(candidate, _)| candidate).collect();
+    let effects = joined.as_ref().or(own.as_ref()).map_or(Vec::new(), |covariance| {
+        named_effects(&named, &state, covariance, &runs.robot.kinematics, options.slack)
     });
     let open = runs.subset(&split.open).with_clean(clean);
     let open_twin = Twin { runs: &open, ..twin };
@@ -163,28 +139,31 @@ pub fn investigate<const N: usize>(
     let of_open = |state: &State| State { effects: at_places(state, &split.open), ..state.clone() };
     let of_locked = |state: &State| State { effects: at_places(state, &split.locked), ..state.clone() };
     let confirmed = confirm::on_locked(runs, &split, clean, base, &of_locked(&state), &problem, parameters);
-    let sides = [(open_twin.residual(&start), 0), (open_twin.residual(&of_open(&state)), 1)];
+    let sides = [(open_twin.residual(&state_of(base, &[])), 0), (open_twin.residual(&of_open(&state)), 1)];
     let [before, after] = sides.map(|(open, side)| split.in_order(&open, &confirmed.residuals[side]));
     let mut localisation = localise::cells(runs, &before);
     if verdict.stands() {
         localise::fill_after(runs, &mut localisation, &after);
     }
-    let rival = |cause: &&Cause| Rival {
-        candidate: scored[cause.best].way.candidate.clone(),
-        state: of_open(&state_of(cause.best)),
+    let rival = |own: &Known| {
+        let state = state_of(base, &others.iter().chain([own]).cloned().collect::<Vec<_>>());
+        Rival { candidate: own.0.clone(), state: of_open(&state) }
     };
     let ties = match verdict {
-        Verdict::Ambiguous => vec![names.iter().map(rival).collect()],
+        Verdict::Ambiguous => vec![tied.iter().map(rival).collect()],
         _ => Vec::new(),
     };
-    let mut ambiguous_with: Vec<String> = names.iter().skip(1).map(|cause| cause.id.clone()).collect();
+    let mut ambiguous_with: Vec<String> = match verdict {
+        Verdict::Ambiguous => tied.iter().skip(1).map(|(candidate, _)| candidate.id.clone()).collect(),
+        _ => Vec::new(),
+    };
     ambiguous_with.sort();
     Ok(Report {
         verdict,
         effects,
         ambiguous_with,
         not_testable,
-        rounds: vec![round],
+        rounds,
         localisation,
         residuals: (before, verdict.stands().then_some(after)),
         confirmed,
@@ -203,7 +182,7 @@ pub fn investigate<const N: usize>(
             std_w: problem.noise.usual_w(),
             precision: precision(base, parameters, options.slack),
         }),
-        likelihood: Some(Found { posterior, gate, predictive, notes }),
+        likelihood: Some(Found { posterior: first.posterior, gate: first.gate, predictive, notes }),
     })
 }
 
@@ -223,82 +202,6 @@ fn at_places(state: &State, places: &[usize]) -> Vec<(Regressor, f64)> {
         Some((regressor, *coefficient))
     };
     state.effects.iter().filter_map(moved).collect()
-}
-
-/// The best few about their own sizes; the covariance of each that was asked.
-fn bend<const N: usize>(
-    posed: &Posed<'_, N>,
-    scales: &Scales,
-    scored: &mut [Scored],
-) -> Vec<Option<DMatrix<f64>>> {
-    let mut order: Vec<usize> = (0..scored.len()).collect();
-    order.sort_by(|a, b| scored[*b].evidence.total_cmp(&scored[*a].evidence));
-    let top = order.first().map_or(0.0, |best| scored[*best].evidence);
-    let least = (top - NEAR.max(NEAR_SHARE * top)).max(0.0);
-    let mut chosen: Vec<usize> = Vec::new();
-    for place in order {
-        let own = &scored[place];
-        let same = chosen.iter().filter(|&&k| scored[k].way.candidate.id == own.way.candidate.id).count();
-        // What a delay's slope says is next to nothing: it bends within a part of a period.
-        let is_delay = own.way.candidate.regressors == [Regressor::Delay];
-        if is_delay || own.evidence > least && chosen.len() < BENT && same < BENT_WAYS {
-            chosen.push(place);
-        }
-    }
-    let bent: Vec<_> = chosen
-        .par_iter()
-        .map(|&place| {
-            let own = &scored[place];
-            let start = match own.way.candidate.regressors[..] {
-                [Regressor::Delay] => vec![relinearise::delay(posed, scales, own.way.candidate.range)],
-                _ => own.coefficients.clone(),
-            };
-            let about = |start: &[f64]| relinearise::about(posed, scales, &own.way, start);
-            // Where steps from there lead nowhere they may from none at all.
-            (place, about(&start).or_else(|| about(&vec![0.0; start.len()])))
-        })
-        .collect();
-    let mut covariances = vec![None; scored.len()];
-    for (place, bent) in bent {
-        let own = &mut scored[place];
-        match bent {
-            Some(bent) => {
-                own.evidence = bent.evidence + own.searched;
-                own.coefficients = bent.coefficients;
-                covariances[place] = Some(bent.covariance);
-            }
-            None => own.evidence = f64::NEG_INFINITY,
-        }
-    }
-    covariances
-}
-
-/// Every way with what it gains, the best first.
-fn round(scored: &[Scored], posterior: &Posterior, names: &[&Cause], outcome: &str) -> Round {
-    let mut candidates: Vec<types::Scored> = scored
-        .iter()
-        .enumerate()
-        .map(|(place, own)| {
-            let candidate = &own.way.candidate;
-            let rank = names.iter().position(|cause| cause.id == candidate.id);
-            let is_best = posterior.effects.iter().any(|cause| cause.best == place);
-            types::Scored {
-                id: candidate.id.clone(),
-                detail: candidate.detail.clone(),
-                gain: 2.0 * own.evidence,
-                coefficients: own.coefficients.clone(),
-                status: match rank {
-                    Some(0) if is_best => Status::Winner,
-                    Some(rank) if rank > 0 && is_best => Status::Tie,
-                    _ if own.evidence == f64::NEG_INFINITY => Status::Implausible,
-                    _ => Status::Worse,
-                },
-            }
-        })
-        .collect();
-    candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    let structure = candidates.first().map_or(0.0, |best| best.gain.max(0.0).sqrt());
-    Round { structure, allowed: 0.0, candidates, outcome: outcome.to_owned() }
 }
 
 /// What few clean runs cost.

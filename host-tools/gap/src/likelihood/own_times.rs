@@ -29,21 +29,27 @@ impl InRuns {
         columns: &[std::ops::Range<usize>],
     ) -> Self {
         let nuisances = shape.further() - 1;
+        // Something else in the field has the functions once more.
+        let size = reduced.nuisance.count();
         let mut firsts = vec![0];
         let (mut solved, mut along) = (Vec::new(), Vec::new());
         for (run, range) in runs.iter().zip(columns) {
             let count = range.len();
-            let own =
-                reduced.nuisance.solved(run.products.view((1, range.start), (nuisances, count)).into_owned());
+            let mut own = DMatrix::zeros(size, count);
+            let products = |first, rows| run.products.view((first, range.start), (rows, count));
+            own.rows_mut(0, nuisances).copy_from(&products(1, nuisances));
+            let again = size - nuisances;
+            own.rows_mut(nuisances, again).copy_from(&products(shape.first(), again));
+            let own = reduced.nuisance.solved(own);
             let taken = own.tr_mul(&reduced.nuisance.measured);
             along.extend((0..count).map(|k| run.products[(range.start + k, 0)] - taken[k]));
             firsts.push(along.len());
             solved.push(own);
         }
         let total = along.len();
-        let mut all = DMatrix::zeros(nuisances, total);
+        let mut all = DMatrix::zeros(size, total);
         for (own, first) in solved.iter().zip(&firsts) {
-            all.view_mut((0, *first), (nuisances, own.ncols())).copy_from(own);
+            all.view_mut((0, *first), (size, own.ncols())).copy_from(own);
         }
         let mut own = -(all.transpose() * &all);
         for ((run, range), first) in runs.iter().zip(columns).zip(&firsts) {

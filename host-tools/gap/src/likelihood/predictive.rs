@@ -23,9 +23,9 @@ pub fn score<const N: usize>(
     let evidence = |left_out: Option<usize>| {
         let kept = runs.iter().enumerate().filter(|(run, _)| Some(*run) != left_out);
         let with = Totals::of(posed.shape, kept.clone().map(|(run, own)| (posed.is_field(run), own)));
-        let with = reduce(&with, posed.shape, &scales.variances, 0.0)?;
+        let with = reduce(&with, posed.shape, &scales.variances, scales.form)?;
         let none = Totals::of(posed.shape, kept.map(|(run, _)| (false, &scales.marginals[middle][run])));
-        let none = reduce(&none, posed.shape, &scales.variances, 0.0)?;
+        let none = reduce(&none, posed.shape, &scales.variances, scales.form)?;
         Some(way.gain(&with, &scales.sizes) - 0.5 * (with.minus_two_log - none.minus_two_log))
     };
     let all = evidence(None)?;

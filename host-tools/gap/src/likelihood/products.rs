@@ -54,8 +54,12 @@ pub struct Posed<'a, const N: usize> {
     pub twin: Twin<'a, N>,
     /// What it predicts.
     pub predicted: Predicted<'a, N>,
-    /// The base.
+    /// The same where clean runs may have effects, too.
+    pub free: Predicted<'a, N>,
+    /// The base, and effects that are known already.
     pub start: State,
+    /// Size of these, standard deviations of the noise.
+    pub known: f64,
     /// Columns.
     pub shape: Shape,
     /// The group of each function.
@@ -86,20 +90,23 @@ pub fn anywhere<const N: usize>(runs: &Runs<N>) -> Runs<N> {
 }
 
 impl<'a, const N: usize> Posed<'a, N> {
-    /// Of a twin; `None` where the runs have no steady rows.
+    /// Of a twin with effects that are known already; `None` where the runs have no steady rows.
     pub fn new(
         twin: Twin<'a, N>,
         all: &'a Runs<N>,
-        base: &Base,
-        parameters: usize,
+        (base, parameters): (&Base, usize),
         slack: f64,
         list: &[Candidate],
         removed: &[String],
+        known: &[(Regressor, f64)],
     ) -> Option<Self> {
         let predicted = Predicted::new(twin);
         let free = Predicted::new(Twin { runs: all, ..twin });
-        let start = State { torque: base.torque, effects: Vec::new() };
+        let start = State { torque: base.torque, effects: known.to_vec() };
+        let starts = [start.clone(), State { effects: Vec::new(), ..start.clone() }];
         let runs = &twin.runs.runs;
+        // Clean runs have none of what is known.
+        let start_of = |run: usize| &starts[usize::from(runs[run].clean)];
         let has_clean = runs.iter().any(|run| run.clean);
         let power: Signal = (0..runs.len()).map(|run| predicted.power(run, &start)).collect();
         let kept = kept(twin.runs);
@@ -119,14 +126,18 @@ impl<'a, const N: usize> Posed<'a, N> {
             .collect();
         let bases: Vec<Vec<Vec<f64>>> = (0..runs.len())
             .map(|run| {
-                let slopes = free.base_slopes(run, &start, parameters);
-                let more = free.slopes(run, &start, &regressors);
-                slopes.into_iter().chain(more).map(|values| thin(run, &values)).collect()
+                let slopes = free.base_slopes(run, start_of(run), parameters);
+                let more = free.slopes(run, start_of(run), &regressors);
+                // How large what is known is stays open.
+                let own: Vec<Regressor> = known.iter().map(|(regressor, _)| regressor.clone()).collect();
+                let own = predicted.slopes(run, &start, &own);
+                let all = slopes.into_iter().chain(more).chain(own);
+                all.map(|values| thin(run, &values)).collect()
             })
             .collect();
         let thin_power: Signal = (0..runs.len()).map(|run| thin(run, &power[run])).collect();
         let (signals, groups): (Vec<Signal>, Vec<Group>) =
-            functions(twin.runs, &free, &start, &power, list).into_iter().unzip();
+            functions(twin.runs, &free, start_of, &power, list).into_iter().unzip();
         let functions: Vec<Vec<Vec<f64>>> = (0..runs.len())
             .map(|run| signals.iter().map(|signal| thin(run, &signal[run])).collect())
             .collect();
@@ -155,7 +166,7 @@ impl<'a, const N: usize> Posed<'a, N> {
                 all.extend(bases[run].iter().cloned());
                 all.extend(functions[run].iter().cloned());
                 for way in &ways {
-                    let slopes = free.slopes(run, &start, &way.candidate.regressors);
+                    let slopes = free.slopes(run, start_of(run), &way.candidate.regressors);
                     all.extend(slopes.iter().map(|slope| kept[run].thin(slope)));
                 }
                 let length = runs[run].rows.last().map_or(0.0, |row| row.time);
@@ -172,7 +183,7 @@ impl<'a, const N: usize> Posed<'a, N> {
                     });
                     let regressors: Vec<Regressor> =
                         [Regressor::Mass(run)].into_iter().chain(steps).collect();
-                    let slopes = free.slopes(run, &start, &regressors);
+                    let slopes = free.slopes(run, start_of(run), &regressors);
                     all.extend(slopes.iter().map(|slope| kept[run].thin(slope)));
                 }
                 let rows = kept[run].rows.len();
@@ -204,8 +215,11 @@ impl<'a, const N: usize> Posed<'a, N> {
         let prior = if has_clean {
             DMatrix::from_diagonal_element(shape.base, shape.base, LOOSE)
         } else {
-            let known = precision(base, parameters, slack);
-            DMatrix::from_fn(parameters, parameters, |i, j| known[(i, j)] / base_units[i] / base_units[j])
+            let told = precision(base, parameters, slack);
+            DMatrix::from_fn(shape.base, shape.base, |i, j| match i.max(j) < parameters {
+                true => told[(i, j)] / base_units[i] / base_units[j],
+                false => LOOSE * f64::from(u8::from(i == j)),
+            })
         };
         let mut order = groups.clone();
         order.sort_unstable();
@@ -232,9 +246,13 @@ impl<'a, const N: usize> Posed<'a, N> {
             weigh(&mut runs, &noise, shape, count, &|run| !twin.runs.runs[run].clean);
         }
         let power = usual / noise.std_w;
+        let first = shape.base - known.len();
+        let sizes = known.iter().zip(&base_units[first..]).map(|((_, c), unit)| (c * unit).powi(2));
         Some(Self {
+            known: sizes.sum::<f64>().sqrt(),
             twin,
             predicted,
+            free,
             start,
             shape,
             groups: groups.collect(),
@@ -246,6 +264,12 @@ impl<'a, const N: usize> Posed<'a, N> {
             runs,
             power,
         })
+    }
+
+    /// The base of a run, with what is known of field runs.
+    pub fn start_of(&self, run: usize) -> State {
+        let effects = if self.is_field(run) { self.start.effects.clone() } else { Vec::new() };
+        State { torque: self.start.torque, effects }
     }
 
     /// Whether a run is in question.

@@ -7,8 +7,9 @@ use rayon::prelude::*;
 use super::delay::later;
 use super::evidence::{Marginal, Reduced, Totals, reduce};
 use super::normal::{log_mean, log_sum};
+use super::predicted::Predicted;
 use super::priors::{BENT_SETTLED, BENT_STEPS, DELAY_STEPS, FORM_ERRORS};
-use super::products::Posed;
+use super::products::{Posed, RunProducts};
 use super::scored::Scales;
 use super::ways::Way;
 use crate::twin::State;
@@ -99,6 +100,23 @@ pub fn delay<const N: usize>(posed: &Posed<'_, N>, scales: &Scales, (low, high):
     each.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0.0, |best| best.0)
 }
 
+/// Units of a way's columns about some coefficients: their RMS in the field is the noise's.
+pub fn units<const N: usize>(posed: &Posed<'_, N>, way: &Way, coefficients: &[f64]) -> Vec<f64> {
+    let field: Vec<usize> = (0..posed.runs.len()).filter(|&run| posed.is_field(run)).collect();
+    let of_run = |&run: &usize| {
+        let own = &posed.runs[run];
+        let power = vec![0.0; posed.twin.runs.runs[run].rows.len()];
+        columns(&posed.predicted, &posed.start, own, run, way, coefficients, &power)
+    };
+    let all: Vec<DMatrix<f64>> = field.par_iter().map(of_run).collect();
+    let rows: f64 = all.iter().map(|own| own.nrows() as f64).sum();
+    let rms = |k: usize| {
+        let sum: f64 = all.iter().map(|own| own.column(1 + k).norm_squared()).sum();
+        (sum / rows.max(1.0)).sqrt() / posed.noise.std_w
+    };
+    (0..coefficients.len()).map(rms).map(|unit| if unit > 0.0 { unit } else { 1.0 }).collect()
+}
+
 /// Size of coefficients, standard deviations of the noise.
 pub fn size(way: &Way, coefficients: &[f64]) -> f64 {
     let columns = coefficients.iter().zip(&way.units).zip(&way.candidate.regressors);
@@ -113,34 +131,40 @@ pub fn products<const N: usize>(
     way: &Way,
     coefficients: &[f64],
 ) -> Vec<Option<DMatrix<f64>>> {
-    let regressors = &way.candidate.regressors;
-    let effects: Vec<(Regressor, f64)> =
-        regressors.iter().cloned().zip(coefficients.iter().copied()).collect();
-    let state = State { torque: posed.start.torque, effects };
     let of_run = |run: usize| {
-        if !posed.is_field(run) {
-            return None;
-        }
+        let measured: Vec<f64> = posed.twin.runs.runs[run].rows.iter().map(|row| row.power).collect();
         let own = &posed.runs[run];
-        let at = posed.predicted.power(run, &state);
-        let slopes = posed.predicted.slopes(run, &state, regressors);
-        let slopes: Vec<Vec<f64>> = slopes.iter().map(|slope| own.kept.thin(slope)).collect();
-        let rows = posed.twin.runs.runs[run].rows.iter().zip(&at);
-        let mut left = own.kept.thin(&rows.map(|(row, at)| row.power - at).collect::<Vec<_>>());
-        for (slope, coefficient) in slopes.iter().zip(coefficients) {
-            for (left, slope) in left.iter_mut().zip(slope) {
-                *left += slope * coefficient;
-            }
-        }
-        let mut columns = DMatrix::zeros(left.len(), 1 + slopes.len());
-        columns.column_mut(0).copy_from_slice(&left);
-        for (k, (slope, unit)) in slopes.iter().zip(&way.units).enumerate() {
-            columns.column_mut(1 + k).copy_from_slice(slope);
-            columns.column_mut(1 + k).unscale_mut(*unit);
-        }
-        Some(own.with(&columns, posed.shape))
+        let columns = || columns(&posed.predicted, &posed.start, own, run, way, coefficients, &measured);
+        posed.is_field(run).then(|| own.with(&columns(), posed.shape))
     };
     (0..posed.runs.len()).into_par_iter().map(of_run).collect()
+}
+
+/// What the model, linear about some coefficients, leaves of a power at none; then a way's slopes.
+pub fn columns<const N: usize>(
+    predicted: &Predicted<'_, N>,
+    start: &State,
+    own: &RunProducts,
+    run: usize,
+    way: &Way,
+    coefficients: &[f64],
+    power: &[f64],
+) -> DMatrix<f64> {
+    let regressors = &way.candidate.regressors;
+    let effects = regressors.iter().cloned().zip(coefficients.iter().copied());
+    let state =
+        State { torque: start.torque, effects: start.effects.iter().cloned().chain(effects).collect() };
+    let at = predicted.power(run, &state);
+    let mut left = own.kept.thin(&power.iter().zip(&at).map(|(power, at)| power - at).collect::<Vec<_>>());
+    let mut columns = DMatrix::zeros(left.len(), 1 + regressors.len());
+    for (k, slope) in predicted.slopes(run, &state, regressors).iter().enumerate() {
+        let slope = own.kept.thin(slope);
+        left.iter_mut().zip(&slope).for_each(|(left, slope)| *left += slope * coefficients[k]);
+        columns.column_mut(1 + k).copy_from_slice(&slope);
+        columns.column_mut(1 + k).unscale_mut(way.units[k]);
+    }
+    columns.column_mut(0).copy_from_slice(&left);
+    columns
 }
 
 /// Of every run at a scale: field runs by these products.
@@ -168,5 +192,5 @@ fn reduced<const N: usize>(
     let marginals = marginals(posed, scales, products, scale)?;
     let totals =
         Totals::of(posed.shape, marginals.iter().enumerate().map(|(run, own)| (posed.is_field(run), own)));
-    reduce(&totals, posed.shape, &scales.variances, other)
+    reduce(&totals, posed.shape, &scales.variances, scales.form + other)
 }

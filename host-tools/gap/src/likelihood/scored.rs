@@ -29,6 +29,8 @@ pub struct Scales {
     pub none: f64,
     /// Sizes that an effect may have.
     pub sizes: Vec<f64>,
+    /// Variance of what the form of known effects gets wrong, a function.
+    pub form: f64,
 }
 
 impl Scales {
@@ -37,12 +39,13 @@ impl Scales {
         let has_clean = (0..posed.runs.len()).any(|run| !posed.is_field(run));
         let told: Vec<usize> =
             (0..posed.runs.len()).filter(|&run| !has_clean || !posed.is_field(run)).collect();
-        let variances = variances_of(posed, &told)?;
-        // Six clean runs tell a variance as five normal values do.
-        let half = 0.5 * (told.len() as f64 - 1.0);
-        let weights: Vec<f64> = RUN_SCALES.iter().map(|scale| -half * (scale.ln() + scale.recip())).collect();
-        let total = log_sum(weights.iter().copied());
-        let weights: Vec<f64> = weights.iter().map(|weight| weight - total).collect();
+        let others: Vec<usize> =
+            (0..posed.runs.len()).filter(|&run| has_clean && posed.is_field(run)).collect();
+        let variances = match std::env::var("POOL").is_ok() {
+            true => variances_of(posed, &told, &others, None)?,
+            false => variances_of(posed, &told, &[], None)?,
+        };
+        let weights = scale_weights(told.len());
         let mut scales = Self {
             variances,
             weights,
@@ -50,18 +53,26 @@ impl Scales {
             reduced: Vec::new(),
             none: 0.0,
             sizes: sizes(posed.power),
+            form: 0.0,
         };
         for scale in 0..RUN_SCALES.len() {
             let variances = scales.run_variances(scale);
             let marginals: Option<Vec<Marginal>> =
                 posed.runs.iter().map(|run| Marginal::of(&run.products, posed.shape, &variances)).collect();
-            let marginals = marginals?;
-            scales.reduced.push(scales.reduce(posed, &marginals, 0.0)?);
-            scales.marginals.push(marginals);
+            scales.marginals.push(marginals?);
         }
-        scales.none =
-            log_sum(scales.weights.iter().zip(&scales.reduced).map(|(w, own)| w - 0.5 * own.minus_two_log));
-        Some(scales)
+        // Of the sizes that it may have, the likeliest where nothing else is new.
+        let each = FORM_ERRORS.iter().take(if posed.known > 0.0 { FORM_ERRORS.len() } else { 1 });
+        let with = each.map(|share| {
+            let form = (share * posed.known).powi(2) / posed.shape.functions as f64;
+            let own = Self { form, ..scales.clone() };
+            let reduced: Option<Vec<Reduced>> =
+                own.marginals.iter().map(|runs| own.reduce(posed, runs, 0.0)).collect();
+            let reduced = reduced?;
+            let values = own.weights.iter().zip(&reduced).map(|(w, own)| w - 0.5 * own.minus_two_log);
+            Some(Self { none: log_sum(values), reduced, ..own })
+        });
+        with.flatten().max_by(|a, b| a.none.total_cmp(&b.none))
     }
 
     /// From run to run at a scale.
@@ -87,7 +98,7 @@ impl Scales {
             .collect();
         let totals =
             Totals::of(posed.shape, cut.iter().enumerate().map(|(run, own)| (posed.is_field(run), own)));
-        reduce(&totals, posed.shape, &self.variances, other)
+        reduce(&totals, posed.shape, &self.variances, self.form + other)
     }
 
     /// Over the scales, less that of none.
@@ -96,10 +107,24 @@ impl Scales {
     }
 }
 
-/// By the restricted likelihood of some runs.
-pub fn variances_of<const N: usize>(posed: &Posed<'_, N>, runs: &[usize]) -> Option<Variances> {
-    let products: Vec<_> = runs.iter().map(|&run| &posed.runs[run].products).collect();
-    variances::told(&products, posed.shape, &posed.groups, &posed.base)
+/// ln prior of each scale of what differs between runs, by how many told it: as many normal values,
+/// less their mean, tell a variance as well.
+pub fn scale_weights(told: usize) -> Vec<f64> {
+    let half = 0.5 * (told as f64 - 1.0);
+    let weights: Vec<f64> = RUN_SCALES.iter().map(|scale| -half * (scale.ln() + scale.recip())).collect();
+    let total = log_sum(weights.iter().copied());
+    weights.iter().map(|weight| weight - total).collect()
+}
+
+/// By the restricted likelihood of some runs, and of others that have something of their own.
+pub fn variances_of<const N: usize>(
+    posed: &Posed<'_, N>,
+    runs: &[usize],
+    others: &[usize],
+    start: Option<&Variances>,
+) -> Option<Variances> {
+    let of = |runs: &[usize]| runs.iter().map(|&run| &posed.runs[run].products).collect::<Vec<_>>();
+    variances::told(&of(runs), &of(others), posed.shape, &posed.groups, &posed.base, start)
 }
 
 /// One hypothesis.

@@ -10,17 +10,25 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use super::evidence::{Shape, Variances};
 use super::priors::{DISCREPANCY, DISCREPANCY_RANGE, FARTHEST, SETTLED, VARIANCE_ROUNDS};
 
-/// Of some runs' products. `groups` says which functions vary alike.
+/// Of some runs' products. `groups` says which functions vary alike. `others` are runs that all have
+/// something of their own, whatever it is: they tell what differs from run to run.
 pub fn told(
     products: &[&DMatrix<f64>],
+    others: &[&DMatrix<f64>],
     shape: Shape,
     groups: &[usize],
     base: &DMatrix<f64>,
+    start: Option<&Variances>,
 ) -> Option<Variances> {
     let count = groups.iter().copied().max().map_or(0, |most| most + 1);
-    let problem = Problem { products, shape, groups, count, base };
-    let start = 2.0 * DISCREPANCY.ln();
-    let mut now = DVector::from_element(2 * count, start);
+    let problem = Problem { products, others, shape, groups, count, base };
+    let mut now = DVector::from_element(2 * count, 2.0 * DISCREPANCY.ln());
+    if let Some(start) = start {
+        for ((group, shared), runs) in groups.iter().zip(&start.shared).zip(&start.runs) {
+            now[*group] = shared.ln();
+            now[count + group] = runs.ln();
+        }
+    }
     for _ in 0..VARIANCE_ROUNDS {
         let once = problem.step(&now)?;
         let twice = problem.step(&once)?;
@@ -35,10 +43,14 @@ pub fn told(
     Some(problem.variances(&now))
 }
 
+/// Variance of what others have of their own, in variances of the noise.
+const ANY_SIZE: f64 = 1e2;
+
 /// What does not change from step to step. Unknowns are logarithms of the groups' variances: in all
 /// runs alike, then from run to run.
 struct Problem<'a> {
     products: &'a [&'a DMatrix<f64>],
+    others: &'a [&'a DMatrix<f64>],
     shape: Shape,
     groups: &'a [usize],
     /// Groups.
@@ -61,28 +73,36 @@ impl Problem<'_> {
     fn step(&self, now: &DVector<f64>) -> Option<DVector<f64>> {
         let shape = self.shape;
         let variances = self.variances(now);
-        let runs: Option<Vec<Run>> =
-            self.products.iter().map(|own| Run::of(own, shape, &variances.runs)).collect();
-        let runs = runs?;
-        let mut all = DMatrix::zeros(shape.further(), shape.further());
-        for run in &runs {
-            all += &run.products;
-        }
-        let solved = Solved::of(&all, shape, &variances)?;
         let mut shared = vec![Sum::default(); self.count];
-        for (k, group) in self.groups.iter().enumerate() {
-            let place = shape.base + k;
-            let own = (solved.values[place].powi(2), solved.covariance[(place, place)]);
-            shared[*group].add(own.0, own.1, variances.shared[k]);
-        }
         let mut from_run_to_run = vec![Sum::default(); self.count];
-        for run in &runs {
-            let values = &run.measured - &run.slopes * &solved.values;
-            let through = &run.slopes * &solved.covariance;
-            for (k, group) in self.groups.iter().enumerate() {
-                let variance = run.inverse[(k, k)] + through.row(k).dot(&run.slopes.row(k));
-                let own = variances.runs[k];
-                from_run_to_run[*group].add(values[k].powi(2) * own, variance * own, own);
+        let any = Variances { shared: vec![ANY_SIZE; self.groups.len()], ..variances.clone() };
+        for (products, variances) in [(self.products, &variances), (self.others, &any)] {
+            if products.is_empty() {
+                continue;
+            }
+            let runs: Option<Vec<Run>> =
+                products.iter().map(|own| Run::of(own, shape, &variances.runs)).collect();
+            let runs = runs?;
+            let mut all = DMatrix::zeros(shape.further(), shape.further());
+            for run in &runs {
+                all += &run.products;
+            }
+            let solved = Solved::of(&all, shape, variances)?;
+            if std::ptr::eq(products, self.products) {
+                for (k, group) in self.groups.iter().enumerate() {
+                    let place = shape.base + k;
+                    let own = (solved.values[place].powi(2), solved.covariance[(place, place)]);
+                    shared[*group].add(own.0, own.1, variances.shared[k]);
+                }
+            }
+            for run in &runs {
+                let values = &run.measured - &run.slopes * &solved.values;
+                let through = &run.slopes * &solved.covariance;
+                for (k, group) in self.groups.iter().enumerate() {
+                    let variance = run.inverse[(k, k)] + through.row(k).dot(&run.slopes.row(k));
+                    let own = variances.runs[k];
+                    from_run_to_run[*group].add(values[k].powi(2) * own, variance * own, own);
+                }
             }
         }
         let sums = shared.iter().chain(&from_run_to_run).zip(now.iter());
@@ -159,11 +179,25 @@ impl Solved {
     }
 }
 
-/// Of a symmetric matrix, by one product in place of a second solution of each column.
+/// Of a symmetric matrix by halves: nearly all is then products of matrices, which are fast.
 fn inverse(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
+    const SMALL: usize = 16;
     let size = matrix.nrows();
-    let mut half = DMatrix::identity(size, size);
-    Cholesky::new(matrix)?.l_dirty().solve_lower_triangular_mut(&mut half).then(|| half.transpose() * &half)
+    if size <= SMALL {
+        return Some(Cholesky::new(matrix)?.inverse());
+    }
+    let (first, last) = (size / 2, size - size / 2);
+    let upper = inverse(matrix.view((0, 0), (first, first)).into_owned())?;
+    let beside = matrix.view((0, first), (first, last));
+    let through = &upper * beside;
+    let lower = inverse(matrix.view((first, first), (last, last)) - beside.transpose() * &through)?;
+    let cross = &through * &lower;
+    let mut all = DMatrix::zeros(size, size);
+    all.view_mut((0, 0), (first, first)).copy_from(&(upper + &cross * through.transpose()));
+    all.view_mut((0, first), (first, last)).copy_from(&-&cross);
+    all.view_mut((first, 0), (last, first)).copy_from(&-cross.transpose());
+    all.view_mut((first, first), (last, last)).copy_from(&lower);
+    Some(all)
 }
 
 /// What a group's coefficients say of their variance.

@@ -1,0 +1,235 @@
+//! One round: every cause beside what is known already.
+
+use logs::runs::Runs;
+use model::effects::{Candidate, Regressor};
+use nalgebra::DMatrix;
+use numerics::intervals::MeanInterval;
+use rayon::prelude::*;
+
+use super::gate::Gate;
+use super::normal::log_mean;
+use super::posterior::{Cause, Posterior};
+use super::priors::{BENT, BENT_WAYS, NEAR, NEAR_SHARE};
+use super::products::Posed;
+use super::scored::{Scales, Scored};
+use super::ways::Way;
+use super::{predictive, relinearise, scored};
+use crate::twin::{State, Twin};
+use crate::types::{self, Base, Options, Status, Verdict};
+
+/// What is asked of some runs, round after round.
+pub struct Asked<'a, const N: usize> {
+    /// Clean and field runs with the model.
+    pub twin: Twin<'a, N>,
+    /// The same runs, all of which may have effects.
+    pub free: &'a Runs<N>,
+    /// The base, and how many of its parameters are in question.
+    pub base: (&'a Base, usize),
+    /// As the user set them.
+    pub options: &'a Options,
+    /// Effects that may show.
+    pub list: &'a [Candidate],
+    /// Ids of steps and masses that are not asked for.
+    pub removed: &'a [String],
+    /// Of the gate.
+    pub level: f64,
+}
+
+/// An effect that was named, with its coefficients.
+pub type Known = (Candidate, Vec<f64>);
+
+/// What a round says.
+pub struct Round<'a, const N: usize> {
+    posed: Posed<'a, N>,
+    scales: Scales,
+    scored: Vec<Scored>,
+    covariances: Vec<Option<DMatrix<f64>>>,
+    /// Probabilities.
+    pub posterior: Posterior,
+    /// The verdict of this round alone.
+    pub verdict: Verdict,
+    /// Causes that are named: several are a tie.
+    pub names: Vec<Cause>,
+    /// Relabelled runs, where they were asked.
+    pub gate: Option<Gate>,
+    /// What is less sure than it might be, and why.
+    pub note: Option<String>,
+    outcome: &'static str,
+}
+
+impl<'a, const N: usize> Asked<'a, N> {
+    /// Asks beside what is known; `None` where too few rows tell of the noise.
+    pub fn round(&self, known: &[Known]) -> Option<Round<'a, N>> {
+        let is_known = |id: &str| known.iter().any(|(candidate, _)| candidate.id == id);
+        let list: Vec<Candidate> = self.list.iter().filter(|own| !is_known(&own.id)).cloned().collect();
+        let removed = self.removed.iter().cloned().chain(known.iter().map(|(own, _)| own.id.clone()));
+        let removed: Vec<String> = removed.collect();
+        let effects = state_of(self.base.0, known).effects;
+        let slack = self.options.slack;
+        let posed = Posed::new(self.twin, self.free, self.base, slack, &list, &removed, &effects)?;
+        let scales = Scales::told(&posed)?;
+        let mut scored = scored::ways(&posed, &scales);
+        scored.extend(scored::in_runs(&posed, &scales, &removed));
+        let covariances = bend(&posed, &scales, &mut scored);
+        let other = scored::something_else(&posed, &scales);
+        let posterior = Posterior::of(&scored, log_mean(other));
+        let (mut verdict, names) = posterior.verdict();
+        let mut names: Vec<Cause> = names.into_iter().cloned().collect();
+        if names.first().is_some_and(|cause| covariances[cause.best].is_none()) {
+            // Steps to its own size led nowhere: nothing is known of it.
+            verdict = Verdict::Unexplained;
+        }
+        // Labels say nothing of what lives in single runs, or begins at times of their own.
+        let in_runs = names.first().is_some_and(|cause| scored[cause.best].in_runs);
+        let is_asked = verdict != Verdict::None && !in_runs;
+        let bent =
+            names.iter().filter(|cause| covariances[cause.best].is_some() && !scored[cause.best].in_runs);
+        let bent: Vec<_> =
+            bent.map(|cause| (&scored[cause.best].way, &scored[cause.best].coefficients[..])).collect();
+        let gate = if is_asked { Gate::of(&posed, &bent, &scales, self.level) } else { None };
+        let note = (is_asked && gate.is_none()).then(|| {
+            format!(
+                "these runs can be relabelled in too few ways for a level of {}: whether they would show as much was \
+                 not asked",
+                self.level
+            )
+        });
+        let outcome = if gate.is_some_and(Gate::is_shut) {
+            verdict = Verdict::None;
+            "relabelled runs show as much: no more than what clean runs show of each other"
+        } else {
+            match verdict {
+                Verdict::None => "that nothing is new is too probable",
+                Verdict::Unexplained => "something that the dictionary lacks is too probable",
+                Verdict::Named => "one cause is sure",
+                Verdict::Ambiguous => "one of several causes is sure",
+            }
+        };
+        if !verdict.stands() {
+            names.clear();
+        }
+        Some(Round { posed, scales, scored, covariances, posterior, verdict, names, gate, note, outcome })
+    }
+}
+
+/// The base with effects.
+pub fn state_of(base: &Base, known: &[Known]) -> State {
+    let of = |(candidate, coefficients): &Known| {
+        candidate.regressors.iter().cloned().zip(coefficients.iter().copied()).collect::<Vec<_>>()
+    };
+    State { torque: base.torque, effects: known.iter().flat_map(of).collect() }
+}
+
+impl<const N: usize> Round<'_, N> {
+    /// Each cause that is named, the likeliest first.
+    pub fn named(&self) -> Vec<Known> {
+        let of = |cause: &Cause| {
+            let own = &self.scored[cause.best];
+            (own.way.candidate.clone(), own.coefficients.clone())
+        };
+        self.names.iter().map(of).collect()
+    }
+
+    /// How much likelier a field run is with the first name told of the others, nats; `None` where
+    /// it lives in single runs, which tell of no other.
+    pub fn predictive(&self) -> Option<MeanInterval> {
+        let own = &self.scored[self.names.first()?.best];
+        let score = || predictive::score(&self.posed, &self.scales, &own.way, &own.coefficients);
+        if own.in_runs { None } else { score() }
+    }
+
+    /// Several effects at once, each as it is beside the others, and their covariance.
+    pub fn together(&self, known: &[Known]) -> Option<(Vec<Known>, DMatrix<f64>)> {
+        if let [only] = known {
+            let own = self.covariances[self.names.first()?.best].clone()?;
+            return Some((vec![only.clone()], own));
+        }
+        let (first, _) = known.first()?;
+        let effects = known.iter().flat_map(|(candidate, _)| candidate.regressors.iter().cloned());
+        let any = (f64::NEG_INFINITY, f64::INFINITY);
+        let candidate =
+            Candidate { regressors: effects.collect(), range: any, least: Vec::new(), ..first.clone() };
+        let start: Vec<f64> = known.iter().flat_map(|(_, coefficients)| coefficients).copied().collect();
+        let way = Way { units: vec![1.0; start.len()], candidate, first: 0 };
+        let way = Way { units: relinearise::units(&self.posed, &way, &start), ..way };
+        let bent = relinearise::about(&self.posed, &self.scales, &way, &start)?;
+        let mut left = bent.coefficients.into_iter();
+        let with = |(candidate, coefficients): &Known| {
+            (candidate.clone(), left.by_ref().take(coefficients.len()).collect())
+        };
+        Some((known.iter().map(with).collect(), bent.covariance))
+    }
+
+    /// Every way with what it gains, the best first.
+    pub fn record(&self) -> types::Round {
+        let status = |place: usize, own: &Scored| {
+            let rank = self.names.iter().position(|cause| cause.id == own.way.candidate.id);
+            let is_best = self.posterior.effects.iter().any(|cause| cause.best == place);
+            match rank {
+                Some(0) if is_best => Status::Winner,
+                Some(rank) if rank > 0 && is_best => Status::Tie,
+                _ if own.evidence == f64::NEG_INFINITY => Status::Implausible,
+                _ => Status::Worse,
+            }
+        };
+        let of = |(place, own): (usize, &Scored)| types::Scored {
+            id: own.way.candidate.id.clone(),
+            detail: own.way.candidate.detail.clone(),
+            gain: 2.0 * own.evidence,
+            coefficients: own.coefficients.clone(),
+            status: status(place, own),
+        };
+        let mut candidates: Vec<types::Scored> = self.scored.iter().enumerate().map(of).collect();
+        candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        let structure = candidates.first().map_or(0.0, |best| best.gain.max(0.0).sqrt());
+        types::Round { structure, allowed: 0.0, candidates, outcome: self.outcome.to_owned() }
+    }
+}
+
+/// The best few about their own sizes; the covariance of each that was asked.
+fn bend<const N: usize>(
+    posed: &Posed<'_, N>,
+    scales: &Scales,
+    scored: &mut [Scored],
+) -> Vec<Option<DMatrix<f64>>> {
+    let mut order: Vec<usize> = (0..scored.len()).collect();
+    order.sort_by(|a, b| scored[*b].evidence.total_cmp(&scored[*a].evidence));
+    let top = order.first().map_or(0.0, |best| scored[*best].evidence);
+    let least = (top - NEAR.max(NEAR_SHARE * top)).max(0.0);
+    let mut chosen: Vec<usize> = Vec::new();
+    for place in order {
+        let own = &scored[place];
+        let same = chosen.iter().filter(|&&k| scored[k].way.candidate.id == own.way.candidate.id).count();
+        // What a delay's slope says is next to nothing: it bends within a part of a period.
+        let is_delay = own.way.candidate.regressors == [Regressor::Delay];
+        if is_delay || own.evidence > least && chosen.len() < BENT && same < BENT_WAYS {
+            chosen.push(place);
+        }
+    }
+    let bent: Vec<_> = chosen
+        .par_iter()
+        .map(|&place| {
+            let own = &scored[place];
+            let start = match own.way.candidate.regressors[..] {
+                [Regressor::Delay] => vec![relinearise::delay(posed, scales, own.way.candidate.range)],
+                _ => own.coefficients.clone(),
+            };
+            let about = |start: &[f64]| relinearise::about(posed, scales, &own.way, start);
+            // Where steps from there lead nowhere they may from none at all.
+            (place, about(&start).or_else(|| about(&vec![0.0; start.len()])))
+        })
+        .collect();
+    let mut covariances = vec![None; scored.len()];
+    for (place, bent) in bent {
+        let own = &mut scored[place];
+        match bent {
+            Some(bent) => {
+                own.evidence = bent.evidence + own.searched;
+                own.coefficients = bent.coefficients;
+                covariances[place] = Some(bent.covariance);
+            }
+            None => own.evidence = f64::NEG_INFINITY,
+        }
+    }
+    covariances
+}
