@@ -130,7 +130,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     /// number is a gap of unknown length: the buckets take it as none.
     #[inline(always)]
     pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Estimate<T, N> {
-        if self.conditioner.is_straight() {
+        if self.conditioner.is_straight() && sample.wheel_acceleration.is_none() {
             self.take::<_, true>(&mut (), sample, &Outside::UNKNOWN, elapsed)
         } else {
             self.push_around(sample, elapsed)
