@@ -4,7 +4,7 @@
 use crate::coefficients::Robot;
 use crate::delay::DelayLine;
 use crate::effects::Columns;
-use crate::filter::{Channel, InvalidCutoff, LowPass};
+use crate::filter::{Channel, Channels, InvalidCutoff, LowPass};
 use crate::kinematics::MassMatrix;
 use crate::motion::Motion;
 use crate::real::Real;
@@ -43,9 +43,8 @@ pub struct Conditioner<T, const N: usize> {
     dead_band: T,
     /// Longer steps between samples are gaps, s.
     longest_step: T,
-    speeds: [Channel<T>; N],
+    channels: Channels<T, N>,
     accelerations: [Channel<T>; N],
-    power: Channel<T>,
     memory: SlipMemory<T>,
     slip: Slip<T>,
     /// Nothing is late and no wheel scrubs, as of most robots: chosen at set-up, not at every sample.
@@ -93,9 +92,8 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
             mass_matrix: robot.mass_matrix,
             dead_band: robot.dead_band,
             longest_step,
-            speeds: [Channel::default(); N],
-            accelerations: [Channel::default(); N],
-            power: Channel::default(),
+            channels: Channels::NOTHING,
+            accelerations: [Channel::NOTHING; N],
             memory,
             slip: Slip::default(),
             unsettled: 0,
@@ -136,8 +134,8 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
             aligned = self.line.push(sample, elapsed);
             &aligned
         };
-        let nought = sample.nought();
-        let (mut held, mut since) = (elapsed, elapsed);
+        let nought = if STRAIGHT { sample.nought_of_readings() } else { sample.nought() };
+        let mut since = elapsed;
         // One comparison for two questions: with what is no number it fails as well.
         let follows = elapsed >= T::ZERO && elapsed + nought <= self.follows_within;
         if !follows {
@@ -149,7 +147,6 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
             let is_gap = !(elapsed >= T::ZERO && self.waited <= self.longest_step);
             if is_gap {
                 self.settle(sample);
-                held = T::ZERO.at_least(elapsed).at_most(self.longest_step);
             }
             since = if is_gap { T::NAN } else { self.waited };
             self.waited = T::ZERO;
@@ -159,18 +156,15 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
         if !settled {
             self.unsettled -= 1;
         }
-        let power = self.filter.step(&mut self.power, sample.power).value;
-        let mut speed = [T::ZERO; N];
-        let mut acceleration = [T::ZERO; N];
-        let outputs = speed.iter_mut().zip(&mut acceleration);
-        for ((channel, input), (value, derivative)) in
-            self.speeds.iter_mut().zip(&sample.wheel_speed).zip(outputs)
+        let (steps, mut channels) = (T::read(self.filter.steps()), T::read(&self.channels));
+        let (filtered, power) =
+            channels.each(&sample.wheel_speed, sample.power, |channel, input| steps.step(channel, input));
+        T::write(&mut self.channels, channels);
+        let speed = filtered.map(|filtered| filtered.value);
+        let mut acceleration = filtered.map(|filtered| filtered.derivative);
+        if let Some(measured) = &sample.wheel_acceleration
+            && !STRAIGHT
         {
-            let filtered = self.filter.step(channel, *input);
-            *value = filtered.value;
-            *derivative = filtered.derivative;
-        }
-        if let Some(measured) = &sample.wheel_acceleration {
             for ((channel, input), value) in
                 self.accelerations.iter_mut().zip(measured).zip(&mut acceleration)
             {
@@ -185,8 +179,9 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
         if let (Some(turn), Some(sides)) = (turn, self.mass_matrix.sides()) {
             motion.add_scrub(&sides.scrub(turn.share(sides.rims(&speed, self.dead_band).difference)));
         }
-        let conditioned = Conditioned { motion, power, settled };
-        Some((conditioned, held))
+        let conditioned = Conditioned { motion, power: power.value, settled };
+        // Of steps that follow, none is longer.
+        Some((conditioned, T::ZERO.at_least(elapsed).least(self.longest_step)))
     }
 
     /// The wheels at speeds (rad/s) and accelerations (rad/s²) that have no noise, as a plan has
@@ -217,10 +212,9 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
     #[cold]
     fn settle(&mut self, sample: &Sample<T, N>) {
         self.unsettled = self.filter.settling_samples();
-        self.filter.settle(&mut self.power, sample.power);
-        for (channel, level) in self.speeds.iter_mut().zip(&sample.wheel_speed) {
-            self.filter.settle(channel, *level);
-        }
+        self.channels.each(&sample.wheel_speed, sample.power, |channel, level| {
+            self.filter.settle(channel, level);
+        });
         if let Some(measured) = &sample.wheel_acceleration {
             for (channel, level) in self.accelerations.iter_mut().zip(measured) {
                 self.filter.settle(channel, *level);

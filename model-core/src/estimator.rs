@@ -130,7 +130,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     /// number is a gap of unknown length: the buckets take it as none.
     #[inline(always)]
     pub fn push(&mut self, sample: &Sample<T, N>, elapsed: T) -> Estimate<T, N> {
-        if self.conditioner.is_straight() {
+        if self.conditioner.is_straight() && sample.wheel_acceleration.is_none() {
             self.take::<_, true>(&mut (), sample, &Outside::UNKNOWN, elapsed)
         } else {
             self.push_around(sample, elapsed)
@@ -255,12 +255,21 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         }
     }
 
-    /// The bucket in hand is full. A gap closes empty buckets behind it, so that old samples leave
-    /// the window; never more of them than the ring holds.
-    #[inline(never)]
+    /// The bucket in hand is full.
+    #[inline(always)]
     fn close_buckets(&mut self) -> Option<usize> {
+        self.phase -= self.bucket_length;
+        let changed = self.close_bucket();
+        if self.is_bucket_full() { self.close_more().or(changed) } else { changed }
+    }
+
+    /// A gap closes empty buckets behind the one in hand, so that old samples leave the window;
+    /// never more of them than the ring holds.
+    #[cold]
+    #[inline(never)]
+    fn close_more(&mut self) -> Option<usize> {
         let mut changed = None;
-        for _ in 0..B {
+        for _ in 1..B {
             self.phase -= self.bucket_length;
             changed = self.close_bucket().or(changed);
             if !self.is_bucket_full() {
@@ -284,7 +293,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         self.ahead = Some(total(self.buckets.latest_parts(stay)));
     }
 
-    #[inline]
+    #[inline(never)]
     fn close_bucket(&mut self) -> Option<usize> {
         let changed = self.notice_change();
         if let Some(ago) = changed {
@@ -297,14 +306,14 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         if self.ahead.is_none() {
             self.look_ahead();
         }
-        if let Some(since) = self.since_known {
-            self.weigh_again(since);
-        }
         self.buckets.push(self.bucket);
+        let alone = self.since_known.and_then(|since| self.weigh_again(since));
         if let (Some(count), Some(total)) = (self.timeline.advance(), &mut self.ahead) {
-            total.merge(&self.bucket);
-            let excess = self.spread.excess();
-            let mass = self.method.estimate_of(total, self.buckets.latest_parts(count), excess);
+            let mass = alone.unwrap_or_else(|| {
+                total.merge(&self.bucket);
+                let excess = self.spread.excess();
+                self.method.estimate_of(total, self.buckets.latest_parts(count), excess)
+            });
             self.learn(mass);
         }
         if changed.is_some() {
@@ -317,29 +326,31 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     }
 
     /// Samples that came while the mass was unknown could not be weighed by what they leave at it:
-    /// such buckets go once those that came later tell the mass alone. `since` of these were closed
-    /// before the one in hand.
+    /// such buckets go once those that came later tell the mass alone, and that mass is the
+    /// estimate. `since` of these were closed before the last.
     #[cold]
     #[inline(never)]
-    fn weigh_again(&mut self, since: usize) {
+    fn weigh_again(&mut self, since: usize) -> Option<MassEstimate<T>> {
         if !self.d.is_finite() {
             self.since_known = Some(0);
-            return;
+            return None;
         }
-        let [older, recent] = self.buckets.latest_parts(since);
-        let mut later = total([older, recent]);
-        let ahead = later;
-        later.merge(&self.bucket);
-        let parts = [older, recent, core::slice::from_ref(&self.bucket)];
-        let alone = self.method.estimate_of(&later, parts, self.spread.excess());
+        let later = since + 1;
         let all_in_window = since < self.timeline.next().map_or(0, |count| count.min(B).saturating_sub(1));
-        self.since_known = all_in_window.then_some(since + 1);
-        if all_in_window && matches!(alone, MassEstimate::Known(_)) {
-            self.buckets.blank_older(since);
-            (self.ahead, self.since_known) = (Some(ahead), None);
-            // Surprises so far were about the mass that goes with them.
-            self.forget_surprises();
+        self.since_known = all_in_window.then_some(later);
+        if !all_in_window {
+            return None;
         }
+        let parts = self.buckets.latest_parts(later);
+        let alone = self.method.estimate_of(&total(parts), parts, self.spread.excess());
+        if !matches!(alone, MassEstimate::Known(_)) {
+            return None;
+        }
+        self.buckets.blank_older(later);
+        self.since_known = None;
+        // Surprises so far were about the mass that goes with them.
+        self.forget_surprises();
+        Some(alone)
     }
 
     /// For one more bucket in a full ring whose buckets all count: those before the last change go,

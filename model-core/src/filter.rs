@@ -20,22 +20,21 @@ pub struct InvalidCutoff {
 /// all sections.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Section<T> {
-    /// Of a section that lets a constant pass unchanged.
-    gain: T,
     a1: T,
     a2: T,
 }
 
 impl<T: Real> Section<T> {
-    /// Butterworth section of quality `q` at tan(π f / f_s) = `k`.
-    fn new(k: f64, q: f64) -> Self {
+    /// Butterworth section of quality `q` at tan(π f / f_s) = `k`, and the gain that lets a
+    /// constant pass it unchanged.
+    fn new(k: f64, q: f64) -> (Self, T) {
         let norm = 1.0 / (1.0 + k / q + k * k);
         let a1 = T::from_f64(2.0 * (k * k - 1.0) * norm);
         let a2 = T::from_f64((1.0 - k / q + k * k) * norm);
         // From the rounded denominator, so that a constant passes unchanged in single precision as
         // well.
         let gain = T::from_f64((1.0 + a1.to_f64() + a2.to_f64()) / 4.0);
-        Self { gain, a1, a2 }
+        (Self { a1, a2 }, gain)
     }
 
     #[inline]
@@ -46,9 +45,9 @@ impl<T: Real> Section<T> {
         output
     }
 
-    /// As if `input` had come for ever; the output that is then.
-    fn settle(&self, state: &mut [T; 2], input: T) -> T {
-        let output = input / self.gain;
+    /// As if `input` had come for ever, `gain` being the section's; the output that is then.
+    fn settle(&self, gain: T, state: &mut [T; 2], input: T) -> T {
+        let output = input / gain;
         *state = [output - input, input - self.a2 * output];
         output
     }
@@ -57,15 +56,23 @@ impl<T: Real> Section<T> {
 /// The filter's coefficients; the state of each signal is a [`Channel`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LowPass<T> {
+    steps: Steps<T>,
+    /// Of each section, and of the last, where a constant passes it unchanged.
+    section_gains: [T; 2],
+    last_gain: T,
+    settling_samples: u32,
+}
+
+/// What every step takes of the coefficients.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Steps<T> {
     sections: [Section<T>; 2],
     /// Of the first-order section behind them.
     a1: T,
-    last_gain: T,
     /// Of all sections together: what a sample is multiplied by as it comes in.
     gain: T,
     /// Factor of the derivative, for the change of the last section's state, 1/s.
     rate: T,
-    settling_samples: u32,
 }
 
 /// State of one filtered signal.
@@ -78,6 +85,61 @@ pub struct Channel<T> {
 impl<T: Real> Channel<T> {
     /// Nothing came yet.
     pub(crate) const NOTHING: Self = Self { sections: [[T::ZERO; 2]; 2], last: T::ZERO };
+}
+
+/// One number of each channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+struct Each<T, const N: usize> {
+    speeds: [T; N],
+    power: T,
+}
+
+/// The channels of a robot's wheels and of its power, read and written at once ([`crate::block`]).
+///
+/// Their order is that in which a step lets go of them: what a number of one row becomes may take the
+/// register of the row behind, so that the step moves none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct Channels<T, const N: usize> {
+    last: Each<T, N>,
+    second: [Each<T, N>; 2],
+    first: [Each<T, N>; 2],
+}
+
+impl<T: Real, const N: usize> Channels<T, N> {
+    /// Nothing came yet.
+    pub(crate) const NOTHING: Self = {
+        let nothing = Each { speeds: [T::ZERO; N], power: T::ZERO };
+        Self { last: nothing, second: [nothing; 2], first: [nothing; 2] }
+    };
+
+    /// What `take` makes of each channel and its input: of the wheels, and of the power.
+    #[inline(always)]
+    pub(crate) fn each<R: Copy + Default>(
+        &mut self,
+        speeds: &[T; N],
+        power: T,
+        take: impl Fn(&mut Channel<T>, T) -> R,
+    ) -> ([R; N], R) {
+        let Self { last, second: [c, d], first: [a, b] } = self;
+        let take = |[a, b, c, d, last]: [&mut T; 5], input: T| {
+            let mut channel = Channel { sections: [[*a, *b], [*c, *d]], last: *last };
+            let taken = take(&mut channel, input);
+            [[*a, *b], [*c, *d]] = channel.sections;
+            *last = channel.last;
+            taken
+        };
+        let of_power = take([&mut a.power, &mut b.power, &mut c.power, &mut d.power, &mut last.power], power);
+        let mut of_speeds = [R::default(); N];
+        let first = a.speeds.iter_mut().zip(&mut b.speeds);
+        let second = c.speeds.iter_mut().zip(&mut d.speeds);
+        let states = first.zip(second).zip(&mut last.speeds);
+        for ((of_speed, (((a, b), (c, d)), last)), input) in of_speeds.iter_mut().zip(states).zip(speeds) {
+            *of_speed = take([a, b, c, d, last], *input);
+        }
+        (of_speeds, of_power)
+    }
 }
 
 /// A filtered value and its derivative.
@@ -107,18 +169,22 @@ impl<T: Real> LowPass<T> {
         let [q1, q2] = QUALITY;
         let a1 = T::from_f64((k - 1.0) / (k + 1.0));
         let last_gain = (1.0 + a1.to_f64()) / 2.0;
-        let sections = [Section::<T>::new(k, q1), Section::new(k, q2)];
-        let sections_gain: f64 = sections.iter().map(|section| section.gain.to_f64()).product();
-        Ok(Self {
-            sections,
+        let [(first, first_gain), (second, second_gain)] = [Section::<T>::new(k, q1), Section::new(k, q2)];
+        let sections_gain = first_gain.to_f64() * second_gain.to_f64();
+        let steps = Steps {
+            sections: [first, second],
             a1,
-            last_gain: T::from_f64(last_gain),
             gain: T::from_f64(sections_gain * last_gain),
             // Tustin: D H = (2 k / T) (1 − H) for H = k (1 + z⁻¹) / ((k + 1) + (k − 1) z⁻¹) = g
             // (1 + z⁻¹) / (1 + a1 z⁻¹). With y the output of an input x / g, D y = (2 k / T) (x − g
             // y) / g, and with g = (1 + a1) / 2 that difference is half of (x − a1 y) − (y − x): of
             // the section's state behind the sample and before it.
             rate: T::from_f64(k / period_s / last_gain),
+        };
+        Ok(Self {
+            steps,
+            section_gains: [first_gain, second_gain],
+            last_gain: T::from_f64(last_gain),
             settling_samples: libm::ceil(2.0 / (cutoff_hz * period_s)) as u32,
         })
     }
@@ -131,9 +197,10 @@ impl<T: Real> LowPass<T> {
 
     /// Sets a channel as if `level` had been its input for ever.
     pub fn settle(&self, channel: &mut Channel<T>, level: T) {
-        let mut x = self.gain * level;
-        for (section, state) in self.sections.iter().zip(&mut channel.sections) {
-            x = section.settle(state, x);
+        let mut x = self.steps.gain * level;
+        let sections = self.steps.sections.iter().zip(&self.section_gains);
+        for ((section, gain), state) in sections.zip(&mut channel.sections) {
+            x = section.settle(*gain, state, x);
         }
         channel.last = x / self.last_gain - x;
     }
@@ -141,6 +208,20 @@ impl<T: Real> LowPass<T> {
     /// Filters one sample.
     #[inline]
     pub fn step(&self, channel: &mut Channel<T>, input: T) -> Filtered<T> {
+        self.steps.step(channel, input)
+    }
+
+    /// What every step of this filter takes.
+    #[inline]
+    pub(crate) fn steps(&self) -> &Steps<T> {
+        &self.steps
+    }
+}
+
+impl<T: Real> Steps<T> {
+    /// Filters one sample.
+    #[inline]
+    pub(crate) fn step(&self, channel: &mut Channel<T>, input: T) -> Filtered<T> {
         let mut x = self.gain * input;
         for (section, state) in self.sections.iter().zip(&mut channel.sections) {
             x = section.step(state, x);

@@ -264,7 +264,7 @@ impl<T: Real, const N: usize> MassMatrix<T, N> {
     #[inline]
     pub fn torque_per_kg(&self, wheel_acceleration: &[T; N]) -> [T; N] {
         let mut torque = [T::ZERO; N];
-        for (out, row) in torque.iter_mut().zip(&self.rows) {
+        for (out, row) in torque.iter_mut().zip(&T::read(&self.rows)) {
             *out = dot(row, wheel_acceleration);
         }
         torque

@@ -1,7 +1,8 @@
 //! Power and payload models of wheeled robots.
 //!
 //! What the controller board computes and what the host fits and replays, once: `no_std`, no
-//! allocation, no panics, and no `unsafe` but for one instruction ([`real`]). Everything is generic
+//! allocation, no panics, and no `unsafe` but for the
+//! instructions that no safe code reaches ([`real`], [`block`]). Everything is generic
 //! over the number of wheels `N` and over the scalar (`f32` on the board, `f64` on the host). Units
 //! are SI throughout. "Eq. n" cites the paper named in the README.
 //!
@@ -14,6 +15,7 @@
 extern crate std;
 
 pub mod adapt;
+pub mod block;
 pub mod board;
 pub mod charge;
 pub mod clamp;

@@ -4,7 +4,7 @@ use crate::eq18::{self, Gate, REGRESSORS};
 use crate::motion::Motion;
 use crate::polynomial::Polynomial;
 use crate::real::Real;
-use crate::torque::{Drive, TorqueModel, WheelPower};
+use crate::torque::{Drive, TorqueModel};
 
 /// The masses that the robot can have.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,17 +98,18 @@ impl<T: Real> Model<T> {
                 (Response { polynomial, may_clamp: false }, polynomial.at(d))
             }
             Model::Signed { torque, drive } => {
+                let torque = T::read(torque);
                 let mut response = Response { polynomial: Polynomial::NOTHING, may_clamp: false };
                 let mut powers = [Polynomial::NOTHING; N];
-                let mut least_of_all = T::INFINITY;
+                let mut least: Option<T> = None;
                 for (power, wheel) in powers.iter_mut().zip(&motion.wheels) {
-                    let WheelPower { polynomial, least } =
-                        torque.polynomial(wheel, range.middle(), range.reach());
-                    *power = polynomial;
-                    response.polynomial += polynomial;
-                    least_of_all = least_of_all.least(least);
+                    let of_wheel = torque.polynomial(wheel, range.middle(), range.reach());
+                    *power = of_wheel.polynomial;
+                    response.polynomial += of_wheel.polynomial;
+                    least = Some(least.map_or(of_wheel.least, |least| least.least(of_wheel.least)));
                 }
-                let may_clamp = least_of_all < T::ZERO && matches!(drive, Drive::Dissipative);
+                let brakes = least.is_some_and(|least| least < T::ZERO);
+                let may_clamp = brakes && matches!(drive, Drive::Dissipative);
                 // Before the question: who weighs the sample asks for it again.
                 let unclamped = response.polynomial.at(d);
                 if !may_clamp {

@@ -56,17 +56,18 @@ impl<T: Real, const N: usize> Motion<T, N> {
     ) -> Self {
         let torque = mass_matrix.torque_per_kg(acceleration);
         let mut wheels = [Wheel::default(); N];
-        let mut slowest = T::INFINITY;
         let inputs = speed.iter().zip(acceleration).zip(&torque).zip(scrub).zip(mass_matrix.side());
         for (wheel, ((((&speed, &acceleration), &inertial_torque), &scrub), &side)) in
             wheels.iter_mut().zip(inputs)
         {
             let direction = if speed > T::ZERO { T::ONE } else { -T::ONE };
             *wheel = Wheel { speed, acceleration, inertial_torque, direction, scrub, side: side * direction };
-            slowest = slowest.least(speed.abs());
         }
-        // Most of the time every wheel turns: one question for all.
-        if slowest <= dead_band {
+        // Most of the time every wheel turns: one question for all. Where one is no number, each is
+        // asked.
+        let slowest = speed.iter().map(|speed| speed.abs()).reduce(T::least);
+        let all_turn = slowest.is_some_and(|slowest| slowest > dead_band);
+        if !all_turn {
             for wheel in &mut wheels {
                 // What is not a number is not at rest: it stays in, so that no model makes a power
                 // of it.

@@ -4,6 +4,8 @@ use core::fmt::Debug;
 use core::iter::Sum;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
+use crate::block::Block;
+
 mod sealed {
     pub trait Sealed {}
     impl Sealed for f32 {}
@@ -78,6 +80,19 @@ pub trait Real:
     /// [`Self::at_least`], likewise.
     fn most(self, other: Self) -> Self;
 
+    /// A copy of numbers that stand side by side, read at once where the processor can
+    /// ([`crate::block`]).
+    #[inline(always)]
+    fn read<B: Block<Self>>(block: &B) -> B {
+        *block
+    }
+
+    /// Writes them likewise.
+    #[inline(always)]
+    fn write<B: Block<Self>>(block: &mut B, value: B) {
+        *block = value;
+    }
+
     /// −1, 0 or 1: the sign, with sgn 0 = 0 as in the paper, and 0 for NaN.
     #[inline]
     fn sign(self) -> Self {
@@ -117,7 +132,7 @@ fn sqrt_single(x: f32) -> f32 {
 use libm::sqrtf as sqrt_single;
 
 macro_rules! real {
-    ($scalar:ty, $sqrt:path, $least:path, $most:path, $exp:path) => {
+    ($scalar:ty, $sqrt:path, $least:path, $most:path, $exp:path $(, $blocks:item)*) => {
         impl Real for $scalar {
             const ZERO: Self = 0.0;
             const NOTHING: Self = -0.0;
@@ -160,11 +175,28 @@ macro_rules! real {
             fn most(self, other: Self) -> Self {
                 $most(self, other)
             }
+            $($blocks)*
         }
     };
 }
 
 // The FPU of the board has minNum and maxNum, which leave NaN out; a host's processor has the
 // comparison.
-real!(f32, sqrt_single, f32::min, f32::max, libm::expf);
+real!(
+    f32,
+    sqrt_single,
+    f32::min,
+    f32::max,
+    libm::expf,
+    #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+    #[inline(always)]
+    fn read<B: Block<Self>>(block: &B) -> B {
+        crate::block::read(block)
+    },
+    #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+    #[inline(always)]
+    fn write<B: Block<Self>>(block: &mut B, value: B) {
+        crate::block::write(block, value);
+    }
+);
 real!(f64, libm::sqrt, Real::at_most, Real::at_least, libm::exp);

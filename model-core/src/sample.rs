@@ -22,14 +22,21 @@ impl<T: Real, const N: usize> Sample<T, N> {
     /// 0 where every value is finite; otherwise no number, as zero times what is not finite is.
     #[inline]
     pub(crate) fn nought(&self) -> T {
-        let mut nought = self.power * T::ZERO;
-        for speed in &self.wheel_speed {
-            nought += *speed * T::ZERO;
-        }
+        let mut nought = self.nought_of_readings();
         if let Some(measured) = &self.wheel_acceleration {
             for acceleration in measured {
                 nought += *acceleration * T::ZERO;
             }
+        }
+        nought
+    }
+
+    /// The same of a sample whose accelerations are not measured.
+    #[inline]
+    pub(crate) fn nought_of_readings(&self) -> T {
+        let mut nought = self.power * T::ZERO;
+        for speed in &self.wheel_speed {
+            nought += *speed * T::ZERO;
         }
         nought
     }

@@ -9,6 +9,7 @@ use proptest::prelude::*;
 enum Step {
     Push(u64),
     Keep(usize),
+    Blank(usize),
     Halve,
 }
 
@@ -16,6 +17,7 @@ fn step() -> impl Strategy<Value = Step> {
     prop_oneof![
         8 => (0..1000_u64).prop_map(Step::Push),
         1 => (0..12_usize).prop_map(Step::Keep),
+        1 => (0..12_usize).prop_map(Step::Blank),
         1 => Just(Step::Halve),
     ]
 }
@@ -32,6 +34,11 @@ fn assert_ring<const B: usize>(steps: &[Step]) -> Result<(), TestCaseError> {
             Step::Keep(count) => {
                 ring.keep_latest(*count);
                 naive.drain(..naive.len().saturating_sub(*count));
+            }
+            Step::Blank(count) => {
+                ring.blank_older(*count);
+                let older = naive.len().saturating_sub(*count);
+                naive[..older].fill(0);
             }
             Step::Halve => {
                 ring.halve(|earlier, later| 3 * earlier + later);

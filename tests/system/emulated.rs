@@ -72,6 +72,14 @@ fn no_host_kills_the_link() {
     script_passes("opencr_usb.py", &[]);
 }
 
+/// A heartbeat that ends between two samples, a little before an upload is written: no word is
+/// written to the flash, which stops the core, while the stop's packet is on the servos' bus. Three
+/// places; at all fifteen of them: the script by hand.
+#[test]
+fn a_stop_between_samples_keeps_off_what_is_written() {
+    script_passes("opencr_guard.py", &["--every", "500"]);
+}
+
 /// One bit in 10,000 on the power sensors' bus is another: no power that is off by more than 1 %
 /// counts.
 #[test]

@@ -1,7 +1,7 @@
 """A stop between two samples while an upload is about to be written, on the OpenCR image in the emulated STM32F746: no word of the flash, which stops the
 core, is written while a packet is on the servos' bus.
 
-    PYTHONPATH=folder/of/emu emu opencr_guard.py IMAGE
+    PYTHONPATH=folder/of/emu emu opencr_guard.py IMAGE [--every US]
 
 The wheels are held: they stand with a goal, so that the flash may be written, and the heartbeat ends just before it is. A first run says when that
 is; each of the others ends the heartbeat a little earlier, so that the stop's packet, of 0.2 ms, begins at every place before the write.
@@ -20,7 +20,7 @@ UPLOAD_S, END_S = 3.0, 3.6
 HEARTBEAT_MS = 500
 # A packet of two goals takes 220 us, the board takes a heartbeat some 0.1 ms after the host has sent it, and it prepares for a millisecond
 # at most before it writes.
-STEPS_US = range(-150, 1350, 100)
+FIRST_US, LAST_US = -150, 1350
 
 
 def stand(servo):
@@ -78,13 +78,15 @@ def written(image, last_beat):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("image")
+    parser.add_argument("--every", type=int, default=100, metavar="US", help="between two places")
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
+    steps = range(FIRST_US, LAST_US, arguments.every)
     times, _, _ = written(arguments.image, None)
     if not times:
         raise SystemExit("nothing was written")
     wrong, near = [], 0
-    for step in STEPS_US:
+    for step in steps:
         beat = times[0] - HEARTBEAT_MS * MS - step * US
         found, within, stops = written(arguments.image, beat)
         near += any(abs(stop - times[0]) < 6 * MS for stop in stops)
@@ -92,7 +94,7 @@ def main():
             wrong.append(f"{step} us before: {len(within)} words while a packet was on the bus")
     if not near:
         wrong.append("no stop came near a write")
-    figures = {"runs": len(STEPS_US), "stops_near_a_write": near, "wrong": wrong}
+    figures = {"runs": len(steps), "stops_near_a_write": near, "wrong": wrong}
     print(json.dumps(figures) if arguments.json else "\n".join(f"{key}: {value}" for key, value in figures.items()))
     sys.exit(1 if wrong else 0)
 

@@ -265,6 +265,60 @@ fn a_wrong_length_within_a_ulog_is_an_error() {
     assert!(error.contains("ULog"), "{error}");
 }
 
+/// An MCAP file of one schema, one channel and one message, by its specification; `place` names the
+/// length within a record, in their order, that says 4 GB.
+fn mcap_with_a_wrong_length(place: usize) -> Vec<u8> {
+    const MARK: &[u8] = b"\x89MCAP0\r\n";
+    let mut lengths = 0;
+    let mut text = |text: &str| {
+        let length = if lengths == place { u32::MAX } else { text.len() as u32 };
+        lengths += 1;
+        [&length.to_le_bytes(), text.as_bytes()].concat()
+    };
+    let schema = [&[1, 0][..], &text("p/A"), &text("ros2msg"), &text("float64 x\n")].concat();
+    let [topic, encoding, key, value] = ["/t", "cdr", "key", "value"].map(&mut text);
+    let map = text(&String::from_utf8_lossy(&[key, value].concat()));
+    let channel = [&[1, 0, 1, 0][..], &topic, &encoding, &map].concat();
+    let message = [&[1, 0][..], &[0; 4 + 8 + 8], &[0, 1, 0, 0], &1_f64.to_le_bytes()].concat();
+    let record =
+        |(opcode, body): (u8, &[u8])| [&[opcode], &(body.len() as u64).to_le_bytes()[..], body].concat();
+    let records =
+        [(1, &[0; 8][..]), (3, &schema), (4, &channel), (5, &message), (15, &[0; 4]), (2, &[0; 20])]
+            .map(record);
+    [MARK, &records.concat(), MARK].concat()
+}
+
+/// Each length within a record as long as it can say, in a process that may have 2 GB: the file
+/// breaks off there, and no memory is asked for. Its own process, as the limit is one of processes.
+#[test]
+fn no_length_within_an_mcap_takes_memory() {
+    const LENGTHS: usize = 8;
+    const FOLDER: &str = "LOG_FORMATS_WRONG_LENGTHS";
+    let file = |folder: &Path, place: usize| folder.join(format!("{place}.mcap"));
+    if let Some(folder) = std::env::var_os(FOLDER) {
+        let is_whole = |place| {
+            let bag = Bag::open(&file(Path::new(&folder), place), false)?;
+            let wanted: Vec<usize> = (0..bag.topics().len()).collect();
+            Ok::<_, Error>(matches!(bag.read(&wanted, &mut |_, _, _| Ok(true))?, Ending::Whole))
+        };
+        let whole: Vec<bool> = (0..=LENGTHS).map(|place| is_whole(place).unwrap_or(false)).collect();
+        assert_eq!(whole, [[false; LENGTHS].as_slice(), &[true]].concat());
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    for place in 0..=LENGTHS {
+        std::fs::write(file(folder.path(), place), mcap_with_a_wrong_length(place)).unwrap();
+    }
+    let ran = std::process::Command::new("sh")
+        .args(["-c", "ulimit -v 2000000; exec \"$0\" \"$@\""])
+        .arg(std::env::current_exe().unwrap())
+        .args(["--exact", "no_length_within_an_mcap_takes_memory"])
+        .env(FOLDER, folder.path())
+        .output()
+        .unwrap();
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&[ran.stdout, ran.stderr].concat()));
+}
+
 #[test]
 fn clocks_are_not_mixed() {
     let folder = tempfile::tempdir().unwrap();

@@ -133,6 +133,8 @@ fn what_is_no_plan_is_refused_in_one_line() {
         ("time_s,v_m_s\n0,0.1\n1,0.1\n", "omega_rad_s"),
         ("distance_m,speed_m_s\n1,0\n", "m/s above 0 where the leg has a distance"),
         ("distance_m,speed_m_s,slope_rad\n1,1,2\n", "-0.8 to 0.8"),
+        ("distance_m,speed_m_s,pause_s\n1,0.1,1000000\n", "s; expected at most"),
+        ("distance_m,speed_m_s\n1,1e-9\n", "s; expected at most"),
     ] {
         bench.put("plan.csv", plan);
         refused("plan.csv", &["--mass", "2"], 1, expected);

@@ -119,7 +119,7 @@ fn standard_output_takes_the_log_or_the_summary() {
 #[test]
 fn wrong_usage_is_named_and_writes_nothing() {
     let folder = tempfile::tempdir().unwrap();
-    let cases: [(&[&str], &str); 16] = [
+    let cases: [(&[&str], &str); 18] = [
         (&["--rate", "0"], "rate 0; allowed: Hz, above 0"),
         (&["--rate", "-5"], "rate -5; allowed"),
         (&["--rate", "nan"], "rate NaN; allowed"),
@@ -135,6 +135,8 @@ fn wrong_usage_is_named_and_writes_nothing() {
         (&["--profile", "trainig"], "allowed: training, test, constant, standstill"),
         (&["--speed", "0.1"], "--profile constant only"),
         (&["--profile", "constant", "--speed", "5"], "allowed: up to 0.2 m/s"),
+        (&["--drive-efficiency", "5e-324"], "allowed: 0.01 to 1"),
+        (&["--drive-efficiency", "nan"], "drive efficiency NaN; allowed: 0.01 to 1"),
         (&["--columns", "pitch,imu,pitch"], "--columns names pitch twice; expected every name once"),
     ];
     for (arguments, expected) in cases {

@@ -64,7 +64,7 @@ usage: cargo xtask <command>
          libFuzzer over the readers of files and packets; a C++ compiler is needed
   mutate [COUNT [SEED]]
          spoiled inputs, COUNT (500) of each kind, each to the command that reads it, within
-         5 s and 2 GB: 11,000 in three quarters of an hour
+         5 s and 2 GB: 11,500 in three quarters of an hour
   long fuzz [EXECUTIONS] | soak [HOURS] | cuts [CUTS] | client [MINUTES]
          what takes a night: the parsers of link and servo bus on all cores (100,000,000 each);
          the virtual board with faults and changing payloads (4 h of its time), its masses and

@@ -64,14 +64,15 @@ impl<S: Copy + Default, const B: usize> Ring<S, B> {
 
     /// Empties all but the latest `count`; their places stay.
     pub fn blank_older(&mut self, count: usize) {
-        let mut blanked = Self::default();
+        // Backwards from the last that stays: as many steps as there are buckets to empty.
+        let count = count.min(self.filled);
+        let mut slot = if count <= self.next { self.next - count } else { self.next + B - count };
         for _ in count..self.filled {
-            blanked.push(S::default());
+            slot = if slot > 0 { slot - 1 } else { B.saturating_sub(1) };
+            if let Some(slot) = self.slots.get_mut(slot) {
+                *slot = S::default();
+            }
         }
-        for bucket in self.latest(count) {
-            blanked.push(*bucket);
-        }
-        *self = blanked;
     }
 
     /// Replaces every two neighbours by one, so that there is room for as many again.

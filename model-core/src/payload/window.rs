@@ -40,20 +40,22 @@ impl<T: Real> Sums<T> {
         let p = &response.polynomial;
         let r = power - p.c;
         let (mut weighted_a, mut weighted_b) = (p.a, p.b);
+        let mut sums = T::read(self);
         let weight = huber(power - p.at(d), linear_beyond);
         // Most samples count in full, and are multiplied by nothing.
         if weight < T::ONE {
             weighted_a = weight * p.a;
             weighted_b = weight * p.b;
-            self.outer += p.b * weighted_b;
+            sums.outer += p.b * weighted_b;
         }
-        self.rb += r * weighted_b;
-        self.ra += r * weighted_a;
-        self.bb += p.b * weighted_b;
-        self.ab += p.a * weighted_b;
-        self.aa += p.a * weighted_a;
-        self.b += weighted_b;
-        self.a += weighted_a;
+        sums.rb += r * weighted_b;
+        sums.ra += r * weighted_a;
+        sums.bb += p.b * weighted_b;
+        sums.ab += p.a * weighted_b;
+        sums.aa += p.a * weighted_a;
+        sums.b += weighted_b;
+        sums.a += weighted_a;
+        T::write(self, sums);
     }
 
     /// Σ g e: minus half the slope of the sum of squares at d, W²/kg, with g = 2 a d + b and e the

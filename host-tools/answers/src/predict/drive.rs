@@ -39,8 +39,8 @@ const PERIOD_S: f64 = 0.05;
 const PER_CUTOFF: f64 = 8.0;
 /// In a log a stop of this length, s, ends a leg.
 const STOP_S: f64 = 2.0;
-/// More frames than this are no plan.
-const MOST_FRAMES: f64 = 5e7;
+/// More frames than this are no plan: of five days at 20 Hz, and some seconds of work.
+const MOST_FRAMES: f64 = 1e7;
 
 /// Hands out the frames of a plan. Gives the legs' names.
 pub(super) fn frames<const N: usize>(

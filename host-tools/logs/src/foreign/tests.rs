@@ -1,7 +1,10 @@
 //! Calls that read bags at the same time.
 
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
+use std::sync::{TryLockError, mpsc};
 use std::thread;
+use std::time::Duration;
 
 use support::context::Context;
 
@@ -51,6 +54,41 @@ fn each_call_reads_by_its_own_robot() {
     thread::scope(|scope| {
         scope.spawn(|| read("/total_mass:data", |[power, mass]| power == mass));
         scope.spawn(|| read("/power:data", |[power, mass]| power != mass));
+    });
+}
+
+/// A bag comes through a pipe whose writer takes its time. Whoever reads another one of the same
+/// call meanwhile does not wait for it.
+#[test]
+fn a_slow_bag_keeps_no_other_waiting() {
+    let [slow, other] = ["second.mcap", "drive.mcap"].map(data);
+    let bytes = std::fs::read(slow).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe.mcap");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let context = context("/power:data");
+    thread::scope(|scope| {
+        let slow = scope.spawn(|| rows(&context, &pipe).len());
+        let mut writer = std::fs::OpenOptions::new().write(true).open(&pipe).unwrap();
+        writer.write_all(&bytes[..1000]).unwrap();
+        // Until it is being turned into rows, by whatever lock.
+        let known = context.kept::<Known>();
+        let is_begun = || match known.try_lock() {
+            Ok(known) => known.contains_key(&pipe),
+            Err(TryLockError::WouldBlock) => true,
+            Err(TryLockError::Poisoned(_)) => false,
+        };
+        while !is_begun() {
+            thread::sleep(Duration::from_millis(1));
+        }
+        let (sender, receiver) = mpsc::channel();
+        let (context, other) = (&context, &other);
+        scope.spawn(move || sender.send(rows(context, other).len()));
+        let read = receiver.recv_timeout(Duration::from_secs(30));
+        writer.write_all(&bytes[1000..]).unwrap();
+        drop(writer);
+        assert!(read.is_ok_and(|count| count > 1000), "{read:?}");
+        assert!(slow.join().unwrap() > 1000);
     });
 }
 
