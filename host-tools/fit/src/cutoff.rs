@@ -110,7 +110,7 @@ fn residual<const N: usize>(
 ) -> Option<Seconds> {
     let core = CoreRobot { conditioning: form.conditioning, ..*core };
     let mut dataset = Dataset::empty(core, Gate::Signed);
-    dataset.own = form.own;
+    dataset.unequal_sides = form.unequal_sides;
     dataset.store = pilots.condition(&core, MOST_ROWS)?;
     let model = Model::Signed { torque: physical::solve(&dataset, robot).torque, drive: robot.drive() };
     let mut seconds = Seconds::default();

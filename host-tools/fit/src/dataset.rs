@@ -22,7 +22,6 @@ use support::error::{Error, Result};
 use support::progress::FileProgress;
 
 use super::gram::Gram;
-use super::physical::Own;
 use logs::conditioner;
 
 /// Most rows in the store.
@@ -73,8 +72,8 @@ pub struct Dataset<const N: usize> {
     pub used: u64,
     /// Rows left out as unusable, over all logs.
     pub excluded: u64,
-    /// What the torque model may have of its own.
-    pub own: Own,
+    /// Whether the sides' Coulomb torques may differ.
+    pub unequal_sides: bool,
     /// Payloads met, kg, to the gram, at most [`MOST_MASSES`].
     pub masses: Vec<f64>,
 }
@@ -174,7 +173,7 @@ impl<const N: usize> Dataset<N> {
             rows: 0,
             used: 0,
             excluded: 0,
-            own: Own::default(),
+            unequal_sides: false,
             masses: Vec::new(),
         }
     }

@@ -150,7 +150,7 @@ fn read_choosing_here<const N: usize>(
     let mut core = robot.core(cutoff_hz)?;
     core.conditioning = choice.form.conditioning;
     let mut dataset = Dataset::read(context, robot, core, files, reading)?;
-    dataset.own = choice.form.own;
+    dataset.unequal_sides = choice.form.unequal_sides;
     Ok((dataset, choice.judged))
 }
 
@@ -413,10 +413,13 @@ fn judge<const N: usize>(
     };
     match model {
         Model::Signed { torque, drive } => {
+            // Wheels that do not scrub have no such parameter, sides that are alike no imbalance.
             let all = physical::parameters(torque);
-            let places = dataset.own.places(dataset.robot.scrubs());
+            let shared = all.len() - 1 - usize::from(!dataset.robot.scrubs());
+            let places: Vec<usize> =
+                (0..shared).chain(dataset.unequal_sides.then_some(all.len() - 1)).collect();
             let values: Vec<f64> = places.iter().map(|&place| all[place]).collect();
-            let described = |&place: &usize| *verdict::of_torque(place);
+            let described = |&place: &usize| *verdict::TORQUE.get(place).unwrap_or(&verdict::IMBALANCE);
             let descriptions: Vec<verdict::Description> = places.iter().map(described).collect();
             let predict = |row: &Row<N>| model.power(&row.motion, row.mass).unwrap_or(f64::NAN);
             let gradient = |row: &Row<N>| {

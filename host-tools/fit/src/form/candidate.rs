@@ -6,7 +6,7 @@ use logs::robot::Robot;
 use model_core::coefficients::Robot as CoreRobot;
 
 use super::super::dataset::Row;
-use super::super::physical::{self, Bounds, Descent, Loss, Own, Parameters};
+use super::super::physical::{self, Bounds, Descent, Loss, Parameters};
 use super::super::pilot::Pilots;
 use super::nested::Form;
 
@@ -90,7 +90,7 @@ impl<'a, const N: usize> Problem<'a, N> {
             (open_s / USUAL_BLOCKS).clamp(LEAST_BLOCK_S, MOST_BLOCK_S)
         };
         let rows: Vec<Row<N>> = open.iter().map(|row| **row).collect();
-        let bounds = Bounds::of(core, &rows, robot.motor(), Own::default());
+        let bounds = Bounds::of(core, &rows, robot.motor(), false);
         let plain = physical::search(&rows, robot.drive(), Loss::Squares, &bounds, None);
         let loss = physical::usual_loss(&rows, robot.drive(), &plain.parameters);
         Self { robot, core, pilots, held_out, loss, block_s, folds: dealt(&open, block_s) }
@@ -150,7 +150,7 @@ impl<'a, const N: usize> Problem<'a, N> {
     }
 
     fn search(&self, form: &Form, rows: &[Row<N>], near: Option<&Parameters>) -> Descent {
-        let bounds = Bounds::of(self.core, rows, self.robot.motor(), form.own);
+        let bounds = Bounds::of(self.core, rows, self.robot.motor(), form.unequal_sides);
         physical::search(rows, self.robot.drive(), self.loss, &bounds, near)
     }
 

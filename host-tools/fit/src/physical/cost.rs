@@ -7,10 +7,10 @@ use rayon::prelude::*;
 
 use super::super::dataset::Row;
 
-/// How many parameters there are: what both sides share, their imbalance, and the gear's loss.
-pub const PARAMETERS: usize = torque::PARAMETERS + 2;
+/// How many parameters there are: what both sides share, and their imbalance.
+pub const PARAMETERS: usize = torque::PARAMETERS + 1;
 
-/// In the order of [`TorqueModel::to_array`], then the imbalance and the gear's loss.
+/// In the order of [`TorqueModel::to_array`], the imbalance last.
 pub type Parameters = SVector<f64, PARAMETERS>;
 
 type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
@@ -19,10 +19,7 @@ type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
 pub(super) const WINDING_LOSS: usize = 5;
 
 /// Place of the imbalance: the one parameter of either sign.
-pub const IMBALANCE: usize = torque::PARAMETERS;
-
-/// Place of the gear's loss.
-pub const GEAR_LOSS: usize = IMBALANCE + 1;
+const IMBALANCE: usize = PARAMETERS - 1;
 
 /// What a residual of r W costs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,15 +61,13 @@ const CHUNK: usize = 2048;
 /// The model of these parameters.
 pub fn torque(parameters: &Parameters) -> TorqueModel<f64> {
     let shared = parameters.fixed_rows::<{ torque::PARAMETERS }>(0).into_owned();
-    let (imbalance, gear_loss) = (parameters[IMBALANCE], parameters[GEAR_LOSS]);
-    TorqueModel { imbalance, gear_loss, ..TorqueModel::from_array(shared.into()) }
+    TorqueModel { imbalance: parameters[IMBALANCE], ..TorqueModel::from_array(shared.into()) }
 }
 
 /// The parameters of a model.
 pub fn parameters(torque: &TorqueModel<f64>) -> Parameters {
     let shared = torque.to_array();
-    let own = [torque.imbalance, torque.gear_loss];
-    Parameters::from_fn(|i, _| *shared.get(i).unwrap_or_else(|| &own[i - IMBALANCE]))
+    Parameters::from_fn(|i, _| shared.get(i).copied().unwrap_or(torque.imbalance))
 }
 
 /// Power of a row, W, and its slope; the slope is 0 where no wheel draws power.
@@ -87,18 +82,15 @@ pub fn predict<const N: usize>(torque: &TorqueModel<f64>, row: &Row<N>, drive: D
         }
         power += own;
         let by = wheel.speed + 2.0 * torque.winding_loss * total;
-        // What passes the gear.
-        let load = row.mass * torque.gear_factor(wheel);
         let along: [f64; PARAMETERS] = [
             wheel.direction,
-            wheel.direction * load,
+            wheel.direction * row.mass,
             wheel.speed,
             wheel.acceleration,
-            load * wheel.inertial_torque,
+            row.mass * wheel.inertial_torque,
             0.0,
-            load * wheel.scrub,
+            row.mass * wheel.scrub,
             wheel.side,
-            row.mass * torque.gear_share(wheel),
         ];
         for (slope, along) in slope.iter_mut().zip(along) {
             *slope += by * along;

@@ -32,7 +32,7 @@ pub fn restart<const N: usize>(
     huber: Option<Huber>,
     starts: u32,
 ) -> Restarts {
-    let bounds = Bounds::of(&dataset.robot, &dataset.store, robot.motor(), dataset.own);
+    let bounds = Bounds::of(&dataset.robot, &dataset.store, robot.motor(), dataset.unequal_sides);
     restart_within(&dataset.store, robot.drive(), &bounds, fitted, huber, starts)
 }
 

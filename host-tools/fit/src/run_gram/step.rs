@@ -15,7 +15,7 @@ use support::input::{MOST_DESCRIPTION, read_text};
 use super::local::Local;
 use super::read::checksum_of;
 use super::run::{RunGram, total};
-use crate::physical::{Bounds, Own, parameters, torque};
+use crate::physical::{Bounds, parameters, torque};
 use crate::verdict;
 
 /// A parameter before and after.
@@ -77,11 +77,16 @@ pub fn step<const N: usize>(robot: &Robot, file: &Path, runs: &[RunGram]) -> Res
         return Err(Error::failed("no row in which a wheel draws power; expected a drive"));
     }
     let start = parameters(&reference);
-    // Sides that were alike stay so; sums do not tell of the gear's loss, which stays what it is.
-    let (core, own) = (&next.coefficients.robot, Own::of(&reference));
-    let places = Own { gear_loss: false, ..own }.places(core.scrubs());
-    let shared = verdict::TORQUE.len() - usize::from(!core.scrubs());
-    let bounds = Bounds::up_to(core, all.summary.fastest_rad_s, robot.motor(), own);
+    // Wheels that do not scrub have no such parameter, sides that were alike stay so.
+    let shared = verdict::TORQUE.len() - usize::from(!next.coefficients.robot.scrubs());
+    let sides = (reference.imbalance != 0.0).then_some(start.len() - 1);
+    let places: Vec<usize> = (0..shared).chain(sides).collect();
+    let bounds = Bounds::up_to(
+        &next.coefficients.robot,
+        all.summary.fastest_rad_s,
+        robot.motor(),
+        reference.imbalance != 0.0,
+    );
     let of = |local: &Local| {
         let (normal, score) = (local.matrix(), local.scores());
         let matrix = DMatrix::from_fn(places.len(), places.len(), |i, j| normal[(places[i], places[j])]);
@@ -102,7 +107,7 @@ pub fn step<const N: usize>(robot: &Robot, file: &Path, runs: &[RunGram]) -> Res
     let mut moved = Vec::new();
     for (i, &place) in places.iter().enumerate() {
         values[place] += step[i];
-        let description = verdict::of_torque(place);
+        let description = verdict::TORQUE.get(place).unwrap_or(&verdict::IMBALANCE);
         moved.push(Moved {
             name: description.name,
             unit: description.unit,

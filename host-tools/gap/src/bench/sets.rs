@@ -118,7 +118,7 @@ pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str]) -> Result
         rows: 0,
         used: 0,
         excluded: 0,
-        own: fit::physical::Own::default(),
+        unequal_sides: false,
         masses: Vec::new(),
     };
     for (place, run) in raw.iter().enumerate() {

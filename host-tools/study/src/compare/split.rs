@@ -75,7 +75,7 @@ impl<const N: usize> Data<N> {
         let held_out = |time: f64| is_held_out(time, block_s);
         core.conditioning.delay = delay::choose(&split.training(undelayed));
         // The delay is every model's, the others are the signed model's own.
-        let mut terms = vec![Term::SlipMemory, Term::UnequalSides, Term::GearLoss];
+        let mut terms = vec![Term::SlipMemory, Term::UnequalSides];
         let headers = all.iter().map(|file| Header::open(context, file)).collect::<Result<Vec<_>>>()?;
         if headers.iter().all(|header| header.has(YAW_RATE)) {
             terms.push(Term::TrueSlip);
@@ -83,7 +83,7 @@ impl<const N: usize> Data<N> {
         let form = fit::choose_form(context, robot, &core, &terms, files, settings.mass_kg, &held_out)?;
         core.conditioning = form.conditioning;
         let mut train = Dataset::<N>::read(context, robot, core, files, &reading)?;
-        train.own = form.own;
+        train.unequal_sides = form.unequal_sides;
         // The fit has told already what it excluded.
         let read = points::read(context, robot, &core, files, settings.mass_kg, &wanted, train.stride)?;
         let (training, test) = match split {
