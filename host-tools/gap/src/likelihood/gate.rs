@@ -1,5 +1,6 @@
 //! Would as much be seen if other runs were called the field? Under "none" clean and field runs of
-//! like drives may change places: the share of relabelled sets that show as much is exact.
+//! like drives may change places: the share of relabelled sets that show as much is exact, but for
+//! the size about which a named effect is linear, which the given labels told.
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;

@@ -39,12 +39,7 @@ impl Scales {
         let has_clean = (0..posed.runs.len()).any(|run| !posed.is_field(run));
         let told: Vec<usize> =
             (0..posed.runs.len()).filter(|&run| !has_clean || !posed.is_field(run)).collect();
-        let others: Vec<usize> =
-            (0..posed.runs.len()).filter(|&run| has_clean && posed.is_field(run)).collect();
-        let variances = match std::env::var("POOL").is_ok() {
-            true => variances_of(posed, &told, &others, None)?,
-            false => variances_of(posed, &told, &[], None)?,
-        };
+        let variances = variances_of(posed, &told)?;
         let weights = scale_weights(told.len());
         let mut scales = Self {
             variances,
@@ -116,15 +111,10 @@ pub fn scale_weights(told: usize) -> Vec<f64> {
     weights.iter().map(|weight| weight - total).collect()
 }
 
-/// By the restricted likelihood of some runs, and of others that have something of their own.
-pub fn variances_of<const N: usize>(
-    posed: &Posed<'_, N>,
-    runs: &[usize],
-    others: &[usize],
-    start: Option<&Variances>,
-) -> Option<Variances> {
-    let of = |runs: &[usize]| runs.iter().map(|&run| &posed.runs[run].products).collect::<Vec<_>>();
-    variances::told(&of(runs), &of(others), posed.shape, &posed.groups, &posed.base, start)
+/// By the restricted likelihood of some runs.
+pub fn variances_of<const N: usize>(posed: &Posed<'_, N>, runs: &[usize]) -> Option<Variances> {
+    let products: Vec<_> = runs.iter().map(|&run| &posed.runs[run].products).collect();
+    variances::told(&products, &[], posed.shape, &posed.groups, &posed.base, None)
 }
 
 /// One hypothesis.
