@@ -17,8 +17,8 @@ use super::types::{Base, Options};
 
 /// The most structure, |z|, that parts of the clean runs show of each other, the mean of all deals;
 /// `None` where they are too few to be parted.
-pub(super) fn shown_by_clean<const N: usize>(
-    clean: &Runs<N>,
+pub(super) fn shown_by_clean(
+    clean: &Runs,
     lag: f64,
     base: &Base,
     parameters: usize,

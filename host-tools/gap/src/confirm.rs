@@ -90,7 +90,7 @@ impl ConfirmedShare {
 
     /// By a problem posed of locked runs, then clean ones, and what the locked ones leave before
     /// and after.
-    pub fn of<const N: usize>(locked: &Problem<'_, N>, residuals: &[Signal; 2]) -> Option<Self> {
+    pub fn of(locked: &Problem<'_>, residuals: &[Signal; 2]) -> Option<Self> {
         let runs = &locked.twin.runs.runs;
         let [before, after] = residuals;
         let added = (0..runs.len()).map(|place| match (before.get(place), after.get(place)) {
@@ -134,13 +134,13 @@ impl Confirmed {
 }
 
 /// Predicts the locked runs before and after, by what the open ones told.
-pub fn on_locked<const N: usize>(
-    runs: &Runs<N>,
+pub fn on_locked(
+    runs: &Runs,
     split: &Split,
-    clean: Option<&Runs<N>>,
+    clean: Option<&Runs>,
     base: &Base,
     state: &State,
-    open: &Problem<'_, N>,
+    open: &Problem<'_>,
     parameters: usize,
 ) -> Confirmed {
     let locked = runs.subset(&split.locked);
@@ -213,7 +213,7 @@ struct Misfit {
 }
 
 impl Misfit {
-    fn of<const N: usize>(clean: &Runs<N>, base: &Base, lag: f64, parameters: usize) -> Self {
+    fn of(clean: &Runs, base: &Base, lag: f64, parameters: usize) -> Self {
         let twin = Twin { runs: clean, drive: base.drive, lag, early: 0.0 };
         let state = State { torque: base.torque, effects: Vec::new() };
         let left = twin.residual(&state);
@@ -227,8 +227,8 @@ impl Misfit {
 
 /// Steps come at a time of their own in each run: in locked runs, too, it has to be looked for.
 /// Their size is not.
-pub(super) fn with_own_times<const N: usize>(
-    twin: &Twin<'_, N>,
+pub(super) fn with_own_times(
+    twin: &Twin<'_>,
     torque: TorqueModel<f64>,
     mut effects: Vec<(Regressor, f64)>,
 ) -> Vec<(Regressor, f64)> {

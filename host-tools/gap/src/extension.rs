@@ -25,7 +25,7 @@ use super::twin::{State, Twin};
 /// The file cannot be written; the effects are more than a board holds.
 pub fn write<const N: usize>(
     context: &Context,
-    runs: &Runs<N>,
+    runs: &Runs,
     report: &Report,
     base: &CoefficientsFile<N>,
     out: &Path,
@@ -72,12 +72,7 @@ pub struct Extension {
 /// Of the open runs of a report. `kept` says of each named effect whether it is added to the model:
 /// findings about runs are not. `base` is the noise of the model without effects, of which the
 /// extended one never has less.
-pub fn of<const N: usize>(
-    runs: &Runs<N>,
-    report: &Report,
-    kept: &[bool],
-    base: &Noise<f64>,
-) -> Option<Extension> {
+pub fn of(runs: &Runs, report: &Report, kept: &[bool], base: &Noise<f64>) -> Option<Extension> {
     let (joint, drive) = (report.covariance.as_ref()?, report.basis.as_ref()?.drive);
     let open = runs.subset(&report.split.open);
     // Estimators know of no lag.
@@ -91,7 +86,7 @@ pub fn of<const N: usize>(
     let kept: Vec<usize> = columns.enumerate().filter(|(_, kept)| *kept).map(|(column, _)| column).collect();
     let places: Vec<usize> = (0..parameters).chain(kept.iter().map(|column| parameters + column)).collect();
     let covariance = DMatrix::from_fn(places.len(), places.len(), |i, j| joint[(places[i], places[j])]);
-    let linear_beyond = base.linear_beyond(open.robot.cutoff_hz);
+    let linear_beyond = base.linear_beyond(open.robot.cutoff_hz());
     let mut windows =
         Windows { covariance: &covariance, base, linear_beyond, errors: Vec::new(), blocks: Vec::new() };
     for place in 0..open.runs.len() {
@@ -114,14 +109,7 @@ struct Windows<'a> {
 }
 
 impl Windows<'_> {
-    fn see<const N: usize>(
-        &mut self,
-        twin: &Twin<'_, N>,
-        place: usize,
-        state: &State,
-        parameters: usize,
-        kept: &[usize],
-    ) {
+    fn see(&mut self, twin: &Twin<'_>, place: usize, state: &State, parameters: usize, kept: &[usize]) {
         let predicted = twin.predict(place, state);
         let by_mass = twin.effect_slope(place, state, &Regressor::Masses, &predicted);
         let mut slopes = twin.base_slopes(place, state, &predicted, parameters);

@@ -12,7 +12,7 @@ use super::types::{Round, Scored, Status};
 /// With one mass the friction that grows with it and the friction that does not are one: what a
 /// kilogram more would do to the power is then a guess, and a mass that was noted wrongly stands
 /// for whatever differs (−58.7 kg was ice).
-pub(super) fn unidentifiable<const N: usize>(masses_kg: &[f64], runs: &Runs<N>) -> Vec<NotTestable> {
+pub(super) fn unidentifiable(masses_kg: &[f64], runs: &Runs) -> Vec<NotTestable> {
     if !has_one_mass(masses_kg, runs) {
         return Vec::new();
     }
@@ -36,7 +36,7 @@ pub(super) fn also_with_one_mass(named: &[Candidate], rounds: &[Round]) -> Vec<S
 
 /// Whether a base that was fitted to these total masses, kg, or to those of the runs where there
 /// are none, knows one mass only.
-pub(super) fn has_one_mass<const N: usize>(masses_kg: &[f64], runs: &Runs<N>) -> bool {
+pub(super) fn has_one_mass(masses_kg: &[f64], runs: &Runs) -> bool {
     let own: Vec<f64> = runs.runs.iter().flat_map(|run| &run.rows).map(|row| row.mass).collect();
     let known = if masses_kg.is_empty() { &own } else { masses_kg };
     let (low, high) =
@@ -54,7 +54,7 @@ mod tests {
     use super::{also_with_one_mass, unidentifiable};
     use crate::types::{Round, Scored, Status};
 
-    fn runs(masses: [f64; 2]) -> Runs<2> {
+    fn runs(masses: [f64; 2]) -> Runs {
         let core = Robot::named("burger").unwrap().core::<2>(2.0).unwrap();
         let raw = masses.map(|mass| {
             let sample = Sample { wheel_speed: [3.0, 2.0], wheel_acceleration: None, power: 1.0 };

@@ -29,19 +29,13 @@ use super::thresholds::name::{DELAY_SAMPLES, LEAST_FURTHER};
 use super::twin::{State, Twin};
 use super::types::{Base, Named, Options, Round, Verdict};
 use super::words;
-use model_core::kinematics::Kinematics;
 use nalgebra::DMatrix;
 
 /// Runs the workflow.
 ///
 /// # Errors
 /// Too few runs.
-pub fn investigate<const N: usize>(
-    runs: &Runs<N>,
-    clean: Option<&Runs<N>>,
-    base: &Base,
-    options: &Options,
-) -> Result<Report> {
+pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Options) -> Result<Report> {
     let threshold = if clean.is_some() { options.threshold } else { options.threshold_alone };
     let options = &Options { threshold, ..options.clone() };
     let split = split::by_run(runs)?;
@@ -135,7 +129,7 @@ pub fn investigate<const N: usize>(
     Ok(Report {
         verdict: found.verdict,
         effects: known.map_or(Vec::new(), |known| {
-            named_effects(&found.named, &found.state, known, &runs.robot.kinematics, options.slack)
+            named_effects(&found.named, &found.state, known, runs.robot.rows(), options.slack)
         }),
         ambiguous_with: found.ambiguous,
         not_testable,
@@ -186,12 +180,7 @@ struct Found {
 
 /// Round after round: is there structure, and what explains it? Noise alone makes a |z| of
 /// `by_noise` at most.
-fn search<const N: usize>(
-    problem: &Problem<'_, N>,
-    list: &[Candidate],
-    by_noise: f64,
-    options: &Options,
-) -> Found {
+fn search(problem: &Problem<'_>, list: &[Candidate], by_noise: f64, options: &Options) -> Found {
     let mut found = Found {
         verdict: Verdict::None,
         state: problem.start(),
@@ -273,7 +262,7 @@ impl Found {
     }
 
     /// Strikes of each tie whom the locked runs strike, too; see [`with_locked`].
-    fn part<const N: usize>(&mut self, all: &Problem<'_, N>, threshold: f64) {
+    fn part(&mut self, all: &Problem<'_>, threshold: f64) {
         for place in 0..self.ties.len() {
             let winner = self.ties[place][0].candidate.clone();
             let round = self.named.iter().take_while(|own| **own != winner).count();
@@ -315,11 +304,11 @@ impl Found {
 /// The effects with their sizes in the world, and the standard errors of a covariance whose
 /// last rows are theirs and whose first, if there are more, are the base's; these are uncertain
 /// by a share `slack` of their own besides.
-pub(crate) fn named_effects<const N: usize>(
+pub(crate) fn named_effects(
     named: &[Candidate],
     state: &State,
     covariance: &DMatrix<f64>,
-    kinematics: &Kinematics<f64, N>,
+    rows: [&[f64]; 3],
     slack: f64,
 ) -> Vec<Named> {
     let coefficients: Vec<f64> = state.effects.iter().map(|(_, coefficient)| *coefficient).collect();
@@ -328,7 +317,7 @@ pub(crate) fn named_effects<const N: usize>(
     for (place, value) in state.torque.to_array().iter().enumerate().take(first) {
         base[(place, place)] += (slack * value).powi(2);
     }
-    let world = World::new(kinematics, state.torque, base);
+    let world = World::new(rows, state.torque, base);
     let mut from = 0;
     let named = named.iter().map(|candidate| {
         let range = from..from + candidate.regressors.len();

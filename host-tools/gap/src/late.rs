@@ -22,12 +22,12 @@ pub(super) fn known(early: f64) -> Vec<(Regressor, f64)> {
 }
 
 /// A value a row of some runs, set earlier by `early` s.
-pub(super) fn earlier<const N: usize>(runs: &Runs<N>, signal: &Signal, early: f64) -> Signal {
+pub(super) fn earlier(runs: &Runs, signal: &Signal, early: f64) -> Signal {
     runs.runs.iter().zip(signal).map(|(run, values)| delayed(run, values, -early)).collect()
 }
 
 /// The runs with their power set earlier by `early` s.
-pub(super) fn in_time<const N: usize>(runs: &Runs<N>, early: f64) -> Runs<N> {
+pub(super) fn in_time(runs: &Runs, early: f64) -> Runs {
     let power = runs.runs.iter().map(|run| run.rows.iter().map(|row| row.power).collect()).collect();
     let power = earlier(runs, &power, early);
     let mut runs = runs.clone();
@@ -53,7 +53,7 @@ mod tests {
             for (row, later) in moved.rows.iter().zip(&run.rows[2..]) {
                 assert!((row.power - later.power).abs() < 1e-9, "{} {}", row.power, later.power);
             }
-            assert!(run.rows.iter().zip(&*moved.rows).all(|(a, b)| a.motion == b.motion && a.time == b.time));
+            assert!(run.rows.iter().zip(&*moved.rows).all(|(a, b)| a.wheels == b.wheels && a.time == b.time));
         }
         assert_eq!(in_whole_rows(0.4 * runs.period_s, runs.period_s), 0.0);
         assert!(known(0.0).is_empty());

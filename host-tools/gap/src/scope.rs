@@ -8,15 +8,15 @@ use super::identifiable::has_one_mass;
 use super::types::Base;
 
 /// Every candidate that these runs can show, and the effects that they cannot.
-pub(super) fn candidates<const N: usize>(runs: &Runs<N>, base: &Base) -> (Vec<Candidate>, Vec<NotTestable>) {
+pub(super) fn candidates(runs: &Runs, base: &Base) -> (Vec<Candidate>, Vec<NotTestable>) {
     effects::candidates(&scope(runs, base))
 }
 
-fn scope<const N: usize>(runs: &Runs<N>, known: &Base) -> Scope {
+fn scope(runs: &Runs, known: &Base) -> Scope {
     let base = &known.torque;
     let rows = || runs.runs.iter().flat_map(|run| &run.rows);
     let mut speeds: Vec<f64> = rows()
-        .flat_map(|row| row.motion.wheels.iter().map(|wheel| wheel.speed.abs()))
+        .flat_map(|row| row.wheels.iter().map(|wheel| wheel.speed.abs()))
         .filter(|speed| *speed > 0.0)
         .collect();
     let rank = speeds.len() * 95 / 100;
@@ -26,7 +26,7 @@ fn scope<const N: usize>(runs: &Runs<N>, known: &Base) -> Scope {
     };
     let count = rows().count().max(1) as f64;
     let mass = rows().map(|row| row.mass).sum::<f64>() / count;
-    let moving: Vec<f64> = rows().filter(|row| row.motion.is_moving()).map(|row| row.power.abs()).collect();
+    let moving: Vec<f64> = rows().filter(|row| row.wheels.is_moving()).map(|row| row.power.abs()).collect();
     let torque = (base.coulomb + base.rolling * mass + base.viscous * speed) * (1.0 + f64::EPSILON);
     let last = runs.runs.iter().filter_map(|run| run.rows.last());
     let column = |name: &String| {
@@ -39,14 +39,14 @@ fn scope<const N: usize>(runs: &Runs<N>, known: &Base) -> Scope {
         regenerative: known.drive == Drive::Regenerative,
         one_mass: has_one_mass(&known.masses_kg, runs),
         scrubs: runs.robot.scrubs(),
-        slips: !runs.robot.conditioning.slip.is_off(),
-        static_power: runs.robot.static_power,
-        sides: runs.layout.side.to_vec(),
+        slips: !runs.robot.conditioning().slip.is_off(),
+        static_power: runs.robot.static_power(),
+        sides: runs.robot.sides(),
         columns: runs.columns.iter().filter_map(column).collect(),
         speed,
         torque: torque.max(1e-6),
         mass,
-        empty: runs.robot.range.no_load(),
+        empty: runs.robot.range().no_load(),
         lightest: rows().map(|row| row.mass).fold(f64::INFINITY, f64::min),
         duration: last.map(|row| row.time).fold(1.0, f64::max),
         power: moving.iter().sum::<f64>() / moving.len().max(1) as f64,

@@ -8,42 +8,33 @@ use crate::noise::whiten::Signal;
 
 /// The functions, one signal each. All vary about as gently as an effect would, and none asks for
 /// the model.
-pub fn functions<const N: usize>(runs: &Runs<N>) -> Vec<Signal> {
+pub fn functions(runs: &Runs) -> Vec<Signal> {
     let rows = || runs.runs.iter().flat_map(|run| &run.rows);
-    let most = |values: &dyn Fn(&logs::runs::Row<N>) -> f64| rows().map(values).fold(1e-9, f64::max);
-    let wheels = |row: &logs::runs::Row<N>| {
-        row.motion.wheels.iter().map(|wheel| wheel.speed.abs()).sum::<f64>() / N as f64
-    };
-    let gain = |row: &logs::runs::Row<N>| {
-        row.motion.wheels.iter().map(|wheel| wheel.speed * wheel.acceleration).sum::<f64>() / N as f64
-    };
+    let most = |values: &dyn Fn(&logs::runs::Row) -> f64| rows().map(values).fold(1e-9, f64::max);
+    let wheels = |row: &logs::runs::Row| row.wheels.mean_speed();
+    let gain = |row: &logs::runs::Row| row.wheels.mean(|wheel| wheel.speed * wheel.acceleration);
     let (top, top_turn) = (most(&wheels), most(&|row| row.turn_rate.abs()));
     let top_gain = most(&|row| gain(row).abs());
     let (heaviest, longest) = (most(&|row| row.mass), most(&|row| row.time));
     let lightest = rows().map(|row| row.mass).fold(f64::INFINITY, f64::min);
     let middle = 0.5 * (heaviest + lightest);
     let reach = (0.5 * (heaviest - lightest)).max(1e-9);
+    let sides = runs.robot.sides();
     let mut values: Vec<Vec<Vec<f64>>> = Vec::new();
     for run in &runs.runs {
         let mut columns: Vec<Vec<f64>> = Vec::new();
         for row in &run.rows {
             let s = wheels(row) / top;
-            let moving = f64::from(u8::from(row.motion.is_moving()));
+            let moving = f64::from(u8::from(row.wheels.is_moving()));
             let o = row.turn_rate.abs() / top_turn;
             let signed_turn = row.turn_rate / top_turn;
             let g = gain(row) / top_gain;
             let m = (row.mass - middle) / reach;
             let t = row.time / longest - 0.5;
-            let direction =
-                row.speed / (runs.robot.kinematics.rows()[0].iter().map(|r| r.abs()).sum::<f64>() * top);
-            let side: f64 = row
-                .motion
-                .wheels
-                .iter()
-                .zip(runs.layout.side)
-                .map(|(wheel, side)| side * wheel.speed.abs())
-                .sum::<f64>()
-                / (N as f64 * top);
+            let direction = row.speed / (runs.robot.rows()[0].iter().map(|r| r.abs()).sum::<f64>() * top);
+            let side: f64 =
+                row.wheels.iter().zip(&sides).map(|(wheel, side)| side * wheel.speed.abs()).sum::<f64>()
+                    / (sides.len() as f64 * top);
             let slow = |share: f64| moving * (-(s / share).powi(2)).exp();
             let [cos, sin] = row.heading;
             let braking = g.min(0.0);
@@ -107,13 +98,13 @@ pub fn functions<const N: usize>(runs: &Runs<N>) -> Vec<Signal> {
 }
 
 /// How many of the [`functions`] ask for no further column.
-pub fn count_own<const N: usize>(runs: &Runs<N>, functions: &[Signal]) -> usize {
+pub fn count_own(runs: &Runs, functions: &[Signal]) -> usize {
     functions.len() - further(runs).len()
 }
 
 /// Places of the further columns that every run has and that may say why the power differs: what it
 /// is computed from (a current that follows it, another power) differs with it, whatever the cause.
-pub fn further<const N: usize>(runs: &Runs<N>) -> Vec<usize> {
+pub fn further(runs: &Runs) -> Vec<usize> {
     let is_there = |place: &usize| runs.runs.iter().all(|run| !run.extra(*place).is_empty());
     let is_electric =
         |place: usize| runs.columns[place].ends_with("_a") || runs.columns[place].ends_with("_w");
@@ -122,7 +113,7 @@ pub fn further<const N: usize>(runs: &Runs<N>) -> Vec<usize> {
 }
 
 /// Squared correlation of a column with the power: on the clean runs, where there are any.
-fn follows_power<const N: usize>(runs: &Runs<N>, place: usize) -> f64 {
+fn follows_power(runs: &Runs, place: usize) -> f64 {
     let has_clean = runs.runs.iter().any(|run| run.clean);
     let told = || {
         let runs = runs.runs.iter().filter(move |run| run.clean || !has_clean);
@@ -141,7 +132,7 @@ fn follows_power<const N: usize>(runs: &Runs<N>, place: usize) -> f64 {
 /// Those of some signals of field and clean runs that clean runs say something about. What hardly
 /// varies in them (a door that was shut, a slope on level ground) would else be taken for what the
 /// base gets wrong anyway, whatever it does in the field.
-pub fn shown_by_clean<const N: usize>(runs: &Runs<N>, signals: Vec<Signal>) -> Vec<Signal> {
+pub fn shown_by_clean(runs: &Runs, signals: Vec<Signal>) -> Vec<Signal> {
     let variance = |signal: &Signal, clean: bool| {
         let values = || {
             let runs = runs.runs.iter().zip(signal).filter(move |(run, _)| run.clean == clean);

@@ -31,12 +31,12 @@ impl Split {
 ///
 /// # Errors
 /// Fewer runs than naming and confirming need.
-pub fn by_run<const N: usize>(runs: &Runs<N>) -> Result<Split> {
+pub fn by_run(runs: &Runs) -> Result<Split> {
     in_order(&by_mass(runs))
 }
 
 /// Places of runs in the order of their payloads.
-pub fn by_mass<const N: usize>(runs: &Runs<N>) -> Vec<usize> {
+pub fn by_mass(runs: &Runs) -> Vec<usize> {
     let mut order: Vec<(f64, usize)> = runs
         .runs
         .iter()

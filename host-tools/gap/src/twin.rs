@@ -1,10 +1,11 @@
 //! The digital twin: the fitted model, extended by effects, along the wheel speeds of a run.
 
-use logs::runs::{Row, Run, Runs};
+use logs::runs::{Run, Runs};
+use logs::with_core;
 use model::effects::{Regressor, Switched};
-use model_core::coefficients::Robot;
+use model_core::coefficients::Robot as CoreRobot;
 use model_core::delay::cubic;
-use model_core::effects::{Effect, Extended, Heat, Scene, Side, Term};
+use model_core::effects::{Effect, Extended, Heat, Layout, Scene, Side, Term};
 use model_core::motion::{Motion, Wheel};
 use model_core::torque::{Drive, PARAMETERS, TorqueModel};
 
@@ -52,9 +53,9 @@ pub struct State {
 
 /// Predicts power, W.
 #[derive(Debug, Clone, Copy)]
-pub struct Twin<'a, const N: usize> {
+pub struct Twin<'a> {
     /// The runs.
-    pub runs: &'a Runs<N>,
+    pub runs: &'a Runs,
     /// Whether the drives clamp.
     pub drive: Drive,
     /// By how much power is later than speed in clean runs already, s: sensors average over the
@@ -64,13 +65,15 @@ pub struct Twin<'a, const N: usize> {
     pub early: f64,
 }
 
-impl<const N: usize> Twin<'_, N> {
-    fn scene(row: &Row<N>, mass: f64, pitch: f64, warmth: [f64; N]) -> Scene<f64, N> {
-        Scene { mass, time: row.time, pitch, heading: row.heading, warmth, still: row.still, driver: 0.0 }
-    }
-
+impl Twin<'_> {
     /// Power of one run, W, one value a row.
     pub fn predict(&self, place: usize, state: &State) -> Vec<f64> {
+        with_core!(&self.runs.robot, core => self.predicted(core, place, state))
+    }
+
+    fn predicted<const N: usize>(&self, core: &CoreRobot<f64, N>, place: usize, state: &State) -> Vec<f64> {
+        let layout = Layout::new(&core.kinematics);
+        let CoreRobot { conditioning, dead_band, .. } = core;
         let run = &self.runs.runs[place];
         let mut effects: Vec<Effect<f64>> = Vec::new();
         let (mut shift, mut scales, mut softer) = (0.0, Vec::new(), 0.0);
@@ -114,14 +117,16 @@ impl<const N: usize> Twin<'_, N> {
         let mut power: Vec<f64> = Vec::with_capacity(run.rows.len());
         for (index, row) in run.rows.iter().enumerate() {
             let mass = row.mass + shift;
-            let mut motion = if scales.is_empty() { row.motion } else { self.scaled(&row.motion, &scales) };
+            let mut motion = row.wheels.motion::<N>();
+            if !scales.is_empty() {
+                motion = scaled(core, &layout, &motion, &scales);
+            }
             let slips = switched.iter().filter(|own| own.is(Switched::HalfSlip));
             let softer = slips
                 .map(|own| own.coefficient * self.shown(run, own.when, row.time))
                 .fold(softer, |sum, own| sum + own);
             if softer != 0.0 {
-                let Robot { conditioning, dead_band, .. } = &self.runs.robot;
-                self.runs.layout.soften(&mut motion, &conditioning.slip, softer, *dead_band);
+                layout.soften(&mut motion, &conditioning.slip, softer, *dead_band);
             }
             let warmth = match warm {
                 Some(Regressor::Heat(time)) => {
@@ -150,11 +155,13 @@ impl<const N: usize> Twin<'_, N> {
             let extended = Extended {
                 torque: state.torque,
                 drive: self.drive,
-                layout: self.runs.layout,
-                dead_band: self.runs.robot.dead_band,
+                layout,
+                dead_band: *dead_band,
                 effects: &effects,
             };
-            let mut sum = extended.power(&motion, &Self::scene(row, mass, pitch, warmth));
+            let (time, heading, still) = (row.time, row.heading, row.still);
+            let scene = Scene { mass, time, pitch, heading, warmth, still, driver: 0.0 };
+            let mut sum = extended.power(&motion, &scene);
             let of_power = |own: &&Switching| !own.is(Switched::Rolling) && !own.is(Switched::HalfSlip);
             for own in switched.iter().filter(of_power) {
                 sum += own.coefficient * self.shown(run, own.when, row.time);
@@ -170,32 +177,11 @@ impl<const N: usize> Twin<'_, N> {
     }
 
     /// How much of what is switched the filter shows at a time.
-    fn shown(&self, run: &Run<N>, when: When, time: f64) -> f64 {
+    fn shown(&self, run: &Run, when: When, time: f64) -> f64 {
         match when {
             When::From(_, from) => self.runs.step.at(time - from),
             When::Moving(hold) => run.motions.shown(&self.runs.step, hold, time),
         }
-    }
-
-    /// The motion when the encoders of a side show more than there is.
-    fn scaled(&self, motion: &Motion<f64, N>, scales: &[(f64, f64)]) -> Motion<f64, N> {
-        let mut factors = [1.0; N];
-        for &(side, share) in scales {
-            self.runs.layout.scale(&mut factors, side_of(side), share);
-        }
-        let accelerations = std::array::from_fn(|i| motion.wheels[i].acceleration * factors[i]);
-        let torques = self.runs.robot.mass_matrix.torque_per_kg(&accelerations);
-        let wheels = std::array::from_fn(|i| {
-            let wheel = motion.wheels[i];
-            let inertial_torque = if wheel.direction == 0.0 { 0.0 } else { torques[i] };
-            Wheel {
-                speed: wheel.speed * factors[i],
-                acceleration: accelerations[i],
-                inertial_torque,
-                ..wheel
-            }
-        });
-        Motion { wheels }
     }
 
     /// ∂P/∂θ of one run: one vector a parameter of the base. Effects shift the torque about which
@@ -273,6 +259,28 @@ impl<const N: usize> Twin<'_, N> {
     }
 }
 
+/// The motion when the encoders of a side show more than there is.
+fn scaled<const N: usize>(
+    core: &CoreRobot<f64, N>,
+    layout: &Layout<f64, N>,
+    motion: &Motion<f64, N>,
+    scales: &[(f64, f64)],
+) -> Motion<f64, N> {
+    let mut factors = [1.0; N];
+    for &(side, share) in scales {
+        layout.scale(&mut factors, side_of(side), share);
+    }
+    let accelerations = std::array::from_fn(|i| motion.wheels[i].acceleration * factors[i]);
+    let torques = core.mass_matrix.torque_per_kg(&accelerations);
+    let wheels = std::array::from_fn(|i| {
+        let wheel = motion.wheels[i];
+        let inertial_torque = if wheel.direction == 0.0 { 0.0 } else { torques[i] };
+        let (speed, acceleration) = (wheel.speed * factors[i], accelerations[i]);
+        Wheel { speed, acceleration, inertial_torque, ..wheel }
+    });
+    Motion { wheels }
+}
+
 /// −1 left, 1 right, 0 both.
 pub fn side_of(side: f64) -> Side {
     match side {
@@ -308,7 +316,7 @@ fn add(power: &mut [f64], column: &[f64], coefficient: f64) {
 /// The power as it would be seen later by `delay` s: cubics through four rows, held at the ends of
 /// a run. Straight lines would smooth the power more the farther they are from a row, which looks
 /// like an effect.
-pub(super) fn delayed<const N: usize>(run: &Run<N>, power: &[f64], delay: f64) -> Vec<f64> {
+pub(super) fn delayed(run: &Run, power: &[f64], delay: f64) -> Vec<f64> {
     let rows = &run.rows;
     let last = rows.len() - 1;
     let mut from = 0;
@@ -339,7 +347,7 @@ mod tests {
     use super::*;
 
     /// A Husky's curves of many radii, its scrub following at once, with this half slip.
-    fn curves(half_slip: f64) -> Runs<2> {
+    fn curves(half_slip: f64) -> Runs {
         let mut core = logs::robot::Robot::named("husky").unwrap().core::<2>(2.0).unwrap();
         core.conditioning.slip = SlipMemory { half_slip, relaxation: 0.0 };
         let rows = (0..600).map(|k| {

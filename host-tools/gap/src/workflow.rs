@@ -90,10 +90,10 @@ impl Engine {
     ///
     /// # Errors
     /// Too few runs, or runs without steady rows.
-    pub fn investigate<const N: usize>(
+    pub fn investigate(
         self,
-        runs: &Runs<N>,
-        clean: Option<&Runs<N>>,
+        runs: &Runs,
+        clean: Option<&Runs>,
         base: &Base,
         options: &Options,
     ) -> Result<Report> {
@@ -242,12 +242,12 @@ fn answer<const N: usize>(context: &Context, request: &Request<'_>) -> Result<An
         (None, Some((file, fitted))) => fitted_base(file, fitted)?,
         (None, None) => own_base(context, robot, logs, mass)?,
     };
-    let raw = Runs::<N>::raw(context, robot, logs, mass, &named)?;
+    let raw = Runs::raw::<N>(context, robot, logs, mass, &named)?;
     let mut runs = Runs::condition(&core, raw.clone())?;
     let raw_clean = match (&simulator, &clean_logs[..]) {
         (Some(simulator), _) => Some(simulator.raw.clone()),
         (None, []) => None,
-        (None, files) => Some(Runs::<N>::raw(context, robot, files, mass, &named)?),
+        (None, files) => Some(Runs::raw::<N>(context, robot, files, mass, &named)?),
     };
     let mut clean = raw_clean.clone().map(|raw| Runs::condition(&core, raw)).transpose()?;
     if let (Some(simulator), Some(clean)) = (&simulator, &clean) {
@@ -384,7 +384,7 @@ fn own_base<const N: usize>(
 }
 
 /// Mean total mass of the rows, kg.
-fn mean_mass<const N: usize>(runs: &Runs<N>) -> f64 {
+fn mean_mass(runs: &Runs) -> f64 {
     let masses = || runs.runs.iter().flat_map(|run| run.rows.iter().map(|row| row.mass));
     masses().sum::<f64>() / masses().count().max(1) as f64
 }

@@ -100,7 +100,7 @@ fn is_same(one: &Path, other: &Path) -> Result<bool> {
 ///
 /// # Errors
 /// A run whose power is far from what moving the robot can take.
-pub fn check_power<const N: usize>(context: &Context, runs: &Runs<N>) -> Result<()> {
+pub fn check_power(context: &Context, runs: &Runs) -> Result<()> {
     let mut moves = false;
     for run in &runs.runs {
         let Some((ratio, power)) = transport(runs, run) else { continue };
@@ -121,20 +121,16 @@ pub fn check_power<const N: usize>(context: &Context, runs: &Runs<N>) -> Result<
 
 /// Median power of a run in motion, per median of weight times the wheels' speed on the ground, and
 /// that power, W.
-fn transport<const N: usize>(runs: &Runs<N>, run: &Run<N>) -> Option<(f64, f64)> {
+fn transport(runs: &Runs, run: &Run) -> Option<(f64, f64)> {
     // What all wheels add to the speed, at equal speeds: their radius.
-    let radius = runs.robot.kinematics.rows()[..2]
+    let radius = runs.robot.rows()[..2]
         .iter()
         .map(|row| row.iter().map(|share| share.abs()).sum::<f64>())
         .fold(0.0, f64::max);
-    let moving = || run.rows.iter().filter(|row| row.motion.is_moving());
+    let moving = || run.rows.iter().filter(|row| row.wheels.is_moving());
     let mut power: Vec<f64> = moving().map(|row| row.power.abs()).collect();
-    let mut carried: Vec<f64> = moving()
-        .map(|row| {
-            let speed = row.motion.wheels.iter().map(|wheel| wheel.speed.abs()).sum::<f64>() / N as f64;
-            GRAVITY * row.mass * speed * radius
-        })
-        .collect();
+    let mut carried: Vec<f64> =
+        moving().map(|row| GRAVITY * row.mass * row.wheels.mean_speed() * radius).collect();
     let (power, carried) = (middle(&mut power)?, middle(&mut carried)?);
     (carried > 0.0).then_some((power / carried, power))
 }

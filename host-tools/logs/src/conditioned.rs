@@ -42,7 +42,7 @@ pub(super) fn condition<const N: usize>(
     run: RawRun<N>,
     columns: &[String],
     stride: usize,
-) -> Result<Run<N>> {
+) -> Result<Run> {
     let mut conditioner = conditioner(core, Path::new(&run.name), run.period_s)?;
     let filter = filter(core, run.period_s, &run.name)?;
     let yaw_rate = run.columns.iter().position(|name| name == YAW_RATE);
@@ -87,7 +87,7 @@ pub(super) fn condition<const N: usize>(
         }
         if since.is_multiple_of(stride) {
             rows.push(Row {
-                motion: now.motion,
+                wheels: (&now.motion).into(),
                 power: now.power,
                 mass: *mass,
                 time: course.time(),

@@ -2,16 +2,15 @@
 
 use std::sync::Arc;
 
-use model_core::motion::Motion;
-
 use super::motions::Motions;
+use super::robot::chassis::Wheels;
 use super::shared::Shared;
 
 /// One row after the filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Row<const N: usize> {
+pub struct Row {
     /// The wheels.
-    pub motion: Motion<f64, N>,
+    pub wheels: Wheels,
     /// Actuation power, W.
     pub power: f64,
     /// Total mass as the log tells it, kg.
@@ -32,11 +31,11 @@ pub struct Row<const N: usize> {
 
 /// One run; a clone shares its rows and columns.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Run<const N: usize> {
+pub struct Run {
     /// Its log, and its name there where the log holds several.
     pub name: String,
     /// Its rows.
-    pub rows: Shared<Row<N>>,
+    pub rows: Shared<Row>,
     /// Further columns after the filter, in the order of
     /// [`Runs::columns`](super::runs::Runs::columns); empty where this run lacks one.
     pub extras: Vec<Shared<f64>>,
@@ -46,7 +45,7 @@ pub struct Run<const N: usize> {
     pub clean: bool,
 }
 
-impl<const N: usize> Run<N> {
+impl Run {
     /// The further column at this place; empty where the run lacks it.
     pub fn extra(&self, place: usize) -> &[f64] {
         self.extras.get(place).map_or(&[], |column| column)

@@ -6,7 +6,6 @@ use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 
 use model_core::coefficients::Robot as CoreRobot;
-use model_core::effects::Layout;
 use support::context::Context;
 use support::error::{Error, Result};
 
@@ -17,6 +16,7 @@ pub use super::raw::RawRun;
 pub use super::row::{Row, Run};
 use super::shared::Shared;
 use crate::robot::Robot;
+use crate::robot::chassis::Chassis;
 
 /// Rows a second that are kept, at most about.
 const ROWS_PER_S: f64 = 20.0;
@@ -34,28 +34,26 @@ const SAME_PERIOD: f64 = 0.1;
 
 /// All runs.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Runs<const N: usize> {
+pub struct Runs {
     /// The robot, with the filter's cutoff.
-    pub robot: CoreRobot<f64, N>,
-    /// Where its wheels are.
-    pub layout: Layout<f64, N>,
+    pub robot: Chassis,
     /// Names of further columns.
     pub columns: Vec<String>,
     /// The runs.
-    pub runs: Vec<Run<N>>,
+    pub runs: Vec<Run>,
     /// Time between rows, s.
     pub period_s: f64,
     /// How the filter shows what is switched.
     pub step: Step,
 }
 
-impl<const N: usize> Runs<N> {
+impl Runs {
     /// Reads the logs of a robot; each value of a `run` column is a run.
     ///
     /// # Errors
     /// A log that cannot be read or is not one of this robot; runs of different sample rates; a run
     /// too short for the filter.
-    pub fn read(
+    pub fn read<const N: usize>(
         context: &Context,
         robot: &Robot,
         core: &CoreRobot<f64, N>,
@@ -69,7 +67,7 @@ impl<const N: usize> Runs<N> {
     ///
     /// # Errors
     /// As [`read`](Self::read).
-    pub fn read_with(
+    pub fn read_with<const N: usize>(
         context: &Context,
         robot: &Robot,
         core: &CoreRobot<f64, N>,
@@ -84,7 +82,7 @@ impl<const N: usize> Runs<N> {
     ///
     /// # Errors
     /// A log that cannot be read or is not one of this robot.
-    pub fn raw(
+    pub fn raw<const N: usize>(
         context: &Context,
         robot: &Robot,
         files: &[PathBuf],
@@ -98,7 +96,7 @@ impl<const N: usize> Runs<N> {
     ///
     /// # Errors
     /// As [`read`](Self::read).
-    pub fn condition(core: &CoreRobot<f64, N>, raw: Vec<RawRun<N>>) -> Result<Self> {
+    pub fn condition<const N: usize>(core: &CoreRobot<f64, N>, raw: Vec<RawRun<N>>) -> Result<Self> {
         let mut columns: Vec<String> = Vec::new();
         let mut seen: HashSet<&str> = HashSet::new();
         for name in raw.iter().flat_map(|run| &run.columns) {
@@ -123,8 +121,7 @@ impl<const N: usize> Runs<N> {
             runs.push(conditioned::condition(core, run, &columns, stride as usize)?);
         }
         Ok(Self {
-            robot: *core,
-            layout: Layout::new(&core.kinematics),
+            robot: Chassis::new(core),
             columns,
             runs,
             period_s: period * stride,
@@ -142,8 +139,7 @@ impl<const N: usize> Runs<N> {
     pub fn subset(&self, places: &[usize]) -> Self {
         let runs = places.iter().map(|&place| self.runs[place].clone()).collect();
         Self {
-            robot: self.robot,
-            layout: self.layout,
+            robot: self.robot.clone(),
             columns: self.columns.clone(),
             runs,
             period_s: self.period_s,
@@ -192,7 +188,7 @@ mod tests {
 
     use super::*;
 
-    fn runs(columns: &[&str]) -> Runs<2> {
+    fn runs(columns: &[&str]) -> Runs {
         let core = Robot::named("burger").unwrap().core::<2>(2.0).unwrap();
         let sample = |i: usize| Sample {
             wheel_speed: [3.0 + (0.05 * i as f64).sin(), 2.0],

@@ -99,7 +99,7 @@ pub fn one(robot: &Robot, case: &Case) -> Result<Option<Parted>> {
     Ok(Some(Parted { case, tie, suggestion, names: names_after, ending }))
 }
 
-fn look(clean: &Clean, raw: &[RawRun<2>], case: &Case) -> Result<(Runs<2>, Report)> {
+fn look(clean: &Clean, raw: &[RawRun<2>], case: &Case) -> Result<(Runs, Report)> {
     let runs = Runs::condition(&clean.core, raw.to_vec())?;
     let options = Options { removed: case.removed.clone(), ..Options::default() };
     let report = investigate(&runs, Some(&clean.runs), &clean.base, &options)?;

@@ -94,7 +94,7 @@ pub struct Clean {
     /// The fit.
     pub base: Base,
     /// Its runs.
-    pub runs: Runs<2>,
+    pub runs: Runs,
     /// The robot.
     pub core: CoreRobot<f64, 2>,
     /// What mass estimates with the base have to expect.

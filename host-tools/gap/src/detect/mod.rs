@@ -21,8 +21,8 @@ pub(super) struct Structure {
     pub(super) further: Vec<Candidate>,
 }
 
-pub(super) fn structure<const N: usize>(
-    problem: &Problem<'_, N>,
+pub(super) fn structure(
+    problem: &Problem<'_>,
     state: &State,
     list: &[Candidate],
     named: &[Candidate],
@@ -102,7 +102,7 @@ fn may_stand_with(named: &[Candidate], candidate: &Candidate) -> bool {
 }
 
 /// Greatest |z| of the effects' own columns times something else; 0 without effects.
-pub(super) fn shape_test<const N: usize>(problem: &Problem<'_, N>, state: &State) -> f64 {
+pub(super) fn shape_test(problem: &Problem<'_>, state: &State) -> f64 {
     let signals = shape_test::deformations(problem, state);
     let Some(linear) = problem.linear(state, &[], &signals) else { return 0.0 };
     let scores = (0..signals.len()).filter_map(|further| linear.score(further));
@@ -137,7 +137,7 @@ mod tests {
         }
         let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
         let mut problem = example::bare(twin, torque, 0);
-        let greatest = |problem: &Problem<'_, 2>| structure(problem, &problem.start(), &[], &[]).greatest;
+        let greatest = |problem: &Problem<'_>| structure(problem, &problem.start(), &[], &[]).greatest;
         let usual = greatest(&problem);
         problem.in_runs = 1.3;
         let less = greatest(&problem);

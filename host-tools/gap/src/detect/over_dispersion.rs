@@ -20,7 +20,7 @@ pub struct OverDispersion {
 impl OverDispersion {
     /// Of the runs at a state; `None` without clean runs, which alone say what is usual, or with
     /// fewer than two of a kind.
-    pub fn of<const N: usize>(problem: &Problem<'_, N>, state: &State) -> Option<Self> {
+    pub fn of(problem: &Problem<'_>, state: &State) -> Option<Self> {
         let runs = problem.twin.runs;
         if !runs.runs.iter().any(|run| run.clean) {
             return None;
@@ -33,7 +33,7 @@ impl OverDispersion {
             let places = (0..runs.runs.len()).filter(|&place| runs.runs[place].clean == clean);
             let square = |place: usize| {
                 // At rest there is nothing to scatter, and clean runs hardly rest.
-                let moves = |row: usize| runs.runs[place].rows[row].motion.is_moving();
+                let moves = |row: usize| runs.runs[place].rows[row].wheels.is_moving();
                 let rows = (0..white[place].len()).filter(|&row| known[place][row] > 0.0 && moves(row));
                 let squares: Vec<f64> = rows
                     .map(|row| (white[place][row] / usual[place][row]).abs().min(MOST_SIGMAS).powi(2))

@@ -29,7 +29,7 @@ struct Times {
 
 /// Candidates for steps and for masses that were noted wrongly, as far as they stand out of the
 /// noise.
-pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State) -> Vec<(Candidate, f64)> {
+pub(super) fn candidates(problem: &Problem<'_>, state: &State) -> Vec<(Candidate, f64)> {
     let mut found = Vec::new();
     let Some(in_run) = InRun::new(problem, state) else { return found };
     let runs = problem.twin.runs.runs.len();
@@ -51,7 +51,7 @@ pub(super) fn candidates<const N: usize>(problem: &Problem<'_, N>, state: &State
     }
 
     let mut kinds = vec![(&STATIC_STEP, Switched::Static), (&SURFACE_SWITCH, Switched::Rolling)];
-    if !problem.twin.runs.robot.conditioning.slip.is_off() {
+    if !problem.twin.runs.robot.conditioning().slip.is_off() {
         kinds.push((&SURFACE_SWITCH, Switched::HalfSlip));
     }
     for (entry, what) in kinds {
@@ -136,15 +136,10 @@ fn wrong_masses(scores: &[(usize, f64)], least: [f64; 2], open: usize) -> Vec<Ve
 
 /// Masses of single runs: at least those of the empty robot, and not above the greatest noted by
 /// more than that.
-fn mislabelled<const N: usize>(
-    problem: &Problem<'_, N>,
-    wrong: Vec<Regressor>,
-    detail: Detail,
-    search: f64,
-) -> Candidate {
+fn mislabelled(problem: &Problem<'_>, wrong: Vec<Regressor>, detail: Detail, search: f64) -> Candidate {
     let masses = |run: usize| problem.twin.runs.runs[run].rows.iter().map(|row| row.mass);
     let heaviest = (0..problem.twin.runs.runs.len()).flat_map(masses).fold(0.0, f64::max);
-    let empty = LIGHTEST * problem.twin.runs.robot.range.no_load();
+    let empty = LIGHTEST * problem.twin.runs.robot.range().no_load();
     let least: Vec<f64> = wrong
         .iter()
         .filter_map(Regressor::run)
@@ -154,28 +149,23 @@ fn mislabelled<const N: usize>(
 }
 
 /// z of one run's mass.
-fn mass_score<const N: usize>(
-    problem: &Problem<'_, N>,
-    state: &State,
-    in_run: &InRun<'_, N>,
-    run: usize,
-) -> Option<f64> {
+fn mass_score(problem: &Problem<'_>, state: &State, in_run: &InRun<'_>, run: usize) -> Option<f64> {
     let raw = problem.twin.columns(run, state, 0, &[Regressor::Mass(run)]);
     let column = problem.noise.whiten(problem.twin.runs, run, &raw[0]);
     in_run.z(run, &column, &in_run.products(run, &column))
 }
 
 /// Base and effects moving along with columns that live in one run.
-struct InRun<'a, const N: usize> {
-    problem: &'a Problem<'a, N>,
+struct InRun<'a> {
+    problem: &'a Problem<'a>,
     panel: Panel<'a>,
     /// The equations of base and effects, over all runs.
     factored: Factored,
     size: usize,
 }
 
-impl<'a, const N: usize> InRun<'a, N> {
-    fn new(problem: &'a Problem<'a, N>, state: &State) -> Option<Self> {
+impl<'a> InRun<'a> {
+    fn new(problem: &'a Problem<'a>, state: &State) -> Option<Self> {
         let panel = problem.panel(state, &[], &[]);
         let factored = problem.factored(&panel.products().total(None), state, problem.active(state))?;
         Some(Self { problem, panel, factored, size: problem.first_further(state) })
@@ -203,7 +193,7 @@ impl<'a, const N: usize> InRun<'a, N> {
 }
 
 /// The times at which a step explains most.
-fn times<const N: usize>(in_run: &InRun<'_, N>, state: &State, what: Switched) -> Times {
+fn times(in_run: &InRun<'_>, state: &State, what: Switched) -> Times {
     let problem = in_run.problem;
     let runs = problem.twin.runs;
     let longest = runs.runs.iter().filter_map(|run| run.rows.last()).map(|row| row.time).fold(0.0, f64::max);

@@ -19,14 +19,14 @@ use crate::twin::State;
 
 /// Columns of the state's effects times speed, time, mass, turn rate and acceleration, whitened; of
 /// braking power that returns times the turn rate only. 0 in clean runs.
-pub(super) fn deformations<const N: usize>(problem: &Problem<'_, N>, state: &State) -> Vec<Signal> {
+pub(super) fn deformations(problem: &Problem<'_>, state: &State) -> Vec<Signal> {
     let runs = problem.twin.runs;
-    let along: [fn(&Row<N>) -> f64; 5] = [
+    let along: [fn(&Row) -> f64; 5] = [
         |row| row.turn_rate.abs(),
-        |row| row.motion.wheels.iter().map(|wheel| wheel.speed.abs()).sum(),
+        |row| row.wheels.iter().map(|wheel| wheel.speed.abs()).sum(),
         |row| row.time,
         |row| row.mass,
-        |row| row.motion.wheels.iter().map(|wheel| wheel.acceleration * wheel.direction).sum(),
+        |row| row.wheels.iter().map(|wheel| wheel.acceleration * wheel.direction).sum(),
     ];
     let mut found = Vec::new();
     // What passes the filter at another time is exact to first order only.

@@ -27,7 +27,7 @@ pub struct Extended {
 impl Extended {
     /// By effects and the coefficients about which they are linear. `ways` is how many columns of the
     /// ways are kept.
-    pub fn of<const N: usize>(posed: &Posed<'_, N>, effects: &[(&Way, &[f64])], ways: usize) -> Self {
+    pub fn of(posed: &Posed<'_>, effects: &[(&Way, &[f64])], ways: usize) -> Self {
         let further = posed.shape.further();
         let cut = further + ways;
         let columns = about(posed, effects);
@@ -83,7 +83,7 @@ impl Extended {
 
 /// Columns of each run, whatever its label: what the linear model about each size adds where there
 /// is none of the effect, then its slopes.
-fn about<const N: usize>(posed: &Posed<'_, N>, effects: &[(&Way, &[f64])]) -> Vec<DMatrix<f64>> {
+fn about(posed: &Posed<'_>, effects: &[(&Way, &[f64])]) -> Vec<DMatrix<f64>> {
     let width: usize = effects.iter().map(|(way, _)| 1 + way.units.len()).sum();
     let of_run = |run: usize| {
         let own = &posed.runs[run];

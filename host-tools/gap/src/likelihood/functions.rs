@@ -80,9 +80,9 @@ const OF_SMOOTH: [Group; 40] = [
 
 /// The functions with the group of each; `power` is what the base predicts. In `anywhere` every run
 /// may have effects, the clean ones too.
-pub fn functions<'a, const N: usize>(
-    runs: &Runs<N>,
-    anywhere: &Predicted<'_, N>,
+pub fn functions<'a>(
+    runs: &Runs,
+    anywhere: &Predicted<'_>,
     start_of: impl Fn(usize) -> &'a State + Sync,
     power: &Signal,
     list: &[Candidate],
@@ -134,7 +134,7 @@ fn most_like(signal: &Signal, functions: &[(Signal, Group)]) -> Group {
 }
 
 /// Changes of the predicted power: what filters, and rates of the sensors, get wrong.
-fn edges<const N: usize>(runs: &Runs<N>, power: &Signal) -> Vec<Signal> {
+fn edges(runs: &Runs, power: &Signal) -> Vec<Signal> {
     let mean = |run: usize| {
         let rows = &runs.runs[run].rows;
         rows.iter().map(|row| row.mass).sum::<f64>() / rows.len().max(1) as f64

@@ -36,12 +36,7 @@ impl Gate {
     /// Of some runs; `None` where they can be relabelled in too few ways for the level. `bent` are
     /// ways with the coefficients about which they are linear; where there are none, something else
     /// is asked for as well.
-    pub fn of<const N: usize>(
-        posed: &Posed<'_, N>,
-        bent: &[(&Way, &[f64])],
-        scales: &Scales,
-        level: f64,
-    ) -> Option<Self> {
+    pub fn of(posed: &Posed<'_>, bent: &[(&Way, &[f64])], scales: &Scales, level: f64) -> Option<Self> {
         let count = posed.runs.len();
         let field = (0..count).filter(|&run| posed.is_field(run)).count();
         if choose(count, field).recip() > level {

@@ -73,9 +73,9 @@ pub struct Found {
 ///
 /// # Errors
 /// Too few runs, or runs without steady rows.
-pub fn investigate<const N: usize>(
-    runs: &Runs<N>,
-    clean: Option<&Runs<N>>,
+pub fn investigate(
+    runs: &Runs,
+    clean: Option<&Runs>,
     base: &Base,
     options: &Options,
     level: f64,
@@ -131,7 +131,7 @@ pub fn investigate<const N: usize>(
     let joined = own.as_ref().and_then(|own| joint(own, false, base));
     let named: Vec<Candidate> = known.into_iter().map(|(candidate, _)| candidate).collect();
     let effects = joined.as_ref().or(own.as_ref()).map_or(Vec::new(), |covariance| {
-        named_effects(&named, &state, covariance, &runs.robot.kinematics, options.slack)
+        named_effects(&named, &state, covariance, runs.robot.rows(), options.slack)
     });
     let open = runs.subset(&split.open).with_clean(clean);
     let open_twin = Twin { runs: &open, ..twin };

@@ -10,16 +10,16 @@ const STEP_S: f64 = 1e-3;
 
 /// A twin whose lag is kept apart.
 #[derive(Debug, Clone, Copy)]
-pub struct Predicted<'a, const N: usize> {
+pub struct Predicted<'a> {
     /// Without any lag.
-    pub twin: Twin<'a, N>,
+    pub twin: Twin<'a>,
     /// By how much power is later than speed in clean runs already, s.
     pub lag: f64,
 }
 
-impl<'a, const N: usize> Predicted<'a, N> {
+impl<'a> Predicted<'a> {
     /// Of a twin with its lag.
-    pub fn new(twin: Twin<'a, N>) -> Self {
+    pub fn new(twin: Twin<'a>) -> Self {
         Self { twin: Twin { lag: 0.0, ..twin }, lag: twin.lag }
     }
 

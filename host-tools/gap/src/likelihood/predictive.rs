@@ -10,12 +10,7 @@ use super::ways::Way;
 
 /// By how much likelier a field run is, nats, when the cause is told of the others: mean over the
 /// runs with its 95 % interval. `None` where a run cannot be left out.
-pub fn score<const N: usize>(
-    posed: &Posed<'_, N>,
-    scales: &Scales,
-    way: &Way,
-    coefficients: &[f64],
-) -> Option<MeanInterval> {
+pub fn score(posed: &Posed<'_>, scales: &Scales, way: &Way, coefficients: &[f64]) -> Option<MeanInterval> {
     let way = &Way { first: 0, ..way.clone() };
     let middle = scales.likeliest();
     let runs = marginals(posed, scales, &products(posed, way, coefficients), middle)?;

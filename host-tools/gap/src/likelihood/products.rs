@@ -49,13 +49,13 @@ pub struct RunProducts {
 
 /// All runs: those in question, then clean ones.
 #[derive(Debug, Clone)]
-pub struct Posed<'a, const N: usize> {
+pub struct Posed<'a> {
     /// Model and runs.
-    pub twin: Twin<'a, N>,
+    pub twin: Twin<'a>,
     /// What it predicts.
-    pub predicted: Predicted<'a, N>,
+    pub predicted: Predicted<'a>,
     /// The same where clean runs may have effects, too.
-    pub free: Predicted<'a, N>,
+    pub free: Predicted<'a>,
     /// The base, and effects that are known already.
     pub start: State,
     /// Size of these, standard deviations of the noise.
@@ -81,7 +81,7 @@ pub struct Posed<'a, const N: usize> {
 }
 
 /// Runs that may all have effects, the clean ones too.
-pub fn anywhere<const N: usize>(runs: &Runs<N>) -> Runs<N> {
+pub fn anywhere(runs: &Runs) -> Runs {
     let mut all = runs.clone();
     for run in &mut all.runs {
         run.clean = false;
@@ -89,11 +89,11 @@ pub fn anywhere<const N: usize>(runs: &Runs<N>) -> Runs<N> {
     all
 }
 
-impl<'a, const N: usize> Posed<'a, N> {
+impl<'a> Posed<'a> {
     /// Of a twin with effects that are known already; `None` where the runs have no steady rows.
     pub fn new(
-        twin: Twin<'a, N>,
-        all: &'a Runs<N>,
+        twin: Twin<'a>,
+        all: &'a Runs,
         (base, parameters): (&Base, usize),
         slack: f64,
         list: &[Candidate],
@@ -113,7 +113,7 @@ impl<'a, const N: usize> Posed<'a, N> {
         let mut regressors: Vec<Regressor> = Vec::new();
         if has_clean {
             regressors.push(Regressor::Delay);
-            if !twin.runs.robot.conditioning.slip.is_off() {
+            if !twin.runs.robot.conditioning().slip.is_off() {
                 regressors.push(Regressor::HalfSlip);
             }
         }
@@ -157,7 +157,7 @@ impl<'a, const N: usize> Posed<'a, N> {
             .filter_map(|run| run.rows.last().map(|row| row.time))
             .collect();
         let mut ways = ways(list, removed, &lengths, base.torque.rolling);
-        let slips = !twin.runs.robot.conditioning.slip.is_off();
+        let slips = !twin.runs.robot.conditioning().slip.is_off();
         let switches = switched(slips, base.torque.rolling);
         let columns: Vec<(DMatrix<f64>, Own)> = (0..runs.len())
             .into_par_iter()
@@ -229,7 +229,7 @@ impl<'a, const N: usize> Posed<'a, N> {
             .iter()
             .zip(&power)
             .flat_map(|(run, power)| {
-                run.rows.iter().zip(power).filter(|(row, _)| row.motion.is_moving()).map(|(_, p)| p.abs())
+                run.rows.iter().zip(power).filter(|(row, _)| row.wheels.is_moving()).map(|(_, p)| p.abs())
             })
             .collect();
         let usual = moving.iter().sum::<f64>() / moving.len().max(1) as f64;

@@ -27,12 +27,7 @@ pub struct Bent {
 
 /// Gauss and Newton on the coefficients, base and discrepancy moving along; then the evidence there.
 /// The way's own columns are the only ones.
-pub fn about<const N: usize>(
-    posed: &Posed<'_, N>,
-    scales: &Scales,
-    way: &Way,
-    start: &[f64],
-) -> Option<Bent> {
+pub fn about(posed: &Posed<'_>, scales: &Scales, way: &Way, start: &[f64]) -> Option<Bent> {
     let way = &Way { first: 0, ..way.clone() };
     let mut coefficients = DVector::from_column_slice(start);
     let middle = scales.likeliest();
@@ -74,8 +69,8 @@ pub fn about<const N: usize>(
 
 /// The delay in a range from which steps lead to the likeliest one: the best of a grid, what differs
 /// between runs left aside.
-pub fn delay<const N: usize>(posed: &Posed<'_, N>, scales: &Scales, (low, high): (f64, f64)) -> f64 {
-    let step = (DELAY_STEPS * posed.twin.runs.robot.cutoff_hz).recip();
+pub fn delay(posed: &Posed<'_>, scales: &Scales, (low, high): (f64, f64)) -> f64 {
+    let step = (DELAY_STEPS * posed.twin.runs.robot.cutoff_hz()).recip();
     let count = (high / step) as i32;
     let powers: Vec<Vec<f64>> =
         (0..posed.runs.len()).map(|run| posed.predicted.power(run, &posed.start)).collect();
@@ -101,7 +96,7 @@ pub fn delay<const N: usize>(posed: &Posed<'_, N>, scales: &Scales, (low, high):
 }
 
 /// Units of a way's columns about some coefficients: their RMS in the field is the noise's.
-pub fn units<const N: usize>(posed: &Posed<'_, N>, way: &Way, coefficients: &[f64]) -> Vec<f64> {
+pub fn units(posed: &Posed<'_>, way: &Way, coefficients: &[f64]) -> Vec<f64> {
     let field: Vec<usize> = (0..posed.runs.len()).filter(|&run| posed.is_field(run)).collect();
     let of_run = |&run: &usize| {
         let own = &posed.runs[run];
@@ -126,11 +121,7 @@ pub fn size(way: &Way, coefficients: &[f64]) -> f64 {
 }
 
 /// Of each field run with the model linear about some coefficients.
-pub fn products<const N: usize>(
-    posed: &Posed<'_, N>,
-    way: &Way,
-    coefficients: &[f64],
-) -> Vec<Option<DMatrix<f64>>> {
+pub fn products(posed: &Posed<'_>, way: &Way, coefficients: &[f64]) -> Vec<Option<DMatrix<f64>>> {
     let of_run = |run: usize| {
         let measured: Vec<f64> = posed.twin.runs.runs[run].rows.iter().map(|row| row.power).collect();
         let own = &posed.runs[run];
@@ -141,8 +132,8 @@ pub fn products<const N: usize>(
 }
 
 /// What the model, linear about some coefficients, leaves of a power at none; then a way's slopes.
-pub fn columns<const N: usize>(
-    predicted: &Predicted<'_, N>,
+pub fn columns(
+    predicted: &Predicted<'_>,
     start: &State,
     own: &RunProducts,
     run: usize,
@@ -168,8 +159,8 @@ pub fn columns<const N: usize>(
 }
 
 /// Of every run at a scale: field runs by these products.
-pub fn marginals<const N: usize>(
-    posed: &Posed<'_, N>,
+pub fn marginals(
+    posed: &Posed<'_>,
     scales: &Scales,
     products: &[Option<DMatrix<f64>>],
     scale: usize,
@@ -182,8 +173,8 @@ pub fn marginals<const N: usize>(
     products.iter().enumerate().map(of_run).collect()
 }
 
-fn reduced<const N: usize>(
-    posed: &Posed<'_, N>,
+fn reduced(
+    posed: &Posed<'_>,
     scales: &Scales,
     products: &[Option<DMatrix<f64>>],
     scale: usize,

@@ -18,11 +18,11 @@ use crate::twin::{State, Twin};
 use crate::types::{self, Base, Options, Status, Verdict};
 
 /// What is asked of some runs, round after round.
-pub struct Asked<'a, const N: usize> {
+pub struct Asked<'a> {
     /// Clean and field runs with the model.
-    pub twin: Twin<'a, N>,
+    pub twin: Twin<'a>,
     /// The same runs, all of which may have effects.
-    pub free: &'a Runs<N>,
+    pub free: &'a Runs,
     /// The base, and how many of its parameters are in question.
     pub base: (&'a Base, usize),
     /// As the user set them.
@@ -39,8 +39,8 @@ pub struct Asked<'a, const N: usize> {
 pub type Known = (Candidate, Vec<f64>);
 
 /// What a round says.
-pub struct Round<'a, const N: usize> {
-    posed: Posed<'a, N>,
+pub struct Round<'a> {
+    posed: Posed<'a>,
     scales: Scales,
     scored: Vec<Scored>,
     covariances: Vec<Option<DMatrix<f64>>>,
@@ -57,9 +57,9 @@ pub struct Round<'a, const N: usize> {
     outcome: &'static str,
 }
 
-impl<'a, const N: usize> Asked<'a, N> {
+impl<'a> Asked<'a> {
     /// Asks beside what is known; `None` where too few rows tell of the noise.
-    pub fn round(&self, known: &[Known]) -> Option<Round<'a, N>> {
+    pub fn round(&self, known: &[Known]) -> Option<Round<'a>> {
         let is_known = |id: &str| known.iter().any(|(candidate, _)| candidate.id == id);
         let list: Vec<Candidate> = self.list.iter().filter(|own| !is_known(&own.id)).cloned().collect();
         let removed = self.removed.iter().cloned().chain(known.iter().map(|(own, _)| own.id.clone()));
@@ -120,7 +120,7 @@ pub fn state_of(base: &Base, known: &[Known]) -> State {
     State { torque: base.torque, effects: known.iter().flat_map(of).collect() }
 }
 
-impl<const N: usize> Round<'_, N> {
+impl Round<'_> {
     /// Each cause that is named, the likeliest first.
     pub fn named(&self) -> Vec<Known> {
         let of = |cause: &Cause| {
@@ -187,11 +187,7 @@ impl<const N: usize> Round<'_, N> {
 }
 
 /// The best few about their own sizes; the covariance of each that was asked.
-fn bend<const N: usize>(
-    posed: &Posed<'_, N>,
-    scales: &Scales,
-    scored: &mut [Scored],
-) -> Vec<Option<DMatrix<f64>>> {
+fn bend(posed: &Posed<'_>, scales: &Scales, scored: &mut [Scored]) -> Vec<Option<DMatrix<f64>>> {
     let mut order: Vec<usize> = (0..scored.len()).collect();
     order.sort_by(|a, b| scored[*b].evidence.total_cmp(&scored[*a].evidence));
     let top = order.first().map_or(0.0, |best| scored[*best].evidence);

@@ -35,7 +35,7 @@ pub struct Scales {
 
 impl Scales {
     /// Variances by the clean runs (by the field's where there are none), then each scale.
-    pub fn told<const N: usize>(posed: &Posed<'_, N>) -> Option<Self> {
+    pub fn told(posed: &Posed<'_>) -> Option<Self> {
         let has_clean = (0..posed.runs.len()).any(|run| !posed.is_field(run));
         let told: Vec<usize> =
             (0..posed.runs.len()).filter(|&run| !has_clean || !posed.is_field(run)).collect();
@@ -82,7 +82,7 @@ impl Scales {
     }
 
     /// With the effects that all field runs share.
-    fn reduce<const N: usize>(&self, posed: &Posed<'_, N>, runs: &[Marginal], other: f64) -> Option<Reduced> {
+    fn reduce(&self, posed: &Posed<'_>, runs: &[Marginal], other: f64) -> Option<Reduced> {
         let size = posed.own_first();
         let cut: Vec<Marginal> = runs
             .iter()
@@ -112,7 +112,7 @@ pub fn scale_weights(told: usize) -> Vec<f64> {
 }
 
 /// By the restricted likelihood of some runs.
-pub fn variances_of<const N: usize>(posed: &Posed<'_, N>, runs: &[usize]) -> Option<Variances> {
+pub fn variances_of(posed: &Posed<'_>, runs: &[usize]) -> Option<Variances> {
     let products: Vec<_> = runs.iter().map(|&run| &posed.runs[run].products).collect();
     variances::told(&products, &[], posed.shape, &posed.groups, &posed.base, None)
 }
@@ -133,7 +133,7 @@ pub struct Scored {
 }
 
 /// Of every way, with all that may be wrong with its form.
-pub fn ways<const N: usize>(posed: &Posed<'_, N>, scales: &Scales) -> Vec<Scored> {
+pub fn ways(posed: &Posed<'_>, scales: &Scales) -> Vec<Scored> {
     // Something else at a grid of sizes: the nearest one is taken for what a form gets wrong.
     let grid: Vec<f64> = [0.003].into_iter().chain(ELSE_SIZES).collect();
     let with: Vec<Vec<Option<Reduced>>> = scales
@@ -173,7 +173,7 @@ fn nearest(grid: &[f64], wanted: f64) -> Option<usize> {
 
 /// Something else: smooth functions that all field runs share, what is of single runs, what drifts
 /// within them, scatter.
-pub fn something_else<const N: usize>(posed: &Posed<'_, N>, scales: &Scales) -> [f64; 4] {
+pub fn something_else(posed: &Posed<'_>, scales: &Scales) -> [f64; 4] {
     let value = |reduced: Option<Reduced>| reduced.map_or(f64::NEG_INFINITY, |own| -0.5 * own.minus_two_log);
     let smooth = log_mean(ELSE_SIZES.iter().map(|size| {
         scales.over_none(|scale| value(scales.reduce(posed, &scales.marginals[scale], size * size)))
@@ -220,7 +220,7 @@ pub fn something_else<const N: usize>(posed: &Posed<'_, N>, scales: &Scales) -> 
 }
 
 /// Steps at each run's own time, and masses of single runs.
-pub fn in_runs<const N: usize>(posed: &Posed<'_, N>, scales: &Scales, removed: &[String]) -> Vec<Scored> {
+pub fn in_runs(posed: &Posed<'_>, scales: &Scales, removed: &[String]) -> Vec<Scored> {
     let middle = scales.likeliest();
     let field: Vec<usize> = (0..posed.runs.len()).filter(|&run| posed.is_field(run)).collect();
     let runs: Vec<&Marginal> = field.iter().map(|&run| &scales.marginals[middle][run]).collect();
@@ -274,17 +274,11 @@ pub fn in_runs<const N: usize>(posed: &Posed<'_, N>, scales: &Scales, removed: &
 }
 
 /// Masses of some runs that were noted wrongly: none below the empty robot's.
-fn mislabelled<const N: usize>(
-    posed: &Posed<'_, N>,
-    field: &[usize],
-    wrong: &[usize],
-    evidence: f64,
-    gain: f64,
-) -> Scored {
+fn mislabelled(posed: &Posed<'_>, field: &[usize], wrong: &[usize], evidence: f64, gain: f64) -> Scored {
     let runs = &posed.twin.runs.runs;
     let masses = |run: usize| runs[run].rows.iter().map(|row| row.mass);
     let heaviest = field.iter().flat_map(|&run| masses(run)).fold(0.0, f64::max);
-    let empty = crate::thresholds::detect::LIGHTEST * posed.twin.runs.robot.range.no_load();
+    let empty = crate::thresholds::detect::LIGHTEST * posed.twin.runs.robot.range().no_load();
     let mut wrong: Vec<usize> = wrong.iter().map(|place| field[*place]).collect();
     wrong.sort_unstable();
     let least = wrong.iter().map(|&run| -(masses(run).fold(f64::INFINITY, f64::min) - empty).max(0.0));

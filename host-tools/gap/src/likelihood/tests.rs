@@ -125,7 +125,7 @@ fn the_variance_of_z_on_pure_noise_is_one() {
 const TORQUE: [f64; 7] = [0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0];
 
 /// Runs of a minute with what the base predicts, an effect, and noise.
-fn runs(count: u32, effects: &[(Regressor, f64)], normal: &mut Normal) -> Runs<2> {
+fn runs(count: u32, effects: &[(Regressor, f64)], normal: &mut Normal) -> Runs {
     let core = Robot::named("burger").unwrap().core::<2>(2.0).unwrap();
     let raw = (0..count).map(|run| {
         let pace = 0.3 + 0.11 * f64::from(run % 5);

@@ -170,6 +170,7 @@ pub fn at(knots: &Knots, time: f64) -> [f64; 2] {
 mod tests {
     use logs::motions::Step;
     use logs::robot::Robot;
+    use logs::robot::chassis::Chassis;
     use logs::runs::Runs;
 
     use super::super::super::bench::sets::CUTOFF_HZ;
@@ -183,9 +184,8 @@ mod tests {
     fn limits() -> Limits {
         let robot = Robot::parse(ROBOT).unwrap();
         let core = robot.core::<2>(CUTOFF_HZ).unwrap();
-        let layout = model_core::effects::Layout::new(&core.kinematics);
         let (columns, runs, step) = (Vec::new(), Vec::new(), Step::default());
-        let runs = Runs { robot: core, layout, columns, runs, period_s: 0.1, step };
+        let runs = Runs { robot: Chassis::new(&core), columns, runs, period_s: 0.1, step };
         Limits::new(&robot, &runs)
     }
 

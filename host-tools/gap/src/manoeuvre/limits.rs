@@ -23,7 +23,7 @@ pub struct Limits {
 
 impl Limits {
     /// From the robot's file, and what that leaves open from what the runs did.
-    pub fn new<const N: usize>(robot: &Robot, runs: &Runs<N>) -> Self {
+    pub fn new(robot: &Robot, runs: &Runs) -> Self {
         let rows = || runs.runs.iter().flat_map(|run| &run.rows);
         let wheels = wheels_of_twist(runs);
         let driven = |values: Vec<f64>| usual(values);
@@ -34,9 +34,7 @@ impl Limits {
             given.turn_rad_s.unwrap_or_else(|| driven(rows().map(|row| row.turn_rate.abs()).collect()));
         let per_speed = wheels.iter().map(|w| w[0].abs()).fold(0.0, f64::max);
         let all = |of: fn(&model_core::motion::Wheel<f64>) -> f64| {
-            driven(
-                rows().flat_map(|row| row.motion.wheels.iter().map(move |wheel| of(wheel).abs())).collect(),
-            )
+            driven(rows().flat_map(|row| row.wheels.iter().map(move |wheel| of(wheel).abs())).collect())
         };
         let wheel_rad_s = given.speed_m_s.map_or_else(|| all(|wheel| wheel.speed), |speed| per_speed * speed);
         let wheel_rad_s2 = given
@@ -85,10 +83,11 @@ fn usual(mut values: Vec<f64>) -> f64 {
 }
 
 /// The wheel speeds that move the body so and slip least: the pseudo-inverse of R.
-fn wheels_of_twist<const N: usize>(runs: &Runs<N>) -> Vec<[f64; 2]> {
-    let rows = runs.robot.kinematics.rows();
-    let matrix = DMatrix::from_fn(3, N, |i, j| rows[i][j]);
+fn wheels_of_twist(runs: &Runs) -> Vec<[f64; 2]> {
+    let rows = runs.robot.rows();
+    let wheels = rows[0].len();
+    let matrix = DMatrix::from_fn(3, wheels, |i, j| rows[i][j]);
     // Fails only for a negative threshold.
-    let inverse = matrix.pseudo_inverse(1e-12).unwrap_or_else(|_| DMatrix::zeros(N, 3));
-    (0..N).map(|wheel| [inverse[(wheel, 0)], inverse[(wheel, 2)]]).collect()
+    let inverse = matrix.pseudo_inverse(1e-12).unwrap_or_else(|_| DMatrix::zeros(wheels, 3));
+    (0..wheels).map(|wheel| [inverse[(wheel, 0)], inverse[(wheel, 2)]]).collect()
 }

@@ -78,10 +78,10 @@ pub struct Suggestion {
 ///
 /// # Errors
 /// As [`Runs::condition`].
-pub fn suggest<const N: usize>(
+pub fn suggest(
     robot: &Robot,
-    runs: &Runs<N>,
-    clean: Option<&Runs<N>>,
+    runs: &Runs,
+    clean: Option<&Runs>,
     report: &Report,
     wish: &Wish,
 ) -> Result<Option<Suggestion>> {
@@ -166,9 +166,9 @@ pub fn suggest<const N: usize>(
 }
 
 /// The search over the family.
-struct Search<'a, const N: usize> {
-    field: &'a Runs<N>,
-    ground: Ground<'a, N>,
+struct Search<'a> {
+    field: &'a Runs,
+    ground: Ground<'a>,
     limits: Limits,
     blocks: Vec<Block>,
     /// The round in which each hypothesis tied: only those of one round are hypotheses.
@@ -177,8 +177,8 @@ struct Search<'a, const N: usize> {
     loads: [f64; 2],
 }
 
-impl<const N: usize> Search<'_, N> {
-    fn planned(&self, recipe: &Recipe, masses: &[f64]) -> Result<Runs<N>> {
+impl Search<'_> {
+    fn planned(&self, recipe: &Recipe, masses: &[f64]) -> Result<Runs> {
         let knots = recipe.knots(&self.blocks, &self.limits);
         separate::planned(self.field, &knots, &self.limits, masses)
     }

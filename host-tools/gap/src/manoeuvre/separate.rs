@@ -10,7 +10,9 @@ use std::mem::discriminant;
 use logs::Shared;
 use logs::motions::Motions;
 use logs::runs::{RawRun, Row, Run, Runs};
+use logs::with_core;
 use model::effects::Regressor;
+use model_core::coefficients::Robot as CoreRobot;
 use model_core::effects::Term;
 use model_core::estimator::Sample;
 use nalgebra::{DMatrix, DVector};
@@ -30,19 +32,25 @@ use crate::thresholds::problem::DISCREPANCY_RIDGE;
 ///
 /// # Errors
 /// As [`Runs::condition`].
-pub fn planned<const N: usize>(
-    field: &Runs<N>,
-    knots: &Knots,
-    limits: &Limits,
-    masses: &[f64],
-) -> Result<Runs<N>> {
+pub fn planned(field: &Runs, knots: &Knots, limits: &Limits, masses: &[f64]) -> Result<Runs> {
     let end = knots.last().map_or(0.0, |(time, _)| *time);
     // Rows as far apart as those that the whitener knows.
     let parts = (1..=8)
         .map(f64::from)
-        .find(|parts| field.period_s / parts * SAMPLES_PER_CUTOFF * field.robot.cutoff_hz <= 1.0)
+        .find(|parts| field.period_s / parts * SAMPLES_PER_CUTOFF * field.robot.cutoff_hz() <= 1.0)
         .unwrap_or(8.0);
     let period_s = field.period_s / parts;
+    with_core!(&field.robot, core => runs_of(core, limits, knots, masses, (end, period_s)))
+}
+
+/// One run a mass, of a length and with a period, s.
+fn runs_of<const N: usize>(
+    core: &CoreRobot<f64, N>,
+    limits: &Limits,
+    knots: &Knots,
+    masses: &[f64],
+    (end, period_s): (f64, f64),
+) -> Result<Runs> {
     let run = |mass: &f64| {
         let rows = (0..=(end / period_s) as usize).map(|k| {
             let time = k as f64 * period_s;
@@ -55,7 +63,7 @@ pub fn planned<const N: usize>(
         RawRun { name: "planned".to_owned(), rows: rows.collect(), columns: Vec::new(), period_s }
     };
     // What the wheels will slip nobody knows before: planned drives do not.
-    let mut core = field.robot;
+    let mut core = *core;
     core.conditioning.true_slip = 0.0;
     Runs::condition(&core, masses.iter().map(run).collect())
 }
@@ -72,7 +80,7 @@ pub fn foreseen(hypothesis: &Rival) -> bool {
 
 /// A hypothesis's state in runs to come: what steps does so in their middle, and by as much as it
 /// did on average in single runs; payloads are put on scales.
-fn to_come<const N: usize>(state: &State, runs: &Runs<N>) -> State {
+fn to_come(state: &State, runs: &Runs) -> State {
     let longest = runs.runs.iter().filter_map(|run| run.rows.last()).map(|row| row.time).fold(0.0, f64::max);
     let mut coming = state.clone();
     let single = |of: &Term<f64>| {
@@ -107,9 +115,9 @@ fn width(regressor: &Regressor) -> Option<f64> {
 
 /// What is known already: the open runs of the field and the clean ones, and the hypotheses that
 /// explain them.
-pub struct Ground<'a, const N: usize> {
+pub struct Ground<'a> {
     /// Open runs, then clean ones.
-    pub runs: Runs<N>,
+    pub runs: Runs,
     /// What predictions rest on.
     pub basis: &'a Basis,
     /// Who is to be parted.
@@ -128,10 +136,10 @@ pub struct Products {
     blocks: Vec<(usize, usize, usize)>,
 }
 
-impl<const N: usize> Ground<'_, N> {
+impl Ground<'_> {
     /// Of the runs that there are, as they stand beside `planned` ones: smooth functions are scaled
     /// by the largest of all.
-    pub fn known(&self, planned: &Runs<N>) -> Products {
+    pub fn known(&self, planned: &Runs) -> Products {
         // A planned drive has none of the logs' further columns.
         let all = self.runs.followed_by(planned);
         let own = self.runs.runs.len();
@@ -140,7 +148,7 @@ impl<const N: usize> Ground<'_, N> {
     }
 
     /// Of planned runs.
-    pub fn of(&self, planned: &Runs<N>) -> Products {
+    pub fn of(&self, planned: &Runs) -> Products {
         let mut all = planned.clone();
         all.runs.push(self.anchor());
         let smooth = smooth::functions(&all);
@@ -148,13 +156,11 @@ impl<const N: usize> Ground<'_, N> {
     }
 
     /// A run of those rows by which smooth functions are scaled.
-    fn anchor(&self) -> Run<N> {
+    fn anchor(&self) -> Run {
         let rows = || self.runs.runs.iter().flat_map(|run| &run.rows);
-        let speed = |row: &Row<N>| row.motion.wheels.iter().map(|wheel| wheel.speed.abs()).sum::<f64>();
-        let gain =
-            |row: &Row<N>| row.motion.wheels.iter().map(|w| w.speed * w.acceleration).sum::<f64>().abs();
-        let most =
-            |value: &dyn Fn(&Row<N>) -> f64| rows().max_by(|a, b| value(a).total_cmp(&value(b))).copied();
+        let speed = |row: &Row| row.wheels.iter().map(|wheel| wheel.speed.abs()).sum::<f64>();
+        let gain = |row: &Row| row.wheels.iter().map(|w| w.speed * w.acceleration).sum::<f64>().abs();
+        let most = |value: &dyn Fn(&Row) -> f64| rows().max_by(|a, b| value(a).total_cmp(&value(b))).copied();
         let kept = [
             most(&speed),
             most(&gain),
@@ -170,7 +176,7 @@ impl<const N: usize> Ground<'_, N> {
 
     fn products(
         &self,
-        runs: &Runs<N>,
+        runs: &Runs,
         smooth: &[Signal],
         places: std::ops::Range<usize>,
         planned: bool,

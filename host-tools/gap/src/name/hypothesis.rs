@@ -62,11 +62,7 @@ impl Hypothesis {
 
     /// An implausible one of single runs without those in which it is. A mass that no robot has may
     /// be what the model gets wrong in one run; those noted wrongly in others are no less so.
-    pub(super) fn without_implausible_runs<const N: usize>(
-        &self,
-        problem: &Problem<'_, N>,
-        state: &State,
-    ) -> Option<Self> {
+    pub(super) fn without_implausible_runs(&self, problem: &Problem<'_>, state: &State) -> Option<Self> {
         if !self.lives_in_single_runs() {
             return None;
         }
@@ -88,8 +84,8 @@ fn kept_of(candidate: &Candidate, kept: &[bool]) -> Candidate {
 }
 
 /// Fits a candidate; runs of it that turn out to show nothing are left to themselves.
-pub(super) fn fit_hypothesis<const N: usize>(
-    problem: &Problem<'_, N>,
+pub(super) fn fit_hypothesis(
+    problem: &Problem<'_>,
     state: &State,
     candidate: &Candidate,
 ) -> Option<Hypothesis> {
@@ -135,11 +131,7 @@ pub(super) fn fit_hypothesis<const N: usize>(
 
 /// Searches the shapes of the best hypotheses: widths, time constants and times between those of
 /// the dictionary.
-pub(super) fn sharpen<const N: usize>(
-    problem: &Problem<'_, N>,
-    state: &State,
-    hypotheses: &mut [Hypothesis],
-) {
+pub(super) fn sharpen(problem: &Problem<'_>, state: &State, hypotheses: &mut [Hypothesis]) {
     let mut seen: Vec<String> = Vec::new();
     for hypothesis in hypotheses.iter_mut() {
         let [regressor] = &hypothesis.candidate.regressors[..] else { continue };
@@ -208,8 +200,8 @@ pub(super) fn as_good<'a>(
 /// Ids of those that beat a winner and all that are `tied` with it when a run is left out, one for
 /// each run that decides so. Where the winner lives in single runs there may then be nothing left
 /// to be won: who beats it there has to stand out of the noise by `threshold`.
-pub(super) fn better_without_a_run<const N: usize>(
-    problem: &Problem<'_, N>,
+pub(super) fn better_without_a_run(
+    problem: &Problem<'_>,
     null: &Fitted,
     winner: &Hypothesis,
     all: &[&Hypothesis],
@@ -232,7 +224,7 @@ pub(super) fn better_without_a_run<const N: usize>(
 
 /// How many times more runs disagree about what a hypothesis adds than its equations say. What
 /// lives in single runs is of these alone: no other could agree.
-pub(super) fn disagree<const N: usize>(problem: &Problem<'_, N>, hypothesis: &Hypothesis) -> f64 {
+pub(super) fn disagree(problem: &Problem<'_>, hypothesis: &Hypothesis) -> f64 {
     let regressors = &hypothesis.candidate.regressors;
     if regressors.iter().any(|regressor| regressor.run().is_some()) {
         return 1.0;
@@ -254,12 +246,7 @@ pub(super) fn implausible_and_better(hypotheses: &[Hypothesis], null_loss: f64) 
 /// Whether a candidate is no better than its own limit, see [`Regressor::limit`]: what makes it
 /// this effect does not show then. Where the dictionary has the limit as an effect it is a
 /// hypothesis, and in a tie.
-pub(super) fn shows_no_shape<const N: usize>(
-    problem: &Problem<'_, N>,
-    state: &State,
-    winner: &Hypothesis,
-    width: f64,
-) -> bool {
+pub(super) fn shows_no_shape(problem: &Problem<'_>, state: &State, winner: &Hypothesis, width: f64) -> bool {
     let [regressor] = &winner.candidate.regressors[..] else { return false };
     let Some(limit) = regressor.limit() else { return false };
     let candidate = Candidate { regressors: vec![limit], search: 0.0, ..winner.candidate.clone() };
@@ -400,11 +387,7 @@ mod tests {
     }
 
     /// Runs whose power is the twin's, late by `delay`, s, and passed through `sensor`.
-    fn late(
-        torque: TorqueModel<f64>,
-        delay: f64,
-        sensor: impl Fn(&[f64]) -> Vec<f64>,
-    ) -> logs::runs::Runs<2> {
+    fn late(torque: TorqueModel<f64>, delay: f64, sensor: impl Fn(&[f64]) -> Vec<f64>) -> logs::runs::Runs {
         let mut runs = example::runs([5.0, 7.0]);
         let state = State { torque, effects: vec![(Regressor::Delay, delay)] };
         let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
@@ -420,7 +403,7 @@ mod tests {
     }
 
     /// A delay fitted to runs of [`late`], and what it gains: as it counts, and in χ².
-    fn delay_of(runs: &logs::runs::Runs<2>, torque: TorqueModel<f64>) -> (f64, [f64; 2]) {
+    fn delay_of(runs: &logs::runs::Runs, torque: TorqueModel<f64>) -> (f64, [f64; 2]) {
         let twin = Twin { runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
         let problem = example::bare(twin, torque, 0);
         let mut candidate = hypothesis("sensor-delay", 0.0, 0.0).candidate;

@@ -31,8 +31,8 @@ pub(super) struct Naming {
     pub(super) record: Round,
 }
 
-pub(super) fn name<const N: usize>(
-    problem: &Problem<'_, N>,
+pub(super) fn name(
+    problem: &Problem<'_>,
     state: &State,
     list: &[Candidate],
     named: &[Candidate],

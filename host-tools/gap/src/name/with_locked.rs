@@ -14,8 +14,8 @@ use crate::twin::State;
 /// Ids of the rivals that are struck of a tie, the winner first in it. `others` is the base with
 /// what else was named; `problem` is posed of the open runs, then the locked ones, then the clean
 /// ones.
-pub(crate) fn struck<const N: usize>(
-    problem: &Problem<'_, N>,
+pub(crate) fn struck(
+    problem: &Problem<'_>,
     others: &State,
     tie: &[Hypothesis],
     threshold: f64,
@@ -85,7 +85,7 @@ mod tests {
     /// Base parameters that move along.
     const BASE: usize = 4;
 
-    fn twin(runs: &Runs<2>) -> Twin<'_, 2> {
+    fn twin(runs: &Runs) -> Twin<'_> {
         Twin { runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 }
     }
 

@@ -49,8 +49,8 @@ pub struct Noise {
 impl Noise {
     /// From the residual at `state` less its regression on base, regressors and smooth functions,
     /// before and after whitening.
-    pub fn estimate<const N: usize>(
-        twin: &Twin<'_, N>,
+    pub fn estimate(
+        twin: &Twin<'_>,
         state: &State,
         base: usize,
         regressors: &[Regressor],
@@ -139,7 +139,7 @@ impl Noise {
     }
 
     /// Whitened, weighted, per standard deviation.
-    pub fn whiten<const N: usize>(&self, runs: &Runs<N>, place: usize, values: &[f64]) -> Vec<f64> {
+    pub fn whiten(&self, runs: &Runs, place: usize, values: &[f64]) -> Vec<f64> {
         let mut white = self.whitener.apply_run(runs, place, values);
         for (x, weight) in white.iter_mut().zip(&self.weights[place]) {
             *x *= weight / self.std_w;
@@ -148,7 +148,7 @@ impl Noise {
     }
 
     /// Weights and standard deviation again, from what is left.
-    fn weigh<const N: usize>(&mut self, runs: &Runs<N>) {
+    fn weigh(&mut self, runs: &Runs) {
         let plain: Signal = self
             .left
             .iter()
@@ -214,7 +214,7 @@ impl Noise {
 
 /// Clean runs that are far quieter than those in question are a simulator's: they scatter less by
 /// as much, down to a share that keeps them from outweighing everything.
-fn quieten_clean<const N: usize>(runs: &Runs<N>, plain: &Signal, weights: &Signal, spread: &mut Signal) {
+fn quieten_clean(runs: &Runs, plain: &Signal, weights: &Signal, spread: &mut Signal) {
     let usual = |clean: bool| {
         let of = runs.runs.iter().zip(plain).zip(spread.iter().zip(weights));
         let own =

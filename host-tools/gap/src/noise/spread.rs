@@ -21,12 +21,7 @@ pub struct Spread {
 
 impl Spread {
     /// Of the rows of some runs whose weight is not 0.
-    pub fn fit<const N: usize>(
-        runs: &Runs<N>,
-        left: &Signal,
-        known: &Signal,
-        of: impl Fn(usize) -> bool,
-    ) -> Self {
+    pub fn fit(runs: &Runs, left: &Signal, known: &Signal, of: impl Fn(usize) -> bool) -> Self {
         let places: Vec<usize> = (0..runs.runs.len()).filter(|&place| of(place)).collect();
         let rows = || {
             let known = move |place: usize, row: usize| known[place][row] > 0.0;
@@ -57,7 +52,7 @@ impl Spread {
     }
 
     /// Standard deviation of each row's scatter.
-    pub fn of<const N: usize>(&self, runs: &Runs<N>) -> Signal {
+    pub fn of(&self, runs: &Runs) -> Signal {
         let measures = measures(runs);
         let row = |place: usize, row: usize| {
             self.variance(&std::array::from_fn(|m| measures[m][place][row])).sqrt()
@@ -84,7 +79,7 @@ fn edges_of(mut values: Vec<f64>) -> Vec<f64> {
     (1..LEVELS).map(|level| values[level * values.len() / LEVELS]).collect()
 }
 
-fn measures<const N: usize>(runs: &Runs<N>) -> [Signal; 3] {
+fn measures(runs: &Runs) -> [Signal; 3] {
     [jerk(runs), acceleration(runs), power(runs)]
 }
 
@@ -99,41 +94,38 @@ fn scatter(mut squares: Vec<f64>) -> f64 {
     (squares.iter().sum::<f64>() / squares.len() as f64 / KEPT_MEAN).max(1e-12)
 }
 
-fn acceleration<const N: usize>(runs: &Runs<N>) -> Signal {
+fn acceleration(runs: &Runs) -> Signal {
     runs.runs
         .iter()
         .map(|run| {
-            run.rows
-                .iter()
-                .map(|row| row.motion.wheels.iter().map(|wheel| wheel.acceleration.abs()).sum())
-                .collect()
+            run.rows.iter().map(|row| row.wheels.iter().map(|wheel| wheel.acceleration.abs()).sum()).collect()
         })
         .collect()
 }
 
-fn power<const N: usize>(runs: &Runs<N>) -> Signal {
+fn power(runs: &Runs) -> Signal {
     // Speed stands for the power: the power itself holds the noise.
     runs.runs
         .iter()
         .map(|run| {
             run.rows
                 .iter()
-                .map(|row| row.mass * row.motion.wheels.iter().map(|wheel| wheel.speed.abs()).sum::<f64>())
+                .map(|row| row.mass * row.wheels.iter().map(|wheel| wheel.speed.abs()).sum::<f64>())
                 .collect()
         })
         .collect()
 }
 
 /// Greatest change of a wheel's acceleration near a row.
-fn jerk<const N: usize>(runs: &Runs<N>) -> Signal {
+fn jerk(runs: &Runs) -> Signal {
     runs.runs
         .iter()
         .map(|run| {
             let steps: Vec<f64> = (0..run.rows.len())
                 .map(|k| {
-                    let before = &run.rows[k.saturating_sub(1)].motion.wheels;
-                    let now = &run.rows[k].motion.wheels;
-                    now.iter().zip(before).map(|(a, b)| (a.acceleration - b.acceleration).abs()).sum()
+                    let before = &run.rows[k.saturating_sub(1)].wheels;
+                    let now = &run.rows[k].wheels;
+                    now.iter().zip(before.iter()).map(|(a, b)| (a.acceleration - b.acceleration).abs()).sum()
                 })
                 .collect();
             (0..steps.len())

@@ -16,7 +16,7 @@ pub struct Whitener {
 
 impl Whitener {
     /// From the autocovariance of residuals over some runs, by Levinson and Durbin.
-    pub fn estimate<const N: usize>(runs: &Runs<N>, residual: &Signal, of: impl Fn(usize) -> bool) -> Self {
+    pub fn estimate(runs: &Runs, residual: &Signal, of: impl Fn(usize) -> bool) -> Self {
         let mut lags = vec![0.0; ORDER + 1];
         let some = runs.runs.iter().zip(residual).enumerate().filter(|(place, _)| of(*place));
         for (_, (run, values)) in some {
@@ -34,7 +34,7 @@ impl Whitener {
 
     /// Filters a signal. The first rows of each piece, whose past is not known, become 0 as
     /// [`Self::known`] tells.
-    pub fn apply<const N: usize>(&self, runs: &Runs<N>, signal: &Signal) -> Signal {
+    pub fn apply(&self, runs: &Runs, signal: &Signal) -> Signal {
         runs.runs
             .iter()
             .zip(signal)
@@ -44,7 +44,7 @@ impl Whitener {
     }
 
     /// As [`apply`](Self::apply) for the values of one run.
-    pub fn apply_run<const N: usize>(&self, runs: &Runs<N>, place: usize, values: &[f64]) -> Vec<f64> {
+    pub fn apply_run(&self, runs: &Runs, place: usize, values: &[f64]) -> Vec<f64> {
         let mut age = 0;
         let rows = &runs.runs[place].rows;
         let order = self.coefficients.len();
@@ -61,8 +61,8 @@ impl Whitener {
     }
 
     /// Whether the past of each row is known.
-    pub fn known<const N: usize>(&self, runs: &Runs<N>) -> Vec<Vec<bool>> {
-        let known = |rows: &[logs::runs::Row<N>]| {
+    pub fn known(&self, runs: &Runs) -> Vec<Vec<bool>> {
+        let known = |rows: &[logs::runs::Row]| {
             let mut age = 0;
             rows.iter()
                 .map(|row| {

@@ -8,7 +8,7 @@ use crate::thresholds::name::DELAY_GRID_ROWS;
 use crate::thresholds::problem::MOST_FIT_STEPS;
 use crate::twin::State;
 
-impl<const N: usize> Problem<'_, N> {
+impl Problem<'_> {
     /// The delay in a range, s, that leaves least.
     ///
     /// Gauss and Newton do not get far: what is late by more than a quarter of the filter's period

@@ -16,7 +16,7 @@ use crate::twin::Twin;
 pub(crate) const STD_W: f64 = 0.07;
 
 /// Two runs of different masses at two paces, rad/s; the power is what nobody's model says.
-pub(crate) fn runs(paces: [f64; 2]) -> Runs<2> {
+pub(crate) fn runs(paces: [f64; 2]) -> Runs {
     let core = Robot::named("burger").unwrap().core::<2>(2.0).unwrap();
     let raw = [(1.0, paces[0]), (4.0, paces[1])].map(|(mass, pace)| {
         let rows = (0..500).map(|i| {
@@ -32,7 +32,7 @@ pub(crate) fn runs(paces: [f64; 2]) -> Runs<2> {
 
 /// Noise of a known standard deviation that has no memory, and of which nothing says that it
 /// scatters more along any column.
-fn white(runs: &Runs<2>) -> Noise {
+fn white(runs: &Runs) -> Noise {
     let all = |value: f64| runs.runs.iter().map(|run| vec![value; run.rows.len()]).collect();
     Noise {
         whitener: Whitener { coefficients: Vec::new() },
@@ -45,7 +45,7 @@ fn white(runs: &Runs<2>) -> Noise {
 }
 
 /// A problem without clean runs: nothing is known of the base, and nothing of what it gets wrong.
-pub(crate) fn bare<'a>(twin: Twin<'a, 2>, centre: TorqueModel<f64>, base: usize) -> Problem<'a, 2> {
+pub(crate) fn bare<'a>(twin: Twin<'a>, centre: TorqueModel<f64>, base: usize) -> Problem<'a> {
     Problem {
         twin,
         centre,

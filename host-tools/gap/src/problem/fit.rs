@@ -25,7 +25,7 @@ pub struct Fitted {
     pub covariance: DMatrix<f64>,
 }
 
-impl<const N: usize> Problem<'_, N> {
+impl Problem<'_> {
     /// Adds regressors to a state and fits all that is in it, the model made linear again at each
     /// step.
     pub fn fit(&self, state: &State, regressors: &[(Regressor, f64)], steps: usize) -> Option<Fitted> {

@@ -13,7 +13,7 @@ use crate::types::Base;
 /// Speeds from encoder ticks are means over the sample before, and power sensors average over a
 /// time of their own. In the residual that looks like a derivative, of the base and of every effect
 /// alike.
-pub fn of_clean<const N: usize>(clean: &Runs<N>, base: &Base) -> f64 {
+pub fn of_clean(clean: &Runs, base: &Base) -> f64 {
     let cost = |torque: TorqueModel<f64>, lag: f64| {
         let twin = Twin { runs: clean, drive: base.drive, lag, early: 0.0 };
         let left = twin.residual(&State { torque, effects: Vec::new() });

@@ -25,9 +25,9 @@ pub(crate) struct Score {
 }
 
 /// The problem about a state, base, discrepancy and effects moving along with whatever is scored.
-pub(crate) struct Linear<'a, const N: usize> {
+pub(crate) struct Linear<'a> {
     pub(super) noise: &'a Noise,
-    pub(super) runs: &'a Runs<N>,
+    pub(super) runs: &'a Runs,
     /// The first column after base, discrepancy and effects.
     pub(super) first: usize,
     pub(super) panel: Panel<'a>,
@@ -37,7 +37,7 @@ pub(crate) struct Linear<'a, const N: usize> {
     pub(crate) factored: Factored,
 }
 
-impl<const N: usize> Linear<'_, N> {
+impl Linear<'_> {
     /// Columns after base, discrepancy and effects: further regressors, then signals.
     pub(crate) fn further(&self) -> usize {
         self.products.ncols() - 1 - self.first

@@ -28,9 +28,9 @@ use super::types::penalty;
 
 /// The runs in question, and what is known of base and noise.
 #[derive(Debug)]
-pub struct Problem<'a, const N: usize> {
+pub struct Problem<'a> {
     /// Model and runs.
-    pub twin: Twin<'a, N>,
+    pub twin: Twin<'a>,
     /// The base as its own fit left it.
     pub centre: TorqueModel<f64>,
     /// How many parameters it has.
@@ -53,7 +53,7 @@ pub struct Problem<'a, const N: usize> {
     pub in_runs: f64,
 }
 
-impl<const N: usize> Problem<'_, N> {
+impl Problem<'_> {
     /// How far a state's base is from where its own fit left it.
     pub fn offset(&self, state: &State) -> DVector<f64> {
         let (now, then) = (state.torque.to_array(), self.centre.to_array());
@@ -129,7 +129,7 @@ impl<const N: usize> Problem<'_, N> {
         state: &State,
         further: &[Regressor],
         signals: &[Signal],
-    ) -> Option<Linear<'_, N>> {
+    ) -> Option<Linear<'_>> {
         let panel = self.panel(state, further, signals);
         let products = panel.products().total(None);
         let factored = self.factored(&products, state, self.active(state))?;

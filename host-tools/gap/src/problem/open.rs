@@ -16,14 +16,14 @@ use nalgebra::{DMatrix, DVector};
 
 /// Of effects that are `known` noise and discrepancy are told; what is looked for begins without
 /// them.
-pub(crate) fn open_problem<'a, const N: usize>(
-    twin: Twin<'a, N>,
+pub(crate) fn open_problem<'a>(
+    twin: Twin<'a>,
     known: &[(Regressor, f64)],
     base: &Base,
     parameters: usize,
     list: &[Candidate],
     options: &Options,
-) -> Problem<'a, N> {
+) -> Problem<'a> {
     let smooth = smooth::functions(twin.runs);
     let start = State { torque: base.torque, effects: known.to_vec() };
     let regressors: Vec<_> = list.iter().flat_map(|candidate| candidate.regressors.iter().cloned()).collect();
@@ -64,15 +64,15 @@ pub(crate) fn open_problem<'a, const N: usize>(
 }
 
 /// A signal in the runs in question only.
-fn only_field<const N: usize>(runs: &Runs<N>, signal: &Signal) -> Signal {
+fn only_field(runs: &Runs, signal: &Signal) -> Signal {
     let runs = runs.runs.iter().zip(signal);
     runs.map(|(run, values)| if run.clean { vec![0.0; values.len()] } else { values.clone() }).collect()
 }
 
 /// What the base may get wrong on any run: along the smooth functions, and along the effects as
 /// they would show in it.
-fn shared<const N: usize>(
-    twin: &Twin<'_, N>,
+fn shared(
+    twin: &Twin<'_>,
     start: &State,
     parameters: usize,
     regressors: &[Regressor],

@@ -78,8 +78,8 @@ pub struct Panel<'a> {
 
 impl<'a> Panel<'a> {
     /// About `state`: base, regressors, and signals that are whitened already.
-    pub fn new<const N: usize>(
-        twin: &Twin<'_, N>,
+    pub fn new(
+        twin: &Twin<'_>,
         state: &State,
         noise: &Noise,
         base: usize,

@@ -15,7 +15,7 @@ pub(crate) fn cost_of_a_time(runs: usize) -> f64 {
     TIME_PENALTY + 2.0 * (runs as f64).ln()
 }
 
-impl<const N: usize> Problem<'_, N> {
+impl Problem<'_> {
     /// Looks for the times of the last effect's steps between those that were tried, run by run,
     /// and in runs in which there was none: what the others have may have hidden it.
     pub fn sharpen_times(&self, fitted: &mut Fitted) {
@@ -77,8 +77,8 @@ impl<const N: usize> Problem<'_, N> {
 }
 
 /// Times that are tried, and what they leave.
-struct Search<'p, const N: usize> {
-    problem: &'p Problem<'p, N>,
+struct Search<'p> {
+    problem: &'p Problem<'p>,
     state: &'p State,
     what: Switched,
     times: Vec<f64>,
@@ -86,8 +86,8 @@ struct Search<'p, const N: usize> {
     loss: f64,
 }
 
-impl<'p, const N: usize> Search<'p, N> {
-    fn new(problem: &'p Problem<'p, N>, state: &'p State, what: Switched, times: Vec<f64>) -> Self {
+impl<'p> Search<'p> {
+    fn new(problem: &'p Problem<'p>, state: &'p State, what: Switched, times: Vec<f64>) -> Self {
         let now = with_times(state, what, &times);
         let parts: Vec<Part> = (0..times.len()).map(|run| problem.part(&now, run)).collect();
         let loss = problem.joint_loss(&parts);

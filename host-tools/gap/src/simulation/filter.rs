@@ -10,7 +10,7 @@ pub struct Behind<'a, const N: usize> {
     core: &'a CoreRobot<f64, N>,
     raw: &'a [RawRun<N>],
     /// As measured.
-    pub measured: Runs<N>,
+    pub measured: Runs,
 }
 
 impl<'a, const N: usize> Behind<'a, N> {

@@ -104,7 +104,7 @@ impl<const N: usize> Simulator<N> {
             masses_kg: fitted.masses.clone(),
             of_simulator: true,
         };
-        let raw = Runs::<N>::raw(context, &simulated, &source.files, mass_kg, powers)?;
+        let raw = Runs::raw::<N>(context, &simulated, &source.files, mass_kg, powers)?;
         Ok(Self { core: dataset.robot, base, quality: fitted.quality, raw, source })
     }
 
@@ -113,7 +113,7 @@ impl<const N: usize> Simulator<N> {
     ///
     /// # Errors
     /// They are.
-    pub fn check_rate(&self, runs: &Runs<N>, clean: &Runs<N>) -> Result<()> {
+    pub fn check_rate(&self, runs: &Runs, clean: &Runs) -> Result<()> {
         if clean.is_as_fast_as(runs) {
             return Ok(());
         }
@@ -129,7 +129,7 @@ impl<const N: usize> Simulator<N> {
     }
 
     /// What is told of it beside the report on measured `runs`, its own being `clean`.
-    pub fn told(&self, runs: &Runs<N>, clean: &Runs<N>, report: &Report) -> Told {
+    pub fn told(&self, runs: &Runs, clean: &Runs, report: &Report) -> Told {
         Told {
             files: self.source.files.clone(),
             power_from: match self.source.columns {
@@ -169,7 +169,7 @@ pub struct Difference {
 }
 
 impl Difference {
-    fn of<const N: usize>(runs: &Runs<N>, clean: &Runs<N>, report: &Report) -> Option<Self> {
+    fn of(runs: &Runs, clean: &Runs, report: &Report) -> Option<Self> {
         let [before, after] = &report.confirmed.residuals;
         let (mut squares, mut count) = ([0.0; 2], 0.0);
         for (locked, &place) in report.split.locked.iter().enumerate() {

@@ -48,11 +48,11 @@ impl UserCandidates {
     ///
     /// # Errors
     /// A formula has no finite value in some row of a run, with the time.
-    pub fn add<const N: usize>(
+    pub fn add(
         effects: &[UserEffect],
         file: &Path,
-        field: &mut Runs<N>,
-        clean: Option<&mut Runs<N>>,
+        field: &mut Runs,
+        clean: Option<&mut Runs>,
     ) -> Result<Self> {
         let mut found = Self::default();
         let mut clean = clean;
@@ -75,12 +75,12 @@ impl UserCandidates {
 }
 
 /// The place of the formula's new column, or the columns that some run lacks.
-fn add_column<const N: usize>(
+fn add_column(
     effect: &UserEffect,
     file: &Path,
-    runs: &mut Runs<N>,
+    runs: &mut Runs,
 ) -> Result<std::result::Result<usize, Vec<String>>> {
-    let known = Signals::known::<N>();
+    let known = Signals::known(runs.robot.wheels());
     let mut signals = Vec::new();
     let mut missing = Vec::new();
     for name in effect.formula.variables() {
@@ -121,7 +121,7 @@ fn add_column<const N: usize>(
 }
 
 /// A column that is missing, with a run that lacks it where others have it.
-fn lacking<const N: usize>(name: &str, runs: &Runs<N>) -> String {
+fn lacking(name: &str, runs: &Runs) -> String {
     let place = runs.columns.iter().position(|column| column == name);
     match place.and_then(|place| runs.runs.iter().find(|run| run.extra(place).is_empty())) {
         Some(run) => format!("{name}, which {} lacks", run.name),

@@ -139,7 +139,7 @@ pub enum Signals {
 
 impl Signals {
     /// Those that every run has, without the columns of the logs.
-    pub fn known<const N: usize>() -> Vec<(String, Self)> {
+    pub fn known(wheels: usize) -> Vec<(String, Self)> {
         let common = [
             (TIME, Self::Time),
             (MASS, Self::Mass),
@@ -148,7 +148,7 @@ impl Signals {
             (HEADING, Self::Heading),
             (MOVING, Self::Moving),
         ];
-        let wheels = (0..N).flat_map(|wheel| {
+        let wheels = (0..wheels).flat_map(|wheel| {
             [
                 (speed_column(wheel), Self::Wheel(wheel)),
                 (acceleration_column(wheel), Self::Acceleration(wheel)),
@@ -158,16 +158,16 @@ impl Signals {
     }
 
     /// Its value in a row of a run.
-    pub fn value<const N: usize>(self, run: &Run<N>, index: usize, row: &Row<N>) -> f64 {
+    pub fn value(self, run: &Run, index: usize, row: &Row) -> f64 {
         match self {
             Self::Time => row.time,
             Self::Mass => row.mass,
             Self::Speed => row.speed,
             Self::TurnRate => row.turn_rate,
             Self::Heading => row.heading[1].atan2(row.heading[0]),
-            Self::Moving => f64::from(u8::from(row.motion.is_moving())),
-            Self::Wheel(wheel) => row.motion.wheels[wheel].speed,
-            Self::Acceleration(wheel) => row.motion.wheels[wheel].acceleration,
+            Self::Moving => f64::from(u8::from(row.wheels.is_moving())),
+            Self::Wheel(wheel) => row.wheels[wheel].speed,
+            Self::Acceleration(wheel) => row.wheels[wheel].acceleration,
             Self::Column(place) => run.extra(place)[index],
         }
     }

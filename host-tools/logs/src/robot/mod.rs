@@ -1,6 +1,7 @@
 //! robot.toml: what is known of a robot beforehand.
 
 mod battery;
+pub mod chassis;
 mod core;
 mod geometry;
 mod load;

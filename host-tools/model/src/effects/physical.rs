@@ -6,7 +6,6 @@
 //! taking it out again; how uncertain that is by the delta method over coefficient and base
 //! together.
 
-use model_core::kinematics::Kinematics;
 use model_core::torque::{PARAMETERS, TorqueModel};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -37,14 +36,9 @@ pub struct World {
 }
 
 impl World {
-    /// Of a robot and its base, with the covariance of as many of the base's parameters as there
+    /// Of a robot's R and its base, with the covariance of as many of the base's parameters as there
     /// are rows.
-    pub fn new<const N: usize>(
-        kinematics: &Kinematics<f64, N>,
-        torque: TorqueModel<f64>,
-        covariance: DMatrix<f64>,
-    ) -> Self {
-        let [forward, _, turn] = kinematics.rows();
+    pub fn new([forward, _, turn]: [&[f64]; 3], torque: TorqueModel<f64>, covariance: DMatrix<f64>) -> Self {
         let alike = forward.iter().all(|own| (own.abs() / forward[0].abs() - 1.0).abs() < ALIKE);
         Self {
             torque,

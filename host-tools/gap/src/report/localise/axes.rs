@@ -22,13 +22,12 @@ pub(super) struct Axis {
 }
 
 /// All axes, in order.
-pub(super) fn axes<const N: usize>(runs: &Runs<N>) -> Vec<Axis> {
-    let on = |value: &dyn Fn(&Row<N>) -> f64| -> Signal {
+pub(super) fn axes(runs: &Runs) -> Vec<Axis> {
+    let on = |value: &dyn Fn(&Row) -> f64| -> Signal {
         runs.runs.iter().map(|run| run.rows.iter().map(value).collect()).collect()
     };
-    let moving = |value: &dyn Fn(&Row<N>) -> f64| {
-        on(&|row| if row.motion.is_moving() { value(row) } else { f64::NAN })
-    };
+    let moving =
+        |value: &dyn Fn(&Row) -> f64| on(&|row| if row.wheels.is_moving() { value(row) } else { f64::NAN });
     let axis = |name: &str, values: Signal, signed: bool| Axis {
         name: name.to_owned(),
         values,
@@ -57,7 +56,7 @@ pub(super) fn axes<const N: usize>(runs: &Runs<N>) -> Vec<Axis> {
         Axis {
             joins: false,
             edges: Some(vec![0.0, 0.0]),
-            ..axis("standing", on(&|row| if row.motion.is_moving() { f64::NAN } else { 0.0 }), false)
+            ..axis("standing", on(&|row| if row.wheels.is_moving() { f64::NAN } else { 0.0 }), false)
         },
     ];
     for place in smooth::further(runs) {
@@ -68,8 +67,8 @@ pub(super) fn axes<const N: usize>(runs: &Runs<N>) -> Vec<Axis> {
 }
 
 /// Of the body along its way, m/s²: positive while it gets faster.
-pub(super) fn acceleration<const N: usize>(runs: &Runs<N>, row: &Row<N>) -> f64 {
-    let twist = runs.robot.kinematics.twist(&row.motion.wheels.map(|wheel| wheel.acceleration));
+pub(super) fn acceleration(runs: &Runs, row: &Row) -> f64 {
+    let twist = runs.robot.twist(row.wheels.iter().map(|wheel| wheel.acceleration));
     // 0 has no way.
     if row.speed == 0.0 { 0.0 } else { twist.vx * row.speed.signum() }
 }

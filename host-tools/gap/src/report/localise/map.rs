@@ -30,8 +30,8 @@ pub struct Map {
 }
 
 /// The map of a residual before and, where there is one, after.
-pub fn map<const N: usize>(runs: &Runs<N>, before: &Signal, after: Option<&Signal>) -> Map {
-    let value = |of: &dyn Fn(&Row<N>) -> f64| -> Signal {
+pub fn map(runs: &Runs, before: &Signal, after: Option<&Signal>) -> Map {
+    let value = |of: &dyn Fn(&Row) -> f64| -> Signal {
         runs.runs.iter().map(|run| run.rows.iter().map(of).collect()).collect()
     };
     let speed = value(&|row| row.speed);

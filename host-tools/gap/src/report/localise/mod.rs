@@ -52,12 +52,12 @@ impl Cell {
 }
 
 /// All cells, the axes in order.
-pub fn cells<const N: usize>(runs: &Runs<N>, residual: &Signal) -> Vec<Cell> {
+pub fn cells(runs: &Runs, residual: &Signal) -> Vec<Cell> {
     axes(runs).iter().flat_map(|axis| cells_of(axis, residual)).collect()
 }
 
 /// Fills in what the same cells hold once effects are added.
-pub fn fill_after<const N: usize>(runs: &Runs<N>, cells: &mut [Cell], residual: &Signal) {
+pub fn fill_after(runs: &Runs, cells: &mut [Cell], residual: &Signal) {
     for axis in axes(runs) {
         let most = axis.extent().1;
         for cell in cells.iter_mut().filter(|cell| cell.axis == axis.name) {

@@ -34,7 +34,7 @@ pub struct Picture {
 
 impl Picture {
     /// Of the runs that a report is about.
-    pub fn of<const N: usize>(runs: &Runs<N>, report: &Report) -> Self {
+    pub fn of(runs: &Runs, report: &Report) -> Self {
         let (before, after) = &report.residuals;
         let courses = runs.runs.iter().enumerate().map(|(place, run)| {
             let power = |residual: &[f64]| {

@@ -1,0 +1,158 @@
+//! A robot with as many wheels as it has: what looks at whole logs is compiled once for all.
+
+use std::any::Any;
+use std::ops::Deref;
+
+use model_core::coefficients::{MOST_WHEELS, Robot as CoreRobot};
+use model_core::conditioning::Conditioning;
+use model_core::effects::Layout;
+use model_core::kinematics::Twist;
+use model_core::model::MassRange;
+use model_core::motion::{Motion, Wheel};
+
+/// The robot as model-core knows it, by its number of wheels.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Chassis {
+    /// With one wheel.
+    One(Box<CoreRobot<f64, 1>>),
+    /// With two.
+    Two(Box<CoreRobot<f64, 2>>),
+    /// With three.
+    Three(Box<CoreRobot<f64, 3>>),
+    /// With four.
+    Four(Box<CoreRobot<f64, 4>>),
+    /// With five.
+    Five(Box<CoreRobot<f64, 5>>),
+    /// With six.
+    Six(Box<CoreRobot<f64, 6>>),
+}
+
+/// What to do with the robot of a [`Chassis`], whose number of wheels is known in there.
+#[macro_export]
+macro_rules! with_core {
+    ($chassis:expr, $core:ident => $what:expr) => {
+        match $chassis {
+            $crate::robot::chassis::Chassis::One($core) => $what,
+            $crate::robot::chassis::Chassis::Two($core) => $what,
+            $crate::robot::chassis::Chassis::Three($core) => $what,
+            $crate::robot::chassis::Chassis::Four($core) => $what,
+            $crate::robot::chassis::Chassis::Five($core) => $what,
+            $crate::robot::chassis::Chassis::Six($core) => $what,
+        }
+    };
+}
+
+impl Chassis {
+    /// Of a robot whose number of wheels is known.
+    ///
+    /// # Panics
+    /// If it has none, or more than six.
+    pub fn new<const N: usize>(core: &CoreRobot<f64, N>) -> Self {
+        fn of<T: Clone + 'static>(core: &dyn Any) -> Option<Box<T>> {
+            core.downcast_ref::<T>().cloned().map(Box::new)
+        }
+        let core: &dyn Any = core;
+        let found = of(core).map(Self::One).or_else(|| of(core).map(Self::Two));
+        let found = found.or_else(|| of(core).map(Self::Three)).or_else(|| of(core).map(Self::Four));
+        let found = found.or_else(|| of(core).map(Self::Five)).or_else(|| of(core).map(Self::Six));
+        found.unwrap_or_else(|| panic!("{N} wheels; expected 1 to {MOST_WHEELS}"))
+    }
+
+    /// How many wheels it has.
+    pub fn wheels(&self) -> usize {
+        with_core!(self, core => core.kinematics.rows()[0].len())
+    }
+
+    /// Rows of R: forward speed, sideways speed and turn rate per speed of each wheel.
+    pub fn rows(&self) -> [&[f64]; 3] {
+        with_core!(self, core => core.kinematics.rows().each_ref().map(|row| &row[..]))
+    }
+
+    /// −1 of wheels on the left, 1 of those on the right, 0 of those on neither side.
+    pub fn sides(&self) -> Vec<f64> {
+        with_core!(self, core => Layout::new(&core.kinematics).side.to_vec())
+    }
+
+    /// ζ = R w for wheel speeds in rad/s, or its rates for accelerations.
+    ///
+    /// # Panics
+    /// If there are not as many as it has wheels.
+    pub fn twist(&self, wheels: impl Iterator<Item = f64>) -> Twist<f64> {
+        let mut wheels = wheels;
+        with_core!(self, core => core.kinematics.twist(&std::array::from_fn(|_| wheels.next().expect("one a wheel"))))
+    }
+
+    /// Whether turns drag its wheels.
+    pub fn scrubs(&self) -> bool {
+        with_core!(self, core => core.scrubs())
+    }
+
+    /// What else lies between samples and motion.
+    pub fn conditioning(&self) -> &Conditioning<f64> {
+        with_core!(self, core => &core.conditioning)
+    }
+
+    /// Total masses without and with full payload, kg.
+    pub fn range(&self) -> MassRange<f64> {
+        with_core!(self, core => core.range)
+    }
+
+    /// Low-pass cutoff for speed and power, Hz.
+    pub fn cutoff_hz(&self) -> f64 {
+        with_core!(self, core => core.cutoff_hz)
+    }
+
+    /// What the robot draws apart from its drives, W.
+    pub fn static_power(&self) -> f64 {
+        with_core!(self, core => core.static_power)
+    }
+}
+
+/// The wheels of a robot at one instant, as many as it has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wheels {
+    count: usize,
+    wheels: [Wheel<f64>; MOST_WHEELS],
+}
+
+impl Deref for Wheels {
+    type Target = [Wheel<f64>];
+
+    fn deref(&self) -> &[Wheel<f64>] {
+        &self.wheels[..self.count]
+    }
+}
+
+impl<const N: usize> From<&Motion<f64, N>> for Wheels {
+    fn from(motion: &Motion<f64, N>) -> Self {
+        let mut wheels = [Wheel::default(); MOST_WHEELS];
+        wheels[..N].copy_from_slice(&motion.wheels);
+        Self { count: N, wheels }
+    }
+}
+
+impl Wheels {
+    /// As the models take them.
+    ///
+    /// # Panics
+    /// If `N` is not how many there are.
+    pub fn motion<const N: usize>(&self) -> Motion<f64, N> {
+        assert_eq!(self.count, N, "as many wheels as the robot has");
+        Motion { wheels: std::array::from_fn(|wheel| self.wheels[wheel]) }
+    }
+
+    /// Whether any of them turns.
+    pub fn is_moving(&self) -> bool {
+        self.iter().any(|wheel| wheel.direction != 0.0)
+    }
+
+    /// Mean of their absolute speeds, rad/s.
+    pub fn mean_speed(&self) -> f64 {
+        self.mean(|wheel| wheel.speed.abs())
+    }
+
+    /// Mean of what each of them has.
+    pub fn mean(&self, of: impl Fn(&Wheel<f64>) -> f64) -> f64 {
+        self.iter().map(of).sum::<f64>() / self.count as f64
+    }
+}
