@@ -47,7 +47,8 @@ pub struct Conditioner<T, const N: usize> {
     accelerations: [Channel<T>; N],
     memory: SlipMemory<T>,
     slip: Slip<T>,
-    /// Nothing is late and no wheel scrubs, as of most robots: chosen at set-up, not at every sample.
+    /// Nothing is late and no wheel scrubs, as of most robots: chosen at set-up, not at every
+    /// sample.
     is_straight: bool,
     /// Samples until the filter has settled.
     unsettled: u32,
@@ -116,10 +117,10 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
         self.is_straight
     }
 
-    /// [`Self::push`], and how long the sample stands for, s: the time since the one before, but behind a gap, which nobody
-    /// measured, at most a longest step. With what a gyro says of the same instant, true slip adds
-    /// to the scrub. `STRAIGHT` leaves out what is not asked for where [`Self::is_straight`] holds
-    /// and there is no gyro.
+    /// [`Self::push`], and how long the sample stands for, s: the time since the one before, but
+    /// behind a gap, which nobody measured, at most a longest step. With what a gyro says of the
+    /// same instant, true slip adds to the scrub. `STRAIGHT` leaves out what is not asked for where
+    /// [`Self::is_straight`] holds and there is no gyro.
     #[inline(always)]
     pub(crate) fn condition<const STRAIGHT: bool>(
         &mut self,

@@ -142,8 +142,8 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         self.take::<_, false>(&mut (), sample, &Outside::UNKNOWN, elapsed)
     }
 
-    /// [`Self::push`] with the coefficients' effects, [`crate::effects::live::Live`], and what is measured beside speeds and power
-    /// for those that need it.
+    /// [`Self::push`] with the coefficients' effects, [`crate::effects::live::Live`], and what is
+    /// measured beside speeds and power for those that need it.
     #[inline(always)]
     pub fn push_with<E: Additions<T, N>>(
         &mut self,

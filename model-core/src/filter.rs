@@ -97,8 +97,8 @@ struct Each<T, const N: usize> {
 
 /// The channels of a robot's wheels and of its power, read and written at once ([`crate::block`]).
 ///
-/// Their order is that in which a step lets go of them: what a number of one row becomes may take the
-/// register of the row behind, so that the step moves none.
+/// Their order is that in which a step lets go of them: what a number of one row becomes may take
+/// the register of the row behind, so that the step moves none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct Channels<T, const N: usize> {

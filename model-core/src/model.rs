@@ -83,8 +83,9 @@ impl<T: Real> Model<T> {
         self.response_and_power(motion, range, T::ZERO).0
     }
 
-    /// [`Self::response`], and with it [`Self::power`] at `d` kg beyond the middle of `range`: what the board computes for
-    /// every sample. Only the caller knows what to do with a power that is not finite.
+    /// [`Self::response`], and with it [`Self::power`] at `d` kg beyond the middle of `range`: what
+    /// the board computes for every sample. Only the caller knows what to do with a power that is
+    /// not finite.
     #[inline(always)]
     pub fn response_and_power<const N: usize>(
         &self,

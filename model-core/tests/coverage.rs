@@ -118,7 +118,8 @@ fn check(stated_over_true: f64, bounds: impl Fn(usize, f64) -> (f64, f64)) {
 
 /// 90 to 99 %, the test's own binomial scatter being 0.7 %. Two limits are known:
 /// - five buckets say little of their own, and a prior worth six more makes them careful;
-/// - an error that lasts four buckets outlasts the lags that are counted, and lasts most of a short window.
+/// - an error that lasts four buckets outlasts the lags that are counted, and lasts most of a short
+///   window.
 #[test]
 fn stated_density_is_right() {
     check(1.0, |seconds, correlation| match (seconds, correlation) {

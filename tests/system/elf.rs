@@ -122,8 +122,8 @@ fn what_the_bootloader_left_running_is_stopped_first() {
 /// Every interrupt that a driver enables has its handler in the table.
 #[test]
 fn the_drivers_interrupts_have_handlers() {
-    // I2C1 event and error; USART3; TIM5; UART4, of the executor that samples; DMA2 stream 0, of the
-    // inertial sensor; OTG_FS. The servo port's DMA ends with USART3's idle line.
+    // I2C1 event and error; USART3; TIM5; UART4, of the executor that samples; DMA2 stream 0, of
+    // the inertial sensor; OTG_FS. The servo port's DMA ends with USART3's idle line.
     const USED: [usize; 7] = [31, 32, 39, 50, 52, 56, 67];
     with_image(|elf| {
         let (_, vectors) = vectors(elf);

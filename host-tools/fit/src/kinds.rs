@@ -17,7 +17,8 @@ pub(super) struct Kinds {
 }
 
 /// What tells two kinds apart, as the bits of [`Kinds::kind`] that count: speed and turn, or speed
-/// and acceleration. All three at once leave too little in each for its error to stand out of noise.
+/// and acceleration. All three at once leave too little in each for its error to stand out of
+/// noise.
 pub(super) const PAIRS: [u8; 2] = [0b110, 0b101];
 
 impl Kinds {

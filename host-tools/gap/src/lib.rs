@@ -2,8 +2,8 @@
 //! added.
 //!
 //! Arrows go one way: [`types`] → [`problem`] (what is asked of which runs) → [`detect`] → [`name`]
-//! →
-//! [`confirm`] → [`report`]; [`investigate`] walks them, or [`likelihood`] answers in their place. Its face: [`workflow::gap`], from files to all that was found.
+//! → [`confirm`] → [`report`]; [`investigate`] walks them, or [`likelihood`] answers in their
+//! place. Its face: [`workflow::gap`], from files to all that was found.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod bench;

@@ -1,8 +1,8 @@
 //! What a fit knows, and what it may lack.
 //!
 //! Its face: [`coefficients::CoefficientsFile`], coefficients.toml as one typed value, read and
-//! written once;
-//! [`effects`], each effect with all there is to say of it: id, unit, sign, range, regressors, cause, words.
+//! written once; [`effects`], each effect with all there is to say of it: id, unit, sign, range,
+//! regressors, cause, words.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod coefficients;

@@ -24,8 +24,8 @@ impl<'py> FromPyObject<'_, 'py> for Batches {
     fn extract(of: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
         let capsule = of.call_method0("__arrow_c_stream__")?.cast_into::<PyCapsule>()?;
         let stream = capsule.pointer_checked(Some(STREAM))?.cast();
-        // SAFETY: a capsule of this name holds a stream, which is taken out of it; the interpreter's
-        // lock is held, so that nobody else does.
+        // SAFETY: a capsule of this name holds a stream, which is taken out of it; the
+        // interpreter's lock is held, so that nobody else does.
         let batches = unsafe { RecordBatchStreamReader::from_raw(stream.as_ptr()) };
         batches.map(Self).map_err(|error| PyValueError::new_err(error.to_string()))
     }

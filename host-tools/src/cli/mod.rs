@@ -123,7 +123,8 @@ pub fn answer(context: &Context, arguments: &[String]) -> Result<()> {
     execute(context, program::parse_given(arguments)?)
 }
 
-/// How `gmr gram` with these arguments sums up; the log and the file that they name are not touched.
+/// How `gmr gram` with these arguments sums up; the log and the file that they name are not
+/// touched.
 ///
 /// # Errors
 /// As [`answer`]; arguments of another command.

@@ -105,7 +105,7 @@ fn a_hidden_slope_is_named_and_the_locked_runs_confirm_it() {
     assert!(before > after && after >= floor && floor > 0.0, "{before} {after} {floor}");
     let closed = (before * before - after * after) / (before * before - floor * floor);
     assert!((closed - number(&found["gap_closed"])).abs() < 1e-9 && closed > 0.9, "{closed}");
-    // Locked runs are a third of them, and take no part in naming.
+    // Locked runs are a third of them: they confirm what the others named.
     assert_eq!(found["confirm_runs"].as_array().unwrap().len(), 3);
     let cell = &found["localisation"][0];
     assert_eq!(keys(cell)[..5], ["axis", "from", "to", "mean_residual_w", "band_w"]);

@@ -63,15 +63,15 @@ impl<T: Real> Scatter<T> {
 
     /// Half-width of the 95 % interval.
     ///
-    /// `information` is that of all buckets, by the weights that their scores have. `share` of it is
-    /// of samples whose scores follow the mass: those beyond the noise count by a weight that takes
-    /// their residual out again, so by Huber (1964) they are in the scatter of Σ s_b, but not in what
-    /// it is divided by. With five times the fit's noise half of the information is of such samples.
-    /// `expected` is the variance of Σ s_b by the fit's noise, which counts as `prior` buckets' worth of evidence beside the scatter seen; `lasting`
-    /// is the variance of the estimate from errors that outlast the window. Such errors show in the
-    /// scatter too as soon as the robot drives at several speeds, so they are expected beside the
-    /// noise, not added to the scatter; at one speed they do not show, and the variance is at least
-    /// theirs.
+    /// `information` is that of all buckets, by the weights that their scores have. `share` of it
+    /// is of samples whose scores follow the mass: those beyond the noise count by a weight that
+    /// takes their residual out again, so by Huber (1964) they are in the scatter of Σ s_b, but not
+    /// in what it is divided by. With five times the fit's noise half of the information is of such
+    /// samples. `expected` is the variance of Σ s_b by the fit's noise, which counts as `prior`
+    /// buckets' worth of evidence beside the scatter seen; `lasting` is the variance of the
+    /// estimate from errors that outlast the window. Such errors show in the scatter too as soon as
+    /// the robot drives at several speeds, so they are expected beside the noise, not added to the
+    /// scatter; at one speed they do not show, and the variance is at least theirs.
     pub(super) fn half_width(&self, information: T, share: T, prior: T, expected: T, lasting: T) -> T {
         let total = information * information;
         let follows = total * share * share;

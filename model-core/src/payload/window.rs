@@ -8,8 +8,8 @@
 //!
 //! A sample whose residual at the mass known now is beyond the noise counts less (Huber): a square
 //! loss lets ten samples at the corners of the acceleration move the mass by percents. Such a
-//! sample says on which side of it the mass lies, but no longer how far: the mass is as uncertain as
-//! the samples within the noise leave it.
+//! sample says on which side of it the mass lies, but no longer how far: the mass is as uncertain
+//! as the samples within the noise leave it.
 
 use crate::model::{MassRange, Response};
 use crate::real::Real;
@@ -135,7 +135,8 @@ impl<T: Real> Window<T> {
         let reach = self.range.reach();
         let least = self.range.middle().at_least(reach * T::from_f64(BELOW));
         let (mut low, mut high) = (-least, reach * T::from_f64(ABOVE));
-        // [`Sums::score`] and [`Sums::information`] in powers of d: their coefficients are the same at every step.
+        // [`Sums::score`] and [`Sums::information`] in powers of d: their coefficients are the same
+        // at every step.
         let (linear, square, cube) =
             (T::TWO * total.ra - total.bb, T::from_f64(-3.0) * total.ab, -T::TWO * total.aa);
         let score = |d: T| ((cube * d + square) * d + linear) * d + total.rb;

@@ -192,8 +192,8 @@ impl Term {
 /// Delays to try beside the one that there is, s, of samples this far apart.
 pub(super) fn delays(now: f64, sample_s: f64) -> Vec<f64> {
     // Speeds that are means of 50 ms are later than the power by half of that: a whole step to
-    // either side would gain nothing. Whole samples only: between two of them interpolation smooths,
-    // which gains where nothing is late.
+    // either side would gain nothing. Whole samples only: between two of them interpolation
+    // smooths, which gains where nothing is late.
     let half = (0.5 * DELAY_STEP_S / sample_s).round() * sample_s;
     let near = [now - half, now + half].into_iter().filter(|_| half < 0.9 * DELAY_STEP_S);
     (EARLIEST..=LATEST).map(|step| f64::from(step) * DELAY_STEP_S).chain(near).collect()

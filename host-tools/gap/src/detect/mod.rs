@@ -111,6 +111,9 @@ pub(super) fn shape_test(problem: &Problem<'_>, state: &State) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::slice::from_ref;
+
+    use model::effects::{Detail, STATIC_STEP};
     use model_core::effects::Term;
     use model_core::torque::{Drive, TorqueModel};
 
@@ -118,16 +121,24 @@ mod tests {
     use crate::problem::example;
     use crate::twin::Twin;
 
-    /// Two runs, the second with a step of its own. What single runs show counts as much less as it
-    /// has to exceed clean runs by more; what runs share counts as it is.
+    /// Two runs, the second with a step of its own, or both with an effect. What single runs show
+    /// counts as much less as it has to exceed clean runs by more; what runs share counts as it is.
     #[test]
     fn single_runs_have_to_exceed_clean_ones_by_more() {
+        let step = |run: usize| (Regressor::Term(Term::StepAt(12.0)), if run == 1 { 0.2 } else { 0.0 });
+        let [usual, less] = greatest_before_and_after(step);
+        assert!(usual > 10.0 && (usual / less - 1.5).abs() < 1e-9, "{usual} {less}");
+        let [usual, same] = greatest_before_and_after(|_| (Regressor::Term(Term::Viscous), 0.01));
+        assert!(usual > 10.0 && same == usual, "{usual} {same}");
+    }
+
+    /// The greatest |z| of runs with an effect each, as it is and where single runs have to exceed
+    /// clean ones by half as much again. Of all runs alike only a change of friction is looked for.
+    fn greatest_before_and_after(effect: impl Fn(usize) -> (Regressor, f64)) -> [f64; 2] {
         let torque = TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]);
-        let truth = |run: usize| {
-            let step = Regressor::Term(Term::StepAt(12.0));
-            let effects = if run == 1 { vec![(step, 0.2)] } else { Vec::new() };
-            State { torque, effects }
-        };
+        let truth = |run: usize| State { torque, effects: vec![effect(run)] };
+        let friction =
+            STATIC_STEP.candidate(vec![Regressor::Term(Term::Viscous)], (-1.0, 1.0), Detail::Plain, 0.0);
         let mut runs = example::runs([5.0, 7.0]);
         let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
         let powers: Vec<Vec<f64>> = (0..2).map(|run| twin.predict(run, &truth(run))).collect();
@@ -137,10 +148,10 @@ mod tests {
         }
         let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
         let mut problem = example::bare(twin, torque, 0);
-        let greatest = |problem: &Problem<'_>| structure(problem, &problem.start(), &[], &[]).greatest;
+        let greatest =
+            |problem: &Problem<'_>| structure(problem, &problem.start(), from_ref(&friction), &[]).greatest;
         let usual = greatest(&problem);
-        problem.in_runs = 1.3;
-        let less = greatest(&problem);
-        assert!(usual > 10.0 && (usual / less - 1.3).abs() < 1e-9, "{usual} {less}");
+        problem.in_runs = 1.5;
+        [usual, greatest(&problem)]
     }
 }

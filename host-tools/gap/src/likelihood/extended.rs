@@ -1,7 +1,7 @@
 //! Effects about their own sizes, for any labels of the runs.
 //!
-//! An effect that bends has other slopes at its size than at none. Where it is linear there, it is a
-//! column of what the linear model adds at none, with a coefficient of one, and its slopes. The
+//! An effect that bends has other slopes at its size than at none. Where it is linear there, it is
+//! a column of what the linear model adds at none, with a coefficient of one, and its slopes. The
 //! model's form may get these wrong in clean runs too, so they are functions besides.
 
 use nalgebra::DMatrix;
@@ -25,8 +25,8 @@ pub struct Extended {
 }
 
 impl Extended {
-    /// By effects and the coefficients about which they are linear. `ways` is how many columns of the
-    /// ways are kept.
+    /// By effects and the coefficients about which they are linear. `ways` is how many columns of
+    /// the ways are kept.
     pub fn of(posed: &Posed<'_>, effects: &[(&Way, &[f64])], ways: usize) -> Self {
         let further = posed.shape.further();
         let cut = further + ways;

@@ -36,8 +36,9 @@ pub struct Noise {
     pub memory: Vec<f64>,
     /// Standard deviation of that, where the scale is 1, W.
     pub innovation: f64,
-    /// The same of the autoregression as a model: with the white noise that keeps it apart from what
-    /// a filter leaves empty. Without it all that the filter passes would look a third smaller.
+    /// The same of the autoregression as a model: with the white noise that keeps it apart from
+    /// what a filter leaves empty. Without it all that the filter passes would look a third
+    /// smaller.
     pub modelled: f64,
     /// Power, and the scale of the noise there.
     scales: Vec<(f64, f64)>,

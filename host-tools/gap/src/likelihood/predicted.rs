@@ -1,4 +1,5 @@
-//! What the twin predicts, and its slopes, with delays that are [free of interpolation](super::delay).
+//! What the twin predicts, and its slopes, with delays that are [free of
+//! interpolation](super::delay).
 
 use model::effects::Regressor;
 

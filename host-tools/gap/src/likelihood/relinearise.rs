@@ -25,8 +25,8 @@ pub struct Bent {
     pub covariance: DMatrix<f64>,
 }
 
-/// Gauss and Newton on the coefficients, base and discrepancy moving along; then the evidence there.
-/// The way's own columns are the only ones.
+/// Gauss and Newton on the coefficients, base and discrepancy moving along; then the evidence
+/// there. The way's own columns are the only ones.
 pub fn about(posed: &Posed<'_>, scales: &Scales, way: &Way, start: &[f64]) -> Option<Bent> {
     let way = &Way { first: 0, ..way.clone() };
     let mut coefficients = DVector::from_column_slice(start);
@@ -67,8 +67,8 @@ pub fn about(posed: &Posed<'_>, scales: &Scales, way: &Way, start: &[f64]) -> Op
     None
 }
 
-/// The delay in a range from which steps lead to the likeliest one: the best of a grid, what differs
-/// between runs left aside.
+/// The delay in a range from which steps lead to the likeliest one: the best of a grid, what
+/// differs between runs left aside.
 pub fn delay(posed: &Posed<'_>, scales: &Scales, (low, high): (f64, f64)) -> f64 {
     let step = (DELAY_STEPS * posed.twin.runs.robot.cutoff_hz()).recip();
     let count = (high / step) as i32;

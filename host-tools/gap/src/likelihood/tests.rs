@@ -165,8 +165,8 @@ fn asked(effects: &[(Regressor, f64)]) -> crate::report::Report {
     investigate(&field, Some(&clean), &base, &Options::default(), LEVEL).unwrap()
 }
 
-/// A drag of 0.03 N·m on the left wheel: its posterior leads, its size is right to 10 %, and the runs
-/// confirm it of each other.
+/// A drag of 0.03 N·m on the left wheel: its posterior leads, its size is right to 10 %, and the
+/// runs confirm it of each other.
 #[test]
 fn the_effect_that_is_hidden_leads() {
     let found = asked(&[(Regressor::Term(Term::Drag(0)), 0.03)]);

@@ -10,8 +10,8 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use super::evidence::{Shape, Variances};
 use super::priors::{DISCREPANCY, DISCREPANCY_RANGE, FARTHEST, SETTLED, VARIANCE_ROUNDS};
 
-/// Of some runs' products. `groups` says which functions vary alike. `others` are runs that all have
-/// something of their own, whatever it is: they tell what differs from run to run.
+/// Of some runs' products. `groups` says which functions vary alike. `others` are runs that all
+/// have something of their own, whatever it is: they tell what differs from run to run.
 pub fn told(
     products: &[&DMatrix<f64>],
     others: &[&DMatrix<f64>],

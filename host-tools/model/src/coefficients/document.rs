@@ -2,8 +2,8 @@
 //!
 //! To add a key: give its section here a field with `#[serde(default)]`, so that files without it
 //! stay readable, and with `skip_serializing_if` where most files will not have it; give
-//! [`super::CoefficientsFile`] what it means, and say so in
-//! [`super::CoefficientsFile::document`] and `of_document`; list a number that cannot be negative in [`Document::numbers`]. An older
+//! [`super::CoefficientsFile`] what it means, and say so in [`super::CoefficientsFile::document`]
+//! and `of_document`; list a number that cannot be negative in [`Document::numbers`]. An older
 //! reader passes over keys that it does not know. Where it would then compute something else, raise
 //! [`FORMAT`]: it refuses the file.
 

@@ -36,8 +36,8 @@ pub struct World {
 }
 
 impl World {
-    /// Of a robot's R and its base, with the covariance of as many of the base's parameters as there
-    /// are rows.
+    /// Of a robot's R and its base, with the covariance of as many of the base's parameters as
+    /// there are rows.
     pub fn new([forward, _, turn]: [&[f64]; 3], torque: TorqueModel<f64>, covariance: DMatrix<f64>) -> Self {
         let alike = forward.iter().all(|own| (own.abs() / forward[0].abs() - 1.0).abs() < ALIKE);
         Self {

@@ -186,7 +186,8 @@ pub fn allowed(robot: &Robot, card: &Card, wanted: &Wanted) -> Result<()> {
     Err(Error::failed(format!("the logs have no {}", lacking.join(", "))))
 }
 
-/// [`evaluate`] of every card, in their order. Nothing of it depends on the number of cores but the time.
+/// [`evaluate`] of every card, in their order. Nothing of it depends on the number of cores but the
+/// time.
 pub fn evaluate_all(
     context: &Context,
     robot: &Robot,

@@ -60,8 +60,8 @@ async fn report(shared: &Shared) -> ! {
 /// Bytes from and to the host.
 ///
 /// Where no host has set the port up, where it was pulled, or the program on the host has closed
-/// the port, reading and writing fail:
-/// [`Connection::wait_connection`] waits for the next one, to whom nothing of the old answers is sent.
+/// the port, reading and writing fail: [`Connection::wait_connection`] waits for the next one, to
+/// whom nothing of the old answers is sent.
 pub struct UsbLink {
     sender: Sender<'static, Driver>,
     receiver: BufferedReceiver<'static, Driver>,
