@@ -74,6 +74,8 @@ pub struct Dataset<const N: usize> {
     pub excluded: u64,
     /// Whether the sides' Coulomb torques may differ.
     pub unequal_sides: bool,
+    /// Steps of a search so long that no further term was asked; `None` as a rule.
+    pub long_search: Option<u32>,
     /// Payloads met, kg, to the gram, at most [`MOST_MASSES`].
     pub masses: Vec<f64>,
 }
@@ -174,6 +176,7 @@ impl<const N: usize> Dataset<N> {
             used: 0,
             excluded: 0,
             unequal_sides: false,
+            long_search: None,
             masses: Vec::new(),
         }
     }

@@ -151,6 +151,7 @@ fn read_choosing_here<const N: usize>(
     core.conditioning = choice.form.conditioning;
     let mut dataset = Dataset::read(context, robot, core, files, reading)?;
     dataset.unequal_sides = choice.form.unequal_sides;
+    dataset.long_search = choice.long_search;
     Ok((dataset, choice.judged))
 }
 
@@ -268,6 +269,7 @@ fn fit_here<const N: usize>(
     let everything = vec![1.0; dataset.store.len()];
     let mut certificate = None;
     let (mut huber, mut warnings, mut at_bounds) = (None, Vec::new(), Vec::new());
+    let mut cut_short = None;
     let (model, ending, iterations, weights) = match kind {
         ModelKind::Signed => {
             let solution = physical::solve(dataset, robot);
@@ -275,6 +277,11 @@ fn fit_here<const N: usize>(
             huber = solution.huber;
             warnings.extend(solution.at_bounds.iter().map(Warning::at_bound));
             at_bounds = solution.at_bounds;
+            let steps = dataset.long_search.into_iter().chain([solution.iterations]).max().unwrap_or(0);
+            if steps > physical::MOST_STEPS {
+                cut_short = Some(steps).filter(|_| !solution.ending.has_converged());
+                warnings.push(Warning::long_search(steps));
+            }
             if !solution.ending.has_converged() {
                 warnings.push(Warning::not_converged(&ending_name(&solution.ending)));
             }
@@ -305,7 +312,7 @@ fn fit_here<const N: usize>(
     noise.model_std = if identifies_mass { lasting_error } else { 0.0 };
     let energy_std_share = assess::energy_spread(dataset, &model, &noise);
     let mass_effect = mass_effect.filter(|_| identifies_mass);
-    let defect = usable::defect(&quality, &at_bounds, mass_effect.as_ref());
+    let defect = usable::defect(&quality, &at_bounds, mass_effect.as_ref(), cut_short);
     let coefficients = Coefficients {
         robot: dataset.robot,
         model,

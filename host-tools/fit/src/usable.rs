@@ -7,6 +7,9 @@ use numerics::robust::NORMAL_95;
 use support::figure::figure;
 use support::metrics::Quality;
 
+/// Where the log itself is in doubt.
+const LOOK: &str = "check the unit, sign and clock of power and speeds with gmr inspect";
+
 /// Why a fit cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Defect {
@@ -30,22 +33,33 @@ pub struct MassEffect {
 
 /// What makes a fit one that nobody can use; `None` where somebody can.
 ///
-/// With an R² below 0 the mean of the power predicts these rows better. What else the data leave
-/// open matters where payloads are to be found: a parameter at its bound takes the place of what
-/// depends on the mass, and an effect of the mass that may as well be 0 gives any payload. A fit at
-/// one payload finds none, and says so: there, neither is a defect.
+/// With an R² below 0 the mean of the power predicts these rows better. `cut_short` are the steps of
+/// a search that was cut short and met no minimum. What else the data leave open matters where
+/// payloads are to be found: a parameter at its bound takes the place of what depends on the mass,
+/// and an effect of the mass that may as well be 0 gives any payload. A fit at one payload finds
+/// none, and says so: there, none of these is a defect.
 pub(super) fn defect(
     quality: &Quality,
     at_bounds: &[AtBound],
     effect: Option<&MassEffect>,
+    cut_short: Option<u32>,
 ) -> Option<Defect> {
+    let no_minimum = cut_short
+        .map(|steps| format!("no minimum after {steps} steps, where logs of robots take a thousand or two"));
     if let Some(r2) = quality.r2.filter(|r2| *r2 < 0.0) {
-        let remedy = "check the unit, sign and clock of power and speeds with gmr inspect; where power_w is the total, let the robot stand \
-                      for ten seconds in each log, which shows its static power"
-            .to_owned();
-        return Some(Defect { why: of_r2(r2), remedy });
+        let remedy = format!(
+            "{LOOK}; where power_w is the total, let the robot stand for ten seconds in each log, which shows its static power"
+        );
+        let mut why = of_r2(r2);
+        no_minimum.iter().for_each(|no_minimum| why += &format!("; {no_minimum}"));
+        return Some(Defect { why, remedy });
     }
     let effect = effect?;
+    // What else is wrong with it comes of that.
+    if let Some(why) = no_minimum {
+        let remedy = format!("{LOOK}: wheels that turn so draw no such power");
+        return Some(Defect { why, remedy });
+    }
     if let Some(at) = at_bounds.iter().find(|at| !at.of_motor) {
         return Some(Defect {
             why: format!("{} is at its bound of {}", at.description.name, figure(at.bound)),

@@ -22,6 +22,8 @@ pub enum Kind {
     AtBound,
     /// The search did not end at a minimum.
     NotConverged,
+    /// The search was cut short: no minimum was in reach.
+    LongSearch,
     /// The mean power of the rows predicts them better.
     WorseThanMean,
     /// A log looks like another one than its columns say.
@@ -50,6 +52,15 @@ impl Warning {
              payloads determine them better"
         );
         Self { kind: Kind::NotConverged, text }
+    }
+
+    pub(super) fn long_search(steps: u32) -> Self {
+        let text = format!(
+            "the search was cut short after {steps} steps, where logs of robots take a thousand or two: wheels that turn so draw no such \
+             power; no residual counts linearly, and further terms may not have been asked; look at the log first (gmr inspect): its \
+             clock, the sign and unit of power and speeds"
+        );
+        Self { kind: Kind::LongSearch, text }
     }
 
     pub(super) fn of_log(text: String) -> Self {

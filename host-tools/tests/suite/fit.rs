@@ -109,6 +109,33 @@ fn three_payloads_determine_the_constants_of_eq18() {
     assert_eq!(parameter(&two, "beta1")["verdict"], "undetermined");
 }
 
+/// Wheels that jump from standing to 6 rad/s and back seven times in 0.35 s, and a power that has
+/// nothing to do with them: 200,000 rows of what no robot makes. The search is cut short, says so,
+/// and has taken no more than all its starts (24, of 200 steps each) and three ends of them.
+#[test]
+fn a_search_without_end_is_cut_short() {
+    let bench = Bench::new();
+    // The cutoff is the search's to choose.
+    bench.put("robot.toml", ROBOT.replace("filter_cutoff_hz = 20\n", ""));
+    let mut text = crate::common::HEADER.to_owned();
+    for row in 0..200_000 {
+        let (speed, power) = (row % 7, 1 + row % 3);
+        let mass = if row < 100_000 { 1 } else { 6 };
+        text += &format!("{:.2},{speed},{speed},{power},{mass}\n", f64::from(row) * 0.05);
+    }
+    bench.put("none.csv", text);
+    let refused = bench.gmr(&[&FIT[..], &["none.csv"]].concat());
+    assert_eq!(refused.code, Some(1), "{}", refused.stderr);
+    assert!(refused.stderr.contains("NOT USABLE ("), "{}", refused.stderr);
+    assert!(refused.stderr.contains("no minimum after "), "{}", refused.stderr);
+    assert!(refused.stderr.contains("gmr inspect"), "{}", refused.stderr);
+    let report = fit(&bench, &["--force", "none.csv"]);
+    assert!(number(&report["iterations"]) <= 24.0 * 200.0 + 3.0 * 200.0, "{}", report["iterations"]);
+    let warnings = report["warnings"].as_array().unwrap();
+    assert!(warnings.iter().any(|warning| warning["kind"] == "long-search"), "{report}");
+    assert_eq!(report["terms"], serde_json::json!([]));
+}
+
 #[test]
 fn the_same_logs_give_the_same_bytes() {
     let bench = two_payloads();

@@ -37,6 +37,8 @@ pub(super) struct Problem<'a, const N: usize> {
     held_out: &'a (dyn Fn(f64) -> bool + Sync),
     /// One for all forms: of rows that are far off beside the others by the plain form.
     loss: Loss,
+    /// Steps from all starts to the plain form.
+    pub(super) steps: u32,
     /// Length of a block, s; infinite where a block is a whole run.
     block_s: f64,
     /// The fold that holds each block out; blocks of which nothing may be seen are in none.
@@ -93,7 +95,16 @@ impl<'a, const N: usize> Problem<'a, N> {
         let bounds = Bounds::of(core, &rows, robot.motor(), false);
         let plain = physical::search(&rows, robot.drive(), Loss::Squares, &bounds, None);
         let loss = physical::usual_loss(&rows, robot.drive(), &plain.parameters);
-        Self { robot, core, pilots, held_out, loss, block_s, folds: dealt(&open, block_s) }
+        Self {
+            robot,
+            core,
+            pilots,
+            held_out,
+            loss,
+            steps: plain.steps,
+            block_s,
+            folds: dealt(&open, block_s),
+        }
     }
 
     /// The rows of a form, each with the fold that holds it out.

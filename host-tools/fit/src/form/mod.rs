@@ -22,6 +22,7 @@ use serde::Serialize;
 use self::candidate::{Errors, Problem};
 pub use self::nested::Form;
 pub use self::term::{TERMS, TERMS_WITH_GYRO, Term};
+use super::physical::MOST_STEPS;
 use super::pilot::Pilots;
 
 /// Fewer blocks tell nothing.
@@ -57,6 +58,8 @@ pub struct Choice {
     pub form: Form,
     /// One entry a term that was asked; empty where the logs are too short to hold out blocks.
     pub judged: Vec<Judged>,
+    /// Steps of a search so long that no term was asked; `None` as a rule.
+    pub long_search: Option<u32>,
 }
 
 /// Chooses among `terms` by the first rows of the logs, those of `held_out` times (s) left out:
@@ -70,9 +73,13 @@ pub(super) fn choose<const N: usize>(
 ) -> Choice {
     let problem = Problem::new(robot, core, pilots, held_out);
     let form = Form { conditioning: core.conditioning, unequal_sides: false };
-    let mut choice = Choice { form, judged: Vec::new() };
+    let mut choice = Choice { form, judged: Vec::new(), long_search: None };
     if problem.folds.len() < LEAST_BLOCKS {
         return choice;
+    }
+    // A term is judged by what two searches leave, and these would have no end.
+    if problem.steps > MOST_STEPS {
+        return Choice { long_search: Some(problem.steps), ..choice };
     }
     let turning = if terms.contains(&Term::TrueSlip) { pilots.with_gyro() } else { None };
     let turning = turning.as_ref().map(|pilots| Problem::new(robot, core, pilots, held_out));

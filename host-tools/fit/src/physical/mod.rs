@@ -25,7 +25,7 @@ pub use self::cost::{PARAMETERS, Parameters, gradient, parameters, power, predic
 pub use self::restarts::{Restarts, restart};
 pub use self::robust::Huber;
 pub(super) use self::robust::usual_loss;
-pub(super) use self::search::{Descent, search};
+pub(super) use self::search::{Descent, MOST_STEPS, search};
 use self::search::{FINAL, TRIAL, best_of};
 pub use self::starts::Alone;
 use super::dataset::{Dataset, Row};

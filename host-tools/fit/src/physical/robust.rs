@@ -16,7 +16,7 @@ use numerics::robust::scale_of_sizes;
 use super::super::dataset::Row;
 use super::bounds::Bounds;
 use super::cost::{Cost, Loss, Parameters, residual, torque};
-use super::search::{Descent, FINAL, best_of};
+use super::search::{Descent, FINAL, MOST_STEPS, best_of};
 
 /// Residuals beyond this many standard deviations count linearly: the tightest that costs no more
 /// than [`MOST_COST`].
@@ -44,8 +44,8 @@ impl From<Huber> for Loss {
 /// What came of it.
 pub(super) struct Weighed {
     pub(super) descent: Descent,
-    /// The loss that it minimises; `None` where weights cost too much and all residuals are
-    /// squared.
+    /// The loss that it minimises; `None` where weights cost too much, or the search has been cut
+    /// short, and all residuals are squared.
     pub(super) huber: Option<Huber>,
 }
 
@@ -59,6 +59,9 @@ pub(super) fn weigh<const N: usize>(
 ) -> Weighed {
     let allowed = squares.cost + MOST_COST * variation(all);
     for threshold in THRESHOLDS {
+        if *steps > MOST_STEPS {
+            break;
+        }
         let Some(first) = usual(all, &squares.parameters) else { break };
         let mut starts = vec![squares.parameters];
         starts.extend_from_slice(finalists);

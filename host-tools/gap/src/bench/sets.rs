@@ -119,6 +119,7 @@ pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str]) -> Result
         used: 0,
         excluded: 0,
         unequal_sides: false,
+        long_search: None,
         masses: Vec::new(),
     };
     for (place, run) in raw.iter().enumerate() {
