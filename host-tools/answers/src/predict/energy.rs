@@ -71,8 +71,9 @@ struct Sums<'a, const N: usize> {
     load: &'a Load,
     rmf: &'a Vehicle,
     slope_is_an_effect: bool,
-    /// [`crate::coefficients::Origin::energy_std_share`].
+    /// [`model::coefficients::Origin::energy_std_share`] and its `energy_std_w`.
     energy_std_share: f64,
+    energy_std_w: f64,
     legs: Vec<Tally>,
     /// How far each parameter was moved to either side.
     moved: Vec<f64>,
@@ -99,6 +100,7 @@ impl<'a, const N: usize> Sums<'a, N> {
             rmf,
             slope_is_an_effect: file.coefficients.columns.iter().any(is_slope),
             energy_std_share: file.origin.energy_std_share,
+            energy_std_w: file.origin.energy_std_w,
             legs: Vec::new(),
             running: None,
         }
@@ -185,7 +187,8 @@ impl<'a, const N: usize> Sums<'a, N> {
             // What the model's form gets wrong lasts for as long as the robot drives alike: for all
             // of the plan, at worst.
             let driving_j = sum(&variants[0]);
-            let lasting = self.coefficients.noise.model_std * tally(|tally| tally.moving_s);
+            let lasting_w = self.coefficients.noise.model_std.max(self.energy_std_w);
+            let lasting = lasting_w * tally(|tally| tally.moving_s);
             let lasting = lasting.max(self.energy_std_share * driving_j.abs());
             let noise = tally(|tally| tally.noise_j2) + lasting * lasting;
             let measured = legs.iter().all(|leg| self.legs[*leg].is_measured);
