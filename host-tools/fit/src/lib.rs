@@ -96,8 +96,8 @@ pub struct Fit<const N: usize> {
     /// Standard deviation of a drive's energy about the model's, beyond the noise, as a share of it
     /// ([`assess::energy_spread`]).
     pub energy_std_share: f64,
-    /// Standard deviation of the mean power of one kind of driving about a fit to the others, beyond
-    /// the noise, W.
+    /// Standard deviation of the mean power of one kind of driving about a fit to the others,
+    /// beyond the noise, W.
     pub energy_std_w: f64,
     /// What unseen blocks said of each further term; empty where none was asked for.
     pub judged: Vec<Judged>,

@@ -7,8 +7,8 @@
 //! Residuals of the fit itself hide that: every window has pulled the coefficients its own way.
 //!
 //! The same is asked of each kind of driving ([`Kinds`]) in each run: a window of 25 s is mixed
-//! where the training is, and in a mixed one errors of several kinds cancel. The energy of a task is
-//! asked of the kinds alone: a task may be of one.
+//! where the training is, and in a mixed one errors of several kinds cancel. The energy of a task
+//! is asked of the kinds alone: a task may be of one.
 
 use std::collections::BTreeMap;
 
@@ -44,7 +44,8 @@ struct Sums {
     information: f64,
     /// Σ v g: what a constant error of 1 W adds to the score.
     slope: f64,
-    /// Σ e and Σ x: the error of the energy, in rows of W, and by what it changes with the parameters.
+    /// Σ e and Σ x: the error of the energy, in rows of W, and by what it changes with the
+    /// parameters.
     error: f64,
     along: DVector<f64>,
     /// How many rows there are, and how many in motion.
@@ -120,9 +121,9 @@ pub(super) struct Lasting {
 }
 
 /// The constant errors of the power that explain how mass estimates and energies stray on what was
-/// left out of the fit, beside `noise`: masses on windows of 25 s, or all of one kind of driving in a
-/// run, whichever stray more; energies on the kinds. 0 where noise alone explains it or windows are
-/// too few.
+/// left out of the fit, beside `noise`: masses on windows of 25 s, or all of one kind of driving in
+/// a run, whichever stray more; energies on the kinds. 0 where noise alone explains it or windows
+/// are too few.
 ///
 /// `gradient` gives ∂P/∂θ of a row, 0 for parameters that are held; `weights` what each row of the
 /// store counted for.

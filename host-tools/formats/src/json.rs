@@ -18,8 +18,8 @@ pub(crate) fn parse(message: &[u8]) -> Result<Value> {
     serde_json::from_slice(message).map_err(|error| Error::Damaged(format!("a message is no JSON: {error}")))
 }
 
-/// The members of a message by these names, in their order; numbers that are none where it has none.
-/// A tree of every message would take longer than all that follows.
+/// The members of a message by these names, in their order; numbers that are none where it has
+/// none. A tree of every message would take longer than all that follows.
 ///
 /// # Errors
 /// It is no JSON.

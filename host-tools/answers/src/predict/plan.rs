@@ -39,9 +39,9 @@ const LONGEST_S: f64 = 1e6;
 const STEEPEST_RAD: f64 = 0.8;
 
 impl Plan {
-    /// The same with every second row of each leg: what it costs less or more is of the size of what
-    /// the rows themselves leave out. None where rows are not at even times: who writes those means
-    /// the corners of the motion, and nothing lies between.
+    /// The same with every second row of each leg: what it costs less or more is of the size of
+    /// what the rows themselves leave out. None where rows are not at even times: who writes those
+    /// means the corners of the motion, and nothing lies between.
     pub(super) fn every_second(&self) -> Option<Self> {
         let Self::Profile(rows) = self else { return None };
         let steps = || rows.iter().zip(&rows[1..]).map(|(from, to)| to.time_s - from.time_s);

@@ -105,8 +105,8 @@ pub struct Origin {
     /// Standard deviation of a drive's energy about the model's, beyond the noise, as a share of
     /// it; 0 in files that do not tell.
     pub energy_std_share: f64,
-    /// Standard deviation of the mean power of one kind of driving about a fit to the others, beyond
-    /// the noise, W; 0 in files that do not tell.
+    /// Standard deviation of the mean power of one kind of driving about a fit to the others,
+    /// beyond the noise, W; 0 in files that do not tell.
     pub energy_std_w: f64,
     /// Whether the fit can be used.
     pub usability: Usability,
