@@ -96,6 +96,9 @@ pub struct Fit<const N: usize> {
     /// Standard deviation of a drive's energy about the model's, beyond the noise, as a share of it
     /// ([`assess::energy_spread`]).
     pub energy_std_share: f64,
+    /// Standard deviation of the mean power of one kind of driving about a fit to the others,
+    /// beyond the noise, W.
+    pub energy_std_w: f64,
     /// What unseen blocks said of each further term; empty where none was asked for.
     pub judged: Vec<Judged>,
 }
@@ -302,7 +305,7 @@ fn fit_here<const N: usize>(
     };
     let solve_s = started.elapsed().as_secs_f64();
     let mut noise = assess::noise(dataset, &model);
-    let Judgement { uncertainty, parameters, lasting_error, mass_effect } =
+    let Judgement { uncertainty, parameters, lasting_error, energy_std_w, mass_effect } =
         judge(dataset, &model, &weights, &noise);
     let quality = assess::quality(dataset, &model, robot.mape_floor_w())
         .ok_or_else(|| Error::failed("the fitted model predicts no finite power for any row"))?;
@@ -353,6 +356,7 @@ fn fit_here<const N: usize>(
         restarts: None,
         warnings,
         energy_std_share,
+        energy_std_w,
         judged: Vec::new(),
     })
 }
@@ -369,8 +373,10 @@ struct Judgement {
     uncertainty: Uncertainty,
     parameters: Vec<Parameter>,
     /// What lasts longer than a window, W: the greater of [`assess::lasting_error`] and
-    /// [`unseen::lasting_error`].
+    /// [`unseen::lasting_errors`].
     lasting_error: f64,
+    /// Of the energy, W: [`unseen::Lasting::energy_w`].
+    energy_std_w: f64,
     /// What the payload does to the power; `None` of one payload.
     mass_effect: Option<MassEffect>,
 }
@@ -415,8 +421,9 @@ fn judge<const N: usize>(
             let slopes = gradient(row);
             DVector::from_fn(values.len(), |i, _| if values[i] == 0.0 { 0.0 } else { slopes[i] })
         };
-        let unseen = unseen::lasting_error(dataset, model, weights, free, noise);
-        assess::lasting_error(dataset, model, gradient, covariance, noise).max(unseen)
+        let unseen = unseen::lasting_errors(dataset, model, weights, free, noise);
+        let of_mass = assess::lasting_error(dataset, model, gradient, covariance, noise).max(unseen.mass_w);
+        unseen::Lasting { mass_w: of_mass, ..unseen }
     };
     match model {
         Model::Signed { torque, drive } => {
@@ -434,10 +441,11 @@ fn judge<const N: usize>(
                 DVector::from_fn(places.len(), |i, _| slope[places[i]])
             };
             let uncertainty = assess::uncertainty(dataset, weights, predict, gradient, values.len());
-            let lasting_error = lasting(&gradient, &values, &uncertainty.covariance);
+            let lasting = lasting(&gradient, &values, &uncertainty.covariance);
             let parameters = verdict::judge(&descriptions, &values, &uncertainty);
             let mass_effect = mass_effect(dataset, predict, gradient, &uncertainty);
-            Judgement { uncertainty, parameters, lasting_error, mass_effect }
+            let unseen::Lasting { mass_w: lasting_error, energy_w: energy_std_w } = lasting;
+            Judgement { uncertainty, parameters, lasting_error, energy_std_w, mass_effect }
         }
         Model::Eq18 { gate, beta } => {
             let gradient = |row: &Row<N>| {
@@ -446,10 +454,11 @@ fn judge<const N: usize>(
             };
             let predict = |row: &Row<N>| gradient(row).iter().zip(beta).map(|(x, b)| x * b).sum();
             let uncertainty = assess::uncertainty(dataset, weights, predict, gradient, beta.len());
-            let lasting_error = lasting(&gradient, beta, &uncertainty.covariance);
+            let lasting = lasting(&gradient, beta, &uncertainty.covariance);
             let parameters = verdict::judge(&verdict::EQ18, beta, &uncertainty);
             let mass_effect = mass_effect(dataset, predict, gradient, &uncertainty);
-            Judgement { uncertainty, parameters, lasting_error, mass_effect }
+            let unseen::Lasting { mass_w: lasting_error, energy_w: energy_std_w } = lasting;
+            Judgement { uncertainty, parameters, lasting_error, energy_std_w, mass_effect }
         }
     }
 }

@@ -38,6 +38,7 @@ impl<const N: usize> Fit<N> {
                 r2: self.quality.r2,
                 rmse_w: self.quality.rmse_w,
                 energy_std_share: self.energy_std_share,
+                energy_std_w: self.energy_std_w,
                 usability: usable::usability(self.defect.as_ref()),
             },
         })

@@ -1,5 +1,5 @@
-//! How far mass estimates stray on windows that the fit has not seen, beyond what its noise
-//! explains.
+//! How far mass estimates and energies stray on windows that the fit has not seen, beyond what its
+//! noise explains.
 //!
 //! Each window of the training logs is left out in turn: the coefficients move by one step of Gauss
 //! and Newton without its rows, and what its own rows then say of the mass is held against the
@@ -7,7 +7,8 @@
 //! Residuals of the fit itself hide that: every window has pulled the coefficients its own way.
 //!
 //! The same is asked of each kind of driving ([`Kinds`]) in each run: a window of 25 s is mixed
-//! where the training is, and in a mixed one errors of several kinds cancel.
+//! where the training is, and in a mixed one errors of several kinds cancel. The energy of a task
+//! is asked of the kinds alone: a task may be of one.
 
 use std::collections::BTreeMap;
 
@@ -28,7 +29,7 @@ const HALF_S: f64 = 12.5;
 /// Whole windows below which nothing is concluded: the scatter of fewer is chance.
 const LEAST_WINDOWS: f64 = 6.0;
 
-/// Sums over rows: what they pulled the fit by, and what they say of the mass.
+/// Sums over rows: what they pulled the fit by, and what they say of mass and energy.
 #[derive(Clone)]
 struct Sums {
     /// Σ w x xᵀ with x = ∂P/∂θ and the fit's weights w.
@@ -43,12 +44,30 @@ struct Sums {
     information: f64,
     /// Σ v g: what a constant error of 1 W adds to the score.
     slope: f64,
+    /// Σ e and Σ x: the error of the energy, in rows of W, and by what it changes with the
+    /// parameters.
+    error: f64,
+    along: DVector<f64>,
+    /// How many rows there are, and how many in motion.
+    rows: f64,
+    moving: f64,
 }
 
 impl Sums {
     fn new(parameters: usize) -> Self {
         let (normal, none) = (DMatrix::zeros(parameters, parameters), DVector::zeros(parameters));
-        Self { normal, pull: none.clone(), score: 0.0, leverage: none, information: 0.0, slope: 0.0 }
+        Self {
+            normal,
+            pull: none.clone(),
+            score: 0.0,
+            leverage: none.clone(),
+            information: 0.0,
+            slope: 0.0,
+            error: 0.0,
+            along: none,
+            rows: 0.0,
+            moving: 0.0,
+        }
     }
 
     fn merge(&mut self, other: &Self) {
@@ -58,41 +77,65 @@ impl Sums {
         self.leverage += &other.leverage;
         self.information += other.information;
         self.slope += other.slope;
+        self.error += other.error;
+        self.along += &other.along;
+        self.rows += other.rows;
+        self.moving += other.moving;
     }
 
-    /// The score once the rows are left out of the fit of all, whose normal matrix is `whole`.
-    fn unseen_score(&self, whole: &DMatrix<f64>) -> f64 {
+    /// By how much the parameters move once the rows are left out of the fit of all, whose normal
+    /// matrix is `whole`, with the sign of the errors.
+    fn left_out(&self, whole: &DMatrix<f64>) -> DVector<f64> {
         let others = ScaledInverse::of(&(whole - &self.normal));
-        let step = others.unscaled(&others.inverse) * &self.pull;
-        self.score + self.leverage.dot(&step)
+        others.unscaled(&others.inverse) * &self.pull
+    }
+
+    /// The score by the fit without these rows.
+    fn unseen_score(&self, whole: &DMatrix<f64>) -> f64 {
+        self.score + self.leverage.dot(&self.left_out(whole))
+    }
+
+    /// The error of the energy by the fit without these rows, in rows of W.
+    fn unseen_error(&self, whole: &DMatrix<f64>) -> f64 {
+        self.error + self.along.dot(&self.left_out(whole))
     }
 }
 
-/// A window's score beside what is expected of it.
+/// What is left of a window by a fit without it, beside what is expected: of the mass in (W²/kg)²,
+/// of the energy in rows² of W².
 struct Stray {
-    /// (W²/kg)²
     square: f64,
-    /// By the fit's noise, (W²/kg)².
+    /// By the fit's noise.
     expected: f64,
-    /// By a constant error of 1 W, (W²/kg)².
+    /// By a constant error of 1 W.
     lasting: f64,
 }
 
-/// The constant error of the power in W that explains how mass estimates stray on what was left out
-/// of the fit, beside `noise`: windows of 25 s, or all of one kind of driving in a run, whichever
-/// stray more. 0 where noise alone explains it or windows are too few.
+/// Constant errors of the power, W, that explain what strays on what was left out of the fit.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Lasting {
+    /// Mass estimates.
+    pub(super) mass_w: f64,
+    /// Energies, while the robot moves.
+    pub(super) energy_w: f64,
+}
+
+/// The constant errors of the power that explain how mass estimates and energies stray on what was
+/// left out of the fit, beside `noise`: masses on windows of 25 s, or all of one kind of driving in
+/// a run, whichever stray more; energies on the kinds. 0 where noise alone explains it or windows
+/// are too few.
 ///
 /// `gradient` gives ∂P/∂θ of a row, 0 for parameters that are held; `weights` what each row of the
 /// store counted for.
-pub(super) fn lasting_error<const N: usize>(
+pub(super) fn lasting_errors<const N: usize>(
     dataset: &Dataset<N>,
     model: &Model<f64>,
     weights: &[f64],
     gradient: impl Fn(&Row<N>) -> DVector<f64>,
     noise: &Noise<f64>,
-) -> f64 {
+) -> Lasting {
     let parts = parts(dataset, model, weights, gradient, noise);
-    let Some(first) = parts.values().next() else { return 0.0 };
+    let Some(first) = parts.values().next() else { return Lasting { mass_w: 0.0, energy_w: 0.0 } };
     let mut whole = Sums::new(first.pull.len());
     let (mut halves, mut kinds) = (BTreeMap::new(), BTreeMap::new());
     for (&Place { run, half, kind }, part) in &parts {
@@ -116,12 +159,21 @@ pub(super) fn lasting_error<const N: usize>(
         window.merge(&pair[1].1);
         stray(&window)
     });
-    let of_pair = |pair: u8| {
+    let of_energy = |kind: &Sums| Stray {
+        square: kind.unseen_error(&whole.normal).powi(2),
+        expected: density * kind.rows,
+        lasting: kind.moving * kind.moving,
+    };
+    let of_pair = |pair: u8, stray: &dyn Fn(&Sums) -> Stray| {
         let own = kinds.iter().filter(|((told_by, ..), _)| *told_by == pair);
         constant(own.map(|(_, sums)| stray(sums)).collect(), 1.0)
     };
     // Each half is in two windows.
-    PAIRS.map(of_pair).into_iter().fold(constant(windows.collect(), 0.5), f64::max)
+    let of_windows = constant(windows.collect(), 0.5);
+    Lasting {
+        mass_w: PAIRS.map(|pair| of_pair(pair, &stray)).into_iter().fold(of_windows, f64::max),
+        energy_w: PAIRS.map(|pair| of_pair(pair, &of_energy)).into_iter().fold(0.0, f64::max),
+    }
 }
 
 /// The constant error that explains these, W, each of which is `independent` of one of its own.
@@ -164,6 +216,10 @@ fn parts<const N: usize>(
         let place = Place { run: row.run, half, kind: kinds.kind(row) };
         let part = parts.entry(place).or_insert_with(|| Sums::new(along.len()));
         let error = row.power - predicted;
+        part.error += error;
+        part.along += &along;
+        part.rows += 1.0;
+        part.moving += f64::from(row.motion.is_moving());
         if weight > 0.0 {
             part.normal.ger(weight, &along, &along, 1.0);
             part.pull.axpy(weight * error, &along, 1.0);
@@ -232,17 +288,22 @@ mod tests {
         for (number, rows) in windows.iter().enumerate() {
             let others = fitted(Some(number)).1;
             let mut sums = Sums::new(3);
-            let mut expected = 0.0;
+            let (mut expected, mut error) = (0.0, 0.0);
             for (x, y) in rows {
                 let slope = x[0] - 0.5 * x[2];
                 sums.normal.ger(1.0, x, x, 1.0);
                 sums.pull.axpy(y - x.dot(&all), x, 1.0);
                 sums.score += slope * (y - x.dot(&all));
                 sums.leverage.axpy(slope, x, 1.0);
+                sums.error += y - x.dot(&all);
+                sums.along += x;
                 expected += slope * (y - x.dot(&others));
+                error += y - x.dot(&others);
             }
             let found = sums.unseen_score(&whole);
             assert!((found - expected).abs() < 1e-9 * expected.abs().max(1.0), "{found} {expected}");
+            let found = sums.unseen_error(&whole);
+            assert!((found - error).abs() < 1e-9 * error.abs().max(1.0), "{found} {error}");
         }
     }
 
@@ -252,14 +313,16 @@ mod tests {
     fn errors_that_cancel_in_a_mixed_window_are_seen_by_kind() {
         // Straight on and turning, and steady and accelerating.
         for (apart, acceleration) in [([0.1, 1.0], [0.4, 0.4]), ([0.4, 0.4], [0.2, 0.9])] {
-            let found = lasting_error_of_kinds(apart, acceleration);
-            assert!((0.05..0.5).contains(&found), "{found}");
+            let found = lasting_errors_of_kinds(apart, acceleration);
+            assert!((0.05..0.5).contains(&found.mass_w), "{found:?}");
+            // The energy of a kind is off by what the model errs by there.
+            assert!((0.05..0.2).contains(&found.energy_w), "{found:?}");
         }
     }
 
     /// A second of each kind in turn, with these halves of the sides' difference in rad/s and
     /// accelerations in rad/s²; all drive faster and slower meanwhile.
-    fn lasting_error_of_kinds(apart: [f64; 2], acceleration: [f64; 2]) -> f64 {
+    fn lasting_errors_of_kinds(apart: [f64; 2], acceleration: [f64; 2]) -> Lasting {
         let robot = Robot::named("burger").unwrap();
         let core = robot.core::<2>(4.0).unwrap();
         let torque = TorqueModel::from_array([0.05, 0.008, 0.007, 0.0065, 1.6, 2.5, 0.0]);
@@ -293,7 +356,7 @@ mod tests {
             // One that the rows determine: Coulomb's.
             DVector::from_element(1, slope[0])
         };
-        lasting_error(&dataset, &model, &weights, gradient, &noise)
+        lasting_errors(&dataset, &model, &weights, gradient, &noise)
     }
 
     /// Scores by noise and by an error of their own in each window: its variance is found, and none

@@ -56,13 +56,7 @@ pub fn json_topic(bag: &Bag, topic: usize, taker: &mut dyn Taker) -> Result<Endi
     taker.columns(&columns)?;
     let mut row = Vec::with_capacity(columns.len());
     bag.read(&[topic], &mut |_, _, message| {
-        let message = json::parse(message)?;
-        row.clear();
-        row.extend(columns.iter().map(|column| match message.get(column) {
-            Some(serde_json::Value::String(text)) => Cell::Text(text.clone()),
-            Some(other) => Cell::Number(other.as_f64().unwrap_or(f64::NAN)),
-            None => Cell::Number(f64::NAN),
-        }));
+        json::members(message, &columns, &mut row)?;
         taker.row(&row)?;
         Ok(true)
     })

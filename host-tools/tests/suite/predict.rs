@@ -1,5 +1,7 @@
 //! `gmr predict`: energy of plans against the model worked out by hand, and what is refused.
 
+use std::f64::consts::TAU;
+
 use serde_json::Value;
 
 use crate::common::{Bench, RADIUS, ROBOT, TRUTH, drive, fitted, near, number, power};
@@ -69,6 +71,32 @@ fn legs_are_driven_within_the_limits() {
         "2",
     ]);
     assert!(text.stdout.contains("max_acceleration_m_s2 is taken as 0.5"), "{}", text.stdout);
+}
+
+/// A speed that swings once a second, as rows at even times tell it: ten a second lose some of its
+/// accelerations, and the interval says about how much. Rows at other times are corners.
+#[test]
+fn what_rows_leave_out_is_in_the_interval() {
+    let bench = fitted();
+    let row = |time: f64| format!("{time:.6},{:.9},0\n", 0.12 + 0.05 * (TAU * time).sin());
+    let plan = |step: f64, late: f64| {
+        let count = (20.0 / step).round() as u32;
+        let time = |place: u32| step * f64::from(place) + if place % 2 == 1 { late } else { 0.0 };
+        let rows: String = (0..=count).map(|place| row(time(place))).collect();
+        format!("time_s,v_m_s,omega_rad_s\n{rows}")
+    };
+    bench.put("fine.csv", plan(0.002, 0.0));
+    bench.put("even.csv", plan(0.1, 0.0));
+    bench.put("corners.csv", plan(0.1, 0.04));
+    let [fine, even, corners] =
+        ["fine.csv", "even.csv", "corners.csv"].map(|plan| predict(&bench, plan, &["--mass", "3"]));
+    let lost = number(&fine["driving_j"]) - number(&even["driving_j"]);
+    let told = number(&even["std_rows_j"]);
+    assert!(lost > 0.0 && told > 0.5 * lost && told < 5.0 * lost, "{lost} J lost, {told} told");
+    let reach = 0.5 * (number(&even["high_j"]) - number(&even["low_j"]));
+    assert!(reach >= 1.9 * told, "{reach}");
+    assert!(number(&fine["std_rows_j"]) < 0.01 * told);
+    assert_eq!(number(&corners["std_rows_j"]), 0.0);
 }
 
 /// What a log measured is shown beside, and it is what the same model made.

@@ -60,7 +60,13 @@ pub(super) fn predict<const N: usize>(
     rmf: &Vehicle,
 ) -> Result<Report> {
     let mut sums = Sums::new(file, load, rmf);
-    let names = frames(context, plan, robot, file.coefficients.robot.cutoff_hz, &mut sums)?;
+    let cutoff_hz = file.coefficients.robot.cutoff_hz;
+    let names = frames(context, plan, robot, cutoff_hz, &mut sums)?;
+    if let Some(sparse) = plan.every_second() {
+        let mut of_sparse = Sums { moved: Vec::new(), ..Sums::new(file, load, rmf) };
+        frames(context, &sparse, robot, cutoff_hz, &mut of_sparse)?;
+        sums.sparse_j = of_sparse.legs_j();
+    }
     let limits = if matches!(plan, Plan::Legs(_)) { Limits::named(robot) } else { Vec::new() };
     sums.report(robot, &names, limits)
 }
@@ -71,9 +77,12 @@ struct Sums<'a, const N: usize> {
     load: &'a Load,
     rmf: &'a Vehicle,
     slope_is_an_effect: bool,
-    /// [`crate::coefficients::Origin::energy_std_share`].
+    /// [`model::coefficients::Origin::energy_std_share`] and its `energy_std_w`.
     energy_std_share: f64,
+    energy_std_w: f64,
     legs: Vec<Tally>,
+    /// What the legs cost by every second row of the plan, J; empty where that says nothing.
+    sparse_j: Vec<f64>,
     /// How far each parameter was moved to either side.
     moved: Vec<f64>,
     /// The filter and the models, from the start on.
@@ -99,9 +108,17 @@ impl<'a, const N: usize> Sums<'a, N> {
             rmf,
             slope_is_an_effect: file.coefficients.columns.iter().any(is_slope),
             energy_std_share: file.origin.energy_std_share,
+            energy_std_w: file.origin.energy_std_w,
             legs: Vec::new(),
+            sparse_j: Vec::new(),
             running: None,
         }
+    }
+
+    /// What the legs cost by the model as it is, J.
+    fn legs_j(self) -> Vec<f64> {
+        let variants = self.running.map(|(_, variants)| variants);
+        variants.and_then(|variants| variants.into_iter().next()).map_or_else(Vec::new, |now| now.joules)
     }
 
     /// The model as it is, then each parameter less and more, then the mass less and more.
@@ -185,9 +202,13 @@ impl<'a, const N: usize> Sums<'a, N> {
             // What the model's form gets wrong lasts for as long as the robot drives alike: for all
             // of the plan, at worst.
             let driving_j = sum(&variants[0]);
-            let lasting = self.coefficients.noise.model_std * tally(|tally| tally.moving_s);
+            let lasting_w = self.coefficients.noise.model_std.max(self.energy_std_w);
+            let lasting = lasting_w * tally(|tally| tally.moving_s);
             let lasting = lasting.max(self.energy_std_share * driving_j.abs());
             let noise = tally(|tally| tally.noise_j2) + lasting * lasting;
+            // What the rows lose of the motion between them is about what as many again lose.
+            let sparse = legs.iter().filter_map(|leg| self.sparse_j.get(*leg));
+            let rows_j = if self.sparse_j.is_empty() { 0.0 } else { sparse.sum::<f64>() - driving_j };
             let measured = legs.iter().all(|leg| self.legs[*leg].is_measured);
             let std = [parameters, mass * mass, noise, static_std * static_std].map(f64::sqrt);
             Cost {
@@ -199,6 +220,7 @@ impl<'a, const N: usize> Sums<'a, N> {
                 std_mass_j: std[1],
                 std_residual_j: std[2],
                 std_static_j: std[3],
+                std_rows_j: rows_j.abs(),
                 rmf_j: tally(|tally| tally.rmf_j) + static_w * duration_s,
                 measured_j: measured.then(|| tally(|tally| tally.measured_j) + static_w * duration_s),
             }

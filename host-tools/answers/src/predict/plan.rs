@@ -30,12 +30,38 @@ pub struct Row {
     pub(super) leg: String,
 }
 
+/// Steps of rows at even times differ by less than this share: such times may be written in
+/// milliseconds.
+const EVEN: f64 = 0.1;
 /// Longer plans are milliseconds taken for seconds.
 const LONGEST_S: f64 = 1e6;
 /// No slope that wheels climb is steeper, rad.
 const STEEPEST_RAD: f64 = 0.8;
 
 impl Plan {
+    /// The same with every second row of each leg: what it costs less or more is of the size of
+    /// what the rows themselves leave out. None where rows are not at even times: who writes those
+    /// means the corners of the motion, and nothing lies between.
+    pub(super) fn every_second(&self) -> Option<Self> {
+        let Self::Profile(rows) = self else { return None };
+        let steps = || rows.iter().zip(&rows[1..]).map(|(from, to)| to.time_s - from.time_s);
+        let (least, most) =
+            steps().fold((f64::INFINITY, 0.0_f64), |(least, most), step| (least.min(step), most.max(step)));
+        if rows.len() < 3 || most - least > EVEN * most {
+            return None;
+        }
+        let mut is_odd = true;
+        let mut kept = Vec::new();
+        for (place, row) in rows.iter().enumerate() {
+            let is_new = place == 0 || rows[place - 1].leg != row.leg;
+            is_odd = is_new || !is_odd;
+            if is_odd || place + 1 == rows.len() {
+                kept.push(row.clone());
+            }
+        }
+        Some(Self::Profile(kept))
+    }
+
     /// Reads a plan.
     ///
     /// # Errors
@@ -165,5 +191,35 @@ impl<'a> Fields<'a> {
     /// As the file says, or this number.
     fn name(&self, number: usize) -> String {
         self.cell("leg").filter(|cell| !cell.is_empty()).map_or_else(|| number.to_string(), str::to_owned)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn profile(rows: &[(f64, &str)]) -> Plan {
+        let row = |&(time_s, leg): &(f64, &str)| Row {
+            time_s,
+            speed_m_s: 0.1,
+            turn_rad_s: 0.0,
+            slope_rad: 0.0,
+            leg: leg.to_owned(),
+        };
+        Plan::Profile(rows.iter().map(row).collect())
+    }
+
+    #[test]
+    fn legs_begin_and_end_when_they_did() {
+        let rows =
+            [(0.0, "a"), (1.0, "a"), (2.0, "a"), (3.0, "a"), (4.0, "b"), (5.0, "b"), (6.0, "b"), (7.0, "b")];
+        let kept = [(0.0, "a"), (2.0, "a"), (4.0, "b"), (6.0, "b"), (7.0, "b")];
+        assert_eq!(profile(&rows).every_second(), Some(profile(&kept)));
+    }
+
+    #[test]
+    fn corners_are_no_samples() {
+        assert_eq!(profile(&[(0.0, "a"), (2.0, "a"), (5.0, "a")]).every_second(), None);
+        assert_eq!(profile(&[(0.0, "a"), (2.0, "a")]).every_second(), None);
     }
 }

@@ -21,14 +21,16 @@ pub(super) struct Cost {
     pub(super) std_mass_j: f64,
     pub(super) std_residual_j: f64,
     pub(super) std_static_j: f64,
+    pub(super) std_rows_j: f64,
     pub(super) rmf_j: f64,
     pub(super) measured_j: Option<f64>,
 }
 
 impl Cost {
     fn std_j(&self) -> f64 {
-        let parts = [self.std_parameters_j, self.std_mass_j, self.std_residual_j, self.std_static_j];
-        parts.iter().map(|part| part * part).sum::<f64>().sqrt()
+        let driven = [self.std_parameters_j, self.std_mass_j, self.std_residual_j];
+        let parts = driven.into_iter().chain([self.std_static_j, self.std_rows_j]);
+        parts.map(|part| part * part).sum::<f64>().sqrt()
     }
 }
 
@@ -108,6 +110,8 @@ pub struct Report {
     pub std_residual_j: f64,
     /// By the static power, J.
     pub std_static_j: f64,
+    /// By what the motion does between the rows of a profile at even times, J; 0 of other plans.
+    pub std_rows_j: f64,
     /// By Open-RMF's formula with this vehicle, J.
     pub rmf_j: f64,
     /// The vehicle.
@@ -147,6 +151,7 @@ impl Report {
             std_mass_j: cost.std_mass_j,
             std_residual_j: cost.std_residual_j,
             std_static_j: cost.std_static_j,
+            std_rows_j: cost.std_rows_j,
             rmf_j: cost.rmf_j,
             rmf_vehicle,
             measured_j: cost.measured_j,
@@ -205,11 +210,15 @@ impl Report {
                 "the drives alone: static power is unknown (static_power_w in robot.toml, or --static-power)"
             ),
         };
-        let _ = writeln!(
+        let _ = write!(
             text,
             "standard deviation: {:.1} J by the coefficients, {:.1} by the mass, {:.1} by what the model leaves, {:.1} by static power",
             self.std_parameters_j, self.std_mass_j, self.std_residual_j, self.std_static_j
         );
+        if self.std_rows_j > 0.0 {
+            let _ = write!(text, ", {:.1} by what is between the plan's rows", self.std_rows_j);
+        }
+        text.push('\n');
         text += "the interval is for the same robot on the same floor as in the fit\n";
         for limit in self.limits.iter().filter(|limit| !limit.is_given) {
             let _ = writeln!(text, "{} is taken as {}: robot.toml does not say it", limit.name, limit.value);

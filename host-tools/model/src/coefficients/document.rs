@@ -166,6 +166,9 @@ pub(super) struct FitSection {
     /// How much energies of whole drives stray from the model's, as a share.
     #[serde(default)]
     pub(super) energy_std_share: f64,
+    /// By how much the power of one kind of driving strays from a fit to the others, W.
+    #[serde(default)]
+    pub(super) energy_std_w: f64,
     /// Whether it can be used; files of older versions do not say it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) verdict: Option<VerdictSection>,
@@ -229,6 +232,7 @@ impl Document {
             ("power_scale_w", self.noise.power_scale_w),
             ("tail", self.noise.tail),
             ("energy_std_share", self.fit.energy_std_share),
+            ("energy_std_w", self.fit.energy_std_w),
             (CUTOFF, self.robot.filter_cutoff_hz),
             ("half_slip", self.robot.half_slip),
             ("slip_relaxation_rad", self.robot.slip_relaxation_rad),

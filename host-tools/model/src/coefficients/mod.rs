@@ -105,6 +105,9 @@ pub struct Origin {
     /// Standard deviation of a drive's energy about the model's, beyond the noise, as a share of
     /// it; 0 in files that do not tell.
     pub energy_std_share: f64,
+    /// Standard deviation of the mean power of one kind of driving about a fit to the others,
+    /// beyond the noise, W; 0 in files that do not tell.
+    pub energy_std_w: f64,
     /// Whether the fit can be used.
     pub usability: Usability,
 }
@@ -216,6 +219,7 @@ impl<const N: usize> CoefficientsFile<N> {
             r2,
             rmse_w,
             energy_std_share,
+            energy_std_w,
             verdict,
             why_not,
             ..
@@ -252,6 +256,7 @@ impl<const N: usize> CoefficientsFile<N> {
                 r2: r2.is_finite().then_some(r2),
                 rmse_w,
                 energy_std_share,
+                energy_std_w,
                 usability: Usability::of_file(verdict, why_not, r2),
             },
         };
@@ -329,6 +334,7 @@ impl<const N: usize> CoefficientsFile<N> {
                 r2: self.origin.r2.unwrap_or(f64::NAN),
                 rmse_w: self.origin.rmse_w,
                 energy_std_share: self.origin.energy_std_share,
+                energy_std_w: self.origin.energy_std_w,
                 verdict: Some(verdict),
                 why_not,
                 covariance: rows(&covariance),
