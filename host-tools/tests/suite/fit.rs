@@ -133,7 +133,6 @@ fn a_search_without_end_is_cut_short() {
     assert!(number(&report["iterations"]) <= 24.0 * 200.0 + 3.0 * 200.0, "{}", report["iterations"]);
     let warnings = report["warnings"].as_array().unwrap();
     assert!(warnings.iter().any(|warning| warning["kind"] == "long-search"), "{report}");
-    assert_eq!(report["terms"], serde_json::json!([]));
 }
 
 #[test]
