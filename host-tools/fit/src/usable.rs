@@ -45,7 +45,7 @@ pub(super) fn defect(
     cut_short: Option<u32>,
 ) -> Option<Defect> {
     let no_minimum = cut_short
-        .map(|steps| format!("no minimum after {steps} steps, where logs of robots take a thousand or two"));
+        .map(|steps| format!("no minimum after {steps} steps, where logs of robots take 3,200 at most"));
     if let Some(r2) = quality.r2.filter(|r2| *r2 < 0.0) {
         let remedy = format!(
             "{LOOK}; where power_w is the total, let the robot stand for ten seconds in each log, which shows its static power"

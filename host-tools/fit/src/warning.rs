@@ -56,7 +56,7 @@ impl Warning {
 
     pub(super) fn long_search(steps: u32) -> Self {
         let text = format!(
-            "the search was cut short after {steps} steps, where logs of robots take a thousand or two: wheels that turn so draw no such \
+            "the search was cut short after {steps} steps, where logs of robots take 3,200 at most: wheels that turn so draw no such \
              power; no residual counts linearly, and further terms may not have been asked; look at the log first (gmr inspect): its \
              clock, the sign and unit of power and speeds"
         );

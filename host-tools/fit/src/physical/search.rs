@@ -35,10 +35,10 @@ pub(super) const FINAL: Tolerances = Tolerances {
 };
 
 /// Steps beyond which a search is cut short, over all starts and losses: all that the trials of its
-/// 24 starts may take. Logs of robots took 250 to 1,300, those of a skid-steered one 3,200 where
+/// starts may take. Logs of robots took 250 to 1,300, those of a skid-steered one 3,200 where
 /// its slip was left out. Data that no robot makes have valleys without an end, and every descent
 /// uses up what it is given.
-pub(crate) const MOST_STEPS: u32 = 24 * TRIAL.steps;
+pub(crate) const MOST_STEPS: u32 = starts::STARTS * TRIAL.steps;
 
 /// A descent has so many all the same: what is left to do has a result.
 const LEAST_STEPS: u32 = TRIAL.steps;

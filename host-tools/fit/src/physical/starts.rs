@@ -21,6 +21,9 @@ const LOSSES: [f64; 4] = [0.0, 0.1, 1.0, 10.0];
 /// Shares of the inertias.
 const INERTIAS: [f64; 2] = [0.05, 0.5];
 
+/// How many starts there are.
+pub(super) const STARTS: u32 = (LOSSES.len() * INERTIAS.len()) as u32 + DRAWS as u32;
+
 /// Searches from every start on these rows; the lowest ends, the best first.
 pub(super) fn finalists<const N: usize>(
     cost: &Cost<'_, N>,

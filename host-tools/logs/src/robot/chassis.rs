@@ -77,8 +77,7 @@ impl Chassis {
     ///
     /// # Panics
     /// If there are not as many as it has wheels.
-    pub fn twist(&self, wheels: impl Iterator<Item = f64>) -> Twist<f64> {
-        let mut wheels = wheels;
+    pub fn twist(&self, mut wheels: impl Iterator<Item = f64>) -> Twist<f64> {
         with_core!(self, core => core.kinematics.twist(&std::array::from_fn(|_| wheels.next().expect("one a wheel"))))
     }
 
