@@ -145,7 +145,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     /// [`Self::push`] with the coefficients' effects, [`crate::effects::live::Live`], and what is
     /// measured beside speeds and power for those that need it.
     #[inline(always)]
-    pub fn push_with<E: Additions<T, N>>(
+    pub fn push_with<E: Additions<T, N> + ?Sized>(
         &mut self,
         additions: &mut E,
         sample: &Sample<T, N>,
@@ -157,7 +157,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
 
     /// [`Self::push_with`]; `STRAIGHT` as [`Conditioner::condition`] has it.
     #[inline(always)]
-    fn take<E: Additions<T, N>, const STRAIGHT: bool>(
+    fn take<E: Additions<T, N> + ?Sized, const STRAIGHT: bool>(
         &mut self,
         additions: &mut E,
         sample: &Sample<T, N>,

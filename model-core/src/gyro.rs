@@ -116,7 +116,7 @@ impl<T: Real, const N: usize> GyroConditioner<T, N> {
 
 /// A gyro beside effects, or beside none: what an estimator needs for true slip.
 #[derive(Debug)]
-pub struct WithGyro<'a, E, T, const N: usize> {
+pub struct WithGyro<'a, E: ?Sized, T, const N: usize> {
     effects: &'a mut E,
     gyro: &'a mut Gyro<T>,
     turn_rate: T,
@@ -124,7 +124,7 @@ pub struct WithGyro<'a, E, T, const N: usize> {
     turn: Option<TrueTurn<T>>,
 }
 
-impl<'a, E, T: Real, const N: usize> WithGyro<'a, E, T, N> {
+impl<'a, E: ?Sized, T: Real, const N: usize> WithGyro<'a, E, T, N> {
     /// For the next sample, of which the gyro says this turn rate (counter-clockwise, rad/s).
     pub fn new(effects: &'a mut E, gyro: &'a mut Gyro<T>, turn_rate: T) -> Self {
         let sample = Sample { wheel_speed: [T::ZERO; N], wheel_acceleration: None, power: T::NAN };
@@ -132,7 +132,7 @@ impl<'a, E, T: Real, const N: usize> WithGyro<'a, E, T, N> {
     }
 }
 
-impl<E: Additions<T, N>, T: Real, const N: usize> Additions<T, N> for WithGyro<'_, E, T, N> {
+impl<E: Additions<T, N> + ?Sized, T: Real, const N: usize> Additions<T, N> for WithGyro<'_, E, T, N> {
     fn correct(&mut self, sample: &Sample<T, N>, outside: &Outside<T, N>, elapsed: T) {
         self.effects.correct(sample, outside, elapsed);
         (self.sample, self.turn) = self.gyro.push(self.effects.corrected(sample), self.turn_rate, elapsed);

@@ -4,7 +4,7 @@
 use logs::compiled_here;
 use model_core::adapt::{Adaptive, Ground};
 use model_core::coefficients::Coefficients;
-use model_core::effects::live::{Live, Outside};
+use model_core::effects::live::{Additions, Live, Outside};
 use model_core::estimator::{Estimate, Estimator, Sample, Timing, Unfit};
 use model_core::gyro::{Gyro, WithGyro};
 use model_core::payload::roots::RootMean;
@@ -106,18 +106,24 @@ impl<M: Method<f64>, const N: usize> Fitted<M, N> {
 
 impl<M: Method<f64>, const N: usize> Pipeline<N> for Fitted<M, N> {
     fn push(&mut self, sample: &Sample<f64, N>, outside: &Outside<f64, N>, elapsed: f64) -> Estimate<f64, N> {
-        let rate = self.turn_rate;
-        let estimator = &mut self.estimator;
-        match (&mut self.live, &mut self.gyro) {
-            (None, None) => estimator.push(sample, elapsed),
-            (Some(live), None) => estimator.push_with(live, sample, outside, elapsed),
-            (None, Some(gyro)) => {
-                estimator.push_with(&mut WithGyro::new(&mut (), gyro, rate), sample, outside, elapsed)
+        let (mut nothing, mut turning);
+        let effects: &mut dyn Additions<f64, N> = match &mut self.live {
+            Some(live) => live,
+            None if self.gyro.is_none() => return self.estimator.push(sample, elapsed),
+            None => {
+                nothing = ();
+                &mut nothing
             }
-            (Some(live), Some(gyro)) => {
-                estimator.push_with(&mut WithGyro::new(live, gyro, rate), sample, outside, elapsed)
+        };
+        // Asked by reference, all of them share what is compiled.
+        let additions: &mut dyn Additions<f64, N> = match &mut self.gyro {
+            Some(gyro) => {
+                turning = WithGyro::new(effects, gyro, self.turn_rate);
+                &mut turning
             }
-        }
+            None => effects,
+        };
+        self.estimator.push_with(additions, sample, outside, elapsed)
     }
 
     fn turn(&mut self, rate: f64) {
