@@ -39,7 +39,11 @@ pub fn write_whole<T>(file: &Path, write: impl FnOnce(&mut dyn Write) -> Result<
 /// # Errors
 /// What the operating system reports.
 pub fn write_content(file: &Path, content: impl AsRef<[u8]>) -> Result<()> {
-    write_whole(file, |to| to.write_all(content.as_ref()).map_err(|error| Error::io(file, &error)))
+    write_bytes(file, content.as_ref())
+}
+
+fn write_bytes(file: &Path, content: &[u8]) -> Result<()> {
+    write_whole(file, |to| to.write_all(content).map_err(|error| Error::io(file, &error)))
 }
 
 /// What a file's name leads to, whether it is there yet or not: links are followed.
@@ -65,18 +69,22 @@ pub fn check_apart<'a>(
     outputs: impl IntoIterator<Item = &'a Path>,
     inputs: impl IntoIterator<Item = &'a Path>,
 ) -> Result<()> {
-    let inputs: Vec<(&Path, Option<Identity>)> =
-        inputs.into_iter().map(|input| (input, Identity::of(input))).collect();
-    let mut written: Vec<(&Path, Option<Identity>)> = Vec::new();
-    for output in outputs {
-        let identity = Identity::of(output);
-        let same = |other: &&(&Path, Option<Identity>)| identity.is_some() && identity == other.1;
+    let identified = |path: &'a Path| (path, Identity::of(path));
+    are_apart(outputs.into_iter().map(identified).collect(), inputs.into_iter().map(identified).collect())
+}
+
+type Identified<'a> = (&'a Path, Option<Identity>);
+
+fn are_apart(outputs: Vec<Identified<'_>>, inputs: Vec<Identified<'_>>) -> Result<()> {
+    let mut written: Vec<Identified<'_>> = Vec::new();
+    for (output, identity) in outputs {
+        let same = |other: &&Identified<'_>| identity.is_some() && identity == other.1;
         if let Some((input, _)) = inputs.iter().find(same) {
             let message =
                 format!("is to be written, but read as well, as {}; expected another file", input.display());
             return Err(Error::usage(message).in_file(output));
         }
-        let twice = |other: &&(&Path, Option<Identity>)| same(other) || other.0 == output;
+        let twice = |other: &&Identified<'_>| same(other) || other.0 == output;
         if let Some((other, _)) = written.iter().find(twice) {
             let message =
                 format!("is to be written twice, as {} as well; expected another file", other.display());

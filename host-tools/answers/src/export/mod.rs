@@ -6,6 +6,7 @@ pub mod joints;
 pub mod rmf;
 pub mod vda5050;
 
+use logs::compiled_here;
 use logs::robot::Robot;
 use model_core::coefficients::Coefficients;
 use model_core::estimator::Conditioned;
@@ -34,11 +35,20 @@ pub fn cruise_m_s(robot: &Robot) -> f64 {
     robot.limits().speed_m_s.map_or(CRUISE_M_S, |most| CRUISE_SHARE * most)
 }
 
-/// What driving straight at an even speed takes, W.
-///
-/// # Errors
-/// The model gives no power there.
-pub fn straight_w<const N: usize>(
+compiled_here! {
+    /// What driving straight at an even speed takes, W.
+    ///
+    /// # Errors
+    /// The model gives no power there.
+    pub fn straight_w<N>(
+        robot: &Robot,
+        coefficients: &Coefficients<f64, N>,
+        mass_kg: f64,
+        speed_m_s: f64,
+    ) -> Result<f64> = straight_w_here;
+}
+
+fn straight_w_here<const N: usize>(
     robot: &Robot,
     coefficients: &Coefficients<f64, N>,
     mass_kg: f64,

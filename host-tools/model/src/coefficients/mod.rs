@@ -54,7 +54,23 @@ pub fn check(file: &Path, robot: &Robot) -> Result<()> {
 }
 
 compiled_here! {
+    /// Whether a robot can be so ([`Coefficients::is_plausible`]).
+    pub fn is_plausible<N>(coefficients: &Coefficients<f64, N>) -> bool = is_plausible_here;
+}
+
+fn is_plausible_here<const N: usize>(coefficients: &Coefficients<f64, N>) -> bool {
+    coefficients.is_plausible()
+}
+
+compiled_here! {
     fn parse<N>(text: &str, file: &Path, robot: &Robot, taking: Taking<'_>) -> Result<CoefficientsFile<N>> = parse_here;
+}
+
+fn text(document: std::result::Result<Document, InvalidCovariance>, file: &Path) -> Result<String> {
+    let document = document.map_err(|wrong| {
+        Error::of(InvalidCoefficients::Covariance(wrong)).in_file(file).in_column("covariance")
+    })?;
+    toml::to_string(&document).map_err(|error| Error::failed(error.to_string()).in_file(file))
 }
 
 fn parse_here<const N: usize>(
@@ -281,10 +297,7 @@ impl<const N: usize> CoefficientsFile<N> {
     /// # Errors
     /// A covariance that is none.
     pub fn text(&self, file: &Path) -> Result<String> {
-        let document = self.document(file).map_err(|wrong| {
-            Error::of(InvalidCoefficients::Covariance(wrong)).in_file(file).in_column("covariance")
-        })?;
-        toml::to_string(&document).map_err(|error| Error::failed(error.to_string()).in_file(file))
+        text(self.document(file), file)
     }
 
     /// As `file` holds them.
@@ -391,7 +404,7 @@ impl<const N: usize> CoefficientsFile<N> {
                 return Err(wrong("id", message));
             }
             let columns = written::columns(std::slice::from_ref(effect), N)?;
-            if !(Coefficients { columns, ..self.coefficients }).is_plausible() {
+            if !is_plausible(&Coefficients { columns, ..self.coefficients }) {
                 let message = format!(
                     "{} with coefficient {} makes powers that no robot draws",
                     effect.id, effect.coefficient
