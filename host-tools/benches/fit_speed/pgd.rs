@@ -51,7 +51,7 @@ fn problem(log: &Path) -> Result<Scaled<REGRESSORS>, Box<dyn Error>> {
         cutoff_hz: Some(8.0),
         mass_kg: robot.mass_no_load_kg(),
     };
-    Ok(fit::read::<2>(&Context::default(), &robot, &[log.to_owned()], &reading)?.gram().scaled())
+    Ok(fit::read(&Context::default(), &robot, &[log.to_owned()], &reading)?.gram().scaled())
 }
 
 fn iteration_ns(problem: &Scaled<REGRESSORS>) -> f64 {

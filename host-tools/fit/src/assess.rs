@@ -38,10 +38,10 @@ pub struct Uncertainty {
 }
 
 /// Errors of the model on the rows it was fitted to, at their true mass.
-pub fn quality<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, floor_w: f64) -> Option<Quality> {
+pub fn quality(dataset: &Dataset, model: &Model<f64>, floor_w: f64) -> Option<Quality> {
     let mut metrics = Metrics::new(floor_w);
     for row in &dataset.store {
-        if let Some(predicted) = model.power(&row.motion, row.mass) {
+        if let Some(predicted) = row.predicted(model) {
             metrics.add(row.power, predicted);
         }
     }
@@ -52,11 +52,11 @@ pub fn quality<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, floor_w
 /// and the scatter of the sums is what counts (the sandwich estimator, clustered by block).
 ///
 /// `gradient` gives ∂P/∂θ of a row, `weights` what each row of the store counted for.
-pub fn uncertainty<const N: usize>(
-    dataset: &Dataset<N>,
+pub fn uncertainty(
+    dataset: &Dataset,
     weights: &[f64],
-    predict: impl Fn(&Row<N>) -> f64,
-    gradient: impl Fn(&Row<N>) -> DVector<f64>,
+    predict: impl Fn(&Row) -> f64,
+    gradient: impl Fn(&Row) -> DVector<f64>,
     parameters: usize,
 ) -> Uncertainty {
     let block_s = block_length(dataset);
@@ -102,7 +102,7 @@ pub fn sandwich(normal: &DMatrix<f64>, scores: &[DVector<f64>], rows: usize) -> 
     }
 }
 
-fn block_length<const N: usize>(dataset: &Dataset<N>) -> f64 {
+fn block_length(dataset: &Dataset) -> f64 {
     let duration = dataset.store.len() as f64 * dataset.store_period_s();
     (duration / MOST_BLOCKS as f64).max(SHORTEST_BLOCK_S)
 }
@@ -116,15 +116,15 @@ const WINDOW_S: f64 = 10.0;
 /// A coefficient's error δ adds Σ g xᵀδ to the score of a window, a constant error e adds e Σ g
 /// (g = ∂P/∂m, x = ∂P/∂θ); their standard deviations are equated window by window, and the median
 /// taken.
-pub fn lasting_error<const N: usize>(
-    dataset: &Dataset<N>,
+pub fn lasting_error(
+    dataset: &Dataset,
     model: &Model<f64>,
-    gradient: impl Fn(&Row<N>) -> DVector<f64>,
+    gradient: impl Fn(&Row) -> DVector<f64>,
     covariance: &DMatrix<f64>,
     noise: &Noise<f64>,
 ) -> f64 {
-    let range = &dataset.robot.range;
-    let linear_beyond = noise.linear_beyond(dataset.robot.cutoff_hz);
+    let range = &dataset.robot.range();
+    let linear_beyond = noise.linear_beyond(dataset.robot.cutoff_hz());
     let mut errors = Vec::new();
     let mut close = |score: &DVector<f64>, slope: f64| {
         if slope != 0.0 {
@@ -141,7 +141,7 @@ pub fn lasting_error<const N: usize>(
             slope_sum = 0.0;
             current = Some(key);
         }
-        let response = model.response(&row.motion, range);
+        let response = row.response(model, range);
         if !response.may_clamp {
             let beyond = row.mass - range.middle();
             let weight = huber(row.power - response.polynomial.at(beyond), linear_beyond);
@@ -165,7 +165,7 @@ const DRIVE_S: f64 = 25.0;
 /// between kinds of driving in a run (slow or fast, straight or turning), whichever stray more: a
 /// task may be of one kind.
 /// As much wider as Student's t is for so many; 0 where there are too few to tell.
-pub fn energy_spread<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, noise: &Noise<f64>) -> f64 {
+pub fn energy_spread(dataset: &Dataset, model: &Model<f64>, noise: &Noise<f64>) -> f64 {
     let runs: BTreeSet<u32> = dataset.store.iter().map(|row| row.run).collect();
     let stretch = |time: f64| if runs.len() < ENOUGH_RUNS { (time / DRIVE_S).floor() as i64 } else { 0 };
     let kinds = Kinds::of(&dataset.store);
@@ -173,7 +173,7 @@ pub fn energy_spread<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, n
     let mut drives = BTreeMap::new();
     let mut of_kinds = PAIRS.map(|_| BTreeMap::new());
     for row in &dataset.store {
-        let Some(predicted) = model.power(&row.motion, row.mass) else { continue };
+        let Some(predicted) = row.predicted(model) else { continue };
         let one = [(row.power - predicted) * period, predicted.abs() * period, period];
         let drive: &mut [f64; 3] = drives.entry((row.run, stretch(row.time))).or_default();
         let add = |sums: &mut [f64; 3]| sums.iter_mut().zip(one).for_each(|(sum, one)| *sum += one);
@@ -206,13 +206,13 @@ fn share<'a>(drives: impl Iterator<Item = &'a [f64; 3]> + Clone, noise: &Noise<f
 ///
 /// Once with all squared, which says beyond which residual they count linearly, and again with
 /// that.
-pub fn noise<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>) -> Noise<f64> {
+pub fn noise(dataset: &Dataset, model: &Model<f64>) -> Noise<f64> {
     let squared = scatter(dataset, model, f64::INFINITY);
-    scatter(dataset, model, squared.linear_beyond(dataset.robot.cutoff_hz))
+    scatter(dataset, model, squared.linear_beyond(dataset.robot.cutoff_hz()))
 }
 
-fn scatter<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, linear_beyond: f64) -> Noise<f64> {
-    let range = &dataset.robot.range;
+fn scatter(dataset: &Dataset, model: &Model<f64>, linear_beyond: f64) -> Noise<f64> {
+    let range = &dataset.robot.range();
     let mut noise = Noise { density: 0.0, model_std: 0.0, tail: 1.0 };
     // Score and information of each block.
     let mut blocks: Vec<(f64, f64)> = Vec::new();
@@ -223,7 +223,7 @@ fn scatter<const N: usize>(dataset: &Dataset<N>, model: &Model<f64>, linear_beyo
             blocks.push((0.0, 0.0));
             current = Some(key);
         }
-        let response = model.response(&row.motion, range);
+        let response = row.response(model, range);
         if let Some((score, information)) = blocks.last_mut()
             && !response.may_clamp
         {

@@ -14,7 +14,7 @@
 use std::collections::BTreeMap;
 
 use logs::robot::Robot;
-use model_core::coefficients::Robot as CoreRobot;
+use logs::robot::chassis::Chassis;
 use model_core::eq18::Gate;
 use model_core::model::Model;
 use model_core::plausibility::LEAST_CUTOFF;
@@ -50,18 +50,14 @@ const FITTED_ROWS: usize = 6_000;
 ///
 /// # Errors
 /// A robot with impossible dimensions.
-pub(super) fn by_the_data<const N: usize>(
-    robot: &Robot,
-    pilots: &Pilots<N>,
-    terms: &[Term],
-) -> Result<(f64, Choice)> {
+pub(super) fn by_the_data(robot: &Robot, pilots: &Pilots, terms: &[Term]) -> Result<(f64, Choice)> {
     let highest = (HIGHEST_SHARE / pilots.slowest_s()).max(LEAST_CUTOFF);
     let mut cores = Vec::new();
     for cutoff_hz in CANDIDATES.into_iter().filter(|cutoff| *cutoff <= highest) {
-        cores.push(robot.core::<N>(cutoff_hz)?);
+        cores.push(robot.chassis(cutoff_hz)?);
     }
     if cores.is_empty() {
-        cores.push(robot.core(highest)?);
+        cores.push(robot.chassis(highest)?);
     }
     let plain = |place: usize| tried(robot, &cores[place], pilots, Choice::default());
     let own = |place: usize| {
@@ -81,7 +77,7 @@ pub(super) fn by_the_data<const N: usize>(
     }
     let chosen = lowest_good_enough(&asked).unwrap_or(first);
     let choice = asked[chosen].take().map(|tried| tried.choice).unwrap_or_default();
-    Ok((cores[chosen].cutoff_hz, choice))
+    Ok((cores[chosen].cutoff_hz(), choice))
 }
 
 /// The form of the model behind a candidate, and what that leaves.
@@ -91,12 +87,7 @@ struct Tried {
 }
 
 /// `None` where a log is too slow for it.
-fn tried<const N: usize>(
-    robot: &Robot,
-    core: &CoreRobot<f64, N>,
-    pilots: &Pilots<N>,
-    choice: Choice,
-) -> Option<Tried> {
+fn tried(robot: &Robot, core: &Chassis, pilots: &Pilots, choice: Choice) -> Option<Tried> {
     let left = residual(robot, core, pilots, &choice.form)?;
     Some(Tried { choice, left })
 }
@@ -109,22 +100,16 @@ fn lowest_good_enough(tried: &[Option<Tried>]) -> Option<usize> {
 }
 
 /// The residual's means over each second.
-fn residual<const N: usize>(
-    robot: &Robot,
-    core: &CoreRobot<f64, N>,
-    pilots: &Pilots<N>,
-    form: &Form,
-) -> Option<Seconds> {
-    let core = CoreRobot { conditioning: form.conditioning, ..*core };
-    let mut dataset = Dataset::empty(core, Gate::Signed);
+fn residual(robot: &Robot, core: &Chassis, pilots: &Pilots, form: &Form) -> Option<Seconds> {
+    let mut dataset = Dataset::empty(core.with_conditioning(form.conditioning), Gate::Signed);
     dataset.unequal_sides = form.unequal_sides;
-    let rows = pilots.condition(&core, MOST_ROWS)?;
+    let rows = pilots.condition(&dataset.robot, MOST_ROWS)?;
     let stride = rows.len().div_ceil(FITTED_ROWS).max(1);
     dataset.store = rows.iter().step_by(stride).copied().collect();
     let model = Model::Signed { torque: physical::solve(&dataset, robot).torque, drive: robot.drive() };
     let mut seconds = Seconds::default();
     for row in &rows {
-        seconds.add((row.run, row.time.floor() as i64), row.power - model.power(&row.motion, row.mass)?);
+        seconds.add((row.run, row.time.floor() as i64), row.power - row.predicted(&model)?);
     }
     seconds.close();
     (!seconds.sizes.is_empty()).then_some(seconds)

@@ -10,28 +10,26 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread;
 
-use logs::compiled_here;
 use logs::robot::Robot;
-use logs::{RawRow, SampleReader};
-use model_core::coefficients::Robot as CoreRobot;
+use logs::robot::chassis::{Chassis, Wheels};
+use logs::{Conditioner, Now, RawRow, SampleReader, with_motion};
 use model_core::eq18::{self, Gate, REGRESSORS};
-use model_core::gyro::GyroConditioner;
+use model_core::model::{MassRange, Model, Response};
 use model_core::motion::Motion;
 use support::context::Context;
 use support::error::{Error, Result};
 use support::progress::FileProgress;
 
 use super::gram::Gram;
-use logs::conditioner;
 
 /// Most rows in the store.
 pub const STORE_ROWS: usize = 1 << 18;
 
 /// One conditioned row.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Row<const N: usize> {
+pub struct Row {
     /// Speeds and accelerations behind the filter.
-    pub motion: Motion<f64, N>,
+    pub wheels: Wheels,
     /// Actuation power behind the filter, W.
     pub power: f64,
     /// Total mass, kg.
@@ -53,15 +51,15 @@ pub struct Run {
 
 /// What the logs hold.
 #[derive(Debug, Clone)]
-pub struct Dataset<const N: usize> {
+pub struct Dataset {
     /// The robot, with the filter's cutoff.
-    pub robot: CoreRobot<f64, N>,
+    pub robot: Chassis,
     /// The gate that the Gram matrices are formed with.
     pub gate: Gate,
     /// One entry a run.
     pub runs: Vec<Run>,
     /// The thinned rows, in the order of the logs.
-    pub store: Vec<Row<N>>,
+    pub store: Vec<Row>,
     /// Every how many rows one is in the store.
     pub stride: u32,
     /// Median sample period of the first log, s.
@@ -95,27 +93,36 @@ pub struct Reading {
     pub mass_kg: f64,
 }
 
-compiled_here! {
-    fn read<N>(
-        context: &Context,
-        robot: &Robot,
-        core: CoreRobot<f64, N>,
-        files: &[PathBuf],
-        reading: &Reading,
-    ) -> Result<Dataset<N>> = read_here;
+impl Row {
+    /// Of a row and what it is behind the filter. A log without masses is at `mass_kg`.
+    pub(super) fn of(now: &Now, raw: &RawRow, mass_kg: f64) -> Self {
+        let mass = raw.mass.unwrap_or(mass_kg);
+        Self { wheels: now.wheels, power: now.power, mass, run: raw.run, time: raw.time }
+    }
+
+    /// Power by a model, W; `None` where it is not finite.
+    pub fn predicted(&self, model: &Model<f64>) -> Option<f64> {
+        with_motion!(self.wheels, motion => model.power(motion, self.mass))
+    }
+
+    /// Power by a model at any mass.
+    pub fn response(&self, model: &Model<f64>, range: &MassRange<f64>) -> Response<f64> {
+        with_motion!(self.wheels, motion => model.response(motion, range))
+    }
+
+    /// Products of Eq. 18, summed over the wheels.
+    #[inline(always)]
+    pub fn products(&self, gate: Gate) -> [f64; REGRESSORS] {
+        let mut sums = [0.0; REGRESSORS];
+        for wheel in self.wheels.iter() {
+            let own = eq18::products(gate, &Motion { wheels: [*wheel] });
+            sums.iter_mut().zip(own).for_each(|(sum, product)| *sum += product);
+        }
+        sums
+    }
 }
 
-fn read_here<const N: usize>(
-    context: &Context,
-    robot: &Robot,
-    core: CoreRobot<f64, N>,
-    files: &[PathBuf],
-    reading: &Reading,
-) -> Result<Dataset<N>> {
-    Dataset::read_here(context, robot, core, files, reading)
-}
-
-impl<const N: usize> Dataset<N> {
+impl Dataset {
     /// Reads the logs behind the filter of `core`, each once. [`super::read`] chooses its cutoff
     /// first.
     ///
@@ -124,22 +131,12 @@ impl<const N: usize> Dataset<N> {
     pub fn read(
         context: &Context,
         robot: &Robot,
-        core: CoreRobot<f64, N>,
-        files: &[PathBuf],
-        reading: &Reading,
-    ) -> Result<Self> {
-        read(context, robot, core, files, reading)
-    }
-
-    fn read_here(
-        context: &Context,
-        robot: &Robot,
-        core: CoreRobot<f64, N>,
+        core: Chassis,
         files: &[PathBuf],
         reading: &Reading,
     ) -> Result<Self> {
         let Some(first) = files.first() else { return Err(Error::usage("no log was given")) };
-        let cutoff_hz = core.cutoff_hz;
+        let cutoff_hz = core.cutoff_hz();
         let mut dataset = Self::empty(core, reading.gate);
         let mut progress = FileProgress::new(context, files);
         for file in files {
@@ -164,7 +161,7 @@ impl<const N: usize> Dataset<N> {
         Ok(dataset)
     }
 
-    pub fn empty(robot: CoreRobot<f64, N>, gate: Gate) -> Self {
+    pub fn empty(robot: Chassis, gate: Gate) -> Self {
         Self {
             robot,
             gate,
@@ -185,11 +182,11 @@ impl<const N: usize> Dataset<N> {
         &mut self,
         context: &Context,
         file: &Path,
-        reader: &mut SampleReader<N>,
+        reader: &mut SampleReader,
         mass_kg: f64,
         progress: &mut FileProgress,
     ) -> Result<()> {
-        let mut conditioner = conditioner(&self.robot, file, reader.period_s())?;
+        let mut conditioner = Conditioner::of_log(&self.robot, file, reader.period_s())?;
         if self.period_s.is_nan() {
             self.period_s = reader.period_s();
         }
@@ -208,16 +205,16 @@ impl<const N: usize> Dataset<N> {
                     while self.runs.len() <= run {
                         self.runs.push(Run { file: file.to_owned(), gram: Gram::default() });
                     }
-                    if let Some(row) = condition(&mut conditioner, raw, mass_kg) {
-                        let row = Row { run: run as u32, ..row };
-                        self.take(row);
-                        rows.push(row);
+                    if let Some(mut row) = condition(&mut conditioner, raw, mass_kg) {
+                        row.run = run as u32;
+                        self.take(&row);
+                        // The signed model's fit looks at the store only.
+                        if self.gate != Gate::Signed {
+                            rows.push(row);
+                        }
                     }
                 }
-                // The signed model's fit looks at the store only.
-                if self.gate != Gate::Signed {
-                    self.add_to_grams(&rows);
-                }
+                self.add_to_grams(&rows);
                 rows.clear();
             }
             parser.join().unwrap_or_else(|panic| resume_unwind(panic))
@@ -225,9 +222,9 @@ impl<const N: usize> Dataset<N> {
     }
 
     /// Takes a conditioned row into the store, if it is its turn.
-    fn take(&mut self, row: Row<N>) {
+    fn take(&mut self, row: &Row) {
         if self.used.is_multiple_of(u64::from(self.stride)) {
-            self.keep(row);
+            self.keep(*row);
         }
         self.used += 1;
         let known = self.masses.iter().any(|known| (known - row.mass).abs() < 1e-3);
@@ -236,7 +233,7 @@ impl<const N: usize> Dataset<N> {
         }
     }
 
-    pub fn keep(&mut self, row: Row<N>) {
+    pub fn keep(&mut self, row: Row) {
         if self.store.len() == STORE_ROWS {
             let mut index = 0_usize;
             self.store.retain(|_| {
@@ -263,7 +260,7 @@ impl<const N: usize> Dataset<N> {
     }
 
     /// Takes conditioned rows into the sums of their runs.
-    fn add_to_grams(&mut self, rows: &[Row<N>]) {
+    fn add_to_grams(&mut self, rows: &[Row]) {
         // With the gate known where it is compiled, the products stay in registers.
         for rows in rows.chunk_by(|a, b| a.run == b.run) {
             let Some(run) = self.runs.get_mut(rows[0].run as usize) else { continue };
@@ -292,8 +289,8 @@ impl<const N: usize> Dataset<N> {
 
 /// Regressors and power of a row.
 #[inline(always)]
-fn summand<const N: usize>(gate: Gate, row: &Row<N>) -> ([f64; REGRESSORS], f64) {
-    (eq18::regressors(gate, &eq18::products(gate, &row.motion), row.mass), row.power)
+fn summand(gate: Gate, row: &Row) -> ([f64; REGRESSORS], f64) {
+    (eq18::regressors(gate, &row.products(gate), row.mass), row.power)
 }
 
 /// Rows that are handed from thread to thread at a time.
@@ -303,14 +300,14 @@ const BLOCK_ROWS: usize = 1024;
 const BLOCKS_AHEAD: usize = 4;
 
 /// Rows as read.
-struct Block<const N: usize> {
-    raw_rows: Vec<RawRow<N>>,
+struct Block {
+    raw_rows: Vec<RawRow>,
     /// Bytes read and the size of the file.
     bytes: (u64, Option<u64>),
 }
 
 /// Reads a log to its end, or until nobody listens any more.
-fn parse<const N: usize>(reader: &mut SampleReader<N>, out: &SyncSender<Block<N>>) -> Result<()> {
+fn parse(reader: &mut SampleReader, out: &SyncSender<Block>) -> Result<()> {
     loop {
         let raw_rows = reader.next_block(BLOCK_ROWS)?;
         let block = Block { raw_rows, bytes: reader.progress() };
@@ -321,13 +318,8 @@ fn parse<const N: usize>(reader: &mut SampleReader<N>, out: &SyncSender<Block<N>
 }
 
 /// A raw row behind the filter; `None` while that settles, and of a robot with true slip where the
-/// row has no turn rate. A log without masses is at `mass_kg`.
-pub fn condition<const N: usize>(
-    conditioner: &mut GyroConditioner<f64, N>,
-    raw: &RawRow<N>,
-    mass_kg: f64,
-) -> Option<Row<N>> {
-    let now = conditioner.push(&raw.sample, raw.yaw_rate, raw.elapsed).filter(|now| now.settled)?;
-    let mass = raw.mass.unwrap_or(mass_kg);
-    Some(Row { motion: now.motion, power: now.power, mass, run: raw.run, time: raw.time })
+/// row has no turn rate.
+pub fn condition(conditioner: &mut Conditioner, raw: &RawRow, mass_kg: f64) -> Option<Row> {
+    let now = conditioner.push(raw).filter(|now| now.settled)?;
+    Some(Row::of(now, raw, mass_kg))
 }

@@ -21,18 +21,13 @@ const MOST_ROWS: u64 = 360_000;
 ///
 /// # Errors
 /// A log that cannot be read or is not one of this robot; power that is 0 all the time.
-pub fn look<const N: usize>(
-    context: &Context,
-    robot: &Robot,
-    files: &[PathBuf],
-    mass_kg: f64,
-) -> Result<Vec<Warning>> {
+pub fn look(context: &Context, robot: &Robot, files: &[PathBuf], mass_kg: f64) -> Result<Vec<Warning>> {
     let mut warnings = Vec::new();
     let mut untold = Vec::new();
     let mut tells = false;
     foreign::prepare(context, files);
     for file in files {
-        let (suspicions, stuck, told) = look_at::<N>(context, robot, file)?;
+        let (suspicions, stuck, told) = look_at(context, robot, file)?;
         warnings.extend(stuck.iter().map(|stuck| {
             Warning::of_log(format!("{}: {stuck}; check the sensor, leave this stretch out", file.display()))
         }));
@@ -80,15 +75,11 @@ pub fn check_masses(context: &Context, robot: &Robot, files: &[PathBuf]) -> Resu
 }
 
 /// What there is to doubt of a log, what stands still in it, and whether it tells masses.
-fn look_at<const N: usize>(
-    context: &Context,
-    robot: &Robot,
-    file: &Path,
-) -> Result<(Vec<Suspicion>, Vec<Stuck>, bool)> {
-    let mut reader = SampleReader::<N>::open(context, file, robot)?;
+fn look_at(context: &Context, robot: &Robot, file: &Path) -> Result<(Vec<Suspicion>, Vec<Stuck>, bool)> {
+    let mut reader = SampleReader::open(context, file, robot)?;
     let gap = logs::MIN_GAP_FACTOR * reader.period_s();
     let mut look = Look::new(robot);
-    let mut standings = Standings::new(robot, N);
+    let mut standings = Standings::new(robot, robot.wheels());
     let mut told = false;
     while reader.rows() < MOST_ROWS
         && let Some(row) = reader.next_row()?
@@ -96,8 +87,8 @@ fn look_at<const N: usize>(
         told |= row.mass.is_some();
         let mass = row.mass.unwrap_or(f64::NAN);
         let fresh = row.elapsed.is_infinite() || row.elapsed > gap;
-        standings.add(row.line, row.time, fresh, &row.sample.wheel_speed, row.sample.power);
-        look.add(row.time, fresh, &row.sample.wheel_speed, row.sample.power, mass);
+        standings.add(row.line, row.time, fresh, &row.wheel_speed, row.power);
+        look.add(row.time, fresh, &row.wheel_speed, row.power, mass);
     }
     Ok((look.finish(), standings.finish(), told))
 }

@@ -9,7 +9,7 @@ use serde::Serialize;
 use support::context::Context;
 use support::error::{Error, Result};
 
-use crate::run_gram::{self, Fitted, LeftOut, Moved, RunGram};
+use crate::run_gram::{self, Fitted, LeftOut, Moved, RunGram, Step};
 
 /// What is asked of sums.
 #[derive(Debug, Clone, Copy)]
@@ -50,7 +50,7 @@ pub fn from_grams(context: &Context, request: &Request<'_>) -> Result<Answer> {
     let runs = read(context, robot, files)?;
     let cutoff_hz = runs[0].setting.filter_cutoff_hz;
     let fitted = match kind {
-        ModelKind::Signed => with_wheels!(robot, signed(robot, cutoff_hz, &runs))?,
+        ModelKind::Signed => run_gram::signed(&robot.chassis(cutoff_hz)?, robot, &runs)?,
         ModelKind::Eq18 | ModelKind::Eq18Published => run_gram::eq18(kind, &runs)?,
     };
     let left_out = match (leave_one_out, kind) {
@@ -69,10 +69,6 @@ pub fn from_grams(context: &Context, request: &Request<'_>) -> Result<Answer> {
         fitted,
         left_out,
     })
-}
-
-fn signed<const N: usize>(robot: &Robot, cutoff_hz: f64, runs: &[RunGram]) -> Result<Fitted> {
-    run_gram::signed(&robot.core::<N>(cutoff_hz)?, robot, runs)
 }
 
 /// The runs of these files, of this robot.
@@ -134,15 +130,15 @@ fn step_with<const N: usize>(
     near: &Path,
     out: Option<&Path>,
 ) -> Result<Stepped> {
-    let step = run_gram::step::<N>(robot, near, runs)?;
-    out.map_or(Ok(()), |out| step.file.write(out))?;
+    let Step { file, told } = run_gram::step::<N>(robot, near, runs)?;
+    out.map_or(Ok(()), |out| file.write(out))?;
     Ok(Stepped {
         robot: robot.name().to_owned(),
         runs: runs.len(),
-        rows: step.rows,
-        before_rmse_w: step.before_rmse_w,
-        after_rmse_w: step.after_rmse_w,
-        longest_std_errs: step.longest_std_errs,
-        parameters: step.moved,
+        rows: told.rows,
+        before_rmse_w: told.before_rmse_w,
+        after_rmse_w: told.after_rmse_w,
+        longest_std_errs: told.longest_std_errs,
+        parameters: told.moved,
     })
 }

@@ -135,40 +135,29 @@ pub struct Answer {
 /// A log that cannot be read or is not one of this robot; power that is 0 all the time; data that
 /// determine no model.
 pub fn from_logs(context: &Context, request: &Request<'_>) -> Result<Answer> {
-    let robot = request.robot;
-    with_wheels!(robot, answer(context, request))
-}
-
-fn answer<const N: usize>(context: &Context, request: &Request<'_>) -> Result<Answer> {
     let Request { robot, files, mass_kg, out, force, .. } = *request;
-    let mut warnings = entrance::look::<N>(context, robot, files, mass_kg)?;
-    let mut fit = fit_logs::<N>(context, request)?;
+    let mut warnings = entrance::look(context, robot, files, mass_kg)?;
+    let mut fit = fit_logs(context, request)?;
     // What the logs look like explains what the fit says of itself.
     warnings.append(&mut fit.warnings);
     let out = out.filter(|_| fit.defect.is_none() || force);
-    let written = out.map(|out| written(&fit, robot, out)).transpose()?;
+    let written = out.map(|out| with_wheels!(robot, written(&fit, robot, out))).transpose()?;
     Ok(told(fit, robot, warnings, written))
 }
 
 /// As `out` holds it.
-fn written<const N: usize>(fit: &Fit<N>, robot: &Robot, out: &Path) -> Result<String> {
-    let mut file = fit.to_file()?;
+fn written<const N: usize>(fit: &Fit, robot: &Robot, out: &Path) -> Result<String> {
+    let mut file = fit.to_file::<N>()?;
     for log in &mut file.origin.logs {
         log.weighed_kg = robot.log_units().mass_of(&log.path);
     }
     file.text(out)
 }
 
-fn told<const N: usize>(
-    fit: Fit<N>,
-    robot: &Robot,
-    warnings: Vec<Warning>,
-    written: Option<String>,
-) -> Answer {
-    let mut coefficients = fit.coefficients;
-    let conditioning = coefficients.robot.conditioning;
-    // That a gyro is needed is said by a warning; what else they hold can still be absurd.
-    coefficients.robot.conditioning.true_slip = 0.0;
+fn told(fit: Fit, robot: &Robot, warnings: Vec<Warning>, written: Option<String>) -> Answer {
+    // That a gyro is needed is said by a warning; what else it holds can still be absurd.
+    let image = fit.image();
+    let conditioning = *fit.robot.conditioning();
     let verdict = match (&fit.defect, &fit.shortcoming) {
         (Some(_), _) => Use::NotUsable,
         (None, Some(_)) => Use::UsableForPower,
@@ -185,7 +174,7 @@ fn told<const N: usize>(
         quality: fit.quality,
         rows: fit.rows,
         masses_kg: fit.masses,
-        filter_cutoff_hz: coefficients.robot.cutoff_hz,
+        filter_cutoff_hz: fit.robot.cutoff_hz(),
         idle_share: fit.idle_share,
         condition: Some(fit.uncertainty.condition).filter(|condition| condition.is_finite()),
         ending: fit.ending,
@@ -194,7 +183,7 @@ fn told<const N: usize>(
         restarts: fit.restarts,
         fit_s: fit.solve_s,
         pgd: fit.certificate,
-        noise_density_w2_s: coefficients.noise.density,
+        noise_density_w2_s: fit.noise.density,
         prediction_std_w: fit.uncertainty.prediction_std_w,
         parameters: fit.parameters,
         power_delay_s: conditioning.delay,
@@ -204,28 +193,28 @@ fn told<const N: usize>(
         terms: fit.judged,
         warnings,
         shortcoming: fit.shortcoming,
-        image: coefficients.encode(),
+        image,
         written,
     }
 }
 
 /// Reads the logs and fits the model, the signed one with those of the terms that the logs ask for.
-fn fit_logs<const N: usize>(context: &Context, request: &Request<'_>) -> Result<Fit<N>> {
+fn fit_logs(context: &Context, request: &Request<'_>) -> Result<Fit> {
     let Request { robot, files, mass_kg, kind, terms, method, pgd, random_starts, .. } = *request;
     let reading = Reading { gate: kind.gate(), cutoff_hz: None, mass_kg };
     let mut terms = terms.to_vec();
     let (dataset, judged, fitted) = loop {
-        let (dataset, judged) = read_choosing::<N>(context, robot, files, &reading, &terms)?;
+        let (dataset, judged) = read_choosing(context, robot, files, &reading, &terms)?;
         let fitted = fit(robot, &dataset, kind, method, pgd)?;
         // What no board takes is no robot's: a term that ends so explains chance, and the form
         // without it is asked.
         let taken = judged.iter().rev().find(|judged| judged.taken).map(|judged| judged.term);
-        match taken.filter(|_| fitted.shortcoming.is_none() && !fitted.coefficients.is_plausible()) {
+        match taken.filter(|_| fitted.shortcoming.is_none() && !fitted.is_plausible()) {
             Some(last) => terms.retain(|term| *term != last),
             None => break (dataset, judged, fitted),
         }
     };
-    let restarts = match &fitted.coefficients.model {
+    let restarts = match &fitted.model {
         Model::Signed { torque, .. } if random_starts > 0 => {
             Some(physical::restart(&dataset, robot, torque, fitted.huber, random_starts))
         }

@@ -22,8 +22,8 @@ pub(super) struct Kinds {
 pub(super) const PAIRS: [u8; 2] = [0b110, 0b101];
 
 impl Kinds {
-    pub(super) fn of<const N: usize>(rows: &[Row<N>]) -> Self {
-        let moving = || rows.iter().filter(|row| row.motion.is_moving());
+    pub(super) fn of(rows: &[Row]) -> Self {
+        let moving = || rows.iter().filter(|row| row.wheels.is_moving());
         let mut speeds: Vec<f64> = moving().map(speed).collect();
         let mut differences: Vec<f64> = moving().map(difference).collect();
         let mut accelerations: Vec<f64> = moving().map(acceleration).collect();
@@ -36,7 +36,7 @@ impl Kinds {
     }
 
     /// A bit each: fast, turning, accelerating.
-    pub(super) fn kind<const N: usize>(&self, row: &Row<N>) -> u8 {
+    pub(super) fn kind(&self, row: &Row) -> u8 {
         4 * u8::from(speed(row) > self.speed)
             + 2 * u8::from(difference(row) > self.difference)
             + u8::from(acceleration(row) > self.acceleration)
@@ -44,17 +44,17 @@ impl Kinds {
 }
 
 /// Mean of the wheels' sizes, rad/s.
-fn speed<const N: usize>(row: &Row<N>) -> f64 {
-    row.motion.wheels.iter().map(|wheel| wheel.speed.abs()).sum::<f64>() / N as f64
+fn speed(row: &Row) -> f64 {
+    row.wheels.mean_speed()
 }
 
 /// From the slowest wheel to the fastest, with their signs, rad/s.
-fn difference<const N: usize>(row: &Row<N>) -> f64 {
-    let speeds = || row.motion.wheels.iter().map(|wheel| wheel.speed);
+fn difference(row: &Row) -> f64 {
+    let speeds = || row.wheels.iter().map(|wheel| wheel.speed);
     speeds().fold(f64::NEG_INFINITY, f64::max) - speeds().fold(f64::INFINITY, f64::min)
 }
 
 /// Mean of the wheels' sizes, rad/s².
-fn acceleration<const N: usize>(row: &Row<N>) -> f64 {
-    row.motion.wheels.iter().map(|wheel| wheel.acceleration.abs()).sum::<f64>() / N as f64
+fn acceleration(row: &Row) -> f64 {
+    row.wheels.mean(|wheel| wheel.acceleration.abs())
 }

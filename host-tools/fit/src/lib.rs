@@ -30,8 +30,10 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use logs::robot::Robot;
-use logs::{compiled_here, foreign};
-use model_core::coefficients::{Coefficients, Robot as CoreRobot};
+use logs::robot::chassis::Chassis;
+use logs::{foreign, with_core};
+use model_core::coefficients::{Coefficients, Image, Robot as CoreRobot};
+use model_core::conditioning::Conditioning;
 use model_core::effects::Columns;
 use model_core::eq18::{self, Gate};
 use model_core::model::Model;
@@ -49,13 +51,19 @@ use self::pilot::Pilots;
 use self::usable::{Defect, MassEffect};
 use self::verdict::Parameter;
 use self::warning::Warning;
-use model::coefficients::{Method, ModelKind};
+use model::coefficients::{Method, ModelKind, is_plausible};
 
 /// A model, what it is worth, and how it was found.
 #[derive(Debug, Clone)]
-pub struct Fit<const N: usize> {
-    /// What `gmr estimate` and the board run.
-    pub coefficients: Coefficients<f64, N>,
+pub struct Fit {
+    /// The robot, with the filter's cutoff.
+    pub robot: Chassis,
+    /// The model.
+    pub model: Model<f64>,
+    /// What estimates with it have to expect.
+    pub noise: Noise<f64>,
+    /// Whether it can tell payloads.
+    pub identifies_mass: bool,
     /// Which model.
     pub kind: ModelKind,
     /// Which method.
@@ -103,169 +111,137 @@ pub struct Fit<const N: usize> {
     pub judged: Vec<Judged>,
 }
 
+impl Fit {
+    /// What `gmr estimate` and the board run.
+    ///
+    /// # Panics
+    /// If `N` is not the robot's number of wheels.
+    pub fn coefficients<const N: usize>(&self) -> Coefficients<f64, N> {
+        self.of(self.robot.core())
+    }
+
+    fn of<const N: usize>(&self, robot: &CoreRobot<f64, N>) -> Coefficients<f64, N> {
+        Coefficients {
+            robot: *robot,
+            model: self.model,
+            noise: self.noise,
+            columns: Columns::NONE,
+            identifies_mass: self.identifies_mass,
+            ground_adapts: false,
+        }
+    }
+
+    /// Whether a robot can be so.
+    fn is_plausible(&self) -> bool {
+        with_core!(&self.robot, core => is_plausible(&self.of(core)))
+    }
+
+    /// As a board would hold it, but for its gyro; `None` where no board has such a model.
+    fn image(&self) -> Option<Image> {
+        let conditioning = Conditioning { true_slip: 0.0, ..*self.robot.conditioning() };
+        with_core!(&self.robot.with_conditioning(conditioning), core => self.of(core).encode())
+    }
+}
+
 /// Reads the logs: the first rows of each to choose the filter's cutoff unless it is given, and the
 /// signed model's further terms ([`form`]), then each once.
 ///
 /// # Errors
 /// As [`Dataset::read`].
-pub fn read<const N: usize>(
-    context: &Context,
-    robot: &Robot,
-    files: &[PathBuf],
-    reading: &Reading,
-) -> Result<Dataset<N>> {
+pub fn read(context: &Context, robot: &Robot, files: &[PathBuf], reading: &Reading) -> Result<Dataset> {
     Ok(read_choosing(context, robot, files, reading, &form::TERMS)?.0)
 }
 
-compiled_here! {
-    /// As [`read`], with what the first rows said of each of these further terms of the signed
-    /// model; other models have none.
-    ///
-    /// # Errors
-    /// As [`read`].
-    pub fn read_choosing<N>(
-        context: &Context,
-        robot: &Robot,
-        files: &[PathBuf],
-        reading: &Reading,
-        terms: &[Term],
-    ) -> Result<(Dataset<N>, Vec<Judged>)> = read_choosing_here;
-}
-
-fn read_choosing_here<const N: usize>(
+/// As [`read`], with what the first rows said of each of these further terms of the signed
+/// model; other models have none.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_choosing(
     context: &Context,
     robot: &Robot,
     files: &[PathBuf],
     reading: &Reading,
     terms: &[Term],
-) -> Result<(Dataset<N>, Vec<Judged>)> {
+) -> Result<(Dataset, Vec<Judged>)> {
     if files.is_empty() {
         return Err(Error::usage("no log was given"));
     }
     foreign::prepare(context, files);
-    let pilots = Pilots::<N>::read(context, robot, files, reading.mass_kg)?;
+    let pilots = Pilots::read(context, robot, files, reading.mass_kg)?;
     let given = reading.cutoff_hz.or(robot.filter_cutoff_hz());
     let terms = if reading.gate == Gate::Signed { terms } else { &[] };
     let (cutoff_hz, choice) = match given {
-        Some(given) => (given, form::choose(robot, &robot.core(given)?, terms, &pilots, &|_| false)),
+        Some(given) => (given, form::choose(robot, &robot.chassis(given)?, terms, &pilots, &|_| false)),
         None => cutoff::by_the_data(robot, &pilots, terms)?,
     };
-    let mut core = robot.core(cutoff_hz)?;
-    core.conditioning = choice.form.conditioning;
+    let core = robot.chassis(cutoff_hz)?.with_conditioning(choice.form.conditioning);
     let mut dataset = Dataset::read(context, robot, core, files, reading)?;
     dataset.unequal_sides = choice.form.unequal_sides;
     dataset.long_search = choice.long_search;
     Ok((dataset, choice.judged))
 }
 
-compiled_here! {
-    /// The filter's cutoff for these logs as [`read`] chooses it, Hz: the robot's, or by the data.
-    ///
-    /// # Errors
-    /// A log that cannot be read.
-    pub fn choose_cutoff<N>(
-        context: &Context,
-        robot: &Robot,
-        files: &[PathBuf],
-        mass_kg: f64,
-    ) -> Result<f64> = choose_cutoff_here;
-}
-
-fn choose_cutoff_here<const N: usize>(
-    context: &Context,
-    robot: &Robot,
-    files: &[PathBuf],
-    mass_kg: f64,
-) -> Result<f64> {
+/// The filter's cutoff for these logs as [`read`] chooses it, Hz: the robot's, or by the data.
+///
+/// # Errors
+/// A log that cannot be read.
+pub fn choose_cutoff(context: &Context, robot: &Robot, files: &[PathBuf], mass_kg: f64) -> Result<f64> {
     match robot.filter_cutoff_hz() {
         Some(given) => Ok(given),
         None => {
-            Ok(cutoff::by_the_data(robot, &Pilots::<N>::read(context, robot, files, mass_kg)?, &form::TERMS)?
-                .0)
+            Ok(cutoff::by_the_data(robot, &Pilots::read(context, robot, files, mass_kg)?, &form::TERMS)?.0)
         }
     }
 }
 
-compiled_here! {
-    /// Chooses among further terms of the signed model for logs that are to be read as `core` says,
-    /// without the rows of `held_out` times (s).
-    ///
-    /// # Errors
-    /// A log that cannot be read.
-    pub fn choose_form<N>(
-        context: &Context,
-        robot: &Robot,
-        core: &CoreRobot<f64, N>,
-        terms: &[Term],
-        files: &[PathBuf],
-        mass_kg: f64,
-        held_out: &(dyn Fn(f64) -> bool + Sync),
-    ) -> Result<Form> = choose_form_here;
-}
-
-fn choose_form_here<const N: usize>(
+/// Chooses among further terms of the signed model for logs that are to be read as `core` says,
+/// without the rows of `held_out` times (s).
+///
+/// # Errors
+/// A log that cannot be read.
+pub fn choose_form(
     context: &Context,
     robot: &Robot,
-    core: &CoreRobot<f64, N>,
+    core: &Chassis,
     terms: &[Term],
     files: &[PathBuf],
     mass_kg: f64,
     held_out: &(dyn Fn(f64) -> bool + Sync),
 ) -> Result<Form> {
-    let pilots = Pilots::<N>::read(context, robot, files, mass_kg)?;
+    let pilots = Pilots::read(context, robot, files, mass_kg)?;
     Ok(form::choose(robot, core, terms, &pilots, held_out).form)
 }
 
-compiled_here! {
-    /// Terms that a fit of these logs would take beyond those that `core` has, by unseen blocks:
-    /// none for what this version fitted to them.
-    ///
-    /// # Errors
-    /// A log that cannot be read.
-    pub fn lacking<N>(
-        context: &Context,
-        robot: &Robot,
-        core: &CoreRobot<f64, N>,
-        terms: &[Term],
-        files: &[PathBuf],
-        mass_kg: f64,
-    ) -> Result<Vec<Judged>> = lacking_here;
-}
-
-fn lacking_here<const N: usize>(
+/// Terms that a fit of these logs would take beyond those that `core` has, by unseen blocks:
+/// none for what this version fitted to them.
+///
+/// # Errors
+/// A log that cannot be read.
+pub fn lacking(
     context: &Context,
     robot: &Robot,
-    core: &CoreRobot<f64, N>,
+    core: &Chassis,
     terms: &[Term],
     files: &[PathBuf],
     mass_kg: f64,
 ) -> Result<Vec<Judged>> {
-    let pilots = Pilots::<N>::read(context, robot, files, mass_kg)?;
+    let pilots = Pilots::read(context, robot, files, mass_kg)?;
     let judged = form::choose(robot, core, terms, &pilots, &|_| false).judged;
     Ok(judged.into_iter().filter(|judged| judged.taken).collect())
 }
 
-compiled_here! {
-    /// Fits the model to what was read.
-    ///
-    /// # Errors
-    /// The data cannot determine a model: the robot stood still.
-    pub fn fit<N>(
-        robot: &Robot,
-        dataset: &Dataset<N>,
-        kind: ModelKind,
-        method: Method,
-        pgd: &pgd::Settings,
-    ) -> Result<Fit<N>> = fit_here;
-}
-
-fn fit_here<const N: usize>(
+/// Fits the model to what was read.
+///
+/// # Errors
+/// The data cannot determine a model: the robot stood still.
+pub fn fit(
     robot: &Robot,
-    dataset: &Dataset<N>,
+    dataset: &Dataset,
     kind: ModelKind,
     method: Method,
     pgd: &pgd::Settings,
-) -> Result<Fit<N>> {
+) -> Result<Fit> {
     let method = method.check(kind)?;
     let shortcoming = shortcoming(dataset)?;
     let started = Instant::now();
@@ -316,27 +292,18 @@ fn fit_here<const N: usize>(
     let energy_std_share = assess::energy_spread(dataset, &model, &noise);
     let mass_effect = mass_effect.filter(|_| identifies_mass);
     let defect = usable::defect(&quality, &at_bounds, mass_effect.as_ref(), cut_short);
-    let coefficients = Coefficients {
-        robot: dataset.robot,
-        model,
-        noise,
-        columns: Columns::NONE,
-        identifies_mass,
-        ground_adapts: false,
-    };
     warnings.extend(warning::of_quality(&quality));
-    if coefficients.robot.conditioning.true_slip != 0.0 {
+    if dataset.robot.conditioning().true_slip != 0.0 {
         warnings.push(Warning::needs_gyro());
-    }
-    // Where payloads are unknown, that has been told, and boards need not take what says so.
-    if shortcoming.is_none() && !coefficients.is_plausible() {
-        warnings.push(Warning::not_for_boards());
     }
     let mut files: Vec<PathBuf> = dataset.runs.iter().map(|run| run.file.clone()).collect();
     files.dedup();
     let unused = weights.iter().filter(|weight| **weight == 0.0).count();
-    Ok(Fit {
-        coefficients,
+    let mut fit = Fit {
+        robot: dataset.robot.clone(),
+        model,
+        noise,
+        identifies_mass,
         kind,
         method,
         quality,
@@ -358,7 +325,12 @@ fn fit_here<const N: usize>(
         energy_std_share,
         energy_std_w,
         judged: Vec::new(),
-    })
+    };
+    // Where payloads are unknown, that has been told, and boards need not take what says so.
+    if fit.shortcoming.is_none() && !fit.is_plausible() {
+        fit.warnings.push(Warning::not_for_boards());
+    }
+    Ok(fit)
 }
 
 fn ending_name(ending: &impl Serialize) -> String {
@@ -382,10 +354,10 @@ struct Judgement {
 }
 
 /// What the payload does to the power by a model, with the scatter of its parameters.
-fn mass_effect<const N: usize>(
-    dataset: &Dataset<N>,
-    predict: impl Fn(&Row<N>) -> f64,
-    gradient: impl Fn(&Row<N>) -> DVector<f64>,
+fn mass_effect(
+    dataset: &Dataset,
+    predict: impl Fn(&Row) -> f64,
+    gradient: impl Fn(&Row) -> DVector<f64>,
     uncertainty: &Uncertainty,
 ) -> Option<MassEffect> {
     if dataset.masses.len() < 2 {
@@ -409,15 +381,10 @@ fn mass_effect<const N: usize>(
     })
 }
 
-fn judge<const N: usize>(
-    dataset: &Dataset<N>,
-    model: &Model<f64>,
-    weights: &[f64],
-    noise: &Noise<f64>,
-) -> Judgement {
-    let lasting = |gradient: &dyn Fn(&Row<N>) -> DVector<f64>, values: &[f64], covariance| {
+fn judge(dataset: &Dataset, model: &Model<f64>, weights: &[f64], noise: &Noise<f64>) -> Judgement {
+    let lasting = |gradient: &dyn Fn(&Row) -> DVector<f64>, values: &[f64], covariance| {
         // What is at 0 is held there by its bound.
-        let free = |row: &Row<N>| {
+        let free = |row: &Row| {
             let slopes = gradient(row);
             DVector::from_fn(values.len(), |i, _| if values[i] == 0.0 { 0.0 } else { slopes[i] })
         };
@@ -435,8 +402,8 @@ fn judge<const N: usize>(
             let values: Vec<f64> = places.iter().map(|&place| all[place]).collect();
             let described = |&place: &usize| *verdict::TORQUE.get(place).unwrap_or(&verdict::IMBALANCE);
             let descriptions: Vec<verdict::Description> = places.iter().map(described).collect();
-            let predict = |row: &Row<N>| model.power(&row.motion, row.mass).unwrap_or(f64::NAN);
-            let gradient = |row: &Row<N>| {
+            let predict = |row: &Row| row.predicted(model).unwrap_or(f64::NAN);
+            let gradient = |row: &Row| {
                 let slope = physical::gradient(torque, row, *drive);
                 DVector::from_fn(places.len(), |i, _| slope[places[i]])
             };
@@ -448,11 +415,10 @@ fn judge<const N: usize>(
             Judgement { uncertainty, parameters, lasting_error, energy_std_w, mass_effect }
         }
         Model::Eq18 { gate, beta } => {
-            let gradient = |row: &Row<N>| {
-                let products = eq18::products(*gate, &row.motion);
-                DVector::from_column_slice(&eq18::regressors(*gate, &products, row.mass))
+            let gradient = |row: &Row| {
+                DVector::from_column_slice(&eq18::regressors(*gate, &row.products(*gate), row.mass))
             };
-            let predict = |row: &Row<N>| gradient(row).iter().zip(beta).map(|(x, b)| x * b).sum();
+            let predict = |row: &Row| gradient(row).iter().zip(beta).map(|(x, b)| x * b).sum();
             let uncertainty = assess::uncertainty(dataset, weights, predict, gradient, beta.len());
             let lasting = lasting(&gradient, beta, &uncertainty.covariance);
             let parameters = verdict::judge(&verdict::EQ18, beta, &uncertainty);
@@ -471,15 +437,15 @@ const SAME_SPEED: f64 = 0.02;
 ///
 /// # Errors
 /// The robot never moved: there is nothing to fit.
-fn shortcoming<const N: usize>(dataset: &Dataset<N>) -> Result<Option<String>> {
+fn shortcoming(dataset: &Dataset) -> Result<Option<String>> {
     let speeds =
-        || dataset.store.iter().flat_map(|row| &row.motion.wheels).filter(|wheel| wheel.direction != 0.0);
+        || dataset.store.iter().flat_map(|row| row.wheels.iter()).filter(|wheel| wheel.direction != 0.0);
     let file = &dataset.runs[0].file;
     let fastest = speeds().map(|wheel| wheel.speed.abs()).fold(0.0, f64::max);
     if fastest == 0.0 {
         return Err(Error::failed(format!(
             "the robot never moves (no wheel above the dead band of {} rad/s); expected a drive at several speeds",
-            dataset.robot.dead_band
+            dataset.robot.dead_band()
         ))
         .in_file(file)
         .in_column(logs::speed_column(0)));

@@ -3,13 +3,12 @@
 use std::path::PathBuf;
 
 use logs::robot::Robot;
-use logs::{RawRow, SampleReader};
-use model_core::coefficients::Robot as CoreRobot;
-use model_core::gyro::GyroConditioner;
+use logs::robot::chassis::Chassis;
+use logs::{Conditioner, RawRow, SampleReader};
 use support::context::Context;
 use support::error::Result;
 
-use super::dataset::{Row, condition};
+use super::dataset::Row;
 
 /// Rows that take part, over all logs.
 const MOST_ROWS: usize = 50_000;
@@ -19,25 +18,25 @@ const MOST_ROWS: usize = 50_000;
 const LEAST_GYRO_SHARE: f64 = 0.9;
 
 /// The first rows of every log, before any filter.
-pub(super) struct Pilots<const N: usize> {
-    logs: Vec<Pilot<N>>,
+pub(super) struct Pilots {
+    logs: Vec<Pilot>,
     /// Mass where a log has none, kg.
     mass_kg: f64,
 }
 
-struct Pilot<const N: usize> {
-    rows: Vec<RawRow<N>>,
+struct Pilot {
+    rows: Vec<RawRow>,
     period_s: f64,
 }
 
-impl<const N: usize> Pilots<N> {
+impl Pilots {
     /// # Errors
     /// A log that cannot be read.
     pub(super) fn read(context: &Context, robot: &Robot, files: &[PathBuf], mass_kg: f64) -> Result<Self> {
         let share = MOST_ROWS / files.len().max(1);
         let mut logs = Vec::new();
         for file in files {
-            let mut reader = SampleReader::<N>::open(context, file, robot)?;
+            let mut reader = SampleReader::open(context, file, robot)?;
             let mut rows = Vec::new();
             while rows.len() < share
                 && let Some(row) = reader.next_row()?
@@ -53,14 +52,14 @@ impl<const N: usize> Pilots<N> {
     /// without are judged by the same rows. `None` where a log has no gyro, or for a part of its
     /// rows only.
     pub(super) fn with_gyro(&self) -> Option<Self> {
-        let has_it = |row: &&RawRow<N>| row.yaw_rate.is_finite();
-        let is_whole = |log: &Pilot<N>| {
+        let has_it = |row: &&RawRow| row.yaw_rate.is_finite();
+        let is_whole = |log: &Pilot| {
             log.rows.iter().filter(has_it).count() as f64 >= LEAST_GYRO_SHARE * log.rows.len() as f64
         };
-        let masked = |row: &RawRow<N>| {
+        let masked = |row: &RawRow| {
             let mut row = *row;
             // No power, no row.
-            row.sample.power += 0.0 * row.yaw_rate;
+            row.power += 0.0 * row.yaw_rate;
             row
         };
         let logs = self.logs.iter().map(|log| {
@@ -82,17 +81,18 @@ impl<const N: usize> Pilots<N> {
 
     /// The rows behind the filter of `core`, at most about so many, evenly over the whole; `None`
     /// where a log is too slow for it. Logs and their runs are told apart by one number.
-    pub(super) fn condition(&self, core: &CoreRobot<f64, N>, most: usize) -> Option<Vec<Row<N>>> {
+    pub(super) fn condition(&self, core: &Chassis, most: usize) -> Option<Vec<Row>> {
         let all: usize = self.logs.iter().map(|log| log.rows.len()).sum();
         let stride = all.div_ceil(most).max(1);
         let mut rows = Vec::with_capacity(all / stride + 1);
         let mut used = 0_usize;
         for (place, log) in self.logs.iter().enumerate() {
-            let mut conditioner = GyroConditioner::new(core, log.period_s).ok()?;
+            let mut conditioner = Conditioner::new(core, log.period_s).ok()?;
             for raw in &log.rows {
-                let Some(row) = condition(&mut conditioner, raw, self.mass_kg) else { continue };
+                let Some(now) = conditioner.push(raw).filter(|now| now.settled) else { continue };
                 if used.is_multiple_of(stride) {
-                    rows.push(Row { run: row.run * self.logs.len() as u32 + place as u32, ..row });
+                    let run = raw.run * self.logs.len() as u32 + place as u32;
+                    rows.push(Row { run, ..Row::of(now, raw, self.mass_kg) });
                 }
                 used += 1;
             }
@@ -102,7 +102,7 @@ impl<const N: usize> Pilots<N> {
 
     /// One log of these rows.
     #[cfg(test)]
-    pub(super) fn of_rows(rows: Vec<RawRow<N>>, period_s: f64) -> Self {
+    pub(super) fn of_rows(rows: Vec<RawRow>, period_s: f64) -> Self {
         Self { logs: vec![Pilot { rows, period_s }], mass_kg: f64::NAN }
     }
 
@@ -110,7 +110,7 @@ impl<const N: usize> Pilots<N> {
     #[cfg(test)]
     pub(super) fn spoil_from(&mut self, time: f64) {
         for row in self.logs.iter_mut().flat_map(|log| &mut log.rows).filter(|row| row.time >= time) {
-            row.sample.power = 1e3 * row.time.sin();
+            row.power = 1e3 * row.time.sin();
         }
     }
 }

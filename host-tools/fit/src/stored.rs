@@ -6,13 +6,13 @@ use support::error::Result;
 
 use super::{Fit, usable};
 
-impl<const N: usize> Fit<N> {
+impl Fit {
     /// Of the parameters that both sides share: the imbalance, which is the last, may be anything
     /// that its own scatter allows.
     fn shared_covariance(&self) -> DMatrix<f64> {
         let all = &self.uncertainty.covariance;
         let size = match self.kind {
-            ModelKind::Signed => TORQUE.len() - usize::from(!self.coefficients.robot.scrubs()),
+            ModelKind::Signed => TORQUE.len() - usize::from(!self.robot.scrubs()),
             ModelKind::Eq18 | ModelKind::Eq18Published => all.nrows(),
         };
         all.view((0, 0), (size, size)).into_owned()
@@ -22,9 +22,9 @@ impl<const N: usize> Fit<N> {
     ///
     /// # Errors
     /// A log that can no longer be read.
-    pub fn to_file(&self) -> Result<CoefficientsFile<N>> {
+    pub fn to_file<const N: usize>(&self) -> Result<CoefficientsFile<N>> {
         Ok(CoefficientsFile {
-            coefficients: self.coefficients,
+            coefficients: self.coefficients(),
             kind: self.kind,
             method: self.method,
             joint_covariance: None,
@@ -34,7 +34,7 @@ impl<const N: usize> Fit<N> {
                 logs: self.files.iter().map(|log| FittedLog::now(log)).collect::<Result<_>>()?,
                 rows: self.rows,
                 masses_kg: self.masses.clone(),
-                static_power_w: self.coefficients.robot.static_power,
+                static_power_w: self.robot.static_power(),
                 r2: self.quality.r2,
                 rmse_w: self.quality.rmse_w,
                 energy_std_share: self.energy_std_share,

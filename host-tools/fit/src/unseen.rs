@@ -127,11 +127,11 @@ pub(super) struct Lasting {
 ///
 /// `gradient` gives ∂P/∂θ of a row, 0 for parameters that are held; `weights` what each row of the
 /// store counted for.
-pub(super) fn lasting_errors<const N: usize>(
-    dataset: &Dataset<N>,
+pub(super) fn lasting_errors(
+    dataset: &Dataset,
     model: &Model<f64>,
     weights: &[f64],
-    gradient: impl Fn(&Row<N>) -> DVector<f64>,
+    gradient: impl Fn(&Row) -> DVector<f64>,
     noise: &Noise<f64>,
 ) -> Lasting {
     let parts = parts(dataset, model, weights, gradient, noise);
@@ -198,19 +198,19 @@ struct Place {
 }
 
 /// The sums of each kind of driving in each half window.
-fn parts<const N: usize>(
-    dataset: &Dataset<N>,
+fn parts(
+    dataset: &Dataset,
     model: &Model<f64>,
     weights: &[f64],
-    gradient: impl Fn(&Row<N>) -> DVector<f64>,
+    gradient: impl Fn(&Row) -> DVector<f64>,
     noise: &Noise<f64>,
 ) -> BTreeMap<Place, Sums> {
-    let range = &dataset.robot.range;
-    let linear_beyond = noise.linear_beyond(dataset.robot.cutoff_hz);
+    let range = &dataset.robot.range();
+    let linear_beyond = noise.linear_beyond(dataset.robot.cutoff_hz());
     let kinds = Kinds::of(&dataset.store);
     let mut parts = BTreeMap::new();
     for (row, &weight) in dataset.store.iter().zip(weights) {
-        let Some(predicted) = model.power(&row.motion, row.mass) else { continue };
+        let Some(predicted) = row.predicted(model) else { continue };
         let along = gradient(row);
         let half = (row.time / HALF_S).floor() as i64;
         let place = Place { run: row.run, half, kind: kinds.kind(row) };
@@ -219,12 +219,12 @@ fn parts<const N: usize>(
         part.error += error;
         part.along += &along;
         part.rows += 1.0;
-        part.moving += f64::from(row.motion.is_moving());
+        part.moving += f64::from(row.wheels.is_moving());
         if weight > 0.0 {
             part.normal.ger(weight, &along, &along, 1.0);
             part.pull.axpy(weight * error, &along, 1.0);
         }
-        let response = model.response(&row.motion, range);
+        let response = row.response(model, range);
         if !response.may_clamp {
             let slope = response.polynomial.slope(row.mass - range.middle());
             let weighted = huber(error, linear_beyond) * slope;
@@ -257,6 +257,7 @@ mod tests {
     use super::*;
     use crate::physical;
     use logs::robot::Robot;
+    use logs::robot::chassis::Chassis;
     use model_core::eq18::Gate;
     use model_core::motion::Motion;
     use model_core::torque::TorqueModel;
@@ -328,7 +329,7 @@ mod tests {
         let torque = TorqueModel::from_array([0.05, 0.008, 0.007, 0.0065, 1.6, 2.5, 0.0]);
         let (model, drive) = (Model::Signed { torque, drive: robot.drive() }, robot.drive());
         let mut random = ChaCha8Rng::seed_from_u64(3);
-        let mut dataset = Dataset::empty(core, Gate::Signed);
+        let mut dataset = Dataset::empty(Chassis::new(&core), Gate::Signed);
         dataset.period_s = 0.05;
         for (run, mass) in [(0, 1.0), (1, 6.0)] {
             for index in 0..4000 {
@@ -346,12 +347,12 @@ mod tests {
                 let noise: f64 = random.sample(StandardNormal);
                 let error = [0.1, -0.1][kind];
                 let power = model.power(&motion, mass).unwrap() + error + 0.01 * noise;
-                dataset.store.push(Row { motion, power, mass, run, time });
+                dataset.store.push(Row { wheels: motion.wheels.into(), power, mass, run, time });
             }
         }
         let weights = vec![1.0; dataset.store.len()];
         let noise = Noise { density: 1e-5, model_std: 0.0, tail: 1.0 };
-        let gradient = |row: &Row<2>| {
+        let gradient = |row: &Row| {
             let slope = physical::gradient(&torque, row, drive);
             // One that the rows determine: Coulomb's.
             DVector::from_element(1, slope[0])

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use fit::form::{Judged, TERMS, Term};
 use fit::lacking;
 use logs::robot::Robot;
-use model_core::coefficients::Robot as CoreRobot;
+use logs::robot::chassis::Chassis;
 use support::context::Context;
 use support::error::Result;
 
@@ -18,10 +18,10 @@ use super::types::{Base, Verdict};
 ///
 /// # Errors
 /// A log that cannot be read.
-pub fn asked_for<const N: usize>(
+pub fn asked_for(
     context: &Context,
     robot: &Robot,
-    core: &CoreRobot<f64, N>,
+    core: &Chassis,
     base: &Base,
     clean_logs: &[PathBuf],
     mass_kg: f64,

@@ -267,7 +267,7 @@ fn answer<const N: usize>(context: &Context, request: &Request<'_>) -> Result<An
     let report = request.engine.investigate(&runs, clean.as_ref(), &base, &options)?;
     let report = match (&simulator, &fitted) {
         (None, Some(_)) => {
-            let refit = refit::asked_for(context, robot, &core, &base, &clean_logs, mass, &report)?;
+            let refit = refit::asked_for(context, robot, &runs.robot, &base, &clean_logs, mass, &report)?;
             report.withheld(refit)
         }
         _ => report,
@@ -376,11 +376,11 @@ fn own_base<const N: usize>(
     mass_kg: f64,
 ) -> Result<(CoreRobot<f64, N>, Base)> {
     let reading = Reading { gate: Gate::Signed, cutoff_hz: None, mass_kg };
-    let dataset = fit::read::<N>(context, robot, logs, &reading)?;
+    let dataset = fit::read(context, robot, logs, &reading)?;
     let torque = physical::solve(&dataset, robot).torque;
     let masses_kg = dataset.masses;
     let base = Base { torque, covariance: None, drive: robot.drive(), masses_kg, of_simulator: false };
-    Ok((dataset.robot, base))
+    Ok((*dataset.robot.core(), base))
 }
 
 /// Mean total mass of the rows, kg.

@@ -9,7 +9,7 @@ use model_core::filter::{Channel, LowPass};
 use support::error::{Error, Result};
 
 use super::YAW_RATE;
-use super::conditioner::conditioner;
+use super::conditioner::{of_core, pushed};
 use super::motions::Motions;
 use super::raw::RawRun;
 use super::row::{Row, Run};
@@ -43,7 +43,7 @@ pub(super) fn condition<const N: usize>(
     columns: &[String],
     stride: usize,
 ) -> Result<Run> {
-    let mut conditioner = conditioner(core, Path::new(&run.name), run.period_s)?;
+    let mut conditioner = of_core(core, Path::new(&run.name), run.period_s)?;
     let filter = filter(core, run.period_s, &run.name)?;
     let yaw_rate = run.columns.iter().position(|name| name == YAW_RATE);
     if core.conditioning.true_slip != 0.0 && yaw_rate.is_none() {
@@ -74,7 +74,7 @@ pub(super) fn condition<const N: usize>(
             }
         }
         let turn_rate = yaw_rate.map_or(f64::NAN, |place| further[place]);
-        let Some(now) = conditioner.push(sample, turn_rate, elapsed) else { continue };
+        let Some(now) = pushed(&mut conditioner, sample, turn_rate, elapsed) else { continue };
         let raw = sample.wheel_speed.iter().any(|speed| speed.abs() > core.dead_band);
         moves.push((course.time(), raw, now.motion.is_moving()));
         let speeds = now.motion.wheels.map(|wheel| wheel.speed);
@@ -87,7 +87,7 @@ pub(super) fn condition<const N: usize>(
         }
         if since.is_multiple_of(stride) {
             rows.push(Row {
-                wheels: (&now.motion).into(),
+                wheels: now.motion.wheels.into(),
                 power: now.power,
                 mass: *mass,
                 time: course.time(),

@@ -4,22 +4,94 @@ use std::path::Path;
 
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::delay::FRAMES;
-use model_core::estimator::Unfit;
+use model_core::estimator::{Conditioned, Sample, Unfit};
 use model_core::filter::InvalidCutoff;
 use model_core::gyro::GyroConditioner;
-use support::error::{Error, Result};
+use support::error::Error;
 
-use super::RUN;
+use super::robot::chassis::{Chassis, Wheels};
+use super::{RUN, RawRow};
+use crate::with_core;
+
+/// A row behind the filter.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Now {
+    /// The wheels.
+    pub wheels: Wheels,
+    /// Actuation power, W.
+    pub power: f64,
+    /// Whether the filter has settled.
+    pub settled: bool,
+}
+
+/// The conditioner of a robot's logs, whatever its number of wheels.
+pub struct Conditioner {
+    filter: Box<dyn Push + Send>,
+    /// Told by reference: it is as large as that of the robot with the most wheels.
+    now: Now,
+}
+
+impl Conditioner {
+    /// For rows `period_s` apart.
+    ///
+    /// # Errors
+    /// As of [`GyroConditioner::new`].
+    pub fn new(robot: &Chassis, period_s: f64) -> Result<Self, Unfit> {
+        Ok(with_core!(robot, core => Self::of(Box::new(GyroConditioner::new(core, period_s)?))))
+    }
+
+    /// For a log of this robot.
+    ///
+    /// # Errors
+    /// The log is too slow for the filter.
+    pub fn of_log(robot: &Chassis, file: &Path, period_s: f64) -> support::error::Result<Self> {
+        Ok(with_core!(robot, core => Self::of(Box::new(of_core(core, file, period_s)?))))
+    }
+
+    fn of(filter: Box<dyn Push + Send>) -> Self {
+        Self { filter, now: Now::default() }
+    }
+
+    /// The next row behind the filter; `None` where it tells nothing yet.
+    pub fn push(&mut self, row: &RawRow) -> Option<&Now> {
+        self.filter.push(row, &mut self.now).then_some(&self.now)
+    }
+}
+
+trait Push {
+    /// Whether it tells anything.
+    fn push(&mut self, row: &RawRow, now: &mut Now) -> bool;
+}
+
+impl<const N: usize> Push for GyroConditioner<f64, N> {
+    fn push(&mut self, row: &RawRow, now: &mut Now) -> bool {
+        let Some(found) = pushed(self, &row.sample(), row.yaw_rate, row.elapsed) else { return false };
+        now.wheels.set(&found.motion.wheels);
+        (now.power, now.settled) = (found.power, found.settled);
+        true
+    }
+}
+
+/// A sample behind the filter: here, so that it is compiled once for all that read logs.
+#[inline(never)]
+pub(super) fn pushed<const N: usize>(
+    conditioner: &mut GyroConditioner<f64, N>,
+    sample: &Sample<f64, N>,
+    turn_rate: f64,
+    elapsed: f64,
+) -> Option<Conditioned<f64, N>> {
+    conditioner.push(sample, turn_rate, elapsed)
+}
 
 /// The conditioner for a log of this robot.
 ///
 /// # Errors
 /// The log is too slow for the filter.
-pub fn conditioner<const N: usize>(
+pub(super) fn of_core<const N: usize>(
     robot: &CoreRobot<f64, N>,
     file: &Path,
     period_s: f64,
-) -> Result<GyroConditioner<f64, N>> {
+) -> support::error::Result<GyroConditioner<f64, N>> {
     if period_s.is_nan() {
         let message = "no two rows belong to one run; expected runs of many rows";
         return Err(Error::failed(message).in_file(file).in_column(RUN));

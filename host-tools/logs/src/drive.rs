@@ -13,6 +13,7 @@ use super::simulated::Torques;
 use super::{
     MASS, POWER, RUN, SIM_POWER, TIME, YAW_RATE, acceleration_column, sim_torque_column, speed_column,
 };
+use crate::robot::chassis::PerWheel;
 use crate::robot::{PowerSource, Robot};
 
 /// A step longer than this many median sample periods is a gap: derivatives and filters start
@@ -34,7 +35,7 @@ const MOST_RAD_S: f64 = 1e6;
 
 /// One row of a drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Record<const N: usize> {
+pub struct Record {
     /// Line of the log, the header being line 1.
     pub line: u64,
     /// Run: 0, 1, … in order of appearance; 0 without a `run` column.
@@ -45,9 +46,9 @@ pub struct Record<const N: usize> {
     /// Time, s.
     pub time_s: f64,
     /// Wheel speeds, rad/s.
-    pub wheel_speed: [f64; N],
+    pub wheel_speed: PerWheel<f64>,
     /// Wheel accelerations, rad/s², if the log has them for all wheels.
-    pub wheel_acceleration: Option<[f64; N]>,
+    pub wheel_acceleration: Option<PerWheel<f64>>,
     /// Power, W: actuation or total, as [`Robot::power_is_total`] says.
     pub power_w: f64,
     /// Total mass, kg, where the log tells it.
@@ -72,10 +73,11 @@ pub fn wheel_columns(columns: &[String]) -> usize {
     (0..).take_while(|&wheel| columns.contains(&speed_column(wheel))).count()
 }
 
-/// Reads the log of a robot with `N` wheels row by row.
-pub struct DriveReader<const N: usize> {
+/// Reads the log of a robot row by row.
+pub struct DriveReader {
     reader: LogReader,
-    slots: Slots<N>,
+    wheels: usize,
+    slots: Slots,
     /// What makes a power of a simulator's torques.
     torques: Option<Torques>,
     /// The mass that somebody weighed with this log, kg.
@@ -83,7 +85,7 @@ pub struct DriveReader<const N: usize> {
     power_column: &'static str,
     values: Vec<f64>,
     extras: Vec<f64>,
-    peeked: VecDeque<(Record<N>, Vec<f64>)>,
+    peeked: VecDeque<(Record, Vec<f64>)>,
     failed: Option<Error>,
     period_s: f64,
     last: Option<(usize, f64)>,
@@ -92,7 +94,7 @@ pub struct DriveReader<const N: usize> {
 }
 
 /// Positions in the requested row.
-struct Slots<const N: usize> {
+struct Slots {
     acceleration: Option<usize>,
     /// Torques of a simulator, which stand for the power.
     torques: Option<usize>,
@@ -106,15 +108,12 @@ const TIME_SLOT: usize = 0;
 const POWER_SLOT: usize = 1;
 const SPEED_SLOT: usize = 2;
 
-impl<const N: usize> DriveReader<N> {
+impl DriveReader {
     /// Opens the log of a run of `robot`.
     ///
     /// # Errors
     /// As [`LogReader::open`]; the log has more or fewer wheels than the robot; accelerations of
     /// some wheels only; steps of time that cannot be seconds.
-    ///
-    /// # Panics
-    /// If `N` is not the number of wheels of the robot.
     pub fn open(context: &Context, path: impl AsRef<Path>, robot: &Robot) -> Result<Self> {
         Self::open_with(context, path, robot, &[])
     }
@@ -137,11 +136,8 @@ impl<const N: usize> DriveReader<N> {
     ///
     /// # Errors
     /// As [`open_with`](Self::open_with).
-    ///
-    /// # Panics
-    /// As [`open`](Self::open).
     pub fn of(header: Header, robot: &Robot, extra: &[&str]) -> Result<Self> {
-        assert_eq!(robot.wheels(), N, "the reader's wheels are the robot's");
+        let wheels = robot.wheels();
         check_wheels(&header, robot)?;
         let power = match robot.power_source() {
             PowerSource::Measured => ColumnRequest::required(POWER, Role::Number),
@@ -149,15 +145,15 @@ impl<const N: usize> DriveReader<N> {
             PowerSource::SimulatedTorques => ColumnRequest::optional(POWER, Role::MaybeNumber),
         };
         let mut requests = vec![ColumnRequest::required(TIME, Role::Time), power];
-        requests.extend((0..N).map(|wheel| ColumnRequest::required(speed_column(wheel), Role::Number)));
+        requests.extend((0..wheels).map(|wheel| ColumnRequest::required(speed_column(wheel), Role::Number)));
         let mass = requests.len();
         let mut slots =
             Slots { acceleration: None, torques: None, mass, run: None, yaw_rate: None, extras: 0 };
         requests.push(ColumnRequest::optional(MASS, Role::MaybeNumber));
-        if (0..N).any(|wheel| header.has(&acceleration_column(wheel))) {
+        if (0..wheels).any(|wheel| header.has(&acceleration_column(wheel))) {
             slots.acceleration = Some(requests.len());
             requests.extend(
-                (0..N).map(|wheel| ColumnRequest::required(acceleration_column(wheel), Role::Number)),
+                (0..wheels).map(|wheel| ColumnRequest::required(acceleration_column(wheel), Role::Number)),
             );
         }
         let torques = match robot.power_source() {
@@ -166,8 +162,9 @@ impl<const N: usize> DriveReader<N> {
         };
         if torques.is_some() {
             slots.torques = Some(requests.len());
-            requests
-                .extend((0..N).map(|wheel| ColumnRequest::required(sim_torque_column(wheel), Role::Number)));
+            requests.extend(
+                (0..wheels).map(|wheel| ColumnRequest::required(sim_torque_column(wheel), Role::Number)),
+            );
         }
         if header.has(RUN) {
             slots.run = Some(requests.len());
@@ -185,7 +182,7 @@ impl<const N: usize> DriveReader<N> {
         let mut scales = vec![1.0; requests.len()];
         scales[POWER_SLOT] = robot.log_units().power_in_w();
         scales[slots.mass] = robot.log_units().mass.in_kg();
-        for wheel in 0..N {
+        for wheel in 0..wheels {
             for slot in [Some(SPEED_SLOT), slots.acceleration].into_iter().flatten() {
                 scales[slot + wheel] = robot.log_speed_scale(wheel);
             }
@@ -198,6 +195,7 @@ impl<const N: usize> DriveReader<N> {
         let mut drive = Self {
             values: vec![0.0; requests.len()],
             reader: header.read(&requests)?.scaled(scales),
+            wheels,
             torques,
             weighed,
             power_column: if robot.power_source() == PowerSource::Simulated { SIM_POWER } else { POWER },
@@ -256,9 +254,10 @@ impl<const N: usize> DriveReader<N> {
     }
 
     #[inline]
-    fn read_record(&mut self) -> Result<Option<Record<N>>> {
+    fn read_record(&mut self) -> Result<Option<Record>> {
         let Some(line) = self.reader.next_row(&mut self.values)? else { return Ok(None) };
-        let mut limits = (0..N).map(|wheel| (SPEED_SLOT + wheel, MOST_RAD_S)).chain([(POWER_SLOT, MOST_W)]);
+        let mut limits =
+            (0..self.wheels).map(|wheel| (SPEED_SLOT + wheel, MOST_RAD_S)).chain([(POWER_SLOT, MOST_W)]);
         if let Some((slot, most)) = limits.find(|(slot, most)| self.values[*slot].abs() >= *most) {
             let column = if slot == POWER_SLOT {
                 self.power_column.to_owned()
@@ -268,9 +267,9 @@ impl<const N: usize> DriveReader<N> {
             let message = format!("{:e} is beyond any robot; expected below {most:e}", self.values[slot]);
             return Err(Error::failed(message).in_file(self.reader.path()).at_line(line).in_column(&column));
         }
-        let wheels = |slot: usize| std::array::from_fn(|wheel| self.values[slot + wheel]);
+        let wheels = |slot: usize| PerWheel::new(self.wheels, |wheel| self.values[slot + wheel]);
         let mass = self.values[self.slots.mass];
-        let wheel_speed: [f64; N] = wheels(SPEED_SLOT);
+        let wheel_speed = wheels(SPEED_SLOT);
         let power_w = match (&self.torques, self.slots.torques) {
             (Some(torques), Some(slot)) => torques.power_w(&wheels(slot), &wheel_speed),
             _ => self.values[POWER_SLOT],
@@ -293,7 +292,7 @@ impl<const N: usize> DriveReader<N> {
     /// # Errors
     /// As [`LogReader::next_row`]; a power or a speed beyond any robot.
     #[inline]
-    pub fn next_record(&mut self) -> Result<Option<Record<N>>> {
+    pub fn next_record(&mut self) -> Result<Option<Record>> {
         let mut record = if let Some((record, extras)) = self.peeked.pop_front() {
             self.extras.copy_from_slice(&extras);
             record

@@ -40,7 +40,7 @@ mod table;
 
 pub use columnar::{Table, Values};
 pub use conditioned::NO_GYRO;
-pub use conditioner::conditioner;
+pub use conditioner::{Conditioner, Now};
 pub use drive::check_wheels;
 pub use drive::{DriveReader, Gap, MIN_GAP_FACTOR, Record, wheel_columns};
 pub use exclusions::Exclusions;

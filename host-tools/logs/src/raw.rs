@@ -56,9 +56,9 @@ fn read_log<const N: usize>(
     mass_kg: f64,
     powers: &[String],
 ) -> Result<Vec<RawRun<N>>> {
-    let columns = further_columns::<N>(context, file, powers)?;
+    let columns = further_columns(context, file, robot.wheels(), powers)?;
     let names: Vec<&str> = columns.iter().map(String::as_str).collect();
-    let mut reader = SampleReader::<N>::open_with(context, file, robot, &names)?;
+    let mut reader = SampleReader::open_with(context, file, robot, &names)?;
     let yaw_rate = columns.iter().position(|name| name == YAW_RATE);
     let mut runs: Vec<RawRun<N>> = Vec::new();
     while let Some(row) = reader.next_row()? {
@@ -75,7 +75,7 @@ fn read_log<const N: usize>(
             // Held over short holes, as every reader of it has it.
             further[place] = row.yaw_rate;
         }
-        runs[run].rows.push((row.time, row.sample, mass, further));
+        runs[run].rows.push((row.time, row.sample(), mass, further));
     }
     let excluded = reader.exclusions();
     if excluded.total() > 0 {
@@ -99,14 +99,14 @@ const BOARD: &str = "board_";
 /// Columns beyond those of a drive that hold numbers. Powers (`…_w`) are left out, but for those
 /// asked for: they are what is to be explained; and what a board made of them, its mass above all:
 /// a gap moves it. What a simulator says explains nothing either.
-fn further_columns<const N: usize>(context: &Context, file: &Path, powers: &[String]) -> Result<Vec<String>> {
+fn further_columns(context: &Context, file: &Path, wheels: usize, powers: &[String]) -> Result<Vec<String>> {
     let header = Header::open(context, file)?;
     let known = |name: &str| {
         [TIME, POWER, MASS, RUN, ""].contains(&name)
             || (name.ends_with("_w") && !powers.iter().any(|power| power == name))
             || name.starts_with(BOARD)
             || name.starts_with(SIM)
-            || (0..N).any(|wheel| name == speed_column(wheel) || name == acceleration_column(wheel))
+            || (0..wheels).any(|wheel| name == speed_column(wheel) || name == acceleration_column(wheel))
     };
     let numbers = numbers_in_first_row(context, file)?;
     let columns = header.columns().iter().enumerate();

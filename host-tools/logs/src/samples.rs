@@ -8,16 +8,20 @@ use support::error::{Error, Result};
 
 use super::drive::DriveReader;
 use super::{Exclusions, Header, MASS};
-use crate::compiled_here;
 use crate::robot::Robot;
+use crate::robot::chassis::PerWheel;
 
 /// A row before the filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RawRow<const N: usize> {
+pub struct RawRow {
     /// Line of the log, the header being line 1.
     pub line: u64,
-    /// Speeds and actuation power.
-    pub sample: Sample<f64, N>,
+    /// Wheel speeds, rad/s.
+    pub wheel_speed: PerWheel<f64>,
+    /// Wheel accelerations, rad/s², if the log has them for all wheels.
+    pub wheel_acceleration: Option<PerWheel<f64>>,
+    /// Actuation power, W.
+    pub power: f64,
     /// Time since the row before, s; infinite where this row does not continue it.
     pub elapsed: f64,
     /// Total mass, kg, where the log tells it.
@@ -32,8 +36,8 @@ pub struct RawRow<const N: usize> {
 }
 
 /// Reads a log row by row.
-pub struct SampleReader<const N: usize> {
-    reader: DriveReader<N>,
+pub struct SampleReader {
+    reader: DriveReader,
     static_power: f64,
     last: Option<(u32, f64)>,
     /// The latest turn rate, rad/s, and how old it is, s.
@@ -41,23 +45,21 @@ pub struct SampleReader<const N: usize> {
     rows: u64,
 }
 
-compiled_here! {
-    fn open<N>(header: Header, robot: &Robot, columns: &[&str]) -> Result<DriveReader<N>> = open_here;
+impl RawRow {
+    /// As model-core takes it.
+    ///
+    /// # Panics
+    /// If `N` is not the robot's number of wheels.
+    pub fn sample<const N: usize>(&self) -> Sample<f64, N> {
+        Sample {
+            wheel_speed: self.wheel_speed.array(),
+            wheel_acceleration: self.wheel_acceleration.map(|accelerations| accelerations.array()),
+            power: self.power,
+        }
+    }
 }
 
-fn open_here<const N: usize>(header: Header, robot: &Robot, columns: &[&str]) -> Result<DriveReader<N>> {
-    DriveReader::of(header, robot, columns)
-}
-
-compiled_here! {
-    fn next_row<N>(reader: &mut SampleReader<N>) -> Result<Option<RawRow<N>>> = next_row_here;
-}
-
-fn next_row_here<const N: usize>(reader: &mut SampleReader<N>) -> Result<Option<RawRow<N>>> {
-    reader.next_row_here()
-}
-
-impl<const N: usize> SampleReader<N> {
+impl SampleReader {
     /// Opens the log of a run of `robot`.
     ///
     /// # Errors
@@ -84,7 +86,7 @@ impl<const N: usize> SampleReader<N> {
     /// # Errors
     /// As [`open_with`](Self::open_with).
     pub fn of(header: Header, robot: &Robot, columns: &[&str]) -> Result<Self> {
-        let reader = open(header, robot, columns)?;
+        let reader = DriveReader::of(header, robot, columns)?;
         let static_power = robot.static_power_w().unwrap_or(0.0);
         Ok(Self { reader, static_power, last: None, yaw_rate: (f64::NAN, 0.0), rows: 0 })
     }
@@ -93,11 +95,7 @@ impl<const N: usize> SampleReader<N> {
     ///
     /// # Errors
     /// As [`DriveReader::next_record`]; a mass that is not above 0.
-    pub fn next_row(&mut self) -> Result<Option<RawRow<N>>> {
-        next_row(self)
-    }
-
-    fn next_row_here(&mut self) -> Result<Option<RawRow<N>>> {
+    pub fn next_row(&mut self) -> Result<Option<RawRow>> {
         let Some(record) = self.reader.next_record()? else { return Ok(None) };
         self.rows += 1;
         if let Some(mass) = record.mass_kg
@@ -123,11 +121,9 @@ impl<const N: usize> SampleReader<N> {
         };
         Ok(Some(RawRow {
             line: record.line,
-            sample: Sample {
-                wheel_speed: record.wheel_speed,
-                wheel_acceleration: record.wheel_acceleration,
-                power: record.power_w - self.static_power,
-            },
+            wheel_speed: record.wheel_speed,
+            wheel_acceleration: record.wheel_acceleration,
+            power: record.power_w - self.static_power,
             elapsed,
             mass: record.mass_kg,
             run,
@@ -140,7 +136,7 @@ impl<const N: usize> SampleReader<N> {
     ///
     /// # Errors
     /// As [`next_row`](Self::next_row).
-    pub fn next_block(&mut self, most: usize) -> Result<Vec<RawRow<N>>> {
+    pub fn next_block(&mut self, most: usize) -> Result<Vec<RawRow>> {
         let mut block = Vec::with_capacity(most);
         while block.len() < most
             && let Some(row) = self.next_row()?

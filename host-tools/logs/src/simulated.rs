@@ -34,7 +34,7 @@ impl Torques {
         Ok(Self { motor: *motor, regenerates: robot.regeneration(), static_w })
     }
 
-    pub(super) fn power_w<const N: usize>(&self, torques: &[f64; N], speeds: &[f64; N]) -> f64 {
+    pub(super) fn power_w(&self, torques: &[f64], speeds: &[f64]) -> f64 {
         let own = |(torque, speed): (&f64, &f64)| {
             let power = self.motor.power_w(*torque, *speed);
             if self.regenerates { power } else { power.max(0.0) }

@@ -31,7 +31,7 @@ pub fn rows<const N: usize>(
     stopped: &AtomicBool,
 ) -> Result<bool> {
     let columns: &[&str] = if Header::open(context, log)?.has(VOLTAGE) { &[VOLTAGE] } else { &[] };
-    let mut reader = SampleReader::<N>::open_with(context, log, robot, columns)?;
+    let mut reader = SampleReader::open_with(context, log, robot, columns)?;
     let period = reader.period_s();
     let began = Instant::now();
     // Time of the log, without what lies between its runs.

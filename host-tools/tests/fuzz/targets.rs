@@ -47,9 +47,9 @@ pub(crate) const TARGETS: [(&str, Target); 14] = [
 fn log(data: &[u8], path: &Path) {
     std::fs::write(path, data).expect("the folder is there");
     let robot = Robot::named("burger").expect("it is built in");
-    let Ok(mut rows) = SampleReader::<2>::open(&Context::default(), path, &robot) else { return };
+    let Ok(mut rows) = SampleReader::open(&Context::default(), path, &robot) else { return };
     while let Ok(Some(row)) = rows.next_row() {
-        assert!(row.time.is_finite() && row.sample.power.is_finite(), "what is handed out is a number");
+        assert!(row.time.is_finite() && row.power.is_finite(), "what is handed out is a number");
     }
 }
 

@@ -4,11 +4,12 @@
 //! What has no public way in (the likelihood of the Gaussian process, the derivatives of the
 //! network) is compared by unit tests beside it.
 
+use logs::robot::chassis::Wheels;
 use std::path::{Path, PathBuf};
 
 use logs::robot::Robot;
 use study::baselines::network::{Ending, Settings, perceptron};
-use study::baselines::{Baseline, Card, Point, Readings, Wheels, cards};
+use study::baselines::{Baseline, Card, Point, Readings, cards};
 use support::metrics::Metrics;
 
 use crate::common::number;
@@ -43,7 +44,7 @@ fn point(robot: &Robot, speed: [f64; 2], acceleration: [f64; 2]) -> Point {
         time: 0.0,
         speed: core.kinematics.twist(&speed),
         acceleration: core.kinematics.twist(&acceleration),
-        wheels: Wheels::new(&Motion::new(&speed, &acceleration, &core.mass_matrix, 0.0).wheels),
+        wheels: Wheels::from(Motion::new(&speed, &acceleration, &core.mass_matrix, 0.0).wheels),
         mass: 1.0,
         power: 0.0,
         readings: Readings::NONE,

@@ -200,10 +200,9 @@ fn paths_that_are_no_file_say_so() {
     assert!(error.contains("absent.csv: No such file"), "{error}");
 }
 
-fn drive(content: &str) -> Result<(Vec<Record<2>>, DriveReader<2>), Error> {
+fn drive(content: &str) -> Result<(Vec<Record>, DriveReader), Error> {
     let log = log(content);
-    let mut reader =
-        DriveReader::<2>::open(&Context::default(), &log.path, &Robot::named("burger").unwrap())?;
+    let mut reader = DriveReader::open(&Context::default(), &log.path, &Robot::named("burger").unwrap())?;
     let mut records = Vec::new();
     while let Some(record) = reader.next_record()? {
         records.push(record);
@@ -222,8 +221,8 @@ fn a_drive_gives_wheels_payload_and_segments() {
     }
     let (records, reader) = drive(&text).unwrap();
     assert_eq!(records.len(), 20);
-    assert_eq!(records[7].wheel_speed, [7.0, -7.0]);
-    assert_eq!(records[7].wheel_acceleration, Some([0.25, 0.5]));
+    assert_eq!(records[7].wheel_speed, [7.0, -7.0].into());
+    assert_eq!(records[7].wheel_acceleration, Some([0.25, 0.5].into()));
     assert_eq!((records[4].mass_kg, records[5].mass_kg), (None, Some(3.0)));
     assert_eq!(records[7].line, 9);
     let starts: Vec<_> = (0..20).filter(|&k| records[k].starts_segment).collect();
@@ -266,7 +265,7 @@ fn time_in_milliseconds_is_recognised() {
 fn a_fault_among_the_rows_read_ahead_comes_after_the_rows_before_it() {
     let log = log("time_s,wheel1_rad_s,wheel2_rad_s,power_w\n0,1,1,1\n1,1,1,1\n2,1,1,1\n3,1,x,1\n");
     let mut reader =
-        DriveReader::<2>::open(&Context::default(), &log.path, &Robot::named("burger").unwrap()).unwrap();
+        DriveReader::open(&Context::default(), &log.path, &Robot::named("burger").unwrap()).unwrap();
     for _ in 0..3 {
         assert!(reader.next_record().unwrap().is_some());
     }
@@ -282,8 +281,7 @@ fn extra_columns_come_with_their_row() {
     }
     let log = log(text);
     let robot = Robot::named("burger").unwrap();
-    let mut reader =
-        DriveReader::<2>::open_with(&Context::default(), &log.path, &robot, &["pitch_rad"]).unwrap();
+    let mut reader = DriveReader::open_with(&Context::default(), &log.path, &robot, &["pitch_rad"]).unwrap();
     let mut rows = 0;
     while let Some(record) = reader.next_record().unwrap() {
         assert_eq!(reader.extras(), [2.0 * record.time_s]);
@@ -319,7 +317,7 @@ fn throughput() {
     let robot = Robot::named("burger").unwrap();
     for _ in 0..3 {
         let start = std::time::Instant::now();
-        let mut reader = DriveReader::<2>::open(&Context::default(), &path, &robot).unwrap();
+        let mut reader = DriveReader::open(&Context::default(), &path, &robot).unwrap();
         let (mut rows, mut sum) = (0_u64, 0.0);
         while let Some(record) = reader.next_record().unwrap() {
             rows += 1;

@@ -21,8 +21,7 @@ fn simulated(folder: &Path, arguments: &str) -> Vec<Point> {
     command.arg("simulate").args(arguments.split(' ')).arg("--out").arg(&log).assert().success();
     let robot = Robot::named("burger").expect("built in");
     let reading = Reading { gate: Gate::Signed, cutoff_hz: Some(1.0), mass_kg: 1.0 };
-    let dataset =
-        fit::read::<2>(&Context::default(), &robot, &[log], &reading).expect("a log of the simulator");
+    let dataset = fit::read(&Context::default(), &robot, &[log], &reading).expect("a log of the simulator");
     dataset.store.iter().map(|row| Point::new(&dataset.robot, row)).collect()
 }
 

@@ -45,13 +45,13 @@ fn fit(arguments: &[&str]) -> Value {
 fn the_filter_is_scipys() {
     let robot = Robot::parse(&robot()).unwrap();
     let reading = Reading { gate: Gate::Signed, cutoff_hz: None, mass_kg: 1.0 };
-    let dataset = fit::read::<2>(&Context::default(), &robot, &[folder().join("log.csv")], &reading).unwrap();
+    let dataset = fit::read(&Context::default(), &robot, &[folder().join("log.csv")], &reading).unwrap();
     let reference = reference();
     assert_eq!(reference["filtered_rows"], dataset.store.len());
     for expected in reference["filtered"].as_array().unwrap() {
         let [index, w1, w2, a1, a2, power] = numbers(expected)[..] else { panic!("six numbers: {expected}") };
         let row = &dataset.store[index as usize];
-        let [left, right] = row.motion.wheels;
+        let [left, right] = row.wheels.array();
         let found = [left.speed, right.speed, left.acceleration, right.acceleration, row.power];
         for (found, expected) in found.into_iter().zip([w1, w2, a1, a2, power]) {
             assert!((found - expected).abs() < 1e-11, "row {index}: {found} {expected}");

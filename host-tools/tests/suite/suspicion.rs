@@ -95,8 +95,7 @@ fn assert_named(bench: &Bench, robot: &str, log: &Log, radius: f64) {
         bench.put("wrong.csv", text);
         let (said, report) = findings(bench, robot, "wrong.csv", &[]);
         assert!(said.contains(expected), "{robot} {name}: {said}");
-        let warned =
-            entrance::look::<2>(&Context::default(), &known, &[bench.path("wrong.csv")], 1.0).unwrap();
+        let warned = entrance::look(&Context::default(), &known, &[bench.path("wrong.csv")], 1.0).unwrap();
         let warned: String = warned.into_iter().map(|warning| warning.text).collect();
         assert!(warned.contains(expected), "{robot} {name}, as fit sees it: {warned}");
         if let Some(remedy) = expected.strip_prefix("--") {

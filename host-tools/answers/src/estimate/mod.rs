@@ -10,7 +10,8 @@ mod told;
 use std::path::Path;
 
 use logs::robot::Robot;
-use logs::{Exclusions, Header, NO_GYRO, RawRow, SampleReader, YAW_RATE, compiled_here};
+use logs::robot::chassis::Chassis;
+use logs::{Conditioner, Exclusions, Header, NO_GYRO, RawRow, SampleReader, YAW_RATE, compiled_here};
 use model::coefficients::GROUND_NEEDS;
 use model_core::adapt::Ground;
 use model_core::coefficients::Coefficients;
@@ -290,7 +291,7 @@ fn unfit_text<const N: usize>(why: Unfit, coefficients: &Coefficients<f64, N>) -
 /// A log that is replayed.
 struct Log<'a, const N: usize> {
     file: &'a Path,
-    reader: SampleReader<N>,
+    reader: SampleReader,
     columns: Columns<N>,
     /// Given beside it, kg.
     mass_kg: Option<f64>,
@@ -308,9 +309,9 @@ impl<'a, const N: usize> Log<'a, N> {
         if coefficients.robot.conditioning.true_slip != 0.0 && !Header::open(context, file)?.has(YAW_RATE) {
             return Err(Error::failed(NO_GYRO).in_file(file).in_column(YAW_RATE));
         }
-        let reader = SampleReader::<N>::open_with(context, file, robot, &columns.names())?;
+        let reader = SampleReader::open_with(context, file, robot, &columns.names())?;
         // The conditioner's message names file and rate better than the estimator's error could.
-        logs::conditioner(&coefficients.robot, file, reader.period_s())?;
+        Conditioner::of_log(&Chassis::new(&coefficients.robot), file, reader.period_s())?;
         Ok(Self { file, reader, columns, mass_kg })
     }
 
@@ -395,7 +396,7 @@ impl<'a, const N: usize> Run<'a, N> {
             let elapsed = if row.elapsed.is_finite() || row.run == 0 { step } else { f64::MAX };
             let outside = self.log.columns.outside(self.log.reader.extras());
             self.pipeline.turn(row.yaw_rate);
-            let estimate = self.pipeline.push(&row.sample, &outside, elapsed);
+            let estimate = self.pipeline.push(&row.sample(), &outside, elapsed);
             clock += step;
             if is_another {
                 since = clock;
@@ -496,7 +497,7 @@ fn at_second(clock: f64, period_s: f64) -> bool {
     (clock - clock.round()).abs() <= period_s
 }
 
-fn instant<const N: usize>(row: &RawRow<N>, estimate: &Estimate<f64, N>) -> Option<Instant> {
+fn instant<const N: usize>(row: &RawRow, estimate: &Estimate<f64, N>) -> Option<Instant> {
     let now = estimate.conditioned.filter(|now| now.settled)?;
     let mass = estimate.mass.known();
     Some(Instant {

@@ -50,7 +50,7 @@ impl<const N: usize> Telling<N> {
         &mut self,
         live: Option<&Live<f64, N>>,
         adapted_w: Option<f64>,
-        row: &RawRow<N>,
+        row: &RawRow,
         estimate: &Estimate<f64, N>,
         step: f64,
     ) -> Option<f64> {

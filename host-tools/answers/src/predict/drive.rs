@@ -2,6 +2,7 @@
 
 use logs::SampleReader;
 use logs::robot::Robot;
+use logs::robot::chassis::PerWheel;
 use support::context::Context;
 use support::error::{Error, Result};
 
@@ -10,12 +11,12 @@ use super::plan::{Plan, Row};
 
 /// Wheel speeds at an instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Frame<const N: usize> {
+pub(super) struct Frame {
     pub(super) leg: usize,
-    pub(super) wheel_speed: [f64; N],
+    pub(super) wheel_speed: PerWheel<f64>,
     /// As planned, rad/s²: no filter is needed. `None` where speeds come from a log, whose noise is
     /// to be filtered as in the fit.
-    pub(super) wheel_acceleration: Option<[f64; N]>,
+    pub(super) wheel_acceleration: Option<PerWheel<f64>>,
     /// Since the frame before, s; infinite at a start.
     pub(super) elapsed: f64,
     /// Uphill ahead, rad.
@@ -25,11 +26,11 @@ pub(super) struct Frame<const N: usize> {
 }
 
 /// Whoever follows a plan.
-pub(super) trait Follow<const N: usize> {
+pub(super) trait Follow {
     /// The frames are going to be so far apart, s.
     fn start(&mut self, period_s: f64) -> Result<()>;
 
-    fn frame(&mut self, frame: &Frame<N>);
+    fn frame(&mut self, frame: &Frame);
 }
 
 /// Frames of planned motion are at most so far apart, s, or closer where the filter of what is
@@ -43,16 +44,16 @@ const STOP_S: f64 = 2.0;
 const MOST_FRAMES: f64 = 1e7;
 
 /// Hands out the frames of a plan. Gives the legs' names.
-pub(super) fn frames<const N: usize>(
+pub(super) fn frames(
     context: &Context,
     plan: &Plan,
     robot: &Robot,
     cutoff_hz: f64,
-    follow: &mut impl Follow<N>,
+    follow: &mut dyn Follow,
 ) -> Result<Vec<String>> {
     let stretches = match plan {
         Plan::Log(path) => {
-            let mut reader = SampleReader::<N>::open(context, path, robot)?;
+            let mut reader = SampleReader::open(context, path, robot)?;
             follow.start(reader.period_s())?;
             return logged(&mut reader, robot, follow);
         }
@@ -69,8 +70,8 @@ pub(super) fn frames<const N: usize>(
     }
     follow.start(period)?;
     let wheels = robot.wheel_speeds_of_motion();
-    let of_wheels = |[ahead, turn]: [f64; 2]| -> [f64; N] {
-        std::array::from_fn(|wheel| wheels[(wheel, 0)] * ahead + wheels[(wheel, 2)] * turn)
+    let of_wheels = |[ahead, turn]: [f64; 2]| {
+        PerWheel::new(robot.wheels(), |wheel| wheels[(wheel, 0)] * ahead + wheels[(wheel, 2)] * turn)
     };
     for stretch in stretches.iter().filter(|stretch| stretch.duration_s > 0.0) {
         // Each frame stands for its own part of the stretch, at the middle of it.
@@ -124,15 +125,11 @@ fn pieces(rows: &[Row]) -> Vec<Stretch> {
 }
 
 /// The rows of a log, its legs parted by stops.
-fn logged<const N: usize>(
-    reader: &mut SampleReader<N>,
-    robot: &Robot,
-    follow: &mut impl Follow<N>,
-) -> Result<Vec<String>> {
+fn logged(reader: &mut SampleReader, robot: &Robot, follow: &mut dyn Follow) -> Result<Vec<String>> {
     let (mut leg, mut stood, mut has_moved) = (0, 0.0, false);
     while let Some(row) = reader.next_row()? {
         let dead = robot.speed_dead_band_rad_s();
-        let is_moving = row.sample.wheel_speed.iter().any(|speed| speed.abs() > dead);
+        let is_moving = row.wheel_speed.iter().any(|speed| speed.abs() > dead);
         let is_start = row.elapsed.is_infinite();
         if has_moved && ((is_moving && stood >= STOP_S) || is_start) {
             leg += 1;
@@ -142,11 +139,11 @@ fn logged<const N: usize>(
         stood = if is_moving || is_start { 0.0 } else { stood + row.elapsed };
         follow.frame(&Frame {
             leg,
-            wheel_speed: row.sample.wheel_speed,
+            wheel_speed: row.wheel_speed,
             wheel_acceleration: None,
             elapsed: row.elapsed,
             slope_rad: 0.0,
-            measured_w: Some(row.sample.power),
+            measured_w: Some(row.power),
         });
     }
     Ok((1..=leg + 1).map(|number| number.to_string()).collect())

@@ -140,12 +140,12 @@ impl<'a, const N: usize> Sums<'a, N> {
         Some(variants)
     }
 
-    fn add(&mut self, conditioner: &mut Conditioner<f64, N>, variants: &mut [Variant<N>], frame: &Frame<N>) {
+    fn add(&mut self, conditioner: &mut Conditioner<f64, N>, variants: &mut [Variant<N>], frame: &Frame) {
         let Coefficients { robot, noise, .. } = self.coefficients;
-        let sample = Sample { wheel_speed: frame.wheel_speed, wheel_acceleration: None, power: 0.0 };
+        let sample = Sample { wheel_speed: frame.wheel_speed.array(), wheel_acceleration: None, power: 0.0 };
         let step = if frame.elapsed.is_finite() { frame.elapsed } else { 0.0 };
         let planned = frame.wheel_acceleration.map(|acceleration| {
-            let motion = conditioner.planned(&frame.wheel_speed, &acceleration, frame.elapsed);
+            let motion = conditioner.planned(&sample.wheel_speed, &acceleration.array(), frame.elapsed);
             Conditioned { motion, power: 0.0, settled: true }
         });
         let Some(mut now) = planned.or_else(|| conditioner.push(&sample, frame.elapsed)) else { return };
@@ -233,7 +233,7 @@ impl<'a, const N: usize> Sums<'a, N> {
     }
 }
 
-impl<const N: usize> Follow<N> for Sums<'_, N> {
+impl<const N: usize> Follow for Sums<'_, N> {
     fn start(&mut self, period_s: f64) -> Result<()> {
         let robot = &self.coefficients.robot;
         let conditioner = Conditioner::new(robot, period_s).ok();
@@ -248,7 +248,7 @@ impl<const N: usize> Follow<N> for Sums<'_, N> {
         Err(Error::failed(message))
     }
 
-    fn frame(&mut self, frame: &Frame<N>) {
+    fn frame(&mut self, frame: &Frame) {
         let Some((mut conditioner, mut variants)) = self.running.take() else { return };
         self.add(&mut conditioner, &mut variants, frame);
         self.running = Some((conditioner, variants));

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use logs::robot::Robot;
-use model_core::coefficients::Robot as CoreRobot;
+use logs::robot::chassis::Chassis;
 
 use super::super::dataset::Row;
 use super::super::physical::{self, Bounds, Descent, Loss, Parameters};
@@ -28,11 +28,11 @@ pub(super) const FOLDS: usize = 3;
 const MOST_ROWS: usize = 6_000;
 
 /// What forms are tried on.
-pub(super) struct Problem<'a, const N: usize> {
+pub(super) struct Problem<'a> {
     pub(super) robot: &'a Robot,
     /// With the filter's cutoff, without any further term.
-    pub(super) core: &'a CoreRobot<f64, N>,
-    pub(super) pilots: &'a Pilots<N>,
+    pub(super) core: &'a Chassis,
+    pub(super) pilots: &'a Pilots,
     /// Times that are kept from all of this.
     held_out: &'a (dyn Fn(f64) -> bool + Sync),
     /// One for all forms: of rows that are far off beside the others by the plain form.
@@ -72,17 +72,17 @@ pub(super) struct Trial {
     pub(super) parameters: [Parameters; FOLDS],
 }
 
-impl<'a, const N: usize> Problem<'a, N> {
+impl<'a> Problem<'a> {
     /// Every block is in a fold, in turn. Of `held_out` times (s) nothing is seen: they are to
     /// judge the whole fit.
     pub(super) fn new(
         robot: &'a Robot,
-        core: &'a CoreRobot<f64, N>,
-        pilots: &'a Pilots<N>,
+        core: &'a Chassis,
+        pilots: &'a Pilots,
         held_out: &'a (dyn Fn(f64) -> bool + Sync),
     ) -> Self {
         let rows = pilots.condition(core, MOST_ROWS).unwrap_or_default();
-        let open: Vec<&Row<N>> = rows.iter().filter(|row| !held_out(row.time)).collect();
+        let open: Vec<&Row> = rows.iter().filter(|row| !held_out(row.time)).collect();
         let runs = open.iter().map(|row| row.run).collect::<BTreeSet<_>>().len();
         let stretches = open.chunk_by(|a, b| a.run == b.run && b.time - a.time < LEAST_BLOCK_S);
         let open_s: f64 = stretches.map(|rows| rows[rows.len() - 1].time - rows[0].time).sum();
@@ -91,7 +91,7 @@ impl<'a, const N: usize> Problem<'a, N> {
         } else {
             (open_s / USUAL_BLOCKS).clamp(LEAST_BLOCK_S, MOST_BLOCK_S)
         };
-        let rows: Vec<Row<N>> = open.iter().map(|row| **row).collect();
+        let rows: Vec<Row> = open.iter().map(|row| **row).collect();
         let bounds = Bounds::of(core, &rows, robot.motor(), false);
         let plain = physical::search(&rows, robot.drive(), Loss::Squares, &bounds, None);
         let loss = physical::usual_loss(&rows, robot.drive(), &plain.parameters);
@@ -107,29 +107,30 @@ impl<'a, const N: usize> Problem<'a, N> {
         }
     }
 
-    /// The rows of a form, each with the fold that holds it out.
-    fn rows(&self, form: &Form) -> Option<Vec<(usize, Row<N>)>> {
-        let core = CoreRobot { conditioning: form.conditioning, ..*self.core };
-        let rows = self.pilots.condition(&core, MOST_ROWS)?.into_iter();
-        let open = rows.filter(|row| !(self.held_out)(row.time));
-        Some(open.filter_map(|row| Some((*self.folds.get(&block(&row, self.block_s))?, row))).collect())
+    /// The rows of a form, and the fold that holds each out.
+    fn rows(&self, form: &Form) -> Option<(Vec<Row>, Vec<usize>)> {
+        let core = self.core.with_conditioning(form.conditioning);
+        let mut rows = self.pilots.condition(&core, MOST_ROWS)?;
+        let fold = |row: &Row| self.folds.get(&block(row, self.block_s)).copied();
+        rows.retain(|row| !(self.held_out)(row.time) && fold(row).is_some());
+        let folds = rows.iter().filter_map(fold).collect();
+        Some((rows, folds))
     }
 
     /// Fits a form, from the parameters of `near`'s or from all starts where there is none. `None`
     /// where the logs cannot have the form, or hold nothing.
     pub(super) fn trial(&self, form: &Form, unseen: Unseen, near: Option<&Trial>) -> Option<Trial> {
-        let rows = self.rows(form)?;
+        let (rows, folds) = self.rows(form)?;
         match unseen {
             Unseen::Numbers => self.shared(form, &rows, near),
-            Unseen::Parameters => self.crossed(form, &rows, near),
+            Unseen::Parameters => self.crossed(form, &rows, &folds, near),
         }
     }
 
     /// One fit for all folds.
-    fn shared(&self, form: &Form, rows: &[(usize, Row<N>)], near: Option<&Trial>) -> Option<Trial> {
-        let all: Vec<Row<N>> = rows.iter().map(|(_, row)| *row).collect();
-        let end = self.search(form, &all, near.map(|near| &near.parameters[0]));
-        let errors = self.errors(&all, &end.parameters);
+    fn shared(&self, form: &Form, rows: &[Row], near: Option<&Trial>) -> Option<Trial> {
+        let end = self.search(form, rows, near.map(|near| &near.parameters[0]));
+        let errors = self.errors(rows, &end.parameters);
         let total: f64 = errors.values().sum();
         let of_fold = |fold: usize| {
             let own = errors.iter().filter(|(block, _)| self.folds.get(block) == Some(&fold));
@@ -140,13 +141,13 @@ impl<'a, const N: usize> Problem<'a, N> {
     }
 
     /// A fit for each fold, to the others.
-    fn crossed(&self, form: &Form, rows: &[(usize, Row<N>)], near: Option<&Trial>) -> Option<Trial> {
+    fn crossed(&self, form: &Form, rows: &[Row], folds: &[usize], near: Option<&Trial>) -> Option<Trial> {
         let (mut fitted, mut parameters) = ([0.0; FOLDS], [Parameters::zeros(); FOLDS]);
         let mut errors = Errors::new();
         for fold in 0..FOLDS {
             let of = |held_out: bool| {
-                let own = rows.iter().filter(move |(place, _)| (*place == fold) == held_out);
-                own.map(|(_, row)| *row).collect::<Vec<Row<N>>>()
+                let own = rows.iter().zip(folds).filter(move |(_, own)| (**own == fold) == held_out);
+                own.map(|(row, _)| *row).collect::<Vec<Row>>()
             };
             let (test, train) = (of(true), of(false));
             if test.is_empty() || train.is_empty() {
@@ -160,12 +161,12 @@ impl<'a, const N: usize> Problem<'a, N> {
         fitted.iter().all(|error| error.is_finite()).then_some(Trial { fitted, errors, parameters })
     }
 
-    fn search(&self, form: &Form, rows: &[Row<N>], near: Option<&Parameters>) -> Descent {
+    fn search(&self, form: &Form, rows: &[Row], near: Option<&Parameters>) -> Descent {
         let bounds = Bounds::of(self.core, rows, self.robot.motor(), form.unequal_sides);
         physical::search(rows, self.robot.drive(), self.loss, &bounds, near)
     }
 
-    fn errors(&self, rows: &[Row<N>], parameters: &Parameters) -> Errors {
+    fn errors(&self, rows: &[Row], parameters: &Parameters) -> Errors {
         let torque = physical::torque(parameters);
         let mut squares: BTreeMap<Block, (f64, f64)> = BTreeMap::new();
         for row in rows {
@@ -179,15 +180,14 @@ impl<'a, const N: usize> Problem<'a, N> {
 
     /// Cost of a form on all rows, W².
     pub(super) fn cost(&self, form: &Form, near: &Parameters) -> f64 {
-        let Some(rows) = self.rows(form) else { return f64::INFINITY };
-        let rows: Vec<Row<N>> = rows.into_iter().map(|(_, row)| row).collect();
+        let Some((rows, _)) = self.rows(form) else { return f64::INFINITY };
         self.search(form, &rows, Some(near)).cost / rows.len().max(1) as f64
     }
 }
 
 /// The blocks dealt out by how much their power varies, so that each fold has its share of every
 /// kind of driving: in their order in time a manoeuvre that repeats would fall into one fold.
-fn dealt<const N: usize>(rows: &[&Row<N>], block_s: f64) -> BTreeMap<Block, usize> {
+fn dealt(rows: &[&Row], block_s: f64) -> BTreeMap<Block, usize> {
     let mean = rows.iter().map(|row| row.power).sum::<f64>() / rows.len().max(1) as f64;
     let mut variation: BTreeMap<Block, f64> = BTreeMap::new();
     for row in rows {
@@ -200,6 +200,6 @@ fn dealt<const N: usize>(rows: &[&Row<N>], block_s: f64) -> BTreeMap<Block, usiz
     blocks.into_iter().enumerate().map(|(index, (block, _))| (block, fold(index))).collect()
 }
 
-fn block<const N: usize>(row: &Row<N>, block_s: f64) -> Block {
+fn block(row: &Row, block_s: f64) -> Block {
     (row.run, (row.time / block_s).floor() as i64)
 }

@@ -15,7 +15,7 @@ mod term;
 mod tests;
 
 use logs::robot::Robot;
-use model_core::coefficients::Robot as CoreRobot;
+use logs::robot::chassis::Chassis;
 use numerics::intervals::mean_interval;
 use serde::Serialize;
 
@@ -64,15 +64,15 @@ pub struct Choice {
 
 /// Chooses among `terms` by the first rows of the logs, those of `held_out` times (s) left out:
 /// they are to judge the whole fit. What `core` has already is where it begins.
-pub(super) fn choose<const N: usize>(
+pub(super) fn choose(
     robot: &Robot,
-    core: &CoreRobot<f64, N>,
+    core: &Chassis,
     terms: &[Term],
-    pilots: &Pilots<N>,
+    pilots: &Pilots,
     held_out: &(dyn Fn(f64) -> bool + Sync),
 ) -> Choice {
     let problem = Problem::new(robot, core, pilots, held_out);
-    let form = Form { conditioning: core.conditioning, unequal_sides: false };
+    let form = Form { conditioning: *core.conditioning(), unequal_sides: false };
     let mut choice = Choice { form, judged: Vec::new(), long_search: None };
     if problem.folds.len() < LEAST_BLOCKS {
         return choice;

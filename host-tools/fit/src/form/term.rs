@@ -1,6 +1,6 @@
 //! The terms, and where each is looked for.
 
-use model_core::coefficients::Robot as CoreRobot;
+use logs::robot::chassis::Chassis;
 use model_core::conditioning::Conditioning;
 use model_core::delay::DelayLine;
 use model_core::slip::SlipMemory;
@@ -56,22 +56,17 @@ const ROUNDS: usize = 2;
 
 impl Term {
     /// What of it has to be found without the block that judges it.
-    pub(super) fn unseen<const N: usize>(self, core: &CoreRobot<f64, N>) -> Unseen {
+    pub(super) fn unseen(self, core: &Chassis) -> Unseen {
         match self {
             Self::Delay => Unseen::Numbers,
-            Self::SlipMemory if core.kinematics.scrubs() => Unseen::Numbers,
+            Self::SlipMemory if core.scrubs() => Unseen::Numbers,
             Self::SlipMemory | Self::UnequalSides | Self::TrueSlip => Unseen::Parameters,
         }
     }
 
     /// The term at its best beside what the form has, with how it did on blocks that it had not
     /// seen. `None` where the robot cannot have it or the grid holds nothing.
-    pub(super) fn best<const N: usize>(
-        self,
-        problem: &Problem<'_, N>,
-        form: &Form,
-        current: &Trial,
-    ) -> Option<(Form, Errors)> {
+    pub(super) fn best(self, problem: &Problem<'_>, form: &Form, current: &Trial) -> Option<(Form, Errors)> {
         let unseen = self.unseen(problem.core);
         let grid = self.grid(problem, form);
         let tried: Vec<(Form, Trial)> = grid
@@ -107,16 +102,16 @@ impl Term {
     }
 
     /// The forms to try.
-    fn grid<const N: usize>(self, problem: &Problem<'_, N>, form: &Form) -> Vec<Form> {
+    fn grid(self, problem: &Problem<'_>, form: &Form) -> Vec<Form> {
         let with = |conditioning: Conditioning<f64>| Form { conditioning, ..*form };
-        let two_sided = problem.core.mass_matrix.sides().is_some();
+        let two_sided = problem.core.has_sides();
         match self {
             Self::Delay => {
                 let fastest = problem.pilots.fastest_s();
                 let now = form.conditioning.delay;
                 let delays = delays(now, problem.pilots.slowest_s()).into_iter();
                 let others = delays.filter(|delay| (delay - now).abs() > 0.1 * DELAY_STEP_S);
-                let reachable = others.filter(|delay| DelayLine::<f64, N>::reaches(*delay, fastest));
+                let reachable = others.filter(|delay| DelayLine::<f64, 1>::reaches(*delay, fastest));
                 reachable.map(|delay| with(Conditioning { delay, ..form.conditioning })).collect()
             }
             Self::SlipMemory if two_sided => {
@@ -133,9 +128,7 @@ impl Term {
             }
             // It adds to the scrub: where there is none its coefficient could not be told from the
             // scrub's.
-            Self::TrueSlip
-                if two_sided && (problem.core.kinematics.scrubs() || !form.conditioning.slip.is_off()) =>
-            {
+            Self::TrueSlip if two_sided && (problem.core.scrubs() || !form.conditioning.slip.is_off()) => {
                 let slips = TRUE_SLIPS.into_iter();
                 slips.map(|true_slip| with(Conditioning { true_slip, ..form.conditioning })).collect()
             }
@@ -144,7 +137,7 @@ impl Term {
     }
 
     /// Its numbers between those that were tried.
-    fn refine<const N: usize>(self, problem: &Problem<'_, N>, mut form: Form, near: &Parameters) -> Form {
+    fn refine(self, problem: &Problem<'_>, mut form: Form, near: &Parameters) -> Form {
         let along = |form: &mut Form, low: f64, high: f64, set: fn(&mut Form, f64)| {
             let at = |value: f64| {
                 let mut moved = *form;
@@ -200,6 +193,6 @@ pub(super) fn delays(now: f64, sample_s: f64) -> Vec<f64> {
 }
 
 /// Friction drives no wheel on either side, even of the empty robot: boards refuse what says so.
-fn drags_on_both_sides<const N: usize>(parameters: &Parameters, problem: &Problem<'_, N>) -> bool {
-    physical::torque(parameters).drags_on_both_sides(problem.core.range.no_load())
+fn drags_on_both_sides(parameters: &Parameters, problem: &Problem<'_>) -> bool {
+    physical::torque(parameters).drags_on_both_sides(problem.core.range().no_load())
 }

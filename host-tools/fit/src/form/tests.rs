@@ -2,9 +2,9 @@
 
 use logs::RawRow;
 use logs::robot::Robot;
+use logs::robot::chassis::Chassis;
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::conditioning::Conditioning;
-use model_core::estimator::Sample;
 use model_core::motion::Motion;
 use model_core::slip::{Slip, SlipMemory};
 use model_core::torque::TorqueModel;
@@ -93,7 +93,7 @@ fn difference([left, right]: &[f64; 2]) -> f64 {
 }
 
 /// A log of such a robot with 2 W of noise.
-fn log(core: &CoreRobot<f64, 2>, truth: Truth, seed: u64) -> Pilots<2> {
+fn log(core: &CoreRobot<f64, 2>, truth: Truth, seed: u64) -> Pilots {
     let torque = TorqueModel {
         imbalance: truth.imbalance,
         ..TorqueModel::from_array([3.0, 0.02, 0.5, 0.1, 1.2, 0.06, 0.25])
@@ -126,15 +126,12 @@ fn log(core: &CoreRobot<f64, 2>, truth: Truth, seed: u64) -> Pilots<2> {
     let random = &mut ChaCha8Rng::seed_from_u64(100 + seed);
     let row = |index: usize| {
         let noise: f64 = random.sample(rand_distr::StandardNormal);
-        let sample = Sample {
-            wheel_speed: speeds[index],
-            wheel_acceleration: None,
-            power: power[index.saturating_sub(truth.late)] + 2.0 * noise,
-        };
         let elapsed = if index == 0 { f64::NAN } else { PERIOD_S };
         RawRow {
             line: index as u64 + 2,
-            sample,
+            wheel_speed: speeds[index].into(),
+            wheel_acceleration: None,
+            power: power[index.saturating_sub(truth.late)] + 2.0 * noise,
             elapsed,
             mass: Some(MASS_KG),
             run: 0,
@@ -156,7 +153,7 @@ fn log(core: &CoreRobot<f64, 2>, truth: Truth, seed: u64) -> Pilots<2> {
 
 fn chosen(truth: Truth, seed: u64) -> Choice {
     let (robot, core) = husky();
-    choose(&robot, &core, &TERMS_WITH_GYRO, &log(&core, truth, seed), &|_| false)
+    choose(&robot, &Chassis::new(&core), &TERMS_WITH_GYRO, &log(&core, truth, seed), &|_| false)
 }
 
 fn taken(choice: &Choice) -> Vec<Term> {
@@ -260,7 +257,7 @@ fn held_out_times_are_not_seen() {
     let mut spoiled = log(&core, truth, 2);
     // From where not even the filter's memory reaches back.
     spoiled.spoil_from(150.0);
-    let of = |pilots: &Pilots<2>| choose(&robot, &core, &TERMS, pilots, &held_out);
+    let of = |pilots: &Pilots| choose(&robot, &Chassis::new(&core), &TERMS, pilots, &held_out);
     assert_eq!(of(&clean), of(&spoiled));
 }
 
@@ -269,6 +266,6 @@ fn held_out_times_are_not_seen() {
 fn a_short_log_is_not_asked() {
     let (robot, core) = husky();
     let pilots = log(&core, Truth { late: 4, ..Truth::default() }, 2);
-    let choice = choose(&robot, &core, &TERMS, &pilots, &|time| time >= 10.0);
+    let choice = choose(&robot, &Chassis::new(&core), &TERMS, &pilots, &|time| time >= 10.0);
     assert!(choice.judged.is_empty() && choice.form.conditioning == Conditioning::PLAIN);
 }

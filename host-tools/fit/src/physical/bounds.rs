@@ -5,7 +5,7 @@
 //! data that do not would run to 10⁶ or 10⁻⁵ without.
 
 use logs::robot::Motor;
-use model_core::coefficients::Robot as CoreRobot;
+use logs::robot::chassis::Chassis;
 use model_core::effects::GRAVITY;
 use nalgebra::Const;
 use numerics::levenberg_marquardt;
@@ -80,33 +80,21 @@ impl Bounds {
     /// | rotor_inertia | a thousand times the body's own m r² / N |
     /// | inertia_gain | 1 / least efficiency² |
     /// | winding_loss | κ = R/(Kt n)² is no-load speed over stall torque: twice the speed driven over 0.1 T of the empty robot |
-    pub fn of<const N: usize>(
-        robot: &CoreRobot<f64, N>,
-        rows: &[Row<N>],
-        motor: Option<&Motor>,
-        unequal_sides: bool,
-    ) -> Self {
-        let speeds = rows.iter().flat_map(|row| &row.motion.wheels).map(|wheel| wheel.speed.abs());
+    pub fn of(robot: &Chassis, rows: &[Row], motor: Option<&Motor>, unequal_sides: bool) -> Self {
+        let speeds = rows.iter().flat_map(|row| row.wheels.iter()).map(|wheel| wheel.speed.abs());
         Self::up_to(robot, speeds.fold(0.0, f64::max), motor, unequal_sides)
     }
 
     /// The same of rows whose fastest wheel turned at so many rad/s.
-    pub fn up_to<const N: usize>(
-        robot: &CoreRobot<f64, N>,
-        fastest: f64,
-        motor: Option<&Motor>,
-        unequal_sides: bool,
-    ) -> Self {
+    pub fn up_to(robot: &Chassis, fastest: f64, motor: Option<&Motor>, unequal_sides: bool) -> Self {
         // λ_max of M'' is the inertia per kilogram that the stiffest common motion shows to one
         // wheel: r²/N where all drive straight ahead.
-        let wheels = N as f64;
-        let entries = robot.mass_matrix.rows();
-        let matrix = nalgebra::DMatrix::from_fn(N, N, |i, j| entries[i][j]);
-        let per_wheel = matrix.symmetric_eigenvalues().max();
+        let wheels = robot.wheels() as f64;
+        let per_wheel = robot.mass_matrix().symmetric_eigenvalues().max();
         let radius = (wheels * per_wheel).sqrt();
         let per_kg = GRAVITY * radius / wheels;
-        let (empty, full) = (robot.range.no_load(), robot.range.full_load());
-        let fastest = fastest.max(robot.dead_band).max(1e-3);
+        let (empty, full) = (robot.range().no_load(), robot.range().full_load());
+        let fastest = fastest.max(robot.dead_band()).max(1e-3);
         let drag = full * per_kg / LEAST_EFFICIENCY;
         let stall = LEAST_GRADE * empty * per_kg;
         let widest = SPEED_RESERVE * fastest / (stall * LEAST_GEAR_EFFICIENCY.powi(2));

@@ -49,8 +49,8 @@ impl Loss {
 
 /// The cost of rows.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Cost<'a, const N: usize> {
-    pub(super) rows: &'a [Row<N>],
+pub(super) struct Cost<'a> {
+    pub(super) rows: &'a [Row],
     pub(super) drive: Drive,
     pub(super) loss: Loss,
 }
@@ -71,10 +71,10 @@ pub fn parameters(torque: &TorqueModel<f64>) -> Parameters {
 }
 
 /// Power of a row, W, and its slope; the slope is 0 where no wheel draws power.
-pub fn predict<const N: usize>(torque: &TorqueModel<f64>, row: &Row<N>, drive: Drive) -> (f64, Parameters) {
+pub fn predict(torque: &TorqueModel<f64>, row: &Row, drive: Drive) -> (f64, Parameters) {
     let mut power = 0.0;
     let mut slope = Parameters::zeros();
-    for wheel in &row.motion.wheels {
+    for wheel in row.wheels.iter() {
         let total = torque.torque(wheel, row.mass);
         let own = total * (wheel.speed + torque.winding_loss * total);
         if own < 0.0 && drive == Drive::Dissipative {
@@ -101,9 +101,9 @@ pub fn predict<const N: usize>(torque: &TorqueModel<f64>, row: &Row<N>, drive: D
 }
 
 /// Power of a row, W, clamped wheels drawing nothing.
-pub fn power<const N: usize>(torque: &TorqueModel<f64>, row: &Row<N>, drive: Drive) -> f64 {
+pub fn power(torque: &TorqueModel<f64>, row: &Row, drive: Drive) -> f64 {
     let mut power = 0.0;
-    for wheel in &row.motion.wheels {
+    for wheel in row.wheels.iter() {
         let own = torque.wheel_power(wheel, row.mass);
         power += if own < 0.0 && drive == Drive::Dissipative { 0.0 } else { own };
     }
@@ -111,15 +111,15 @@ pub fn power<const N: usize>(torque: &TorqueModel<f64>, row: &Row<N>, drive: Dri
 }
 
 /// ∂P/∂θ of a row: watts per unit of each parameter; what a clamped wheel would draw has none.
-pub fn gradient<const N: usize>(torque: &TorqueModel<f64>, row: &Row<N>, drive: Drive) -> Parameters {
+pub fn gradient(torque: &TorqueModel<f64>, row: &Row, drive: Drive) -> Parameters {
     predict(torque, row, drive).1
 }
 
 /// Residual of a row, W; `None` where no wheel draws power.
-pub(super) fn residual<const N: usize>(torque: &TorqueModel<f64>, row: &Row<N>, drive: Drive) -> Option<f64> {
+pub(super) fn residual(torque: &TorqueModel<f64>, row: &Row, drive: Drive) -> Option<f64> {
     let mut power = 0.0;
     let mut draws = false;
-    for wheel in &row.motion.wheels {
+    for wheel in row.wheels.iter() {
         let own = torque.wheel_power(wheel, row.mass);
         let counts = wheel.direction != 0.0 && (drive == Drive::Regenerative || own >= 0.0);
         draws |= counts;
@@ -129,30 +129,25 @@ pub(super) fn residual<const N: usize>(torque: &TorqueModel<f64>, row: &Row<N>, 
 }
 
 /// 0 for rows in which no wheel draws power, the loss's weight for the others.
-pub(super) fn weight<const N: usize>(
-    torque: &TorqueModel<f64>,
-    row: &Row<N>,
-    drive: Drive,
-    loss: Loss,
-) -> f64 {
+pub(super) fn weight(torque: &TorqueModel<f64>, row: &Row, drive: Drive, loss: Loss) -> f64 {
     residual(torque, row, drive).map_or(0.0, |residual| loss.weight(residual))
 }
 
-impl<const N: usize> Cost<'_, N> {
+impl Cost<'_> {
     /// Sums over the rows, chunk by chunk.
-    fn sum<S: Send>(&self, one: impl Fn(&[Row<N>]) -> S + Sync + Send) -> Vec<S> {
+    fn sum<S: Send>(&self, one: impl Fn(&[Row]) -> S + Sync + Send) -> Vec<S> {
         if self.rows.len() <= CHUNK {
             return vec![one(self.rows)];
         }
         self.rows.par_chunks(CHUNK).map(one).collect()
     }
 
-    fn row_cost(&self, torque: &TorqueModel<f64>, row: &Row<N>) -> f64 {
+    fn row_cost(&self, torque: &TorqueModel<f64>, row: &Row) -> f64 {
         self.loss.of(row.power - power(torque, row, self.drive))
     }
 }
 
-impl<const N: usize> LeastSquares<Const<PARAMETERS>> for Cost<'_, N> {
+impl LeastSquares<Const<PARAMETERS>> for Cost<'_> {
     fn cost(&self, parameters: &Parameters) -> f64 {
         let torque = torque(parameters);
         let chunks = self.sum(|rows| rows.iter().map(|row| self.row_cost(&torque, row)).sum::<f64>());
@@ -163,7 +158,7 @@ impl<const N: usize> LeastSquares<Const<PARAMETERS>> for Cost<'_, N> {
     /// too.
     fn derivatives(&self, parameters: &Parameters) -> (Parameters, Matrix) {
         let torque = torque(parameters);
-        let chunk = |rows: &[Row<N>]| {
+        let chunk = |rows: &[Row]| {
             let (mut gradient, mut matrix) = (Parameters::zeros(), Matrix::zeros());
             for row in rows {
                 let (power, slope) = predict(&torque, row, self.drive);

@@ -14,7 +14,6 @@ mod starts;
 #[cfg(test)]
 mod tests;
 
-use logs::compiled_here;
 use logs::robot::Robot;
 use model_core::torque::{Drive, TorqueModel};
 
@@ -54,27 +53,20 @@ const TRIAL_ROWS: usize = 4096;
 /// Ends of trials that are followed on all rows.
 const FINALISTS: usize = 3;
 
-compiled_here! {
-    /// Fits the rows of the store.
-    ///
-    /// Least squares first, from all starts; then rows far beyond the usual residual count
-    /// linearly, by Huber's rule at a fixed scale, where that does not cost what the model explains
-    /// (`robust`): where acceleration starts or a clamp lets go within the filter's memory no model
-    /// of filtered signals is right, and on clean data those few rows would decide the fit.
-    pub fn solve<N>(
-        dataset: &Dataset<N>,
-        robot: &Robot,
-    ) -> Solution = solve_here;
-}
-
-fn solve_here<const N: usize>(dataset: &Dataset<N>, robot: &Robot) -> Solution {
+/// Fits the rows of the store.
+///
+/// Least squares first, from all starts; then rows far beyond the usual residual count
+/// linearly, by Huber's rule at a fixed scale, where that does not cost what the model explains
+/// (`robust`): where acceleration starts or a clamp lets go within the filter's memory no model
+/// of filtered signals is right, and on clean data those few rows would decide the fit.
+pub fn solve(dataset: &Dataset, robot: &Robot) -> Solution {
     let bounds = Bounds::of(&dataset.robot, &dataset.store, robot.motor(), dataset.unequal_sides);
     solve_within(&dataset.store, robot.drive(), &bounds)
 }
 
 /// As [`solve`], for any rows and bounds.
-pub fn solve_within<const N: usize>(rows: &[Row<N>], drive: Drive, bounds: &Bounds) -> Solution {
-    let trial: Vec<Row<N>> = rows.iter().step_by(rows.len().div_ceil(TRIAL_ROWS).max(1)).copied().collect();
+pub fn solve_within(rows: &[Row], drive: Drive, bounds: &Bounds) -> Solution {
+    let trial: Vec<Row> = rows.iter().step_by(rows.len().div_ceil(TRIAL_ROWS).max(1)).copied().collect();
     let trial = Cost { rows: &trial, drive, loss: Loss::Squares };
     let all = Cost { rows, drive, loss: Loss::Squares };
     let mut steps = 0;

@@ -25,8 +25,8 @@ pub struct Restarts {
 }
 
 /// Searches from random starts on the fit's own rows, bounds and loss, and compares where they end.
-pub fn restart<const N: usize>(
-    dataset: &Dataset<N>,
+pub fn restart(
+    dataset: &Dataset,
     robot: &Robot,
     fitted: &TorqueModel<f64>,
     huber: Option<Huber>,
@@ -37,8 +37,8 @@ pub fn restart<const N: usize>(
 }
 
 /// As [`restart`], for any rows and bounds.
-pub(super) fn restart_within<const N: usize>(
-    rows: &[Row<N>],
+pub(super) fn restart_within(
+    rows: &[Row],
     drive: Drive,
     bounds: &Bounds,
     fitted: &TorqueModel<f64>,

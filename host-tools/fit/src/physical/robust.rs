@@ -50,8 +50,8 @@ pub(super) struct Weighed {
 }
 
 /// Fits by the robust loss, from the least-squares fit and from the ends of its trials.
-pub(super) fn weigh<const N: usize>(
-    all: &Cost<'_, N>,
+pub(super) fn weigh(
+    all: &Cost<'_>,
     squares: &Descent,
     finalists: &[Parameters],
     bounds: &Bounds,
@@ -79,21 +79,21 @@ pub(super) fn weigh<const N: usize>(
 }
 
 /// The loss of the tightest threshold for rows whose least squares has these parameters.
-pub(crate) fn usual_loss<const N: usize>(rows: &[Row<N>], drive: Drive, parameters: &Parameters) -> Loss {
+pub(crate) fn usual_loss(rows: &[Row], drive: Drive, parameters: &Parameters) -> Loss {
     let all = Cost { rows, drive, loss: Loss::Squares };
     usual(&all, parameters).map_or(Loss::Squares, |usual| Loss::Huber(THRESHOLDS[0] * usual))
 }
 
 /// Robust standard deviation of the residuals of rows in which a wheel draws power, W; `None` where
 /// there is no such row or the model meets most of them exactly.
-fn usual<const N: usize>(all: &Cost<'_, N>, parameters: &Parameters) -> Option<f64> {
+fn usual(all: &Cost<'_>, parameters: &Parameters) -> Option<f64> {
     let torque = torque(parameters);
     let sizes = all.rows.iter().filter_map(|row| residual(&torque, row, all.drive).map(f64::abs));
     scale_of_sizes(&mut sizes.collect::<Vec<f64>>()).filter(|usual| *usual > 0.0)
 }
 
 /// Σ (P − P̄)², W².
-fn variation<const N: usize>(all: &Cost<'_, N>) -> f64 {
+fn variation(all: &Cost<'_>) -> f64 {
     let mean = all.rows.iter().map(|row| row.power).sum::<f64>() / all.rows.len().max(1) as f64;
     all.rows.iter().map(|row| (row.power - mean).powi(2)).sum()
 }

@@ -45,8 +45,8 @@ const LEAST_STEPS: u32 = TRIAL.steps;
 
 /// The lowest cost of any rows, from one start, or from all starts where none is given, with the
 /// steps of all.
-pub(crate) fn search<const N: usize>(
-    rows: &[Row<N>],
+pub(crate) fn search(
+    rows: &[Row],
     drive: Drive,
     loss: Loss,
     bounds: &Bounds,
@@ -64,8 +64,8 @@ pub(crate) fn search<const N: usize>(
 
 /// The lowest of the ends that these starts lead to. `steps` counts on; those of [`MOST_STEPS`]
 /// that are left are theirs.
-pub(super) fn best_of<const N: usize>(
-    cost: &Cost<'_, N>,
+pub(super) fn best_of(
+    cost: &Cost<'_>,
     starts: &[Parameters],
     bounds: &Bounds,
     tolerances: &Tolerances,

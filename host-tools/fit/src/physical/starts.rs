@@ -25,8 +25,8 @@ const INERTIAS: [f64; 2] = [0.05, 0.5];
 pub(super) const STARTS: u32 = (LOSSES.len() * INERTIAS.len()) as u32 + DRAWS as u32;
 
 /// Searches from every start on these rows; the lowest ends, the best first.
-pub(super) fn finalists<const N: usize>(
-    cost: &Cost<'_, N>,
+pub(super) fn finalists(
+    cost: &Cost<'_>,
     bounds: &Bounds,
     tolerances: &Tolerances,
     most: usize,
@@ -52,7 +52,7 @@ pub struct Alone {
 }
 
 impl Alone {
-    pub(super) fn of<const N: usize>(cost: &Cost<'_, N>) -> Self {
+    pub(super) fn of(cost: &Cost<'_>) -> Self {
         // At no torque the slope of the power is the regressor w x of each part.
         let none = torque(&Parameters::zeros());
         let (mut with, mut own) = (Parameters::zeros(), Parameters::zeros());

@@ -1,6 +1,6 @@
 //! The solver on rows made from a known model.
 
-use model_core::motion::{Motion, Wheel};
+use model_core::motion::Wheel;
 use model_core::torque::{Drive, TorqueModel};
 use numerics::levenberg_marquardt::{Bounds as Box, LeastSquares, Tolerances, descend};
 use rand::{RngExt, SeedableRng};
@@ -17,7 +17,7 @@ fn noise(random: &mut ChaCha8Rng) -> f64 {
 }
 
 /// Rows of two wheels at any speed and acceleration, with `std` W of noise.
-fn rows(count: usize, std: f64, drive: Drive) -> Vec<Row<2>> {
+fn rows(count: usize, std: f64, drive: Drive) -> Vec<Row> {
     let random = &mut ChaCha8Rng::seed_from_u64(5);
     let torque = super::torque(&TRUTH.into());
     let row = |index: usize| {
@@ -29,16 +29,15 @@ fn rows(count: usize, std: f64, drive: Drive) -> Vec<Row<2>> {
             let side = if random.random() { 1.0 } else { -1.0 };
             Wheel { speed, acceleration, inertial_torque, direction: f64::signum(speed), scrub, side }
         };
-        let motion = Motion { wheels: [wheel(), wheel()] };
+        let wheels = [wheel(), wheel()];
         let mass = [1.0, 3.0, 6.0][index % 3];
         let own = |wheel: &Wheel<f64>| torque.wheel_power(wheel, mass);
-        let power = motion
-            .wheels
+        let power = wheels
             .iter()
             .map(own)
             .map(|power| if drive == Drive::Dissipative { power.max(0.0) } else { power });
         Row {
-            motion,
+            wheels: wheels.into(),
             power: power.sum::<f64>() + std * noise(random),
             mass,
             run: 0,
@@ -79,7 +78,7 @@ fn returns_the_truth_clamped_or_not() {
 fn a_few_wrong_rows_do_not_decide() {
     let mut rows = rows(6000, 0.01, Drive::Regenerative);
     for row in rows.iter_mut().step_by(50) {
-        row.power += row.motion.wheels[0].scrub.abs();
+        row.power += row.wheels[0].scrub.abs();
     }
     let found = solve_within(&rows, Drive::Regenerative, &wide());
     assert_eq!(threshold(&found), Some(4.0));
@@ -94,7 +93,7 @@ fn a_few_wrong_rows_do_not_decide() {
 fn what_the_model_lacks_is_not_weighed_away() {
     let mut rows = rows(3000, 0.01, Drive::Regenerative);
     for row in &mut rows {
-        let wheel = &row.motion.wheels[1];
+        let wheel = &row.wheels[1];
         row.power += if wheel.speed > 5.0 { 10.0 } else { 0.0 };
     }
     let found = solve_within(&rows, Drive::Regenerative, &wide());
@@ -118,7 +117,7 @@ fn threshold(found: &super::Solution) -> Option<f64> {
 fn no_start_ends_lower() {
     let mut rows = rows(1500, 0.05, Drive::Dissipative);
     for row in &mut rows {
-        row.power += 0.3 * row.motion.wheels[0].speed.abs().sqrt();
+        row.power += 0.3 * row.wheels[0].speed.abs().sqrt();
     }
     let found = solve_within(&rows, Drive::Dissipative, &wide());
     let above = |torque: &TorqueModel<f64>| {

@@ -2,7 +2,7 @@
 //! leaves alone.
 
 use logs::robot::Robot;
-use model_core::coefficients::Robot as CoreRobot;
+use logs::robot::chassis::Chassis;
 use model_core::eq18::REGRESSORS;
 use model_core::torque::Drive;
 use nalgebra::{DMatrix, DVector};
@@ -84,7 +84,7 @@ pub fn eq18(kind: ModelKind, runs: &[RunGram]) -> Result<Fitted> {
 ///
 /// # Errors
 /// Runs of different settings; no row; sums that are not of this robot.
-pub fn signed<const N: usize>(core: &CoreRobot<f64, N>, robot: &Robot, runs: &[RunGram]) -> Result<Fitted> {
+pub fn signed(core: &Chassis, robot: &Robot, runs: &[RunGram]) -> Result<Fitted> {
     let all = total(runs)?;
     check_rows(&all.signed)?;
     let bounds = Bounds::up_to(core, all.summary.fastest_rad_s, robot.motor(), false);

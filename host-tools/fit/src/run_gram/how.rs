@@ -1,18 +1,15 @@
-//! How logs are summed up, whatever number of wheels their robot has.
+//! How logs are summed up.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use logs::Header;
 use logs::robot::Robot;
-use logs::{Header, with_wheels};
 use support::context::Context;
 use support::error::Result;
 
 use super::local::Reference;
 use super::read::{Conditioned, Summed, of_header};
-
-/// Sums a log's rows, of a robot of so many wheels.
-type SumHeader = dyn Fn(&Robot, Header) -> Result<Summed> + Send + Sync;
 
 /// How logs are read and summed.
 pub struct How {
@@ -20,7 +17,7 @@ pub struct How {
     pub reference: Option<(Reference, String)>,
     /// Of the filter.
     pub filter_cutoff_hz: f64,
-    of_header: Box<SumHeader>,
+    conditioned: Conditioned,
 }
 
 impl How {
@@ -30,7 +27,7 @@ impl How {
     /// They cannot be read, are of another robot or of another model than the signed one, or hold
     /// effects.
     pub fn near(robot: &Robot, file: &Path, mass_kg: f64) -> Result<Self> {
-        with_wheels!(robot, near(robot, file, mass_kg))
+        Ok(Conditioned::near(robot, file, mass_kg)?.into())
     }
 
     /// With this cutoff of the filter, and nothing else.
@@ -38,7 +35,8 @@ impl How {
     /// # Errors
     /// A robot with a dimension that none can have.
     pub fn at(robot: &Robot, cutoff_hz: f64, mass_kg: f64) -> Result<Self> {
-        with_wheels!(robot, at(robot, cutoff_hz, mass_kg))
+        let core = robot.chassis(cutoff_hz)?;
+        Ok(Conditioned { core, drive: robot.drive(), reference: None, mass_kg }.into())
     }
 
     /// With the cutoff that a fit of these logs would choose.
@@ -46,7 +44,7 @@ impl How {
     /// # Errors
     /// As [`at`](Self::at); a log that cannot be read.
     pub fn chosen(context: &Context, robot: &Robot, logs: &[PathBuf], mass_kg: f64) -> Result<Self> {
-        with_wheels!(robot, chosen(context, robot, logs, mass_kg))
+        Self::at(robot, crate::choose_cutoff(context, robot, logs, mass_kg)?, mass_kg)
     }
 
     /// The sums of a log's runs.
@@ -67,29 +65,16 @@ impl How {
     /// # Errors
     /// As [`of_log`](Self::of_log).
     pub fn of_header(&self, robot: &Robot, header: Header) -> Result<Summed> {
-        (self.of_header)(robot, header)
+        of_header(robot, &self.conditioned, header)
     }
 }
 
-impl<const N: usize> From<Conditioned<N>> for How {
-    fn from(how: Conditioned<N>) -> Self {
+impl From<Conditioned> for How {
+    fn from(conditioned: Conditioned) -> Self {
         Self {
-            reference: how.reference.clone(),
-            filter_cutoff_hz: how.core.cutoff_hz,
-            of_header: Box::new(move |robot, header| of_header(robot, &how, header)),
+            reference: conditioned.reference.clone(),
+            filter_cutoff_hz: conditioned.core.cutoff_hz(),
+            conditioned,
         }
     }
-}
-
-fn near<const N: usize>(robot: &Robot, file: &Path, mass_kg: f64) -> Result<How> {
-    Ok(Conditioned::<N>::near(robot, file, mass_kg)?.into())
-}
-
-fn at<const N: usize>(robot: &Robot, cutoff_hz: f64, mass_kg: f64) -> Result<How> {
-    let core = robot.core::<N>(cutoff_hz)?;
-    Ok(Conditioned { core, drive: robot.drive(), reference: None, mass_kg }.into())
-}
-
-fn chosen<const N: usize>(context: &Context, robot: &Robot, logs: &[PathBuf], mass_kg: f64) -> Result<How> {
-    at::<N>(robot, crate::choose_cutoff::<N>(context, robot, logs, mass_kg)?, mass_kg)
 }

@@ -51,7 +51,7 @@ impl Default for Local {
 
 impl Local {
     /// Adds a row.
-    pub(super) fn add<const N: usize>(&mut self, row: &Row<N>, reference: &Reference) {
+    pub(super) fn add(&mut self, row: &Row, reference: &Reference) {
         let (power, slope) = physical::predict(&reference.torque, row, reference.drive);
         if slope.iter().all(|slope| *slope == 0.0) {
             // All wheels stand or are clamped: no parameter is in it.

@@ -25,6 +25,6 @@ pub use self::how::How;
 pub use self::local::{Local, Reference};
 pub use self::read::{Spent, Summed};
 pub use self::run::{FORMAT, RunGram, Setting, total};
-pub use self::step::{Moved, Step, step};
+pub use self::step::{Moved, Step, Told, step};
 pub use self::summary::{Histogram, Summary};
 pub use self::summing::{Answer, Request, gram};

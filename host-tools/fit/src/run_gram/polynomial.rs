@@ -8,12 +8,14 @@
 //! β(θ) are [`TorqueModel::expand`] and [`TorqueModel::expand_scrub`]; both sides are taken for
 //! alike.
 
+use logs::with_motion;
 use model_core::eq18::{self, Gate, REGRESSORS};
-use model_core::motion::Motion;
+use model_core::motion::Wheel;
 use model_core::torque::{self, Drive, SCRUB_POWERS, SCRUB_PRODUCTS, TorqueModel};
 use nalgebra::{Const, SMatrix, SVector};
 use numerics::levenberg_marquardt::LeastSquares;
 
+use crate::dataset::Row;
 use crate::gram::{Gram, Vector};
 use crate::physical::{Alone, PARAMETERS, Parameters, torque};
 
@@ -23,9 +25,10 @@ pub(super) const PRODUCTS: usize = REGRESSORS + SCRUB_PRODUCTS;
 type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
 
 /// Regressors of a motion at a total mass in kg.
-pub(super) fn regressors<const N: usize>(motion: &Motion<f64, N>, mass: f64) -> [f64; PRODUCTS] {
-    let shared = eq18::regressors(Gate::Signed, &eq18::products(Gate::Signed, motion), mass);
-    let scrub = torque::scrub_products(motion);
+pub(super) fn regressors(row: &Row) -> [f64; PRODUCTS] {
+    let mass = row.mass;
+    let shared = eq18::regressors(Gate::Signed, &row.products(Gate::Signed), mass);
+    let scrub = with_motion!(row.wheels, motion => torque::scrub_products(motion));
     std::array::from_fn(|i| match i.checked_sub(REGRESSORS) {
         None => shared[i],
         Some(place) => scrub[place] * mass.powi(i32::from(SCRUB_POWERS[place])),
@@ -33,12 +36,12 @@ pub(super) fn regressors<const N: usize>(motion: &Motion<f64, N>, mass: f64) -> 
 }
 
 /// No wheel can be clamped, whatever the parameters: what drives it, drives it along its motion.
-pub(super) fn cannot_clamp<const N: usize>(motion: &Motion<f64, N>, drive: Drive) -> bool {
-    let along = |wheel: &model_core::motion::Wheel<f64>| {
+pub(super) fn cannot_clamp(wheels: &[Wheel<f64>], drive: Drive) -> bool {
+    let along = |wheel: &Wheel<f64>| {
         let parts = [wheel.acceleration, wheel.inertial_torque, wheel.scrub];
         parts.into_iter().all(|part| part * wheel.direction >= 0.0)
     };
-    drive == Drive::Regenerative || motion.wheels.iter().all(along)
+    drive == Drive::Regenerative || wheels.iter().all(along)
 }
 
 /// β(θ).

@@ -6,11 +6,10 @@ use std::time::Instant;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use logs::robot::Robot;
-use logs::{Header, MIN_GAP_FACTOR, RawRow, SampleReader, conditioner};
+use logs::robot::chassis::Chassis;
+use logs::{Conditioner, Header, MIN_GAP_FACTOR, RawRow, SampleReader, with_wheels};
 use model::coefficients::{CoefficientsFile, Taking};
-use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::{self, Gate};
-use model_core::gyro::GyroConditioner;
 use model_core::model::Model;
 use model_core::torque::Drive;
 use serde::Serialize;
@@ -26,9 +25,9 @@ use crate::gram::Gram;
 
 /// How logs are read.
 #[derive(Debug, Clone)]
-pub(super) struct Conditioned<const N: usize> {
+pub(super) struct Conditioned {
     /// Filter, delay and slip memory.
-    pub core: CoreRobot<f64, N>,
+    pub core: Chassis,
     /// Whether the drives clamp.
     pub drive: Drive,
     /// Coefficients with their checksum, that the sums of the signed model are taken near.
@@ -37,7 +36,7 @@ pub(super) struct Conditioned<const N: usize> {
     pub mass_kg: f64,
 }
 
-impl<const N: usize> Conditioned<N> {
+impl Conditioned {
     /// As the coefficients of this file were fitted, and near them.
     ///
     /// # Errors
@@ -45,34 +44,36 @@ impl<const N: usize> Conditioned<N> {
     /// effects.
     pub(super) fn near(robot: &Robot, file: &Path, mass_kg: f64) -> Result<Self> {
         let text = read_text(file, MOST_DESCRIPTION)?;
-        let read = CoefficientsFile::<N>::parse(&text, file, robot, Taking::default())?.coefficients;
-        let Model::Signed { torque, drive } = read.model else {
-            return Err(Error::failed("model eq18; expected signed").in_file(file).in_column("model"));
-        };
-        if read.columns.iter().next().is_some() {
-            let message = "they hold effects; expected the coefficients as gmr fit wrote them";
-            return Err(Error::failed(message).in_file(file).in_column("effects"));
-        }
-        Ok(Self {
-            core: read.robot,
-            drive,
-            reference: Some((Reference { torque, drive }, checksum_of(&text))),
-            mass_kg,
-        })
+        let (core, reference) = with_wheels!(robot, signed(robot, file, &text))?;
+        let drive = reference.drive;
+        Ok(Self { core, drive, reference: Some((reference, checksum_of(&text))), mass_kg })
     }
 
     fn setting(&self, robot: &Robot) -> Setting {
-        let conditioning = &self.core.conditioning;
+        let conditioning = self.core.conditioning();
         Setting {
             robot: robot.name().to_owned(),
-            wheels: N,
+            wheels: self.core.wheels(),
             static_power_w: robot.static_power_w().unwrap_or(0.0),
-            filter_cutoff_hz: self.core.cutoff_hz,
+            filter_cutoff_hz: self.core.cutoff_hz(),
             power_delay_s: conditioning.delay,
             slip: [conditioning.slip.half_slip, conditioning.slip.relaxation],
             reference: self.reference.as_ref().map(|(_, checksum)| checksum.clone()),
         }
     }
+}
+
+/// The signed model of a file without effects, and its robot.
+fn signed<const N: usize>(robot: &Robot, file: &Path, text: &str) -> Result<(Chassis, Reference)> {
+    let read = CoefficientsFile::<N>::parse(text, file, robot, Taking::default())?.coefficients;
+    let Model::Signed { torque, drive } = read.model else {
+        return Err(Error::failed("model eq18; expected signed").in_file(file).in_column("model"));
+    };
+    if read.columns.iter().next().is_some() {
+        let message = "they hold effects; expected the coefficients as gmr fit wrote them";
+        return Err(Error::failed(message).in_file(file).in_column("effects"));
+    }
+    Ok((Chassis::new(&read.robot), Reference { torque, drive }))
 }
 
 /// By what sums know the coefficients that they were taken near.
@@ -127,11 +128,7 @@ pub struct Summed {
 ///
 /// # Errors
 /// A log that is not one of this robot or is too slow for the filter.
-pub(super) fn of_header<const N: usize>(
-    robot: &Robot,
-    how: &Conditioned<N>,
-    header: Header,
-) -> Result<Summed> {
+pub(super) fn of_header(robot: &Robot, how: &Conditioned, header: Header) -> Result<Summed> {
     let file = header.path().to_owned();
     let mut filtered = Filtered::of(robot, how, header)?;
     let mut sums = Sums::new(robot, how);
@@ -163,31 +160,31 @@ pub(super) fn of_header<const N: usize>(
 }
 
 /// Rows of a log behind the filter.
-struct Filtered<'a, const N: usize> {
+struct Filtered<'a> {
     robot: &'a Robot,
-    how: &'a Conditioned<N>,
-    reader: SampleReader<N>,
-    conditioner: GyroConditioner<f64, N>,
+    how: &'a Conditioned,
+    reader: SampleReader,
+    conditioner: Conditioner,
     is_commanded: bool,
     most_elapsed_s: f64,
     /// What each run was.
     summaries: Vec<Summary>,
     /// A block as it was read, each row with what was commanded.
-    raw: Vec<(RawRow<N>, f64)>,
+    raw: Vec<(RawRow, f64)>,
     spent: Spent,
 }
 
-impl<'a, const N: usize> Filtered<'a, N> {
-    fn of(robot: &'a Robot, how: &'a Conditioned<N>, header: Header) -> Result<Self> {
+impl<'a> Filtered<'a> {
+    fn of(robot: &'a Robot, how: &'a Conditioned, header: Header) -> Result<Self> {
         let started = Instant::now();
         let file = header.path().to_owned();
         let is_commanded = header.has(COMMAND);
         let further: &[&str] = if is_commanded { &[COMMAND] } else { &[] };
-        let reader = SampleReader::<N>::of(header, robot, further)?;
+        let reader = SampleReader::of(header, robot, further)?;
         Ok(Self {
             robot,
             how,
-            conditioner: conditioner(&how.core, &file, reader.period_s())?,
+            conditioner: Conditioner::of_log(&how.core, &file, reader.period_s())?,
             is_commanded,
             most_elapsed_s: MIN_GAP_FACTOR * reader.period_s(),
             reader,
@@ -198,7 +195,7 @@ impl<'a, const N: usize> Filtered<'a, N> {
     }
 
     /// The next blocks; false at the end.
-    fn read(&mut self, blocks: &mut Vec<Vec<Row<N>>>) -> Result<bool> {
+    fn read(&mut self, blocks: &mut Vec<Vec<Row>>) -> Result<bool> {
         blocks.resize_with(BLOCKS, || Vec::with_capacity(BLOCK));
         let mut is_more = false;
         for rows in blocks {
@@ -221,24 +218,23 @@ impl<'a, const N: usize> Filtered<'a, N> {
     }
 
     /// What rows were, and what of them comes out of the filter.
-    fn filter(&mut self, rows: &mut Vec<Row<N>>) {
+    fn filter(&mut self, rows: &mut Vec<Row>) {
         let started = Instant::now();
         for (raw, command_m_s) in &self.raw {
             let place = raw.run as usize;
             while self.summaries.len() <= place {
                 self.summaries.push(summary(self.robot, self.is_commanded));
             }
-            let speeds = raw.sample.wheel_speed;
-            let twist = self.how.core.kinematics.twist(&speeds);
-            let fastest = speeds.iter().map(|speed| speed.abs()).fold(0.0, f64::max);
+            let twist = self.how.core.twist(raw.wheel_speed.iter().copied());
+            let fastest = raw.wheel_speed.iter().map(|speed| speed.abs()).fold(0.0, f64::max);
             let now = Moment {
                 time_s: raw.time,
                 elapsed_s: raw.elapsed,
                 speed_m_s: twist.vx,
                 turn_rad_s: twist.omega,
                 fastest_rad_s: fastest,
-                moves: fastest > self.how.core.dead_band,
-                power_w: raw.sample.power,
+                moves: fastest > self.how.core.dead_band(),
+                power_w: raw.power,
                 mass_kg: raw.mass.unwrap_or(self.how.mass_kg),
                 command_m_s: *command_m_s,
             };
@@ -256,7 +252,7 @@ fn summary(robot: &Robot, is_commanded: bool) -> Summary {
     Summary::new(limits.speed_m_s.unwrap_or(2.3), limits.turn_rad_s.unwrap_or(5.75), is_commanded)
 }
 
-fn empty<const N: usize>(how: &Conditioned<N>, robot: &Robot) -> RunGram {
+fn empty(how: &Conditioned, robot: &Robot) -> RunGram {
     RunGram {
         format: FORMAT,
         run: String::new(),
@@ -272,21 +268,21 @@ fn empty<const N: usize>(how: &Conditioned<N>, robot: &Robot) -> RunGram {
 }
 
 /// Sums of rows behind the filter.
-struct Sums<'a, const N: usize> {
+struct Sums<'a> {
     robot: &'a Robot,
-    how: &'a Conditioned<N>,
+    how: &'a Conditioned,
     runs: Vec<RunGram>,
     /// When the filter has forgotten the last row of a run in which a wheel could be clamped.
     free_from: BTreeMap<u32, f64>,
     spent_s: f64,
 }
 
-impl<'a, const N: usize> Sums<'a, N> {
-    fn new(robot: &'a Robot, how: &'a Conditioned<N>) -> Self {
+impl<'a> Sums<'a> {
+    fn new(robot: &'a Robot, how: &'a Conditioned) -> Self {
         Self { robot, how, runs: Vec::new(), free_from: BTreeMap::new(), spent_s: 0.0 }
     }
 
-    fn add(&mut self, blocks: &[Vec<Row<N>>]) {
+    fn add(&mut self, blocks: &[Vec<Row>]) {
         let started = Instant::now();
         for rows in blocks.iter().flat_map(|rows| rows.chunk_by(|a, b| a.run == b.run)) {
             let place = rows[0].run as usize;
@@ -301,22 +297,20 @@ impl<'a, const N: usize> Sums<'a, N> {
 }
 
 /// Adds rows to the sums of their run, each kind of sums on a core of its own where there are some.
-fn add<const N: usize>(run: &mut RunGram, rows: &[Row<N>], how: &Conditioned<N>, free: &mut f64) {
+fn add(run: &mut RunGram, rows: &[Row], how: &Conditioned, free: &mut f64) {
     let RunGram { eq18, eq18_published, signed, may_clamp, local, .. } = run;
-    let of = |gate: Gate, row: &Row<N>| {
-        (eq18::regressors(gate, &eq18::products(gate, &row.motion), row.mass), row.power)
-    };
+    let of = |gate: Gate, row: &Row| (eq18::regressors(gate, &row.products(gate), row.mass), row.power);
     let of_eq18 = || {
         eq18.extend(rows.iter().map(|row| of(Gate::Corrected, row)));
         eq18_published.extend(rows.iter().map(|row| of(Gate::Published, row)));
     };
     let of_signed = || {
-        let (memory, before) = (SETTLES / how.core.cutoff_hz, signed.rows());
+        let (memory, before) = (SETTLES / how.core.cutoff_hz(), signed.rows());
         signed.extend(rows.iter().filter_map(|row| {
-            if !polynomial::cannot_clamp(&row.motion, how.drive) {
+            if !polynomial::cannot_clamp(&row.wheels, how.drive) {
                 *free = row.time + memory;
             }
-            (row.time >= *free).then(|| (polynomial::regressors(&row.motion, row.mass), row.power))
+            (row.time >= *free).then(|| (polynomial::regressors(row), row.power))
         }));
         *may_clamp += rows.len() as u64 - (signed.rows() - before);
     };

@@ -4,8 +4,10 @@
 use std::path::Path;
 
 use logs::robot::Robot;
+use logs::robot::chassis::Chassis;
 use model::coefficients::{CoefficientsFile, Taking};
 use model_core::model::Model;
+use model_core::torque::TorqueModel;
 use nalgebra::{DMatrix, DVector};
 use numerics::scaled_inverse::ScaledInverse;
 use serde::Serialize;
@@ -38,6 +40,13 @@ pub struct Moved {
 pub struct Step<const N: usize> {
     /// The coefficients that it leads to; all else is as in those that it began at.
     pub file: CoefficientsFile<N>,
+    /// The step itself.
+    pub told: Told,
+}
+
+/// A step as it is told.
+#[derive(Debug, Clone)]
+pub struct Told {
     /// Parameter by parameter.
     pub moved: Vec<Moved>,
     /// Rows in which a wheel draws power.
@@ -63,9 +72,28 @@ pub fn step<const N: usize>(robot: &Robot, file: &Path, runs: &[RunGram]) -> Res
     let Model::Signed { torque: reference, drive } = next.coefficients.model else {
         return Err(Error::failed("model eq18; expected signed").in_file(file).in_column("model"));
     };
-    let near = checksum_of(&text);
+    let core = Chassis::new(&next.coefficients.robot);
+    let near = (file, &*checksum_of(&text));
+    let (torque, covariance, told) = found(robot, &core, &reference, near, &all, runs)?;
+    next.coefficients.model = Model::Signed { torque, drive };
+    next.covariance = covariance;
+    next.origin.rows = all.summary.rows;
+    next.origin.rmse_w = told.after_rmse_w;
+    Ok(Step { file: next, told })
+}
+
+/// The step from coefficients of this file and checksum, and their covariance without that of the
+/// sides' imbalance.
+fn found(
+    robot: &Robot,
+    core: &Chassis,
+    reference: &TorqueModel<f64>,
+    (file, near): (&Path, &str),
+    all: &RunGram,
+    runs: &[RunGram],
+) -> Result<(TorqueModel<f64>, DMatrix<f64>, Told)> {
     let sums =
-        all.local.as_ref().filter(|_| all.setting.reference.as_ref() == Some(&near)).ok_or_else(|| {
+        all.local.as_ref().filter(|_| all.setting.reference.as_deref() == Some(near)).ok_or_else(|| {
             let found = match &all.setting.reference {
                 Some(other) => format!("sums near other coefficients ({other}; these are {near})"),
                 None => "sums near no coefficients".to_owned(),
@@ -76,17 +104,12 @@ pub fn step<const N: usize>(robot: &Robot, file: &Path, runs: &[RunGram]) -> Res
     if sums.rows == 0 {
         return Err(Error::failed("no row in which a wheel draws power; expected a drive"));
     }
-    let start = parameters(&reference);
+    let start = parameters(reference);
     // Wheels that do not scrub have no such parameter, sides that were alike stay so.
-    let shared = verdict::TORQUE.len() - usize::from(!next.coefficients.robot.scrubs());
+    let shared = verdict::TORQUE.len() - usize::from(!core.scrubs());
     let sides = (reference.imbalance != 0.0).then_some(start.len() - 1);
     let places: Vec<usize> = (0..shared).chain(sides).collect();
-    let bounds = Bounds::up_to(
-        &next.coefficients.robot,
-        all.summary.fastest_rad_s,
-        robot.motor(),
-        reference.imbalance != 0.0,
-    );
+    let bounds = Bounds::up_to(core, all.summary.fastest_rad_s, robot.motor(), reference.imbalance != 0.0);
     let of = |local: &Local| {
         let (normal, score) = (local.matrix(), local.scores());
         let matrix = DMatrix::from_fn(places.len(), places.len(), |i, j| normal[(places[i], places[j])]);
@@ -116,20 +139,16 @@ pub fn step<const N: usize>(robot: &Robot, file: &Path, runs: &[RunGram]) -> Res
             std_err: covariance[(i, i)].sqrt(),
         });
     }
-    next.coefficients.model = Model::Signed { torque: torque(&values), drive };
-    next.covariance = covariance.view((0, 0), (shared, shared)).into_owned();
-    next.origin.rows = all.summary.rows;
-    next.origin.rmse_w = mean(after_squares);
     let lengths = moved.iter().map(|one| (one.after - one.before).abs() / one.std_err.max(f64::MIN_POSITIVE));
     let longest_std_errs = lengths.filter(|length| length.is_finite()).fold(0.0, f64::max);
-    Ok(Step {
-        file: next,
+    let told = Told {
         rows: sums.rows,
         before_rmse_w: mean(sums.squares),
         after_rmse_w: mean(after_squares),
         longest_std_errs,
         moved,
-    })
+    };
+    Ok((torque(&values), covariance.view((0, 0), (shared, shared)).into_owned(), told))
 }
 
 /// Least squares within bounds: what would leave them is held at the end that it leaves by, and the

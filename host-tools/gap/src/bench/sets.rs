@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use fit::dataset::{Dataset, Row, Run};
 use fit::pgd;
 use logs::robot::Robot;
+use logs::robot::chassis::Chassis;
 use logs::runs::{RawRun, Runs};
 use model::coefficients::{Method, ModelKind};
 use plant::effects::Effect;
@@ -108,20 +109,8 @@ pub struct Clean {
 pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str]) -> Result<Clean> {
     let core = robot.core::<2>(CUTOFF_HZ)?;
     let raw = record(&field(&[], noise).base(seed), columns)?;
-    let mut dataset = Dataset {
-        robot: core,
-        gate: Gate::Signed,
-        runs: Vec::new(),
-        store: Vec::new(),
-        stride: 1,
-        period_s: raw[0].period_s,
-        rows: 0,
-        used: 0,
-        excluded: 0,
-        unequal_sides: false,
-        long_search: None,
-        masses: Vec::new(),
-    };
+    let mut dataset = Dataset::empty(Chassis::new(&core), Gate::Signed);
+    dataset.period_s = raw[0].period_s;
     for (place, run) in raw.iter().enumerate() {
         dataset.runs.push(Run { file: PathBuf::from(&run.name), gram: fit::gram::Gram::default() });
         let mut conditioner =
@@ -129,8 +118,8 @@ pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str]) -> Result
         for (time, sample, mass, _) in &run.rows {
             let Some(now) = conditioner.push(sample, run.period_s) else { continue };
             if now.settled {
-                let (motion, power, run) = (now.motion, now.power, place as u32);
-                dataset.store.push(Row { motion, power, mass: *mass, run, time: *time });
+                let (wheels, power, run) = (now.motion.wheels.into(), now.power, place as u32);
+                dataset.store.push(Row { wheels, power, mass: *mass, run, time: *time });
             }
             dataset.rows += 1;
         }
@@ -141,7 +130,7 @@ pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str]) -> Result
     }
     dataset.used = dataset.store.len() as u64;
     let fit = fit::fit(robot, &dataset, ModelKind::Signed, Method::Physical, &pgd::Settings::default())?;
-    let model_core::model::Model::Signed { torque, drive } = fit.coefficients.model else {
+    let model_core::model::Model::Signed { torque, drive } = fit.model else {
         return Err(Error::failed("the fit is not of the signed model"));
     };
     let base = Base {
@@ -151,7 +140,7 @@ pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str]) -> Result
         masses_kg: dataset.masses,
         of_simulator: false,
     };
-    let noise = fit.coefficients.noise;
+    let noise = fit.noise;
     Ok(Clean { base, runs: Runs::condition(&core, raw)?, core, noise })
 }
 

@@ -89,12 +89,12 @@ impl<const N: usize> Simulator<N> {
     ) -> Result<Self> {
         let simulated = robot.clone().with_power_from(source.columns);
         // What is measured has the noise: it decides which filter is needed.
-        let cutoff_hz = fit::choose_cutoff::<N>(context, robot, field, mass_kg)?;
+        let cutoff_hz = fit::choose_cutoff(context, robot, field, mass_kg)?;
         let reading = Reading { gate: Gate::Signed, cutoff_hz: Some(cutoff_hz), mass_kg };
-        let dataset = fit::read::<N>(context, &simulated, &source.files, &reading)?;
+        let dataset = fit::read(context, &simulated, &source.files, &reading)?;
         let fitted =
             fit::fit(&simulated, &dataset, ModelKind::Signed, Method::Physical, &pgd::Settings::default())?;
-        let Model::Signed { torque, drive } = fitted.coefficients.model else {
+        let Model::Signed { torque, drive } = fitted.model else {
             return Err(Error::failed("the model fitted to the simulator has no torques"));
         };
         let base = Base {
@@ -105,7 +105,7 @@ impl<const N: usize> Simulator<N> {
             of_simulator: true,
         };
         let raw = Runs::raw::<N>(context, &simulated, &source.files, mass_kg, powers)?;
-        Ok(Self { core: dataset.robot, base, quality: fitted.quality, raw, source })
+        Ok(Self { core: *dataset.robot.core(), base, quality: fitted.quality, raw, source })
     }
 
     /// Refuses rows that are further apart, or closer together, than those that were measured: the

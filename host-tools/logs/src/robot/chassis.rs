@@ -9,6 +9,7 @@ use model_core::effects::Layout;
 use model_core::kinematics::Twist;
 use model_core::model::MassRange;
 use model_core::motion::{Motion, Wheel};
+use nalgebra::DMatrix;
 
 /// The robot as model-core knows it, by its number of wheels.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,6 +59,23 @@ impl Chassis {
         found.unwrap_or_else(|| panic!("{N} wheels; expected 1 to {MOST_WHEELS}"))
     }
 
+    /// The robot with this number of wheels.
+    ///
+    /// # Panics
+    /// If `N` is not how many it has.
+    pub fn core<const N: usize>(&self) -> &CoreRobot<f64, N> {
+        let core: Option<&CoreRobot<f64, N>> = with_core!(self, core => (&**core as &dyn Any).downcast_ref());
+        core.unwrap_or_else(|| panic!("{N} wheels; expected {}", self.wheels()))
+    }
+
+    /// The same robot with other conditioning.
+    #[must_use]
+    pub fn with_conditioning(&self, conditioning: Conditioning<f64>) -> Self {
+        let mut other = self.clone();
+        with_core!(&mut other, core => core.conditioning = conditioning);
+        other
+    }
+
     /// How many wheels it has.
     pub fn wheels(&self) -> usize {
         with_core!(self, core => core.kinematics.rows()[0].len())
@@ -73,6 +91,11 @@ impl Chassis {
         with_core!(self, core => Layout::new(&core.kinematics).side.to_vec())
     }
 
+    /// Whether its wheels are on two sides.
+    pub fn has_sides(&self) -> bool {
+        with_core!(self, core => core.mass_matrix.sides().is_some())
+    }
+
     /// ζ = R w for wheel speeds in rad/s, or its rates for accelerations.
     ///
     /// # Panics
@@ -84,6 +107,20 @@ impl Chassis {
     /// Whether turns drag its wheels.
     pub fn scrubs(&self) -> bool {
         with_core!(self, core => core.scrubs())
+    }
+
+    /// Speeds below it are none, rad/s.
+    pub fn dead_band(&self) -> f64 {
+        with_core!(self, core => core.dead_band)
+    }
+
+    /// M'': what a wheel feels of each wheel's acceleration, per kilogram.
+    pub fn mass_matrix(&self) -> DMatrix<f64> {
+        let wheels = self.wheels();
+        with_core!(self, core => {
+            let rows = core.mass_matrix.rows();
+            DMatrix::from_fn(wheels, wheels, |i, j| rows[i][j])
+        })
     }
 
     /// What else lies between samples and motion.
@@ -107,27 +144,74 @@ impl Chassis {
     }
 }
 
-/// The wheels of a robot at one instant, as many as it has.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wheels {
+/// A value a wheel, of a robot with as many wheels as it has.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct PerWheel<T> {
     count: usize,
-    wheels: [Wheel<f64>; MOST_WHEELS],
+    values: [T; MOST_WHEELS],
 }
 
-impl Deref for Wheels {
-    type Target = [Wheel<f64>];
+/// The wheels of a robot at one instant.
+pub type Wheels = PerWheel<Wheel<f64>>;
 
-    fn deref(&self) -> &[Wheel<f64>] {
-        &self.wheels[..self.count]
+impl<T> Deref for PerWheel<T> {
+    type Target = [T];
+
+    fn deref(&self) -> &[T] {
+        &self.values[..self.count]
     }
 }
 
-impl<const N: usize> From<&Motion<f64, N>> for Wheels {
-    fn from(motion: &Motion<f64, N>) -> Self {
-        let mut wheels = [Wheel::default(); MOST_WHEELS];
-        wheels[..N].copy_from_slice(&motion.wheels);
-        Self { count: N, wheels }
+impl<T: Copy + Default> PerWheel<T> {
+    /// What `of` says of each of so many.
+    ///
+    /// # Panics
+    /// If there are more than six.
+    pub fn new(count: usize, mut of: impl FnMut(usize) -> T) -> Self {
+        let mut values = [T::default(); MOST_WHEELS];
+        values[..count].iter_mut().zip(0..).for_each(|(value, wheel)| *value = of(wheel));
+        Self { count, values }
     }
+
+    /// Those of another instant of the same robot.
+    pub(crate) fn set(&mut self, values: &[T]) {
+        self.count = values.len();
+        self.values[..values.len()].copy_from_slice(values);
+    }
+
+    /// As model-core takes them.
+    ///
+    /// # Panics
+    /// If `N` is not how many there are.
+    pub fn array<const N: usize>(&self) -> [T; N] {
+        assert_eq!(self.count, N, "as many wheels as the robot has");
+        std::array::from_fn(|wheel| self.values[wheel])
+    }
+}
+
+impl<T: Copy + Default, const N: usize> From<[T; N]> for PerWheel<T> {
+    fn from(values: [T; N]) -> Self {
+        Self::new(N, |wheel| values[wheel])
+    }
+}
+
+/// What to do with wheels as the models take them, whose number is known in there.
+#[macro_export]
+macro_rules! with_motion {
+    ($wheels:expr, $motion:ident => $what:expr) => {
+        match $wheels.len() {
+            1 => $crate::with_motion!(@ 1, $wheels, $motion => $what),
+            2 => $crate::with_motion!(@ 2, $wheels, $motion => $what),
+            3 => $crate::with_motion!(@ 3, $wheels, $motion => $what),
+            4 => $crate::with_motion!(@ 4, $wheels, $motion => $what),
+            5 => $crate::with_motion!(@ 5, $wheels, $motion => $what),
+            _ => $crate::with_motion!(@ 6, $wheels, $motion => $what),
+        }
+    };
+    (@ $count:literal, $wheels:expr, $motion:ident => $what:expr) => {{
+        let $motion = &$wheels.motion::<$count>();
+        $what
+    }};
 }
 
 impl Wheels {
@@ -136,8 +220,7 @@ impl Wheels {
     /// # Panics
     /// If `N` is not how many there are.
     pub fn motion<const N: usize>(&self) -> Motion<f64, N> {
-        assert_eq!(self.count, N, "as many wheels as the robot has");
-        Motion { wheels: std::array::from_fn(|wheel| self.wheels[wheel]) }
+        Motion { wheels: self.array() }
     }
 
     /// Whether any of them turns.
@@ -152,6 +235,6 @@ impl Wheels {
 
     /// Mean of what each of them has.
     pub fn mean(&self, of: impl Fn(&Wheel<f64>) -> f64) -> f64 {
-        self.iter().map(of).sum::<f64>() / self.count as f64
+        self.iter().map(of).sum::<f64>() / self.len() as f64
     }
 }

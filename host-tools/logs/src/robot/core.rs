@@ -8,6 +8,7 @@ use model_core::torque::Drive;
 use nalgebra::DMatrix;
 use support::error::{Error, Result};
 
+use super::chassis::Chassis;
 use super::{Geometry, Robot};
 
 /// Calls a generic function with the robot's number of wheels as its const argument.
@@ -71,6 +72,17 @@ impl Robot {
     /// If `N` is not its number of wheels.
     pub fn core<const N: usize>(&self, cutoff_hz: f64) -> Result<CoreRobot<f64, N>> {
         core(self, cutoff_hz)
+    }
+
+    /// The same, whatever its number of wheels.
+    ///
+    /// # Errors
+    /// As [`core`](Self::core); more wheels than the coefficient image holds.
+    pub fn chassis(&self, cutoff_hz: f64) -> Result<Chassis> {
+        fn chassis<const N: usize>(robot: &Robot, cutoff_hz: f64) -> Result<Chassis> {
+            Ok(Chassis::new(&robot.core::<N>(cutoff_hz)?))
+        }
+        with_wheels!(self, chassis(self, cutoff_hz))
     }
 
     fn core_here<const N: usize>(&self, cutoff_hz: f64) -> Result<CoreRobot<f64, N>> {

@@ -22,4 +22,4 @@ mod training;
 pub use baseline::{Baseline, Parameter, Symbol};
 pub use card::{Card, Family, Layout, Need, PowerOfBraking, Preset};
 pub use cards::{ALL, BEYOND, every, families};
-pub use point::{MOST_WHEELS, Point, Readings, Wheels};
+pub use point::{Point, Readings};

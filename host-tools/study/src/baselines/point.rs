@@ -1,37 +1,8 @@
 //! One conditioned row of a log, as baselines see it.
 
 use fit::dataset::Row;
-use model_core::coefficients::Robot as CoreRobot;
+use logs::robot::chassis::{Chassis, Wheels};
 use model_core::kinematics::Twist;
-use model_core::motion::Wheel;
-
-/// Most wheels of a robot.
-pub const MOST_WHEELS: usize = 6;
-
-/// The wheels of one instant, in the order of the log.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wheels {
-    all: [Wheel<f64>; MOST_WHEELS],
-    count: usize,
-}
-
-impl Wheels {
-    /// These wheels.
-    pub fn new<const N: usize>(wheels: &[Wheel<f64>; N]) -> Self {
-        const { assert!(N <= MOST_WHEELS) };
-        let mut all = [Wheel::default(); MOST_WHEELS];
-        all[..N].copy_from_slice(wheels);
-        Self { all, count: N }
-    }
-}
-
-impl std::ops::Deref for Wheels {
-    type Target = [Wheel<f64>];
-
-    fn deref(&self) -> &Self::Target {
-        &self.all[..self.count]
-    }
-}
 
 /// What only some logs tell, behind the same filter as speed and power. NaN where the log does not.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -85,15 +56,13 @@ pub struct Point {
 
 impl Point {
     /// From wheels to the body, by the robot's R.
-    pub fn new<const N: usize>(robot: &CoreRobot<f64, N>, row: &Row<N>) -> Self {
-        let speed = row.motion.wheels.map(|wheel| wheel.speed);
-        let acceleration = row.motion.wheels.map(|wheel| wheel.acceleration);
+    pub fn new(robot: &Chassis, row: &Row) -> Self {
         Self {
             run: row.run,
             time: row.time,
-            speed: robot.kinematics.twist(&speed),
-            acceleration: robot.kinematics.twist(&acceleration),
-            wheels: Wheels::new(&row.motion.wheels),
+            speed: robot.twist(row.wheels.iter().map(|wheel| wheel.speed)),
+            acceleration: robot.twist(row.wheels.iter().map(|wheel| wheel.acceleration)),
+            wheels: row.wheels,
             mass: row.mass,
             power: row.power,
             readings: Readings::NONE,

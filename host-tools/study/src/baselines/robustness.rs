@@ -1,10 +1,11 @@
 //! What every baseline has to bear, whichever it is: a clear error at `fit`, or finite answers.
 
+use logs::robot::chassis::Wheels;
 use model_core::kinematics::Twist;
 use model_core::motion::Wheel;
 
 use super::testing::{burger, drive, wheels};
-use super::{ALL, Card, Layout, Point, Wheels};
+use super::{ALL, Card, Layout, Point};
 
 /// Every baseline that knows the Burger; without the networks, whose training takes long.
 fn cards() -> impl Iterator<Item = &'static Card> {
@@ -51,7 +52,7 @@ fn unknown_motion(point: &mut Point) {
     (point.speed, point.acceleration, point.readings.command) = (unknown, unknown, unknown);
     let wheel =
         Wheel { speed: f64::NAN, acceleration: f64::NAN, inertial_torque: f64::NAN, ..Wheel::default() };
-    point.wheels = Wheels::new(&[wheel; 2]);
+    point.wheels = Wheels::from([wheel; 2]);
 }
 
 fn unknown_power(point: &mut Point) {

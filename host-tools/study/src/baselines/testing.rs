@@ -1,10 +1,11 @@
 //! Data made by a baseline's own assumptions, for its test.
 
 use logs::robot::Robot;
+use logs::robot::chassis::Wheels;
 use model_core::kinematics::{Kinematics, Twist};
 use model_core::motion::Motion;
 
-use super::{Card, Point, Readings, Wheels};
+use super::{Card, Point, Readings};
 
 /// Period of [`drive`]'s points, s.
 pub(crate) const PERIOD_S: f64 = 0.05;
@@ -50,7 +51,7 @@ pub(crate) fn drive_on<const N: usize>(
         let speed = std::array::from_fn(|wheel| 6.0 * wave(i, 0.11 + 0.06 * own(wheel)));
         let acceleration = std::array::from_fn(|wheel| 12.0 * wave(i, 0.23 + 0.08 * own(wheel)));
         let motion: Motion<f64, N> = Motion::new(&speed, &acceleration, &matrix, 0.0);
-        (kinematics.twist(&speed), kinematics.twist(&acceleration), Wheels::new(&motion.wheels))
+        (kinematics.twist(&speed), kinematics.twist(&acceleration), Wheels::from(motion.wheels))
     };
     points(count, motion, power)
 }
@@ -96,7 +97,7 @@ pub(crate) fn wheels(speed: Twist<f64>, acceleration: Twist<f64>) -> Wheels {
     let matrix = kinematics.mass_matrix(0.06).expect("length");
     let turn = |twist: Twist<f64>| [-0.08, 0.08].map(|arm| (twist.vx + arm * twist.omega) / 0.033);
     let motion: Motion<f64, 2> = Motion::new(&turn(speed), &turn(acceleration), &matrix, 0.0);
-    Wheels::new(&motion.wheels)
+    Wheels::from(motion.wheels)
 }
 
 /// A point of a robot that stands, without power.

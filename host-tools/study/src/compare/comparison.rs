@@ -73,7 +73,7 @@ fn compare_with<const N: usize>(
 ) -> Result<Comparison> {
     // Wrong usage even where this split has no use for a window.
     bucket_length(settings.window_s)?;
-    let data = Data::<N>::read(context, robot, split, settings)?;
+    let data = Data::read(context, robot, split, settings)?;
     let test: Vec<Point> = data.test.iter().map(|(_, point)| *point).collect();
     let period_s = data.train.period_s;
     let mut comparison = Comparison {
@@ -81,8 +81,8 @@ fn compare_with<const N: usize>(
         pairs: Vec::new(),
         left_out: Vec::new(),
         window_s: settings.window_s,
-        cutoff_hz: data.train.robot.cutoff_hz,
-        delay_s: data.train.robot.conditioning.delay,
+        cutoff_hz: data.train.robot.cutoff_hz(),
+        delay_s: data.train.robot.conditioning().delay,
         train_rows: data.train.store.len(),
         test_rows: data.test.len(),
         floor_w: robot.mape_floor_w(),
@@ -94,7 +94,7 @@ fn compare_with<const N: usize>(
         _ => None,
     };
     for own in OWN.iter().filter(|own| settings.models.contains(&own.name)) {
-        comparison.add_own(context, robot, own, &data, replayed, settings.window_s)?;
+        comparison.add_own::<N>(context, robot, own, &data, replayed, settings.window_s)?;
     }
     mass::tell_extrapolation(context, settings, data.training.iter(), test.iter());
     let cards: Vec<&Card> = baselines::every().filter(|card| settings.models.contains(&card.name)).collect();
@@ -124,7 +124,7 @@ impl Comparison {
         context: &Context,
         robot: &Robot,
         own: &Own,
-        data: &Data<N>,
+        data: &Data,
         replayed: Option<&[std::path::PathBuf]>,
         window_s: f64,
     ) -> Result<()> {
@@ -150,9 +150,10 @@ impl Comparison {
                 changes_s: Vec::new(),
                 detect: kind == ModelKind::Signed,
             };
-            let payloads = Payloads::default_for(&fit.coefficients.model);
+            let coefficients = fit.coefficients::<N>();
+            let payloads = Payloads::default_for(&fit.model);
             for file in test {
-                replay(context, robot, &fit.coefficients, file, payloads, &policy, &mut |instant| {
+                replay(context, robot, &coefficients, file, payloads, &policy, &mut |instant| {
                     if let Some(predicted) = instant.predicted_w {
                         pairs.push((instant.measured_w, predicted));
                     }
@@ -163,8 +164,8 @@ impl Comparison {
             }
             self.push(row(name, MassSource::Estimated, Horizon::Second, pairs, mean(errors.into_iter())));
         }
-        let model = &fit.coefficients.model;
-        let predict = |row: &Row<N>| Some((row.power, model.power(&row.motion, row.mass)?));
+        let model = &fit.model;
+        let predict = |row: &Row| Some((row.power, row.predicted(model)?));
         let pairs = data.test.iter().filter_map(|(row, _)| predict(row)).collect();
         let name = if replayed.is_some() { format!("{name}, mass given") } else { name.to_owned() };
         self.push(row(&name, MassSource::Given, Horizon::Plan, pairs, None));

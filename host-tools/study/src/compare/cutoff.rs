@@ -38,7 +38,7 @@ const VOTERS: [&Card; 4] = [&JARAMILLO, &TOUZOUT, &LINEAR, &SADRPOUR_OFFLINE];
 ///
 /// # Errors
 /// A log that cannot be read, or a robot with impossible dimensions.
-pub(super) fn choose<const N: usize>(
+pub(super) fn choose(
     context: &Context,
     robot: &Robot,
     files: &[PathBuf],
@@ -47,13 +47,13 @@ pub(super) fn choose<const N: usize>(
 ) -> Result<f64> {
     let mut slowest = 0.0_f64;
     for file in files {
-        slowest = slowest.max(SampleReader::<N>::open(context, file, robot)?.period_s());
+        slowest = slowest.max(SampleReader::open(context, file, robot)?.period_s());
     }
     let highest = HIGHEST_SHARE / slowest;
     let candidates: Vec<f64> = CANDIDATES.into_iter().filter(|cutoff| *cutoff <= highest).collect();
     let wanted = Wanted::of(context, robot, files)?;
     let tried = candidates.par_iter().with_max_len(1).map(|cutoff_hz| {
-        let core = robot.core::<N>(*cutoff_hz)?;
+        let core = robot.chassis(*cutoff_hz)?;
         let read = points::read(context, robot, &core, files, mass_kg, &wanted, 1)?;
         let points = training(read.into_iter().map(|(_, point)| point).collect());
         let stride = points.len().div_ceil(MOST_POINTS).max(1);

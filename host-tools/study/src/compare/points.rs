@@ -5,10 +5,9 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use fit::dataset::{Row, condition};
-use logs::conditioner;
 use logs::robot::Robot;
-use logs::{Exclusions, Header, SampleReader};
-use model_core::coefficients::Robot as CoreRobot;
+use logs::robot::chassis::Chassis;
+use logs::{Conditioner, Exclusions, Header, SampleReader};
 use model_core::estimator::GAP_PERIODS;
 use model_core::filter::{Channel, LowPass};
 use support::context::Context;
@@ -71,36 +70,36 @@ impl Wanted {
 ///
 /// # Errors
 /// A log that cannot be read or is not one of this robot.
-pub fn read<const N: usize>(
+pub fn read(
     context: &Context,
     robot: &Robot,
-    core: &CoreRobot<f64, N>,
+    core: &Chassis,
     files: &[PathBuf],
     mass_kg: f64,
     wanted: &Wanted,
     stride: u32,
-) -> Result<Vec<(Row<N>, Point)>> {
+) -> Result<Vec<(Row, Point)>> {
     read_telling(context, robot, core, files, mass_kg, (wanted, stride), |_, _| ())
 }
 
 /// The same; `excluded` is told of every log what of it cannot be used.
-pub(super) fn read_telling<const N: usize>(
+pub(super) fn read_telling(
     context: &Context,
     robot: &Robot,
-    core: &CoreRobot<f64, N>,
+    core: &Chassis,
     files: &[PathBuf],
     mass_kg: f64,
     (wanted, stride): (&Wanted, u32),
     excluded: impl Fn(&Path, Exclusions),
-) -> Result<Vec<(Row<N>, Point)>> {
+) -> Result<Vec<(Row, Point)>> {
     let mut points = Vec::new();
     let (mut runs, mut used) = (0, 0_u64);
     for file in files {
-        let mut reader = SampleReader::<N>::open_with(context, file, robot, &wanted.columns)?;
+        let mut reader = SampleReader::open_with(context, file, robot, &wanted.columns)?;
         let period = reader.period_s();
-        let mut conditioner = conditioner(core, file, period)?;
-        let filter = LowPass::new(core.cutoff_hz, period).map_err(|_| {
-            Error::failed(format!("sampled too slowly for a cutoff of {} Hz", core.cutoff_hz)).in_file(file)
+        let mut conditioner = Conditioner::of_log(core, file, period)?;
+        let filter = LowPass::new(core.cutoff_hz(), period).map_err(|_| {
+            Error::failed(format!("sampled too slowly for a cutoff of {} Hz", core.cutoff_hz())).in_file(file)
         })?;
         let reading = |column: &&str| Reading { turns: HEADINGS.contains(column), ..Reading::default() };
         let mut channels: Vec<Reading> = wanted.columns.iter().map(reading).collect();

@@ -6,6 +6,7 @@ use fit::dataset::{Dataset, Reading, Row};
 use fit::form::Term;
 use logs::robot::Robot;
 use logs::{Exclusions, Header, YAW_RATE};
+use model_core::conditioning::Conditioning;
 use support::context::Context;
 use support::error::{Error, Result};
 
@@ -42,14 +43,14 @@ pub const HOLD_OUT: i64 = 3;
 
 /// Training rows as a dataset and as points, test rows behind the same filter and with the same
 /// delay.
-pub(super) struct Data<const N: usize> {
+pub(super) struct Data {
     pub(super) wanted: Wanted,
-    pub(super) train: Dataset<N>,
+    pub(super) train: Dataset,
     pub(super) training: Vec<Point>,
-    pub(super) test: Vec<(Row<N>, Point)>,
+    pub(super) test: Vec<(Row, Point)>,
 }
 
-impl<const N: usize> Data<N> {
+impl Data {
     pub(super) fn read(context: &Context, robot: &Robot, split: &Split, settings: &Settings) -> Result<Self> {
         let reading =
             Reading { gate: model_core::eq18::Gate::Signed, cutoff_hz: None, mass_kg: settings.mass_kg };
@@ -64,8 +65,8 @@ impl<const N: usize> Data<N> {
         }
         let given = robot.filter_cutoff_hz();
         let mass_kg = settings.mass_kg;
-        let choose = || cutoff::choose::<N>(context, robot, files, mass_kg, |points| split.training(points));
-        let mut core = robot.core::<N>(given.map_or_else(choose, Ok)?)?;
+        let choose = || cutoff::choose(context, robot, files, mass_kg, |points| split.training(points));
+        let mut core = robot.chassis(given.map_or_else(choose, Ok)?)?;
         let undelayed = points::read(context, robot, &core, files, mass_kg, &wanted, 1)?;
         let undelayed: Vec<Point> = undelayed.into_iter().map(|(_, point)| point).collect();
         let block_s = match split {
@@ -73,7 +74,8 @@ impl<const N: usize> Data<N> {
             Split::Files { .. } => f64::INFINITY,
         };
         let held_out = |time: f64| is_held_out(time, block_s);
-        core.conditioning.delay = delay::choose(&split.training(undelayed));
+        let delay = delay::choose(&split.training(undelayed));
+        core = core.with_conditioning(Conditioning { delay, ..*core.conditioning() });
         // The delay is every model's, the others are the signed model's own.
         let mut terms = vec![Term::SlipMemory, Term::UnequalSides];
         let headers = all.iter().map(|file| Header::open(context, file)).collect::<Result<Vec<_>>>()?;
@@ -81,8 +83,8 @@ impl<const N: usize> Data<N> {
             terms.push(Term::TrueSlip);
         }
         let form = fit::choose_form(context, robot, &core, &terms, files, settings.mass_kg, &held_out)?;
-        core.conditioning = form.conditioning;
-        let mut train = Dataset::<N>::read(context, robot, core, files, &reading)?;
+        core = core.with_conditioning(form.conditioning);
+        let mut train = Dataset::read(context, robot, core.clone(), files, &reading)?;
         train.unequal_sides = form.unequal_sides;
         // The fit has told already what it excluded.
         let read = points::read(context, robot, &core, files, settings.mass_kg, &wanted, train.stride)?;

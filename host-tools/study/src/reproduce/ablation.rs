@@ -12,13 +12,13 @@ use support::metrics::Metrics;
 
 /// One training log and one test log of a plant, as one seed drew them.
 #[derive(Debug, Clone)]
-pub(super) struct Pair<const N: usize> {
+pub(super) struct Pair {
     /// The plant, as tables name it.
     pub(super) plant: &'static str,
     /// Payload known.
-    pub(super) training: Dataset<N>,
+    pub(super) training: Dataset,
     /// Payload to be found.
-    pub(super) test: Dataset<N>,
+    pub(super) test: Dataset,
     /// Power below which relative errors mean nothing, W.
     pub(super) floor_w: f64,
 }
@@ -56,15 +56,15 @@ impl Variant {
         Self { gates: Gate::Published, powers: Gate::Published },
     ];
 
-    fn regressors<const N: usize>(self, row: &Row<N>) -> [f64; REGRESSORS] {
-        eq18::regressors(self.powers, &eq18::products(self.gates, &row.motion), row.mass)
+    fn regressors(self, row: &Row) -> [f64; REGRESSORS] {
+        eq18::regressors(self.powers, &row.products(self.gates), row.mass)
     }
 
     /// Fits the training log, and looks at the test log.
     ///
     /// # Errors
     /// A log without rows, or a fit that is not finite.
-    pub(super) fn figures<const N: usize>(self, pair: &Pair<N>) -> Result<Figures> {
+    pub(super) fn figures(self, pair: &Pair) -> Result<Figures> {
         let refused = |what: &str| Error::failed(format!("{}: {what}", pair.plant));
         if pair.training.store.is_empty() || pair.test.store.is_empty() {
             return Err(refused("no row to fit or to judge; expected a training log and a test log"));
@@ -91,15 +91,15 @@ impl Variant {
     }
 
     /// Mean |m̂ − m| ∕ m over windows one behind the other, %.
-    fn mass_error<const N: usize>(self, pair: &Pair<N>, beta: &[f64; REGRESSORS]) -> f64 {
-        let range = pair.test.robot.range;
+    fn mass_error(self, pair: &Pair, beta: &[f64; REGRESSORS]) -> f64 {
+        let range = pair.test.robot.range();
         let roots = RootMean { range };
-        let window = |row: &Row<N>| (row.run, (row.time / WINDOW_S).floor() as i64);
+        let window = |row: &Row| (row.run, (row.time / WINDOW_S).floor() as i64);
         let (mut sum, mut count) = (0.0, 0.0);
         for rows in pair.test.store.chunk_by(|a, b| window(a) == window(b)) {
             // Buckets of a second, as on the board: their scatter is what tells whether the mean is
             // known.
-            let second = |row: &Row<N>| row.time.floor() as i64;
+            let second = |row: &Row| row.time.floor() as i64;
             let buckets: Vec<_> = rows
                 .chunk_by(|a, b| second(a) == second(b))
                 .map(|rows| self.bucket(&roots, rows, beta))
@@ -119,18 +119,13 @@ impl Variant {
     }
 
     /// Sums over the roots of some rows.
-    fn bucket<const N: usize>(
-        self,
-        roots: &RootMean<f64>,
-        rows: &[Row<N>],
-        beta: &[f64; REGRESSORS],
-    ) -> Sums<f64> {
+    fn bucket(self, roots: &RootMean<f64>, rows: &[Row], beta: &[f64; REGRESSORS]) -> Sums<f64> {
         let mut sums = Sums::default();
         for row in rows {
-            let products = eq18::products(self.gates, &row.motion);
+            let products = row.products(self.gates);
             let polynomial = eq18::polynomial(self.powers, &products, beta).about(roots.range.middle());
             let response = Response { polynomial, may_clamp: false };
-            roots.add(&mut sums, row.power, &response, row.motion.mean_speed(), f64::NAN);
+            roots.add(&mut sums, row.power, &response, row.wheels.mean_speed(), f64::NAN);
         }
         sums
     }

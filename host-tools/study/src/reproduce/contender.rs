@@ -63,12 +63,12 @@ impl Contender {
         &self,
         context: &'a Context,
         robot: &'a Robot,
-        training: &Dataset<WHEELS>,
+        training: &Dataset,
     ) -> Result<Fitted<'a>> {
         let settings = pgd::Settings::default();
         let training = training.with_gate(self.kind.gate());
         let fit = fit::fit(robot, &training, self.kind, self.method, &settings)?;
-        Ok(Fitted { contender: *self, context, robot, coefficients: fit.coefficients })
+        Ok(Fitted { contender: *self, context, robot, coefficients: fit.coefficients() })
     }
 }
 
@@ -83,8 +83,8 @@ pub(super) struct Fitted<'a> {
 
 impl Fitted<'_> {
     /// P̂ at a mass, W.
-    pub(super) fn power(&self, row: &Row<WHEELS>, mass_kg: f64) -> f64 {
-        self.coefficients.model.power(&row.motion, mass_kg).unwrap_or(f64::NAN)
+    pub(super) fn power(&self, row: &Row, mass_kg: f64) -> f64 {
+        Row { mass: mass_kg, ..*row }.predicted(&self.coefficients.model).unwrap_or(f64::NAN)
     }
 
     /// P̂ of a log whose mass it is told, as a curve.
@@ -131,7 +131,7 @@ pub(super) fn moving(window_s: f64, detect: bool) -> Policy {
 /// A log with its rows behind the filter.
 pub(super) struct Log {
     pub(super) file: PathBuf,
-    pub(super) rows: Vec<Row<WHEELS>>,
+    pub(super) rows: Vec<Row>,
     pub(super) points: Vec<Point>,
 }
 
@@ -140,7 +140,7 @@ impl Log {
     pub(super) fn read(
         context: &Context,
         robot: &Robot,
-        training: &Dataset<WHEELS>,
+        training: &Dataset,
         file: &Path,
         wanted: &Wanted,
     ) -> Result<Self> {
@@ -175,7 +175,7 @@ impl Log {
 
     /// As curves.
     pub(super) fn trace(&self) -> Trace {
-        let wheel = |side: usize| self.rows.iter().map(|row| row.motion.wheels[side].speed).collect();
+        let wheel = |side: usize| self.rows.iter().map(|row| row.wheels[side].speed).collect();
         Trace {
             time_s: self.rows.iter().map(|row| row.time).collect(),
             wheel_rad_s: [wheel(0), wheel(1)],
@@ -197,7 +197,7 @@ pub(super) struct Task {
 }
 
 /// Reads the log to fit.
-pub(super) fn training(context: &Context, robot: &Robot, file: &Path) -> Result<Dataset<WHEELS>> {
+pub(super) fn training(context: &Context, robot: &Robot, file: &Path) -> Result<Dataset> {
     let gate = ModelKind::Signed.gate();
     let reading = Reading { gate, cutoff_hz: None, mass_kg: robot.mass_no_load_kg() };
     fit::read(context, robot, &[file.to_owned()], &reading)

@@ -18,7 +18,7 @@ use support::context::Context;
 use support::error::Result;
 
 use super::ablation::{Figures, Pair, Variant};
-use super::contender::{WHEELS, training};
+use super::contender::training;
 use super::section6;
 use super::settings::Settings;
 use super::spread::Spread;
@@ -79,7 +79,7 @@ pub(super) fn differences(
 
 /// Section 6's, with exact sensors on motors that do not conserve energy, and the experiment's,
 /// with noise on motors that do.
-fn pairs(context: &Context, folder: &Path, robot: &Robot, seed: u64) -> Result<Vec<Pair<WHEELS>>> {
+fn pairs(context: &Context, folder: &Path, robot: &Robot, seed: u64) -> Result<Vec<Pair>> {
     let regime = [experiment::scenario(Drive::Training, seed)?, experiment::scenario(Drive::Test, seed)?];
     let plants =
         [("Section 6", section6::scenarios(section6::Drives::Any, seed)?), ("experiment's regime", regime)];
@@ -91,7 +91,7 @@ fn pairs(context: &Context, folder: &Path, robot: &Robot, seed: u64) -> Result<V
         // Behind the filter of the fit.
         let reading = Reading {
             gate: training.gate,
-            cutoff_hz: Some(training.robot.cutoff_hz),
+            cutoff_hz: Some(training.robot.cutoff_hz()),
             mass_kg: robot.mass_no_load_kg(),
         };
         let test = fit::read(context, robot, &files[1..], &reading)?;
@@ -104,8 +104,8 @@ fn pairs(context: &Context, folder: &Path, robot: &Robot, seed: u64) -> Result<V
 /// printed, both.
 type Measured = (&'static str, [Figures; 4]);
 
-fn measure<const N: usize>(pairs: &[Pair<N>]) -> Result<Vec<Measured>> {
-    let of = |pair: &Pair<N>| {
+fn measure(pairs: &[Pair]) -> Result<Vec<Measured>> {
+    let of = |pair: &Pair| {
         let [derived, gates, power, print] = Variant::ALL.map(|variant| variant.figures(pair));
         Ok((pair.plant, [derived?, gates?, power?, print?]))
     };
@@ -268,6 +268,7 @@ mod tests {
 
     use fit::dataset::{Dataset, Row};
     use logs::robot::Robot;
+    use logs::robot::chassis::Chassis;
     use model_core::eq18::{self, Gate, REGRESSORS};
     use model_core::motion::Motion;
 
@@ -280,9 +281,9 @@ mod tests {
 
     /// Ninety seconds at 20 Hz of two wheels that speed up and brake at their own rhythms, without
     /// noise.
-    fn log(gate: Gate, masses: &[f64], phase: f64) -> Dataset<2> {
+    fn log(gate: Gate, masses: &[f64], phase: f64) -> Dataset {
         let core = Robot::named("burger").unwrap().core::<2>(2.0).unwrap();
-        let mut dataset = Dataset::empty(core, gate);
+        let mut dataset = Dataset::empty(Chassis::new(&core), gate);
         for k in 0..1800_usize {
             let time = k as f64 / 20.0;
             let (a, b) = (0.9 * time + phase, 0.31 * time + 2.0 * phase);
@@ -292,13 +293,13 @@ mod tests {
             let mass = masses[k * masses.len() / 1800];
             let x = eq18::regressors(gate, &eq18::products(gate, &motion), mass);
             let power = x.iter().zip(BETA).map(|(x, beta)| x * beta).sum();
-            dataset.keep(Row { motion, power, mass, run: 0, time });
+            dataset.keep(Row { wheels: motion.wheels.into(), power, mass, run: 0, time });
         }
         dataset
     }
 
     /// Three masses to learn from: two would leave β0, β1 and β2 open between them.
-    fn pair(gate: Gate) -> Pair<2> {
+    fn pair(gate: Gate) -> Pair {
         let (training, test) = (log(gate, &[1.0, 3.0, 6.0], 0.0), log(gate, &[2.0, 4.5], 1.0));
         Pair { plant: "made", training, test, floor_w: 0.1 }
     }

@@ -5,7 +5,7 @@ use fit::dataset::Row;
 use plant::experiment::{Drive, SUPPLY_V};
 use support::error::Result;
 
-use super::contender::{CONTENDERS, Fitted, Log, WHEELS, moving};
+use super::contender::{CONTENDERS, Fitted, Log, moving};
 use super::price::PricePoint;
 use super::section7::Learned;
 use super::spread::Spread;
@@ -76,7 +76,7 @@ pub(super) fn seed(learned: &Learned<'_>, windows_s: &[u32]) -> Result<Seed> {
             prices.push((window_s, index, old, new));
         }
     }
-    let square = |row: &Row<WHEELS>| (row.power / SUPPLY_V).powi(2);
+    let square = |row: &Row| (row.power / SUPPLY_V).powi(2);
     let mean_square = log.rows.iter().map(square).sum::<f64>() / log.rows.len() as f64;
     Ok(Seed { outcomes, prices, rms_current_a: mean_square.sqrt() })
 }
@@ -116,7 +116,7 @@ fn outcome(fitted: &Fitted<'_>, log: &Log, again: Again) -> Result<(Figures<f64>
 }
 
 /// Time from the start of a task until its mass is found, and stays so to its end, s.
-fn delay(instants: &[Instant], rows: &[Row<WHEELS>], mass_kg: f64) -> Option<f64> {
+fn delay(instants: &[Instant], rows: &[Row], mass_kg: f64) -> Option<f64> {
     let is_found = |now: &Instant| now.mass_kg.is_some_and(|mass| (mass / mass_kg - 1.0).abs() <= FOUND);
     let behind = instants.iter().rposition(|now| !is_found(now)).map_or(0, |last| last + 1);
     Some(rows.get(behind)?.time - rows.first()?.time)
@@ -183,7 +183,7 @@ fn misprediction(fitted: &Fitted<'_>, log: &Log, window_s: f64) -> Result<(f64, 
         // The last errand may be shorter than the window.
         let Some(own) = replayed.windows.iter().find(|window| window.t0_s >= start_s) else { continue };
         let mean = |mass: f64| {
-            let apart = |row: &Row<WHEELS>| (fitted.power(row, mass) - fitted.power(row, task.mass_kg)).abs();
+            let apart = |row: &Row| (fitted.power(row, mass) - fitted.power(row, task.mass_kg)).abs();
             rows.iter().map(apart).sum::<f64>() / rows.len() as f64
         };
         old += mean(before.mass_kg);

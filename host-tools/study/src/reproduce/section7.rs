@@ -11,7 +11,7 @@ use support::context::Context;
 use support::error::Result;
 use support::metrics::Metrics;
 
-use super::contender::{CONTENDERS, Fitted, Log, WHEELS, moving, training};
+use super::contender::{CONTENDERS, Fitted, Log, moving, training};
 use super::course::{Course, Followed};
 use super::settings::Settings;
 use super::spread::Spread;
@@ -32,7 +32,7 @@ pub(super) struct Learned<'a> {
     context: &'a Context,
     folder: &'a Path,
     file: PathBuf,
-    dataset: Dataset<WHEELS>,
+    dataset: Dataset,
     seed: u64,
 }
 

@@ -1,9 +1,11 @@
 //! Powers that a moving robot may need, each linear in one constant.
 
+use logs::robot::chassis::Wheels;
+use model_core::coefficients::MOST_WHEELS;
 use model_core::effects::GRAVITY;
 use model_core::motion::Wheel;
 
-use crate::baselines::point::{MOST_WHEELS, Point, Wheels};
+use crate::baselines::point::Point;
 use crate::baselines::training::positive_part;
 
 /// One share of the power; its constant is at least 0.

@@ -12,10 +12,11 @@
 //! Degree and signs are choices of this project.
 
 use logs::robot::Robot;
+use model_core::coefficients::MOST_WHEELS;
 use nalgebra::{DMatrix, DVector};
 
 use crate::baselines::baseline::Symbol;
-use crate::baselines::point::{MOST_WHEELS, Point};
+use crate::baselines::point::Point;
 
 const AT_REST: Symbol = ("a0", "W");
 
