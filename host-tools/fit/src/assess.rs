@@ -11,7 +11,7 @@ use numerics::robust::{NORMAL_95, median, quantile, scale_of_sizes};
 use numerics::scaled_inverse::ScaledInverse;
 use support::metrics::{Metrics, Quality};
 
-use super::dataset::{Dataset, Row};
+use super::dataset::{Dataset, Kept};
 use super::kinds::{Kinds, PAIRS};
 
 /// Blocks that standard errors are drawn from, at most.
@@ -40,7 +40,7 @@ pub struct Uncertainty {
 /// Errors of the model on the rows it was fitted to, at their true mass.
 pub fn quality(dataset: &Dataset, model: &Model<f64>, floor_w: f64) -> Option<Quality> {
     let mut metrics = Metrics::new(floor_w);
-    for row in &dataset.store {
+    for row in dataset.store.iter() {
         if let Some(predicted) = row.predicted(model) {
             metrics.add(row.power, predicted);
         }
@@ -55,8 +55,8 @@ pub fn quality(dataset: &Dataset, model: &Model<f64>, floor_w: f64) -> Option<Qu
 pub fn uncertainty(
     dataset: &Dataset,
     weights: &[f64],
-    predict: impl Fn(&Row) -> f64,
-    gradient: impl Fn(&Row) -> DVector<f64>,
+    predict: impl Fn(&Kept<'_>) -> f64,
+    gradient: impl Fn(&Kept<'_>) -> DVector<f64>,
     parameters: usize,
 ) -> Uncertainty {
     let block_s = block_length(dataset);
@@ -70,10 +70,10 @@ pub fn uncertainty(
             current = Some(key);
             scores.push(DVector::zeros(parameters));
         }
-        let slope = gradient(row);
+        let slope = gradient(&row);
         normal.ger(weight, &slope, &slope, 1.0);
         if let Some(score) = scores.last_mut() {
-            score.axpy(weight * (row.power - predict(row)), &slope, 1.0);
+            score.axpy(weight * (row.power - predict(&row)), &slope, 1.0);
         }
         rows += 1;
     }
@@ -119,7 +119,7 @@ const WINDOW_S: f64 = 10.0;
 pub fn lasting_error(
     dataset: &Dataset,
     model: &Model<f64>,
-    gradient: impl Fn(&Row) -> DVector<f64>,
+    gradient: impl Fn(&Kept<'_>) -> DVector<f64>,
     covariance: &DMatrix<f64>,
     noise: &Noise<f64>,
 ) -> f64 {
@@ -133,7 +133,7 @@ pub fn lasting_error(
     };
     let mut current: Option<(u32, i64)> = None;
     let (mut score, mut slope_sum) = (DVector::zeros(covariance.nrows()), 0.0);
-    for row in &dataset.store {
+    for row in dataset.store.iter() {
         let key = (row.run, (row.time / WINDOW_S).floor() as i64);
         if current != Some(key) {
             close(&score, slope_sum);
@@ -146,7 +146,7 @@ pub fn lasting_error(
             let beyond = row.mass - range.middle();
             let weight = huber(row.power - response.polynomial.at(beyond), linear_beyond);
             let slope = weight * response.polynomial.slope(beyond);
-            score.axpy(slope, &gradient(row), 1.0);
+            score.axpy(slope, &gradient(&row), 1.0);
             slope_sum += slope;
         }
     }
@@ -172,14 +172,14 @@ pub fn energy_spread(dataset: &Dataset, model: &Model<f64>, noise: &Noise<f64>) 
     let period = dataset.store_period_s();
     let mut drives = BTreeMap::new();
     let mut of_kinds = PAIRS.map(|_| BTreeMap::new());
-    for row in &dataset.store {
+    for row in dataset.store.iter() {
         let Some(predicted) = row.predicted(model) else { continue };
         let one = [(row.power - predicted) * period, predicted.abs() * period, period];
         let drive: &mut [f64; 3] = drives.entry((row.run, stretch(row.time))).or_default();
         let add = |sums: &mut [f64; 3]| sums.iter_mut().zip(one).for_each(|(sum, one)| *sum += one);
         add(drive);
         for (pair, of_kind) in PAIRS.iter().zip(&mut of_kinds) {
-            add(of_kind.entry((row.run, kinds.kind(row) & pair)).or_default());
+            add(of_kind.entry((row.run, kinds.kind(&row) & pair)).or_default());
         }
     }
     let of_kinds = of_kinds.iter().map(|of_kind| share(of_kind.values(), noise));
@@ -217,7 +217,7 @@ fn scatter(dataset: &Dataset, model: &Model<f64>, linear_beyond: f64) -> Noise<f
     // Score and information of each block.
     let mut blocks: Vec<(f64, f64)> = Vec::new();
     let mut current: Option<(u32, i64)> = None;
-    for row in &dataset.store {
+    for row in dataset.store.iter() {
         let key = (row.run, (row.time / BLOCK_S).floor() as i64);
         if current != Some(key) {
             blocks.push((0.0, 0.0));

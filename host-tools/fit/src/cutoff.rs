@@ -105,10 +105,10 @@ fn residual(robot: &Robot, core: &Chassis, pilots: &Pilots, form: &Form) -> Opti
     dataset.unequal_sides = form.unequal_sides;
     let rows = pilots.condition(&dataset.robot, MOST_ROWS)?;
     let stride = rows.len().div_ceil(FITTED_ROWS).max(1);
-    dataset.store = rows.iter().step_by(stride).copied().collect();
+    dataset.store = rows.iter().step_by(stride).collect();
     let model = Model::Signed { torque: physical::solve(&dataset, robot).torque, drive: robot.drive() };
     let mut seconds = Seconds::default();
-    for row in &rows {
+    for row in rows.iter() {
         seconds.add((row.run, row.time.floor() as i64), row.power - row.predicted(&model)?);
     }
     seconds.close();

@@ -11,34 +11,18 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread;
 
 use logs::robot::Robot;
-use logs::robot::chassis::{Chassis, Wheels};
-use logs::{Conditioner, Now, RawRow, SampleReader, with_motion};
+use logs::robot::chassis::Chassis;
+use logs::{Conditioner, RawRow, SampleReader};
 use model_core::eq18::{self, Gate, REGRESSORS};
-use model_core::model::{MassRange, Model, Response};
-use model_core::motion::Motion;
 use support::context::Context;
 use support::error::{Error, Result};
 use support::progress::FileProgress;
 
 use super::gram::Gram;
+pub use super::rows::{Kept, Row, Rows, Stretch};
 
 /// Most rows in the store.
 pub const STORE_ROWS: usize = 1 << 18;
-
-/// One conditioned row.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Row {
-    /// Speeds and accelerations behind the filter.
-    pub wheels: Wheels,
-    /// Actuation power behind the filter, W.
-    pub power: f64,
-    /// Total mass, kg.
-    pub mass: f64,
-    /// Which run: files and values of their `run` column are counted through.
-    pub run: u32,
-    /// Time within its log, s.
-    pub time: f64,
-}
 
 /// One run of a log.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,7 +43,7 @@ pub struct Dataset {
     /// One entry a run.
     pub runs: Vec<Run>,
     /// The thinned rows, in the order of the logs.
-    pub store: Vec<Row>,
+    pub store: Rows,
     /// Every how many rows one is in the store.
     pub stride: u32,
     /// Median sample period of the first log, s.
@@ -91,35 +75,6 @@ pub struct Reading {
     pub cutoff_hz: Option<f64>,
     /// Total mass where a log has no `mass_kg`, kg.
     pub mass_kg: f64,
-}
-
-impl Row {
-    /// Of a row and what it is behind the filter. A log without masses is at `mass_kg`.
-    pub(super) fn of(now: &Now, raw: &RawRow, mass_kg: f64) -> Self {
-        let mass = raw.mass.unwrap_or(mass_kg);
-        Self { wheels: now.wheels, power: now.power, mass, run: raw.run, time: raw.time }
-    }
-
-    /// Power by a model, W; `None` where it is not finite.
-    pub fn predicted(&self, model: &Model<f64>) -> Option<f64> {
-        with_motion!(self.wheels, motion => model.power(motion, self.mass))
-    }
-
-    /// Power by a model at any mass.
-    pub fn response(&self, model: &Model<f64>, range: &MassRange<f64>) -> Response<f64> {
-        with_motion!(self.wheels, motion => model.response(motion, range))
-    }
-
-    /// Products of Eq. 18, summed over the wheels.
-    #[inline(always)]
-    pub fn products(&self, gate: Gate) -> [f64; REGRESSORS] {
-        let mut sums = [0.0; REGRESSORS];
-        for wheel in self.wheels.iter() {
-            let own = eq18::products(gate, &Motion { wheels: [*wheel] });
-            sums.iter_mut().zip(own).for_each(|(sum, product)| *sum += product);
-        }
-        sums
-    }
 }
 
 impl Dataset {
@@ -166,7 +121,7 @@ impl Dataset {
             robot,
             gate,
             runs: Vec::new(),
-            store: Vec::new(),
+            store: Rows::default(),
             stride: 1,
             period_s: f64::NAN,
             rows: 0,
@@ -195,7 +150,7 @@ impl Dataset {
         thread::scope(|scope| {
             // Text to numbers is half of the work: on another core, if there is one.
             let parser = scope.spawn(move || parse(reader, &out));
-            let mut rows = Vec::with_capacity(BLOCK_ROWS);
+            let mut rows = Rows::default();
             for Block { raw_rows, bytes } in blocks {
                 self.rows += raw_rows.len() as u64;
                 progress.at(bytes);
@@ -205,16 +160,16 @@ impl Dataset {
                     while self.runs.len() <= run {
                         self.runs.push(Run { file: file.to_owned(), gram: Gram::default() });
                     }
-                    if let Some(mut row) = condition(&mut conditioner, raw, mass_kg) {
-                        row.run = run as u32;
-                        self.take(&row);
+                    if let Some(row) = condition(&mut conditioner, raw, mass_kg) {
+                        let row = Kept { run: run as u32, ..row };
+                        self.take(row);
                         // The signed model's fit looks at the store only.
                         if self.gate != Gate::Signed {
                             rows.push(row);
                         }
                     }
                 }
-                self.add_to_grams(&rows);
+                self.add_to_grams(rows.all());
                 rows.clear();
             }
             parser.join().unwrap_or_else(|panic| resume_unwind(panic))
@@ -222,9 +177,9 @@ impl Dataset {
     }
 
     /// Takes a conditioned row into the store, if it is its turn.
-    fn take(&mut self, row: &Row) {
+    fn take(&mut self, row: Kept<'_>) {
         if self.used.is_multiple_of(u64::from(self.stride)) {
-            self.keep(*row);
+            self.keep(row);
         }
         self.used += 1;
         let known = self.masses.iter().any(|known| (known - row.mass).abs() < 1e-3);
@@ -233,7 +188,7 @@ impl Dataset {
         }
     }
 
-    pub fn keep(&mut self, row: Row) {
+    pub fn keep(&mut self, row: Kept<'_>) {
         if self.store.len() == STORE_ROWS {
             let mut index = 0_usize;
             self.store.retain(|_| {
@@ -255,15 +210,15 @@ impl Dataset {
         for run in &mut other.runs {
             run.gram = Gram::default();
         }
-        other.add_to_grams(&self.store);
+        other.add_to_grams(self.store.all());
         other
     }
 
     /// Takes conditioned rows into the sums of their runs.
-    fn add_to_grams(&mut self, rows: &[Row]) {
+    fn add_to_grams(&mut self, rows: Stretch<'_>) {
         // With the gate known where it is compiled, the products stay in registers.
         for rows in rows.chunk_by(|a, b| a.run == b.run) {
-            let Some(run) = self.runs.get_mut(rows[0].run as usize) else { continue };
+            let Some(run) = self.runs.get_mut(rows.others()[0].run as usize) else { continue };
             match self.gate {
                 Gate::Published => run.gram.extend(rows.iter().map(|row| summand(Gate::Published, row))),
                 Gate::Corrected => run.gram.extend(rows.iter().map(|row| summand(Gate::Corrected, row))),
@@ -289,7 +244,7 @@ impl Dataset {
 
 /// Regressors and power of a row.
 #[inline(always)]
-fn summand(gate: Gate, row: &Row) -> ([f64; REGRESSORS], f64) {
+fn summand(gate: Gate, row: Kept<'_>) -> ([f64; REGRESSORS], f64) {
     (eq18::regressors(gate, &row.products(gate), row.mass), row.power)
 }
 
@@ -319,7 +274,7 @@ fn parse(reader: &mut SampleReader, out: &SyncSender<Block>) -> Result<()> {
 
 /// A raw row behind the filter; `None` while that settles, and of a robot with true slip where the
 /// row has no turn rate.
-pub fn condition(conditioner: &mut Conditioner, raw: &RawRow, mass_kg: f64) -> Option<Row> {
+pub fn condition<'a>(conditioner: &'a mut Conditioner, raw: &RawRow, mass_kg: f64) -> Option<Kept<'a>> {
     let now = conditioner.push(raw).filter(|now| now.settled)?;
-    Some(Row::of(now, raw, mass_kg))
+    Some(Kept::of(now, raw, mass_kg))
 }

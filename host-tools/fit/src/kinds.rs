@@ -4,9 +4,10 @@
 //! A fit balances what its form gets wrong over all that the robot did. Of one kind of driving
 //! alone much more of that is left, and a task may be of one kind: crawling, dashes to and fro.
 
+use logs::robot::chassis::Together;
 use numerics::robust::median;
 
-use super::dataset::Row;
+use super::dataset::{Kept, Rows};
 
 /// Halves of the rows in motion: by how fast the wheels turn, by how much they differ, and by how
 /// hard they accelerate.
@@ -22,7 +23,7 @@ pub(super) struct Kinds {
 pub(super) const PAIRS: [u8; 2] = [0b110, 0b101];
 
 impl Kinds {
-    pub(super) fn of(rows: &[Row]) -> Self {
+    pub(super) fn of(rows: &Rows) -> Self {
         let moving = || rows.iter().filter(|row| row.wheels.is_moving());
         let mut speeds: Vec<f64> = moving().map(speed).collect();
         let mut differences: Vec<f64> = moving().map(difference).collect();
@@ -36,25 +37,25 @@ impl Kinds {
     }
 
     /// A bit each: fast, turning, accelerating.
-    pub(super) fn kind(&self, row: &Row) -> u8 {
-        4 * u8::from(speed(row) > self.speed)
-            + 2 * u8::from(difference(row) > self.difference)
-            + u8::from(acceleration(row) > self.acceleration)
+    pub(super) fn kind(&self, row: &Kept<'_>) -> u8 {
+        4 * u8::from(speed(*row) > self.speed)
+            + 2 * u8::from(difference(*row) > self.difference)
+            + u8::from(acceleration(*row) > self.acceleration)
     }
 }
 
 /// Mean of the wheels' sizes, rad/s.
-fn speed(row: &Row) -> f64 {
+fn speed(row: Kept<'_>) -> f64 {
     row.wheels.mean_speed()
 }
 
 /// From the slowest wheel to the fastest, with their signs, rad/s.
-fn difference(row: &Row) -> f64 {
+fn difference(row: Kept<'_>) -> f64 {
     let speeds = || row.wheels.iter().map(|wheel| wheel.speed);
     speeds().fold(f64::NEG_INFINITY, f64::max) - speeds().fold(f64::INFINITY, f64::min)
 }
 
 /// Mean of the wheels' sizes, rad/s².
-fn acceleration(row: &Row) -> f64 {
+fn acceleration(row: Kept<'_>) -> f64 {
     row.wheels.mean(|wheel| wheel.acceleration.abs())
 }

@@ -19,6 +19,7 @@ pub mod nnls;
 pub mod pgd;
 pub mod physical;
 mod pilot;
+mod rows;
 pub mod run_gram;
 mod stored;
 mod unseen;
@@ -45,7 +46,7 @@ use support::error::{Error, Result};
 use support::metrics::Quality;
 
 use self::assess::Uncertainty;
-use self::dataset::{Dataset, Reading, Row};
+use self::dataset::{Dataset, Kept, Reading};
 use self::form::{Form, Judged, Term};
 use self::pilot::Pilots;
 use self::usable::{Defect, MassEffect};
@@ -356,8 +357,8 @@ struct Judgement {
 /// What the payload does to the power by a model, with the scatter of its parameters.
 fn mass_effect(
     dataset: &Dataset,
-    predict: impl Fn(&Row) -> f64,
-    gradient: impl Fn(&Row) -> DVector<f64>,
+    predict: impl Fn(&Kept<'_>) -> f64,
+    gradient: impl Fn(&Kept<'_>) -> DVector<f64>,
     uncertainty: &Uncertainty,
 ) -> Option<MassEffect> {
     if dataset.masses.len() < 2 {
@@ -367,8 +368,8 @@ fn mass_effect(
     let heavy = dataset.masses.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let mut difference = 0.0;
     let mut slopes = DVector::zeros(uncertainty.covariance.nrows());
-    for row in &dataset.store {
-        let [at_light, at_heavy] = [light, heavy].map(|mass| Row { mass, ..*row });
+    for row in dataset.store.iter() {
+        let [at_light, at_heavy] = [light, heavy].map(|mass| Kept { mass, ..row });
         difference += predict(&at_heavy) - predict(&at_light);
         slopes += gradient(&at_heavy) - gradient(&at_light);
     }
@@ -382,9 +383,9 @@ fn mass_effect(
 }
 
 fn judge(dataset: &Dataset, model: &Model<f64>, weights: &[f64], noise: &Noise<f64>) -> Judgement {
-    let lasting = |gradient: &dyn Fn(&Row) -> DVector<f64>, values: &[f64], covariance| {
+    let lasting = |gradient: &dyn Fn(&Kept<'_>) -> DVector<f64>, values: &[f64], covariance| {
         // What is at 0 is held there by its bound.
-        let free = |row: &Row| {
+        let free = |row: &Kept<'_>| {
             let slopes = gradient(row);
             DVector::from_fn(values.len(), |i, _| if values[i] == 0.0 { 0.0 } else { slopes[i] })
         };
@@ -402,8 +403,8 @@ fn judge(dataset: &Dataset, model: &Model<f64>, weights: &[f64], noise: &Noise<f
             let values: Vec<f64> = places.iter().map(|&place| all[place]).collect();
             let described = |&place: &usize| *verdict::TORQUE.get(place).unwrap_or(&verdict::IMBALANCE);
             let descriptions: Vec<verdict::Description> = places.iter().map(described).collect();
-            let predict = |row: &Row| row.predicted(model).unwrap_or(f64::NAN);
-            let gradient = |row: &Row| {
+            let predict = |row: &Kept<'_>| row.predicted(model).unwrap_or(f64::NAN);
+            let gradient = |row: &Kept<'_>| {
                 let slope = physical::gradient(torque, row, *drive);
                 DVector::from_fn(places.len(), |i, _| slope[places[i]])
             };
@@ -415,10 +416,10 @@ fn judge(dataset: &Dataset, model: &Model<f64>, weights: &[f64], noise: &Noise<f
             Judgement { uncertainty, parameters, lasting_error, energy_std_w, mass_effect }
         }
         Model::Eq18 { gate, beta } => {
-            let gradient = |row: &Row| {
+            let gradient = |row: &Kept<'_>| {
                 DVector::from_column_slice(&eq18::regressors(*gate, &row.products(*gate), row.mass))
             };
-            let predict = |row: &Row| gradient(row).iter().zip(beta).map(|(x, b)| x * b).sum();
+            let predict = |row: &Kept<'_>| gradient(row).iter().zip(beta).map(|(x, b)| x * b).sum();
             let uncertainty = assess::uncertainty(dataset, weights, predict, gradient, beta.len());
             let lasting = lasting(&gradient, beta, &uncertainty.covariance);
             let parameters = verdict::judge(&verdict::EQ18, beta, &uncertainty);
@@ -438,8 +439,7 @@ const SAME_SPEED: f64 = 0.02;
 /// # Errors
 /// The robot never moved: there is nothing to fit.
 fn shortcoming(dataset: &Dataset) -> Result<Option<String>> {
-    let speeds =
-        || dataset.store.iter().flat_map(|row| row.wheels.iter()).filter(|wheel| wheel.direction != 0.0);
+    let speeds = || dataset.store.iter().flat_map(|row| row.wheels).filter(|wheel| wheel.direction != 0.0);
     let file = &dataset.runs[0].file;
     let fastest = speeds().map(|wheel| wheel.speed.abs()).fold(0.0, f64::max);
     if fastest == 0.0 {

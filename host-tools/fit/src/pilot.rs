@@ -8,7 +8,7 @@ use logs::{Conditioner, RawRow, SampleReader};
 use support::context::Context;
 use support::error::Result;
 
-use super::dataset::Row;
+use super::dataset::{Kept, Rows};
 
 /// Rows that take part, over all logs.
 const MOST_ROWS: usize = 50_000;
@@ -81,10 +81,10 @@ impl Pilots {
 
     /// The rows behind the filter of `core`, at most about so many, evenly over the whole; `None`
     /// where a log is too slow for it. Logs and their runs are told apart by one number.
-    pub(super) fn condition(&self, core: &Chassis, most: usize) -> Option<Vec<Row>> {
+    pub(super) fn condition(&self, core: &Chassis, most: usize) -> Option<Rows> {
         let all: usize = self.logs.iter().map(|log| log.rows.len()).sum();
         let stride = all.div_ceil(most).max(1);
-        let mut rows = Vec::with_capacity(all / stride + 1);
+        let mut rows = Rows::with_capacity(all / stride + 1, core.wheels());
         let mut used = 0_usize;
         for (place, log) in self.logs.iter().enumerate() {
             let mut conditioner = Conditioner::new(core, log.period_s).ok()?;
@@ -92,7 +92,7 @@ impl Pilots {
                 let Some(now) = conditioner.push(raw).filter(|now| now.settled) else { continue };
                 if used.is_multiple_of(stride) {
                     let run = raw.run * self.logs.len() as u32 + place as u32;
-                    rows.push(Row { run, ..Row::of(now, raw, self.mass_kg) });
+                    rows.push(Kept { run, ..Kept::of(now, raw, self.mass_kg) });
                 }
                 used += 1;
             }

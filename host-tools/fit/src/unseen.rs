@@ -12,6 +12,7 @@
 
 use std::collections::BTreeMap;
 
+use logs::robot::chassis::Together;
 use model_core::model::Model;
 use model_core::payload::{Noise, huber};
 use nalgebra::{DMatrix, DVector};
@@ -20,7 +21,7 @@ use numerics::robust::NORMAL_95;
 use numerics::scaled_inverse::ScaledInverse;
 use numerics::search::bisect;
 
-use super::dataset::{Dataset, Row};
+use super::dataset::{Dataset, Kept};
 use super::kinds::{Kinds, PAIRS};
 
 /// Half a window, s. A window of 25 s is the estimators' default; every half of one ends a window.
@@ -131,7 +132,7 @@ pub(super) fn lasting_errors(
     dataset: &Dataset,
     model: &Model<f64>,
     weights: &[f64],
-    gradient: impl Fn(&Row) -> DVector<f64>,
+    gradient: impl Fn(&Kept<'_>) -> DVector<f64>,
     noise: &Noise<f64>,
 ) -> Lasting {
     let parts = parts(dataset, model, weights, gradient, noise);
@@ -202,7 +203,7 @@ fn parts(
     dataset: &Dataset,
     model: &Model<f64>,
     weights: &[f64],
-    gradient: impl Fn(&Row) -> DVector<f64>,
+    gradient: impl Fn(&Kept<'_>) -> DVector<f64>,
     noise: &Noise<f64>,
 ) -> BTreeMap<Place, Sums> {
     let range = &dataset.robot.range();
@@ -211,9 +212,9 @@ fn parts(
     let mut parts = BTreeMap::new();
     for (row, &weight) in dataset.store.iter().zip(weights) {
         let Some(predicted) = row.predicted(model) else { continue };
-        let along = gradient(row);
+        let along = gradient(&row);
         let half = (row.time / HALF_S).floor() as i64;
-        let place = Place { run: row.run, half, kind: kinds.kind(row) };
+        let place = Place { run: row.run, half, kind: kinds.kind(&row) };
         let part = parts.entry(place).or_insert_with(|| Sums::new(along.len()));
         let error = row.power - predicted;
         part.error += error;
@@ -347,12 +348,12 @@ mod tests {
                 let noise: f64 = random.sample(StandardNormal);
                 let error = [0.1, -0.1][kind];
                 let power = model.power(&motion, mass).unwrap() + error + 0.01 * noise;
-                dataset.store.push(Row { wheels: motion.wheels.into(), power, mass, run, time });
+                dataset.store.push(Kept { wheels: &motion.wheels, power, mass, run, time });
             }
         }
         let weights = vec![1.0; dataset.store.len()];
         let noise = Noise { density: 1e-5, model_std: 0.0, tail: 1.0 };
-        let gradient = |row: &Row| {
+        let gradient = |row: &Kept<'_>| {
             let slope = physical::gradient(&torque, row, drive);
             // One that the rows determine: Coulomb's.
             DVector::from_element(1, slope[0])

@@ -1,5 +1,6 @@
 //! The sizes of runs and base by which effects say what can show and what is plausible.
 
+use logs::robot::chassis::Together;
 use logs::runs::Runs;
 use model::effects::{self, Candidate, NotTestable, Scope, ScopeColumn};
 use model_core::torque::Drive;

@@ -1,6 +1,7 @@
 //! Some forty smooth functions of what a drive does: structure in the residual shows against them,
 //! whatever its cause.
 
+use logs::robot::chassis::Together;
 use logs::runs::Runs;
 
 use super::thresholds::problem::{LEAST_SHOWN, MOST_FOLLOWED};

@@ -1,5 +1,6 @@
 //! The digital twin: the fitted model, extended by effects, along the wheel speeds of a run.
 
+use logs::robot::chassis::Together;
 use logs::runs::{Run, Runs};
 use logs::with_core;
 use model::effects::{Regressor, Switched};

@@ -11,6 +11,7 @@ use support::error::{Error, Result};
 
 use super::POWER;
 pub use super::masses::{check_mass, masses};
+use super::robot::chassis::Together;
 use super::row::Run;
 use super::runs::Runs;
 

@@ -22,7 +22,7 @@ fn simulated(folder: &Path, arguments: &str) -> Vec<Point> {
     let robot = Robot::named("burger").expect("built in");
     let reading = Reading { gate: Gate::Signed, cutoff_hz: Some(1.0), mass_kg: 1.0 };
     let dataset = fit::read(&Context::default(), &robot, &[log], &reading).expect("a log of the simulator");
-    dataset.store.iter().map(|row| Point::new(&dataset.robot, row)).collect()
+    dataset.store.iter().map(|row| Point::new(&dataset.robot, &row.owned())).collect()
 }
 
 fn quality(model: &Network, points: &[Point]) -> Quality {

@@ -50,8 +50,8 @@ fn the_filter_is_scipys() {
     assert_eq!(reference["filtered_rows"], dataset.store.len());
     for expected in reference["filtered"].as_array().unwrap() {
         let [index, w1, w2, a1, a2, power] = numbers(expected)[..] else { panic!("six numbers: {expected}") };
-        let row = &dataset.store[index as usize];
-        let [left, right] = row.wheels.array();
+        let row = dataset.store.iter().nth(index as usize).unwrap();
+        let [left, right] = row.wheels else { panic!("two wheels") };
         let found = [left.speed, right.speed, left.acceleration, right.acceleration, row.power];
         for (found, expected) in found.into_iter().zip([w1, w2, a1, a2, power]) {
             assert!((found - expected).abs() < 1e-11, "row {index}: {found} {expected}");

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use logs::robot::Robot;
 use logs::robot::chassis::Chassis;
 
-use super::super::dataset::Row;
+use super::super::dataset::{Row, Rows, Stretch};
 use super::super::physical::{self, Bounds, Descent, Loss, Parameters};
 use super::super::pilot::Pilots;
 use super::nested::Form;
@@ -81,8 +81,9 @@ impl<'a> Problem<'a> {
         pilots: &'a Pilots,
         held_out: &'a (dyn Fn(f64) -> bool + Sync),
     ) -> Self {
-        let rows = pilots.condition(core, MOST_ROWS).unwrap_or_default();
-        let open: Vec<&Row> = rows.iter().filter(|row| !held_out(row.time)).collect();
+        let mut rows = pilots.condition(core, MOST_ROWS).unwrap_or_default();
+        rows.retain(|row| !held_out(row.time));
+        let open = rows.all().others();
         let runs = open.iter().map(|row| row.run).collect::<BTreeSet<_>>().len();
         let stretches = open.chunk_by(|a, b| a.run == b.run && b.time - a.time < LEAST_BLOCK_S);
         let open_s: f64 = stretches.map(|rows| rows[rows.len() - 1].time - rows[0].time).sum();
@@ -91,29 +92,19 @@ impl<'a> Problem<'a> {
         } else {
             (open_s / USUAL_BLOCKS).clamp(LEAST_BLOCK_S, MOST_BLOCK_S)
         };
-        let rows: Vec<Row> = open.iter().map(|row| **row).collect();
-        let bounds = Bounds::of(core, &rows, robot.motor(), false);
-        let plain = physical::search(&rows, robot.drive(), Loss::Squares, &bounds, None);
-        let loss = physical::usual_loss(&rows, robot.drive(), &plain.parameters);
-        Self {
-            robot,
-            core,
-            pilots,
-            held_out,
-            loss,
-            steps: plain.steps,
-            block_s,
-            folds: dealt(&open, block_s),
-        }
+        let bounds = Bounds::of(core, rows.all(), robot.motor(), false);
+        let plain = physical::search(rows.all(), robot.drive(), Loss::Squares, &bounds, None);
+        let loss = physical::usual_loss(rows.all(), robot.drive(), &plain.parameters);
+        Self { robot, core, pilots, held_out, loss, steps: plain.steps, block_s, folds: dealt(open, block_s) }
     }
 
     /// The rows of a form, and the fold that holds each out.
-    fn rows(&self, form: &Form) -> Option<(Vec<Row>, Vec<usize>)> {
+    fn rows(&self, form: &Form) -> Option<(Rows, Vec<usize>)> {
         let core = self.core.with_conditioning(form.conditioning);
         let mut rows = self.pilots.condition(&core, MOST_ROWS)?;
-        let fold = |row: &Row| self.folds.get(&block(row, self.block_s)).copied();
+        let fold = |row: &Row<()>| self.folds.get(&block(row, self.block_s)).copied();
         rows.retain(|row| !(self.held_out)(row.time) && fold(row).is_some());
-        let folds = rows.iter().filter_map(fold).collect();
+        let folds = rows.all().others().iter().filter_map(fold).collect();
         Some((rows, folds))
     }
 
@@ -122,13 +113,13 @@ impl<'a> Problem<'a> {
     pub(super) fn trial(&self, form: &Form, unseen: Unseen, near: Option<&Trial>) -> Option<Trial> {
         let (rows, folds) = self.rows(form)?;
         match unseen {
-            Unseen::Numbers => self.shared(form, &rows, near),
-            Unseen::Parameters => self.crossed(form, &rows, &folds, near),
+            Unseen::Numbers => self.shared(form, rows.all(), near),
+            Unseen::Parameters => self.crossed(form, rows.all(), &folds, near),
         }
     }
 
     /// One fit for all folds.
-    fn shared(&self, form: &Form, rows: &[Row], near: Option<&Trial>) -> Option<Trial> {
+    fn shared(&self, form: &Form, rows: Stretch<'_>, near: Option<&Trial>) -> Option<Trial> {
         let end = self.search(form, rows, near.map(|near| &near.parameters[0]));
         let errors = self.errors(rows, &end.parameters);
         let total: f64 = errors.values().sum();
@@ -141,37 +132,43 @@ impl<'a> Problem<'a> {
     }
 
     /// A fit for each fold, to the others.
-    fn crossed(&self, form: &Form, rows: &[Row], folds: &[usize], near: Option<&Trial>) -> Option<Trial> {
+    fn crossed(
+        &self,
+        form: &Form,
+        rows: Stretch<'_>,
+        folds: &[usize],
+        near: Option<&Trial>,
+    ) -> Option<Trial> {
         let (mut fitted, mut parameters) = ([0.0; FOLDS], [Parameters::zeros(); FOLDS]);
         let mut errors = Errors::new();
         for fold in 0..FOLDS {
             let of = |held_out: bool| {
                 let own = rows.iter().zip(folds).filter(move |(_, own)| (**own == fold) == held_out);
-                own.map(|(row, _)| *row).collect::<Vec<Row>>()
+                own.map(|(row, _)| row).collect::<Rows>()
             };
             let (test, train) = (of(true), of(false));
             if test.is_empty() || train.is_empty() {
                 return None;
             }
-            let end = self.search(form, &train, near.map(|near| &near.parameters[fold]));
-            fitted[fold] = self.errors(&train, &end.parameters).values().sum();
+            let end = self.search(form, train.all(), near.map(|near| &near.parameters[fold]));
+            fitted[fold] = self.errors(train.all(), &end.parameters).values().sum();
             parameters[fold] = end.parameters;
-            errors.extend(self.errors(&test, &end.parameters));
+            errors.extend(self.errors(test.all(), &end.parameters));
         }
         fitted.iter().all(|error| error.is_finite()).then_some(Trial { fitted, errors, parameters })
     }
 
-    fn search(&self, form: &Form, rows: &[Row], near: Option<&Parameters>) -> Descent {
+    fn search(&self, form: &Form, rows: Stretch<'_>, near: Option<&Parameters>) -> Descent {
         let bounds = Bounds::of(self.core, rows, self.robot.motor(), form.unequal_sides);
         physical::search(rows, self.robot.drive(), self.loss, &bounds, near)
     }
 
-    fn errors(&self, rows: &[Row], parameters: &Parameters) -> Errors {
+    fn errors(&self, rows: Stretch<'_>, parameters: &Parameters) -> Errors {
         let torque = physical::torque(parameters);
         let mut squares: BTreeMap<Block, (f64, f64)> = BTreeMap::new();
-        for row in rows {
-            let residual = row.power - physical::power(&torque, row, self.robot.drive());
-            let (square, count) = squares.entry(block(row, self.block_s)).or_default();
+        for row in rows.iter() {
+            let residual = row.power - physical::power(&torque, &row, self.robot.drive());
+            let (square, count) = squares.entry(block(&row, self.block_s)).or_default();
             *square += residual * residual;
             *count += 1.0;
         }
@@ -181,13 +178,13 @@ impl<'a> Problem<'a> {
     /// Cost of a form on all rows, W².
     pub(super) fn cost(&self, form: &Form, near: &Parameters) -> f64 {
         let Some((rows, _)) = self.rows(form) else { return f64::INFINITY };
-        self.search(form, &rows, Some(near)).cost / rows.len().max(1) as f64
+        self.search(form, rows.all(), Some(near)).cost / rows.len().max(1) as f64
     }
 }
 
 /// The blocks dealt out by how much their power varies, so that each fold has its share of every
 /// kind of driving: in their order in time a manoeuvre that repeats would fall into one fold.
-fn dealt(rows: &[&Row], block_s: f64) -> BTreeMap<Block, usize> {
+fn dealt(rows: &[Row<()>], block_s: f64) -> BTreeMap<Block, usize> {
     let mean = rows.iter().map(|row| row.power).sum::<f64>() / rows.len().max(1) as f64;
     let mut variation: BTreeMap<Block, f64> = BTreeMap::new();
     for row in rows {
@@ -200,6 +197,6 @@ fn dealt(rows: &[&Row], block_s: f64) -> BTreeMap<Block, usize> {
     blocks.into_iter().enumerate().map(|(index, (block, _))| (block, fold(index))).collect()
 }
 
-fn block(row: &Row, block_s: f64) -> Block {
+fn block<W>(row: &Row<W>, block_s: f64) -> Block {
     (row.run, (row.time / block_s).floor() as i64)
 }

@@ -10,7 +10,7 @@ use model_core::effects::GRAVITY;
 use nalgebra::Const;
 use numerics::levenberg_marquardt;
 
-use super::super::dataset::Row;
+use super::super::dataset::Stretch;
 use super::super::verdict::{self, Description};
 use super::cost::{PARAMETERS as COUNT, Parameters, WINDING_LOSS};
 
@@ -80,8 +80,8 @@ impl Bounds {
     /// | rotor_inertia | a thousand times the body's own m r² / N |
     /// | inertia_gain | 1 / least efficiency² |
     /// | winding_loss | κ = R/(Kt n)² is no-load speed over stall torque: twice the speed driven over 0.1 T of the empty robot |
-    pub fn of(robot: &Chassis, rows: &[Row], motor: Option<&Motor>, unequal_sides: bool) -> Self {
-        let speeds = rows.iter().flat_map(|row| row.wheels.iter()).map(|wheel| wheel.speed.abs());
+    pub fn of(robot: &Chassis, rows: Stretch<'_>, motor: Option<&Motor>, unequal_sides: bool) -> Self {
+        let speeds = rows.iter().flat_map(|row| row.wheels).map(|wheel| wheel.speed.abs());
         Self::up_to(robot, speeds.fold(0.0, f64::max), motor, unequal_sides)
     }
 

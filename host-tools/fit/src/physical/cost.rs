@@ -5,7 +5,7 @@ use nalgebra::{Const, SMatrix, SVector};
 use numerics::levenberg_marquardt::LeastSquares;
 use rayon::prelude::*;
 
-use super::super::dataset::Row;
+use super::super::dataset::{Kept, Stretch};
 
 /// How many parameters there are: what both sides share, and their imbalance.
 pub const PARAMETERS: usize = torque::PARAMETERS + 1;
@@ -50,7 +50,7 @@ impl Loss {
 /// The cost of rows.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cost<'a> {
-    pub(super) rows: &'a [Row],
+    pub(super) rows: Stretch<'a>,
     pub(super) drive: Drive,
     pub(super) loss: Loss,
 }
@@ -71,10 +71,10 @@ pub fn parameters(torque: &TorqueModel<f64>) -> Parameters {
 }
 
 /// Power of a row, W, and its slope; the slope is 0 where no wheel draws power.
-pub fn predict(torque: &TorqueModel<f64>, row: &Row, drive: Drive) -> (f64, Parameters) {
+pub fn predict(torque: &TorqueModel<f64>, row: &Kept<'_>, drive: Drive) -> (f64, Parameters) {
     let mut power = 0.0;
     let mut slope = Parameters::zeros();
-    for wheel in row.wheels.iter() {
+    for wheel in row.wheels {
         let total = torque.torque(wheel, row.mass);
         let own = total * (wheel.speed + torque.winding_loss * total);
         if own < 0.0 && drive == Drive::Dissipative {
@@ -101,9 +101,9 @@ pub fn predict(torque: &TorqueModel<f64>, row: &Row, drive: Drive) -> (f64, Para
 }
 
 /// Power of a row, W, clamped wheels drawing nothing.
-pub fn power(torque: &TorqueModel<f64>, row: &Row, drive: Drive) -> f64 {
+pub fn power(torque: &TorqueModel<f64>, row: &Kept<'_>, drive: Drive) -> f64 {
     let mut power = 0.0;
-    for wheel in row.wheels.iter() {
+    for wheel in row.wheels {
         let own = torque.wheel_power(wheel, row.mass);
         power += if own < 0.0 && drive == Drive::Dissipative { 0.0 } else { own };
     }
@@ -111,15 +111,15 @@ pub fn power(torque: &TorqueModel<f64>, row: &Row, drive: Drive) -> f64 {
 }
 
 /// ∂P/∂θ of a row: watts per unit of each parameter; what a clamped wheel would draw has none.
-pub fn gradient(torque: &TorqueModel<f64>, row: &Row, drive: Drive) -> Parameters {
+pub fn gradient(torque: &TorqueModel<f64>, row: &Kept<'_>, drive: Drive) -> Parameters {
     predict(torque, row, drive).1
 }
 
 /// Residual of a row, W; `None` where no wheel draws power.
-pub(super) fn residual(torque: &TorqueModel<f64>, row: &Row, drive: Drive) -> Option<f64> {
+pub(super) fn residual(torque: &TorqueModel<f64>, row: &Kept<'_>, drive: Drive) -> Option<f64> {
     let mut power = 0.0;
     let mut draws = false;
-    for wheel in row.wheels.iter() {
+    for wheel in row.wheels {
         let own = torque.wheel_power(wheel, row.mass);
         let counts = wheel.direction != 0.0 && (drive == Drive::Regenerative || own >= 0.0);
         draws |= counts;
@@ -129,20 +129,20 @@ pub(super) fn residual(torque: &TorqueModel<f64>, row: &Row, drive: Drive) -> Op
 }
 
 /// 0 for rows in which no wheel draws power, the loss's weight for the others.
-pub(super) fn weight(torque: &TorqueModel<f64>, row: &Row, drive: Drive, loss: Loss) -> f64 {
+pub(super) fn weight(torque: &TorqueModel<f64>, row: &Kept<'_>, drive: Drive, loss: Loss) -> f64 {
     residual(torque, row, drive).map_or(0.0, |residual| loss.weight(residual))
 }
 
 impl Cost<'_> {
     /// Sums over the rows, chunk by chunk.
-    fn sum<S: Send>(&self, one: impl Fn(&[Row]) -> S + Sync + Send) -> Vec<S> {
-        if self.rows.len() <= CHUNK {
+    fn sum<S: Send>(&self, one: impl Fn(Stretch<'_>) -> S + Sync + Send) -> Vec<S> {
+        if self.rows.others().len() <= CHUNK {
             return vec![one(self.rows)];
         }
         self.rows.par_chunks(CHUNK).map(one).collect()
     }
 
-    fn row_cost(&self, torque: &TorqueModel<f64>, row: &Row) -> f64 {
+    fn row_cost(&self, torque: &TorqueModel<f64>, row: &Kept<'_>) -> f64 {
         self.loss.of(row.power - power(torque, row, self.drive))
     }
 }
@@ -150,7 +150,7 @@ impl Cost<'_> {
 impl LeastSquares<Const<PARAMETERS>> for Cost<'_> {
     fn cost(&self, parameters: &Parameters) -> f64 {
         let torque = torque(parameters);
-        let chunks = self.sum(|rows| rows.iter().map(|row| self.row_cost(&torque, row)).sum::<f64>());
+        let chunks = self.sum(|rows| rows.iter().map(|row| self.row_cost(&torque, &row)).sum::<f64>());
         chunks.into_iter().sum()
     }
 
@@ -158,10 +158,10 @@ impl LeastSquares<Const<PARAMETERS>> for Cost<'_> {
     /// too.
     fn derivatives(&self, parameters: &Parameters) -> (Parameters, Matrix) {
         let torque = torque(parameters);
-        let chunk = |rows: &[Row]| {
+        let chunk = |rows: Stretch<'_>| {
             let (mut gradient, mut matrix) = (Parameters::zeros(), Matrix::zeros());
-            for row in rows {
-                let (power, slope) = predict(&torque, row, self.drive);
+            for row in rows.iter() {
+                let (power, slope) = predict(&torque, &row, self.drive);
                 let residual = row.power - power;
                 let weight = self.loss.weight(residual);
                 gradient.axpy(-weight * residual, &slope, 1.0);

@@ -27,7 +27,7 @@ pub(super) use self::robust::usual_loss;
 pub(super) use self::search::{Descent, MOST_STEPS, search};
 use self::search::{FINAL, TRIAL, best_of};
 pub use self::starts::Alone;
-use super::dataset::{Dataset, Row};
+use super::dataset::{Dataset, Rows, Stretch};
 pub use numerics::levenberg_marquardt::Ending;
 
 /// A fitted torque model.
@@ -60,14 +60,15 @@ const FINALISTS: usize = 3;
 /// (`robust`): where acceleration starts or a clamp lets go within the filter's memory no model
 /// of filtered signals is right, and on clean data those few rows would decide the fit.
 pub fn solve(dataset: &Dataset, robot: &Robot) -> Solution {
-    let bounds = Bounds::of(&dataset.robot, &dataset.store, robot.motor(), dataset.unequal_sides);
-    solve_within(&dataset.store, robot.drive(), &bounds)
+    let bounds = Bounds::of(&dataset.robot, dataset.store.all(), robot.motor(), dataset.unequal_sides);
+    solve_within(dataset.store.all(), robot.drive(), &bounds)
 }
 
 /// As [`solve`], for any rows and bounds.
-pub fn solve_within(rows: &[Row], drive: Drive, bounds: &Bounds) -> Solution {
-    let trial: Vec<Row> = rows.iter().step_by(rows.len().div_ceil(TRIAL_ROWS).max(1)).copied().collect();
-    let trial = Cost { rows: &trial, drive, loss: Loss::Squares };
+pub fn solve_within(rows: Stretch<'_>, drive: Drive, bounds: &Bounds) -> Solution {
+    let stride = rows.others().len().div_ceil(TRIAL_ROWS).max(1);
+    let trial: Rows = rows.iter().step_by(stride).collect();
+    let trial = Cost { rows: trial.all(), drive, loss: Loss::Squares };
     let all = Cost { rows, drive, loss: Loss::Squares };
     let mut steps = 0;
     let mut finalists = starts::finalists(&trial, bounds, &TRIAL, FINALISTS, &mut steps);
@@ -82,7 +83,7 @@ pub fn solve_within(rows: &[Row], drive: Drive, bounds: &Bounds) -> Solution {
         torque,
         ending: descent.ending,
         iterations: steps,
-        weights: rows.iter().map(|row| cost::weight(&torque, row, drive, loss)).collect(),
+        weights: rows.iter().map(|row| cost::weight(&torque, &row, drive, loss)).collect(),
         huber,
         at_bounds: bounds.met_by(&descent.parameters),
     }

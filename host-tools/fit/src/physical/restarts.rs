@@ -7,7 +7,7 @@ use numerics::levenberg_marquardt::{LeastSquares, descend};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::super::dataset::{Dataset, Row};
+use super::super::dataset::{Dataset, Stretch};
 use super::bounds::Bounds;
 use super::cost::{Cost, Loss, parameters};
 use super::robust::Huber;
@@ -32,13 +32,13 @@ pub fn restart(
     huber: Option<Huber>,
     starts: u32,
 ) -> Restarts {
-    let bounds = Bounds::of(&dataset.robot, &dataset.store, robot.motor(), dataset.unequal_sides);
-    restart_within(&dataset.store, robot.drive(), &bounds, fitted, huber, starts)
+    let bounds = Bounds::of(&dataset.robot, dataset.store.all(), robot.motor(), dataset.unequal_sides);
+    restart_within(dataset.store.all(), robot.drive(), &bounds, fitted, huber, starts)
 }
 
 /// As [`restart`], for any rows and bounds.
 pub(super) fn restart_within(
-    rows: &[Row],
+    rows: Stretch<'_>,
     drive: Drive,
     bounds: &Bounds,
     fitted: &TorqueModel<f64>,

@@ -13,7 +13,7 @@ use model_core::torque::Drive;
 use numerics::levenberg_marquardt::LeastSquares;
 use numerics::robust::scale_of_sizes;
 
-use super::super::dataset::Row;
+use super::super::dataset::Stretch;
 use super::bounds::Bounds;
 use super::cost::{Cost, Loss, Parameters, residual, torque};
 use super::search::{Descent, FINAL, MOST_STEPS, best_of};
@@ -79,7 +79,7 @@ pub(super) fn weigh(
 }
 
 /// The loss of the tightest threshold for rows whose least squares has these parameters.
-pub(crate) fn usual_loss(rows: &[Row], drive: Drive, parameters: &Parameters) -> Loss {
+pub(crate) fn usual_loss(rows: Stretch<'_>, drive: Drive, parameters: &Parameters) -> Loss {
     let all = Cost { rows, drive, loss: Loss::Squares };
     usual(&all, parameters).map_or(Loss::Squares, |usual| Loss::Huber(THRESHOLDS[0] * usual))
 }
@@ -88,12 +88,13 @@ pub(crate) fn usual_loss(rows: &[Row], drive: Drive, parameters: &Parameters) ->
 /// there is no such row or the model meets most of them exactly.
 fn usual(all: &Cost<'_>, parameters: &Parameters) -> Option<f64> {
     let torque = torque(parameters);
-    let sizes = all.rows.iter().filter_map(|row| residual(&torque, row, all.drive).map(f64::abs));
+    let sizes = all.rows.iter().filter_map(|row| residual(&torque, &row, all.drive).map(f64::abs));
     scale_of_sizes(&mut sizes.collect::<Vec<f64>>()).filter(|usual| *usual > 0.0)
 }
 
 /// Σ (P − P̄)², W².
 fn variation(all: &Cost<'_>) -> f64 {
-    let mean = all.rows.iter().map(|row| row.power).sum::<f64>() / all.rows.len().max(1) as f64;
-    all.rows.iter().map(|row| (row.power - mean).powi(2)).sum()
+    let rows = all.rows.others();
+    let mean = rows.iter().map(|row| row.power).sum::<f64>() / rows.len().max(1) as f64;
+    rows.iter().map(|row| (row.power - mean).powi(2)).sum()
 }

@@ -4,7 +4,7 @@ use model_core::torque::Drive;
 use nalgebra::Const;
 use numerics::levenberg_marquardt::{self, Ending, Patience, Tolerances};
 
-use super::super::dataset::Row;
+use super::super::dataset::Stretch;
 use super::bounds::Bounds;
 use super::cost::{Cost, Loss, PARAMETERS, Parameters};
 use super::starts;
@@ -46,7 +46,7 @@ const LEAST_STEPS: u32 = TRIAL.steps;
 /// The lowest cost of any rows, from one start, or from all starts where none is given, with the
 /// steps of all.
 pub(crate) fn search(
-    rows: &[Row],
+    rows: Stretch<'_>,
     drive: Drive,
     loss: Loss,
     bounds: &Bounds,

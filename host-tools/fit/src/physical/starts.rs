@@ -56,13 +56,13 @@ impl Alone {
         // At no torque the slope of the power is the regressor w x of each part.
         let none = torque(&Parameters::zeros());
         let (mut with, mut own) = (Parameters::zeros(), Parameters::zeros());
-        for row in cost.rows {
-            let slope = gradient(&none, row, model_core::torque::Drive::Regenerative);
+        for row in cost.rows.iter() {
+            let slope = gradient(&none, &row, model_core::torque::Drive::Regenerative);
             with.axpy(row.power, &slope, 1.0);
             own += slope.component_mul(&slope);
         }
         let parameters = with.zip_map(&own, |with, own| if own > 0.0 { (with / own).max(0.0) } else { 0.0 });
-        let speed = (own[0] / cost.rows.len().max(1) as f64).sqrt();
+        let speed = (own[0] / cost.rows.others().len().max(1) as f64).sqrt();
         Self { parameters, speed }
     }
 

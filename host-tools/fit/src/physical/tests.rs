@@ -6,9 +6,10 @@ use numerics::levenberg_marquardt::{Bounds as Box, LeastSquares, Tolerances, des
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::super::dataset::Row;
 use super::cost::{Cost, Loss};
 use super::restarts::restart_within;
-use super::{Bounds, PARAMETERS, Parameters, Row, solve_within};
+use super::{Bounds, PARAMETERS, Parameters, Rows, Solution};
 
 const TRUTH: [f64; PARAMETERS] = [0.05, 0.008, 0.007, 0.0065, 1.6, 2.5, 0.02, -0.01];
 
@@ -47,6 +48,14 @@ fn rows(count: usize, std: f64, drive: Drive) -> Vec<Row> {
     (0..count).map(row).collect()
 }
 
+fn kept(rows: &[Row]) -> Rows {
+    rows.iter().map(Row::view).collect()
+}
+
+fn solve(rows: &[Row], drive: Drive, bounds: &Bounds) -> Solution {
+    super::solve_within(kept(rows).all(), drive, bounds)
+}
+
 fn bounds(winding_loss: f64) -> Bounds {
     let lower = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0];
     Bounds::from_ends(lower, [1.0, 1.0, 1.0, 1.0, 25.0, winding_loss, 1.0, 1.0])
@@ -65,7 +74,7 @@ fn assert_near(found: &TorqueModel<f64>, share: f64) {
 #[test]
 fn returns_the_truth_clamped_or_not() {
     for drive in [Drive::Dissipative, Drive::Regenerative] {
-        let found = solve_within(&rows(3000, 1e-6, drive), drive, &wide());
+        let found = solve(&rows(3000, 1e-6, drive), drive, &wide());
         assert!(found.ending.has_converged(), "{found:?}");
         assert_near(&found.torque, 1e-4);
         assert!(found.at_bounds.is_empty());
@@ -80,7 +89,7 @@ fn a_few_wrong_rows_do_not_decide() {
     for row in rows.iter_mut().step_by(50) {
         row.power += row.wheels[0].scrub.abs();
     }
-    let found = solve_within(&rows, Drive::Regenerative, &wide());
+    let found = solve(&rows, Drive::Regenerative, &wide());
     assert_eq!(threshold(&found), Some(4.0));
     assert_near(&found.torque, 0.03);
     assert!(found.weights.iter().step_by(50).filter(|weight| **weight < 0.5).count() > 100);
@@ -96,9 +105,10 @@ fn what_the_model_lacks_is_not_weighed_away() {
         let wheel = &row.wheels[1];
         row.power += if wheel.speed > 5.0 { 10.0 } else { 0.0 };
     }
-    let found = solve_within(&rows, Drive::Regenerative, &wide());
+    let found = solve(&rows, Drive::Regenerative, &wide());
     assert_ne!(threshold(&found), Some(4.0));
-    let squares = Cost { rows: &rows, drive: Drive::Regenerative, loss: Loss::Squares };
+    let rows = kept(&rows);
+    let squares = Cost { rows: rows.all(), drive: Drive::Regenerative, loss: Loss::Squares };
     let cost = squares.cost(&super::parameters(&found.torque));
     let ends = Box { lower: *wide().lower(), upper: *wide().upper() };
     let least = descend(&squares, &super::parameters(&found.torque), &ends, &Tolerances::default()).cost;
@@ -107,7 +117,7 @@ fn what_the_model_lacks_is_not_weighed_away() {
     assert!(cost - least <= 0.005 * variation, "{cost} {least} {variation}");
 }
 
-fn threshold(found: &super::Solution) -> Option<f64> {
+fn threshold(found: &Solution) -> Option<f64> {
     found.huber.map(|huber| huber.threshold_std)
 }
 
@@ -119,9 +129,10 @@ fn no_start_ends_lower() {
     for row in &mut rows {
         row.power += 0.3 * row.wheels[0].speed.abs().sqrt();
     }
-    let found = solve_within(&rows, Drive::Dissipative, &wide());
+    let found = solve(&rows, Drive::Dissipative, &wide());
     let above = |torque: &TorqueModel<f64>| {
-        restart_within(&rows, Drive::Dissipative, &wide(), torque, found.huber, 50).cost_above_share
+        restart_within(kept(&rows).all(), Drive::Dissipative, &wide(), torque, found.huber, 50)
+            .cost_above_share
     };
     let share = above(&found.torque);
     assert!((-1e-6..=1e-3).contains(&share), "{share}");
@@ -133,9 +144,9 @@ fn no_start_ends_lower() {
 /// Derivatives against central differences, far from the clamp's edge: 1e-6 of a gradient's size.
 #[test]
 fn derivatives_are_those_of_the_cost() {
-    let rows = rows(200, 0.1, Drive::Regenerative);
+    let rows = kept(&rows(200, 0.1, Drive::Regenerative));
     for loss in [Loss::Squares, Loss::Huber(0.5)] {
-        let cost = Cost { rows: &rows, drive: Drive::Regenerative, loss };
+        let cost = Cost { rows: rows.all(), drive: Drive::Regenerative, loss };
         let at = Parameters::from(TRUTH) * 1.1;
         let (gradient, _) = cost.derivatives(&at);
         for i in 0..PARAMETERS {
@@ -157,7 +168,7 @@ fn derivatives_are_those_of_the_cost() {
 #[test]
 fn a_bound_that_is_met_is_told() {
     let bounds = bounds(1.0);
-    let found = solve_within(&rows(2000, 0.01, Drive::Regenerative), Drive::Regenerative, &bounds);
+    let found = solve(&rows(2000, 0.01, Drive::Regenerative), Drive::Regenerative, &bounds);
     let names: Vec<&str> = found.at_bounds.iter().map(|at| at.description.name).collect();
     assert_eq!(names, ["winding_loss"]);
     assert_eq!(found.torque.winding_loss, 1.0);

@@ -12,7 +12,7 @@ use model_core::torque::{Drive, TorqueModel};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use crate::dataset::Row;
+use crate::dataset::Kept;
 use crate::physical::{self, PARAMETERS};
 
 /// Coefficients that rows are held against.
@@ -51,7 +51,7 @@ impl Default for Local {
 
 impl Local {
     /// Adds a row.
-    pub(super) fn add(&mut self, row: &Row, reference: &Reference) {
+    pub(super) fn add(&mut self, row: &Kept<'_>, reference: &Reference) {
         let (power, slope) = physical::predict(&reference.torque, row, reference.drive);
         if slope.iter().all(|slope| *slope == 0.0) {
             // All wheels stand or are clamped: no parameter is in it.

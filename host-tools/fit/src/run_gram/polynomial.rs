@@ -8,6 +8,7 @@
 //! β(θ) are [`TorqueModel::expand`] and [`TorqueModel::expand_scrub`]; both sides are taken for
 //! alike.
 
+use logs::robot::chassis::Together;
 use logs::with_motion;
 use model_core::eq18::{self, Gate, REGRESSORS};
 use model_core::motion::Wheel;
@@ -15,7 +16,7 @@ use model_core::torque::{self, Drive, SCRUB_POWERS, SCRUB_PRODUCTS, TorqueModel}
 use nalgebra::{Const, SMatrix, SVector};
 use numerics::levenberg_marquardt::LeastSquares;
 
-use crate::dataset::Row;
+use crate::dataset::Kept;
 use crate::gram::{Gram, Vector};
 use crate::physical::{Alone, PARAMETERS, Parameters, torque};
 
@@ -25,7 +26,7 @@ pub(super) const PRODUCTS: usize = REGRESSORS + SCRUB_PRODUCTS;
 type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
 
 /// Regressors of a motion at a total mass in kg.
-pub(super) fn regressors(row: &Row) -> [f64; PRODUCTS] {
+pub(super) fn regressors(row: &Kept<'_>) -> [f64; PRODUCTS] {
     let mass = row.mass;
     let shared = eq18::regressors(Gate::Signed, &row.products(Gate::Signed), mass);
     let scrub = with_motion!(row.wheels, motion => torque::scrub_products(motion));

@@ -20,7 +20,7 @@ use super::local::{Local, Reference};
 use super::polynomial;
 use super::run::{FORMAT, RunGram, Setting};
 use super::summary::{Moment, Summary};
-use crate::dataset::{Row, condition};
+use crate::dataset::{Kept, Rows, Stretch, condition};
 use crate::gram::Gram;
 
 /// How logs are read.
@@ -195,8 +195,8 @@ impl<'a> Filtered<'a> {
     }
 
     /// The next blocks; false at the end.
-    fn read(&mut self, blocks: &mut Vec<Vec<Row>>) -> Result<bool> {
-        blocks.resize_with(BLOCKS, || Vec::with_capacity(BLOCK));
+    fn read(&mut self, blocks: &mut Vec<Rows>) -> Result<bool> {
+        blocks.resize_with(BLOCKS, Rows::default);
         let mut is_more = false;
         for rows in blocks {
             rows.clear();
@@ -218,7 +218,7 @@ impl<'a> Filtered<'a> {
     }
 
     /// What rows were, and what of them comes out of the filter.
-    fn filter(&mut self, rows: &mut Vec<Row>) {
+    fn filter(&mut self, rows: &mut Rows) {
         let started = Instant::now();
         for (raw, command_m_s) in &self.raw {
             let place = raw.run as usize;
@@ -239,7 +239,9 @@ impl<'a> Filtered<'a> {
                 command_m_s: *command_m_s,
             };
             self.summaries[place].add(&now, self.most_elapsed_s);
-            rows.extend(condition(&mut self.conditioner, raw, self.how.mass_kg));
+            if let Some(row) = condition(&mut self.conditioner, raw, self.how.mass_kg) {
+                rows.push(row);
+            }
         }
         self.spent.filter_s += started.elapsed().as_secs_f64();
     }
@@ -282,14 +284,15 @@ impl<'a> Sums<'a> {
         Self { robot, how, runs: Vec::new(), free_from: BTreeMap::new(), spent_s: 0.0 }
     }
 
-    fn add(&mut self, blocks: &[Vec<Row>]) {
+    fn add(&mut self, blocks: &[Rows]) {
         let started = Instant::now();
-        for rows in blocks.iter().flat_map(|rows| rows.chunk_by(|a, b| a.run == b.run)) {
-            let place = rows[0].run as usize;
+        for rows in blocks.iter().flat_map(|rows| rows.all().chunk_by(|a, b| a.run == b.run)) {
+            let run = rows.others()[0].run;
+            let place = run as usize;
             if self.runs.len() <= place {
                 self.runs.resize_with(place + 1, || empty(self.how, self.robot));
             }
-            let free = self.free_from.entry(rows[0].run).or_insert(f64::NEG_INFINITY);
+            let free = self.free_from.entry(run).or_insert(f64::NEG_INFINITY);
             add(&mut self.runs[place], rows, self.how, free);
         }
         self.spent_s += started.elapsed().as_secs_f64();
@@ -297,26 +300,26 @@ impl<'a> Sums<'a> {
 }
 
 /// Adds rows to the sums of their run, each kind of sums on a core of its own where there are some.
-fn add(run: &mut RunGram, rows: &[Row], how: &Conditioned, free: &mut f64) {
+fn add(run: &mut RunGram, rows: Stretch<'_>, how: &Conditioned, free: &mut f64) {
     let RunGram { eq18, eq18_published, signed, may_clamp, local, .. } = run;
-    let of = |gate: Gate, row: &Row| (eq18::regressors(gate, &row.products(gate), row.mass), row.power);
+    let of = |gate: Gate, row: &Kept<'_>| (eq18::regressors(gate, &row.products(gate), row.mass), row.power);
     let of_eq18 = || {
-        eq18.extend(rows.iter().map(|row| of(Gate::Corrected, row)));
-        eq18_published.extend(rows.iter().map(|row| of(Gate::Published, row)));
+        eq18.extend(rows.iter().map(|row| of(Gate::Corrected, &row)));
+        eq18_published.extend(rows.iter().map(|row| of(Gate::Published, &row)));
     };
     let of_signed = || {
         let (memory, before) = (SETTLES / how.core.cutoff_hz(), signed.rows());
         signed.extend(rows.iter().filter_map(|row| {
-            if !polynomial::cannot_clamp(&row.wheels, how.drive) {
+            if !polynomial::cannot_clamp(row.wheels, how.drive) {
                 *free = row.time + memory;
             }
-            (row.time >= *free).then(|| (polynomial::regressors(row), row.power))
+            (row.time >= *free).then(|| (polynomial::regressors(&row), row.power))
         }));
-        *may_clamp += rows.len() as u64 - (signed.rows() - before);
+        *may_clamp += rows.others().len() as u64 - (signed.rows() - before);
     };
     let of_local = || {
         if let (Some(local), Some((reference, _))) = (local, &how.reference) {
-            rows.iter().for_each(|row| local.add(row, reference));
+            rows.iter().for_each(|row| local.add(&row, reference));
         }
     };
     rayon::join(of_eq18, || rayon::join(of_signed, of_local));

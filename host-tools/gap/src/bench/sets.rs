@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use fit::dataset::{Dataset, Row, Run};
+use fit::dataset::{Dataset, Kept, Run};
 use fit::pgd;
 use logs::robot::Robot;
 use logs::robot::chassis::Chassis;
@@ -118,8 +118,8 @@ pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str]) -> Result
         for (time, sample, mass, _) in &run.rows {
             let Some(now) = conditioner.push(sample, run.period_s) else { continue };
             if now.settled {
-                let (wheels, power, run) = (now.motion.wheels.into(), now.power, place as u32);
-                dataset.store.push(Row { wheels, power, mass: *mass, run, time: *time });
+                let (power, run) = (now.power, place as u32);
+                dataset.store.push(Kept { wheels: &now.motion.wheels, power, mass: *mass, run, time: *time });
             }
             dataset.rows += 1;
         }

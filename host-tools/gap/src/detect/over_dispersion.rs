@@ -1,6 +1,7 @@
 //! Disturbance without structure: bursts, a rattle, an uneven floor leave no mean, but they scatter
 //! more than clean runs do.
 
+use logs::robot::chassis::Together;
 use numerics::intervals::mean_interval;
 
 use crate::noise::spread::Spread;

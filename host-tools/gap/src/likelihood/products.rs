@@ -1,5 +1,6 @@
 //! Columns and sums of products, run by run.
 
+use logs::robot::chassis::Together;
 use logs::runs::Runs;
 use model::effects::{Candidate, Regressor, Switched};
 use nalgebra::DMatrix;

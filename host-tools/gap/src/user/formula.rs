@@ -2,6 +2,7 @@
 
 use exmex::prelude::*;
 use exmex::{FloatOpsFactory, MatchLiteral, literal_matcher_from_pattern};
+use logs::robot::chassis::Together;
 use logs::runs::{Row, Run};
 use logs::{MASS, TIME, acceleration_column, speed_column};
 

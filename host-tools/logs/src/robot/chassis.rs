@@ -214,27 +214,31 @@ macro_rules! with_motion {
     }};
 }
 
-impl Wheels {
+/// What is asked of the wheels of a robot at one instant, wherever they are kept.
+pub trait Together: Deref<Target = [Wheel<f64>]> {
     /// As the models take them.
     ///
     /// # Panics
     /// If `N` is not how many there are.
-    pub fn motion<const N: usize>(&self) -> Motion<f64, N> {
-        Motion { wheels: self.array() }
+    fn motion<const N: usize>(&self) -> Motion<f64, N> {
+        Motion { wheels: (**self).try_into().expect("as many wheels as the robot has") }
     }
 
     /// Whether any of them turns.
-    pub fn is_moving(&self) -> bool {
+    fn is_moving(&self) -> bool {
         self.iter().any(|wheel| wheel.direction != 0.0)
     }
 
     /// Mean of their absolute speeds, rad/s.
-    pub fn mean_speed(&self) -> f64 {
+    fn mean_speed(&self) -> f64 {
         self.mean(|wheel| wheel.speed.abs())
     }
 
     /// Mean of what each of them has.
-    pub fn mean(&self, of: impl Fn(&Wheel<f64>) -> f64) -> f64 {
+    fn mean(&self, of: impl Fn(&Wheel<f64>) -> f64) -> f64 {
         self.iter().map(of).sum::<f64>() / self.len() as f64
     }
 }
+
+impl Together for Wheels {}
+impl Together for &[Wheel<f64>] {}

@@ -165,7 +165,7 @@ impl Comparison {
             self.push(row(name, MassSource::Estimated, Horizon::Second, pairs, mean(errors.into_iter())));
         }
         let model = &fit.model;
-        let predict = |row: &Row| Some((row.power, row.predicted(model)?));
+        let predict = |row: &Row| Some((row.power, row.view().predicted(model)?));
         let pairs = data.test.iter().filter_map(|(row, _)| predict(row)).collect();
         let name = if replayed.is_some() { format!("{name}, mass given") } else { name.to_owned() };
         self.push(row(&name, MassSource::Given, Horizon::Plan, pairs, None));

@@ -113,9 +113,9 @@ pub(super) fn read_telling(
                 .zip(reader.extras())
                 .map(|(channel, value)| channel.step(&filter, *value, elapsed))
                 .collect();
-            let Some(mut row) = condition(&mut conditioner, &raw, mass_kg) else { continue };
-            row.run = first_run + raw.run;
+            let Some(row) = condition(&mut conditioner, &raw, mass_kg) else { continue };
             if used.is_multiple_of(u64::from(stride)) {
+                let row = Row { run: first_run + raw.run, ..row.owned() };
                 points.push((row, Point { readings: wanted.readings(&values), ..Point::new(core, &row) }));
             }
             used += 1;

@@ -1,8 +1,9 @@
 //! Eq. 18 with some of its print and some of its derivation: fitted, and judged.
 
-use fit::dataset::{Dataset, Row};
+use fit::dataset::{Dataset, Kept, Row, Stretch};
 use fit::gram::Gram;
 use fit::linear;
+use logs::robot::chassis::Together;
 use model_core::eq18::{self, Gate, REGRESSORS};
 use model_core::model::Response;
 use model_core::payload::roots::{RootMean, Sums};
@@ -56,7 +57,7 @@ impl Variant {
         Self { gates: Gate::Published, powers: Gate::Published },
     ];
 
-    fn regressors(self, row: &Row) -> [f64; REGRESSORS] {
+    fn regressors(self, row: Kept<'_>) -> [f64; REGRESSORS] {
         eq18::regressors(self.powers, &row.products(self.gates), row.mass)
     }
 
@@ -78,7 +79,7 @@ impl Variant {
             ));
         }
         let mut metrics = Metrics::new(pair.floor_w);
-        for row in &pair.test.store {
+        for row in pair.test.store.iter() {
             let predicted: f64 = self.regressors(row).iter().zip(&beta).map(|(x, beta)| x * beta).sum();
             metrics.add(row.power, predicted);
         }
@@ -94,23 +95,23 @@ impl Variant {
     fn mass_error(self, pair: &Pair, beta: &[f64; REGRESSORS]) -> f64 {
         let range = pair.test.robot.range();
         let roots = RootMean { range };
-        let window = |row: &Row| (row.run, (row.time / WINDOW_S).floor() as i64);
+        let window = |row: &Row<()>| (row.run, (row.time / WINDOW_S).floor() as i64);
         let (mut sum, mut count) = (0.0, 0.0);
-        for rows in pair.test.store.chunk_by(|a, b| window(a) == window(b)) {
+        for rows in pair.test.store.all().chunk_by(|a, b| window(a) == window(b)) {
             // Buckets of a second, as on the board: their scatter is what tells whether the mean is
             // known.
-            let second = |row: &Row| row.time.floor() as i64;
+            let second = |row: &Row<()>| row.time.floor() as i64;
             let buckets: Vec<_> = rows
                 .chunk_by(|a, b| second(a) == second(b))
                 .map(|rows| self.bucket(&roots, rows, beta))
                 .collect();
             let total = payload::total::<f64, _, _>([&buckets]);
             let (Some(first), Some(found)) =
-                (rows.first(), roots.estimate_of(&total, [&buckets], 1.0).known())
+                (rows.others().first(), roots.estimate_of(&total, [&buckets], 1.0).known())
             else {
                 continue;
             };
-            if rows.iter().all(|row| row.mass == first.mass) {
+            if rows.others().iter().all(|row| row.mass == first.mass) {
                 sum += 100.0 * (found.mass / first.mass - 1.0).abs();
                 count += 1.0;
             }
@@ -119,9 +120,9 @@ impl Variant {
     }
 
     /// Sums over the roots of some rows.
-    fn bucket(self, roots: &RootMean<f64>, rows: &[Row], beta: &[f64; REGRESSORS]) -> Sums<f64> {
+    fn bucket(self, roots: &RootMean<f64>, rows: Stretch<'_>, beta: &[f64; REGRESSORS]) -> Sums<f64> {
         let mut sums = Sums::default();
-        for row in rows {
+        for row in rows.iter() {
             let products = row.products(self.gates);
             let polynomial = eq18::polynomial(self.powers, &products, beta).about(roots.range.middle());
             let response = Response { polynomial, may_clamp: false };

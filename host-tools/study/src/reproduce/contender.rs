@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use answers::estimate::{Instant, Payloads, Policy, PolicyKind, Replay, replay};
-use fit::dataset::{Dataset, Reading, Row};
+use fit::dataset::{Dataset, Kept, Reading, Row};
 use fit::pgd;
 use logs::robot::Robot;
 use model::coefficients::{Method, ModelKind};
@@ -84,7 +84,7 @@ pub(super) struct Fitted<'a> {
 impl Fitted<'_> {
     /// P̂ at a mass, W.
     pub(super) fn power(&self, row: &Row, mass_kg: f64) -> f64 {
-        Row { mass: mass_kg, ..*row }.predicted(&self.coefficients.model).unwrap_or(f64::NAN)
+        Kept { mass: mass_kg, ..row.view() }.predicted(&self.coefficients.model).unwrap_or(f64::NAN)
     }
 
     /// P̂ of a log whose mass it is told, as a curve.

@@ -266,7 +266,7 @@ pub(super) fn table(differences: &[Difference]) -> Table {
 mod tests {
     //! Logs that Eq. 18 itself has made, as derived or as printed.
 
-    use fit::dataset::{Dataset, Row};
+    use fit::dataset::{Dataset, Kept};
     use logs::robot::Robot;
     use logs::robot::chassis::Chassis;
     use model_core::eq18::{self, Gate, REGRESSORS};
@@ -293,7 +293,7 @@ mod tests {
             let mass = masses[k * masses.len() / 1800];
             let x = eq18::regressors(gate, &eq18::products(gate, &motion), mass);
             let power = x.iter().zip(BETA).map(|(x, beta)| x * beta).sum();
-            dataset.keep(Row { wheels: motion.wheels.into(), power, mass, run: 0, time });
+            dataset.keep(Kept { wheels: &motion.wheels, power, mass, run: 0, time });
         }
         dataset
     }

@@ -1,5 +1,6 @@
 //! What the residual is binned by, and where the bins end.
 
+use logs::robot::chassis::Together;
 use logs::runs::{Row, Runs};
 
 use crate::noise::whiten::Signal;
