@@ -103,8 +103,6 @@ pub mod problem {
     /// Changes of the power below this share of its greatest are taken for linear. Derived:
     /// second-order terms are then below 1e-4.
     pub const LINEAR: f64 = 0.01;
-    /// Steps of a numerical slope that are tried.
-    pub const SLOPE_TRIALS: usize = 6;
     /// Relative uncertainty of every base parameter beyond its covariance. Tuned on the own bench,
     /// run unknown.
     pub const SLACK: f64 = 0.01;

@@ -11,7 +11,7 @@ use model_core::motion::{Motion, Wheel};
 use model_core::torque::{Drive, PARAMETERS, TorqueModel};
 
 use super::noise::whiten::Signal;
-use super::thresholds::problem::{LINEAR, SLOPE_TRIALS};
+use super::thresholds::problem::LINEAR;
 
 /// When something is on.
 #[derive(Debug, Clone, Copy)]
@@ -200,7 +200,8 @@ impl Twin<'_> {
             .collect()
     }
 
-    /// ∂P/∂coefficient of an effect that is in the state already (`index`), or of a further one.
+    /// ∂P/∂coefficient of an effect that is in the state already, or of a further one; 0 at rows
+    /// that jump however small the step is.
     pub fn effect_slope(&self, place: usize, state: &State, regressor: &Regressor, at: &[f64]) -> Vec<f64> {
         if self.runs.runs[place].clean || regressor.run().is_some_and(|run| run != place) {
             return vec![0.0; at.len()];
@@ -208,7 +209,8 @@ impl Twin<'_> {
         let mut step = step_of(regressor);
         let most = |values: &[f64]| values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         let small = LINEAR * most(at).max(1e-9);
-        for _ in 0..SLOPE_TRIALS {
+        let mut before = f64::INFINITY;
+        loop {
             let mut moved = state.clone();
             match moved.effects.iter_mut().find(|(own, _)| own == regressor) {
                 Some((_, coefficient)) => *coefficient += step,
@@ -216,13 +218,14 @@ impl Twin<'_> {
             }
             let slope = slope(&self.predict(place, &moved), at, step);
             let change = step * most(&slope);
-            if change <= small {
-                return slope;
+            if change <= small || change.is_nan() || change > 0.5 * before {
+                let is_smooth = |slope: f64| step * slope.abs() <= small;
+                return slope.into_iter().map(|own| if is_smooth(own) { own } else { 0.0 }).collect();
             }
             // A robot whose torques are tiny: so has the step to be.
             step *= 0.5 * small / change;
+            before = change;
         }
-        vec![0.0; at.len()]
     }
 
     /// Measured less predicted power of each run, W.
@@ -271,13 +274,19 @@ fn scaled<const N: usize>(
     for &(side, share) in scales {
         layout.scale(&mut factors, side_of(side), share);
     }
-    let accelerations = std::array::from_fn(|i| motion.wheels[i].acceleration * factors[i]);
-    let torques = core.mass_matrix.torque_per_kg(&accelerations);
+    // What is added, not all anew: a wheel at rest has lost its acceleration, of which the others'
+    // torques still tell.
+    let added = std::array::from_fn(|i| motion.wheels[i].acceleration * (factors[i] - 1.0));
+    let torques = core.mass_matrix.torque_per_kg(&added);
     let wheels = std::array::from_fn(|i| {
         let wheel = motion.wheels[i];
-        let inertial_torque = if wheel.direction == 0.0 { 0.0 } else { torques[i] };
-        let (speed, acceleration) = (wheel.speed * factors[i], accelerations[i]);
-        Wheel { speed, acceleration, inertial_torque, ..wheel }
+        let more = if wheel.direction == 0.0 { 0.0 } else { torques[i] };
+        Wheel {
+            speed: wheel.speed * factors[i],
+            acceleration: wheel.acceleration + added[i],
+            inertial_torque: wheel.inertial_torque + more,
+            ..wheel
+        }
     });
     Motion { wheels }
 }
@@ -401,5 +410,32 @@ mod tests {
             assert!((found[k] - expected).abs() < 1e-3 * expected, "{time}: {} {expected}", found[k]);
         }
         assert!(base.iter().zip(&softer).any(|(a, b)| (a - b).abs() > 5.0));
+    }
+
+    /// One wheel at rest while the other speeds up, as where a pivot begins: a scale of nothing
+    /// changes nothing, and one of a thousandth what it should.
+    #[test]
+    fn scales_of_encoders_show_beside_wheels_at_rest() {
+        let torque = TorqueModel::from_array([3.0, 0.03, 0.2, 0.7, 1.1, 0.03, 0.0]);
+        let core = logs::robot::Robot::named("husky").unwrap().core::<2>(2.0).unwrap();
+        let rows = (0..600).map(|k| {
+            let time = 0.05 * f64::from(k);
+            // Within the dead band, and yet with an acceleration of its own.
+            let wheel_speed = [1e-3 * (8.0 * time).sin(), 2.0 + (0.6 * time).sin()];
+            (time, Sample { wheel_speed, wheel_acceleration: None, power: 0.0 }, 75.0, Vec::new())
+        });
+        let raw =
+            RawRun { name: "run".to_owned(), rows: rows.collect(), columns: Vec::new(), period_s: 0.05 };
+        let runs = Runs::condition(&core, vec![raw]).unwrap();
+        let twin = Twin { runs: &runs, drive: Drive::Dissipative, lag: 0.0, early: 0.0 };
+        let state = State { torque, effects: Vec::new() };
+        let at = twin.predict(0, &state);
+        let slope = twin.effect_slope(0, &state, &Regressor::Scale(0.0), &at);
+        let moved = twin.predict(0, &State { torque, effects: vec![(Regressor::Scale(0.0), 1e-3)] });
+        for ((at, slope), moved) in at.iter().zip(&slope).zip(&moved) {
+            assert!((moved - at - 1e-3 * slope).abs() < 1e-5 * at.abs().max(1.0), "{at} {slope} {moved}");
+        }
+        // Friction's power goes with the speed.
+        assert!(slope.iter().zip(&at).all(|(slope, at)| *slope > 0.5 * at));
     }
 }
