@@ -90,7 +90,8 @@ impl Asked<'_> {
         let runs: Option<Vec<Marginal>> =
             own.products.iter().map(|run| Marginal::of(run, own.shape, &variances.runs)).collect();
         let totals = Totals::of(own.shape, labels.iter().copied().zip(&runs?));
-        let none = reduce(&totals, own.shape, &variances, self.scales.form)?;
+        let form = self.scales.cases[self.scales.likeliest()].form;
+        let none = reduce(&totals, own.shape, &variances, form)?;
         let scored = |(way, evidence): (&&Way, f64)| Scored {
             way: (*way).clone(),
             evidence,
@@ -111,7 +112,7 @@ impl Asked<'_> {
         let further = own.shape.further();
         let field = totals.field.view((0, 0), (further, further)).into_owned();
         let size = ELSE_SIZES[ELSE_SIZES.len() / 2];
-        let other = self.scales.form + size * size;
+        let other = form + size * size;
         let other = reduce(&Totals { field, ..totals }, own.shape, &variances, other)?;
         Some(named.max(0.5 * (none.minus_two_log - other.minus_two_log)))
     }

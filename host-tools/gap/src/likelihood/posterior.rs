@@ -48,29 +48,23 @@ impl Posterior {
         Self { none, something_else, effects }
     }
 
-    /// The smallest set of causes that is sure comes to a verdict, and the effects that are in it.
-    /// Where nothing may be new, none is said; where something else may be it, no name.
+    /// Whether something is new, and if so the smallest set of causes that is sure, with the effects
+    /// that are in it. Where something else may be it, no name.
     pub fn verdict(&self) -> (Verdict, Vec<&Cause>) {
+        if self.none > 1.0 - SURE {
+            return (Verdict::None, Vec::new());
+        }
         let effects = self.effects.iter().map(|own| (own.probability, Some(own)));
         let mut all: Vec<(f64, Option<&Cause>)> = effects.chain([(self.something_else, None)]).collect();
         all.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut sum = 0.0;
-        let mut set = Vec::new();
-        // None goes first where it is as probable as another.
-        let mut none = Some(self.none);
-        for (probability, cause) in all {
-            if sum < SURE && none.is_some_and(|none| none >= probability) {
-                sum += none.take().unwrap_or(0.0);
-                if sum - self.none < SURE {
-                    return (Verdict::None, Vec::new());
-                }
-            }
-            if sum >= SURE {
-                break;
-            }
-            sum += probability;
-            set.push(cause);
-        }
+        let mut left = SURE * (1.0 - self.none);
+        let is_wanted = |(probability, _): &(f64, _)| {
+            let wanted = left > 0.0;
+            left -= probability;
+            wanted
+        };
+        let set: Vec<Option<&Cause>> =
+            all.into_iter().take_while(is_wanted).map(|(_, cause)| cause).collect();
         let names: Vec<&Cause> = set.iter().copied().flatten().collect();
         match (names.len() == set.len(), names.len()) {
             (false, _) | (true, 0) => (Verdict::Unexplained, Vec::new()),
@@ -127,5 +121,8 @@ mod tests {
         assert_eq!(verdict(0.0, 0.07, &[("a", 0.93)]).0, Verdict::Unexplained);
         assert_eq!(verdict(0.0, 0.98, &[("a", 0.02)]).0, Verdict::Unexplained);
         assert_eq!(verdict(0.03, 0.0, &[("a", 0.955), ("b", 0.015)]).0, Verdict::Named);
+        // That something is new is sure: of what it may be, none is no part.
+        let tie = verdict(0.04, 0.0, &[("a", 0.50), ("b", 0.44), ("c", 0.02)]);
+        assert_eq!(tie, (Verdict::Ambiguous, vec!["a".to_owned(), "b".to_owned()]));
     }
 }

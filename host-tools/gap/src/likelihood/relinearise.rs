@@ -6,11 +6,11 @@ use rayon::prelude::*;
 
 use super::delay::later;
 use super::evidence::{Marginal, Reduced, Totals, reduce};
-use super::normal::{log_mean, log_sum};
+use super::normal::log_mean;
 use super::predicted::Predicted;
-use super::priors::{BENT_SETTLED, BENT_STEPS, DELAY_STEPS, FORM_ERRORS};
+use super::priors::{BENT_SETTLED, BENT_STEPS, DELAY_STEPS, FORM_ERRORS, RUN_SCALES};
 use super::products::{Posed, RunProducts};
-use super::scored::Scales;
+use super::scored::{Case, Scales};
 use super::ways::Way;
 use crate::twin::State;
 
@@ -30,11 +30,12 @@ pub struct Bent {
 pub fn about(posed: &Posed<'_>, scales: &Scales, way: &Way, start: &[f64]) -> Option<Bent> {
     let way = &Way { first: 0, ..way.clone() };
     let mut coefficients = DVector::from_column_slice(start);
-    let middle = scales.likeliest();
+    let middle = scales.cases[scales.likeliest()];
     let (mut share, mut last) = (1.0, DVector::zeros(start.len()));
     for step in 0.. {
         let products = products(posed, way, coefficients.as_slice());
-        let reduced = reduced(posed, scales, &products, middle, 0.0)?;
+        let runs = marginals(posed, scales, &products, middle.scale)?;
+        let reduced = reduce(&totals(posed, &runs), posed.shape, &scales.variances, middle.form)?;
         let (next, covariance) = way.likeliest(&reduced, &scales.sizes)?;
         let left = DVector::from_vec(next) - &coefficients;
         // Steps to and fro, as where a wheel begins to brake, end between.
@@ -51,17 +52,20 @@ pub fn about(posed: &Posed<'_>, scales: &Scales, way: &Way, start: &[f64]) -> Op
         let unseen = 0.5 * left.dot(&Cholesky::new(covariance.clone())?.solve(&left));
         let size = size(way, coefficients.as_slice());
         let count = posed.shape.functions as f64;
-        let each = scales.weights.iter().enumerate().map(|(scale, weight)| {
-            let forms = FORM_ERRORS.iter().map(|share| {
-                let other = (share * size).powi(2) / count;
-                let Some(reduced) = self::reduced(posed, scales, &products, scale, other) else {
-                    return f64::NEG_INFINITY;
-                };
-                way.gain(&reduced, &scales.sizes) - 0.5 * reduced.minus_two_log
-            });
-            weight + log_mean(forms)
+        let totals: Vec<Option<Totals>> = (0..RUN_SCALES.len())
+            .map(|scale| Some(totals(posed, &marginals(posed, scales, &products, scale)?)))
+            .collect();
+        let evidence = scales.over_none(|case| {
+            let Case { scale, form, .. } = scales.cases[case];
+            let Some(totals) = &totals[scale] else { return f64::NEG_INFINITY };
+            log_mean(FORM_ERRORS.iter().map(|share| {
+                let form = form + (share * size).powi(2) / count;
+                let reduced = reduce(totals, posed.shape, &scales.variances, form);
+                let value = |own: &Reduced| way.gain(own, &scales.sizes) - 0.5 * own.minus_two_log;
+                reduced.as_ref().map_or(f64::NEG_INFINITY, value)
+            }))
         });
-        let evidence = log_sum(each) - scales.none - unseen;
+        let evidence = evidence - unseen;
         return Some(Bent { evidence, coefficients: coefficients.as_slice().to_vec(), covariance });
     }
     None
@@ -173,15 +177,6 @@ pub fn marginals(
     products.iter().enumerate().map(of_run).collect()
 }
 
-fn reduced(
-    posed: &Posed<'_>,
-    scales: &Scales,
-    products: &[Option<DMatrix<f64>>],
-    scale: usize,
-    other: f64,
-) -> Option<Reduced> {
-    let marginals = marginals(posed, scales, products, scale)?;
-    let totals =
-        Totals::of(posed.shape, marginals.iter().enumerate().map(|(run, own)| (posed.is_field(run), own)));
-    reduce(&totals, posed.shape, &scales.variances, scales.form + other)
+fn totals(posed: &Posed<'_>, runs: &[Marginal]) -> Totals {
+    Totals::of(posed.shape, runs.iter().enumerate().map(|(run, own)| (posed.is_field(run), own)))
 }

@@ -11,6 +11,7 @@ use super::normal::log_mean;
 use super::posterior::{Cause, Posterior};
 use super::priors::{BENT, BENT_WAYS, NEAR, NEAR_SHARE};
 use super::products::Posed;
+use super::relinearise::Bent;
 use super::scored::{Scales, Scored};
 use super::ways::Way;
 use super::{predictive, relinearise, scored};
@@ -79,9 +80,10 @@ impl<'a> Asked<'a> {
             // Steps to its own size led nowhere: nothing is known of it.
             verdict = Verdict::Unexplained;
         }
-        // Labels say nothing of what lives in single runs, or begins at times of their own.
+        // Labels say nothing of what lives in single runs, or begins at times of their own; nor of what
+        // is beside an effect that is known, whose own form the field's runs alone may get wrong.
         let in_runs = names.first().is_some_and(|cause| scored[cause.best].in_runs);
-        let is_asked = verdict != Verdict::None && !in_runs;
+        let is_asked = verdict != Verdict::None && !in_runs && known.is_empty();
         let bent =
             names.iter().filter(|cause| covariances[cause.best].is_some() && !scored[cause.best].in_runs);
         let bent: Vec<_> =
@@ -186,7 +188,8 @@ impl Round<'_> {
     }
 }
 
-/// The best few about their own sizes; the covariance of each that was asked.
+/// The best few about their own sizes; the covariance of each that was asked. What bends loses:
+/// then another way of the same cause may lead, and is asked in turn.
 fn bend(posed: &Posed<'_>, scales: &Scales, scored: &mut [Scored]) -> Vec<Option<DMatrix<f64>>> {
     let mut order: Vec<usize> = (0..scored.len()).collect();
     order.sort_by(|a, b| scored[*b].evidence.total_cmp(&scored[*a].evidence));
@@ -202,30 +205,46 @@ fn bend(posed: &Posed<'_>, scales: &Scales, scored: &mut [Scored]) -> Vec<Option
             chosen.push(place);
         }
     }
-    let bent: Vec<_> = chosen
-        .par_iter()
-        .map(|&place| {
-            let own = &scored[place];
-            let start = match own.way.candidate.regressors[..] {
-                [Regressor::Delay] => vec![relinearise::delay(posed, scales, own.way.candidate.range)],
-                _ => own.coefficients.clone(),
-            };
-            let about = |start: &[f64]| relinearise::about(posed, scales, &own.way, start);
-            // Where steps from there lead nowhere they may from none at all.
-            (place, about(&start).or_else(|| about(&vec![0.0; start.len()])))
-        })
-        .collect();
     let mut covariances = vec![None; scored.len()];
-    for (place, bent) in bent {
-        let own = &mut scored[place];
-        match bent {
-            Some(bent) => {
-                own.evidence = bent.evidence + own.searched;
-                own.coefficients = bent.coefficients;
-                covariances[place] = Some(bent.covariance);
+    let mut is_asked = vec![false; scored.len()];
+    while !chosen.is_empty() {
+        let about = |place: &usize| (*place, bent(posed, scales, &scored[*place]));
+        let bent: Vec<_> = chosen.par_iter().map(about).collect();
+        for (place, bent) in bent {
+            let own = &mut scored[place];
+            is_asked[place] = true;
+            match bent {
+                Some(bent) => {
+                    own.evidence = bent.evidence + own.searched;
+                    own.coefficients = bent.coefficients;
+                    covariances[place] = Some(bent.covariance);
+                }
+                None => own.evidence = f64::NEG_INFINITY,
             }
-            None => own.evidence = f64::NEG_INFINITY,
         }
+        chosen = leading(scored).filter(|&k| !is_asked[k] && scored[k].evidence > least).collect();
     }
     covariances
+}
+
+/// The best way of each cause.
+fn leading(scored: &[Scored]) -> impl Iterator<Item = usize> {
+    let is_led = |k: usize| {
+        let own = &scored[k];
+        let leads =
+            |other: &Scored| other.way.candidate.id == own.way.candidate.id && other.evidence > own.evidence;
+        scored.iter().any(leads)
+    };
+    (0..scored.len()).filter(move |&k| !is_led(k))
+}
+
+/// One way about its own size.
+fn bent(posed: &Posed<'_>, scales: &Scales, own: &Scored) -> Option<Bent> {
+    let start = match own.way.candidate.regressors[..] {
+        [Regressor::Delay] => vec![relinearise::delay(posed, scales, own.way.candidate.range)],
+        _ => own.coefficients.clone(),
+    };
+    let about = |start: &[f64]| relinearise::about(posed, scales, &own.way, start);
+    // Where steps from there lead nowhere they may from none at all.
+    about(&start).or_else(|| about(&vec![0.0; start.len()]))
 }

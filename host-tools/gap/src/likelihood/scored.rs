@@ -19,16 +19,25 @@ use super::ways::{Way, sizes};
 pub struct Scales {
     /// In variances of the noise.
     pub variances: Variances,
-    /// ln prior of each scale.
-    pub weights: Vec<f64>,
-    /// At each scale, run by run.
+    /// What may be so beside the effects, each with its prior.
+    pub cases: Vec<Case>,
+    /// At each scale of [`RUN_SCALES`], run by run.
     pub marginals: Vec<Vec<Marginal>>,
-    /// At each scale, without something else.
+    /// In each case, without something else.
     pub reduced: Vec<Reduced>,
     /// ln evidence of none, up to what all share.
     pub none: f64,
     /// Sizes that an effect may have.
     pub sizes: Vec<f64>,
+}
+
+/// How much differs between runs, and how much the form of known effects gets wrong.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Case {
+    /// ln prior.
+    pub weight: f64,
+    /// Its place among [`RUN_SCALES`].
+    pub scale: usize,
     /// Variance of what the form of known effects gets wrong, a function.
     pub form: f64,
 }
@@ -40,15 +49,22 @@ impl Scales {
         let told: Vec<usize> =
             (0..posed.runs.len()).filter(|&run| !has_clean || !posed.is_field(run)).collect();
         let variances = variances_of(posed, &told)?;
-        let weights = scale_weights(told.len());
+        let forms = &FORM_ERRORS[..if posed.known > 0.0 { FORM_ERRORS.len() } else { 1 }];
+        let mut cases = Vec::new();
+        for (scale, weight) in scale_weights(told.len()).into_iter().enumerate() {
+            cases.extend(forms.iter().map(|share| Case {
+                weight: weight - (forms.len() as f64).ln(),
+                scale,
+                form: (share * posed.known).powi(2) / posed.shape.functions as f64,
+            }));
+        }
         let mut scales = Self {
             variances,
-            weights,
+            cases,
             marginals: Vec::new(),
             reduced: Vec::new(),
             none: 0.0,
             sizes: sizes(posed.power),
-            form: 0.0,
         };
         for scale in 0..RUN_SCALES.len() {
             let variances = scales.run_variances(scale);
@@ -56,18 +72,11 @@ impl Scales {
                 posed.runs.iter().map(|run| Marginal::of(&run.products, posed.shape, &variances)).collect();
             scales.marginals.push(marginals?);
         }
-        // Of the sizes that it may have, the likeliest where nothing else is new.
-        let each = FORM_ERRORS.iter().take(if posed.known > 0.0 { FORM_ERRORS.len() } else { 1 });
-        let with = each.map(|share| {
-            let form = (share * posed.known).powi(2) / posed.shape.functions as f64;
-            let own = Self { form, ..scales.clone() };
-            let reduced: Option<Vec<Reduced>> =
-                own.marginals.iter().map(|runs| own.reduce(posed, runs, 0.0)).collect();
-            let reduced = reduced?;
-            let values = own.weights.iter().zip(&reduced).map(|(w, own)| w - 0.5 * own.minus_two_log);
-            Some(Self { none: log_sum(values), reduced, ..own })
-        });
-        with.flatten().max_by(|a, b| a.none.total_cmp(&b.none))
+        let reduced: Option<Vec<Reduced>> =
+            scales.cases.iter().map(|case| scales.reduce(posed, case, 0.0)).collect();
+        scales.reduced = reduced?;
+        scales.none = scales.over_none(|case| -0.5 * scales.reduced[case].minus_two_log);
+        Some(scales)
     }
 
     /// From run to run at a scale.
@@ -75,14 +84,24 @@ impl Scales {
         self.variances.runs.iter().map(|variance| variance * RUN_SCALES[scale]).collect()
     }
 
-    /// The scale that is likeliest without effects.
+    /// The case that is likeliest without effects.
     pub fn likeliest(&self) -> usize {
-        let value = |scale: &usize| self.weights[*scale] - 0.5 * self.reduced[*scale].minus_two_log;
-        (0..self.weights.len()).max_by(|a, b| value(a).total_cmp(&value(b))).unwrap_or(0)
+        let value = |case: &usize| self.cases[*case].weight - 0.5 * self.reduced[*case].minus_two_log;
+        (0..self.cases.len()).max_by(|a, b| value(a).total_cmp(&value(b))).unwrap_or(0)
+    }
+
+    /// Runs in a case.
+    pub fn in_case(&self, case: usize) -> &[Marginal] {
+        &self.marginals[self.cases[case].scale]
     }
 
     /// With the effects that all field runs share.
-    fn reduce(&self, posed: &Posed<'_>, runs: &[Marginal], other: f64) -> Option<Reduced> {
+    fn reduce(&self, posed: &Posed<'_>, case: &Case, other: f64) -> Option<Reduced> {
+        self.reduce_runs(posed, &self.marginals[case.scale], case.form + other)
+    }
+
+    /// The same of runs as they may be, with the variance of something else.
+    fn reduce_runs(&self, posed: &Posed<'_>, runs: &[Marginal], other: f64) -> Option<Reduced> {
         let size = posed.own_first();
         let cut: Vec<Marginal> = runs
             .iter()
@@ -93,12 +112,12 @@ impl Scales {
             .collect();
         let totals =
             Totals::of(posed.shape, cut.iter().enumerate().map(|(run, own)| (posed.is_field(run), own)));
-        reduce(&totals, posed.shape, &self.variances, self.form + other)
+        reduce(&totals, posed.shape, &self.variances, other)
     }
 
-    /// Over the scales, less that of none.
-    fn over_none(&self, of_scale: impl Fn(usize) -> f64) -> f64 {
-        log_sum((0..self.weights.len()).map(|scale| self.weights[scale] + of_scale(scale))) - self.none
+    /// Over the cases, less that of none.
+    pub fn over_none(&self, of_case: impl Fn(usize) -> f64) -> f64 {
+        log_sum(self.cases.iter().enumerate().map(|(case, own)| own.weight + of_case(case))) - self.none
     }
 }
 
@@ -137,21 +156,21 @@ pub fn ways(posed: &Posed<'_>, scales: &Scales) -> Vec<Scored> {
     // Something else at a grid of sizes: the nearest one is taken for what a form gets wrong.
     let grid: Vec<f64> = [0.003].into_iter().chain(ELSE_SIZES).collect();
     let with: Vec<Vec<Option<Reduced>>> = scales
-        .marginals
+        .cases
         .iter()
-        .map(|runs| grid.iter().map(|size| scales.reduce(posed, runs, size * size)).collect())
+        .map(|case| grid.iter().map(|size| scales.reduce(posed, case, size * size)).collect())
         .collect();
     let count = (posed.shape.functions as f64).sqrt();
     let middle = scales.likeliest();
     let score = |way: &Way| {
         let (coefficients, _) = way.likeliest(&scales.reduced[middle], &scales.sizes)?;
         let size = size(way, &coefficients);
-        let evidence = scales.over_none(|scale| {
+        let evidence = scales.over_none(|case| {
             log_mean(FORM_ERRORS.iter().map(|share| {
                 let wanted = share * size / count;
                 let reduced = match nearest(&grid, wanted) {
-                    Some(place) => with[scale][place].as_ref(),
-                    None => Some(&scales.reduced[scale]),
+                    Some(place) => with[case][place].as_ref(),
+                    None => Some(&scales.reduced[case]),
                 };
                 let value = |own: &Reduced| way.gain(own, &scales.sizes) - 0.5 * own.minus_two_log;
                 reduced.map_or(f64::NEG_INFINITY, value)
@@ -175,32 +194,34 @@ fn nearest(grid: &[f64], wanted: f64) -> Option<usize> {
 /// within them, scatter.
 pub fn something_else(posed: &Posed<'_>, scales: &Scales) -> [f64; 4] {
     let value = |reduced: Option<Reduced>| reduced.map_or(f64::NEG_INFINITY, |own| -0.5 * own.minus_two_log);
-    let smooth = log_mean(ELSE_SIZES.iter().map(|size| {
-        scales.over_none(|scale| value(scales.reduce(posed, &scales.marginals[scale], size * size)))
-    }));
+    let smooth =
+        log_mean(ELSE_SIZES.iter().map(|size| {
+            scales.over_none(|case| value(scales.reduce(posed, &scales.cases[case], size * size)))
+        }));
     let middle = scales.likeliest();
     // Beside what is asked for, the field may have something of all its runs.
     let also = [0.0, 0.03_f64.powi(2)];
+    let Case { scale, form, .. } = scales.cases[middle];
     let of = |change: &dyn Fn(usize) -> Option<Marginal>| {
         let runs: Option<Vec<Marginal>> = (0..posed.runs.len())
             .map(|run| match posed.is_field(run) {
                 true => change(run),
-                false => Some(scales.marginals[middle][run].clone()),
+                false => Some(scales.in_case(middle)[run].clone()),
             })
             .collect();
         let Some(runs) = runs else { return f64::NEG_INFINITY };
-        let own = log_mean(also.iter().map(|other| value(scales.reduce(posed, &runs, *other))));
+        let own = log_mean(also.iter().map(|other| value(scales.reduce_runs(posed, &runs, form + other))));
         own + 0.5 * scales.reduced[middle].minus_two_log
     };
     let single = log_mean(ELSE_RUNS.iter().map(|times| {
-        let variances: Vec<f64> = scales.run_variances(middle).iter().map(|own| own * times).collect();
+        let variances: Vec<f64> = scales.run_variances(scale).iter().map(|own| own * times).collect();
         of(&|run| Marginal::of(&posed.runs[run].products, posed.shape, &variances))
     }));
     // Steps of any size at every time are a walk at random.
     let kinds = 0..posed.switches.len();
     let drift = log_mean(kinds.flat_map(|kind| ELSE_DRIFTS.map(|size| (kind, size))).map(|(kind, size)| {
         of(&|run| {
-            let own = &scales.marginals[middle][run];
+            let own = &scales.in_case(middle)[run];
             let columns = posed.steps(run, kind);
             let variances = vec![size * size / columns.len() as f64; columns.len()];
             let without = Marginal::without(&own.products, columns, &variances)?;
@@ -208,7 +229,7 @@ pub fn something_else(posed: &Posed<'_>, scales: &Scales) -> [f64; 4] {
         })
     }));
     let scatter = log_mean(ELSE_SCATTER.iter().map(|times| {
-        let variances: Vec<f64> = scales.run_variances(middle).iter().map(|own| own / times).collect();
+        let variances: Vec<f64> = scales.run_variances(scale).iter().map(|own| own / times).collect();
         of(&|run| {
             let own = &posed.runs[run];
             let mut marginal = Marginal::of(&(&own.products / *times), posed.shape, &variances)?;
@@ -223,7 +244,7 @@ pub fn something_else(posed: &Posed<'_>, scales: &Scales) -> [f64; 4] {
 pub fn in_runs(posed: &Posed<'_>, scales: &Scales, removed: &[String]) -> Vec<Scored> {
     let middle = scales.likeliest();
     let field: Vec<usize> = (0..posed.runs.len()).filter(|&run| posed.is_field(run)).collect();
-    let runs: Vec<&Marginal> = field.iter().map(|&run| &scales.marginals[middle][run]).collect();
+    let runs: Vec<&Marginal> = field.iter().map(|&run| &scales.in_case(middle)[run]).collect();
     let first = posed.own_first();
     let of = |columns: Vec<std::ops::Range<usize>>| {
         InRuns::of(&scales.reduced[middle], posed.shape, &runs, &columns)
