@@ -80,10 +80,9 @@ impl<'a> Asked<'a> {
             // Steps to its own size led nowhere: nothing is known of it.
             verdict = Verdict::Unexplained;
         }
-        // Labels say nothing of what lives in single runs, or begins at times of their own; nor of what
-        // is beside an effect that is known, whose own form the field's runs alone may get wrong.
+        // Labels say nothing of what lives in single runs, or begins at times of their own.
         let in_runs = names.first().is_some_and(|cause| scored[cause.best].in_runs);
-        let is_asked = verdict != Verdict::None && !in_runs && known.is_empty();
+        let is_asked = verdict != Verdict::None && !in_runs;
         let bent =
             names.iter().filter(|cause| covariances[cause.best].is_some() && !scored[cause.best].in_runs);
         let bent: Vec<_> =
