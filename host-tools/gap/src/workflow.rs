@@ -8,7 +8,7 @@ use fit::dataset::Reading;
 use fit::physical;
 use logs::checks;
 use logs::robot::Robot;
-use logs::runs::Runs;
+use logs::runs::{Rows, Runs};
 use logs::{speed_column, with_wheels};
 use model::coefficients::{CoefficientsFile, InvalidCoefficients, Taking};
 use model::effects::{NotTestable, written};
@@ -86,6 +86,14 @@ pub enum Engine {
 }
 
 impl Engine {
+    /// How many rows of a log it is asked of.
+    pub const fn rows(self) -> Rows {
+        match self {
+            Self::Rules => Rows::About,
+            Self::Likelihood { .. } => Rows::AtLeast,
+        }
+    }
+
     /// Asks field runs what they have that clean ones lack.
     ///
     /// # Errors
@@ -243,13 +251,14 @@ fn answer<const N: usize>(context: &Context, request: &Request<'_>) -> Result<An
         (None, None) => own_base(context, robot, logs, mass)?,
     };
     let raw = Runs::raw::<N>(context, robot, logs, mass, &named)?;
-    let mut runs = Runs::condition(&core, raw.clone())?;
+    let rows = request.engine.rows();
+    let mut runs = Runs::condition_to(&core, raw.clone(), rows)?;
     let raw_clean = match (&simulator, &clean_logs[..]) {
         (Some(simulator), _) => Some(simulator.raw.clone()),
         (None, []) => None,
         (None, files) => Some(Runs::raw::<N>(context, robot, files, mass, &named)?),
     };
-    let mut clean = raw_clean.clone().map(|raw| Runs::condition(&core, raw)).transpose()?;
+    let mut clean = raw_clean.clone().map(|raw| Runs::condition_to(&core, raw, rows)).transpose()?;
     if let (Some(simulator), Some(clean)) = (&simulator, &clean) {
         simulator.check_rate(&runs, clean)?;
     }

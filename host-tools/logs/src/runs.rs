@@ -21,9 +21,8 @@ use crate::robot::chassis::Chassis;
 /// Rows a second that are kept, at most about.
 const ROWS_PER_S: f64 = 20.0;
 
-/// Rows that are kept per period of the filter's cutoff, at least about: more of them repeat each
-/// other, and the band above the cutoff holds nothing but what the model of filtered signals gets
-/// wrong.
+/// Rows that are kept per period of the filter's cutoff: more of them repeat each other, and the
+/// band above the cutoff holds nothing but what the model of filtered signals gets wrong.
 const ROWS_PER_CUTOFF: f64 = 3.0;
 
 /// Rows a second that are kept at least, where the log has them: interpolating a delay needs them.
@@ -31,6 +30,29 @@ const LEAST_ROWS_PER_S: f64 = 8.0;
 
 /// Sample periods of two runs that differ by more than this share are different.
 const SAME_PERIOD: f64 = 0.1;
+
+/// How many rows are kept, of as many as the filter's cutoff wants.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rows {
+    /// About as many.
+    About,
+    /// At least as many, where the log has them. With every second row of a log of 20 Hz behind a
+    /// filter of 4 Hz, a delay between rows explains some of what another effect does.
+    AtLeast,
+}
+
+impl Rows {
+    /// Rows of a log of which one is kept; periods of logs differ by [`SAME_PERIOD`].
+    fn stride(self, period_s: f64, cutoff_hz: f64) -> usize {
+        let rate = (ROWS_PER_CUTOFF * cutoff_hz).clamp(LEAST_ROWS_PER_S, ROWS_PER_S);
+        let stride = 1.0 / (period_s * rate);
+        let whole = match self {
+            Self::About => stride.round(),
+            Self::AtLeast => (stride + SAME_PERIOD).floor(),
+        };
+        whole.max(1.0) as usize
+    }
+}
 
 /// All runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -92,11 +114,23 @@ impl Runs {
         raw::read(context, robot, files, mass_kg, powers)
     }
 
-    /// Conditions runs as recorded.
+    /// Conditions runs as recorded, and keeps [about](Rows::About) as many rows as are wanted.
     ///
     /// # Errors
     /// As [`read`](Self::read).
     pub fn condition<const N: usize>(core: &CoreRobot<f64, N>, raw: Vec<RawRun<N>>) -> Result<Self> {
+        Self::condition_to(core, raw, Rows::About)
+    }
+
+    /// Conditions runs as recorded.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn condition_to<const N: usize>(
+        core: &CoreRobot<f64, N>,
+        raw: Vec<RawRun<N>>,
+        rows: Rows,
+    ) -> Result<Self> {
         let mut columns: Vec<String> = Vec::new();
         let mut seen: HashSet<&str> = HashSet::new();
         for name in raw.iter().flat_map(|run| &run.columns) {
@@ -106,8 +140,7 @@ impl Runs {
         }
         let Some(first) = raw.first() else { return Err(Error::usage("no log was given")) };
         let (first_name, period) = (first.name.clone(), first.period_s);
-        let rate = (ROWS_PER_CUTOFF * core.cutoff_hz).clamp(LEAST_ROWS_PER_S, ROWS_PER_S);
-        let stride = (1.0 / (period * rate)).round().max(1.0);
+        let stride = rows.stride(period, core.cutoff_hz);
         let mut runs = Vec::new();
         for run in raw {
             if (run.period_s / period - 1.0).abs() > SAME_PERIOD {
@@ -118,13 +151,13 @@ impl Runs {
                 ))
                 .in_file(&run.name));
             }
-            runs.push(conditioned::condition(core, run, &columns, stride as usize)?);
+            runs.push(conditioned::condition(core, run, &columns, stride)?);
         }
         Ok(Self {
             robot: Chassis::new(core),
             columns,
             runs,
-            period_s: period * stride,
+            period_s: period * stride as f64,
             step: Step::new(&conditioned::filter(core, period, &first_name)?, period),
         })
     }
@@ -204,6 +237,14 @@ mod tests {
             period_s: 0.05,
         };
         Runs::condition(&core, vec![raw]).unwrap()
+    }
+
+    #[test]
+    fn rows_are_kept_about_or_at_least_as_wanted() {
+        let strides = |rows: Rows| [4.0, 2.0, 1.0].map(|cutoff_hz| rows.stride(0.05, cutoff_hz));
+        assert_eq!([strides(Rows::About), strides(Rows::AtLeast)], [[2, 3, 3], [1, 2, 2]]);
+        // A log of 99 samples a second is thinned as one of 100 is.
+        assert_eq!([0.01, 1.0 / 99.0].map(|period| Rows::AtLeast.stride(period, 10.0)), [5, 5]);
     }
 
     /// Runs that follow keep the columns that the first have, at their places, and lack the others;

@@ -3,7 +3,7 @@
 
 use indicatif::ProgressBar;
 use logs::robot::Robot;
-use logs::runs::{RawRun, Runs};
+use logs::runs::{RawRun, Rows, Runs};
 use model::effects::written::{self, Written};
 use model_core::coefficients::Coefficients;
 use model_core::effects::live::{Live, Outside};
@@ -58,7 +58,7 @@ pub fn run(robot: &Robot, cases: &[Case], bar: &ProgressBar) -> Result<Vec<Cover
 
 fn one(robot: &Robot, case: &Case) -> Result<Option<Covered>> {
     let columns = columns(case);
-    let clean = sets::clean(robot, case.seed, case.noise.noise, columns)?;
+    let clean = sets::clean(robot, case.seed, case.noise.noise, columns, Rows::About)?;
     let mut effects = Vec::new();
     for effect in &case.effects {
         effects.push(sets::scaled(effect, case.size, case.seed)?);

@@ -3,7 +3,7 @@
 
 use indicatif::ProgressBar;
 use logs::robot::Robot;
-use logs::runs::{RawRun, Runs};
+use logs::runs::{RawRun, Rows, Runs};
 use plant::effects::Effect;
 use plant::{PayloadSchedule, Profile, Scenario};
 use support::error::Result;
@@ -61,7 +61,7 @@ pub fn run(robot: &Robot, cases: &[Case], bar: &ProgressBar) -> Result<Vec<Parte
 /// As [`run`].
 pub fn one(robot: &Robot, case: &Case) -> Result<Option<Parted>> {
     let columns = columns(case);
-    let mut clean = sets::clean(robot, case.seed, case.noise.noise, columns)?;
+    let mut clean = sets::clean(robot, case.seed, case.noise.noise, columns, Rows::About)?;
     let mut effects = Vec::new();
     for effect in &case.effects {
         effects.push(sets::scaled(effect, case.size, case.seed)?);

@@ -151,13 +151,13 @@ fn all<T: Send>(
 /// As [`run`].
 pub fn one(robot: &Robot, case: &Case, engine: Engine) -> Result<Outcome> {
     let columns = columns(case);
-    let clean = sets::clean(robot, case.seed, case.noise.noise, columns)?;
+    let clean = sets::clean(robot, case.seed, case.noise.noise, columns, engine.rows())?;
     let mut effects = Vec::new();
     for effect in &case.effects {
         effects.push(sets::scaled(effect, case.size, case.seed)?);
     }
     let raw = sets::record(&sets::field(&effects, case.noise.noise).field(case.seed), columns)?;
-    let runs = Runs::condition(&clean.core, raw)?;
+    let runs = Runs::condition_to(&clean.core, raw, engine.rows())?;
     let options = Options { removed: case.removed.clone(), ..Options::default() };
     let started = Instant::now();
     let report = engine.investigate(&runs, Some(&clean.runs), &clean.base, &options)?;

@@ -7,7 +7,7 @@ use fit::dataset::{Dataset, Kept, Run};
 use fit::pgd;
 use logs::robot::Robot;
 use logs::robot::chassis::Chassis;
-use logs::runs::{RawRun, Runs};
+use logs::runs::{RawRun, Rows, Runs};
 use model::coefficients::{Method, ModelKind};
 use plant::effects::Effect;
 use plant::effects::size::scale_to;
@@ -106,7 +106,7 @@ pub struct Clean {
 ///
 /// # Errors
 /// What plant and fit refuse.
-pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str]) -> Result<Clean> {
+pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str], rows: Rows) -> Result<Clean> {
     let core = robot.core::<2>(CUTOFF_HZ)?;
     let raw = record(&field(&[], noise).base(seed), columns)?;
     let mut dataset = Dataset::empty(Chassis::new(&core), Gate::Signed);
@@ -141,7 +141,7 @@ pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str]) -> Result
         of_simulator: false,
     };
     let noise = fit.noise;
-    Ok(Clean { base, runs: Runs::condition(&core, raw)?, core, noise })
+    Ok(Clean { base, runs: Runs::condition_to(&core, raw, rows)?, core, noise })
 }
 
 /// The effect scaled so that it adds `size` standard deviations of the noise to the power of the

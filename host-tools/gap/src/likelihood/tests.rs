@@ -2,7 +2,7 @@
 //! with an effect.
 
 use logs::robot::Robot;
-use logs::runs::{RawRun, Row, Runs};
+use logs::runs::{RawRun, Row, Rows, Runs};
 use model::effects::{Detail, Regressor, STATIC_STEP};
 use model_core::effects::Term;
 use model_core::estimator::Sample;
@@ -137,7 +137,7 @@ fn runs(count: u32, effects: &[(Regressor, f64)], normal: &mut Normal) -> Runs {
         });
         RawRun { name: format!("run{run}"), rows: rows.collect(), columns: Vec::new(), period_s: 0.05 }
     });
-    let mut runs = Runs::condition(&core, raw.collect()).unwrap();
+    let mut runs = Runs::condition_to(&core, raw.collect(), Rows::AtLeast).unwrap();
     let state = State { torque: TorqueModel::from_array(TORQUE), effects: effects.to_vec() };
     let powers: Vec<Vec<f64>> = {
         let twin = Twin { runs: &runs, drive: Drive::Dissipative, lag: 0.0, early: 0.0 };
