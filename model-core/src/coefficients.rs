@@ -36,7 +36,11 @@
 //! | 104 | imbalance of the sides, N·m |
 //! | 108, 112 | slip memory: slip at 1/√2 of the scrub, relaxation in rad of the wheel |
 //! | 116 | delay of the power behind the speeds, s |
-//! | 120 | 16 bytes, 0 |
+//! | 120 | loss of the gear by what passes it |
+//! | 124 | slip memory: difference of the sides that is hardly a turn, rad/s; 0 for the dead band |
+//! | 128 | 8 bytes, 0 |
+//!
+//! Firmware from before the last two takes an image in which they are 0, and refuses others.
 //!
 //! A column's id and "which" are a byte each, its coefficient and shape in single precision. Ids
 //! never change their meaning; "which" and shape are 0 where nothing is said of them:
@@ -438,12 +442,12 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
     /// What version 3 has beyond the first, in its order.
     fn traits(&self) -> [T; TRAITS] {
         let Conditioning { slip, delay, .. } = self.robot.conditioning;
-        let imbalance = match &self.model {
-            Model::Signed { torque, .. } => torque.imbalance,
-            Model::Eq18 { .. } => T::ZERO,
+        let (imbalance, gear_loss) = match &self.model {
+            Model::Signed { torque, .. } => (torque.imbalance, torque.gear_loss),
+            Model::Eq18 { .. } => (T::ZERO, T::ZERO),
         };
         let zero = T::ZERO;
-        [imbalance, slip.half_slip, slip.relaxation, delay, zero, zero, zero, zero]
+        [imbalance, slip.half_slip, slip.relaxation, delay, gear_loss, slip.rest, zero, zero]
     }
 
     /// Reads an image back.
@@ -512,18 +516,18 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
                     1 => Drive::Regenerative,
                     _ => return Err(DecodeError::Field("drive")),
                 };
-                let [imbalance, ..] = traits;
-                let torque = TorqueModel { imbalance, ..TorqueModel::from_array(parameters) };
+                let [imbalance, _, _, _, gear_loss, ..] = traits;
+                let torque = TorqueModel { imbalance, gear_loss, ..TorqueModel::from_array(parameters) };
                 Model::Signed { torque, drive }
             }
             found => return Err(DecodeError::UnknownModel { found }),
         };
-        let [_, half_slip, relaxation, delay, rest @ ..] = traits;
-        let slip = SlipMemory { half_slip, relaxation };
+        let [_, half_slip, relaxation, delay, _, rest, unknown @ ..] = traits;
+        let slip = SlipMemory { half_slip, relaxation, rest };
         let conditioning = Conditioning { slip, delay, true_slip: T::ZERO };
         // One image for the same coefficients: without traits it is of an older version.
         let is_canonical = version != VERSION_WITH_TRAITS || traits.iter().any(|value| *value != T::ZERO);
-        let is_known = rest.iter().all(|value| *value == T::ZERO);
+        let is_known = unknown.iter().all(|value| *value == T::ZERO);
         if !(model.is_sound() && conditioning.is_sound() && is_canonical && is_known) {
             return Err(DecodeError::Field("coefficients"));
         }

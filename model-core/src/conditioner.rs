@@ -46,6 +46,8 @@ pub struct Conditioner<T, const N: usize> {
     channels: Channels<T, N>,
     accelerations: [Channel<T>; N],
     memory: SlipMemory<T>,
+    /// A difference of the sides within this is hardly a turn, rad/s.
+    rest: T,
     slip: Slip<T>,
     /// Nothing is late and no wheel scrubs, as of most robots: chosen at set-up, not at every
     /// sample.
@@ -95,6 +97,7 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
             longest_step,
             channels: Channels::NOTHING,
             accelerations: [Channel::NOTHING; N],
+            rest: memory.rest_of(robot.dead_band),
             memory,
             slip: Slip::default(),
             unsettled: 0,
@@ -197,7 +200,7 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
     fn motion(&mut self, speed: &[T; N], acceleration: &[T; N], since: T) -> Motion<T, N> {
         match self.mass_matrix.sides() {
             Some(sides) if !self.memory.is_off() => {
-                let rims = sides.rims(speed, self.dead_band);
+                let rims = sides.rims(speed, self.rest);
                 let slip = if since >= T::ZERO {
                     self.memory.step(&mut self.slip, &rims, since)
                 } else {

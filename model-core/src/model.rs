@@ -153,7 +153,10 @@ impl<T: Real> Model<T> {
         let sound = |values: &[T]| values.iter().all(|value| value.is_finite() && *value >= T::ZERO);
         match self {
             Model::Eq18 { beta, .. } => sound(beta),
-            Model::Signed { torque, .. } => sound(&torque.to_array()) && torque.imbalance.is_finite(),
+            Model::Signed { torque, .. } => {
+                let is_a_share = torque.gear_loss >= T::ZERO && torque.gear_loss < T::ONE;
+                sound(&torque.to_array()) && torque.imbalance.is_finite() && is_a_share
+            }
         }
     }
 }

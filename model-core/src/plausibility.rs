@@ -33,6 +33,8 @@ pub const LEAST_LENGTH: f64 = 1e-4;
 /// 200 Hz single precision loses 0.4 % of the power in it; at half of this, 3 %. Hz.
 pub const LEAST_CUTOFF: f64 = 0.1;
 
+/// A gear that loses more to its load gives next to nothing back; share of the load.
+pub const MOST_GEAR_LOSS: f64 = 0.7;
 /// A turn on nearly the spot, dimensionless: scrub that is only half there at such a slip is none.
 pub const MOST_HALF_SLIP: f64 = 10.0;
 /// A tyre that rolls so far before its side force is there is none, rad of the wheel.
@@ -87,6 +89,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
             && self.noise.is_plausible()
             && self.columns.are_plausible()
             && self.has_plausible_sides()
+            && self.has_plausible_gears()
             && self.has_plausible_powers())
         {
             return Err(Implausible::Value);
@@ -149,6 +152,14 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         }
     }
 
+    /// They give back some of what passes them.
+    fn has_plausible_gears(&self) -> bool {
+        match &self.model {
+            Model::Signed { torque, .. } => torque.gear_loss <= T::from_f64(MOST_GEAR_LOSS),
+            Model::Eq18 { .. } => true,
+        }
+    }
+
     fn has_plausible_powers(&self) -> bool {
         let [_, _, turn] = self.robot.kinematics.rows();
         let straight = [T::ONE; N];
@@ -194,8 +205,8 @@ impl<T: Real, const N: usize> Robot<T, N> {
         let memory = self.conditioning.slip;
         match self.mass_matrix.sides() {
             Some(sides) if !memory.is_off() => {
-                let scrub =
-                    sides.scrub(memory.settle(&mut Slip::default(), &sides.rims(speed, self.dead_band)));
+                let rims = sides.rims(speed, memory.rest_of(self.dead_band));
+                let scrub = sides.scrub(memory.settle(&mut Slip::default(), &rims));
                 Motion::with_scrub(speed, acceleration, &scrub, &self.mass_matrix, self.dead_band)
             }
             _ => Motion::new(speed, acceleration, &self.mass_matrix, self.dead_band),
@@ -217,6 +228,7 @@ impl<T: Real, const N: usize> Robot<T, N> {
             && is_within(self.static_power, MOST_POWER)
             && is_within(slip.half_slip, MOST_HALF_SLIP)
             && is_within(slip.relaxation, MOST_RELAXATION)
+            && is_within(slip.rest, MOST_DEAD_BAND)
             && (slip.is_off() || self.mass_matrix.sides().is_some())
             && is_within(self.conditioning.delay, MOST_DELAY)
     }

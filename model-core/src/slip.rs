@@ -10,9 +10,9 @@
 //!
 //! In a steady curve s = Δ / √((c v̄)² + Δ² + r²): rolling and sliding share the ellipse of the
 //! contact's friction. It is 1/√2 where the slip |Δ| / v̄ is c, nearly ±1 on the spot. r is the
-//! dead band: sides that differ by less hardly turn, and a robot that creeps to its rest is not
-//! dragged for the ratio of two speeds that are next to nothing (a robot in MuJoCo: 1 to 36 % less
-//! error; a measured Husky: nothing). The implicit step s ← (c λ s + T Δ) / (c λ + T √((c
+//! difference below which a turn hardly drags: tyres yield before they slide, so a robot that
+//! creeps to its rest is not dragged for the ratio of two speeds that are next to nothing. A fit
+//! finds it; without it is the dead band. The implicit step s ← (c λ s + T Δ) / (c λ + T √((c
 //! v̄)² + Δ² + r²)) is a mean of the state before and of that end, so it never leaves −1 … 1
 //! whatever the step. c → 0 is the sign of the turn; λ → 0 the steady curve at once. (c v̄ + |Δ|
 //! instead of the root saturates too slowly: 0.02 of R² on a measured Husky, 0.01 on a robot in
@@ -20,7 +20,7 @@
 
 use crate::real::Real;
 
-/// The two parameters of the memory.
+/// The parameters of the memory.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SlipMemory<T> {
     /// c: the slip |Δ| / v̄ at which 1/√2 of the scrub is there, dimensionless; 0 for the sign of
@@ -28,6 +28,8 @@ pub struct SlipMemory<T> {
     pub half_slip: T,
     /// λ: how far a wheel turns while the scrub builds up by 1 − 1/e in a gentle curve, rad.
     pub relaxation: T,
+    /// r, rad/s; 0 for the robot's dead band.
+    pub rest: T,
 }
 
 /// How both sides' wheels turn at one instant.
@@ -47,7 +49,7 @@ pub struct Slip<T>(T);
 
 impl<T: Real> SlipMemory<T> {
     /// No memory: the sign of the turn.
-    pub const OFF: Self = Self { half_slip: T::ZERO, relaxation: T::ZERO };
+    pub const OFF: Self = Self { half_slip: T::ZERO, relaxation: T::ZERO, rest: T::ZERO };
 
     /// The scrub follows the sign of the turn at once.
     #[inline]
@@ -57,7 +59,13 @@ impl<T: Real> SlipMemory<T> {
 
     /// Finite and not negative.
     pub fn is_sound(&self) -> bool {
-        [self.half_slip, self.relaxation].iter().all(|value| value.is_finite() && *value >= T::ZERO)
+        let values = [self.half_slip, self.relaxation, self.rest];
+        values.iter().all(|value| value.is_finite() && *value >= T::ZERO)
+    }
+
+    /// r of a robot with this dead band, rad/s.
+    pub fn rest_of(&self, dead_band: T) -> T {
+        if self.rest > T::ZERO { self.rest } else { dead_band }
     }
 
     /// √((c v̄)² + Δ² + r²), rad/s.
@@ -99,7 +107,11 @@ impl<T: Real> SlipMemory<T> {
     /// In another precision.
     pub fn convert<U: Real>(&self) -> SlipMemory<U> {
         let number = |value: T| U::from_f64(value.to_f64());
-        SlipMemory { half_slip: number(self.half_slip), relaxation: number(self.relaxation) }
+        SlipMemory {
+            half_slip: number(self.half_slip),
+            relaxation: number(self.relaxation),
+            rest: number(self.rest),
+        }
     }
 }
 

@@ -11,6 +11,12 @@
 //!
 //! Where the sides of a robot are not alike, Coulomb's torque is a0 − d on the left and a0 + d on
 //! the right.
+//!
+//! A gear takes a share of what passes it, whichever way that goes. With L = m (a1 h + g4 K + b σ)
+//! and a loss of e |L| the motor supplies L + e |L| h: more than L while it drives the wheel, less
+//! while the wheel drives it, as the inner wheels of a turn and all wheels in braking do. g4 alone
+//! has the one direction and errs by twice e in the other. L is in proportion to the mass, so its
+//! sign does not depend on it, and the power stays quadratic in the mass.
 
 use crate::eq18::REGRESSORS;
 use crate::motion::{Motion, Wheel};
@@ -27,7 +33,7 @@ pub const SCRUB_PRODUCTS: usize = 6;
 /// The powers of the mass that multiply them.
 pub const SCRUB_POWERS: [u8; SCRUB_PRODUCTS] = [1, 1, 2, 2, 1, 2];
 
-/// The physical parameters, all at least 0 but for the last.
+/// The physical parameters, all at least 0 but for the imbalance.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct TorqueModel<T> {
     /// a0: Coulomb torque of motor and gear, N·m.
@@ -49,6 +55,8 @@ pub struct TorqueModel<T> {
     /// d: how much Coulomb torque the right side's wheels have beyond a0, and the left side's lack,
     /// N·m; of either sign.
     pub imbalance: T,
+    /// e: share of what passes the gear that it takes, in either direction; below 1, dimensionless.
+    pub gear_loss: T,
 }
 
 /// Whether the drive can feed power back into the supply.
@@ -94,7 +102,7 @@ impl<T: Real> WheelPower<T> {
 }
 
 impl<T: Real> TorqueModel<T> {
-    /// In the order of the fields, both sides being alike.
+    /// In the order of the fields, both sides being alike, the gear without a loss of its own.
     pub fn from_array(values: [T; PARAMETERS]) -> Self {
         let [coulomb, rolling, viscous, rotor_inertia, inertia_gain, winding_loss, scrub] = values;
         Self {
@@ -106,13 +114,15 @@ impl<T: Real> TorqueModel<T> {
             winding_loss,
             scrub,
             imbalance: T::ZERO,
+            gear_loss: T::ZERO,
         }
     }
 
-    /// The same imbalance of the sides with these values, in the order of the fields.
+    /// The same imbalance of the sides and loss of the gear with these values, in the order of the
+    /// fields.
     #[must_use]
     pub fn with_array(self, values: [T; PARAMETERS]) -> Self {
-        Self { imbalance: self.imbalance, ..Self::from_array(values) }
+        Self { imbalance: self.imbalance, gear_loss: self.gear_loss, ..Self::from_array(values) }
     }
 
     /// What both sides share, in the order of the fields.
@@ -141,15 +151,42 @@ impl<T: Real> TorqueModel<T> {
             + self.rotor_inertia * wheel.acceleration
             + mass * (self.inertia_gain * wheel.inertial_torque + self.scrub * wheel.scrub)
             + self.imbalance * wheel.side
+            + mass * self.gear_loss * self.gear_share(wheel)
     }
 
-    /// The part of the torque that passes the gear, N·m/kg: what moves the body, without the rotor
-    /// and the motor's own friction.
+    /// L / m, N·m/kg: what passes the gear to move the body.
     #[inline(always)]
-    pub fn load_per_kg(&self, wheel: &Wheel<T>) -> T {
+    fn passed_per_kg(&self, wheel: &Wheel<T>) -> T {
         let load = self.rolling * wheel.direction + self.inertia_gain * wheel.inertial_torque;
         // Known to be none where no wheel scrubs: no code at all then.
         if wheel.scrub == T::ZERO { load } else { load + self.scrub * wheel.scrub }
+    }
+
+    /// |L| h / m, N·m/kg: what the loss of the gear multiplies.
+    #[inline(always)]
+    pub fn gear_share(&self, wheel: &Wheel<T>) -> T {
+        self.passed_per_kg(wheel).abs() * wheel.direction
+    }
+
+    /// What the motor supplies of a load that it drives, per unit of the load: all losses of motor,
+    /// gear and drive that grow with it.
+    pub fn load_gain(&self) -> T {
+        self.inertia_gain * (T::ONE + self.gear_loss)
+    }
+
+    /// By how many times more than what passes the gear the motor supplies.
+    #[inline(always)]
+    pub fn gear_factor(&self, wheel: &Wheel<T>) -> T {
+        let drives = self.passed_per_kg(wheel) * wheel.direction >= T::ZERO;
+        if drives { T::ONE + self.gear_loss } else { T::ONE - self.gear_loss }
+    }
+
+    /// What the motor supplies to move the body, N·m/kg: without the rotor and the motor's own
+    /// friction, with what the gear takes of it.
+    #[inline(always)]
+    pub fn load_per_kg(&self, wheel: &Wheel<T>) -> T {
+        let passed = self.passed_per_kg(wheel);
+        passed + self.gear_loss * (passed.abs() * wheel.direction)
     }
 
     /// What the motor gives its gear: [`Self::parts`] without what the rotor takes for itself.
@@ -186,7 +223,7 @@ impl<T: Real> TorqueModel<T> {
     }
 
     /// β_0 … β_14 of the ungated Eq. 18 ([`crate::eq18::Gate::Signed`]) that equal this model
-    /// away from the clamp, scrub and imbalance apart.
+    /// away from the clamp; scrub, imbalance and loss of the gear apart.
     pub fn expand(&self) -> [T; REGRESSORS] {
         let [a0, a1, g2, g3, g4, k, _] = self.to_array();
         let two = T::TWO;
@@ -239,6 +276,7 @@ impl<T: Real> TorqueModel<T> {
         let number = |value: T| U::from_f64(value.to_f64());
         TorqueModel {
             imbalance: number(self.imbalance),
+            gear_loss: number(self.gear_loss),
             ..TorqueModel::from_array(self.to_array().map(number))
         }
     }

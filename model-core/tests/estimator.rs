@@ -617,10 +617,10 @@ fn the_straight_way_is_the_same() {
         with(&|_| ()),
         with(&|robot| robot.conditioning.delay = 0.013),
         with(&scrubs),
-        with(&|robot| robot.conditioning.slip = SlipMemory { half_slip: 0.3, relaxation: 0.1 }),
+        with(&|robot| robot.conditioning.slip = SlipMemory { half_slip: 0.3, relaxation: 0.1, rest: 0.0 }),
         with(&|robot| {
             scrubs(robot);
-            robot.conditioning.slip = SlipMemory { half_slip: 0.3, relaxation: 0.1 };
+            robot.conditioning.slip = SlipMemory { half_slip: 0.3, relaxation: 0.1, rest: 0.0 };
         }),
     ];
     for (index, coefficients) in robots.iter().enumerate() {

@@ -20,7 +20,7 @@ use model_core::torque::{Drive, TorqueModel};
 const PERIOD: f64 = 0.005;
 /// Burger: track over wheel radius, rad/s of wheel difference per rad/s turned.
 const LEVER: f64 = 0.16 / 0.033;
-const MEMORY: SlipMemory<f64> = SlipMemory { half_slip: 0.13, relaxation: 1.8 };
+const MEMORY: SlipMemory<f64> = SlipMemory { half_slip: 0.13, relaxation: 1.8, rest: 0.0 };
 
 fn robot(true_slip: f64, delay: f64) -> Robot<f64, 2> {
     let conditioning = Conditioning { slip: MEMORY, delay, true_slip };

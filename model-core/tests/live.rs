@@ -273,7 +273,7 @@ fn a_half_slip_that_is_greater_is_the_robots_own() {
     let column = Column { cause: Cause::HalfSlip, coefficient: 1.0 };
     let powers = |half_slip: f64, columns: &[Column<f64>]| {
         let plain = robot(columns);
-        let slip = SlipMemory { half_slip, relaxation: 1.2 };
+        let slip = SlipMemory { half_slip, relaxation: 1.2, rest: 0.0 };
         let Model::Signed { torque, drive: of_wheels } = plain.model else { return Vec::new() };
         let torque = model_core::torque::TorqueModel { scrub: 0.02, ..torque };
         let skidding = Coefficients {

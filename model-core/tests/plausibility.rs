@@ -34,7 +34,7 @@ fn good() -> [Vec<u8>; 4] {
     let mut memory = plain;
     memory.robot.kinematics = Kinematics::from_rows(*plain.robot.kinematics.rows()).unwrap().with_scrub(true);
     memory.robot.mass_matrix = memory.robot.kinematics.mass_matrix(plain.robot.gyration_radius).unwrap();
-    memory.robot.conditioning.slip = SlipMemory { half_slip: 0.126, relaxation: 1.79 };
+    memory.robot.conditioning.slip = SlipMemory { half_slip: 0.126, relaxation: 1.79, rest: 0.0 };
     memory.robot.conditioning.delay = 0.05;
     let eq18 = Coefficients { model: Model::Eq18 { gate: Gate::Corrected, beta: [0.01; 15] }, ..plain };
     let adapting = Coefficients { ground_adapts: true, ..plain };

@@ -18,7 +18,11 @@ use proptest::prelude::*;
 const PERIOD: f64 = 0.005;
 
 fn memory() -> impl Strategy<Value = SlipMemory<f64>> {
-    (0.01..2.0_f64, 0.0..30.0_f64).prop_map(|(half_slip, relaxation)| SlipMemory { half_slip, relaxation })
+    (0.01..2.0_f64, 0.0..30.0_f64).prop_map(|(half_slip, relaxation)| SlipMemory {
+        half_slip,
+        relaxation,
+        rest: 0.0,
+    })
 }
 
 fn rims() -> impl Strategy<Value = Rims<f64>> {
@@ -95,23 +99,27 @@ proptest! {
     }
 
     /// With mass m the power stays a polynomial of it: the share holds no mass. d is Coulomb torque
-    /// on the right, less on the left, whichever way the wheels turn.
+    /// on the right, less on the left, whichever way the wheels turn. e is what the gear takes of what
+    /// passes it, whether the motor drives the wheel or the wheel the motor.
     #[test]
     fn power_is_still_a_polynomial_of_the_mass(
         torque in torque_model(), scrub in 0.0..0.5_f64, imbalance in -0.5..0.5_f64, share in -1.0..1.0_f64,
+        gear_loss in 0.0..0.7_f64,
         speed in proptest::array::uniform2(prop_oneof![-9.0..-0.1_f64, 0.1..9.0_f64]), mass in 1.0..6.0_f64,
     ) {
-        let torque = TorqueModel { scrub, imbalance, ..torque };
+        let torque = TorqueModel { scrub, imbalance, gear_loss, ..torque };
         let matrix = kinematics().mass_matrix(0.064).unwrap();
         let shares = matrix.sides().unwrap().scrub(share);
         let motion = Motion::with_scrub(&speed, &[0.3, -0.4], &shares, &matrix, 0.02);
         let model = Model::Signed { torque, drive: Drive::Regenerative };
         let expected: f64 = [-1.0, 1.0].iter().zip(&motion.wheels).map(|(side, wheel)| {
             let h = wheel.speed.signum();
-            let friction = (torque.coulomb + side * imbalance + torque.rolling * mass) * h;
-            let inertia = torque.rotor_inertia * wheel.acceleration
-                + torque.inertia_gain * mass * wheel.inertial_torque;
-            let tau = friction + torque.viscous * wheel.speed + inertia + side * scrub * mass * share;
+            let drive = (torque.coulomb + side * imbalance) * h
+                + torque.viscous * wheel.speed + torque.rotor_inertia * wheel.acceleration;
+            let load = mass
+                * (torque.rolling * h + torque.inertia_gain * wheel.inertial_torque + side * scrub * share);
+            let drives = load * h > 0.0;
+            let tau = drive + if drives { (1.0 + gear_loss) * load } else { (1.0 - gear_loss) * load };
             tau * wheel.speed + torque.winding_loss * tau * tau
         }).sum();
         let range = common::range();
@@ -167,7 +175,7 @@ fn robot(slip: SlipMemory<f64>) -> Robot<f64, 2> {
 /// behind gaps: whoever has speeds and times can do the same.
 #[test]
 fn conditioner_runs_the_memory() {
-    let memory = SlipMemory { half_slip: 0.13, relaxation: 1.8 };
+    let memory = SlipMemory { half_slip: 0.13, relaxation: 1.8, rest: 0.0 };
     let robot = robot(memory);
     let mut conditioner = Conditioner::new(&robot, PERIOD).unwrap();
     let sides = *robot.mass_matrix.sides().unwrap();
@@ -196,7 +204,7 @@ fn conditioner_runs_the_memory() {
 /// Where nothing turns or rolls, and without a memory, softer tyres change nothing.
 #[test]
 fn softer_tyres_at_rest_are_as_they_were() {
-    let memory = SlipMemory { half_slip: 0.13, relaxation: 1.8 };
+    let memory = SlipMemory { half_slip: 0.13, relaxation: 1.8, rest: 0.0 };
     assert_eq!(memory.softened(&Rims::default(), 0.5), 1.0);
     assert_eq!(SlipMemory::OFF.softened(&Rims { difference: 0.3, mean: 2.0, rest: 0.02 }, 0.5), 1.0);
 }
@@ -204,7 +212,7 @@ fn softer_tyres_at_rest_are_as_they_were() {
 /// A sample that is no number leaves no trace but its time.
 #[test]
 fn broken_samples_pass_their_time() {
-    let memory = SlipMemory { half_slip: 0.13, relaxation: 1.8 };
+    let memory = SlipMemory { half_slip: 0.13, relaxation: 1.8, rest: 0.0 };
     let robot = robot(memory);
     let mut conditioner = Conditioner::new(&robot, PERIOD).unwrap();
     let sides = robot.mass_matrix.sides().unwrap();
@@ -231,7 +239,7 @@ fn broken_samples_pass_their_time() {
 #[test]
 fn off_is_the_sign_of_the_turn() {
     for scrubs in [false, true] {
-        let off = SlipMemory { half_slip: 0.0, relaxation: 1.8 };
+        let off = SlipMemory { half_slip: 0.0, relaxation: 1.8, rest: 0.0 };
         let kinematics = kinematics().with_scrub(scrubs);
         let mass_matrix = kinematics.mass_matrix(0.064).unwrap();
         let robot = Robot { kinematics, mass_matrix, ..robot(off) };
@@ -259,7 +267,8 @@ fn worst<T: Real>() -> f64 {
     let mut rows = include_str!("reference/slip.csv").lines();
     let parameters: Vec<f64> = rows.next().unwrap().split(',').map(|cell| cell.parse().unwrap()).collect();
     let [half_slip, relaxation, rest, period] = parameters[..] else { panic!("{parameters:?}") };
-    let memory = SlipMemory { half_slip: T::from_f64(half_slip), relaxation: T::from_f64(relaxation) };
+    let memory =
+        SlipMemory { half_slip: T::from_f64(half_slip), relaxation: T::from_f64(relaxation), rest: T::ZERO };
     let sides = Kinematics::differential(T::from_f64(0.165), T::from_f64(1.07)).unwrap().sides().unwrap();
     let (mut slip, mut worst, mut most) = (Slip::default(), 0.0_f64, 0.0_f64);
     for row in rows {
@@ -297,7 +306,16 @@ fn plausibility() {
             ..found
         }
     };
-    let slip = |half_slip, relaxation| SlipMemory { half_slip, relaxation };
+    let slip = |half_slip, relaxation| SlipMemory { half_slip, relaxation, rest: 0.0 };
+    let rests = |rest| with(SlipMemory { rest, ..slip(0.126, 1.79) }, 0.0, 0.0).is_plausible();
+    assert!(rests(0.5) && !rests(1.5));
+    let loses = |gear_loss| {
+        let found = coefficients();
+        let Model::Signed { torque, drive } = found.model else { panic!("signed") };
+        let model = Model::Signed { torque: TorqueModel { gear_loss, ..torque }, drive };
+        Coefficients { model, ..found }.is_plausible()
+    };
+    assert!(loses(0.5) && !loses(0.8));
     assert!(with(slip(0.126, 1.79), -0.03, 0.25).is_plausible());
     assert!(with(slip(0.0, 0.0), 0.04, -0.25).is_plausible());
     for absurd in [

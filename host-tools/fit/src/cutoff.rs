@@ -102,7 +102,7 @@ fn lowest_good_enough(tried: &[Option<Tried>]) -> Option<usize> {
 /// The residual's means over each second.
 fn residual(robot: &Robot, core: &Chassis, pilots: &Pilots, form: &Form) -> Option<Seconds> {
     let mut dataset = Dataset::empty(core.with_conditioning(form.conditioning), Gate::Signed);
-    dataset.unequal_sides = form.unequal_sides;
+    dataset.own = form.own;
     let rows = pilots.condition(&dataset.robot, MOST_ROWS)?;
     let stride = rows.len().div_ceil(FITTED_ROWS).max(1);
     dataset.store = rows.iter().step_by(stride).collect();

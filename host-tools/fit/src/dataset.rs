@@ -19,6 +19,7 @@ use support::error::{Error, Result};
 use support::progress::FileProgress;
 
 use super::gram::Gram;
+use super::physical::Own;
 pub use super::rows::{Kept, Row, Rows, Stretch};
 
 /// Most rows in the store.
@@ -54,8 +55,8 @@ pub struct Dataset {
     pub used: u64,
     /// Rows left out as unusable, over all logs.
     pub excluded: u64,
-    /// Whether the sides' Coulomb torques may differ.
-    pub unequal_sides: bool,
+    /// What the torque model may have of its own.
+    pub own: Own,
     /// Steps of a search so long that no further term was asked; `None` as a rule.
     pub long_search: Option<u32>,
     /// Payloads met, kg, to the gram, at most [`MOST_MASSES`].
@@ -127,7 +128,7 @@ impl Dataset {
             rows: 0,
             used: 0,
             excluded: 0,
-            unequal_sides: false,
+            own: Own::default(),
             long_search: None,
             masses: Vec::new(),
         }

@@ -111,6 +111,8 @@ pub struct Answer {
     pub half_slip: f64,
     /// The angle that wheels roll meanwhile.
     pub slip_relaxation_rad: f64,
+    /// Difference of the sides that is hardly a turn; 0 for the dead band.
+    pub slip_rest_rad_s: f64,
     /// How much of the scrub a rad/s of true slip adds.
     pub true_slip_s_rad: f64,
     /// What unseen blocks said of each further term.
@@ -189,6 +191,7 @@ fn told(fit: Fit, robot: &Robot, warnings: Vec<Warning>, written: Option<String>
         power_delay_s: conditioning.delay,
         half_slip: conditioning.slip.half_slip,
         slip_relaxation_rad: conditioning.slip.relaxation,
+        slip_rest_rad_s: conditioning.slip.rest,
         true_slip_s_rad: conditioning.true_slip,
         terms: fit.judged,
         warnings,

@@ -178,7 +178,7 @@ pub fn read_choosing(
     };
     let core = robot.chassis(cutoff_hz)?.with_conditioning(choice.form.conditioning);
     let mut dataset = Dataset::read(context, robot, core, files, reading)?;
-    dataset.unequal_sides = choice.form.unequal_sides;
+    dataset.own = choice.form.own;
     dataset.long_search = choice.long_search;
     Ok((dataset, choice.judged))
 }
@@ -395,13 +395,10 @@ fn judge(dataset: &Dataset, model: &Model<f64>, weights: &[f64], noise: &Noise<f
     };
     match model {
         Model::Signed { torque, drive } => {
-            // Wheels that do not scrub have no such parameter, sides that are alike no imbalance.
             let all = physical::parameters(torque);
-            let shared = all.len() - 1 - usize::from(!dataset.robot.scrubs());
-            let places: Vec<usize> =
-                (0..shared).chain(dataset.unequal_sides.then_some(all.len() - 1)).collect();
+            let places = dataset.own.places(dataset.robot.scrubs());
             let values: Vec<f64> = places.iter().map(|&place| all[place]).collect();
-            let described = |&place: &usize| *verdict::TORQUE.get(place).unwrap_or(&verdict::IMBALANCE);
+            let described = |&place: &usize| *verdict::of_torque(place);
             let descriptions: Vec<verdict::Description> = places.iter().map(described).collect();
             let predict = |row: &Kept<'_>| row.predicted(model).unwrap_or(f64::NAN);
             let gradient = |row: &Kept<'_>| {

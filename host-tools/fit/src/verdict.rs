@@ -6,6 +6,7 @@ use numerics::robust::NORMAL_95;
 use serde::Serialize;
 
 use super::assess::Uncertainty;
+use super::physical;
 
 /// One fitted parameter.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -117,6 +118,7 @@ const THREE_PAYLOADS: &str = "constant, linear and quadratic mass terms need at 
 const SPEEDS: &str = "drive at more speeds, from slow to full, each for some seconds";
 const ACCELERATE: &str = "accelerate and brake harder and more often";
 const TURN: &str = "turn on the spot and in wide and narrow curves, both ways";
+const BRAKE: &str = "brake hard and turn tightly with full payload as well as empty";
 const STRAIGHT: &str = "drive straight ahead, fast and slow, for some seconds each";
 const ACCELERATE_LOADED: &str = "accelerate hard with full payload as well as empty, straight and turning";
 
@@ -137,6 +139,14 @@ pub const TORQUE: [Description; 7] = [
 
 /// What sets the right side's Coulomb torque apart from the left's.
 pub const IMBALANCE: Description = describe(coefficients::IMBALANCE, STRAIGHT);
+
+/// What a gear takes of what passes it.
+pub const GEAR_LOSS: Description = describe(coefficients::GEAR_LOSS, BRAKE);
+
+/// Of the parameter at this place of [`Parameters`](super::physical::Parameters).
+pub fn of_torque(place: usize) -> &'static Description {
+    TORQUE.get(place).unwrap_or(if place == physical::IMBALANCE { &IMBALANCE } else { &GEAR_LOSS })
+}
 
 /// β_0 … β_14 of Eq. 18.
 pub const EQ18: [Description; 15] = [

@@ -3,8 +3,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use fit::physical::{PARAMETERS, parameters};
-use fit::run_gram::{Local, RunGram};
+use fit::physical::{IMBALANCE, parameters};
+use fit::run_gram::{Local, PARAMETERS, RunGram};
 use fit::verdict;
 use model_core::torque::TorqueModel;
 use nalgebra::{DMatrix, DVector};
@@ -37,7 +37,7 @@ pub(super) fn directions(reference: &TorqueModel<f64>, has_sides: bool) -> Vec<D
     let sides = SIDES.iter().filter(|_| has_sides).map(|(name, share)| Direction {
         name: (*name).to_owned(),
         unit: verdict::TORQUE[0].unit,
-        along: unit(0) * 0.5 + unit(PARAMETERS - 1) * *share,
+        along: unit(0) * 0.5 + unit(IMBALANCE) * *share,
         value: values[0],
     });
     plain.chain(sides).collect()

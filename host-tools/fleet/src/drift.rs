@@ -16,8 +16,8 @@
 
 use std::collections::BTreeSet;
 
-use fit::physical::PARAMETERS;
-use fit::run_gram::RunGram;
+use fit::physical::IMBALANCE;
+use fit::run_gram::{PARAMETERS, RunGram};
 use model_core::torque::TorqueModel;
 use nalgebra::DVector;
 use numerics::robust::{NORMAL_95, median};
@@ -123,7 +123,7 @@ pub(super) fn changes(runs: &[&RunGram], reference: &TorqueModel<f64>) -> Drift 
         drift.silent.extend(robots.iter().map(|robot| (robot.name.to_owned(), why.clone())));
         return drift;
     }
-    let has_sides = robots.iter().any(|robot| robot.total[(PARAMETERS - 1, PARAMETERS - 1)] > 0.0);
+    let has_sides = robots.iter().any(|robot| robot.total[(IMBALANCE, IMBALANCE)] > 0.0);
     let directions = directions(reference, has_sides);
     let asked: Vec<Vec<Asked>> = robots.iter().map(|robot| robot.ask(&directions)).collect();
     drift.asked = asked.iter().map(Vec::len).sum();

@@ -7,8 +7,8 @@
 
 use std::collections::BTreeSet;
 
-use fit::physical::PARAMETERS;
-use fit::run_gram::RunGram;
+use fit::physical::IMBALANCE;
+use fit::run_gram::{PARAMETERS, RunGram};
 use model_core::torque::TorqueModel;
 use nalgebra::DVector;
 use numerics::robust::{NORMAL_95, median, scale};
@@ -121,7 +121,7 @@ pub(super) fn outliers(runs: &[&RunGram], reference: &TorqueModel<f64>, drift: &
         return outliers;
     }
     let common = in_common(&robots);
-    let has_sides = robots.iter().any(|robot| robot.total[(PARAMETERS - 1, PARAMETERS - 1)] > 0.0);
+    let has_sides = robots.iter().any(|robot| robot.total[(IMBALANCE, IMBALANCE)] > 0.0);
     let directions = directions(reference, has_sides);
     let mut asked = Vec::new();
     for (place, robot) in robots.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! Fleets of sums, made up: what the tests of this room share.
 
-use fit::physical::{PARAMETERS, parameters};
-use fit::run_gram::{Local, RunGram};
+use fit::physical::parameters;
+use fit::run_gram::{Local, PARAMETERS, RunGram};
 use model_core::torque::TorqueModel;
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng as _;
@@ -23,6 +23,7 @@ pub(super) const REFERENCE: TorqueModel<f64> = TorqueModel {
     winding_loss: 2.0,
     scrub: 0.0,
     imbalance: 0.0,
+    gear_loss: 0.0,
 };
 
 pub(super) fn no_change() -> Drift {

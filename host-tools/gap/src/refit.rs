@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use fit::form::{Judged, TERMS, Term};
 use fit::lacking;
+use fit::physical::Own;
 use logs::robot::Robot;
 use logs::robot::chassis::Chassis;
 use support::context::Context;
@@ -30,9 +31,13 @@ pub fn asked_for(
     if report.verdict == Verdict::None || clean_logs.is_empty() {
         return Ok(Vec::new());
     }
-    let has_sides = base.torque.imbalance != 0.0;
-    let terms: Vec<Term> =
-        TERMS.into_iter().filter(|term| *term != Term::UnequalSides || !has_sides).collect();
+    let own = Own::of(&base.torque);
+    let has = |term: &Term| match term {
+        Term::UnequalSides => own.unequal_sides,
+        Term::GearLoss => own.gear_loss,
+        Term::Delay | Term::SlipMemory | Term::TrueSlip => false,
+    };
+    let terms: Vec<Term> = TERMS.into_iter().filter(|term| !has(term)).collect();
     lacking(context, robot, core, &terms, clean_logs, mass_kg)
 }
 
@@ -68,6 +73,7 @@ pub fn words(refit: &[Judged]) -> Vec<String> {
             Term::Delay => "another delay of the power behind the speeds",
             Term::SlipMemory => "the slip memory of turns",
             Term::UnequalSides => "sides that differ",
+            Term::GearLoss => "a gear's loss by what passes it",
             Term::TrueSlip => "true slip by the gyro",
         };
         format!(

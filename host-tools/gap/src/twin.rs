@@ -359,7 +359,7 @@ mod tests {
     /// A Husky's curves of many radii, its scrub following at once, with this half slip.
     fn curves(half_slip: f64) -> Runs {
         let mut core = logs::robot::Robot::named("husky").unwrap().core::<2>(2.0).unwrap();
-        core.conditioning.slip = SlipMemory { half_slip, relaxation: 0.0 };
+        core.conditioning.slip = SlipMemory { half_slip, ..SlipMemory::OFF };
         let rows = (0..600).map(|k| {
             let time = 0.05 * f64::from(k);
             let (forward, turn) = (3.0 + (0.6 * time).sin(), 0.8 * (0.37 * time).sin());

@@ -221,6 +221,7 @@ fn print_terms(fit: &Answer) {
                 )
             }
             (Term::UnequalSides, true) => "unequal sides".to_owned(),
+            (Term::GearLoss, true) => "the gear takes a share of what passes it".to_owned(),
             (Term::TrueSlip, true) => {
                 format!("true slip by the gyro: {:.3} of the scrub per rad/s", fit.true_slip_s_rad)
             }
@@ -228,6 +229,7 @@ fn print_terms(fit: &Answer) {
             (Term::Delay, false) => "no delay".to_owned(),
             (Term::SlipMemory, false) => "no slip memory".to_owned(),
             (Term::UnequalSides, false) => "equal sides".to_owned(),
+            (Term::GearLoss, false) => "no loss of the gear by what passes it".to_owned(),
         };
         let error = judged.std_err.map_or("–".to_owned(), |error| format!("{:.1}", 100.0 * error));
         let moves = if judged.gain < 0.0 { "grows" } else { "falls" };

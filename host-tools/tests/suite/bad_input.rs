@@ -358,8 +358,8 @@ fn wrong_coefficients_are_named_with_their_line() {
     );
     assert_eq!(estimate(&bench, &with("filter_cutoff_hz", "filter_cutoff_hz = 0.001")), slow);
     assert_eq!(
-        estimate(&bench, &with("format", "format = 4")),
-        "wrong.toml:format: format 4; expected 1, 2 or 3"
+        estimate(&bench, &with("format", "format = 5")),
+        "wrong.toml:format: format 5; expected 1, 2, 3 or 4"
     );
     let missing = estimate(&bench, &with("viscous", ""));
     assert_eq!(missing, "wrong.toml:parameters: viscous is missing or not a number");

@@ -147,7 +147,7 @@ fn what_no_board_would_take_is_refused_at_home() {
     let bench = bench();
     let good = bench.text("c.toml");
     for (from, to, said) in [
-        ("format = 1", "format = 4", "format 4; expected 1, 2 or 3"),
+        ("format = 1", "format = 5", "format 5; expected 1, 2, 3 or 4"),
         ("filter_cutoff_hz = 2.0", "filter_cutoff_hz = 150.0", "cutoff is beyond"),
         ("filter_cutoff_hz = 2.0", "filter_cutoff_hz = 0.001", "expected 0.1 or more"),
         ("viscous = ", "viscous = 1e9 #", "a value that no robot has"),

@@ -245,6 +245,32 @@ fn sizes_are_those_of_the_world() {
     }
 }
 
+/// The plant's gear passes η = 0.76 of what drives the wheel, and η of what drives the motor back:
+/// e = (1 − η²)/(1 + η²), and a load costs g₄ (1 + e) = 1/η of itself.
+#[test]
+fn the_loss_of_the_gear_is_that_of_the_plant() {
+    let bench = clean();
+    let names = bench.files().into_iter().filter(|name| name.starts_with("base_")).collect::<Vec<_>>();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let fitted = Bench::new();
+    for name in &names {
+        fitted.put(name, std::fs::read(bench.path(name)).unwrap());
+    }
+    let fitted = fitted.json(&[&["fit", "--out", "gear.toml"], &names[..]].concat());
+    let parameter = |name: &str| {
+        let all = fitted["parameters"].as_array().unwrap();
+        let own = all.iter().find(|own| own["name"] == name).unwrap_or_else(|| panic!("{name}: {fitted:#}"));
+        (number(&own["value"]), number(&own["std_err"]))
+    };
+    let efficiency: f64 = 0.7598;
+    let truth = (1.0 - efficiency.powi(2)) / (1.0 + efficiency.powi(2));
+    let (loss, std_err) = parameter("gear_loss");
+    // 99 %.
+    assert!((loss - truth).abs() < 2.58 * std_err && std_err < 0.2 * truth, "{loss} ± {std_err}: {truth}");
+    let (gain, _) = parameter("inertia_gain");
+    assert!((gain * (1.0 + loss) * efficiency - 1.0).abs() < 0.05, "{gain} {loss}");
+}
+
 /// A slope that the pitch shows, while the clean runs were level and did not measure it.
 #[test]
 fn a_slope_that_only_the_field_runs_measure_is_named_by_its_pitch() {

@@ -238,7 +238,7 @@ fn coefficients_that_do_not_fit_are_refused() {
     };
     let base = good().text("base.toml");
     let older = with(base.replace("format = 1", "format = 0"));
-    assert_eq!(older, "c.toml:format: format 0; expected 1, 2 or 3");
+    assert_eq!(older, "c.toml:format: format 0; expected 1, 2, 3 or 4");
     let other = with(base.replace("name = \"exact\"", "name = \"other\""));
     assert!(
         other.starts_with("c.toml:robot: these coefficients are for another robot: the name of exact"),

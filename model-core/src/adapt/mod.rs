@@ -269,8 +269,10 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
             let by_torque = wheel.speed + T::TWO * self.torque.winding_loss * torque;
             let [by_mass, by_rolling, by_scrub] = &mut slopes;
             *by_mass += by_torque * per_kg * mass_unit;
-            *by_rolling += by_torque * mass * wheel.direction * rolling_unit;
-            *by_scrub += by_torque * mass * wheel.scrub * scrub_unit;
+            // What a friction adds passes the gear.
+            let by_load = by_torque * mass * self.torque.gear_factor(wheel);
+            *by_rolling += by_load * wheel.direction * rolling_unit;
+            *by_scrub += by_load * wheel.scrub * scrub_unit;
             let middle = fixed + self.range.middle() * per_kg;
             let at_most = WheelPower::new(wheel, middle, per_kg, T::ZERO, self.range.reach());
             least = least.at_most(at_most.least);

@@ -49,7 +49,7 @@ impl<T: Real, const N: usize> Layout<T, N> {
     /// [`slip`](crate::slip) has it without its memory, c being `half_slip`. 0 where nothing turns.
     #[inline]
     pub(super) fn sliding(&self, motion: &Motion<T, N>, half_slip: T, dead_band: T) -> T {
-        let memory = SlipMemory { half_slip, relaxation: T::ZERO };
+        let memory = SlipMemory { half_slip, ..SlipMemory::OFF };
         memory.settle(&mut Slip::default(), &self.rims(motion, dead_band))
     }
 
@@ -57,7 +57,7 @@ impl<T: Real, const N: usize> Layout<T, N> {
     /// the fitted one.
     #[inline]
     pub fn soften(&self, motion: &mut Motion<T, N>, fitted: &SlipMemory<T>, share: T, dead_band: T) {
-        let times = fitted.softened(&self.rims(motion, dead_band), share);
+        let times = fitted.softened(&self.rims(motion, fitted.rest_of(dead_band)), share);
         for wheel in &mut motion.wheels {
             wheel.scrub = times * wheel.scrub;
         }

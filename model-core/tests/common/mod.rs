@@ -85,6 +85,7 @@ pub(crate) fn servo() -> TorqueModel<f64> {
         winding_loss: 3.0,
         scrub: 0.0,
         imbalance: 0.0,
+        gear_loss: 0.0,
     }
 }
 
@@ -141,6 +142,7 @@ pub(crate) fn torque_model() -> impl Strategy<Value = TorqueModel<f64>> {
             winding_loss,
             scrub: 0.0,
             imbalance: 0.0,
+            gear_loss: 0.0,
         },
     )
 }

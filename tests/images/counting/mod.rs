@@ -146,6 +146,7 @@ fn coefficients() -> Option<Coefficients<f32, WHEELS>> {
         winding_loss: 3.0,
         scrub: 0.0,
         imbalance: 0.0,
+        gear_loss: 0.0,
     };
     Some(Coefficients {
         robot: Robot {

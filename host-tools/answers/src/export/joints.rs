@@ -77,7 +77,7 @@ pub fn export<const N: usize>(
         robot: robot.name().to_owned(),
         mass_kg,
         wheels: N,
-        friction_nm: torque.coulomb + torque.rolling * mass_kg,
+        friction_nm: torque.coulomb + torque.rolling * (1.0 + torque.gear_loss) * mass_kg,
         damping_nm_s_rad: torque.viscous,
         armature_kg_m2: torque.rotor_inertia,
         lost,

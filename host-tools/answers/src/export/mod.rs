@@ -102,6 +102,9 @@ fn drives_lost<const N: usize>(coefficients: &Coefficients<f64, N>) -> Vec<Lost>
     if torque.imbalance != 0.0 {
         all.push(lost("imbalance", format!("{:.4} N·m between the sides", torque.imbalance)));
     }
+    if torque.gear_loss != 0.0 {
+        all.push(lost("gear_loss", format!("{:.3} of what passes the gear, either way", torque.gear_loss)));
+    }
     if !coefficients.columns.is_empty() {
         all.push(lost("effects", "what gmr gap added".to_owned()));
     }

@@ -6,7 +6,7 @@ use logs::robot::Robot;
 use logs::robot::chassis::Chassis;
 
 use super::super::dataset::{Row, Rows, Stretch};
-use super::super::physical::{self, Bounds, Descent, Loss, Parameters};
+use super::super::physical::{self, Bounds, Descent, Loss, Own, Parameters};
 use super::super::pilot::Pilots;
 use super::nested::Form;
 
@@ -92,7 +92,7 @@ impl<'a> Problem<'a> {
         } else {
             (open_s / USUAL_BLOCKS).clamp(LEAST_BLOCK_S, MOST_BLOCK_S)
         };
-        let bounds = Bounds::of(core, rows.all(), robot.motor(), false);
+        let bounds = Bounds::of(core, rows.all(), robot.motor(), Own::default());
         let plain = physical::search(rows.all(), robot.drive(), Loss::Squares, &bounds, None);
         let loss = physical::usual_loss(rows.all(), robot.drive(), &plain.parameters);
         Self { robot, core, pilots, held_out, loss, steps: plain.steps, block_s, folds: dealt(open, block_s) }
@@ -159,7 +159,7 @@ impl<'a> Problem<'a> {
     }
 
     fn search(&self, form: &Form, rows: Stretch<'_>, near: Option<&Parameters>) -> Descent {
-        let bounds = Bounds::of(self.core, rows, self.robot.motor(), form.unequal_sides);
+        let bounds = Bounds::of(self.core, rows, self.robot.motor(), form.own);
         physical::search(rows, self.robot.drive(), self.loss, &bounds, near)
     }
 

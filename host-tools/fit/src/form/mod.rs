@@ -1,5 +1,5 @@
 //! Which further terms the data carry: a delay between speeds and power, the slip memory of a
-//! turn's scrub, unequal sides, true slip by a gyro.
+//! turn's scrub, unequal sides, a gear's loss by what passes it, true slip by a gyro.
 //!
 //! Each is nested: without it the model is as it was. Each has numbers that no least squares can
 //! give, so they are searched for on a grid, then refined. And each is taken only for what it gains
@@ -72,7 +72,7 @@ pub(super) fn choose(
     held_out: &(dyn Fn(f64) -> bool + Sync),
 ) -> Choice {
     let problem = Problem::new(robot, core, pilots, held_out);
-    let form = Form { conditioning: *core.conditioning(), unequal_sides: false };
+    let form = Form { conditioning: *core.conditioning(), ..Form::default() };
     let mut choice = Choice { form, judged: Vec::new(), long_search: None };
     if problem.folds.len() < LEAST_BLOCKS {
         return choice;

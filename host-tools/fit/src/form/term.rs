@@ -8,7 +8,8 @@ use numerics::search::golden_section;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::super::physical::{self, Parameters};
+use super::super::physical::{self, Own, Parameters};
+use super::LEAST_GAIN;
 use super::candidate::{Errors, FOLDS, Problem, Trial, Unseen};
 use super::nested::Form;
 
@@ -22,15 +23,18 @@ pub enum Term {
     SlipMemory,
     /// The sides' Coulomb torques differ.
     UnequalSides,
+    /// The gear takes a share of what passes it, in either direction.
+    GearLoss,
     /// What the wheels truly slip, by a gyro, adds to the scrub.
     TrueSlip,
 }
 
 /// In the order in which they are asked.
-pub const TERMS: [Term; 3] = [Term::Delay, Term::SlipMemory, Term::UnequalSides];
+pub const TERMS: [Term; 4] = [Term::Delay, Term::SlipMemory, Term::UnequalSides, Term::GearLoss];
 
 /// The same where logs may have a gyro, and whoever uses the fit has one.
-pub const TERMS_WITH_GYRO: [Term; 4] = [Term::Delay, Term::SlipMemory, Term::UnequalSides, Term::TrueSlip];
+pub const TERMS_WITH_GYRO: [Term; 5] =
+    [Term::Delay, Term::SlipMemory, Term::UnequalSides, Term::GearLoss, Term::TrueSlip];
 
 /// Delays that are tried lie this far apart, s,
 const DELAY_STEP_S: f64 = 0.05;
@@ -60,7 +64,7 @@ impl Term {
         match self {
             Self::Delay => Unseen::Numbers,
             Self::SlipMemory if core.scrubs() => Unseen::Numbers,
-            Self::SlipMemory | Self::UnequalSides | Self::TrueSlip => Unseen::Parameters,
+            Self::SlipMemory | Self::UnequalSides | Self::GearLoss | Self::TrueSlip => Unseen::Parameters,
         }
     }
 
@@ -85,7 +89,9 @@ impl Term {
         };
         let sum = |trial: &Trial| trial.fitted.iter().sum::<f64>();
         let (best, together) = tried.iter().min_by(|(_, a), (_, b)| sum(a).total_cmp(&sum(b)))?;
-        if best.unequal_sides && !together.parameters.iter().all(|found| drags_on_both_sides(found, problem))
+        let all = |holds: &dyn Fn(&Parameters) -> bool| together.parameters.iter().all(holds);
+        if best.own.unequal_sides && !all(&|found| drags_on_both_sides(found, problem))
+            || best.own.gear_loss && !all(&|found| found[physical::GEAR_LOSS] < physical::MOST_GEAR_LOSS)
         {
             return None;
         }
@@ -119,12 +125,16 @@ impl Term {
                     HALF_SLIPS.into_iter().flat_map(|c| RELAXATIONS.map(|relaxation| (c, relaxation)));
                 pairs
                     .map(|(half_slip, relaxation)| {
-                        with(Conditioning { slip: SlipMemory { half_slip, relaxation }, ..form.conditioning })
+                        let slip = SlipMemory { half_slip, relaxation, rest: form.conditioning.slip.rest };
+                        with(Conditioning { slip, ..form.conditioning })
                     })
                     .collect()
             }
-            Self::UnequalSides if two_sided && !form.unequal_sides => {
-                vec![Form { unequal_sides: true, ..*form }]
+            Self::UnequalSides if two_sided && !form.own.unequal_sides => {
+                vec![Form { own: Own { unequal_sides: true, ..form.own }, ..*form }]
+            }
+            Self::GearLoss if !form.own.gear_loss => {
+                vec![Form { own: Own { gear_loss: true, ..form.own }, ..*form }]
             }
             // It adds to the scrub: where there is none its coefficient could not be told from the
             // scrub's.
@@ -132,23 +142,27 @@ impl Term {
                 let slips = TRUE_SLIPS.into_iter();
                 slips.map(|true_slip| with(Conditioning { true_slip, ..form.conditioning })).collect()
             }
-            Self::SlipMemory | Self::UnequalSides | Self::TrueSlip => Vec::new(),
+            Self::SlipMemory | Self::UnequalSides | Self::GearLoss | Self::TrueSlip => Vec::new(),
         }
     }
 
     /// Its numbers between those that were tried.
     fn refine(self, problem: &Problem<'_>, mut form: Form, near: &Parameters) -> Form {
-        let along = |form: &mut Form, low: f64, high: f64, set: fn(&mut Form, f64)| {
+        let gaining = |form: &mut Form, least: f64, [low, high]: [f64; 2], set: fn(&mut Form, f64)| {
             let at = |value: f64| {
                 let mut moved = *form;
                 set(&mut moved, value);
                 problem.cost(&moved, near)
             };
-            let here = problem.cost(form, near);
-            let found = golden_section(low, high, REFINED, at).filter(|found| found.cost < here);
+            // Of the squared error.
+            let most = (1.0 - least).powi(2) * problem.cost(form, near);
+            let found = golden_section(low, high, REFINED, at).filter(|found| found.cost < most);
             if let Some(found) = found {
                 set(form, found.at);
             }
+        };
+        let along = |form: &mut Form, low: f64, high: f64, set: fn(&mut Form, f64)| {
+            gaining(form, 0.0, [low, high], set);
         };
         match self {
             Self::Delay => {
@@ -157,18 +171,29 @@ impl Term {
                     form.conditioning.delay = delay;
                 });
             }
-            Self::SlipMemory => {
-                for _ in 0..ROUNDS {
-                    let SlipMemory { half_slip, relaxation } = form.conditioning.slip;
+            // The memory was found beside a gear without loss, which it had to make up for: once
+            // more is enough.
+            Self::SlipMemory | Self::GearLoss if !form.conditioning.slip.is_off() => {
+                let rounds = if self == Self::GearLoss { 1 } else { ROUNDS };
+                for _ in 0..rounds {
+                    let SlipMemory { half_slip, relaxation, rest } = form.conditioning.slip;
                     // Neighbours of the grid are up to a factor of four apart.
                     let around = |value: f64| ((value / 4.0).ln(), (value * 4.0).ln());
                     let (low, high) = around(half_slip);
                     along(&mut form, low, high, |form, log| form.conditioning.slip.half_slip = log.exp());
                     let (low, high) = around(relaxation);
                     along(&mut form, low, high, |form, log| form.conditioning.slip.relaxation = log.exp());
+                    // The dead band will do where another speed is not worth an image that older
+                    // boards refuse.
+                    let (here, least) =
+                        if rest > 0.0 { (rest, 0.0) } else { (problem.core.dead_band(), LEAST_GAIN) };
+                    let (low, high) = around(here);
+                    gaining(&mut form, least, [low, high], |form, log| {
+                        form.conditioning.slip.rest = log.exp();
+                    });
                 }
             }
-            Self::UnequalSides => {}
+            Self::SlipMemory | Self::GearLoss | Self::UnequalSides => {}
             Self::TrueSlip => {
                 // Neighbours of the grid are a factor of three apart; then to some percent.
                 for factor in [4.0, 1.5] {

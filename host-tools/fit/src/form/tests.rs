@@ -6,7 +6,7 @@ use logs::robot::chassis::Chassis;
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::conditioning::Conditioning;
 use model_core::motion::Motion;
-use model_core::slip::{Slip, SlipMemory};
+use model_core::slip::{Rims, Slip, SlipMemory};
 use model_core::torque::TorqueModel;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -26,6 +26,7 @@ struct Truth {
     /// Samples by which the power is later.
     late: usize,
     imbalance: f64,
+    gear_loss: f64,
     /// q, s/rad.
     true_slip: f64,
     gyro: Gyroscope,
@@ -96,6 +97,7 @@ fn difference([left, right]: &[f64; 2]) -> f64 {
 fn log(core: &CoreRobot<f64, 2>, truth: Truth, seed: u64) -> Pilots {
     let torque = TorqueModel {
         imbalance: truth.imbalance,
+        gear_loss: truth.gear_loss,
         ..TorqueModel::from_array([3.0, 0.02, 0.5, 0.1, 1.2, 0.06, 0.25])
     };
     let speeds = speeds(seed);
@@ -116,7 +118,7 @@ fn log(core: &CoreRobot<f64, 2>, truth: Truth, seed: u64) -> Pilots {
         let share = if truth.slip.is_off() {
             if rims.difference.abs() > core.dead_band { rims.difference.signum() } else { 0.0 }
         } else {
-            truth.slip.step(&mut slip, &rims, PERIOD_S)
+            truth.slip.step(&mut slip, &Rims { rest: truth.slip.rest_of(core.dead_band), ..rims }, PERIOD_S)
         };
         let share = share + truth.true_slip * ground[index] * rims.difference;
         let motion = Motion::with_scrub(speed, &acceleration, &sides.scrub(share), matrix, core.dead_band);
@@ -174,12 +176,13 @@ fn nothing_is_taken_where_nothing_is() {
 /// so some 15 % off.
 #[test]
 fn slip_memory_is_found() {
-    let slip = SlipMemory { half_slip: 0.15, relaxation: 1.5 };
+    let slip = SlipMemory { half_slip: 0.15, relaxation: 1.5, rest: 0.2 };
     let choice = chosen(Truth { slip, ..Truth::default() }, 1);
     assert_eq!(taken(&choice), [Term::SlipMemory], "{choice:?}");
     let found = choice.form.conditioning.slip;
     assert!((found.half_slip / slip.half_slip).ln().abs() < 0.15, "{found:?}");
     assert!((found.relaxation / slip.relaxation).ln().abs() < 0.3, "{found:?}");
+    assert!((found.rest / slip.rest).ln().abs() < 0.3, "{found:?}");
 }
 
 /// Four samples, to half of one: where a wheel or a turn changes its direction the power steps, and
@@ -208,7 +211,15 @@ fn delays_between_the_steps_are_whole_samples() {
 fn unequal_sides_are_found() {
     let choice = chosen(Truth { imbalance: 1.0, ..Truth::default() }, 0);
     assert_eq!(taken(&choice), [Term::UnequalSides], "{choice:?}");
-    assert!(choice.form.unequal_sides);
+    assert!(choice.form.own.unequal_sides);
+}
+
+/// Wheels that the inner side of a turn drives back tell of it.
+#[test]
+fn the_loss_of_a_gear_is_found() {
+    let choice = chosen(Truth { gear_loss: 0.2, ..Truth::default() }, 1);
+    assert_eq!(taken(&choice), [Term::GearLoss], "{choice:?}");
+    assert!(choice.form.own.gear_loss);
 }
 
 /// To a tenth: the filter has the speeds before the sign of the turn.

@@ -12,6 +12,7 @@ use numerics::levenberg_marquardt;
 
 use super::super::dataset::Stretch;
 use super::super::verdict::{self, Description};
+use super::Own;
 use super::cost::{PARAMETERS as COUNT, Parameters, WINDING_LOSS};
 
 /// Least efficiency of motor, gear and drive together: torques are found with it folded in.
@@ -19,6 +20,9 @@ const LEAST_EFFICIENCY: f64 = 0.2;
 
 /// Least efficiency of a gear.
 const LEAST_GEAR_EFFICIENCY: f64 = 0.5;
+
+/// What a gear takes at most of what passes it. A fit that ends there has not seen it.
+pub(crate) const MOST_GEAR_LOSS: f64 = 1.0 - LEAST_GEAR_EFFICIENCY;
 
 /// Greatest friction between wheel and ground: rubber on rough asphalt.
 const GREATEST_FRICTION: f64 = 1.5;
@@ -66,8 +70,8 @@ impl AtBound {
 }
 
 impl Bounds {
-    /// For a robot on these drives, with what is known of its motors; both sides alike unless said
-    /// otherwise.
+    /// For a robot on these drives, with what is known of its motors and what its model has of its
+    /// own.
     ///
     /// Weight m g on N wheels of radius r gives the torque T = m g r / N at which they slip with a
     /// friction of 1.
@@ -79,14 +83,15 @@ impl Bounds {
     /// | viscous | that of coulomb at the fastest speed driven |
     /// | rotor_inertia | a thousand times the body's own m r² / N |
     /// | inertia_gain | 1 / least efficiency² |
+    /// | gear_loss | the least efficiency of a gear |
     /// | winding_loss | κ = R/(Kt n)² is no-load speed over stall torque: twice the speed driven over 0.1 T of the empty robot |
-    pub fn of(robot: &Chassis, rows: Stretch<'_>, motor: Option<&Motor>, unequal_sides: bool) -> Self {
+    pub fn of(robot: &Chassis, rows: Stretch<'_>, motor: Option<&Motor>, own: Own) -> Self {
         let speeds = rows.iter().flat_map(|row| row.wheels).map(|wheel| wheel.speed.abs());
-        Self::up_to(robot, speeds.fold(0.0, f64::max), motor, unequal_sides)
+        Self::up_to(robot, speeds.fold(0.0, f64::max), motor, own)
     }
 
     /// The same of rows whose fastest wheel turned at so many rad/s.
-    pub fn up_to(robot: &Chassis, fastest: f64, motor: Option<&Motor>, unequal_sides: bool) -> Self {
+    pub fn up_to(robot: &Chassis, fastest: f64, motor: Option<&Motor>, own: Own) -> Self {
         // λ_max of M'' is the inertia per kilogram that the stiffest common motion shows to one
         // wheel: r²/N where all drive straight ahead.
         let wheels = robot.wheels() as f64;
@@ -103,7 +108,8 @@ impl Bounds {
             let efficiency = motor.gear_efficiency.unwrap_or(LEAST_GEAR_EFFICIENCY);
             (SPREAD * ideal, HOT * ideal / efficiency.powi(2))
         });
-        let imbalance = if unequal_sides { drag } else { 0.0 };
+        let imbalance = if own.unequal_sides { drag } else { 0.0 };
+        let gear_loss = if own.gear_loss { MOST_GEAR_LOSS } else { 0.0 };
         let upper = [
             drag,
             per_kg / LEAST_EFFICIENCY,
@@ -113,8 +119,9 @@ impl Bounds {
             most_loss,
             GREATEST_FRICTION * per_kg / LEAST_EFFICIENCY,
             imbalance,
+            gear_loss,
         ];
-        let lower = [0.0, 0.0, 0.0, 0.0, 0.0, least_loss, 0.0, -imbalance];
+        let lower = [0.0, 0.0, 0.0, 0.0, 0.0, least_loss, 0.0, -imbalance, 0.0];
         Self(levenberg_marquardt::Bounds { lower: lower.into(), upper: upper.into() })
     }
 
@@ -144,9 +151,8 @@ impl Bounds {
         let at = |place: usize| {
             let bounds = [self.0.lower[place], self.0.upper[place]];
             let met = bounds.into_iter().find(|bound| *bound != 0.0 && parameters[place] == *bound)?;
-            let description = verdict::TORQUE.get(place).unwrap_or(&verdict::IMBALANCE);
             Some(AtBound {
-                description,
+                description: verdict::of_torque(place),
                 bound: met,
                 of_motor: place == WINDING_LOSS && self.0.lower[place] > 0.0,
             })

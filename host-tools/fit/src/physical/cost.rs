@@ -7,10 +7,10 @@ use rayon::prelude::*;
 
 use super::super::dataset::{Kept, Stretch};
 
-/// How many parameters there are: what both sides share, and their imbalance.
-pub const PARAMETERS: usize = torque::PARAMETERS + 1;
+/// How many parameters there are: what both sides share, their imbalance, and the gear's loss.
+pub const PARAMETERS: usize = torque::PARAMETERS + 2;
 
-/// In the order of [`TorqueModel::to_array`], the imbalance last.
+/// In the order of [`TorqueModel::to_array`], then the imbalance and the gear's loss.
 pub type Parameters = SVector<f64, PARAMETERS>;
 
 type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
@@ -19,7 +19,10 @@ type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
 pub(super) const WINDING_LOSS: usize = 5;
 
 /// Place of the imbalance: the one parameter of either sign.
-const IMBALANCE: usize = PARAMETERS - 1;
+pub const IMBALANCE: usize = torque::PARAMETERS;
+
+/// Place of the gear's loss.
+pub const GEAR_LOSS: usize = IMBALANCE + 1;
 
 /// What a residual of r W costs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,13 +64,15 @@ const CHUNK: usize = 2048;
 /// The model of these parameters.
 pub fn torque(parameters: &Parameters) -> TorqueModel<f64> {
     let shared = parameters.fixed_rows::<{ torque::PARAMETERS }>(0).into_owned();
-    TorqueModel { imbalance: parameters[IMBALANCE], ..TorqueModel::from_array(shared.into()) }
+    let (imbalance, gear_loss) = (parameters[IMBALANCE], parameters[GEAR_LOSS]);
+    TorqueModel { imbalance, gear_loss, ..TorqueModel::from_array(shared.into()) }
 }
 
 /// The parameters of a model.
 pub fn parameters(torque: &TorqueModel<f64>) -> Parameters {
     let shared = torque.to_array();
-    Parameters::from_fn(|i, _| shared.get(i).copied().unwrap_or(torque.imbalance))
+    let own = [torque.imbalance, torque.gear_loss];
+    Parameters::from_fn(|i, _| *shared.get(i).unwrap_or_else(|| &own[i - IMBALANCE]))
 }
 
 /// Power of a row, W, and its slope; the slope is 0 where no wheel draws power.
@@ -82,15 +87,18 @@ pub fn predict(torque: &TorqueModel<f64>, row: &Kept<'_>, drive: Drive) -> (f64,
         }
         power += own;
         let by = wheel.speed + 2.0 * torque.winding_loss * total;
+        // What passes the gear.
+        let load = row.mass * torque.gear_factor(wheel);
         let along: [f64; PARAMETERS] = [
             wheel.direction,
-            wheel.direction * row.mass,
+            wheel.direction * load,
             wheel.speed,
             wheel.acceleration,
-            row.mass * wheel.inertial_torque,
+            load * wheel.inertial_torque,
             0.0,
-            row.mass * wheel.scrub,
+            load * wheel.scrub,
             wheel.side,
+            row.mass * torque.gear_share(wheel),
         ];
         for (slope, along) in slope.iter_mut().zip(along) {
             *slope += by * along;

@@ -17,10 +17,12 @@ mod tests;
 use logs::robot::Robot;
 use model_core::torque::{Drive, TorqueModel};
 
+pub(super) use self::bounds::MOST_GEAR_LOSS;
 pub use self::bounds::{AtBound, Bounds};
 use self::cost::Cost;
 pub(super) use self::cost::Loss;
-pub use self::cost::{PARAMETERS, Parameters, gradient, parameters, power, predict, torque};
+pub use self::cost::{GEAR_LOSS, IMBALANCE, PARAMETERS, Parameters};
+pub use self::cost::{gradient, parameters, power, predict, torque};
 pub use self::restarts::{Restarts, restart};
 pub use self::robust::Huber;
 pub(super) use self::robust::usual_loss;
@@ -29,6 +31,30 @@ use self::search::{FINAL, TRIAL, best_of};
 pub use self::starts::Alone;
 use super::dataset::{Dataset, Rows, Stretch};
 pub use numerics::levenberg_marquardt::Ending;
+
+/// What a torque model has of its own, beyond what all have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Own {
+    /// The sides' Coulomb torques differ.
+    pub unequal_sides: bool,
+    /// The gear takes a share of what passes it.
+    pub gear_loss: bool,
+}
+
+impl Own {
+    /// What this one has.
+    pub fn of(torque: &TorqueModel<f64>) -> Self {
+        Self { unequal_sides: torque.imbalance != 0.0, gear_loss: torque.gear_loss != 0.0 }
+    }
+
+    /// The places of the parameters that are free, for wheels that scrub or do not.
+    pub fn places(self, scrubs: bool) -> Vec<usize> {
+        // Wheels that do not scrub have no such parameter.
+        let shared = 0..model_core::torque::PARAMETERS - usize::from(!scrubs);
+        let own = [(self.unequal_sides, IMBALANCE), (self.gear_loss, GEAR_LOSS)];
+        shared.chain(own.into_iter().filter_map(|(is_free, place)| is_free.then_some(place))).collect()
+    }
+}
 
 /// A fitted torque model.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,7 +86,7 @@ const FINALISTS: usize = 3;
 /// (`robust`): where acceleration starts or a clamp lets go within the filter's memory no model
 /// of filtered signals is right, and on clean data those few rows would decide the fit.
 pub fn solve(dataset: &Dataset, robot: &Robot) -> Solution {
-    let bounds = Bounds::of(&dataset.robot, dataset.store.all(), robot.motor(), dataset.unequal_sides);
+    let bounds = Bounds::of(&dataset.robot, dataset.store.all(), robot.motor(), dataset.own);
     solve_within(dataset.store.all(), robot.drive(), &bounds)
 }
 

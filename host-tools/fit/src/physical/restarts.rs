@@ -32,7 +32,7 @@ pub fn restart(
     huber: Option<Huber>,
     starts: u32,
 ) -> Restarts {
-    let bounds = Bounds::of(&dataset.robot, dataset.store.all(), robot.motor(), dataset.unequal_sides);
+    let bounds = Bounds::of(&dataset.robot, dataset.store.all(), robot.motor(), dataset.own);
     restart_within(dataset.store.all(), robot.drive(), &bounds, fitted, huber, starts)
 }
 

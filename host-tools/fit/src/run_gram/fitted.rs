@@ -15,7 +15,7 @@ use super::run::{RunGram, total};
 use crate::assess::{Uncertainty, sandwich};
 use crate::gram::{Gram, Vector};
 use crate::linear;
-use crate::physical::{self, Bounds};
+use crate::physical::{self, Bounds, Own};
 use crate::verdict::{self, Description, Parameter, Verdict};
 use crate::warning::Warning;
 use model::coefficients::ModelKind;
@@ -87,7 +87,7 @@ pub fn eq18(kind: ModelKind, runs: &[RunGram]) -> Result<Fitted> {
 pub fn signed(core: &Chassis, robot: &Robot, runs: &[RunGram]) -> Result<Fitted> {
     let all = total(runs)?;
     check_rows(&all.signed)?;
-    let bounds = Bounds::up_to(core, all.summary.fastest_rad_s, robot.motor(), false);
+    let bounds = Bounds::up_to(core, all.summary.fastest_rad_s, robot.motor(), Own::default());
     let cost = Cost::of(&all.signed);
     let tolerances = Tolerances { cost_share: 1e-15, ..Tolerances::default() };
     let ends = cost.alone().ordered_starts().into_iter();

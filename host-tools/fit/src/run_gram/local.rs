@@ -13,7 +13,11 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use crate::dataset::Kept;
-use crate::physical::{self, PARAMETERS};
+use crate::physical;
+
+/// Parameters that the sums are about, in the order of [`physical::Parameters`]: all but the gear's
+/// loss, which stays what the reference has.
+pub const PARAMETERS: usize = physical::GEAR_LOSS;
 
 /// Coefficients that rows are held against.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,7 +36,7 @@ pub struct Local {
     pub rows: u64,
     /// Σ e², W².
     pub squares: f64,
-    /// Jᵀe, in the order of [`physical::Parameters`].
+    /// Jᵀe, in the order of the parameters.
     pub score: Vec<f64>,
     /// JᵀJ, the lower triangle row by row.
     pub normal: Vec<f64>,

@@ -22,7 +22,7 @@ pub use self::columns::{Flat, Merge, Number, TEXTS, names};
 pub use self::files::{read_all, write_all};
 pub use self::fitted::{Fitted, LeftOut, eq18, leave_one_out, signed};
 pub use self::how::How;
-pub use self::local::{Local, Reference};
+pub use self::local::{Local, PARAMETERS, Reference};
 pub use self::read::{Spent, Summed};
 pub use self::run::{FORMAT, RunGram, Setting, total};
 pub use self::step::{Moved, Step, Told, step};

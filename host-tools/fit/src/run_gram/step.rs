@@ -17,7 +17,7 @@ use support::input::{MOST_DESCRIPTION, read_text};
 use super::local::Local;
 use super::read::checksum_of;
 use super::run::{RunGram, total};
-use crate::physical::{Bounds, parameters, torque};
+use crate::physical::{Bounds, Own, parameters, torque};
 use crate::verdict;
 
 /// A parameter before and after.
@@ -105,11 +105,11 @@ fn found(
         return Err(Error::failed("no row in which a wheel draws power; expected a drive"));
     }
     let start = parameters(reference);
-    // Wheels that do not scrub have no such parameter, sides that were alike stay so.
+    // Sides that were alike stay so; sums do not tell of the gear's loss, which stays what it is.
+    let own = Own::of(reference);
+    let places = Own { gear_loss: false, ..own }.places(core.scrubs());
     let shared = verdict::TORQUE.len() - usize::from(!core.scrubs());
-    let sides = (reference.imbalance != 0.0).then_some(start.len() - 1);
-    let places: Vec<usize> = (0..shared).chain(sides).collect();
-    let bounds = Bounds::up_to(core, all.summary.fastest_rad_s, robot.motor(), reference.imbalance != 0.0);
+    let bounds = Bounds::up_to(core, all.summary.fastest_rad_s, robot.motor(), own);
     let of = |local: &Local| {
         let (normal, score) = (local.matrix(), local.scores());
         let matrix = DMatrix::from_fn(places.len(), places.len(), |i, j| normal[(places[i], places[j])]);
@@ -130,7 +130,7 @@ fn found(
     let mut moved = Vec::new();
     for (i, &place) in places.iter().enumerate() {
         values[place] += step[i];
-        let description = verdict::TORQUE.get(place).unwrap_or(&verdict::IMBALANCE);
+        let description = verdict::of_torque(place);
         moved.push(Moved {
             name: description.name,
             unit: description.unit,

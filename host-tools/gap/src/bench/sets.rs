@@ -135,7 +135,7 @@ pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str], rows: Row
     };
     let base = Base {
         torque,
-        covariance: Some(fit.uncertainty.covariance),
+        covariance: Some(fit.shared_covariance()),
         drive,
         masses_kg: dataset.masses,
         of_simulator: false,

@@ -62,7 +62,7 @@ struct Scene {
 impl Changes {
     /// Of the effects that a report names, for a robot of usually this total mass, kg.
     pub fn of(report: &Report, robot: &Robot, mass_kg: f64, language: Language) -> Self {
-        let gain = report.base[0].inertia_gain;
+        let gain = report.base[0].load_gain();
         let gain = if gain > 0.0 { gain } else { 1.0 };
         let scene =
             Scene { radius_m: robot.wheel_radius_m(), mass_kg, wheels: robot.wheels(), gain, language };

@@ -99,7 +99,7 @@ impl<const N: usize> Simulator<N> {
         };
         let base = Base {
             torque,
-            covariance: Some(fitted.uncertainty.covariance.clone()),
+            covariance: Some(fitted.shared_covariance()),
             drive,
             masses_kg: fitted.masses.clone(),
             of_simulator: true,

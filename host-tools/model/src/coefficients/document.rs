@@ -27,8 +27,11 @@ pub(super) const FORMAT: u32 = 1;
 /// Of files with true slip: likewise.
 pub(super) const FORMAT_WITH_GYRO: u32 = 3;
 
+/// Of files with a loss of the gear or a slip memory's own rest: likewise.
+pub(super) const FORMAT_WITH_GEAR: u32 = 4;
+
 /// Every version known here.
-pub(super) const FORMATS: [u32; 3] = [FORMAT, FORMAT_WITH_TRAITS, FORMAT_WITH_GYRO];
+pub(super) const FORMATS: [u32; 4] = [FORMAT, FORMAT_WITH_TRAITS, FORMAT_WITH_GYRO, FORMAT_WITH_GEAR];
 
 /// Of files with a delay, slip memory or an imbalance of the sides: a reader that passed over these
 /// would compute something else.
@@ -73,6 +76,9 @@ pub(super) struct RobotSection {
     pub(super) half_slip: f64,
     #[serde(default, skip_serializing_if = "is_nought")]
     pub(super) slip_relaxation_rad: f64,
+    /// Difference of the sides that is hardly a turn; 0 for the dead band.
+    #[serde(default, skip_serializing_if = "is_nought")]
+    pub(super) slip_rest_rad_s: f64,
     /// How much of the scrub a rad/s of true slip adds: needs a gyro.
     #[serde(default, skip_serializing_if = "is_nought")]
     pub(super) true_slip_s_rad: f64,
@@ -85,7 +91,11 @@ fn is_nought(value: &f64) -> bool {
 impl RobotSection {
     /// What lies between samples and motion beside the filter.
     pub(super) fn conditioning(&self) -> Conditioning<f64> {
-        let slip = SlipMemory { half_slip: self.half_slip, relaxation: self.slip_relaxation_rad };
+        let slip = SlipMemory {
+            half_slip: self.half_slip,
+            relaxation: self.slip_relaxation_rad,
+            rest: self.slip_rest_rad_s,
+        };
         Conditioning { slip, delay: self.power_delay_s, true_slip: self.true_slip_s_rad }
     }
 }
@@ -236,6 +246,7 @@ impl Document {
             (CUTOFF, self.robot.filter_cutoff_hz),
             ("half_slip", self.robot.half_slip),
             ("slip_relaxation_rad", self.robot.slip_relaxation_rad),
+            ("slip_rest_rad_s", self.robot.slip_rest_rad_s),
             (TRUE_SLIP, self.robot.true_slip_s_rad),
         ];
         parameters.chain(others).collect()

@@ -27,12 +27,12 @@ pub enum InvalidCoefficients {
         line: Option<u64>,
     },
     /// Of another version.
-    #[error("format {found}; expected {}, {} or {}", .known[0], .known[1], .known[2])]
+    #[error("format {found}; expected {}, {}, {} or {}", .known[0], .known[1], .known[2], .known[3])]
     Format {
         /// The version found.
         found: u32,
         /// Those known here.
-        known: [u32; 3],
+        known: [u32; 4],
     },
     /// Fitted for another robot.
     #[error("{0}")]

@@ -30,11 +30,12 @@ use support::output::write_content;
 pub use self::error::{Difference, InvalidCoefficients, InvalidCovariance};
 pub use self::kind::{Method, ModelKind};
 pub use self::logs::FittedLog;
-pub use self::parameters::{EQ18, IMBALANCE, Quantity, TORQUE};
+pub use self::parameters::{EQ18, GEAR_LOSS, IMBALANCE, Quantity, TORQUE};
 pub use self::usability::{Usability, of_r2};
 
 use self::document::{
-    Document, ExtensionSection, FORMAT, FORMAT_WITH_GYRO, FORMAT_WITH_TRAITS, FitSection, NoiseSection,
+    Document, ExtensionSection, FORMAT, FORMAT_WITH_GEAR, FORMAT_WITH_GYRO, FORMAT_WITH_TRAITS, FitSection,
+    NoiseSection,
 };
 use crate::effects::written::{self, Written, Wrong};
 
@@ -311,11 +312,14 @@ impl<const N: usize> CoefficientsFile<N> {
             matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
         };
         let (verdict, why_not) = self.origin.usability.section();
-        let (parameters, imbalance) = (parameters::named(model, scrubs), parameters::imbalance(model));
+        let (parameters, own) = (parameters::named(model, scrubs), parameters::own(model));
+        let has_gear = own.iter().any(|(name, _)| *name == GEAR_LOSS.name);
         Ok(Document {
-            format: if robot.conditioning.true_slip != 0.0 {
+            format: if has_gear || robot.conditioning.slip.rest != 0.0 {
+                FORMAT_WITH_GEAR
+            } else if robot.conditioning.true_slip != 0.0 {
                 FORMAT_WITH_GYRO
-            } else if robot.conditioning == Conditioning::PLAIN && imbalance.is_none() {
+            } else if robot.conditioning == Conditioning::PLAIN && own.is_empty() {
                 FORMAT
             } else {
                 FORMAT_WITH_TRAITS
@@ -325,7 +329,7 @@ impl<const N: usize> CoefficientsFile<N> {
             robot: robot::section(robot, self.origin.static_power_w, regeneration),
             parameters: parameters
                 .into_iter()
-                .chain(imbalance)
+                .chain(own)
                 .map(|(name, value)| (name.to_owned(), toml::Value::Float(value)))
                 .collect(),
             noise: NoiseSection::of(noise, *identifies_mass),

@@ -36,6 +36,10 @@ pub const TORQUE: [Quantity; PARAMETERS] = [
 /// covariance, and only in files whose sides differ.
 pub const IMBALANCE: Quantity = quantity("imbalance", "N·m");
 
+/// Share of what passes the gear that it takes. Not in the covariance, and only in files that have
+/// it.
+pub const GEAR_LOSS: Quantity = quantity("gear_loss", "1");
+
 /// β_0 … β_14 of Eq. 18.
 pub const EQ18: [Quantity; REGRESSORS] = [
     quantity("beta0", "W"),
@@ -66,12 +70,11 @@ pub(super) fn named(model: &Model<f64>, scrubs: bool) -> Vec<(&'static str, f64)
     }
 }
 
-/// [`IMBALANCE`] and its value, where the sides differ.
-pub(super) fn imbalance(model: &Model<f64>) -> Option<(&'static str, f64)> {
-    match model {
-        Model::Signed { torque, .. } if torque.imbalance != 0.0 => Some((IMBALANCE.name, torque.imbalance)),
-        Model::Signed { .. } | Model::Eq18 { .. } => None,
-    }
+/// Names and values of what this torque model has of its own, beyond what all have.
+pub(super) fn own(model: &Model<f64>) -> Vec<(&'static str, f64)> {
+    let Model::Signed { torque, .. } = model else { return Vec::new() };
+    let own = [(IMBALANCE.name, torque.imbalance), (GEAR_LOSS.name, torque.gear_loss)];
+    own.into_iter().filter(|(_, value)| *value != 0.0).collect()
 }
 
 /// The torque model's parameters that wheels have.
@@ -96,8 +99,9 @@ pub(super) fn model(
             for (place, quantity) in values.iter_mut().zip(torque_of(scrubs)) {
                 *place = value(quantity)?;
             }
-            let imbalance = parameters.get(IMBALANCE.name).and_then(number).unwrap_or(0.0);
-            let torque = TorqueModel { imbalance, ..TorqueModel::from_array(values) };
+            let [imbalance, gear_loss] = [IMBALANCE, GEAR_LOSS]
+                .map(|quantity| parameters.get(quantity.name).and_then(number).unwrap_or(0.0));
+            let torque = TorqueModel { imbalance, gear_loss, ..TorqueModel::from_array(values) };
             Ok(Model::Signed { torque, drive })
         }
         ModelKind::Eq18 | ModelKind::Eq18Published => {

@@ -79,6 +79,7 @@ pub(super) fn section<const N: usize>(
         power_delay_s: robot.conditioning.delay,
         half_slip: robot.conditioning.slip.half_slip,
         slip_relaxation_rad: robot.conditioning.slip.relaxation,
+        slip_rest_rad_s: robot.conditioning.slip.rest,
         true_slip_s_rad: robot.conditioning.true_slip,
     }
 }

@@ -32,7 +32,7 @@ pub(super) const GEAR_LOAD_LOSS: Entry = Entry {
 /// Fall of the efficiency per torque at the wheel: the motor's torque is G t (1 + c t) for a
 /// wheel's t, G being the inertia gain, and the model's k (G t)² is its second part.
 const FALL: Conversion =
-    Conversion { unit: "1/(N·m)", of: |coefficient, world| Some(coefficient * world.torque.inertia_gain) };
+    Conversion { unit: "1/(N·m)", of: |coefficient, world| Some(coefficient * world.torque.load_gain()) };
 
 /// The greatest share more. Chosen: the motor supplies twice as much.
 const MOST_SHARE: f64 = 1.0;

@@ -39,7 +39,7 @@ fn slope(detail: &Detail) -> Conversion {
         return Conversion::of_torque("1");
     }
     let of = |coefficient: f64, world: &World| {
-        let sine = coefficient / world.torque.inertia_gain;
+        let sine = coefficient / world.torque.load_gain();
         (sine.abs() < 1.0).then(|| sine.asin())
     };
     Conversion { unit: "rad", of }

@@ -67,7 +67,7 @@ const STEP: f64 = 6e-6;
 impl Conversion {
     /// A torque of the body or the floor: the drive has to supply the inertia gain times as much.
     pub(super) const fn of_torque(unit: &'static str) -> Self {
-        Self { unit, of: |coefficient, world| Some(coefficient / world.torque.inertia_gain) }
+        Self { unit, of: |coefficient, world| Some(coefficient / world.torque.load_gain()) }
     }
 
     /// The size of a coefficient with its standard error, and what it has in common with each
@@ -92,7 +92,7 @@ impl Conversion {
                 }
                 let mut moved = base;
                 moved[place - 1] += by;
-                (self.of)(coefficient, &World { torque: TorqueModel::from_array(moved), ..world.clone() })
+                (self.of)(coefficient, &World { torque: world.torque.with_array(moved), ..world.clone() })
             };
             slopes[place] = (at(step)? - at(-step)?) / (2.0 * step);
         }

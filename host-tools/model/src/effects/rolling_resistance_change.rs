@@ -41,7 +41,7 @@ pub(super) const ROLLING_RESISTANCE_CHANGE: Entry = Entry {
 /// alike.
 pub(super) const FLOOR: Conversion = Conversion {
     unit: "1",
-    of: |coefficient, world| Some(coefficient / (world.torque.inertia_gain * GRAVITY * world.forward?)),
+    of: |coefficient, world| Some(coefficient / (world.torque.load_gain() * GRAVITY * world.forward?)),
 };
 
 /// A floor never loses all of its resistance.

@@ -202,14 +202,15 @@ fn any(id: &str, detail: Detail) -> Candidate {
 #[test]
 fn a_slope_is_what_the_world_has_whatever_the_drive_folds_in() {
     let mut covariance = DMatrix::zeros(7, 7);
-    covariance[(4, 4)] = (0.01_f64 / 0.75).powi(2);
-    let torque = TorqueModel { inertia_gain: 1.0 / 0.75, ..TorqueModel::default() };
+    covariance[(4, 4)] = (0.01_f64 * 0.8 / 0.75).powi(2);
+    // With a loss of its own the gear takes a third either way: 0.8 / 0.75 · (1 + 0.25) = 1 / 0.75.
+    let torque = TorqueModel { inertia_gain: 0.8 / 0.75, gear_loss: 0.25, ..TorqueModel::default() };
     let world = World { torque, covariance, forward: Some(0.0165), turn: 0.2 };
     let slope = any("grade", Detail::Slope(Along::Ahead));
     let found = physical(&slope, (0.04, 4e-4), &[], &world).unwrap();
     assert!((found.value - 0.03_f64.asin()).abs() < 1e-9 && found.unit == "rad", "{found:?}");
     assert!((found.std_err / (0.03 * 0.01 * 2.0_f64.sqrt()) - 1.0).abs() < 2e-3, "{found:?}");
-    let alike = [0.0, 0.0, 0.0, 0.0, 4e-4 * 0.01 / 0.75];
+    let alike = [0.0, 0.0, 0.0, 0.0, 4e-4 * 0.01 * 0.8 / 0.75];
     assert!(physical(&slope, (0.04, 4e-4), &alike, &world).unwrap().std_err < 1e-6);
     // A sensor's offset is what it is.
     let offset = any("sensor-offset", Detail::Plain);

@@ -32,7 +32,7 @@ pub(super) const TURNING_SCRUB: Entry = Entry {
 /// outermost wheel's torque takes times its speed.
 fn moment(detail: &Detail) -> Conversion {
     let of = |coefficient: f64, world: &World| {
-        let moment = coefficient / (world.torque.inertia_gain * world.turn);
+        let moment = coefficient / (world.torque.load_gain() * world.turn);
         Some(moment).filter(|moment| moment.is_finite())
     };
     let unit = if *detail == Detail::DependsOnMass(false) { "N·m" } else { "N·m/kg" };

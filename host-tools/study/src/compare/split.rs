@@ -77,7 +77,7 @@ impl Data {
         let delay = delay::choose(&split.training(undelayed));
         core = core.with_conditioning(Conditioning { delay, ..*core.conditioning() });
         // The delay is every model's, the others are the signed model's own.
-        let mut terms = vec![Term::SlipMemory, Term::UnequalSides];
+        let mut terms = vec![Term::SlipMemory, Term::UnequalSides, Term::GearLoss];
         let headers = all.iter().map(|file| Header::open(context, file)).collect::<Result<Vec<_>>>()?;
         if headers.iter().all(|header| header.has(YAW_RATE)) {
             terms.push(Term::TrueSlip);
@@ -85,7 +85,7 @@ impl Data {
         let form = fit::choose_form(context, robot, &core, &terms, files, settings.mass_kg, &held_out)?;
         core = core.with_conditioning(form.conditioning);
         let mut train = Dataset::read(context, robot, core.clone(), files, &reading)?;
-        train.unequal_sides = form.unequal_sides;
+        train.own = form.own;
         // The fit has told already what it excluded.
         let read = points::read(context, robot, &core, files, settings.mass_kg, &wanted, train.stride)?;
         let (training, test) = match split {
