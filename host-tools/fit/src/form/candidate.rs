@@ -35,7 +35,7 @@ pub(super) struct Problem<'a> {
     pub(super) pilots: &'a Pilots,
     /// Times that are kept from all of this.
     held_out: &'a (dyn Fn(f64) -> bool + Sync),
-    /// One for all forms: of rows that are far off beside the others by the plain form.
+    /// One for all forms of a term: of rows that are far off beside the others without the term.
     loss: Loss,
     /// Steps from all starts to the plain form.
     pub(super) steps: u32,
@@ -96,6 +96,16 @@ impl<'a> Problem<'a> {
         let plain = physical::search(rows.all(), robot.drive(), Loss::Squares, &bounds, None);
         let loss = physical::usual_loss(rows.all(), robot.drive(), &plain.parameters);
         Self { robot, core, pilots, held_out, loss, steps: plain.steps, block_s, folds: dealt(open, block_s) }
+    }
+
+    /// Weighs rows by how far off they are by a form that was taken; it is looked for from `near`.
+    /// A late power leaves so much that beside it no row is far off.
+    pub(super) fn weigh_by(&mut self, form: &Form, near: &Trial) {
+        let Some((rows, _)) = self.rows(form) else { return };
+        let (rows, drive) = (rows.all(), self.robot.drive());
+        let bounds = Bounds::of(self.core, rows, self.robot.motor(), form.own);
+        let end = physical::search(rows, drive, Loss::Squares, &bounds, Some(&near.parameters[0]));
+        self.loss = physical::usual_loss(rows, drive, &end.parameters);
     }
 
     /// The rows of a form, and the fold that holds each out.

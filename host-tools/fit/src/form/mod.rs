@@ -71,7 +71,7 @@ pub(super) fn choose(
     pilots: &Pilots,
     held_out: &(dyn Fn(f64) -> bool + Sync),
 ) -> Choice {
-    let problem = Problem::new(robot, core, pilots, held_out);
+    let mut problem = Problem::new(robot, core, pilots, held_out);
     let form = Form { conditioning: *core.conditioning(), ..Form::default() };
     let mut choice = Choice { form, judged: Vec::new(), long_search: None };
     if problem.folds.len() < LEAST_BLOCKS {
@@ -83,14 +83,12 @@ pub(super) fn choose(
     }
     let turning = if terms.contains(&Term::TrueSlip) { pilots.with_gyro() } else { None };
     let turning = turning.as_ref().map(|pilots| Problem::new(robot, core, pilots, held_out));
-    let turning = turning.filter(|problem| problem.folds.len() >= LEAST_BLOCKS);
+    let mut turning = turning.filter(|problem| problem.folds.len() >= LEAST_BLOCKS);
     for _ in 0..ROUNDS {
         let mut took = false;
         for &term in terms {
-            let Some(problem) = (if term == Term::TrueSlip { turning.as_ref() } else { Some(&problem) })
-            else {
-                continue;
-            };
+            let asked = if term == Term::TrueSlip { turning.as_mut() } else { Some(&mut problem) };
+            let Some(problem) = asked else { continue };
             let unseen = term.unseen(core);
             let Some(current) = problem.trial(&choice.form, unseen, None) else { continue };
             let Some((form, with)) = term.best(problem, &choice.form, &current) else { continue };
@@ -103,6 +101,7 @@ pub(super) fn choose(
             }
             if judged.taken {
                 choice.form = form;
+                problem.weigh_by(&form, &current);
             }
         }
         if !took {
