@@ -28,6 +28,11 @@ fn foxgloves_shows_payload_and_power() {
         .collect();
     shown.sort();
     assert_eq!(shown, expected());
+    for panel in panels.values() {
+        // Lichtblick, Foxglove's open fork, has its own name for the title.
+        assert!(panel["foxglovePanelTitle"].is_string());
+        assert_eq!(panel["lichtblickPanelTitle"], panel["foxglovePanelTitle"]);
+    }
     for place in ["first", "second"] {
         assert!(panels.contains_key(layout["layout"][place].as_str().unwrap()), "{place}");
     }
