@@ -19,7 +19,11 @@ pub(crate) fn run(consent: Consent) -> bool {
 
 fn all(steps: &mut Steps, consent: Consent) -> Result<(), Stop> {
     let python = engines(steps, consent)?;
-    steps.run("engines", tests(&python))
+    steps.run("engines", tests(&python))?;
+    println!(
+        "   how fast they are: `cargo xtask bench engines --rows 100000000`, last in docs/results/engines-bench.txt"
+    );
+    Ok(())
 }
 
 /// A Python with the engines and the wheel, and gmr beside it.
