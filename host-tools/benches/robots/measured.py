@@ -37,7 +37,7 @@ def one(gmr, work, name, robot, logs, options, note, every_model, say):
         shutil.rmtree(work / f"shift{k}")
         if len(logs) >= FOLDS:
             test = logs[k::FOLDS]
-            runs.append(scores(gmr, robot, [log for log in logs if log not in test], test, more))
+            runs.append(scores(gmr, robot, [log for log in logs if log not in test], test, [*more, "--adapt"]))
     result = {"name": name, "note": note, "blocks": blocks, "runs": runs}
     result["training"] = training(gmr, work, robot, logs, options)
     return result

@@ -43,8 +43,9 @@ def measured(rows):
         return ["Measured robots: skipped, no measured data (../shared/data is not there)"]
     out = ["Measured robots: R² of power, one in three 5 s blocks held out (three offsets), and three folds of whole runs", ""]
     for row in rows:
-        names = [n for n in dict.fromkeys(n for f in row["blocks"] for n in f if n != "error")]
-        scored = sorted(((mean_r2(row["blocks"], n), n) for n in names), key=lambda p: -(p[0] if p[0] is not None else -1e9))
+        names = [n for n in dict.fromkeys(n for f in [*row["blocks"], *row["runs"]] for n in f if n != "error")]
+        first = [(mean_r2(row["blocks"], n), mean_r2(row["runs"], n)) for n in names]
+        scored = sorted(zip(first, names), key=lambda p: [-(r2 if r2 is not None else -1e9) for r2 in p[0]])
         out += [f"{row['name']} ({row['note']})", f"  {'':30} {'blocks':>28}   {'whole runs':>28}"]
         for k, (_, n) in enumerate(scored):
             each = "  ".join(number(f.get(n, {}).get("r2"), "6.3f") for f in row["blocks"])

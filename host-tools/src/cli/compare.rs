@@ -54,6 +54,10 @@ pub(crate) struct Arguments {
     /// Leave out the neural networks
     #[arg(long, conflicts_with = "models")]
     no_perceptron: bool,
+    /// Show each model also with a floor that adapts: told the mass, and what the power of the last
+    /// minutes says of the floor
+    #[arg(long, requires = "test")]
+    adapt: bool,
     /// Print all models, and why others were left out, not only the best and ours
     #[arg(long)]
     all: bool,
@@ -117,7 +121,8 @@ pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     } else {
         Split::Files { train, test }
     };
-    let settings = Settings { mass_kg, window_s: arguments.window, models: chosen(arguments)? };
+    let models = chosen(arguments)?;
+    let settings = Settings { mass_kg, window_s: arguments.window, models, adapt: arguments.adapt };
     let comparison = compare(context, robot, &split, &settings)?;
     if let Some(plot) = &arguments.plot {
         comparison.figure(arguments.models.is_empty()).save(plot)?;

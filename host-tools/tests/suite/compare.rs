@@ -100,6 +100,35 @@ fn the_signed_model_is_ahead_of_the_regression_on_the_plant() {
 }
 
 /// A third of the time is held out, in blocks of the length asked for, and nothing of it is fitted.
+/// On a floor that takes nearly twice as much, ours and a regression that adapt both beat
+/// themselves; a log in which the mass changes has no one mass to tell.
+#[test]
+fn a_floor_adapts_for_ours_and_for_others() {
+    let bench = Bench::new();
+    bench.simulate("train.csv", &["--mass", "1@0,6@60", "--duration", "120"]);
+    let floor = ["--duration", "120", "--seed", "2", "--effect", "rolling-resistance-change=0.012"];
+    bench.simulate("test.csv", &[&["--mass", "3"], &floor[..]].concat());
+    bench.simulate("changes.csv", &[&["--mass", "3@0,4@60"], &floor[..]].concat());
+    let models = ["--models", "signed,linear", "--train", "train.csv"];
+    let report = bench.json(&[&["compare", "--adapt", "--test", "test.csv"], &models[..]].concat());
+    for (fixed, adapts) in
+        [("signed, mass given", "signed, floor adapts"), ("linear", "linear, floor adapts")]
+    {
+        assert!(r2(&report, adapts) > r2(&report, fixed) + 0.02, "{report:#}");
+        assert_eq!(
+            (&entry(&report, adapts)["mass"], &entry(&report, adapts)["horizon"]),
+            (&"given".into(), &"second".into())
+        );
+    }
+    assert!(r2(&report, "signed, floor adapts") > r2(&report, "linear, floor adapts"));
+    let report = bench.json(&[&["compare", "--adapt", "--test", "changes.csv"], &models[..]].concat());
+    let out = &report["left_out"][0];
+    assert_eq!(out["name"], "signed, floor adapts", "{report:#}");
+    assert!(out["reason"].as_str().unwrap().contains("mass changes"), "{out}");
+    let alone = bench.gmr(&["compare", "--adapt", "--train", "train.csv"]);
+    assert_eq!(alone.code, Some(2), "{}", alone.stderr);
+}
+
 #[test]
 fn held_out_blocks_are_a_third() {
     let bench = plant();

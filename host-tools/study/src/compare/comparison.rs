@@ -1,8 +1,10 @@
 //! The table of models.
 
+use std::path::PathBuf;
+
 use answers::estimate::{Payloads, Policy, PolicyKind, bucket_length, replay};
 use fit::dataset::Row;
-use fit::pgd;
+use fit::{Fit, pgd};
 use logs::robot::Robot;
 use logs::with_wheels;
 use model::coefficients::ModelKind;
@@ -10,8 +12,9 @@ use support::context::Context;
 use support::error::{Error, Result};
 use support::metrics::{Metrics, Quality};
 
+use super::adapting;
 use super::entry::{Entry, Horizon, LeftOut, MassSource, Pair, WeightSeeds};
-use super::evaluate::{Evaluation, MassSearch, evaluate_all};
+use super::evaluate::{Beside, Evaluation, MassSearch, evaluate_all};
 use super::mass;
 use super::own::{OWN, Own};
 use super::persistence::persistence_r2;
@@ -94,7 +97,10 @@ fn compare_with<const N: usize>(
         _ => None,
     };
     for own in OWN.iter().filter(|own| settings.models.contains(&own.name)) {
-        comparison.add_own::<N>(context, robot, own, &data, replayed, settings.window_s)?;
+        let fit = comparison.add_own::<N>(context, robot, own, &data, replayed, settings.window_s)?;
+        if let (true, ModelKind::Signed, Split::Files { test, .. }) = (settings.adapt, own.kind, split) {
+            comparison.add_adapting::<N>(context, robot, own, &fit, test, settings);
+        }
     }
     mass::tell_extrapolation(context, settings, data.training.iter(), test.iter());
     let cards: Vec<&Card> = baselines::every().filter(|card| settings.models.contains(&card.name)).collect();
@@ -102,7 +108,8 @@ fn compare_with<const N: usize>(
         range: (robot.mass_no_load_kg(), robot.mass_full_load_kg()),
         window_s: settings.window_s,
     });
-    let evaluations = evaluate_all(context, robot, &cards, &data.wanted, &data.training, &test, masses);
+    let beside = Beside { masses, adapts: settings.adapt };
+    let evaluations = evaluate_all(context, robot, &cards, &data.wanted, &data.training, &test, beside);
     for (card, evaluation) in cards.into_iter().zip(evaluations) {
         match evaluation {
             Err(error) => comparison.leave_out(card.name, error.to_string()),
@@ -125,9 +132,9 @@ impl Comparison {
         robot: &Robot,
         own: &Own,
         data: &Data,
-        replayed: Option<&[std::path::PathBuf]>,
+        replayed: Option<&[PathBuf]>,
         window_s: f64,
-    ) -> Result<()> {
+    ) -> Result<Fit> {
         let Own { name, source, kind, method, .. } = *own;
         let fit =
             fit::fit(robot, &data.train.with_gate(kind.gate()), kind, method, &pgd::Settings::default())?;
@@ -169,12 +176,43 @@ impl Comparison {
         let pairs = data.test.iter().filter_map(|(row, _)| predict(row)).collect();
         let name = if replayed.is_some() { format!("{name}, mass given") } else { name.to_owned() };
         self.push(row(&name, MassSource::Given, Horizon::Plan, pairs, None));
-        Ok(())
+        Ok(fit)
+    }
+
+    /// A model of ours, told the mass, on a floor that adapts.
+    fn add_adapting<const N: usize>(
+        &mut self,
+        context: &Context,
+        robot: &Robot,
+        own: &Own,
+        fit: &Fit,
+        test: &[PathBuf],
+        settings: &Settings,
+    ) {
+        let name = adapts(own.name);
+        let coefficients = fit.coefficients::<N>();
+        let of = |file: &PathBuf| {
+            adapting::ours(context, robot, &coefficients, file, settings.mass_kg, settings.window_s)
+        };
+        match test.iter().map(of).collect::<Result<Vec<_>>>() {
+            Err(error) => self.leave_out(&name, error.to_string()),
+            Ok(pairs) => self.push(Judged {
+                name: &name,
+                source: own.source,
+                mass: MassSource::Given,
+                horizon: Horizon::Second,
+                fit_s: fit.solve_s,
+                parameters: Vec::new(),
+                pairs: pairs.concat(),
+                mass_error_percent: None,
+                weight_seeds: None,
+            }),
+        }
     }
 
     /// A baseline; one that takes the mass also without being told.
     fn add_baseline(&mut self, card: &Card, evaluation: Evaluation, test: &[Point]) {
-        let Evaluation { fit_s, parameters, pairs, found, masses, weight_seeds } = evaluation;
+        let Evaluation { fit_s, parameters, pairs, found, adapted, masses, weight_seeds } = evaluation;
         let error = |masses: Vec<f64>| {
             let errors = masses.iter().zip(test).map(|(mass, point)| 100.0 * (mass / point.mass - 1.0).abs());
             mean(errors)
@@ -190,6 +228,19 @@ impl Comparison {
             mass_error_percent: masses.and_then(error),
             weight_seeds,
         });
+        if let Some(pairs) = adapted {
+            self.push(Judged {
+                name: &adapts(card.name),
+                source: card.source,
+                mass: MassSource::of(card),
+                horizon: Horizon::Second,
+                fit_s,
+                parameters: Vec::new(),
+                pairs,
+                mass_error_percent: None,
+                weight_seeds: None,
+            });
+        }
         if let Some(found) = found {
             self.push(Judged {
                 name: &format!("{}, mass found", card.name),
@@ -244,6 +295,11 @@ impl Comparison {
     fn leave_out(&mut self, name: &str, reason: String) {
         self.left_out.push(LeftOut { name: name.to_owned(), reason });
     }
+}
+
+/// The name of a model whose floor adapts.
+fn adapts(name: &str) -> String {
+    format!("{name}, floor adapts")
 }
 
 /// Of the finite ones; `None` without any.

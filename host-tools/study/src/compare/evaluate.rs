@@ -10,6 +10,7 @@ use support::error::{Error, Result};
 use support::metrics::Metrics;
 use support::progress::CountProgress;
 
+use super::adapting::Prior;
 use super::entry::{Pair, WeightSeeds};
 use super::points::Wanted;
 use super::search::{Searched, search};
@@ -29,6 +30,9 @@ pub struct Evaluation {
     /// The mass of every test point as the model itself estimates it, kg; NaN where it does not
     /// know.
     pub masses: Option<Vec<f64>>,
+    /// Measured and predicted power of every test point where the floor adapts, if that was asked
+    /// for and the model does not learn while it drives anyway.
+    pub adapted: Option<Vec<Pair>>,
     /// Of a network; what else is here is of the median one.
     pub weight_seeds: Option<WeightSeeds>,
 }
@@ -50,6 +54,15 @@ pub struct MassSearch {
     pub window_s: f64,
 }
 
+/// What is asked of a model beside its power at the mass that is told.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Beside {
+    /// Its power at a mass that is searched for, if it takes one.
+    pub masses: Option<MassSearch>,
+    /// Its power where the floor adapts.
+    pub adapts: bool,
+}
+
 /// Seeds of a network's weights.
 const WEIGHT_SEEDS: [u64; 3] = [1, 2, 3];
 
@@ -65,7 +78,7 @@ pub fn evaluate(
     wanted: &Wanted,
     training: &[Point],
     test: &[Point],
-    masses: Option<MassSearch>,
+    beside: Beside,
 ) -> Result<Evaluation> {
     allowed(robot, card, wanted)?;
     let training = told(robot, card, training, "training")?;
@@ -102,18 +115,24 @@ pub fn evaluate(
     let pairs = |predicted: &[f64]| -> Vec<Pair> {
         test.iter().map(|point| point.power).zip(everywhere(predicted)).collect()
     };
-    let found = match masses.filter(|_| card.takes_mass) {
+    let found = match beside.masses.filter(|_| card.takes_mass) {
         Some(MassSearch { range, window_s }) => {
             let Searched { masses, predicted } = search(&*median.model, &told_test, range, window_s)?;
             Some(Found { pairs: pairs(&predicted), masses: everywhere(&masses) })
         }
         None => None,
     };
+    let prior = match beside.adapts && !card.learns_while_driving() {
+        true => Prior::of(&training, &median.model.predict(&training)?),
+        false => None,
+    };
+    let adapted = prior.map(|prior| pairs(&prior.adapted(&told_test, &median.predicted)));
     Ok(Evaluation {
         fit_s: median.fit_s,
         parameters: median.model.parameters(),
         pairs: pairs(&median.predicted),
         found,
+        adapted,
         masses: median.model.masses(&told_test)?.map(|masses| everywhere(&masses)),
         weight_seeds,
     })
@@ -195,11 +214,11 @@ pub fn evaluate_all(
     wanted: &Wanted,
     training: &[Point],
     test: &[Point],
-    masses: Option<MassSearch>,
+    beside: Beside,
 ) -> Vec<Result<Evaluation>> {
     let progress = CountProgress::new(context, "fitting models", cards.len() as u64);
     let one = |card: &&Card| {
-        let evaluation = evaluate(robot, card, wanted, training, test, masses);
+        let evaluation = evaluate(robot, card, wanted, training, test, beside);
         progress.one_more();
         evaluation
     };

@@ -49,7 +49,7 @@ pub(super) fn tell_extrapolation<'a>(
 }
 
 /// To the gram, as a fit tells payloads apart.
-fn same(one: f64, other: f64) -> bool {
+pub(super) fn same(one: f64, other: f64) -> bool {
     (one - other).abs() < 1e-3
 }
 

@@ -4,6 +4,7 @@
 //! (`cutoff`), the delay between speeds and power by a regression that is nobody's (`delay`), and a
 //! model that takes the mass has a row in which it finds it ([`search`]).
 
+mod adapting;
 mod comparison;
 mod cutoff;
 mod delay;
@@ -20,7 +21,7 @@ mod split;
 
 pub use self::comparison::{Comparison, compare};
 pub use self::entry::{Entry, Horizon, LeftOut, MassSource, Pair, WeightSeeds};
-pub use self::evaluate::{Evaluation, Found, MassSearch, allowed, evaluate, evaluate_all};
+pub use self::evaluate::{Beside, Evaluation, Found, MassSearch, allowed, evaluate, evaluate_all};
 pub use self::own::{OWN, Own, names};
 pub use self::persistence::persistence_r2;
 pub use self::search::{Searched, search};

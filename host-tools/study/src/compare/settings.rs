@@ -9,4 +9,6 @@ pub struct Settings {
     pub window_s: f64,
     /// Names of the models to compare.
     pub models: Vec<&'static str>,
+    /// Whether models have rows in which they are told the mass, and their floor adapts.
+    pub adapt: bool,
 }

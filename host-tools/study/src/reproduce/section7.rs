@@ -18,7 +18,9 @@ use super::spread::Spread;
 use super::windows::{PUBLISHED_WORST, Swept, at_window, lengths};
 use crate::baselines;
 use crate::compare::points::Wanted;
-use crate::compare::{Horizon, LeftOut, MassSearch, MassSource, WeightSeeds, evaluate, persistence_r2};
+use crate::compare::{
+    Beside, Horizon, LeftOut, MassSearch, MassSource, WeightSeeds, evaluate, persistence_r2,
+};
 
 /// The window of Fig. 13 to 15, s.
 const WINDOW_S: f64 = 25.0;
@@ -148,8 +150,9 @@ pub(super) fn seed(learned: &Learned<'_>, settings: &Settings, draw: bool) -> Re
     }
     let masses =
         MassSearch { range: (robot.mass_no_load_kg(), robot.mass_full_load_kg()), window_s: WINDOW_S };
+    let beside = Beside { masses: Some(masses), adapts: false };
     for card in baselines::every().filter(|card| settings.baselines.contains(&card.name)) {
-        let evaluation = match evaluate(robot, card, &wanted, &known.points, &log.points, Some(masses)) {
+        let evaluation = match evaluate(robot, card, &wanted, &known.points, &log.points, beside) {
             Ok(evaluation) => evaluation,
             Err(error) => {
                 left_out.push(LeftOut { name: card.name.to_owned(), reason: error.to_string() });
