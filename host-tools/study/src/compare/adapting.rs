@@ -58,13 +58,11 @@ impl Prior {
                 let left = (-passed / memory).exp();
                 information = information * left + second.along * second.along.transpose() / self.variance;
                 score = score * left + second.along * second.error / self.variance;
+                numbers = (self.precision + information).try_inverse().map_or(numbers, |own| own * score);
             }
             // Another run may be on another floor.
             if now.is_some_and(|(run, _)| run != point.run) {
-                (information, score) = (Matrix2::zeros(), Vector2::zeros());
-            }
-            if let Some(inverse) = (self.precision + information).try_inverse() {
-                numbers = inverse * score;
+                numbers = Vector2::zeros();
             }
             predicted + numbers.dot(&along(point, *predicted))
         };
