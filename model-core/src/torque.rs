@@ -168,10 +168,14 @@ impl<T: Real> TorqueModel<T> {
         self.passed_per_kg(wheel).abs() * wheel.direction
     }
 
-    /// What the motor supplies of a load that it drives, per unit of the load: all losses of motor,
-    /// gear and drive that grow with it.
+    /// 1 + e: what the motor supplies of a load that it drives, per unit of what passes the gear.
+    pub fn driving_factor(&self) -> T {
+        T::ONE + self.gear_loss
+    }
+
+    /// The same per unit of the load: all losses of motor, gear and drive that grow with it.
     pub fn load_gain(&self) -> T {
-        self.inertia_gain * (T::ONE + self.gear_loss)
+        self.inertia_gain * self.driving_factor()
     }
 
     /// By how many times more than what passes the gear the motor supplies.

@@ -54,12 +54,14 @@ pub fn export<const N: usize>(
         let message = "model eq18 has powers, no torques; expected coefficients of gmr fit --model signed";
         return Err(Error::failed(message));
     };
+    // What the supply pays for: a gear with a loss of its own passes less.
+    let rolling = torque.rolling * torque.driving_factor();
     let mut lost = vec![
         Lost {
             what: "rolling resistance",
             so: format!(
                 "{:.5} N·m/kg of it are in the friction at {mass_kg} kg: another payload needs another file",
-                torque.rolling
+                rolling
             ),
         },
         Lost {
@@ -67,7 +69,7 @@ pub fn export<const N: usize>(
             so: format!(
                 "{:.3}: the fit's torques are what the supply pays for; where that is above 1 the gear wastes the difference, and the joint's \
                  own torques are smaller by it",
-                torque.inertia_gain
+                torque.load_gain()
             ),
         },
     ];
@@ -77,7 +79,7 @@ pub fn export<const N: usize>(
         robot: robot.name().to_owned(),
         mass_kg,
         wheels: N,
-        friction_nm: torque.coulomb + torque.rolling * (1.0 + torque.gear_loss) * mass_kg,
+        friction_nm: torque.coulomb + rolling * mass_kg,
         damping_nm_s_rad: torque.viscous,
         armature_kg_m2: torque.rotor_inertia,
         lost,

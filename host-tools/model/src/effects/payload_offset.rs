@@ -36,7 +36,8 @@ const TO_THE_RIGHT: Conversion = Conversion {
     unit: "m",
     of: |coefficient, world| {
         let half_track = world.forward? / world.turn;
-        Some(coefficient / world.torque.rolling * half_track).filter(|offset| offset.is_finite())
+        Some(coefficient / (world.torque.rolling * world.torque.driving_factor()) * half_track)
+            .filter(|offset| offset.is_finite())
     },
 };
 

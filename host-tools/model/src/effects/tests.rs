@@ -218,6 +218,16 @@ fn a_slope_is_what_the_world_has_whatever_the_drive_folds_in() {
     assert_eq!((found.value, found.std_err, found.unit.as_str()), (0.2, 0.01, "W"));
 }
 
+/// Rolling resistance passes the gear: with a loss of 0.25 the motor supplies 1.25 of its 0.008
+/// N·m/kg, of which 0.001 are a tenth, and half the track is 0.0165 m / 0.2.
+#[test]
+fn an_offset_is_told_of_what_the_motor_supplies() {
+    let torque = TorqueModel { rolling: 0.008, gear_loss: 0.25, ..TorqueModel::default() };
+    let world = World { torque, covariance: DMatrix::zeros(0, 0), forward: Some(0.0165), turn: 0.2 };
+    let found = physical(&any("payload-offset", Detail::Plain), (0.001, 0.0), &[], &world).unwrap();
+    assert!((found.value - 0.1 * 0.0165 / 0.2).abs() < 1e-12 && found.unit == "m", "{found:?}");
+}
+
 /// A half slip that steps is a share already, no floor's friction; a floor that steps is one.
 #[test]
 fn a_half_slip_that_steps_is_a_share() {
