@@ -57,10 +57,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let log = log::write(folder.path())?;
     let robot = folder.path().join("burger.toml");
     let burger = include_str!("../../robots/burger.toml");
-    std::fs::write(
-        &robot,
-        burger.replacen("[sensors]", &format!("filter_cutoff_hz = {CUTOFF_HZ}\n[sensors]"), 1),
-    )?;
+    std::fs::write(&robot, format!("filter_cutoff_hz = {CUTOFF_HZ}\n{burger}"))?;
     let python = python::with_scipy()?;
     // Once without a clock: the log comes into the page cache, Python compiles its modules.
     python::fit(&python, &log, CUTOFF_HZ, "eq18")?;
