@@ -178,6 +178,16 @@ impl<T: Real> TorqueModel<T> {
         self.inertia_gain * self.driving_factor()
     }
 
+    /// Rolling resistance as a motor that drives supplies it, N·m/kg.
+    pub fn supplied_rolling(&self) -> T {
+        self.rolling * self.driving_factor()
+    }
+
+    /// Scrub as a motor that drives supplies it, N·m/kg.
+    pub fn supplied_scrub(&self) -> T {
+        self.scrub * self.driving_factor()
+    }
+
     /// By how many times more than what passes the gear the motor supplies.
     #[inline(always)]
     pub fn gear_factor(&self, wheel: &Wheel<T>) -> T {

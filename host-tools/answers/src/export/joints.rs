@@ -55,7 +55,7 @@ pub fn export<const N: usize>(
         return Err(Error::failed(message));
     };
     // What the supply pays for: a gear with a loss of its own passes less.
-    let rolling = torque.rolling * torque.driving_factor();
+    let rolling = torque.supplied_rolling();
     let mut lost = vec![
         Lost {
             what: "rolling resistance",

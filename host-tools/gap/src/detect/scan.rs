@@ -59,7 +59,7 @@ pub(super) fn candidates(problem: &Problem<'_>, state: &State) -> Vec<(Candidate
         let range = match what {
             Switched::Static => (f64::NEG_INFINITY, f64::INFINITY),
             Switched::Rolling => {
-                let limit = MOST_ROLLING * problem.centre.rolling.max(1e-3);
+                let limit = MOST_ROLLING * problem.centre.supplied_rolling().max(1e-3);
                 (-limit, limit)
             }
             Switched::HalfSlip => HALF_SLIP,

@@ -157,9 +157,9 @@ impl<'a> Posed<'a> {
             .filter(|run| !run.clean)
             .filter_map(|run| run.rows.last().map(|row| row.time))
             .collect();
-        let mut ways = ways(list, removed, &lengths, base.torque.rolling);
+        let mut ways = ways(list, removed, &lengths, base.torque.supplied_rolling());
         let slips = !twin.runs.robot.conditioning().slip.is_off();
-        let switches = switched(slips, base.torque.rolling);
+        let switches = switched(slips, base.torque.supplied_rolling());
         let columns: Vec<(DMatrix<f64>, Own)> = (0..runs.len())
             .into_par_iter()
             .map(|run| {

@@ -36,8 +36,7 @@ const TO_THE_RIGHT: Conversion = Conversion {
     unit: "m",
     of: |coefficient, world| {
         let half_track = world.forward? / world.turn;
-        Some(coefficient / (world.torque.rolling * world.torque.driving_factor()) * half_track)
-            .filter(|offset| offset.is_finite())
+        Some(coefficient / (world.torque.supplied_rolling()) * half_track).filter(|offset| offset.is_finite())
     },
 };
 
@@ -50,7 +49,8 @@ fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
     let mut ways = vec![unlike];
     if scope.base.scrub > 0.0 {
         // At worst nothing of the scrub is left.
-        let off_centre = Way::new(Regressor::Term(Term::OffCentre(scope.empty)), (-scope.base.scrub, 0.0));
+        let off_centre =
+            Way::new(Regressor::Term(Term::OffCentre(scope.empty)), (-scope.base.supplied_scrub(), 0.0));
         ways.push(off_centre.with(Detail::OffCentre { empty_kg: scope.empty }));
     }
     Ok(ways)

@@ -23,7 +23,7 @@ pub(super) const ROLLING_RESISTANCE_CHANGE: Entry = Entry {
     physical: |_| Some(FLOOR),
     candidates: |scope| {
         let constant = if scope.one_mass { scope.base.coulomb / scope.mass } else { 0.0 };
-        let range = (-scope.base.rolling - constant, scope.much_per_kg());
+        let range = (-scope.base.supplied_rolling() - constant, scope.much_per_kg());
         let rolling = Regressor::Term(Term::Rolling);
         let mut ways = vec![Way::new(rolling.clone(), range)];
         if scope.slips {

@@ -268,3 +268,18 @@ fn a_scrub_that_the_base_has_may_shrink() {
     assert_eq!(least(false), [0.0, 0.0, 0.0]);
     assert_eq!(least(true), [0.0, -0.2, -0.2]);
 }
+
+/// A gear that loses a quarter takes its share of what a floor loses along: at worst all of what
+/// the motor supplies for it is gone.
+#[test]
+fn what_a_floor_may_lose_has_the_loss_of_the_gear() {
+    let mut scope = Scope { scrubs: true, ..scope(&[]) };
+    (scope.base.gear_loss, scope.base.scrub) = (0.25, 0.2);
+    let all = candidates(&scope).0;
+    let least = |id: &str| {
+        let own = all.iter().filter(|candidate| candidate.id == id);
+        own.map(|candidate| candidate.range.0).fold(f64::INFINITY, f64::min)
+    };
+    assert!((least("rolling-resistance-change") + 0.0125).abs() < 1e-12);
+    assert!((least("turning-scrub") + 0.25).abs() < 1e-12);
+}

@@ -48,7 +48,7 @@ fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
     let constant =
         Way::new(Regressor::Term(Term::Scrub), (0.0, scope.much())).with(Detail::DependsOnMass(false));
     // Where the base has a scrub of its own, tyres or floor may also have less grip than they had.
-    let least = if scope.scrubs { -scope.base.scrub } else { 0.0 };
+    let least = if scope.scrubs { -scope.base.supplied_scrub() } else { 0.0 };
     let per_kg = Way::new(Regressor::Term(Term::ScrubPerKg), (least, scope.much_per_kg()));
     let per_kg = per_kg.in_unit("N·m/kg").with(Detail::DependsOnMass(true));
     let mut ways = vec![constant.one_of_many(), per_kg.one_of_many()];
