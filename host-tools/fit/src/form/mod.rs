@@ -71,15 +71,15 @@ pub(super) fn choose(
     pilots: &Pilots,
     held_out: &(dyn Fn(f64) -> bool + Sync),
 ) -> Choice {
-    let mut problem = Problem::new(robot, core, pilots, held_out);
+    let mut plain = Problem::new(robot, core, pilots, held_out);
     let form = Form { conditioning: *core.conditioning(), ..Form::default() };
     let mut choice = Choice { form, judged: Vec::new(), long_search: None };
-    if problem.folds.len() < LEAST_BLOCKS {
+    if plain.folds.len() < LEAST_BLOCKS {
         return choice;
     }
     // A term is judged by what two searches leave, and these would have no end.
-    if problem.steps > MOST_STEPS {
-        return Choice { long_search: Some(problem.steps), ..choice };
+    if plain.steps > MOST_STEPS {
+        return Choice { long_search: Some(plain.steps), ..choice };
     }
     let turning = if terms.contains(&Term::TrueSlip) { pilots.with_gyro() } else { None };
     let turning = turning.as_ref().map(|pilots| Problem::new(robot, core, pilots, held_out));
@@ -87,7 +87,7 @@ pub(super) fn choose(
     for _ in 0..ROUNDS {
         let mut took = false;
         for &term in terms {
-            let asked = if term == Term::TrueSlip { turning.as_mut() } else { Some(&mut problem) };
+            let asked = if term == Term::TrueSlip { turning.as_ref() } else { Some(&plain) };
             let Some(problem) = asked else { continue };
             let unseen = term.unseen(core);
             let Some(current) = problem.trial(&choice.form, unseen, None) else { continue };
@@ -101,7 +101,10 @@ pub(super) fn choose(
             }
             if judged.taken {
                 choice.form = form;
-                problem.weigh_by(&form, &current);
+                plain.weigh_by(&form, &current);
+                if let Some(turning) = &mut turning {
+                    turning.weigh_by(&form, &current);
+                }
             }
         }
         if !took {

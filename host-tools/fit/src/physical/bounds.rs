@@ -7,6 +7,8 @@
 use logs::robot::Motor;
 use logs::robot::chassis::Chassis;
 use model_core::effects::GRAVITY;
+use model_core::plausibility::LEAST_GEAR_EFFICIENCY;
+pub(crate) use model_core::plausibility::MOST_GEAR_LOSS;
 use nalgebra::Const;
 use numerics::levenberg_marquardt;
 
@@ -17,12 +19,6 @@ use super::cost::{PARAMETERS as COUNT, Parameters, WINDING_LOSS};
 
 /// Least efficiency of motor, gear and drive together: torques are found with it folded in.
 const LEAST_EFFICIENCY: f64 = 0.2;
-
-/// Least efficiency of a gear.
-const LEAST_GEAR_EFFICIENCY: f64 = 0.5;
-
-/// What a gear takes at most of what passes it. A fit that ends there has not seen it.
-pub(crate) const MOST_GEAR_LOSS: f64 = 1.0 - LEAST_GEAR_EFFICIENCY;
 
 /// Greatest friction between wheel and ground: rubber on rough asphalt.
 const GREATEST_FRICTION: f64 = 1.5;
