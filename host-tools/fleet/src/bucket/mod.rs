@@ -22,7 +22,7 @@ use super::logs::{Log, Place};
 
 /// A bucket, or what is below a path in it.
 #[derive(Debug)]
-pub struct Bucket {
+pub(crate) struct Bucket {
     url: String,
     store: Arc<dyn ObjectStore>,
     prefix: object_store::path::Path,
