@@ -49,6 +49,18 @@ def confusion(lines, order=ORDER):
         print("  " + name.ljust(27) + "".join((str(count[w]) if count[w] else ".").rjust(12) for w in order) + "   " + text)
 
 
+def reliability(lines):
+    """Each effect's probability beside how often it was there: calibrated where they are alike."""
+    pairs = [(p, name in l["effect"]) for l in lines for name, p in l["posterior"]["effects"].items()]
+    edges = [0.0, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 1.0]
+    print("  probability of an effect   effects   mean probability   was there")
+    for low, high in zip(edges, edges[1:]):
+        own = [(p, there) for p, there in pairs if low <= p < high or p == high == 1.0]
+        if own:
+            p, there = np.mean(own, axis=0)
+            print(f"  {low:.2f} to {high:.2f}               {len(own):7d}            {p:7.3f}     {there:7.3f}")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("result", nargs="+")
@@ -74,6 +86,10 @@ def main():
         if known:
             print("by effect, size reached 0.45 and more")
             confusion([l for l in known if l["reached"][0] >= 0.45])
+        told = [l for l in here if l.get("posterior") and len(l["effect"]) < 2 and set(l["effect"]) <= set(DICTIONARY)]
+        if told:
+            print(f"reliability, {len(told)} sets with one effect or none")
+            reliability(told)
         free = [l for l in here if not l["effect"]]
         for robot in dict.fromkeys(l["robot"] for l in free):
             own = [l for l in free if l["robot"] == robot]
