@@ -52,6 +52,11 @@ pub struct Marginal {
 }
 
 impl Marginal {
+    /// With the first columns alone.
+    pub fn cut(&self, size: usize) -> Self {
+        Self { products: self.products.view((0, 0), (size, size)).into_owned(), log_det: self.log_det }
+    }
+
     /// With variances of the functions; `None` where they are no numbers.
     pub fn of(products: &DMatrix<f64>, shape: Shape, variances: &[f64]) -> Option<Self> {
         Self::without(products, shape.first()..shape.further(), variances)

@@ -4,7 +4,7 @@
 //! a column of what the linear model adds at none, with a coefficient of one, and its slopes. The
 //! model's form may get these wrong in clean runs too, so they are functions besides.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::evidence::Shape;
@@ -78,6 +78,22 @@ impl Extended {
         };
         let effects = effects.iter().map(with_place).collect();
         Self { shape, groups, products, effects }
+    }
+}
+
+impl Extended {
+    /// What each effect adds to a run at its size, as a sum of its columns.
+    pub fn at_their_sizes(&self, effects: &[(&Way, &[f64])]) -> Vec<DVector<f64>> {
+        let (size, first) = (self.products[0].nrows(), self.shape.further());
+        let of = |(way, (given, at)): (&Way, &(&Way, &[f64]))| {
+            let mut sum = DVector::zeros(size);
+            sum[first + way.first - 1] = -1.0;
+            for (k, (c, unit)) in at.iter().zip(&given.units).enumerate() {
+                sum[first + way.first + k] = c * unit;
+            }
+            sum
+        };
+        self.effects.iter().zip(effects).map(of).collect()
     }
 }
 

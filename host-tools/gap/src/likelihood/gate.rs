@@ -1,27 +1,28 @@
 //! Would as much be seen if other runs were called the field? Under "none" clean and field runs of
-//! like drives may change places: the share of relabelled sets that show as much is exact, but for
-//! the size about which a named effect is linear, which the given labels told.
+//! like drives may change places. Of every cause each run tells how much of it there is; the
+//! greatest difference between field and clean runs is held against that of other labels, which is
+//! exact at any level (Westfall and Young 1993), but for two things that the given labels told: the
+//! variances, and the size about which a named effect is linear.
 
-use nalgebra::DMatrix;
+use nalgebra::{Cholesky, DMatrix, DVector};
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::evidence::{Marginal, Totals, reduce};
 use super::extended::Extended;
-use super::normal::log_sum;
-use super::posterior::Posterior;
-use super::priors::{ELSE_SIZES, RELABELLED};
+use super::own_times::InRuns;
+use super::priors::{BETWEEN_RUNS, LEAST_SHOWN, RELABELLED};
 use super::products::Posed;
-use super::scored::{Scales, Scored};
+use super::scored::Scales;
 use super::variances;
 use super::ways::Way;
-
-/// Relabelled sets that are asked before it is looked whether more are needed.
-const AT_ONCE: usize = 7;
 
 /// What relabelled runs say.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gate {
-    /// Share of relabelled sets, the given one included, whose greatest evidence is as great.
+    /// Share of relabelled sets, the given one included, whose greatest difference is as great.
     pub share: f64,
     /// What is allowed.
     pub level: f64,
@@ -33,88 +34,147 @@ impl Gate {
         self.share > self.level
     }
 
-    /// Of some runs; `None` where they can be relabelled in too few ways for the level. `bent` are
-    /// ways with the coefficients about which they are linear; where there are none, something else
-    /// is asked for as well.
-    pub fn of(posed: &Posed<'_>, bent: &[(&Way, &[f64])], scales: &Scales, level: f64) -> Option<Self> {
-        let count = posed.runs.len();
-        let field = (0..count).filter(|&run| posed.is_field(run)).count();
-        if choose(count, field).recip() > level {
-            return None;
+    /// Of some runs. `bent` are ways with the coefficients about which they are linear; where there
+    /// are none, every smooth function is asked as well.
+    ///
+    /// # Errors
+    /// Why labels tell nothing: they can be changed in too few ways for the level, or clean runs
+    /// cannot show what was named.
+    pub fn of(
+        posed: &Posed<'_>,
+        bent: &[(&Way, &[f64])],
+        scales: &Scales,
+        level: f64,
+    ) -> Result<Self, String> {
+        let labels: Vec<bool> = (0..posed.runs.len()).map(|run| posed.is_field(run)).collect();
+        let field = labels.iter().filter(|label| **label).count();
+        if choose(labels.len(), field).recip() > level {
+            return Err(format!("these runs can be relabelled in too few ways for a level of {level}"));
         }
-        let ways = posed.own_first() - posed.shape.further();
-        let extended = Extended::of(posed, bent, ways);
-        let asked =
-            Asked { ways: &posed.ways, base: &posed.base, scales, extended, is_named: !bent.is_empty() };
-        let labels: Vec<bool> = (0..count).map(|run| posed.is_field(run)).collect();
-        let seen = asked.odds(&labels)?;
-        let is_as_great =
-            |seed: &usize| asked.odds(&relabelled(&labels, *seed as u64)).is_some_and(|value| value >= seen);
+        if let Some((way, _)) = bent.iter().find(|(way, _)| !shows_in_clean(posed, way)) {
+            return Err(format!("clean runs cannot show {}", way.candidate.id));
+        }
+        let causes = causes(posed, bent, scales, &labels).ok_or("sums of products are no numbers")?;
+        let greatest = |labels: &[bool]| {
+            let signs =
+                DVector::from_iterator(labels.len(), labels.iter().map(|label| f64::from(u8::from(*label))));
+            causes.iter().map(|cause| cause.difference(&signs)).fold(0.0, f64::max)
+        };
+        let seen = greatest(&labels);
         // With the given one as many as the level needs.
         let sets = RELABELLED.max(level.recip().ceil() as usize - 1);
-        let mut gate = Self { share: 0.0, level };
-        let mut as_great = 0;
-        // Once too many were as great, the rest cannot change that.
-        for first in (0..sets).step_by(AT_ONCE) {
-            let next = sets.min(first + AT_ONCE);
-            as_great += (first..next).into_par_iter().filter(is_as_great).count();
-            gate.share = (1 + as_great) as f64 / (1 + next) as f64;
-            if (1 + as_great) as f64 > level * (1 + sets) as f64 {
-                break;
-            }
-        }
-        Some(gate)
+        let is_as_great = |seed: &usize| greatest(&relabelled(&labels, *seed as u64)) >= seen;
+        let as_great = (0..sets).into_par_iter().filter(is_as_great).count();
+        Ok(Self { share: (1 + as_great) as f64 / (1 + sets) as f64, level })
     }
 }
 
-/// What is asked of any labels: every way about no effect, and what was named about its size.
-struct Asked<'a> {
-    ways: &'a [Way],
-    base: &'a DMatrix<f64>,
-    scales: &'a Scales,
-    extended: Extended,
-    is_named: bool,
+/// Whether clean runs would show an effect, if they had it.
+fn shows_in_clean(posed: &Posed<'_>, way: &Way) -> bool {
+    let first = posed.shape.further() + way.first;
+    let square = |run: usize| posed.runs[run].products[(first, first)];
+    let of = |field: bool| {
+        (0..posed.runs.len()).filter(|&run| posed.is_field(run) == field).map(square).sum::<f64>()
+    };
+    of(false) > LEAST_SHOWN * of(true)
 }
 
-impl Asked<'_> {
-    /// ln of how much more probable effects are than none, by these labels. All anew by them: what
-    /// was told by the given ones would favour them.
-    fn odds(&self, labels: &[bool]) -> Option<f64> {
-        let [clean, field] = [false, true]
-            .map(|of| (0..labels.len()).filter(|&run| labels[run] == of).collect::<Vec<usize>>());
-        let own = &self.extended;
-        let of = |runs: &[usize]| runs.iter().map(|&run| &own.products[run]).collect::<Vec<_>>();
-        let start = Some(&self.scales.variances);
-        let variances = variances::told(&of(&clean), &of(&field), own.shape, &own.groups, self.base, start)?;
-        let all: Vec<&Way> = self.ways.iter().chain(&own.effects).collect();
-        let runs: Option<Vec<Marginal>> =
-            own.products.iter().map(|run| Marginal::of(run, own.shape, &variances.runs)).collect();
-        let totals = Totals::of(own.shape, labels.iter().copied().zip(&runs?));
-        let form = self.scales.cases[self.scales.likeliest()].form;
-        let none = reduce(&totals, own.shape, &variances, form)?;
-        let scored = |(way, evidence): (&&Way, f64)| Scored {
-            way: (*way).clone(),
-            evidence,
-            coefficients: Vec::new(),
-            searched: 0.0,
-            in_runs: false,
-        };
-        let each = all.iter().enumerate().map(|(place, way)| match place < self.ways.len() {
-            true => way.gain(&none, &self.scales.sizes),
-            false => way.gain_about(&none, &self.scales.sizes),
-        });
-        let scored: Vec<Scored> = all.iter().zip(each).map(scored).collect();
-        let effects = Posterior::of(&scored, f64::NEG_INFINITY).effects;
-        let named = log_sum(effects.iter().map(|own| own.evidence)) - (effects.len() as f64).ln();
-        if self.is_named {
-            return Some(named);
+/// Every cause that shows as one column.
+fn causes(
+    posed: &Posed<'_>,
+    bent: &[(&Way, &[f64])],
+    scales: &Scales,
+    labels: &[bool],
+) -> Option<Vec<Cause>> {
+    let ways = posed.own_first() - posed.shape.further();
+    let extended = Extended::of(posed, bent, ways);
+    let shape = extended.shape;
+    let of = |wanted: bool| {
+        let own = extended.products.iter().zip(labels);
+        own.filter(|(_, label)| **label == wanted).map(|(own, _)| own).collect::<Vec<_>>()
+    };
+    let (start, groups) = (Some(&scales.variances), &extended.groups);
+    let variances = variances::told(&of(false), &of(true), shape, groups, &posed.base, start)?;
+    let sums = extended.at_their_sizes(bent);
+    let runs: Option<Vec<Marginal>> = extended
+        .products
+        .par_iter()
+        .map(|run| Marginal::of(&with_sums(run, &sums), shape, &variances.runs))
+        .collect();
+    let runs = runs?;
+    let totals = Totals::of(shape, labels.iter().copied().zip(&runs));
+    let form = scales.cases[scales.likeliest()].form;
+    let reduced = reduce(&totals, shape, &variances, form)?;
+    let runs: Vec<(bool, &Marginal)> = labels.iter().copied().zip(&runs).collect();
+    let further = shape.further();
+    let end = runs[0].1.products.ncols();
+    let single = posed.ways.iter().filter(|way| way.units.len() == 1);
+    let mut asked: Vec<(usize, (f64, f64))> =
+        single.map(|way| (further + way.first, way.candidate.range)).collect();
+    let any = (f64::NEG_INFINITY, f64::INFINITY);
+    asked.extend((end - sums.len()..end).map(|column| (column, (0.0, f64::INFINITY))));
+    if bent.is_empty() {
+        asked.extend((shape.first()..further).map(|column| (column, any)));
+    }
+    let cause = |(column, range): &(usize, (f64, f64))| {
+        let columns: Vec<_> = runs.iter().map(|_| *column..*column + 1).collect();
+        Cause::of(&InRuns::of(&reduced, shape, &runs, &columns), *range)
+    };
+    Some(asked.par_iter().filter_map(cause).collect())
+}
+
+/// Products with sums of columns behind them.
+fn with_sums(products: &DMatrix<f64>, sums: &[DVector<f64>]) -> DMatrix<f64> {
+    let size = products.nrows();
+    let mut all = products.clone().resize(size + sums.len(), size + sums.len(), 0.0);
+    for (k, sum) in sums.iter().enumerate() {
+        let own = products * sum;
+        all.view_mut((0, size + k), (size, 1)).copy_from(&own);
+        all.view_mut((size + k, 0), (1, size)).copy_from(&own.transpose());
+        for (other, earlier) in sums.iter().enumerate() {
+            all[(size + k, size + other)] = own.dot(earlier);
         }
-        let further = own.shape.further();
-        let field = totals.field.view((0, 0), (further, further)).into_owned();
-        let size = ELSE_SIZES[ELSE_SIZES.len() / 2];
-        let other = form + size * size;
-        let other = reduce(&Totals { field, ..totals }, own.shape, &variances, other)?;
-        Some(named.max(0.5 * (none.minus_two_log - other.minus_two_log)))
+    }
+    all
+}
+
+/// How much of a cause each run has, at each variance of that between runs.
+struct Cause {
+    /// ln likelihood of a run with none, what each run pulls by, and by how much it resists.
+    at: Vec<(f64, DVector<f64>, DMatrix<f64>)>,
+    /// In which an effect may be.
+    range: (f64, f64),
+}
+
+impl Cause {
+    fn of(runs: &InRuns, range: (f64, f64)) -> Option<Self> {
+        let count = runs.along.len();
+        let at = BETWEEN_RUNS.map(|std_dev| {
+            let variance = std_dev * std_dev;
+            // (I + τ² A)⁻¹, which does not ask for A's own inverse.
+            let root = Cholesky::new(&runs.own * variance + DMatrix::identity(count, count))?;
+            let pull = root.solve(&runs.along);
+            let log = 0.5 * variance * runs.along.dot(&pull) - root.l_dirty().diagonal().map(f64::ln).sum();
+            Some((log, pull, root.solve(&runs.own)))
+        });
+        Some(Self { at: at.into_iter().collect::<Option<_>>()?, range })
+    }
+
+    /// By how much likelier runs are, nats, where those of the field have another mean than the
+    /// others; 0 where it is one that the effect cannot have.
+    fn difference(&self, field: &DVector<f64>) -> f64 {
+        let (mut with, mut without) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+        for (log, pull, resist) in &self.at {
+            let resisted = resist * field;
+            let (all, cross, own) = (resist.sum(), resisted.sum(), resisted.dot(field));
+            let common = log + 0.5 * pull.sum().powi(2) / all.max(f64::MIN_POSITIVE);
+            let along = pull.dot(field) - cross * pull.sum() / all.max(f64::MIN_POSITIVE);
+            let left = own - cross * cross / all.max(f64::MIN_POSITIVE);
+            let may = left > 1e-9 * own && if along > 0.0 { self.range.1 > 0.0 } else { self.range.0 < 0.0 };
+            without = without.max(common);
+            with = with.max(common + if may { 0.5 * along * along / left } else { 0.0 });
+        }
+        with - without
     }
 }
 
@@ -123,23 +183,48 @@ fn choose(count: usize, chosen: usize) -> f64 {
     (1..=chosen).fold(1.0, |ways, k| ways * (count - chosen + k) as f64 / k as f64)
 }
 
-/// Labels in another order: the shuffle of Fisher and Yates with a multiplier's numbers.
+/// Labels in another order.
 fn relabelled(labels: &[bool], seed: u64) -> Vec<bool> {
-    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0xD1B5_4A32_D192_ED03;
-    let mut next = |below: usize| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        ((state >> 33) as usize) % below
-    };
     let mut labels = labels.to_vec();
-    for last in (1..labels.len()).rev() {
-        labels.swap(last, next(last + 1));
-    }
+    labels.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
     labels
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Runs that know nothing of each other: weighted means of the field's and of all runs.
+    #[test]
+    fn a_difference_is_that_of_weighted_means() {
+        let (found, known) = ([0.9, 1.4, 1.1, 0.1, -0.2, 0.3], [4.0, 9.0, 25.0, 16.0, 4.0, 9.0]);
+        let runs = InRuns {
+            along: DVector::from_iterator(6, found.iter().zip(known).map(|(c, a)| c * a)),
+            own: DMatrix::from_diagonal(&DVector::from_row_slice(&known)),
+            firsts: (0..=6).collect(),
+        };
+        let field = DVector::from_row_slice(&[1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+        // ln likelihood at a variance between runs, each group at its weighted mean.
+        let log = |variance: f64, groups: &[(usize, usize)]| -> f64 {
+            let weight = |run: usize| (1.0 / known[run] + variance).recip();
+            let of = |&(first, end): &(usize, usize)| {
+                let total: f64 = (first..end).map(weight).sum();
+                let mean = (first..end).map(|run| weight(run) * found[run]).sum::<f64>() / total;
+                let square = |run: usize| weight(run) * (found[run] - mean).powi(2) - weight(run).ln();
+                -0.5 * (first..end).map(square).sum::<f64>()
+            };
+            groups.iter().map(of).sum()
+        };
+        let best = |groups: &[(usize, usize)]| {
+            BETWEEN_RUNS.map(|sd| log(sd * sd, groups)).into_iter().fold(f64::NEG_INFINITY, f64::max)
+        };
+        let expected = best(&[(0, 3), (3, 6)]) - best(&[(0, 6)]);
+        let any = Cause::of(&runs, (f64::NEG_INFINITY, f64::INFINITY)).unwrap();
+        assert!((any.difference(&field) - expected).abs() < 1e-9, "{} {expected}", any.difference(&field));
+        // Less in the field is nothing that grows.
+        let less = DVector::from_element(6, 1.0) - &field;
+        assert_eq!(Cause::of(&runs, (0.0, f64::INFINITY)).unwrap().difference(&less), 0.0);
+    }
 
     #[test]
     fn ways_to_choose() {

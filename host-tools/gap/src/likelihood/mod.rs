@@ -6,6 +6,7 @@
 //! what is left, and [`priors`] has every prior with its reason. All field runs take part: none is
 //! locked.
 
+pub mod bagged;
 pub mod delay;
 pub mod evidence;
 pub mod extended;
@@ -18,7 +19,6 @@ pub mod own_times;
 pub mod posterior;
 pub mod precision;
 pub mod predicted;
-pub mod predictive;
 pub mod priors;
 pub mod products;
 pub mod relinearise;

@@ -21,11 +21,11 @@ pub struct InRuns {
 }
 
 impl InRuns {
-    /// Of `columns` of each field run's products.
+    /// Of `columns` of each run's products; runs with whether they are in the field.
     pub fn of(
         reduced: &Reduced,
         shape: Shape,
-        runs: &[&Marginal],
+        runs: &[(bool, &Marginal)],
         columns: &[std::ops::Range<usize>],
     ) -> Self {
         let nuisances = shape.further() - 1;
@@ -33,13 +33,15 @@ impl InRuns {
         let size = reduced.nuisance.count();
         let mut firsts = vec![0];
         let (mut solved, mut along) = (Vec::new(), Vec::new());
-        for (run, range) in runs.iter().zip(columns) {
+        for ((field, run), range) in runs.iter().zip(columns) {
             let count = range.len();
             let mut own = DMatrix::zeros(size, count);
             let products = |first, rows| run.products.view((first, range.start), (rows, count));
             own.rows_mut(0, nuisances).copy_from(&products(1, nuisances));
             let again = size - nuisances;
-            own.rows_mut(nuisances, again).copy_from(&products(shape.first(), again));
+            if *field {
+                own.rows_mut(nuisances, again).copy_from(&products(shape.first(), again));
+            }
             let own = reduced.nuisance.solved(own);
             let taken = own.tr_mul(&reduced.nuisance.measured);
             along.extend((0..count).map(|k| run.products[(range.start + k, 0)] - taken[k]));
@@ -52,7 +54,7 @@ impl InRuns {
             all.view_mut((0, *first), (size, own.ncols())).copy_from(own);
         }
         let mut own = -(all.transpose() * &all);
-        for ((run, range), first) in runs.iter().zip(columns).zip(&firsts) {
+        for (((_, run), range), first) in runs.iter().zip(columns).zip(&firsts) {
             let mut block = own.view_mut((*first, *first), (range.len(), range.len()));
             block += run.products.view((range.start, range.start), (range.len(), range.len()));
         }

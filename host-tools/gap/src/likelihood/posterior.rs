@@ -1,8 +1,9 @@
 //! Probabilities of causes, and the verdict that they come to.
 
+use super::bagged;
 use super::normal::{log_mean, log_sum};
 use super::priors::{ELSE, NONE, SURE};
-use super::scored::Scored;
+use super::scored::{Other, Scored};
 use crate::types::Verdict;
 
 /// A cause of the dictionary.
@@ -30,21 +31,29 @@ pub struct Posterior {
 }
 
 impl Posterior {
-    /// By evidences over none.
-    pub fn of(scored: &[Scored], something_else: f64) -> Self {
-        let mut ids: Vec<&str> = scored.iter().map(|own| own.way.candidate.id.as_str()).collect();
-        ids.sort_unstable();
-        ids.dedup();
-        let each = ((1.0 - NONE - ELSE) / ids.len().max(1) as f64).ln();
-        let mut effects: Vec<Cause> = ids.iter().filter_map(|id| Cause::of(id, scored)).collect();
-        let values = effects.iter().map(|own| own.evidence + each);
-        let total = log_sum(values.chain([NONE.ln(), ELSE.ln() + something_else]));
-        for own in &mut effects {
-            own.probability = (own.evidence + each - total).exp();
+    /// By evidences over none. That something is new is told by all runs as they are; what it is,
+    /// by [weights](bagged) of the field runs.
+    pub fn of(scored: &[Scored], other: &Other) -> Self {
+        let mut effects = Cause::all(scored);
+        let each = ((1.0 - NONE - ELSE) / effects.len().max(1) as f64).ln();
+        let runs = other.by_run.len();
+        let by_run = |own: &Cause| match &scored[own.best].by_run[..] {
+            // Far behind: about as much of each run.
+            [] => vec![own.evidence / runs as f64; runs],
+            asked => asked.to_vec(),
+        };
+        let by_run: Vec<Vec<f64>> = effects.iter().map(by_run).chain([other.by_run.clone()]).collect();
+        let values = effects.iter().map(|own| own.evidence + each).chain([ELSE.ln() + other.evidence]);
+        let values: Vec<f64> = values.collect();
+        let total = log_sum(values.iter().copied().chain([NONE.ln()]));
+        let none = (NONE.ln() - total).exp();
+        let causes: Vec<(f64, &[f64])> = values.into_iter().zip(by_run.iter().map(Vec::as_slice)).collect();
+        let mut shares = bagged::shares(&causes);
+        let something_else = (1.0 - none) * shares.pop().unwrap_or(0.0);
+        for (own, share) in effects.iter_mut().zip(shares) {
+            own.probability = (1.0 - none) * share;
         }
         effects.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-        let [none, something_else] =
-            [NONE.ln(), ELSE.ln() + something_else].map(|value| (value - total).exp());
         Self { none, something_else, effects }
     }
 
@@ -75,6 +84,14 @@ impl Posterior {
 }
 
 impl Cause {
+    /// Each cause of some ways.
+    pub fn all(scored: &[Scored]) -> Vec<Self> {
+        let mut ids: Vec<&str> = scored.iter().map(|own| own.way.candidate.id.as_str()).collect();
+        ids.sort_unstable();
+        ids.dedup();
+        ids.iter().filter_map(|id| Self::of(id, scored)).collect()
+    }
+
     /// Families of its ways are as likely as each other, and ways within one.
     fn of(id: &str, scored: &[Scored]) -> Option<Self> {
         let own: Vec<usize> = (0..scored.len()).filter(|&k| scored[k].way.candidate.id == id).collect();

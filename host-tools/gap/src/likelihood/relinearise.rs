@@ -5,12 +5,12 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::delay::later;
-use super::evidence::{Marginal, Reduced, Totals, reduce};
+use super::evidence::{Marginal, Totals, reduce};
 use super::normal::log_mean;
 use super::predicted::Predicted;
 use super::priors::{BENT_SETTLED, BENT_STEPS, DELAY_STEPS, FORM_ERRORS, RUN_SCALES};
 use super::products::{Posed, RunProducts};
-use super::scored::{Case, Scales};
+use super::scored::Scales;
 use super::ways::Way;
 use crate::twin::State;
 
@@ -23,6 +23,8 @@ pub struct Bent {
     pub coefficients: Vec<f64>,
     /// Their covariance.
     pub covariance: DMatrix<f64>,
+    /// By how much likelier than none each field run is when the others tell of the cause, nats.
+    pub by_run: Vec<f64>,
 }
 
 /// Gauss and Newton on the coefficients, base and discrepancy moving along; then the evidence
@@ -55,18 +57,24 @@ pub fn about(posed: &Posed<'_>, scales: &Scales, way: &Way, start: &[f64]) -> Op
         let totals: Vec<Option<Totals>> = (0..RUN_SCALES.len())
             .map(|scale| Some(totals(posed, &marginals(posed, scales, &products, scale)?)))
             .collect();
-        let evidence = scales.over_none(|case| {
-            let Case { scale, form, .. } = scales.cases[case];
-            let Some(totals) = &totals[scale] else { return f64::NEG_INFINITY };
-            log_mean(FORM_ERRORS.iter().map(|share| {
-                let form = form + (share * size).powi(2) / count;
-                let reduced = reduce(totals, posed.shape, &scales.variances, form);
-                let value = |own: &Reduced| way.gain(own, &scales.sizes) - 0.5 * own.minus_two_log;
-                reduced.as_ref().map_or(f64::NEG_INFINITY, value)
-            }))
-        });
-        let evidence = evidence - unseen;
-        return Some(Bent { evidence, coefficients: coefficients.as_slice().to_vec(), covariance });
+        let value = |totals: &Totals, case: usize, share: f64| {
+            let form = scales.cases[case].form + (share * size).powi(2) / count;
+            let own = reduce(totals, posed.shape, &scales.variances, form)?;
+            Some(way.gain(&own, &scales.sizes) - 0.5 * own.minus_two_log)
+        };
+        let of_case = |case: usize| {
+            let totals = totals[scales.cases[case].scale].as_ref();
+            FORM_ERRORS
+                .map(|share| totals.and_then(|own| value(own, case, share)).unwrap_or(f64::NEG_INFINITY))
+        };
+        let values: Vec<_> = (0..scales.cases.len()).map(of_case).collect();
+        let evidence = scales.over_none(|case| log_mean(values[case])) - unseen;
+        let all = (0..values.len()).flat_map(|case| (0..FORM_ERRORS.len()).map(move |share| (case, share)));
+        let prior = |(case, share): (usize, usize)| scales.cases[case].weight + values[case][share];
+        let (case, share) = all.max_by(|a, b| prior(*a).total_cmp(&prior(*b)))?;
+        let runs = marginals(posed, scales, &products, scales.cases[case].scale)?;
+        let by_run = scales.by_run(posed, &runs, |totals| value(totals, case, FORM_ERRORS[share]))?;
+        return Some(Bent { evidence, coefficients: coefficients.as_slice().to_vec(), covariance, by_run });
     }
     None
 }

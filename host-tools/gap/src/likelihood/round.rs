@@ -3,18 +3,17 @@
 use logs::runs::Runs;
 use model::effects::{Candidate, Regressor};
 use nalgebra::DMatrix;
-use numerics::intervals::MeanInterval;
+use numerics::intervals::{MeanInterval, mean_interval};
 use rayon::prelude::*;
 
 use super::gate::Gate;
-use super::normal::log_mean;
 use super::posterior::{Cause, Posterior};
 use super::priors::{BENT, BENT_WAYS, NEAR, NEAR_SHARE};
 use super::products::Posed;
 use super::relinearise::Bent;
 use super::scored::{Scales, Scored};
 use super::ways::Way;
-use super::{predictive, relinearise, scored};
+use super::{relinearise, scored};
 use crate::twin::{State, Twin};
 use crate::types::{self, Base, Options, Status, Verdict};
 
@@ -73,7 +72,7 @@ impl<'a> Asked<'a> {
         scored.extend(scored::in_runs(&posed, &scales, &removed));
         let covariances = bend(&posed, &scales, &mut scored);
         let other = scored::something_else(&posed, &scales);
-        let posterior = Posterior::of(&scored, log_mean(other));
+        let posterior = Posterior::of(&scored, &other);
         let (mut verdict, names) = posterior.verdict();
         let mut names: Vec<Cause> = names.into_iter().cloned().collect();
         if names.first().is_some_and(|cause| covariances[cause.best].is_none()) {
@@ -87,14 +86,13 @@ impl<'a> Asked<'a> {
             names.iter().filter(|cause| covariances[cause.best].is_some() && !scored[cause.best].in_runs);
         let bent: Vec<_> =
             bent.map(|cause| (&scored[cause.best].way, &scored[cause.best].coefficients[..])).collect();
-        let gate = if is_asked { Gate::of(&posed, &bent, &scales, self.level) } else { None };
-        let note = (is_asked && gate.is_none()).then(|| {
-            format!(
-                "these runs can be relabelled in too few ways for a level of {}: whether they would show as much was \
-                 not asked",
-                self.level
-            )
-        });
+        let (gate, note) = match is_asked.then(|| Gate::of(&posed, &bent, &scales, self.level)) {
+            Some(Ok(gate)) => (Some(gate), None),
+            Some(Err(why)) => {
+                (None, Some(format!("{why}: whether relabelled runs would show as much was not asked")))
+            }
+            None => (None, None),
+        };
         let outcome = if gate.is_some_and(Gate::is_shut) {
             verdict = Verdict::None;
             "relabelled runs show as much: no more than what clean runs show of each other"
@@ -135,8 +133,7 @@ impl Round<'_> {
     /// it lives in single runs, which tell of no other.
     pub fn predictive(&self) -> Option<MeanInterval> {
         let own = &self.scored[self.names.first()?.best];
-        let score = || predictive::score(&self.posed, &self.scales, &own.way, &own.coefficients);
-        if own.in_runs { None } else { score() }
+        (!own.in_runs && !own.by_run.is_empty()).then(|| mean_interval(&own.by_run))
     }
 
     /// Several effects at once, each as it is beside the others, and their covariance.
@@ -216,6 +213,7 @@ fn bend(posed: &Posed<'_>, scales: &Scales, scored: &mut [Scored]) -> Vec<Option
                 Some(bent) => {
                     own.evidence = bent.evidence + own.searched;
                     own.coefficients = bent.coefficients;
+                    own.by_run = bent.by_run;
                     covariances[place] = Some(bent.covariance);
                 }
                 None => own.evidence = f64::NEG_INFINITY,

@@ -3,6 +3,7 @@
 use model::effects::{
     Candidate, Detail, PAYLOAD_MISLABEL, Regressor, Runs, STATIC_STEP, SURFACE_SWITCH, Switched,
 };
+use rayon::prelude::*;
 
 use super::evidence::{Marginal, Reduced, Totals, Variances, reduce};
 use super::normal::{log_mean, log_sum};
@@ -27,6 +28,8 @@ pub struct Scales {
     pub reduced: Vec<Reduced>,
     /// ln evidence of none, up to what all share.
     pub none: f64,
+    /// ln evidence of none that each field run adds.
+    pub none_by_run: Vec<f64>,
     /// Sizes that an effect may have.
     pub sizes: Vec<f64>,
 }
@@ -64,6 +67,7 @@ impl Scales {
             marginals: Vec::new(),
             reduced: Vec::new(),
             none: 0.0,
+            none_by_run: Vec::new(),
             sizes: sizes(posed.power),
         };
         for scale in 0..RUN_SCALES.len() {
@@ -76,7 +80,23 @@ impl Scales {
             scales.cases.iter().map(|case| scales.reduce(posed, case, 0.0)).collect();
         scales.reduced = reduced?;
         scales.none = scales.over_none(|case| -0.5 * scales.reduced[case].minus_two_log);
+        let middle = scales.likeliest();
+        let form = scales.cases[middle].form;
+        scales.none_by_run = each_run(posed, scales.in_case(middle), |totals| {
+            Some(-0.5 * reduce(totals, posed.shape, &scales.variances, form)?.minus_two_log)
+        })?;
         Some(scales)
+    }
+
+    /// What each field run adds to a value of sums over runs, less what it adds to none.
+    pub fn by_run(
+        &self,
+        posed: &Posed<'_>,
+        runs: &[Marginal],
+        value: impl Fn(&Totals) -> Option<f64> + Sync,
+    ) -> Option<Vec<f64>> {
+        let each = each_run(posed, runs, value)?;
+        Some(each.iter().zip(&self.none_by_run).map(|(own, none)| own - none).collect())
     }
 
     /// From run to run at a scale.
@@ -103,13 +123,7 @@ impl Scales {
     /// The same of runs as they may be, with the variance of something else.
     fn reduce_runs(&self, posed: &Posed<'_>, runs: &[Marginal], other: f64) -> Option<Reduced> {
         let size = posed.own_first();
-        let cut: Vec<Marginal> = runs
-            .iter()
-            .map(|own| Marginal {
-                products: own.products.view((0, 0), (size, size)).into_owned(),
-                log_det: own.log_det,
-            })
-            .collect();
+        let cut: Vec<Marginal> = runs.iter().map(|own| own.cut(size.min(own.products.ncols()))).collect();
         let totals =
             Totals::of(posed.shape, cut.iter().enumerate().map(|(run, own)| (posed.is_field(run), own)));
         reduce(&totals, posed.shape, &self.variances, other)
@@ -119,6 +133,21 @@ impl Scales {
     pub fn over_none(&self, of_case: impl Fn(usize) -> f64) -> f64 {
         log_sum(self.cases.iter().enumerate().map(|(case, own)| own.weight + of_case(case))) - self.none
     }
+}
+
+/// What each field run adds to a value of sums over runs: that of all less that without it.
+fn each_run(
+    posed: &Posed<'_>,
+    runs: &[Marginal],
+    value: impl Fn(&Totals) -> Option<f64> + Sync,
+) -> Option<Vec<f64>> {
+    let without = |left_out: Option<usize>| {
+        let kept = runs.iter().enumerate().filter(|(run, _)| Some(*run) != left_out);
+        value(&Totals::of(posed.shape, kept.map(|(run, own)| (posed.is_field(run), own))))
+    };
+    let all = without(None)?;
+    let field: Vec<usize> = (0..runs.len()).filter(|&run| posed.is_field(run)).collect();
+    field.par_iter().map(|run| Some(all - without(Some(*run))?)).collect()
 }
 
 /// ln prior of each scale of what differs between runs, by how many told it: as many normal values,
@@ -149,6 +178,9 @@ pub struct Scored {
     pub searched: f64,
     /// Whether it lives in single runs, or at times of their own.
     pub in_runs: bool,
+    /// By how much likelier than none each field run is when the others tell of the cause, nats;
+    /// empty where it was not asked.
+    pub by_run: Vec<f64>,
 }
 
 /// Of every way, with all that may be wrong with its form.
@@ -176,7 +208,14 @@ pub fn ways(posed: &Posed<'_>, scales: &Scales) -> Vec<Scored> {
                 reduced.map_or(f64::NEG_INFINITY, value)
             }))
         });
-        Some(Scored { way: way.clone(), evidence, coefficients, searched: 0.0, in_runs: false })
+        Some(Scored {
+            way: way.clone(),
+            evidence,
+            coefficients,
+            searched: 0.0,
+            in_runs: false,
+            by_run: Vec::new(),
+        })
     };
     posed.ways.iter().filter_map(score).collect()
 }
@@ -190,36 +229,65 @@ fn nearest(grid: &[f64], wanted: f64) -> Option<usize> {
     (0..grid.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
-/// Something else: smooth functions that all field runs share, what is of single runs, what drifts
-/// within them, scatter.
-pub fn something_else(posed: &Posed<'_>, scales: &Scales) -> [f64; 4] {
+/// Something that the dictionary lacks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Other {
+    /// ln evidence over none.
+    pub evidence: f64,
+    /// What each field run has of its likeliest kind, less none, nats.
+    pub by_run: Vec<f64>,
+}
+
+/// Field runs of something else, and the variance of functions that they share.
+struct Kind {
+    evidence: f64,
+    runs: Vec<Marginal>,
+    shared: f64,
+}
+
+/// Smooth functions that all field runs share, what is of single runs, what drifts within them,
+/// scatter.
+pub fn something_else(posed: &Posed<'_>, scales: &Scales) -> Other {
     let value = |reduced: Option<Reduced>| reduced.map_or(f64::NEG_INFINITY, |own| -0.5 * own.minus_two_log);
-    let smooth =
-        log_mean(ELSE_SIZES.iter().map(|size| {
-            scales.over_none(|case| value(scales.reduce(posed, &scales.cases[case], size * size)))
-        }));
     let middle = scales.likeliest();
+    let Case { scale, form, .. } = scales.cases[middle];
+    let size = posed.shape.further();
+    let cut = |own: &Marginal| own.cut(size);
+    let smooth = ELSE_SIZES.iter().map(|size| {
+        let of_case = |case: &Case| value(scales.reduce(posed, case, size * size));
+        let values: Vec<f64> = scales.cases.iter().map(of_case).collect();
+        let prior = |case: &usize| scales.cases[*case].weight + values[*case];
+        let best = (0..values.len()).max_by(|a, b| prior(a).total_cmp(&prior(b))).unwrap_or(middle);
+        Kind {
+            evidence: scales.over_none(|case| values[case]),
+            runs: scales.in_case(best).iter().map(cut).collect(),
+            shared: scales.cases[best].form + size * size,
+        }
+    });
     // Beside what is asked for, the field may have something of all its runs.
     let also = [0.0, 0.03_f64.powi(2)];
-    let Case { scale, form, .. } = scales.cases[middle];
-    let of = |change: &dyn Fn(usize) -> Option<Marginal>| {
+    let of = |change: &dyn Fn(usize) -> Option<Marginal>| -> Vec<Kind> {
         let runs: Option<Vec<Marginal>> = (0..posed.runs.len())
             .map(|run| match posed.is_field(run) {
-                true => change(run),
-                false => Some(scales.in_case(middle)[run].clone()),
+                true => Some(change(run)?.cut(size)),
+                false => Some(cut(&scales.in_case(middle)[run])),
             })
             .collect();
-        let Some(runs) = runs else { return f64::NEG_INFINITY };
-        let own = log_mean(also.iter().map(|other| value(scales.reduce_runs(posed, &runs, form + other))));
-        own + 0.5 * scales.reduced[middle].minus_two_log
+        let Some(runs) = runs else { return Vec::new() };
+        let kind = |other: &f64| {
+            let shared = form + other;
+            let own = value(scales.reduce_runs(posed, &runs, shared));
+            Kind { evidence: own + 0.5 * scales.reduced[middle].minus_two_log, runs: runs.clone(), shared }
+        };
+        also.iter().map(kind).collect()
     };
-    let single = log_mean(ELSE_RUNS.iter().map(|times| {
+    let single = ELSE_RUNS.iter().flat_map(|times| {
         let variances: Vec<f64> = scales.run_variances(scale).iter().map(|own| own * times).collect();
         of(&|run| Marginal::of(&posed.runs[run].products, posed.shape, &variances))
-    }));
+    });
     // Steps of any size at every time are a walk at random.
     let kinds = 0..posed.switches.len();
-    let drift = log_mean(kinds.flat_map(|kind| ELSE_DRIFTS.map(|size| (kind, size))).map(|(kind, size)| {
+    let drift = kinds.flat_map(|kind| ELSE_DRIFTS.map(|size| (kind, size))).flat_map(|(kind, size)| {
         of(&|run| {
             let own = &scales.in_case(middle)[run];
             let columns = posed.steps(run, kind);
@@ -227,8 +295,8 @@ pub fn something_else(posed: &Posed<'_>, scales: &Scales) -> [f64; 4] {
             let without = Marginal::without(&own.products, columns, &variances)?;
             Some(Marginal { log_det: own.log_det + without.log_det, ..without })
         })
-    }));
-    let scatter = log_mean(ELSE_SCATTER.iter().map(|times| {
+    });
+    let scatter = ELSE_SCATTER.iter().flat_map(|times| {
         let variances: Vec<f64> = scales.run_variances(scale).iter().map(|own| own / times).collect();
         of(&|run| {
             let own = &posed.runs[run];
@@ -236,15 +304,25 @@ pub fn something_else(posed: &Posed<'_>, scales: &Scales) -> [f64; 4] {
             marginal.log_det += own.kept.count() * posed.noise.information() * times.ln();
             Some(marginal)
         })
-    }));
-    [smooth, single, drift, scatter]
+    });
+    let kinds: [Vec<Kind>; 4] = [smooth.collect(), single.collect(), drift.collect(), scatter.collect()];
+    let evidence = log_mean(kinds.iter().map(|own| log_mean(own.iter().map(|kind| kind.evidence))));
+    let best = kinds.iter().flatten().max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+    let by_run = best.and_then(|best| {
+        let of = |totals: &Totals| {
+            Some(-0.5 * reduce(totals, posed.shape, &scales.variances, best.shared)?.minus_two_log)
+        };
+        scales.by_run(posed, &best.runs, of)
+    });
+    Other { evidence, by_run: by_run.unwrap_or_default() }
 }
 
 /// Steps at each run's own time, and masses of single runs.
 pub fn in_runs(posed: &Posed<'_>, scales: &Scales, removed: &[String]) -> Vec<Scored> {
     let middle = scales.likeliest();
     let field: Vec<usize> = (0..posed.runs.len()).filter(|&run| posed.is_field(run)).collect();
-    let runs: Vec<&Marginal> = field.iter().map(|&run| &scales.in_case(middle)[run]).collect();
+    let runs: Vec<(bool, &Marginal)> =
+        field.iter().map(|&run| (true, &scales.in_case(middle)[run])).collect();
     let first = posed.own_first();
     let of = |columns: Vec<std::ops::Range<usize>>| {
         InRuns::of(&scales.reduced[middle], posed.shape, &runs, &columns)
@@ -283,6 +361,7 @@ pub fn in_runs(posed: &Posed<'_>, scales: &Scales, removed: &[String]) -> Vec<Sc
             coefficients: vec![0.0],
             searched: best.evidence - best.gain,
             in_runs: true,
+            by_run: Vec::new(),
         });
     }
     if may(PAYLOAD_MISLABEL.id) {
@@ -320,5 +399,6 @@ fn mislabelled(posed: &Posed<'_>, field: &[usize], wrong: &[usize], evidence: f6
         coefficients: vec![0.0; wrong.len()],
         searched: evidence - gain,
         in_runs: true,
+        by_run: Vec::new(),
     }
 }

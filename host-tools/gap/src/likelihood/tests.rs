@@ -3,7 +3,7 @@
 
 use logs::robot::Robot;
 use logs::runs::{RawRun, Row, Rows, Runs};
-use model::effects::{Detail, Regressor, STATIC_STEP};
+use model::effects::Regressor;
 use model_core::effects::Term;
 use model_core::estimator::Sample;
 use model_core::filter::{Channel, LowPass};
@@ -14,7 +14,6 @@ use super::evidence::{Marginal, Shape, Totals, Variances, gain_of_several, reduc
 use super::noise::{Noise, Told};
 use super::priors::ORDER;
 use super::rows::Kept;
-use super::ways::Way;
 use super::{LEVEL, investigate};
 use crate::twin::{State, Twin};
 use crate::types::{Base, Options, Verdict};
@@ -200,37 +199,4 @@ fn a_second_effect_is_named_beside_the_first() {
     };
     assert!((drag / 0.03 - 1.0).abs() < 0.2 && (slope / 0.01 - 1.0).abs() < 0.2, "{named:?}");
     assert_eq!(found.rounds.len(), 3);
-}
-
-/// What the linear model adds about a size, as a column with a coefficient of one, is as good as
-/// what was measured with it added.
-#[test]
-fn an_effect_about_its_size_is_that_of_moved_measurements() {
-    const ROWS: usize = 40;
-    let shape = Shape { base: 1, functions: 2 };
-    let variances =
-        Variances { base: DMatrix::from_element(1, 1, 1e-2), shared: vec![0.3, 0.1], runs: vec![0.1, 0.2] };
-    let mut normal = Normal(3);
-    let columns: Vec<DMatrix<f64>> =
-        (0..4).map(|_| DMatrix::from_fn(ROWS, 6, |_, _| normal.next())).collect();
-    let reduced = |moved: bool| {
-        let of = |(run, own): (usize, &DMatrix<f64>)| {
-            let mut own = own.clone();
-            if moved && run < 2 {
-                let bend = own.column(4).into_owned();
-                own.column_mut(0).axpy(1.0, &bend, 1.0);
-            }
-            Marginal::of(&own.tr_mul(&own), shape, &variances.runs).unwrap()
-        };
-        let runs: Vec<Marginal> = columns.iter().enumerate().map(of).collect();
-        let totals = Totals::of(shape, runs.iter().enumerate().map(|(run, own)| (run < 2, own)));
-        reduce(&totals, shape, &variances, 0.0).unwrap()
-    };
-    let any = (f64::NEG_INFINITY, f64::INFINITY);
-    let candidate = STATIC_STEP.candidate(vec![Regressor::Masses], any, Detail::Plain, 0.0);
-    let way = Way { candidate, units: vec![1.0], first: 1 };
-    let (given, moved) = (reduced(false), reduced(true));
-    let expected = way.gain(&moved, &[0.7]) + 0.5 * (given.minus_two_log - moved.minus_two_log);
-    let found = way.gain_about(&given, &[0.7]);
-    assert!((found - expected).abs() < 1e-9, "{found} {expected}");
 }

@@ -122,17 +122,6 @@ impl Way {
         }
     }
 
-    /// The same about a size: the column before its own is what the linear model adds there.
-    pub fn gain_about(&self, reduced: &Reduced, sizes: &[f64]) -> f64 {
-        let bend = self.first;
-        let mut moved = reduced.clone();
-        for k in self.columns() {
-            moved.products[(1 + k, 0)] += moved.products[(1 + k, bend)];
-        }
-        let own = &reduced.products;
-        self.gain(&moved, sizes) - own[(0, bend)] - 0.5 * own[(bend, bend)]
-    }
-
     fn products(&self, reduced: &Reduced) -> (DVector<f64>, DMatrix<f64>) {
         let (first, count) = (1 + self.first, self.units.len());
         let along = reduced.products.view((first, 0), (count, 1)).column(0).into_owned();
