@@ -36,7 +36,7 @@ const TO_THE_RIGHT: Conversion = Conversion {
     unit: "m",
     of: |coefficient, world| {
         let half_track = world.forward? / world.turn;
-        Some(coefficient / (world.torque.supplied_rolling()) * half_track).filter(|offset| offset.is_finite())
+        Some(coefficient / world.torque.supplied_rolling() * half_track).filter(|offset| offset.is_finite())
     },
 };
 
