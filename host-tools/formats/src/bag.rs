@@ -8,7 +8,7 @@ use crate::ending::{Each, Ending};
 use crate::error::{Error, Result};
 use crate::format::Format;
 use crate::topic::{Encoding, Topic};
-use crate::{cdr, dataflash, folder, mcap_file, ros1, sqlite, ulog, vesc_tool};
+use crate::{cdr, folder, readers};
 
 /// Topics and messages of a file, or of the files of a folder.
 #[derive(Debug)]
@@ -136,26 +136,11 @@ impl Part {
             Error::Unsupported("is no MCAP, SQLite, ULog, DataFlash or ROS 1 file; expected a bag".to_owned())
         })?;
         format.check()?;
-        let topics = match format {
-            Format::Mcap => mcap_file::topics(path, allow_cut)?,
-            Format::Sqlite => sqlite::topics(path)?,
-            Format::Ulog => ulog::topics(path, allow_cut)?,
-            Format::Ros1 => ros1::topics(path, allow_cut)?,
-            Format::Dataflash => dataflash::topics(path, allow_cut)?,
-            Format::VescTool => vesc_tool::topics(path)?,
-            _ => return Err(Error::Unsupported(format!("is {}, a table; expected a bag", format.name()))),
-        };
+        let topics = readers::topics(path, format, allow_cut)?;
         Ok((Self { path: path.to_owned(), format }, topics))
     }
 
     fn read(&self, topics: &[Topic], wanted: &[usize], each: &mut Each<'_>) -> Result<Ending> {
-        match self.format {
-            Format::Mcap => mcap_file::read(&self.path, topics, wanted, each),
-            Format::Sqlite => sqlite::read(&self.path, topics, wanted, each),
-            Format::Ros1 => ros1::read(&self.path, topics, wanted, each),
-            Format::Dataflash => dataflash::read(&self.path, topics, wanted, each),
-            Format::VescTool => vesc_tool::read(&self.path, topics, wanted, each),
-            _ => ulog::read(&self.path, topics, wanted, each),
-        }
+        readers::messages(&self.path, self.format, topics, wanted, each)
     }
 }

@@ -1,4 +1,4 @@
-//! Fields of a row, and who takes rows.
+//! Fields of a row, rows of a column, and who takes rows.
 
 use crate::error::Result;
 
@@ -30,6 +30,28 @@ impl Cell {
         match self {
             Self::Number(number) => number.to_string(),
             Self::Text(text) => text.clone(),
+        }
+    }
+}
+
+/// Some rows of a column.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Values {
+    /// NaN where a row has none.
+    Numbers(Vec<f64>),
+    /// None where a row has none.
+    Texts(Vec<Option<String>>),
+    /// Nobody asked for it.
+    Unread,
+}
+
+impl Values {
+    #[cfg(feature = "every-format")]
+    pub(crate) fn len(&self) -> Option<usize> {
+        match self {
+            Self::Numbers(numbers) => Some(numbers.len()),
+            Self::Texts(texts) => Some(texts.len()),
+            Self::Unread => None,
         }
     }
 }

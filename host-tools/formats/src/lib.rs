@@ -14,12 +14,17 @@
 //! by one; [`merge`](mod@merge) makes rows of them on the clock of one topic. A [`table`] has rows
 //! already. Everything is read as a stream: memory does not grow with the file. Nothing here knows
 //! what the numbers mean.
+//!
+//! Without the feature `every-format` no file is read, but messages are, as they come off a network.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
+// What only readers of files call.
+#![cfg_attr(not(feature = "every-format"), allow(dead_code))]
 
 pub mod ahead;
 mod bag;
 mod cdr;
 mod cell;
+#[cfg(feature = "every-format")]
 mod dataflash;
 mod ending;
 mod error;
@@ -27,21 +32,37 @@ mod extract;
 mod field;
 pub mod folder;
 mod format;
+#[cfg(feature = "every-format")]
 mod guarded;
 mod json;
 pub mod json_rows;
+#[cfg(feature = "every-format")]
 mod mcap_file;
 pub mod merge;
+#[cfg(feature = "every-format")]
 mod parquet_column;
+#[cfg(feature = "every-format")]
 mod parquet_file;
+#[cfg(feature = "every-format")]
 mod parquet_lanes;
+#[cfg(feature = "every-format")]
 mod positioned;
+#[cfg(feature = "every-format")]
+mod readers;
+#[cfg(not(feature = "every-format"))]
+#[path = "absent.rs"]
+mod readers;
+#[cfg(feature = "every-format")]
 mod ros1;
+#[cfg(feature = "every-format")]
 mod sqlite;
 pub mod table;
 mod topic;
+#[cfg(feature = "every-format")]
 mod ulog;
+#[cfg(feature = "every-format")]
 mod vesc_tool;
+#[cfg(feature = "every-format")]
 pub mod write;
 
 pub use bag::Bag;

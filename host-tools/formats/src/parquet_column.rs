@@ -6,26 +6,7 @@ use parquet::data_type::ByteArray;
 use parquet::errors::ParquetError;
 use parquet::schema::types::ColumnDescriptor;
 
-/// Some rows of a column.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Values {
-    /// NaN where a row has none.
-    Numbers(Vec<f64>),
-    /// None where a row has none.
-    Texts(Vec<Option<String>>),
-    /// Nobody asked for it.
-    Unread,
-}
-
-impl Values {
-    pub(crate) fn len(&self) -> Option<usize> {
-        match self {
-            Self::Numbers(numbers) => Some(numbers.len()),
-            Self::Texts(texts) => Some(texts.len()),
-            Self::Unread => None,
-        }
-    }
-}
+use crate::cell::Values;
 
 /// A number or text in each row, or none.
 pub(super) fn is_flat(column: &ColumnDescriptor) -> bool {

@@ -8,10 +8,10 @@ use parquet::file::metadata::ParquetMetaData;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 
 use crate::ahead::Ahead;
-use crate::cell::{Cell, Taker};
+use crate::cell::{Cell, Taker, Values};
 use crate::error::{Error, Result};
 use crate::guarded::guarded;
-use crate::parquet_column::{Values, is_flat};
+use crate::parquet_column::is_flat;
 use crate::parquet_lanes::Lanes;
 use crate::positioned::Positioned;
 

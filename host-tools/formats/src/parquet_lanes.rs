@@ -11,9 +11,10 @@ use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 
 use crate::ahead::Work;
+use crate::cell::Values;
 use crate::error::{Error, Result};
 use crate::guarded::guarded;
-use crate::parquet_column::{Column, Values};
+use crate::parquet_column::Column;
 use crate::positioned::Positioned;
 
 /// Rows at a time.

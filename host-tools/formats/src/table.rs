@@ -3,13 +3,12 @@
 use std::path::Path;
 
 use crate::bag::Bag;
-pub use crate::cell::{Cell, Taker};
+pub use crate::cell::{Cell, Taker, Values};
 use crate::ending::Ending;
 use crate::error::{Error, Result};
 use crate::json;
-pub use crate::parquet_column::Values;
-use crate::parquet_file;
-pub use crate::parquet_file::Columns;
+use crate::readers;
+pub use crate::readers::Columns;
 use crate::topic::Encoding;
 
 /// The column of time in a table of rows.
@@ -20,7 +19,7 @@ pub const TIME: &str = "time_s";
 /// # Errors
 /// A file that is cut off or damaged, has no column of numbers, and what the taker reports.
 pub fn parquet(path: &Path, taker: &mut dyn Taker) -> Result<()> {
-    parquet_file::read(path, taker)
+    readers::rows(path, taker)
 }
 
 /// The topic of a bag that is a table: the only one, in JSON, with a time column.

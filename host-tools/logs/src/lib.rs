@@ -12,6 +12,7 @@ pub mod checks;
 mod columnar;
 mod conditioned;
 mod conditioner;
+#[cfg(feature = "every-format")]
 pub mod convert;
 mod drive;
 mod exclusions;

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use answers::estimate::reason_text;
 use logs::RawRow;
 use logs::robot::Robot;
+use model::pipeline::reason_text;
 use model_core::charge::Charge;
 use model_core::coefficients::Coefficients;
 use model_core::estimator::Sample;

@@ -1,7 +1,7 @@
 //! model-core's estimator, set up as `gmr estimate` and the board do: the same windows, the same
 //! answers.
 
-use answers::estimate::{Payloads, Pipeline as Estimating, bucket_length, fitted};
+use model::pipeline::{Payloads, Pipeline as Estimating, bucket_length, fitted};
 use model_core::coefficients::Coefficients;
 use model_core::effects::live::Outside;
 use model_core::estimator::{Estimate, Sample, Timing, Unfit};

@@ -3,7 +3,6 @@
 mod answer;
 pub mod board;
 mod outside;
-mod pipeline;
 pub mod plot;
 mod told;
 
@@ -13,13 +12,15 @@ use logs::robot::Robot;
 use logs::robot::chassis::Chassis;
 use logs::{Conditioner, Exclusions, Header, NO_GYRO, RawRow, SampleReader, YAW_RATE, compiled_here};
 use model::coefficients::GROUND_NEEDS;
+use model::pipeline::{Adapting, reason_text};
+pub use model::pipeline::{GroundAt, Payloads, Pipeline, bucket_length, fitted};
 use model_core::adapt::Ground;
 use model_core::coefficients::Coefficients;
 use model_core::estimator::{Estimate, Timing, Unfit};
 use model_core::model::Model;
 use model_core::payload::schedule::Schedule;
-use model_core::payload::{MassEstimate, Place, Unknown};
-use serde::{Deserialize, Serialize};
+use model_core::payload::{MassEstimate, Place};
+use serde::Serialize;
 use support::context::Context;
 use support::error::{Error, Result};
 use support::metrics::{Metrics, Quality};
@@ -27,31 +28,8 @@ use support::progress::FileProgress;
 
 pub use answer::{Answer, MassError, Request, estimate};
 use outside::Columns;
-pub use pipeline::GroundAt;
-use pipeline::{Adapting, BUCKETS};
-pub use pipeline::{Pipeline, fitted};
 use told::Telling;
 pub use told::Told;
-
-/// How the mass is found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum Payloads {
-    /// Least squares over all samples of the window
-    Window,
-    /// The paper's weighted mean of Eq. 24's roots
-    Roots,
-}
-
-impl Payloads {
-    /// The paper's estimator for the paper's model, least squares for the default one.
-    pub fn default_for(model: &Model<f64>) -> Self {
-        match model {
-            Model::Signed { .. } => Self::Window,
-            Model::Eq18 { .. } => Self::Roots,
-        }
-    }
-}
 
 /// When the mass is found (Algorithm 2), lengths in s.
 #[derive(Debug, Clone, PartialEq)]
@@ -159,29 +137,6 @@ pub struct Replay {
     pub rows: u64,
     /// Rows left out.
     pub exclusions: Exclusions,
-}
-
-/// Buckets are at most this long, s, and divide a second.
-const BUCKET_LENGTHS_S: [f64; 5] = [1.0, 0.5, 0.25, 0.2, 0.1];
-
-/// Fewest buckets in a window: fewer leave no scatter to judge the error by.
-const FEWEST_BUCKETS: f64 = 8.0;
-
-/// The longest bucket that divides the window, s.
-///
-/// # Errors
-/// No bucket does, or the window would have more of them than there is room for.
-pub fn bucket_length(window_s: f64) -> Result<f64> {
-    let divides = |bucket: f64| ((window_s / bucket).round() - window_s / bucket).abs() < 1e-9;
-    let fits = |bucket: &f64| divides(*bucket) && window_s / bucket >= FEWEST_BUCKETS - 1e-9;
-    let found = BUCKET_LENGTHS_S.into_iter().find(fits).filter(|bucket| window_s / bucket <= BUCKETS as f64);
-    found.ok_or_else(|| {
-        Error::usage(format!(
-            "--window {window_s}: expected 0.8 s to {} s, a multiple of 0.1 s (of 1 s above {} s)",
-            BUCKETS,
-            BUCKETS / 2
-        ))
-    })
 }
 
 /// A log, and what its robot weighed where that is known beside it.
@@ -530,17 +485,6 @@ fn place_name(place: Place) -> &'static str {
         Place::Within => "within",
         Place::Below => "below",
         Place::Above => "above",
-    }
-}
-
-/// Why a mass is unknown, for people.
-pub fn reason_text(reason: Unknown) -> &'static str {
-    match reason {
-        Unknown::NoSamples => "no samples yet",
-        Unknown::NoMotion => "the robot stood still or its drives were clamped",
-        Unknown::TooWide => "these samples say too little about the mass",
-        Unknown::NotFinite => "a sum is not finite",
-        Unknown::NotIdentifiable => "the coefficients come from one payload or one speed only",
     }
 }
 

@@ -7,14 +7,68 @@ use model_core::coefficients::Coefficients;
 use model_core::effects::live::{Additions, Live, Outside};
 use model_core::estimator::{Estimate, Estimator, Sample, Timing, Unfit};
 use model_core::gyro::{Gyro, WithGyro};
+use model_core::model::Model;
 use model_core::payload::roots::RootMean;
-use model_core::payload::{MassEstimate, Method};
-use serde::Serialize;
-
-use super::Payloads;
+use model_core::payload::{MassEstimate, Method, Unknown};
+use serde::{Deserialize, Serialize};
+use support::error::{Error, Result as Done};
 
 /// Most buckets in a window.
-pub(super) const BUCKETS: usize = 512;
+const BUCKETS: usize = 512;
+
+/// How the mass is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Payloads {
+    /// Least squares over all samples of the window
+    Window,
+    /// The paper's weighted mean of Eq. 24's roots
+    Roots,
+}
+
+impl Payloads {
+    /// The paper's estimator for the paper's model, least squares for the default one.
+    pub fn default_for(model: &Model<f64>) -> Self {
+        match model {
+            Model::Signed { .. } => Self::Window,
+            Model::Eq18 { .. } => Self::Roots,
+        }
+    }
+}
+
+/// Buckets are at most this long, s, and divide a second.
+const BUCKET_LENGTHS_S: [f64; 5] = [1.0, 0.5, 0.25, 0.2, 0.1];
+
+/// Fewest buckets in a window: fewer leave no scatter to judge the error by.
+const FEWEST_BUCKETS: f64 = 8.0;
+
+/// The longest bucket that divides the window, s.
+///
+/// # Errors
+/// No bucket does, or the window would have more of them than there is room for.
+pub fn bucket_length(window_s: f64) -> Done<f64> {
+    let divides = |bucket: f64| ((window_s / bucket).round() - window_s / bucket).abs() < 1e-9;
+    let fits = |bucket: &f64| divides(*bucket) && window_s / bucket >= FEWEST_BUCKETS - 1e-9;
+    let found = BUCKET_LENGTHS_S.into_iter().find(fits).filter(|bucket| window_s / bucket <= BUCKETS as f64);
+    found.ok_or_else(|| {
+        Error::usage(format!(
+            "--window {window_s}: expected 0.8 s to {} s, a multiple of 0.1 s (of 1 s above {} s)",
+            BUCKETS,
+            BUCKETS / 2
+        ))
+    })
+}
+
+/// Why a mass is unknown, for people.
+pub fn reason_text(reason: Unknown) -> &'static str {
+    match reason {
+        Unknown::NoSamples => "no samples yet",
+        Unknown::NoMotion => "the robot stood still or its drives were clamped",
+        Unknown::TooWide => "these samples say too little about the mass",
+        Unknown::NotFinite => "a sum is not finite",
+        Unknown::NotIdentifiable => "the coefficients come from one payload or one speed only",
+    }
+}
 
 /// The floor as it seems to be, after a second.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -159,7 +213,7 @@ impl<M: Method<f64>, const N: usize> Pipeline<N> for Fitted<M, N> {
 }
 
 /// Rolling resistance and scrub adapt beside the mass.
-pub(super) struct Adapting<const N: usize> {
+pub struct Adapting<const N: usize> {
     adaptive: Adaptive<f64, N>,
     /// Buckets since the payload was another.
     buckets: usize,
@@ -170,7 +224,7 @@ impl<const N: usize> Adapting<N> {
     /// # Errors
     /// Another model than the signed one, or effects; what these coefficients cannot have at this
     /// rate.
-    pub(super) fn new(
+    pub fn new(
         coefficients: &Coefficients<f64, N>,
         ground: &Ground<f64>,
         timing: &Timing,
