@@ -8,14 +8,14 @@ use model_core::torque::TorqueModel;
 use numerics::intervals::{MeanInterval, mean_interval, student_95};
 use numerics::robust::NORMAL_95;
 
-use super::noise::{Memory, Noise};
-use super::problem::Problem;
-use super::smooth;
-use super::split::Split;
-use super::thresholds::confirm::{LEAST_SHARE, ONE_SIDED, TIMES};
-use super::twin::{State, Twin};
-use crate::noise::whiten::Signal;
-use crate::types::Base;
+use residuals::noise::whiten::Signal;
+use residuals::noise::{Memory, Noise};
+use residuals::problem::Problem;
+use residuals::smooth;
+use residuals::split::Split;
+use residuals::thresholds::confirm::{LEAST_SHARE, ONE_SIDED, TIMES};
+use residuals::twin::{State, Twin};
+use residuals::types::Base;
 
 /// What the locked runs say.
 #[derive(Debug, Clone, PartialEq)]
@@ -264,7 +264,7 @@ pub(super) fn with_own_times(
 mod tests {
     use super::*;
     use crate::report::example::report;
-    use crate::types::Verdict;
+    use residuals::types::Verdict;
 
     /// Four locked runs that show a share of what was added, and whose mean square shrank by so
     /// much each.

@@ -15,8 +15,8 @@ use support::context::Context;
 use support::error::{Error, Result};
 
 use super::report::Report;
-use super::thresholds::extension::{BLOCK_S, LEAST_INFORMATION, WINDOW_S};
-use super::twin::{State, Twin};
+use residuals::thresholds::extension::{BLOCK_S, LEAST_INFORMATION, WINDOW_S};
+use residuals::twin::{State, Twin};
 
 /// Writes the coefficients with the effects that were named, and the base as it moved. What is not
 /// written is said in a line each on standard error; where nothing is left, so is the file.

@@ -12,7 +12,7 @@ use support::context::Context;
 use support::error::Result;
 
 use super::report::Report;
-use super::types::{Base, Verdict};
+use residuals::types::{Base, Verdict};
 
 /// What a fit of the clean logs would have that the base has not. Asked only where something is to
 /// be named or explained: it takes as long as a fit.

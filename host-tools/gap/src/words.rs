@@ -3,8 +3,8 @@
 pub use model::effects::words::{file_name, some_of};
 use model::effects::{Candidate, Regressor, find};
 
-use crate::types::Named;
 use model_core::effects::Term;
+use residuals::types::Named;
 
 /// Its physical meaning, one sentence; an effect of the user that has none says its name.
 pub fn meaning(candidate: &Candidate) -> &str {

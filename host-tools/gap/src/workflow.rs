@@ -30,10 +30,10 @@ use crate::report::{Report, json, page};
 use crate::simulation::Simulated;
 use crate::simulator::export::Changes;
 use crate::simulator::{Simulator, Source, Told};
-use crate::thresholds::calibrate::LEAST_RUNS;
-use crate::types::{Base, Options, Verdict};
-use crate::user::{self, UserCandidates};
 use crate::{extension, likelihood, manoeuvre, power_only, refit, simulation};
+use residuals::thresholds::calibrate::LEAST_RUNS;
+use residuals::types::{Base, Options, Verdict};
+use residuals::user::{self, UserCandidates};
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy)]

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use answers::inspect::{Moving, Report, Severity, StaticState, Use};
-use gap::thresholds::calibrate::LEAST_RUNS;
 use logs::arguments::{Log, UnitArguments, paths};
 use logs::checks;
 use logs::robot::FOUND;
+use residuals::thresholds::calibrate::LEAST_RUNS;
 use support::context::Context;
 use support::error::{Error, Result};
 use support::output;

@@ -119,7 +119,7 @@ fn coefficients(data: &[u8], path: &Path) {
 /// A file of one's own effects.
 fn effects(data: &[u8], path: &Path) {
     std::fs::write(path, data).expect("the folder is there");
-    let _ = gap::user::read(path);
+    let _ = residuals::user::read(path);
 }
 
 /// A coefficients' image and the store's other items: as they are, and with a checksum that is

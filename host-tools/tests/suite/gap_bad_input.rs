@@ -7,9 +7,9 @@ use std::sync::OnceLock;
 
 use gap::investigate::investigate;
 use gap::power_only;
-use gap::types::{Base, Options};
 use logs::robot::Robot;
 use logs::runs::Runs;
+use residuals::types::{Base, Options};
 
 use crate::common::{Bench, ROBOT, TRUTH, drive};
 use model_core::torque::{Drive, TorqueModel};

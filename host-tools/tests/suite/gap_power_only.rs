@@ -3,7 +3,7 @@
 
 use gap::power_only::{PowerRun, investigate};
 use gap::report::Report;
-use gap::types::Verdict;
+use residuals::types::Verdict;
 
 use crate::common::{Bench, keys, number, whole_data};
 use rand::SeedableRng;

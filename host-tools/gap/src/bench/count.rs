@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::coverage::Covered;
 use super::{Case, Outcome};
-use crate::types::Verdict;
+use residuals::types::Verdict;
 
 /// What is hidden in a set.
 pub fn label(outcome: &Outcome) -> String {

@@ -18,7 +18,7 @@ use super::sets;
 use super::{Case, columns};
 use crate::extension;
 use crate::investigate::investigate;
-use crate::types::Options;
+use residuals::types::Options;
 
 /// Windows of this length, one behind the other, s: those of the paper.
 const WINDOW_S: f64 = 25.0;

@@ -13,8 +13,8 @@ use super::sets::{self, Clean};
 use super::{Case, columns};
 use crate::investigate::investigate;
 use crate::report::Report;
-use crate::thresholds::manoeuvre::RUNS;
-use crate::types::{Options, Verdict};
+use residuals::thresholds::manoeuvre::RUNS;
+use residuals::types::{Options, Verdict};
 
 /// What became of a tie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]

@@ -16,8 +16,8 @@ use rayon::prelude::*;
 use support::error::{Error, Result};
 
 use self::sets::{NoiseKind, noises};
-use crate::types::{Options, Verdict};
 use crate::workflow::Engine;
+use residuals::types::{Options, Verdict};
 
 /// What is hidden, and in how large a set.
 #[derive(Debug, Clone, PartialEq)]

@@ -15,10 +15,10 @@ use plant::field::{Field, Noise};
 use plant::{Scenario, simulate};
 use support::error::{Error, Result};
 
-use crate::types::Base;
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;
 use model_core::estimator::{Conditioner, Sample};
+use residuals::types::Base;
 
 /// Length of a run, s.
 pub const DURATION_S: f64 = 60.0;

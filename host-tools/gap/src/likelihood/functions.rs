@@ -7,9 +7,9 @@ use model_core::effects::Term;
 use rayon::prelude::*;
 
 use super::predicted::Predicted;
-use crate::noise::whiten::Signal;
-use crate::smooth;
-use crate::twin::State;
+use residuals::noise::whiten::Signal;
+use residuals::smooth;
+use residuals::twin::State;
 
 /// Functions that vary together: in size, not in sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

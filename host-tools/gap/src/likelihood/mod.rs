@@ -41,17 +41,17 @@ use support::error::{Error, Result};
 use self::products::anywhere;
 use self::round::{Asked, Known, state_of};
 use crate::confirm;
-use crate::identifiable::unidentifiable;
 use crate::investigate::{joint, named_effects};
-use crate::problem::lag;
-use crate::problem::open::{open_problem, precision};
 use crate::report::localise;
 use crate::report::{Basis, Report, Rival};
-use crate::scope::candidates;
-use crate::split;
-use crate::thresholds::calibrate::LEAST_RUNS;
-use crate::twin::{State, Twin};
-use crate::types::{Base, Options, Verdict};
+use residuals::identifiable::unidentifiable;
+use residuals::problem::lag;
+use residuals::problem::open::{open_problem, precision};
+use residuals::scope::candidates;
+use residuals::split;
+use residuals::thresholds::calibrate::LEAST_RUNS;
+use residuals::twin::{State, Twin};
+use residuals::types::{Base, Options, Verdict};
 
 /// The level of the gate, where none is asked for.
 pub const LEVEL: f64 = 0.02;

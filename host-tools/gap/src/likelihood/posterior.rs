@@ -4,7 +4,7 @@ use super::bagged;
 use super::normal::{log_mean, log_sum};
 use super::priors::{ELSE, NONE, SURE};
 use super::scored::{Other, Scored};
-use crate::types::Verdict;
+use residuals::types::Verdict;
 
 /// A cause of the dictionary.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,7 +4,7 @@
 use model::effects::Regressor;
 
 use super::delay::later;
-use crate::twin::{State, Twin};
+use residuals::twin::{State, Twin};
 
 /// Step of a slope by a delay, s. Derived: small against a row, large against rounding.
 const STEP_S: f64 = 1e-3;

@@ -62,10 +62,10 @@ pub const WRONG_MASS: f64 = 0.25;
 /// Times that are tried in a run, at most. Chosen for time.
 pub const MOST_TIMES: f64 = 30.0;
 /// Most of a switch of rolling resistance, times that of the base, as `thresholds::detect`.
-pub use crate::thresholds::detect::{MOST_ROLLING, RUN_ENDS};
+pub use residuals::thresholds::detect::{MOST_ROLLING, RUN_ENDS};
 
 /// Order of the autoregression, kept rows. As the rules' own.
-pub use crate::thresholds::noise::ORDER;
+pub use residuals::thresholds::noise::ORDER;
 /// Rows that are kept per period of the filter's cutoff. Derived: the filter passes next to
 /// nothing above its cutoff, and an autoregression cannot whiten an empty band.
 pub const ROWS_PER_CUTOFF: f64 = 3.0;

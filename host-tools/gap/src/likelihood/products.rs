@@ -14,10 +14,10 @@ use super::predicted::Predicted;
 use super::priors::LOOSE;
 use super::rows::{Kept, kept};
 use super::ways::{Way, switched, times, ways};
-use crate::noise::whiten::Signal;
-use crate::problem::open::precision;
-use crate::twin::{State, Twin};
-use crate::types::Base;
+use residuals::noise::whiten::Signal;
+use residuals::problem::open::precision;
+use residuals::twin::{State, Twin};
+use residuals::types::Base;
 
 /// Rounds of the noise and what the rest leaves for it.
 const RIDGE: f64 = 1e-4;

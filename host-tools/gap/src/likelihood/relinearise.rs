@@ -12,7 +12,7 @@ use super::priors::{BENT_SETTLED, BENT_STEPS, DELAY_STEPS, FORM_ERRORS, RUN_SCAL
 use super::products::{Posed, RunProducts};
 use super::scored::Scales;
 use super::ways::Way;
-use crate::twin::State;
+use residuals::twin::State;
 
 /// A hypothesis about its own size.
 #[derive(Debug, Clone, PartialEq)]

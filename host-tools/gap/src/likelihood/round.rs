@@ -14,8 +14,8 @@ use super::relinearise::Bent;
 use super::scored::{Scales, Scored};
 use super::ways::Way;
 use super::{relinearise, scored};
-use crate::twin::{State, Twin};
-use crate::types::{self, Base, Options, Status, Verdict};
+use residuals::twin::{State, Twin};
+use residuals::types::{self, Base, Options, Status, Verdict};
 
 /// What is asked of some runs, round after round.
 pub struct Asked<'a> {

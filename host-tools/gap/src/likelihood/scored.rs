@@ -378,7 +378,7 @@ fn mislabelled(posed: &Posed<'_>, field: &[usize], wrong: &[usize], evidence: f6
     let runs = &posed.twin.runs.runs;
     let masses = |run: usize| runs[run].rows.iter().map(|row| row.mass);
     let heaviest = field.iter().flat_map(|&run| masses(run)).fold(0.0, f64::max);
-    let empty = crate::thresholds::detect::LIGHTEST * posed.twin.runs.robot.range().no_load();
+    let empty = residuals::thresholds::detect::LIGHTEST * posed.twin.runs.robot.range().no_load();
     let mut wrong: Vec<usize> = wrong.iter().map(|place| field[*place]).collect();
     wrong.sort_unstable();
     let least = wrong.iter().map(|&run| -(masses(run).fold(f64::INFINITY, f64::min) - empty).max(0.0));

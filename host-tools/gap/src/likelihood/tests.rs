@@ -15,8 +15,8 @@ use super::noise::{Noise, Told};
 use super::priors::ORDER;
 use super::rows::Kept;
 use super::{LEVEL, investigate};
-use crate::twin::{State, Twin};
-use crate::types::{Base, Options, Verdict};
+use residuals::twin::{State, Twin};
+use residuals::types::{Base, Options, Verdict};
 
 /// Normal values: sums of twelve numbers of a multiplier.
 struct Normal(u64);

@@ -55,7 +55,7 @@ pub fn times(length: f64) -> Vec<f64> {
     if !length.is_finite() {
         return Vec::new();
     }
-    let step = (length / MOST_TIMES).max(crate::thresholds::detect::TIME_GRID_S);
+    let step = (length / MOST_TIMES).max(residuals::thresholds::detect::TIME_GRID_S);
     let all = (1..).map(|k| step * f64::from(k)).take_while(|at| *at <= (1.0 - RUN_ENDS) * length);
     all.filter(|at| *at >= RUN_ENDS * length).collect()
 }

@@ -3,7 +3,7 @@
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use crate::thresholds::manoeuvre::{PARTED, WORTH};
+use residuals::thresholds::manoeuvre::{PARTED, WORTH};
 
 /// The probability that rivals are parted which are expected to differ by `z` standard errors.
 ///

@@ -2,7 +2,7 @@
 //! rest.
 
 use super::limits::Limits;
-use crate::thresholds::manoeuvre::EASY;
+use residuals::thresholds::manoeuvre::EASY;
 
 /// A stretch of a profile: a ramp to a twist, and the time that it is held.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,7 +4,7 @@ use logs::robot::Robot;
 use logs::runs::Runs;
 use nalgebra::DMatrix;
 
-use crate::thresholds::manoeuvre::USUAL;
+use residuals::thresholds::manoeuvre::USUAL;
 
 /// Limits, and the wheel speeds of a twist.
 #[derive(Debug, Clone, PartialEq)]

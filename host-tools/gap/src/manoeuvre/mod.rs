@@ -23,11 +23,11 @@ use self::limits::Limits;
 use self::room::Room;
 use self::separate::{Ground, Products};
 use crate::report::{Report, Rival};
-use crate::thresholds::manoeuvre::{
+use residuals::thresholds::manoeuvre::{
     CHOICE_S, DURATIONS_S, LEADS_S, LEAST_RISE, MOST_BLOCKS, ONE_LOAD, OPEN, PARTED, RUNS, RUNS_TRIED, SURE,
     WORTH,
 };
-use crate::types::Verdict;
+use residuals::types::Verdict;
 
 /// Two hypotheses, and by how many standard errors they would differ.
 #[derive(Debug, Clone, PartialEq)]

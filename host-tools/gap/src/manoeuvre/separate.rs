@@ -19,14 +19,14 @@ use nalgebra::{DMatrix, DVector};
 use numerics::least_squares::{NormalEquations, Prior};
 use support::error::Result;
 
-use super::super::smooth;
-use super::super::twin::{State, Twin};
 use super::family::{Knots, at};
 use super::limits::Limits;
-use crate::noise::whiten::Signal;
 use crate::report::{Basis, Rival};
-use crate::thresholds::manoeuvre::{SAMPLES_PER_CUTOFF, SHAPE_STEP, SHAPE_UNCERTAINTY};
-use crate::thresholds::problem::DISCREPANCY_RIDGE;
+use residuals::noise::whiten::Signal;
+use residuals::smooth;
+use residuals::thresholds::manoeuvre::{SAMPLES_PER_CUTOFF, SHAPE_STEP, SHAPE_UNCERTAINTY};
+use residuals::thresholds::problem::DISCREPANCY_RIDGE;
+use residuals::twin::{State, Twin};
 
 /// A drive as the filter would show it: rows without power.
 ///

@@ -7,7 +7,7 @@ use logs::{ColumnRequest, Header, LogReader, MIN_GAP_FACTOR, POWER, RUN, Role, T
 use support::context::Context;
 use support::error::{Error, Result};
 
-use crate::thresholds::power_only::ROWS_PER_S;
+use residuals::thresholds::power_only::ROWS_PER_S;
 
 /// One run.
 #[derive(Debug, Clone)]

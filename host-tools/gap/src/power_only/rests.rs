@@ -4,7 +4,7 @@ use answers::inspect::{Block, StaticPower, StaticState};
 use numerics::robust::scale;
 
 use super::read::PowerRun;
-use crate::thresholds::power_only::{LEAST_REST_S, LEAST_RETURNS, LEAST_SHARE, ROUGHER, WANDER_S};
+use residuals::thresholds::power_only::{LEAST_REST_S, LEAST_RETURNS, LEAST_SHARE, ROUGHER, WANDER_S};
 
 /// A level that the power stays at, from a time to another.
 #[derive(Debug, Clone, Copy, PartialEq)]

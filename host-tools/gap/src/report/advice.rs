@@ -4,8 +4,8 @@ use model::effects::{PITCH, PROCESSOR, find};
 
 use crate::refit;
 use crate::report::Report;
-use crate::types::{Status, Verdict};
 use crate::words;
+use residuals::types::{Status, Verdict};
 
 /// Drives or columns in which an effect shows as no other does; `None` for an effect of the user.
 pub fn shows_in(id: &str) -> Option<&'static str> {

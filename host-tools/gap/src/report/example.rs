@@ -8,12 +8,12 @@ use numerics::intervals::mean_interval;
 
 use super::localise::Cell;
 use crate::confirm::Confirmed;
-use crate::noise::whiten::Whitener;
 use crate::report::{Basis, Report};
-use crate::split::Split;
-use crate::twin::State;
-use crate::types::{Named, Round, Scored, Status, Verdict};
 use crate::words;
+use residuals::noise::whiten::Whitener;
+use residuals::split::Split;
+use residuals::twin::State;
+use residuals::types::{Named, Round, Scored, Status, Verdict};
 
 /// As full as a report may be: twelve runs with long names, three effects, many ties and cells.
 pub(crate) fn report(verdict: Verdict) -> Report {

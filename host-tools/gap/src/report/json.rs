@@ -11,8 +11,8 @@ use crate::report::Report;
 use crate::simulation::Simulated;
 use crate::simulator::Told;
 use crate::simulator::export::Changes;
-use crate::types::{Named, Round, Verdict};
 use crate::words;
+use residuals::types::{Named, Round, Verdict};
 
 /// What the keys hold: shown by `gmr gap --help`.
 pub const KEYS: &str = "\
@@ -173,7 +173,7 @@ fn round(round: &Round) -> Value {
 mod tests {
     use super::{Beside, KEYS, json};
     use crate::report::example::report;
-    use crate::types::Verdict;
+    use residuals::types::Verdict;
 
     #[test]
     fn all_keys_are_there_whatever_the_verdict_and_the_help_names_them() {

@@ -16,15 +16,15 @@ use serde_json::{Value, json};
 
 use self::localise::Cell;
 use super::confirm::Confirmed;
-use super::detect::over_dispersion::OverDispersion;
 use super::likelihood;
-use super::noise::whiten::{Signal, Whitener};
-use super::split::Split;
-use super::thresholds::calibrate::MARGIN;
-use super::thresholds::confirm::MUCH_MORE;
-use super::thresholds::detect::STRUCTURE;
-use super::twin::State;
-use super::types::{Named, Round, Verdict};
+use residuals::detect::over_dispersion::OverDispersion;
+use residuals::noise::whiten::{Signal, Whitener};
+use residuals::split::Split;
+use residuals::thresholds::calibrate::MARGIN;
+use residuals::thresholds::confirm::MUCH_MORE;
+use residuals::thresholds::detect::STRUCTURE;
+use residuals::twin::State;
+use residuals::types::{Named, Round, Verdict};
 
 /// All that was found.
 #[derive(Debug, Clone, PartialEq)]

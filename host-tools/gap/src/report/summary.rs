@@ -4,9 +4,9 @@ use super::advice;
 use super::localise::Cell;
 use crate::likelihood::Found;
 use crate::report::Report;
-use crate::types::{Named, Verdict};
 use crate::words;
 use numerics::intervals::MeanInterval;
+use residuals::types::{Named, Verdict};
 
 /// Lines of a small terminal, less the one of the next prompt.
 pub const LINES: usize = 23;
@@ -252,7 +252,7 @@ fn cut(lines: &mut Vec<String>) {
 mod tests {
     use super::{COLUMNS, LINES, cut, text, wrapped};
     use crate::report::example::report;
-    use crate::types::Verdict;
+    use residuals::types::Verdict;
 
     #[test]
     fn every_verdict_fits_on_one_screen_and_says_what_it_has_to() {

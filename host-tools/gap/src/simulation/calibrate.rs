@@ -12,7 +12,7 @@ use super::filter::Behind;
 use super::in_parallel;
 use super::search::squares;
 use super::track::{Followed, Follower};
-use crate::thresholds::simulation::{FIT_STEPS, LAG_STEP_ROWS, LEAST_GAIN, MOST_LAG_ROWS, NUDGE, TRUST};
+use residuals::thresholds::simulation::{FIT_STEPS, LAG_STEP_ROWS, LEAST_GAIN, MOST_LAG_ROWS, NUDGE, TRUST};
 
 /// A parameter that is fitted, the same for all wheels.
 #[derive(Debug, Clone, Copy)]

@@ -27,12 +27,12 @@ use self::filter::Behind;
 use self::search::squares;
 use self::track::Follower;
 use super::confirm;
-use super::thresholds::simulation::FOLLOWS;
-use super::twin::Twin;
 use crate::report::Report;
 use crate::report::localise::{self, Cell};
 use crate::report::page::{self, Course};
-use crate::types::Verdict;
+use residuals::thresholds::simulation::FOLLOWS;
+use residuals::twin::Twin;
+use residuals::types::Verdict;
 
 /// An effect in the plant.
 #[derive(Debug, Clone, PartialEq)]

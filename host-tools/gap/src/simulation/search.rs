@@ -3,7 +3,7 @@
 
 use support::error::Result;
 
-use crate::thresholds::simulation::{FIRST_SIZE, SAME_SIZE, SIZE_STEPS};
+use residuals::thresholds::simulation::{FIRST_SIZE, SAME_SIZE, SIZE_STEPS};
 
 /// Searches a size within a range by secants: what the last change of size changed in the power
 /// says how far the next has to go. `power` gives the simulated power of all runs, `now` is that

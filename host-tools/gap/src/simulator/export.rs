@@ -15,8 +15,8 @@ use numerics::robust::NORMAL_95;
 use serde::Serialize;
 
 use crate::report::Report;
-use crate::types::Named;
 use crate::words;
+use residuals::types::Named;
 
 /// One change of the model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -233,7 +233,7 @@ fn formula(id: &str) -> &'static str {
 mod tests {
     use super::*;
     use crate::report::example::report;
-    use crate::types::Verdict;
+    use residuals::types::Verdict;
 
     /// Every effect of the dictionary has an element or a formula, and a finite number either way.
     #[test]

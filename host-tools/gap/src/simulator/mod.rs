@@ -23,9 +23,9 @@ use support::context::Context;
 use support::error::{Error, Result};
 use support::metrics::Quality;
 
-use crate::noise::whiten::Signal;
 use crate::report::Report;
-use crate::types::Base;
+use residuals::noise::whiten::Signal;
+use residuals::types::Base;
 
 /// Where a simulator's power is.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,9 +3,9 @@
 use logs::robot::chassis::Together;
 use logs::runs::{Row, Runs};
 
-use crate::noise::whiten::Signal;
-use crate::smooth;
-use crate::thresholds::localise::{CELLS, STEPS, STRAIGHT};
+use residuals::noise::whiten::Signal;
+use residuals::smooth;
+use residuals::thresholds::localise::{CELLS, STEPS, STRAIGHT};
 
 /// One axis.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,8 +2,8 @@
 
 use numerics::intervals::mean_interval;
 
-use crate::noise::whiten::Signal;
-use crate::thresholds::localise::{LEAST_ROWS, LEAST_RUNS};
+use residuals::noise::whiten::Signal;
+use residuals::thresholds::localise::{LEAST_ROWS, LEAST_RUNS};
 
 /// Mean of runs' means.
 #[derive(Debug, Clone, Copy, PartialEq)]

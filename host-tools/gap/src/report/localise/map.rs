@@ -4,8 +4,8 @@ use logs::runs::{Row, Runs};
 
 use super::axes::{acceleration, round_step};
 use super::band::{Spread, spread};
-use crate::noise::whiten::Signal;
-use crate::thresholds::localise::SQUARES;
+use residuals::noise::whiten::Signal;
+use residuals::thresholds::localise::SQUARES;
 
 /// A square with enough runs in it.
 #[derive(Debug, Clone, PartialEq)]

@@ -16,7 +16,7 @@ use serde::Serialize;
 use self::axes::{Axis, axes};
 use self::band::spread;
 pub use self::map::{Map, Square, map};
-use crate::noise::whiten::Signal;
+use residuals::noise::whiten::Signal;
 
 /// One cell of a map.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -116,7 +116,7 @@ mod tests {
     use super::band::band;
     use super::{cells_of, spread};
     use crate::report::localise::axes::Axis;
-    use crate::thresholds::localise::LEAST_ROWS;
+    use residuals::thresholds::localise::LEAST_ROWS;
 
     fn axis(values: Vec<Vec<f64>>) -> Axis {
         Axis { name: "mass".to_owned(), values, signed: false, joins: true, edges: None }

@@ -9,8 +9,8 @@ use super::course::Course;
 use crate::report::Report;
 use crate::report::localise::{Cell, Map, Square};
 use crate::report::summary;
-use crate::types::{Round, Status};
 use crate::words;
+use residuals::types::{Round, Status};
 
 /// Before: what the model lacks shows in orange. After: blue.
 fn colours() -> [Colour; 2] {

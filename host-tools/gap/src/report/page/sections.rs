@@ -14,9 +14,9 @@ use crate::report::Report;
 use crate::report::advice;
 use crate::report::localise::{Cell, Map};
 use crate::report::summary;
-use crate::thresholds::localise::{LEAST_ROWS, LEAST_RUNS};
-use crate::types::Verdict;
 use crate::words;
+use residuals::thresholds::localise::{LEAST_ROWS, LEAST_RUNS};
+use residuals::types::Verdict;
 
 /// Runs that are drawn over time.
 const DRAWN: usize = 8;

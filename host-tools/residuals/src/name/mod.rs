@@ -1,7 +1,7 @@
 //! One round: who explains most of what is left, and is it the only one?
 
 pub mod hypothesis;
-pub(super) mod with_locked;
+pub mod with_locked;
 
 use model::effects::Candidate;
 
@@ -17,21 +17,21 @@ use super::twin::State;
 use super::types::{Options, Round, Scored, Status};
 use rayon::prelude::*;
 
-pub(super) struct Choice {
-    pub(super) hypothesis: Hypothesis,
-    pub(super) gain: f64,
-    pub(super) ties: Vec<String>,
+pub struct Choice {
+    pub hypothesis: Hypothesis,
+    pub gain: f64,
+    pub ties: Vec<String>,
     /// The best other fit of each effect, and all that are not much worse, in several ways of one
     /// effect also.
-    pub(super) others: Vec<Hypothesis>,
+    pub others: Vec<Hypothesis>,
 }
 
-pub(super) struct Naming {
-    pub(super) choice: Option<Choice>,
-    pub(super) record: Round,
+pub struct Naming {
+    pub choice: Option<Choice>,
+    pub record: Round,
 }
 
-pub(super) fn name(
+pub fn name(
     problem: &Problem<'_>,
     state: &State,
     list: &[Candidate],

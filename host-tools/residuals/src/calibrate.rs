@@ -17,7 +17,7 @@ use super::types::{Base, Options};
 
 /// The most structure, |z|, that parts of the clean runs show of each other, the mean of all deals;
 /// `None` where they are too few to be parted.
-pub(super) fn shown_by_clean(
+pub fn shown_by_clean(
     clean: &Runs,
     lag: f64,
     base: &Base,

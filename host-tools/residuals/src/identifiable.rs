@@ -12,7 +12,7 @@ use super::types::{Round, Scored, Status};
 /// With one mass the friction that grows with it and the friction that does not are one: what a
 /// kilogram more would do to the power is then a guess, and a mass that was noted wrongly stands
 /// for whatever differs (−58.7 kg was ice).
-pub(super) fn unidentifiable(masses_kg: &[f64], runs: &Runs) -> Vec<NotTestable> {
+pub fn unidentifiable(masses_kg: &[f64], runs: &Runs) -> Vec<NotTestable> {
     if !has_one_mass(masses_kg, runs) {
         return Vec::new();
     }
@@ -24,7 +24,7 @@ pub(super) fn unidentifiable(masses_kg: &[f64], runs: &Runs) -> Vec<NotTestable>
 /// What names may stand for as well with a base of one mass: more friction on one side is a drag
 /// there, or another floor that the sides meet unequally, which only a second payload tells apart.
 /// Ids of what was a plausible hypothesis of these rounds.
-pub(super) fn also_with_one_mass(named: &[Candidate], rounds: &[Round]) -> Vec<String> {
+pub fn also_with_one_mass(named: &[Candidate], rounds: &[Round]) -> Vec<String> {
     let floor = "rolling-resistance-change";
     let is_plausible = |scored: &Scored| {
         scored.id == floor && scored.gain > 0.0 && matches!(scored.status, Status::Worse | Status::Tie)
@@ -36,7 +36,7 @@ pub(super) fn also_with_one_mass(named: &[Candidate], rounds: &[Round]) -> Vec<S
 
 /// Whether a base that was fitted to these total masses, kg, or to those of the runs where there
 /// are none, knows one mass only.
-pub(super) fn has_one_mass(masses_kg: &[f64], runs: &Runs) -> bool {
+pub fn has_one_mass(masses_kg: &[f64], runs: &Runs) -> bool {
     let own: Vec<f64> = runs.runs.iter().flat_map(|run| &run.rows).map(|row| row.mass).collect();
     let known = if masses_kg.is_empty() { &own } else { masses_kg };
     let (low, high) =

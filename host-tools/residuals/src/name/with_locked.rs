@@ -14,12 +14,7 @@ use crate::twin::State;
 /// Ids of the rivals that are struck of a tie, the winner first in it. `others` is the base with
 /// what else was named; `problem` is posed of the open runs, then the locked ones, then the clean
 /// ones.
-pub(crate) fn struck(
-    problem: &Problem<'_>,
-    others: &State,
-    tie: &[Hypothesis],
-    threshold: f64,
-) -> Vec<String> {
+pub fn struck(problem: &Problem<'_>, others: &State, tie: &[Hypothesis], threshold: f64) -> Vec<String> {
     let effects = others.effects.iter().map(|(regressor, _)| regressor);
     let Some((winner, rivals)) = tie.split_first().filter(|_| effects.clone().all(is_of_all_runs)) else {
         return Vec::new();

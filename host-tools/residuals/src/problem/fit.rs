@@ -63,7 +63,7 @@ impl Problem<'_> {
 
     /// Where along a regressor a fit is to start: the coefficient with the least loss, where that
     /// is less than without the regressor.
-    pub(crate) fn best_start(
+    pub fn best_start(
         &self,
         state: &State,
         regressor: &Regressor,
@@ -134,7 +134,7 @@ impl Problem<'_> {
     /// Covariance of base and effects: as the equations say, or as large as runs disagree, each
     /// left out in turn (the jackknife of Quenouille and Tukey, field and clean runs apart),
     /// whichever is greater for each coefficient.
-    pub(crate) fn covariance(&self, fitted: &Fitted) -> DMatrix<f64> {
+    pub fn covariance(&self, fitted: &Fitted) -> DMatrix<f64> {
         let wanted: Vec<usize> =
             (0..self.base).chain(self.base + self.discrepancy.len()..fitted.covariance.nrows()).collect();
         let size = wanted.len();
@@ -163,7 +163,7 @@ impl Problem<'_> {
 
     /// How many times greater the variance of the last `count` coefficients is by what runs
     /// disagree than by the equations; at least 1.
-    pub(crate) fn disagreement(&self, fitted: &Fitted, count: usize) -> f64 {
+    pub fn disagreement(&self, fitted: &Fitted, count: usize) -> f64 {
         let (own, formal) = (self.covariance(fitted).diagonal(), fitted.covariance.diagonal());
         let pairs = own.iter().rev().zip(formal.iter().rev()).take(count);
         pairs.map(|(own, formal)| own / formal.max(1e-300)).fold(1.0, f64::max)

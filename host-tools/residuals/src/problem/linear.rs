@@ -10,47 +10,47 @@ use crate::thresholds::problem::LEAST_SHARE;
 
 /// What a column says about the residual when base and effects may move along.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Score {
+pub struct Score {
     /// Its coefficient.
-    pub(crate) value: f64,
+    pub value: f64,
     /// Its standard error, by the scatter of what is left.
-    pub(crate) std_err: f64,
+    pub std_err: f64,
     /// Its coefficient per standard error.
-    pub(crate) z: f64,
+    pub z: f64,
     /// Share of the column that base and effects leave.
-    pub(crate) share: f64,
+    pub share: f64,
     /// 1 where what is left scatters along the column as noise does, more where it scatters more:
     /// there a gain in χ² means less.
-    pub(crate) variance_inflation: f64,
+    pub variance_inflation: f64,
 }
 
 /// The problem about a state, base, discrepancy and effects moving along with whatever is scored.
-pub(crate) struct Linear<'a> {
+pub struct Linear<'a> {
     pub(super) noise: &'a Noise,
     pub(super) runs: &'a Runs,
     /// The first column after base, discrepancy and effects.
     pub(super) first: usize,
     pub(super) panel: Panel<'a>,
     /// Of all columns of the panel, over all runs.
-    pub(crate) products: DMatrix<f64>,
+    pub products: DMatrix<f64>,
     /// The equations of base, discrepancy and effects.
-    pub(crate) factored: Factored,
+    pub factored: Factored,
 }
 
 impl Linear<'_> {
     /// Columns after base, discrepancy and effects: further regressors, then signals.
-    pub(crate) fn further(&self) -> usize {
+    pub fn further(&self) -> usize {
         self.products.ncols() - 1 - self.first
     }
 
     /// Place of a further column in the panel.
-    pub(crate) fn place(&self, further: usize) -> usize {
+    pub fn place(&self, further: usize) -> usize {
         self.first + further
     }
 
     /// The score of a further column: its variance is that of what is left along it, and never
     /// below that of white noise.
-    pub(crate) fn score(&self, further: usize) -> Option<Score> {
+    pub fn score(&self, further: usize) -> Option<Score> {
         let (places, column): (Vec<usize>, usize) = ((0..self.first).collect(), self.place(further));
         let own = FurtherColumn::from_products(&self.products, &places, column);
         let found = self.factored.score(&own, LEAST_SHARE)?;

@@ -11,22 +11,17 @@ use super::twin::State;
 use super::types::{Scored, Status};
 
 /// What the detector sees.
-pub(super) struct Structure {
-    pub(super) greatest: f64,
+pub struct Structure {
+    pub greatest: f64,
     /// Scores of all candidates, made linear at the state.
-    pub(super) scored: Vec<Scored>,
+    pub scored: Vec<Scored>,
     /// Their places in the list with their gains, best first.
-    pub(super) order: Vec<(usize, f64)>,
+    pub order: Vec<(usize, f64)>,
     /// Of single runs and unknown times.
-    pub(super) further: Vec<Candidate>,
+    pub further: Vec<Candidate>,
 }
 
-pub(super) fn structure(
-    problem: &Problem<'_>,
-    state: &State,
-    list: &[Candidate],
-    named: &[Candidate],
-) -> Structure {
+pub fn structure(problem: &Problem<'_>, state: &State, list: &[Candidate], named: &[Candidate]) -> Structure {
     let regressors: Vec<_> = list
         .iter()
         .flat_map(|candidate| candidate.regressors.iter().cloned())
@@ -102,7 +97,7 @@ fn may_stand_with(named: &[Candidate], candidate: &Candidate) -> bool {
 }
 
 /// Greatest |z| of the effects' own columns times something else; 0 without effects.
-pub(super) fn shape_test(problem: &Problem<'_>, state: &State) -> f64 {
+pub fn shape_test(problem: &Problem<'_>, state: &State) -> f64 {
     let signals = shape_test::deformations(problem, state);
     let Some(linear) = problem.linear(state, &[], &signals) else { return 0.0 };
     let scores = (0..signals.len()).filter_map(|further| linear.score(further));

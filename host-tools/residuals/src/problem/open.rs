@@ -16,7 +16,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// Of effects that are `known` noise and discrepancy are told; what is looked for begins without
 /// them.
-pub(crate) fn open_problem<'a>(
+pub fn open_problem<'a>(
     twin: Twin<'a>,
     known: &[(Regressor, f64)],
     base: &Base,
@@ -129,7 +129,7 @@ fn factor(discrepancy: &Fixed) -> Option<Factored> {
 }
 
 /// Λ of the base's covariance, widened by a relative slack; next to nothing without a covariance.
-pub(crate) fn precision(base: &Base, parameters: usize, slack: f64) -> DMatrix<f64> {
+pub fn precision(base: &Base, parameters: usize, slack: f64) -> DMatrix<f64> {
     let values = base.torque.to_array();
     // Sizes of parameters that were found to be zero.
     let typical = [1e-2, 1e-2, 1e-3, 1e-3, 1.0, 1.0, 1e-2];

@@ -326,7 +326,7 @@ fn add(power: &mut [f64], column: &[f64], coefficient: f64) {
 /// The power as it would be seen later by `delay` s: cubics through four rows, held at the ends of
 /// a run. Straight lines would smooth the power more the farther they are from a row, which looks
 /// like an effect.
-pub(super) fn delayed(run: &Run, power: &[f64], delay: f64) -> Vec<f64> {
+pub fn delayed(run: &Run, power: &[f64], delay: f64) -> Vec<f64> {
     let rows = &run.rows;
     let last = rows.len() - 1;
     let mut from = 0;

@@ -9,7 +9,7 @@ use super::identifiable::has_one_mass;
 use super::types::Base;
 
 /// Every candidate that these runs can show, and the effects that they cannot.
-pub(super) fn candidates(runs: &Runs, base: &Base) -> (Vec<Candidate>, Vec<NotTestable>) {
+pub fn candidates(runs: &Runs, base: &Base) -> (Vec<Candidate>, Vec<NotTestable>) {
     effects::candidates(&scope(runs, base))
 }
 

@@ -12,22 +12,22 @@ use super::twin::delayed;
 
 /// A delay in whole rows of `period_s` seconds, s: parts of one are left to the model, for setting
 /// measured power earlier by them would smooth its noise.
-pub(super) fn in_whole_rows(delay: f64, period_s: f64) -> f64 {
+pub fn in_whole_rows(delay: f64, period_s: f64) -> f64 {
     (delay / period_s).round() * period_s
 }
 
 /// The delay as an effect that is known, if there is any.
-pub(super) fn known(early: f64) -> Vec<(Regressor, f64)> {
+pub fn known(early: f64) -> Vec<(Regressor, f64)> {
     if early == 0.0 { Vec::new() } else { vec![(Regressor::Delay, early)] }
 }
 
 /// A value a row of some runs, set earlier by `early` s.
-pub(super) fn earlier(runs: &Runs, signal: &Signal, early: f64) -> Signal {
+pub fn earlier(runs: &Runs, signal: &Signal, early: f64) -> Signal {
     runs.runs.iter().zip(signal).map(|(run, values)| delayed(run, values, -early)).collect()
 }
 
 /// The runs with their power set earlier by `early` s.
-pub(super) fn in_time(runs: &Runs, early: f64) -> Runs {
+pub fn in_time(runs: &Runs, early: f64) -> Runs {
     let power = runs.runs.iter().map(|run| run.rows.iter().map(|row| row.power).collect()).collect();
     let power = earlier(runs, &power, early);
     let mut runs = runs.clone();
