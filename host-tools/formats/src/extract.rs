@@ -4,6 +4,7 @@ use crate::cdr::{Layout, Primitive, Walker};
 use crate::error::{Error, Result, nearest};
 use crate::field::{Field, Step};
 use crate::json;
+use crate::json_walk::JsonWalk;
 use crate::topic::{Encoding, Topic};
 
 /// Takes some numbers, and the time that the message bears, out of each message of a topic.
@@ -19,7 +20,7 @@ pub struct Extractor {
 #[derive(Debug)]
 enum How {
     Ros(Walker),
-    Json(Vec<Vec<Step>>),
+    Json(JsonWalk),
     /// Kind, place and factor.
     Packed(Vec<(Primitive, usize, f64)>),
 }
@@ -61,7 +62,9 @@ impl Extractor {
                 let steps: Vec<&[Step]> = all.iter().map(|field| &field.steps[..]).collect();
                 How::Ros(Walker::new(&layout, *serialization, &steps).map_err(refuse)?)
             }
-            Encoding::Json { .. } => How::Json(all.iter().map(|field| field.steps.clone()).collect()),
+            Encoding::Json { .. } => {
+                How::Json(JsonWalk::new(&all.iter().map(|field| &field.steps[..]).collect::<Vec<_>>()))
+            }
             Encoding::Packed { fields: packed } => {
                 let found = all.iter().enumerate().map(|(place, field)| {
                     let found = packed.iter().find(|packed| packed.name == field.path);
@@ -81,12 +84,7 @@ impl Extractor {
     pub fn numbers(&mut self, message: &[u8]) -> Result<&[f64]> {
         match &mut self.how {
             How::Ros(walker) => walker.numbers(message, &mut self.taken)?,
-            How::Json(paths) => {
-                let message = json::parse(message)?;
-                for (taken, path) in self.taken.iter_mut().zip(paths) {
-                    *taken = json::number(&message, path);
-                }
-            }
+            How::Json(walk) => walk.numbers(message, &mut self.taken)?,
             How::Packed(places) => {
                 for (taken, (kind, offset, scale)) in self.taken.iter_mut().zip(places) {
                     let number = message.get(*offset..).and_then(|bytes| kind.number(bytes, true));

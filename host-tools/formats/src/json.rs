@@ -1,4 +1,4 @@
-//! Numbers out of JSON messages.
+//! JSON messages: whole, as rows, and what a schema says of them.
 
 use std::fmt;
 
@@ -8,14 +8,17 @@ use serde_json::value::RawValue;
 
 use crate::cell::Cell;
 use crate::error::{Error, Result};
-use crate::field::Step;
 
 /// A message as JSON.
 ///
 /// # Errors
 /// It is none.
 pub(crate) fn parse(message: &[u8]) -> Result<Value> {
-    serde_json::from_slice(message).map_err(|error| Error::Damaged(format!("a message is no JSON: {error}")))
+    serde_json::from_slice(message).map_err(no_json)
+}
+
+pub(crate) fn no_json(error: serde_json::Error) -> Error {
+    Error::Damaged(format!("a message is no JSON: {error}"))
 }
 
 /// The members of a message by these names, in their order; numbers that are none where it has
@@ -31,7 +34,7 @@ pub(crate) fn members(message: &[u8], names: &[String], row: &mut Vec<Cell>) -> 
     }
     let mut reader = serde_json::Deserializer::from_slice(message);
     let read = Members { names, row }.deserialize(&mut reader).and_then(|()| reader.end());
-    read.map_err(|error| Error::Damaged(format!("a message is no JSON: {error}")))
+    read.map_err(no_json)
 }
 
 struct Members<'a> {
@@ -101,36 +104,15 @@ impl Visitor<'_> for Place<'_> {
 fn cell(value: &str) -> std::result::Result<Cell, String> {
     match value.as_bytes().first() {
         Some(b'"') => serde_json::from_str(value).map(Cell::Text).map_err(|error| error.to_string()),
-        Some(b'-' | b'0'..=b'9') => {
-            let number = fast_float2::parse(value).ok().filter(|number: &f64| number.is_finite());
-            number.map(Cell::Number).ok_or_else(|| "number out of range".to_owned())
-        }
+        Some(b'-' | b'0'..=b'9') => finite(value).map(Cell::Number),
         _ => Ok(Cell::Number(f64::NAN)),
     }
 }
 
-/// The number at a path; NaN where there is none.
-pub(crate) fn number(message: &Value, steps: &[Step]) -> f64 {
-    let mut at = message;
-    let mut above = message;
-    for step in steps {
-        let next = match step {
-            Step::Member(name) => at.get(name),
-            Step::Index(index) => at.get(index),
-            Step::Named(name) => {
-                let names = above.get("name").and_then(Value::as_array);
-                let place = names.and_then(|names| names.iter().position(|here| here.as_str() == Some(name)));
-                place.and_then(|place| at.get(place))
-            }
-        };
-        let Some(next) = next else { return f64::NAN };
-        above = at;
-        at = next;
-    }
-    match at {
-        Value::Bool(is) => f64::from(u8::from(*is)),
-        other => other.as_f64().unwrap_or(f64::NAN),
-    }
+/// A number as it is written.
+pub(crate) fn finite(value: &str) -> std::result::Result<f64, String> {
+    let number = fast_float2::parse(value).ok().filter(|number: &f64| number.is_finite());
+    number.ok_or_else(|| "number out of range".to_owned())
 }
 
 /// Paths of the numbers that a schema names.

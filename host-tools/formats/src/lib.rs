@@ -36,6 +36,7 @@ mod format;
 mod guarded;
 mod json;
 pub mod json_rows;
+mod json_walk;
 #[cfg(feature = "every-format")]
 mod mcap_file;
 pub mod merge;
