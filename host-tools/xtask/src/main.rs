@@ -33,9 +33,9 @@ usage: cargo xtask <command>
 
   test [--yes]
          formatting, lints, documentation, tests on the host and on an emulated Cortex-M7, licences
-  test-fleet [--yes]
+  test-fleet [--yes | --rows N]
          sums on Spark and Ray, executors and workers as processes of their own, and logs in a
-         bucket; needs Java, and a gigabyte from PyPI
+         bucket; needs Java, and a gigabyte from PyPI. --rows: then bench engines, too
   test-live
          gmr record --foxglove beside WebSocket clients that are not ours (PyPI's websockets)
   test-node
@@ -83,8 +83,11 @@ fn main() -> ExitCode {
     let done = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["test"] => test::run(Consent::Ask),
         ["test", "--yes"] => test::run(Consent::Given),
-        ["test-fleet"] => test_fleet::run(Consent::Ask),
-        ["test-fleet", "--yes"] => test_fleet::run(Consent::Given),
+        ["test-fleet"] => test_fleet::run(Consent::Ask, None),
+        ["test-fleet", "--yes"] => test_fleet::run(Consent::Given, None),
+        ["test-fleet", "--rows", rows] if rows.parse::<usize>().is_ok_and(|rows| rows >= 1_000_000) => {
+            test_fleet::run(Consent::Ask, rows.parse().ok())
+        }
         ["test-live"] => test_live::run(),
         ["test-node"] => test_node::run(),
         ["demo"] => demo::run(Consent::Ask),

@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::fleet;
 use crate::paths::{root, target_folder};
 use crate::python;
 use crate::set_up::{self, Consent};
@@ -12,18 +13,14 @@ use crate::steps::{Steps, Stop, carried_out, command};
 /// The tests, and what they run with.
 const ENGINES: &str = "host-tools/python/engines";
 
-/// True when everything passed.
-pub(crate) fn run(consent: Consent) -> bool {
-    carried_out(|steps| all(steps, consent))
-}
-
-fn all(steps: &mut Steps, consent: Consent) -> Result<(), Stop> {
-    let python = engines(steps, consent)?;
-    steps.run("engines", tests(&python))?;
-    println!(
-        "   how fast they are: `cargo xtask bench engines --rows 100000000`, last in docs/results/engines-bench.txt"
-    );
-    Ok(())
+/// True when everything passed. With `rows`, how fast the engines sum so many is measured behind
+/// that, beside `gmr fleet`.
+pub(crate) fn run(consent: Consent, rows: Option<usize>) -> bool {
+    carried_out(|steps| {
+        let python = engines(steps, consent)?;
+        steps.run("engines", tests(&python))?;
+        rows.map_or(Ok(()), fleet::run_engines)
+    })
 }
 
 /// A Python with the engines and the wheel, and gmr beside it.

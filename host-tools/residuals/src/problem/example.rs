@@ -13,10 +13,10 @@ use crate::noise::whiten::Whitener;
 use crate::twin::Twin;
 
 /// Standard deviation of the noise, W.
-pub const STD_W: f64 = 0.07;
+pub(crate) const STD_W: f64 = 0.07;
 
 /// Two runs of different masses at two paces, rad/s; the power is what nobody's model says.
-pub fn runs(paces: [f64; 2]) -> Runs {
+pub(crate) fn runs(paces: [f64; 2]) -> Runs {
     let core = Robot::named("burger").unwrap().core::<2>(2.0).unwrap();
     let raw = [(1.0, paces[0]), (4.0, paces[1])].map(|(mass, pace)| {
         let rows = (0..500).map(|i| {
@@ -45,7 +45,7 @@ fn white(runs: &Runs) -> Noise {
 }
 
 /// A problem without clean runs: nothing is known of the base, and nothing of what it gets wrong.
-pub fn bare<'a>(twin: Twin<'a>, centre: TorqueModel<f64>, base: usize) -> Problem<'a> {
+pub(crate) fn bare<'a>(twin: Twin<'a>, centre: TorqueModel<f64>, base: usize) -> Problem<'a> {
     Problem {
         twin,
         centre,

@@ -3,7 +3,7 @@
 
 pub mod delay;
 #[cfg(test)]
-mod example;
+pub(crate) mod example;
 pub mod fit;
 pub mod lag;
 pub mod linear;
