@@ -35,8 +35,8 @@ pub const LEAST_CUTOFF: f64 = 0.1;
 
 /// A gear passes this share of what it gets, at least, in either direction.
 pub const LEAST_GEAR_EFFICIENCY: f64 = 0.5;
-/// Greatest loss of a gear by its load: with efficiency η, 1 + e of the load is 1 / η of it where the
-/// motor drives, and 1 − e is η where the load does, but for a common factor.
+/// Greatest loss of a gear by its load: with efficiency η, 1 + e of the load is 1 / η of it where
+/// the motor drives, and 1 − e is η where the load does, but for a common factor.
 pub const MOST_GEAR_LOSS: f64 = (1.0 - LEAST_GEAR_EFFICIENCY * LEAST_GEAR_EFFICIENCY)
     / (1.0 + LEAST_GEAR_EFFICIENCY * LEAST_GEAR_EFFICIENCY);
 /// A turn on nearly the spot, dimensionless: scrub that is only half there at such a slip is none.

@@ -398,8 +398,8 @@ fn with_traits(columns: &[Column<f32>]) -> Coefficients<f32, 2> {
     }
 }
 
-/// Sides, gear, slip memory and delay come back one by one and together, with effects and without; images
-/// without them stay what they were.
+/// Sides, gear, slip memory and delay come back one by one and together, with effects and without;
+/// images without them stay what they were.
 #[test]
 fn every_trait_comes_back() {
     let all = with_traits(&[]);

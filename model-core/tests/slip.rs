@@ -99,8 +99,8 @@ proptest! {
     }
 
     /// With mass m the power stays a polynomial of it: the share holds no mass. d is Coulomb torque
-    /// on the right, less on the left, whichever way the wheels turn. e is what the gear takes of what
-    /// passes it, whether the motor drives the wheel or the wheel the motor.
+    /// on the right, less on the left, whichever way the wheels turn. e is what the gear takes of
+    /// what passes it, whether the motor drives the wheel or the wheel the motor.
     #[test]
     fn power_is_still_a_polynomial_of_the_mass(
         torque in torque_model(), scrub in 0.0..0.5_f64, imbalance in -0.5..0.5_f64, share in -1.0..1.0_f64,

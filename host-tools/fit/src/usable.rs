@@ -33,8 +33,8 @@ pub struct MassEffect {
 
 /// What makes a fit one that nobody can use; `None` where somebody can.
 ///
-/// With an R² below 0 the mean of the power predicts these rows better. `cut_short` are the steps of
-/// a search that was cut short and met no minimum. What else the data leave open matters where
+/// With an R² below 0 the mean of the power predicts these rows better. `cut_short` are the steps
+/// of a search that was cut short and met no minimum. What else the data leave open matters where
 /// payloads are to be found: a parameter at its bound takes the place of what depends on the mass,
 /// and an effect of the mass that may as well be 0 gives any payload. A fit at one payload finds
 /// none, and says so: there, none of these is a defect.

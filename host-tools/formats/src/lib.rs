@@ -15,7 +15,8 @@
 //! already. Everything is read as a stream: memory does not grow with the file. Nothing here knows
 //! what the numbers mean.
 //!
-//! Without the feature `every-format` no file is read, but messages are, as they come off a network.
+//! Without the feature `every-format` no file is read, but messages are, as they come off a
+//! network.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 // What only readers of files call.
 #![cfg_attr(not(feature = "every-format"), allow(dead_code))]

@@ -146,9 +146,10 @@ pub mod calibrate {
 
 /// Detection: whether there is structure.
 pub mod detect {
-    /// |z| of a smooth function or an effect beyond which there is structure. Tuned on the own bench's effect-free sets (0 alarms of 300; 0 of 100 of them in
-    /// docs/results/gap-bench.txt, seeds from 101,000); some sixty columns of normal scores ask for
-    /// 3.5 only: what is above it stands for scores that are no normal variables.
+    /// |z| of a smooth function or an effect beyond which there is structure. Tuned on the own
+    /// bench's effect-free sets (0 alarms of 300; 0 of 100 of them in docs/results/gap-bench.txt,
+    /// seeds from 101,000); some sixty columns of normal scores ask for 3.5 only: what is above it
+    /// stands for scores that are no normal variables.
     pub const STRUCTURE: f64 = 5.3;
     /// The same where no clean runs say what the model gets wrong without any effect. Tuned on the
     /// own bench without clean runs, run unknown.
@@ -156,8 +157,8 @@ pub mod detect {
     /// Share of an effect's own gain in χ² that may be left as structure: no term of the model is
     /// exact. Tuned on the own bench, run unknown (a prototype needed 0.04).
     pub const TOLERANCE: f64 = 0.015;
-    /// |z| of an effect's column times something else beyond which the effect has not the shape of what is there. Tuned on the own bench's
-    /// sets whose effect the dictionary lacks, run unknown.
+    /// |z| of an effect's column times something else beyond which the effect has not the shape of
+    /// what is there. Tuned on the own bench's sets whose effect the dictionary lacks, run unknown.
     pub const SHAPE: f64 = 5.5;
     /// Share of the gain in χ² that comes on top of it. As above.
     pub const SHAPE_TOLERANCE: f64 = 0.006;
@@ -165,8 +166,8 @@ pub mod detect {
     /// Mean squares that exceed those of clean runs by less than this factor are no disturbance:
     /// runs differ. Tuned on the own bench, run unknown.
     pub const DISTURBANCE: f64 = 1.5;
-    /// |z| of a difference between two handfuls of runs that chance does not make. Tuned on the own bench, run unknown; Student's t of some
-    /// twelve runs is beyond it once in 500.
+    /// |z| of a difference between two handfuls of runs that chance does not make. Tuned on the own
+    /// bench, run unknown; Student's t of some twelve runs is beyond it once in 500.
     pub const DISTURBANCE_Z: f64 = 4.0;
     /// Residuals beyond this many standard deviations of clean runs count as this many: one stray
     /// row is no disturbance. Chosen.

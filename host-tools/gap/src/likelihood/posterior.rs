@@ -57,8 +57,8 @@ impl Posterior {
         Self { none, something_else, effects }
     }
 
-    /// Whether something is new, and if so the smallest set of causes that is sure, with the effects
-    /// that are in it. Where something else may be it, no name.
+    /// Whether something is new, and if so the smallest set of causes that is sure, with the
+    /// effects that are in it. Where something else may be it, no name.
     pub fn verdict(&self) -> (Verdict, Vec<&Cause>) {
         if self.none > 1.0 - SURE {
             return (Verdict::None, Vec::new());

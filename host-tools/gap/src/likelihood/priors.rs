@@ -108,9 +108,10 @@ pub const DELAY_STEPS: f64 = 6.0;
 
 /// Relabelled sets of the gate, at least. Derived: a share of 2 % is then known to half a percent.
 pub const RELABELLED: usize = 999;
-/// How much of a cause may differ between runs alike, standard deviations of the noise. Chosen: half
-/// decades up to what dwarfs any effect.
+/// How much of a cause may differ between runs alike, standard deviations of the noise. Chosen:
+/// half decades up to what dwarfs any effect.
 pub const BETWEEN_RUNS: [f64; 6] = [0.0, 0.03, 0.1, 0.3, 1.0, 3.0];
 /// Least information of clean runs about an effect, as a share of the field's, for labels to mean
-/// anything. Chosen: a column that clean runs lack has none, and one that barely varies next to none.
+/// anything. Chosen: a column that clean runs lack has none, and one that barely varies next to
+/// none.
 pub const LEAST_SHOWN: f64 = 1e-3;
