@@ -17,6 +17,8 @@ pub struct Header {
 }
 
 /// Where rows come from.
+// Without that feature tables of columns are never read, and take no room.
+#[cfg_attr(not(feature = "every-format"), allow(clippy::large_enum_variant))]
 pub(super) enum From {
     Text(Source),
     Columns(Columnar),
