@@ -21,7 +21,7 @@ const TOLD_STD: f64 = 0.05;
 /// Arguments of `gmr node`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  gmr node --robot robot.toml --coeffs coefficients.toml\n  gmr node --robot robot.toml --coeffs coefficients.toml --replay run.mcap \
+    after_help = "Examples:\n  gmr node --robot robot.toml --coeffs coefficients.toml\n  gmr node --robot robot.toml --coeffs coefficients.toml --replay run.csv \
     --speed 10\n  gmr node --robot robot.toml --replay run.csv --no-ros --speed max --json"
 )]
 pub struct Arguments {
