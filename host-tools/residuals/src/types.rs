@@ -169,7 +169,7 @@ pub struct Round {
 }
 
 /// What a candidate's search and its further columns gain by chance, in variances of what scatters.
-pub fn penalty(candidate: &Candidate) -> f64 {
+pub(crate) fn penalty(candidate: &Candidate) -> f64 {
     let single = candidate.regressors.iter().any(|regressor| regressor.run().is_some());
     let further = candidate.regressors.len().saturating_sub(1) as f64;
     candidate.search + if single { 0.0 } else { COLUMN_PENALTY * further }

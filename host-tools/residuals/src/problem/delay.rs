@@ -15,7 +15,7 @@ impl Problem<'_> {
     /// looks as if it were early, and between rows the power is interpolated, which leaves a hollow
     /// about every row. So they begin where a grid finds the least; but not within a sample of none
     /// at all: a delay of part of a row smooths the power as well, and would be named for that.
-    pub fn fit_delay(&self, state: &State, (low, high): (f64, f64)) -> Option<Fitted> {
+    pub(crate) fn fit_delay(&self, state: &State, (low, high): (f64, f64)) -> Option<Fitted> {
         let from = |start: f64| self.fit(state, &[(Regressor::Delay, start)], MOST_FIT_STEPS);
         let near = from(0.0)?;
         let sample = self.twin.runs.step.period_s();
@@ -35,7 +35,7 @@ impl Problem<'_> {
     /// where the power is smoother than the base says, that alone is worth a name. About its least
     /// a loss is quadratic, and what being late gains is a quarter of what the delay is better than
     /// its opposite. Beyond a sample it counts whole: the loss is quadratic no longer there.
-    pub fn loss_as_delay(&self, state: &State, fitted: &Fitted) -> f64 {
+    pub(crate) fn loss_as_delay(&self, state: &State, fitted: &Fitted) -> f64 {
         let mut opposite = fitted.state.clone();
         match opposite.effects.last_mut() {
             Some((Regressor::Delay, delay)) if delay.abs() < self.twin.runs.step.period_s() => {

@@ -63,7 +63,7 @@ impl Problem<'_> {
 
     /// Where along a regressor a fit is to start: the coefficient with the least loss, where that
     /// is less than without the regressor.
-    pub fn best_start(
+    pub(crate) fn best_start(
         &self,
         state: &State,
         regressor: &Regressor,
@@ -163,7 +163,7 @@ impl Problem<'_> {
 
     /// How many times greater the variance of the last `count` coefficients is by what runs
     /// disagree than by the equations; at least 1.
-    pub fn disagreement(&self, fitted: &Fitted, count: usize) -> f64 {
+    pub(crate) fn disagreement(&self, fitted: &Fitted, count: usize) -> f64 {
         let (own, formal) = (self.covariance(fitted).diagonal(), fitted.covariance.diagonal());
         let pairs = own.iter().rev().zip(formal.iter().rev()).take(count);
         pairs.map(|(own, formal)| own / formal.max(1e-300)).fold(1.0, f64::max)

@@ -16,12 +16,12 @@ pub struct Score {
     /// Its standard error, by the scatter of what is left.
     pub std_err: f64,
     /// Its coefficient per standard error.
-    pub z: f64,
+    pub(crate) z: f64,
     /// Share of the column that base and effects leave.
-    pub share: f64,
+    pub(crate) share: f64,
     /// 1 where what is left scatters along the column as noise does, more where it scatters more:
     /// there a gain in χ² means less.
-    pub variance_inflation: f64,
+    pub(crate) variance_inflation: f64,
 }
 
 /// The problem about a state, base, discrepancy and effects moving along with whatever is scored.
@@ -32,19 +32,19 @@ pub struct Linear<'a> {
     pub(super) first: usize,
     pub(super) panel: Panel<'a>,
     /// Of all columns of the panel, over all runs.
-    pub products: DMatrix<f64>,
+    pub(crate) products: DMatrix<f64>,
     /// The equations of base, discrepancy and effects.
-    pub factored: Factored,
+    pub(crate) factored: Factored,
 }
 
 impl Linear<'_> {
     /// Columns after base, discrepancy and effects: further regressors, then signals.
-    pub fn further(&self) -> usize {
+    pub(crate) fn further(&self) -> usize {
         self.products.ncols() - 1 - self.first
     }
 
     /// Place of a further column in the panel.
-    pub fn place(&self, further: usize) -> usize {
+    pub(crate) fn place(&self, further: usize) -> usize {
         self.first + further
     }
 

@@ -73,20 +73,20 @@ impl Problem<'_> {
     /// What a candidate's search and its further columns cost, in χ² that counts in variances of
     /// the noise: by chance they gain as many times more as clean runs show [beyond
     /// noise](Self::misfit).
-    pub fn price(&self, candidate: &Candidate) -> f64 {
+    pub(crate) fn price(&self, candidate: &Candidate) -> f64 {
         self.misfit * penalty(candidate)
     }
 
     /// As [`price`](Self::price) when a run is left out: what was searched for in that run costs
     /// nothing.
-    pub fn price_without(&self, candidate: &Candidate, run: usize) -> f64 {
+    pub(crate) fn price_without(&self, candidate: &Candidate, run: usize) -> f64 {
         let regressors = &candidate.regressors;
         let there = regressors.iter().filter(|regressor| regressor.run() == Some(run)).count() as f64;
         self.price(candidate) * (1.0 - there / regressors.len().max(1) as f64)
     }
 
     /// Columns that always move along with the base: the discrepancy, and the effects of a state.
-    pub fn active(&self, state: &State) -> Range<usize> {
+    pub(crate) fn active(&self, state: &State) -> Range<usize> {
         self.base..self.first_further(state)
     }
 
@@ -97,7 +97,7 @@ impl Problem<'_> {
 
     /// Columns of the base, the discrepancy, a state's effects, further regressors, and whitened
     /// signals.
-    pub fn panel(&self, state: &State, further: &[Regressor], signals: &[Signal]) -> Panel<'_> {
+    pub(crate) fn panel(&self, state: &State, further: &[Regressor], signals: &[Signal]) -> Panel<'_> {
         let mut regressors: Vec<Regressor> =
             state.effects.iter().map(|(regressor, _)| regressor.clone()).collect();
         regressors.extend_from_slice(further);
@@ -111,7 +111,7 @@ impl Problem<'_> {
 
     /// The equations of the base and some columns of a panel about a state, by the panel's
     /// products.
-    pub fn factored(
+    pub(crate) fn factored(
         &self,
         products: &DMatrix<f64>,
         state: &State,
@@ -141,7 +141,7 @@ impl Problem<'_> {
     /// The greatest [`Score::variance_inflation`](linear::Score) of regressors that were added to a
     /// state and fitted; 1 where there is none. It is told by what the fit leaves: a step at times
     /// of its own is no smooth function, and would be taken for its own noise.
-    pub fn variance_inflation(&self, state: &State, regressors: &[Regressor], fitted: &State) -> f64 {
+    pub(crate) fn variance_inflation(&self, state: &State, regressors: &[Regressor], fitted: &State) -> f64 {
         let Some(linear) = self.linear(state, regressors, &[]) else { return 1.0 };
         let noise = match self.left_smoothly(fitted) {
             Some(left) => Noise { left, ..self.noise.clone() },

@@ -11,7 +11,7 @@ use crate::twin::State;
 
 /// What the search for a step's own time in one of so many runs costs, in χ²: which runs have one
 /// was chosen, too.
-pub fn cost_of_a_time(runs: usize) -> f64 {
+pub(crate) fn cost_of_a_time(runs: usize) -> f64 {
     TIME_PENALTY + 2.0 * (runs as f64).ln()
 }
 
