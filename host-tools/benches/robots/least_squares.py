@@ -37,26 +37,27 @@ class Rows:
 
 
 class Slip:
-    """The turn's state s, −1 to 1:  s ← (c λ s + T Δ) / (c λ + T √((c v)² + Δ² + r²)), r being the dead band; for c = 0 the sign of the turn Δ."""
+    """The turn's state s, −1 to 1:  s ← (c λ s + T Δ) / (c λ + T √((c v)² + Δ² + r²)), r being the dead band where it is 0; for c = 0 the sign
+    of the turn Δ."""
 
     def __init__(self, difference, mean, period, starts, dead_band):
         self.parts = (difference, mean, dead_band, period, starts)
         self.sign = np.where(np.abs(difference) > dead_band, np.sign(difference), 0.0)
         self.kept, self.keep = {}, None
 
-    def at(self, c, relaxation):
+    def at(self, c, relaxation, rest):
         if c == 0.0:
             return self.sign
-        key = (c, relaxation)
+        key = (c, relaxation, rest)
         if key not in self.kept:
             if len(self.kept) > 8:
                 self.kept.clear()
-            self.kept[key] = self.walk(c, c * relaxation)
+            self.kept[key] = self.walk(c, c * relaxation, rest)
         return self.kept[key]
 
-    def walk(self, c, e):
+    def walk(self, c, e, rest):
         difference, mean, dead_band, period, starts = self.parts
-        ease = 1.0 / (e + period * np.sqrt((c * mean) ** 2 + difference ** 2 + dead_band ** 2))
+        ease = 1.0 / (e + period * np.sqrt((c * mean) ** 2 + difference ** 2 + (rest or dead_band) ** 2))
         out = steps(e, period * difference, ease, starts)
         return out if self.keep is None else out[self.keep]
 
@@ -139,10 +140,11 @@ def read(logs, robot, masses, delay=0.0, with_gyro=False):
 # Name of a coefficient: scale of a random start.
 SCALES = {
     "coulomb": 1.0, "rolling": 0.02, "viscous": 0.2, "rotor_inertia": 0.5, "inertia_gain": 1.0, "winding_loss": 0.03, "scrub": 0.5,
-    "imbalance": 0.3, "half_slip": 0.1, "relaxation": 1.0, "true_slip": 0.3,
+    "imbalance": 0.3, "half_slip": 0.1, "relaxation": 1.0, "rest": 0.05, "true_slip": 0.3, "gear_loss": 0.1,
+    "bridge_drop": 0.1,
 }
 # What the file calls otherwise.
-NAMES = {"slip_relaxation_rad": "relaxation", "power_delay_s": "delay_s", "true_slip_s_rad": "true_slip"}
+NAMES = {"slip_relaxation_rad": "relaxation", "slip_rest_rad_s": "rest", "power_delay_s": "delay_s", "true_slip_s_rad": "true_slip"}
 # Not fitted here: taken as `gmr fit` found it.
 DELAY = "delay_s"
 # Turn rate by a gyro, counter-clockwise, rad/s.
@@ -152,15 +154,17 @@ YAW_RATE = "yaw_rate_rad_s"
 def model(q, rows, regenerates):
     """Power, W, of coefficients by name."""
     g = q.get
-    turn = rows.slip.at(g("half_slip", 0.0), g("relaxation", 0.0))
+    turn = rows.slip.at(g("half_slip", 0.0), g("relaxation", 0.0), g("rest", 0.0))
     if "true_slip" in q:
         turn = turn + q["true_slip"] * rows.true_slip
     moving = rows.direction != 0.0
     m = rows.mass[:, None]
-    torque = ((g("coulomb", 0.0) + g("imbalance", 0.0) * rows.lateral + g("rolling", 0.0) * m) * rows.direction
+    load = m * (g("rolling", 0.0) * rows.direction + g("inertia_gain", 0.0) * rows.inertial
+                + g("scrub", 0.0) * turn[:, None] * rows.lateral * moving)
+    torque = ((g("coulomb", 0.0) + g("imbalance", 0.0) * rows.lateral) * rows.direction
               + g("viscous", 0.0) * rows.speed + g("rotor_inertia", 0.0) * rows.acceleration
-              + m * (g("inertia_gain", 0.0) * rows.inertial + g("scrub", 0.0) * turn[:, None] * rows.lateral * moving))
-    power = torque * rows.speed + g("winding_loss", 0.0) * torque ** 2
+              + load + g("gear_loss", 0.0) * np.abs(load) * rows.direction)
+    power = torque * rows.speed + g("winding_loss", 0.0) * torque ** 2 + g("bridge_drop", 0.0) * np.abs(torque)
     if not regenerates:
         power = np.maximum(power, 0.0)
     return power.sum(axis=1)
