@@ -91,14 +91,14 @@ impl Sums {
         others.unscaled(&others.inverse) * &self.pull
     }
 
-    /// The score by the fit without these rows.
-    fn unseen_score(&self, whole: &DMatrix<f64>) -> f64 {
-        self.score + self.leverage.dot(&self.left_out(whole))
+    /// The score by parameters that have moved.
+    fn score_after(&self, moved: &DVector<f64>) -> f64 {
+        self.score + self.leverage.dot(moved)
     }
 
-    /// The error of the energy by the fit without these rows, in rows of W.
-    fn unseen_error(&self, whole: &DMatrix<f64>) -> f64 {
-        self.error + self.along.dot(&self.left_out(whole))
+    /// The error of the energy likewise, in rows of W.
+    fn error_after(&self, moved: &DVector<f64>) -> f64 {
+        self.error + self.along.dot(moved)
     }
 }
 
@@ -137,19 +137,22 @@ pub(super) fn lasting_errors(
 ) -> Lasting {
     let parts = parts(dataset, model, weights, gradient, noise);
     let Some(first) = parts.values().next() else { return Lasting { mass_w: 0.0, energy_w: 0.0 } };
-    let mut whole = Sums::new(first.pull.len());
-    let (mut halves, mut kinds) = (BTreeMap::new(), BTreeMap::new());
+    let none = || Sums::new(first.pull.len());
+    let (mut whole, mut halves) = (none(), BTreeMap::new());
+    let (mut kinds, mut kinds_of_runs) = (BTreeMap::new(), BTreeMap::new());
     for (&Place { run, half, kind }, part) in &parts {
         whole.merge(part);
-        halves.entry((run, half)).or_insert_with(|| Sums::new(part.pull.len())).merge(part);
+        halves.entry((run, half)).or_insert_with(none).merge(part);
         for pair in PAIRS {
-            let own = kinds.entry((pair, run, kind & pair));
-            own.or_insert_with(|| Sums::new(part.pull.len())).merge(part);
+            let kind = (pair, kind & pair);
+            kinds.entry(kind).or_insert_with(none).merge(part);
+            kinds_of_runs.entry((kind, run)).or_insert_with(none).merge(part);
         }
     }
+    let whole = &whole.normal;
     let density = noise.density / dataset.store_period_s();
-    let stray = |window: &Sums| Stray {
-        square: window.unseen_score(&whole.normal).powi(2),
+    let stray = |window: &Sums, moved: &DVector<f64>| Stray {
+        square: window.score_after(moved).powi(2),
         expected: density * window.information,
         lasting: window.slope * window.slope,
     };
@@ -158,16 +161,20 @@ pub(super) fn lasting_errors(
     let windows = pairs.map(|pair| {
         let mut window = pair[0].1.clone();
         window.merge(&pair[1].1);
-        stray(&window)
+        stray(&window, &window.left_out(whole))
     });
-    let of_energy = |kind: &Sums| Stray {
-        square: kind.unseen_error(&whole.normal).powi(2),
+    let of_energy = |kind: &Sums, moved: &DVector<f64>| Stray {
+        square: kind.error_after(moved).powi(2),
         expected: density * kind.rows,
         lasting: kind.moving * kind.moving,
     };
-    let of_pair = |pair: u8, stray: &dyn Fn(&Sums) -> Stray| {
-        let own = kinds.iter().filter(|((told_by, ..), _)| *told_by == pair);
-        constant(own.map(|(_, sums)| stray(sums)).collect(), 1.0)
+    // No run has shown the kind: a task may be of one that none of the training was.
+    let moved: BTreeMap<(u8, u8), DVector<f64>> =
+        kinds.iter().map(|(kind, sums)| (*kind, sums.left_out(whole))).collect();
+    let of_pair = |pair: u8, stray: &dyn Fn(&Sums, &DVector<f64>) -> Stray| {
+        let own = kinds_of_runs.iter().filter(|((kind, _), _)| kind.0 == pair);
+        let strays = own.filter_map(|((kind, _), sums)| Some(stray(sums, moved.get(kind)?)));
+        constant(strays.collect(), 1.0)
     };
     // Each half is in two windows.
     let of_windows = constant(windows.collect(), 0.5);
@@ -302,9 +309,10 @@ mod tests {
                 expected += slope * (y - x.dot(&others));
                 error += y - x.dot(&others);
             }
-            let found = sums.unseen_score(&whole);
+            let moved = sums.left_out(&whole);
+            let found = sums.score_after(&moved);
             assert!((found - expected).abs() < 1e-9 * expected.abs().max(1.0), "{found} {expected}");
-            let found = sums.unseen_error(&whole);
+            let found = sums.error_after(&moved);
             assert!((found - error).abs() < 1e-9 * error.abs().max(1.0), "{found} {error}");
         }
     }
