@@ -38,9 +38,10 @@
 //! | 116 | delay of the power behind the speeds, s |
 //! | 120 | loss of the gear by what passes it |
 //! | 124 | slip memory: difference of the sides that is hardly a turn, rad/s; 0 for the dead band |
-//! | 128 | 8 bytes, 0 |
+//! | 128 | drop of the bridge over the motor's constant, rad/s |
+//! | 132 | 4 bytes, 0 |
 //!
-//! Firmware from before the last two takes an image in which they are 0, and refuses others.
+//! Firmware from before the last three takes an image in which they are 0, and refuses others.
 //!
 //! A column's id and "which" are a byte each, its coefficient and shape in single precision. Ids
 //! never change their meaning; "which" and shape are 0 where nothing is said of them:
@@ -442,12 +443,11 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
     /// What version 3 has beyond the first, in its order.
     fn traits(&self) -> [T; TRAITS] {
         let Conditioning { slip, delay, .. } = self.robot.conditioning;
-        let (imbalance, gear_loss) = match &self.model {
-            Model::Signed { torque, .. } => (torque.imbalance, torque.gear_loss),
-            Model::Eq18 { .. } => (T::ZERO, T::ZERO),
+        let TorqueModel { imbalance, gear_loss, bridge_drop, .. } = match &self.model {
+            Model::Signed { torque, .. } => *torque,
+            Model::Eq18 { .. } => TorqueModel::default(),
         };
-        let zero = T::ZERO;
-        [imbalance, slip.half_slip, slip.relaxation, delay, gear_loss, slip.rest, zero, zero]
+        [imbalance, slip.half_slip, slip.relaxation, delay, gear_loss, slip.rest, bridge_drop, T::ZERO]
     }
 
     /// Reads an image back.
@@ -516,18 +516,19 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
                     1 => Drive::Regenerative,
                     _ => return Err(DecodeError::Field("drive")),
                 };
-                let [imbalance, _, _, _, gear_loss, ..] = traits;
-                let torque = TorqueModel { imbalance, gear_loss, ..TorqueModel::from_array(parameters) };
+                let [imbalance, _, _, _, gear_loss, _, bridge_drop, _] = traits;
+                let torque =
+                    TorqueModel { imbalance, gear_loss, bridge_drop, ..TorqueModel::from_array(parameters) };
                 Model::Signed { torque, drive }
             }
             found => return Err(DecodeError::UnknownModel { found }),
         };
-        let [_, half_slip, relaxation, delay, _, rest, unknown @ ..] = traits;
+        let [_, half_slip, relaxation, delay, _, rest, _, unknown] = traits;
         let slip = SlipMemory { half_slip, relaxation, rest };
         let conditioning = Conditioning { slip, delay, true_slip: T::ZERO };
         // One image for the same coefficients: without traits it is of an older version.
         let is_canonical = version != VERSION_WITH_TRAITS || traits.iter().any(|value| *value != T::ZERO);
-        let is_known = unknown.iter().all(|value| *value == T::ZERO);
+        let is_known = unknown == T::ZERO;
         if !(model.is_sound() && conditioning.is_sound() && is_canonical && is_known) {
             return Err(DecodeError::Field("coefficients"));
         }

@@ -155,7 +155,8 @@ impl<T: Real> Model<T> {
             Model::Eq18 { beta, .. } => sound(beta),
             Model::Signed { torque, .. } => {
                 let is_a_share = torque.gear_loss >= T::ZERO && torque.gear_loss < T::ONE;
-                sound(&torque.to_array()) && torque.imbalance.is_finite() && is_a_share
+                let is_sound = sound(&torque.to_array()) && sound(&[torque.bridge_drop]);
+                is_sound && torque.imbalance.is_finite() && is_a_share
             }
         }
     }

@@ -62,6 +62,9 @@ pub trait Real:
     /// Neither infinite nor NaN.
     fn is_finite(self) -> bool;
 
+    /// |x| with the sign of `sign`.
+    fn copysign(self, sign: Self) -> Self;
+
     /// The larger; `self` where `other` is NaN.
     #[inline]
     fn at_least(self, other: Self) -> Self {
@@ -166,6 +169,10 @@ macro_rules! real {
             #[inline]
             fn is_finite(self) -> bool {
                 <$scalar>::is_finite(self)
+            }
+            #[inline]
+            fn copysign(self, sign: Self) -> Self {
+                <$scalar>::copysign(self, sign)
             }
             #[inline]
             fn least(self, other: Self) -> Self {

@@ -17,6 +17,9 @@
 //! while the wheel drives it, as the inner wheels of a turn and all wheels in braking do. g4 alone
 //! has the one direction and errs by twice e in the other. L is in proportion to the mass, so its
 //! sign does not depend on it, and the power stays quadratic in the mass.
+//!
+//! A bridge takes a voltage of its own from whatever current passes it, so P gains δ |τ|: the drop
+//! over the motor's constant at the wheel is a speed, by which the wheel seems to turn faster.
 
 use crate::eq18::REGRESSORS;
 use crate::motion::{Motion, Wheel};
@@ -57,6 +60,39 @@ pub struct TorqueModel<T> {
     pub imbalance: T,
     /// e: share of what passes the gear that it takes, in either direction; below 1, dimensionless.
     pub gear_loss: T,
+    /// δ: voltage that the bridge takes over the motor's constant at the wheel, V / (V·s/rad) =
+    /// W/(N·m) = rad/s.
+    pub bridge_drop: T,
+}
+
+/// What a drive draws for its torque: τ w + κ τ² + δ |τ|.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Draw<T> {
+    /// κ: winding loss, W/(N·m)².
+    pub winding_loss: T,
+    /// δ: drop of the bridge, rad/s.
+    pub bridge_drop: T,
+}
+
+impl<T: Real> Draw<T> {
+    /// Power of a wheel that turns at `speed` (rad/s) with `torque` (N·m), W, before any clamp.
+    #[inline(always)]
+    pub fn power(&self, speed: T, torque: T) -> T {
+        torque * (self.apparent(speed, torque) + self.winding_loss * torque)
+    }
+
+    /// By how much that grows with the torque, W/(N·m).
+    #[inline(always)]
+    pub fn slope(&self, speed: T, torque: T) -> T {
+        let loss = self.winding_loss * torque;
+        self.apparent(speed, torque) + loss + loss
+    }
+
+    /// w + δ sgn τ, rad/s.
+    #[inline(always)]
+    fn apparent(&self, speed: T, torque: T) -> T {
+        speed + self.bridge_drop.copysign(torque)
+    }
 }
 
 /// Whether the drive can feed power back into the supply.
@@ -79,15 +115,15 @@ pub struct WheelPower<T> {
 
 impl<T: Real> WheelPower<T> {
     /// Of a wheel whose torque is `torque` (N·m) at the reference mass and grows by `per_kg`
-    /// (N·m/kg), its winding loss being `winding_loss` (W/(N·m)²), for masses up to `reach` (kg)
-    /// from the reference.
+    /// (N·m/kg), for masses up to `reach` (kg) from the reference. The bridge's drop has the
+    /// torque's direction there: where another mass turns it round, the drive brakes, which a
+    /// dissipative one may clamp.
     #[inline(always)]
-    pub(crate) fn new(wheel: &Wheel<T>, torque: T, per_kg: T, winding_loss: T, reach: T) -> Self {
-        let loss = winding_loss * torque;
+    pub(crate) fn new(wheel: &Wheel<T>, torque: T, per_kg: T, draw: &Draw<T>, reach: T) -> Self {
         let polynomial = Polynomial {
-            a: winding_loss * per_kg * per_kg,
-            b: per_kg * (wheel.speed + loss + loss),
-            c: torque * (wheel.speed + loss),
+            a: draw.winding_loss * per_kg * per_kg,
+            b: per_kg * draw.slope(wheel.speed, torque),
+            c: draw.power(wheel.speed, torque),
         };
         // Torque is linear in the mass: its least along the motion is at one end of the range.
         let least = torque * wheel.direction - (per_kg * reach).abs();
@@ -102,7 +138,8 @@ impl<T: Real> WheelPower<T> {
 }
 
 impl<T: Real> TorqueModel<T> {
-    /// In the order of the fields, both sides being alike, the gear without a loss of its own.
+    /// In the order of the fields, both sides being alike, gear and bridge without a loss of their
+    /// own.
     pub fn from_array(values: [T; PARAMETERS]) -> Self {
         let [coulomb, rolling, viscous, rotor_inertia, inertia_gain, winding_loss, scrub] = values;
         Self {
@@ -115,14 +152,15 @@ impl<T: Real> TorqueModel<T> {
             scrub,
             imbalance: T::ZERO,
             gear_loss: T::ZERO,
+            bridge_drop: T::ZERO,
         }
     }
 
-    /// The same imbalance of the sides and loss of the gear with these values, in the order of the
-    /// fields.
+    /// The same sides, gear and bridge with these values, in the order of the fields.
     #[must_use]
     pub fn with_array(self, values: [T; PARAMETERS]) -> Self {
-        Self { imbalance: self.imbalance, gear_loss: self.gear_loss, ..Self::from_array(values) }
+        let Self { imbalance, gear_loss, bridge_drop, .. } = self;
+        Self { imbalance, gear_loss, bridge_drop, ..Self::from_array(values) }
     }
 
     /// What both sides share, in the order of the fields.
@@ -220,11 +258,16 @@ impl<T: Real> TorqueModel<T> {
         [fixed, self.load_per_kg(wheel)]
     }
 
+    /// What a torque draws.
+    #[inline(always)]
+    pub fn draw(&self) -> Draw<T> {
+        Draw { winding_loss: self.winding_loss, bridge_drop: self.bridge_drop }
+    }
+
     /// The power of one wheel in W at a total mass in kg, before any clamp.
     #[inline]
     pub fn wheel_power(&self, wheel: &Wheel<T>, mass: T) -> T {
-        let torque = self.torque(wheel, mass);
-        torque * (wheel.speed + self.winding_loss * torque)
+        self.draw().power(wheel.speed, self.torque(wheel, mass))
     }
 
     /// The power of one wheel as a polynomial of d = m − `reference`, |d| ≤ `reach` being the
@@ -233,11 +276,11 @@ impl<T: Real> TorqueModel<T> {
     pub fn polynomial(&self, wheel: &Wheel<T>, reference: T, reach: T) -> WheelPower<T> {
         let [fixed, per_kg] = self.parts(wheel);
         let torque = fixed + reference * per_kg;
-        WheelPower::new(wheel, torque, per_kg, self.winding_loss, reach)
+        WheelPower::new(wheel, torque, per_kg, &self.draw(), reach)
     }
 
     /// β_0 … β_14 of the ungated Eq. 18 ([`crate::eq18::Gate::Signed`]) that equal this model
-    /// away from the clamp; scrub, imbalance and loss of the gear apart.
+    /// away from the clamp; scrub, imbalance and losses of gear and bridge apart.
     pub fn expand(&self) -> [T; REGRESSORS] {
         let [a0, a1, g2, g3, g4, k, _] = self.to_array();
         let two = T::TWO;
@@ -291,6 +334,7 @@ impl<T: Real> TorqueModel<T> {
         TorqueModel {
             imbalance: number(self.imbalance),
             gear_loss: number(self.gear_loss),
+            bridge_drop: number(self.bridge_drop),
             ..TorqueModel::from_array(self.to_array().map(number))
         }
     }

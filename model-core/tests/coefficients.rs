@@ -393,30 +393,36 @@ fn with_traits(columns: &[Column<f32>]) -> Coefficients<f32, 2> {
             conditioning: Conditioning { slip, delay: -0.25, ..Conditioning::PLAIN },
             ..found.robot
         },
-        model: Model::Signed { torque: TorqueModel { imbalance: -0.02, gear_loss: 0.09, ..torque }, drive },
+        model: Model::Signed {
+            torque: TorqueModel { imbalance: -0.02, gear_loss: 0.09, bridge_drop: 0.2, ..torque },
+            drive,
+        },
         ..found
     }
 }
 
-/// Sides, gear, slip memory and delay come back one by one and together, with effects and without;
+/// Sides, gear, bridge, slip memory and delay come back one by one and together, with effects and without;
 /// images without them stay what they were.
 #[test]
 fn every_trait_comes_back() {
     let all = with_traits(&[]);
     let with = |slip, delay, own| {
         let Model::Signed { torque, drive } = all.model else { panic!("signed") };
-        let (imbalance, gear_loss) = if own { (torque.imbalance, torque.gear_loss) } else { (0.0, 0.0) };
+        let torque = if own { torque } else { TorqueModel::from_array(torque.to_array()) };
         Coefficients {
             robot: Robot { conditioning: Conditioning { slip, delay, ..Conditioning::PLAIN }, ..all.robot },
-            model: Model::Signed { torque: TorqueModel { imbalance, gear_loss, ..torque }, drive },
+            model: Model::Signed { torque, drive },
             ..all
         }
     };
     let slip = |half_slip, relaxation| SlipMemory { half_slip, relaxation, ..SlipMemory::OFF };
-    let geared = |gear_loss| {
+    let losing = |gear_loss, bridge_drop| {
         let plain = with(SlipMemory::OFF, 0.0, false);
         let Model::Signed { torque, drive } = plain.model else { panic!("signed") };
-        Coefficients { model: Model::Signed { torque: TorqueModel { gear_loss, ..torque }, drive }, ..plain }
+        Coefficients {
+            model: Model::Signed { torque: TorqueModel { gear_loss, bridge_drop, ..torque }, drive },
+            ..plain
+        }
     };
     for single in [
         with(SlipMemory::OFF, 0.0, true),
@@ -424,7 +430,8 @@ fn every_trait_comes_back() {
         with(slip(0.0, 2.0), 0.0, false),
         with(SlipMemory::OFF, 0.3, false),
         with(SlipMemory { rest: 0.1, ..slip(0.5, 0.0) }, 0.0, false),
-        geared(0.25),
+        losing(0.25, 0.0),
+        losing(0.0, 0.14),
         all,
         with_traits(&columns_of(&[Cause::Hot, Cause::Delay])),
     ] {
@@ -437,9 +444,9 @@ fn every_trait_comes_back() {
         assert_eq!(double.encode().unwrap(), image);
     }
     assert_eq!(with(SlipMemory::OFF, 0.0, false).encode().unwrap().as_bytes()[4], 1);
-    // A gear that takes all of its load, or gives some beside, is none.
-    for none in [1.0, -0.1] {
-        let image = geared(none).encode().unwrap();
+    // A gear that takes all of its load, or gives some beside, is none; a bridge that gives is none.
+    for none in [losing(1.0, 0.0), losing(-0.1, 0.0), losing(0.0, -0.1)] {
+        let image = none.encode().unwrap();
         assert_eq!(Coefficients::<f32, 2>::decode(image.as_bytes()), Err(DecodeError::Field("coefficients")));
     }
     // Less than single precision holds is nothing.

@@ -41,7 +41,8 @@ proptest! {
             viscous: torque.viscous / (c * c),
             rotor_inertia: torque.rotor_inertia / (c * c),
             inertia_gain: torque.inertia_gain / (c * c),
-            winding_loss: torque.winding_loss * c * c, scrub: 0.0, imbalance: 0.0, gear_loss: torque.gear_loss
+            winding_loss: torque.winding_loss * c * c, scrub: 0.0, imbalance: 0.0, gear_loss: torque.gear_loss,
+            bridge_drop: c * torque.bridge_drop,
         };
         let rescaled = Wheel {
             speed: c * wheel.speed,

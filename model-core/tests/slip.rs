@@ -9,7 +9,7 @@ use model_core::conditioning::Conditioning;
 use model_core::estimator::{Conditioned, Conditioner, Sample};
 use model_core::kinematics::Kinematics;
 use model_core::model::Model;
-use model_core::motion::Motion;
+use model_core::motion::{Motion, Wheel};
 use model_core::real::Real;
 use model_core::slip::{Rims, Slip, SlipMemory};
 use model_core::torque::{Drive, TorqueModel};
@@ -100,33 +100,43 @@ proptest! {
 
     /// With mass m the power stays a polynomial of it: the share holds no mass. d is Coulomb torque
     /// on the right, less on the left, whichever way the wheels turn. e is what the gear takes of
-    /// what passes it, whether the motor drives the wheel or the wheel the motor.
+    /// what passes it, whether the motor drives the wheel or the wheel the motor. δ is a speed in the
+    /// direction of the torque, for the polynomial that of the middle mass's.
     #[test]
     fn power_is_still_a_polynomial_of_the_mass(
         torque in torque_model(), scrub in 0.0..0.5_f64, imbalance in -0.5..0.5_f64, share in -1.0..1.0_f64,
-        gear_loss in 0.0..0.7_f64,
+        gear_loss in 0.0..0.7_f64, bridge_drop in 0.0..2.0_f64,
         speed in proptest::array::uniform2(prop_oneof![-9.0..-0.1_f64, 0.1..9.0_f64]), mass in 1.0..6.0_f64,
     ) {
-        let torque = TorqueModel { scrub, imbalance, gear_loss, ..torque };
+        let torque = TorqueModel { scrub, imbalance, gear_loss, bridge_drop, ..torque };
         let matrix = kinematics().mass_matrix(0.064).unwrap();
         let shares = matrix.sides().unwrap().scrub(share);
         let motion = Motion::with_scrub(&speed, &[0.3, -0.4], &shares, &matrix, 0.02);
         let model = Model::Signed { torque, drive: Drive::Regenerative };
-        let expected: f64 = [-1.0, 1.0].iter().zip(&motion.wheels).map(|(side, wheel)| {
+        let torque_of = |side: f64, wheel: &Wheel<f64>, mass: f64| {
             let h = wheel.speed.signum();
             let drive = (torque.coulomb + side * imbalance) * h
                 + torque.viscous * wheel.speed + torque.rotor_inertia * wheel.acceleration;
             let load = mass
                 * (torque.rolling * h + torque.inertia_gain * wheel.inertial_torque + side * scrub * share);
             let drives = load * h > 0.0;
-            let tau = drive + if drives { (1.0 + gear_loss) * load } else { (1.0 - gear_loss) * load };
-            tau * wheel.speed + torque.winding_loss * tau * tau
-        }).sum();
+            drive + if drives { (1.0 + gear_loss) * load } else { (1.0 - gear_loss) * load }
+        };
         let range = common::range();
-        let found = model.response(&motion, &range).polynomial.at(mass - range.middle());
+        // By the direction that the torque has at this mass.
+        let power = |directed_at: f64| -> f64 {
+            let of = |(side, wheel): (&f64, &Wheel<f64>)| {
+                let tau = torque_of(*side, wheel, mass);
+                let dropped = bridge_drop * torque_of(*side, wheel, directed_at).signum();
+                tau * (wheel.speed + dropped) + torque.winding_loss * tau * tau
+            };
+            [-1.0, 1.0].iter().zip(&motion.wheels).map(of).sum()
+        };
+        let (expected, found) = (power(range.middle()), model.response(&motion, &range));
+        let found = found.polynomial.at(mass - range.middle());
         let scale = 1e3 * (1.0 + expected.abs());
         prop_assert!(close(found, expected, scale, 1e-13), "{} {}", found, expected);
-        prop_assert!(close(model.power(&motion, mass).unwrap(), expected, scale, 1e-13));
+        prop_assert!(close(model.power(&motion, mass).unwrap(), power(mass), scale, 1e-13));
     }
 }
 

@@ -6,11 +6,12 @@ use nalgebra::DMatrix;
 use support::error::Result;
 
 use super::{Fit, usable};
+use crate::physical::Own;
 
 impl Fit {
     /// Of the parameters that both sides share. The imbalance may be anything that its own scatter
-    /// allows. The gear's loss is as it was found: the inertia gain makes up for nearly all that it
-    /// might be else, and a model that keeps the loss does not have that scatter.
+    /// allows. The losses of gear and bridge are as they were found: other parameters make up for
+    /// nearly all that they might be else, and a model that keeps them does not have that scatter.
     pub fn shared_covariance(&self) -> DMatrix<f64> {
         let all = &self.uncertainty.covariance;
         let size = match self.kind {
@@ -18,16 +19,33 @@ impl Fit {
             ModelKind::Eq18 | ModelKind::Eq18Published => all.nrows(),
         };
         let shared = all.view((0, 0), (size, size)).into_owned();
-        let gear_loss = match &self.model {
-            Model::Signed { torque, .. } => torque.gear_loss,
-            Model::Eq18 { .. } => 0.0,
+        let losses = match &self.model {
+            Model::Signed { torque, .. } => {
+                let Own { gear_loss, bridge_drop, .. } = Own::of(torque);
+                usize::from(gear_loss) + usize::from(bridge_drop)
+            }
+            Model::Eq18 { .. } => 0,
         };
-        let last = all.nrows() - 1;
-        if gear_loss == 0.0 || all[(last, last)] <= 0.0 {
+        if losses == 0 {
             return shared;
         }
-        let with_gear = all.view((0, last), (size, 1));
-        shared - with_gear * with_gear.transpose() / all[(last, last)]
+        // They come last.
+        let first = all.nrows() - losses;
+        let own = all.view((first, first), (losses, losses)).into_owned();
+        let Some(own) = own.cholesky() else { return shared };
+        let with = all.view((0, first), (size, losses));
+        let Some(half) = own.l().solve_lower_triangular(&with.transpose()) else { return shared };
+        let left = shared - half.transpose() * half;
+        // What cancels leaves rounding: it is made symmetric again.
+        let mut left = (&left + left.transpose()) * 0.5;
+        // What the losses told altogether has no scatter left, but for rounding.
+        for place in 0..size {
+            if left[(place, place)] < 0.0 {
+                left.row_mut(place).fill(0.0);
+                left.column_mut(place).fill(0.0);
+            }
+        }
+        left
     }
 
     /// What is written of it.

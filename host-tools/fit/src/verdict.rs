@@ -143,9 +143,16 @@ pub const IMBALANCE: Description = describe(coefficients::IMBALANCE, STRAIGHT);
 /// What a gear takes of what passes it.
 pub const GEAR_LOSS: Description = describe(coefficients::GEAR_LOSS, BRAKE);
 
+/// What a bridge takes of whatever current passes it.
+pub const BRIDGE_DROP: Description = describe(coefficients::BRIDGE_DROP, ACCELERATE_LOADED);
+
 /// Of the parameter at this place of [`Parameters`](super::physical::Parameters).
 pub fn of_torque(place: usize) -> &'static Description {
-    TORQUE.get(place).unwrap_or(if place == physical::IMBALANCE { &IMBALANCE } else { &GEAR_LOSS })
+    match place {
+        physical::IMBALANCE => &IMBALANCE,
+        physical::GEAR_LOSS => &GEAR_LOSS,
+        _ => TORQUE.get(place).unwrap_or(&BRIDGE_DROP),
+    }
 }
 
 /// β_0 … β_14 of Eq. 18.

@@ -24,6 +24,7 @@ pub(super) const REFERENCE: TorqueModel<f64> = TorqueModel {
     scrub: 0.0,
     imbalance: 0.0,
     gear_loss: 0.0,
+    bridge_drop: 0.0,
 };
 
 pub(super) fn no_change() -> Drift {

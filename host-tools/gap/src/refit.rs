@@ -35,6 +35,7 @@ pub fn asked_for(
     let has = |term: &Term| match term {
         Term::UnequalSides => own.unequal_sides,
         Term::GearLoss => own.gear_loss,
+        Term::BridgeDrop => own.bridge_drop,
         Term::Delay | Term::SlipMemory | Term::TrueSlip => false,
     };
     let terms: Vec<Term> = TERMS.into_iter().filter(|term| !has(term)).collect();
@@ -74,6 +75,7 @@ pub fn words(refit: &[Judged]) -> Vec<String> {
             Term::SlipMemory => "the slip memory of turns",
             Term::UnequalSides => "sides that differ",
             Term::GearLoss => "a gear's loss by what passes it",
+            Term::BridgeDrop => "a bridge's drop",
             Term::TrueSlip => "true slip by the gyro",
         };
         format!(

@@ -222,6 +222,7 @@ fn print_terms(fit: &Answer) {
             }
             (Term::UnequalSides, true) => "unequal sides".to_owned(),
             (Term::GearLoss, true) => "the gear takes a share of what passes it".to_owned(),
+            (Term::BridgeDrop, true) => "the bridge takes a voltage of its own".to_owned(),
             (Term::TrueSlip, true) => {
                 format!("true slip by the gyro: {:.3} of the scrub per rad/s", fit.true_slip_s_rad)
             }
@@ -230,6 +231,7 @@ fn print_terms(fit: &Answer) {
             (Term::SlipMemory, false) => "no slip memory".to_owned(),
             (Term::UnequalSides, false) => "equal sides".to_owned(),
             (Term::GearLoss, false) => "no loss of the gear by what passes it".to_owned(),
+            (Term::BridgeDrop, false) => "no drop of the bridge".to_owned(),
         };
         let error = judged.std_err.map_or("–".to_owned(), |error| format!("{:.1}", 100.0 * error));
         let moves = if judged.gain < 0.0 { "grows" } else { "falls" };

@@ -190,7 +190,8 @@ fn fit_all(warthog: &Path, husky: &Path) {
         assert!(number(&report["r2"]).is_finite() && number(&report["rmse_w"]) > 0.0, "{name}");
         assert_eq!(report["verdict"] == "not-usable", number(&report["r2"]) < 0.0, "{name}: {report}");
         let brings_one = |term: &&Value| {
-            term["taken"] == true && (term["term"] == "unequal-sides" || term["term"] == "gear-loss")
+            let own = ["unequal-sides", "gear-loss", "bridge-drop"];
+            term["taken"] == true && own.iter().any(|own| term["term"] == *own)
         };
         let expected = 7 + report["terms"].as_array().unwrap().iter().filter(brings_one).count();
         assert_eq!(report["parameters"].as_array().unwrap().len(), expected, "{name}: skid steer has scrub");

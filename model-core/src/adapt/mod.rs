@@ -258,15 +258,16 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         let [d, ..] = self.belief.state();
         let mass = self.range.middle() + d * mass_unit;
         let (mut power, mut slopes, mut least) = (T::ZERO, [T::ZERO; STATES], T::INFINITY);
+        let draw = self.torque.draw();
         for wheel in &motion.wheels {
             let [fixed, per_kg] = self.torque.parts(wheel);
             let torque = fixed + mass * per_kg;
-            let own = torque * (wheel.speed + self.torque.winding_loss * torque);
+            let own = draw.power(wheel.speed, torque);
             power += match self.drive {
                 Drive::Dissipative => own.at_least(T::ZERO),
                 Drive::Regenerative => own,
             };
-            let by_torque = wheel.speed + T::TWO * self.torque.winding_loss * torque;
+            let by_torque = draw.slope(wheel.speed, torque);
             let [by_mass, by_rolling, by_scrub] = &mut slopes;
             *by_mass += by_torque * per_kg * mass_unit;
             // What a friction adds passes the gear.
@@ -274,7 +275,7 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
             *by_rolling += by_load * wheel.direction * rolling_unit;
             *by_scrub += by_load * wheel.scrub * scrub_unit;
             let middle = fixed + self.range.middle() * per_kg;
-            let at_most = WheelPower::new(wheel, middle, per_kg, T::ZERO, self.range.reach());
+            let at_most = WheelPower::new(wheel, middle, per_kg, &draw, self.range.reach());
             least = least.at_most(at_most.least);
         }
         let may_clamp = least < T::ZERO && matches!(self.drive, Drive::Dissipative);

@@ -90,13 +90,13 @@ impl<T: Real, const N: usize> Extended<'_, T, N> {
         for (at, wheel, warmth) in self.turning_wheels(motion, scene) {
             let mut torque = self.torque.torque(wheel, scene.mass);
             let gear_input = self.torque.gear_input(wheel);
-            let mut loss = self.torque.winding_loss;
+            let mut draw = self.torque.draw();
             for effect in self.effects {
                 let own = effect.term.torque(&at, wheel, &whole, gear_input, scene);
                 torque += effect.coefficient * own.at(scene.mass);
-                loss += self.winding_loss(effect, warmth);
+                draw.winding_loss += self.winding_loss(effect, warmth);
             }
-            let power = torque * (wheel.speed + loss * torque);
+            let power = draw.power(wheel.speed, torque);
             sum += match self.drive {
                 Drive::Dissipative if power < T::ZERO => returned * power,
                 _ => power,
@@ -165,17 +165,17 @@ impl<T: Real, const N: usize> Extended<'_, T, N> {
         for (power, (at, wheel, warmth)) in powers.iter_mut().zip(wheels) {
             let [mut fixed, mut per_kg] = self.torque.parts(wheel);
             let gear_input = self.torque.gear_input(wheel);
-            let mut loss = self.torque.winding_loss;
+            let mut draw = self.torque.draw();
             for effect in self.effects {
                 let own = effect.term.torque(&at, wheel, &whole, gear_input, scene);
                 let [own_fixed, own_per_kg] = own.tangent(scene.mass);
                 fixed += effect.coefficient * own_fixed;
                 per_kg += effect.coefficient * own_per_kg;
-                loss += self.winding_loss(effect, warmth);
+                draw.winding_loss += self.winding_loss(effect, warmth);
             }
             let torque = fixed + range.middle() * per_kg;
             let WheelPower { polynomial, least } =
-                WheelPower::new(wheel, torque, per_kg, loss, range.reach());
+                WheelPower::new(wheel, torque, per_kg, &draw, range.reach());
             *power = polynomial;
             response.polynomial += polynomial;
             least_of_all = least_of_all.least(least);

@@ -86,6 +86,7 @@ pub(crate) fn servo() -> TorqueModel<f64> {
         scrub: 0.0,
         imbalance: 0.0,
         gear_loss: 0.0,
+        bridge_drop: 0.0,
     }
 }
 
@@ -143,6 +144,7 @@ pub(crate) fn torque_model() -> impl Strategy<Value = TorqueModel<f64>> {
             scrub: 0.0,
             imbalance: 0.0,
             gear_loss: 0.0,
+            bridge_drop: 0.0,
         },
     )
 }

@@ -147,6 +147,7 @@ fn coefficients() -> Option<Coefficients<f32, WHEELS>> {
         scrub: 0.0,
         imbalance: 0.0,
         gear_loss: 0.0,
+        bridge_drop: 0.0,
     };
     Some(Coefficients {
         robot: Robot {

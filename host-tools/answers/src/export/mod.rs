@@ -105,6 +105,12 @@ fn drives_lost<const N: usize>(coefficients: &Coefficients<f64, N>) -> Vec<Lost>
     if torque.gear_loss != 0.0 {
         all.push(lost("gear_loss", format!("{:.3} of what passes the gear, either way", torque.gear_loss)));
     }
+    if torque.bridge_drop != 0.0 {
+        all.push(lost(
+            "bridge_drop",
+            format!("{:.3} W/(N·m) of torque, whichever way it acts", torque.bridge_drop),
+        ));
+    }
     if !coefficients.columns.is_empty() {
         all.push(lost("effects", "what gmr gap added".to_owned()));
     }

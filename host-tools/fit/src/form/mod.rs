@@ -1,5 +1,6 @@
 //! Which further terms the data carry: a delay between speeds and power, the slip memory of a
-//! turn's scrub, unequal sides, a gear's loss by what passes it, true slip by a gyro.
+//! turn's scrub, unequal sides, a gear's loss by what passes it, a bridge's drop, true slip by a
+//! gyro.
 //!
 //! Each is nested: without it the model is as it was. Each has numbers that no least squares can
 //! give, so they are searched for on a grid, then refined. And each is taken only for what it gains

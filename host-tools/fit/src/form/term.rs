@@ -25,16 +25,19 @@ pub enum Term {
     UnequalSides,
     /// The gear takes a share of what passes it, in either direction.
     GearLoss,
+    /// The bridge takes a voltage from whatever current passes it.
+    BridgeDrop,
     /// What the wheels truly slip, by a gyro, adds to the scrub.
     TrueSlip,
 }
 
-/// In the order in which they are asked.
-pub const TERMS: [Term; 4] = [Term::Delay, Term::SlipMemory, Term::UnequalSides, Term::GearLoss];
+/// In the order in which they are asked: the drop last, since it makes up for what else is missing.
+pub const TERMS: [Term; 5] =
+    [Term::Delay, Term::SlipMemory, Term::UnequalSides, Term::GearLoss, Term::BridgeDrop];
 
 /// The same where logs may have a gyro, and whoever uses the fit has one.
-pub const TERMS_WITH_GYRO: [Term; 5] =
-    [Term::Delay, Term::SlipMemory, Term::UnequalSides, Term::GearLoss, Term::TrueSlip];
+pub const TERMS_WITH_GYRO: [Term; 6] =
+    [Term::Delay, Term::SlipMemory, Term::UnequalSides, Term::GearLoss, Term::TrueSlip, Term::BridgeDrop];
 
 /// Delays that are tried lie this far apart, s,
 const DELAY_STEP_S: f64 = 0.05;
@@ -55,8 +58,9 @@ const TRUE_SLIPS: [f64; 6] = [0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
 
 /// Refinements end at this share of the interval between neighbours of the grid.
 const REFINED: f64 = 0.05;
-/// Rounds over the numbers of a term.
-const ROUNDS: usize = 2;
+/// Within which factors the numbers of a slip memory are sought, round by round: neighbours of the
+/// grid are up to four apart, and what is left of one round's steps makes up for another term.
+const MEMORY_WITHIN: [f64; 3] = [4.0, 2.0, 1.3];
 
 impl Term {
     /// What of it has to be found without the block that judges it.
@@ -64,7 +68,7 @@ impl Term {
         match self {
             Self::Delay => Unseen::Numbers,
             Self::SlipMemory if core.scrubs() => Unseen::Numbers,
-            Self::SlipMemory | Self::UnequalSides | Self::GearLoss | Self::TrueSlip => Unseen::Parameters,
+            _ => Unseen::Parameters,
         }
     }
 
@@ -136,13 +140,16 @@ impl Term {
             Self::GearLoss if !form.own.gear_loss => {
                 vec![Form { own: Own { gear_loss: true, ..form.own }, ..*form }]
             }
+            Self::BridgeDrop if !form.own.bridge_drop => {
+                vec![Form { own: Own { bridge_drop: true, ..form.own }, ..*form }]
+            }
             // It adds to the scrub: where there is none its coefficient could not be told from the
             // scrub's.
             Self::TrueSlip if two_sided && (problem.core.scrubs() || !form.conditioning.slip.is_off()) => {
                 let slips = TRUE_SLIPS.into_iter();
                 slips.map(|true_slip| with(Conditioning { true_slip, ..form.conditioning })).collect()
             }
-            Self::SlipMemory | Self::UnequalSides | Self::GearLoss | Self::TrueSlip => Vec::new(),
+            _ => Vec::new(),
         }
     }
 
@@ -164,21 +171,23 @@ impl Term {
         let along = |form: &mut Form, low: f64, high: f64, set: fn(&mut Form, f64)| {
             gaining(form, 0.0, [low, high], set);
         };
+        let later = |form: &mut Form, by: f64| {
+            let at = form.conditioning.delay;
+            along(form, at - by, at + by, |form, delay| form.conditioning.delay = delay);
+        };
         match self {
-            Self::Delay => {
-                let at = form.conditioning.delay;
-                along(&mut form, at - DELAY_STEP_S, at + DELAY_STEP_S, |form, delay| {
-                    form.conditioning.delay = delay;
-                });
-            }
-            // The memory was found beside a gear without loss, which it had to make up for: once
-            // more is enough.
-            Self::SlipMemory | Self::GearLoss if !form.conditioning.slip.is_off() => {
-                let rounds = if self == Self::GearLoss { 1 } else { ROUNDS };
-                for _ in 0..rounds {
+            Self::Delay => later(&mut form, DELAY_STEP_S),
+            // The memory was found beside a gear and a bridge without loss, which it had to make up
+            // for.
+            Self::SlipMemory | Self::GearLoss | Self::BridgeDrop if !form.conditioning.slip.is_off() => {
+                let rounds = if self == Self::SlipMemory { &MEMORY_WITHIN[..] } else { &MEMORY_WITHIN[1..] };
+                for factor in rounds {
+                    // It made up for what the form lacked.
+                    if form.conditioning.delay != 0.0 {
+                        later(&mut form, 0.5 * DELAY_STEP_S);
+                    }
                     let SlipMemory { half_slip, relaxation, rest } = form.conditioning.slip;
-                    // Neighbours of the grid are up to a factor of four apart.
-                    let around = |value: f64| ((value / 4.0).ln(), (value * 4.0).ln());
+                    let around = |value: f64| ((value / factor).ln(), (value * factor).ln());
                     let (low, high) = around(half_slip);
                     along(&mut form, low, high, |form, log| form.conditioning.slip.half_slip = log.exp());
                     let (low, high) = around(relaxation);
@@ -193,7 +202,7 @@ impl Term {
                     });
                 }
             }
-            Self::SlipMemory | Self::GearLoss | Self::UnequalSides => {}
+            Self::SlipMemory | Self::GearLoss | Self::BridgeDrop | Self::UnequalSides => {}
             Self::TrueSlip => {
                 // Neighbours of the grid are a factor of three apart; then to some percent.
                 for factor in [4.0, 1.5] {

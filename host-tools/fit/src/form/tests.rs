@@ -27,6 +27,7 @@ struct Truth {
     late: usize,
     imbalance: f64,
     gear_loss: f64,
+    bridge_drop: f64,
     /// q, s/rad.
     true_slip: f64,
     gyro: Gyroscope,
@@ -98,6 +99,7 @@ fn log(core: &CoreRobot<f64, 2>, truth: Truth, seed: u64) -> Pilots {
     let torque = TorqueModel {
         imbalance: truth.imbalance,
         gear_loss: truth.gear_loss,
+        bridge_drop: truth.bridge_drop,
         ..TorqueModel::from_array([3.0, 0.02, 0.5, 0.1, 1.2, 0.06, 0.25])
     };
     let speeds = speeds(seed);
@@ -220,6 +222,14 @@ fn the_loss_of_a_gear_is_found() {
     let choice = chosen(Truth { gear_loss: 0.2, ..Truth::default() }, 1);
     assert_eq!(taken(&choice), [Term::GearLoss], "{choice:?}");
     assert!(choice.form.own.gear_loss);
+}
+
+/// 0.4 V of 24 V, as the winding's loss alone does not show them.
+#[test]
+fn the_drop_of_a_bridge_is_found() {
+    let choice = chosen(Truth { bridge_drop: 0.4, ..Truth::default() }, 2);
+    assert_eq!(taken(&choice), [Term::BridgeDrop], "{choice:?}");
+    assert!(choice.form.own.bridge_drop);
 }
 
 /// To a tenth: the filter has the speeds before the sign of the turn.

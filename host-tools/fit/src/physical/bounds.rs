@@ -80,6 +80,7 @@ impl Bounds {
     /// | rotor_inertia | a thousand times the body's own m r² / N |
     /// | inertia_gain | 1 / least efficiency² |
     /// | gear_loss | the least efficiency of a gear |
+    /// | bridge_drop | half of the supply: half of the speed without load, that is the fastest speed driven |
     /// | winding_loss | κ = R/(Kt n)² is no-load speed over stall torque: twice the speed driven over 0.1 T of the empty robot |
     pub fn of(robot: &Chassis, rows: Stretch<'_>, motor: Option<&Motor>, own: Own) -> Self {
         let speeds = rows.iter().flat_map(|row| row.wheels).map(|wheel| wheel.speed.abs());
@@ -106,6 +107,7 @@ impl Bounds {
         });
         let imbalance = if own.unequal_sides { drag } else { 0.0 };
         let gear_loss = if own.gear_loss { MOST_GEAR_LOSS } else { 0.0 };
+        let bridge_drop = if own.bridge_drop { 0.5 * SPEED_RESERVE * fastest } else { 0.0 };
         let upper = [
             drag,
             per_kg / LEAST_EFFICIENCY,
@@ -116,8 +118,9 @@ impl Bounds {
             GREATEST_FRICTION * per_kg / LEAST_EFFICIENCY,
             imbalance,
             gear_loss,
+            bridge_drop,
         ];
-        let lower = [0.0, 0.0, 0.0, 0.0, 0.0, least_loss, 0.0, -imbalance, 0.0];
+        let lower = [0.0, 0.0, 0.0, 0.0, 0.0, least_loss, 0.0, -imbalance, 0.0, 0.0];
         Self(levenberg_marquardt::Bounds { lower: lower.into(), upper: upper.into() })
     }
 

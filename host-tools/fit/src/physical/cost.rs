@@ -7,15 +7,16 @@ use rayon::prelude::*;
 
 use super::super::dataset::{Kept, Stretch};
 
-/// How many parameters there are: what both sides share, their imbalance, and the gear's loss.
-pub const PARAMETERS: usize = torque::PARAMETERS + 2;
+/// How many parameters there are: what both sides share, their imbalance, and the losses of gear
+/// and bridge.
+pub const PARAMETERS: usize = torque::PARAMETERS + 3;
 
-/// In the order of [`TorqueModel::to_array`], then the imbalance and the gear's loss.
+/// In the order of [`TorqueModel::to_array`], then the imbalance and the losses of gear and bridge.
 pub type Parameters = SVector<f64, PARAMETERS>;
 
 type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
 
-/// Place of κ: the one parameter that multiplies no part of the torque.
+/// Place of κ, which multiplies no part of the torque.
 pub(super) const WINDING_LOSS: usize = 5;
 
 /// Place of the imbalance: the one parameter of either sign.
@@ -23,6 +24,9 @@ pub const IMBALANCE: usize = torque::PARAMETERS;
 
 /// Place of the gear's loss.
 pub const GEAR_LOSS: usize = IMBALANCE + 1;
+
+/// Place of the bridge's drop, which multiplies no part of the torque either.
+pub const BRIDGE_DROP: usize = GEAR_LOSS + 1;
 
 /// What a residual of r W costs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,14 +68,18 @@ const CHUNK: usize = 2048;
 /// The model of these parameters.
 pub fn torque(parameters: &Parameters) -> TorqueModel<f64> {
     let shared = parameters.fixed_rows::<{ torque::PARAMETERS }>(0).into_owned();
-    let (imbalance, gear_loss) = (parameters[IMBALANCE], parameters[GEAR_LOSS]);
-    TorqueModel { imbalance, gear_loss, ..TorqueModel::from_array(shared.into()) }
+    TorqueModel {
+        imbalance: parameters[IMBALANCE],
+        gear_loss: parameters[GEAR_LOSS],
+        bridge_drop: parameters[BRIDGE_DROP],
+        ..TorqueModel::from_array(shared.into())
+    }
 }
 
 /// The parameters of a model.
 pub fn parameters(torque: &TorqueModel<f64>) -> Parameters {
     let shared = torque.to_array();
-    let own = [torque.imbalance, torque.gear_loss];
+    let own = [torque.imbalance, torque.gear_loss, torque.bridge_drop];
     Parameters::from_fn(|i, _| *shared.get(i).unwrap_or_else(|| &own[i - IMBALANCE]))
 }
 
@@ -79,14 +87,15 @@ pub fn parameters(torque: &TorqueModel<f64>) -> Parameters {
 pub fn predict(torque: &TorqueModel<f64>, row: &Kept<'_>, drive: Drive) -> (f64, Parameters) {
     let mut power = 0.0;
     let mut slope = Parameters::zeros();
+    let draw = torque.draw();
     for wheel in row.wheels {
         let total = torque.torque(wheel, row.mass);
-        let own = total * (wheel.speed + torque.winding_loss * total);
+        let own = draw.power(wheel.speed, total);
         if own < 0.0 && drive == Drive::Dissipative {
             continue;
         }
         power += own;
-        let by = wheel.speed + 2.0 * torque.winding_loss * total;
+        let by = draw.slope(wheel.speed, total);
         // What passes the gear.
         let load = row.mass * torque.gear_factor(wheel);
         let along: [f64; PARAMETERS] = [
@@ -99,11 +108,13 @@ pub fn predict(torque: &TorqueModel<f64>, row: &Kept<'_>, drive: Drive) -> (f64,
             load * wheel.scrub,
             wheel.side,
             row.mass * torque.gear_share(wheel),
+            0.0,
         ];
         for (slope, along) in slope.iter_mut().zip(along) {
             *slope += by * along;
         }
         slope[WINDING_LOSS] += total * total;
+        slope[BRIDGE_DROP] += total.abs();
     }
     (power, slope)
 }

@@ -21,7 +21,7 @@ pub(super) use self::bounds::MOST_GEAR_LOSS;
 pub use self::bounds::{AtBound, Bounds};
 use self::cost::Cost;
 pub(super) use self::cost::Loss;
-pub use self::cost::{GEAR_LOSS, IMBALANCE, PARAMETERS, Parameters};
+pub use self::cost::{BRIDGE_DROP, GEAR_LOSS, IMBALANCE, PARAMETERS, Parameters};
 pub use self::cost::{gradient, parameters, power, predict, torque};
 pub use self::restarts::{Restarts, restart};
 pub use self::robust::Huber;
@@ -39,19 +39,26 @@ pub struct Own {
     pub unequal_sides: bool,
     /// The gear takes a share of what passes it.
     pub gear_loss: bool,
+    /// The bridge takes a voltage from whatever current passes it.
+    pub bridge_drop: bool,
 }
 
 impl Own {
     /// What this one has.
     pub fn of(torque: &TorqueModel<f64>) -> Self {
-        Self { unequal_sides: torque.imbalance != 0.0, gear_loss: torque.gear_loss != 0.0 }
+        Self {
+            unequal_sides: torque.imbalance != 0.0,
+            gear_loss: torque.gear_loss != 0.0,
+            bridge_drop: torque.bridge_drop != 0.0,
+        }
     }
 
     /// The places of the parameters that are free, for wheels that scrub or do not.
     pub fn places(self, scrubs: bool) -> Vec<usize> {
         // Wheels that do not scrub have no such parameter.
         let shared = 0..model_core::torque::PARAMETERS - usize::from(!scrubs);
-        let own = [(self.unequal_sides, IMBALANCE), (self.gear_loss, GEAR_LOSS)];
+        let own =
+            [(self.unequal_sides, IMBALANCE), (self.gear_loss, GEAR_LOSS), (self.bridge_drop, BRIDGE_DROP)];
         shared.chain(own.into_iter().filter_map(|(is_free, place)| is_free.then_some(place))).collect()
     }
 }

@@ -11,7 +11,7 @@ use super::cost::{Cost, Loss};
 use super::restarts::restart_within;
 use super::{Bounds, PARAMETERS, Parameters, Rows, Solution};
 
-const TRUTH: [f64; PARAMETERS] = [0.05, 0.008, 0.007, 0.0065, 1.6, 2.5, 0.02, -0.01, 0.1];
+const TRUTH: [f64; PARAMETERS] = [0.05, 0.008, 0.007, 0.0065, 1.6, 2.5, 0.02, -0.01, 0.1, 0.15];
 
 fn noise(random: &mut ChaCha8Rng) -> f64 {
     random.sample(rand_distr::StandardNormal)
@@ -57,8 +57,8 @@ fn solve(rows: &[Row], drive: Drive, bounds: &Bounds) -> Solution {
 }
 
 fn bounds(winding_loss: f64) -> Bounds {
-    let lower = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0];
-    Bounds::from_ends(lower, [1.0, 1.0, 1.0, 1.0, 25.0, winding_loss, 1.0, 1.0, 0.5])
+    let lower = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0];
+    Bounds::from_ends(lower, [1.0, 1.0, 1.0, 1.0, 25.0, winding_loss, 1.0, 1.0, 0.5, 1.0])
 }
 
 fn wide() -> Bounds {

@@ -15,8 +15,8 @@ use serde::{Deserialize, Serialize};
 use crate::dataset::Kept;
 use crate::physical;
 
-/// Parameters that the sums are about, in the order of [`physical::Parameters`]: all but the gear's
-/// loss, which stays what the reference has.
+/// Parameters that the sums are about, in the order of [`physical::Parameters`]: all but the losses
+/// of gear and bridge, which stay what the reference has.
 pub const PARAMETERS: usize = physical::GEAR_LOSS;
 
 /// Coefficients that rows are held against.

@@ -105,9 +105,10 @@ fn found(
         return Err(Error::failed("no row in which a wheel draws power; expected a drive"));
     }
     let start = parameters(reference);
-    // Sides that were alike stay so; sums do not tell of the gear's loss, which stays what it is.
+    // Sides that were alike stay so; sums do not tell of the losses of gear and bridge, which stay
+    // what they are.
     let own = Own::of(reference);
-    let places = Own { gear_loss: false, ..own }.places(core.scrubs());
+    let places = Own { gear_loss: false, bridge_drop: false, ..own }.places(core.scrubs());
     let shared = verdict::TORQUE.len() - usize::from(!core.scrubs());
     let bounds = Bounds::up_to(core, all.summary.fastest_rad_s, robot.motor(), own);
     let of = |local: &Local| {

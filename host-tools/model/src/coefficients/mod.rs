@@ -30,7 +30,7 @@ use support::output::write_content;
 pub use self::error::{Difference, InvalidCoefficients, InvalidCovariance};
 pub use self::kind::{Method, ModelKind};
 pub use self::logs::FittedLog;
-pub use self::parameters::{EQ18, GEAR_LOSS, IMBALANCE, Quantity, TORQUE};
+pub use self::parameters::{BRIDGE_DROP, EQ18, GEAR_LOSS, IMBALANCE, Quantity, TORQUE};
 pub use self::usability::{Usability, of_r2};
 
 use self::document::{
@@ -313,9 +313,9 @@ impl<const N: usize> CoefficientsFile<N> {
         };
         let (verdict, why_not) = self.origin.usability.section();
         let (parameters, own) = (parameters::named(model, scrubs), parameters::own(model));
-        let has_gear = own.iter().any(|(name, _)| *name == GEAR_LOSS.name);
+        let has_losses = own.iter().any(|(name, _)| [GEAR_LOSS.name, BRIDGE_DROP.name].contains(name));
         Ok(Document {
-            format: if has_gear || robot.conditioning.slip.rest != 0.0 {
+            format: if has_losses || robot.conditioning.slip.rest != 0.0 {
                 FORMAT_WITH_GEAR
             } else if robot.conditioning.true_slip != 0.0 {
                 FORMAT_WITH_GYRO

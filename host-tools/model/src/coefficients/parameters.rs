@@ -40,6 +40,10 @@ pub const IMBALANCE: Quantity = quantity("imbalance", "N·m");
 /// it.
 pub const GEAR_LOSS: Quantity = quantity("gear_loss", "1");
 
+/// Voltage that the bridge takes over the motor's constant at the wheel. Not in the covariance, and
+/// only in files that have it.
+pub const BRIDGE_DROP: Quantity = quantity("bridge_drop", "rad/s");
+
 /// β_0 … β_14 of Eq. 18.
 pub const EQ18: [Quantity; REGRESSORS] = [
     quantity("beta0", "W"),
@@ -73,7 +77,11 @@ pub(super) fn named(model: &Model<f64>, scrubs: bool) -> Vec<(&'static str, f64)
 /// Names and values of what this torque model has of its own, beyond what all have.
 pub(super) fn own(model: &Model<f64>) -> Vec<(&'static str, f64)> {
     let Model::Signed { torque, .. } = model else { return Vec::new() };
-    let own = [(IMBALANCE.name, torque.imbalance), (GEAR_LOSS.name, torque.gear_loss)];
+    let own = [
+        (IMBALANCE.name, torque.imbalance),
+        (GEAR_LOSS.name, torque.gear_loss),
+        (BRIDGE_DROP.name, torque.bridge_drop),
+    ];
     own.into_iter().filter(|(_, value)| *value != 0.0).collect()
 }
 
@@ -99,9 +107,9 @@ pub(super) fn model(
             for (place, quantity) in values.iter_mut().zip(torque_of(scrubs)) {
                 *place = value(quantity)?;
             }
-            let [imbalance, gear_loss] = [IMBALANCE, GEAR_LOSS]
+            let [imbalance, gear_loss, bridge_drop] = [IMBALANCE, GEAR_LOSS, BRIDGE_DROP]
                 .map(|quantity| parameters.get(quantity.name).and_then(number).unwrap_or(0.0));
-            let torque = TorqueModel { imbalance, gear_loss, ..TorqueModel::from_array(values) };
+            let torque = TorqueModel { imbalance, gear_loss, bridge_drop, ..TorqueModel::from_array(values) };
             Ok(Model::Signed { torque, drive })
         }
         ModelKind::Eq18 | ModelKind::Eq18Published => {

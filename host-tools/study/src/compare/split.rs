@@ -82,6 +82,7 @@ impl Data {
         if headers.iter().all(|header| header.has(YAW_RATE)) {
             terms.push(Term::TrueSlip);
         }
+        terms.push(Term::BridgeDrop);
         let form = fit::choose_form(context, robot, &core, &terms, files, settings.mass_kg, &held_out)?;
         core = core.with_conditioning(form.conditioning);
         let mut train = Dataset::read(context, robot, core.clone(), files, &reading)?;
