@@ -156,6 +156,11 @@ impl<'a> Stretch<'a> {
         self.others
     }
 
+    /// The wheels of the first row, of the second, …, and how many are of one row.
+    pub(super) fn wheels(self) -> (&'a [Wheel<f64>], usize) {
+        (self.wheels, self.wheels_a_row())
+    }
+
     fn wheels_a_row(self) -> usize {
         // One, not none, where there is no row: what is cut into pieces of it has none.
         (self.wheels.len() / self.others.len().max(1)).max(1)
@@ -177,7 +182,13 @@ impl<'a> Stretch<'a> {
         })
     }
 
-    /// Cut into stretches of so many rows, for any core.
+    /// Cut into stretches of so many rows.
+    pub(super) fn blocks(self, rows: usize) -> impl Iterator<Item = Self> {
+        let wheels = self.wheels.chunks(rows * self.wheels_a_row());
+        self.others.chunks(rows).zip(wheels).map(|(others, wheels)| Self { wheels, others })
+    }
+
+    /// The same for any core.
     pub(super) fn par_chunks(self, rows: usize) -> impl IndexedParallelIterator<Item = Self> {
         let wheels = self.wheels.par_chunks(rows * self.wheels_a_row());
         self.others.par_chunks(rows).zip(wheels).map(|(others, wheels)| Self { wheels, others })

@@ -20,7 +20,7 @@ use logs::robot::chassis::Chassis;
 use numerics::intervals::mean_interval;
 use serde::Serialize;
 
-use self::candidate::{Errors, Problem};
+use self::candidate::{Errors, Problem, Trial, Unseen};
 pub use self::nested::Form;
 pub use self::term::{TERMS, TERMS_WITH_GYRO, Term};
 use super::physical::MOST_STEPS;
@@ -85,14 +85,22 @@ pub(super) fn choose(
     let turning = if terms.contains(&Term::TrueSlip) { pilots.with_gyro() } else { None };
     let turning = turning.as_ref().map(|pilots| Problem::new(robot, core, pilots, held_out));
     let mut turning = turning.filter(|problem| problem.folds.len() >= LEAST_BLOCKS);
+    // The form that there is, tried once for all terms that are judged alike: from all starts.
+    let mut currents: Vec<([bool; 2], Trial)> = Vec::new();
     for _ in 0..ROUNDS {
         let mut took = false;
         for &term in terms {
             let asked = if term == Term::TrueSlip { turning.as_ref() } else { Some(&plain) };
             let Some(problem) = asked else { continue };
             let unseen = term.unseen(core);
-            let Some(current) = problem.trial(&choice.form, unseen, None) else { continue };
-            let Some((form, with)) = term.best(problem, &choice.form, &current) else { continue };
+            let alike = [term == Term::TrueSlip, unseen == Unseen::Numbers];
+            let known = currents.iter().position(|(of, _)| *of == alike);
+            let known = known.map(|place| currents.swap_remove(place).1);
+            let Some(current) = known.or_else(|| problem.trial(&choice.form, unseen, None)) else { continue };
+            let found = term.best(problem, &choice.form, &current);
+            currents.push((alike, current));
+            let Some((form, with)) = found else { continue };
+            let current = &currents[currents.len() - 1].1;
             let judged = judge(term, &current.errors, &with);
             took |= judged.taken;
             match choice.judged.iter_mut().find(|earlier| earlier.term == term) {
@@ -102,10 +110,11 @@ pub(super) fn choose(
             }
             if judged.taken {
                 choice.form = form;
-                plain.weigh_by(&form, &current);
+                plain.weigh_by(&form, current);
                 if let Some(turning) = &mut turning {
-                    turning.weigh_by(&form, &current);
+                    turning.weigh_by(&form, current);
                 }
+                currents.clear();
             }
         }
         if !took {

@@ -135,6 +135,11 @@ impl Bounds {
         &self.0
     }
 
+    /// Which parameters may move.
+    pub(super) fn free(&self) -> [bool; COUNT] {
+        std::array::from_fn(|place| self.0.lower[place] < self.0.upper[place])
+    }
+
     /// Least values.
     pub fn lower(&self) -> &Parameters {
         &self.0.lower

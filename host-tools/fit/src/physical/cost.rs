@@ -1,11 +1,13 @@
 //! The clamped cost and its derivatives, summed over rows.
 
+use model_core::motion::Wheel;
 use model_core::torque::{self, Drive, TorqueModel};
 use nalgebra::{Const, SMatrix, SVector};
 use numerics::levenberg_marquardt::LeastSquares;
 use rayon::prelude::*;
 
 use super::super::dataset::{Kept, Stretch};
+use super::block::{self, Block, dot};
 
 /// How many parameters there are: what both sides share, their imbalance, and the losses of gear
 /// and bridge.
@@ -60,6 +62,8 @@ pub(super) struct Cost<'a> {
     pub(super) rows: Stretch<'a>,
     pub(super) drive: Drive,
     pub(super) loss: Loss,
+    /// Parameters that may move: nobody asks for the slopes of the others.
+    pub(super) free: [bool; PARAMETERS],
 }
 
 /// Rows that are summed by one core at a time. Their sums are added in the order of the rows.
@@ -83,6 +87,25 @@ pub fn parameters(torque: &TorqueModel<f64>) -> Parameters {
     Parameters::from_fn(|i, _| *shared.get(i).unwrap_or_else(|| &own[i - IMBALANCE]))
 }
 
+/// ∂τ/∂θ of a wheel: N·m per unit of each parameter.
+#[inline(always)]
+pub(super) fn along(torque: &TorqueModel<f64>, wheel: &Wheel<f64>, mass: f64) -> [f64; PARAMETERS] {
+    // What passes the gear.
+    let load = mass * torque.gear_factor(wheel);
+    [
+        wheel.direction,
+        wheel.direction * load,
+        wheel.speed,
+        wheel.acceleration,
+        load * wheel.inertial_torque,
+        0.0,
+        load * wheel.scrub,
+        wheel.side,
+        mass * torque.gear_share(wheel),
+        0.0,
+    ]
+}
+
 /// Power of a row, W, and its slope; the slope is 0 where no wheel draws power.
 pub fn predict(torque: &TorqueModel<f64>, row: &Kept<'_>, drive: Drive) -> (f64, Parameters) {
     let mut power = 0.0;
@@ -96,21 +119,7 @@ pub fn predict(torque: &TorqueModel<f64>, row: &Kept<'_>, drive: Drive) -> (f64,
         }
         power += own;
         let by = draw.slope(wheel.speed, total);
-        // What passes the gear.
-        let load = row.mass * torque.gear_factor(wheel);
-        let along: [f64; PARAMETERS] = [
-            wheel.direction,
-            wheel.direction * load,
-            wheel.speed,
-            wheel.acceleration,
-            load * wheel.inertial_torque,
-            0.0,
-            load * wheel.scrub,
-            wheel.side,
-            row.mass * torque.gear_share(wheel),
-            0.0,
-        ];
-        for (slope, along) in slope.iter_mut().zip(along) {
+        for (slope, along) in slope.iter_mut().zip(along(torque, wheel, row.mass)) {
             *slope += by * along;
         }
         slope[WINDING_LOSS] += total * total;
@@ -160,31 +169,42 @@ impl Cost<'_> {
         }
         self.rows.par_chunks(CHUNK).map(one).collect()
     }
-
-    fn row_cost(&self, torque: &TorqueModel<f64>, row: &Kept<'_>) -> f64 {
-        self.loss.of(row.power - power(torque, row, self.drive))
-    }
 }
 
 impl LeastSquares<Const<PARAMETERS>> for Cost<'_> {
     fn cost(&self, parameters: &Parameters) -> f64 {
         let torque = torque(parameters);
-        let chunks = self.sum(|rows| rows.iter().map(|row| self.row_cost(&torque, &row)).sum::<f64>());
-        chunks.into_iter().sum()
+        let chunk = |rows: Stretch<'_>| {
+            let mut block = Block::new(self.drive);
+            let mut sum = 0.0;
+            for rows in rows.blocks(block::ROWS) {
+                block.predict(&torque, rows);
+                sum += block.residual.iter().map(|residual| self.loss.of(*residual)).sum::<f64>();
+            }
+            sum
+        };
+        self.sum(chunk).into_iter().sum()
     }
 
     /// Of the squares that lie above the loss and touch it here: their minimum lowers the loss,
     /// too.
     fn derivatives(&self, parameters: &Parameters) -> (Parameters, Matrix) {
         let torque = torque(parameters);
+        let free: Vec<usize> = (0..PARAMETERS).filter(|place| self.free[*place]).collect();
         let chunk = |rows: Stretch<'_>| {
+            let mut block = Block::new(self.drive);
             let (mut gradient, mut matrix) = (Parameters::zeros(), Matrix::zeros());
-            for row in rows.iter() {
-                let (power, slope) = predict(&torque, &row, self.drive);
-                let residual = row.power - power;
-                let weight = self.loss.weight(residual);
-                gradient.axpy(-weight * residual, &slope, 1.0);
-                matrix.syger(weight, &slope, &slope, 1.0);
+            for rows in rows.blocks(block::ROWS) {
+                block.differentiate(&torque, rows);
+                let weights = block.residual.map(|residual| self.loss.weight(residual));
+                for (count, &i) in free.iter().enumerate() {
+                    let mut weighed = weights;
+                    weighed.iter_mut().zip(&block.slopes[i]).for_each(|(weighed, slope)| *weighed *= slope);
+                    gradient[i] -= dot(&weighed, &block.residual);
+                    for &j in &free[..=count] {
+                        matrix[(i, j)] += dot(&weighed, &block.slopes[j]);
+                    }
+                }
             }
             (gradient, matrix)
         };

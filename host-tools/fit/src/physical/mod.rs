@@ -5,6 +5,7 @@
 //! clamped), so the search begins at several starts, and it stays within what a motor and a wheel
 //! can be ([`Bounds`]).
 
+mod block;
 mod bounds;
 mod cost;
 mod restarts;
@@ -101,8 +102,9 @@ pub fn solve(dataset: &Dataset, robot: &Robot) -> Solution {
 pub fn solve_within(rows: Stretch<'_>, drive: Drive, bounds: &Bounds) -> Solution {
     let stride = rows.others().len().div_ceil(TRIAL_ROWS).max(1);
     let trial: Rows = rows.iter().step_by(stride).collect();
-    let trial = Cost { rows: trial.all(), drive, loss: Loss::Squares };
-    let all = Cost { rows, drive, loss: Loss::Squares };
+    let free = bounds.free();
+    let trial = Cost { rows: trial.all(), drive, loss: Loss::Squares, free };
+    let all = Cost { rows, drive, loss: Loss::Squares, free };
     let mut steps = 0;
     let mut finalists = starts::finalists(&trial, bounds, &TRIAL, FINALISTS, &mut steps);
     if finalists.is_empty() {

@@ -45,7 +45,8 @@ pub(super) fn restart_within(
     huber: Option<Huber>,
     starts: u32,
 ) -> Restarts {
-    let cost = Cost { rows, drive, loss: huber.map_or(Loss::Squares, Loss::from) };
+    let loss = huber.map_or(Loss::Squares, Loss::from);
+    let cost = Cost { rows, drive, loss, free: bounds.free() };
     let alone = Alone::of(&cost);
     let lowest = (0..u64::from(starts))
         .into_par_iter()

@@ -62,12 +62,12 @@ pub(super) fn weigh(
         if *steps > MOST_STEPS {
             break;
         }
-        let Some(first) = usual(all, &squares.parameters) else { break };
+        let Some(first) = usual(all.rows, all.drive, &squares.parameters) else { break };
         let mut starts = vec![squares.parameters];
         starts.extend_from_slice(finalists);
         let first = Cost { loss: Loss::Huber(threshold * first), ..*all };
         let rough = best_of(&first, &starts, bounds, &FINAL, steps);
-        let Some(second) = usual(all, &rough.parameters) else { break };
+        let Some(second) = usual(all.rows, all.drive, &rough.parameters) else { break };
         let huber = Huber { threshold_std: threshold, size_w: threshold * second };
         let second = Cost { loss: huber.into(), ..*all };
         let descent = best_of(&second, &[rough.parameters, squares.parameters], bounds, &FINAL, steps);
@@ -80,15 +80,14 @@ pub(super) fn weigh(
 
 /// The loss of the tightest threshold for rows whose least squares has these parameters.
 pub(crate) fn usual_loss(rows: Stretch<'_>, drive: Drive, parameters: &Parameters) -> Loss {
-    let all = Cost { rows, drive, loss: Loss::Squares };
-    usual(&all, parameters).map_or(Loss::Squares, |usual| Loss::Huber(THRESHOLDS[0] * usual))
+    usual(rows, drive, parameters).map_or(Loss::Squares, |usual| Loss::Huber(THRESHOLDS[0] * usual))
 }
 
 /// Robust standard deviation of the residuals of rows in which a wheel draws power, W; `None` where
 /// there is no such row or the model meets most of them exactly.
-fn usual(all: &Cost<'_>, parameters: &Parameters) -> Option<f64> {
+fn usual(rows: Stretch<'_>, drive: Drive, parameters: &Parameters) -> Option<f64> {
     let torque = torque(parameters);
-    let sizes = all.rows.iter().filter_map(|row| residual(&torque, &row, all.drive).map(f64::abs));
+    let sizes = rows.iter().filter_map(|row| residual(&torque, &row, drive).map(f64::abs));
     scale_of_sizes(&mut sizes.collect::<Vec<f64>>()).filter(|usual| *usual > 0.0)
 }
 

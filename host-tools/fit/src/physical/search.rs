@@ -52,7 +52,7 @@ pub(crate) fn search(
     bounds: &Bounds,
     near: Option<&Parameters>,
 ) -> Descent {
-    let all = Cost { rows, drive, loss };
+    let all = Cost { rows, drive, loss, free: bounds.free() };
     let mut steps = 0;
     let starts = match near {
         Some(near) => vec![*near],

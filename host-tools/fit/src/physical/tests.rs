@@ -2,11 +2,12 @@
 
 use model_core::motion::Wheel;
 use model_core::torque::{Drive, TorqueModel};
+use nalgebra::SMatrix;
 use numerics::levenberg_marquardt::{Bounds as Box, LeastSquares, Tolerances, descend};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::super::dataset::Row;
+use super::super::dataset::{Kept, Row};
 use super::cost::{Cost, Loss};
 use super::restarts::restart_within;
 use super::{Bounds, PARAMETERS, Parameters, Rows, Solution};
@@ -108,7 +109,8 @@ fn what_the_model_lacks_is_not_weighed_away() {
     let found = solve(&rows, Drive::Regenerative, &wide());
     assert_ne!(threshold(&found), Some(4.0));
     let rows = kept(&rows);
-    let squares = Cost { rows: rows.all(), drive: Drive::Regenerative, loss: Loss::Squares };
+    let squares =
+        Cost { rows: rows.all(), drive: Drive::Regenerative, loss: Loss::Squares, free: wide().free() };
     let cost = squares.cost(&super::parameters(&found.torque));
     let ends = Box { lower: *wide().lower(), upper: *wide().upper() };
     let least = descend(&squares, &super::parameters(&found.torque), &ends, &Tolerances::default()).cost;
@@ -146,7 +148,7 @@ fn no_start_ends_lower() {
 fn derivatives_are_those_of_the_cost() {
     let rows = kept(&rows(200, 0.1, Drive::Regenerative));
     for loss in [Loss::Squares, Loss::Huber(0.5)] {
-        let cost = Cost { rows: rows.all(), drive: Drive::Regenerative, loss };
+        let cost = Cost { rows: rows.all(), drive: Drive::Regenerative, loss, free: [true; PARAMETERS] };
         let at = Parameters::from(TRUTH) * 1.1;
         let (gradient, _) = cost.derivatives(&at);
         for i in 0..PARAMETERS {
@@ -163,6 +165,30 @@ fn derivatives_are_those_of_the_cost() {
             );
         }
     }
+}
+
+/// Sums over blocks are those over rows, the last block being short and wheels clamped.
+#[test]
+fn blocks_are_rows() {
+    let rows = kept(&rows(200, 0.1, Drive::Regenerative));
+    let at = Parameters::from(TRUTH) * 1.1;
+    for drive in [Drive::Regenerative, Drive::Dissipative] {
+        let cost = Cost { rows: rows.all(), drive, loss: Loss::Squares, free: [true; PARAMETERS] };
+        let (mut squares, mut gradient, mut matrix) = (0.0, Parameters::zeros(), SMatrix::zeros());
+        for row in rows.iter() {
+            let (power, slope) = super::predict(&super::torque(&at), &row, drive);
+            squares += (row.power - power).powi(2);
+            gradient -= slope * (row.power - power);
+            matrix += slope * slope.transpose();
+        }
+        let found = cost.derivatives(&at);
+        assert!((cost.cost(&at) - squares).abs() < 1e-12 * squares);
+        assert!((found.0 - gradient).norm() < 1e-12 * gradient.norm());
+        assert!((found.1 - matrix).norm() < 1e-12 * matrix.norm());
+    }
+    let clamped =
+        |row: Kept<'_>| row.wheels.iter().any(|w| super::torque(&at).wheel_power(w, row.mass) < 0.0);
+    assert!(rows.iter().any(clamped));
 }
 
 #[test]
