@@ -5,8 +5,8 @@ use serde::Serialize;
 use study::baselines::{self, Card, Layout};
 use study::compare::{Comparison, Entry, HOLD_OUT, Horizon, LeftOut, MassSource, OWN, WeightSeeds};
 use support::error::Result;
+use support::figure::{figure, number};
 
-use support::figure::figure;
 /// A model as the list describes it.
 #[derive(Serialize)]
 struct Listed {
@@ -217,26 +217,5 @@ pub(super) fn print_table(robot: &Robot, held_out: bool, comparison: &Comparison
             100.0 * entry.mape_share,
             robot.mape_floor_w()
         );
-    }
-}
-
-/// With so many digits; a figure that has grown absurd by its power of ten, so that the columns
-/// stay narrow.
-fn number(value: Option<f64>, digits: usize) -> String {
-    match value {
-        Some(value) if value.abs() >= 1e4 => format!("{value:.1e}"),
-        Some(value) if value.is_finite() => format!("{value:.digits$}"),
-        _ => "–".to_owned(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::number;
-
-    #[test]
-    fn figures_stay_narrow() {
-        let cells = [Some(0.123_456), Some(-123_456.0), Some(f64::NAN), None].map(|value| number(value, 4));
-        assert_eq!(cells, ["0.1235", "-1.2e5", "–", "–"]);
     }
 }

@@ -182,17 +182,3 @@ fn eprint(question: &str) {
     let _ = write!(to, "{question}: ");
     let _ = to.flush();
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lengths_and_masses_take_units() {
-        assert_eq!(["33 mm", "33mm", "0.033", "3.3 cm", "0.033 m"].map(length), [const { Ok(0.033) }; 5]);
-        assert_eq!(["900 g", "0.9kg", "0.9"].map(mass), [const { Ok(0.9) }; 3]);
-        for wrong in ["33 kg", "-1", "", "mm", "nan", "1 2"] {
-            assert!(length(wrong).is_err(), "{wrong}");
-        }
-    }
-}

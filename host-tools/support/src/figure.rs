@@ -20,6 +20,16 @@ pub fn figure(value: f64) -> String {
     text.replace('-', "−")
 }
 
+/// With so many digits; a figure that has grown absurd by its power of ten, so that the columns
+/// stay narrow.
+pub fn number(value: Option<f64>, digits: usize) -> String {
+    match value {
+        Some(value) if value.abs() >= 1e4 => format!("{value:.1e}"),
+        Some(value) if value.is_finite() => format!("{value:.digits$}"),
+        _ => "–".to_owned(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -40,5 +50,11 @@ mod tests {
         for (value, expected) in cases {
             assert_eq!(figure(value), expected);
         }
+    }
+
+    #[test]
+    fn figures_of_tables_stay_narrow() {
+        let cells = [Some(0.123_456), Some(-123_456.0), Some(f64::NAN), None].map(|value| number(value, 4));
+        assert_eq!(cells, ["0.1235", "-1.2e5", "–", "–"]);
     }
 }

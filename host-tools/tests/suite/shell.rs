@@ -128,6 +128,25 @@ fn a_new_robot_is_one_that_commands_take() {
     wrong[8] = "-0.16";
     let ran = bench.gmr(&[&wrong[..], &["--out", "other.toml"]].concat());
     assert!(ran.code != Some(0) && !bench.path("other.toml").exists(), "{}", ran.stderr);
+
+    // Lengths and masses take units, and make the same robot.
+    let with = |changed: &[(&str, &str)]| {
+        let mut flags = flags.map(str::to_owned).to_vec();
+        for (flag, value) in changed {
+            let at = flags.iter().position(|given| given == flag).unwrap();
+            flags[at + 1] = (*value).to_owned();
+        }
+        let given: Vec<&str> = flags.iter().map(String::as_str).chain(["--out", "units.toml"]).collect();
+        bench.gmr(&given)
+    };
+    for (radius, empty) in [("33 mm", "1000 g"), ("33mm", "1kg"), ("3.3 cm", "1"), ("0.033 m", "1 kg")] {
+        assert_eq!(with(&[("--wheel-radius", radius), ("--empty", empty)]).code, Some(0), "{radius}");
+        assert_eq!(bench.text("units.toml"), bench.text("robot.toml"), "{radius}, {empty}");
+        std::fs::remove_file(bench.path("units.toml")).unwrap();
+    }
+    for wrong in ["33 kg", "-1", "", "mm", "nan", "1 2"] {
+        assert_eq!(with(&[("--wheel-radius", wrong)]).code, Some(2), "{wrong}");
+    }
 }
 
 /// From the folder of the logs upwards; said, and given up where --robot says another.

@@ -267,8 +267,13 @@ fn regress(runs: &[DMatrix<f64>]) -> (Signal, DVector<f64>, f64) {
     let columns = runs.first().map_or(0, |run| run.ncols().saturating_sub(1));
     let mut gram = DMatrix::<f64>::zeros(columns + 1, columns + 1);
     for run in runs {
-        gram += run.tr_mul(run);
+        for i in 0..=columns {
+            for j in 0..=i {
+                gram[(i, j)] += run.column(i).dot(&run.column(j));
+            }
+        }
     }
+    gram.fill_upper_triangle_with_lower_triangle();
     let places: Vec<usize> = (0..columns).collect();
     let equations = NormalEquations::from_products(&gram, &places);
     let data = equations.matrix().clone();
