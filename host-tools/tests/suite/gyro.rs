@@ -121,6 +121,18 @@ fn a_gap_holds_it() {
     assert!(number(&found["gap_before_w"]) > 0.2, "{found}");
 }
 
+/// Ground that adapts has no gyro: beside it the model is fitted without.
+#[test]
+fn a_floor_adapts_beside_a_model_without_it() {
+    let (bench, _) = bench();
+    let logs = ["--train", "empty.csv", "full.csv", "--test", "other.csv"];
+    let asked = ["compare", "--robot", "robot.toml", "--models", "signed", "--adapt"];
+    let found = bench.json(&[&asked[..], &logs[..]].concat());
+    let names: Vec<&str> =
+        found["models"].as_array().unwrap().iter().map(|model| model["name"].as_str().unwrap()).collect();
+    assert!(names.contains(&"signed, floor adapts"), "{found}");
+}
+
 /// Who has no gyro says so, by the column or by what to do.
 #[test]
 fn without_a_gyro_it_is_refused() {

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use answers::estimate::{Payloads, Policy, PolicyKind, bucket_length, replay};
+use fit::Fit;
 use fit::dataset::Row;
-use fit::{Fit, pgd};
 use logs::robot::Robot;
 use logs::with_wheels;
 use model::coefficients::ModelKind;
@@ -98,8 +98,18 @@ fn compare_with<const N: usize>(
     };
     for own in OWN.iter().filter(|own| settings.models.contains(&own.name)) {
         let fit = comparison.add_own::<N>(context, robot, own, &data, replayed, settings.window_s)?;
-        if let (true, ModelKind::Signed, Split::Files { test, .. }) = (settings.adapt, own.kind, split) {
-            comparison.add_adapting::<N>(context, robot, own, &fit, test, settings);
+        if let (true, ModelKind::Signed, Split::Files { train, test }) = (settings.adapt, own.kind, split) {
+            // Ground that adapts has no gyro.
+            let fit = if data.train.robot.conditioning().true_slip == 0.0 {
+                Ok(fit)
+            } else {
+                let train = data.without_gyro(context, robot, train, settings.mass_kg);
+                train.and_then(|train| own.fit(robot, &train))
+            };
+            match fit {
+                Ok(fit) => comparison.add_adapting::<N>(context, robot, own, &fit, test, settings),
+                Err(error) => comparison.leave_out(&adapts(own.name), error.to_string()),
+            }
         }
     }
     mass::tell_extrapolation(context, settings, data.training.iter(), test.iter());
@@ -135,9 +145,8 @@ impl Comparison {
         replayed: Option<&[PathBuf]>,
         window_s: f64,
     ) -> Result<Fit> {
-        let Own { name, source, kind, method, .. } = *own;
-        let fit =
-            fit::fit(robot, &data.train.with_gate(kind.gate()), kind, method, &pgd::Settings::default())?;
+        let Own { name, source, kind, .. } = *own;
+        let fit = own.fit(robot, &data.train)?;
         let row = |name, mass, horizon, pairs, mass_error_percent| Judged {
             name,
             source,

@@ -1,6 +1,10 @@
 //! The models of this project and the paper, as `compare` runs them.
 
+use fit::dataset::Dataset;
+use fit::{Fit, pgd};
+use logs::robot::Robot;
 use model::coefficients::{Method, ModelKind};
+use support::error::Result;
 
 use crate::baselines;
 
@@ -15,6 +19,13 @@ pub struct Own {
     pub assumes: &'static str,
     pub(super) kind: ModelKind,
     pub(super) method: Method,
+}
+
+impl Own {
+    pub(super) fn fit(&self, robot: &Robot, train: &Dataset) -> Result<Fit> {
+        let rows = train.with_gate(self.kind.gate());
+        fit::fit(robot, &rows, self.kind, self.method, &pgd::Settings::default())
+    }
 }
 
 /// The models of this project and the paper, in the order of the table.

@@ -3,10 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use fit::dataset::{Dataset, Reading, Row};
-use fit::form::Term;
+use fit::form::{TERMS_WITH_GYRO, Term};
 use logs::robot::Robot;
+use logs::robot::chassis::Chassis;
 use logs::{Exclusions, Header, YAW_RATE};
 use model_core::conditioning::Conditioning;
+use model_core::eq18::Gate;
 use support::context::Context;
 use support::error::{Error, Result};
 
@@ -48,12 +50,13 @@ pub(super) struct Data {
     pub(super) train: Dataset,
     pub(super) training: Vec<Point>,
     pub(super) test: Vec<(Row, Point)>,
+    /// The robot with cutoff and delay alone.
+    plain: Chassis,
 }
 
 impl Data {
     pub(super) fn read(context: &Context, robot: &Robot, split: &Split, settings: &Settings) -> Result<Self> {
-        let reading =
-            Reading { gate: model_core::eq18::Gate::Signed, cutoff_hz: None, mass_kg: settings.mass_kg };
+        let reading = Reading { gate: Gate::Signed, cutoff_hz: None, mass_kg: settings.mass_kg };
         let (files, others): (&[PathBuf], &[PathBuf]) = match split {
             Split::Files { train, test } => (train, test),
             Split::Blocks { files, .. } => (files, &[]),
@@ -76,17 +79,11 @@ impl Data {
         let held_out = |time: f64| is_held_out(time, block_s);
         let delay = delay::choose(&split.training(undelayed));
         core = core.with_conditioning(Conditioning { delay, ..*core.conditioning() });
-        // The delay is every model's, the others are the signed model's own.
-        let mut terms = vec![Term::SlipMemory, Term::UnequalSides, Term::GearLoss];
         let headers = all.iter().map(|file| Header::open(context, file)).collect::<Result<Vec<_>>>()?;
-        if headers.iter().all(|header| header.has(YAW_RATE)) {
-            terms.push(Term::TrueSlip);
-        }
-        terms.push(Term::BridgeDrop);
-        let form = fit::choose_form(context, robot, &core, &terms, files, settings.mass_kg, &held_out)?;
-        core = core.with_conditioning(form.conditioning);
-        let mut train = Dataset::read(context, robot, core.clone(), files, &reading)?;
-        train.own = form.own;
+        let gyro = headers.iter().all(|header| header.has(YAW_RATE));
+        let plain = core;
+        let mut train = dataset(context, robot, &plain, gyro, files, &reading, &held_out)?;
+        let core = train.robot.clone();
         // The fit has told already what it excluded.
         let read = points::read(context, robot, &core, files, settings.mass_kg, &wanted, train.stride)?;
         let (training, test) = match split {
@@ -120,8 +117,39 @@ impl Data {
         let training = training.into_iter().map(|(_, point)| point).collect();
         // A log that is refused says no more than why.
         mass::tell_taken(context, robot, &all, settings.mass_kg)?;
-        Ok(Self { wanted, train, training, test })
+        Ok(Self { wanted, train, training, test, plain })
     }
+
+    /// The training logs for a model that has no gyro.
+    pub(super) fn without_gyro(
+        &self,
+        context: &Context,
+        robot: &Robot,
+        files: &[PathBuf],
+        mass_kg: f64,
+    ) -> Result<Dataset> {
+        let reading = Reading { gate: Gate::Signed, cutoff_hz: None, mass_kg };
+        dataset(context, robot, &self.plain, false, files, &reading, &|_| false)
+    }
+}
+
+/// Logs as the signed model takes them: the delay is every model's, other terms are its own.
+fn dataset(
+    context: &Context,
+    robot: &Robot,
+    plain: &Chassis,
+    gyro: bool,
+    files: &[PathBuf],
+    reading: &Reading,
+    held_out: &(dyn Fn(f64) -> bool + Sync),
+) -> Result<Dataset> {
+    let asked = |term: &Term| *term != Term::Delay && (gyro || *term != Term::TrueSlip);
+    let terms: Vec<Term> = TERMS_WITH_GYRO.into_iter().filter(asked).collect();
+    let form = fit::choose_form(context, robot, plain, &terms, files, reading.mass_kg, held_out)?;
+    let core = plain.with_conditioning(form.conditioning);
+    let mut train = Dataset::read(context, robot, core, files, reading)?;
+    train.own = form.own;
+    Ok(train)
 }
 
 impl Split {
