@@ -85,7 +85,8 @@ pub(super) fn choose(
     let turning = if terms.contains(&Term::TrueSlip) { pilots.with_gyro() } else { None };
     let turning = turning.as_ref().map(|pilots| Problem::new(robot, core, pilots, held_out));
     let mut turning = turning.filter(|problem| problem.folds.len() >= LEAST_BLOCKS);
-    // The form that there is, tried once for all terms that are judged alike: from all starts.
+    // The form without the next term, which takes a search from all starts: once for all terms that
+    // are judged on the same rows (with a gyro or not) and folds (by their numbers or parameters).
     let mut currents: Vec<([bool; 2], Trial)> = Vec::new();
     for _ in 0..ROUNDS {
         let mut took = false;
@@ -95,12 +96,15 @@ pub(super) fn choose(
             let unseen = term.unseen(core);
             let alike = [term == Term::TrueSlip, unseen == Unseen::Numbers];
             let known = currents.iter().position(|(of, _)| *of == alike);
-            let known = known.map(|place| currents.swap_remove(place).1);
-            let Some(current) = known.or_else(|| problem.trial(&choice.form, unseen, None)) else { continue };
-            let found = term.best(problem, &choice.form, &current);
-            currents.push((alike, current));
-            let Some((form, with)) = found else { continue };
-            let current = &currents[currents.len() - 1].1;
+            let place = if let Some(place) = known {
+                place
+            } else {
+                let Some(trial) = problem.trial(&choice.form, unseen, None) else { continue };
+                currents.push((alike, trial));
+                currents.len() - 1
+            };
+            let current = &currents[place].1;
+            let Some((form, with)) = term.best(problem, &choice.form, current) else { continue };
             let judged = judge(term, &current.errors, &with);
             took |= judged.taken;
             match choice.judged.iter_mut().find(|earlier| earlier.term == term) {

@@ -130,7 +130,7 @@ impl Block {
             let wheel = wheels.at(row);
             let total = model.torque(&wheel, mass[row]);
             let power = draw.power(wheel.speed, total);
-            // A factor, not a branch: half of all wheels that brake are mispredicted.
+            // A factor: a branch would leave the loop one row an instruction.
             let drawn = f64::from(u8::from(power >= floor));
             residual[row] -= drawn * power;
             torque[row] = drawn * total;
