@@ -20,7 +20,7 @@ use serde_json::Value;
 use support::context::Context;
 use support::error::{Error, Result};
 use support::output::{check_apart, write_content};
-use support::own::{self, Form};
+use support::overwrite::{self, Form};
 use support::progress::StageProgress;
 
 use crate::investigate::investigate;
@@ -210,7 +210,8 @@ fn check_outputs(request: &Request<'_>, clean_logs: &[PathBuf]) -> Result<()> {
         (export, Form::Exported),
         (Some(profile), Form::Profile),
     ];
-    written.into_iter().try_for_each(|(file, form)| file.map_or(Ok(()), |file| own::check(file, form, force)))
+    let mut files = written.into_iter().filter_map(|(file, form)| Some((file?, form)));
+    files.try_for_each(|(file, form)| overwrite::check(file, form, force))
 }
 
 fn answer<const N: usize>(context: &Context, request: &Request<'_>) -> Result<Answer> {

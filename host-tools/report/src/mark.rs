@@ -1,6 +1,6 @@
-//! The mark by which a drawing is known as this program's own: [`support::own`].
+//! The mark by which a drawing is known as this program's own: [`support::overwrite`].
 
-use support::own::MARK;
+use support::overwrite::MARK;
 
 /// With a comment in front.
 pub(super) fn svg(text: String) -> String {

@@ -8,7 +8,7 @@ use logs::arguments::times_real_time;
 use plant::{Kinematics, ProfileKind, Robot};
 use support::error::Result;
 use support::output::{self, check_apart};
-use support::own::Form;
+use support::overwrite::Form;
 use virtual_board::robot::{RobotOptions, VirtualRobot};
 use virtual_board::session::{Progress, Request, Watcher, session};
 

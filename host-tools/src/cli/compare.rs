@@ -13,7 +13,7 @@ use study::compare::{self, Entry, LeftOut, Settings, Split, compare};
 use support::context::Context;
 use support::error::{Error, Result};
 use support::output::check_apart;
-use support::own::Form;
+use support::overwrite::Form;
 
 use super::compare_text::{print_list, print_table};
 use super::overwrite::OverwriteArgument;

@@ -9,7 +9,7 @@ use logs::robot::{FOUND, Robot};
 use support::context::Context;
 use support::error::Result;
 use support::output;
-use support::own::Form;
+use support::overwrite::Form;
 
 use super::overwrite::OverwriteArgument;
 

@@ -13,7 +13,7 @@ use report::html::{WHOLE, document, least_width};
 use support::error::{Error, Result};
 use support::job::{self, Job};
 use support::output;
-use support::own::Form;
+use support::overwrite::Form;
 
 /// Arguments of `gmr demo`.
 #[derive(clap::Args)]

@@ -19,7 +19,7 @@ use support::error::{Error, Result};
 use support::figure::figure;
 use support::metrics::Quality;
 use support::output::check_apart;
-use support::own::Form;
+use support::overwrite::Form;
 
 use super::overwrite::OverwriteArgument;
 

@@ -19,7 +19,7 @@ use support::context::Context;
 use support::error::{Error, Result};
 use support::figure::figure;
 use support::output::{self, check_apart, write_content};
-use support::own::Form;
+use support::overwrite::Form;
 
 use super::fit_grams;
 use super::overwrite::OverwriteArgument;

@@ -14,7 +14,7 @@ use serde::Serialize;
 use support::context::Context;
 use support::error::{Error, Result};
 use support::output::check_apart;
-use support::own::Form;
+use support::overwrite::Form;
 
 use super::overwrite::OverwriteArgument;
 

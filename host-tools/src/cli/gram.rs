@@ -11,7 +11,7 @@ use logs::{Header, Table};
 use support::context::Context;
 use support::error::{Error, Result};
 use support::output::{self, check_apart};
-use support::own::Form;
+use support::overwrite::Form;
 
 use super::overwrite::OverwriteArgument;
 

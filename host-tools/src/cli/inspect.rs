@@ -10,7 +10,7 @@ use residuals::thresholds::calibrate::LEAST_RUNS;
 use support::context::Context;
 use support::error::{Error, Result};
 use support::output;
-use support::own::Form;
+use support::overwrite::Form;
 use support::progress::FileProgress;
 
 use super::overwrite::OverwriteArgument;

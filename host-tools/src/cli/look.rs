@@ -10,7 +10,7 @@ use logs::robot::FOUND;
 use support::context::Context;
 use support::error::{Error, Result};
 use support::output;
-use support::own::Form;
+use support::overwrite::Form;
 
 use super::overwrite::OverwriteArgument;
 

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use support::error::Result;
-use support::own::{self, Form};
+use support::overwrite::{self, Form};
 
 /// Whether files are written over.
 #[derive(clap::Args)]
@@ -22,6 +22,6 @@ impl OverwriteArgument {
     /// # Errors
     /// Names the first.
     pub(super) fn check<'a>(&self, files: impl IntoIterator<Item = &'a PathBuf>, form: Form) -> Result<()> {
-        files.into_iter().try_for_each(|file| own::check(file, form, self.force))
+        files.into_iter().try_for_each(|file| overwrite::check(file, form, self.force))
     }
 }

@@ -18,7 +18,7 @@ use serde::Serialize;
 use support::context::Context;
 use support::error::{Error, Result};
 use support::output::{check_apart, write_whole};
-use support::own::Form;
+use support::overwrite::Form;
 
 use super::drive::DriveArguments;
 use super::overwrite::OverwriteArgument;

@@ -69,9 +69,9 @@ impl Context {
     /// What the call keeps of this kind; empty at first.
     pub fn kept<T: Any + Default + Send + Sync>(&self) -> Arc<T> {
         let mut kept = lock(&self.call.kept);
-        let own = kept.entry(TypeId::of::<T>()).or_insert_with(|| Arc::new(T::default()));
+        let value = kept.entry(TypeId::of::<T>()).or_insert_with(|| Arc::new(T::default()));
         // What stands under a type's key is of that type.
-        Arc::clone(own).downcast().unwrap_or_default()
+        Arc::clone(value).downcast().unwrap_or_default()
     }
 
     /// Adds a line, which is said where the call has done what it was asked for: a refusal is one

@@ -13,7 +13,7 @@ pub mod interrupt;
 pub mod job;
 pub mod metrics;
 pub mod output;
-pub mod own;
+pub mod overwrite;
 pub mod printable;
 pub mod program;
 pub mod progress;

@@ -18,7 +18,7 @@ pub fn write_whole<T>(file: &Path, write: impl FnOnce(&mut dyn Write) -> Result<
     // A link keeps pointing at its file. A device or a pipe has no content to keep, and no file may
     // take its place.
     let target = target_of(file).map_err(refused)?;
-    if std::fs::metadata(&target).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
+    if std::fs::metadata(&target).is_ok_and(|file| !file.is_file() && !file.is_dir()) {
         let mut device = std::fs::File::options().write(true).open(&target).map_err(refused)?;
         return write(&mut device);
     }
@@ -150,8 +150,8 @@ pub fn check_room(file: &Path, bytes: u64) -> Result<()> {
         _ => Path::new("."),
     };
     // A file system that does not tell has to be tried.
-    let Ok(found) = rustix::fs::statvfs(folder) else { return Ok(()) };
-    let room = found.f_bavail.saturating_mul(found.f_frsize);
+    let Ok(space) = rustix::fs::statvfs(folder) else { return Ok(()) };
+    let room = space.f_bavail.saturating_mul(space.f_frsize);
     if room >= bytes {
         return Ok(());
     }

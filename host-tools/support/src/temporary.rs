@@ -44,10 +44,10 @@ pub fn file_in(folder: &Path) -> io::Result<(tempfile::NamedTempFile, Known)> {
 /// A folder beside the one that it is to become.
 pub fn folder_in(folder: &Path) -> io::Result<(tempfile::TempDir, Known)> {
     let mut there = there();
-    let found = tempfile::Builder::new().prefix(".gmr-").tempdir_in(folder)?;
-    there.insert(found.path().to_owned());
-    let known = Known(found.path().to_owned());
-    Ok((found, known))
+    let folder = tempfile::Builder::new().prefix(".gmr-").tempdir_in(folder)?;
+    there.insert(folder.path().to_owned());
+    let known = Known(folder.path().to_owned());
+    Ok((folder, known))
 }
 
 /// Removes them all, and lets nobody make others: for a process that is about to end.

@@ -8,7 +8,7 @@ use super::lockstep::Truth;
 pub const PERIOD_US: u64 = 5000;
 
 /// The log's columns: those of a run log, `power_w` the drives' alone, and the rails.
-pub const HEADER: &str = support::own::TRUTH;
+pub const HEADER: &str = support::overwrite::TRUTH;
 
 /// Rows of the log: speeds as they are, powers as means since the row before.
 #[derive(Debug, Clone, Default)]

@@ -10,7 +10,7 @@ use support::context::Context;
 use support::error::{Error, Result};
 use support::figure::figure;
 use support::output::write_whole;
-use support::own::POWER;
+use support::overwrite::POWER;
 
 use super::board::{self, BoardReport, BoardTrack, Delay};
 use super::plot::Track;

@@ -49,13 +49,13 @@ const HEAD: u64 = 4096;
 /// # Errors
 /// Names the file.
 pub fn check(file: &Path, form: Form, force: bool) -> Result<()> {
-    let is_file = std::fs::metadata(file).is_ok_and(|found| found.is_file() && found.len() > 0);
+    let is_file = std::fs::metadata(file).is_ok_and(|file| file.is_file() && file.len() > 0);
     if force || !is_file {
         return Ok(());
     }
     let mut head = Vec::new();
     let opened = std::fs::File::open(file).map_err(|error| Error::io(file, &error))?;
-    let length = opened.metadata().map_or(0, |found| found.len());
+    let length = opened.metadata().map_or(0, |file| file.len());
     opened.take(HEAD).read_to_end(&mut head).map_err(|error| Error::io(file, &error))?;
     if form.is_of(&head, length) || form == Form::Grams && are_grams(file) {
         return Ok(());
