@@ -63,18 +63,18 @@ mod tests {
     /// 97.5 %) = 3.18245.
     #[test]
     fn the_interval_is_students() {
-        let found = mean_interval(&[1.0, 2.0, 3.0, 4.0]);
-        assert_eq!((found.mean, found.count), (2.5, 4));
-        assert!((found.std_dev.unwrap() - 1.290_994_45).abs() < 1e-8);
-        assert!((found.half_width.unwrap() - 3.182_446_3 * 1.290_994_45 / 2.0).abs() < 1e-6, "{found:?}");
-        assert!(found.is_above(0.4) && !found.is_above(0.5));
+        let interval = mean_interval(&[1.0, 2.0, 3.0, 4.0]);
+        assert_eq!((interval.mean, interval.count), (2.5, 4));
+        assert!((interval.std_dev.unwrap() - 1.290_994_45).abs() < 1e-8);
+        assert!((interval.half_width.unwrap() - 3.182_446_3 * 1.290_994_45 / 2.0).abs() < 1e-6);
+        assert!(interval.is_above(0.4) && !interval.is_above(0.5));
     }
 
     #[test]
     fn one_value_has_no_interval() {
-        let found = mean_interval(&[7.0]);
-        assert_eq!((found.mean, found.std_dev, found.half_width), (7.0, None, None));
-        assert!(!found.is_above(-1e9));
+        let interval = mean_interval(&[7.0]);
+        assert_eq!((interval.mean, interval.std_dev, interval.half_width), (7.0, None, None));
+        assert!(!interval.is_above(-1e9));
         assert!(mean_interval(&[]).mean.is_nan());
     }
 

@@ -23,11 +23,11 @@ pub fn golden_section(
 ) -> Option<Minimum> {
     let mut best: Option<Minimum> = None;
     let mut tried = |at: f64| {
-        let found = finite(cost(at));
-        if found < f64::INFINITY && best.is_none_or(|best| found < best.cost) {
-            best = Some(Minimum { at, cost: found });
+        let value = finite(cost(at));
+        if value < f64::INFINITY && best.is_none_or(|best| value < best.cost) {
+            best = Some(Minimum { at, cost: value });
         }
-        found
+        value
     };
     let end = tolerance.max(f64::EPSILON) * (high - low).abs();
     let inner = |low: f64, high: f64| (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
@@ -94,16 +94,16 @@ mod tests {
     #[test]
     fn a_grid_finds_the_least_of_several() {
         let grid: Vec<f64> = (0..13).map(|k| -2.0 + 0.5 * f64::from(k)).collect();
-        let found = grid_then_golden(&grid, 1e-7, |x| (3.0 * x).cos() + x / 10.0).unwrap();
+        let least = grid_then_golden(&grid, 1e-7, |x| (3.0 * x).cos() + x / 10.0).unwrap();
         let truth = -((1.0_f64 / 30.0).asin() + std::f64::consts::PI) / 3.0;
-        assert!((found.at - truth).abs() < 1e-6, "{found:?} {truth}");
+        assert!((least.at - truth).abs() < 1e-6, "{least:?} {truth}");
     }
 
     #[test]
     fn a_cost_that_is_no_number_is_never_the_least() {
         let root = |x: f64| if x < 0.5 { f64::NAN } else { x };
-        let found = golden_section(0.0, 1.0, 1e-6, root).unwrap();
-        assert!(found.cost >= 0.5 && found.cost < 0.62, "{found:?}");
+        let least = golden_section(0.0, 1.0, 1e-6, root).unwrap();
+        assert!(least.cost >= 0.5 && least.cost < 0.62, "{least:?}");
         assert!(golden_section(0.0, 1.0, 1e-6, |_| f64::NAN).is_none());
         assert!(grid_then_golden(&[0.0, 1.0], 1e-6, |_| f64::NAN).is_none());
         assert!(grid_then_golden(&[], 1e-6, |x| x).is_none());

@@ -127,7 +127,7 @@ impl NormalEquations {
         if !(square.is_finite() && matrix.iter().chain(&right).all(|sum| sum.is_finite())) {
             return Err(LeastSquaresError::NotFinite);
         }
-        let scale = matrix.diagonal().map(|own| if own > 0.0 { 1.0 / own.sqrt() } else { 1.0 });
+        let scale = matrix.diagonal().map(|entry| if entry > 0.0 { 1.0 / entry.sqrt() } else { 1.0 });
         let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
             matrix[(i, j)] * scale[i] * scale[j] + if i == j { ridge } else { 0.0 }
         });

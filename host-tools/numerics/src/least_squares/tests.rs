@@ -40,8 +40,8 @@ fn numbers(values: &Value) -> Vec<f64> {
 }
 
 /// The condition of the scaled normal matrix is some 1e3; a thousand roundings on top are 1e-10.
-fn assert_close(found: f64, expected: f64, what: &str) {
-    assert!((found - expected).abs() <= 1e-10 * expected.abs(), "{what}: {found} {expected}");
+fn assert_close(value: f64, expected: f64, what: &str) {
+    assert!((value - expected).abs() <= 1e-10 * expected.abs(), "{what}: {value} {expected}");
 }
 
 /// The whole panel: slopes, the further column, the residual; per root of the weight.
@@ -70,11 +70,11 @@ fn solution_covariance_and_loss_are_scipys() {
     for mut problem in [by_rows, by_products] {
         problem.add_prior(&reference.prior());
         let factored = problem.factor(0.0).unwrap();
-        for (found, expected) in factored.solution().iter().zip(&reference.vector("solution")) {
-            assert_close(*found, *expected, "solution");
+        for (value, expected) in factored.solution().iter().zip(&reference.vector("solution")) {
+            assert_close(*value, *expected, "solution");
         }
-        for (found, expected) in factored.covariance().iter().zip(&reference.matrix("covariance")) {
-            assert_close(*found, *expected, "covariance");
+        for (value, expected) in factored.covariance().iter().zip(&reference.matrix("covariance")) {
+            assert_close(*value, *expected, "covariance");
         }
         assert_close(factored.loss(), reference.number("loss"), "loss");
     }

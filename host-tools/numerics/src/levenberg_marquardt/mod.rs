@@ -353,8 +353,8 @@ where
                 .zip(&scale)
                 .map(|((&i, step), scale)| parameters[i] + step / scale)
                 .collect();
-            let beyond = |(&i, &end): (&usize, &f64)| end < bounds.lower[i] || end > bounds.upper[i];
-            let meets: Vec<bool> = free.iter().zip(&ends).map(beyond).collect();
+            let is_outside = |(&i, &end): (&usize, &f64)| end < bounds.lower[i] || end > bounds.upper[i];
+            let meets: Vec<bool> = free.iter().zip(&ends).map(is_outside).collect();
             let last = !meets.contains(&true);
             for ((&i, end), meets) in free.iter().zip(&ends).zip(&meets) {
                 if *meets || last {

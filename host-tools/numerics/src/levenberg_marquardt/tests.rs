@@ -12,12 +12,12 @@ use problems::{PROBLEMS, Problem};
 
 /// Minima are printed with six digits; those that are 0 are met to 1e-12 of the cost at the start
 /// (or 1e-12, if that is less).
-fn is_met(found: f64, problem: &Problem, start_cost: f64) -> bool {
+fn is_met(cost: f64, problem: &Problem, start_cost: f64) -> bool {
     problem.minima.iter().any(|minimum| {
         if *minimum == 0.0 {
-            found <= 1e-12 * start_cost.max(1.0)
+            cost <= 1e-12 * start_cost.max(1.0)
         } else {
-            (found - minimum).abs() <= 1e-5 * minimum
+            (cost - minimum).abs() <= 1e-5 * minimum
         }
     })
 }
@@ -34,9 +34,9 @@ fn solve(problem: &Problem, factor: f64) -> (super::Descent<nalgebra::Dyn>, f64)
 #[test]
 fn known_minima_are_met_from_the_standard_start() {
     for problem in PROBLEMS {
-        let (found, start_cost) = solve(problem, 1.0);
-        assert!(found.ending.has_converged(), "{}: {found:?}", problem.name);
-        assert!(is_met(found.cost, problem, start_cost), "{}: {found:?}", problem.name);
+        let (descent, start_cost) = solve(problem, 1.0);
+        assert!(descent.ending.has_converged(), "{}: {descent:?}", problem.name);
+        assert!(is_met(descent.cost, problem, start_cost), "{}: {descent:?}", problem.name);
     }
 }
 
@@ -46,8 +46,8 @@ fn known_minima_are_met_from_the_standard_start() {
 #[test]
 fn known_minima_are_met_from_ten_times_as_far() {
     for problem in PROBLEMS.iter().filter(|problem| problem.far) {
-        let (found, start_cost) = solve(problem, 10.0);
-        assert!(found.ending.has_converged(), "{}: {found:?}", problem.name);
-        assert!(is_met(found.cost, problem, start_cost), "{}: {found:?}", problem.name);
+        let (descent, start_cost) = solve(problem, 10.0);
+        assert!(descent.ending.has_converged(), "{}: {descent:?}", problem.name);
+        assert!(is_met(descent.cost, problem, start_cost), "{}: {descent:?}", problem.name);
     }
 }

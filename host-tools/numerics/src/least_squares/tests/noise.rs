@@ -60,7 +60,7 @@ fn score(columns: &[Vec<f64>], residual: &[f64]) -> f64 {
 }
 
 /// The residual after a fit of all columns but the last.
-fn left(columns: &[Vec<f64>], residual: &[f64]) -> Vec<f64> {
+fn residual_of(columns: &[Vec<f64>], residual: &[f64]) -> Vec<f64> {
     let mut problem = NormalEquations::zeros(columns.len() - 1);
     let row = |t: usize| columns[..columns.len() - 1].iter().map(|column| column[t]).collect::<Vec<f64>>();
     for (t, residual) in residual.iter().enumerate() {
@@ -78,8 +78,8 @@ fn of_white_noise() {
         let residual: Vec<f64> = (0..ROWS).map(|_| normal(random)).collect();
         score(&columns, &residual)
     });
-    let found = distance(draws.collect());
-    assert!(found < critical(), "{found}");
+    let apart = distance(draws.collect());
+    assert!(apart < critical(), "{apart}");
 }
 
 /// e_t = 0.9 e_{t−1} + n_t. The autoregression is estimated from what the other columns leave and
@@ -98,18 +98,18 @@ fn of_noise_with_a_memory_behind_the_whitener() {
             })
             .collect();
         if whiten {
-            let a = autoregression(&left(&columns, &residual));
+            let a = autoregression(&residual_of(&columns, &residual));
             let whitened = |values: &[f64]| values.windows(2).map(|pair| pair[1] - a * pair[0]).collect();
             columns = columns.iter().map(|column| whitened(column)).collect();
             residual = whitened(&residual);
         }
-        let left = left(&columns, &residual);
-        let std = (left.iter().map(|x| x * x).sum::<f64>() / (left.len() - columns.len() + 1) as f64).sqrt();
+        let rest = residual_of(&columns, &residual);
+        let std = (rest.iter().map(|x| x * x).sum::<f64>() / (rest.len() - columns.len() + 1) as f64).sqrt();
         residual.iter_mut().for_each(|value| *value /= std);
         score(&columns, &residual)
     };
-    let found = distance((0..DRAWS).map(|seed| draw(seed, true)).collect());
-    assert!(found < critical(), "{found}");
+    let apart = distance((0..DRAWS).map(|seed| draw(seed, true)).collect());
+    assert!(apart < critical(), "{apart}");
     let raw = distance((0..DRAWS).map(|seed| draw(seed, false)).collect());
     assert!(raw > 3.0 * critical(), "{raw}");
 }
@@ -138,8 +138,8 @@ fn of_heteroscedastic_noise() {
             columns.iter().map(|column| if weigh { by(column) } else { column.clone() }).collect();
         score(&whitened, &by(&residual))
     };
-    let found = distance((0..DRAWS).map(|seed| draw(seed, true)).collect());
-    assert!(found < critical(), "{found}");
+    let apart = distance((0..DRAWS).map(|seed| draw(seed, true)).collect());
+    assert!(apart < critical(), "{apart}");
     let equal = distance((0..DRAWS).map(|seed| draw(seed, false)).collect());
     assert!(equal > critical(), "{equal}");
 }

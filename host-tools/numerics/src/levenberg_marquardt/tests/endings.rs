@@ -51,8 +51,8 @@ fn a_failed_factorisation_raises_the_damping() {
     let indefinite = Made { matrix: Matrix::new(1.0, 3.0, 3.0, 1.0), ..BOWL };
     let start = Vector::new(1.0, 2.0);
     let tolerances = Tolerances { cost: 1e-20, ..Tolerances::default() };
-    let found = descend(&indefinite, &start, &Bounds::none(&start), &tolerances);
-    assert!(found.ending.has_converged() && found.cost < 1e-9 && found.steps > 5, "{found:?}");
+    let descent = descend(&indefinite, &start, &Bounds::none(&start), &tolerances);
+    assert!(descent.ending.has_converged() && descent.cost < 1e-9 && descent.steps > 5, "{descent:?}");
 }
 
 /// Where no damping helps, that is the ending: a negative diagonal is no JᵀJ.
@@ -102,20 +102,20 @@ fn minima_at_bounds_are_met() {
     let start = DVector::from_vec(vec![-1.2, 1.0]);
     let mut bounds = Bounds::none(&start);
     bounds.upper[0] = 0.5;
-    let found = descend(&residuals, &start, &bounds, &Tolerances::default());
-    assert!(found.ending.has_converged(), "{found:?}");
-    assert!((found.cost - 0.25).abs() < 1e-12 && found.parameters[0] == 0.5, "{found:?}");
+    let descent = descend(&residuals, &start, &bounds, &Tolerances::default());
+    assert!(descent.ending.has_converged(), "{descent:?}");
+    assert!((descent.cost - 0.25).abs() < 1e-12 && descent.parameters[0] == 0.5, "{descent:?}");
 
     let mut bounds = Bounds::none(&start);
     bounds.lower[1] = 2.0;
     let start = DVector::from_vec(vec![1.2, 1.0]);
-    let found = descend(&residuals, &start, &bounds, &Tolerances::default());
+    let descent = descend(&residuals, &start, &bounds, &Tolerances::default());
     let slope = |x: f64| 400.0 * x * (x * x - 2.0) - 2.0 * (1.0 - x);
     let (mut low, mut high) = (1.0, 2.0);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
         if slope(middle) < 0.0 { low = middle } else { high = middle }
     }
-    assert!(found.ending.has_converged() && found.parameters[1] == 2.0, "{found:?}");
-    assert!((found.parameters[0] - low).abs() < 1e-6, "{found:?} {low}");
+    assert!(descent.ending.has_converged() && descent.parameters[1] == 2.0, "{descent:?}");
+    assert!((descent.parameters[0] - low).abs() < 1e-6, "{descent:?} {low}");
 }
