@@ -127,8 +127,8 @@ mod tests {
         {
             let geometry = geometry(kinematics);
             let twist = [0.3, if geometry.holonomic() { -0.2 } else { 0.0 }, 0.7];
-            let found = geometry.twist(geometry.wheel_speeds(twist));
-            assert!(twist.iter().zip(found).all(|(a, b)| (a - b).abs() < 1e-12), "{kinematics:?} {found:?}");
+            let back = geometry.twist(geometry.wheel_speeds(twist));
+            assert!(twist.iter().zip(back).all(|(a, b)| (a - b).abs() < 1e-12), "{kinematics:?} {back:?}");
         }
     }
 

@@ -43,16 +43,16 @@ impl PayloadSchedule {
     /// # Errors
     /// Usage, naming the part that cannot be read and what is allowed.
     pub fn parse(text: &str) -> Result<Self> {
-        let number = |part: &str, digits: &str| {
+        let number = |step: &str, digits: &str| {
             digits.trim().parse::<f64>().map_err(|_| {
-                Error::usage(format!("mass `{part}` in `{text}`; allowed: KG or KG@SECONDS,KG@SECONDS,…"))
+                Error::usage(format!("mass `{step}` in `{text}`; allowed: KG or KG@SECONDS,KG@SECONDS,…"))
             })
         };
         let steps = text
             .split(',')
-            .map(|part| {
-                let (mass, from) = part.split_once('@').unwrap_or((part, "0"));
-                Ok((number(part, from)?, number(part, mass)?))
+            .map(|step| {
+                let (mass, from) = step.split_once('@').unwrap_or((step, "0"));
+                Ok((number(step, from)?, number(step, mass)?))
             })
             .collect::<Result<Vec<_>>>()?;
         Self::steps(steps)

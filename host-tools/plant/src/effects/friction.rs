@@ -113,8 +113,8 @@ struct Viscous {
 
 impl Cause for Viscous {
     fn act(&mut self, now: &Now, conditions: &mut Conditions) {
-        let left = (-now.time_s / self.fades_s).exp();
-        let factor = 1.0 + self.change.at(now.time_s) * left;
+        let remaining = (-now.time_s / self.fades_s).exp();
+        let factor = 1.0 + self.change.at(now.time_s) * remaining;
         for wheel in &mut conditions.wheels {
             wheel.motor.viscous *= factor;
             wheel.viscous *= factor;

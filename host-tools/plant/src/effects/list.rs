@@ -101,8 +101,8 @@ impl Effect {
         let effect = Self::new(id, 0.0)?;
         let size = number(size).ok_or_else(|| effect.refuse_size(size))?;
         let mut effect = effect.with_size(size)?;
-        for part in parts {
-            let (name, value) = part.split_once('=').unwrap_or((part, ""));
+        for option in parts {
+            let (name, value) = option.split_once('=').unwrap_or((option, ""));
             let choice = effect.choice(name)?;
             let read = match choice.values {
                 Values::Number(..) => number(value),

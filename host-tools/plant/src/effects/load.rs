@@ -60,7 +60,7 @@ impl Cause for Offset {
 /// floor is taken, on which loads differ in proportion to y.
 fn levers(geometry: &Geometry) -> [f64; MAX_WHEELS] {
     let half = geometry.track_m / 2.0;
-    let left: [f64; MAX_WHEELS] = match geometry.kinematics {
+    let y: [f64; MAX_WHEELS] = match geometry.kinematics {
         Kinematics::Differential => [half, -half, 0.0, 0.0],
         Kinematics::Skid | Kinematics::Mecanum => [half, -half, half, -half],
         Kinematics::Omni => {
@@ -68,8 +68,8 @@ fn levers(geometry: &Geometry) -> [f64; MAX_WHEELS] {
             [at(60.0), at(180.0), at(300.0), 0.0]
         }
     };
-    let square: f64 = left.iter().map(|y| y * y).sum();
-    left.map(|y| y / square)
+    let square: f64 = y.iter().map(|y| y * y).sum();
+    y.map(|y| y / square)
 }
 
 pub(super) const MISLABEL: Listed = Listed {

@@ -43,8 +43,8 @@ fn parse(text: &str, geometry: &Geometry) -> Result<Profile> {
         let line_number = index as u64 + 1;
         let cells: Vec<&str> = line.split(',').map(str::trim).collect();
         let number = |column: usize| {
-            let wrong = |found: &str| {
-                Error::failed(format!("found {found}; expected a number"))
+            let wrong = |cell: &str| {
+                Error::failed(format!("found {cell}; expected a number"))
                     .at_line(line_number)
                     .in_column(names[column])
             };

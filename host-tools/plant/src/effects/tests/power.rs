@@ -8,9 +8,9 @@ fn wrong_sensors_change_what_is_read_and_nothing_else() {
     let clean = drive(PlantSet::Servo, &[]);
     let gain = drive(PlantSet::Servo, &["sensor-gain=-0.1"]);
     let offset = drive(PlantSet::Servo, &["sensor-offset=0.05"]);
-    let late = drive(PlantSet::Servo, &["sensor-delay=0.03"]);
-    let early = drive(PlantSet::Servo, &["sensor-delay=-0.03"]);
-    for wrong in [&gain, &offset, &late, &early] {
+    let power_late = drive(PlantSet::Servo, &["sensor-delay=0.03"]);
+    let speed_late = drive(PlantSet::Servo, &["sensor-delay=-0.03"]);
+    for wrong in [&gain, &offset, &power_late, &speed_late] {
         assert_eq!(wrong.true_power_w, clean.true_power_w);
     }
     for k in 0..clean.time_s.len() {
@@ -18,11 +18,10 @@ fn wrong_sensors_change_what_is_read_and_nothing_else() {
         assert!((offset.power_w[k] - clean.power_w[k] - 0.05).abs() < 1e-12);
     }
     // 0.03 s are three samples.
-    assert!(apart(&late.power_w[3..], &clean.power_w) < 1e-12 && late.wheel_rad_s == clean.wheel_rad_s);
-    assert!(
-        apart(&early.wheel_rad_s[0][3..], &clean.wheel_rad_s[0]) < 1e-12 && early.power_w == clean.power_w
-    );
-    assert!(late.power_w[..3] == [0.0; 3] && early.wheel_rad_s[0][..3] == [0.0; 3]);
+    assert!(power_late.wheel_rad_s == clean.wheel_rad_s && speed_late.power_w == clean.power_w);
+    assert!(apart(&power_late.power_w[3..], &clean.power_w) < 1e-12);
+    assert!(apart(&speed_late.wheel_rad_s[0][3..], &clean.wheel_rad_s[0]) < 1e-12);
+    assert!(power_late.power_w[..3] == [0.0; 3] && speed_late.wheel_rad_s[0][..3] == [0.0; 3]);
 }
 
 /// What the sensor averages is delayed, wrong and offset as what it reads at once: within its step

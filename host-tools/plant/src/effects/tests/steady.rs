@@ -44,9 +44,9 @@ fn rolling(coefficient: f64) -> f64 {
 
 const ROLLING: f64 = 0.032;
 
-fn assert_near(found: f64, expected: f64, what: &str) {
+fn assert_near(value: f64, expected: f64, what: &str) {
     // The hand's six digits.
-    assert!((found / expected - 1.0).abs() < 3e-5, "{what}: {found}, by hand {expected}");
+    assert!((value / expected - 1.0).abs() < 3e-5, "{what}: {value}, by hand {expected}");
 }
 
 /// Both wheels alike, at 0.15 m/s.
@@ -61,8 +61,8 @@ fn straight_on_the_power_is_that_of_the_balance_of_torques() {
     // The last second's hundred readings, each with what is left of the cold; so slow that the
     // speed loop keeps up.
     let cold = (1..=100).map(|k| {
-        let left = (-(19.0 + f64::from(k) / 100.0) / 200.0).exp();
-        let servo = Servo { viscous: servo.viscous * (1.0 + 0.5 * left), ..servo };
+        let cold = (-(19.0 + f64::from(k) / 100.0) / 200.0).exp();
+        let servo = Servo { viscous: servo.viscous * (1.0 + 0.5 * cold), ..servo };
         2.0 * servo.power(rolling(ROLLING), w, 0.0) / 100.0
     });
     let rubbing = Servo { efficiency: servo.efficiency / (1.0 + 2.0 * rolling(ROLLING)), ..servo };
