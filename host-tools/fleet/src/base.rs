@@ -106,8 +106,19 @@ impl<'a> Robot<'a> {
     }
 }
 
+/// The step that runs of these (information, score) share, its information, and Σ (score left)²;
+/// none where the information is not above `least`.
+pub(super) fn shared_step(runs: &[(f64, f64)], least: f64) -> Option<(f64, f64, f64)> {
+    let information: f64 = runs.iter().map(|(information, _)| information).sum();
+    if information.is_nan() || information <= least {
+        return None;
+    }
+    let step = runs.iter().map(|(_, score)| score).sum::<f64>() / information;
+    Some((step, information, runs.iter().map(|run| (run.1 - step * run.0).powi(2)).sum()))
+}
+
 /// Of a Gram matrix, within what it determines.
 fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    let found = ScaledInverse::of(matrix);
-    found.unscaled(&found.inverse)
+    let scaled = ScaledInverse::of(matrix);
+    scaled.unscaled(&scaled.inverse)
 }

@@ -52,7 +52,8 @@ impl Disagreement {
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Disagreements {
     /// Runs beyond chance, in their order.
-    pub found: Vec<Disagreement>,
+    #[serde(rename = "found")]
+    pub runs: Vec<Disagreement>,
     /// Runs that were asked.
     pub asked: usize,
     /// What ln RMSE must be above its median, in standard deviations.
@@ -74,7 +75,7 @@ pub(super) fn disagreements(runs: &[&RunGram], drift: &Drift) -> Disagreements {
     let mut each: Vec<(&str, f64)> = Vec::new();
     for (name, runs) in by_robot(runs) {
         let base = base_of(name);
-        each.extend(runs.iter().filter_map(|run| Some((run.name, left(run, &base)?))));
+        each.extend(runs.iter().filter_map(|run| Some((run.name, rmse(run, &base)?))));
     }
     each.sort_by(|a, b| a.0.cmp(b.0));
     let mut answer = Disagreements { asked: each.len(), ..Disagreements::default() };
@@ -89,7 +90,7 @@ pub(super) fn disagreements(runs: &[&RunGram], drift: &Drift) -> Disagreements {
     };
     let threshold = -student.inverse_cdf(FALSE_NAMES / each.len() as f64);
     answer.threshold = Some(threshold);
-    answer.found = each
+    answer.runs = each
         .iter()
         .zip(logs)
         .map(|((run, rmse), log)| Disagreement {
@@ -104,7 +105,7 @@ pub(super) fn disagreements(runs: &[&RunGram], drift: &Drift) -> Disagreements {
 }
 
 /// Root mean square of what a base leaves of a run, W; none where there is nothing.
-fn left(run: &Run<'_>, base: &DVector<f64>) -> Option<f64> {
+fn rmse(run: &Run<'_>, base: &DVector<f64>) -> Option<f64> {
     let squares = run.squares - 2.0 * base.dot(&run.score) + base.dot(&(&run.normal * base));
     // Within the rounding of its sums it is nothing.
     (squares > f64::EPSILON * run.squares).then(|| (squares / run.rows as f64).sqrt())

@@ -25,7 +25,7 @@ use numerics::scaled_inverse::DETERMINED;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::base::{Direction, Robot, Run, by_robot, directions};
+use super::base::{Direction, Robot, Run, by_robot, directions, shared_step};
 
 /// Chance that a fleet in which nothing changes has any name.
 pub(super) const FALSE_NAMES: f64 = 0.01;
@@ -173,21 +173,16 @@ impl Robot<'_> {
         // What of the step the robot's own base could be.
         let absorbed = &self.inverse * moment;
         let of_run = |run: &Run<'_>| {
-            let left = if after(run) { &direction.along - &absorbed } else { -&absorbed };
-            let information = left.dot(&(&run.normal * &left));
-            let score = left.dot(&(&run.score - &run.normal * base));
+            let along = if after(run) { &direction.along - &absorbed } else { -&absorbed };
+            let information = along.dot(&(&run.normal * &along));
+            let score = along.dot(&(&run.score - &run.normal * base));
             (information, score)
         };
         let each: Vec<(f64, f64)> = self.runs.iter().map(of_run).collect();
-        let information: f64 = each.iter().map(|(information, _)| information).sum();
-        let own: f64 = direction.along.dot(&(&self.total * &direction.along));
-        if information.is_nan() || information <= DETERMINED * own {
-            return None;
-        }
-        let step = each.iter().map(|(_, score)| score).sum::<f64>() / information;
-        let left: f64 = each.iter().map(|(information, score)| (score - step * information).powi(2)).sum();
+        let unabsorbed = direction.along.dot(&(&self.total * &direction.along));
+        let (step, information, squares) = shared_step(&each, DETERMINED * unabsorbed)?;
         let spare = (self.runs.len() - 2) as f64;
-        let scatter = left / information * self.runs.len() as f64 / spare;
+        let scatter = squares / information * self.runs.len() as f64 / spare;
         Some(Asked { direction: place, day, step, information, scatter })
     }
 }

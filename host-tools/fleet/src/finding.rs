@@ -21,7 +21,7 @@ pub(super) fn finding(
 ) -> String {
     let changed = |robot: &str| drift.changes.iter().find(|change| change.robot == robot);
     let names: BTreeSet<&str> = (drift.changes.iter().map(|one| &*one.robot))
-        .chain(outliers.found.iter().map(|one| &*one.robot))
+        .chain(outliers.robots.iter().map(|one| &*one.robot))
         .collect();
     let mut draws: Vec<f64> = standings.iter().filter_map(|one| one.straight_w).collect();
     let middle = median(&mut draws).unwrap_or(0.0);
@@ -38,8 +38,8 @@ pub(super) fn finding(
         let more = if percent > 0.0 { "more" } else { "less" };
         format!("robot {robot} draws {:.0} % {more} than the fleet's median", percent.abs().max(1.0))
     } else {
-        let of_outlier = || outliers.found.iter().find(|one| one.robot == *robot).map(|one| &one.coefficient);
-        let what = changed(robot).map(|one| &one.coefficient).or_else(of_outlier);
+        let outlier = outliers.robots.iter().find(|one| one.robot == *robot);
+        let what = changed(robot).map(|one| &one.coefficient).or(outlier.map(|one| &one.coefficient));
         format!("robot {robot} is unlike the others in {}", what.map_or("", String::as_str))
     };
     if let Some(change) = changed(robot) {
@@ -55,7 +55,7 @@ pub(super) fn finding(
 
 fn without_names(robots: usize, drift: &Drift, outliers: &Outliers, disagreements: &Disagreements) -> String {
     let robots = if robots == 1 { "one robot".to_owned() } else { format!("{robots} robots") };
-    match (disagreements.found.len(), drift.threshold.or(outliers.threshold)) {
+    match (disagreements.runs.len(), drift.threshold.or(outliers.threshold)) {
         (0, None) => format!("{robots}, too few runs to tell who stands out"),
         (0, Some(_)) => format!("of {robots} none stands out"),
         (1, _) => format!("of {robots} none stands out, but one run disagrees with its robot"),

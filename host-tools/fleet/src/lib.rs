@@ -14,8 +14,8 @@ mod finding;
 mod keys;
 mod logs;
 mod metrics;
+mod models;
 mod outlier;
-mod own;
 mod page;
 mod rank;
 mod source;
@@ -24,5 +24,5 @@ mod state;
 mod tests;
 mod workflow;
 
-pub use self::own::Exported;
+pub use self::models::Exported;
 pub use self::workflow::{Answer, Report, Request, Seconds, fleet};

@@ -53,7 +53,7 @@ impl Log {
     /// such date.
     pub(super) fn wrong_day(&self) -> Option<&str> {
         let day = self.keys.get(super::keys::DAY)?;
-        let numbers: Vec<u32> = day.split('-').map(|part| part.parse().ok()).collect::<Option<_>>()?;
+        let numbers: Vec<u32> = day.split('-').map(|number| number.parse().ok()).collect::<Option<_>>()?;
         let is_written = day.split('-').map(str::len).eq([4, 2, 2]);
         let &[year, month, of_month] = &numbers[..] else { return None };
         let is_leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
@@ -80,9 +80,9 @@ impl Log {
 fn keys(parts: &[String], group: &[String]) -> BTreeMap<String, String> {
     let Some((file, folders)) = parts.split_last() else { return BTreeMap::new() };
     let stem = file.rsplit_once('.').map_or(file.as_str(), |(stem, _)| stem);
-    let own = folders.iter().filter_map(|part| part.split_once('='));
+    let pairs = folders.iter().filter_map(|folder| folder.split_once('='));
     let mut keys: BTreeMap<String, String> =
-        own.map(|(key, value)| (key.to_owned(), value.to_owned())).collect();
+        pairs.map(|(key, value)| (key.to_owned(), value.to_owned())).collect();
     if keys.is_empty() {
         let plain =
             folders.iter().map(String::as_str).chain((folders.len() + 1 == group.len()).then_some(stem));

@@ -33,7 +33,7 @@ const FIGURES: [(&str, &str, Figure); 8] = [
         Some(f64::from(u8::from(is_it)))
     }),
     ("gmr_robot_stands_out", "1 where a coefficient is unlike the other robots'", |report, one| {
-        let is_it = report.outliers.found.iter().any(|outlier| outlier.robot == one.robot);
+        let is_it = report.outliers.robots.iter().any(|outlier| outlier.robot == one.robot);
         Some(f64::from(u8::from(is_it)))
     }),
 ];

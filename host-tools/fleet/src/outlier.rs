@@ -16,7 +16,7 @@ use numerics::scaled_inverse::DETERMINED;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::base::{Direction, Robot, by_robot, directions};
+use super::base::{Direction, Robot, by_robot, directions, shared_step};
 use super::drift::{APART, Drift, FALSE_NAMES};
 
 /// Fewest robots from which their scatter is known.
@@ -67,7 +67,8 @@ impl Outlier {
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Outliers {
     /// Robots beyond chance, by name.
-    pub found: Vec<Outlier>,
+    #[serde(rename = "found")]
+    pub robots: Vec<Outlier>,
     /// Robots, times coefficients, that were asked.
     pub asked: usize,
     /// What a difference must be in standard deviations of robots to stand.
@@ -139,7 +140,7 @@ pub(super) fn outliers(runs: &[&RunGram], reference: &TorqueModel<f64>, drift: &
     outliers.threshold = Some(threshold);
     for (place, robot) in robots.iter().enumerate() {
         let of_robot: Vec<&Asked> = asked.iter().filter(|one| one.robot == place).collect();
-        outliers.found.extend(named(robot, &of_robot, &directions, &spreads, threshold));
+        outliers.robots.extend(named(robot, &of_robot, &directions, &spreads, threshold));
     }
     outliers
 }
@@ -156,15 +157,10 @@ fn ask(
         .iter()
         .map(|run| (along.dot(&(&run.normal * along)), along.dot(&(&run.score - &run.normal * common))))
         .collect();
-    let information: f64 = each.iter().map(|(information, _)| information).sum();
     let most = robot.total.diagonal().component_mul(&along.component_mul(along)).max();
-    if information.is_nan() || information <= DETERMINED * most || information <= 0.0 {
-        return None;
-    }
-    let difference = each.iter().map(|(_, score)| score).sum::<f64>() / information;
-    let left: f64 = each.iter().map(|(information, score)| (score - difference * information).powi(2)).sum();
+    let (difference, information, squares) = shared_step(&each, (DETERMINED * most).max(0.0))?;
     let count = each.len() as f64;
-    let scatter = (each.len() > 1).then(|| left / information * count / (count - 1.0));
+    let scatter = (each.len() > 1).then(|| squares / information * count / (count - 1.0));
     Some(Asked { robot: place, direction, difference, information, scatter })
 }
 
@@ -240,15 +236,15 @@ mod tests {
     /// beyond.
     #[test]
     fn the_robot_that_is_unlike_the_others_is_named_and_no_other() {
-        let found = |robot: Option<usize>| {
+        let outliers_of = |robot: Option<usize>| {
             let runs = fleet(|at, _| if Some(at) == robot { 0.2 } else { 0.0 }, |_, _| 1.0);
             outliers(&runs.iter().collect::<Vec<&RunGram>>(), &REFERENCE, &no_change())
         };
-        let none = found(None);
-        assert!(none.found.is_empty() && none.threshold.is_some(), "{none:?}");
-        let one = found(Some(7));
-        assert_eq!(one.found.len(), 1, "{one:?}");
-        let outlier = &one.found[0];
+        let none = outliers_of(None);
+        assert!(none.robots.is_empty() && none.threshold.is_some(), "{none:?}");
+        let one = outliers_of(Some(7));
+        assert_eq!(one.robots.len(), 1, "{one:?}");
+        let outlier = &one.robots[0];
         assert_eq!((outlier.robot.as_str(), outlier.coefficient.as_str()), ("07", "viscous"));
         let (percent, plus_minus) = (outlier.percent.unwrap(), outlier.percent_plus_minus.unwrap());
         assert!((percent - 20.0).abs() < plus_minus, "{outlier:?}");
@@ -259,23 +255,23 @@ mod tests {
     fn a_few_robots_are_no_fleet() {
         let runs = fleet(|at, _| if at == 1 { 0.2 } else { 0.0 }, |_, _| 1.0);
         let few: Vec<&RunGram> = runs.iter().filter(|run| run.keys["robot"].as_str() < "09").collect();
-        let found = outliers(&few, &REFERENCE, &no_change());
-        assert!(found.found.is_empty() && found.silent.is_some(), "{found:?}");
+        let outliers = outliers(&few, &REFERENCE, &no_change());
+        assert!(outliers.robots.is_empty() && outliers.silent.is_some(), "{outliers:?}");
     }
 
     /// Of one run three times as much is left as of the others, in a direction that no coefficient
     /// has.
     #[test]
     fn the_run_that_disagrees_is_named_and_no_other() {
-        let found = |odd: bool| {
+        let disagreements_of = |odd: bool| {
             let runs = fleet(|_, _| 0.0, |robot, day| if odd && (robot, day) == (3, 2) { 3.0 } else { 1.0 });
             disagreements(&runs.iter().collect::<Vec<&RunGram>>(), &no_change())
         };
-        let none = found(false);
-        assert!(none.found.is_empty() && none.threshold.is_some(), "{none:?}");
-        let one = found(true);
-        assert_eq!(one.found.len(), 1, "{one:?}");
-        assert_eq!(one.found[0].run, "03/2");
-        assert!((one.found[0].rmse_w / one.found[0].usual_w / 3.0 - 1.0).abs() < 0.2, "{one:?}");
+        let none = disagreements_of(false);
+        assert!(none.runs.is_empty() && none.threshold.is_some(), "{none:?}");
+        let one = disagreements_of(true);
+        assert_eq!(one.runs.len(), 1, "{one:?}");
+        assert_eq!(one.runs[0].run, "03/2");
+        assert!((one.runs[0].rmse_w / one.runs[0].usual_w / 3.0 - 1.0).abs() < 0.2, "{one:?}");
     }
 }

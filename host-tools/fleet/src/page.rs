@@ -19,7 +19,7 @@ const DRAWN: usize = 20;
 
 /// What is on the page.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Found<'a> {
+pub(super) struct Content<'a> {
     /// In one sentence.
     pub finding: &'a str,
     /// The robots, the dearest first.
@@ -38,8 +38,8 @@ pub(super) struct Found<'a> {
 ///
 /// # Errors
 /// It cannot be drawn or written.
-pub(super) fn save(file: &Path, found: &Found<'_>) -> Result<()> {
-    let Found { finding, standings, drift, outliers, disagreements, judged } = *found;
+pub(super) fn save(file: &Path, content: &Content<'_>) -> Result<()> {
+    let Content { finding, standings, drift, outliers, disagreements, judged } = *content;
     let used = judged.iter().filter(|run| run.is_used).count();
     let body = html! {
         h1 { (sentence(finding)) }
@@ -84,8 +84,8 @@ fn standing_out(outliers: &Outliers) -> Markup {
     html! {
         h2 { "Robots unlike the others" }
         @if let Some(why) = &outliers.silent { p { "Nothing can be said: " (why) "." } }
-        @else if outliers.found.is_empty() { p { "None that stands out of how robots differ." } }
-        ul { @for outlier in &outliers.found { li { (outlier.sentence()) } } }
+        @else if outliers.robots.is_empty() { p { "None that stands out of how robots differ." } }
+        ul { @for outlier in &outliers.robots { li { (outlier.sentence()) } } }
         @if let Some(threshold) = outliers.threshold {
             p {
                 "Every robot and coefficient, " (outliers.asked) " questions, before what changed on it: " (format!("{threshold:.1}"))
@@ -100,8 +100,8 @@ fn disagreeing(disagreements: &Disagreements) -> Markup {
     html! {
         h2 { "Runs that disagree with their robot" }
         @if let Some(why) = &disagreements.silent { p { "Nothing can be said: " (why) "." } }
-        @else if disagreements.found.is_empty() { p { "None more than runs do." } }
-        ul { @for run in &disagreements.found { li { (run.sentence()) } } }
+        @else if disagreements.runs.is_empty() { p { "None more than runs do." } }
+        ul { @for run in &disagreements.runs { li { (run.sentence()) } } }
         @if disagreements.threshold.is_some() {
             p {
                 "Power that the robot's own coefficients leave, against all " (disagreements.asked)

@@ -97,9 +97,9 @@ impl Source {
 }
 
 fn in_folder(context: &Context, source: &Path, group: &[String]) -> Result<Vec<Log>> {
-    let mut found = Vec::new();
-    walk(context, source, group, &mut Vec::new(), &mut found)?;
-    Ok(found)
+    let mut logs = Vec::new();
+    walk(context, source, group, &mut Vec::new(), &mut logs)?;
+    Ok(logs)
 }
 
 fn walk(
@@ -107,7 +107,7 @@ fn walk(
     folder: &Path,
     group: &[String],
     parts: &mut Vec<String>,
-    found: &mut Vec<Log>,
+    logs: &mut Vec<Log>,
 ) -> Result<()> {
     let refused = |error: std::io::Error| Error::io(folder, &error);
     for entry in std::fs::read_dir(folder).map_err(refused)? {
@@ -116,10 +116,10 @@ fn walk(
         parts.push(entry.file_name().to_string_lossy().into_owned());
         let kind = entry.file_type().map_err(refused)?;
         if kind.is_dir() {
-            walk(context, &path, group, parts, found)?;
+            walk(context, &path, group, parts, logs)?;
         } else if let Some(log) = Log::at(parts, group, || Place::File(path.clone())) {
             match std::fs::metadata(&path) {
-                Ok(is) if is.is_file() => found.push(log),
+                Ok(is) if is.is_file() => logs.push(log),
                 // Opened, a pipe would wait for its writer, and a device need not end.
                 Ok(_) => context.notice(format_args!(
                     "{}: is no file (a pipe, socket, device or folder); left out",
@@ -127,7 +127,7 @@ fn walk(
                 )),
                 // Gone since the folder was listed, or a link that leads nowhere: reading it says
                 // so.
-                Err(_) => found.push(log),
+                Err(_) => logs.push(log),
             }
         } else if kind.is_symlink() && path.is_dir() {
             context.notice(format_args!(
@@ -166,8 +166,8 @@ mod tests {
         symlink("/dev/zero", at("device.parquet")).unwrap();
         symlink(place.path(), at("circle")).unwrap();
         symlink(place.path(), at("circle.csv")).unwrap();
-        let found = Source::of(place.path()).unwrap().find(&Context::default(), &[]).unwrap();
-        let names: Vec<&str> = found.iter().filter_map(|log| log.name.rsplit('/').next()).collect();
+        let logs = Source::of(place.path()).unwrap().find(&Context::default(), &[]).unwrap();
+        let names: Vec<&str> = logs.iter().filter_map(|log| log.name.rsplit('/').next()).collect();
         assert_eq!(names, ["dangling.csv", "good.csv", "link.csv", "loop.csv"]);
     }
 
@@ -181,8 +181,8 @@ mod tests {
             std::fs::create_dir_all(&folder).unwrap();
             std::fs::write(folder.join("a.csv"), "time_s\n").unwrap();
         }
-        let found = Source::of(place.path()).unwrap().find(&Context::default(), &[]).unwrap();
-        let days: Vec<&str> = found.iter().map(|log| &log.keys["day"][..]).collect();
+        let logs = Source::of(place.path()).unwrap().find(&Context::default(), &[]).unwrap();
+        let days: Vec<&str> = logs.iter().map(|log| &log.keys["day"][..]).collect();
         assert_eq!(days, ["2024-02-29", "2026-11-02", "monday"]);
     }
 

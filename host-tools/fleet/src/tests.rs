@@ -39,9 +39,9 @@ pub(super) fn fleet(of: impl Fn(usize, usize) -> f64, noise: impl Fn(usize, usiz
     let values = parameters(&REFERENCE);
     let mut runs = Vec::new();
     for robot in 0..ROBOTS {
-        let own = DVector::from_fn(PARAMETERS, |place, _| 0.01 * values[place] * normal());
+        let off = DVector::from_fn(PARAMETERS, |place, _| 0.01 * values[place] * normal());
         for day in 0..DAYS {
-            let mut delta = own.clone();
+            let mut delta = off.clone();
             delta[2] += of(robot, day) * values[2];
             // A watt or so for each coefficient as it is.
             let slopes = DMatrix::from_fn(ROWS, PARAMETERS, |_, place| {

@@ -23,9 +23,9 @@ use super::disagree::{Disagreements, disagreements};
 use super::drift::{Change, Drift, changes};
 use super::finding::finding;
 use super::logs::{Log, Place};
+use super::models::{self, Exported};
 use super::outlier::{Outliers, outliers};
-use super::own::{self, Exported};
-use super::page::{Found, save};
+use super::page::{Content, save};
 use super::rank::{Standing, rank};
 use super::source::Source;
 use super::state::{Outcome, State};
@@ -152,7 +152,7 @@ pub fn fleet(context: &Context, request: &Request<'_>) -> Result<Answer> {
         grams.iter().zip(&verdicts).filter(|(_, verdict)| verdict.is_used).map(|(run, _)| run).collect();
     let mut standings = rank(&used);
     let drift = changes(&used, &reference);
-    let models = own::models(robot, coeffs, &mut standings, &used, &drift);
+    let models = models::models(robot, coeffs, &mut standings, &used, &drift);
     let outliers = outliers(&used, &reference, &drift);
     let disagreements = disagreements(&used, &drift);
     let finding = finding(&standings, &drift, &outliers, &disagreements);
@@ -160,7 +160,7 @@ pub fn fleet(context: &Context, request: &Request<'_>) -> Result<Answer> {
     let started = Instant::now();
     judged.extend(verdicts);
     judged.sort_by(|a, b| a.run.cmp(&b.run));
-    let found = Found {
+    let content = Content {
         finding: &finding,
         standings: &standings,
         drift: &drift,
@@ -168,9 +168,9 @@ pub fn fleet(context: &Context, request: &Request<'_>) -> Result<Answer> {
         disagreements: &disagreements,
         judged: &judged,
     };
-    save(&out.join("fleet.html"), &found)?;
+    save(&out.join("fleet.html"), &content)?;
     let Drift { changes, asked, threshold, silent, .. } = drift;
-    let exported = if rmf { own::write(&out.join("rmf"), robot, &standings, &models)? } else { Vec::new() };
+    let exported = if rmf { models::write(&out.join("rmf"), robot, &standings, &models)? } else { vec![] };
     let report = Report {
         finding,
         logs: logs.len(),

@@ -105,10 +105,10 @@ fn print_text(Answer { report, exported, .. }: &Answer, out: &Path) {
     for (robot, why) in &report.silent {
         println!("{robot}: nothing can be said: {why}");
     }
-    for outlier in &report.outliers.found {
+    for outlier in &report.outliers.robots {
         println!("{}", outlier.sentence());
     }
-    for run in &report.disagreements.found {
+    for run in &report.disagreements.runs {
         println!("{}", run.sentence());
     }
     for standing in report.robots.iter().take(MOST_SHOWN) {

@@ -84,8 +84,8 @@ async fn fetch(store: &dyn ObjectStore, wanted: &Wanted, folder: &Path) -> Resul
     // The version that was listed, and no other; weak names cannot be asked for (RFC 9110, 13.1.1),
     // nor can times.
     let if_match = wanted.version.starts_with('"').then(|| wanted.version.clone());
-    let found = store.get_opts(&wanted.location, GetOptions { if_match, ..GetOptions::default() }).await;
-    let mut stream = found.map_err(|error| refused::object(&error))?.into_stream();
+    let answer = store.get_opts(&wanted.location, GetOptions { if_match, ..GetOptions::default() }).await;
+    let mut stream = answer.map_err(|error| refused::object(&error))?.into_stream();
     let local = |error: std::io::Error| Error::io(folder, &error);
     let (mut file, known) = temporary::file_in(folder).map_err(local)?;
     let mut bytes = 0;

@@ -72,7 +72,7 @@ impl Bucket {
             .map_err(|error| refused::list(&error).in_file(&self.url))?;
         let log = |object: ObjectMeta| {
             let parts: Vec<String> =
-                object.location.prefix_match(&self.prefix)?.map(|part| part.as_ref().to_owned()).collect();
+                object.location.prefix_match(&self.prefix)?.map(|name| name.as_ref().to_owned()).collect();
             let place = || Place::Object {
                 location: object.location.to_string(),
                 bytes: object.size,

@@ -56,8 +56,8 @@ pub(super) fn models(
         let since = drift.changes.iter().find(|change| change.robot == standing.robot);
         let counts = |run: &&&RunGram| since.is_none_or(|change| key(run, DAY) >= &*change.since);
         let all = of.get(&*standing.robot)?;
-        let own: Vec<RunGram> = all.iter().filter(counts).map(|run| (*run).clone()).collect();
-        let (watts, mut export) = with_wheels!(robot, of_one(robot, coeffs, standing, &own)).ok()?;
+        let counted: Vec<RunGram> = all.iter().filter(counts).map(|run| (*run).clone()).collect();
+        let (watts, mut export) = with_wheels!(robot, of_one(robot, coeffs, standing, &counted)).ok()?;
         standing.straight_w = Some(watts);
         export.robot = printable::name(&standing.robot);
         Some(export)
@@ -71,11 +71,11 @@ fn of_one<const N: usize>(
     standing: &Standing,
     runs: &[RunGram],
 ) -> Result<(f64, Export)> {
-    let own = step::<N>(robot, coeffs, runs)?.file.coefficients;
+    let coefficients = step::<N>(robot, coeffs, runs)?.file.coefficients;
     let speed = cruise_m_s(robot);
     // Of the same mass for all: robots that carry more do not stand out by it.
-    let watts = straight_w(robot, &own, robot.mass_no_load_kg(), speed)?;
-    Ok((watts, export(robot, &own, standing.mean_mass_kg, speed, robot.static_power_w())?))
+    let watts = straight_w(robot, &coefficients, robot.mass_no_load_kg(), speed)?;
+    Ok((watts, export(robot, &coefficients, standing.mean_mass_kg, speed, robot.static_power_w())?))
 }
 
 /// Writes a file a robot, and reads of the one before what its friction was.
