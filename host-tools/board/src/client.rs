@@ -149,8 +149,8 @@ fn check_kind<V: Value>(register: &Register) -> Result<()> {
     if register.kind == V::KIND {
         return Ok(());
     }
-    let (found, asked) = (register.kind.name(), V::KIND.name());
-    Err(Error::failed(format!("the register {} holds {found}, not {asked}", register.name)))
+    let (held, asked) = (register.kind.name(), V::KIND.name());
+    Err(Error::failed(format!("the register {} holds {held}, not {asked}", register.name)))
 }
 
 impl<T: Transport> Client<T> {
@@ -251,8 +251,8 @@ impl<T: Transport> Client<T> {
     /// The board does not answer or refuses; the register has fewer bytes.
     pub fn set_bytes(&mut self, register: &Register, bytes: &[u8]) -> Result<()> {
         if bytes.len() > usize::from(register.size()) {
-            let (found, most) = (bytes.len(), register.size());
-            return Err(Error::failed(format!("{found} bytes for {}; it holds {most}", register.name)));
+            let (length, room) = (bytes.len(), register.size());
+            return Err(Error::failed(format!("{length} bytes for {}; it holds {room}", register.name)));
         }
         let mut parameters = register.address.to_le_bytes().to_vec();
         parameters.extend_from_slice(bytes);
@@ -270,9 +270,9 @@ impl<T: Transport> Client<T> {
         let end = self.transport.now() + time;
         loop {
             let now = self.transport.now();
-            let left = end.saturating_sub(now);
-            if left.is_zero()
-                || self.transport.receive(&mut unused, left)? == 0 && self.transport.now() <= now
+            let remaining = end.saturating_sub(now);
+            if remaining.is_zero()
+                || self.transport.receive(&mut unused, remaining)? == 0 && self.transport.now() <= now
             {
                 return Ok(());
             }
@@ -341,8 +341,8 @@ impl<T: Transport> Client<T> {
     fn answer(&mut self, expected: usize, timeout: Duration) -> Result<Answer> {
         let deadline = self.transport.now() + timeout;
         loop {
-            while let Some(found) = self.parser.next_packet() {
-                let Ok(packet) = found else { return Ok(Answer::Broken) };
+            while let Some(packet) = self.parser.next_packet() {
+                let Ok(packet) = packet else { return Ok(Answer::Broken) };
                 if packet.id != BOARD_ID || packet.instruction != Instruction::Status as u8 {
                     continue;
                 }
@@ -358,10 +358,10 @@ impl<T: Transport> Client<T> {
                 }
             }
             let now = self.transport.now();
-            let left = deadline.saturating_sub(now);
-            let count = self.transport.receive(self.parser.space(), left)?;
+            let remaining = deadline.saturating_sub(now);
+            let count = self.transport.receive(self.parser.space(), remaining)?;
             self.parser.received(count);
-            if count == 0 && (left.is_zero() || self.transport.now() <= now) {
+            if count == 0 && (remaining.is_zero() || self.transport.now() <= now) {
                 return Ok(Answer::Missing);
             }
         }

@@ -137,12 +137,12 @@ impl<T: Transport> Target for Running<'_, T> {
         }
         self.client.set(&table::PREVIOUS_CRC, crc)?;
         self.await_stored(Item::Coefficients, crc)?;
-        let found = self.stored(Item::Coefficients)?;
-        if checksum(&found) != crc {
+        let previous = self.stored(Item::Coefficients)?;
+        if checksum(&previous) != crc {
             return Err(Error::failed("what was read back is not what was there before"));
         }
-        self.await_use(&found)?;
-        Ok(found)
+        self.await_use(&previous)?;
+        Ok(previous)
     }
 
     fn sample_rate_hz(&self) -> u16 {
@@ -257,8 +257,8 @@ fn refused(item: Item, reason: u8) -> Error {
     Error::failed(format!("the board refuses the {item}: {why}; it keeps the {item} it had"))
 }
 
-fn compare(item: Item, expected: &[u8], found: &[u8]) -> Result<()> {
-    if expected == found {
+fn compare(item: Item, expected: &[u8], stored: &[u8]) -> Result<()> {
+    if expected == stored {
         return Ok(());
     }
     Err(Error::failed(format!("what was read back is not the {} that was written", item_text(item))))

@@ -89,9 +89,9 @@ fn bytes_of(text: &str) -> Result<Vec<u8>> {
             Record::ExtendedLinearAddress(high) => base = u32::from(high) << 16,
             Record::Data { offset, value } => {
                 let expected = StoreImage::ADDRESS as usize + bytes.len();
-                let found = base + u32::from(offset);
-                if found as usize != expected {
-                    return Err(Error::failed(format!("data at {found:#010x}; expected {expected:#010x}")));
+                let address = base + u32::from(offset);
+                if address as usize != expected {
+                    return Err(Error::failed(format!("data at {address:#010x}; expected {expected:#010x}")));
                 }
                 bytes.extend(value);
             }

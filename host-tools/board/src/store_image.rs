@@ -44,8 +44,7 @@ impl StoreImage {
     /// The store cannot be read.
     pub fn stored(&mut self, item: Item) -> Result<Vec<u8>> {
         let mut store = self.store()?;
-        let found = block_on(store.get(item)).map_err(failed)?;
-        Ok(found.as_slice().to_vec())
+        Ok(block_on(store.get(item)).map_err(failed)?.as_slice().to_vec())
     }
 
     /// The coefficients before those stored; empty when there are none.
@@ -54,8 +53,7 @@ impl StoreImage {
     /// The store cannot be read.
     pub fn previous(&mut self) -> Result<Vec<u8>> {
         let mut store = self.store()?;
-        let found = block_on(store.previous()).map_err(failed)?;
-        Ok(found.as_slice().to_vec())
+        Ok(block_on(store.previous()).map_err(failed)?.as_slice().to_vec())
     }
 
     /// Puts an item; the others stay.
