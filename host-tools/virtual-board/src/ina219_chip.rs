@@ -36,7 +36,7 @@ enum Signal {
 struct Conversion {
     signal: Signal,
     length_us: u64,
-    left_us: u64,
+    remaining_us: u64,
     /// ∫ signal dt so far, V·µs.
     integral: f64,
 }
@@ -196,25 +196,25 @@ impl Ina219Chip {
             Signal::Bus => self.configuration >> 7 & 0xF,
         };
         let length_us = conversion_us(code);
-        Conversion { signal, length_us, left_us: length_us, integral: 0.0 }
+        Conversion { signal, length_us, remaining_us: length_us, integral: 0.0 }
     }
 
     /// `span_us` pass while the rail shows `seen`. `noise_a` gives the current noise of one
     /// reading, A.
     pub fn pass(&mut self, span_us: u64, seen: Seen, mut noise_a: impl FnMut() -> f64) {
-        let mut left = span_us;
+        let mut remaining_us = span_us;
         while let Some(conversion) = &mut self.conversion
-            && left > 0
+            && remaining_us > 0
         {
-            let passed = left.min(conversion.left_us);
+            let passed = remaining_us.min(conversion.remaining_us);
             let value = match conversion.signal {
                 Signal::Shunt => seen.current_a * self.shunt_ohm,
                 Signal::Bus => seen.bus_v,
             };
             conversion.integral += value * passed as f64;
-            conversion.left_us -= passed;
-            left -= passed;
-            if conversion.left_us == 0 {
+            conversion.remaining_us -= passed;
+            remaining_us -= passed;
+            if conversion.remaining_us == 0 {
                 let done = *conversion;
                 self.end(done, &mut noise_a);
             }

@@ -106,8 +106,8 @@ impl VirtualPipes {
                 Err(error) if error.kind() == ErrorKind::WouldBlock => {}
                 Err(error) => return Err(failed(error)),
             }
-            let Some(left) = limit.checked_sub(begun.elapsed()) else { return Ok(Waited::Nothing) };
-            match self.poll(left).map_err(failed)? {
+            let Some(remaining) = limit.checked_sub(begun.elapsed()) else { return Ok(Waited::Nothing) };
+            match self.poll(remaining).map_err(failed)? {
                 flags if flags.contains(PollFlags::IN) => {}
                 // Nobody writes any more. Before the board has opened its end this is not reported.
                 flags if flags.contains(PollFlags::HUP) => return Ok(Waited::Closed),

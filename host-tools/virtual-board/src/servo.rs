@@ -154,10 +154,10 @@ pub struct VirtualServo {
 impl VirtualServo {
     /// The left (ID 1) or right (ID 2, set to reverse) wheel's servo, as the TurtleBot3's set-up
     /// leaves it: velocity mode at 1 Mbit/s; equal signs mean forward on both.
-    pub fn new(left: bool) -> Self {
+    pub fn new(is_left: bool) -> Self {
         let mut servo = Self {
             table: [0; END],
-            faces_left: left,
+            faces_left: is_left,
             forgotten_rad: 0.0,
             angle_rad: 0.0,
             heard_us: 0,
@@ -168,8 +168,8 @@ impl VirtualServo {
         for &Register(address, size, value, _) in REGISTERS {
             servo.set(address, size, value);
         }
-        servo.set(at::ID, 1, if left { 1 } else { 2 });
-        servo.set(at::DRIVE_MODE, 1, i32::from(if left { 0 } else { REVERSE }));
+        servo.set(at::ID, 1, if is_left { 1 } else { 2 });
+        servo.set(at::DRIVE_MODE, 1, i32::from(if is_left { 0 } else { REVERSE }));
         servo
     }
 
@@ -294,13 +294,13 @@ impl VirtualServo {
             return Err(Refusal::Length);
         }
         let mut next = address;
-        let mut left = data;
-        while !left.is_empty() {
+        let mut unchecked = data;
+        while !unchecked.is_empty() {
             let register = REGISTERS.iter().find(|register| register.0 == next).ok_or(Refusal::Access)?;
-            let (value, rest) = left.split_at_checked(usize::from(register.1)).ok_or(Refusal::Length)?;
+            let (value, rest) = unchecked.split_at_checked(usize::from(register.1)).ok_or(Refusal::Length)?;
             self.check(register, value)?;
             next += register.1;
-            left = rest;
+            unchecked = rest;
         }
         let from = usize::from(address);
         let torque = self.byte(at::TORQUE_ENABLE);
@@ -380,13 +380,13 @@ mod tests {
     /// both sides, but for the load.
     #[test]
     fn forward_shows_alike_on_both_sides() {
-        for left in [true, false] {
-            let mut servo = VirtualServo::new(left);
+        for is_left in [true, false] {
+            let mut servo = VirtualServo::new(is_left);
             servo.sense(40_000_000, FORWARD, 11.94);
             let shown = [(132, 4), (128, 4), (124, 2), (144, 2), (120, 2), (122, 1)]
                 .map(|(address, size)| number(&servo, address, size));
             assert_eq!(shown, [6518, 250, 708, 119, 40_000 % 32_768, 1]);
-            assert_eq!(number(&servo, 126, 2), if left { 100 } else { -100 });
+            assert_eq!(number(&servo, 126, 2), if is_left { 100 } else { -100 });
         }
         // Without the reverse bit the right wheel counts backwards.
         let mut right = VirtualServo::new(false);

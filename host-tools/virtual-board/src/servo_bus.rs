@@ -61,13 +61,13 @@ impl ServoBus {
         }
         self.last_us = time_us;
         let mut answer = ServoAnswer::default();
-        let mut left = bytes;
-        while !left.is_empty() {
-            left = &left[self.parser.feed(left)..];
-            while let Some(found) = self.parser.next_packet() {
+        let mut unread = bytes;
+        while !unread.is_empty() {
+            unread = &unread[self.parser.feed(unread)..];
+            while let Some(packet) = self.parser.next_packet() {
                 // A servo does not answer to what it cannot understand: the ID may be what is
                 // broken.
-                if let Ok(packet) = found {
+                if let Ok(packet) = packet {
                     obey(&mut self.servos, time_us, packet, &mut answer);
                 }
             }
@@ -216,9 +216,9 @@ fn fast_sync_read(servos: &mut [VirtualServo; SERVOS], packet: Packet<'_>, answe
     bytes.push(Instruction::Status as u8);
     let mut delay_us = None;
     for &id in ids {
-        let found = servos.iter_mut().find(|servo| servo.id() == id && servo.listens());
+        let servo = servos.iter_mut().find(|servo| servo.id() == id && servo.listens());
         // The others wait for their place, in vain.
-        let Some(servo) = found.filter(|servo| servo.status_level() >= 1) else { break };
+        let Some(servo) = servo.filter(|servo| servo.status_level() >= 1) else { break };
         let (error, data) = match servo.read(address, count) {
             Ok(data) => (0, data.to_vec()),
             Err(refusal) => (refusal as u8, vec![0; usize::from(count)]),
@@ -263,13 +263,13 @@ mod tests {
     fn statuses(bytes: &[u8]) -> Vec<(u8, u8, Vec<u8>)> {
         let mut parser = Parser::<512>::default();
         parser.feed(bytes);
-        let mut found = Vec::new();
+        let mut statuses = Vec::new();
         while let Some(packet) = parser.next_packet() {
             let Ok(packet) = packet else { continue };
             assert_eq!(packet.instruction, 0x55);
-            found.push((packet.id, packet.parameters[0], packet.parameters[1..].to_vec()));
+            statuses.push((packet.id, packet.parameters[0], packet.parameters[1..].to_vec()));
         }
-        found
+        statuses
     }
 
     /// The e-manual's examples of ping (Protocol 2.0, 5.1): to ID 1, and to all. Its answers are of

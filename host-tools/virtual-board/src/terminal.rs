@@ -66,7 +66,7 @@ impl VirtualTerminal {
         rustix::io::ioctl_fionbio(&master, true).map_err(failed)?;
         if let Some(link) = link {
             // One that an earlier run left behind points nowhere; anything else is somebody's.
-            if std::fs::symlink_metadata(link).is_ok_and(|found| found.is_symlink()) && !link.exists() {
+            if std::fs::symlink_metadata(link).is_ok_and(|file| file.is_symlink()) && !link.exists() {
                 std::fs::remove_file(link).map_err(|error| Error::io(link, &error))?;
             }
             if std::fs::symlink_metadata(link).is_ok() {
@@ -137,13 +137,13 @@ pub fn wait_for_any<const N: usize>(terminals: [&VirtualTerminal; N], limit: Dur
     let mut entries =
         terminals.map(|terminal| PollFd::from_borrowed_fd(terminal.master.as_fd(), PollFlags::IN));
     loop {
-        let left = limit.saturating_sub(begun.elapsed());
-        let found = poll(&mut entries, Timespec::try_from(left).ok().as_ref());
+        let remaining = limit.saturating_sub(begun.elapsed());
+        let polled = poll(&mut entries, Timespec::try_from(remaining).ok().as_ref());
         let has_bytes = entries.iter().any(|entry| entry.revents().contains(PollFlags::IN));
-        if found.is_err() || has_bytes || left.is_zero() || begun.elapsed() >= limit {
+        if polled.is_err() || has_bytes || remaining.is_zero() || begun.elapsed() >= limit {
             return;
         }
-        std::thread::sleep(HUNG_UP_LOOK.min(left));
+        std::thread::sleep(HUNG_UP_LOOK.min(remaining));
     }
 }
 
