@@ -141,11 +141,11 @@ struct Ina226<I> {
 
 impl<I: I2c> Ina226<I> {
     fn new(bus: I, settings: &NodeSettings) -> Self {
-        let (amperes, own, die) = match settings.sensor {
+        let (amperes, reserved, die) = match settings.sensor {
             PowerChip::Ina260 => (CURRENT_AMPERES, 0x6000, 0x227),
             _ => (SHUNT_VOLTS / settings.shunt_ohm, 0x4000, 0x226),
         };
-        let set_up = own | MEASURING;
+        let set_up = reserved | MEASURING;
         Self { bus, address: settings.address, amperes, set_up, die, is_set_up: false, polls: 0 }
     }
 

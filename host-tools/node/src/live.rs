@@ -235,8 +235,8 @@ impl<'a, const N: usize> Node<'a, N> {
         let (health, why) = self.health(now_s, reading.is_some(), speeds_age);
         let mass = now.and_then(|now| now.mass.known());
         let payload = |mass: f64| mass - self.robot.mass_no_load_kg();
-        let (charge, remaining) = (self.battery.charge(), self.battery.remaining());
-        let is_powered = reading.is_some();
+        let charge = reading.and_then(|_| self.battery.charge());
+        let remaining = reading.and_then(|_| self.battery.remaining());
         State {
             time_s: now_s,
             state: health,
@@ -251,12 +251,12 @@ impl<'a, const N: usize> Node<'a, N> {
             power_w: reading.map(|reading| reading.power_w),
             voltage_v: reading.map(|reading| reading.voltage_v).filter(|voltage| voltage.is_finite()),
             current_a: reading.and_then(|reading| self.battery.current_a(&reading)),
-            charge: charge.filter(|_| is_powered).map(|charge| charge.share),
-            charge_std: charge.filter(|_| is_powered).map(|charge| charge.std),
-            remaining_j: remaining.filter(|_| is_powered).map(|left| left.energy),
-            remaining_low_j: remaining.filter(|_| is_powered).map(|left| left.energy_low),
-            remaining_high_j: remaining.filter(|_| is_powered).map(|left| left.energy_high),
-            remaining_s: remaining.filter(|_| is_powered).and_then(|left| left.time),
+            charge: charge.map(|charge| charge.share),
+            charge_std: charge.map(|charge| charge.std),
+            remaining_j: remaining.map(|battery| battery.energy),
+            remaining_low_j: remaining.map(|battery| battery.energy_low),
+            remaining_high_j: remaining.map(|battery| battery.energy_high),
+            remaining_s: remaining.and_then(|battery| battery.time),
             resistance_ohm: self.battery.resistance().map(|resistance| resistance.at_once),
             no_charge: self.battery.why_not(),
             speeds_age_s: speeds_age,
@@ -293,8 +293,8 @@ impl<'a, const N: usize> Node<'a, N> {
             None => said(Health::Unknown, "the rate of the speeds is still being measured"),
             Some(MassEstimate::Unknown(reason)) => said(Health::Unknown, reason_text(reason)),
             Some(MassEstimate::Known(_)) => (Health::Ok, None),
-            Some(beyond @ MassEstimate::Beyond(_)) => match beyond.place() {
-                Some(model_core::payload::Place::Below) => {
+            Some(MassEstimate::Beyond(mass)) => match mass.place {
+                model_core::payload::Place::Below => {
                     said(Health::Ok, "lighter than the robot without payload: this is its nearest end")
                 }
                 _ => {

@@ -43,11 +43,11 @@ pub fn rows<const N: usize>(
         (run, last) = (row.run, Some(row.time));
         if let Some(speed) = speed {
             let due = Duration::try_from_secs_f64(passed / speed).unwrap_or(Duration::MAX);
-            while let Some(left) = due.checked_sub(began.elapsed()).filter(|left| !left.is_zero()) {
+            while let Some(wait) = due.checked_sub(began.elapsed()).filter(|wait| !wait.is_zero()) {
                 if stopped.load(Ordering::Relaxed) {
                     return Ok(false);
                 }
-                std::thread::sleep(left.min(NAP));
+                std::thread::sleep(wait.min(NAP));
             }
         }
         if stopped.load(Ordering::Relaxed) {

@@ -56,7 +56,7 @@ impl<const N: usize> Wheels<N> {
     pub(super) fn speeds(&self, message: &WheelMessage) -> Result<[f64; N], &'static str> {
         let speeds: [f64; N] = match &message.motion {
             Motion::Twist(twist) => std::array::from_fn(|wheel| {
-                twist.iter().enumerate().map(|(part, value)| self.of_twist[(wheel, part)] * value).sum()
+                twist.iter().enumerate().map(|(axis, value)| self.of_twist[(wheel, axis)] * value).sum()
             }),
             Motion::Joints(names, velocities) => {
                 let place = |joint: &String| names.iter().position(|name| name == joint);
@@ -67,8 +67,8 @@ impl<const N: usize> Wheels<N> {
                     return Err("joint states without velocities");
                 }
                 std::array::from_fn(|wheel| {
-                    let own = set[wheel].iter().filter_map(place).map(|place| velocities[place]);
-                    self.scale[wheel] * own.sum::<f64>() / set[wheel].len() as f64
+                    let speeds = set[wheel].iter().filter_map(place).map(|place| velocities[place]);
+                    self.scale[wheel] * speeds.sum::<f64>() / set[wheel].len() as f64
                 })
             }
         };

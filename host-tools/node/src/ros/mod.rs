@@ -288,10 +288,10 @@ impl Outlet for RosOutlet {
     fn trouble(&mut self) -> Option<String> {
         let topic = &self.domain.settings.battery_state;
         let name = format!("rt{topic}");
-        let own = self.domain.participant.guid().prefix;
+        let ours = self.domain.participant.guid().prefix;
         let is_other = |writer: &rustdds::discovery::DiscoveredWriterData| {
             let told = &writer.publication_topic_data;
-            told.topic_name == name && told.key.prefix != own
+            told.topic_name == name && told.key.prefix != ours
         };
         if self.others || !self.domain.participant.discovered_writers().iter().any(is_other) {
             return None;
