@@ -49,8 +49,8 @@ impl Bars {
         let y = Axis::bare(0.0, count);
         let labels = [self.x_label.as_str(), ""];
         let longest = self.rows.iter().map(|(name, _)| name.chars().count().min(LETTERS)).max();
-        let left = (AROUND + LETTER * longest.unwrap_or(0) as f64) as u32;
-        let mut chart = Frame { title: &self.title, labels, x, y, keys, left, grid: true }.draw(area)?;
+        let y_area = (AROUND + LETTER * longest.unwrap_or(0) as f64) as u32;
+        let mut chart = Frame { title: &self.title, labels, x, y, keys, y_area, grid: true }.draw(area)?;
         for (row, (name, bars)) in self.rows.iter().enumerate() {
             let middle = count - row as f64 - 0.5;
             let height = FILLED / bars.len().max(1) as f64;

@@ -105,7 +105,7 @@ impl Binned {
             x,
             y,
             keys: std::iter::once(("perfect", Key::Dashes(grey))).chain(keys).collect(),
-            left: NUMBERS,
+            y_area: NUMBERS,
             grid: true,
         }
         .draw(area)?;

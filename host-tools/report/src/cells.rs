@@ -49,7 +49,7 @@ impl Cells {
         let keys = keys.collect();
         let labels = [self.x_label.as_str(), self.y_label.as_str()];
         let mut chart =
-            Frame { title: &self.title, labels, x, y, keys, left: NUMBERS, grid: true }.draw(area)?;
+            Frame { title: &self.title, labels, x, y, keys, y_area: NUMBERS, grid: true }.draw(area)?;
         chart.line(&[(ends.0, 0.0), (ends.1, 0.0)], INK.stroke_width(1))?;
         for series in &self.series {
             let (fill, stroke) = style(series);

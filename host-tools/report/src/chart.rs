@@ -36,7 +36,7 @@ pub(super) struct Frame<'a> {
     /// The legend; names that are empty are left out.
     pub(super) keys: Vec<(&'a str, Key)>,
     /// Pixels for what stands left of the y axis.
-    pub(super) left: u32,
+    pub(super) y_area: u32,
     /// Grid lines at the ticks.
     pub(super) grid: bool,
 }
@@ -66,14 +66,14 @@ impl Frame<'_> {
         area: &DrawingArea<DB, Shift>,
     ) -> Result<Chart<'a, DB>, DrawingAreaErrorKind<DB::ErrorType>> {
         let area = self.legend(&self.titled(area)?)?;
-        let Self { labels, x, y, left, grid, .. } = self;
+        let Self { labels, x, y, y_area, grid, .. } = self;
         let window = Window { x: (x.from, x.to), y: (y.from, y.to) };
         let mut context = ChartBuilder::on(&area)
             .margin(MARGIN)
             .margin_top(4)
             .margin_right(2 * MARGIN)
             .x_label_area_size(44)
-            .y_label_area_size(left)
+            .y_label_area_size(y_area)
             .build_cartesian_2d(x, y)?;
         let mut mesh = context.configure_mesh();
         mesh.x_desc(labels[0])
@@ -106,7 +106,7 @@ impl Frame<'_> {
         area: &DrawingArea<DB, Shift>,
     ) -> Result<DrawingArea<DB, Shift>, DrawingAreaErrorKind<DB::ErrorType>> {
         let style = (FONT, LABEL_SIZE, &INK).into_text_style(area).pos(Pos::new(HPos::Left, VPos::Center));
-        let start = self.left as i32 + MARGIN;
+        let start = self.y_area as i32 + MARGIN;
         let end = area.dim_in_pixel().0 as i32 - 2 * MARGIN;
         let (mut x, mut y) = (start, LINE_HEIGHT / 2);
         let mut placed = Vec::new();

@@ -69,7 +69,7 @@ impl Curves {
         let keys = curves.chain(alone).collect();
         let labels = self.labels.each_ref().map(String::as_str);
         let mut chart =
-            Frame { title: &self.title, labels, x, y, keys, left: NUMBERS, grid: true }.draw(area)?;
+            Frame { title: &self.title, labels, x, y, keys, y_area: NUMBERS, grid: true }.draw(area)?;
         for Curve { colour, points, .. } in &self.curves {
             let ends: Vec<_> =
                 points.iter().map(|point| (point.0, scaled(point.2), scaled(point.3))).collect();

@@ -48,7 +48,7 @@ impl Heat {
             x: Axis::exact(x.0, x.1),
             y: Axis::exact(y.0, y.1),
             keys: Vec::new(),
-            left: NUMBERS,
+            y_area: NUMBERS,
             grid: false,
         }
         .draw(area)?;

@@ -83,10 +83,10 @@ impl Histogram {
         let (x, y) = (Axis::to_ticks(self.low, high), Axis::to_ticks(0.0, top));
         let labels = [self.x_label.as_str(), "density (1/W)"];
         let mut chart =
-            Frame { title: &self.title, labels, x, y, keys, left: NUMBERS, grid: true }.draw(area)?;
+            Frame { title: &self.title, labels, x, y, keys, y_area: NUMBERS, grid: true }.draw(area)?;
         for (bin, &density) in self.density.iter().enumerate() {
-            let left = self.low + bin as f64 * self.width;
-            chart.bar((left, 0.0), (left + self.width, density), RGBColor(190, 190, 190).filled())?;
+            let from = self.low + bin as f64 * self.width;
+            chart.bar((from, 0.0), (from + self.width, density), RGBColor(190, 190, 190).filled())?;
         }
         let Window { x, .. } = chart.window();
         for gaussian in &self.gaussians {

@@ -97,7 +97,7 @@ impl TimeSeries {
             x: Axis::to_ticks(x.0, x.1),
             y,
             keys: bands.chain(lines).collect(),
-            left: NUMBERS,
+            y_area: NUMBERS,
             grid: true,
         }
         .draw(area)?;

@@ -52,7 +52,7 @@ impl Validation {
             x: measured,
             y: predicted.clone(),
             keys: names().chain([("perfect", Key::Dashes(grey))]).collect(),
-            left: NUMBERS,
+            y_area: NUMBERS,
             grid: true,
         }
         .draw(left)?;
@@ -68,7 +68,7 @@ impl Validation {
             x: predicted,
             y: residual,
             keys: names().collect(),
-            left: NUMBERS,
+            y_area: NUMBERS,
             grid: true,
         }
         .draw(right)?;
