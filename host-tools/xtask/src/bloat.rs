@@ -91,8 +91,8 @@ mod tests {
 0000000000000060 0000000000000001 t core::fmt::write
 0000000000000070 0000000000000001 T fit
 ";
-        let found = functions(symbols, &BTreeSet::from(["fit".to_owned()]));
+        let sizes = functions(symbols, &BTreeSet::from(["fit".to_owned()]));
         let expected = [("<fit::Fit<_> as core::fmt::Debug>::fmt", (1, 8)), ("fit::fit", (2, 0x30))];
-        assert_eq!(found, BTreeMap::from(expected));
+        assert_eq!(sizes, BTreeMap::from(expected));
     }
 }

@@ -181,8 +181,8 @@ impl Errors {
         let line = format!(
             "estimate --json --robot @/robot.toml --coeffs @/{coefficients}.toml --truth @/{drive}_truth.csv @/{drive}.csv"
         );
-        let found = json(&line)?;
-        let board = &found["board"];
+        let report = json(&line)?;
+        let board = &report["board"];
         match (board["quality"]["rmse_w"].as_f64(), board["mass"]["mean_percent"].as_f64()) {
             (Some(rmse_w), Some(mass_percent)) => Ok(Self { rmse_w, mass_percent }),
             _ => Err(Stop::new(format!("gmr {line}: the board estimated nothing"))),
@@ -203,8 +203,8 @@ fn json(line: &str) -> Result<serde_json::Value, Stop> {
 /// The built-in Burger with the static power that `gmr inspect` finds: the servos' electronics are
 /// on the motors' rail.
 fn describe_robot() -> Result<(), Stop> {
-    let found = json("inspect --json @/empty.csv")?;
-    let static_w = found["static_states"][0]["mean_w"]
+    let report = json("inspect --json @/empty.csv")?;
+    let static_w = report["static_states"][0]["mean_w"]
         .as_f64()
         .ok_or_else(|| Stop::new("gmr inspect found no standstill in the recorded drive"))?;
     let burger = crate::paths::root().join("host-tools/robots/burger.toml");

@@ -135,10 +135,10 @@ fn built(steps: &mut Steps) -> Result<(PathBuf, PathBuf), Stop> {
 /// The program on a target, so many times.
 fn fuzzer(program: &Path, folder: &Path, target: &str, runs: u64) -> Result<Command, Stop> {
     // New inputs go to the first folder; the kept ones are only read.
-    let found = folder.join("corpus").join(target);
-    fs::create_dir_all(&found).map_err(|error| Stop::new(format!("{}: {error}", found.display())))?;
+    let fresh = folder.join("corpus").join(target);
+    fs::create_dir_all(&fresh).map_err(|error| Stop::new(format!("{}: {error}", fresh.display())))?;
     let mut fuzz = Command::new(program);
-    fuzz.env("FUZZ_TARGET", target).arg(&found).arg(root().join("host-tools/tests/fuzz/corpus").join(target));
+    fuzz.env("FUZZ_TARGET", target).arg(&fresh).arg(root().join("host-tools/tests/fuzz/corpus").join(target));
     fuzz.arg(format!("-runs={runs}")).args([
         LONGEST,
         "-timeout=10",

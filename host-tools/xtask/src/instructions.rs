@@ -144,9 +144,9 @@ fn compare_with_committed(measured: &[Measured]) -> Result<(), Stop> {
 /// What is found otherwise than in the file `text`.
 fn differing(text: &str, measured: &[Measured]) -> Vec<String> {
     let committed: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).collect();
-    let found: Vec<String> = measured.iter().map(Measured::to_line).collect();
-    let new = found.iter().filter(|line| !committed.contains(&line.as_str()));
-    let old = committed.iter().filter(|line| !found.iter().any(|found| found == *line));
+    let lines: Vec<String> = measured.iter().map(Measured::to_line).collect();
+    let new = lines.iter().filter(|line| !committed.contains(&line.as_str()));
+    let old = committed.iter().filter(|line| !lines.iter().any(|now| now == *line));
     old.map(|line| format!("not found again: {line}"))
         .chain(new.map(|line| format!("found instead:   {line}")))
         .collect()

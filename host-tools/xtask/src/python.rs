@@ -68,7 +68,7 @@ fn environment_of(folder: &str, requirements: &str) -> Result<PathBuf, Stop> {
     let python = folder.join("bin/python");
     let (file, made_from) = (paths::root().join(requirements), folder.join("requirements.txt"));
     let wanted = std::fs::read(&file).map_err(|error| Stop::new(format!("{requirements}: {error}")))?;
-    if python.exists() && std::fs::read(&made_from).is_ok_and(|found| found == wanted) {
+    if python.exists() && std::fs::read(&made_from).is_ok_and(|installed| installed == wanted) {
         return Ok(python);
     }
     let made = fresh(&folder).and_then(|python| {

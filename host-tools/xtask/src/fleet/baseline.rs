@@ -32,16 +32,16 @@ pub(super) fn compare(python: &Path, gmr: &Path, fleet: &Fleet) -> Result<String
     let mut text = String::new();
     let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
     let rows = [("all its sums", &all, [&before, &between]), ("lean", &lean, [&between, &behind])];
-    for (name, found, ours) in rows {
+    for (name, polars, ours) in rows {
         let mean = |of: &dyn Fn(&Measured) -> f64| 0.5 * (of(ours[0]) + of(ours[1]));
-        let (seconds, cpu_s) = (number(&found["seconds"]), number(&found["cpu_s"]));
-        let of = |key: &str| number(&found["spent"][key]);
+        let (seconds, cpu_s) = (number(&polars["seconds"]), number(&polars["cpu_s"]));
+        let of = |key: &str| number(&polars["spent"][key]);
         let _ = writeln!(
             text,
             "Polars, {name:<12} {seconds:.1} s, {cpu_s:.1} s of processor, {:.2e} rows/s, {:.0} MB (reading {:.1} s, filter {:.1} s, sums {:.1} \
              s, solving {:.2} s): gmr fleet took {:.1} and {:.1} s before and after, {:.1} times as fast; of processor {:.1} times",
-            number(&found["rows"]) / seconds,
-            number(&found["peak_mb"]),
+            number(&polars["rows"]) / seconds,
+            number(&polars["peak_mb"]),
             of("reading_s"),
             of("filter_s"),
             of("sums_s"),
@@ -60,7 +60,7 @@ pub(super) fn compare(python: &Path, gmr: &Path, fleet: &Fleet) -> Result<String
 }
 
 /// How far both are apart in Eq. 18, of its greatest coefficient.
-fn difference(found: &Value, gmr: &Path, fleet: &Fleet) -> Result<f64, Stop> {
+fn difference(polars: &Value, gmr: &Path, fleet: &Fleet) -> Result<f64, Stop> {
     let mut fit = Command::new(gmr);
     fit.args(["fit", "--json", "--model", "eq18", "--grams"]).arg(fleet.folder.join("out/grams.jsonl"));
     let report: Value = serde_json::from_str(&text_of(fit)?).map_err(|error| Stop::new(error.to_string()))?;
@@ -68,7 +68,7 @@ fn difference(found: &Value, gmr: &Path, fleet: &Fleet) -> Result<f64, Stop> {
         list.as_array().into_iter().flatten().filter_map(of).collect()
     };
     let ours = numbers(&report["parameters"], &|one| one["value"].as_f64());
-    let theirs = numbers(&found["eq18"], &Value::as_f64);
+    let theirs = numbers(&polars["eq18"], &Value::as_f64);
     if ours.len() != theirs.len() || ours.is_empty() {
         return Err(Stop::new(format!("{} and {} coefficients", ours.len(), theirs.len())));
     }

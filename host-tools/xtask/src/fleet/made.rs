@@ -140,8 +140,8 @@ fn done(command: &mut Command) -> Result<(), Stop> {
 fn size(folder: &Path) -> u64 {
     let Ok(entries) = folder.read_dir() else { return 0 };
     let of = |entry: std::fs::DirEntry| match entry.metadata() {
-        Ok(found) if found.is_dir() => size(&entry.path()),
-        Ok(found) => found.len(),
+        Ok(file) if file.is_dir() => size(&entry.path()),
+        Ok(file) => file.len(),
         Err(_) => 0,
     };
     entries.flatten().map(of).sum()

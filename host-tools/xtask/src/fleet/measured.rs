@@ -105,7 +105,7 @@ impl Measured {
     pub(super) fn judge(&self) -> Result<(), Stop> {
         let text = |one: &Value, key: &str| one[key].as_str().unwrap_or("").to_owned();
         let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
-        let found: Vec<(String, String, String)> = list(&self.report["changes"])
+        let changes: Vec<(String, String, String)> = list(&self.report["changes"])
             .iter()
             .map(|change| (text(change, "robot"), text(change, "since"), text(change, "coefficient")))
             .collect();
@@ -113,13 +113,13 @@ impl Measured {
         for (robot, day, effect, names) in CHANGED {
             let (robot, since) = (format!("{robot:03}"), format!("2026-11-{day:02}"));
             let is_named =
-                found.iter().any(|one| one.0 == robot && one.1 == since && names.contains(&one.2.as_str()));
+                changes.iter().any(|one| one.0 == robot && one.1 == since && names.contains(&one.2.as_str()));
             if !is_named {
                 missed.push(format!("{effect} of robot {robot} since {since}"));
             }
         }
         let truly = |robot: &str| CHANGED.iter().any(|change| format!("{:03}", change.0) == robot);
-        let wrong: Vec<_> = found.iter().filter(|one| !truly(&one.0)).collect();
+        let wrong: Vec<_> = changes.iter().filter(|one| !truly(&one.0)).collect();
         let outliers: Vec<String> =
             list(&self.report["outliers"]["found"]).iter().map(|one| text(one, "robot")).collect();
         let disagreeing: Vec<String> =
@@ -138,7 +138,7 @@ impl Measured {
         }
         Err(Stop::new(format!(
             "not named: {missed:?}; named without a change: {wrong:?}; unlike the others: {outliers:?}; runs of others that disagree: \
-             {strangers:?}; all: {found:?}"
+             {strangers:?}; all: {changes:?}"
         )))
     }
 }

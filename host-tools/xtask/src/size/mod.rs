@@ -89,7 +89,7 @@ fn table(reports: &[Report]) -> String {
     );
     for Report { name, usage, stack, .. } in reports {
         let stack = stack.map_or("-".to_owned(), |depth| depth.bytes.to_string());
-        let share = |part: u64, whole: u64| 100.0 * part as f64 / whole as f64;
+        let share = |bytes: u64, whole: u64| 100.0 * bytes as f64 / whole as f64;
         text += &format!(
             "{name:8} {:10.1} {:6.1} % {:15.1} {:5.1} % {stack:>16}\n",
             usage.flash as f64 / KIB as f64,

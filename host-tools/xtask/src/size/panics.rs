@@ -162,26 +162,26 @@ pub(super) fn sites(elf: &[u8]) -> Result<Vec<Sites>, Stop> {
         .symbols()
         .filter_map(|symbol| {
             let name = symbol.name().ok()?;
-            let kind = KINDS.iter().find(|(part, _)| name.contains(part))?.1;
+            let kind = KINDS.iter().find(|(word, _)| name.contains(word))?.1;
             // The lowest bit says Thumb.
             (symbol.is_definition() && symbol.kind() == object::SymbolKind::Text)
                 .then_some((symbol.address() & !1, kind))
         })
         .collect();
     let lines = lines(&file).map_err(|error| broken(&error))?;
-    let mut found: BTreeMap<(String, &'static str), usize> = BTreeMap::new();
+    let mut counts: BTreeMap<(String, &'static str), usize> = BTreeMap::new();
     for section in file.sections().filter(|section| section.kind() == SectionKind::Text) {
         let code = section.data().map_err(|error| broken(&error))?;
         for (address, target) in branches(code, section.address()) {
             if let Some(kind) = ends.get(&target)
                 && let Some(place) = place(&lines, address)
             {
-                *found.entry((place, kind)).or_default() += 1;
+                *counts.entry((place, kind)).or_default() += 1;
             }
         }
     }
     let sites =
-        found.into_iter().map(|((place, kind), count)| Sites { why: why(&place, kind), place, kind, count });
+        counts.into_iter().map(|((place, kind), count)| Sites { why: why(&place, kind), place, kind, count });
     Ok(sites.collect())
 }
 
@@ -240,11 +240,11 @@ fn owner(file: &str) -> Option<String> {
         // Its macros stand for whoever uses them.
         return (name != "defmt" || file.ends_with("src/lib.rs")).then(|| name.to_owned());
     }
-    if let Some((_, own)) = file.rsplit_once("firmware/src/") {
-        return Some(format!("firmware: {own}"));
+    if let Some((_, path)) = file.rsplit_once("firmware/src/") {
+        return Some(format!("firmware: {path}"));
     }
-    if let Some((_, own)) = file.rsplit_once("model-core/src/") {
-        return Some(format!("model-core: {own}"));
+    if let Some((_, path)) = file.rsplit_once("model-core/src/") {
+        return Some(format!("model-core: {path}"));
     }
     // Interrupt handlers and clocks that a build script wrote.
     let (_, built) = file.split_once("/build/")?;
@@ -279,13 +279,12 @@ mod tests {
 
     #[test]
     fn a_file_has_an_owner() {
-        let own = |file: &str| owner(file);
         assert_eq!(
-            own("/home/a/.cargo/registry/src/x-1/embassy-usb-0.6.0/src/lib.rs").unwrap(),
+            owner("/home/a/.cargo/registry/src/x-1/embassy-usb-0.6.0/src/lib.rs").unwrap(),
             "embassy-usb"
         );
-        assert_eq!(own("/home/a/gmr/firmware/src/wheels/motors.rs").unwrap(), "firmware: wheels/motors.rs");
-        assert_eq!(own("/rustc/5980/library/core/src/cell.rs"), None);
+        assert_eq!(owner("/home/a/gmr/firmware/src/wheels/motors.rs").unwrap(), "firmware: wheels/motors.rs");
+        assert_eq!(owner("/rustc/5980/library/core/src/cell.rs"), None);
     }
 
     /// What would be new: an index in our own code.
