@@ -30,10 +30,10 @@ struct Listed {
 
 impl Listed {
     fn all(robot: &Robot) -> Vec<Self> {
-        let own = OWN.iter().map(|own| Self {
-            name: own.name,
-            source: own.source,
-            assumes: own.assumes,
+        let ours = OWN.iter().map(|model| Self {
+            name: model.name,
+            source: model.source,
+            assumes: model.assumes,
             mass: MassSource::Estimated,
             network: false,
             columns: Vec::new(),
@@ -54,7 +54,7 @@ impl Listed {
             reduced: card.reduced,
             horizon: Horizon::of(card),
         };
-        own.chain(baselines::every().map(baseline)).collect()
+        ours.chain(baselines::every().map(baseline)).collect()
     }
 }
 
@@ -118,18 +118,18 @@ const HEADS: [&str; 10] = [
 /// The best model and ours, in one line. The best predicts without power that was measured on the
 /// drive; of masses as well where any does.
 fn answer(comparison: &Comparison) -> Option<String> {
-    let own = comparison.entries.first()?;
+    let ours = comparison.entries.first()?;
     let fair =
-        comparison.entries.iter().filter(|entry| entry.horizon != Horizon::Sample && entry.mass == own.mass);
+        comparison.entries.iter().filter(|entry| entry.horizon != Horizon::Sample && entry.mass == ours.mass);
     let mut fair: Vec<&Entry> = fair.collect();
     fair.sort_by(|a, b| a.rmse_w.total_cmp(&b.rmse_w));
-    let place = 1 + fair.iter().position(|entry| entry.name == own.name)?;
+    let place = 1 + fair.iter().position(|entry| entry.name == ours.name)?;
     let error = |entry: &Entry| format!("{} ({} W)", entry.name, figure(entry.rmse_w));
     Some(if place == 1 {
         let next = fair.get(1).map_or(String::new(), |next| format!("; next {}", error(next)));
-        format!("Best of {}: ours, {}{next}", fair.len(), error(own))
+        format!("Best of {}: ours, {}{next}", fair.len(), error(ours))
     } else {
-        format!("Best of {}: {}; ours, {}, is number {place}", fair.len(), error(fair[0]), error(own))
+        format!("Best of {}: {}; ours, {}, is number {place}", fair.len(), error(fair[0]), error(ours))
     })
 }
 

@@ -109,7 +109,7 @@ fn look(context: &Context) -> Report {
             State::Missing,
             "no OpenCR on a USB port; only gmr record, flash and watch need one".to_owned(),
         ),
-        found => check("board", State::There, found.join(", ")),
+        boards => check("board", State::There, boards.join(", ")),
     };
     let buses = devices("/dev", "i2c-");
     let sensor = match &buses[..] {
@@ -118,10 +118,10 @@ fn look(context: &Context) -> Report {
             State::Missing,
             "no I²C bus (/dev/i2c-*); only gmr node needs one".to_owned(),
         ),
-        found => check(
+        buses => check(
             "power sensor",
             State::There,
-            format!("buses {}: gmr node asks a sensor there", found.join(", ")),
+            format!("buses {}: gmr node asks a sensor there", buses.join(", ")),
         ),
     };
     let installed = devices("/opt/ros", "");
@@ -130,7 +130,7 @@ fn look(context: &Context) -> Report {
         (_, []) => {
             check("ROS 2", State::Missing, "not needed: gmr reads bags and speaks DDS without it".to_owned())
         }
-        (_, found) => check("ROS 2", State::There, format!("{}, not sourced", found.join(", "))),
+        (_, installed) => check("ROS 2", State::There, format!("{}, not sourced", installed.join(", "))),
     };
     let next = match (described.state, recorded.state, fitted.state) {
         (State::Wrong, ..) => "mend robot.toml".to_owned(),
@@ -166,7 +166,7 @@ fn logs_here() -> Vec<PathBuf> {
 fn devices(folder: &str, begin: &str) -> Vec<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
-    let mut found: Vec<String> = names.filter(|name| name.starts_with(begin)).collect();
-    found.sort();
-    found
+    let mut names: Vec<String> = names.filter(|name| name.starts_with(begin)).collect();
+    names.sort();
+    names
 }

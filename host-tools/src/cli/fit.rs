@@ -175,7 +175,7 @@ fn run_grams(context: &Context, robot: &Robot, arguments: &Arguments) -> Result<
 fn first_problem(context: &Context, robot: &Robot, logs: &[PathBuf]) -> Result<Option<String>> {
     for log in logs {
         let report = inspect::Report::of(context, log, robot, &mut |_, _| {})?;
-        if let Some(problem) = report.findings.iter().find(|found| found.severity == Severity::Problem) {
+        if let Some(problem) = report.findings.iter().find(|finding| finding.severity == Severity::Problem) {
             return Ok(Some(format!("{}: {}; {}", log.display(), problem.text, problem.advice)));
         }
     }
@@ -328,11 +328,11 @@ fn print_details(fit: &Answer) {
             }
             None => println!("all residuals count squared: weights would cost what the model explains"),
         }
-        if let Some(found) = &fit.restarts {
-            let above = 100.0 * found.cost_above_share;
+        if let Some(restarts) = &fit.restarts {
+            let above = 100.0 * restarts.cost_above_share;
             println!(
                 "the lowest end of {} random starts: {}",
-                found.starts,
+                restarts.starts,
                 match above {
                     above if above > 0.0 => format!("the fit's cost is {above:.4} % above it"),
                     above => format!("{:.4} % above the fit's cost", -above),
@@ -340,8 +340,8 @@ fn print_details(fit: &Answer) {
             );
         }
     }
-    if let Some(found) = &fit.pgd {
-        println!("pgd: {:.4} % above the exact optimum's cost", 100.0 * found.excess_cost);
+    if let Some(pgd) = &fit.pgd {
+        println!("pgd: {:.4} % above the exact optimum's cost", 100.0 * pgd.excess_cost);
     }
     print_terms(fit);
     for parameter in &fit.parameters {

@@ -72,8 +72,8 @@ pub(crate) struct Arguments {
     profile: PathBuf,
     /// On a tie: a drive that parts the rivals with this probability (0.5 to 0.99), and how long
     /// that takes
-    #[arg(long, value_name = "PROBABILITY", value_parser = probability)]
-    part: Option<f64>,
+    #[arg(long = "part", value_name = "PROBABILITY", value_parser = probability)]
+    probability: Option<f64>,
     /// On a tie: a drive that stays in a room of this length and width, m
     #[arg(long, value_name = "LENGTHxWIDTH", value_parser = room)]
     room: Option<Room>,
@@ -112,12 +112,11 @@ pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
         out: arguments.out.as_deref(),
         plant: arguments.plant,
         profile: &arguments.profile,
-        wish: Wish { probability: arguments.part, room: arguments.room },
+        wish: Wish { probability: arguments.probability, room: arguments.room },
         force: arguments.overwrite.force,
         engine: arguments.engine.at(arguments.level),
     };
-    let found = gap(context, &request)?;
-    show(&found, arguments)
+    show(&gap(context, &request)?, arguments)
 }
 
 /// By what it is decided what is missing.
@@ -172,21 +171,21 @@ impl Arguments {
     }
 }
 
-fn show(found: &Answer, arguments: &Arguments) -> Result<()> {
+fn show(answer: &Answer, arguments: &Arguments) -> Result<()> {
     if arguments.json {
-        return output::print_json(&found.json(&arguments.profile));
+        return output::print_json(&answer.json(&arguments.profile));
     }
-    println!("{}", summary::text(&found.report).trim_end());
-    if let Some(simulated) = &found.simulated {
+    println!("{}", summary::text(&answer.report).trim_end());
+    if let Some(simulated) = &answer.simulated {
         println!("{}", simulated.line());
     }
-    if let Some(told) = &found.simulator {
+    if let Some(told) = &answer.simulator {
         println!("{}", told.line());
     }
     if let Some(file) = arguments.export_file() {
         println!("What its model needs: {}", file.display());
     }
-    if let Some(suggestion) = &found.suggestion {
+    if let Some(suggestion) = &answer.suggestion {
         println!("{}", suggestion.lines(&arguments.profile).trim_end());
     }
     Ok(())

@@ -45,12 +45,12 @@ pub(super) fn parted(parted: &[Parted], sets: usize) -> Value {
 
 /// Every extended model with its windows, and the figures.
 pub(super) fn coverage(covered: &[Covered]) -> Value {
-    let sets = covered.iter().map(|own| {
-        let mut set = of_case(&own.case);
+    let sets = covered.iter().map(|model| {
+        let mut set = of_case(&model.case);
         let mut put = |key: &str, value: Value| set.insert(key.to_owned(), value);
-        let Coverage { holds, windows, half_width_kg, .. } = Coverage::of("", own.windows.iter().copied());
-        put("named", json!(own.named));
-        put("right", json!(own.right));
+        let Coverage { holds, windows, half_width_kg, .. } = Coverage::of("", model.windows.iter().copied());
+        put("named", json!(model.named));
+        put("right", json!(model.right));
         put("holds", json!(holds));
         put("windows", json!(windows));
         put("half_width_kg", json!(half_width_kg));

@@ -14,11 +14,11 @@ pub(super) fn print_coverage(covered: &[Covered], all: bool) {
         let (share, width) = (figure.percent(), half_width_kg.unwrap_or(f64::NAN));
         println!("{name:<62} {share:>6.1} %  {holds} of {windows} windows, median ± {width:.3} kg");
     };
-    for own in covered.iter().filter(|_| all) {
-        let hidden: Vec<&str> = own.case.effects.iter().map(|effect| effect.id()).collect();
-        let (size, seed) = (own.case.size, own.case.seed);
-        let label = format!("{} size {size} seed {seed}: {}", hidden.join(" + "), own.named.join(" + "));
-        print(&label, &Coverage::of("", own.windows.iter().copied()));
+    for model in covered.iter().filter(|_| all) {
+        let hidden: Vec<&str> = model.case.effects.iter().map(|effect| effect.id()).collect();
+        let (size, seed) = (model.case.size, model.case.seed);
+        let label = format!("{} size {size} seed {seed}: {}", hidden.join(" + "), model.named.join(" + "));
+        print(&label, &Coverage::of("", model.windows.iter().copied()));
     }
     for figure in Coverage::all(covered) {
         print(figure.name, &figure);

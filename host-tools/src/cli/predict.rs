@@ -94,9 +94,9 @@ fn load(robot: &Robot, arguments: &Arguments) -> Result<Load> {
         Some(&[low, high]) if low > 0.0 && low <= mass_kg && mass_kg <= high && high.is_finite() => {
             (high - low) / (2.0 * NORMAL_95)
         }
-        Some(found) => {
+        Some(ends) => {
             return Err(Error::usage(format!(
-                "--mass-interval {found:?}; expected LOW,HIGH about the mass of {mass_kg} kg"
+                "--mass-interval {ends:?}; expected LOW,HIGH about the mass of {mass_kg} kg"
             )));
         }
     };
