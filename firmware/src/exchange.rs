@@ -13,8 +13,8 @@
 //!
 //! | kind | body of the request | body of the answer |
 //! |---|---|---|
-//! | [`Kind::I2c`] | address u8, bytes to read u8, bytes to write | [`BusAnswer`] u8, bytes read |
-//! | [`Kind::Servo`] | bytes sent on the servo bus | delay until the first answering byte, µs u32; bytes received |
+//! | [`Kind::I2c`] | address u8, bytes to read u8, bytes to write | [`BusAnswer`] u8, bytes |
+//! | [`Kind::Servo`] | bytes sent | delay until the first answering byte, µs u32; bytes received |
 //! | [`Kind::Link`] | most bytes to answer u16, bytes sent to the host | bytes received from the host |
 //! | [`Kind::FlashRead`] | offset u32, count u16 | bytes |
 //! | [`Kind::FlashWrite`] | offset u32, bytes | u8: 0 done, 1 refused |

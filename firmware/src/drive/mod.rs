@@ -2,7 +2,7 @@
 //! wheels' servos.
 //!
 //! ```text
-//! link ── pilot: heartbeat, command ── goals: m/s → servo units ── Orders → wheels/motors: torque, goals, their verification
+//! link ── pilot: heartbeat, command ── goals: m/s → servo units ── Orders → wheels/motors
 //!      └─ battery: percentage, cut-off        heading: quaternion from the wheels
 //! ```
 

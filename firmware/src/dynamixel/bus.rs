@@ -338,8 +338,8 @@ async fn status<P: Read, const L: usize>(
     budget: &mut usize,
 ) -> Result<Status<L>, BusError> {
     loop {
-        while let Some(found) = parser.next_packet() {
-            let packet = found.map_err(|_| BusError::Broken)?;
+        while let Some(packet) = parser.next_packet() {
+            let packet = packet.map_err(|_| BusError::Broken)?;
             // Instructions are our own, where the line has an echo.
             if packet.instruction == Instruction::Status as u8
                 && let Some((error, data)) = packet.parameters.split_first()
@@ -497,8 +497,8 @@ mod tests {
         for bit in 0..8 * FIRST.len() {
             let mut broken = FIRST.to_vec();
             broken[bit / 8] ^= 1 << (bit % 8);
-            let found = read_of_one(&[&broken]);
-            assert!(matches!(found, Err(BusError::Broken | BusError::Timeout)), "bit {bit}: {found:?}");
+            let answer = read_of_one(&[&broken]);
+            assert!(matches!(answer, Err(BusError::Broken | BusError::Timeout)), "bit {bit}: {answer:?}");
         }
     }
 
@@ -575,8 +575,8 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_not_sent() {
-        let (found, _) = on(Script::new(&[]), async |bus| bus.write(1, 0, &[0; LONGEST]).await);
-        assert_eq!(found, Err(BusError::TooLong));
+        let (result, _) = on(Script::new(&[]), async |bus| bus.write(1, 0, &[0; LONGEST]).await);
+        assert_eq!(result, Err(BusError::TooLong));
     }
 
     /// A line that never stops: heard for a bounded number of bytes, not for ever.

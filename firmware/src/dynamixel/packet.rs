@@ -262,7 +262,7 @@ impl<const N: usize> Parser<N> {
         let bytes = self.buffer.get(..self.filled).unwrap_or(&[]);
         let begins = |at: &usize| {
             let rest = bytes.get(*at..).unwrap_or(&[]);
-            rest.iter().zip(&HEADER).all(|(found, expected)| found == expected)
+            rest.iter().zip(&HEADER).all(|(byte, expected)| byte == expected)
         };
         (0..bytes.len()).find(begins).unwrap_or(bytes.len())
     }

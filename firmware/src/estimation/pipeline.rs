@@ -56,21 +56,21 @@ impl Pipeline {
         }
     }
 
-    /// Takes a sample, `elapsed` (s) after the one before by the buckets' count, and `beyond` (s)
-    /// more by the clock.
+    /// Takes a sample. `elapsed` (s) have passed since the one before by the buckets' count, and
+    /// `uncounted` (s) more by the clock.
     pub(super) fn push(
         &mut self,
         sample: &Sample<f32, WHEELS>,
-        (elapsed, beyond): (f32, f32),
+        (elapsed, uncounted): (f32, f32),
     ) -> Estimate<f32, WHEELS> {
         match self {
             Self::Window(estimator) => board::push(estimator, sample, elapsed),
             Self::Adapting(adaptive) => {
-                adaptive.pass(beyond);
+                adaptive.pass(uncounted);
                 adaptive.push(sample, elapsed)
             }
             Self::Extended(estimator, live) => {
-                live.pass(beyond);
+                live.pass(uncounted);
                 estimator.push_with(live, sample, &Outside::UNKNOWN, elapsed)
             }
             // One way for all robots, for the flash: the straight one would be there beside it.

@@ -220,30 +220,30 @@ fn compare_with(
     board.set_coefficients(Some(coefficients)).unwrap();
     let (mut worst_kg, mut worst_w, mut known) = (0.0_f64, 0.0_f64, 0);
     for (sample, replayed) in samples.iter().zip(&replayed) {
-        let found = board.sample(sample.wheel_speed, sample.power, sample.time_us);
-        assert_eq!(found.taken, replayed.is_some());
+        let estimated = board.sample(sample.wheel_speed, sample.power, sample.time_us);
+        assert_eq!(estimated.taken, replayed.is_some());
         let Some(replayed) = replayed else { continue };
-        assert_eq!(found.changed, replayed.changed.is_some(), "{} µs", sample.time_us);
-        match (found.mass, replayed.mass) {
-            (MassEstimate::Known(found), MassEstimate::Known(expected)) => {
-                worst_kg = worst_kg.max((f64::from(found.mass) - expected.mass).abs());
+        assert_eq!(estimated.changed, replayed.changed.is_some(), "{} µs", sample.time_us);
+        match (estimated.mass, replayed.mass) {
+            (MassEstimate::Known(mass), MassEstimate::Known(expected)) => {
+                worst_kg = worst_kg.max((f64::from(mass.mass) - expected.mass).abs());
                 let on_edge = edge * (expected.high - expected.low);
-                for (found, expected) in [(found.low, expected.low), (found.high, expected.high)] {
-                    let stray = (f64::from(found) - expected).abs();
+                for (end, expected) in [(mass.low, expected.low), (mass.high, expected.high)] {
+                    let stray = (f64::from(end) - expected).abs();
                     worst_kg = worst_kg.max(stray - on_edge);
                 }
                 known += 1;
             }
-            (MassEstimate::Beyond(found), MassEstimate::Beyond(expected)) => {
-                assert_eq!(found.place, expected.place);
-                worst_kg = worst_kg.max((f64::from(found.best) - expected.best).abs());
+            (MassEstimate::Beyond(mass), MassEstimate::Beyond(expected)) => {
+                assert_eq!(mass.place, expected.place);
+                worst_kg = worst_kg.max((f64::from(mass.best) - expected.best).abs());
             }
-            (MassEstimate::Unknown(found), MassEstimate::Unknown(expected)) => assert_eq!(found, expected),
-            (found, expected) => panic!("{} µs: {found:?} for {expected:?}", sample.time_us),
+            (MassEstimate::Unknown(reason), MassEstimate::Unknown(expected)) => assert_eq!(reason, expected),
+            (mass, expected) => panic!("{} µs: {mass:?} for {expected:?}", sample.time_us),
         }
-        match (found.predicted_power, replayed.power) {
-            (Some(found), Some(expected)) => worst_w = worst_w.max((f64::from(found) - expected).abs()),
-            (found, expected) => assert_eq!(found.is_some(), expected.is_some()),
+        match (estimated.predicted_power, replayed.power) {
+            (Some(power), Some(expected)) => worst_w = worst_w.max((f64::from(power) - expected).abs()),
+            (power, expected) => assert_eq!(power.is_some(), expected.is_some()),
         }
     }
     let (measured, predicted) = board.energy().unwrap();
@@ -358,9 +358,9 @@ fn a_gap_of_an_hour_forgets_the_mass() {
         // The same 3 kg again: only what was seen since counts.
         let mut first = None;
         for (i, s) in samples.iter().enumerate() {
-            let found = board.sample(s.wheel_speed, s.power, s.time_us + 3_700_000_000);
-            assert!(found.taken);
-            let Some(mass) = found.mass.known() else { continue };
+            let estimated = board.sample(s.wheel_speed, s.power, s.time_us + 3_700_000_000);
+            assert!(estimated.taken);
+            let Some(mass) = estimated.mass.known() else { continue };
             first = first.or(Some(i));
             assert!(mass.low <= 3.05 && mass.high >= 2.95, "{ground_adapts}: {mass:?}");
         }
@@ -376,9 +376,9 @@ fn without_coefficients_nothing_is_estimated() {
     assert!(!board.has_coefficients());
     assert_eq!((board.model(), board.energy(), board.dead_band()), (NO_MODEL, None, 0.02));
     for sample in &drive(&signed())[..1000] {
-        let found = board.sample(sample.wheel_speed, sample.power, sample.time_us);
-        assert_eq!(found, Estimated::default());
-        assert_eq!(mass_code(&found.mass), 1);
+        let estimated = board.sample(sample.wheel_speed, sample.power, sample.time_us);
+        assert_eq!(estimated, Estimated::default());
+        assert_eq!(mass_code(&estimated.mass), 1);
     }
 }
 

@@ -269,11 +269,11 @@ mod tests {
             bus.feel([655, -1310, 65], [0, 8192, -8192]);
             let motion = now(chip.motion()).unwrap();
             let degrees = motion.angular_velocity.map(|rate| rate.to_degrees());
-            for (found, expected) in degrees.into_iter().zip([10.0, -20.0, 0.992]) {
-                assert!((found - expected).abs() < 0.02, "{degrees:?}");
+            for (rate, expected) in degrees.into_iter().zip([10.0, -20.0, 0.992]) {
+                assert!((rate - expected).abs() < 0.02, "{degrees:?}");
             }
-            for (found, expected) in motion.acceleration.into_iter().zip([0.0, 9.806_65, -9.806_65]) {
-                assert!((found - expected).abs() < 1e-4, "{motion:?}");
+            for (axis, expected) in motion.acceleration.into_iter().zip([0.0, 9.806_65, -9.806_65]) {
+                assert!((axis - expected).abs() < 1e-4, "{motion:?}");
             }
         }
     }

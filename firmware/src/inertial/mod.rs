@@ -6,7 +6,7 @@
 //! too.
 //!
 //! ```text
-//! Chip: probe, set-up, reading, brown-outs ── Tracker: bias at rest, VQF, yaw that goes on from source to source
+//! Chip: probe, set-up, reading, brown-outs ── Tracker: bias at rest, VQF, one yaw of all sources
 //!                                     heading from the wheels ──┘
 //! ```
 

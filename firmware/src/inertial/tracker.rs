@@ -104,7 +104,7 @@ impl Tracker {
         self.filter.update_acc(motion.acceleration);
         let attitude = self.filter.quat_6d();
         let attitude = [attitude.0, attitude.1, attitude.2, attitude.3];
-        if attitude.iter().all(|part| part.is_finite()) {
+        if attitude.iter().all(|component| component.is_finite()) {
             self.show(attitude, Source::Sensor);
         } else {
             // Nothing that a chip can say; begins anew where it was.
@@ -186,8 +186,8 @@ fn yaw([w, _, _, z]: Quaternion) -> [f32; 2] {
 }
 
 fn unit(parts: Quaternion) -> Quaternion {
-    let length = Real::sqrt(parts.iter().map(|part| part * part).sum::<f32>());
-    parts.map(|part| part / length)
+    let length = Real::sqrt(parts.iter().map(|component| component * component).sum::<f32>());
+    parts.map(|component| component / length)
 }
 
 fn plus([a, b, c]: [f32; 3], [d, e, f]: [f32; 3]) -> [f32; 3] {
@@ -249,8 +249,8 @@ mod tests {
         let mut robot = Robot::new();
         robot.turn(0.0, 3.0, true);
         assert!(!robot.tracker.is_calibrating());
-        for (found, expected) in robot.tracker.bias().unwrap().into_iter().zip(BIAS) {
-            assert!((found.to_degrees() - expected).abs() < 0.02, "{found} {expected}");
+        for (bias, expected) in robot.tracker.bias().unwrap().into_iter().zip(BIAS) {
+            assert!((bias.to_degrees() - expected).abs() < 0.02, "{bias} {expected}");
         }
         let before = robot.yaw();
         robot.turn(45.0, 2.0, false);
@@ -323,6 +323,6 @@ mod tests {
         // What is no number changes nothing for good.
         let spoiled = Motion { angular_velocity: [f32::NAN; 3], acceleration: [0.0; 3] };
         robot.tracker.feel(spoiled, PERIOD_S, true);
-        assert!(robot.tracker.quaternion().iter().all(|part| part.is_finite()));
+        assert!(robot.tracker.quaternion().iter().all(|component| component.is_finite()));
     }
 }

@@ -238,11 +238,11 @@ fn show_battery(battery: &BatterySnapshot, to: &mut impl Sink) {
     to.value(table::BATTERY_CHARGE_STD, charge.map(|charge| 100.0 * charge.std));
     to.value(table::BATTERY_RESISTANCE, resistance.map(|(resistance, _)| resistance));
     to.value(table::BATTERY_RESISTANCE_STD, resistance.map(|(_, std)| std));
-    to.value(table::BATTERY_ENERGY_LEFT, remaining.map(|left| left.energy / J_PER_WH));
-    to.value(table::BATTERY_ENERGY_LOW, remaining.map(|left| left.energy_low / J_PER_WH));
-    to.value(table::BATTERY_ENERGY_HIGH, remaining.map(|left| left.energy_high / J_PER_WH));
-    to.value(table::BATTERY_TIME_LEFT, remaining.and_then(|left| left.time));
-    to.value(table::BATTERY_LOAD, remaining.map(|left| left.load));
+    to.value(table::BATTERY_ENERGY_LEFT, remaining.map(|battery| battery.energy / J_PER_WH));
+    to.value(table::BATTERY_ENERGY_LOW, remaining.map(|battery| battery.energy_low / J_PER_WH));
+    to.value(table::BATTERY_ENERGY_HIGH, remaining.map(|battery| battery.energy_high / J_PER_WH));
+    to.value(table::BATTERY_TIME_LEFT, remaining.and_then(|battery| battery.time));
+    to.value(table::BATTERY_LOAD, remaining.map(|battery| battery.load));
 }
 
 fn show_measurements(state: &State<'_>, to: &mut impl Sink) {

@@ -24,8 +24,8 @@ pub fn write(state: &mut State<'_>, address: u16, data: &[u8]) -> Result<(), Ref
     let command = request.value(UPLOAD_COMMAND).map(u8::from_le_bytes);
     let item = request.value(UPLOAD_ITEM).map(u8::from_le_bytes);
     let length = request.value(UPLOAD_LENGTH).map(u16::from_le_bytes);
-    let window = request.part(UPLOAD_WINDOW);
-    let signature = request.part(UPLOAD_SIGNATURE);
+    let window = request.slice(UPLOAD_WINDOW);
+    let signature = request.slice(UPLOAD_SIGNATURE);
     let acknowledged = request.value(FIFO_ACKNOWLEDGE).map(u32::from_le_bytes);
     let previous = request.value(PREVIOUS_CRC).map(u32::from_le_bytes);
 
@@ -49,8 +49,8 @@ pub fn write(state: &mut State<'_>, address: u16, data: &[u8]) -> Result<(), Ref
     state.upload.item = item.unwrap_or(state.upload.item);
     state.upload.length = length.unwrap_or(state.upload.length);
     let Upload { window: window_bytes, signature: signature_bytes, .. } = &mut state.upload;
-    for (bytes, part) in [(&mut window_bytes[..], window), (&mut signature_bytes[..], signature)] {
-        if let Some((offset, data)) = part {
+    for (bytes, slice) in [(&mut window_bytes[..], window), (&mut signature_bytes[..], signature)] {
+        if let Some((offset, data)) = slice {
             bytes.iter_mut().skip(offset).zip(data).for_each(|(place, byte)| *place = *byte);
         }
     }
@@ -79,7 +79,7 @@ fn write_drive(state: &mut State<'_>, request: &Request<'_>) {
     if let Some(timeout) = request.value(COMMAND_TIMEOUT) {
         pilot.set_command_timeout(u16::from_le_bytes(timeout));
     }
-    if let Some((offset, bytes)) = request.part(LEDS) {
+    if let Some((offset, bytes)) = request.slice(LEDS) {
         panel.leds.iter_mut().skip(offset).zip(bytes).for_each(|(place, byte)| *place = *byte);
     }
     if let Some([sound]) = request.value(SOUND) {
@@ -144,11 +144,11 @@ impl<'a> Request<'a> {
     }
 
     /// The data for a part of an array of bytes, and where in the array it begins.
-    fn part(&self, register: Register) -> Option<(usize, &'a [u8])> {
+    fn slice(&self, register: Register) -> Option<(usize, &'a [u8])> {
         let before = usize::from(register.address.saturating_sub(self.address));
         let offset = usize::from(self.address.saturating_sub(register.address));
         let data = self.data.get(before..)?;
         let length = data.len().min(usize::from(register.size()).checked_sub(offset)?);
-        data.get(..length).filter(|part| !part.is_empty()).map(|part| (offset, part))
+        data.get(..length).filter(|slice| !slice.is_empty()).map(|slice| (offset, slice))
     }
 }

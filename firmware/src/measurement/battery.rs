@@ -70,10 +70,10 @@ impl BatteryMeter {
 
     fn look(&self) -> BatterySnapshot {
         let [battery, ..] = RAILS;
-        let resistance = self.gauge.resistance().filter(|found| found.at_once > battery.shunt.ohm);
+        let resistance = self.gauge.resistance().filter(|resistance| resistance.at_once > battery.shunt.ohm);
         BatterySnapshot {
             charge: self.gauge.charge(),
-            resistance: resistance.map(|found| (found.at_once - battery.shunt.ohm, found.std)),
+            resistance: resistance.map(|resistance| (resistance.at_once - battery.shunt.ohm, resistance.std)),
             remaining: self.gauge.remaining(),
         }
     }

@@ -57,9 +57,9 @@ mod tests {
     }
 
     /// Each value passes at most four roundings to f32, of ε/2 each.
-    fn assert_close(found: f32, expected: f32) {
+    fn assert_close(value: f32, expected: f32) {
         let tolerance = 2.0 * f32::EPSILON * expected.abs();
-        assert!((found - expected).abs() <= tolerance, "found {found}, expected {expected} ± {tolerance}");
+        assert!((value - expected).abs() <= tolerance, "found {value}, expected {expected} ± {tolerance}");
     }
 
     /// The datasheet's example (9.2.2.1): 10 A through 2 mΩ from a 12 V supply; the sensor sees 20

@@ -39,19 +39,19 @@ impl Conversion {
     /// The bus's.
     pub async fn ask<I: I2c + ?Sized>(&mut self, i2c: &mut I) -> Result<(), I::Error> {
         let [bus_at, configuration @ .., shunt_at, power_at] = self.written();
-        let (mut bus, mut found, mut shunt, mut power) = ([0; 2], [0; 2], [0; 2], [0; 2]);
+        let (mut bus, mut set_up, mut shunt, mut power) = ([0; 2], [0; 2], [0; 2], [0; 2]);
         let mut operations = [
             Operation::Write(&[bus_at]),
             Operation::Read(&mut bus),
             Operation::Write(&configuration),
-            Operation::Read(&mut found),
+            Operation::Read(&mut set_up),
             Operation::Write(&[shunt_at]),
             Operation::Read(&mut shunt),
             Operation::Write(&[power_at]),
             Operation::Read(&mut power),
         ];
         i2c.transaction(self.address, &mut operations).await?;
-        self.answer = Some([bus, found, shunt, power].map(u16::from_be_bytes));
+        self.answer = Some([bus, set_up, shunt, power].map(u16::from_be_bytes));
         Ok(())
     }
 }

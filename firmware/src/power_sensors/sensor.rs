@@ -144,9 +144,9 @@ impl Sensor {
     async fn judge<I: I2c>(
         &self,
         i2c: &mut I,
-        [bus, found, shunt, power]: [u16; 4],
+        [bus, set_up, shunt, power]: [u16; 4],
     ) -> Result<Reading, Failure> {
-        if found != self.rail.set_up.as_bits() {
+        if set_up != self.rail.set_up.as_bits() {
             return Err(Event::SetUpLost);
         }
         if bus & CNVR == 0 {
@@ -157,8 +157,8 @@ impl Sensor {
             return Err(Event::Clipped);
         }
         if !is_product(power, shunt, bus >> 3) {
-            let found = self.exchange(i2c, &[CALIBRATION]).await?;
-            return Err(if found == UNITY { Event::Implausible } else { Event::SetUpLost });
+            let calibration = self.exchange(i2c, &[CALIBRATION]).await?;
+            return Err(if calibration == UNITY { Event::Implausible } else { Event::SetUpLost });
         }
         Ok(Reading {
             shunt: ShuntVoltage::from_10uv(shunt),
@@ -169,8 +169,8 @@ impl Sensor {
     /// Writes a register and reads it back.
     async fn write<I: I2c>(&self, i2c: &mut I, register: u8, value: u16) -> Result<(), Failure> {
         let [high, low] = value.to_be_bytes();
-        let found = self.exchange(i2c, &[register, high, low]).await?;
-        if found == value { Ok(()) } else { Err(Event::SetUpLost) }
+        let read = self.exchange(i2c, &[register, high, low]).await?;
+        if read == value { Ok(()) } else { Err(Event::SetUpLost) }
     }
 
     async fn exchange<I: I2c>(&self, i2c: &mut I, bytes: &[u8]) -> Result<u16, Failure> {
@@ -236,11 +236,11 @@ mod tests {
             assert_eq!(address, ADDRESS);
             let (written, read) = self.0.pop_front().expect("the script is over");
             let pairs = operations.as_chunks_mut::<2>().0;
-            let found: Vec<&[u8]> = pairs
+            let asked: Vec<&[u8]> = pairs
                 .iter()
                 .map(|pair| if let [Operation::Write(bytes), _] = pair { *bytes } else { panic!("{pair:?}") })
                 .collect();
-            assert_eq!(found, written);
+            assert_eq!(asked, written);
             let values = read.ok_or(ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address))?;
             for (pair, value) in pairs.iter_mut().zip(values) {
                 let [_, Operation::Read(place)] = pair else { panic!("{pair:?}") };
@@ -250,9 +250,9 @@ mod tests {
         }
     }
 
-    fn write(register: u8, value: u16, found: u16) -> Call {
+    fn write(register: u8, value: u16, read: u16) -> Call {
         let [high, low] = value.to_be_bytes();
-        (vec![vec![register, high, low]], Some(vec![found]))
+        (vec![vec![register, high, low]], Some(vec![read]))
     }
 
     fn read(register: u8, value: u16) -> Call {
@@ -267,11 +267,11 @@ mod tests {
         [write(CALIBRATION, UNITY, UNITY), write(CONFIGURATION, CONFIGURED, CONFIGURED)]
     }
 
-    fn transaction(bus: u16, found: u16, shunt: u16, power: u16) -> Call {
+    fn transaction(bus: u16, set_up: u16, shunt: u16, power: u16) -> Call {
         let [high, low] = CONFIGURED.to_be_bytes();
         // Registers 2, 0, 1 and 3.
         let written = vec![vec![2], vec![CONFIGURATION, high, low], vec![1], vec![3]];
-        (written, Some(vec![bus, found, shunt, power]))
+        (written, Some(vec![bus, set_up, shunt, power]))
     }
 
     fn conversion_of(bus: u16, shunt: u16, power: u16) -> Call {
@@ -358,9 +358,9 @@ mod tests {
     /// nothing would show it.
     #[test]
     fn a_set_up_that_was_not_taken_is_written_again() {
-        for found in [RESET, CONFIGURED ^ 1 << 11, CONFIGURED ^ 1] {
+        for other in [RESET, CONFIGURED ^ 1 << 11, CONFIGURED ^ 1] {
             let mut calls = set_up().to_vec();
-            calls.push(transaction(BUS_CODE, found, SHUNT_CODE, POWER_CODE));
+            calls.push(transaction(BUS_CODE, other, SHUNT_CODE, POWER_CODE));
             calls.extend(set_up());
             calls.push(conversion());
             assert_eq!(play(&calls, 2), [(None, Health::LostCalibration), (Some(READING), Health::Ok)]);
@@ -404,10 +404,10 @@ mod tests {
         fn one_flipped_bit_shows(shunt in -31_999_i16..32_000, bus in 0_u16..=8_000, place in 0_u32..48) {
             let power = (u32::from(shunt.unsigned_abs()) * u32::from(bus) / 5_000) as u16;
             let flip = |value: u16, first: u32| if (first..first + 16).contains(&place) { value ^ 1 << (place - first) } else { value };
-            let found = (flip(shunt.cast_unsigned(), 0).cast_signed(), flip(bus << 3, 16) >> 3, flip(power, 32));
-            if is_product(found.2, found.0, found.1) {
+            let read = (flip(shunt.cast_unsigned(), 0).cast_signed(), flip(bus << 3, 16) >> 3, flip(power, 32));
+            if is_product(read.2, read.0, read.1) {
                 let watts = |shunt: i16, bus: u16| f64::from(shunt) * f64::from(bus) / 5_000.0;
-                let (true_power, shown) = (watts(shunt, bus), watts(found.0, found.1));
+                let (true_power, shown) = (watts(shunt, bus), watts(read.0, read.1));
                 prop_assert!((shown - true_power).abs() <= (0.01 * true_power.abs()).max(2.0), "{true_power} {shown}");
             }
         }

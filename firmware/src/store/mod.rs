@@ -190,8 +190,8 @@ impl<F: NorFlash> Store<F> {
         item: Item,
         into: &mut [u8; ITEM_BYTES],
     ) -> Result<Option<usize>, StoreError> {
-        let found = self.get(item).await?;
-        let bytes = found.as_slice();
+        let stored = self.get(item).await?;
+        let bytes = stored.as_slice();
         if let Some(place) = into.get_mut(..bytes.len()) {
             place.copy_from_slice(bytes);
         }
@@ -284,11 +284,11 @@ impl<F: NorFlash> Store<F> {
     async fn find(&mut self, sector: u32, key: u8) -> Result<usize, StoreError> {
         let mut map = map(&mut self.flash, sector)?;
         match map.fetch_item::<&[u8]>(&mut self.scratch.0, &key).await {
-            Ok(found) => {
-                let found = found.unwrap_or(&[]);
-                let Some(place) = self.value.get_mut(..found.len()) else { return Ok(0) };
-                place.copy_from_slice(found);
-                Ok(found.len())
+            Ok(value) => {
+                let value = value.unwrap_or(&[]);
+                let Some(place) = self.value.get_mut(..value.len()) else { return Ok(0) };
+                place.copy_from_slice(value);
+                Ok(value.len())
             }
             Err(Error::Storage { value: sector::Refused::ByFlash, .. }) => Err(StoreError::Flash),
             // No store has written this.

@@ -110,11 +110,11 @@ fn cut_everywhere(rewriting: Rewriting) -> u32 {
                 assert_eq!(result.is_err(), flash.is_off());
                 cuts += u32::from(flash.is_off());
                 flash.power_up(None, seed);
-                let found = all(&mut flash);
-                let is_new = found == expected;
+                let items = all(&mut flash);
+                let is_new = items == expected;
                 assert!(
-                    is_new || result.is_err() && found == old,
-                    "{writes} {item:?} {cut} {seed}: {found:?}"
+                    is_new || result.is_err() && items == old,
+                    "{writes} {item:?} {cut} {seed}: {items:?}"
                 );
                 put(&mut flash, item, &image(item, 778)).unwrap();
                 assert_eq!(get(&mut flash, item), image(item, 778));
@@ -154,11 +154,11 @@ proptest! {
             let was_cut = flash.is_off();
             prop_assert_eq!(result.is_err(), was_cut);
             flash.power_up(None, 0);
-            let found = all(&mut flash);
+            let items = all(&mut flash);
             let mut expected = known.clone();
             expected[index] = new;
-            prop_assert!(found == expected || was_cut && found == known, "{found:?}");
-            known = found;
+            prop_assert!(items == expected || was_cut && items == known, "{items:?}");
+            known = items;
         }
     }
 

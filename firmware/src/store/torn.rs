@@ -84,8 +84,8 @@ impl TornFlash {
                 self.is_off = true;
                 true
             }
-            Some(left) => {
-                *left -= 1;
+            Some(remaining) => {
+                *remaining -= 1;
                 false
             }
             None => false,

@@ -109,8 +109,8 @@ fn a_power_cut_leaves_old_or_new_totals() {
                 &before,
                 |store| block_on(store.append_totals(&totals(777))),
                 |flash, is_done| {
-                    let found = held(flash);
-                    assert!(found == new || !is_done && found == old, "{found:?}");
+                    let after = held(flash);
+                    assert!(after == new || !is_done && after == old, "{after:?}");
                     append(flash, 778).unwrap();
                     assert_eq!(held(flash).totals, Some(totals(778)));
                 },
@@ -129,17 +129,17 @@ fn a_power_cut_in_anything_else_leaves_them_alone() {
         for records in [0, 1, SLOTS - 1, SLOTS, SLOTS + 1] {
             let before = used(rewriting, records);
             let old = held(&mut before.clone());
-            let as_before = |found: &Held| found.totals == old.totals && found.items[2] == old.items[2];
+            let as_before = |held: &Held| held.totals == old.totals && held.items[2] == old.items[2];
             for coefficients in [image(3), image(1)] {
                 cuts += cut_everywhere(
                     &before,
                     |store| block_on(store.put(Item::Coefficients, &coefficients)),
                     |flash, is_done| {
-                        let found = held(flash);
-                        let is_new = found.items[0].as_slice() == coefficients
-                            && found.previous == old.items[0]
-                            && as_before(&found);
-                        assert!(is_new || !is_done && found == old, "{found:?}");
+                        let after = held(flash);
+                        let is_new = after.items[0].as_slice() == coefficients
+                            && after.previous == old.items[0]
+                            && as_before(&after);
+                        assert!(is_new || !is_done && after == old, "{after:?}");
                     },
                 );
             }

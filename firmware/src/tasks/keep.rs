@@ -63,10 +63,10 @@ impl<F: NorFlash> Keeper<'_, F> {
     /// What the flash holds, and its spare sector erased.
     async fn load(&mut self) {
         for item in ITEMS {
-            let found = self.store.get(item).await.map_err(Reason::from);
+            let stored = self.store.get(item).await.map_err(Reason::from);
             // Whoever had the flash in hand may have written it.
-            let found = found.and_then(|bytes| self.check(item, &bytes).map(|()| bytes));
-            self.shared.with(|state| state.load(item, found));
+            let stored = stored.and_then(|bytes| self.check(item, &bytes).map(|()| bytes));
+            self.shared.with(|state| state.load(item, stored));
         }
         let previous = self.store.previous().await.unwrap_or(ItemBytes::EMPTY);
         // This finds where the next record belongs, too, record by record: some milliseconds that a

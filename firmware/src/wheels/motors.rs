@@ -339,14 +339,14 @@ impl Motor {
                 Step::ReadTorque
             }
             Step::ReadTorque => {
-                let [found, _, _, _, level] = bus.read(id, TORQUE).await?.data;
-                self.is_off = found == 0;
+                let [torque, _, _, _, level] = bus.read(id, TORQUE).await?.data;
+                self.is_off = torque == 0;
                 if level == ANSWERS_ALL { Step::ReadModes } else { self.unfit(TORQUE + 4) }
             }
             Step::ReadModes => {
-                let [delay, found, mode] = bus.read(id, MODES).await?.data;
+                let [delay, drive, mode] = bus.read(id, MODES).await?.data;
                 let is_slow = 2 * u32::from(delay) > SERVO_RETURN_DELAY_US;
-                match (is_slow, found == drive_mode, mode == VELOCITY_MODE) {
+                match (is_slow, drive == drive_mode, mode == VELOCITY_MODE) {
                     (true, ..) => self.unfit(MODES),
                     (_, false, _) => self.unfit(MODES + 1),
                     (.., false) => self.unfit(MODES + 2),
@@ -402,9 +402,9 @@ impl Motor {
             bus.write(id, TORQUE, &[0]).await?;
             self.is_off = true;
         } else {
-            let [found] = bus.read(id, TORQUE).await?.data;
-            self.is_off = found == 0;
-            self.says_on = found != 0;
+            let [torque] = bus.read(id, TORQUE).await?.data;
+            self.is_off = torque == 0;
+            self.says_on = torque != 0;
         }
         Ok(())
     }

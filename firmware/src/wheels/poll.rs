@@ -296,8 +296,8 @@ mod tests {
     fn finds_the_servos_one_after_the_other() {
         let servos = Servos::new();
         let mut wheels = wheels(&servos);
-        let found: Vec<_> = (0..4).map(|i| known(now(wheels.poll(STEP_US * i)))).collect();
-        assert_eq!(found, [[false, false], [true, false], [true, true], [true, true]]);
+        let answering: Vec<_> = (0..4).map(|i| known(now(wheels.poll(STEP_US * i)))).collect();
+        assert_eq!(answering, [[false, false], [true, false], [true, true], [true, true]]);
         use Instruction::{Ping, SyncRead};
         let sent = [Ping, SyncRead, Ping, SyncRead, SyncRead].map(|instruction| instruction as u8);
         assert_eq!(*servos.instructions.borrow(), sent);

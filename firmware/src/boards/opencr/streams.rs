@@ -67,7 +67,7 @@ impl Stream {
     }
 
     /// How many bytes it has still to move; of a circular one, to the end of the round.
-    pub(super) fn left(self) -> usize {
+    pub(super) fn remaining(self) -> usize {
         usize::from(self.registers().ndtr().read().ndt())
     }
 

@@ -70,10 +70,10 @@ impl Pipes {
     fn send(&mut self, kind: Kind, time: [u8; 8], body: &[&[u8]]) -> Option<()> {
         let head: [&[u8]; 2] = [&[kind as u8], &time];
         let mut end = LENGTH;
-        for part in head.iter().chain(body) {
-            let place = self.frame.get_mut(end..end + part.len())?;
-            place.copy_from_slice(part);
-            end += part.len();
+        for bytes in head.iter().chain(body) {
+            let place = self.frame.get_mut(end..end + bytes.len())?;
+            place.copy_from_slice(bytes);
+            end += bytes.len();
         }
         let length = u16::try_from(end - LENGTH).ok()?;
         *self.frame.first_chunk_mut()? = length.to_le_bytes();

@@ -314,9 +314,9 @@ proptest! {
     #[test]
     fn any_part_is_that_of_the_whole(address in 0..END + 10, length in 0..2400_usize) {
         let state = state();
-        let mut part = vec![0x55; length];
-        render(&state, address, &mut part);
+        let mut bytes = vec![0x55; length];
+        render(&state, address, &mut bytes);
         let expected = whole(&state).into_iter().chain(core::iter::repeat(0));
-        prop_assert!(part.into_iter().eq(expected.skip(address.into()).take(length)));
+        prop_assert!(bytes.into_iter().eq(expected.skip(address.into()).take(length)));
     }
 }

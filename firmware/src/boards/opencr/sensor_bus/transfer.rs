@@ -326,7 +326,7 @@ fn stopped(at: usize, transaction: &Transaction, status: Isr) {
         register.set_stopcf(true);
         register.set_nackcf(true);
     });
-    let is_whole = RECEIVING.left() == 0;
+    let is_whole = RECEIVING.remaining() == 0;
     if !status.nackf() && !is_whole {
         end(transaction, BROKEN);
         return;

@@ -123,7 +123,7 @@ pub(super) async fn receive(buffer: &mut [u8]) -> Result<usize, Error> {
 
 /// What has come since, as far as there is room for it.
 fn take(buffer: &mut [u8]) -> usize {
-    let end = RING_BYTES.saturating_sub(RECEIVING.left()) % RING_BYTES;
+    let end = RING_BYTES.saturating_sub(RECEIVING.remaining()) % RING_BYTES;
     // What DMA has counted is in memory.
     fence(Ordering::SeqCst);
     let next = WIRE.next.load(Ordering::Relaxed);
@@ -139,7 +139,7 @@ fn take(buffer: &mut [u8]) -> usize {
 fn serve() {
     let status = USART3.isr().read();
     // Between two bytes, if the stream is late, it sends its last bit as well.
-    if status.tc() && USART3.cr1().read().tcie() && SENDING.left() == 0 {
+    if status.tc() && USART3.cr1().read().tcie() && SENDING.remaining() == 0 {
         // A servo may answer at once, sooner than a busy task comes to turn the buffer.
         GPIOC.bsrr().write(|register| register.set_br(DIRECTION, true));
         WIRE.is_sending.store(false, Ordering::Release);

@@ -23,7 +23,7 @@ async fn unless_overtaken<T>(mut work: impl FnMut() -> Option<T>) -> Result<T, E
             if STATE.is_overtaken() {
                 return Poll::Ready(Err(EndpointError::Disabled));
             }
-            work().map_or(Poll::Pending, |found| Poll::Ready(Ok(found)))
+            work().map_or(Poll::Pending, |done| Poll::Ready(Ok(done)))
         })
     })
     .await
