@@ -10,18 +10,16 @@ use support::printable;
 
 use super::transport::Transport;
 
-/// The longest packet there is: a status with the whole table, every three bytes of which may need
-/// a fourth.
+/// The longest packet: a status with the whole table. Every three bytes may need a fourth.
 const LONGEST: usize = OVERHEAD + (1 + table::END as usize) * 4 / 3 + 4;
 
 /// How long the first answer is waited for. A board answers within a sample period or two; what an
 /// operating system adds is less than this.
 const ANSWER_TIMEOUT: Duration = Duration::from_millis(50);
-/// Each further one is waited for twice as long, up to this: while it erases flash the board's
-/// processor stands still.
+/// Each further answer is waited for twice as long, up to this: the processor stands still while it
+/// erases flash.
 const LONGEST_TIMEOUT: Duration = Duration::from_millis(800);
-/// After so long without an answer the board counts as gone: longer than erasing both sectors of
-/// its store.
+/// A board that is silent for so long counts as gone. Erasing both sectors of its store takes less.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// Broken answers come at once: after this number in a row the line counts as unusable.
 const MOST_ATTEMPTS: u32 = 40;
@@ -308,8 +306,7 @@ impl<T: Transport> Client<T> {
         }
     }
 
-    /// Sends until there is an answer or no hope of one; `expected` is how many bytes the right one
-    /// has.
+    /// Sends until there is an answer or no hope of one. The right answer has `expected` bytes.
     fn attempt(&mut self, request: &Request, expected: usize) -> Result<Answer> {
         let mut buffer = [0; LONGEST];
         let parameters: &[&[u8]] = &[&request.parameters];

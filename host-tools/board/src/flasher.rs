@@ -156,8 +156,7 @@ const STORE: u8 = 1;
 const FORGET: u8 = 2;
 
 impl<T: Transport> Running<'_, T> {
-    /// Makes the board forget what somebody before us left waiting: until then it takes nothing
-    /// else.
+    /// Makes the board forget an upload that somebody left waiting: until then it takes no other.
     fn settle(&mut self) -> Result<()> {
         let begun = self.client.now();
         loop {
@@ -309,8 +308,8 @@ pub struct Outcome {
     pub unchanged: bool,
 }
 
-/// Checks everything, then stores one item after the other: the robot first, for by it the board
-/// judges coefficients.
+/// Checks everything, then stores the items. The robot comes first: the board judges coefficients
+/// by it.
 ///
 /// # Errors
 /// Something is not for this board (nothing was stored then), or as [`Target::put`].
@@ -409,8 +408,8 @@ fn calibration(target: &mut dyn Target, factors: [Option<f32>; RAIL_COUNT]) -> R
     }
 }
 
-/// The image of coefficients that are for `robot`; with ground that adapts where that is asked for,
-/// and of a fit that cannot be used only where that is asked for.
+/// The image of coefficients for `robot`. Ground adapts, and a fit that cannot be used is taken,
+/// only where that is asked for.
 ///
 /// # Errors
 /// As [`CoefficientsFile::read`]; the robot has more wheels than the board drives; ground cannot
@@ -465,8 +464,8 @@ pub fn check_fitted(context: &Context, robot: &Robot, image: Option<&Image>) -> 
     };
     let image = image.ok_or_else(|| refused("boards have no such model"))?;
     match check_coefficients(image.as_bytes(), &robot_identity(robot)?, USUAL_RATE_HZ) {
-        // How long a delay a board can keep, and how fast a filter, depends on its sample rate:
-        // another may take them. Without a mass they still say what a drive takes.
+        // The sample rate limits delay and filter: another board may take them. Without a mass they
+        // still predict the power of a drive.
         Err(reason @ (Reason::Delay | Reason::Cutoff | Reason::Slow | Reason::Mass)) => {
             context.notice(format_args!(
                 "a board at {USUAL_RATE_HZ} Hz would not take these coefficients: {}",
@@ -479,8 +478,7 @@ pub fn check_fitted(context: &Context, robot: &Robot, image: Option<&Image>) -> 
     }
 }
 
-/// The effects for which a board refuses coefficients, by name: behind the reason, where it is
-/// about effects.
+/// The names of the effects for which a board refuses coefficients, if that is the reason.
 fn culprits(reason: Reason, coefficients: &Coefficients<f64, WHEELS>) -> String {
     let is_culprit = |cause: &Cause<f64>| match reason {
         Reason::Input => !cause.needs().nothing(),

@@ -59,8 +59,7 @@ mod serving {
             format!("ws://{}:{}", self.host, self.server.port())
         }
 
-        /// Sends whole lines, the first one ever being the header. Nobody there is no error, nor is
-        /// anybody who leaves.
+        /// Sends whole lines. The first is the header. That nobody listens, or leaves, is no error.
         ///
         /// # Errors
         /// A header without time.

@@ -8,8 +8,8 @@ use support::error::{Error, Result};
 
 use super::lines::{cells, names};
 
-/// Takes the recorder's lines; the file is whole only when it was [finished](Self::finish), and
-/// read up to where it breaks off with `--allow-truncated` else.
+/// Takes the recorder's lines. The file is whole once it was [finished](Self::finish); otherwise it
+/// is read up to the break with `--allow-truncated`.
 pub struct McapLines<W: Write + Seek> {
     /// Until the header has come.
     to: Option<W>,

@@ -35,9 +35,8 @@ pub struct Options {
     pub duration: Option<Duration>,
     /// Total mass, kg, where it is known: for fits.
     pub mass_kg: Option<f64>,
-    /// Begin with the oldest sample that the board keeps. From its start on, a replay makes the
-    /// very estimates that the board made; from any other sample its seconds begin at a different
-    /// time.
+    /// Begin with the oldest sample that the board keeps. If that is its first, a replay repeats
+    /// the board's estimates exactly; otherwise its seconds begin at another time.
     pub backlog: bool,
 }
 
@@ -224,8 +223,8 @@ impl Run {
         None
     }
 
-    /// By how much its clock is ahead of what the number of samples since the last one takes, s,
-    /// where that is more than a board pauses.
+    /// How far its clock is ahead of the time that the samples since the last one take, s, where
+    /// that is more than a board pauses.
     fn jump(&self, record: &Record) -> Option<f64> {
         let last = self.last.as_ref()?;
         let passed = Duration::from_micros(record.time_us - last.time_us).as_secs_f64();

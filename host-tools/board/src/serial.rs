@@ -9,8 +9,8 @@ use support::error::{Error, Result};
 
 use super::transport::Transport;
 
-/// Over USB the rate means nothing, but 1200 Bd is how the stock firmware is asked to enter its
-/// bootloader: the rate that the stock node opens the port with.
+/// The stock node's rate. USB ignores it, except 1200 Bd, which asks the stock firmware to enter
+/// its bootloader.
 const BAUD_RATE: u32 = 1_000_000;
 
 /// A board takes a packet in milliseconds. One that takes nothing for so long hangs.
@@ -71,7 +71,7 @@ impl Transport for Serial {
     }
 
     fn receive(&mut self, buffer: &mut [u8], limit: Duration) -> Result<usize> {
-        // The operating system counts milliseconds: what is left of one is waited for, not spun
+        // The operating system counts milliseconds; the rest of one is waited for, not spun
         // through.
         let limit = Duration::from_millis(limit.as_micros().div_ceil(1000).try_into().unwrap_or(u64::MAX));
         self.port.set_read_timeout(limit).map_err(|error| self.lost(&error))?;

@@ -40,7 +40,8 @@ pub struct Status {
     /// Upper end.
     pub high_kg: Option<f32>,
     /// Beyond which end of the robot's range the mass lies, if it does.
-    pub beyond: Option<&'static str>,
+    #[serde(rename = "beyond")]
+    pub out_of_range: Option<&'static str>,
     /// Why the mass is not known, if it is not.
     pub unknown: Option<&'static str>,
     /// Actuation power, W: filtered.
@@ -115,13 +116,17 @@ pub struct BatteryStatus {
     /// Standard deviation, Ω.
     pub resistance_std_ohm: Option<f32>,
     /// What it still gives at the present load until the motors are cut off, Wh.
-    pub left_wh: Option<f32>,
+    #[serde(rename = "left_wh")]
+    pub remaining_wh: Option<f32>,
     /// Lower end of the 95 % interval, Wh.
-    pub left_low_wh: Option<f32>,
+    #[serde(rename = "left_low_wh")]
+    pub remaining_low_wh: Option<f32>,
     /// Upper end, Wh.
-    pub left_high_wh: Option<f32>,
+    #[serde(rename = "left_high_wh")]
+    pub remaining_high_wh: Option<f32>,
     /// How long that lasts, s.
-    pub left_s: Option<f32>,
+    #[serde(rename = "left_s")]
+    pub remaining_s: Option<f32>,
     /// That load, W.
     pub load_w: Option<f32>,
 }
@@ -178,7 +183,7 @@ impl Status {
             mass_kg: number(&table::MASS)?,
             low_kg: number(&table::MASS_LOW)?,
             high_kg: number(&table::MASS_HIGH)?,
-            beyond: beyond_text(state),
+            out_of_range: out_of_range_text(state),
             unknown: unknown_text(state),
             measured_w: number(&table::MEASURED_POWER)?,
             predicted_w: number(&table::PREDICTED_POWER)?,
@@ -245,10 +250,10 @@ fn battery(block: &Block) -> Result<BatteryStatus> {
         charge_std_percent: number(&table::BATTERY_CHARGE_STD)?,
         resistance_ohm: number(&table::BATTERY_RESISTANCE)?,
         resistance_std_ohm: number(&table::BATTERY_RESISTANCE_STD)?,
-        left_wh: number(&table::BATTERY_ENERGY_LEFT)?,
-        left_low_wh: number(&table::BATTERY_ENERGY_LOW)?,
-        left_high_wh: number(&table::BATTERY_ENERGY_HIGH)?,
-        left_s: number(&table::BATTERY_TIME_LEFT)?,
+        remaining_wh: number(&table::BATTERY_ENERGY_LEFT)?,
+        remaining_low_wh: number(&table::BATTERY_ENERGY_LOW)?,
+        remaining_high_wh: number(&table::BATTERY_ENERGY_HIGH)?,
+        remaining_s: number(&table::BATTERY_TIME_LEFT)?,
         load_w: number(&table::BATTERY_LOAD)?,
     })
 }
@@ -313,7 +318,7 @@ fn drive_text(state: u8, misfits: &[u8]) -> String {
 }
 
 /// [`table::PAYLOAD_STATE`] where the mass lies beyond the robot's range.
-fn beyond_text(state: u8) -> Option<&'static str> {
+fn out_of_range_text(state: u8) -> Option<&'static str> {
     match state {
         5 => Some("lighter than without payload"),
         6 => Some("heavier than with the full payload"),

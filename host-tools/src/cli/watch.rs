@@ -125,7 +125,7 @@ fn text(board: &Board, status: &Status) -> String {
     let _ = match (status.no_coefficients, status.mass_kg, status.low_kg, status.high_kg) {
         (Some(why), ..) => writeln!(text, "{:>9} unknown: no coefficients ({why})", "mass"),
         (None, Some(mass), Some(low), Some(high)) => {
-            let end = status.beyond.map_or(String::new(), |end| format!(", {end}"));
+            let end = status.out_of_range.map_or(String::new(), |end| format!(", {end}"));
             writeln!(text, "{:>9} {mass:>9.3} kg  (95 %: {low:.3} … {high:.3}){end}", "mass")
         }
         _ => writeln!(text, "{:>9} unknown: {}", "mass", status.unknown.unwrap_or("no reason")),
@@ -180,10 +180,10 @@ fn battery(battery: &BatteryStatus) -> String {
     }
     text.push('\n');
     if let (Some(remaining), Some(low), Some(high), Some(load)) =
-        (battery.left_wh, battery.left_low_wh, battery.left_high_wh, battery.load_w)
+        (battery.remaining_wh, battery.remaining_low_wh, battery.remaining_high_wh, battery.load_w)
     {
         let _ = write!(text, "{:>9} {remaining:>9.2} Wh (95 %: {low:.2} … {high:.2})", "left");
-        if let Some(seconds) = battery.left_s {
+        if let Some(seconds) = battery.remaining_s {
             let _ = write!(text, ", {:.0} min at {load:.1} W", seconds / 60.0);
         }
         text.push('\n');
