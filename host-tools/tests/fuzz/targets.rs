@@ -184,9 +184,9 @@ fn link(data: &[u8], _: &Path) {
 fn servo(data: &[u8], _: &Path) {
     let made = packets(data, 1);
     for size in [made.len().max(1), 1, 7] {
-        assert_eq!(found(&made, size), found(&made, 64), "in pieces of {size}");
+        assert_eq!(good_packets(&made, size), good_packets(&made, 64), "in pieces of {size}");
     }
-    let _ = found(data, 1);
+    let _ = good_packets(data, 1);
     for bytes in [data, &made] {
         let mut bus = ServoBus::default();
         for (time_us, piece) in (0..).step_by(100).zip(bytes.chunks(64)) {
@@ -196,18 +196,18 @@ fn servo(data: &[u8], _: &Path) {
 }
 
 /// The good packets in these bytes, received in pieces of this size.
-fn found(bytes: &[u8], size: usize) -> Vec<(u8, u8, Vec<u8>)> {
+fn good_packets(bytes: &[u8], size: usize) -> Vec<(u8, u8, Vec<u8>)> {
     let mut parser = Parser::<512>::new();
-    let mut found = Vec::new();
+    let mut packets = Vec::new();
     for mut rest in bytes.chunks(size) {
         while !rest.is_empty() {
             rest = &rest[parser.feed(rest)..];
             while let Some(packet) = parser.next_packet() {
-                found.extend(packet.ok().map(|it| (it.id, it.instruction, it.parameters.to_vec())));
+                packets.extend(packet.ok().map(|it| (it.id, it.instruction, it.parameters.to_vec())));
             }
         }
     }
-    found
+    packets
 }
 
 /// Instructions made of the data, stuffed and with their checksums: each piece's first byte chooses

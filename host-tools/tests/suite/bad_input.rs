@@ -60,8 +60,8 @@ fn bench() -> Bench {
 /// of it.
 fn refusal(bench: &Bench, arguments: &[&str], code: i32) -> String {
     let before = bench.files();
-    let Ran { code: found, stdout, stderr } = bench.gmr(arguments);
-    assert_eq!(found, Some(code), "{arguments:?}: {stderr}");
+    let Ran { code: exit, stdout, stderr } = bench.gmr(arguments);
+    assert_eq!(exit, Some(code), "{arguments:?}: {stderr}");
     assert_eq!(stdout, "", "{arguments:?}");
     assert!(stderr.lines().count() == 1 && stderr.ends_with('\n'), "{arguments:?}, one line: {stderr}");
     assert_eq!(bench.files(), before, "{arguments:?} leaves no file behind");
@@ -137,12 +137,12 @@ fn a_broken_log_is_refused_by_every_command_with_its_place() {
     for (content, expected) in &cases {
         bench.put("run.csv", content);
         for (name, arguments) in COMMANDS {
-            let found = refusal(&bench, arguments, 1);
+            let said = refusal(&bench, arguments, 1);
             // A column quoted only in part: the case's last characters are the quoted field's
             // beginning.
             let matches =
-                if expected.ends_with("\"x") { found.starts_with(expected) } else { found == *expected };
-            assert!(matches, "{name}: found {found:?}, expected {expected:?}");
+                if expected.ends_with("\"x") { said.starts_with(expected) } else { said == *expected };
+            assert!(matches, "{name}: found {said:?}, expected {expected:?}");
         }
     }
 }
@@ -151,8 +151,8 @@ fn a_broken_log_is_refused_by_every_command_with_its_place() {
 fn a_log_that_is_not_there_is_named() {
     let bench = bench();
     for (name, arguments) in COMMANDS {
-        let found = refusal(&bench, arguments, 1);
-        assert_eq!(found, "run.csv: No such file or directory (os error 2)", "{name}");
+        let said = refusal(&bench, arguments, 1);
+        assert_eq!(said, "run.csv: No such file or directory (os error 2)", "{name}");
     }
     std::fs::create_dir(bench.path("run.csv")).unwrap();
     for (name, arguments) in COMMANDS {
@@ -169,8 +169,8 @@ fn a_mass_that_is_none_is_refused() {
     let bench = bench();
     bench.put("run.csv", good().replacen(",1\n", ",-1\n", 1));
     for (name, arguments) in &COMMANDS[..4] {
-        let found = refusal(&bench, arguments, 1);
-        assert_eq!(found, "run.csv:2:mass_kg: a total mass of -1 kg; expected above 0", "{name}");
+        let said = refusal(&bench, arguments, 1);
+        assert_eq!(said, "run.csv:2:mass_kg: a total mass of -1 kg; expected above 0", "{name}");
     }
 }
 
@@ -235,8 +235,8 @@ fn constant_speed_and_standstill_are_said() {
                 let windows = report["windows"].as_array().unwrap();
                 assert!(windows.len() >= 10 && windows.iter().all(|window| window["mass_kg"].is_null()));
             } else {
-                let found = refusal(&bench, arguments, 1);
-                assert!(found.starts_with(&format!("run.csv:wheel1_rad_s: {expected}")), "{name}: {found}");
+                let said = refusal(&bench, arguments, 1);
+                assert!(said.starts_with(&format!("run.csv:wheel1_rad_s: {expected}")), "{name}: {said}");
             }
         }
     }
@@ -273,8 +273,8 @@ fn one_payload_only_is_said_and_gives_no_mass() {
     // What `refusal` compares with.
     bench.put(OLD[0].0, OLD[0].1);
     let arguments = ["estimate", "--robot", "robot.toml", "--coeffs", "neither.toml", "good.csv"];
-    let found = refusal(&bench, &arguments, 1);
-    assert!(found.starts_with("neither.toml: missing field `model_std_w`; expected "), "{found}");
+    let said = refusal(&bench, &arguments, 1);
+    assert!(said.starts_with("neither.toml: missing field `model_std_w`; expected "), "{said}");
     let report = bench.json(COMMANDS[2].1);
     assert!(report["models"].as_array().unwrap().len() >= 4);
 }
@@ -287,8 +287,8 @@ fn runs_of_one_row_have_no_sample_rate() {
     });
     bench.put("run.csv", log);
     for (name, arguments) in &COMMANDS[..4] {
-        let found = refusal(&bench, arguments, 1);
-        assert_eq!(found, "run.csv:run: no two rows belong to one run; expected runs of many rows", "{name}");
+        let said = refusal(&bench, arguments, 1);
+        assert_eq!(said, "run.csv:run: no two rows belong to one run; expected runs of many rows", "{name}");
     }
 }
 
@@ -307,17 +307,17 @@ fn a_log_too_slow_for_the_filter_says_which_would_do() {
 fn too_short_a_log_says_how_long_it_has_to_be() {
     let bench = bench();
     bench.put("run.csv", format!("{HEADER}{}", rows(8)));
-    let found = refusal(&bench, COMMANDS[0].1, 1);
+    let said = refusal(&bench, COMMANDS[0].1, 1);
     let expected = "run.csv: no usable row: the filter (cutoff 20 Hz) needs 0.1 s to settle after each start and gap; \
                     expected a longer log";
-    assert_eq!(found, expected);
+    assert_eq!(said, expected);
     assert_eq!(refusal(&bench, COMMANDS[2].1, 1), expected);
     assert_eq!(refusal(&bench, COMMANDS[3].1, 1), "run.csv: no usable row to evaluate on");
     let report = bench.json(COMMANDS[1].1);
     assert_eq!(report["windows"].as_array().unwrap().len(), 0);
     bench.put("run.csv", format!("{HEADER}{}", rows(900)));
-    let found = refusal(&bench, &[COMMANDS[2].1, &["--block", "5"]].concat(), 1);
-    assert_eq!(found, "run.csv: the log is too short to hold out blocks of 5 s; expected at least 15 s");
+    let said = refusal(&bench, &[COMMANDS[2].1, &["--block", "5"]].concat(), 1);
+    assert_eq!(said, "run.csv: the log is too short to hold out blocks of 5 s; expected at least 15 s");
 }
 
 fn estimate(bench: &Bench, text: &str) -> String {
@@ -340,7 +340,7 @@ fn wrong_coefficients_are_named_with_their_line() {
     let line = |key: &str| {
         1 + coefficients().lines().position(|line| line.starts_with(&format!("{key} = "))).unwrap()
     };
-    for (key, value, found) in [
+    for (key, value, shown) in [
         ("viscous", "-0.001", "-0.001"),
         ("coulomb", "-1", "-1"),
         ("rolling", "nan", "NaN"),
@@ -349,7 +349,7 @@ fn wrong_coefficients_are_named_with_their_line() {
         ("filter_cutoff_hz", "nan", "NaN"),
     ] {
         let expected =
-            format!("wrong.toml:{}:{key}: found {found}; expected a finite number not below 0", line(key));
+            format!("wrong.toml:{}:{key}: found {shown}; expected a finite number not below 0", line(key));
         assert_eq!(estimate(&bench, &with(key, &format!("{key} = {value}"))), expected);
     }
     let slow = format!(
@@ -367,8 +367,8 @@ fn wrong_coefficients_are_named_with_their_line() {
     assert_eq!(text, "wrong.toml:parameters: viscous is missing or not a number");
     let model = estimate(&bench, &with("model", "model = \"signd\""));
     assert!(model.starts_with("wrong.toml:2: unknown variant `signd`"), "{model}");
-    let found = refusal(&bench, &["estimate", "--coeffs", "lost.toml", "good.csv"], 1);
-    assert_eq!(found, "lost.toml: No such file or directory (os error 2)");
+    let said = refusal(&bench, &["estimate", "--coeffs", "lost.toml", "good.csv"], 1);
+    assert_eq!(said, "lost.toml: No such file or directory (os error 2)");
     assert_eq!(
         refusal(&bench, &["estimate", "good.csv"], 2),
         "the following required arguments were not provided: --coeffs <C.toml>"
@@ -391,9 +391,9 @@ fn a_covariance_that_is_none_is_named() {
         row[column] = toml::Value::Float(value);
         estimate(&bench, &toml::to_string(&document).unwrap())
     };
-    let first = |found: String, says: &str| {
+    let first = |said: String, says: &str| {
         let expected = format!("wrong.toml:{line}:covariance: {says}");
-        assert!(found.starts_with(&expected), "{found}");
+        assert!(said.starts_with(&expected), "{said}");
     };
     first(with(1, 2, f64::NAN), "expected 6 rows of 6 finite numbers");
     first(with(2, 2, -1.0), "the variance in row 3 is -1; expected 0 or more");
@@ -408,9 +408,9 @@ fn coefficients_cut_anywhere_are_refused() {
     let bench = bench();
     let text = coefficients().trim_end();
     for length in (0..text.len()).step_by(41) {
-        let Some(part) = text.get(..length) else { continue };
-        let found = estimate(&bench, part);
-        assert!(found.starts_with("wrong.toml:") && found.contains("expected"), "{length}: {found}");
+        let Some(cut) = text.get(..length) else { continue };
+        let said = estimate(&bench, cut);
+        assert!(said.starts_with("wrong.toml:") && said.contains("expected"), "{length}: {said}");
     }
 }
 
@@ -429,21 +429,21 @@ fn coefficients_of_another_robot_are_refused() {
         ("\"differential\"", "\"skid-steer\"", "the kind of steering"),
     ];
     for (old, new, difference) in cases {
-        let found = other(&ROBOT.replace(old, new));
+        let said = other(&ROBOT.replace(old, new));
         let expected = format!("c.toml:robot: these coefficients are for another robot: {difference} of ");
-        assert!(found.starts_with(&expected) && found.ends_with("(fitted for exact) differ"), "{found}");
+        assert!(said.starts_with(&expected) && said.ends_with("(fitted for exact) differ"), "{said}");
     }
     // What decides what counts as motion and as power says both values.
     for (key, here) in [("regeneration", "true"), ("speed_dead_band_rad_s", "0.5")] {
         let there = coefficients().lines().find_map(|line| line.strip_prefix(&format!("{key} = "))).unwrap();
-        let found = other(&format!("{key} = {here}\n{ROBOT}"));
+        let said = other(&format!("{key} = {here}\n{ROBOT}"));
         let expected = format!(
             "c.toml:robot: these coefficients are for another robot: {key} = {here} of exact, but fitted with {there}"
         );
-        assert_eq!(found, expected);
+        assert_eq!(said, expected);
     }
-    let found = other(&ROBOT.replace("\"differential\"", "\"skid-steer\"\nwheels = 4"));
-    assert_eq!(found, "c.toml:robot: fitted for a robot with 2 wheels; expected 4: wrong robot?");
+    let said = other(&ROBOT.replace("\"differential\"", "\"skid-steer\"\nwheels = 4"));
+    assert_eq!(said, "c.toml:robot: fitted for a robot with 2 wheels; expected 4: wrong robot?");
 }
 
 #[test]
@@ -495,8 +495,8 @@ fn wrong_usage_is_one_line_and_exit_code_2() {
         (vec!["fot"], "unrecognized subcommand 'fot'"),
     ];
     for (arguments, expected) in cases {
-        let found = refusal(&bench, &arguments, 2);
-        assert!(found.contains(expected), "{arguments:?}: {found}");
+        let said = refusal(&bench, &arguments, 2);
+        assert!(said.contains(expected), "{arguments:?}: {said}");
     }
 }
 
@@ -505,19 +505,19 @@ fn an_output_that_cannot_be_written_is_named() {
     let bench = bench();
     let missing = "the folder nowhere does not exist; expected one to write into";
     let fit = ["fit", "--robot", "robot.toml", "good.csv", "--out"];
-    let found = refusal(&bench, &[&fit[..], &["nowhere/c.toml"]].concat(), 1);
-    assert_eq!(found, format!("nowhere/c.toml: {missing}"));
+    let said = refusal(&bench, &[&fit[..], &["nowhere/c.toml"]].concat(), 1);
+    assert_eq!(said, format!("nowhere/c.toml: {missing}"));
     for (name, start) in [("compare", "--train"), ("inspect", "--robot=robot.toml")] {
         let arguments = match name {
             "compare" => vec![name, "--no-perceptron", "--robot", "robot.toml", start, "good.csv"],
             _ => vec![name, start, "good.csv"],
         };
-        let found = refusal(&bench, &[&arguments[..], &["--plot", "nowhere/a.svg"]].concat(), 1);
-        assert_eq!(found, format!("nowhere/a.svg: {missing}"));
+        let said = refusal(&bench, &[&arguments[..], &["--plot", "nowhere/a.svg"]].concat(), 1);
+        assert_eq!(said, format!("nowhere/a.svg: {missing}"));
     }
     std::fs::create_dir(bench.path("folder")).unwrap();
-    let found = refusal(&bench, &[&fit[..], &["folder"]].concat(), 1);
-    assert!(found.starts_with("folder: "), "{found}");
+    let said = refusal(&bench, &[&fit[..], &["folder"]].concat(), 1);
+    assert!(said.starts_with("folder: "), "{said}");
 }
 
 /// What is written has the usual permissions, goes through links, and is the same on every run.

@@ -86,15 +86,15 @@ fn values(model: &dyn Baseline) -> Vec<f64> {
 }
 
 /// The largest difference, over the largest expected number.
-fn apart(found: &[f64], expected: &[f64]) -> f64 {
-    assert_eq!(found.len(), expected.len(), "{found:?} {expected:?}");
+fn apart(values: &[f64], expected: &[f64]) -> f64 {
+    assert_eq!(values.len(), expected.len(), "{values:?} {expected:?}");
     let largest = expected.iter().map(|value| value.abs()).fold(0.0, f64::max);
-    found
+    values
         .iter()
         .zip(expected)
-        .map(|(found, expected)| {
-            assert!(found.is_finite(), "{found:?}");
-            (found - expected).abs() / largest
+        .map(|(value, expected)| {
+            assert!(value.is_finite(), "{value:?}");
+            (value - expected).abs() / largest
         })
         .fold(0.0, f64::max)
 }
@@ -123,12 +123,12 @@ fn regressions_are_numpys_least_squares() {
         let expected = &reference["regressions"][card.name];
         let model = fitted(card, &robot, training);
         let within = if card.name == cards::LIU_POLYNOMIAL.name { 3e-8 } else { 2e-11 };
-        let found = apart(&model.predict(unseen).unwrap(), &numbers(&expected["predicted"]));
-        println!("{}: predictions {found:.1e} apart", card.name);
-        assert!(found < within, "{}: {found}", card.name);
+        let distance = apart(&model.predict(unseen).unwrap(), &numbers(&expected["predicted"]));
+        println!("{}: predictions {distance:.1e} apart", card.name);
+        assert!(distance < within, "{}: {distance}", card.name);
         if card.name != cards::LIU_POLYNOMIAL.name {
-            for (found, expected) in values(&*model).iter().zip(numbers(&expected["coefficients"])) {
-                assert!((found / expected - 1.0).abs() < 100.0 * within, "{}: {found} {expected}", card.name);
+            for (value, expected) in values(&*model).iter().zip(numbers(&expected["coefficients"])) {
+                assert!((value / expected - 1.0).abs() < 100.0 * within, "{}: {value} {expected}", card.name);
             }
         }
     }
@@ -144,9 +144,9 @@ fn recursive_least_squares_are_the_batch_of_what_was_seen() {
     let (training, unseen) = points.split_at(TRAINING);
     for card in [&cards::SADRPOUR, &cards::PENTZER] {
         let predicted = fitted(card, &robot, training).predict(unseen).unwrap();
-        let found = apart(&predicted, &numbers(&reference[card.name]));
-        println!("{}: {found:.1e} apart", card.name);
-        assert!(found < 1e-10, "{}: {found}", card.name);
+        let distance = apart(&predicted, &numbers(&reference[card.name]));
+        println!("{}: {distance:.1e} apart", card.name);
+        assert!(distance < 1e-10, "{}: {distance}", card.name);
     }
 }
 
@@ -161,9 +161,9 @@ fn the_bayesian_update_is_the_closed_form() {
     let expected = &reference["sadrpour-bayes"];
     let model = fitted(&cards::SADRPOUR_BAYES, &robot, training);
     let prior = apart(&values(&*model), &numbers(&expected["prior_mean"]));
-    let found = apart(&model.predict(unseen).unwrap(), &numbers(&expected["predicted"]));
-    println!("prior {prior:.1e}, predictions {found:.1e} apart");
-    assert!(prior < 2e-11 && found < 1e-10, "{prior} {found}");
+    let distance = apart(&model.predict(unseen).unwrap(), &numbers(&expected["predicted"]));
+    println!("prior {prior:.1e}, predictions {distance:.1e} apart");
+    assert!(prior < 2e-11 && distance < 1e-10, "{prior} {distance}");
 }
 
 /// Nonlinear least squares with bounds. Ours ends when a step gains less than 1e-5 of the cost;
@@ -178,10 +178,10 @@ fn known_dynamics_are_scipys_least_squares() {
     let model = fitted(&cards::JARAMILLO, &robot, training);
     let expected = &reference["jaramillo"];
     let [constants, errors] = ["constants", "standard_errors"].map(|name| numbers(&expected[name]));
-    for ((found, expected), error) in model.parameters().iter().zip(constants).zip(errors) {
-        let distance = (found.value - expected).abs() / error;
-        println!("{} {}: {distance:.1e} standard errors from {expected}", found.name, found.value);
-        assert!(distance < 6e-3, "{found:?} {expected}");
+    for ((ours, expected), error) in model.parameters().iter().zip(constants).zip(errors) {
+        let distance = (ours.value - expected).abs() / error;
+        println!("{} {}: {distance:.1e} standard errors from {expected}", ours.name, ours.value);
+        assert!(distance < 6e-3, "{ours:?} {expected}");
     }
     let squares = training.iter().zip(model.predict(training).unwrap());
     let squares: f64 = squares.map(|(point, predicted)| (point.power - predicted).powi(2)).sum();
@@ -206,12 +206,12 @@ fn physics_based_models_are_scipys_bounded_least_squares() {
         let model = fitted(card, robot, &points[..TRAINING]);
         let expected = numbers(&reference[card.name]);
         assert_eq!(model.parameters().len(), expected.len());
-        for (found, expected) in model.parameters().iter().zip(expected) {
-            println!("{} {}: {} {expected}", card.name, found.name, found.value);
+        for (ours, expected) in model.parameters().iter().zip(expected) {
+            println!("{} {}: {} {expected}", card.name, ours.name, ours.value);
             if expected == 0.0 {
-                assert_eq!(found.value, 0.0, "{}: {found:?}", card.name);
+                assert_eq!(ours.value, 0.0, "{}: {ours:?}", card.name);
             } else {
-                assert!((found.value / expected - 1.0).abs() < 2e-9, "{}: {found:?} {expected}", card.name);
+                assert!((ours.value / expected - 1.0).abs() < 2e-9, "{}: {ours:?} {expected}", card.name);
             }
         }
     }
@@ -239,19 +239,17 @@ fn bristles_bend_as_in_scipys_stiff_solver() {
     let (robot, reference) = (robot("burger"), &reference()["lugre"]);
     let curve = straight(&robot, &reference["stribeck"]);
     let model = fitted(&cards::ANJUM, &robot, &curve);
-    let [_, _, found @ ..] = &values(&*model)[..] else { panic!("m and I first") };
-    for (found, expected) in
-        [found[0], found[1], found[2], found[3]].iter().zip(numbers(&reference["constants"]))
-    {
-        println!("{found}: {:.1e} off", found / expected - 1.0);
-        assert!((found / expected - 1.0).abs() < 3e-6, "{found} {expected}");
+    let [_, _, constants @ ..] = &values(&*model)[..] else { panic!("m and I first") };
+    for (constant, expected) in constants.iter().zip(numbers(&reference["constants"])) {
+        println!("{constant}: {:.1e} off", constant / expected - 1.0);
+        assert!((constant / expected - 1.0).abs() < 3e-6, "{constant} {expected}");
     }
     let creep = straight(&robot, &reference["creep"]);
     let torque = |(point, power): (&Point, f64)| power / (2.0 * point.wheels[0].speed);
-    let found: Vec<f64> = creep.iter().zip(model.predict(&creep).unwrap()).map(torque).collect();
-    let found = apart(&found, &numbers(&reference["creep"]["torques"]));
-    println!("creeping: {found:.1e} apart");
-    assert!(found < 3e-6, "{found}");
+    let torques: Vec<f64> = creep.iter().zip(model.predict(&creep).unwrap()).map(torque).collect();
+    let distance = apart(&torques, &numbers(&reference["creep"]["torques"]));
+    println!("creeping: {distance:.1e} apart");
+    assert!(distance < 3e-6, "{distance}");
 }
 
 /// Seven layers of 32, trained by us and by scikit-learn with eight seeds each, on a run that none

@@ -49,7 +49,7 @@ fn unknown_until_known() {
     let charge = gauge.charge().unwrap();
     assert!((charge.share - 0.6).abs() < 0.03 && charge.std < 0.05, "{charge:?}");
     // Nothing is drawn: nobody can say how long it lasts, nor what the resistance is.
-    assert_eq!(gauge.remaining().and_then(|left| left.time), None);
+    assert_eq!(gauge.remaining().and_then(|battery| battery.time), None);
     assert_eq!(gauge.resistance(), None);
     let before = charge.std;
     for _ in 0..60 {

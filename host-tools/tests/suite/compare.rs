@@ -68,9 +68,9 @@ fn the_json_has_the_documented_keys_for_every_model() {
     // So has every baseline that takes the mass, and those that find it by themselves say how well.
     for name in ["jaramillo", "linear", "parasuraman"] {
         assert_eq!(entry(&files, name)["mass"], "given");
-        let found = entry(&files, &format!("{name}, mass found"));
-        assert_eq!((&found["mass"], &found["horizon"]), (&"estimated".into(), &"second".into()));
-        assert!(number(&found["mass_error_percent"]) > 0.0, "{found}");
+        let model = entry(&files, &format!("{name}, mass found"));
+        assert_eq!((&model["mass"], &model["horizon"]), (&"estimated".into(), &"second".into()));
+        assert!(number(&model["mass_error_percent"]) > 0.0, "{model}");
     }
     for name in ["signed", "vahidi", "vahidi-robust"] {
         assert!(number(&entry(&files, name)["mass_error_percent"]) > 0.0);
@@ -190,8 +190,8 @@ fn fit_all(warthog: &Path, husky: &Path) {
         assert!(number(&report["r2"]).is_finite() && number(&report["rmse_w"]) > 0.0, "{name}");
         assert_eq!(report["verdict"] == "not-usable", number(&report["r2"]) < 0.0, "{name}: {report}");
         let brings_one = |term: &&Value| {
-            let own = ["unequal-sides", "gear-loss", "bridge-drop"];
-            term["taken"] == true && own.iter().any(|own| term["term"] == *own)
+            let extra = ["unequal-sides", "gear-loss", "bridge-drop"];
+            term["taken"] == true && extra.iter().any(|extra| term["term"] == *extra)
         };
         let expected = 7 + report["terms"].as_array().unwrap().iter().filter(brings_one).count();
         assert_eq!(report["parameters"].as_array().unwrap().len(), expected, "{name}: skid steer has scrub");
@@ -405,11 +405,11 @@ fn empty_fields_of_a_column_cost_their_rows_only() {
     // Empty from 20 s to 40 s, known over the first five rows of it: 395 rows of 20 Hz are left
     // out.
     bench.put("gap.csv", emptied(&bench.text("test.csv"), "cmd_v_m_s", |time| (20.0..39.99).contains(&time)));
-    let part = run("train.csv", "gap.csv");
+    let gapped = run("train.csv", "gap.csv");
     let samples = |report: &Value, name: &str| number(&entry(report, name)["samples"]);
-    assert_eq!(samples(&whole, "liu-linear") - samples(&part, "liu-linear"), 395.0);
-    assert_eq!(entry(&part, "linear")["rmse_w"], entry(&whole, "linear")["rmse_w"]);
-    assert_eq!(names(&part["left_out"]).len(), 0, "{part}");
+    assert_eq!(samples(&whole, "liu-linear") - samples(&gapped, "liu-linear"), 395.0);
+    assert_eq!(entry(&gapped, "linear")["rmse_w"], entry(&whole, "linear")["rmse_w"]);
+    assert_eq!(names(&gapped["left_out"]).len(), 0, "{gapped}");
     // The same in training: 395 of 1193 rows are not fitted, and the model stays near what it was.
     bench.put(
         "half.csv",

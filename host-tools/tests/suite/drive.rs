@@ -238,8 +238,8 @@ fn the_battery_is_as_full_as_the_board_says() {
             .map(|register| number(&mut client, register));
         let stock = client.get::<i32>(&table::BATTERY_PERCENT).unwrap();
         assert!((stock as f32 / 100.0 - charge).abs() < 0.02, "{stock} {charge}");
-        let left = [&table::BATTERY_ENERGY_LEFT, &table::BATTERY_TIME_LEFT, &table::BATTERY_LOAD];
-        let [energy, time, load] = left.map(|register| number(&mut client, register));
+        let registers = [&table::BATTERY_ENERGY_LEFT, &table::BATTERY_TIME_LEFT, &table::BATTERY_LOAD];
+        let [energy, time, load] = registers.map(|register| number(&mut client, register));
         assert!((energy * 3600.0 / load / time - 1.0).abs() < 1e-3, "{energy} {time} {load}");
         let truth = 100.0 * driven.board.robot_mut().truth().charge.unwrap() as f32;
         (charge - truth, std, load)

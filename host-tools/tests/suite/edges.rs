@@ -87,8 +87,8 @@ fn an_output_that_is_an_input_is_refused() {
     }
     let twice = ["--out", "new.html", "--report", "new.html", "field.csv"];
     let gap = ["gap", "--robot", "robot.toml", "--coeffs", "c.toml"];
-    let found = refusal(&bench, &[&gap[..], &twice].concat(), 2);
-    assert!(found.starts_with("new.html: is to be written twice"), "{found}");
+    let said = refusal(&bench, &[&gap[..], &twice].concat(), 2);
+    assert!(said.starts_with("new.html: is to be written twice"), "{said}");
     // What is read through one name may be written to another.
     bench.done(&["fit", "--robot", "robot.toml", "--out", "new.toml", "good.csv"]);
 }
@@ -103,8 +103,8 @@ fn a_link_stays_a_link() {
     assert_eq!(bench.text("there.toml"), bench.text("c.toml"));
     symlink("b.toml", bench.path("a.toml")).unwrap();
     symlink("a.toml", bench.path("b.toml")).unwrap();
-    let found = refusal(&bench, &["fit", "--robot", "robot.toml", "--out", "a.toml", "good.csv"], 1);
-    assert!(found.starts_with("a.toml: "), "{found}");
+    let said = refusal(&bench, &["fit", "--robot", "robot.toml", "--out", "a.toml", "good.csv"], 1);
+    assert!(said.starts_with("a.toml: "), "{said}");
     assert!(bench.path("a.toml").is_symlink() && bench.path("b.toml").is_symlink());
 }
 
@@ -131,12 +131,12 @@ fn names_cannot_act_on_a_terminal() {
     bench.put("key.toml", format!("\"{escaped}\" = 1\n{ROBOT}"));
     assert_printable(&bench.done(&["fit", "--robot", "key.toml", "good.csv"]).stderr);
     bench.put("head.csv", format!("time_s,{WILD}\n1,2\n3,4\n"));
-    let found = refusal(&bench, &["fit", "--robot", "robot.toml", "head.csv"], 1);
-    assert_printable(&found);
+    let said = refusal(&bench, &["fit", "--robot", "robot.toml", "head.csv"], 1);
+    assert_printable(&said);
     let name = "wild\u{1b}[2J\ngmr: forged.csv";
     bench.put(name, "time_s\n1\n2\n");
-    let found = refusal(&bench, &["fit", "--robot", "robot.toml", name], 1);
-    assert!(found.starts_with("wild\\u001b[2J\\u000agmr: forged.csv:"), "{found}");
+    let said = refusal(&bench, &["fit", "--robot", "robot.toml", name], 1);
+    assert!(said.starts_with("wild\\u001b[2J\\u000agmr: forged.csv:"), "{said}");
 }
 
 /// A line on standard error ends, however long what it quotes.
@@ -145,8 +145,8 @@ fn lines_on_standard_error_are_short() {
     let bench = bench();
     let columns: String = (0..4000).map(|k| format!(",column_{k}")).collect();
     bench.put("wide.csv", format!("time_s{columns}\n1\n2\n"));
-    let found = refusal(&bench, &["fit", "--robot", "robot.toml", "wide.csv"], 1);
-    assert!(found.chars().count() <= 1010 && found.contains('…'), "{} characters", found.len());
+    let said = refusal(&bench, &["fit", "--robot", "robot.toml", "wide.csv"], 1);
+    assert!(said.chars().count() <= 1010 && said.contains('…'), "{} characters", said.len());
     let keys: String = (0..20_000).map(|k| format!("key_{k} = 1\n")).collect();
     bench.put("keys.toml", keys + ROBOT);
     let ran = bench.done(&["fit", "--robot", "keys.toml", "good.csv"]);
@@ -195,11 +195,11 @@ fn what_never_ends_is_refused() {
         &["estimate", "--robot", "robot.toml", "--coeffs", "/dev/zero", "good.csv"],
         &["gap", "--robot", "robot.toml", "--coeffs", "c.toml", "--effects", "/dev/zero", "good.csv"],
     ] {
-        let found = refusal(&bench, arguments, 1);
-        assert!(found.starts_with("/dev/zero: is longer than 8388608 bytes"), "{found}");
+        let said = refusal(&bench, arguments, 1);
+        assert!(said.starts_with("/dev/zero: is longer than 8388608 bytes"), "{said}");
     }
-    let found = refusal(&bench, &["fit", "--robot", "robot.toml", "/dev/zero"], 1);
-    assert!(found.starts_with("/dev/zero:1: no line end within"), "{found}");
+    let said = refusal(&bench, &["fit", "--robot", "robot.toml", "/dev/zero"], 1);
+    assert!(said.starts_with("/dev/zero:1: no line end within"), "{said}");
 }
 
 /// Another's file is written over only where that is asked for; its own as often as one likes.
@@ -220,11 +220,8 @@ fn files_of_others_are_kept() {
             bench.done(&[command, &[name]].concat());
         }
         bench.put(name, "somebody's work");
-        let found = refusal(&bench, &[command, &[name]].concat(), 1);
-        assert!(
-            found.starts_with(&format!("{name}: exists already")) && found.contains("--force"),
-            "{found}"
-        );
+        let said = refusal(&bench, &[command, &[name]].concat(), 1);
+        assert!(said.starts_with(&format!("{name}: exists already")) && said.contains("--force"), "{said}");
         bench.done(&[command, &[name, "--force"]].concat());
         assert_ne!(std::fs::read(bench.path(name)).unwrap(), b"somebody's work");
     }
@@ -298,8 +295,8 @@ fn other_ways_of_writing_a_log_have_their_remedy() {
     for (content, expected) in cases {
         bench.put("other.csv", content);
         for command in [&["fit", "--robot", "robot.toml"][..], &["inspect", "--robot", "robot.toml"]] {
-            let found = refusal(&bench, &[command, &["other.csv"]].concat(), 1);
-            assert!(found.contains(expected), "{expected}: {found}");
+            let said = refusal(&bench, &[command, &["other.csv"]].concat(), 1);
+            assert!(said.contains(expected), "{expected}: {said}");
         }
     }
 }
@@ -317,8 +314,8 @@ fn too_much_is_refused_soon() {
     {
         for command in [&["fit", "--robot", "robot.toml"][..], &["inspect", "--robot", "robot.toml"]] {
             let begun = Instant::now();
-            let found = refusal(&bench, &[command, &[log]].concat(), 1);
-            assert!(found.contains(expected), "{found}");
+            let said = refusal(&bench, &[command, &[log]].concat(), 1);
+            assert!(said.contains(expected), "{said}");
             assert!(begun.elapsed() < Duration::from_secs(5), "{command:?} {log}: {:?}", begun.elapsed());
         }
     }
@@ -353,10 +350,10 @@ fn power_at_a_known_payload_is_told() {
     assert_eq!(given["told"], told["told"]);
     // The wrong payload fits less well.
     assert!(number(&estimate("bare.csv", &["--mass", "6"])["told"]["r2"]) < number(&given["told"]["r2"]));
-    let found = refusal(
+    let said = refusal(
         &bench,
         &["estimate", "--robot", "robot.toml", "--coeffs", "one.toml", "--mass", "900", "bare.csv"],
         2,
     );
-    assert!(found.starts_with("--mass: a total mass of 900 kg; expected from 0.2 to 30 kg"), "{found}");
+    assert!(said.starts_with("--mass: a total mass of 900 kg; expected from 0.2 to 30 kg"), "{said}");
 }

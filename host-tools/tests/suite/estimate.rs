@@ -91,9 +91,9 @@ fn on_another_floor_the_ground_adapts_and_the_mass_stays() {
         "rolling-resistance-change=0.012",
     ];
     bench.simulate("floor.csv", &field);
-    let found = |more: &[&str]| estimate(&bench, &[&["floor.csv"], more].concat());
+    let ask = |more: &[&str]| estimate(&bench, &[&["floor.csv"], more].concat());
     let error = |report: &Value, key: &str| number(&report["mass_error"][key]);
-    let (fixed, adapted) = (found(&[]), found(&["--adapt"]));
+    let (fixed, adapted) = (ask(&[]), ask(&["--adapt"]));
     assert!(error(&fixed, "mean_percent") > 15.0, "{}", fixed["mass_error"]);
     assert!(error(&adapted, "mean_percent") < 5.0, "{}", adapted["mass_error"]);
     assert!(error(&adapted, "interval_contains_truth") >= 0.9, "{}", adapted["mass_error"]);
@@ -102,7 +102,7 @@ fn on_another_floor_the_ground_adapts_and_the_mass_stays() {
     let [first, last] = [&ground[0], ground.last().unwrap()].map(|at| number(&at["rolling_nm_kg"]));
     assert!(last > 1.2 * first, "the floor is found to be harder: {first} {last}");
     // Told the mass, all that is missing is the floor's: nothing is found, and the power comes out.
-    let (told, adapting) = (found(&["--mass", "4.5"]), found(&["--adapt", "--mass", "4.5"]));
+    let (told, adapting) = (ask(&["--mass", "4.5"]), ask(&["--adapt", "--mass", "4.5"]));
     let r2 = |report: &Value| number(&report["told"]["r2"]);
     assert!(r2(&adapting) > 0.98 && r2(&told) < 0.95, "{} {}", told["told"], adapting["told"]);
     assert!(windows(&adapting).is_empty() && !windows(&told).is_empty());
@@ -308,15 +308,15 @@ fn energy_is_the_integral_of_positive_power() {
         .windows(2)
         .map(|pair| (pair[1][0] - pair[0][0]) * (pair[0][3].max(0.0) + pair[1][3].max(0.0)) / 2.0)
         .sum();
-    let found = number(&estimate(&bench, &["run.csv"])["energy_j"]);
-    assert!((found / energy - 1.0).abs() < 0.02, "{found} J, {energy} J");
+    let estimated = number(&estimate(&bench, &["run.csv"])["energy_j"]);
+    assert!((estimated / energy - 1.0).abs() < 0.02, "{estimated} J, {energy} J");
     // The same with 6 W of static power in the log.
     bench.put("robot.toml", format!("{ROBOT}static_power_w = 6\n"));
     let total = rows.iter().fold(crate::common::HEADER.to_owned(), |text, row| {
         text + &format!("{:.4},{:.9},{:.9},{:.9},{}\n", row[0], row[1], row[2], row[3] + 6.0, row[4])
     });
     bench.put("total.csv", total);
-    let found = number(&estimate(&bench, &["total.csv"])["energy_j"]);
+    let estimated = number(&estimate(&bench, &["total.csv"])["energy_j"]);
     let energy = energy + 6.0 * (rows[rows.len() - 1][0] - rows[0][0]);
-    assert!((found / energy - 1.0).abs() < 0.02, "{found} J, {energy} J");
+    assert!((estimated / energy - 1.0).abs() < 0.02, "{estimated} J, {energy} J");
 }

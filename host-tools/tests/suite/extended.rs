@@ -3,19 +3,11 @@
 
 use std::sync::OnceLock;
 
-use crate::common::{Bench, number};
+use crate::common::{Bench, number, simulate};
 use serde_json::Value;
 
 /// Field runs: masses that the base has not seen.
 const FIELD: [&str; 6] = ["1.2", "5.6", "2.4", "4.1", "3.3", "1.8"];
-
-fn simulate(bench: &Bench, name: &str, place: usize, mass: &str, seed: usize, more: &[&str]) {
-    let profile = if place.is_multiple_of(2) { "training" } else { "test" };
-    let seed = seed.to_string();
-    let common = ["--plant", "gearmotor", "--sensors", "servo", "--rate", "20", "--power-noise", "0.05"];
-    let own = ["--duration", "60", "--profile", profile, "--mass", mass, "--seed", &seed];
-    bench.simulate(name, &[&common[..], &own, more].concat());
-}
 
 /// Six clean runs with the coefficients fitted to them, and field runs on a slope that rises ahead.
 fn sloped() -> &'static Bench {
@@ -49,8 +41,8 @@ fn extended() -> Bench {
         bench.put(&name, std::fs::read(sloped().path(&name)).unwrap());
     }
     let fields: Vec<String> = (0..FIELD.len()).map(field).collect();
-    let found = bench.json(&with_files(&["gap", "--coeffs", "base.toml", "--out", "extended.toml"], &fields));
-    assert_eq!(found["verdict"], "named", "{found:#}");
+    let gap = bench.json(&with_files(&["gap", "--coeffs", "base.toml", "--out", "extended.toml"], &fields));
+    assert_eq!(gap["verdict"], "named", "{gap:#}");
     bench
 }
 
@@ -94,13 +86,13 @@ fn what_gap_writes_estimate_and_flash_take() {
     let document: toml::Table = toml::from_str(&written).unwrap();
     let rows = |value: &toml::Value| value.as_array().unwrap().iter().map(numbers).collect::<Vec<_>>();
     let joint = rows(&document["extension"]["joint_covariance"]);
-    let own = rows(&fit(&base)["covariance"]);
-    assert_eq!(joint.len(), own.len() + 1);
-    for (joint, own) in joint.iter().zip(&own) {
-        assert_eq!((&joint[..own.len()], joint[own.len()]), (&own[..], 0.0));
+    let clean = rows(&fit(&base)["covariance"]);
+    assert_eq!(joint.len(), clean.len() + 1);
+    for (joint, clean) in joint.iter().zip(&clean) {
+        assert_eq!((&joint[..clean.len()], joint[clean.len()]), (&clean[..], 0.0));
     }
     let std_err = document["effects"][0]["std_err"].as_float().unwrap();
-    let variance = joint[own.len()][own.len()];
+    let variance = joint[clean.len()][clean.len()];
     assert!((variance / (std_err * std_err) - 1.0).abs() < 1e-9, "{variance} {std_err}");
     let model_std = |text: &str| {
         let document: toml::Table = toml::from_str(text).unwrap();

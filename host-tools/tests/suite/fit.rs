@@ -54,9 +54,9 @@ fn the_model_finds_its_own_parameters() {
     let report = fit(&two_payloads(), &["light.csv", "heavy.csv"]);
     assert!(number(&report["r2"]) > 0.999, "{}", report["r2"]);
     for (name, truth) in NAMES.into_iter().zip(TRUTH) {
-        let found = number(&parameter(&report, name)["value"]);
-        println!("{name}: {found} {truth}: {:.3} %", 100.0 * (found / truth - 1.0));
-        assert!((found / truth - 1.0).abs() < 1e-3, "{name}: found {found}, truth {truth}");
+        let value = number(&parameter(&report, name)["value"]);
+        println!("{name}: {value} {truth}: {:.3} %", 100.0 * (value / truth - 1.0));
+        assert!((value / truth - 1.0).abs() < 1e-3, "{name}: found {value}, truth {truth}");
     }
 }
 
@@ -68,10 +68,10 @@ fn constants_of_eq18_need_three_payloads() {
     assert_eq!(report["parameters"].as_array().unwrap().len(), 15);
     assert!(report["condition"].is_null());
     for name in ["beta0", "beta1", "beta2"] {
-        let found = parameter(&report, name);
-        assert_eq!(found["verdict"], "undetermined", "{found}");
-        assert!(found["std_err"].is_null(), "{found}");
-        let advice = found["advice"].as_str().unwrap();
+        let coefficient = parameter(&report, name);
+        assert_eq!(coefficient["verdict"], "undetermined", "{coefficient}");
+        assert!(coefficient["std_err"].is_null(), "{coefficient}");
+        let advice = coefficient["advice"].as_str().unwrap();
         assert!(advice.contains("at least three payloads"), "{advice}");
         for other in ["beta0", "beta1", "beta2"].into_iter().filter(|other| *other != name) {
             assert!(advice.contains(other), "{name} is confused with {other}: {advice}");
@@ -101,9 +101,9 @@ fn three_payloads_determine_the_constants_of_eq18() {
     }
     let three = fit(&bench, &["--model", "eq18", "a.csv", "b.csv", "c.csv"]);
     for (name, truth) in ["beta0", "beta1", "beta2", "beta3"].into_iter().zip([0.4, 0.3, 0.05, 0.01]) {
-        let found = parameter(&three, name);
-        assert_eq!(found["verdict"], "determined", "{found}");
-        assert!((number(&found["value"]) / truth - 1.0).abs() < 0.01, "{found}");
+        let coefficient = parameter(&three, name);
+        assert_eq!(coefficient["verdict"], "determined", "{coefficient}");
+        assert!((number(&coefficient["value"]) / truth - 1.0).abs() < 0.01, "{coefficient}");
     }
     let two = fit(&bench, &["--model", "eq18", "a.csv", "c.csv"]);
     assert_eq!(parameter(&two, "beta1")["verdict"], "undetermined");
@@ -177,10 +177,10 @@ fn plant_and_model_count_the_wheels_alike() {
     fn check<const N: usize>(layout: Layout, model: &Kinematics<f64, N>, twist: [f64; 3]) {
         let geometry = Geometry { kinematics: layout, wheel_radius_m: 0.05, track_m: 0.4, wheelbase_m: 0.3 };
         let all = geometry.wheel_speeds(twist);
-        let found = model.twist(&std::array::from_fn(|wheel| all[wheel]));
-        for (found, expected) in [found.vx, found.vy, found.omega].into_iter().zip(twist) {
+        let back = model.twist(&std::array::from_fn(|wheel| all[wheel]));
+        for (value, expected) in [back.vx, back.vy, back.omega].into_iter().zip(twist) {
             // A dozen roundings of numbers near 1.
-            assert!((found - expected).abs() < 1e-14, "{layout:?}: {found} {expected}");
+            assert!((value - expected).abs() < 1e-14, "{layout:?}: {value} {expected}");
         }
     }
     check(Layout::Differential, &Kinematics::differential(0.05, 0.4).unwrap(), [0.3, 0.0, 0.7]);

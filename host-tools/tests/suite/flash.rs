@@ -399,10 +399,10 @@ mod running {
     }
 
     fn rolled_back(board: TestBoard, timeout_s: u64) -> (Result<Outcome>, TestBoard) {
-        let (mut client, found) = Client::connect(board).unwrap();
+        let (mut client, board) = Client::connect(board).unwrap();
         let timeout = Duration::from_secs(timeout_s);
         let result =
-            roll_back(&mut Running { client: &mut client, board: &found, timeout, waiting: &mut |_| {} });
+            roll_back(&mut Running { client: &mut client, board: &board, timeout, waiting: &mut |_| {} });
         (result, client.into_transport())
     }
 
@@ -540,9 +540,9 @@ mod running {
             (good[..100].to_vec(), Reason::Length),
         ] {
             let board = TestBoard::new().holding(Item::Coefficients, &good);
-            let (mut client, found) = Client::connect(board).unwrap();
+            let (mut client, board) = Client::connect(board).unwrap();
             let timeout = Duration::from_secs(60);
-            let mut running = Running { client: &mut client, board: &found, timeout, waiting: &mut |_| {} };
+            let mut running = Running { client: &mut client, board: &board, timeout, waiting: &mut |_| {} };
             let error = running.put(Item::Coefficients, &image).unwrap_err().to_string();
             assert!(error.contains(reason.text()) && error.contains("keeps the coefficients"), "{error}");
             assert_eq!(running.stored(Item::Coefficients).unwrap(), good);

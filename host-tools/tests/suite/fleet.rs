@@ -40,8 +40,8 @@ fn fleet(days: usize) -> Bench {
 
 fn notes<'a>(report: &'a Value, run: &str) -> (&'a Value, String) {
     let runs = report["runs"].as_array().unwrap();
-    let found = runs.iter().find(|one| one["run"] == run).unwrap_or_else(|| panic!("no {run}: {runs:?}"));
-    (&found["is_used"], found["notes"].to_string())
+    let judged = runs.iter().find(|one| one["run"] == run).unwrap_or_else(|| panic!("no {run}: {runs:?}"));
+    (&judged["is_used"], judged["notes"].to_string())
 }
 
 #[test]

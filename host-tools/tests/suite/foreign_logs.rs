@@ -59,13 +59,13 @@ fn the_same_drive_fits_to_the_same_coefficients_in_every_format() {
         assert_eq!(ran.code, Some(0), "{log}: {}", ran.stderr);
         let report: Value = serde_json::from_str(&ran.stdout).unwrap();
         assert_eq!(report["rows"], 1201, "{log}");
-        let found = report["parameters"].as_array().unwrap();
-        parameters.push(found.iter().map(|parameter| parameter["value"].as_f64().unwrap()).collect());
+        let fitted = report["parameters"].as_array().unwrap();
+        parameters.push(fitted.iter().map(|parameter| parameter["value"].as_f64().unwrap()).collect());
     }
-    for (log, found) in FORMATS.iter().zip(&parameters) {
-        assert_eq!(found.len(), parameters[0].len(), "{log}");
-        for (found, expected) in found.iter().zip(&parameters[0]) {
-            assert!((found - expected).abs() <= 1e-6 * expected.abs(), "{log}: {found} {expected}");
+    for (log, values) in FORMATS.iter().zip(&parameters) {
+        assert_eq!(values.len(), parameters[0].len(), "{log}");
+        for (value, expected) in values.iter().zip(&parameters[0]) {
+            assert!((value - expected).abs() <= 1e-6 * expected.abs(), "{log}: {value} {expected}");
         }
     }
 }
@@ -115,11 +115,11 @@ fn every_command_reads_a_bag_as_its_rows() {
                 .filter_map(|word| word.parse().ok())
                 .collect()
         };
-        let (expected, found) = (numbers(&from_text.1), numbers(&from_bag.1));
-        assert_eq!(expected.len(), found.len(), "{command:?}");
+        let (expected, read) = (numbers(&from_text.1), numbers(&from_bag.1));
+        assert_eq!(expected.len(), read.len(), "{command:?}");
         let seconds = |command: &[&str]| command[0] == "compare";
         let differ =
-            expected.iter().zip(&found).filter(|(a, b)| (*a - *b).abs() > 1e-6 * a.abs().max(1e-3)).count();
+            expected.iter().zip(&read).filter(|(a, b)| (*a - *b).abs() > 1e-6 * a.abs().max(1e-3)).count();
         // Each model's row says how long its fit took.
         assert!(differ == 0 || (seconds(command) && differ <= 8), "{command:?}: {differ}");
     }
@@ -138,16 +138,13 @@ fn bags_of_known_robots_need_no_topics() {
         let ran = bench.gmr(&["convert", log, "--out", "out.csv", "--force"]);
         assert_eq!(ran.code, Some(0), "{log}: {}", ran.stderr);
         assert!(ran.stderr.contains("power_w from"), "{}", ran.stderr);
-        let found = numbers(&bench.text("out.csv"));
-        assert_eq!(found.len(), 400, "{log}");
-        for (found, expected) in found.iter().zip(&expected) {
+        let rows = numbers(&bench.text("out.csv"));
+        assert_eq!(rows.len(), 400, "{log}");
+        for (row, expected) in rows.iter().zip(&expected) {
             // The odometry has gone through the kinematics and back.
-            assert!(
-                (found[1] - expected[1]).abs() < 1e-12 && (found[2] - expected[2]).abs() < 1e-12,
-                "{log}"
-            );
+            assert!((row[1] - expected[1]).abs() < 1e-12 && (row[2] - expected[2]).abs() < 1e-12, "{log}");
         }
-        assert!(found[4][3].is_finite(), "{log}");
+        assert!(rows[4][3].is_finite(), "{log}");
     }
     // Power of a battery every 0.2 s, of floats of four bytes.
     assert!((numbers(&bench.text("out.csv"))[4][3] - expected[4][3]).abs() < 1e-6);

@@ -3,7 +3,7 @@
 
 use std::sync::OnceLock;
 
-use crate::common::{Bench, keys, number};
+use crate::common::{Bench, keys, number, simulate};
 use serde_json::Value;
 
 const KEYS: [&str; 26] = [
@@ -37,16 +37,6 @@ const KEYS: [&str; 26] = [
 
 /// Field runs of a set: enough for four to stay locked.
 const FIELD: [&str; 8] = ["1.2", "5.6", "2.4", "4.1", "3.3", "1.8", "5.0", "2.9"];
-
-/// A run of a robot with gear motors: 60 s at 20 Hz, 0.05 W of noise. Simulated test drives in
-/// every second run.
-fn simulate(bench: &Bench, name: &str, place: usize, mass: &str, seed: usize, more: &[&str]) {
-    let profile = if place.is_multiple_of(2) { "training" } else { "test" };
-    let seed = seed.to_string();
-    let common = ["--plant", "gearmotor", "--sensors", "servo", "--rate", "20", "--power-noise", "0.05"];
-    let own = ["--duration", "60", "--profile", profile, "--mass", mass, "--seed", &seed];
-    bench.simulate(name, &[&common[..], &own, more].concat());
-}
 
 /// Six clean runs and the coefficients fitted to them.
 fn clean() -> &'static Bench {
@@ -86,11 +76,11 @@ fn gap(bench: &Bench, names: &[String], more: &[&str]) -> Value {
 #[test]
 fn a_hidden_slope_is_named_and_the_locked_runs_confirm_it() {
     let (bench, names) = field(&["--effect", "grade=0.02:along=travel"]);
-    let found = gap(&bench, &names, &["--coeffs", "base.toml"]);
-    assert_eq!(keys(&found), KEYS);
-    assert_eq!(found["verdict"], "named", "{found:#}");
-    assert_eq!(found["effects"].as_array().unwrap().len(), 1);
-    let effect = &found["effects"][0];
+    let report = gap(&bench, &names, &["--coeffs", "base.toml"]);
+    assert_eq!(keys(&report), KEYS);
+    assert_eq!(report["verdict"], "named", "{report:#}");
+    assert_eq!(report["effects"].as_array().unwrap().len(), 1);
+    let effect = &report["effects"][0];
     assert_eq!(
         keys(effect),
         ["id", "coefficient", "unit", "std_err", "physical", "detail", "meaning", "sign"]
@@ -101,16 +91,16 @@ fn a_hidden_slope_is_named_and_the_locked_runs_confirm_it() {
     let slope = number(&effect["coefficient"]) / 1.34;
     assert!((slope / 0.02 - 1.0).abs() < 0.1, "{slope}");
     let [before, after, floor] =
-        ["gap_before_w", "gap_after_w", "noise_floor_w"].map(|key| number(&found[key]));
+        ["gap_before_w", "gap_after_w", "noise_floor_w"].map(|key| number(&report[key]));
     assert!(before > after && after >= floor && floor > 0.0, "{before} {after} {floor}");
     let closed = (before * before - after * after) / (before * before - floor * floor);
-    assert!((closed - number(&found["gap_closed"])).abs() < 1e-9 && closed > 0.9, "{closed}");
+    assert!((closed - number(&report["gap_closed"])).abs() < 1e-9 && closed > 0.9, "{closed}");
     // Locked runs are a third of them: they confirm what the others named.
-    assert_eq!(found["confirm_runs"].as_array().unwrap().len(), 3);
-    let cell = &found["localisation"][0];
+    assert_eq!(report["confirm_runs"].as_array().unwrap().len(), 3);
+    let cell = &report["localisation"][0];
     assert_eq!(keys(cell)[..5], ["axis", "from", "to", "mean_residual_w", "band_w"]);
     // Driving backwards is downhill: the slowest cell of speed has less power than the fastest.
-    let speed: Vec<f64> = found["localisation"]
+    let speed: Vec<f64> = report["localisation"]
         .as_array()
         .unwrap()
         .iter()
@@ -135,9 +125,9 @@ fn a_hidden_slope_is_named_and_the_locked_runs_confirm_it() {
 #[test]
 fn a_delay_is_as_long_as_the_one_that_was_hidden() {
     let (bench, names) = field(&["--effect", "sensor-delay=0.17"]);
-    let found = gap(&bench, &names, &["--coeffs", "base.toml"]);
-    assert_eq!((&found["verdict"], &found["effects"][0]["id"]), (&"named".into(), &"sensor-delay".into()));
-    let effect = &found["effects"][0];
+    let report = gap(&bench, &names, &["--coeffs", "base.toml"]);
+    assert_eq!((&report["verdict"], &report["effects"][0]["id"]), (&"named".into(), &"sensor-delay".into()));
+    let effect = &report["effects"][0];
     let [delay, error] = ["coefficient", "std_err"].map(|key| number(&effect[key]));
     assert!((delay - 0.17).abs() < 0.0015, "{delay}");
     // The samples are 50 ms apart: a twenty-fifth of that comes on top.
@@ -167,13 +157,13 @@ fn a_base_that_lacks_what_its_clean_runs_ask_for_names_nothing() {
     }
     let clean: Vec<&str> = clean.iter().map(String::as_str).collect();
     bench.done(&[&["fit", "--out", "base.toml"], &clean[..]].concat());
-    let found = gap(&bench, &names, &["--coeffs", "base.toml"]);
+    let report = gap(&bench, &names, &["--coeffs", "base.toml"]);
     assert_eq!(
-        (&found["verdict"], &found["effects"][0]["id"]),
+        (&report["verdict"], &report["effects"][0]["id"]),
         (&"named".into(), &"wheel-drag".into()),
-        "{found:#}"
+        "{report:#}"
     );
-    assert!(found["refit"].as_array().unwrap().is_empty());
+    assert!(report["refit"].as_array().unwrap().is_empty());
     let old: Vec<String> = bench
         .text("base.toml")
         .lines()
@@ -182,11 +172,11 @@ fn a_base_that_lacks_what_its_clean_runs_ask_for_names_nothing() {
         })
         .collect();
     bench.put("old.toml", old.join("\n") + "\n");
-    let found = gap(&bench, &names, &["--coeffs", "old.toml"]);
-    assert_eq!(found["verdict"], "unexplained", "{found:#}");
-    assert!(found["effects"].as_array().unwrap().is_empty());
-    assert_eq!(found["refit"][0]["term"], "delay");
-    assert!(found["next_steps"][0].as_str().unwrap().starts_with("refit"), "{found:#}");
+    let report = gap(&bench, &names, &["--coeffs", "old.toml"]);
+    assert_eq!(report["verdict"], "unexplained", "{report:#}");
+    assert!(report["effects"].as_array().unwrap().is_empty());
+    assert_eq!(report["refit"][0]["term"], "delay");
+    assert!(report["next_steps"][0].as_str().unwrap().starts_with("refit"), "{report:#}");
 }
 
 /// A floor that slopes another way in every run, clean or not: runs disagree far beyond the noise,
@@ -209,12 +199,12 @@ fn what_clean_runs_show_of_each_other_is_no_alarm() {
     }
     let clean: Vec<&str> = clean.iter().map(String::as_str).collect();
     bench.done(&[&["fit", "--out", "base.toml"], &clean[..]].concat());
-    let found = gap(&bench, &names, &["--coeffs", "base.toml"]);
-    let round = &found["rounds"][0];
+    let report = gap(&bench, &names, &["--coeffs", "base.toml"]);
+    let round = &report["rounds"][0];
     assert!(number(&round["structure"]) > 5.3, "noise does not explain it: {round:#}");
-    assert!((number(&round["allowed"]) / number(&found["clean_structure"]) - 1.0).abs() < 1e-9, "{round:#}");
-    assert_eq!(found["verdict"], "none", "{found:#}");
-    let next = found["next_steps"][0].as_str().unwrap();
+    assert!((number(&round["allowed"]) / number(&report["clean_structure"]) - 1.0).abs() < 1e-9, "{round:#}");
+    assert_eq!(report["verdict"], "none", "{report:#}");
+    let next = report["next_steps"][0].as_str().unwrap();
     assert!(next.contains("disagree with each other"), "{next}");
 }
 
@@ -230,9 +220,9 @@ fn sizes_are_those_of_the_world() {
         ("rolling-resistance-change=0.012", "rolling-resistance-change", 0.012, "1"),
     ] {
         let (bench, names) = field(&["--effect", effect]);
-        let found = gap(&bench, &names, &["--coeffs", "base.toml"]);
-        let named = found["effects"].as_array().unwrap().iter().find(|named| named["id"] == id);
-        let named = named.unwrap_or_else(|| panic!("{effect}: {found:#}"));
+        let report = gap(&bench, &names, &["--coeffs", "base.toml"]);
+        let named = report["effects"].as_array().unwrap().iter().find(|named| named["id"] == id);
+        let named = named.unwrap_or_else(|| panic!("{effect}: {report:#}"));
         let physical = &named["physical"];
         assert_eq!(
             (keys(physical), &physical["unit"]),
@@ -259,8 +249,8 @@ fn the_loss_of_the_gear_is_that_of_the_plant() {
     let fitted = fitted.json(&[&["fit", "--out", "gear.toml"], &names[..]].concat());
     let parameter = |name: &str| {
         let all = fitted["parameters"].as_array().unwrap();
-        let own = all.iter().find(|own| own["name"] == name).unwrap_or_else(|| panic!("{name}: {fitted:#}"));
-        (number(&own["value"]), number(&own["std_err"]))
+        let one = all.iter().find(|one| one["name"] == name).unwrap_or_else(|| panic!("{name}: {fitted:#}"));
+        (number(&one["value"]), number(&one["std_err"]))
     };
     let efficiency: f64 = 0.7598;
     let truth = (1.0 - efficiency.powi(2)) / (1.0 + efficiency.powi(2));
@@ -275,23 +265,23 @@ fn the_loss_of_the_gear_is_that_of_the_plant() {
 #[test]
 fn a_slope_that_only_the_field_runs_measure_is_named_by_its_pitch() {
     let (bench, names) = field(&["--effect", "grade=0.02:heading=0.4", "--columns", "pitch"]);
-    let found = gap(&bench, &names, &["--coeffs", "base.toml"]);
-    assert_eq!(found["verdict"], "named", "{found:#}");
-    assert_eq!(found["effects"][0]["id"], "grade");
-    assert_eq!(found["effects"][0]["detail"]["by"], "pitch_rad");
-    assert!(number(&found["gap_closed"]) > 0.9, "{found:#}");
+    let report = gap(&bench, &names, &["--coeffs", "base.toml"]);
+    assert_eq!(report["verdict"], "named", "{report:#}");
+    assert_eq!(report["effects"][0]["id"], "grade");
+    assert_eq!(report["effects"][0]["detail"]["by"], "pitch_rad");
+    assert!(number(&report["gap_closed"]) > 0.9, "{report:#}");
 }
 
 #[test]
 fn nothing_is_named_where_nothing_hides() {
     let (bench, names) = field(&[]);
-    let found = gap(&bench, &names, &["--coeffs", "base.toml"]);
-    assert_eq!(keys(&found), KEYS);
-    assert_eq!(found["verdict"], "none", "{found:#}");
-    assert_eq!(found["effects"], Value::Array(Vec::new()));
-    assert!(found["gap_closed"].is_null() && found["suggested_profile"].is_null());
+    let report = gap(&bench, &names, &["--coeffs", "base.toml"]);
+    assert_eq!(keys(&report), KEYS);
+    assert_eq!(report["verdict"], "none", "{report:#}");
+    assert_eq!(report["effects"], Value::Array(Vec::new()));
+    assert!(report["gap_closed"].is_null() && report["suggested_profile"].is_null());
     // What needs a column that no log has is said to be so.
-    let missing = found["not_testable"].as_array().unwrap();
+    let missing = report["not_testable"].as_array().unwrap();
     let load = missing.iter().find(|entry| entry["id"] == "compute-load").unwrap();
     assert_eq!(load["reason"], "needs cpu_percent");
 }
@@ -307,8 +297,8 @@ fn clean_runs_that_are_gone_are_missed() {
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let ran = bench.done(&[&["gap", "--coeffs", "base.toml", "--json"], &names[..]].concat());
     assert!(ran.stderr.contains("the clean runs of these coefficients are not there"), "{}", ran.stderr);
-    let found: Value = serde_json::from_str(&ran.stdout).unwrap();
-    assert_ne!(found["verdict"], "named", "{found:#}");
+    let report: Value = serde_json::from_str(&ran.stdout).unwrap();
+    assert_ne!(report["verdict"], "named", "{report:#}");
 }
 
 /// The line that a refused command says, and nothing on standard output.

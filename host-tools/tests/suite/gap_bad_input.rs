@@ -143,13 +143,13 @@ fn a_broken_log_is_refused_with_its_place() {
         ("time_s,power_w\n0,1\n1,1\n".to_owned(), "f1.csv:1: no wheel speeds, but f2.csv has them; expected"),
     ] {
         // Milliseconds up to 10 s a step are taken for a slow log: the filter refuses it.
-        let found = refused_log(&content);
-        let other = expected.contains("median step") && found.contains("too slow for the filter");
-        assert!(found.starts_with(expected) || other, "found {found:?}, expected {expected:?}");
+        let said = refused_log(&content);
+        let other = expected.contains("median step") && said.contains("too slow for the filter");
+        assert!(said.starts_with(expected) || other, "found {said:?}, expected {expected:?}");
     }
     let bench = bench();
-    let found = refusal(&bench, &["--coeffs", "base.toml", "f1.csv", "f2.csv", "f3.csv", "none.csv"], 1);
-    assert_eq!(found, "none.csv: No such file or directory (os error 2)");
+    let said = refusal(&bench, &["--coeffs", "base.toml", "f1.csv", "f2.csv", "f3.csv", "none.csv"], 1);
+    assert_eq!(said, "none.csv: No such file or directory (os error 2)");
 }
 
 /// Cut files, gaps and single bad fields cost rows, which are counted, not the answer.
@@ -173,8 +173,8 @@ fn holes_in_a_log_are_stated_and_survived() {
 #[test]
 fn fewer_runs_than_a_step_needs_are_refused() {
     let bench = bench();
-    let found = refusal(&bench, &["--coeffs", "base.toml", "f1.csv", "f2.csv", "f3.csv"], 1);
-    assert_eq!(found, "3 runs; expected at least 4: 3 to name an effect and 1 to confirm it. Record 1 more");
+    let said = refusal(&bench, &["--coeffs", "base.toml", "f1.csv", "f2.csv", "f3.csv"], 1);
+    assert_eq!(said, "3 runs; expected at least 4: 3 to name an effect and 1 to confirm it. Record 1 more");
 }
 
 /// A run must not confirm itself: neither by its name, nor by another name or a copy of it.
@@ -196,14 +196,14 @@ fn a_run_that_is_there_twice_is_refused() {
     ] {
         let arguments = with(last);
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-        let found = refusal(&bench, &arguments, 2);
-        assert!(found.starts_with(expected), "found {found:?}, expected {expected:?}");
+        let said = refusal(&bench, &arguments, 2);
+        assert!(said.starts_with(expected), "found {said:?}, expected {expected:?}");
     }
-    let found =
+    let said =
         refusal(&bench, &[&FIELD[..], &["--coeffs", "base.toml", "--base", "b1.csv", "f4.csv"]].concat(), 2);
     assert!(
-        found.starts_with("f4.csv: the same log as f4.csv, to which the coefficients were fitted"),
-        "{found}"
+        said.starts_with("f4.csv: the same log as f4.csv, to which the coefficients were fitted"),
+        "{said}"
     );
 }
 
@@ -214,12 +214,12 @@ fn clean_runs_that_changed_or_went_are_noticed() {
     // One row less.
     let text = good().text("b2.csv");
     bench.put("b2.csv", &text[..text.trim_end().rfind('\n').unwrap() + 1]);
-    let found = refusal(&bench, &arguments, 1);
+    let said = refusal(&bench, &arguments, 1);
     assert!(
-        found.starts_with(
+        said.starts_with(
             "./b2.csv: has changed since the coefficients of base.toml were fitted to it; expected"
         ),
-        "{found}"
+        "{said}"
     );
     // As many bytes, another digit.
     bench.put("b2.csv", text.replacen("0.01", "0.02", 1));

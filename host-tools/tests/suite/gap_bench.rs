@@ -41,18 +41,18 @@ fn what_is_hidden_is_named_and_nothing_else() {
 fn the_json_holds_every_set_and_the_figures() {
     let bench = Bench::new();
     let arguments = ["gap-bench", "--seeds", "1", "--sizes", "2", "--free", "1", "--only", "compute-load"];
-    let found = bench.json(&arguments);
-    let sets = found["sets"].as_array().unwrap();
-    assert_eq!(sets.len(), 2, "{found:#}");
+    let report = bench.json(&arguments);
+    let sets = report["sets"].as_array().unwrap();
+    assert_eq!(sets.len(), 2, "{report:#}");
     let hidden = sets.iter().find(|set| set["hidden"][0]["id"] == "compute-load").unwrap();
-    assert_eq!((&hidden["verdict"], &hidden["counted"]), (&"named".into(), &"right".into()), "{found:#}");
+    assert_eq!((&hidden["verdict"], &hidden["counted"]), (&"named".into(), &"right".into()), "{report:#}");
     let figure =
-        |name: &str| found["figures"].as_array().unwrap().iter().find(|figure| figure["name"] == name);
+        |name: &str| report["figures"].as_array().unwrap().iter().find(|figure| figure["name"] == name);
     let right = figure("alone: right single name, true twins in a tie counted").unwrap();
-    assert_eq!((&right["count"], &right["of"]), (&1.into(), &1.into()), "{found:#}");
+    assert_eq!((&right["count"], &right["of"]), (&1.into(), &1.into()), "{report:#}");
     assert!(
         figure("no effect: an alarm").is_some()
             && figure("pairs: both named, or one named and the other in a tie").is_none()
     );
-    assert!(found["gap_closed"]["median"].as_f64().unwrap() > 0.5, "{found:#}");
+    assert!(report["gap_closed"]["median"].as_f64().unwrap() > 0.5, "{report:#}");
 }

@@ -15,8 +15,8 @@ fn a_tie_with_commanded_speeds_in_the_logs_ends_in_a_drive() {
         let field = ["--mass", "3", "--effect", "rolling-resistance-change=0.2", "--profile", "constant"];
         let noise = ["--power-noise", "0.02"];
         let seed = format!("1{mass}");
-        let own = [&common[..], &[&seed], &field, &noise].concat();
-        bench.simulate(&format!("field_{mass}.csv"), &own);
+        let further = [&common[..], &[&seed], &field, &noise].concat();
+        bench.simulate(&format!("field_{mass}.csv"), &further);
     }
     let files = |name: &str| masses.map(|mass| format!("{name}_{mass}.csv"));
     let (base, field) = (files("base"), files("field"));
@@ -27,10 +27,10 @@ fn a_tie_with_commanded_speeds_in_the_logs_ends_in_a_drive() {
     let field: Vec<&str> = field.iter().map(String::as_str).collect();
     // Parted with a probability, in a room.
     let wish = ["--part", "0.9", "--room", "2x1", "--profile", "room.csv"];
-    let found = bench.json(&[&["gap", "--coeffs", "base.toml"], &field[..], &wish].concat());
-    assert_eq!(found["verdict"], "ambiguous", "{found:#}");
-    let drive = &found["manoeuvre"];
-    assert!(drive.is_object(), "{found:#}");
+    let report = bench.json(&[&["gap", "--coeffs", "base.toml"], &field[..], &wish].concat());
+    assert_eq!(report["verdict"], "ambiguous", "{report:#}");
+    let drive = &report["manoeuvre"];
+    assert!(drive.is_object(), "{report:#}");
     assert_eq!(number(&drive["wanted_probability"]), 0.9);
     let (reached, runs) = (number(&drive["probability"]), number(&drive["runs"]));
     assert!(reached >= 0.9 || runs == 48.0, "what was asked for, or the most that is tried: {drive:#}");

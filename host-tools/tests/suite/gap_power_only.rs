@@ -134,18 +134,18 @@ fn nothing_is_named_without_a_step() {
     for rho in [0.0, 0.21, 0.95, 0.995] {
         for (heavy, drift) in [(false, 0.0), (true, 0.3)] {
             let noise = Noise { rho, heavy, drift };
-            let mut own = 0;
+            let mut wrong = 0;
             for seed in 0..100 {
                 // Every other set drives at two speeds.
                 let report = set(1000 + seed, noise, |time, first| {
                     pulses(time, first) + if seed % 2 == 0 { 0.7 * pulses(time, first + 12.0) } else { 0.0 }
                 });
                 assert_ne!(report.verdict, Verdict::Named, "{rho} {heavy} {seed}: {:#?}", report.effects);
-                own += u32::from(report.verdict != Verdict::None);
+                wrong += u32::from(report.verdict != Verdict::None);
                 sets += 1;
             }
-            println!("correlation {rho}, heavy tails {heavy}, drift {drift} W: {own} alarms in 100 sets");
-            alarms += own;
+            println!("correlation {rho}, heavy tails {heavy}, drift {drift} W: {wrong} alarms in 100 sets");
+            alarms += wrong;
         }
     }
     assert!(50 * alarms <= sets, "{alarms} alarms in {sets} sets");
@@ -197,9 +197,9 @@ fn the_measured_steps_are_found() {
     let files = names.map(|name| data.join(format!("turtlebot3/{name}.csv")));
     let files: Vec<&str> = files.iter().map(|file| file.to_str().unwrap()).collect();
     let bench = Bench::new();
-    let found = bench.json(&[&["gap"], &files[..]].concat());
-    assert_eq!(found["verdict"], "named", "{found:#}");
-    let effect = &found["effects"][0];
+    let report = bench.json(&[&["gap"], &files[..]].concat());
+    assert_eq!(report["verdict"], "named", "{report:#}");
+    let effect = &report["effects"][0];
     assert_eq!(
         keys(effect),
         ["id", "coefficient", "unit", "std_err", "physical", "detail", "meaning", "sign"]
@@ -214,13 +214,13 @@ fn the_measured_steps_are_found() {
     assert!((from[0] - 8.62).abs() < 0.1 && (to[0] - 9.74).abs() < 0.1, "{from:?} {to:?}");
     assert!((from[1] - 7.82).abs() < 0.1 && (to[1] - 8.95).abs() < 0.1, "{from:?} {to:?}");
     // Both states lie lower by the camera's power in the run that switches it.
-    let camera = &found["effects"][1];
+    let camera = &report["effects"][1];
     assert_eq!(camera["detail"]["between"], "runs");
     assert!((number(&camera["coefficient"]) + 0.8).abs() < 0.1, "{camera:#}");
     assert!(camera["detail"]["runs"][0].as_str().unwrap().contains("camera"), "{camera:#}");
-    assert!(found["confirm_runs"][0].as_str().unwrap().contains("spin_baseline_1"));
-    assert!(number(&found["gap_closed"]) > 0.9, "{found:#}");
-    let missing = found["not_testable"].as_array().unwrap();
+    assert!(report["confirm_runs"][0].as_str().unwrap().contains("spin_baseline_1"));
+    assert!(number(&report["gap_closed"]) > 0.9, "{report:#}");
+    let missing = report["not_testable"].as_array().unwrap();
     assert_eq!(missing.len(), 20, "all others: {missing:#?}");
     assert!(missing.iter().all(|entry| entry["reason"].as_str().unwrap().starts_with("needs wheel1_rad_s")));
 }

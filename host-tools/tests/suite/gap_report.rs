@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use crate::common::browser::Browser;
-use crate::common::{Bench, keys, number};
+use crate::common::{Bench, keys, number, simulate};
 use roxmltree::{Document, Node, ParsingOptions};
 use serde_json::Value;
 
@@ -14,14 +14,6 @@ const NASTY: &str = "<b>&'field'.csv";
 
 /// Of the field runs.
 const MASSES: [&str; 8] = ["1.2", "5.6", "2.4", "4.1", "3.3", "1.8", "5.0", "2.9"];
-
-fn simulate(bench: &Bench, name: &str, place: usize, mass: &str, seed: usize, more: &[&str]) {
-    let profile = if place.is_multiple_of(2) { "training" } else { "test" };
-    let seed = seed.to_string();
-    let common = ["--plant", "gearmotor", "--sensors", "servo", "--rate", "20", "--power-noise", "0.05"];
-    let own = ["--duration", "60", "--profile", profile, "--mass", mass, "--seed", &seed];
-    bench.simulate(name, &[&common[..], &own, more].concat());
-}
 
 /// A folder with field runs on a slope, their page and their answer: all tests look at the same.
 fn sloped() -> &'static (Bench, String, Value) {
@@ -43,12 +35,12 @@ fn sloped() -> &'static (Bench, String, Value) {
         }
         let field: Vec<&str> = field.iter().map(String::as_str).collect();
         let line = ["gap", "--coeffs", "base.toml", "--report", "page.html"];
-        let found = bench.json(&[&line[..], &field].concat());
+        let report = bench.json(&[&line[..], &field].concat());
         let page = bench.text("page.html");
         if let Some(kept) = std::env::var_os("GMR_KEEP_FIGURES") {
             std::fs::write(Path::new(&kept).with_extension("html"), &page).unwrap();
         }
-        (bench, page, found)
+        (bench, page, report)
     })
 }
 
@@ -67,14 +59,14 @@ fn text(node: Node<'_, '_>) -> String {
 
 #[test]
 fn the_page_is_well_formed_and_says_what_the_json_says() {
-    let (_, page, found) = sloped();
-    assert_eq!(found["verdict"], "named", "{found:#}");
+    let (_, page, report) = sloped();
+    assert_eq!(report["verdict"], "named", "{report:#}");
     let page = parsed(page);
     let verdict = all(&page, "h1").next().unwrap();
     assert_eq!(verdict.attribute("data-verdict"), Some("named"));
     assert!(text(verdict).contains("lacks grade"), "{}", text(verdict));
     let whole = text(page.root());
-    let [before, floor] = ["gap_before_w", "noise_floor_w"].map(|key| number(&found[key]));
+    let [before, floor] = ["gap_before_w", "noise_floor_w"].map(|key| number(&report[key]));
     for said in [
         "the road slopes: gravity pulls along the way".to_owned(),
         format!("{before:.3} W"),
@@ -84,7 +76,7 @@ fn the_page_is_well_formed_and_says_what_the_json_says() {
         "winding_loss".to_owned(),
         "base.toml".to_owned(),
         env!("CARGO_PKG_VERSION").to_owned(),
-        found["noise_floor_how"].as_str().unwrap().to_owned(),
+        report["noise_floor_how"].as_str().unwrap().to_owned(),
     ] {
         assert!(whole.contains(&said), "{said}");
     }
@@ -93,7 +85,7 @@ fn the_page_is_well_formed_and_says_what_the_json_says() {
 /// One `<svg>` a figure, each with a name, a description and something drawn.
 #[test]
 fn every_plot_is_there_and_described() {
-    let (_, page, found) = sloped();
+    let (_, page, report) = sloped();
     let page = parsed(page);
     let figures: Vec<_> = all(&page, "figure").collect();
     assert_eq!(all(&page, "svg").count(), figures.len());
@@ -109,7 +101,7 @@ fn every_plot_is_there_and_described() {
         assert!(drawing.descendants().filter(|node| shapes.contains(&node.tag_name().name())).count() > 8);
         titles.push(title);
     }
-    let locked = found["confirm_runs"].as_array().unwrap().len();
+    let locked = report["confirm_runs"].as_array().unwrap().len();
     assert_eq!(titles.iter().filter(|title| title.starts_with("Power over time")).count(), locked);
     for title in [
         "Gap on the locked runs",
@@ -124,17 +116,17 @@ fn every_plot_is_there_and_described() {
         "Residual by heading",
         "Round 1: what each candidate explains",
     ] {
-        assert!(titles.iter().any(|own| own == title), "{title}: {titles:?}");
+        assert!(titles.iter().any(|drawn| drawn == title), "{title}: {titles:?}");
     }
 }
 
 #[test]
 fn nothing_is_fetched_and_nothing_of_a_file_is_markup() {
-    let (_, page, found) = sloped();
+    let (_, page, report) = sloped();
     for outside in ["http:", "https:", "<script", "<link", "@import", "url(", "<b>"] {
         assert!(!page.contains(outside), "{outside}");
     }
-    assert!(found["confirm_runs"].as_array().unwrap().iter().any(|run| run == NASTY));
+    assert!(report["confirm_runs"].as_array().unwrap().iter().any(|run| run == NASTY));
     let page = parsed(page);
     assert!(all(&page, "svg").any(|drawing| text(drawing).contains(NASTY)));
 }
@@ -142,8 +134,8 @@ fn nothing_is_fetched_and_nothing_of_a_file_is_markup() {
 /// Cells hold runs, before and after.
 #[test]
 fn localisation_names_every_axis_before_and_after() {
-    let (_, _, found) = sloped();
-    let cells = found["localisation"].as_array().unwrap();
+    let (_, _, report) = sloped();
+    let cells = report["localisation"].as_array().unwrap();
     for axis in ["speed", "acceleration", "turn-rate", "mass", "time", "side", "heading", "standing"] {
         assert!(cells.iter().any(|cell| cell["axis"] == axis), "{axis}");
     }
@@ -166,8 +158,8 @@ fn localisation_names_every_axis_before_and_after() {
     }
     // Fast and ahead is where a slope costs most, and it is gone afterwards.
     let fast = |key: &str| {
-        let own = cells.iter().filter(|cell| cell["axis"] == "speed");
-        number(&own.max_by(|a, b| number(&a["to"]).total_cmp(&number(&b["to"]))).unwrap()[key])
+        let speeds = cells.iter().filter(|cell| cell["axis"] == "speed");
+        number(&speeds.max_by(|a, b| number(&a["to"]).total_cmp(&number(&b["to"]))).unwrap()[key])
     };
     assert!(fast("mean_residual_w") > fast("band_w"), "{cells:?}");
     assert!(fast("mean_after_w").abs() < 0.1 * fast("mean_residual_w"), "{cells:?}");

@@ -14,8 +14,8 @@ fn simulate(bench: &Bench, name: &str, place: usize, mass: &str, seed: usize, mo
     let profile = if place.is_multiple_of(2) { "training" } else { "test" };
     let seed = seed.to_string();
     let common = ["--plant", "gearmotor", "--sensors", "servo", "--rate", "20", "--power-noise", "0.05"];
-    let own = ["--duration", "40", "--profile", profile, "--mass", mass, "--seed", &seed];
-    bench.simulate(name, &[&common[..], &own, more].concat());
+    let drive = ["--duration", "40", "--profile", profile, "--mass", mass, "--seed", &seed];
+    bench.simulate(name, &[&common[..], &drive, more].concat());
 }
 
 /// Four clean runs and the coefficients fitted to them.
@@ -57,9 +57,9 @@ fn the_simulations_gap_shrinks_when_the_effect_is_added_to_the_plant() {
         ("viscous-change=0.6", "viscous-change", 0.6, 0.2),
         ("wheel-drag=0.02:side=right", "wheel-drag", 0.02, 0.05),
     ] {
-        let found = gap(hidden, &["--plant", "gearmotor"]);
-        let simulation = &found["simulation"];
-        assert_eq!(simulation["effects"][0]["id"], id, "{found:#}");
+        let report = gap(hidden, &["--plant", "gearmotor"]);
+        let simulation = &report["simulation"];
+        assert_eq!(simulation["effects"][0]["id"], id, "{report:#}");
         let added = number(&simulation["effects"][0]["size"]);
         assert!((added / size - 1.0).abs() < within, "{id}: {added}");
         let [before, after, closed] =
@@ -79,14 +79,14 @@ fn the_simulations_gap_shrinks_when_the_effect_is_added_to_the_plant() {
 
 #[test]
 fn without_a_plant_nothing_is_simulated() {
-    let found = gap("grade=0.02:along=travel", &[]);
-    assert!(found["simulation"].is_null());
-    assert!(found["manoeuvre"].is_null() && found["suggested_profile"].is_null());
+    let report = gap("grade=0.02:along=travel", &[]);
+    assert!(report["simulation"].is_null());
+    assert!(report["manoeuvre"].is_null() && report["suggested_profile"].is_null());
 }
 
 /// Servos reach a quarter of the recorded speeds.
 #[test]
 fn a_plant_that_cannot_follow_says_so() {
-    let found = gap("grade=0.02:along=travel", &["--plant", "servo"]);
-    assert!(number(&found["simulation"]["speed_missed"]) > 0.05, "{:#}", found["simulation"]);
+    let report = gap("grade=0.02:along=travel", &["--plant", "servo"]);
+    assert!(number(&report["simulation"]["speed_missed"]) > 0.05, "{:#}", report["simulation"]);
 }

@@ -57,11 +57,11 @@ fn gap(bench: &Bench, more: &[&str]) -> Value {
     bench.json(&[&["gap"], &runs[..], more].concat())
 }
 
-fn check_drag(found: &Value) {
-    assert_eq!(found["verdict"], "named", "{found:#}");
-    assert_eq!(found["effects"][0]["id"], "wheel-drag");
-    assert_eq!(found["effects"][0]["detail"]["wheel"], 1);
-    let drag = number(&found["effects"][0]["physical"]["value"]);
+fn check_drag(report: &Value) {
+    assert_eq!(report["verdict"], "named", "{report:#}");
+    assert_eq!(report["effects"][0]["id"], "wheel-drag");
+    assert_eq!(report["effects"][0]["detail"]["wheel"], 1);
+    let drag = number(&report["effects"][0]["physical"]["value"]);
     assert!((drag / 0.03 - 1.0).abs() < 0.15, "{drag}");
 }
 
@@ -71,12 +71,12 @@ fn what_a_simulator_lacks_is_named_by_logs_of_its_own() {
     let bench = copy();
     let sims = names("sim");
     let sims: Vec<&str> = sims.iter().map(String::as_str).collect();
-    let found = gap(&bench, &[&["--export", "mjcf", "--sim"], &sims[..]].concat());
-    check_drag(&found);
-    assert_eq!(found["simulator"]["power_from"], "power_w");
-    assert!(found["simulator"]["difference"].is_null(), "drives of its own");
-    assert!(number(&found["simulator"]["model_r2"]) > 0.99);
-    let change = &found["changes"]["changes"][0];
+    let report = gap(&bench, &[&["--export", "mjcf", "--sim"], &sims[..]].concat());
+    check_drag(&report);
+    assert_eq!(report["simulator"]["power_from"], "power_w");
+    assert!(report["simulator"]["difference"].is_null(), "drives of its own");
+    assert!(number(&report["simulator"]["model_r2"]) > 0.99);
+    let change = &report["changes"]["changes"][0];
     assert_eq!(change["element"], "joint/@frictionloss");
     let [low, high] = [0, 1].map(|end| number(&change["interval"][end]));
     assert!(low < number(&change["value"]) && number(&change["value"]) < high);
@@ -98,8 +98,8 @@ fn a_simulator_that_lacks_nothing_is_told_so() {
     }
     let sims = names("sim");
     let sims: Vec<&str> = sims.iter().map(String::as_str).collect();
-    let found = gap(&bench, &[&["--sim"], &sims[..]].concat());
-    assert_eq!(found["verdict"], "none", "{found:#}");
+    let report = gap(&bench, &[&["--sim"], &sims[..]].concat());
+    assert_eq!(report["verdict"], "none", "{report:#}");
 }
 
 /// Each measured log with a further column: the power of the simulator's log of the same drive.
@@ -129,10 +129,10 @@ fn a_simulator_s_column_beside_the_measured_power_is_enough() {
     let bench = copy();
     let power = place(&bench, "sim_1.csv", "power_w");
     with_column(&bench, "sim_power_w", |fields| fields[power].to_owned());
-    let found = gap(&bench, &[]);
-    check_drag(&found);
-    assert_eq!(found["simulator"]["power_from"], "sim_power_w");
-    let difference = &found["simulator"]["difference"];
+    let report = gap(&bench, &[]);
+    check_drag(&report);
+    assert_eq!(report["simulator"]["power_from"], "sim_power_w");
+    let difference = &report["simulator"]["difference"];
     let [before, after] = ["before_w", "after_w"].map(|key| number(&difference[key]));
     assert!(after < 0.5 * before, "{before} {after}");
 }

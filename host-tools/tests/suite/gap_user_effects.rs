@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 use std::sync::OnceLock;
 
-use crate::common::{Bench, number};
+use crate::common::{Bench, number, simulate};
 use serde_json::Value;
 
 /// Masses of the field runs, kg.
@@ -28,12 +28,8 @@ fn plain() -> &'static Bench {
         let clean = masses.iter().map(String::as_str).enumerate().map(|(k, mass)| ("base", k, mass));
         let field = FIELD.into_iter().enumerate().map(|(k, mass)| ("field", k, mass));
         for (kind, k, mass) in clean.chain(field) {
-            let profile = if k.is_multiple_of(2) { "training" } else { "test" };
-            let seed = if kind == "base" { 100 + k } else { 200 + k }.to_string();
-            let common =
-                ["--plant", "gearmotor", "--sensors", "servo", "--rate", "20", "--power-noise", "0.05"];
-            let own = ["--duration", "60", "--profile", profile, "--mass", mass, "--seed", &seed];
-            bench.simulate(&format!("{kind}_{}.csv", k + 1), &[&common[..], &own].concat());
+            let seed = if kind == "base" { 100 + k } else { 200 + k };
+            simulate(&bench, &format!("{kind}_{}.csv", k + 1), k, mass, seed, &[]);
         }
         bench
     })
@@ -95,30 +91,30 @@ fn arm(time: f64, _: f64) -> (f64, f64) {
     (arm_current(time), 12.0 * arm_current(time))
 }
 
-fn only_named(found: &Value, id: &str) -> f64 {
-    assert_eq!(found["verdict"], "named", "{found:#}");
-    assert_eq!(found["effects"].as_array().unwrap().len(), 1, "{found:#}");
-    let effect = &found["effects"][0];
+fn only_named(report: &Value, id: &str) -> f64 {
+    assert_eq!(report["verdict"], "named", "{report:#}");
+    assert_eq!(report["effects"].as_array().unwrap().len(), 1, "{report:#}");
+    let effect = &report["effects"][0];
     assert_eq!(effect["id"], id);
-    assert!(number(&found["gap_closed"]) > 0.8, "{found:#}");
+    assert!(number(&report["gap_closed"]) > 0.8, "{report:#}");
     number(&effect["coefficient"])
 }
 
 #[test]
 fn what_the_dictionary_lacks_is_named_by_its_formula_and_unexplained_without() {
     let bench = set("arm_a", None, arm);
-    let found = gap(&bench, &["--effects", "arm.toml"]);
-    let coefficient = only_named(&found, "arm");
+    let report = gap(&bench, &["--effects", "arm.toml"]);
+    let coefficient = only_named(&report, "arm");
     assert!((coefficient - 1.0).abs() < 0.1, "{coefficient}");
-    let effect = &found["effects"][0];
+    let effect = &report["effects"][0];
     assert_eq!(effect["unit"], "1");
     assert_eq!(effect["detail"]["formula"], "12 * arm_a");
     assert_eq!(effect["detail"]["meaning"], "the arm's motor");
     assert_eq!(effect["detail"]["sign"], "positive");
     assert_eq!(effect["detail"]["range"], serde_json::json!([0.0, 3.0]));
     // The residual is mapped by the formula, too.
-    let axes = found["localisation"].as_array().unwrap().iter();
-    assert!(axes.filter(|cell| cell["axis"] == "formula of arm").count() > 0, "{found:#}");
+    let axes = report["localisation"].as_array().unwrap().iter();
+    assert!(axes.filter(|cell| cell["axis"] == "formula of arm").count() > 0, "{report:#}");
 
     let without = gap(&bench, &[]);
     assert_eq!(without["verdict"], "unexplained", "{without:#}");
@@ -143,8 +139,8 @@ fn a_formula_of_motion_and_a_column_is_named() {
 fn a_formula_of_the_wrong_sign_explains_nothing() {
     let bench = set("arm_a", None, arm);
     bench.put("arm.toml", ARM.replace("positive", "negative").replace("[0, 3]", "[-3, 0]"));
-    let found = gap(&bench, &["--effects", "arm.toml"]);
-    assert_eq!(found["verdict"], "unexplained", "{found:#}");
+    let report = gap(&bench, &["--effects", "arm.toml"]);
+    assert_eq!(report["verdict"], "unexplained", "{report:#}");
 }
 
 /// Also a coefficient beyond the range.
@@ -152,16 +148,16 @@ fn a_formula_of_the_wrong_sign_explains_nothing() {
 fn a_coefficient_beyond_the_range_is_no_name() {
     let bench = set("arm_a", None, arm);
     bench.put("arm.toml", ARM.replace("[0, 3]", "[0, 0.5]"));
-    let found = gap(&bench, &["--effects", "arm.toml"]);
-    assert_eq!(found["verdict"], "unexplained", "{found:#}");
+    let report = gap(&bench, &["--effects", "arm.toml"]);
+    assert_eq!(report["verdict"], "unexplained", "{report:#}");
 }
 
 /// The arm took its power in the clean runs already: nothing is new in the field.
 #[test]
 fn what_the_clean_runs_have_already_is_no_gap() {
     let bench = set("arm_a", Some(arm), arm);
-    let found = gap(&bench, &["--effects", "arm.toml"]);
-    assert_eq!(found["verdict"], "none", "{found:#}");
+    let report = gap(&bench, &["--effects", "arm.toml"]);
+    assert_eq!(report["verdict"], "none", "{report:#}");
 }
 
 #[test]
@@ -171,14 +167,14 @@ fn a_formula_over_a_column_that_runs_lack_is_not_testable() {
     bench.put("arm.toml", both);
     // One of the runs lacks the arm's current.
     bench.put("field_3.csv", plain().text("field_3.csv"));
-    let found = gap(&bench, &["--effects", "arm.toml"]);
+    let report = gap(&bench, &["--effects", "arm.toml"]);
     let reason = |id: &str| {
-        let missing = found["not_testable"].as_array().unwrap();
+        let missing = report["not_testable"].as_array().unwrap();
         missing.iter().find(|entry| entry["id"] == id).unwrap()["reason"].clone()
     };
     assert_eq!(reason("arm"), "needs arm_a, which field_3.csv lacks");
     assert_eq!(reason("door"), "needs door_angle, door_open");
-    assert_eq!(found["verdict"], "none", "{found:#}");
+    assert_eq!(report["verdict"], "none", "{report:#}");
 }
 
 /// A power of a part of the robot may be named, though powers are no columns to look at otherwise.

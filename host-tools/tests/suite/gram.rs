@@ -115,8 +115,8 @@ fn the_signed_model_is_fitted_to_what_its_clamp_leaves_alone_and_says_so() {
     let bench = bench();
     gram(&bench, "g.jsonl", &LOGS);
     let report = fit(&bench, &["--grams", "g.jsonl"]);
-    for ((name, truth), found) in NAMES.into_iter().zip(TRUTH).zip(values(&report)) {
-        assert!((found / truth - 1.0).abs() < 0.02, "{name}: {found} {truth}");
+    for ((name, truth), value) in NAMES.into_iter().zip(TRUTH).zip(values(&report)) {
+        assert!((value / truth - 1.0).abs() < 0.02, "{name}: {value} {truth}");
     }
     let left_out = number(&report["left_out_rows"]);
     assert!(left_out > 0.0);
@@ -140,8 +140,8 @@ fn a_run_is_predicted_by_the_others() {
         gram(&bench, "others.jsonl", &others);
         let beta = values(&fit(&bench, &["--model", "eq18", "--grams", "others.jsonl"]));
         gram(&bench, "own.jsonl", &[LOGS[place]]);
-        let own: Value = serde_json::from_str(&bench.text("own.jsonl")).unwrap();
-        let sums = &own["eq18"];
+        let alone: Value = serde_json::from_str(&bench.text("own.jsonl")).unwrap();
+        let sums = &alone["eq18"];
         let products =
             |i: usize, j: usize| number(&sums["products"][i.max(j) * (i.max(j) + 1) / 2 + i.min(j)]);
         let mut squares = number(&sums["power_squares"]);

@@ -89,16 +89,16 @@ fn estimate<'a>(log: &'a str, more: &[&'a str]) -> Vec<&'a str> {
 fn from_log_to_estimate() {
     let (bench, fit) = bench();
     assert_eq!(judged(&fit), Some(true), "{fit}");
-    let scrub = fit["parameters"].as_array().unwrap().iter().find(|own| own["name"] == "scrub").unwrap();
+    let scrub = fit["parameters"].as_array().unwrap().iter().find(|one| one["name"] == "scrub").unwrap();
     let added = number(&scrub["value"]) * number(&fit["true_slip_s_rad"]);
     assert!((added / (SCRUB * TRUE_SLIP) - 1.0).abs() < 0.1, "{fit}");
     let text = bench.text("c.toml");
     let format = ["format = 3\n", "format = 4\n"].iter().any(|format| text.contains(format));
     assert!(format && text.contains("\ntrue_slip_s_rad = "), "{text}");
-    let found = bench.json(&estimate("other.csv", &[]));
-    let windows: Vec<f64> =
-        found["windows"].as_array().unwrap().iter().filter_map(|window| window["mass_kg"].as_f64()).collect();
-    assert!(windows.len() > 20, "{found}");
+    let report = bench.json(&estimate("other.csv", &[]));
+    let windows = report["windows"].as_array().unwrap().iter();
+    let windows: Vec<f64> = windows.filter_map(|window| window["mass_kg"].as_f64()).collect();
+    assert!(windows.len() > 20, "{report}");
     assert!(windows.iter().all(|mass| (mass - 3.5).abs() < 0.1), "{windows:?}");
     let said = bench.done(&["fit", "--robot", "robot.toml", "--verbose", "empty.csv", "full.csv"]).stdout;
     assert!(said.contains("true slip by the gyro: 0."), "{said}");
@@ -113,12 +113,12 @@ fn a_gap_holds_it() {
     for (run, from_s) in runs.iter().zip([200.0, 270.0, 340.0, 410.0]) {
         bench.put(run, log(from_s, 60.0, 3.5, Some(exact)));
     }
-    let found = bench.json(&[&["gap", "--robot", "robot.toml", "--coeffs", "c.toml"], &runs[..]].concat());
-    assert!(number(&found["gap_before_w"]) < 0.05, "{found}");
+    let report = bench.json(&[&["gap", "--robot", "robot.toml", "--coeffs", "c.toml"], &runs[..]].concat());
+    assert!(number(&report["gap_before_w"]) < 0.05, "{report}");
     let text = bench.text("c.toml").replace("true_slip_s_rad", "# true_slip_s_rad");
     bench.put("c.toml", text);
-    let found = bench.json(&[&["gap", "--robot", "robot.toml", "--coeffs", "c.toml"], &runs[..]].concat());
-    assert!(number(&found["gap_before_w"]) > 0.2, "{found}");
+    let report = bench.json(&[&["gap", "--robot", "robot.toml", "--coeffs", "c.toml"], &runs[..]].concat());
+    assert!(number(&report["gap_before_w"]) > 0.2, "{report}");
 }
 
 /// Ground that adapts has no gyro: beside it the model is fitted without.
@@ -127,10 +127,10 @@ fn a_floor_adapts_beside_a_model_without_it() {
     let (bench, _) = bench();
     let logs = ["--train", "empty.csv", "full.csv", "--test", "other.csv"];
     let asked = ["compare", "--robot", "robot.toml", "--models", "signed", "--adapt"];
-    let found = bench.json(&[&asked[..], &logs[..]].concat());
+    let report = bench.json(&[&asked[..], &logs[..]].concat());
     let names: Vec<&str> =
-        found["models"].as_array().unwrap().iter().map(|model| model["name"].as_str().unwrap()).collect();
-    assert!(names.contains(&"signed, floor adapts"), "{found}");
+        report["models"].as_array().unwrap().iter().map(|model| model["name"].as_str().unwrap()).collect();
+    assert!(names.contains(&"signed, floor adapts"), "{report}");
 }
 
 /// Who has no gyro says so, by the column or by what to do.

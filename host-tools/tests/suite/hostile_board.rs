@@ -154,12 +154,12 @@ fn a_clock_that_jumps_is_no_end_of_a_recording() {
         let ahead = if number < 60 { 0 } else { 3_600_000_000 };
         board.state.fifo.push(Record { time_us: good.time_us + ahead, ..good });
     }
-    let (mut client, found) = Client::connect(board).unwrap();
+    let (mut client, board) = Client::connect(board).unwrap();
     let mut rows = 0;
     let options = Options { duration: Some(Duration::from_secs(60)), backlog: true, ..Options::default() };
     let recording = record(
         &mut client,
-        &found,
+        &board,
         &options,
         &mut |lines| {
             rows += lines.lines().count();

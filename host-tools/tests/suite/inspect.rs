@@ -174,8 +174,8 @@ fn what_a_fit_would_miss_is_said() {
     ];
     for (text, expected) in cases {
         let report = json("burger", &log(&text).path);
-        let found = texts(&report);
-        assert!(found.contains(expected), "expected {expected:?}, found:\n{found}");
+        let findings = texts(&report);
+        assert!(findings.contains(expected), "expected {expected:?}, found:\n{findings}");
     }
 }
 
@@ -287,10 +287,10 @@ fn static_states(path: &Path, standing: [f64; 2], spinning: f64) {
         let states = report[key].as_array().unwrap();
         states.iter().map(|state| state["mean_w"].as_f64().unwrap()).collect()
     };
-    let found = means("static_states");
-    assert_eq!(found.len(), 2, "{name}: {found:?}");
-    for (mean, expected) in found.iter().zip(standing) {
-        assert!((mean - expected).abs() < 0.15, "{name}: {found:?}");
+    let levels = means("static_states");
+    assert_eq!(levels.len(), 2, "{name}: {levels:?}");
+    for (mean, expected) in levels.iter().zip(standing) {
+        assert!((mean - expected).abs() < 0.15, "{name}: {levels:?}");
     }
     let moving = means("moving_levels");
     assert!(moving.iter().any(|mean| (mean - spinning).abs() < 0.2), "{name}: {moving:?}");

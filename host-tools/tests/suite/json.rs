@@ -2,21 +2,14 @@
 //! named is checked wherever a test reads a command's JSON (`Bench::json`).
 
 use crate::common::{Bench, ROBOT, documentation, drive, is_documented};
+use crate::shell::commands;
 
 #[test]
 fn every_command_with_json_is_documented() {
     let bench = Bench::new();
     let help = bench.done(&["--help"]).stdout;
-    let commands = help
-        .lines()
-        .skip_while(|line| !line.starts_with("Commands:"))
-        .skip(1)
-        .take_while(|line| line.starts_with("  "))
-        .filter_map(|line| line.strip_prefix("  ").filter(|line| !line.starts_with(' ')))
-        .filter_map(|line| line.split_whitespace().next())
-        .filter(|name| *name != "help");
     let mut documented = 0;
-    for command in commands {
+    for command in commands(&help) {
         if bench.done(&[command, "--help"]).stdout.contains("--json") {
             assert!(documentation(command).is_some(), "docs/json.md does not have gmr {command}");
             documented += 1;

@@ -11,17 +11,17 @@ fn docs() -> PathBuf {
 
 /// A fenced block: what stands behind its three ticks, and its lines.
 fn blocks(page: &str) -> Vec<(String, String)> {
-    let mut found = Vec::new();
+    let mut blocks = Vec::new();
     let mut open: Option<(String, String)> = None;
     for line in page.lines() {
         match (line.strip_prefix("```"), open.take()) {
             (Some(kind), None) => open = Some((kind.to_owned(), String::new())),
-            (Some(_), Some(block)) => found.push(block),
+            (Some(_), Some(block)) => blocks.push(block),
             (None, Some((kind, text))) => open = Some((kind, text + line + "\n")),
             (None, None) => {}
         }
     }
-    found
+    blocks
 }
 
 /// The command of this line has such options.

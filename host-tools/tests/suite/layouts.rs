@@ -10,9 +10,9 @@ fn document(name: &str) -> String {
 
 /// What both show: mass, interval, power measured and predicted.
 fn expected() -> Vec<String> {
-    let own = NodeSettings::default();
+    let node = NodeSettings::default();
     let mut names =
-        vec![own.payload, own.payload_low, own.payload_high, own.measured_power, own.predicted_power];
+        vec![node.payload, node.payload_low, node.payload_high, node.measured_power, node.predicted_power];
     names.sort();
     names
 }

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::common::Bench;
 use crate::common::browser::Browser;
+use crate::common::{Bench, near};
 
 fn copy(bench: &Bench, name: &str) -> String {
     let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("formats/tests/data").join(name);
@@ -14,14 +14,7 @@ fn copy(bench: &Bench, name: &str) -> String {
 }
 
 fn look(bench: &Bench, log: &str) -> Value {
-    let ran = bench.gmr(&["look", "--json", log]);
-    assert_eq!(ran.code, Some(0), "{log}: {}", ran.stderr);
-    serde_json::from_str(&ran.stdout).unwrap()
-}
-
-fn near(found: &Value, expected: f64, share: f64) {
-    let found = found.as_f64().unwrap();
-    assert!((found - expected).abs() <= share * expected.abs(), "{found} {expected}");
+    bench.json(&["look", log])
 }
 
 /// Summed here from the rows that the bag was made of: its odometry is v = r (w1 + w2) / 2, its
@@ -43,13 +36,13 @@ fn energy_and_way_are_those_of_the_drive() {
         way += 0.05 * (0.033 * 0.5 * (row[1] + row[2])).abs();
         energy += 0.05 * row[3];
     }
-    let found = look(&bench, &log);
-    near(&found["distance_m"], way, 1e-9);
+    let report = look(&bench, &log);
+    near(&report["distance_m"], way, 1e-9);
     // Power bears no stamp: it comes 20 ms behind the odometry's, and the first row is before it.
-    near(&found["energy_j"], energy, 0.02);
-    assert_eq!(found["rows"], 400);
-    assert_eq!(found["longest_gap_s"], 0.0);
-    let cells = found["power_over_speed"].as_array().unwrap();
+    near(&report["energy_j"], energy, 0.02);
+    assert_eq!(report["rows"], 400);
+    assert_eq!(report["longest_gap_s"], 0.0);
+    let cells = report["power_over_speed"].as_array().unwrap();
     assert!(cells.len() >= 2, "{cells:?}");
 }
 

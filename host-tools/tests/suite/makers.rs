@@ -96,8 +96,8 @@ fn parameters(bench: &Bench, robot: &str, log: &str) -> (Vec<f64>, String) {
     assert_eq!(ran.code, Some(0), "{log}: {}", ran.stderr);
     let report: Value = serde_json::from_str(&ran.stdout).unwrap();
     assert_eq!(report["rows"], 601, "{log}");
-    let found = report["parameters"].as_array().unwrap();
-    (found.iter().map(|parameter| parameter["value"].as_f64().unwrap()).collect(), ran.stderr)
+    let fitted = report["parameters"].as_array().unwrap();
+    (fitted.iter().map(|parameter| parameter["value"].as_f64().unwrap()).collect(), ran.stderr)
 }
 
 /// Voltages, currents and most speeds have 32 bits there.
@@ -107,11 +107,11 @@ fn the_same_drive_fits_to_the_same_coefficients_from_every_maker() {
     let (expected, _) = parameters(&bench, "robot.toml", "drive.csv");
     for (log, topics, source) in LOGS {
         bench.put(log, std::fs::read(data(log)).unwrap());
-        let (found, said) = parameters(&bench, &robot(&bench, log, topics), log);
+        let (values, said) = parameters(&bench, &robot(&bench, log, topics), log);
         assert!(said.replace(';', "\n").contains(source), "{log}: {said}");
-        assert_eq!(found.len(), expected.len(), "{log}");
-        for (found, expected) in found.iter().zip(&expected) {
-            assert!((found - expected).abs() <= 1e-6 * expected.abs(), "{log}: {found} {expected}");
+        assert_eq!(values.len(), expected.len(), "{log}");
+        for (value, expected) in values.iter().zip(&expected) {
+            assert!((value - expected).abs() <= 1e-6 * expected.abs(), "{log}: {value} {expected}");
         }
     }
 }
@@ -128,8 +128,8 @@ fn every_makers_log_is_looked_at_and_inspected() {
     assert!(expected > 1.0, "{expected}");
     for (log, topics, _) in LOGS {
         bench.put(log, std::fs::read(data(log)).unwrap());
-        let found = energy(bench.done(&["look", "--json", log]).stdout);
-        assert!((found - expected).abs() < 1e-6 * expected, "{log}: {found} {expected}");
+        let joules = energy(bench.done(&["look", "--json", log]).stdout);
+        assert!((joules - expected).abs() < 1e-6 * expected, "{log}: {joules} {expected}");
         let inspected = bench.gmr(&["inspect", "--verbose", "--robot", &robot(&bench, log, topics), log]);
         assert!(inspected.code.is_some_and(|code| code < 2), "{log}: {}", inspected.stderr);
         assert!(
@@ -197,10 +197,10 @@ fn a_ride_that_vesc_tool_logged_is_looked_at() {
     let bench = bench(&["vesc-tool.csv", "drive.csv"]);
     let report =
         |log| -> Value { serde_json::from_str(&bench.done(&["look", "--json", log]).stdout).unwrap() };
-    let (found, expected) = (report("vesc-tool.csv"), report("drive.csv"));
+    let (ride, expected) = (report("vesc-tool.csv"), report("drive.csv"));
     for key in ["energy_j", "duration_s"] {
         let number = |report: &Value| report[key].as_f64().unwrap();
-        assert!((number(&found) - number(&expected)).abs() < 1e-6 * number(&expected), "{key}: {found}");
+        assert!((number(&ride) - number(&expected)).abs() < 1e-6 * number(&expected), "{key}: {ride}");
     }
     let straight = "[topics]\nwheel_speeds = [{ field = \"vesc:erpm\", unit = \"rpm\" }, { field = \"vesc:erpm\", unit = \"rpm\" }]\n";
     bench.done(&[

@@ -78,8 +78,8 @@ fn says_what_estimate_says() {
         let time = number(&state["time_s"]);
         let Some(row) = rows.iter().find(|row| row[0].parse() == Ok(time)) else { continue };
         let written = |value: &Value| value.as_f64().map_or(String::new(), |value| value.to_string());
-        let found = ["measured_w", "predicted_w", "mass_kg"].map(|key| written(&state[key]));
-        assert_eq!(found, [row[1], row[2], row[4]], "{state}");
+        let shown = ["measured_w", "predicted_w", "mass_kg"].map(|key| written(&state[key]));
+        assert_eq!(shown, [row[1], row[2], row[4]], "{state}");
         if let Some(mass) = state["mass_kg"].as_f64() {
             assert!((mass - 3.0).abs() < 0.05, "{state}");
             assert!((number(&state["payload_kg"]) - (mass - 1.0)).abs() < 1e-12, "{state}");

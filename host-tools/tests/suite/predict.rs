@@ -6,9 +6,12 @@ use serde_json::Value;
 
 use crate::common::{Bench, RADIUS, ROBOT, TRUTH, drive, fitted, near, number, power};
 
+fn arguments<'a>(plan: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    [&["predict", "--robot", "robot.toml", "--coeffs", "c.toml", "--plan", plan], more].concat()
+}
+
 fn predict(bench: &Bench, plan: &str, more: &[&str]) -> Value {
-    let all = ["predict", "--robot", "robot.toml", "--coeffs", "c.toml", "--plan", plan];
-    bench.json(&[&all[..], more].concat())
+    bench.json(&arguments(plan, more))
 }
 
 /// 20 s at 0.12 m/s from the start on: P of both wheels at v/r, nothing accelerating. A slope adds
@@ -49,27 +52,17 @@ fn legs_are_driven_within_the_limits() {
         "legs.csv",
         "leg,distance_m,speed_m_s,turn_rad,pause_s\nthere,1,0.1,0,3\nback,1,0.1,3.14159265,0\n",
     );
-    let found = predict(&bench, "legs.csv", &["--mass", "2", "--static-power", "5"]);
-    let legs = found["legs"].as_array().unwrap();
+    let report = predict(&bench, "legs.csv", &["--mass", "2", "--static-power", "5"]);
+    let legs = report["legs"].as_array().unwrap();
     assert_eq!((legs.len(), &legs[0]["leg"], &legs[1]["leg"]), (2, &"there".into(), &"back".into()));
     near(&legs[0]["duration_s"], 13.2, 0.01);
     near(&legs[0]["distance_m"], 1.0, 0.01);
     let driving = |leg: &Value| number(&leg["energy_j"]) - 5.0 * number(&leg["duration_s"]);
     assert!(driving(&legs[1]) > 1.1 * driving(&legs[0]), "{legs:?}");
     let sum: f64 = legs.iter().map(|leg| number(&leg["energy_j"])).sum();
-    near(&found["energy_j"], sum, 1e-9);
-    assert!(found["limits"].as_array().unwrap().iter().all(|limit| limit["is_given"] == false));
-    let text = bench.done(&[
-        "predict",
-        "--robot",
-        "robot.toml",
-        "--coeffs",
-        "c.toml",
-        "--plan",
-        "legs.csv",
-        "--mass",
-        "2",
-    ]);
+    near(&report["energy_j"], sum, 1e-9);
+    assert!(report["limits"].as_array().unwrap().iter().all(|limit| limit["is_given"] == false));
+    let text = bench.done(&arguments("legs.csv", &["--mass", "2"]));
     assert!(text.stdout.contains("max_acceleration_m_s2 is taken as 0.5"), "{}", text.stdout);
 }
 
@@ -104,19 +97,9 @@ fn what_rows_leave_out_is_in_the_interval() {
 fn a_log_is_a_plan_with_its_truth() {
     let bench = fitted();
     bench.put("other.csv", drive(40.0, 100.0, |_| 4.0));
-    let found = predict(&bench, "other.csv", &["--mass", "4"]);
-    near(&found["energy_j"], number(&found["measured_j"]), 0.01);
-    let summary = bench.done(&[
-        "predict",
-        "--robot",
-        "robot.toml",
-        "--coeffs",
-        "c.toml",
-        "--plan",
-        "other.csv",
-        "--mass",
-        "4",
-    ]);
+    let report = predict(&bench, "other.csv", &["--mass", "4"]);
+    near(&report["energy_j"], number(&report["measured_j"]), 0.01);
+    let summary = bench.done(&arguments("other.csv", &["--mass", "4"]));
     assert!(summary.stdout.contains("Open-RMF's formula"), "{}", summary.stdout);
 }
 
@@ -128,8 +111,8 @@ fn the_battery_has_it_or_not() {
         bench.put(name, format!("distance_m,speed_m_s,pause_s\n1,0.1,{pause}\n"));
     }
     let ask = |plan: &str, charge: &str| {
-        let found = predict(&bench, plan, &["--mass", "2", "--static-power", "5", "--charge", charge]);
-        found["battery"].clone()
+        let more = ["--mass", "2", "--static-power", "5", "--charge", charge];
+        predict(&bench, plan, &more)["battery"].clone()
     };
     let short = ask("short.csv", "0.8");
     assert!(number(&short["fits_probability"]) > 0.999, "{short}");
@@ -207,9 +190,9 @@ fn energy_is_one_where_drives_return_power() {
     bench.put("log.csv", log);
     assert!(drawn > 1.1 * net, "{drawn} {net}");
     bench.done(&["fit", "--robot", "robot.toml", "--out", "c.toml", "empty.csv", "full.csv"]);
-    let found = bench.json(&["estimate", "--robot", "robot.toml", "--coeffs", "c.toml", "log.csv"]);
-    near(&found["energy_j"], net, 0.01);
-    near(&found["told"]["predicted_j"], net, 0.01);
+    let report = bench.json(&["estimate", "--robot", "robot.toml", "--coeffs", "c.toml", "log.csv"]);
+    near(&report["energy_j"], net, 0.01);
+    near(&report["told"]["predicted_j"], net, 0.01);
     let planned = predict(&bench, "log.csv", &["--mass", "45"]);
     near(&planned["driving_j"], net, 0.01);
     near(&planned["measured_j"], net, 0.01);

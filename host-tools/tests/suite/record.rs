@@ -23,11 +23,11 @@ fn with_coefficients() -> TestBoard {
 
 /// Records into a text.
 fn recorded<T: Transport>(line: T, options: &Options) -> (Result<Recording>, String, Client<T>) {
-    let (mut client, found) = Client::connect(line).unwrap();
+    let (mut client, board) = Client::connect(line).unwrap();
     let mut text = String::new();
     let result = record(
         &mut client,
-        &found,
+        &board,
         options,
         &mut |lines| {
             assert!(lines.ends_with('\n'), "a line without its end");
@@ -60,9 +60,9 @@ fn assert_samples(text: &str) {
         let Record { wheel_speed, rail_power, battery_voltage, .. } = sample(sequence(fields[0].unwrap()));
         let [left, right] = wheel_speed.unwrap();
         let expected = [Some(left), Some(right), rail_power[1], battery_voltage];
-        let found: Vec<Option<f32>> =
+        let values: Vec<Option<f32>> =
             line.split(',').skip(1).map(|field| field.parse().ok()).take(4).collect();
-        assert_eq!(found, expected, "{line}");
+        assert_eq!(values, expected, "{line}");
         assert_eq!(
             fields[5..9],
             rail_power.map(|power| power.map(|power| power.to_string().parse().unwrap()))
@@ -199,13 +199,13 @@ fn a_cable_pulled_at_once_is_an_error() {
     let mut pulled = TestBoard::new();
     // After three instructions of 0.5 ms, which say who is there.
     pulled.pulled_at = Some(pulled.now() + Duration::from_millis(32));
-    let (mut client, found) = Client::connect(pulled).unwrap();
+    let (mut client, board) = Client::connect(pulled).unwrap();
     let mut text = String::new();
     let mut append = |lines: &str| {
         text.push_str(lines);
         Ok(())
     };
-    let result = record(&mut client, &found, &seconds(1), &mut append, &mut |_| ControlFlow::Continue(()));
+    let result = record(&mut client, &board, &seconds(1), &mut append, &mut |_| ControlFlow::Continue(()));
     assert!(result.unwrap_err().to_string().contains("the port is gone"));
     assert_eq!(text, "");
 }
@@ -234,13 +234,13 @@ fn a_board_that_takes_no_samples_is_no_wait_for_ever() {
 
 #[test]
 fn whoever_watches_may_stop() {
-    let (mut client, found) = Client::connect(TestBoard::new()).unwrap();
+    let (mut client, board) = Client::connect(TestBoard::new()).unwrap();
     let mut text = String::new();
     let mut append = |lines: &str| {
         text.push_str(lines);
         Ok(())
     };
-    let recording = record(&mut client, &found, &Options::default(), &mut append, &mut |now| {
+    let recording = record(&mut client, &board, &Options::default(), &mut append, &mut |now| {
         if now.rows >= 100 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     let recording = recording.unwrap();
@@ -386,20 +386,14 @@ mod command {
     use crate::common::board::terminal::Terminal;
     use crate::common::{Bench, Ran, number};
 
+    fn two_seconds<'a>(terminal: &'a Terminal, mass: &'a str) -> [&'a str; 9] {
+        ["record", "--port", terminal.name(), "--out", "run.csv", "--duration", "2", "--mass", mass]
+    }
+
     #[test]
     fn the_log_and_the_figures() {
         let (bench, terminal) = (Bench::new(), Terminal::new(TestBoard::new()));
-        let report = bench.json(&[
-            "record",
-            "--port",
-            terminal.name(),
-            "--out",
-            "run.csv",
-            "--duration",
-            "2",
-            "--mass",
-            "2.5",
-        ]);
+        let report = bench.json(&two_seconds(&terminal, "2.5"));
         assert_eq!(report["rows"], 400, "{report}");
         assert_eq!((&report["lost"], &report["ended"]), (&0.into(), &"complete".into()), "{report}");
         assert!((number(&report["rate_hz"]) - 200.0).abs() < 0.01, "{report}");
@@ -415,17 +409,7 @@ mod command {
     #[test]
     fn other_commands_read_the_log() {
         let (bench, terminal) = (Bench::new(), Terminal::new(TestBoard::new()));
-        bench.done(&[
-            "record",
-            "--port",
-            terminal.name(),
-            "--out",
-            "run.csv",
-            "--duration",
-            "2",
-            "--mass",
-            "1",
-        ]);
+        bench.done(&two_seconds(&terminal, "1"));
         let report = bench.json(&["inspect", "--robot", "burger", "run.csv"]);
         assert_eq!(report["rows"], 400, "{report}");
         assert!((number(&report["rate_hz"]) - 200.0).abs() < 0.01, "{report}");

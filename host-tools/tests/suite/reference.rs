@@ -52,9 +52,9 @@ fn the_filter_is_scipys() {
         let [index, w1, w2, a1, a2, power] = numbers(expected)[..] else { panic!("six numbers: {expected}") };
         let row = dataset.store.iter().nth(index as usize).unwrap();
         let [left, right] = row.wheels else { panic!("two wheels") };
-        let found = [left.speed, right.speed, left.acceleration, right.acceleration, row.power];
-        for (found, expected) in found.into_iter().zip([w1, w2, a1, a2, power]) {
-            assert!((found - expected).abs() < 1e-11, "row {index}: {found} {expected}");
+        let values = [left.speed, right.speed, left.acceleration, right.acceleration, row.power];
+        for (value, expected) in values.into_iter().zip([w1, w2, a1, a2, power]) {
+            assert!((value - expected).abs() < 1e-11, "row {index}: {value} {expected}");
         }
     }
 }
@@ -71,11 +71,11 @@ fn non_negative_least_squares_are_scipys() {
     let parameters = report["parameters"].as_array().unwrap();
     assert_eq!(parameters.len(), expected.len());
     for (parameter, expected) in parameters.iter().zip(expected) {
-        let found = number(&parameter["value"]);
+        let value = number(&parameter["value"]);
         if expected == 0.0 {
-            assert_eq!(found, 0.0, "{parameter}");
+            assert_eq!(value, 0.0, "{parameter}");
         } else {
-            assert!((found / expected - 1.0).abs() < 1e-7, "{parameter}: expected {expected}");
+            assert!((value / expected - 1.0).abs() < 1e-7, "{parameter}: expected {expected}");
         }
     }
     let rmse = number(&reference["nnls_rmse_w"]);
@@ -113,9 +113,9 @@ fn the_physical_fit_is_scipys_least_squares() {
         parameters.iter().zip(numbers(&reference["least_squares"])).zip(NAMES)
     {
         assert_eq!(parameter["name"], name);
-        let found = number(&parameter["value"]);
-        println!("{name}: {:.1e} off", found / expected - 1.0);
-        assert!((found / expected - 1.0).abs() < 1e-4, "{parameter}: expected {expected}");
+        let value = number(&parameter["value"]);
+        println!("{name}: {:.1e} off", value / expected - 1.0);
+        assert!((value / expected - 1.0).abs() < 1e-4, "{parameter}: expected {expected}");
     }
     let rmse = number(&reference["least_squares_rmse_w"]);
     assert!((number(&report["rmse_w"]) / rmse - 1.0).abs() < 1e-6, "{rmse}");

@@ -41,16 +41,16 @@ fn ctrl_c_leaves_nothing_behind() {
     let bench = Bench::new();
     let temporary = bench.path("temporary");
     std::fs::create_dir(&temporary).unwrap();
-    let left = || std::fs::read_dir(&temporary).unwrap().count();
+    let entries = || std::fs::read_dir(&temporary).unwrap().count();
     let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_gmr"));
     command.args(["reproduce", "--reduced", "--seeds", "100", "--out"]).arg(bench.path("out"));
     let piped = std::process::Stdio::piped;
     let child = command.env("TMPDIR", &temporary).stdout(piped()).stderr(piped()).spawn().unwrap();
     let begun = std::time::Instant::now();
-    while left() == 0 && begun.elapsed() < std::time::Duration::from_secs(20) {
+    while entries() == 0 && begun.elapsed() < std::time::Duration::from_secs(20) {
         std::thread::sleep(std::time::Duration::from_millis(10));
     }
-    assert_eq!(left(), 1, "logs go to a temporary folder");
+    assert_eq!(entries(), 1, "logs go to a temporary folder");
     rustix::process::kill_process(rustix::process::Pid::from_child(&child), rustix::process::Signal::INT)
         .unwrap();
     let output = child.wait_with_output().unwrap();
@@ -58,7 +58,7 @@ fn ctrl_c_leaves_nothing_behind() {
     assert_eq!(output.status.code(), Some(1), "{stderr}");
     assert!(stderr.contains("stopped before the last seed was done; nothing was written"), "{stderr}");
     assert_eq!(bench.files(), ["temporary"]);
-    assert_eq!(left(), 0);
+    assert_eq!(entries(), 0);
 }
 
 /// A reduced reproduction against the committed one, and against itself: every byte of every file.
@@ -84,8 +84,8 @@ fn a_reduced_reproduction_is_the_committed_one() {
         std::fs::write(&golden, &table).unwrap();
     }
     let committed = std::fs::read_to_string(&golden).unwrap();
-    for (line, (found, expected)) in (1..).zip(table.lines().zip(committed.lines())) {
-        assert_eq!(found, expected, "docs/results/paper-reduced.txt:{line}; GMR_BLESS=1 writes it anew");
+    for (line, (made, expected)) in (1..).zip(table.lines().zip(committed.lines())) {
+        assert_eq!(made, expected, "docs/results/paper-reduced.txt:{line}; GMR_BLESS=1 writes it anew");
     }
     assert_eq!(table.lines().count(), committed.lines().count());
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::common::{Bench, ROBOT, drive};
 
 /// Commands in the order of `gmr --help`.
-fn commands(help: &str) -> Vec<&str> {
+pub(crate) fn commands(help: &str) -> Vec<&str> {
     help.lines()
         .skip_while(|line| !line.starts_with("Commands:"))
         .skip(1)
@@ -32,8 +32,8 @@ fn the_page_of_commands_is_what_they_say() {
     if std::env::var_os("GMR_BLESS").is_some() {
         std::fs::write(&committed, &page).unwrap();
     }
-    let found = std::fs::read_to_string(&committed).unwrap_or_default();
-    assert!(found == page, "docs/commands.md is out of date: GMR_BLESS=1 writes it anew");
+    let old = std::fs::read_to_string(&committed).unwrap_or_default();
+    assert!(old == page, "docs/commands.md is out of date: GMR_BLESS=1 writes it anew");
 }
 
 #[test]

@@ -226,9 +226,9 @@ fn further_columns_tell_command_floor_and_acceleration() {
     let header = "cmd_v_m_s,cmd_omega_rad_s,accel_x_m_s2,accel_y_m_s2,accel_z_m_s2,rolling_friction,static_friction,\
                   slope_heading_rad,pitch_rad";
     assert!(text.lines().next().unwrap().ends_with(header), "{text}");
-    let found = columns(&text);
-    let [left, right] = [&found[1], &found[2]];
-    let [command_v, command_omega] = [&found[5], &found[6]];
+    let series = columns(&text);
+    let [left, right] = [&series[1], &series[2]];
+    let [command_v, command_omega] = [&series[5], &series[6]];
     let rms = |values: &[f64]| (values.iter().map(|x| x * x).sum::<f64>() / values.len() as f64).sqrt();
     // The speed loop follows to a few percent of the speeds (wheels of 33 mm, 160 mm apart).
     let off = |command: &[f64], of: &dyn Fn(f64, f64) -> f64| {
@@ -240,10 +240,10 @@ fn further_columns_tell_command_floor_and_acceleration() {
     assert!(off(command_omega, &|l, r| 0.033 / 0.16 * (r - l)) < 0.05);
     // Rest in the first half second on −0.1 rad: uphill is behind, at 0.5 − π; the nose's part of
     // the slope is pitch.
-    let (heading, pitch) = (found[12][0], found[13][0]);
+    let (heading, pitch) = (series[12][0], series[13][0]);
     assert!((heading - (std::f64::consts::PI - 0.5)).abs() < 1e-6, "{heading}");
     assert!((pitch.sin() - 0.1_f64.sin() * heading.cos()).abs() < 1e-6, "{pitch}");
-    let mean = |column: usize| found[column][..50].iter().sum::<f64>() / 50.0;
+    let mean = |column: usize| series[column][..50].iter().sum::<f64>() / 50.0;
     let sin = 0.1_f64.sin();
     // 50 readings of 0.019 m/s² noise: 0.0027 m/s²; four of them.
     for (column, expected) in [
@@ -254,8 +254,8 @@ fn further_columns_tell_command_floor_and_acceleration() {
         assert!((mean(column) - expected).abs() < 0.011, "{column}: {} {expected}", mean(column));
     }
     // A sample shows the step before it.
-    assert_eq!((found[10][999], found[10][1001]), (0.032, 0.042));
-    assert!(found[11].iter().all(|&friction| friction == 0.0), "nothing scrubs");
+    assert_eq!((series[10][999], series[10][1001]), (0.032, 0.042));
+    assert!(series[11].iter().all(|&friction| friction == 0.0), "nothing scrubs");
     let scrubbed = columns(&log("b.csv", &["--effect", "turning-scrub=0.3"]));
     assert_eq!(scrubbed[11][5], 0.3);
     assert_eq!((scrubbed[12][5], scrubbed[13][5]), (0.0, 0.0), "level");

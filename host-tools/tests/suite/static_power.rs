@@ -57,8 +57,8 @@ fn noise_alone_is_one_state() {
             for seed in 0..100 {
                 let mut noise = Noise::new(seed, rho, 0.5);
                 noise.heavy = heavy;
-                let found = states(rate_hz, 140.0, |_| 9.0 + noise.next());
-                wrong += u32::from(found.standing.len() != 1);
+                let power = states(rate_hz, 140.0, |_| 9.0 + noise.next());
+                wrong += u32::from(power.standing.len() != 1);
             }
             println!(
                 "{rate_hz} Hz, correlation {rho}, heavy tails {heavy}: {wrong} of 100 with false states"
@@ -80,8 +80,8 @@ fn levels_are_counted_and_placed() {
                 let mut noise = Noise::new(seed, 0.21, 0.52);
                 noise.heavy = heavy;
                 let seconds = 30.0 * levels.len() as f64;
-                let found = states(200.0, seconds, |time| levels[(time / 30.0) as usize] + noise.next());
-                let means = means(&found);
+                let power = states(200.0, seconds, |time| levels[(time / 30.0) as usize] + noise.next());
+                let means = means(&power);
                 assert_eq!(
                     means.len(),
                     levels.len(),
@@ -91,7 +91,7 @@ fn levels_are_counted_and_placed() {
                     // 30 s of noise of 0.52 W: standard error 0.01 W.
                     assert!((mean - level).abs() < 0.05, "{levels:?}, seed {seed}: found {means:?}");
                 }
-                let share: f64 = found.standing.iter().map(|state| state.share).sum();
+                let share: f64 = power.standing.iter().map(|state| state.share).sum();
                 assert!((share - 1.0).abs() < 0.05, "{share}");
             }
         }
@@ -101,9 +101,9 @@ fn levels_are_counted_and_placed() {
 #[test]
 fn the_gaussian_has_the_spread_of_the_samples() {
     let mut noise = Noise::new(3, 0.21, 0.52);
-    let found = states(200.0, 100.0, |_| 9.0 + noise.next());
+    let power = states(200.0, 100.0, |_| 9.0 + noise.next());
     // 20,000 samples: standard error of the deviation 0.5 %.
-    assert!((found.standing[0].std_w / 0.52 - 1.0).abs() < 0.03, "{}", found.standing[0].std_w);
+    assert!((power.standing[0].std_w / 0.52 - 1.0).abs() < 0.03, "{}", power.standing[0].std_w);
 }
 
 #[test]
@@ -111,16 +111,16 @@ fn a_drift_is_one_state() {
     for total in [0.3, 0.8, 2.0] {
         for seed in 0..20 {
             let mut noise = Noise::new(seed, 0.21, 0.52);
-            let found = states(200.0, 300.0, |time| 9.0 + total * time / 300.0 + noise.next());
-            assert_eq!(found.standing.len(), 1, "{total} W, seed {seed}: {:?}", means(&found));
+            let power = states(200.0, 300.0, |time| 9.0 + total * time / 300.0 + noise.next());
+            assert_eq!(power.standing.len(), 1, "{total} W, seed {seed}: {:?}", means(&power));
         }
     }
 }
 
 #[test]
 fn noiseless_levels_are_found_too() {
-    let found = states(50.0, 60.0, |time| if time < 20.0 { 0.0 } else { 1.25 });
-    let means = means(&found);
+    let power = states(50.0, 60.0, |time| if time < 20.0 { 0.0 } else { 1.25 });
+    let means = means(&power);
     assert_eq!(means.len(), 2, "{means:?}");
     assert!(means[0].abs() < 1e-9 && (means[1] - 1.25).abs() < 1e-9, "{means:?}");
     assert_eq!(states(50.0, 60.0, |_| 6.393).standing.len(), 1);
@@ -129,11 +129,11 @@ fn noiseless_levels_are_found_too() {
 #[test]
 fn glitches_are_no_state_and_do_not_move_the_mean() {
     let mut noise = Noise::new(5, 0.21, 0.52);
-    let found = states(200.0, 60.0, |time| {
+    let power = states(200.0, 60.0, |time| {
         if ((time * 200.0) as u64).is_multiple_of(997) { 400.0 } else { 9.0 + noise.next() }
     });
-    assert_eq!(found.standing.len(), 1, "{:?}", means(&found));
-    assert!((found.standing[0].mean_w - 9.0).abs() < 0.05);
+    assert_eq!(power.standing.len(), 1, "{:?}", means(&power));
+    assert!((power.standing[0].mean_w - 9.0).abs() < 0.05);
 }
 
 #[test]
@@ -152,13 +152,13 @@ fn without_wheels_recurring_excursions_are_motion() {
         };
         blocks.add(time, level + noise.next(), true);
     }
-    let found = StaticPower::of(&blocks.finish(), false);
-    let standing: Vec<_> = found.standing.iter().map(|state| (state.mean_w, state.moving)).collect();
+    let power = StaticPower::of(&blocks.finish(), false);
+    let standing: Vec<_> = power.standing.iter().map(|state| (state.mean_w, state.moving)).collect();
     assert_eq!(standing.len(), 2, "{standing:?}");
     assert!((standing[0].0 - 8.6).abs() < 0.1 && standing[0].1 == Moving::No, "{standing:?}");
     assert!((standing[1].0 - 9.7).abs() < 0.1 && standing[1].1 == Moving::Unknown, "{standing:?}");
-    assert_eq!(found.moving.len(), 1);
-    assert!((found.moving[0].mean_w - 10.7).abs() < 0.1 && found.moving[0].moving == Moving::Yes);
+    assert_eq!(power.moving.len(), 1);
+    assert!((power.moving[0].mean_w - 10.7).abs() < 0.1 && power.moving[0].moving == Moving::Yes);
 }
 
 #[test]
@@ -168,8 +168,8 @@ fn the_stated_error_of_the_mean_is_honest() {
         let inside = (0..200)
             .filter(|&seed| {
                 let mut noise = Noise::new(1000 + seed, rho, 0.5);
-                let found = states(200.0, 60.0, |_| 9.0 + noise.next());
-                let state = &found.standing[0];
+                let power = states(200.0, 60.0, |_| 9.0 + noise.next());
+                let state = &power.standing[0];
                 (state.mean_w - 9.0).abs() < 2.0 * state.std_err_w
             })
             .count();
@@ -189,7 +189,7 @@ fn memory_does_not_grow_with_the_log() {
     }
     let blocks = blocks.finish();
     assert!(blocks.len() <= 8193, "{}", blocks.len());
-    let found = StaticPower::of(&blocks, true);
-    assert_eq!(means(&found).len(), 2, "{:?}", means(&found));
-    assert!((found.standing[0].std_w - 0.5).abs() < 0.02 && (found.standing[0].mean_w - 8.0).abs() < 0.01);
+    let power = StaticPower::of(&blocks, true);
+    assert_eq!(means(&power).len(), 2, "{:?}", means(&power));
+    assert!((power.standing[0].std_w - 0.5).abs() < 0.02 && (power.standing[0].mean_w - 8.0).abs() < 0.01);
 }

@@ -77,12 +77,12 @@ fn wrong(log: &Log, radius: f64) -> Vec<(&'static str, String, &'static str)> {
 
 fn findings(bench: &Bench, robot: &str, log: &str, further: &[&str]) -> (String, Value) {
     let report = bench.json(&[&["inspect", "--robot", robot, log], further].concat());
-    let found = report["findings"].as_array().unwrap().iter();
-    let found = found.filter(|finding| finding["severity"] != "note");
+    let findings = report["findings"].as_array().unwrap().iter();
+    let findings = findings.filter(|finding| finding["severity"] != "note");
     let text = |finding: &Value| {
         format!("{}; {}", finding["text"].as_str().unwrap(), finding["advice"].as_str().unwrap())
     };
-    (found.map(text).collect::<Vec<_>>().join("\n"), report)
+    (findings.map(text).collect::<Vec<_>>().join("\n"), report)
 }
 
 /// Every wrong log is named, and what names a remedy is cured by it.

@@ -144,8 +144,8 @@ fn path(folder: &TempDir, name: &str) -> String {
 
 /// The built-in Burger with the static power of the motors' rail, as `gmr inspect` finds it.
 fn describe_robot(folder: &TempDir) -> String {
-    let found = gmr(&["inspect", &path(folder, "empty.csv")]);
-    let static_w = found["static_states"][0]["mean_w"].as_f64().unwrap();
+    let report = gmr(&["inspect", &path(folder, "empty.csv")]);
+    let static_w = report["static_states"][0]["mean_w"].as_f64().unwrap();
     let burger = include_str!("../../robots/burger.toml");
     let mut robot = String::new();
     let (head, sections) = burger.split_once("\n[").unwrap();
@@ -230,7 +230,7 @@ fn the_board_finds_a_payload_that_nobody_told_it() {
     system.record(200, None, Path::new(&log), Path::new(&truth));
     system.assert_healthy();
 
-    let found = gmr(&[
+    let report = gmr(&[
         "estimate",
         "--robot",
         robot,
@@ -242,16 +242,16 @@ fn the_board_finds_a_payload_that_nobody_told_it() {
         &truth,
         &log,
     ]);
-    let board = &found["board"];
-    println!("{board:#}\n{:#}", found["true_changes"]);
+    let board = &report["board"];
+    println!("{board:#}\n{:#}", report["true_changes"]);
     let number = |value: &Value| value.as_f64().unwrap();
     assert!(number(&board["mass"]["samples"]) > 25_000.0, "{board:#}");
     assert!(number(&board["mass"]["worst_percent"]) <= 3.0, "{board:#}");
     assert!(number(&board["quality"]["mape_percent"]) <= 5.0, "{board:#}");
-    let changes = found["true_changes"].as_array().unwrap();
+    let changes = report["true_changes"].as_array().unwrap();
     assert_eq!(changes.len(), 1, "{changes:?}");
     assert!(number(&changes[0]["delay_s"]) <= 10.0, "{changes:?}");
-    assert_eq!(found["changes"].as_array().unwrap().len(), 1, "{:#}", found["changes"]);
+    assert_eq!(report["changes"].as_array().unwrap().len(), 1, "{:#}", report["changes"]);
 
     assert_equal(board);
 }
@@ -287,8 +287,8 @@ const SLOPES: [(ProfileKind, &str, u64); 4] = [
 #[test]
 fn a_slope_that_nobody_told_is_named_flashed_and_gone() {
     let Trained { folder, robot, coefficients, fitted } = trained();
-    let own = TempDir::new().unwrap();
-    let flash = own.path().join("flash.bin");
+    let place = TempDir::new().unwrap();
+    let flash = place.path().join("flash.bin");
     let drive = |(kind, mass, seed): (ProfileKind, &'static str, u64)| Drive {
         kind,
         mass,
@@ -303,7 +303,7 @@ fn a_slope_that_nobody_told_is_named_flashed_and_gone() {
     let record = |drive: &Drive, mass: Option<f64>, name: &str| {
         let mut system = System::start(drive, &flash);
         assert!(system.board.has_coefficients);
-        let (log, truth) = (path(&own, &format!("{name}.csv")), path(&own, &format!("{name}_truth.csv")));
+        let (log, truth) = (path(&place, &format!("{name}.csv")), path(&place, &format!("{name}_truth.csv")));
         system.record(60, mass, Path::new(&log), Path::new(&truth));
         system.assert_healthy();
         (log, truth)
@@ -322,17 +322,17 @@ fn a_slope_that_nobody_told_is_named_flashed_and_gone() {
     let extended = folder.path().join("extended.toml");
     let extended = extended.to_str().unwrap();
     let logs: Vec<&str> = runs.iter().map(|(log, _)| log.as_str()).collect();
-    let found =
+    let report =
         gmr(&[&["gap", "--robot", robot, "--coeffs", coefficients, "--out", extended], &logs[..]].concat());
-    assert_eq!(found["verdict"], "named", "{found:#}");
-    assert_eq!(found["effects"].as_array().unwrap().len(), 1, "{found:#}");
-    let effect = &found["effects"][0];
+    assert_eq!(report["verdict"], "named", "{report:#}");
+    assert_eq!(report["effects"].as_array().unwrap().len(), 1, "{report:#}");
+    let effect = &report["effects"][0];
     assert_eq!((&effect["id"], &effect["detail"]["along"]), (&"grade".into(), &"the way ahead".into()));
     // The drive folds its efficiency in: the weight is multiplied by what multiplies the inertia.
     let Model::Signed { torque, .. } = fitted.model else { panic!("signed") };
     let slope = effect["coefficient"].as_f64().unwrap() / f64::from(torque.inertia_gain);
     assert!((slope / 0.02 - 1.0).abs() < 0.1, "{slope}");
-    assert!(found["gap_closed"].as_f64().unwrap() > 0.9, "{found:#}");
+    assert!(report["gap_closed"].as_f64().unwrap() > 0.9, "{report:#}");
 
     let loaded = Robot::load(&Context::default(), Path::new(robot)).unwrap();
     let read = CoefficientsFile::<2>::read(Path::new(extended), &loaded).unwrap().coefficients;

@@ -15,11 +15,11 @@ impl Browser {
     pub(crate) fn find() -> Option<Self> {
         let runs =
             |name: &&str| Command::new(name).arg("--version").output().is_ok_and(|out| out.status.success());
-        let found = BROWSERS.into_iter().find(runs);
-        if found.is_none() {
+        let browser = BROWSERS.into_iter().find(runs);
+        if browser.is_none() {
             skipped(&format!("no browser ({}) is installed", BROWSERS.join(", ")));
         }
-        found.map(Self)
+        browser.map(Self)
     }
 
     /// What a page has become when its scripts have run, in a window of this width, pixels.

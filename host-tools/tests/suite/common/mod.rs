@@ -78,9 +78,9 @@ impl Bench {
     /// docs/json.md has it.
     pub(crate) fn json(&self, arguments: &[&str]) -> Value {
         let ran = self.done(&[arguments, &["--json"]].concat());
-        let found = serde_json::from_str(&ran.stdout).unwrap();
-        is_documented(arguments[0], &found);
-        found
+        let report = serde_json::from_str(&ran.stdout).unwrap();
+        is_documented(arguments[0], &report);
+        report
     }
 
     /// A log of the plant.
@@ -98,12 +98,12 @@ pub(crate) fn documentation(command: &str) -> Option<String> {
 }
 
 /// A version before all else, and no key that the documentation does not name.
-pub(crate) fn is_documented(command: &str, found: &Value) {
+pub(crate) fn is_documented(command: &str, report: &Value) {
     let said = documentation(command).unwrap_or_else(|| panic!("docs/json.md does not have gmr {command}"));
-    assert_eq!(keys(found)[0], "version", "gmr {command}: {found}");
+    assert_eq!(keys(report)[0], "version", "gmr {command}: {report}");
     // A VDA 5050 state has that of its protocol.
-    assert!(found["version"] == 1 || found["version"] == "2.1.0", "gmr {command}: {found}");
-    for key in keys(found).into_iter().skip(1) {
+    assert!(report["version"] == 1 || report["version"] == "2.1.0", "gmr {command}: {report}");
+    for key in keys(report).into_iter().skip(1) {
         assert!(said.contains(&format!("`{key}`")), "docs/json.md, gmr {command}: no {key}");
     }
 }
@@ -210,8 +210,17 @@ pub(crate) fn fitted() -> Bench {
     bench
 }
 
+/// A run of a robot with gear motors: 60 s at 20 Hz, 0.05 W of noise. Every second is a test drive.
+pub(crate) fn simulate(bench: &Bench, name: &str, place: usize, mass: &str, seed: usize, more: &[&str]) {
+    let profile = if place.is_multiple_of(2) { "training" } else { "test" };
+    let seed = seed.to_string();
+    let common = ["--plant", "gearmotor", "--sensors", "servo", "--rate", "20", "--power-noise", "0.05"];
+    let drive = ["--duration", "60", "--profile", profile, "--mass", mass, "--seed", &seed];
+    bench.simulate(name, &[&common[..], &drive, more].concat());
+}
+
 /// A number that is this one to a share of it.
-pub(crate) fn near(found: &Value, expected: f64, share: f64) {
-    let found = number(found);
-    assert!((found - expected).abs() <= share * expected.abs(), "{found}, expected {expected}");
+pub(crate) fn near(value: &Value, expected: f64, share: f64) {
+    let value = number(value);
+    assert!((value - expected).abs() <= share * expected.abs(), "{value}, expected {expected}");
 }
