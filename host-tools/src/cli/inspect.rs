@@ -13,6 +13,7 @@ use support::output;
 use support::overwrite::Form;
 use support::progress::FileProgress;
 
+use super::look::Several;
 use super::overwrite::OverwriteArgument;
 
 /// Arguments of `gmr inspect`.
@@ -38,12 +39,6 @@ pub(crate) struct Arguments {
     units: UnitArguments,
     #[command(flatten)]
     overwrite: OverwriteArgument,
-}
-
-/// Several logs.
-#[derive(serde::Serialize)]
-struct Several<'a> {
-    logs: &'a [Report],
 }
 
 pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {

@@ -39,8 +39,8 @@ pub(crate) struct Arguments {
 
 /// Several logs.
 #[derive(serde::Serialize)]
-struct Several<'a> {
-    logs: &'a [Report],
+pub(super) struct Several<'a, T> {
+    pub(super) logs: &'a [T],
 }
 
 pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
