@@ -174,9 +174,8 @@ impl Body {
             steps[i] = WheelStep { voltage: voltage[i], current, predicted_speed: predicted, ..steps[i] };
         }
         let start = self.twist;
-        // The power flow at each gear depends on the acceleration and the other way round. Almost
-        // always the flow of the last step still fits; near zero gear torque both directions give
-        // the same motion.
+        // The power flow at a gear and the acceleration depend on each other. Mostly the flow of
+        // the last step still fits; near zero gear torque both directions give the same motion.
         for _ in 0..4 {
             let end = self.solve(start, &mut steps, mass_kg, h);
             let speeds = self.wheel_per_twist.map(|row| dot(row, end));

@@ -196,8 +196,7 @@ mod tests {
         assert_eq!(base, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
     }
 
-    /// Half the noise, the least size that a comparison has to find, is within the plausible range
-    /// of every effect.
+    /// Half the noise, the least size of a comparison, is within every effect's plausible range.
     #[test]
     fn every_effect_can_be_seen_in_the_field() {
         let field = Field::default();

@@ -22,7 +22,7 @@ pub enum Flow {
 impl Gear {
     /// Wheel torque per motor torque: n η when driving, n / η when back-driven.
     ///
-    /// Back-driven, a braking motor torque is helped by the gear's loss, hence the division.
+    /// Back-driven, the gear's loss helps a braking motor, hence the division.
     pub fn torque_gain(&self, flow: Flow) -> f64 {
         match flow {
             Flow::Driving => self.ratio * self.efficiency,

@@ -232,8 +232,8 @@ mod tests {
         }
     }
 
-    /// What flows is gone from the cells, and the voltage is theirs less the shunt's drop: at rest
-    /// in the tree 7.5 W or so.
+    /// What flows leaves the cells, and the voltage is theirs less the shunt's drop: at rest some
+    /// 7.5 W.
     #[test]
     fn cells_give_what_the_rails_take() {
         let mut tree = PowerTree::with_cells(LB_012, 0.8, 1);

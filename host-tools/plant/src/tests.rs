@@ -16,6 +16,17 @@ fn bench(set: PlantSet, rolling: f64) -> Body {
     Body::new(robot.geometry, robot.gyration_radius_m, robot.wheels)
 }
 
+/// A robot without motors and friction.
+pub(super) fn free(kinematics: Kinematics) -> (Robot, Body) {
+    let mut robot = Robot::new(PlantSet::Servo, kinematics);
+    for Wheel { motor, rolling_resistance, .. } in &mut robot.wheels {
+        (motor.torque_constant, motor.coulomb, motor.viscous, motor.rotor_inertia) = (0.0, 0.0, 0.0, 0.0);
+        *rolling_resistance = 0.0;
+    }
+    let body = Body::new(robot.geometry, robot.gyration_radius_m, robot.wheels);
+    (robot, body)
+}
+
 #[test]
 fn the_servo_meets_its_no_load_and_stall_figures() {
     // XL430-W250 at 11.1 V: 57 rev/min without load, 1.3 A and 1.4 N·m at stall.
@@ -207,12 +218,7 @@ fn a_mirrored_drive_draws_the_same_power() {
 /// at 2 rad/s.
 #[test]
 fn a_free_body_keeps_its_velocity_over_ground() {
-    let mut robot = Robot::new(PlantSet::Servo, Kinematics::Omni);
-    for Wheel { motor, rolling_resistance, .. } in &mut robot.wheels {
-        (motor.torque_constant, motor.coulomb, motor.viscous, motor.rotor_inertia) = (0.0, 0.0, 0.0, 0.0);
-        *rolling_resistance = 0.0;
-    }
-    let mut body = Body::new(robot.geometry, robot.gyration_radius_m, robot.wheels);
+    let (_, mut body) = free(Kinematics::Omni);
     body.set_twist([0.2, 0.0, 2.0]);
     for _ in 0..4000 {
         body.step(&[0.0; MAX_WHEELS], 3.0, 0.25e-3);

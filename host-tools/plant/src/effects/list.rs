@@ -13,8 +13,8 @@ use super::{friction, gearing, heat, load, road, sensing, statics, supply};
 const OF_LOGS: [&str; 6] =
     ["static-step", "compute-load", "sensor-gain", "sensor-offset", "sensor-delay", "speed-scale"];
 
-/// The first of these effects that only a log can show, not a robot in lockstep with a board: that
-/// has rails and sensors of its own.
+/// The first of these effects that a robot in lockstep with a board cannot have: the board has
+/// rails and sensors of its own.
 pub fn of_logs(effects: &[Effect]) -> Option<&Effect> {
     effects.iter().find(|effect| OF_LOGS.contains(&effect.id()))
 }

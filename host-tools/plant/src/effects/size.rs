@@ -52,8 +52,7 @@ pub fn scale_to(effect: &Effect, runs: &[Scenario], rms_w: f64) -> Result<Effect
             runs.iter().map(|run| Scenario { effects: vec![effect.clone()], ..run.clone() }).collect();
         Ok((effect, compare(&runs, &clean)?.rms_w))
     };
-    // Most effects are nearly in proportion to their size, all grow with it: a power law through
-    // the last two sizes.
+    // Most effects are nearly in proportion to their size: a power law through the last two sizes.
     let mut size = 0.1 * end;
     let mut last: Option<(f64, f64)> = None;
     for _ in 0..20 {

@@ -78,11 +78,8 @@ fn parse(text: &str, geometry: &Geometry) -> Result<Profile> {
 #[cfg(test)]
 mod tests {
     use super::super::super::kinematics::Kinematics;
+    use super::super::tests::geometry;
     use super::*;
-
-    fn geometry(kinematics: Kinematics) -> Geometry {
-        Geometry { kinematics, wheel_radius_m: 0.033, track_m: 0.16, wheelbase_m: 0.16 }
-    }
 
     #[test]
     fn every_accepted_header_is_read() {

@@ -138,8 +138,8 @@ enum Manoeuvre {
     Stop,
 }
 
-/// Decks of manoeuvres in random order, speeds stratified within each deck, so that every deck
-/// (about 50 s) holds slow and fast, forward and reverse, left and right.
+/// Decks of manoeuvres in random order. Every deck (about 50 s) holds slow and fast, forward and
+/// reverse, left and right, its speeds stratified.
 fn training(geometry: &Geometry, limits: &Limits, duration_s: f64, seed: u64) -> Profile {
     use Manoeuvre::{Curve, Reverse, ReverseCurve, Sideways, Spin, Stop, Straight};
     let mut path = Path::new(geometry, limits, stream(seed, Stream::Training));

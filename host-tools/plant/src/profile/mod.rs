@@ -166,7 +166,7 @@ mod tests {
 
     const LIMITS: Limits = Limits { speed_m_s: 0.22, turn_rad_s: 2.84, acceleration_m_s2: (0.05, 0.5) };
 
-    fn geometry(kinematics: Kinematics) -> Geometry {
+    pub(super) fn geometry(kinematics: Kinematics) -> Geometry {
         Geometry { kinematics, wheel_radius_m: 0.033, track_m: 0.16, wheelbase_m: 0.16 }
     }
 

@@ -1,6 +1,7 @@
 //! Slopes, friction and off-centre loads against energy and rigid bodies.
 
-use super::super::super::body::{Body, Loads, Wheel};
+use super::super::super::body::{Body, Loads};
+use super::super::super::tests::free;
 use super::super::super::{Kinematics, MAX_WHEELS, PlantSet, Robot};
 use super::{G, steady};
 
@@ -24,12 +25,7 @@ fn the_pitch_follows_the_heading() {
 /// the energy.
 #[test]
 fn gravity_gives_what_the_height_is_worth() {
-    let mut robot = Robot::new(PlantSet::Servo, Kinematics::Differential);
-    for Wheel { motor, rolling_resistance, .. } in &mut robot.wheels {
-        (motor.torque_constant, motor.coulomb, motor.viscous, motor.rotor_inertia) = (0.0, 0.0, 0.0, 0.0);
-        *rolling_resistance = 0.0;
-    }
-    let mut body = Body::new(robot.geometry, robot.gyration_radius_m, robot.wheels);
+    let (robot, mut body) = free(Kinematics::Differential);
     let force = [-3.0 * G * 0.2_f64.sin(), 0.0, 0.0];
     body.meet(&robot.wheels, &Loads { force, ..Loads::default() });
     for _ in 0..4000 {
@@ -73,12 +69,7 @@ fn friction_only_takes() {
 /// about its centre of mass, at F y / (m k²), towards the mass.
 #[test]
 fn an_off_centre_mass_turns_a_pushed_robot() {
-    let mut robot = Robot::new(PlantSet::Servo, Kinematics::Omni);
-    for Wheel { motor, rolling_resistance, .. } in &mut robot.wheels {
-        (motor.torque_constant, motor.coulomb, motor.viscous, motor.rotor_inertia) = (0.0, 0.0, 0.0, 0.0);
-        *rolling_resistance = 0.0;
-    }
-    let mut body = Body::new(robot.geometry, robot.gyration_radius_m, robot.wheels);
+    let (robot, mut body) = free(Kinematics::Omni);
     body.meet(&robot.wheels, &Loads { force: [0.5, 0.0, 0.0], offset_m: 0.02, ..Loads::default() });
     body.step(&[0.0; MAX_WHEELS], 3.0, 0.25e-3);
     let alpha = 0.5 * 0.02 / (3.0 * 0.06 * 0.06);
