@@ -122,8 +122,8 @@ impl Lockstep {
         })
     }
 
-    /// A battery that has this much in it, 0 to 1, instead of one that is never empty. Before the
-    /// start only.
+    /// A battery with this charge, 0 to 1, instead of one that is never empty. Before the start
+    /// only.
     pub fn set_charge(&mut self, charge: f64) {
         let lidar = self.power.lidar;
         self.power = PowerTree::with_cells(LB_012, charge, self.scenario.seed);
@@ -227,7 +227,7 @@ mod tests {
         while run.advance_towards(time_us).is_some() {}
     }
 
-    /// The run does not depend on how often it is asked; at whole steps it is the same to the last
+    /// The run does not depend on how often it is asked: whole steps are the same to the last
     /// digit.
     #[test]
     fn asking_does_not_disturb() {

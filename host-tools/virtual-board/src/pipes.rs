@@ -94,8 +94,7 @@ impl VirtualPipes {
                     return Ok(Waited::Request);
                 }
             }
-            // Asking the kernel to wait first would cost one call more whenever the request is
-            // there already.
+            // Waiting first would cost one more call whenever the request is there already.
             match self.requests.read(&mut self.buffer[self.filled..]) {
                 Ok(0) => {}
                 Ok(count) => {

@@ -79,12 +79,7 @@ impl Qemu {
             // Ctrl-C is for this process, which then ends the emulator.
             .process_group(0)
             .spawn()
-            .map_err(|error| match error.kind() {
-                ErrorKind::NotFound => {
-                    Error::failed(format!("{QEMU} is not installed (Debian: apt install {QEMU})"))
-                }
-                _ => Error::io(QEMU, &error),
-            })?;
+            .map_err(|error| not_started(QEMU, "Debian: apt install qemu-system-arm", &error))?;
         Ok(Self { emulator, decoder, folder: folder.to_owned() })
     }
 
@@ -146,10 +141,12 @@ fn start_decoder(image: &Path) -> Result<Child> {
         .stdout(to_stderr)
         .process_group(0)
         .spawn()
-        .map_err(|error| match error.kind() {
-            ErrorKind::NotFound => {
-                Error::failed(format!("{DECODER} is not installed (cargo install {DECODER} --locked)"))
-            }
-            _ => Error::io(DECODER, &error),
-        })
+        .map_err(|error| not_started(DECODER, "cargo install defmt-print --locked", &error))
+}
+
+fn not_started(program: &str, remedy: &str, error: &std::io::Error) -> Error {
+    match error.kind() {
+        ErrorKind::NotFound => Error::failed(format!("{program} is not installed ({remedy})")),
+        _ => Error::io(program, error),
+    }
 }

@@ -22,7 +22,7 @@ pub const SENSOR_ADDRESSES: [u8; RAILS] = [0x40, 0x41, 0x44, 0x45];
 /// Their shunts, Ω: those of common modules.
 const SHUNT_OHM: f64 = 0.1;
 
-/// What a supply's reading scatters by itself, W: computer and scanner have no drives that chop
+/// How far a supply's reading scatters by itself, W. Computer and scanner have no drives that chop
 /// their current. An assumption.
 const QUIET_NOISE_W: f64 = 0.01;
 

@@ -77,8 +77,7 @@ impl ServoBus {
     }
 }
 
-/// Everybody who listens does what the packet says; the first delay and all bytes gather in
-/// `answer`.
+/// All listening servos do what the packet says. `answer` gathers the first delay and all bytes.
 fn obey(servos: &mut [VirtualServo; SERVOS], time_us: u64, packet: Packet<'_>, answer: &mut ServoAnswer) {
     for servo in servos.iter_mut().filter(|servo| servo.listens()) {
         servo.hear(time_us);
@@ -175,8 +174,8 @@ fn sync_request(parameters: &[u8]) -> Option<(u16, u16, &[u8])> {
     Some((u16::from_le_bytes([*a, *b]), u16::from_le_bytes([*c, *d]), ids))
 }
 
-/// Each servo that is named answers after the one before it: who hears nothing from that one stays
-/// silent too.
+/// Each named servo answers after the one before it, and stays silent if it hears nothing from
+/// that.
 fn sync_read(servos: &mut [VirtualServo; SERVOS], packet: Packet<'_>, answer: &mut ServoAnswer) {
     let Some((address, count, ids)) = sync_request(packet.parameters) else { return };
     for &id in ids {

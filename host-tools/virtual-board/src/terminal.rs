@@ -49,7 +49,7 @@ impl VirtualTerminal {
         Ok(terminal)
     }
 
-    /// As [`Self::open`]; its link comes with [`Self::show`]. Programs take a link for a board that
+    /// As [`Self::open`]; [`Self::show`] makes the link, which programs take for a board that
     /// answers.
     ///
     /// # Errors
@@ -132,8 +132,8 @@ impl VirtualTerminal {
 /// Waits until the client of one of the terminals sends something, at most `limit`.
 pub fn wait_for_any<const N: usize>(terminals: [&VirtualTerminal; N], limit: Duration) {
     let begun = Instant::now();
-    // Without a client, hanging up is reported at once, and again and again: such a terminal is
-    // looked at every now and then.
+    // Without a client, hanging up is reported again and again: such a terminal is polled only now
+    // and then.
     let mut entries =
         terminals.map(|terminal| PollFd::from_borrowed_fd(terminal.master.as_fd(), PollFlags::IN));
     loop {
