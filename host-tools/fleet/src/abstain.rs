@@ -14,8 +14,8 @@ pub struct Judged {
     pub notes: Vec<String>,
 }
 
-/// How far the way may be from what was commanded: speed loops follow to a percent or two over a
-/// drive; tyres of another size, or the next gear, are further off.
+/// How far the distance may be from what was commanded. Speed loops follow to a percent or two over
+/// a drive; other tyres or another gear are further off.
 const MOST_OFF_COMMAND: f64 = 0.05;
 
 /// Judges a run by its sums, `group` being the keys that it must have.

@@ -195,8 +195,8 @@ fn named(
     scatters: &[f64],
     threshold: f64,
 ) -> Option<Change> {
-    // What a step takes off the squares, W²: on one scale for all coefficients, which their own
-    // scatters are not.
+    // What a step takes off the squares, W²: one scale for all coefficients, unlike their own
+    // scatters.
     let gain = |one: &Asked| one.step * one.step * one.information;
     let best = asked.iter().filter(|one| gain(one).is_finite()).max_by(|a, b| gain(a).total_cmp(&gain(b)))?;
     let most = gain(best);

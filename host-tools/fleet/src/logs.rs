@@ -49,8 +49,7 @@ impl Log {
         Some(Self { place: place(), name: parts.join("/"), keys: keys(parts, group) })
     }
 
-    /// The day that its path says, where that is written as a date (YYYY-MM-DD) and there is no
-    /// such date.
+    /// The day of its path, where that is written as a date (YYYY-MM-DD) that does not exist.
     pub(super) fn wrong_day(&self) -> Option<&str> {
         let day = self.keys.get(super::keys::DAY)?;
         let numbers: Vec<u32> = day.split('-').map(|number| number.parse().ok()).collect::<Option<_>>()?;

@@ -75,8 +75,8 @@ mod tests {
     use crate::disagree::Disagreements;
     use crate::outlier::Outliers;
 
-    /// As the exposition format asks: help and type once a figure, names of robots escaped, nothing
-    /// of what is not known.
+    /// As the exposition format asks: help and type once a figure, escaped names. Unknown values
+    /// are left out.
     #[test]
     fn names_do_no_harm_and_what_is_unknown_is_not_there() {
         let standing = Standing {

@@ -38,9 +38,9 @@ impl Exported {
     }
 }
 
-/// Gives each robot what driving straight takes it, W, and Open-RMF's words for it at the mean of
-/// its masses; none where its runs do not say. Only runs since a change count: before, it was
-/// another robot.
+/// Gives each robot its power when driving straight, W, and its coefficients in Open-RMF's words at
+/// the mean of its masses; none where its runs do not determine them. Only runs since a change
+/// count.
 pub(super) fn models(
     robot: &Robot,
     coeffs: &Path,

@@ -24,8 +24,8 @@ pub struct Standing {
     pub runs: usize,
     /// Days with such a run.
     pub days: usize,
-    /// What driving straight without payload takes by its own coefficients, W; none where its runs
-    /// do not say.
+    /// Power when driving straight without payload, W, by its own coefficients; none where its runs
+    /// do not determine them.
     pub straight_w: Option<f64>,
 }
 

@@ -72,8 +72,8 @@ impl Source {
         Ok(logs)
     }
 
-    /// Gives `work` each of these logs as a file, a log a core; what comes from a bucket is in
-    /// `aside` meanwhile, a few logs at a time. An error is why it cannot be had just now.
+    /// Gives `work` each of these logs as a file, a log a core. `aside` holds a few logs of a
+    /// bucket at a time. An error says why a log cannot be had just now.
     ///
     /// # Errors
     /// The first of `work`; what the operating system refuses.
@@ -125,8 +125,7 @@ fn walk(
                     "{}: is no file (a pipe, socket, device or folder); left out",
                     path.display()
                 )),
-                // Gone since the folder was listed, or a link that leads nowhere: reading it says
-                // so.
+                // Gone since, or a link that leads nowhere: reading it says so.
                 Err(_) => logs.push(log),
             }
         } else if kind.is_symlink() && path.is_dir() {
@@ -144,8 +143,8 @@ fn walk(
 mod tests {
     use super::*;
 
-    /// What would never end or leads in a circle is left out; a link to a log is one, and one that
-    /// leads nowhere is a log that cannot be read.
+    /// Devices, pipes and circles are left out. A link to a log is a log; a dangling link is a log
+    /// that cannot be read.
     #[cfg(unix)]
     #[test]
     fn what_is_no_file_is_left_out() {
@@ -171,8 +170,8 @@ mod tests {
         assert_eq!(names, ["dangling.csv", "good.csv", "link.csv", "loop.csv"]);
     }
 
-    /// A month has twelve at most, and February its own; what is not written as a date sorts as the
-    /// text that it is.
+    /// A year has twelve months, and February its own days. What is not written as a date sorts as
+    /// text.
     #[test]
     fn a_day_that_there_is_not_is_left_out() {
         let place = tempfile::tempdir().unwrap();

@@ -53,8 +53,8 @@ impl State {
         self.folder.join(format!("{name:016x}.json"))
     }
 
-    /// What came of a log, if it was read with these settings and has not changed since. What is no
-    /// such file is as good as none.
+    /// What came of a log, if it was read with these settings and has not changed since. A file of
+    /// another form counts as none.
     pub(super) fn done(&self, log: &Log) -> Option<Outcome> {
         let text = std::fs::read_to_string(self.file(log)).ok()?;
         let done: Done = serde_json::from_str(&text).ok()?;

@@ -15,8 +15,8 @@ use tokio::task::JoinSet;
 use super::refused;
 use crate::logs::{Log, Place};
 
-/// Logs that are here or on their way at a time: enough that cores do not wait for a bucket that
-/// gives 50 MB/s a stream, few enough for a disk.
+/// Logs that are fetched or here at a time: enough that no core waits for 50 MB/s a stream, few
+/// enough for a disk.
 const AT_ONCE: usize = 8;
 
 /// An object that is to come.
@@ -81,8 +81,8 @@ pub(super) async fn fetch_all(
 }
 
 async fn fetch(store: &dyn ObjectStore, wanted: &Wanted, folder: &Path) -> Result<Copied> {
-    // The version that was listed, and no other; weak names cannot be asked for (RFC 9110, 13.1.1),
-    // nor can times.
+    // Only the version that was listed. Weak names (RFC 9110, 13.1.1) and times cannot be asked
+    // for.
     let if_match = wanted.version.starts_with('"').then(|| wanted.version.clone());
     let answer = store.get_opts(&wanted.location, GetOptions { if_match, ..GetOptions::default() }).await;
     let mut stream = answer.map_err(|error| refused::object(&error))?.into_stream();

@@ -3,8 +3,7 @@
 use object_store::Error as Refused;
 use support::error::Error;
 
-/// Where clouds keep what a machine of theirs may do, whatever its address: who asks there has
-/// found no credentials elsewhere.
+/// Where clouds keep what their machines may do. Who asks there has found no credentials elsewhere.
 const METADATA: [&str; 4] =
     ["/latest/api/token", "/latest/meta-data", "/computeMetadata/", "/metadata/identity"];
 
@@ -41,8 +40,7 @@ pub(super) fn object(error: &Refused) -> Error {
     })
 }
 
-/// The reason below, without the words around it, and without the XML that a server says it in as
-/// well.
+/// The reason below, without the words and the XML that a server puts around it.
 fn why(error: &Refused) -> String {
     let text = match error {
         Refused::Generic { source, .. }
