@@ -6,8 +6,8 @@
 
 use std::collections::VecDeque;
 
-/// Stamps and receipts that differ by more over one step contradict each other, s: no network of a
-/// robot is late by so much.
+/// Stamps and receipts contradict each other where they differ by more over one step, s. No network
+/// of a robot is so late.
 const JUMP_S: f64 = 0.5;
 
 /// Steps that the period is the median of: at 20 Hz the first two seconds.

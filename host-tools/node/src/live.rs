@@ -47,8 +47,8 @@ pub struct Node<'a, const N: usize> {
 const NOISE_SHARE: f64 = 0.05;
 
 impl<'a, const N: usize> Node<'a, N> {
-    /// Of a robot. Without coefficients there is no payload; the battery's charge is unknown at
-    /// first unless somebody knows it.
+    /// Of a robot. Without coefficients there is no payload. The battery's charge is unknown unless
+    /// it is given.
     pub fn new(
         robot: &'a Robot,
         coefficients: Option<&'a Coefficients<f64, N>>,
@@ -73,8 +73,8 @@ impl<'a, const N: usize> Node<'a, N> {
         }
     }
 
-    /// A reading of the sensor. One that this robot cannot draw, or give back, is left out and
-    /// counted.
+    /// A reading of the sensor. One that this robot can neither draw nor give back is counted and
+    /// left out.
     pub fn reading(&mut self, at_s: f64, reading: Reading) {
         self.take_reading(at_s, reading);
     }

@@ -15,9 +15,8 @@ use super::{Node, Outlet};
 /// Looks at whether it is to end at least so often.
 const NAP: Duration = Duration::from_millis(50);
 
-/// Replays rows into `node`, and tells `outlet` every `every_s` of the log; `speed` times as fast
-/// as the log was recorded, as fast as it goes where there is none. Gives whether it came to the
-/// end.
+/// Replays rows into `node`, and tells `outlet` every `every_s` of the log. `speed` is relative to
+/// the recording; without it the log runs as fast as it goes. Gives whether it came to the end.
 ///
 /// # Errors
 /// The log cannot be read, does not fit the coefficients, or nobody takes the states.

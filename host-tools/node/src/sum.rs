@@ -10,8 +10,8 @@ use support::error::{Error, Result};
 
 use super::power::Reading;
 
-/// A topic is quick where two messages are at most this share of the greatest gap apart. It is then
-/// silent after half of the gap: one message that is lost is no silence.
+/// A topic is quick where messages are at most this share of the greatest gap apart. It counts as
+/// silent after half of that gap, so that one lost message is no silence.
 const QUICK_SHARE: f64 = 0.25;
 
 /// Weight of the last interval in the usual one: a memory of five messages.

@@ -50,8 +50,8 @@ pub struct Notices {
     pub dropped: usize,
 }
 
-/// Unwinds out of the work of a stopped call. No panic: nothing is printed, and whoever began the
-/// work catches it.
+/// Unwinds out of the work of a stopped call. Nothing is printed, and whoever began the work
+/// catches it.
 pub(crate) struct Stopped;
 
 impl Context {
@@ -74,8 +74,8 @@ impl Context {
         Arc::clone(value).downcast().unwrap_or_default()
     }
 
-    /// Adds a line, which is said where the call has done what it was asked for: a refusal is one
-    /// line, and what led to it stands in it.
+    /// Adds a line. It is printed when the call has done its work. A refusal is one line and holds
+    /// what led to it.
     pub fn notice(&self, line: impl Display) {
         let mut notices = lock(&self.call.notices);
         if notices.lines.len() < MOST_NOTICES {
@@ -105,8 +105,8 @@ impl Context {
         self.call.is_stopped.store(true, Ordering::Relaxed);
     }
 
-    /// Where a stopped call ends: long work comes by several times a second. It unwinds, as whoever
-    /// computes cannot fail otherwise.
+    /// Where a stopped call ends. Long work calls it several times a second. It unwinds, since
+    /// computations cannot fail otherwise.
     #[inline]
     pub fn point(&self) {
         if self.call.is_stopped.load(Ordering::Relaxed) {

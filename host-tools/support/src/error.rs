@@ -114,8 +114,8 @@ impl Error {
         Self { cause: Some(Box::new(std::io::Error::from(error.kind()))), ..Self::failed(error.to_string()) }
     }
 
-    /// The operating system refused something, which it may grant another time: no fault of what a
-    /// file holds.
+    /// The operating system refused something that it may grant later: no fault of a file's
+    /// content.
     pub fn is_of_system(&self) -> bool {
         use std::io::ErrorKind::{InvalidData, InvalidInput, UnexpectedEof};
         let kind = self.cause::<std::io::Error>().map(std::io::Error::kind);

@@ -13,8 +13,8 @@ static STOPPED: AtomicBool = AtomicBool::new(false);
 /// Exit code of a program that a signal ended, as shells have it for SIGINT.
 const INTERRUPTED: i32 = 130;
 
-/// From now on Ctrl-C ends the process and takes its temporary files away; beyond a limit of the
-/// size of files, writing is an error as any other. Once a process.
+/// From now on Ctrl-C ends the process and removes its temporary files. Writing beyond a limit of
+/// the size of files is an ordinary error. Once a process.
 ///
 /// # Errors
 /// The operating system refuses.

@@ -171,8 +171,7 @@ pub fn check_room(_: &Path, _: u64) -> Result<()> {
 /// The first text that standard output did not take.
 static UNPRINTED: Mutex<Option<io::Error>> = Mutex::new(None);
 
-/// Prints to standard output, printable ([`crate::printable`]); that it could not is told by
-/// [`finish`].
+/// Prints to standard output, printable ([`crate::printable`]); [`finish`] reports failures.
 pub fn print(text: fmt::Arguments<'_>) {
     let text = text.to_string();
     let text = printable::text(&text);
@@ -198,8 +197,8 @@ pub fn redraw(lines: usize) {
     note(write!(io::stdout(), "\x1b[{lines}F\x1b[J"));
 }
 
-/// Of all JSON that `gmr` prints (docs/json.md): another where a key goes or means something else,
-/// the same where one is added.
+/// The version of all JSON that `gmr` prints (docs/json.md): it changes where a key goes or changes
+/// its meaning, not where one is added.
 pub const JSON_VERSION: u32 = 1;
 
 /// A report with the version before its keys.

@@ -1,8 +1,7 @@
 //! Files that a command may write over: those that such a command wrote before, known by their
 //! form.
 //!
-//! What somebody else made is theirs: a measured log is not replaced by a simulated one because of
-//! a slip of the keyboard.
+//! A measured log is not replaced by a simulated one because of a slip of the keyboard.
 
 use std::io::Read as _;
 use std::path::Path;
@@ -35,16 +34,16 @@ pub enum Form {
     Store,
     /// A fragment of `gmr export` or `gmr gap --export`.
     Exported,
-    /// A log of `gmr convert`: nothing tells it from one that was measured, so it is never written
-    /// over without being forced.
+    /// A log of `gmr convert`. It looks like a measured one, so it is only written over when
+    /// forced.
     Converted,
 }
 
 /// Bytes that show the form.
 const HEAD: u64 = 4096;
 
-/// Refuses to write over a file that is of another form, unless it is forced. Devices and pipes
-/// have nothing to lose.
+/// Refuses to write over a file of another form, unless forced. Devices and pipes have nothing to
+/// lose.
 ///
 /// # Errors
 /// Names the file.

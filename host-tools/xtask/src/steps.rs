@@ -71,8 +71,8 @@ impl Tally {
         self.skipped.iter().map(String::as_str)
     }
 
-    /// Adds `test result: ok. 3 passed; 0 failed; …`, the summary of libtest and of our images, or
-    /// what a skipped test says, wherever in the line it does. Other lines count nothing.
+    /// Adds a summary of libtest or our images (`test result: ok. 3 passed; 0 failed; …`), or what
+    /// a skipped test says, anywhere in the line. Other lines count nothing.
     fn add_line(&mut self, line: &str) {
         if let Some((_, said)) = line.split_once(SKIPPED) {
             self.skipped.insert(said.trim_end().to_owned());

@@ -11,9 +11,9 @@ use crate::steps::{Steps, Stop, command, command_line};
 /// A second of the emulated chip takes ten, on one core.
 const LONGEST_TEST: &str = "samples_at_200_hz";
 
-/// One set for all that is about the host: a second one would compile large libraries again.
-/// Not --all-features: what talks to a debug probe has no test without one, and its library takes
-/// minutes (`cargo clippy -p host-tools --features probe`).
+/// One set for the whole host: a second would compile large libraries again. Not --all-features:
+/// nothing tests a debug probe without one, and its library takes minutes (`cargo clippy -p
+/// host-tools --features probe`).
 const HOST_FEATURES: &str = "--features on-target-tests/system";
 
 /// Images that must not pass, and what each has to say.

@@ -265,8 +265,8 @@ impl Outlet for RosOutlet {
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let stamp =
             Time { sec: i32::try_from(now.as_secs()).unwrap_or(i32::MAX), nanosec: now.subsec_nanos() };
-        // A full queue empties itself, and the next state is newer: what DDS did not take is not
-        // sent again.
+        // What DDS did not take is not sent again: a full queue empties itself, and the next state
+        // is newer.
         let _ = self.battery.write(BatteryState::of(state, stamp, self.capacity_ah, self.cells), None);
         let _ = self.diagnostics.write(DiagnosticArray::of(state, stamp, &self.name), None);
         let numbers = [

@@ -241,13 +241,12 @@ where
 /// Most steps of [`polish`].
 const POLISHING: u32 = 20;
 
-/// A first step longer than this share of the parameters says that the search had not ended at a
-/// minimum.
+/// A first step longer than this share of the parameters: the search had not ended at a minimum.
 const NEAR: f64 = 1e-3;
 
-/// Undamped steps from where a search has ended, each less than half as long as the one before:
-/// beside a minimum the cost's own rounding hides steps of 10⁻⁸ of the parameters, the gradient
-/// only those of 10⁻¹⁶ times the condition.
+/// Undamped steps from the end of a search, each less than half as long as the one before. Near a
+/// minimum the rounding of the cost hides steps of 10⁻⁸ of the parameters; that of the gradient
+/// hides only 10⁻¹⁶ times the condition.
 pub fn polish<D: Dim>(
     problem: &impl LeastSquares<D>,
     ended: &OVector<f64, D>,

@@ -15,8 +15,8 @@ use crate::steps::Stop;
 
 const SCRIPT: &str = "host-tools/benches/fleet/baseline.py";
 
-/// All sums that `gmr fleet` makes, then those of Eq. 18 and of its drift alone; before and behind
-/// them `gmr fleet` again, as the machine is not the same from minute to minute.
+/// All sums that `gmr fleet` makes, then those of Eq. 18 and of its drift alone. `gmr fleet` runs
+/// before and after them, since the machine changes from minute to minute.
 pub(super) fn compare(python: &Path, gmr: &Path, fleet: &Fleet) -> Result<String, Stop> {
     let script = |rest: &[&str]| -> Result<Value, Stop> {
         let mut command = Command::new(python);

@@ -82,8 +82,8 @@ pub(crate) fn run_large(rows: usize) -> Result<(), Stop> {
 /// Rows of the committed table of engines.
 const ENGINES_ROWS: usize = 100_000_000;
 
-/// Of engines on a fleet of so many rows; its table is written where it is committed, unless they
-/// are fewer than there: start-up is then most of what is seen.
+/// Measures engines on a fleet of so many rows. Its table is committed unless it has fewer rows
+/// than the committed one: then start-up is most of what is seen.
 pub(crate) fn run_engines(rows: usize) -> Result<(), Stop> {
     let mut steps = Steps::default();
     let python = test_fleet::engines(&mut steps, Consent::Ask)?;

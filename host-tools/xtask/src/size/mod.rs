@@ -43,8 +43,8 @@ impl Report {
     }
 }
 
-/// True when the board's image is within the limits, and of every place in it that may panic it is
-/// known why it does not.
+/// True when the board's image is within the limits, and every place that may panic has a reason
+/// why it does not.
 pub(crate) fn run(as_json: bool) -> bool {
     match IMAGES.into_iter().map(report).collect::<Result<Vec<_>, _>>() {
         Ok(reports) => {

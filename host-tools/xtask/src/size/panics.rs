@@ -26,9 +26,8 @@ const KINDS: [(&str, &str); 10] = [
     ("panicking", "panic"),
 ];
 
-/// Whose code, in which way it may panic, and why what reaches it does not make it: of each kind of
-/// each crate, so that a new kind is one that nobody has argued for. `*` is any code. The first
-/// that fits counts.
+/// Whose code, how it may panic, and why it does not. An entry is a kind of a crate, so that a new
+/// kind has no entry. `*` is any code. The first that fits counts.
 const KNOWN: [(&str, &str, &str); 48] = [
     (
         "*",
